@@ -1,0 +1,60 @@
+// The blob of one primitive: header and tables (spec, appendix A.1), shared by encoder and decoder.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace meshlet {
+
+constexpr uint32_t kMagic = 0x314D4245;    // "EBM1"
+constexpr uint32_t kVersion = 1;
+constexpr uint32_t kHeaderBytes = 32;
+constexpr uint32_t kStreamBytes = 28;
+constexpr uint32_t kGroupBytes = 8;
+constexpr uint32_t kGroupMeshlets = 32;
+constexpr uint32_t kMaxBlobBytes = 1u << 29;
+constexpr uint32_t kOffsetBits = 17;
+constexpr uint32_t kMaxReferences = 63;
+constexpr uint32_t kMaxDeltaWidth = 24;
+
+enum Kind : uint8_t { kGrid = 0, kOct = 1, kInteger = 2, kFloat32 = 3, kSign = 4, kKinds = 5 };
+enum Predictor : uint8_t { kParallelogram = 0, kMean = 1, kCopy = 2, kPredictors = 3 };
+constexpr uint32_t kMaxChordBits = 24;     // streams of more bits must use kCopy
+
+struct Stream {
+  uint8_t kind = kGrid;
+  uint8_t components = 1;
+  uint8_t bits = 1;
+  uint8_t predictor = kParallelogram;
+  uint8_t chain_base = 0;
+  uint8_t interior_base = 0;
+  float step = 1.0f;
+  float offset[4] = {0, 0, 0, 0};
+};
+
+struct BlobHeader {
+  uint32_t triangle_count = 0;
+  uint32_t vertex_count = 0;
+  uint32_t meshlet_count = 0;
+  uint32_t data_offset = 0;
+  std::vector<Stream> streams;
+};
+
+struct Malformed : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+uint32_t data_offset_of(uint32_t streams, uint32_t meshlets);
+
+// One clear sentence about a stream that the format does not allow, or an empty string.
+std::string stream_problem(const Stream& stream);
+
+// Checks header and tables of an untrusted blob: every table lies inside it, the directory's triangle counts sum to the header's,
+// meshlets follow one another without overlap. Throws Malformed. Bounds what a caller may allocate.
+BlobHeader read_blob_header(const uint8_t* data, size_t size);
+
+void write_blob_header(const BlobHeader& header, std::vector<uint8_t>& blob);   // header and stream table, byte_length left 0
+
+}  // namespace meshlet

@@ -1,0 +1,26 @@
+// Numbers for meshlets such that neighbours have close ones.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace meshlet {
+
+// Neighbours of node i: targets[begin[i] .. begin[i + 1]), ascending, each once.
+struct Graph {
+    std::vector<uint32_t> begin;
+    std::vector<uint32_t> targets;
+
+    uint32_t size() const { return static_cast<uint32_t>(begin.size() - 1); }
+    uint32_t degree(uint32_t node) const { return begin[node + 1] - begin[node]; }
+};
+
+// The graph on nodes 0 .. node_count - 1 with these edges; repeated edges count once, every edge goes both ways.
+Graph build_graph(uint32_t node_count, const std::vector<std::pair<uint32_t, uint32_t>>& edges);
+
+// The nodes in Cuthill-McKee order: breadth first from a node at the rim of each connected part, neighbours of small
+// degree first.
+std::vector<uint32_t> cuthill_mckee(const Graph& graph);
+
+}  // namespace meshlet
