@@ -3,19 +3,23 @@
 // C++ includes this file inside a struct, so that its file-scope variables become members (gltf_ext/src/decoder.h); GLSL includes
 // it at file scope. The includer provides, before the include:
 //   small_uint                     an integer type that holds 0..255 (uint in GLSL)
+//   HEADER_IN                      how a Header is passed: by value, or by reference where the language has it
 //   mask64                         64 bits with & | ^ ~ (uvec2 in GLSL, x = low half), and
 //   mask_none() mask_bit(i) mask_below(n <= 64) mask_test(m, i) mask_any(m) mask_count(m) mask_lsb(m) mask_msb(m) mask_shl1(m)
 //                                  (mask_lsb and mask_msb of an empty mask give 64)
 //   load_word(i)                   32-bit word i of the blob, 0 beyond its end
 //   load_bits(p, n)                n <= 32 bits at bit p, 0 beyond the end
 //   load_mask(p, n)                n <= 64 bits at bit p
-//   seek_unary(p), skip_unary(n), next_quotient(), unary_position()
-//                                  a reader of the unary planes; past the blob's end, or after more than MAX_QUOTIENT zeros in a
-//                                  row, it delivers 0 and sets `error`
+//   load_inside(p, n)              the same, where the caller has made sure that the bits lie inside
+//   mask_scatter(bits, m)          the lowest bits of `bits` at the places of m's ones
+//   UnaryReader                    a reader of the unary planes, with its `cursor`, and
+//   seek_unary(p), skip_unary(reader, n), next_quotient(reader)
+//                                  past the blob's end, or after more than MAX_QUOTIENT zeros in a row, it delivers 0 and sets `error`
 //   max(a, b)                      of two uints
+//   FOREIGN_LENGTH(owner, slot)    read_foreign_length, or a table that holds the same
 //   MAX_STREAMS, MAX_LANES         capacity: streams of the blob, and sum of their components
 //
-// Use: load_streams(first, end) once per blob, then decode_meshlet(m). Results: `triangle_count`, triangle_a/b/v (local ids),
+// Use: load_streams(first, end) once per blob, then decode_meshlet(m). Results: `triangle_count`, packed `triangles`,
 // `vertex_count`, `values[lane * 64 + local id]`. `error` != 0 says that the meshlet is malformed; nothing else is then valid.
 // Hostile bytes: every index below is bounded by a mask of 64 bits or by a count checked before use; no loop runs longer than
 // 64 x MAX_LANES steps apart from the unary reader, which the includer bounds by the blob's end.
@@ -175,40 +179,40 @@ Header read_header(uint m) {
 }
 
 // Bit position of foreign reference r's entry: delta, slot, share bits.
-uint entry_position(Header h, uint r) {
+uint entry_position(HEADER_IN h, uint r) {
   return h.entries + h.entry_width * mask_count(h.foreign_refs & mask_below(r));
 }
 
 // Does foreign reference r take stream s from its owner (rather than bring its own)?
-bool shares(Header h, uint r, uint s) {
+bool shares(HEADER_IN h, uint r, uint s) {
   return s == 0u || (h.flags & FLAG_SEAMS) == 0u || load_bits(entry_position(h, r) + h.delta_width + h.slot_width + s - 1u, 1u) != 0u;
 }
 
-uint stored_length(Header h, uint r) {
+uint stored_length(HEADER_IN h, uint r) {
   return load_bits(h.lengths + h.length_width * mask_count(h.sized_refs & mask_below(r)), h.length_width) + 1u;
 }
 
 // First reference of the loop that r belongs to, and the neighbours of r in that loop.
-uint loop_begin(Header h, uint r) {
+uint loop_begin(HEADER_IN h, uint r) {
   mask64 before = h.loop_ends & mask_below(r);
   return mask_any(before) ? mask_msb(before) + 1u : 0u;
 }
-uint next_reference(Header h, uint r) {
+uint next_reference(HEADER_IN h, uint r) {
   return mask_test(h.loop_ends, r) ? loop_begin(h, r) : r + 1u;
 }
-uint previous_reference(Header h, uint r) {
+uint previous_reference(HEADER_IN h, uint r) {
   return r == loop_begin(h, r) ? mask_lsb(h.loop_ends & ~mask_below(r)) : r - 1u;
 }
 
 // References that bring their own values for stream s, and the corners stored here for it: both neighbours are own.
-mask64 own_references(Header h, uint s) {
+mask64 own_references(HEADER_IN h, uint s) {
   mask64 own = mask_below(h.references) & ~h.foreign_refs;
   if ((h.flags & FLAG_SEAMS) != 0u && s > 0u)
     for (mask64 rest = h.foreign_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
       if (!shares(h, mask_lsb(rest), s)) own = own | mask_bit(mask_lsb(rest));
   return own;
 }
-mask64 stored_corners(Header h, uint s) {
+mask64 stored_corners(HEADER_IN h, uint s) {
   mask64 own = own_references(h, s);
   mask64 before = mask_shl1(own & ~h.loop_ends);     // bit j: reference j - 1 of the same loop is own
   uint first = 0u;
@@ -259,7 +263,7 @@ uint low_bits(uint s, uint code, uint widths) {
 }
 
 // Finds all sections of the meshlet. `loops`: its number of components, needed only where it has no references.
-void find_sections(Header h, uint loops) {
+void find_sections(HEADER_IN h, uint loops) {
   bool chains = mask_any(h.owned_refs);
   code_cursor = h.codes;
   for (uint s = 0u; s < stream_total; s++) {
@@ -314,11 +318,35 @@ void read_anchor(uint index, uint vertex, uint begin, uint end) {
   }
 }
 
-// Residual of one component: low bits at `low`, quotient from the unary reader where the code has one.
-uint read_residual(uint low, uint width, bool rice) {
-  uint u = load_bits(low, width);
-  if (rice) u |= next_quotient() << width;
-  return unzigzag(u);
+small_uint targets[64];                    // local ids that read_residuals writes to
+
+UnaryReader unary;                         // where the next quotient is read
+
+// Reads the residuals of stream s for the first `count` targets: low bits from bit position `low` on, quotients where the unary
+// reader stands. The values are then residuals until a prediction is added.
+void read_residuals(uint s, uint count, uint code, uint widths, uint low) {
+  uint components = stream_components[s];
+  uint lanes = stream_lane[s] * 64u;
+  uint step = low_bits(s, code, widths);
+  if (low + count * step > 8u * (byte_length - 8u)) { error = ERROR_UNARY; return; }
+  if (code != CODE_FIXED) {
+    UnaryReader reader = unary;            // a local copy stays in registers
+    for (uint i = 0u; i < count; i++) {
+      uint at = lanes + targets[i];
+      for (uint c = 0u; c < components; c++) {
+        values[at] = unzigzag((next_quotient(reader) << code) | load_inside(low, code));
+        low += code;
+        at += 64u;
+      }
+    }
+    unary = reader;
+  } else {
+    for (uint c = 0u; c < components; c++) {
+      uint width = width_field(widths + 5u * c);
+      for (uint i = 0u; i < count; i++) values[lanes + targets[i] + 64u * c] = unzigzag(load_inside(low + i * step, width));
+      low += width;
+    }
+  }
 }
 
 // ---- connectivity (section A) ----------------------------------------------------------------------------------------------------
@@ -335,23 +363,17 @@ mask64 boundary;                           // local ids on the boundary
 small_uint apex[64];
 small_uint component_first[65];            // first local id of a component; one more at the end
 small_uint component_gate[64];             // the root gate's a
-small_uint triangle_a[64];
-small_uint triangle_b[64];
-small_uint triangle_v[64];
+uint triangles[64];                        // packed local ids: gate a | b << 8 | apex v << 16 | o << 24; o: the vertex across the gate
 
 void read_symbols(uint begin, uint count) {
   mask64 p0 = load_mask(begin, count);
   mask64 p1 = load_mask(begin + count, count);
-  uint p = begin + 2u * count;
+  mask64 left_or_split = load_mask(begin + 2u * count, mask_count(p0 & p1));
   triangle_count = count;
   symbol_r = mask_below(count) & ~(p0 | p1);
   symbol_e = p0 & ~p1;
   symbol_c = p1 & ~p0;
-  symbol_s = mask_none();
-  for (mask64 rest = p0 & p1; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest))) {
-    if (load_bits(p, 1u) != 0u) symbol_s = symbol_s | mask_bit(mask_lsb(rest));
-    p++;
-  }
+  symbol_s = mask_scatter(left_or_split, p0 & p1);
 }
 
 // Decoder B, first half: the apex of every triangle from the symbols, with two masks in place of linked lists. A strip runs to the
@@ -421,20 +443,13 @@ void decode_apexes() {
   boundary = alive;
 }
 
-// Vertices that the traversal introduces (interior and private ones), in residual order, each with its gate (a, b) and the vertex
-// o across the gate; a = NO_VERTEX: copy b; o = NO_VERTEX: no triangle across.
+// The triangles that introduce a vertex v (interior or private), in residual order. Two special ones: o = NO_VERTEX: no triangle
+// across the gate; a = NO_VERTEX: no triangle at all, v is predicted from b alone.
 uint traversed_count;
-small_uint traversed_vertex[64];
-small_uint traversed_a[64];
-small_uint traversed_b[64];
-small_uint traversed_o[64];
+uint traversed[65];                        // one more than can be: decode_triangles writes before it counts
 
-void traverse_vertex(uint vertex, uint a, uint b, uint o) {
-  traversed_vertex[traversed_count] = small_uint(vertex);
-  traversed_a[traversed_count] = small_uint(a);
-  traversed_b[traversed_count] = small_uint(b);
-  traversed_o[traversed_count] = small_uint(o);
-  traversed_count++;
+uint pack4(uint x, uint y, uint z, uint w) {
+  return x | y << 8 | z << 16 | w << 24;
 }
 
 // Decoder B, second half: all triangles in stream order, with the gate in registers. `known`: local ids that already have values.
@@ -443,50 +458,39 @@ void decode_triangles(mask64 known) {
   uint a = 0u;
   uint b = 0u;
   uint o = 0u;
-  uint first = 0u;
-  uint end = 0u;
   uint component = 0u;
+  bool distinct = true;                    // the first C that pops too much, even from another component, has a == b
   traversed_count = 0u;
   for (uint t = 0u; t < triangle_count; t++) {
     if (mask_test(component_starts, t)) {
-      first = component_first[component];
-      end = component_first[component + 1u];
       a = component_gate[component];
-      b = first;
+      b = component_first[component];
       o = NO_VERTEX;
       component++;
-      if (!mask_test(known, a)) {
-        traverse_vertex(a, NO_VERTEX, b, NO_VERTEX);
-        known = known | mask_bit(a);
-      }
+      traversed[traversed_count] = pack4(NO_VERTEX, b, a, NO_VERTEX);
+      traversed_count += mask_test(known, a) ? 0u : 1u;
+      known = known | mask_bit(a);
     }
     uint v = apex[t];
-    if (a == b || v == a || v == b || v < first || v >= end) { error = ERROR_CLERS; return; }
-    triangle_a[t] = small_uint(a);
-    triangle_b[t] = small_uint(b);
-    triangle_v[t] = small_uint(v);
-    if (!mask_test(known, v)) {
-      traverse_vertex(v, a, b, o);
-      known = known | mask_bit(v);
-    }
-    if (mask_test(symbol_r, t)) {
-      o = b;
-      b = v;
-    } else if (mask_test(symbol_e, t)) {
-      if (mask_any(splits)) {
-        uint u = mask_msb(splits);
-        splits = splits & ~mask_bit(u);
-        a = triangle_a[u];
-        b = triangle_v[u];
-        o = triangle_b[u];
-      }
-    } else {
-      if (mask_test(symbol_s, t)) splits = splits | mask_bit(t);
-      o = a;
-      a = v;
+    distinct = distinct && a != b;
+    triangles[t] = pack4(a, b, v, o);
+    traversed[traversed_count] = triangles[t];            // kept if new: a branch would be mispredicted often
+    traversed_count += mask_test(known, v) ? 0u : 1u;
+    known = known | mask_bit(v);
+    bool right = mask_test(symbol_r, t);   // the next gate is (a, v) after R, (v, b) after C, L and S
+    o = right ? b : a;
+    b = right ? v : b;
+    a = right ? a : v;
+    splits = splits | (symbol_s & mask_bit(t));
+    if (mask_test(symbol_e, t) && mask_any(splits)) {
+      uint split = triangles[mask_msb(splits)];
+      splits = splits & ~mask_bit(mask_msb(splits));
+      a = split & 255u;
+      o = (split >> 8) & 255u;
+      b = (split >> 16) & 255u;
     }
   }
-  if (mask_count(known) != vertex_count) error = ERROR_CLERS;
+  if (!distinct || mask_count(known) != vertex_count) error = ERROR_CLERS;
 }
 
 // ---- boundaries ------------------------------------------------------------------------------------------------------------------
@@ -504,7 +508,7 @@ uint inner_vertex(uint r, uint i) {
 }
 
 // The owned reference in slot `slot`; 64 and `error` where there is none.
-uint slot_reference(Header h, uint slot) {
+uint slot_reference(HEADER_IN h, uint slot) {
   mask64 rest = h.owned_refs;
   for (uint i = 0u; i < slot && mask_any(rest); i++) rest = rest & ~mask_bit(mask_lsb(rest));
   if (!mask_any(rest)) error = ERROR_OWNER;
@@ -512,17 +516,24 @@ uint slot_reference(Header h, uint slot) {
 }
 
 // Owner and slot of foreign reference r of h; the owner is the same meshlet or an earlier one.
-uint entry_owner(Header h, uint r) {
+uint entry_owner(HEADER_IN h, uint r) {
   uint delta = load_bits(entry_position(h, r), h.delta_width);
   if (delta > h.meshlet) error = ERROR_OWNER;
   return delta > h.meshlet ? 0u : h.meshlet - delta;
 }
-uint entry_slot(Header h, uint r) {
+uint entry_slot(HEADER_IN h, uint r) {
   return load_bits(entry_position(h, r) + h.delta_width, h.slot_width);
 }
 
+// Length of owned reference `slot` of meshlet `owner`.
+uint read_foreign_length(uint owner, uint slot) {
+  Header h = read_header(owner);
+  uint r = slot_reference(h, slot);
+  return error == ERROR_NONE ? stored_length(h, r) : 1u;
+}
+
 // Places the references along the boundary loops.
-void place_references(Header h) {
+void place_references(HEADER_IN h) {
   uint rank = 0u;
   uint r = 0u;
   mask64 rest = boundary;
@@ -542,11 +553,8 @@ void place_references(Header h) {
         reference_owner[r] = entry_owner(h, r);
         reference_slot[r] = small_uint(entry_slot(h, r));
         if (error != ERROR_NONE) return;
-        Header owner = h;
-        if (reference_owner[r] != h.meshlet) owner = read_header(reference_owner[r]);
-        uint other = slot_reference(owner, reference_slot[r]);
+        n = FOREIGN_LENGTH(reference_owner[r], reference_slot[r]);
         if (error != ERROR_NONE) return;
-        n = stored_length(owner, other);
       } else if (mask_test(h.sized_refs, r)) {
         n = stored_length(h, r);
       }
@@ -564,32 +572,31 @@ void place_references(Header h) {
   if (r != h.references) error = ERROR_REFERENCES;
 }
 
-// Residuals of the inner vertices of owned reference `other` of `owner` (find_sections has run for it), for the streams that
-// reference r of `h` shares: written to r's vertices, the owner's first inner vertex to r's last where r runs backwards.
-void read_chain(Header h, uint r, Header owner, uint other) {
+// Lists the inner vertices of reference r as targets from `at` on, backwards for a foreign one; returns the place after the last.
+uint target_chain(uint r, bool backwards, uint at) {
+  uint n = reference_length[r];
+  for (uint i = 1u; i < n; i++) targets[(at + i - 1u) & 63u] = small_uint(inner_vertex(r, backwards ? n - i : i));
+  return at + n - 1u;
+}
+
+// Residuals of owned reference `other` of `owner` (find_sections has run for it), for the streams that foreign reference r shares:
+// the owner's first inner vertex is r's last.
+void read_foreign_chain(HEADER_IN h, uint r, HEADER_IN owner, uint other) {
   uint first = 0u;
   for (mask64 rest = owner.owned_refs & mask_below(other); mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
     first += stored_length(owner, mask_lsb(rest)) - 1u;
-  bool backwards = mask_test(h.foreign_refs, r);
-  uint n = reference_length[r];
+  uint count = target_chain(r, true, 0u);
   uint skipped = 0u;                       // unary codes up to the chain's next one
-  seek_unary(chain_unary);
+  unary = seek_unary(chain_unary);
   for (uint s = 0u; s < stream_end; s++) {
     uint components = stream_components[s];
     bool rice = chain_code[s] != CODE_FIXED;
-    if (s >= stream_first && (!backwards || shares(h, r, s))) {
-      if (rice) skip_unary(skipped + first * components);
-      uint step = low_bits(s, chain_code[s], chain_widths[s]);
-      for (uint i = 1u; i < n; i++) {
-        uint vertex = inner_vertex(r, backwards ? n - i : i);
-        uint low = chain_low[s] + (first + i - 1u) * step;
-        for (uint c = 0u; c < components; c++) {
-          uint width = rice ? chain_code[s] : width_field(chain_widths[s] + 5u * c);
-          values[(stream_lane[s] + c) * 64u + vertex] = read_residual(low, width, rice);
-          low += width;
-        }
+    if (s >= stream_first && shares(h, r, s)) {
+      if (rice) {
+        skip_unary(unary, skipped + first * components);
+        skipped = (chain_total - first - count) * components;
       }
-      skipped = rice ? (chain_total - first - (n - 1u)) * components : skipped;
+      read_residuals(s, count, chain_code[s], chain_widths[s], chain_low[s] + first * low_bits(s, chain_code[s], chain_widths[s]));
     } else if (rice) {
       skipped += chain_total * components;
     }
@@ -624,7 +631,7 @@ uint fetch_corner(uint owner, uint slot, bool at_end, uint vertex, uint s, bool 
 }
 
 // Which reference brings corner r (between r and the one before it) of stream s from elsewhere: r, the one before, or 64: stored here.
-uint corner_source(Header h, uint r, uint s) {
+uint corner_source(HEADER_IN h, uint r, uint s) {
   uint before = previous_reference(h, r);
   bool from_r = mask_test(h.foreign_refs, r) && shares(h, r, s);
   bool from_before = mask_test(h.foreign_refs, before) && shares(h, before, s);
@@ -632,47 +639,19 @@ uint corner_source(Header h, uint r, uint s) {
   return from_r ? r : from_before ? before : 64u;
 }
 
-void read_foreign_corners(Header h) {
+mask64 provided_refs;                      // foreign references whose vertices the includer has already given their values
+
+void read_foreign_corners(HEADER_IN h) {
   bool seams = (h.flags & FLAG_SEAMS) != 0u;
   for (uint r = 0u; r < h.references; r++) {
     uint vertex = loop_vertex[reference_rank[r]];
     uint s = stream_first;
     while (s < stream_end && error == ERROR_NONE) {
       uint source = corner_source(h, r, s);
-      if (source == 64u) s = seams ? s + 1u : stream_end;
+      if (source == 64u || mask_test(provided_refs, source)) s = seams ? s + 1u : stream_end;
       else s += fetch_corner(reference_owner[source], reference_slot[source], source == r, vertex, s, seams);
     }
   }
-}
-
-void read_foreign_chains(Header h) {
-  for (mask64 rest = h.foreign_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest))) {
-    uint r = mask_lsb(rest);
-    if (reference_length[r] > 1u) {
-      Header owner = read_header(reference_owner[r]);
-      find_sections(owner, 0u);
-      read_chain(h, r, owner, slot_reference(owner, reference_slot[r]));
-    }
-  }
-}
-
-// Own anchors and owned chains; find_sections has run for h.
-void read_own_boundary(Header h) {
-  for (uint s = stream_first; s < stream_end; s++) {
-    if (h.references == 0u) {
-      for (uint i = 0u; i < component_count; i++) read_anchor(i, component_first[i], s, s + 1u);
-    } else {
-      mask64 stored = stored_corners(h, s);
-      uint index = 0u;
-      for (; mask_any(stored); stored = stored & ~mask_bit(mask_lsb(stored))) {
-        read_anchor(index, loop_vertex[reference_rank[mask_lsb(stored)]], s, s + 1u);
-        index++;
-      }
-    }
-  }
-  if (chain_total > 0u)
-    for (mask64 rest = h.owned_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
-      if (reference_length[mask_lsb(rest)] > 1u) read_chain(h, mask_lsb(rest), h, mask_lsb(rest));
 }
 
 // Prediction of inner vertex i of a chain of n edges from its ends: the point of the chord, rounded; 32 bits suffice up to 24-bit
@@ -703,41 +682,78 @@ void add_chord(uint r, uint s, bool backwards) {
   }
 }
 
-// ---- interior (sections G and H) ---------------------------------------------------------------------------------------------------
-
-uint interior_cursor;                      // bit position in section G
-
-void read_interior_vertex(uint s, uint vertex) {
-  bool rice = interior_code[s] != CODE_FIXED;
-  for (uint c = 0u; c < stream_components[s]; c++) {
-    uint width = rice ? interior_code[s] : width_field(interior_widths[s] + 5u * c);
-    values[(stream_lane[s] + c) * 64u + vertex] = read_residual(interior_cursor, width, rice);
-    interior_cursor += width;
+// Foreign corners come first: they are the ends that foreign chains are predicted from.
+void read_foreign_chains(HEADER_IN h) {
+  for (mask64 rest = h.foreign_refs & ~provided_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest))) {
+    uint r = mask_lsb(rest);
+    if (reference_length[r] > 1u) {
+      Header owner = read_header(reference_owner[r]);
+      find_sections(owner, 0u);
+      read_foreign_chain(h, r, owner, slot_reference(owner, reference_slot[r]));
+      for (uint s = stream_first; s < stream_end; s++)
+        if (shares(h, r, s)) add_chord(r, s, true);
+    }
   }
 }
 
-// Prediction of a traversed vertex's value in one lane of stream s from its gate.
-uint traversed_prediction(uint s, uint lane, uint i) {
-  uint a = traversed_a[i];
-  uint o = traversed_o[i];
-  uint value_b = values[lane + traversed_b[i]];
+void read_own_anchors(HEADER_IN h) {
+  mask64 stored = mask_none();
+  for (uint s = stream_first; s < stream_end; s++) {
+    if (h.references == 0u)
+      for (uint i = 0u; i < component_count; i++) read_anchor(i, component_first[i], s, s + 1u);
+    else if (s == stream_first || (h.flags & FLAG_SEAMS) != 0u)
+      stored = stored_corners(h, s);
+    uint index = 0u;
+    for (mask64 rest = stored; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest))) {
+      read_anchor(index, loop_vertex[reference_rank[mask_lsb(rest)]], s, s + 1u);
+      index++;
+    }
+  }
+}
+
+// Residuals of the owned chains; the unary reader ends behind section F.
+void read_own_chains(HEADER_IN h) {
+  uint count = 0u;
+  for (mask64 rest = h.owned_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest))) count = target_chain(mask_lsb(rest), false, count);
+  unary = seek_unary(chain_unary);
+  if (chain_total == 0u) return;
+  for (uint s = 0u; s < stream_total; s++) {
+    if (s >= stream_first && s < stream_end) read_residuals(s, count, chain_code[s], chain_widths[s], chain_low[s]);
+    else if (chain_code[s] != CODE_FIXED) skip_unary(unary, count * stream_components[s]);
+  }
+}
+
+// ---- interior (sections G and H) ---------------------------------------------------------------------------------------------------
+
+// Prediction of a traversed vertex in the lane that begins at values[lane], from its packed triangle.
+uint traversed_prediction(uint predictor, uint lane, uint triangle) {
+  uint a = triangle & 255u;
+  uint value_b = values[lane + ((triangle >> 8) & 255u)];
   if (a == NO_VERTEX) return value_b;
   uint value_a = values[lane + a];
-  if (stream_predictor[s] == PREDICT_COPY) return value_a;
-  if (stream_predictor[s] == PREDICT_MEAN || o == NO_VERTEX) return (value_a + value_b) >> 1;
+  uint o = triangle >> 24;
+  if (predictor == PREDICT_COPY) return value_a;
+  if (predictor == PREDICT_MEAN || o == NO_VERTEX) return (value_a + value_b) >> 1;
   return value_a + value_b - values[lane + o];
 }
 
-void predict_traversed(uint s, uint i) {
-  for (uint c = 0u; c < stream_components[s]; c++) {
-    uint lane = (stream_lane[s] + c) * 64u;
-    uint at = lane + traversed_vertex[i];
-    values[at] = (traversed_prediction(s, lane, i) + values[at]) & stream_mask[s];
+void predict_traversed(uint s) {
+  uint components = stream_components[s];
+  uint lanes = stream_lane[s] * 64u;
+  uint bits = stream_mask[s];
+  uint predictor = stream_predictor[s];
+  for (uint i = 0u; i < traversed_count; i++) {
+    uint triangle = traversed[i];
+    for (uint c = 0u; c < components; c++) {
+      uint lane = lanes + 64u * c;
+      uint at = lane + ((triangle >> 16) & 255u);
+      values[at] = (traversed_prediction(predictor, lane, triangle) + values[at]) & bits;
+    }
   }
 }
 
 // Inner vertices of the foreign references that bring their own values for stream s.
-uint seam_vertices(Header h, uint s) {
+uint seam_vertices(HEADER_IN h, uint s) {
   uint count = 0u;
   if ((h.flags & FLAG_SEAMS) != 0u)
     for (mask64 rest = h.foreign_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
@@ -745,49 +761,44 @@ uint seam_vertices(Header h, uint s) {
   return count;
 }
 
-void decode_values(Header h) {
-  seek_unary(chain_unary);
-  uint codes = 0u;
-  uint low = chain_unary;
-  if (chain_total > 0u)
-    for (uint s = 0u; s < stream_total; s++)
-      if (chain_code[s] != CODE_FIXED) codes += chain_total * stream_components[s];
-  skip_unary(codes);
-  low = unary_position();
-  uint begin = low;
+// Residuals and values of everything but the foreign vertices; the unary reader stands behind section F.
+void decode_interior(HEADER_IN h) {
+  uint low = unary.cursor;
+  uint end = low;
   for (uint s = 0u; s < stream_total; s++)
-    low += (traversed_count + seam_vertices(h, s)) * low_bits(s, interior_code[s], interior_widths[s]);
-  seek_unary(low);
-  interior_cursor = begin;
-  for (uint s = 0u; s < stream_end; s++) {
-    if (s < stream_first) {
-      uint n = traversed_count + seam_vertices(h, s);
-      interior_cursor += n * low_bits(s, interior_code[s], interior_widths[s]);
-      if (interior_code[s] != CODE_FIXED) skip_unary(n * stream_components[s]);
-      continue;
+    end += (traversed_count + seam_vertices(h, s)) * low_bits(s, interior_code[s], interior_widths[s]);
+  unary = seek_unary(end);
+  for (uint s = 0u; s < stream_total; s++) {
+    uint step = low_bits(s, interior_code[s], interior_widths[s]);
+    uint count = traversed_count + seam_vertices(h, s);
+    if (s >= stream_first && s < stream_end) {
+      uint at = 0u;
+      for (mask64 rest = h.foreign_refs; (h.flags & FLAG_SEAMS) != 0u && mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
+        if (!shares(h, mask_lsb(rest), s)) at = target_chain(mask_lsb(rest), false, at);
+      for (uint i = 0u; i < traversed_count; i++) targets[at + i] = small_uint((traversed[i] >> 16) & 255u);
+      read_residuals(s, count, interior_code[s], interior_widths[s], low);
+    } else if (interior_code[s] != CODE_FIXED) {
+      skip_unary(unary, count * stream_components[s]);
     }
-    for (mask64 rest = h.foreign_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest))) {
-      uint r = mask_lsb(rest);
-      if (shares(h, r, s)) {
-        add_chord(r, s, true);
-      } else {
-        for (uint i = 1u; i < reference_length[r]; i++) read_interior_vertex(s, inner_vertex(r, i));
-        add_chord(r, s, false);
-      }
-    }
-    for (mask64 rest = h.owned_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest))) add_chord(mask_lsb(rest), s, false);
-    for (uint i = 0u; i < traversed_count; i++) {
-      read_interior_vertex(s, traversed_vertex[i]);
-      predict_traversed(s, i);
-    }
+    low += count * step;
   }
-  if (max(unary_position(), low) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
+  if (max(unary.cursor, low) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
+}
+
+void predict_own(HEADER_IN h) {
+  for (uint s = stream_first; s < stream_end; s++) {
+    for (mask64 rest = h.owned_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
+      if (reference_length[mask_lsb(rest)] > 1u) add_chord(mask_lsb(rest), s, false);
+    for (mask64 rest = h.foreign_refs; (h.flags & FLAG_SEAMS) != 0u && mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
+      if (!shares(h, mask_lsb(rest), s)) add_chord(mask_lsb(rest), s, false);
+    predict_traversed(s);
+  }
 }
 
 // ---- a whole meshlet ---------------------------------------------------------------------------------------------------------------
 
 // Boundary vertices that do not wait for the traversal: all but the inner vertices of private references.
-mask64 known_vertices(Header h) {
+mask64 known_vertices(HEADER_IN h) {
   mask64 known = mask_none();
   if (h.references == 0u)
     for (uint i = 0u; i < component_count; i++) known = known | mask_bit(component_first[i]);
@@ -800,25 +811,41 @@ mask64 known_vertices(Header h) {
 
 Header opened;                             // of the meshlet decoded last
 
-void decode_meshlet(uint m) {
+// The meshlet in four steps. Before the third, an includer that has the owners' values at hand may put them in place and say so in
+// provided_refs.
+void open_meshlet(uint m) {
   error = ERROR_NONE;
   triangle_count = 0u;
   vertex_count = 0u;
-  Header h = read_header(m);
-  opened = h;
+  provided_refs = mask_none();
+  opened = read_header(m);
   if (error != ERROR_NONE) return;
-  read_symbols(h.begin, h.triangles);
+  read_symbols(opened.begin, opened.triangles);
   decode_apexes();
+}
+
+void connect_meshlet() {
+  place_references(opened);
+  if (error == ERROR_NONE) decode_triangles(known_vertices(opened));
+}
+
+void read_foreign() {
+  read_foreign_corners(opened);
+  if (error == ERROR_NONE) read_foreign_chains(opened);
+}
+
+void read_own() {
+  find_sections(opened, component_count);
   if (error != ERROR_NONE) return;
-  place_references(h);
-  if (error != ERROR_NONE) return;
-  decode_triangles(known_vertices(h));
-  if (error != ERROR_NONE) return;
-  read_foreign_corners(h);
-  if (error != ERROR_NONE) return;
-  read_foreign_chains(h);
-  find_sections(h, component_count);
-  if (error != ERROR_NONE) return;
-  read_own_boundary(h);
-  decode_values(h);
+  read_own_anchors(opened);
+  read_own_chains(opened);
+  decode_interior(opened);
+  predict_own(opened);
+}
+
+void decode_meshlet(uint m) {
+  open_meshlet(m);
+  if (error == ERROR_NONE) connect_meshlet();
+  if (error == ERROR_NONE) read_foreign();
+  if (error == ERROR_NONE) read_own();
 }

@@ -187,11 +187,7 @@ class OpenBlob {
     MeshletDecoder& d = decoder_.meshlet(m);
     uint8_t* triangles;
     nb::object triangle_array = new_array(d.triangle_count, 3, triangles);
-    for (uint32_t t = 0; t < d.triangle_count; t++) {
-      triangles[3 * t] = uint8_t(d.triangle_a[t]);
-      triangles[3 * t + 1] = uint8_t(d.triangle_b[t]);
-      triangles[3 * t + 2] = uint8_t(d.triangle_v[t]);
-    }
+    for (uint32_t i = 0; i < 3 * d.triangle_count; i++) triangles[i] = uint8_t(d.triangles[i / 3] >> 8 * (i % 3));
     nb::list arrays;
     for (uint32_t s = 0; s < d.stream_total; s++) {
       uint32_t* data;

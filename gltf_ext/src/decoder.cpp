@@ -1,5 +1,6 @@
 #include "decoder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -8,157 +9,214 @@ namespace {
 
 constexpr uint32_t kBatch = 64;            // values of one lane of one meshlet
 
-// The global vertex numbers of a decoded meshlet's boundary, kept for the meshlets that refer to it.
-struct BoundaryNumbers {
-  struct Chain {
-    uint8_t start, length, end;            // places in the boundary: first vertex, and last vertex
-  };
-  std::vector<uint32_t> number_begin;      // per meshlet, into numbers
-  std::vector<uint32_t> numbers;           // boundary vertices in loop order
-  std::vector<uint32_t> chain_begin;       // per meshlet, into chains
-  std::vector<Chain> chains;               // owned references, by slot
-};
-
-// An alias names a boundary place of another meshlet, or of its own.
-struct Alias {
-  uint32_t meshlet, place;
-};
-
-class Numbering {
+// What whole-blob decoding keeps of the meshlets behind it: their boundaries, which later ones refer to, as global vertex numbers and
+// integer values. It saves looking up and decoding foreign vertices once more. References reach back no farther than the group
+// table's delta widths allow, so a ring of meshlets suffices.
+class History {
  public:
-  explicit Numbering(uint32_t meshlets) {
-    boundary_.number_begin.reserve(meshlets);
-    boundary_.chain_begin.reserve(meshlets);
-  }
+  History(MeshletDecoder& d, const BlobHeader& header);
+  ~History() { d_.chain_lengths = nullptr; }
 
-  // Global vertex numbers of meshlet m's local ids; new_ids: the local ids that are no aliases, in order.
-  void number(MeshletDecoder& d, uint32_t m, uint32_t* global, uint8_t* new_ids, uint32_t& new_count);
-  uint32_t vertex_count() const { return next_; }
+  // Between connect_meshlet and read_foreign: puts the values of earlier meshlets in place.
+  void provide_foreign();
+
+  // Numbers the meshlet's vertices: global[local id], and the local ids that are no aliases, in order (spec, appendix A.8).
+  // Returns how many are none.
+  uint32_t number(uint32_t* global, uint8_t* new_ids);
+
+  // Keeps the decoded meshlet.
+  void append(const uint32_t* global);
 
  private:
-  void alias_reference(MeshletDecoder& d, const MeshletDecoder::Header& h, uint32_t r);
-  void alias_corner(MeshletDecoder& d, const MeshletDecoder::Header& h, uint32_t r, bool at_end, uint32_t place);
-  void append_boundary(MeshletDecoder& d, const MeshletDecoder::Header& h);
+  struct Alias {
+    uint32_t meshlet, place;
+  };
+  struct Slot {
+    uint32_t numbers[64];                  // boundary vertices in loop order
+    uint8_t start[64], end[64];            // per owned reference: places of its first and last vertex
+    std::vector<uint32_t> values;          // lanes_ for each boundary vertex
+  };
 
-  BoundaryNumbers boundary_;
+  Slot& slot(uint32_t meshlet) { return slots_[meshlet & d_.ring_mask]; }
+  uint32_t start(uint32_t r) { return slot(d_.reference_owner[r]).start[d_.reference_slot[r]]; }
+  uint32_t end(uint32_t r) { return slot(d_.reference_owner[r]).end[d_.reference_slot[r]]; }
+  bool shares_all(uint32_t r) const;
+  void alias_reference(uint32_t r);
+  void copy_vertex(uint32_t r, uint32_t place, uint32_t id, bool all);
+
+  MeshletDecoder& d_;
+  uint32_t lanes_ = 0;
   uint32_t next_ = 0;
+  std::vector<Slot> slots_;
+  std::vector<uint8_t> lengths_;           // 64 per slot
   Alias alias_[64];                        // per boundary place of the current meshlet
   uint64_t is_alias_ = 0;                  // boundary places
 };
 
-bool shares_all(MeshletDecoder& d, const MeshletDecoder::Header& h, uint32_t r) {
-  if (!(h.foreign_refs >> r & 1)) return false;
-  for (uint32_t s = 1; s < d.stream_total && (h.flags & FLAG_SEAMS); s++)
-    if (!d.shares(h, r, s)) return false;
+History::History(MeshletDecoder& d, const BlobHeader& header) : d_(d) {
+  for (const Stream& s : header.streams) lanes_ += s.components;
+  uint32_t reach = 0, size = 1;
+  for (uint32_t m = 0; m < header.meshlet_count; m += kGroupMeshlets)
+    reach = std::max(reach, d.load_word(d.group_table + 2 * (m / kGroupMeshlets) + 1) & 31u);
+  while (size < header.meshlet_count && size < (1u << reach)) size *= 2;
+  slots_.resize(size);
+  lengths_.resize(64 * size_t(size));
+  d_.ring_mask = size - 1;
+  d_.chain_lengths = lengths_.data();
+}
+
+bool History::shares_all(uint32_t r) const {
+  if (!(d_.opened.foreign_refs >> r & 1)) return false;
+  for (uint32_t s = 1; s < d_.stream_total && (d_.opened.flags & FLAG_SEAMS); s++)
+    if (!d_.shares(d_.opened, r, s)) return false;
   return true;
 }
 
-void Numbering::alias_corner(MeshletDecoder& d, const MeshletDecoder::Header&, uint32_t r, bool at_end, uint32_t place) {
-  const auto& chain = boundary_.chains[boundary_.chain_begin[d.reference_owner[r]] + d.reference_slot[r]];
-  alias_[place] = {d.reference_owner[r], at_end ? chain.end : chain.start};
-  is_alias_ |= 1ull << place;
+// Copies a vertex of r's owner, the streams that r shares.
+void History::copy_vertex(uint32_t r, uint32_t place, uint32_t id, bool all) {
+  const uint32_t* from = &slot(d_.reference_owner[r]).values[place * lanes_];
+  if (all) {
+    for (uint32_t lane = 0; lane < lanes_; lane++) d_.values[lane * 64u + id] = from[lane];
+    return;
+  }
+  for (uint32_t s = 0; s < d_.stream_total; s++)
+    for (uint32_t c = 0; c < d_.stream_components[s] && d_.shares(d_.opened, r, s); c++)
+      d_.values[(d_.stream_lane[s] + c) * 64u + id] = from[d_.stream_lane[s] + c];
 }
 
-void Numbering::alias_reference(MeshletDecoder& d, const MeshletDecoder::Header& h, uint32_t r) {
-  uint32_t before = d.previous_reference(h, r);
-  bool from_r = shares_all(d, h, r), from_before = shares_all(d, h, before);
-  uint32_t rank = d.reference_rank[r];
-  if (from_r && from_before) from_r = d.reference_owner[before] >= d.reference_owner[r];
-  if (from_r) alias_corner(d, h, r, true, rank);
-  else if (from_before) alias_corner(d, h, before, false, rank);
-  if (!shares_all(d, h, r)) return;
-  uint32_t owner = d.reference_owner[r];
-  const auto& chain = boundary_.chains[boundary_.chain_begin[owner] + d.reference_slot[r]];
-  for (uint32_t i = 1; i < d.reference_length[r]; i++) {
-    alias_[rank + i] = {owner, uint32_t(chain.start) + chain.length - i};
+void History::provide_foreign() {
+  for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
+    uint32_t r = d_.mask_lsb(rest), n = d_.reference_length[r];
+    if (d_.reference_owner[r] == d_.opened.meshlet) continue;
+    bool all = shares_all(r);
+    copy_vertex(r, end(r), d_.loop_vertex[d_.reference_rank[r]], all);
+    copy_vertex(r, start(r), d_.reference_end[r], all);
+    for (uint32_t i = 1; i < n; i++) copy_vertex(r, start(r) + n - i, d_.inner_vertex(r, i), all);
+    d_.provided_refs |= 1ull << r;
+  }
+}
+
+void History::alias_reference(uint32_t r) {
+  uint32_t before = d_.previous_reference(d_.opened, r), rank = d_.reference_rank[r];
+  bool here = shares_all(r), there = shares_all(before);
+  uint32_t way = here && there ? (d_.reference_owner[before] < d_.reference_owner[r] ? before : r) : here ? r : before;
+  if (here || there) {
+    alias_[rank] = {d_.reference_owner[way], way == r ? end(way) : start(way)};
+    is_alias_ |= 1ull << rank;
+  }
+  for (uint32_t i = 1; here && i < d_.reference_length[r]; i++) {
+    alias_[rank + i] = {d_.reference_owner[r], start(r) + d_.reference_length[r] - i};
     is_alias_ |= 1ull << (rank + i);
   }
 }
 
-// Slots of meshlet m become known before its own aliases are looked at: they may lead to itself.
-void Numbering::append_boundary(MeshletDecoder& d, const MeshletDecoder::Header& h) {
-  boundary_.number_begin.push_back(uint32_t(boundary_.numbers.size()));
-  boundary_.chain_begin.push_back(uint32_t(boundary_.chains.size()));
-  for (uint64_t rest = h.owned_refs; rest; rest &= rest - 1) {
-    uint32_t r = d.mask_lsb(rest);
-    boundary_.chains.push_back({uint8_t(d.reference_rank[r]), uint8_t(d.reference_length[r]),
-                                uint8_t(d.reference_rank[d.next_reference(h, r)])});
+uint32_t History::number(uint32_t* global, uint8_t* new_ids) {
+  const MeshletDecoder::Header& h = d_.opened;
+  Slot& self = slot(h.meshlet);
+  uint8_t* length = &lengths_[64 * size_t(h.meshlet & d_.ring_mask)];
+  std::memset(length, 0, 64);
+  uint32_t i = 0;
+  for (uint64_t rest = h.owned_refs; rest; rest &= rest - 1, i++) {   // before the aliases, which may lead to the meshlet itself
+    uint32_t r = d_.mask_lsb(rest);
+    self.start[i] = uint8_t(d_.reference_rank[r]);
+    self.end[i] = uint8_t(d_.reference_rank[d_.next_reference(h, r)]);
+    length[i] = uint8_t(d_.reference_length[r]);
   }
+  is_alias_ = 0;
+  for (uint32_t r = 0; r < h.references && h.foreign_refs; r++) alias_reference(r);
+  uint64_t alias_ids = 0;
+  for (uint64_t rest = is_alias_; rest; rest &= rest - 1) alias_ids |= 1ull << d_.loop_vertex[d_.mask_lsb(rest)];
+  uint32_t count = 0;
+  for (uint32_t id = 0; id < d_.vertex_count; id++) {
+    new_ids[count] = uint8_t(id);
+    global[id] = next_;
+    uint32_t is_new = ~alias_ids >> id & 1;
+    count += is_new;
+    next_ += is_new;
+  }
+  for (uint64_t rest = is_alias_; rest; rest &= rest - 1) {
+    uint32_t place = d_.mask_lsb(rest), hops = 0;
+    Alias target = alias_[place];
+    for (; target.meshlet == h.meshlet && (is_alias_ >> target.place & 1); target = alias_[target.place])
+      if (++hops > MAX_HOPS) throw Malformed(error_text(ERROR_HOPS));
+    global[d_.loop_vertex[place]] =
+        target.meshlet == h.meshlet ? global[d_.loop_vertex[target.place]] : slot(target.meshlet).numbers[target.place];
+  }
+  return count;
 }
 
-void Numbering::number(MeshletDecoder& d, uint32_t m, uint32_t* global, uint8_t* new_ids, uint32_t& new_count) {
-  MeshletDecoder::Header h = d.opened;
-  append_boundary(d, h);
-  is_alias_ = 0;
-  for (uint32_t r = 0; r < h.references; r++)
-    if (h.foreign_refs) alias_reference(d, h, r);
-  uint32_t places = d.mask_count(d.boundary);
-  uint64_t alias_ids = 0;
-  uint8_t place_of[64];
-  uint64_t ids = d.boundary;
-  for (uint32_t place = 0; place < places; place++, ids &= ids - 1) {
-    uint32_t id = d.mask_lsb(ids);
-    place_of[place] = uint8_t(id);
-    if (is_alias_ >> place & 1) alias_ids |= 1ull << id;
+void History::append(const uint32_t* global) {
+  Slot& self = slot(d_.opened.meshlet);
+  uint32_t places = d_.mask_count(d_.boundary);
+  self.values.resize(places * lanes_);
+  uint32_t* out = self.values.data();
+  for (uint32_t i = 0; i < places; i++) {
+    uint32_t id = d_.loop_vertex[i];
+    self.numbers[i] = global[id];
+    for (uint32_t lane = 0; lane < lanes_; lane++) *out++ = d_.values[lane * 64u + id];
   }
-  new_count = 0;
-  for (uint32_t id = 0; id < d.vertex_count; id++) {
-    if (alias_ids >> id & 1) continue;
-    global[id] = next_++;
-    new_ids[new_count++] = uint8_t(id);
-  }
-  size_t begin = boundary_.numbers.size();
-  boundary_.numbers.resize(begin + places);
-  for (uint64_t rest = is_alias_; rest; rest &= rest - 1) {
-    uint32_t place = d.mask_lsb(rest);
-    Alias target = alias_[place];
-    for (uint32_t hop = 0; target.meshlet == m && (is_alias_ >> target.place & 1); hop++) {
-      if (hop > MAX_HOPS) throw Malformed(error_text(ERROR_HOPS));
-      target = alias_[target.place];
-    }
-    global[place_of[place]] =
-        target.meshlet == m ? global[place_of[target.place]] : boundary_.numbers[boundary_.number_begin[target.meshlet] + target.place];
-  }
-  for (uint32_t place = 0; place < places; place++) boundary_.numbers[begin + place] = global[place_of[place]];
 }
 
 // ---- from integers to values --------------------------------------------------------------------------------------------------
 
+// The loops below run over whole batches of 8, so that compilers vectorise them; what lies behind the last vertex is not used.
+uint32_t padded(uint32_t n) { return (n + 7) / 8 * 8; }
+
 // Unit vectors from n octahedral pairs (spec, appendix A.9).
-void decode_oct(const uint32_t* u, const uint32_t* v, uint32_t n, uint32_t bits, float* out) {
+void decode_oct(const uint32_t* u, const uint32_t* v, uint32_t n, uint32_t bits, float (*out)[kBatch]) {
   const float scale = 2.0f / float((1u << bits) - 1u);
-  for (uint32_t i = 0; i < n; i++) {
+  for (uint32_t i = 0; i < padded(n); i++) {
     float x = float(int32_t(u[i])) * scale - 1.0f, y = float(int32_t(v[i])) * scale - 1.0f;
     float z = 1.0f - std::fabs(x) - std::fabs(y);
     float fold = z < 0.0f ? -z : 0.0f;
     x -= std::copysign(fold, x);
     y -= std::copysign(fold, y);
     float inverse = 1.0f / std::sqrt(x * x + y * y + z * z);
-    out[3 * i] = x * inverse;
-    out[3 * i + 1] = y * inverse;
-    out[3 * i + 2] = z * inverse;
+    out[0][i] = x * inverse;
+    out[1][i] = y * inverse;
+    out[2][i] = z * inverse;
   }
 }
 
 // One rounding at the end: offset + q * step is exact enough in double.
-void decode_grid(const uint32_t* q, uint32_t n, double step, double offset, float* out, uint32_t stride) {
-  for (uint32_t i = 0; i < n; i++) out[i * stride] = float(offset + double(int32_t(q[i])) * step);
+void decode_grid(const uint32_t* q, uint32_t n, double step, double offset, float* out) {
+  for (uint32_t i = 0; i < padded(n); i++) out[i] = float(offset + double(int32_t(q[i])) * step);
 }
 
-void decode_float_bits(const uint32_t* q, uint32_t n, uint32_t* out, uint32_t stride) {
-  for (uint32_t i = 0; i < n; i++) out[i * stride] = q[i] >> 31 ? q[i] ^ 0x80000000u : ~q[i];
-}
-
-// lanes: one array of n integers per component.
-void write_values(const Stream& s, const uint32_t (*lanes)[kBatch], uint32_t n, void* out) {
-  float* reals = static_cast<float*>(out);
-  if (s.kind == kOct) return decode_oct(lanes[0], lanes[1], n, s.bits, reals);
-  for (uint32_t c = 0; c < s.components; c++) {
-    if (s.kind == kGrid) decode_grid(lanes[c], n, s.step, s.offset[c], reals + c, s.components);
-    else if (s.kind == kFloat32) decode_float_bits(lanes[c], n, static_cast<uint32_t*>(out) + c, s.components);
-    else if (s.kind == kSign) decode_grid(lanes[c], n, 2.0, -1.0, reals + c, s.components);
-    else for (uint32_t i = 0; i < n; i++) static_cast<uint32_t*>(out)[i * s.components + c] = lanes[c][i];
+void decode_float_bits(const uint32_t* q, uint32_t n, float* out) {
+  for (uint32_t i = 0; i < n; i++) {
+    uint32_t bits = q[i] >> 31 ? q[i] ^ 0x80000000u : ~q[i];
+    std::memcpy(out + i, &bits, 4);
   }
+}
+
+// lanes: one array of n integers per component; out: n x value_components, float or uint32.
+template <uint32_t components, class T>
+void interleave(const T (*lanes)[kBatch], uint32_t n, T* out) {
+  for (uint32_t i = 0; i < n; i++)
+    for (uint32_t c = 0; c < components; c++) out[i * components + c] = lanes[c][i];
+}
+
+template <class T>
+void interleave(const T (*lanes)[kBatch], uint32_t components, uint32_t n, T* out) {
+  switch (components) {
+    case 1: return interleave<1>(lanes, n, out);
+    case 2: return interleave<2>(lanes, n, out);
+    case 3: return interleave<3>(lanes, n, out);
+    default: return interleave<4>(lanes, n, out);
+  }
+}
+
+void write_values(const Stream& s, const uint32_t (*lanes)[kBatch], uint32_t n, void* out) {
+  if (s.kind == kInteger) return interleave(lanes, s.components, n, static_cast<uint32_t*>(out));
+  float reals[4][kBatch];
+  if (s.kind == kOct) decode_oct(lanes[0], lanes[1], n, s.bits, reals);
+  for (uint32_t c = 0; c < s.components && s.kind != kOct; c++) {
+    if (s.kind == kGrid) decode_grid(lanes[c], n, s.step, s.offset[c], reals[c]);
+    else if (s.kind == kFloat32) decode_float_bits(lanes[c], n, reals[c]);
+    else decode_grid(lanes[c], n, 2.0, -1.0, reals[c]);
+  }
+  interleave(reals, value_components(s), n, static_cast<float*>(out));
 }
 
 }  // namespace
@@ -185,36 +243,54 @@ Decoder::Decoder(const uint8_t* data, size_t size) : header_(read_blob_header(da
 
 MeshletDecoder& Decoder::meshlet(uint32_t m) {
   lane_->decode_meshlet(m);
-  if (lane_->error != ERROR_NONE) throw Malformed("meshlet " + std::to_string(m) + ": " + error_text(lane_->error));
+  check(m);
   return *lane_;
 }
 
+void Decoder::check(uint32_t m) const {
+  if (lane_->error != ERROR_NONE) throw Malformed("meshlet " + std::to_string(m) + ": " + error_text(lane_->error));
+}
+
+// Values of the meshlet's new vertices to the arrays of the caller, from vertex `first` on.
+void Decoder::write_vertices(const uint8_t* ids, uint32_t count, uint32_t first, uint32_t* const* integers, void* const* values) const {
+  for (uint32_t s = 0; s < header_.streams.size(); s++) {
+    const Stream& stream = header_.streams[s];
+    uint32_t lanes[4][kBatch];
+    for (uint32_t c = 0; c < stream.components; c++) {
+      std::fill(lanes[c] + count, lanes[c] + padded(count), 0u);
+      const uint32_t* lane = &lane_->values[(lane_->stream_lane[s] + c) * 64u];
+      for (uint32_t i = 0; i < count; i++) lanes[c][i] = lane[ids[i]];
+    }
+    if (integers && integers[s]) interleave(lanes, stream.components, count, integers[s] + size_t(first) * stream.components);
+    if (values && values[s])
+      write_values(stream, lanes, count, static_cast<uint32_t*>(values[s]) + size_t(first) * value_components(stream));
+  }
+}
+
 void Decoder::decode(uint32_t* triangles, uint32_t* const* integers, void* const* values) {
-  Numbering numbering(header_.meshlet_count);
+  MeshletDecoder& d = *lane_;
+  History history(d, header_);
   uint32_t first = 0;                      // vertices before this meshlet
   for (uint32_t m = 0; m < header_.meshlet_count; m++) {
-    MeshletDecoder& d = meshlet(m);
-    uint32_t global[64], new_count = 0;
-    uint8_t new_ids[64];
-    numbering.number(d, m, global, new_ids, new_count);
-    if (first + new_count > header_.vertex_count) throw Malformed("the blob has more vertices than its header says");
+    d.open_meshlet(m);
+    if (d.error == ERROR_NONE) d.connect_meshlet();
+    check(m);
+    history.provide_foreign();
+    d.read_foreign();
+    if (d.error == ERROR_NONE) d.read_own();
+    check(m);
+    uint32_t global[64];
+    uint8_t new_ids[65];
+    uint32_t count = history.number(global, new_ids);
+    if (first + count > header_.vertex_count) throw Malformed("the blob has more vertices than its header says");
+    history.append(global);
     for (uint32_t t = 0; t < d.triangle_count; t++, triangles += 3) {
-      triangles[0] = global[d.triangle_a[t]];
-      triangles[1] = global[d.triangle_b[t]];
-      triangles[2] = global[d.triangle_v[t]];
+      triangles[0] = global[d.triangles[t] & 255u];
+      triangles[1] = global[d.triangles[t] >> 8 & 255u];
+      triangles[2] = global[d.triangles[t] >> 16 & 255u];
     }
-    for (uint32_t s = 0; s < header_.streams.size(); s++) {
-      const Stream& stream = header_.streams[s];
-      uint32_t lanes[4][kBatch];
-      for (uint32_t c = 0; c < stream.components; c++)
-        for (uint32_t i = 0; i < new_count; i++) lanes[c][i] = d.values[(d.stream_lane[s] + c) * 64u + new_ids[i]];
-      if (integers && integers[s])
-        for (uint32_t i = 0; i < new_count; i++)
-          for (uint32_t c = 0; c < stream.components; c++) integers[s][(first + i) * stream.components + c] = lanes[c][i];
-      if (values && values[s])
-        write_values(stream, lanes, new_count, static_cast<uint32_t*>(values[s]) + size_t(first) * value_components(stream));
-    }
-    first += new_count;
+    write_vertices(new_ids, count, first, integers, values);
+    first += count;
   }
   if (first != header_.vertex_count) throw Malformed("the blob has fewer vertices than its header says");
 }

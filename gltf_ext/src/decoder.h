@@ -26,6 +26,9 @@ class Decoder {
   void decode(uint32_t* triangles, uint32_t* const* integers, void* const* values);
 
  private:
+  void check(uint32_t m) const;
+  void write_vertices(const uint8_t* ids, uint32_t count, uint32_t first, uint32_t* const* integers, void* const* values) const;
+
   BlobHeader header_;
   std::unique_ptr<MeshletDecoder> lane_;
 };

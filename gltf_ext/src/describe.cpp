@@ -13,9 +13,9 @@ uint64_t anchor_bits(MeshletDecoder& d, uint32_t s) {
 // Bits of low and unary part of `count` vertices; the unary reader stands at the stream's first code and moves past its last.
 uint64_t residual_bits(MeshletDecoder& d, uint32_t s, uint32_t code, uint32_t widths, uint32_t count) {
   uint64_t bits = uint64_t(count) * d.low_bits(s, code, widths);
-  uint32_t begin = d.unary_position();
-  if (code != CODE_FIXED) d.skip_unary(count * d.stream_components[s]);
-  return bits + (d.unary_position() - begin);
+  uint32_t begin = d.unary.cursor;
+  if (code != CODE_FIXED) d.skip_unary(d.unary, count * d.stream_components[s]);
+  return bits + (d.unary.cursor - begin);
 }
 
 void add_meshlet(MeshletDecoder& d, Description& out) {
@@ -30,13 +30,13 @@ void add_meshlet(MeshletDecoder& d, Description& out) {
   out.kinds[1] += h.references ? d.mask_count(h.private_refs) : d.component_count;
   out.kinds[2] += d.mask_count(h.foreign_refs);
   uint32_t low = 0;
-  d.seek_unary(d.chain_unary);
+  d.unary = d.seek_unary(d.chain_unary);
   for (uint32_t s = 0; s < d.stream_total; s++) {
     out.streams[s] += anchor_bits(d, s);
     if (d.mask_any(h.owned_refs)) out.streams[s] += residual_bits(d, s, d.chain_code[s], d.chain_widths[s], d.chain_total);
     low += (d.traversed_count + d.seam_vertices(h, s)) * d.low_bits(s, d.interior_code[s], d.interior_widths[s]);
   }
-  d.seek_unary(d.unary_position() + low);
+  d.unary = d.seek_unary(d.unary.cursor + low);
   for (uint32_t s = 0; s < d.stream_total; s++)
     out.streams[s] += residual_bits(d, s, d.interior_code[s], d.interior_widths[s], d.traversed_count + d.seam_vertices(h, s));
 }

@@ -175,9 +175,7 @@ Plan Encoder::plan_component(MeshletDecoder& lane, uint32_t component, const Ref
   if (lane.error != ERROR_NONE) throw std::logic_error("a component is not a disk");
   plan.vertex.resize(lane.vertex_count);
   for (uint32_t t = 0; t < plan.symbols.count; t++) {
-    plan.vertex[lane.triangle_a[t]] = traversal.corners[t][0];
-    plan.vertex[lane.triangle_b[t]] = traversal.corners[t][1];
-    plan.vertex[lane.triangle_v[t]] = traversal.corners[t][2];
+    for (uint32_t k = 0; k < 3; k++) plan.vertex[lane.triangles[t] >> 8 * k & 255u] = traversal.corners[t][k];
   }
   return plan;
 }
@@ -192,7 +190,7 @@ uint64_t Encoder::cost(MeshletDecoder& lane, const Plan& plan) const {
     for (uint32_t i = 0; i < lane.traversed_count; i++)
       for (uint32_t c = 0; c < streams_[s].components; c++) {
         uint32_t at = (lane.stream_lane[s] + c) * 64u;
-        traversed.push_back(zigzag(lane.values[at + lane.traversed_vertex[i]] - lane.traversed_prediction(s, at, i)));
+        traversed.push_back(zigzag(lane.values[at + (lane.traversed[i] >> 16 & 255u)] - lane.traversed_prediction(streams_[s].predictor, at, lane.traversed[i])));
       }
     bits += rice_bits(traversed, best_rice(traversed));
   }
@@ -265,7 +263,7 @@ Residuals Encoder::residuals(MeshletDecoder& lane, const Plan& plan, uint32_t s)
   for (uint32_t i = 0; i < lane.traversed_count; i++)
     for (uint32_t c = 0; c < streams_[s].components; c++) {
       uint32_t at = (lane.stream_lane[s] + c) * 64u;
-      out.interior.push_back(zigzag(lane.values[at + lane.traversed_vertex[i]] - lane.traversed_prediction(s, at, i)));
+      out.interior.push_back(zigzag(lane.values[at + (lane.traversed[i] >> 16 & 255u)] - lane.traversed_prediction(streams_[s].predictor, at, lane.traversed[i])));
     }
   return out;
 }

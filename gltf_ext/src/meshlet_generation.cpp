@@ -18,9 +18,6 @@ namespace {
 // Triangles per patch: enough for some hundred regions, few enough to stay in a core's own cache.
 constexpr size_t patch_size = 1 << 15;
 
-// Mean size of a region that growing aims at, as a share of the limit.
-constexpr float aimed_fill = 0.975f;
-
 constexpr int refinement_sweeps = 4;
 
 // How much it is worth to join two meshlets, per edge between them: one that is inside a disk afterwards, or a seam
@@ -57,6 +54,20 @@ void append_meshlet(const Disks& disks, Piece& piece) {
     for (size_t k = 1; k < disks.begin.size(); ++k) piece.component_begin.push_back(base + disks.begin[k]);
     piece.meshlet_begin.push_back(static_cast<uint32_t>(piece.component_begin.size() - 1));
     piece.vertices.push_back(static_cast<uint32_t>(disks.vertex_count));
+}
+
+// Adds one meshlet that consists of the components of those members of `from`.
+void append_as_they_are(const Piece& from, const std::vector<uint32_t>& members, Piece& piece) {
+    piece.vertices.push_back(0);
+    for (const uint32_t m : members) {
+        piece.vertices.back() += from.vertices[m];
+        for (uint32_t k = from.meshlet_begin[m]; k < from.meshlet_begin[m + 1]; ++k) {
+            piece.triangles.insert(piece.triangles.end(), from.triangles.begin() + from.component_begin[k],
+                                   from.triangles.begin() + from.component_begin[k + 1]);
+            piece.component_begin.push_back(static_cast<uint32_t>(piece.triangles.size()));
+        }
+    }
+    piece.meshlet_begin.push_back(static_cast<uint32_t>(piece.component_begin.size() - 1));
 }
 
 class Generator {
@@ -96,6 +107,7 @@ class Generator {
 
 Meshlets Generator::run() {
     order_ = order_along_curve(shapes_.centres, options_.threads);
+    group_components(by_position_, order_);
     slot_.resize(order_.size());
     for (size_t i = 0; i < order_.size(); ++i) slot_[order_[i]] = static_cast<uint32_t>(i);
     const size_t patches = (order_.size() + patch_size - 1) / patch_size;
@@ -107,11 +119,11 @@ Meshlets Generator::run() {
 }
 
 Generator::PatchResult Generator::partition(size_t first, size_t last) const {
-    Patch patch = extract_patch(order_, first, last, slot_, by_position_, shapes_);
+    Patch patch = extract_patch(order_, first, last, slot_, by_position_, by_vertex_, shapes_);
     PatchResult result;
-    const float mean = std::max(1.0f, aimed_fill * static_cast<float>(options_.max_triangles));
+    const float mean = std::max(1.0f, options_.fill * static_cast<float>(options_.max_triangles));
     result.iterations = grow_regions(
-        patch, {mean, options_.max_triangles, options_.lambda, options_.weight, options_.iterations});
+        patch, {mean, options_.max_triangles - 1, options_.lambda, options_.weight, options_.iterations});
     std::vector<uint32_t> sizes(static_cast<size_t>(patch.region_count), 0);
     for (const int32_t region : patch.region) ++sizes[region];
     for (const uint32_t size : sizes) ++result.histogram[size < 32 ? 0 : size < 64 ? 1 : size < 72 ? 2 : 3];
@@ -242,7 +254,11 @@ Piece Generator::join_small(const Piece& piece) const {
                 triangles.insert(triangles.end(), piece.triangles.begin() + piece.first_triangle(m),
                                  piece.triangles.begin() + piece.first_triangle(m + 1));
             cutter.cut(triangles.data(), triangles.size(), disks);
-            append_meshlet(disks, results[part]);
+            // Disks that grow across former borders rarely, but may, leave more vertices on boundaries.
+            if (disks.vertex_count > limit.vertices)
+                append_as_they_are(piece, members[order[i]], results[part]);
+            else
+                append_meshlet(disks, results[part]);
         }
     });
     Piece joined;

@@ -30,6 +30,7 @@ struct GenerationOptions {
     Weight weight = Weight::paper;
     int threads = 0;                       // 0: one per processor; no influence on the result
     std::function<void(float)> progress;   // called on the calling thread with a fraction that never decreases
+    float fill = 0.955f;  // the number of initial centres is such that regions have this share of max_triangles
 };
 
 // A meshlet is a range of components, a component a range of triangles.

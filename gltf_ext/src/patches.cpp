@@ -114,12 +114,42 @@ std::vector<uint32_t> order_along_curve(const std::vector<Vec3>& points, int thr
     return order;
 }
 
+void group_components(const std::vector<int32_t>& half_edges, std::vector<uint32_t>& order) {
+    constexpr uint32_t unseen = ~0u;
+    std::vector<uint32_t> component(order.size(), unseen), stack;
+    std::vector<uint32_t> begin{0};  // of each component in the new order
+    for (const uint32_t start : order) {
+        if (component[start] != unseen) continue;
+        const uint32_t label = static_cast<uint32_t>(begin.size() - 1);
+        component[start] = label;
+        stack.assign(1, start);
+        uint32_t size = 0;
+        for (; !stack.empty(); ++size) {
+            const size_t triangle = stack.back();
+            stack.pop_back();
+            for (size_t h = 3 * triangle; h < 3 * triangle + 3; ++h) {
+                if (half_edges[h] < 0) continue;
+                const uint32_t other = static_cast<uint32_t>(half_edges[h]) / 3;
+                if (component[other] != unseen) continue;
+                component[other] = label;
+                stack.push_back(other);
+            }
+        }
+        begin.push_back(begin.back() + size);
+    }
+    std::vector<uint32_t> grouped(order.size());
+    for (const uint32_t t : order) grouped[begin[component[t]]++] = t;
+    order.swap(grouped);
+}
+
 Patch extract_patch(const std::vector<uint32_t>& order, size_t first, size_t last, const std::vector<uint32_t>& slot,
-                    const std::vector<int32_t>& half_edges, const TriangleShapes& shapes) {
+                    const std::vector<int32_t>& by_position, const std::vector<int32_t>& by_vertex,
+                    const TriangleShapes& shapes) {
     Patch patch;
     patch.triangles.assign(order.begin() + static_cast<std::ptrdiff_t>(first),
                            order.begin() + static_cast<std::ptrdiff_t>(last));
     patch.neighbours.resize(3 * patch.size());
+    patch.seams.resize(3 * patch.size());
     patch.centres.resize(patch.size());
     patch.normals.resize(patch.size());
     for (size_t t = 0; t < patch.size(); ++t) {
@@ -127,10 +157,11 @@ Patch extract_patch(const std::vector<uint32_t>& order, size_t first, size_t las
         patch.centres[t] = shapes.centres[triangle];
         patch.normals[t] = shapes.normals[triangle];
         for (size_t k = 0; k < 3; ++k) {
-            const int32_t other = half_edges[3 * triangle + k];
+            const int32_t other = by_position[3 * triangle + k];
             const size_t place = other < 0 ? last : slot[static_cast<size_t>(other) / 3];
             patch.neighbours[3 * t + k] =
                 place >= first && place < last ? static_cast<int32_t>(3 * (place - first)) + other % 3 : -1;
+            patch.seams[3 * t + k] = by_vertex[3 * triangle + k] < 0;
         }
     }
     return patch;

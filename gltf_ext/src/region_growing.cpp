@@ -9,6 +9,9 @@ namespace {
 // C_m of equation (2): what a region that is full adds to its relative size.
 constexpr float full_penalty = 8.0f;
 
+// Beyond the paper: regions cross seams, but rather end at them.
+constexpr float seam_factor = 12.0f;
+
 // Half-edges ordered by weight in buckets of a sixteenth of an octave: O(1) per operation. An entry lighter than the
 // bucket in work goes into that bucket.
 class BucketQueue {
@@ -66,7 +69,7 @@ class RegionGrower {
     void attach_triangles();
     void attach(int32_t triangle, int32_t region);
     bool move_centres();
-    float weight(int32_t triangle, int32_t region) const;
+    float weight(int32_t half_edge) const;
 
     Patch& patch_;
     const GrowthOptions options_;
@@ -120,10 +123,12 @@ void RegionGrower::place_centres() {
     patch_.region_count = static_cast<int32_t>(seeds_.size());
 }
 
-// Equation (1).
-float RegionGrower::weight(int32_t triangle, int32_t region) const {
+// Equation (1) for the triangle across the half-edge.
+float RegionGrower::weight(int32_t half_edge) const {
+    const int32_t triangle = patch_.neighbours[half_edge] / 3, region = patch_.region[half_edge / 3];
     float fill = static_cast<float>(sizes_[region]) / options_.mean_size;
     if (options_.weight == Weight::paper && sizes_[region] >= options_.max_size) fill += full_penalty;
+    if (patch_.seams[half_edge]) fill *= seam_factor;
     return fill * length(patch_.centres[triangle] - centres_[region]) *
            std::max(0.0f, options_.lambda - dot(patch_.normals[triangle], normals_[region]));
 }
@@ -134,7 +139,7 @@ void RegionGrower::attach(int32_t triangle, int32_t region) {
     for (int k = 0; k < 3; ++k) {
         const int32_t across = patch_.neighbours[3 * triangle + k];
         if (across >= 0 && patch_.region[across / 3] < 0)
-            queue_.push(3 * triangle + k, BucketQueue::bucket_of(weight(across / 3, region)));
+            queue_.push(3 * triangle + k, BucketQueue::bucket_of(weight(3 * triangle + k)));
     }
 }
 
@@ -148,7 +153,7 @@ void RegionGrower::attach_triangles() {
         const int32_t triangle = patch_.neighbours[half_edge] / 3, region = patch_.region[half_edge / 3];
         if (patch_.region[triangle] >= 0) continue;
         // The region has grown since this entry was weighed.
-        const int bucket = BucketQueue::bucket_of(weight(triangle, region));
+        const int bucket = BucketQueue::bucket_of(weight(half_edge));
         if (bucket > queue_.current())
             queue_.push(half_edge, bucket);
         else

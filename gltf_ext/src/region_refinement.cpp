@@ -18,6 +18,9 @@ constexpr int max_failures = 6;
 // triangle is to its new region's centre.
 constexpr float edge_score = 2.0f;
 
+// A border that follows a seam, where vertices are double anyway, costs this part of another.
+constexpr float seam_cost = 0.2f;
+
 class Refiner {
   public:
     Refiner(Patch& patch, const RefinementOptions& options);
@@ -46,6 +49,7 @@ class Refiner {
     bool fan_is_inside(int32_t triangle, int corner, int32_t region) const;
     bool fan_touches(int32_t triangle, int corner, int32_t region) const;
     bool keeps_disks(int32_t triangle, int32_t from, int32_t to) const;
+    float border(int32_t triangle, int32_t region) const;
     float score(int32_t triangle, int32_t from, int32_t to) const;
     void move(int32_t triangle, int32_t to);
     void link(int32_t triangle, int32_t region);
@@ -157,11 +161,19 @@ bool Refiner::keeps_disks(int32_t triangle, int32_t from, int32_t to) const {
     return true;
 }
 
+// What the border between the triangle and the region would cost, in edges.
+float Refiner::border(int32_t triangle, int32_t region) const {
+    float sum = 0;
+    for (int k = 0; k < 3; ++k)
+        if (region_across(triangle, k) == region) sum += patch_.seams[3 * triangle + k] ? seam_cost : 1.0f;
+    return sum;
+}
+
 float Refiner::score(int32_t triangle, int32_t from, int32_t to) const {
     const float before = length(patch_.centres[triangle] - centre(from));
     const float after = length(patch_.centres[triangle] - centre(to));
     const float sum = before + after;
-    return edge_score * static_cast<float>(shared_edges(triangle, to) - shared_edges(triangle, from)) +
+    return edge_score * (border(triangle, to) - border(triangle, from)) +
            (sum > 0 ? (before - after) / sum : 0);
 }
 
