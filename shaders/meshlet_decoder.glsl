@@ -45,6 +45,7 @@
 #define PREDICT_PARALLELOGRAM 0u
 #define PREDICT_MEAN 1u
 #define PREDICT_COPY 2u
+#define PREDICT_DAMPED 3u
 
 #define CODE_FIXED 255u
 
@@ -734,7 +735,9 @@ uint traversed_prediction(uint predictor, uint lane, uint triangle) {
   uint o = triangle >> 24;
   if (predictor == PREDICT_COPY) return value_a;
   if (predictor == PREDICT_MEAN || o == NO_VERTEX) return (value_a + value_b) >> 1;
-  return value_a + value_b - values[lane + o];
+  uint value_o = values[lane + o];
+  if (predictor == PREDICT_DAMPED) return uint(int(3u * (value_a + value_b) - 2u * value_o + 2u) >> 2);
+  return value_a + value_b - value_o;
 }
 
 void predict_traversed(uint s) {

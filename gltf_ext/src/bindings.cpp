@@ -241,12 +241,7 @@ nb::dict describe_blob(const nb::bytes& blob) {
   return out;
 }
 
-// Decodes everything, keeping nothing.
-void validate(const nb::bytes& blob) {
-  Decoder decoder(static_cast<const uint8_t*>(blob.data()), blob.size());
-  std::vector<uint32_t> triangles(3 * size_t(decoder.header().triangle_count));
-  decoder.decode(triangles.data(), nullptr, nullptr);
-}
+void validate(const nb::bytes& blob) { Decoder(static_cast<const uint8_t*>(blob.data()), blob.size()).validate(); }
 
 }  // namespace
 }  // namespace meshlet
@@ -274,7 +269,7 @@ NB_MODULE(_codec, m) {
   m.def("decode_values", [](const nb::bytes& blob) { return decode_blob(blob, true); }, "blob"_a,
         "Returns (triangles: uint32[T, 3], [values per stream]): float32[V, components], float32[V, 3] unit vectors for OCT, uint32 for INTEGER.");
   m.def("describe", &describe_blob, "blob"_a, "Counts, streams, and where the bits go; the parts of 'bits' sum to 8 * len(blob).");
-  m.def("validate", &validate, "blob"_a, "Decodes everything; raises ValueError if the blob is malformed.");
+  m.def("validate", &validate, "blob"_a, "Decodes every meshlet on its own; raises ValueError if the blob is malformed in any way, also those that decode may accept.");
   nb::class_<OpenBlob>(m, "Decoder", "Decodes single meshlets of one blob.")
       .def(nb::init<nb::bytes>(), "blob"_a)
       .def_prop_ro("triangle_count", [](const OpenBlob& b) { return b.header().triangle_count; })

@@ -1,4 +1,4 @@
-// The blob of one primitive: header and tables (spec, appendix A.1), shared by encoder and decoder.
+// The blob of one primitive: header and tables (spec, appendices A.2 to A.4), shared by encoder and decoder.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +20,7 @@ constexpr uint32_t kMaxReferences = 63;
 constexpr uint32_t kMaxDeltaWidth = 24;
 
 enum Kind : uint8_t { kGrid = 0, kOct = 1, kInteger = 2, kFloat32 = 3, kSign = 4, kKinds = 5 };
-enum Predictor : uint8_t { kParallelogram = 0, kMean = 1, kCopy = 2, kPredictors = 3 };
+enum Predictor : uint8_t { kParallelogram = 0, kMean = 1, kCopy = 2, kDamped = 3, kPredictors = 4 };
 constexpr uint32_t kMaxChordBits = 24;     // streams of more bits must use kCopy
 
 struct Stream {

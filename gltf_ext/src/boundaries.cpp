@@ -9,7 +9,7 @@ namespace meshlet {
 namespace {
 
 constexpr size_t kChunk = 256;             // components per parallel item
-constexpr uint32_t kMaxHops = 8;           // spec, appendix A.6
+constexpr uint32_t kMaxHops = 8;           // spec, appendix A.7
 
 // A seam's chain shares the position and perhaps more; a reference to it costs some 15 bits, and each vertex saves about as much.
 // Shorter seams are cheaper as private vertices.

@@ -1,4 +1,4 @@
-// Residual codes: Rice with separated planes, or fixed widths (spec, appendix A.5), and the bits they are written to.
+// Residual codes: Rice with separated planes, or fixed widths (spec, appendix A.5, section C), and the bits they are written to.
 #pragma once
 #include <cstdint>
 #include <vector>

@@ -27,6 +27,9 @@ class History {
   // Keeps the decoded meshlet.
   void append(const uint32_t* global);
 
+  // Do the decoded meshlet, which is kept already, and the owners of its foreign references agree on their shared vertices?
+  bool consistent();
+
  private:
   struct Alias {
     uint32_t meshlet, place;
@@ -43,6 +46,7 @@ class History {
   bool shares_all(uint32_t r) const;
   void alias_reference(uint32_t r);
   void copy_vertex(uint32_t r, uint32_t place, uint32_t id, bool all);
+  bool same_vertex(uint32_t r, uint32_t place, uint32_t id);
 
   MeshletDecoder& d_;
   uint32_t lanes_ = 0;
@@ -155,6 +159,24 @@ void History::append(const uint32_t* global) {
     self.numbers[i] = global[id];
     for (uint32_t lane = 0; lane < lanes_; lane++) *out++ = d_.values[lane * 64u + id];
   }
+}
+
+bool History::same_vertex(uint32_t r, uint32_t place, uint32_t id) {
+  const uint32_t* owner = &slot(d_.reference_owner[r]).values[place * lanes_];
+  for (uint32_t s = 0; s < d_.stream_total; s++)
+    for (uint32_t c = 0; c < d_.stream_components[s] && d_.shares(d_.opened, r, s); c++)
+      if (d_.values[(d_.stream_lane[s] + c) * 64u + id] != owner[d_.stream_lane[s] + c]) return false;
+  return true;
+}
+
+bool History::consistent() {
+  for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
+    uint32_t r = d_.mask_lsb(rest), n = d_.reference_length[r];
+    if (!same_vertex(r, end(r), d_.loop_vertex[d_.reference_rank[r]]) || !same_vertex(r, start(r), d_.reference_end[r])) return false;
+    for (uint32_t i = 1; i < n; i++)
+      if (!same_vertex(r, start(r) + n - i, d_.inner_vertex(r, i))) return false;
+  }
+  return true;
 }
 
 // ---- from integers to values --------------------------------------------------------------------------------------------------
@@ -293,6 +315,20 @@ void Decoder::decode(uint32_t* triangles, uint32_t* const* integers, void* const
     first += count;
   }
   if (first != header_.vertex_count) throw Malformed("the blob has fewer vertices than its header says");
+}
+
+void Decoder::validate() {
+  History history(*lane_, header_);
+  uint32_t vertices = 0;
+  for (uint32_t m = 0; m < header_.meshlet_count; m++) {
+    meshlet(m);
+    uint32_t global[64];
+    uint8_t new_ids[65];
+    vertices += history.number(global, new_ids);
+    history.append(global);
+    if (!history.consistent()) throw Malformed("meshlet " + std::to_string(m) + ": a shared vertex differs from its owner's");
+  }
+  if (vertices != header_.vertex_count) throw Malformed("the blob's vertices are not as many as its header says");
 }
 
 }  // namespace meshlet

@@ -25,6 +25,10 @@ class Decoder {
   // Null entries are left out. Throws Malformed, also where the blob's counts are not those of its header.
   void decode(uint32_t* triangles, uint32_t* const* integers, void* const* values);
 
+  // Throws Malformed unless the blob is valid. Finds, beyond what decode does, corners that take too many hops and shared vertices
+  // that differ between meshlets: each meshlet is decoded alone, as decode_meshlet does, and compared with those it refers to.
+  void validate();
+
  private:
   void check(uint32_t m) const;
   void write_vertices(const uint8_t* ids, uint32_t count, uint32_t first, uint32_t* const* integers, void* const* values) const;

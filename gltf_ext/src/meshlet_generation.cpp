@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <thread>
 
-#include "cluster.h"
+#include "disks.h"
 #include "half_edges.h"
 #include "ordering.h"
 #include "packing.h"
 #include "parallel.h"
 #include "patches.h"
+#include "pieces.h"
 #include "region_growing.h"
 #include "region_refinement.h"
 
@@ -18,56 +21,22 @@ namespace {
 // Triangles per patch: enough for some hundred regions, few enough to stay in a core's own cache.
 constexpr size_t patch_size = 1 << 15;
 
+// How often refinement goes over a patch at most.
 constexpr int refinement_sweeps = 4;
 
 // How much it is worth to join two meshlets, per edge between them: one that is inside a disk afterwards, or a seam
 // that stays.
 constexpr uint32_t inner_edge_weight = 4, seam_weight = 1;
 
-// Meshlets per parallel task when they are put together.
-constexpr size_t joined_per_part = 256;
+// Groups of meshlets that one parallel task joins.
+constexpr size_t groups_per_part = 256;
 
-// Some meshlets, laid out as in Meshlets.
-struct Piece {
-    std::vector<uint32_t> triangles;
-    std::vector<uint32_t> component_begin{0};
-    std::vector<uint32_t> meshlet_begin{0};
-    std::vector<uint32_t> vertices;  // of each meshlet
+// Grid on which packing compares the extents of meshlets: cells along the mesh's longest side.
+constexpr float grid_cells = 4096;
 
-    uint32_t count() const { return static_cast<uint32_t>(vertices.size()); }
-    uint32_t first_triangle(uint32_t meshlet) const { return component_begin[meshlet_begin[meshlet]]; }
-    void append(const Piece& other);
-};
-
-void Piece::append(const Piece& other) {
-    const uint32_t base = static_cast<uint32_t>(triangles.size());
-    const uint32_t components = static_cast<uint32_t>(component_begin.size() - 1);
-    triangles.insert(triangles.end(), other.triangles.begin(), other.triangles.end());
-    vertices.insert(vertices.end(), other.vertices.begin(), other.vertices.end());
-    for (size_t k = 1; k < other.component_begin.size(); ++k) component_begin.push_back(base + other.component_begin[k]);
-    for (size_t m = 1; m < other.meshlet_begin.size(); ++m) meshlet_begin.push_back(components + other.meshlet_begin[m]);
-}
-
-void append_meshlet(const Disks& disks, Piece& piece) {
-    const uint32_t base = static_cast<uint32_t>(piece.triangles.size());
-    piece.triangles.insert(piece.triangles.end(), disks.triangles.begin(), disks.triangles.end());
-    for (size_t k = 1; k < disks.begin.size(); ++k) piece.component_begin.push_back(base + disks.begin[k]);
-    piece.meshlet_begin.push_back(static_cast<uint32_t>(piece.component_begin.size() - 1));
-    piece.vertices.push_back(static_cast<uint32_t>(disks.vertex_count));
-}
-
-// Adds one meshlet that consists of the components of those members of `from`.
-void append_as_they_are(const Piece& from, const std::vector<uint32_t>& members, Piece& piece) {
-    piece.vertices.push_back(0);
-    for (const uint32_t m : members) {
-        piece.vertices.back() += from.vertices[m];
-        for (uint32_t k = from.meshlet_begin[m]; k < from.meshlet_begin[m + 1]; ++k) {
-            piece.triangles.insert(piece.triangles.end(), from.triangles.begin() + from.component_begin[k],
-                                   from.triangles.begin() + from.component_begin[k + 1]);
-            piece.component_begin.push_back(static_cast<uint32_t>(piece.triangles.size()));
-        }
-    }
-    piece.meshlet_begin.push_back(static_cast<uint32_t>(piece.component_begin.size() - 1));
+std::array<int32_t, 3> to_grid(Vec3 point) {
+    return {static_cast<int32_t>(point.x * grid_cells), static_cast<int32_t>(point.y * grid_cells),
+            static_cast<int32_t>(point.z * grid_cells)};
 }
 
 class Generator {
@@ -93,7 +62,9 @@ class Generator {
     void add_meshlets(std::vector<uint32_t>& triangles, DiskCutter& cutter, Piece& piece) const;
     std::vector<uint32_t> split_off_half(std::vector<uint32_t>& triangles) const;
     void keep_disks(const Disks& disks, DiskCutter& cutter, Piece& piece) const;
+    std::vector<std::vector<uint32_t>> group_meshlets(const Piece& piece) const;
     Piece join_small(const Piece& piece) const;
+    void join(const Piece& piece, const std::vector<uint32_t>& meshlets, DiskCutter& cutter, Piece& result) const;
     std::vector<Contact> find_contacts(const Piece& piece) const;
     std::vector<Load> measure_loads(const Piece& piece) const;
     Meshlets assemble(const std::vector<PatchResult>& results) const;
@@ -107,19 +78,28 @@ class Generator {
 
 Meshlets Generator::run() {
     order_ = order_along_curve(shapes_.centres, options_.threads);
-    group_components(by_position_, order_);
+    group_components(by_vertex_, order_);
     slot_.resize(order_.size());
     for (size_t i = 0; i < order_.size(); ++i) slot_[order_[i]] = static_cast<uint32_t>(i);
     const size_t patches = (order_.size() + patch_size - 1) / patch_size;
     std::vector<PatchResult> results(patches);
+    const std::thread::id caller = std::this_thread::get_id();
+    std::atomic<size_t> done{0};
     parallel_for(options_.threads, patches, [&](size_t p) {
         results[p] = partition(order_.size() * p / patches, order_.size() * (p + 1) / patches);
+        ++done;
+        if (options_.progress && std::this_thread::get_id() == caller)
+            options_.progress(static_cast<float>(done) / static_cast<float>(patches + 1));
     });
-    return assemble(results);
+    Meshlets meshlets = assemble(results);
+    if (options_.progress) options_.progress(1.0f);
+    return meshlets;
 }
 
 Generator::PatchResult Generator::partition(size_t first, size_t last) const {
-    Patch patch = extract_patch(order_, first, last, slot_, by_position_, by_vertex_, shapes_);
+    // Regions end at seams, where vertices are double anyway: joining small regions across seams afterwards compresses
+    // better than regions that cross them and are cut into disks.
+    Patch patch = extract_patch(order_, first, last, slot_, by_vertex_, shapes_);
     PatchResult result;
     const float mean = std::max(1.0f, options_.fill * static_cast<float>(options_.max_triangles));
     result.iterations = grow_regions(
@@ -131,9 +111,7 @@ Generator::PatchResult Generator::partition(size_t first, size_t last) const {
     std::vector<std::vector<uint32_t>> regions(static_cast<size_t>(patch.region_count));
     for (size_t t = 0; t < patch.size(); ++t) regions[patch.region[t]].push_back(patch.triangles[t]);
     DiskCutter cutter(mesh_.triangles, by_vertex_.data());
-    for (std::vector<uint32_t>& region : regions) {
-        add_meshlets(region, cutter, result.piece);
-    }
+    for (std::vector<uint32_t>& region : regions) add_meshlets(region, cutter, result.piece);
     return result;
 }
 
@@ -143,7 +121,7 @@ void Generator::add_meshlets(std::vector<uint32_t>& triangles, DiskCutter& cutte
     if (triangles.size() <= static_cast<size_t>(options_.max_triangles)) {
         Disks disks;
         cutter.cut(triangles.data(), triangles.size(), disks);
-        if (disks.vertex_count <= static_cast<size_t>(options_.max_vertices)) return append_meshlet(disks, piece);
+        if (disks.vertex_count <= static_cast<size_t>(options_.max_vertices)) return piece.append_meshlet(disks);
         if (disks.count() > 1) return keep_disks(disks, cutter, piece);
     }
     std::vector<uint32_t> half = split_off_half(triangles);
@@ -218,21 +196,28 @@ std::vector<Contact> Generator::find_contacts(const Piece& piece) const {
 }
 
 std::vector<Load> Generator::measure_loads(const Piece& piece) const {
-    std::vector<Load> loads;
-    for (uint32_t m = 0; m < piece.count(); ++m)
-        loads.push_back({piece.first_triangle(m + 1) - piece.first_triangle(m), piece.vertices[m]});
+    std::vector<Load> loads(piece.count());
+    for (uint32_t m = 0; m < piece.count(); ++m) {
+        const uint32_t first = piece.first_triangle(m), last = piece.first_triangle(m + 1);
+        Vec3 low = shapes_.centres[piece.triangles[first]], high = low;
+        for (uint32_t i = first; i < last; ++i) {
+            low = minimum(low, shapes_.centres[piece.triangles[i]]);
+            high = maximum(high, shapes_.centres[piece.triangles[i]]);
+        }
+        loads[m] = {last - first, piece.vertices[m], to_grid(low), to_grid(high)};
+    }
     return loads;
 }
 
-// Joins meshlets that fit into one, and numbers the result so that neighbours are close.
-Piece Generator::join_small(const Piece& piece) const {
-    std::vector<Contact> contacts = find_contacts(piece);
+// Groups of meshlets that become one each, in an order that gives neighbours close numbers.
+std::vector<std::vector<uint32_t>> Generator::group_meshlets(const Piece& piece) const {
+    const std::vector<Contact> contacts = find_contacts(piece);
     std::vector<Vec3> centres;
     for (uint32_t m = 0; m < piece.count(); ++m)
         centres.push_back(shapes_.centres[piece.triangles[piece.first_triangle(m)]]);
-    const Load limit{static_cast<uint32_t>(options_.max_triangles), static_cast<uint32_t>(options_.max_vertices)};
-    const std::vector<uint32_t> group =
-        pack_meshlets(measure_loads(piece), contacts, order_along_curve(centres, options_.threads), limit);
+    const std::vector<uint32_t> group = pack_meshlets(
+        measure_loads(piece), contacts, order_along_curve(centres, options_.threads),
+        static_cast<uint32_t>(options_.max_triangles), static_cast<uint32_t>(options_.max_vertices));
 
     const uint32_t count = *std::max_element(group.begin(), group.end()) + 1;
     std::vector<std::pair<uint32_t, uint32_t>> edges;
@@ -240,30 +225,40 @@ Piece Generator::join_small(const Piece& piece) const {
         if (group[contact.a] != group[contact.b]) edges.emplace_back(group[contact.a], group[contact.b]);
     const std::vector<uint32_t> order = cuthill_mckee(build_graph(count, edges));
 
-    std::vector<std::vector<uint32_t>> members(count);
-    for (uint32_t m = 0; m < piece.count(); ++m) members[group[m]].push_back(m);
-    const size_t parts = (count + joined_per_part - 1) / joined_per_part;
-    std::vector<Piece> results(parts);
-    parallel_for(options_.threads, parts, [&](size_t part) {
+    std::vector<uint32_t> place(count);
+    for (uint32_t i = 0; i < count; ++i) place[order[i]] = i;
+    std::vector<std::vector<uint32_t>> groups(count);
+    for (uint32_t m = 0; m < piece.count(); ++m) groups[place[group[m]]].push_back(m);
+    return groups;
+}
+
+// Joins meshlets that fit into one.
+Piece Generator::join_small(const Piece& piece) const {
+    const std::vector<std::vector<uint32_t>> groups = group_meshlets(piece);
+    std::vector<Piece> parts((groups.size() + groups_per_part - 1) / groups_per_part);
+    parallel_for(options_.threads, parts.size(), [&](size_t p) {
         DiskCutter cutter(mesh_.triangles, by_vertex_.data());
-        Disks disks;
-        std::vector<uint32_t> triangles;
-        for (size_t i = part * joined_per_part; i < std::min<size_t>(count, (part + 1) * joined_per_part); ++i) {
-            triangles.clear();
-            for (const uint32_t m : members[order[i]])
-                triangles.insert(triangles.end(), piece.triangles.begin() + piece.first_triangle(m),
-                                 piece.triangles.begin() + piece.first_triangle(m + 1));
-            cutter.cut(triangles.data(), triangles.size(), disks);
-            // Disks that grow across former borders rarely, but may, leave more vertices on boundaries.
-            if (disks.vertex_count > limit.vertices)
-                append_as_they_are(piece, members[order[i]], results[part]);
-            else
-                append_meshlet(disks, results[part]);
-        }
+        const size_t last = std::min(groups.size(), (p + 1) * groups_per_part);
+        for (size_t g = p * groups_per_part; g < last; ++g) join(piece, groups[g], cutter, parts[p]);
     });
     Piece joined;
-    for (const Piece& result : results) joined.append(result);
+    for (const Piece& part : parts) joined.append(part);
     return joined;
+}
+
+// Cuts the triangles of all these meshlets anew, so that disks grow across their former borders.
+void Generator::join(const Piece& piece, const std::vector<uint32_t>& meshlets, DiskCutter& cutter, Piece& result) const {
+    std::vector<uint32_t> triangles;
+    for (const uint32_t m : meshlets)
+        triangles.insert(triangles.end(), piece.triangles.begin() + piece.first_triangle(m),
+                         piece.triangles.begin() + piece.first_triangle(m + 1));
+    Disks disks;
+    cutter.cut(triangles.data(), triangles.size(), disks);
+    // Rarely, the new cut has more vertices on boundaries than the old ones together.
+    if (disks.vertex_count > static_cast<size_t>(options_.max_vertices))
+        result.append_joined(piece, meshlets);
+    else
+        result.append_meshlet(disks);
 }
 
 Meshlets Generator::assemble(const std::vector<PatchResult>& results) const {

@@ -25,12 +25,12 @@ enum class Weight { paper, choe };
 struct GenerationOptions {
     int max_triangles = 64;  // per meshlet, 1..64
     int max_vertices = 64;   // per meshlet, 3..64
-    float lambda = 2.0f;     // > 1; the smaller, the more planar the meshlets; the larger, the more compact
-    int iterations = 8;      // at most this many rounds of attaching triangles and moving centres
+    float lambda = 1.4f;     // > 1; the smaller, the more planar the meshlets; the larger, the more compact
+    int iterations = 12;     // at most this many rounds of attaching triangles and moving centres
     Weight weight = Weight::paper;
     int threads = 0;                       // 0: one per processor; no influence on the result
     std::function<void(float)> progress;   // called on the calling thread with a fraction that never decreases
-    float fill = 0.955f;  // the number of initial centres is such that regions have this share of max_triangles
+    float fill = 0.96f;  // the number of initial centres is such that regions have this share of max_triangles
 };
 
 // A meshlet is a range of components, a component a range of triangles.

@@ -5,12 +5,46 @@
 namespace meshlet {
 namespace {
 
-// Groups along the curve that are packed together: best fit, largest first.
-constexpr size_t window = 256;
+// Twice as many groups in a row along the curve are packed together: best fit, largest first.
+constexpr size_t window = 32;
+
+// Roughly, a meshlet stores one vertex in this many relative to its first, with as many bits as its box needs; joining
+// pays as long as that grows by no more than max_spread bits.
+constexpr int32_t vertices_per_anchor = 16;
+constexpr int32_t max_spread = 20;
+
+int32_t bit_width(int32_t value) {
+    int32_t bits = 0;
+    for (; value > 0; value >>= 1) ++bits;
+    return bits;
+}
+
+Load join_loads(const Load& a, const Load& b) {
+    Load joined{a.triangles + b.triangles, a.vertices + b.vertices, a.low, a.high};
+    for (size_t c = 0; c < 3; ++c) {
+        joined.low[c] = std::min(a.low[c], b.low[c]);
+        joined.high[c] = std::max(a.high[c], b.high[c]);
+    }
+    return joined;
+}
+
+// Bits that storing both relative to one vertex costs more than each relative to one of its own.
+int32_t spread(const Load& a, const Load& b) {
+    const Load joined = join_loads(a, b);
+    int32_t bits = 0;
+    for (size_t c = 0; c < 3; ++c) {
+        const int32_t width = bit_width(joined.high[c] - joined.low[c]);
+        for (const Load* part : {&a, &b})
+            bits += (width - bit_width(part->high[c] - part->low[c])) *
+                    static_cast<int32_t>(1 + part->vertices / vertices_per_anchor);
+    }
+    return bits;
+}
 
 class Packer {
   public:
-    Packer(const std::vector<Load>& loads, Load limit) : loads_(loads), limit_(limit), parent_(loads.size()) {
+    Packer(const std::vector<Load>& loads, uint32_t max_triangles, uint32_t max_vertices)
+        : loads_(loads), max_triangles_(max_triangles), max_vertices_(max_vertices), parent_(loads.size()) {
         for (uint32_t i = 0; i < parent_.size(); ++i) parent_[i] = i;
     }
 
@@ -24,23 +58,22 @@ class Packer {
         return item;
     }
     bool fits(uint32_t a, uint32_t b) const {
-        return loads_[a].triangles + loads_[b].triangles <= limit_.triangles &&
-               loads_[a].vertices + loads_[b].vertices <= limit_.vertices;
+        return loads_[a].triangles + loads_[b].triangles <= max_triangles_ &&
+               loads_[a].vertices + loads_[b].vertices <= max_vertices_;
     }
     void join(uint32_t a, uint32_t b) {
         if (b < a) std::swap(a, b);
         parent_[b] = a;
-        loads_[a].triangles += loads_[b].triangles;
-        loads_[a].vertices += loads_[b].vertices;
+        loads_[a] = join_loads(loads_[a], loads_[b]);
     }
     // The larger share of a limit that the group takes.
     uint32_t fill(uint32_t group) const {
-        return std::max(loads_[group].triangles * limit_.vertices, loads_[group].vertices * limit_.triangles);
+        return std::max(loads_[group].triangles * max_vertices_, loads_[group].vertices * max_triangles_);
     }
     void pack_window(std::vector<uint32_t>& groups);
 
     std::vector<Load> loads_;
-    const Load limit_;
+    const uint32_t max_triangles_, max_vertices_;
     std::vector<uint32_t> parent_;
 };
 
@@ -61,8 +94,10 @@ void Packer::pack_window(std::vector<uint32_t>& groups) {
     std::vector<uint32_t> bins;
     for (const uint32_t group : groups) {
         size_t best = bins.size();
-        for (size_t i = 0; i < bins.size(); ++i)
-            if (fits(bins[i], group) && (best == bins.size() || fill(bins[i]) > fill(bins[best]))) best = i;
+        for (size_t i = 0; i < bins.size(); ++i) {
+            if (!fits(bins[i], group) || spread(loads_[bins[i]], loads_[group]) > max_spread) continue;
+            if (best == bins.size() || fill(bins[i]) > fill(bins[best])) best = i;
+        }
         if (best == bins.size()) {
             bins.push_back(group);
         } else {
@@ -99,8 +134,9 @@ std::vector<uint32_t> Packer::number_groups() {
 }  // namespace
 
 std::vector<uint32_t> pack_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts,
-                                    const std::vector<uint32_t>& curve_order, Load limit) {
-    Packer packer(loads, limit);
+                                    const std::vector<uint32_t>& curve_order, uint32_t max_triangles,
+                                    uint32_t max_vertices) {
+    Packer packer(loads, max_triangles, max_vertices);
     packer.join_contacts(contacts);
     packer.join_along(curve_order);
     return packer.number_groups();

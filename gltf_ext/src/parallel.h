@@ -6,6 +6,8 @@
 #include <atomic>
 #include <cstddef>
 #include <exception>
+#include <functional>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -32,7 +34,12 @@ void parallel_for(int threads, size_t count, Body&& body) {
     const size_t workers = std::min(static_cast<size_t>(resolve_threads(threads)), count);
     std::vector<std::exception_ptr> failures(std::max<size_t>(workers, 1));
     std::vector<std::thread> pool;
-    for (size_t k = 1; k < workers; ++k) pool.emplace_back(work, std::ref(failures[k]));
+    pool.reserve(workers);
+    try {
+        for (size_t k = 1; k < workers; ++k) pool.emplace_back(work, std::ref(failures[k]));
+    } catch (const std::system_error&) {
+        // The system has no more threads; those that started do the work.
+    }
     work(failures[0]);
     for (std::thread& thread : pool) thread.join();
     for (const std::exception_ptr& failure : failures)

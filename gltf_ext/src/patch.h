@@ -15,12 +15,15 @@ struct TriangleShapes {
     std::vector<Vec3> normals;  // unit length, or zero for a triangle without area
 };
 
-// Some tens of thousands of triangles, numbered from 0, and which of them are neighbours by position.
+struct Facet {
+    Vec3 centre, normal;
+};
+
+// Some tens of thousands of triangles, numbered from 0, and which of them share edges.
 struct Patch {
     std::vector<uint32_t> triangles;   // the mesh's triangle behind local triangle t; neighbours in space are near
     std::vector<int32_t> neighbours;   // local half-edge across half-edge 3 * t + k; -1: none, or in another patch
-    std::vector<uint8_t> seams;        // 1 for a half-edge whose two triangles share positions but not vertices
-    std::vector<Vec3> centres, normals;
+    std::vector<Facet> facets;
     std::vector<int32_t> region;       // of each local triangle
     int32_t region_count = 0;
 

@@ -143,25 +143,20 @@ void group_components(const std::vector<int32_t>& half_edges, std::vector<uint32
 }
 
 Patch extract_patch(const std::vector<uint32_t>& order, size_t first, size_t last, const std::vector<uint32_t>& slot,
-                    const std::vector<int32_t>& by_position, const std::vector<int32_t>& by_vertex,
-                    const TriangleShapes& shapes) {
+                    const std::vector<int32_t>& half_edges, const TriangleShapes& shapes) {
     Patch patch;
     patch.triangles.assign(order.begin() + static_cast<std::ptrdiff_t>(first),
                            order.begin() + static_cast<std::ptrdiff_t>(last));
     patch.neighbours.resize(3 * patch.size());
-    patch.seams.resize(3 * patch.size());
-    patch.centres.resize(patch.size());
-    patch.normals.resize(patch.size());
+    patch.facets.resize(patch.size());
     for (size_t t = 0; t < patch.size(); ++t) {
         const size_t triangle = patch.triangles[t];
-        patch.centres[t] = shapes.centres[triangle];
-        patch.normals[t] = shapes.normals[triangle];
+        patch.facets[t] = {shapes.centres[triangle], shapes.normals[triangle]};
         for (size_t k = 0; k < 3; ++k) {
-            const int32_t other = by_position[3 * triangle + k];
+            const int32_t other = half_edges[3 * triangle + k];
             const size_t place = other < 0 ? last : slot[static_cast<size_t>(other) / 3];
             patch.neighbours[3 * t + k] =
                 place >= first && place < last ? static_cast<int32_t>(3 * (place - first)) + other % 3 : -1;
-            patch.seams[3 * t + k] = by_vertex[3 * triangle + k] < 0;
         }
     }
     return patch;

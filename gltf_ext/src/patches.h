@@ -20,9 +20,8 @@ std::vector<uint32_t> order_along_curve(const std::vector<Vec3>& points, int thr
 void group_components(const std::vector<int32_t>& half_edges, std::vector<uint32_t>& order);
 
 // Copies the part of the mesh that consists of order[first .. last). slot[t] is the place of triangle t in order,
-// by_position and by_vertex are match_half_edges over positions and vertices.
+// half_edges is match_half_edges over vertices.
 Patch extract_patch(const std::vector<uint32_t>& order, size_t first, size_t last, const std::vector<uint32_t>& slot,
-                    const std::vector<int32_t>& by_position, const std::vector<int32_t>& by_vertex,
-                    const TriangleShapes& shapes);
+                    const std::vector<int32_t>& half_edges, const TriangleShapes& shapes);
 
 }  // namespace meshlet

@@ -6,13 +6,13 @@
 namespace meshlet {
 namespace {
 
+// Centres move this many times as far as the means of their regions did, which takes fewer rounds.
+constexpr float overshoot = 1.7f;
+
 // C_m of equation (2): what a region that is full adds to its relative size.
 constexpr float full_penalty = 8.0f;
 
-// Beyond the paper: regions cross seams, but rather end at them.
-constexpr float seam_factor = 12.0f;
-
-// Half-edges ordered by weight in buckets of a sixteenth of an octave: O(1) per operation. An entry lighter than the
+// Half-edges ordered by weight in buckets of an eighth of an octave: O(1) per operation. An entry lighter than the
 // bucket in work goes into that bucket.
 class BucketQueue {
   public:
@@ -21,7 +21,7 @@ class BucketQueue {
     static int bucket_of(float weight) {
         uint32_t bits;
         std::memcpy(&bits, &weight, sizeof bits);
-        const int bucket = static_cast<int>(bits >> 19) - lightest;
+        const int bucket = static_cast<int>(bits >> 20) - lightest;
         return std::min(std::max(bucket, 0), bucket_count - 1);
     }
     void push(int32_t item, int bucket) {
@@ -42,7 +42,7 @@ class BucketQueue {
     static constexpr int32_t none = -1;
 
   private:
-    static constexpr int octaves = 64, per_octave = 16, bucket_count = octaves * per_octave;
+    static constexpr int octaves = 64, per_octave = 8, bucket_count = octaves * per_octave;
     static constexpr int lightest = (127 - 50) * per_octave;  // weights below 2^-50 share the first bucket
     std::vector<int32_t> next_;
     std::vector<int32_t> heads_;
@@ -52,7 +52,7 @@ class BucketQueue {
 class RegionGrower {
   public:
     RegionGrower(Patch& patch, const GrowthOptions& options)
-        : patch_(patch), options_(options), queue_(3 * patch.size()) {}
+        : patch_(patch), options_(options), queue_(3 * patch.size()), shape_weights_(3 * patch.size()) {}
 
     int run() {
         place_centres();
@@ -69,13 +69,15 @@ class RegionGrower {
     void attach_triangles();
     void attach(int32_t triangle, int32_t region);
     bool move_centres();
+    float shape_weight(int32_t triangle, int32_t region) const;
     float weight(int32_t half_edge) const;
 
     Patch& patch_;
     const GrowthOptions options_;
     BucketQueue queue_;
+    std::vector<float> shape_weights_;  // of half-edges in the queue
     std::vector<int32_t> seeds_;  // the triangle at the centre of each region
-    std::vector<Vec3> centres_, normals_;
+    std::vector<Facet> means_;    // centre and mean normal of each region
     std::vector<int32_t> sizes_;
 };
 
@@ -116,21 +118,23 @@ void RegionGrower::place_centres() {
             std::min(size, static_cast<int64_t>(std::ceil(static_cast<float>(size) / options_.mean_size)));
         if ((rank * centres + size / 2) % size < centres) seeds_.push_back(static_cast<int32_t>(t));
     }
-    for (const int32_t seed : seeds_) {
-        centres_.push_back(patch_.centres[seed]);
-        normals_.push_back(patch_.normals[seed]);
-    }
+    for (const int32_t seed : seeds_) means_.push_back(patch_.facets[seed]);
     patch_.region_count = static_cast<int32_t>(seeds_.size());
 }
 
-// Equation (1) for the triangle across the half-edge.
+// The factors of equation (1) that do not change while a region grows: distance and planarity.
+float RegionGrower::shape_weight(int32_t triangle, int32_t region) const {
+    const Facet& facet = patch_.facets[triangle];
+    const Facet& mean = means_[region];
+    return length(facet.centre - mean.centre) * std::max(0.0f, options_.lambda - dot(facet.normal, mean.normal));
+}
+
+// Equation (1) for the triangle across a half-edge in the queue.
 float RegionGrower::weight(int32_t half_edge) const {
-    const int32_t triangle = patch_.neighbours[half_edge] / 3, region = patch_.region[half_edge / 3];
-    float fill = static_cast<float>(sizes_[region]) / options_.mean_size;
-    if (options_.weight == Weight::paper && sizes_[region] >= options_.max_size) fill += full_penalty;
-    if (patch_.seams[half_edge]) fill *= seam_factor;
-    return fill * length(patch_.centres[triangle] - centres_[region]) *
-           std::max(0.0f, options_.lambda - dot(patch_.normals[triangle], normals_[region]));
+    const int32_t size = sizes_[patch_.region[half_edge / 3]];
+    float fill = static_cast<float>(size) * (1.0f / options_.mean_size);
+    if (options_.weight == Weight::paper && size >= options_.max_size) fill += full_penalty;
+    return fill * shape_weights_[half_edge];
 }
 
 void RegionGrower::attach(int32_t triangle, int32_t region) {
@@ -138,8 +142,10 @@ void RegionGrower::attach(int32_t triangle, int32_t region) {
     ++sizes_[region];
     for (int k = 0; k < 3; ++k) {
         const int32_t across = patch_.neighbours[3 * triangle + k];
-        if (across >= 0 && patch_.region[across / 3] < 0)
-            queue_.push(3 * triangle + k, BucketQueue::bucket_of(weight(3 * triangle + k)));
+        if (across < 0 || patch_.region[across / 3] >= 0) continue;
+        const int32_t half_edge = 3 * triangle + k;
+        shape_weights_[half_edge] = shape_weight(across / 3, region);
+        queue_.push(half_edge, BucketQueue::bucket_of(weight(half_edge)));
     }
 }
 
@@ -161,26 +167,27 @@ void RegionGrower::attach_triangles() {
     }
 }
 
-// Moves each region's centre to the mean of its triangles, and its seed to the triangle next to that. Says whether any
-// seed changed.
+// Moves each region's centre towards the mean of its triangles, and its seed to the triangle next to the centre. Says
+// whether any seed changed.
 bool RegionGrower::move_centres() {
-    std::fill(centres_.begin(), centres_.end(), Vec3{0, 0, 0});
-    std::fill(normals_.begin(), normals_.end(), Vec3{0, 0, 0});
+    const std::vector<Facet> former = means_;
+    std::fill(means_.begin(), means_.end(), Facet{{0, 0, 0}, {0, 0, 0}});
     for (size_t t = 0; t < patch_.size(); ++t) {
-        const int32_t region = patch_.region[t];
-        centres_[region] = centres_[region] + patch_.centres[t];
-        normals_[region] = normals_[region] + patch_.normals[t];
+        Facet& mean = means_[patch_.region[t]];
+        mean.centre = mean.centre + patch_.facets[t].centre;
+        mean.normal = mean.normal + patch_.facets[t].normal;
     }
     for (size_t r = 0; r < seeds_.size(); ++r) {
-        centres_[r] = centres_[r] * (1.0f / static_cast<float>(sizes_[r]));
-        const float norm = length(normals_[r]);
-        if (norm > 0) normals_[r] = normals_[r] * (1.0f / norm);
+        const Vec3 mean = means_[r].centre * (1.0f / static_cast<float>(sizes_[r]));
+        means_[r].centre = former[r].centre + (mean - former[r].centre) * overshoot;
+        const float norm = length(means_[r].normal);
+        if (norm > 0) means_[r].normal = means_[r].normal * (1.0f / norm);
     }
     std::vector<float> nearest(seeds_.size(), 1e30f);
     std::vector<int32_t> seeds(seeds_.size());
     for (size_t t = 0; t < patch_.size(); ++t) {
         const int32_t region = patch_.region[t];
-        const Vec3 offset = patch_.centres[t] - centres_[region];
+        const Vec3 offset = patch_.facets[t].centre - means_[region].centre;
         const float distance = dot(offset, offset);
         if (distance < nearest[region]) nearest[region] = distance, seeds[region] = static_cast<int32_t>(t);
     }

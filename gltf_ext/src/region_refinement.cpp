@@ -18,8 +18,8 @@ constexpr int max_failures = 6;
 // triangle is to its new region's centre.
 constexpr float edge_score = 2.0f;
 
-// A border that follows a seam, where vertices are double anyway, costs this part of another.
-constexpr float seam_cost = 0.2f;
+// Moves that gain less are not worth the trouble unless they make room.
+constexpr float least_gain = 0.4f;
 
 class Refiner {
   public:
@@ -49,7 +49,6 @@ class Refiner {
     bool fan_is_inside(int32_t triangle, int corner, int32_t region) const;
     bool fan_touches(int32_t triangle, int corner, int32_t region) const;
     bool keeps_disks(int32_t triangle, int32_t from, int32_t to) const;
-    float border(int32_t triangle, int32_t region) const;
     float score(int32_t triangle, int32_t from, int32_t to) const;
     void move(int32_t triangle, int32_t to);
     void link(int32_t triangle, int32_t region);
@@ -91,7 +90,7 @@ void Refiner::link(int32_t triangle, int32_t region) {
     if (first_[region] != none) previous_[first_[region]] = triangle;
     first_[region] = triangle;
     ++sizes_[region];
-    sums_[region] = sums_[region] + patch_.centres[triangle];
+    sums_[region] = sums_[region] + patch_.facets[triangle].centre;
 }
 
 void Refiner::unlink(int32_t triangle, int32_t region) {
@@ -101,7 +100,7 @@ void Refiner::unlink(int32_t triangle, int32_t region) {
         first_[region] = next_[triangle];
     if (next_[triangle] != none) previous_[next_[triangle]] = previous_[triangle];
     --sizes_[region];
-    sums_[region] = sums_[region] - patch_.centres[triangle];
+    sums_[region] = sums_[region] - patch_.facets[triangle].centre;
 }
 
 void Refiner::move(int32_t triangle, int32_t to) {
@@ -161,19 +160,11 @@ bool Refiner::keeps_disks(int32_t triangle, int32_t from, int32_t to) const {
     return true;
 }
 
-// What the border between the triangle and the region would cost, in edges.
-float Refiner::border(int32_t triangle, int32_t region) const {
-    float sum = 0;
-    for (int k = 0; k < 3; ++k)
-        if (region_across(triangle, k) == region) sum += patch_.seams[3 * triangle + k] ? seam_cost : 1.0f;
-    return sum;
-}
-
 float Refiner::score(int32_t triangle, int32_t from, int32_t to) const {
-    const float before = length(patch_.centres[triangle] - centre(from));
-    const float after = length(patch_.centres[triangle] - centre(to));
+    const float before = length(patch_.facets[triangle].centre - centre(from));
+    const float after = length(patch_.facets[triangle].centre - centre(to));
     const float sum = before + after;
-    return edge_score * (border(triangle, to) - border(triangle, from)) +
+    return edge_score * static_cast<float>(shared_edges(triangle, to) - shared_edges(triangle, from)) +
            (sum > 0 ? (before - after) / sum : 0);
 }
 
@@ -183,7 +174,7 @@ bool Refiner::sweep(int max_size) {
     for (int32_t t = 0; t < static_cast<int32_t>(patch_.size()); ++t) {
         const int32_t from = patch_.region[t];
         Move best;
-        best.score = 0.1f;
+        best.score = least_gain;
         for (int k = 0; k < 3; ++k) {
             const int32_t to = region_across(t, k);
             if (to == none || to == from || sizes_[to] >= max_size || sizes_[from] == 1) continue;

@@ -1,4 +1,4 @@
-#include "cluster.h"
+#include "disks.h"
 
 namespace meshlet {
 namespace {

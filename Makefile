@@ -1,0 +1,51 @@
+# Everything runs in .venv, which is made here when missing and never upgraded behind your back.
+PYTHON ?= python3
+BIN := .venv/bin
+PIP := $(BIN)/pip install -qq --disable-pip-version-check
+# What the build needs is installed once, so that a rebuild after an edit compiles only what changed.
+BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind>=2.2" cmake ninja
+NATIVE := $(wildcard gltf_ext/src/* shaders/*)
+VALIDATOR := build/node
+
+.PHONY: help demo test test-full fuzz figures clean
+
+help:  ## this list
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
+
+demo: .venv/installed  ## compress, decompress and verify a generated model; table and pictures in demo-output
+	@$(BIN)/gltf-meshlet demo
+
+test: .venv/installed .venv/extras  ## all tests on generated and small real models
+	@$(BIN)/python -m pytest -q --junitxml=build/test-results.xml $(PYTEST_ARGS)
+
+test-full: .venv/installed .venv/extras  ## all tests on all models; fails without them
+	@$(BIN)/python -m pytest -q --full --junitxml=build/test-results.xml $(PYTEST_ARGS)
+
+fuzz: .venv/installed  ## 100,000 mutations of compressed buffers through the decoder under ASan and UBSan
+	@folder=$$(CXX=$${CXX:-$$(command -v clang++ || command -v g++)} $(BIN)/python -m bench.native_build MESHLET_FUZZ) \
+	  && for program in $(basename $(notdir $(wildcard gltf_ext/src/fuzz_*.cpp))); do $$folder/$$program tests/vectors || exit 1; done
+
+figures: .venv/installed .venv/extras  ## the pictures and tables that README.md and the specification show
+	@$(BIN)/gltf-meshlet demo build/demo && cp build/demo/meshlets.png build/demo/comparison.png build/demo/size.png docs/
+	@$(BIN)/python -m bench.size && $(BIN)/python -m bench.choices
+
+clean:  ## remove everything that make made
+	rm -rf .venv build demo-output
+
+.venv/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' && $(PYTHON) -m venv .venv \
+	  || { rm -rf .venv; echo "make: cannot create .venv; needs Python 3.10 or newer with its venv module (Debian: apt install python3-venv)"; exit 1; }
+
+# An editable install: Python edits count at once, C++ edits through this rule.
+.venv/installed: .venv/bin/python pyproject.toml CMakeLists.txt $(NATIVE)
+	@echo "installing into .venv"
+	@$(PIP) $(BUILD_TOOLS) && $(PIP) --no-build-isolation --editable ".[test]" \
+	  || { echo "make: cannot install the project; it needs a C++17 compiler (Debian: apt install g++) and a Python package index"; exit 1; }
+	@touch $@
+
+# What only some tests need: without it they are skipped, with their reason.
+.venv/extras: | .venv/installed
+	@$(PIP) "DracoPy>=1.4" 2>/dev/null || echo "make: DracoPy cannot be installed; tests on Draco input are skipped"
+	@npm install --silent --no-audit --no-fund --prefix $(VALIDATOR) gltf-validator@2.0.0-dev.3.10 >/dev/null 2>&1 \
+	  || echo "make: the npm package gltf-validator cannot be installed; tests with the Khronos validator are skipped"
+	@touch $@

@@ -1,0 +1,232 @@
+"""What each choice of the format is worth, on real models.
+
+python -m bench.choices: writes bench/results/choices.json and docs/choices.md, which the specification's rationale refers to.
+
+Sizes for meshlet sizes and weights are those of whole compressed files. Predictors and codes are compared on the meshlets that
+the encoder makes: the reference decoder gives every vertex and its neighbours, and each alternative is charged its residuals and
+the fields that say how they are coded, for each meshlet on its own.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+import gltf_ext
+from bench.common import ROOT, markdown_table, models, origin, origin_line, write_result
+from gltf_ext import _codec
+from gltf_ext.extension import require_compressed
+from gltf_ext.importers import open_model
+from gltf_ext.reference_decoder import COPY, DAMPED, FOREIGN, MEAN, OWNED, PARALLELOGRAM, PRIVATE, Decoder
+
+NAMES = ("bunny", "beast", "igea", "engine")
+OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
+MESHLET_SIZES = (16, 32, 48, 64)
+PREDICTORS = {"parallelogram": PARALLELOGRAM, "mean": MEAN, "copy": COPY, "damped": DAMPED}
+RICE_CODES = 7
+MASK = 0xFFFFFFFF
+
+
+# --- costs in bits -----------------------------------------------------------------------------------------------------
+
+
+def zigzag(difference: int) -> int:
+    return 2 * difference if difference >= 0 else -2 * difference - 1
+
+
+def fixed_cost(residuals: list[list[int]]) -> int:
+    """A code of 3 bits, and per component a width of 5 bits and all residuals in the largest one's width."""
+    return 3 + sum(5 + len(column) * max(column).bit_length() for column in zip(*residuals))
+
+
+def rice_cost(residuals: list[list[int]], k: int) -> int:
+    return 3 + sum((u >> k) + 1 + k for vertex in residuals for u in vertex)
+
+
+def class_costs(meshlets: list[list[list[int]]]) -> dict[str, float]:
+    """Bits per vertex of one class of residuals (per meshlet, per vertex, per component), for each way to code them."""
+    meshlets = [residuals for residuals in meshlets if residuals]
+    count = sum(map(len, meshlets))
+    fixed = [fixed_cost(residuals) for residuals in meshlets]
+    rice = [[rice_cost(residuals, k) for k in range(32)] for residuals in meshlets]
+    base = min(range(32 - RICE_CODES + 1), key=lambda b: sum(min(f, *r[b : b + RICE_CODES]) for f, r in zip(fixed, rice)))
+    best = [min(r[base : base + RICE_CODES]) for r in rice]
+    model_wide = min(sum(r[k] - 3 for r in rice) for k in range(32))
+    return {
+        "fixed": sum(fixed) / count,
+        "rice, one k for the model": model_wide / count,
+        "rice": sum(best) / count,
+        "either": sum(map(min, fixed, best)) / count,
+    }
+
+
+# --- residuals of the alternatives ---------------------------------------------------------------------------------------
+
+
+def traversed_residuals(decoder: Decoder, m: int, values, runs, predictor: int) -> list[list[int]]:
+    """Of the traversed vertices of stream 0, by one predictor."""
+    residuals = []
+    for v, a, b, o in decoder.traversed(decoder.file.meshlet(m), runs):
+        prediction = decoder.predict(predictor, values[a], values[b], None if o is None else values[o])
+        residuals.append([zigzag(x - p) for x, p in zip(values[v], prediction)])
+    return residuals
+
+
+def chain_residuals(meshlet, values, runs, chord: bool) -> list[list[int]]:
+    """Of the inner vertices of owned references of stream 0: against the chord, or against the vertex before."""
+    residuals = []
+    for reference, run in zip(meshlet.references, runs):
+        if reference.kind != OWNED:
+            continue
+        points = [values[v] for v in run]
+        predictions = Decoder.chain(meshlet.streams[0], points[0], points[-1], [[0] * 3] * (len(run) - 2)) if chord else points
+        for point, prediction in zip(points[1:-1], predictions):
+            residuals.append([zigzag(x - p) for x, p in zip(point, prediction)])
+    return residuals
+
+
+def count_hops(decoder: Decoder, meshlet, j: int) -> int:
+    hops = 0
+    here = meshlet, j
+    while (here := decoder.hop(*here, lambda reference: reference.shares(0))) is not None:
+        hops += 1
+    return hops
+
+
+# --- measurements --------------------------------------------------------------------------------------------------------
+
+
+def measure_meshlets(blobs: list[bytes]) -> dict:
+    """Figures per vertex and per meshlet of the given primitives."""
+    traversed = {name: [] for name in PREDICTORS}
+    chains = {"chord": [], "previous": []}
+    kinds, hops, symbols = Counter(), Counter(), Counter()
+    meshlets = components = 0
+    for blob in blobs:
+        decoder = Decoder(blob)
+        for m in range(decoder.file.meshlet_count):
+            meshlet = decoder.file.meshlet(m)
+            values = decoder.meshlet(m)[1][0]
+            runs = decoder.boundary(meshlet)
+            for name, predictor in PREDICTORS.items():
+                traversed[name].append(traversed_residuals(decoder, m, values, runs, predictor))
+            for name in chains:
+                chains[name].append(chain_residuals(meshlet, values, runs, name == "chord"))
+            kinds.update(reference.kind for reference in meshlet.references)
+            hops.update(count_hops(decoder, meshlet, j) for j in range(len(meshlet.references)))
+            symbols.update(meshlet.symbols)
+            components += len(meshlet.loops)
+            meshlets += 1
+    total = sum(symbols.values())
+    return {
+        "symbols": {symbol: symbols[symbol] / total for symbol in "CLERS"},
+        "entropy": -sum(n / total * math.log2(n / total) for n in symbols.values()),
+        "traversed": {name: class_costs(residuals) for name, residuals in traversed.items()},
+        "chains": {name: class_costs(residuals) for name, residuals in chains.items()},
+        "references_per_meshlet": {kind: kinds[kind] / meshlets for kind in (OWNED, FOREIGN, PRIVATE)},
+        "corners_by_hops": {str(n): hops[n] / sum(hops.values()) for n in sorted(hops)},
+        "components_per_meshlet": components / meshlets,
+    }
+
+
+def totals(path: Path, folder: Path, **options) -> tuple[dict, Path]:
+    output = folder / "out.glb"
+    gltf_ext.compress(path, output, **OPTIONS, **options)
+    return gltf_ext.inspect(output)["totals"], output
+
+
+def measure(path: Path) -> dict:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        by_size = {str(n): totals(path, folder, max_triangles=n)[0]["bits_per_triangle"]["total"] for n in MESHLET_SIZES}
+        by_weight = {weight: totals(path, folder, weight=weight)[0]["bits_per_triangle"]["total"] for weight in ("paper", "choe")}
+        whole, output = totals(path, folder)
+        blobs = [compressed.blob for compressed in require_compressed(open_model(output))]
+        return {
+            "model": path.stem,
+            "bits_per_triangle": whole["bits_per_triangle"],
+            "by_size": by_size,
+            "by_weight": by_weight,
+            "reference_bits_per_meshlet": sum(_codec.describe(blob)["bits"]["references"] for blob in blobs) / whole["meshlets"],
+            **measure_meshlets(blobs),
+        }
+
+
+# --- the page ------------------------------------------------------------------------------------------------------------
+
+
+def figures(values, digits: int = 2) -> list[str]:
+    return [f"{value:.{digits}f}" for value in values]
+
+
+def report(result: dict) -> str:
+    """docs/choices.md."""
+    rows = result["models"]
+    connectivity = [
+        [row["model"], *figures((100 * row["symbols"][s] for s in "CLERS"), 1),
+         *figures((row["bits_per_triangle"]["connectivity"], row["entropy"]))] for row in rows
+    ]  # fmt: skip
+    codes = ("fixed", "rice, one k for the model", "rice", "either")
+    traversed = [
+        [f"{row['model']}, {name}", *figures((row["traversed"][name][code] for code in codes), 1)] for row in rows for name in PREDICTORS
+    ]
+    chains = [
+        [f"{row['model']}, {name}", *figures((costs[code] for code in codes), 1)] for row in rows for name, costs in row["chains"].items()
+    ]
+    boundary = [
+        [row["model"], *figures(row["references_per_meshlet"].values()), *figures((row["components_per_meshlet"],)),
+         *figures((row["reference_bits_per_meshlet"],), 1),
+         *figures((100 * row["corners_by_hops"].get(n, 0) for n in ("0", "1", "2")), 1),
+         *figures((100 * sum(share for n, share in row["corners_by_hops"].items() if int(n) > 2),), 1)] for row in rows
+    ]  # fmt: skip
+    sizes = [[row["model"], *figures(row["by_size"].values()), *figures(row["by_weight"].values())] for row in rows]
+    return f"""# What the choices of the format are worth
+
+{origin_line(result)}
+Positions 12, normals 8 + 8, texture coordinates 12 bits.
+
+## Connectivity
+
+Share of each symbol in percent; bits per triangle as stored (2 for C, R, E; 3 for L, S) and the entropy of the symbols.
+
+{markdown_table(["model", *"CLERS", "stored", "entropy"], connectivity)}
+## Positions of traversed vertices
+
+Bits per vertex (three components, codes included): fixed widths per meshlet, one Rice parameter for the model, one of seven Rice
+parameters per meshlet, and the better of fixed and Rice per meshlet, which is what the format does.
+
+{markdown_table(["model, predictor", "fixed", "one k", "k per meshlet", "either"], traversed)}
+## Positions of chain vertices
+
+The same for the vertices between two corners of an owned run: predicted from the chord between the corners, or from the vertex before.
+
+{markdown_table(["model, predictor", "fixed", "one k", "k per meshlet", "either"], chains)}
+## Boundaries
+
+References and components per meshlet, bits per meshlet of references, header and tables, and where corners are found: percent
+stored in the meshlet itself and after one, two and more hops.
+
+{markdown_table(["model", "owned", "foreign", "private", "components", "bits", "stored", "1 hop", "2 hops", "more"], boundary)}
+## Meshlet size and weight
+
+Bits per triangle, everything included, by the largest number of triangles in a meshlet, and (for {MESHLET_SIZES[-1]}) with the
+paper's weight and with the one it extends.
+
+{markdown_table(["model", *map(str, MESHLET_SIZES), "paper", "choe"], sizes)}"""
+
+
+def main() -> None:
+    result = {**origin("bench.choices"), "options": OPTIONS, "models": []}
+    for path in models():
+        if path.stem in NAMES:
+            result["models"].append(measure(path))
+            print(path.stem, flush=True)
+    write_result("choices", result)
+    (ROOT / "docs" / "choices.md").write_text(report(result))
+    print(report(result))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,72 @@
+"""What all measurements share: where the models are, what a result file says about its origin, Markdown tables."""
+
+from __future__ import annotations
+
+import datetime
+import importlib.metadata
+import json
+import os
+import platform
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+RESULTS = ROOT / "bench" / "results"
+MODELS = Path(os.environ.get("GLTF_MESHLET_MODELS", ROOT.parent / "shared" / "models"))
+
+
+def models() -> list[Path]:
+    """The real models, by name; ends the program with one line when there are none."""
+    found = sorted(MODELS.glob("*.glb"), key=lambda path: path.name.lower())
+    if not found:
+        raise SystemExit(f"bench: no .glb files in {os.path.relpath(MODELS)}; set GLTF_MESHLET_MODELS to a folder of models")
+    return found
+
+
+def origin(script: str, packages: tuple[str, ...] = ("gltf-meshlet", "numpy")) -> dict:
+    """Where figures come from: the script, date, commit, machine and versions."""
+    commit = subprocess.run(["git", "-C", ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True)
+    return {
+        "script": script,
+        "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
+        "commit": commit.stdout.strip() or None,
+        "machine": {"cpu": _cpu_name(), "cores": os.cpu_count(), "system": platform.platform()},
+        "versions": {"python": platform.python_version(), **{name: importlib.metadata.version(name) for name in packages}},
+    }
+
+
+def _cpu_name() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.machine()
+
+
+def write_result(name: str, result: dict) -> Path:
+    """Writes bench/results/NAME.json; returns its path."""
+    RESULTS.mkdir(exist_ok=True)
+    path = RESULTS / f"{name}.json"
+    path.write_text(json.dumps(result, indent=1) + "\n")
+    return path
+
+
+def markdown_table(headings: list[str], rows: list[list[str]]) -> str:
+    """A Markdown table whose first column is text and whose others are figures."""
+    lines = [headings, ["---"] + ["---:"] * (len(headings) - 1), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+def origin_line(result: dict) -> str:
+    """One sentence that says where a table's figures come from and how to get them again."""
+    machine = result["machine"]
+    commit = f" at commit {result['commit']}" if result["commit"] else ""
+    return (f"Measured by `python -m {result['script']}` on {result['date'][:10]}{commit}, "
+            f"{machine['cpu']}, {machine['cores']} cores.\n")
+
+
+def replace_block(path: Path, name: str, text: str) -> None:
+    """Replaces what stands in a Markdown file between <!-- begin NAME --> and <!-- end NAME -->."""
+    begin, end = f"<!-- begin {name} -->\n", f"<!-- end {name} -->"
+    before, rest = path.read_text().split(begin)
+    path.write_text(before + begin + text + end + rest.split(end, 1)[1])

@@ -1,0 +1,85 @@
+// decode_speed BLOB...  Decoding on one thread, without Python: everything, and single meshlets by number.
+// Prints one JSON object: for each repetition, seconds for all blobs decoded to float arrays, and for each, mean
+// microseconds per meshlet in a random order over all blobs.
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "decoder.h"
+
+namespace {
+
+constexpr int kRepetitions = 7;
+
+using Clock = std::chrono::steady_clock;
+using Bytes = std::vector<uint8_t>;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+// The arrays that one blob decodes into, allocated once.
+struct Output {
+  std::vector<uint32_t> triangles;
+  std::vector<std::vector<float>> values;
+  std::vector<void*> pointers;
+
+  explicit Output(const meshlet::BlobHeader& header) : triangles(3 * size_t(header.triangle_count)) {
+    for (const meshlet::Stream& stream : header.streams) {
+      values.emplace_back(size_t(header.vertex_count) * meshlet::value_components(stream));
+      pointers.push_back(values.back().data());
+    }
+  }
+};
+
+double decode_all(std::vector<meshlet::Decoder>& decoders, std::vector<Output>& outputs) {
+  const auto start = Clock::now();
+  for (size_t i = 0; i < decoders.size(); ++i) {
+    const std::vector<uint32_t*> no_integers(outputs[i].pointers.size(), nullptr);
+    decoders[i].decode(outputs[i].triangles.data(), no_integers.data(), outputs[i].pointers.data());
+  }
+  return seconds_since(start);
+}
+
+double decode_meshlets(std::vector<meshlet::Decoder>& decoders, const std::vector<std::pair<size_t, uint32_t>>& order) {
+  const auto start = Clock::now();
+  for (const auto& [blob, number] : order) decoders[blob].meshlet(number);
+  return seconds_since(start) / double(order.size()) * 1e6;
+}
+
+void print_list(const char* name, const std::vector<double>& numbers, const char* end) {
+  std::printf("\"%s\": [", name);
+  for (size_t i = 0; i < numbers.size(); ++i) std::printf("%s%.9g", i ? ", " : "", numbers[i]);
+  std::printf("]%s", end);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::vector<Bytes> blobs;
+  for (int i = 1; i < argc; ++i) {
+    std::ifstream file(argv[i], std::ios::binary);
+    blobs.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  }
+  std::vector<meshlet::Decoder> decoders;
+  std::vector<Output> outputs;
+  std::vector<std::pair<size_t, uint32_t>> order;
+  for (size_t i = 0; i < blobs.size(); ++i) {
+    decoders.emplace_back(blobs[i].data(), blobs[i].size());
+    outputs.emplace_back(decoders[i].header());
+    for (uint32_t m = 0; m < decoders[i].header().meshlet_count; ++m) order.emplace_back(i, m);
+  }
+  std::mt19937 random(1);
+  for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
+
+  std::vector<double> all, single;
+  for (int i = 0; i < kRepetitions; ++i) {
+    all.push_back(decode_all(decoders, outputs));
+    single.push_back(decode_meshlets(decoders, order));
+  }
+  std::printf("{");
+  print_list("decode_seconds", all, ", ");
+  print_list("meshlet_microseconds", single, "}\n");
+}

@@ -1,0 +1,816 @@
+"""Reference decoder of EXT_meshlet_edgebreaker blobs, in plain Python.
+
+Written from ``spec/EXT_meshlet_edgebreaker.md`` (Appendix A) alone and meant to be read beside it: names, section letters and
+order follow the specification, and clarity comes before speed. It is the independent check of the native decoder; programs
+should use :mod:`gltf_ext._codec`.
+
+Everything here works on integers. Each malformed blob raises ``ValueError`` with one sentence that says what is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass, field
+
+import numpy as np
+
+MAGIC = 0x314D4245
+VERSION = 1
+HEADER_BYTES = 32
+STREAM_BYTES = 28
+GROUP_BYTES = 8
+DIRECTORY_BYTES = 4
+PADDING_BYTES = 8
+MESHLETS_PER_GROUP = 32
+MAX_STREAMS = 64
+MAX_VERTICES = 64
+MAX_HOPS = 8
+MAX_QUOTIENT = 16383
+MAX_CHORD_BITS = 24
+MAX_BYTES = 1 << 29
+
+GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
+PARALLELOGRAM, MEAN, COPY, DAMPED = range(4)
+OWNED, FOREIGN, PRIVATE = "owned", "foreign", "private"
+
+
+def _require(condition: bool, message: str) -> None:
+    if not condition:
+        raise ValueError(message)
+
+
+# ---------------------------------------------------------------------------------------------------------------- bits
+
+
+class BitReader:
+    """Reads little-endian bit fields from ``position`` (in bits) on; nothing at or beyond ``end`` (in bits) is data."""
+
+    def __init__(self, data: bytes, position: int, end: int):
+        self.data = data
+        self.position = position
+        self.end = end
+
+    def read(self, width: int, name: str) -> int:
+        """The next ``width`` bits, least significant bit first. ``name`` says which field this is."""
+        stop = self.position + width
+        _require(stop <= self.end, f"the field '{name}' runs past the end of the blob's data.")
+        window = int.from_bytes(self.data[self.position >> 3 : (stop + 7) >> 3], "little")
+        value = (window >> (self.position & 7)) & ((1 << width) - 1)
+        self.position = stop
+        return value
+
+    def read_flags(self, count: int, name: str) -> list[bool]:
+        """``count`` single bits, the first one first."""
+        bits = self.read(count, name)
+        return [bool(bits >> i & 1) for i in range(count)]
+
+    def read_width(self, name: str) -> int:
+        """A width of 0..30 or 32 bits in a 5-bit field, in which 31 stands for 32."""
+        width = self.read(5, name)
+        return 32 if width == 31 else width
+
+    def read_unary(self, name: str) -> int:
+        """The number of zeros before the next one."""
+        quotient = 0
+        while not self.read(1, name):
+            quotient += 1
+            _require(quotient <= MAX_QUOTIENT, f"a Rice quotient is larger than {MAX_QUOTIENT}.")
+        return quotient
+
+
+def unzigzag(u: int) -> int:
+    """0, 1, 2, 3, ... -> 0, -1, 1, -2, ..."""
+    return (u >> 1) ^ -(u & 1)
+
+
+# -------------------------------------------------------------------------------------------------------- connectivity
+
+
+@dataclass
+class Component:
+    """One disk: its vertices are the ids ``first .. end - 1``, its triangles ``triangle_begin .. triangle_end - 1``."""
+
+    first: int
+    end: int
+    triangle_begin: int
+    triangle_end: int
+    loop: list[int]  # boundary vertices, from the root gate's b to its a
+
+
+@dataclass
+class Connectivity:
+    """Triangles (a, b, v) with gate a -> b and apex v; ``opposite[t]`` is the vertex beyond t's gate, None at a root."""
+
+    triangles: list[tuple[int, int, int]]
+    opposite: list[int | None]
+    components: list[Component]
+    vertex_count: int
+
+
+def decode_serial(symbols: str) -> Connectivity:
+    """Decoder B: the serial decoder, with stacks where the specification has bit masks.
+
+    ``symbols``: one of C, L, E, R, S per triangle. Raises ValueError when they do not describe disks.
+    """
+    apex = [0] * len(symbols)
+    stack: list[int] = []  # vertices not popped yet; what remains at the end is the boundary
+    pending: list[int] = []  # triangles that wait for the end of their right part
+    firsts: list[int] = []  # per component: the root gate's b,
+    roots: list[int] = []  # its a
+    begins: list[int] = []  # and its first triangle
+    vertex_count = 0
+    t = 0
+    fresh = True  # a new component starts; otherwise the left part of an S
+
+    def push() -> int:
+        nonlocal vertex_count
+        stack.append(vertex_count)
+        vertex_count += 1
+        return vertex_count - 1
+
+    def top() -> int:
+        _require(bool(stack), "the CLERS symbols take a vertex from an empty stack.")
+        return stack[-1]
+
+    while t < len(symbols):
+        if fresh:
+            begins.append(t)
+            firsts.append(push())
+        fresh = True
+        q = symbols.find("E", t)
+        _require(q >= 0, "the CLERS symbols lack an E.")
+        for u in range(t, q):
+            if symbols[u] == "R":
+                apex[u] = push()
+            else:
+                pending.append(u)
+        apex[q] = push()
+        push()
+        t = q + 1
+        while pending:
+            u = pending.pop()
+            apex[u] = top()
+            if symbols[u] == "C":
+                stack.pop()
+            elif symbols[u] == "L":
+                push()
+            else:  # S: its right part is done, its left part comes next
+                fresh = False
+                break
+        if fresh:
+            roots.append(top())
+    _require(fresh, "the CLERS symbols lack an E.")
+    _require(vertex_count <= MAX_VERTICES, f"there are more than {MAX_VERTICES} vertices.")
+    return _assemble(symbols, apex, stack, firsts, roots, begins, vertex_count)
+
+
+def _assemble(symbols, apex, boundary, firsts, roots, begins, vertex_count) -> Connectivity:
+    """Second pass of decoder B: gates from apices."""
+    first_ends = firsts[1:] + [vertex_count]
+    triangle_ends = begins[1:] + [len(symbols)]
+    components = [
+        Component(first, end, begin, triangle_end, [v for v in boundary if first <= v < end])
+        for first, end, begin, triangle_end in zip(firsts, first_ends, begins, triangle_ends)
+    ]
+    triangles: list[tuple[int, int, int]] = []
+    opposite: list[int | None] = []
+    for component, root in zip(components, roots):
+        a, b, o = root, component.first, None
+        splits: list[int] = []
+        for t in range(component.triangle_begin, component.triangle_end):
+            v = apex[t]
+            _require(len({a, b, v}) == 3, "the CLERS symbols make a triangle with a repeated vertex.")
+            triangles.append((a, b, v))
+            opposite.append(o)
+            symbol = symbols[t]
+            if symbol == "R":  # continue across v -> a
+                b, o = v, b
+            elif symbol != "E":  # C, L, S: continue across b -> v
+                a, o = v, a
+                if symbol == "S":
+                    splits.append(t)
+            elif splits:  # E: continue with the left part of the last S
+                a, o, b = triangles[splits.pop()]
+    return Connectivity(triangles, opposite, components, vertex_count)
+
+
+def decode_parallel(symbols: str) -> list[tuple[int, int, int]]:
+    """Decoder D: each triangle on its own, in O(1), after a few shared tables. Same triangles as :func:`decode_serial`.
+
+    ``symbols`` must be valid (``decode_serial`` accepts them). On a GPU every list comprehension here is one step of all lanes,
+    every prefix is a population count of a mask or a scan.
+    """
+    count = len(symbols)
+    lanes = range(count)
+
+    def before(t: int, kinds: str) -> int:
+        return sum(symbols[u] in kinds for u in range(t))
+
+    component_count = before(count, "E") - before(count, "S")
+    depth = [before(t, "S") - before(t, "E") + component_count for t in range(count + 1)]
+    # 1. closing[t]: the E that closes the part which triangle t opens
+    level: dict[int, list[int]] = {}
+    for t in lanes:
+        if symbols[t] == "E":
+            level.setdefault(depth[t + 1], []).append(t)
+    closing = [next(q for q in level[depth[t] - 1] if q >= t) for t in lanes]
+    # a component ends where the depth falls below all before it
+    ends = [level[k][0] for k in range(component_count)]
+    # 2. C and L are written to the string when their right part closes: count them at the closing E
+    late = [0] * count
+    for t in lanes:
+        if symbols[t] in "CL":
+            late[closing[t]] += 1
+    # 3. where the part of t starts and ends in the string of m and c, and where its apex stands
+    start = [
+        before(t, "R") + 2 * before(t, "E") + sum(late[q] for q in range(t)) + sum(end < t for end in ends) for t in lanes
+    ]
+    end = [start[t] + closing[t] - t + 2 for t in lanes]
+    middle = []
+    for t in lanes:
+        if symbols[t] in "RE":
+            middle.append(start[t] + 1)
+        elif symbols[t] in "CL":
+            middle.append(end[t] - 1)
+        else:
+            middle.append(start[t] + closing[t + 1] - t + 1)
+    # 4. the string: c where a C ends, m elsewhere; and the depth of each m
+    length = max(end) + 1
+    pops = {end[t] for t in lanes if symbols[t] == "C"}
+    popped = [sum(p <= j for p in pops) for j in range(length)]
+    height = [j - 2 * popped[j] for j in range(length)]
+
+    # 5. the vertex on top of the stack after the string's position j
+    def vertex(j: int) -> int:
+        i = max(i for i in range(j + 1) if i not in pops and height[i] == height[j])
+        return i - popped[i]
+
+    return [(vertex(end[t]), vertex(start[t]), vertex(middle[t])) for t in lanes]
+
+
+# ------------------------------------------------------------------------------------------------------------ the blob
+
+
+@dataclass
+class Stream:
+    """One entry of the stream table: ``components`` integers of ``bits`` bits per vertex and how to read them as values."""
+
+    kind: int
+    components: int
+    bits: int
+    predictor: int
+    chain_base: int
+    interior_base: int
+    step: float
+    offset: tuple[float, ...]
+
+    @property
+    def mask(self) -> int:
+        return (1 << self.bits) - 1
+
+
+@dataclass
+class Entry:
+    """What the directory and the group table say about one meshlet."""
+
+    position: int  # first bit of its data
+    triangle_count: int
+    reference_count: int
+    has_loops: bool
+    has_private: bool
+    has_seams: bool
+    delta_width: int
+    slot_width: int
+
+
+@dataclass
+class Blob:
+    """A decoded blob: ``triangles`` uint32[T, 3] and, per stream, ``values`` uint32[V, components]."""
+
+    triangles: np.ndarray
+    values: list[np.ndarray]
+    streams: list[Stream]
+
+
+class BlobFile:
+    """Header and tables of a blob, checked, and its meshlets, parsed on demand."""
+
+    def __init__(self, data: bytes):
+        self.data = bytes(data)
+        _require(len(self.data) >= HEADER_BYTES + PADDING_BYTES, "The blob is shorter than its header.")
+        (magic, version, stream_count, flags, reserved, self.triangle_count, self.vertex_count, self.meshlet_count, byte_length,
+         self.data_offset, reserved_end) = struct.unpack_from("<IBBBBIIIIII", self.data)
+        _require(magic == MAGIC, "The blob does not start with the bytes EBM1.")
+        _require(version == VERSION, f"The blob has version {version}, this decoder reads version {VERSION}.")
+        _require(1 <= stream_count <= MAX_STREAMS, f"The blob has {stream_count} streams instead of 1 to {MAX_STREAMS}.")
+        _require(flags == reserved == reserved_end == 0, "A reserved field of the header is not zero.")
+        _require(byte_length == len(self.data), "The header's byte length is not the length of the blob.")
+        _require(byte_length % 4 == 0, "The blob's length is not a multiple of four.")
+        _require(byte_length < MAX_BYTES, f"The blob has {MAX_BYTES} bytes or more.")
+        _require(not any(self.data[-PADDING_BYTES:]), f"The blob's last {PADDING_BYTES} bytes are not zero.")
+        _require(self.meshlet_count >= 1, "The blob has no meshlet.")
+        _require(
+            3 <= self.vertex_count <= min(MAX_VERTICES * self.meshlet_count, 3 * self.triangle_count),
+            "The header's vertex count is impossible for its numbers of meshlets and triangles.",
+        )
+        group_count = -(-self.meshlet_count // MESHLETS_PER_GROUP)
+        self.group_table = HEADER_BYTES + STREAM_BYTES * stream_count
+        self.directory = self.group_table + GROUP_BYTES * group_count
+        _require(
+            self.data_offset == self.directory + DIRECTORY_BYTES * self.meshlet_count,
+            "The header's data offset does not follow from its counts.",
+        )
+        _require(self.data_offset <= byte_length - PADDING_BYTES, "The blob is too short for its tables.")
+        self.streams = [self._stream(s) for s in range(stream_count)]
+        for group in range(group_count):
+            self._check_group(group)
+        self.end = byte_length - PADDING_BYTES
+        _require(self._check_directory() == self.triangle_count, "The meshlets' triangles do not add up to the header's triangle count.")
+        self._meshlets: dict[int, Meshlet] = {}
+
+    def _stream(self, index: int) -> Stream:
+        at = HEADER_BYTES + STREAM_BYTES * index
+        kind, components, bits, predictor, chain_base, interior_base, reserved, step, *offset = struct.unpack_from(
+            "<6BH5f", self.data, at
+        )
+        where = f"Stream {index}"
+        _require(kind <= SIGN, f"{where} has the unknown kind {kind}.")
+        _require(1 <= components <= 4, f"{where} has {components} components instead of 1 to 4.")
+        _require(1 <= bits <= 32, f"{where} has {bits} bits per component instead of 1 to 32.")
+        _require(predictor <= DAMPED, f"{where} has the unknown predictor {predictor}.")
+        _require(bits <= MAX_CHORD_BITS or predictor == COPY, f"{where} has more than {MAX_CHORD_BITS} bits, which needs COPY.")
+        _require(chain_base <= 31 and interior_base <= 31, f"{where} has a Rice parameter base above 31.")
+        _require(reserved == 0, f"{where} has a reserved field that is not zero.")
+        _require(kind != GRID or bits <= MAX_CHORD_BITS, f"{where} is GRID with more than {MAX_CHORD_BITS} bits.")
+        _require(all(map(math.isfinite, [step, *offset])), f"{where} has a step or offset that is not finite.")
+        _require(kind != OCT or (components == 2 and 2 <= bits <= 16), f"{where} is OCT without 2 components of 2 to 16 bits.")
+        _require(kind != FLOAT32 or bits == 32, f"{where} is FLOAT32 without 32 bits.")
+        _require(kind != SIGN or (components == 1 and bits == 1), f"{where} is SIGN without 1 component of 1 bit.")
+        return Stream(kind, components, bits, predictor, chain_base, interior_base, step, tuple(offset[:components]))
+
+    def _group(self, index: int) -> tuple[int, int, int, int, int]:
+        return struct.unpack_from("<I4B", self.data, self.group_table + GROUP_BYTES * index)
+
+    def _check_group(self, index: int) -> None:
+        _, delta_width, slot_width, offset_shift, reserved = self._group(index)
+        _require(
+            delta_width <= 24 and slot_width <= 6 and offset_shift <= 8 and reserved == 0,
+            f"Group {index} of the group table has a field out of range.",
+        )
+
+    def _check_directory(self) -> int:
+        """The sum of all triangle counts."""
+        triangle_count = 0
+        end = self.data_offset
+        for m in range(self.meshlet_count):
+            entry = self.entry(m)
+            start = entry.position // 8
+            _require(start >= end, f"The data of meshlet {m} would start within the data of the meshlet before it.")
+            end = start + (2 * entry.triangle_count + 7) // 8  # at least its two planes
+            _require(end <= self.end, f"The data of meshlet {m} would lie outside the blob.")
+            triangle_count += entry.triangle_count
+        return triangle_count
+
+    def entry(self, m: int) -> Entry:
+        base, delta_width, slot_width, offset_shift, _ = self._group(m // MESHLETS_PER_GROUP)
+        (word,) = struct.unpack_from("<I", self.data, self.directory + DIRECTORY_BYTES * m)
+        start = self.data_offset + base + ((word & 0x1FFFF) << offset_shift)
+        return Entry(
+            position=8 * start,
+            triangle_count=(word >> 17 & 63) + 1,
+            reference_count=word >> 23 & 63,
+            has_loops=bool(word >> 29 & 1),
+            has_private=bool(word >> 30 & 1),
+            has_seams=bool(word >> 31),
+            delta_width=delta_width,
+            slot_width=slot_width,
+        )
+
+    def meshlet(self, m: int) -> Meshlet:
+        """Meshlet ``m`` as far as its own data describes it (sections A to F)."""
+        if m not in self._meshlets:
+            try:
+                self._meshlets[m] = Meshlet(self, m)
+            except ValueError as error:
+                raise ValueError(f"Meshlet {m}: {error}") from None
+        return self._meshlets[m]
+
+
+# ----------------------------------------------------------------------------------------------------------- a meshlet
+
+
+@dataclass
+class Reference:
+    """A run of ``length`` boundary edges: stored here (owned), by ``slot`` of meshlet ``owner`` (foreign), or shared with none."""
+
+    kind: str
+    loop: int
+    length: int | None = None  # of a foreign reference: its owner's
+    owner: int = 0
+    slot: int = 0
+    share: list[bool] = field(default_factory=list)  # foreign only, per stream
+
+    def shares(self, s: int) -> bool:
+        """True when the run's values of stream ``s`` are read from the owner."""
+        return self.kind == FOREIGN and self.share[s]
+
+    def shares_all(self) -> bool:
+        return self.kind == FOREIGN and all(self.share)
+
+
+@dataclass
+class Code:
+    """How one stream's residuals of one class are stored: Rice with parameter ``k``, or fixed ``widths`` when k is None."""
+
+    k: int | None
+    widths: list[int]
+
+
+class Meshlet:
+    """Sections A to F of one meshlet, and where section G starts."""
+
+    def __init__(self, file: BlobFile, m: int):
+        self.index = m
+        self.streams = file.streams
+        self.entry = file.entry(m)
+        reader = BitReader(file.data, self.entry.position, 8 * file.end)
+        self.symbols = self._read_symbols(reader)
+        self.connectivity = decode_serial(self.symbols)
+        self.references = self._read_references(reader)
+        self.owned = [j for j, reference in enumerate(self.references) if reference.kind == OWNED]
+        self.loops = [[] for _ in self.connectivity.components]
+        for j, reference in enumerate(self.references):
+            self.loops[reference.loop].append(j)
+        self._read_codes(reader)
+        self.anchors = [self._read_anchors(reader, s) for s in range(len(self.streams))]
+        inner = sum(self.references[j].length - 1 for j in self.owned)
+        self.chain_residuals = self.read_residuals(reader, "chain", self.chain_codes, [inner] * len(self.streams))
+        self.reader = reader
+
+    # --- A
+
+    def _read_symbols(self, reader: BitReader) -> str:
+        count = self.entry.triangle_count
+        p0 = reader.read_flags(count, "p0")
+        p1 = reader.read_flags(count, "p1")
+        px = iter(reader.read_flags(sum(low and high for low, high in zip(p0, p1)), "px"))
+        symbols = ""
+        for low, high in zip(p0, p1):
+            if low and high:
+                symbols += "S" if next(px) else "L"
+            else:
+                symbols += "REC"[low + 2 * high]
+        return symbols
+
+    # --- B
+
+    def _read_references(self, reader: BitReader) -> list[Reference]:
+        entry = self.entry
+        components = self.connectivity.components
+        count = entry.reference_count
+        if count == 0:  # every loop is one private reference
+            _require(
+                not (entry.has_loops or entry.has_private or entry.has_seams), "a meshlet without references has a flag set."
+            )
+            return [Reference(PRIVATE, loop, len(component.loop)) for loop, component in enumerate(components)]
+        foreign = reader.read_flags(count, "foreign mask")
+        last = reader.read_flags(count, "loop-end mask") if entry.has_loops else [False] * (count - 1) + [True]
+        private = reader.read_flags(count, "private mask") if entry.has_private else [False] * count
+        _require(last[-1], "the last reference does not end a loop.")
+        _require(sum(last) == len(components), "the references' loops are not as many as the components.")
+        _require(not any(f and p for f, p in zip(foreign, private)), "a reference is both private and foreign.")
+        references = []
+        for j in range(count):
+            kind = FOREIGN if foreign[j] else PRIVATE if private[j] else OWNED
+            references.append(Reference(kind, loop=sum(last[:j])))
+        length_width = reader.read(3, "length width")
+        _require(length_width <= 6, "the length width is 7.")
+        for j, reference in enumerate(references):
+            alone = last[j] and (j == 0 or last[j - 1])
+            if reference.kind == OWNED or (reference.kind == PRIVATE and not alone):
+                reference.length = reader.read(length_width, "length - 1") + 1
+            elif reference.kind == PRIVATE:
+                reference.length = len(components[reference.loop].loop)
+        for reference in references:
+            if reference.kind == FOREIGN:
+                delta = reader.read(entry.delta_width, "delta")
+                _require(delta <= self.index, "a reference's owner lies before meshlet 0.")
+                reference.owner = self.index - delta
+                reference.slot = reader.read(entry.slot_width, "slot")
+                others = len(self.streams) - 1
+                reference.share = [True] + (reader.read_flags(others, "share bits") if entry.has_seams else [True] * others)
+        return references
+
+    def next(self, j: int) -> int:
+        """The reference that follows reference ``j`` in its loop."""
+        loop = self.loops[self.references[j].loop]
+        return loop[(loop.index(j) + 1) % len(loop)]
+
+    def previous(self, j: int) -> int:
+        loop = self.loops[self.references[j].loop]
+        return loop[loop.index(j) - 1]
+
+    # --- C
+
+    def _read_codes(self, reader: BitReader) -> None:
+        self.chain_codes = []
+        self.interior_codes = []
+        for s, stream in enumerate(self.streams):
+            if self.owned:
+                self.chain_codes.append(self._read_code(reader, f"chain, stream {s}", stream.chain_base, stream.components))
+            else:
+                self.chain_codes.append(Code(None, [0] * stream.components))
+            self.interior_codes.append(self._read_code(reader, f"interior, stream {s}", stream.interior_base, stream.components))
+
+    @staticmethod
+    def _read_code(reader: BitReader, name: str, base: int, components: int) -> Code:
+        code = reader.read(3, f"code of {name}")
+        if code == 7:
+            return Code(None, [reader.read_width(f"width of {name}") for _ in range(components)])
+        _require(base + code <= 31, "a Rice parameter is larger than 31.")
+        return Code(base + code, [base + code] * components)
+
+    # --- D
+
+    def stores_corner(self, j: int, s: int) -> bool:
+        """True when the corner at which reference ``j`` starts is an anchor of stream ``s``."""
+        return not (self.references[j].shares(s) or self.references[self.previous(j)].shares(s))
+
+    def _read_anchors(self, reader: BitReader, s: int) -> dict[int, list[int]]:
+        """Anchors of stream ``s``, by the reference that starts there."""
+        stream = self.streams[s]
+        components = range(stream.components)
+        anchors: dict[int, list[int]] = {}
+        first: list[int] | None = None
+        width = 0
+        for j in range(len(self.references)):
+            if not self.stores_corner(j, s):
+                continue
+            if first is None:
+                first = anchors[j] = [reader.read(stream.bits, f"first anchor, stream {s}") for _ in components]
+                continue
+            if len(anchors) == 1:
+                width = reader.read_width(f"width of anchors, stream {s}")
+            anchors[j] = [(first[c] + unzigzag(reader.read(width, f"further anchors, stream {s}"))) & stream.mask for c in components]
+        return anchors
+
+    # --- E and F, G and H
+
+    @staticmethod
+    def read_residuals(reader: BitReader, name: str, codes: list[Code], counts: list[int]) -> list[list[list[int]]]:
+        """Signed residuals [stream][vertex][component] of ``counts[s]`` vertices of each stream s: low bits, then quotients."""
+        residuals = [
+            [[reader.read(width, f"low bits of {name}, stream {s}") for width in code.widths] for _ in range(n)]
+            for s, (code, n) in enumerate(zip(codes, counts))
+        ]
+        for s, (code, vertices) in enumerate(zip(codes, residuals)):
+            for u in vertices:
+                for c in range(len(u)):
+                    if code.k is not None:
+                        u[c] |= reader.read_unary(f"quotients of {name}, stream {s}") << code.k & 0xFFFFFFFF
+                    u[c] = unzigzag(u[c])
+        return residuals
+
+
+# -------------------------------------------------------------------------------------------------------------- values
+
+
+class Decoder:
+    """Values of meshlets; follows references to their owners."""
+
+    def __init__(self, data: bytes):
+        self.file = BlobFile(data)
+
+    def owned_reference(self, reference: Reference) -> tuple[Meshlet, int]:
+        """The owner of a foreign reference and the number of the owned reference there."""
+        owner = self.file.meshlet(reference.owner)
+        _require(reference.slot < len(owner.owned), f"A slot is not among the references that meshlet {owner.index} owns.")
+        return owner, owner.owned[reference.slot]
+
+    def length(self, reference: Reference) -> int:
+        if reference.kind != FOREIGN:
+            return reference.length
+        owner, k = self.owned_reference(reference)
+        return owner.references[k].length
+
+    def boundary(self, meshlet: Meshlet) -> list[list[int]]:
+        """Per reference: the local ids along it, from its first corner to its last, both included."""
+        runs = []
+        for component, members in zip(meshlet.connectivity.components, meshlet.loops):
+            lengths = [self.length(meshlet.references[j]) for j in members]
+            _require(
+                sum(lengths) == len(component.loop), f"Meshlet {meshlet.index}: the references' lengths do not add up to the loop."
+            )
+            around = component.loop + component.loop[:1]
+            begin = 0
+            for length in lengths:
+                runs.append(around[begin : begin + length + 1])
+                begin += length
+        return runs
+
+    def hop(self, meshlet: Meshlet, j: int, shares) -> tuple[Meshlet, int] | None:
+        """From the corner where reference ``j`` starts to the same corner in an adjacent owner.
+
+        ``shares(reference)`` says which references may be followed; of two, the one with the smaller owner, on a tie j itself.
+        Returns None when there is none.
+        """
+        candidates = [i for i in (j, meshlet.previous(j)) if shares(meshlet.references[i])]
+        if not candidates:
+            return None
+        i = min(candidates, key=lambda i: meshlet.references[i].owner)
+        owner, k = self.owned_reference(meshlet.references[i])
+        # a foreign run is the owner's run backwards: where ours starts, the owner's ends
+        return (owner, owner.next(k)) if i == j else (owner, k)
+
+    def resolve_corner(self, meshlet: Meshlet, j: int, shares) -> tuple[Meshlet, int]:
+        """The corner at the end of all hops from the corner where reference ``j`` starts."""
+        hops = 0
+        here = meshlet, j
+        while (there := self.hop(*here, shares)) is not None:
+            hops += 1
+            _require(hops <= MAX_HOPS, f"Meshlet {meshlet.index}: a corner is more than {MAX_HOPS} hops away from its anchor.")
+            here = there
+        return here
+
+    def corner(self, meshlet: Meshlet, j: int, s: int) -> list[int]:
+        """The value of stream ``s`` at the corner where reference ``j`` starts."""
+        home, k = self.resolve_corner(meshlet, j, lambda reference: reference.shares(s))
+        return home.anchors[s][k]
+
+    @staticmethod
+    def chain(stream: Stream, start: list[int], end: list[int], residuals: list[list[int]]) -> list[list[int]]:
+        """The inner vertices of a run from ``start`` to ``end``, predicted from the chord between these corners."""
+        n = len(residuals) + 1
+        values = []
+        for i, residual in enumerate(residuals, start=1):
+            if stream.predictor == COPY:
+                prediction = start
+            else:
+                prediction = [a + ((b - a) * i + (n >> 1)) // n for a, b in zip(start, end)]  # // is floor
+            values.append([(p + r) & stream.mask for p, r in zip(prediction, residual)])
+        return values
+
+    @staticmethod
+    def owned_residuals(meshlet: Meshlet, j: int, s: int) -> list[list[int]]:
+        """The residuals of the owned reference ``j``."""
+        begin = sum(meshlet.references[i].length - 1 for i in meshlet.owned if i < j)
+        return meshlet.chain_residuals[s][begin : begin + meshlet.references[j].length - 1]
+
+    def traversed(self, meshlet: Meshlet, runs: list[list[int]]) -> list[tuple[int, int, int, int | None]]:
+        """(v, a, b, o) for each vertex v that the traversal predicts, in its order: from the gate a -> b and o beyond it."""
+        known = set()  # corners, and the inner vertices of owned and foreign references
+        for reference, run in zip(meshlet.references, runs):
+            known.update(run[:1] if reference.kind == PRIVATE else run[:-1])
+        order = []
+        for component in meshlet.connectivity.components:
+            visits = [(component.loop[-1], component.first, component.first, None)]  # the root's a, predicted by its b
+            for t in range(component.triangle_begin, component.triangle_end):
+                a, b, v = meshlet.connectivity.triangles[t]
+                visits.append((v, a, b, meshlet.connectivity.opposite[t]))
+            for visit in visits:
+                if visit[0] not in known:
+                    known.add(visit[0])
+                    order.append(visit)
+        return order
+
+    @staticmethod
+    def predict(predictor: int, a: list[int], b: list[int], o: list[int] | None) -> list[int]:
+        """The prediction beyond the gate a -> b, per component; ``o`` is None when nothing lies on the gate's other side."""
+        if predictor == COPY:
+            return a
+        if predictor == MEAN or o is None:
+            return [(x + y) >> 1 for x, y in zip(a, b)]
+        if predictor == DAMPED:
+            return [(3 * (x + y) - 2 * z + 2) >> 2 for x, y, z in zip(a, b, o)]
+        return [x + y - z for x, y, z in zip(a, b, o)]
+
+    def meshlet(self, m: int) -> tuple[list[tuple[int, int, int]], list[list[list[int]]]]:
+        """Triangles of meshlet ``m`` and its values [stream][local id][component]."""
+        meshlet = self.file.meshlet(m)
+        runs = self.boundary(meshlet)
+        order = self.traversed(meshlet, runs)
+        streams = range(len(meshlet.streams))
+        seams = [[j for j, r in enumerate(meshlet.references) if r.kind == FOREIGN and not r.shares(s)] for s in streams]
+        counts = [sum(len(runs[j]) - 2 for j in seams[s]) + len(order) for s in streams]
+        reader = BitReader(meshlet.reader.data, meshlet.reader.position, meshlet.reader.end)
+        try:
+            residuals = meshlet.read_residuals(reader, "interior", meshlet.interior_codes, counts)
+        except ValueError as error:
+            raise ValueError(f"Meshlet {m}: {error}") from None
+        values = [self._stream_values(meshlet, s, runs, seams[s], order, residuals[s]) for s in streams]
+        return meshlet.connectivity.triangles, values
+
+    def _stream_values(self, meshlet, s, runs, seams, order, residuals) -> list[list[int]]:
+        stream = meshlet.streams[s]
+        values: list[list[int]] = [[]] * meshlet.connectivity.vertex_count
+        rest = iter(residuals)
+        for j, run in enumerate(runs):
+            values[run[0]] = self.corner(meshlet, j, s)
+        for j, (reference, run) in enumerate(zip(meshlet.references, runs)):
+            start, end = values[run[0]], values[run[-1]]
+            inner: list[list[int]] = []
+            if reference.kind == OWNED:
+                inner = self.chain(stream, start, end, self.owned_residuals(meshlet, j, s))
+            elif reference.shares(s):  # in the owner's direction, which is the opposite of ours
+                inner = self.chain(stream, end, start, self.owned_residuals(*self.owned_reference(reference), s))[::-1]
+            elif j in seams:
+                inner = self.chain(stream, start, end, [next(rest) for _ in run[1:-1]])
+            for v, value in zip(run[1:-1], inner):
+                values[v] = value
+        for v, a, b, o in order:
+            prediction = self.predict(stream.predictor, values[a], values[b], None if o is None else values[o])
+            values[v] = [(p + r) & stream.mask for p, r in zip(prediction, next(rest))]
+        return values
+
+    def check_shared(self, meshlet: Meshlet, runs: list[list[list[int]]], local: list[list[list[list[int]]]]) -> None:
+        """Refuses a meshlet whose shared vertices have other values than their owners give them.
+
+        ``runs[m]`` is :meth:`boundary` and ``local[m]`` the values of meshlet m, known up to this meshlet.
+        """
+        for reference, run in zip(meshlet.references, runs[meshlet.index]):
+            for s in range(len(meshlet.streams)):
+                if reference.shares(s):
+                    owner, k = self.owned_reference(reference)
+                    ours = [local[meshlet.index][s][v] for v in run]
+                    theirs = [local[owner.index][s][v] for v in reversed(runs[owner.index][k])]
+                    _require(ours == theirs, f"Meshlet {meshlet.index}: a shared vertex has other values than its owner gives it.")
+
+    def alias(self, meshlet: Meshlet, runs: list[list[list[int]]]) -> dict[int, tuple[int, int]]:
+        """Local ids of ``meshlet`` that are no vertices of their own -> (meshlet, local id) of the vertex that they name.
+
+        ``runs[m]`` is :meth:`boundary` of meshlet m, known up to this meshlet.
+        """
+        names = {}
+        for j, reference in enumerate(meshlet.references):
+            run = runs[meshlet.index][j]
+            home, k = self.resolve_corner(meshlet, j, Reference.shares_all)
+            if (home.index, k) != (meshlet.index, j):
+                names[run[0]] = home.index, runs[home.index][k][0]
+            if reference.shares_all():
+                owner, k = self.owned_reference(reference)
+                for v, w in zip(run[1:-1], runs[owner.index][k][-2:0:-1]):
+                    names[v] = owner.index, w
+        return names
+
+
+def decode_meshlet(data: bytes, index: int) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Decodes one meshlet.
+
+    Returns its triangles, uint8[t, 3] of local ids, and per stream the values of its local vertices, uint32[v, components].
+    Raises ValueError when the blob is malformed and IndexError when there is no such meshlet.
+    """
+    decoder = Decoder(data)
+    if not 0 <= index < decoder.file.meshlet_count:
+        raise IndexError(f"The blob has {decoder.file.meshlet_count} meshlets, there is no meshlet {index}.")
+    triangles, values = decoder.meshlet(index)
+    return np.array(triangles, np.uint8), [np.array(v, np.uint32) for v in values]
+
+
+def decode_blob(data: bytes) -> Blob:
+    """Decodes all meshlets of a blob and joins them. Raises ValueError when the blob is malformed."""
+    decoder = Decoder(data)
+    file = decoder.file
+    triangles: list[list[int]] = []
+    values: list[list[list[int]]] = [[] for _ in file.streams]
+    local: list[list[list[list[int]]]] = []  # per meshlet: its values
+    numbers: list[list[int]] = []  # per meshlet and local id: the vertex number
+    runs: list[list[list[int]]] = []
+    vertex_count = 0
+    for m in range(file.meshlet_count):
+        local_triangles, local_values = decoder.meshlet(m)
+        meshlet = file.meshlet(m)
+        runs.append(decoder.boundary(meshlet))
+        local.append(local_values)
+        decoder.check_shared(meshlet, runs, local)
+        names = decoder.alias(meshlet, runs)
+        new = [v for v in range(meshlet.connectivity.vertex_count) if v not in names]
+        numbers.append([0] * meshlet.connectivity.vertex_count)
+        for v in new:
+            numbers[m][v] = vertex_count
+            vertex_count += 1
+        for v, (owner, w) in names.items():
+            numbers[m][v] = numbers[owner][w]
+        triangles += [[numbers[m][v] for v in triangle] for triangle in local_triangles]
+        for s, stream_values in enumerate(local_values):
+            values[s] += [stream_values[v] for v in new]
+    _require(vertex_count == file.vertex_count, "The meshlets' vertices do not add up to the header's vertex count.")
+    return Blob(np.array(triangles, np.uint32), [np.array(v, np.uint32) for v in values], file.streams)
+
+
+def dequantise(stream: Stream, integers: np.ndarray) -> np.ndarray:
+    """Values of a stream's integers, uint32[V, components]: float32, [V, 3] for OCT; the integers themselves for INTEGER."""
+    if stream.kind == GRID:
+        return (np.array(stream.offset) + integers * np.float64(stream.step)).astype(np.float32)
+    if stream.kind == OCT:
+        x, y = (integers / np.float64((1 << stream.bits) - 1) * 2 - 1).T
+        z = 1 - np.abs(x) - np.abs(y)
+        fold = np.maximum(-z, 0)
+        vectors = np.stack([x - np.copysign(fold, x), y - np.copysign(fold, y), z], axis=1)
+        return (vectors / np.linalg.norm(vectors, axis=1, keepdims=True)).astype(np.float32)
+    if stream.kind == FLOAT32:
+        positive = integers >= 0x80000000
+        return np.where(positive, integers ^ np.uint32(0x80000000), ~integers).astype(np.uint32).view(np.float32)
+    if stream.kind == SIGN:
+        return (2.0 * integers - 1.0).astype(np.float32)
+    return integers

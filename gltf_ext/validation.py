@@ -1,0 +1,111 @@
+"""validate: is a file well-formed, as far as the container and this extension go?"""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import pygltflib
+
+from . import _codec
+from .accessors import bounds, read_accessor
+from .document import Document, item, named_indices
+from .errors import MeshletError
+from .extension import EXTENSION, read_compressed
+from .geometry import Primitive
+from .importers import open_model
+from .packing import map_accessors, map_views
+
+
+def validate(path: str | os.PathLike) -> list[str]:
+    """Problems of a .glb or .gltf file, one line each; an empty list when there are none.
+
+    Checks the container, the types of all JSON properties, every reference to accessors and buffer views, every
+    extension object with its accessors, decodes every blob, and compares bounds and fallback with the result. Raises OSError when the file cannot be read.
+    """
+    try:
+        document = open_model(path)
+    except MeshletError as error:
+        return [str(error)]
+    problems = _broken_references(document) + _extension_lists(document)
+    compressed = 0
+    for m, mesh in enumerate(document.meshes):
+        for p, primitive in enumerate(mesh.primitives):
+            if EXTENSION in (primitive.extensions or {}):
+                compressed += 1
+                problems += _blob_problems(document, m, p)
+    return (
+        problems
+        if compressed or problems
+        else [f"has no primitive with {EXTENSION}; compress it first: gltf-meshlet compress IN OUT.glb"]
+    )
+
+
+def _broken_references(document: Document) -> list[str]:
+    problems = []
+    for mapper, items, kind in (
+        (map_accessors, document.accessors, "accessor"),
+        (map_views, document.bufferViews, "bufferView"),
+    ):
+
+        def check(index: int) -> int:
+            try:
+                item(items, index, kind)
+            except MeshletError as error:
+                problems.append(str(error))
+            return index
+
+        mapper(document, check)
+    for index in range(len(document.bufferViews)):
+        try:
+            document.bytes_of_view(index)
+        except MeshletError as error:
+            problems.append(str(error))
+    return problems
+
+
+def _extension_lists(document: Document) -> list[str]:
+    users = [p for mesh in document.meshes for p in mesh.primitives if EXTENSION in (p.extensions or {})]
+    if not users:
+        return []
+    problems = [] if EXTENSION in document.extensionsUsed else [f"extensionsUsed lacks {EXTENSION}"]
+    bare = {index for index, accessor in enumerate(document.accessors) if accessor.bufferView is None}
+    if any(p.indices in bare for p in users) and EXTENSION not in document.extensionsRequired:
+        problems.append(f"extensionsRequired lacks {EXTENSION}, but there is no fallback")
+    return problems
+
+
+def _blob_problems(document: Document, mesh: int, index: int) -> list[str]:
+    try:
+        compressed = read_compressed(document, mesh, index)
+        _codec.validate(compressed.blob)
+        decoded = compressed.decode()
+        return [
+            f"{compressed.where}: {problem}"
+            for problem in _accessor_problems(document, document.meshes[mesh].primitives[index], decoded)
+        ]
+    except MeshletError as error:
+        return [str(error)]
+    except ValueError as error:
+        return [f"{compressed.where}: {error}"]
+
+
+def _accessor_problems(document: Document, primitive: pygltflib.Primitive, decoded: Primitive) -> list[str]:
+    """Accessors describe the decoded data: the bounds of POSITION, and the fallback's values where there is one."""
+    problems = []
+    position = document.accessors[named_indices(primitive.attributes)["POSITION"]]
+    for name, expected in zip(("min", "max"), bounds(decoded.attributes["POSITION"])):
+        if getattr(position, name) != expected.tolist():
+            problems.append(f"{name} of its POSITION accessor is not that of the decoded data")
+    groups = [
+        ({"indices": primitive.indices}, {"indices": decoded.indices.reshape(-1, 1)}),
+        (named_indices(primitive.attributes), decoded.attributes),
+        *zip(map(named_indices, primitive.targets), decoded.targets),
+    ]
+    for accessors, arrays in groups:
+        for name, accessor in accessors.items():
+            if document.accessors[accessor].bufferView is not None and not np.array_equal(
+                read_accessor(document, accessor, name), arrays[name], equal_nan=True
+            ):
+                problems.append(f"the fallback of {name} is not the decoded data")
+    return problems

@@ -1,0 +1,75 @@
+"""The demo: its model, its rasteriser, and the whole run into an empty folder."""
+
+import numpy as np
+import pytest
+
+import gltf_ext
+from gltf_ext import demo, demo_model
+from gltf_ext.rasterizer import Camera, Mesh, render
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return demo_model.generate()
+
+
+def test_model_has_what_a_codec_must_survive(parts):
+    assert sum(len(part.triangles) for part in parts) > 50_000
+    assert len({part.mesh for part in parts}) == 3 and len(parts) == 5
+    for part in parts:
+        assert part.triangles.max() == len(part.positions) - 1
+        assert np.allclose(np.linalg.norm(part.normals, axis=1), 1, atol=1e-6)
+        assert part.texcoords.min() >= 0 and part.texcoords.max() <= 1
+        points = len(np.unique(part.positions, axis=0))
+        assert points < len(part.positions), f"{part.name} has no seam"
+
+
+def test_model_faces_outwards(parts):
+    for part in parts:
+        a, b, c = (part.positions[part.triangles[:, k]].astype(float) for k in range(3))
+        face = np.cross(b - a, c - a)
+        assert np.all(np.linalg.norm(face, axis=1) > 0), f"{part.name} has a degenerate triangle"
+        assert np.all(np.sum(face * part.normals[part.triangles[:, 0]], axis=1) > 0), part.name
+
+
+@pytest.mark.parametrize("name", ["knot", "planet", "gear"])
+def test_solid_parts_are_closed_by_position(parts, name):
+    part = next(part for part in parts if part.name == name)
+    corners = np.unique(part.positions, axis=0, return_inverse=True)[1].reshape(-1)[part.triangles]
+    edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+    assert np.all(np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)[1] == 2)
+
+
+def test_model_is_the_same_every_time(parts, tmp_path):
+    demo_model.write_glb(parts, tmp_path / "a.glb")
+    demo_model.write_glb(demo_model.generate(), tmp_path / "b.glb")
+    assert (tmp_path / "a.glb").read_bytes() == (tmp_path / "b.glb").read_bytes()
+
+
+def test_rasterizer_draws_the_nearer_of_two_squares():
+    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
+    positions = np.concatenate([square, square * 0.5 + [0, 0, 1]])
+    triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
+    colors = np.array([[1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0]], float)
+    mesh = Mesh(positions, np.tile([0.0, 0.0, 1.0], (8, 1)), triangles, colors)
+    picture = render(mesh, Camera(eye=(0, 0, 6), target=(0, 0, 0), field_of_view=30), 90, 60)
+    assert picture.shape == (60, 90, 4)
+    assert picture[30, 45, 1] > 0 and picture[30, 45, 0] == 0, "the green square is in front"
+    assert picture[30, 45 + 15, 0] > 0 and picture[30, 45 + 15, 1] == 0, "the red square stands out behind it"
+    assert picture[2, 2, 3] == 0 and picture[30, 2, 3] == 0, "nothing is drawn beside them"
+    covered = picture[..., 3].sum() / 255
+    side = 60 / (2 * np.tan(np.radians(15)) * 6) * 2
+    assert covered == pytest.approx(side * side, rel=0.02), "the picture's size follows from the camera"
+
+
+def test_demo_runs_and_saves(tmp_path, capsys):
+    assert demo.main(tmp_path / "out") == 0
+    printed = capsys.readouterr().out
+    assert "verified" in printed and "times smaller" in printed
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"original.glb", "compressed.glb", "decompressed.glb", "meshlets.png", "comparison.png", "size.png"}
+    totals = gltf_ext.inspect(tmp_path / "out" / "compressed.glb")["totals"]
+    assert totals["triangles"] == sum(len(part.triangles) for part in demo_model.generate())
+    assert totals["ratio"] > 5
+    for name in ("meshlets.png", "comparison.png", "size.png"):
+        assert 5_000 < (tmp_path / "out" / name).stat().st_size < 400_000
