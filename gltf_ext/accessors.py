@@ -92,7 +92,7 @@ def _with_sparse(document: Document, values: np.ndarray, sparse: pygltflib.Spars
 
 def described_by(accessor: pygltflib.Accessor, count: int) -> pygltflib.Accessor:
     """A new accessor of the same type, name and extras, for `count` elements, without a buffer view."""
-    result = pygltflib.Accessor(
+    return pygltflib.Accessor(
         componentType=accessor.componentType,
         type=accessor.type,
         count=count,
@@ -100,7 +100,6 @@ def described_by(accessor: pygltflib.Accessor, count: int) -> pygltflib.Accessor
         name=accessor.name,
         extras=accessor.extras,
     )
-    return result
 
 
 def index_accessor(index_count: int, vertex_count: int) -> pygltflib.Accessor:
@@ -121,7 +120,7 @@ def bounds(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def store(document: Document, accessor: pygltflib.Accessor, values: np.ndarray, target: int, fallback: bool) -> None:
-    """Give the accessor a buffer view of its own with these values, in its component type; vertex attributes are padded to 4 bytes."""
+    """Give the accessor a buffer view of its own with these values; vertex attributes are padded to 4 bytes."""
     values = np.ascontiguousarray(values, DTYPES[accessor.componentType])
     size = values.dtype.itemsize * values.shape[1]
     stride = size + -size % 4 if target == pygltflib.ARRAY_BUFFER else size

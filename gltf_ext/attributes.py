@@ -15,7 +15,8 @@ stands for three components. What each attribute becomes:
 | morph target, POSITION     | GRID, the position step                                    | exact                 |
 | morph target, others       | GRID, one step, bits of the attribute it moves             | exact                 |
 
-Directions lose their length. "Exact" is INTEGER for unsigned components, GRID with step 1 for signed ones and for positions.
+Directions lose their length. "Exact" is INTEGER for unsigned components, GRID with step 1 for signed ones and for
+positions, whatever the bits asked for.
 """
 
 from __future__ import annotations
@@ -226,7 +227,7 @@ def octahedral_directions(quantised: np.ndarray, bits: int) -> np.ndarray:
 
 
 def octahedral_bound(bits: int) -> float:
-    """Largest angle in radians between a direction and its decoded one: half a cell, stretched most (3 sqrt 2) at a face's centre."""
+    """Largest angle in radians that a direction is off: half a cell, stretched most (3 sqrt 2) at a face's centre."""
     half_cell = 1.0 / (2**bits - 1)
     return 3.0 * np.sqrt(2.0) * half_cell * (1.0 + 2.0 * half_cell)
 
@@ -269,7 +270,7 @@ def quantised_weights(sets: list[np.ndarray], bits: int) -> list[np.ndarray]:
     return [np.ascontiguousarray(part) for part in np.split(result.astype(np.int64).astype(np.uint32), splits, axis=1)]
 
 
-# --- planning, quantising and decoding whole primitives ----------------------------------------------------------------
+# --- planning, quantising and decoding whole primitives --------------------------------------------------------------
 
 
 @dataclass
@@ -295,7 +296,10 @@ class Plan:
 def plan_primitive(
     attributes: dict[str, np.ndarray], targets: list[dict[str, np.ndarray]], grid: Grid | None, bits: Bits, where: str
 ) -> Plan:
-    """Quantise all attributes and morph-target deltas ([V, components] arrays); grid is for float positions, where for errors."""
+    """Quantise all attributes and morph-target deltas, [V, components] arrays.
+
+    grid: for float positions; where: the primitive's place, for errors.
+    """
     plan = Plan()
     try:
         for name in sorted(attributes, key=lambda n: (n != "POSITION", n)):

@@ -69,8 +69,9 @@ def _compress(options: argparse.Namespace) -> int:
     _warn(options.input, report["warnings"] + _dropped(report["dropped"]) + _kept(report["kept"]))
     totals = report["totals"]
     print(
-        f"{_sizes(report)}: {totals['ratio']:.2f} times smaller geometry, {totals['bits_per_triangle']['total']:.2f} bits per triangle, "
-        f"{totals['triangles']:,} triangles in {totals['meshlets']:,} meshlets ({totals['mean_triangles_per_meshlet']:.1f} on average)"
+        f"{_sizes(report)}: {totals['ratio']:.2f} times smaller geometry, "
+        f"{totals['bits_per_triangle']['total']:.2f} bits per triangle, {totals['triangles']:,} triangles in "
+        f"{totals['meshlets']:,} meshlets ({totals['mean_triangles_per_meshlet']:.1f} on average)"
     )
     return 0
 
@@ -133,12 +134,14 @@ def _primitive_line(primitive: dict[str, Any]) -> str:
         f" ({primitive['name']})" if primitive["name"] else ""
     )
     if "shares_buffer_view_of" in primitive:
-        return f"{place}: the same data as mesh {primitive['shares_buffer_view_of'][0]} primitive {primitive['shares_buffer_view_of'][1]}"
+        mesh, index = primitive["shares_buffer_view_of"]
+        return f"{place}: the same data as mesh {mesh} primitive {index}"
     attributes = ", ".join(
         f"{name} {'+'.join(map(str, a['bits_per_component']))}" for name, a in primitive["attributes"].items()
     )
     return (
-        f"{place}: {primitive['triangles']:,} triangles, {primitive['meshlets']:,} meshlets, ratio {primitive['ratio']:.2f}, "
+        f"{place}: {primitive['triangles']:,} triangles, {primitive['meshlets']:,} meshlets, "
+        f"ratio {primitive['ratio']:.2f}, "
         f"{primitive['bits_per_triangle']['total']:.2f} bits per triangle; bits: {attributes}"
     )
 

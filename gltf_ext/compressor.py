@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 import pygltflib
@@ -146,7 +147,7 @@ def compress(input: str | os.PathLike, output: str | os.PathLike, **options: Any
         binary, fallback = pack(document)
         report = {**inspect_document(document), **report}
         if fallback:
-            document.buffers[1].uri = fallback_name
+            document.buffers[1].uri = quote(fallback_name)
         parts = glb_parts(document, binary)
     except MeshletError as error:
         error.path = error.path or str(input)
@@ -181,6 +182,7 @@ def _compress_document(document: Document, options: Options, title: str) -> dict
         raise MeshletError(
             f"none of its triangle primitives can be compressed ({jobs[0].reason_kept})", "there is nothing to compress"
         )
+    document.forget_extension(EXTENSION)
     document.use_extension(EXTENSION, required=not options.fallback)
     warnings += embed_images(document) + _settle_extensions(document, encoded)
     dropped = Dropped()
@@ -350,7 +352,8 @@ def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
     unknown = unknown_index_holders(document)
     if unknown:
         warnings.append(
-            f"{', '.join(unknown)} may refer to the original accessors, so their data is kept; remove the extension for a smaller file"
+            f"{', '.join(unknown)} may refer to the original accessors, so their data is kept; "
+            "remove the extension for a smaller file"
         )
     return warnings
 

@@ -6,6 +6,8 @@ import os
 from pathlib import Path
 from typing import Any
 
+import pygltflib
+
 from .accessors import bounds, described_by, index_accessor, set_bounds
 from .document import (
     Document,

@@ -88,7 +88,7 @@ def malformed(where: str, reason: Any) -> MeshletError:
 
 
 def compressed_primitives(document: Document) -> list[Compressed]:
-    """Every primitive with the extension, in order of (mesh, primitive); its object and header are checked, its blob is not decoded."""
+    """Every primitive with the extension, in order of (mesh, primitive); objects and headers are checked."""
     return [
         read_compressed(document, m, p)
         for m, mesh in enumerate(document.meshes)
@@ -197,7 +197,6 @@ def _check_counts(document: Document, primitive: pygltflib.Primitive, compressed
         raise ValueError("its indices accessor's component type cannot hold its indices")
     for attributes in [primitive.attributes, *primitive.targets]:
         for name, accessor in named_indices(attributes).items():
-            if document.accessors[accessor].count != compressed.vertex_count:
-                raise ValueError(
-                    f"its {name} accessor has {document.accessors[accessor].count} elements instead of {compressed.vertex_count}"
-                )
+            count = document.accessors[accessor].count
+            if count != compressed.vertex_count:
+                raise ValueError(f"its {name} accessor has {count} elements instead of {compressed.vertex_count}")

@@ -45,7 +45,7 @@ class Primitive:
 
 @dataclass
 class Dropped:
-    """What welding left out: degenerate triangles, incomplete last triangles' indices, unreferenced vertices, duplicate vertices."""
+    """What is left out of a primitive; incomplete_triangles counts primitives that end in one."""
 
     degenerate_triangles: int = 0
     incomplete_triangles: int = 0
@@ -140,7 +140,10 @@ def _triangles(indices: np.ndarray, mode: int) -> np.ndarray:
 
 
 def weld(primitive: Primitive) -> tuple[Primitive, Dropped]:
-    """Merge vertices that are bit-identical in all attributes and targets; drop unreferenced ones and triangles with a repeated vertex."""
+    """Merge vertices that are bit-identical in all attributes and targets.
+
+    Drops unreferenced vertices, and triangles with a repeated vertex.
+    """
     dropped = Dropped()
     primitive, dropped.unreferenced_vertices = _without_unreferenced(primitive)
     if not len(primitive.indices):
@@ -219,7 +222,7 @@ def check_finite(primitive: Primitive) -> None:
 
 
 def store_primitive(document: Document, primitive: pygltflib.Primitive, decoded: Primitive, fallback: bool) -> None:
-    """Give the primitive's accessors buffer views with the decoded data; fallback marks those views for `packing.pack`."""
+    """Give the primitive's accessors buffer views with the decoded data, in the fallback buffer or the binary chunk."""
     accessors = document.accessors
     store(
         document, accessors[primitive.indices], decoded.indices.reshape(-1, 1), pygltflib.ELEMENT_ARRAY_BUFFER, fallback

@@ -17,7 +17,7 @@ SIGNATURES = (
 
 
 def embed_images(document: Document) -> list[str]:
-    """Move images behind data: uris and relative paths into buffer views; returns a warning for each that cannot be read."""
+    """Move images behind data: uris and relative paths into buffer views; returns warnings for those that stay."""
     warnings = []
     for image in document.images:
         if image.uri is not None:

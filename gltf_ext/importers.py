@@ -10,6 +10,7 @@ from .document import Document, parse_glb, read_document
 from .errors import MeshletError
 
 GLTF_SUFFIXES = (".glb", ".gltf")
+REASON_LENGTH = 120  # of what trimesh says
 MESH_SUFFIXES = (".obj", ".ply", ".stl")
 
 
@@ -38,8 +39,9 @@ def _import_mesh(path: Path) -> Document:
             raise ValueError("no triangles")
         return parse_glb(scene.export(file_type="glb"), path.parent)
     except Exception as error:  # trimesh's readers raise anything
+        reason = " ".join(str(error).split())[:REASON_LENGTH]
         raise MeshletError(
-            f"cannot be read as {path.suffix.lower()[1:]} ({type(error).__name__}: {' '.join(str(error).split())[:120]})",
+            f"cannot be read as {path.suffix.lower()[1:]} ({type(error).__name__}: {reason})",
             "export the model again",
         ) from None
     finally:

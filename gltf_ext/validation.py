@@ -21,7 +21,8 @@ def validate(path: str | os.PathLike) -> list[str]:
     """Problems of a .glb or .gltf file, one line each; an empty list when there are none.
 
     Checks the container, the types of all JSON properties, every reference to accessors and buffer views, every
-    extension object with its accessors, decodes every blob, and compares bounds and fallback with the result. Raises OSError when the file cannot be read.
+    extension object with its accessors, decodes every blob, and compares bounds and fallback with the result.
+    Raises OSError when the file cannot be read.
     """
     try:
         document = open_model(path)

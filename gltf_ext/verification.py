@@ -200,7 +200,7 @@ def _match(source: Primitive, compressed: Compressed) -> tuple[int, int, np.ndar
 
 
 def _rotated(triangles: np.ndarray) -> np.ndarray:
-    """Each triangle turned so that its smallest corner comes first; where two are smallest, the rotation is still unique."""
+    """Each triangle turned so that its smallest corner comes first; with two smallest ones, in one way too."""
     a, b, c = triangles.T
     turn = np.where((b < a) & (b <= c), 1, np.where((c < a) & (c < b), 2, 0))
     # Of two equal smallest corners the one followed by the other leads: (x, x, y), never (x, y, x).

@@ -33,7 +33,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 @pytest.fixture
 def model(request: pytest.FixtureRequest):
-    """A function from a model's name, like "nasty/Box.glb", to its path; skips when it is not there, fails with --full."""
+    """A function from a model's name ("nasty/Box.glb") to its path; skips when it is not there, fails with --full."""
 
     def find(name: str) -> Path:
         path = MODELS / name

@@ -65,7 +65,7 @@ class Builder:
         normalized=(),
         **more: Any,
     ) -> dict:
-        """A mesh of one primitive; arrays become accessors, integers are accessors that exist. Returns the primitive."""
+        """A mesh of one primitive, which is returned; arrays become accessors, integers are accessors that exist."""
 
         def group(arrays):
             return {

@@ -1,4 +1,4 @@
-"""Any input: primitive modes, index types, sparse, interleaved and shared accessors, degenerates, and refusals by name."""
+"""Any input: primitive modes, index types, sparse, interleaved and shared accessors, degenerates, refusals by name."""
 
 import base64
 import json

@@ -91,7 +91,7 @@ def test_hard_models_compress_or_are_refused(path, options, tmp_path):
         )
 
 
-# --- Khronos validator -------------------------------------------------------------------------------------------------
+# --- Khronos validator -----------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

@@ -229,6 +229,17 @@ def test_fallback_is_the_decoded_data_in_its_own_buffer(files, decoded, tmp_path
         np.testing.assert_array_equal(read.attributes[name], values)
 
 
+def test_fallback_of_a_compressed_file_with_a_difficult_name(files, decoded, tmp_path):
+    output = tmp_path / "a b%c.glb"
+    gltf_ext.compress(files[1], output, fallback=True)
+    properties = glb_json(output)
+    assert "extensionsRequired" not in properties and properties["buffers"][1]["uri"] == "a%20b%25c.fallback.bin"
+    assert gltf_ext.validate(output) == []
+    gltf_ext.compress(output, tmp_path / "again.glb")
+    assert gltf_ext.verify(files[1], tmp_path / "again.glb")["ok"]
+    assert len(glb_json(tmp_path / "again.glb")["buffers"]) == 1
+
+
 def test_inspect_adds_up(files, source):
     report = gltf_ext.inspect(files[1])
     totals = report["totals"]

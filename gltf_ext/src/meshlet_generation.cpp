@@ -247,7 +247,8 @@ Piece Generator::join_small(const Piece& piece) const {
 }
 
 // Cuts the triangles of all these meshlets anew, so that disks grow across their former borders.
-void Generator::join(const Piece& piece, const std::vector<uint32_t>& meshlets, DiskCutter& cutter, Piece& result) const {
+void Generator::join(const Piece& piece, const std::vector<uint32_t>& meshlets, DiskCutter& cutter,
+                     Piece& result) const {
     std::vector<uint32_t> triangles;
     for (const uint32_t m : meshlets)
         triangles.insert(triangles.end(), piece.triangles.begin() + piece.first_triangle(m),

@@ -8,8 +8,9 @@
 
 namespace meshlet {
 
-// Triangles, three vertex numbers each, never one twice in a triangle. position_ids[v] (below vertex_count) is equal for
-// two vertices if and only if their positions are bit-identical; positions: three finite floats per vertex.
+// Triangles (at least one, below 2^31 / 3), three vertex numbers each, never one twice in a triangle. position_ids[v]
+// (below vertex_count) is equal for two vertices if and only if their positions are bit-identical; positions: three
+// finite floats per vertex.
 struct MeshView {
     const uint32_t* triangles;
     size_t triangle_count;
@@ -25,12 +26,12 @@ enum class Weight { paper, choe };
 struct GenerationOptions {
     int max_triangles = 64;  // per meshlet, 1..64
     int max_vertices = 64;   // per meshlet, 3..64
-    float lambda = 1.4f;     // > 1; the smaller, the more planar the meshlets; the larger, the more compact
+    float lambda = 1.4f;     // above 1: the smaller, the more planar the meshlets; the larger, the more compact
     int iterations = 12;     // at most this many rounds of attaching triangles and moving centres
     Weight weight = Weight::paper;
     int threads = 0;                       // 0: one per processor; no influence on the result
     std::function<void(float)> progress;   // called on the calling thread with a fraction that never decreases
-    float fill = 0.96f;  // the number of initial centres is such that regions have this share of max_triangles
+    float fill = 0.96f;  // as many initial centres as give regions this share of max_triangles, in the mean
 };
 
 // A meshlet is a range of components, a component a range of triangles.
@@ -43,9 +44,10 @@ struct Meshlets {
 };
 
 // Partitions the mesh. Every component is a disk when triangles are joined by shared vertices (not just positions):
-// connected through edges, of Euler characteristic 1, with one boundary loop that passes each vertex once. A meshlet has
-// at most max_triangles triangles and, summed over its components, at most max_vertices vertices. Meshlets that share an
-// edge have close numbers. The result depends on nothing but the mesh and the options.
+// connected through edges, of Euler characteristic 1, with one boundary loop of at least three edges that passes each
+// vertex once. A meshlet has at most max_triangles triangles and, summed over its components, at most max_vertices
+// vertices. Meshlets that share an edge (by position) have close numbers. The result depends on nothing but the mesh
+// and the options, threads excepted.
 Meshlets generate_meshlets(const MeshView& mesh, const GenerationOptions& options);
 
 }  // namespace meshlet

@@ -15,8 +15,8 @@ TriangleShapes measure_triangles(const MeshView& mesh, int threads);
 // Numbers of the points (in a box of longest side 1) in the order of a Hilbert curve; equal codes by number.
 std::vector<uint32_t> order_along_curve(const std::vector<Vec3>& points, int threads);
 
-// Reorders the mesh's triangles such that each edge-connected component (half_edges: match_half_edges) stays together, the
-// components in order of their first triangles.
+// Reorders the mesh's triangles such that each edge-connected component (half_edges: match_half_edges) stays together,
+// the components in order of their first triangles.
 void group_components(const std::vector<int32_t>& half_edges, std::vector<uint32_t>& order);
 
 // Copies the part of the mesh that consists of order[first .. last). slot[t] is the place of triangle t in order,

@@ -79,7 +79,8 @@ Mesh make_grid(uint32_t n, bool wrap_u, bool wrap_v) {
     const auto at = [&](uint32_t i, uint32_t j) { return j % rows * columns + i % columns; };
     for (uint32_t j = 0; j < n; ++j)
         for (uint32_t i = 0; i < n; ++i)
-            for (const uint32_t v : {at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)})
+            for (const uint32_t v :
+                 {at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)})
                 mesh.triangles.push_back(v);
     return mesh;
 }
@@ -138,7 +139,8 @@ void test_half_edges() {
     // Two triangles joined by 1-2; a third one on 0-1, wound the wrong way; a fourth and fifth on 2-0.
     const std::vector<uint32_t> triangles{0, 1, 2, 2, 1, 3, 0, 1, 4, 0, 2, 5, 0, 2, 6};
     const std::vector<int32_t> match = meshlet::match_half_edges(triangles.data(), 5, nullptr, 7, 1);
-    for (int32_t h = 0; h < 15; ++h) expect(match[h] == (h == 1 ? 3 : h == 3 ? 1 : -1), "half-edge " + std::to_string(h));
+    for (int32_t h = 0; h < 15; ++h)
+        expect(match[h] == (h == 1 ? 3 : h == 3 ? 1 : -1), "half-edge " + std::to_string(h));
     // Vertices 4 and 5 lie where 0 and 1 do, so that 5-4 closes on 0-1.
     const std::vector<uint32_t> torn{0, 1, 2, 5, 4, 3}, ids{0, 1, 2, 3, 0, 1};
     expect(meshlet::match_half_edges(torn.data(), 2, ids.data(), 4, 1)[0] == 3, "half-edges joined by position");
@@ -268,7 +270,8 @@ void report(const char* path, const meshlet::GenerationOptions& options, bool ch
     std::printf("%-18s %6.3f s, %d iterations, histogram %u %u %u %u, checksum %08x", name, seconds, iterations,
                 histogram[0], histogram[1], histogram[2], histogram[3], sum);
     if (checked) {
-        const double meshlets = static_cast<double>(figures.meshlets), triangles = static_cast<double>(figures.triangles);
+        const double meshlets = static_cast<double>(figures.meshlets);
+        const double triangles = static_cast<double>(figures.triangles);
         // Rough cost of everything that a partition without boundaries would not have (bits as in the format's tables).
         const double cost = 45 * meshlets + 5.0 * figures.owned_chains +
                             11.0 * (figures.references - figures.owned_chains) + 4.0 * figures.chain_vertices +
