@@ -56,6 +56,7 @@ COMPRESS_OPTIONS = (
     "max_triangles",
     "lambda_",
     "iterations",
+    "fill",
     "weight",
     "fallback",
     "threads",
@@ -283,6 +284,9 @@ def _add_compress(commands) -> None:
         "--lambda", dest="lambda_", type=float, metavar="X", help="planar (small) or compact (large) meshlets"
     )
     command.add_argument("--iterations", type=int, metavar="N", help="at most so many rounds of meshlet generation")
+    command.add_argument(
+        "--fill", type=float, metavar="X", help="size that meshlet generation aims at, as a share of --max-triangles"
+    )
     command.add_argument(
         "--weight",
         choices=("paper", "choe"),

@@ -70,6 +70,7 @@ class Options:
     max_triangles: int = 64
     lambda_: float | None = None
     iterations: int | None = None
+    fill: float | None = None
     weight: str = "paper"
     fallback: bool = False
     threads: int = 0
@@ -91,6 +92,8 @@ class Options:
         for name, choices in (("grid", ("mesh", "scene")), ("weight", ("paper", "choe"))):
             if getattr(self, name) not in choices:
                 raise MeshletError(f"{name} is {getattr(self, name)!r}", f"use {' or '.join(choices)}")
+        if self.fill is not None and not 0.25 <= self.fill <= 1.0:
+            raise MeshletError(f"fill is {self.fill}", "use 0.25 to 1")
         for name in ("step", "lambda_", "iterations"):
             value = getattr(self, name)
             if value is not None and not 0 < value <= LARGEST_NUMBER:
@@ -103,7 +106,7 @@ class Options:
     @property
     def encoder(self) -> dict[str, Any]:
         """Keyword arguments of _codec.encode."""
-        given = {"lambda_": self.lambda_, "iterations": self.iterations}
+        given = {"lambda_": self.lambda_, "iterations": self.iterations, "fill": self.fill}
         return {
             "max_triangles": self.max_triangles,
             "weight": self.weight,
@@ -129,7 +132,7 @@ def compress(input: str | os.PathLike, output: str | os.PathLike, **options: Any
 
     Options: position_bits (4 to 24), normal_bits, texcoord_bits, color_bits, weight_bits (4 to 16): bits per
     component; step: position step in model units instead of position_bits; grid: "mesh" or "scene", what shares one
-    position grid; max_triangles (16 to 64) per meshlet; lambda_, iterations, weight ("paper" or "choe"): meshlet
+    position grid; max_triangles (16 to 64) per meshlet; lambda_, iterations, fill, weight ("paper" or "choe"): meshlet
     generation; fallback: also write plain buffers (into OUTPUT's name with .fallback.bin) for readers without the
     extension; threads: 0 for one per processor, the result is the same; progress: draw a bar on a terminal.
 

@@ -65,6 +65,8 @@ def test_options_reach_the_encoder(original, tmp_path, capsys):
             "3",
             "--lambda",
             "2",
+            "--fill",
+            "0.7",
             "--grid",
             "scene",
         ]
@@ -125,6 +127,7 @@ def test_errors_are_one_line(tmp_path, capsys, command):
         (["--step", "1e300"], "step is 1e+300"),
         (["--step", "1e-60"], "needs more than 24 bits"),
         (["--iterations", "-1"], "iterations is -1"),
+        (["--fill", "1.5"], "fill is 1.5; use 0.25 to 1"),
     ],
 )
 def test_options_out_of_range(original, tmp_path, capsys, arguments, message):
