@@ -27,7 +27,7 @@ fuzz: .venv/installed  ## 100,000 mutations of compressed buffers through the de
 
 figures: .venv/installed .venv/extras  ## the pictures and tables that README.md and the specification show
 	@$(BIN)/gltf-meshlet demo build/demo && cp build/demo/meshlets.png build/demo/comparison.png build/demo/size.png docs/
-	@$(BIN)/python -m bench.size && $(BIN)/python -m bench.choices
+	@for question in size speed choices table1; do $(BIN)/python -m bench.$$question || exit 1; done
 
 clean:  ## remove everything that make made
 	rm -rf .venv build demo-output
