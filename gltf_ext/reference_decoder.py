@@ -160,7 +160,7 @@ def decode_serial(symbols: str) -> Connectivity:
                 break
         if fresh:
             roots.append(top())
-    _require(fresh, "the CLERS symbols lack an E.")
+    _require(fresh, "the CLERS symbols lack an E: an S waits for its left part.")
     _require(vertex_count <= MAX_VERTICES, f"there are more than {MAX_VERTICES} vertices.")
     return _assemble(symbols, apex, stack, firsts, roots, begins, vertex_count)
 
@@ -222,7 +222,7 @@ def decode_parallel(symbols: str) -> list[tuple[int, int, int]]:
     for t in lanes:
         if symbols[t] in "CL":
             late[closing[t]] += 1
-    # 3. where the part of t starts and ends in the string of m and c, and where its apex stands
+    # 3. where the part of t starts and ends in the string of + and -, and where its apex stands
     start = [
         before(t, "R") + 2 * before(t, "E") + sum(late[q] for q in range(t)) + sum(end < t for end in ends) for t in lanes
     ]
@@ -235,7 +235,7 @@ def decode_parallel(symbols: str) -> list[tuple[int, int, int]]:
             middle.append(end[t] - 1)
         else:
             middle.append(start[t] + closing[t + 1] - t + 1)
-    # 4. the string: c where a C ends, m elsewhere; and the depth of each m
+    # 4. the string: - where a C ends, + elsewhere; and the height of each +
     length = max(end) + 1
     pops = {end[t] for t in lanes if symbols[t] == "C"}
     popped = [sum(p <= j for p in pops) for j in range(length)]
@@ -298,7 +298,7 @@ class BlobFile:
 
     def __init__(self, data: bytes):
         self.data = bytes(data)
-        _require(len(self.data) >= HEADER_BYTES + PADDING_BYTES, "The blob is shorter than its header.")
+        _require(len(self.data) >= HEADER_BYTES + PADDING_BYTES, f"The blob is shorter than {HEADER_BYTES + PADDING_BYTES} bytes.")
         (magic, version, stream_count, flags, reserved, self.triangle_count, self.vertex_count, self.meshlet_count, byte_length,
          self.data_offset, reserved_end) = struct.unpack_from("<IBBBBIIIIII", self.data)
         _require(magic == MAGIC, "The blob does not start with the bytes EBM1.")

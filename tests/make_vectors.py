@@ -238,6 +238,48 @@ def two_vertex_loop() -> bytes:
     return blob_writer.write_blob(streams, [meshlet], 3)
 
 
+def collapsed_by_aliases() -> bytes:
+    """A run of a boundary that meets another one of the same meshlet: each triangle has two local vertices that are one."""
+    streams = [blob_writer.Stream(bits=8)]
+    loop = [reference(PRIVATE, 1), reference(OWNED, 1), reference(PRIVATE, 1), reference(FOREIGN, 1), reference(PRIVATE, 1)]
+    return blob_writer.write_blob(streams, [fixed_meshlet("RRE", [loop], streams, [3], [0], [0])], 3)
+
+
+def redundant_masks() -> bytes:
+    """A private mask of zeros, and share bits that are all one."""
+    streams = [blob_writer.Stream(bits=12), blob_writer.Stream(bits=10, components=2)]
+    loop = [reference(OWNED, 1), reference(OWNED, 1), reference(OWNED, 1)]
+    meshlets = [
+        fixed_meshlet("E", [loop], streams, [3, 3], [0, 0], [0, 0]),
+        fixed_meshlet("E", [[reference(FOREIGN, 1, 1, 0), *loop[1:]]], streams, [1, 1], [0, 0], [0, 0]),
+    ]
+    with mock.patch.multiple(blob_writer, has_private=lambda meshlet: True, has_seams=lambda meshlet: True):
+        return blob_writer.write_blob(streams, meshlets, 4)
+
+
+def unused_bytes() -> bytes:
+    """The worked example with bytes that belong to nothing, and an offset of an element that its stream 1 lacks."""
+    blob = worked_example()
+    tables = table_offsets(blob)
+    begin = struct.unpack_from("<I", blob, 24)[0]
+    starts = [begin + (struct.unpack_from("<I", blob, tables["directory"] + 4 * m)[0] & 0x1FFFF) for m in range(3)]
+    parts = [blob[a:b] for a, b in zip(starts, [*starts[1:], len(blob) - 8])]
+    data = b"".join(b"\xff\x5a\xa5" + part for part in parts) + b"\xc3" * 8
+    data += b"\xff" * (-(begin + len(data)) % 4) + bytes(8)
+    blob = put_bytes(blob[:begin] + data, 20, "I", begin + len(data))
+    blob = put_bytes(blob, tables["groups"], "I", 3)
+    for m in range(3):
+        blob = patch_directory(blob, m, 0, 17, starts[m] - begin + 3 * m)
+    return put_bytes(blob, tables["streams"] + 28 + 12 + 4 * 3, "f", -7.5)
+
+
+def data_within_data() -> bytes:
+    """Meshlet 1 starts at the second byte of meshlet 0, after its two planes; the bits are such that both are valid."""
+    streams = [blob_writer.Stream(bits=8, components=1)]
+    meshlet = blob_writer.Meshlet("E", [], [[[0b01000_111]]], [0], [], [[]], [[9]], [[[3], [6]]])
+    return patch_directory(blob_writer.write_blob(streams, [meshlet, meshlet], 6), 1, 0, 17, 1)
+
+
 def random_structures() -> bytes:
     """Random meshlets, references, codes and residuals (see blob_writer.random_blob)."""
     for seed in range(1000):
@@ -283,6 +325,10 @@ VALID = {
     "filled_hole": (filled_hole, "hand-made: loops of a single owned and of a single foreign reference, which is a seam"),
     "extreme_codes": (extreme_codes, "hand-made: Rice parameter 31, quotient 16383, width 32, width above the stream's bits"),
     "two_vertex_loop": (two_vertex_loop, "hand-made: a boundary of two vertices"),
+    "collapsed_by_aliases": (collapsed_by_aliases, "hand-made: triangles two of whose local vertices are one vertex through aliases"),
+    "redundant_masks": (redundant_masks, "hand-made: a stored private mask that is zero, stored share bits that are all one"),
+    "unused_bytes": (unused_bytes, "hand-made: unused bytes around the meshlets' data, an offset of an element that the stream lacks"),
+    "data_within_data": (data_within_data, "hand-made: sections of a meshlet that extend into the bytes of the next"),
     "random_structures": (random_structures, "hand-made: random connectivity, references, codes and residuals"),
 }
 
@@ -438,6 +484,7 @@ def malformed_vectors() -> dict[str, bytes]:
         "stream_reserved": put_bytes(simple, 38, "H", 1),
         "stream_step": put_bytes(simple, 40, "f", float("nan")),
         "stream_offset": put_bytes(simple, 44, "f", float("inf")),
+        "stream_offset_unused": put_bytes(simple, 56, "f", float("inf")),
         "stream_oct_components": put_bytes(simple, 32, "B", OCT),
         "stream_float_bits": put_bytes(simple, 32, "B", FLOAT32),
         "stream_sign_bits": put_bytes(simple, 32, "B", SIGN),
@@ -577,15 +624,45 @@ def meshlet_rows(blob: bytes, m: int) -> list[str]:
     return rows
 
 
-def local_table(blob: bytes, m: int) -> list[str]:
+def hops_text(decoder: reference_decoder.Decoder, m: int) -> str:
+    """The hops from each corner that meshlet ``m`` does not store. All streams take the same ones: the example has no seams."""
+    meshlet = decoder.file.meshlet(m)
+    assert not meshlet.entry.has_seams
+    paths = []
+    for j, run in enumerate(decoder.boundary(meshlet)):
+        path = f"corner {j} (local id {run[0]})"
+        here = meshlet, j
+        while (there := decoder.hop(*here, reference_decoder.Reference.shares_all)) is not None:
+            here = there
+            path += f" → corner {here[1]} of meshlet {here[0].index}"
+        if here != (meshlet, j):
+            paths.append(path)
+    return "; ".join(paths) or "none"
+
+
+def local_table(blob: bytes, m: int, numbers: dict[int, int]) -> list[str]:
+    """``numbers``: local id -> vertex number."""
     decoder = reference_decoder.Decoder(blob)
     triangles, values = decoder.meshlet(m)
     symbols = decoder.file.meshlet(m).symbols
+    aliases = decoder.alias(decoder.file.meshlet(m), [decoder.boundary(decoder.file.meshlet(n)) for n in range(m + 1)])
+    aliases_text = ", ".join(f"{v} of {w} of meshlet {owner}" for v, (owner, w) in sorted(aliases.items()))
     rows = [f"Symbols {' '.join(symbols)}, triangles (a, b, v): {', '.join(map(str, triangles))}.", ""]
-    rows += ["| local id | " + " | ".join(f"stream {s}" for s in range(len(values))) + " |", "| --- |" + " --- |" * len(values)]
+    rows += [f"Hops: {hops_text(decoder, m)}. Aliases, by local ids: {aliases_text or 'none'}.", ""]
+    rows += ["| local id | vertex | " + " | ".join(f"stream {s}" for s in range(len(values))) + " |", "| --- | --- |" + " --- |" * len(values)]
     for v in range(len(values[0])):
-        rows.append(f"| {v} | " + " | ".join(", ".join(map(str, stream_values[v])) for stream_values in values) + " |")
+        rows.append(f"| {v} | {numbers[v]} | " + " | ".join(", ".join(map(str, stream_values[v])) for stream_values in values) + " |")
     return rows
+
+
+def vertex_numbers(blob: bytes, triangles: list) -> list[dict[int, int]]:
+    """Per meshlet: local id -> vertex number, from the decoded triangle list."""
+    decoder = reference_decoder.Decoder(blob)
+    rest = iter(triangles)
+    return [
+        {v: number for triangle in decoder.meshlet(m)[0] for v, number in zip(triangle, next(rest))}
+        for m in range(decoder.file.meshlet_count)
+    ]
 
 
 def worked_example_text(blob: bytes) -> str:
@@ -602,10 +679,11 @@ def worked_example_text(blob: bytes) -> str:
     for g in range(-(-meshlet_count // 32)):
         lines += table_rows(blob, offsets["groups"] + 8 * g, f"group {g}", GROUP_FIELDS)
     lines += [directory_row(blob, offsets["directory"] + 4 * m, m) for m in range(meshlet_count)]
+    numbers = vertex_numbers(blob, decoded.triangles.tolist())
     for m in range(meshlet_count):
         lines += ["", f"Meshlet {m} (masks are written first bit first):", ""]
         lines += ["| Byte | First bit | Bits | Section | Field | Value |", "| --- | --- | --- | --- | --- | --- |", *meshlet_rows(blob, m), ""]
-        lines += local_table(blob, m)
+        lines += local_table(blob, m, numbers[m])
     lines += ["", "Decoded triangles, in vertex numbers: " + ", ".join(str(tuple(t)) for t in decoded.triangles.tolist()) + "."]
     return "\n".join(lines) + "\n"
 

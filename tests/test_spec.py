@@ -145,6 +145,12 @@ def test_worked_example_accounts_for_every_bit():
     assert len(blob) == -(-end // 32) * 4 + 8
 
 
+def test_fields_have_the_same_names_in_the_text_and_in_the_worked_example():
+    text = SPECIFICATION.read_text().replace("−", "-")
+    text = text[text.index("### A.5") : text.index("### A.6")]
+    assert [name for name in make_vectors.SECTIONS if name not in text] == []
+
+
 def test_limits_are_those_of_the_reference_decoder():
     """The document's limits, read from its text, are the constants of the decoder written from it."""
     text = SPECIFICATION.read_text()

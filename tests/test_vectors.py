@@ -125,7 +125,7 @@ def test_vectors_cover_the_format():
             seen |= {(what, "fixed" if code.k is None else "rice") for what, code in codes}
     both = [(what, value) for what in ("no references", "seams", "loops", "same meshlet") for value in (False, True)]
     expected = {*"CLERS", "owned", "foreign", "private", "groups", ("components", 1), ("components", 2), *both}
-    expected |= {("kind", kind) for kind in range(5)} | {("predictor", predictor) for predictor in range(3)}
+    expected |= {("kind", kind) for kind in range(5)} | {("predictor", predictor) for predictor in range(4)}
     expected |= {(what, code) for what in ("chain", "interior") for code in ("fixed", "rice")}
     assert expected <= seen, expected - seen
 
