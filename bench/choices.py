@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import tempfile
 from collections import Counter
+from contextlib import contextmanager
 from pathlib import Path
 
 import gltf_ext
@@ -22,6 +23,7 @@ from gltf_ext.importers import open_model
 from gltf_ext.reference_decoder import COPY, DAMPED, FOREIGN, MEAN, OWNED, PARALLELOGRAM, PRIVATE, Decoder
 
 NAMES = ("bunny", "beast", "igea", "engine")
+NAMES_SWITCHED = (*NAMES, "dragon", "DamagedHelmet", "sponza_like")
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
 MESHLET_SIZES = (16, 32, 48, 64)
 PREDICTORS = {"parallelogram": PARALLELOGRAM, "mean": MEAN, "copy": COPY, "damped": DAMPED}
@@ -137,6 +139,33 @@ def totals(path: Path, folder: Path, **options) -> tuple[dict, Path]:
     return gltf_ext.inspect(output)["totals"], output
 
 
+@contextmanager
+def encoder(predictor: int = -1, **options):
+    """Makes gltf_ext.compress encode with one predictor for all streams that allow it, and with other options of _codec.encode."""
+    original = _codec.encode
+
+    def changed(triangles, ids, positions, streams, values, **rest):
+        streams = [{**stream, "predictor": predictor if stream["bits"] <= 24 else -1} for stream in streams]
+        return original(triangles, ids, positions, streams, values, **rest, **options)
+
+    _codec.encode = changed
+    try:
+        yield
+    finally:
+        _codec.encode = original
+
+
+def measure_switched(path: Path) -> dict:
+    """Bits per triangle of whole files with single choices switched off."""
+    cases = {"as is": {}, "seams stored twice": {"share_seams": False}, **{name: {"predictor": p} for name, p in PREDICTORS.items()}}
+    bits = {}
+    with tempfile.TemporaryDirectory() as name:
+        for case, options in cases.items():
+            with encoder(**options):
+                bits[case] = totals(path, Path(name))[0]["bits_per_triangle"]["total"]
+    return {"model": path.stem, "bits": bits}
+
+
 def measure(path: Path) -> dict:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -181,6 +210,7 @@ def report(result: dict) -> str:
          *figures((100 * row["corners_by_hops"].get(n, 0) for n in ("0", "1", "2")), 1),
          *figures((100 * sum(share for n, share in row["corners_by_hops"].items() if int(n) > 2),), 1)] for row in rows
     ]  # fmt: skip
+    switched = [[row["model"], *figures(row["bits"].values())] for row in result["switched"]]
     sizes = [[row["model"], *figures(row["by_size"].values()), *figures(row["by_weight"].values())] for row in rows]
     return f"""# What the choices of the format are worth
 
@@ -214,15 +244,22 @@ stored in the meshlet itself and after one, two and more hops.
 Bits per triangle, everything included, by the largest number of triangles in a meshlet, and (for {MESHLET_SIZES[-1]}) with the
 paper's weight and with the one it extends.
 
-{markdown_table(["model", *map(str, MESHLET_SIZES), "paper", "choe"], sizes)}"""
+{markdown_table(["model", *map(str, MESHLET_SIZES), "paper", "choe"], sizes)}
+## Choices switched off
+
+Bits per triangle of whole files: as they are (the encoder chooses a predictor for each stream), with both sides of every seam
+stored in full, and with one predictor for everything.
+
+{markdown_table(["model", *result["switched"][0]["bits"]], switched)}"""
 
 
 def main() -> None:
-    result = {**origin("bench.choices"), "options": OPTIONS, "models": []}
+    result = {**origin("bench.choices"), "options": OPTIONS, "models": [], "switched": []}
     for path in models():
         if path.stem in NAMES:
             result["models"].append(measure(path))
             print(path.stem, flush=True)
+    result["switched"] = [measure_switched(path) for path in models() if path.stem in NAMES_SWITCHED]
     write_result("choices", result)
     (ROOT / "docs" / "choices.md").write_text(report(result))
     print(report(result))

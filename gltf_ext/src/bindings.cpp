@@ -104,7 +104,7 @@ VertexValues vertex_values(const std::vector<Stream>& streams, const std::vector
 
 nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids, const Points& positions, const std::vector<nb::dict>& stream_dicts,
                            const std::vector<Values>& values, int max_triangles, int max_vertices, float lambda, int iterations, float fill,
-                           const std::string& weight, int threads, nb::object progress) {
+                           const std::string& weight, bool share_seams, int threads, nb::object progress) {
   size_t vertices = positions.shape(0);
   check_mesh(triangles, position_ids, vertices);
   std::vector<Stream> streams;
@@ -113,13 +113,14 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids, co
   if (max_triangles < 1 || max_triangles > 64 || max_vertices < 3 || max_vertices > 64)
     throw nb::value_error("a meshlet holds 1 to 64 triangles and 3 to 64 vertices");
   if (weight != "paper" && weight != "choe") throw nb::value_error("weight is 'paper' or 'choe'");
-  GenerationOptions options;
+  EncodeOptions options;
   options.max_triangles = max_triangles;
   options.max_vertices = max_vertices;
   if (lambda > 0) options.lambda = lambda;
   if (iterations > 0) options.iterations = iterations;
   if (fill > 0) options.fill = fill;
   options.weight = weight == "paper" ? Weight::paper : Weight::choe;
+  options.share_seams = share_seams;
   options.threads = threads;
   if (!progress.is_none())
     options.progress = [&](float fraction) {
@@ -260,10 +261,10 @@ NB_MODULE(_codec, m) {
   m.def("weld", &weld, "rows"_a,
         "rows: uint8[N, stride]. Returns (remap: uint32[N], unique: int): bit-identical rows get one id, in order of first occurrence.");
   m.def("encode", &encode_primitive, "triangles"_a, "position_ids"_a, "positions"_a, "streams"_a, "values"_a, "max_triangles"_a = 64,
-        "max_vertices"_a = 64, "lambda_"_a = 0.0f, "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "threads"_a = 0, "progress"_a = nb::none(),
+        "max_vertices"_a = 64, "lambda_"_a = 0.0f, "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true, "threads"_a = 0, "progress"_a = nb::none(),
         "Encodes one primitive. triangles: uint32[T, 3] without repeated indices; position_ids: uint32[V], equal where positions are;\n"
         "positions: float32[V, 3]; streams: dicts of kind, components, bits, step, offset and predictor (-1: the encoder chooses);\n"
-        "values: uint32[V, components] per stream. lambda_, iterations and fill: 0 takes the default. threads: 0 is one per processor.\n"
+        "values: uint32[V, components] per stream. lambda_, iterations and fill: 0 takes the default. share_seams: off only to measure what it gives. threads: 0 is one per processor.\n"
         "Returns (blob: bytes, stats: dict).");
   m.def("decode", [](const nb::bytes& blob) { return decode_blob(blob, false); }, "blob"_a,
         "Returns (triangles: uint32[T, 3], [uint32[V, components] per stream]).");

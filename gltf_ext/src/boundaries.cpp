@@ -25,8 +25,8 @@ void for_components(int threads, size_t count, Body&& body) {
 class Builder {
  public:
   Builder(const MeshView& mesh, const Meshlets& meshlets, const std::vector<int32_t>& opposite,
-          const std::vector<int32_t>& opposite_position, const VertexValues& values, int threads)
-      : mesh_(mesh), meshlets_(meshlets), opposite_(opposite), opposite_position_(opposite_position), values_(values), threads_(threads) {}
+          const std::vector<int32_t>& opposite_position, const VertexValues& values, bool share_seams, int threads)
+      : mesh_(mesh), meshlets_(meshlets), opposite_(opposite), opposite_position_(opposite_position), values_(values), share_seams_(share_seams), threads_(threads) {}
 
   Boundaries build() {
     number_components();
@@ -103,7 +103,7 @@ class Builder {
     for_components(threads_, components(), [&](uint32_t c) {
       for (uint32_t p = b_.loops[c].begin; p < b_.loops[c].begin + b_.loops[c].count; p++) {
         uint32_t h = b_.half_edge[p];
-        int32_t other = opposite_[h] >= 0 ? opposite_[h] : opposite_position_[h];
+        int32_t other = opposite_[h] >= 0 || !share_seams_ ? opposite_[h] : opposite_position_[h];
         if (other < 0 || place_of_[other] == kNone) continue;
         twin_[p] = place_of_[other];
         shared_[p] = opposite_[h] >= 0 ? ~0ull : equal_streams(p, twin_[p]);
@@ -271,6 +271,7 @@ class Builder {
   const std::vector<int32_t>& opposite_;
   const std::vector<int32_t>& opposite_position_;
   const VertexValues& values_;
+  bool share_seams_;
   int threads_;
   Boundaries b_;
   std::vector<uint32_t> place_of_;         // per half-edge
@@ -282,8 +283,9 @@ class Builder {
 }  // namespace
 
 Boundaries find_boundaries(const MeshView& mesh, const Meshlets& meshlets, const std::vector<int32_t>& opposite,
-                           const std::vector<int32_t>& opposite_position, const VertexValues& values, int threads) {
-  return Builder(mesh, meshlets, opposite, opposite_position, values, threads).build();
+                           const std::vector<int32_t>& opposite_position, const VertexValues& values, bool share_seams,
+                           int threads) {
+  return Builder(mesh, meshlets, opposite, opposite_position, values, share_seams, threads).build();
 }
 
 }  // namespace meshlet

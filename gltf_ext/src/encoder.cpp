@@ -55,7 +55,7 @@ void decode_apexes(MeshletDecoder& lane, const Symbols& symbols) {
 
 class Encoder {
  public:
-  Encoder(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values, const GenerationOptions& options)
+  Encoder(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values, const EncodeOptions& options)
       : mesh_(mesh), streams_(std::move(streams)), values_(values), options_(options) {}
 
   std::vector<uint8_t> encode(EncoderStats& stats);
@@ -109,7 +109,7 @@ class Encoder {
   const MeshView& mesh_;
   std::vector<Stream> streams_;
   const VertexValues& values_;
-  GenerationOptions options_;
+  EncodeOptions options_;
   Meshlets meshlets_;
   std::vector<int32_t> opposite_;
   Boundaries boundaries_;
@@ -559,7 +559,7 @@ std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
   {
     std::vector<int32_t> by_position =
         match_half_edges(mesh_.triangles, mesh_.triangle_count, mesh_.position_ids, mesh_.vertex_count, options_.threads);
-    boundaries_ = find_boundaries(mesh_, meshlets_, opposite_, by_position, values_, options_.threads);
+    boundaries_ = find_boundaries(mesh_, meshlets_, opposite_, by_position, values_, options_.share_seams, options_.threads);
   }
   progress(0.7f);
   choose_predictors();
@@ -582,7 +582,7 @@ std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
 }  // namespace
 
 std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values,
-                            const GenerationOptions& options, EncoderStats& stats) {
+                            const EncodeOptions& options, EncoderStats& stats) {
   if (mesh.triangle_count == 0) throw std::invalid_argument("a primitive without triangles cannot be encoded");
   if (mesh.triangle_count > (1u << 30) / 3) throw std::length_error("the primitive has more than 357 million triangles; split it");
   if (streams.empty() || streams.size() > kMaxStreams) throw std::invalid_argument("a primitive needs 1 to 64 streams");

@@ -12,6 +12,10 @@ namespace meshlet {
 
 constexpr uint8_t kChoosePredictor = 255;
 
+struct EncodeOptions : GenerationOptions {
+  bool share_seams = true;                 // off: what crosses a seam is stored twice, to measure what sharing gives
+};
+
 struct EncoderStats {
   uint32_t meshlets = 0;
   uint32_t vertices = 0;                   // decoded
@@ -24,6 +28,6 @@ struct EncoderStats {
 // Same bytes for any thread count, compiler and optimisation level. Throws std::invalid_argument, and std::length_error where the
 // blob would exceed 512 MiB.
 std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values,
-                            const GenerationOptions& options, EncoderStats& stats);
+                            const EncodeOptions& options, EncoderStats& stats);
 
 }  // namespace meshlet

@@ -69,7 +69,7 @@ uint64_t digest(const Model& m, int threads) {
     streams[1].bits = 8;
     for (Stream& s : streams) s.predictor = kChoosePredictor;
     VertexValues values{{m.grid.data(), m.normals.data()}, {3, 2}};
-    GenerationOptions options;
+    EncodeOptions options;
     options.threads = threads;
     EncoderStats stats;
     MeshView view{m.triangles.data(), m.triangles.size() / 3, m.position_ids.data(), m.positions.data(), m.positions.size() / 3};
