@@ -3,18 +3,25 @@
 // C++ includes this file inside a struct, so that its file-scope variables become members (gltf_ext/src/decoder.h); GLSL includes
 // it at file scope. The includer provides, before the include:
 //   small_uint                     an integer type that holds 0..255 (uint in GLSL)
+//   index_uint                     for subscripts: uint in GLSL, as wide as addresses in C++, which then needs no extensions
+//   INLINE                         to go before a function of which each call shall be compiled on its own (empty in GLSL)
 //   HEADER_IN                      how a Header is passed: by value, or by reference where the language has it
 //   mask64                         64 bits with & | ^ ~ (uvec2 in GLSL, x = low half), and
-//   mask_none() mask_bit(i) mask_below(n <= 64) mask_test(m, i) mask_any(m) mask_count(m) mask_lsb(m) mask_msb(m) mask_shl1(m)
-//                                  (mask_lsb and mask_msb of an empty mask give 64)
+//   mask_none() mask_bit(i) mask_below(n <= 64) mask_test(m, i) mask_any(m) mask_count(m) mask_lsb(m) mask_msb(m)
+//                                  mask_clear_lsb(m) mask_shl1(m)
+//                                  (mask_lsb of an empty mask gives 64, mask_msb 64 or more)
 //   load_word(i)                   32-bit word i of the blob, 0 beyond its end
 //   load_bits(p, n)                n <= 32 bits at bit p, 0 beyond the end
 //   load_mask(p, n)                n <= 64 bits at bit p
 //   load_inside(p, n)              the same, where the caller has made sure that the bits lie inside
 //   mask_scatter(bits, m)          the lowest bits of `bits` at the places of m's ones
-//   UnaryReader                    a reader of the unary planes, with its `cursor`, and
-//   seek_unary(p), skip_unary(reader, n), next_quotient(reader)
-//                                  past the blob's end, or after more than MAX_QUOTIENT zeros in a row, it delivers 0 and sets `error`
+//   UnaryReader                    a place in a unary plane, with its bit position `cursor`, and
+//   seek_unary(p), skip_unary(reader, n)
+//   read_rice(n, k, low)           n Rice codes of parameter k to `residuals`, undone by unzigzag: quotients from the UnaryReader `unary` on,
+//                                  low bits, which lie inside, from bit position `low` on
+//                                  past the blob's end, or after more than MAX_QUOTIENT zeros in a row, both set `error`
+//   choose(condition, a, b)        condition ? a : b, of two uints or mask64s, without a branch: for conditions that nothing foretells
+//   divide(x, n)                   x / n, where 0 < n <= 64 and x < n << 25
 //   max(a, b)                      of two uints
 //   FOREIGN_LENGTH(owner, slot)    read_foreign_length, or a table that holds the same
 //   MAX_STREAMS, MAX_LANES         capacity: streams of the blob, and sum of their components
@@ -25,6 +32,7 @@
 // 64 x MAX_LANES steps apart from the unary reader, which the includer bounds by the blob's end.
 
 #define NO_VERTEX 255u
+#define NO_MESHLET 0xFFFFFFFFu
 #define MAX_HOPS 8u
 #define MAX_QUOTIENT 16383u
 
@@ -184,9 +192,16 @@ uint entry_position(HEADER_IN h, uint r) {
   return h.entries + h.entry_width * mask_count(h.foreign_refs & mask_below(r));
 }
 
-// Does foreign reference r take stream s from its owner (rather than bring its own)?
-bool shares(HEADER_IN h, uint r, uint s) {
-  return s == 0u || (h.flags & FLAG_SEAMS) == 0u || load_bits(entry_position(h, r) + h.delta_width + h.slot_width + s - 1u, 1u) != 0u;
+// The foreign references that bring their own values for stream s, rather than take their owner's.
+mask64 seam_references(HEADER_IN h, uint s) {
+  mask64 seams = mask_none();
+  if (s == 0u || (h.flags & FLAG_SEAMS) == 0u) return seams;
+  uint share = h.entries + h.delta_width + h.slot_width + s - 1u;
+  for (mask64 rest = h.foreign_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
+    if (load_bits(share, 1u) == 0u) seams = seams | mask_bit(mask_lsb(rest));
+    share += h.entry_width;
+  }
+  return seams;
 }
 
 uint stored_length(HEADER_IN h, uint r) {
@@ -205,19 +220,12 @@ uint previous_reference(HEADER_IN h, uint r) {
   return r == loop_begin(h, r) ? mask_lsb(h.loop_ends & ~mask_below(r)) : r - 1u;
 }
 
-// References that bring their own values for stream s, and the corners stored here for it: both neighbours are own.
-mask64 own_references(HEADER_IN h, uint s) {
-  mask64 own = mask_below(h.references) & ~h.foreign_refs;
-  if ((h.flags & FLAG_SEAMS) != 0u && s > 0u)
-    for (mask64 rest = h.foreign_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
-      if (!shares(h, mask_lsb(rest), s)) own = own | mask_bit(mask_lsb(rest));
-  return own;
-}
-mask64 stored_corners(HEADER_IN h, uint s) {
-  mask64 own = own_references(h, s);
+// The corners that are stored for a stream whose seam references are `seams`: both neighbours bring their own values.
+mask64 stored_corners(HEADER_IN h, mask64 seams) {
+  mask64 own = (mask_below(h.references) & ~h.foreign_refs) | seams;
   mask64 before = mask_shl1(own & ~h.loop_ends);     // bit j: reference j - 1 of the same loop is own
   uint first = 0u;
-  for (mask64 rest = h.loop_ends; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest))) {
+  for (mask64 rest = h.loop_ends; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint last = mask_lsb(rest);
     if (mask_test(own, last)) before = before | mask_bit(first);
     first = last + 1u;
@@ -277,12 +285,12 @@ void find_sections(HEADER_IN h, uint loops) {
     interior_code[s] = small_uint(read_code(s, stream_interior_base[s]));
   }
   chain_total = 0u;
-  for (mask64 rest = h.owned_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
+  for (mask64 rest = h.owned_refs; mask_any(rest); rest = mask_clear_lsb(rest))
     chain_total += stored_length(h, mask_lsb(rest)) - 1u;
   uint p = code_cursor;
   uint count = loops;
   for (uint s = 0u; s < stream_total; s++) {
-    if (h.references > 0u && (s == 0u || (h.flags & FLAG_SEAMS) != 0u)) count = mask_count(stored_corners(h, s));
+    if (h.references > 0u && (s == 0u || (h.flags & FLAG_SEAMS) != 0u)) count = mask_count(stored_corners(h, seam_references(h, s)));
     anchor_position[s] = p;
     anchor_count[s] = small_uint(count);
     if (count > 0u) p += stream_components[s] * stream_bits[s];
@@ -319,34 +327,20 @@ void read_anchor(uint index, uint vertex, uint begin, uint end) {
   }
 }
 
-small_uint targets[64];                    // local ids that read_residuals writes to
-
 UnaryReader unary;                         // where the next quotient is read
+uint residuals[256];                       // of one stream, vertex by vertex
 
-// Reads the residuals of stream s for the first `count` targets: low bits from bit position `low` on, quotients where the unary
-// reader stands. The values are then residuals until a prediction is added.
+// Reads the residuals of `count` <= 64 vertices of stream s: low bits from bit position `low` on, quotients where the unary reader
+// stands.
 void read_residuals(uint s, uint count, uint code, uint widths, uint low) {
   uint components = stream_components[s];
-  uint lanes = stream_lane[s] * 64u;
   uint step = low_bits(s, code, widths);
   if (low + count * step > 8u * (byte_length - 8u)) { error = ERROR_UNARY; return; }
-  if (code != CODE_FIXED) {
-    UnaryReader reader = unary;            // a local copy stays in registers
-    for (uint i = 0u; i < count; i++) {
-      uint at = lanes + targets[i];
-      for (uint c = 0u; c < components; c++) {
-        values[at] = unzigzag((next_quotient(reader) << code) | load_inside(low, code));
-        low += code;
-        at += 64u;
-      }
-    }
-    unary = reader;
-  } else {
-    for (uint c = 0u; c < components; c++) {
-      uint width = width_field(widths + 5u * c);
-      for (uint i = 0u; i < count; i++) values[lanes + targets[i] + 64u * c] = unzigzag(load_inside(low + i * step, width));
-      low += width;
-    }
+  if (code != CODE_FIXED) { read_rice(count * components, code, low); return; }
+  for (uint c = 0u; c < components; c++) {
+    uint width = width_field(widths + 5u * c);
+    for (uint i = 0u; i < count; i++) residuals[i * components + c] = unzigzag(load_inside(low + i * step, width));
+    low += width;
   }
 }
 
@@ -381,6 +375,7 @@ void read_symbols(uint begin, uint count) {
 // next E and pushes its vertices; then the triangles that waited for their right subtree resolve, latest first.
 void decode_apexes() {
   mask64 alive = mask_none();
+  mask64 pushed = mask_none();             // by R
   mask64 pending = mask_none();
   bool fresh = true;
   uint count = 0u;                         // vertices so far
@@ -406,92 +401,135 @@ void decode_apexes() {
     mask64 pushes = strip & symbol_r;
     if (count + mask_count(pushes) + 2u > 64u) { error = ERROR_VERTICES; return; }
     pending = pending | (strip & ~symbol_r);
-    for (; mask_any(pushes); pushes = pushes & ~mask_bit(mask_lsb(pushes))) {
-      apex[mask_lsb(pushes)] = small_uint(count);
-      alive = alive | mask_bit(count);
-      count++;
-    }
+    uint after = count + mask_count(pushes);
+    mask64 ids = mask_below(after) & ~mask_below(count);
+    pushed = pushed | ids;
+    alive = alive | ids;
+    count = after;
     apex[q] = small_uint(count);
     alive = alive | mask_bit(count) | mask_bit(count + 1u);
     count += 2u;
     t = q + 1u;
-    while (mask_any(pending)) {
-      uint u = mask_msb(pending);
-      pending = pending & ~mask_bit(u);
+    mask64 splits = pending & symbol_s;
+    fresh = !mask_any(splits);
+    uint split = mask_msb(splits);
+    mask64 resolved = fresh ? pending : pending & ~mask_below(split + 1u);
+    pending = pending & ~resolved;
+    bool empty = false;
+    while (mask_any(resolved)) {
+      uint u = mask_msb(resolved);
       uint v = mask_msb(alive);
-      if (v == 64u) { error = ERROR_CLERS; return; }
+      bool closes = mask_test(symbol_c, u);
       apex[u] = small_uint(v);
-      if (mask_test(symbol_c, u)) {
-        alive = alive & ~mask_bit(v);
-      } else if (mask_test(symbol_s, u)) {
-        fresh = false;
-        break;
-      } else {
-        if (count >= 64u) { error = ERROR_VERTICES; return; }
-        alive = alive | mask_bit(count);
-        count++;
-      }
+      empty = empty || v >= 64u;
+      alive = choose(closes, alive & ~mask_bit(v), alive | mask_bit(count));
+      count += choose(closes, 0u, 1u);
+      resolved = resolved & ~mask_bit(u);
     }
+    uint last = mask_msb(alive);
+    if (empty || last >= 64u) { error = ERROR_CLERS; return; }
+    if (count > 64u) { error = ERROR_VERTICES; return; }
     if (fresh) {
-      uint a = mask_msb(alive);
-      if (a == 64u) { error = ERROR_CLERS; return; }
-      component_gate[component_count - 1u] = small_uint(a);
+      component_gate[component_count - 1u] = small_uint(last);
+    } else {
+      apex[split] = small_uint(last);
+      pending = pending & ~mask_bit(split);
     }
   }
   if (!fresh) { error = ERROR_CLERS; return; }
+  for (mask64 rest = symbol_r; mask_any(rest); rest = mask_clear_lsb(rest)) {
+    apex[mask_lsb(rest)] = small_uint(mask_lsb(pushed));
+    pushed = mask_clear_lsb(pushed);
+  }
   component_first[component_count] = small_uint(count);
   vertex_count = count;
   boundary = alive;
 }
 
-// The triangles that introduce a vertex v (interior or private), in residual order. Two special ones: o = NO_VERTEX: no triangle
-// across the gate; a = NO_VERTEX: no triangle at all, v is predicted from b alone.
-uint traversed_count;
-uint traversed[65];                        // one more than can be: decode_triangles writes before it counts
-
 uint pack4(uint x, uint y, uint z, uint w) {
   return x | y << 8 | z << 16 | w << 24;
 }
 
-// Decoder B, second half: all triangles in stream order, with the gate in registers. `known`: local ids that already have values.
+// The triangles that introduce a vertex v (interior or private), in residual order; o = NO_VERTEX: no triangle across the gate.
+uint traversed_count;
+uint traversed[65];                        // one more than can be: list_with_private writes before it counts
+
+// Every C introduces a vertex.
+void list_interior() {
+  uint count = 0u;
+  bool distinct = true;                    // the first C that pops too much, even from another component, has a == b
+  for (mask64 rest = symbol_c; mask_any(rest); rest = mask_clear_lsb(rest)) {
+    uint triangle = triangles[mask_lsb(rest)];
+    traversed[count] = triangle;
+    count++;
+    distinct = distinct && ((triangle ^ (triangle >> 8)) & 255u) != 0u;
+  }
+  traversed_count = count;
+  if (!distinct) error = ERROR_CLERS;
+}
+
+// Other triangles only introduce `waiting` boundary ids, and so does a root gate: its a is predicted from b alone, as all predictors
+// do for a triangle of which all vertices are b.
+void list_with_private(mask64 waiting) {
+  uint count = 0u;
+  for (uint t = 0u; t < triangle_count; t++) {
+    uint triangle = triangles[t];
+    uint a = triangle & 255u;
+    uint b = (triangle >> 8) & 255u;
+    uint v = (triangle >> 16) & 255u;
+    if (mask_test(component_starts, t) && mask_test(waiting, a)) {
+      traversed[count] = pack4(b, b, a, b);
+      count++;
+      waiting = waiting & ~mask_bit(a);
+    }
+    traversed[count] = triangle;
+    count += mask_test(symbol_c, t) || mask_test(waiting, v) ? 1u : 0u;
+    waiting = waiting & ~mask_bit(v);
+  }
+  traversed_count = count;
+  if (mask_any(waiting)) error = ERROR_CLERS;
+}
+
+// `known`: boundary ids that already have values.
+void list_traversed(mask64 known) {
+  list_interior();
+  if (mask_any(boundary & ~known)) list_with_private(boundary & ~known);
+}
+
+// Decoder B, second half: all triangles in stream order, strip by strip, with the gate in registers.
 void decode_triangles(mask64 known) {
-  mask64 splits = mask_none();
+  mask64 splits = symbol_s;                // whose left subtrees are still to come
   uint a = 0u;
   uint b = 0u;
   uint o = 0u;
   uint component = 0u;
-  bool distinct = true;                    // the first C that pops too much, even from another component, has a == b
-  traversed_count = 0u;
-  for (uint t = 0u; t < triangle_count; t++) {
+  uint t = 0u;
+  while (t < triangle_count) {
     if (mask_test(component_starts, t)) {
       a = component_gate[component];
       b = component_first[component];
       o = NO_VERTEX;
       component++;
-      traversed[traversed_count] = pack4(NO_VERTEX, b, a, NO_VERTEX);
-      traversed_count += mask_test(known, a) ? 0u : 1u;
-      known = known | mask_bit(a);
     }
-    uint v = apex[t];
-    distinct = distinct && a != b;
-    triangles[t] = pack4(a, b, v, o);
-    traversed[traversed_count] = triangles[t];            // kept if new: a branch would be mispredicted often
-    traversed_count += mask_test(known, v) ? 0u : 1u;
-    known = known | mask_bit(v);
-    bool right = mask_test(symbol_r, t);   // the next gate is (a, v) after R, (v, b) after C, L and S
-    o = right ? b : a;
-    b = right ? v : b;
-    a = right ? a : v;
-    splits = splits | (symbol_s & mask_bit(t));
-    if (mask_test(symbol_e, t) && mask_any(splits)) {
-      uint split = triangles[mask_msb(splits)];
-      splits = splits & ~mask_bit(mask_msb(splits));
+    uint end = mask_lsb(symbol_e & ~mask_below(t));   // there is one: decode_apexes has seen to it
+    for (; t <= end; t++) {
+      uint v = apex[t];
+      triangles[t] = pack4(a, b, v, o);
+      bool right = mask_test(symbol_r, t);            // the next gate is (a, v) after R, (v, b) after C, L and S
+      o = choose(right, b, a);
+      b = choose(right, v, b);
+      a = choose(right, a, v);
+    }
+    uint last = mask_msb(splits & mask_below(t));
+    if (last < 64u) {
+      uint split = triangles[last];
+      splits = splits & ~mask_bit(last);
       a = split & 255u;
       o = (split >> 8) & 255u;
       b = (split >> 16) & 255u;
     }
   }
-  if (!distinct || mask_count(known) != vertex_count) error = ERROR_CLERS;
+  list_traversed(known);
 }
 
 // ---- boundaries ------------------------------------------------------------------------------------------------------------------
@@ -511,36 +549,51 @@ uint inner_vertex(uint r, uint i) {
 // The owned reference in slot `slot`; 64 and `error` where there is none.
 uint slot_reference(HEADER_IN h, uint slot) {
   mask64 rest = h.owned_refs;
-  for (uint i = 0u; i < slot && mask_any(rest); i++) rest = rest & ~mask_bit(mask_lsb(rest));
+  for (uint i = 0u; i < slot && mask_any(rest); i++) rest = mask_clear_lsb(rest);
   if (!mask_any(rest)) error = ERROR_OWNER;
   return mask_lsb(rest);
 }
 
-// Owner and slot of foreign reference r of h; the owner is the same meshlet or an earlier one.
-uint entry_owner(HEADER_IN h, uint r) {
-  uint delta = load_bits(entry_position(h, r), h.delta_width);
+// Owner and slot in the entry at bit position `entry` of h; the owner is the same meshlet or an earlier one.
+uint entry_owner(HEADER_IN h, uint entry) {
+  uint delta = load_bits(entry, h.delta_width);
   if (delta > h.meshlet) error = ERROR_OWNER;
   return delta > h.meshlet ? 0u : h.meshlet - delta;
 }
-uint entry_slot(HEADER_IN h, uint r) {
-  return load_bits(entry_position(h, r) + h.delta_width, h.slot_width);
+uint entry_slot(HEADER_IN h, uint entry) {
+  return load_bits(entry + h.delta_width, h.slot_width);
+}
+
+// Foreign vertices are looked up in their owner: the header and, if `located` is the same, the sections of the one visited last.
+Header visited;
+uint located;
+
+void visit(uint m) {
+  if (visited.meshlet != m) visited = read_header(m);
+}
+
+void locate_visited() {
+  if (located != visited.meshlet) find_sections(visited, 0u);
+  located = visited.meshlet;
 }
 
 // Length of owned reference `slot` of meshlet `owner`.
 uint read_foreign_length(uint owner, uint slot) {
-  Header h = read_header(owner);
-  uint r = slot_reference(h, slot);
-  return error == ERROR_NONE ? stored_length(h, r) : 1u;
+  visit(owner);
+  uint r = slot_reference(visited, slot);
+  return error == ERROR_NONE ? stored_length(visited, r) : 1u;
 }
 
 // Places the references along the boundary loops.
 void place_references(HEADER_IN h) {
+  uint lengths = h.lengths;
+  uint entry = h.entries;
   uint rank = 0u;
   uint r = 0u;
-  mask64 rest = boundary;
-  for (uint i = 0u; mask_any(rest); i++) {
-    loop_vertex[i] = small_uint(mask_lsb(rest));
-    rest = rest & ~mask_bit(mask_lsb(rest));
+  uint places = 0u;
+  for (mask64 rest = boundary; mask_any(rest); rest = mask_clear_lsb(rest)) {
+    loop_vertex[places] = small_uint(mask_lsb(rest));
+    places++;
   }
   for (uint component = 0u; component < component_count; component++) {
     mask64 ids = mask_below(component_first[component + 1u]) & ~mask_below(component_first[component]);
@@ -551,13 +604,15 @@ void place_references(HEADER_IN h) {
       if (r >= h.references || rank >= begin + length) { error = ERROR_REFERENCES; return; }
       uint n = length;
       if (mask_test(h.foreign_refs, r)) {
-        reference_owner[r] = entry_owner(h, r);
-        reference_slot[r] = small_uint(entry_slot(h, r));
+        reference_owner[r] = entry_owner(h, entry);
+        reference_slot[r] = small_uint(entry_slot(h, entry));
+        entry += h.entry_width;
         if (error != ERROR_NONE) return;
         n = FOREIGN_LENGTH(reference_owner[r], reference_slot[r]);
         if (error != ERROR_NONE) return;
       } else if (mask_test(h.sized_refs, r)) {
-        n = stored_length(h, r);
+        n = load_bits(lengths, h.length_width) + 1u;
+        lengths += h.length_width;
       }
       reference_rank[r] = small_uint(rank);
       reference_length[r] = small_uint(n);
@@ -573,32 +628,103 @@ void place_references(HEADER_IN h) {
   if (r != h.references) error = ERROR_REFERENCES;
 }
 
-// Lists the inner vertices of reference r as targets from `at` on, backwards for a foreign one; returns the place after the last.
-uint target_chain(uint r, bool backwards, uint at) {
-  uint n = reference_length[r];
-  for (uint i = 1u; i < n; i++) targets[(at + i - 1u) & 63u] = small_uint(inner_vertex(r, backwards ? n - i : i));
-  return at + n - 1u;
+mask64 seam_refs[MAX_STREAMS];             // of the opened meshlet, for every stream: its foreign references that bring their own values
+mask64 seamed_refs;                        // those that do so for any stream
+
+void find_seams(HEADER_IN h) {
+  seamed_refs = mask_none();
+  for (uint s = 0u; s < stream_total; s++) {
+    seam_refs[s] = seam_references(h, s);
+    seamed_refs = seamed_refs | seam_refs[s];
+  }
 }
 
-// Residuals of owned reference `other` of `owner` (find_sections has run for it), for the streams that foreign reference r shares:
-// the owner's first inner vertex is r's last.
-void read_foreign_chain(HEADER_IN h, uint r, HEADER_IN owner, uint other) {
+// The foreign references that take stream s from their owner.
+mask64 shared_references(HEADER_IN h, uint s) {
+  return h.foreign_refs & ~seam_refs[s];
+}
+
+// Chain vertices whose residuals come one after another: the vertex v between the chain's ends a and b, by v | a << 8 | b << 16, and
+// its place i of n by i | n << 8.
+uint chain_count;
+uint chain_ends[64];
+small_uint chain_place[64];
+
+// Adds the inner vertices of reference r. Backwards: from end to start, the direction of a foreign chain's owner.
+void list_chain(uint r, bool backwards) {
+  uint n = reference_length[r];
+  uint rank = reference_rank[r];
+  uint a = loop_vertex[rank];
+  uint b = reference_end[r];
+  uint ends = backwards ? pack4(0u, b, a, 0u) : pack4(0u, a, b, 0u);
+  for (uint i = 1u; i < n && chain_count < 64u; i++) {
+    chain_ends[chain_count] = ends | loop_vertex[rank + (backwards ? n - i : i)];
+    chain_place[chain_count] = small_uint(i | n << 8);
+    chain_count++;
+  }
+}
+
+void list_chains(mask64 refs) {
+  chain_count = 0u;
+  for (; mask_any(refs); refs = mask_clear_lsb(refs)) list_chain(mask_lsb(refs), false);
+}
+
+// Point i of n on the chord from a to b, rounded. Both have up to 24 bits, so that the bias keeps the dividend positive.
+INLINE uint chord(uint a, uint b, uint i, uint n) {
+  return a + divide((b - a) * i + (n >> 1) + (n << 24), n) - (1u << 24);
+}
+
+// Values of the listed chain vertices for stream s: the residuals are added to the chord's point, or to a (COPY).
+INLINE void predict_chain_lanes(uint s, bool copies, uint components) {
+  index_uint lanes = stream_lane[s] * 64u;
+  index_uint from = 0u;
+  uint bits = stream_mask[s];
+  uint count = chain_count;
+  for (uint j = 0u; j < count; j++) {
+    index_uint v = lanes + (chain_ends[j] & 255u);
+    index_uint a = lanes + ((chain_ends[j] >> 8) & 255u);
+    index_uint b = lanes + (chain_ends[j] >> 16);
+    uint i = chain_place[j] & 255u;
+    uint n = chain_place[j] >> 8;
+    for (index_uint c = 0u; c < components; c++) {
+      uint point = values[a + 64u * c];
+      if (!copies) point = chord(point, values[b + 64u * c], i, n);
+      values[v + 64u * c] = (point + residuals[from + c]) & bits;
+    }
+    from += components;
+  }
+}
+
+void predict_chains(uint s) {
+  bool copies = stream_predictor[s] == PREDICT_COPY;
+  uint components = stream_components[s];
+  if (!copies && components == 3u) predict_chain_lanes(s, false, 3u);
+  else if (!copies && components == 2u) predict_chain_lanes(s, false, 2u);
+  else predict_chain_lanes(s, copies, components);
+}
+
+// Chain of the visited owner's reference `other`, for the streams that foreign reference r shares: the owner's first inner vertex
+// is r's last.
+void read_foreign_chain(HEADER_IN h, uint r, uint other) {
   uint first = 0u;
-  for (mask64 rest = owner.owned_refs & mask_below(other); mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
-    first += stored_length(owner, mask_lsb(rest)) - 1u;
-  uint count = target_chain(r, true, 0u);
+  for (mask64 rest = visited.owned_refs & mask_below(other); mask_any(rest); rest = mask_clear_lsb(rest))
+    first += stored_length(visited, mask_lsb(rest)) - 1u;
+  uint count = reference_length[r] - 1u;
+  chain_count = 0u;
+  list_chain(r, true);
   uint skipped = 0u;                       // unary codes up to the chain's next one
   unary = seek_unary(chain_unary);
   for (uint s = 0u; s < stream_end; s++) {
     uint components = stream_components[s];
-    bool rice = chain_code[s] != CODE_FIXED;
-    if (s >= stream_first && shares(h, r, s)) {
-      if (rice) {
+    uint code = chain_code[s];
+    if (s >= stream_first && mask_test(shared_references(h, s), r)) {
+      if (code != CODE_FIXED) {
         skip_unary(unary, skipped + first * components);
         skipped = (chain_total - first - count) * components;
       }
-      read_residuals(s, count, chain_code[s], chain_widths[s], chain_low[s] + first * low_bits(s, chain_code[s], chain_widths[s]));
-    } else if (rice) {
+      read_residuals(s, count, code, chain_widths[s], chain_low[s] + first * low_bits(s, code, chain_widths[s]));
+      predict_chains(s);
+    } else if (code != CODE_FIXED) {
       skipped += chain_total * components;
     }
   }
@@ -609,33 +735,35 @@ void read_foreign_chain(HEADER_IN h, uint r, HEADER_IN owner, uint other) {
 // on the way may lead the streams apart.
 uint fetch_corner(uint owner, uint slot, bool at_end, uint vertex, uint s, bool apart) {
   for (uint hop = 0u; hop < MAX_HOPS; hop++) {
-    Header h = read_header(owner);
-    uint r = slot_reference(h, slot);
+    visit(owner);
+    uint r = slot_reference(visited, slot);
     if (error != ERROR_NONE) return 1u;
-    apart = apart || (h.flags & FLAG_SEAMS) != 0u;
-    uint corner = at_end ? next_reference(h, r) : r;
-    mask64 stored = stored_corners(h, s);
+    apart = apart || (visited.flags & FLAG_SEAMS) != 0u;
+    uint corner = at_end ? next_reference(visited, r) : r;
+    mask64 seams = seam_references(visited, s);
+    mask64 stored = stored_corners(visited, seams);
     if (mask_test(stored, corner)) {
       uint end = apart ? s + 1u : stream_end;
-      find_sections(h, 0u);
+      locate_visited();
       read_anchor(mask_count(stored & mask_below(corner)), vertex, s, end);
       return end - s;
     }
-    uint onward = at_end ? corner : previous_reference(h, r);
-    if (!mask_test(h.foreign_refs, onward) || !shares(h, onward, s)) { error = ERROR_OWNER; return 1u; }
-    owner = entry_owner(h, onward);
-    slot = entry_slot(h, onward);
+    uint onward = at_end ? corner : previous_reference(visited, r);
+    if (!mask_test(visited.foreign_refs & ~seams, onward)) { error = ERROR_OWNER; return 1u; }
+    uint entry = entry_position(visited, onward);
+    owner = entry_owner(visited, entry);
+    slot = entry_slot(visited, entry);
     if (error != ERROR_NONE) return 1u;
   }
   error = ERROR_HOPS;
   return 1u;
 }
 
-// Which reference brings corner r (between r and the one before it) of stream s from elsewhere: r, the one before, or 64: stored here.
-uint corner_source(HEADER_IN h, uint r, uint s) {
-  uint before = previous_reference(h, r);
-  bool from_r = mask_test(h.foreign_refs, r) && shares(h, r, s);
-  bool from_before = mask_test(h.foreign_refs, before) && shares(h, before, s);
+// Which reference brings corner r (between r and `before`) of stream s from elsewhere: r, the one before, or 64: stored here.
+uint corner_source(HEADER_IN h, uint r, uint before, uint s) {
+  mask64 shared_refs = shared_references(h, s);
+  bool from_r = mask_test(shared_refs, r);
+  bool from_before = mask_test(shared_refs, before);
   if (from_r && from_before) return reference_owner[before] < reference_owner[r] ? before : r;
   return from_r ? r : from_before ? before : 64u;
 }
@@ -643,56 +771,27 @@ uint corner_source(HEADER_IN h, uint r, uint s) {
 mask64 provided_refs;                      // foreign references whose vertices the includer has already given their values
 
 void read_foreign_corners(HEADER_IN h) {
-  bool seams = (h.flags & FLAG_SEAMS) != 0u;
+  bool seams = mask_any(seamed_refs);
   for (uint r = 0u; r < h.references; r++) {
+    uint before = previous_reference(h, r);
     uint vertex = loop_vertex[reference_rank[r]];
     uint s = stream_first;
     while (s < stream_end && error == ERROR_NONE) {
-      uint source = corner_source(h, r, s);
+      uint source = corner_source(h, r, before, s);
       if (source == 64u || mask_test(provided_refs, source)) s = seams ? s + 1u : stream_end;
       else s += fetch_corner(reference_owner[source], reference_slot[source], source == r, vertex, s, seams);
     }
   }
 }
 
-// Prediction of inner vertex i of a chain of n edges from its ends: the point of the chord, rounded; 32 bits suffice up to 24-bit
-// values (|(b - a) i| < 2^30), and the bias keeps the quotient's operands unsigned.
-uint chord(uint a, uint b, uint i, uint n) {
-  uint biased = (b - a) * i + (n >> 1) + (n << 25);
-  return a + biased / n - (1u << 25);
-}
-
-uint chain_prediction(uint s, uint a, uint b, uint i, uint n) {
-  return stream_predictor[s] == PREDICT_COPY ? a : chord(a, b, i, n);
-}
-
-// Turns the residuals of reference r's inner vertices for stream s into values. Backwards: a foreign chain is predicted in its
-// owner's direction.
-void add_chord(uint r, uint s, bool backwards) {
-  uint n = reference_length[r];
-  uint start = loop_vertex[reference_rank[r]];
-  uint end = reference_end[r];
-  for (uint c = 0u; c < stream_components[s]; c++) {
-    uint lane = (stream_lane[s] + c) * 64u;
-    uint a = values[lane + (backwards ? end : start)];
-    uint b = values[lane + (backwards ? start : end)];
-    for (uint i = 1u; i < n; i++) {
-      uint at = lane + inner_vertex(r, backwards ? n - i : i);
-      values[at] = (chain_prediction(s, a, b, i, n) + values[at]) & stream_mask[s];
-    }
-  }
-}
-
 // Foreign corners come first: they are the ends that foreign chains are predicted from.
 void read_foreign_chains(HEADER_IN h) {
-  for (mask64 rest = h.foreign_refs & ~provided_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest))) {
+  for (mask64 rest = h.foreign_refs & ~provided_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint r = mask_lsb(rest);
     if (reference_length[r] > 1u) {
-      Header owner = read_header(reference_owner[r]);
-      find_sections(owner, 0u);
-      read_foreign_chain(h, r, owner, slot_reference(owner, reference_slot[r]));
-      for (uint s = stream_first; s < stream_end; s++)
-        if (shares(h, r, s)) add_chord(r, s, true);
+      visit(reference_owner[r]);
+      locate_visited();
+      read_foreign_chain(h, r, slot_reference(visited, reference_slot[r]));
     }
   }
 }
@@ -703,111 +802,115 @@ void read_own_anchors(HEADER_IN h) {
     if (h.references == 0u)
       for (uint i = 0u; i < component_count; i++) read_anchor(i, component_first[i], s, s + 1u);
     else if (s == stream_first || (h.flags & FLAG_SEAMS) != 0u)
-      stored = stored_corners(h, s);
+      stored = stored_corners(h, seam_refs[s]);
     uint index = 0u;
-    for (mask64 rest = stored; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest))) {
+    for (mask64 rest = stored; mask_any(rest); rest = mask_clear_lsb(rest)) {
       read_anchor(index, loop_vertex[reference_rank[mask_lsb(rest)]], s, s + 1u);
       index++;
     }
   }
 }
 
-// Residuals of the owned chains; the unary reader ends behind section F.
+// The owned chains; the unary reader ends behind section F.
 void read_own_chains(HEADER_IN h) {
-  uint count = 0u;
-  for (mask64 rest = h.owned_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest))) count = target_chain(mask_lsb(rest), false, count);
   unary = seek_unary(chain_unary);
   if (chain_total == 0u) return;
+  list_chains(h.owned_refs);
   for (uint s = 0u; s < stream_total; s++) {
-    if (s >= stream_first && s < stream_end) read_residuals(s, count, chain_code[s], chain_widths[s], chain_low[s]);
-    else if (chain_code[s] != CODE_FIXED) skip_unary(unary, count * stream_components[s]);
+    if (s >= stream_first && s < stream_end) {
+      read_residuals(s, chain_total, chain_code[s], chain_widths[s], chain_low[s]);
+      predict_chains(s);
+    } else if (chain_code[s] != CODE_FIXED) {
+      skip_unary(unary, chain_total * stream_components[s]);
+    }
   }
 }
 
 // ---- interior (sections G and H) ---------------------------------------------------------------------------------------------------
 
-// Prediction of a traversed vertex in the lane that begins at values[lane], from its packed triangle.
-uint traversed_prediction(uint predictor, uint lane, uint triangle) {
-  uint a = triangle & 255u;
-  uint value_b = values[lane + ((triangle >> 8) & 255u)];
-  if (a == NO_VERTEX) return value_b;
-  uint value_a = values[lane + a];
-  uint o = triangle >> 24;
-  if (predictor == PREDICT_COPY) return value_a;
-  if (predictor == PREDICT_MEAN || o == NO_VERTEX) return (value_a + value_b) >> 1;
-  uint value_o = values[lane + o];
-  if (predictor == PREDICT_DAMPED) return uint(int(3u * (value_a + value_b) - 2u * value_o + 2u) >> 2);
-  return value_a + value_b - value_o;
+// Prediction of a traversed vertex in one lane from values[a], values[b] and, if there is a vertex across the gate, values[o].
+INLINE uint traversed_prediction(uint predictor, index_uint a, index_uint b, index_uint o, bool across) {
+  if (predictor == PREDICT_COPY) return values[a];
+  uint sum = values[a] + values[b];
+  if (predictor == PREDICT_MEAN || !across) return sum >> 1;
+  if (predictor == PREDICT_DAMPED) return uint(int(3u * sum - 2u * values[o] + 2u) >> 2);
+  return sum - values[o];
 }
 
-void predict_traversed(uint s) {
-  uint components = stream_components[s];
-  uint lanes = stream_lane[s] * 64u;
+// `from`: where the residuals of the traversed vertices begin.
+INLINE void predict_lanes(uint s, uint from, uint predictor, uint components) {
+  index_uint lanes = stream_lane[s] * 64u;
+  index_uint at = from;
   uint bits = stream_mask[s];
-  uint predictor = stream_predictor[s];
-  for (uint i = 0u; i < traversed_count; i++) {
+  uint count = traversed_count;
+  for (uint i = 0u; i < count; i++) {
     uint triangle = traversed[i];
-    for (uint c = 0u; c < components; c++) {
-      uint lane = lanes + 64u * c;
-      uint at = lane + ((triangle >> 16) & 255u);
-      values[at] = (traversed_prediction(predictor, lane, triangle) + values[at]) & bits;
+    index_uint a = lanes + (triangle & 255u);
+    index_uint b = lanes + ((triangle >> 8) & 255u);
+    index_uint v = lanes + ((triangle >> 16) & 255u);
+    index_uint o = lanes + (triangle >> 24);
+    bool across = triangle >> 24 != NO_VERTEX;
+    for (index_uint c = 0u; c < components; c++) {
+      uint prediction = traversed_prediction(predictor, a + 64u * c, b + 64u * c, o + 64u * c, across);
+      values[v + 64u * c] = (prediction + residuals[at + c]) & bits;
     }
+    at += components;
   }
+}
+
+// The cases that models are made of, with constants in place of variables, and the rest.
+void predict_traversed(uint s, uint first) {
+  uint predictor = stream_predictor[s];
+  uint components = stream_components[s];
+  uint from = first * components;
+  if (predictor == PREDICT_PARALLELOGRAM && components == 3u) predict_lanes(s, from, PREDICT_PARALLELOGRAM, 3u);
+  else if (predictor == PREDICT_DAMPED && components == 3u) predict_lanes(s, from, PREDICT_DAMPED, 3u);
+  else if (predictor == PREDICT_PARALLELOGRAM && components == 2u) predict_lanes(s, from, PREDICT_PARALLELOGRAM, 2u);
+  else if (predictor == PREDICT_DAMPED && components == 2u) predict_lanes(s, from, PREDICT_DAMPED, 2u);
+  else predict_lanes(s, from, predictor, components);
 }
 
 // Inner vertices of the foreign references that bring their own values for stream s.
-uint seam_vertices(HEADER_IN h, uint s) {
+uint seam_vertices(uint s) {
   uint count = 0u;
-  if ((h.flags & FLAG_SEAMS) != 0u)
-    for (mask64 rest = h.foreign_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
-      if (!shares(h, mask_lsb(rest), s)) count += reference_length[mask_lsb(rest)] - 1u;
+  for (mask64 rest = seam_refs[s]; mask_any(rest); rest = mask_clear_lsb(rest)) count += reference_length[mask_lsb(rest)] - 1u;
   return count;
 }
 
-// Residuals and values of everything but the foreign vertices; the unary reader stands behind section F.
-void decode_interior(HEADER_IN h) {
+// Everything but the foreign vertices and the owned chains; the unary reader stands behind section F.
+void decode_interior() {
   uint low = unary.cursor;
   uint end = low;
   for (uint s = 0u; s < stream_total; s++)
-    end += (traversed_count + seam_vertices(h, s)) * low_bits(s, interior_code[s], interior_widths[s]);
+    end += (traversed_count + seam_vertices(s)) * low_bits(s, interior_code[s], interior_widths[s]);
   unary = seek_unary(end);
   for (uint s = 0u; s < stream_total; s++) {
-    uint step = low_bits(s, interior_code[s], interior_widths[s]);
-    uint count = traversed_count + seam_vertices(h, s);
+    uint count = traversed_count + seam_vertices(s);
     if (s >= stream_first && s < stream_end) {
-      uint at = 0u;
-      for (mask64 rest = h.foreign_refs; (h.flags & FLAG_SEAMS) != 0u && mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
-        if (!shares(h, mask_lsb(rest), s)) at = target_chain(mask_lsb(rest), false, at);
-      for (uint i = 0u; i < traversed_count; i++) targets[at + i] = small_uint((traversed[i] >> 16) & 255u);
       read_residuals(s, count, interior_code[s], interior_widths[s], low);
+      list_chains(seam_refs[s]);
+      predict_chains(s);
+      predict_traversed(s, chain_count);
     } else if (interior_code[s] != CODE_FIXED) {
       skip_unary(unary, count * stream_components[s]);
     }
-    low += count * step;
+    low += count * low_bits(s, interior_code[s], interior_widths[s]);
   }
   if (max(unary.cursor, low) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
-}
-
-void predict_own(HEADER_IN h) {
-  for (uint s = stream_first; s < stream_end; s++) {
-    for (mask64 rest = h.owned_refs; mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
-      if (reference_length[mask_lsb(rest)] > 1u) add_chord(mask_lsb(rest), s, false);
-    for (mask64 rest = h.foreign_refs; (h.flags & FLAG_SEAMS) != 0u && mask_any(rest); rest = rest & ~mask_bit(mask_lsb(rest)))
-      if (!shares(h, mask_lsb(rest), s)) add_chord(mask_lsb(rest), s, false);
-    predict_traversed(s);
-  }
 }
 
 // ---- a whole meshlet ---------------------------------------------------------------------------------------------------------------
 
 // Boundary vertices that do not wait for the traversal: all but the inner vertices of private references.
 mask64 known_vertices(HEADER_IN h) {
-  mask64 known = mask_none();
-  if (h.references == 0u)
+  mask64 known = boundary;
+  if (h.references == 0u) {
+    known = mask_none();
     for (uint i = 0u; i < component_count; i++) known = known | mask_bit(component_first[i]);
-  for (uint r = 0u; r < h.references; r++) {
-    uint n = mask_test(h.private_refs, r) ? 1u : reference_length[r];
-    for (uint i = 0u; i < n; i++) known = known | mask_bit(inner_vertex(r, i));
+  }
+  for (mask64 rest = h.private_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
+    uint r = mask_lsb(rest);
+    for (uint i = 1u; i < reference_length[r]; i++) known = known & ~mask_bit(inner_vertex(r, i));
   }
   return known;
 }
@@ -821,6 +924,8 @@ void open_meshlet(uint m) {
   triangle_count = 0u;
   vertex_count = 0u;
   provided_refs = mask_none();
+  visited.meshlet = NO_MESHLET;
+  located = NO_MESHLET;
   opened = read_header(m);
   if (error != ERROR_NONE) return;
   read_symbols(opened.begin, opened.triangles);
@@ -828,11 +933,13 @@ void open_meshlet(uint m) {
 }
 
 void connect_meshlet() {
+  find_seams(opened);
   place_references(opened);
   if (error == ERROR_NONE) decode_triangles(known_vertices(opened));
 }
 
 void read_foreign() {
+  if (!mask_any(opened.foreign_refs & ~provided_refs)) return;
   read_foreign_corners(opened);
   if (error == ERROR_NONE) read_foreign_chains(opened);
 }
@@ -842,8 +949,7 @@ void read_own() {
   if (error != ERROR_NONE) return;
   read_own_anchors(opened);
   read_own_chains(opened);
-  decode_interior(opened);
-  predict_own(opened);
+  decode_interior();
 }
 
 void decode_meshlet(uint m) {

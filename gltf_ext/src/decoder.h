@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "blob.h"
+#include "decode_blob.h"
 #include "meshlet_decoder.h"
 
 namespace meshlet {
@@ -31,7 +32,7 @@ class Decoder {
 
  private:
   void check(uint32_t m) const;
-  void write_vertices(const uint8_t* ids, uint32_t count, uint32_t first, uint32_t* const* integers, void* const* values) const;
+  BlobJob job() const;                     // without outputs
 
   BlobHeader header_;
   std::unique_ptr<MeshletDecoder> lane_;

@@ -34,11 +34,11 @@ void add_meshlet(MeshletDecoder& d, Description& out) {
   for (uint32_t s = 0; s < d.stream_total; s++) {
     out.streams[s] += anchor_bits(d, s);
     if (d.mask_any(h.owned_refs)) out.streams[s] += residual_bits(d, s, d.chain_code[s], d.chain_widths[s], d.chain_total);
-    low += (d.traversed_count + d.seam_vertices(h, s)) * d.low_bits(s, d.interior_code[s], d.interior_widths[s]);
+    low += (d.traversed_count + d.seam_vertices(s)) * d.low_bits(s, d.interior_code[s], d.interior_widths[s]);
   }
   d.unary = d.seek_unary(d.unary.cursor + low);
   for (uint32_t s = 0; s < d.stream_total; s++)
-    out.streams[s] += residual_bits(d, s, d.interior_code[s], d.interior_widths[s], d.traversed_count + d.seam_vertices(h, s));
+    out.streams[s] += residual_bits(d, s, d.interior_code[s], d.interior_widths[s], d.traversed_count + d.seam_vertices(s));
 }
 
 }  // namespace

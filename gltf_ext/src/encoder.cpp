@@ -119,6 +119,13 @@ class Encoder {
   std::vector<Group> groups_;
 };
 
+// Residual of component c of the vertex that a packed triangle of `traversed` introduces.
+uint32_t traversed_residual(MeshletDecoder& lane, uint32_t s, uint32_t triangle, uint32_t c) {
+  uint32_t at = (lane.stream_lane[s] + c) * 64u, o = triangle >> 24;
+  uint32_t a = at + (triangle & 255u), b = at + (triangle >> 8 & 255u), v = at + (triangle >> 16 & 255u);
+  return zigzag(lane.values[v] - lane.traversed_prediction(lane.stream_predictor[s], a, b, at + o, o != NO_VERTEX));
+}
+
 // A decoder lane that runs on masks and values put there, not on bits.
 Encoder::Lane Encoder::make_lane() const {
   auto lane = std::make_unique<MeshletDecoder>();
@@ -189,8 +196,7 @@ uint64_t Encoder::cost(MeshletDecoder& lane, const Plan& plan) const {
     traversed.clear();
     for (uint32_t i = 0; i < lane.traversed_count; i++)
       for (uint32_t c = 0; c < streams_[s].components; c++) {
-        uint32_t at = (lane.stream_lane[s] + c) * 64u;
-        traversed.push_back(zigzag(lane.values[at + (lane.traversed[i] >> 16 & 255u)] - lane.traversed_prediction(streams_[s].predictor, at, lane.traversed[i])));
+        traversed.push_back(traversed_residual(lane, s, lane.traversed[i], c));
       }
     bits += rice_bits(traversed, best_rice(traversed));
   }
@@ -247,7 +253,8 @@ void Encoder::chain_residuals(MeshletDecoder& lane, uint32_t s, const Reference&
   for (uint32_t i = 1; i < r.length; i++) {
     place = boundaries_.next(place);
     for (uint32_t c = 0; c < streams_[s].components; c++) {
-      uint32_t prediction = lane.chain_prediction(s, value(s, a, c), value(s, b, c), i, r.length);
+      uint32_t prediction = value(s, a, c);
+      if (streams_[s].predictor != kCopy) prediction = lane.chord(prediction, value(s, b, c), i, r.length);
       out.push_back(zigzag(value(s, boundaries_.vertex[place], c) - prediction));
     }
   }
@@ -262,8 +269,7 @@ Residuals Encoder::residuals(MeshletDecoder& lane, const Plan& plan, uint32_t s)
   }
   for (uint32_t i = 0; i < lane.traversed_count; i++)
     for (uint32_t c = 0; c < streams_[s].components; c++) {
-      uint32_t at = (lane.stream_lane[s] + c) * 64u;
-      out.interior.push_back(zigzag(lane.values[at + (lane.traversed[i] >> 16 & 255u)] - lane.traversed_prediction(streams_[s].predictor, at, lane.traversed[i])));
+      out.interior.push_back(traversed_residual(lane, s, lane.traversed[i], c));
     }
   return out;
 }

@@ -1,0 +1,59 @@
+// What meshlet_decoder.glsl asks of its includer, for GLSL: to be included before it, and meshlet_decoder_epilogue.glsl after it.
+// The includer declares `uint blob_words[]`, the bytes of one blob in a storage buffer.
+
+#define small_uint uint
+#define index_uint uint
+#define mask64 uvec2                       // x: the low half
+#define INLINE
+#define HEADER_IN Header
+#define FOREIGN_LENGTH read_foreign_length
+#define MAX_STREAMS 8u
+#define MAX_LANES 20u
+
+uvec2 mask_none() { return uvec2(0u); }
+uvec2 mask_bit(uint i) { return (i & 32u) == 0u ? uvec2(1u << (i & 31u), 0u) : uvec2(0u, 1u << (i & 31u)); }
+uint word_below(uint n) { return n >= 32u ? 0xFFFFFFFFu : (1u << n) - 1u; }
+uvec2 mask_below(uint n) { return uvec2(word_below(n), n <= 32u ? 0u : word_below(n - 32u)); }
+bool mask_test(uvec2 m, uint i) { return ((((i & 32u) == 0u ? m.x : m.y) >> (i & 31u)) & 1u) != 0u; }
+bool mask_any(uvec2 m) { return (m.x | m.y) != 0u; }
+uint mask_count(uvec2 m) { return uint(bitCount(m.x) + bitCount(m.y)); }
+uint mask_lsb(uvec2 m) { return m.x != 0u ? uint(findLSB(m.x)) : m.y != 0u ? 32u + uint(findLSB(m.y)) : 64u; }
+uint mask_msb(uvec2 m) { return m.y != 0u ? 32u + uint(findMSB(m.y)) : m.x != 0u ? uint(findMSB(m.x)) : 64u; }
+uvec2 mask_clear_lsb(uvec2 m) { return m.x != 0u ? uvec2(m.x & (m.x - 1u), m.y) : uvec2(0u, m.y & (m.y - 1u)); }
+uvec2 mask_shl1(uvec2 m) { return uvec2(m.x << 1, (m.y << 1) | (m.x >> 31)); }
+uvec2 mask_scatter(uvec2 bits, uvec2 m) {
+  uvec2 scattered = mask_none();
+  for (uint i = 0u; mask_any(m); i++) {
+    if (mask_test(bits, i)) scattered = scattered | mask_bit(mask_lsb(m));
+    m = mask_clear_lsb(m);
+  }
+  return scattered;
+}
+
+uint choose(bool condition, uint a, uint b) { return condition ? a : b; }
+uvec2 choose(bool condition, uvec2 a, uvec2 b) { return condition ? a : b; }
+uint divide(uint x, uint n) { return x / n; }
+
+uint load_word(uint i) { return i < uint(blob_words.length()) ? blob_words[i] : 0u; }
+uint load_bits(uint p, uint n) {
+  uint low = load_word(p >> 5) >> (p & 31u);
+  uint high = (p & 31u) == 0u ? 0u : load_word((p >> 5) + 1u) << (32u - (p & 31u));
+  return (low | high) & word_below(n);
+}
+uint load_inside(uint p, uint n) { return load_bits(p, n); }
+uvec2 load_mask(uint p, uint n) { return uvec2(load_bits(p, min(n, 32u)), n <= 32u ? 0u : load_bits(p + 32u, n - 32u)); }
+
+// The ones of `window` were not read yet; its bit 0 is the blob's bit `base`. `cursor`: the bit after the last one read.
+struct UnaryReader {
+  uint window;
+  uint base;
+  uint cursor;
+};
+
+UnaryReader seek_unary(uint p) {
+  return UnaryReader(load_word(p >> 5) & ~word_below(p & 31u), p & ~31u, p);
+}
+
+// In the epilogue: they set `error`, which the decoder declares.
+void skip_unary(inout UnaryReader reader, uint n);
+void read_rice(uint n, uint k, uint low);
