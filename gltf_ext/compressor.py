@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -29,6 +29,7 @@ from .document import (
     copied,
     glb_parts,
     named_indices,
+    refuse_overwriting,
     write_files,
 )
 from .draco import DRACO
@@ -52,6 +53,7 @@ from .progress import progress_bar
 
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
 LARGEST_NUMBER = 1e9
+MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
 # Extensions of a primitive that describe the order of its triangles or vertices, which compression changes.
 ORDER_DEPENDENT = ("FB_ngon_encoding", "CESIUM_primitive_outline", "EXT_mesh_manifold", "EXT_mesh_polygon")
 
@@ -60,7 +62,7 @@ ORDER_DEPENDENT = ("FB_ngon_encoding", "CESIUM_primitive_outline", "EXT_mesh_man
 class Options:
     """Options of `compress`; see there."""
 
-    position_bits: int = 12
+    position_bits: int | None = None
     normal_bits: int = 8
     texcoord_bits: int = 12
     color_bits: int = 8
@@ -77,8 +79,14 @@ class Options:
     progress: bool = False
 
     def __post_init__(self) -> None:
+        if self.step is not None and self.position_bits is not None:
+            raise MeshletError(
+                "step and position_bits both set the position step", "give one", options=("step", "position_bits")
+            )
+        if self.position_bits is None:
+            object.__setattr__(self, "position_bits", DEFAULT_POSITION_BITS)
         for name, low, high in (
-            ("position_bits", 4, 24),
+            ("position_bits", MIN_POSITION_BITS, 24),
             ("normal_bits", 4, 16),
             ("texcoord_bits", 4, 16),
             ("color_bits", 4, 16),
@@ -88,16 +96,20 @@ class Options:
         ):
             value = getattr(self, name)
             if not isinstance(value, (int, np.integer)) or not low <= value <= high:
-                raise MeshletError(f"{name} is {value}", f"use {low} to {high}")
+                raise MeshletError(f"{name} is {value!r}", f"use {low} to {high}", options=(name,))
         for name, choices in (("grid", ("mesh", "scene")), ("weight", ("paper", "choe"))):
             if getattr(self, name) not in choices:
-                raise MeshletError(f"{name} is {getattr(self, name)!r}", f"use {' or '.join(choices)}")
-        if self.fill is not None and not 0.25 <= self.fill <= 1.0:
-            raise MeshletError(f"fill is {self.fill}", "use 0.25 to 1")
+                raise MeshletError(
+                    f"{name} is {getattr(self, name)!r}", f"use {' or '.join(choices)}", options=(name,)
+                )
+        if self.fill is not None and not (_is_number(self.fill) and 0.25 <= self.fill <= 1.0):
+            raise MeshletError(f"fill is {self.fill!r}", "use 0.25 to 1", options=("fill",))
         for name in ("step", "lambda_", "iterations"):
             value = getattr(self, name)
-            if value is not None and not 0 < value <= LARGEST_NUMBER:
-                raise MeshletError(f"{name} is {value}", f"use a number above 0 and up to {LARGEST_NUMBER:g}")
+            if value is not None and not (_is_number(value) and 0 < value <= LARGEST_NUMBER):
+                raise MeshletError(
+                    f"{name} is {value!r}", f"use a number above 0 and up to {LARGEST_NUMBER:g}", options=(name,)
+                )
 
     @property
     def bits(self) -> Bits:
@@ -113,6 +125,17 @@ class Options:
             "threads": self.threads,
             **{name: value for name, value in given.items() if value is not None},
         }
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float, np.integer, np.floating))
+
+
+def _checked(options: dict[str, Any]) -> Options:
+    unknown = sorted(set(options) - {option.name for option in fields(Options)})
+    if unknown:
+        raise MeshletError(f"{unknown[0]} is not an option of compress", "see help(gltf_ext.compress)")
+    return Options(**options)
 
 
 @dataclass
@@ -131,44 +154,52 @@ def compress(input: str | os.PathLike, output: str | os.PathLike, **options: Any
     """Compress a .glb, .gltf, .obj, .ply or .stl file into a .glb with EXT_meshlet_edgebreaker.
 
     Options: position_bits (4 to 24), normal_bits, texcoord_bits, color_bits, weight_bits (4 to 16): bits per
-    component; step: position step in model units instead of position_bits; grid: "mesh" or "scene", what shares one
+    component (position_bits 12, unless a step is given); step: position step in model units; grid: "mesh" or "scene", what shares one
     position grid; max_triangles (16 to 64) per meshlet; lambda_, iterations, fill, weight ("paper" or "choe"): meshlet
     generation; fallback: also write plain buffers (into OUTPUT's name with .fallback.bin) for readers without the
     extension; threads: 0 for one per processor, the result is the same; progress: draw a bar on a terminal.
 
-    Returns a report: input, output, input_bytes, output_bytes, totals and primitives as `inspect` has them,
+    Returns a report: input, output, input_bytes, output_bytes, fallback_bytes, totals, fallback_files and primitives as `inspect` has them,
     generation (summed histogram of regions by triangles before halving, largest number of iterations),
     dropped (counts of what is not in the result), kept (primitives left as they were, with the reason), warnings.
     Raises MeshletError when the input cannot be compressed, OSError when a file cannot be read or written.
     """
-    settings, output = Options(**options), Path(output)
-    check_output(output)
+    settings, output = _checked(options), Path(output)
+    check_output(output, input)
+    fallback_path = output.with_name(output.stem + ".fallback.bin")
     try:
         document = open_model(input)
+        read = [Path(input), *document.files()]
         report = _compress_document(document, settings, Path(input).name)
-        fallback_name = output.stem + ".fallback.bin"
         binary, fallback = pack(document)
-        report = {**inspect_document(document), **report}
         if fallback:
-            document.buffers[1].uri = quote(fallback_name)
+            document.buffers[1].uri = quote(os.fsencode(fallback_path.name))
+        report = {**inspect_document(document), **report}
         parts = glb_parts(document, binary)
     except MeshletError as error:
         error.path = error.path or str(input)
         raise
     input_bytes = os.path.getsize(input)
-    write_files({output.with_name(fallback_name): fallback, output: parts} if fallback else {output: parts})
+    contents = {fallback_path: fallback, output: parts} if fallback else {output: parts}
+    refuse_overwriting(read, list(contents))
+    write_files(contents)
+    output_bytes = sum(map(len, parts))
+    if output_bytes >= input_bytes:
+        report["warnings"].append("the file grew; the original is smaller")
+    if not fallback and fallback_path.exists():
+        report["warnings"].append(f"{fallback_path.name} is not part of this result; delete it if nothing needs it")
     return {
         "input": str(input),
         "output": str(output),
         "input_bytes": input_bytes,
-        "output_bytes": sum(map(len, parts)),
+        "output_bytes": output_bytes,
         "fallback_bytes": sum(map(len, fallback)),
         **report,
     }
 
 
 def _compress_document(document: Document, options: Options, title: str) -> dict[str, Any]:
-    warnings = _lossy_before(document)
+    warnings = [*document.import_warnings, *_lossy_before(document)]
     jobs = _jobs(document, options)
     if not jobs:
         raise MeshletError("holds no triangles", "there is nothing to compress")
@@ -180,6 +211,7 @@ def _compress_document(document: Document, options: Options, title: str) -> dict
                 document, job, options, advance and (lambda f, base=done, share=share: advance(base + share * f))
             )
             done += share
+    warnings += _coarse_grids(jobs)
     encoded = [job for job in jobs if not job.reason_kept]
     if not encoded:
         raise MeshletError(
@@ -256,9 +288,36 @@ def _grids(grouped: list[tuple[int | None, Primitive]], options: Options) -> dic
         if group in boxes:
             low, high = np.minimum(low, boxes[group][0]), np.maximum(high, boxes[group][1])
         boxes[group] = low, high
-    return {
-        group: position_grid(low, high, options.position_bits, options.step) for group, (low, high) in boxes.items()
-    }
+    return {group: _grid(low, high, options) for group, (low, high) in boxes.items()}
+
+
+def _grid(low: np.ndarray, high: np.ndarray, options: Options) -> Grid:
+    grid = position_grid(low, high, options.position_bits, options.step)
+    if options.step is not None and _is_coarse(low, high, grid):
+        extent = float((high - low).max())
+        raise MeshletError(
+            f"step {options.step:g} leaves fewer than {MIN_POSITION_BITS} bits for positions in a box of {extent:g}",
+            f"use a step of at most {extent / 2**(MIN_POSITION_BITS - 1):.3g}",
+        )
+    return grid
+
+
+def _is_coarse(low: np.ndarray, high: np.ndarray, grid: Grid) -> bool:
+    """Whether a box with an extent spans fewer steps than the fewest position bits can number."""
+    return 0.0 < (high - low).max() < (2 ** (MIN_POSITION_BITS - 1) - 0.5) * grid.step
+
+
+def _coarse_grids(jobs: list[Job]) -> list[str]:
+    """Warnings for meshes that are small on a grid that they share."""
+    boxes: dict[int, list] = {}
+    for job in jobs:
+        if job.grid is not None and len(job.source.indices):
+            boxes.setdefault(job.source.mesh, []).append((*bounds(job.source.attributes["POSITION"]), job.grid))
+    return [
+        f"mesh {mesh}: fewer than {MIN_POSITION_BITS} bits are left for its positions; use --grid mesh or a smaller step"
+        for mesh, parts in boxes.items()
+        if _is_coarse(np.min([p[0] for p in parts], axis=0), np.max([p[1] for p in parts], axis=0), parts[0][2])
+    ]
 
 
 # --- encoding --------------------------------------------------------------------------------------------------------

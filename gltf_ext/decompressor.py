@@ -15,6 +15,7 @@ from .document import (
     copied,
     glb_parts,
     named_indices,
+    refuse_overwriting,
     write_files,
 )
 from .errors import MeshletError
@@ -33,9 +34,10 @@ def decompress(input: str | os.PathLike, output: str | os.PathLike, *, progress:
     is malformed or not compressed, OSError when a file cannot be read or written.
     """
     output = Path(output)
-    check_output(output)
+    check_output(output, input)
     try:
         document = open_model(input)
+        refuse_overwriting(document.files(), [output])
         compressed = require_compressed(document)
         with progress_bar(Path(input).name, progress) as advance:
             _expand_all(document, compressed, advance)

@@ -9,6 +9,7 @@ import numpy as np
 
 import gltf_ext
 from gltf_ext import demo_model
+from gltf_ext.cli import PART_LABELS
 from gltf_ext.rasterizer import Camera, Mesh
 
 CAMERA = Camera(eye=(-1.55, 2.9, 5.8), target=(0.0, 0.24, 0.0), field_of_view=25.8)
@@ -43,7 +44,7 @@ def _table(totals: dict, verified: dict, seconds: dict) -> str:
         ("raw", f"{totals['raw_bytes']:,} bytes"),
         ("compressed", f"{totals['compressed_bytes']:,} bytes, {totals['ratio']:.2f} times smaller"),
         ("bits per triangle", f"{bits['total']:.2f}"),
-        *((f"  {name.replace('_', ' ')}", f"{value:.2f}") for name, value in bits.items() if value and name != "total"),
+        *((f"  {PART_LABELS.get(name, name.replace('_', ' '))}", f"{value:.2f}") for name, value in bits.items() if value and name != "total"),
         *((f"largest error, {name}", f"{value:.3g}, {verified['max_error_percent'][name]:.3g} % of the box's diagonal")
           for name, value in verified["max_error"].items() if name not in verified["max_error_degrees"]),
         *((f"largest error, {name}", f"{value:.2f} degrees") for name, value in verified["max_error_degrees"].items()),

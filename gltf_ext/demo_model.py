@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 import pygltflib
 
+from gltf_ext.document import write_files
+
 
 @dataclass(frozen=True)
 class Part:
@@ -256,7 +258,7 @@ def write_glb(parts: list[Part], path: str | Path) -> None:
             baseColorFactor=[*part.color, 1.0], metallicFactor=part.metallic, roughnessFactor=part.roughness)))
     gltf.buffers.append(pygltflib.Buffer(byteLength=len(blob)))
     gltf.set_binary_blob(bytes(blob))
-    gltf.save_binary(str(path))
+    write_files({Path(path): gltf.save_to_bytes()})
 
 
 def _accessor(gltf, blob, array, bounds: bool = False) -> int:

@@ -32,6 +32,7 @@ MAX_JSON_DEPTH = 200
 # What to do.
 DAMAGED = "the file is damaged; get it again"
 CUT_OFF = "the file is cut off; get it again"
+EMPTY, EXPORT_AGAIN = "is empty", "export it again"
 NOT_VALID = "the file is not valid glTF; export it again"
 
 
@@ -44,6 +45,7 @@ class Document(pygltflib.GLTF2):
 
     base: Path = Path()
     binary: memoryview | None = None
+    import_warnings: tuple[str, ...] = ()
 
     @classmethod
     def from_json_object(cls, properties: Any) -> Document:
@@ -90,13 +92,21 @@ class Document(pygltflib.GLTF2):
         """The bytes behind a data: uri or a path relative to the document."""
         if uri.startswith("data:"):
             return _data_uri_bytes(uri)
-        path = Path(unquote(uri))
-        if "://" in uri or path.is_absolute():
+        if "://" in uri or unquote(uri).startswith("/"):
             raise MeshletError(f"refers to {uri}, which is not a relative path", "put the file beside the .gltf")
         try:
-            return (self.base / path).read_bytes()
+            return self.path_of(uri).read_bytes()
         except (OSError, ValueError):
-            raise MeshletError(f"refers to {uri}, which cannot be read", "put the file beside the .gltf") from None
+            raise MeshletError(f"refers to {uri}, which cannot be read", "put the file beside it") from None
+
+    def path_of(self, uri: str) -> Path:
+        """The file behind a relative uri; ValueError when there can be none."""
+        return self.base / os.fsdecode(unquote_to_bytes(uri))
+
+    def files(self) -> list[Path]:
+        """The files that buffers and images refer to."""
+        uris = [holder.uri for holder in (*self.buffers, *self.images)]
+        return [self.path_of(uri) for uri in uris if uri and not uri.startswith("data:") and uri.isprintable()]
 
     def add_view(self, data, **properties) -> int:
         """Append a buffer view that owns its bytes; returns its index."""
@@ -140,6 +150,8 @@ def read_document(path: str | os.PathLike) -> Document:
     """Read a .glb or .gltf file."""
     path = Path(path)
     data = path.read_bytes()
+    if not data:
+        raise MeshletError(EMPTY, EXPORT_AGAIN)
     return parse_glb(data, path.parent) if data[:4] == b"glTF" else _parse_json(data, None, path.parent)
 
 
@@ -343,31 +355,49 @@ def glb_parts(document: Document, binary: list) -> list:
     return parts
 
 
-def check_output(path: Path) -> None:
-    """Refuse, before any work, an output that is not a .glb in a folder that exists."""
+def check_output(path: Path, input: str | os.PathLike) -> None:
+    """Refuse, before any work, an output that is not a .glb in a folder that exists, or that is the input."""
     if path.suffix.lower() != ".glb":
         raise MeshletError("the output is not a .glb", "name it something.glb", str(path))
     if not path.parent.is_dir():
         raise MeshletError("its folder does not exist", "create it first", str(path))
+    if path.is_dir():
+        raise MeshletError("is a folder", "name a file", str(path))
+    refuse_overwriting([Path(input)], [path])
+
+
+def refuse_overwriting(inputs: list[Path], outputs: list[Path]) -> None:
+    """Refuse outputs that are inputs, also through links."""
+    for output in outputs:
+        if any(path.exists() and output.exists() and path.samefile(output) for path in inputs):
+            raise MeshletError("is the input too", "name another output", str(output))
 
 
 def write_files(contents: dict[Path, list]) -> None:
-    """Write each path's pieces beside it, and rename all of them when everything has been written."""
+    """Write each path's pieces beside it, and rename all of them when everything has been written.
+
+    An OSError names the path, not the file beside it.
+    """
     partials = {path.with_name(f".{path.name}.{os.getpid()}.part"): path for path in contents}
     try:
         for partial, path in partials.items():
-            _write(partial, path, contents[path])
+            _naming(path, _write, partial, contents[path])
         for partial, path in partials.items():
-            os.replace(partial, path)
+            _naming(path, os.replace, partial, path)
     finally:
         for partial in partials:
             partial.unlink(missing_ok=True)
 
 
-def _write(partial: Path, path: Path, pieces: list) -> None:
+def _write(path: Path, pieces: list) -> None:
+    with open(path, "wb") as file:
+        file.writelines(pieces)
+
+
+def _naming(path: Path, run: Callable, *arguments: Any) -> None:
+    """Run, and let an OSError name the path."""
     try:
-        with open(partial, "wb") as file:
-            file.writelines(pieces)
+        run(*arguments)
     except OSError as error:
         error.filename = str(path)
         raise

@@ -16,7 +16,7 @@ from .errors import MeshletError
 TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
 
 
-@dataclass
+@dataclass(repr=False)
 class Primitive:
     """One triangle primitive.
 
@@ -29,6 +29,12 @@ class Primitive:
     indices: np.ndarray
     attributes: dict[str, np.ndarray]
     targets: list[dict[str, np.ndarray]] = field(default_factory=list)
+
+    def __repr__(self) -> str:
+        return (
+            f"Primitive(mesh={self.mesh}, primitive={self.primitive}, triangles={len(self.indices)}, "
+            f"vertices={self.vertex_count}, attributes={sorted(self.attributes)}, targets={len(self.targets)})"
+        )
 
     @property
     def vertex_count(self) -> int:

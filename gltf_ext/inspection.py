@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from collections import Counter, defaultdict
 from typing import Any
+from urllib.parse import unquote_to_bytes
 
 from . import _codec
-from .attributes import semantic
+from .attributes import OCT, semantic
 from .document import Document
 from .errors import MeshletError
 from .extension import Compressed, malformed, require_compressed
@@ -25,7 +26,8 @@ def inspect(path: str | os.PathLike) -> dict[str, Any]:
     the accessors' component sizes plus 12 bytes per triangle), compressed_bytes (the extension's buffer views and
     JSON objects), ratio, mean_triangles_per_meshlet, bits_per_triangle (parts and their total), symbols (shares of C,
     L, E, R, S). Primitives that share a buffer view count once. primitives has the same for each, with mesh,
-    primitive, name and streams. Raises MeshletError, OSError.
+    primitive, name and streams; a direction has no step (None). fallback_files has the bytes of each file
+    with plain buffers for other readers. Raises MeshletError, OSError.
     """
     try:
         return {"file": str(path), "file_bytes": os.path.getsize(path), **inspect_document(open_model(path))}
@@ -53,7 +55,21 @@ def inspect_document(document: Document) -> dict[str, Any]:
             counted[compressed.view] = primitives[-1]
     for described in counted.values():
         described.update(_figures(described))
-    return {"totals": _totals(list(counted.values())), "primitives": [_public(p) for p in primitives]}
+    return {
+        "totals": _totals(list(counted.values())),
+        "fallback_files": _fallback_files(document),
+        "primitives": [_public(p) for p in primitives],
+    }
+
+
+def _fallback_files(document: Document) -> dict[str, int]:
+    """Name and size of the files that hold plain buffers for readers without the extension."""
+    used = {document.bufferViews[compressed.view].buffer for compressed in require_compressed(document)}
+    return {
+        os.fsdecode(unquote_to_bytes(buffer.uri)): buffer.byteLength
+        for index, buffer in enumerate(document.buffers)
+        if index not in used and buffer.uri and not buffer.uri.startswith("data:")
+    }
 
 
 def _place(compressed: Compressed) -> dict[str, Any]:
@@ -79,7 +95,7 @@ def _describe(compressed: Compressed) -> dict[str, Any]:
         streams[name] = {
             "bits_per_component": [compressed.streams[s].bits for s in indices],
             "bits_per_vertex": bits / compressed.vertex_count,
-            "step": [compressed.streams[s].step for s in indices],
+            "step": [None if compressed.streams[s].kind == OCT else compressed.streams[s].step for s in indices],
         }
     return {
         **_place(compressed),

@@ -5,6 +5,7 @@ Needs matplotlib (the "demo" extra).
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 
 import matplotlib
@@ -14,6 +15,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  (the backend must be chosen first)
 from PIL import Image  # noqa: E402
 
+from gltf_ext.document import write_files  # noqa: E402
 from gltf_ext.rasterizer import Camera, Mesh, render  # noqa: E402
 
 PARTS = {   # inspect's keys, the label and the colour of each
@@ -38,20 +40,34 @@ def meshlet_colors(meshlets: np.ndarray) -> np.ndarray:
 
 def save_picture(path: str | Path, mesh: Mesh, camera: Camera, width: int, height: int) -> None:
     """Writes a PNG of the mesh on white, with a palette so that the file stays small."""
-    _on_white(render(mesh, camera, width, height)).quantize(PALETTE_SIZE, method=Image.Quantize.MAXCOVERAGE).save(path)
+    picture = _on_white(render(mesh, camera, width, height))
+    content = BytesIO()
+    picture.quantize(PALETTE_SIZE, method=Image.Quantize.MAXCOVERAGE).save(content, "png")
+    write_files({Path(path): [content.getvalue()]})
 
 
 def save_comparison(path: str | Path, pictures: list[tuple[str, Mesh]], camera: Camera, width: int, height: int) -> None:
-    """Writes a PNG of meshes seen by one camera, width x height pixels each, side by side, each under its title."""
+    """Writes a PNG of two meshes seen by one camera, width x height pixels each, and of where the pictures differ."""
     dpi, title_height = 100, 44
-    figure, axes = pyplot.subplots(1, len(pictures), dpi=dpi, squeeze=False,
-                                   figsize=(width * len(pictures) / dpi, (height + title_height) / dpi))
+    figure, axes = pyplot.subplots(1, len(pictures) + 1, dpi=dpi, squeeze=False,
+                                   figsize=(width * (len(pictures) + 1) / dpi, (height + title_height) / dpi))
     figure.subplots_adjust(0, 0, 1, height / (height + title_height), wspace=0)
-    for axis, (title, mesh) in zip(axes[0], pictures):
-        axis.imshow(_on_white(render(mesh, camera, width, height)), interpolation="none")
-        axis.set_axis_off()
+    drawn = [_on_white(render(mesh, camera, width, height)) for _, mesh in pictures]
+    for axis, (title, _), picture in zip(axes[0], pictures, drawn):
+        axis.imshow(picture, interpolation="none")
         axis.set_title(title, fontsize=13)
+    _draw_difference(figure, axes[0, -1], *(np.asarray(picture, np.int64) for picture in drawn))
+    for axis in axes[0]:
+        axis.set_axis_off()
     _save_figure(figure, path)
+
+
+def _draw_difference(figure, axis, before: np.ndarray, after: np.ndarray) -> None:
+    """A heat map of the largest difference of each pixel's channels, of 255."""
+    difference = np.abs(after - before).max(axis=2)
+    heat = axis.imshow(difference, cmap="magma_r", vmin=0, vmax=max(int(difference.max()), 1), interpolation="none")
+    axis.set_title("difference of the pixels' colours, of 255", fontsize=13)
+    figure.colorbar(heat, ax=axis, fraction=0.04, pad=0.01, shrink=0.8, location="left")
 
 
 def save_size_breakdown(path: str | Path, name: str, totals: dict) -> None:
@@ -59,7 +75,7 @@ def save_size_breakdown(path: str | Path, name: str, totals: dict) -> None:
 
     totals: inspect's "totals" (raw_bytes, compressed_bytes, ratio, bits_per_triangle).
     """
-    figure, (whole, split) = pyplot.subplots(2, 1, figsize=(9, 3.6), dpi=100)
+    figure, (whole, split) = pyplot.subplots(2, 1, figsize=(9, 4.4), dpi=100)
     bits = totals["bits_per_triangle"]
     sizes = [totals["raw_bytes"] / 1e6, totals["compressed_bytes"] / 1e6]
     whole.barh(["raw", "compressed"], sizes, color=[RAW_COLOR, COMPRESSED_COLOR], height=0.6)
@@ -67,7 +83,7 @@ def save_size_breakdown(path: str | Path, name: str, totals: dict) -> None:
         whole.text(size, row, f"  {size:.2f} MB", va="center")
     whole.set_title(f"{name}: {totals['ratio']:.1f} times smaller, {bits['total']:.1f} bits per triangle", loc="left")
     whole.invert_yaxis()
-    whole.set_xticks([])
+    whole.set_xlabel("MB")
     whole.margins(x=0.12)
     start = 0.0
     for part, (label, color) in PARTS.items():
@@ -82,7 +98,6 @@ def save_size_breakdown(path: str | Path, name: str, totals: dict) -> None:
     split.legend(ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.5), frameon=False)
     for axis in (whole, split):
         axis.spines[["top", "right", "left"]].set_visible(False)
-    whole.spines["bottom"].set_visible(False)
     figure.tight_layout()
     _save_figure(figure, path)
 
@@ -94,5 +109,7 @@ def _on_white(picture: np.ndarray) -> Image.Image:
 
 
 def _save_figure(figure, path) -> None:
-    figure.savefig(path)
+    content = BytesIO()
+    figure.savefig(content, format="png")
     pyplot.close(figure)
+    write_files({Path(path): [content.getvalue()]})

@@ -11,7 +11,7 @@ from . import _codec
 from .accessors import bounds, read_accessor
 from .document import Document, item, named_indices
 from .errors import MeshletError
-from .extension import EXTENSION, read_compressed
+from .extension import EXTENSION, compressed_primitives, read_compressed
 from .geometry import Primitive
 from .importers import open_model
 from .packing import map_accessors, map_views
@@ -27,7 +27,10 @@ def validate(path: str | os.PathLike) -> list[str]:
     try:
         document = open_model(path)
     except MeshletError as error:
-        return [str(error)]
+        return [error.message]
+    lost = _lost_fallback(document)
+    if lost:
+        return lost
     problems = _broken_references(document) + _extension_lists(document)
     compressed = 0
     for m, mesh in enumerate(document.meshes):
@@ -35,11 +38,30 @@ def validate(path: str | os.PathLike) -> list[str]:
             if EXTENSION in (primitive.extensions or {}):
                 compressed += 1
                 problems += _blob_problems(document, m, p)
+    problems = list(dict.fromkeys(problems))  # one for a buffer that many views read
     return (
         problems
         if compressed or problems
         else [f"has no primitive with {EXTENSION}; compress it first: gltf-meshlet compress IN OUT.glb"]
     )
+
+
+def _lost_fallback(document: Document) -> list[str]:
+    """Buffers that cannot be read, when all compressed data can be."""
+    try:
+        users = compressed_primitives(document)
+        for compressed in users:
+            _codec.validate(compressed.blob)
+    except ValueError:
+        return []
+    used = {document.bufferViews[compressed.view].buffer for compressed in users}
+    lost = []
+    for index in set(range(len(document.buffers))) - used if used else ():
+        try:
+            document.bytes_of_buffer(index)
+        except MeshletError as error:
+            lost.append(f"{error.message}; the compressed data is intact")
+    return lost
 
 
 def _broken_references(document: Document) -> list[str]:
@@ -53,7 +75,7 @@ def _broken_references(document: Document) -> list[str]:
             try:
                 item(items, index, kind)
             except MeshletError as error:
-                problems.append(str(error))
+                problems.append(error.message)
             return index
 
         mapper(document, check)
@@ -61,7 +83,7 @@ def _broken_references(document: Document) -> list[str]:
         try:
             document.bytes_of_view(index)
         except MeshletError as error:
-            problems.append(str(error))
+            problems.append(error.message)
     return problems
 
 
@@ -86,7 +108,7 @@ def _blob_problems(document: Document, mesh: int, index: int) -> list[str]:
             for problem in _accessor_problems(document, document.meshes[mesh].primitives[index], decoded)
         ]
     except MeshletError as error:
-        return [str(error)]
+        return [error.message]
     except ValueError as error:
         return [f"{compressed.where}: {error}"]
 

@@ -32,7 +32,6 @@ from .extension import (
     Compressed,
     malformed,
     read_compressed,
-    require_compressed,
 )
 from .geometry import Primitive, read_primitive, triangle_primitives, weld
 from .importers import open_model
@@ -47,7 +46,8 @@ class Errors:
     """Errors of one attribute in one mesh.
 
     max, squares, count: largest distance, sum of squared distances, vertices; over_bound: largest error as a share
-    of what is allowed; degrees: largest angle, for directions; low, high: the box of the original's values.
+    of what is allowed; degrees: largest angle, for directions; low, high: the box of the original's values;
+    compared: whether there was a vertex to compare.
     """
 
     max: float = 0.0
@@ -57,11 +57,13 @@ class Errors:
     degrees: float | None = None
     low: np.ndarray | None = None
     high: np.ndarray | None = None
+    compared: bool = False
 
     def add(self, other: Errors) -> None:
         self.max, self.over_bound = max(self.max, other.max), max(self.over_bound, other.over_bound)
         self.squares, self.count = self.squares + other.squares, self.count + other.count
         self.degrees = other.degrees if self.degrees is None else max(self.degrees, other.degrees or 0.0)
+        self.compared = self.compared or other.compared
         self.low = other.low if self.low is None else np.minimum(self.low, other.low)
         self.high = other.high if self.high is None else np.maximum(self.high, other.high)
 
@@ -79,23 +81,21 @@ def verify(original: str | os.PathLike, compressed: str | os.PathLike) -> dict[s
     Returns ok (all of the following hold), triangles_equal (the same multiset of cyclically rotated, quantised
     corners with all attributes), errors_within_bits (position components off by at most half a step, the others by
     what their bits allow), max_error, rms_error (attribute -> distance, in model or attribute units; directions as
-    the distance of unit vectors), max_error_percent, rms_error_percent (of the diagonal of the attribute's bounding
+    the distance of unit vectors; None when no vertex could be compared), max_error_percent, rms_error_percent (of the diagonal of the attribute's bounding
     box over the mesh), max_error_degrees (directions), error_over_bound (largest share of the allowed
     error), triangles, missing_triangles, extra_triangles,
-    differing_primitives, problems (one line each). Raises MeshletError, OSError.
+    collapsed_triangles (two of whose corners the grid made one), differing_primitives, problems (one line each). Raises MeshletError, OSError.
     """
     originals, document = _opened(original), _opened(compressed)
-    try:
-        require_compressed(document)
-    except MeshletError as error:
-        error.path = error.path or str(compressed)
-        raise
+    if not _is_compressed(document):
+        raise _misplaced(originals, str(compressed))
     places = triangle_primitives(originals)
     problems: list[str] = []
     errors: dict[tuple[int, str], Errors] = {}
-    counts = {"triangles": 0, "missing_triangles": 0, "extra_triangles": 0, "differing_primitives": 0}
-    if [place[:2] for place in places] != [place[:2] for place in triangle_primitives(document)]:
-        problems.append("the files do not have the same triangle primitives")
+    counts = {"triangles": 0, "missing_triangles": 0, "extra_triangles": 0, "collapsed_triangles": 0, "differing_primitives": 0}
+    others = triangle_primitives(document)
+    if [place[:2] for place in places] != [place[:2] for place in others]:
+        problems.append(_differing_places(places, others))
         counts["differing_primitives"], places = 1, []
     for mesh, index, _ in places:
         try:
@@ -109,6 +109,25 @@ def verify(original: str | os.PathLike, compressed: str | os.PathLike) -> dict[s
             error.path = error.path or str(compressed)
             raise
     return _report(problems, errors, counts)
+
+
+def _is_compressed(document: Document) -> bool:
+    return any(EXTENSION in (p.extensions or {}) for mesh in document.meshes for p in mesh.primitives)
+
+
+def _misplaced(original: Document, path: str) -> MeshletError:
+    """The error for a second file that is not compressed: what to run instead."""
+    swapped = ", but the first file is: the arguments are swapped" if _is_compressed(original) else ""
+    return MeshletError(f"is not compressed{swapped}", "run gltf-meshlet verify ORIGINAL COMPRESSED", path)
+
+
+def _differing_places(places: list[tuple], others: list[tuple]) -> str:
+    differing = sorted({place[:2] for place in places} ^ {place[:2] for place in others})
+    mesh, index = differing[0]
+    return (
+        f"{len(places)} triangle primitives in the original, {len(others)} in the compressed file; "
+        f"{len(differing)} are only in one, first mesh {mesh} primitive {index}"
+    )
 
 
 def _opened(path: str | os.PathLike) -> Document:
@@ -140,12 +159,14 @@ def _compare_place(
     if not len(source.indices):
         counts["differing_primitives"] += 1
         return [f"{where} has no triangle in the original"]
-    if {name: values.shape[1] for name, values in source.arrays} != {
-        name: form[1] for name, _, form in compressed.named_streams
-    }:
+    differences = _attribute_differences(source, compressed)
+    if differences:
         counts["differing_primitives"] += 1
-        return [f"{where} does not have the original's attributes"]
-    missing, extra, matches = _match(source, compressed)
+        for name, _ in source.arrays:
+            errors.setdefault((source.mesh, name), Errors())
+        return [f"{where}: attributes differ: {differences}; not compared"]
+    missing, extra, collapsed, matches = _match(source, compressed)
+    counts["collapsed_triangles"] += collapsed
     counts["missing_triangles"] += missing
     counts["extra_triangles"] += extra
     problems = [f"{where}: {missing} triangles are missing, {extra} are extra"] if missing or extra else []
@@ -156,6 +177,18 @@ def _compare_place(
         if found.over_bound > 1.0:
             problems.append(f"{where}: {name} is off by {found.max:g}, more than its bits allow")
     return problems
+
+
+def _attribute_differences(source: Primitive, compressed: Compressed) -> str:
+    """The attributes that one side lacks or has with other components; empty for none."""
+    before = {name: values.shape[1] for name, values in source.arrays}
+    after = {name: form[1] for name, _, form in compressed.named_streams}
+    kinds = (
+        ("only in the original", sorted(set(before) - set(after))),
+        ("only in the compressed file", sorted(set(after) - set(before))),
+        ("with other components", sorted(n for n in before if after.get(n, before[n]) != before[n])),
+    )
+    return ", ".join(f"{' '.join(names)} {kind}" for kind, names in kinds if names)
 
 
 def _same_arrays(a: Primitive, b: Primitive) -> bool:
@@ -173,8 +206,8 @@ def _ordered(source: Primitive, compressed: Compressed) -> list[tuple[str, np.nd
 # --- triangles -------------------------------------------------------------------------------------------------------
 
 
-def _match(source: Primitive, compressed: Compressed) -> tuple[int, int, np.ndarray]:
-    """(missing triangles, extra triangles, decoded vertex for each source vertex, -1 for none)."""
+def _match(source: Primitive, compressed: Compressed) -> tuple[int, int, int, np.ndarray]:
+    """(missing triangles, extra triangles, triangles collapsed by the grid, decoded vertex for each source vertex, -1 for none)."""
     try:
         triangles, decoded = _codec.decode(compressed.blob)
     except ValueError as error:
@@ -196,7 +229,16 @@ def _match(source: Primitive, compressed: Compressed) -> tuple[int, int, np.ndar
     holder = np.full(unique, -1, np.int64)
     holder[ids[count:]] = np.arange(compressed.vertex_count)
     missing, extra = _multiset_difference(_rotated(ids[source.indices]), _rotated(ids[count + triangles]))
-    return missing, extra, holder[ids[:count]]
+    collapsed = _degenerate(quantised[0], source.indices) - _degenerate(
+        source.attributes["POSITION"], source.indices
+    )
+    return missing, extra, collapsed, holder[ids[:count]]
+
+
+def _degenerate(positions: np.ndarray, triangles: np.ndarray) -> int:
+    """How many triangles have two corners at one position."""
+    a, b, c = _codec.weld(np.ascontiguousarray(positions).view(np.uint8))[0][triangles].T
+    return int(np.count_nonzero((a == b) | (b == c) | (c == a)))
 
 
 def _rotated(triangles: np.ndarray) -> np.ndarray:
@@ -225,6 +267,7 @@ def _errors(name: str, values: np.ndarray, decoded: np.ndarray, matches: np.ndar
     total = Errors(low=values.min(axis=0).astype(np.float64), high=values.max(axis=0).astype(np.float64))
     if not len(source):
         return total
+    total.compared = True
     if streams[0].kind in (INTEGER, FLOAT32):
         _add_exact(total, source, result)
         return total
@@ -286,7 +329,9 @@ def _report(problems: list[str], errors: dict[tuple[int, str], Errors], counts: 
         by_name.setdefault(name, []).append(found)
 
     def each(figure) -> dict[str, Any]:
-        return {name: figure(group) for name, group in by_name.items()}
+        return {
+            name: figure(group) if any(e.compared for e in group) else None for name, group in by_name.items()
+        }
 
     def rms(group: list[Errors], scaled: bool) -> float:
         squares = sum(e.squares * (e.percent**2 if scaled else 1.0) for e in group)

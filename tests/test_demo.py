@@ -71,5 +71,17 @@ def test_demo_runs_and_saves(tmp_path, capsys):
     totals = gltf_ext.inspect(tmp_path / "out" / "compressed.glb")["totals"]
     assert totals["triangles"] == sum(len(part.triangles) for part in demo_model.generate())
     assert totals["ratio"] > 5
+    assert not list((tmp_path / "out").glob(".*")), "nothing half-written"
     for name in ("meshlets.png", "comparison.png", "size.png"):
         assert 5_000 < (tmp_path / "out" / name).stat().st_size < 400_000
+
+
+def test_a_full_disk_names_the_file(tmp_path, monkeypatch):
+    def fail(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", fail)
+    with pytest.raises(OSError) as caught:
+        demo.main(tmp_path / "out")
+    assert caught.value.filename == str(tmp_path / "out" / "original.glb")
+    assert not list((tmp_path / "out").iterdir())

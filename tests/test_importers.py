@@ -68,6 +68,33 @@ def test_unreadable_models_are_refused(tmp_path, name, content):
     assert not (tmp_path / "out.glb").exists()
 
 
+@pytest.mark.parametrize(
+    "name, content, message",
+    [
+        ("a.obj", b"\xff\xfe\x00\x01\x80" * 9, "is not a text .obj"),
+        ("a.obj", b"", "is empty; export it again"),
+        ("a.stl", bytes(80) + (9).to_bytes(4, "little") + bytes(60), "is cut off"),
+        (
+            "a.ply",
+            b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+            b"end_header\n0 0 0\n",
+            "holds no triangles",
+        ),
+    ],
+)
+def test_reasons_are_plain(tmp_path, name, content, message):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(gltf_ext.MeshletError) as caught:
+        gltf_ext.compress(tmp_path / name, tmp_path / "out.glb")
+    assert message in str(caught.value) and "Error" not in str(caught.value)
+
+
+def test_a_missing_material_is_a_warning(tmp_path):
+    (tmp_path / "a.obj").write_text("mtllib no.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
+    warnings = gltf_ext.compress(tmp_path / "a.obj", tmp_path / "out.glb")["warnings"]
+    assert any("no.mtl" in warning for warning in warnings)
+
+
 @pytest.fixture(scope="module")
 def compressed(tmp_path_factory):
     """Two primitives: one with everything, one plain and used twice."""
