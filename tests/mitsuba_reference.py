@@ -16,7 +16,9 @@ VARIANTS = ("scalar_rgb", "llvm_ad_rgb", "scalar_spectral", "llvm_ad_spectral")
 def require(variant: str):
     """(mitsuba, mitsuba_plugin) with the variant set; skips the test where they are missing."""
     mi = pytest.importorskip("mitsuba", reason="mitsuba is not installed")
-    plugin = pytest.importorskip("mitsuba_plugin", reason="mitsuba_plugin is not built (docs/mitsuba.md)", exc_type=ImportError)
+    plugin = pytest.importorskip(
+        "mitsuba_plugin", reason="mitsuba_plugin is not built (docs/mitsuba.md)", exc_type=ImportError
+    )
     try:
         mi.set_variant(variant)
         if variant.startswith("llvm"):
@@ -28,7 +30,12 @@ def require(variant: str):
     return mi, plugin
 
 
-def mesh_of(primitive: gltf_ext.Primitive, matrix: np.ndarray | None = None, normals: bool = True, properties: dict | None = None):
+def mesh_of(
+    primitive: gltf_ext.Primitive,
+    matrix: np.ndarray | None = None,
+    normals: bool = True,
+    properties: dict | None = None,
+):
     """A decoded primitive as a mi.Mesh; COLOR_0's first three components become vertex_color."""
     import mitsuba as mi
 
@@ -43,8 +50,14 @@ def mesh_of(primitive: gltf_ext.Primitive, matrix: np.ndarray | None = None, nor
         if directions is not None:
             directions = directions.astype(np.float64) @ np.linalg.inv(matrix[:3, :3])
             directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    mesh = mi.Mesh("reference", len(positions), len(primitive.indices), props, has_vertex_normals=has["NORMAL"] and normals,
-                   has_vertex_texcoords=has["TEXCOORD_0"])
+    mesh = mi.Mesh(
+        "reference",
+        len(positions),
+        len(primitive.indices),
+        props,
+        has_vertex_normals=has["NORMAL"] and normals,
+        has_vertex_texcoords=has["TEXCOORD_0"],
+    )
     parameters = mi.traverse(mesh)
     parameters["faces"] = primitive.indices.astype(np.uint32).ravel()
     parameters["vertex_positions"] = positions.astype(np.float32).ravel()
@@ -71,26 +84,58 @@ def compressed(source: Path, folder: Path) -> tuple[Path, list[gltf_ext.Primitiv
 
 def shapes_of(path: Path, primitives, **options) -> dict:
     """Scene entries: one compressed shape for each primitive."""
-    return {f"shape_{i}": {"type": "meshlet_edgebreaker", "filename": os.fspath(path), "mesh": p.mesh, "primitive": p.primitive, **options}
-            for i, p in enumerate(primitives)}
+    return {
+        f"shape_{i}": {
+            "type": "meshlet_edgebreaker",
+            "filename": os.fspath(path),
+            "mesh": p.mesh,
+            "primitive": p.primitive,
+            **options,
+        }
+        for i, p in enumerate(primitives)
+    }
 
 
 def meshes_of(primitives, **options) -> dict:
     return {f"shape_{i}": mesh_of(p, **options) for i, p in enumerate(primitives)}
 
 
-def scene(shapes: dict, integrator: dict, size: tuple[int, int] = (64, 64), spp: int = 1, view=(0.3, 0.4, 1.0), light: bool = True):
+def scene(
+    shapes: dict,
+    integrator: dict,
+    size: tuple[int, int] = (64, 64),
+    spp: int = 1,
+    view=(0.3, 0.4, 1.0),
+    light: bool = True,
+):
     """A scene that shows all of the shapes."""
     import mitsuba as mi
 
     box = mi.load_dict({"type": "scene", **shapes}).bbox()
     center, extents = np.array(box.center()).ravel(), np.array(box.extents()).ravel()
     origin = center + np.array(view) * np.linalg.norm(extents)
-    return mi.load_dict({
-        "type": "scene", **shapes, "integrator": integrator, **({"light": {"type": "constant"}} if light else {}),
-        "sensor": {"type": "perspective", "fov": 45, "fov_axis": "larger", "to_world": mi.ScalarTransform4f().look_at(list(origin), list(center), [0, 1, 0]),
-                   "film": {"type": "hdrfilm", "width": size[0], "height": size[1], "rfilter": {"type": "box"}, "pixel_format": "rgb"},
-                   "sampler": {"type": "independent", "sample_count": spp}}})
+    return mi.load_dict(
+        {
+            "type": "scene",
+            **shapes,
+            "integrator": integrator,
+            **({"light": {"type": "constant"}} if light else {}),
+            "sensor": {
+                "type": "perspective",
+                "fov": 45,
+                "fov_axis": "larger",
+                "to_world": mi.ScalarTransform4f().look_at(list(origin), list(center), [0, 1, 0]),
+                "film": {
+                    "type": "hdrfilm",
+                    "width": size[0],
+                    "height": size[1],
+                    "rfilter": {"type": "box"},
+                    "pixel_format": "rgb",
+                },
+                "sampler": {"type": "independent", "sample_count": spp},
+            },
+        }
+    )
 
 
 AOVS = {"type": "aov", "aovs": "position:position,normal:sh_normal,geometric:geo_normal,uv:uv,du:dp_du,dv:dp_dv"}

@@ -23,8 +23,23 @@ def test01_stress(sanitizer, tmp_path):
     if compiler is None:
         pytest.skip("no C++ compiler")
     source = ROOT / "mitsuba_plugin" / "src"
-    subprocess.run([compiler, "-std=c++17", "-g", "-O1", f"-fsanitize={sanitizer}", "-fno-sanitize-recover=all", "-pthread", f"-I{source}",
-                    ROOT / "tests" / "native" / "meshlet_cache" / "stress.cpp", source / "cache.cpp", "-o", tmp_path / "stress"], check=True)
+    subprocess.run(
+        [
+            compiler,
+            "-std=c++17",
+            "-g",
+            "-O1",
+            f"-fsanitize={sanitizer}",
+            "-fno-sanitize-recover=all",
+            "-pthread",
+            f"-I{source}",
+            ROOT / "tests" / "native" / "meshlet_cache" / "stress.cpp",
+            source / "cache.cpp",
+            "-o",
+            tmp_path / "stress",
+        ],
+        check=True,
+    )
     result = subprocess.run([tmp_path / "stress"], capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stdout + result.stderr
 
@@ -40,7 +55,11 @@ def test02_limits(variant, policy, tmp_path):
         s = scene(shapes_of(path, primitives, cache=fraction, cache_policy=policy), PATH)
         pictures.append(picture(s, spp=8))
         figures = plugin.statistics(s)
-        assert figures["resident_bytes"] <= figures["limit_bytes"] == pytest.approx(fraction * figures["decoded_bytes"], abs=1)
+        assert (
+            figures["resident_bytes"]
+            <= figures["limit_bytes"]
+            == pytest.approx(fraction * figures["decoded_bytes"], abs=1)
+        )
         assert figures["hits"] > 0 and figures["misses"] == figures["decoded"]
         assert (figures["resident_entries"] > 0) == (fraction > 0)
         if fraction == 1:
@@ -67,6 +86,9 @@ def test04_shared_cache(variant, tmp_path):
     assert [plugin.statistics(s)["limit_bytes"] for s in loaded] == [30_000] * 3
     picture(scene({f"shape_{i}": s for i, s in enumerate(loaded)}, PATH), spp=4)
     assert 0 < plugin.statistics(loaded[0])["resident_bytes"] <= 30_000
+    together = plugin.statistics(mi.load_dict({"type": "scene", **{f"shape_{i}": s for i, s in enumerate(loaded)}}))
+    assert together["limit_bytes"] == 30_000
+    assert together["triangles"] == 3 * plugin.statistics(loaded[0])["triangles"]
 
 
 def test05_counts_keep_what_is_popular(tmp_path):

@@ -1,0 +1,158 @@
+"""The native part: loading it, giving it a reader for glTF files, and its figures."""
+
+from __future__ import annotations
+
+import ctypes
+from pathlib import Path
+
+import mitsuba
+
+from . import reader
+
+PLUGIN = "meshlet_edgebreaker"
+NO_STREAM = 2**32 - 1
+
+
+class AttributeRow(ctypes.Structure):
+    """api.cpp's AttributeRow."""
+
+    _fields_ = [
+        ("name", ctypes.c_char * 96),
+        ("stream", ctypes.c_uint32),
+        ("stored", ctypes.c_uint32),
+        ("skipped", ctypes.c_uint32),
+        ("components", ctypes.c_uint32),
+        ("scale", ctypes.c_float),
+        ("lowest", ctypes.c_float),
+        ("highest", ctypes.c_float),
+        ("integer", ctypes.c_uint32),
+    ]
+
+
+CACHE_FIGURES = (
+    "hits",
+    "misses",
+    "evictions",
+    "decoded",
+    "refused",
+    "resident_bytes",
+    "resident_entries",
+    "limit_bytes",
+)
+SHAPE_FIGURES = ("triangles", "vertices", "meshlets", "compressed_bytes", "table_bytes", "decoded_bytes")
+
+
+class StatisticsRow(ctypes.Structure):
+    """api.cpp's StatisticsRow."""
+
+    _fields_ = [(name, ctypes.c_uint64) for name in (*CACHE_FIGURES, *SHAPE_FIGURES, "cache")]
+
+
+READER = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_int, ctypes.c_int, ctypes.c_void_p)
+
+
+def load() -> ctypes.CDLL:
+    """Load the shared library and register the shape for every variant it was built for."""
+    library = ctypes.CDLL(str(_library_path()))
+    library.meshlet_mitsuba_version.restype = ctypes.c_char_p
+    built = library.meshlet_mitsuba_version().decode()
+    if built != mitsuba.__version__:
+        raise ImportError(
+            f"mitsuba_plugin was built for mitsuba {built}, this is {mitsuba.__version__}; build it again (docs/mitsuba.md)"
+        )
+    library.meshlet_set_reader.argtypes = [READER]
+    library.meshlet_fail.argtypes = [ctypes.c_void_p, ctypes.c_char_p]
+    library.meshlet_add_blob.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_uint64]
+    library.meshlet_add_blob.restype = ctypes.c_uint32
+    library.meshlet_add_part.argtypes = [
+        ctypes.c_void_p,
+        ctypes.c_uint32,
+        ctypes.POINTER(ctypes.c_float),
+        ctypes.POINTER(AttributeRow),
+        ctypes.c_uint32,
+    ]
+    library.meshlet_statistics.argtypes = [ctypes.c_uint64, ctypes.POINTER(StatisticsRow), ctypes.c_int]
+    library.meshlet_shapes.argtypes = [ctypes.POINTER(ctypes.c_uint64), ctypes.c_uint32]
+    library.meshlet_shapes.restype = ctypes.c_uint32
+    library.meshlet_working_bytes.restype = ctypes.c_uint64
+    library.meshlet_set_reader(_read)
+    library.meshlet_register(PLUGIN.encode())
+    return library
+
+
+def _library_path() -> Path:
+    path = Path(__file__).parent / "plugins" / f"{PLUGIN}.so"
+    if not path.is_file():
+        raise ImportError(
+            "mitsuba_plugin's native library is not built; see docs/mitsuba.md: "
+            "cmake -S mitsuba_plugin -B build/mitsuba && cmake --build build/mitsuba && cmake --install build/mitsuba --prefix mitsuba_plugin"
+        )
+    return path
+
+
+@READER
+def _read(filename: bytes, mesh: int, primitive: int, request: int) -> None:
+    """Called by the native plugin, from any thread."""
+    try:
+        parts = reader.read_parts(filename.decode(), None if mesh < 0 else mesh, None if primitive < 0 else primitive)
+        blobs: dict[int, int] = {}
+        names = sorted({name for part in parts for name in part.others})
+        widths = {name: max(part.others[name].components for part in parts if name in part.others) for name in names}
+        for part in parts:
+            if id(part.blob) not in blobs:
+                blobs[id(part.blob)] = library.meshlet_add_blob(request, part.blob, len(part.blob))
+            rows = [_row(attribute) for attribute in (part.position, part.normal, part.texcoord)]
+            rows += [_row(part.others.get(name), name, widths[name]) for name in names]
+            matrix = (ctypes.c_float * 12)(*part.matrix[:3].ravel())
+            library.meshlet_add_part(
+                request, blobs[id(part.blob)], matrix, (AttributeRow * len(rows))(*rows), len(rows)
+            )
+    except Exception as error:  # nothing may pass through the native code
+        library.meshlet_fail(request, f"{error}".encode() or repr(error).encode())
+
+
+def _row(attribute: reader.Attribute | None, name: str = "", components: int = 0) -> AttributeRow:
+    if attribute is None or (components and attribute.components != components):
+        return AttributeRow(name.encode(), NO_STREAM, components, 0, components, 1.0, 0.0, 0.0, 0)
+    return AttributeRow(
+        attribute.name.encode(),
+        attribute.stream,
+        attribute.stored,
+        attribute.skipped,
+        attribute.components,
+        attribute.scale,
+        attribute.lowest,
+        attribute.highest,
+        attribute.integer,
+    )
+
+
+def statistics(shape=None, *, reset: bool = False) -> dict[str, int]:
+    """Figures of a shape's cache and geometry, of a scene's, or (None) of all shapes that exist; may be asked for while a render runs.
+
+    hits, misses, evictions; decoded: meshlets decoded while rendering; refused: decoded meshlets that did not enter the cache;
+    resident_bytes, resident_entries, limit_bytes: what the cache holds now, and may hold; triangles, vertices, meshlets;
+    compressed_bytes: the blobs; table_bytes: boxes, areas and the cache's tables; decoded_bytes: what the cache would hold if it held
+    everything; working_bytes: what all threads of the process need to decode, whatever the limit. Each cache counts once.
+    """
+    total = dict.fromkeys((*CACHE_FIGURES, *SHAPE_FIGURES), 0)
+    caches: set[int] = set()
+    row = StatisticsRow()
+    for cache_id in _cache_ids(shape):
+        if library.meshlet_statistics(cache_id, ctypes.byref(row), int(reset)):
+            for name in SHAPE_FIGURES if row.cache in caches else total:
+                total[name] += getattr(row, name)
+            caches.add(row.cache)
+    total["working_bytes"] = library.meshlet_working_bytes()
+    return total
+
+
+def _cache_ids(shape) -> list[int]:
+    if shape is None:
+        room = (ctypes.c_uint64 * 65536)()
+        return list(room[: library.meshlet_shapes(room, len(room))])
+    parameters = mitsuba.traverse(shape)
+    return [int(parameters[key]) for key in parameters.keys() if key.rpartition(".")[2] == "cache_id"]
+
+
+library = load()

@@ -1,0 +1,128 @@
+#include "api.h"
+
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+
+#include "model.h"
+
+#define EXPORT extern "C" __attribute__((visibility("default")))
+
+namespace meshlet_shape {
+namespace {
+
+// Filled by the Python reader while `read_parts` waits for it.
+struct Request {
+  std::vector<std::shared_ptr<const Blob>> blobs;
+  std::vector<Part> parts;
+  std::string error;
+};
+
+using Reader = void (*)(const char* filename, int mesh, int primitive, Request* request);
+Reader g_reader = nullptr;
+
+std::mutex g_models_mutex;
+std::map<uint64_t, const Model*> g_models;
+
+// As mitsuba_plugin.native declares them.
+struct AttributeRow {
+  char name[96];
+  uint32_t stream, stored, skipped, components;
+  float scale, lowest, highest;
+  uint32_t integer;
+};
+
+struct StatisticsRow {
+  uint64_t hits, misses, evictions, decoded, refused, resident_bytes, resident_entries, limit_bytes;
+  uint64_t triangles, vertices, meshlets, compressed_bytes, table_bytes, decoded_bytes;
+  uint64_t cache;                                               // the same for shapes that share one
+};
+
+Attribute to_attribute(const AttributeRow& row) {
+  Attribute a;
+  a.name.assign(row.name, strnlen(row.name, sizeof(row.name)));
+  a.stream = row.stream;
+  a.stored = row.stored;
+  a.skipped = row.skipped;
+  a.components = row.components;
+  a.scale = row.scale;
+  a.lowest = row.lowest;
+  a.highest = row.highest;
+  a.integer = row.integer != 0;
+  return a;
+}
+
+}  // namespace
+
+std::vector<Part> read_parts(const std::string& filename, int mesh, int primitive) {
+  if (!g_reader) throw std::runtime_error("the plugin is not ready; import mitsuba_plugin");
+  Request request;
+  g_reader(filename.c_str(), mesh, primitive, &request);
+  if (!request.error.empty()) throw std::runtime_error(request.error);
+  if (request.parts.empty()) throw std::runtime_error("there is no compressed primitive");
+  return std::move(request.parts);
+}
+
+void announce(const Model* model) {
+  std::lock_guard lock(g_models_mutex);
+  g_models[model->uid()] = model;
+}
+
+void retire(const Model* model) {
+  std::lock_guard lock(g_models_mutex);
+  g_models.erase(model->uid());
+}
+
+EXPORT void meshlet_set_reader(Reader reader) { g_reader = reader; }
+
+EXPORT void meshlet_fail(Request* request, const char* message) { request->error = message; }
+
+// Copies the bytes; returns the blob's number for meshlet_add_part.
+EXPORT uint32_t meshlet_add_blob(Request* request, const uint8_t* data, uint64_t size) {
+  request->blobs.push_back(std::make_shared<const Blob>(data, size));
+  return uint32_t(request->blobs.size() - 1);
+}
+
+// rows: POSITION, NORMAL, TEXCOORD_0 (stream ~0 where there is none), then the others. matrix: row-major 3 x 4.
+EXPORT void meshlet_add_part(Request* request, uint32_t blob, const float* matrix, const AttributeRow* rows, uint32_t count) {
+  Part part;
+  part.blob = request->blobs.at(blob);
+  std::memcpy(part.to_world.m, matrix, sizeof(part.to_world.m));
+  part.position = to_attribute(rows[0]);
+  part.normal = to_attribute(rows[1]);
+  part.texcoord = to_attribute(rows[2]);
+  for (uint32_t i = 3; i < count; i++) part.others.push_back(to_attribute(rows[i]));
+  request->parts.push_back(std::move(part));
+}
+
+// Of the shape with this cache_id; 0 when there is none (any more). Shapes of one cache group give the group's cache.
+EXPORT int meshlet_statistics(uint64_t cache_id, StatisticsRow* row, int reset) {
+  std::lock_guard lock(g_models_mutex);
+  auto found = g_models.find(cache_id);
+  if (found == g_models.end()) return 0;
+  const ModelFacts& f = found->second->facts();
+  Store& cache = found->second->cache();
+  Statistics s = cache.statistics();
+  *row = {s.hits, s.misses, s.evictions, s.decoded, s.refused, s.resident_bytes, s.resident_entries, s.limit_bytes,
+          f.triangles, f.vertices, f.meshlets, f.compressed_bytes, f.table_bytes, f.decoded_bytes,
+          uint64_t(reinterpret_cast<uintptr_t>(&cache))};
+  if (reset) cache.reset_statistics();
+  return 1;
+}
+
+// Writes up to `capacity` cache_ids of the shapes that exist; returns how many there are.
+EXPORT uint32_t meshlet_shapes(uint64_t* ids, uint32_t capacity) {
+  std::lock_guard lock(g_models_mutex);
+  uint32_t n = 0;
+  for (auto& entry : g_models) {
+    if (n < capacity) ids[n] = entry.first;
+    n++;
+  }
+  return n;
+}
+
+// Bytes that threads hold to decode into, whatever the limits: decoders and scratch memory.
+EXPORT uint64_t meshlet_working_bytes() { return thread_slots() * decoder_bytes() + scratch_bytes(); }
+
+}  // namespace meshlet_shape

@@ -1,0 +1,277 @@
+#include "cache.h"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+namespace meshlet_shape {
+namespace {
+
+constexpr uint32_t kCandidates = 8;                             // of which the least used one goes
+constexpr uint64_t kAgingFactor = 4;                            // counts are halved after so many decoded meshlets per resident entry
+
+// Every slot ever made; they are reused, never freed, so that an evicting thread may walk the list without a lock.
+struct SlotNode {
+  ThreadSlot slot;
+  SlotNode* next = nullptr;
+};
+
+std::atomic<SlotNode*> g_slots{nullptr};
+std::atomic<uint32_t> g_slot_count{0};
+std::atomic<uint64_t> g_next_uid{1};
+
+ThreadSlot& take_slot() {
+  for (SlotNode* node = g_slots.load(std::memory_order_acquire); node; node = node->next) {
+    bool expected = false;
+    if (node->slot.taken.compare_exchange_strong(expected, true, std::memory_order_acquire)) return node->slot;
+  }
+  auto* node = new SlotNode;
+  node->slot.taken.store(true, std::memory_order_relaxed);
+  node->slot.index = g_slot_count.fetch_add(1, std::memory_order_relaxed);
+  node->next = g_slots.load(std::memory_order_relaxed);
+  while (!g_slots.compare_exchange_weak(node->next, node, std::memory_order_release, std::memory_order_relaxed)) {
+  }
+  return node->slot;
+}
+
+struct SlotHolder {
+  ThreadSlot& slot = take_slot();
+  ~SlotHolder() {
+    for (auto& announced : slot.announced) announced.store(nullptr, std::memory_order_release);
+    for (auto& recent : slot.recent) recent = {};
+    slot.taken.store(false, std::memory_order_release);
+  }
+};
+
+bool announced_by_any(const Entry* entry) {
+  for (SlotNode* node = g_slots.load(std::memory_order_acquire); node; node = node->next)
+    for (auto& announced : node->slot.announced)
+      if (announced.load(std::memory_order_seq_cst) == entry) return true;
+  return false;
+}
+
+Entry* allocate(size_t bytes) { return static_cast<Entry*>(::operator new(bytes, std::align_val_t(kEntryAlignment))); }
+void release(Entry* entry) { ::operator delete(entry, std::align_val_t(kEntryAlignment)); }
+
+}  // namespace
+
+ThreadSlot& take_this_thread() {
+  static thread_local SlotHolder holder;
+  return *(t_slot = &holder.slot);
+}
+
+__thread ThreadSlot* t_slot = nullptr;
+
+uint64_t thread_slots() { return g_slot_count.load(std::memory_order_relaxed); }
+
+uint64_t scratch_bytes() {
+  uint64_t sum = 0;
+  for (SlotNode* node = g_slots.load(std::memory_order_acquire); node; node = node->next)
+    for (auto& bytes : node->slot.scratch_bytes) sum += bytes.load(std::memory_order_relaxed);
+  return sum;
+}
+
+Entry* ThreadSlot::scratch(Kind kind, size_t bytes) {
+  size_t room = bytes + kEntryAlignment;
+  if (scratch_bytes[kind].load(std::memory_order_relaxed) < room) {
+    scratch_memory[kind] = std::make_unique<std::byte[]>(room);
+    scratch_bytes[kind].store(room, std::memory_order_relaxed);
+  }
+  auto address = reinterpret_cast<uintptr_t>(scratch_memory[kind].get());
+  auto* entry = reinterpret_cast<Entry*>((address + kEntryAlignment - 1) / kEntryAlignment * kEntryAlignment);
+  entry->bytes = uint32_t(bytes);
+  return entry;
+}
+
+// ---- Table --------------------------------------------------------------------------------------------------------------------------
+
+Table::Table(std::shared_ptr<Store> store, uint32_t capacity)
+    : store_(std::move(store)), uid_(g_next_uid.fetch_add(1)), entries_(new std::atomic<Entry*>[capacity]),
+      counts_(new std::atomic<uint32_t>[capacity]) {
+  for (uint32_t i = 0; i < capacity; i++) {
+    entries_[i].store(nullptr, std::memory_order_relaxed);
+    counts_[i].store(0, std::memory_order_relaxed);
+  }
+  std::lock_guard lock(store_->mutex_);
+  store_->tables_.push_back({this, capacity});
+}
+
+Table::~Table() {
+  std::lock_guard lock(store_->mutex_);
+  auto& residents = store_->residents_;
+  for (size_t i = residents.size(); i-- > 0;)
+    if (residents[i].entry->table == this) {
+      Entry* entry = residents[i].entry;
+      store_->remove(uint32_t(i));
+      release(entry);
+    }
+  auto& tables = store_->tables_;
+  tables.erase(std::find_if(tables.begin(), tables.end(), [&](auto& t) { return t.table == this; }));
+}
+
+void Table::count(uint32_t key) {
+  if (store_->policy_ != Policy::kCounts || store_->everything_fits_.load(std::memory_order_relaxed)) return;
+  // Two threads may lose one of their increments: a count is a hint.
+  counts_[key].store(counts_[key].load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+void Table::note_hit(ThreadSlot& thread, uint32_t key) {
+  auto& hits = store_->counters(thread).hits;
+  hits.store(hits.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  count(key);
+}
+
+const Entry* Table::find(ThreadSlot& thread, Kind kind, uint32_t key) {
+  for (;;) {
+    Entry* entry = entries_[key].load(std::memory_order_acquire);
+    if (!entry) {
+      thread.announced[kind].store(nullptr, std::memory_order_release);
+      auto& misses = store_->counters(thread).misses;
+      misses.store(misses.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+      count(key);
+      return nullptr;
+    }
+    thread.announced[kind].store(entry, std::memory_order_seq_cst);
+    if (entries_[key].load(std::memory_order_seq_cst) == entry) {
+      if (store_->policy_ == Policy::kClock && !entry->used.load(std::memory_order_relaxed)) entry->used.store(1, std::memory_order_relaxed);
+      note_hit(thread, key);
+      return entry;
+    }
+  }
+}
+
+void Table::insert(ThreadSlot& thread, const Entry& fresh) {
+  auto& decoded = store_->counters(thread).decoded;
+  decoded.store(decoded.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  if (fresh.bytes > store_->limit_.load(std::memory_order_relaxed)) return;
+  const uint32_t wanted = counts_[fresh.key].load(std::memory_order_relaxed);
+  // Where another thread is at it, decoding again some time is cheaper than waiting.
+  std::unique_lock lock(store_->mutex_, std::try_to_lock);
+  if (!lock) {
+    store_->refused_.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  if (entries_[fresh.key].load(std::memory_order_relaxed)) return;   // another thread was faster
+  if (++store_->decoded_since_aging_ > kAgingFactor * store_->residents_.size()) store_->age();
+  if (!store_->make_room(fresh.bytes, wanted)) {
+    store_->refused_.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  auto* entry = new (allocate(fresh.bytes)) Entry;
+  entry->table = this;
+  entry->key = fresh.key;
+  entry->bytes = fresh.bytes;
+  entry->place = uint32_t(store_->residents_.size());
+  entry->used.store(0, std::memory_order_relaxed);
+  std::memcpy(entry->payload(), fresh.payload(), fresh.bytes - sizeof(Entry));
+  store_->residents_.push_back({entry, &counts_[entry->key]});
+  store_->resident_.fetch_add(entry->bytes, std::memory_order_relaxed);
+  store_->entries_.fetch_add(1, std::memory_order_relaxed);
+  entries_[entry->key].store(entry, std::memory_order_release);
+}
+
+// ---- Store --------------------------------------------------------------------------------------------------------------------------
+
+Store::~Store() {
+  for (const Resident& resident : residents_) release(resident.entry);
+}
+
+void Store::extend(uint64_t limit_bytes, uint64_t needed_bytes) {
+  std::lock_guard lock(mutex_);
+  needed_ += needed_bytes;
+  uint64_t limit = limit_.fetch_add(limit_bytes) + limit_bytes;
+  everything_fits_.store(limit >= needed_, std::memory_order_relaxed);
+}
+
+Statistics Store::statistics() const {
+  Statistics s;
+  for (const Counters& c : counters_) {
+    s.hits += c.hits.load(std::memory_order_relaxed);
+    s.misses += c.misses.load(std::memory_order_relaxed);
+    s.decoded += c.decoded.load(std::memory_order_relaxed);
+  }
+  s.evictions = evictions_.load(std::memory_order_relaxed);
+  s.refused = refused_.load(std::memory_order_relaxed);
+  s.resident_bytes = resident_.load(std::memory_order_relaxed);
+  s.resident_entries = entries_.load(std::memory_order_relaxed);
+  s.limit_bytes = limit_.load(std::memory_order_relaxed);
+  return s;
+}
+
+void Store::reset_statistics() {
+  for (Counters& c : counters_)
+    for (auto* counter : {&c.hits, &c.misses, &c.decoded}) counter->store(0, std::memory_order_relaxed);
+  evictions_.store(0, std::memory_order_relaxed);
+  refused_.store(0, std::memory_order_relaxed);
+}
+
+// Evicts until `bytes` more fit. With counts, only entries asked for less often than `wanted` times go.
+bool Store::make_room(size_t bytes, uint32_t wanted) {
+  const uint64_t limit = limit_.load(std::memory_order_relaxed);
+  while (resident_.load(std::memory_order_relaxed) + bytes > limit) {
+    Entry* victim = policy_ == Policy::kCounts ? least_used(wanted) : next_unused();
+    if (!victim || !evict(victim)) return false;
+  }
+  return true;
+}
+
+Entry* Store::least_used(uint32_t wanted) {
+  Entry* least = nullptr;
+  uint32_t fewest = wanted;
+  for (uint32_t i = 0; i < kCandidates && !residents_.empty(); i++) {
+    random_ ^= random_ << 13;
+    random_ ^= random_ >> 7;
+    random_ ^= random_ << 17;
+    const Resident& resident = residents_[random_ % residents_.size()];
+    uint32_t count = resident.count->load(std::memory_order_relaxed);
+    if (count < fewest && !announced_by_any(resident.entry)) {
+      least = resident.entry;
+      fewest = count;
+    }
+  }
+  return least;
+}
+
+Entry* Store::next_unused() {
+  for (size_t steps = 0; steps < 2 * residents_.size() + 1 && !residents_.empty(); steps++) {
+    hand_ = (hand_ + 1) % uint32_t(residents_.size());
+    Entry* entry = residents_[hand_].entry;
+    if (!entry->used.exchange(0, std::memory_order_relaxed) && !announced_by_any(entry)) return entry;
+  }
+  return nullptr;
+}
+
+// False where a thread has announced the entry in the meantime; it stays.
+bool Store::evict(Entry* entry) {
+  std::atomic<Entry*>& home = entry->table->entries_[entry->key];
+  home.store(nullptr, std::memory_order_seq_cst);
+  if (announced_by_any(entry)) {
+    home.store(entry, std::memory_order_release);
+    return false;
+  }
+  remove(entry->place);
+  release(entry);
+  evictions_.fetch_add(1, std::memory_order_relaxed);
+  return true;
+}
+
+void Store::remove(uint32_t place) {
+  Entry* entry = residents_[place].entry;
+  residents_[place] = residents_.back();
+  residents_[place].entry->place = place;
+  residents_.pop_back();
+  resident_.fetch_sub(entry->bytes, std::memory_order_relaxed);
+  entries_.fetch_sub(1, std::memory_order_relaxed);
+}
+
+// Old popularity fades, as the paper forgets it from one frame to the next.
+void Store::age() {
+  decoded_since_aging_ = 0;
+  for (const Member& member : tables_)
+    for (uint32_t i = 0; i < member.capacity; i++) {
+      auto& count = member.table->counts_[i];
+      count.store(count.load(std::memory_order_relaxed) / 2, std::memory_order_relaxed);
+    }
+}
+
+}  // namespace meshlet_shape

@@ -1,0 +1,108 @@
+// Compressed geometry that rays can hit: what the Mitsuba shape is made of, without Mitsuba.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "blob_decoder.h"
+#include "cache.h"
+#include "triangles.h"
+
+namespace meshlet_shape {
+
+struct Box {
+  float lower[3], upper[3];
+};
+
+// Everything about a point on the surface that depends on the geometry alone.
+struct SurfacePoint {
+  float p[3], uv[2];
+  float n[3], shading_n[3];
+  float dp_du[3], dp_dv[3];
+  float dn_du[3], dn_dv[3];
+};
+static_assert(sizeof(SurfacePoint) == 23 * sizeof(float));
+
+struct Options {
+  double cache_fraction = 0.25;                                 // of what all meshlets take when decoded
+  int64_t cache_bytes = -1;                                     // instead of the fraction when not negative
+  Policy policy = Policy::kCounts;
+  std::string cache_group;                                      // shapes with the same name here share a cache; "": no sharing
+  bool face_normals = false;
+  bool flip_normals = false;
+};
+
+struct ModelFacts {
+  uint32_t triangles = 0, vertices = 0, meshlets = 0;
+  uint64_t compressed_bytes = 0;                                // of the blobs, each counted once
+  uint64_t table_bytes = 0;                                     // boxes, areas, the cache's tables
+  uint64_t decoded_bytes = 0;                                   // of all entries, were they all decoded
+};
+
+class Model {
+ public:
+  // Decodes every meshlet once for its box and area. Throws std::runtime_error.
+  Model(std::vector<Part> parts, const Options& options);
+  ~Model();
+  Model(const Model&) = delete;
+
+  const ModelFacts& facts() const { return facts_; }
+  Box box(uint32_t meshlet) const;                              // widened by what rounding in ray traversal may cost
+  const Box& box() const { return box_; }
+  const std::vector<float>& areas() const { return areas_; }    // per meshlet
+  Store& cache() const { return table_->store(); }
+  uint64_t uid() const { return table_->uid(); }
+  const Attribute* attribute(const std::string& name, uint32_t& index) const;
+  const std::vector<Attribute>& attributes() const { return parts_[0].others; }
+  const std::vector<Part>& parts() const { return parts_; }
+  const Options& options() const { return options_; }
+
+  // Nearest hit with 0 < t < ray.t_max of a meshlet; whether there is any.
+  bool intersect(uint32_t meshlet, const PreparedRay& ray, Hit& hit) const {
+    float enter[kMaxGroups];
+    uint32_t met = boxes_[meshlet].met_by(ray, enter);
+    return met && triangles(meshlet).intersect(ray, met, enter, hit);
+  }
+  bool occludes(uint32_t meshlet, const PreparedRay& ray) const {
+    float enter[kMaxGroups];
+    uint32_t met = boxes_[meshlet].met_by(ray, enter);
+    return met && triangles(meshlet).occludes(ray, met);
+  }
+
+  // triangle, b1, b2: as in Hit.
+  void surface(uint32_t meshlet, uint32_t triangle, float b1, float b2, SurfacePoint& out) const;
+
+  // A point uniform over the meshlet's area from two uniform numbers; fills p, uv, n. Returns the triangle.
+  uint32_t sample(uint32_t meshlet, float u1, float u2, SurfacePoint& out) const;
+
+  // The surface at texture coordinates, after `index_texcoords`; false where there is none. Where several points have them, any.
+  bool at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& triangle, SurfacePoint& out) const;
+
+  // Notes which meshlets reach where in texture space; for emitters with a texture.
+  void index_texcoords();
+
+  // Corner k's values of attribute `index` (1 to 4 floats), and the barycentric weights of the point nearest to p, of a triangle.
+  void attribute(uint32_t index, uint32_t meshlet, uint32_t triangle, const float* p, const float* (&corners)[3], float (&weights)[3]) const;
+
+ private:
+  const Part& part_of(uint32_t meshlet, uint32_t& local) const;
+  // Valid until this thread asks for those of another meshlet.
+  const Triangles& triangles(uint32_t meshlet) const;
+  const VertexAttributes& vertex_attributes(uint32_t meshlet) const;
+  const float* texcoord_of(uint32_t meshlet, uint32_t triangle, uint32_t k) const;
+  void measure();
+  void shading(const Part& part, const VertexAttributes& values, uint32_t triangle, const float* b, const Vector3* corner, SurfacePoint& out) const;
+
+  std::vector<Part> parts_;
+  std::vector<uint32_t> first_meshlet_;                         // per part, and the total
+  Options options_;
+  ModelFacts facts_;
+  std::vector<Boxes> boxes_;                                    // per meshlet
+  std::vector<float> areas_;
+  // A grid over [0, 1)^2, to which texture coordinates are wrapped: the meshlets of cell c are cell_meshlets_[cell_first_[c] ..].
+  std::vector<uint32_t> cell_first_, cell_meshlets_;
+  Box box_;
+  std::unique_ptr<Table> table_;
+};
+
+}  // namespace meshlet_shape
