@@ -12,6 +12,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "bench" / "results"
+FIGURES = (":!docs", ":!bench/results", ":!README.md")   # what measurements themselves change
 MODELS = Path(os.environ.get("GLTF_MESHLET_MODELS", ROOT.parent / "shared" / "models"))
 
 
@@ -25,11 +26,12 @@ def models() -> list[Path]:
 
 def origin(script: str, packages: tuple[str, ...] = ("gltf-meshlet", "numpy")) -> dict:
     """Where figures come from: the script, date, commit, machine and versions."""
-    commit = subprocess.run(["git", "-C", ROOT, "describe", "--always", "--dirty"], capture_output=True, text=True)
+    commit = subprocess.run(["git", "-C", ROOT, "describe", "--always"], capture_output=True, text=True)
+    changed = subprocess.run(["git", "-C", ROOT, "status", "--porcelain", "--", ".", *FIGURES], capture_output=True, text=True)
     return {
         "script": script,
         "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
-        "commit": commit.stdout.strip() or None,
+        "commit": commit.stdout.strip() + ("-dirty" if changed.stdout.strip() else "") or None,
         "machine": {"cpu": _cpu_name(), "cores": os.cpu_count(), "system": platform.platform()},
         "versions": {"python": platform.python_version(), **{name: importlib.metadata.version(name) for name in packages}},
     }

@@ -36,6 +36,8 @@ def _import_mesh(path: Path) -> Document:
         raise MeshletError(EMPTY, EXPORT_AGAIN)
     if path.suffix.lower() == ".stl" and _is_cut_off(content):
         raise MeshletError("is cut off", "get it again")
+    if path.suffix.lower() == ".obj" and b"\0" in content:
+        raise MeshletError("is not a text .obj", EXPORT_AGAIN)
     logger, level = logging.getLogger("trimesh"), logging.getLogger("trimesh").level
     logger.setLevel(logging.ERROR)
     try:
@@ -46,7 +48,7 @@ def _import_mesh(path: Path) -> Document:
     except (MeshletError, MemoryError):
         raise
     except Exception:  # trimesh's readers raise anything
-        raise _unreadable(path.suffix.lower(), content) from None
+        raise MeshletError(f"cannot be read as {path.suffix.lower()}: it is damaged or cut off", EXPORT_AGAIN) from None
     finally:
         logger.setLevel(level)
     document.import_warnings = _missing_materials(path.parent, content) if path.suffix.lower() == ".obj" else ()
@@ -57,12 +59,6 @@ def _is_cut_off(stl: bytes) -> bool:
     if b"\0" not in stl:  # text
         return b"endsolid" not in stl.lower()
     return len(stl) < STL_HEADER + STL_TRIANGLE * int.from_bytes(stl[80:STL_HEADER], "little")
-
-
-def _unreadable(suffix: str, content: bytes) -> MeshletError:
-    if suffix == ".obj" and b"\0" in content:
-        return MeshletError("is not a text .obj", EXPORT_AGAIN)
-    return MeshletError(f"cannot be read as {suffix}: it is damaged or cut off", EXPORT_AGAIN)
 
 
 def _missing_materials(folder: Path, content: bytes) -> tuple[str, ...]:
