@@ -75,10 +75,8 @@ int main(int argc, char** argv) {
   for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
 
   std::vector<double> all, single;
-  for (int i = 0; i < kRepetitions; ++i) {
-    all.push_back(decode_all(decoders, outputs));
-    single.push_back(decode_meshlets(decoders, order));
-  }
+  for (int i = 0; i < kRepetitions; ++i) all.push_back(decode_all(decoders, outputs));
+  for (int i = 0; i < kRepetitions; ++i) single.push_back(decode_meshlets(decoders, order));
   std::printf("{");
   print_list("decode_seconds", all, ", ");
   print_list("meshlet_microseconds", single, "}\n");
