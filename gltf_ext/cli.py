@@ -376,11 +376,20 @@ def _add_compress(commands) -> None:
         "--max-triangles", type=int, default=64, metavar="N", help="per meshlet, 16 to 64 (default %(default)s)"
     )
     command.add_argument(
-        "--lambda", dest="lambda_", type=float, metavar="X", help="planar (small) or compact (large) meshlets"
+        "--lambda",
+        dest="lambda_",
+        type=float,
+        metavar="X",
+        help="planar (small) or compact (large) meshlets, above 1 (default 1.4)",
     )
-    command.add_argument("--iterations", type=int, metavar="N", help="at most so many rounds of meshlet generation")
     command.add_argument(
-        "--fill", type=float, metavar="X", help="size that meshlet generation aims at, as a share of --max-triangles"
+        "--iterations", type=int, metavar="N", help="at most so many rounds of meshlet generation (default 12)"
+    )
+    command.add_argument(
+        "--fill",
+        type=float,
+        metavar="X",
+        help="size that meshlet generation aims at, as a share of --max-triangles, 0.25 to 1 (default 0.96)",
     )
     command.add_argument(
         "--weight",
