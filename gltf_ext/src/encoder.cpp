@@ -32,6 +32,15 @@ struct Plan {
   uint64_t known = 0;                      // local ids that have values before the traversal
   uint32_t components = 0;
 
+  // The reference before refs[i] in its loop.
+  const Reference& before(size_t i) const {
+    if (i == 0 || refs[i - 1].loop_end)
+      while (!refs[i].loop_end) i++;
+    else
+      i--;
+    return refs[i].reference;
+  }
+
   bool all_private() const {
     return std::all_of(refs.begin(), refs.end(), [](const Ref& r) { return r.lone && r.reference.kind == ReferenceKind::private_; });
   }
@@ -145,7 +154,7 @@ Encoder::Lane Encoder::make_lane() const {
 void Encoder::load(MeshletDecoder& lane, const Plan& plan) const {
   decode_apexes(lane, plan.symbols);
   if (lane.error == ERROR_NONE) lane.decode_triangles(plan.known);
-  if (lane.error != ERROR_NONE) throw std::logic_error("the encoder made symbols that do not decode, error " + std::to_string(lane.error) + " T " + std::to_string(plan.symbols.count) + " V " + std::to_string(plan.vertex.size()) + " comps " + std::to_string(plan.components));
+  if (lane.error != ERROR_NONE) throw std::logic_error("the encoder made symbols that do not decode");
   for (uint32_t s = 0; s < streams_.size(); s++)
     for (uint32_t c = 0; c < streams_[s].components; c++)
       for (uint32_t id = 0; id < plan.vertex.size(); id++)
@@ -181,9 +190,8 @@ Plan Encoder::plan_component(MeshletDecoder& lane, uint32_t component, const Ref
   lane.decode_triangles(plan.known);
   if (lane.error != ERROR_NONE) throw std::logic_error("a component is not a disk");
   plan.vertex.resize(lane.vertex_count);
-  for (uint32_t t = 0; t < plan.symbols.count; t++) {
+  for (uint32_t t = 0; t < plan.symbols.count; t++)
     for (uint32_t k = 0; k < 3; k++) plan.vertex[lane.triangles[t] >> 8 * k & 255u] = traversal.corners[t][k];
-  }
   return plan;
 }
 
@@ -400,15 +408,9 @@ void Encoder::write_references(BitWriter& out, const Plan& plan, uint32_t m) con
 // Vertices of the anchors of stream s, in order.
 std::vector<uint32_t> Encoder::stored_corners(const Plan& plan, uint32_t s) const {
   std::vector<uint32_t> corners;
-  size_t first = 0;
-  for (size_t i = 0; i < plan.refs.size(); i++) {
-    size_t last = first;
-    while (!plan.refs[last].loop_end) last++;
-    size_t before = i == first ? last : i - 1;
-    if (own_for(plan.refs[i].reference, s) && own_for(plan.refs[before].reference, s))
+  for (size_t i = 0; i < plan.refs.size(); i++)
+    if (own_for(plan.refs[i].reference, s) && own_for(plan.before(i), s))
       corners.push_back(boundaries_.vertex[plan.refs[i].reference.start]);
-    if (i == last) first = last + 1;
-  }
   return corners;
 }
 
@@ -442,11 +444,13 @@ std::vector<uint32_t> fixed_widths(const std::vector<uint32_t>& residuals, uint3
 uint32_t Encoder::write_code(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream, uint32_t base) const {
   uint32_t code = 0;
   uint64_t least = ~0ull;
-  for (uint32_t i = 0; i < kRiceCodes && base + i < 32; i++)
-    if (rice_bits(residuals, base + i) < least) {
-      least = rice_bits(residuals, base + i);
+  for (uint32_t i = 0; i < kRiceCodes && base + i < 32; i++) {
+    uint64_t bits = rice_bits(residuals, base + i);
+    if (bits < least) {
+      least = bits;
       code = i;
     }
+  }
   std::vector<uint32_t> widths = fixed_widths(residuals, stream.components);
   uint64_t fixed = 5 * stream.components;
   for (uint32_t w : widths) fixed += uint64_t(w) * (residuals.size() / stream.components);
@@ -501,14 +505,10 @@ uint32_t Encoder::count_vertices() const {
   auto alias = [](const Reference& r) { return r.kind == ReferenceKind::foreign && r.shared == ~0ull; };
   for (const Plan& plan : plans_) {
     count += uint32_t(plan.vertex.size());
-    size_t first = 0;
     for (size_t i = 0; i < plan.refs.size(); i++) {
-      size_t last = first;
-      while (!plan.refs[last].loop_end) last++;
-      size_t before = i == first ? last : i - 1;
-      if (alias(plan.refs[i].reference)) count -= plan.refs[i].reference.length - 1;
-      count -= alias(plan.refs[i].reference) || alias(plan.refs[before].reference);
-      if (i == last) first = last + 1;
+      const Reference& r = plan.refs[i].reference;
+      if (alias(r)) count -= r.length - 1;
+      count -= alias(r) || alias(plan.before(i));
     }
   }
   return count;
