@@ -4,7 +4,7 @@
 uint next_quotient(inout UnaryReader reader) {
   while (reader.window == 0u) {
     reader.base += 32u;
-    if ((reader.base >> 5) >= uint(blob_words.length()) || reader.base - reader.cursor > MAX_QUOTIENT + 32u) {
+    if ((reader.base >> 5) >= blob_word_total || reader.base - reader.cursor > MAX_QUOTIENT + 32u) {
       error = ERROR_UNARY;
       return 0u;
     }

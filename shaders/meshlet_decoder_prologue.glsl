@@ -1,5 +1,22 @@
 // What meshlet_decoder.glsl asks of its includer, for GLSL: to be included before it, and meshlet_decoder_epilogue.glsl after it.
-// The includer declares `uint blob_words[]`, the bytes of one blob in a storage buffer.
+// The shader calls open_blob first. Needs GL_EXT_buffer_reference and GL_EXT_buffer_reference_uvec2.
+
+// Capacities, from the host: the most streams of a blob in the scene, and the most components of those that are decoded.
+layout(constant_id = 0) const uint MAX_STREAMS = 8u;
+#ifndef MAX_LANES
+layout(constant_id = 1) const uint MAX_LANES = 20u;
+#endif
+
+layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Words { uint at[]; };
+
+Words blob_words;
+uint blob_word_total;
+
+// address: of the blob, whose header the host has checked; words: its length. The last word of a blob is 0.
+void open_blob(uvec2 address, uint words) {
+  blob_words = Words(address);
+  blob_word_total = words;
+}
 
 #define small_uint uint
 #define index_uint uint
@@ -7,8 +24,6 @@
 #define INLINE
 #define HEADER_IN Header
 #define FOREIGN_LENGTH read_foreign_length
-#define MAX_STREAMS 8u
-#define MAX_LANES 20u
 
 uvec2 mask_none() { return uvec2(0u); }
 uvec2 mask_bit(uint i) { return (i & 32u) == 0u ? uvec2(1u << (i & 31u), 0u) : uvec2(0u, 1u << (i & 31u)); }
@@ -34,7 +49,7 @@ uint choose(bool condition, uint a, uint b) { return condition ? a : b; }
 uvec2 choose(bool condition, uvec2 a, uvec2 b) { return condition ? a : b; }
 uint divide(uint x, uint n) { return x / n; }
 
-uint load_word(uint i) { return i < uint(blob_words.length()) ? blob_words[i] : 0u; }
+uint load_word(uint i) { return blob_words.at[min(i, blob_word_total - 1u)]; }
 uint load_bits(uint p, uint n) {
   uint low = load_word(p >> 5) >> (p & 31u);
   uint high = (p & 31u) == 0u ? 0u : load_word((p >> 5) + 1u) << (32u - (p & 31u));

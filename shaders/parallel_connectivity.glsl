@@ -1,13 +1,16 @@
 // Decoder D: the triangles of a meshlet from its CLERS symbols with one lane per triangle and O(1) steps per lane (spec, appendix
 // A.6). Written once for C++17 and GLSL like meshlet_decoder.glsl, whose masks it uses.
 //
-// A lane runs parallel_step_0 .. 6 with its number; between two steps all lanes must have finished the first (barrier() in GLSL).
+// A lane runs parallel_step_0 .. 7 with its number; between two steps all lanes must have finished the first (barrier() in GLSL).
 // Lanes 0 .. 63 are one per triangle; where a workgroup has fewer, each lane runs several numbers. C++ runs one after another.
 // The includer provides, besides the masks:
 //   SHARED                          storage that all lanes see (shared in GLSL)
 //   OR_MASK(target, mask)           target |= mask, atomically
 //   ADD(target, value)              target += value, atomically
-//   symbol_r, symbol_e, symbol_c, symbol_s, triangle_count, triangles[], and uint error
+//   TRIANGLES                       the packed triangles, 64 words that all lanes see
+//   symbol_r, symbol_e, symbol_c, symbol_s, triangle_count, and uint error
+//
+// Results: TRIANGLES as decode_triangles gives them, closing_ends, and interior_ids.
 //
 // How it works: the outline of a component, walked from the root gate's b to its a, is a string of `m` (a vertex is pushed) and `c`
 // (one is popped again: it is interior). Levels of the S-E nesting find the E that ends each subtree, counts of what was pushed
@@ -19,6 +22,8 @@ SHARED mask64 level_ends[LEVELS];          // per S-E level: the E's after which
 SHARED uint left_pushes[64];               // per E: C's and L's that it resolves
 SHARED mask64 closing_ends;                // the E's that end a component
 SHARED mask64 pops[2];                     // outline places of the c's
+SHARED mask64 interior_ids;                // the vertices that they pop
+SHARED uint split_before[65];              // per triangle: the S whose left subtree it begins, and 64 where it begins none
 SHARED mask64 depth_pushes_low[LEVELS];    // per parenthesis depth: outline places of the m's, 0 .. 63
 SHARED mask64 depth_pushes_high[LEVELS];   //   and 64 .. 127
 
@@ -70,8 +75,10 @@ void parallel_step_0(uint t) {
     depth_pushes_high[i] = mask_none();
   }
   left_pushes[t] = 0u;
+  split_before[t] = 64u;
   if (t == 0u) {
     closing_ends = mask_none();
+    interior_ids = mask_none();
     pops[0] = mask_none();
     pops[1] = mask_none();
   }
@@ -126,14 +133,36 @@ void parallel_step_5(uint t) {
   }
 }
 
-// Triangle t as in decode_triangles, but without the vertex across its gate.
+// Triangle t without the vertex across its gate.
 void parallel_step_6(uint t) {
   if (t >= triangle_count || error != ERROR_NONE) return;
   uint level = level_before(t);
   uint start = outline_start(t);
   uint end = start + subtree_end(t, level) - t + 2u;
   uint middle = end - 1u;
-  if (mask_test(symbol_r | symbol_e, t)) middle = start + 1u;
-  else if (mask_test(symbol_s, t)) middle = start + subtree_end(t + 1u, level + 1u) - t + 1u;
-  triangles[t] = outline_vertex(end) | outline_vertex(start) << 8 | outline_vertex(middle) << 16;
+  if (mask_test(symbol_r | symbol_e, t)) {
+    middle = start + 1u;
+  } else if (mask_test(symbol_s, t)) {
+    uint split_end = subtree_end(t + 1u, level + 1u);
+    middle = start + split_end - t + 1u;
+    split_before[min(split_end + 1u, 64u)] = t;
+  }
+  uint a = outline_vertex(end);
+  uint b = outline_vertex(start);
+  uint v = outline_vertex(middle);
+  if (max(max(a, b), v) > 63u) error = ERROR_VERTICES;
+  if (a == b || b == v || v == a) error = ERROR_CLERS;
+  if (error != ERROR_NONE) return;
+  TRIANGLES[t] = a | b << 8 | v << 16;
+  if (mask_test(symbol_c, t)) OR_MASK(interior_ids, mask_bit(v));
+}
+
+// The vertex across the gate: of the triangle before, or of the S whose left subtree begins here.
+void parallel_step_7(uint t) {
+  if (t >= triangle_count || error != ERROR_NONE) return;
+  uint across = NO_VERTEX;
+  uint split = split_before[t];
+  if (split < 64u) across = TRIANGLES[split] >> 8;
+  else if (t > 0u && !mask_test(closing_ends, t - 1u)) across = TRIANGLES[t - 1u] >> (mask_test(symbol_r, t - 1u) ? 8 : 0);
+  TRIANGLES[t] = (TRIANGLES[t] & 0x00FFFFFFu) | across << 24;
 }

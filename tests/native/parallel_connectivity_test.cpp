@@ -12,6 +12,7 @@ struct BothDecoders : MeshletDecoder {
 #define SHARED
 #define OR_MASK(target, mask) (target) |= (mask)
 #define ADD(target, value) (target) += (value)
+#define TRIANGLES triangles
 #include "parallel_connectivity.glsl"
 
     void decode_parallel() {
@@ -23,6 +24,7 @@ struct BothDecoders : MeshletDecoder {
         for (uint t = 0; t < 64; t++) parallel_step_4(t);
         for (uint t = 0; t < 64; t++) parallel_step_5(t);
         for (uint t = 0; t < 64; t++) parallel_step_6(t);
+        for (uint t = 0; t < 64; t++) parallel_step_7(t);
     }
 };
 
@@ -72,9 +74,10 @@ bool same(BothDecoders& d) {
     if (d.error == ERROR_NONE) d.decode_triangles(d.boundary);
     if (d.error != ERROR_NONE) return false;
     uint32_t serial[64];
-    for (uint32_t t = 0; t < d.triangle_count; t++) serial[t] = d.triangles[t] & 0xFFFFFFu;
+    for (uint32_t t = 0; t < d.triangle_count; t++) serial[t] = d.triangles[t];
     d.decode_parallel();
     if (d.error != ERROR_NONE) return false;
+    if (d.boundary & d.interior_ids) return false;
     for (uint32_t t = 0; t < d.triangle_count; t++)
         if (serial[t] != d.triangles[t]) return false;
     return true;
@@ -118,7 +121,7 @@ int main() {
         if (d.error != ERROR_NONE) continue;
         for (uint32_t t = 0; t < d.triangle_count; t++)
             for (uint32_t k = 0; k < 3; k++)
-                if ((d.triangles[t] >> 8 * k & 255u) > 127u) return 1;
+                if ((d.triangles[t] >> 8 * k & 255u) > 63u) return 1;
     }
     std::printf("%u strings decode alike\n", tried);
 }

@@ -1,0 +1,95 @@
+// The boxes that the acceleration structure is built of: of every GROUP_TRIANGLES triangles of each meshlet, once at start. Where a meshlet
+// has fewer groups, or is malformed, a box is marked as none by NaN.
+// variants: boxes.comp= boxes_plain.comp=PLAIN
+#version 460
+#extension GL_GOOGLE_include_directive : require
+
+#define OWN_PUSH
+#include "rt_common.glsl"
+#ifndef PLAIN
+#include "meshlet_decoder_prologue.glsl"
+#include "meshlet_decoder.glsl"
+#include "meshlet_decoder_epilogue.glsl"
+#endif
+
+layout(local_size_x = 32) in;
+
+layout(push_constant) uniform Push {
+  uvec2 frame;
+  uvec2 traced;
+  uvec2 first_triangles;
+  uvec2 boxes;                             // VkAabbPositionsKHR
+  uint primitive;
+  uint begin;                              // the primitive's meshlets [begin, end)
+  uint end;
+} push;
+
+const float none = uintBitsToFloat(0x7FC00000u);
+vec3 low;
+vec3 high;
+
+void add(vec3 p) {
+  low = min(low, p);
+  high = max(high, p);
+}
+
+#ifdef PLAIN
+
+uint plain_begin;
+
+uint open(Traced traced, uint m) {
+  Counts firsts = Counts(push.first_triangles);
+  uint number = traced.first_meshlet + m;
+  plain_begin = firsts.at[number] - firsts.at[traced.first_meshlet];
+  return firsts.at[number + 1u] - firsts.at[number];
+}
+
+void add_triangle(Traced traced, uint t) {
+  for (uint k = 0u; k < 3u; k++) {
+    uint v = VERTEX_FLOATS * SceneWords(traced.indices).at[3u * (plain_begin + t) + k];
+    SceneFloats floats = SceneFloats(traced.vertices);
+    add(vec3(floats.at[v], floats.at[v + 1u], floats.at[v + 2u]));
+  }
+}
+
+#else
+
+Attribute position;
+
+// The number of its triangles.
+uint open(Traced traced, uint m) {
+  open_blob(traced.blob, traced.blob_words);
+  load_streams(0u, 1u);
+  decode_meshlet(m);
+  position = Primitives(Frame(push.frame).primitives).at[push.primitive].position;
+  return error == ERROR_NONE ? triangle_count : 0u;
+}
+
+void add_triangle(Traced traced, uint t) {
+  for (uint k = 0u; k < 3u; k++) {
+    uint v = (triangles[t] >> (8u * k)) & 255u;
+    uvec3 q = uvec3(values[v], values[64u + v], values[128u + v]);
+    add(POSITION_FLOATS ? position_value(position, q) : vec3(q));
+  }
+}
+
+#endif
+
+void main() {
+  uint m = push.begin + gl_GlobalInvocationID.x;
+  if (m >= push.end) return;
+  const uint groups = MESHLET_TRIANGLES / GROUP_TRIANGLES;
+  Traced traced = TracedList(push.traced).at[push.primitive];
+  uint count = open(traced, m);
+  SceneFloatsOut boxes = SceneFloatsOut(push.boxes);
+  for (uint g = 0u; g < groups; g++) {
+    low = vec3(uintBitsToFloat(0x7F800000u));
+    high = -low;
+    for (uint t = g * GROUP_TRIANGLES; t < min(count, (g + 1u) * GROUP_TRIANGLES); t++) add_triangle(traced, t);
+    bool empty = g * GROUP_TRIANGLES >= count;
+    for (uint c = 0u; c < 3u; c++) {
+      boxes.at[6u * (m * groups + g) + c] = empty ? none : low[c];
+      boxes.at[6u * (m * groups + g) + 3u + c] = empty ? none : high[c];
+    }
+  }
+}

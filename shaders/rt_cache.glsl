@@ -1,0 +1,31 @@
+// The state of the cache between frames; vk_backend/raytrace.py mirrors it.
+
+#define KEYS 512u
+
+layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState {
+  uint fill_groups[3];                     // of the dispatch that decodes what is missing
+  uint missing;                            // meshlets to decode
+  uint free_slots;
+  uint threshold;                          // meshlets with a larger key are wanted, and
+  uint quota;                              //   so many with this key
+  uint taken;                              //   of which so many have been seen
+  uint capacity;
+  uint meshlets;
+  uint primitives;
+  uint unused;
+  uint histogram[KEYS];                    // meshlets by key
+};
+
+layout(push_constant) uniform Push {
+  uvec2 frame;
+  uvec2 traced;
+  uvec2 slot_table;
+  uvec2 cache;
+  uvec2 counters;
+  uvec2 state;                             // CacheState
+  uvec2 missing;                           // the meshlets to decode
+  uvec2 free_slots;                        // a stack of slots
+  uint lanes;                              // unused
+} push;
+
+#define FILL_GROUP 32u                     // invocations of a workgroup that decodes

@@ -1,0 +1,199 @@
+"""Acceleration structures: built on the device, compacted, and packed many to a buffer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import vulkan as vk
+
+from .device import Device
+from .memory import STORAGE, Buffer
+
+BOX_BYTES = 24  # VkAabbPositionsKHR
+BATCH_BYTES = 256 << 20  # structures that are built, and not yet compacted, at a time
+ALIGNMENT = 256  # of a structure in its buffer
+STORED = vk.VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR | vk.VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT
+INPUT = STORAGE | vk.VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR
+BOTTOM, TOP = vk.VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, vk.VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+
+# VkAccelerationStructureInstanceKHR. index_mask: custom index, and the visibility mask in the upper 8 bits;
+# offset_flags: shader binding table offset, and the flags in the upper 8 bits.
+INSTANCE = np.dtype(
+    [("transform", np.float32, (3, 4)), ("index_mask", np.uint32), ("offset_flags", np.uint32), ("structure", np.uint64)]
+)
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """Procedural geometry: `count` boxes (VkAabbPositionsKHR) at a device address."""
+
+    address: int
+    count: int
+
+    def describe(self):
+        data = vk.VkAccelerationStructureGeometryAabbsDataKHR(
+            data=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.address), stride=BOX_BYTES
+        )
+        return vk.VK_GEOMETRY_TYPE_AABBS_KHR, vk.VkAccelerationStructureGeometryDataKHR(aabbs=data)
+
+
+@dataclass(frozen=True)
+class Triangles:
+    """`count` triangles: three 32-bit indices each into positions of three floats every `stride` bytes."""
+
+    vertices: int
+    vertex_count: int
+    stride: int
+    indices: int
+    count: int
+
+    def describe(self):
+        data = vk.VkAccelerationStructureGeometryTrianglesDataKHR(
+            vertexFormat=vk.VK_FORMAT_R32G32B32_SFLOAT,
+            vertexData=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.vertices),
+            vertexStride=self.stride,
+            maxVertex=self.vertex_count - 1,
+            indexType=vk.VK_INDEX_TYPE_UINT32,
+            indexData=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.indices),
+        )
+        return vk.VK_GEOMETRY_TYPE_TRIANGLES_KHR, vk.VkAccelerationStructureGeometryDataKHR(triangles=data)
+
+
+@dataclass(frozen=True)
+class Instances:
+    """What a top level holds: `count` elements of INSTANCE at a device address."""
+
+    address: int
+    count: int
+
+    def describe(self):
+        data = vk.VkAccelerationStructureGeometryInstancesDataKHR(
+            data=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.address)
+        )
+        return vk.VK_GEOMETRY_TYPE_INSTANCES_KHR, vk.VkAccelerationStructureGeometryDataKHR(instances=data)
+
+
+class Structures:
+    """Acceleration structures of one level, one for each geometry, compacted.
+
+    addresses: device addresses in the geometries' order; allocated: bytes of device memory that stay. Raises VulkanError where memory
+    is short.
+    """
+
+    def __init__(self, device: Device, level: int, geometries: Sequence[Boxes | Triangles | Instances]):
+        self.device, self.level = device, level
+        self.addresses: list[int] = []
+        self.allocated = 0
+        self._infos = [self._info(g) for g in geometries]
+        self._sizes = [self._size(i, g.count) for i, g in zip(self._infos, geometries)]
+        begin = 0
+        while begin < len(geometries):
+            end, total = begin + 1, self._sizes[begin][0]
+            while end < len(geometries) and total + self._sizes[end][0] <= BATCH_BYTES:
+                total += self._sizes[end][0]
+                end += 1
+            self._build_batch(geometries, begin, end)
+            begin = end
+        del self._infos, self._sizes
+
+    def _info(self, geometry):
+        """VkAccelerationStructureBuildGeometryInfoKHR, and what it points to (which the bindings do not keep alive)."""
+        kind, data = geometry.describe()
+        described = vk.VkAccelerationStructureGeometryKHR(
+            geometryType=kind, geometry=data, flags=vk.VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_KHR
+        )
+        pointed = vk.ffi.new("VkAccelerationStructureGeometryKHR[1]", [described])
+        flags = vk.VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR
+        info = vk.ffi.new("VkAccelerationStructureBuildGeometryInfoKHR *")
+        info.sType = vk.VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR
+        info.type = self.level
+        info.flags = flags | vk.VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR
+        info.mode = vk.VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR
+        info.geometryCount = 1
+        info.pGeometries = pointed
+        return info, pointed
+
+    def _size(self, info, count: int) -> tuple[int, int]:
+        """(bytes of the structure before it is compacted, bytes of scratch)"""
+        sizes = self.device.function("vkGetAccelerationStructureBuildSizesKHR")(
+            self.device.handle, vk.VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, info[0], [count]
+        )
+        return int(sizes.accelerationStructureSize), int(sizes.buildScratchSize)
+
+    def _build_batch(self, geometries: Sequence, begin: int, end: int) -> None:
+        device, count = self.device, end - begin
+        infos, sizes = self._infos[begin:end], self._sizes[begin:end]
+        loose = Packed(device, self.level, [size for size, _ in sizes])
+        step = max(device.limits.scratch_alignment, 1)
+        scratch_sizes = [-(-scratch // step) * step for _, scratch in sizes]
+        scratch = Buffer(device, sum(scratch_sizes) + step, STORAGE)
+        at = -(-scratch.address // step) * step
+        for (info, _), structure, size in zip(infos, loose.handles, scratch_sizes):
+            info.dstAccelerationStructure = structure
+            info.scratchData.deviceAddress = at
+            at += size
+        described = vk.ffi.new("VkAccelerationStructureBuildGeometryInfoKHR[]", [info[0] for info, _ in infos])
+        ranges = vk.ffi.new("VkAccelerationStructureBuildRangeInfoKHR[]", [(g.count, 0, 0, 0) for g in geometries[begin:end]])
+        pointers = vk.ffi.new("VkAccelerationStructureBuildRangeInfoKHR *[]", [ranges + i for i in range(count)])
+        kind = vk.VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR
+        pool = vk.vkCreateQueryPool(device.handle, vk.VkQueryPoolCreateInfo(queryType=kind, queryCount=count), None)
+        with device.commands() as commands:
+            vk.vkCmdResetQueryPool(commands, pool, 0, count)
+            device.full_barrier(commands)
+            device.function("vkCmdBuildAccelerationStructuresKHR")(commands, count, described, pointers)
+            device.full_barrier(commands)
+            device.function("vkCmdWriteAccelerationStructuresPropertiesKHR")(commands, count, loose.handles, kind, pool, 0)
+        compacted = np.zeros(count, np.uint64)
+        flags = vk.VK_QUERY_RESULT_64_BIT | vk.VK_QUERY_RESULT_WAIT_BIT
+        vk.vkGetQueryPoolResults(
+            device.handle, pool, 0, count, compacted.nbytes, vk.ffi.cast("void *", compacted.ctypes.data), 8, flags
+        )
+        vk.vkDestroyQueryPool(device.handle, pool, None)
+        scratch.free()
+        packed = Packed(device, self.level, [int(size) for size in compacted])
+        with device.commands() as commands:
+            for source, target in zip(loose.handles, packed.handles):
+                copy = vk.VkCopyAccelerationStructureInfoKHR(
+                    src=source, dst=target, mode=vk.VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR
+                )
+                device.function("vkCmdCopyAccelerationStructureKHR")(commands, copy)
+        loose.free()
+        device.at_close(packed.free)
+        self.addresses += packed.addresses()
+        self.allocated += packed.buffer.allocated
+
+
+class Packed:
+    """Room for acceleration structures of given sizes in one buffer."""
+
+    def __init__(self, device: Device, level: int, sizes: Sequence[int]):
+        self.device = device
+        steps = [-(-size // ALIGNMENT) * ALIGNMENT for size in sizes]
+        offsets = np.concatenate([[0], np.cumsum(steps)])
+        self.buffer = Buffer(device, int(offsets[-1]), STORED)
+        create = device.function("vkCreateAccelerationStructureKHR")
+        self.handles = [
+            create(
+                device.handle,
+                vk.VkAccelerationStructureCreateInfoKHR(buffer=self.buffer.handle, offset=int(offset), size=int(size), type=level),
+                None,
+            )
+            for offset, size in zip(offsets, sizes)
+        ]
+
+    def addresses(self) -> list[int]:
+        """The structures' device addresses."""
+        ask = self.device.function("vkGetAccelerationStructureDeviceAddressKHR")
+        return [
+            int(ask(self.device.handle, vk.VkAccelerationStructureDeviceAddressInfoKHR(accelerationStructure=handle)))
+            for handle in self.handles
+        ]
+
+    def free(self) -> None:
+        """Destroys the structures and their buffer; a second call does nothing."""
+        for handle in self.handles:
+            self.device.function("vkDestroyAccelerationStructureKHR")(self.device.handle, handle, None)
+        self.handles = []
+        self.buffer.free()

@@ -1,0 +1,93 @@
+"""Compiles shaders/ to the SPIR-V that this package ships: python -m vk_backend.build_shaders."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+SOURCES = Path(__file__).resolve().parent.parent / "shaders"
+OUTPUT = Path(__file__).resolve().parent / "spirv"
+CONSTANTS = "constants.h"                  # shipped as it is, for vk_backend.constants
+MANIFEST = OUTPUT / "sources.json"
+STAGES = {".comp", ".task", ".mesh", ".vert", ".geom", ".frag", ".rgen", ".rint", ".rahit", ".rchit", ".rmiss"}
+INCLUDE = re.compile(r'^\s*#include "([^"]+)"', re.MULTILINE)
+# A source may be compiled several times: a line `// variants: NAME=MACRO[,MACRO...] ...` makes spirv/<NAME>.spv of each.
+VARIANTS = re.compile(r"^// variants: (.*)$", re.MULTILINE)
+
+
+def modules() -> dict[str, tuple[Path, list[str]]]:
+    """Module name -> (source, macros) of all shaders."""
+    found = {}
+    for source in sorted(p for p in SOURCES.iterdir() if p.suffix in STAGES):
+        listed = VARIANTS.search(source.read_text())
+        for item in listed[1].split() if listed else [source.name]:
+            name, _, macros = item.partition("=")
+            found[name] = (source, [m for m in macros.split(",") if m])
+    return found
+
+
+def closure(source: Path) -> list[Path]:
+    """A source and all that it includes, each once."""
+    found = [source]
+    for path in found:
+        for name in INCLUDE.findall(path.read_text()):
+            if (SOURCES / name) not in found:
+                found.append(SOURCES / name)
+    return found
+
+
+def digest(source: Path, macros: list[str]) -> str:
+    """SHA-256 of everything that a module is made from."""
+    hashed = hashlib.sha256(" ".join(macros).encode())
+    for path in closure(source):
+        hashed.update(path.name.encode() + b"\0" + path.read_bytes())
+    return hashed.hexdigest()
+
+
+def compile_module(name: str, source: Path, macros: list[str]) -> bytes:
+    """The SPIR-V of one module. Raises RuntimeError with the compiler's words."""
+    output = OUTPUT / f".{name}.part"
+    command = ["glslangValidator", "-V", "--target-env", "vulkan1.3", f"-I{SOURCES}", "-o", str(output), str(source)]
+    result = subprocess.run([*command, *(f"-D{m}" for m in macros)], capture_output=True, text=True)
+    try:
+        if result.returncode != 0:
+            raise RuntimeError(result.stdout + result.stderr)
+        if shutil.which("spirv-opt"):
+            subprocess.run(["spirv-opt", "--strip-debug", str(output), "-o", str(output)], check=True)
+        return output.read_bytes()
+    finally:
+        output.unlink(missing_ok=True)
+
+
+def build(force: bool = False) -> list[str]:
+    """Compiles what changed and forgets what is gone; returns the names of the compiled modules."""
+    OUTPUT.mkdir(exist_ok=True)
+    known = json.loads(MANIFEST.read_text()) if MANIFEST.exists() else {}
+    wanted = modules()
+    digests = {name: digest(*made_from) for name, made_from in wanted.items()}
+    stale = [n for n in wanted if force or known.get(n) != digests[n] or not (OUTPUT / f"{n}.spv").exists()]
+    with ThreadPoolExecutor() as pool:
+        for name, code in zip(stale, pool.map(lambda n: compile_module(n, *wanted[n]), stale)):
+            (OUTPUT / f"{name}.spv").write_bytes(code)
+    for path in OUTPUT.glob("*.spv"):
+        if path.stem not in wanted and path.name.removesuffix(".spv") not in wanted:
+            path.unlink()
+    (OUTPUT / CONSTANTS).write_bytes((SOURCES / CONSTANTS).read_bytes())
+    MANIFEST.write_text(json.dumps(digests, indent=1, sort_keys=True) + "\n")
+    return stale
+
+
+if __name__ == "__main__":
+    if not shutil.which("glslangValidator"):
+        sys.exit("build_shaders: glslangValidator is not installed (Debian: apt install glslang-tools)")
+    try:
+        names = build("--force" in sys.argv[1:])
+    except RuntimeError as error:
+        sys.exit(f"build_shaders: {error}")
+    print(f"{len(names)} of {len(modules())} modules compiled")

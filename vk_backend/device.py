@@ -1,0 +1,310 @@
+"""A Vulkan device without a window: its choice, its features, its queue, and what the validation layer says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from .errors import VulkanError
+
+try:
+    import vulkan as vk
+except ImportError:
+    raise VulkanError("the Python package vulkan is not installed", "pip install 'gltf-meshlet[vulkan]'") from None
+except OSError:  # raised by the package where there is no loader
+    raise VulkanError(
+        "there is no Vulkan loader (libvulkan.so.1)", "install it with a driver; Debian: apt install libvulkan1 mesa-vulkan-drivers"
+    ) from None
+
+VALIDATION_LAYER = "VK_LAYER_KHRONOS_validation"
+DEBUG_EXTENSION = "VK_EXT_debug_utils"
+API_VERSION = vk.VK_MAKE_VERSION(1, 3, 0)
+
+# What paths ask of a device beyond Vulkan 1.3: extensions, and the feature structures with the members to turn on.
+CAPABILITIES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, ...]]]] = {
+    "mesh": (("VK_EXT_mesh_shader",), {"VkPhysicalDeviceMeshShaderFeaturesEXT": ("taskShader", "meshShader")}),
+    "raytracing": (
+        ("VK_KHR_acceleration_structure", "VK_KHR_ray_tracing_pipeline", "VK_KHR_deferred_host_operations"),
+        {
+            "VkPhysicalDeviceAccelerationStructureFeaturesKHR": ("accelerationStructure",),
+            "VkPhysicalDeviceRayTracingPipelineFeaturesKHR": ("rayTracingPipeline",),
+        },
+    ),
+    "reorder": (
+        ("VK_NV_ray_tracing_invocation_reorder",),
+        {"VkPhysicalDeviceRayTracingInvocationReorderFeaturesNV": ("rayTracingInvocationReorder",)},
+    ),
+    "geometry": ((), {}),
+}
+# Vulkan 1.0 to 1.3 features that every path uses, and those that are turned on where they exist.
+NEEDED = {
+    "VkPhysicalDeviceVulkan12Features": ("bufferDeviceAddress", "scalarBlockLayout", "runtimeDescriptorArray", "shaderSampledImageArrayNonUniformIndexing"),
+    "VkPhysicalDeviceVulkan13Features": ("dynamicRendering", "synchronization2", "maintenance4"),
+}
+OPTIONAL = ("geometryShader", "fragmentStoresAndAtomics", "vertexPipelineStoresAndAtomics", "shaderInt64", "shaderInt16")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What shaders are compiled or chosen by. Bytes and counts."""
+
+    subgroup: int
+    mesh_shared_bytes: int
+    task_payload_bytes: int
+    geometry_vertices: int
+    geometry_components: int
+    timestamp_ns: float
+    scratch_alignment: int
+    handle_bytes: int
+    handle_alignment: int
+    base_alignment: int
+
+
+class Device:
+    """One device with one queue for graphics and compute.
+
+    select: a device's number, or a part of its name; by default the first GPU, or the software renderer where there is none.
+    validation: with the validation layer; what it says is appended to `messages`.
+    Raises VulkanError.
+    """
+
+    def __init__(self, select: str | int | None = None, *, validation: bool = False):
+        self.messages: list[str] = []
+        self._closing: list[Any] = []
+        self._functions: dict[str, Any] = {}
+        self._instance = self._create_instance(validation)
+        self.physical, self.name, self.driver = self._choose(select)
+        self.extensions = {e.extensionName for e in vk.vkEnumerateDeviceExtensionProperties(self.physical, None)}
+        self.family = self._queue_family()
+        self.capabilities = {name for name in CAPABILITIES if self._has(name)}
+        self._handle = self._create_device()
+        self.queue = vk.vkGetDeviceQueue(self._handle, self.family, 0)
+        self.memory = vk.vkGetPhysicalDeviceMemoryProperties(self.physical)
+        self.limits = self._limits()
+        self.pool = vk.vkCreateCommandPool(
+            self._handle,
+            vk.VkCommandPoolCreateInfo(flags=vk.VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT, queueFamilyIndex=self.family),
+            None,
+        )
+        self.at_close(lambda: vk.vkDestroyCommandPool(self._handle, self.pool, None))
+
+    @property
+    def handle(self):
+        """The VkDevice."""
+        return self._handle
+
+    def require(self, capability: str, path: str) -> None:
+        """Raises VulkanError naming the extension that `path` needs and this device lacks."""
+        if capability in self.capabilities:
+            return
+        missing = [e for e in CAPABILITIES[capability][0] if e not in self.extensions] or [f"the feature {capability}"]
+        raise VulkanError(
+            f"{self.name} lacks {', '.join(missing)}, which path {path} needs", "choose another --path or --device, or update the driver"
+        )
+
+    def function(self, name: str):
+        """An extension's function."""
+        if name not in self._functions:
+            self._functions[name] = vk.vkGetDeviceProcAddr(self._handle, name)
+        return self._functions[name]
+
+    def at_close(self, action) -> None:
+        """Runs `action` before the device goes; the latest first."""
+        self._closing.append(action)
+
+    def close(self) -> None:
+        """Destroys everything that was made with the device."""
+        if self._handle is None:
+            return
+        vk.vkDeviceWaitIdle(self._handle)
+        while self._closing:
+            self._closing.pop()()
+        vk.vkDestroyDevice(self._handle, None)
+        self._handle = None
+        if self._messenger is not None:
+            vk.vkGetInstanceProcAddr(self._instance, "vkDestroyDebugUtilsMessengerEXT")(self._instance, self._messenger, None)
+        vk.vkDestroyInstance(self._instance, None)
+
+    def __enter__(self) -> "Device":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    # --- commands --------------------------------------------------------------------------------------------------------------
+
+    @contextmanager
+    def commands(self) -> Iterator[Any]:
+        """A command buffer that is run, and waited for, at the end of the block."""
+        commands = self.record()
+        yield commands
+        vk.vkEndCommandBuffer(commands)
+        self.submit(commands)
+        vk.vkFreeCommandBuffers(self._handle, self.pool, 1, [commands])
+
+    def record(self):
+        """A command buffer that has begun; to be ended by vkEndCommandBuffer, and submitted as often as wanted."""
+        commands = vk.vkAllocateCommandBuffers(
+            self._handle,
+            vk.VkCommandBufferAllocateInfo(commandPool=self.pool, level=vk.VK_COMMAND_BUFFER_LEVEL_PRIMARY, commandBufferCount=1),
+        )[0]
+        vk.vkBeginCommandBuffer(commands, vk.VkCommandBufferBeginInfo())
+        return commands
+
+    def submit(self, commands) -> None:
+        """Runs a recorded command buffer and waits for it."""
+        try:
+            vk.vkQueueSubmit(self.queue, 1, [vk.VkSubmitInfo(commandBufferCount=1, pCommandBuffers=[commands])], None)
+            vk.vkQueueWaitIdle(self.queue)
+        except vk.VkErrorDeviceLost:
+            raise VulkanError(f"{self.name} was lost while it ran", "the driver stopped the work; see its log") from None
+
+    def barrier(self, commands, source_stage: int, source_access: int, stage: int, access: int) -> None:
+        """A global memory barrier. Stages and accesses: VK_PIPELINE_STAGE_2_*, VK_ACCESS_2_*."""
+        memory = vk.VkMemoryBarrier2(srcStageMask=source_stage, srcAccessMask=source_access, dstStageMask=stage, dstAccessMask=access)
+        vk.vkCmdPipelineBarrier2(commands, vk.VkDependencyInfo(memoryBarrierCount=1, pMemoryBarriers=[memory]))
+
+    def full_barrier(self, commands) -> None:
+        """Everything before is visible to everything after."""
+        stage, access = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT
+        self.barrier(commands, stage, access, stage, access)
+
+    # --- creation --------------------------------------------------------------------------------------------------------------
+
+    def _create_instance(self, validation: bool):
+        layers, extensions, self._messenger, chained = [], [], None, None
+        if validation:
+            if VALIDATION_LAYER not in {layer.layerName for layer in vk.vkEnumerateInstanceLayerProperties()}:
+                raise VulkanError("the Vulkan validation layer is not installed", "Debian: apt install vulkan-validationlayers")
+            layers, extensions = [VALIDATION_LAYER], [DEBUG_EXTENSION]
+        application = vk.VkApplicationInfo(pApplicationName="gltf-meshlet", apiVersion=API_VERSION)
+        try:
+            instance = vk.vkCreateInstance(
+                vk.VkInstanceCreateInfo(
+                    pNext=chained,
+                    pApplicationInfo=application,
+                    enabledLayerCount=len(layers),
+                    ppEnabledLayerNames=layers,
+                    enabledExtensionCount=len(extensions),
+                    ppEnabledExtensionNames=extensions,
+                ),
+                None,
+            )
+        except vk.VkErrorIncompatibleDriver:
+            raise _no_driver() from None
+        if validation:
+            severity = vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT
+            kinds = vk.VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | vk.VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT
+            info = vk.VkDebugUtilsMessengerCreateInfoEXT(messageSeverity=severity, messageType=kinds, pfnUserCallback=self._heard)
+            create = vk.vkGetInstanceProcAddr(instance, "vkCreateDebugUtilsMessengerEXT")
+            self._messenger = create(instance, info, None)
+        return instance
+
+    def _heard(self, severity, kind, data, user) -> int:
+        self.messages.append(vk.ffi.string(data.pMessage).decode(errors="replace"))
+        return 0
+
+    def _choose(self, select: str | int | None):
+        try:
+            devices = vk.vkEnumeratePhysicalDevices(self._instance)
+        except vk.VkError:
+            devices = []
+        listed = [(d, vk.vkGetPhysicalDeviceProperties(d)) for d in devices]
+        if not listed:
+            raise _no_driver()
+        names = [p.deviceName for _, p in listed]
+        software = vk.VK_PHYSICAL_DEVICE_TYPE_CPU
+        if select is None:
+            index = next((i for i, (_, p) in enumerate(listed) if p.deviceType != software), 0)
+        else:
+            text = str(select)
+            index = int(text) if text.isdigit() else next((i for i, n in enumerate(names) if text.lower() in n.lower()), -1)
+            if not 0 <= index < len(listed):
+                raise VulkanError(f"there is no device {text}", "there are: " + "; ".join(f"{i}: {n}" for i, n in enumerate(names)))
+        physical, properties = listed[index]
+        if properties.apiVersion < API_VERSION:
+            raise VulkanError(f"{names[index]} has no Vulkan 1.3", "update the driver or choose another --device")
+        version = properties.driverVersion
+        return physical, names[index], f"{version >> 22}.{version >> 14 & 255}.{version >> 6 & 255}" if properties.vendorID == 0x10DE else (
+            f"{vk.VK_VERSION_MAJOR(version)}.{vk.VK_VERSION_MINOR(version)}.{vk.VK_VERSION_PATCH(version)}"
+        )
+
+    def _queue_family(self) -> int:
+        wanted = vk.VK_QUEUE_GRAPHICS_BIT | vk.VK_QUEUE_COMPUTE_BIT
+        families = vk.vkGetPhysicalDeviceQueueFamilyProperties(self.physical)
+        for i, family in enumerate(families):
+            if family.queueFlags & wanted == wanted:
+                return i
+        raise VulkanError(f"{self.name} has no queue for graphics and compute", "choose another --device")
+
+    def _features(self, structure: str, members: tuple[str, ...]) -> dict[str, bool]:
+        """Which members of a feature structure the device has."""
+        found = getattr(vk, structure)()
+        vk.vkGetPhysicalDeviceFeatures2(self.physical, vk.VkPhysicalDeviceFeatures2(pNext=found))
+        return {member: bool(getattr(found, member)) for member in members}
+
+    def _has(self, capability: str) -> bool:
+        extensions, structures = CAPABILITIES[capability]
+        if any(e not in self.extensions for e in extensions):
+            return False
+        if capability == "geometry":
+            return bool(vk.vkGetPhysicalDeviceFeatures(self.physical).geometryShader)
+        return all(all(self._features(s, m).values()) for s, m in structures.items())
+
+    def _create_device(self):
+        for structure, members in NEEDED.items():
+            missing = [name for name, there in self._features(structure, members).items() if not there]
+            if missing:
+                raise VulkanError(f"{self.name} lacks {', '.join(missing)}", "update the driver or choose another --device")
+        chain, structures = None, dict(NEEDED)
+        extensions: list[str] = []
+        for capability in sorted(self.capabilities):
+            extensions += CAPABILITIES[capability][0]
+            structures.update(CAPABILITIES[capability][1])
+        for structure, members in structures.items():
+            chain = getattr(vk, structure)(pNext=chain, **{member: 1 for member in members})
+        there = vk.vkGetPhysicalDeviceFeatures(self.physical)
+        core = vk.VkPhysicalDeviceFeatures(**{name: getattr(there, name) for name in OPTIONAL})
+        queue = vk.VkDeviceQueueCreateInfo(queueFamilyIndex=self.family, queueCount=1, pQueuePriorities=[1.0])
+        return vk.vkCreateDevice(
+            self.physical,
+            vk.VkDeviceCreateInfo(
+                pNext=vk.VkPhysicalDeviceFeatures2(pNext=chain, features=core),
+                queueCreateInfoCount=1,
+                pQueueCreateInfos=[queue],
+                enabledExtensionCount=len(extensions),
+                ppEnabledExtensionNames=extensions,
+            ),
+            None,
+        )
+
+    def _limits(self) -> Limits:
+        subgroup = vk.VkPhysicalDeviceSubgroupProperties()
+        chain: Any = subgroup
+        mesh = accelerated = tracing = None
+        if "mesh" in self.capabilities:
+            chain = mesh = vk.VkPhysicalDeviceMeshShaderPropertiesEXT(pNext=chain)
+        if "raytracing" in self.capabilities:
+            chain = accelerated = vk.VkPhysicalDeviceAccelerationStructurePropertiesKHR(pNext=chain)
+            chain = tracing = vk.VkPhysicalDeviceRayTracingPipelinePropertiesKHR(pNext=chain)
+        properties = vk.VkPhysicalDeviceProperties2(pNext=chain)
+        vk.vkGetPhysicalDeviceProperties2(self.physical, properties)
+        core = vk.vkGetPhysicalDeviceProperties(self.physical).limits
+        return Limits(
+            subgroup=subgroup.subgroupSize,
+            mesh_shared_bytes=mesh.maxMeshSharedMemorySize if mesh else 0,
+            task_payload_bytes=mesh.maxTaskPayloadSize if mesh else 0,
+            geometry_vertices=core.maxGeometryOutputVertices,
+            geometry_components=core.maxGeometryTotalOutputComponents,
+            timestamp_ns=core.timestampPeriod,
+            scratch_alignment=accelerated.minAccelerationStructureScratchOffsetAlignment if accelerated else 0,
+            handle_bytes=tracing.shaderGroupHandleSize if tracing else 0,
+            handle_alignment=tracing.shaderGroupHandleAlignment if tracing else 0,
+            base_alignment=tracing.shaderGroupBaseAlignment if tracing else 0,
+        )
+
+
+def _no_driver() -> VulkanError:
+    return VulkanError("there is no Vulkan driver", "install one, or Mesa's software renderer; Debian: apt install mesa-vulkan-drivers")

@@ -1,0 +1,190 @@
+"""Buffers and images in device memory."""
+
+from __future__ import annotations
+
+import numpy as np
+import vulkan as vk
+from vulkan._vulkan import lib as LIBRARY
+
+from .device import Device
+from .errors import VulkanError
+
+# Names that the package vulkan lacks; values from the Vulkan registry.
+SHADER_DEVICE_ADDRESS = 0x20000  # VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT
+ALLOCATE_DEVICE_ADDRESS = 2  # VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT
+STORAGE = vk.VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | SHADER_DEVICE_ADDRESS
+TRANSFER = vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT | vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT
+HOST = vk.VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | vk.VK_MEMORY_PROPERTY_HOST_COHERENT_BIT
+
+
+class Buffer:
+    """A buffer with memory of its own. size: bytes; allocated: what it takes in device memory; host: mapped for the CPU.
+
+    Raises VulkanError where memory is short.
+    """
+
+    def __init__(self, device: Device, size: int, usage: int = STORAGE, *, host: bool = False):
+        self.device, self.size, self.host = device, int(size), host
+        self.handle = vk.vkCreateBuffer(
+            device.handle,
+            vk.VkBufferCreateInfo(size=max(self.size, 4), usage=usage | TRANSFER, sharingMode=vk.VK_SHARING_MODE_EXCLUSIVE),
+            None,
+        )
+        addressed = bool(usage & SHADER_DEVICE_ADDRESS)
+        needed = vk.vkGetBufferMemoryRequirements(device.handle, self.handle)
+        self.allocated = int(needed.size)
+        self._memory = allocate(device, needed, HOST if host else vk.VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, addressed)
+        vk.vkBindBufferMemory(device.handle, self.handle, self._memory, 0)
+        self.address = 0
+        if addressed:
+            # The package's own wrapper loses the result.
+            info = vk.VkBufferDeviceAddressInfo(buffer=self.handle)
+            self.address = int(LIBRARY.vkGetBufferDeviceAddress(device.handle, vk.ffi.addressof(info)))
+        self._mapped = vk.vkMapMemory(device.handle, self._memory, 0, max(self.size, 4), 0) if host else None
+        self._alive = True
+        device.at_close(self.free)
+
+    def write(self, data: np.ndarray | bytes, offset: int = 0) -> "Buffer":
+        """Copies the array's bytes to `offset`; waits. Returns itself."""
+        raw = memoryview(np.ascontiguousarray(data)).cast("B") if isinstance(data, np.ndarray) and data.size else memoryview(bytes(data))
+        if offset + len(raw) > self.size:
+            raise ValueError("more data than the buffer holds")
+        if not len(raw):
+            return self
+        if self.host:
+            self._mapped[offset : offset + len(raw)] = raw
+            return self
+        staging = Buffer(self.device, len(raw), vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT, host=True)
+        staging.write(raw)
+        with self.device.commands() as commands:
+            region = vk.VkBufferCopy(srcOffset=0, dstOffset=offset, size=len(raw))
+            vk.vkCmdCopyBuffer(commands, staging.handle, self.handle, 1, [region])
+        staging.free()
+        return self
+
+    def read(self, dtype: np.dtype | type = np.uint32, count: int = -1, offset: int = 0) -> np.ndarray:
+        """`count` elements (-1: all that there are) from byte `offset`; waits."""
+        dtype = np.dtype(dtype)
+        count = (self.size - offset) // dtype.itemsize if count < 0 else count
+        size = count * dtype.itemsize
+        if self.host:
+            return np.frombuffer(bytes(self._mapped[offset : offset + size]), dtype)
+        staging = Buffer(self.device, size, vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT, host=True)
+        with self.device.commands() as commands:
+            self.device.full_barrier(commands)
+            region = vk.VkBufferCopy(srcOffset=offset, dstOffset=0, size=size)
+            vk.vkCmdCopyBuffer(commands, self.handle, staging.handle, 1, [region])
+        data = staging.read(dtype, count)
+        staging.free()
+        return data
+
+    def free(self) -> None:
+        """Gives the memory back; a second call does nothing."""
+        if self._alive:
+            self._alive = False
+            self._mapped = None
+            if self.host:
+                vk.vkUnmapMemory(self.device.handle, self._memory)
+            vk.vkDestroyBuffer(self.device.handle, self.handle, None)
+            vk.vkFreeMemory(self.device.handle, self._memory, None)
+
+
+class Image:
+    """A two-dimensional image with its view, in memory of its own, and the layout it was left in."""
+
+    def __init__(self, device: Device, width: int, height: int, format: int, usage: int, *, levels: int = 1):
+        self.device, self.width, self.height, self.format, self.levels = device, width, height, format, levels
+        depth = format == vk.VK_FORMAT_D32_SFLOAT
+        self.aspect = vk.VK_IMAGE_ASPECT_DEPTH_BIT if depth else vk.VK_IMAGE_ASPECT_COLOR_BIT
+        self.layout = vk.VK_IMAGE_LAYOUT_UNDEFINED
+        self.handle = vk.vkCreateImage(
+            device.handle,
+            vk.VkImageCreateInfo(
+                imageType=vk.VK_IMAGE_TYPE_2D,
+                format=format,
+                extent=vk.VkExtent3D(width=width, height=height, depth=1),
+                mipLevels=levels,
+                arrayLayers=1,
+                samples=vk.VK_SAMPLE_COUNT_1_BIT,
+                tiling=vk.VK_IMAGE_TILING_OPTIMAL,
+                usage=usage,
+                sharingMode=vk.VK_SHARING_MODE_EXCLUSIVE,
+                initialLayout=self.layout,
+            ),
+            None,
+        )
+        needed = vk.vkGetImageMemoryRequirements(device.handle, self.handle)
+        self.allocated = int(needed.size)
+        self._memory = allocate(device, needed, vk.VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, False)
+        vk.vkBindImageMemory(device.handle, self.handle, self._memory, 0)
+        self.range = vk.VkImageSubresourceRange(aspectMask=self.aspect, baseMipLevel=0, levelCount=levels, baseArrayLayer=0, layerCount=1)
+        self.view = vk.vkCreateImageView(
+            device.handle,
+            vk.VkImageViewCreateInfo(image=self.handle, viewType=vk.VK_IMAGE_VIEW_TYPE_2D, format=format, subresourceRange=self.range),
+            None,
+        )
+        self._alive = True
+        device.at_close(self.free)
+
+    def to_layout(self, commands, layout: int) -> None:
+        """Records the change to a layout; what was in the image stays, unless its layout was undefined."""
+        stage, access = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT
+        barrier = vk.VkImageMemoryBarrier2(
+            srcStageMask=stage,
+            srcAccessMask=access,
+            dstStageMask=stage,
+            dstAccessMask=access,
+            oldLayout=self.layout,
+            newLayout=layout,
+            srcQueueFamilyIndex=vk.VK_QUEUE_FAMILY_IGNORED,
+            dstQueueFamilyIndex=vk.VK_QUEUE_FAMILY_IGNORED,
+            image=self.handle,
+            subresourceRange=self.range,
+        )
+        vk.vkCmdPipelineBarrier2(commands, vk.VkDependencyInfo(imageMemoryBarrierCount=1, pImageMemoryBarriers=[barrier]))
+        self.layout = layout
+
+    def copy_region(self, level: int = 0) -> "vk.VkBufferImageCopy":
+        """The whole of a level, tightly packed."""
+        return vk.VkBufferImageCopy(
+            imageSubresource=vk.VkImageSubresourceLayers(aspectMask=self.aspect, mipLevel=level, layerCount=1),
+            imageExtent=vk.VkExtent3D(width=max(self.width >> level, 1), height=max(self.height >> level, 1), depth=1),
+        )
+
+    def read(self, dtype: np.dtype | type, components: int) -> np.ndarray:
+        """dtype[height, width, components] of the first level; waits. The image needs TRANSFER_SRC usage."""
+        size = self.width * self.height * components * np.dtype(dtype).itemsize
+        staging = Buffer(self.device, size, vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT, host=True)
+        with self.device.commands() as commands:
+            self.to_layout(commands, vk.VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL)
+            vk.vkCmdCopyImageToBuffer(commands, self.handle, self.layout, staging.handle, 1, [self.copy_region()])
+        data = staging.read(dtype).reshape(self.height, self.width, components)
+        staging.free()
+        return data
+
+    def free(self) -> None:
+        """Gives the memory back; a second call does nothing."""
+        if self._alive:
+            self._alive = False
+            vk.vkDestroyImageView(self.device.handle, self.view, None)
+            vk.vkDestroyImage(self.device.handle, self.handle, None)
+            vk.vkFreeMemory(self.device.handle, self._memory, None)
+
+
+def allocate(device: Device, needed, properties: int, addressed: bool):
+    """Memory for `needed` (VkMemoryRequirements) of a type with `properties`."""
+    for index in range(device.memory.memoryTypeCount):
+        flags = device.memory.memoryTypes[index].propertyFlags
+        if needed.memoryTypeBits >> index & 1 and flags & properties == properties:
+            break
+    else:
+        raise VulkanError(f"{device.name} has no memory of the needed kind", "choose another --device")
+    chain = vk.VkMemoryAllocateFlagsInfo(flags=ALLOCATE_DEVICE_ADDRESS) if addressed else None
+    try:
+        return vk.vkAllocateMemory(
+            device.handle, vk.VkMemoryAllocateInfo(pNext=chain, allocationSize=needed.size, memoryTypeIndex=index), None
+        )
+    except (vk.VkErrorOutOfDeviceMemory, vk.VkErrorOutOfHostMemory):
+        raise VulkanError(
+            f"{device.name} has no {needed.size / 1e6:.0f} MB of memory left", "close other programs or render a smaller scene"
+        ) from None
