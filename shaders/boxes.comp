@@ -1,5 +1,5 @@
 // The boxes that the acceleration structure is built of: of every GROUP_TRIANGLES triangles of each meshlet, once at start. Where a meshlet
-// has fewer groups, or is malformed, a box is marked as none by NaN.
+// has fewer groups, or is malformed, a box is a point, which no ray meets. (Vulkan has NaN for that, but not every driver heeds it.)
 // variants: boxes.comp= boxes_plain.comp=PLAIN
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -24,7 +24,7 @@ layout(push_constant) uniform Push {
   uint end;
 } push;
 
-const float none = uintBitsToFloat(0x7FC00000u);
+#define MARGIN 4e-6
 vec3 low;
 vec3 high;
 
@@ -82,14 +82,21 @@ void main() {
   Traced traced = TracedList(push.traced).at[push.primitive];
   uint count = open(traced, m);
   SceneFloatsOut boxes = SceneFloatsOut(push.boxes);
+  vec3 first = vec3(0.0);
   for (uint g = 0u; g < groups; g++) {
     low = vec3(uintBitsToFloat(0x7F800000u));
     high = -low;
     for (uint t = g * GROUP_TRIANGLES; t < min(count, (g + 1u) * GROUP_TRIANGLES); t++) add_triangle(traced, t);
-    bool empty = g * GROUP_TRIANGLES >= count;
+    // Room for the rounding of the traversal's arithmetic, and thickness for what is flat.
+    vec3 farthest = max(abs(low), abs(high));
+    float margin = max(farthest.x, max(farthest.y, farthest.z)) * MARGIN;
+    low -= margin;
+    high += margin;
+    if (g == 0u && count > 0u) first = 0.5 * (low + high);
+    if (g * GROUP_TRIANGLES >= count) low = high = first;
     for (uint c = 0u; c < 3u; c++) {
-      boxes.at[6u * (m * groups + g) + c] = empty ? none : low[c];
-      boxes.at[6u * (m * groups + g) + 3u + c] = empty ? none : high[c];
+      boxes.at[6u * (m * groups + g) + c] = low[c];
+      boxes.at[6u * (m * groups + g) + 3u + c] = high[c];
     }
   }
 }

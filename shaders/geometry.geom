@@ -19,6 +19,7 @@ layout(triangle_strip, max_vertices = 3 * SHARE) out;
 #define LANE_VALUE(lane, id) values[(lane) * 64u + (id)]
 #include "decoded_vertex.glsl"
 
+out gl_PerVertex { vec4 gl_Position; };    // nothing else: outputs are scarce
 layout(location = 0) flat in uint in_meshlet[];
 #if (COMPONENTS & 1) != 0
 layout(location = 0) out vec3 out_normal;
@@ -29,7 +30,6 @@ layout(location = 1) out vec2 out_texcoord;
 #if (COMPONENTS & 4) != 0
 layout(location = 2) out vec4 out_color;
 #endif
-invariant gl_Position;
 
 void emit_corner(Primitive primitive, mat4 to_clip, uint v, uint id) {
   gl_Position = transformed(to_clip, decoded_position(primitive, v));

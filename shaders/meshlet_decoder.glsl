@@ -77,14 +77,19 @@ uint stream_mask[MAX_STREAMS];              // (1 << bits) - 1
 small_uint stream_bits[MAX_STREAMS];
 small_uint stream_lane[MAX_STREAMS];        // first lane of a decoded stream
 
-// Reads header and stream table; the includer has checked them (validate_header), so that all tables lie inside the blob.
-void load_streams(uint first, uint end) {
+// Reads the header; the includer has checked it (validate_header), so that all tables lie inside the blob.
+void load_tables() {
   stream_total = (load_word(1u) >> 8) & 255u;
   meshlet_total = load_word(4u);
   byte_length = load_word(5u);
   data_offset = load_word(6u);
   group_table = 8u + 7u * stream_total;
   directory = group_table + 2u * ((meshlet_total + 31u) >> 5);
+}
+
+// Reads header and stream table.
+void load_streams(uint first, uint end) {
+  load_tables();
   stream_first = first;
   stream_end = end;
   uint lane = 0u;
@@ -497,7 +502,7 @@ void list_traversed(mask64 known) {
 }
 
 // Decoder B, second half: all triangles in stream order, strip by strip, with the gate in registers.
-void decode_triangles(mask64 known) {
+void decode_triangles() {
   mask64 splits = symbol_s;                // whose left subtrees are still to come
   uint a = 0u;
   uint b = 0u;
@@ -529,7 +534,6 @@ void decode_triangles(mask64 known) {
       b = (split >> 16) & 255u;
     }
   }
-  list_traversed(known);
 }
 
 // ---- boundaries ------------------------------------------------------------------------------------------------------------------
@@ -935,7 +939,9 @@ void open_meshlet(uint m) {
 void connect_meshlet() {
   find_seams(opened);
   place_references(opened);
-  if (error == ERROR_NONE) decode_triangles(known_vertices(opened));
+  if (error != ERROR_NONE) return;
+  decode_triangles();
+  list_traversed(known_vertices(opened));
 }
 
 void read_foreign() {

@@ -7,7 +7,8 @@ layout(constant_id = 3) const bool POSITION_FLOATS = false; // positions are flo
 layout(constant_id = 4) const uint ATTRIBUTE_WORDS = 0u;    // of a cached vertex, beyond its position
 layout(constant_id = 5) const bool ALL_CACHED = false;      // every meshlet m is in slot m
 layout(constant_id = 6) const bool COUNTED = false;         // meshlets count the rays that ask for their triangles
-layout(constant_id = 7) const uint VERTEX_FLOATS = 8u;      // of an uncompressed vertex
+layout(constant_id = 7) const uint VERTEX_FLOATS = 8u;      // of an uncompressed vertex,
+layout(constant_id = 8) const uint ATTRIBUTES = 7u;         //   and what it has beside its position: HAS_ bits
 
 #define NO_SLOT 0xFFFFFFFFu
 
@@ -18,7 +19,7 @@ struct Traced {
   uvec2 indices;                           // uncompressed paths: three words per triangle, and
   uvec2 vertices;                          //   VERTEX_FLOATS floats per vertex
   uint meshlets;
-  uint bits;                               // of a cached vertex's attributes, where they begin: normal | texcoord << 8 | color << 16
+  uint bits;                               // of a cached vertex's attributes, where they begin: normal | texcoord << 10 | color << 20
   uint unused[2];
 };
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer TracedList { Traced at[]; };

@@ -29,13 +29,14 @@ uint next_word;
 
 void put_bits(Counts words, uint value, uint bits) {
   pending |= value << pending_bits;
-  pending_bits += bits;
-  if (pending_bits < 32u) return;
-  words.at[next_word] = pending;
-  next_word++;
-  pending_bits -= 32u;
-  pending = pending_bits == 0u || bits == pending_bits ? 0u : value >> (bits - pending_bits);
-  if (bits == pending_bits) pending = value;
+  uint filled = pending_bits + bits;
+  if (filled >= 32u) {
+    words.at[next_word] = pending;
+    next_word++;
+    filled -= 32u;
+    pending = filled == 0u ? 0u : value >> (bits - filled);
+  }
+  pending_bits = filled;
 }
 
 void put_attributes(Counts words, uint vertex) {

@@ -1,8 +1,12 @@
 // The fragment shader of all raster paths: base colour under one light over the viewer's shoulder.
-// variants: surface.frag surface_ids.frag=IDS
+// COMPONENTS: the HAS_ of what the stages before put out; MESH_IDS: they put out a number per triangle, see mesh_output.glsl.
+// variants: surface_position.frag=COMPONENTS=0 surface_normal.frag=COMPONENTS=1 surface_texcoord.frag=COMPONENTS=3 surface_color.frag=COMPONENTS=7 surface_position_ids.frag=COMPONENTS=0,IDS surface_normal_ids.frag=COMPONENTS=1,IDS surface_texcoord_ids.frag=COMPONENTS=3,IDS surface_color_ids.frag=COMPONENTS=7,IDS surface_position_mesh_ids.frag=COMPONENTS=0,IDS,MESH_IDS surface_normal_mesh_ids.frag=COMPONENTS=1,IDS,MESH_IDS surface_texcoord_mesh_ids.frag=COMPONENTS=3,IDS,MESH_IDS surface_color_mesh_ids.frag=COMPONENTS=7,IDS,MESH_IDS
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_nonuniform_qualifier : require
+#ifdef MESH_IDS
+#extension GL_EXT_mesh_shader : require
+#endif
 
 #include "raster.glsl"
 
@@ -10,19 +14,36 @@
 #define SHADING_ATTRIBUTES 1u              // for timing: as cheap as can be, but no attribute is without use
 layout(constant_id = 4) const uint SHADING = SHADING_LIT;
 
+#if (COMPONENTS & 1) != 0
 layout(location = 0) in vec3 in_normal;
+#else
+const vec3 in_normal = vec3(0.0);
+#endif
+#if (COMPONENTS & 2) != 0
 layout(location = 1) in vec2 in_texcoord;
+#else
+const vec2 in_texcoord = vec2(0.0);
+#endif
+#if (COMPONENTS & 4) != 0
 layout(location = 2) in vec4 in_color;
+#else
+const vec4 in_color = vec4(1.0);
+#endif
 layout(location = 0) out vec4 out_color;
 #ifdef IDS
 layout(location = 1) out uvec2 out_ids;    // instance, meshlet * 64 + triangle (the vertex path: triangle)
+#ifdef MESH_IDS
+layout(location = 3) perprimitiveEXT flat in uint in_id;
+#else
+#define in_id uint(gl_PrimitiveID)
+#endif
 #endif
 
 layout(set = 0, binding = 0) uniform sampler2D textures[];
 
-const vec3 SKY = vec3(0.34, 0.37, 0.42);
-const vec3 GROUND = vec3(0.20, 0.18, 0.17);
-const vec3 SUN = vec3(1.02, 0.99, 0.93);
+const vec3 SKY = vec3(0.26, 0.29, 0.34);
+const vec3 GROUND = vec3(0.15, 0.13, 0.12);
+const vec3 SUN = vec3(0.72, 0.69, 0.64);
 
 vec3 world_position() {
   Frame frame = the_frame();
@@ -74,7 +95,7 @@ vec3 lit(Material material, vec3 base) {
 
 void main() {
 #ifdef IDS
-  out_ids = uvec2(push.instance, uint(gl_PrimitiveID));
+  out_ids = uvec2(push.instance, in_id);
 #endif
   if (SHADING == SHADING_ATTRIBUTES) {
     vec4 sum = vec4(0.5);

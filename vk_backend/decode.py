@@ -14,8 +14,15 @@ from .device import Device
 from .memory import Buffer
 from .pipelines import ComputePipeline, Timestamps
 
-METHODS = {"workgroup": "decode.comp", "single": "decode_single.comp"}
 GROUP = 32  # invocations of a workgroup
+# Method -> (shader, meshlets of a workgroup) in the order in which they run.
+METHODS = {
+    "single": (("decode.comp", GROUP),),
+    "team8": (("connect.comp", GROUP), ("values8.comp", GROUP // 8)),
+    "team16": (("connect.comp", GROUP), ("values16.comp", GROUP // 16)),
+    "team32": (("connect.comp", GROUP), ("values32.comp", 1)),
+    "parallel": (("values_parallel.comp", 1),),
+}
 
 
 @dataclass
@@ -40,7 +47,7 @@ def stream_lanes(blob: bytes) -> list[int]:
     return [blob[32 + 28 * s + 1] for s in range(streams)]
 
 
-def decode_on_gpu(device: Device, blob: bytes, method: str = "workgroup", repeat: int = 1) -> Decoded:
+def decode_on_gpu(device: Device, blob: bytes, method: str = "team8", repeat: int = 1) -> Decoded:
     """Decodes all streams of all meshlets. method: a key of METHODS.
 
     Raises ValueError for a blob whose header or tables are malformed; malformed meshlets are reported in `errors`.
@@ -50,32 +57,33 @@ def decode_on_gpu(device: Device, blob: bytes, method: str = "workgroup", repeat
     total = sum(lanes)
     source = Buffer(device, len(blob)).write(blob)
     summaries = Buffer(device, 4 * meshlets)
+    connectivity = Buffer(device, 16 * meshlets)
     triangles = Buffer(device, 4 * 64 * meshlets)
     integers = Buffer(device, 4 * 64 * total * meshlets)
-    pipeline = ComputePipeline(device, METHODS[method], {0: len(lanes), 1: total})
+    pipelines = [(ComputePipeline(device, name, {0: len(lanes), 1: total}), per) for name, per in METHODS[method]]
     data = np.frombuffer(
         struct.pack(
-            "<4Q5I",
+            "<5Q4I",
             source.address,
             summaries.address,
+            connectivity.address,
             triangles.address,
             integers.address,
             len(blob) // 4,
-            0,
             meshlets,
             len(lanes),
             total,
         ),
         np.uint8,
     )
-    groups = meshlets if method == "workgroup" else -(-meshlets // GROUP)
     times = Timestamps(device, repeat + 1)
     with device.commands() as commands:
         times.reset(commands)
         times.mark(commands, 0)
         for i in range(repeat):
-            pipeline.dispatch(commands, groups, data)
-            device.full_barrier(commands)
+            for pipeline, per in pipelines:
+                pipeline.dispatch(commands, -(-meshlets // per), data)
+                device.full_barrier(commands)
             times.mark(commands, i + 1)
     summary = summaries.read()
     result = Decoded(
@@ -86,6 +94,6 @@ def decode_on_gpu(device: Device, blob: bytes, method: str = "workgroup", repeat
         integers=integers.read().reshape(meshlets, total, 64),
         milliseconds=times.milliseconds(),
     )
-    for buffer in (source, summaries, triangles, integers):
+    for buffer in (source, summaries, connectivity, triangles, integers):
         buffer.free()
     return result

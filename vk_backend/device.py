@@ -37,6 +37,10 @@ CAPABILITIES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, ...]]]] = {
         {"VkPhysicalDeviceRayTracingInvocationReorderFeaturesNV": ("rayTracingInvocationReorder",)},
     ),
     "geometry": ((), {}),
+    "statistics": (
+        ("VK_KHR_pipeline_executable_properties",),
+        {"VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR": ("pipelineExecutableInfo",)},
+    ),
 }
 # Vulkan 1.0 to 1.3 features that every path uses, and those that are turned on where they exist.
 NEEDED = {
@@ -83,6 +87,7 @@ class Device:
         self.queue = vk.vkGetDeviceQueue(self._handle, self.family, 0)
         self.memory = vk.vkGetPhysicalDeviceMemoryProperties(self.physical)
         self.limits = self._limits()
+        self.pipeline_flags = 0  # for every pipeline that is made from now on; see statistics.py
         self.pool = vk.vkCreateCommandPool(
             self._handle,
             vk.VkCommandPoolCreateInfo(flags=vk.VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT, queueFamilyIndex=self.family),

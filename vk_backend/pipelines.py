@@ -61,7 +61,7 @@ class ComputePipeline:
     def __init__(self, device: Device, name: str, constants: dict[int, int] | None = None, sets: list | None = None):
         self.device, self.layout = device, pipeline_layout(device, sets)
         shader = stage(device, name, vk.VK_SHADER_STAGE_COMPUTE_BIT, constants)  # must outlive the call
-        info = vk.VkComputePipelineCreateInfo(stage=shader, layout=self.layout)
+        info = vk.VkComputePipelineCreateInfo(flags=device.pipeline_flags, stage=shader, layout=self.layout)
         self.handle = vk.vkCreateComputePipelines(device.handle, None, 1, [info], None)[0]
         device.at_close(lambda: vk.vkDestroyPipeline(device.handle, self.handle, None))
 

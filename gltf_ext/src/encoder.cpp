@@ -153,7 +153,8 @@ Encoder::Lane Encoder::make_lane() const {
 // Runs the decoder on the plan's symbols and puts the true values in place.
 void Encoder::load(MeshletDecoder& lane, const Plan& plan) const {
   decode_apexes(lane, plan.symbols);
-  if (lane.error == ERROR_NONE) lane.decode_triangles(plan.known);
+  if (lane.error == ERROR_NONE) lane.decode_triangles();
+  if (lane.error == ERROR_NONE) lane.list_traversed(plan.known);
   if (lane.error != ERROR_NONE) throw std::logic_error("the encoder made symbols that do not decode");
   for (uint32_t s = 0; s < streams_.size(); s++)
     for (uint32_t c = 0; c < streams_[s].components; c++)
@@ -187,7 +188,8 @@ Plan Encoder::plan_component(MeshletDecoder& lane, uint32_t component, const Ref
   uint64_t rest = lane.boundary;
   for (uint32_t i = 0; i < rank; i++, rest &= rest - 1)
     if (known_ranks >> i & 1) plan.known |= rest & (0 - rest);
-  lane.decode_triangles(plan.known);
+  lane.decode_triangles();
+  lane.list_traversed(plan.known);
   if (lane.error != ERROR_NONE) throw std::logic_error("a component is not a disk");
   plan.vertex.resize(lane.vertex_count);
   for (uint32_t t = 0; t < plan.symbols.count; t++)

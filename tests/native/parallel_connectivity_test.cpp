@@ -71,7 +71,8 @@ void clear(BothDecoders& d) {
 
 bool same(BothDecoders& d) {
     d.decode_apexes();
-    if (d.error == ERROR_NONE) d.decode_triangles(d.boundary);
+    if (d.error == ERROR_NONE) d.decode_triangles();
+    if (d.error == ERROR_NONE) d.list_traversed(d.boundary);
     if (d.error != ERROR_NONE) return false;
     uint32_t serial[64];
     for (uint32_t t = 0; t < d.triangle_count; t++) serial[t] = d.triangles[t];

@@ -1,0 +1,32 @@
+// Connectivity of a blob's meshlets by decoder B, one invocation per meshlet: triangles into the buffer that is also the result, and
+// what values.comp needs to know about them.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+
+layout(local_size_x = 32) in;
+#define MAX_LANES 1u
+#include "decode_push.glsl"
+#include "meshlet_decoder_prologue.glsl"
+#include "meshlet_decoder.glsl"
+#include "meshlet_decoder_epilogue.glsl"
+
+void main() {
+  uint m = gl_GlobalInvocationID.x;
+  if (m >= push.meshlets) return;
+  open_blob(push.blob, push.blob_words);
+  load_tables();
+  error = ERROR_NONE;
+  Header h = read_header(m);
+  read_symbols(h.begin, h.triangles);
+  if (error == ERROR_NONE) decode_apexes();
+  if (error == ERROR_NONE) decode_triangles();
+  Connectivity connectivity = Connectivity(push.connectivity);
+  connectivity.of[m].boundary = boundary;
+  connectivity.of[m].starts = component_starts;
+  Summaries(push.summaries).of[m] = triangle_count | vertex_count << 8 | error << 16;
+  uint count = error == ERROR_NONE ? triangle_count : 0u;
+  Integers packed = Integers(push.triangles);
+  for (uint t = 0u; t < count; t++) packed.at[64u * m + t] = triangles[t];
+}

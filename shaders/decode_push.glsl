@@ -1,0 +1,21 @@
+// Buffers of the decoding compute shaders (vk_backend/decode.py).
+layout(buffer_reference, std430, buffer_reference_align = 4) buffer Integers { uint at[]; };
+layout(buffer_reference, std430, buffer_reference_align = 4) buffer Summaries { uint of[]; };   // triangles | vertices << 8 | error << 16
+
+struct Connected {
+  uvec2 boundary;        // mask of the boundary vertices
+  uvec2 starts;          // mask of the triangles that begin a component
+};
+layout(buffer_reference, std430, buffer_reference_align = 8) buffer Connectivity { Connected of[]; };
+
+layout(push_constant) uniform Push {
+  uvec2 blob;
+  uvec2 summaries;
+  uvec2 connectivity;
+  uvec2 triangles;       // 64 words per meshlet, packed
+  uvec2 integers;        // lanes x 64 words per meshlet
+  uint blob_words;
+  uint meshlets;
+  uint streams;          // that are decoded, and
+  uint lanes;            //   the sum of their components
+} push;

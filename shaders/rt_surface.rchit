@@ -1,0 +1,53 @@
+// What the nearest hit shows.
+// variants: rt_surface.rchit= rt_surface_plain.rchit=PLAIN rt_surface_triangles.rchit=PLAIN,TRIANGLES
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_ray_tracing : require
+#extension GL_EXT_nonuniform_qualifier : require
+
+#include "rt_common.glsl"
+#include "rt_hit.glsl"
+#ifndef PLAIN
+#include "meshlet_decoder_prologue.glsl"
+#include "meshlet_decoder.glsl"
+#include "meshlet_decoder_epilogue.glsl"
+#endif
+#include "rt_attributes.glsl"
+
+layout(location = 0) rayPayloadInEXT Surface surface;
+#ifdef TRIANGLES
+hitAttributeEXT vec2 found;
+#else
+hitAttributeEXT HitAttributes found;
+#endif
+
+vec3 unit(vec3 v, vec3 otherwise) {
+  float squared = dot(v, v);
+  return squared > 0.0 ? v * inversesqrt(squared) : otherwise;
+}
+
+void main() {
+  Instance instance = Instances(Frame(push.frame).instances).at[gl_InstanceID];
+  Place place;
+  place.primitive = gl_InstanceCustomIndexEXT & PRIMITIVE_INDEX;
+#ifdef TRIANGLES
+  place.meshlet = 0u;
+  place.triangle = gl_PrimitiveID;
+  vec2 barycentrics = found;
+  surface.id = gl_PrimitiveID;             // the host knows which meshlet that is
+#else
+  place.meshlet = uint(gl_PrimitiveID) / (MESHLET_TRIANGLES / GROUP_TRIANGLES);
+  place.triangle = found.triangle;
+  vec2 barycentrics = found.barycentrics;
+  surface.id = place.meshlet * MESHLET_TRIANGLES + found.triangle;
+#endif
+  place.weights = weights_of(barycentrics);
+  open_attributes(place);
+  mat3 to_world = transpose(mat3(instance.world_to_object));
+  surface.t = gl_HitTEXT;
+  surface.instance = gl_InstanceID;
+  surface.barycentrics = barycentrics;
+  surface.flat_normal = unit(to_world * flat_normal_in_object(), -gl_WorldRayDirectionEXT);
+  surface.normal = has_normal() ? unit(to_world * normal_in_object(), surface.flat_normal) : surface.flat_normal;
+  surface.albedo = base_color(Materials(Frame(push.frame).materials).at[instance.material]).rgb;
+}
