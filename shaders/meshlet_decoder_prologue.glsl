@@ -1,5 +1,6 @@
 // What meshlet_decoder.glsl asks of its includer, for GLSL: to be included before it, and meshlet_decoder_epilogue.glsl after it.
-// The shader calls open_blob first. Needs GL_EXT_buffer_reference and GL_EXT_buffer_reference_uvec2.
+// The shader calls open_blob first. With STAGE_WORDS and STAGE_TOTAL, as meshlet_workgroup.glsl defines them, words are looked for in shared
+// memory first. Needs GL_EXT_buffer_reference and GL_EXT_buffer_reference_uvec2.
 
 // Capacities, from the host: the most streams of a blob in the scene, and the most components of those that are decoded.
 layout(constant_id = 0) const uint MAX_STREAMS = 8u;
@@ -49,14 +50,38 @@ uint choose(bool condition, uint a, uint b) { return condition ? a : b; }
 uvec2 choose(bool condition, uvec2 a, uvec2 b) { return condition ? a : b; }
 uint divide(uint x, uint n) { return x / n; }
 
-uint load_word(uint i) { return blob_words.at[min(i, blob_word_total - 1u)]; }
+uint load_memory(uint i) { return blob_words.at[min(i, blob_word_total - 1u)]; }
+#ifdef STAGE_WORDS
+// Words that the workgroup has copied from the blob: those from stage_first on lie in `staged` from stage_place on.
+shared uint staged[STAGE_TOTAL];
+uint stage_first = 0x80000000u;
+uint stage_place = 0u;
+bool in_stage(uint i, uint words) { return i - stage_first <= STAGE_WORDS - words; }
+uint load_word(uint i) { return in_stage(i, 1u) ? staged[stage_place + i - stage_first] : load_memory(i); }
+uvec2 load_words2(uint i) {
+  uint j = stage_place + i - stage_first;
+  return in_stage(i, 2u) ? uvec2(staged[j], staged[j + 1u]) : uvec2(load_memory(i), load_memory(i + 1u));
+}
+uvec3 load_words3(uint i) {
+  uint j = stage_place + i - stage_first;
+  return in_stage(i, 3u) ? uvec3(staged[j], staged[j + 1u], staged[j + 2u]) : uvec3(load_memory(i), load_memory(i + 1u), load_memory(i + 2u));
+}
+#else
+uint load_word(uint i) { return load_memory(i); }
+uvec2 load_words2(uint i) { return uvec2(load_memory(i), load_memory(i + 1u)); }
+uvec3 load_words3(uint i) { return uvec3(load_memory(i), load_memory(i + 1u), load_memory(i + 2u)); }
+#endif
+// The 32 bits from bit `shift` < 32 of two words.
+uint funnel(uint low, uint high, uint shift) { return (low >> shift) | ((high << 1) << (31u - shift)); }
 uint load_bits(uint p, uint n) {
-  uint low = load_word(p >> 5) >> (p & 31u);
-  uint high = (p & 31u) == 0u ? 0u : load_word((p >> 5) + 1u) << (32u - (p & 31u));
-  return (low | high) & word_below(n);
+  uvec2 words = load_words2(p >> 5);
+  return funnel(words.x, words.y, p & 31u) & word_below(n);
 }
 uint load_inside(uint p, uint n) { return load_bits(p, n); }
-uvec2 load_mask(uint p, uint n) { return uvec2(load_bits(p, min(n, 32u)), n <= 32u ? 0u : load_bits(p + 32u, n - 32u)); }
+uvec2 load_mask(uint p, uint n) {
+  uvec3 words = load_words3(p >> 5);
+  return uvec2(funnel(words.x, words.y, p & 31u), funnel(words.y, words.z, p & 31u)) & mask_below(n);
+}
 
 // The ones of `window` were not read yet; its bit 0 is the blob's bit `base`. `cursor`: the bit after the last one read.
 struct UnaryReader {

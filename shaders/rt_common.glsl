@@ -6,9 +6,8 @@ layout(constant_id = 2) const uint GROUP_TRIANGLES = 64u;   // triangles behind 
 layout(constant_id = 3) const bool POSITION_FLOATS = false; // positions are floats in the primitive's coordinates, not integers on its grid
 layout(constant_id = 4) const uint ATTRIBUTE_WORDS = 0u;    // of a cached vertex, beyond its position
 layout(constant_id = 5) const bool ALL_CACHED = false;      // every meshlet m is in slot m
-layout(constant_id = 6) const bool COUNTED = false;         // meshlets count the rays that ask for their triangles
-layout(constant_id = 7) const uint VERTEX_FLOATS = 8u;      // of an uncompressed vertex,
-layout(constant_id = 8) const uint ATTRIBUTES = 7u;         //   and what it has beside its position: HAS_ bits
+layout(constant_id = 6) const uint VERTEX_FLOATS = 8u;      // of an uncompressed vertex,
+layout(constant_id = 7) const uint ATTRIBUTES = 7u;         //   and what it has beside its position: HAS_ bits
 
 #define NO_SLOT 0xFFFFFFFFu
 
@@ -34,7 +33,7 @@ layout(push_constant) uniform Push {
   uvec2 traced;                            // Traced of each primitive
   uvec2 slot_table;                        // of each meshlet: its slot, or NO_SLOT
   uvec2 cache;                             // the slots
-  uvec2 counters;                          // of each meshlet
+  uvec2 counters;                          // of each meshlet: rays that asked for its triangles; or 0
   uvec2 first_triangles;                   // of each meshlet: its first triangle in Traced.indices
   uvec2 colors;                            // a word per pixel
   uvec2 hits;                              // HIT_WORDS per pixel, or 0

@@ -57,7 +57,7 @@ struct Material {
   float alpha_cutoff;
   uint flags;                              // MATERIAL_
   int base_texture;                        // in the array of textures, or -1
-  int unused;
+  int emissive_texture;                    // read at the same place
 };
 
 // An uncompressed meshlet of the baselines.

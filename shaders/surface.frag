@@ -60,14 +60,16 @@ float dither() {
   return (float(rank) + 0.5) / 16.0;
 }
 
+// White where there is none.
+vec4 textured(Material material, int number) {
+  if ((ATTRIBUTES & HAS_TEXCOORD) == 0u || number < 0) return vec4(1.0);
+  vec2 at = mat2(material.texcoord_matrix.xy, material.texcoord_matrix.zw) * in_texcoord + material.texcoord_offset;
+  return texture(textures[number], at);
+}
+
 vec4 base_color(Material material) {
-  vec4 color = material.base_color;
-  if ((ATTRIBUTES & HAS_COLOR) != 0u) color *= in_color;
-  if ((ATTRIBUTES & HAS_TEXCOORD) != 0u && material.base_texture >= 0) {
-    vec2 at = mat2(material.texcoord_matrix.xy, material.texcoord_matrix.zw) * in_texcoord + material.texcoord_offset;
-    color *= texture(textures[material.base_texture], at);
-  }
-  return color;
+  vec4 color = material.base_color * textured(material, material.base_texture);
+  return (ATTRIBUTES & HAS_COLOR) != 0u ? color * in_color : color;
 }
 
 // Towards the viewer, on whichever side of the surface they are.
@@ -90,7 +92,7 @@ vec3 lit(Material material, vec3 base) {
   vec3 mirror = mix(vec3(0.04), base, material.metallic);
   float highlight = toward * pow(max(dot(normal, normalize(light + view)), 0.0), gloss) * min(gloss / 8.0, 4.0);
   vec3 ambient = mix(GROUND, SKY, normal.y * 0.5 + 0.5);
-  return base * (ambient + SUN * toward) + mirror * SUN * highlight + material.emissive.rgb;
+  return base * (ambient + SUN * toward) + mirror * SUN * highlight + material.emissive.rgb * textured(material, material.emissive_texture).rgb;
 }
 
 void main() {

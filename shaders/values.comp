@@ -1,6 +1,6 @@
 // Values of a blob's meshlets, by a team of TEAM lanes each: after connect.comp, or (PARALLEL) with the triangles from the parallel
 // decoder of connectivity.
-// variants: values8.comp=TEAM=8 values16.comp=TEAM=16 values32.comp=TEAM=32 values_parallel.comp=TEAM=32,PARALLEL
+// variants: values8.comp=TEAM=8u values16.comp=TEAM=16u values32.comp=TEAM=32u values_parallel.comp=TEAM=32u,PARALLEL
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -8,6 +8,7 @@
 
 layout(local_size_x = 32) in;
 #include "decode_push.glsl"
+#include "meshlet_team.glsl"
 #include "meshlet_decoder_prologue.glsl"
 #include "meshlet_decoder.glsl"
 #include "meshlet_decoder_epilogue.glsl"
@@ -28,7 +29,7 @@ void main() {
   uint m = gl_WorkGroupID.x * TEAMS + TEAM_INDEX;
   bool exists = m < push.meshlets;
   team_meshlet = min(m, push.meshlets - 1u);
-  clear_team();
+  open_team(team_meshlet);
   Header h = read_header(team_meshlet);
   read_symbols(h.begin, h.triangles);
   Summaries summaries = Summaries(push.summaries);
@@ -37,7 +38,6 @@ void main() {
   decode_connectivity();
 #else
   bool sound = exists && summaries.of[team_meshlet] >> 16 == ERROR_NONE;
-  barrier();
 #endif
   team_decode(h, sound);
   if (!sound) return;

@@ -9,12 +9,12 @@ import numpy as np
 import vulkan as vk
 
 from .device import Device
-from .memory import STORAGE, Buffer
+from .memory import LIBRARY, SHADER_DEVICE_ADDRESS, STORAGE, Buffer
 
 BOX_BYTES = 24  # VkAabbPositionsKHR
 BATCH_BYTES = 256 << 20  # structures that are built, and not yet compacted, at a time
 ALIGNMENT = 256  # of a structure in its buffer
-STORED = vk.VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR | vk.VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT
+STORED = vk.VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR | SHADER_DEVICE_ADDRESS
 INPUT = STORAGE | vk.VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR
 BOTTOM, TOP = vk.VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, vk.VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
 
@@ -85,6 +85,7 @@ class Structures:
     def __init__(self, device: Device, level: int, geometries: Sequence[Boxes | Triangles | Instances]):
         self.device, self.level = device, level
         self.addresses: list[int] = []
+        self._packed: list[Packed] = []
         self.allocated = 0
         self._infos = [self._info(g) for g in geometries]
         self._sizes = [self._size(i, g.count) for i, g in zip(self._infos, geometries)]
@@ -97,6 +98,11 @@ class Structures:
             self._build_batch(geometries, begin, end)
             begin = end
         del self._infos, self._sizes
+
+    def free(self) -> None:
+        """Gives the memory back; a second call does nothing."""
+        for packed in self._packed:
+            packed.free()
 
     def _info(self, geometry):
         """VkAccelerationStructureBuildGeometryInfoKHR, and what it points to (which the bindings do not keep alive)."""
@@ -117,8 +123,10 @@ class Structures:
 
     def _size(self, info, count: int) -> tuple[int, int]:
         """(bytes of the structure before it is compacted, bytes of scratch)"""
-        sizes = self.device.function("vkGetAccelerationStructureBuildSizesKHR")(
-            self.device.handle, vk.VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, info[0], [count]
+        sizes = vk.ffi.new("VkAccelerationStructureBuildSizesInfoKHR *")
+        sizes.sType = vk.VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR
+        self.device.function("vkGetAccelerationStructureBuildSizesKHR")(
+            self.device.handle, vk.VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, info[0], [count], sizes
         )
         return int(sizes.accelerationStructureSize), int(sizes.buildScratchSize)
 
@@ -161,6 +169,7 @@ class Structures:
                 device.function("vkCmdCopyAccelerationStructureKHR")(commands, copy)
         loose.free()
         device.at_close(packed.free)
+        self._packed.append(packed)
         self.addresses += packed.addresses()
         self.allocated += packed.buffer.allocated
 
@@ -185,11 +194,11 @@ class Packed:
 
     def addresses(self) -> list[int]:
         """The structures' device addresses."""
-        ask = self.device.function("vkGetAccelerationStructureDeviceAddressKHR")
-        return [
-            int(ask(self.device.handle, vk.VkAccelerationStructureDeviceAddressInfoKHR(accelerationStructure=handle)))
-            for handle in self.handles
-        ]
+        # The bindings' own wrapper drops what this function returns.
+        name = "vkGetAccelerationStructureDeviceAddressKHR"
+        ask = vk.ffi.cast(f"PFN_{name}", LIBRARY.vkGetDeviceProcAddr(self.device.handle, name.encode()))
+        infos = [vk.VkAccelerationStructureDeviceAddressInfoKHR(accelerationStructure=handle) for handle in self.handles]
+        return [int(ask(self.device.handle, vk.ffi.addressof(info))) for info in infos]
 
     def free(self) -> None:
         """Destroys the structures and their buffer; a second call does nothing."""

@@ -28,7 +28,10 @@ class Texture:
 
 @dataclass(frozen=True)
 class Material:
-    """One material; colours are linear. texture: index of the base colour's texture, or -1; flags: MATERIAL_ of constants.h."""
+    """One material; colours are linear. texture, emissive_texture: index of a texture, or -1; flags: MATERIAL_ of constants.h.
+
+    texcoord_matrix (two columns), texcoord_offset: where both textures are read.
+    """
 
     base_color: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
     emissive: tuple[float, ...] = (0.0, 0.0, 0.0)
@@ -37,6 +40,7 @@ class Material:
     alpha_cutoff: float = DEFAULT_CUTOFF
     flags: int = 0
     texture: int = -1
+    emissive_texture: int = -1
     texcoord_matrix: tuple[float, ...] = (1.0, 0.0, 0.0, 1.0)
     texcoord_offset: tuple[float, ...] = (0.0, 0.0)
 
@@ -50,7 +54,7 @@ class Material:
         row["base_color"], row["emissive"][:3] = self.base_color, self.emissive
         row["texcoord_matrix"], row["texcoord_offset"] = self.texcoord_matrix, self.texcoord_offset
         row["metallic"], row["roughness"], row["alpha_cutoff"] = self.metallic, self.roughness, self.alpha_cutoff
-        row["flags"], row["base_texture"] = self.flags, self.texture
+        row["flags"], row["base_texture"], row["emissive_texture"] = self.flags, self.texture, self.emissive_texture
         return row
 
 
@@ -80,7 +84,12 @@ class Materials:
         source = item(self._document.materials, number, "material")
         pbr = source.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
         extensions = source.extensions or {}
-        texture, texcoord, matrix, offset = self._base_texture(pbr.baseColorTexture)
+        texture, texcoord, matrix, offset = self._placed_texture(pbr.baseColorTexture)
+        emissive = self._placed_texture(source.emissiveTexture)
+        if texture < 0:
+            texcoord, matrix, offset = emissive[1:]
+        elif emissive[0] >= 0 and emissive[1:] != (texcoord, matrix, offset):
+            self.warnings.append("an emissive texture is read at the base colour texture's place")
         flags = {
             "MATERIAL_DOUBLE_SIDED": bool(source.doubleSided),
             "MATERIAL_MASK": source.alphaMode == pygltflib.MASK,
@@ -95,12 +104,13 @@ class Materials:
             _number(source.alphaCutoff, DEFAULT_CUTOFF),
             sum(CONSTANTS[name] for name, on in flags.items() if on),
             texture,
+            emissive[0],
             matrix,
             offset,
         )
         return material, texcoord
 
-    def _base_texture(self, info) -> tuple[int, int, tuple[float, ...], tuple[float, ...]]:
+    def _placed_texture(self, info) -> tuple[int, int, tuple[float, ...], tuple[float, ...]]:
         """(texture or -1, n of TEXCOORD_n, KHR_texture_transform's matrix by columns, its offset)."""
         matrix, offset = Material.texcoord_matrix, Material.texcoord_offset
         if info is None:

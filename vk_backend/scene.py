@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 # Accessors whose integers are fractions even where a file forgets to say `normalized`.
 ALWAYS_NORMALIZED = ("COLOR_", "NORMAL", "TEXCOORD_")
+MAX_SIZE = 1e15                            # of a scene: 32-bit floats must be able to hold products of sizes
 SHADED = ("POSITION", "NORMAL", "TEXCOORD", "COLOR")
 NO_LANE = CONSTANTS["NO_LANE"]
 # Bits of `Scene.attributes` and of the shaders' constant ATTRIBUTES, with the floats that each takes in an uncompressed vertex.
@@ -81,7 +82,7 @@ MATERIAL = np.dtype(
         ("alpha_cutoff", "<f4"),
         ("flags", "<u4"),
         ("base_texture", "<i4"),
-        ("unused", "<i4"),
+        ("emissive_texture", "<i4"),
     ]
 )
 FRAME = np.dtype(
@@ -339,8 +340,8 @@ class _Loader:
     def result(self) -> Scene:
         require_compressed(self._document)
         for node, matrix in placed(self._document):
-            if not np.isfinite(matrix).all():
-                raise MeshletError("a node's transform is not finite", "the file is not valid glTF; export it again")
+            if not (np.abs(matrix) < MAX_SIZE).all():
+                raise MeshletError(f"a node's transform is not finite, or larger than {MAX_SIZE:g}", "export the file again, smaller")
             if node.camera is not None:
                 self._cameras.append(gltf_camera(item(self._document.cameras, node.camera, "camera"), matrix))
             if node.mesh is not None:
@@ -464,8 +465,8 @@ class SceneBuffers:
         if unknown:
             raise ValueError(f"unknown needs: {', '.join(sorted(unknown))}")
         self.primitives = np.array([_primitive_record(p) for p in scene.primitives], PRIMITIVE)
+        self.blobs: Any = None
         self.index_buffer: Any = None
-        self.first_index: list[int] = []           # per primitive, in the index buffer
         self.plain_words = 0                       # address
         if "blobs" in needs:
             self._upload_blobs()
@@ -482,6 +483,11 @@ class SceneBuffers:
     @property
     def resident_bytes(self) -> int:
         return sum(buffer.allocated for buffer in self._buffers)
+
+    def index_range(self, primitive: int) -> tuple[int, int, int]:
+        """(first index, first vertex, number of indices) of a primitive in the index and vertex buffers."""
+        before, own = self.scene.primitives[:primitive], self.scene.primitives[primitive]
+        return 3 * sum(p.triangles for p in before), sum(p.vertices for p in before), 3 * own.triangles
 
     def free(self) -> None:
         for buffer in self._buffers:
@@ -515,9 +521,11 @@ class SceneBuffers:
             row["bounds"] = address_words(self.bounds.address + int(first))
 
     def _upload_vertices(self) -> None:
+        import vulkan as vk
+
         arrays = [p.decoded().vertices(self.scene.attributes) for p in self.scene.primitives]
         sizes = np.array([a.nbytes for a in arrays], np.int64)
-        self.vertices = self._new(np.concatenate(arrays))
+        self.vertices = self._new(np.concatenate(arrays), vk.VK_BUFFER_USAGE_VERTEX_BUFFER_BIT)
         for row, first in zip(self.primitives, np.cumsum(sizes) - sizes):
             row["vertex_data"] = address_words(self.vertices.address + int(first))
 
@@ -527,9 +535,8 @@ class SceneBuffers:
         arrays = [p.decoded().triangles.ravel() for p in self.scene.primitives]
         counts = np.array([len(a) for a in arrays], np.int64)
         self.index_buffer = self._new(np.concatenate(arrays).astype(np.uint32), vk.VK_BUFFER_USAGE_INDEX_BUFFER_BIT)
-        self.first_index = [int(f) for f in np.cumsum(counts) - counts]
-        for row, first in zip(self.primitives, self.first_index):
-            row["index_data"] = address_words(self.index_buffer.address + 4 * first)
+        for row, first in zip(self.primitives, np.cumsum(counts) - counts):
+            row["index_data"] = address_words(self.index_buffer.address + 4 * int(first))
 
     def _upload_plain(self) -> None:
         made = [p.decoded().meshlets() for p in self.scene.primitives]
