@@ -3,8 +3,9 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip install -qq --disable-pip-version-check
 # What the build needs is installed once, so that a rebuild after an edit compiles only what changed.
-BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind>=2.2" cmake ninja
+BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
 NATIVE := $(wildcard gltf_ext/src/* shaders/*)
+PLUGIN := $(wildcard mitsuba_plugin/src/*) mitsuba_plugin/CMakeLists.txt mitsuba_plugin/build.py
 VALIDATOR := build/node
 
 .PHONY: help demo test test-full fuzz figures clean
@@ -12,25 +13,25 @@ VALIDATOR := build/node
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-demo: .venv/installed  ## compress, decompress and verify a generated model; table and pictures in demo-output
+demo: .venv/installed .venv/mitsuba  ## compress, decompress and verify a generated model; table and pictures in demo-output
 	@$(BIN)/gltf-meshlet demo
 
-test: .venv/installed .venv/extras  ## all tests on generated and small real models
+test: .venv/installed .venv/mitsuba .venv/extras  ## all tests on generated and small real models
 	@$(BIN)/python -m pytest -q --junitxml=build/test-results.xml $(PYTEST_ARGS)
 
-test-full: .venv/installed .venv/extras  ## all tests on all models; fails without them
+test-full: .venv/installed .venv/mitsuba .venv/extras  ## all tests on all models; fails without them or the renderers
 	@$(BIN)/python -m pytest -q --full --junitxml=build/test-results.xml $(PYTEST_ARGS)
 
 fuzz: .venv/installed  ## 100,000 mutations of compressed buffers through the decoder under ASan and UBSan
 	@folder=$$(CXX=$${CXX:-$$(command -v clang++ || command -v g++)} $(BIN)/python -m bench.native_build MESHLET_FUZZ) \
 	  && for program in $(basename $(notdir $(wildcard gltf_ext/src/fuzz_*.cpp))); do $$folder/$$program tests/vectors || exit 1; done
 
-figures: .venv/installed .venv/extras  ## the pictures and tables that README.md and the specification show
+figures: .venv/installed .venv/mitsuba .venv/extras  ## the pictures and tables that README.md and the specification show
 	@$(BIN)/gltf-meshlet demo build/demo && cp build/demo/meshlets.png build/demo/comparison.png build/demo/size.png docs/
 	@for question in size speed choices table1; do $(BIN)/python -m bench.$$question || exit 1; done
 
 clean:  ## remove everything that make made
-	rm -rf .venv build demo-output
+	rm -rf .venv build demo-output mitsuba_plugin/plugins
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' && $(PYTHON) -m venv .venv \
@@ -43,9 +44,18 @@ clean:  ## remove everything that make made
 	  || { echo "make: cannot install the project; it needs a C++17 compiler (Debian: apt install g++) and a Python package index"; exit 1; }
 	@touch $@
 
+# Mitsuba and the plugin for it. Everything else works without, so that a failure here is one line.
+.venv/mitsuba: .venv/installed $(NATIVE) $(PLUGIN)
+	@$(PIP) "gltf-meshlet[mitsuba]" 2>/dev/null || echo "make: mitsuba cannot be installed; nothing is rendered with it"
+	@test -d mitsuba_plugin/plugins || echo "building the Mitsuba plugin (a minute)"
+	@$(BIN)/python mitsuba_plugin/build.py build/mitsuba || echo "make: nothing is rendered with Mitsuba"
+	@touch $@
+
 # What only some tests need: without it they are skipped, with their reason.
-.venv/extras: | .venv/installed
-	@$(PIP) "DracoPy>=1.4" 2>/dev/null || echo "make: DracoPy cannot be installed; tests on Draco input are skipped"
+.venv/extras: .ci/system-packages | .venv/installed
+	@$(PIP) "gltf-meshlet[draco]" 2>/dev/null || echo "make: DracoPy cannot be installed; tests on Draco input are skipped"
+	@$(PIP) "gltf-meshlet[vulkan]" 2>/dev/null || echo "make: the Python package vulkan cannot be installed; tests of the Vulkan renderer are skipped"
 	@npm install --silent --no-audit --no-fund --prefix $(VALIDATOR) gltf-validator@2.0.0-dev.3.10 >/dev/null 2>&1 \
 	  || echo "make: the npm package gltf-validator cannot be installed; tests with the Khronos validator are skipped"
+	@$(BIN)/python .ci/system-packages
 	@touch $@

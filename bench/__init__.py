@@ -1,1 +1,1 @@
-"""Measurements: each module is one question, run as `python -m bench.NAME` from the repository root."""
+"""Measurements: each module is one question; `python -m bench` lists them, `python -m bench NAME` answers one."""

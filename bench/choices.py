@@ -2,9 +2,9 @@
 
 python -m bench.choices: writes bench/results/choices.json and docs/choices.md, which the specification's rationale refers to.
 
-Sizes for meshlet sizes and weights are those of whole compressed files. Predictors and codes are compared on the meshlets that
-the encoder makes: the reference decoder gives every vertex and its neighbours, and each alternative is charged its residuals and
-the fields that say how they are coded, for each meshlet on its own.
+Predictors and codes are compared on the meshlets that the encoder makes: the reference decoder gives every vertex and its
+neighbours, and each alternative is charged its residuals and the fields that say how they are coded, for each meshlet on its own.
+Choices that the encoder can leave out are compared by the sizes of whole files. What users choose is bench.parameters' question.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from pathlib import Path
 
 import gltf_ext
 from bench.common import ROOT, markdown_table, models, origin, origin_line, write_result
+from bench.size import section_bits
 from gltf_ext import _codec
 from gltf_ext.extension import require_compressed
 from gltf_ext.importers import open_model
@@ -25,7 +26,6 @@ from gltf_ext.reference_decoder import COPY, DAMPED, FOREIGN, MEAN, OWNED, PARAL
 NAMES = ("bunny", "beast", "igea", "engine")
 NAMES_SWITCHED = (*NAMES, "dragon", "DamagedHelmet", "sponza_like")
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
-MESHLET_SIZES = (16, 32, 48, 64)
 PREDICTORS = {"parallelogram": PARALLELOGRAM, "mean": MEAN, "copy": COPY, "damped": DAMPED}
 RICE_CODES = 7
 MASK = 0xFFFFFFFF
@@ -169,18 +169,25 @@ def measure_switched(path: Path) -> dict:
 def measure(path: Path) -> dict:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        by_size = {str(n): totals(path, folder, max_triangles=n)[0]["bits_per_triangle"]["total"] for n in MESHLET_SIZES}
-        by_weight = {weight: totals(path, folder, weight=weight)[0]["bits_per_triangle"]["total"] for weight in ("paper", "choe")}
         whole, output = totals(path, folder)
         blobs = [compressed.blob for compressed in require_compressed(open_model(output))]
+        figures = measure_meshlets(blobs)
         return {
             "model": path.stem,
             "bits_per_triangle": whole["bits_per_triangle"],
-            "by_size": by_size,
-            "by_weight": by_weight,
             "reference_bits_per_meshlet": sum(_codec.describe(blob)["bits"]["references"] for blob in blobs) / whole["meshlets"],
-            **measure_meshlets(blobs),
+            **figures,
+            "boundary_bits_per_triangle": boundary_bits(blobs, whole["triangles"], figures),
         }
+
+
+def boundary_bits(blobs: list[bytes], triangles: int, figures: dict) -> dict[str, float]:
+    """Bits per triangle for the vertices of boundaries: as stored, and if every meshlet stored all of its own at the same cost each."""
+    sections = sum((section_bits(blob) for blob in blobs), Counter())
+    kinds = figures["references_per_meshlet"]
+    chains = sections["chains"] * (kinds[OWNED] + kinds[FOREIGN]) / kinds[OWNED]
+    anchors = sections["anchors"] / figures["corners_by_hops"]["0"]
+    return {"shared": (sections["chains"] + sections["anchors"]) / triangles, "alone": (chains + anchors) / triangles}
 
 
 # --- the page ------------------------------------------------------------------------------------------------------------
@@ -210,8 +217,12 @@ def report(result: dict) -> str:
          *figures((100 * row["corners_by_hops"].get(n, 0) for n in ("0", "1", "2")), 1),
          *figures((100 * sum(share for n, share in row["corners_by_hops"].items() if int(n) > 2),), 1)] for row in rows
     ]  # fmt: skip
+    sharing = []
+    for row in rows:
+        shared, alone = row["boundary_bits_per_triangle"].values()
+        larger = 100 * (alone - shared) / row["bits_per_triangle"]["total"]
+        sharing.append([row["model"], *figures((shared, alone)), *figures((larger,), 1)])
     switched = [[row["model"], *figures(row["bits"].values())] for row in result["switched"]]
-    sizes = [[row["model"], *figures(row["by_size"].values()), *figures(row["by_weight"].values())] for row in rows]
     return f"""# What the choices of the format are worth
 
 {origin_line(result)}
@@ -239,12 +250,13 @@ References and components per meshlet, bits per meshlet of references, header an
 stored in the meshlet itself and after one, two and more hops.
 
 {markdown_table(["model", "owned", "foreign", "private", "components", "bits", "stored", "1 hop", "2 hops", "more"], boundary)}
-## Meshlet size and weight
+## Sharing boundaries
 
-Bits per triangle, everything included, by the largest number of triangles in a meshlet, and (for {MESHLET_SIZES[-1]}) with the
-paper's weight and with the one it extends.
+Bits per triangle of the vertices on boundaries between meshlets, corners and chains, all attributes: as they are, each stored by one
+meshlet; about what they would be if every meshlet stored all of its own, at the same bits for each; and how much larger the
+file would be, in percent.
 
-{markdown_table(["model", *map(str, MESHLET_SIZES), "paper", "choe"], sizes)}
+{markdown_table(["model", "shared", "each its own", "larger by, %"], sharing)}
 ## Choices switched off
 
 Bits per triangle of whole files: as they are (the encoder chooses a predictor for each stream), with both sides of every seam

@@ -7,6 +7,7 @@ import importlib.metadata
 import json
 import os
 import platform
+import statistics
 import subprocess
 from pathlib import Path
 
@@ -14,6 +15,23 @@ ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "bench" / "results"
 FIGURES = (":!docs", ":!bench/results", ":!README.md")   # what measurements themselves change
 MODELS = Path(os.environ.get("GLTF_MESHLET_MODELS", ROOT.parent / "shared" / "models"))
+
+# The six models of the paper's comparison and what we have for them.
+PAPER_MODELS = {
+    "suzanne": "Suzanne, with the paper's counts",
+    "bunny": "Stanford Bunny, the paper's number of triangles, an atlas with more seams",
+    "materialball": "a shader ball, stands in for Material Ball",
+    "sponza_like": "a composite, stands in for Sponza",
+    "dragon": "Stanford Dragon, the paper's number of triangles, no texture coordinates",
+    "bistro_like": "a composite, stands in for the Bistro interior",
+}
+OTHER_MODELS = {
+    "beast": "a character, texture coordinates with seams",
+    "chinesedragon": "a closed statue, texture coordinates on its small second part only",
+    "DamagedHelmet": "a hard-edged sample model of few triangles",
+    "engine": "a CAD engine of 34 parts, hard edges",
+    "igea": "a closed scan",
+}
 
 
 def models() -> list[Path]:
@@ -51,6 +69,24 @@ def write_result(name: str, result: dict) -> Path:
     path = RESULTS / f"{name}.json"
     path.write_text(json.dumps(result, indent=1) + "\n")
     return path
+
+
+def read_result(name: str) -> dict | None:
+    """bench/results/NAME.json; None where it has not been measured."""
+    path = RESULTS / f"{name}.json"
+    return json.loads(path.read_text()) if path.exists() else None
+
+
+def spread(numbers: list[float]) -> dict[str, float]:
+    """What a result keeps of repeated timings."""
+    return {"median": statistics.median(numbers), "low": min(numbers), "high": max(numbers)}
+
+
+def best_in_bold(values: list[float | None], form: str, largest: bool = True) -> list[str]:
+    """Figures of one row as text, the best one bold; None is left blank."""
+    known = [value for value in values if value is not None]
+    best = (max if largest else min)(known) if known else None
+    return ["" if value is None else f"**{value:{form}}**" if value == best else f"{value:{form}}" for value in values]
 
 
 def markdown_table(headings: list[str], rows: list[list[str]]) -> str:

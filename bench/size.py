@@ -1,42 +1,197 @@
-"""How small? Every model at 12/8/12 bits with the default options.
+"""How small? Ours, the paper's encoding, Draco, Corto and glTF with quantisation and meshopt compression, at equal steps.
 
-python -m bench.size: writes bench/results/size.json, docs/size.md and the table in README.md.
+python -m bench.size: writes bench/results/size.json, docs/size.md, docs/figure3.png, docs/figure7.png and the table in README.md.
+
+All get the same primitives with positions, normals and texture coordinates (colours are left out), and the same grids; see
+bench/peers.py, which also says what has to be installed. A codec that is not there is named in the result and its column left out.
 """
 
 from __future__ import annotations
 
 import tempfile
-import time
+from collections import Counter
 from pathlib import Path
 
+import numpy as np
+
 import gltf_ext
-from bench.common import ROOT, markdown_table, models, origin, origin_line, replace_block, write_result
+from bench import figures, paper_encoding, peers
+from bench.common import (
+    OTHER_MODELS, PAPER_MODELS, ROOT, best_in_bold, markdown_table, models, origin, origin_line, replace_block, write_result,
+)  # fmt: skip
+from bench.generated import torus
+from gltf_ext import _codec, demo_model
+from gltf_ext.attributes import Bits
+from gltf_ext.extension import require_compressed
+from gltf_ext.geometry import Primitive
+from gltf_ext.importers import open_model
+from gltf_ext.reference_decoder import BlobFile, Meshlet
 
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
-REPETITIONS = 3
+OURS, PAPER = "ours", "the paper's encoding"
 PARTS = {"connectivity": "connectivity", "references_and_headers": "references", "positions": "positions",
-         "normals": "normals", "texcoords": "uv", "other": "other", "total": "all"}
+         "normals": "normals", "texcoords": "uv", "total": "all"}
+SECTIONS = ("connectivity", "references", "codes", "anchors", "chains", "interior", "directory and headers")
+GENERATED = {"generated_torus": "a lumpy torus of 100,000 triangles", "generated_demo": "the model of `make demo`",
+             "generated_boxes": "2,000 boxes that share no vertex, hard edges: the paper's named weakness"}
+BOXES = 2000
+# Draco and Corto must be unpacked before they are drawn: what they take on the GPU is the raw model.
+UNPACKED = ("Draco", "draco_encoder", "Corto")
+CHECK = "draco_encoder"   # only shows that DracoPy's sizes are Draco's
 
 
-def measure(path: Path) -> dict:
-    """inspect's totals for one model, with the seconds that compress took at its fastest (reading and writing included)."""
+# --- generated models ----------------------------------------------------------------------------------------------------
+
+
+def generate(folder: Path) -> list[Path]:
+    """The generated models, written into a folder: one .glb for each of GENERATED."""
+    contents = {"generated_torus": [torus(100_000)], "generated_demo": demo_model.generate(), "generated_boxes": [boxes(BOXES)]}
+    for name, parts in contents.items():
+        demo_model.write_glb(parts, folder / f"{name}.glb")
+    return [folder / f"{name}.glb" for name in GENERATED]
+
+
+def boxes(count: int) -> demo_model.Part:
+    """Boxes of random size and place, each side with vertices of its own: 12 triangles and 24 vertices each."""
+    random = np.random.default_rng(3)
+    square = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    sides = [np.roll([[sign, u, v] for u, v in square], axis, axis=1) for axis in range(3) for sign in (-1, 1)]
+    corners, normals = np.concatenate(sides), np.repeat([side.sum(axis=0) / 4 for side in sides], 4, axis=0)
+    quad, flipped = np.array([[0, 1, 2], [0, 2, 3]]), np.array([[0, 2, 1], [0, 3, 2]])
+    box = np.concatenate([(quad if side % 2 else flipped) + 4 * side for side in range(6)])
+    place, size = random.uniform(-1, 1, (count, 1, 3)), random.uniform(0.002, 0.02, (count, 1, 3))
+    positions = (place + corners * size).reshape(-1, 3)
+    texcoords = np.tile(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), (6 * count, 1))
+    triangles = (box + 24 * np.arange(count)[:, None, None]).reshape(-1, 3)
+    return demo_model.Part("boxes", "boxes", (0.6, 0.6, 0.6), 0.0, 0.6, positions.astype(np.float32),
+                           np.tile(normals, (count, 1)).astype(np.float32), texcoords.astype(np.float32), triangles.astype(np.uint32))
+
+
+# --- measurements --------------------------------------------------------------------------------------------------------
+
+
+class _Sections(Meshlet):
+    """A meshlet that keeps how many bits its sections B to E/F take instead of the residuals."""
+
+    def __init__(self, file: BlobFile, index: int):
+        self.bits = Counter()
+        super().__init__(file, index)
+
+    def _count(self, section: str, reader, read, *arguments):
+        begin = reader.position
+        result = read(reader, *arguments)
+        self.bits[section] += reader.position - begin
+        return result
+
+    def _read_references(self, reader):
+        return self._count("references", reader, super()._read_references)
+
+    def _read_codes(self, reader):
+        return self._count("codes", reader, super()._read_codes)
+
+    def _read_anchors(self, reader, s):
+        return self._count("anchors", reader, super()._read_anchors, s)
+
+    def read_residuals(self, reader, name, codes, counts):
+        """Steps over the low bits, then over as many ones as there are quotients."""
+        begin = reader.position
+        reader.position += sum(n * sum(code.widths) for code, n in zip(codes, counts))
+        for _ in range(sum(n * len(code.widths) for code, n in zip(codes, counts) if code.k is not None)):
+            reader.read_unary(name)
+        self.bits["chains"] += reader.position - begin
+
+
+def section_bits(blob: bytes) -> Counter:
+    """Bits of each of SECTIONS in a blob, which they add up to; chains are the inner vertices of boundaries, interior the rest."""
+    file, described = BlobFile(blob), _codec.describe(blob)["bits"]
+    bits = Counter(connectivity=described["connectivity"])
+    for m in range(file.meshlet_count):
+        bits.update(_Sections(file, m).bits)
+    bits["interior"] = sum(described["streams"]) - bits["anchors"] - bits["chains"]
+    bits["directory and headers"] = 8 * len(blob) - bits.total()
+    return bits
+
+
+def measure(path: Path, codecs: list) -> dict:
+    """One model in every codec: inspect's totals of ours, and bytes of all."""
+    primitives = peers.read_primitives(path)
+    parts = peers.parts_of(primitives, _bits())
+    row = {"model": path.stem, **measure_ours(primitives)}
+    sizes = {OURS: {"file_bytes": row["compressed_bytes"], "resident_bytes": row.pop("resident_bytes")}}
+    paper = len(paper_encoding.encode(parts, _bits()).data)
+    sizes[PAPER] = {"file_bytes": paper, "resident_bytes": paper}
+    for codec in codecs:
+        try:
+            buffers = codec.encode(parts, _bits())
+        except ValueError:   # not possible with this codec
+            continue
+        sizes[codec.name] = {"file_bytes": codec.file_bytes(buffers), "resident_bytes": codec.resident_bytes(parts, buffers)}
+    for size in sizes.values():
+        size.update(ratio=row["raw_bytes"] / size["file_bytes"], resident_ratio=row["raw_bytes"] / size["resident_bytes"],
+                    bits_per_triangle=8 * size["file_bytes"] / row["triangles"])
+    return {**row, "codecs": sizes}
+
+
+def measure_ours(primitives: list[Primitive]) -> dict:
+    """inspect's totals, with sections (bits per triangle) and resident_bytes."""
+    meshes: dict[int, list] = {}
+    for primitive in primitives:
+        meshes.setdefault(primitive.mesh, []).append((primitive.indices, primitive.attributes))
     with tempfile.TemporaryDirectory() as folder:
-        output = Path(folder) / "out.glb"
-        seconds = []
-        for _ in range(REPETITIONS):
-            start = time.perf_counter()
-            gltf_ext.compress(path, output, **OPTIONS)
-            seconds.append(time.perf_counter() - start)
-        return {"model": path.stem, "seconds": round(min(seconds), 3), **gltf_ext.inspect(output)["totals"]}
+        source, output = Path(folder) / "in.glb", Path(folder) / "out.glb"
+        source.write_bytes(peers.write_glb(list(meshes.values())))
+        gltf_ext.compress(source, output, **OPTIONS)
+        totals = gltf_ext.inspect(output)["totals"]
+        blobs = [compressed.blob for compressed in require_compressed(open_model(output))]
+    bits = sum((section_bits(blob) for blob in blobs), Counter())
+    bits["directory and headers"] += 8 * (totals["compressed_bytes"] - sum(map(len, blobs)))
+    return {**totals, "sections": {section: bits[section] / totals["triangles"] for section in SECTIONS},
+            "resident_bytes": sum(map(len, blobs))}
 
 
-def table(rows: list[dict]) -> str:
-    headings = ["model", "triangles", "vertices", "raw bytes", "compressed", "ratio", "triangles per meshlet",
-                *PARTS.values(), "seconds"]
-    return markdown_table(headings, [[
-        row["model"], f"{row['triangles']:,}", f"{row['vertices']:,}", f"{row['raw_bytes']:,}",
-        f"{row['compressed_bytes']:,}", f"**{row['ratio']:.2f}**", f"{row['mean_triangles_per_meshlet']:.1f}",
-        *(f"{row['bits_per_triangle'][part]:.2f}" for part in PARTS), f"{row['seconds']:.2f}"] for row in rows])
+def _bits() -> Bits:
+    return Bits(OPTIONS["position_bits"], OPTIONS["normal_bits"], OPTIONS["texcoord_bits"])
+
+
+# --- the page ------------------------------------------------------------------------------------------------------------
+
+
+def names_of(result: dict) -> list[str]:
+    """The codecs of a result, ours first."""
+    return list(dict.fromkeys(name for row in result["models"] for name in row["codecs"]))
+
+
+def ratios(result: dict, key: str, names: list[str]) -> str:
+    """Times smaller than raw, the best of each row in bold."""
+    return markdown_table(["model", *names], [
+        [row["model"], *best_in_bold([row["codecs"].get(name, {}).get(key) for name in names], ".2f")] for row in result["models"]])
+
+
+def byte_table(result: dict, key: str, names: list[str]) -> str:
+    return markdown_table(["model", "triangles", "vertices", "raw", *names], [
+        [row["model"], f"{row['triangles']:,}", f"{row['source_vertices']:,}", f"{row['raw_bytes']:,}",
+         *(f"{row['codecs'][name][key]:,}" if name in row["codecs"] else "" for name in names)] for row in result["models"]])
+
+
+def part_table(rows: list[dict]) -> str:
+    return markdown_table(["model", "triangles per meshlet", *SECTIONS, "all"], [
+        [row["model"], f"{row['mean_triangles_per_meshlet']:.1f}", *(f"{row['sections'][section]:.2f}" for section in SECTIONS),
+         f"{row['bits_per_triangle']['total']:.2f}"] for row in rows])
+
+
+def attribute_table(rows: list[dict]) -> str:
+    return markdown_table(["model", *PARTS.values()], [
+        [row["model"], *(f"{row['bits_per_triangle'][part]:.2f}" for part in PARTS)] for row in rows])
+
+
+def smaller_than_ours(result: dict, key: str, names: list[str]) -> str:
+    """Which codecs are smaller than ours, and where, in words."""
+    found, of_all = [], f"of {len(result['models'])} models"
+    for name in names[1:]:
+        models = [row["model"] for row in result["models"] if name in row["codecs"] and row["codecs"][name][key] > row["codecs"][OURS][key]]
+        if models:
+            found.append(f"{name} on " + (", ".join(models) if len(models) <= 4 else f"{len(models)} {of_all}"))
+    return "; ".join(found) or "none"
 
 
 def summary(rows: list[dict]) -> str:
@@ -49,30 +204,80 @@ def summary(rows: list[dict]) -> str:
 
 def report(result: dict) -> str:
     """docs/size.md."""
-    return f"""# Compressed size
+    names = [name for name in names_of(result) if not name.startswith(CHECK)]
+    resident = [name for name in names if not name.startswith(UNPACKED) and name != "meshopt-compressed glTF"]
+    versions = "".join(f"* {name}: {version}\n" for name, version in result["codecs"].items())
+    missing = "".join(f"* not measured: {line}\n" for line in result["missing"])
+    measured = {row["model"] for row in result["models"]}
+    described = "".join(f"* {n}: {what}\n" for n, what in {**PAPER_MODELS, **OTHER_MODELS, **GENERATED}.items() if n in measured)
+    return f"""# Size
 
 {origin_line(result)}
-Positions 12, normals 8 + 8, texture coordinates 12 bits. Raw: source vertices after welding identical ones, 4 bytes per
-float component and integers at their stored size, plus 12 bytes per triangle. Compressed: all bytes of the extension.
-The columns from connectivity to all are bits per triangle; seconds are for `gltf_ext.compress`, files read and written,
-the fastest of {REPETITIONS} runs.
+Positions 12, normals 8 + 8, texture coordinates 12 bits, and the same position grid for every codec: one per mesh. Raw: source
+vertices after welding identical ones, 4 bytes per float, plus 12 bytes per triangle; colours are left out. Ours: all bytes
+of the extension, its JSON included; the others: their buffers without any JSON. Draco leaves out the few triangles that
+collapse on the grid, the others keep them.
 
-{table(result["models"])}"""
+{versions}{missing}
+## Files
+
+How many times smaller than raw; the smallest file is in bold.
+Smaller than ours: {smaller_than_ours(result, "ratio", names)}.
+Draco and Corto are made for this: they have to be unpacked as a whole before anything is drawn. Quantised glTF takes 8 bytes
+per position; its normals are 3 x 8 bits, with meshopt compression octahedral.
+
+{ratios(result, "ratio", names)}
+![Compressed size in percent of raw](figure7.png)
+
+*Figure 7 of the paper for our models; of its six, three are represented by others, named below.*
+
+## On the GPU
+
+How many times smaller than raw is what stays in memory while drawing: ours and the paper's encoding are drawn as they are in the
+file. Meshopt compression unpacks to quantised glTF. Draco and Corto unpack to the raw model (1.00), or at best to quantised glTF.
+Smaller than ours: {smaller_than_ours(result, "resident_ratio", resident)}.
+
+{ratios(result, "resident_ratio", resident)}
+## Where our bits go
+
+Bits per triangle, by section of the format: anchors are vertices where boundaries meet, chains those along boundaries between
+them, interior all others.
+
+{part_table(result["models"])}
+The same by what they describe:
+
+{attribute_table(result["models"])}
+## Bytes
+
+Of the files:
+
+{byte_table(result, "file_bytes", names_of(result))}
+In memory while drawing:
+
+{byte_table(result, "resident_bytes", names)}
+## The models
+
+{described}"""
 
 
 def readme_block(result: dict) -> str:
-    return f"{summary(result['models'])}\n{origin_line(result)}"
+    real = [row for row in result["models"] if row["model"] not in GENERATED]
+    return f"{summary(real)}\n{origin_line(result)}"
 
 
 def main() -> None:
-    result = {**origin("bench.size"), "options": OPTIONS, "models": []}
-    for path in models():
-        result["models"].append(measure(path))
-        print(f"{path.stem}: {result['models'][-1]['ratio']:.2f}", flush=True)
+    codecs, missing = peers.available()
+    result = {**origin("bench.size"), "options": OPTIONS, "codecs": {codec.name: codec.version for codec in codecs},
+              "missing": missing, "models": []}
+    with tempfile.TemporaryDirectory() as folder:
+        for path in [*models(), *generate(Path(folder))]:
+            result["models"].append(measure(path, codecs))
+            print(f"{path.stem}: {result['models'][-1]['ratio']:.2f}", flush=True)
     write_result("size", result)
+    figures.main()
     (ROOT / "docs" / "size.md").write_text(report(result))
-    replace_block(ROOT / "README.md", "size", readme_block(result))
-    print(table(result["models"]))
+    if "<!-- begin size -->" in (ROOT / "README.md").read_text():
+        replace_block(ROOT / "README.md", "size", readme_block(result))
 
 
 if __name__ == "__main__":

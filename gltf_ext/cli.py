@@ -1,4 +1,4 @@
-"""The command line: gltf-meshlet compress | decompress | inspect | verify | validate | demo."""
+"""The command line: gltf-meshlet compress | decompress | inspect | verify | validate | render | demo."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import sys
 from typing import Any
 
 import gltf_ext
+from gltf_ext import rendering
 from gltf_ext.errors import MeshletError
 
 PROGRAM = "gltf-meshlet"
@@ -334,6 +335,10 @@ def _parser() -> argparse.ArgumentParser:
         "file that compress wrote",
         "FILE",
     )
+    command = _add_command(
+        commands, "render", rendering.run, "draw a picture of a file without decompressing it", "file that compress wrote, or any model", "SCENE"
+    )
+    rendering.add_arguments(command)
     command = commands.add_parser("demo", help="compress a generated model, verify it and draw pictures")
     command.add_argument(
         "output", metavar="FOLDER", nargs="?", default="demo-output", help="where to save (default %(default)s)"

@@ -13,6 +13,7 @@ from gltf_ext.cli import PART_LABELS
 from gltf_ext.rasterizer import Camera, Mesh
 
 CAMERA = Camera(eye=(-1.55, 2.9, 5.8), target=(0.0, 0.24, 0.0), field_of_view=25.8)
+RENDERED = (512, 384, 36)  # width, height, samples per pixel
 
 
 def main(output_dir: str | Path = "demo-output") -> int:
@@ -31,7 +32,7 @@ def main(output_dir: str | Path = "demo-output") -> int:
         seconds[name] = time.perf_counter() - start
     totals = gltf_ext.inspect(compressed)["totals"]
     print(_table(totals, outcome, seconds))
-    pictures = _save_pictures(folder, parts, compressed, decompressed, totals)
+    pictures = _save_pictures(folder, parts, compressed, decompressed, totals) + _save_renders(folder, original, compressed, totals)
     print(f"\nsaved in {folder}: {', '.join([original.name, compressed.name, decompressed.name, *pictures])}")
     return 0 if outcome["ok"] else 1
 
@@ -76,6 +77,25 @@ def _save_pictures(folder: Path, parts, compressed: Path, decompressed: Path, to
         (f"decompressed from {totals['compressed_bytes'] / 1e6:.2f} MB", after)], CAMERA, 560, 430)
     plots.save_size_breakdown(folder / "size.png", "the demo's model", totals)
     return ["meshlets.png", "comparison.png", "size.png"]
+
+
+def _save_renders(folder: Path, original: Path, compressed: Path, totals: dict) -> list[str]:
+    """The compressed file and the original as Mitsuba renders them; returns the names of the files written."""
+    try:
+        from gltf_ext import demo_studio as studio
+    except ImportError as error:
+        print(f"not rendered with Mitsuba: {error}")
+        return []
+    print("rendering with Mitsuba (a minute)", flush=True)
+    captions = {
+        "render_original": (original, f"original, {totals['raw_bytes'] / 1e6:.2f} MB"),
+        "render_compressed": (compressed, f"compressed, {totals['compressed_bytes'] / 1e6:.2f} MB, decoded where rays meet it"),
+    }
+    drawn = {name: studio.picture(path, CAMERA, *RENDERED) for name, (path, _) in captions.items()}
+    for name, pixels in drawn.items():
+        studio.save(folder / f"{name}.png", pixels)
+    studio.save_side_by_side(folder / "render_comparison.png", [(caption, drawn[name]) for name, (_, caption) in captions.items()])
+    return [*(f"{name}.png" for name in captions), "render_comparison.png"]
 
 
 def _mesh(pieces, colors) -> Mesh:

@@ -10,7 +10,10 @@ Importing this package registers the shape, before or after `mi.set_variant`, fo
 
 from __future__ import annotations
 
+from . import llvm
 from .native import statistics
 from .scene import load_scene, scene_dict
 
 __all__ = ["load_scene", "scene_dict", "statistics"]
+
+llvm.choose()  # Dr.Jit looks when the first llvm_* variant is set

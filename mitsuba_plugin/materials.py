@@ -17,6 +17,24 @@ DEFAULT_IOR = 1.5
 DEFAULT_CUTOFF = 0.5
 
 
+UNLIT = "KHR_materials_unlit"
+PRODUCT = "meshlet_product"
+
+
+def texcoord_set(document: Document, index: int | None) -> int:
+    """The number n of the TEXCOORD_n that a material's textures use; Mitsuba's shapes have one, so the base colour's comes first."""
+    if index is None:
+        return 0
+    material = item(document.materials, index, "material")
+    pbr = material.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
+    infos = (pbr.baseColorTexture, material.normalTexture, pbr.metallicRoughnessTexture, material.emissiveTexture)
+    return next((_texcoord_set(info) for info in infos if info is not None), 0)
+
+
+def _texcoord_set(info) -> int:
+    return (info.extensions or {}).get("KHR_texture_transform", {}).get("texCoord", info.texCoord or 0)
+
+
 class Materials:
     """The BSDFs and emitters of a document's materials. warnings: what could not be carried over."""
 
@@ -24,13 +42,20 @@ class Materials:
         self.warnings: list[str] = []
         self._document = document
         self._images: dict[int, np.ndarray] = {}
+        self._texcoords = 0  # the set that the material in hand uses
 
     def bsdf(self, index: int | None, has_colors: bool) -> dict[str, Any]:
         """A BSDF dictionary for a material (None: glTF's default); has_colors: the primitive has COLOR_0."""
         material = pygltflib.Material() if index is None else item(self._document.materials, index, "material")
         extensions = material.extensions or {}
+        self._texcoords = texcoord_set(self._document, index)
         pbr = material.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
-        factor = np.array(pbr.baseColorFactor if pbr.baseColorFactor is not None else (1, 1, 1, 1), np.float64)
+        factor = _base_color_factor(pbr)
+        if UNLIT in extensions:
+            if has_colors:
+                self._warn("vertex colours of an unlit material are left out")
+            black = {"type": "diffuse", "reflectance": _color(np.zeros(3))}
+            return self._with_alpha(material, pbr.baseColorTexture, factor[3], black)
         result: dict[str, Any] = {
             "type": "principled",
             "base_color": self._base_color(pbr.baseColorTexture, factor, has_colors),
@@ -48,6 +73,10 @@ class Materials:
         if index is None:
             return None
         material = item(self._document.materials, index, "material")
+        self._texcoords = texcoord_set(self._document, index)
+        if UNLIT in (material.extensions or {}):  # it shows its colour whatever the lights: it is one
+            pbr = material.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
+            return {"type": "area", "radiance": self._base_color(pbr.baseColorTexture, _base_color_factor(pbr), False)}
         strength = (material.extensions or {}).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
         factor = np.array(material.emissiveFactor or (0, 0, 0), np.float64) * strength
         if not factor.any():
@@ -68,15 +97,17 @@ class Materials:
     # --- parts of a material ---------------------------------------------------------------------------------------------
 
     def _base_color(self, info, factor: np.ndarray, has_colors: bool) -> dict[str, Any]:
+        color = self._plain_base_color(info, factor)
+        if not has_colors:
+            return color
+        vertex = {"type": "mesh_attribute", "name": "vertex_color"}
+        return vertex if color == _color(np.ones(3)) else {"type": PRODUCT, "a": vertex, "b": color}
+
+    def _plain_base_color(self, info, factor: np.ndarray) -> dict[str, Any]:
+        """Without vertex colours."""
         texture = info and self._image(info)
         if texture is None:
-            if has_colors:
-                if np.ptp(factor[:3]) > 0:
-                    self._warn("vertex colours are scaled by the mean of the base colour factor")
-                return {"type": "mesh_attribute", "name": "vertex_color", "scale": float(factor[:3].mean())}
             return _color(factor[:3])
-        if has_colors:
-            self._warn("vertex colours under a base colour texture are left out")
         image, parameters = texture
         if np.all(factor[:3] == 1):
             return {**parameters, "bitmap": mi.Bitmap(np.ascontiguousarray(image[..., :3])), "raw": False}
@@ -136,8 +167,8 @@ class Materials:
     def _image(self, info) -> tuple[np.ndarray, dict[str, Any]] | None:
         """(uint8[height, width, 3 or 4], the bitmap's other parameters) of a texture reference; None when it cannot be read."""
         transform = (info.extensions or {}).get("KHR_texture_transform", {})
-        if transform.get("texCoord", info.texCoord or 0) != 0:
-            self._warn("a texture with other texture coordinates than TEXCOORD_0 is left out")
+        if _texcoord_set(info) != self._texcoords:
+            self._warn("a texture with other texture coordinates than its material's base colour is left out")
             return None
         texture = item(self._document.textures, info.index, "texture")
         if texture.source is None:
@@ -198,6 +229,11 @@ def _linear(srgb: np.ndarray) -> np.ndarray:
     """uint8 sRGB -> linear float64."""
     value = srgb / 255.0
     return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+
+
+def _base_color_factor(pbr: pygltflib.PbrMetallicRoughness) -> np.ndarray:
+    """float64[4]"""
+    return np.array(pbr.baseColorFactor if pbr.baseColorFactor is not None else (1, 1, 1, 1), np.float64)
 
 
 def _color(rgb: np.ndarray) -> dict[str, Any]:

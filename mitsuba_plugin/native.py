@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import ctypes
+import sys
 from pathlib import Path
 
 import mitsuba
 
 from . import reader
+from .materials import PRODUCT
 
 PLUGIN = "meshlet_edgebreaker"
 NO_STREAM = 2**32 - 1
+BUILD_COMMAND = f"{sys.executable} {Path(__file__).with_name('build.py')}"
 
 
 class AttributeRow(ctypes.Structure):
@@ -52,13 +55,13 @@ READER = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_int, ctypes.c_int, cty
 
 
 def load() -> ctypes.CDLL:
-    """Load the shared library and register the shape for every variant it was built for."""
+    """Load the shared library and register the shape and the texture for every variant it was built for."""
     library = ctypes.CDLL(str(_library_path()))
     library.meshlet_mitsuba_version.restype = ctypes.c_char_p
     built = library.meshlet_mitsuba_version().decode()
     if built != mitsuba.__version__:
         raise ImportError(
-            f"mitsuba_plugin was built for mitsuba {built}, this is {mitsuba.__version__}; build it again (docs/mitsuba.md)"
+            f"mitsuba_plugin was built for mitsuba {built}, this is {mitsuba.__version__}; build it again: {BUILD_COMMAND}"
         )
     library.meshlet_set_reader.argtypes = [READER]
     library.meshlet_fail.argtypes = [ctypes.c_void_p, ctypes.c_char_p]
@@ -77,16 +80,14 @@ def load() -> ctypes.CDLL:
     library.meshlet_working_bytes.restype = ctypes.c_uint64
     library.meshlet_set_reader(_read)
     library.meshlet_register(PLUGIN.encode())
+    library.meshlet_register_product(PRODUCT.encode())
     return library
 
 
 def _library_path() -> Path:
     path = Path(__file__).parent / "plugins" / f"{PLUGIN}.so"
     if not path.is_file():
-        raise ImportError(
-            "mitsuba_plugin's native library is not built; see docs/mitsuba.md: "
-            "cmake -S mitsuba_plugin -B build/mitsuba && cmake --build build/mitsuba && cmake --install build/mitsuba --prefix mitsuba_plugin"
-        )
+        raise ImportError(f"mitsuba_plugin's native library is not built; build it: {BUILD_COMMAND}")
     return path
 
 

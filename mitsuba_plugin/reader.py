@@ -12,8 +12,10 @@ from gltf_ext.document import Document
 from gltf_ext.errors import MeshletError
 from gltf_ext.extension import EXTENSION, Compressed, read_compressed, require_compressed
 from gltf_ext.importers import open_model
+from gltf_ext.nodes import placed
 
-from . import nodes
+
+from .materials import texcoord_set
 
 # What fits a row of api.cpp, and an answer of queries.h.
 MAX_NAME, MAX_COMPONENTS = 95, 4
@@ -87,7 +89,7 @@ def _parts_of_scene(document: Document) -> list[Part]:
     require_compressed(document)
     parts: list[Part] = []
     of_mesh: dict[int, list[Part]] = {}
-    for node, matrix in nodes.placed(document):
+    for node, matrix in placed(document):
         if node.mesh is None:
             continue
         if node.mesh not in of_mesh:
@@ -120,7 +122,8 @@ def part_of(document: Document, mesh: int, primitive: int) -> Part:
     for name, attribute in found.items():
         if name not in ("POSITION", "NORMAL", "TEXCOORD_0", "TANGENT") and not name.startswith(("JOINTS_", "WEIGHTS_")):
             others.update(_as_mesh_attributes(name, attribute))
-    return Part(compressed.blob, found["POSITION"], found.get("NORMAL"), found.get("TEXCOORD_0"), others)
+    texcoord = f"TEXCOORD_{texcoord_set(document, document.meshes[mesh].primitives[primitive].material)}"
+    return Part(compressed.blob, found["POSITION"], found.get("NORMAL"), found.get(texcoord), others)
 
 
 def _attribute(compressed: Compressed, name: str, normalized: bool) -> Attribute:

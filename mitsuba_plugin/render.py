@@ -3,80 +3,89 @@
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import sys
 import time
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
 
+from gltf_ext.document import write_files
 from gltf_ext.errors import MeshletError
 from gltf_ext.progress import progress_bar
 
+from . import llvm
 from .native import statistics
 from .scene import load_scene
 
-VARIANTS = ("scalar_rgb", "llvm_ad_rgb", "scalar_spectral", "llvm_ad_spectral")
-SUFFIXES = (".png", ".exr", ".jpg")
-PASSES = 16  # steps of the progress bar
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The command's arguments."""
-    parser.add_argument("input", metavar="SCENE.glb", help="compressed .glb or .gltf")
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=f"one of {' '.join(SUFFIXES)}")
-    parser.add_argument(
-        "--variant",
-        choices=VARIANTS,
-        default=VARIANTS[0],
-        help="of Mitsuba (default %(default)s; llvm_* is faster and needs libLLVM)",
-    )
-    parser.add_argument("--spp", type=int, default=64, metavar="N", help="samples per pixel (default %(default)s)")
-    parser.add_argument("--width", type=int, default=800, metavar="N", help="(default %(default)s)")
-    parser.add_argument("--height", type=int, default=600, metavar="N", help="(default %(default)s)")
-    parser.add_argument(
-        "--camera", type=int, default=0, metavar="N", help="which of the file's cameras (default %(default)s)"
-    )
-    parser.add_argument(
-        "--cache",
-        type=float,
-        default=0.25,
-        metavar="X",
-        help="share of the decoded geometry that may stay in memory, 0 to 1 (default %(default)s)",
-    )
-    parser.add_argument("--cache-bytes", type=int, metavar="N", help="the same limit in bytes")
+FORMATS = {".png": mi.Bitmap.FileFormat.PNG, ".exr": mi.Bitmap.FileFormat.OpenEXR, ".jpg": mi.Bitmap.FileFormat.JPEG}
+PASS_SPP = 16  # the sampler spreads the samples of one pass evenly; more passes only for progress, and for memory,
+MAX_WAVEFRONT = 2**22  # since llvm_* variants hold all samples of a pass
 
 
 def main(options: argparse.Namespace) -> int:
-    """Renders and writes the picture; returns the exit status 0. Raises MeshletError, OSError."""
+    """Renders and writes the picture; returns the exit status 0. options: those of gltf_ext.rendering.
+
+    Raises MeshletError, OSError.
+    """
     output = Path(options.output)
-    _check(options, output)
+    suffix = output.suffix.lower()
+    if suffix not in FORMATS:
+        raise MeshletError("the output has an unknown format", f"use one of {' '.join(FORMATS)}", str(output))
+    _set_variant(options.variant)
     try:
-        mi.set_variant(options.variant)
-        scene = _load(options)
         start = time.perf_counter()
+        scene = _load(options)
+        loaded = time.perf_counter()
         with progress_bar(output.name, True) as advance:
-            picture = _render(scene, options.spp, advance)
-        seconds = time.perf_counter() - start
+            picture = render(scene, options.width, options.height, options.spp, advance)
+        seconds = {"load": loaded - start, "render": time.perf_counter() - loaded}
+        content = _encoded(picture, suffix)
     except RuntimeError as error:  # Mitsuba's and Dr.Jit's own
         raise MeshletError(str(error).strip().splitlines()[-1], path=options.input) from None
-    partial = output.with_name(
-        f".{output.stem}.{os.getpid()}.part{output.suffix}"
-    )  # Mitsuba takes the format from the suffix
-    try:
-        mi.util.write_bitmap(str(partial), mi.Bitmap(picture), write_async=False)
-        partial.replace(output)
-    finally:
-        partial.unlink(missing_ok=True)
-    s = statistics(scene)
-    asked = max(s["hits"] + s["misses"], 1)
-    print(
-        f"{output}: {options.width} x {options.height}, {options.spp} samples per pixel in {seconds:.1f} s; {s['triangles']:,} triangles in "
-        f"{s['compressed_bytes'] / 1e6:.2f} MB, cache {s['resident_bytes'] / 1e6:.2f} MB, {100 * s['hits'] / asked:.1f} % hits"
-    )
+    write_files({output: [content]})
+    _report(options, seconds, statistics(scene))
     return 0
+
+
+def _set_variant(variant: str) -> None:
+    able = [name for name in mi.variants() if not name.startswith("cuda")]
+    if variant not in able:
+        raise MeshletError(f"there is no variant {variant}", f"use one of {' '.join(able)}")
+    if variant.startswith("llvm") and not llvm.choose():
+        raise MeshletError(
+            f"{variant} needs LLVM {llvm.LEAST_VERSION} or newer",
+            f"Debian: apt install libllvm19; elsewhere set {llvm.VARIABLE}; or use --variant scalar_rgb",
+        )
+    mi.set_log_level(mi.LogLevel.Error)  # its warnings are about numbers of samples that it rounds
+    mi.set_variant(variant)
+
+
+def _encoded(picture: np.ndarray, suffix: str) -> bytes:
+    """A file's content: linear floats in .exr, 8-bit sRGB in the others."""
+    bitmap, stream = mi.Bitmap(picture), mi.MemoryStream()
+    if suffix != ".exr":
+        bitmap = bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True)
+    bitmap.write(stream, FORMATS[suffix])
+    return stream.raw_buffer()
+
+
+def _report(options: argparse.Namespace, seconds: dict[str, float], figures: dict[str, int]) -> None:
+    if options.json:
+        names = ("output", "backend", "variant", "width", "height", "spp")
+        report = {name: getattr(options, name) for name in names} | {"seconds": seconds, "statistics": figures}
+        print(json.dumps(report, indent=2))
+        return
+    asked = max(figures["hits"] + figures["misses"], 1)
+    print(
+        f"{options.output}: {options.width} x {options.height}, {options.spp} samples per pixel in {seconds['render']:.1f} s; "
+        f"{figures['triangles']:,} triangles in {figures['compressed_bytes'] / 1e6:.2f} MB, "
+        f"cache {figures['resident_bytes'] / 1e6:.2f} MB, {100 * figures['hits'] / asked:.1f} % hits"
+    )
 
 
 def _load(options: argparse.Namespace) -> mi.Scene:
@@ -92,25 +101,14 @@ def _load(options: argparse.Namespace) -> mi.Scene:
             cache_bytes=options.cache_bytes,
         )
     for warning in caught:
-        print(f"gltf-meshlet: warning: {warning.message}", file=sys.stderr)
+        text = str(warning.message).removeprefix(f"{os.path.abspath(options.input)}: ")
+        print(f"gltf-meshlet: {options.source}: warning: {text}", file=sys.stderr)
     return scene
 
 
-def _check(options: argparse.Namespace, output: Path) -> None:
-    if output.suffix.lower() not in SUFFIXES:
-        raise MeshletError("the output has an unknown format", f"use one of {' '.join(SUFFIXES)}", str(output))
-    for name in ("spp", "width", "height"):
-        if getattr(options, name) < 1:
-            raise MeshletError(f"--{name} is {getattr(options, name)}", "it must be at least 1")
-    if not 0 <= options.cache <= 1:
-        raise MeshletError(f"--cache is {options.cache}", "it must be between 0 and 1")
-    if options.cache_bytes is not None and options.cache_bytes < 0:
-        raise MeshletError(f"--cache-bytes is {options.cache_bytes}", "it must not be negative")
-
-
-def _render(scene: mi.Scene, spp: int, advance) -> np.ndarray:
-    """The mean of passes with different seeds, so that there is progress to report."""
-    passes = min(spp, PASSES) if advance else 1
+def render(scene: mi.Scene, width: int, height: int, spp: int, advance: Callable[[float], None] | None = None) -> np.ndarray:
+    """float32[height, width, 3]: the mean of passes with different seeds, after each of which advance(share done) is called."""
+    passes = min(spp, max(spp // PASS_SPP, -(-width * height * spp // MAX_WAVEFRONT)))
     total = np.zeros(1, np.float32)
     for i in range(passes):
         first, last = spp * i // passes, spp * (i + 1) // passes

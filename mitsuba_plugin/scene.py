@@ -18,9 +18,10 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.extension import EXTENSION
 from gltf_ext.geometry import TRIANGLE_MODES, read_primitive
 from gltf_ext.importers import open_model
+from gltf_ext.nodes import placed
 
-from . import nodes, reader
-from .materials import Materials
+from . import reader
+from .materials import Materials, texcoord_set
 
 PLUGIN = "meshlet_edgebreaker"
 # glTF cameras look along -z, Mitsuba's along +z with x to the left.
@@ -75,7 +76,8 @@ class _Builder:
         default_light: float = 1.0,
     ):
         self._path, self._document, self._materials = path, document, Materials(document)
-        self._film = {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "rgb"}
+        pixels = "luminance" if "mono" in mi.variant() else "rgb"
+        self._film = {"type": "hdrfilm", "width": width, "height": height, "pixel_format": pixels}
         self._spp, self._integrator, self._camera, self._decoded = spp, integrator or {"type": "path"}, camera, decoded
         self._default_light, self._lit = default_light, False
         self._cache = {
@@ -89,10 +91,10 @@ class _Builder:
         self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
 
     def result(self) -> dict[str, Any]:
-        placed = list(nodes.placed(self._document))
-        uses = Counter(node.mesh for node, _ in placed if node.mesh is not None)
+        visible = list(placed(self._document))
+        uses = Counter(node.mesh for node, _ in visible if node.mesh is not None)
         groups: dict[int, str] = {}
-        for number, (node, matrix) in enumerate(placed):
+        for number, (node, matrix) in enumerate(visible):
             if node.mesh is not None:
                 self._add_mesh(number, node.mesh, matrix, uses[node.mesh] > 1, groups)
             if node.camera is not None:
@@ -104,8 +106,8 @@ class _Builder:
             raise MeshletError("its scene shows no triangles", "there is nothing to render")
         if not self._lit and self._default_light > 0:
             self._scene["default_light"] = {"type": "constant", "radiance": self._default_light}
-        if self._cameras and not 0 <= self._camera < len(self._cameras):
-            raise MeshletError(f"camera {self._camera} does not exist", f"there are {len(self._cameras)}")
+        if not 0 <= self._camera < max(len(self._cameras), 1):
+            raise MeshletError(f"camera {self._camera} does not exist", f"there are {len(self._cameras) or 'none'}")
         self._scene["sensor"] = self._cameras[self._camera] if self._cameras else self._default_sensor()
         self._share_cache()
         for warning in self._materials.warnings:
@@ -162,6 +164,7 @@ class _Builder:
         """A primitive that the encoder left as it was."""
         source = read_primitive(self._document, mesh, index)[0]
         attributes = source.attributes
+        texcoords = attributes.get(f"TEXCOORD_{texcoord_set(self._document, self._document.meshes[mesh].primitives[index].material)}")
         properties = mi.Properties()
         for name, value in inside.items():
             properties[name] = mi.load_dict(value)
@@ -171,7 +174,7 @@ class _Builder:
             len(source.indices),
             properties,
             has_vertex_normals="NORMAL" in attributes,
-            has_vertex_texcoords="TEXCOORD_0" in attributes,
+            has_vertex_texcoords=texcoords is not None,
         )
         parameters = mi.traverse(result)
         parameters["faces"] = source.indices.astype(np.uint32).ravel()
@@ -183,9 +186,11 @@ class _Builder:
             parameters["vertex_normals"] = (
                 (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)).astype(np.float32).ravel()
             )
-        if "TEXCOORD_0" in attributes:
-            parameters["vertex_texcoords"] = attributes["TEXCOORD_0"].astype(np.float32).ravel()
+        if texcoords is not None:
+            parameters["vertex_texcoords"] = _as_float(texcoords).ravel()
         parameters.update()
+        if "COLOR_0" in attributes:
+            result.add_attribute("vertex_color", 3, _as_float(attributes["COLOR_0"][:, :3]).ravel())
         return result
 
     def _extend_bounds(self, primitive: pygltflib.Primitive, matrix: np.ndarray) -> None:
@@ -263,7 +268,7 @@ class _Builder:
         )
 
     def _with_film(self, sensor: dict[str, Any]) -> dict[str, Any]:
-        return {**sensor, "film": self._film, "sampler": {"type": "independent", "sample_count": self._spp}}
+        return {**sensor, "film": self._film, "sampler": {"type": "multijitter", "sample_count": self._spp}}
 
     def _add_light(self, number: int, index: int, matrix: np.ndarray) -> None:
         """KHR_lights_punctual; lux and candela are taken for Mitsuba's units."""
@@ -292,6 +297,12 @@ class _Builder:
             emitter = {"type": "point", "position": list(position), "intensity": value}
         self._scene[f"light_{number}"] = emitter
         self._lit = True
+
+
+def _as_float(values: np.ndarray) -> np.ndarray:
+    """float32 of glTF's floats and normalised integers."""
+    scale = 1.0 if values.dtype.kind == "f" else 1.0 / np.iinfo(values.dtype).max
+    return np.ascontiguousarray(values * np.float32(scale), np.float32)
 
 
 def _members(value: Any) -> list[dict[str, Any]]:

@@ -10,6 +10,7 @@
 #include "meshlet_decoder_prologue.glsl"
 #include "meshlet_decoder.glsl"
 #include "meshlet_decoder_epilogue.glsl"
+#include "meshlet_positions.glsl"
 #endif
 
 layout(local_size_x = 32) in;
@@ -60,7 +61,7 @@ Attribute position;
 uint open(Traced traced, uint m) {
   open_blob(traced.blob, traced.blob_words);
   load_streams(0u, 1u);
-  decode_meshlet(m);
+  decode_positions(m);
   position = Primitives(Frame(push.frame).primitives).at[push.primitive].position;
   return error == ERROR_NONE ? triangle_count : 0u;
 }

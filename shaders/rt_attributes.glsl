@@ -70,7 +70,7 @@ void open_attributes(Place place) {
   Traced traced = TracedList(push.traced).at[place.primitive];
   uint number = traced.first_meshlet + place.meshlet;
   uint slot = ALL_CACHED ? number : Counts(push.slot_table).at[number];
-  in_cache = ALL_CACHED || slot != NO_SLOT;
+  in_cache = ALL_CACHED || DEFERRED || slot < SLOT_LIMIT;
   uint corners;
   if (in_cache) {
     open_slot = slot_address(push.cache, slot);

@@ -1,6 +1,7 @@
 // Which meshlets the cache holds during the next frame: those that rays asked for most often during the last one. Three steps,
 // without the host: how many meshlets there are of each key, the key from which on they fit, and who leaves and who comes.
-// variants: rt_cache_count.comp=COUNT rt_cache_threshold.comp=THRESHOLD rt_cache_choose.comp=CHOOSE
+// A fourth step runs between the rounds of a frame: the meshlets that paths wait for get scratch slots in turn.
+// variants: rt_cache_admit.comp=ADMIT rt_cache_count.comp=COUNT rt_cache_threshold.comp=THRESHOLD rt_cache_choose.comp=CHOOSE
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -28,7 +29,7 @@ void main() {
   uint local = gl_LocalInvocationIndex;
   counts[local] = 0u;
   barrier();
-  if (m < state.meshlets) atomicAdd(counts[key_of(Counts(push.counters).at[m], Counts(push.slot_table).at[m] != NO_SLOT)], 1u);
+  if (m < state.meshlets) atomicAdd(counts[key_of(Counts(push.counters).at[m], Counts(push.slot_table).at[m] < state.capacity)], 1u);
   barrier();
   if (counts[local] != 0u) atomicAdd(state.histogram[local], counts[local]);
 }
@@ -76,11 +77,12 @@ void main() {
   uint m = gl_GlobalInvocationID.x;
   if (m >= state.meshlets) return;
   uint slot = Counts(push.slot_table).at[m];
-  uint key = key_of(Counts(push.counters).at[m], slot != NO_SLOT);
+  bool there = slot < state.capacity;
+  uint key = key_of(Counts(push.counters).at[m], there);
   Counts(push.counters).at[m] = 0u;
   bool wanted = key > state.threshold;
   if (key == state.threshold) wanted = atomicAdd(state.taken, 1u) < state.quota;
-  if (wanted == (slot != NO_SLOT)) return;
+  if (wanted == there) return;
   if (wanted) {
     uint place = atomicAdd(state.missing, 1u);
     Counts(push.missing).at[place] = m;
@@ -89,6 +91,33 @@ void main() {
     Counts(push.slot_table).at[m] = NO_SLOT;
     Counts(push.free_slots).at[atomicAdd(state.free_slots, 1u)] = slot;
   }
+}
+
+#endif
+#ifdef ADMIT
+
+// push.missing: the requests; push.free_slots: of each scratch slot, the meshlet in it.
+void main() {
+  CacheState state = CacheState(push.state);
+  Counts table = Counts(push.slot_table);
+  uint requested = min(state.requested, push.scratch);
+  uint admitted = push.last != 0u ? 0u : requested;
+  uint ring = state.ring;
+  for (uint i = gl_LocalInvocationIndex; i < admitted; i += KEYS) {
+    uint place = (ring + i) % push.scratch;
+    uint before = Counts(push.free_slots).at[place];
+    if (before != NO_SLOT && table.at[before] == state.capacity + place) table.at[before] = NO_SLOT;
+    Counts(push.free_slots).at[place] = Counts(push.missing).at[i];
+  }
+  for (uint i = admitted + gl_LocalInvocationIndex; i < requested; i += KEYS) table.at[Counts(push.missing).at[i]] = NO_SLOT;
+  barrier();
+  if (gl_LocalInvocationIndex != 0u) return;
+  state.admitted = admitted;
+  state.fill_groups[0] = (admitted + FILL_GROUP - 1u) / FILL_GROUP;
+  state.ring = (ring + admitted) % max(push.scratch, 1u);
+  state.requested = 0u;
+  state.rays[0] = state.rays_wanted;
+  state.rays_wanted = 0u;
 }
 
 #endif

@@ -12,10 +12,16 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uint capacity;
   uint meshlets;
   uint primitives;
-  uint unused;
+  uint ring;                               // scratch slots are taken in turn; the next one
+  uint rays[3];                            // of the next round: the picture's size, or none
+  uint rays_wanted;                        // width of the picture once a path waits
+  uint requested;                          // meshlets that paths wait for
+  uint admitted;                           //   of which so many are decoded for the next round
+  uint unused[2];
   uint histogram[KEYS];                    // meshlets by key
 };
 
+#ifdef OWN_PUSH
 layout(push_constant) uniform Push {
   uvec2 frame;
   uvec2 traced;
@@ -25,7 +31,9 @@ layout(push_constant) uniform Push {
   uvec2 state;                             // CacheState
   uvec2 missing;                           // the meshlets to decode
   uvec2 free_slots;                        // a stack of slots
-  uint lanes;                              // unused
+  uint scratch;                            // slots behind the cache's own, for meshlets that paths wait for
+  uint last;                               // no further meshlets are admitted
 } push;
+#endif
 
 #define FILL_GROUP 32u                     // invocations of a workgroup that decodes

@@ -6,10 +6,13 @@ layout(constant_id = 2) const uint GROUP_TRIANGLES = 64u;   // triangles behind 
 layout(constant_id = 3) const bool POSITION_FLOATS = false; // positions are floats in the primitive's coordinates, not integers on its grid
 layout(constant_id = 4) const uint ATTRIBUTE_WORDS = 0u;    // of a cached vertex, beyond its position
 layout(constant_id = 5) const bool ALL_CACHED = false;      // every meshlet m is in slot m
+layout(constant_id = 8) const bool DEFERRED = false;        // paths wait for meshlets that are not in the cache, instead of decoding them
 layout(constant_id = 6) const uint VERTEX_FLOATS = 8u;      // of an uncompressed vertex,
 layout(constant_id = 7) const uint ATTRIBUTES = 7u;         //   and what it has beside its position: HAS_ bits
 
 #define NO_SLOT 0xFFFFFFFFu
+#define REQUESTED 0xFFFFFFFEu              // no slot yet, but on the list of requests
+#define SLOT_LIMIT REQUESTED               // smaller ones are slots
 
 struct Traced {
   uvec2 blob;
@@ -31,7 +34,7 @@ layout(push_constant) uniform Push {
   uvec2 frame;                             // Frame
   uvec2 structure;                         // the top level
   uvec2 traced;                            // Traced of each primitive
-  uvec2 slot_table;                        // of each meshlet: its slot, or NO_SLOT
+  uvec2 slot_table;                        // of each meshlet: its slot, or NO_SLOT, or REQUESTED
   uvec2 cache;                             // the slots
   uvec2 counters;                          // of each meshlet: rays that asked for its triangles; or 0
   uvec2 first_triangles;                   // of each meshlet: its first triangle in Traced.indices
@@ -41,6 +44,11 @@ layout(push_constant) uniform Push {
   uint samples;                            // rays per pixel
   uint seed;
   uint shadows;
+  uint round;                              // 0: all pixels; later: those whose paths wait
+  uint request_limit;                      // length of the list of requests
+  uvec2 state;                             // CacheState
+  uvec2 requests;
+  uvec2 waiting;                           // a bit per pixel
 } push;
 #endif
 

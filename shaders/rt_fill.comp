@@ -1,4 +1,4 @@
-// Decodes the meshlets that the cache lacks into free slots, one invocation each.
+// Decodes meshlets into slots, one invocation each: those that the cache lacks into free ones, or (push.scratch) those that paths wait for.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -62,9 +62,10 @@ void put_position(uvec2 slot, uint vertex, Attribute position) {
 void main() {
   CacheState state = CacheState(push.state);
   uint i = gl_GlobalInvocationID.x;
-  if (i >= state.missing) return;
+  if (i >= (push.scratch != 0u ? state.admitted : state.missing)) return;
   uint number = Counts(push.missing).at[i];
-  uint slot_number = Counts(push.free_slots).at[state.free_slots - 1u - i];
+  uint first = state.ring + push.scratch - state.admitted;
+  uint slot_number = push.scratch != 0u ? state.capacity + (first + i) % push.scratch : Counts(push.free_slots).at[state.free_slots - 1u - i];
   uint index = primitive_of(number, state.primitives);
   Traced traced = TracedList(push.traced).at[index];
   uvec2 slot = slot_address(push.cache, slot_number);

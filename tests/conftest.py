@@ -20,7 +20,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--full", action="store_true", help="use all real models; fail without them")
 
 
+_full = False
+
+
+def missing(reason: str) -> None:
+    """What a test needs is not on this machine: it is skipped with the reason, or fails with --full."""
+    (pytest.fail if _full else pytest.skip)(reason)
+
+
 def pytest_configure(config: pytest.Config) -> None:
+    global _full
+    _full = config.getoption("--full")
     config.addinivalue_line("markers", "full: needs large models or much time; only with --full")
 
 
@@ -32,15 +42,13 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 @pytest.fixture
-def model(request: pytest.FixtureRequest):
+def model():
     """A function from a model's name ("nasty/Box.glb") to its path; skips when it is not there, fails with --full."""
 
     def find(name: str) -> Path:
         path = MODELS / name
         if not path.is_file():
-            (pytest.fail if request.config.getoption("--full") else pytest.skip)(
-                f"no model {path}; set GLTF_MESHLET_MODELS to the models' folder"
-            )
+            missing(f"no model {path}; set GLTF_MESHLET_MODELS to the models' folder")
         return path
 
     return find

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 import numpy as np
-import pytest
+from conftest import missing
 
 import gltf_ext
 
@@ -14,20 +14,23 @@ VARIANTS = ("scalar_rgb", "llvm_ad_rgb", "scalar_spectral", "llvm_ad_spectral")
 
 
 def require(variant: str):
-    """(mitsuba, mitsuba_plugin) with the variant set; skips the test where they are missing."""
-    mi = pytest.importorskip("mitsuba", reason="mitsuba is not installed")
-    plugin = pytest.importorskip(
-        "mitsuba_plugin", reason="mitsuba_plugin is not built (docs/mitsuba.md)", exc_type=ImportError
-    )
+    """(mitsuba, mitsuba_plugin) with the variant set; skips the test, or with --full fails it, where they are missing."""
     try:
-        mi.set_variant(variant)
-        if variant.startswith("llvm"):
-            import drjit as dr
+        import mitsuba as mi
 
-            dr.eval(mi.Float(0) + dr.arange(mi.Float, 2))
-    except Exception as error:  # Dr.Jit raises what it likes without libLLVM
-        pytest.skip(f"{variant} cannot run: {error}; set DRJIT_LIBLLVM_PATH")
-    return mi, plugin
+        import mitsuba_plugin
+    except ImportError as error:
+        missing(f"Mitsuba cannot be used: {error}")
+    if variant.startswith("llvm") and not llvm_found():
+        missing(f"{variant} cannot run: there is no LLVM 17 or newer (Debian: apt install libllvm19)")
+    mi.set_variant(variant)
+    return mi, mitsuba_plugin
+
+
+def llvm_found() -> bool:
+    from mitsuba_plugin import llvm
+
+    return llvm.choose()
 
 
 def mesh_of(

@@ -2,6 +2,7 @@
 
 import json
 import random
+from collections import Counter
 
 import make_vectors
 import pytest
@@ -35,3 +36,17 @@ def test_measured_blobs():
     assert sum(figures["symbols"].values()) == pytest.approx(1)
     assert sum(figures["corners_by_hops"].values()) == pytest.approx(1)
     assert max(map(int, figures["corners_by_hops"])) <= 8
+
+
+def test_sharing_boundaries_by_hand(monkeypatch):
+    # a chain of 60 bits owned by one meshlet and referred to by one other; corners of 30 bits, a third of which each meshlet stores
+    monkeypatch.setattr(choices, "section_bits", lambda blob: Counter(chains=60, anchors=30, interior=1000))
+    figures = {"references_per_meshlet": {choices.OWNED: 2.0, choices.FOREIGN: 2.0, choices.PRIVATE: 5.0}, "corners_by_hops": {"0": 1 / 3}}
+    bits = choices.boundary_bits([b""], 10, figures)
+    assert bits == pytest.approx({"shared": 9, "alone": (120 + 90) / 10})
+
+
+def test_boundaries_of_a_real_blob_cost_more_unshared():
+    blobs = [make_vectors.several_groups()]
+    bits = choices.boundary_bits(blobs, 1, choices.measure_meshlets(blobs))
+    assert 0 < bits["shared"] < bits["alone"]

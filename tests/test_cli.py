@@ -6,12 +6,14 @@ import os
 import re
 import subprocess
 import sys
+import types
 
 import numpy as np
 import pytest
 from gltf_builder import Builder, glb_json, grid_mesh
 
 import gltf_ext
+from gltf_ext import rendering
 from gltf_ext.cli import main
 
 
@@ -216,7 +218,7 @@ def test_silence_in_a_pipe(original, tmp_path):
 def test_version_and_help():
     assert run("--version").stdout == f"gltf-meshlet {gltf_ext.__version__}\n"
     assert all(
-        name in run("--help").stdout for name in ("compress", "decompress", "inspect", "verify", "validate", "demo")
+        name in run("--help").stdout for name in ("compress", "decompress", "inspect", "verify", "validate", "render", "demo")
     )
 
 
@@ -349,3 +351,61 @@ def test_python_errors_name_the_file_and_the_option(tmp_path):
         gltf_ext.compress("a.glb", "b.glb", step="x")
     with pytest.raises(gltf_ext.MeshletError, match="vp is not an option"):
         gltf_ext.compress("a.glb", "b.glb", vp=12)
+
+
+# --- render: what no renderer is needed for --------------------------------------------------------------------------
+
+
+@pytest.fixture
+def rendered(monkeypatch):
+    """What a renderer was asked for, in place of the renderers."""
+    asked = []
+    fake = types.SimpleNamespace(main=lambda options: asked.append((options, gltf_ext.inspect(options.input))) or 0)
+    monkeypatch.setattr(rendering, "_renderer", lambda backend: fake)
+    return asked
+
+
+def test_render_passes_its_options_on(compressed, tmp_path, rendered):
+    picture = str(tmp_path / "out.png")
+    assert main(["render", str(compressed), "-o", picture, "--spp", "7"]) == 0
+    assert main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--path", "rt", "--frames", "3", "--validate"]) == 0
+    (first, _), (second, _) = rendered
+    assert (first.input, first.output, first.spp, first.variant, first.cache) == (str(compressed), picture, 7, "scalar_rgb", 0.25)
+    assert (second.path, second.frames, second.bounces, second.validate, second.device) == ("rt", 3, 0, True, None)
+
+
+def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
+    assert main(["render", str(original), "-o", str(tmp_path / "out.png")]) == 0
+    (options, report), = rendered
+    assert report["totals"]["triangles"] == 722 and not os.path.exists(options.input)
+    assert f"{original}: is not compressed; rendering a copy" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["--width", "0"], "--width is 0; use 1 to 16384"),
+        (["--cache", "2"], "--cache is 2.0; use 0 to 1"),
+        (["--cache", "nan"], "--cache is nan; use 0 to 1"),
+        (["--cache-bytes", "-1"], "--cache-bytes is -1; use 0 or more"),
+        (["--spp", "0"], "--spp is 0; use 1 or more"),
+        (["--path", "rt"], "--path is for --backend vulkan"),
+        (["--backend", "vulkan", "--spp", "4"], "--spp is for --backend mitsuba"),
+        (["--backend", "vulkan", "--frames", "0"], "--frames is 0; use 1 or more"),
+        (["-o", "nowhere/out.png"], "nowhere/out.png: its folder does not exist; create it first"),
+    ],
+)
+def test_render_options_out_of_range(compressed, tmp_path, rendered, capsys, arguments, message):
+    assert main(["render", str(compressed), "-o", str(tmp_path / "out.png"), *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line and rendered == []
+
+
+@pytest.mark.parametrize("backend, package", [("mitsuba", "mitsuba"), ("vulkan", "vulkan")])
+def test_render_without_the_extra(compressed, tmp_path, capsys, monkeypatch, backend, package):
+    for name in [name for name in sys.modules if name.partition(".")[0] in (package, "mitsuba_plugin", "vk_backend")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)  # importing it fails
+    assert main(["render", str(compressed), "-o", str(tmp_path / "out.png"), "--backend", backend]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"pip install 'gltf-meshlet[{backend}]'" in line

@@ -1,7 +1,11 @@
 """The demo: its model, its rasteriser, and the whole run into an empty folder."""
 
+import sys
+
 import numpy as np
 import pytest
+from mitsuba_reference import require
+from PIL import Image
 
 import gltf_ext
 from gltf_ext import demo, demo_model
@@ -62,7 +66,8 @@ def test_rasterizer_draws_the_nearer_of_two_squares():
     assert covered == pytest.approx(side * side, rel=0.02), "the picture's size follows from the camera"
 
 
-def test_demo_runs_and_saves(tmp_path, capsys):
+def test_demo_runs_and_saves(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(demo, "_save_renders", lambda *_: [])
     assert demo.main(tmp_path / "out") == 0
     printed = capsys.readouterr().out
     assert "verified" in printed and "times smaller" in printed
@@ -74,6 +79,26 @@ def test_demo_runs_and_saves(tmp_path, capsys):
     assert not list((tmp_path / "out").glob(".*")), "nothing half-written"
     for name in ("meshlets.png", "comparison.png", "size.png"):
         assert 5_000 < (tmp_path / "out" / name).stat().st_size < 400_000
+
+
+def test_demo_renders_the_compressed_file_like_the_original(tmp_path, parts, monkeypatch):
+    require("scalar_rgb")
+    monkeypatch.setattr(demo, "RENDERED", (64, 48, 16))
+    original, compressed = tmp_path / "original.glb", tmp_path / "compressed.glb"
+    demo_model.write_glb(parts, original)
+    gltf_ext.compress(original, compressed)
+    names = demo._save_renders(tmp_path, original, compressed, gltf_ext.inspect(compressed)["totals"])
+    before, after, both = (np.asarray(Image.open(tmp_path / name), float) for name in names)
+    assert before.shape == after.shape == (48, 64, 3) and both.shape[1] == 128
+    assert before.std() > 20 and np.abs(before.mean() - after.mean()) < 2
+    assert np.abs(before - after).mean() < 8, "the same view of the same thing, but for noise"
+
+
+def test_demo_without_mitsuba_is_one_line(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "gltf_ext.demo_studio", None)
+    monkeypatch.delattr(gltf_ext, "demo_studio", raising=False)
+    assert demo._save_renders(tmp_path, tmp_path / "a.glb", tmp_path / "b.glb", {}) == []
+    assert len(capsys.readouterr().out.splitlines()) == 1
 
 
 def test_a_full_disk_names_the_file(tmp_path, monkeypatch):

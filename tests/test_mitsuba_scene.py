@@ -2,21 +2,47 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
+import base64
+import io
+import json
 
 import numpy as np
 import pytest
 from gltf_builder import Builder, everything
 from mitsuba_reference import VARIANTS, compressed, picture, require
+from PIL import Image
 
 import gltf_ext
 from gltf_ext.attributes import MAX_STREAMS
+from gltf_ext.cli import main
 
-WHITE_PIXEL = bytes.fromhex(
-    "89504e470d0a1a0a0000000d4948445200000001000000010806000000"
-    "1f15c4890000000d49444154789c63f8ffff3f000005fe02fea7359e710000000049454e44ae426082"
-)
+MORE_VARIANTS = ("scalar_spectral_polarized", "llvm_ad_mono", "llvm_ad_mono_polarized", "llvm_ad_spectral_polarized")
+
+
+def image_uri(*colors) -> str:
+    """A data: uri of a PNG, one pixel high, with these 8-bit colours from left to right."""
+    content = io.BytesIO()
+    Image.fromarray(np.array([colors], np.uint8)).save(content, "png")
+    return "data:image/png;base64," + base64.b64encode(content.getvalue()).decode()
+
+
+def square_file(folder, material, image=None, attributes=None):
+    """A compressed square that faces the default camera, with one material; its textures show `image`."""
+    builder = Builder()
+    positions, triangles = np.float32([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), np.uint32([[0, 1, 2], [0, 2, 3]])
+    builder.mesh({"POSITION": positions, **(attributes or {})}, triangles)
+    properties = builder.properties
+    properties["materials"], properties["meshes"][0]["primitives"][0]["material"] = [material], 0
+    if image:
+        properties.update(images=[{"uri": image}], samplers=[{"magFilter": 9728}], textures=[{"source": 0, "sampler": 0}])
+    gltf_ext.compress(builder.write(folder / "square.glb"), folder / "square.compressed.glb")
+    return folder / "square.compressed.glb"
+
+
+def center_color(scene) -> np.ndarray:
+    image = picture(scene, spp=64)
+    height, width = image.shape[:2]
+    return image[height // 2 - 2 : height // 2 + 2, width // 2 - 2 : width // 2 + 2].mean(axis=(0, 1))
 
 
 def scene_file(folder, change=lambda properties: None, compress=True):
@@ -97,9 +123,7 @@ def test04_materials(variant, tmp_path):
     mi, plugin = require(variant)
 
     def change(properties):
-        properties["images"] = [
-            {"uri": "data:image/png;base64," + __import__("base64").b64encode(WHITE_PIXEL).decode()}
-        ]
+        properties["images"] = [{"uri": image_uri((255, 255, 255, 255))}]
         properties["textures"] = [{"source": 0}]
         texture = {"index": 0}
         properties["materials"] = [
@@ -156,28 +180,111 @@ def test06_errors(tmp_path):
         plugin.load_scene(scene_file(tmp_path, lambda p: p["nodes"][2].update(children=[0])))
 
 
-@pytest.mark.parametrize("suffix", [".png", ".exr"])
-def test07_render(suffix, tmp_path):
-    require("scalar_rgb")
+@pytest.mark.parametrize("variant", VARIANTS[:2])
+def test10_second_texture_coordinates(variant, tmp_path):
+    """The material's textures use TEXCOORD_1, which points at the green half of the image."""
+    _, plugin = require(variant)
+    texture = {"index": 0, "texCoord": 1}
+    path = square_file(
+        tmp_path,
+        {"pbrMetallicRoughness": {"baseColorTexture": texture, "metallicFactor": 0}},
+        image_uri((255, 0, 0), (0, 255, 0)),
+        {"TEXCOORD_0": np.full((4, 2), 0.2, np.float32), "TEXCOORD_1": np.full((4, 2), 0.8, np.float32) + np.float32(np.eye(4)[:, :2] * 0.1)},
+    )
+    red, green, _ = center_color(plugin.load_scene(path, width=24, height=24))
+    assert green > 3 * red
+
+
+@pytest.mark.parametrize("variant", VARIANTS[:2])
+def test11_vertex_colors_times_base_color(variant, tmp_path):
+    """Vertex colours under a texture and a factor look as their product does."""
+    _, plugin = require(variant)
+    corners = np.float32([[0, 0], [1, 0], [1, 1], [0, 1]])
+    several = square_file(
+        tmp_path,
+        {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 1, 0.5, 1], "metallicFactor": 0}},
+        image_uri((255, 188, 255)),  # 188 of 255 in sRGB is half the light
+        {"TEXCOORD_0": corners, "COLOR_0": np.full((4, 3), [0.4, 0.8, 0.8], np.float32)},
+    )
+    found = center_color(plugin.load_scene(several, width=24, height=24))
+    product = square_file(tmp_path, {"pbrMetallicRoughness": {"baseColorFactor": [0.4, 0.4, 0.4, 1], "metallicFactor": 0}})
+    expected = center_color(plugin.load_scene(product, width=24, height=24))
+    assert np.allclose(found, expected, rtol=0.03)
+
+
+@pytest.mark.parametrize("variant", VARIANTS[:2])
+def test12_unlit(variant, tmp_path):
+    """Its own colour, in the dark."""
+    _, plugin = require(variant)
+    material = {"pbrMetallicRoughness": {"baseColorFactor": [0.2, 0.5, 0.9, 1]}, "extensions": {"KHR_materials_unlit": {}}}
+    path = square_file(tmp_path, material)
+    assert np.allclose(center_color(plugin.load_scene(path, width=24, height=24, default_light=0)), [0.2, 0.5, 0.9], rtol=1e-3)
+
+
+@pytest.mark.parametrize("variant", MORE_VARIANTS)
+def test13_more_variants(variant, tmp_path):
+    _, plugin = require(variant)
     path = scene_file(tmp_path)
-    command = [
-        sys.executable,
-        "-m",
-        "mitsuba_plugin",
-        path,
-        "-o",
-        tmp_path / f"out{suffix}",
-        "--width",
-        "40",
-        "--height",
-        "30",
-        "--spp",
-        "4",
-    ]
-    result = subprocess.run(command, capture_output=True, text=True)
-    assert result.returncode == 0, result.stderr
-    assert (tmp_path / f"out{suffix}").stat().st_size > 0 and "40 x 30" in result.stdout
+    a, b = (picture(plugin.load_scene(path, width=32, height=24, decoded=decoded), spp=32) for decoded in (True, False))
+    assert np.isfinite(b).all() and b.std() > 0
+    assert np.mean(a) == pytest.approx(np.mean(b), rel=2e-2)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".exr", ".jpg"])
+def test07_render(suffix, tmp_path, capsys):
+    require("scalar_rgb")
+    output = tmp_path / f"out{suffix}"
+    arguments = ["render", str(scene_file(tmp_path)), "-o", str(output), "--width", "40", "--height", "30", "--spp", "4"]
+    assert main(arguments) == 0
+    assert output.stat().st_size > 0 and "40 x 30" in capsys.readouterr().out
+    assert main([*arguments, "--json", "--cache-bytes", "5000"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["width"] == 40 and report["statistics"]["limit_bytes"] == 5000
     assert not list(tmp_path.glob(".*part*"))
+
+
+def test14_render_what_is_not_compressed(tmp_path, capsys):
+    require("scalar_rgb")
+    path, output = scene_file(tmp_path, compress=False), tmp_path / "out.png"
+    assert main(["render", str(path), "-o", str(output), "--width", "8", "--height", "8", "--spp", "1"]) == 0
+    assert "is not compressed; rendering a copy" in capsys.readouterr().err and output.exists()
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["--camera", "1"], "camera 1 does not exist; there are none"),
+        (["--variant", "cuda_ad_rgb"], "there is no variant cuda_ad_rgb; use one of scalar_rgb"),
+        (["-o", "out.gif"], "out.gif: the output has an unknown format; use one of .png"),
+    ],
+)
+def test15_render_errors(arguments, message, tmp_path, capsys):
+    require("scalar_rgb")
+    assert main(["render", str(scene_file(tmp_path)), "-o", str(tmp_path / "out.png"), *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("gltf-meshlet: ") and message in line
+    assert not (tmp_path / "out.png").exists()
+
+
+def test16_without_llvm(tmp_path, capsys, monkeypatch):
+    require("scalar_rgb")
+    from mitsuba_plugin import llvm
+
+    monkeypatch.setattr(llvm, "choose", lambda: False)
+    output = tmp_path / "out.png"
+    assert main(["render", str(scene_file(tmp_path)), "-o", str(output), "--variant", "llvm_ad_rgb"]) == 2
+    assert "llvm_ad_rgb needs LLVM 17 or newer; Debian: apt install libllvm19" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "name, version",
+    [("libLLVM-17.so.1", 17), ("libLLVM.so.19.1", 19), ("libLLVM-15.so", 15), ("libLLVMCore.so", 0), ("libLLVM.so", 0)],
+)
+def test17_llvm_versions(name, version):
+    require("scalar_rgb")
+    from mitsuba_plugin import llvm
+
+    assert llvm._version(name) == version
 
 
 @pytest.mark.parametrize(

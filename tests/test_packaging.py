@@ -3,9 +3,13 @@
 import importlib.metadata
 import os
 import re
+import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
+
+import pytest
 
 import gltf_ext
 
@@ -44,6 +48,38 @@ def test_build_tools_of_the_makefile_are_those_of_pyproject():
     tools = re.search(r"^BUILD_TOOLS := (.*)$", (ROOT / "Makefile").read_text(), re.M).group(1)
     for requirement in re.findall(r'"([^"]+)"', requires):
         assert f'"{requirement}"' in tools
+
+
+def test_mitsuba_is_pinned_once():
+    """The extra's nanobind is the build system's: one environment has one."""
+    text = (ROOT / "pyproject.toml").read_text()
+    assert re.search(r"^mitsuba = .*mitsuba==[\d.]+.*drjit==[\d.]+", text, re.M)
+    assert len(set(re.findall(r"nanobind==([\d.]+)", text))) == 1
+
+
+def test_system_packages_are_told_not_installed(tmp_path):
+    """Without leave to install, one line names what is missing, in a machine without programs all shader tools."""
+    environment = {**os.environ, "GLTF_MESHLET_SYSTEM_PACKAGES": "no", "PATH": str(tmp_path)}
+    result = run(sys.executable, ROOT / ".ci" / "system-packages", env=environment)
+    (line,) = result.stdout.splitlines()
+    assert result.returncode == 0 and line.startswith("make: ") and "apt install" in line and "glslang-tools spirv-tools" in line
+
+
+@pytest.mark.full
+def test_the_wheel_has_all_packages_and_what_builds_the_plugin(tmp_path):
+    folder = tmp_path / "wheel"
+    source = tmp_path / "source"
+    shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(".venv", "build", ".git", "demo-output", "__pycache__"))
+    command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", folder, source]
+    result = run(*command)
+    assert result.returncode == 0, result.stderr
+    (wheel,) = folder.iterdir()
+    names = set(zipfile.ZipFile(wheel).namelist())
+    sources = {f"mitsuba_plugin/codec/{path.relative_to(ROOT / 'gltf_ext')}" for path in (ROOT / "gltf_ext/src").glob("*.h")}
+    assert {"gltf_ext/rendering.py", "mitsuba_plugin/build.py", "mitsuba_plugin/src/shape.cpp", *sources} <= names
+    assert "mitsuba_plugin/codec/shaders/meshlet_decoder.glsl" in names
+    assert any(name.startswith("vk_backend/") and name.endswith(".spv") for name in names)
+    assert not any(name.startswith(("tests", "bench", "gltf_ext/src", "mitsuba_plugin/plugins")) for name in names)
 
 
 def test_ci_runs_the_tests():

@@ -1,6 +1,7 @@
-// decode_speed BLOB...  Decoding on one thread, without Python: everything, and single meshlets by number.
-// Prints one JSON object: for each repetition, seconds for all blobs decoded to float arrays, and for each, mean
-// microseconds per meshlet in a random order over all blobs.
+// decode_speed BLOB...  Decoding without Python: everything on one thread, single meshlets by number, and all meshlets on all threads.
+// Prints one JSON object: for each repetition, seconds for all blobs decoded to float arrays, mean microseconds per meshlet in a
+// random order over all blobs, and seconds for every meshlet decoded on its own, by as many threads as there are processors.
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "decoder.h"
+#include "parallel.h"
 
 namespace {
 
@@ -49,6 +51,31 @@ double decode_meshlets(std::vector<meshlet::Decoder>& decoders, const std::vecto
   return seconds_since(start) / double(order.size()) * 1e6;
 }
 
+// A run of meshlets of one blob, which one thread decodes.
+struct Range {
+  meshlet::Decoder decoder;
+  uint32_t begin, end;
+};
+
+std::vector<Range> ranges_of(const std::vector<Bytes>& blobs) {
+  constexpr uint32_t kRange = 512;
+  std::vector<Range> ranges;
+  for (const Bytes& blob : blobs) {
+    const uint32_t count = meshlet::Decoder(blob.data(), blob.size()).header().meshlet_count;
+    for (uint32_t m = 0; m < count; m += kRange)
+      ranges.push_back({meshlet::Decoder(blob.data(), blob.size()), m, std::min(m + kRange, count)});
+  }
+  return ranges;
+}
+
+double decode_parallel(std::vector<Range>& ranges) {
+  const auto start = Clock::now();
+  meshlet::parallel_for(0, ranges.size(), [&](size_t i) {
+    for (uint32_t m = ranges[i].begin; m < ranges[i].end; ++m) ranges[i].decoder.meshlet(m);
+  });
+  return seconds_since(start);
+}
+
 void print_list(const char* name, const std::vector<double>& numbers, const char* end) {
   std::printf("\"%s\": [", name);
   for (size_t i = 0; i < numbers.size(); ++i) std::printf("%s%.9g", i ? ", " : "", numbers[i]);
@@ -74,10 +101,14 @@ int main(int argc, char** argv) {
   std::mt19937 random(1);
   for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
 
-  std::vector<double> all, single;
+  std::vector<Range> ranges = ranges_of(blobs);
+
+  std::vector<double> all, single, parallel;
   for (int i = 0; i < kRepetitions; ++i) all.push_back(decode_all(decoders, outputs));
   for (int i = 0; i < kRepetitions; ++i) single.push_back(decode_meshlets(decoders, order));
+  for (int i = 0; i < kRepetitions; ++i) parallel.push_back(decode_parallel(ranges));
   std::printf("{");
   print_list("decode_seconds", all, ", ");
-  print_list("meshlet_microseconds", single, "}\n");
+  print_list("meshlet_microseconds", single, ", ");
+  print_list("parallel_seconds", parallel, "}\n");
 }

@@ -109,32 +109,33 @@ Table::~Table() {
   tables.erase(std::find_if(tables.begin(), tables.end(), [&](auto& t) { return t.table == this; }));
 }
 
-void Table::count(uint32_t key) {
+void Table::count(uint32_t key, uint32_t asks) {
   if (store_->policy_ != Policy::kCounts || store_->everything_fits_.load(std::memory_order_relaxed)) return;
   // Two threads may lose one of their increments: a count is a hint.
-  counts_[key].store(counts_[key].load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  counts_[key].store(counts_[key].load(std::memory_order_relaxed) + asks, std::memory_order_relaxed);
 }
 
-void Table::note_hit(ThreadSlot& thread, uint32_t key) {
+void Table::note_hits(ThreadSlot& thread, uint32_t key, uint32_t asks) {
   auto& hits = store_->counters(thread).hits;
-  hits.store(hits.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-  count(key);
+  hits.store(hits.load(std::memory_order_relaxed) + asks, std::memory_order_relaxed);
+  count(key, asks);
 }
 
-const Entry* Table::find(ThreadSlot& thread, Kind kind, uint32_t key) {
+const Entry* Table::find(ThreadSlot& thread, Kind kind, uint32_t key, uint32_t asks) {
   for (;;) {
     Entry* entry = entries_[key].load(std::memory_order_acquire);
     if (!entry) {
       thread.announced[kind].store(nullptr, std::memory_order_release);
       auto& misses = store_->counters(thread).misses;
       misses.store(misses.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-      count(key);
+      note_hits(thread, key, asks - 1);
+      count(key, 1);
       return nullptr;
     }
     thread.announced[kind].store(entry, std::memory_order_seq_cst);
     if (entries_[key].load(std::memory_order_seq_cst) == entry) {
       if (store_->policy_ == Policy::kClock && !entry->used.load(std::memory_order_relaxed)) entry->used.store(1, std::memory_order_relaxed);
-      note_hit(thread, key);
+      note_hits(thread, key, asks);
       return entry;
     }
   }

@@ -82,13 +82,13 @@ class Table {
   Store& store() const { return *store_; }
 
   // The payload for a key, from the store or from `produce()`, which decodes it into the thread's scratch memory and returns that.
-  // Valid until the same thread asks for another key of this kind.
+  // Valid until the same thread asks for another key of this kind. Counts as so many `asks`, of which one may be a miss.
   template <class Produce>
-  const void* get(ThreadSlot& thread, Kind kind, uint32_t key, Produce&& produce) {
+  const void* get(ThreadSlot& thread, Kind kind, uint32_t key, Produce&& produce, uint32_t asks = 1) {
     ThreadSlot::Recent& recent = thread.recent[kind];
     if (recent.table != uid_ || recent.key != key) {
       recent.table = 0;                                         // where produce throws, nothing is held
-      const Entry* entry = find(thread, kind, key);
+      const Entry* entry = find(thread, kind, key, asks);
       if (!entry) {
         Entry* fresh = produce();
         fresh->key = key;
@@ -97,7 +97,7 @@ class Table {
       }
       recent = {uid_, key, entry};
     } else {
-      note_hit(thread, key);
+      note_hits(thread, key, asks);
     }
     return recent.entry->payload();
   }
@@ -105,10 +105,10 @@ class Table {
  private:
   friend class Store;
 
-  const Entry* find(ThreadSlot& thread, Kind kind, uint32_t key);
+  const Entry* find(ThreadSlot& thread, Kind kind, uint32_t key, uint32_t asks);
   void insert(ThreadSlot& thread, const Entry& fresh);
-  void note_hit(ThreadSlot& thread, uint32_t key);
-  void count(uint32_t key);
+  void note_hits(ThreadSlot& thread, uint32_t key, uint32_t asks);
+  void count(uint32_t key, uint32_t asks);
 
   std::shared_ptr<Store> store_;
   uint64_t uid_;

@@ -146,13 +146,14 @@ const Part& Model::part_of(uint32_t meshlet, uint32_t& local) const {
   return parts_[p];
 }
 
-const Triangles& Model::triangles(uint32_t meshlet) const {
+const Triangles& Model::triangles(uint32_t meshlet, uint32_t rays) const {
   ThreadSlot& thread = this_thread();
-  return *static_cast<const Triangles*>(table_->get(thread, kTriangles, kKinds * meshlet + kTriangles, [&] {
+  auto decode = [&] {
     uint32_t local;
     const Part& part = part_of(meshlet, local);
     return decode_triangles(thread, part, local);
-  }));
+  };
+  return *static_cast<const Triangles*>(table_->get(thread, kTriangles, kKinds * meshlet + kTriangles, decode, rays));
 }
 
 const VertexAttributes& Model::vertex_attributes(uint32_t meshlet) const {

@@ -57,16 +57,17 @@ class Model {
   const std::vector<Part>& parts() const { return parts_; }
   const Options& options() const { return options_; }
 
-  // Nearest hit with 0 < t < ray.t_max of a meshlet; whether there is any.
-  bool intersect(uint32_t meshlet, const PreparedRay& ray, Hit& hit) const {
-    float enter[kMaxGroups];
-    uint32_t met = boxes_[meshlet].met_by(ray, enter);
-    return met && triangles(meshlet).intersect(ray, met, enter, hit);
+  // Nearest hits with 0 < t < t_max of a meshlet.
+  template <int N> void intersect(uint32_t meshlet, const Rays<N>& rays, Hits<N>& hits) const {
+    Meetings<N> meetings;
+    boxes_[meshlet].meet(rays, meetings);
+    if (meetings.any) triangles(meshlet, uint32_t(__builtin_popcount(meetings.any))).intersect(rays, meetings, hits);
   }
-  bool occludes(uint32_t meshlet, const PreparedRay& ray) const {
-    float enter[kMaxGroups];
-    uint32_t met = boxes_[meshlet].met_by(ray, enter);
-    return met && triangles(meshlet).occludes(ray, met);
+  // The rays that hit it, as bits.
+  template <int N> uint32_t occlude(uint32_t meshlet, const Rays<N>& rays) const {
+    Meetings<N> meetings;
+    boxes_[meshlet].meet(rays, meetings);
+    return meetings.any ? triangles(meshlet, uint32_t(__builtin_popcount(meetings.any))).occlude(rays, meetings) : 0u;
   }
 
   // triangle, b1, b2: as in Hit.
@@ -86,8 +87,8 @@ class Model {
 
  private:
   const Part& part_of(uint32_t meshlet, uint32_t& local) const;
-  // Valid until this thread asks for those of another meshlet.
-  const Triangles& triangles(uint32_t meshlet) const;
+  // Valid until this thread asks for those of another meshlet. rays: how many want them.
+  const Triangles& triangles(uint32_t meshlet, uint32_t rays = 1) const;
   const VertexAttributes& vertex_attributes(uint32_t meshlet) const;
   const float* texcoord_of(uint32_t meshlet, uint32_t triangle, uint32_t k) const;
   void measure();

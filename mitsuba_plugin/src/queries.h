@@ -30,52 +30,37 @@ inline uint32_t pack_triangle_bits(const meshlet_shape::Hit &hit) {
 inline float pack_triangle(const meshlet_shape::Hit &hit) { return as_float(pack_triangle_bits(hit)); }
 inline float packed_weight(uint32_t packed) { return (float) ((packed & kWeightMask) / (kWeightMask + 1.0)); }
 
-template <typename Ray3> meshlet_shape::Ray to_ray(const Ray3 &ray) {
-    return { { { (float) ray.o.x(), (float) ray.o.y(), (float) ray.o.z() } },
-             { { (float) ray.d.x(), (float) ray.d.y(), (float) ray.d.z() } }, (float) ray.maxt };
+template <typename Mask> uint32_t bits(const Mask &mask) {
+    if constexpr (dr::size_v<Mask> > 8)
+        return bits(dr::low(mask)) | bits(dr::high(mask)) << (dr::size_v<Mask> / 2);
+    else
+        return mask.bitmask_();
 }
 
-// A packet of rays, of which Embree mostly wants one: each active lane is traced by itself, all triangles at a time.
-template <size_t N> struct PacketRays {
-    alignas(64) float o[3][N], d[3][N], inverse[3][N], maxt[N], t[N], u[N], v[N];
-    alignas(64) uint32_t active[N];
+// In whole vectors; assigning packets copies halves, and whoever loads the whole then waits for both.
+template <typename FloatP, size_t N> void copy_lanes(const FloatP &from, float (&to)[N]) {
+    const float *lanes = from.data();
+    for (size_t i = 0; i < N; ++i)
+        to[i] = lanes[i];
+}
 
-    template <typename Ray3, typename Mask> PacketRays(const Ray3 &ray, const Mask &mask) {
-        using FloatP  = dr::Packet<float, N>;
-        using UInt32P = dr::Packet<uint32_t, N>;
+// A packet of rays, or a single one.
+template <typename FloatP, typename Ray3> auto to_rays(const Ray3 &ray, const dr::mask_t<FloatP> &active) {
+    if constexpr (dr::is_array_v<FloatP>) {
+        constexpr size_t N = dr::size_v<FloatP>;
+        meshlet_shape::Rays<(int) N> rays;
         for (int i = 0; i < 3; ++i) {
-            dr::store_aligned(o[i], FloatP(ray.o[i]));
-            dr::store_aligned(d[i], FloatP(ray.d[i]));
-            dr::store_aligned(inverse[i], FloatP(1.f) / FloatP(ray.d[i]));
+            copy_lanes(ray.o[i], rays.o[i]);
+            copy_lanes(ray.d[i], rays.d[i]);
         }
-        dr::store_aligned(maxt, FloatP(ray.maxt));
-        dr::store_aligned(active, UInt32P(dr::select(mask, UInt32P(1u), UInt32P(0u))));
-        std::fill(t, t + N, dr::Infinity<float>);
-        std::fill(u, u + N, 0.f);
-        std::fill(v, v + N, 0.f);
+        copy_lanes(ray.maxt, rays.t_max);
+        rays.active = bits(active);
+        return rays;
+    } else {
+        return meshlet_shape::Rays<1>{ { { (float) ray.o.x() }, { (float) ray.o.y() }, { (float) ray.o.z() } },
+                                       { { (float) ray.d.x() }, { (float) ray.d.y() }, { (float) ray.d.z() } }, { (float) ray.maxt }, active };
     }
-
-    meshlet_shape::PreparedRay lane(size_t i) const {
-        return meshlet_shape::PreparedRay(meshlet_shape::Ray{ { { o[0][i], o[1][i], o[2][i] } }, { { d[0][i], d[1][i], d[2][i] } }, maxt[i] },
-                                          { { inverse[0][i], inverse[1][i], inverse[2][i] } });
-    }
-
-    void intersect(const Model &model, uint32_t meshlet) {
-        meshlet_shape::Hit hit;
-        for (size_t i = 0; i < N; ++i)
-            if (active[i] && model.intersect(meshlet, lane(i), hit)) {
-                t[i] = hit.t;
-                u[i] = hit.b1;
-                v[i] = pack_triangle(hit);
-            }
-    }
-
-    void occlude(const Model &model, uint32_t meshlet) {
-        for (size_t i = 0; i < N; ++i)
-            if (active[i] && model.occludes(meshlet, lane(i)))
-                t[i] = 0.f;
-    }
-};
+}
 
 enum class Query : uint32_t { Surface, Sample, Attribute, Texcoord };
 

@@ -168,17 +168,26 @@ public:
         if constexpr (dr::is_jit_v<FloatP>) {
             Throw("meshlet_edgebreaker: rays can only be traced through a scene");
         } else if constexpr (dr::is_array_v<FloatP>) {
-            PacketRays<dr::size_v<FloatP>> rays(ray, active);
-            rays.intersect(*m_model, meshlet);
-            FloatP t = dr::load_aligned<FloatP>(rays.t);
-            return { t < dr::Infinity<FloatP>, t, Point<FloatP, 2>(dr::load_aligned<FloatP>(rays.u), dr::load_aligned<FloatP>(rays.v)),
+            constexpr int N = (int) dr::size_v<FloatP>;
+            Hits<N> hits;
+            m_model->intersect(meshlet, to_rays<FloatP>(ray, active), hits);
+            alignas(64) float t[N], u[N], v[N];
+            std::fill(t, t + N, dr::Infinity<float>);
+            for (uint32_t rest = hits.found; rest; rest &= rest - 1) {
+                int lane = __builtin_ctz(rest);
+                t[lane] = hits.of[lane].t;
+                u[lane] = hits.of[lane].b1;
+                v[lane] = pack_triangle(hits.of[lane]);
+            }
+            FloatP distance = dr::load_aligned<FloatP>(t);
+            return { distance < dr::Infinity<FloatP>, distance, Point<FloatP, 2>(dr::load_aligned<FloatP>(u), dr::load_aligned<FloatP>(v)),
                      UInt32P((uint32_t) -1), UInt32P(meshlet) };
         } else {
-            Hit hit;
-            bool found = active && m_model->intersect(meshlet, PreparedRay(to_ray(ray)), hit);
-            if (!found)
+            Hits<1> hits;
+            m_model->intersect(meshlet, to_rays<FloatP>(ray, active), hits);
+            if (!hits.found)
                 return { false, dr::Infinity<FloatP>, Point<FloatP, 2>(0.f), (uint32_t) -1, meshlet };
-            return { true, hit.t, Point<FloatP, 2>(hit.b1, pack_triangle(hit)), (uint32_t) -1, meshlet };
+            return { true, hits.of[0].t, Point<FloatP, 2>(hits.of[0].b1, pack_triangle(hits.of[0])), (uint32_t) -1, meshlet };
         }
     }
 
@@ -187,11 +196,14 @@ public:
         if constexpr (dr::is_jit_v<FloatP>) {
             Throw("meshlet_edgebreaker: rays can only be traced through a scene");
         } else if constexpr (dr::is_array_v<FloatP>) {
-            PacketRays<dr::size_v<FloatP>> rays(ray, active);
-            rays.occlude(*m_model, meshlet);
-            return dr::load_aligned<FloatP>(rays.t) < dr::Infinity<FloatP>;
+            constexpr int N = (int) dr::size_v<FloatP>;
+            uint32_t found = m_model->occlude(meshlet, to_rays<FloatP>(ray, active));
+            alignas(64) float hit[N];
+            for (int lane = 0; lane < N; ++lane)
+                hit[lane] = (float) (found >> lane & 1u);
+            return dr::load_aligned<FloatP>(hit) != 0.f;
         } else {
-            return active && m_model->occludes(meshlet, PreparedRay(to_ray(ray)));
+            return m_model->occlude(meshlet, to_rays<FloatP>(ray, active)) != 0;
         }
     }
 

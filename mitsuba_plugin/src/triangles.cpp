@@ -10,20 +10,37 @@
 namespace meshlet_shape {
 namespace {
 
+#define INLINE __attribute__((always_inline)) inline            // vectors as arguments must stay in registers
+
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// Turned and sheared so that the ray runs along z (Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2013).
-struct ShearedRay {
-  explicit ShearedRay(const PreparedRay& r) {
-    int z = 0;
-    for (int i = 1; i < 3; i++)
-      if (std::fabs(r.d[i]) > std::fabs(r.d[z])) z = i;
-    for (int i = 0; i < 3; i++) {
-      axis[i] = (z + 1 + i) % 3;                                // the axis of the largest component of d comes last
-      o[i] = _mm256_set1_ps(r.o[axis[i]]);
+// Rays turned and sheared so that they run along z (Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2013).
+template <int N> struct Shears {
+  explicit Shears(const Rays<N>& r) {
+    for (int l = 0; l < N; l++) {
+      const float x = r.d[0][l], y = r.d[1][l], z = r.d[2][l];
+      const float ax = std::fabs(x), ay = std::fabs(y), az = std::fabs(z);
+      const bool is_x = ax >= ay && ax >= az, is_y = !is_x && ay >= az;
+      const float inverse = 1.0f / (is_x ? x : is_y ? y : z);
+      axis[l] = is_x ? 0 : is_y ? 1 : 2;                        // of the largest component
+      shear[0][l] = (is_x ? y : is_y ? z : x) * inverse;
+      shear[1][l] = (is_x ? z : is_y ? x : y) * inverse;
+      shear[2][l] = inverse;
     }
-    shear[0] = _mm256_set1_ps(r.d[axis[0]] * r.inverse_d[z]);
-    shear[1] = _mm256_set1_ps(r.d[axis[1]] * r.inverse_d[z]);
-    shear[2] = _mm256_set1_ps(r.inverse_d[z]);
+  }
+
+  alignas(4 * N) float shear[3][N];
+  alignas(4 * N) int axis[N];
+};
+
+// One of them.
+struct ShearedRay {
+  template <int N> ShearedRay(const Rays<N>& r, const Shears<N>& s, int lane) {
+    static constexpr int kTurned[3][3] = {{1, 2, 0}, {2, 0, 1}, {0, 1, 2}};
+    for (int i = 0; i < 3; i++) {
+      axis[i] = kTurned[s.axis[lane]][i];
+      o[i] = _mm256_set1_ps(r.o[axis[i]][lane]);
+      shear[i] = _mm256_set1_ps(s.shear[i][lane]);
+    }
   }
 
   int axis[3];
@@ -53,16 +70,17 @@ inline __m256 edge(const Sheared& p, const Sheared& q) {
   return _mm256_sub_ps(_mm256_mul_ps(q.x, p.y), _mm256_mul_ps(q.y, p.x));
 }
 
-inline GroupHits hit_group(const TriangleGroup& group, const ShearedRay& r, float t_max) {
+INLINE GroupHits hit_group(const TriangleGroup& group, const ShearedRay& r, float t_max) {
   Sheared a = shear(group.vertex[0], r), b = shear(group.vertex[1], r), c = shear(group.vertex[2], r);
   __m256 u = edge(b, c), v = edge(c, a), w = edge(a, b), zero = _mm256_setzero_ps();
   __m256 low = _mm256_min_ps(u, _mm256_min_ps(v, w)), high = _mm256_max_ps(u, _mm256_max_ps(v, w));
   // On an edge (zero) counts as inside for both its triangles.
   __m256 inside = _mm256_or_ps(_mm256_cmp_ps(low, zero, _CMP_GE_OQ), _mm256_cmp_ps(high, zero, _CMP_LE_OQ));
   __m256 determinant = _mm256_add_ps(u, _mm256_add_ps(v, w));
+  __m256 valid = _mm256_and_ps(inside, _mm256_cmp_ps(determinant, zero, _CMP_NEQ_OQ));
+  if (_mm256_testz_ps(valid, valid)) return {zero, zero, zero, 0};
   __m256 inverse = _mm256_div_ps(_mm256_set1_ps(1.0f), determinant);
   __m256 t = _mm256_mul_ps(_mm256_fmadd_ps(u, a.z, _mm256_fmadd_ps(v, b.z, _mm256_mul_ps(w, c.z))), inverse);
-  __m256 valid = _mm256_and_ps(inside, _mm256_cmp_ps(determinant, zero, _CMP_NEQ_OQ));
   valid = _mm256_and_ps(valid, _mm256_and_ps(_mm256_cmp_ps(t, zero, _CMP_GT_OQ), _mm256_cmp_ps(t, _mm256_set1_ps(t_max), _CMP_LT_OQ)));
   return {t, _mm256_mul_ps(v, inverse), _mm256_mul_ps(w, inverse), uint32_t(_mm256_movemask_ps(valid))};
 }
@@ -116,15 +134,16 @@ Vector3 Triangles::corner(uint32_t triangle, int k) const {
   return {{g.vertex[k][0][lane], g.vertex[k][1][lane], g.vertex[k][2][lane]}};
 }
 
-bool Triangles::intersect(const PreparedRay& ray, uint32_t met, const float (&enter)[kMaxGroups], Hit& hit) const {
+namespace {
+
+INLINE bool nearest_hit(const TriangleGroup* groups, const ShearedRay& ray, uint32_t met, const float (&enter)[kMaxGroups], float t_max, Hit& hit) {
   alignas(32) float t[kLanes], b1[kLanes], b2[kLanes];
-  const ShearedRay sheared(ray);
-  hit.t = ray.t_max;
+  hit.t = t_max;
   bool found = false;
   for (; met; met &= met - 1) {
     uint32_t g = uint32_t(__builtin_ctz(met));
     if (enter[g] > hit.t) continue;
-    GroupHits hits = hit_group(group()[g], sheared, hit.t);
+    GroupHits hits = hit_group(groups[g], ray, hit.t);
     if (!hits.mask) continue;
     _mm256_store_ps(t, hits.t);
     _mm256_store_ps(b1, hits.b1);
@@ -138,11 +157,39 @@ bool Triangles::intersect(const PreparedRay& ray, uint32_t met, const float (&en
   return found;
 }
 
-bool Triangles::occludes(const PreparedRay& ray, uint32_t met) const {
-  const ShearedRay sheared(ray);
+INLINE bool any_hit(const TriangleGroup* groups, const ShearedRay& ray, uint32_t met, float t_max) {
   for (; met; met &= met - 1)
-    if (hit_group(group()[__builtin_ctz(met)], sheared, ray.t_max).mask) return true;
+    if (hit_group(groups[__builtin_ctz(met)], ray, t_max).mask) return true;
   return false;
 }
+
+}  // namespace
+
+template <int N> void Triangles::intersect(const Rays<N>& rays, const Meetings<N>& meetings, Hits<N>& hits) const {
+  const Shears<N> shears(rays);
+  for (uint32_t rest = meetings.any; rest; rest &= rest - 1) {
+    const int l = lane_of<N>(rest);
+    if (nearest_hit(group(), ShearedRay(rays, shears, l), meetings.groups[l], meetings.enter[l], rays.t_max[l], hits.of[l]))
+      hits.found |= 1u << l;
+  }
+}
+
+template <int N> uint32_t Triangles::occlude(const Rays<N>& rays, const Meetings<N>& meetings) const {
+  const Shears<N> shears(rays);
+  uint32_t found = 0;
+  for (uint32_t rest = meetings.any; rest; rest &= rest - 1) {
+    const int l = lane_of<N>(rest);
+    if (any_hit(group(), ShearedRay(rays, shears, l), meetings.groups[l], rays.t_max[l])) found |= 1u << l;
+  }
+  return found;
+}
+
+#define FOR_PACKETS_OF(N)                                                                                   \
+  template void Triangles::intersect<N>(const Rays<N>&, const Meetings<N>&, Hits<N>&) const;                \
+  template uint32_t Triangles::occlude<N>(const Rays<N>&, const Meetings<N>&) const;
+FOR_PACKETS_OF(1)
+FOR_PACKETS_OF(4)
+FOR_PACKETS_OF(8)
+FOR_PACKETS_OF(16)
 
 }  // namespace meshlet_shape

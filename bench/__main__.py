@@ -1,0 +1,41 @@
+"""python -m bench: the questions that can be measured; python -m bench NAME [OPTION ...]: answers one."""
+
+from __future__ import annotations
+
+import ast
+import runpy
+import sys
+from pathlib import Path
+
+FOLDER = Path(__file__).resolve().parent
+
+
+def questions() -> dict[str, str]:
+    """Module name -> first line of its docstring, for every module that runs on its own; none is imported."""
+    found = {}
+    for path in sorted(FOLDER.glob("[!_]*.py")):
+        tree = ast.parse(path.read_text())
+        if any(isinstance(node, ast.FunctionDef) and node.name == "main" for node in tree.body):
+            found[path.stem] = (ast.get_docstring(tree) or "").partition("\n")[0]
+    return found
+
+
+def main() -> int:
+    """Runs what is named on the command line; returns an exit status."""
+    known = questions()
+    if len(sys.argv) < 2 or sys.argv[1] in ("-h", "--help"):
+        width = max(map(len, known))
+        print("python -m bench NAME [OPTION ...]\n")
+        print("\n".join(f"  {name:{width}}  {question}" for name, question in known.items()))
+        return 0
+    name = sys.argv[1]
+    if name not in known:
+        print(f"bench: no question is called {name}; python -m bench lists them", file=sys.stderr)
+        return 2
+    sys.argv = [f"bench {name}", *sys.argv[2:]]
+    runpy.run_module(f"bench.{name}", run_name="__main__", alter_sys=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

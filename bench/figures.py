@@ -1,0 +1,113 @@
+"""The paper's Figures 3 and 7 for our models, drawn from the committed measurements.
+
+python -m bench.figures: reads bench/results/size.json and paper.json, writes docs/figure3.png and docs/figure7.png. Each picture
+carries a digest of the figures that it shows, so that a test finds a picture that is out of date.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+
+from bench.common import PAPER_MODELS, ROOT, read_result
+
+DIGEST = "Figures"   # the PNG's text field
+# The same five parts of both encodings: (label, colour, the paper's part, our section or sections)
+FIGURE3 = (
+    ("triangles", "#4477aa", ("connectivity",), ("connectivity",)),
+    ("meshlets and references", "#66ccee", ("meshlets, references, boundaries", "header"),
+     ("references", "codes", "directory and headers")),
+    ("corners of boundaries", "#aa3377", ("boundary ends",), ("anchors",)),
+    ("other vertices of boundaries", "#ccbb44", ("boundary inner vertices",), ("chains",)),
+    ("other vertices of meshlets", "#ee7733", ("interior vertices",), ("interior",)),
+)  # fmt: skip
+COLORS = {"ours": "#228833", "the paper's encoding": "#ccbb44", "Draco, level 7": "#4477aa", "Draco, level 10": "#99bbdd",
+          "Corto": "#ee6677", "quantised glTF": "#bbbbbb", "meshopt-compressed glTF": "#666666"}
+
+
+def figure3(size: dict, paper: dict) -> dict:
+    """Percent of raw by part: {"model": {"the paper's encoding": [...], "ours": [...]}}, in the order of FIGURE3."""
+    ours = {row["model"]: row for row in size["models"]}
+    theirs = {row["model"]: row for row in paper["rows"] if row["meshlets_of"] == "ours"}
+    bars = {}
+    for model in (m for m in PAPER_MODELS if m in ours and m in theirs):
+        raw_bits = 8 * ours[model]["raw_bytes"] / ours[model]["triangles"]
+        bits, sections = theirs[model]["bits_per_triangle"], ours[model]["sections"]
+        bars[model] = {
+            "the paper's encoding": [100 * sum(bits[p] for p in parts) / raw_bits for _, _, parts, _ in FIGURE3],
+            "ours": [100 * sum(sections[s] for s in kinds) / raw_bits for _, _, _, kinds in FIGURE3],
+        }
+    return bars
+
+
+def figure7(size: dict) -> dict:
+    """Percent of raw by codec: {"model": {codec: percent}}."""
+    return {row["model"]: {name: 100 / row["codecs"][name]["ratio"] for name in COLORS if name in row["codecs"]}
+            for model in PAPER_MODELS for row in size["models"] if row["model"] == model}
+
+
+def digest(bars: dict) -> str:
+    return hashlib.sha256(json.dumps(bars, sort_keys=True).encode()).hexdigest()
+
+
+def draw_figure3(size: dict, paper: dict) -> None:
+    """docs/figure3.png."""
+    bars = figure3(size, paper)
+    figure, axis = _axes()
+    for place, encodings in enumerate(bars.values()):
+        for shift, (name, values) in zip((-0.21, 0.21), encodings.items()):
+            bottom = 0.0
+            for (label, color, *_), value in zip(FIGURE3, values):
+                axis.bar(place + shift, value, 0.38, bottom, color=color, label=label if place + shift < 0 else None)
+                bottom += value
+            axis.text(place + shift, bottom, f"{name.removesuffix(' encoding')}\n{bottom:.1f}", ha="center", va="bottom", fontsize=8)
+    axis.set_title("Compressed data in percent of raw, at most 64 triangles per meshlet", loc="left")
+    _finish(figure, axis, bars, "figure3")
+
+
+def draw_figure7(size: dict) -> None:
+    """docs/figure7.png."""
+    bars = figure7(size)
+    figure, axis = _axes()
+    names = [name for name in COLORS if any(name in codecs for codecs in bars.values())]
+    width = 0.85 / len(names)
+    for k, name in enumerate(names):
+        places = [place + (k - (len(names) - 1) / 2) * width for place, codecs in enumerate(bars.values()) if name in codecs]
+        values = [codecs[name] for codecs in bars.values() if name in codecs]
+        axis.bar(places, values, 0.92 * width, color=COLORS[name], label=name)
+        for place, value in zip(places, values):
+            axis.text(place, value, f"{value:.0f}", ha="center", va="bottom", fontsize=7)
+    axis.set_title("Compressed size in percent of raw", loc="left")
+    _finish(figure, axis, bars, "figure7")
+
+
+def _axes():
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    return pyplot.subplots(figsize=(11, 5), dpi=100)
+
+
+def _finish(figure, axis, bars: dict, name: str) -> None:
+    axis.set_xticks(range(len(bars)), bars)
+    axis.set_ylabel("percent of raw")
+    axis.margins(y=0.12)
+    axis.spines[["top", "right"]].set_visible(False)
+    axis.legend(ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.08), frameon=False)
+    figure.tight_layout()
+    figure.savefig(ROOT / "docs" / f"{name}.png", metadata={DIGEST: digest(bars)})
+
+
+def main() -> None:
+    """Draws what there are measurements for; nothing of models other than the paper's."""
+    size, paper = read_result("size"), read_result("paper")
+    if size and figure7(size):
+        draw_figure7(size)
+    if size and paper and figure3(size, paper):
+        draw_figure3(size, paper)
+
+
+if __name__ == "__main__":
+    main()

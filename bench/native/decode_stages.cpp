@@ -1,0 +1,185 @@
+// decode_stages BLOB...  Where the time of decoding whole blobs goes, on one thread.
+// Prints one JSON object: for each stage, its share of the time in each repetition; "avx2" tells which build was measured, and
+// "clock_share" the part of the time that reading the clock takes, which is left out of the shares.
+//
+// The stages are those of decode() in decode_blob.inl, called here one by one with the processor's clock read in between. CMakeLists.txt
+// gives this file the options of decode_blob_avx2.cpp, so that what is measured is what the library runs.
+#define MESHLET_BUILD stages
+#include "decode_blob.inl"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <vector>
+
+#ifdef __x86_64__
+#include <x86intrin.h>
+#endif
+
+namespace meshlet {
+namespace {
+
+constexpr int kRepetitions = 7;
+
+enum Stage { kConnect, kLookUp, kShared, kOwn, kNumber, kTriangles, kValues, kStages };
+constexpr const char* kNames[kStages] = {"open and connect",        "look up shared vertices", "decode shared chains",
+                                         "decode own vertices", "number vertices",     "write triangles",
+                                         "write attributes"};
+
+uint64_t ticks() {
+#ifdef __x86_64__
+  return __rdtsc();
+#else
+  return uint64_t(std::chrono::steady_clock::now().time_since_epoch().count());
+#endif
+}
+
+class Clock {
+ public:
+  void start() { last_ = ticks(); }
+  void end(Stage stage) {
+    uint64_t now = ticks();
+    spent[stage] += now - last_;
+    last_ = now;
+  }
+  std::array<uint64_t, kStages> spent{};
+
+ private:
+  uint64_t last_ = 0;
+};
+
+// Ticks between two readings with nothing in between.
+uint64_t clock_cost() {
+  constexpr uint64_t kReadings = 100000;
+  Clock clock;
+  clock.start();
+  for (uint64_t i = 0; i < kReadings; i++) clock.end(kConnect);
+  return clock.spent[kConnect] / kReadings;
+}
+
+struct Blob {
+  std::vector<uint8_t> bytes;
+  BlobHeader header;
+  std::vector<uint32_t> triangles;
+  std::vector<std::vector<uint32_t>> values;
+  std::vector<void*> pointers;
+
+  explicit Blob(const char* path) {
+    std::ifstream file(path, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+    header = read_blob_header(bytes.data(), bytes.size());
+    triangles.resize(3 * size_t(header.triangle_count));
+    for (const Stream& s : header.streams) {
+      values.emplace_back(size_t(header.vertex_count) * (s.kind == kOct ? 3u : s.components));
+      pointers.push_back(values.back().data());
+    }
+  }
+
+  BlobJob job() {
+    BlobJob job{};
+    job.data = bytes.data();
+    job.size = uint32_t(bytes.size());
+    job.vertex_count = header.vertex_count;
+    job.meshlet_count = header.meshlet_count;
+    job.stream_count = uint32_t(header.streams.size());
+    job.streams = header.streams.data();
+    job.triangles = triangles.data();
+    job.values = pointers.data();
+    return job;
+  }
+};
+
+// decode() of decode_blob.inl, timed; the blobs are known to be well formed. Returns false if one is not after all.
+bool decode_timed(const BlobJob& job, MeshletDecoder& d, History& history, Clock& clock) {
+  uint32_t first = 0;
+  uint32_t* triangles = job.triangles;
+  for (uint32_t m = 0; m < job.meshlet_count; m++) {
+    clock.start();
+    d.open_meshlet(m);
+    if (d.error == ERROR_NONE) d.connect_meshlet();
+    clock.end(kConnect);
+    if (d.error != ERROR_NONE) return false;
+    history.look_up(true);
+    clock.end(kLookUp);
+    d.read_foreign();
+    clock.end(kShared);
+    if (d.error == ERROR_NONE) d.read_own();
+    clock.end(kOwn);
+    if (d.error != ERROR_NONE) return false;
+    uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch] = {};
+    uint32_t count = history.number(global, new_ids);
+    if (count == History::kCircle || count > job.vertex_count - first) return false;
+    history.append(global);
+    clock.end(kNumber);
+    write_triangles(d, global, triangles);
+    clock.end(kTriangles);
+    triangles += 3 * d.triangle_count;
+    write_vertices(job, d, {new_ids, count, first, job.vertex_count - first});
+    clock.end(kValues);
+    first += count;
+  }
+  return first == job.vertex_count;
+}
+
+bool decode_timed(Blob& blob, Clock& clock) {
+  BlobJob job = blob.job();
+  auto d = std::make_unique<MeshletDecoder>();
+  d->data = job.data;
+  d->size = job.size;
+  d->load_streams(0, job.stream_count);
+  History history(*d, job.meshlet_count);
+  history.allocate();
+  return decode_timed(job, *d, history, clock);
+}
+
+}  // namespace
+}  // namespace meshlet
+
+int main(int argc, char** argv) {
+  using namespace meshlet;
+#ifdef __AVX2__
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("bmi2")) {
+    std::fputs("decode_stages: needs a processor with AVX2 and BMI2\n", stderr);
+    return 2;
+  }
+#endif
+  std::vector<Blob> blobs;
+  uint64_t readings = 0;
+  for (int i = 1; i < argc; ++i) {
+    blobs.emplace_back(argv[i]);
+    readings += blobs.back().header.meshlet_count;
+  }
+  const double cost = double(clock_cost() * readings);
+  std::array<std::vector<double>, kStages> shares;
+  std::vector<double> clock_share;
+  for (int i = 0; i <= kRepetitions; ++i) {          // the first one only warms up
+    Clock clock;
+    for (Blob& blob : blobs) {
+      if (decode_timed(blob, clock)) continue;
+      std::fputs("decode_stages: a blob is malformed\n", stderr);
+      return 2;
+    }
+    double total = 0;
+    for (uint64_t spent : clock.spent) total += double(spent);
+    if (i == 0) continue;
+    for (size_t s = 0; s < kStages; ++s) shares[s].push_back(std::max(0.0, double(clock.spent[s]) - cost) / (total - kStages * cost));
+    clock_share.push_back(kStages * cost / total);
+  }
+  std::printf("{\"avx2\": %s, \"clock_share\": %.6g, \"shares\": {",
+#ifdef __AVX2__
+              "true",
+#else
+              "false",
+#endif
+              clock_share.back());
+  for (size_t s = 0; s < kStages; ++s) {
+    std::printf("%s\"%s\": [", s ? ", " : "", kNames[s]);
+    for (size_t i = 0; i < shares[s].size(); ++i) std::printf("%s%.6g", i ? ", " : "", shares[s][i]);
+    std::printf("]");
+  }
+  std::printf("}}\n");
+}

@@ -1,0 +1,568 @@
+"""The paper's own encoding, written and decoded; `python -m bench.paper` sets what it costs beside what the paper claims.
+
+A model is cut into meshlets of one edge-connected disk each. Runs of vertices between the same two meshlets (or one and nothing)
+are boundaries and stored once, both ends included, so that a corner is stored by every boundary that meets there. A boundary's
+ends have absolute positions; every other vertex of it has the difference from the one before, an interior vertex the difference
+from its gate. A component of a difference is written in its low m bits or, with its flag set, in all n; one m for the model is
+found by trying all, and m = n writes no flags. Of each such vertex come first the three flags, then the low blocks, then the high
+ones. Normals are spherical, texture coordinates absolute. Triangles are Edgebreaker symbols in fixed codes of 2 bits for C, R, E
+and 3 for L, S; the traversal starts at the first edge of the meshlet's first boundary.
+
+The paper leaves open, and we chose: negative differences are interleaved with positive ones (0, -1, 1, -2, ...), so that small
+ones have leading zeros whatever their sign, which is smaller than two's complement; an interior vertex is predicted by the end
+of its gate; positions are on one grid for the mesh, for relative to each meshlet's box shared vertices would part; and the tables,
+which are 32-bit words: for each meshlet where its symbols, references and interior vertices start and its number of triangles,
+for each reference the boundary and its direction, for each boundary where it starts. The grids' floats are not part of the file.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import Counter
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bench.peers import Part
+from gltf_ext import _codec
+from gltf_ext.attributes import GRID, INTEGER, Bits
+from gltf_ext.geometry import position_ids
+
+SYMBOLS = "CRELS"
+CODES = {"C": (0, 2), "R": (1, 2), "E": (2, 2), "L": (3, 3), "S": (7, 3)}   # (value, bits), lowest bit first
+HEADER = struct.Struct("<4s4B2I")       # magic, n, m, bits of a normal and of a texture coordinate, parts, bytes of tables
+PART = struct.Struct("<5I")             # kinds of attributes, meshlets, references, boundaries, bits before its first bit
+MESHLET_WORDS = 4
+MAGIC = b"NFR1"
+PARTS = ("connectivity", "meshlets, references, boundaries", "boundary ends", "boundary inner vertices", "interior vertices", "header")
+
+
+# --- bits --------------------------------------------------------------------------------------------------------------------
+
+
+class BitWriter:
+    """Collects bit fields, lowest bit first."""
+
+    def __init__(self):
+        self._bytes, self._pending, self._count = bytearray(), 0, 0
+
+    def write(self, value: int, width: int) -> None:
+        self._pending |= value << self._count
+        self._count += width
+        if self._count >= 64:
+            whole = self._count // 8
+            self._bytes += (self._pending & ((1 << 8 * whole) - 1)).to_bytes(whole, "little")
+            self._pending >>= 8 * whole
+            self._count -= 8 * whole
+
+    @property
+    def position(self) -> int:
+        return 8 * len(self._bytes) + self._count
+
+    def getvalue(self) -> bytes:
+        return bytes(self._bytes) + self._pending.to_bytes((self._count + 7) // 8, "little")
+
+
+class BitReader:
+    """Reads what a BitWriter wrote, from any bit on."""
+
+    def __init__(self, data: bytes, position: int):
+        self._data, self.position = data, position
+
+    def read(self, width: int) -> int:
+        start, stop = self.position, self.position + width
+        self.position = stop
+        return int.from_bytes(self._data[start >> 3 : stop + 7 >> 3], "little") >> (start & 7) & ((1 << width) - 1)
+
+
+def zigzag(difference: int, bits: int) -> int:
+    """A difference modulo 2^bits -> 0, 1, 2, 3, ... for 0, -1, 1, -2, ..."""
+    half = 1 << bits - 1
+    signed = (difference + half) % (2 * half) - half
+    return 2 * signed if signed >= 0 else -2 * signed - 1
+
+
+def unzigzag(value: int) -> int:
+    return value >> 1 ^ -(value & 1)
+
+
+# --- Edgebreaker -------------------------------------------------------------------------------------------------------------
+
+
+def clers(triangles: list[tuple[int, int, int]], loop: list[int]) -> tuple[str, list[tuple[int, int]]]:
+    """Edgebreaker symbols of a disk, and (vertex, end of its gate) for each C.
+
+    loop: the border's vertices along its triangles' edges; the traversal starts at the edge loop[0] -> loop[1].
+    """
+    apex = {edge: v for a, b, c in triangles for edge, v in (((a, b), c), ((b, c), a), ((c, a), b))}
+    seen = set(loop)
+    symbols, interior = [], []
+    rest = [[*loop[1:], loop[0]]]   # borders of what is left, each from its gate's end b around to its start a
+    while rest:
+        border = rest.pop()
+        while True:
+            a, b = border[-1], border[0]
+            v = apex[a, b]
+            if v not in seen:
+                symbols.append("C")
+                interior.append((v, b))
+                seen.add(v)
+                border.append(v)
+            elif len(border) == 3:
+                symbols.append("E")
+                break
+            elif v == border[1]:
+                symbols.append("R")
+                del border[0]
+            elif v == border[-2]:
+                symbols.append("L")
+                del border[-1]
+            else:
+                symbols.append("S")
+                middle = border.index(v)
+                rest.append(border[middle:])
+                del border[middle + 1 :]
+    return "".join(symbols), interior
+
+
+def unfold(symbols: str) -> tuple[list[tuple[int, int, int]], list[tuple[int, int]], int]:
+    """The inverse of `clers`: (triangles, (vertex, end of its gate) for each C, length of the loop).
+
+    Ids are the loop's, 0 being where the first gate starts, and after them the interior vertices in order.
+    """
+    length = border_length(symbols, 0)
+    triangles, interior = [], []
+    rest = [[*range(1, length), 0]]
+    t = 0
+    while rest:
+        border = rest.pop()
+        symbol = ""
+        while symbol != "E":
+            symbol, a, b = symbols[t], border[-1], border[0]
+            t += 1
+            if symbol == "C":
+                v = length + len(interior)
+                interior.append((v, b))
+                border.append(v)
+            elif symbol == "S":
+                middle = border_length(symbols, t) - 1
+                v = border[middle]
+                rest.append(border[middle:])
+                del border[middle + 1 :]
+            else:
+                v = border[-2] if symbol == "L" else border[1]
+                del border[-1 if symbol == "L" else 0]
+            triangles.append((a, b, v))
+    return triangles, interior, length
+
+
+def border_length(symbols: str, begin: int) -> int:
+    """Edges around the part that symbol `begin` starts: E closes three, R and L one, C opens one, S doubles one."""
+    length, open_parts = 0, 1
+    for t in range(begin, len(symbols)):
+        symbol = symbols[t]
+        length += {"E": 3, "R": 1, "L": 1, "C": -1, "S": -1}[symbol]
+        open_parts += (symbol == "S") - (symbol == "E")
+        if not open_parts:
+            return length
+    raise ValueError("the symbols lack an E")
+
+
+# --- meshlets and boundaries ---------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Disk:
+    """A meshlet: local triangles, the border's local vertices in order, and each local vertex's index in the mesh.
+
+    references: (boundary, reversed) along the loop, whose first vertex is the first reference's.
+    """
+
+    triangles: list[tuple[int, int, int]]
+    loop: list[int]
+    vertices: list[int]
+    references: list[tuple[int, bool]] = field(default_factory=list)
+
+
+@dataclass
+class Mesh:
+    """A part as the encoding takes it: integer positions [V][3], other attributes packed per vertex, disks and boundaries.
+
+    attributes: one integer per vertex, of attribute_bits bits; boundaries: indices of vertices, ends included.
+    """
+
+    positions: list[list[int]]
+    attributes: list[int]
+    attribute_bits: int
+    kinds: int
+    disks: list[Disk]
+    boundaries: list[list[int]]
+
+
+def spherical(normals: np.ndarray, bits: int) -> np.ndarray:
+    """Directions float[V, 3] -> polar and azimuthal angle, uint32[V, 2] of `bits` bits each."""
+    x, y, z = normals.astype(np.float64).T
+    polar = np.arctan2(np.hypot(x, y), z) / np.pi * (2**bits - 1)
+    azimuth = np.arctan2(y, x) / (2 * np.pi) * 2**bits
+    return np.stack([np.rint(polar), np.rint(azimuth) % 2**bits], axis=1).astype(np.uint32)
+
+
+def quantised(part: Part, bits: Bits) -> tuple[list[dict], list[np.ndarray]]:
+    """(stream table rows for _codec.encode, integers) of a part: positions, normals, texture coordinates."""
+    arrays = [(GRID, bits.position, np.rint(part.positions))]
+    if part.normals is not None:
+        arrays.append((INTEGER, bits.normal, spherical(part.normals, bits.normal)))
+    if part.texcoords is not None:
+        arrays.append((GRID, bits.texcoord, np.rint(part.texcoords)))
+    rows = [{"kind": kind, "components": values.shape[1], "bits": width, "step": 1.0} for kind, width, values in arrays]
+    return rows, [np.ascontiguousarray(values, np.uint32) for _, _, values in arrays]
+
+
+def mesh_of(part: Part, bits: Bits, fill: float) -> Mesh:
+    """A part cut into meshlets by our encoder; fill: 0 for its default, see gltf_ext.compress."""
+    rows, values = quantised(part, bits)
+    blob, _ = _codec.encode(part.triangles, position_ids(part.positions), part.positions, rows, values, fill=fill)
+    triangles, arrays = _codec.decode(blob)
+    packed, width = np.zeros(len(arrays[0]), np.uint64), 0
+    for row, array in zip(rows[1:], arrays[1:]):
+        for column in array.T:
+            packed |= column.astype(np.uint64) << np.uint64(width)
+            width += row["bits"]
+    kinds = (part.normals is not None) + 2 * (part.texcoords is not None)
+    disks = _disks(blob, triangles)
+    return Mesh(arrays[0].tolist(), packed.tolist(), width, kinds, disks, _boundaries(disks))
+
+
+def _disks(blob: bytes, triangles: np.ndarray) -> list[Disk]:
+    """Every component of every meshlet of a blob; `triangles` are the whole blob's, in the same order."""
+    decoder = _codec.Decoder(blob)
+    disks, begin = [], 0
+    for m in range(decoder.meshlet_count):
+        local = decoder.decode_meshlet(m)[0]
+        whole = triangles[begin : begin + len(local)]
+        begin += len(local)
+        names = dict(zip(local.ravel().tolist(), whole.ravel().tolist()))
+        for component in _components([tuple(t) for t in local.tolist()]):
+            ids = {v: i for i, v in enumerate(dict.fromkeys(v for t in component for v in t))}
+            renamed = [tuple(ids[v] for v in t) for t in component]
+            disks.append(Disk(renamed, _border(renamed), [names[v] for v in ids]))
+    return disks
+
+
+def _components(triangles: list[tuple]) -> list[list[tuple]]:
+    """Triangles in traversal order, so that each shares vertices with one before it or starts a component."""
+    components, seen = [], set()
+    for triangle in triangles:
+        if seen.isdisjoint(triangle):
+            components.append([])
+        components[-1].append(triangle)
+        seen.update(triangle)
+    return components
+
+
+def _border(triangles: list[tuple]) -> list[int]:
+    edges = {edge for a, b, c in triangles for edge in ((a, b), (b, c), (c, a))}
+    after = {a: b for a, b in edges if (b, a) not in edges}
+    loop = [min(after)]
+    while (v := after[loop[-1]]) != loop[0]:
+        loop.append(v)
+    return loop
+
+
+def _boundaries(disks: list[Disk]) -> list[list[int]]:
+    """Gives every disk its references and rotates its loop to the first; returns the boundaries."""
+    mates = _mates(disks)
+    starts = _starts(disks, mates)
+    boundaries: list[list[int]] = []
+    of_edge: dict[tuple[int, int], int] = {}
+    for d, disk in enumerate(disks):
+        length, ordered = len(disk.loop), sorted(starts[d])
+        for start, stop in zip(ordered, [*ordered[1:], ordered[0] + length]):
+            mate = mates.get((d, start))
+            if mate in of_edge:
+                disk.references.append((of_edge[mate], True))
+                continue
+            disk.references.append((len(boundaries), False))
+            of_edge.update({(d, i % length): len(boundaries) for i in range(start, stop)})
+            boundaries.append([disk.vertices[disk.loop[i % length]] for i in range(start, stop + 1)])
+    for disk, begins in zip(disks, starts):
+        disk.loop = disk.loop[min(begins) :] + disk.loop[: min(begins)]
+    return boundaries
+
+
+def _mates(disks: list[Disk]) -> dict[tuple[int, int], tuple[int, int]]:
+    """(disk, edge of its loop) -> the same on the edge's other side, where there is exactly one."""
+    places: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    for d, disk in enumerate(disks):
+        around = [disk.vertices[v] for v in disk.loop]
+        for i, edge in enumerate(zip(around, around[1:] + around[:1])):
+            places.setdefault(edge, []).append((d, i))
+    return {
+        here[0]: there[0]
+        for (a, b), here in places.items()
+        if len(here) == 1 and len(there := places.get((b, a), ())) == 1
+    }
+
+
+def _starts(disks: list[Disk], mates: dict) -> list[set[int]]:
+    """Per disk: the places in its loop where a boundary starts.
+
+    Two edges belong to one boundary when their mates follow each other, backwards, in one loop and are not these edges, or when
+    neither has a mate. A loop of one boundary starts anywhere, and the loop around it at the same vertex.
+    """
+    starts: list[set[int]] = [set() for _ in disks]
+    for d, disk in enumerate(disks):
+        length = len(disk.loop)
+        for i in range(length):
+            before, after = mates.get((d, i - 1 if i else length - 1)), mates.get((d, i))
+            if before is None and after is None:
+                continue
+            if before is None or after is None or before == (d, i):
+                starts[d].add(i)
+            elif after != (before[0], (before[1] or len(disks[before[0]].loop)) - 1):
+                starts[d].add(i)
+    for d, disk in enumerate(disks):
+        if not starts[d]:
+            starts[d].add(0)
+            if mate := mates.get((d, 0)):
+                starts[mate[0]].add((mate[1] + 1) % len(disks[mate[0]].loop))
+    return starts
+
+
+# --- encoding ----------------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Encoded:
+    """A model in the paper's encoding.
+
+    data: the file; bits: of each of PARTS, their sum is 8 * len(data); counts: meshlets, references, boundaries, and vertices by how
+    they are stored (ends, inner of boundaries, interior); symbols: how many of each; m: the width of short differences;
+    difference_bits: what all differences take, flags included; complement_bits: what they would take in two's complement.
+    """
+
+    data: bytes
+    bits: dict[str, int]
+    counts: dict[str, int]
+    symbols: dict[str, int]
+    m: int
+    difference_bits: int
+    complement_bits: int
+
+
+@dataclass
+class _Traversed:
+    """A mesh's symbols per disk, and for each disk and each boundary (vertex, its difference) of what has one."""
+
+    symbols: list[str]
+    interior: list[list[tuple[int, list[int]]]]
+    inner: list[list[tuple[int, list[int]]]]
+
+
+def _traverse(mesh: Mesh, n: int) -> _Traversed:
+    def difference(v: int, before: int) -> tuple[int, list[int]]:
+        return v, [zigzag(x - y, n) for x, y in zip(mesh.positions[v], mesh.positions[before])]
+
+    symbols, interior = [], []
+    for disk in mesh.disks:
+        text, added = clers(disk.triangles, disk.loop)
+        symbols.append(text)
+        interior.append([difference(disk.vertices[v], disk.vertices[b]) for v, b in added])
+    return _Traversed(symbols, interior, [[difference(v, u) for u, v in zip(run, run[1:-1])] for run in mesh.boundaries])
+
+
+def encode(parts: list[Part], bits: Bits = Bits(), fill: float = 0.0) -> Encoded:
+    """A model in the paper's encoding, with one m for all its parts; fill: see `mesh_of`."""
+    return encode_meshes([mesh_of(part, bits, fill) for part in parts], bits)
+
+
+def encode_meshes(meshes: list[Mesh], bits: Bits) -> Encoded:
+    n = bits.position
+    traversed = [_traverse(mesh, n) for mesh in meshes]
+    differences = [u for t in traversed for run in (*t.interior, *t.inner) for _, d in run for u in d]
+    lengths = Counter(u.bit_length() for u in differences)
+    m = best_m(lengths, n)
+    complements = Counter((unzigzag(u) % (1 << n)).bit_length() for u in differences)
+    stream, tables, spent, counts, symbols = BitWriter(), [], Counter(), Counter(), Counter()
+    for mesh, t in zip(meshes, traversed):
+        references = sum(len(disk.references) for disk in mesh.disks)
+        head = PART.pack(mesh.kinds, len(mesh.disks), references, len(mesh.boundaries), stream.position)
+        words = _write_part(stream, mesh, t, n, m, spent)
+        tables += [head, np.array(words, "<u4").tobytes()]
+        spent["meshlets, references, boundaries"] += 32 * len(words)
+        inner, interior = (sum(map(len, runs)) for runs in (t.inner, t.interior))
+        counts.update(triangles=sum(map(len, t.symbols)), meshlets=len(mesh.disks), references=references,
+                      boundaries=len(mesh.boundaries), ends=2 * len(mesh.boundaries), inner=inner, interior=interior,
+                      vertices=len(mesh.positions))
+        symbols.update("".join(t.symbols))
+    data = HEADER.pack(MAGIC, n, m, bits.normal, bits.texcoord, len(meshes), sum(map(len, tables))) + b"".join(tables) + stream.getvalue()
+    spent["header"] = 8 * len(data) - sum(spent.values())
+    return Encoded(data, {part: spent[part] for part in PARTS}, dict(counts), {s: symbols[s] for s in SYMBOLS}, m,
+                   difference_bits(lengths, n, m), difference_bits(complements, n, best_m(complements, n)))
+
+
+def best_m(lengths: Counter, n: int) -> int:
+    """The width that takes the fewest bits, of several the largest; lengths as in `difference_bits`."""
+    return min(range(1, n + 1), key=lambda m: (difference_bits(lengths, n, m), -m))
+
+
+def difference_bits(lengths: Counter, n: int, m: int) -> int:
+    """Bits of all differences; lengths: how many components have a value of how many bits."""
+    if m == n:
+        return n * lengths.total()
+    return sum(count * (1 + (m if length <= m else n)) for length, count in lengths.items())
+
+
+def _write_part(stream: BitWriter, mesh: Mesh, t: _Traversed, n: int, m: int, spent: Counter) -> list[int]:
+    """Writes a part's bits, adds to what was spent on each of PARTS, and returns the words of its tables."""
+    origin = stream.position
+
+    def end(v: int) -> None:
+        for x in mesh.positions[v]:
+            stream.write(x, n)
+        stream.write(mesh.attributes[v], mesh.attribute_bits)
+
+    def differences(run: list[tuple[int, list[int]]]) -> None:
+        for v, difference in run:
+            write_difference(stream, difference, n, m)
+            stream.write(mesh.attributes[v], mesh.attribute_bits)
+
+    @contextmanager
+    def counted(part: str):
+        before = stream.position
+        yield before - origin
+        spent[part] += stream.position - before
+
+    boundary_words, meshlet_words, first_reference = [], [], 0
+    for run, inner in zip(mesh.boundaries, t.inner):
+        with counted("boundary ends") as start:
+            boundary_words.append(start)
+            end(run[0])
+            end(run[-1])
+        with counted("boundary inner vertices"):
+            differences(inner)
+    boundary_words.append(stream.position - origin)
+    for disk, symbols, interior in zip(mesh.disks, t.symbols, t.interior):
+        with counted("connectivity") as symbols_start:
+            for symbol in symbols:
+                stream.write(*CODES[symbol])
+        with counted("interior vertices") as interior_start:
+            differences(interior)
+        meshlet_words += [symbols_start, interior_start, first_reference, len(symbols)]
+        first_reference += len(disk.references)
+    references = [2 * boundary + backwards for disk in mesh.disks for boundary, backwards in disk.references]
+    return [*meshlet_words, *references, *boundary_words]
+
+
+def write_difference(stream: BitWriter, difference: list[int], n: int, m: int) -> None:
+    """Flags of all components, their low blocks, then the high blocks of those that need one; for m = n only the values."""
+    if m < n:
+        for u in difference:
+            stream.write(u >> m != 0, 1)
+    for u in difference:
+        stream.write(u & (1 << m) - 1, m)
+    for u in difference:
+        if u >> m:
+            stream.write(u >> m, n - m)
+
+
+# --- decoding ----------------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class DecodedMeshlet:
+    """triangles: local ids; vertices: (x, y, z, packed other attributes) per local id."""
+
+    triangles: list[tuple[int, int, int]]
+    vertices: list[tuple[int, ...]]
+
+
+def decode(data: bytes) -> list[list[DecodedMeshlet]]:
+    """Every meshlet of every part, from the file alone."""
+    magic, n, m, normal_bits, texcoord_bits, part_count, table_bytes = HEADER.unpack_from(data)
+    if magic != MAGIC:
+        raise ValueError(f"the file does not start with {MAGIC.decode()}")
+    parts, at, stream_start = [], HEADER.size, 8 * (HEADER.size + table_bytes)
+    for _ in range(part_count):
+        kinds, meshlets, references, boundaries, origin = PART.unpack_from(data, at)
+        words = np.frombuffer(data, "<u4", MESHLET_WORDS * meshlets + references + boundaries + 1, at + PART.size).tolist()
+        at += PART.size + 4 * len(words)
+        part = _PartReader(data, stream_start + origin, n, m, 2 * normal_bits * (kinds & 1) + texcoord_bits * (kinds & 2))
+        part.read_tables(words, meshlets, references)
+        parts.append([part.meshlet(i) for i in range(meshlets)])
+    return parts
+
+
+class _PartReader:
+    """Decodes single meshlets of one part: only its own bits and those of its boundaries are read."""
+
+    def __init__(self, data: bytes, origin: int, n: int, m: int, attribute_bits: int):
+        self.data, self.origin, self.n, self.m, self.attribute_bits = data, origin, n, m, attribute_bits
+
+    def read_tables(self, words: list[int], meshlets: int, references: int) -> None:
+        split = MESHLET_WORDS * meshlets
+        self.meshlets = [words[i : i + MESHLET_WORDS] for i in range(0, split, MESHLET_WORDS)]
+        self.references, self.boundaries = words[split : split + references], words[split + references :]
+
+    def meshlet(self, index: int) -> DecodedMeshlet:
+        symbols_start, interior_start, first, triangle_count = self.meshlets[index]
+        stop = self.meshlets[index + 1][2] if index + 1 < len(self.meshlets) else len(self.references)
+        symbols = self._symbols(symbols_start, triangle_count)
+        triangles, interior, length = unfold(symbols)
+        vertices = [v for reference in self.references[first:stop] for v in self._boundary(reference)[:-1]]
+        if len(vertices) != length:
+            raise ValueError(f"meshlet {index}: its boundaries have {len(vertices)} edges instead of {length}")
+        reader = BitReader(self.data, self.origin + interior_start)
+        for v, gate_end in interior:
+            vertices.append(self._moved(reader, vertices[gate_end]))
+        return DecodedMeshlet(triangles, vertices)
+
+    def _symbols(self, start: int, count: int) -> str:
+        reader, symbols = BitReader(self.data, self.origin + start), ""
+        for _ in range(count):
+            code = reader.read(2)
+            symbols += "CRE"[code] if code < 3 else "LS"[reader.read(1)]
+        return symbols
+
+    def _boundary(self, reference: int) -> list[tuple[int, ...]]:
+        """The vertices along a reference, both ends included."""
+        boundary, backwards = reference >> 1, reference & 1
+        reader = BitReader(self.data, self.origin + self.boundaries[boundary])
+        stop = self.origin + self.boundaries[boundary + 1]
+        run, last = [self._end(reader)], self._end(reader)
+        while reader.position < stop:
+            run.append(self._moved(reader, run[-1]))
+        run.append(last)
+        return run[::-1] if backwards else run
+
+    def _end(self, reader: BitReader) -> tuple[int, ...]:
+        return (*(reader.read(self.n) for _ in range(3)), reader.read(self.attribute_bits))
+
+    def _moved(self, reader: BitReader, base: tuple[int, ...]) -> tuple[int, ...]:
+        difference = read_difference(reader, self.n, self.m)
+        position = ((x + unzigzag(u)) % (1 << self.n) for x, u in zip(base, difference))
+        return (*position, reader.read(self.attribute_bits))
+
+
+def read_difference(reader: BitReader, n: int, m: int) -> list[int]:
+    """The inverse of `write_difference`."""
+    flags = [m < n and reader.read(1) for _ in range(3)]
+    low = [reader.read(m) for _ in range(3)]
+    return [u | reader.read(n - m) << m if flag else u for flag, u in zip(flags, low)]
+
+
+def soup(mesh: Mesh) -> list[tuple]:
+    """A mesh's triangles as sorted triples of vertices (x, y, z, packed other attributes), rotated so that they compare."""
+    corners = [(*position, packed) for position, packed in zip(mesh.positions, mesh.attributes)]
+    return sorted(_rotated([corners[disk.vertices[v]] for v in t]) for disk in mesh.disks for t in disk.triangles)
+
+
+def decoded_soup(meshlets: list[DecodedMeshlet]) -> list[tuple]:
+    """The same of what was decoded."""
+    return sorted(_rotated([meshlet.vertices[v] for v in t]) for meshlet in meshlets for t in meshlet.triangles)
+
+
+def _rotated(triangle: list) -> tuple:
+    a, b, c = triangle
+    return min((a, b, c), (b, c, a), (c, a, b))

@@ -1,0 +1,474 @@
+"""The codecs that ours is measured against, each behind the same two functions, on the same integers.
+
+A model becomes Parts: its primitives with positions and texture coordinates in steps of the grids that our encoder uses, so that
+every codec is asked for steps of exactly one; normals are vectors, each codec has its own 8-bit form of them. Other attributes
+are left out (only colours occur).
+
+    found, missing = available(); parts = read_parts(path); buffers = found[0].encode(parts); found[0].decode(buffers)
+
+Draco needs the Python package DracoPy, its own command draco_encoder on the PATH; gltfpack needs node and the npm package
+gltfpack in build/node or the folder that GLTF_MESHLET_NODE_MODULES names, its decoding the Python package meshoptimizer; Corto
+needs GLTF_MESHLET_CORTO, the path of its `corto` command, its decoding also the library libcortocodec_unity.so beside the command
+(both come out of Corto's CMake build).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.metadata
+import json
+import os
+import re
+import shutil
+import struct
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bench.common import ROOT
+from gltf_ext.attributes import Bits, plan_primitive, position_grid
+from gltf_ext.geometry import Primitive, read_primitive, triangle_primitives, weld
+from gltf_ext.importers import open_model
+
+NODE_MODULES = Path(os.environ.get("GLTF_MESHLET_NODE_MODULES") or ROOT / "build" / "node" / "node_modules")
+CORTO = os.environ.get("GLTF_MESHLET_CORTO", "")
+ATTRIBUTES = {"POSITION": 3, "NORMAL": 3, "TEXCOORD_0": 2}
+
+
+class PeerMissing(Exception):
+    """A codec that is not installed; the message says what to install."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One primitive for a codec, or decoded by it.
+
+    triangles: uint32[T, 3]; positions: float32[V, 3] in steps of the mesh's grid, 0 to 2^bits.position - 1; normals: float32[V, 3]
+    unit vectors or None; texcoords: float32[V, 2] in steps of the primitive's grid, 0 to 2^bits.texcoord - 1, or None. What a codec
+    decodes are whole steps.
+    """
+
+    triangles: np.ndarray
+    positions: np.ndarray
+    normals: np.ndarray | None = None
+    texcoords: np.ndarray | None = None
+
+    @property
+    def raw_bytes(self) -> int:
+        """4 bytes per float component and per index."""
+        floats = 3 + 3 * (self.normals is not None) + 2 * (self.texcoords is not None)
+        return 4 * (floats * len(self.positions) + self.triangles.size)
+
+
+# --- models as parts ---------------------------------------------------------------------------------------------------------
+
+
+def read_primitives(path: Path) -> list[Primitive]:
+    """The welded triangle primitives of a model with the attributes that all codecs know, empty ones left out."""
+    document = open_model(path)
+    primitives = []
+    for mesh, index, _ in triangle_primitives(document):
+        source, _ = read_primitive(document, mesh, index)
+        kept = {name: v for name, v in source.attributes.items() if ATTRIBUTES.get(name) == v.shape[1] and v.dtype.kind == "f"}
+        welded, _ = weld(Primitive(mesh, index, source.indices, kept))
+        if len(welded.indices):
+            primitives.append(welded)
+    return primitives
+
+
+def read_parts(path: Path, bits: Bits = Bits()) -> list[Part]:
+    """A model's primitives on the grids that gltf_ext.compress would give them: one position grid per mesh."""
+    return parts_of(read_primitives(path), bits)
+
+
+def parts_of(primitives: list[Primitive], bits: Bits = Bits()) -> list[Part]:
+    """Primitives on one position grid per mesh and one texture coordinate grid each."""
+    boxes: dict[int, list[np.ndarray]] = {}
+    for primitive in primitives:
+        positions = primitive.attributes["POSITION"]
+        boxes.setdefault(primitive.mesh, []).append(np.stack([positions.min(axis=0), positions.max(axis=0)]))
+    grids = {mesh: position_grid(np.min(box, axis=0)[0], np.max(box, axis=0)[1], bits.position, None) for mesh, box in boxes.items()}
+    return [_part(primitive, grids[primitive.mesh], bits) for primitive in primitives]
+
+
+def _part(primitive: Primitive, grid, bits: Bits) -> Part:
+    plan = plan_primitive(primitive.attributes, [], grid, bits, "")
+
+    def in_steps(name: str) -> np.ndarray | None:
+        if name not in primitive.attributes:
+            return None
+        stream = plan.streams[plan.attributes[name]]
+        steps = (primitive.attributes[name].astype(np.float64) - stream.offset) / stream.step
+        largest = {"POSITION": 2**bits.position, "TEXCOORD_0": 2**bits.texcoord}[name] - 1
+        return np.ascontiguousarray(steps.clip(0, largest), np.float32)   # only rounding leads beyond
+
+    return Part(primitive.indices, in_steps("POSITION"), primitive.attributes.get("NORMAL"), in_steps("TEXCOORD_0"))
+
+
+# --- Draco -------------------------------------------------------------------------------------------------------------------
+
+
+class Draco:
+    """Google's Draco through DracoPy, one buffer per part. level: 0 (fastest) to 10 (smallest)."""
+
+    def __init__(self, level: int = 7):
+        try:
+            import DracoPy
+        except ImportError:
+            raise PeerMissing("Draco: pip install DracoPy") from None
+        self._module, self.level, self.name = DracoPy, level, f"Draco, level {level}"
+        self.version = f"DracoPy {importlib.metadata.version('DracoPy')}"
+
+    def encode(self, parts: list[Part], bits: Bits = Bits()) -> list[bytes]:
+        return [self._encode(part, bits) for part in parts]
+
+    def _encode(self, part: Part, bits: Bits) -> bytes:
+        texcoords = None if part.texcoords is None else part.texcoords.astype(np.float64)
+        normals = None if part.normals is None else part.normals.astype(np.float64)
+        return self._module.encode(
+            part.positions.astype(np.float64), part.triangles, compression_level=self.level,
+            quantization_bits=bits.position, quantization_range=2**bits.position - 1, quantization_origin=[0.0, 0.0, 0.0],
+            normals=normals, normal_quantization_bits=bits.normal, tex_coord=texcoords, tex_coord_quantization_bits=bits.texcoord,
+        )  # fmt: skip
+
+    def decode(self, buffers: list[bytes]) -> list[Part]:
+        parts = []
+        for buffer in buffers:
+            mesh = self._module.decode(buffer)
+            normals, texcoords = mesh.normals, mesh.tex_coord
+            has_normals, has_texcoords = normals is not None and len(normals), texcoords is not None and len(texcoords)
+            parts.append(Part(np.asarray(mesh.faces, np.uint32), _steps(mesh.points),
+                              np.asarray(normals, np.float32) if has_normals else None, _steps(texcoords) if has_texcoords else None))
+        return parts
+
+    def file_bytes(self, buffers: list[bytes]) -> int:
+        return sum(map(len, buffers))
+
+    def resident_bytes(self, parts: list[Part], buffers: list[bytes]) -> int:
+        """It has to be unpacked before it is drawn: floats and 32-bit indices, which is what its decoder gives."""
+        return sum(part.raw_bytes for part in parts)
+
+
+class DracoCommand(Draco):
+    """Draco's own command draco_encoder, a check of what DracoPy gives; only for parts that span their mesh's grid.
+
+    The command quantises over each part's own box and has no option for another.
+    """
+
+    def __init__(self, level: int = 7):
+        super().__init__(level)
+        self._command = shutil.which("draco_encoder")
+        if self._command is None:
+            raise PeerMissing("Draco's command: draco_encoder is not on the PATH (Debian: apt install draco)")
+        self.name = f"draco_encoder, level {level}"
+        self.version = _draco_command_version(self._command)
+
+    def _encode(self, part: Part, bits: Bits) -> bytes:
+        if np.ptp(part.positions, axis=0).max() < 2**bits.position - 1.5:
+            raise ValueError("draco_encoder has no option for a grid that is larger than the part")
+        with tempfile.TemporaryDirectory() as folder:
+            source, target = Path(folder) / "in.obj", Path(folder) / "out.drc"
+            source.write_text(obj(part))
+            options = ["-cl", self.level, "-qp", bits.position, "-qn", bits.normal, "-qt", bits.texcoord]
+            subprocess.run([self._command, "-i", source, "-o", target, *map(str, options)], check=True, capture_output=True)
+            return target.read_bytes()
+
+
+def _draco_command_version(command: str) -> str:
+    """Of the Debian package, or the number in the name of the file that the command is a link to."""
+    package = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "draco"], capture_output=True, text=True)
+    number = re.search(r"[0-9.]+$", Path(command).resolve().name)
+    return f"draco {package.stdout}" if package.returncode == 0 else f"draco {number[0]}" if number else "draco, version unknown"
+
+
+def obj(part: Part) -> str:
+    """Wavefront OBJ; every corner names one index for all attributes."""
+    kinds = [("v", part.positions), ("vt", part.texcoords), ("vn", part.normals)]
+    lines = [f"{kind} " + " ".join(map(repr, row)) for kind, values in kinds if values is not None for row in values.tolist()]
+    corner = {(False, False): "{0}", (True, False): "{0}/{0}", (False, True): "{0}//{0}", (True, True): "{0}/{0}/{0}"}[
+        part.texcoords is not None, part.normals is not None]
+    lines += ["f " + " ".join(corner.format(v) for v in triangle) for triangle in (part.triangles + 1).tolist()]
+    return "\n".join(lines) + "\n"
+
+
+def _steps(values) -> np.ndarray:
+    return np.rint(values).astype(np.float32)
+
+
+# --- Corto -------------------------------------------------------------------------------------------------------------------
+
+
+class Corto:
+    """ISTI's Corto through its command; decoding in this process through its C library. One buffer per part.
+
+    predictions: its normal modes to try, the smallest result counts ("border" drops differences and is inexact).
+    """
+
+    name = "Corto"
+
+    def __init__(self, predictions: tuple[str, ...] = ("delta", "estimated")):
+        if not CORTO or not os.access(CORTO, os.X_OK):
+            raise PeerMissing("Corto: build it (github.com/cnr-isti-vclab/corto) and set GLTF_MESHLET_CORTO to its corto command")
+        self.predictions = predictions
+        self.version = _corto_version(Path(CORTO))
+
+    def encode(self, parts: list[Part], bits: Bits = Bits()) -> list[bytes]:
+        return self.encode_timed(parts, bits)[0]
+
+    def encode_timed(self, parts: list[Part], bits: Bits = Bits()) -> tuple[list[bytes], float]:
+        """(buffers, seconds): the seconds that the command itself states, to its resolution of a millisecond, loading left out."""
+        buffers, seconds = [], 0.0
+        for part in parts:
+            tries = [self._encode(part, bits, prediction) for prediction in self.predictions]
+            smallest = min(tries, key=lambda result: len(result[0]))
+            buffers.append(smallest[0])
+            seconds += smallest[1]
+        return buffers, seconds
+
+    @staticmethod
+    def _encode(part: Part, bits: Bits, prediction: str) -> tuple[bytes, float]:
+        with tempfile.TemporaryDirectory() as folder:
+            source, target = Path(folder) / "in.ply", Path(folder) / "out.crt"
+            source.write_bytes(ply(part, bits))
+            command = [CORTO, "-q", "1", "-n", str(bits.normal), "-u", str(bits.texcoord), "-N", prediction, "-o", target, source]
+            output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+            return target.read_bytes(), int(re.search(r"Encoding time: (\d+)ms", output)[1]) / 1000
+
+    def decode(self, buffers: list[bytes], texcoord_bits: int = Bits().texcoord) -> list[Part]:
+        library = _corto_library(Path(CORTO).with_name("libcortocodec_unity.so"))
+        return [_corto_decode(library, buffer, texcoord_bits) for buffer in buffers]
+
+    def file_bytes(self, buffers: list[bytes]) -> int:
+        return sum(map(len, buffers))
+
+    def resident_bytes(self, parts: list[Part], buffers: list[bytes]) -> int:
+        """It has to be unpacked before it is drawn: floats and 32-bit indices, which is what its decoder gives."""
+        return sum(part.raw_bytes for part in parts)
+
+
+def ply(part: Part, bits: Bits) -> bytes:
+    """Binary PLY. Values are rounded here, for Corto cuts them off; texture coordinates are in units of 2^bits steps, its own."""
+    columns = [("xyz", np.rint(part.positions))]
+    if part.normals is not None:
+        columns.append((("nx", "ny", "nz"), part.normals))
+    if part.texcoords is not None:
+        columns.append(("st", np.rint(part.texcoords) * 2.0**-bits.texcoord))
+    properties = "".join(f"property float {name}\n" for names, _ in columns for name in names)
+    header = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(part.positions)}\n{properties}"
+              f"element face {len(part.triangles)}\nproperty list uchar int vertex_indices\nend_header\n")
+    faces = np.empty(len(part.triangles), np.dtype([("n", "u1"), ("v", "<i4", 3)]))
+    faces["n"], faces["v"] = 3, part.triangles
+    return header.encode() + np.concatenate([values for _, values in columns], axis=1).astype("<f4").tobytes() + faces.tobytes()
+
+
+def _corto_version(command: Path) -> str:
+    """The commit of the source tree that holds the command's build folder."""
+    described = subprocess.run(["git", "-C", command.parent, "describe", "--always"], capture_output=True, text=True)
+    return f"commit {described.stdout.strip()}" if described.returncode == 0 else "version unknown"
+
+
+def _corto_library(path: Path):
+    try:
+        library = ctypes.CDLL(str(path))
+    except OSError:
+        raise PeerMissing(f"Corto: its decoding needs {path.name} beside the corto command (BUILD_CORTO_CODEC_UNITY=ON)") from None
+    library.CreateDecoder.restype = ctypes.c_void_p
+    library.CreateDecoder.argtypes = [ctypes.c_int, ctypes.c_char_p, ctypes.c_void_p]
+    library.DecodeMesh.argtypes = [ctypes.c_void_p] * 6
+    library.DestroyDecoder.argtypes = [ctypes.c_void_p]
+    return library
+
+
+def _corto_decode(library, buffer: bytes, texcoord_bits: int) -> Part:
+    counts = np.zeros(2, np.float32)   # exact up to 2^24
+    decoder = library.CreateDecoder(len(buffer), buffer, counts.ctypes.data)
+    triangle_count, vertex_count = map(int, counts)
+    positions, normals = (np.empty((vertex_count, 3), np.float32) for _ in range(2))
+    texcoords, colors = np.empty((vertex_count, 2), np.float32), np.empty((vertex_count, 4), np.float32)
+    triangles = np.empty((triangle_count, 3), np.uint32)
+    normals.fill(np.nan)   # what the buffer lacks stays so
+    texcoords.fill(np.nan)
+    library.DecodeMesh(decoder, *(array.ctypes.data for array in (positions, triangles, normals, colors, texcoords)))
+    library.DestroyDecoder(decoder)
+    return Part(triangles, _steps(positions), None if np.isnan(normals[:1]).any() else normals,
+                None if np.isnan(texcoords[:1]).any() else _steps(texcoords * 2.0**texcoord_bits))
+
+
+# --- glTF with KHR_mesh_quantization and meshopt compression -------------------------------------------------------------------
+
+
+class Gltfpack:
+    """meshoptimizer's gltfpack: KHR_mesh_quantization, or KHR_meshopt_compression on top of it. One .glb for all parts.
+
+    compressed: False writes plain quantised buffers; True the smallest meshopt compression (-cc, the KHR version of the codec).
+    """
+
+    def __init__(self, compressed: bool):
+        self._script = NODE_MODULES / "gltfpack" / "cli.js"
+        if not self._script.exists() or shutil.which("node") is None:
+            raise PeerMissing("gltfpack: needs node and npm install --prefix build/node gltfpack")
+        self.compressed = compressed
+        self.name = "meshopt-compressed glTF" if compressed else "quantised glTF"
+        self.version = "gltfpack " + json.loads(self._script.with_name("package.json").read_text())["version"]
+
+    def encode(self, parts: list[Part], bits: Bits = Bits()) -> list[bytes]:
+        """Every part as a node of its own, so that nothing is merged or dropped."""
+        if bits.position > 16:
+            raise ValueError(f"gltfpack quantises positions to at most 16 bits, not {bits.position}")
+        with tempfile.TemporaryDirectory() as folder:
+            source, target = Path(folder) / "in.glb", Path(folder) / "out.glb"
+            source.write_bytes(plain_glb(parts, bits))
+            options = ["-vp", str(bits.position), "-vn", str(bits.normal), "-vt", str(bits.texcoord), "-kn", "-km"]
+            options += ["-cc", "-ce", "khr"] if self.compressed else []
+            command = ["node", self._script, "-i", source, "-o", target, *options]
+            subprocess.run(command, check=True, capture_output=True)
+            return [target.read_bytes()]
+
+    def decode(self, buffers: list[bytes]) -> list[Part]:
+        """The parts; texture coordinates in steps of each axis's own range."""
+        (buffer,) = buffers
+        document, binary = _glb_chunks(buffer)
+        views = [_view_bytes(view, binary) for view in document["bufferViews"]]
+        meshes = {node["name"]: document["meshes"][node["mesh"]]["primitives"] for node in document["nodes"]}
+        return [_gltf_part(document, views, primitive) for number in range(len(meshes) - 1) for primitive in meshes[f"part {number}"]]
+
+    def file_bytes(self, buffers: list[bytes]) -> int:
+        """Bytes of geometry in the file: its JSON is left out, as the other codecs have none."""
+        (buffer,) = buffers
+        return sum((_meshopt(view) or view)["byteLength"] for view in _geometry_views(_glb_chunks(buffer)[0]))
+
+    def resident_bytes(self, parts: list[Part], buffers: list[bytes]) -> int:
+        """What is uploaded: the quantised buffers, unpacked."""
+        (buffer,) = buffers
+        return sum(view["byteLength"] for view in _geometry_views(_glb_chunks(buffer)[0]))
+
+
+def plain_glb(parts: list[Part], bits: Bits) -> bytes:
+    """Parts as a .glb for gltfpack: positions in steps, texture coordinates in [0, 1], a mesh for each part.
+
+    The last mesh spans the whole position grid, so that gltfpack, which has one grid per file, takes steps of one. Materials
+    have a texture (of no pixels), for without one gltfpack drops texture coordinates.
+    """
+    largest = 2.0**bits.position - 1
+    span = Part(np.array([[0, 1, 2]], np.uint32), np.array([[0, 0, 0], [largest, 0, 0], [0, largest, largest]], np.float32))
+    meshes = []
+    for part in [*parts, span]:
+        unit = None if part.texcoords is None else part.texcoords / (2**bits.texcoord - 1)
+        named = {"POSITION": part.positions, "NORMAL": part.normals, "TEXCOORD_0": unit}
+        meshes.append([(part.triangles, {name: values for name, values in named.items() if values is not None})])
+    return write_glb(meshes, textured=True)
+
+
+def write_glb(meshes: list[list[tuple[np.ndarray, dict[str, np.ndarray]]]], textured: bool = False) -> bytes:
+    """A .glb in float32 of meshes of primitives (triangles, attributes), each mesh in a node named "part N"."""
+    binary, document = bytearray(), {"asset": {"version": "2.0"}, "accessors": [], "bufferViews": [], "meshes": [], "nodes": []}
+    if textured:
+        document.update(textures=[{"source": 0}], images=[{"uri": "data:image/png;base64,"}], materials=[])
+
+    def accessor(values: np.ndarray, target: int) -> int:
+        document["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": values.nbytes, "target": target})
+        binary.extend(values.tobytes())
+        described = {"bufferView": len(document["bufferViews"]) - 1, "count": len(values),
+                     "type": ("SCALAR", "VEC2", "VEC3")[values.shape[1] - 1], "componentType": 5126 if values.dtype == np.float32 else 5125}
+        if values.shape[1] == 3:
+            described.update(min=values.min(axis=0).tolist(), max=values.max(axis=0).tolist())
+        document["accessors"].append(described)
+        return len(document["accessors"]) - 1
+
+    for number, primitives in enumerate(meshes):
+        document["meshes"].append({"primitives": []})
+        document["nodes"].append({"name": f"part {number}", "mesh": number})
+        for triangles, attributes in primitives:
+            primitive = {"attributes": {name: accessor(np.ascontiguousarray(v, np.float32), 34962) for name, v in attributes.items()},
+                         "indices": accessor(triangles.reshape(-1, 1).astype(np.uint32), 34963)}
+            if textured:
+                primitive["material"] = len(document["materials"])
+                document["materials"].append({"name": f"part {number}", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
+            document["meshes"][-1]["primitives"].append(primitive)
+    document.update(scene=0, scenes=[{"nodes": list(range(len(meshes)))}], buffers=[{"byteLength": len(binary)}])
+    return _glb(document, bytes(binary))
+
+
+def _glb(document: dict, binary: bytes) -> bytes:
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    binary += b"\0" * (-len(binary) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def _glb_chunks(data: bytes) -> tuple[dict, bytes]:
+    length = struct.unpack_from("<I", data, 12)[0]
+    return json.loads(data[20 : 20 + length]), data[28 + length :]
+
+
+def _meshopt(view: dict) -> dict | None:
+    """The compression object of a buffer view, under either of its names."""
+    extensions = view.get("extensions", {})
+    return extensions.get("KHR_meshopt_compression") or extensions.get("EXT_meshopt_compression")
+
+
+def _geometry_views(document: dict) -> list[dict]:
+    return [document["bufferViews"][view] for view in sorted({accessor["bufferView"] for accessor in document["accessors"]})]
+
+
+def _view_bytes(view: dict, binary: bytes) -> bytes:
+    """A buffer view's bytes, unpacked where they are compressed."""
+    compression = _meshopt(view)
+    if compression is None:
+        return binary[view.get("byteOffset", 0) :][: view["byteLength"]]
+    return _meshopt_decode(compression, binary)
+
+
+def _meshopt_decode(compression: dict, binary: bytes) -> bytes:
+    try:
+        import meshoptimizer
+    except ImportError:
+        raise PeerMissing("meshopt-compressed glTF: decoding needs pip install meshoptimizer") from None
+    count, stride = compression["count"], compression["byteStride"]
+    data = binary[compression.get("byteOffset", 0) :][: compression["byteLength"]]
+    if compression["mode"] == "TRIANGLES":
+        return meshoptimizer.decode_index_buffer(count, stride, data).astype(f"<u{stride}").tobytes()
+    decoded = np.ascontiguousarray(meshoptimizer.decode_vertex_buffer(count, stride, data))
+    if compression.get("filter") == "OCTAHEDRAL":
+        decoded = decoded.view(f"<i{stride // 4}").reshape(count, 4)
+        decoded = meshoptimizer.decode_filter_oct(decoded, count, stride)
+    return decoded.tobytes()
+
+
+def _gltf_part(document: dict, views: list[bytes], primitive: dict) -> Part:
+    def values(accessor: int) -> np.ndarray:
+        described = document["accessors"][accessor]
+        dtype = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}[described["componentType"]]
+        dtype, components = np.dtype(dtype), {"SCALAR": 1, "VEC2": 2, "VEC3": 3}[described["type"]]
+        view = described["bufferView"]
+        strides = document["bufferViews"][view].get("byteStride", dtype.itemsize * components), dtype.itemsize
+        return np.ndarray((described["count"], components), dtype, views[view], described["byteOffset"], strides)
+
+    attributes = {name: values(accessor) for name, accessor in primitive["attributes"].items()}
+    normals, texcoords = attributes.get("NORMAL"), attributes.get("TEXCOORD_0")
+    if normals is not None:
+        normals = normals / np.linalg.norm(normals.astype(np.float32), axis=1, keepdims=True)
+    return Part(values(primitive["indices"]).reshape(-1, 3).astype(np.uint32), attributes["POSITION"].astype(np.float32), normals,
+                None if texcoords is None else texcoords.astype(np.float32))
+
+
+# --- which are here ------------------------------------------------------------------------------------------------------------
+
+
+def _makers() -> list:
+    return [lambda: Draco(7), lambda: Draco(10), lambda: DracoCommand(7), Corto, lambda: Gltfpack(False), lambda: Gltfpack(True)]
+
+
+def available() -> tuple[list, list[str]]:
+    """(the codecs that are installed, a line for each that is not: what to install)."""
+    found, missing = [], []
+    for make in _makers():
+        try:
+            found.append(make())
+        except PeerMissing as error:
+            missing.append(str(error))
+    return found, sorted(set(missing))

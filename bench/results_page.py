@@ -1,0 +1,489 @@
+"""Where do we stand? One page from all committed measurements.
+
+python -m bench.results_page: reads bench/results/*.json, measures nothing; writes docs/results.md and docs/figure8.png and,
+where README.md has <!-- begin results --> and <!-- end results -->, the table between them.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench import figures
+from bench.common import PAPER_MODELS, ROOT, best_in_bold, markdown_table, origin_line, read_result, replace_block
+from bench.mitsuba import INTEGRATORS
+
+OURS, PAPER = "ours", "the paper's encoding"
+CLAIMED_RATIO = (4.26, 4.35)       # section 7 of the paper, of its models
+EVEN = 0.02                        # figures this close count as even
+NAMES = ("size", "paper", "table1", "speed", "quality", "vulkan_raster", "vulkan_raytracing", "mitsuba", "parameters", "choices")
+Results = dict[str, dict]          # by name, of what has been measured
+
+
+# --- where we stand ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Standing:
+    """One comparison: ours and another's figure for each of some models.
+
+    what: the question, with its unit; larger_wins: or the smaller one does; form: how figures are written; note: the models, in
+    words; headline: whether README.md shows it; their_range: what stands for theirs where that is a claim. The pairs are (ours,
+    theirs), one per model.
+    """
+
+    what: str
+    other: str
+    pairs: list[tuple[float, float]]
+    larger_wins: bool
+    form: str
+    note: str
+    headline: bool = False
+    their_range: str = ""
+
+    @property
+    def times(self) -> float:
+        """How many times better ours is, in the median over the models; below 1 the other is better."""
+        return statistics.median(self._ratios)
+
+    @property
+    def _ratios(self) -> list[float]:
+        return [ours / theirs if self.larger_wins else theirs / ours for ours, theirs in self.pairs]
+
+    @property
+    def verdict(self) -> str:
+        if abs(self.times - 1) < EVEN:
+            return "even"
+        if self.times > 1:
+            return f"ours, {self.times:.2f} times"
+        return f"**{self.other}**, {statistics.median(1 / ratio for ratio in self._ratios):.2f} times"
+
+    def row(self) -> list[str]:
+        return [self.what, self._range(0), self.other, self.their_range or self._range(1), self.verdict, self.note]
+
+    def _range(self, side: int) -> str:
+        values = [pair[side] for pair in self.pairs]
+        middle, low, high = (f"{value:{self.form}}" for value in (statistics.median(values), min(values), max(values)))
+        return middle if low == high else f"{middle} ({low} to {high})"
+
+
+def standings(results: Results) -> list[Standing]:
+    """Everything that has been measured."""
+    makers: dict[str, Callable[[dict], Iterable[Standing]]] = {
+        "size": _size_standings, "speed": _speed_standings, "vulkan_raster": _raster_standings,
+        "vulkan_raytracing": _raytracing_standings, "mitsuba": _mitsuba_standings}
+    return [standing for name, make in makers.items() if name in results for standing in make(results[name])]
+
+
+def _size_standings(result: dict) -> Iterable[Standing]:
+    rows = {row["model"]: row["codecs"] for row in result["models"]}
+    models = [rows[model] for model in PAPER_MODELS if model in rows]
+    note = f"{_count(models)} of the paper, or stand-ins"
+    low, high = CLAIMED_RATIO
+    pairs = [(model[OURS]["ratio"], (low + high) / 2) for model in models]
+    yield Standing("times smaller, drawn as it is", "the paper, as claimed", pairs, True, ".2f", note, True, f"{low} to {high}")
+    resident = ("resident_ratio", "times smaller, on the GPU", (PAPER, "quantised glTF"))
+    files = ("ratio", "times smaller, as a file", ("Draco, level 7", "Draco, level 10", "Corto", "meshopt-compressed glTF"))
+    for key, what, others in (resident, files):
+        for other in others:
+            pairs = [(model[OURS][key], model[other][key]) for model in models if other in model]
+            if pairs:
+                headline = other in (PAPER, "quantised glTF", "Draco, level 7", "Corto")
+                yield Standing(what, other, pairs, True, ".2f", note, headline)
+
+
+def _count(things: list) -> str:
+    return f"{len(things)} model{'s' if len(things) > 1 else ''}"
+
+
+def _speed_standings(result: dict) -> Iterable[Standing]:
+    large = [row for row in result["models"] if row["triangles"] >= 50_000]
+    note = f"{_count(large)}, {min(row['triangles'] for row in large):,} to {max(row['triangles'] for row in large):,} triangles"
+    for task, key, what in (("decode", "seconds", "decoding on the CPU, one thread, million triangles per second"),
+                            ("encode", "seconds", "encoding, one thread, million triangles per second")):
+        for other in (codec for codec in large[0][task] if codec != OURS):
+            if task == "encode" and "meshopt" in other:     # a command with files: not the same question
+                continue
+            pairs = [tuple(row["triangles"] / row[task][codec][key]["median"] / 1e6 for codec in (OURS, other)) for row in large]
+            yield Standing(what, other, pairs, True, ".3g", note, other in ("Draco, level 7", "Corto"))
+
+
+def _by_model(rows: Iterable[dict], **wanted) -> dict[str, float]:
+    """Milliseconds by model of the rows that have these values."""
+    return {row["model"]: row["milliseconds"]["median"] for row in rows if all(row.get(key) == value for key, value in wanted.items())}
+
+
+def _paired(ours: dict[str, float], theirs: dict[str, float]) -> list[tuple[float, float]]:
+    return [(ours[model], theirs[model]) for model in ours if model in theirs]
+
+
+def unculled(result: dict) -> list[dict]:
+    """Rows of vulkan_raster.json with culling off, or with paths that have no culling."""
+    return [row for row in result["rows"] if row.get("culling") in (False, None, "off")]
+
+
+def _raster_standings(result: dict) -> Iterable[Standing]:
+    rows = unculled(result)
+    others = {"vertex": "uncompressed, indexed draw", "mesh-plain": "uncompressed, mesh shader", "geometry": "compressed, geometry shader"}
+    for path in ("mesh", "mesh-only"):
+        for other, name in others.items():
+            pairs = _paired(_by_model(rows, path=path), _by_model(rows, path=other))
+            if pairs:
+                yield Standing(f"frame on the GPU, path `{path}`, ms", name, pairs, False, ".3g", f"{_count(pairs)}, culling off",
+                               path == "mesh" and other != "geometry")
+
+
+def _raytracing_standings(result: dict) -> Iterable[Standing]:
+    rows = result["rows"]
+    others = {"rt-triangles": "uncompressed, triangles in hardware", "rt-plain": "uncompressed, in the same boxes"}
+    for cache in (1, 0.25):
+        for other, name in others.items():
+            ours = [row for row in rows if row["path"] == "rt" and _share(row.get("cache")) == cache]
+            theirs = [row for row in rows if row["path"] == other]
+            bounces = min((row.get("bounces") or 0 for row in ours), default=0)
+            pairs = _paired(*(_by_model([row for row in chosen if (row.get("bounces") or 0) == bounces]) for chosen in (ours, theirs)))
+            what = f"ray tracing on the GPU, {cache:.0%} cached, ms"
+            if pairs:
+                yield Standing(what, name, pairs, False, ".3g", f"{_count(pairs)}, {bounces} bounces",
+                               cache == 0.25 and other == "rt-triangles")
+
+
+def _share(cache) -> float | None:
+    """A cache as a share, also where it is given in percent."""
+    return cache / 100 if isinstance(cache, (int, float)) and cache > 1 else cache
+
+
+def mitsuba_times(result: dict) -> dict[tuple[str, str], dict[float | None, dict]]:
+    """By model and variant, rows by the cache's share (None: Mitsuba's own mesh), of the default policy."""
+    times: dict[tuple[str, str], dict] = {}
+    for run in result["runs"]:
+        if run["task"] == "time":
+            of_run = times.setdefault((run["model"], run["variant"]), {})
+            for row in run["rows"]:
+                of_run.setdefault(row["fraction"], row)
+    return times
+
+
+def _mitsuba_standings(result: dict) -> Iterable[Standing]:
+    times = mitsuba_times(result)
+    for variant in dict.fromkeys(variant for _, variant in times):
+        for share in (1.0, 0.25):
+            for integrator in INTEGRATORS:
+                pairs = [(rows[share][integrator], rows[None][integrator]) for (_, of), rows in times.items()
+                         if of == variant and share in rows and None in rows]
+                what = f"Mitsuba {variant}, {integrator}, {share:.0%} cached, s"
+                if pairs:
+                    yield Standing(what, "Mitsuba's own mesh", pairs, False, ".3g", _count(pairs), share == 0.25 and integrator == "path")
+
+
+STANDING_HEADINGS = ["", "ours", "beside", "theirs", "better", "measured on"]
+
+
+def standing_table(results: Results) -> str:
+    return markdown_table(STANDING_HEADINGS, [standing.row() for standing in standings(results)])
+
+
+# --- the paper's Figures 8 and 9 -----------------------------------------------------------------------------------------------
+
+
+def figure8(results: Results) -> dict[str, dict[str, float]]:
+    """Milliseconds by model and method: means on the CPU, medians on the GPU; empty without either."""
+    bars: dict[str, dict[str, float]] = {}
+    for row in results.get("speed", {}).get("paper_models", []):
+        decode = row["decode"]
+        bars[row["model"]] = {"ours, CPU": 1000 * decode[OURS]["native_mean_seconds"]}
+        for codec in ("Draco, level 7", "Corto"):
+            if codec in decode:
+                bars[row["model"]][f"{codec}, CPU"] = 1000 * decode[codec]["mean_seconds"]
+    if "vulkan_raster" in results:
+        rows = unculled(results["vulkan_raster"])
+        for path, name in (("mesh", "ours, drawn on the GPU"), ("vertex", "uncompressed, drawn on the GPU")):
+            for model, milliseconds in _by_model(rows, path=path).items():
+                if model in bars:
+                    bars[model][name] = milliseconds
+    return bars
+
+
+def _figure8_table(bars: dict[str, dict[str, float]]) -> str:
+    methods = list(dict.fromkeys(method for of_model in bars.values() for method in of_model))
+    rows = [[model, *best_in_bold([of_model.get(method) for method in methods], ".3g", largest=False)] for model, of_model in bars.items()]
+    return markdown_table(["model, ms", *methods], rows)
+
+
+# --- sections --------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Section:
+    """One question. name: its result; pages, pictures: below docs; text: what a reader should see first."""
+
+    title: str
+    name: str
+    pages: tuple[str, ...]
+    pictures: tuple[str, ...]
+    text: Callable[[dict], str]
+
+
+def _size_text(result: dict) -> str:
+    rows = {row["model"]: row["codecs"] for row in result["models"]}
+    names = list(dict.fromkeys(name for codecs in rows.values() for name in codecs))
+    cells = [[model, *best_in_bold([codecs.get(name, {}).get("ratio") for name in names], ".2f")] for model, codecs in rows.items()]
+    return "Times smaller than raw, as files; the largest of each row in bold.\n\n" + markdown_table(["model", *names], cells)
+
+
+def _paper_text(result: dict) -> str:
+    claims = result["claims"]
+    keys = ("connectivity", "extra_bits_per_meshlet", "index_bits_per_triangle", "vertex_ratio", "ratio")
+    rows = [["*claimed*", *(claims[key] for key in keys)]]
+    for row in result["rows"]:
+        if row["model"] in PAPER_MODELS:
+            stated = {**row, "connectivity": row["bits_per_triangle"]["connectivity"]}
+            rows.append([f"{row['model']}, {row['meshlets_of']}", *(f"{stated[key]:.2f}" for key in keys)])
+    return "The paper's encoding, written and decoded again, beside what the paper states for its own models.\n\n" + markdown_table(
+        ["model, meshlets as full as", "connectivity, bits per triangle", "tables, bits per meshlet", "both, bits per triangle",
+         "vertices, times smaller", "all, times smaller"], rows)
+
+
+def _table1_text(result: dict) -> str:
+    rows = [[f"the paper, weight `{weight}`", *map(str, bins)] for weight, bins in result["claimed"].items()]
+    for row in result["rows"]:
+        fill = "default fill" if row["fill"] is None else f"fill {row['fill']}"
+        rows.append([f"ours, weight `{row['weight']}`, {fill}", *map(str, row["histogram"])])
+    return "Regions of the Stanford Dragon by triangles, before they are halved.\n\n" + markdown_table(
+        ["", "[0, 32)", "[32, 64)", "[64, 72)", "72 and more"], rows)
+
+
+def _speed_text(result: dict) -> str:
+    models = result["models"]
+    codecs = list(models[0]["decode"])
+    rows = [[f"{row['model']}, {row['triangles']:,}",
+             *best_in_bold([row["triangles"] / row["decode"][codec]["seconds"]["median"] / 1e6 for codec in codecs], ".1f"),
+             f"{row['triangles'] / row['encode'][OURS]['all_threads_seconds']['median'] / 1e6:.2f}",
+             f"{row['command']['peak_bytes'] / 1e6:.0f}"] for row in models]
+    series = [row for row in models if row["model"] == "torus"]
+    first, last = series[0], series[-1]
+    growth = (f"From {first['triangles']:,} to {last['triangles']:,} triangles, {last['triangles'] / first['triangles']:.0f} times "
+              f"as many, encoding takes {_growth(first, last, 'encode'):.0f} and decoding {_growth(first, last, 'decode'):.0f} times as long.\n")
+    return """Million triangles per second: decoding from Python on one thread, to floats (meshopt: to integers), the fastest of
+each row in bold; encoding on all threads; and the peak memory of the whole command.\n\n""" + markdown_table(
+        ["model, triangles", *(f"decode, {codec}" for codec in codecs), "encode, ours", "compress, peak MB"], rows) + "\n" + growth
+
+
+def _growth(first: dict, last: dict, task: str) -> float:
+    return last[task][OURS]["seconds"]["median"] / first[task][OURS]["seconds"]["median"]
+
+
+def _quality_text(result: dict) -> str:
+    rows = []
+    for model in result["models"]:
+        percent = 100 / model["longest_side"]
+        for row in model["rows"]:
+            errors, psnr = row["errors"], row["rendered"]["psnr"]
+            rows.append([f"{model['model']}, {row['bits']}", f"{percent * errors['POSITION']['max']:.4f}",
+                         f"{percent * row['surface']['hausdorff']:.4f}",
+                         *(f"{errors[name]['max']:.3f}" if name in errors else "" for name in ("NORMAL", "TEXCOORD_0")),
+                         f"{psnr:.1f}" if psnr else "equal", f"{row['ratio']:.2f}"])
+    headings = ["model, bits", "positions, % of the longest side", "Hausdorff distance, %", "normals, degrees", "uv, texels of 4096",
+                "picture, PSNR in dB", "ratio"]
+    return ("Largest errors at so many bits; the picture and the ratio are for positions at so many bits, the rest at the defaults.\n\n"
+            + markdown_table(headings, rows))
+
+
+def _gpu_text(result: dict) -> str:
+    """Milliseconds and memory by path and model."""
+    cells = {(_variant(row), row["model"]): f"{row['milliseconds']['median']:.3g}, {_resident(row) / 1e6:.1f} MB" for row in result["rows"]}
+    models = dict.fromkeys(row["model"] for row in result["rows"])
+    variants = dict.fromkeys(variant for variant, _ in cells)
+    return "Milliseconds per frame, medians, and bytes resident on the GPU.\n\n" + markdown_table(
+        ["path", *models], [[variant, *(cells.get((variant, model), "") for model in models)] for variant in variants])
+
+
+def _variant(row: dict) -> str:
+    """A row's path with what else distinguishes it."""
+    parts = [row["path"]]
+    if row.get("culling") not in (False, None, "off"):
+        parts.append("culling")
+    if row.get("cache") is not None:
+        parts.append(f"cache {_share(row['cache']):.0%}")
+    if row.get("group") is not None:
+        parts.append(f"boxes of {row['group']}")
+    if row.get("bounces"):
+        parts.append(f"{row['bounces']} bounces")
+    return ", ".join(parts)
+
+
+def _resident(row: dict) -> int:
+    """One number, or a number for each part."""
+    resident = row["resident_bytes"]
+    return sum(resident.values()) if isinstance(resident, dict) else resident
+
+
+def _mitsuba_text(result: dict) -> str:
+    rows = []
+    for (model, variant), by_share in mitsuba_times(result).items():
+        native = by_share.get(None)
+        for share, row in sorted(((s, r) for s, r in by_share.items() if s is not None), reverse=True) if native else []:
+            rows.append([f"{model}, {variant}, {share:.0%}", *(f"{row[name] / native[name]:.2f}" for name in INTEGRATORS)])
+    return (f"Times as long as Mitsuba's own mesh, with so much of the geometry cached; {result['width']} x {result['height']} pixels, "
+            f"{result['spp']} samples each.\n\n" + markdown_table(["model, variant, cache", *INTEGRATORS], rows))
+
+
+def _parameters_text(result: dict) -> str:
+    rows = [row for row in result["rows"] if row["option"] == "max_triangles"]
+    cells = {}
+    for row in rows:
+        speed = row["triangles"] / row["decode_seconds"]["median"] / 1e6
+        cells[row["model"], row["value"]] = f"{row['ratio']:.2f}, {speed:.1f}"
+    models, values = dict.fromkeys(row["model"] for row in rows), dict.fromkeys(row["value"] for row in rows)
+    return ("Ratio, and million triangles decoded per second on one thread, by the largest number of triangles in a meshlet.\n\n"
+            + markdown_table(["model", *map(str, values)], [[model, *(cells[model, value] for value in values)] for model in models]))
+
+
+def _choices_text(result: dict) -> str:
+    cases = list(result["switched"][0]["bits"])
+    sharing = [(row["model"], row["bits_per_triangle"]["total"], row["boundary_bits_per_triangle"]) for row in result["models"]]
+    return f"""Bits per triangle of whole files as they are, and with single choices of the format switched off.
+
+{markdown_table(["model", *cases], [[row["model"], *(f"{row['bits'][case]:.2f}" for case in cases)] for row in result["switched"]])}
+The same if every meshlet stored all vertices of its boundaries, computed from the bits that they take now.
+
+{markdown_table(["model", "as is", "boundaries stored by every meshlet"],
+                [[model, f"{total:.2f}", f"{total + bits['alone'] - bits['shared']:.2f}"] for model, total, bits in sharing])}"""
+
+
+SECTIONS = (
+    Section("Size", "size", ("size.md",), ("figure7.png",), _size_text),
+    Section("The paper's encoding", "paper", ("paper.md",), ("figure3.png",), _paper_text),
+    Section("The paper's Table 1", "table1", ("table1.md",), (), _table1_text),
+    Section("Speed on the CPU", "speed", ("speed.md",), ("speed.png",), _speed_text),
+    Section("Quality", "quality", ("quality.md",), ("quality_models.png", "quality.png"), _quality_text),
+    Section("Drawing on the GPU", "vulkan_raster", ("vulkan.md",), ("vulkan-raster.png",), _gpu_text),
+    Section("Ray tracing on the GPU", "vulkan_raytracing", ("vulkan.md",), ("vulkan-raytracing.png",), _gpu_text),
+    Section("Ray tracing with Mitsuba", "mitsuba", ("mitsuba.md",), ("mitsuba.png",), _mitsuba_text),
+    Section("Parameters", "parameters", ("parameters.md",), ("parameters.png",), _parameters_text),
+    Section("What the choices are worth", "choices", ("choices.md",), (), _choices_text),
+)
+
+
+def _section(section: Section, results: Results) -> str:
+    heading = f"## {section.title}\n\n"
+    if section.name not in results:
+        return f"{heading}Not measured yet; `python -m bench {section.name}` does it.\n"
+    result = results[section.name]
+    docs = ROOT / "docs"
+    pictures = "".join(f"\n![{section.title}]({name})\n" for name in section.pictures if (docs / name).exists())
+    pages = [f"[{name}]({name})" for name in section.pages if (docs / name).exists()]
+    more = f" All of it: {', '.join(pages)}." if pages else ""
+    return f"{heading}{section.text(result)}{pictures}\n{measured_line(result)}{more}\n"
+
+
+def measured_line(result: dict) -> str:
+    """What was run, when, where and with which versions; the parts that a result has."""
+    result = {**result, "script": result["script"].removeprefix("python -m ")}
+    machine = result.get("machine", {})
+    if isinstance(machine, dict) and {"cpu", "cores"} <= machine.keys() and {"date", "commit"} <= result.keys():
+        further = {key: value for key, value in machine.items() if key not in ("cpu", "cores", "system")}
+        line = origin_line(result).strip() + (f" {_flat(further)}." if further else "")
+    else:
+        line = f"Measured by `python -m {result['script']}`" + (f", {_flat(machine)}" if machine else "") + "."
+    if "device" in result:
+        line += " On {name}, driver {driver}.".format(**result["device"])
+    versions = [f"{name} {version}" for name, version in (result.get("versions") or {}).items()]
+    versions += [f"{name} ({version})" for name, version in {**result.get("codecs", {}), **result.get("peers", {})}.items()]
+    return f"{line} With {', '.join(versions)}." if versions else line
+
+
+def _flat(value) -> str:
+    return ", ".join(f"{key} {_flat(part)}" for key, part in value.items()) if isinstance(value, dict) else str(value)
+
+
+# --- the page ------------------------------------------------------------------------------------------------------------------
+
+
+def report(results: Results) -> str:
+    """docs/results.md."""
+    sections = "\n".join(_section(section, results) for section in SECTIONS)
+    bars = figure8(results)
+    figure = f"""## The paper's Figures 8 and 9
+
+Milliseconds to decode a model, loading left out: on the CPU to arrays, on the GPU while a frame is drawn.
+
+{_figure8_table(bars)}
+![Milliseconds to decode](figure8.png)
+
+""" if bars else ""
+    return f"""# Results
+
+Written by `python -m bench results_page` from the measurements in bench/results; nothing here is typed in but the paper's own claims.
+`python -m bench` lists the questions, and `python -m bench NAME` answers one again on your machine.
+
+## Where we stand
+
+Median, and lowest to highest, over the models; what is better, and how many times, in the median of the models' own ratios. Where
+another is better, its name is in bold. Draco and Corto make files that have to be unpacked before they are drawn: on the GPU they
+are as large as the uncompressed model.
+
+{standing_table(results)}
+{figure}{sections}
+## The models
+
+{"".join(f"* {name}: {what}{chr(10)}" for name, what in PAPER_MODELS.items())}* torus, generated_*: see bench/generated.py and bench/size.py
+* beast: a character; chinesedragon, igea: scans of sculptures; engine: a CAD model of many parts with hard edges
+* DamagedHelmet: a sample of glTF with textures
+
+Real models are not part of this repository; `GLTF_MESHLET_MODELS` names the folder that they are in.
+"""
+
+
+def readme_block(results: Results) -> str:
+    """The rows of the table that README.md shows."""
+    rows = [standing.row()[:-1] for standing in standings(results) if standing.headline]
+    written = "Written by `python -m bench results_page`; [docs/results.md](docs/results.md) has the rest, and what it was measured on."
+    return f"{markdown_table(STANDING_HEADINGS[:-1], rows)}\n{written}\n"
+
+
+# --- pictures --------------------------------------------------------------------------------------------------------------------
+
+
+def save_figure8(bars: dict[str, dict[str, float]], path: Path) -> None:
+    """Bars on a logarithmic scale, a group for each model."""
+    from matplotlib import pyplot
+
+    methods = list(dict.fromkeys(method for of_model in bars.values() for method in of_model))
+    figure, axis = pyplot.subplots(figsize=(10, 4.2), dpi=100)
+    width = 0.8 / len(methods)
+    for k, method in enumerate(methods):
+        places = [place for place, of_model in enumerate(bars.values()) if method in of_model]
+        values = [of_model[method] for of_model in bars.values() if method in of_model]
+        axis.bar([place + (k - (len(methods) - 1) / 2) * width for place in places], values, width * 0.92, label=method)
+    axis.set_xticks(range(len(bars)), list(bars))
+    axis.set_yscale("log")
+    axis.set_ylabel("milliseconds")
+    axis.grid(axis="y", alpha=0.3)
+    axis.legend(frameon=False, ncols=len(methods), loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=9)
+    axis.spines[["top", "right"]].set_visible(False)
+    figure.tight_layout()
+    figure.savefig(path, metadata={figures.DIGEST: figures.digest(bars)})
+    pyplot.close(figure)
+
+
+def read_all() -> Results:
+    return {name: result for name in NAMES if (result := read_result(name)) is not None}
+
+
+def main() -> None:
+    results = read_all()
+    bars = figure8(results)
+    if bars:
+        save_figure8(bars, ROOT / "docs" / "figure8.png")
+    (ROOT / "docs" / "results.md").write_text(report(results))
+    readme = ROOT / "README.md"
+    if "<!-- begin results -->\n" in readme.read_text():
+        replace_block(readme, "results", readme_block(results))
+    print(standing_table(results))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,261 @@
+"""Drawing compressed meshlets with Vulkan: frame time and memory of all paths, beside the same model uncompressed.
+
+    python -m bench.vulkan_raster MODEL.glb ...      writes bench/results/vulkan_raster.json and, with matplotlib, docs/vulkan-raster.png
+
+The whole model is in view. Times are the GPU's, from before the picture is cleared to after the last fragment; all paths take turns
+frame by frame. Without culling the fragment shader is the cheapest one that uses every attribute; with culling it is the lit one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+import gltf_ext
+from bench.common import ROOT, markdown_table, origin, write_result
+from gltf_ext.errors import MeshletError
+from gltf_ext.geometry import Primitive
+from gltf_ext.importers import open_model
+
+PATHS = ("vertex", "mesh-plain", "mesh", "mesh-only", "geometry")
+WIDTH, HEIGHT = 1920, 1080
+WARM_UP, FRAMES = 5, 40
+SUBDIVIDED = "x4"                  # behind the name of a model of four times the triangles
+# What the project aims at without culling: this path's time over that one's, at most.
+TARGETS = {("mesh", "mesh-plain"): 1.5, ("mesh", "vertex"): 2.0, ("mesh", "geometry"): 1 / 2.5}
+RESIDENT_SHARE, RESIDENT_BYTES = 1.05, 65536
+
+
+# --- models ----------------------------------------------------------------------------------------------------------------------------
+
+
+def compressed(path: Path, folder: Path) -> Path:
+    """The file itself where it is compressed, else a compressed copy."""
+    from gltf_ext.extension import compressed_primitives
+
+    if compressed_primitives(open_model(path)):
+        return path
+    output = folder / f"{path.stem}.glb"
+    gltf_ext.compress(path, output)
+    return output
+
+
+def subdivided(path: Path, folder: Path) -> Path:
+    """A compressed model of four times the triangles, edges halved, with normals; the first primitive of the file alone."""
+    import trimesh
+
+    fine = halved(gltf_ext.load(path)[0])
+    mesh = trimesh.Trimesh(fine.attributes["POSITION"], fine.indices, vertex_normals=fine.attributes["NORMAL"], process=False)
+    raw, output = folder / "raw.glb", folder / f"{path.stem}_{SUBDIVIDED}.glb"
+    raw.write_bytes(mesh.export(file_type="glb", include_normals=True))
+    gltf_ext.compress(raw, output)
+    return output
+
+
+def halved(primitive: Primitive) -> Primitive:
+    """Every edge halved and every triangle in four, with smooth normals."""
+    triangles = primitive.indices.astype(np.int64)
+    positions = primitive.attributes["POSITION"].astype(np.float64)
+    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    unique, place = np.unique(edges[:, 0] * len(positions) + edges[:, 1], return_inverse=True)
+    a, b = np.divmod(unique, len(positions))
+    ab, bc, ca = (place.reshape(3, -1) + len(positions))
+    p, q, r = triangles.T
+    fine = np.concatenate([np.column_stack(c) for c in ((p, ab, ca), (ab, q, bc), (ca, bc, r), (ab, bc, ca))])
+    points = np.concatenate([positions, (positions[a] + positions[b]) / 2])
+    corners = points[fine]
+    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.column_stack([np.bincount(fine.ravel(), np.repeat(faces[:, c], 3), len(points)) for c in range(3)])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    attributes = {"POSITION": points.astype(np.float32), "NORMAL": normals.astype(np.float32)}
+    return Primitive(0, 0, fine.astype(np.uint32), attributes)
+
+
+def vertex_bytes_with_short_indices(scene) -> int:
+    """What path vertex would take with 16-bit indices: cut into draws of at most 65,535 vertices, those on the cuts stored twice."""
+    vertices = triangles = 0
+    for primitive in scene.primitives:
+        rows, words = primitive.decoded().meshlets()
+        draw_of = np.full(primitive.vertices, -1)
+        draw, used = 0, 0
+        for first, counts in zip(rows["first"].tolist(), rows["counts"].tolist()):
+            own = words[first : first + (counts & 255)]
+            new = int(np.count_nonzero(draw_of[own] != draw))
+            if used + new > 65535:
+                vertices, draw, used, new = vertices + used, draw + 1, 0, len(own)
+            draw_of[own] = draw
+            used += new
+        vertices += used
+        triangles += primitive.triangles
+    return 4 * scene.vertex_floats * vertices + 6 * triangles
+
+
+# --- measuring -------------------------------------------------------------------------------------------------------------------------
+
+
+def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, statistics: bool) -> list[dict]:
+    """A row for each of `paths` that the device has."""
+    from vk_backend.camera import Camera
+    from vk_backend.raster import Targets
+    from vk_backend.renderer import TimedDrawing
+    from vk_backend.scene import load_scene
+    from vk_backend.statistics import pipeline_statistics
+
+    scene = load_scene(path)
+    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
+    drawings: dict[str, TimedDrawing] = {}
+    for name in paths:
+        try:
+            drawings[name] = TimedDrawing(renderer.pipelines, scene, camera, name, targets, culling=culling, lit=culling)
+        except MeshletError as error:
+            print(f"  {name} is left out: {error}", file=sys.stderr)
+    times: dict[str, list[float]] = {name: [] for name in drawings}
+    for frame in range(WARM_UP + frames):
+        for name, drawing in drawings.items():
+            milliseconds = drawing.run()
+            if frame >= WARM_UP:
+                times[name].append(milliseconds)
+    facts = {
+        "model": path.stem,
+        "culling": culling,
+        "triangles": scene.triangles,
+        "meshlets": sum(scene.primitives[i.primitive].meshlets for i in scene.instances),
+        "compressed_bytes": scene.compressed_bytes,
+    }
+    rows = []
+    for name, drawing in drawings.items():
+        row = {**facts, "path": name, "milliseconds": percentiles(times[name]), "resident_bytes": drawing.drawing.resident_bytes}
+        if name == "vertex":
+            row["resident_bytes_16bit_indices"] = vertex_bytes_with_short_indices(scene)
+        if statistics:
+            row["statistics"] = pipeline_statistics(renderer.device, drawing.drawing.pipeline)
+        rows.append(row)
+        drawing.free()
+    targets.free()
+    return rows
+
+
+def percentiles(times: Iterable[float]) -> dict[str, float]:
+    """Median, and the 10th and 90th percentiles."""
+    low, median, high = np.percentile(list(times), [10, 50, 90])
+    return {"median": round(median, 5), "low": round(low, 5), "high": round(high, 5)}
+
+
+# --- reporting -------------------------------------------------------------------------------------------------------------------------
+
+
+def ratios(rows: list[dict]) -> list[dict]:
+    """Per model and culling: the targets' ratios of medians, and whether memory keeps to its limit."""
+    found = []
+    for key in dict.fromkeys((r["model"], r["culling"]) for r in rows):
+        of = {r["path"]: r for r in rows if (r["model"], r["culling"]) == key}
+        row = {"model": key[0], "culling": key[1]}
+        for (path, over), limit in TARGETS.items():
+            if path in of and over in of:
+                row[f"{path}/{over}"] = round(of[path]["milliseconds"]["median"] / of[over]["milliseconds"]["median"], 3)
+        if "mesh" in of:
+            limit = RESIDENT_SHARE * of["mesh"]["compressed_bytes"] + RESIDENT_BYTES
+            row["resident/limit"] = round(of["mesh"]["resident_bytes"] / limit, 3)
+        found.append(row)
+    return found
+
+
+def table(rows: list[dict], culling: bool) -> str:
+    """Markdown: a line per model, its time and memory by each path."""
+    lines = []
+    for model in dict.fromkeys(r["model"] for r in rows):
+        of = {r["path"]: r for r in rows if r["model"] == model and r["culling"] == culling}
+        if of:
+            cells = [f"{of[p]['milliseconds']['median']:.3f} / {of[p]['resident_bytes'] / 1e6:.2f}" if p in of else "" for p in PATHS]
+            lines.append([model, f"{next(iter(of.values()))['triangles']:,}", *cells])
+    return markdown_table(["model", "triangles", *(f"{p}, ms / MB" for p in PATHS)], lines)
+
+
+def plot(result: dict, output: Path) -> bool:
+    """Bars of frame times, and of memory; False where matplotlib is missing."""
+    try:
+        import matplotlib
+    except ImportError:
+        return False
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    models = list(dict.fromkeys(r["model"] for r in result["rows"]))
+    figure, axes = pyplot.subplots(3, 1, figsize=(1.2 + 1.6 * len(models), 9), sharex=True, layout="constrained")
+    panels = (
+        ("ms a frame, no culling", lambda r: None if r["culling"] else r["milliseconds"]["median"]),
+        ("ms a frame, culling", lambda r: r["milliseconds"]["median"] if r["culling"] else None),
+        ("MB on the device", lambda r: None if r["culling"] else r["resident_bytes"] / 1e6),
+    )
+    for axis, (label, value) in zip(axes, panels):
+        for offset, path in enumerate(PATHS):
+            values = [
+                next((value(r) for r in result["rows"] if r["model"] == m and r["path"] == path and value(r) is not None), np.nan)
+                for m in models
+            ]
+            axis.bar(np.arange(len(models)) + 0.17 * (offset - 2), values, 0.16, label=path)
+        axis.set_yscale("log")
+        axis.set_ylabel(label)
+    axes[-1].set_xticks(np.arange(len(models)), models)
+    axes[0].legend(ncols=len(PATHS), fontsize=8)
+    axes[0].set_title(f"{result['device']['name']}, {WIDTH} x {HEIGHT}")
+    figure.savefig(output, dpi=110)
+    return True
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m bench.vulkan_raster", description=__doc__.split("\n")[0])
+    parser.add_argument("models", nargs="*", type=Path, help=".glb files; what is not compressed is compressed first")
+    parser.add_argument("--subdivide", type=Path, action="append", default=[], metavar="MODEL", help="a model to measure with four times its triangles, too")
+    parser.add_argument("--paths", nargs="+", choices=PATHS, default=list(PATHS), help="(default: all)")
+    parser.add_argument("--device", help="its number, or a part of its name (default: the first GPU)")
+    parser.add_argument("--frames", type=int, default=FRAMES, help="timed frames of each path (default %(default)s)")
+    parser.add_argument("--statistics", action="store_true", help="keep what the driver says about registers and memory of each shader")
+    parser.add_argument("--no-write", action="store_true", help="print only")
+    options = parser.parse_args()
+    if not options.models and not options.subdivide:
+        parser.error("name at least one model")
+    try:
+        run(options)
+    except (MeshletError, OSError) as error:
+        sys.exit(f"bench.vulkan_raster: {error}")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Measures, prints and writes."""
+    from vk_backend.renderer import Renderer
+    from vk_backend.statistics import capture_statistics
+
+    rows: list[dict] = []
+    with tempfile.TemporaryDirectory() as folder, Renderer(options.device) as renderer:
+        statistics = options.statistics and capture_statistics(renderer.device)
+        device = {"name": renderer.device.name, "driver": renderer.device.driver}
+        start = time.perf_counter()
+        files = [compressed(path, Path(folder)) for path in options.models]
+        files += [subdivided(path, Path(folder)) for path in options.subdivide]
+        print(f"{device['name']}, driver {device['driver']}; models ready after {time.perf_counter() - start:.0f} s", file=sys.stderr)
+        for path in files:
+            for culling in (False, True):
+                rows += measure(renderer, path, options.paths, culling, options.frames, statistics)
+                print(f"{path.stem}, culling {'on' if culling else 'off'}: {time.perf_counter() - start:.0f} s", file=sys.stderr, flush=True)
+    result = origin("bench.vulkan_raster", ("numpy", "vulkan"))
+    result.update(device=device, width=WIDTH, height=HEIGHT, frames=options.frames, rows=rows, ratios=ratios(rows))
+    for culling in (False, True):
+        print(f"culling {'on' if culling else 'off'}\n\n{table(rows, culling)}")
+    for row in result["ratios"]:
+        print(row)
+    if not options.no_write:
+        print(f"wrote {write_result('vulkan_raster', result).relative_to(ROOT)}")
+        if plot(result, ROOT / "docs" / "vulkan-raster.png"):
+            print("wrote docs/vulkan-raster.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,180 @@
+"""Ray tracing compressed meshlets with Vulkan: time and memory over the size of the cache, beside the same model uncompressed.
+
+    python -m bench.vulkan_raytracing MODEL.glb ...      writes bench/results/vulkan_raytracing.json and docs/vulkan-raytracing.png
+
+921,600 rays a frame (1280 x 720) with nothing but what they hit first, and the same with two diffuse bounces and a shadow ray at every hit.
+The camera goes round the model by half a degree a frame, so that the cache has to follow; a frame's time is that of the GPU and
+includes clearing the counters, choosing what the cache holds and decoding what it lacks. All configurations take turns frame by frame.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import gltf_ext
+from bench.common import ROOT, origin, write_result
+from gltf_ext.errors import MeshletError
+
+WIDTH, HEIGHT = 1280, 720
+SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
+STEP = 0.5                         # degrees between frames
+WARM_UP, FRAMES = 4, 24
+BOUNCES = (0, 2)
+
+
+def compressed(path: Path, folder: Path) -> Path:
+    """The file itself when it is compressed, else a compressed copy."""
+    from vk_backend.scene import load_scene
+
+    try:
+        load_scene(path)
+        return path
+    except MeshletError:
+        output = folder / path.name
+        gltf_ext.compress(str(path), str(output))
+        return output
+
+
+def turntable(scene, width: int, height: int, degrees: float):
+    """The default camera, turned about the vertical through the scene's centre."""
+    from vk_backend.camera import DEFAULT_VIEW, Camera
+
+    angle = np.radians(degrees)
+    x, y, z = DEFAULT_VIEW
+    view = (x * np.cos(angle) + z * np.sin(angle), y, z * np.cos(angle) - x * np.sin(angle))
+    return Camera.fit(scene, width, height, view)
+
+
+def configurations(groups: list[int], shares: tuple[float, ...]) -> list[dict]:
+    rows = []
+    for group in groups:
+        rows += [{"path": "rt", "cache": share, "group": group} for share in shares]
+        rows.append({"path": "rt-plain", "cache": None, "group": group})
+    return [*rows, {"path": "rt-triangles", "cache": None, "group": None}]
+
+
+def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[dict]:
+    """Rows of one model."""
+    from vk_backend.raytrace import RayTracer
+    from vk_backend.scene import load_scene
+
+    scene = load_scene(path)
+    rows, tracers = [], []
+    for configuration in configurations(options.group, tuple(options.cache)):
+        settings = {"cache": configuration["cache"] or 0.0, "group": configuration["group"] or 8}
+        began = time.perf_counter()
+        tracers.append(RayTracer(device, scene, configuration["path"], samples=1, **settings))
+        rows.append({"model": name, "triangles": scene.triangles, **configuration})
+        print(f"{name}: {label(configuration)} set up in {time.perf_counter() - began:.1f} s", file=sys.stderr, flush=True)
+    result = []
+    cameras = [turntable(scene, options.width, options.height, STEP * i) for i in range(WARM_UP + options.frames)]
+    for bounces in BOUNCES:
+        times: list[list[float]] = [[] for _ in tracers]
+        for tracer in tracers:
+            tracer.set_light(bounces=bounces, shadows=bounces > 0)
+        for number, camera in enumerate(cameras):
+            for tracer, own in zip(tracers, times):
+                milliseconds = tracer.time(camera, options.width, options.height)
+                if number >= WARM_UP:
+                    own.append(milliseconds)
+        for row, tracer, own in zip(rows, tracers, times):
+            low, median, high = np.percentile(own, (10, 50, 90))
+            entry = {**row, "bounces": bounces, "milliseconds": {"median": median, "low": low, "high": high}}
+            entry["resident_bytes"] = tracer.resident_bytes()
+            if tracer.counted:
+                entry["statistics"] = tracer.statistics()
+            result.append(entry)
+    for tracer in tracers:
+        tracer.free()
+    return result
+
+
+def label(row: dict) -> str:
+    share = "" if row["cache"] is None else f" cache {row['cache']:.0%}"
+    return f"{row['path']}{share}" + (f" group {row['group']}" if row["group"] else "")
+
+
+def print_table(rows: list[dict]) -> None:
+    for model in dict.fromkeys(r["model"] for r in rows):
+        for bounces in BOUNCES:
+            mine = [r for r in rows if r["model"] == model and r["bounces"] == bounces]
+            base = mine[-1]                                    # rt-triangles
+            for row in mine:
+                times, size = row["milliseconds"], sum(row["resident_bytes"].values())
+                ratio = times["median"] / base["milliseconds"]["median"]
+                memory = size / sum(base["resident_bytes"].values())
+                seen = row.get("statistics")
+                hits = f" hits {seen['hits'] / max(seen['requests'], 1):6.1%}" if seen else ""
+                print(
+                    f"{model:14} bounces {bounces} {label(row):28} {times['median']:8.3f} ms ({times['low']:.3f} to {times['high']:.3f})"
+                    f" {ratio:6.2f}x  {size / 1e6:8.2f} MB {memory:5.2f}x{hits}"
+                )
+
+
+def plot(rows: list[dict], path: Path) -> bool:
+    """The paper's Figure 5: time over the share of meshlets in the cache. False where matplotlib is not installed."""
+    try:
+        import matplotlib
+    except ImportError:
+        return False
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, len(BOUNCES), figsize=(11, 4.2), layout="constrained")
+    for axis, bounces in zip(axes, BOUNCES):
+        for color, model in enumerate(dict.fromkeys(r["model"] for r in rows)):
+            mine = [r for r in rows if r["model"] == model and r["bounces"] == bounces]
+            cached = [r for r in mine if r["path"] == "rt"]
+            median = [r["milliseconds"]["median"] for r in cached]
+            spread = [[abs(r["milliseconds"][k] - r["milliseconds"]["median"]) for r in cached] for k in ("low", "high")]
+            share = [100 * r["cache"] for r in cached]
+            axis.errorbar(share, median, yerr=spread, color=f"C{color}", marker="o", markersize=3, label=model)
+            for line, style in (("rt-plain", ":"), ("rt-triangles", "--")):
+                baseline = [r["milliseconds"]["median"] for r in mine if r["path"] == line]
+                axis.axhline(baseline[0], color=f"C{color}", linestyle=style, linewidth=0.8)
+        axis.set_title("first hits" if bounces == 0 else f"{bounces} bounces, shadows")
+        axis.set_xlabel("meshlets in the cache, %")
+        axis.set_ylabel("milliseconds per frame")
+        axis.set_yscale("log")
+    axes[0].legend(fontsize=8, title="dotted: rt-plain, dashed: rt-triangles", title_fontsize=7)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+    return True
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("models", nargs="+", type=Path, help=".glb files, compressed or not")
+    parser.add_argument("--device", help="number or part of the name")
+    parser.add_argument("--width", type=int, default=WIDTH)
+    parser.add_argument("--height", type=int, default=HEIGHT)
+    parser.add_argument("--frames", type=int, default=FRAMES, help="measured frames of each configuration (default %(default)s)")
+    parser.add_argument("--group", type=int, nargs="+", default=[8], help="triangles behind one box (default 8)")
+    parser.add_argument("--cache", type=float, nargs="+", default=list(SHARES), help="shares of the meshlets (default %(default)s)")
+    parser.add_argument("--output", default="vulkan_raytracing", help="name of the result (default %(default)s); - for none")
+    options = parser.parse_args()
+    from vk_backend.device import Device
+
+    rows: list[dict] = []
+    with Device(options.device) as device, tempfile.TemporaryDirectory() as folder:
+        for model in options.models:
+            rows += measure(device, compressed(model, Path(folder)), model.stem, options)
+            print_table([r for r in rows if r["model"] == model.stem])
+            sys.stdout.flush()
+        result = origin("python -m bench.vulkan_raytracing", ("numpy", "vulkan"))
+        result["device"] = {"name": device.name, "driver": device.driver}
+    result.update({"width": options.width, "height": options.height, "frames": options.frames, "rows": rows})
+    if options.output != "-":
+        write_result(options.output, result)
+        if not plot(rows, ROOT / "docs" / "vulkan-raytracing.png"):
+            print("no plot: matplotlib is not installed", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()

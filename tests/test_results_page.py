@@ -1,0 +1,114 @@
+"""docs/results.md and the other pages are what their scripts make of the committed measurements."""
+
+import importlib
+
+import pytest
+from PIL import Image
+
+from bench import __main__ as bench_main
+from bench import common, figures, results_page
+from bench.results_page import Standing
+
+PAGES = ("quality", "parameters")   # those of other questions are tested with them
+
+
+def test_page_is_what_the_script_makes():
+    assert (common.ROOT / "docs" / "results.md").read_text() == results_page.report(results_page.read_all())
+
+
+def test_readme_has_the_headlines():
+    readme = (common.ROOT / "README.md").read_text()
+    if "<!-- begin results -->\n" not in readme:
+        pytest.skip("README.md has no place for the results")
+    assert results_page.readme_block(results_page.read_all()) in readme
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_measurement_has_its_page(name):
+    measured = common.read_result(name)
+    assert measured["script"] == f"bench.{name}"
+    assert (common.ROOT / "docs" / f"{name}.md").read_text() == importlib.import_module(f"bench.{name}").report(measured)
+
+
+def test_picture_of_figure8_is_of_these_measurements():
+    bars = results_page.figure8(results_page.read_all())
+    with Image.open(common.ROOT / "docs" / "figure8.png") as picture:
+        assert picture.text[figures.DIGEST] == figures.digest(bars)
+
+
+def test_pictures_of_the_page_exist():
+    docs = common.ROOT / "docs"
+    page = (docs / "results.md").read_text()
+    shown = [line.split("](")[1].rstrip(")") for line in page.splitlines() if line.startswith("![")]
+    assert shown and all((docs / name).is_file() for name in shown)
+
+
+# --- what the page says of given measurements --------------------------------------------------------------------------------
+
+
+def standing(pairs, larger_wins=True):
+    return Standing("question", "peer", pairs, larger_wins, ".2f", "models")
+
+
+def test_the_better_one_is_named():
+    assert standing([(6, 3), (8, 2)]).verdict == "ours, 3.00 times"
+    assert standing([(6, 3), (8, 2)], larger_wins=False).verdict == "**peer**, 3.00 times"
+    assert standing([(1, 4)]).verdict == "**peer**, 4.00 times"
+    assert standing([(1, 4)], larger_wins=False).verdict == "ours, 4.00 times"
+    assert standing([(100, 101)]).verdict == "even"
+
+
+def test_a_row_gives_median_and_range():
+    assert standing([(1, 5), (2, 5), (9, 5)]).row()[1:4] == ["2.00 (1.00 to 9.00)", "peer", "5.00"]
+
+
+def test_what_is_not_measured_is_named_with_its_command():
+    page = results_page.report({})
+    assert all(f"`python -m bench {section.name}`" in page for section in results_page.SECTIONS)
+
+
+def frame(model, path, milliseconds, **rest):
+    return {"model": model, "path": path, "milliseconds": {"median": milliseconds, "low": 0, "high": 9}, "resident_bytes": 1000, **rest}
+
+
+def test_frames_are_compared_model_by_model_without_culling():
+    rows = [frame("a", "vertex", 1.0, culling=False), frame("a", "mesh", 2.0, culling=False), frame("b", "vertex", 10.0, culling=False),
+            frame("b", "mesh", 30.0, culling=False), frame("c", "mesh", 5.0, culling=False), frame("a", "mesh", 0.1, culling=True)]
+    (found,) = results_page.standings({"vulkan_raster": {"script": "bench.vulkan_raster", "rows": rows}})
+    assert found.pairs == [(2.0, 1.0), (30.0, 10.0)]
+    assert found.verdict == "**uncompressed, indexed draw**, 2.50 times"
+
+
+@pytest.mark.parametrize("shares", [(0, 0.25, 1), (0, 25, 100)])
+def test_rays_are_compared_at_the_same_bounces_and_shares(shares):
+    rows = [frame("a", "rt", 1 + share + bounces, cache=share, bounces=bounces) for share in shares for bounces in (0, 2)]
+    rows += [frame("a", "rt-triangles", 1.0 + bounces, bounces=bounces) for bounces in (0, 2)]
+    found = results_page.standings({"vulkan_raytracing": {"script": "bench.vulkan_raytracing", "rows": rows}})
+    assert [s.pairs for s in found] == [[(1 + shares[2], 1.0)], [(1 + shares[1], 1.0)]]
+
+
+def test_a_section_adds_up_memory_given_by_part():
+    rows = [{**frame("a", "rt", 1.0, cache=0.25, bounces=2, group=8), "resident_bytes": {"buffers": 1_000_000, "cache": 500_000}}]
+    page = results_page.report({"vulkan_raytracing": {"script": "bench.vulkan_raytracing", "device": {"name": "G", "driver": "1.2"}, "rows": rows}})
+    assert "| rt, cache 25%, boxes of 8, 2 bounces | 1, 1.5 MB |" in page
+    assert "Measured by `python -m bench.vulkan_raytracing`. On G, driver 1.2." in page
+
+
+def test_best_of_a_row():
+    assert common.best_in_bold([1.0, None, 2.0], ".1f") == ["1.0", "", "**2.0**"]
+    assert common.best_in_bold([1.0, 2.0], ".1f", largest=False) == ["**1.0**", "2.0"]
+
+
+# --- python -m bench ---------------------------------------------------------------------------------------------------------
+
+
+def test_every_question_says_what_it_asks():
+    questions = bench_main.questions()
+    assert {"size", "speed", "quality", "parameters", "choices", "results_page"} <= questions.keys()
+    assert all(questions.values())
+
+
+def test_unknown_question_is_one_line(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["bench", "sped"])
+    assert bench_main.main() == 2
+    assert capsys.readouterr().err.count("\n") == 1

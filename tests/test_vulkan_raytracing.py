@@ -1,0 +1,319 @@
+"""Ray tracing with Vulkan: what rays hit, whatever the cache holds, and that the cache keeps to its limits."""
+
+from __future__ import annotations
+
+import os
+
+# Mesa's software renderer takes minutes to optimise shaders that then run for a second; read when it starts.
+os.environ.setdefault("GALLIVM_PERF", "nopt")
+
+import numpy as np  # noqa: E402
+import pytest  # noqa: E402
+from conftest import missing  # noqa: E402
+from gltf_builder import Builder, everything  # noqa: E402
+
+import gltf_ext  # noqa: E402
+
+WIDTH, HEIGHT = 64, 48
+NO_HIT = 0xFFFFFFFF
+MODELS = ("bunny.glb", "sponza_like.glb")
+CACHES = (0.0, 0.25, 1.0)
+
+
+@pytest.fixture(scope="module")
+def device():
+    """A device with the validation layer, which must have nothing to say at the end."""
+    try:
+        from vk_backend.device import Device
+        from vk_backend.errors import VulkanError
+    except ImportError as error:
+        missing(f"Vulkan cannot be used: {error}")
+    try:
+        made = Device(validation=True)
+    except VulkanError as error:
+        missing(f"Vulkan cannot be used: {error}")
+    if "raytracing" not in made.capabilities:
+        made.close()
+        missing(f"{made.name} has no VK_KHR_ray_tracing_pipeline")
+    yield made
+    messages = list(made.messages)
+    made.close()
+    assert messages == []
+
+
+def waves(columns: int, rows: int):
+    """Attributes and triangles of a folded sheet, so that rays meet it several times."""
+    values, triangles, _ = everything(columns=columns, rows=rows)
+    positions = values["POSITION"].copy()
+    positions[:, 2] += 0.4 * np.sin(9 * positions[:, 0]).astype(np.float32)
+    return {"POSITION": positions, "NORMAL": values["NORMAL"], "TEXCOORD_0": values["TEXCOORD_0"]}, triangles
+
+
+def several(folder, material: dict | None = None, name: str = "several"):
+    """A compressed file: one sheet shown turned, mirrored and stretched, and a second mesh through them."""
+    builder = Builder()
+    builder.mesh(*waves(40, 30))
+    values, triangles = waves(20, 16)
+    builder.mesh(values, triangles)
+    if material:
+        builder.properties["materials"] = [material]
+        builder.properties["meshes"][0]["primitives"][0]["material"] = 0
+    builder.properties["nodes"] = [
+        {"mesh": 0, "rotation": [0, 0.3826834, 0, 0.9238795]},
+        {"mesh": 0, "translation": [0.3, 1, -0.4], "scale": [1, -1, 1]},
+        {"mesh": 0, "translation": [-0.5, 0.2, 0.3], "scale": [1.5, 0.5, 2]},
+        {"mesh": 1, "translation": [0, 0.1, 0.2], "rotation": [0.5, 0.5, 0.5, 0.5]},
+    ]
+    builder.properties["scenes"] = [{"nodes": [0, 1, 2, 3]}]
+    output = folder / f"{name}.compressed.glb"
+    gltf_ext.compress(builder.write(folder / f"{name}.glb"), output)
+    return output
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    pytest.importorskip("vulkan", exc_type=Exception)
+    from vk_backend.scene import load_scene
+
+    return load_scene(several(tmp_path_factory.mktemp("scene")))
+
+
+def tracer(device, scene, path="rt", **options):
+    from vk_backend.raytrace import RayTracer
+
+    return RayTracer(device, scene, path, **options)
+
+
+def camera_of(scene, turn: float = 0.0):
+    from vk_backend.camera import Camera
+
+    view = (0.45 * np.cos(turn) + np.sin(turn), 0.35, np.cos(turn) - 0.45 * np.sin(turn))
+    return Camera.fit(scene, WIDTH, HEIGHT, view)
+
+
+def rays_of(camera) -> tuple[np.ndarray, np.ndarray]:
+    """(origin float64[3], unit directions float64[H, W, 3]) of a perspective camera's pixel centres."""
+    inverse = np.linalg.inv(camera.world_to_clip(WIDTH, HEIGHT))
+    y, x = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
+    clip = np.stack([2 * x / WIDTH - 1, 2 * y / HEIGHT - 1, np.full_like(x, 0.5), np.ones_like(x)], axis=-1)
+    through = clip @ inverse.T
+    directions = through[..., :3] / through[..., 3:] - camera.eye[:3]
+    return np.array(camera.eye[:3]), directions / np.linalg.norm(directions, axis=-1, keepdims=True)
+
+
+def nearest_hits(scene, camera) -> dict[str, np.ndarray]:
+    """By trying every triangle in float64: t, instance, id, barycentrics, and t of the nearest hit of another triangle than that."""
+    origin, directions = rays_of(camera)
+    d = directions.reshape(-1, 3)
+    best = {"t": np.full(len(d), np.inf), "ids": np.full((len(d), 2), NO_HIT, np.uint32), "b": np.zeros((len(d), 2))}
+    for number, instance in enumerate(scene.instances):
+        decoded = scene.primitives[instance.primitive].decoded()
+        points = decoded.positions.astype(np.float64) @ instance.matrix[:3, :3].T + instance.matrix[:3, 3]
+        for id, corners in zip(decoded.ids(), points[decoded.triangles]):
+            first, second = corners[1] - corners[0], corners[2] - corners[0]
+            p = np.cross(d, second)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                inverse = 1 / (p @ first)
+                s = origin - corners[0]
+                u = (p @ s) * inverse
+                q = np.cross(s, first)
+                v = (d @ q) * inverse
+                t = (second @ q) * inverse
+                hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0) & (t < best["t"])
+            best["t"][hit], best["ids"][hit], best["b"][hit] = t[hit], (number, id), np.stack([u, v], axis=1)[hit]
+    return {
+        "t": best["t"].reshape(HEIGHT, WIDTH),
+        "ids": best["ids"].reshape(HEIGHT, WIDTH, 2),
+        "b": best["b"].reshape(HEIGHT, WIDTH, 2),
+    }
+
+
+@pytest.fixture(scope="module")
+def expected(scene):
+    return nearest_hits(scene, camera_of(scene))
+
+
+def assert_same_hits(picture, expected, scene) -> None:
+    """The same triangle at the same place, but for rays that all but touch an edge."""
+    size = float(np.linalg.norm(scene.high - scene.low))
+    same = (picture.ids == expected["ids"]).all(axis=-1)
+    assert np.count_nonzero(~same) <= 3                      # rays that go within rounding of an edge
+    seen = same & (picture.ids[..., 0] != NO_HIT)
+    assert seen.mean() > 0.1
+    assert np.abs(picture.t[seen] - expected["t"][seen]).max() < 1e-5 * size
+    assert np.abs(picture.barycentrics[seen] - expected["b"][seen]).max() < 5e-3
+
+
+@pytest.mark.parametrize("path, cache", [("rt", c) for c in CACHES] + [("rt-plain", 0.0), ("rt-triangles", 0.0)])
+def test01_hits(path, cache, device, scene, expected):
+    traced = tracer(device, scene, path, cache=cache)
+    for _ in range(2):                                       # an empty cache, and one that follows the first frame
+        assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
+    traced.free()
+
+
+def test02_cache_changes_nothing(device, scene):
+    """Bit for bit the same pictures, bounces and all, with no cache, a small one that follows the camera, and everything cached."""
+    cameras = [camera_of(scene, 0.3 * i) for i in range(4)]
+    films = []
+    for cache in (0.0, 0.1, 1.0):
+        traced = tracer(device, scene, cache=cache, bounces=1, samples=2)
+        films.append(list(traced.frames(cameras, WIDTH, HEIGHT)))
+        traced.free()
+    for pictures in zip(*films):
+        for other in pictures[1:]:
+            assert np.array_equal(pictures[0].color, other.color)
+            assert np.array_equal(pictures[0].ids, other.ids) and np.array_equal(pictures[0].t, other.t)
+    assert not np.array_equal(films[0][0].color, films[0][1].color)
+
+
+def test03_cache_follows(device, scene):
+    """The cache fills with what is asked for, never beyond its capacity, and lets go of what is not."""
+    traced = tracer(device, scene, cache_bytes=12 * 4096)
+    assert 0 < traced.capacity <= 12 * 4096 // traced.slot_bytes
+    rates = []
+    for turn in (0.0, 0.0, 0.0, 2.0, 2.0, 4.0, 0.0):
+        traced.render(camera_of(scene, turn), WIDTH, HEIGHT)
+        statistics = traced.statistics()
+        assert statistics["resident"] <= statistics["capacity"] == traced.capacity
+        assert statistics["requests"] == statistics["hits"] + statistics["misses"] > 0
+        table = traced._slot_table.read()
+        slots = table[table != NO_HIT]
+        assert len(np.unique(slots)) == len(slots) and (slots < traced.capacity).all()
+        rates.append(statistics["hits"] / statistics["requests"])
+    assert rates[0] == 0 and rates[1] > 0.3 and rates[2] >= 0.99 * rates[1]
+    traced.free()
+
+
+def test04_memory(device, scene):
+    """Every part is counted, and the cache is what grows."""
+    sizes = []
+    for cache in (0.0, 1.0):
+        traced = tracer(device, scene, cache=cache)
+        parts = traced.resident_bytes()
+        assert parts["model"] >= scene.compressed_bytes and parts["acceleration"] > 0
+        sizes.append(parts["cache"])
+        traced.free()
+    assert sizes[1] >= traced.meshlets * traced.slot_bytes > sizes[0]
+
+
+@pytest.mark.parametrize("group", (4, 64))
+def test05_groups(group, device, scene, expected):
+    traced = tracer(device, scene, cache=1.0, group=group)
+    assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
+    traced.free()
+
+
+@pytest.mark.parametrize("mode", ("MASK", "BLEND"))
+def test06_transparent(mode, device, tmp_path):
+    """What is transparent lets rays through, on every path to the same place."""
+    from vk_backend.scene import load_scene
+
+    factor = [1, 1, 1, 0.4]
+    material = {"alphaMode": mode, "pbrMetallicRoughness": {"baseColorFactor": factor}, "doubleSided": True}
+    scene = load_scene(several(tmp_path, material, "transparent"))
+    camera = camera_of(scene)
+    pictures = []
+    for path in ("rt", "rt-triangles"):
+        traced = tracer(device, scene, path, cache=1.0)
+        pictures.append(traced.render(camera, WIDTH, HEIGHT))
+        traced.free()
+    instances = [p.ids[..., 0] for p in pictures]
+    if mode == "MASK":
+        assert set(np.unique(instances[0])) == {3, NO_HIT}       # 0.4 is below the cutoff of one half
+        assert np.mean(instances[0] != instances[1]) < 1e-3
+    else:
+        shares = [np.mean(i < 3) for i in instances]
+        assert set(np.unique(instances[0])) == {0, 1, 2, 3, NO_HIT} and shares[0] == pytest.approx(shares[1], abs=0.05)
+
+
+def test07_hostile(device, scene):
+    """Blobs with changed bits make some picture, in bounded time, and leave the device in order."""
+    from dataclasses import replace
+
+    random = np.random.default_rng(7)
+    original = scene.primitives[0].blob
+    header = 32 + 28 * original[5]
+    made = 0
+    for attempt in range(40):
+        blob = bytearray(original)
+        for place in random.integers(header, len(blob) - 8, 1 + attempt % 20):
+            blob[place] ^= 1 << int(random.integers(8))
+        try:
+            gltf_ext._codec.Decoder(bytes(blob))
+        except ValueError:
+            continue
+        made += 1
+        broken = replace(scene, primitives=[replace(scene.primitives[0], blob=bytes(blob)), *scene.primitives[1:]])
+        traced = tracer(device, broken, cache=0.5 * (attempt % 2))
+        for _ in range(2):
+            assert traced.render(camera_of(scene), 16, 12).color.shape == (12, 16, 4)
+        traced.free()
+        if made == 6:
+            break
+    assert made == 6
+
+
+def test08_errors(device, scene):
+    from vk_backend.errors import VulkanError
+
+    with pytest.raises(VulkanError, match="there is no path"):
+        tracer(device, scene, "rt-magic")
+    with pytest.raises(VulkanError, match="share from 0 to 1"):
+        tracer(device, scene, cache=1.5)
+    with pytest.raises(ValueError, match="group"):
+        tracer(device, scene, group=7)
+
+
+def mitsuba_hits(scene, camera) -> dict[str, np.ndarray]:
+    """What Mitsuba's triangle meshes of the decoded model are hit by."""
+    from mitsuba_reference import require
+
+    mi, _ = require("scalar_rgb")
+    meshes = {}
+    for number, instance in enumerate(scene.instances):
+        decoded = scene.primitives[instance.primitive].decoded()
+        points = decoded.positions.astype(np.float64) @ instance.matrix[:3, :3].T + instance.matrix[:3, 3]
+        mesh = mi.Mesh(f"instance{number}", len(points), len(decoded.triangles))
+        parameters = mi.traverse(mesh)
+        parameters["vertex_positions"] = points.astype(np.float32).ravel()
+        parameters["faces"] = decoded.triangles.ravel()
+        parameters.update()
+        meshes[f"instance{number}"] = mesh
+    traced = mi.load_dict({"type": "scene", **meshes})
+    names = {shape.id(): number for number, shape in enumerate(meshes.values())}
+    ids = [scene.primitives[i.primitive].decoded().ids() for i in scene.instances]
+    origin, directions = rays_of(camera)
+    found = {"t": np.full((HEIGHT, WIDTH), np.inf), "ids": np.full((HEIGHT, WIDTH, 2), NO_HIT, np.uint32), "b": np.zeros((HEIGHT, WIDTH, 2))}
+    for y, x in np.ndindex(HEIGHT, WIDTH):
+        hit = traced.ray_intersect_preliminary(mi.Ray3f(mi.Point3f(*origin), mi.Vector3f(*directions[y, x])), True)
+        if hit.is_valid():
+            number = names[hit.shape.id()]
+            found["t"][y, x], found["ids"][y, x] = hit.t, (number, ids[number][hit.prim_index])
+            found["b"][y, x] = hit.prim_uv.x, hit.prim_uv.y
+    return found
+
+
+@pytest.mark.parametrize("cache", CACHES)
+def test09_like_mitsuba(cache, device, scene):
+    camera = camera_of(scene)
+    traced = tracer(device, scene, cache=cache)
+    traced.render(camera, WIDTH, HEIGHT)
+    assert_same_hits(traced.render(camera, WIDTH, HEIGHT), mitsuba_hits(scene, camera), scene)
+    traced.free()
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("cache", CACHES)
+def test10_models(name, cache, device, model, tmp_path):
+    from vk_backend.scene import load_scene
+
+    path = tmp_path / name
+    gltf_ext.compress(model(name), path)
+    scene = load_scene(path)
+    camera = camera_of(scene)
+    traced = tracer(device, scene, cache=cache)
+    traced.render(camera, WIDTH, HEIGHT)
+    assert_same_hits(traced.render(camera, WIDTH, HEIGHT), mitsuba_hits(scene, camera), scene)
+    traced.free()

@@ -1,0 +1,52 @@
+"""The SPIR-V that is shipped is that of the sources, and valid."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+
+import pytest
+
+from vk_backend import build_shaders
+from vk_backend.constants import CONSTANTS, read_constants
+
+MODULES = build_shaders.modules()
+
+
+def test_nothing_is_stale_or_left_over():
+    recorded = json.loads(build_shaders.MANIFEST.read_text())
+    assert recorded == {name: build_shaders.digest(*made_from) for name, made_from in MODULES.items()}, (
+        "run python -m vk_backend.build_shaders"
+    )
+    assert {path.name for path in build_shaders.OUTPUT.glob("*.spv")} == {f"{name}.spv" for name in MODULES}
+
+
+def test_digest_follows_sources_includes_and_macros(tmp_path, monkeypatch):
+    monkeypatch.setattr(build_shaders, "SOURCES", tmp_path)
+    shader, included = tmp_path / "a.comp", tmp_path / "b.glsl"
+    shader.write_text('#include "b.glsl"\n')
+    included.write_text("int x;\n")
+    first = build_shaders.digest(shader, [])
+    assert build_shaders.digest(shader, []) == first
+    assert build_shaders.digest(shader, ["IDS"]) != first
+    included.write_text("int y;\n")
+    assert build_shaders.digest(shader, []) != first
+
+
+def test_constants_are_the_header_s():
+    header = (build_shaders.SOURCES / "constants.h").read_text()
+    assert read_constants(header) == CONSTANTS
+    definitions = re.findall(r"^#define (\w+) \S", header, re.MULTILINE)
+    assert definitions == list(CONSTANTS), "every definition is one integer"
+    assert CONSTANTS["BLOB_MAGIC"] == int.from_bytes(b"EBM1", "little")
+
+
+@pytest.mark.parametrize("name", sorted(MODULES))
+def test_module_is_valid(name):
+    if not shutil.which("spirv-val"):
+        pytest.skip("spirv-val is not installed (Debian: apt install spirv-tools)")
+    path = build_shaders.OUTPUT / f"{name}.spv"
+    result = subprocess.run(["spirv-val", "--target-env", "vulkan1.3", str(path)], capture_output=True, text=True)
+    assert result.returncode == 0, result.stdout + result.stderr

@@ -1,0 +1,318 @@
+"""The raster paths: their pipelines, what they need in memory, and their draws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import vulkan as vk
+
+from .camera import Camera
+from .constants import CONSTANTS
+from .device import Device
+from .memory import Buffer, Image
+from .pipelines import ComputePipeline, pipeline_layout, push, stage
+from .scene import FRAME, HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, VERTEX_FLOATS, Scene, SceneBuffers, address_words
+from .textures import TextureArray, array_size, texture_set_layout
+
+COLOR_FORMAT, DEPTH_FORMAT, IDS_FORMAT = vk.VK_FORMAT_R8G8B8A8_SRGB, vk.VK_FORMAT_D32_SFLOAT, vk.VK_FORMAT_R32G32_UINT
+NO_ID = 0xFFFFFFFF                         # both ids where nothing is drawn
+PUSH = np.dtype([("frame", "<u4", 2), ("instance", "<u4"), ("first", "<u4")])
+MAX_GROUPS = 65535                         # workgroups of one draw that every device allows
+LIT, ATTRIBUTES = 0, 1                     # what the fragment shader does, see surface.frag
+# Specialisation constants of shaders/meshlet_decoder_prologue.glsl, raster.glsl and surface.frag.
+STREAMS_ID, LANES_ID, ATTRIBUTES_ID, CULLING_ID, SHADING_ID = range(5)
+# Of surface.frag and geometry.geom: the first that takes all that the scene has.
+VARIANTS = (
+    ("position", 0),
+    ("normal", HAS_NORMAL),
+    ("texcoord", HAS_NORMAL | HAS_TEXCOORD),
+    ("color", HAS_NORMAL | HAS_TEXCOORD | HAS_COLOR),
+)
+
+MESH, TASK = vk.VK_SHADER_STAGE_MESH_BIT_EXT, vk.VK_SHADER_STAGE_TASK_BIT_EXT
+VERTEX, GEOMETRY, FRAGMENT = vk.VK_SHADER_STAGE_VERTEX_BIT, vk.VK_SHADER_STAGE_GEOMETRY_BIT, vk.VK_SHADER_STAGE_FRAGMENT_BIT
+
+
+@dataclass(frozen=True)
+class Path:
+    """capability: of device.CAPABILITIES; needs: of SceneBuffers; stages: (module, stage) before the fragment shader; {ids} is filled in.
+
+    group: meshlets for each workgroup or point, 0 for indexed triangles.
+    """
+
+    capability: str | None
+    needs: frozenset[str]
+    stages: tuple[tuple[str, int], ...]
+    group: int
+
+
+PATHS = {
+    "vertex": Path(None, frozenset({"vertices", "indices"}), (("vertex.vert", VERTEX),), 0),
+    "mesh-plain": Path(
+        "mesh", frozenset({"vertices", "plain", "bounds"}), (("plain.task", TASK), ("plain{ids}.mesh", MESH)),
+        CONSTANTS["TASK_MESHLETS"],
+    ),
+    "geometry": Path(
+        "geometry", frozenset({"blobs", "bounds"}), (("geometry.vert", VERTEX), ("geometry_{attributes}.geom", GEOMETRY)), 1
+    ),
+    "mesh": Path(
+        "mesh", frozenset({"blobs", "bounds"}), (("mesh.task", TASK), ("mesh{ids}.mesh", MESH)), CONSTANTS["TASK_MESHLETS"]
+    ),
+    "mesh-only": Path("mesh", frozenset({"blobs", "bounds"}), (("mesh_only{ids}.mesh", MESH),), 1),
+}  # fmt: skip
+
+
+class Targets:
+    """The images that a picture is drawn into. ids: None without."""
+
+    def __init__(self, device: Device, width: int, height: int, ids: bool):
+        usage = vk.VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | vk.VK_IMAGE_USAGE_TRANSFER_SRC_BIT
+        depth_usage = vk.VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | vk.VK_IMAGE_USAGE_TRANSFER_SRC_BIT
+        self.width, self.height = width, height
+        self.color = Image(device, width, height, COLOR_FORMAT, usage)
+        self.depth = Image(device, width, height, DEPTH_FORMAT, depth_usage)
+        self.ids = Image(device, width, height, IDS_FORMAT, usage) if ids else None
+
+    def begin(self, commands) -> None:
+        """Records the start of rendering: everything cleared."""
+        colors = [self.color] + ([self.ids] if self.ids else [])
+        for image in colors:
+            image.to_layout(commands, vk.VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL)
+        self.depth.to_layout(commands, vk.VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL)
+        clear_color = vk.VkClearValue(color=vk.VkClearColorValue(float32=[0.0] * 4))
+        clear_ids = vk.VkClearValue(color=vk.VkClearColorValue(uint32=[NO_ID] * 4))
+        clear_depth = vk.VkClearValue(depthStencil=vk.VkClearDepthStencilValue(1.0, 0))
+        attachments = [_attachment(image, clear) for image, clear in zip(colors, (clear_color, clear_ids))]
+        area = vk.VkRect2D(vk.VkOffset2D(0, 0), vk.VkExtent2D(self.width, self.height))
+        vk.vkCmdBeginRendering(
+            commands,
+            vk.VkRenderingInfo(
+                renderArea=area,
+                layerCount=1,
+                viewMask=0,
+                colorAttachmentCount=len(attachments),
+                pColorAttachments=attachments,
+                pDepthAttachment=_attachment(self.depth, clear_depth),
+            ),
+        )
+        vk.vkCmdSetViewport(commands, 0, 1, [vk.VkViewport(0, 0, self.width, self.height, 0, 1)])
+        vk.vkCmdSetScissor(commands, 0, 1, [area])
+
+    def free(self) -> None:
+        for image in (self.color, self.depth, self.ids):
+            if image:
+                image.free()
+
+
+def _attachment(image: Image, clear):
+    return vk.VkRenderingAttachmentInfo(
+        imageView=image.view,
+        imageLayout=image.layout,
+        resolveMode=vk.VK_RESOLVE_MODE_NONE,
+        loadOp=vk.VK_ATTACHMENT_LOAD_OP_CLEAR,
+        storeOp=vk.VK_ATTACHMENT_STORE_OP_STORE,
+        clearValue=clear,
+    )
+
+
+class Pipelines:
+    """The pipelines of one device, each made once: compiling the decoder takes a driver seconds. Freed with the device."""
+
+    def __init__(self, device: Device):
+        self.device = device
+        self._made: dict[tuple, Any] = {}
+
+    def texture_layout(self, count: int):
+        """The layout of a set of `count` textures."""
+        return self._once(("textures", count), lambda: texture_set_layout(self.device, count))
+
+    def layout(self, textures: int):
+        """The pipeline layout of the raster paths."""
+        return self._once(("layout", textures), lambda: pipeline_layout(self.device, [self.texture_layout(textures)]))
+
+    def compute(self, module: str, constants: dict[int, int]) -> ComputePipeline:
+        return self._once((module, *constants.items()), lambda: ComputePipeline(self.device, module, constants))
+
+    def graphics(self, modules: tuple[tuple[str, int], ...], constants: dict[int, int], textures: int, ids: bool):
+        """A pipeline of (module, stage) with specialisation constants (id -> value)."""
+        make = lambda: self._graphics(modules, constants, textures, ids)  # noqa: E731
+        return self._once((modules, *constants.items(), textures, ids), make)
+
+    def _once(self, key: tuple, make):
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
+
+    def _graphics(self, modules: tuple[tuple[str, int], ...], constants: dict[int, int], textures: int, ids: bool):
+        stages = [stage(self.device, name, bit, constants) for name, bit in modules]
+        formats = [COLOR_FORMAT] + ([IDS_FORMAT] if ids else [])
+        kinds = {bit for _, bit in modules}
+        indexed = kinds == {VERTEX, FRAGMENT}
+        topology = vk.VK_PRIMITIVE_TOPOLOGY_POINT_LIST if GEOMETRY in kinds else vk.VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST
+        blend = [vk.VkPipelineColorBlendAttachmentState(blendEnable=0, colorWriteMask=0xF) for _ in formats]
+        dynamic = [
+            vk.VK_DYNAMIC_STATE_VIEWPORT, vk.VK_DYNAMIC_STATE_SCISSOR,
+            vk.VK_DYNAMIC_STATE_CULL_MODE, vk.VK_DYNAMIC_STATE_FRONT_FACE,
+        ]  # fmt: skip
+        info = vk.VkGraphicsPipelineCreateInfo(
+            flags=self.device.pipeline_flags,
+            pNext=vk.VkPipelineRenderingCreateInfo(
+                viewMask=0,
+                colorAttachmentCount=len(formats),
+                pColorAttachmentFormats=formats,
+                depthAttachmentFormat=DEPTH_FORMAT,
+                stencilAttachmentFormat=vk.VK_FORMAT_UNDEFINED,
+            ),
+            stageCount=len(stages),
+            pStages=stages,
+            pVertexInputState=_vertex_input(constants[ATTRIBUTES_ID]) if indexed else vk.VkPipelineVertexInputStateCreateInfo(),
+            pInputAssemblyState=vk.VkPipelineInputAssemblyStateCreateInfo(topology=topology),
+            pViewportState=vk.VkPipelineViewportStateCreateInfo(viewportCount=1, scissorCount=1),
+            pRasterizationState=vk.VkPipelineRasterizationStateCreateInfo(polygonMode=vk.VK_POLYGON_MODE_FILL, lineWidth=1.0),
+            pMultisampleState=vk.VkPipelineMultisampleStateCreateInfo(rasterizationSamples=vk.VK_SAMPLE_COUNT_1_BIT),
+            pDepthStencilState=vk.VkPipelineDepthStencilStateCreateInfo(
+                depthTestEnable=1, depthWriteEnable=1, depthCompareOp=vk.VK_COMPARE_OP_LESS
+            ),
+            pColorBlendState=vk.VkPipelineColorBlendStateCreateInfo(attachmentCount=len(blend), pAttachments=blend),
+            pDynamicState=vk.VkPipelineDynamicStateCreateInfo(dynamicStateCount=len(dynamic), pDynamicStates=dynamic),
+            layout=self.layout(textures),
+        )
+        pipeline = vk.vkCreateGraphicsPipelines(self.device.handle, None, 1, [info], None)[0]
+        self.device.at_close(lambda: vk.vkDestroyPipeline(self.device.handle, pipeline, None))
+        return pipeline
+
+
+FLOAT_FORMATS = {2: vk.VK_FORMAT_R32G32_SFLOAT, 3: vk.VK_FORMAT_R32G32B32_SFLOAT, 4: vk.VK_FORMAT_R32G32B32A32_SFLOAT}
+
+
+def _vertex_input(scene_attributes: int):
+    """Interleaved floats: the position, and what the scene has."""
+    attributes, at = [_input(0, vk.VK_FORMAT_R32G32B32_SFLOAT, 0)], 12
+    for location, (bit, floats) in enumerate(VERTEX_FLOATS, start=1):
+        # What the scene lacks is not read, but the shader names it: any format does.
+        there = bool(scene_attributes & bit)
+        attributes.append(_input(location, FLOAT_FORMATS[floats] if there else vk.VK_FORMAT_R32_SFLOAT, at if there else 0))
+        at += 4 * floats if there else 0
+    binding = vk.VkVertexInputBindingDescription(binding=0, stride=at, inputRate=vk.VK_VERTEX_INPUT_RATE_VERTEX)
+    return vk.VkPipelineVertexInputStateCreateInfo(
+        vertexBindingDescriptionCount=1,
+        pVertexBindingDescriptions=[binding],
+        vertexAttributeDescriptionCount=len(attributes),
+        pVertexAttributeDescriptions=attributes,
+    )
+
+
+def _input(location: int, format: int, offset: int):
+    return vk.VkVertexInputAttributeDescription(location=location, binding=0, format=format, offset=offset)
+
+
+class Drawing:
+    """A scene ready to be drawn by one path.
+
+    ids: with the attachment for ids; shading: LIT or ATTRIBUTES. Raises VulkanError where the device lacks what the path needs.
+    """
+
+    def __init__(
+        self, pipelines: Pipelines, scene: Scene, path: str, *, culling: bool = True, ids: bool = True, shading: int = LIT
+    ):
+        device = pipelines.device
+        self.device, self.scene, self.path, self.ids = device, scene, PATHS[path], ids
+        if self.path.capability:
+            device.require(self.path.capability, path)
+        textures = array_size(scene.textures)
+        self._layout = pipelines.layout(textures)
+        self._textures = TextureArray(device, scene.textures, pipelines.texture_layout(textures))
+        # Without culling nothing reads the bounds; they are there all the same, so that memory is what it is in use.
+        self.buffers = SceneBuffers(device, scene, self.path.needs)
+        if "bounds" in self.path.needs:
+            fill_bounds(pipelines, self.buffers)
+        self._frame = Buffer(device, 64 * len(scene.instances) + FRAME.itemsize)
+        constants = {
+            STREAMS_ID: scene.max_streams, LANES_ID: scene.max_lanes, ATTRIBUTES_ID: scene.attributes,
+            CULLING_ID: int(culling), SHADING_ID: shading,
+        }  # fmt: skip
+        self.pipeline = pipelines.graphics(self._modules(), constants, textures, ids)
+
+    @property
+    def resident_bytes(self) -> int:
+        """Allocated bytes of all buffers; images are left out."""
+        return self.buffers.resident_bytes + self._frame.allocated
+
+    def look(self, camera: Camera, width: int, height: int) -> None:
+        """Takes the camera for what is drawn from now on."""
+        matrices = self.buffers.object_to_clip_matrices(camera, width, height)
+        frame = self.buffers.frame_record(camera, width, height, self._frame.address)
+        self._frame.write(matrices.tobytes() + frame.tobytes())
+
+    def record(self, commands, targets: Targets) -> None:
+        """Records the whole picture."""
+        targets.begin(commands)
+        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS, self.pipeline)
+        vk.vkCmdBindDescriptorSets(
+            commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS, self._layout, 0, 1, [self._textures.set], 0, None
+        )
+        if self.buffers.index_buffer:
+            vk.vkCmdBindVertexBuffers(commands, 0, 1, [self.buffers.vertices.handle], [0])
+            vk.vkCmdBindIndexBuffer(commands, self.buffers.index_buffer.handle, 0, vk.VK_INDEX_TYPE_UINT32)
+        for number in range(len(self.scene.instances)):
+            self._draw(commands, number)
+        vk.vkCmdEndRendering(commands)
+
+    def free(self) -> None:
+        self.buffers.free()
+        self._frame.free()
+        self._textures.free()
+
+    def _modules(self) -> tuple[tuple[str, int], ...]:
+        """(module, stage) of the pipeline."""
+        chosen = next(name for name, fits in VARIANTS if not self.scene.attributes & ~fits)
+        names = {"ids": "_ids" if self.ids else "", "attributes": chosen}
+        per_primitive = "_mesh" if self.ids and self.path.capability == "mesh" else ""
+        stages = (*self.path.stages, (f"surface_{{attributes}}{per_primitive}{{ids}}.frag", FRAGMENT))
+        return tuple((name.format(**names), bit) for name, bit in stages)
+
+    def _draw(self, commands, number: int) -> None:
+        instance = self.scene.instances[number]
+        double_sided = self.scene.materials[instance.material].double_sided
+        clockwise = vk.VK_FRONT_FACE_CLOCKWISE if instance.mirrored else vk.VK_FRONT_FACE_COUNTER_CLOCKWISE
+        vk.vkCmdSetCullMode(commands, vk.VK_CULL_MODE_NONE if double_sided else vk.VK_CULL_MODE_BACK_BIT)
+        vk.vkCmdSetFrontFace(commands, clockwise)
+        meshlets = self.scene.primitives[instance.primitive].meshlets
+        if self.buffers.index_buffer:
+            self._push(commands, number, 0)
+            first_index, first_vertex, count = self.buffers.index_range(instance.primitive)
+            vk.vkCmdDrawIndexed(commands, count, 1, first_index, first_vertex, 0)
+        elif GEOMETRY in [bit for _, bit in self.path.stages]:
+            self._push(commands, number, 0)
+            vk.vkCmdDraw(commands, meshlets, 1, 0, 0)
+        else:
+            draw = self.device.function("vkCmdDrawMeshTasksEXT")
+            for first in range(0, meshlets, MAX_GROUPS * self.path.group):
+                self._push(commands, number, first)
+                draw(commands, min(-(-(meshlets - first) // self.path.group), MAX_GROUPS), 1, 1)
+
+    def _push(self, commands, instance: int, first: int) -> None:
+        data = np.zeros((), PUSH)
+        frame = self._frame.address + 64 * len(self.scene.instances)   # behind the matrices
+        data["frame"], data["instance"], data["first"] = address_words(frame), instance, first
+        push(commands, self._layout, data)
+
+
+def fill_bounds(pipelines: Pipelines, buffers: SceneBuffers) -> None:
+    """Computes the culling bounds of every meshlet on the device, from the blobs, which need not stay there."""
+    device, scene = buffers.device, buffers.scene
+    source = buffers if buffers.blobs else SceneBuffers(device, scene, {"blobs", "bounds"})
+    pipeline = pipelines.compute("bounds.comp", {STREAMS_ID: scene.max_streams})
+    with device.commands() as commands:
+        for number, primitive in enumerate(scene.primitives):
+            data = np.array([*address_words(source.primitives_address), number], np.uint32)
+            pipeline.dispatch(commands, -(-primitive.meshlets // 32), data)
+        device.full_barrier(commands)
+        if source is not buffers:
+            region = vk.VkBufferCopy(size=source.bounds.size)
+            vk.vkCmdCopyBuffer(commands, source.bounds.handle, buffers.bounds.handle, 1, [region])
+            device.full_barrier(commands)
+    if source is not buffers:
+        source.free()

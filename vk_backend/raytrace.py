@@ -1,0 +1,506 @@
+"""Ray tracing of compressed meshlets, with a cache of decoded ones, and of the same model uncompressed."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import vulkan as vk
+
+from . import acceleration
+from .acceleration import BOTTOM, BOX_BYTES, INPUT, TOP, Boxes, Instances, Structures, Triangles
+from .camera import Camera
+from .constants import CONSTANTS
+from .device import Device
+from .errors import VulkanError
+from .memory import STORAGE, Buffer
+from .pipelines import ComputePipeline, Timestamps, pipeline_layout, push, stage
+from .scene import FRAME, Primitive, Scene, SceneBuffers
+from .textures import TextureArray, array_size, texture_set_layout
+
+PATHS = ("rt", "rt-plain", "rt-triangles")
+MESHLET_TRIANGLES, MESHLET_VERTICES = CONSTANTS["MESHLET_TRIANGLES"], CONSTANTS["MESHLET_VERTICES"]
+NO_SLOT = 0xFFFFFFFF
+KEYS, FILL_GROUP, BOXES_GROUP = 512, 32, 32   # workgroups of shaders/rt_cache.comp, rt_fill.comp, boxes.comp
+SAMPLES = 16                                  # paths per pixel, where they bounce
+HIT_WORDS = 5                                 # of shaders/rt_common.glsl
+PACKED_BITS = 21                              # the most that a cached coordinate has as an integer
+ATTRIBUTE_BITS = 10                           # of a place in Traced.bits
+INSTANCE_MASKED = 1 << 23                     # of shaders/rt_hit.glsl
+# From the Vulkan registry, since the package vulkan has wrong values: VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
+# VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR and VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR.
+PIPELINE_INFO, GROUP_INFO, BIND_POINT = 1000150015, 1000150016, 1000165000
+OPAQUE, TRANSPARENT = 4, 8                    # VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR, FORCE_NO_OPAQUE
+
+# Structures of shaders/rt_common.glsl and rt_cache.glsl.
+TRACED = np.dtype(
+    [
+        ("blob", "<u4", 2),
+        ("blob_words", "<u4"),
+        ("first_meshlet", "<u4"),
+        ("indices", "<u4", 2),
+        ("vertices", "<u4", 2),
+        ("meshlets", "<u4"),
+        ("bits", "<u4"),
+        ("unused", "<u4", 2),
+    ]
+)
+STATE = np.dtype(
+    [
+        ("fill_groups", "<u4", 3),
+        ("missing", "<u4"),
+        ("free_slots", "<u4"),
+        ("threshold", "<u4"),
+        ("quota", "<u4"),
+        ("taken", "<u4"),
+        ("capacity", "<u4"),
+        ("meshlets", "<u4"),
+        ("primitives", "<u4"),
+        ("unused", "<u4"),
+        ("histogram", "<u4", KEYS),
+    ]
+)
+
+
+@dataclass
+class Picture:
+    """What rays saw first, and the colour that came of it.
+
+    color: uint8[height, width, 4]; ids: uint32[height, width, 2], instance and meshlet * 64 + triangle, 0xFFFFFFFF where there is
+    nothing; t: float32[height, width], along directions of unit length, infinite where there is nothing; barycentrics:
+    float32[height, width, 2], weights of the second and third vertex; milliseconds: of the GPU, the cache's upkeep included.
+    """
+
+    color: np.ndarray
+    ids: np.ndarray
+    t: np.ndarray
+    barycentrics: np.ndarray
+    milliseconds: float
+
+
+class RayTracer:
+    """Renders a scene by tracing rays.
+
+    path: "rt" (compressed), "rt-plain" (the same boxes over uncompressed meshlets) or "rt-triangles" (the driver's triangles).
+    cache: share of the meshlets that may be kept decoded, 0 to 1; cache_bytes: the same limit in bytes, instead. bounces: how often light
+    is followed from surface to surface; shadows: whether surfaces shade one another; samples: paths per pixel (None: 1, or with bounces
+    16); group: triangles behind one
+    box, 4 to 64, a power of two; counted: keep statistics where the cache does not need them. Raises VulkanError.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        scene: Scene,
+        path: str = "rt",
+        *,
+        cache: float = 0.25,
+        cache_bytes: int | None = None,
+        bounces: int = 0,
+        shadows: bool = True,
+        samples: int | None = None,
+        group: int = 8,
+        counted: bool = False,
+    ):
+        if path not in PATHS:
+            raise VulkanError(f"there is no path {path}", f"the ray-traced ones are {', '.join(PATHS)}")
+        if not 0 <= cache <= 1 or (cache_bytes or 0) < 0:
+            raise VulkanError("the cache is a share from 0 to 1, or a number of bytes", "for example 0.25")
+        if group not in (4, 8, 16, 32, 64):
+            raise ValueError("group is 4, 8, 16, 32 or 64")
+        device.require("raytracing", path)
+        self.device, self.scene, self.path = device, scene, path
+        self.bounces, self.shadows, self.group = bounces, shadows, group
+        self.samples = samples or (SAMPLES if bounces else 1)
+        compressed = path == "rt"
+        self.buffers = SceneBuffers(device, scene, {"blobs"} if compressed else {"vertices", "indices"})
+        counts = np.array([p.meshlets for p in scene.primitives], np.int64)
+        self._first_meshlet, self.meshlets = np.cumsum(counts) - counts, int(counts.sum())
+        # Positions that do not fit a slot as integers, or are not on a grid after their rounding, are kept as floats.
+        self._floats = any(p.position_bits > PACKED_BITS or p.attributes["POSITION"].rounded for p in scene.primitives)
+        bits = [sum(s.bits * s.components for s in p.streams[1 : p.stream_end]) for p in scene.primitives]
+        self._attribute_words = -(-max(bits) // 32)
+        slot_words = MESHLET_TRIANGLES + MESHLET_VERTICES * ((3 if self._floats else 2) + self._attribute_words)
+        self.slot_bytes = 4 * slot_words
+        self.capacity = self._capacity(cache, cache_bytes) if compressed else 0
+        self.all_cached = compressed and self.capacity == self.meshlets
+        self.counted = compressed and (counted or 0 < self.capacity < self.meshlets)
+        self._seed = 0
+        self._own: dict[str, list[Buffer]] = {"tables": [], "cache": [], "lists": []}
+        self._upload()
+        self._build()
+        self._make_pipeline()
+        self._fill_at_start()
+        self._picture_size: tuple[int, int] | None = None
+        self._pictures: list[Buffer] = []
+
+    # --- use -------------------------------------------------------------------------------------------------------------------------
+
+    def render(self, camera: Camera, width: int, height: int) -> Picture:
+        """One frame, after which the cache follows what its rays asked for."""
+        milliseconds = self.time(camera, width, height)
+        hits = self._hits.read().reshape(height, width, HIT_WORDS)
+        ids = np.ascontiguousarray(hits[..., :2])
+        if self.path == "rt-triangles":
+            self._number_triangles(ids)
+        floats = np.ascontiguousarray(hits[..., 2:]).view(np.float32)
+        color = self._colors.read(np.uint8).reshape(height, width, 4)
+        return Picture(color, ids, floats[..., 0], floats[..., 1:], milliseconds)
+
+    def frames(self, cameras: Sequence[Camera], width: int, height: int) -> Iterator[Picture]:
+        """A picture from each camera, in their order."""
+        for camera in cameras:
+            yield self.render(camera, width, height)
+
+    def time(self, camera: Camera, width: int, height: int) -> float:
+        """Milliseconds of the GPU for one frame, whose picture stays on the device."""
+        if self._picture_size != (width, height):
+            self._prepare(width, height)
+        self._write_frame(camera, width, height)
+        self.device.submit(self._commands)
+        return float(self._times.milliseconds().sum())
+
+    def statistics(self) -> dict[str, int]:
+        """Of the last frame: requests (boxes whose triangles a ray asked for), hits and misses of the cache among them; resident and
+        capacity in meshlets. Requests are counted while the cache holds some meshlets and not all, or where `counted` was asked for."""
+        if self.path != "rt":
+            return {"requests": 0, "hits": 0, "misses": 0, "resident": 0, "capacity": 0, "meshlets": self.meshlets}
+        counts = self._counters.read()[: self.meshlets].astype(np.int64)
+        there = self._slot_table.read()[: self.meshlets] != NO_SLOT
+        return {
+            "requests": int(counts.sum()),
+            "hits": int(counts[there].sum()),
+            "misses": int(counts[~there].sum()),
+            "resident": int(there.sum()),
+            "capacity": self.capacity,
+            "meshlets": self.meshlets,
+        }
+
+    def resident_bytes(self) -> dict[str, int]:
+        """Device memory that the path keeps, by part; pictures and textures apart."""
+        parts = {
+            "model": self.buffers.resident_bytes,
+            "acceleration": self.bottom.allocated + self.top.allocated,
+        }
+        parts.update({name: sum(b.allocated for b in buffers) for name, buffers in self._own.items()})
+        return parts
+
+    def set_light(self, *, bounces: int, shadows: bool) -> None:
+        """Other bounces and shadows from the next frame on."""
+        self.bounces, self.shadows = bounces, shadows
+        if self._picture_size is not None:
+            self._prepare(*self._picture_size)
+
+    def free(self) -> None:
+        """Gives the memory back before the device is closed; the tracer is of no use afterwards."""
+        self.buffers.free()
+        self.bottom.free()
+        self.top.free()
+        self._textures.free()
+        for buffer in [b for part in self._own.values() for b in part] + self._pictures:
+            buffer.free()
+
+    # --- making ----------------------------------------------------------------------------------------------------------------------
+
+    def _capacity(self, share: float, size: int | None) -> int:
+        wanted = int(round(share * self.meshlets)) if size is None else size // self.slot_bytes
+        return min(wanted, self.meshlets)
+
+    def _keep(self, part: str, data: np.ndarray | int, usage: int = STORAGE) -> Buffer:
+        """A buffer that stays, and is counted."""
+        size = data if isinstance(data, int) else data.nbytes
+        buffer = Buffer(self.device, max(size, 4), usage)
+        self._own[part].append(buffer)
+        return buffer if isinstance(data, int) else buffer.write(data)
+
+    def _upload(self) -> None:
+        rows = np.zeros(len(self.scene.primitives), TRACED)
+        for row, primitive, record, first in zip(rows, self.scene.primitives, self.buffers.primitives, self._first_meshlet):
+            row["blob"], row["blob_words"], row["first_meshlet"] = record["blob"], record["blob_words"], first
+            row["indices"], row["vertices"] = record["index_data"], record["vertex_data"]
+            row["meshlets"], row["bits"] = primitive.meshlets, _attribute_places(primitive)
+        self._traced = self._keep("tables", rows)
+        self._frame = Buffer(self.device, FRAME.itemsize)
+        self._frame_host = Buffer(self.device, FRAME.itemsize, host=True)
+        self._first_triangles = 0
+        if self.path == "rt-plain":
+            counts = np.concatenate([p.decoded().meshlet_triangles for p in self.scene.primitives])
+            self._first_triangles = self._keep("tables", np.concatenate([[0], np.cumsum(counts)]).astype(np.uint32)).address
+        if self.path == "rt":
+            self._slot_table = self._keep("lists", np.full(self.meshlets, NO_SLOT, np.uint32))
+            self._counters = self._keep("lists", np.zeros(self.meshlets if self.counted else 1, np.uint32))
+            self._cache = self._keep("cache", self.capacity * self.slot_bytes)
+
+    def _constants(self, lanes: int) -> dict[int, int]:
+        """Of shaders/rt_common.glsl; lanes: components that the stage decodes."""
+        return {
+            0: self.scene.max_streams,
+            1: lanes,
+            2: self.group,
+            3: int(self._floats),
+            4: self._attribute_words,
+            5: int(self.all_cached),
+            6: self.scene.vertex_floats,
+            7: self.scene.attributes,
+        }
+
+    def _build(self) -> None:
+        """The acceleration structures: a bottom level per primitive, and the instances over them."""
+        start = Camera.fit(self.scene, 1, 1)
+        self._frame.write(self.buffers.frame_record(start, 1, 1, 0).tobytes())
+        temporary: list[Buffer] = []
+        geometries = self._triangles(temporary) if self.path == "rt-triangles" else self._boxes(temporary)
+        self.bottom = Structures(self.device, BOTTOM, geometries)
+        rows = np.zeros(len(self.scene.instances), acceleration.INSTANCE)
+        for row, instance in zip(rows, self.scene.instances):
+            primitive = self.scene.primitives[instance.primitive]
+            matrix = instance.matrix if self._in_object_space else instance.matrix @ _grid_to_object(primitive)
+            masked = self.scene.materials[instance.material].flags & (CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"])
+            with np.errstate(over="ignore"):
+                row["transform"] = matrix[:3].astype(np.float32)
+            # What a flattened node shows cannot be traced in its own coordinates.
+            seen = np.isfinite(row["transform"]).all() and np.linalg.matrix_rank(row["transform"][:, :3].astype(np.float64)) == 3
+            if not seen:
+                row["transform"] = np.eye(4, dtype=np.float32)[:3]
+            row["index_mask"] = instance.primitive | (INSTANCE_MASKED if masked else 0) | (0xFF000000 if seen else 0)
+            row["offset_flags"] = (TRANSPARENT if masked else OPAQUE) << 24
+            row["structure"] = self.bottom.addresses[instance.primitive]
+        self.any_masked = bool((rows["index_mask"] & INSTANCE_MASKED).any())
+        placed = Buffer(self.device, rows.nbytes, INPUT).write(rows)
+        temporary.append(placed)
+        self.top = Structures(self.device, TOP, [Instances(placed.address, len(rows))])
+        for buffer in temporary:
+            buffer.free()
+
+    @property
+    def _in_object_space(self) -> bool:
+        """Whether rays meet positions in the primitive's coordinates rather than on its grid."""
+        return self._floats or self.path != "rt"
+
+    def _triangles(self, temporary: list[Buffer]) -> list[Triangles]:
+        geometries = []
+        for primitive in self.scene.primitives:
+            decoded = primitive.decoded()
+            positions = np.ascontiguousarray(decoded.positions, np.float32)
+            triangles = np.ascontiguousarray(decoded.triangles, np.uint32)
+            inputs = [Buffer(self.device, data.nbytes, INPUT).write(data) for data in (positions, triangles)]
+            temporary += inputs
+            geometries.append(Triangles(inputs[0].address, len(positions), 12, inputs[1].address, len(triangles)))
+        return geometries
+
+    def _boxes(self, temporary: list[Buffer]) -> list[Boxes]:
+        groups = MESHLET_TRIANGLES // self.group
+        boxes = Buffer(self.device, self.meshlets * groups * BOX_BYTES, INPUT)
+        temporary.append(boxes)
+        pipeline = ComputePipeline(
+            self.device, "boxes.comp" if self.path == "rt" else "boxes_plain.comp", self._constants(3)
+        )
+        geometries = []
+        with self.device.commands() as commands:
+            for number, (primitive, first) in enumerate(zip(self.scene.primitives, self._first_meshlet)):
+                address = boxes.address + int(first) * groups * BOX_BYTES
+                data = struct.pack(
+                    "<4Q3I", self._frame.address, self._traced.address, self._first_triangles, address, number, 0, primitive.meshlets
+                )
+                pipeline.dispatch(commands, -(-primitive.meshlets // BOXES_GROUP), np.frombuffer(data, np.uint8))
+                geometries.append(Boxes(address, primitive.meshlets * groups))
+        return geometries
+
+    def _make_pipeline(self) -> None:
+        device = self.device
+        suffix = {"rt": "", "rt-plain": "_plain", "rt-triangles": "_triangles"}[self.path]
+        lanes = self.scene.max_lanes
+        stages = [
+            stage(device, "rt_camera.rgen", vk.VK_SHADER_STAGE_RAYGEN_BIT_KHR, self._constants(lanes)),
+            stage(device, "rt_miss.rmiss", vk.VK_SHADER_STAGE_MISS_BIT_KHR),
+            stage(device, f"rt_surface{suffix}.rchit", vk.VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, self._constants(lanes)),
+        ]
+        unused = vk.VK_SHADER_UNUSED_KHR
+        hit = {"closestHitShader": 2, "anyHitShader": unused, "intersectionShader": unused}
+        if self.path != "rt-triangles":
+            name = "rt_meshlets.rint" if self.path == "rt" else "rt_plain.rint"
+            hit["intersectionShader"] = len(stages)
+            stages.append(stage(device, name, vk.VK_SHADER_STAGE_INTERSECTION_BIT_KHR, self._constants(3)))
+        if self.any_masked:
+            hit["anyHitShader"] = len(stages)
+            stages.append(stage(device, f"rt_alpha{suffix}.rahit", vk.VK_SHADER_STAGE_ANY_HIT_BIT_KHR, self._constants(lanes)))
+        none = {"closestHitShader": unused, "anyHitShader": unused, "intersectionShader": unused}
+        general = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR
+        procedural = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_PROCEDURAL_HIT_GROUP_KHR
+        triangles = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR
+        groups = [
+            vk.VkRayTracingShaderGroupCreateInfoKHR(sType=GROUP_INFO, type=general, generalShader=0, **none),
+            vk.VkRayTracingShaderGroupCreateInfoKHR(sType=GROUP_INFO, type=general, generalShader=1, **none),
+            vk.VkRayTracingShaderGroupCreateInfoKHR(
+                sType=GROUP_INFO, type=triangles if self.path == "rt-triangles" else procedural, generalShader=unused, **hit
+            ),
+        ]
+        set_layout = texture_set_layout(device, array_size(self.scene.textures))
+        self._textures = TextureArray(device, self.scene.textures, set_layout)
+        self._layout = pipeline_layout(device, [set_layout])
+        info = vk.VkRayTracingPipelineCreateInfoKHR(
+            sType=PIPELINE_INFO,
+            stageCount=len(stages),
+            pStages=stages,
+            groupCount=len(groups),
+            pGroups=groups,
+            maxPipelineRayRecursionDepth=1,
+            layout=self._layout,
+        )
+        pipeline = device.function("vkCreateRayTracingPipelinesKHR")(device.handle, None, None, 1, [info], None)[0]
+        device.at_close(lambda: vk.vkDestroyPipeline(device.handle, pipeline, None))
+        self._pipeline = pipeline
+        self._make_binding_table(pipeline, len(groups))
+
+    def _make_binding_table(self, pipeline, groups: int) -> None:
+        """A record of a handle alone for each group, where its region may begin."""
+        limits = self.device.limits
+        size = limits.handle_bytes
+        step = -(-size // limits.base_alignment) * limits.base_alignment
+        handles = vk.ffi.new(f"char[{size * groups}]")
+        self.device.function("vkGetRayTracingShaderGroupHandlesKHR")(
+            self.device.handle, pipeline, 0, groups, size * groups, handles
+        )
+        raw = bytes(vk.ffi.buffer(handles))
+        usage = STORAGE | vk.VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR
+        table = self._keep("tables", step * (groups + 1), usage)
+        begin = -(-table.address // step) * step
+        data = b"".join(raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(groups))
+        table.write(data, begin - table.address)
+        self._regions = [
+            vk.VkStridedDeviceAddressRegionKHR(deviceAddress=begin + step * i, stride=step, size=step) for i in range(groups)
+        ]
+        self._regions.append(vk.VkStridedDeviceAddressRegionKHR())
+
+    # --- the cache -------------------------------------------------------------------------------------------------------------------
+
+    def _fill_at_start(self) -> None:
+        """Lists and pipelines of the cache; a cache for everything is filled once and for all."""
+        if self.capacity == 0:
+            return
+        everything = self.all_cached
+        state = np.zeros((), STATE)
+        state["fill_groups"] = (-(-self.capacity // FILL_GROUP), 1, 1) if everything else (0, 1, 1)
+        state["missing"] = self.capacity if everything else 0
+        state["free_slots"], state["capacity"] = self.capacity, self.capacity
+        state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
+        slots = np.arange(self.capacity, dtype=np.uint32)
+        usage = STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT
+        self._state = self._keep("lists", np.frombuffer(state.tobytes(), np.uint8), usage)
+        self._missing = self._keep("lists", slots)
+        self._free = self._keep("lists", slots[::-1].copy())
+        constants = self._constants(self.scene.max_lanes)
+        self._cache_pipelines = [
+            ComputePipeline(self.device, name, constants)
+            for name in ("rt_cache_count.comp", "rt_cache_threshold.comp", "rt_cache_choose.comp", "rt_fill.comp")
+        ]
+        if not everything:
+            return
+        with self.device.commands() as commands:
+            self._record_fill(commands)
+        for buffer in (self._state, self._missing, self._free):
+            self._own["lists"].remove(buffer)
+            buffer.free()
+
+    def _cache_data(self) -> np.ndarray:
+        buffers = (
+            self._frame, self._traced, self._slot_table, self._cache, self._counters, self._state, self._missing, self._free
+        )
+        return np.frombuffer(struct.pack("<8Q2I", *(b.address for b in buffers), 0, 0), np.uint8)
+
+    def _record_fill(self, commands) -> None:
+        fill = self._cache_pipelines[3]
+        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, fill.handle)
+        push(commands, fill.layout, self._cache_data())
+        vk.vkCmdDispatchIndirect(commands, self._state.handle, 0)
+
+    def _record_selection(self, commands) -> None:
+        count, threshold, choose, _ = self._cache_pipelines
+        groups = -(-self.meshlets // KEYS)
+        for pipeline, size in ((count, groups), (threshold, 1), (choose, groups)):
+            pipeline.dispatch(commands, size, self._cache_data())
+            self.device.full_barrier(commands)
+        self._record_fill(commands)
+
+    # --- frames ----------------------------------------------------------------------------------------------------------------------
+
+    def _prepare(self, width: int, height: int) -> None:
+        """Buffers for a picture of this size, and the commands that make it."""
+        if self._picture_size is not None:
+            for buffer in self._pictures:
+                buffer.free()
+            vk.vkFreeCommandBuffers(self.device.handle, self.device.pool, 1, [self._commands])
+        else:
+            self._times = Timestamps(self.device, 2)
+        self._picture_size = (width, height)
+        self._colors = Buffer(self.device, 4 * width * height)
+        self._hits = Buffer(self.device, 4 * HIT_WORDS * width * height)
+        self._pictures = [self._colors, self._hits]
+        commands = self._commands = self.device.record()
+        self._times.reset(commands)
+        vk.vkCmdCopyBuffer(
+            commands, self._frame_host.handle, self._frame.handle, 1, [vk.VkBufferCopy(0, 0, FRAME.itemsize)]
+        )
+        self.device.full_barrier(commands)
+        self._times.mark(commands, 0)
+        if 0 < self.capacity < self.meshlets:
+            self._record_selection(commands)
+            self.device.full_barrier(commands)
+        elif self.counted:
+            vk.vkCmdFillBuffer(commands, self._counters.handle, 0, vk.VK_WHOLE_SIZE, 0)
+            self.device.full_barrier(commands)
+        self._record_rays(commands, width, height)
+        self._times.mark(commands, 1)
+        vk.vkEndCommandBuffer(commands)
+
+    def _record_rays(self, commands, width: int, height: int) -> None:
+        vk.vkCmdBindPipeline(commands, BIND_POINT, self._pipeline)
+        vk.vkCmdBindDescriptorSets(commands, BIND_POINT, self._layout, 0, 1, [self._textures.set], 0, [])
+        compressed = self.path == "rt"
+        addresses = (
+            self._frame.address,
+            self.top.addresses[0],
+            self._traced.address,
+            self._slot_table.address if compressed else 0,
+            self._cache.address if compressed else 0,
+            self._counters.address if self.counted else 0,
+            self._first_triangles,
+            self._colors.address,
+            self._hits.address,
+        )
+        data = struct.pack("<9Q4I", *addresses, self.bounces, self.samples, self._seed, int(self.shadows))
+        push(commands, self._layout, np.frombuffer(data, np.uint8))
+        self.device.function("vkCmdTraceRaysKHR")(commands, *self._regions, width, height, 1)
+
+    def _write_frame(self, camera: Camera, width: int, height: int) -> None:
+        self._frame_host.write(self.buffers.frame_record(camera, width, height, 0).tobytes())
+
+    def _number_triangles(self, ids: np.ndarray) -> None:
+        """Replaces triangle numbers of primitives by meshlet * 64 + number in the meshlet."""
+        for number, instance in enumerate(self.scene.instances):
+            mine = ids[..., 0] == number
+            if mine.any():
+                ids[..., 1][mine] = self.scene.primitives[instance.primitive].decoded().ids()[ids[..., 1][mine]]
+
+
+def _grid_to_object(primitive: Primitive) -> np.ndarray:
+    """float64[4, 4] from a primitive's grid of positions to its coordinates."""
+    position = primitive.attributes["POSITION"]
+    matrix = np.diag([position.stream.step * position.scale] * 3 + [1.0])
+    matrix[:3, 3] = np.array(position.stream.offset[:3]) * position.scale
+    return matrix
+
+
+def _attribute_places(primitive: Primitive) -> int:
+    """Traced.bits: where normal, texture coordinates and colour begin among the bits of a cached vertex."""
+    places = 0
+    for i, name in enumerate(("NORMAL", "TEXCOORD", "COLOR")):
+        if name in primitive.attributes:
+            index = primitive.attributes[name].index
+            place = sum(s.bits * s.components for s in primitive.streams[1:index])
+            if place >= 1 << ATTRIBUTE_BITS:
+                raise VulkanError(f"{primitive.where} has too many attributes to trace", "leave some out, or use another path")
+            places |= place << (ATTRIBUTE_BITS * i)
+    return places

@@ -1,0 +1,150 @@
+"""The scene's base-colour textures as one array of descriptors: set 0, binding 0."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pygltflib
+import vulkan as vk
+
+from .device import Device
+from .materials import Texture
+from .memory import Buffer, Image
+
+FORMAT = vk.VK_FORMAT_R8G8B8A8_SRGB
+WRAP = {
+    pygltflib.REPEAT: vk.VK_SAMPLER_ADDRESS_MODE_REPEAT,
+    pygltflib.CLAMP_TO_EDGE: vk.VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE,
+    pygltflib.MIRRORED_REPEAT: vk.VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT,
+}
+WHITE = Texture(np.full((1, 1, 4), 255, np.uint8))  # stands in a scene without textures
+
+
+def array_size(textures: list[Texture]) -> int:
+    """Descriptors of a scene's array: a power of two, so that scenes of about the same size share their pipelines."""
+    return 1 << max(len(textures) - 1, 0).bit_length()
+
+
+class TextureArray:
+    """Images with mip levels, samplers, and the descriptor set of them all; set_layout: of `array_size` descriptors.
+
+    set: a Vulkan handle; freed by `free`.
+    """
+
+    def __init__(self, device: Device, textures: list[Texture], set_layout: Any):
+        self.device = device
+        self._size = array_size(textures)
+        textures = textures or [WHITE]
+        self._images = [_upload(device, texture) for texture in textures]
+        self._samplers = [_sampler(device, texture) for texture in textures]
+        self._pool = vk.vkCreateDescriptorPool(
+            device.handle,
+            vk.VkDescriptorPoolCreateInfo(
+                maxSets=1,
+                poolSizeCount=1,
+                pPoolSizes=[
+                    vk.VkDescriptorPoolSize(type=vk.VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, descriptorCount=self._size)
+                ],
+            ),
+            None,
+        )
+        self.set = vk.vkAllocateDescriptorSets(
+            device.handle,
+            vk.VkDescriptorSetAllocateInfo(descriptorPool=self._pool, descriptorSetCount=1, pSetLayouts=[set_layout]),
+        )[0]
+        self._write()
+        self._alive = True
+        device.at_close(self.free)
+
+    def _write(self) -> None:
+        infos = [
+            vk.VkDescriptorImageInfo(sampler=sampler, imageView=image.view, imageLayout=image.layout)
+            for sampler, image in zip(self._samplers, self._images)
+        ]
+        infos += infos[:1] * (self._size - len(infos))
+        write = vk.VkWriteDescriptorSet(
+            dstSet=self.set,
+            dstBinding=0,
+            dstArrayElement=0,
+            descriptorCount=len(infos),
+            descriptorType=vk.VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+            pImageInfo=infos,
+        )
+        vk.vkUpdateDescriptorSets(self.device.handle, 1, [write], 0, None)
+
+    def free(self) -> None:
+        """Gives everything back; a second call does nothing."""
+        if self._alive:
+            self._alive = False
+            vk.vkDestroyDescriptorPool(self.device.handle, self._pool, None)
+            for sampler in self._samplers:
+                vk.vkDestroySampler(self.device.handle, sampler, None)
+            for image in self._images:
+                image.free()
+
+
+def texture_set_layout(device: Device, count: int):
+    """The layout of a set of `count` textures; freed with the device."""
+    binding = vk.VkDescriptorSetLayoutBinding(
+        binding=0,
+        descriptorType=vk.VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+        descriptorCount=count,
+        stageFlags=vk.VK_SHADER_STAGE_ALL,
+    )
+    layout = vk.vkCreateDescriptorSetLayout(
+        device.handle, vk.VkDescriptorSetLayoutCreateInfo(bindingCount=1, pBindings=[binding]), None
+    )
+    device.at_close(lambda: vk.vkDestroyDescriptorSetLayout(device.handle, layout, None))
+    return layout
+
+
+def _sampler(device: Device, texture: Texture):
+    u, v = (WRAP.get(wrap, vk.VK_SAMPLER_ADDRESS_MODE_REPEAT) for wrap in texture.wrap)
+    return vk.vkCreateSampler(
+        device.handle,
+        vk.VkSamplerCreateInfo(
+            magFilter=vk.VK_FILTER_NEAREST if texture.nearest else vk.VK_FILTER_LINEAR,
+            minFilter=vk.VK_FILTER_LINEAR,
+            mipmapMode=vk.VK_SAMPLER_MIPMAP_MODE_LINEAR,
+            addressModeU=u,
+            addressModeV=v,
+            addressModeW=u,
+            maxLod=vk.VK_LOD_CLAMP_NONE,
+        ),
+        None,
+    )
+
+
+def _upload(device: Device, texture: Texture) -> Image:
+    """An image with all its mip levels, each the half of the one before, ready to be sampled."""
+    height, width = texture.pixels.shape[:2]
+    levels = max(width, height).bit_length()
+    usage = vk.VK_IMAGE_USAGE_SAMPLED_BIT | vk.VK_IMAGE_USAGE_TRANSFER_DST_BIT | vk.VK_IMAGE_USAGE_TRANSFER_SRC_BIT
+    image = Image(device, width, height, FORMAT, usage, levels=levels)
+    staging = Buffer(device, texture.pixels.nbytes, vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT, host=True).write(texture.pixels)
+    with device.commands() as commands:
+        image.to_layout(commands, vk.VK_IMAGE_LAYOUT_GENERAL)
+        vk.vkCmdCopyBufferToImage(commands, staging.handle, image.handle, image.layout, 1, [image.copy_region()])
+        for level in range(1, levels):
+            device.full_barrier(commands)
+            region = vk.VkImageBlit(
+                srcSubresource=_layers(level - 1),
+                srcOffsets=_corners(width, height, level - 1),
+                dstSubresource=_layers(level),
+                dstOffsets=_corners(width, height, level),
+            )
+            vk.vkCmdBlitImage(
+                commands, image.handle, image.layout, image.handle, image.layout, 1, [region], vk.VK_FILTER_LINEAR
+            )
+        image.to_layout(commands, vk.VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)
+    staging.free()
+    return image
+
+
+def _layers(level: int):
+    return vk.VkImageSubresourceLayers(aspectMask=vk.VK_IMAGE_ASPECT_COLOR_BIT, mipLevel=level, layerCount=1)
+
+
+def _corners(width: int, height: int, level: int):
+    return [vk.VkOffset3D(0, 0, 0), vk.VkOffset3D(max(width >> level, 1), max(height >> level, 1), 1)]
