@@ -7,7 +7,7 @@
 //   packed_triangle(t)              triangle t of the team's meshlet, packed as in meshlet_decoder.glsl
 //   connectivity_boundary()         mask of its boundary vertices
 //   connectivity_starts()           mask of the triangles that begin a component
-// and calls open_blob and team_streams(end) once, open_team(m), read_header(m) and read_symbols, and then team_decode with all lanes. It
+// and calls open_blob and group_streams(end) once, open_team(m), read_header(m) and read_symbols, and then team_decode with all lanes. It
 // includes meshlet_team.glsl before all others.
 // Results: team_values[TEAM_INDEX][lane * 64 + local id], vertex_count, and `error`, the same for all lanes of a team.
 //
@@ -15,11 +15,10 @@
 // Hostile bytes: every subscript is masked or bounded by a checked count; every loop by 64, by the streams, or by the blob's end. Loops
 // around barriers run equally often in all teams.
 
-#define LANE gl_LocalInvocationIndex
+#include "meshlet_sections.glsl"
 #define TEAM_INDEX (LANE / TEAM)
 #define MEMBER (LANE % TEAM)
 
-shared uint group_stream[MAX_STREAMS];               // see stream_field
 shared uint team_values[TEAMS][MAX_LANES * 64u];
 shared uint team_error[TEAMS];
 shared uint team_traversal[TEAMS][64];               // packed triangles that introduce a vertex
@@ -32,87 +31,8 @@ shared uint team_seams[TEAMS][64];                   // inner vertices of a stre
 shared uint team_codes[TEAMS][MAX_STREAMS];          // bit positions of the interior's codes
 shared uint team_low[TEAMS];                         // where section G begins
 
-// ---- streams -------------------------------------------------------------------------------------------------------------------
-
-#define STREAM_COMPONENTS 0, 3                       // offset and width of fields in group_stream
-#define STREAM_BITS 3, 6
-#define STREAM_PREDICTOR 9, 2
-#define STREAM_CHAIN_BASE 11, 5
-#define STREAM_INTERIOR_BASE 16, 5
-#define STREAM_LANE 21, 11
-#define stream_field(s, field) bitfieldExtract(group_stream[s], field)
-
-// Reads the stream table; streams [0, end) are decoded.
-void team_streams(uint end) {
-  load_tables();
-  stream_total = min(stream_total, MAX_STREAMS);
-  stream_end = min(end, stream_total);
-  for (uint s = LANE; s < stream_total; s += GROUP) {
-    uint shape = load_word(8u + 7u * s);
-    uint bases = load_word(9u + 7u * s);
-    uint lane = 0u;
-    for (uint before = 0u; before < s; before++) lane += (load_word(8u + 7u * before) >> 8) & 7u;
-    group_stream[s] = ((shape >> 8) & 7u) | ((shape >> 16) & 63u) << 3 | ((shape >> 24) & 3u) << 9 | (bases & 31u) << 11 |
-                      ((bases >> 8) & 31u) << 16 | min(lane, MAX_LANES) << 21;
-  }
-  barrier();
-}
-
 // The places of quotients' ends lie in the team's scratch memory.
 uint ones_place() { return TEAMS * STAGE_WORDS + TEAM_INDEX * SCRATCH_WORDS; }
-
-uint bits_mask(uint s) { return word_below(stream_field(s, STREAM_BITS)); }
-
-// Where a component's values begin; a lane that there is no room for, which the host rules out, is the first.
-uint value_lane(uint s, uint c) {
-  uint lane = stream_field(s, STREAM_LANE) + c;
-  return (lane < MAX_LANES ? lane : 0u) * 64u;
-}
-
-// ---- small parts -----------------------------------------------------------------------------------------------------------------
-
-uint code_at(inout uint p, uint components, uint base) {
-  uint code = load_bits(p, 3u);
-  p += 3u;
-  if (code == 7u) {
-    p += 5u * components;
-    return CODE_FIXED;
-  }
-  if (base + code > 31u) error = ERROR_CODE;
-  return (base + code) & 31u;
-}
-
-// Low bits of one vertex under a code whose widths, if it is fixed, are at bit position `widths`.
-uint low_width(uint code, uint components, uint widths) {
-  if (code != CODE_FIXED) return code * components;
-  uint sum = 0u;
-  for (uint c = 0u; c < components; c++) sum += width_field(widths + 5u * c);
-  return sum;
-}
-
-// The bit position after the n-th one from bit p on.
-uint after_ones(uint p, uint n) {
-  if (n == 0u) return p;
-  uint w = p >> 5;
-  uint word = load_word(w) & ~word_below(p & 31u);
-  uint empty = 0u;
-  for (uint ones = uint(bitCount(word)); ones < n; ones = uint(bitCount(word))) {
-    empty = ones == 0u ? empty + 1u : 0u;
-    if (w >= blob_word_total || empty > (MAX_QUOTIENT >> 5) + 1u) {
-      error = ERROR_UNARY;
-      return p;
-    }
-    n -= ones;
-    w++;
-    word = load_word(w);
-  }
-  for (; n > 1u; n--) word &= word - 1u;
-  return (w << 5) + uint(findLSB(word)) + 1u;
-}
-
-uint chord_point(uint a, uint b, uint i, uint n) {
-  return a + ((b - a) * i + (n >> 1) + (n << 24)) / n - (1u << 24);
-}
 
 uint loop_id(uint rank) { return bitfieldExtract(team_loop[TEAM_INDEX][(rank >> 2) & 15u], int(rank & 3u) * 8, 6); }
 uint component_begin(uint component) { return bitfieldExtract(team_begins[TEAM_INDEX][min(component, 64u) >> 2], int(component & 3u) * 8, 7); }

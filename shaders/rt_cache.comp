@@ -86,7 +86,7 @@ void main() {
   if (wanted) {
     uint place = atomicAdd(state.missing, 1u);
     Counts(push.missing).at[place] = m;
-    if (place % FILL_GROUP == 0u) atomicAdd(state.fill_groups[0], 1u);
+    if (place < FILL_GROUPS) atomicAdd(state.fill_groups[0], 1u);
   } else {
     Counts(push.slot_table).at[m] = NO_SLOT;
     Counts(push.free_slots).at[atomicAdd(state.free_slots, 1u)] = slot;
@@ -113,7 +113,7 @@ void main() {
   barrier();
   if (gl_LocalInvocationIndex != 0u) return;
   state.admitted = admitted;
-  state.fill_groups[0] = (admitted + FILL_GROUP - 1u) / FILL_GROUP;
+  state.fill_groups[0] = min(admitted, FILL_GROUPS);
   state.ring = (ring + admitted) % max(push.scratch, 1u);
   state.requested = 0u;
   state.rays[0] = state.rays_wanted;

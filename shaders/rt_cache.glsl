@@ -36,4 +36,4 @@ layout(push_constant) uniform Push {
 } push;
 #endif
 
-#define FILL_GROUP 32u                     // invocations of a workgroup that decodes
+#define FILL_GROUPS 32768u                 // workgroups that decode at once, at most

@@ -6,9 +6,10 @@ layout(constant_id = 2) const uint GROUP_TRIANGLES = 64u;   // triangles behind 
 layout(constant_id = 3) const bool POSITION_FLOATS = false; // positions are floats in the primitive's coordinates, not integers on its grid
 layout(constant_id = 4) const uint ATTRIBUTE_WORDS = 0u;    // of a cached vertex, beyond its position
 layout(constant_id = 5) const bool ALL_CACHED = false;      // every meshlet m is in slot m
-layout(constant_id = 8) const bool DEFERRED = false;        // paths wait for meshlets that are not in the cache, instead of decoding them
 layout(constant_id = 6) const uint VERTEX_FLOATS = 8u;      // of an uncompressed vertex,
 layout(constant_id = 7) const uint ATTRIBUTES = 7u;         //   and what it has beside its position: HAS_ bits
+// 8: STAGE_WORDS of the cooperative decoder.
+layout(constant_id = 9) const bool DEFERRED = false;        // paths wait for meshlets that are not in the cache, instead of decoding them
 
 #define NO_SLOT 0xFFFFFFFFu
 #define REQUESTED 0xFFFFFFFEu              // no slot yet, but on the list of requests

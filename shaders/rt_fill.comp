@@ -1,15 +1,19 @@
-// Decodes meshlets into slots, one invocation each: those that the cache lacks into free ones, or (push.scratch) those that paths wait for.
+// Decodes meshlets into slots, one workgroup each: those that the cache lacks into free ones, or (push.scratch) those that paths wait for.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
 #define OWN_PUSH
 #include "rt_common.glsl"
 #include "rt_cache.glsl"
+#define TEAM 32u
+#include "meshlet_team.glsl"
 #include "meshlet_decoder_prologue.glsl"
 #include "meshlet_decoder.glsl"
 #include "meshlet_decoder_epilogue.glsl"
+#include "meshlet_parallel.glsl"
+#include "meshlet_workgroup.glsl"
 
-layout(local_size_x = FILL_GROUP) in;
+layout(local_size_x = GROUP) in;
 
 // The primitive that a meshlet belongs to.
 uint primitive_of(uint number, uint primitives) {
@@ -39,18 +43,23 @@ void put_bits(Counts words, uint value, uint bits) {
   pending_bits = filled;
 }
 
-void put_attributes(Counts words, uint vertex) {
+// Streams [1, end) of the primitive, in the order that Traced.bits assumes.
+void put_attributes(Counts words, uint vertex, uint end) {
   next_word = slot_attributes() + vertex * ATTRIBUTE_WORDS;
-  uint end = next_word + ATTRIBUTE_WORDS;
+  uint last = next_word + ATTRIBUTE_WORDS;
   pending = 0u;
   pending_bits = 0u;
-  for (uint s = 1u; s < stream_end; s++)
-    for (uint c = 0u; c < stream_components[s]; c++) put_bits(words, values[(stream_lane[s] + c) * 64u + vertex], stream_bits[s]);
-  if (next_word < end) words.at[next_word] = pending;
+  uint lane = 3u;
+  for (uint s = 1u; s < end; s++) {
+    uint shape = load_word(8u + 7u * s);
+    for (uint c = 0u; c < ((shape >> 8) & 255u); c++, lane++)
+      put_bits(words, team_values[0][min(lane, MAX_LANES - 1u) * 64u + vertex], (shape >> 16) & 255u);
+  }
+  if (next_word < last) words.at[next_word] = pending;
 }
 
 void put_position(uvec2 slot, uint vertex, Attribute position) {
-  uvec3 q = uvec3(values[vertex], values[64u + vertex], values[128u + vertex]);
+  uvec3 q = uvec3(team_values[0][vertex], team_values[0][64u + vertex], team_values[0][128u + vertex]);
   if (POSITION_FLOATS) {
     vec3 p = position_value(position, q);
     for (uint c = 0u; c < 3u; c++) Counts(slot).at[SLOT_POSITIONS + 3u * vertex + c] = floatBitsToUint(p[c]);
@@ -59,26 +68,39 @@ void put_position(uvec2 slot, uint vertex, Attribute position) {
   }
 }
 
-void main() {
-  CacheState state = CacheState(push.state);
-  uint i = gl_GlobalInvocationID.x;
-  if (i >= (push.scratch != 0u ? state.admitted : state.missing)) return;
-  uint number = Counts(push.missing).at[i];
-  uint first = state.ring + push.scratch - state.admitted;
-  uint slot_number = push.scratch != 0u ? state.capacity + (first + i) % push.scratch : Counts(push.free_slots).at[state.free_slots - 1u - i];
-  uint index = primitive_of(number, state.primitives);
+void fill(uint number, uint slot_number, uint primitives) {
+  uint index = primitive_of(number, primitives);
   Traced traced = TracedList(push.traced).at[index];
+  uint end = Primitives(Frame(push.frame).primitives).at[index].stream_end;
+  open_blob(traced.blob, traced.blob_words);
+  group_streams(end);
+  uint m = number - traced.first_meshlet;
+  open_team(m);
+  Header h = read_header(m);
+  read_symbols(h.begin, h.triangles);
+  decode_connectivity();
+  team_decode(h, true);
   uvec2 slot = slot_address(push.cache, slot_number);
   Counts words = Counts(slot);
-  open_blob(traced.blob, traced.blob_words);
-  load_streams(0u, Primitives(Frame(push.frame).primitives).at[index].stream_end);
-  decode_meshlet(number - traced.first_meshlet);
   uint count = error == ERROR_NONE ? triangle_count : 0u;
-  for (uint t = 0u; t < MESHLET_TRIANGLES; t++) words.at[t] = t < count ? triangles[t] & 0xFFFFFFu : 0u;
+  for (uint t = MEMBER; t < MESHLET_TRIANGLES; t += TEAM) words.at[t] = t < count ? packed_triangle(t) & 0xFFFFFFu : 0u;
   Attribute position = Primitives(Frame(push.frame).primitives).at[index].position;
-  for (uint v = 0u; v < vertex_count && error == ERROR_NONE; v++) {
+  for (uint v = MEMBER; v < MESHLET_VERTICES && v < vertex_count && error == ERROR_NONE; v += TEAM) {
     put_position(slot, v, position);
-    put_attributes(words, v);
+    put_attributes(words, v, end);
   }
-  Counts(push.slot_table).at[number] = slot_number;
+  if (MEMBER == 0u) Counts(push.slot_table).at[number] = slot_number;
+}
+
+void main() {
+  CacheState state = CacheState(push.state);
+  bool scratch = push.scratch != 0u;
+  uint count = scratch ? state.admitted : state.missing;
+  uint first = state.ring + push.scratch - state.admitted;
+  uint free_slots = state.free_slots;
+  for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
+    uint slot_number = scratch ? state.capacity + (first + i) % push.scratch : Counts(push.free_slots).at[free_slots - 1u - i];
+    fill(Counts(push.missing).at[i], slot_number, state.primitives);
+    barrier();
+  }
 }

@@ -25,7 +25,7 @@ uvec2 connectivity_starts() { return Connectivity(push.connectivity).of[team_mes
 
 void main() {
   open_blob(push.blob, push.blob_words);
-  team_streams(push.streams);
+  group_streams(push.streams);
   uint m = gl_WorkGroupID.x * TEAMS + TEAM_INDEX;
   bool exists = m < push.meshlets;
   team_meshlet = min(m, push.meshlets - 1u);

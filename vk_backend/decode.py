@@ -15,12 +15,19 @@ from .memory import Buffer
 from .pipelines import ComputePipeline, Timestamps
 
 GROUP = 32  # invocations of a workgroup
-# Method -> (shader, meshlets of a workgroup) in the order in which they run.
+# Method -> (shader, meshlets of a workgroup) in the order in which they run; None: 64 invocations over meshlets and streams.
 METHODS = {
     "single": (("decode.comp", GROUP),),
     "team8": (("connect.comp", GROUP), ("values8.comp", GROUP // 8)),
     "team16": (("connect.comp", GROUP), ("values16.comp", GROUP // 16)),
     "team32": (("connect.comp", GROUP), ("values32.comp", 1)),
+    "passes": (
+        ("connect.comp", GROUP),
+        ("lengths.comp", 8),
+        ("corners.comp", 8),
+        ("chains.comp", 8),
+        ("interior.comp", None),
+    ),
     "parallel": (("values_parallel.comp", 1),),
 }
 
@@ -60,15 +67,17 @@ def decode_on_gpu(device: Device, blob: bytes, method: str = "team8", repeat: in
     connectivity = Buffer(device, 16 * meshlets)
     triangles = Buffer(device, 4 * 64 * meshlets)
     integers = Buffer(device, 4 * 64 * total * meshlets)
+    lengths = Buffer(device, 4 * 64 * meshlets)
     pipelines = [(ComputePipeline(device, name, {0: len(lanes), 1: total}), per) for name, per in METHODS[method]]
     data = np.frombuffer(
         struct.pack(
-            "<5Q4I",
+            "<6Q4I",
             source.address,
             summaries.address,
             connectivity.address,
             triangles.address,
             integers.address,
+            lengths.address,
             len(blob) // 4,
             meshlets,
             len(lanes),
@@ -82,7 +91,8 @@ def decode_on_gpu(device: Device, blob: bytes, method: str = "team8", repeat: in
         times.mark(commands, 0)
         for i in range(repeat):
             for pipeline, per in pipelines:
-                pipeline.dispatch(commands, -(-meshlets // per), data)
+                groups = -(-meshlets // per) if per else -(-meshlets * len(lanes) // 64)
+                pipeline.dispatch(commands, groups, data)
                 device.full_barrier(commands)
             times.mark(commands, i + 1)
     summary = summaries.read()
@@ -94,6 +104,6 @@ def decode_on_gpu(device: Device, blob: bytes, method: str = "team8", repeat: in
         integers=integers.read().reshape(meshlets, total, 64),
         milliseconds=times.milliseconds(),
     )
-    for buffer in (source, summaries, connectivity, triangles, integers):
+    for buffer in (source, summaries, connectivity, triangles, integers, lengths):
         buffer.free()
     return result

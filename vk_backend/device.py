@@ -29,7 +29,7 @@ CAPABILITIES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, ...]]]] = {
         ("VK_KHR_acceleration_structure", "VK_KHR_ray_tracing_pipeline", "VK_KHR_deferred_host_operations"),
         {
             "VkPhysicalDeviceAccelerationStructureFeaturesKHR": ("accelerationStructure",),
-            "VkPhysicalDeviceRayTracingPipelineFeaturesKHR": ("rayTracingPipeline",),
+            "VkPhysicalDeviceRayTracingPipelineFeaturesKHR": ("rayTracingPipeline", "rayTracingPipelineTraceRaysIndirect"),
         },
     ),
     "reorder": (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import vulkan as vk
@@ -23,7 +24,10 @@ from .textures import TextureArray, array_size, texture_set_layout
 PATHS = ("rt", "rt-plain", "rt-triangles")
 MESHLET_TRIANGLES, MESHLET_VERTICES = CONSTANTS["MESHLET_TRIANGLES"], CONSTANTS["MESHLET_VERTICES"]
 NO_SLOT = 0xFFFFFFFF
-KEYS, FILL_GROUP, BOXES_GROUP = 512, 32, 32   # workgroups of shaders/rt_cache.comp, rt_fill.comp, boxes.comp
+KEYS, BOXES_GROUP = 512, 32                   # workgroups of shaders/rt_cache.comp, boxes.comp
+FILL_GROUPS = 32768                           # of shaders/rt_cache.glsl
+SCRATCH, LEAST_SCRATCH = 1 / 8, 64            # slots for meshlets that paths wait for: a share of the meshlets, or so many
+ROUNDS = 8                                    # after which a path decodes what it still lacks
 SAMPLES = 16                                  # paths per pixel, where they bounce
 HIT_WORDS = 5                                 # of shaders/rt_common.glsl
 PACKED_BITS = 21                              # the most that a cached coordinate has as an integer
@@ -58,7 +62,12 @@ STATE = np.dtype(
         ("capacity", "<u4"),
         ("meshlets", "<u4"),
         ("primitives", "<u4"),
-        ("unused", "<u4"),
+        ("ring", "<u4"),
+        ("rays", "<u4", 3),
+        ("rays_wanted", "<u4"),
+        ("requested", "<u4"),
+        ("admitted", "<u4"),
+        ("unused", "<u4", 2),
         ("histogram", "<u4", KEYS),
     ]
 )
@@ -87,7 +96,9 @@ class RayTracer:
     cache: share of the meshlets that may be kept decoded, 0 to 1; cache_bytes: the same limit in bytes, instead. bounces: how often light
     is followed from surface to surface; shadows: whether surfaces shade one another; samples: paths per pixel (None: 1, or with bounces
     16); group: triangles behind one
-    box, 4 to 64, a power of two; counted: keep statistics where the cache does not need them. Raises VulkanError.
+    box, 4 to 64, a power of two. Without all of the model in the cache, paths that need a meshlet which is not there wait: it is decoded into
+    one of the scratch slots (scratch: share of the meshlets) and they start again, up to `rounds` times; then they decode for themselves,
+    which takes much longer. counted: keep statistics where the cache does not need them. Raises VulkanError.
     """
 
     def __init__(
@@ -101,7 +112,9 @@ class RayTracer:
         bounces: int = 0,
         shadows: bool = True,
         samples: int | None = None,
-        group: int = 8,
+        group: int = 4,
+        scratch: float | None = None,
+        rounds: int = ROUNDS,
         counted: bool = False,
     ):
         if path not in PATHS:
@@ -127,11 +140,18 @@ class RayTracer:
         self.capacity = self._capacity(cache, cache_bytes) if compressed else 0
         self.all_cached = compressed and self.capacity == self.meshlets
         self.counted = compressed and (counted or 0 < self.capacity < self.meshlets)
+        wanted = max(int((SCRATCH if scratch is None else scratch) * self.meshlets), LEAST_SCRATCH if scratch is None else 0)
+        self.scratch = min(wanted, self.meshlets - self.capacity) if compressed else 0
+        self.rounds = rounds if self.scratch else 0
         self._seed = 0
         self._own: dict[str, list[Buffer]] = {"tables": [], "cache": [], "lists": []}
         self._upload()
         self._build()
-        self._make_pipeline()
+        set_layout = texture_set_layout(device, array_size(scene.textures))
+        self._textures = TextureArray(device, scene.textures, set_layout)
+        self._layout = pipeline_layout(device, [set_layout])
+        self._waiting_rays = self._make_rays(deferred=True) if self.rounds else None
+        self._rays = self._make_rays(deferred=False)
         self._fill_at_start()
         self._picture_size: tuple[int, int] | None = None
         self._pictures: list[Buffer] = []
@@ -168,7 +188,7 @@ class RayTracer:
         if self.path != "rt":
             return {"requests": 0, "hits": 0, "misses": 0, "resident": 0, "capacity": 0, "meshlets": self.meshlets}
         counts = self._counters.read()[: self.meshlets].astype(np.int64)
-        there = self._slot_table.read()[: self.meshlets] != NO_SLOT
+        there = self._slot_table.read()[: self.meshlets] < self.capacity
         return {
             "requests": int(counts.sum()),
             "hits": int(counts[there].sum()),
@@ -185,6 +205,7 @@ class RayTracer:
             "acceleration": self.bottom.allocated + self.top.allocated,
         }
         parts.update({name: sum(b.allocated for b in buffers) for name, buffers in self._own.items()})
+        parts["lists"] += self._waiting.allocated if self.rounds and self._picture_size else 0
         return parts
 
     def set_light(self, *, bounces: int, shadows: bool) -> None:
@@ -201,6 +222,11 @@ class RayTracer:
         self._textures.free()
         for buffer in [b for part in self._own.values() for b in part] + self._pictures:
             buffer.free()
+
+    @property
+    def pipelines(self) -> list:
+        """The ray-tracing pipelines, for vk_backend.statistics."""
+        return [rays[0] for rays in (self._waiting_rays, self._rays) if rays]
 
     # --- making ----------------------------------------------------------------------------------------------------------------------
 
@@ -231,10 +257,10 @@ class RayTracer:
         if self.path == "rt":
             self._slot_table = self._keep("lists", np.full(self.meshlets, NO_SLOT, np.uint32))
             self._counters = self._keep("lists", np.zeros(self.meshlets if self.counted else 1, np.uint32))
-            self._cache = self._keep("cache", self.capacity * self.slot_bytes)
+            self._cache = self._keep("cache", (self.capacity + self.scratch) * self.slot_bytes)
 
-    def _constants(self, lanes: int) -> dict[int, int]:
-        """Of shaders/rt_common.glsl; lanes: components that the stage decodes."""
+    def _constants(self, lanes: int, deferred: bool = False) -> dict[int, int]:
+        """Of shaders/rt_common.glsl; lanes: components that the stage decodes; deferred: paths wait for meshlets."""
         return {
             0: self.scene.max_streams,
             1: lanes,
@@ -244,6 +270,7 @@ class RayTracer:
             5: int(self.all_cached),
             6: self.scene.vertex_floats,
             7: self.scene.attributes,
+            9: int(deferred),
         }
 
     def _build(self) -> None:
@@ -308,24 +335,25 @@ class RayTracer:
                 geometries.append(Boxes(address, primitive.meshlets * groups))
         return geometries
 
-    def _make_pipeline(self) -> None:
+    def _make_rays(self, deferred: bool) -> tuple[Any, list]:
+        """A pipeline and the regions of its shader binding table."""
         device = self.device
         suffix = {"rt": "", "rt-plain": "_plain", "rt-triangles": "_triangles"}[self.path]
         lanes = self.scene.max_lanes
         stages = [
-            stage(device, "rt_camera.rgen", vk.VK_SHADER_STAGE_RAYGEN_BIT_KHR, self._constants(lanes)),
+            stage(device, "rt_camera.rgen", vk.VK_SHADER_STAGE_RAYGEN_BIT_KHR, self._constants(lanes, deferred)),
             stage(device, "rt_miss.rmiss", vk.VK_SHADER_STAGE_MISS_BIT_KHR),
-            stage(device, f"rt_surface{suffix}.rchit", vk.VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, self._constants(lanes)),
+            stage(device, f"rt_surface{suffix}.rchit", vk.VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, self._constants(lanes, deferred)),
         ]
         unused = vk.VK_SHADER_UNUSED_KHR
         hit = {"closestHitShader": 2, "anyHitShader": unused, "intersectionShader": unused}
         if self.path != "rt-triangles":
             name = "rt_meshlets.rint" if self.path == "rt" else "rt_plain.rint"
             hit["intersectionShader"] = len(stages)
-            stages.append(stage(device, name, vk.VK_SHADER_STAGE_INTERSECTION_BIT_KHR, self._constants(3)))
+            stages.append(stage(device, name, vk.VK_SHADER_STAGE_INTERSECTION_BIT_KHR, self._constants(3, deferred)))
         if self.any_masked:
             hit["anyHitShader"] = len(stages)
-            stages.append(stage(device, f"rt_alpha{suffix}.rahit", vk.VK_SHADER_STAGE_ANY_HIT_BIT_KHR, self._constants(lanes)))
+            stages.append(stage(device, f"rt_alpha{suffix}.rahit", vk.VK_SHADER_STAGE_ANY_HIT_BIT_KHR, self._constants(lanes, deferred)))
         none = {"closestHitShader": unused, "anyHitShader": unused, "intersectionShader": unused}
         general = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR
         procedural = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_PROCEDURAL_HIT_GROUP_KHR
@@ -337,11 +365,9 @@ class RayTracer:
                 sType=GROUP_INFO, type=triangles if self.path == "rt-triangles" else procedural, generalShader=unused, **hit
             ),
         ]
-        set_layout = texture_set_layout(device, array_size(self.scene.textures))
-        self._textures = TextureArray(device, self.scene.textures, set_layout)
-        self._layout = pipeline_layout(device, [set_layout])
         info = vk.VkRayTracingPipelineCreateInfoKHR(
             sType=PIPELINE_INFO,
+            flags=device.pipeline_flags,
             stageCount=len(stages),
             pStages=stages,
             groupCount=len(groups),
@@ -351,10 +377,9 @@ class RayTracer:
         )
         pipeline = device.function("vkCreateRayTracingPipelinesKHR")(device.handle, None, None, 1, [info], None)[0]
         device.at_close(lambda: vk.vkDestroyPipeline(device.handle, pipeline, None))
-        self._pipeline = pipeline
-        self._make_binding_table(pipeline, len(groups))
+        return pipeline, self._make_binding_table(pipeline, len(groups))
 
-    def _make_binding_table(self, pipeline, groups: int) -> None:
+    def _make_binding_table(self, pipeline, groups: int) -> list:
         """A record of a handle alone for each group, where its region may begin."""
         limits = self.device.limits
         size = limits.handle_bytes
@@ -369,20 +394,20 @@ class RayTracer:
         begin = -(-table.address // step) * step
         data = b"".join(raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(groups))
         table.write(data, begin - table.address)
-        self._regions = [
+        regions = [
             vk.VkStridedDeviceAddressRegionKHR(deviceAddress=begin + step * i, stride=step, size=step) for i in range(groups)
         ]
-        self._regions.append(vk.VkStridedDeviceAddressRegionKHR())
+        return [*regions, vk.VkStridedDeviceAddressRegionKHR()]
 
     # --- the cache -------------------------------------------------------------------------------------------------------------------
 
     def _fill_at_start(self) -> None:
         """Lists and pipelines of the cache; a cache for everything is filled once and for all."""
-        if self.capacity == 0:
+        if self.path != "rt" or self.capacity + self.scratch == 0:
             return
         everything = self.all_cached
         state = np.zeros((), STATE)
-        state["fill_groups"] = (-(-self.capacity // FILL_GROUP), 1, 1) if everything else (0, 1, 1)
+        state["fill_groups"] = (min(self.capacity, FILL_GROUPS), 1, 1) if everything else (0, 1, 1)
         state["missing"] = self.capacity if everything else 0
         state["free_slots"], state["capacity"] = self.capacity, self.capacity
         state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
@@ -391,38 +416,42 @@ class RayTracer:
         self._state = self._keep("lists", np.frombuffer(state.tobytes(), np.uint8), usage)
         self._missing = self._keep("lists", slots)
         self._free = self._keep("lists", slots[::-1].copy())
+        self._requests = self._keep("lists", np.zeros(self.scratch, np.uint32))
+        self._scratch_meshlets = self._keep("lists", np.full(self.scratch, NO_SLOT, np.uint32))
         constants = self._constants(self.scene.max_lanes)
-        self._cache_pipelines = [
-            ComputePipeline(self.device, name, constants)
-            for name in ("rt_cache_count.comp", "rt_cache_threshold.comp", "rt_cache_choose.comp", "rt_fill.comp")
-        ]
+        self._cache_pipelines = {
+            step: ComputePipeline(self.device, f"rt_{step}.comp", constants)
+            for step in ("cache_count", "cache_threshold", "cache_choose", "cache_admit", "fill")
+        }
         if not everything:
             return
         with self.device.commands() as commands:
-            self._record_fill(commands)
-        for buffer in (self._state, self._missing, self._free):
+            self._record_fill(commands, self._cache_data())
+        for buffer in (self._state, self._missing, self._free, self._requests, self._scratch_meshlets):
             self._own["lists"].remove(buffer)
             buffer.free()
 
-    def _cache_data(self) -> np.ndarray:
-        buffers = (
-            self._frame, self._traced, self._slot_table, self._cache, self._counters, self._state, self._missing, self._free
-        )
-        return np.frombuffer(struct.pack("<8Q2I", *(b.address for b in buffers), 0, 0), np.uint8)
+    def _cache_data(self, *, scratch: bool = False, last: bool = False) -> np.ndarray:
+        """Push constants of the cache's shaders: for what its counts choose, or for what paths wait for."""
+        lists = (self._requests, self._scratch_meshlets) if scratch else (self._missing, self._free)
+        buffers = (self._frame, self._traced, self._slot_table, self._cache, self._counters, self._state, *lists)
+        data = struct.pack("<8Q2I", *(b.address for b in buffers), self.scratch if scratch else 0, int(last))
+        return np.frombuffer(data, np.uint8)
 
-    def _record_fill(self, commands) -> None:
-        fill = self._cache_pipelines[3]
+    def _record_fill(self, commands, data: np.ndarray) -> None:
+        fill = self._cache_pipelines["fill"]
         vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, fill.handle)
-        push(commands, fill.layout, self._cache_data())
+        push(commands, fill.layout, data)
         vk.vkCmdDispatchIndirect(commands, self._state.handle, 0)
+        self.device.full_barrier(commands)
 
     def _record_selection(self, commands) -> None:
-        count, threshold, choose, _ = self._cache_pipelines
+        """What the cache holds in this frame, by what was asked for in the last one."""
         groups = -(-self.meshlets // KEYS)
-        for pipeline, size in ((count, groups), (threshold, 1), (choose, groups)):
-            pipeline.dispatch(commands, size, self._cache_data())
+        for step, size in (("cache_count", groups), ("cache_threshold", 1), ("cache_choose", groups)):
+            self._cache_pipelines[step].dispatch(commands, size, self._cache_data())
             self.device.full_barrier(commands)
-        self._record_fill(commands)
+        self._record_fill(commands, self._cache_data())
 
     # --- frames ----------------------------------------------------------------------------------------------------------------------
 
@@ -437,7 +466,10 @@ class RayTracer:
         self._picture_size = (width, height)
         self._colors = Buffer(self.device, 4 * width * height)
         self._hits = Buffer(self.device, 4 * HIT_WORDS * width * height)
-        self._pictures = [self._colors, self._hits]
+        self._waiting = Buffer(self.device, -(-width * height // 32) * 4)
+        self._pictures = [self._colors, self._hits, self._waiting]
+        if self.rounds:
+            self._state.write(np.array([0, height, 1, 0], np.uint32), STATE.fields["rays"][1])
         commands = self._commands = self.device.record()
         self._times.reset(commands)
         vk.vkCmdCopyBuffer(
@@ -447,19 +479,39 @@ class RayTracer:
         self._times.mark(commands, 0)
         if 0 < self.capacity < self.meshlets:
             self._record_selection(commands)
-            self.device.full_barrier(commands)
         elif self.counted:
-            vk.vkCmdFillBuffer(commands, self._counters.handle, 0, vk.VK_WHOLE_SIZE, 0)
-            self.device.full_barrier(commands)
-        self._record_rays(commands, width, height)
+            vk.vkCmdFillBuffer(commands, self._counters.handle, 0, self._counters.size, 0)
+        if self.rounds:
+            vk.vkCmdFillBuffer(commands, self._waiting.handle, 0, self._waiting.size, 0)
+        self.device.full_barrier(commands)
+        self._record_rays(commands, self._waiting_rays or self._rays, 0)
+        if self.rounds:
+            self._record_rounds(commands)
         self._times.mark(commands, 1)
         vk.vkEndCommandBuffer(commands)
 
-    def _record_rays(self, commands, width: int, height: int) -> None:
-        vk.vkCmdBindPipeline(commands, BIND_POINT, self._pipeline)
+    def _record_rounds(self, commands) -> None:
+        """What paths wait for is decoded, and they start again; in the end they decode for themselves."""
+        for number in range(1, self.rounds + 1):
+            self.device.full_barrier(commands)
+            data = self._cache_data(scratch=True)
+            self._cache_pipelines["cache_admit"].dispatch(commands, 1, data)
+            self.device.full_barrier(commands)
+            self._record_fill(commands, data)
+            self._record_rays(commands, self._waiting_rays, number)
+        self.device.full_barrier(commands)
+        self._cache_pipelines["cache_admit"].dispatch(commands, 1, self._cache_data(scratch=True, last=True))
+        self.device.full_barrier(commands)
+        self._record_rays(commands, self._rays, self.rounds + 1)
+
+    def _record_rays(self, commands, rays: tuple[Any, list], number: int) -> None:
+        """Round 0: all pixels; later rounds: as many as the device has found to wait."""
+        pipeline, regions = rays
+        vk.vkCmdBindPipeline(commands, BIND_POINT, pipeline)
         vk.vkCmdBindDescriptorSets(commands, BIND_POINT, self._layout, 0, 1, [self._textures.set], 0, [])
-        compressed = self.path == "rt"
-        addresses = (
+        compressed, width, height = self.path == "rt", *self._picture_size
+        data = struct.pack(
+            "<9Q6I3Q",
             self._frame.address,
             self.top.addresses[0],
             self._traced.address,
@@ -469,10 +521,22 @@ class RayTracer:
             self._first_triangles,
             self._colors.address,
             self._hits.address,
+            self.bounces,
+            self.samples,
+            self._seed,
+            int(self.shadows),
+            number,
+            self.scratch,
+            self._state.address if self.rounds else 0,
+            self._requests.address if self.rounds else 0,
+            self._waiting.address,
         )
-        data = struct.pack("<9Q4I", *addresses, self.bounces, self.samples, self._seed, int(self.shadows))
         push(commands, self._layout, np.frombuffer(data, np.uint8))
-        self.device.function("vkCmdTraceRaysKHR")(commands, *self._regions, width, height, 1)
+        if number == 0:
+            self.device.function("vkCmdTraceRaysKHR")(commands, *regions, width, height, 1)
+        else:
+            place = self._state.address + STATE.fields["rays"][1]
+            self.device.function("vkCmdTraceRaysIndirectKHR")(commands, *regions, place)
 
     def _write_frame(self, camera: Camera, width: int, height: int) -> None:
         self._frame_host.write(self.buffers.frame_record(camera, width, height, 0).tobytes())
