@@ -33,7 +33,10 @@ def main() -> int:
         print(f"bench: no question is called {name}; python -m bench lists them", file=sys.stderr)
         return 2
     sys.argv = [f"bench {name}", *sys.argv[2:]]
-    runpy.run_module(f"bench.{name}", run_name="__main__", alter_sys=True)
+    try:
+        runpy.run_module(f"bench.{name}", run_name="__main__", alter_sys=True)
+    except KeyboardInterrupt:
+        return 130
     return 0
 
 

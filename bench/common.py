@@ -43,7 +43,7 @@ def models() -> list[Path]:
 
 
 def origin(script: str, packages: tuple[str, ...] = ("gltf-meshlet", "numpy")) -> dict:
-    """Where figures come from: the script, date, commit, machine and versions."""
+    """Where figures come from: the script, date, commit, machine and versions. Ends the program where a package is missing."""
     commit = subprocess.run(["git", "-C", ROOT, "describe", "--always"], capture_output=True, text=True)
     changed = subprocess.run(["git", "-C", ROOT, "status", "--porcelain", "--", ".", *FIGURES], capture_output=True, text=True)
     return {
@@ -51,8 +51,15 @@ def origin(script: str, packages: tuple[str, ...] = ("gltf-meshlet", "numpy")) -
         "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
         "commit": commit.stdout.strip() + ("-dirty" if changed.stdout.strip() else "") or None,
         "machine": {"cpu": _cpu_name(), "cores": os.cpu_count(), "system": platform.platform()},
-        "versions": {"python": platform.python_version(), **{name: importlib.metadata.version(name) for name in packages}},
+        "versions": {"python": platform.python_version(), **{name: _version(name) for name in packages}},
     }
+
+
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        raise SystemExit(f"bench: {package} is not installed; pip install {package}") from None
 
 
 def _cpu_name() -> str:

@@ -33,7 +33,7 @@ from bench import common
 MODELS = ("bunny", "sponza_like", "dragon")
 VARIANTS = ("scalar_rgb", "llvm_ad_rgb")
 FRACTIONS = (1.0, 0.5, 0.25, 0.1, 0.0)
-POLICIES = ("counts", "clock")
+POLICIES = ("clock", "counts")  # the default first
 COMPARED = (0.25, 0.1)  # fractions at which the policies are compared
 UNCACHED_SHARE = 8  # without any cache, one of so many samples is rendered
 INTEGRATORS = {"depth": {"type": "depth"}, "path": {"type": "path", "max_depth": 3}}

@@ -125,7 +125,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench parameters", description=__doc__.splitlines()[0])
     parser.add_argument("--models", nargs="*", default=NAMES, help="real models to measure besides the generated one")
     names = parser.parse_args().models
-    result = {**origin("bench.parameters"), "rows": []}
+    result = {**origin("bench.parameters", ("gltf-meshlet", "numpy", "matplotlib")), "rows": []}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_glb([torus(GENERATED)], folder / "torus.glb")

@@ -298,7 +298,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench quality", description=__doc__.splitlines()[0])
     parser.add_argument("--models", nargs="*", default=NAMES, help="real models to measure besides the generated one")
     names = parser.parse_args().models
-    result = {**origin("bench.quality", ("gltf-meshlet", "numpy", "scipy", "trimesh")), "models": []}
+    result = {**origin("bench.quality", ("gltf-meshlet", "numpy", "matplotlib", "scipy", "trimesh")), "models": []}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_glb([torus(GENERATED)], folder / "torus.glb")

@@ -110,13 +110,24 @@ def _speed_standings(result: dict) -> Iterable[Standing]:
             yield Standing(what, other, pairs, True, ".3g", note, other in ("Draco, level 7", "Corto"))
 
 
-def _by_model(rows: Iterable[dict], **wanted) -> dict[str, float]:
-    """Milliseconds by model of the rows that have these values."""
-    return {row["model"]: row["milliseconds"]["median"] for row in rows if all(row.get(key) == value for key, value in wanted.items())}
+def _milliseconds(row: dict) -> float:
+    return row["milliseconds"]["median"]
 
 
-def _paired(ours: dict[str, float], theirs: dict[str, float]) -> list[tuple[float, float]]:
-    return [(ours[model], theirs[model]) for model in ours if model in theirs]
+def _megabytes(row: dict) -> float:
+    """Resident on the GPU: one number, or a number for each part."""
+    resident = row["resident_bytes"]
+    return (sum(resident.values()) if isinstance(resident, dict) else resident) / 1e6
+
+
+def _paired(ours: list[dict], theirs: list[dict], value: Callable[[dict], float]) -> list[tuple[float, float]]:
+    """A figure of ours and of theirs for each model that both have."""
+    others = {row["model"]: value(row) for row in theirs}
+    return [(value(row), others[row["model"]]) for row in ours if row["model"] in others]
+
+
+def _of_path(rows: list[dict], path: str) -> list[dict]:
+    return [row for row in rows if row["path"] == path]
 
 
 def unculled(result: dict) -> list[dict]:
@@ -129,10 +140,13 @@ def _raster_standings(result: dict) -> Iterable[Standing]:
     others = {"vertex": "uncompressed, indexed draw", "mesh-plain": "uncompressed, mesh shader", "geometry": "compressed, geometry shader"}
     for path in ("mesh", "mesh-only"):
         for other, name in others.items():
-            pairs = _paired(_by_model(rows, path=path), _by_model(rows, path=other))
+            pairs = _paired(_of_path(rows, path), _of_path(rows, other), _milliseconds)
             if pairs:
                 yield Standing(f"frame on the GPU, path `{path}`, ms", name, pairs, False, ".3g", f"{_count(pairs)}, culling off",
                                path == "mesh" and other != "geometry")
+    pairs = _paired(_of_path(rows, "mesh"), _of_path(rows, "vertex"), _megabytes)
+    if pairs:
+        yield Standing("resident on the GPU, path `mesh`, MB", others["vertex"], pairs, False, ".3g", _count(pairs), True)
 
 
 def _raytracing_standings(result: dict) -> Iterable[Standing]:
@@ -140,14 +154,15 @@ def _raytracing_standings(result: dict) -> Iterable[Standing]:
     others = {"rt-triangles": "uncompressed, triangles in hardware", "rt-plain": "uncompressed, in the same boxes"}
     for cache in (1, 0.25):
         for other, name in others.items():
-            ours = [row for row in rows if row["path"] == "rt" and _share(row.get("cache")) == cache]
-            theirs = [row for row in rows if row["path"] == other]
+            ours = [row for row in _of_path(rows, "rt") if _share(row.get("cache")) == cache]
             bounces = min((row.get("bounces") or 0 for row in ours), default=0)
-            pairs = _paired(*(_by_model([row for row in chosen if (row.get("bounces") or 0) == bounces]) for chosen in (ours, theirs)))
-            what = f"ray tracing on the GPU, {cache:.0%} cached, ms"
-            if pairs:
-                yield Standing(what, name, pairs, False, ".3g", f"{_count(pairs)}, {bounces} bounces",
-                               cache == 0.25 and other == "rt-triangles")
+            ours, theirs = ([row for row in chosen if (row.get("bounces") or 0) == bounces] for chosen in (ours, _of_path(rows, other)))
+            headline = cache == 0.25 and other == "rt-triangles"
+            for what, value in (("ms", _milliseconds), ("MB", _megabytes)):
+                pairs = _paired(ours, theirs, value)
+                if pairs:
+                    what = f"ray tracing on the GPU, {cache:.0%} cached, {what}"
+                    yield Standing(what, name, pairs, False, ".3g", f"{_count(pairs)}, {bounces} bounces", headline)
 
 
 def _share(cache) -> float | None:
@@ -155,27 +170,36 @@ def _share(cache) -> float | None:
     return cache / 100 if isinstance(cache, (int, float)) and cache > 1 else cache
 
 
-def mitsuba_times(result: dict) -> dict[tuple[str, str], dict[float | None, dict]]:
-    """By model and variant, rows by the cache's share (None: Mitsuba's own mesh), of the default policy."""
-    times: dict[tuple[str, str], dict] = {}
+def mitsuba_rows(result: dict, task: str) -> dict[tuple[str, str], dict[float | None, dict]]:
+    """Of one task ("time", "memory"): by model and variant, rows by the cache's share (None: Mitsuba's own mesh), of the default policy."""
+    rows: dict[tuple[str, str], dict] = {}
     for run in result["runs"]:
-        if run["task"] == "time":
-            of_run = times.setdefault((run["model"], run["variant"]), {})
+        if run["task"] == task:
+            of_run = rows.setdefault((run["model"], run["variant"]), {})
             for row in run["rows"]:
                 of_run.setdefault(row["fraction"], row)
-    return times
+    return rows
+
+
+def _times_native(row: dict, native: dict, integrator: str) -> float:
+    """Time over that of Mitsuba's own mesh: the median of the rounds' ratios where they are kept."""
+    return row.get(f"{integrator}_ratio", row[integrator] / native[integrator])
 
 
 def _mitsuba_standings(result: dict) -> Iterable[Standing]:
-    times = mitsuba_times(result)
+    times, memory = mitsuba_rows(result, "time"), mitsuba_rows(result, "memory")
     for variant in dict.fromkeys(variant for _, variant in times):
         for share in (1.0, 0.25):
             for integrator in INTEGRATORS:
-                pairs = [(rows[share][integrator], rows[None][integrator]) for (_, of), rows in times.items()
-                         if of == variant and share in rows and None in rows]
+                pairs = [(_times_native(rows[share], rows[None], integrator) * rows[None][integrator], rows[None][integrator])
+                         for (_, of), rows in times.items() if of == variant and {share, None} <= rows.keys()]
                 what = f"Mitsuba {variant}, {integrator}, {share:.0%} cached, s"
                 if pairs:
                     yield Standing(what, "Mitsuba's own mesh", pairs, False, ".3g", _count(pairs), share == 0.25 and integrator == "path")
+        pairs = [(rows[0.25]["bytes"] / 1e6, rows[None]["bytes"] / 1e6) for (_, of), rows in memory.items()
+                 if of == variant and {0.25, None} <= rows.keys()]
+        if pairs:
+            yield Standing(f"Mitsuba {variant}, memory, 25% cached, MB", "Mitsuba's own mesh", pairs, False, ".3g", _count(pairs), True)
 
 
 STANDING_HEADINGS = ["", "ours", "beside", "theirs", "better", "measured on"]
@@ -200,9 +224,9 @@ def figure8(results: Results) -> dict[str, dict[str, float]]:
     if "vulkan_raster" in results:
         rows = unculled(results["vulkan_raster"])
         for path, name in (("mesh", "ours, drawn on the GPU"), ("vertex", "uncompressed, drawn on the GPU")):
-            for model, milliseconds in _by_model(rows, path=path).items():
-                if model in bars:
-                    bars[model][name] = milliseconds
+            for row in _of_path(rows, path):
+                if row["model"] in bars:
+                    bars[row["model"]][name] = _milliseconds(row)
     return bars
 
 
@@ -293,7 +317,7 @@ def _quality_text(result: dict) -> str:
 
 def _gpu_text(result: dict) -> str:
     """Milliseconds and memory by path and model."""
-    cells = {(_variant(row), row["model"]): f"{row['milliseconds']['median']:.3g}, {_resident(row) / 1e6:.1f} MB" for row in result["rows"]}
+    cells = {(_variant(row), row["model"]): f"{_milliseconds(row):.3g}, {_megabytes(row):.1f} MB" for row in result["rows"]}
     models = dict.fromkeys(row["model"] for row in result["rows"])
     variants = dict.fromkeys(variant for variant, _ in cells)
     return "Milliseconds per frame, medians, and bytes resident on the GPU.\n\n" + markdown_table(
@@ -314,20 +338,16 @@ def _variant(row: dict) -> str:
     return ", ".join(parts)
 
 
-def _resident(row: dict) -> int:
-    """One number, or a number for each part."""
-    resident = row["resident_bytes"]
-    return sum(resident.values()) if isinstance(resident, dict) else resident
-
-
 def _mitsuba_text(result: dict) -> str:
     rows = []
-    for (model, variant), by_share in mitsuba_times(result).items():
-        native = by_share.get(None)
-        for share, row in sorted(((s, r) for s, r in by_share.items() if s is not None), reverse=True) if native else []:
-            rows.append([f"{model}, {variant}, {share:.0%}", *(f"{row[name] / native[name]:.2f}" for name in INTEGRATORS)])
-    return (f"Times as long as Mitsuba's own mesh, with so much of the geometry cached; {result['width']} x {result['height']} pixels, "
-            f"{result['spp']} samples each.\n\n" + markdown_table(["model, variant, cache", *INTEGRATORS], rows))
+    memory = mitsuba_rows(result, "memory")
+    for key, by_share in mitsuba_rows(result, "time").items():
+        native, native_memory = by_share[None], memory[key][None]["bytes"]
+        for share in sorted((share for share in by_share if share is not None), reverse=True):
+            rows.append([f"{', '.join(key)}, {share:.0%}", *(f"{_times_native(by_share[share], native, name):.2f}" for name in INTEGRATORS),
+                         f"{memory[key][share]['bytes'] / native_memory:.2f}"])
+    return (f"Time and memory over those of Mitsuba's own mesh, with so much of the geometry cached; {result['width']} x {result['height']} "
+            f"pixels, {result['spp']} samples each.\n\n" + markdown_table(["model, variant, cache", *INTEGRATORS, "memory"], rows))
 
 
 def _parameters_text(result: dict) -> str:
@@ -359,8 +379,8 @@ SECTIONS = (
     Section("The paper's Table 1", "table1", ("table1.md",), (), _table1_text),
     Section("Speed on the CPU", "speed", ("speed.md",), ("speed.png",), _speed_text),
     Section("Quality", "quality", ("quality.md",), ("quality_models.png", "quality.png"), _quality_text),
-    Section("Drawing on the GPU", "vulkan_raster", ("vulkan.md",), ("vulkan-raster.png",), _gpu_text),
-    Section("Ray tracing on the GPU", "vulkan_raytracing", ("vulkan.md",), ("vulkan-raytracing.png",), _gpu_text),
+    Section("Drawing on the GPU", "vulkan_raster", ("vulkan.md", "vulkan-raster.md"), ("vulkan-raster.png",), _gpu_text),
+    Section("Ray tracing on the GPU", "vulkan_raytracing", ("vulkan-raytracing.md",), ("vulkan-raytracing.png",), _gpu_text),
     Section("Ray tracing with Mitsuba", "mitsuba", ("mitsuba.md",), ("mitsuba.png",), _mitsuba_text),
     Section("Parameters", "parameters", ("parameters.md",), ("parameters.png",), _parameters_text),
     Section("What the choices are worth", "choices", ("choices.md",), (), _choices_text),

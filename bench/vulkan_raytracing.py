@@ -51,10 +51,14 @@ def turntable(scene, width: int, height: int, degrees: float):
     return Camera.fit(scene, width, height, view)
 
 
-def configurations(groups: list[int], shares: tuple[float, ...]) -> list[dict]:
+def configurations(options: argparse.Namespace) -> list[dict]:
     rows = []
-    for group in groups:
-        rows += [{"path": "rt", "cache": share, "group": group} for share in shares]
+    for group in options.group:
+        for scratch in options.scratch:
+            for rounds in options.rounds:
+                chosen = {"scratch": scratch, "rounds": rounds}
+                given = {name: value for name, value in chosen.items() if value is not None}
+                rows += [{"path": "rt", "cache": share, "group": group, **given} for share in options.cache]
         rows.append({"path": "rt-plain", "cache": None, "group": group})
     return [*rows, {"path": "rt-triangles", "cache": None, "group": None}]
 
@@ -66,11 +70,13 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
 
     scene = load_scene(path)
     rows, tracers = [], []
-    for configuration in configurations(options.group, tuple(options.cache)):
-        settings = {"cache": configuration["cache"] or 0.0, "group": configuration["group"] or 8}
+    for configuration in configurations(options):
+        settings = {name: configuration[name] for name in ("cache", "group", "scratch", "rounds") if configuration.get(name) is not None}
         began = time.perf_counter()
         tracers.append(RayTracer(device, scene, configuration["path"], samples=1, **settings))
         rows.append({"model": name, "triangles": scene.triangles, **configuration})
+        if options.statistics:
+            print_statistics(device, tracers[-1])
         print(f"{name}: {label(configuration)} set up in {time.perf_counter() - began:.1f} s", file=sys.stderr, flush=True)
     result = []
     cameras = [turntable(scene, options.width, options.height, STEP * i) for i in range(WARM_UP + options.frames)]
@@ -95,9 +101,18 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
     return result
 
 
+def print_statistics(device, tracer) -> None:
+    from vk_backend.statistics import pipeline_statistics
+
+    for pipeline in tracer.pipelines:
+        for executable, found in pipeline_statistics(device, pipeline).items():
+            print(f"  {executable}: " + ", ".join(f"{name} {value:g}" for name, value in found.items()), file=sys.stderr)
+
+
 def label(row: dict) -> str:
     share = "" if row["cache"] is None else f" cache {row['cache']:.0%}"
-    return f"{row['path']}{share}" + (f" group {row['group']}" if row["group"] else "")
+    more = "".join(f" {name} {row[name]}" for name in ("group", "scratch", "rounds") if row.get(name) is not None)
+    return f"{row['path']}{share}{more}"
 
 
 def print_table(rows: list[dict]) -> None:
@@ -112,7 +127,7 @@ def print_table(rows: list[dict]) -> None:
                 seen = row.get("statistics")
                 hits = f" hits {seen['hits'] / max(seen['requests'], 1):6.1%}" if seen else ""
                 print(
-                    f"{model:14} bounces {bounces} {label(row):28} {times['median']:8.3f} ms ({times['low']:.3f} to {times['high']:.3f})"
+                    f"{model:14} bounces {bounces} {label(row):44} {times['median']:8.3f} ms ({times['low']:.3f} to {times['high']:.3f})"
                     f" {ratio:6.2f}x  {size / 1e6:8.2f} MB {memory:5.2f}x{hits}"
                 )
 
@@ -155,14 +170,20 @@ def main() -> None:
     parser.add_argument("--width", type=int, default=WIDTH)
     parser.add_argument("--height", type=int, default=HEIGHT)
     parser.add_argument("--frames", type=int, default=FRAMES, help="measured frames of each configuration (default %(default)s)")
-    parser.add_argument("--group", type=int, nargs="+", default=[8], help="triangles behind one box (default 8)")
+    parser.add_argument("--group", type=int, nargs="+", default=[4], help="triangles behind one box (default 4)")
+    parser.add_argument("--scratch", type=float, nargs="+", default=[None], help="slots for what paths wait for, shares of the meshlets")
+    parser.add_argument("--rounds", type=int, nargs="+", default=[None], help="how often paths start again")
+    parser.add_argument("--statistics", action="store_true", help="also what the driver tells about the shaders: registers, stack")
     parser.add_argument("--cache", type=float, nargs="+", default=list(SHARES), help="shares of the meshlets (default %(default)s)")
     parser.add_argument("--output", default="vulkan_raytracing", help="name of the result (default %(default)s); - for none")
     options = parser.parse_args()
     from vk_backend.device import Device
+    from vk_backend.statistics import capture_statistics
 
     rows: list[dict] = []
     with Device(options.device) as device, tempfile.TemporaryDirectory() as folder:
+        if options.statistics and not capture_statistics(device):
+            print("the driver keeps no statistics of shaders", file=sys.stderr)
         for model in options.models:
             rows += measure(device, compressed(model, Path(folder)), model.stem, options)
             print_table([r for r in rows if r["model"] == model.stem])

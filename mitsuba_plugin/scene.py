@@ -71,7 +71,7 @@ class _Builder:
         camera: int = 0,
         cache: float = 0.25,
         cache_bytes: int | None = None,
-        cache_policy: str = "counts",
+        cache_policy: str = "clock",
         decoded: bool = False,
         default_light: float = 1.0,
     ):

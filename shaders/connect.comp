@@ -8,6 +8,10 @@
 layout(local_size_x = 32) in;
 #define MAX_LANES 1u
 #include "decode_push.glsl"
+// No arrays of an invocation's own, which would be in slow memory.
+shared uint apexes[64 * 32];
+#define APEX(t) apexes[(t) * 32u + gl_LocalInvocationIndex]
+#define TRIANGLE(t) Integers(push.triangles).at[64u * gl_GlobalInvocationID.x + (t)]
 #include "meshlet_decoder_prologue.glsl"
 #include "meshlet_decoder.glsl"
 #include "meshlet_decoder_epilogue.glsl"
@@ -26,7 +30,4 @@ void main() {
   connectivity.of[m].boundary = boundary;
   connectivity.of[m].starts = component_starts;
   Summaries(push.summaries).of[m] = triangle_count | vertex_count << 8 | error << 16;
-  uint count = error == ERROR_NONE ? triangle_count : 0u;
-  Integers packed = Integers(push.triangles);
-  for (uint t = 0u; t < count; t++) packed.at[64u * m + t] = triangles[t];
 }

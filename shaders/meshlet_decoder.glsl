@@ -24,6 +24,7 @@
 //   divide(x, n)                   x / n, where 0 < n <= 64 and x < n << 25
 //   max(a, b)                      of two uints
 //   FOREIGN_LENGTH(owner, slot)    read_foreign_length, or a table that holds the same
+//   APEX(t), TRIANGLE(t)           optional: storage of the apices and the packed triangles, in place of arrays of its own
 //   MAX_STREAMS, MAX_LANES         capacity: streams of the blob, and sum of their components
 //
 // Use: load_streams(first, end) once per blob, then decode_meshlet(m). Results: `triangle_count`, packed `triangles`,
@@ -360,10 +361,17 @@ uint vertex_count;
 uint component_count;
 mask64 component_starts;                   // triangles that begin a component
 mask64 boundary;                           // local ids on the boundary
+#ifndef APEX
+#define APEX(t) apex[t]
 small_uint apex[64];
+#endif
 small_uint component_first[65];            // first local id of a component; one more at the end
 small_uint component_gate[64];             // the root gate's a
-uint triangles[64];                        // packed local ids: gate a | b << 8 | apex v << 16 | o << 24; o: the vertex across the gate
+#ifndef TRIANGLE
+#define TRIANGLE(t) triangles[t]
+uint triangles[64];
+#endif
+// TRIANGLE(t) is packed local ids: gate a | b << 8 | apex v << 16 | o << 24; o: the vertex across the gate
 
 void read_symbols(uint begin, uint count) {
   mask64 p0 = load_mask(begin, count);
@@ -411,7 +419,7 @@ void decode_apexes() {
     pushed = pushed | ids;
     alive = alive | ids;
     count = after;
-    apex[q] = small_uint(count);
+    APEX(q) = small_uint(count);
     alive = alive | mask_bit(count) | mask_bit(count + 1u);
     count += 2u;
     t = q + 1u;
@@ -425,7 +433,7 @@ void decode_apexes() {
       uint u = mask_msb(resolved);
       uint v = mask_msb(alive);
       bool closes = mask_test(symbol_c, u);
-      apex[u] = small_uint(v);
+      APEX(u) = small_uint(v);
       empty = empty || v >= 64u;
       alive = choose(closes, alive & ~mask_bit(v), alive | mask_bit(count));
       count += choose(closes, 0u, 1u);
@@ -437,13 +445,13 @@ void decode_apexes() {
     if (fresh) {
       component_gate[component_count - 1u] = small_uint(last);
     } else {
-      apex[split] = small_uint(last);
+      APEX(split) = small_uint(last);
       pending = pending & ~mask_bit(split);
     }
   }
   if (!fresh) { error = ERROR_CLERS; return; }
   for (mask64 rest = symbol_r; mask_any(rest); rest = mask_clear_lsb(rest)) {
-    apex[mask_lsb(rest)] = small_uint(mask_lsb(pushed));
+    APEX(mask_lsb(rest)) = small_uint(mask_lsb(pushed));
     pushed = mask_clear_lsb(pushed);
   }
   component_first[component_count] = small_uint(count);
@@ -464,7 +472,7 @@ void list_interior() {
   uint count = 0u;
   bool distinct = true;                    // the first C that pops too much, even from another component, has a == b
   for (mask64 rest = symbol_c; mask_any(rest); rest = mask_clear_lsb(rest)) {
-    uint triangle = triangles[mask_lsb(rest)];
+    uint triangle = TRIANGLE(mask_lsb(rest));
     traversed[count] = triangle;
     count++;
     distinct = distinct && ((triangle ^ (triangle >> 8)) & 255u) != 0u;
@@ -478,7 +486,7 @@ void list_interior() {
 void list_with_private(mask64 waiting) {
   uint count = 0u;
   for (uint t = 0u; t < triangle_count; t++) {
-    uint triangle = triangles[t];
+    uint triangle = TRIANGLE(t);
     uint a = triangle & 255u;
     uint b = (triangle >> 8) & 255u;
     uint v = (triangle >> 16) & 255u;
@@ -518,8 +526,8 @@ void decode_triangles() {
     }
     uint end = mask_lsb(symbol_e & ~mask_below(t));   // there is one: decode_apexes has seen to it
     for (; t <= end; t++) {
-      uint v = apex[t];
-      triangles[t] = pack4(a, b, v, o);
+      uint v = APEX(t);
+      TRIANGLE(t) = pack4(a, b, v, o);
       bool right = mask_test(symbol_r, t);            // the next gate is (a, v) after R, (v, b) after C, L and S
       o = choose(right, b, a);
       b = choose(right, v, b);
@@ -527,7 +535,7 @@ void decode_triangles() {
     }
     uint last = mask_msb(splits & mask_below(t));
     if (last < 64u) {
-      uint split = triangles[last];
+      uint split = TRIANGLE(last);
       splits = splits & ~mask_bit(last);
       a = split & 255u;
       o = (split >> 8) & 255u;

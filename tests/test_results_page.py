@@ -74,9 +74,10 @@ def frame(model, path, milliseconds, **rest):
 def test_frames_are_compared_model_by_model_without_culling():
     rows = [frame("a", "vertex", 1.0, culling=False), frame("a", "mesh", 2.0, culling=False), frame("b", "vertex", 10.0, culling=False),
             frame("b", "mesh", 30.0, culling=False), frame("c", "mesh", 5.0, culling=False), frame("a", "mesh", 0.1, culling=True)]
-    (found,) = results_page.standings({"vulkan_raster": {"script": "bench.vulkan_raster", "rows": rows}})
-    assert found.pairs == [(2.0, 1.0), (30.0, 10.0)]
-    assert found.verdict == "**uncompressed, indexed draw**, 2.50 times"
+    time, memory = results_page.standings({"vulkan_raster": {"script": "bench.vulkan_raster", "rows": rows}})
+    assert time.pairs == [(2.0, 1.0), (30.0, 10.0)]
+    assert time.verdict == "**uncompressed, indexed draw**, 2.50 times"
+    assert memory.pairs == [(0.001, 0.001)] * 2 and memory.verdict == "even"
 
 
 @pytest.mark.parametrize("shares", [(0, 0.25, 1), (0, 25, 100)])
@@ -84,7 +85,7 @@ def test_rays_are_compared_at_the_same_bounces_and_shares(shares):
     rows = [frame("a", "rt", 1 + share + bounces, cache=share, bounces=bounces) for share in shares for bounces in (0, 2)]
     rows += [frame("a", "rt-triangles", 1.0 + bounces, bounces=bounces) for bounces in (0, 2)]
     found = results_page.standings({"vulkan_raytracing": {"script": "bench.vulkan_raytracing", "rows": rows}})
-    assert [s.pairs for s in found] == [[(1 + shares[2], 1.0)], [(1 + shares[1], 1.0)]]
+    assert [s.pairs for s in found if s.what.endswith("ms")] == [[(1 + shares[2], 1.0)], [(1 + shares[1], 1.0)]]
 
 
 def test_a_section_adds_up_memory_given_by_part():
@@ -92,6 +93,18 @@ def test_a_section_adds_up_memory_given_by_part():
     page = results_page.report({"vulkan_raytracing": {"script": "bench.vulkan_raytracing", "device": {"name": "G", "driver": "1.2"}, "rows": rows}})
     assert "| rt, cache 25%, boxes of 8, 2 bounces | 1, 1.5 MB |" in page
     assert "Measured by `python -m bench.vulkan_raytracing`. On G, driver 1.2." in page
+
+
+def test_mitsuba_is_compared_by_the_ratios_of_its_rounds_where_they_are_kept():
+    native = {"fraction": None, "depth": 1.0, "path": 2.0}
+    cached = {"fraction": 0.25, "policy": "counts", "depth": 3.0, "path": 5.0, "path_ratio": 2.25}
+    other_policy = {**cached, "policy": "clock", "depth": 99.0}
+    runs = [{"model": "a", "variant": "v", "task": "time", "rows": [native, cached, other_policy]},
+            {"model": "a", "variant": "v", "task": "memory", "rows": [{"fraction": None, "bytes": 4e6}, {"fraction": 0.25, "bytes": 1e6}]}]
+    result = {"script": "bench.mitsuba", "width": 4, "height": 3, "spp": 2, "runs": runs}
+    depth, path, memory = results_page.standings({"mitsuba": result})
+    assert (depth.times, path.times, memory.times) == pytest.approx((1 / 3, 1 / 2.25, 4))
+    assert "| a, v, 25% | 3.00 | 2.25 | 0.25 |" in results_page.report({"mitsuba": result})
 
 
 def test_best_of_a_row():
@@ -112,3 +125,8 @@ def test_unknown_question_is_one_line(monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["bench", "sped"])
     assert bench_main.main() == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_missing_package_is_one_line():
+    with pytest.raises(SystemExit, match="^bench: no-such-package is not installed; pip install no-such-package$"):
+        common.origin("bench.speed", ("no-such-package",))

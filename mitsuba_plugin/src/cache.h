@@ -15,7 +15,7 @@ namespace meshlet_shape {
 
 enum class Policy {
   kCounts,                                                      // keeps what was asked for most often of late; the paper's
-  kClock,                                                       // second chance
+  kClock,                                                       // second chance; the default: more hits, see docs/mitsuba.md
 };
 
 struct Statistics {

@@ -26,7 +26,7 @@ static_assert(sizeof(SurfacePoint) == 23 * sizeof(float));
 struct Options {
   double cache_fraction = 0.25;                                 // of what all meshlets take when decoded
   int64_t cache_bytes = -1;                                     // instead of the fraction when not negative
-  Policy policy = Policy::kCounts;
+  Policy policy = Policy::kClock;
   std::string cache_group;                                      // shapes with the same name here share a cache; "": no sharing
   bool face_normals = false;
   bool flip_normals = false;

@@ -61,8 +61,8 @@ Compressed meshlets (:monosp:`meshlet_edgebreaker`)
 
  * - cache_policy
    - |string|
-   - What makes room for what: :monosp:`counts` keeps the meshlets that rays met most often of late, :monosp:`clock` gives a
-     second chance to those met since the last look. (Default: :monosp:`counts`)
+   - What makes room for what: :monosp:`clock` gives a second chance to the meshlets that rays met since the last look,
+     :monosp:`counts` keeps those met most often of late. (Default: :monosp:`clock`)
 
  * - cache_group
    - |string|
@@ -351,7 +351,7 @@ Options read_options(const Properties &props) {
     options.cache_group    = props.get<std::string>("cache_group", "");
     options.face_normals   = props.get<bool>("face_normals", false);
     options.flip_normals   = props.get<bool>("flip_normals", false);
-    std::string policy     = props.get<std::string>("cache_policy", "counts");
+    std::string policy     = props.get<std::string>("cache_policy", "clock");
     if (policy != "counts" && policy != "clock")
         Throw("meshlet_edgebreaker: cache_policy must be \"counts\" or \"clock\", not \"%s\"", policy);
     options.policy = policy == "clock" ? Policy::kClock : Policy::kCounts;
