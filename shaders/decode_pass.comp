@@ -12,7 +12,7 @@
 #define PASS_INTERIOR 3
 #define PER_MESHLET 8u                     // invocations that share a meshlet's references or corners
 
-layout(local_size_x = 64, local_size_x_id = 9) in;
+layout(local_size_x = 64) in;
 #include "decode_push.glsl"
 #include "meshlet_decoder_prologue.glsl"
 #include "meshlet_decoder.glsl"
@@ -27,19 +27,10 @@ mask64 the_starts;
 
 uint packed_triangle(uint t) { return Integers(push.triangles).at[64u * the_meshlet + t]; }
 uint reference_length_at(uint r) { return Integers(push.lengths).at[64u * the_meshlet + (r & 63u)]; }
-#if PASS == PASS_INTERIOR
-// The stream's values of every invocation: what the traversal goes back to must be near.
-layout(constant_id = 10) const uint MAX_COMPONENTS = 4u;
-shared uint near_values[64u * MAX_COMPONENTS * gl_WorkGroupSize.x];
-uint near_place(uint c, uint id) { return (min(c, MAX_COMPONENTS - 1u) * 64u + (id & 63u)) * gl_WorkGroupSize.x + LANE; }
-uint value_at(uint s, uint c, uint id) { return near_values[near_place(c, id)]; }
-void put_value(uint s, uint c, uint id, uint value) { near_values[near_place(c, id)] = value & bits_mask(s); }
-#else
 uint value_at(uint s, uint c, uint id) { return Integers(push.integers).at[the_meshlet * push.lanes * 64u + value_lane(s, c) + (id & 63u)]; }
 void put_value(uint s, uint c, uint id, uint value) {
   Integers(push.integers).at[the_meshlet * push.lanes * 64u + value_lane(s, c) + (id & 63u)] = value & bits_mask(s);
 }
-#endif
 
 // The n-th one of a mask, from 0; 63 or less also where there is none.
 uint nth_bit(mask64 m, uint n) {
@@ -426,14 +417,8 @@ void run(HEADER_IN h, uint stream) {
   interior.low = p + before;
   unary = seek_unary(p + all);
   if (interior.code != CODE_FIXED) unary = seek_unary(after_ones(p + all, skipped));
-  uint row = the_meshlet * push.lanes * 64u;
-  uint n = stream_field(stream, STREAM_COMPONENTS);
-  for (mask64 rest = the_boundary; mask_any(rest); rest = mask_clear_lsb(rest))
-    for (uint c = 0u; c < n; c++) put_value(stream, c, mask_lsb(rest), Integers(push.integers).at[row + value_lane(stream, c) + mask_lsb(rest)]);
   read_seams(h, stream);
   read_all_traversed(stream, waiting);
-  for (uint id = 0u; id < 64u && id < mask_count(the_boundary) + mask_count(symbol_c); id++)
-    for (uint c = 0u; c < n; c++) Integers(push.integers).at[row + value_lane(stream, c) + id] = value_at(stream, c, id);
   if (max(unary.cursor, interior.low) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
 }
 #endif

@@ -15,7 +15,7 @@ from .memory import Buffer
 from .pipelines import ComputePipeline, Timestamps
 
 GROUP = 32  # invocations of a workgroup
-# Method -> (shader, meshlets of a workgroup) in the order in which they run; None: an invocation per meshlet and stream.
+# Method -> (shader, meshlets of a workgroup) in the order in which they run; None: 64 invocations over meshlets and streams.
 METHODS = {
     "single": (("decode.comp", GROUP),),
     "team8": (("connect.comp", GROUP), ("values8.comp", GROUP // 8)),
@@ -68,9 +68,7 @@ def decode_on_gpu(device: Device, blob: bytes, method: str = "team8", repeat: in
     triangles = Buffer(device, 4 * 64 * meshlets)
     integers = Buffer(device, 4 * 64 * total * meshlets)
     lengths = Buffer(device, 4 * 64 * meshlets)
-    sizes = {0: len(lanes), 1: total}
-    interior = {**sizes, 9: GROUP, 10: max(lanes)}  # see decode_pass.comp
-    pipelines = [(ComputePipeline(device, name, sizes if per else interior), per) for name, per in METHODS[method]]
+    pipelines = [(ComputePipeline(device, name, {0: len(lanes), 1: total}), per) for name, per in METHODS[method]]
     data = np.frombuffer(
         struct.pack(
             "<6Q4I",
@@ -93,7 +91,7 @@ def decode_on_gpu(device: Device, blob: bytes, method: str = "team8", repeat: in
         times.mark(commands, 0)
         for i in range(repeat):
             for pipeline, per in pipelines:
-                groups = -(-meshlets // per) if per else -(-meshlets * len(lanes) // GROUP)
+                groups = -(-meshlets // per) if per else -(-meshlets * len(lanes) // 64)
                 pipeline.dispatch(commands, groups, data)
                 device.full_barrier(commands)
             times.mark(commands, i + 1)
