@@ -4,11 +4,11 @@ BIN := .venv/bin
 PIP := $(BIN)/pip install -qq --disable-pip-version-check
 # What the build needs is installed once, so that a rebuild after an edit compiles only what changed.
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
-NATIVE := $(wildcard gltf_ext/src/* shaders/*)
+NATIVE := $(wildcard gltf_ext/src/*) shaders/meshlet_decoder.glsl shaders/constants.h
 PLUGIN := $(wildcard mitsuba_plugin/src/*) mitsuba_plugin/CMakeLists.txt mitsuba_plugin/build.py
-VALIDATOR := build/node
+NODE_MODULES := build/node
 
-.PHONY: help demo test test-full fuzz figures clean
+.PHONY: help demo test test-full fuzz shaders bench figures clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -26,9 +26,16 @@ fuzz: .venv/installed  ## 100,000 mutations of compressed buffers through the de
 	@folder=$$(CXX=$${CXX:-$$(command -v clang++ || command -v g++)} $(BIN)/python -m bench.native_build MESHLET_FUZZ) \
 	  && for program in $(basename $(notdir $(wildcard gltf_ext/src/fuzz_*.cpp))); do $$folder/$$program tests/vectors || exit 1; done
 
-figures: .venv/installed .venv/mitsuba .venv/extras  ## the pictures and tables that README.md and the specification show
+shaders: .venv/installed  ## vk_backend/spirv from shaders/, after an edit there (needs glslangValidator)
+	@$(BIN)/python -m vk_backend.build_shaders
+
+# What a GPU is needed for is apart: docs/vulkan.md, docs/vulkan-raytracing.md.
+bench: .venv/installed .venv/mitsuba .venv/extras .venv/bench  ## all measurements on the CPU, docs/results.md and its pages (about an hour)
+	@for question in size paper table1 speed quality parameters choices mitsuba figures results_page; do \
+	  $(BIN)/python -m bench $$question || exit 1; done
+
+figures: .venv/installed  ## the pictures of the demo that README.md shows
 	@$(BIN)/gltf-meshlet demo build/demo && cp build/demo/meshlets.png build/demo/comparison.png build/demo/size.png docs/
-	@for question in size speed choices table1; do $(BIN)/python -m bench.$$question || exit 1; done
 
 clean:  ## remove everything that make made
 	rm -rf .venv build demo-output mitsuba_plugin/plugins
@@ -55,7 +62,12 @@ clean:  ## remove everything that make made
 .venv/extras: .ci/system-packages | .venv/installed
 	@$(PIP) "gltf-meshlet[draco]" 2>/dev/null || echo "make: DracoPy cannot be installed; tests on Draco input are skipped"
 	@$(PIP) "gltf-meshlet[vulkan]" 2>/dev/null || echo "make: the Python package vulkan cannot be installed; tests of the Vulkan renderer are skipped"
-	@npm install --silent --no-audit --no-fund --prefix $(VALIDATOR) gltf-validator@2.0.0-dev.3.10 >/dev/null 2>&1 \
-	  || echo "make: the npm package gltf-validator cannot be installed; tests with the Khronos validator are skipped"
+	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0 >/dev/null 2>&1 \
+	  || echo "make: the npm packages gltf-validator and gltfpack cannot be installed; tests with them are skipped"
 	@$(BIN)/python .ci/system-packages
+	@touch $@
+
+# The peers that the measurements run.
+.venv/bench: .venv/installed
+	@$(PIP) "gltf-meshlet[bench]" 2>/dev/null || echo "make: scipy, DracoPy or meshoptimizer cannot be installed; their columns stay empty"
 	@touch $@

@@ -7,6 +7,7 @@ import importlib.metadata
 import json
 import os
 import platform
+import shutil
 import statistics
 import subprocess
 from pathlib import Path
@@ -44,15 +45,23 @@ def models() -> list[Path]:
 
 def origin(script: str, packages: tuple[str, ...] = ("gltf-meshlet", "numpy")) -> dict:
     """Where figures come from: the script, date, commit, machine and versions. Ends the program where a package is missing."""
-    commit = subprocess.run(["git", "-C", ROOT, "describe", "--always"], capture_output=True, text=True)
-    changed = subprocess.run(["git", "-C", ROOT, "status", "--porcelain", "--", ".", *FIGURES], capture_output=True, text=True)
     return {
         "script": script,
         "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
-        "commit": commit.stdout.strip() + ("-dirty" if changed.stdout.strip() else "") or None,
+        "commit": os.environ.get("GLTF_MESHLET_COMMIT") or _commit(),
         "machine": {"cpu": _cpu_name(), "cores": os.cpu_count(), "system": platform.platform()},
         "versions": {"python": platform.python_version(), **{name: _version(name) for name in packages}},
     }
+
+
+def _commit() -> str | None:
+    """The checked-out commit, "-dirty" where files differ from it; None outside a checkout, where GLTF_MESHLET_COMMIT may name it."""
+    if shutil.which("git") is None:
+        return None
+    git = ["git", "-C", ROOT]
+    commit = subprocess.run([*git, "describe", "--always"], capture_output=True, text=True).stdout.strip()
+    changed = subprocess.run([*git, "status", "--porcelain", "--", ".", *FIGURES], capture_output=True, text=True).stdout.strip()
+    return commit + ("-dirty" if changed else "") if commit else None
 
 
 def _version(package: str) -> str:

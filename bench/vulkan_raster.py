@@ -145,7 +145,7 @@ def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, 
 def percentiles(times: Iterable[float]) -> dict[str, float]:
     """Median, and the 10th and 90th percentiles."""
     low, median, high = np.percentile(list(times), [10, 50, 90])
-    return {"median": round(median, 5), "low": round(low, 5), "high": round(high, 5)}
+    return {"median": round(float(median), 5), "low": round(float(low), 5), "high": round(float(high), 5)}
 
 
 # --- reporting -------------------------------------------------------------------------------------------------------------------------

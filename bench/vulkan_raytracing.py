@@ -1,6 +1,6 @@
 """Ray tracing compressed meshlets with Vulkan: time and memory over the size of the cache, beside the same model uncompressed.
 
-    python -m bench.vulkan_raytracing MODEL.glb ...      writes bench/results/vulkan_raytracing.json and docs/vulkan-raytracing.png
+    python -m bench.vulkan_raytracing MODEL.glb ...      writes bench/results/vulkan_raytracing.json and the table and plot of docs
 
 921,600 rays a frame (1280 x 720) with nothing but what they hit first, and the same with two diffuse bounces and a shadow ray at every hit.
 The camera goes round the model by half a degree a frame, so that the cache has to follow; a frame's time is that of the GPU and
@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import gltf_ext
-from bench.common import ROOT, origin, write_result
+from bench.common import ROOT, markdown_table, origin, replace_block, write_result
 from gltf_ext.errors import MeshletError
 
 WIDTH, HEIGHT = 1280, 720
@@ -132,6 +132,26 @@ def print_table(rows: list[dict]) -> None:
                 )
 
 
+def document(result: dict) -> None:
+    """Puts the table into docs/vulkan-raytracing.md."""
+    lines = []
+    for row in (r for r in result["rows"] if r["bounces"] == BOUNCES[0]):
+        same = [r for r in result["rows"] if all(r.get(k) == row.get(k) for k in ("model", "path", "cache", "group", "scratch", "rounds"))]
+        bases = {r["bounces"]: r for r in result["rows"] if r["model"] == row["model"] and r["path"] == "rt-triangles"}
+        times = [
+            f"{r['milliseconds']['median']:.3f} ({r['milliseconds']['low']:.3f} to {r['milliseconds']['high']:.3f}),"
+            f" {r['milliseconds']['median'] / bases[r['bounces']]['milliseconds']['median']:.2f}x"
+            for r in same
+        ]
+        size, base = (sum(r["resident_bytes"].values()) for r in (row, bases[BOUNCES[0]]))
+        lines.append([f"{row['model']}, {label(row)}", *times, f"{size / 1e6:.2f} MB, {size / base:.2f}x"])
+    headings = ["", *(f"{'first hits' if b == 0 else f'{b} bounces'}, ms" for b in BOUNCES), "memory"]
+    device = f"{result['device']['name']}, driver {result['device']['driver']}"
+    size = f"{result['width']} x {result['height']} pixels, {result['frames']} frames: median (10 % to 90 %), ratio to rt-triangles"
+    text = markdown_table(headings, lines) + f"\n{size}. Measured by `{result['script']}` on {result['date'][:10]}, {device}.\n"
+    replace_block(ROOT / "docs" / "vulkan-raytracing.md", "measurements", text)
+
+
 def plot(rows: list[dict], path: Path) -> bool:
     """The paper's Figure 5: time over the share of meshlets in the cache. False where matplotlib is not installed."""
     try:
@@ -175,7 +195,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, nargs="+", default=[None], help="how often paths start again")
     parser.add_argument("--statistics", action="store_true", help="also what the driver tells about the shaders: registers, stack")
     parser.add_argument("--cache", type=float, nargs="+", default=list(SHARES), help="shares of the meshlets (default %(default)s)")
-    parser.add_argument("--output", default="vulkan_raytracing", help="name of the result (default %(default)s); - for none")
+    parser.add_argument("--output", default="vulkan_raytracing", help="name of the result (default %(default)s); -: only print")
     options = parser.parse_args()
     from vk_backend.device import Device
     from vk_backend.statistics import capture_statistics
@@ -193,6 +213,7 @@ def main() -> None:
     result.update({"width": options.width, "height": options.height, "frames": options.frames, "rows": rows})
     if options.output != "-":
         write_result(options.output, result)
+        document(result)
         if not plot(rows, ROOT / "docs" / "vulkan-raytracing.png"):
             print("no plot: matplotlib is not installed", file=sys.stderr)
 

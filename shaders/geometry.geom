@@ -2,7 +2,8 @@
 //
 // A geometry shader may emit 1024 components on any device. 192 corners of a position and a number fit; with more attributes the
 // triangles are split over INVOCATIONS, each of which decodes the whole meshlet.
-// variants: geometry_position.geom=INVOCATIONS=1,COMPONENTS=0 geometry_normal.geom=INVOCATIONS=2,COMPONENTS=1 geometry_texcoord.geom=INVOCATIONS=2,COMPONENTS=3 geometry_color.geom=INVOCATIONS=3,COMPONENTS=7
+// variants: geometry_position.geom=INVOCATIONS=1,COMPONENTS=0 geometry_normal.geom=INVOCATIONS=2,COMPONENTS=1
+// variants: geometry_texcoord.geom=INVOCATIONS=2,COMPONENTS=3 geometry_color.geom=INVOCATIONS=3,COMPONENTS=7
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require

@@ -146,11 +146,18 @@ vec4 color_at_hit() {
 
 layout(set = 0, binding = 0) uniform sampler2D textures[];
 
+vec4 texture_at_hit(Material material, int number) {
+  vec2 uv = texcoord_at_hit();
+  uv = material.texcoord_matrix.xy * uv.x + material.texcoord_matrix.zw * uv.y + material.texcoord_offset;
+  return textureLod(textures[nonuniformEXT(number)], uv, 0.0);
+}
+
 // Linear, with alpha.
 vec4 base_color(Material material) {
   vec4 color = material.base_color * color_at_hit();
-  if (material.base_texture < 0) return color;
-  vec2 uv = texcoord_at_hit();
-  uv = material.texcoord_matrix.xy * uv.x + material.texcoord_matrix.zw * uv.y + material.texcoord_offset;
-  return color * textureLod(textures[nonuniformEXT(material.base_texture)], uv, 0.0);
+  return material.base_texture < 0 ? color : color * texture_at_hit(material, material.base_texture);
+}
+
+vec3 emission(Material material) {
+  return material.emissive_texture < 0 ? material.emissive.rgb : material.emissive.rgb * texture_at_hit(material, material.emissive_texture).rgb;
 }

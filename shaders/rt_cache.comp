@@ -1,6 +1,6 @@
 // Which meshlets the cache holds during the next frame: those that rays asked for most often during the last one. Three steps,
 // without the host: how many meshlets there are of each key, the key from which on they fit, and who leaves and who comes.
-// A fourth step runs between the rounds of a frame: the meshlets that paths wait for get scratch slots in turn.
+// A fourth step runs between the rounds of a frame: the meshlets that paths wait for get scratch slots.
 // variants: rt_cache_admit.comp=ADMIT rt_cache_count.comp=COUNT rt_cache_threshold.comp=THRESHOLD rt_cache_choose.comp=CHOOSE
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -96,20 +96,42 @@ void main() {
 #endif
 #ifdef ADMIT
 
-// push.missing: the requests; push.free_slots: of each scratch slot, the meshlet in it.
+shared uint given;                         // requests that have a slot
+
+// Gives the scratch slot at `place`, whose meshlet is `before`, to the next request, if there is one.
+void give(CacheState state, uint place, uint before, uint wanted) {
+  uint i = atomicAdd(given, 1u);
+  if (i >= wanted) return;
+  Counts table = Counts(push.slot_table);
+  if (before != NO_SLOT && table.at[before] == state.capacity + place) table.at[before] = NO_SLOT;
+  Counts(push.free_slots).at[place] = Counts(push.missing).at[i];
+  Counts(push.missing).at[push.scratch + i] = place;
+}
+
+// push.missing: the requests, and behind them their places; push.free_slots: of each scratch slot, the meshlet in it. First come the slots
+// whose meshlets no ray has asked for in this frame, then the others in turn.
 void main() {
   CacheState state = CacheState(push.state);
-  Counts table = Counts(push.slot_table);
   uint requested = min(state.requested, push.scratch);
-  uint admitted = push.last != 0u ? 0u : requested;
+  uint wanted = push.last != 0u ? 0u : requested;
   uint ring = state.ring;
-  for (uint i = gl_LocalInvocationIndex; i < admitted; i += KEYS) {
-    uint place = (ring + i) % push.scratch;
-    uint before = Counts(push.free_slots).at[place];
-    if (before != NO_SLOT && table.at[before] == state.capacity + place) table.at[before] = NO_SLOT;
-    Counts(push.free_slots).at[place] = Counts(push.missing).at[i];
+  if (gl_LocalInvocationIndex == 0u) given = 0u;
+  barrier();
+  for (uint pass = 0u; pass < 2u; pass++) {
+    for (uint i = gl_LocalInvocationIndex; i < push.scratch && wanted != 0u; i += KEYS) {
+      uint place = (ring + i) % push.scratch;
+      uint before = Counts(push.free_slots).at[place];
+      bool unused = before == NO_SLOT || Counts(push.slot_table).at[before] != state.capacity + place || Counts(push.counters).at[before] == 0u;
+      // What the first pass has given away is asked for by now, and its place is not yet in the table.
+      bool fresh = before != NO_SLOT && Counts(push.slot_table).at[before] == REQUESTED;
+      if (!fresh && unused == (pass == 0u)) give(state, place, before, wanted);
+    }
+    barrier();
+    memoryBarrierBuffer();
+    barrier();
   }
-  for (uint i = admitted + gl_LocalInvocationIndex; i < requested; i += KEYS) table.at[Counts(push.missing).at[i]] = NO_SLOT;
+  uint admitted = min(given, wanted);
+  for (uint i = admitted + gl_LocalInvocationIndex; i < requested; i += KEYS) Counts(push.slot_table).at[Counts(push.missing).at[i]] = NO_SLOT;
   barrier();
   if (gl_LocalInvocationIndex != 0u) return;
   state.admitted = admitted;

@@ -12,7 +12,7 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uint capacity;
   uint meshlets;
   uint primitives;
-  uint ring;                               // scratch slots are taken in turn; the next one
+  uint ring;                               // where the search for scratch slots begins
   uint rays[3];                            // of the next round: the picture's size, or none
   uint rays_wanted;                        // width of the picture once a path waits
   uint requested;                          // meshlets that paths wait for

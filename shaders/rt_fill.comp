@@ -96,10 +96,9 @@ void main() {
   CacheState state = CacheState(push.state);
   bool scratch = push.scratch != 0u;
   uint count = scratch ? state.admitted : state.missing;
-  uint first = state.ring + push.scratch - state.admitted;
   uint free_slots = state.free_slots;
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
-    uint slot_number = scratch ? state.capacity + (first + i) % push.scratch : Counts(push.free_slots).at[free_slots - 1u - i];
+    uint slot_number = scratch ? state.capacity + Counts(push.missing).at[push.scratch + i] : Counts(push.free_slots).at[free_slots - 1u - i];
     fill(Counts(push.missing).at[i], slot_number, state.primitives);
     barrier();
   }

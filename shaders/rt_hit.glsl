@@ -13,6 +13,7 @@ struct Surface {
   vec3 normal;                             // for shading, in world space, of unit length; not yet turned towards the viewer
   vec3 flat_normal;                        // the triangle's own
   vec3 albedo;
+  uvec2 emission;                          // red, green, blue in 16-bit floats
 };
 
 // The custom index of an instance is its primitive's number, and a bit that tells that parts of it may be transparent.

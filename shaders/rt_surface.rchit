@@ -49,5 +49,8 @@ void main() {
   surface.barycentrics = barycentrics;
   surface.flat_normal = unit(to_world * flat_normal_in_object(), -gl_WorldRayDirectionEXT);
   surface.normal = has_normal() ? unit(to_world * normal_in_object(), surface.flat_normal) : surface.flat_normal;
-  surface.albedo = base_color(Materials(Frame(push.frame).materials).at[instance.material]).rgb;
+  Material material = Materials(Frame(push.frame).materials).at[instance.material];
+  surface.albedo = base_color(material).rgb;
+  vec3 emitted = emission(material);
+  surface.emission = uvec2(packHalf2x16(emitted.rg), packHalf2x16(vec2(emitted.b, 0.0)));
 }

@@ -1,6 +1,11 @@
 // The fragment shader of all raster paths: base colour under one light over the viewer's shoulder.
 // COMPONENTS: the HAS_ of what the stages before put out; MESH_IDS: they put out a number per triangle, see mesh_output.glsl.
-// variants: surface_position.frag=COMPONENTS=0 surface_normal.frag=COMPONENTS=1 surface_texcoord.frag=COMPONENTS=3 surface_color.frag=COMPONENTS=7 surface_position_ids.frag=COMPONENTS=0,IDS surface_normal_ids.frag=COMPONENTS=1,IDS surface_texcoord_ids.frag=COMPONENTS=3,IDS surface_color_ids.frag=COMPONENTS=7,IDS surface_position_mesh_ids.frag=COMPONENTS=0,IDS,MESH_IDS surface_normal_mesh_ids.frag=COMPONENTS=1,IDS,MESH_IDS surface_texcoord_mesh_ids.frag=COMPONENTS=3,IDS,MESH_IDS surface_color_mesh_ids.frag=COMPONENTS=7,IDS,MESH_IDS
+// variants: surface_position.frag=COMPONENTS=0 surface_normal.frag=COMPONENTS=1
+// variants: surface_texcoord.frag=COMPONENTS=3 surface_color.frag=COMPONENTS=7
+// variants: surface_position_ids.frag=COMPONENTS=0,IDS surface_normal_ids.frag=COMPONENTS=1,IDS
+// variants: surface_texcoord_ids.frag=COMPONENTS=3,IDS surface_color_ids.frag=COMPONENTS=7,IDS
+// variants: surface_position_mesh_ids.frag=COMPONENTS=0,IDS,MESH_IDS surface_normal_mesh_ids.frag=COMPONENTS=1,IDS,MESH_IDS
+// variants: surface_texcoord_mesh_ids.frag=COMPONENTS=3,IDS,MESH_IDS surface_color_mesh_ids.frag=COMPONENTS=7,IDS,MESH_IDS
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_nonuniform_qualifier : require

@@ -53,6 +53,23 @@ def test_paths_agree(renderer, scene, path, camera):
     assert (reference.ids[~reference.covered] == NO_ID).all()
 
 
+@pytest.mark.parametrize("path", [p for p in PATHS if p != "geometry"])
+def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkeypatch):
+    """Devices bound the workgroups of a draw."""
+    from vk_backend import raster
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+
+    gltf_ext.compress(model("bunny.glb"), tmp_path / "bunny.glb")
+    scene = load_scene(tmp_path / "bunny.glb")
+    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    whole = renderer.render(scene, camera, path, WIDTH, HEIGHT)
+    monkeypatch.setattr(raster, "MAX_GROUPS", 7)
+    assert 2 * 7 * raster.PATHS[path].group < scene.primitives[0].meshlets
+    parts = renderer.render(scene, camera, path, WIDTH, HEIGHT)
+    assert (parts.ids == whole.ids).all() and (parts.color == whole.color).all()
+
+
 @pytest.mark.parametrize("name", ["bunny.glb", "suzanne.glb"])
 @pytest.mark.parametrize("path", PATHS)
 def test_paths_agree_on_real_models(renderer, model, tmp_path, path, name):

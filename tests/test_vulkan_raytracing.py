@@ -49,7 +49,7 @@ def waves(columns: int, rows: int):
     return {"POSITION": positions, "NORMAL": values["NORMAL"], "TEXCOORD_0": values["TEXCOORD_0"]}, triangles
 
 
-def several(folder, material: dict | None = None, name: str = "several"):
+def several(folder, material: dict | None = None, name: str = "several", **options):
     """A compressed file: one sheet shown turned, mirrored and stretched, and a second mesh through them."""
     builder = Builder()
     builder.mesh(*waves(40, 30))
@@ -66,7 +66,7 @@ def several(folder, material: dict | None = None, name: str = "several"):
     ]
     builder.properties["scenes"] = [{"nodes": [0, 1, 2, 3]}]
     output = folder / f"{name}.compressed.glb"
-    gltf_ext.compress(builder.write(folder / f"{name}.glb"), output)
+    gltf_ext.compress(builder.write(folder / f"{name}.glb"), output, **options)
     return output
 
 
@@ -144,20 +144,23 @@ def assert_same_hits(picture, expected, scene) -> None:
     assert np.abs(picture.barycentrics[seen] - expected["b"][seen]).max() < 5e-3
 
 
-@pytest.mark.parametrize("path, cache", [("rt", c) for c in CACHES] + [("rt-plain", 0.0), ("rt-triangles", 0.0)])
-def test01_hits(path, cache, device, scene, expected):
-    traced = tracer(device, scene, path, cache=cache)
+@pytest.mark.parametrize(
+    "path, cache, scratch", [("rt", 0.0, 0.0), ("rt", 0.0, 0.2), ("rt", 0.25, 0.2), ("rt", 1.0, 0.0), ("rt-plain", 0.0, 0.0), ("rt-triangles", 0.0, 0.0)]
+)
+def test01_hits(path, cache, scratch, device, scene, expected):
+    traced = tracer(device, scene, path, cache=cache, scratch=scratch)
     for _ in range(2):                                       # an empty cache, and one that follows the first frame
         assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
     traced.free()
 
 
 def test02_cache_changes_nothing(device, scene):
-    """Bit for bit the same pictures, bounces and all, with no cache, a small one that follows the camera, and everything cached."""
+    """Bit for bit the same pictures, bounces and all: decoded by the rays themselves, with a small cache that follows the camera and
+    paths that wait a few times or as often as they have to, and with everything cached."""
     cameras = [camera_of(scene, 0.3 * i) for i in range(4)]
     films = []
-    for cache in (0.0, 0.1, 1.0):
-        traced = tracer(device, scene, cache=cache, bounces=1, samples=2)
+    for settings in ({"cache": 0.0, "scratch": 0.0}, {"cache": 0.1, "scratch": 0.1, "rounds": 3}, {"cache": 0.1}, {"cache": 1.0}):
+        traced = tracer(device, scene, bounces=1, samples=2, **settings)
         films.append(list(traced.frames(cameras, WIDTH, HEIGHT)))
         traced.free()
     for pictures in zip(*films):
@@ -189,7 +192,7 @@ def test04_memory(device, scene):
     """Every part is counted, and the cache is what grows."""
     sizes = []
     for cache in (0.0, 1.0):
-        traced = tracer(device, scene, cache=cache)
+        traced = tracer(device, scene, cache=cache, scratch=0.0)
         parts = traced.resident_bytes()
         assert parts["model"] >= scene.compressed_bytes and parts["acceleration"] > 0
         sizes.append(parts["cache"])
@@ -201,6 +204,16 @@ def test04_memory(device, scene):
 def test05_groups(group, device, scene, expected):
     traced = tracer(device, scene, cache=1.0, group=group)
     assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
+    traced.free()
+
+
+def test11_fine_positions(device, tmp_path):
+    """Positions of more bits than a slot has for an integer."""
+    from vk_backend.scene import load_scene
+
+    scene = load_scene(several(tmp_path, position_bits=23))
+    traced = tracer(device, scene, cache=1.0)
+    assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), nearest_hits(scene, camera_of(scene)), scene)
     traced.free()
 
 
@@ -245,7 +258,7 @@ def test07_hostile(device, scene):
             continue
         made += 1
         broken = replace(scene, primitives=[replace(scene.primitives[0], blob=bytes(blob)), *scene.primitives[1:]])
-        traced = tracer(device, broken, cache=0.5 * (attempt % 2))
+        traced = tracer(device, broken, cache=0.5 * (attempt % 2), scratch=0.0 if made % 2 else 0.25)
         for _ in range(2):
             assert traced.render(camera_of(scene), 16, 12).color.shape == (12, 16, 4)
         traced.free()

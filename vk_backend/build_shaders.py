@@ -17,7 +17,7 @@ CONSTANTS = "constants.h"                  # shipped as it is, for vk_backend.co
 MANIFEST = OUTPUT / "sources.json"
 STAGES = {".comp", ".task", ".mesh", ".vert", ".geom", ".frag", ".rgen", ".rint", ".rahit", ".rchit", ".rmiss"}
 INCLUDE = re.compile(r'^\s*#include "([^"]+)"', re.MULTILINE)
-# A source may be compiled several times: a line `// variants: NAME=MACRO[,MACRO...] ...` makes spirv/<NAME>.spv of each.
+# A source may be compiled several times: lines `// variants: NAME=MACRO[,MACRO...] ...` make spirv/<NAME>.spv of each.
 VARIANTS = re.compile(r"^// variants: (.*)$", re.MULTILINE)
 
 
@@ -25,8 +25,7 @@ def modules() -> dict[str, tuple[Path, list[str]]]:
     """Module name -> (source, macros) of all shaders."""
     found = {}
     for source in sorted(p for p in SOURCES.iterdir() if p.suffix in STAGES):
-        listed = VARIANTS.search(source.read_text())
-        for item in listed[1].split() if listed else [source.name]:
+        for item in " ".join(VARIANTS.findall(source.read_text())).split() or [source.name]:
             name, _, macros = item.partition("=")
             found[name] = (source, [m for m in macros.split(",") if m])
     return found

@@ -37,9 +37,10 @@ VERTEX, GEOMETRY, FRAGMENT = vk.VK_SHADER_STAGE_VERTEX_BIT, vk.VK_SHADER_STAGE_G
 
 @dataclass(frozen=True)
 class Path:
-    """capability: of device.CAPABILITIES; needs: of SceneBuffers; stages: (module, stage) before the fragment shader; {ids} is filled in.
+    """How meshlets become triangles on the device.
 
-    group: meshlets for each workgroup or point, 0 for indexed triangles.
+    capability: of device.CAPABILITIES; needs: of SceneBuffers; stages: (module, stage) before the fragment shader, where Drawing fills in
+    {ids} and {attributes}; group: meshlets of a workgroup or point, 0 for indexed triangles.
     """
 
     capability: str | None

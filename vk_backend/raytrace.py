@@ -26,7 +26,7 @@ MESHLET_TRIANGLES, MESHLET_VERTICES = CONSTANTS["MESHLET_TRIANGLES"], CONSTANTS[
 NO_SLOT = 0xFFFFFFFF
 KEYS, BOXES_GROUP = 512, 32                   # workgroups of shaders/rt_cache.comp, boxes.comp
 FILL_GROUPS = 32768                           # of shaders/rt_cache.glsl
-SCRATCH, LEAST_SCRATCH = 1 / 8, 64            # slots for meshlets that paths wait for: a share of the meshlets, or so many
+SCRATCH, LEAST_SCRATCH = 1 / 4, 64            # slots for meshlets that paths wait for: a share of the meshlets, or so many
 ROUNDS = 8                                    # after which a path decodes what it still lacks
 SAMPLES = 16                                  # paths per pixel, where they bounce
 HIT_WORDS = 5                                 # of shaders/rt_common.glsl
@@ -95,10 +95,10 @@ class RayTracer:
     path: "rt" (compressed), "rt-plain" (the same boxes over uncompressed meshlets) or "rt-triangles" (the driver's triangles).
     cache: share of the meshlets that may be kept decoded, 0 to 1; cache_bytes: the same limit in bytes, instead. bounces: how often light
     is followed from surface to surface; shadows: whether surfaces shade one another; samples: paths per pixel (None: 1, or with bounces
-    16); group: triangles behind one
-    box, 4 to 64, a power of two. Without all of the model in the cache, paths that need a meshlet which is not there wait: it is decoded into
-    one of the scratch slots (scratch: share of the meshlets) and they start again, up to `rounds` times; then they decode for themselves,
-    which takes much longer. counted: keep statistics where the cache does not need them. Raises VulkanError.
+    16); group: triangles behind one box, 4 to 64, a power of two. Where the cache does not hold everything, paths that need a
+    meshlet which is not there wait: it is decoded into one of the scratch slots (scratch: share of the meshlets, besides the cache) and
+    they start again, up to `rounds` times; then they decode for themselves, which takes much longer. counted: keep statistics where
+    the cache does not need them. Raises VulkanError.
     """
 
     def __init__(
@@ -127,22 +127,11 @@ class RayTracer:
         self.device, self.scene, self.path = device, scene, path
         self.bounces, self.shadows, self.group = bounces, shadows, group
         self.samples = samples or (SAMPLES if bounces else 1)
-        compressed = path == "rt"
-        self.buffers = SceneBuffers(device, scene, {"blobs"} if compressed else {"vertices", "indices"})
+        self.buffers = SceneBuffers(device, scene, {"blobs"} if path == "rt" else {"vertices", "indices"})
         counts = np.array([p.meshlets for p in scene.primitives], np.int64)
         self._first_meshlet, self.meshlets = np.cumsum(counts) - counts, int(counts.sum())
-        # Positions that do not fit a slot as integers, or are not on a grid after their rounding, are kept as floats.
-        self._floats = any(p.position_bits > PACKED_BITS or p.attributes["POSITION"].rounded for p in scene.primitives)
-        bits = [sum(s.bits * s.components for s in p.streams[1 : p.stream_end]) for p in scene.primitives]
-        self._attribute_words = -(-max(bits) // 32)
-        slot_words = MESHLET_TRIANGLES + MESHLET_VERTICES * ((3 if self._floats else 2) + self._attribute_words)
-        self.slot_bytes = 4 * slot_words
-        self.capacity = self._capacity(cache, cache_bytes) if compressed else 0
-        self.all_cached = compressed and self.capacity == self.meshlets
-        self.counted = compressed and (counted or 0 < self.capacity < self.meshlets)
-        wanted = max(int((SCRATCH if scratch is None else scratch) * self.meshlets), LEAST_SCRATCH if scratch is None else 0)
-        self.scratch = min(wanted, self.meshlets - self.capacity) if compressed else 0
-        self.rounds = rounds if self.scratch else 0
+        self._measure_slots()
+        self._plan_cache(cache, cache_bytes, scratch, rounds, counted)
         self._seed = 0
         self._own: dict[str, list[Buffer]] = {"tables": [], "cache": [], "lists": []}
         self._upload()
@@ -230,9 +219,28 @@ class RayTracer:
 
     # --- making ----------------------------------------------------------------------------------------------------------------------
 
-    def _capacity(self, share: float, size: int | None) -> int:
-        wanted = int(round(share * self.meshlets)) if size is None else size // self.slot_bytes
-        return min(wanted, self.meshlets)
+    def _measure_slots(self) -> None:
+        """How a cached meshlet is laid out: the constants of shaders/rt_common.glsl."""
+        primitives = self.scene.primitives
+        # Positions that do not fit a slot as integers, or are not on a grid after their rounding, are kept as floats.
+        self._floats = any(p.position_bits > PACKED_BITS or p.attributes["POSITION"].rounded for p in primitives)
+        bits = [sum(s.bits * s.components for s in p.streams[1 : p.stream_end]) for p in primitives]
+        self._attribute_words = -(-max(bits) // 32)
+        self.slot_bytes = 4 * (MESHLET_TRIANGLES + MESHLET_VERTICES * ((3 if self._floats else 2) + self._attribute_words))
+
+    def _plan_cache(self, cache: float, cache_bytes: int | None, scratch: float | None, rounds: int, counted: bool) -> None:
+        """Numbers of slots, and whether meshlets count what rays ask of them."""
+        self.capacity = self.scratch = self.rounds = 0
+        self.all_cached = self.counted = False
+        if self.path != "rt":
+            return
+        wanted = int(round(cache * self.meshlets)) if cache_bytes is None else cache_bytes // self.slot_bytes
+        self.capacity = min(wanted, self.meshlets)
+        self.all_cached = self.capacity == self.meshlets
+        wanted = max(int(SCRATCH * self.meshlets), LEAST_SCRATCH) if scratch is None else int(scratch * self.meshlets)
+        self.scratch = min(wanted, self.meshlets - self.capacity)
+        self.rounds = rounds if self.scratch else 0
+        self.counted = counted or not self.all_cached and self.capacity + self.rounds > 0
 
     def _keep(self, part: str, data: np.ndarray | int, usage: int = STORAGE) -> Buffer:
         """A buffer that stays, and is counted."""
@@ -416,7 +424,7 @@ class RayTracer:
         self._state = self._keep("lists", np.frombuffer(state.tobytes(), np.uint8), usage)
         self._missing = self._keep("lists", slots)
         self._free = self._keep("lists", slots[::-1].copy())
-        self._requests = self._keep("lists", np.zeros(self.scratch, np.uint32))
+        self._requests = self._keep("lists", np.zeros(2 * self.scratch, np.uint32))
         self._scratch_meshlets = self._keep("lists", np.full(self.scratch, NO_SLOT, np.uint32))
         constants = self._constants(self.scene.max_lanes)
         self._cache_pipelines = {

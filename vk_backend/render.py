@@ -20,6 +20,8 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.progress import progress_bar
 
 from .camera import Camera
+from .device import vk
+from .errors import VulkanError
 from .raster import PATHS
 from .renderer import Renderer
 from .scene import Scene, load_scene
@@ -33,6 +35,13 @@ Draw = Callable[[Camera], tuple[np.ndarray, float]]
 
 def main(options: argparse.Namespace) -> int:
     """Renders and writes the pictures; returns the exit status 0. options: those of gltf_ext.rendering. Raises MeshletError, OSError."""
+    try:
+        return _render(options)
+    except vk.VkError as error:  # what the driver refuses, and nothing above has a better word for
+        raise VulkanError(f"the driver refused: {type(error).__name__}", "update it, or choose another --device or --path") from None
+
+
+def _render(options: argparse.Namespace) -> int:
     output = Path(options.output)
     _check_output(output, options.frames)
     scene = load_scene(options.input)

@@ -6,20 +6,22 @@
 #include <string>
 #include <vector>
 
+#include "constants.h"                     // in shaders/
+
 namespace meshlet {
 
-constexpr uint32_t kMagic = 0x314D4245;    // "EBM1"
-constexpr uint32_t kVersion = 1;
-constexpr uint32_t kHeaderBytes = 32;
-constexpr uint32_t kStreamBytes = 28;
-constexpr uint32_t kGroupBytes = 8;
-constexpr uint32_t kGroupMeshlets = 32;
-constexpr uint32_t kMaxBlobBytes = 1u << 29;
-constexpr uint32_t kOffsetBits = 17;
+constexpr uint32_t kMagic = BLOB_MAGIC;
+constexpr uint32_t kVersion = BLOB_VERSION;
+constexpr uint32_t kHeaderBytes = BLOB_HEADER_BYTES;
+constexpr uint32_t kStreamBytes = BLOB_STREAM_BYTES;
+constexpr uint32_t kGroupBytes = BLOB_GROUP_BYTES;
+constexpr uint32_t kGroupMeshlets = BLOB_GROUP_MESHLETS;
+constexpr uint32_t kMaxBlobBytes = BLOB_MAX_BYTES;
+constexpr uint32_t kOffsetBits = BLOB_OFFSET_BITS;
 constexpr uint32_t kMaxReferences = 63;
 constexpr uint32_t kMaxDeltaWidth = 24;
 
-enum Kind : uint8_t { kGrid = 0, kOct = 1, kInteger = 2, kFloat32 = 3, kSign = 4, kKinds = 5 };
+enum Kind : uint8_t { kGrid = KIND_GRID, kOct = KIND_OCT, kInteger = KIND_INTEGER, kFloat32 = KIND_FLOAT32, kSign = KIND_SIGN, kKinds = 5 };
 enum Predictor : uint8_t { kParallelogram = 0, kMean = 1, kCopy = 2, kDamped = 3, kPredictors = 4 };
 constexpr uint32_t kMaxChordBits = 24;     // streams of more bits must use kCopy
 

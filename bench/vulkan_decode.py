@@ -1,0 +1,67 @@
+"""Raw decoding on the GPU: triangles per second of every way to decode a blob into plain buffers, all attributes, by GPU timestamps.
+
+Writes bench/results/vulkan_decode.json. For a machine with a GPU: python -m bench.vulkan_decode FILE.glb ...
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from .common import markdown_table, origin, spread, write_result
+
+REPEAT, WARM_UP = 40, 10
+
+
+def measure(device, path: Path, method: str) -> dict:
+    """A row: the largest primitive of a compressed file. Raises MeshletError."""
+    from gltf_ext.extension import require_compressed
+    from gltf_ext.importers import open_model
+    from vk_backend.decode import decode_on_gpu
+
+    primitive = max(require_compressed(open_model(path)), key=lambda p: p.triangle_count)
+    decoded = decode_on_gpu(device, primitive.blob, method, repeat=WARM_UP + REPEAT)
+    if decoded.errors.any():
+        raise SystemExit(f"bench: {path}: {np.count_nonzero(decoded.errors)} meshlets did not decode with {method}")
+    times = spread(decoded.milliseconds[WARM_UP:].tolist())
+    return {
+        "model": path.stem,
+        "method": method,
+        "triangles": primitive.triangle_count,
+        "meshlets": len(decoded.errors),
+        "compressed_bytes": len(primitive.blob),
+        "milliseconds": times,
+        "triangles_per_second": primitive.triangle_count / times["median"] * 1e3,
+    }
+
+
+def table(rows: list[dict]) -> str:
+    cells = [
+        [r["model"], f"{r['triangles']:,}", r["method"], f"{r['milliseconds']['median']:.3f}", f"{r['triangles_per_second'] / 1e9:.2f}"]
+        for r in rows
+    ]
+    return markdown_table(["model", "triangles", "method", "ms", "billion triangles/s"], cells)
+
+
+def main() -> None:
+    from vk_backend.decode import METHODS
+    from vk_backend.device import Device
+
+    parser = argparse.ArgumentParser(prog="python -m bench.vulkan_decode", description=__doc__.splitlines()[0])
+    parser.add_argument("models", nargs="+", type=Path, help="compressed .glb files")
+    parser.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), help="(default: all)")
+    parser.add_argument("--device", help="its number, or a part of its name (default: the first GPU)")
+    parser.add_argument("--no-write", action="store_true", help="print only")
+    options = parser.parse_args()
+    with Device(options.device) as device:
+        rows = [measure(device, path, method) for path in options.models for method in options.methods]
+        result = {**origin("bench.vulkan_decode", ("numpy", "vulkan")), "device": device.name, "driver": device.driver, "rows": rows}
+    print(table(rows))
+    if not options.no_write:
+        print(f"wrote {write_result('vulkan_decode', result)}")
+
+
+if __name__ == "__main__":
+    main()
