@@ -65,6 +65,8 @@ def _commit() -> str | None:
 
 
 def _version(package: str) -> str:
+    if package == "gltf-meshlet":          # also where it runs from its folder
+        return gltf_ext.__version__
     try:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:

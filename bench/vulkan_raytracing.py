@@ -56,9 +56,10 @@ def configurations(options: argparse.Namespace) -> list[dict]:
     for group in options.group:
         for scratch in options.scratch:
             for rounds in options.rounds:
-                chosen = {"scratch": scratch, "rounds": rounds}
-                given = {name: value for name, value in chosen.items() if value is not None}
-                rows += [{"path": "rt", "cache": share, "group": group, **given} for share in options.cache]
+                for strips in options.strips:
+                    chosen = {"scratch": scratch, "rounds": rounds, "strips": strips}
+                    given = {name: value for name, value in chosen.items() if value is not None}
+                    rows += [{"path": "rt", "cache": share, "group": group, **given} for share in options.cache]
         rows.append({"path": "rt-plain", "cache": None, "group": group})
     return [*rows, {"path": "rt-triangles", "cache": None, "group": None}]
 
@@ -71,7 +72,7 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
     scene = load_scene(path)
     rows, tracers = [], []
     for configuration in configurations(options):
-        settings = {name: configuration[name] for name in ("cache", "group", "scratch", "rounds") if configuration.get(name) is not None}
+        settings = {name: configuration[name] for name in ("cache", "group", "scratch", "rounds", "strips") if configuration.get(name) is not None}
         began = time.perf_counter()
         tracers.append(RayTracer(device, scene, configuration["path"], samples=1, **settings))
         rows.append({"model": name, "triangles": scene.triangles, **configuration})
@@ -111,7 +112,7 @@ def print_statistics(device, tracer) -> None:
 
 def label(row: dict) -> str:
     share = "" if row["cache"] is None else f" cache {row['cache']:.0%}"
-    more = "".join(f" {name} {row[name]}" for name in ("group", "scratch", "rounds") if row.get(name) is not None)
+    more = "".join(f" {name} {row[name]}" for name in ("group", "scratch", "rounds", "strips") if row.get(name) is not None)
     return f"{row['path']}{share}{more}"
 
 
@@ -136,7 +137,7 @@ def document(result: dict) -> None:
     """Puts the table into docs/vulkan-raytracing.md."""
     lines = []
     for row in (r for r in result["rows"] if r["bounces"] == BOUNCES[0]):
-        same = [r for r in result["rows"] if all(r.get(k) == row.get(k) for k in ("model", "path", "cache", "group", "scratch", "rounds"))]
+        same = [r for r in result["rows"] if all(r.get(k) == row.get(k) for k in ("model", "path", "cache", "group", "scratch", "rounds", "strips"))]
         bases = {r["bounces"]: r for r in result["rows"] if r["model"] == row["model"] and r["path"] == "rt-triangles"}
         times = [
             f"{r['milliseconds']['median']:.3f} ({r['milliseconds']['low']:.3f} to {r['milliseconds']['high']:.3f}),"
@@ -193,6 +194,7 @@ def main() -> None:
     parser.add_argument("--group", type=int, nargs="+", default=[4], help="triangles behind one box (default 4)")
     parser.add_argument("--scratch", type=float, nargs="+", default=[None], help="slots for what paths wait for, shares of the meshlets")
     parser.add_argument("--rounds", type=int, nargs="+", default=[None], help="how often paths start again")
+    parser.add_argument("--strips", type=int, nargs="+", default=[None], help="parts of the picture that are traced one after the other")
     parser.add_argument("--statistics", action="store_true", help="also what the driver tells about the shaders: registers, stack")
     parser.add_argument("--cache", type=float, nargs="+", default=list(SHARES), help="shares of the meshlets (default %(default)s)")
     parser.add_argument("--output", default="vulkan_raytracing", help="name of the result (default %(default)s); -: only print")

@@ -43,7 +43,7 @@ layout(push_constant) uniform Push {
   uvec2 hits;                              // HIT_WORDS per pixel, or 0
   uint bounces;
   uint samples;                            // rays per pixel
-  uint seed;
+  uint first_row;                          // of the strip of the picture that is traced
   uint shadows;
   uint round;                              // 0: all pixels; later: those whose paths wait
   uint request_limit;                      // length of the list of requests

@@ -159,7 +159,7 @@ def test02_cache_changes_nothing(device, scene):
     paths that wait a few times or as often as they have to, and with everything cached."""
     cameras = [camera_of(scene, 0.3 * i) for i in range(4)]
     films = []
-    for settings in ({"cache": 0.0, "scratch": 0.0}, {"cache": 0.1, "scratch": 0.1, "rounds": 3}, {"cache": 0.1}, {"cache": 1.0}):
+    for settings in ({"cache": 0.0, "scratch": 0.0}, {"cache": 0.1, "scratch": 0.1, "rounds": 3, "strips": 5}, {"cache": 0.1}, {"cache": 1.0}):
         traced = tracer(device, scene, bounces=1, samples=2, **settings)
         films.append(list(traced.frames(cameras, WIDTH, HEIGHT)))
         traced.free()

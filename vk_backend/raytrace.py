@@ -27,7 +27,9 @@ NO_SLOT = 0xFFFFFFFF
 KEYS, BOXES_GROUP = 512, 32                   # workgroups of shaders/rt_cache.comp, boxes.comp
 FILL_GROUPS = 32768                           # of shaders/rt_cache.glsl
 SCRATCH, LEAST_SCRATCH = 1 / 4, 64            # slots for meshlets that paths wait for: a share of the meshlets, or so many
-ROUNDS = 8                                    # after which a path decodes what it still lacks
+# A picture is traced in strips where the slots may not hold all that it shows: (strips, rounds of each).
+FEW_SLOTS = 0.6                               # of the meshlets
+STRIPS = {False: (1, 8), True: (4, 4)}        # whether there are few slots
 SAMPLES = 16                                  # paths per pixel, where they bounce
 HIT_WORDS = 5                                 # of shaders/rt_common.glsl
 PACKED_BITS = 21                              # the most that a cached coordinate has as an integer
@@ -97,7 +99,8 @@ class RayTracer:
     is followed from surface to surface; shadows: whether surfaces shade one another; samples: paths per pixel (None: 1, or with bounces
     16); group: triangles behind one box, 4 to 64, a power of two. Where the cache does not hold everything, paths that need a
     meshlet which is not there wait: it is decoded into one of the scratch slots (scratch: share of the meshlets, besides the cache) and
-    they start again, up to `rounds` times; then they decode for themselves, which takes much longer. counted: keep statistics where
+    they start again, up to `rounds` times; then they decode for themselves, which takes much longer. strips: parts of the picture that are
+    traced one after the other, so that the slots suffice for each. counted: keep statistics where
     the cache does not need them. Raises VulkanError.
     """
 
@@ -114,7 +117,8 @@ class RayTracer:
         samples: int | None = None,
         group: int = 4,
         scratch: float | None = None,
-        rounds: int = ROUNDS,
+        rounds: int | None = None,
+        strips: int | None = None,
         counted: bool = False,
     ):
         if path not in PATHS:
@@ -131,8 +135,10 @@ class RayTracer:
         counts = np.array([p.meshlets for p in scene.primitives], np.int64)
         self._first_meshlet, self.meshlets = np.cumsum(counts) - counts, int(counts.sum())
         self._measure_slots()
-        self._plan_cache(cache, cache_bytes, scratch, rounds, counted)
-        self._seed = 0
+        self._plan_cache(cache, cache_bytes, scratch, counted)
+        few = self.capacity + self.scratch < FEW_SLOTS * self.meshlets
+        self.strips = (strips or STRIPS[few][0]) if self.scratch else 1
+        self.rounds = (STRIPS[few][1] if rounds is None else rounds) if self.scratch else 0
         self._own: dict[str, list[Buffer]] = {"tables": [], "cache": [], "lists": []}
         self._upload()
         self._build()
@@ -228,9 +234,9 @@ class RayTracer:
         self._attribute_words = -(-max(bits) // 32)
         self.slot_bytes = 4 * (MESHLET_TRIANGLES + MESHLET_VERTICES * ((3 if self._floats else 2) + self._attribute_words))
 
-    def _plan_cache(self, cache: float, cache_bytes: int | None, scratch: float | None, rounds: int, counted: bool) -> None:
+    def _plan_cache(self, cache: float, cache_bytes: int | None, scratch: float | None, counted: bool) -> None:
         """Numbers of slots, and whether meshlets count what rays ask of them."""
-        self.capacity = self.scratch = self.rounds = 0
+        self.capacity = self.scratch = 0
         self.all_cached = self.counted = False
         if self.path != "rt":
             return
@@ -239,8 +245,7 @@ class RayTracer:
         self.all_cached = self.capacity == self.meshlets
         wanted = max(int(SCRATCH * self.meshlets), LEAST_SCRATCH) if scratch is None else int(scratch * self.meshlets)
         self.scratch = min(wanted, self.meshlets - self.capacity)
-        self.rounds = rounds if self.scratch else 0
-        self.counted = counted or not self.all_cached and self.capacity + self.rounds > 0
+        self.counted = counted or not self.all_cached and self.capacity + self.scratch > 0
 
     def _keep(self, part: str, data: np.ndarray | int, usage: int = STORAGE) -> Buffer:
         """A buffer that stays, and is counted."""
@@ -476,8 +481,9 @@ class RayTracer:
         self._hits = Buffer(self.device, 4 * HIT_WORDS * width * height)
         self._waiting = Buffer(self.device, -(-width * height // 32) * 4)
         self._pictures = [self._colors, self._hits, self._waiting]
+        self._strip_rows = -(-height // self.strips)
         if self.rounds:
-            self._state.write(np.array([0, height, 1, 0], np.uint32), STATE.fields["rays"][1])
+            self._state.write(np.array([0, self._strip_rows, 1, 0], np.uint32), STATE.fields["rays"][1])
         commands = self._commands = self.device.record()
         self._times.reset(commands)
         vk.vkCmdCopyBuffer(
@@ -492,13 +498,14 @@ class RayTracer:
         if self.rounds:
             vk.vkCmdFillBuffer(commands, self._waiting.handle, 0, self._waiting.size, 0)
         self.device.full_barrier(commands)
-        self._record_rays(commands, self._waiting_rays or self._rays, 0)
-        if self.rounds:
-            self._record_rounds(commands)
+        for row in range(0, height, self._strip_rows):
+            self._record_rays(commands, self._waiting_rays or self._rays, 0, row)
+            if self.rounds:
+                self._record_rounds(commands, row)
         self._times.mark(commands, 1)
         vk.vkEndCommandBuffer(commands)
 
-    def _record_rounds(self, commands) -> None:
+    def _record_rounds(self, commands, row: int) -> None:
         """What paths wait for is decoded, and they start again; in the end they decode for themselves."""
         for number in range(1, self.rounds + 1):
             self.device.full_barrier(commands)
@@ -506,18 +513,19 @@ class RayTracer:
             self._cache_pipelines["cache_admit"].dispatch(commands, 1, data)
             self.device.full_barrier(commands)
             self._record_fill(commands, data)
-            self._record_rays(commands, self._waiting_rays, number)
+            self._record_rays(commands, self._waiting_rays, number, row)
         self.device.full_barrier(commands)
         self._cache_pipelines["cache_admit"].dispatch(commands, 1, self._cache_data(scratch=True, last=True))
         self.device.full_barrier(commands)
-        self._record_rays(commands, self._rays, self.rounds + 1)
+        self._record_rays(commands, self._rays, self.rounds + 1, row)
+        self.device.full_barrier(commands)
 
-    def _record_rays(self, commands, rays: tuple[Any, list], number: int) -> None:
-        """Round 0: all pixels; later rounds: as many as the device has found to wait."""
+    def _record_rays(self, commands, rays: tuple[Any, list], number: int, row: int) -> None:
+        """Of the strip from `row` on. Round 0: all pixels; later rounds: those that wait, if there are any."""
         pipeline, regions = rays
         vk.vkCmdBindPipeline(commands, BIND_POINT, pipeline)
         vk.vkCmdBindDescriptorSets(commands, BIND_POINT, self._layout, 0, 1, [self._textures.set], 0, [])
-        compressed, width, height = self.path == "rt", *self._picture_size
+        compressed, width = self.path == "rt", self._picture_size[0]
         data = struct.pack(
             "<9Q6I3Q",
             self._frame.address,
@@ -531,7 +539,7 @@ class RayTracer:
             self._hits.address,
             self.bounces,
             self.samples,
-            self._seed,
+            row,
             int(self.shadows),
             number,
             self.scratch,
@@ -541,7 +549,7 @@ class RayTracer:
         )
         push(commands, self._layout, np.frombuffer(data, np.uint8))
         if number == 0:
-            self.device.function("vkCmdTraceRaysKHR")(commands, *regions, width, height, 1)
+            self.device.function("vkCmdTraceRaysKHR")(commands, *regions, width, self._strip_rows, 1)
         else:
             place = self._state.address + STATE.fields["rays"][1]
             self.device.function("vkCmdTraceRaysIndirectKHR")(commands, *regions, place)
