@@ -12,6 +12,8 @@ import statistics
 import subprocess
 from pathlib import Path
 
+import gltf_ext
+
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "bench" / "results"
 FIGURES = (":!docs", ":!bench/results", ":!README.md")   # what measurements themselves change

@@ -210,7 +210,7 @@ def main() -> None:
             rows += measure(device, compressed(model, Path(folder)), model.stem, options)
             print_table([r for r in rows if r["model"] == model.stem])
             sys.stdout.flush()
-        result = origin("python -m bench.vulkan_raytracing", ("numpy", "vulkan"))
+        result = origin("bench.vulkan_raytracing", ("numpy", "vulkan"))
         result["device"] = {"name": device.name, "driver": device.driver}
     result.update({"width": options.width, "height": options.height, "frames": options.frames, "rows": rows})
     if options.output != "-":
