@@ -23,8 +23,12 @@ from gltf_ext.errors import MeshletError
 
 WIDTH, HEIGHT = 1280, 720
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
-STEP = 0.5                         # degrees between frames
+STEP = 0.5  # degrees between frames
 WARM_UP, FRAMES = 4, 24
+SLOW, LEAST_FRAMES = (
+    1200,
+    12,
+)  # a configuration that has taken so many milliseconds is measured in no more frames, once it has these
 BOUNCES = (0, 2)
 
 
@@ -72,13 +76,19 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
     scene = load_scene(path)
     rows, tracers = [], []
     for configuration in configurations(options):
-        settings = {name: configuration[name] for name in ("cache", "group", "scratch", "rounds", "strips") if configuration.get(name) is not None}
+        settings = {
+            name: configuration[name]
+            for name in ("cache", "group", "scratch", "rounds", "strips")
+            if configuration.get(name) is not None
+        }
         began = time.perf_counter()
         tracers.append(RayTracer(device, scene, configuration["path"], samples=1, **settings))
         rows.append({"model": name, "triangles": scene.triangles, **configuration})
         if options.statistics:
             print_statistics(device, tracers[-1])
-        print(f"{name}: {label(configuration)} set up in {time.perf_counter() - began:.1f} s", file=sys.stderr, flush=True)
+        print(
+            f"{name}: {label(configuration)} set up in {time.perf_counter() - began:.1f} s", file=sys.stderr, flush=True
+        )
     result = []
     cameras = [turntable(scene, options.width, options.height, STEP * i) for i in range(WARM_UP + options.frames)]
     for bounces in BOUNCES:
@@ -87,12 +97,15 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
             tracer.set_light(bounces=bounces, shadows=bounces > 0)
         for number, camera in enumerate(cameras):
             for tracer, own in zip(tracers, times):
+                if len(own) >= LEAST_FRAMES and sum(own) > SLOW:
+                    continue
                 milliseconds = tracer.time(camera, options.width, options.height)
                 if number >= WARM_UP:
                     own.append(milliseconds)
         for row, tracer, own in zip(rows, tracers, times):
             low, median, high = np.percentile(own, (10, 50, 90))
             entry = {**row, "bounces": bounces, "milliseconds": {"median": median, "low": low, "high": high}}
+            entry["frames"] = len(own)
             entry["resident_bytes"] = tracer.resident_bytes()
             if tracer.counted:
                 entry["statistics"] = tracer.statistics()
@@ -107,12 +120,16 @@ def print_statistics(device, tracer) -> None:
 
     for pipeline in tracer.pipelines:
         for executable, found in pipeline_statistics(device, pipeline).items():
-            print(f"  {executable}: " + ", ".join(f"{name} {value:g}" for name, value in found.items()), file=sys.stderr)
+            print(
+                f"  {executable}: " + ", ".join(f"{name} {value:g}" for name, value in found.items()), file=sys.stderr
+            )
 
 
 def label(row: dict) -> str:
     share = "" if row["cache"] is None else f" cache {row['cache']:.0%}"
-    more = "".join(f" {name} {row[name]}" for name in ("group", "scratch", "rounds", "strips") if row.get(name) is not None)
+    more = "".join(
+        f" {name} {row[name]}" for name in ("group", "scratch", "rounds", "strips") if row.get(name) is not None
+    )
     return f"{row['path']}{share}{more}"
 
 
@@ -120,7 +137,7 @@ def print_table(rows: list[dict]) -> None:
     for model in dict.fromkeys(r["model"] for r in rows):
         for bounces in BOUNCES:
             mine = [r for r in rows if r["model"] == model and r["bounces"] == bounces]
-            base = mine[-1]                                    # rt-triangles
+            base = mine[-1]  # rt-triangles
             for row in mine:
                 times, size = row["milliseconds"], sum(row["resident_bytes"].values())
                 ratio = times["median"] / base["milliseconds"]["median"]
@@ -137,7 +154,11 @@ def document(result: dict) -> None:
     """Puts the table into docs/vulkan-raytracing.md."""
     lines = []
     for row in (r for r in result["rows"] if r["bounces"] == BOUNCES[0]):
-        same = [r for r in result["rows"] if all(r.get(k) == row.get(k) for k in ("model", "path", "cache", "group", "scratch", "rounds", "strips"))]
+        same = [
+            r
+            for r in result["rows"]
+            if all(r.get(k) == row.get(k) for k in ("model", "path", "cache", "group", "scratch", "rounds", "strips"))
+        ]
         bases = {r["bounces"]: r for r in result["rows"] if r["model"] == row["model"] and r["path"] == "rt-triangles"}
         times = [
             f"{r['milliseconds']['median']:.3f} ({r['milliseconds']['low']:.3f} to {r['milliseconds']['high']:.3f}),"
@@ -149,7 +170,10 @@ def document(result: dict) -> None:
     headings = ["", *(f"{'first hits' if b == 0 else f'{b} bounces'}, ms" for b in BOUNCES), "memory"]
     device = f"{result['device']['name']}, driver {result['device']['driver']}"
     size = f"{result['width']} x {result['height']} pixels, {result['frames']} frames: median (10 % to 90 %), ratio to rt-triangles"
-    text = markdown_table(headings, lines) + f"\n{size}. Measured by `{result['script']}` on {result['date'][:10]}, {device}.\n"
+    text = (
+        markdown_table(headings, lines)
+        + f"\n{size}. Measured by `{result['script']}` on {result['date'][:10]}, {device}.\n"
+    )
     replace_block(ROOT / "docs" / "vulkan-raytracing.md", "measurements", text)
 
 
@@ -168,7 +192,9 @@ def plot(rows: list[dict], path: Path) -> bool:
             mine = [r for r in rows if r["model"] == model and r["bounces"] == bounces]
             cached = [r for r in mine if r["path"] == "rt"]
             median = [r["milliseconds"]["median"] for r in cached]
-            spread = [[abs(r["milliseconds"][k] - r["milliseconds"]["median"]) for r in cached] for k in ("low", "high")]
+            spread = [
+                [abs(r["milliseconds"][k] - r["milliseconds"]["median"]) for r in cached] for k in ("low", "high")
+            ]
             share = [100 * r["cache"] for r in cached]
             axis.errorbar(share, median, yerr=spread, color=f"C{color}", marker="o", markersize=3, label=model)
             for line, style in (("rt-plain", ":"), ("rt-triangles", "--")):
@@ -190,14 +216,26 @@ def main() -> None:
     parser.add_argument("--device", help="number or part of the name")
     parser.add_argument("--width", type=int, default=WIDTH)
     parser.add_argument("--height", type=int, default=HEIGHT)
-    parser.add_argument("--frames", type=int, default=FRAMES, help="measured frames of each configuration (default %(default)s)")
+    parser.add_argument(
+        "--frames", type=int, default=FRAMES, help="measured frames of each configuration (default %(default)s)"
+    )
     parser.add_argument("--group", type=int, nargs="+", default=[4], help="triangles behind one box (default 4)")
-    parser.add_argument("--scratch", type=float, nargs="+", default=[None], help="slots for what paths wait for, shares of the meshlets")
+    parser.add_argument(
+        "--scratch", type=float, nargs="+", default=[None], help="slots for what paths wait for, shares of the meshlets"
+    )
     parser.add_argument("--rounds", type=int, nargs="+", default=[None], help="how often paths start again")
-    parser.add_argument("--strips", type=int, nargs="+", default=[None], help="parts of the picture that are traced one after the other")
-    parser.add_argument("--statistics", action="store_true", help="also what the driver tells about the shaders: registers, stack")
-    parser.add_argument("--cache", type=float, nargs="+", default=list(SHARES), help="shares of the meshlets (default %(default)s)")
-    parser.add_argument("--output", default="vulkan_raytracing", help="name of the result (default %(default)s); -: only print")
+    parser.add_argument(
+        "--strips", type=int, nargs="+", default=[None], help="parts of the picture that are traced one after the other"
+    )
+    parser.add_argument(
+        "--statistics", action="store_true", help="also what the driver tells about the shaders: registers, stack"
+    )
+    parser.add_argument(
+        "--cache", type=float, nargs="+", default=list(SHARES), help="shares of the meshlets (default %(default)s)"
+    )
+    parser.add_argument(
+        "--output", default="vulkan_raytracing", help="name of the result (default %(default)s); -: only print"
+    )
     options = parser.parse_args()
     from vk_backend.device import Device
     from vk_backend.statistics import capture_statistics

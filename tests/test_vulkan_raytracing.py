@@ -137,7 +137,7 @@ def assert_same_hits(picture, expected, scene) -> None:
     """The same triangle at the same place, but for rays that all but touch an edge."""
     size = float(np.linalg.norm(scene.high - scene.low))
     same = (picture.ids == expected["ids"]).all(axis=-1)
-    assert np.count_nonzero(~same) <= 3                      # rays that go within rounding of an edge
+    assert np.count_nonzero(~same) <= 3  # rays that go within rounding of an edge
     seen = same & (picture.ids[..., 0] != NO_HIT)
     assert seen.mean() > 0.1
     assert np.abs(picture.t[seen] - expected["t"][seen]).max() < 1e-5 * size
@@ -145,11 +145,19 @@ def assert_same_hits(picture, expected, scene) -> None:
 
 
 @pytest.mark.parametrize(
-    "path, cache, scratch", [("rt", 0.0, 0.0), ("rt", 0.0, 0.2), ("rt", 0.25, 0.2), ("rt", 1.0, 0.0), ("rt-plain", 0.0, 0.0), ("rt-triangles", 0.0, 0.0)]
+    "path, cache, scratch",
+    [
+        ("rt", 0.0, 0.0),
+        ("rt", 0.0, 0.2),
+        ("rt", 0.25, 0.2),
+        ("rt", 1.0, 0.0),
+        ("rt-plain", 0.0, 0.0),
+        ("rt-triangles", 0.0, 0.0),
+    ],
 )
 def test01_hits(path, cache, scratch, device, scene, expected):
     traced = tracer(device, scene, path, cache=cache, scratch=scratch)
-    for _ in range(2):                                       # an empty cache, and one that follows the first frame
+    for _ in range(2):  # an empty cache, and one that follows the first frame
         assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
     traced.free()
 
@@ -159,7 +167,12 @@ def test02_cache_changes_nothing(device, scene):
     paths that wait a few times or as often as they have to, and with everything cached."""
     cameras = [camera_of(scene, 0.3 * i) for i in range(4)]
     films = []
-    for settings in ({"cache": 0.0, "scratch": 0.0}, {"cache": 0.1, "scratch": 0.1, "rounds": 3, "strips": 5}, {"cache": 0.1}, {"cache": 1.0}):
+    for settings in (
+        {"cache": 0.0, "scratch": 0.0},
+        {"cache": 0.1, "scratch": 0.1, "rounds": 3, "strips": 5},
+        {"cache": 0.1},
+        {"cache": 1.0},
+    ):
         traced = tracer(device, scene, bounces=1, samples=2, **settings)
         films.append(list(traced.frames(cameras, WIDTH, HEIGHT)))
         traced.free()
@@ -233,7 +246,7 @@ def test06_transparent(mode, device, tmp_path):
         traced.free()
     instances = [p.ids[..., 0] for p in pictures]
     if mode == "MASK":
-        assert set(np.unique(instances[0])) == {3, NO_HIT}       # 0.4 is below the cutoff of one half
+        assert set(np.unique(instances[0])) == {3, NO_HIT}  # 0.4 is below the cutoff of one half
         assert np.mean(instances[0] != instances[1]) < 1e-3
     else:
         shares = [np.mean(i < 3) for i in instances]
@@ -297,7 +310,11 @@ def mitsuba_hits(scene, camera) -> dict[str, np.ndarray]:
     names = {shape.id(): number for number, shape in enumerate(meshes.values())}
     ids = [scene.primitives[i.primitive].decoded().ids() for i in scene.instances]
     origin, directions = rays_of(camera)
-    found = {"t": np.full((HEIGHT, WIDTH), np.inf), "ids": np.full((HEIGHT, WIDTH, 2), NO_HIT, np.uint32), "b": np.zeros((HEIGHT, WIDTH, 2))}
+    found = {
+        "t": np.full((HEIGHT, WIDTH), np.inf),
+        "ids": np.full((HEIGHT, WIDTH, 2), NO_HIT, np.uint32),
+        "b": np.zeros((HEIGHT, WIDTH, 2)),
+    }
     for y, x in np.ndindex(HEIGHT, WIDTH):
         hit = traced.ray_intersect_preliminary(mi.Ray3f(mi.Point3f(*origin), mi.Vector3f(*directions[y, x])), True)
         if hit.is_valid():

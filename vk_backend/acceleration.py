@@ -21,7 +21,12 @@ BOTTOM, TOP = vk.VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, vk.VK_ACCELERA
 # VkAccelerationStructureInstanceKHR. index_mask: custom index, and the visibility mask in the upper 8 bits;
 # offset_flags: shader binding table offset, and the flags in the upper 8 bits.
 INSTANCE = np.dtype(
-    [("transform", np.float32, (3, 4)), ("index_mask", np.uint32), ("offset_flags", np.uint32), ("structure", np.uint64)]
+    [
+        ("transform", np.float32, (3, 4)),
+        ("index_mask", np.uint32),
+        ("offset_flags", np.uint32),
+        ("structure", np.uint64),
+    ]
 )
 
 
@@ -143,7 +148,9 @@ class Structures:
             info.scratchData.deviceAddress = at
             at += size
         described = vk.ffi.new("VkAccelerationStructureBuildGeometryInfoKHR[]", [info[0] for info, _ in infos])
-        ranges = vk.ffi.new("VkAccelerationStructureBuildRangeInfoKHR[]", [(g.count, 0, 0, 0) for g in geometries[begin:end]])
+        ranges = vk.ffi.new(
+            "VkAccelerationStructureBuildRangeInfoKHR[]", [(g.count, 0, 0, 0) for g in geometries[begin:end]]
+        )
         pointers = vk.ffi.new("VkAccelerationStructureBuildRangeInfoKHR *[]", [ranges + i for i in range(count)])
         kind = vk.VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR
         pool = vk.vkCreateQueryPool(device.handle, vk.VkQueryPoolCreateInfo(queryType=kind, queryCount=count), None)
@@ -152,7 +159,9 @@ class Structures:
             device.full_barrier(commands)
             device.function("vkCmdBuildAccelerationStructuresKHR")(commands, count, described, pointers)
             device.full_barrier(commands)
-            device.function("vkCmdWriteAccelerationStructuresPropertiesKHR")(commands, count, loose.handles, kind, pool, 0)
+            device.function("vkCmdWriteAccelerationStructuresPropertiesKHR")(
+                commands, count, loose.handles, kind, pool, 0
+            )
         compacted = np.zeros(count, np.uint64)
         flags = vk.VK_QUERY_RESULT_64_BIT | vk.VK_QUERY_RESULT_WAIT_BIT
         vk.vkGetQueryPoolResults(
@@ -186,7 +195,9 @@ class Packed:
         self.handles = [
             create(
                 device.handle,
-                vk.VkAccelerationStructureCreateInfoKHR(buffer=self.buffer.handle, offset=int(offset), size=int(size), type=level),
+                vk.VkAccelerationStructureCreateInfoKHR(
+                    buffer=self.buffer.handle, offset=int(offset), size=int(size), type=level
+                ),
                 None,
             )
             for offset, size in zip(offsets, sizes)
@@ -197,7 +208,9 @@ class Packed:
         # The bindings' own wrapper drops what this function returns.
         name = "vkGetAccelerationStructureDeviceAddressKHR"
         ask = vk.ffi.cast(f"PFN_{name}", LIBRARY.vkGetDeviceProcAddr(self.device.handle, name.encode()))
-        infos = [vk.VkAccelerationStructureDeviceAddressInfoKHR(accelerationStructure=handle) for handle in self.handles]
+        infos = [
+            vk.VkAccelerationStructureDeviceAddressInfoKHR(accelerationStructure=handle) for handle in self.handles
+        ]
         return [int(ask(self.device.handle, vk.ffi.addressof(info))) for info in infos]
 
     def free(self) -> None:

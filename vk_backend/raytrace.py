@@ -24,21 +24,21 @@ from .textures import TextureArray, array_size, texture_set_layout
 PATHS = ("rt", "rt-plain", "rt-triangles")
 MESHLET_TRIANGLES, MESHLET_VERTICES = CONSTANTS["MESHLET_TRIANGLES"], CONSTANTS["MESHLET_VERTICES"]
 NO_SLOT = 0xFFFFFFFF
-KEYS, BOXES_GROUP = 512, 32                   # workgroups of shaders/rt_cache.comp, boxes.comp
-FILL_GROUPS = 32768                           # of shaders/rt_cache.glsl
-SCRATCH, LEAST_SCRATCH = 1 / 4, 64            # slots for meshlets that paths wait for: a share of the meshlets, or so many
+KEYS, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
+FILL_GROUPS = 32768  # of shaders/rt_cache.glsl
+SCRATCH, LEAST_SCRATCH = 1 / 4, 64  # slots for meshlets that paths wait for: a share of the meshlets, or so many
 # A picture is traced in strips where the slots may not hold all that it shows: (strips, rounds of each).
-FEW_SLOTS = 0.6                               # of the meshlets
-STRIPS = {False: (1, 8), True: (4, 4)}        # whether there are few slots
-SAMPLES = 16                                  # paths per pixel, where they bounce
-HIT_WORDS = 5                                 # of shaders/rt_common.glsl
-PACKED_BITS = 21                              # the most that a cached coordinate has as an integer
-ATTRIBUTE_BITS = 10                           # of a place in Traced.bits
-INSTANCE_MASKED = 1 << 23                     # of shaders/rt_hit.glsl
+FEW_SLOTS = 0.6  # of the meshlets
+STRIPS = {False: (1, 8), True: (4, 4)}  # whether there are few slots
+SAMPLES = 16  # paths per pixel, where they bounce
+HIT_WORDS = 5  # of shaders/rt_common.glsl
+PACKED_BITS = 21  # the most that a cached coordinate has as an integer
+ATTRIBUTE_BITS = 10  # of a place in Traced.bits
+INSTANCE_MASKED = 1 << 23  # of shaders/rt_hit.glsl
 # From the Vulkan registry, since the package vulkan has wrong values: VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
 # VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR and VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR.
 PIPELINE_INFO, GROUP_INFO, BIND_POINT = 1000150015, 1000150016, 1000165000
-OPAQUE, TRANSPARENT = 4, 8                    # VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR, FORCE_NO_OPAQUE
+OPAQUE, TRANSPARENT = 4, 8  # VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR, FORCE_NO_OPAQUE
 
 # Structures of shaders/rt_common.glsl and rt_cache.glsl.
 TRACED = np.dtype(
@@ -232,7 +232,9 @@ class RayTracer:
         self._floats = any(p.position_bits > PACKED_BITS or p.attributes["POSITION"].rounded for p in primitives)
         bits = [sum(s.bits * s.components for s in p.streams[1 : p.stream_end]) for p in primitives]
         self._attribute_words = -(-max(bits) // 32)
-        self.slot_bytes = 4 * (MESHLET_TRIANGLES + MESHLET_VERTICES * ((3 if self._floats else 2) + self._attribute_words))
+        self.slot_bytes = 4 * (
+            MESHLET_TRIANGLES + MESHLET_VERTICES * ((3 if self._floats else 2) + self._attribute_words)
+        )
 
     def _plan_cache(self, cache: float, cache_bytes: int | None, scratch: float | None, counted: bool) -> None:
         """Numbers of slots, and whether meshlets count what rays ask of them."""
@@ -256,7 +258,9 @@ class RayTracer:
 
     def _upload(self) -> None:
         rows = np.zeros(len(self.scene.primitives), TRACED)
-        for row, primitive, record, first in zip(rows, self.scene.primitives, self.buffers.primitives, self._first_meshlet):
+        for row, primitive, record, first in zip(
+            rows, self.scene.primitives, self.buffers.primitives, self._first_meshlet
+        ):
             row["blob"], row["blob_words"], row["first_meshlet"] = record["blob"], record["blob_words"], first
             row["indices"], row["vertices"] = record["index_data"], record["vertex_data"]
             row["meshlets"], row["bits"] = primitive.meshlets, _attribute_places(primitive)
@@ -266,7 +270,9 @@ class RayTracer:
         self._first_triangles = 0
         if self.path == "rt-plain":
             counts = np.concatenate([p.decoded().meshlet_triangles for p in self.scene.primitives])
-            self._first_triangles = self._keep("tables", np.concatenate([[0], np.cumsum(counts)]).astype(np.uint32)).address
+            self._first_triangles = self._keep(
+                "tables", np.concatenate([[0], np.cumsum(counts)]).astype(np.uint32)
+            ).address
         if self.path == "rt":
             self._slot_table = self._keep("lists", np.full(self.meshlets, NO_SLOT, np.uint32))
             self._counters = self._keep("lists", np.zeros(self.meshlets if self.counted else 1, np.uint32))
@@ -297,11 +303,16 @@ class RayTracer:
         for row, instance in zip(rows, self.scene.instances):
             primitive = self.scene.primitives[instance.primitive]
             matrix = instance.matrix if self._in_object_space else instance.matrix @ _grid_to_object(primitive)
-            masked = self.scene.materials[instance.material].flags & (CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"])
+            masked = self.scene.materials[instance.material].flags & (
+                CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"]
+            )
             with np.errstate(over="ignore"):
                 row["transform"] = matrix[:3].astype(np.float32)
             # What a flattened node shows cannot be traced in its own coordinates.
-            seen = np.isfinite(row["transform"]).all() and np.linalg.matrix_rank(row["transform"][:, :3].astype(np.float64)) == 3
+            seen = (
+                np.isfinite(row["transform"]).all()
+                and np.linalg.matrix_rank(row["transform"][:, :3].astype(np.float64)) == 3
+            )
             if not seen:
                 row["transform"] = np.eye(4, dtype=np.float32)[:3]
             row["index_mask"] = instance.primitive | (INSTANCE_MASKED if masked else 0) | (0xFF000000 if seen else 0)
@@ -342,7 +353,14 @@ class RayTracer:
             for number, (primitive, first) in enumerate(zip(self.scene.primitives, self._first_meshlet)):
                 address = boxes.address + int(first) * groups * BOX_BYTES
                 data = struct.pack(
-                    "<4Q3I", self._frame.address, self._traced.address, self._first_triangles, address, number, 0, primitive.meshlets
+                    "<4Q3I",
+                    self._frame.address,
+                    self._traced.address,
+                    self._first_triangles,
+                    address,
+                    number,
+                    0,
+                    primitive.meshlets,
                 )
                 pipeline.dispatch(commands, -(-primitive.meshlets // BOXES_GROUP), np.frombuffer(data, np.uint8))
                 geometries.append(Boxes(address, primitive.meshlets * groups))
@@ -356,7 +374,12 @@ class RayTracer:
         stages = [
             stage(device, "rt_camera.rgen", vk.VK_SHADER_STAGE_RAYGEN_BIT_KHR, self._constants(lanes, deferred)),
             stage(device, "rt_miss.rmiss", vk.VK_SHADER_STAGE_MISS_BIT_KHR),
-            stage(device, f"rt_surface{suffix}.rchit", vk.VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, self._constants(lanes, deferred)),
+            stage(
+                device,
+                f"rt_surface{suffix}.rchit",
+                vk.VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR,
+                self._constants(lanes, deferred),
+            ),
         ]
         unused = vk.VK_SHADER_UNUSED_KHR
         hit = {"closestHitShader": 2, "anyHitShader": unused, "intersectionShader": unused}
@@ -366,7 +389,14 @@ class RayTracer:
             stages.append(stage(device, name, vk.VK_SHADER_STAGE_INTERSECTION_BIT_KHR, self._constants(3, deferred)))
         if self.any_masked:
             hit["anyHitShader"] = len(stages)
-            stages.append(stage(device, f"rt_alpha{suffix}.rahit", vk.VK_SHADER_STAGE_ANY_HIT_BIT_KHR, self._constants(lanes, deferred)))
+            stages.append(
+                stage(
+                    device,
+                    f"rt_alpha{suffix}.rahit",
+                    vk.VK_SHADER_STAGE_ANY_HIT_BIT_KHR,
+                    self._constants(lanes, deferred),
+                )
+            )
         none = {"closestHitShader": unused, "anyHitShader": unused, "intersectionShader": unused}
         general = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR
         procedural = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_PROCEDURAL_HIT_GROUP_KHR
@@ -375,7 +405,10 @@ class RayTracer:
             vk.VkRayTracingShaderGroupCreateInfoKHR(sType=GROUP_INFO, type=general, generalShader=0, **none),
             vk.VkRayTracingShaderGroupCreateInfoKHR(sType=GROUP_INFO, type=general, generalShader=1, **none),
             vk.VkRayTracingShaderGroupCreateInfoKHR(
-                sType=GROUP_INFO, type=triangles if self.path == "rt-triangles" else procedural, generalShader=unused, **hit
+                sType=GROUP_INFO,
+                type=triangles if self.path == "rt-triangles" else procedural,
+                generalShader=unused,
+                **hit,
             ),
         ]
         info = vk.VkRayTracingPipelineCreateInfoKHR(
@@ -408,7 +441,8 @@ class RayTracer:
         data = b"".join(raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(groups))
         table.write(data, begin - table.address)
         regions = [
-            vk.VkStridedDeviceAddressRegionKHR(deviceAddress=begin + step * i, stride=step, size=step) for i in range(groups)
+            vk.VkStridedDeviceAddressRegionKHR(deviceAddress=begin + step * i, stride=step, size=step)
+            for i in range(groups)
         ]
         return [*regions, vk.VkStridedDeviceAddressRegionKHR()]
 
@@ -581,6 +615,8 @@ def _attribute_places(primitive: Primitive) -> int:
             index = primitive.attributes[name].index
             place = sum(s.bits * s.components for s in primitive.streams[1:index])
             if place >= 1 << ATTRIBUTE_BITS:
-                raise VulkanError(f"{primitive.where} has too many attributes to trace", "leave some out, or use another path")
+                raise VulkanError(
+                    f"{primitive.where} has too many attributes to trace", "leave some out, or use another path"
+                )
             places |= place << (ATTRIBUTE_BITS * i)
     return places

@@ -50,8 +50,8 @@ class Renderer:
 
     @property
     def default_path(self) -> str:
-        """mesh where the device has mesh shaders, else vertex."""
-        return "mesh" if "mesh" in self.device.capabilities else "vertex"
+        """mesh-only where the device has mesh shaders (bench/vulkan_raster.py: faster than mesh on all models), else vertex."""
+        return "mesh-only" if "mesh" in self.device.capabilities else "vertex"
 
     @property
     def resident_bytes(self) -> int:
