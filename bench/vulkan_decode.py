@@ -19,10 +19,12 @@ def measure(device, path: Path, method: str) -> dict:
     """A row: the largest primitive of a compressed file. Raises MeshletError."""
     from gltf_ext.extension import require_compressed
     from gltf_ext.importers import open_model
-    from vk_backend.decode import decode_on_gpu
+    from vk_backend.decode import GpuDecoder, stream_components
 
     primitive = max(require_compressed(open_model(path)), key=lambda p: p.triangle_count)
-    decoded = decode_on_gpu(device, primitive.blob, method, repeat=WARM_UP + REPEAT)
+    components = stream_components(primitive.blob)
+    decoder = GpuDecoder(device, method, len(components), sum(components))
+    decoded = decoder.decode(primitive.blob, repeat=WARM_UP + REPEAT)
     if decoded.errors.any():
         raise SystemExit(f"bench: {path}: {np.count_nonzero(decoded.errors)} meshlets did not decode with {method}")
     times = spread(decoded.milliseconds[WARM_UP:].tolist())

@@ -15,17 +15,13 @@ shared uint apexes[64 * 32];
 #include "meshlet_decoder_prologue.glsl"
 #include "meshlet_decoder.glsl"
 #include "meshlet_decoder_epilogue.glsl"
+#include "meshlet_connect.glsl"
 
 void main() {
   uint m = gl_GlobalInvocationID.x;
   if (m >= push.meshlets) return;
   open_blob(push.blob, push.blob_words);
-  load_tables();
-  error = ERROR_NONE;
-  Header h = read_header(m);
-  read_symbols(h.begin, h.triangles);
-  if (error == ERROR_NONE) decode_apexes();
-  if (error == ERROR_NONE) decode_triangles();
+  connect(m);
   Connectivity connectivity = Connectivity(push.connectivity);
   connectivity.of[m].boundary = boundary;
   connectivity.of[m].starts = component_starts;

@@ -6,16 +6,17 @@ import struct
 from dataclasses import dataclass
 
 import numpy as np
-import vulkan as vk
 
 from gltf_ext import _codec
 
+from .constants import CONSTANTS
 from .device import Device
 from .memory import Buffer
 from .pipelines import ComputePipeline, Timestamps
 
 GROUP = 32  # invocations of a workgroup
-# Method -> (shader, meshlets of a workgroup) in the order in which they run; None: 64 invocations over meshlets and streams.
+INTERIOR_GROUP = 64  # of interior.comp, which has an invocation per meshlet and stream
+# Method -> (shader, meshlets of a workgroup) in the order in which they run; None: see INTERIOR_GROUP.
 METHODS = {
     "single": (("decode.comp", GROUP),),
     "team8": (("connect.comp", GROUP), ("values8.comp", GROUP // 8)),
@@ -48,62 +49,57 @@ class Decoded:
     milliseconds: np.ndarray
 
 
-def stream_lanes(blob: bytes) -> list[int]:
+def stream_components(blob: bytes) -> list[int]:
     """Components of each stream of a blob whose header has been checked."""
-    streams = blob[5]
-    return [blob[32 + 28 * s + 1] for s in range(streams)]
+    first = CONSTANTS["BLOB_HEADER_BYTES"] + 1
+    return [blob[first + CONSTANTS["BLOB_STREAM_BYTES"] * s] for s in range(blob[5])]
 
 
-def decode_on_gpu(device: Device, blob: bytes, method: str = "team8", repeat: int = 1) -> Decoded:
-    """Decodes all streams of all meshlets. method: a key of METHODS.
+class GpuDecoder:
+    """Decodes blobs into plain buffers. method: a key of METHODS; streams, lanes: the most streams, and the most components of all
+    streams, that a blob may have. Raises VulkanError."""
 
-    Raises ValueError for a blob whose header or tables are malformed; malformed meshlets are reported in `errors`.
-    """
-    meshlets = _codec.Decoder(blob).meshlet_count
-    lanes = stream_lanes(blob)
-    total = sum(lanes)
-    source = Buffer(device, len(blob)).write(blob)
-    summaries = Buffer(device, 4 * meshlets)
-    connectivity = Buffer(device, 16 * meshlets)
-    triangles = Buffer(device, 4 * 64 * meshlets)
-    integers = Buffer(device, 4 * 64 * total * meshlets)
-    lengths = Buffer(device, 4 * 64 * meshlets)
-    pipelines = [(ComputePipeline(device, name, {0: len(lanes), 1: total}), per) for name, per in METHODS[method]]
-    data = np.frombuffer(
-        struct.pack(
-            "<6Q4I",
-            source.address,
-            summaries.address,
-            connectivity.address,
-            triangles.address,
-            integers.address,
-            lengths.address,
-            len(blob) // 4,
-            meshlets,
-            len(lanes),
-            total,
-        ),
-        np.uint8,
-    )
-    times = Timestamps(device, repeat + 1)
-    with device.commands() as commands:
-        times.reset(commands)
-        times.mark(commands, 0)
-        for i in range(repeat):
-            for pipeline, per in pipelines:
-                groups = -(-meshlets // per) if per else -(-meshlets * len(lanes) // 64)
-                pipeline.dispatch(commands, groups, data)
-                device.full_barrier(commands)
-            times.mark(commands, i + 1)
-    summary = summaries.read()
-    result = Decoded(
-        triangle_counts=summary & 255,
-        vertex_counts=summary >> 8 & 255,
-        errors=summary >> 16,
-        triangles=triangles.read().reshape(meshlets, 64),
-        integers=integers.read().reshape(meshlets, total, 64),
-        milliseconds=times.milliseconds(),
-    )
-    for buffer in (source, summaries, connectivity, triangles, integers, lengths):
-        buffer.free()
-    return result
+    def __init__(self, device: Device, method: str = "passes", streams: int = 8, lanes: int = 20):
+        self.device, self.streams, self.lanes = device, streams, lanes
+        # Specialisation constants of meshlet_decoder_prologue.glsl.
+        self._passes = [(ComputePipeline(device, name, {0: streams, 1: lanes}), per) for name, per in METHODS[method]]
+
+    def decode(self, blob: bytes, repeat: int = 1) -> Decoded:
+        """All streams of all meshlets, `repeat` times for the sake of the times.
+
+        Raises ValueError for a blob whose header or tables are malformed, or with more streams or components than there is room for;
+        malformed meshlets are reported in `errors`.
+        """
+        meshlets = _codec.Decoder(blob).meshlet_count
+        components = stream_components(blob)
+        lanes = sum(components)
+        if len(components) > self.streams or lanes > self.lanes:
+            raise ValueError(f"{len(components)} streams of {lanes} components; there is room for {self.streams} and {self.lanes}")
+        source = Buffer(self.device, len(blob)).write(blob)
+        # In the order of shaders/decode_push.glsl: summaries, connectivity, triangles, integers, lengths.
+        words = (1, 4, 64, 64 * lanes, 64)
+        buffers = [Buffer(self.device, 4 * meshlets * count) for count in words]
+        addresses = [buffer.address for buffer in (source, *buffers)]
+        data = np.frombuffer(struct.pack("<6Q4I", *addresses, len(blob) // 4, meshlets, len(components), lanes), np.uint8)
+        times = Timestamps(self.device, repeat + 1)
+        with self.device.commands() as commands:
+            times.reset(commands)
+            times.mark(commands, 0)
+            for i in range(repeat):
+                for pipeline, per in self._passes:
+                    groups = -(-meshlets // per) if per else -(-meshlets * len(components) // INTERIOR_GROUP)
+                    pipeline.dispatch(commands, groups, data)
+                    self.device.full_barrier(commands)
+                times.mark(commands, i + 1)
+        summary = buffers[0].read()
+        result = Decoded(
+            triangle_counts=summary & 255,
+            vertex_counts=summary >> 8 & 255,
+            errors=summary >> 16,
+            triangles=buffers[2].read().reshape(meshlets, 64),
+            integers=buffers[3].read().reshape(meshlets, lanes, 64),
+            milliseconds=times.milliseconds(),
+        )
+        for buffer in (source, *buffers):
+            buffer.free()
+        return result
