@@ -209,6 +209,7 @@ def test04_memory(device, scene):
         parts = traced.resident_bytes()
         assert parts["model"] >= scene.compressed_bytes and parts["acceleration"] > 0
         sizes.append(parts["cache"])
+        assert traced.statistics()["resident"] == traced.capacity == cache * traced.meshlets
         traced.free()
     assert sizes[1] >= traced.meshlets * traced.slot_bytes > sizes[0]
 

@@ -179,10 +179,10 @@ class RayTracer:
 
     def statistics(self) -> dict[str, int]:
         """Of the last frame: requests (boxes whose triangles a ray asked for), hits and misses of the cache among them; resident and
-        capacity in meshlets. Requests are counted while the cache holds some meshlets and not all, or where `counted` was asked for."""
+        capacity in meshlets, without the scratch slots. Where everything is cached nothing is counted unless `counted` was given."""
         if self.path != "rt":
             return {"requests": 0, "hits": 0, "misses": 0, "resident": 0, "capacity": 0, "meshlets": self.meshlets}
-        counts = self._counters.read()[: self.meshlets].astype(np.int64)
+        counts = self._counters.read().astype(np.int64) if self.counted else np.zeros(self.meshlets, np.int64)
         there = self._slot_table.read()[: self.meshlets] < self.capacity
         return {
             "requests": int(counts.sum()),

@@ -62,8 +62,7 @@ std::vector<Range> ranges_of(const std::vector<Bytes>& blobs) {
   std::vector<Range> ranges;
   for (const Bytes& blob : blobs) {
     const uint32_t count = meshlet::Decoder(blob.data(), blob.size()).header().meshlet_count;
-    for (uint32_t m = 0; m < count; m += kRange)
-      ranges.push_back({meshlet::Decoder(blob.data(), blob.size()), m, std::min(m + kRange, count)});
+    for (uint32_t m = 0; m < count; m += kRange) ranges.push_back({meshlet::Decoder(blob.data(), blob.size()), m, std::min(m + kRange, count)});
   }
   return ranges;
 }

@@ -26,9 +26,8 @@ namespace {
 constexpr int kRepetitions = 7;
 
 enum Stage { kConnect, kLookUp, kShared, kOwn, kNumber, kTriangles, kValues, kStages };
-constexpr const char* kNames[kStages] = {"open and connect",        "look up shared vertices", "decode shared chains",
-                                         "decode own vertices", "number vertices",     "write triangles",
-                                         "write attributes"};
+constexpr const char* kNames[kStages] = {"open and connect", "look up shared vertices", "decode shared chains", "decode own vertices",
+                                         "number vertices",  "write triangles",         "write attributes"};
 
 uint64_t ticks() {
 #ifdef __x86_64__
@@ -156,7 +155,7 @@ int main(int argc, char** argv) {
   const double cost = double(clock_cost() * readings);
   std::array<std::vector<double>, kStages> shares;
   std::vector<double> clock_share;
-  for (int i = 0; i <= kRepetitions; ++i) {          // the first one only warms up
+  for (int i = 0; i <= kRepetitions; ++i) {  // the first one only warms up
     Clock clock;
     for (Blob& blob : blobs) {
       if (decode_timed(blob, clock)) continue;

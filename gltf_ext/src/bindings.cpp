@@ -260,26 +260,29 @@ NB_MODULE(_codec, m) {
   });
   m.def("weld", &weld, "rows"_a,
         "rows: uint8[N, stride]. Returns (remap: uint32[N], unique: int): bit-identical rows get one id, in order of first occurrence.");
-  m.def("encode", &encode_primitive, "triangles"_a, "position_ids"_a, "positions"_a, "streams"_a, "values"_a, "max_triangles"_a = 64,
-        "max_vertices"_a = 64, "lambda_"_a = 0.0f, "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true, "threads"_a = 0, "progress"_a = nb::none(),
+  m.def("encode", &encode_primitive, "triangles"_a, "position_ids"_a, "positions"_a, "streams"_a, "values"_a, "max_triangles"_a = 64, "max_vertices"_a = 64,
+        "lambda_"_a = 0.0f, "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true, "threads"_a = 0, "progress"_a = nb::none(),
         "Encodes one primitive. triangles: uint32[T, 3] without repeated indices; position_ids: uint32[V], equal where positions are;\n"
         "positions: float32[V, 3]; streams: dicts of kind, components, bits, step, offset and predictor (-1: the encoder chooses);\n"
-        "values: uint32[V, components] per stream. lambda_, iterations and fill: 0 takes the default. share_seams: off only to measure what it gives. threads: 0 is one per processor.\n"
+        "values: uint32[V, components] per stream. lambda_, iterations and fill: 0 takes the default. share_seams: off only to measure what it gives. threads: "
+        "0 is one per processor.\n"
         "Returns (blob: bytes, stats: dict).");
-  m.def("decode", [](const nb::bytes& blob) { return decode_blob(blob, false); }, "blob"_a,
-        "Returns (triangles: uint32[T, 3], [uint32[V, components] per stream]).");
-  m.def("decode_values", [](const nb::bytes& blob) { return decode_blob(blob, true); }, "blob"_a,
-        "Returns (triangles: uint32[T, 3], [values per stream]): float32[V, components], float32[V, 3] unit vectors for OCT, uint32 for INTEGER.");
+  m.def(
+      "decode", [](const nb::bytes& blob) { return decode_blob(blob, false); }, "blob"_a,
+      "Returns (triangles: uint32[T, 3], [uint32[V, components] per stream]).");
+  m.def(
+      "decode_values", [](const nb::bytes& blob) { return decode_blob(blob, true); }, "blob"_a,
+      "Returns (triangles: uint32[T, 3], [values per stream]): float32[V, components], float32[V, 3] unit vectors for OCT, uint32 for INTEGER.");
   m.def("describe", &describe_blob, "blob"_a, "Counts, streams, and where the bits go; the parts of 'bits' sum to 8 * len(blob).");
-  m.def("validate", &validate, "blob"_a, "Decodes every meshlet on its own; raises ValueError if the blob is malformed in any way, also those that decode may accept.");
+  m.def("validate", &validate, "blob"_a,
+        "Decodes every meshlet on its own; raises ValueError if the blob is malformed in any way, also those that decode may accept.");
   nb::class_<OpenBlob>(m, "Decoder", "Decodes single meshlets of one blob.")
       .def(nb::init<nb::bytes>(), "blob"_a)
       .def_prop_ro("triangle_count", [](const OpenBlob& b) { return b.header().triangle_count; })
       .def_prop_ro("vertex_count", [](const OpenBlob& b) { return b.header().vertex_count; })
       .def_prop_ro("meshlet_count", [](const OpenBlob& b) { return b.header().meshlet_count; })
       .def_prop_ro("streams", &OpenBlob::streams)
-      .def("decode_meshlet", &OpenBlob::decode_meshlet, "index"_a,
-           "Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]).")
+      .def("decode_meshlet", &OpenBlob::decode_meshlet, "index"_a, "Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]).")
       .def("decode_many", &OpenBlob::decode_many, "indices"_a,
            "Decodes the meshlets of the given numbers (uint32[n]) into preallocated memory, for timing; returns their triangles.");
 }

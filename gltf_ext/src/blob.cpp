@@ -46,8 +46,7 @@ void check_directory(const uint8_t* data, size_t size, const BlobHeader& h) {
   uint64_t triangles = 0, previous_end = h.data_offset;
   for (uint32_t m = 0; m < h.meshlet_count; m++) {
     const uint8_t* group = data + groups + kGroupBytes * (m / kGroupMeshlets);
-    if (m % kGroupMeshlets == 0)
-      require(group[4] <= kMaxDeltaWidth && group[5] <= 6 && group[6] <= 8 && group[7] == 0, "a group table entry is out of range");
+    if (m % kGroupMeshlets == 0) require(group[4] <= kMaxDeltaWidth && group[5] <= 6 && group[6] <= 8 && group[7] == 0, "a group table entry is out of range");
     uint32_t entry = word(data, directory + 4 * size_t(m));
     uint64_t begin = uint64_t(h.data_offset) + word(group, 0) + (uint64_t(entry & ((1u << kOffsetBits) - 1)) << group[6]);
     uint32_t count = (entry >> kOffsetBits & 63) + 1;

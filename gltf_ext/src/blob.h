@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "constants.h"                     // in shaders/
+#include "constants.h"  // in shaders/
 
 namespace meshlet {
 
@@ -23,7 +23,7 @@ constexpr uint32_t kMaxDeltaWidth = 24;
 
 enum Kind : uint8_t { kGrid = KIND_GRID, kOct = KIND_OCT, kInteger = KIND_INTEGER, kFloat32 = KIND_FLOAT32, kSign = KIND_SIGN, kKinds = 5 };
 enum Predictor : uint8_t { kParallelogram = 0, kMean = 1, kCopy = 2, kDamped = 3, kPredictors = 4 };
-constexpr uint32_t kMaxChordBits = 24;     // streams of more bits must use kCopy
+constexpr uint32_t kMaxChordBits = 24;  // streams of more bits must use kCopy
 
 struct Stream {
   uint8_t kind = kGrid;
@@ -57,6 +57,6 @@ std::string stream_problem(const Stream& stream);
 // meshlets follow one another without overlap. Throws Malformed. Bounds what a caller may allocate.
 BlobHeader read_blob_header(const uint8_t* data, size_t size);
 
-void write_blob_header(const BlobHeader& header, std::vector<uint8_t>& blob);   // header and stream table, byte_length left 0
+void write_blob_header(const BlobHeader& header, std::vector<uint8_t>& blob);  // header and stream table, byte_length left 0
 
 }  // namespace meshlet

@@ -8,8 +8,8 @@
 namespace meshlet {
 namespace {
 
-constexpr size_t kChunk = 256;             // components per parallel item
-constexpr uint32_t kMaxHops = 8;           // spec, appendix A.7
+constexpr size_t kChunk = 256;    // components per parallel item
+constexpr uint32_t kMaxHops = 8;  // spec, appendix A.7
 
 // A seam's chain shares the position and perhaps more; a reference to it costs some 15 bits, and each vertex saves about as much.
 // Shorter seams are cheaper as private vertices.
@@ -24,9 +24,15 @@ void for_components(int threads, size_t count, Body&& body) {
 
 class Builder {
  public:
-  Builder(const MeshView& mesh, const Meshlets& meshlets, const std::vector<int32_t>& opposite,
-          const std::vector<int32_t>& opposite_position, const VertexValues& values, bool share_seams, int threads)
-      : mesh_(mesh), meshlets_(meshlets), opposite_(opposite), opposite_position_(opposite_position), values_(values), share_seams_(share_seams), threads_(threads) {}
+  Builder(const MeshView& mesh, const Meshlets& meshlets, const std::vector<int32_t>& opposite, const std::vector<int32_t>& opposite_position,
+          const VertexValues& values, bool share_seams, int threads)
+      : mesh_(mesh),
+        meshlets_(meshlets),
+        opposite_(opposite),
+        opposite_position_(opposite_position),
+        values_(values),
+        share_seams_(share_seams),
+        threads_(threads) {}
 
   Boundaries build() {
     number_components();
@@ -53,8 +59,7 @@ class Builder {
     for (size_t m = 0; m + 1 < meshlets_.meshlet_begin.size(); m++)
       for (uint32_t c = meshlets_.meshlet_begin[m]; c < meshlets_.meshlet_begin[m + 1]; c++) {
         b_.meshlet_of[c] = uint32_t(m);
-        for (uint32_t i = meshlets_.component_begin[c]; i < meshlets_.component_begin[c + 1]; i++)
-          b_.component_of[meshlets_.triangles[i]] = c;
+        for (uint32_t i = meshlets_.component_begin[c]; i < meshlets_.component_begin[c + 1]; i++) b_.component_of[meshlets_.triangles[i]] = c;
       }
   }
 
@@ -89,7 +94,7 @@ class Builder {
       b_.vertex[p] = mesh_.triangles[h];
       b_.place_component[p] = c;
       place_of_[h] = p;
-      h = next_in_triangle(h);             // turn round the half-edge's end until the next boundary edge
+      h = next_in_triangle(h);  // turn round the half-edge's end until the next boundary edge
       while (b_.interior(opposite_, h)) h = next_in_triangle(uint32_t(opposite_[h]));
     }
   }
@@ -135,7 +140,7 @@ class Builder {
     for_components(threads_, components(), [&](uint32_t c) {
       const Loop& l = b_.loops[c];
       bool any = false;
-      uint32_t lowest = l.begin;           // place of the loop's lowest-numbered edge, counting both sides
+      uint32_t lowest = l.begin;  // place of the loop's lowest-numbered edge, counting both sides
       for (uint32_t p = l.begin; p < l.begin + l.count; p++) {
         cut_[p] = !continues(p);
         any = any || cut_[p];
@@ -145,9 +150,7 @@ class Builder {
     });
   }
 
-  uint32_t edge_number(uint32_t p) const {
-    return twin_[p] == kNone ? b_.half_edge[p] : std::min(b_.half_edge[p], b_.half_edge[twin_[p]]);
-  }
+  uint32_t edge_number(uint32_t p) const { return twin_[p] == kNone ? b_.half_edge[p] : std::min(b_.half_edge[p], b_.half_edge[twin_[p]]); }
 
   // Length of the chain that begins at place p.
   uint32_t chain_length(uint32_t p) const {
@@ -214,9 +217,7 @@ class Builder {
   }
 
   // Does reference r bring its own values for stream s? `all` stands for a vertex as a whole, which is own unless everything is shared.
-  bool own_for(const Reference& r, uint32_t s) const {
-    return r.kind != ReferenceKind::foreign || (s == all() ? r.shared != ~0ull : !(r.shared >> s & 1));
-  }
+  bool own_for(const Reference& r, uint32_t s) const { return r.kind != ReferenceKind::foreign || (s == all() ? r.shared != ~0ull : !(r.shared >> s & 1)); }
   uint32_t all() const { return uint32_t(values_.values.size()); }
 
   const Reference& reference_at(uint32_t c, uint32_t start) const {
@@ -274,17 +275,16 @@ class Builder {
   bool share_seams_;
   int threads_;
   Boundaries b_;
-  std::vector<uint32_t> place_of_;         // per half-edge
-  std::vector<uint32_t> twin_;             // per place
-  std::vector<uint64_t> shared_;           // per place
-  std::vector<uint8_t> cut_;               // per place: a chain begins here
+  std::vector<uint32_t> place_of_;  // per half-edge
+  std::vector<uint32_t> twin_;      // per place
+  std::vector<uint64_t> shared_;    // per place
+  std::vector<uint8_t> cut_;        // per place: a chain begins here
 };
 
 }  // namespace
 
-Boundaries find_boundaries(const MeshView& mesh, const Meshlets& meshlets, const std::vector<int32_t>& opposite,
-                           const std::vector<int32_t>& opposite_position, const VertexValues& values, bool share_seams,
-                           int threads) {
+Boundaries find_boundaries(const MeshView& mesh, const Meshlets& meshlets, const std::vector<int32_t>& opposite, const std::vector<int32_t>& opposite_position,
+                           const VertexValues& values, bool share_seams, int threads) {
   return Builder(mesh, meshlets, opposite, opposite_position, values, share_seams, threads).build();
 }
 

@@ -8,7 +8,7 @@ namespace meshlet {
 inline uint32_t zigzag(uint32_t difference) { return difference << 1 ^ (0u - (difference >> 31)); }
 inline uint32_t bit_length(uint32_t u) { return u ? 32u - uint32_t(__builtin_clz(u)) : 0u; }
 
-constexpr uint32_t kFixedCode = 7;         // 0..6 are Rice parameters above the base
+constexpr uint32_t kFixedCode = 7;  // 0..6 are Rice parameters above the base
 constexpr uint32_t kRiceCodes = 7;
 constexpr uint32_t kMaxQuotient = 16383;
 

@@ -21,14 +21,14 @@ enum class BlobProblem { none, malformed_meshlet, too_many_vertices, too_few_ver
 
 struct BlobResult {
   BlobProblem problem = BlobProblem::none;
-  uint32_t meshlet = 0;                    // where it was found
-  uint32_t error = 0;                      // of a malformed meshlet
+  uint32_t meshlet = 0;  // where it was found
+  uint32_t error = 0;    // of a malformed meshlet
 };
 
 // decode_blob fills the job's outputs; validate_blob decodes each meshlet alone and compares it with those that it refers to.
 inline namespace MESHLET_BUILD {
 BlobResult decode_blob(const BlobJob& job);
 BlobResult validate_blob(const BlobJob& job);
-}  // inline namespace MESHLET_BUILD
+}  // namespace MESHLET_BUILD
 
 }  // namespace meshlet

@@ -10,8 +10,7 @@ BlobResult decode_blob(const BlobJob& job);
 
 // Does this machine have what CMakeLists.txt lets the compiler use?
 static bool supported() {
-  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2") &&
-         __builtin_cpu_supports("popcnt");
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
 }
 }  // namespace avx2
 #endif

@@ -14,7 +14,7 @@ inline uint32_t value_components(const Stream& s) { return s.kind == kOct ? 3u :
 // One blob, opened for reading. The bytes are borrowed. Not thread-safe: one Decoder per thread.
 class Decoder {
  public:
-  Decoder(const uint8_t* data, size_t size);   // throws Malformed
+  Decoder(const uint8_t* data, size_t size);  // throws Malformed
 
   const BlobHeader& header() const { return header_; }
 
@@ -32,7 +32,7 @@ class Decoder {
 
  private:
   void check(uint32_t m) const;
-  BlobJob job() const;                     // without outputs
+  BlobJob job() const;  // without outputs
 
   BlobHeader header_;
   std::unique_ptr<MeshletDecoder> lane_;

@@ -6,7 +6,9 @@ namespace {
 // Numbers met within one disk: at most 64 triangles or vertices, so a small table with linear probing never fills.
 class SmallSet {
  public:
-  SmallSet() { for (uint32_t& slot : slots_) slot = kNone; }
+  SmallSet() {
+    for (uint32_t& slot : slots_) slot = kNone;
+  }
   // False if `key` was there already.
   bool insert(uint32_t key) {
     uint32_t i = (key * 2654435761u) >> 24;
@@ -45,9 +47,7 @@ Traversal edgebreaker(const MeshView& mesh, const Boundaries& b, const std::vect
   uint32_t splits[64], split_count = 0;
   uint32_t h = b.half_edge[gate];
   // The neighbour's half-edge across g, or kNone if g is on the boundary of what is left.
-  auto across = [&](uint32_t g) {
-    return b.interior(opposite, g) && !triangles.contains(uint32_t(opposite[g]) / 3) ? uint32_t(opposite[g]) : kNone;
-  };
+  auto across = [&](uint32_t g) { return b.interior(opposite, g) && !triangles.contains(uint32_t(opposite[g]) / 3) ? uint32_t(opposite[g]) : kNone; };
   while (true) {
     uint32_t t = out.symbols.count++;
     uint64_t bit = 1ull << t;

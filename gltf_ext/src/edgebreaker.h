@@ -10,14 +10,14 @@ namespace meshlet {
 // CLERS symbols of up to 64 triangles as masks, in stream order.
 struct Symbols {
   uint32_t count = 0;
-  uint64_t r = 0, e = 0, c = 0, s = 0;     // what is none of these is L
+  uint64_t r = 0, e = 0, c = 0, s = 0;  // what is none of these is L
 
   void append(const Symbols& other);
 };
 
 struct Traversal {
   Symbols symbols;
-  uint32_t corners[64][3];                 // vertices (a, b, v) of each triangle: gate a -> b, apex v
+  uint32_t corners[64][3];  // vertices (a, b, v) of each triangle: gate a -> b, apex v
 };
 
 // Traverses component c of up to 64 triangles from the boundary edge at `gate` (a place of its loop).

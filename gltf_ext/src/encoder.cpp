@@ -14,22 +14,22 @@
 namespace meshlet {
 namespace {
 
-constexpr size_t kChunk = 128;             // meshlets per parallel item
-constexpr uint32_t kGateTries = 8;         // gates tried per component
-constexpr uint32_t kPredictorSample = 512; // meshlets looked at to choose a stream's predictor
+constexpr size_t kChunk = 128;              // meshlets per parallel item
+constexpr uint32_t kGateTries = 8;          // gates tried per component
+constexpr uint32_t kPredictorSample = 512;  // meshlets looked at to choose a stream's predictor
 
 // A meshlet ready to be written: symbols, and references in stream order.
 struct Plan {
   struct Ref {
     Reference reference;
     bool loop_end = false;
-    bool lone = false;                     // alone in its loop
+    bool lone = false;  // alone in its loop
   };
   Symbols symbols;
-  std::vector<uint32_t> vertex;            // local id -> vertex of the mesh
+  std::vector<uint32_t> vertex;  // local id -> vertex of the mesh
   std::vector<Ref> refs;
-  std::vector<uint32_t> places;            // boundary places in loop order
-  uint64_t known = 0;                      // local ids that have values before the traversal
+  std::vector<uint32_t> places;  // boundary places in loop order
+  uint64_t known = 0;            // local ids that have values before the traversal
   uint32_t components = 0;
 
   // The reference before refs[i] in its loop.
@@ -102,7 +102,7 @@ class Encoder {
   uint32_t count_vertices() const;
   std::vector<uint8_t> assemble(const std::vector<std::vector<uint8_t>>& bytes) const;
 
-  template <class Body>                    // body(lane, m) for every `stride`-th meshlet
+  template <class Body>  // body(lane, m) for every `stride`-th meshlet
   void for_meshlets(uint32_t stride, Body&& body) const {
     size_t count = (meshlet_count_ + stride - 1) / stride;
     parallel_for(options_.threads, (count + kChunk - 1) / kChunk, [&](size_t chunk) {
@@ -124,7 +124,7 @@ class Encoder {
   Boundaries boundaries_;
   uint32_t meshlet_count_ = 0;
   std::vector<Plan> plans_;
-  std::vector<uint8_t> slot_of_place_;     // owned references' slots, by first place
+  std::vector<uint8_t> slot_of_place_;  // owned references' slots, by first place
   std::vector<Group> groups_;
 };
 
@@ -158,8 +158,7 @@ void Encoder::load(MeshletDecoder& lane, const Plan& plan) const {
   if (lane.error != ERROR_NONE) throw std::logic_error("the encoder made symbols that do not decode");
   for (uint32_t s = 0; s < streams_.size(); s++)
     for (uint32_t c = 0; c < streams_[s].components; c++)
-      for (uint32_t id = 0; id < plan.vertex.size(); id++)
-        lane.values[(lane.stream_lane[s] + c) * 64u + id] = value(s, plan.vertex[id], c);
+      for (uint32_t id = 0; id < plan.vertex.size(); id++) lane.values[(lane.stream_lane[s] + c) * 64u + id] = value(s, plan.vertex[id], c);
 }
 
 // ---- gates ---------------------------------------------------------------------------------------------------------------------
@@ -389,9 +388,7 @@ void Encoder::write_references(BitWriter& out, const Plan& plan, uint32_t m) con
     for (const Plan::Ref& ref : plan.refs) out.put(ref.loop_end, 1);
   if (f & FLAG_PRIVATE)
     for (const Plan::Ref& ref : plan.refs) out.put(ref.reference.kind == ReferenceKind::private_, 1);
-  auto sized = [](const Plan::Ref& ref) {
-    return ref.reference.kind == ReferenceKind::owned || (ref.reference.kind == ReferenceKind::private_ && !ref.lone);
-  };
+  auto sized = [](const Plan::Ref& ref) { return ref.reference.kind == ReferenceKind::owned || (ref.reference.kind == ReferenceKind::private_ && !ref.lone); };
   for (const Plan::Ref& ref : plan.refs)
     if (sized(ref)) width = std::max(width, bit_length(ref.reference.length - 1));
   out.put(width, 3);
@@ -411,8 +408,7 @@ void Encoder::write_references(BitWriter& out, const Plan& plan, uint32_t m) con
 std::vector<uint32_t> Encoder::stored_corners(const Plan& plan, uint32_t s) const {
   std::vector<uint32_t> corners;
   for (size_t i = 0; i < plan.refs.size(); i++)
-    if (own_for(plan.refs[i].reference, s) && own_for(plan.before(i), s))
-      corners.push_back(boundaries_.vertex[plan.refs[i].reference.start]);
+    if (own_for(plan.refs[i].reference, s) && own_for(plan.before(i), s)) corners.push_back(boundaries_.vertex[plan.refs[i].reference.start]);
   return corners;
 }
 
@@ -533,7 +529,7 @@ std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& 
     size_t length = 0;
     uint32_t shift = 0;
     auto padded = [&](uint32_t m) { return (bytes[m].size() + (size_t(1) << shift) - 1) >> shift << shift; };
-    do {                                   // the smallest unit in which the group's offsets fit 17 bits
+    do {  // the smallest unit in which the group's offsets fit 17 bits
       length = 0;
       for (uint32_t m = begin; m < end; m++) length += padded(m);
     } while (length >> shift >= (1u << kOffsetBits) && ++shift <= 8);
@@ -558,15 +554,16 @@ std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& 
 }
 
 std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
-  auto progress = [&](float f) { if (options_.progress) options_.progress(f); };
+  auto progress = [&](float f) {
+    if (options_.progress) options_.progress(f);
+  };
   GenerationOptions generation = options_;
   if (options_.progress) generation.progress = [&](float f) { progress(0.6f * f); };
   meshlets_ = generate_meshlets(mesh_, generation);
   meshlet_count_ = uint32_t(meshlets_.meshlet_begin.size() - 1);
   opposite_ = match_half_edges(mesh_.triangles, mesh_.triangle_count, nullptr, mesh_.vertex_count, options_.threads);
   {
-    std::vector<int32_t> by_position =
-        match_half_edges(mesh_.triangles, mesh_.triangle_count, mesh_.position_ids, mesh_.vertex_count, options_.threads);
+    std::vector<int32_t> by_position = match_half_edges(mesh_.triangles, mesh_.triangle_count, mesh_.position_ids, mesh_.vertex_count, options_.threads);
     boundaries_ = find_boundaries(mesh_, meshlets_, opposite_, by_position, values_, options_.share_seams, options_.threads);
   }
   progress(0.7f);
@@ -589,8 +586,7 @@ std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
 
 }  // namespace
 
-std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values,
-                            const EncodeOptions& options, EncoderStats& stats) {
+std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values, const EncodeOptions& options, EncoderStats& stats) {
   if (mesh.triangle_count == 0) throw std::invalid_argument("a primitive without triangles cannot be encoded");
   if (mesh.triangle_count > (1u << 30) / 3) throw std::length_error("the primitive has more than 357 million triangles; split it");
   if (streams.empty() || streams.size() > kMaxStreams) throw std::invalid_argument("a primitive needs 1 to 64 streams");

@@ -84,10 +84,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
 #ifndef MESHLET_LIBFUZZER
 namespace {
 
-constexpr size_t kSmall = 2048;             // bytes: files up to here are tried at every length
-constexpr size_t kByteLengthField = 20;     // of the header
+constexpr size_t kSmall = 2048;          // bytes: files up to here are tried at every length
+constexpr size_t kByteLengthField = 20;  // of the header
 constexpr uint32_t kPadding = 8;
-constexpr double kTooLong = 2.0;            // seconds for one input, sanitizers included
+constexpr double kTooLong = 2.0;  // seconds for one input, sanitizers included
 
 struct Summary {
   size_t inputs = 0, decoded = 0;
@@ -120,7 +120,9 @@ void mutate(Bytes& blob, const Bytes& other, std::mt19937& random) {
       case 1: blob[at] = uint8_t(random()); break;
       case 2: blob[at] = below(2) ? 0xFF : 0x00; break;
       case 3: blob[at] = uint8_t(blob[at] + (below(2) ? 1 : -1)); break;
-      case 4: if (below(8) == 0) blob.resize(at); break;
+      case 4:
+        if (below(8) == 0) blob.resize(at);
+        break;
       default: {
         const size_t length = std::min({below(16), blob.size() - at, other.size()});
         std::copy_n(other.begin() + long(below(other.size() - length + 1)), length, blob.begin() + long(at));

@@ -12,7 +12,6 @@ namespace meshlet {
 // oppositely directed half-edges of two different triangles.
 // ids[v], or v itself when ids is null, names the end points of edges; every such name is below id_count.
 // triangle_count is below 2^31 / 3.
-std::vector<int32_t> match_half_edges(const uint32_t* triangles, size_t triangle_count, const uint32_t* ids,
-                                      size_t id_count, int threads);
+std::vector<int32_t> match_half_edges(const uint32_t* triangles, size_t triangle_count, const uint32_t* ids, size_t id_count, int threads);
 
 }  // namespace meshlet

@@ -16,13 +16,13 @@ namespace meshlet {
 
 constexpr uint32_t kMaxStreams = 64;
 constexpr uint32_t kMaxLanes = 4 * kMaxStreams;
-constexpr uint32_t kPaddingBytes = 8;      // zero bytes at a blob's end, so that an unaligned 64-bit read stays inside
+constexpr uint32_t kPaddingBytes = 8;  // zero bytes at a blob's end, so that an unaligned 64-bit read stays inside
 
 inline namespace MESHLET_BUILD {
 
 struct MeshletDecoder {
   using uint = uint32_t;
-  using small_uint = uint16_t;             // not uint8_t, whose stores may alias everything
+  using small_uint = uint16_t;  // not uint8_t, whose stores may alias everything
   using index_uint = size_t;
   using mask64 = uint64_t;
 
@@ -112,9 +112,9 @@ struct MeshletDecoder {
   static uint min(uint a, uint b) { return a < b ? a : b; }
 
   const uint8_t* data = nullptr;
-  uint size = 0;                           // bytes, a multiple of 4, below 2^29 so that bit positions fit 32 bits
+  uint size = 0;  // bytes, a multiple of 4, below 2^29 so that bit positions fit 32 bits
 
-  uint64_t load64(uint byte) const {       // little-endian machines only; checked at build time
+  uint64_t load64(uint byte) const {  // little-endian machines only; checked at build time
     uint64_t w;
     std::memcpy(&w, data + byte, 8);
     return w;
@@ -125,13 +125,9 @@ struct MeshletDecoder {
     return byte + 8u > size ? 0u : load_inside(p, n);
   }
   uint load_inside(uint p, uint n) const { return uint((load64(p >> 3) >> (p & 7u)) & ((1ull << n) - 1u)); }
-  mask64 load_mask(uint p, uint n) const {
-    return n <= 32u ? load_bits(p, n) : load_bits(p, 32u) | mask64(load_bits(p + 32u, n - 32u)) << 32;
-  }
+  mask64 load_mask(uint p, uint n) const { return n <= 32u ? load_bits(p, n) : load_bits(p, 32u) | mask64(load_bits(p + 32u, n - 32u)) << 32; }
 
-  UnaryReader seek_unary(uint p) const {
-    return {(p >> 3) + 8u > size ? 0 : load64(p >> 3) & ~mask_below(p & 7u), p & ~7u, p};
-  }
+  UnaryReader seek_unary(uint p) const { return {(p >> 3) + 8u > size ? 0 : load64(p >> 3) & ~mask_below(p & 7u), p & ~7u, p}; }
   // Moves the window to the next one that holds a one.
   __attribute__((noinline)) bool refill(UnaryReader& r) {
     while (r.window == 0) {
@@ -154,7 +150,7 @@ struct MeshletDecoder {
 
   // Bit positions of the ones from `unary` on: ends[0 .. n), with room for kGroup more.
   void read_ends(uint n, uint* ends) {
-    UnaryReader reader = unary;            // a local copy stays in registers
+    UnaryReader reader = unary;  // a local copy stays in registers
     uint found = 0;
     while (found < n) {
       if (reader.window == 0 && !refill(reader)) break;
@@ -171,7 +167,7 @@ struct MeshletDecoder {
   }
 
   void read_rice(uint n, uint k, uint low) {
-    uint ends[1 + 256 + kGroup];      // n <= 64 vertices x 4 components; ends[0]: the one before
+    uint ends[1 + 256 + kGroup];  // n <= 64 vertices x 4 components; ends[0]: the one before
     ends[0] = unary.cursor - 1u;
     read_ends(n, ends + 1);
     if (error != ERROR_NONE) return;
@@ -206,7 +202,7 @@ struct MeshletDecoder {
         r.window &= r.window - 1u;
         return;
       }
-      if (ones > 0) r.cursor = r.base + 64u;   // not exact, but all that matters is the distance to the next one
+      if (ones > 0) r.cursor = r.base + 64u;  // not exact, but all that matters is the distance to the next one
       n -= ones;
       r.window = 0;
       if (!refill(r)) return;
@@ -214,7 +210,7 @@ struct MeshletDecoder {
   }
 };
 
-}  // inline namespace MESHLET_BUILD
+}  // namespace MESHLET_BUILD
 
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the codec reads little-endian words in place");
 

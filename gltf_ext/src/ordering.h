@@ -9,11 +9,11 @@ namespace meshlet {
 
 // Neighbours of node i: targets[begin[i] .. begin[i + 1]), ascending, each once.
 struct Graph {
-    std::vector<uint32_t> begin;
-    std::vector<uint32_t> targets;
+  std::vector<uint32_t> begin;
+  std::vector<uint32_t> targets;
 
-    uint32_t size() const { return static_cast<uint32_t>(begin.size() - 1); }
-    uint32_t degree(uint32_t node) const { return begin[node + 1] - begin[node]; }
+  uint32_t size() const { return static_cast<uint32_t>(begin.size() - 1); }
+  uint32_t degree(uint32_t node) const { return begin[node + 1] - begin[node]; }
 };
 
 // The graph on nodes 0 .. node_count - 1 with these edges; repeated edges count once, every edge goes both ways.

@@ -21,7 +21,7 @@ void group_components(const std::vector<int32_t>& half_edges, std::vector<uint32
 
 // Copies the part of the mesh that consists of order[first .. last). slot[t] is the place of triangle t in order,
 // half_edges is match_half_edges over vertices.
-Patch extract_patch(const std::vector<uint32_t>& order, size_t first, size_t last, const std::vector<uint32_t>& slot,
-                    const std::vector<int32_t>& half_edges, const TriangleShapes& shapes);
+Patch extract_patch(const std::vector<uint32_t>& order, size_t first, size_t last, const std::vector<uint32_t>& slot, const std::vector<int32_t>& half_edges,
+                    const TriangleShapes& shapes);
 
 }  // namespace meshlet

@@ -9,11 +9,11 @@
 namespace meshlet {
 
 struct GrowthOptions {
-    float mean_size;    // F_a: triangles per region that the number of centres aims at
-    int max_size;       // N_max
-    float lambda;
-    Weight weight;
-    int iterations;
+  float mean_size;  // F_a: triangles per region that the number of centres aims at
+  int max_size;     // N_max
+  float lambda;
+  Weight weight;
+  int iterations;
 };
 
 // Fills patch.region and patch.region_count: every region is edge-connected. Returns the rounds it took until the

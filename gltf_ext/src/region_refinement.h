@@ -7,8 +7,8 @@
 namespace meshlet {
 
 struct RefinementOptions {
-    int max_size;     // triangles per region
-    int sweeps;       // over all triangles, to shorten borders
+  int max_size;  // triangles per region
+  int sweeps;    // over all triangles, to shorten borders
 };
 
 // Changes patch.region. Regions stay edge-connected; those that can be are brought within max_size.

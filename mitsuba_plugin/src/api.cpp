@@ -36,7 +36,7 @@ struct AttributeRow {
 struct StatisticsRow {
   uint64_t hits, misses, evictions, decoded, refused, resident_bytes, resident_entries, limit_bytes;
   uint64_t triangles, vertices, meshlets, compressed_bytes, table_bytes, decoded_bytes;
-  uint64_t cache;                                               // the same for shapes that share one
+  uint64_t cache;  // the same for shapes that share one
 };
 
 Attribute to_attribute(const AttributeRow& row) {
@@ -104,9 +104,9 @@ EXPORT int meshlet_statistics(uint64_t cache_id, StatisticsRow* row, int reset) 
   const ModelFacts& f = found->second->facts();
   Store& cache = found->second->cache();
   Statistics s = cache.statistics();
-  *row = {s.hits, s.misses, s.evictions, s.decoded, s.refused, s.resident_bytes, s.resident_entries, s.limit_bytes,
-          f.triangles, f.vertices, f.meshlets, f.compressed_bytes, f.table_bytes, f.decoded_bytes,
-          uint64_t(reinterpret_cast<uintptr_t>(&cache))};
+  *row = {s.hits,           s.misses,           s.evictions,   s.decoded,       s.refused,
+          s.resident_bytes, s.resident_entries, s.limit_bytes, f.triangles,     f.vertices,
+          f.meshlets,       f.compressed_bytes, f.table_bytes, f.decoded_bytes, uint64_t(reinterpret_cast<uintptr_t>(&cache))};
   if (reset) cache.reset_statistics();
   return 1;
 }

@@ -20,7 +20,7 @@ uint32_t width_of(const Stream& s) { return s.kind == meshlet::kOct ? 3u : s.com
 float clamped(const Attribute& a, float value) {
   if (a.integer) value = std::min(std::max(std::nearbyint(value), a.lowest), a.highest);
   value *= a.scale;
-  return a.scale != 1.0f ? std::max(value, -1.0f) : value;      // the lowest normalized signed integer stands for -1
+  return a.scale != 1.0f ? std::max(value, -1.0f) : value;  // the lowest normalized signed integer stands for -1
 }
 
 // One meshlet at a time. A thread keeps one, for the blob that it asked for last.
@@ -114,8 +114,7 @@ uint32_t corner_of(uint32_t packed, uint32_t k, bool flip) { return packed >> (8
 
 uint32_t stream_end(const Attribute& a, const BlobHeader& header) {
   uint32_t s = a.stream;
-  if (a.stored > kMaxStored || a.skipped > a.stored || a.components > a.stored - a.skipped)
-    throw std::runtime_error(a.name + " has too many components");
+  if (a.stored > kMaxStored || a.skipped > a.stored || a.components > a.stored - a.skipped) throw std::runtime_error(a.name + " has too many components");
   for (uint32_t done = 0; done < a.stored; s++) {
     if (s >= header.streams.size()) throw std::runtime_error(a.name + " names a stream that does not exist");
     done += width_of(header.streams[s]);
@@ -180,8 +179,7 @@ Affine Affine::normal_matrix() const {
 Affine Affine::operator*(const Affine& b) const {
   Affine r;
   for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 4; j++)
-      r.m[i][j] = m[i][0] * b.m[0][j] + m[i][1] * b.m[1][j] + m[i][2] * b.m[2][j] + (j == 3 ? m[i][3] : 0.0f);
+    for (int j = 0; j < 4; j++) r.m[i][j] = m[i][0] * b.m[0][j] + m[i][1] * b.m[1][j] + m[i][2] * b.m[2][j] + (j == 3 ? m[i][3] : 0.0f);
   return r;
 }
 
@@ -202,9 +200,7 @@ BlobFacts check_part(Part& part) {
 }
 
 size_t triangles_bytes(uint32_t triangles) { return sizeof(Entry) + Triangles::bytes(triangles); }
-size_t attributes_bytes(uint32_t vertices, uint32_t width) {
-  return sizeof(Entry) + sizeof(VertexAttributes) + sizeof(float) * size_t(vertices) * width;
-}
+size_t attributes_bytes(uint32_t vertices, uint32_t width) { return sizeof(Entry) + sizeof(VertexAttributes) + sizeof(float) * size_t(vertices) * width; }
 
 Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
   Lane& lane = this_lane();
@@ -255,7 +251,7 @@ DecodedPart decode_all(const Part& part) {
   meshlet::Decoder decoder(part.blob->bytes.data(), part.blob->bytes.size());
   const BlobHeader& header = decoder.header();
   const size_t count = header.vertex_count;
-  std::vector<std::vector<float>> streams;                      // INTEGER streams as bits
+  std::vector<std::vector<float>> streams;  // INTEGER streams as bits
   std::vector<void*> pointers;
   for (const Stream& s : header.streams) pointers.push_back(streams.emplace_back(count * width_of(s)).data());
   DecodedPart out;
@@ -267,7 +263,7 @@ DecodedPart decode_all(const Part& part) {
     std::vector<float> values(a.exists() ? count * a.components : 0);
     for (uint32_t s = a.stream, done = 0; a.exists() && done < a.stored; done += width_of(header.streams[s]), s++)
       for (uint32_t c = 0, n = width_of(header.streams[s]); c < n; c++) {
-        uint32_t shown = done + c - a.skipped;                  // wraps around for skipped ones
+        uint32_t shown = done + c - a.skipped;  // wraps around for skipped ones
         for (size_t v = 0; shown < a.components && v < count; v++)
           values[v * a.components + shown] = clamped(a, as_number(streams[s][v * n + c], header.streams[s]));
       }

@@ -14,7 +14,7 @@ struct Blob {
   Blob(const uint8_t* data, size_t size);
 
   const std::vector<uint8_t> bytes;
-  const uint64_t id;                                            // never given twice
+  const uint64_t id;  // never given twice
 };
 
 constexpr uint32_t kNoStream = ~0u;
@@ -38,7 +38,7 @@ struct Affine {
 
   Vector3 point(const Vector3& p) const;
   float determinant() const;
-  Affine normal_matrix() const;                                 // inverse transpose, times the determinant's absolute value
+  Affine normal_matrix() const;  // inverse transpose, times the determinant's absolute value
   Affine operator*(const Affine& b) const;
 };
 
@@ -48,11 +48,11 @@ struct Part {
   Attribute position, normal, texcoord;
   std::vector<Attribute> others;
   Affine to_world;
-  bool flip_winding = false;                                    // a mirrored triangle is wound the other way
+  bool flip_winding = false;  // a mirrored triangle is wound the other way
 
   // Set by check_part: the streams to decode for triangles, [0, position_end), and for everything else.
   uint32_t position_end = 0, others_first = 0, others_end = 0;
-  uint32_t width = 0;                                           // of VertexAttributes
+  uint32_t width = 0;  // of VertexAttributes
 };
 
 // The vertices' attributes of one decoded meshlet; a header, followed in memory by count x width floats.

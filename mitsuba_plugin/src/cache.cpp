@@ -7,8 +7,8 @@
 namespace meshlet_shape {
 namespace {
 
-constexpr uint32_t kCandidates = 8;                             // of which the least used one goes
-constexpr uint64_t kAgingFactor = 4;                            // counts are halved after so many decoded meshlets per resident entry
+constexpr uint32_t kCandidates = 8;   // of which the least used one goes
+constexpr uint64_t kAgingFactor = 4;  // counts are halved after so many decoded meshlets per resident entry
 
 // Every slot ever made; they are reused, never freed, so that an evicting thread may walk the list without a lock.
 struct SlotNode {
@@ -86,8 +86,7 @@ Entry* ThreadSlot::scratch(Kind kind, size_t bytes) {
 // ---- Table --------------------------------------------------------------------------------------------------------------------------
 
 Table::Table(std::shared_ptr<Store> store, uint32_t capacity)
-    : store_(std::move(store)), uid_(g_next_uid.fetch_add(1)), entries_(new std::atomic<Entry*>[capacity]),
-      counts_(new std::atomic<uint32_t>[capacity]) {
+    : store_(std::move(store)), uid_(g_next_uid.fetch_add(1)), entries_(new std::atomic<Entry*>[capacity]), counts_(new std::atomic<uint32_t>[capacity]) {
   for (uint32_t i = 0; i < capacity; i++) {
     entries_[i].store(nullptr, std::memory_order_relaxed);
     counts_[i].store(0, std::memory_order_relaxed);
@@ -152,7 +151,7 @@ void Table::insert(ThreadSlot& thread, const Entry& fresh) {
     store_->refused_.fetch_add(1, std::memory_order_relaxed);
     return;
   }
-  if (entries_[fresh.key].load(std::memory_order_relaxed)) return;   // another thread was faster
+  if (entries_[fresh.key].load(std::memory_order_relaxed)) return;  // another thread was faster
   if (++store_->decoded_since_aging_ > kAgingFactor * store_->residents_.size()) store_->age();
   if (!store_->make_room(fresh.bytes, wanted)) {
     store_->refused_.fetch_add(1, std::memory_order_relaxed);

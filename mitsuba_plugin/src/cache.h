@@ -14,8 +14,8 @@
 namespace meshlet_shape {
 
 enum class Policy {
-  kCounts,                                                      // keeps what was asked for most often of late; the paper's
-  kClock,                                                       // second chance; the default: more hits, see docs/mitsuba.md
+  kCounts,  // keeps what was asked for most often of late; the paper's
+  kClock,   // second chance; the default: more hits, see docs/mitsuba.md
 };
 
 struct Statistics {
@@ -33,8 +33,8 @@ struct alignas(kEntryAlignment) Entry {
   Table* table;
   uint32_t key;
   uint32_t bytes;
-  uint32_t place;                                               // among the store's residents
-  std::atomic<uint8_t> used;                                    // CLOCK's bit
+  uint32_t place;             // among the store's residents
+  std::atomic<uint8_t> used;  // CLOCK's bit
 
   void* payload() { return this + 1; }
   const void* payload() const { return this + 1; }
@@ -46,15 +46,15 @@ enum Kind : uint32_t { kTriangles = 0, kAttributes = 1, kKinds = 2 };
 // One per thread, given by `this_thread`. Reused when its thread has ended.
 struct ThreadSlot {
   struct Recent {
-    uint64_t table = 0;                                         // uid, 0: none
+    uint64_t table = 0;  // uid, 0: none
     uint32_t key = 0;
     const Entry* entry = nullptr;
   };
 
   alignas(64) std::atomic<const Entry*> announced[kKinds] = {};
-  Recent recent[kKinds];                                        // the owner's alone
+  Recent recent[kKinds];  // the owner's alone
   std::unique_ptr<std::byte[]> scratch_memory[kKinds];
-  std::atomic<size_t> scratch_bytes[kKinds] = {};             // written by the owner
+  std::atomic<size_t> scratch_bytes[kKinds] = {};  // written by the owner
   uint32_t index = 0;
   std::atomic<bool> taken{false};
 
@@ -87,7 +87,7 @@ class Table {
   const void* get(ThreadSlot& thread, Kind kind, uint32_t key, Produce&& produce, uint32_t asks = 1) {
     ThreadSlot::Recent& recent = thread.recent[kind];
     if (recent.table != uid_ || recent.key != key) {
-      recent.table = 0;                                         // where produce throws, nothing is held
+      recent.table = 0;  // where produce throws, nothing is held
       const Entry* entry = find(thread, kind, key, asks);
       if (!entry) {
         Entry* fresh = produce();
@@ -134,7 +134,7 @@ class Store {
   struct alignas(64) Counters {
     std::atomic<uint64_t> hits{0}, misses{0}, decoded{0};
   };
-  static constexpr uint32_t kCounters = 64;                     // threads beyond share them and may lose counts
+  static constexpr uint32_t kCounters = 64;  // threads beyond share them and may lose counts
 
   struct Resident {
     Entry* entry;
@@ -158,7 +158,7 @@ class Store {
   Counters counters_[kCounters];
   std::atomic<bool> everything_fits_{false};
   std::atomic<uint64_t> limit_{0}, resident_{0}, entries_{0}, evictions_{0}, refused_{0};
-  mutable std::mutex mutex_;                                    // guards what follows, and every change of a table's entries
+  mutable std::mutex mutex_;  // guards what follows, and every change of a table's entries
   uint64_t needed_ = 0;
   std::vector<Resident> residents_;
   std::vector<Member> tables_;

@@ -17,7 +17,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // A box traversal with fused multiply-adds errs by about epsilon times the size of the coordinates; this covers origins a few sizes away.
 constexpr float kRelativeMargin = 1.0f / (1 << 20);
 
-constexpr int kUvCells = 64;                                    // per axis
+constexpr int kUvCells = 64;  // per axis
 
 // Texture coordinates repeat.
 size_t uv_cell(int x, int y) {
@@ -43,9 +43,7 @@ float largest_coordinate(const Box& box) {
 Vector3 operator-(const Vector3& a, const Vector3& b) { return {{a[0] - b[0], a[1] - b[1], a[2] - b[2]}}; }
 Vector3 operator*(const Vector3& a, float s) { return {{a[0] * s, a[1] * s, a[2] * s}}; }
 float dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vector3 cross(const Vector3& a, const Vector3& b) {
-  return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
-}
+Vector3 cross(const Vector3& a, const Vector3& b) { return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}}; }
 Vector3 normalized(const Vector3& a) {
   float length = std::sqrt(dot(a, a));
   return length > 0 ? a * (1 / length) : a;
@@ -179,15 +177,13 @@ void Model::surface(uint32_t meshlet, uint32_t triangle, float b1, float b2, Sur
   out.uv[1] = b2;
   uint32_t local;
   const Part& part = part_of(meshlet, local);
-  if (part.texcoord.exists() || (part.normal.exists() && !options_.face_normals))
-    shading(part, vertex_attributes(meshlet), triangle, b, corner, out);
+  if (part.texcoord.exists() || (part.normal.exists() && !options_.face_normals)) shading(part, vertex_attributes(meshlet), triangle, b, corner, out);
   if (options_.flip_normals)
     for (float* flipped : {out.n, out.shading_n})
       for (int i = 0; i < 3; i++) flipped[i] = -flipped[i];
 }
 
-void Model::shading(const Part& part, const VertexAttributes& values, uint32_t triangle, const float* b, const Vector3* corner,
-                    SurfacePoint& out) const {
+void Model::shading(const Part& part, const VertexAttributes& values, uint32_t triangle, const float* b, const Vector3* corner, SurfacePoint& out) const {
   const float* at[3] = {values.of(triangle, 0), values.of(triangle, 1), values.of(triangle, 2)};
   if (part.normal.exists()) {
     Vector3 normal[3];
@@ -225,7 +221,7 @@ uint32_t Model::sample(uint32_t meshlet, float u1, float u2, SurfacePoint& out) 
   float y = area[triangle] > 0 ? std::min(rest / area[triangle], 1.0f) : 0.0f;
   float root = std::sqrt(std::max(0.0f, 1.0f - u1));
   surface(meshlet, triangle, 1.0f - root, root * y, out);
-  std::copy(out.shading_n, out.shading_n + 3, out.n);           // as Mitsuba's meshes give it
+  std::copy(out.shading_n, out.shading_n + 3, out.n);  // as Mitsuba's meshes give it
   return triangle;
 }
 
@@ -246,7 +242,7 @@ void Model::index_texcoords() {
     int from[2], to[2];
     for (int i = 0; i < 2; i++) {
       from[i] = int(std::floor(low[i] * kUvCells));
-      to[i] = std::min(int(std::floor(high[i] * kUvCells)), from[i] + kUvCells - 1);   // no cell twice
+      to[i] = std::min(int(std::floor(high[i] * kUvCells)), from[i] + kUvCells - 1);  // no cell twice
     }
     for (int y = from[1]; y <= to[1]; y++)
       for (int x = from[0]; x <= to[0]; x++) cells[uv_cell(x, y)].push_back(m);
@@ -267,8 +263,7 @@ bool Model::at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& trian
     meshlet = cell_meshlets_[i];
     const Triangles& t = triangles(meshlet);
     for (triangle = 0; triangle < t.count; triangle++) {
-      const float *a = texcoord_of(meshlet, triangle, 0), *b = texcoord_of(meshlet, triangle, 1),
-                  *c = texcoord_of(meshlet, triangle, 2);
+      const float *a = texcoord_of(meshlet, triangle, 0), *b = texcoord_of(meshlet, triangle, 1), *c = texcoord_of(meshlet, triangle, 2);
       float bu = b[0] - a[0], bv = b[1] - a[1], cu = c[0] - a[0], cv = c[1] - a[1], determinant = bu * cv - bv * cu;
       // The point, moved by whole periods to the triangle's side.
       float u = uv[0] - a[0], v = uv[1] - a[1];

@@ -24,19 +24,19 @@ struct SurfacePoint {
 static_assert(sizeof(SurfacePoint) == 23 * sizeof(float));
 
 struct Options {
-  double cache_fraction = 0.25;                                 // of what all meshlets take when decoded
-  int64_t cache_bytes = -1;                                     // instead of the fraction when not negative
+  double cache_fraction = 0.25;  // of what all meshlets take when decoded
+  int64_t cache_bytes = -1;      // instead of the fraction when not negative
   Policy policy = Policy::kClock;
-  std::string cache_group;                                      // shapes with the same name here share a cache; "": no sharing
+  std::string cache_group;  // shapes with the same name here share a cache; "": no sharing
   bool face_normals = false;
   bool flip_normals = false;
 };
 
 struct ModelFacts {
   uint32_t triangles = 0, vertices = 0, meshlets = 0;
-  uint64_t compressed_bytes = 0;                                // of the blobs, each counted once
-  uint64_t table_bytes = 0;                                     // boxes, areas, the cache's tables
-  uint64_t decoded_bytes = 0;                                   // of all entries, were they all decoded
+  uint64_t compressed_bytes = 0;  // of the blobs, each counted once
+  uint64_t table_bytes = 0;       // boxes, areas, the cache's tables
+  uint64_t decoded_bytes = 0;     // of all entries, were they all decoded
 };
 
 class Model {
@@ -47,9 +47,9 @@ class Model {
   Model(const Model&) = delete;
 
   const ModelFacts& facts() const { return facts_; }
-  Box box(uint32_t meshlet) const;                              // widened by what rounding in ray traversal may cost
+  Box box(uint32_t meshlet) const;  // widened by what rounding in ray traversal may cost
   const Box& box() const { return box_; }
-  const std::vector<float>& areas() const { return areas_; }    // per meshlet
+  const std::vector<float>& areas() const { return areas_; }  // per meshlet
   Store& cache() const { return table_->store(); }
   uint64_t uid() const { return table_->uid(); }
   const Attribute* attribute(const std::string& name, uint32_t& index) const;
@@ -58,13 +58,15 @@ class Model {
   const Options& options() const { return options_; }
 
   // Nearest hits with 0 < t < t_max of a meshlet.
-  template <int N> void intersect(uint32_t meshlet, const Rays<N>& rays, Hits<N>& hits) const {
+  template <int N>
+  void intersect(uint32_t meshlet, const Rays<N>& rays, Hits<N>& hits) const {
     Meetings<N> meetings;
     boxes_[meshlet].meet(rays, meetings);
     if (meetings.any) triangles(meshlet, uint32_t(__builtin_popcount(meetings.any))).intersect(rays, meetings, hits);
   }
   // The rays that hit it, as bits.
-  template <int N> uint32_t occlude(uint32_t meshlet, const Rays<N>& rays) const {
+  template <int N>
+  uint32_t occlude(uint32_t meshlet, const Rays<N>& rays) const {
     Meetings<N> meetings;
     boxes_[meshlet].meet(rays, meetings);
     return meetings.any ? triangles(meshlet, uint32_t(__builtin_popcount(meetings.any))).occlude(rays, meetings) : 0u;
@@ -95,10 +97,10 @@ class Model {
   void shading(const Part& part, const VertexAttributes& values, uint32_t triangle, const float* b, const Vector3* corner, SurfacePoint& out) const;
 
   std::vector<Part> parts_;
-  std::vector<uint32_t> first_meshlet_;                         // per part, and the total
+  std::vector<uint32_t> first_meshlet_;  // per part, and the total
   Options options_;
   ModelFacts facts_;
-  std::vector<Boxes> boxes_;                                    // per meshlet
+  std::vector<Boxes> boxes_;  // per meshlet
   std::vector<float> areas_;
   // A grid over [0, 1)^2, to which texture coordinates are wrapped: the meshlets of cell c are cell_meshlets_[cell_first_[c] ..].
   std::vector<uint32_t> cell_first_, cell_meshlets_;

@@ -103,338 +103,331 @@ in the cache. Colours of the file are the mesh attribute :monosp:`vertex_color` 
  */
 template <typename Float, typename Spectrum>
 class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
-public:
-    MI_IMPORT_BASE(Shape, m_to_world, m_is_instance, initialize, get_children_string)
-    MI_IMPORT_TYPES()
-    using typename Base::ScalarIndex;
-    using typename Base::ScalarSize;
+ public:
+  MI_IMPORT_BASE(Shape, m_to_world, m_is_instance, initialize, get_children_string)
+  MI_IMPORT_TYPES()
+  using typename Base::ScalarIndex;
+  using typename Base::ScalarSize;
 
-    MeshletEdgebreaker(const Properties &props, std::unique_ptr<Model> model) : Base(props), m_model(std::move(model)) {
-        const std::vector<float> &areas = m_model->areas();
-        std::vector<ScalarFloat> values(areas.begin(), areas.end());
-        for (ScalarFloat area : values)
-            m_surface_area += area;
-        if (this->emitter() || this->sensor()) {
-            m_area_pmf = DiscreteDistribution<Float>(values.data(), values.size());
-            m_model->index_texcoords();
+  MeshletEdgebreaker(const Properties& props, std::unique_ptr<Model> model) : Base(props), m_model(std::move(model)) {
+    const std::vector<float>& areas = m_model->areas();
+    std::vector<ScalarFloat> values(areas.begin(), areas.end());
+    for (ScalarFloat area : values) m_surface_area += area;
+    if (this->emitter() || this->sensor()) {
+      m_area_pmf = DiscreteDistribution<Float>(values.data(), values.size());
+      m_model->index_texcoords();
+    }
+    m_calls.prepare(m_model.get());
+    initialize();
+  }
+
+  void traverse(TraversalCallback* cb) override {
+    Base::traverse(cb);
+    m_cache_id = (double)m_model->uid();
+    m_meshlet_count = m_model->facts().meshlets;
+    m_triangle_count = m_model->facts().triangles;
+    cb->put("cache_id", m_cache_id, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
+    cb->put("meshlet_count", m_meshlet_count, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
+    cb->put("triangle_count", m_triangle_count, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
+  }
+
+  ScalarSize primitive_count() const override { return m_model->facts().meshlets; }
+  ScalarBoundingBox3f bbox() const override { return to_bbox(m_model->box()); }
+  ScalarBoundingBox3f bbox(ScalarIndex index) const override { return to_bbox(m_model->box(index)); }
+  bool has_flipped_normals() const override { return m_model->options().flip_normals; }
+
+  // ---- sampling ----------------------------------------------------------------------------------------------------------------
+
+  Float surface_area() const override { return m_surface_area; }
+
+  PositionSample3f sample_position(Float time, const Point2f& sample_, Mask active) const override {
+    MI_MASK_ARGUMENT(active);
+    Point2f sample = sample_;
+    UInt32 meshlet;
+    std::tie(meshlet, sample.y()) = m_area_pmf.sample_reuse(sample.y(), active);
+    auto point = m_calls.sample(meshlet, sample, active);
+    PositionSample3f ps = dr::zeros<PositionSample3f>();
+    ps.p = Point3f(point[0], point[1], point[2]);
+    ps.uv = Point2f(point[3], point[4]);
+    ps.n = Normal3f(point[5], point[6], point[7]);
+    ps.time = time;
+    ps.pdf = 1.f / m_surface_area;
+    ps.delta = false;
+    return ps;
+  }
+
+  Float pdf_position(const PositionSample3f&, Mask) const override { return 1.f / m_surface_area; }
+
+  // ---- ray tracing -------------------------------------------------------------------------------------------------------------
+
+  template <typename FloatP, typename Ray3fP>
+  std::tuple<dr::mask_t<FloatP>, FloatP, Point<FloatP, 2>, dr::uint32_array_t<FloatP>, dr::uint32_array_t<FloatP>> ray_intersect_preliminary_impl(
+      const Ray3fP& ray, ScalarIndex meshlet, dr::mask_t<FloatP> active) const {
+    using UInt32P = dr::uint32_array_t<FloatP>;
+    if constexpr (dr::is_jit_v<FloatP>) {
+      Throw("meshlet_edgebreaker: rays can only be traced through a scene");
+    } else if constexpr (dr::is_array_v<FloatP>) {
+      constexpr int N = (int)dr::size_v<FloatP>;
+      Hits<N> hits;
+      m_model->intersect(meshlet, to_rays<FloatP>(ray, active), hits);
+      alignas(64) float t[N], u[N], v[N];
+      std::fill(t, t + N, dr::Infinity<float>);
+      for (uint32_t rest = hits.found; rest; rest &= rest - 1) {
+        int lane = __builtin_ctz(rest);
+        t[lane] = hits.of[lane].t;
+        u[lane] = hits.of[lane].b1;
+        v[lane] = pack_triangle(hits.of[lane]);
+      }
+      FloatP distance = dr::load_aligned<FloatP>(t);
+      return {distance < dr::Infinity<FloatP>, distance, Point<FloatP, 2>(dr::load_aligned<FloatP>(u), dr::load_aligned<FloatP>(v)), UInt32P((uint32_t)-1),
+              UInt32P(meshlet)};
+    } else {
+      Hits<1> hits;
+      m_model->intersect(meshlet, to_rays<FloatP>(ray, active), hits);
+      if (!hits.found) return {false, dr::Infinity<FloatP>, Point<FloatP, 2>(0.f), (uint32_t)-1, meshlet};
+      return {true, hits.of[0].t, Point<FloatP, 2>(hits.of[0].b1, pack_triangle(hits.of[0])), (uint32_t)-1, meshlet};
+    }
+  }
+
+  template <typename FloatP, typename Ray3fP>
+  dr::mask_t<FloatP> ray_test_impl(const Ray3fP& ray, ScalarIndex meshlet, dr::mask_t<FloatP> active) const {
+    if constexpr (dr::is_jit_v<FloatP>) {
+      Throw("meshlet_edgebreaker: rays can only be traced through a scene");
+    } else if constexpr (dr::is_array_v<FloatP>) {
+      constexpr int N = (int)dr::size_v<FloatP>;
+      uint32_t found = m_model->occlude(meshlet, to_rays<FloatP>(ray, active));
+      alignas(64) float hit[N];
+      for (int lane = 0; lane < N; ++lane) hit[lane] = (float)(found >> lane & 1u);
+      return dr::load_aligned<FloatP>(hit) != 0.f;
+    } else {
+      return m_model->occlude(meshlet, to_rays<FloatP>(ray, active)) != 0;
+    }
+  }
+
+  MI_SHAPE_DEFINE_RAY_INTERSECT_METHODS()
+
+  SurfaceInteraction3f compute_surface_interaction(const Ray3f& /*ray*/, const PreliminaryIntersection3f& pi, uint32_t ray_flags, uint32_t recursion_depth,
+                                                   Mask active) const override {
+    MI_MASK_ARGUMENT(active);
+    if (!m_is_instance && recursion_depth > 0) return dr::zeros<SurfaceInteraction3f>();
+    UInt32 packed = dr::reinterpret_array<UInt32>(pi.prim_uv.y());
+    auto w = m_calls.surface(pi.prim_index, packed, pi.prim_uv.x(), has_flag(ray_flags, RayFlags::dNSdUV), active);
+    SurfaceInteraction3f si = to_interaction(w, ray_flags);
+    si.t = dr::select(active, pi.t, dr::Infinity<Float>);
+    si.prim_index = pi.prim_index * kMeshletTriangles + (packed >> kTriangleShift);
+    return si;
+  }
+
+  SurfaceInteraction3f eval_parameterization(const Point2f& uv, uint32_t ray_flags, Mask active) const override {
+    MI_MASK_ARGUMENT(active);
+    auto w = m_calls.texcoord(uv, active);
+    SurfaceInteraction3f si = to_interaction(w, ray_flags);
+    si.t = dr::select(active && w[24] != 0.f, 0.f, dr::Infinity<Float>);
+    si.prim_index = dr::reinterpret_array<UInt32>(w[23]);
+    return si;
+  }
+
+  // ---- attributes --------------------------------------------------------------------------------------------------------------
+
+  Mask has_attribute(std::string_view name, Mask active) const override {
+    uint32_t index;
+    return m_model->attribute(std::string(name), index) ? Mask(true) : Base::has_attribute(name, active);
+  }
+
+  UnpolarizedSpectrum eval_attribute(std::string_view name, const SurfaceInteraction3f& si, Mask active) const override {
+    uint32_t index;
+    const Attribute* attribute = m_model->attribute(std::string(name), index);
+    if (!attribute) return Base::eval_attribute(name, si, active);
+    // As with Mitsuba's meshes, colours become spectra of their reflectance.
+    bool color = attribute->components == 3 && name.find("color") != std::string_view::npos;
+    auto w = m_calls.attribute(index, color && is_spectral_v<Spectrum>, si.prim_index, si.p, active);
+    if (attribute->components == 1) return UnpolarizedSpectrum(w[0]);
+    if (attribute->components == 3) {
+      if constexpr (is_spectral_v<Spectrum>) {
+        if (color) {
+          UnpolarizedSpectrum mixed(0.f);
+          for (int k = 0; k < 3; ++k)
+            mixed += w[9 + k] * srgb_model_eval<UnpolarizedSpectrum>(dr::Array<Float, 3>(w[3 * k], w[3 * k + 1], w[3 * k + 2]), si.wavelengths);
+          return mixed;
         }
-        m_calls.prepare(m_model.get());
-        initialize();
-    }
-
-    void traverse(TraversalCallback *cb) override {
-        Base::traverse(cb);
-        m_cache_id       = (double) m_model->uid();
-        m_meshlet_count  = m_model->facts().meshlets;
-        m_triangle_count = m_model->facts().triangles;
-        cb->put("cache_id", m_cache_id, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
-        cb->put("meshlet_count", m_meshlet_count, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
-        cb->put("triangle_count", m_triangle_count, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
-    }
-
-    ScalarSize primitive_count() const override { return m_model->facts().meshlets; }
-    ScalarBoundingBox3f bbox() const override { return to_bbox(m_model->box()); }
-    ScalarBoundingBox3f bbox(ScalarIndex index) const override { return to_bbox(m_model->box(index)); }
-    bool has_flipped_normals() const override { return m_model->options().flip_normals; }
-
-    // ---- sampling ----------------------------------------------------------------------------------------------------------------
-
-    Float surface_area() const override { return m_surface_area; }
-
-    PositionSample3f sample_position(Float time, const Point2f &sample_, Mask active) const override {
-        MI_MASK_ARGUMENT(active);
-        Point2f sample = sample_;
-        UInt32 meshlet;
-        std::tie(meshlet, sample.y()) = m_area_pmf.sample_reuse(sample.y(), active);
-        auto point = m_calls.sample(meshlet, sample, active);
-        PositionSample3f ps = dr::zeros<PositionSample3f>();
-        ps.p     = Point3f(point[0], point[1], point[2]);
-        ps.uv    = Point2f(point[3], point[4]);
-        ps.n     = Normal3f(point[5], point[6], point[7]);
-        ps.time  = time;
-        ps.pdf   = 1.f / m_surface_area;
-        ps.delta = false;
-        return ps;
-    }
-
-    Float pdf_position(const PositionSample3f &, Mask) const override { return 1.f / m_surface_area; }
-
-    // ---- ray tracing -------------------------------------------------------------------------------------------------------------
-
-    template <typename FloatP, typename Ray3fP>
-    std::tuple<dr::mask_t<FloatP>, FloatP, Point<FloatP, 2>, dr::uint32_array_t<FloatP>, dr::uint32_array_t<FloatP>>
-    ray_intersect_preliminary_impl(const Ray3fP &ray, ScalarIndex meshlet, dr::mask_t<FloatP> active) const {
-        using UInt32P = dr::uint32_array_t<FloatP>;
-        if constexpr (dr::is_jit_v<FloatP>) {
-            Throw("meshlet_edgebreaker: rays can only be traced through a scene");
-        } else if constexpr (dr::is_array_v<FloatP>) {
-            constexpr int N = (int) dr::size_v<FloatP>;
-            Hits<N> hits;
-            m_model->intersect(meshlet, to_rays<FloatP>(ray, active), hits);
-            alignas(64) float t[N], u[N], v[N];
-            std::fill(t, t + N, dr::Infinity<float>);
-            for (uint32_t rest = hits.found; rest; rest &= rest - 1) {
-                int lane = __builtin_ctz(rest);
-                t[lane] = hits.of[lane].t;
-                u[lane] = hits.of[lane].b1;
-                v[lane] = pack_triangle(hits.of[lane]);
-            }
-            FloatP distance = dr::load_aligned<FloatP>(t);
-            return { distance < dr::Infinity<FloatP>, distance, Point<FloatP, 2>(dr::load_aligned<FloatP>(u), dr::load_aligned<FloatP>(v)),
-                     UInt32P((uint32_t) -1), UInt32P(meshlet) };
-        } else {
-            Hits<1> hits;
-            m_model->intersect(meshlet, to_rays<FloatP>(ray, active), hits);
-            if (!hits.found)
-                return { false, dr::Infinity<FloatP>, Point<FloatP, 2>(0.f), (uint32_t) -1, meshlet };
-            return { true, hits.of[0].t, Point<FloatP, 2>(hits.of[0].b1, pack_triangle(hits.of[0])), (uint32_t) -1, meshlet };
-        }
-    }
-
-    template <typename FloatP, typename Ray3fP>
-    dr::mask_t<FloatP> ray_test_impl(const Ray3fP &ray, ScalarIndex meshlet, dr::mask_t<FloatP> active) const {
-        if constexpr (dr::is_jit_v<FloatP>) {
-            Throw("meshlet_edgebreaker: rays can only be traced through a scene");
-        } else if constexpr (dr::is_array_v<FloatP>) {
-            constexpr int N = (int) dr::size_v<FloatP>;
-            uint32_t found = m_model->occlude(meshlet, to_rays<FloatP>(ray, active));
-            alignas(64) float hit[N];
-            for (int lane = 0; lane < N; ++lane)
-                hit[lane] = (float) (found >> lane & 1u);
-            return dr::load_aligned<FloatP>(hit) != 0.f;
-        } else {
-            return m_model->occlude(meshlet, to_rays<FloatP>(ray, active)) != 0;
-        }
-    }
-
-    MI_SHAPE_DEFINE_RAY_INTERSECT_METHODS()
-
-    SurfaceInteraction3f compute_surface_interaction(const Ray3f &/*ray*/, const PreliminaryIntersection3f &pi, uint32_t ray_flags,
-                                                     uint32_t recursion_depth, Mask active) const override {
-        MI_MASK_ARGUMENT(active);
-        if (!m_is_instance && recursion_depth > 0)
-            return dr::zeros<SurfaceInteraction3f>();
-        UInt32 packed = dr::reinterpret_array<UInt32>(pi.prim_uv.y());
-        auto w = m_calls.surface(pi.prim_index, packed, pi.prim_uv.x(), has_flag(ray_flags, RayFlags::dNSdUV), active);
-        SurfaceInteraction3f si = to_interaction(w, ray_flags);
-        si.t = dr::select(active, pi.t, dr::Infinity<Float>);
-        si.prim_index = pi.prim_index * kMeshletTriangles + (packed >> kTriangleShift);
-        return si;
-    }
-
-    SurfaceInteraction3f eval_parameterization(const Point2f &uv, uint32_t ray_flags, Mask active) const override {
-        MI_MASK_ARGUMENT(active);
-        auto w = m_calls.texcoord(uv, active);
-        SurfaceInteraction3f si = to_interaction(w, ray_flags);
-        si.t = dr::select(active && w[24] != 0.f, 0.f, dr::Infinity<Float>);
-        si.prim_index = dr::reinterpret_array<UInt32>(w[23]);
-        return si;
-    }
-
-    // ---- attributes --------------------------------------------------------------------------------------------------------------
-
-    Mask has_attribute(std::string_view name, Mask active) const override {
-        uint32_t index;
-        return m_model->attribute(std::string(name), index) ? Mask(true) : Base::has_attribute(name, active);
-    }
-
-    UnpolarizedSpectrum eval_attribute(std::string_view name, const SurfaceInteraction3f &si, Mask active) const override {
-        uint32_t index;
-        const Attribute *attribute = m_model->attribute(std::string(name), index);
-        if (!attribute)
-            return Base::eval_attribute(name, si, active);
-        // As with Mitsuba's meshes, colours become spectra of their reflectance.
-        bool color = attribute->components == 3 && name.find("color") != std::string_view::npos;
-        auto w = m_calls.attribute(index, color && is_spectral_v<Spectrum>, si.prim_index, si.p, active);
-        if (attribute->components == 1)
-            return UnpolarizedSpectrum(w[0]);
-        if (attribute->components == 3) {
-            if constexpr (is_spectral_v<Spectrum>) {
-                if (color) {
-                    UnpolarizedSpectrum mixed(0.f);
-                    for (int k = 0; k < 3; ++k)
-                        mixed += w[9 + k] * srgb_model_eval<UnpolarizedSpectrum>(dr::Array<Float, 3>(w[3 * k], w[3 * k + 1], w[3 * k + 2]), si.wavelengths);
-                    return mixed;
-                }
-            } else if constexpr (is_monochromatic_v<Spectrum>) {
-                return luminance(Color3f(w[0], w[1], w[2]));
-            } else {
-                return Color3f(w[0], w[1], w[2]);
-            }
-        }
-        return wrong_size<UnpolarizedSpectrum>("eval_attribute", *attribute);
-    }
-
-    Float eval_attribute_1(std::string_view name, const SurfaceInteraction3f &si, Mask active) const override {
-        uint32_t index;
-        const Attribute *attribute = m_model->attribute(std::string(name), index);
-        if (!attribute)
-            return Base::eval_attribute_1(name, si, active);
-        if (attribute->components != 1)
-            return wrong_size<Float>("eval_attribute_1", *attribute);
-        return m_calls.attribute(index, false, si.prim_index, si.p, active)[0];
-    }
-
-    Color3f eval_attribute_3(std::string_view name, const SurfaceInteraction3f &si, Mask active) const override {
-        uint32_t index;
-        const Attribute *attribute = m_model->attribute(std::string(name), index);
-        if (!attribute)
-            return Base::eval_attribute_3(name, si, active);
-        if (attribute->components != 3)
-            return wrong_size<Color3f>("eval_attribute_3", *attribute);
-        auto w = m_calls.attribute(index, false, si.prim_index, si.p, active);
+      } else if constexpr (is_monochromatic_v<Spectrum>) {
+        return luminance(Color3f(w[0], w[1], w[2]));
+      } else {
         return Color3f(w[0], w[1], w[2]);
+      }
     }
+    return wrong_size<UnpolarizedSpectrum>("eval_attribute", *attribute);
+  }
 
-    std::string to_string() const override {
-        const ModelFacts &facts = m_model->facts();
-        Statistics s = m_model->cache().statistics();
-        std::ostringstream oss;
-        oss << "MeshletEdgebreaker[" << std::endl
-            << "  bbox = " << string::indent(bbox()) << "," << std::endl
-            << "  triangles = " << facts.triangles << " in " << facts.meshlets << " meshlets," << std::endl
-            << "  compressed = " << util::mem_string(facts.compressed_bytes) << "," << std::endl
-            << "  cache = " << util::mem_string(s.resident_bytes) << " of at most " << util::mem_string(s.limit_bytes) << "," << std::endl
-            << "  surface_area = " << m_surface_area << "," << std::endl
-            << "  " << string::indent(get_children_string()) << std::endl
-            << "]";
-        return oss.str();
+  Float eval_attribute_1(std::string_view name, const SurfaceInteraction3f& si, Mask active) const override {
+    uint32_t index;
+    const Attribute* attribute = m_model->attribute(std::string(name), index);
+    if (!attribute) return Base::eval_attribute_1(name, si, active);
+    if (attribute->components != 1) return wrong_size<Float>("eval_attribute_1", *attribute);
+    return m_calls.attribute(index, false, si.prim_index, si.p, active)[0];
+  }
+
+  Color3f eval_attribute_3(std::string_view name, const SurfaceInteraction3f& si, Mask active) const override {
+    uint32_t index;
+    const Attribute* attribute = m_model->attribute(std::string(name), index);
+    if (!attribute) return Base::eval_attribute_3(name, si, active);
+    if (attribute->components != 3) return wrong_size<Color3f>("eval_attribute_3", *attribute);
+    auto w = m_calls.attribute(index, false, si.prim_index, si.p, active);
+    return Color3f(w[0], w[1], w[2]);
+  }
+
+  std::string to_string() const override {
+    const ModelFacts& facts = m_model->facts();
+    Statistics s = m_model->cache().statistics();
+    std::ostringstream oss;
+    oss << "MeshletEdgebreaker[" << std::endl
+        << "  bbox = " << string::indent(bbox()) << "," << std::endl
+        << "  triangles = " << facts.triangles << " in " << facts.meshlets << " meshlets," << std::endl
+        << "  compressed = " << util::mem_string(facts.compressed_bytes) << "," << std::endl
+        << "  cache = " << util::mem_string(s.resident_bytes) << " of at most " << util::mem_string(s.limit_bytes) << "," << std::endl
+        << "  surface_area = " << m_surface_area << "," << std::endl
+        << "  " << string::indent(get_children_string()) << std::endl
+        << "]";
+    return oss.str();
+  }
+
+  MI_DECLARE_CLASS(MeshletEdgebreaker)
+  MI_TRAVERSE_CB(Base, m_area_pmf, m_calls.function, m_calls.model_handle)
+
+ private:
+  static ScalarBoundingBox3f to_bbox(const Box& box) {
+    return {ScalarPoint3f(box.lower[0], box.lower[1], box.lower[2]), ScalarPoint3f(box.upper[0], box.upper[1], box.upper[2])};
+  }
+
+  SurfaceInteraction3f to_interaction(const typename Queries<Float>::Words& w, uint32_t ray_flags) const {
+    SurfaceInteraction3f si = dr::zeros<SurfaceInteraction3f>();
+    si.p = Point3f(w[0], w[1], w[2]);
+    si.uv = Point2f(w[3], w[4]);
+    si.n = Normal3f(w[5], w[6], w[7]);
+    si.sh_frame.n = Normal3f(w[8], w[9], w[10]);
+    si.dp_du = Vector3f(w[11], w[12], w[13]);
+    si.dp_dv = Vector3f(w[14], w[15], w[16]);
+    if (has_flag(ray_flags, RayFlags::dNSdUV)) {
+      si.dn_du = Vector3f(w[17], w[18], w[19]);
+      si.dn_dv = Vector3f(w[20], w[21], w[22]);
     }
+    si.shape = this;
+    si.instance = nullptr;
+    return si;
+  }
 
-    MI_DECLARE_CLASS(MeshletEdgebreaker)
-    MI_TRAVERSE_CB(Base, m_area_pmf, m_calls.function, m_calls.model_handle)
+  template <typename Result>
+  static Result wrong_size(const char* function, const Attribute& attribute) {
+    if constexpr (dr::is_jit_v<Float>)
+      return dr::zeros<Result>();  // as Mitsuba's meshes do while a kernel is traced
+    else
+      Throw("%s(): attribute \"%s\" has %u components", function, attribute.name, attribute.components);
+  }
 
-private:
-    static ScalarBoundingBox3f to_bbox(const Box &box) {
-        return { ScalarPoint3f(box.lower[0], box.lower[1], box.lower[2]), ScalarPoint3f(box.upper[0], box.upper[1], box.upper[2]) };
-    }
-
-    SurfaceInteraction3f to_interaction(const typename Queries<Float>::Words &w, uint32_t ray_flags) const {
-        SurfaceInteraction3f si = dr::zeros<SurfaceInteraction3f>();
-        si.p = Point3f(w[0], w[1], w[2]);
-        si.uv = Point2f(w[3], w[4]);
-        si.n = Normal3f(w[5], w[6], w[7]);
-        si.sh_frame.n = Normal3f(w[8], w[9], w[10]);
-        si.dp_du = Vector3f(w[11], w[12], w[13]);
-        si.dp_dv = Vector3f(w[14], w[15], w[16]);
-        if (has_flag(ray_flags, RayFlags::dNSdUV)) {
-            si.dn_du = Vector3f(w[17], w[18], w[19]);
-            si.dn_dv = Vector3f(w[20], w[21], w[22]);
-        }
-        si.shape    = this;
-        si.instance = nullptr;
-        return si;
-    }
-
-    template <typename Result>
-    static Result wrong_size(const char *function, const Attribute &attribute) {
-        if constexpr (dr::is_jit_v<Float>)
-            return dr::zeros<Result>();                          // as Mitsuba's meshes do while a kernel is traced
-        else
-            Throw("%s(): attribute \"%s\" has %u components", function, attribute.name, attribute.components);
-    }
-
-    std::unique_ptr<Model> m_model;
-    Queries<Float> m_calls;
-    DiscreteDistribution<Float> m_area_pmf;
-    ScalarFloat m_surface_area = 0.f;
-    double m_cache_id = 0;
-    uint32_t m_meshlet_count = 0, m_triangle_count = 0;
+  std::unique_ptr<Model> m_model;
+  Queries<Float> m_calls;
+  DiscreteDistribution<Float> m_area_pmf;
+  ScalarFloat m_surface_area = 0.f;
+  double m_cache_id = 0;
+  uint32_t m_meshlet_count = 0, m_triangle_count = 0;
 };
 
 // ---- construction --------------------------------------------------------------------------------------------------------------------
 
-Options read_options(const Properties &props) {
-    Options options;
-    options.cache_fraction = props.get<double>("cache", options.cache_fraction);
-    options.cache_bytes    = props.get<int64_t>("cache_bytes", options.cache_bytes);
-    options.cache_group    = props.get<std::string>("cache_group", "");
-    options.face_normals   = props.get<bool>("face_normals", false);
-    options.flip_normals   = props.get<bool>("flip_normals", false);
-    std::string policy     = props.get<std::string>("cache_policy", "clock");
-    if (policy != "counts" && policy != "clock")
-        Throw("meshlet_edgebreaker: cache_policy must be \"counts\" or \"clock\", not \"%s\"", policy);
-    options.policy = policy == "clock" ? Policy::kClock : Policy::kCounts;
-    if (!(options.cache_fraction >= 0.0 && options.cache_fraction <= 1.0))
-        Throw("meshlet_edgebreaker: cache must be between 0 and 1, not %g", options.cache_fraction);
-    return options;
+Options read_options(const Properties& props) {
+  Options options;
+  options.cache_fraction = props.get<double>("cache", options.cache_fraction);
+  options.cache_bytes = props.get<int64_t>("cache_bytes", options.cache_bytes);
+  options.cache_group = props.get<std::string>("cache_group", "");
+  options.face_normals = props.get<bool>("face_normals", false);
+  options.flip_normals = props.get<bool>("flip_normals", false);
+  std::string policy = props.get<std::string>("cache_policy", "clock");
+  if (policy != "counts" && policy != "clock") Throw("meshlet_edgebreaker: cache_policy must be \"counts\" or \"clock\", not \"%s\"", policy);
+  options.policy = policy == "clock" ? Policy::kClock : Policy::kCounts;
+  if (!(options.cache_fraction >= 0.0 && options.cache_fraction <= 1.0))
+    Throw("meshlet_edgebreaker: cache must be between 0 and 1, not %g", options.cache_fraction);
+  return options;
 }
 
-template <typename Transform> Affine to_affine(const Transform &transform) {
-    Affine result;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 4; ++j)
-            result.m[i][j] = (float) transform.matrix.entry(i, j);
-    return result;
+template <typename Transform>
+Affine to_affine(const Transform& transform) {
+  Affine result;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 4; ++j) result.m[i][j] = (float)transform.matrix.entry(i, j);
+  return result;
 }
 
-template <typename Float, typename Spectrum> std::vector<Part> read(const Properties &props, const std::string &filename) {
-    MI_IMPORT_CORE_TYPES()
-    int mesh = props.get<int>("mesh", -1), primitive = props.get<int>("primitive", -1);
-    std::vector<Part> parts = read_parts(filename, mesh, primitive);
-    Affine to_world = to_affine(props.get<ScalarAffineTransform4f>("to_world", ScalarAffineTransform4f()));
-    for (Part &part : parts) {
-        part.to_world = to_world * part.to_world;
-        part.flip_winding = part.to_world.determinant() < 0.f;
-    }
-    return parts;
+template <typename Float, typename Spectrum>
+std::vector<Part> read(const Properties& props, const std::string& filename) {
+  MI_IMPORT_CORE_TYPES()
+  int mesh = props.get<int>("mesh", -1), primitive = props.get<int>("primitive", -1);
+  std::vector<Part> parts = read_parts(filename, mesh, primitive);
+  Affine to_world = to_affine(props.get<ScalarAffineTransform4f>("to_world", ScalarAffineTransform4f()));
+  for (Part& part : parts) {
+    part.to_world = to_world * part.to_world;
+    part.flip_winding = part.to_world.determinant() < 0.f;
+  }
+  return parts;
 }
 
 // An ordinary mesh of everything, for variants that cannot run the shape, and for comparison. The wheel's mesh.h cannot be included (it
 // needs a header that is not in the wheel), so the mesh goes through a file.
-template <typename Float, typename Spectrum> ref<Object> make_mesh(const Properties &props, std::vector<Part> parts) {
-    TemporaryPly file(std::move(parts), props.get<bool>("face_normals", false));
-    Properties ply(props);
-    ply.set_plugin_name("ply");
-    ply.set("filename", file.path(), false);
-    ply.remove_property("to_world");
-    for (const auto &child : props.objects())
-        props.mark_queried(child.name());                        // the copy takes the BSDF and the like
-    return PluginManager::instance()->create_object<Shape<Float, Spectrum>>(ply).get();
+template <typename Float, typename Spectrum>
+ref<Object> make_mesh(const Properties& props, std::vector<Part> parts) {
+  TemporaryPly file(std::move(parts), props.get<bool>("face_normals", false));
+  Properties ply(props);
+  ply.set_plugin_name("ply");
+  ply.set("filename", file.path(), false);
+  ply.remove_property("to_world");
+  for (const auto& child : props.objects()) props.mark_queried(child.name());  // the copy takes the BSDF and the like
+  return PluginManager::instance()->create_object<Shape<Float, Spectrum>>(ply).get();
 }
 
-template <typename Float, typename Spectrum> ref<Object> make(void *, const Properties &props) {
-    std::string given = props.get<std::string>("filename");
-    Options options   = read_options(props);
-    bool decoded      = props.get<bool>("decoded", false);
-    if (dr::is_cuda_v<Float> && !decoded)
-        Throw("meshlet_edgebreaker: cuda variants cannot trace rays through compressed meshlets; add \"decoded\": True to load \"%s\" as an "
-              "ordinary mesh, or choose a scalar or llvm variant", given);
-    std::string filename = file_resolver()->resolve(given).string();
-    try {
-        std::vector<Part> parts = read<Float, Spectrum>(props, filename);
-        if constexpr (!dr::is_cuda_v<Float>)
-            if (!decoded)
-                return new MeshletEdgebreaker<Float, Spectrum>(props, std::make_unique<Model>(std::move(parts), options));
-        return make_mesh<Float, Spectrum>(props, std::move(parts));
-    } catch (const std::runtime_error &error) {
-        Throw("meshlet_edgebreaker: %s: %s", given, error.what());
-    }
+template <typename Float, typename Spectrum>
+ref<Object> make(void*, const Properties& props) {
+  std::string given = props.get<std::string>("filename");
+  Options options = read_options(props);
+  bool decoded = props.get<bool>("decoded", false);
+  if (dr::is_cuda_v<Float> && !decoded)
+    Throw(
+        "meshlet_edgebreaker: cuda variants cannot trace rays through compressed meshlets; add \"decoded\": True to load \"%s\" as an "
+        "ordinary mesh, or choose a scalar or llvm variant",
+        given);
+  std::string filename = file_resolver()->resolve(given).string();
+  try {
+    std::vector<Part> parts = read<Float, Spectrum>(props, filename);
+    if constexpr (!dr::is_cuda_v<Float>)
+      if (!decoded) return new MeshletEdgebreaker<Float, Spectrum>(props, std::make_unique<Model>(std::move(parts), options));
+    return make_mesh<Float, Spectrum>(props, std::move(parts));
+  } catch (const std::runtime_error& error) {
+    Throw("meshlet_edgebreaker: %s: %s", given, error.what());
+  }
 }
 
-template <typename Float> using Spectral = Spectrum<Float, 4>;
+template <typename Float>
+using Spectral = Spectrum<Float, 4>;
 using LlvmFloat = dr::DiffArray<JitBackend::LLVM, float>;
 using CudaFloat = dr::DiffArray<JitBackend::CUDA, float>;
 
-void register_shape(const char *name) {
-    auto add = [&](const char *variant, PluginInstantiateFn instantiate) {
-        PluginManager::instance()->register_plugin(name, variant, ObjectType::Shape, instantiate, nullptr, nullptr);
-    };
-    add("scalar_rgb", &make<float, Color<float, 3>>);
-    add("scalar_spectral", &make<float, Spectral<float>>);
-    add("llvm_ad_rgb", &make<LlvmFloat, Color<LlvmFloat, 3>>);
-    add("llvm_ad_spectral", &make<LlvmFloat, Spectral<LlvmFloat>>);
-    add("cuda_ad_rgb", &make<CudaFloat, Color<CudaFloat, 3>>);
-    add("cuda_ad_spectral", &make<CudaFloat, Spectral<CudaFloat>>);
+void register_shape(const char* name) {
+  auto add = [&](const char* variant, PluginInstantiateFn instantiate) {
+    PluginManager::instance()->register_plugin(name, variant, ObjectType::Shape, instantiate, nullptr, nullptr);
+  };
+  add("scalar_rgb", &make<float, Color<float, 3>>);
+  add("scalar_spectral", &make<float, Spectral<float>>);
+  add("llvm_ad_rgb", &make<LlvmFloat, Color<LlvmFloat, 3>>);
+  add("llvm_ad_spectral", &make<LlvmFloat, Spectral<LlvmFloat>>);
+  add("cuda_ad_rgb", &make<CudaFloat, Color<CudaFloat, 3>>);
+  add("cuda_ad_spectral", &make<CudaFloat, Spectral<CudaFloat>>);
 #if defined(MESHLET_ALL_VARIANTS)
-    add("scalar_spectral_polarized", &make<float, MuellerMatrix<Spectral<float>>>);
-    add("llvm_ad_mono", &make<LlvmFloat, Color<LlvmFloat, 1>>);
-    add("llvm_ad_mono_polarized", &make<LlvmFloat, MuellerMatrix<Color<LlvmFloat, 1>>>);
-    add("llvm_ad_spectral_polarized", &make<LlvmFloat, MuellerMatrix<Spectral<LlvmFloat>>>);
+  add("scalar_spectral_polarized", &make<float, MuellerMatrix<Spectral<float>>>);
+  add("llvm_ad_mono", &make<LlvmFloat, Color<LlvmFloat, 1>>);
+  add("llvm_ad_mono_polarized", &make<LlvmFloat, MuellerMatrix<Color<LlvmFloat, 1>>>);
+  add("llvm_ad_spectral_polarized", &make<LlvmFloat, MuellerMatrix<Spectral<LlvmFloat>>>);
 #endif
 }
 
 NAMESPACE_END(mitsuba)
 
-extern "C" MI_EXPORT void meshlet_register(const char *name) { mitsuba::register_shape(name); }
-extern "C" MI_EXPORT const char *meshlet_mitsuba_version() { return MI_VERSION; }
+extern "C" MI_EXPORT void meshlet_register(const char* name) { mitsuba::register_shape(name); }
+extern "C" MI_EXPORT const char* meshlet_mitsuba_version() { return MI_VERSION; }

@@ -10,18 +10,19 @@
 namespace meshlet_shape {
 namespace {
 
-#define INLINE __attribute__((always_inline)) inline            // vectors as arguments must stay in registers
+#define INLINE __attribute__((always_inline)) inline  // vectors as arguments must stay in registers
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // Rays turned and sheared so that they run along z (Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2013).
-template <int N> struct Shears {
+template <int N>
+struct Shears {
   explicit Shears(const Rays<N>& r) {
     for (int l = 0; l < N; l++) {
       const float x = r.d[0][l], y = r.d[1][l], z = r.d[2][l];
       const float ax = std::fabs(x), ay = std::fabs(y), az = std::fabs(z);
       const bool is_x = ax >= ay && ax >= az, is_y = !is_x && ay >= az;
       const float inverse = 1.0f / (is_x ? x : is_y ? y : z);
-      axis[l] = is_x ? 0 : is_y ? 1 : 2;                        // of the largest component
+      axis[l] = is_x ? 0 : is_y ? 1 : 2;  // of the largest component
       shear[0][l] = (is_x ? y : is_y ? z : x) * inverse;
       shear[1][l] = (is_x ? z : is_y ? x : y) * inverse;
       shear[2][l] = inverse;
@@ -34,7 +35,8 @@ template <int N> struct Shears {
 
 // One of them.
 struct ShearedRay {
-  template <int N> ShearedRay(const Rays<N>& r, const Shears<N>& s, int lane) {
+  template <int N>
+  ShearedRay(const Rays<N>& r, const Shears<N>& s, int lane) {
     static constexpr int kTurned[3][3] = {{1, 2, 0}, {2, 0, 1}, {0, 1, 2}};
     for (int i = 0; i < 3; i++) {
       axis[i] = kTurned[s.axis[lane]][i];
@@ -66,9 +68,7 @@ inline Sheared shear(const float (*vertex)[kLanes], const ShearedRay& r) {
 
 // Which side of the directed edge p -> q the origin is on. Rounding is monotonic, so that a sign that is not zero is right, and swapping
 // p and q negates it exactly.
-inline __m256 edge(const Sheared& p, const Sheared& q) {
-  return _mm256_sub_ps(_mm256_mul_ps(q.x, p.y), _mm256_mul_ps(q.y, p.x));
-}
+inline __m256 edge(const Sheared& p, const Sheared& q) { return _mm256_sub_ps(_mm256_mul_ps(q.x, p.y), _mm256_mul_ps(q.y, p.x)); }
 
 INLINE GroupHits hit_group(const TriangleGroup& group, const ShearedRay& r, float t_max) {
   Sheared a = shear(group.vertex[0], r), b = shear(group.vertex[1], r), c = shear(group.vertex[2], r);
@@ -165,16 +165,17 @@ INLINE bool any_hit(const TriangleGroup* groups, const ShearedRay& ray, uint32_t
 
 }  // namespace
 
-template <int N> void Triangles::intersect(const Rays<N>& rays, const Meetings<N>& meetings, Hits<N>& hits) const {
+template <int N>
+void Triangles::intersect(const Rays<N>& rays, const Meetings<N>& meetings, Hits<N>& hits) const {
   const Shears<N> shears(rays);
   for (uint32_t rest = meetings.any; rest; rest &= rest - 1) {
     const int l = lane_of<N>(rest);
-    if (nearest_hit(group(), ShearedRay(rays, shears, l), meetings.groups[l], meetings.enter[l], rays.t_max[l], hits.of[l]))
-      hits.found |= 1u << l;
+    if (nearest_hit(group(), ShearedRay(rays, shears, l), meetings.groups[l], meetings.enter[l], rays.t_max[l], hits.of[l])) hits.found |= 1u << l;
   }
 }
 
-template <int N> uint32_t Triangles::occlude(const Rays<N>& rays, const Meetings<N>& meetings) const {
+template <int N>
+uint32_t Triangles::occlude(const Rays<N>& rays, const Meetings<N>& meetings) const {
   const Shears<N> shears(rays);
   uint32_t found = 0;
   for (uint32_t rest = meetings.any; rest; rest &= rest - 1) {
@@ -184,8 +185,8 @@ template <int N> uint32_t Triangles::occlude(const Rays<N>& rays, const Meetings
   return found;
 }
 
-#define FOR_PACKETS_OF(N)                                                                                   \
-  template void Triangles::intersect<N>(const Rays<N>&, const Meetings<N>&, Hits<N>&) const;                \
+#define FOR_PACKETS_OF(N)                                                                    \
+  template void Triangles::intersect<N>(const Rays<N>&, const Meetings<N>&, Hits<N>&) const; \
   template uint32_t Triangles::occlude<N>(const Rays<N>&, const Meetings<N>&) const;
 FOR_PACKETS_OF(1)
 FOR_PACKETS_OF(4)

@@ -13,7 +13,7 @@
 namespace meshlet_shape {
 
 constexpr uint32_t kMeshletTriangles = 64;
-constexpr uint32_t kLanes = 8;                                  // triangles of a group, groups of a meshlet
+constexpr uint32_t kLanes = 8;  // triangles of a group, groups of a meshlet
 constexpr uint32_t kMaxGroups = kMeshletTriangles / kLanes;
 
 struct Vector3 {
@@ -28,7 +28,8 @@ constexpr float kSlabMargin = 1.0f + 8 * std::numeric_limits<float>::epsilon();
 constexpr float kLeastDirection = 1e-18f;
 
 // Up to N rays, in the layout that they come in from Embree: those with a bit in `active` are traced.
-template <int N> struct Rays {
+template <int N>
+struct Rays {
   alignas(4 * N) float o[3][N], d[3][N], t_max[N];
   uint32_t active;
 };
@@ -39,41 +40,48 @@ struct Hit {
   uint32_t triangle;
 };
 
-template <int N> struct Hits {
+template <int N>
+struct Hits {
   Hit of[N];
-  uint32_t found = 0;                                           // the rays that hit, as bits
+  uint32_t found = 0;  // the rays that hit, as bits
 };
 
 // Which groups of a meshlet rays meet: bits of groups, and where they are entered.
-template <int N> struct Meetings {
+template <int N>
+struct Meetings {
   alignas(32) float enter[N][kMaxGroups];
   uint32_t groups[N];
-  uint32_t any = 0;                                             // the rays that meet some group, as bits
+  uint32_t any = 0;  // the rays that meet some group, as bits
 };
 
 // The box of a meshlet and those of its groups, on a grid of 255 steps over the meshlet's. Not decoded geometry but part of the
 // acceleration structure: always there, so that most rays that miss a meshlet need not decode it.
 struct Boxes {
   float origin[3], step[3];
-  uint8_t side[2][3][kMaxGroups];                               // [lower, upper][axis][group]
+  uint8_t side[2][3][kMaxGroups];  // [lower, upper][axis][group]
   uint8_t groups;
 
   float bound(bool upper_end, int axis) const { return upper_end ? origin[axis] + 255.0f * step[axis] : origin[axis]; }
 
   // The groups whose boxes the rays meet before t_max.
-  template <int N> void meet(const Rays<N>& rays, Meetings<N>& meetings) const;
+  template <int N>
+  void meet(const Rays<N>& rays, Meetings<N>& meetings) const;
 };
 
 // The lowest ray of some, as bits.
-template <int N> int lane_of(uint32_t rays) { return N > 1 ? __builtin_ctz(rays) : 0; }
+template <int N>
+int lane_of(uint32_t rays) {
+  return N > 1 ? __builtin_ctz(rays) : 0;
+}
 
 // Inline, as most of what a ray does; a multiplication never meets an addition here that the compiler could contract it with.
-template <int N> inline void Boxes::meet(const Rays<N>& rays, Meetings<N>& meetings) const {
+template <int N>
+inline void Boxes::meet(const Rays<N>& rays, Meetings<N>& meetings) const {
   auto decoded = [&](bool upper, int axis) {
     return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(side[upper][axis]))));
   };
-  __m256 plane[2][3];                                           // where several rays share the work
-  alignas(4 * N) float scale[3][N], offset[3][N];               // plane q of the grid is q * scale + offset away
+  __m256 plane[2][3];                              // where several rays share the work
+  alignas(4 * N) float scale[3][N], offset[3][N];  // plane q of the grid is q * scale + offset away
   for (int i = 0; i < 3; i++) {
     for (int s = 0; N > 1 && s < 2; s++) plane[s][i] = decoded(s, i);
     for (int l = 0; l < N; l++) {
@@ -102,7 +110,7 @@ template <int N> inline void Boxes::meet(const Rays<N>& rays, Meetings<N>& meeti
 }
 
 struct alignas(32) TriangleGroup {
-  float vertex[3][3][kLanes];                                   // [corner][axis][triangle]
+  float vertex[3][3][kLanes];  // [corner][axis][triangle]
 };
 
 // A header, followed in memory by its groups.
@@ -125,9 +133,11 @@ struct alignas(32) Triangles {
 
   // Nearest hits with 0 < t < t_max in the groups that the rays meet, from either side. No ray that crosses the edge between two
   // triangles with equal vertices passes between them.
-  template <int N> void intersect(const Rays<N>& rays, const Meetings<N>& meetings, Hits<N>& hits) const;
+  template <int N>
+  void intersect(const Rays<N>& rays, const Meetings<N>& meetings, Hits<N>& hits) const;
   // The rays that hit anything there, as bits.
-  template <int N> uint32_t occlude(const Rays<N>& rays, const Meetings<N>& meetings) const;
+  template <int N>
+  uint32_t occlude(const Rays<N>& rays, const Meetings<N>& meetings) const;
 };
 
 }  // namespace meshlet_shape

@@ -72,9 +72,9 @@ bool run(Policy policy, double fraction) {
   Statistics s = store->statistics();
   uint64_t asked = 2ull * kThreads * kAsks;
   bool counted = s.hits + s.misses == asked && s.misses == s.decoded;
-  std::printf("%s %3.0f %%: %llu hits, %llu misses, %llu evictions, %llu refused, %llu of %llu bytes\n", policy == Policy::kClock ? "clock " : "counts", 100 * fraction,
-              (unsigned long long) s.hits, (unsigned long long) s.misses, (unsigned long long) s.evictions, (unsigned long long) s.refused,
-              (unsigned long long) s.resident_bytes, (unsigned long long) s.limit_bytes);
+  std::printf("%s %3.0f %%: %llu hits, %llu misses, %llu evictions, %llu refused, %llu of %llu bytes\n", policy == Policy::kClock ? "clock " : "counts",
+              100 * fraction, (unsigned long long)s.hits, (unsigned long long)s.misses, (unsigned long long)s.evictions, (unsigned long long)s.refused,
+              (unsigned long long)s.resident_bytes, (unsigned long long)s.limit_bytes);
   table.reset();
   s = store->statistics();
   return wrong == 0 && !over && counted && s.resident_bytes == 0 && s.resident_entries == 0;

@@ -1,0 +1,343 @@
+"""How does the format work? One meshlet of a generated model in four pictures: cut, walked over, predicted, stored.
+
+python -m bench how_it_works: writes docs/how_it_works.png. The model is bench/generated.py's, compressed with the default options; the meshlet is an ordinary one (see choose), decoded by gltf_ext/reference_decoder.py. Everything drawn or written in the
+picture is read from the compressed bytes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections import Counter
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from unittest import mock
+
+import matplotlib
+import numpy as np
+
+import gltf_ext
+from bench.common import ROOT
+from bench.figures import DIGEST, digest
+from bench.generated import torus
+from gltf_ext import demo_model, reference_decoder
+from gltf_ext.document import write_files
+from gltf_ext.extension import require_compressed
+from gltf_ext.importers import open_model
+from gltf_ext.inspection import INDEX_BYTES_PER_TRIANGLE
+from gltf_ext.plots import PALETTE_SIZE, meshlet_colors
+from gltf_ext.rasterizer import LIGHT, Camera, Mesh, render
+from gltf_ext.reference_decoder import FOREIGN, OWNED, PRIVATE, Decoder, Meshlet, dequantise
+
+matplotlib.use("Agg")
+from matplotlib import patheffects, pyplot  # noqa: E402  (the backend must be chosen first)
+from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
+from matplotlib.lines import Line2D  # noqa: E402
+from matplotlib.patches import Patch  # noqa: E402
+from PIL import Image  # noqa: E402
+from PIL.PngImagePlugin import PngInfo  # noqa: E402
+
+TRIANGLES = 6000   # of the model
+SIZE, DPI = (16, 6.9), 100   # inches, pixels per inch
+BOTTOM, TOP = 0.325, 0.92    # of the panels, as shares of the height
+TITLE, TEXT, SMALL = 17, 12.5, 12   # points
+TITLES = ("Cut", "Walk", "Predict", "Store")
+DISTANCE, VIEW = 3.0, 18.5   # of the eye, in widths of the model; degrees
+
+# Okabe and Ito's colours, which the colour-blind can tell apart
+BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#f0e442"
+INK, GRAY, PALE = "#222222", "#aaaaaa", "#f2f2f2"
+HIGHLIGHT = (0.03, 0.03, 0.03)   # linear RGB
+LETTERS = {
+    "C": (SKY, "meets a new vertex inside"),
+    "R": (GREEN, "border on the right: goes left"),
+    "L": (YELLOW, "border on the left: goes right"),
+    "S": (PURPLE, "splits: first right, then left"),
+    "E": (RED, "border on both sides: ends"),
+}
+RUNS = {
+    OWNED: (BLUE, "border stored here"),
+    FOREIGN: (ORANGE, "border read from a neighbour"),
+    PRIVATE: (PURPLE, "border that both sides store"),
+}
+ANCHOR = {"marker": "s", "markersize": 11, "color": BLUE, "markeredgecolor": INK, "markeredgewidth": 1.5, "linestyle": "none"}
+CORNER = {**ANCHOR, "color": "white", "markeredgecolor": ORANGE, "markeredgewidth": 2.5}
+GUESS = {"marker": "o", "markersize": 9, "color": "white", "markeredgecolor": INK, "markeredgewidth": 1.5, "linestyle": "none"}
+HALO = patheffects.withStroke(linewidth=2.5, foreground="white")
+# The label and colour of each part of a meshlet's bits, and how the names of its fields start
+SECTIONS = {
+    "the letters": (INK, ("p0", "p1", "px")),
+    "whose borders": (ORANGE, ("foreign mask", "loop-end mask", "private mask", "length", "delta", "slot", "share bits")),
+    "which codes": (GRAY, ("code of", "width of chain", "width of interior")),
+    "anchors": (BLUE, ("first anchor", "further anchors", "width of anchors")),
+    "other border": (BLUE, ("low bits of chain", "quotients of chain")),
+    "inside: low bits": (GREEN, ("low bits of interior",)),
+    "inside: quotients": (GREEN, ("quotients of interior",)),
+}
+DIRECTORY = "address, padding"
+
+
+# --- the meshlet ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Example:
+    """One meshlet, decoded.
+
+    points: float64[V, 3]; flat: float64[V, 2], the points seen from outside, straight onto their best plane;
+    axes: float64[3, 3], rows: the flat picture's right and up, and towards the viewer; center: float64[3].
+    """
+
+    decoder: Decoder
+    meshlet: Meshlet
+    points: np.ndarray
+    flat: np.ndarray
+    axes: np.ndarray
+    center: np.ndarray
+
+    def flattened(self, points: np.ndarray) -> np.ndarray:
+        return (points - self.center) @ self.axes[:2].T
+
+
+def compressed_model() -> Decoder:
+    """The model, from a file that `compress` writes with its default options."""
+    with tempfile.TemporaryDirectory() as folder:
+        source, output = Path(folder) / "in.glb", Path(folder) / "out.glb"
+        demo_model.write_glb([torus(TRIANGLES)], source)
+        gltf_ext.compress(source, output)
+        (compressed,) = require_compressed(open_model(output))
+    return Decoder(compressed.blob)
+
+
+def choose(decoder: Decoder) -> Example:
+    """Of the meshlets that show everything and lie flat, the one whose bits per triangle are nearest to the model's."""
+    mean = 8 * len(decoder.file.data) / decoder.file.triangle_count
+    candidates = [m for m in range(decoder.file.meshlet_count) if _shows_everything(decoder.file.meshlet(m))]
+    examples = [example for m in candidates if _lies_flat(example := flatten(decoder, m))]
+    return min(examples, key=lambda e: abs(sum(section_bits(e).values()) / e.meshlet.entry.triangle_count - mean))
+
+
+def _shows_everything(meshlet: Meshlet) -> bool:
+    """All five letters and all three kinds of runs in one component, without seams, which take more words."""
+    return (set(meshlet.symbols) == set(LETTERS) and {r.kind for r in meshlet.references} == set(RUNS)
+            and len(meshlet.connectivity.components) == 1 and not meshlet.entry.has_seams)
+
+
+def _lies_flat(example: Example) -> bool:
+    """True when no triangle is turned over in the flat picture, and the picture's demo light falls on it."""
+    a, b, c = example.flat[np.array(example.meshlet.connectivity.triangles)].transpose(1, 2, 0)
+    areas = (b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0]
+    return bool(areas.min() > 0 and example.axes[2] @ LIGHT > 0.5 * np.linalg.norm(LIGHT))
+
+
+def decoded(decoder: Decoder, m: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(triangles int[T, 3], points float64[V, 3], normals float64[V, 3]) of meshlet m."""
+    triangles, values = decoder.meshlet(m)
+    points, normals = (dequantise(decoder.file.streams[s], np.array(values[s])).astype(np.float64) for s in (0, 1))
+    return np.array(triangles), points, normals
+
+
+def flatten(decoder: Decoder, m: int) -> Example:
+    """Meshlet m on the plane that its points are nearest to, y up as far as the plane allows."""
+    triangles, points, _ = decoded(decoder, m)
+    center = points.mean(axis=0)
+    corners = points[triangles]
+    outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
+    normal = np.linalg.svd(points - center)[2][2]
+    normal *= np.sign(normal @ outward)
+    right = np.cross([0.0, 1.0, 0.0], normal)
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(normal, right), normal])
+    return Example(decoder, decoder.file.meshlet(m), points, (points - center) @ axes[:2].T, axes, center)
+
+
+def section_bits(example: Example) -> dict[str, int]:
+    """Bits of each of SECTIONS, and of the meshlet's directory entry with the unused bits up to the next meshlet."""
+    names: Counter = Counter()
+
+    class CountingReader(reference_decoder.BitReader):
+        def read(self, width, name):
+            names[name] += width
+            return super().read(width, name)
+
+    file, m = example.decoder.file, example.meshlet.index
+    with mock.patch.object(reference_decoder, "BitReader", CountingReader):
+        Meshlet(file, m)             # sections A to F; the decoder knows them already and reads only
+        example.decoder.meshlet(m)   # G and H
+    bits = {label: sum(n for name, n in names.items() if name.startswith(starts)) for label, (_, starts) in SECTIONS.items()}
+    end = file.entry(m + 1).position if m + 1 < file.meshlet_count else 8 * file.end
+    bits[DIRECTORY] = 8 * reference_decoder.DIRECTORY_BYTES + end - file.entry(m).position - names.total()
+    return bits
+
+
+def raw_bits(example: Example) -> int:
+    """What the same triangles take as plain glTF: 32 bits per component of each vertex that is not another meshlet's, 3 indices."""
+    decoder, meshlet = example.decoder, example.meshlet
+    runs = [decoder.boundary(decoder.file.meshlet(m)) for m in range(meshlet.index + 1)]
+    vertices = meshlet.connectivity.vertex_count - len(decoder.alias(meshlet, runs))
+    components = sum(3 if stream.kind == reference_decoder.OCT else stream.components for stream in meshlet.streams)
+    return 32 * components * vertices + 8 * INDEX_BYTES_PER_TRIANGLE * meshlet.entry.triangle_count
+
+
+def figures(example: Example) -> dict:
+    """Every number that the picture states."""
+    raw, sections = raw_bits(example), section_bits(example)
+    file = example.decoder.file
+    return {"meshlet": example.meshlet.index, "meshlets": file.meshlet_count, "triangles": example.meshlet.entry.triangle_count,
+            "symbols": example.meshlet.symbols, "raw": raw, "sections": sections, "total": sum(sections.values()),
+            "mean": 8 * len(file.data) / file.triangle_count}
+
+
+# --- the picture ---------------------------------------------------------------------------------------------------------
+
+
+def draw(path: Path) -> dict:
+    """Writes the picture, 1600 pixels wide; returns the figures in it."""
+    example = choose(compressed_model())
+    numbers = figures(example)
+    figure = pyplot.figure(figsize=SIZE, dpi=DPI)
+    panels = [figure.add_axes((0.005 + 0.25 * k, BOTTOM, 0.24, TOP - BOTTOM)) for k in range(4)]
+    for k, (panel, title) in enumerate(zip(panels, TITLES)):
+        panel.set_axis_off()
+        figure.text(0.005 + 0.25 * k, 0.945, f"{k + 1}  {title}", fontsize=TITLE, weight="bold", color=INK)
+    draw_model(panels[0], example, numbers)
+    draw_walk(panels[1], example)
+    draw_prediction(panels[2], example)
+    draw_bits(panels[3], numbers)
+    _save(figure, path, numbers)
+    return numbers
+
+
+def draw_model(axis, example: Example, numbers: dict) -> None:
+    """The model in the colours of its meshlets, the example's darkest."""
+    decoder = example.decoder
+    triangles, points, normals = zip(*(decoded(decoder, m) for m in range(decoder.file.meshlet_count)))
+    first = np.cumsum([0] + [len(p) for p in points])
+    meshlet = np.repeat(np.arange(len(points)), [len(t) for t in triangles])
+    colors = 0.3 + 0.7 * meshlet_colors(meshlet)
+    colors[meshlet == example.meshlet.index] = HIGHLIGHT
+    mesh = Mesh(np.concatenate(points), np.concatenate(normals), np.concatenate([t + n for t, n in zip(triangles, first)]), colors, meshlet)
+    center = (mesh.positions.min(axis=0) + mesh.positions.max(axis=0)) / 2
+    towards = example.axes[2] + [0.0, 0.6, 0.0]
+    eye = center + DISTANCE * np.ptp(mesh.positions, axis=0).max() * towards / np.linalg.norm(towards)
+    axis.imshow(render(mesh, Camera(tuple(eye), tuple(center), VIEW), 384, 384), interpolation="none")
+    _caption(axis, f"The mesh is cut into meshlets of at most\n64 triangles, here {numbers['meshlets']}. Each decodes\n"
+                   f"alone and in any order. The dark one,\nof {numbers['triangles']} triangles, is what follows.")
+
+
+def draw_walk(axis, example: Example) -> None:
+    """The flat meshlet with the letter of each triangle and the walk over them."""
+    triangles = np.array(example.meshlet.connectivity.triangles)
+    _mesh(axis, example, [LETTERS[symbol][0] for symbol in example.meshlet.symbols], alpha=0.4)
+    middles = example.flat[triangles].mean(axis=1)
+    steps = np.stack([middles[:-1], middles[1:]], axis=1)
+    adjacent = np.array([len(set(s) & set(t)) == 2 for s, t in zip(triangles[:-1], triangles[1:])])
+    axis.add_collection(LineCollection(steps[adjacent], colors=INK, linewidths=1.0))
+    axis.add_collection(LineCollection(steps[~adjacent], colors=INK, linewidths=1.0, linestyles=":"))
+    for symbol, middle in zip(example.meshlet.symbols, middles):
+        axis.text(*middle, symbol, ha="center", va="center", fontsize=SMALL, weight="bold", color=INK, path_effects=[HALO])
+    axis.plot(*middles[0], "o", markersize=19, markerfacecolor="none", markeredgecolor=INK, markeredgewidth=1.8)
+    _caption(axis, "A walk over the triangles, from the circle on:\n2 or 3 bits per triangle say how it goes on.")
+    _legend(axis, [(Patch(facecolor=color, alpha=0.4, edgecolor=GRAY), f"{letter}  {words}") for letter, (color, words) in LETTERS.items()], 2)
+
+
+def draw_prediction(axis, example: Example) -> None:
+    """The flat meshlet with its border by kind of run, its anchors, and the prediction of one vertex inside."""
+    decoder, meshlet, flat = example.decoder, example.meshlet, example.flat
+    _mesh(axis, example, PALE)
+    runs = decoder.boundary(meshlet)
+    for reference, run in zip(meshlet.references, runs):
+        color = RUNS[reference.kind][0]
+        axis.plot(*flat[run].T, "-o", color=color, linewidth=4.5, markersize=7, markeredgecolor="white", solid_capstyle="butt")
+    for j, run in enumerate(runs):
+        axis.plot(*flat[run[0]], **(ANCHOR if meshlet.stores_corner(j, 0) else CORNER))
+    inside = [v for v, *_ in decoder.traversed(meshlet, runs)]
+    axis.plot(*flat[inside].T, "o", color=INK, markersize=5)
+    v, a, b, o, predicted = farthest_prediction(example)
+    axis.fill(*flat[[a, o, b]].T, color=YELLOW, alpha=0.6, linewidth=0)
+    axis.plot(*np.stack([flat[a], predicted, flat[b]]).T, "--", color=INK, linewidth=1.5)
+    axis.annotate("", flat[v], predicted, arrowprops={"arrowstyle": "-|>", "color": RED, "linewidth": 2, "shrinkA": 4, "shrinkB": 2})
+    axis.plot(*predicted, **GUESS)
+    _caption(axis, "Positions: a border is stored by one of its two\nmeshlets, a vertex inside as the difference from\na guess: the yellow triangle, made a parallelogram.")
+    _legend(axis, [(Line2D([], [], color=color, linewidth=4.5), words) for color, words in RUNS.values()]
+            + [(Line2D([], [], **ANCHOR), "corner stored here (anchor)"), (Line2D([], [], **CORNER), "corner read from a neighbour"),
+               (Line2D([], [], **GUESS), "guess; the arrow is stored")], 3)
+
+
+def farthest_prediction(example: Example) -> tuple[int, int, int, int, np.ndarray]:
+    """(v, a, b, o, predicted): the vertex that lies farthest from its parallelogram in the flat picture, float64[2]."""
+    decoder, meshlet = example.decoder, example.meshlet
+    stream, values = meshlet.streams[0], decoder.meshlet(meshlet.index)[1][0]
+    found = []
+    for v, a, b, o in decoder.traversed(meshlet, decoder.boundary(meshlet)):
+        if o is not None:
+            predicted = np.array(decoder.predict(stream.predictor, values[a], values[b], values[o]))
+            found.append((v, a, b, o, example.flattened(dequantise(stream, predicted).astype(np.float64))))
+    return max(found, key=lambda row: np.linalg.norm(example.flat[row[0]] - row[4]))
+
+
+def draw_bits(axis, numbers: dict) -> None:
+    """Bars: the meshlet as plain glTF and compressed, to scale; below, the sections of the compressed one, to a scale of their own."""
+    triangles, raw, total = numbers["triangles"], numbers["raw"], numbers["total"]
+    whole = axis.inset_axes((0.0, 0.74, 0.97, 0.26))
+    whole.barh([0, 1], [raw, total], color=[GRAY, INK], height=0.42)
+    for row, (name, bits) in enumerate((("as plain glTF", raw), ("compressed", total))):
+        whole.text(0, row - 0.32, f"{name}: {bits:,} bits, {bits / triangles:.1f} per triangle", fontsize=TEXT, color=INK)
+    whole.text(total, 1.0, f"  {raw / total:.1f} times smaller", va="center", fontsize=TEXT, color=INK)
+    whole.set_ylim(1.25, -0.75)
+    parts = axis.inset_axes((0.46, 0.0, 0.4, 0.66))
+    colors = [color for color, _ in SECTIONS.values()] + [GRAY]
+    parts.barh(range(len(colors)), list(numbers["sections"].values()), color=colors, height=0.7)
+    for row, (name, bits) in enumerate(numbers["sections"].items()):
+        parts.text(bits, row, f" {bits:,}", va="center", fontsize=TEXT, color=INK)
+        parts.text(0, row, f"{name} ", va="center", ha="right", fontsize=TEXT, color=INK)
+    parts.invert_yaxis()
+    for inset in (whole, parts):
+        inset.set_axis_off()
+    _caption(axis, f"All of this meshlet: positions, normals and\ntexture coordinates. Small differences take few\n"
+                   f"bits: low bits and quotients of a Rice code, kept\napart, so that every GPU lane finds its own.\n"
+                   f"The whole model: {numbers['mean']:.1f} bits per triangle.")
+
+
+def _mesh(axis, example: Example, colors, alpha: float = 1.0) -> None:
+    """The flat triangles, filled, in the middle of the axis."""
+    corners = example.flat[np.array(example.meshlet.connectivity.triangles)]
+    axis.add_collection(PolyCollection(corners, facecolors=colors, edgecolors="none", alpha=alpha))
+    axis.add_collection(PolyCollection(corners, facecolors="none", edgecolors=GRAY, linewidths=0.8))
+    low, high = example.flat.min(axis=0), example.flat.max(axis=0)
+    middle, half = (low + high) / 2, 0.54 * (high - low).max()
+    axis.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half), aspect="equal")
+
+
+def _caption(axis, text: str) -> None:
+    axis.figure.text(axis.get_position(True).x0, BOTTOM - 0.025, text, fontsize=TEXT, color=INK, va="top", linespacing=1.3)
+
+
+def _legend(axis, entries: list, lines: int) -> None:
+    """Handles and words below a caption of so many lines."""
+    handles, words = zip(*entries)
+    axis.figure.legend(handles, words, loc="upper left", bbox_to_anchor=(axis.get_position(True).x0 - 0.004, BOTTOM - 0.02 - 0.037 * lines),
+                       fontsize=SMALL, frameon=False, handlelength=1.6, labelspacing=0.3, borderpad=0.2)
+
+
+def _save(figure, path: Path, numbers: dict) -> None:
+    """A PNG with a palette, and a digest of the figures in it, so that a test finds a picture that is out of date."""
+    content, small = BytesIO(), BytesIO()
+    figure.savefig(content, format="png")
+    pyplot.close(figure)
+    text = PngInfo()
+    text.add_text(DIGEST, digest(numbers))
+    Image.open(content).convert("RGB").quantize(PALETTE_SIZE, method=Image.Quantize.MAXCOVERAGE).save(small, "png", pnginfo=text)
+    write_files({path: [small.getvalue()]})
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m bench how_it_works", description=__doc__.splitlines()[0])
+    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "how_it_works.png", help="the picture to write")
+    numbers = draw(parser.parse_args().output)
+    print(f"meshlet {numbers['meshlet']}: {numbers['raw']:,} bits raw, {numbers['total']:,} compressed")
+
+
+if __name__ == "__main__":
+    main()
