@@ -1,13 +1,15 @@
 """How does the format work? One meshlet of a generated model in four pictures: cut, walked over, predicted, stored.
 
-python -m bench how_it_works: writes docs/how_it_works.png. The model is bench/generated.py's, compressed with the default options; the meshlet is an ordinary one (see choose), decoded by gltf_ext/reference_decoder.py. Everything drawn or written in the
-picture is read from the compressed bytes.
+python -m bench how_it_works: writes docs/how_it_works.png. The model is bench/generated.py's, compressed with the default options;
+the meshlet is an ordinary one (see choose), decoded by gltf_ext/reference_decoder.py. What is drawn and the figures come from the
+compressed bytes; the picture carries a digest of the figures, so that a test finds it when it is out of date.
 """
 
 from __future__ import annotations
 
 import argparse
 import tempfile
+import textwrap
 from collections import Counter
 from dataclasses import dataclass
 from io import BytesIO
@@ -26,7 +28,7 @@ from gltf_ext.document import write_files
 from gltf_ext.extension import require_compressed
 from gltf_ext.importers import open_model
 from gltf_ext.inspection import INDEX_BYTES_PER_TRIANGLE
-from gltf_ext.plots import PALETTE_SIZE, meshlet_colors
+from gltf_ext.plots import meshlet_colors
 from gltf_ext.rasterizer import LIGHT, Camera, Mesh, render
 from gltf_ext.reference_decoder import FOREIGN, OWNED, PRIVATE, Decoder, Meshlet, dequantise
 
@@ -35,12 +37,12 @@ from matplotlib import patheffects, pyplot  # noqa: E402  (the backend must be c
 from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
-from PIL import Image  # noqa: E402
-from PIL.PngImagePlugin import PngInfo  # noqa: E402
 
-TRIANGLES = 6000   # of the model
-SIZE, DPI = (16, 6.9), 100   # inches, pixels per inch
-BOTTOM, TOP = 0.325, 0.92    # of the panels, as shares of the height
+TRIANGLES = 6000   # of the model: few, so that its meshlets are large in the picture
+SIZE, DPI = (16, 6.6), 100   # inches, pixels per inch
+BOTTOM, TOP, WIDTH = 0.39, 0.92, 0.24   # of the panels, as shares of the picture's height and width
+LINE = 0.222 / SIZE[1]   # of text, as a share of the picture's height
+LETTERS_PER_LINE = 44
 TITLE, TEXT, SMALL = 17, 12.5, 12   # points
 TITLES = ("Cut", "Walk", "Predict", "Store")
 DISTANCE, VIEW = 3.0, 18.5   # of the eye, in widths of the model; degrees
@@ -50,11 +52,11 @@ BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = "#0072b2", "#e69f00", "#009e73",
 INK, GRAY, PALE = "#222222", "#aaaaaa", "#f2f2f2"
 HIGHLIGHT = (0.03, 0.03, 0.03)   # linear RGB
 LETTERS = {
-    "C": (SKY, "meets a new vertex inside"),
-    "R": (GREEN, "border on the right: goes left"),
-    "L": (YELLOW, "border on the left: goes right"),
-    "S": (PURPLE, "splits: first right, then left"),
-    "E": (RED, "border on both sides: ends"),
+    "C": (SKY, "a new vertex inside: goes right"),
+    "R": (GREEN, "nothing new on the right: goes left"),
+    "L": (YELLOW, "nothing new on the left: goes right"),
+    "S": (PURPLE, "splits: goes right, later left"),
+    "E": (RED, "nothing new on either side: ends"),
 }
 RUNS = {
     OWNED: (BLUE, "border stored here"),
@@ -63,15 +65,15 @@ RUNS = {
 }
 ANCHOR = {"marker": "s", "markersize": 11, "color": BLUE, "markeredgecolor": INK, "markeredgewidth": 1.5, "linestyle": "none"}
 CORNER = {**ANCHOR, "color": "white", "markeredgecolor": ORANGE, "markeredgewidth": 2.5}
-GUESS = {"marker": "o", "markersize": 9, "color": "white", "markeredgecolor": INK, "markeredgewidth": 1.5, "linestyle": "none"}
+GUESS = {"marker": "o", "markersize": 8, "color": "white", "markeredgecolor": INK, "markeredgewidth": 1.5, "linestyle": "none"}
 HALO = patheffects.withStroke(linewidth=2.5, foreground="white")
 # The label and colour of each part of a meshlet's bits, and how the names of its fields start
 SECTIONS = {
     "the letters": (INK, ("p0", "p1", "px")),
     "whose borders": (ORANGE, ("foreign mask", "loop-end mask", "private mask", "length", "delta", "slot", "share bits")),
-    "which codes": (GRAY, ("code of", "width of chain", "width of interior")),
+    "choice of codes": (GRAY, ("code of", "width of chain", "width of interior")),
     "anchors": (BLUE, ("first anchor", "further anchors", "width of anchors")),
-    "other border": (BLUE, ("low bits of chain", "quotients of chain")),
+    "rest of border": (BLUE, ("low bits of chain", "quotients of chain")),
     "inside: low bits": (GREEN, ("low bits of interior",)),
     "inside: quotients": (GREEN, ("quotients of interior",)),
 }
@@ -85,18 +87,18 @@ DIRECTORY = "address, padding"
 class Example:
     """One meshlet, decoded.
 
-    points: float64[V, 3]; flat: float64[V, 2], the points seen from outside, straight onto their best plane;
-    axes: float64[3, 3], rows: the flat picture's right and up, and towards the viewer; center: float64[3].
+    flat: float64[V, 2], its points seen from outside, straight onto the plane they are nearest to;
+    axes: float64[3, 3], rows: the flat picture's right and up, and towards the viewer; center: float64[3], the points' mean.
     """
 
     decoder: Decoder
     meshlet: Meshlet
-    points: np.ndarray
     flat: np.ndarray
     axes: np.ndarray
     center: np.ndarray
 
     def flattened(self, points: np.ndarray) -> np.ndarray:
+        """Points [..., 3] in the flat picture: [..., 2]."""
         return (points - self.center) @ self.axes[:2].T
 
 
@@ -115,17 +117,21 @@ def choose(decoder: Decoder) -> Example:
     mean = 8 * len(decoder.file.data) / decoder.file.triangle_count
     candidates = [m for m in range(decoder.file.meshlet_count) if _shows_everything(decoder.file.meshlet(m))]
     examples = [example for m in candidates if _lies_flat(example := flatten(decoder, m))]
+    if not examples:
+        raise SystemExit("bench: no meshlet of the model has every letter and kind of border and lies flat; change TRIANGLES")
     return min(examples, key=lambda e: abs(sum(section_bits(e).values()) / e.meshlet.entry.triangle_count - mean))
 
 
 def _shows_everything(meshlet: Meshlet) -> bool:
-    """All five letters and all three kinds of runs in one component, without seams, which take more words."""
-    return (set(meshlet.symbols) == set(LETTERS) and {r.kind for r in meshlet.references} == set(RUNS)
-            and len(meshlet.connectivity.components) == 1 and not meshlet.entry.has_seams)
+    """All five letters and all three kinds of runs in one component; not what takes more words: seams, and runs that it shares with itself."""
+    foreign = [reference for reference in meshlet.references if reference.kind == FOREIGN]
+    return (set(meshlet.symbols) == set(LETTERS) and {reference.kind for reference in meshlet.references} == set(RUNS)
+            and len(meshlet.connectivity.components) == 1 and not meshlet.entry.has_seams
+            and all(reference.owner != meshlet.index for reference in foreign))
 
 
 def _lies_flat(example: Example) -> bool:
-    """True when no triangle is turned over in the flat picture, and the picture's demo light falls on it."""
+    """True when no triangle is turned over in the flat picture, and the light falls on it."""
     a, b, c = example.flat[np.array(example.meshlet.connectivity.triangles)].transpose(1, 2, 0)
     areas = (b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0]
     return bool(areas.min() > 0 and example.axes[2] @ LIGHT > 0.5 * np.linalg.norm(LIGHT))
@@ -149,7 +155,7 @@ def flatten(decoder: Decoder, m: int) -> Example:
     right = np.cross([0.0, 1.0, 0.0], normal)
     right /= np.linalg.norm(right)
     axes = np.stack([right, np.cross(normal, right), normal])
-    return Example(decoder, decoder.file.meshlet(m), points, (points - center) @ axes[:2].T, axes, center)
+    return Example(decoder, decoder.file.meshlet(m), (points - center) @ axes[:2].T, axes, center)
 
 
 def section_bits(example: Example) -> dict[str, int]:
@@ -197,7 +203,7 @@ def draw(path: Path) -> dict:
     example = choose(compressed_model())
     numbers = figures(example)
     figure = pyplot.figure(figsize=SIZE, dpi=DPI)
-    panels = [figure.add_axes((0.005 + 0.25 * k, BOTTOM, 0.24, TOP - BOTTOM)) for k in range(4)]
+    panels = [figure.add_axes((0.005 + 0.25 * k, BOTTOM, WIDTH, TOP - BOTTOM)) for k in range(4)]
     for k, (panel, title) in enumerate(zip(panels, TITLES)):
         panel.set_axis_off()
         figure.text(0.005 + 0.25 * k, 0.945, f"{k + 1}  {title}", fontsize=TITLE, weight="bold", color=INK)
@@ -222,8 +228,8 @@ def draw_model(axis, example: Example, numbers: dict) -> None:
     towards = example.axes[2] + [0.0, 0.6, 0.0]
     eye = center + DISTANCE * np.ptp(mesh.positions, axis=0).max() * towards / np.linalg.norm(towards)
     axis.imshow(render(mesh, Camera(tuple(eye), tuple(center), VIEW), 384, 384), interpolation="none")
-    _caption(axis, f"The mesh is cut into meshlets of at most\n64 triangles, here {numbers['meshlets']}. Each decodes\n"
-                   f"alone and in any order. The dark one,\nof {numbers['triangles']} triangles, is what follows.")
+    _caption(axis, f"The mesh is cut into meshlets of at most 64 triangles, here {numbers['meshlets']}. Each is decoded on its own, when "
+                   f"it is needed. The dark one, of {numbers['triangles']} triangles, is what follows.")
 
 
 def draw_walk(axis, example: Example) -> None:
@@ -238,8 +244,8 @@ def draw_walk(axis, example: Example) -> None:
     for symbol, middle in zip(example.meshlet.symbols, middles):
         axis.text(*middle, symbol, ha="center", va="center", fontsize=SMALL, weight="bold", color=INK, path_effects=[HALO])
     axis.plot(*middles[0], "o", markersize=19, markerfacecolor="none", markeredgecolor=INK, markeredgewidth=1.8)
-    _caption(axis, "A walk over the triangles, from the circle on:\n2 or 3 bits per triangle say how it goes on.")
-    _legend(axis, [(Patch(facecolor=color, alpha=0.4, edgecolor=GRAY), f"{letter}  {words}") for letter, (color, words) in LETTERS.items()], 2)
+    _caption(axis, "A walk over the triangles, from the circle on: 2 or 3 bits for each say how it goes on.", [(Patch(facecolor=color, alpha=0.4, edgecolor=GRAY), f"{letter}  {words}") for letter, (color, words) in LETTERS.items()]
+            + [(Line2D([], [], color=INK, linewidth=1.0, linestyle=":"), "back to the left of an S")])
 
 
 def draw_prediction(axis, example: Example) -> None:
@@ -253,51 +259,58 @@ def draw_prediction(axis, example: Example) -> None:
     for j, run in enumerate(runs):
         axis.plot(*flat[run[0]], **(ANCHOR if meshlet.stores_corner(j, 0) else CORNER))
     inside = [v for v, *_ in decoder.traversed(meshlet, runs)]
-    axis.plot(*flat[inside].T, "o", color=INK, markersize=5)
-    v, a, b, o, predicted = farthest_prediction(example)
+    axis.plot(*flat[inside].T, "o", color=GREEN, markersize=6, markeredgecolor="white")
+    v, a, b, o, predicted = ordinary_prediction(example)
     axis.fill(*flat[[a, o, b]].T, color=YELLOW, alpha=0.6, linewidth=0)
     axis.plot(*np.stack([flat[a], predicted, flat[b]]).T, "--", color=INK, linewidth=1.5)
-    axis.annotate("", flat[v], predicted, arrowprops={"arrowstyle": "-|>", "color": RED, "linewidth": 2, "shrinkA": 4, "shrinkB": 2})
+    axis.annotate("", flat[v], predicted, arrowprops={"arrowstyle": "-|>", "color": RED, "linewidth": 2, "shrinkA": 4, "shrinkB": 1})
     axis.plot(*predicted, **GUESS)
-    _caption(axis, "Positions: a border is stored by one of its two\nmeshlets, a vertex inside as the difference from\na guess: the yellow triangle, made a parallelogram.")
-    _legend(axis, [(Line2D([], [], color=color, linewidth=4.5), words) for color, words in RUNS.values()]
+    _caption(axis, "Vertices are guessed: along a border from its corners, inside by making the yellow triangle a "
+                   "parallelogram. Only the differences are stored.", [(Line2D([], [], color=color, linewidth=4.5), words) for color, words in RUNS.values()]
             + [(Line2D([], [], **ANCHOR), "corner stored here (anchor)"), (Line2D([], [], **CORNER), "corner read from a neighbour"),
-               (Line2D([], [], **GUESS), "guess; the arrow is stored")], 3)
+               (Line2D([], [], **GUESS), "guess; the arrow is stored")])
 
 
-def farthest_prediction(example: Example) -> tuple[int, int, int, int, np.ndarray]:
-    """(v, a, b, o, predicted): the vertex that lies farthest from its parallelogram in the flat picture, float64[2]."""
+def ordinary_prediction(example: Example) -> tuple[int, int, int, int, np.ndarray]:
+    """(v, a, b, o, predicted): of the vertices predicted from others inside, one whose difference is longer than three quarters of them.
+
+    predicted: float64[2], in the flat picture.
+    """
     decoder, meshlet = example.decoder, example.meshlet
     stream, values = meshlet.streams[0], decoder.meshlet(meshlet.index)[1][0]
+    order = decoder.traversed(meshlet, decoder.boundary(meshlet))
+    inside = {v for v, *_ in order}
     found = []
-    for v, a, b, o in decoder.traversed(meshlet, decoder.boundary(meshlet)):
-        if o is not None:
+    for v, a, b, o in order:
+        if inside >= {a, b, o}:
             predicted = np.array(decoder.predict(stream.predictor, values[a], values[b], values[o]))
             found.append((v, a, b, o, example.flattened(dequantise(stream, predicted).astype(np.float64))))
-    return max(found, key=lambda row: np.linalg.norm(example.flat[row[0]] - row[4]))
+    return sorted(found, key=lambda row: np.linalg.norm(example.flat[row[0]] - row[4]))[3 * len(found) // 4]
 
 
 def draw_bits(axis, numbers: dict) -> None:
     """Bars: the meshlet as plain glTF and compressed, to scale; below, the sections of the compressed one, to a scale of their own."""
     triangles, raw, total = numbers["triangles"], numbers["raw"], numbers["total"]
     whole = axis.inset_axes((0.0, 0.74, 0.97, 0.26))
-    whole.barh([0, 1], [raw, total], color=[GRAY, INK], height=0.42)
-    for row, (name, bits) in enumerate((("as plain glTF", raw), ("compressed", total))):
-        whole.text(0, row - 0.32, f"{name}: {bits:,} bits, {bits / triangles:.1f} per triangle", fontsize=TEXT, color=INK)
+    colors = [color for color, _ in SECTIONS.values()] + [GRAY]
+    sizes = list(numbers["sections"].values())
+    whole.barh([0], [raw], color=GRAY, height=0.42)
+    whole.barh([1] * len(sizes), sizes, left=np.cumsum(sizes) - sizes, color=colors, height=0.42)
+    for row, (name, bits, digits) in enumerate((("as plain glTF", raw, 0), ("compressed", total, 1))):
+        whole.text(0, row - 0.32, f"{name}: {bits:,} bits, {bits / triangles:.{digits}f} per triangle", fontsize=TEXT, color=INK)
     whole.text(total, 1.0, f"  {raw / total:.1f} times smaller", va="center", fontsize=TEXT, color=INK)
     whole.set_ylim(1.25, -0.75)
     parts = axis.inset_axes((0.46, 0.0, 0.4, 0.66))
-    colors = [color for color, _ in SECTIONS.values()] + [GRAY]
-    parts.barh(range(len(colors)), list(numbers["sections"].values()), color=colors, height=0.7)
+    parts.barh(range(len(sizes)), sizes, color=colors, height=0.7)
     for row, (name, bits) in enumerate(numbers["sections"].items()):
         parts.text(bits, row, f" {bits:,}", va="center", fontsize=TEXT, color=INK)
         parts.text(0, row, f"{name} ", va="center", ha="right", fontsize=TEXT, color=INK)
     parts.invert_yaxis()
     for inset in (whole, parts):
         inset.set_axis_off()
-    _caption(axis, f"All of this meshlet: positions, normals and\ntexture coordinates. Small differences take few\n"
-                   f"bits: low bits and quotients of a Rice code, kept\napart, so that every GPU lane finds its own.\n"
-                   f"The whole model: {numbers['mean']:.1f} bits per triangle.")
+    _caption(axis, "Positions, normals and texture coordinates. Small differences take few bits: the low bits and the quotients "
+                   "of a Rice code, kept apart so that each GPU lane finds its own. "
+                   f"The whole model takes {numbers['mean']:.1f} bits per triangle.")
 
 
 def _mesh(axis, example: Example, colors, alpha: float = 1.0) -> None:
@@ -306,30 +319,29 @@ def _mesh(axis, example: Example, colors, alpha: float = 1.0) -> None:
     axis.add_collection(PolyCollection(corners, facecolors=colors, edgecolors="none", alpha=alpha))
     axis.add_collection(PolyCollection(corners, facecolors="none", edgecolors=GRAY, linewidths=0.8))
     low, high = example.flat.min(axis=0), example.flat.max(axis=0)
-    middle, half = (low + high) / 2, 0.54 * (high - low).max()
-    axis.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half), aspect="equal")
+    shape = np.array([WIDTH * SIZE[0], (TOP - BOTTOM) * SIZE[1]])
+    reach = 0.54 * shape * ((high - low) / shape).max()
+    (left, bottom), (right, top) = (low + high) / 2 - reach, (low + high) / 2 + reach
+    axis.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
 
 
-def _caption(axis, text: str) -> None:
-    axis.figure.text(axis.get_position(True).x0, BOTTOM - 0.025, text, fontsize=TEXT, color=INK, va="top", linespacing=1.3)
-
-
-def _legend(axis, entries: list, lines: int) -> None:
-    """Handles and words below a caption of so many lines."""
-    handles, words = zip(*entries)
-    axis.figure.legend(handles, words, loc="upper left", bbox_to_anchor=(axis.get_position(True).x0 - 0.004, BOTTOM - 0.02 - 0.037 * lines),
-                       fontsize=SMALL, frameon=False, handlelength=1.6, labelspacing=0.3, borderpad=0.2)
+def _caption(axis, text: str, legend: list | None = None) -> None:
+    """Words below an axis, and below them a legend: (handle, words) of each line."""
+    left = axis.get_position(True).x0
+    lines = textwrap.wrap(text, LETTERS_PER_LINE)
+    axis.figure.text(left, BOTTOM - 0.02, "\n".join(lines), fontsize=TEXT, color=INK, va="top", linespacing=1.3)
+    if legend:
+        handles, words = zip(*legend)
+        axis.figure.legend(handles, words, loc="upper left", bbox_to_anchor=(left - 0.004, BOTTOM - 0.025 - LINE * len(lines)),
+                           fontsize=SMALL, frameon=False, handlelength=1.6, labelspacing=0.3, borderpad=0.2)
 
 
 def _save(figure, path: Path, numbers: dict) -> None:
-    """A PNG with a palette, and a digest of the figures in it, so that a test finds a picture that is out of date."""
-    content, small = BytesIO(), BytesIO()
-    figure.savefig(content, format="png")
+    """A PNG with the digest of its figures."""
+    content = BytesIO()
+    figure.savefig(content, format="png", metadata={DIGEST: digest(numbers)}, pil_kwargs={"optimize": True})
     pyplot.close(figure)
-    text = PngInfo()
-    text.add_text(DIGEST, digest(numbers))
-    Image.open(content).convert("RGB").quantize(PALETTE_SIZE, method=Image.Quantize.MAXCOVERAGE).save(small, "png", pnginfo=text)
-    write_files({path: [small.getvalue()]})
+    write_files({path: [content.getvalue()]})
 
 
 def main() -> None:
