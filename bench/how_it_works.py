@@ -123,7 +123,7 @@ def choose(decoder: Decoder) -> Example:
 
 
 def _shows_everything(meshlet: Meshlet) -> bool:
-    """All five letters and all three kinds of runs in one component; not what takes more words: seams, and runs that it shares with itself."""
+    """All five letters and all three kinds of runs in one component, but no seams and no runs shared with itself."""
     foreign = [reference for reference in meshlet.references if reference.kind == FOREIGN]
     return (set(meshlet.symbols) == set(LETTERS) and {reference.kind for reference in meshlet.references} == set(RUNS)
             and len(meshlet.connectivity.components) == 1 and not meshlet.entry.has_seams
@@ -244,8 +244,9 @@ def draw_walk(axis, example: Example) -> None:
     for symbol, middle in zip(example.meshlet.symbols, middles):
         axis.text(*middle, symbol, ha="center", va="center", fontsize=SMALL, weight="bold", color=INK, path_effects=[HALO])
     axis.plot(*middles[0], "o", markersize=19, markerfacecolor="none", markeredgecolor=INK, markeredgewidth=1.8)
-    _caption(axis, "A walk over the triangles, from the circle on: 2 or 3 bits for each say how it goes on.", [(Patch(facecolor=color, alpha=0.4, edgecolor=GRAY), f"{letter}  {words}") for letter, (color, words) in LETTERS.items()]
-            + [(Line2D([], [], color=INK, linewidth=1.0, linestyle=":"), "back to the left of an S")])
+    legend = [(Patch(facecolor=color, alpha=0.4, edgecolor=GRAY), f"{letter}  {words}") for letter, (color, words) in LETTERS.items()]
+    legend.append((Line2D([], [], color=INK, linewidth=1.0, linestyle=":"), "back to the left of an S"))
+    _caption(axis, "A walk over the triangles, from the circle on: 2 or 3 bits for each say how it goes on.", legend)
 
 
 def draw_prediction(axis, example: Example) -> None:
@@ -265,10 +266,11 @@ def draw_prediction(axis, example: Example) -> None:
     axis.plot(*np.stack([flat[a], predicted, flat[b]]).T, "--", color=INK, linewidth=1.5)
     axis.annotate("", flat[v], predicted, arrowprops={"arrowstyle": "-|>", "color": RED, "linewidth": 2, "shrinkA": 4, "shrinkB": 1})
     axis.plot(*predicted, **GUESS)
+    legend = [(Line2D([], [], color=color, linewidth=4.5), words) for color, words in RUNS.values()]
+    legend += [(Line2D([], [], **ANCHOR), "corner stored here (anchor)"), (Line2D([], [], **CORNER), "corner read from a neighbour"),
+               (Line2D([], [], **GUESS), "guess; the arrow is stored")]
     _caption(axis, "Vertices are guessed: along a border from its corners, inside by making the yellow triangle a "
-                   "parallelogram. Only the differences are stored.", [(Line2D([], [], color=color, linewidth=4.5), words) for color, words in RUNS.values()]
-            + [(Line2D([], [], **ANCHOR), "corner stored here (anchor)"), (Line2D([], [], **CORNER), "corner read from a neighbour"),
-               (Line2D([], [], **GUESS), "guess; the arrow is stored")])
+                   "parallelogram. Only the differences are stored.", legend)
 
 
 def ordinary_prediction(example: Example) -> tuple[int, int, int, int, np.ndarray]:
@@ -310,7 +312,7 @@ def draw_bits(axis, numbers: dict) -> None:
         inset.set_axis_off()
     _caption(axis, "Positions, normals and texture coordinates. Small differences take few bits: the low bits and the quotients "
                    "of a Rice code, kept apart so that each GPU lane finds its own. "
-                   f"The whole model takes {numbers['mean']:.1f} bits per triangle.")
+                   f"The whole model: {numbers['mean']:.1f} bits per triangle.")
 
 
 def _mesh(axis, example: Example, colors, alpha: float = 1.0) -> None:

@@ -18,7 +18,7 @@ from bench.mitsuba import INTEGRATORS
 OURS, PAPER = "ours", "the paper's encoding"
 CLAIMED_RATIO = (4.26, 4.35)       # section 7 of the paper, of its models
 EVEN = 0.02                        # figures this close count as even
-NAMES = ("size", "paper", "table1", "speed", "quality", "vulkan_raster", "vulkan_raytracing", "mitsuba", "parameters", "choices")
+NAMES = ("size", "paper", "table1", "speed", "quality", "vulkan_decode", "vulkan_raster", "vulkan_raytracing", "mitsuba", "parameters", "choices")
 Results = dict[str, dict]          # by name, of what has been measured
 
 
@@ -143,21 +143,21 @@ def _raster_standings(result: dict) -> Iterable[Standing]:
             pairs = _paired(_of_path(rows, path), _of_path(rows, other), _milliseconds)
             if pairs:
                 yield Standing(f"frame on the GPU, path `{path}`, ms", name, pairs, False, ".3g", f"{_count(pairs)}, culling off",
-                               path == "mesh" and other != "geometry")
-    pairs = _paired(_of_path(rows, "mesh"), _of_path(rows, "vertex"), _megabytes)
+                               path == "mesh-only" and other != "geometry")
+    pairs = _paired(_of_path(rows, "mesh-only"), _of_path(rows, "vertex"), _megabytes)
     if pairs:
-        yield Standing("resident on the GPU, path `mesh`, MB", others["vertex"], pairs, False, ".3g", _count(pairs), True)
+        yield Standing("resident on the GPU, path `mesh-only`, MB", others["vertex"], pairs, False, ".3g", _count(pairs), True)
 
 
 def _raytracing_standings(result: dict) -> Iterable[Standing]:
     rows = result["rows"]
-    others = {"rt-triangles": "uncompressed, triangles in hardware", "rt-plain": "uncompressed, in the same boxes"}
+    others = {"rt-triangles": "uncompressed, the driver's triangles", "rt-plain": "uncompressed, in the same boxes"}
     for cache in (1, 0.25):
         for other, name in others.items():
             ours = [row for row in _of_path(rows, "rt") if _share(row.get("cache")) == cache]
             bounces = min((row.get("bounces") or 0 for row in ours), default=0)
             ours, theirs = ([row for row in chosen if (row.get("bounces") or 0) == bounces] for chosen in (ours, _of_path(rows, other)))
-            headline = cache == 0.25 and other == "rt-triangles"
+            headline = cache == 1 and other == "rt-triangles"
             for what, value in (("ms", _milliseconds), ("MB", _megabytes)):
                 pairs = _paired(ours, theirs, value)
                 if pairs:
@@ -324,6 +324,16 @@ def _gpu_text(result: dict) -> str:
         ["path", *models], [[variant, *(cells.get((variant, model), "") for model in models)] for variant in variants])
 
 
+def _gpu_decode_text(result: dict) -> str:
+    """Triangles per second by method and model."""
+    cells = {(row["method"], row["model"]): f"{row['triangles_per_second'] / 1e9:.2f}" for row in result["rows"]}
+    models = {row["model"]: row["triangles"] for row in result["rows"]}
+    methods = dict.fromkeys(method for method, _ in cells)
+    return ("Billion triangles per second in compute shaders, all attributes to integers in plain buffers; of several parts the largest.\n\n"
+            + markdown_table(["method", *(f"{model} ({count:,})" for model, count in models.items())],
+                             [[method, *(cells.get((method, model), "") for model in models)] for method in methods]))
+
+
 def _variant(row: dict) -> str:
     """A row's path with what else distinguishes it."""
     parts = [row["path"]]
@@ -379,6 +389,7 @@ SECTIONS = (
     Section("The paper's Table 1", "table1", ("table1.md",), (), _table1_text),
     Section("Speed on the CPU", "speed", ("speed.md",), ("speed.png",), _speed_text),
     Section("Quality", "quality", ("quality.md",), ("quality_models.png", "quality.png"), _quality_text),
+    Section("Decoding on the GPU", "vulkan_decode", ("vulkan.md",), (), _gpu_decode_text),
     Section("Drawing on the GPU", "vulkan_raster", ("vulkan.md", "vulkan-raster.md"), ("vulkan-raster.png",), _gpu_text),
     Section("Ray tracing on the GPU", "vulkan_raytracing", ("vulkan-raytracing.md",), ("vulkan-raytracing.png",), _gpu_text),
     Section("Ray tracing with Mitsuba", "mitsuba", ("mitsuba.md",), ("mitsuba.png",), _mitsuba_text),

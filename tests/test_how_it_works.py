@@ -4,6 +4,7 @@ import pytest
 from PIL import Image
 
 from bench import common, figures, how_it_works
+from gltf_ext.reference_decoder import PARALLELOGRAM
 
 
 @pytest.fixture(scope="module")
@@ -33,3 +34,7 @@ def test_bits_add_up(drawn):
 def test_committed_picture_shows_todays_figures(drawn):
     with Image.open(common.ROOT / "docs" / "how_it_works.png") as picture:
         assert picture.text[figures.DIGEST] == figures.digest(drawn[1]), "run python -m bench how_it_works"
+
+
+def test_positions_are_predicted_as_the_caption_says():
+    assert how_it_works.compressed_model().file.streams[0].predictor == PARALLELOGRAM
