@@ -72,8 +72,8 @@ def frame(model, path, milliseconds, **rest):
 
 
 def test_frames_are_compared_model_by_model_without_culling():
-    rows = [frame("a", "vertex", 1.0, culling=False), frame("a", "mesh", 2.0, culling=False), frame("b", "vertex", 10.0, culling=False),
-            frame("b", "mesh", 30.0, culling=False), frame("c", "mesh", 5.0, culling=False), frame("a", "mesh", 0.1, culling=True)]
+    rows = [frame("a", "vertex", 1.0, culling=False), frame("a", "mesh-only", 2.0, culling=False), frame("b", "vertex", 10.0, culling=False),
+            frame("b", "mesh-only", 30.0, culling=False), frame("c", "mesh-only", 5.0, culling=False), frame("a", "mesh-only", 0.1, culling=True)]
     time, memory = results_page.standings({"vulkan_raster": {"script": "bench.vulkan_raster", "rows": rows}})
     assert time.pairs == [(2.0, 1.0), (30.0, 10.0)]
     assert time.verdict == "**uncompressed, indexed draw**, 2.50 times"
