@@ -31,11 +31,11 @@ shaders: .venv/installed  ## vk_backend/spirv from shaders/, after an edit there
 
 # What a GPU is needed for is apart: docs/vulkan.md, docs/vulkan-raytracing.md.
 bench: .venv/installed .venv/mitsuba .venv/extras .venv/bench  ## all measurements on the CPU, docs/results.md and its pages (about an hour)
-	@for question in size paper table1 speed quality parameters choices mitsuba figures results_page; do \
+	@for question in size paper table1 speed quality parameters choices mitsuba figures how_it_works results_page; do \
 	  $(BIN)/python -m bench $$question || exit 1; done
 
-figures: .venv/installed  ## the pictures of the demo that README.md shows
-	@$(BIN)/gltf-meshlet demo build/demo && cp build/demo/meshlets.png build/demo/comparison.png build/demo/size.png docs/
+figures: .venv/installed .venv/mitsuba  ## the pictures of the demo that README.md shows
+	@$(BIN)/gltf-meshlet demo build/demo && cp build/demo/meshlets.png build/demo/comparison.png build/demo/size.png build/demo/render_comparison.png docs/
 
 clean:  ## remove everything that make made
 	rm -rf .venv build demo-output mitsuba_plugin/plugins
