@@ -10,9 +10,14 @@ import platform
 import shutil
 import statistics
 import subprocess
+from collections.abc import Iterable
 from pathlib import Path
 
+import numpy as np
+
 import gltf_ext
+from gltf_ext.extension import compressed_primitives
+from gltf_ext.importers import open_model
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "bench" / "results"
@@ -100,6 +105,21 @@ def read_result(name: str) -> dict | None:
 def spread(numbers: list[float]) -> dict[str, float]:
     """What a result keeps of repeated timings."""
     return {"median": statistics.median(numbers), "low": min(numbers), "high": max(numbers)}
+
+
+def percentiles(times: Iterable[float]) -> dict[str, float]:
+    """What a result keeps of many frame times: median, and the 10th and 90th percentiles."""
+    low, median, high = np.percentile(list(times), [10, 50, 90])
+    return {"median": round(float(median), 5), "low": round(float(low), 5), "high": round(float(high), 5)}
+
+
+def compressed(path: Path, folder: Path) -> Path:
+    """The file itself where it is compressed, else a compressed copy in `folder`."""
+    if compressed_primitives(open_model(path)):
+        return path
+    output = folder / f"{path.stem}.glb"
+    gltf_ext.compress(path, output)
+    return output
 
 
 def best_in_bold(values: list[float | None], form: str, largest: bool = True) -> list[str]:

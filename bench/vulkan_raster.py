@@ -12,16 +12,14 @@ import argparse
 import sys
 import tempfile
 import time
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 import gltf_ext
-from bench.common import ROOT, markdown_table, origin, write_result
+from bench.common import ROOT, compressed, markdown_table, origin, percentiles, write_result
 from gltf_ext.errors import MeshletError
 from gltf_ext.geometry import Primitive
-from gltf_ext.importers import open_model
 
 PATHS = ("vertex", "mesh-plain", "mesh", "mesh-only", "geometry")
 WIDTH, HEIGHT = 1920, 1080
@@ -33,17 +31,6 @@ RESIDENT_SHARE, RESIDENT_BYTES = 1.05, 65536
 
 
 # --- models ----------------------------------------------------------------------------------------------------------------------------
-
-
-def compressed(path: Path, folder: Path) -> Path:
-    """The file itself where it is compressed, else a compressed copy."""
-    from gltf_ext.extension import compressed_primitives
-
-    if compressed_primitives(open_model(path)):
-        return path
-    output = folder / f"{path.stem}.glb"
-    gltf_ext.compress(path, output)
-    return output
 
 
 def subdivided(path: Path, folder: Path) -> Path:
@@ -140,12 +127,6 @@ def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, 
         drawing.free()
     targets.free()
     return rows
-
-
-def percentiles(times: Iterable[float]) -> dict[str, float]:
-    """Median, and the 10th and 90th percentiles."""
-    low, median, high = np.percentile(list(times), [10, 50, 90])
-    return {"median": round(float(median), 5), "low": round(float(low), 5), "high": round(float(high), 5)}
 
 
 # --- reporting -------------------------------------------------------------------------------------------------------------------------

@@ -17,9 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-import gltf_ext
-from bench.common import ROOT, markdown_table, origin, replace_block, write_result
-from gltf_ext.errors import MeshletError
+from bench.common import ROOT, compressed, markdown_table, origin, percentiles, replace_block, write_result
 
 WIDTH, HEIGHT = 1280, 720
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
@@ -30,19 +28,6 @@ SLOW, LEAST_FRAMES = (
     12,
 )  # a configuration that has taken so many milliseconds is measured in no more frames, once it has these
 BOUNCES = (0, 2)
-
-
-def compressed(path: Path, folder: Path) -> Path:
-    """The file itself when it is compressed, else a compressed copy."""
-    from vk_backend.scene import load_scene
-
-    try:
-        load_scene(path)
-        return path
-    except MeshletError:
-        output = folder / path.name
-        gltf_ext.compress(str(path), str(output))
-        return output
 
 
 def turntable(scene, width: int, height: int, degrees: float):
@@ -103,8 +88,7 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
                 if number >= WARM_UP:
                     own.append(milliseconds)
         for row, tracer, own in zip(rows, tracers, times):
-            low, median, high = np.percentile(own, (10, 50, 90))
-            entry = {**row, "bounces": bounces, "milliseconds": {"median": median, "low": low, "high": high}}
+            entry = {**row, "bounces": bounces, "milliseconds": percentiles(own)}
             entry["frames"] = len(own)
             entry["resident_bytes"] = tracer.resident_bytes()
             if tracer.counted:

@@ -49,13 +49,10 @@ uint nth_bit(mask64 m, uint n) {
   return min(at, 63u);
 }
 
-mask64 symbol_l() { return mask_below(triangle_count) & ~(symbol_r | symbol_e | symbol_c | symbol_s); }
-
 // Local ids before component k.
 uint ids_before(uint k) {
   uint t = k >= mask_count(the_starts) ? triangle_count : nth_bit(the_starts, k);
-  mask64 before = mask_below(t);
-  return min(64u, mask_count((symbol_r | symbol_e) & before) + mask_count(symbol_e & before) + mask_count(symbol_l() & before) + min(k, mask_count(the_starts)));
+  return min(64u, pushed_vertices(mask_below(t)) + min(k, mask_count(the_starts)));
 }
 
 // The loop that reference r of h belongs to: its first place in the loop order, and the one behind its last.
@@ -71,8 +68,6 @@ uint rank_of(uint r) {
 }
 
 uint id_at(uint rank) { return nth_bit(the_boundary, rank); }
-
-uint owner_of(HEADER_IN h, uint r) { return entry_owner(h, entry_position(h, r)); }
 
 // The header of foreign reference r's owner, and the reference's number there.
 Header owner_header(HEADER_IN h, uint r, out uint reference) {

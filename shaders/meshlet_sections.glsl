@@ -82,3 +82,12 @@ uint after_ones(uint p, uint n) {
 uint chord_point(uint a, uint b, uint i, uint n) {
   return a + ((b - a) * i + (n >> 1) + (n << 24)) / n - (1u << 24);
 }
+
+// Vertices that the symbols of some triangles push, their components' first ones left out: one for R and L, two for E.
+uint pushed_vertices(mask64 some) {
+  mask64 ends = symbol_e & some;
+  mask64 lefts = mask_below(triangle_count) & some & ~(symbol_r | symbol_e | symbol_c | symbol_s);
+  return mask_count((symbol_r & some) | lefts) + 2u * mask_count(ends);
+}
+
+uint owner_of(HEADER_IN h, uint r) { return entry_owner(h, entry_position(h, r)); }

@@ -44,13 +44,11 @@ uint reference_length_of(uint r) { return team_references[TEAM_INDEX][r & 63u] >
 mask64 team_boundary;
 uint team_components;
 
-mask64 symbol_l() { return mask_below(triangle_count) & ~(symbol_r | symbol_e | symbol_c | symbol_s); }
-
 void find_components() {
   mask64 starts = connectivity_starts();
   team_boundary = connectivity_boundary();
   team_components = mask_count(starts);
-  vertex_count = mask_count(symbol_r | symbol_e) + mask_count(symbol_e) + mask_count(symbol_l()) + team_components;
+  vertex_count = pushed_vertices(mask_below(triangle_count)) + team_components;
   if (vertex_count > 64u || team_components == 0u) {
     error = ERROR_VERTICES;
     vertex_count = min(vertex_count, 64u);
@@ -59,7 +57,7 @@ void find_components() {
     if (t < triangle_count && !mask_test(starts, t)) continue;
     mask64 before = mask_below(t);
     uint component = mask_count(starts & before);
-    uint ids = mask_count((symbol_r | symbol_e) & before) + mask_count(symbol_e & before) + mask_count(symbol_l() & before) + component;
+    uint ids = pushed_vertices(before) + component;
     if (t == triangle_count) ids = vertex_count;
     atomicOr(team_begins[TEAM_INDEX][component >> 2], min(ids, 64u) << 8u * (component & 3u));
   }
@@ -99,8 +97,6 @@ void stage_own(uint m) {
   use_stage(0u, first);
   for (uint i = MEMBER; i < STAGE_WORDS; i += TEAM) staged[stage_place + i] = load_memory(first + i);
 }
-
-uint owner_of(HEADER_IN h, uint r) { return entry_owner(h, entry_position(h, r)); }
 
 // Copies the owners' data; a barrier must follow.
 void stage_owners(HEADER_IN h) {
