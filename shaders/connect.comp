@@ -8,9 +8,12 @@
 layout(local_size_x = 32) in;
 #define MAX_LANES 1u
 #include "decode_push.glsl"
-// No arrays of an invocation's own, which would be in slow memory.
-shared uint apexes[64 * 32];
-#define APEX(t) apexes[(t) * 32u + gl_LocalInvocationIndex]
+// No arrays of an invocation's own, which would be in slow memory; and four apices to a word, since the less shared memory a group takes, the
+// more groups run at once.
+shared uint apexes[16 * 32];
+#define APEX_WORD(t) apexes[((t) >> 2) * 32u + gl_LocalInvocationIndex]
+#define APEX(t) bitfieldExtract(APEX_WORD(t), int(((t) & 3u) * 8u), 8)
+#define SET_APEX(t, v) APEX_WORD(t) = bitfieldInsert(APEX_WORD(t), v, int(((t) & 3u) * 8u), 8)
 #define TRIANGLE(t) Integers(push.triangles).at[64u * gl_GlobalInvocationID.x + (t)]
 #include "meshlet_decoder_prologue.glsl"
 #include "meshlet_decoder.glsl"

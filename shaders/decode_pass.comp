@@ -18,6 +18,7 @@ layout(local_size_x = 64) in;
 #include "meshlet_decoder.glsl"
 #include "meshlet_decoder_epilogue.glsl"
 #include "meshlet_sections.glsl"
+#include "packed_values.glsl"
 
 uint the_meshlet;
 mask64 the_boundary;
@@ -27,10 +28,12 @@ mask64 the_starts;
 
 uint packed_triangle(uint t) { return Integers(push.triangles).at[64u * the_meshlet + t]; }
 uint reference_length_at(uint r) { return Integers(push.lengths).at[64u * the_meshlet + (r & 63u)]; }
-uint value_at(uint s, uint c, uint id) { return Integers(push.integers).at[the_meshlet * push.lanes * 64u + value_lane(s, c) + (id & 63u)]; }
+uint value_at(uint s, uint c, uint id) { return packed_value(push.values, the_meshlet * push.vertex_words * 64u, s, c, id & 63u); }
 void put_value(uint s, uint c, uint id, uint value) {
-  Integers(push.integers).at[the_meshlet * push.lanes * 64u + value_lane(s, c) + (id & 63u)] = value & bits_mask(s);
+  put_packed_value(push.values, the_meshlet * push.vertex_words * 64u, s, c, id & 63u, value & bits_mask(s));
 }
+uvec2 vertex_at(uint s, uint id) { return packed_vertex(push.values, the_meshlet * push.vertex_words * 64u, s, id & 63u); }
+void put_vertex(uint s, uint id, uvec2 fields) { put_packed_vertex(push.values, the_meshlet * push.vertex_words * 64u, s, id & 63u, fields); }
 
 // The n-th one of a mask, from 0; 63 or less also where there is none.
 uint nth_bit(mask64 m, uint n) {
@@ -113,6 +116,43 @@ uint chain_vertices(HEADER_IN h, uint reference) {
     lengths += h.length_width;
   }
   return total;
+}
+
+// ---- residuals -------------------------------------------------------------------------------------------------------------------
+
+uint residual_code;                        // Rice parameter, or CODE_FIXED with
+uvec2 residual_widths;                     //   these widths: six bits per component
+uint low_position;                         // bit position of the next residual's low bits
+uint low_index;                            // the two words that were read last, from this one on
+uvec2 low_words;
+
+void seek_low(uint p) {
+  low_position = p;
+  low_index = p >> 5;
+  low_words = load_words2(low_index);
+}
+
+uint take_low(uint width) {
+  uint w = low_position >> 5;
+  if (w != low_index) {
+    low_words = uvec2(w == low_index + 1u ? low_words.y : load_word(w), load_word(w + 1u));
+    low_index = w;
+  }
+  uint bits = funnel(low_words.x, low_words.y, low_position & 31u) & word_below(width);
+  low_position += width;
+  return bits;
+}
+
+uvec2 fixed_widths(uint position, uint n) {
+  uvec2 widths = uvec2(0u);
+  for (uint c = 0u; c < n; c++) widths |= put_field(6u * c, width_field(position + 5u * c));
+  return widths;
+}
+
+uint next_residual(uint c) {
+  if (residual_code == CODE_FIXED) return unzigzag(take_low(get_field(residual_widths, 6u * c, 6u)));
+  uint low = take_low(residual_code);
+  return unzigzag(low | next_quotient(unary) << residual_code);
 }
 
 #if PASS == PASS_LENGTHS
@@ -204,19 +244,27 @@ void run(HEADER_IN h, uint part) {
 void read_chain(uint s, uint code, uint widths, uint low, uint rank, uint length, uint from, uint to, bool backwards) {
   uint n = stream_field(s, STREAM_COMPONENTS);
   bool copies = stream_field(s, STREAM_PREDICTOR) == PREDICT_COPY;
-  for (uint i = 1u; i < length; i++) {
+  residual_code = code;
+  seek_low(low);
+  bool vectors = is_packed(s);
+  uint field = field_bits(s);
+  uint mask = bits_mask(s);
+  uvec2 begin = vectors ? vertex_at(s, backwards ? to : from) : uvec2(0u);
+  uvec2 end = vectors ? vertex_at(s, backwards ? from : to) : uvec2(0u);
+  residual_widths = code == CODE_FIXED ? fixed_widths(widths, n) : uvec2(0u);
+  for (uint i = 1u; i < length && error == ERROR_NONE; i++) {
     uint id = id_at(rank + (backwards ? length - i : i));
-    for (uint c = 0u; c < n && error == ERROR_NONE; c++) {
-      uint width = code == CODE_FIXED ? width_field(widths + 5u * c) : code;
-      uint residual = load_bits(low, width);
-      if (code != CODE_FIXED) residual |= next_quotient(unary) << code;
-      low += width;
-      uint a = value_at(s, c, backwards ? to : from);
-      uint point = copies ? a : chord_point(a, value_at(s, c, backwards ? from : to), i, length);
-      put_value(s, c, id, point + unzigzag(residual));
+    uvec2 fields = uvec2(0u);
+    for (uint c = 0u; c < n; c++) {
+      uint a = vectors ? get_field(begin, c * field, field) : value_at(s, c, backwards ? to : from);
+      uint b = vectors ? get_field(end, c * field, field) : value_at(s, c, backwards ? from : to);
+      uint value = ((copies ? a : chord_point(a, b, i, length)) + next_residual(c)) & mask;
+      if (vectors) fields |= put_field(c * field, value);
+      else put_value(s, c, id, value);
     }
+    if (vectors) put_vertex(s, id, fields);
   }
-  if (low > 8u * (byte_length - 8u)) error = ERROR_UNARY;
+  if (low_position > 8u * (byte_length - 8u)) error = ERROR_UNARY;
 }
 
 void run_reference(HEADER_IN h, uint r) {
@@ -275,21 +323,6 @@ void run(HEADER_IN h, uint part) {
 #endif
 
 #if PASS == PASS_INTERIOR
-struct Codes {
-  uint code;
-  uint widths;
-  uint low;                                // the next value's low bits
-};
-Codes interior;
-
-uint next_residual(uint c) {
-  uint width = interior.code == CODE_FIXED ? width_field(interior.widths + 5u * c) : interior.code;
-  uint residual = load_bits(interior.low, width);
-  if (interior.code != CODE_FIXED) residual |= next_quotient(unary) << interior.code;
-  interior.low += width;
-  return unzigzag(residual);
-}
-
 // Vertices of the seams of stream s (spec, A.5, sections G and H).
 uint seam_vertices_of(HEADER_IN h, uint s) {
   uint count = 0u;
@@ -316,6 +349,13 @@ void read_seams(HEADER_IN h, uint s) {
   }
 }
 
+uint predicted(uint predictor, uint a, uint b, uint o, bool across) {
+  if (predictor == PREDICT_COPY) return a;
+  uint sum = a + b;
+  if (predictor == PREDICT_MEAN || !across) return sum >> 1;
+  return predictor == PREDICT_DAMPED ? uint(int(3u * sum - 2u * o + 2u) >> 2) : sum - o;
+}
+
 // The vertex v of a triangle packed as in meshlet_decoder.glsl.
 void read_traversed(uint s, uint triangle) {
   uint n = stream_field(s, STREAM_COMPONENTS);
@@ -325,18 +365,23 @@ void read_traversed(uint s, uint triangle) {
   uint v = (triangle >> 16) & 63u;
   uint o = (triangle >> 24) & 63u;
   bool across = triangle >> 24 != NO_VERTEX;
-  for (uint c = 0u; c < n; c++) {
-    uint point = value_at(s, c, a);
-    if (predictor != PREDICT_COPY) {
-      uint sum = point + value_at(s, c, b);
-      point = sum >> 1;
-      if (predictor != PREDICT_MEAN && across) {
-        uint beyond = value_at(s, c, o);
-        point = predictor == PREDICT_DAMPED ? uint(int(3u * sum - 2u * beyond + 2u) >> 2) : sum - beyond;
-      }
-    }
-    put_value(s, c, v, point + next_residual(c));
+  if (!is_packed(s)) {
+    for (uint c = 0u; c < n; c++)
+      put_value(s, c, v, predicted(predictor, value_at(s, c, a), value_at(s, c, b), value_at(s, c, o), across) + next_residual(c));
+    return;
   }
+  uint field = field_bits(s);
+  uint mask = bits_mask(s);
+  uvec2 from = vertex_at(s, a);
+  uvec2 to = vertex_at(s, b);
+  uvec2 beyond = vertex_at(s, o);
+  uvec2 fields = uvec2(0u);
+  for (uint c = 0u; c < n; c++) {
+    uint at = c * field;
+    uint point = predicted(predictor, get_field(from, at, field), get_field(to, at, field), get_field(beyond, at, field), across);
+    fields |= put_field(at, (point + next_residual(c)) & mask);
+  }
+  put_vertex(s, v, fields);
 }
 
 // Inner vertices of private references.
@@ -401,20 +446,20 @@ void run(HEADER_IN h, uint stream) {
     uint code = code_at(codes, n, stream_field(s, STREAM_INTERIOR_BASE));
     uint vertices = traversed + seam_vertices_of(h, s);
     if (s == stream) {
-      interior.code = code;
-      interior.widths = codes - 5u * n;
+      residual_code = code;
+      residual_widths = code == CODE_FIXED ? fixed_widths(codes - 5u * n, n) : uvec2(0u);
       before = all;
     }
     if (s < stream && code != CODE_FIXED) skipped += vertices * n;
     all += vertices * low_width(code, n, codes - 5u * n);
   }
   p = after_ones(p, chain_quotients);
-  interior.low = p + before;
+  seek_low(p + before);
   unary = seek_unary(p + all);
-  if (interior.code != CODE_FIXED) unary = seek_unary(after_ones(p + all, skipped));
+  if (residual_code != CODE_FIXED) unary = seek_unary(after_ones(p + all, skipped));
   read_seams(h, stream);
   read_all_traversed(stream, waiting);
-  if (max(unary.cursor, interior.low) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
+  if (max(unary.cursor, low_position) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
 }
 #endif
 

@@ -24,7 +24,8 @@
 //   divide(x, n)                   x / n, where 0 < n <= 64 and x < n << 25
 //   max(a, b)                      of two uints
 //   FOREIGN_LENGTH(owner, slot)    read_foreign_length, or a table that holds the same
-//   APEX(t), TRIANGLE(t)           optional: storage of the apices and the packed triangles, in place of arrays of its own
+//   APEX(t), SET_APEX(t, v), TRIANGLE(t)
+//                                  optional: storage of the apices and the packed triangles, in place of arrays of its own
 //   MAX_STREAMS, MAX_LANES         capacity: streams of the blob, and sum of their components
 //
 // Use: load_streams(first, end) once per blob, then decode_meshlet(m). Results: `triangle_count`, packed `triangles`,
@@ -363,6 +364,7 @@ mask64 component_starts;                   // triangles that begin a component
 mask64 boundary;                           // local ids on the boundary
 #ifndef APEX
 #define APEX(t) apex[t]
+#define SET_APEX(t, v) apex[t] = small_uint(v)
 small_uint apex[64];
 #endif
 small_uint component_first[65];            // first local id of a component; one more at the end
@@ -419,7 +421,7 @@ void decode_apexes() {
     pushed = pushed | ids;
     alive = alive | ids;
     count = after;
-    APEX(q) = small_uint(count);
+    SET_APEX(q, count);
     alive = alive | mask_bit(count) | mask_bit(count + 1u);
     count += 2u;
     t = q + 1u;
@@ -433,7 +435,7 @@ void decode_apexes() {
       uint u = mask_msb(resolved);
       uint v = mask_msb(alive);
       bool closes = mask_test(symbol_c, u);
-      APEX(u) = small_uint(v);
+      SET_APEX(u, v);
       empty = empty || v >= 64u;
       alive = choose(closes, alive & ~mask_bit(v), alive | mask_bit(count));
       count += choose(closes, 0u, 1u);
@@ -445,13 +447,13 @@ void decode_apexes() {
     if (fresh) {
       component_gate[component_count - 1u] = small_uint(last);
     } else {
-      APEX(split) = small_uint(last);
+      SET_APEX(split, last);
       pending = pending & ~mask_bit(split);
     }
   }
   if (!fresh) { error = ERROR_CLERS; return; }
   for (mask64 rest = symbol_r; mask_any(rest); rest = mask_clear_lsb(rest)) {
-    APEX(mask_lsb(rest)) = small_uint(mask_lsb(pushed));
+    SET_APEX(mask_lsb(rest), mask_lsb(pushed));
     pushed = mask_clear_lsb(pushed);
   }
   component_first[component_count] = small_uint(count);

@@ -55,12 +55,38 @@ def stream_components(blob: bytes) -> list[int]:
     return [blob[first + CONSTANTS["BLOB_STREAM_BYTES"] * s] for s in range(blob[5])]
 
 
+def stream_shapes(blob: bytes) -> list[tuple[int, int, int]]:
+    """(components, bits of a field, words of a vertex) of each stream's packed values: the rules of shaders/packed_values.glsl."""
+    shapes = []
+    for s, components in enumerate(stream_components(blob)):
+        bits = blob[CONSTANTS["BLOB_HEADER_BYTES"] + 2 + CONSTANTS["BLOB_STREAM_BYTES"] * s]
+        field = max(bits, 21) if s == 0 else bits
+        field = field if components * field <= 64 else 32
+        shapes.append((components, field, -(-components * field // 32)))
+    return shapes
+
+
+def unpacked(values: np.ndarray, shapes: list[tuple[int, int, int]]) -> np.ndarray:
+    """uint32[M, lanes, 64] of packed values, uint32[M, 64 * words of a vertex]."""
+    rows, at = [], 0
+    for components, field, words in shapes:
+        part = values[:, at : at + 64 * words].reshape(-1, 64, words).astype(np.uint64)
+        at += 64 * words
+        if words <= 2:
+            bits = part[..., 0] | (part[..., 1] << np.uint64(32) if words == 2 else np.uint64(0))
+            rows += [(bits >> np.uint64(c * field)) & np.uint64((1 << field) - 1) for c in range(components)]
+        else:
+            rows += [part[..., c] for c in range(components)]
+    return np.stack(rows, axis=1).astype(np.uint32)
+
+
 class GpuDecoder:
     """Decodes blobs into plain buffers. method: a key of METHODS; streams, lanes: the most streams, and the most components of all
     streams, that a blob may have. Raises VulkanError."""
 
     def __init__(self, device: Device, method: str = "passes", streams: int = 8, lanes: int = 20):
         self.device, self.streams, self.lanes = device, streams, lanes
+        self._packed = method == "passes"
         # Specialisation constants of meshlet_decoder_prologue.glsl.
         self._passes = [(ComputePipeline(device, name, {0: streams, 1: lanes}), per) for name, per in METHODS[method]]
 
@@ -76,11 +102,13 @@ class GpuDecoder:
         if len(components) > self.streams or lanes > self.lanes:
             raise ValueError(f"{len(components)} streams of {lanes} components; there is room for {self.streams} and {self.lanes}")
         source = Buffer(self.device, len(blob)).write(blob)
-        # In the order of shaders/decode_push.glsl: summaries, connectivity, triangles, integers, lengths.
-        words = (1, 4, 64, 64 * lanes, 64)
+        shapes = stream_shapes(blob)
+        vertex_words = sum(words for _, _, words in shapes)
+        # In the order of shaders/decode_push.glsl: summaries, connectivity, triangles, integers, packed values, lengths.
+        words = (1, 4, 64, 64 * lanes, 64 * vertex_words, 64)
         buffers = [Buffer(self.device, 4 * meshlets * count) for count in words]
         addresses = [buffer.address for buffer in (source, *buffers)]
-        data = np.frombuffer(struct.pack("<6Q4I", *addresses, len(blob) // 4, meshlets, len(components), lanes), np.uint8)
+        data = np.frombuffer(struct.pack("<7Q5I", *addresses, len(blob) // 4, meshlets, len(components), lanes, vertex_words), np.uint8)
         times = Timestamps(self.device, repeat + 1)
         with self.device.commands() as commands:
             times.reset(commands)
@@ -97,7 +125,7 @@ class GpuDecoder:
             vertex_counts=summary >> 8 & 255,
             errors=summary >> 16,
             triangles=buffers[2].read().reshape(meshlets, 64),
-            integers=buffers[3].read().reshape(meshlets, lanes, 64),
+            integers=unpacked(buffers[4].read().reshape(meshlets, -1), shapes) if self._packed else buffers[3].read().reshape(meshlets, lanes, 64),
             milliseconds=times.milliseconds(),
         )
         for buffer in (source, *buffers):
