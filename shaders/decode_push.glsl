@@ -14,11 +14,12 @@ layout(push_constant) uniform Push {
   uvec2 connectivity;
   uvec2 triangles;       // 64 words per meshlet, packed
   uvec2 integers;        // lanes x 64 words per meshlet
-  uvec2 values;          // packed (packed_values.glsl), 64 vertices per meshlet (decode_pass.comp)
-  uvec2 lengths;         // of references, 64 words per meshlet (decode_pass.comp)
+  uvec2 values;          // packed (packed_values.glsl), 64 vertices per meshlet (meshlet_passes.glsl)
+  uvec2 references;      // 64 pairs of words per meshlet (meshlet_passes.glsl)
   uint blob_words;
   uint meshlets;
   uint streams;          // that are decoded, and
   uint lanes;            //   the sum of their components
   uint vertex_words;     // of packed values (packed_values.glsl)
+  uint max_hops;         // MAX_HOPS, from the host so that compilers do not unroll a long loop
 } push;

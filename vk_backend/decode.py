@@ -14,6 +14,7 @@ from .device import Device
 from .memory import Buffer
 from .pipelines import ComputePipeline, Timestamps
 
+MAX_HOPS = 8  # of shaders/meshlet_decoder.glsl
 GROUP = 32  # invocations of a workgroup
 INTERIOR_GROUP = 64  # of interior.comp, which has an invocation per meshlet and stream
 # Method -> (shader, meshlets of a workgroup) in the order in which they run; None: see INTERIOR_GROUP.
@@ -101,14 +102,14 @@ class GpuDecoder:
         lanes = sum(components)
         if len(components) > self.streams or lanes > self.lanes:
             raise ValueError(f"{len(components)} streams of {lanes} components; there is room for {self.streams} and {self.lanes}")
-        source = Buffer(self.device, len(blob)).write(blob)
+        source = Buffer(self.device, -(-len(blob) // 16) * 16).write(blob)
         shapes = stream_shapes(blob)
         vertex_words = sum(words for _, _, words in shapes)
-        # In the order of shaders/decode_push.glsl: summaries, connectivity, triangles, integers, packed values, lengths.
-        words = (1, 4, 64, 64 * lanes, 64 * vertex_words, 64)
+        # In the order of shaders/decode_push.glsl: summaries, connectivity, triangles, integers, packed values, references.
+        words = (1, 4, 64, 64 * lanes, 64 * vertex_words, 128)
         buffers = [Buffer(self.device, 4 * meshlets * count) for count in words]
         addresses = [buffer.address for buffer in (source, *buffers)]
-        data = np.frombuffer(struct.pack("<7Q5I", *addresses, len(blob) // 4, meshlets, len(components), lanes, vertex_words), np.uint8)
+        data = np.frombuffer(struct.pack("<7Q6I", *addresses, len(blob) // 4, meshlets, len(components), lanes, vertex_words, MAX_HOPS), np.uint8)
         times = Timestamps(self.device, repeat + 1)
         with self.device.commands() as commands:
             times.reset(commands)

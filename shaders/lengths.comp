@@ -1,0 +1,68 @@
+// The second pass over a blob's meshlets, after connect.comp: where their references lie along the boundary, and what they refer to.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+
+#define GROUP_MESHLETS 8u
+layout(local_size_x = 64) in;
+#include "decode_push.glsl"
+#include "meshlet_decoder_prologue.glsl"
+#include "meshlet_decoder.glsl"
+#include "meshlet_decoder_epilogue.glsl"
+#include "meshlet_sections.glsl"
+#include "packed_values.glsl"
+#include "meshlet_passes.glsl"
+
+shared uint group_lengths[GROUP_MESHLETS * 64u];     // of references
+
+uint member;                               // the meshlet's number in the group
+
+uint length_of(uint r) { return group_lengths[member * 64u + (r & 63u)]; }
+
+// Length of reference r. target: the meshlet that holds the reference's data, and the reference's number there.
+uint measure(HEADER_IN h, uint r, out uvec2 target) {
+  target = uvec2(h.meshlet, r);
+  if (!mask_test(h.sized_refs | h.foreign_refs, r)) {
+    uvec2 loop = loop_of(h, r);
+    return loop.y - loop.x;
+  }
+  if (!mask_test(h.foreign_refs, r)) return stored_length(h, r);
+  uint entry = entry_position(h, r);
+  Header owner = read_header(entry_owner(h, entry));
+  target = uvec2(owner.meshlet, slot_reference(owner, entry_slot(h, entry)) & 63u);
+  return stored_length(owner, target.y);
+}
+
+void check_length(HEADER_IN h, uint r, uint rank) {
+  uvec2 loop = loop_of(h, r);
+  uint end = rank + length_of(r);
+  if (r == loop_begin(h, r) && rank != loop.x) error = ERROR_REFERENCES;
+  if (mask_test(h.loop_ends, r) ? end != loop.y : end > loop.y) error = ERROR_REFERENCES;
+}
+
+// The barrier is passed by all invocations, those without a meshlet included.
+void main() {
+  open_blob(push.blob, push.blob_words);
+  group_streams(push.streams);
+  uint part = LANE % PER_MESHLET;
+  member = LANE / PER_MESHLET;
+  bool live = open_pass(gl_GlobalInvocationID.x / PER_MESHLET);
+  Header h = read_header(the_meshlet);
+  read_symbols(h.begin, h.triangles);
+  uint references = live ? h.references : 0u;
+  if (references > 0u && mask_count(h.loop_ends) != mask_count(the_starts)) error = ERROR_REFERENCES;
+  for (uint r = part; r < references; r += PER_MESHLET) {
+    uvec2 target;
+    group_lengths[member * 64u + r] = min(measure(h, r, target), 64u);
+    References(push.references).at[64u * the_meshlet + r] = uvec2(target.x, target.y << 16);
+  }
+  barrier();
+  for (uint r = part; r < references && error == ERROR_NONE; r += PER_MESHLET) {
+    uint rank = 0u;
+    for (uint before = 0u; before < r; before++) rank += length_of(before);
+    check_length(h, r, rank);
+    if (error == ERROR_NONE) References(push.references).at[64u * the_meshlet + r].y |= rank | length_of(r) << 8;
+  }
+  if (live) close_pass();
+}

@@ -1,0 +1,157 @@
+// What the passes that decode a meshlet's values have in common (lengths.comp to interior.comp): places along its boundary, its sections, and
+// the reading of residuals. To be included after meshlet_sections.glsl and packed_values.glsl.
+
+#define PER_MESHLET 8u                     // invocations that share a meshlet's references or corners
+
+// A reference, placed: the meshlet that holds its data, and reference_place.
+layout(buffer_reference, std430, buffer_reference_align = 8) buffer References { uvec2 at[]; };
+
+uint the_meshlet;
+mask64 the_boundary;
+mask64 the_starts;
+
+uint packed_triangle(uint t) { return Integers(push.triangles).at[64u * the_meshlet + t]; }
+// rank | length << 8 of a reference, and above that its number in the meshlet that holds its data
+uint reference_place(uint r) { return References(push.references).at[64u * the_meshlet + (r & 63u)].y; }
+uint values_begin() { return the_meshlet * push.vertex_words * 64u; }
+uint value_at(uint s, uint c, uint id) { return packed_value(push.values, values_begin(), s, c, id & 63u); }
+void put_value(uint s, uint c, uint id, uint value) { put_packed_value(push.values, values_begin(), s, c, id & 63u, value & bits_mask(s)); }
+uvec2 vertex_at(uint s, uint id) { return packed_vertex(push.values, values_begin(), s, id & 63u); }
+void put_vertex(uint s, uint id, uvec2 fields) { put_packed_vertex(push.values, values_begin(), s, id & 63u, fields); }
+
+// ---- along the boundary ------------------------------------------------------------------------------------------------------------
+
+// The n-th one of a mask, from 0; 63 or less also where there is none.
+uint nth_bit(mask64 m, uint n) {
+  uint low = uint(bitCount(m.x));
+  uint at = n < low ? 0u : 32u;
+  uint word = n < low ? m.x : m.y;
+  if (n >= low) n -= low;
+  for (uint half_width = 16u; half_width > 0u; half_width >>= 1) {
+    uint ones = uint(bitCount(word & word_below(half_width)));
+    if (n >= ones) {
+      n -= ones;
+      at += half_width;
+      word >>= half_width;
+    }
+  }
+  return min(at, 63u);
+}
+
+// Local ids before component k.
+uint ids_before(uint k) {
+  uint t = k >= mask_count(the_starts) ? triangle_count : nth_bit(the_starts, k);
+  return min(64u, pushed_vertices(mask_below(t)) + min(k, mask_count(the_starts)));
+}
+
+// The loop that reference r of h belongs to: its first place in the loop order, and the one behind its last.
+uvec2 loop_of(HEADER_IN h, uint r) {
+  uint k = mask_count(h.loop_ends & mask_below(r));
+  return uvec2(mask_count(the_boundary & mask_below(ids_before(k))), mask_count(the_boundary & mask_below(ids_before(k + 1u))));
+}
+
+uint id_at(uint rank) { return nth_bit(the_boundary, rank); }
+
+// The id of the last vertex of reference r, from its first rank and its length.
+uint last_id(HEADER_IN h, uint r, uint rank, uint length) {
+  return id_at(mask_test(h.loop_ends, r) ? loop_of(h, r).x : rank + length);
+}
+
+// ---- sections ----------------------------------------------------------------------------------------------------------------------
+
+// Where section D begins.
+uint anchors_begin(HEADER_IN h) {
+  uint p = h.codes;
+  bool chains = mask_any(h.owned_refs);
+  for (uint s = 0u; s < stream_total; s++) {
+    uint n = stream_field(s, STREAM_COMPONENTS);
+    if (chains) code_at(p, n, stream_field(s, STREAM_CHAIN_BASE));
+    code_at(p, n, stream_field(s, STREAM_INTERIOR_BASE));
+  }
+  return p;
+}
+
+// Anchors of stream s, where `count` is their number for the stream before it, or a meshlet without references.
+uint anchors_of(HEADER_IN h, uint s, uint count) {
+  if (h.references == 0u || (s > 0u && (h.flags & FLAG_SEAMS) == 0u)) return count;
+  return mask_count(stored_corners(h, seam_references(h, s)));
+}
+
+uint after_anchors(uint p, uint s, uint count) {
+  uint n = stream_field(s, STREAM_COMPONENTS);
+  if (count > 0u) p += n * stream_field(s, STREAM_BITS);
+  if (count > 1u) p += 5u + (count - 1u) * n * width_field(p);
+  return p;
+}
+
+// Inner vertices of all owned references (x), and of those before `reference` (y).
+uvec2 chain_vertices(HEADER_IN h, uint reference) {
+  uvec2 count = uvec2(0u);
+  uint p = h.lengths;
+  uint used = 0u;
+  mask64 window = load_mask(p, 64u);
+  for (mask64 rest = h.sized_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
+    if (used + h.length_width > 64u) {
+      p += used;
+      used = 0u;
+      window = load_mask(p, 64u);
+    }
+    uint r = mask_lsb(rest);
+    uint inner = mask_test(h.owned_refs, r) ? get_field(window, used, h.length_width) : 0u;
+    count += uvec2(inner, r < reference ? inner : 0u);
+    used += h.length_width;
+  }
+  return count;
+}
+
+// ---- residuals ---------------------------------------------------------------------------------------------------------------------
+
+uint residual_code;                        // Rice parameter, or CODE_FIXED with
+uvec2 residual_widths;                     //   these widths: six bits per component
+uint low_position;                         // bit position of the next residual's low bits
+uint low_index;                            // the two words that were read last, from this one on
+uvec2 low_words;
+
+void seek_low(uint p) {
+  low_position = p;
+  low_index = p >> 5;
+  low_words = load_words2(low_index);
+}
+
+uint take_low(uint width) {
+  uint w = low_position >> 5;
+  if (w != low_index) {
+    low_words = uvec2(w == low_index + 1u ? low_words.y : load_word(w), load_word(w + 1u));
+    low_index = w;
+  }
+  uint bits = funnel(low_words.x, low_words.y, low_position & 31u) & word_below(width);
+  low_position += width;
+  return bits;
+}
+
+uvec2 fixed_widths(uint position, uint n) {
+  uvec2 widths = uvec2(0u);
+  for (uint c = 0u; c < n; c++) widths |= put_field(6u * c, width_field(position + 5u * c));
+  return widths;
+}
+
+uint next_residual(uint c) {
+  if (residual_code == CODE_FIXED) return unzigzag(take_low(get_field(residual_widths, 6u * c, 6u)));
+  uint low = take_low(residual_code);
+  return unzigzag(low | next_quotient(unary) << residual_code);
+}
+
+// ---- a pass ------------------------------------------------------------------------------------------------------------------------
+
+// Takes up what connect.comp has found out about meshlet m; false where there is no such meshlet, or it is malformed.
+bool open_pass(uint m) {
+  the_meshlet = min(m, push.meshlets - 1u);
+  the_boundary = Connectivity(push.connectivity).of[the_meshlet].boundary;
+  the_starts = Connectivity(push.connectivity).of[the_meshlet].starts;
+  error = ERROR_NONE;
+  return m < push.meshlets && Summaries(push.summaries).of[the_meshlet] >> 16 == ERROR_NONE;
+}
+
+void close_pass() {
+  if (error != ERROR_NONE) atomicOr(Summaries(push.summaries).of[the_meshlet], error << 16);
+}
