@@ -52,13 +52,12 @@ void read_chain(Chain chain, uint s, uint code, uint widths, uint low) {
 }
 
 void read_chains(HEADER_IN h, uint r) {
-  uvec2 target = References(push.references).at[64u * the_meshlet + r];
-  uint rank = target.y & 255u;
-  uint length = (target.y >> 8) & 255u;
-  uint reference = target.y >> 16;
-  if (mask_test(h.private_refs, r) || length < 2u) return;
+  Run run = run_of(r);
+  if (mask_test(h.private_refs, r) || run.steps < 2u) return;
   bool foreign = mask_test(h.foreign_refs, r);
-  Header owner = read_header(target.x);
+  uint entry = entry_position(h, r);
+  Header owner = read_header(foreign ? entry_owner(h, entry) : h.meshlet);
+  uint reference = foreign ? slot_reference(owner, entry_slot(h, entry)) & 63u : r;
   uvec2 vertices = chain_vertices(owner, reference);
   uint total = vertices.x;
   uint first = vertices.y;
@@ -75,10 +74,10 @@ void read_chains(HEADER_IN h, uint r) {
     code_at(codes, n, stream_field(s, STREAM_INTERIOR_BASE));
   }
   uint quotients = low + total * widths_total;
-  uint begin = id_at(rank);
-  uint end = last_id(h, r, rank, length);
-  Chain chain = Chain(length, foreign ? end : begin, foreign ? begin : end, mask_none(), foreign);
-  chain.inner = the_boundary & ~mask_below(begin + 1u) & mask_below(id_at(rank + length - 1u) + 1u);
+  uint begin = id_at(run.rank);
+  uint end = last_id(h, r, run);
+  Chain chain = Chain(run.steps, foreign ? end : begin, foreign ? begin : end, mask_none(), foreign);
+  chain.inner = the_boundary & ~mask_below(begin + 1u) & mask_below(id_at(run.rank + run.steps - 1u) + 1u);
   uint skipped = 0u;                       // quotients between the last one read and the next chain
   codes = owner.codes;
   for (uint s = 0u; s < stream_end && error == ERROR_NONE; s++) {
@@ -93,7 +92,7 @@ void read_chains(HEADER_IN h, uint r) {
     } else {
       if (rice > 0u) {
         unary = seek_unary(after_ones(quotients, skipped + first * rice));
-        skipped = (total - first - (length - 1u)) * rice;
+        skipped = (total - first - (run.steps - 1u)) * rice;
       }
       read_chain(chain, s, code, widths, low + first * width);
       if (rice > 0u) quotients = unary.cursor;

@@ -70,7 +70,7 @@ void main() {
   read_symbols(h.begin, h.triangles);
   uint corners = h.references == 0u ? mask_count(the_starts) : h.references;
   for (uint j = gl_GlobalInvocationID.x % PER_MESHLET; j < corners; j += PER_MESHLET) {
-    uint id = h.references == 0u ? ids_before(j) & 63u : id_at(reference_place(j) & 255u);
+    uint id = h.references == 0u ? ids_before(j) & 63u : id_at(nth_bit(the_references, j));
     for (uint s = 0u; s < stream_end && error == ERROR_NONE;) s = read_corner(h, j, s, id);
   }
   close_pass();

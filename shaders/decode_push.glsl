@@ -5,6 +5,7 @@ layout(buffer_reference, std430, buffer_reference_align = 4) buffer Summaries { 
 struct Connected {
   uvec2 boundary;        // mask of the boundary vertices
   uvec2 starts;          // mask of the triangles that begin a component
+  uvec2 references;      // mask of the ranks along the boundary at which references begin (lengths.comp)
 };
 layout(buffer_reference, std430, buffer_reference_align = 8) buffer Connectivity { Connected of[]; };
 
@@ -15,7 +16,6 @@ layout(push_constant) uniform Push {
   uvec2 triangles;       // 64 words per meshlet, packed
   uvec2 integers;        // lanes x 64 words per meshlet
   uvec2 values;          // packed (packed_values.glsl), 64 vertices per meshlet (meshlet_passes.glsl)
-  uvec2 references;      // 64 pairs of words per meshlet (meshlet_passes.glsl)
   uint blob_words;
   uint meshlets;
   uint streams;          // that are decoded, and

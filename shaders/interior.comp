@@ -17,7 +17,7 @@ layout(local_size_x = 64) in;
 // Vertices of the seams of stream s (spec, A.5, sections G and H).
 uint seam_vertices_of(HEADER_IN h, uint s) {
   uint count = 0u;
-  for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest)) count += (reference_place(mask_lsb(rest)) >> 8 & 255u) - 1u;
+  for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest)) count += run_of(mask_lsb(rest)).steps - 1u;
   return count;
 }
 
@@ -26,16 +26,14 @@ void read_seams(HEADER_IN h, uint s) {
   bool copies = stream_field(s, STREAM_PREDICTOR) == PREDICT_COPY;
   for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint r = mask_lsb(rest);
-    uint place = reference_place(r);
-    uint length = (place >> 8) & 255u;
-    uint rank = place & 255u;
-    uint from = id_at(rank);
-    uint to = last_id(h, r, rank, length);
-    for (uint i = 1u; i < length; i++) {
+    Run run = run_of(r);
+    uint from = id_at(run.rank);
+    uint to = last_id(h, r, run);
+    for (uint i = 1u; i < run.steps; i++) {
       for (uint c = 0u; c < n && error == ERROR_NONE; c++) {
         uint a = value_at(s, c, from);
-        uint point = copies ? a : chord_point(a, value_at(s, c, to), i, length);
-        put_value(s, c, id_at(rank + i), point + next_residual(c));
+        uint point = copies ? a : chord_point(a, value_at(s, c, to), i, run.steps);
+        put_value(s, c, id_at(run.rank + i), point + next_residual(c));
       }
     }
   }
@@ -83,11 +81,8 @@ mask64 waiting_vertices(HEADER_IN h) {
     for (uint k = 0u; k < mask_count(the_starts); k++) waiting = waiting & ~mask_bit(ids_before(k) & 63u);
   }
   for (mask64 rest = h.private_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
-    uint r = mask_lsb(rest);
-    uint place = reference_place(r);
-    uint rank = place & 255u;
-    uint length = (place >> 8) & 255u;
-    for (uint i = 1u; i < length; i++) waiting = waiting | mask_bit(id_at(rank + i));
+    Run run = run_of(mask_lsb(rest));
+    for (uint i = 1u; i < run.steps; i++) waiting = waiting | mask_bit(id_at(run.rank + i));
   }
   return waiting;
 }

@@ -20,9 +20,7 @@ uint member;                               // the meshlet's number in the group
 
 uint length_of(uint r) { return group_lengths[member * 64u + (r & 63u)]; }
 
-// Length of reference r. target: the meshlet that holds the reference's data, and the reference's number there.
-uint measure(HEADER_IN h, uint r, out uvec2 target) {
-  target = uvec2(h.meshlet, r);
+uint measured_length(HEADER_IN h, uint r) {
   if (!mask_test(h.sized_refs | h.foreign_refs, r)) {
     uvec2 loop = loop_of(h, r);
     return loop.y - loop.x;
@@ -30,13 +28,13 @@ uint measure(HEADER_IN h, uint r, out uvec2 target) {
   if (!mask_test(h.foreign_refs, r)) return stored_length(h, r);
   uint entry = entry_position(h, r);
   Header owner = read_header(entry_owner(h, entry));
-  target = uvec2(owner.meshlet, slot_reference(owner, entry_slot(h, entry)) & 63u);
-  return stored_length(owner, target.y);
+  return stored_length(owner, slot_reference(owner, entry_slot(h, entry)) & 63u);
 }
 
 void check_length(HEADER_IN h, uint r, uint rank) {
   uvec2 loop = loop_of(h, r);
   uint end = rank + length_of(r);
+  if (end == rank) error = ERROR_REFERENCES;
   if (r == loop_begin(h, r) && rank != loop.x) error = ERROR_REFERENCES;
   if (mask_test(h.loop_ends, r) ? end != loop.y : end > loop.y) error = ERROR_REFERENCES;
 }
@@ -52,17 +50,15 @@ void main() {
   read_symbols(h.begin, h.triangles);
   uint references = live ? h.references : 0u;
   if (references > 0u && mask_count(h.loop_ends) != mask_count(the_starts)) error = ERROR_REFERENCES;
-  for (uint r = part; r < references; r += PER_MESHLET) {
-    uvec2 target;
-    group_lengths[member * 64u + r] = min(measure(h, r, target), 64u);
-    References(push.references).at[64u * the_meshlet + r] = uvec2(target.x, target.y << 16);
-  }
+  for (uint r = part; r < references; r += PER_MESHLET) group_lengths[member * 64u + r] = min(measured_length(h, r), 64u);
   barrier();
-  for (uint r = part; r < references && error == ERROR_NONE; r += PER_MESHLET) {
-    uint rank = 0u;
-    for (uint before = 0u; before < r; before++) rank += length_of(before);
-    check_length(h, r, rank);
-    if (error == ERROR_NONE) References(push.references).at[64u * the_meshlet + r].y |= rank | length_of(r) << 8;
+  mask64 begins = mask_none();
+  uint rank = 0u;
+  for (uint r = 0u; r < references && error == ERROR_NONE; r++) {
+    if (r % PER_MESHLET == part) check_length(h, r, rank);
+    begins = begins | mask_bit(rank & 63u);
+    rank += length_of(r);
   }
+  if (live && part == 0u) Connectivity(push.connectivity).of[the_meshlet].references = begins;
   if (live) close_pass();
 }

@@ -3,16 +3,12 @@
 
 #define PER_MESHLET 8u                     // invocations that share a meshlet's references or corners
 
-// A reference, placed: the meshlet that holds its data, and reference_place.
-layout(buffer_reference, std430, buffer_reference_align = 8) buffer References { uvec2 at[]; };
-
 uint the_meshlet;
 mask64 the_boundary;
 mask64 the_starts;
+mask64 the_references;                     // ranks at which they begin; there is one after lengths.comp
 
 uint packed_triangle(uint t) { return Integers(push.triangles).at[64u * the_meshlet + t]; }
-// rank | length << 8 of a reference, and above that its number in the meshlet that holds its data
-uint reference_place(uint r) { return References(push.references).at[64u * the_meshlet + (r & 63u)].y; }
 uint values_begin() { return the_meshlet * push.vertex_words * 64u; }
 uint value_at(uint s, uint c, uint id) { return packed_value(push.values, values_begin(), s, c, id & 63u); }
 void put_value(uint s, uint c, uint id, uint value) { put_packed_value(push.values, values_begin(), s, c, id & 63u, value & bits_mask(s)); }
@@ -52,10 +48,20 @@ uvec2 loop_of(HEADER_IN h, uint r) {
 
 uint id_at(uint rank) { return nth_bit(the_boundary, rank); }
 
-// The id of the last vertex of reference r, from its first rank and its length.
-uint last_id(HEADER_IN h, uint r, uint rank, uint length) {
-  return id_at(mask_test(h.loop_ends, r) ? loop_of(h, r).x : rank + length);
+// Where reference r lies along the boundary.
+struct Run {
+  uint rank;
+  uint steps;                              // its length
+};
+
+Run run_of(uint r) {
+  uint rank = nth_bit(the_references, r);
+  mask64 later = the_references & ~mask_below(rank + 1u);
+  return Run(rank, (mask_any(later) ? mask_lsb(later) : mask_count(the_boundary)) - rank);
 }
+
+// The id of the last vertex of reference r.
+uint last_id(HEADER_IN h, uint r, Run run) { return id_at(mask_test(h.loop_ends, r) ? loop_of(h, r).x : run.rank + run.steps); }
 
 // ---- sections ----------------------------------------------------------------------------------------------------------------------
 
@@ -148,6 +154,7 @@ bool open_pass(uint m) {
   the_meshlet = min(m, push.meshlets - 1u);
   the_boundary = Connectivity(push.connectivity).of[the_meshlet].boundary;
   the_starts = Connectivity(push.connectivity).of[the_meshlet].starts;
+  the_references = Connectivity(push.connectivity).of[the_meshlet].references;
   error = ERROR_NONE;
   return m < push.meshlets && Summaries(push.summaries).of[the_meshlet] >> 16 == ERROR_NONE;
 }

@@ -105,11 +105,11 @@ class GpuDecoder:
         source = Buffer(self.device, -(-len(blob) // 16) * 16).write(blob)
         shapes = stream_shapes(blob)
         vertex_words = sum(words for _, _, words in shapes)
-        # In the order of shaders/decode_push.glsl: summaries, connectivity, triangles, integers, packed values, references.
-        words = (1, 4, 64, 64 * lanes, 64 * vertex_words, 128)
+        # In the order of shaders/decode_push.glsl: summaries, connectivity, triangles, integers, packed values.
+        words = (1, 6, 64, 64 * lanes, 64 * vertex_words)
         buffers = [Buffer(self.device, 4 * meshlets * count) for count in words]
         addresses = [buffer.address for buffer in (source, *buffers)]
-        data = np.frombuffer(struct.pack("<7Q6I", *addresses, len(blob) // 4, meshlets, len(components), lanes, vertex_words, MAX_HOPS), np.uint8)
+        data = np.frombuffer(struct.pack("<6Q6I", *addresses, len(blob) // 4, meshlets, len(components), lanes, vertex_words, MAX_HOPS), np.uint8)
         times = Timestamps(self.device, repeat + 1)
         with self.device.commands() as commands:
             times.reset(commands)
