@@ -1,12 +1,6 @@
-// Buffers of the decoding compute shaders (vk_backend/decode.py).
-layout(buffer_reference, std430, buffer_reference_align = 4) buffer Integers { uint at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 4) buffer Summaries { uint of[]; };   // triangles | vertices << 8 | error << 16
-
-struct Connected {
-  uvec2 boundary;        // mask of the boundary vertices
-  uvec2 starts;          // mask of the triangles that begin a component
-};
-layout(buffer_reference, std430, buffer_reference_align = 8) buffer Connectivity { Connected of[]; };
+// Buffers of the decoding compute shaders (vk_backend/decode.py), and the job of connect.comp and values.comp: all meshlets of a blob.
+#include "addresses.glsl"
+#include "decode_buffers.glsl"
 
 layout(push_constant) uniform Push {
   uvec2 blob;
@@ -20,3 +14,12 @@ layout(push_constant) uniform Push {
   uint streams;          // that are decoded, and
   uint lanes;            //   the sum of their components
 } push;
+
+uvec2 job_blob() { return push.blob; }
+uint job_blob_words() { return push.blob_words; }
+uint job_streams() { return push.streams; }
+// Of meshlet i of the job: its number in the blob, whether it is to be decoded, where its results go, and the address of its triangles there.
+uint job_meshlet(uint i) { return i; }
+bool job_wants(uint i) { return true; }
+uint job_place(uint i) { return i; }
+uvec2 job_triangles(uint i) { return byte_offset(push.triangles, 64u, i); }

@@ -16,6 +16,12 @@ layout(push_constant) uniform Push {
   uvec2 frame;
   uint instance;
   uint first;                              // meshlet of the draw's first workgroup or point
+  // Path `stream` alone (vk_backend/stream.py):
+  uint meshlets;                           // that are decoded or drawn,
+  uint first_slot;                         //   and the first one's slot
+  uvec2 slots;                             // the ring, and what decode_buffers.glsl has for each slot
+  uvec2 summaries;
+  uvec2 connectivity;
 } push;
 
 Frame the_frame() { return Frame(push.frame); }

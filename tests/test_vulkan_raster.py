@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from gltf_builder import Builder, everything
 from vulkan_scenes import TEXELS, UNLIT, one_sheet, open_renderer, zoo
 
 import gltf_ext
 from gltf_ext import _codec
+from gltf_ext.errors import MeshletError
 
 WIDTH, HEIGHT = 160, 120
 NO_ID = 0xFFFFFFFF
-COMPRESSED = ("mesh", "mesh-only", "geometry")
+COMPRESSED = ("mesh", "mesh-only", "stream", "geometry")
+SMALL_RING = 20
 PATHS = ("mesh-plain", *COMPRESSED)
 # Neighbouring roundings: of a position's last bits, and of a colour.
 DEPTH_ROUNDING, COLOR_ROUNDING = 2e-5, 2
@@ -92,6 +95,67 @@ def _compare(renderer, source, folder, path):
     camera = Camera.fit(scene, 2 * WIDTH, 2 * HEIGHT)
     reference = renderer.render(scene, camera, "vertex", 2 * WIDTH, 2 * HEIGHT)
     assert_same(renderer.render(scene, camera, path, 2 * WIDTH, 2 * HEIGHT), reference)
+
+
+# --- path stream: slots that are used again and again ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("longest", [3, 100], ids=["short segments", "long segments"])
+@pytest.mark.parametrize("slots", [1, 5, 8, 24, 100])
+def test_batches_hold_every_meshlet_once_and_in_order(slots, longest):
+    from vk_backend.stream import schedule
+
+    counts = [7, 1, 0, 16]
+    batches = schedule(counts, slots, longest)
+    meshlets = [(s.instance, s.first + i) for batch in batches for s in batch for i in range(s.meshlets)]
+    assert meshlets == [(instance, m) for instance, count in enumerate(counts) for m in range(count)]
+    assert all(s.meshlets <= longest for batch in batches for s in batch)
+    for batch in batches:
+        used = [s.slot + i for s in batch for i in range(s.meshlets)]
+        assert used == list(range(len(used))) and len(used) <= slots
+    assert len(batches) == -(-sum(counts) // slots)
+
+
+@pytest.mark.parametrize("culling", [True, False], ids=["culling", "all of it"])
+@pytest.mark.parametrize("ring", [1, SMALL_RING, 64])
+def test_the_ring_s_size_changes_nothing(renderer, scene, monkeypatch, ring, culling):
+    meshlets = sum(scene.primitives[i.primitive].meshlets for i in scene.instances)
+    assert 64 < meshlets < renderer.ring, "several batches, or one"
+    for camera in scene.cameras:
+        whole = renderer.render(scene, camera, "stream", WIDTH, HEIGHT, culling=culling)
+        assert renderer.drawing.ring.slots == meshlets
+        with monkeypatch.context() as patch:
+            patch.setattr(renderer, "ring", ring)
+            parts = renderer.render(scene, camera, "stream", WIDTH, HEIGHT, culling=culling)
+            assert renderer.drawing.ring.slots == ring
+        plain = renderer.render(scene, camera, "mesh-plain", WIDTH, HEIGHT, culling=culling)
+        for picture in (whole, parts):
+            assert (picture.ids == plain.ids).all() and (picture.depth == plain.depth).all()
+            assert np.abs(picture.color.astype(int) - plain.color).max() <= COLOR_ROUNDING
+
+
+@pytest.mark.parametrize("names", [("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"), ()], ids=["all attributes", "positions"])
+@pytest.mark.parametrize("position_bits", [16, 23])
+def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits):
+    """Positions that are too fine for a slot's integers; streams between those that are shown; nothing but positions."""
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+
+    values, triangles, _ = everything()
+    builder = Builder()
+    builder.mesh({name: values[name] for name in ("POSITION", *names)}, triangles)
+    gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb", position_bits=position_bits)
+    scene = load_scene(tmp_path / "sheet.glb")
+    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
+    assert reference.covered.any()
+    assert_same(renderer.render(scene, camera, "stream", WIDTH, HEIGHT), reference)
+
+
+def test_a_ring_without_slots_is_refused(renderer, scene, monkeypatch):
+    monkeypatch.setattr(renderer, "ring", 0)
+    with pytest.raises(MeshletError, match="^a ring of 0 slots holds no meshlet; use 1 or more"):
+        renderer.render(scene, scene.cameras[0], "stream", WIDTH, HEIGHT)
 
 
 # --- the picture is the right one ----------------------------------------------------------------------------------------------------
@@ -260,7 +324,7 @@ def test_light_falls_from_the_viewer_s_side(renderer, tmp_path):
 directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)
 
 
-@pytest.mark.parametrize("path", ["mesh-plain", "mesh"])
+@pytest.mark.parametrize("path", ["mesh-plain", "mesh", "stream"])
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(eye=directions, target=directions, distance=st.floats(0.3, 9), yfov=st.floats(0.1, 2), orthographic=st.booleans())
 def test_culling_drops_nothing_visible(renderer, scene, path, eye, target, distance, yfov, orthographic):
@@ -322,6 +386,19 @@ def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
         assert scene.compressed_bytes < renderer.resident_bytes <= 1.05 * scene.compressed_bytes + 65536
 
 
+def test_resident_memory_has_the_ring(renderer, scene, monkeypatch):
+    """Packed positions, ten words of attributes at most, 64 triangles, and 20 bytes to decode by, for each slot."""
+    from vk_backend.slots import SlotLayout
+
+    renderer.render(scene, scene.cameras[0], "mesh-only", 16, 16)
+    without, slot = renderer.resident_bytes, SlotLayout.of(scene).bytes
+    assert 4 * 64 * 3 < slot <= 4 * 64 * (1 + 2 + 10)
+    for ring in (SMALL_RING, 64):
+        monkeypatch.setattr(renderer, "ring", ring)
+        renderer.render(scene, scene.cameras[0], "stream", 16, 16)
+        assert 0 <= renderer.resident_bytes - without - ring * (slot + 20) < 4096
+
+
 def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
     """A blob with some bytes behind its stream table changed; None where the header's check already refuses it."""
     changed = bytearray(blob)
@@ -336,8 +413,10 @@ def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
     return bytes(changed)
 
 
-@pytest.mark.parametrize("path", COMPRESSED)
-def test_mutated_blobs_draw_something_and_come_back(renderer, scene, path):
+@pytest.mark.parametrize(("path", "ring"), [*((path, None) for path in COMPRESSED), ("stream", SMALL_RING)])
+def test_mutated_blobs_draw_something_and_come_back(renderer, scene, monkeypatch, path, ring):
+    if ring:
+        monkeypatch.setattr(renderer, "ring", ring)
     random = np.random.default_rng(5)
     reference = renderer.render(scene, scene.cameras[0], path, 32, 24)
     drawing = renderer.drawing

@@ -13,6 +13,7 @@ from .errors import VulkanError
 from .pipelines import Timestamps
 from .raster import ATTRIBUTES, LIT, NO_ID, PATHS, Drawing, Pipelines, Targets
 from .scene import Scene
+from .stream import RING
 
 
 @dataclass(frozen=True)
@@ -35,10 +36,12 @@ class Picture:
 class Renderer:
     """Draws scenes on one device.
 
-    select: a device's number or a part of its name; validation: with the validation layer, see `device.messages`. Raises VulkanError.
+    select: a device's number or a part of its name; validation: with the validation layer, see `device.messages`; ring: slots of path
+    stream, at most. Raises VulkanError.
     """
 
-    def __init__(self, select: str | int | None = None, validation: bool = False):
+    def __init__(self, select: str | int | None = None, validation: bool = False, ring: int = RING):
+        self.ring = ring
         self.device = Device(select, validation=validation)
         self._limit = vk.vkGetPhysicalDeviceProperties(self.device.physical).limits.maxImageDimension2D
         self.pipelines = Pipelines(self.device)
@@ -101,9 +104,9 @@ class Renderer:
         if self._scene is not scene:
             self._forget_drawings()
             self._scene = scene
-        key = (path, culling, ids, shading)
+        key = (path, culling, ids, shading, self.ring)
         if key not in self._drawings:
-            self._drawings[key] = Drawing(self.pipelines, scene, path, culling=culling, ids=ids, shading=shading)
+            self._drawings[key] = Drawing(self.pipelines, scene, path, culling=culling, ids=ids, shading=shading, ring=self.ring)
         self.drawing = self._drawings[key]
         shape = self._targets and (self._targets.width, self._targets.height, self._targets.ids is not None)
         if shape != (width, height, ids):
@@ -134,9 +137,20 @@ class TimedDrawing:
     lit: with the shaded surface rather than the cheapest one that uses every attribute.
     """
 
-    def __init__(self, pipelines: Pipelines, scene: Scene, camera: Camera, path: str, targets: Targets, *, culling: bool, lit: bool):
+    def __init__(
+        self,
+        pipelines: Pipelines,
+        scene: Scene,
+        camera: Camera,
+        path: str,
+        targets: Targets,
+        *,
+        culling: bool,
+        lit: bool,
+        ring: int = RING,
+    ):
         device = pipelines.device
-        self.drawing = Drawing(pipelines, scene, path, culling=culling, ids=False, shading=LIT if lit else ATTRIBUTES)
+        self.drawing = Drawing(pipelines, scene, path, culling=culling, ids=False, shading=LIT if lit else ATTRIBUTES, ring=ring)
         self.drawing.look(camera, targets.width, targets.height)
         self._device, self._stamps = device, Timestamps(device, 2)
         self._commands = device.record()
