@@ -101,24 +101,27 @@ def _compare(renderer, source, folder, path):
 
 
 @pytest.mark.parametrize("longest", [3, 100], ids=["short segments", "long segments"])
+@pytest.mark.parametrize("parts", [1, 2])
 @pytest.mark.parametrize("slots", [1, 5, 8, 24, 100])
-def test_batches_hold_every_meshlet_once_and_in_order(slots, longest):
+def test_batches_hold_every_meshlet_once_and_in_order(slots, parts, longest):
     from vk_backend.stream import schedule
 
     counts = [7, 1, 0, 16]
-    batches = schedule(counts, slots, longest)
+    batches = schedule(counts, slots, longest, parts)
     meshlets = [(s.instance, s.first + i) for batch in batches for s in batch for i in range(s.meshlets)]
     assert meshlets == [(instance, m) for instance, count in enumerate(counts) for m in range(count)]
     assert all(s.meshlets <= longest for batch in batches for s in batch)
-    for batch in batches:
+    for number, batch in enumerate(batches):
+        begin = number % parts * slots
         used = [s.slot + i for s in batch for i in range(s.meshlets)]
-        assert used == list(range(len(used))) and len(used) <= slots
+        assert used == list(range(begin, begin + len(used))) and len(used) <= slots
     assert len(batches) == -(-sum(counts) // slots)
 
 
 @pytest.mark.parametrize("culling", [True, False], ids=["culling", "all of it"])
-@pytest.mark.parametrize("ring", [1, SMALL_RING, 64])
-def test_the_ring_s_size_changes_nothing(renderer, scene, monkeypatch, ring, culling):
+@pytest.mark.parametrize(("ring", "overlap"), [(1, False), (SMALL_RING, False), (64, False), (1, True), (7, True), (64, True), (1000, True)])
+def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, culling):
+    """Neither its size nor whether it is filled and drawn from at once; a second frame meets what the first one left in it."""
     meshlets = sum(scene.primitives[i.primitive].meshlets for i in scene.instances)
     assert 64 < meshlets < renderer.ring, "several batches, or one"
     for camera in scene.cameras:
@@ -126,12 +129,30 @@ def test_the_ring_s_size_changes_nothing(renderer, scene, monkeypatch, ring, cul
         assert renderer.drawing.ring.slots == meshlets
         with monkeypatch.context() as patch:
             patch.setattr(renderer, "ring", ring)
+            patch.setattr(renderer, "overlap", overlap)
             parts = renderer.render(scene, camera, "stream", WIDTH, HEIGHT, culling=culling)
-            assert renderer.drawing.ring.slots == ring
+            assert renderer.drawing.overlaps == (overlap and ring > 1)
+            assert renderer.drawing.ring.slots == min(ring // 2 * 2 if ring > 1 and overlap else ring, meshlets)
         plain = renderer.render(scene, camera, "mesh-plain", WIDTH, HEIGHT, culling=culling)
         for picture in (whole, parts):
             assert (picture.ids == plain.ids).all() and (picture.depth == plain.depth).all()
             assert np.abs(picture.color.astype(int) - plain.color).max() <= COLOR_ROUNDING
+
+
+@pytest.mark.parametrize("overlap", [False, True])
+def test_a_timed_frame_can_be_run_again(renderer, scene, overlap):
+    from vk_backend.raster import Targets
+    from vk_backend.renderer import TimedDrawing
+
+    targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
+    options = {"culling": True, "lit": True, "ring": SMALL_RING, "overlap": overlap}
+    drawing = TimedDrawing(renderer.pipelines, scene, scene.cameras[0], "stream", targets, **options)
+    assert len(drawing.drawing.batches()) > 4
+    assert drawing.run() > 0 and drawing.run() > 0
+    whole = renderer.render(scene, scene.cameras[0], "stream", WIDTH, HEIGHT, ids=False)
+    assert (targets.color.read(np.uint8, 4) == whole.color).all()
+    drawing.free()
+    targets.free()
 
 
 @pytest.mark.parametrize("names", [("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"), ()], ids=["all attributes", "positions"])
@@ -393,8 +414,9 @@ def test_resident_memory_has_the_ring(renderer, scene, monkeypatch):
     renderer.render(scene, scene.cameras[0], "mesh-only", 16, 16)
     without, slot = renderer.resident_bytes, SlotLayout.of(scene).bytes
     assert 4 * 64 * 3 < slot <= 4 * 64 * (1 + 2 + 10)
-    for ring in (SMALL_RING, 64):
+    for ring, overlap in ((SMALL_RING, False), (64, False), (64, True)):
         monkeypatch.setattr(renderer, "ring", ring)
+        monkeypatch.setattr(renderer, "overlap", overlap)
         renderer.render(scene, scene.cameras[0], "stream", 16, 16)
         assert 0 <= renderer.resident_bytes - without - ring * (slot + 20) < 4096
 

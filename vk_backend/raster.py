@@ -10,11 +10,11 @@ import vulkan as vk
 
 from .camera import Camera
 from .constants import CONSTANTS
-from .device import Device
+from .device import Device, Timeline
 from .memory import Buffer, Image
 from .pipelines import ComputePipeline, pipeline_layout, push, stage
 from .scene import FRAME, HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, VERTEX_FLOATS, Scene, SceneBuffers, address_words
-from .stream import RING, Ring, Segment
+from .stream import OVERLAP, RING, Ring, Segment
 from .textures import TextureArray, array_size, texture_set_layout
 
 COLOR_FORMAT, DEPTH_FORMAT, IDS_FORMAT = vk.VK_FORMAT_R8G8B8A8_SRGB, vk.VK_FORMAT_D32_SFLOAT, vk.VK_FORMAT_R32G32_UINT
@@ -159,6 +159,10 @@ class Pipelines:
         """The pipeline layout of the raster paths."""
         return self._once(("layout", textures), lambda: pipeline_layout(self.device, [self.texture_layout(textures)]))
 
+    def timelines(self) -> tuple[Timeline, Timeline]:
+        """For what is decoded and what is drawn on two queues."""
+        return self._once(("timelines",), lambda: (Timeline(self.device), Timeline(self.device)))
+
     def compute(self, module: str, constants: dict[int, int]) -> ComputePipeline:
         return self._once((module, *constants.items()), lambda: ComputePipeline(self.device, module, constants))
 
@@ -238,8 +242,8 @@ def _input(location: int, format: int, offset: int):
 class Drawing:
     """A scene ready to be drawn by one path.
 
-    ids: with the attachment for ids; shading: LIT or ATTRIBUTES; ring: slots of path stream, at most. Raises VulkanError where the device
-    lacks what the path needs.
+    ids: with the attachment for ids; shading: LIT or ATTRIBUTES; ring: slots of path stream, at most; overlap: it decodes on another
+    queue than it draws on, half a ring ahead. Raises VulkanError where the device lacks what the path needs.
     """
 
     def __init__(
@@ -252,6 +256,7 @@ class Drawing:
         ids: bool = True,
         shading: int = LIT,
         ring: int = RING,
+        overlap: bool = OVERLAP,
     ):
         device = pipelines.device
         self.device, self.scene, self.path, self.ids = device, scene, PATHS[path], ids
@@ -269,7 +274,7 @@ class Drawing:
             STREAMS_ID: scene.max_streams, LANES_ID: scene.max_lanes, ATTRIBUTES_ID: scene.attributes,
             CULLING_ID: int(culling), SHADING_ID: shading,
         }  # fmt: skip
-        self.ring = Ring(pipelines, scene, ring, constants) if self.path.streams else None
+        self.ring = Ring(pipelines, scene, ring, overlap, constants) if self.path.streams else None
         self.pipeline = pipelines.graphics(self._modules(), self.ring.constants if self.ring else constants, textures, ids)
 
     @property
@@ -284,10 +289,13 @@ class Drawing:
         self._frame.write(matrices.tobytes() + frame.tobytes())
 
     def record(self, commands, targets: Targets) -> None:
-        """Records the whole picture."""
+        """Records the whole picture, for one queue."""
         if self.ring:
-            for number, batch in enumerate(self.ring.batches(MAX_GROUPS)):
-                self._record_batch(commands, targets, batch, number > 0)
+            for number, batch in enumerate(self.batches()):
+                self.ring.wait_for_drawing(commands)
+                self.record_decoding(commands, batch)
+                self.ring.wait_for_decoding(commands)
+                self.record_drawing(commands, targets, batch, resumed=number > 0)
             return
         self._begin(commands, targets)
         for number in range(len(self.scene.instances)):
@@ -301,17 +309,36 @@ class Drawing:
         if self.ring:
             self.ring.free()
 
-    def _record_batch(self, commands, targets: Targets, batch: list[Segment], resumed: bool) -> None:
-        """Decodes the meshlets of a batch and draws them."""
-        pushed = [self._push_data(segment.instance, **self.ring.fields(segment)) for segment in batch]
-        self.ring.decode(commands, batch, pushed)
+    # --- path stream ---------------------------------------------------------------------------------------------------------------
+
+    @property
+    def overlaps(self) -> bool:
+        """Whether batches are decoded and drawn on a queue each (see frame.py)."""
+        return self.ring is not None and self.ring.parts > 1
+
+    def batches(self) -> list[list[Segment]]:
+        """What goes through the ring together."""
+        return self.ring.batches(MAX_GROUPS)
+
+    def record_decoding(self, commands, batch: list[Segment]) -> None:
+        """Records that a batch is decoded into its slots."""
+        self.ring.decode(commands, batch, self._pushed(batch))
+
+    def record_drawing(self, commands, targets: Targets, batch: list[Segment], *, resumed: bool) -> None:
+        """Records that a batch is drawn from its slots; resumed: over what was drawn before."""
         self._begin(commands, targets, resumed=resumed)
         draw = self.device.function("vkCmdDrawMeshTasksEXT")
-        for segment, data in zip(batch, pushed):
+        for segment, data in zip(batch, self._pushed(batch)):
             self._set_sides(commands, segment.instance)
             push(commands, self._layout, data)
             draw(commands, segment.meshlets, 1, 1)
         vk.vkCmdEndRendering(commands)
+
+    def _pushed(self, batch: list[Segment]) -> list[np.ndarray]:
+        """Push constants of a batch's segments."""
+        return [self._push_data(segment.instance, **self.ring.fields(segment)) for segment in batch]
+
+    # --- all paths -----------------------------------------------------------------------------------------------------------------
 
     def _begin(self, commands, targets: Targets, *, resumed: bool = False) -> None:
         """Records the start of rendering and all state but what instances have of their own."""

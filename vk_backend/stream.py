@@ -18,10 +18,11 @@ if TYPE_CHECKING:
     from .raster import Pipelines
 
 RING = 8192  # slots, where a scene needs so many
+OVERLAP = False  # whether one half is filled while the other is drawn from
 CONNECT_GROUP = 32  # meshlets of a workgroup of connect.comp; values.comp and stream.mesh have one
 SUMMARY_BYTES, CONNECTED_BYTES = 4, 16  # of shaders/decode_buffers.glsl
 COMPUTE_STAGE = vk.VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT
-MESH_STAGE = 0x100000  # VK_PIPELINE_STAGE_2_MESH_SHADER_BIT_EXT, which the package vulkan lacks
+MESH_STAGE = vk.VK_PIPELINE_STAGE_2_MESH_SHADER_BIT_EXT
 READ, WRITE = vk.VK_ACCESS_2_SHADER_STORAGE_READ_BIT, vk.VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT
 
 
@@ -35,10 +36,10 @@ class Segment:
     slot: int
 
 
-def schedule(meshlets: Sequence[int], slots: int, longest: int) -> list[list[Segment]]:
+def schedule(meshlets: Sequence[int], slots: int, longest: int, parts: int = 1) -> list[list[Segment]]:
     """Batches that fit `slots` slots, of segments of at most `longest` meshlets, in the instances' order.
 
-    meshlets: of each instance.
+    meshlets: of each instance. parts: of the ring, each of `slots` slots, which batches take in turns.
     """
     batches: list[list[Segment]] = []
     free = 0
@@ -49,7 +50,7 @@ def schedule(meshlets: Sequence[int], slots: int, longest: int) -> list[list[Seg
                 batches.append([])
                 free = slots
             taken = min(count - first, free, longest)
-            batches[-1].append(Segment(instance, first, taken, slots - free))
+            batches[-1].append(Segment(instance, first, taken, (len(batches) - 1) % parts * slots + slots - free))
             first, free = first + taken, free - taken
     return batches
 
@@ -57,16 +58,20 @@ def schedule(meshlets: Sequence[int], slots: int, longest: int) -> list[list[Seg
 class Ring:
     """The slots that a scene's meshlets pass through, and the passes that decode into them.
 
-    slots: at most so many; a scene with fewer meshlets has one for each. constants: of the raster paths' shaders. Raises VulkanError.
+    slots: at most so many; a scene with fewer meshlets has one for each. parts: 2 where one part is filled while the other is drawn from,
+    else 1. constants: of the raster paths' shaders. decoded, drawn: timelines for that. Raises VulkanError.
     """
 
-    def __init__(self, pipelines: Pipelines, scene: Scene, slots: int, constants: dict[int, int]):
+    def __init__(self, pipelines: Pipelines, scene: Scene, slots: int, overlap: bool, constants: dict[int, int]):
         if slots < 1:
             raise VulkanError(f"a ring of {slots} slots holds no meshlet", "use 1 or more")
         device = self._device = pipelines.device
         self._meshlets = [scene.primitives[i.primitive].meshlets for i in scene.instances]
         layout = SlotLayout.of(scene)
-        self.slots = min(slots, sum(self._meshlets))
+        self.parts = 2 if overlap and slots > 1 else 1
+        self._part = slots // self.parts
+        self.slots = min(self.parts * self._part, sum(self._meshlets))
+        self.decoded, self.drawn = pipelines.timelines() if self.parts > 1 else (None, None)
         self.constants = {**constants, **layout.constants}
         sizes = {"slots": layout.bytes, "summaries": SUMMARY_BYTES, "connectivity": CONNECTED_BYTES}
         self._buffers = {name: Buffer(device, self.slots * size) for name, size in sizes.items()}
@@ -82,7 +87,7 @@ class Ring:
 
     def batches(self, longest: int) -> list[list[Segment]]:
         """What is decoded and drawn together; a segment has at most `longest` meshlets."""
-        return schedule(self._meshlets, self.slots, longest)
+        return schedule(self._meshlets, self._part, longest, self.parts)
 
     def fields(self, segment: Segment) -> dict[str, object]:
         """What the push constants say of a segment, by the names in shaders/raster.glsl."""
@@ -90,16 +95,19 @@ class Ring:
         return {"first": segment.first, "meshlets": segment.meshlets, "first_slot": segment.slot, **addresses}
 
     def decode(self, commands, batch: list[Segment], pushed: list[np.ndarray]) -> None:
-        """Records the decoding of a batch, after what was drawn before it and before what is drawn after it.
-
-        pushed: the push constants of each segment.
-        """
-        self._device.barrier(commands, MESH_STAGE, 0, COMPUTE_STAGE, 0)
+        """Records the decoding of a batch. pushed: the push constants of each segment."""
         for number, (pipeline, per) in enumerate(self._passes):
             if number > 0:
                 self._device.barrier(commands, COMPUTE_STAGE, WRITE, COMPUTE_STAGE, READ | WRITE)
             for segment, data in zip(batch, pushed):
                 pipeline.dispatch(commands, -(-segment.meshlets // per), data)
+
+    def wait_for_drawing(self, commands) -> None:
+        """Records, for one queue, that what is decoded next waits for what was drawn before."""
+        self._device.barrier(commands, MESH_STAGE, 0, COMPUTE_STAGE, 0)
+
+    def wait_for_decoding(self, commands) -> None:
+        """Records, for one queue, that what is drawn next waits for what was decoded before."""
         self._device.barrier(commands, COMPUTE_STAGE, WRITE, MESH_STAGE, READ)
 
     def free(self) -> None:
