@@ -133,6 +133,8 @@ def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, 
             row.update(stream)
         if statistics:
             row["statistics"] = pipeline_statistics(renderer.device, drawing.drawing.pipeline)
+            for shader, pipeline in (drawing.drawing.ring.pipelines if drawing.drawing.ring else {}).items():
+                row["statistics"][shader] = pipeline_statistics(renderer.device, pipeline)
         rows.append(row)
         drawing.free()
     targets.free()

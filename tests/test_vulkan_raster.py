@@ -139,6 +139,39 @@ def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, c
             assert np.abs(picture.color.astype(int) - plain.color).max() <= COLOR_ROUNDING
 
 
+@pytest.mark.parametrize("queues", [("only", "only"), ("graphics", "compute")], ids=["one queue", "two queues"])
+@pytest.mark.parametrize("batches", [1, 2, 3, 8])
+def test_overlapped_batches_wait_for_what_they_need_and_no_longer(queues, batches):
+    """Submissions of several frames, run in many orders: whatever may run next, a batch finds its slots free, and is decoded before it is drawn."""
+    from types import SimpleNamespace
+
+    from vk_backend.frame import overlapped
+
+    graphics, compute = queues
+    ring = SimpleNamespace(parts=2, decoded=SimpleNamespace(value=0), drawn=SimpleNamespace(value=0))
+    commands = [(graphics, "start"), *(c for i in range(batches) for c in ((compute, ("decode", i)), (graphics, ("draw", i))))]
+    random, ahead = np.random.default_rng(3), 0
+    for _ in range(20):
+        submissions = overlapped(commands, ring)
+        waiting = {queue: [s for s in submissions if s.queue == queue] for queue in queues}
+        reached, done = {id(ring.decoded): ring.decoded.value - batches, id(ring.drawn): ring.drawn.value - batches - 1}, []
+        while any(waiting.values()):
+            ready = [q for q, s in waiting.items() if s and (not s[0].wait or reached[id(s[0].wait[0])] >= s[0].wait[1])]
+            assert ready, "nothing can go on"
+            submission = waiting[ready[random.integers(len(ready))]].pop(0)
+            if submission.commands != "start":
+                kind, i = submission.commands
+                assert "start" in done
+                assert ("draw", i - 2) in done or i < 2 if kind == "decode" else ("decode", i) in done
+                ahead = max(ahead, sum(d[0] == "decode" for d in done) - sum(d[0] == "draw" for d in done))
+            done.append(submission.commands)
+            timeline, value, _ = submission.signal
+            assert value == reached[id(timeline)] + 1
+            reached[id(timeline)] = value
+        assert len(done) == 1 + 2 * batches
+    assert ahead == min(batches, 2), "decoding is ahead of drawing by the ring's parts"
+
+
 @pytest.mark.parametrize("overlap", [False, True])
 def test_a_timed_frame_can_be_run_again(renderer, scene, overlap):
     from vk_backend.raster import Targets

@@ -11,7 +11,7 @@ import vulkan as vk
 from .device import Queue, Submission
 from .pipelines import Timestamps
 from .raster import Drawing, Targets
-from .stream import COMPUTE_STAGE, MESH_STAGE
+from .stream import COMPUTE_STAGE, MESH_STAGE, Ring
 
 ALL_STAGES = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT
 
@@ -24,10 +24,11 @@ class Frame:
     """
 
     def __init__(self, drawing: Drawing, targets: Targets, stamps: Timestamps):
-        self._drawing, self._device, self._stamps = drawing, drawing.device, stamps
+        self._device, self._stamps = drawing.device, stamps
+        self._ring = drawing.ring if drawing.overlaps else None
         self._commands: list[tuple[Queue, Any]] = []  # in turns: the start, and for each batch its decoding and its drawing
         graphics, compute = self._device.graphics, self._device.compute
-        if not drawing.overlaps:
+        if not self._ring:
             with self._recorded(graphics) as commands:
                 self._start(commands)
                 drawing.record(commands, targets)
@@ -46,7 +47,10 @@ class Frame:
 
     def run(self) -> float:
         """Draws the picture; milliseconds on the GPU, from before the first to after the last of all commands."""
-        self._device.submit_all(self._overlapped() if self._drawing.overlaps else [Submission(*self._commands[0])])
+        if self._ring:
+            self._device.submit_all(overlapped(self._commands, self._ring))
+        else:
+            self._device.submit(self._commands[0][1])
         return float(self._stamps.milliseconds()[0])
 
     def free(self) -> None:
@@ -71,20 +75,24 @@ class Frame:
     def _stop(self, commands) -> None:
         self._stamps.mark(commands, 1)
 
-    def _overlapped(self) -> list[Submission]:
-        """A batch is drawn when it is decoded, and decoded when its slots are free: when the frame has begun, and the batch that was in
-        the slots before is drawn."""
-        ring, batches = self._drawing.ring, len(self._commands) // 2
-        decoded, drawn = ring.decoded, ring.drawn
-        before, begun = decoded.value, drawn.value + 1       # batch i has then been decoded and drawn at before + 1 + i, begun + 1 + i
-        submissions = [Submission(*self._commands[0], signal=(drawn, begun, ALL_STAGES))]
-        for number in range(batches + 1):                    # decoding goes first, so that one queue can do it all, too
-            if number < batches:
-                free = begun + max(number - ring.parts + 1, 0)
-                wait, signal = (drawn, free, COMPUTE_STAGE), (decoded, before + 1 + number, COMPUTE_STAGE)
-                submissions.append(Submission(*self._commands[1 + 2 * number], wait, signal))
-            if number > 0:
-                wait, signal = (decoded, before + number, MESH_STAGE), (drawn, begun + number, MESH_STAGE)
-                submissions.append(Submission(*self._commands[2 * number], wait, signal))
-        decoded.value, drawn.value = before + batches, begun + batches
-        return submissions
+
+def overlapped(commands: list[tuple[Queue, Any]], ring: Ring) -> list[Submission]:
+    """When commands for two queues run: a batch is drawn once it is decoded, and decoded once its slots are free, that is, once the frame has
+    begun, and the batch that was in the slots before is drawn.
+
+    commands: the start's, and then in turns the decoding's and the drawing's of each batch. The ring's timelines advance.
+    """
+    batches, decoded, drawn = len(commands) // 2, ring.decoded, ring.drawn
+    before, begun = decoded.value, drawn.value + 1
+    # Batch i is decoded at before + 1 + i, and drawn at begun + 1 + i.
+    submissions = [Submission(*commands[0], signal=(drawn, begun, ALL_STAGES))]
+    for number in range(batches + 1):                    # decoding goes ahead, so that one queue can do it all, too
+        if number < batches:
+            free = begun + max(number - ring.parts + 1, 0)
+            wait, signal = (drawn, free, COMPUTE_STAGE), (decoded, before + 1 + number, COMPUTE_STAGE)
+            submissions.append(Submission(*commands[1 + 2 * number], wait, signal))
+        if number > 0:
+            wait, signal = (decoded, before + number, MESH_STAGE), (drawn, begun + number, MESH_STAGE)
+            submissions.append(Submission(*commands[2 * number], wait, signal))
+    decoded.value, drawn.value = before + batches, begun + batches
+    return submissions

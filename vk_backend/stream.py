@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 RING = 8192  # slots, where a scene needs so many
 OVERLAP = False  # whether one half is filled while the other is drawn from
-CONNECT_GROUP = 32  # meshlets of a workgroup of connect.comp; values.comp and stream.mesh have one
+PASSES = {"connect_stream.comp": 32, "values_stream.comp": 1}  # meshlets of a workgroup; stream.mesh has one, too
 SUMMARY_BYTES, CONNECTED_BYTES = 4, 16  # of shaders/decode_buffers.glsl
 COMPUTE_STAGE = vk.VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT
 MESH_STAGE = vk.VK_PIPELINE_STAGE_2_MESH_SHADER_BIT_EXT
@@ -75,15 +75,17 @@ class Ring:
         self.constants = {**constants, **layout.constants}
         sizes = {"slots": layout.bytes, "summaries": SUMMARY_BYTES, "connectivity": CONNECTED_BYTES}
         self._buffers = {name: Buffer(device, self.slots * size) for name, size in sizes.items()}
-        self._passes = [
-            (pipelines.compute("connect_stream.comp", self.constants), CONNECT_GROUP),
-            (pipelines.compute("values_stream.comp", self.constants), 1),
-        ]
+        self._passes = [(pipelines.compute(name, self.constants), per) for name, per in PASSES.items()]
 
     @property
     def resident_bytes(self) -> int:
         """Allocated bytes of the slots and of what decoding needs for each."""
         return sum(buffer.allocated for buffer in self._buffers.values())
+
+    @property
+    def pipelines(self) -> dict[str, object]:
+        """Shader -> the pipeline that decodes with it, for vk_backend.statistics."""
+        return {name: pipeline.handle for name, (pipeline, _) in zip(PASSES, self._passes)}
 
     def batches(self, longest: int) -> list[list[Segment]]:
         """What is decoded and drawn together; a segment has at most `longest` meshlets."""
