@@ -26,17 +26,17 @@ uvec2 connected_triangles;
 void main() {
   uint i = gl_GlobalInvocationID.x;
   if (i >= push.meshlets) return;
-  uint place = job_place(i);
+  open_job(i);
   Summaries summaries = Summaries(push.summaries);
-  if (!job_wants(i)) {
-    summaries.of[place] = 0u;
+  if (!job_wanted()) {
+    summaries.of[job_place] = 0u;
     return;
   }
   open_blob(job_blob(), job_blob_words());
-  connected_triangles = job_triangles(i);
-  connect(job_meshlet(i));
+  connected_triangles = job_triangles();
+  connect(job_meshlet);
   Connectivity connectivity = Connectivity(push.connectivity);
-  connectivity.of[place].boundary = boundary;
-  connectivity.of[place].starts = component_starts;
-  summaries.of[place] = error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16;
+  connectivity.of[job_place].boundary = boundary;
+  connectivity.of[job_place].starts = component_starts;
+  summaries.of[job_place] = error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16;
 }

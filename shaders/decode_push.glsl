@@ -15,11 +15,17 @@ layout(push_constant) uniform Push {
   uint lanes;            //   the sum of their components
 } push;
 
+uint job_meshlet;        // number in the blob
+uint job_place;          // of its results
+
+// Meshlet i of the push.meshlets of the job; to be called before the functions below.
+void open_job(uint i) {
+  job_meshlet = i;
+  job_place = i;
+}
+
+bool job_wanted() { return true; }
 uvec2 job_blob() { return push.blob; }
 uint job_blob_words() { return push.blob_words; }
 uint job_streams() { return push.streams; }
-// Of meshlet i of the job: its number in the blob, whether it is to be decoded, where its results go, and the address of its triangles there.
-uint job_meshlet(uint i) { return i; }
-bool job_wants(uint i) { return true; }
-uint job_place(uint i) { return i; }
-uvec2 job_triangles(uint i) { return byte_offset(push.triangles, 64u, i); }
+uvec2 job_triangles() { return byte_offset(push.triangles, 64u, job_place); }   // address

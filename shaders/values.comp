@@ -21,48 +21,43 @@ layout(local_size_x = 32) in;
 #ifdef PARALLEL
 #include "meshlet_parallel.glsl"
 #else
-uint team_place;
 uvec2 team_triangles;
 uint packed_triangle(uint t) { return Integers(team_triangles).at[t & 63u]; }
-uvec2 connectivity_boundary() { return Connectivity(push.connectivity).of[team_place].boundary; }
-uvec2 connectivity_starts() { return Connectivity(push.connectivity).of[team_place].starts; }
+uvec2 connectivity_boundary() { return Connectivity(push.connectivity).of[job_place].boundary; }
+uvec2 connectivity_starts() { return Connectivity(push.connectivity).of[job_place].starts; }
 #endif
 #include "meshlet_workgroup.glsl"
 #ifdef STREAM
 #include "slot_output.glsl"
 #endif
 
-// The values of the team's meshlet, number i of the job.
-void put_values(uint i) {
+void put_values() {
 #ifdef STREAM
   Primitive primitive = job_primitive();
   for (uint v = MEMBER; v < vertex_count; v += TEAM) put_vertex(team_triangles, primitive, v);
 #else
   Integers integers = Integers(push.integers);
   for (uint k = MEMBER; k < push.lanes * 64u; k += TEAM)
-    if ((k & 63u) < vertex_count) integers.at[i * push.lanes * 64u + k] = team_values[TEAM_INDEX][k];
+    if ((k & 63u) < vertex_count) integers.at[job_place * push.lanes * 64u + k] = team_values[TEAM_INDEX][k];
 #endif
 }
 
 void main() {
   uint number = gl_WorkGroupID.x * TEAMS + TEAM_INDEX;
   bool exists = number < push.meshlets;
-  uint i = min(number, push.meshlets - 1u);
-  uint place = job_place(i);
+  open_job(min(number, push.meshlets - 1u));
   Summaries summaries = Summaries(push.summaries);
 #ifdef PARALLEL
   bool sound = exists;
 #else
-  bool sound = exists && (summaries.of[place] & 255u) > 0u;
+  bool sound = exists && (summaries.of[job_place] & 255u) > 0u;
   if (TEAMS == 1u && !sound) return;       // there are no others to keep company at the barriers
-  team_place = place;
-  team_triangles = job_triangles(i);
+  team_triangles = job_triangles();
 #endif
   open_blob(job_blob(), job_blob_words());
   group_streams(job_streams());
-  uint m = job_meshlet(i);
-  open_team(m);
-  Header h = read_header(m);
+  open_team(job_meshlet);
+  Header h = read_header(job_meshlet);
   read_symbols(h.begin, h.triangles);
 #ifdef PARALLEL
   decode_connectivity();
@@ -70,10 +65,10 @@ void main() {
   team_decode(h, sound);
   if (!sound) return;
 #ifdef PARALLEL
-  if (MEMBER == 0u) summaries.of[place] = triangle_count | vertex_count << 8;
-  for (uint t = MEMBER; t < triangle_count; t += TEAM) Integers(job_triangles(i)).at[t] = packed_triangle(t);
+  if (MEMBER == 0u) summaries.of[job_place] = triangle_count | vertex_count << 8;
+  for (uint t = MEMBER; t < triangle_count; t += TEAM) Integers(job_triangles()).at[t] = packed_triangle(t);
   barrier();
 #endif
-  if (error == ERROR_NONE) put_values(i);
-  else if (MEMBER == 0u) summaries.of[place] = error << 16;
+  if (error == ERROR_NONE) put_values();
+  else if (MEMBER == 0u) summaries.of[job_place] = error << 16;
 }

@@ -36,13 +36,13 @@ class Frame:
             return
         with self._recorded(graphics) as commands:
             self._start(commands)
-        batches = drawing.batches()
-        for number, batch in enumerate(batches):
+        batches = len(self._ring.batches)
+        for number in range(batches):
             with self._recorded(compute) as commands:
-                drawing.record_decoding(commands, batch)
+                drawing.record_decoding(commands, number)
             with self._recorded(graphics) as commands:
-                drawing.record_drawing(commands, targets, batch, resumed=number > 0)
-                if number == len(batches) - 1:
+                drawing.record_drawing(commands, targets, number)
+                if number == batches - 1:
                     self._stop(commands)
 
     def run(self) -> float:

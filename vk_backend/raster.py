@@ -14,7 +14,7 @@ from .device import Device, Timeline
 from .memory import Buffer, Image
 from .pipelines import ComputePipeline, pipeline_layout, push, stage
 from .scene import FRAME, HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, VERTEX_FLOATS, Scene, SceneBuffers, address_words
-from .stream import OVERLAP, RING, Ring, Segment
+from .stream import OVERLAP, RING, Ring
 from .textures import TextureArray, array_size, texture_set_layout
 
 COLOR_FORMAT, DEPTH_FORMAT, IDS_FORMAT = vk.VK_FORMAT_R8G8B8A8_SRGB, vk.VK_FORMAT_D32_SFLOAT, vk.VK_FORMAT_R32G32_UINT
@@ -30,6 +30,8 @@ PUSH = np.dtype(
         ("slots", "<u4", 2),
         ("summaries", "<u4", 2),
         ("connectivity", "<u4", 2),
+        ("segments", "<u4", 2),
+        ("segment_count", "<u4"),
     ]
 )
 MAX_GROUPS = 65535                         # workgroups of one draw that every device allows
@@ -291,11 +293,11 @@ class Drawing:
     def record(self, commands, targets: Targets) -> None:
         """Records the whole picture, for one queue."""
         if self.ring:
-            for number, batch in enumerate(self.batches()):
+            for number in range(len(self.ring.batches)):
                 self.ring.wait_for_drawing(commands)
-                self.record_decoding(commands, batch)
+                self.record_decoding(commands, number)
                 self.ring.wait_for_decoding(commands)
-                self.record_drawing(commands, targets, batch, resumed=number > 0)
+                self.record_drawing(commands, targets, number)
             return
         self._begin(commands, targets)
         for number in range(len(self.scene.instances)):
@@ -316,27 +318,22 @@ class Drawing:
         """Whether batches are decoded and drawn on a queue each (see frame.py)."""
         return self.ring is not None and self.ring.parts > 1
 
-    def batches(self) -> list[list[Segment]]:
-        """What goes through the ring together."""
-        return self.ring.batches(MAX_GROUPS)
+    def record_decoding(self, commands, number: int) -> None:
+        """Records that a batch of the ring is decoded into its slots."""
+        self.ring.decode(commands, number, self._push_data(**self.ring.addresses), MAX_GROUPS)
 
-    def record_decoding(self, commands, batch: list[Segment]) -> None:
-        """Records that a batch is decoded into its slots."""
-        self.ring.decode(commands, batch, self._pushed(batch))
-
-    def record_drawing(self, commands, targets: Targets, batch: list[Segment], *, resumed: bool) -> None:
-        """Records that a batch is drawn from its slots; resumed: over what was drawn before."""
-        self._begin(commands, targets, resumed=resumed)
+    def record_drawing(self, commands, targets: Targets, number: int) -> None:
+        """Records that a batch of the ring is drawn from its slots, over what was drawn of the others before."""
+        self._begin(commands, targets, resumed=number > 0)
         draw = self.device.function("vkCmdDrawMeshTasksEXT")
-        for segment, data in zip(batch, self._pushed(batch)):
+        data = self._push_data(**self.ring.addresses)
+        for segment in self.ring.batches[number]:
             self._set_sides(commands, segment.instance)
-            push(commands, self._layout, data)
-            draw(commands, segment.meshlets, 1, 1)
+            for offset in range(0, segment.meshlets, MAX_GROUPS):
+                data["instance"], data["first"], data["first_slot"] = segment.instance, segment.first + offset, segment.slot + offset
+                push(commands, self._layout, data)
+                draw(commands, min(segment.meshlets - offset, MAX_GROUPS), 1, 1)
         vk.vkCmdEndRendering(commands)
-
-    def _pushed(self, batch: list[Segment]) -> list[np.ndarray]:
-        """Push constants of a batch's segments."""
-        return [self._push_data(segment.instance, **self.ring.fields(segment)) for segment in batch]
 
     # --- all paths -----------------------------------------------------------------------------------------------------------------
 
@@ -372,23 +369,22 @@ class Drawing:
         self._set_sides(commands, number)
         meshlets = self.scene.primitives[instance.primitive].meshlets
         if self.buffers.index_buffer:
-            push(commands, self._layout, self._push_data(number))
+            push(commands, self._layout, self._push_data(instance=number))
             first_index, first_vertex, count = self.buffers.index_range(instance.primitive)
             vk.vkCmdDrawIndexed(commands, count, 1, first_index, first_vertex, 0)
         elif GEOMETRY in [bit for _, bit in self.path.stages]:
-            push(commands, self._layout, self._push_data(number))
+            push(commands, self._layout, self._push_data(instance=number))
             vk.vkCmdDraw(commands, meshlets, 1, 0, 0)
         else:
             draw = self.device.function("vkCmdDrawMeshTasksEXT")
             for first in range(0, meshlets, MAX_GROUPS * self.path.group):
-                push(commands, self._layout, self._push_data(number, first=first))
+                push(commands, self._layout, self._push_data(instance=number, first=first))
                 draw(commands, min(-(-(meshlets - first) // self.path.group), MAX_GROUPS), 1, 1)
 
-    def _push_data(self, instance: int, **fields) -> np.ndarray:
-        """PUSH[()] of an instance; fields: what is not 0."""
+    def _push_data(self, **fields) -> np.ndarray:
+        """PUSH[()]; fields: what is not 0, beside the frame."""
         data = np.zeros((), PUSH)
         data["frame"] = address_words(self._frame.address + 64 * len(self.scene.instances))   # behind the matrices
-        data["instance"] = instance
         for name, value in fields.items():
             data[name] = value
         return data

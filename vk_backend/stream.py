@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 RING = 8192  # slots, where a scene needs so many
 OVERLAP = False  # whether one half is filled while the other is drawn from
 PASSES = {"connect_stream.comp": 32, "values_stream.comp": 1}  # meshlets of a workgroup; stream.mesh has one, too
-SUMMARY_BYTES, CONNECTED_BYTES = 4, 16  # of shaders/decode_buffers.glsl
+SUMMARY_BYTES, CONNECTED_BYTES, SEGMENT_BYTES = 4, 16, 16  # of shaders/decode_buffers.glsl and stream_push.glsl
 COMPUTE_STAGE = vk.VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT
 MESH_STAGE = vk.VK_PIPELINE_STAGE_2_MESH_SHADER_BIT_EXT
 READ, WRITE = vk.VK_ACCESS_2_SHADER_STORAGE_READ_BIT, vk.VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT
@@ -28,7 +28,7 @@ READ, WRITE = vk.VK_ACCESS_2_SHADER_STORAGE_READ_BIT, vk.VK_ACCESS_2_SHADER_STOR
 
 @dataclass(frozen=True)
 class Segment:
-    """Meshlets [first, first + meshlets) of an instance, in the slots from `slot` on."""
+    """Meshlets [first, first + meshlets) of an instance, in the slots from `slot` on; as in shaders/stream_push.glsl."""
 
     instance: int
     first: int
@@ -36,8 +36,8 @@ class Segment:
     slot: int
 
 
-def schedule(meshlets: Sequence[int], slots: int, longest: int, parts: int = 1) -> list[list[Segment]]:
-    """Batches that fit `slots` slots, of segments of at most `longest` meshlets, in the instances' order.
+def schedule(meshlets: Sequence[int], slots: int, parts: int = 1) -> list[list[Segment]]:
+    """Batches that fit `slots` slots, in the instances' order.
 
     meshlets: of each instance. parts: of the ring, each of `slots` slots, which batches take in turns.
     """
@@ -49,7 +49,7 @@ def schedule(meshlets: Sequence[int], slots: int, longest: int, parts: int = 1) 
             if free == 0:
                 batches.append([])
                 free = slots
-            taken = min(count - first, free, longest)
+            taken = min(count - first, free)
             batches[-1].append(Segment(instance, first, taken, (len(batches) - 1) % parts * slots + slots - free))
             first, free = first + taken, free - taken
     return batches
@@ -66,15 +66,19 @@ class Ring:
         if slots < 1:
             raise VulkanError(f"a ring of {slots} slots holds no meshlet", "use 1 or more")
         device = self._device = pipelines.device
-        self._meshlets = [scene.primitives[i.primitive].meshlets for i in scene.instances]
+        meshlets = [scene.primitives[i.primitive].meshlets for i in scene.instances]
         layout = SlotLayout.of(scene)
         self.parts = 2 if overlap and slots > 1 else 1
-        self._part = slots // self.parts
-        self.slots = min(self.parts * self._part, sum(self._meshlets))
+        self.batches = schedule(meshlets, slots // self.parts, self.parts)
+        self.slots = min(slots // self.parts * self.parts, sum(meshlets))
         self.decoded, self.drawn = pipelines.timelines() if self.parts > 1 else (None, None)
         self.constants = {**constants, **layout.constants}
         sizes = {"slots": layout.bytes, "summaries": SUMMARY_BYTES, "connectivity": CONNECTED_BYTES}
         self._buffers = {name: Buffer(device, self.slots * size) for name, size in sizes.items()}
+        rows = np.array([astuple(segment) for batch in self.batches for segment in batch], np.uint32)
+        self._buffers["segments"] = Buffer(device, rows.nbytes).write(rows)
+        counts = np.array([len(batch) for batch in self.batches])
+        self._first_segments = np.cumsum(counts) - counts
         self._passes = [(pipelines.compute(name, self.constants), per) for name, per in PASSES.items()]
 
     @property
@@ -87,22 +91,26 @@ class Ring:
         """Shader -> the pipeline that decodes with it, for vk_backend.statistics."""
         return {name: pipeline.handle for name, (pipeline, _) in zip(PASSES, self._passes)}
 
-    def batches(self, longest: int) -> list[list[Segment]]:
-        """What is decoded and drawn together; a segment has at most `longest` meshlets."""
-        return schedule(self._meshlets, self._part, longest, self.parts)
+    @property
+    def addresses(self) -> dict[str, tuple[int, int]]:
+        """Of the buffers, by the names that the push constants of shaders/raster.glsl have for them."""
+        return {name: address_words(buffer.address) for name, buffer in self._buffers.items()}
 
-    def fields(self, segment: Segment) -> dict[str, object]:
-        """What the push constants say of a segment, by the names in shaders/raster.glsl."""
-        addresses = {name: address_words(buffer.address) for name, buffer in self._buffers.items()}
-        return {"first": segment.first, "meshlets": segment.meshlets, "first_slot": segment.slot, **addresses}
+    def decode(self, commands, number: int, pushed: np.ndarray, longest: int) -> None:
+        """Records the decoding of a batch.
 
-    def decode(self, commands, batch: list[Segment], pushed: list[np.ndarray]) -> None:
-        """Records the decoding of a batch. pushed: the push constants of each segment."""
-        for number, (pipeline, per) in enumerate(self._passes):
-            if number > 0:
+        pushed: push constants, with what does not depend on the batch; longest: workgroups of a dispatch, at most.
+        """
+        batch, pushed = self.batches[number], pushed.copy()
+        pushed["segments"] = address_words(self._buffers["segments"].address + SEGMENT_BYTES * int(self._first_segments[number]))
+        pushed["segment_count"] = len(batch)
+        meshlets = sum(segment.meshlets for segment in batch)
+        for later, (pipeline, per) in enumerate(self._passes):
+            if later:
                 self._device.barrier(commands, COMPUTE_STAGE, WRITE, COMPUTE_STAGE, READ | WRITE)
-            for segment, data in zip(batch, pushed):
-                pipeline.dispatch(commands, -(-segment.meshlets // per), data)
+            for first in range(0, meshlets, longest * per):
+                pushed["first_slot"], pushed["meshlets"] = batch[0].slot + first, min(meshlets - first, longest * per)
+                pipeline.dispatch(commands, -(-int(pushed["meshlets"]) // per), pushed)
 
     def wait_for_drawing(self, commands) -> None:
         """Records, for one queue, that what is decoded next waits for what was drawn before."""
