@@ -53,7 +53,7 @@ uint color_place(Attribute normal, Attribute texcoord) { return attribute_size(n
 
 // `bits` bits, 1 to 32, of a vertex's attributes.
 uint slot_bits(uvec2 slot, uint vertex, uint at, uint bits) {
-  SlotWords words = SlotWords(slot);
+  SceneWords words = SceneWords(slot);
   uint word = slot_attributes() + vertex * ATTRIBUTE_WORDS + (at >> 5);
   uint shift = at & 31u;
   uint value = words.at[word] >> shift;

@@ -58,8 +58,8 @@ def schedule(meshlets: Sequence[int], slots: int, parts: int = 1) -> list[list[S
 class Ring:
     """The slots that a scene's meshlets pass through, and the passes that decode into them.
 
-    slots: at most so many; a scene with fewer meshlets has one for each. parts: 2 where one part is filled while the other is drawn from,
-    else 1. constants: of the raster paths' shaders. decoded, drawn: timelines for that. Raises VulkanError.
+    slots: at most so many; a scene with fewer meshlets has one for each. overlap: the ring is in two parts, one of which is filled while the
+    other is drawn from. constants: of the raster paths' shaders. Raises VulkanError.
     """
 
     def __init__(self, pipelines: Pipelines, scene: Scene, slots: int, overlap: bool, constants: dict[int, int]):
@@ -68,11 +68,12 @@ class Ring:
         device = self._device = pipelines.device
         meshlets = [scene.primitives[i.primitive].meshlets for i in scene.instances]
         layout = SlotLayout.of(scene)
+        self.constants = {**constants, **layout.constants}
         self.parts = 2 if overlap and slots > 1 else 1
         self.batches = schedule(meshlets, slots // self.parts, self.parts)
         self.slots = min(slots // self.parts * self.parts, sum(meshlets))
-        self.decoded, self.drawn = pipelines.timelines() if self.parts > 1 else (None, None)
-        self.constants = {**constants, **layout.constants}
+        self.decoded, self.drawn = pipelines.timelines() if self.parts > 1 else (None, None)   # see frame.py
+
         sizes = {"slots": layout.bytes, "summaries": SUMMARY_BYTES, "connectivity": CONNECTED_BYTES}
         self._buffers = {name: Buffer(device, self.slots * size) for name, size in sizes.items()}
         rows = np.array([astuple(segment) for batch in self.batches for segment in batch], np.uint32)
