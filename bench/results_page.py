@@ -138,7 +138,7 @@ def unculled(result: dict) -> list[dict]:
 def _raster_standings(result: dict) -> Iterable[Standing]:
     rows = unculled(result)
     others = {"vertex": "uncompressed, indexed draw", "mesh-plain": "uncompressed, mesh shader", "geometry": "compressed, geometry shader"}
-    for path in ("mesh", "mesh-only"):
+    for path in ("stream", "mesh", "mesh-only"):
         for other, name in others.items():
             pairs = _paired(_of_path(rows, path), _of_path(rows, other), _milliseconds)
             if pairs:

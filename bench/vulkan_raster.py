@@ -2,8 +2,9 @@
 
     python -m bench.vulkan_raster MODEL.glb ...      writes bench/results/vulkan_raster.json and, with matplotlib, docs/vulkan-raster.png
 
-The whole model is in view. Times are the GPU's, from before the picture is cleared to after the last fragment; all paths take turns
-frame by frame. Without culling the fragment shader is the cheapest one that uses every attribute; with culling it is the lit one.
+The whole model is in view. Times are the GPU's, from before the picture is cleared, and before anything is decoded, to after the last
+fragment; all paths take turns frame by frame. Without culling the fragment shader is the cheapest one that uses every attribute; with
+culling it is the lit one.
 """
 
 from __future__ import annotations
@@ -21,12 +22,19 @@ from bench.common import ROOT, compressed, markdown_table, origin, percentiles, 
 from gltf_ext.errors import MeshletError
 from gltf_ext.geometry import Primitive
 
-PATHS = ("vertex", "mesh-plain", "mesh", "mesh-only", "geometry")
+PATHS = ("vertex", "mesh-plain", "stream", "mesh", "mesh-only", "geometry")
 WIDTH, HEIGHT = 1920, 1080
 WARM_UP, FRAMES = 5, 40
+BAR = 0.85 / len(PATHS)            # of the plot: width of a path
 SUBDIVIDED = "x4"                  # behind the name of a model of four times the triangles
 # What the project aims at without culling: this path's time over that one's, at most.
-TARGETS = {("mesh", "mesh-plain"): 1.5, ("mesh", "vertex"): 2.0, ("mesh", "geometry"): 1 / 2.5}
+TARGETS = {
+    ("stream", "mesh-plain"): 1.5,
+    ("stream", "vertex"): 2.0,
+    ("mesh", "mesh-plain"): 1.5,
+    ("mesh", "vertex"): 2.0,
+    ("mesh", "geometry"): 1 / 2.5,
+}
 RESIDENT_SHARE, RESIDENT_BYTES = 1.05, 65536
 
 
@@ -86,8 +94,8 @@ def vertex_bytes_with_short_indices(scene) -> int:
 # --- measuring -------------------------------------------------------------------------------------------------------------------------
 
 
-def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, statistics: bool) -> list[dict]:
-    """A row for each of `paths` that the device has."""
+def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, statistics: bool, stream: dict) -> list[dict]:
+    """A row for each of `paths` that the device has. stream: `ring` and `overlap` of path stream."""
     from vk_backend.camera import Camera
     from vk_backend.raster import Targets
     from vk_backend.renderer import TimedDrawing
@@ -100,7 +108,7 @@ def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, 
     drawings: dict[str, TimedDrawing] = {}
     for name in paths:
         try:
-            drawings[name] = TimedDrawing(renderer.pipelines, scene, camera, name, targets, culling=culling, lit=culling)
+            drawings[name] = TimedDrawing(renderer.pipelines, scene, camera, name, targets, culling=culling, lit=culling, **stream)
         except MeshletError as error:
             print(f"  {name} is left out: {error}", file=sys.stderr)
     times: dict[str, list[float]] = {name: [] for name in drawings}
@@ -121,8 +129,12 @@ def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, 
         row = {**facts, "path": name, "milliseconds": percentiles(times[name]), "resident_bytes": drawing.drawing.resident_bytes}
         if name == "vertex":
             row["resident_bytes_16bit_indices"] = vertex_bytes_with_short_indices(scene)
+        if name == "stream":
+            row.update(stream)
         if statistics:
             row["statistics"] = pipeline_statistics(renderer.device, drawing.drawing.pipeline)
+            for shader, pipeline in (drawing.drawing.ring.pipelines if drawing.drawing.ring else {}).items():
+                row["statistics"][shader] = pipeline_statistics(renderer.device, pipeline)
         rows.append(row)
         drawing.free()
     targets.free()
@@ -181,7 +193,7 @@ def plot(result: dict, output: Path) -> bool:
                 next((value(r) for r in result["rows"] if r["model"] == m and r["path"] == path and value(r) is not None), np.nan)
                 for m in models
             ]
-            axis.bar(np.arange(len(models)) + 0.17 * (offset - 2), values, 0.16, label=path)
+            axis.bar(np.arange(len(models)) + BAR * (offset - (len(PATHS) - 1) / 2), values, 0.94 * BAR, label=path)
         axis.set_yscale("log")
         axis.set_ylabel(label)
     axes[-1].set_xticks(np.arange(len(models)), models)
@@ -197,6 +209,10 @@ def main() -> None:
     parser.add_argument("--subdivide", type=Path, action="append", default=[], metavar="MODEL", help="a model to measure with four times its triangles, too")
     parser.add_argument("--paths", nargs="+", choices=PATHS, default=list(PATHS), help="(default: all)")
     parser.add_argument("--device", help="its number, or a part of its name (default: the first GPU)")
+    parser.add_argument("--ring", type=int, metavar="N", help="slots of path stream, at most (default: the renderer's)")
+    parser.add_argument(
+        "--overlap", action=argparse.BooleanOptionalAction, help="path stream decodes on another queue than it draws on (default: as the renderer does)"
+    )
     parser.add_argument("--frames", type=int, default=FRAMES, help="timed frames of each path (default %(default)s)")
     parser.add_argument("--statistics", action="store_true", help="keep what the driver says about registers and memory of each shader")
     parser.add_argument("--no-write", action="store_true", help="print only")
@@ -213,6 +229,12 @@ def run(options: argparse.Namespace) -> None:
     """Measures, prints and writes."""
     from vk_backend.renderer import Renderer
     from vk_backend.statistics import capture_statistics
+    from vk_backend.stream import OVERLAP, RING
+
+    stream = {
+        "ring": RING if options.ring is None else options.ring,
+        "overlap": OVERLAP if options.overlap is None else options.overlap,
+    }
 
     rows: list[dict] = []
     with tempfile.TemporaryDirectory() as folder, Renderer(options.device) as renderer:
@@ -224,7 +246,7 @@ def run(options: argparse.Namespace) -> None:
         print(f"{device['name']}, driver {device['driver']}; models ready after {time.perf_counter() - start:.0f} s", file=sys.stderr)
         for path in files:
             for culling in (False, True):
-                rows += measure(renderer, path, options.paths, culling, options.frames, statistics)
+                rows += measure(renderer, path, options.paths, culling, options.frames, statistics, stream)
                 print(f"{path.stem}, culling {'on' if culling else 'off'}: {time.perf_counter() - start:.0f} s", file=sys.stderr, flush=True)
     result = origin("bench.vulkan_raster", ("numpy", "vulkan"))
     result.update(device=device, width=WIDTH, height=HEIGHT, frames=options.frames, rows=rows, ratios=ratios(rows))

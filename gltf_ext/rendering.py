@@ -18,7 +18,7 @@ from pathlib import Path
 from .errors import MeshletError
 
 RENDERERS = {"mitsuba": "mitsuba_plugin.render", "vulkan": "vk_backend.render"}
-PATHS = ("mesh", "mesh-only", "geometry", "vertex", "mesh-plain", "rt", "rt-plain", "rt-triangles")
+PATHS = ("stream", "mesh", "mesh-only", "geometry", "vertex", "mesh-plain", "rt", "rt-plain", "rt-triangles")
 # The options that one renderer alone has, and what they are where they are not given.
 OWN_OPTIONS = {
     "mitsuba": {"variant": "scalar_rgb", "spp": 64},

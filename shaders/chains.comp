@@ -1,16 +1,11 @@
-// The fourth pass over a blob's meshlets, after corners.comp: the values of the chains between corners.
+// The fourth pass over meshlets, after corners.comp: the values of the chains between corners.
+// variants: chains.comp= chains_stream.comp=STREAM
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-layout(local_size_x = 64) in;
-#include "decode_push.glsl"
-#include "meshlet_decoder_prologue.glsl"
-#include "meshlet_decoder.glsl"
-#include "meshlet_decoder_epilogue.glsl"
-#include "meshlet_sections.glsl"
-#include "packed_values.glsl"
+#define PER_MESHLET 8u
 #include "meshlet_passes.glsl"
 
 struct Chain {
@@ -26,7 +21,7 @@ void read_chain(Chain chain, uint s, uint code, uint widths, uint low) {
   uint n = stream_field(s, STREAM_COMPONENTS);
   bool copies = stream_field(s, STREAM_PREDICTOR) == PREDICT_COPY;
   bool vectors = is_packed(s);
-  uint field = field_bits(s);
+  uint field = place_field(s, PLACE_FIELD);
   uint mask = bits_mask(s);
   uvec2 from = vectors ? vertex_at(s, chain.from) : uvec2(0u);
   uvec2 to = vectors ? vertex_at(s, chain.to) : uvec2(0u);
@@ -87,7 +82,7 @@ void read_chains(HEADER_IN h, uint r) {
     uint width = low_width(code, n, widths);
     code_at(codes, n, stream_field(s, STREAM_INTERIOR_BASE));
     uint rice = code == CODE_FIXED ? 0u : n;
-    if (foreign && mask_test(seam_references(h, s), r)) {
+    if (!is_wanted(s) || (foreign && mask_test(seam_references(h, s), r))) {
       skipped += total * rice;
     } else {
       if (rice > 0u) {
@@ -102,11 +97,8 @@ void read_chains(HEADER_IN h, uint r) {
 }
 
 void main() {
-  open_blob(push.blob, push.blob_words);
-  group_streams(push.streams);
-  if (!open_pass(gl_GlobalInvocationID.x / PER_MESHLET)) return;
-  Header h = read_header(the_meshlet);
-  read_symbols(h.begin, h.triangles);
-  for (uint r = gl_GlobalInvocationID.x % PER_MESHLET; r < h.references && error == ERROR_NONE; r += PER_MESHLET) read_chains(h, r);
+  if (!open_pass()) return;
+  Header h = open_header();
+  for (uint r = part; r < h.references && error == ERROR_NONE; r += PER_MESHLET) read_chains(h, r);
   close_pass();
 }

@@ -1,16 +1,11 @@
-// The third pass over a blob's meshlets, after lengths.comp: the values of their corners.
+// The third pass over meshlets, after lengths.comp: the values of corners.
+// variants: corners.comp= corners_stream.comp=STREAM
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-layout(local_size_x = 64) in;
-#include "decode_push.glsl"
-#include "meshlet_decoder_prologue.glsl"
-#include "meshlet_decoder.glsl"
-#include "meshlet_decoder_epilogue.glsl"
-#include "meshlet_sections.glsl"
-#include "packed_values.glsl"
+#define PER_MESHLET 8u                     // invocations for references or corners; where there are more, each has several
 #include "meshlet_passes.glsl"
 
 // Anchor `index` of streams [begin, end) of h.
@@ -24,13 +19,14 @@ void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
     uint width = index > 0u ? width_field(p + n * bits) : 0u;
     uint deltas = p + n * bits + 5u + (index - 1u) * n * width;
     uvec2 fields = uvec2(0u);
-    for (uint c = 0u; c < n && s >= begin; c++) {
+    bool reads = s >= begin && is_wanted(s);
+    for (uint c = 0u; c < n && reads; c++) {
       uint value = load_bits(p + c * bits, bits);
       if (index > 0u) value += unzigzag(load_bits(deltas + c * width, width));
-      if (is_packed(s)) fields |= put_field(c * field_bits(s), value & bits_mask(s));
+      if (is_packed(s)) fields |= put_field(c * place_field(s, PLACE_FIELD), value & bits_mask(s));
       else put_value(s, c, id, value);
     }
-    if (s >= begin && is_packed(s)) put_vertex(s, id, fields);
+    if (reads && is_packed(s)) put_vertex(s, id, fields);
     p = after_anchors(p, s, count);
   }
 }
@@ -39,7 +35,7 @@ void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
 uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
   Header h = own;
   bool apart = false;
-  for (uint hop = 0u; hop <= push.max_hops && error == ERROR_NONE; hop++) {
+  for (uint hop = 0u; hop <= group_hops && error == ERROR_NONE; hop++) {
     apart = apart || (h.flags & FLAG_SEAMS) != 0u;
     mask64 seams = seam_references(h, s);
     mask64 shared_refs = h.foreign_refs & ~seams;
@@ -63,13 +59,10 @@ uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
 }
 
 void main() {
-  open_blob(push.blob, push.blob_words);
-  group_streams(push.streams);
-  if (!open_pass(gl_GlobalInvocationID.x / PER_MESHLET)) return;
-  Header h = read_header(the_meshlet);
-  read_symbols(h.begin, h.triangles);
+  if (!open_pass()) return;
+  Header h = open_header();
   uint corners = h.references == 0u ? mask_count(the_starts) : h.references;
-  for (uint j = gl_GlobalInvocationID.x % PER_MESHLET; j < corners; j += PER_MESHLET) {
+  for (uint j = part; j < corners; j += PER_MESHLET) {
     uint id = h.references == 0u ? ids_before(j) & 63u : id_at(nth_bit(the_references, j));
     for (uint s = 0u; s < stream_end && error == ERROR_NONE;) s = read_corner(h, j, s, id);
   }

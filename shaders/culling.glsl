@@ -27,7 +27,7 @@ bool faces_away(Bounds b, vec4 eye) {
 bool meshlet_visible(uint m) {
   if (!CULLING) return true;
   Frame frame = the_frame();
-  Instance instance = Instances(frame.instances).at[push.instance];
+  Instance instance = Instances(frame.instances).at[INSTANCE];
   Primitive primitive = Primitives(frame.primitives).at[instance.primitive];
   Bounds b = bounds_of(SceneWords(primitive.bounds).at[m], primitive.box_low.xyz, primitive.box_size.xyz);
   if (b.radius < 0.0) return true;

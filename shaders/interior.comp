@@ -1,18 +1,14 @@
-// The last pass over a blob's meshlets, after chains.comp: the vertices that triangles introduce, with an invocation for
-// each stream of each meshlet.
+// The last pass over meshlets, after chains.comp: the vertices that triangles introduce, with an invocation for each stream.
+// variants: interior.comp= interior_stream.comp=STREAM
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-layout(local_size_x = 64) in;
-#include "decode_push.glsl"
-#include "meshlet_decoder_prologue.glsl"
-#include "meshlet_decoder.glsl"
-#include "meshlet_decoder_epilogue.glsl"
-#include "meshlet_sections.glsl"
-#include "packed_values.glsl"
+#define PER_MESHLET MAX_STREAMS
 #include "meshlet_passes.glsl"
+
+uint triangle_at(uint t) { return Integers(job_triangles()).at[t & 63u]; }
 
 // Vertices of the seams of stream s (spec, A.5, sections G and H).
 uint seam_vertices_of(HEADER_IN h, uint s) {
@@ -56,7 +52,7 @@ void read_traversed(uint s, uint triangle) {
   uint o = (triangle >> 24) & 63u;
   bool across = triangle >> 24 != NO_VERTEX;
   bool vectors = is_packed(s);
-  uint field = field_bits(s);
+  uint field = place_field(s, PLACE_FIELD);
   uint mask = bits_mask(s);
   uvec2 from = vectors ? vertex_at(s, a) : uvec2(0u);
   uvec2 to = vectors ? vertex_at(s, b) : uvec2(0u);
@@ -93,7 +89,7 @@ void read_all_traversed(uint s, mask64 waiting) {
   mask64 rest = mask_any(waiting) ? mask_below(triangle_count) : symbol_c;
   while (mask_any(rest) && error == ERROR_NONE) {
     uint t = mask_lsb(rest);
-    uint triangle = packed_triangle(t);
+    uint triangle = triangle_at(t);
     uint a = triangle & 63u;
     uint b = (triangle >> 8) & 63u;
     uint v = (triangle >> 16) & 63u;
@@ -154,11 +150,7 @@ void run(HEADER_IN h, uint stream) {
 }
 
 void main() {
-  open_blob(push.blob, push.blob_words);
-  group_streams(push.streams);
-  if (!open_pass(gl_GlobalInvocationID.x / push.streams)) return;
-  Header h = read_header(the_meshlet);
-  read_symbols(h.begin, h.triangles);
-  run(h, gl_GlobalInvocationID.x % push.streams);
+  if (!open_pass() || part >= stream_end || !is_wanted(part)) return;
+  run(open_header(), part);
   close_pass();
 }

@@ -1,22 +1,14 @@
-// The second pass over a blob's meshlets, after connect.comp: where their references lie along the boundary, and what they refer to.
+// The second pass over meshlets, after connect.comp: where references lie along the boundary.
+// variants: lengths.comp= lengths_stream.comp=STREAM
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-#define GROUP_MESHLETS 8u
-layout(local_size_x = 64) in;
-#include "decode_push.glsl"
-#include "meshlet_decoder_prologue.glsl"
-#include "meshlet_decoder.glsl"
-#include "meshlet_decoder_epilogue.glsl"
-#include "meshlet_sections.glsl"
-#include "packed_values.glsl"
+#define PER_MESHLET 8u
 #include "meshlet_passes.glsl"
 
-shared uint group_lengths[GROUP_MESHLETS * 64u];     // of references
-
-uint member;                               // the meshlet's number in the group
+shared uint group_lengths[GROUP_BLOBS * 64u];     // of references
 
 uint length_of(uint r) { return group_lengths[member * 64u + (r & 63u)]; }
 
@@ -39,19 +31,14 @@ void check_length(HEADER_IN h, uint r, uint rank) {
   if (mask_test(h.loop_ends, r) ? end != loop.y : end > loop.y) error = ERROR_REFERENCES;
 }
 
-// The barrier is passed by all invocations, those without a meshlet included.
 void main() {
-  open_blob(push.blob, push.blob_words);
-  group_streams(push.streams);
-  uint part = LANE % PER_MESHLET;
-  member = LANE / PER_MESHLET;
-  bool live = open_pass(gl_GlobalInvocationID.x / PER_MESHLET);
-  Header h = read_header(the_meshlet);
-  read_symbols(h.begin, h.triangles);
+  bool live = open_pass();
+  Header h = open_header();
   uint references = live ? h.references : 0u;
   if (references > 0u && mask_count(h.loop_ends) != mask_count(the_starts)) error = ERROR_REFERENCES;
   for (uint r = part; r < references; r += PER_MESHLET) group_lengths[member * 64u + r] = min(measured_length(h, r), 64u);
   barrier();
+  if (!live) return;
   mask64 begins = mask_none();
   uint rank = 0u;
   for (uint r = 0u; r < references && error == ERROR_NONE; r++) {
@@ -59,6 +46,6 @@ void main() {
     begins = begins | mask_bit(rank & 63u);
     rank += length_of(r);
   }
-  if (live && part == 0u) Connectivity(push.connectivity).of[the_meshlet].references = begins;
-  if (live) close_pass();
+  if (part == 0u) Connectivity(push.connectivity).of[job_place].references = begins;
+  close_pass();
 }

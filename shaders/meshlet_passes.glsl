@@ -1,19 +1,70 @@
-// What the passes that decode a meshlet's values have in common (lengths.comp to interior.comp): places along its boundary, its sections, and
-// the reading of residuals. To be included after meshlet_sections.glsl and packed_values.glsl.
+// What the passes that decode meshlets' values after connect.comp have in common (lengths.comp, corners.comp, chains.comp, interior.comp): their
+// meshlets, places along the boundary, sections, and the reading of residuals. Each invocation has a small part of a meshlet, and what a pass
+// finds goes to where the values belong, from where the next one reads it.
+//
+// The includer defines PER_MESHLET, the invocations that share a meshlet. With STREAM the job is that of stream_push.glsl, else of
+// decode_push.glsl. Code is kept small, since a pass is slow when it does not fit the instruction cache: what is long is called from one place.
 
-#define PER_MESHLET 8u                     // invocations that share a meshlet's references or corners
+#define GROUP 64u
+#define GROUP_BLOBS (GROUP / PER_MESHLET)
+#define PASS
+#include "meshlet_decoder_prologue.glsl"
+#include "meshlet_decoder.glsl"
+#include "meshlet_decoder_epilogue.glsl"
+#include "meshlet_sections.glsl"
+#include "decode_buffers.glsl"
+#include "packed_values.glsl"
+#ifdef STREAM
+#include "stream_push.glsl"
+#else
+#include "decode_push.glsl"
+#endif
 
-uint the_meshlet;
+layout(local_size_x = GROUP) in;
+
+// ---- the invocation's meshlet --------------------------------------------------------------------------------------------------------
+
+shared uint group_hops;                    // MAX_HOPS, which compilers shall not know: they would unroll a long loop
+
+uint member;                               // number of the meshlet in the workgroup
+uint part;                                 //   and of the invocation among those that share it
 mask64 the_boundary;
 mask64 the_starts;
 mask64 the_references;                     // ranks at which they begin; there is one after lengths.comp
 
-uint packed_triangle(uint t) { return Integers(push.triangles).at[64u * the_meshlet + t]; }
-uint values_begin() { return the_meshlet * push.vertex_words * 64u; }
-uint value_at(uint s, uint c, uint id) { return packed_value(push.values, values_begin(), s, c, id & 63u); }
-void put_value(uint s, uint c, uint id, uint value) { put_packed_value(push.values, values_begin(), s, c, id & 63u, value & bits_mask(s)); }
-uvec2 vertex_at(uint s, uint id) { return packed_vertex(push.values, values_begin(), s, id & 63u); }
-void put_vertex(uint s, uint id, uvec2 fields) { put_packed_vertex(push.values, values_begin(), s, id & 63u, fields); }
+// To be called by all invocations first; false for those that have no meshlet, or one that is malformed or left out. Barriers are passed.
+bool open_pass() {
+  member = LANE / PER_MESHLET;
+  part = LANE % PER_MESHLET;
+  uint number = gl_WorkGroupID.x * GROUP_BLOBS + member;
+  bool exists = member < GROUP_BLOBS && number < push.meshlets;
+  open_job(min(number, push.meshlets - 1u));
+  open_blob(job_blob(), job_blob_words());
+  stream_table = min(member, GROUP_BLOBS - 1u) * MAX_STREAMS;
+  uint step = member < GROUP_BLOBS ? PER_MESHLET : GROUP;
+  if (LANE == 0u) group_hops = MAX_HOPS;
+  read_streams(job_streams(), member < GROUP_BLOBS ? part : MAX_STREAMS, step);
+  barrier();
+  for (uint s = part; s < stream_total && member < GROUP_BLOBS; s += PER_MESHLET) group_places[stream_table + s] = stream_place(s);
+  barrier();
+  the_values = job_values();
+  the_boundary = Connectivity(push.connectivity).of[job_place].boundary;
+  the_starts = Connectivity(push.connectivity).of[job_place].starts;
+  the_references = Connectivity(push.connectivity).of[job_place].references;
+  error = ERROR_NONE;
+  uint summary = Summaries(push.summaries).of[job_place];
+  return exists && (summary & 255u) > 0u && summary >> 16 == ERROR_NONE;
+}
+
+Header open_header() {
+  Header h = read_header(job_meshlet);
+  read_symbols(h.begin, h.triangles);
+  return h;
+}
+
+void close_pass() {
+  if (error != ERROR_NONE) atomicOr(Summaries(push.summaries).of[job_place], error << 16);
+}
 
 // ---- along the boundary ------------------------------------------------------------------------------------------------------------
 
@@ -145,20 +196,4 @@ uint next_residual(uint c) {
   if (residual_code == CODE_FIXED) return unzigzag(take_low(get_field(residual_widths, 6u * c, 6u)));
   uint low = take_low(residual_code);
   return unzigzag(low | next_quotient(unary) << residual_code);
-}
-
-// ---- a pass ------------------------------------------------------------------------------------------------------------------------
-
-// Takes up what connect.comp has found out about meshlet m; false where there is no such meshlet, or it is malformed.
-bool open_pass(uint m) {
-  the_meshlet = min(m, push.meshlets - 1u);
-  the_boundary = Connectivity(push.connectivity).of[the_meshlet].boundary;
-  the_starts = Connectivity(push.connectivity).of[the_meshlet].starts;
-  the_references = Connectivity(push.connectivity).of[the_meshlet].references;
-  error = ERROR_NONE;
-  return m < push.meshlets && Summaries(push.summaries).of[the_meshlet] >> 16 == ERROR_NONE;
-}
-
-void close_pass() {
-  if (error != ERROR_NONE) atomicOr(Summaries(push.summaries).of[the_meshlet], error << 16);
 }

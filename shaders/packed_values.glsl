@@ -1,29 +1,18 @@
-// Decoded values of a meshlet, packed: for every stream 64 vertices of a few words each. To be included after meshlet_sections.glsl.
-// The components of a vertex lie side by side in up to 64 bits, a position's in 21 bits each; if that does not hold them, in a word each.
+// Values of decoded meshlets where decoding passes put them: a vertex's components of one stream side by side in up to two words, or in a word
+// each. To be included after meshlet_sections.glsl. The includer provides uint stream_place(uint s), by placed() below.
 
-layout(buffer_reference, std430, buffer_reference_align = 4) buffer PackedWords { uint at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 8) buffer PackedPairs { uvec2 at[]; };
+shared uint group_places[GROUP_BLOBS * MAX_STREAMS]; // see place_field
 
-uint field_bits(uint s) {
-  uint bits = stream_field(s, STREAM_BITS);
-  uint n = stream_field(s, STREAM_COMPONENTS);
-  if (s == 0u) return n * 21u <= 64u && bits <= 21u ? 21u : 32u;
-  return n * bits <= 64u ? bits : 32u;
-}
+#define PLACE_BASE 0, 16                             // word of the first vertex,
+#define PLACE_STRIDE 16, 6                           //   words from one vertex to the next,
+#define PLACE_FIELD 22, 6                            //   and bits of a component
+#define PLACE_WANTED 28, 1                           // else nobody asks for the stream
+#define place_field(s, field) bitfieldExtract(group_places[stream_table + (s)], field)
 
-uint vertex_words(uint s) {
-  uint bits = field_bits(s) * stream_field(s, STREAM_COMPONENTS);
-  return (bits + 31u) >> 5;
-}
+uint placed(uint base, uint stride, uint field) { return (base & 0xFFFFu) | (stride & 63u) << 16 | (field & 63u) << 22 | 1u << 28; }
 
-bool is_packed(uint s) { return vertex_words(s) <= 2u; }
-
-// Words of a vertex in the streams before s.
-uint words_before(uint s) {
-  uint words = 0u;
-  for (uint before = 0u; before < s; before++) words += vertex_words(before);
-  return words;
-}
+bool is_packed(uint s) { return place_field(s, PLACE_FIELD) * stream_field(s, STREAM_COMPONENTS) <= 64u; }
+bool is_wanted(uint s) { return place_field(s, PLACE_WANTED) != 0u; }
 
 uint get_field(uvec2 fields, uint at, uint bits) {
   uint value = at < 32u ? (fields.x >> at) | ((fields.y << 1) << (31u - at)) : fields.y >> (at - 32u);
@@ -34,30 +23,39 @@ uvec2 put_field(uint at, uint value) {
   return at < 32u ? uvec2(value << at, (value >> 1) >> (31u - at)) : uvec2(0u, value << (at - 32u));
 }
 
-// begin: the words before the meshlet.
-uvec2 packed_vertex(uvec2 values, uint begin, uint s, uint id) {
-  uint place = begin + 64u * words_before(s);
-  if (vertex_words(s) == 1u) return uvec2(PackedWords(values).at[place + id], 0u);
-  return PackedPairs(values).at[(place >> 1) + id];
+uvec2 the_values;                                    // address of the meshlet's
+
+uint word_of(uint s, uint id) { return place_field(s, PLACE_BASE) + place_field(s, PLACE_STRIDE) * (id & 63u); }
+bool two_words(uint s) { return place_field(s, PLACE_FIELD) * stream_field(s, STREAM_COMPONENTS) > 32u; }
+
+uvec2 vertex_at(uint s, uint id) {
+  uint word = word_of(s, id);
+  if (two_words(s) && (word & 1u) == 0u) return Pairs(the_values).at[word >> 1];
+  return uvec2(Integers(the_values).at[word], two_words(s) ? Integers(the_values).at[word + 1u] : 0u);
 }
 
-void put_packed_vertex(uvec2 values, uint begin, uint s, uint id, uvec2 fields) {
-  uint place = begin + 64u * words_before(s);
-  if (vertex_words(s) == 1u) PackedWords(values).at[place + id] = fields.x;
-  else PackedPairs(values).at[(place >> 1) + id] = fields;
+void put_vertex(uint s, uint id, uvec2 fields) {
+  uint word = word_of(s, id);
+  if (two_words(s) && (word & 1u) == 0u) {
+    Pairs(the_values).at[word >> 1] = fields;
+    return;
+  }
+  Integers(the_values).at[word] = fields.x;
+  if (two_words(s)) Integers(the_values).at[word + 1u] = fields.y;
 }
 
-uint packed_value(uvec2 values, uint begin, uint s, uint c, uint id) {
-  if (is_packed(s)) return get_field(packed_vertex(values, begin, s, id), c * field_bits(s), field_bits(s));
-  return PackedWords(values).at[begin + 64u * words_before(s) + vertex_words(s) * id + c];
+uint value_at(uint s, uint c, uint id) {
+  if (is_packed(s)) return get_field(vertex_at(s, id), c * place_field(s, PLACE_FIELD), place_field(s, PLACE_FIELD));
+  return Integers(the_values).at[word_of(s, id) + c];
 }
 
 // The components of a vertex have to come in their order.
-void put_packed_value(uvec2 values, uint begin, uint s, uint c, uint id, uint value) {
-  if (is_packed(s)) {
-    uvec2 fields = c == 0u ? uvec2(0u) : packed_vertex(values, begin, s, id);
-    put_packed_vertex(values, begin, s, id, fields | put_field(c * field_bits(s), value));
-  } else {
-    PackedWords(values).at[begin + 64u * words_before(s) + vertex_words(s) * id + c] = value;
+void put_value(uint s, uint c, uint id, uint value) {
+  uint inside = value & bits_mask(s);
+  if (!is_packed(s)) {
+    Integers(the_values).at[word_of(s, id) + c] = inside;
+    return;
   }
+  uvec2 before = c == 0u ? uvec2(0u) : vertex_at(s, id);
+  put_vertex(s, id, before | put_field(c * place_field(s, PLACE_FIELD), inside));
 }

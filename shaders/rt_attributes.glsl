@@ -64,7 +64,6 @@ uvec2 open_slot;
 uvec3 open_corners;
 vec3 open_weights;
 uint open_primitive;
-uint open_bits;
 
 void open_attributes(Place place) {
   Traced traced = TracedList(push.traced).at[place.primitive];
@@ -84,24 +83,13 @@ void open_attributes(Place place) {
   open_corners = uvec3(corners & 63u, (corners >> 8) & 63u, (corners >> 16) & 63u);
   open_weights = place.weights;
   open_primitive = place.primitive;
-  open_bits = traced.bits;
 }
 
-// `bits` bits, 1 to 32, of a cached vertex's attributes.
-uint cached_bits(uint vertex, uint at, uint bits) {
-  SceneWords words = SceneWords(open_slot);
-  uint word = slot_attributes() + vertex * ATTRIBUTE_WORDS + (at >> 5);
-  uint shift = at & 31u;
-  uint value = words.at[word] >> shift;
-  if (shift + bits > 32u) value |= words.at[word + 1u] << (32u - shift);
-  return bits == 32u ? value : value & ((1u << bits) - 1u);
-}
-
+// at: where the attribute's bits begin in a slot.
 uvec4 integers(Attribute a, uint at, uint vertex) {
   uvec4 q = uvec4(0u);
-  uint bits = attribute_bits(a);
   for (uint c = 0u; c < min(attribute_components(a), 4u); c++)
-    q[c] = in_cache ? cached_bits(vertex, at + c * bits, bits) : values[(a.lane + c) * 64u + vertex];
+    q[c] = in_cache ? slot_bits(open_slot, vertex, at + c * attribute_field(a), attribute_bits(a)) : values[(a.lane + c) * 64u + vertex];
   return q;
 }
 
@@ -128,17 +116,17 @@ bool has_normal() { return PRIMITIVE.normal.lane != NO_LANE; }
 vec3 normal_in_object() {
   Attribute a = PRIMITIVE.normal;
   vec3 sum = vec3(0.0);
-  for (uint k = 0u; k < 3u; k++) sum += open_weights[k] * normal_value(a, integers(a, open_bits & 1023u, open_corners[k]).xyz);
+  for (uint k = 0u; k < 3u; k++) sum += open_weights[k] * normal_value(a, integers(a, NORMAL_PLACE, open_corners[k]).xyz);
   return sum;
 }
 vec2 texcoord_at_hit() {
   Attribute a = PRIMITIVE.texcoord;
-  return a.lane == NO_LANE ? vec2(0.0) : interpolated(a, (open_bits >> 10) & 1023u).xy;
+  return a.lane == NO_LANE ? vec2(0.0) : interpolated(a, texcoord_place(PRIMITIVE.normal)).xy;
 }
 vec4 color_at_hit() {
   Attribute a = PRIMITIVE.color;
   if (a.lane == NO_LANE) return vec4(1.0);
-  vec4 color = interpolated(a, (open_bits >> 20) & 1023u);
+  vec4 color = interpolated(a, color_place(PRIMITIVE.normal, PRIMITIVE.texcoord));
   return attribute_components(a) < 4u ? vec4(color.rgb, 1.0) : color;
 }
 

@@ -1,10 +1,8 @@
 // What the ray-tracing shaders share: the push constants, a primitive as rays meet it, and the cache of decoded meshlets.
-#include "scene.glsl"
+#include "slots.glsl"
 
 // 0, 1: MAX_STREAMS and MAX_LANES of the decoder.
 layout(constant_id = 2) const uint GROUP_TRIANGLES = 64u;   // triangles behind one box of the acceleration structure
-layout(constant_id = 3) const bool POSITION_FLOATS = false; // positions are floats in the primitive's coordinates, not integers on its grid
-layout(constant_id = 4) const uint ATTRIBUTE_WORDS = 0u;    // of a cached vertex, beyond its position
 layout(constant_id = 5) const bool ALL_CACHED = false;      // every meshlet m is in slot m
 layout(constant_id = 6) const uint VERTEX_FLOATS = 8u;      // of an uncompressed vertex,
 layout(constant_id = 7) const uint ATTRIBUTES = 7u;         //   and what it has beside its position: HAS_ bits
@@ -22,13 +20,11 @@ struct Traced {
   uvec2 indices;                           // uncompressed paths: three words per triangle, and
   uvec2 vertices;                          //   VERTEX_FLOATS floats per vertex
   uint meshlets;
-  uint bits;                               // of a cached vertex's attributes, where they begin: normal | texcoord << 10 | color << 20
-  uint unused[2];
+  uint unused[3];
 };
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer TracedList { Traced at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 4) buffer Counts { uint at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer SceneFloatsOut { float at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 8) buffer Pairs { uvec2 at[]; };
 
 #ifndef OWN_PUSH
 layout(push_constant) uniform Push {
@@ -54,35 +50,3 @@ layout(push_constant) uniform Push {
 #endif
 
 #define HIT_WORDS 5u                       // instance, meshlet * 64 + triangle, t, two barycentrics
-
-// ---- slots: 64 words of triangles, positions, attributes; what a meshlet lacks is 0 -----------------------------------------------
-
-#define SLOT_POSITIONS MESHLET_TRIANGLES
-uint position_words() { return POSITION_FLOATS ? 3u : 2u; }
-uint slot_words() { return MESHLET_TRIANGLES + MESHLET_VERTICES * (position_words() + ATTRIBUTE_WORDS); }
-uint slot_attributes() { return MESHLET_TRIANGLES + MESHLET_VERTICES * position_words(); }
-
-uvec2 byte_offset(uvec2 address, uint words, uint count) {
-  uvec2 product;                           // words * count * 4, in 64 bits
-  umulExtended(words * 4u, count, product.y, product.x);
-  uint carry;
-  uint low = uaddCarry(address.x, product.x, carry);
-  return uvec2(low, address.y + product.y + carry);
-}
-
-uvec2 slot_address(uvec2 cache, uint slot) { return byte_offset(cache, slot_words(), slot); }
-
-// Three coordinates of at most 21 bits each.
-uvec2 packed_position(uvec3 q) { return uvec2(q.x | q.z << 21, q.y | (q.z >> 11) << 21); }
-uvec3 unpacked_position(uvec2 p) {
-  return uvec3(p.x & 0x1FFFFFu, p.y & 0x1FFFFFu, p.x >> 21 | (p.y >> 21) << 11);
-}
-
-vec3 slot_position(uvec2 slot, uint vertex) {
-  if (POSITION_FLOATS) {
-    SceneFloats floats = SceneFloats(slot);
-    uint at = SLOT_POSITIONS + 3u * vertex;
-    return vec3(floats.at[at], floats.at[at + 1u], floats.at[at + 2u]);
-  }
-  return vec3(unpacked_position(Pairs(slot).at[SLOT_POSITIONS / 2u + vertex]));
-}

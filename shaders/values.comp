@@ -1,56 +1,74 @@
-// Values of a blob's meshlets, by a team of TEAM lanes each: after connect.comp, or (PARALLEL) with the triangles from the parallel
-// decoder of connectivity.
+// Values of meshlets, by a team of TEAM lanes each: after connect.comp, or (PARALLEL) with the triangles from the parallel decoder of
+// connectivity; into plain buffers, or (STREAM) into slots of the ring of path `stream`.
 // variants: values8.comp=TEAM=8u values16.comp=TEAM=16u values32.comp=TEAM=32u values_parallel.comp=TEAM=32u,PARALLEL
+// variants: values_stream.comp=TEAM=32u,STREAM
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
 layout(local_size_x = 32) in;
+#ifdef STREAM
+#include "stream_push.glsl"
+#else
 #include "decode_push.glsl"
+#endif
 #include "meshlet_team.glsl"
 #include "meshlet_decoder_prologue.glsl"
 #include "meshlet_decoder.glsl"
 #include "meshlet_decoder_epilogue.glsl"
 
-uint team_meshlet;
 #ifdef PARALLEL
 #include "meshlet_parallel.glsl"
 #else
-uint packed_triangle(uint t) { return Integers(push.triangles).at[64u * team_meshlet + t]; }
-uvec2 connectivity_boundary() { return Connectivity(push.connectivity).of[team_meshlet].boundary; }
-uvec2 connectivity_starts() { return Connectivity(push.connectivity).of[team_meshlet].starts; }
+uvec2 team_triangles;
+uint packed_triangle(uint t) { return Integers(team_triangles).at[t & 63u]; }
+uvec2 connectivity_boundary() { return Connectivity(push.connectivity).of[job_place].boundary; }
+uvec2 connectivity_starts() { return Connectivity(push.connectivity).of[job_place].starts; }
 #endif
 #include "meshlet_workgroup.glsl"
+#ifdef STREAM
+#include "slot_output.glsl"
+#endif
+
+void put_values() {
+#ifdef STREAM
+  Primitive primitive = job_primitive();
+  for (uint v = MEMBER; v < vertex_count; v += TEAM) put_vertex(team_triangles, primitive, v);
+#else
+  Integers integers = Integers(push.integers);
+  for (uint k = MEMBER; k < push.lanes * 64u; k += TEAM)
+    if ((k & 63u) < vertex_count) integers.at[job_place * push.lanes * 64u + k] = team_values[TEAM_INDEX][k];
+#endif
+}
 
 void main() {
-  open_blob(push.blob, push.blob_words);
-  group_streams(push.streams);
-  uint m = gl_WorkGroupID.x * TEAMS + TEAM_INDEX;
-  bool exists = m < push.meshlets;
-  team_meshlet = min(m, push.meshlets - 1u);
-  open_team(team_meshlet);
-  Header h = read_header(team_meshlet);
-  read_symbols(h.begin, h.triangles);
+  uint number = gl_WorkGroupID.x * TEAMS + TEAM_INDEX;
+  bool exists = number < push.meshlets;
+  open_job(min(number, push.meshlets - 1u));
   Summaries summaries = Summaries(push.summaries);
 #ifdef PARALLEL
   bool sound = exists;
-  decode_connectivity();
 #else
-  bool sound = exists && summaries.of[team_meshlet] >> 16 == ERROR_NONE;
+  bool sound = exists && (summaries.of[job_place] & 255u) > 0u;
+  if (TEAMS == 1u && !sound) return;       // there are no others to keep company at the barriers
+  team_triangles = job_triangles();
+#endif
+  open_blob(job_blob(), job_blob_words());
+  group_streams(job_streams());
+  open_team(job_meshlet);
+  Header h = read_header(job_meshlet);
+  read_symbols(h.begin, h.triangles);
+#ifdef PARALLEL
+  decode_connectivity();
 #endif
   team_decode(h, sound);
   if (!sound) return;
 #ifdef PARALLEL
-  if (MEMBER == 0u) summaries.of[m] = triangle_count | vertex_count << 8;
-  for (uint t = MEMBER; t < triangle_count; t += TEAM) Integers(push.triangles).at[64u * m + t] = packed_triangle(t);
+  if (MEMBER == 0u) summaries.of[job_place] = triangle_count | vertex_count << 8;
+  for (uint t = MEMBER; t < triangle_count; t += TEAM) Integers(job_triangles()).at[t] = packed_triangle(t);
   barrier();
 #endif
-  if (error != ERROR_NONE) {
-    if (MEMBER == 0u) summaries.of[m] = error << 16;
-    return;
-  }
-  Integers integers = Integers(push.integers);
-  for (uint i = MEMBER; i < push.lanes * 64u; i += TEAM)
-    if ((i & 63u) < vertex_count) integers.at[m * push.lanes * 64u + i] = team_values[TEAM_INDEX][i];
+  if (error == ERROR_NONE) put_values();
+  else if (MEMBER == 0u) summaries.of[job_place] = error << 16;
 }

@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from gltf_builder import Builder, everything
 from vulkan_scenes import TEXELS, UNLIT, one_sheet, open_renderer, zoo
 
 import gltf_ext
 from gltf_ext import _codec
+from gltf_ext.errors import MeshletError
 
 WIDTH, HEIGHT = 160, 120
 NO_ID = 0xFFFFFFFF
-COMPRESSED = ("mesh", "mesh-only", "geometry")
+COMPRESSED = ("mesh", "mesh-only", "stream", "geometry")
+SMALL_RING = 20
 PATHS = ("mesh-plain", *COMPRESSED)
 # Neighbouring roundings: of a position's last bits, and of a colour.
 DEPTH_ROUNDING, COLOR_ROUNDING = 2e-5, 2
@@ -65,6 +68,7 @@ def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkey
     camera = Camera.fit(scene, WIDTH, HEIGHT)
     whole = renderer.render(scene, camera, path, WIDTH, HEIGHT)
     monkeypatch.setattr(raster, "MAX_GROUPS", 7)
+    monkeypatch.setattr(renderer, "ring", renderer.ring + 1)        # a new one, in whose slots nothing is left from the first picture
     assert 2 * 7 * raster.PATHS[path].group < scene.primitives[0].meshlets
     parts = renderer.render(scene, camera, path, WIDTH, HEIGHT)
     assert (parts.ids == whole.ids).all() and (parts.color == whole.color).all()
@@ -92,6 +96,131 @@ def _compare(renderer, source, folder, path):
     camera = Camera.fit(scene, 2 * WIDTH, 2 * HEIGHT)
     reference = renderer.render(scene, camera, "vertex", 2 * WIDTH, 2 * HEIGHT)
     assert_same(renderer.render(scene, camera, path, 2 * WIDTH, 2 * HEIGHT), reference)
+
+
+# --- path stream: slots that are used again and again ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("parts", [1, 2])
+@pytest.mark.parametrize("slots", [1, 5, 8, 24, 100])
+def test_batches_hold_every_meshlet_once_and_in_order(slots, parts):
+    from vk_backend.stream import schedule
+
+    counts = [7, 1, 0, 16]
+    batches = schedule(counts, slots, parts)
+    meshlets = [(s.instance, s.first + i) for batch in batches for s in batch for i in range(s.meshlets)]
+    assert meshlets == [(instance, m) for instance, count in enumerate(counts) for m in range(count)]
+    for number, batch in enumerate(batches):
+        begin = number % parts * slots
+        used = [s.slot + i for s in batch for i in range(s.meshlets)]
+        assert used == list(range(begin, begin + len(used))) and len(used) <= slots
+    assert len(batches) == -(-sum(counts) // slots)
+
+
+@pytest.fixture(params=["team", "passes"])
+def slot_decoder(request, renderer, monkeypatch):
+    """Path stream decodes by teams, or in passes with an invocation for every small part, however few meshlets there are."""
+    from vk_backend import stream
+
+    monkeypatch.setattr(stream, "MANY", 1 if request.param == "passes" else 1 << 30)
+    renderer._forget_drawings()
+    yield request.param
+    renderer._forget_drawings()
+
+
+@pytest.mark.parametrize("culling", [True, False], ids=["culling", "all of it"])
+@pytest.mark.parametrize(("ring", "overlap"), [(1, False), (SMALL_RING, False), (64, False), (1, True), (7, True), (64, True), (1000, True)])
+def test_the_ring_changes_nothing(renderer, scene, monkeypatch, slot_decoder, ring, overlap, culling):
+    """Neither its size nor whether it is filled and drawn from at once; a second frame meets what the first one left in it."""
+    meshlets = sum(scene.primitives[i.primitive].meshlets for i in scene.instances)
+    assert 64 < meshlets < renderer.ring, "several batches, or one"
+    for camera in scene.cameras:
+        whole = renderer.render(scene, camera, "stream", WIDTH, HEIGHT, culling=culling)
+        assert renderer.drawing.ring.slots == meshlets
+        with monkeypatch.context() as patch:
+            patch.setattr(renderer, "ring", ring)
+            patch.setattr(renderer, "overlap", overlap)
+            parts = renderer.render(scene, camera, "stream", WIDTH, HEIGHT, culling=culling)
+            assert renderer.drawing.overlaps == (overlap and ring > 1)
+            assert ("interior_stream.comp" in renderer.drawing.ring.pipelines) == (slot_decoder == "passes")
+            assert renderer.drawing.ring.slots == min(ring // 2 * 2 if ring > 1 and overlap else ring, meshlets)
+        plain = renderer.render(scene, camera, "mesh-plain", WIDTH, HEIGHT, culling=culling)
+        for picture in (whole, parts):
+            assert (picture.ids == plain.ids).all() and (picture.depth == plain.depth).all()
+            assert np.abs(picture.color.astype(int) - plain.color).max() <= COLOR_ROUNDING
+
+
+@pytest.mark.parametrize("queues", [("only", "only"), ("graphics", "compute")], ids=["one queue", "two queues"])
+@pytest.mark.parametrize("batches", [1, 2, 3, 8])
+def test_overlapped_batches_wait_for_what_they_need_and_no_longer(queues, batches):
+    """Submissions of several frames, run in many orders: whatever may run next, a batch finds its slots free, and is decoded before it is drawn."""
+    from types import SimpleNamespace
+
+    from vk_backend.frame import overlapped
+
+    graphics, compute = queues
+    ring = SimpleNamespace(parts=2, decoded=SimpleNamespace(value=0), drawn=SimpleNamespace(value=0))
+    commands = [(graphics, "start"), *(c for i in range(batches) for c in ((compute, ("decode", i)), (graphics, ("draw", i))))]
+    random, ahead = np.random.default_rng(3), 0
+    for _ in range(20):
+        submissions = overlapped(commands, ring)
+        waiting = {queue: [s for s in submissions if s.queue == queue] for queue in queues}
+        reached, done = {id(ring.decoded): ring.decoded.value - batches, id(ring.drawn): ring.drawn.value - batches - 1}, []
+        while any(waiting.values()):
+            ready = [q for q, s in waiting.items() if s and (not s[0].wait or reached[id(s[0].wait[0])] >= s[0].wait[1])]
+            assert ready, "nothing can go on"
+            submission = waiting[ready[random.integers(len(ready))]].pop(0)
+            if submission.commands != "start":
+                kind, i = submission.commands
+                assert "start" in done
+                assert ("draw", i - 2) in done or i < 2 if kind == "decode" else ("decode", i) in done
+                ahead = max(ahead, sum(d[0] == "decode" for d in done) - sum(d[0] == "draw" for d in done))
+            done.append(submission.commands)
+            timeline, value, _ = submission.signal
+            assert value == reached[id(timeline)] + 1
+            reached[id(timeline)] = value
+        assert len(done) == 1 + 2 * batches
+    assert ahead == min(batches, 2), "decoding is ahead of drawing by the ring's parts"
+
+
+@pytest.mark.parametrize("overlap", [False, True])
+def test_a_timed_frame_can_be_run_again(renderer, scene, overlap):
+    from vk_backend.raster import Targets
+    from vk_backend.renderer import TimedDrawing
+
+    targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
+    options = {"culling": True, "lit": True, "ring": SMALL_RING, "overlap": overlap}
+    drawing = TimedDrawing(renderer.pipelines, scene, scene.cameras[0], "stream", targets, **options)
+    assert len(drawing.drawing.ring.batches) > 4
+    assert drawing.run() > 0 and drawing.run() > 0
+    whole = renderer.render(scene, scene.cameras[0], "stream", WIDTH, HEIGHT, ids=False)
+    assert (targets.color.read(np.uint8, 4) == whole.color).all()
+    drawing.free()
+    targets.free()
+
+
+@pytest.mark.parametrize("names", [("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"), ()], ids=["all attributes", "positions"])
+@pytest.mark.parametrize("position_bits", [16, 23])
+def test_slots_hold_what_shading_needs(renderer, slot_decoder, tmp_path, names, position_bits):
+    """Positions that are too fine for a slot's integers; streams between those that are shown; nothing but positions."""
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+
+    values, triangles, _ = everything()
+    builder = Builder()
+    builder.mesh({name: values[name] for name in ("POSITION", *names)}, triangles)
+    gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb", position_bits=position_bits)
+    scene = load_scene(tmp_path / "sheet.glb")
+    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
+    assert reference.covered.any()
+    assert_same(renderer.render(scene, camera, "stream", WIDTH, HEIGHT), reference)
+
+
+def test_a_ring_without_slots_is_refused(renderer, scene, monkeypatch):
+    monkeypatch.setattr(renderer, "ring", 0)
+    with pytest.raises(MeshletError, match="^a ring of 0 slots holds no meshlet; use 1 or more"):
+        renderer.render(scene, scene.cameras[0], "stream", WIDTH, HEIGHT)
 
 
 # --- the picture is the right one ----------------------------------------------------------------------------------------------------
@@ -260,7 +389,7 @@ def test_light_falls_from_the_viewer_s_side(renderer, tmp_path):
 directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)
 
 
-@pytest.mark.parametrize("path", ["mesh-plain", "mesh"])
+@pytest.mark.parametrize("path", ["mesh-plain", "mesh", "stream"])
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(eye=directions, target=directions, distance=st.floats(0.3, 9), yfov=st.floats(0.1, 2), orthographic=st.booleans())
 def test_culling_drops_nothing_visible(renderer, scene, path, eye, target, distance, yfov, orthographic):
@@ -322,6 +451,20 @@ def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
         assert scene.compressed_bytes < renderer.resident_bytes <= 1.05 * scene.compressed_bytes + 65536
 
 
+def test_resident_memory_has_the_ring(renderer, scene, monkeypatch):
+    """Packed positions, ten words of attributes at most, 64 triangles, and 28 bytes to decode by, for each slot."""
+    from vk_backend.slots import SlotLayout
+
+    renderer.render(scene, scene.cameras[0], "mesh-only", 16, 16)
+    without, slot = renderer.resident_bytes, SlotLayout.of(scene).bytes
+    assert 4 * 64 * 3 < slot <= 4 * 64 * (1 + 2 + 10)
+    for ring, overlap in ((SMALL_RING, False), (64, False), (64, True)):
+        monkeypatch.setattr(renderer, "ring", ring)
+        monkeypatch.setattr(renderer, "overlap", overlap)
+        renderer.render(scene, scene.cameras[0], "stream", 16, 16)
+        assert 0 <= renderer.resident_bytes - without - ring * (slot + 28) < 4096
+
+
 def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
     """A blob with some bytes behind its stream table changed; None where the header's check already refuses it."""
     changed = bytearray(blob)
@@ -336,8 +479,14 @@ def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
     return bytes(changed)
 
 
-@pytest.mark.parametrize("path", COMPRESSED)
-def test_mutated_blobs_draw_something_and_come_back(renderer, scene, path):
+@pytest.mark.parametrize(
+    ("path", "ring"), [*((path, None) for path in COMPRESSED if path != "stream"), ("stream", None), ("stream", SMALL_RING)]
+)
+def test_mutated_blobs_draw_something_and_come_back(renderer, scene, monkeypatch, slot_decoder, path, ring):
+    if slot_decoder == "passes" and path != "stream":
+        pytest.skip("other paths have one decoder")
+    if ring:
+        monkeypatch.setattr(renderer, "ring", ring)
     random = np.random.default_rng(5)
     reference = renderer.render(scene, scene.cameras[0], path, 32, 24)
     drawing = renderer.drawing

@@ -14,9 +14,8 @@ from .device import Device
 from .memory import Buffer
 from .pipelines import ComputePipeline, Timestamps
 
-MAX_HOPS = 8  # of shaders/meshlet_decoder.glsl
 GROUP = 32  # invocations of a workgroup
-INTERIOR_GROUP = 64  # of interior.comp, which has an invocation per meshlet and stream
+INTERIOR_GROUP = 64  # of interior.comp, which has an invocation for each stream of a meshlet
 # Method -> (shader, meshlets of a workgroup) in the order in which they run; None: see INTERIOR_GROUP.
 METHODS = {
     "single": (("decode.comp", GROUP),),
@@ -109,14 +108,14 @@ class GpuDecoder:
         words = (1, 6, 64, 64 * lanes, 64 * vertex_words)
         buffers = [Buffer(self.device, 4 * meshlets * count) for count in words]
         addresses = [buffer.address for buffer in (source, *buffers)]
-        data = np.frombuffer(struct.pack("<6Q6I", *addresses, len(blob) // 4, meshlets, len(components), lanes, vertex_words, MAX_HOPS), np.uint8)
+        data = np.frombuffer(struct.pack("<6Q5I", *addresses, len(blob) // 4, meshlets, len(components), lanes, vertex_words), np.uint8)
         times = Timestamps(self.device, repeat + 1)
         with self.device.commands() as commands:
             times.reset(commands)
             times.mark(commands, 0)
             for i in range(repeat):
                 for pipeline, per in self._passes:
-                    groups = -(-meshlets // per) if per else -(-meshlets * len(components) // INTERIOR_GROUP)
+                    groups = -(-meshlets // (per or INTERIOR_GROUP // self.streams))
                     pipeline.dispatch(commands, groups, data)
                     self.device.full_barrier(commands)
                 times.mark(commands, i + 1)

@@ -44,7 +44,9 @@ CAPABILITIES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, ...]]]] = {
 }
 # Vulkan 1.0 to 1.3 features that every path uses, and those that are turned on where they exist.
 NEEDED = {
-    "VkPhysicalDeviceVulkan12Features": ("bufferDeviceAddress", "scalarBlockLayout", "runtimeDescriptorArray", "shaderSampledImageArrayNonUniformIndexing"),
+    "VkPhysicalDeviceVulkan12Features": (
+        "bufferDeviceAddress", "scalarBlockLayout", "runtimeDescriptorArray", "shaderSampledImageArrayNonUniformIndexing", "timelineSemaphore",
+    ),
     "VkPhysicalDeviceVulkan13Features": ("dynamicRendering", "synchronization2", "maintenance4"),
 }
 OPTIONAL = ("geometryShader", "fragmentStoresAndAtomics", "vertexPipelineStoresAndAtomics", "shaderInt64", "shaderInt16")
@@ -66,8 +68,37 @@ class Limits:
     base_alignment: int
 
 
+@dataclass(frozen=True)
+class Queue:
+    """A queue, the family that it is of, and a pool of that family for its commands."""
+
+    family: int
+    handle: Any
+    pool: Any
+
+
+class Timeline:
+    """A semaphore whose value grows; value: what the submissions so far give it. Freed with the device."""
+
+    def __init__(self, device: "Device"):
+        kind = vk.VkSemaphoreTypeCreateInfo(semaphoreType=vk.VK_SEMAPHORE_TYPE_TIMELINE, initialValue=0)
+        self.value = 0
+        self.handle = vk.vkCreateSemaphore(device.handle, vk.VkSemaphoreCreateInfo(pNext=kind), None)
+        device.at_close(lambda: vk.vkDestroySemaphore(device.handle, self.handle, None))
+
+
+@dataclass(frozen=True)
+class Submission:
+    """Recorded commands for a queue. wait, signal: (timeline, value, VK_PIPELINE_STAGE_2_* that wait, or have run)."""
+
+    queue: Queue
+    commands: Any
+    wait: tuple[Timeline, int, int] | None = None
+    signal: tuple[Timeline, int, int] | None = None
+
+
 class Device:
-    """One device with one queue for graphics and compute.
+    """One device with a queue for graphics and compute, and one for compute alone: the same where there is no family of such.
 
     select: a device's number, or a part of its name; by default the first GPU, or the software renderer where there is none.
     validation: with the validation layer; what it says is appended to `messages`.
@@ -81,24 +112,25 @@ class Device:
         self._instance = self._create_instance(validation)
         self.physical, self.name, self.driver = self._choose(select)
         self.extensions = {e.extensionName for e in vk.vkEnumerateDeviceExtensionProperties(self.physical, None)}
-        self.family = self._queue_family()
+        graphics, compute = self._queue_families()
+        self.families = list(dict.fromkeys([graphics, compute]))
         self.capabilities = {name for name in CAPABILITIES if self._has(name)}
         self._handle = self._create_device()
-        self.queue = vk.vkGetDeviceQueue(self._handle, self.family, 0)
+        self.graphics = self._queue(graphics)
+        self.compute = self._queue(compute) if compute != graphics else self.graphics
         self.memory = vk.vkGetPhysicalDeviceMemoryProperties(self.physical)
         self.limits = self._limits()
         self.pipeline_flags = 0  # for every pipeline that is made from now on; see statistics.py
-        self.pool = vk.vkCreateCommandPool(
-            self._handle,
-            vk.VkCommandPoolCreateInfo(flags=vk.VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT, queueFamilyIndex=self.family),
-            None,
-        )
-        self.at_close(lambda: vk.vkDestroyCommandPool(self._handle, self.pool, None))
 
     @property
     def handle(self):
         """The VkDevice."""
         return self._handle
+
+    @property
+    def pool(self):
+        """Of the graphics queue's commands."""
+        return self.graphics.pool
 
     def require(self, capability: str, path: str) -> None:
         """Raises VulkanError naming the extension that `path` needs and this device lacks."""
@@ -149,20 +181,31 @@ class Device:
         self.submit(commands)
         vk.vkFreeCommandBuffers(self._handle, self.pool, 1, [commands])
 
-    def record(self):
-        """A command buffer that has begun; to be ended by vkEndCommandBuffer, and submitted as often as wanted."""
+    def record(self, queue: Queue | None = None):
+        """A command buffer for the graphics queue, or another one, that has begun; to be ended by vkEndCommandBuffer, and submitted as often
+        as wanted."""
         commands = vk.vkAllocateCommandBuffers(
             self._handle,
-            vk.VkCommandBufferAllocateInfo(commandPool=self.pool, level=vk.VK_COMMAND_BUFFER_LEVEL_PRIMARY, commandBufferCount=1),
+            vk.VkCommandBufferAllocateInfo(
+                commandPool=(queue or self.graphics).pool, level=vk.VK_COMMAND_BUFFER_LEVEL_PRIMARY, commandBufferCount=1
+            ),
         )[0]
         vk.vkBeginCommandBuffer(commands, vk.VkCommandBufferBeginInfo())
         return commands
 
     def submit(self, commands) -> None:
-        """Runs a recorded command buffer and waits for it."""
+        """Runs a recorded command buffer on the graphics queue and waits for it."""
+        self.submit_all([Submission(self.graphics, commands)])
+
+    def submit_all(self, submissions: list[Submission]) -> None:
+        """Runs recorded command buffers, those of a queue in their order, and waits for all. What is waited for must come before."""
+        queues = list(dict.fromkeys(s.queue for s in submissions))
+        infos = [[_submit_info(s) for s in submissions if s.queue == queue] for queue in queues]
         try:
-            vk.vkQueueSubmit(self.queue, 1, [vk.VkSubmitInfo(commandBufferCount=1, pCommandBuffers=[commands])], None)
-            vk.vkQueueWaitIdle(self.queue)
+            for queue, of_queue in zip(queues, infos):
+                vk.vkQueueSubmit2(queue.handle, len(of_queue), of_queue, None)
+            for queue in queues:
+                vk.vkQueueWaitIdle(queue.handle)
         except vk.VkErrorDeviceLost:
             raise VulkanError(f"{self.name} was lost while it ran", "the driver stopped the work; see its log") from None
 
@@ -236,13 +279,20 @@ class Device:
             f"{vk.VK_VERSION_MAJOR(version)}.{vk.VK_VERSION_MINOR(version)}.{vk.VK_VERSION_PATCH(version)}"
         )
 
-    def _queue_family(self) -> int:
+    def _queue_families(self) -> tuple[int, int]:
+        """Of the graphics queue, which computes as well, and of the compute queue: one without graphics where there is such."""
         wanted = vk.VK_QUEUE_GRAPHICS_BIT | vk.VK_QUEUE_COMPUTE_BIT
-        families = vk.vkGetPhysicalDeviceQueueFamilyProperties(self.physical)
-        for i, family in enumerate(families):
-            if family.queueFlags & wanted == wanted:
-                return i
-        raise VulkanError(f"{self.name} has no queue for graphics and compute", "choose another --device")
+        kinds = [family.queueFlags & wanted for family in vk.vkGetPhysicalDeviceQueueFamilyProperties(self.physical)]
+        if wanted not in kinds:
+            raise VulkanError(f"{self.name} has no queue for graphics and compute", "choose another --device")
+        graphics = kinds.index(wanted)
+        return graphics, kinds.index(vk.VK_QUEUE_COMPUTE_BIT) if vk.VK_QUEUE_COMPUTE_BIT in kinds else graphics
+
+    def _queue(self, family: int) -> Queue:
+        flags = vk.VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT
+        pool = vk.vkCreateCommandPool(self._handle, vk.VkCommandPoolCreateInfo(flags=flags, queueFamilyIndex=family), None)
+        self.at_close(lambda: vk.vkDestroyCommandPool(self._handle, pool, None))
+        return Queue(family, vk.vkGetDeviceQueue(self._handle, family, 0), pool)
 
     def _features(self, structure: str, members: tuple[str, ...]) -> dict[str, bool]:
         """Which members of a feature structure the device has."""
@@ -272,13 +322,13 @@ class Device:
             chain = getattr(vk, structure)(pNext=chain, **{member: 1 for member in members})
         there = vk.vkGetPhysicalDeviceFeatures(self.physical)
         core = vk.VkPhysicalDeviceFeatures(**{name: getattr(there, name) for name in OPTIONAL})
-        queue = vk.VkDeviceQueueCreateInfo(queueFamilyIndex=self.family, queueCount=1, pQueuePriorities=[1.0])
+        queues = [vk.VkDeviceQueueCreateInfo(queueFamilyIndex=f, queueCount=1, pQueuePriorities=[1.0]) for f in self.families]
         return vk.vkCreateDevice(
             self.physical,
             vk.VkDeviceCreateInfo(
                 pNext=vk.VkPhysicalDeviceFeatures2(pNext=chain, features=core),
-                queueCreateInfoCount=1,
-                pQueueCreateInfos=[queue],
+                queueCreateInfoCount=len(queues),
+                pQueueCreateInfos=queues,
                 enabledExtensionCount=len(extensions),
                 ppEnabledExtensionNames=extensions,
             ),
@@ -309,6 +359,22 @@ class Device:
             handle_alignment=tracing.shaderGroupHandleAlignment if tracing else 0,
             base_alignment=tracing.shaderGroupBaseAlignment if tracing else 0,
         )
+
+
+def _submit_info(submission: Submission):
+    """VkSubmitInfo2"""
+    waits, signals = (
+        [vk.VkSemaphoreSubmitInfo(semaphore=of[0].handle, value=of[1], stageMask=of[2])] if of else []
+        for of in (submission.wait, submission.signal)
+    )
+    return vk.VkSubmitInfo2(
+        waitSemaphoreInfoCount=len(waits),
+        pWaitSemaphoreInfos=waits,
+        commandBufferInfoCount=1,
+        pCommandBufferInfos=[vk.VkCommandBufferSubmitInfo(commandBuffer=submission.commands)],
+        signalSemaphoreInfoCount=len(signals),
+        pSignalSemaphoreInfos=signals,
+    )
 
 
 def _no_driver() -> VulkanError:

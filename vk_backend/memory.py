@@ -27,7 +27,7 @@ class Buffer:
         self.device, self.size, self.host = device, int(size), host
         self.handle = vk.vkCreateBuffer(
             device.handle,
-            vk.VkBufferCreateInfo(size=max(self.size, 4), usage=usage | TRANSFER, sharingMode=vk.VK_SHARING_MODE_EXCLUSIVE),
+            vk.VkBufferCreateInfo(size=max(self.size, 4), usage=usage | TRANSFER, **_sharing(device)),
             None,
         )
         addressed = bool(usage & SHADER_DEVICE_ADDRESS)
@@ -87,6 +87,17 @@ class Buffer:
                 vk.vkUnmapMemory(self.device.handle, self._memory)
             vk.vkDestroyBuffer(self.device.handle, self.handle, None)
             vk.vkFreeMemory(self.device.handle, self._memory, None)
+
+
+def _sharing(device: Device) -> dict:
+    """Buffers are free for all of the device's queues: which one uses them needs no transfer."""
+    if len(device.families) == 1:
+        return {"sharingMode": vk.VK_SHARING_MODE_EXCLUSIVE}
+    return {
+        "sharingMode": vk.VK_SHARING_MODE_CONCURRENT,
+        "queueFamilyIndexCount": len(device.families),
+        "pQueueFamilyIndices": device.families,
+    }
 
 
 class Image:

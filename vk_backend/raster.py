@@ -10,15 +10,30 @@ import vulkan as vk
 
 from .camera import Camera
 from .constants import CONSTANTS
-from .device import Device
+from .device import Device, Timeline
 from .memory import Buffer, Image
 from .pipelines import ComputePipeline, pipeline_layout, push, stage
 from .scene import FRAME, HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, VERTEX_FLOATS, Scene, SceneBuffers, address_words
+from .stream import OVERLAP, RING, Ring
 from .textures import TextureArray, array_size, texture_set_layout
 
 COLOR_FORMAT, DEPTH_FORMAT, IDS_FORMAT = vk.VK_FORMAT_R8G8B8A8_SRGB, vk.VK_FORMAT_D32_SFLOAT, vk.VK_FORMAT_R32G32_UINT
 NO_ID = 0xFFFFFFFF                         # both ids where nothing is drawn
-PUSH = np.dtype([("frame", "<u4", 2), ("instance", "<u4"), ("first", "<u4")])
+# Of shaders/raster.glsl.
+PUSH = np.dtype(
+    [
+        ("frame", "<u4", 2),
+        ("instance", "<u4"),
+        ("first", "<u4"),
+        ("meshlets", "<u4"),
+        ("first_slot", "<u4"),
+        ("slots", "<u4", 2),
+        ("summaries", "<u4", 2),
+        ("connectivity", "<u4", 2),
+        ("segments", "<u4", 2),
+        ("segment_count", "<u4"),
+    ]
+)
 MAX_GROUPS = 65535                         # workgroups of one draw that every device allows
 LIT, ATTRIBUTES = 0, 1                     # what the fragment shader does, see surface.frag
 # Specialisation constants of shaders/meshlet_decoder_prologue.glsl, raster.glsl and surface.frag.
@@ -32,6 +47,7 @@ VARIANTS = (
 )
 
 MESH, TASK = vk.VK_SHADER_STAGE_MESH_BIT_EXT, vk.VK_SHADER_STAGE_TASK_BIT_EXT
+FRAGMENT_TESTS = vk.VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | vk.VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT
 VERTEX, GEOMETRY, FRAGMENT = vk.VK_SHADER_STAGE_VERTEX_BIT, vk.VK_SHADER_STAGE_GEOMETRY_BIT, vk.VK_SHADER_STAGE_FRAGMENT_BIT
 
 
@@ -40,13 +56,14 @@ class Path:
     """How meshlets become triangles on the device.
 
     capability: of device.CAPABILITIES; needs: of SceneBuffers; stages: (module, stage) before the fragment shader, where Drawing fills in
-    {ids} and {attributes}; group: meshlets of a workgroup or point, 0 for indexed triangles.
+    {ids} and {attributes}; group: meshlets of a workgroup or point, 0 for indexed triangles; streams: meshlets are decoded into a ring first.
     """
 
     capability: str | None
     needs: frozenset[str]
     stages: tuple[tuple[str, int], ...]
     group: int
+    streams: bool = False
 
 
 PATHS = {
@@ -62,6 +79,7 @@ PATHS = {
         "mesh", frozenset({"blobs", "bounds"}), (("mesh.task", TASK), ("mesh{ids}.mesh", MESH)), CONSTANTS["TASK_MESHLETS"]
     ),
     "mesh-only": Path("mesh", frozenset({"blobs", "bounds"}), (("mesh_only{ids}.mesh", MESH),), 1),
+    "stream": Path("mesh", frozenset({"blobs", "bounds"}), (("stream{ids}.mesh", MESH),), 1, streams=True),
 }  # fmt: skip
 
 
@@ -71,21 +89,24 @@ class Targets:
     def __init__(self, device: Device, width: int, height: int, ids: bool):
         usage = vk.VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | vk.VK_IMAGE_USAGE_TRANSFER_SRC_BIT
         depth_usage = vk.VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | vk.VK_IMAGE_USAGE_TRANSFER_SRC_BIT
-        self.width, self.height = width, height
+        self._device, self.width, self.height = device, width, height
         self.color = Image(device, width, height, COLOR_FORMAT, usage)
         self.depth = Image(device, width, height, DEPTH_FORMAT, depth_usage)
         self.ids = Image(device, width, height, IDS_FORMAT, usage) if ids else None
 
-    def begin(self, commands) -> None:
-        """Records the start of rendering: everything cleared."""
+    def begin(self, commands, *, resumed: bool = False) -> None:
+        """Records the start of rendering: everything cleared, or (resumed) over what was drawn before."""
         colors = [self.color] + ([self.ids] if self.ids else [])
-        for image in colors:
-            image.to_layout(commands, vk.VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL)
-        self.depth.to_layout(commands, vk.VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL)
+        if resumed:
+            self._wait_for_pixels(commands)
+        else:
+            for image in colors:
+                image.to_layout(commands, vk.VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL)
+            self.depth.to_layout(commands, vk.VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL)
         clear_color = vk.VkClearValue(color=vk.VkClearColorValue(float32=[0.0] * 4))
         clear_ids = vk.VkClearValue(color=vk.VkClearColorValue(uint32=[NO_ID] * 4))
         clear_depth = vk.VkClearValue(depthStencil=vk.VkClearDepthStencilValue(1.0, 0))
-        attachments = [_attachment(image, clear) for image, clear in zip(colors, (clear_color, clear_ids))]
+        attachments = [_attachment(image, clear, resumed) for image, clear in zip(colors, (clear_color, clear_ids))]
         area = vk.VkRect2D(vk.VkOffset2D(0, 0), vk.VkExtent2D(self.width, self.height))
         vk.vkCmdBeginRendering(
             commands,
@@ -95,11 +116,18 @@ class Targets:
                 viewMask=0,
                 colorAttachmentCount=len(attachments),
                 pColorAttachments=attachments,
-                pDepthAttachment=_attachment(self.depth, clear_depth),
+                pDepthAttachment=_attachment(self.depth, clear_depth, resumed),
             ),
         )
         vk.vkCmdSetViewport(commands, 0, 1, [vk.VkViewport(0, 0, self.width, self.height, 0, 1)])
         vk.vkCmdSetScissor(commands, 0, 1, [area])
+
+    def _wait_for_pixels(self, commands) -> None:
+        """Records that what is drawn next meets the pixels and depths of what was drawn before."""
+        color, tests = vk.VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT, FRAGMENT_TESTS
+        written = vk.VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | vk.VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT
+        read = vk.VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | vk.VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT
+        self._device.barrier(commands, color | tests, written, color | tests, written | read)
 
     def free(self) -> None:
         for image in (self.color, self.depth, self.ids):
@@ -107,12 +135,12 @@ class Targets:
                 image.free()
 
 
-def _attachment(image: Image, clear):
+def _attachment(image: Image, clear, resumed: bool):
     return vk.VkRenderingAttachmentInfo(
         imageView=image.view,
         imageLayout=image.layout,
         resolveMode=vk.VK_RESOLVE_MODE_NONE,
-        loadOp=vk.VK_ATTACHMENT_LOAD_OP_CLEAR,
+        loadOp=vk.VK_ATTACHMENT_LOAD_OP_LOAD if resumed else vk.VK_ATTACHMENT_LOAD_OP_CLEAR,
         storeOp=vk.VK_ATTACHMENT_STORE_OP_STORE,
         clearValue=clear,
     )
@@ -132,6 +160,10 @@ class Pipelines:
     def layout(self, textures: int):
         """The pipeline layout of the raster paths."""
         return self._once(("layout", textures), lambda: pipeline_layout(self.device, [self.texture_layout(textures)]))
+
+    def timelines(self) -> tuple[Timeline, Timeline]:
+        """For what is decoded and what is drawn on two queues."""
+        return self._once(("timelines",), lambda: (Timeline(self.device), Timeline(self.device)))
 
     def compute(self, module: str, constants: dict[int, int]) -> ComputePipeline:
         return self._once((module, *constants.items()), lambda: ComputePipeline(self.device, module, constants))
@@ -212,11 +244,21 @@ def _input(location: int, format: int, offset: int):
 class Drawing:
     """A scene ready to be drawn by one path.
 
-    ids: with the attachment for ids; shading: LIT or ATTRIBUTES. Raises VulkanError where the device lacks what the path needs.
+    ids: with the attachment for ids; shading: LIT or ATTRIBUTES; ring: slots of path stream, at most; overlap: it decodes on another
+    queue than it draws on, half a ring ahead. Raises VulkanError where the device lacks what the path needs.
     """
 
     def __init__(
-        self, pipelines: Pipelines, scene: Scene, path: str, *, culling: bool = True, ids: bool = True, shading: int = LIT
+        self,
+        pipelines: Pipelines,
+        scene: Scene,
+        path: str,
+        *,
+        culling: bool = True,
+        ids: bool = True,
+        shading: int = LIT,
+        ring: int = RING,
+        overlap: bool = OVERLAP,
     ):
         device = pipelines.device
         self.device, self.scene, self.path, self.ids = device, scene, PATHS[path], ids
@@ -234,12 +276,13 @@ class Drawing:
             STREAMS_ID: scene.max_streams, LANES_ID: scene.max_lanes, ATTRIBUTES_ID: scene.attributes,
             CULLING_ID: int(culling), SHADING_ID: shading,
         }  # fmt: skip
-        self.pipeline = pipelines.graphics(self._modules(), constants, textures, ids)
+        self.ring = Ring(pipelines, scene, ring, overlap, constants) if self.path.streams else None
+        self.pipeline = pipelines.graphics(self._modules(), self.ring.constants if self.ring else constants, textures, ids)
 
     @property
     def resident_bytes(self) -> int:
         """Allocated bytes of all buffers; images are left out."""
-        return self.buffers.resident_bytes + self._frame.allocated
+        return self.buffers.resident_bytes + self._frame.allocated + (self.ring.resident_bytes if self.ring else 0)
 
     def look(self, camera: Camera, width: int, height: int) -> None:
         """Takes the camera for what is drawn from now on."""
@@ -248,15 +291,15 @@ class Drawing:
         self._frame.write(matrices.tobytes() + frame.tobytes())
 
     def record(self, commands, targets: Targets) -> None:
-        """Records the whole picture."""
-        targets.begin(commands)
-        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS, self.pipeline)
-        vk.vkCmdBindDescriptorSets(
-            commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS, self._layout, 0, 1, [self._textures.set], 0, None
-        )
-        if self.buffers.index_buffer:
-            vk.vkCmdBindVertexBuffers(commands, 0, 1, [self.buffers.vertices.handle], [0])
-            vk.vkCmdBindIndexBuffer(commands, self.buffers.index_buffer.handle, 0, vk.VK_INDEX_TYPE_UINT32)
+        """Records the whole picture, for one queue."""
+        if self.ring:
+            for number in range(len(self.ring.batches)):
+                self.ring.wait_for_drawing(commands)
+                self.record_decoding(commands, number)
+                self.ring.wait_for_decoding(commands)
+                self.record_drawing(commands, targets, number)
+            return
+        self._begin(commands, targets)
         for number in range(len(self.scene.instances)):
             self._draw(commands, number)
         vk.vkCmdEndRendering(commands)
@@ -265,6 +308,45 @@ class Drawing:
         self.buffers.free()
         self._frame.free()
         self._textures.free()
+        if self.ring:
+            self.ring.free()
+
+    # --- path stream ---------------------------------------------------------------------------------------------------------------
+
+    @property
+    def overlaps(self) -> bool:
+        """Whether batches are decoded and drawn on a queue each (see frame.py)."""
+        return self.ring is not None and self.ring.parts > 1
+
+    def record_decoding(self, commands, number: int) -> None:
+        """Records that a batch of the ring is decoded into its slots."""
+        self.ring.decode(commands, number, self._push_data(**self.ring.addresses), MAX_GROUPS)
+
+    def record_drawing(self, commands, targets: Targets, number: int) -> None:
+        """Records that a batch of the ring is drawn from its slots, over what was drawn of the others before."""
+        self._begin(commands, targets, resumed=number > 0)
+        draw = self.device.function("vkCmdDrawMeshTasksEXT")
+        data = self._push_data(**self.ring.addresses)
+        for segment in self.ring.batches[number]:
+            self._set_sides(commands, segment.instance)
+            for offset in range(0, segment.meshlets, MAX_GROUPS):
+                data["instance"], data["first"], data["first_slot"] = segment.instance, segment.first + offset, segment.slot + offset
+                push(commands, self._layout, data)
+                draw(commands, min(segment.meshlets - offset, MAX_GROUPS), 1, 1)
+        vk.vkCmdEndRendering(commands)
+
+    # --- all paths -----------------------------------------------------------------------------------------------------------------
+
+    def _begin(self, commands, targets: Targets, *, resumed: bool = False) -> None:
+        """Records the start of rendering and all state but what instances have of their own."""
+        targets.begin(commands, resumed=resumed)
+        vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS, self.pipeline)
+        vk.vkCmdBindDescriptorSets(
+            commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS, self._layout, 0, 1, [self._textures.set], 0, None
+        )
+        if self.buffers.index_buffer:
+            vk.vkCmdBindVertexBuffers(commands, 0, 1, [self.buffers.vertices.handle], [0])
+            vk.vkCmdBindIndexBuffer(commands, self.buffers.index_buffer.handle, 0, vk.VK_INDEX_TYPE_UINT32)
 
     def _modules(self) -> tuple[tuple[str, int], ...]:
         """(module, stage) of the pipeline."""
@@ -274,31 +356,38 @@ class Drawing:
         stages = (*self.path.stages, (f"surface_{{attributes}}{per_primitive}{{ids}}.frag", FRAGMENT))
         return tuple((name.format(**names), bit) for name, bit in stages)
 
-    def _draw(self, commands, number: int) -> None:
+    def _set_sides(self, commands, number: int) -> None:
+        """Which sides of an instance's triangles are seen."""
         instance = self.scene.instances[number]
         double_sided = self.scene.materials[instance.material].double_sided
         clockwise = vk.VK_FRONT_FACE_CLOCKWISE if instance.mirrored else vk.VK_FRONT_FACE_COUNTER_CLOCKWISE
         vk.vkCmdSetCullMode(commands, vk.VK_CULL_MODE_NONE if double_sided else vk.VK_CULL_MODE_BACK_BIT)
         vk.vkCmdSetFrontFace(commands, clockwise)
+
+    def _draw(self, commands, number: int) -> None:
+        instance = self.scene.instances[number]
+        self._set_sides(commands, number)
         meshlets = self.scene.primitives[instance.primitive].meshlets
         if self.buffers.index_buffer:
-            self._push(commands, number, 0)
+            push(commands, self._layout, self._push_data(instance=number))
             first_index, first_vertex, count = self.buffers.index_range(instance.primitive)
             vk.vkCmdDrawIndexed(commands, count, 1, first_index, first_vertex, 0)
         elif GEOMETRY in [bit for _, bit in self.path.stages]:
-            self._push(commands, number, 0)
+            push(commands, self._layout, self._push_data(instance=number))
             vk.vkCmdDraw(commands, meshlets, 1, 0, 0)
         else:
             draw = self.device.function("vkCmdDrawMeshTasksEXT")
             for first in range(0, meshlets, MAX_GROUPS * self.path.group):
-                self._push(commands, number, first)
+                push(commands, self._layout, self._push_data(instance=number, first=first))
                 draw(commands, min(-(-(meshlets - first) // self.path.group), MAX_GROUPS), 1, 1)
 
-    def _push(self, commands, instance: int, first: int) -> None:
+    def _push_data(self, **fields) -> np.ndarray:
+        """PUSH[()]; fields: what is not 0, beside the frame."""
         data = np.zeros((), PUSH)
-        frame = self._frame.address + 64 * len(self.scene.instances)   # behind the matrices
-        data["frame"], data["instance"], data["first"] = address_words(frame), instance, first
-        push(commands, self._layout, data)
+        data["frame"] = address_words(self._frame.address + 64 * len(self.scene.instances))   # behind the matrices
+        for name, value in fields.items():
+            data[name] = value
+        return data
 
 
 def fill_bounds(pipelines: Pipelines, buffers: SceneBuffers) -> None:

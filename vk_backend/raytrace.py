@@ -19,10 +19,11 @@ from .errors import VulkanError
 from .memory import STORAGE, Buffer
 from .pipelines import ComputePipeline, Timestamps, pipeline_layout, push, stage
 from .scene import FRAME, Primitive, Scene, SceneBuffers
+from .slots import SlotLayout
 from .textures import TextureArray, array_size, texture_set_layout
 
 PATHS = ("rt", "rt-plain", "rt-triangles")
-MESHLET_TRIANGLES, MESHLET_VERTICES = CONSTANTS["MESHLET_TRIANGLES"], CONSTANTS["MESHLET_VERTICES"]
+MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
 NO_SLOT = 0xFFFFFFFF
 KEYS, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
 FILL_GROUPS = 32768  # of shaders/rt_cache.glsl
@@ -32,8 +33,6 @@ FEW_SLOTS = 0.6  # of the meshlets
 STRIPS = {False: (1, 8), True: (4, 4)}  # whether there are few slots
 SAMPLES = 16  # paths per pixel, where they bounce
 HIT_WORDS = 5  # of shaders/rt_common.glsl
-PACKED_BITS = 21  # the most that a cached coordinate has as an integer
-ATTRIBUTE_BITS = 10  # of a place in Traced.bits
 INSTANCE_MASKED = 1 << 23  # of shaders/rt_hit.glsl
 # From the Vulkan registry, since the package vulkan has wrong values: VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
 # VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR and VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR.
@@ -49,8 +48,7 @@ TRACED = np.dtype(
         ("indices", "<u4", 2),
         ("vertices", "<u4", 2),
         ("meshlets", "<u4"),
-        ("bits", "<u4"),
-        ("unused", "<u4", 2),
+        ("unused", "<u4", 3),
     ]
 )
 STATE = np.dtype(
@@ -134,7 +132,8 @@ class RayTracer:
         self.buffers = SceneBuffers(device, scene, {"blobs"} if path == "rt" else {"vertices", "indices"})
         counts = np.array([p.meshlets for p in scene.primitives], np.int64)
         self._first_meshlet, self.meshlets = np.cumsum(counts) - counts, int(counts.sum())
-        self._measure_slots()
+        self._slots = SlotLayout.of(scene, traced=True)
+        self.slot_bytes = self._slots.bytes
         self._plan_cache(cache, cache_bytes, scratch, counted)
         few = self.capacity + self.scratch < FEW_SLOTS * self.meshlets
         self.strips = (strips or STRIPS[few][0]) if self.scratch else 1
@@ -225,17 +224,6 @@ class RayTracer:
 
     # --- making ----------------------------------------------------------------------------------------------------------------------
 
-    def _measure_slots(self) -> None:
-        """How a cached meshlet is laid out: the constants of shaders/rt_common.glsl."""
-        primitives = self.scene.primitives
-        # Positions that do not fit a slot as integers, or are not on a grid after their rounding, are kept as floats.
-        self._floats = any(p.position_bits > PACKED_BITS or p.attributes["POSITION"].rounded for p in primitives)
-        bits = [sum(s.bits * s.components for s in p.streams[1 : p.stream_end]) for p in primitives]
-        self._attribute_words = -(-max(bits) // 32)
-        self.slot_bytes = 4 * (
-            MESHLET_TRIANGLES + MESHLET_VERTICES * ((3 if self._floats else 2) + self._attribute_words)
-        )
-
     def _plan_cache(self, cache: float, cache_bytes: int | None, scratch: float | None, counted: bool) -> None:
         """Numbers of slots, and whether meshlets count what rays ask of them."""
         self.capacity = self.scratch = 0
@@ -263,7 +251,7 @@ class RayTracer:
         ):
             row["blob"], row["blob_words"], row["first_meshlet"] = record["blob"], record["blob_words"], first
             row["indices"], row["vertices"] = record["index_data"], record["vertex_data"]
-            row["meshlets"], row["bits"] = primitive.meshlets, _attribute_places(primitive)
+            row["meshlets"] = primitive.meshlets
         self._traced = self._keep("tables", rows)
         self._frame = Buffer(self.device, FRAME.itemsize)
         self._frame_host = Buffer(self.device, FRAME.itemsize, host=True)
@@ -279,17 +267,16 @@ class RayTracer:
             self._cache = self._keep("cache", (self.capacity + self.scratch) * self.slot_bytes)
 
     def _constants(self, lanes: int, deferred: bool = False) -> dict[int, int]:
-        """Of shaders/rt_common.glsl; lanes: components that the stage decodes; deferred: paths wait for meshlets."""
+        """Of shaders/rt_common.glsl and slots.glsl; lanes: components that the stage decodes; deferred: paths wait for meshlets."""
         return {
             0: self.scene.max_streams,
             1: lanes,
             2: self.group,
-            3: int(self._floats),
-            4: self._attribute_words,
             5: int(self.all_cached),
             6: self.scene.vertex_floats,
             7: self.scene.attributes,
             9: int(deferred),
+            **self._slots.constants,
         }
 
     def _build(self) -> None:
@@ -328,7 +315,7 @@ class RayTracer:
     @property
     def _in_object_space(self) -> bool:
         """Whether rays meet positions in the primitive's coordinates rather than on its grid."""
-        return self._floats or self.path != "rt"
+        return self._slots.floats or self.path != "rt"
 
     def _triangles(self, temporary: list[Buffer]) -> list[Triangles]:
         geometries = []
@@ -605,18 +592,3 @@ def _grid_to_object(primitive: Primitive) -> np.ndarray:
     matrix = np.diag([position.stream.step * position.scale] * 3 + [1.0])
     matrix[:3, 3] = np.array(position.stream.offset[:3]) * position.scale
     return matrix
-
-
-def _attribute_places(primitive: Primitive) -> int:
-    """Traced.bits: where normal, texture coordinates and colour begin among the bits of a cached vertex."""
-    places = 0
-    for i, name in enumerate(("NORMAL", "TEXCOORD", "COLOR")):
-        if name in primitive.attributes:
-            index = primitive.attributes[name].index
-            place = sum(s.bits * s.components for s in primitive.streams[1:index])
-            if place >= 1 << ATTRIBUTE_BITS:
-                raise VulkanError(
-                    f"{primitive.where} has too many attributes to trace", "leave some out, or use another path"
-                )
-            places |= place << (ATTRIBUTE_BITS * i)
-    return places

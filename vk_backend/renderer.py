@@ -10,9 +10,11 @@ import vulkan as vk
 from .camera import Camera
 from .device import Device
 from .errors import VulkanError
+from .frame import Frame
 from .pipelines import Timestamps
 from .raster import ATTRIBUTES, LIT, NO_ID, PATHS, Drawing, Pipelines, Targets
 from .scene import Scene
+from .stream import OVERLAP, RING
 
 
 @dataclass(frozen=True)
@@ -35,10 +37,12 @@ class Picture:
 class Renderer:
     """Draws scenes on one device.
 
-    select: a device's number or a part of its name; validation: with the validation layer, see `device.messages`. Raises VulkanError.
+    select: a device's number or a part of its name; validation: with the validation layer, see `device.messages`; ring: slots of path
+    stream, at most; overlap: it decodes on another queue than it draws on, half a ring ahead. Raises VulkanError.
     """
 
-    def __init__(self, select: str | int | None = None, validation: bool = False):
+    def __init__(self, select: str | int | None = None, validation: bool = False, ring: int = RING, overlap: bool = OVERLAP):
+        self.ring, self.overlap = ring, overlap
         self.device = Device(select, validation=validation)
         self._limit = vk.vkGetPhysicalDeviceProperties(self.device.physical).limits.maxImageDimension2D
         self.pipelines = Pipelines(self.device)
@@ -50,8 +54,8 @@ class Renderer:
 
     @property
     def default_path(self) -> str:
-        """mesh-only where the device has mesh shaders (bench/vulkan_raster.py: faster than mesh on all models), else vertex."""
-        return "mesh-only" if "mesh" in self.device.capabilities else "vertex"
+        """stream where the device has mesh shaders, else vertex."""
+        return "stream" if "mesh" in self.device.capabilities else "vertex"
 
     @property
     def resident_bytes(self) -> int:
@@ -70,15 +74,13 @@ class Renderer:
     ) -> Picture:
         """A picture of the scene. What was set up for a scene is kept until another one is drawn."""
         drawing, targets = self.prepare(scene, camera, path, width, height, culling=culling, ids=ids)
-        with self.device.commands() as commands:
-            self._stamps.reset(commands)
-            self._stamps.mark(commands, 0)
-            drawing.record(commands, targets)
-            self._stamps.mark(commands, 1)
+        frame = Frame(drawing, targets, self._stamps)
+        milliseconds = frame.run()
+        frame.free()
         color = targets.color.read(np.uint8, 4)
         depth = targets.depth.read(np.float32, 1)[..., 0]
         found = _meshlet_ids(scene, drawing, targets.ids.read(np.uint32, 2)) if targets.ids else None
-        return Picture(color, depth, found, float(self._stamps.milliseconds()[0]))
+        return Picture(color, depth, found, milliseconds)
 
     def prepare(
         self,
@@ -101,9 +103,11 @@ class Renderer:
         if self._scene is not scene:
             self._forget_drawings()
             self._scene = scene
-        key = (path, culling, ids, shading)
+        key = (path, culling, ids, shading, self.ring, self.overlap)
         if key not in self._drawings:
-            self._drawings[key] = Drawing(self.pipelines, scene, path, culling=culling, ids=ids, shading=shading)
+            self._drawings[key] = Drawing(
+                self.pipelines, scene, path, culling=culling, ids=ids, shading=shading, ring=self.ring, overlap=self.overlap
+            )
         self.drawing = self._drawings[key]
         shape = self._targets and (self._targets.width, self._targets.height, self._targets.ids is not None)
         if shape != (width, height, ids):
@@ -134,25 +138,29 @@ class TimedDrawing:
     lit: with the shaded surface rather than the cheapest one that uses every attribute.
     """
 
-    def __init__(self, pipelines: Pipelines, scene: Scene, camera: Camera, path: str, targets: Targets, *, culling: bool, lit: bool):
-        device = pipelines.device
-        self.drawing = Drawing(pipelines, scene, path, culling=culling, ids=False, shading=LIT if lit else ATTRIBUTES)
+    def __init__(
+        self,
+        pipelines: Pipelines,
+        scene: Scene,
+        camera: Camera,
+        path: str,
+        targets: Targets,
+        *,
+        culling: bool,
+        lit: bool,
+        ring: int = RING,
+        overlap: bool = OVERLAP,
+    ):
+        self.drawing = Drawing(pipelines, scene, path, culling=culling, ids=False, shading=LIT if lit else ATTRIBUTES, ring=ring, overlap=overlap)
         self.drawing.look(camera, targets.width, targets.height)
-        self._device, self._stamps = device, Timestamps(device, 2)
-        self._commands = device.record()
-        self._stamps.reset(self._commands)
-        self._stamps.mark(self._commands, 0)
-        self.drawing.record(self._commands, targets)
-        self._stamps.mark(self._commands, 1)
-        vk.vkEndCommandBuffer(self._commands)
+        self._frame = Frame(self.drawing, targets, Timestamps(pipelines.device, 2))
 
     def run(self) -> float:
         """Draws one frame; milliseconds on the GPU."""
-        self._device.submit(self._commands)
-        return float(self._stamps.milliseconds()[0])
+        return self._frame.run()
 
     def free(self) -> None:
-        vk.vkFreeCommandBuffers(self._device.handle, self._device.pool, 1, [self._commands])
+        self._frame.free()
         self.drawing.free()
 
 
