@@ -130,7 +130,7 @@ def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, 
         if name == "vertex":
             row["resident_bytes_16bit_indices"] = vertex_bytes_with_short_indices(scene)
         if name == "stream":
-            row.update(stream)
+            row.update(ring=drawing.drawing.ring.slots, overlap=drawing.drawing.overlaps)
         if statistics:
             row["statistics"] = pipeline_statistics(renderer.device, drawing.drawing.pipeline)
             for shader, pipeline in (drawing.drawing.ring.pipelines if drawing.drawing.ring else {}).items():
@@ -229,11 +229,11 @@ def run(options: argparse.Namespace) -> None:
     """Measures, prints and writes."""
     from vk_backend.renderer import Renderer
     from vk_backend.statistics import capture_statistics
-    from vk_backend.stream import OVERLAP, RING
+    from vk_backend.stream import RING
 
     stream = {
         "ring": RING if options.ring is None else options.ring,
-        "overlap": OVERLAP if options.overlap is None else options.overlap,
+        "overlap": options.overlap,
     }
 
     rows: list[dict] = []

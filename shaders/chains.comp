@@ -1,5 +1,4 @@
 // The fourth pass over meshlets, after corners.comp: the values of the chains between corners.
-// variants: chains.comp= chains_stream.comp=STREAM
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -82,7 +81,7 @@ void read_chains(HEADER_IN h, uint r) {
     uint width = low_width(code, n, widths);
     code_at(codes, n, stream_field(s, STREAM_INTERIOR_BASE));
     uint rice = code == CODE_FIXED ? 0u : n;
-    if (!is_wanted(s) || (foreign && mask_test(seam_references(h, s), r))) {
+    if (foreign && mask_test(seam_references(h, s), r)) {
       skipped += total * rice;
     } else {
       if (rice > 0u) {

@@ -1,5 +1,4 @@
 // The third pass over meshlets, after lengths.comp: the values of corners.
-// variants: corners.comp= corners_stream.comp=STREAM
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -19,14 +18,13 @@ void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
     uint width = index > 0u ? width_field(p + n * bits) : 0u;
     uint deltas = p + n * bits + 5u + (index - 1u) * n * width;
     uvec2 fields = uvec2(0u);
-    bool reads = s >= begin && is_wanted(s);
-    for (uint c = 0u; c < n && reads; c++) {
+    for (uint c = 0u; c < n && s >= begin; c++) {
       uint value = load_bits(p + c * bits, bits);
       if (index > 0u) value += unzigzag(load_bits(deltas + c * width, width));
       if (is_packed(s)) fields |= put_field(c * place_field(s, PLACE_FIELD), value & bits_mask(s));
       else put_value(s, c, id, value);
     }
-    if (reads && is_packed(s)) put_vertex(s, id, fields);
+    if (s >= begin && is_packed(s)) put_vertex(s, id, fields);
     p = after_anchors(p, s, count);
   }
 }

@@ -32,21 +32,3 @@ uint job_streams() { return push.streams; }
 uvec2 job_triangles() { return byte_offset(push.triangles, 64u, job_place); }   // address
 
 uvec2 job_values() { return byte_offset(push.values, 64u * push.vertex_words, job_place); }
-
-#ifdef PASS
-// Of stream s, for packed_values.glsl: 64 vertices of the streams one after another, a position's components in 21 bits each if they fit.
-uint field_of(uint s) {
-  uint bits = stream_field(s, STREAM_BITS);
-  uint n = stream_field(s, STREAM_COMPONENTS);
-  uint field = s == 0u ? max(bits, 21u) : bits;
-  return field * n <= 64u ? field : 32u;
-}
-
-uint words_of(uint s) { return (field_of(s) * stream_field(s, STREAM_COMPONENTS) + 31u) >> 5; }
-
-uint stream_place(uint s) {
-  uint words = 0u;
-  for (uint before = 0u; before < s; before++) words += words_of(before);
-  return placed(64u * words, words_of(s), field_of(s));
-}
-#endif

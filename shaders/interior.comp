@@ -1,5 +1,4 @@
 // The last pass over meshlets, after chains.comp: the vertices that triangles introduce, with an invocation for each stream.
-// variants: interior.comp= interior_stream.comp=STREAM
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -150,7 +149,7 @@ void run(HEADER_IN h, uint stream) {
 }
 
 void main() {
-  if (!open_pass() || part >= stream_end || !is_wanted(part)) return;
+  if (!open_pass() || part >= stream_end) return;
   run(open_header(), part);
   close_pass();
 }

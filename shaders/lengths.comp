@@ -1,5 +1,4 @@
 // The second pass over meshlets, after connect.comp: where references lie along the boundary.
-// variants: lengths.comp= lengths_stream.comp=STREAM
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -8,7 +7,7 @@
 #define PER_MESHLET 8u
 #include "meshlet_passes.glsl"
 
-shared uint group_lengths[GROUP_BLOBS * 64u];     // of references
+shared uint group_lengths[GROUP_MESHLETS * 64u];     // of references
 
 uint length_of(uint r) { return group_lengths[member * 64u + (r & 63u)]; }
 
@@ -39,13 +38,19 @@ void main() {
   for (uint r = part; r < references; r += PER_MESHLET) group_lengths[member * 64u + r] = min(measured_length(h, r), 64u);
   barrier();
   if (!live) return;
-  mask64 begins = mask_none();
-  uint rank = 0u;
-  for (uint r = 0u; r < references && error == ERROR_NONE; r++) {
-    if (r % PER_MESHLET == part) check_length(h, r, rank);
-    begins = begins | mask_bit(rank & 63u);
-    rank += length_of(r);
+  for (uint r = part; r < references && error == ERROR_NONE; r += PER_MESHLET) {
+    uint rank = 0u;
+    for (uint before = 0u; before < r; before++) rank += length_of(before);
+    check_length(h, r, rank);
   }
-  if (part == 0u) Connectivity(push.connectivity).of[job_place].references = begins;
+  if (part == 0u) {
+    mask64 begins = mask_none();
+    uint rank = 0u;
+    for (uint r = 0u; r < references; r++) {
+      begins = begins | mask_bit(rank & 63u);
+      rank += length_of(r);
+    }
+    Connectivity(push.connectivity).of[job_place].references = begins;
+  }
   close_pass();
 }

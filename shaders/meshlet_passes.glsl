@@ -2,23 +2,17 @@
 // meshlets, places along the boundary, sections, and the reading of residuals. Each invocation has a small part of a meshlet, and what a pass
 // finds goes to where the values belong, from where the next one reads it.
 //
-// The includer defines PER_MESHLET, the invocations that share a meshlet. With STREAM the job is that of stream_push.glsl, else of
-// decode_push.glsl. Code is kept small, since a pass is slow when it does not fit the instruction cache: what is long is called from one place.
+// The includer defines PER_MESHLET, the invocations that share a meshlet. Code is kept small, since a pass is slow when it does not fit the
+// instruction cache: what is long is called from one place.
 
 #define GROUP 64u
-#define GROUP_BLOBS (GROUP / PER_MESHLET)
-#define PASS
+#define GROUP_MESHLETS (GROUP / PER_MESHLET)
 #include "meshlet_decoder_prologue.glsl"
 #include "meshlet_decoder.glsl"
 #include "meshlet_decoder_epilogue.glsl"
 #include "meshlet_sections.glsl"
-#include "decode_buffers.glsl"
-#include "packed_values.glsl"
-#ifdef STREAM
-#include "stream_push.glsl"
-#else
 #include "decode_push.glsl"
-#endif
+#include "packed_values.glsl"
 
 layout(local_size_x = GROUP) in;
 
@@ -32,28 +26,24 @@ mask64 the_boundary;
 mask64 the_starts;
 mask64 the_references;                     // ranks at which they begin; there is one after lengths.comp
 
-// To be called by all invocations first; false for those that have no meshlet, or one that is malformed or left out. Barriers are passed.
+// To be called by all invocations first; false for those that have no meshlet, or one that is malformed. Barriers are passed.
 bool open_pass() {
   member = LANE / PER_MESHLET;
   part = LANE % PER_MESHLET;
-  uint number = gl_WorkGroupID.x * GROUP_BLOBS + member;
-  bool exists = member < GROUP_BLOBS && number < push.meshlets;
+  uint number = gl_WorkGroupID.x * GROUP_MESHLETS + member;
   open_job(min(number, push.meshlets - 1u));
   open_blob(job_blob(), job_blob_words());
-  stream_table = min(member, GROUP_BLOBS - 1u) * MAX_STREAMS;
-  uint step = member < GROUP_BLOBS ? PER_MESHLET : GROUP;
   if (LANE == 0u) group_hops = MAX_HOPS;
-  read_streams(job_streams(), member < GROUP_BLOBS ? part : MAX_STREAMS, step);
-  barrier();
-  for (uint s = part; s < stream_total && member < GROUP_BLOBS; s += PER_MESHLET) group_places[stream_table + s] = stream_place(s);
-  barrier();
+  group_streams(job_streams());
+  group_value_places();
   the_values = job_values();
-  the_boundary = Connectivity(push.connectivity).of[job_place].boundary;
-  the_starts = Connectivity(push.connectivity).of[job_place].starts;
-  the_references = Connectivity(push.connectivity).of[job_place].references;
+  Connected connected = Connectivity(push.connectivity).of[job_place];
+  the_boundary = connected.boundary;
+  the_starts = connected.starts;
+  the_references = connected.references;
   error = ERROR_NONE;
   uint summary = Summaries(push.summaries).of[job_place];
-  return exists && (summary & 255u) > 0u && summary >> 16 == ERROR_NONE;
+  return member < GROUP_MESHLETS && number < push.meshlets && summary >> 16 == ERROR_NONE;
 }
 
 Header open_header() {

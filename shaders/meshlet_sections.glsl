@@ -2,11 +2,7 @@
 // invocations (meshlet_workgroup.glsl, decode_pass.comp). To be included after meshlet_decoder_epilogue.glsl.
 
 #define LANE gl_LocalInvocationIndex
-#ifndef GROUP_BLOBS
-#define GROUP_BLOBS 1u                               // blobs that a workgroup may work on at once: each has a table of its streams
-#endif
-shared uint group_stream[GROUP_BLOBS * MAX_STREAMS]; // see stream_field
-uint stream_table = 0u;                              // the invocation's own one begins there
+shared uint group_stream[MAX_STREAMS];               // see stream_field
 
 // ---- streams -------------------------------------------------------------------------------------------------------------------
 
@@ -16,26 +12,21 @@ uint stream_table = 0u;                              // the invocation's own one
 #define STREAM_CHAIN_BASE 11, 5
 #define STREAM_INTERIOR_BASE 16, 5
 #define STREAM_LANE 21, 11
-#define stream_field(s, field) bitfieldExtract(group_stream[stream_table + (s)], field)
+#define stream_field(s, field) bitfieldExtract(group_stream[s], field)
 
-// Reads the stream table, with invocations first, first + step, ... of those that share it; streams [0, end) are decoded. A barrier must follow.
-void read_streams(uint end, uint first, uint step) {
+// Reads the stream table; streams [0, end) are decoded.
+void group_streams(uint end) {
   load_tables();
   stream_total = min(stream_total, MAX_STREAMS);
   stream_end = min(end, stream_total);
-  for (uint s = first; s < stream_total; s += step) {
+  for (uint s = LANE; s < stream_total; s += gl_WorkGroupSize.x) {
     uint shape = load_word(8u + 7u * s);
     uint bases = load_word(9u + 7u * s);
     uint lane = 0u;
     for (uint before = 0u; before < s; before++) lane += (load_word(8u + 7u * before) >> 8) & 7u;
-    group_stream[stream_table + s] = ((shape >> 8) & 7u) | ((shape >> 16) & 63u) << 3 | ((shape >> 24) & 3u) << 9 | (bases & 31u) << 11 |
+    group_stream[s] = ((shape >> 8) & 7u) | ((shape >> 16) & 63u) << 3 | ((shape >> 24) & 3u) << 9 | (bases & 31u) << 11 |
                       ((bases >> 8) & 31u) << 16 | min(lane, MAX_LANES) << 21;
   }
-}
-
-// The same, for a workgroup that works on one blob.
-void group_streams(uint end) {
-  read_streams(end, LANE, gl_WorkGroupSize.x);
   barrier();
 }
 

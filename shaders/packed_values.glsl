@@ -1,18 +1,33 @@
-// Values of decoded meshlets where decoding passes put them: a vertex's components of one stream side by side in up to two words, or in a word
-// each. To be included after meshlet_sections.glsl. The includer provides uint stream_place(uint s), by placed() below.
+// Values as the decoding passes write and read them: for every stream 64 vertices of a few words each. To be included after meshlet_sections.glsl
+// and decode_push.glsl. A vertex's components lie side by side in up to 64 bits, a position's in 21 bits each; if that does not hold them, in
+// a word each. vk_backend/decode.py unpacks them.
 
-shared uint group_places[GROUP_BLOBS * MAX_STREAMS]; // see place_field
+shared uint group_places[MAX_STREAMS];               // see place_field
 
 #define PLACE_BASE 0, 16                             // word of the first vertex,
 #define PLACE_STRIDE 16, 6                           //   words from one vertex to the next,
 #define PLACE_FIELD 22, 6                            //   and bits of a component
-#define PLACE_WANTED 28, 1                           // else nobody asks for the stream
-#define place_field(s, field) bitfieldExtract(group_places[stream_table + (s)], field)
+#define place_field(s, field) bitfieldExtract(group_places[s], field)
 
-uint placed(uint base, uint stride, uint field) { return (base & 0xFFFFu) | (stride & 63u) << 16 | (field & 63u) << 22 | 1u << 28; }
+uint field_of(uint s) {
+  uint bits = stream_field(s, STREAM_BITS);
+  uint field = s == 0u ? max(bits, 21u) : bits;
+  return field * stream_field(s, STREAM_COMPONENTS) <= 64u ? field : 32u;
+}
 
-bool is_packed(uint s) { return place_field(s, PLACE_FIELD) * stream_field(s, STREAM_COMPONENTS) <= 64u; }
-bool is_wanted(uint s) { return place_field(s, PLACE_WANTED) != 0u; }
+uint words_of(uint s) { return (field_of(s) * stream_field(s, STREAM_COMPONENTS) + 31u) >> 5; }
+
+// To be called by all invocations after group_streams; passes a barrier.
+void group_value_places() {
+  for (uint s = LANE; s < stream_total; s += gl_WorkGroupSize.x) {
+    uint words = 0u;
+    for (uint before = 0u; before < s; before++) words += words_of(before);
+    group_places[s] = ((64u * words) & 0xFFFFu) | words_of(s) << 16 | field_of(s) << 22;
+  }
+  barrier();
+}
+
+bool is_packed(uint s) { return place_field(s, PLACE_STRIDE) <= 2u; }
 
 uint get_field(uvec2 fields, uint at, uint bits) {
   uint value = at < 32u ? (fields.x >> at) | ((fields.y << 1) << (31u - at)) : fields.y >> (at - 32u);
@@ -26,22 +41,18 @@ uvec2 put_field(uint at, uint value) {
 uvec2 the_values;                                    // address of the meshlet's
 
 uint word_of(uint s, uint id) { return place_field(s, PLACE_BASE) + place_field(s, PLACE_STRIDE) * (id & 63u); }
-bool two_words(uint s) { return place_field(s, PLACE_FIELD) * stream_field(s, STREAM_COMPONENTS) > 32u; }
 
+// The fields of a vertex, where they are packed.
 uvec2 vertex_at(uint s, uint id) {
   uint word = word_of(s, id);
-  if (two_words(s) && (word & 1u) == 0u) return Pairs(the_values).at[word >> 1];
-  return uvec2(Integers(the_values).at[word], two_words(s) ? Integers(the_values).at[word + 1u] : 0u);
+  if (place_field(s, PLACE_STRIDE) == 1u) return uvec2(Integers(the_values).at[word], 0u);
+  return Pairs(the_values).at[word >> 1];
 }
 
 void put_vertex(uint s, uint id, uvec2 fields) {
   uint word = word_of(s, id);
-  if (two_words(s) && (word & 1u) == 0u) {
-    Pairs(the_values).at[word >> 1] = fields;
-    return;
-  }
-  Integers(the_values).at[word] = fields.x;
-  if (two_words(s)) Integers(the_values).at[word + 1u] = fields.y;
+  if (place_field(s, PLACE_STRIDE) == 1u) Integers(the_values).at[word] = fields.x;
+  else Pairs(the_values).at[word >> 1] = fields;
 }
 
 uint value_at(uint s, uint c, uint id) {

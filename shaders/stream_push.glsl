@@ -38,19 +38,3 @@ uvec2 job_blob() { return Primitives(the_frame().primitives).at[the_primitive()]
 uint job_blob_words() { return Primitives(the_frame().primitives).at[the_primitive()].blob_words; }
 uint job_streams() { return Primitives(the_frame().primitives).at[the_primitive()].stream_end; }
 uvec2 job_triangles() { return slot_address(push.slots, job_place); }
-uvec2 job_values() { return job_triangles(); }
-
-#ifdef PASS
-uint attribute_place(Attribute a, uint place) { return placed(slot_attributes() + (place >> 5), ATTRIBUTE_WORDS, attribute_field(a)); }
-
-// Of stream s, for packed_values.glsl: positions and what shading needs, as slots.glsl has them. Not for positions that are floats there.
-uint stream_place(uint s) {
-  if (s == 0u) return placed(SLOT_POSITIONS, 2u, 21u);
-  Primitive p = job_primitive();
-  uint lane = stream_field(s, STREAM_LANE);
-  if (lane == p.normal.lane) return attribute_place(p.normal, NORMAL_PLACE);
-  if (lane == p.texcoord.lane) return attribute_place(p.texcoord, texcoord_place(p.normal));
-  if (lane == p.color.lane) return attribute_place(p.color, color_place(p.normal, p.texcoord));
-  return 0u;
-}
-#endif

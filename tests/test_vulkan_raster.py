@@ -117,20 +117,9 @@ def test_batches_hold_every_meshlet_once_and_in_order(slots, parts):
     assert len(batches) == -(-sum(counts) // slots)
 
 
-@pytest.fixture(params=["team", "passes"])
-def slot_decoder(request, renderer, monkeypatch):
-    """Path stream decodes by teams, or in passes with an invocation for every small part, however few meshlets there are."""
-    from vk_backend import stream
-
-    monkeypatch.setattr(stream, "MANY", 1 if request.param == "passes" else 1 << 30)
-    renderer._forget_drawings()
-    yield request.param
-    renderer._forget_drawings()
-
-
 @pytest.mark.parametrize("culling", [True, False], ids=["culling", "all of it"])
 @pytest.mark.parametrize(("ring", "overlap"), [(1, False), (SMALL_RING, False), (64, False), (1, True), (7, True), (64, True), (1000, True)])
-def test_the_ring_changes_nothing(renderer, scene, monkeypatch, slot_decoder, ring, overlap, culling):
+def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, culling):
     """Neither its size nor whether it is filled and drawn from at once; a second frame meets what the first one left in it."""
     meshlets = sum(scene.primitives[i.primitive].meshlets for i in scene.instances)
     assert 64 < meshlets < renderer.ring, "several batches, or one"
@@ -142,7 +131,6 @@ def test_the_ring_changes_nothing(renderer, scene, monkeypatch, slot_decoder, ri
             patch.setattr(renderer, "overlap", overlap)
             parts = renderer.render(scene, camera, "stream", WIDTH, HEIGHT, culling=culling)
             assert renderer.drawing.overlaps == (overlap and ring > 1)
-            assert ("interior_stream.comp" in renderer.drawing.ring.pipelines) == (slot_decoder == "passes")
             assert renderer.drawing.ring.slots == min(ring // 2 * 2 if ring > 1 and overlap else ring, meshlets)
         plain = renderer.render(scene, camera, "mesh-plain", WIDTH, HEIGHT, culling=culling)
         for picture in (whole, parts):
@@ -201,7 +189,7 @@ def test_a_timed_frame_can_be_run_again(renderer, scene, overlap):
 
 @pytest.mark.parametrize("names", [("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"), ()], ids=["all attributes", "positions"])
 @pytest.mark.parametrize("position_bits", [16, 23])
-def test_slots_hold_what_shading_needs(renderer, slot_decoder, tmp_path, names, position_bits):
+def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits):
     """Positions that are too fine for a slot's integers; streams between those that are shown; nothing but positions."""
     from vk_backend.camera import Camera
     from vk_backend.scene import load_scene
@@ -479,12 +467,8 @@ def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
     return bytes(changed)
 
 
-@pytest.mark.parametrize(
-    ("path", "ring"), [*((path, None) for path in COMPRESSED if path != "stream"), ("stream", None), ("stream", SMALL_RING)]
-)
-def test_mutated_blobs_draw_something_and_come_back(renderer, scene, monkeypatch, slot_decoder, path, ring):
-    if slot_decoder == "passes" and path != "stream":
-        pytest.skip("other paths have one decoder")
+@pytest.mark.parametrize(("path", "ring"), [*((path, None) for path in COMPRESSED), ("stream", SMALL_RING)])
+def test_mutated_blobs_draw_something_and_come_back(renderer, scene, monkeypatch, path, ring):
     if ring:
         monkeypatch.setattr(renderer, "ring", ring)
     random = np.random.default_rng(5)

@@ -14,7 +14,7 @@ from .device import Device, Timeline
 from .memory import Buffer, Image
 from .pipelines import ComputePipeline, pipeline_layout, push, stage
 from .scene import FRAME, HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, VERTEX_FLOATS, Scene, SceneBuffers, address_words
-from .stream import OVERLAP, RING, Ring
+from .stream import RING, Ring
 from .textures import TextureArray, array_size, texture_set_layout
 
 COLOR_FORMAT, DEPTH_FORMAT, IDS_FORMAT = vk.VK_FORMAT_R8G8B8A8_SRGB, vk.VK_FORMAT_D32_SFLOAT, vk.VK_FORMAT_R32G32_UINT
@@ -245,7 +245,7 @@ class Drawing:
     """A scene ready to be drawn by one path.
 
     ids: with the attachment for ids; shading: LIT or ATTRIBUTES; ring: slots of path stream, at most; overlap: it decodes on another
-    queue than it draws on, half a ring ahead. Raises VulkanError where the device lacks what the path needs.
+    queue than it draws on, half a ring ahead (None: where that pays). Raises VulkanError where the device lacks what the path needs.
     """
 
     def __init__(
@@ -258,7 +258,7 @@ class Drawing:
         ids: bool = True,
         shading: int = LIT,
         ring: int = RING,
-        overlap: bool = OVERLAP,
+        overlap: bool | None = None,
     ):
         device = pipelines.device
         self.device, self.scene, self.path, self.ids = device, scene, PATHS[path], ids

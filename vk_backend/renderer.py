@@ -14,7 +14,7 @@ from .frame import Frame
 from .pipelines import Timestamps
 from .raster import ATTRIBUTES, LIT, NO_ID, PATHS, Drawing, Pipelines, Targets
 from .scene import Scene
-from .stream import OVERLAP, RING
+from .stream import RING
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,10 @@ class Renderer:
     """Draws scenes on one device.
 
     select: a device's number or a part of its name; validation: with the validation layer, see `device.messages`; ring: slots of path
-    stream, at most; overlap: it decodes on another queue than it draws on, half a ring ahead. Raises VulkanError.
+    stream, at most; overlap: it decodes on another queue than it draws on, half a ring ahead (None: where that pays). Raises VulkanError.
     """
 
-    def __init__(self, select: str | int | None = None, validation: bool = False, ring: int = RING, overlap: bool = OVERLAP):
+    def __init__(self, select: str | int | None = None, validation: bool = False, ring: int = RING, overlap: bool | None = None):
         self.ring, self.overlap = ring, overlap
         self.device = Device(select, validation=validation)
         self._limit = vk.vkGetPhysicalDeviceProperties(self.device.physical).limits.maxImageDimension2D
@@ -149,7 +149,7 @@ class TimedDrawing:
         culling: bool,
         lit: bool,
         ring: int = RING,
-        overlap: bool = OVERLAP,
+        overlap: bool | None = None,
     ):
         self.drawing = Drawing(pipelines, scene, path, culling=culling, ids=False, shading=LIT if lit else ATTRIBUTES, ring=ring, overlap=overlap)
         self.drawing.look(camera, targets.width, targets.height)

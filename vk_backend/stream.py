@@ -18,12 +18,9 @@ if TYPE_CHECKING:
     from .raster import Pipelines
 
 RING = 8192  # slots, where a scene needs so many
-OVERLAP = False  # whether one half is filled while the other is drawn from
-CONNECT = ("connect_stream.comp", 32)  # a shader and the meshlets of its workgroups; stream.mesh has one
-TEAM = (CONNECT, ("values_stream.comp", 1))  # fastest where there are few meshlets
-MANY = 4096  # meshlets in a batch, from which on there are enough for many small invocations:
-PASSES = (CONNECT, ("lengths_stream.comp", 8), ("corners_stream.comp", 8), ("chains_stream.comp", 8))
-INTERIOR, INTERIOR_GROUP = "interior_stream.comp", 64  # with an invocation for each stream
+OVERLAPPED = 4096  # meshlets from which on it pays to fill one half of the ring while the other is drawn from,
+TURNS = 3  #   in no fewer turns than these
+PASSES = {"connect_stream.comp": 32, "values_stream.comp": 1}  # meshlets of a workgroup; stream.mesh has one, too
 SUMMARY_BYTES, CONNECTED_BYTES, SEGMENT_BYTES = 4, 24, 16  # of shaders/decode_buffers.glsl and stream_push.glsl
 COMPUTE_STAGE = vk.VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT
 MESH_STAGE = vk.VK_PIPELINE_STAGE_2_MESH_SHADER_BIT_EXT
@@ -63,16 +60,19 @@ class Ring:
     """The slots that a scene's meshlets pass through, and the passes that decode into them.
 
     slots: at most so many; a scene with fewer meshlets has one for each. overlap: the ring is in two parts, one of which is filled while the
-    other is drawn from. constants: of the raster paths' shaders. Raises VulkanError.
+    other is drawn from; None: where it pays. constants: of the raster paths' shaders. Raises VulkanError.
     """
 
-    def __init__(self, pipelines: Pipelines, scene: Scene, slots: int, overlap: bool, constants: dict[int, int]):
+    def __init__(self, pipelines: Pipelines, scene: Scene, slots: int, overlap: bool | None, constants: dict[int, int]):
         if slots < 1:
             raise VulkanError(f"a ring of {slots} slots holds no meshlet", "use 1 or more")
         device = self._device = pipelines.device
         meshlets = [scene.primitives[i.primitive].meshlets for i in scene.instances]
         layout = SlotLayout.of(scene)
         self.constants = {**constants, **layout.constants}
+        if overlap is None:
+            overlap = sum(meshlets) >= OVERLAPPED
+            slots = min(slots, -(-sum(meshlets) // TURNS) * 2) if overlap else slots
         self.parts = 2 if overlap and slots > 1 else 1
         self.batches = schedule(meshlets, slots // self.parts, self.parts)
         self.slots = min(slots // self.parts * self.parts, sum(meshlets))
@@ -84,11 +84,7 @@ class Ring:
         self._buffers["segments"] = Buffer(device, rows.nbytes).write(rows)
         counts = np.array([len(batch) for batch in self.batches])
         self._first_segments = np.cumsum(counts) - counts
-        longest = max(sum(segment.meshlets for segment in batch) for batch in self.batches)
-        self._passes = TEAM
-        if longest >= MANY and not layout.floats:   # passes predict from what slots hold, which has to be integers
-            self._passes = (*PASSES, (INTERIOR, INTERIOR_GROUP // scene.max_streams))
-        self._pipelines = [pipelines.compute(name, self.constants) for name, _ in self._passes]
+        self._passes = [(pipelines.compute(name, self.constants), per) for name, per in PASSES.items()]
 
     @property
     def resident_bytes(self) -> int:
@@ -98,7 +94,7 @@ class Ring:
     @property
     def pipelines(self) -> dict[str, object]:
         """Shader -> the pipeline that decodes with it, for vk_backend.statistics."""
-        return {name: pipeline.handle for (name, _), pipeline in zip(self._passes, self._pipelines)}
+        return {name: pipeline.handle for name, (pipeline, _) in zip(PASSES, self._passes)}
 
     @property
     def addresses(self) -> dict[str, tuple[int, int]]:
@@ -114,8 +110,8 @@ class Ring:
         pushed["segments"] = address_words(self._buffers["segments"].address + SEGMENT_BYTES * int(self._first_segments[number]))
         pushed["segment_count"] = len(batch)
         meshlets = sum(segment.meshlets for segment in batch)
-        for pipeline, (_, per) in zip(self._pipelines, self._passes):
-            if pipeline is not self._pipelines[0]:
+        for later, (pipeline, per) in enumerate(self._passes):
+            if later:
                 self._device.barrier(commands, COMPUTE_STAGE, WRITE, COMPUTE_STAGE, READ | WRITE)
             for first in range(0, meshlets, longest * per):
                 pushed["first_slot"], pushed["meshlets"] = batch[0].slot + first, min(meshlets - first, longest * per)
