@@ -296,7 +296,6 @@ class Drawing:
             for number in range(len(self.ring.batches)):
                 self.ring.wait_for_drawing(commands)
                 self.record_decoding(commands, number)
-                self.ring.wait_for_decoding(commands)
                 self.record_drawing(commands, targets, number)
             return
         self._begin(commands, targets)
@@ -324,6 +323,7 @@ class Drawing:
 
     def record_drawing(self, commands, targets: Targets, number: int) -> None:
         """Records that a batch of the ring is drawn from its slots, over what was drawn of the others before."""
+        self.ring.wait_for_decoding(commands)
         self._begin(commands, targets, resumed=number > 0)
         draw = self.device.function("vkCmdDrawMeshTasksEXT")
         data = self._push_data(**self.ring.addresses)

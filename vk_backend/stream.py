@@ -122,7 +122,8 @@ class Ring:
         self._device.barrier(commands, MESH_STAGE, 0, COMPUTE_STAGE, 0)
 
     def wait_for_decoding(self, commands) -> None:
-        """Records, for one queue, that what is drawn next waits for what was decoded before."""
+        """Records that what is drawn next sees what was decoded before. Another queue's semaphore is not enough: NVIDIA's driver then leaves
+        in the caches what the slots held earlier."""
         self._device.barrier(commands, COMPUTE_STAGE, WRITE, MESH_STAGE, READ)
 
     def free(self) -> None:
