@@ -143,10 +143,11 @@ def _raster_standings(result: dict) -> Iterable[Standing]:
             pairs = _paired(_of_path(rows, path), _of_path(rows, other), _milliseconds)
             if pairs:
                 yield Standing(f"frame on the GPU, path `{path}`, ms", name, pairs, False, ".3g", f"{_count(pairs)}, culling off",
-                               path == "mesh-only" and other != "geometry")
-    pairs = _paired(_of_path(rows, "mesh-only"), _of_path(rows, "vertex"), _megabytes)
-    if pairs:
-        yield Standing("resident on the GPU, path `mesh-only`, MB", others["vertex"], pairs, False, ".3g", _count(pairs), True)
+                               path == "stream" and other != "geometry")
+    for path in ("stream", "mesh-only"):
+        pairs = _paired(_of_path(rows, path), _of_path(rows, "vertex"), _megabytes)
+        if pairs:
+            yield Standing(f"resident on the GPU, path `{path}`, MB", others["vertex"], pairs, False, ".3g", _count(pairs), True)
 
 
 def _raytracing_standings(result: dict) -> Iterable[Standing]:

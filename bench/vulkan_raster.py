@@ -36,6 +36,7 @@ TARGETS = {
     ("mesh", "geometry"): 1 / 2.5,
 }
 RESIDENT_SHARE, RESIDENT_BYTES = 1.05, 65536
+ROUNDING, TIES = 2, 1e-3           # of colours; share of the pixels in which triangles at the same depth may take turns
 
 
 # --- models ----------------------------------------------------------------------------------------------------------------------------
@@ -94,6 +95,22 @@ def vertex_bytes_with_short_indices(scene) -> int:
 # --- measuring -------------------------------------------------------------------------------------------------------------------------
 
 
+def check_pictures(device, drawings: dict, targets) -> None:
+    """What draws another picture than the first path is not measured."""
+    pictures = {}
+    for name, drawing in drawings.items():
+        layout = targets.color.layout
+        drawing.run()
+        pictures[name] = targets.color.read(np.uint8, 4).astype(np.int16)
+        with device.commands() as commands:
+            targets.color.to_layout(commands, layout)        # as the recorded frames find it
+    first, reference = next(iter(pictures.items()))
+    for name, picture in pictures.items():
+        different = (np.abs(picture - reference) > ROUNDING).any(axis=2).mean()
+        if different > TIES:
+            raise SystemExit(f"bench: {name} draws another picture than {first}: {different:.1%} of the pixels differ")
+
+
 def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, statistics: bool, stream: dict) -> list[dict]:
     """A row for each of `paths` that the device has. stream: `ring` and `overlap` of path stream."""
     from vk_backend.camera import Camera
@@ -111,6 +128,7 @@ def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, 
             drawings[name] = TimedDrawing(renderer.pipelines, scene, camera, name, targets, culling=culling, lit=culling, **stream)
         except MeshletError as error:
             print(f"  {name} is left out: {error}", file=sys.stderr)
+    check_pictures(renderer.device, drawings, targets)
     times: dict[str, list[float]] = {name: [] for name in drawings}
     for frame in range(WARM_UP + frames):
         for name, drawing in drawings.items():
