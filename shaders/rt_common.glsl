@@ -45,10 +45,10 @@ layout(push_constant) uniform Push {
   uint samples;                            // rays per pixel
   uint first_row;                          // of the strip of the picture that is traced
   uint shadows;
-  uint round;                              // 0: all pixels; later: those whose paths wait
-  uint request_limit;                      // length of the list of requests
+  uint round;                              // of the strip. 0: all pixels; later: those whose paths wait
+  uint record;                             // its place in CacheState.rounds
   uvec2 state;                             // CacheState
-  uvec2 requests;
+  uvec2 requests;                          // CacheState.scratch meshlets that paths wait for
   uvec2 waiting;                           // a bit per pixel
 } push;
 #endif
