@@ -13,6 +13,7 @@ struct Round {
 };
 
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState {
+  uvec2 bounds;                            // of each meshlet, the box around it: 6 floats; or 0
   uint capacity;                           // meshlets that stay in their slots throughout a frame
   uint scratch;                            // further slots
   uint meshlets;
@@ -28,7 +29,7 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uint ring;                               // slots that are given away during the frame, in turn
   uint cursor;                             //   of which so many have been
   uint finished;                           // workgroups of the running step that are done
-  uint unused;
+  uint unused[3];
   uint histogram[KEYS];                    // meshlets by key
   uint places[KEYS];                       // in the order of slots: the next with this key
   Round rounds[];

@@ -27,6 +27,14 @@ vec3 unit(vec3 v, vec3 otherwise) {
 }
 
 void main() {
+#ifndef PLAIN
+  if (DEFERRED && gl_HitKindEXT == KIND_BLOCKED) {
+    surface.t = BLOCKED;
+    surface.barycentrics.x = gl_HitTEXT;
+    return;
+  }
+  if (DEFERRED && (gl_IncomingRayFlagsEXT & RAY_TO_LIGHT) != 0u) return;
+#endif
   Instance instance = Instances(Frame(push.frame).instances).at[gl_InstanceID];
   Place place;
   place.primitive = gl_InstanceCustomIndexEXT & PRIMITIVE_INDEX;

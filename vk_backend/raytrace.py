@@ -31,6 +31,7 @@ SCRATCH, LEAST_SCRATCH = 1 / 4, 64  # slots for meshlets that paths wait for: a 
 FEW_SLOTS = 0.6  # of the meshlets
 STRIPS = {False: (1, 8), True: (4, 4)}  # whether there are few slots
 SAMPLES = 16  # paths per pixel, where they bounce
+BOUNDS_BYTES = 24  # of a meshlet's box
 HIT_WORDS = 5  # of shaders/rt_common.glsl
 PACKED_BITS = 21  # the most that a cached coordinate has as an integer
 ATTRIBUTE_BITS = 10  # of a place in Traced.bits
@@ -65,6 +66,7 @@ ROUND = np.dtype(
 )
 STATE = np.dtype(
     [
+        ("bounds", "<u8"),
         ("capacity", "<u4"),
         ("scratch", "<u4"),
         ("meshlets", "<u4"),
@@ -80,7 +82,7 @@ STATE = np.dtype(
         ("ring", "<u4"),
         ("cursor", "<u4"),
         ("finished", "<u4"),
-        ("unused", "<u4"),
+        ("unused", "<u4", 3),
         ("histogram", "<u4", KEYS),
         ("places", "<u4", KEYS),
     ]
@@ -113,7 +115,8 @@ class RayTracer:
     meshlet which is not there wait: it is decoded into one of the scratch slots (scratch: share of the meshlets, besides the cache) and
     they start again, up to `rounds` times; then they decode for themselves, which takes much longer. strips: parts of the picture that are
     traced one after the other, so that the slots suffice for each. predict: what the last frame asked for is decoded before the first ray,
-    as far as there are slots that it did not need. counted: keep statistics where the cache does not need them. Raises VulkanError.
+    as far as there are slots that it did not need. bounds: keep a box around each meshlet, up to which a path that waits knows that
+    there is nothing; without it asks for one meshlet after the other. counted: keep statistics where the cache does not need them. Raises VulkanError.
     """
 
     def __init__(
@@ -132,6 +135,7 @@ class RayTracer:
         rounds: int | None = None,
         strips: int | None = None,
         predict: bool = True,
+        bounds: bool = True,
         counted: bool = False,
     ):
         if path not in PATHS:
@@ -142,7 +146,8 @@ class RayTracer:
             raise ValueError("group is 4, 8, 16, 32 or 64")
         device.require("raytracing", path)
         self.device, self.scene, self.path = device, scene, path
-        self.bounces, self.shadows, self.group, self.predict = bounces, shadows, group, predict
+        self.bounces, self.shadows, self.group = bounces, shadows, group
+        self.predict, self.bounds = predict, bounds
         self.samples = samples or (SAMPLES if bounces else 1)
         self.buffers = SceneBuffers(device, scene, {"blobs"} if path == "rt" else {"vertices", "indices"})
         counts = np.array([p.meshlets for p in scene.primitives], np.int64)
@@ -297,6 +302,7 @@ class RayTracer:
             self._slot_table = self._keep("lists", np.full(self.meshlets, NO_SLOT, np.uint32))
             self._counters = self._keep("lists", np.zeros(self.meshlets if self.counted else 1, np.uint32))
             self._cache = self._keep("cache", (self.capacity + self.scratch) * self.slot_bytes)
+        self._bounds = self._keep("lists", self.meshlets * BOUNDS_BYTES) if self.rounds and self.bounds else None
 
     def _constants(self, lanes: int, deferred: bool = False) -> dict[int, int]:
         """Of shaders/rt_common.glsl; lanes: components that the stage decodes; deferred: paths wait for meshlets."""
@@ -373,7 +379,7 @@ class RayTracer:
             for number, (primitive, first) in enumerate(zip(self.scene.primitives, self._first_meshlet)):
                 address = boxes.address + int(first) * groups * BOX_BYTES
                 data = struct.pack(
-                    "<4Q3I",
+                    "<4Q4IQ",
                     self._frame.address,
                     self._traced.address,
                     self._first_triangles,
@@ -381,6 +387,8 @@ class RayTracer:
                     number,
                     0,
                     primitive.meshlets,
+                    0,
+                    self._bounds.address if self._bounds else 0,
                 )
                 pipeline.dispatch(commands, -(-primitive.meshlets // BOXES_GROUP), np.frombuffer(data, np.uint8))
                 geometries.append(Boxes(address, primitive.meshlets * groups))
@@ -477,6 +485,7 @@ class RayTracer:
         self._rounds_begin["fill_groups"] = self._rounds_begin["pixels"] = (0, 1, 1)
         state = np.zeros((), STATE)
         state["capacity"], state["scratch"], state["predict"] = self.capacity, self.scratch, self.predict
+        state["bounds"] = self._bounds.address if self._bounds else 0
         state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
         first = self._rounds_begin.copy()
         if self.all_cached:
