@@ -29,7 +29,7 @@ SLOW, LEAST_FRAMES = (
     12,
 )  # a configuration that has taken so many milliseconds is measured in no more frames, once it has these
 BOUNCES = (0, 2)
-TUNED = ("scratch", "rounds", "strips", "predict", "bounds")  # parameters of RayTracer that options may vary; None: its own choice
+TUNED = ("scratch", "rounds", "strips", "predict", "bounds", "paths")  # parameters of RayTracer that options may vary; None: its own choice
 
 
 def turntable(scene, width: int, height: int, degrees: float):
@@ -215,6 +215,9 @@ def main() -> None:
     )
     parser.add_argument(
         "--bounds", type=int, nargs="+", default=[None], help="0: no boxes around meshlets for paths that wait"
+    )
+    parser.add_argument(
+        "--paths", type=float, nargs="+", default=[None], help="records of paths that wait, a share of the pixels; 0: all start again"
     )
     parser.add_argument(
         "--statistics", action="store_true", help="also what the driver tells about the shaders: registers, stack"

@@ -8,12 +8,15 @@ struct Round {
   uint requested;                          // meshlets to decode
   uint pixels[3];                          // of the launch of paths that start again: the strip's size, or none
   uint restarted;                          // paths among them
+  uint paths[3];                           // of the launch of paths that go on: their number
+  uint waiting;                            // paths that asked for a record
   uint filled;                             // workgroups of the dispatch that are done
-  uint unused[7];
+  uint unused[3];
 };
 
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState {
   uvec2 bounds;                            // of each meshlet, the box around it: 6 floats; or 0
+  uvec2 paths;                             // two times path_limit records of waiting paths
   uint capacity;                           // meshlets that stay in their slots throughout a frame
   uint scratch;                            // further slots
   uint meshlets;
@@ -29,7 +32,8 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uint ring;                               // slots that are given away during the frame, in turn
   uint cursor;                             //   of which so many have been
   uint finished;                           // workgroups of the running step that are done
-  uint unused[3];
+  uint path_limit;                         // records of paths for a round
+  uint unused[2];
   uint histogram[KEYS];                    // meshlets by key
   uint places[KEYS];                       // in the order of slots: the next with this key
   Round rounds[];

@@ -27,9 +27,6 @@ struct Surface {
 // concern boxes; TerminateOnFirstHit would have them end where they are blocked, too.
 #define RAY_TO_LIGHT gl_RayFlagsCullBackFacingTrianglesEXT
 
-// The pixel's number in the picture.
-#define PIXEL ((gl_LaunchIDEXT.y + push.first_row) * gl_LaunchSizeEXT.x + gl_LaunchIDEXT.x)
-
 // The custom index of an instance is its primitive's number, and a bit that tells that parts of it may be transparent.
 #define PRIMITIVE_INDEX 0x7FFFFFu
 #define INSTANCE_MASKED 0x800000u

@@ -31,7 +31,9 @@ SCRATCH, LEAST_SCRATCH = 1 / 4, 64  # slots for meshlets that paths wait for: a 
 FEW_SLOTS = 0.6  # of the meshlets
 STRIPS = {False: (1, 8), True: (4, 4)}  # whether there are few slots
 SAMPLES = 16  # paths per pixel, where they bounce
-BOUNDS_BYTES = 24  # of a meshlet's box
+SAVED_PATHS = 1 / 128  # records of paths that wait: a share of the pixels, twice
+MOST_BOUNCES, MOST_SAMPLES = 2047, (1 << 20) - 1  # what a record holds
+BOUNDS_BYTES, PATH_BYTES = 24, 64  # of a meshlet's box and of a record, in shaders/rt_cache.glsl and rt_paths.glsl
 HIT_WORDS = 5  # of shaders/rt_common.glsl
 PACKED_BITS = 21  # the most that a cached coordinate has as an integer
 ATTRIBUTE_BITS = 10  # of a place in Traced.bits
@@ -60,13 +62,16 @@ ROUND = np.dtype(
         ("requested", "<u4"),
         ("pixels", "<u4", 3),
         ("restarted", "<u4"),
+        ("paths", "<u4", 3),
+        ("waiting", "<u4"),
         ("filled", "<u4"),
-        ("unused", "<u4", 7),
+        ("unused", "<u4", 3),
     ]
 )
 STATE = np.dtype(
     [
         ("bounds", "<u8"),
+        ("paths", "<u8"),
         ("capacity", "<u4"),
         ("scratch", "<u4"),
         ("meshlets", "<u4"),
@@ -82,7 +87,8 @@ STATE = np.dtype(
         ("ring", "<u4"),
         ("cursor", "<u4"),
         ("finished", "<u4"),
-        ("unused", "<u4", 3),
+        ("path_limit", "<u4"),
+        ("unused", "<u4", 2),
         ("histogram", "<u4", KEYS),
         ("places", "<u4", KEYS),
     ]
@@ -116,7 +122,8 @@ class RayTracer:
     they start again, up to `rounds` times; then they decode for themselves, which takes much longer. strips: parts of the picture that are
     traced one after the other, so that the slots suffice for each. predict: what the last frame asked for is decoded before the first ray,
     as far as there are slots that it did not need. bounds: keep a box around each meshlet, up to which a path that waits knows that
-    there is nothing; without it asks for one meshlet after the other. counted: keep statistics where the cache does not need them. Raises VulkanError.
+    there is nothing; without it asks for one meshlet after the other. paths: records of paths that wait, a share of the pixels; those
+    without one start again. counted: keep statistics where the cache does not need them. Raises VulkanError.
     """
 
     def __init__(
@@ -136,6 +143,7 @@ class RayTracer:
         strips: int | None = None,
         predict: bool = True,
         bounds: bool = True,
+        paths: float = SAVED_PATHS,
         counted: bool = False,
     ):
         if path not in PATHS:
@@ -144,10 +152,12 @@ class RayTracer:
             raise VulkanError("the cache is a share from 0 to 1, or a number of bytes", "for example 0.25")
         if group not in (4, 8, 16, 32, 64):
             raise ValueError("group is 4, 8, 16, 32 or 64")
+        if not 0 <= bounces <= MOST_BOUNCES or not 0 <= (samples or 0) <= MOST_SAMPLES:
+            raise VulkanError(f"at most {MOST_BOUNCES} bounces and {MOST_SAMPLES} samples can be traced", "ask for fewer")
         device.require("raytracing", path)
         self.device, self.scene, self.path = device, scene, path
         self.bounces, self.shadows, self.group = bounces, shadows, group
-        self.predict, self.bounds = predict, bounds
+        self.predict, self.bounds, self.paths = predict, bounds, paths
         self.samples = samples or (SAMPLES if bounces else 1)
         self.buffers = SceneBuffers(device, scene, {"blobs"} if path == "rt" else {"vertices", "indices"})
         counts = np.array([p.meshlets for p in scene.primitives], np.int64)
@@ -197,8 +207,8 @@ class RayTracer:
 
     def statistics(self) -> dict[str, Any]:
         """Of the last frame. asked: boxes whose triangles a ray asked for; needed: meshlets among them; resident: meshlets that have a
-        slot now, of slots; kept, predicted: meshlets decoded before the first ray; requested, waiting: in each round, meshlets
-        that paths waited for, and how many paths. Where everything is cached asked and needed are 0 unless `counted` was given."""
+        slot now, of slots; kept, predicted: meshlets decoded before the first ray; requested: meshlets that paths
+        waited for before each round; waiting: these paths; restarted: those of them that had to start again. Where everything is cached asked and needed are 0 unless `counted` was given."""
         counts = self._counters.read().astype(np.int64) if self.counted else np.zeros(1, np.int64)
         table = self._slot_table.read() if self.path == "rt" else np.zeros(0, np.uint32)
         found = {
@@ -214,7 +224,8 @@ class RayTracer:
             later = rounds.reshape(self.strips, self.rounds + 2)[:, 1:]
             found.update({"kept": int(state["kept"]), "predicted": int(state["predicted"])})
             found["requested"] = later["requested"].sum(axis=0).tolist()
-            found["waiting"] = later["restarted"].sum(axis=0).tolist()
+            found["waiting"] = (later["paths"][..., 0] + later["restarted"]).sum(axis=0).tolist()
+            found["restarted"] = later["restarted"].sum(axis=0).tolist()
         return found
 
     def resident_bytes(self) -> dict[str, int]:
@@ -224,7 +235,8 @@ class RayTracer:
             "acceleration": self.bottom.allocated + self.top.allocated,
         }
         parts.update({name: sum(b.allocated for b in buffers) for name, buffers in self._own.items()})
-        parts["lists"] += self._waiting.allocated if self.rounds and self._picture_size else 0
+        if self.rounds and self._picture_size:
+            parts["lists"] += self._waiting.allocated + self._paths.allocated
         return parts
 
     def set_light(self, *, bounces: int, shadows: bool) -> None:
@@ -316,6 +328,7 @@ class RayTracer:
             6: self.scene.vertex_floats,
             7: self.scene.attributes,
             9: int(deferred),
+            10: int(self.rounds > 0 and self.paths > 0),
         }
 
     def _build(self) -> None:
@@ -482,7 +495,8 @@ class RayTracer:
         if self.path != "rt" or slots == 0:
             return
         self._rounds_begin = np.zeros(self.strips * (self.rounds + 2), ROUND)
-        self._rounds_begin["fill_groups"] = self._rounds_begin["pixels"] = (0, 1, 1)
+        for field in ("fill_groups", "pixels", "paths"):
+            self._rounds_begin[field] = (0, 1, 1)
         state = np.zeros((), STATE)
         state["capacity"], state["scratch"], state["predict"] = self.capacity, self.scratch, self.predict
         state["bounds"] = self._bounds.address if self._bounds else 0
@@ -564,12 +578,16 @@ class RayTracer:
         self._colors = Buffer(self.device, 4 * width * height)
         self._hits = Buffer(self.device, 4 * HIT_WORDS * width * height)
         self._waiting = Buffer(self.device, -(-width * height // 32) * 4)
-        self._pictures = [self._colors, self._hits, self._waiting]
+        limit = -(-int(self.paths * width * height) // 32) * 32 if self.rounds else 0
+        self._paths = Buffer(self.device, 2 * limit * PATH_BYTES)
+        self._pictures = [self._colors, self._hits, self._waiting, self._paths]
         self._strip_rows = -(-height // self.strips)
         self._waiting.write(np.zeros(self._waiting.size // 4, np.uint32))
         if self._selects:
             self._rounds_begin["pixels"][:, 1] = self._strip_rows
             self._rounds_template.write(np.frombuffer(self._rounds_begin.tobytes(), np.uint8))
+            self._state.write(np.array([self._paths.address], np.uint64), STATE.fields["paths"][1])
+            self._state.write(np.array([limit], np.uint32), STATE.fields["path_limit"][1])
         commands = self._commands = self.device.record()
         self._times.reset(commands)
         vk.vkCmdCopyBuffer(
@@ -627,11 +645,13 @@ class RayTracer:
             self._wanted.address + 4 * self.capacity if self.rounds else 0,
             self._waiting.address,
         )
-        push(commands, self._layout, np.frombuffer(data, np.uint8))
         if number == 0:
+            push(commands, self._layout, np.frombuffer(data + bytes(4), np.uint8))
             self.device.function("vkCmdTraceRaysKHR")(commands, *regions, width, self._strip_rows, 1)
-        else:
-            place = self._state.address + self._round_offset(record, "pixels")
+            return
+        for resumed, launch in enumerate(("pixels", "paths") if self.paths else ("pixels",)):
+            push(commands, self._layout, np.frombuffer(data + struct.pack("<I", resumed), np.uint8))
+            place = self._state.address + self._round_offset(record, launch)
             self.device.function("vkCmdTraceRaysIndirectKHR")(commands, *regions, place)
 
     def _write_frame(self, camera: Camera, width: int, height: int) -> None:
