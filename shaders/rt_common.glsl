@@ -49,7 +49,7 @@ layout(push_constant) uniform Push {
   uint round;                              // of the strip. 0: all pixels; later: those whose paths wait, or (resumed) the paths with records
   uint record;                             // its place in CacheState.rounds
   uvec2 state;                             // CacheState
-  uvec2 requests;                          // CacheState.scratch meshlets that paths wait for
+  uvec2 requests;                          // at most CacheState.ring meshlets that paths wait for
   uvec2 waiting;                           // a bit per pixel: its path shall start again
   uint resumed;                            // paths go on from their records
 } push;

@@ -102,10 +102,10 @@ uint slot_for(CacheState state, uint index, uint kept, uint cursor) {
 void main() {
   CacheState state = CacheState(push.state);
   uint kept = push.round == 0u ? state.kept : 0u;
-  uint count = min(state.rounds[push.round].requested, kept + state.scratch);
+  uint count = min(state.rounds[push.round].requested, kept + state.ring);
   uint cursor = state.cursor;
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
-    uint number = Counts(push.wanted).at[i < kept ? i : state.capacity + i - kept];
+    uint number = Counts(push.wanted).at[i < kept || push.round != 0u ? i : state.capacity + i - kept];
     uint slot = slot_for(state, i, kept, cursor);
     if (gl_LocalInvocationIndex == 0u) {
       uint before = Counts(push.slot_meshlets).at[slot];

@@ -20,8 +20,6 @@ struct Surface {
 // this kind, so that it goes no further than what may be in front of that.
 #define KIND_BLOCKED 1u
 #define BLOCKED -2.0
-#define FAR 5e29                           // behind everything, and before the end of rays
-#define LIGHT_ROUNDS 3u                    // in which rays to the light ask for all on their way
 
 // The flag of rays (DEFERRED) that ask whether there is anything on their way, and so may end at any hit. What the flag is for does not
 // concern boxes; TerminateOnFirstHit would have them end where they are blocked, too.

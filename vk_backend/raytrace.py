@@ -26,10 +26,10 @@ MESHLET_TRIANGLES, MESHLET_VERTICES = CONSTANTS["MESHLET_TRIANGLES"], CONSTANTS[
 NO_SLOT, SLOT_LIMIT = 0xFFFFFFFF, 0xFFFFFFFE
 KEYS, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
 FILL_GROUPS = 32768  # of shaders/rt_cache.glsl
-SCRATCH, LEAST_SCRATCH = 1 / 4, 64  # slots for meshlets that paths wait for: a share of the meshlets, or so many
-# A picture is traced in strips where the slots may not hold all that it shows: (strips, rounds of each).
-FEW_SLOTS = 0.6  # of the meshlets
-STRIPS = {False: (1, 8), True: (4, 4)}  # whether there are few slots
+SCRATCH, LEAST_SCRATCH = 1 / 2, 64  # slots beside the cache: a share of the meshlets that it has no room for, or so many
+ROTATING = 1 / 2  # of all slots: what is given away during a frame, at most; the others keep what is asked for most
+MANY_SLOTS, ROUNDS = 0.7, {True: 4, False: 6}  # share of the meshlets that have slots; rounds if it is that large, or is not
+FEW_SLOTS, MOST_STRIPS = 0.45, 16  # with a smaller share a picture is traced in strips, the more the smaller it is
 SAMPLES = 16  # paths per pixel, where they bounce
 SAVED_PATHS = 1 / 128  # records of paths that wait: a share of the pixels, twice
 MOST_BOUNCES, MOST_SAMPLES = 2047, (1 << 20) - 1  # what a record holds
@@ -164,9 +164,10 @@ class RayTracer:
         self._first_meshlet, self.meshlets = np.cumsum(counts) - counts, int(counts.sum())
         self._measure_slots()
         self._plan_cache(cache, cache_bytes, scratch, counted)
-        few = self.capacity + self.scratch < FEW_SLOTS * self.meshlets
-        self.strips = (strips or STRIPS[few][0]) if self.scratch else 1
-        self.rounds = (STRIPS[few][1] if rounds is None else rounds) if self.scratch else 0
+        share = (self.capacity + self.scratch) / max(self.meshlets, 1)
+        fitting = 1 if share >= FEW_SLOTS else min(int(1 / max(share, 1 / MOST_STRIPS)), MOST_STRIPS)
+        self.strips = (strips or fitting) if self.scratch else 1
+        self.rounds = (ROUNDS[share >= MANY_SLOTS] if rounds is None else rounds) if self.scratch else 0
         self._own: dict[str, list[Buffer]] = {"tables": [], "cache": [], "lists": []}
         self._upload()
         self._build()
@@ -281,8 +282,10 @@ class RayTracer:
         wanted = int(round(cache * self.meshlets)) if cache_bytes is None else cache_bytes // self.slot_bytes
         self.capacity = min(wanted, self.meshlets)
         self.all_cached = self.capacity == self.meshlets
-        wanted = max(int(SCRATCH * self.meshlets), LEAST_SCRATCH) if scratch is None else int(scratch * self.meshlets)
+        beside = max(int(SCRATCH * (self.meshlets - self.capacity)), LEAST_SCRATCH)
+        wanted = beside if scratch is None else int(scratch * self.meshlets)
         self.scratch = min(wanted, self.meshlets - self.capacity)
+        self._rotating = min(self.scratch, max(int(ROTATING * (self.capacity + self.scratch)), 1))
         self._selects = not self.all_cached and self.capacity + self.scratch > 0
         self.counted = counted or self._selects
 
@@ -498,7 +501,7 @@ class RayTracer:
         for field in ("fill_groups", "pixels", "paths"):
             self._rounds_begin[field] = (0, 1, 1)
         state = np.zeros((), STATE)
-        state["capacity"], state["scratch"], state["predict"] = self.capacity, self.scratch, self.predict
+        state["capacity"], state["scratch"], state["predict"] = slots - self._rotating, self._rotating, self.predict
         state["bounds"] = self._bounds.address if self._bounds else 0
         state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
         first = self._rounds_begin.copy()
@@ -642,7 +645,7 @@ class RayTracer:
             number,
             record,
             self._state.address if self.rounds else 0,
-            self._wanted.address + 4 * self.capacity if self.rounds else 0,
+            self._wanted.address if self.rounds else 0,
             self._waiting.address,
         )
         if number == 0:
