@@ -235,6 +235,52 @@ def test12_prediction(bounces, device, fine_scene):
         traced.free()
 
 
+def test13_waiting_changes_nothing(device, fine_scene):
+    """Bit for bit the same pictures with any number of slots, and whether paths that wait go on or start again."""
+    cameras = [camera_of(fine_scene, 0.2 * i) for i in range(2)]
+    films, seen = {}, {}
+    for name, settings in {
+        "all": {"cache": 1.0},
+        "none": {"cache": 0.0, "paths": 1.0},
+        "none, starting again": {"cache": 0.0, "paths": 0.0},
+        "none, some starting again": {"cache": 0.0, "paths": 0.02},
+        "none, no bounds": {"cache": 0.0, "paths": 1.0, "bounds": False},
+        "few slots": {"cache": 0.0, "scratch": 0.06, "paths": 0.05, "rounds": 3},
+        "one slot": {"cache": 0.0, "scratch": 1.01 / 355, "paths": 0.05, "rounds": 2, "strips": 1},
+        "10 %": {"cache": 0.1, "scratch": 0.2},
+        "25 %": {"cache": 0.25, "scratch": 0.2, "predict": False},
+        "50 %": {"cache": 0.5, "scratch": 0.1},
+    }.items():
+        traced = tracer(device, fine_scene, bounces=2, samples=2, **settings)
+        films[name] = list(traced.frames(cameras, WIDTH, HEIGHT))
+        seen[name] = traced.statistics()
+        traced.free()
+    for name, pictures in films.items():
+        for picture, expected in zip(pictures, films["all"]):
+            assert np.array_equal(picture.color, expected.color), name
+            assert np.array_equal(picture.ids, expected.ids) and np.array_equal(picture.t, expected.t), name
+    assert len(np.unique(films["all"][0].color)) > 50
+    for name, some in {"none": set(), "none, starting again": {"restarted"}, "none, some starting again": {"restarted", "waiting"}}.items():
+        restarted, waiting = sum(seen[name]["restarted"]), sum(seen[name]["waiting"])
+        assert waiting > 0 and (restarted > 0) == ("restarted" in some) and (waiting > restarted) == (name != "none, starting again")
+
+
+def test14_transparent_and_waiting(device, tmp_path):
+    """What blocks a ray is no triangle whose alpha could let it through."""
+    from vk_backend.scene import load_scene
+
+    material = {"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.4]}, "doubleSided": True}
+    scene = load_scene(several(tmp_path, material, "veils", size=(120, 90)))
+    pictures = []
+    for settings in ({"cache": 1.0}, {"cache": 0.0, "paths": 0.05}, {"cache": 0.2, "scratch": 0.1, "paths": 1.0}):
+        traced = tracer(device, scene, bounces=1, samples=1, **settings)
+        pictures.append([traced.render(camera_of(scene), WIDTH, HEIGHT) for _ in range(2)][1])
+        traced.free()
+    assert set(np.unique(pictures[0].ids[..., 0])) == {0, 1, 2, 3, NO_HIT}
+    for picture in pictures[1:]:
+        assert np.array_equal(picture.color, pictures[0].color) and np.array_equal(picture.ids, pictures[0].ids)
+
+
 def test04_memory(device, scene):
     """Every part is counted, and the cache is what grows."""
     sizes = []
