@@ -31,8 +31,10 @@ vec3 unit(vec3 v, vec3 otherwise) {
 
 // Puts a meshlet on the list of those that paths wait for, if it is not there.
 void request(uint number) {
-  if (atomicCompSwap(Counts(push.slot_table).at[number], NO_SLOT, REQUESTED) != NO_SLOT) return;
   CacheState state = CacheState(push.state);
+  // Most are on the list already, and reading costs less than an atomic.
+  if (Counts(push.slot_table).at[number] != NO_SLOT || state.rounds[push.record + 1u].requested >= state.ring) return;
+  if (atomicCompSwap(Counts(push.slot_table).at[number], NO_SLOT, REQUESTED) != NO_SLOT) return;
   uint place = atomicAdd(state.rounds[push.record + 1u].requested, 1u);
   if (place < state.ring) {
     Counts(push.requests).at[place] = number;

@@ -117,11 +117,11 @@ class RayTracer:
     path: "rt" (compressed), "rt-plain" (the same boxes over uncompressed meshlets) or "rt-triangles" (the driver's triangles).
     cache: share of the meshlets that may be kept decoded, 0 to 1; cache_bytes: the same limit in bytes, instead. bounces: how often light
     is followed from surface to surface; shadows: whether surfaces shade one another; samples: paths per pixel (None: 1, or with bounces
-    16); group: triangles behind one box, 4 to 64, a power of two. Where the cache does not hold everything, paths that need a
-    meshlet which is not there wait: it is decoded into one of the scratch slots (scratch: share of the meshlets, besides the cache) and
-    they start again, up to `rounds` times; then they decode for themselves, which takes much longer. strips: parts of the picture that are
-    traced one after the other, so that the slots suffice for each. predict: what the last frame asked for is decoded before the first ray,
-    as far as there are slots that it did not need. bounds: keep a box around each meshlet, up to which a path that waits knows that
+    16); group: triangles behind one box, 4 to 64, a power of two. Where the cache does not hold everything, there are further slots
+    (scratch: share of the meshlets; None: half of those that the cache has no room for), and paths that need a meshlet which is in no slot
+    wait: it is decoded into one and they go on, up to `rounds` times; then they decode for themselves, which takes much longer.
+    strips: parts of the picture that are traced one after the other, so that the slots suffice for each. predict: what the last frame
+    asked for is decoded before the first ray, as far as there are slots that it did not need. bounds: keep a box around each meshlet, up to which a path that waits knows that
     there is nothing; without it asks for one meshlet after the other. paths: records of paths that wait, a share of the pixels; those
     without one start again. counted: keep statistics where the cache does not need them. Raises VulkanError.
     """
@@ -152,8 +152,7 @@ class RayTracer:
             raise VulkanError("the cache is a share from 0 to 1, or a number of bytes", "for example 0.25")
         if group not in (4, 8, 16, 32, 64):
             raise ValueError("group is 4, 8, 16, 32 or 64")
-        if not 0 <= bounces <= MOST_BOUNCES or not 0 <= (samples or 0) <= MOST_SAMPLES:
-            raise VulkanError(f"at most {MOST_BOUNCES} bounces and {MOST_SAMPLES} samples can be traced", "ask for fewer")
+        _check_length(bounces, samples or 0)
         device.require("raytracing", path)
         self.device, self.scene, self.path = device, scene, path
         self.bounces, self.shadows, self.group = bounces, shadows, group
@@ -242,6 +241,7 @@ class RayTracer:
 
     def set_light(self, *, bounces: int, shadows: bool) -> None:
         """Other bounces and shadows from the next frame on."""
+        _check_length(bounces, self.samples)
         self.bounces, self.shadows = bounces, shadows
         if self._picture_size is not None:
             self._prepare(*self._picture_size)
@@ -666,6 +666,12 @@ class RayTracer:
             mine = ids[..., 0] == number
             if mine.any():
                 ids[..., 1][mine] = self.scene.primitives[instance.primitive].decoded().ids()[ids[..., 1][mine]]
+
+
+def _check_length(bounces: int, samples: int) -> None:
+    """Raises VulkanError for more than the record of a waiting path holds."""
+    if not 0 <= bounces <= MOST_BOUNCES or not 0 <= samples <= MOST_SAMPLES:
+        raise VulkanError(f"at most {MOST_BOUNCES} bounces and {MOST_SAMPLES} samples can be traced", "ask for fewer")
 
 
 def _grid_to_object(primitive: Primitive) -> np.ndarray:
