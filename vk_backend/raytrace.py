@@ -28,7 +28,8 @@ KEYS, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
 FILL_GROUPS = 32768  # of shaders/rt_cache.glsl
 SCRATCH, LEAST_SCRATCH = 1 / 2, 64  # slots beside the cache: a share of the meshlets that it has no room for, or so many
 ROTATING = 1 / 2  # of all slots: what is given away during a frame, at most; the others keep what is asked for most
-MANY_SLOTS, ROUNDS = 0.6, {True: 4, False: 6}  # share of the meshlets that have slots; rounds if it is that large, or is not
+MANY_SLOTS, ROUNDS = 0.6, {True: 4, False: 6}  # share of the meshlets that have slots; rounds if it is that large, or is not,
+BOUNCE_ROUNDS, LONG_PATH = 2, 2  # and so many more for each bounce, up to that one
 FEW_SLOTS, MOST_STRIPS = 0.45, 16  # with a smaller share a picture is traced in strips, the more the smaller it is
 SAMPLES = 16  # paths per pixel, where they bounce
 SAVED_PATHS = 1 / 128  # records of paths that wait: a share of the pixels, twice
@@ -166,7 +167,9 @@ class RayTracer:
         share = (self.capacity + self.scratch) / max(self.meshlets, 1)
         fitting = 1 if share >= FEW_SLOTS else min(int(1 / max(share, 1 / MOST_STRIPS)), MOST_STRIPS)
         self.strips = (strips or fitting) if self.scratch else 1
-        self.rounds = (ROUNDS[share >= MANY_SLOTS] if rounds is None else rounds) if self.scratch else 0
+        self._first_rounds = (ROUNDS[share >= MANY_SLOTS] if rounds is None else rounds) if self.scratch else 0
+        self._bounce_rounds = BOUNCE_ROUNDS if rounds is None and self.scratch else 0
+        self._round_records = self._first_rounds + self._bounce_rounds * LONG_PATH + 2  # of a strip, at most
         self._own: dict[str, list[Buffer]] = {"tables": [], "cache": [], "lists": []}
         self._upload()
         self._build()
@@ -221,7 +224,7 @@ class RayTracer:
         if self._selects:
             raw = self._state.read(np.uint8)
             state, rounds = raw[: STATE.itemsize].view(STATE)[0], raw[STATE.itemsize :].view(ROUND)
-            later = rounds.reshape(self.strips, self.rounds + 2)[:, 1:]
+            later = rounds.reshape(self.strips, self._round_records)[:, 1 : self.rounds + 2]
             found.update({"kept": int(state["kept"]), "predicted": int(state["predicted"])})
             found["requested"] = later["requested"].sum(axis=0).tolist()
             found["waiting"] = (later["paths"][..., 0] + later["restarted"]).sum(axis=0).tolist()
@@ -259,6 +262,11 @@ class RayTracer:
     def pipelines(self) -> list:
         """The ray-tracing pipelines, for vk_backend.statistics."""
         return [rays[0] for rays in (self._waiting_rays, self._rays) if rays]
+
+    @property
+    def rounds(self) -> int:
+        """How often paths that wait may go on; none where everything is cached or no slots are beside the cache."""
+        return self._first_rounds + self._bounce_rounds * min(self.bounces, LONG_PATH)
 
     # --- making ----------------------------------------------------------------------------------------------------------------------
 
@@ -497,7 +505,7 @@ class RayTracer:
         slots = self.capacity + self.scratch
         if self.path != "rt" or slots == 0:
             return
-        self._rounds_begin = np.zeros(self.strips * (self.rounds + 2), ROUND)
+        self._rounds_begin = np.zeros(self.strips * self._round_records, ROUND)
         for field in ("fill_groups", "pixels", "paths"):
             self._rounds_begin[field] = (0, 1, 1)
         state = np.zeros((), STATE)
@@ -615,7 +623,7 @@ class RayTracer:
             return
         for number in range(1, self.rounds + 2):
             self._barrier(commands)
-            self._record_fill(commands, strip * (self.rounds + 2) + number)
+            self._record_fill(commands, strip * self._round_records + number)
             self._barrier(commands)
             self._record_rays(commands, self._waiting_rays if number <= self.rounds else self._rays, strip, number)
         self._barrier(commands)
@@ -626,7 +634,7 @@ class RayTracer:
         vk.vkCmdBindPipeline(commands, BIND_POINT, pipeline)
         vk.vkCmdBindDescriptorSets(commands, BIND_POINT, self._layout, 0, 1, [self._textures.set], 0, [])
         compressed, width = self.path == "rt", self._picture_size[0]
-        record = strip * (self.rounds + 2) + number
+        record = strip * self._round_records + number
         data = struct.pack(
             "<9Q6I3Q",
             self._frame.address,
