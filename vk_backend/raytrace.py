@@ -122,9 +122,10 @@ class RayTracer:
     (scratch: share of the meshlets; None: half of those that the cache has no room for), and paths that need a meshlet which is in no slot
     wait: it is decoded into one and they go on, up to `rounds` times; then they decode for themselves, which takes much longer.
     strips: parts of the picture that are traced one after the other, so that the slots suffice for each. predict: what the last frame
-    asked for is decoded before the first ray, as far as there are slots that it did not need. bounds: keep a box around each meshlet, up to which a path that waits knows that
-    there is nothing; without it asks for one meshlet after the other. paths: records of paths that wait, a share of the pixels; those
-    without one start again. counted: keep statistics where the cache does not need them. Raises VulkanError.
+    asked for is decoded before the first ray, as far as there are slots that it did not need. bounds: keep a box around each meshlet, up
+    to which a path that waits knows that there is nothing; without it a path asks for whatever it comes across first. paths: records of
+    paths that wait, a share of the pixels; those without one start again. counted: keep statistics where the cache does not need them.
+    Raises VulkanError.
     """
 
     def __init__(
@@ -209,9 +210,10 @@ class RayTracer:
         return float(self._times.milliseconds().sum())
 
     def statistics(self) -> dict[str, Any]:
-        """Of the last frame. asked: boxes whose triangles a ray asked for; needed: meshlets among them; resident: meshlets that have a
-        slot now, of slots; kept, predicted: meshlets decoded before the first ray; requested: meshlets that paths
-        waited for before each round; waiting: these paths; restarted: those of them that had to start again. Where everything is cached asked and needed are 0 unless `counted` was given."""
+        """Of the last frame. asked: boxes whose triangles a ray tested; needed: meshlets among them; resident: meshlets that have a
+        slot now, of slots; kept, predicted: meshlets decoded before the first ray; requested: meshlets that paths waited for before
+        each round, the last of which decodes for itself what is still missing; waiting: these paths; restarted: those of them that had
+        to start again. Where everything is cached, asked and needed are 0 unless `counted` was given."""
         counts = self._counters.read().astype(np.int64) if self.counted else np.zeros(1, np.int64)
         table = self._slot_table.read() if self.path == "rt" else np.zeros(0, np.uint32)
         found = {
