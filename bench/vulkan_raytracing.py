@@ -10,6 +10,7 @@ includes clearing the counters, choosing what the cache holds and decoding what 
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 import tempfile
 import time
@@ -28,6 +29,7 @@ SLOW, LEAST_FRAMES = (
     12,
 )  # a configuration that has taken so many milliseconds is measured in no more frames, once it has these
 BOUNCES = (0, 2)
+TUNED = ("scratch", "rounds", "strips", "predict", "bounds", "paths")  # parameters of RayTracer that options may vary; None: its own choice
 
 
 def turntable(scene, width: int, height: int, degrees: float):
@@ -43,12 +45,9 @@ def turntable(scene, width: int, height: int, degrees: float):
 def configurations(options: argparse.Namespace) -> list[dict]:
     rows = []
     for group in options.group:
-        for scratch in options.scratch:
-            for rounds in options.rounds:
-                for strips in options.strips:
-                    chosen = {"scratch": scratch, "rounds": rounds, "strips": strips}
-                    given = {name: value for name, value in chosen.items() if value is not None}
-                    rows += [{"path": "rt", "cache": share, "group": group, **given} for share in options.cache]
+        for values in itertools.product(*(getattr(options, name) for name in TUNED)):
+            given = {name: value for name, value in zip(TUNED, values) if value is not None}
+            rows += [{"path": "rt", "cache": share, "group": group, **given} for share in options.cache]
         rows.append({"path": "rt-plain", "cache": None, "group": group})
     return [*rows, {"path": "rt-triangles", "cache": None, "group": None}]
 
@@ -63,7 +62,7 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
     for configuration in configurations(options):
         settings = {
             name: configuration[name]
-            for name in ("cache", "group", "scratch", "rounds", "strips")
+            for name in ("cache", "group", *TUNED)
             if configuration.get(name) is not None
         }
         began = time.perf_counter()
@@ -112,7 +111,7 @@ def print_statistics(device, tracer) -> None:
 def label(row: dict) -> str:
     share = "" if row["cache"] is None else f" cache {row['cache']:.0%}"
     more = "".join(
-        f" {name} {row[name]}" for name in ("group", "scratch", "rounds", "strips") if row.get(name) is not None
+        f" {name} {row[name]}" for name in ("group", *TUNED) if row.get(name) is not None
     )
     return f"{row['path']}{share}{more}"
 
@@ -126,11 +125,11 @@ def print_table(rows: list[dict]) -> None:
                 times, size = row["milliseconds"], sum(row["resident_bytes"].values())
                 ratio = times["median"] / base["milliseconds"]["median"]
                 memory = size / sum(base["resident_bytes"].values())
-                seen = row.get("statistics")
-                hits = f" hits {seen['hits'] / max(seen['requests'], 1):6.1%}" if seen else ""
+                waiting = row.get("statistics", {}).get("waiting")
+                waits = f" waiting {' '.join(map(str, waiting))}" if waiting else ""
                 print(
                     f"{model:14} bounces {bounces} {label(row):44} {times['median']:8.3f} ms ({times['low']:.3f} to {times['high']:.3f})"
-                    f" {ratio:6.2f}x  {size / 1e6:8.2f} MB {memory:5.2f}x{hits}"
+                    f" {ratio:6.2f}x  {size / 1e6:8.2f} MB {memory:5.2f}x{waits}"
                 )
 
 
@@ -141,7 +140,7 @@ def document(result: dict) -> None:
         same = [
             r
             for r in result["rows"]
-            if all(r.get(k) == row.get(k) for k in ("model", "path", "cache", "group", "scratch", "rounds", "strips"))
+            if all(r.get(k) == row.get(k) for k in ("model", "path", "cache", "group", *TUNED))
         ]
         bases = {r["bounces"]: r for r in result["rows"] if r["model"] == row["model"] and r["path"] == "rt-triangles"}
         times = [
@@ -210,6 +209,15 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, nargs="+", default=[None], help="how often paths start again")
     parser.add_argument(
         "--strips", type=int, nargs="+", default=[None], help="parts of the picture that are traced one after the other"
+    )
+    parser.add_argument(
+        "--predict", type=int, nargs="+", default=[None], help="1: what the last frame asked for is decoded before the first ray"
+    )
+    parser.add_argument(
+        "--bounds", type=int, nargs="+", default=[None], help="0: no boxes around meshlets for paths that wait"
+    )
+    parser.add_argument(
+        "--paths", type=float, nargs="+", default=[None], help="records of paths that wait, a share of the pixels; 0: all start again"
     )
     parser.add_argument(
         "--statistics", action="store_true", help="also what the driver tells about the shaders: registers, stack"

@@ -23,6 +23,8 @@ layout(push_constant) uniform Push {
   uint primitive;
   uint begin;                              // the primitive's meshlets [begin, end)
   uint end;
+  uint unused;
+  uvec2 bounds;                            // of each meshlet, the box around its boxes: 6 floats; or 0
 } push;
 
 #define MARGIN 4e-6
@@ -84,6 +86,8 @@ void main() {
   uint count = open(traced, m);
   SceneFloatsOut boxes = SceneFloatsOut(push.boxes);
   vec3 first = vec3(0.0);
+  vec3 lowest = vec3(uintBitsToFloat(0x7F800000u));
+  vec3 highest = -lowest;
   for (uint g = 0u; g < groups; g++) {
     low = vec3(uintBitsToFloat(0x7F800000u));
     high = -low;
@@ -95,9 +99,17 @@ void main() {
     high += margin;
     if (g == 0u && count > 0u) first = 0.5 * (low + high);
     if (g * GROUP_TRIANGLES >= count) low = high = first;
+    lowest = min(lowest, low);
+    highest = max(highest, high);
     for (uint c = 0u; c < 3u; c++) {
       boxes.at[6u * (m * groups + g) + c] = low[c];
       boxes.at[6u * (m * groups + g) + 3u + c] = high[c];
     }
+  }
+  if (push.bounds == uvec2(0u)) return;
+  SceneFloatsOut bounds = SceneFloatsOut(push.bounds);
+  for (uint c = 0u; c < 3u; c++) {
+    bounds.at[6u * (traced.first_meshlet + m) + c] = lowest[c];
+    bounds.at[6u * (traced.first_meshlet + m) + 3u + c] = highest[c];
   }
 }

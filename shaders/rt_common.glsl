@@ -8,6 +8,7 @@ layout(constant_id = 6) const uint VERTEX_FLOATS = 8u;      // of an uncompresse
 layout(constant_id = 7) const uint ATTRIBUTES = 7u;         //   and what it has beside its position: HAS_ bits
 // 8: STAGE_WORDS of the cooperative decoder.
 layout(constant_id = 9) const bool DEFERRED = false;        // paths wait for meshlets that are not in the cache, instead of decoding them
+layout(constant_id = 10) const bool RESUMES = false;        // paths may go on from records
 
 #define NO_SLOT 0xFFFFFFFFu
 #define REQUESTED 0xFFFFFFFEu              // no slot yet, but on the list of requests
@@ -41,11 +42,12 @@ layout(push_constant) uniform Push {
   uint samples;                            // rays per pixel
   uint first_row;                          // of the strip of the picture that is traced
   uint shadows;
-  uint round;                              // 0: all pixels; later: those whose paths wait
-  uint request_limit;                      // length of the list of requests
+  uint round;                              // of the strip. 0: all pixels; later: those whose paths wait, or (resumed) the paths with records
+  uint record;                             // its place in CacheState.rounds
   uvec2 state;                             // CacheState
-  uvec2 requests;
-  uvec2 waiting;                           // a bit per pixel
+  uvec2 requests;                          // at most CacheState.ring meshlets that paths wait for
+  uvec2 waiting;                           // a bit per pixel: its path shall start again
+  uint resumed;                            // paths go on from their records
 } push;
 #endif
 

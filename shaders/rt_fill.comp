@@ -1,4 +1,4 @@
-// Decodes meshlets into slots, one workgroup each: those that the cache lacks into free ones, or (push.scratch) those that paths wait for.
+// Decodes meshlets into slots, one workgroup each: before a frame those that it will need, later those that paths wait for.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -48,14 +48,30 @@ void fill(uint number, uint slot_number, uint primitives) {
   if (MEMBER == 0u) Counts(push.slot_table).at[number] = slot_number;
 }
 
+// The slot for the `index`-th meshlet of a round, of which the first `kept` are to be kept. The slots of kept ones begin the order or end it;
+// those between are given away in turn.
+uint slot_for(CacheState state, uint index, uint kept, uint cursor) {
+  uint place = index < kept ? index : state.kept + (cursor + index - kept) % max(state.ring, 1u);
+  return Counts(push.order).at[place];
+}
+
 void main() {
   CacheState state = CacheState(push.state);
-  bool scratch = push.scratch != 0u;
-  uint count = scratch ? state.admitted : state.missing;
-  uint free_slots = state.free_slots;
+  uint kept = push.round == 0u ? state.kept : 0u;
+  uint count = min(state.rounds[push.round].requested, kept + state.ring);
+  uint cursor = state.cursor;
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
-    uint slot_number = scratch ? state.capacity + Counts(push.missing).at[push.scratch + i] : Counts(push.free_slots).at[free_slots - 1u - i];
-    fill(Counts(push.missing).at[i], slot_number, state.primitives);
+    uint number = Counts(push.wanted).at[i < kept || push.round != 0u ? i : state.capacity + i - kept];
+    uint slot = slot_for(state, i, kept, cursor);
+    if (gl_LocalInvocationIndex == 0u) {
+      uint before = Counts(push.slot_meshlets).at[slot];
+      if (before != NO_SLOT) Counts(push.slot_table).at[before] = NO_SLOT;
+      Counts(push.slot_meshlets).at[slot] = number;
+    }
+    fill(number, slot, state.primitives);
     barrier();
   }
+  memoryBarrierBuffer();
+  if (gl_LocalInvocationIndex == 0u && atomicAdd(state.rounds[push.round].filled, 1u) == gl_NumWorkGroups.x - 1u)
+    state.cursor = (cursor + count - kept) % max(state.ring, 1u);
 }

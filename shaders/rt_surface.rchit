@@ -7,6 +7,7 @@
 
 #include "rt_common.glsl"
 #include "rt_hit.glsl"
+#include "rt_cache.glsl"
 #ifndef PLAIN
 #include "meshlet_decoder_prologue.glsl"
 #include "meshlet_decoder.glsl"
@@ -26,7 +27,36 @@ vec3 unit(vec3 v, vec3 otherwise) {
   return squared > 0.0 ? v * inversesqrt(squared) : otherwise;
 }
 
+#ifndef PLAIN
+
+// Puts a meshlet on the list of those that paths wait for, if it is not there.
+void request(uint number) {
+  CacheState state = CacheState(push.state);
+  // Most are on the list already, and reading costs less than an atomic.
+  if (Counts(push.slot_table).at[number] != NO_SLOT || state.rounds[push.record + 1u].requested >= state.ring) return;
+  if (atomicCompSwap(Counts(push.slot_table).at[number], NO_SLOT, REQUESTED) != NO_SLOT) return;
+  uint place = atomicAdd(state.rounds[push.record + 1u].requested, 1u);
+  if (place < state.ring) {
+    Counts(push.requests).at[place] = number;
+    if (place < FILL_GROUPS) atomicAdd(state.rounds[push.record + 1u].fill_groups[0], 1u);
+  } else {
+    Counts(push.slot_table).at[number] = NO_SLOT;
+  }
+}
+
+#endif
+
 void main() {
+#ifndef PLAIN
+  if (DEFERRED && gl_HitKindEXT == KIND_BLOCKED) {
+    Traced traced = TracedList(push.traced).at[gl_InstanceCustomIndexEXT & PRIMITIVE_INDEX];
+    request(traced.first_meshlet + uint(gl_PrimitiveID) / (MESHLET_TRIANGLES / GROUP_TRIANGLES));
+    surface.t = BLOCKED;
+    surface.barycentrics.x = gl_HitTEXT;
+    return;
+  }
+  if (DEFERRED && (gl_IncomingRayFlagsEXT & RAY_TO_LIGHT) != 0u) return;
+#endif
   Instance instance = Instances(Frame(push.frame).instances).at[gl_InstanceID];
   Place place;
   place.primitive = gl_InstanceCustomIndexEXT & PRIMITIVE_INDEX;

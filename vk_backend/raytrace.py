@@ -24,14 +24,18 @@ from .textures import TextureArray, array_size, texture_set_layout
 
 PATHS = ("rt", "rt-plain", "rt-triangles")
 MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
-NO_SLOT = 0xFFFFFFFF
+NO_SLOT, SLOT_LIMIT = 0xFFFFFFFF, 0xFFFFFFFE
 KEYS, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
 FILL_GROUPS = 32768  # of shaders/rt_cache.glsl
-SCRATCH, LEAST_SCRATCH = 1 / 4, 64  # slots for meshlets that paths wait for: a share of the meshlets, or so many
-# A picture is traced in strips where the slots may not hold all that it shows: (strips, rounds of each).
-FEW_SLOTS = 0.6  # of the meshlets
-STRIPS = {False: (1, 8), True: (4, 4)}  # whether there are few slots
+SCRATCH, LEAST_SCRATCH = 1 / 2, 64  # slots beside the cache: a share of the meshlets that it has no room for, or so many
+ROTATING = 1 / 2  # of all slots: what is given away during a frame, at most; the others keep what is asked for most
+MANY_SLOTS, ROUNDS = 0.6, {True: 4, False: 6}  # share of the meshlets that have slots; rounds if it is that large, or is not,
+BOUNCE_ROUNDS, LONG_PATH = 2, 2  # and so many more for each bounce, up to that one
+FEW_SLOTS, MOST_STRIPS = 0.45, 16  # with a smaller share a picture is traced in strips, the more the smaller it is
 SAMPLES = 16  # paths per pixel, where they bounce
+SAVED_PATHS = 1 / 128  # records of paths that wait: a share of the pixels, twice
+MOST_BOUNCES, MOST_SAMPLES = 2047, (1 << 20) - 1  # what a record holds
+BOUNDS_BYTES, PATH_BYTES = 24, 64  # of a meshlet's box and of a record, in shaders/rt_cache.glsl and rt_paths.glsl
 HIT_WORDS = 5  # of shaders/rt_common.glsl
 INSTANCE_MASKED = 1 << 23  # of shaders/rt_hit.glsl
 # From the Vulkan registry, since the package vulkan has wrong values: VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
@@ -51,24 +55,41 @@ TRACED = np.dtype(
         ("unused", "<u4", 3),
     ]
 )
-STATE = np.dtype(
+ROUND = np.dtype(
     [
         ("fill_groups", "<u4", 3),
-        ("missing", "<u4"),
-        ("free_slots", "<u4"),
+        ("requested", "<u4"),
+        ("pixels", "<u4", 3),
+        ("restarted", "<u4"),
+        ("paths", "<u4", 3),
+        ("waiting", "<u4"),
+        ("filled", "<u4"),
+        ("unused", "<u4", 3),
+    ]
+)
+STATE = np.dtype(
+    [
+        ("bounds", "<u8"),
+        ("paths", "<u8"),
+        ("capacity", "<u4"),
+        ("scratch", "<u4"),
+        ("meshlets", "<u4"),
+        ("primitives", "<u4"),
+        ("predict", "<u4"),
         ("threshold", "<u4"),
         ("quota", "<u4"),
         ("taken", "<u4"),
-        ("capacity", "<u4"),
-        ("meshlets", "<u4"),
-        ("primitives", "<u4"),
+        ("kept", "<u4"),
+        ("predicted", "<u4"),
+        ("idle", "<u4"),
+        ("empty", "<u4"),
         ("ring", "<u4"),
-        ("rays", "<u4", 3),
-        ("rays_wanted", "<u4"),
-        ("requested", "<u4"),
-        ("admitted", "<u4"),
+        ("cursor", "<u4"),
+        ("finished", "<u4"),
+        ("path_limit", "<u4"),
         ("unused", "<u4", 2),
         ("histogram", "<u4", KEYS),
+        ("places", "<u4", KEYS),
     ]
 )
 
@@ -95,11 +116,14 @@ class RayTracer:
     path: "rt" (compressed), "rt-plain" (the same boxes over uncompressed meshlets) or "rt-triangles" (the driver's triangles).
     cache: share of the meshlets that may be kept decoded, 0 to 1; cache_bytes: the same limit in bytes, instead. bounces: how often light
     is followed from surface to surface; shadows: whether surfaces shade one another; samples: paths per pixel (None: 1, or with bounces
-    16); group: triangles behind one box, 4 to 64, a power of two. Where the cache does not hold everything, paths that need a
-    meshlet which is not there wait: it is decoded into one of the scratch slots (scratch: share of the meshlets, besides the cache) and
-    they start again, up to `rounds` times; then they decode for themselves, which takes much longer. strips: parts of the picture that are
-    traced one after the other, so that the slots suffice for each. counted: keep statistics where
-    the cache does not need them. Raises VulkanError.
+    16); group: triangles behind one box, 4 to 64, a power of two. Where the cache does not hold everything, there are further slots
+    (scratch: share of the meshlets; None: half of those that the cache has no room for), and paths that need a meshlet which is in no slot
+    wait: it is decoded into one and they go on, up to `rounds` times; then they decode for themselves, which takes much longer.
+    strips: parts of the picture that are traced one after the other, so that the slots suffice for each. predict: what the last frame
+    asked for is decoded before the first ray, as far as there are slots that it did not need. bounds: keep a box around each meshlet, up
+    to which a path that waits knows that there is nothing; without it a path asks for whatever it comes across first. paths: records of
+    paths that wait, a share of the pixels; those without one start again. counted: keep statistics where the cache does not need them.
+    Raises VulkanError.
     """
 
     def __init__(
@@ -117,6 +141,9 @@ class RayTracer:
         scratch: float | None = None,
         rounds: int | None = None,
         strips: int | None = None,
+        predict: bool = True,
+        bounds: bool = True,
+        paths: float = SAVED_PATHS,
         counted: bool = False,
     ):
         if path not in PATHS:
@@ -125,9 +152,11 @@ class RayTracer:
             raise VulkanError("the cache is a share from 0 to 1, or a number of bytes", "for example 0.25")
         if group not in (4, 8, 16, 32, 64):
             raise ValueError("group is 4, 8, 16, 32 or 64")
+        _check_length(bounces, samples or 0)
         device.require("raytracing", path)
         self.device, self.scene, self.path = device, scene, path
         self.bounces, self.shadows, self.group = bounces, shadows, group
+        self.predict, self.bounds, self.paths = predict, bounds, paths
         self.samples = samples or (SAMPLES if bounces else 1)
         self.buffers = SceneBuffers(device, scene, {"blobs"} if path == "rt" else {"vertices", "indices"})
         counts = np.array([p.meshlets for p in scene.primitives], np.int64)
@@ -135,9 +164,12 @@ class RayTracer:
         self._slots = SlotLayout.of(scene, traced=True)
         self.slot_bytes = self._slots.bytes
         self._plan_cache(cache, cache_bytes, scratch, counted)
-        few = self.capacity + self.scratch < FEW_SLOTS * self.meshlets
-        self.strips = (strips or STRIPS[few][0]) if self.scratch else 1
-        self.rounds = (STRIPS[few][1] if rounds is None else rounds) if self.scratch else 0
+        share = (self.capacity + self.scratch) / max(self.meshlets, 1)
+        fitting = 1 if share >= FEW_SLOTS else min(int(1 / max(share, 1 / MOST_STRIPS)), MOST_STRIPS)
+        self.strips = (strips or fitting) if self.scratch else 1
+        self._first_rounds = (ROUNDS[share >= MANY_SLOTS] if rounds is None else rounds) if self.scratch else 0
+        self._bounce_rounds = BOUNCE_ROUNDS if rounds is None and self.scratch else 0
+        self._round_records = self._first_rounds + self._bounce_rounds * LONG_PATH + 2  # of a strip, at most
         self._own: dict[str, list[Buffer]] = {"tables": [], "cache": [], "lists": []}
         self._upload()
         self._build()
@@ -176,21 +208,29 @@ class RayTracer:
         self.device.submit(self._commands)
         return float(self._times.milliseconds().sum())
 
-    def statistics(self) -> dict[str, int]:
-        """Of the last frame: requests (boxes whose triangles a ray asked for), hits and misses of the cache among them; resident and
-        capacity in meshlets, without the scratch slots. Where everything is cached nothing is counted unless `counted` was given."""
-        if self.path != "rt":
-            return {"requests": 0, "hits": 0, "misses": 0, "resident": 0, "capacity": 0, "meshlets": self.meshlets}
-        counts = self._counters.read().astype(np.int64) if self.counted else np.zeros(self.meshlets, np.int64)
-        there = self._slot_table.read()[: self.meshlets] < self.capacity
-        return {
-            "requests": int(counts.sum()),
-            "hits": int(counts[there].sum()),
-            "misses": int(counts[~there].sum()),
-            "resident": int(there.sum()),
-            "capacity": self.capacity,
+    def statistics(self) -> dict[str, Any]:
+        """Of the last frame. asked: boxes whose triangles a ray tested; needed: meshlets among them; resident: meshlets that have a
+        slot now, of slots; kept, predicted: meshlets decoded before the first ray; requested: meshlets that paths waited for before
+        each round, the last of which decodes for itself what is still missing; waiting: these paths; restarted: those of them that had
+        to start again. Where everything is cached, asked and needed are 0 unless `counted` was given."""
+        counts = self._counters.read().astype(np.int64) if self.counted else np.zeros(1, np.int64)
+        table = self._slot_table.read() if self.path == "rt" else np.zeros(0, np.uint32)
+        found = {
+            "asked": int(counts.sum()),
+            "needed": int(np.count_nonzero(counts)),
+            "resident": int(np.count_nonzero(table < SLOT_LIMIT)),
+            "slots": self.capacity + self.scratch,
             "meshlets": self.meshlets,
         }
+        if self._selects:
+            raw = self._state.read(np.uint8)
+            state, rounds = raw[: STATE.itemsize].view(STATE)[0], raw[STATE.itemsize :].view(ROUND)
+            later = rounds.reshape(self.strips, self._round_records)[:, 1 : self.rounds + 2]
+            found.update({"kept": int(state["kept"]), "predicted": int(state["predicted"])})
+            found["requested"] = later["requested"].sum(axis=0).tolist()
+            found["waiting"] = (later["paths"][..., 0] + later["restarted"]).sum(axis=0).tolist()
+            found["restarted"] = later["restarted"].sum(axis=0).tolist()
+        return found
 
     def resident_bytes(self) -> dict[str, int]:
         """Device memory that the path keeps, by part; pictures and textures apart."""
@@ -199,11 +239,13 @@ class RayTracer:
             "acceleration": self.bottom.allocated + self.top.allocated,
         }
         parts.update({name: sum(b.allocated for b in buffers) for name, buffers in self._own.items()})
-        parts["lists"] += self._waiting.allocated if self.rounds and self._picture_size else 0
+        if self.rounds and self._picture_size:
+            parts["lists"] += self._waiting.allocated + self._paths.allocated
         return parts
 
     def set_light(self, *, bounces: int, shadows: bool) -> None:
         """Other bounces and shadows from the next frame on."""
+        _check_length(bounces, self.samples)
         self.bounces, self.shadows = bounces, shadows
         if self._picture_size is not None:
             self._prepare(*self._picture_size)
@@ -222,20 +264,28 @@ class RayTracer:
         """The ray-tracing pipelines, for vk_backend.statistics."""
         return [rays[0] for rays in (self._waiting_rays, self._rays) if rays]
 
+    @property
+    def rounds(self) -> int:
+        """How often paths that wait may go on; none where everything is cached or no slots are beside the cache."""
+        return self._first_rounds + self._bounce_rounds * min(self.bounces, LONG_PATH)
+
     # --- making ----------------------------------------------------------------------------------------------------------------------
 
     def _plan_cache(self, cache: float, cache_bytes: int | None, scratch: float | None, counted: bool) -> None:
         """Numbers of slots, and whether meshlets count what rays ask of them."""
         self.capacity = self.scratch = 0
-        self.all_cached = self.counted = False
+        self.all_cached = self._selects = self.counted = False
         if self.path != "rt":
             return
         wanted = int(round(cache * self.meshlets)) if cache_bytes is None else cache_bytes // self.slot_bytes
         self.capacity = min(wanted, self.meshlets)
         self.all_cached = self.capacity == self.meshlets
-        wanted = max(int(SCRATCH * self.meshlets), LEAST_SCRATCH) if scratch is None else int(scratch * self.meshlets)
+        beside = max(int(SCRATCH * (self.meshlets - self.capacity)), LEAST_SCRATCH)
+        wanted = beside if scratch is None else int(scratch * self.meshlets)
         self.scratch = min(wanted, self.meshlets - self.capacity)
-        self.counted = counted or not self.all_cached and self.capacity + self.scratch > 0
+        self._rotating = min(self.scratch, max(int(ROTATING * (self.capacity + self.scratch)), 1))
+        self._selects = not self.all_cached and self.capacity + self.scratch > 0
+        self.counted = counted or self._selects
 
     def _keep(self, part: str, data: np.ndarray | int, usage: int = STORAGE) -> Buffer:
         """A buffer that stays, and is counted."""
@@ -265,6 +315,7 @@ class RayTracer:
             self._slot_table = self._keep("lists", np.full(self.meshlets, NO_SLOT, np.uint32))
             self._counters = self._keep("lists", np.zeros(self.meshlets if self.counted else 1, np.uint32))
             self._cache = self._keep("cache", (self.capacity + self.scratch) * self.slot_bytes)
+        self._bounds = self._keep("lists", self.meshlets * BOUNDS_BYTES) if self.rounds and self.bounds else None
 
     def _constants(self, lanes: int, deferred: bool = False) -> dict[int, int]:
         """Of shaders/rt_common.glsl and slots.glsl; lanes: components that the stage decodes; deferred: paths wait for meshlets."""
@@ -276,6 +327,7 @@ class RayTracer:
             6: self.scene.vertex_floats,
             7: self.scene.attributes,
             9: int(deferred),
+            10: int(self.rounds > 0 and self.paths > 0),
             **self._slots.constants,
         }
 
@@ -340,7 +392,7 @@ class RayTracer:
             for number, (primitive, first) in enumerate(zip(self.scene.primitives, self._first_meshlet)):
                 address = boxes.address + int(first) * groups * BOX_BYTES
                 data = struct.pack(
-                    "<4Q3I",
+                    "<4Q4IQ",
                     self._frame.address,
                     self._traced.address,
                     self._first_triangles,
@@ -348,6 +400,8 @@ class RayTracer:
                     number,
                     0,
                     primitive.meshlets,
+                    0,
+                    self._bounds.address if self._bounds else 0,
                 )
                 pipeline.dispatch(commands, -(-primitive.meshlets // BOXES_GROUP), np.frombuffer(data, np.uint8))
                 geometries.append(Boxes(address, primitive.meshlets * groups))
@@ -437,55 +491,78 @@ class RayTracer:
 
     def _fill_at_start(self) -> None:
         """Lists and pipelines of the cache; a cache for everything is filled once and for all."""
-        if self.path != "rt" or self.capacity + self.scratch == 0:
+        slots = self.capacity + self.scratch
+        if self.path != "rt" or slots == 0:
             return
-        everything = self.all_cached
+        self._rounds_begin = np.zeros(self.strips * self._round_records, ROUND)
+        for field in ("fill_groups", "pixels", "paths"):
+            self._rounds_begin[field] = (0, 1, 1)
         state = np.zeros((), STATE)
-        state["fill_groups"] = (min(self.capacity, FILL_GROUPS), 1, 1) if everything else (0, 1, 1)
-        state["missing"] = self.capacity if everything else 0
-        state["free_slots"], state["capacity"] = self.capacity, self.capacity
+        state["capacity"], state["scratch"], state["predict"] = slots - self._rotating, self._rotating, self.predict
+        state["bounds"] = self._bounds.address if self._bounds else 0
         state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
-        slots = np.arange(self.capacity, dtype=np.uint32)
+        first = self._rounds_begin.copy()
+        if self.all_cached:
+            state["kept"] = first["requested"][0] = self.capacity
+            first["fill_groups"][0, 0] = min(self.capacity, FILL_GROUPS)
         usage = STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT
-        self._state = self._keep("lists", np.frombuffer(state.tobytes(), np.uint8), usage)
-        self._missing = self._keep("lists", slots)
-        self._free = self._keep("lists", slots[::-1].copy())
-        self._requests = self._keep("lists", np.zeros(2 * self.scratch, np.uint32))
-        self._scratch_meshlets = self._keep("lists", np.full(self.scratch, NO_SLOT, np.uint32))
+        data = np.frombuffer(state.tobytes() + first.tobytes(), np.uint8)
+        self._state = self._keep("lists", data, usage)
+        self._rounds_template = self._keep("lists", self._rounds_begin.nbytes)
+        self._wanted = self._keep("lists", np.arange(slots, dtype=np.uint32))
+        self._order = self._keep("lists", np.arange(slots, dtype=np.uint32))
+        self._slot_meshlets = self._keep("lists", np.full(slots, NO_SLOT, np.uint32))
         constants = self._constants(self.scene.max_lanes)
         self._cache_pipelines = {
             step: ComputePipeline(self.device, f"rt_{step}.comp", constants)
-            for step in ("cache_count", "cache_threshold", "cache_choose", "cache_admit", "fill")
+            for step in ("cache_count", "cache_choose", "fill")
         }
-        if not everything:
+        if not self.all_cached:
             return
         with self.device.commands() as commands:
-            self._record_fill(commands, self._cache_data())
-        for buffer in (self._state, self._missing, self._free, self._requests, self._scratch_meshlets):
+            self._record_fill(commands, 0)
+        for buffer in (self._state, self._rounds_template, self._wanted, self._order, self._slot_meshlets):
             self._own["lists"].remove(buffer)
             buffer.free()
 
-    def _cache_data(self, *, scratch: bool = False, last: bool = False) -> np.ndarray:
-        """Push constants of the cache's shaders: for what its counts choose, or for what paths wait for."""
-        lists = (self._requests, self._scratch_meshlets) if scratch else (self._missing, self._free)
+    def _cache_data(self, record: int) -> np.ndarray:
+        """Push constants of the cache's shaders. record: which of the frame's rounds."""
+        lists = (self._wanted, self._order, self._slot_meshlets)
         buffers = (self._frame, self._traced, self._slot_table, self._cache, self._counters, self._state, *lists)
-        data = struct.pack("<8Q2I", *(b.address for b in buffers), self.scratch if scratch else 0, int(last))
-        return np.frombuffer(data, np.uint8)
+        return np.frombuffer(struct.pack("<9QI", *(b.address for b in buffers), record), np.uint8)
 
-    def _record_fill(self, commands, data: np.ndarray) -> None:
+    def _round_offset(self, record: int, field: str) -> int:
+        """Bytes from the beginning of CacheState to a field of one of its rounds."""
+        return STATE.itemsize + record * ROUND.itemsize + ROUND.fields[field][1]
+
+    def _record_fill(self, commands, record: int) -> None:
         fill = self._cache_pipelines["fill"]
         vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, fill.handle)
-        push(commands, fill.layout, data)
-        vk.vkCmdDispatchIndirect(commands, self._state.handle, 0)
-        self.device.full_barrier(commands)
+        push(commands, fill.layout, self._cache_data(record))
+        vk.vkCmdDispatchIndirect(commands, self._state.handle, self._round_offset(record, "fill_groups"))
 
     def _record_selection(self, commands) -> None:
-        """What the cache holds in this frame, by what was asked for in the last one."""
+        """What the slots hold when the frame begins, by what was asked for in the last one."""
+        copy = vk.VkBufferCopy(0, STATE.itemsize, self._rounds_begin.nbytes)
+        vk.vkCmdCopyBuffer(commands, self._rounds_template.handle, self._state.handle, 1, [copy])
         groups = -(-self.meshlets // KEYS)
-        for step, size in (("cache_count", groups), ("cache_threshold", 1), ("cache_choose", groups)):
-            self._cache_pipelines[step].dispatch(commands, size, self._cache_data())
-            self.device.full_barrier(commands)
-        self._record_fill(commands, self._cache_data())
+        for step in ("cache_count", "cache_choose"):
+            self._cache_pipelines[step].dispatch(commands, groups, self._cache_data(0))
+            self._barrier(commands)
+        self._record_fill(commands, 0)
+        self._barrier(commands)
+
+    def _barrier(self, commands) -> None:
+        """Between the steps of a frame: what shaders and copies wrote can be read by shaders and indirect commands."""
+        shaders = vk.VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | vk.VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR
+        written = vk.VK_ACCESS_2_SHADER_WRITE_BIT
+        self.device.barrier(
+            commands,
+            shaders | vk.VK_PIPELINE_STAGE_2_COPY_BIT,
+            written | vk.VK_ACCESS_2_TRANSFER_WRITE_BIT,
+            shaders | vk.VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
+            written | vk.VK_ACCESS_2_SHADER_READ_BIT | vk.VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT,
+        )
 
     # --- frames ----------------------------------------------------------------------------------------------------------------------
 
@@ -501,10 +578,16 @@ class RayTracer:
         self._colors = Buffer(self.device, 4 * width * height)
         self._hits = Buffer(self.device, 4 * HIT_WORDS * width * height)
         self._waiting = Buffer(self.device, -(-width * height // 32) * 4)
-        self._pictures = [self._colors, self._hits, self._waiting]
+        limit = -(-int(self.paths * width * height) // 32) * 32 if self.rounds else 0
+        self._paths = Buffer(self.device, 2 * limit * PATH_BYTES)
+        self._pictures = [self._colors, self._hits, self._waiting, self._paths]
         self._strip_rows = -(-height // self.strips)
-        if self.rounds:
-            self._state.write(np.array([0, self._strip_rows, 1, 0], np.uint32), STATE.fields["rays"][1])
+        self._waiting.write(np.zeros(self._waiting.size // 4, np.uint32))
+        if self._selects:
+            self._rounds_begin["pixels"][:, 1] = self._strip_rows
+            self._rounds_template.write(np.frombuffer(self._rounds_begin.tobytes(), np.uint8))
+            self._state.write(np.array([self._paths.address], np.uint64), STATE.fields["paths"][1])
+            self._state.write(np.array([limit], np.uint32), STATE.fields["path_limit"][1])
         commands = self._commands = self.device.record()
         self._times.reset(commands)
         vk.vkCmdCopyBuffer(
@@ -512,41 +595,35 @@ class RayTracer:
         )
         self.device.full_barrier(commands)
         self._times.mark(commands, 0)
-        if 0 < self.capacity < self.meshlets:
+        if self._selects:
             self._record_selection(commands)
         elif self.counted:
             vk.vkCmdFillBuffer(commands, self._counters.handle, 0, self._counters.size, 0)
-        if self.rounds:
-            vk.vkCmdFillBuffer(commands, self._waiting.handle, 0, self._waiting.size, 0)
-        self.device.full_barrier(commands)
-        for row in range(0, height, self._strip_rows):
-            self._record_rays(commands, self._waiting_rays or self._rays, 0, row)
-            if self.rounds:
-                self._record_rounds(commands, row)
+            self.device.full_barrier(commands)
+        for strip in range(self.strips):
+            self._record_strip(commands, strip)
         self._times.mark(commands, 1)
         vk.vkEndCommandBuffer(commands)
 
-    def _record_rounds(self, commands, row: int) -> None:
-        """What paths wait for is decoded, and they start again; in the end they decode for themselves."""
-        for number in range(1, self.rounds + 1):
-            self.device.full_barrier(commands)
-            data = self._cache_data(scratch=True)
-            self._cache_pipelines["cache_admit"].dispatch(commands, 1, data)
-            self.device.full_barrier(commands)
-            self._record_fill(commands, data)
-            self._record_rays(commands, self._waiting_rays, number, row)
-        self.device.full_barrier(commands)
-        self._cache_pipelines["cache_admit"].dispatch(commands, 1, self._cache_data(scratch=True, last=True))
-        self.device.full_barrier(commands)
-        self._record_rays(commands, self._rays, self.rounds + 1, row)
-        self.device.full_barrier(commands)
+    def _record_strip(self, commands, strip: int) -> None:
+        """Traces all its pixels; then what paths wait for is decoded, and they start again; in the end they decode for themselves."""
+        self._record_rays(commands, self._waiting_rays or self._rays, strip, 0)
+        if not self.rounds:
+            return
+        for number in range(1, self.rounds + 2):
+            self._barrier(commands)
+            self._record_fill(commands, strip * self._round_records + number)
+            self._barrier(commands)
+            self._record_rays(commands, self._waiting_rays if number <= self.rounds else self._rays, strip, number)
+        self._barrier(commands)
 
-    def _record_rays(self, commands, rays: tuple[Any, list], number: int, row: int) -> None:
-        """Of the strip from `row` on. Round 0: all pixels; later rounds: those that wait, if there are any."""
+    def _record_rays(self, commands, rays: tuple[Any, list], strip: int, number: int) -> None:
+        """Of a strip's round. Round 0: all pixels; later rounds: those that wait, if there are any."""
         pipeline, regions = rays
         vk.vkCmdBindPipeline(commands, BIND_POINT, pipeline)
         vk.vkCmdBindDescriptorSets(commands, BIND_POINT, self._layout, 0, 1, [self._textures.set], 0, [])
         compressed, width = self.path == "rt", self._picture_size[0]
+        record = strip * self._round_records + number
         data = struct.pack(
             "<9Q6I3Q",
             self._frame.address,
@@ -560,19 +637,21 @@ class RayTracer:
             self._hits.address,
             self.bounces,
             self.samples,
-            row,
+            strip * self._strip_rows,
             int(self.shadows),
             number,
-            self.scratch,
+            record,
             self._state.address if self.rounds else 0,
-            self._requests.address if self.rounds else 0,
+            self._wanted.address if self.rounds else 0,
             self._waiting.address,
         )
-        push(commands, self._layout, np.frombuffer(data, np.uint8))
         if number == 0:
+            push(commands, self._layout, np.frombuffer(data + bytes(4), np.uint8))
             self.device.function("vkCmdTraceRaysKHR")(commands, *regions, width, self._strip_rows, 1)
-        else:
-            place = self._state.address + STATE.fields["rays"][1]
+            return
+        for resumed, launch in enumerate(("pixels", "paths") if self.paths else ("pixels",)):
+            push(commands, self._layout, np.frombuffer(data + struct.pack("<I", resumed), np.uint8))
+            place = self._state.address + self._round_offset(record, launch)
             self.device.function("vkCmdTraceRaysIndirectKHR")(commands, *regions, place)
 
     def _write_frame(self, camera: Camera, width: int, height: int) -> None:
@@ -584,6 +663,12 @@ class RayTracer:
             mine = ids[..., 0] == number
             if mine.any():
                 ids[..., 1][mine] = self.scene.primitives[instance.primitive].decoded().ids()[ids[..., 1][mine]]
+
+
+def _check_length(bounces: int, samples: int) -> None:
+    """Raises VulkanError for more than the record of a waiting path holds."""
+    if not 0 <= bounces <= MOST_BOUNCES or not 0 <= samples <= MOST_SAMPLES:
+        raise VulkanError(f"at most {MOST_BOUNCES} bounces and {MOST_SAMPLES} samples can be traced", "ask for fewer")
 
 
 def _grid_to_object(primitive: Primitive) -> np.ndarray:
