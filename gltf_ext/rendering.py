@@ -22,7 +22,7 @@ PATHS = ("stream", "mesh", "mesh-only", "geometry", "vertex", "mesh-plain", "rt"
 # The options that one renderer alone has, and what they are where they are not given.
 OWN_OPTIONS = {
     "mitsuba": {"variant": "scalar_rgb", "spp": 64},
-    "vulkan": {"path": None, "device": None, "bounces": 0, "frames": 1, "validate": False},
+    "vulkan": {"path": None, "device": None, "ring": None, "bounces": 0, "frames": 1, "validate": False},
 }
 # Misses cost a GPU far more than a CPU, and a full cache is still a third of what uncompressed triangles take there.
 CACHE = {"mitsuba": 0.25, "vulkan": 1.0}
@@ -53,6 +53,7 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     mitsuba.add_argument("--spp", type=int, metavar="N", help=f"samples per pixel (default {OWN_OPTIONS['mitsuba']['spp']})")
     vulkan.add_argument("--path", choices=PATHS, help="how it is decoded and drawn; rt*: with ray tracing (default: what suits the device)")
     vulkan.add_argument("--device", metavar="DEVICE", help="its number, or a part of its name (default: the first GPU)")
+    vulkan.add_argument("--ring", type=int, metavar="N", help="meshlets that path stream has decoded at a time, at most (default: 8192)")
     vulkan.add_argument("--bounces", type=int, metavar="N", help="diffuse bounces of the rt paths (default 0)")
     vulkan.add_argument(
         "--frames", type=int, metavar="N", help="frames of a turn round the scene: numbered pictures, or one .gif (default 1)"
@@ -89,8 +90,8 @@ def _check(options: argparse.Namespace) -> None:
                 setattr(options, name, default)
             elif backend != options.backend:
                 raise MeshletError(f"{name} is for --backend {backend}", "leave it out or change --backend", options=(name,))
-    for name, least in (("spp", 1), ("frames", 1), ("bounces", 0)):
-        if getattr(options, name) < least:
+    for name, least in (("spp", 1), ("frames", 1), ("bounces", 0), ("ring", 1)):
+        if getattr(options, name) is not None and getattr(options, name) < least:
             raise MeshletError(f"{name} is {getattr(options, name)}", f"use {least} or more", options=(name,))
     if not Path(options.output).absolute().parent.is_dir():
         raise MeshletError("its folder does not exist", "create it first", options.output)

@@ -369,9 +369,11 @@ def test_render_passes_its_options_on(compressed, tmp_path, rendered):
     picture = str(tmp_path / "out.png")
     assert main(["render", str(compressed), "-o", picture, "--spp", "7"]) == 0
     assert main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--path", "rt", "--frames", "3", "--validate"]) == 0
-    (first, _), (second, _) = rendered
+    assert main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--ring", "100"]) == 0
+    (first, _), (second, _), (third, _) = rendered
     assert (first.input, first.output, first.spp, first.variant, first.cache) == (str(compressed), picture, 7, "scalar_rgb", 0.25)
-    assert (second.path, second.frames, second.bounces, second.validate, second.device) == ("rt", 3, 0, True, None)
+    assert (second.path, second.frames, second.bounces, second.validate, second.device, second.ring) == ("rt", 3, 0, True, None, None)
+    assert (third.path, third.ring) == (None, 100)
 
 
 def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
@@ -392,6 +394,7 @@ def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
         (["--path", "rt"], "--path is for --backend vulkan"),
         (["--backend", "vulkan", "--spp", "4"], "--spp is for --backend mitsuba"),
         (["--backend", "vulkan", "--frames", "0"], "--frames is 0; use 1 or more"),
+        (["--backend", "vulkan", "--ring", "0"], "--ring is 0; use 1 or more"),
         (["-o", "nowhere/out.png"], "nowhere/out.png: its folder does not exist; create it first"),
     ],
 )

@@ -25,6 +25,7 @@ from .errors import VulkanError
 from .raster import PATHS
 from .renderer import Renderer
 from .scene import Scene, load_scene
+from .stream import RING
 
 GIF_MILLISECONDS = 50                      # that each picture of an animation stays
 GIF_BACKGROUND = (255, 255, 255)
@@ -50,7 +51,7 @@ def _render(options: argparse.Namespace) -> int:
     cameras = _turn(scene, _camera(scene, options), options.frames)
     pictures, times = [], []
     with ExitStack() as stack:
-        renderer = stack.enter_context(Renderer(options.device, options.validate))
+        renderer = stack.enter_context(Renderer(options.device, options.validate, ring=options.ring or RING))
         path = options.path or _default_path(renderer)
         draw, resident = _drawing(renderer, scene, path, options)
         advance = stack.enter_context(progress_bar(output.name, True))
