@@ -117,6 +117,21 @@ def test_batches_hold_every_meshlet_once_and_in_order(slots, parts):
     assert len(batches) == -(-sum(counts) // slots)
 
 
+def test_the_ring_is_in_two_parts_where_that_pays():
+    """From OVERLAPPED meshlets on, each no larger than a third of them; told what to do, at any size."""
+    from vk_backend.stream import OVERLAPPED, RING, division
+
+    assert division(OVERLAPPED - 1, RING, None) == (1, RING)
+    assert division(OVERLAPPED, RING, None) == (2, -(-OVERLAPPED // 3))
+    assert division(9000, RING, None) == (2, 3000)
+    assert division(9001, RING, None) == (2, 3001)
+    assert division(10**6, RING, None) == (2, RING // 2)
+    assert division(10**6, 101, None) == (2, 50)
+    assert division(10**6, 1, None) == (1, 1), "one slot has no halves"
+    assert division(100, RING, True) == (2, RING // 2)
+    assert division(10**6, RING, False) == (1, RING)
+
+
 @pytest.mark.parametrize("culling", [True, False], ids=["culling", "all of it"])
 @pytest.mark.parametrize(("ring", "overlap"), [(1, False), (SMALL_RING, False), (64, False), (1, True), (7, True), (64, True), (1000, True)])
 def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, culling):
@@ -187,7 +202,10 @@ def test_a_timed_frame_can_be_run_again(renderer, scene, overlap):
     targets.free()
 
 
-@pytest.mark.parametrize("names", [("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"), ()], ids=["all attributes", "positions"])
+ALL_SHOWN = ("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0")
+
+
+@pytest.mark.parametrize("names", [ALL_SHOWN, ()], ids=["all attributes", "positions"])
 @pytest.mark.parametrize("position_bits", [16, 23])
 def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits):
     """Positions that are too fine for a slot's integers; streams between those that are shown; nothing but positions."""
@@ -202,6 +220,40 @@ def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits)
     camera = Camera.fit(scene, WIDTH, HEIGHT)
     reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
     assert reference.covered.any()
+    assert_same(renderer.render(scene, camera, "stream", WIDTH, HEIGHT), reference)
+
+
+@pytest.mark.parametrize(("bits", "words"), [(32, 3 + 2 + 4), (20, 2 + 2 + 4)], ids=["float32", "20 bits"])
+def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypatch, bits, words):
+    """A normal of three, texture coordinates of two, a colour of four components, as other encoders may write them."""
+    from gltf_ext import attributes
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+    from vk_backend.slots import SlotLayout
+
+    usual = attributes._attribute_streams
+
+    def wide(name, values, *rest):
+        if name == "POSITION":
+            return usual(name, values, *rest)
+        stream = attributes._own_range(values, bits)
+        if bits < 32:
+            return [(stream, attributes.grid_values(values, stream))]
+        return [(attributes.Stream(attributes.FLOAT32, values.shape[1], 32), attributes.ordered_bits(values))]
+
+    monkeypatch.setattr(attributes, "_attribute_streams", wide)
+    values, triangles, _ = everything()
+    builder = Builder()
+    builder.mesh({name: values[name] for name in ("POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0")}, triangles)
+    gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
+    scene = load_scene(tmp_path / "sheet.glb")
+    assert {name: a.stream.bits for name, a in scene.primitives[0].attributes.items() if name != "POSITION"} == {
+        "NORMAL": bits, "TEXCOORD": bits, "COLOR": bits
+    }  # fmt: skip
+    assert SlotLayout.of(scene).attribute_words == words
+    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
+    assert reference.covered.any() and len(np.unique(reference.color[reference.covered], axis=0)) > 1000
     assert_same(renderer.render(scene, camera, "stream", WIDTH, HEIGHT), reference)
 
 
