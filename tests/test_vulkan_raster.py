@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from gltf_builder import Builder, everything
-from vulkan_scenes import TEXELS, UNLIT, one_sheet, open_renderer, zoo
+from gltf_builder import Builder, everything, grid_mesh
+from vulkan_scenes import TEXELS, UNLIT, one_sheet, open_renderer, png, zoo
 
 import gltf_ext
 from gltf_ext import _codec
@@ -478,6 +478,29 @@ def test_bounds_hold_their_meshlets(renderer, scene):
 
 
 # --- memory and hostile bytes --------------------------------------------------------------------------------------------------------
+
+
+def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
+    """A team's shared memory is what the device has; the paths that do without it draw the scene all the same."""
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+
+    sets = 60
+    positions, triangles = grid_mesh(6, 5)
+    builder = Builder()
+    builder.mesh({"POSITION": positions, **{f"TEXCOORD_{i}": positions[:, :2] for i in range(sets)}}, triangles, material=0)
+    builder.properties.update(
+        images=[{"bufferView": builder.view(png(TEXELS)), "mimeType": "image/png"}],
+        textures=[{"source": 0}],
+        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 9}}}],    # the last one by name
+    )
+    gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
+    scene = load_scene(tmp_path / "sheet.glb")
+    camera = Camera.fit(scene, 16, 16)
+    for path in ("stream", "mesh", "mesh-only"):
+        with pytest.raises(MeshletError, match=f"^a vertex has {scene.max_lanes} components .* too many for path {path}"):
+            renderer.render(scene, camera, path, 16, 16)
+    assert renderer.render(scene, camera, "vertex", 16, 16).covered.any()
 
 
 def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
