@@ -156,7 +156,8 @@ def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, c
 @pytest.mark.parametrize("queues", [("only", "only"), ("graphics", "compute")], ids=["one queue", "two queues"])
 @pytest.mark.parametrize("batches", [1, 2, 3, 8])
 def test_overlapped_batches_wait_for_what_they_need_and_no_longer(queues, batches):
-    """Submissions of several frames, run in many orders: whatever may run next, a batch finds its slots free, and is decoded before it is drawn."""
+    """Submissions of several frames, run in many orders: whatever may run next, a batch finds its slots free, and is decoded before it
+    is drawn."""
     from types import SimpleNamespace
 
     from vk_backend.frame import overlapped
