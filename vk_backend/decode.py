@@ -96,8 +96,8 @@ class GpuDecoder:
     def __init__(self, device: Device, method: str = "passes", streams: int = 8, lanes: int = 20):
         self.device, self.streams, self.lanes = device, streams, lanes
         self._packs = method == "passes"
-        # Specialisation constants of meshlet_decoder_prologue.glsl.
-        self._passes = [(ComputePipeline(device, name, {0: streams, 1: lanes}), per or PASS_GROUP // streams) for name, per in METHODS[method]]
+        constants = {0: streams, 1: lanes}  # of meshlet_decoder_prologue.glsl
+        self._passes = [(ComputePipeline(device, name, constants), per or PASS_GROUP // streams) for name, per in METHODS[method]]
 
     def decode(self, blob: bytes, repeat: int = 1) -> Decoded:
         """All streams of all meshlets, `repeat` times for the sake of the times.
