@@ -1,4 +1,4 @@
-"""Raw decoding on the GPU: triangles per second of every way to decode a blob into plain buffers, all attributes, by GPU timestamps.
+"""Raw decoding on the GPU: triangles per second of every way to decode a blob into plain buffers, all attributes, by its own clock.
 
 Writes bench/results/vulkan_decode.json. For a machine with a GPU: python -m bench.vulkan_decode FILE.glb ...
 """
@@ -6,9 +6,12 @@ Writes bench/results/vulkan_decode.json. For a machine with a GPU: python -m ben
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 import numpy as np
+
+from gltf_ext.errors import MeshletError
 
 from .common import markdown_table, origin, spread, write_result
 
@@ -43,15 +46,20 @@ def measure(device, path: Path, method: str) -> dict:
 
 def table(rows: list[dict]) -> str:
     cells = [
-        [r["model"], f"{r['triangles']:,}", r["method"], f"{r['milliseconds']['median']:.3f}", f"{r['triangles_per_second'] / 1e9:.2f}"]
-        for r in rows
+        [
+            row["model"],
+            f"{row['triangles']:,}",
+            row["method"],
+            f"{row['milliseconds']['median']:.3f}",
+            f"{row['triangles_per_second'] / 1e9:.2f}",
+        ]
+        for row in rows
     ]
     return markdown_table(["model", "triangles", "method", "ms", "billion triangles/s"], cells)
 
 
 def main() -> None:
     from vk_backend.decode import METHODS
-    from vk_backend.device import Device
 
     parser = argparse.ArgumentParser(prog="python -m bench.vulkan_decode", description=__doc__.splitlines()[0])
     parser.add_argument("models", nargs="+", type=Path, help="compressed .glb files")
@@ -59,6 +67,16 @@ def main() -> None:
     parser.add_argument("--device", help="its number, or a part of its name (default: the first GPU)")
     parser.add_argument("--no-write", action="store_true", help="print only")
     options = parser.parse_args()
+    try:
+        run(options)
+    except (MeshletError, OSError) as error:
+        sys.exit(f"bench.vulkan_decode: {error}")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Measures, prints and writes."""
+    from vk_backend.device import Device
+
     with Device(options.device) as device:
         rows = [measure(device, path, method) for path in options.models for method in options.methods]
         result = {**origin("bench.vulkan_decode", ("numpy", "vulkan")), "rows": rows}

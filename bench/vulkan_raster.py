@@ -224,12 +224,16 @@ def plot(result: dict, output: Path) -> bool:
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench.vulkan_raster", description=__doc__.split("\n")[0])
     parser.add_argument("models", nargs="*", type=Path, help=".glb files; what is not compressed is compressed first")
-    parser.add_argument("--subdivide", type=Path, action="append", default=[], metavar="MODEL", help="a model to measure with four times its triangles, too")
+    parser.add_argument(
+        "--subdivide", type=Path, action="append", default=[], metavar="MODEL", help="a model to measure with four times its triangles, too"
+    )
     parser.add_argument("--paths", nargs="+", choices=PATHS, default=list(PATHS), help="(default: all)")
     parser.add_argument("--device", help="its number, or a part of its name (default: the first GPU)")
     parser.add_argument("--ring", type=int, metavar="N", help="slots of path stream, at most (default: the renderer's)")
     parser.add_argument(
-        "--overlap", action=argparse.BooleanOptionalAction, help="path stream decodes on another queue than it draws on (default: as the renderer does)"
+        "--overlap",
+        action=argparse.BooleanOptionalAction,
+        help="path stream decodes on another queue than it draws on (default: as the renderer does)",
     )
     parser.add_argument("--frames", type=int, default=FRAMES, help="timed frames of each path (default %(default)s)")
     parser.add_argument("--statistics", action="store_true", help="keep what the driver says about registers and memory of each shader")
@@ -249,11 +253,7 @@ def run(options: argparse.Namespace) -> None:
     from vk_backend.statistics import capture_statistics
     from vk_backend.stream import RING
 
-    stream = {
-        "ring": RING if options.ring is None else options.ring,
-        "overlap": options.overlap,
-    }
-
+    stream = {"ring": RING if options.ring is None else options.ring, "overlap": options.overlap}
     rows: list[dict] = []
     with tempfile.TemporaryDirectory() as folder, Renderer(options.device) as renderer:
         statistics = options.statistics and capture_statistics(renderer.device)

@@ -1,5 +1,5 @@
-// Connectivity of meshlets by decoder B, one invocation per meshlet: triangles into the buffer that is also the result, and what values.comp
-// needs to know about them.
+// Connectivity of meshlets by decoder B, one invocation per meshlet: triangles into the buffer that is also the result, and what values.comp,
+// or the passes of meshlet_passes.glsl, need to know about them.
 // variants: connect.comp= connect_stream.comp=STREAM
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -7,6 +7,8 @@
 #define PER_MESHLET 8u                     // invocations for references or corners; where there are more, each has several
 #include "meshlet_passes.glsl"
 
+shared uint group_hops;                    // MAX_HOPS, which compilers shall not know: they would unroll a long loop
+
 // Anchor `index` of streams [begin, end) of h.
 void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
   uint p = anchors_begin(h);
@@ -57,7 +59,8 @@ uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
 }
 
 void main() {
-  if (!open_pass()) return;
+  if (LANE == 0u) group_hops = MAX_HOPS;
+  if (!open_pass()) return;                // behind a barrier
   Header h = open_header();
   uint corners = h.references == 0u ? mask_count(the_starts) : h.references;
   for (uint j = part; j < corners; j += PER_MESHLET) {

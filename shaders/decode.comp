@@ -13,14 +13,15 @@ layout(local_size_x = 32) in;
 void main() {
   uint m = gl_GlobalInvocationID.x;
   if (m >= push.meshlets) return;
-  open_blob(push.blob, push.blob_words);
-  load_streams(0u, push.streams);
+  open_job(m);
+  open_blob(job_blob(), job_blob_words());
+  load_streams(0u, job_streams());
   decode_meshlet(m);
   Summaries(push.summaries).of[m] = error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16;
   if (error != ERROR_NONE) return;
-  Integers packed = Integers(push.triangles);
-  Integers integers = Integers(push.integers);
-  for (uint t = 0u; t < triangle_count; t++) packed.at[64u * m + t] = triangles[t];
-  for (uint lane = 0u; lane < push.lanes; lane++)
-    for (uint v = 0u; v < vertex_count; v++) integers.at[(m * push.lanes + lane) * 64u + v] = values[lane * 64u + v];
+  Integers packed = Integers(job_triangles());
+  Integers integers = Integers(job_values());
+  for (uint t = 0u; t < triangle_count; t++) packed.at[t] = triangles[t];
+  for (uint first = 0u; first < push.value_words; first += 64u)
+    for (uint v = 0u; v < vertex_count; v++) integers.at[first + v] = values[first + v];
 }

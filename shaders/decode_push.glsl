@@ -1,4 +1,4 @@
-// Buffers of the decoding compute shaders (vk_backend/decode.py), and the job of connect.comp and values.comp: all meshlets of a blob.
+// Buffers of the decoding compute shaders (vk_backend/decode.py), and their job: all meshlets of a blob. A method need not use every buffer.
 #include "addresses.glsl"
 #include "decode_buffers.glsl"
 
@@ -7,13 +7,11 @@ layout(push_constant) uniform Push {
   uvec2 summaries;
   uvec2 connectivity;
   uvec2 triangles;       // 64 words per meshlet, packed
-  uvec2 integers;        // lanes x 64 words per meshlet
-  uvec2 values;          // packed (packed_values.glsl), 64 vertices per meshlet (meshlet_passes.glsl)
+  uvec2 values;          // value_words words per meshlet: 64 for each component, or packed ones (packed_values.glsl)
   uint blob_words;
   uint meshlets;
-  uint streams;          // that are decoded, and
-  uint lanes;            //   the sum of their components
-  uint vertex_words;     // of packed values (packed_values.glsl)
+  uint streams;          // that are decoded
+  uint value_words;
 } push;
 
 uint job_meshlet;        // number in the blob
@@ -29,6 +27,5 @@ bool job_wanted() { return true; }
 uvec2 job_blob() { return push.blob; }
 uint job_blob_words() { return push.blob_words; }
 uint job_streams() { return push.streams; }
-uvec2 job_triangles() { return byte_offset(push.triangles, 64u, job_place); }   // address
-
-uvec2 job_values() { return byte_offset(push.values, 64u * push.vertex_words, job_place); }
+uvec2 job_triangles() { return byte_offset(push.triangles, 64u, job_place); }   // addresses
+uvec2 job_values() { return byte_offset(push.values, push.value_words, job_place); }

@@ -1,5 +1,5 @@
 // What meshlet_decoder.glsl asks of its includer, for GLSL: to be included before it, and meshlet_decoder_epilogue.glsl after it.
-// The shader calls open_blob first. With STAGE_WORDS and STAGE_TOTAL, as meshlet_workgroup.glsl defines them, words are looked for in shared
+// The shader calls open_blob first. With STAGE_WORDS and STAGE_TOTAL, as meshlet_team.glsl defines them, words are looked for in shared
 // memory first. Needs GL_EXT_buffer_reference and GL_EXT_buffer_reference_uvec2.
 
 // Capacities, from the host: the most streams of a blob in the scene, and the most components of those that are decoded.

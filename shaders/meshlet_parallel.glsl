@@ -1,5 +1,5 @@
 // The triangles of a meshlet by the parallel decoder of connectivity, for meshlet_workgroup.glsl with TEAM = GROUP, before which it is included.
-// Call decode_connectivity with all lanes after clear_team and read_symbols; afterwards a barrier is passed.
+// Call decode_connectivity with all lanes after open_team and read_symbols; afterwards a barrier is passed.
 
 shared uint parallel_triangles[64];
 

@@ -4,6 +4,8 @@
 //
 // The includer defines PER_MESHLET, the invocations that share a meshlet. Code is kept small, since a pass is slow when it does not fit the
 // instruction cache: what is long is called from one place.
+// Hostile bytes: local ids, ranks and references are masked, or come from masks of 64 bits; a buffer is written at a place made of these alone; loops
+// end after 64 steps, with the streams, or at the blob's end. What a pass finds wrong keeps the later ones away from the meshlet.
 
 #define GROUP 64u
 #define GROUP_MESHLETS (GROUP / PER_MESHLET)
@@ -18,8 +20,6 @@ layout(local_size_x = GROUP) in;
 
 // ---- the invocation's meshlet --------------------------------------------------------------------------------------------------------
 
-shared uint group_hops;                    // MAX_HOPS, which compilers shall not know: they would unroll a long loop
-
 uint member;                               // number of the meshlet in the workgroup
 uint part;                                 //   and of the invocation among those that share it
 mask64 the_boundary;
@@ -33,7 +33,6 @@ bool open_pass() {
   uint number = gl_WorkGroupID.x * GROUP_MESHLETS + member;
   open_job(min(number, push.meshlets - 1u));
   open_blob(job_blob(), job_blob_words());
-  if (LANE == 0u) group_hops = MAX_HOPS;
   group_streams(job_streams());
   group_value_places();
   the_values = job_values();

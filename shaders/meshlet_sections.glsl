@@ -1,5 +1,5 @@
 // The streams of a blob, and small parts of reading a meshlet's sections, for shaders in which a meshlet's values are decoded by several
-// invocations (meshlet_workgroup.glsl, decode_pass.comp). To be included after meshlet_decoder_epilogue.glsl.
+// invocations (meshlet_workgroup.glsl, meshlet_passes.glsl). To be included after meshlet_decoder_epilogue.glsl.
 
 #define LANE gl_LocalInvocationIndex
 shared uint group_stream[MAX_STREAMS];               // see stream_field

@@ -1,5 +1,6 @@
 // Path `stream`, decoding: the job of connect.comp and values.comp is a batch, meshlets of some instances that go into the slots from
-// push.first_slot on (vk_backend/stream.py). The functions are those of decode_push.glsl.
+// push.first_slot on (vk_backend/stream.py). The functions are those of decode_push.glsl, but for job_values: values
+// go where slots.glsl wants them.
 
 uint job_instance;
 #define INSTANCE job_instance

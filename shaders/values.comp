@@ -36,9 +36,9 @@ void put_values() {
   Primitive primitive = job_primitive();
   for (uint v = MEMBER; v < vertex_count; v += TEAM) put_vertex(team_triangles, primitive, v);
 #else
-  Integers integers = Integers(push.integers);
-  for (uint k = MEMBER; k < push.lanes * 64u; k += TEAM)
-    if ((k & 63u) < vertex_count) integers.at[job_place * push.lanes * 64u + k] = team_values[TEAM_INDEX][k];
+  Integers integers = Integers(job_values());
+  for (uint k = MEMBER; k < push.value_words; k += TEAM)
+    if ((k & 63u) < vertex_count) integers.at[k] = team_values[TEAM_INDEX][k];
 #endif
 }
 

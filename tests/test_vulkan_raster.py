@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from gltf_builder import Builder, everything
-from vulkan_scenes import TEXELS, UNLIT, one_sheet, open_renderer, zoo
+from gltf_builder import Builder, everything, grid_mesh
+from vulkan_scenes import TEXELS, UNLIT, one_sheet, open_renderer, png, zoo
 
 import gltf_ext
 from gltf_ext import _codec
@@ -117,6 +117,21 @@ def test_batches_hold_every_meshlet_once_and_in_order(slots, parts):
     assert len(batches) == -(-sum(counts) // slots)
 
 
+def test_the_ring_is_in_two_parts_where_that_pays():
+    """From OVERLAPPED meshlets on, each no larger than a third of them; told what to do, at any size."""
+    from vk_backend.stream import OVERLAPPED, RING, division
+
+    assert division(OVERLAPPED - 1, RING, None) == (1, RING)
+    assert division(OVERLAPPED, RING, None) == (2, -(-OVERLAPPED // 3))
+    assert division(9000, RING, None) == (2, 3000)
+    assert division(9001, RING, None) == (2, 3001)
+    assert division(10**6, RING, None) == (2, RING // 2)
+    assert division(10**6, 101, None) == (2, 50)
+    assert division(10**6, 1, None) == (1, 1), "one slot has no halves"
+    assert division(100, RING, True) == (2, RING // 2)
+    assert division(10**6, RING, False) == (1, RING)
+
+
 @pytest.mark.parametrize("culling", [True, False], ids=["culling", "all of it"])
 @pytest.mark.parametrize(("ring", "overlap"), [(1, False), (SMALL_RING, False), (64, False), (1, True), (7, True), (64, True), (1000, True)])
 def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, culling):
@@ -141,7 +156,8 @@ def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, c
 @pytest.mark.parametrize("queues", [("only", "only"), ("graphics", "compute")], ids=["one queue", "two queues"])
 @pytest.mark.parametrize("batches", [1, 2, 3, 8])
 def test_overlapped_batches_wait_for_what_they_need_and_no_longer(queues, batches):
-    """Submissions of several frames, run in many orders: whatever may run next, a batch finds its slots free, and is decoded before it is drawn."""
+    """Submissions of several frames, run in many orders: whatever may run next, a batch finds its slots free, and is decoded before it
+    is drawn."""
     from types import SimpleNamespace
 
     from vk_backend.frame import overlapped
@@ -187,7 +203,10 @@ def test_a_timed_frame_can_be_run_again(renderer, scene, overlap):
     targets.free()
 
 
-@pytest.mark.parametrize("names", [("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0"), ()], ids=["all attributes", "positions"])
+ALL_SHOWN = ("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0")
+
+
+@pytest.mark.parametrize("names", [ALL_SHOWN, ()], ids=["all attributes", "positions"])
 @pytest.mark.parametrize("position_bits", [16, 23])
 def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits):
     """Positions that are too fine for a slot's integers; streams between those that are shown; nothing but positions."""
@@ -202,6 +221,40 @@ def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits)
     camera = Camera.fit(scene, WIDTH, HEIGHT)
     reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
     assert reference.covered.any()
+    assert_same(renderer.render(scene, camera, "stream", WIDTH, HEIGHT), reference)
+
+
+@pytest.mark.parametrize(("bits", "words"), [(32, 3 + 2 + 4), (20, 2 + 2 + 4)], ids=["float32", "20 bits"])
+def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypatch, bits, words):
+    """A normal of three, texture coordinates of two, a colour of four components, as other encoders may write them."""
+    from gltf_ext import attributes
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+    from vk_backend.slots import SlotLayout
+
+    usual = attributes._attribute_streams
+
+    def wide(name, values, *rest):
+        if name == "POSITION":
+            return usual(name, values, *rest)
+        stream = attributes._own_range(values, bits)
+        if bits < 32:
+            return [(stream, attributes.grid_values(values, stream))]
+        return [(attributes.Stream(attributes.FLOAT32, values.shape[1], 32), attributes.ordered_bits(values))]
+
+    monkeypatch.setattr(attributes, "_attribute_streams", wide)
+    values, triangles, _ = everything()
+    builder = Builder()
+    builder.mesh({name: values[name] for name in ("POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0")}, triangles)
+    gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
+    scene = load_scene(tmp_path / "sheet.glb")
+    assert {name: a.stream.bits for name, a in scene.primitives[0].attributes.items() if name != "POSITION"} == {
+        "NORMAL": bits, "TEXCOORD": bits, "COLOR": bits
+    }  # fmt: skip
+    assert SlotLayout.of(scene).attribute_words == words
+    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
+    assert reference.covered.any() and len(np.unique(reference.color[reference.covered], axis=0)) > 1000
     assert_same(renderer.render(scene, camera, "stream", WIDTH, HEIGHT), reference)
 
 
@@ -426,6 +479,29 @@ def test_bounds_hold_their_meshlets(renderer, scene):
 
 
 # --- memory and hostile bytes --------------------------------------------------------------------------------------------------------
+
+
+def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
+    """A team's shared memory is what the device has; the paths that do without it draw the scene all the same."""
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+
+    sets = 60
+    positions, triangles = grid_mesh(6, 5)
+    builder = Builder()
+    builder.mesh({"POSITION": positions, **{f"TEXCOORD_{i}": positions[:, :2] for i in range(sets)}}, triangles, material=0)
+    builder.properties.update(
+        images=[{"bufferView": builder.view(png(TEXELS)), "mimeType": "image/png"}],
+        textures=[{"source": 0}],
+        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 9}}}],    # the last one by name
+    )
+    gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
+    scene = load_scene(tmp_path / "sheet.glb")
+    camera = Camera.fit(scene, 16, 16)
+    for path in ("stream", "mesh", "mesh-only"):
+        with pytest.raises(MeshletError, match=f"^a vertex has {scene.max_lanes} components .* too many for path {path}"):
+            renderer.render(scene, camera, path, 16, 16)
+    assert renderer.render(scene, camera, "vertex", 16, 16).covered.any()
 
 
 def test_resident_memory_is_the_file_s(renderer, model, tmp_path):

@@ -6,8 +6,10 @@ import json
 import re
 import shutil
 import subprocess
+from fnmatch import fnmatch
 
 import pytest
+from conftest import ROOT
 
 from vk_backend import build_shaders
 from vk_backend.constants import CONSTANTS, read_constants
@@ -21,6 +23,20 @@ def test_nothing_is_stale_or_left_over():
         "run python -m vk_backend.build_shaders"
     )
     assert {path.name for path in build_shaders.OUTPUT.glob("*.spv")} == {f"{name}.spv" for name in MODULES}
+
+
+# Described in docs/vulkan-raytracing.md.
+RAY_TRACING = ("rt_*", "boxes.comp", "raytrace.py", "acceleration.py")
+
+
+def test_documentation_names_every_file():
+    table = [line.split("|")[1] for line in (ROOT / "docs" / "vulkan.md").read_text().splitlines() if line.startswith("| `")]
+    cells = [cell for row in table for cell in re.findall("`([^`]+)`", row)]
+    named = [name.strip().rsplit("/", 1)[-1] for cell in cells for name in cell.split(",")]
+    files = [path.name for path in [*build_shaders.SOURCES.iterdir(), *(ROOT / "vk_backend").glob("*.py")] if path.is_file()]
+    known = [*named, *RAY_TRACING, "__init__.py"]
+    assert [name for name in files if not any(fnmatch(name, pattern) for pattern in known)] == []
+    assert [name for name in named if "." in name and not any(fnmatch(file, name) for file in files)] == [], "gone"
 
 
 def test_digest_follows_sources_includes_and_macros(tmp_path, monkeypatch):

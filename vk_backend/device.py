@@ -57,6 +57,7 @@ class Limits:
     """What shaders are compiled or chosen by. Bytes and counts."""
 
     subgroup: int
+    compute_shared_bytes: int
     mesh_shared_bytes: int
     task_payload_bytes: int
     geometry_vertices: int
@@ -349,6 +350,7 @@ class Device:
         core = vk.vkGetPhysicalDeviceProperties(self.physical).limits
         return Limits(
             subgroup=subgroup.subgroupSize,
+            compute_shared_bytes=core.maxComputeSharedMemorySize,
             mesh_shared_bytes=mesh.maxMeshSharedMemorySize if mesh else 0,
             task_payload_bytes=mesh.maxTaskPayloadSize if mesh else 0,
             geometry_vertices=core.maxGeometryOutputVertices,

@@ -77,8 +77,8 @@ class Frame:
 
 
 def overlapped(commands: list[tuple[Queue, Any]], ring: Ring) -> list[Submission]:
-    """When commands for two queues run: a batch is drawn once it is decoded, and decoded once its slots are free, that is, once the frame has
-    begun, and the batch that was in the slots before is drawn.
+    """When commands for two queues run: a batch is drawn once it is decoded, and decoded once its slots are free, that is, once the
+    frame has begun, and the batch that was in the slots before is drawn.
 
     commands: the start's, and then in turns the decoding's and the drawing's of each batch. The ring's timelines advance.
     """

@@ -11,6 +11,7 @@ import vulkan as vk
 from .camera import Camera
 from .constants import CONSTANTS
 from .device import Device, Timeline
+from .errors import VulkanError
 from .memory import Buffer, Image
 from .pipelines import ComputePipeline, pipeline_layout, push, stage
 from .scene import FRAME, HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, VERTEX_FLOATS, Scene, SceneBuffers, address_words
@@ -56,13 +57,15 @@ class Path:
     """How meshlets become triangles on the device.
 
     capability: of device.CAPABILITIES; needs: of SceneBuffers; stages: (module, stage) before the fragment shader, where Drawing fills in
-    {ids} and {attributes}; group: meshlets of a workgroup or point, 0 for indexed triangles; streams: meshlets are decoded into a ring first.
+    {ids} and {attributes}; group: meshlets of a workgroup or point, 0 for indexed triangles; teams: of device.Limits, the shared memory in
+    which a team of lanes decodes a meshlet; streams: meshlets are decoded into a ring first.
     """
 
     capability: str | None
     needs: frozenset[str]
     stages: tuple[tuple[str, int], ...]
     group: int
+    teams: str | None = None
     streams: bool = False
 
 
@@ -76,11 +79,28 @@ PATHS = {
         "geometry", frozenset({"blobs", "bounds"}), (("geometry.vert", VERTEX), ("geometry_{attributes}.geom", GEOMETRY)), 1
     ),
     "mesh": Path(
-        "mesh", frozenset({"blobs", "bounds"}), (("mesh.task", TASK), ("mesh{ids}.mesh", MESH)), CONSTANTS["TASK_MESHLETS"]
+        "mesh", frozenset({"blobs", "bounds"}), (("mesh.task", TASK), ("mesh{ids}.mesh", MESH)), CONSTANTS["TASK_MESHLETS"],
+        teams="mesh_shared_bytes",
     ),
-    "mesh-only": Path("mesh", frozenset({"blobs", "bounds"}), (("mesh_only{ids}.mesh", MESH),), 1),
-    "stream": Path("mesh", frozenset({"blobs", "bounds"}), (("stream{ids}.mesh", MESH),), 1, streams=True),
+    "mesh-only": Path("mesh", frozenset({"blobs", "bounds"}), (("mesh_only{ids}.mesh", MESH),), 1, teams="mesh_shared_bytes"),
+    "stream": Path(
+        "mesh", frozenset({"blobs", "bounds"}), (("stream{ids}.mesh", MESH),), 1, teams="compute_shared_bytes", streams=True
+    ),
 }  # fmt: skip
+# Of a workgroup that is a team (shaders/meshlet_workgroup.glsl): shared bytes for each component, for each stream, and for the rest, at most.
+TEAM_BYTES = (512, 8, 4096)
+
+
+def require_room(device: Device, scene: Scene, path: str) -> None:
+    """Raises VulkanError where the scene's vertices have more components than a team of the device's lanes has shared memory for."""
+    if PATHS[path].teams is None:
+        return
+    needed = sum(n * size for n, size in zip((scene.max_lanes, scene.max_streams, 1), TEAM_BYTES))
+    if needed > getattr(device.limits, PATHS[path].teams):
+        raise VulkanError(
+            f"a vertex has {scene.max_lanes} components up to the last one that is shown, too many for path {path} on {device.name}",
+            "choose --path geometry or vertex",
+        )
 
 
 class Targets:
@@ -264,6 +284,7 @@ class Drawing:
         self.device, self.scene, self.path, self.ids = device, scene, PATHS[path], ids
         if self.path.capability:
             device.require(self.path.capability, path)
+        require_room(device, scene, path)
         textures = array_size(scene.textures)
         self._layout = pipelines.layout(textures)
         self._textures = TextureArray(device, scene.textures, pipelines.texture_layout(textures))

@@ -37,8 +37,9 @@ class Picture:
 class Renderer:
     """Draws scenes on one device.
 
-    select: a device's number or a part of its name; validation: with the validation layer, see `device.messages`; ring: slots of path
-    stream, at most; overlap: it decodes on another queue than it draws on, half a ring ahead (None: where that pays). Raises VulkanError.
+    select: a device's number or a part of its name; validation: with the validation layer, see `device.messages`; ring: slots of
+    path stream, at most; overlap: it decodes on another queue than it draws on, half a ring ahead (None: where that pays). Raises
+    VulkanError.
     """
 
     def __init__(self, select: str | int | None = None, validation: bool = False, ring: int = RING, overlap: bool | None = None):
@@ -151,7 +152,8 @@ class TimedDrawing:
         ring: int = RING,
         overlap: bool | None = None,
     ):
-        self.drawing = Drawing(pipelines, scene, path, culling=culling, ids=False, shading=LIT if lit else ATTRIBUTES, ring=ring, overlap=overlap)
+        shading = LIT if lit else ATTRIBUTES
+        self.drawing = Drawing(pipelines, scene, path, culling=culling, ids=False, shading=shading, ring=ring, overlap=overlap)
         self.drawing.look(camera, targets.width, targets.height)
         self._frame = Frame(self.drawing, targets, Timestamps(pipelines.device, 2))
 

@@ -22,7 +22,8 @@ class SlotLayout:
     @classmethod
     def of(cls, scene: Scene, *, traced: bool = False) -> "SlotLayout":
         """The layout that holds the meshlets of all the scene's primitives. traced: what is in slots is used as it is."""
-        # Positions that do not fit as integers are kept as floats, and so are those that rays meet and that their rounding takes off the grid.
+        # Positions that do not fit as integers are kept as floats, and so are those that rays meet and that their rounding takes off
+        # the grid.
         floats = any(p.position_bits > PACKED_BITS or (traced and p.attributes["POSITION"].rounded) for p in scene.primitives)
         return cls(floats, max(_attribute_words(p) for p in scene.primitives))
 

@@ -1,4 +1,4 @@
-"""Path stream: compute shaders decode meshlets, a few thousand at a time, into a ring of slots, and a mesh shader draws from there."""
+"""Path stream: compute shaders decode some thousand meshlets at a time into a ring of slots, and a mesh shader draws from there."""
 
 from __future__ import annotations
 
@@ -56,11 +56,19 @@ def schedule(meshlets: Sequence[int], slots: int, parts: int = 1) -> list[list[S
     return batches
 
 
+def division(meshlets: int, slots: int, overlap: bool | None) -> tuple[int, int]:
+    """(parts of a ring, slots of each) for a scene of so many meshlets: see Ring."""
+    if overlap is None and meshlets >= OVERLAPPED:
+        overlap, slots = True, min(slots, 2 * -(-meshlets // TURNS))
+    parts = 2 if overlap and slots > 1 else 1
+    return parts, slots // parts
+
+
 class Ring:
     """The slots that a scene's meshlets pass through, and the passes that decode into them.
 
-    slots: at most so many; a scene with fewer meshlets has one for each. overlap: the ring is in two parts, one of which is filled while the
-    other is drawn from; None: where it pays. constants: of the raster paths' shaders. Raises VulkanError.
+    slots: at most so many; a scene with fewer meshlets has one for each. overlap: the ring is in two parts, one of which is filled while
+    the other is drawn from; None: where that pays. constants: of the raster paths' shaders. Raises VulkanError.
     """
 
     def __init__(self, pipelines: Pipelines, scene: Scene, slots: int, overlap: bool | None, constants: dict[int, int]):
@@ -70,12 +78,9 @@ class Ring:
         meshlets = [scene.primitives[i.primitive].meshlets for i in scene.instances]
         layout = SlotLayout.of(scene)
         self.constants = {**constants, **layout.constants}
-        if overlap is None:
-            overlap = sum(meshlets) >= OVERLAPPED
-            slots = min(slots, -(-sum(meshlets) // TURNS) * 2) if overlap else slots
-        self.parts = 2 if overlap and slots > 1 else 1
-        self.batches = schedule(meshlets, slots // self.parts, self.parts)
-        self.slots = min(slots // self.parts * self.parts, sum(meshlets))
+        self.parts, of_part = division(sum(meshlets), slots, overlap)
+        self.batches = schedule(meshlets, of_part, self.parts)
+        self.slots = min(self.parts * of_part, sum(meshlets))
         self.decoded, self.drawn = pipelines.timelines() if self.parts > 1 else (None, None)   # see frame.py
 
         sizes = {"slots": layout.bytes, "summaries": SUMMARY_BYTES, "connectivity": CONNECTED_BYTES}
@@ -122,8 +127,10 @@ class Ring:
         self._device.barrier(commands, MESH_STAGE, 0, COMPUTE_STAGE, 0)
 
     def wait_for_decoding(self, commands) -> None:
-        """Records that what is drawn next sees what was decoded before. Another queue's semaphore is not enough: NVIDIA's driver then leaves
-        in the caches what the slots held earlier."""
+        """Records that what is drawn next sees what was decoded before.
+
+        Another queue's semaphore is not enough: NVIDIA's driver then leaves in the caches what the slots held earlier.
+        """
         self._device.barrier(commands, COMPUTE_STAGE, WRITE, MESH_STAGE, READ)
 
     def free(self) -> None:
