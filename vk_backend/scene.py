@@ -429,7 +429,10 @@ class _Loader:
         primitive = self._document.meshes[compressed.mesh].primitives[compressed.primitive]
         accessor = self._document.accessors[named_indices(primitive.attributes)["POSITION"]]
         corners = np.array([[0, 0, 0], [(1 << position.stream.bits) - 1] * 3], np.uint32)
-        low, high = position.values(corners).astype(np.float64)
+        with np.errstate(over="ignore", invalid="ignore"):
+            low, high = position.values(corners).astype(np.float64)
+        if not (np.abs([low, high]) < MAX_SIZE).all():
+            raise MeshletError(f"positions of {compressed.where} are not finite, or larger than {MAX_SIZE:g}", "export the file again, smaller")
         given = [accessor.min, accessor.max]
         if all(g is not None and len(g) == 3 and np.isfinite(g).all() for g in given):
             bounds = np.array(given, np.float64) * position.scale
