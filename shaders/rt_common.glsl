@@ -20,8 +20,6 @@ struct Traced {
   uint first_meshlet;                      // the primitives' meshlets are numbered through
   uvec2 indices;                           // uncompressed paths: three words per triangle, and
   uvec2 vertices;                          //   VERTEX_FLOATS floats per vertex
-  uint meshlets;
-  uint unused[3];
 };
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer TracedList { Traced at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 4) buffer Counts { uint at[]; };

@@ -36,7 +36,7 @@ SAMPLES = 16  # paths per pixel, where they bounce
 SAVED_PATHS = 1 / 128  # records of paths that wait: a share of the pixels, twice
 MOST_BOUNCES, MOST_SAMPLES = 2047, (1 << 20) - 1  # what a record holds
 BOUNDS_BYTES, PATH_BYTES = 24, 64  # of a meshlet's box and of a record, in shaders/rt_cache.glsl and rt_paths.glsl
-GROUPS = 3  # of shaders in a pipeline: the camera's, for misses, for hits
+SHADER_GROUPS = 3  # of shaders in a pipeline: the camera's, for misses, for hits
 HIT_WORDS = 5  # of shaders/rt_common.glsl
 INSTANCE_MASKED = 1 << 23  # of shaders/rt_hit.glsl
 # From the Vulkan registry, since the package vulkan has wrong values: VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
@@ -52,8 +52,6 @@ TRACED = np.dtype(
         ("first_meshlet", "<u4"),
         ("indices", "<u4", 2),
         ("vertices", "<u4", 2),
-        ("meshlets", "<u4"),
-        ("unused", "<u4", 3),
     ]
 )
 ROUND = np.dtype(
@@ -303,12 +301,9 @@ class RayTracer:
 
     def _upload(self) -> None:
         rows = np.zeros(len(self.scene.primitives), TRACED)
-        for row, primitive, record, first in zip(
-            rows, self.scene.primitives, self.buffers.primitives, self._first_meshlet
-        ):
+        for row, record, first in zip(rows, self.buffers.primitives, self._first_meshlet):
             row["blob"], row["blob_words"], row["first_meshlet"] = record["blob"], record["blob_words"], first
             row["indices"], row["vertices"] = record["index_data"], record["vertex_data"]
-            row["meshlets"] = primitive.meshlets
         self._traced = self._keep("tables", rows)
         self._frame = Buffer(self.device, FRAME.itemsize)
         self._frame_host = Buffer(self.device, FRAME.itemsize, host=True)
@@ -461,7 +456,7 @@ class RayTracer:
             flags=device.pipeline_flags,
             stageCount=len(stages),
             pStages=stages,
-            groupCount=GROUPS,
+            groupCount=SHADER_GROUPS,
             pGroups=groups,
             maxPipelineRayRecursionDepth=1,
             layout=self._layout,
@@ -475,18 +470,18 @@ class RayTracer:
         limits = self.device.limits
         size = limits.handle_bytes
         step = -(-size // limits.base_alignment) * limits.base_alignment
-        handles = vk.ffi.new(f"char[{size * GROUPS}]")
+        handles = vk.ffi.new(f"char[{size * SHADER_GROUPS}]")
         get = self.device.function("vkGetRayTracingShaderGroupHandlesKHR")
-        get(self.device.handle, pipeline, 0, GROUPS, size * GROUPS, handles)
+        get(self.device.handle, pipeline, 0, SHADER_GROUPS, size * SHADER_GROUPS, handles)
         raw = bytes(vk.ffi.buffer(handles))
         usage = STORAGE | vk.VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR
-        table = self._keep("tables", step * (GROUPS + 1), usage)
+        table = self._keep("tables", step * (SHADER_GROUPS + 1), usage)
         begin = -(-table.address // step) * step
-        data = b"".join(raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(GROUPS))
+        data = b"".join(raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(SHADER_GROUPS))
         table.write(data, begin - table.address)
         regions = [
             vk.VkStridedDeviceAddressRegionKHR(deviceAddress=begin + step * i, stride=step, size=step)
-            for i in range(GROUPS)
+            for i in range(SHADER_GROUPS)
         ]
         return [*regions, vk.VkStridedDeviceAddressRegionKHR()]
 
