@@ -4,7 +4,8 @@
 
 921,600 rays a frame (1280 x 720) with nothing but what they hit first, and the same with two diffuse bounces and a shadow ray at every hit.
 The camera goes round the model by half a degree a frame, so that the cache has to follow; a frame's time is that of the GPU and
-includes clearing the counters, choosing what the cache holds and decoding what it lacks. All configurations take turns frame by frame.
+includes choosing what the cache holds and decoding what it lacks. All configurations take turns frame by frame; those that are slow take
+fewer.
 """
 
 from __future__ import annotations
@@ -24,12 +25,9 @@ WIDTH, HEIGHT = 1280, 720
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
 STEP = 0.5  # degrees between frames
 WARM_UP, FRAMES = 4, 24
-SLOW, LEAST_FRAMES = (
-    1200,
-    12,
-)  # a configuration that has taken so many milliseconds is measured in no more frames, once it has these
+SLOW, LEAST_FRAMES = 1200, 12  # a configuration that has taken so many milliseconds is measured in no more frames, once it has these
 BOUNCES = (0, 2)
-TUNED = ("scratch", "rounds", "strips", "predict", "bounds", "paths")  # parameters of RayTracer that options may vary; None: its own choice
+TUNED = ("scratch", "rounds", "strips", "predict", "bounds", "paths")  # parameters and options; None: what RayTracer chooses
 
 
 def turntable(scene, width: int, height: int, degrees: float):
@@ -60,11 +58,7 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
     scene = load_scene(path)
     rows, tracers = [], []
     for configuration in configurations(options):
-        settings = {
-            name: configuration[name]
-            for name in ("cache", "group", *TUNED)
-            if configuration.get(name) is not None
-        }
+        settings = {key: configuration[key] for key in ("cache", "group", *TUNED) if configuration.get(key) is not None}
         began = time.perf_counter()
         tracers.append(RayTracer(device, scene, configuration["path"], samples=1, **settings))
         rows.append({"model": name, "triangles": scene.triangles, **configuration})
@@ -110,9 +104,7 @@ def print_statistics(device, tracer) -> None:
 
 def label(row: dict) -> str:
     share = "" if row["cache"] is None else f" cache {row['cache']:.0%}"
-    more = "".join(
-        f" {name} {row[name]}" for name in ("group", *TUNED) if row.get(name) is not None
-    )
+    more = "".join(f" {name} {row[name]}" for name in ("group", *TUNED) if row.get(name) is not None)
     return f"{row['path']}{share}{more}"
 
 
@@ -151,8 +143,10 @@ def document(result: dict) -> None:
         size, base = (sum(r["resident_bytes"].values()) for r in (row, bases[BOUNCES[0]]))
         lines.append([f"{row['model']}, {label(row)}", *times, f"{size / 1e6:.2f} MB, {size / base:.2f}x"])
     headings = ["", *(f"{'first hits' if b == 0 else f'{b} bounces'}, ms" for b in BOUNCES), "memory"]
+    least = min(r["frames"] for r in result["rows"])
+    frames = f"{result['frames']} frames" + (f" ({least} or more of slow configurations)" if least < result["frames"] else "")
     device = f"{result['device']['name']}, driver {result['device']['driver']}"
-    size = f"{result['width']} x {result['height']} pixels, {result['frames']} frames: median (10 % to 90 %), ratio to rt-triangles"
+    size = f"{result['width']} x {result['height']} pixels, {frames}: median (10 % to 90 %), ratio to rt-triangles"
     text = (
         markdown_table(headings, lines)
         + f"\n{size}. Measured by `{result['script']}` on {result['date'][:10]}, {device}.\n"
@@ -206,15 +200,20 @@ def main() -> None:
     parser.add_argument(
         "--scratch", type=float, nargs="+", default=[None], help="slots for what paths wait for, shares of the meshlets"
     )
-    parser.add_argument("--rounds", type=int, nargs="+", default=[None], help="how often paths start again")
+    parser.add_argument("--rounds", type=int, nargs="+", default=[None], help="how often paths that wait may go on")
     parser.add_argument(
         "--strips", type=int, nargs="+", default=[None], help="parts of the picture that are traced one after the other"
     )
     parser.add_argument(
-        "--predict", type=int, nargs="+", default=[None], help="1: what the last frame asked for is decoded before the first ray"
+        "--predict",
+        type=int,
+        choices=(0, 1),
+        nargs="+",
+        default=[None],
+        help="1: what the last frame asked for is decoded before the first ray",
     )
     parser.add_argument(
-        "--bounds", type=int, nargs="+", default=[None], help="0: no boxes around meshlets for paths that wait"
+        "--bounds", type=int, choices=(0, 1), nargs="+", default=[None], help="0: no boxes around meshlets for paths that wait"
     )
     parser.add_argument(
         "--paths", type=float, nargs="+", default=[None], help="records of paths that wait, a share of the pixels; 0: all start again"

@@ -21,9 +21,7 @@ layout(push_constant) uniform Push {
   uvec2 first_triangles;
   uvec2 boxes;                             // VkAabbPositionsKHR
   uint primitive;
-  uint begin;                              // the primitive's meshlets [begin, end)
-  uint end;
-  uint unused;
+  uint meshlets;                           // of the primitive
   uvec2 bounds;                            // of each meshlet, the box around its boxes: 6 floats; or 0
 } push;
 
@@ -79,8 +77,8 @@ void add_triangle(Traced traced, uint t) {
 #endif
 
 void main() {
-  uint m = push.begin + gl_GlobalInvocationID.x;
-  if (m >= push.end) return;
+  uint m = gl_GlobalInvocationID.x;
+  if (m >= push.meshlets) return;
   const uint groups = MESHLET_TRIANGLES / GROUP_TRIANGLES;
   Traced traced = TracedList(push.traced).at[push.primitive];
   uint count = open(traced, m);

@@ -1,7 +1,7 @@
 // Which meshlets the slots hold when a frame begins, chosen without the host by what rays asked for in the last frame, in two steps.
-// Those asked for most often are kept throughout the frame, as many as the cache may have. The other slots (scratch) keep what
-// they have, but where nothing has been asked for it, what rays will probably ask for takes its place. During the frame they are given
-// to what rays wait for, in an order that is laid down here: by how often a slot's meshlet was asked for.
+// Those asked for most often are kept throughout the frame, in the stable slots. The other slots (rotating) keep what they have, but where
+// nobody has asked for that, what rays will probably ask for takes its place. During the frame they are given to what rays wait for, in an
+// order that is laid down here: by how often a slot's meshlet was asked for.
 // variants: rt_cache_count.comp=COUNT rt_cache_choose.comp=CHOOSE
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -56,15 +56,15 @@ void choose_threshold(CacheState state) {
     there_above[key] += there_added;
     barrier();
   }
-  uint slots = state.capacity + state.scratch;
+  uint slots = state.stable + state.rotating;
   state.places[key] = slots - there_above[key];
   uint before = above[key] - own;
-  if (before < state.capacity && (above[key] >= state.capacity || key == 0u)) {
+  if (before < state.stable && (above[key] >= state.stable || key == 0u)) {
     state.threshold = key;
-    state.quota = key == 0u ? 0u : state.capacity - before;
+    state.quota = key == 0u ? 0u : state.stable - before;
   }
   if (key != 0u) return;
-  if (state.capacity == 0u) {
+  if (state.stable == 0u) {
     state.threshold = KEYS;
     state.quota = 0u;
   }
@@ -98,21 +98,21 @@ void want(CacheState state, uint m, uint key) {
   if (key == state.threshold && key != 0u) keep = atomicAdd(state.taken, 1u) < state.quota;
   if (keep) {
     uint place = atomicAdd(state.kept, 1u);
-    if (place < state.capacity) wanted.at[place] = m;
-  } else if (key > 1u && state.predict != 0u && state.scratch != 0u) {
+    if (place < state.stable) wanted.at[place] = m;
+  } else if (key > 1u && state.predict != 0u && state.rotating != 0u) {
     uint place = atomicAdd(state.predicted, 1u);
-    if (place < state.scratch) wanted.at[state.capacity + place] = m;
+    if (place < state.rotating) wanted.at[state.stable + place] = m;
   }
 }
 
-// What is kept gets its slots; what is only predicted gets those that are idle then. Later the scratch slots are given away in turn, and
+// What is kept gets its slots; what is only predicted gets those that are idle then. Later the rotating slots are given away in turn, and
 // all others that are idle.
 void plan_fill(CacheState state) {
-  uint kept = min(atomicAdd(state.kept, 0u), state.capacity);
-  uint predicted = min(min(atomicAdd(state.predicted, 0u), state.scratch), state.idle - min(kept, state.idle));
+  uint kept = min(atomicAdd(state.kept, 0u), state.stable);
+  uint predicted = min(min(atomicAdd(state.predicted, 0u), state.rotating), state.idle - min(kept, state.idle));
   state.kept = kept;
   state.predicted = predicted;
-  state.ring = max(state.scratch, state.idle - min(kept, state.idle));
+  state.ring = max(state.rotating, state.idle - min(kept, state.idle));
   state.rounds[0].requested = kept + predicted;
   state.rounds[0].fill_groups[0] = min(kept + predicted, FILL_GROUPS);
 }
@@ -141,7 +141,7 @@ void main() {
   if (counts[local] != 0u) bases[local] = atomicAdd(state.places[local], counts[local]);
   barrier();
   if (slot < SLOT_LIMIT) Counts(push.order).at[bases[key] + rank] = slot;
-  if (m < state.capacity + state.scratch && Counts(push.slot_meshlets).at[m] == NO_SLOT) Counts(push.order).at[atomicAdd(state.empty, 1u)] = m;
+  if (m < state.stable + state.rotating && Counts(push.slot_meshlets).at[m] == NO_SLOT) Counts(push.order).at[atomicAdd(state.empty, 1u)] = m;
   if (is_last_group(state) && local == 0u) plan_fill(state);
 }
 

@@ -17,11 +17,11 @@ struct Round {
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState {
   uvec2 bounds;                            // of each meshlet, the box around it: 6 floats; or 0
   uvec2 paths;                             // two times path_limit records of waiting paths
-  uint capacity;                           // meshlets that stay in their slots throughout a frame
-  uint scratch;                            // further slots, which are given away during a frame
+  uint stable;                             // slots whose meshlets stay throughout a frame, at most
+  uint rotating;                           // further slots, which are given away during a frame
   uint meshlets;
   uint primitives;
-  uint predict;                            // whether scratch slots are filled before rays ask
+  uint predict;                            // whether rotating slots are filled before rays ask
   uint threshold;                          // meshlets with a larger key are kept, and
   uint quota;                              //   so many with this key
   uint taken;                              //   of which so many have been seen
@@ -47,7 +47,7 @@ layout(push_constant) uniform Push {
   uvec2 cache;
   uvec2 counters;
   uvec2 state;                             // CacheState
-  uvec2 wanted;                            // the meshlets to decode; before a frame `capacity` places for those to be kept, then others
+  uvec2 wanted;                            // the meshlets to decode; before a frame `stable` places for those to be kept, then others
   uvec2 order;                             // all slots, those first that can be done without
   uvec2 slot_meshlets;                     // of each slot: its meshlet, or NO_SLOT
   uint round;                              // in CacheState.rounds

@@ -20,8 +20,6 @@ struct Traced {
   uint first_meshlet;                      // the primitives' meshlets are numbered through
   uvec2 indices;                           // uncompressed paths: three words per triangle, and
   uvec2 vertices;                          //   VERTEX_FLOATS floats per vertex
-  uint meshlets;
-  uint unused[3];
 };
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer TracedList { Traced at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 4) buffer Counts { uint at[]; };
@@ -37,9 +35,9 @@ layout(push_constant) uniform Push {
   uvec2 counters;                          // of each meshlet: rays that asked for its triangles; or 0
   uvec2 first_triangles;                   // of each meshlet: its first triangle in Traced.indices
   uvec2 colors;                            // a word per pixel
-  uvec2 hits;                              // HIT_WORDS per pixel, or 0
+  uvec2 hits;                              // HIT_WORDS per pixel
   uint bounces;
-  uint samples;                            // rays per pixel
+  uint samples;                            // paths per pixel
   uint first_row;                          // of the strip of the picture that is traced
   uint shadows;
   uint round;                              // of the strip. 0: all pixels; later: those whose paths wait, or (resumed) the paths with records

@@ -61,7 +61,7 @@ void main() {
   uint count = min(state.rounds[push.round].requested, kept + state.ring);
   uint cursor = state.cursor;
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
-    uint number = Counts(push.wanted).at[i < kept || push.round != 0u ? i : state.capacity + i - kept];
+    uint number = Counts(push.wanted).at[i < kept || push.round != 0u ? i : state.stable + i - kept];
     uint slot = slot_for(state, i, kept, cursor);
     if (gl_LocalInvocationIndex == 0u) {
       uint before = Counts(push.slot_meshlets).at[slot];

@@ -14,8 +14,7 @@ struct Path {
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer Paths { Path at[]; };
 
 #define PATH_WORDS 16u
-#define BOUNCE_BITS 11
-#define SAMPLE_BITS 20
+#define BOUNCE_BITS 11                     // of progress; above them 20 of the sample
 
 uint packed_progress(uint samples, uint bounce, bool to_light) { return samples << (BOUNCE_BITS + 1) | bounce << 1 | (to_light ? 1u : 0u); }
 uint samples_of(uint progress) { return progress >> (BOUNCE_BITS + 1); }

@@ -502,6 +502,11 @@ def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
         with pytest.raises(MeshletError, match=f"^a vertex has {scene.max_lanes} components .* too many for path {path}"):
             renderer.render(scene, camera, path, 16, 16)
     assert renderer.render(scene, camera, "vertex", 16, 16).covered.any()
+    if "raytracing" in renderer.device.capabilities:
+        from vk_backend.raytrace import RayTracer
+
+        with pytest.raises(MeshletError, match="too many for path rt on"):
+            RayTracer(renderer.device, scene, "rt")
 
 
 def test_resident_memory_is_the_file_s(renderer, model, tmp_path):

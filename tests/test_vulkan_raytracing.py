@@ -18,6 +18,14 @@ WIDTH, HEIGHT = 64, 48
 NO_HIT = 0xFFFFFFFF
 MODELS = ("bunny.glb", "sponza_like.glb")
 CACHES = (0.0, 0.25, 1.0)
+# Tracers that tests share. Rays of "none" decode for themselves, and paths of "some" wait.
+TRACERS = {
+    "none": {"cache": 0.0, "scratch": 0.0},
+    "some": {"cache": 0.25, "scratch": 0.2},
+    "all": {"cache": 1.0},
+    "plain": {"path": "rt-plain"},
+    "triangles": {"path": "rt-triangles"},
+}
 
 
 @pytest.fixture(scope="module")
@@ -93,6 +101,22 @@ def tracer(device, scene, path="rt", **options):
     return RayTracer(device, scene, path, **options)
 
 
+@pytest.fixture(scope="module")
+def shared(device, scene):
+    """A function from a name in TRACERS to that tracer of the scene, made when it is first asked for: software drivers compile for long."""
+    made = {}
+
+    def find(name: str, bounces: int = 0):
+        if name not in made:
+            made[name] = tracer(device, scene, **TRACERS[name])
+        made[name].set_light(bounces=bounces, shadows=True)
+        return made[name]
+
+    yield find
+    for traced in made.values():
+        traced.free()
+
+
 def camera_of(scene, turn: float = 0.0):
     from vk_backend.camera import Camera
 
@@ -142,6 +166,11 @@ def expected(scene):
     return nearest_hits(scene, camera_of(scene))
 
 
+def assert_same_pictures(picture, other, name: str = "") -> None:
+    for part in ("color", "ids", "t", "barycentrics"):
+        assert np.array_equal(getattr(picture, part), getattr(other, part)), (name, part)
+
+
 def assert_same_hits(picture, expected, scene) -> None:
     """The same triangle at the same place, but for rays that all but touch an edge."""
     size = float(np.linalg.norm(scene.high - scene.low))
@@ -153,42 +182,20 @@ def assert_same_hits(picture, expected, scene) -> None:
     assert np.abs(picture.barycentrics[seen] - expected["b"][seen]).max() < 5e-3
 
 
-@pytest.mark.parametrize(
-    "path, cache, scratch",
-    [
-        ("rt", 0.0, 0.0),
-        ("rt", 0.0, 0.2),
-        ("rt", 0.25, 0.2),
-        ("rt", 1.0, 0.0),
-        ("rt-plain", 0.0, 0.0),
-        ("rt-triangles", 0.0, 0.0),
-    ],
-)
-def test01_hits(path, cache, scratch, device, scene, expected):
-    traced = tracer(device, scene, path, cache=cache, scratch=scratch)
+@pytest.mark.parametrize("name", TRACERS)
+def test01_hits(name, shared, scene, expected):
     for _ in range(2):  # an empty cache, and one that follows the first frame
-        assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
-    traced.free()
+        assert_same_hits(shared(name).render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
 
 
-def test02_cache_changes_nothing(device, scene):
-    """Bit for bit the same pictures, bounces and all: decoded by the rays themselves, with a small cache that follows the camera and
-    paths that wait a few times or as often as they have to, and with everything cached."""
-    cameras = [camera_of(scene, 0.3 * i) for i in range(4)]
-    films = []
-    for settings in (
-        {"cache": 0.0, "scratch": 0.0},
-        {"cache": 0.1, "scratch": 0.1, "rounds": 3, "strips": 5},
-        {"cache": 0.1},
-        {"cache": 1.0},
-    ):
-        traced = tracer(device, scene, bounces=1, samples=2, **settings)
-        films.append(list(traced.frames(cameras, WIDTH, HEIGHT)))
-        traced.free()
+@pytest.mark.parametrize("bounces", (0, 1))
+def test02_cache_changes_nothing(bounces, shared, scene):
+    """Bit for bit the same pictures: decoded by the rays themselves, with a small cache that follows the camera, with everything cached."""
+    cameras = [camera_of(scene, 0.3 * i) for i in range(3)]
+    films = [list(shared(name, bounces).frames(cameras, WIDTH, HEIGHT)) for name in ("none", "some", "all")]
     for pictures in zip(*films):
         for other in pictures[1:]:
-            assert np.array_equal(pictures[0].color, other.color)
-            assert np.array_equal(pictures[0].ids, other.ids) and np.array_equal(pictures[0].t, other.t)
+            assert_same_pictures(pictures[0], other)
     assert not np.array_equal(films[0][0].color, films[0][1].color)
 
 
@@ -212,60 +219,80 @@ def test03_cache_follows(device, fine_scene):
     traced.free()
 
 
-@pytest.mark.parametrize("bounces", (0, 1))
-def test12_prediction(bounces, device, fine_scene):
+def test04_prediction(device, fine_scene):
     """What the last frame asked for is there before the first ray, if there are slots for it: then nothing waits."""
-    options = {"cache": 0.1, "scratch": 0.9, "bounces": bounces, "samples": 1}
     camera = camera_of(fine_scene)
-    traced = tracer(device, fine_scene, **options)
-    waiting = []
-    for _ in range(2):
-        traced.render(camera, WIDTH, HEIGHT)
-        waiting.append(sum(traced.statistics()["waiting"]))
-    traced.free()
-    assert waiting[0] > 0 and waiting[1] == 0
-    for predict in (True, False):
-        # Without rounds paths decode for themselves, so that slots are filled by what is kept and by prediction alone.
-        traced = tracer(device, fine_scene, rounds=0, predict=predict, **options)
+    traced = tracer(device, fine_scene, cache=0.1, scratch=0.9, samples=1)
+    for bounces in (0, 1):
+        traced.set_light(bounces=bounces, shadows=True)
+        waiting = []
         for _ in range(2):
             traced.render(camera, WIDTH, HEIGHT)
-        needed = traced._counters.read() > 0
-        assert (traced._slot_table.read()[needed] < traced.capacity + traced.scratch).all() == predict
-        assert (traced.statistics()["predicted"] > 0) == predict
-        traced.free()
+            waiting.append(sum(traced.statistics()["waiting"]))
+        assert waiting[0] > 0 and waiting[1] == 0
+    traced.free()
 
 
-def test13_waiting_changes_nothing(device, fine_scene):
-    """Bit for bit the same pictures with any number of slots, and whether paths that wait go on or start again."""
-    cameras = [camera_of(fine_scene, 0.2 * i) for i in range(2)]
-    films, seen = {}, {}
-    for name, settings in {
-        "all": {"cache": 1.0},
-        "none": {"cache": 0.0, "paths": 1.0},
-        "none, starting again": {"cache": 0.0, "paths": 0.0},
-        "none, some starting again": {"cache": 0.0, "paths": 0.02},
-        "none, no bounds": {"cache": 0.0, "paths": 1.0, "bounds": False},
-        "few slots": {"cache": 0.0, "scratch": 0.06, "paths": 0.05, "rounds": 3},
-        "one slot": {"cache": 0.0, "scratch": 1.01 / 355, "paths": 0.05, "rounds": 2, "strips": 1},
-        "10 %": {"cache": 0.1, "scratch": 0.2},
-        "25 %": {"cache": 0.25, "scratch": 0.2, "predict": False},
-        "50 %": {"cache": 0.5, "scratch": 0.1},
-    }.items():
-        traced = tracer(device, fine_scene, bounces=2, samples=2, **settings)
-        films[name] = list(traced.frames(cameras, WIDTH, HEIGHT))
-        seen[name] = traced.statistics()
-        traced.free()
-    for name, pictures in films.items():
-        for picture, expected in zip(pictures, films["all"]):
-            assert np.array_equal(picture.color, expected.color), name
-            assert np.array_equal(picture.ids, expected.ids) and np.array_equal(picture.t, expected.t), name
-    assert len(np.unique(films["all"][0].color)) > 50
-    for name, some in {"none": set(), "none, starting again": {"restarted"}, "none, some starting again": {"restarted", "waiting"}}.items():
-        restarted, waiting = sum(seen[name]["restarted"]), sum(seen[name]["waiting"])
-        assert waiting > 0 and (restarted > 0) == ("restarted" in some) and (waiting > restarted) == (name != "none, starting again")
+@pytest.mark.parametrize("predict", (True, False))
+def test05_prediction_alone(predict, device, fine_scene):
+    """Without rounds paths decode for themselves, so that slots are filled by what is kept and by prediction alone."""
+    traced = tracer(device, fine_scene, cache=0.1, scratch=0.9, samples=1, rounds=0, predict=predict)
+    for _ in range(2):
+        traced.render(camera_of(fine_scene), WIDTH, HEIGHT)
+    needed = traced._counters.read() > 0
+    assert (traced._slot_table.read()[needed] < traced.capacity + traced.scratch).all() == predict
+    assert (traced.statistics()["predicted"] > 0) == predict
+    traced.free()
 
 
-def test14_transparent_and_waiting(device, tmp_path):
+WAITING = {"bounces": 2, "samples": 2}
+GO_ON, RESTART, BOTH = "paths that wait go on", "they start again", "some go on"
+
+
+def fine_cameras(scene) -> list:
+    return [camera_of(scene, 0.2 * i) for i in range(2)]
+
+
+@pytest.fixture(scope="module")
+def fine_film(device, fine_scene):
+    """With everything cached, what test06 compares with."""
+    traced = tracer(device, fine_scene, cache=1.0, **WAITING)
+    film = list(traced.frames(fine_cameras(fine_scene), WIDTH, HEIGHT))
+    traced.free()
+    assert len(np.unique(film[0].color)) > 50
+    return film
+
+
+@pytest.mark.parametrize(
+    "settings, outcome",
+    [
+        pytest.param({"cache": 0.0, "paths": 1.0}, GO_ON, id="all go on"),
+        pytest.param({"cache": 0.0, "scratch": 1.01 / 355, "paths": 0.05, "rounds": 2, "strips": 1}, None, id="one slot"),
+        pytest.param(
+            {"cache": 0.1, "scratch": 0.1, "rounds": 3, "strips": 5, "predict": False, "bounds": False}, None, id="strips, no bounds"
+        ),
+        pytest.param({"cache": 0.0, "paths": 0.0}, RESTART, id="all start again"),
+        pytest.param({"cache": 0.0, "paths": 0.02}, BOTH, id="some start again"),
+        pytest.param({"cache": 0.0, "paths": 1.0, "bounds": False}, GO_ON, id="no bounds"),
+        pytest.param({"cache": 0.0, "scratch": 0.06, "paths": 0.05, "rounds": 3}, None, id="few slots"),
+        pytest.param({"cache": 0.1, "scratch": 0.2}, None, id="10 %"),
+        pytest.param({"cache": 0.25, "scratch": 0.2, "predict": False}, None, id="25 %"),
+        pytest.param({"cache": 0.5, "scratch": 0.1}, None, id="50 %"),
+    ],
+)
+def test06_waiting_changes_nothing(settings, outcome, device, fine_scene, fine_film):
+    """Bit for bit the same pictures with any number of slots, and whether paths that wait go on or start again. outcome: which
+    of that happens, where it does not depend on what happens to run at the same time."""
+    traced = tracer(device, fine_scene, **WAITING, **settings)
+    for picture, expected in zip(traced.frames(fine_cameras(fine_scene), WIDTH, HEIGHT), fine_film):
+        assert_same_pictures(picture, expected, str(settings))
+    restarted, waiting = (sum(traced.statistics()[name]) for name in ("restarted", "waiting"))
+    traced.free()
+    assert waiting > 0
+    assert outcome in (None, GO_ON if restarted == 0 else RESTART if restarted == waiting else BOTH)
+
+
+def test07_transparent_and_waiting(device, tmp_path):
     """What blocks a ray is no triangle whose alpha could let it through."""
     from vk_backend.scene import load_scene
 
@@ -282,27 +309,26 @@ def test14_transparent_and_waiting(device, tmp_path):
     assert np.isfinite(distances[0]).mean() > 0.05 and np.array_equal(*distances)
 
 
-def test04_memory(device, scene):
+def test08_memory(shared, scene):
     """Every part is counted, and the cache is what grows."""
     sizes = []
-    for cache in (0.0, 1.0):
-        traced = tracer(device, scene, cache=cache, scratch=0.0)
+    for name, cache in (("none", 0), ("all", 1)):
+        traced = shared(name)
         parts = traced.resident_bytes()
         assert parts["model"] >= scene.compressed_bytes and parts["acceleration"] > 0
         sizes.append(parts["cache"])
         assert traced.statistics()["resident"] == traced.capacity == cache * traced.meshlets
-        traced.free()
     assert sizes[1] >= traced.meshlets * traced.slot_bytes > sizes[0]
 
 
-@pytest.mark.parametrize("group", (4, 64))
-def test05_groups(group, device, scene, expected):
-    traced = tracer(device, scene, cache=1.0, group=group)
+def test09_groups(device, scene, expected):
+    """Boxes around whole meshlets."""
+    traced = tracer(device, scene, cache=1.0, group=64)
     assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
     traced.free()
 
 
-def test11_fine_positions(device, tmp_path):
+def test10_fine_positions(device, tmp_path):
     """Positions of more bits than a slot has for an integer."""
     from vk_backend.scene import load_scene
 
@@ -313,7 +339,7 @@ def test11_fine_positions(device, tmp_path):
 
 
 @pytest.mark.parametrize("mode", ("MASK", "BLEND"))
-def test06_transparent(mode, device, tmp_path):
+def test11_transparent(mode, device, tmp_path):
     """What is transparent lets rays through, on every path to the same place."""
     from vk_backend.scene import load_scene
 
@@ -335,15 +361,12 @@ def test06_transparent(mode, device, tmp_path):
         assert set(np.unique(instances[0])) == {0, 1, 2, 3, NO_HIT} and shares[0] == pytest.approx(shares[1], abs=0.05)
 
 
-def test07_hostile(device, scene):
-    """Blobs with changed bits make some picture, in bounded time, and leave the device in order."""
-    from dataclasses import replace
-
+def broken_blobs(original: bytes, count: int) -> list[bytes]:
+    """With changed bits that the header's check does not find."""
     random = np.random.default_rng(7)
-    original = scene.primitives[0].blob
     header = 32 + 28 * original[5]
-    made = 0
-    for attempt in range(40):
+    found: list[bytes] = []
+    for attempt in range(100):
         blob = bytearray(original)
         for place in random.integers(header, len(blob) - 8, 1 + attempt % 20):
             blob[place] ^= 1 << int(random.integers(8))
@@ -351,18 +374,30 @@ def test07_hostile(device, scene):
             gltf_ext._codec.Decoder(bytes(blob))
         except ValueError:
             continue
-        made += 1
-        broken = replace(scene, primitives=[replace(scene.primitives[0], blob=bytes(blob)), *scene.primitives[1:]])
-        traced = tracer(device, broken, cache=0.5 * (attempt % 2), scratch=0.0 if made % 2 else 0.25)
-        for _ in range(2):
-            assert traced.render(camera_of(scene), 16, 12).color.shape == (12, 16, 4)
-        traced.free()
-        if made == 6:
-            break
-    assert made == 6
+        found.append(bytes(blob))
+        if len(found) == count:
+            return found
+    raise AssertionError("the header's check finds nearly everything")
 
 
-def test08_errors(device, scene):
+@pytest.mark.parametrize("name", ("none", "some", "all"))
+def test12_hostile(name, device, scene):
+    """Blobs with changed bits make some picture, in bounded time, and leave the device in order."""
+    from dataclasses import replace
+
+    sheet = scene.primitives[0]
+    blobs = broken_blobs(sheet.blob, 8)
+    primitives = [replace(sheet, blob=blob) for blob in blobs]
+    instances = [replace(scene.instances[number % 3], primitive=number) for number in range(len(blobs))]
+    broken = replace(scene, primitives=primitives, instances=instances)
+    traced = tracer(device, broken, bounces=1, samples=1, **TRACERS[name])
+    for _ in range(2):
+        picture = traced.render(camera_of(scene), 16, 12)
+        assert picture.color.shape == (12, 16, 4) and len(np.unique(picture.ids[..., 0])) > 2
+    traced.free()
+
+
+def test13_errors(device, scene):
     from vk_backend.errors import VulkanError
 
     with pytest.raises(VulkanError, match="there is no path"):
@@ -373,6 +408,8 @@ def test08_errors(device, scene):
         tracer(device, scene, bounces=2048)
     with pytest.raises(ValueError, match="group"):
         tracer(device, scene, group=7)
+    with pytest.raises(ValueError, match="not negative"):
+        tracer(device, scene, strips=-1)
 
 
 def mitsuba_hits(scene, camera) -> dict[str, np.ndarray]:
@@ -408,19 +445,35 @@ def mitsuba_hits(scene, camera) -> dict[str, np.ndarray]:
     return found
 
 
-@pytest.mark.parametrize("cache", CACHES)
-def test09_like_mitsuba(cache, device, scene):
+def test14_like_mitsuba(shared, scene):
     camera = camera_of(scene)
-    traced = tracer(device, scene, cache=cache)
-    traced.render(camera, WIDTH, HEIGHT)
-    assert_same_hits(traced.render(camera, WIDTH, HEIGHT), mitsuba_hits(scene, camera), scene)
+    hits = mitsuba_hits(scene, camera)
+    for name in ("none", "some", "all"):
+        assert_same_hits(shared(name).render(camera, WIDTH, HEIGHT), hits, scene)
+
+
+def test15_first_sample(device, scene):
+    """What a pixel's first ray hit does not depend on how many follow it."""
+    pictures = []
+    for samples in (2, 3):
+        traced = tracer(device, scene, "rt-triangles", samples=samples)
+        pictures.append(traced.render(camera_of(scene), WIDTH, HEIGHT))
+        traced.free()
+    assert np.array_equal(pictures[0].t, pictures[1].t) and not np.array_equal(pictures[0].color, pictures[1].color)
+
+
+def test16_pipelines(device, scene, shared):
+    """Tracers of a kind share them, and others do not."""
+    traced = tracer(device, scene, **TRACERS["none"])
+    assert traced.pipelines == shared("none").pipelines
+    assert not set(traced.pipelines) & {p for name in ("some", "all", "plain", "triangles") for p in shared(name).pipelines}
     traced.free()
 
 
 @pytest.mark.full
 @pytest.mark.parametrize("name", MODELS)
 @pytest.mark.parametrize("cache", CACHES)
-def test10_models(name, cache, device, model, tmp_path):
+def test17_models(name, cache, device, model, tmp_path):
     from vk_backend.scene import load_scene
 
     path = tmp_path / name

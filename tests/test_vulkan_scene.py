@@ -190,6 +190,18 @@ def test_invalid_scenes_give_one_line(zoo_path, tmp_path, change, message):
     assert "\n" not in str(error.value) and str(path) in str(error.value)
 
 
+def test_positions_beyond_binary32_give_one_line(zoo_path, tmp_path):
+    """A step that is finite, and positions that are not: neither boxes nor cameras could be made of them."""
+    primitive = load_scene(zoo_path).primitives[0]
+    data = zoo_path.read_bytes()
+    at = data.index(primitive.blob) + 32 + 28 * primitive.attributes["POSITION"].index + 8
+    path = tmp_path / "vast.glb"
+    path.write_bytes(data[:at] + np.float32(3e38).tobytes() + data[at + 4 :])
+    with pytest.raises(MeshletError, match="positions .* not finite, or larger than") as error:
+        load_scene(path)
+    assert "\n" not in str(error.value)
+
+
 def test_unreadable_images_are_left_out_with_a_warning(zoo_path, tmp_path):
     def change(properties):
         blob = properties["meshes"][0]["primitives"][0]["extensions"]["EXT_meshlet_edgebreaker"]["bufferView"]

@@ -110,6 +110,7 @@ class Device:
         self.messages: list[str] = []
         self._closing: list[Any] = []
         self._functions: dict[str, Any] = {}
+        self._made: dict[Any, Any] = {}
         self._instance = self._create_instance(validation)
         self.physical, self.name, self.driver = self._choose(select)
         self.extensions = {e.extensionName for e in vk.vkEnumerateDeviceExtensionProperties(self.physical, None)}
@@ -147,6 +148,12 @@ class Device:
         if name not in self._functions:
             self._functions[name] = vk.vkGetDeviceProcAddr(self._handle, name)
         return self._functions[name]
+
+    def once(self, key, make):
+        """What `make` returned when it was first called for this key: for what is kept until the device is closed."""
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
 
     def at_close(self, action) -> None:
         """Runs `action` before the device goes; the latest first."""

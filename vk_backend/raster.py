@@ -14,7 +14,7 @@ from .device import Device, Timeline
 from .errors import VulkanError
 from .memory import Buffer, Image
 from .pipelines import ComputePipeline, pipeline_layout, push, stage
-from .scene import FRAME, HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, VERTEX_FLOATS, Scene, SceneBuffers, address_words
+from .scene import FRAME, HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, VERTEX_FLOATS, Scene, SceneBuffers, address_words, require_room
 from .stream import RING, Ring
 from .textures import TextureArray, array_size, texture_set_layout
 
@@ -87,20 +87,6 @@ PATHS = {
         "mesh", frozenset({"blobs", "bounds"}), (("stream{ids}.mesh", MESH),), 1, teams="compute_shared_bytes", streams=True
     ),
 }  # fmt: skip
-# Of a workgroup that is a team (shaders/meshlet_workgroup.glsl): shared bytes for each component, for each stream, and for the rest, at most.
-TEAM_BYTES = (512, 8, 4096)
-
-
-def require_room(device: Device, scene: Scene, path: str) -> None:
-    """Raises VulkanError where the scene's vertices have more components than a team of the device's lanes has shared memory for."""
-    if PATHS[path].teams is None:
-        return
-    needed = sum(n * size for n, size in zip((scene.max_lanes, scene.max_streams, 1), TEAM_BYTES))
-    if needed > getattr(device.limits, PATHS[path].teams):
-        raise VulkanError(
-            f"a vertex has {scene.max_lanes} components up to the last one that is shown, too many for path {path} on {device.name}",
-            "choose --path geometry or vertex",
-        )
 
 
 class Targets:
@@ -284,7 +270,8 @@ class Drawing:
         self.device, self.scene, self.path, self.ids = device, scene, PATHS[path], ids
         if self.path.capability:
             device.require(self.path.capability, path)
-        require_room(device, scene, path)
+        if self.path.teams:
+            require_room(device, scene, path, getattr(device.limits, self.path.teams), "choose --path geometry or vertex")
         textures = array_size(scene.textures)
         self._layout = pipelines.layout(textures)
         self._textures = TextureArray(device, scene.textures, pipelines.texture_layout(textures))

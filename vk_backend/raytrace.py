@@ -18,7 +18,7 @@ from .device import Device
 from .errors import VulkanError
 from .memory import STORAGE, Buffer
 from .pipelines import ComputePipeline, Timestamps, pipeline_layout, push, stage
-from .scene import FRAME, Primitive, Scene, SceneBuffers
+from .scene import FRAME, Primitive, Scene, SceneBuffers, require_room
 from .slots import SlotLayout
 from .textures import TextureArray, array_size, texture_set_layout
 
@@ -36,6 +36,7 @@ SAMPLES = 16  # paths per pixel, where they bounce
 SAVED_PATHS = 1 / 128  # records of paths that wait: a share of the pixels, twice
 MOST_BOUNCES, MOST_SAMPLES = 2047, (1 << 20) - 1  # what a record holds
 BOUNDS_BYTES, PATH_BYTES = 24, 64  # of a meshlet's box and of a record, in shaders/rt_cache.glsl and rt_paths.glsl
+SHADER_GROUPS = 3  # of shaders in a pipeline: the camera's, for misses, for hits
 HIT_WORDS = 5  # of shaders/rt_common.glsl
 INSTANCE_MASKED = 1 << 23  # of shaders/rt_hit.glsl
 # From the Vulkan registry, since the package vulkan has wrong values: VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
@@ -51,8 +52,6 @@ TRACED = np.dtype(
         ("first_meshlet", "<u4"),
         ("indices", "<u4", 2),
         ("vertices", "<u4", 2),
-        ("meshlets", "<u4"),
-        ("unused", "<u4", 3),
     ]
 )
 ROUND = np.dtype(
@@ -71,8 +70,8 @@ STATE = np.dtype(
     [
         ("bounds", "<u8"),
         ("paths", "<u8"),
-        ("capacity", "<u4"),
-        ("scratch", "<u4"),
+        ("stable", "<u4"),
+        ("rotating", "<u4"),
         ("meshlets", "<u4"),
         ("primitives", "<u4"),
         ("predict", "<u4"),
@@ -123,7 +122,7 @@ class RayTracer:
     asked for is decoded before the first ray, as far as there are slots that it did not need. bounds: keep a box around each meshlet, up
     to which a path that waits knows that there is nothing; without it a path asks for whatever it comes across first. paths: records of
     paths that wait, a share of the pixels; those without one start again. counted: keep statistics where the cache does not need them.
-    Raises VulkanError.
+    Raises VulkanError; ValueError for a group that there is not, or a negative number.
     """
 
     def __init__(
@@ -152,8 +151,12 @@ class RayTracer:
             raise VulkanError("the cache is a share from 0 to 1, or a number of bytes", "for example 0.25")
         if group not in (4, 8, 16, 32, 64):
             raise ValueError("group is 4, 8, 16, 32 or 64")
+        if any((number or 0) < 0 for number in (scratch, rounds, strips, paths)):
+            raise ValueError("scratch, rounds, strips and paths are not negative")
         _check_length(bounces, samples or 0)
         device.require("raytracing", path)
+        if path == "rt":
+            require_room(device, scene, path, device.limits.compute_shared_bytes, "choose --path rt-triangles or geometry")
         self.device, self.scene, self.path = device, scene, path
         self.bounces, self.shadows, self.group = bounces, shadows, group
         self.predict, self.bounds, self.paths = predict, bounds, paths
@@ -164,12 +167,7 @@ class RayTracer:
         self._slots = SlotLayout.of(scene, traced=True)
         self.slot_bytes = self._slots.bytes
         self._plan_cache(cache, cache_bytes, scratch, counted)
-        share = (self.capacity + self.scratch) / max(self.meshlets, 1)
-        fitting = 1 if share >= FEW_SLOTS else min(int(1 / max(share, 1 / MOST_STRIPS)), MOST_STRIPS)
-        self.strips = (strips or fitting) if self.scratch else 1
-        self._first_rounds = (ROUNDS[share >= MANY_SLOTS] if rounds is None else rounds) if self.scratch else 0
-        self._bounce_rounds = BOUNCE_ROUNDS if rounds is None and self.scratch else 0
-        self._round_records = self._first_rounds + self._bounce_rounds * LONG_PATH + 2  # of a strip, at most
+        self._plan_rounds(rounds, strips)
         self._own: dict[str, list[Buffer]] = {"tables": [], "cache": [], "lists": []}
         self._upload()
         self._build()
@@ -178,7 +176,7 @@ class RayTracer:
         self._layout = pipeline_layout(device, [set_layout])
         self._waiting_rays = self._make_rays(deferred=True) if self.rounds else None
         self._rays = self._make_rays(deferred=False)
-        self._fill_at_start()
+        self._make_cache()
         self._picture_size: tuple[int, int] | None = None
         self._pictures: list[Buffer] = []
 
@@ -204,7 +202,7 @@ class RayTracer:
         """Milliseconds of the GPU for one frame, whose picture stays on the device."""
         if self._picture_size != (width, height):
             self._prepare(width, height)
-        self._write_frame(camera, width, height)
+        self._frame_host.write(self.buffers.frame_record(camera, width, height, 0).tobytes())
         self.device.submit(self._commands)
         return float(self._times.milliseconds().sum())
 
@@ -256,7 +254,7 @@ class RayTracer:
         self.bottom.free()
         self.top.free()
         self._textures.free()
-        for buffer in [b for part in self._own.values() for b in part] + self._pictures:
+        for buffer in [b for part in self._own.values() for b in part] + self._pictures + [self._frame, self._frame_host]:
             buffer.free()
 
     @property
@@ -287,6 +285,15 @@ class RayTracer:
         self._selects = not self.all_cached and self.capacity + self.scratch > 0
         self.counted = counted or self._selects
 
+    def _plan_rounds(self, rounds: int | None, strips: int | None) -> None:
+        """How often paths that wait may go on, and in how many parts the picture is traced."""
+        share = (self.capacity + self.scratch) / max(self.meshlets, 1)
+        fitting = 1 if share >= FEW_SLOTS else min(int(1 / max(share, 1 / MOST_STRIPS)), MOST_STRIPS)
+        self.strips = (strips or fitting) if self.scratch else 1
+        self._first_rounds = (ROUNDS[share >= MANY_SLOTS] if rounds is None else rounds) if self.scratch else 0
+        self._bounce_rounds = BOUNCE_ROUNDS if rounds is None and self.scratch else 0
+        self._round_records = self._first_rounds + self._bounce_rounds * LONG_PATH + 2  # of a strip, at most
+
     def _keep(self, part: str, data: np.ndarray | int, usage: int = STORAGE) -> Buffer:
         """A buffer that stays, and is counted."""
         size = data if isinstance(data, int) else data.nbytes
@@ -296,12 +303,9 @@ class RayTracer:
 
     def _upload(self) -> None:
         rows = np.zeros(len(self.scene.primitives), TRACED)
-        for row, primitive, record, first in zip(
-            rows, self.scene.primitives, self.buffers.primitives, self._first_meshlet
-        ):
+        for row, record, first in zip(rows, self.buffers.primitives, self._first_meshlet):
             row["blob"], row["blob_words"], row["first_meshlet"] = record["blob"], record["blob_words"], first
             row["indices"], row["vertices"] = record["index_data"], record["vertex_data"]
-            row["meshlets"] = primitive.meshlets
         self._traced = self._keep("tables", rows)
         self._frame = Buffer(self.device, FRAME.itemsize)
         self._frame_host = Buffer(self.device, FRAME.itemsize, host=True)
@@ -338,31 +342,31 @@ class RayTracer:
         temporary: list[Buffer] = []
         geometries = self._triangles(temporary) if self.path == "rt-triangles" else self._boxes(temporary)
         self.bottom = Structures(self.device, BOTTOM, geometries)
-        rows = np.zeros(len(self.scene.instances), acceleration.INSTANCE)
-        for row, instance in zip(rows, self.scene.instances):
-            primitive = self.scene.primitives[instance.primitive]
-            matrix = instance.matrix if self._in_object_space else instance.matrix @ _grid_to_object(primitive)
-            masked = self.scene.materials[instance.material].flags & (
-                CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"]
-            )
-            with np.errstate(over="ignore"):
-                row["transform"] = matrix[:3].astype(np.float32)
-            # What a flattened node shows cannot be traced in its own coordinates.
-            seen = (
-                np.isfinite(row["transform"]).all()
-                and np.linalg.matrix_rank(row["transform"][:, :3].astype(np.float64)) == 3
-            )
-            if not seen:
-                row["transform"] = np.eye(4, dtype=np.float32)[:3]
-            row["index_mask"] = instance.primitive | (INSTANCE_MASKED if masked else 0) | (0xFF000000 if seen else 0)
-            row["offset_flags"] = (TRANSPARENT if masked else OPAQUE) << 24
-            row["structure"] = self.bottom.addresses[instance.primitive]
+        rows = self._instance_rows()
         self.any_masked = bool((rows["index_mask"] & INSTANCE_MASKED).any())
         placed = Buffer(self.device, rows.nbytes, INPUT).write(rows)
         temporary.append(placed)
         self.top = Structures(self.device, TOP, [Instances(placed.address, len(rows))])
         for buffer in temporary:
             buffer.free()
+
+    def _instance_rows(self) -> np.ndarray:
+        """VkAccelerationStructureInstanceKHR of each instance."""
+        rows = np.zeros(len(self.scene.instances), acceleration.INSTANCE)
+        for row, instance in zip(rows, self.scene.instances):
+            primitive = self.scene.primitives[instance.primitive]
+            matrix = instance.matrix if self._in_object_space else instance.matrix @ _grid_to_object(primitive)
+            masked = self.scene.materials[instance.material].flags & (CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"])
+            with np.errstate(over="ignore"):
+                row["transform"] = matrix[:3].astype(np.float32)
+            # What a flattened node shows cannot be traced in its own coordinates.
+            seen = np.isfinite(row["transform"]).all() and np.linalg.matrix_rank(row["transform"][:, :3].astype(np.float64)) == 3
+            if not seen:
+                row["transform"] = np.eye(4, dtype=np.float32)[:3]
+            row["index_mask"] = instance.primitive | (INSTANCE_MASKED if masked else 0) | (0xFF000000 if seen else 0)
+            row["offset_flags"] = (TRANSPARENT if masked else OPAQUE) << 24
+            row["structure"] = self.bottom.addresses[instance.primitive]
+        return rows
 
     @property
     def _in_object_space(self) -> bool:
@@ -392,131 +396,115 @@ class RayTracer:
             for number, (primitive, first) in enumerate(zip(self.scene.primitives, self._first_meshlet)):
                 address = boxes.address + int(first) * groups * BOX_BYTES
                 data = struct.pack(
-                    "<4Q4IQ",
+                    "<4Q2IQ",
                     self._frame.address,
                     self._traced.address,
                     self._first_triangles,
                     address,
                     number,
-                    0,
                     primitive.meshlets,
-                    0,
                     self._bounds.address if self._bounds else 0,
                 )
                 pipeline.dispatch(commands, -(-primitive.meshlets // BOXES_GROUP), np.frombuffer(data, np.uint8))
                 geometries.append(Boxes(address, primitive.meshlets * groups))
         return geometries
 
-    def _make_rays(self, deferred: bool) -> tuple[Any, list]:
-        """A pipeline and the regions of its shader binding table."""
-        device = self.device
+    def _ray_stages(self, deferred: bool) -> tuple[list, dict[str, int]]:
+        """The shaders of a pipeline, the camera's first and the one for misses second, and which of them a hit runs."""
         suffix = {"rt": "", "rt-plain": "_plain", "rt-triangles": "_triangles"}[self.path]
-        lanes = self.scene.max_lanes
+        shading = self._constants(self.scene.max_lanes, deferred)
         stages = [
-            stage(device, "rt_camera.rgen", vk.VK_SHADER_STAGE_RAYGEN_BIT_KHR, self._constants(lanes, deferred)),
-            stage(device, "rt_miss.rmiss", vk.VK_SHADER_STAGE_MISS_BIT_KHR),
-            stage(
-                device,
-                f"rt_surface{suffix}.rchit",
-                vk.VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR,
-                self._constants(lanes, deferred),
-            ),
+            stage(self.device, "rt_camera.rgen", vk.VK_SHADER_STAGE_RAYGEN_BIT_KHR, shading),
+            stage(self.device, "rt_miss.rmiss", vk.VK_SHADER_STAGE_MISS_BIT_KHR),
         ]
-        unused = vk.VK_SHADER_UNUSED_KHR
-        hit = {"closestHitShader": 2, "anyHitShader": unused, "intersectionShader": unused}
+        hit = dict.fromkeys(("closestHitShader", "anyHitShader", "intersectionShader"), vk.VK_SHADER_UNUSED_KHR)
+
+        def add(role: str, name: str, bit: int, constants: dict[int, int]) -> None:
+            hit[role] = len(stages)
+            stages.append(stage(self.device, name, bit, constants))
+
+        add("closestHitShader", f"rt_surface{suffix}.rchit", vk.VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, shading)
         if self.path != "rt-triangles":
             name = "rt_meshlets.rint" if self.path == "rt" else "rt_plain.rint"
-            hit["intersectionShader"] = len(stages)
-            stages.append(stage(device, name, vk.VK_SHADER_STAGE_INTERSECTION_BIT_KHR, self._constants(3, deferred)))
+            add("intersectionShader", name, vk.VK_SHADER_STAGE_INTERSECTION_BIT_KHR, self._constants(3, deferred))
         if self.any_masked:
-            hit["anyHitShader"] = len(stages)
-            stages.append(
-                stage(
-                    device,
-                    f"rt_alpha{suffix}.rahit",
-                    vk.VK_SHADER_STAGE_ANY_HIT_BIT_KHR,
-                    self._constants(lanes, deferred),
-                )
-            )
-        none = {"closestHitShader": unused, "anyHitShader": unused, "intersectionShader": unused}
+            add("anyHitShader", f"rt_alpha{suffix}.rahit", vk.VK_SHADER_STAGE_ANY_HIT_BIT_KHR, shading)
+        return stages, hit
+
+    def _make_rays(self, deferred: bool) -> tuple[Any, list]:
+        """A pipeline, which tracers share where theirs would be the same, and the regions of its shader binding table."""
+        constants = self._constants(self.scene.max_lanes, deferred)
+        key = (self.path, self.any_masked, array_size(self.scene.textures), self.device.pipeline_flags, *sorted(constants.items()))
+        pipeline = self.device.once(key, lambda: self._make_pipeline(deferred))
+        return pipeline, self._make_binding_table(pipeline)
+
+    def _make_pipeline(self, deferred: bool):
+        """Its groups: the camera's shader, the one for misses, and those of a hit."""
+        device = self.device
+        stages, hit = self._ray_stages(deferred)
         general = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR
         procedural = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_PROCEDURAL_HIT_GROUP_KHR
         triangles = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR
+        unused = vk.VK_SHADER_UNUSED_KHR
+        none = dict.fromkeys(hit, unused)
+        kind = triangles if self.path == "rt-triangles" else procedural
         groups = [
             vk.VkRayTracingShaderGroupCreateInfoKHR(sType=GROUP_INFO, type=general, generalShader=0, **none),
             vk.VkRayTracingShaderGroupCreateInfoKHR(sType=GROUP_INFO, type=general, generalShader=1, **none),
-            vk.VkRayTracingShaderGroupCreateInfoKHR(
-                sType=GROUP_INFO,
-                type=triangles if self.path == "rt-triangles" else procedural,
-                generalShader=unused,
-                **hit,
-            ),
+            vk.VkRayTracingShaderGroupCreateInfoKHR(sType=GROUP_INFO, type=kind, generalShader=unused, **hit),
         ]
         info = vk.VkRayTracingPipelineCreateInfoKHR(
             sType=PIPELINE_INFO,
             flags=device.pipeline_flags,
             stageCount=len(stages),
             pStages=stages,
-            groupCount=len(groups),
+            groupCount=SHADER_GROUPS,
             pGroups=groups,
             maxPipelineRayRecursionDepth=1,
             layout=self._layout,
         )
         pipeline = device.function("vkCreateRayTracingPipelinesKHR")(device.handle, None, None, 1, [info], None)[0]
         device.at_close(lambda: vk.vkDestroyPipeline(device.handle, pipeline, None))
-        return pipeline, self._make_binding_table(pipeline, len(groups))
+        return pipeline
 
-    def _make_binding_table(self, pipeline, groups: int) -> list:
+    def _make_binding_table(self, pipeline) -> list:
         """A record of a handle alone for each group, where its region may begin."""
         limits = self.device.limits
         size = limits.handle_bytes
         step = -(-size // limits.base_alignment) * limits.base_alignment
-        handles = vk.ffi.new(f"char[{size * groups}]")
-        self.device.function("vkGetRayTracingShaderGroupHandlesKHR")(
-            self.device.handle, pipeline, 0, groups, size * groups, handles
-        )
+        handles = vk.ffi.new(f"char[{size * SHADER_GROUPS}]")
+        get = self.device.function("vkGetRayTracingShaderGroupHandlesKHR")
+        get(self.device.handle, pipeline, 0, SHADER_GROUPS, size * SHADER_GROUPS, handles)
         raw = bytes(vk.ffi.buffer(handles))
         usage = STORAGE | vk.VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR
-        table = self._keep("tables", step * (groups + 1), usage)
+        table = self._keep("tables", step * (SHADER_GROUPS + 1), usage)
         begin = -(-table.address // step) * step
-        data = b"".join(raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(groups))
+        data = b"".join(raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(SHADER_GROUPS))
         table.write(data, begin - table.address)
         regions = [
             vk.VkStridedDeviceAddressRegionKHR(deviceAddress=begin + step * i, stride=step, size=step)
-            for i in range(groups)
+            for i in range(SHADER_GROUPS)
         ]
         return [*regions, vk.VkStridedDeviceAddressRegionKHR()]
 
     # --- the cache -------------------------------------------------------------------------------------------------------------------
 
-    def _fill_at_start(self) -> None:
-        """Lists and pipelines of the cache; a cache for everything is filled once and for all."""
+    def _make_cache(self) -> None:
+        """Lists and pipelines of the cache; a cache for everything is filled once and for all, and needs neither afterwards."""
         slots = self.capacity + self.scratch
         if self.path != "rt" or slots == 0:
             return
         self._rounds_begin = np.zeros(self.strips * self._round_records, ROUND)
         for field in ("fill_groups", "pixels", "paths"):
             self._rounds_begin[field] = (0, 1, 1)
-        state = np.zeros((), STATE)
-        state["capacity"], state["scratch"], state["predict"] = slots - self._rotating, self._rotating, self.predict
-        state["bounds"] = self._bounds.address if self._bounds else 0
-        state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
-        first = self._rounds_begin.copy()
-        if self.all_cached:
-            state["kept"] = first["requested"][0] = self.capacity
-            first["fill_groups"][0, 0] = min(self.capacity, FILL_GROUPS)
-        usage = STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT
-        data = np.frombuffer(state.tobytes() + first.tobytes(), np.uint8)
-        self._state = self._keep("lists", data, usage)
+        self._state = self._keep("lists", self._first_state(), STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT)
         self._rounds_template = self._keep("lists", self._rounds_begin.nbytes)
         self._wanted = self._keep("lists", np.arange(slots, dtype=np.uint32))
         self._order = self._keep("lists", np.arange(slots, dtype=np.uint32))
         self._slot_meshlets = self._keep("lists", np.full(slots, NO_SLOT, np.uint32))
         constants = self._constants(self.scene.max_lanes)
-        self._cache_pipelines = {
-            step: ComputePipeline(self.device, f"rt_{step}.comp", constants)
-            for step in ("cache_count", "cache_choose", "fill")
-        }
+        steps = ("fill",) if self.all_cached else ("cache_count", "cache_choose", "fill")
+        self._cache_pipelines = {step: ComputePipeline(self.device, f"rt_{step}.comp", constants) for step in steps}
         if not self.all_cached:
             return
         with self.device.commands() as commands:
@@ -524,6 +512,18 @@ class RayTracer:
         for buffer in (self._state, self._rounds_template, self._wanted, self._order, self._slot_meshlets):
             self._own["lists"].remove(buffer)
             buffer.free()
+
+    def _first_state(self) -> np.ndarray:
+        """uint8[...]: CacheState before the first frame. If everything is cached, all meshlets are wanted."""
+        state = np.zeros((), STATE)
+        state["stable"], state["rotating"] = self.capacity + self.scratch - self._rotating, self._rotating
+        state["predict"], state["bounds"] = self.predict, self._bounds.address if self._bounds else 0
+        state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
+        rounds = self._rounds_begin.copy()
+        if self.all_cached:
+            state["kept"] = rounds["requested"][0] = self.capacity
+            rounds["fill_groups"][0, 0] = min(self.capacity, FILL_GROUPS)
+        return np.frombuffer(state.tobytes() + rounds.tobytes(), np.uint8)
 
     def _cache_data(self, record: int) -> np.ndarray:
         """Push constants of the cache's shaders. record: which of the frame's rounds."""
@@ -575,24 +575,30 @@ class RayTracer:
         else:
             self._times = Timestamps(self.device, 2)
         self._picture_size = (width, height)
+        self._strip_rows = -(-height // self.strips)
+        self._make_pictures(width, height)
+        self._commands = self._record_frame()
+
+    def _make_pictures(self, width: int, height: int) -> None:
         self._colors = Buffer(self.device, 4 * width * height)
         self._hits = Buffer(self.device, 4 * HIT_WORDS * width * height)
-        self._waiting = Buffer(self.device, -(-width * height // 32) * 4)
+        waiting = np.zeros(-(-width * height // 32), np.uint32)
+        self._waiting = Buffer(self.device, waiting.nbytes).write(waiting)
         limit = -(-int(self.paths * width * height) // 32) * 32 if self.rounds else 0
         self._paths = Buffer(self.device, 2 * limit * PATH_BYTES)
         self._pictures = [self._colors, self._hits, self._waiting, self._paths]
-        self._strip_rows = -(-height // self.strips)
-        self._waiting.write(np.zeros(self._waiting.size // 4, np.uint32))
         if self._selects:
             self._rounds_begin["pixels"][:, 1] = self._strip_rows
             self._rounds_template.write(np.frombuffer(self._rounds_begin.tobytes(), np.uint8))
             self._state.write(np.array([self._paths.address], np.uint64), STATE.fields["paths"][1])
             self._state.write(np.array([limit], np.uint32), STATE.fields["path_limit"][1])
-        commands = self._commands = self.device.record()
+
+    def _record_frame(self):
+        """The commands that make a picture."""
+        commands = self.device.record()
         self._times.reset(commands)
-        vk.vkCmdCopyBuffer(
-            commands, self._frame_host.handle, self._frame.handle, 1, [vk.VkBufferCopy(0, 0, FRAME.itemsize)]
-        )
+        copy = vk.VkBufferCopy(0, 0, FRAME.itemsize)
+        vk.vkCmdCopyBuffer(commands, self._frame_host.handle, self._frame.handle, 1, [copy])
         self.device.full_barrier(commands)
         self._times.mark(commands, 0)
         if self._selects:
@@ -604,9 +610,10 @@ class RayTracer:
             self._record_strip(commands, strip)
         self._times.mark(commands, 1)
         vk.vkEndCommandBuffer(commands)
+        return commands
 
     def _record_strip(self, commands, strip: int) -> None:
-        """Traces all its pixels; then what paths wait for is decoded, and they start again; in the end they decode for themselves."""
+        """Traces all its pixels; then what paths wait for is decoded, and they go on; in the end they decode for themselves."""
         self._record_rays(commands, self._waiting_rays or self._rays, strip, 0)
         if not self.rounds:
             return
@@ -653,9 +660,6 @@ class RayTracer:
             push(commands, self._layout, np.frombuffer(data + struct.pack("<I", resumed), np.uint8))
             place = self._state.address + self._round_offset(record, launch)
             self.device.function("vkCmdTraceRaysIndirectKHR")(commands, *regions, place)
-
-    def _write_frame(self, camera: Camera, width: int, height: int) -> None:
-        self._frame_host.write(self.buffers.frame_record(camera, width, height, 0).tobytes())
 
     def _number_triangles(self, ids: np.ndarray) -> None:
         """Replaces triangle numbers of primitives by meshlet * 64 + number in the meshlet."""

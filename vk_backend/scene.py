@@ -21,10 +21,14 @@ from gltf_ext.nodes import placed
 
 from .camera import Camera, gltf_camera
 from .constants import CONSTANTS
+from .errors import VulkanError
 from .materials import Material, Materials, Texture
 
 if TYPE_CHECKING:
     from .device import Device
+
+# Of a workgroup that is a team (shaders/meshlet_workgroup.glsl): shared bytes for each component, for each stream, and for the rest, at most.
+TEAM_BYTES = (512, 8, 4096)
 
 # Accessors whose integers are fractions even where a file forgets to say `normalized`.
 ALWAYS_NORMALIZED = ("COLOR_", "NORMAL", "TEXCOORD_")
@@ -429,7 +433,10 @@ class _Loader:
         primitive = self._document.meshes[compressed.mesh].primitives[compressed.primitive]
         accessor = self._document.accessors[named_indices(primitive.attributes)["POSITION"]]
         corners = np.array([[0, 0, 0], [(1 << position.stream.bits) - 1] * 3], np.uint32)
-        low, high = position.values(corners).astype(np.float64)
+        with np.errstate(over="ignore", invalid="ignore"):
+            low, high = position.values(corners).astype(np.float64)
+        if not (np.abs([low, high]) < MAX_SIZE).all():
+            raise MeshletError(f"positions of {compressed.where} are not finite, or larger than {MAX_SIZE:g}", "export the file again, smaller")
         given = [accessor.min, accessor.max]
         if all(g is not None and len(g) == 3 and np.isfinite(g).all() for g in given):
             bounds = np.array(given, np.float64) * position.scale
@@ -602,3 +609,12 @@ def _instance_record(instance: Instance, number: int) -> np.ndarray:
     row["primitive"], row["material"], row["id"] = instance.primitive, instance.material, number
     row["flags"] = CONSTANTS["INSTANCE_MIRRORED"] if instance.mirrored else 0
     return row
+
+
+def require_room(device: Device, scene: Scene, path: str, shared_bytes: int, advice: str) -> None:
+    """Raises VulkanError where the scene's vertices have more components than a team of the device's lanes has shared memory for."""
+    needed = sum(n * size for n, size in zip((scene.max_lanes, scene.max_streams, 1), TEAM_BYTES))
+    if needed > shared_bytes:
+        raise VulkanError(
+            f"a vertex has {scene.max_lanes} components up to the last one that is shown, too many for path {path} on {device.name}", advice
+        )
