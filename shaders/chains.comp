@@ -70,8 +70,8 @@ void read_chains(HEADER_IN h, uint r) {
   uint quotients = low + total * widths_total;
   uint begin = id_at(run.rank);
   uint end = last_id(h, r, run);
-  Chain chain = Chain(run.steps, foreign ? end : begin, foreign ? begin : end, mask_none(), foreign);
-  chain.inner = the_boundary & ~mask_below(begin + 1u) & mask_below(id_at(run.rank + run.steps - 1u) + 1u);
+  mask64 inner = the_boundary & ~mask_below(begin + 1u) & mask_below(id_at(run.rank + run.steps - 1u) + 1u);
+  Chain chain = Chain(run.steps, foreign ? end : begin, foreign ? begin : end, inner, foreign);
   uint skipped = 0u;                       // quotients between the last one read and the next chain
   codes = owner.codes;
   for (uint s = 0u; s < stream_end && error == ERROR_NONE; s++) {

@@ -24,6 +24,9 @@
 #define MESHLET_VERTICES 64u
 
 // The scene on the GPU (shaders/scene.glsl, vk_backend/scene.py).
+#define HAS_NORMAL 1u                      // Scene.attributes and the shaders' constant ATTRIBUTES
+#define HAS_TEXCOORD 2u
+#define HAS_COLOR 4u
 #define NO_LANE 0xFFFFFFFFu                // Attribute.lane: the primitive lacks the attribute
 #define ATTRIBUTE_ROUND 0x1000000u         // Attribute.kind_bits: values are rounded to integers before they are scaled
 #define INSTANCE_MIRRORED 1u               // Instance.flags

@@ -4,10 +4,6 @@
 
 #include "scene.glsl"
 
-#define HAS_NORMAL 1u
-#define HAS_TEXCOORD 2u
-#define HAS_COLOR 4u
-
 // Ids 0 and 1 are the decoder's capacities.
 layout(constant_id = 2) const uint ATTRIBUTES = 7u;   // HAS_ of what any primitive of the scene has: nothing else is written or read
 layout(constant_id = 3) const bool CULLING = true;    // meshlets outside the view or facing away are left out

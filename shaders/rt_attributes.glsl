@@ -12,10 +12,6 @@ vec3 weights_of(vec2 barycentrics) { return vec3(1.0 - barycentrics.x - barycent
 
 #ifdef PLAIN
 
-#define HAS_NORMAL 1u
-#define HAS_TEXCOORD 2u
-#define HAS_COLOR 4u
-
 uvec3 plain_corners;                       // where their floats begin
 SceneFloats plain_floats;
 vec3 plain_weights;

@@ -43,8 +43,7 @@ vec3 slot_position(uvec2 slot, uint vertex) {
 
 // ---- attributes --------------------------------------------------------------------------------------------------------------------
 
-// An attribute has whole words, so that several invocations may write different attributes of a vertex. Its components lie side by side in up
-// to two, or in one each.
+// An attribute has whole words: its components lie side by side in up to two, or in one each.
 uint attribute_field(Attribute a) {
   uint bits = attribute_bits(a);
   return bits * attribute_components(a) <= 64u ? bits : 32u;

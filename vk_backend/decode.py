@@ -13,7 +13,7 @@ from .constants import CONSTANTS
 from .device import Device
 from .memory import Buffer
 from .pipelines import ComputePipeline, Timestamps
-from .slots import PACKED_BITS
+from .slots import PACKED_BITS, packed_field
 from .stream import CONNECTED_BYTES
 
 GROUP = 32  # invocations of a workgroup
@@ -66,9 +66,7 @@ def packed_shapes(blob: bytes) -> list[tuple[int, int, int]]:
     """(components, bits of a field, words of a vertex) of each stream's packed values: the rules of shaders/packed_values.glsl."""
     shapes = []
     for s, (components, bits) in enumerate(_stream_table(blob)):
-        field = max(bits, PACKED_BITS) if s == 0 else bits
-        field = field if components * field <= 64 else 32
-        shapes.append((components, field, -(-components * field // 32)))
+        shapes.append((components, *packed_field(components, max(bits, PACKED_BITS) if s == 0 else bits)))
     return shapes
 
 
@@ -112,7 +110,7 @@ class GpuDecoder:
             raise ValueError(f"{len(components)} streams of {lanes} components; there is room for {self.streams} and {self.lanes}")
         shapes = packed_shapes(blob)
         value_words = 64 * (sum(words for _, _, words in shapes) if self._packs else lanes)
-        source = Buffer(self.device, -(-len(blob) // 16) * 16).write(blob)
+        source = Buffer(self.device, len(blob)).write(blob)
         # In the order of shaders/decode_push.glsl: summaries, connectivity, triangles, values.
         summaries, _, triangles, values = results = [
             Buffer(self.device, 4 * words * meshlets) for words in (1, CONNECTED_BYTES // 4, 64, value_words)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import vulkan as vk
@@ -157,32 +156,26 @@ class Pipelines:
 
     def __init__(self, device: Device):
         self.device = device
-        self._made: dict[tuple, Any] = {}
 
     def texture_layout(self, count: int):
         """The layout of a set of `count` textures."""
-        return self._once(("textures", count), lambda: texture_set_layout(self.device, count))
+        return self.device.once(("textures", count), lambda: texture_set_layout(self.device, count))
 
     def layout(self, textures: int):
         """The pipeline layout of the raster paths."""
-        return self._once(("layout", textures), lambda: pipeline_layout(self.device, [self.texture_layout(textures)]))
+        return self.device.once(("layout", textures), lambda: pipeline_layout(self.device, [self.texture_layout(textures)]))
 
     def timelines(self) -> tuple[Timeline, Timeline]:
         """For what is decoded and what is drawn on two queues."""
-        return self._once(("timelines",), lambda: (Timeline(self.device), Timeline(self.device)))
+        return self.device.once(("timelines",), lambda: (Timeline(self.device), Timeline(self.device)))
 
     def compute(self, module: str, constants: dict[int, int]) -> ComputePipeline:
-        return self._once((module, *constants.items()), lambda: ComputePipeline(self.device, module, constants))
+        return self.device.once((module, *constants.items()), lambda: ComputePipeline(self.device, module, constants))
 
     def graphics(self, modules: tuple[tuple[str, int], ...], constants: dict[int, int], textures: int, ids: bool):
         """A pipeline of (module, stage) with specialisation constants (id -> value)."""
         make = lambda: self._graphics(modules, constants, textures, ids)  # noqa: E731
-        return self._once((modules, *constants.items(), textures, ids), make)
-
-    def _once(self, key: tuple, make):
-        if key not in self._made:
-            self._made[key] = make()
-        return self._made[key]
+        return self.device.once((modules, *constants.items(), textures, ids), make)
 
     def _graphics(self, modules: tuple[tuple[str, int], ...], constants: dict[int, int], textures: int, ids: bool):
         stages = [stage(self.device, name, bit, constants) for name, bit in modules]

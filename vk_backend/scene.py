@@ -36,7 +36,7 @@ MAX_SIZE = 1e15                            # of a scene: 32-bit floats must be a
 SHADED = ("POSITION", "NORMAL", "TEXCOORD", "COLOR")
 NO_LANE = CONSTANTS["NO_LANE"]
 # Bits of `Scene.attributes` and of the shaders' constant ATTRIBUTES, with the floats that each takes in an uncompressed vertex.
-HAS_NORMAL, HAS_TEXCOORD, HAS_COLOR = 1, 2, 4
+HAS_NORMAL, HAS_TEXCOORD, HAS_COLOR = (CONSTANTS[name] for name in ("HAS_NORMAL", "HAS_TEXCOORD", "HAS_COLOR"))
 VERTEX_FLOATS = ((HAS_NORMAL, 3), (HAS_TEXCOORD, 2), (HAS_COLOR, 4))
 
 # The structures of shaders/scene.glsl (std430).

@@ -42,5 +42,10 @@ class SlotLayout:
 def _attribute_words(primitive: Primitive) -> int:
     """Of a vertex: what shading needs of it beside its position, each attribute in words of its own."""
     streams = [primitive.attributes[role].stream for role in SHADED[1:] if role in primitive.attributes]
-    bits = [stream.components * (stream.bits if stream.components * stream.bits <= 64 else 32) for stream in streams]
-    return sum(-(-n // 32) for n in bits)
+    return sum(packed_field(stream.components, stream.bits)[1] for stream in streams)
+
+
+def packed_field(components: int, bits: int) -> tuple[int, int]:
+    """(bits of a component, words of a vertex) where components lie side by side in up to 64 bits, and otherwise in a word each."""
+    field = bits if components * bits <= 64 else 32
+    return field, -(-components * field // 32)
