@@ -5,7 +5,9 @@
 #extension GL_GOOGLE_include_directive : require
 
 #define OWN_PUSH
+#define OWN_CACHE_PUSH
 #include "rt_common.glsl"
+#include "rt_cache.glsl"
 #ifndef PLAIN
 #include "meshlet_decoder_prologue.glsl"
 #include "meshlet_decoder.glsl"
@@ -23,6 +25,7 @@ layout(push_constant) uniform Push {
   uint primitive;
   uint meshlets;                           // of the primitive
   uvec2 bounds;                            // of each meshlet, the box around its boxes: 6 floats; or 0
+  uvec2 owners;                            // of each meshlet: NEIGHBOURS words of CacheState.owners; or 0
 } push;
 
 #define MARGIN 4e-6
@@ -74,6 +77,20 @@ void add_triangle(Traced traced, uint t) {
   }
 }
 
+// Lists the meshlets that own boundaries of the decoded one.
+void write_owners(uint first_meshlet, uint m) {
+  uint found[NEIGHBOURS];
+  uint count = 0u;
+  for (mask64 rest = opened.foreign_refs; mask_any(rest) && count < NEIGHBOURS && error == ERROR_NONE; rest = mask_clear_lsb(rest)) {
+    uint owner = reference_owner[mask_lsb(rest)];
+    bool listed = owner >= push.meshlets;
+    for (uint i = 0u; i < count; i++) listed = listed || found[i] == owner;
+    if (!listed) found[count++] = owner;
+  }
+  for (uint i = 0u; i < NEIGHBOURS; i++)
+    Counts(push.owners).at[NEIGHBOURS * (first_meshlet + m) + i] = i < count ? first_meshlet + found[i] : NO_SLOT;
+}
+
 #endif
 
 void main() {
@@ -82,6 +99,9 @@ void main() {
   const uint groups = MESHLET_TRIANGLES / GROUP_TRIANGLES;
   Traced traced = TracedList(push.traced).at[push.primitive];
   uint count = open(traced, m);
+#ifndef PLAIN
+  if (push.owners != uvec2(0u)) write_owners(traced.first_meshlet, m);
+#endif
   SceneFloatsOut boxes = SceneFloatsOut(push.boxes);
   vec3 first = vec3(0.0);
   vec3 lowest = vec3(uintBitsToFloat(0x7F800000u));

@@ -64,11 +64,11 @@ uint open_primitive;
 void open_attributes(Place place) {
   Traced traced = TracedList(push.traced).at[place.primitive];
   uint number = traced.first_meshlet + place.meshlet;
-  uint slot = ALL_CACHED ? number : Counts(push.slot_table).at[number];
-  in_cache = ALL_CACHED || DEFERRED || slot < SLOT_LIMIT;
+  uint entry = ALL_CACHED ? number : Counts(push.slot_table).at[number];
+  in_cache = ALL_CACHED || DEFERRED || has_slot(entry);
   uint corners;
   if (in_cache) {
-    open_slot = slot_address(push.cache, slot);
+    open_slot = slot_address(push.cache, entry & SLOT_BITS);
     corners = SceneWords(open_slot).at[place.triangle];
   } else {
     open_blob(traced.blob, traced.blob_words);

@@ -1,8 +1,8 @@
-// Which meshlets the slots hold when a frame begins, chosen without the host by what rays asked for in the last frame, in two steps.
-// Those asked for most often are kept throughout the frame, in the stable slots. The other slots (rotating) keep what they have, but where
-// nobody has asked for that, what rays will probably ask for takes its place. During the frame they are given to what rays wait for, in an
-// order that is laid down here: by how often a slot's meshlet was asked for.
-// variants: rt_cache_count.comp=COUNT rt_cache_choose.comp=CHOOSE
+// Which meshlets the slots hold when a frame begins, chosen without the host by what rays asked for in the last frame. Slots and meshlets
+// without a slot are listed by classes: how many rays asked. Meshlets take the slots of those that clearly fewer asked for, and are decoded
+// before the first ray. Those near what was asked for, which rays will probably ask for next, take slots of what is not as near, and are
+// decoded while the first rays are on their way. What the other slots hold stays; during the frame they are given to what rays wait for,
+// the lowest class first.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -10,139 +10,141 @@
 #include "rt_common.glsl"
 #include "rt_cache.glsl"
 
-layout(local_size_x = 512) in;             // KEYS
+#define GROUP 512u                         // CHOOSE_GROUP of vk_backend/raytrace.py
+layout(local_size_x = GROUP) in;
 
-shared uint counts[KEYS];
-shared uint bases[KEYS];
+shared uint counts[LISTS];                 // of what the workgroup adds to each list,
+shared uint begins[LISTS];                 //   and where that begins in it
 shared bool last_group;
+uint frame;                                // the number of the one that begins
 
-// Grows with the count, by eighths of a power of two; of two meshlets with about the same count, the one that is there is preferred, so
-// that it is not decoded again. 0: no ray asked, and it is not there.
-uint key_of(uint count, bool there) {
-  uint exponent = uint(findMSB(count | 1u));
-  uint scale = count < 8u ? count : (exponent - 2u) * 8u + ((count >> (exponent - 3u)) & 7u);
-  return scale * 2u + (there ? 1u : 0u);
+// What other workgroups have written in this dispatch.
+layout(buffer_reference, std430, buffer_reference_align = 4) coherent buffer SharedCounts { uint at[]; };
+
+// How near a meshlet is to those that rays asked for: ASKED itself, one less for each step away from them, 0 if it is not near.
+uint stamp(uint number, uint nearness) { return number * 8u + nearness; }
+uint nearness_of(uint stamped) { return stamped >= stamp(frame - 1u, 0u) ? stamped & 7u : 0u; }
+
+// Each frame nearness spreads by one step to the meshlets that share a boundary. It is a hint: that some see others' stamps of this frame
+// and some those of the last does no harm. Returns the meshlet's, less than ASKED if no ray asked for it in the last frame.
+uint spread_nearness(CacheState state, uint m, bool asked) {
+  Counts stamps = Counts(state.stamps);
+  uint before = nearness_of(stamps.at[m]);
+  uint own = asked ? ASKED : min(before, ASKED - 1u);
+  uint next = own == ASKED ? stamp(frame, ASKED) : 0u;
+  for (uint i = 0u; i < NEIGHBOURS; i++) {
+    uint owner = Counts(state.owners).at[NEIGHBOURS * m + i];
+    if (owner == NO_SLOT) break;
+    uint stamped = stamps.at[owner];
+    uint other = nearness_of(stamped);
+    if (own > 1u && stamped < stamp(frame, own - 1u)) atomicMax(stamps.at[owner], stamp(frame, own - 1u));
+    if (other > 1u) next = max(next, stamp(frame, other - 1u));
+  }
+  if (next != 0u) atomicMax(stamps.at[m], next);
+  return own;
 }
 
-// Whether all other workgroups of the dispatch are done, and what they wrote with atomics or before this can be read.
+// Whether all other workgroups of the dispatch are done, and what they wrote can be read.
 bool is_last_group(CacheState state) {
   memoryBarrierBuffer();
   barrier();
   if (gl_LocalInvocationIndex == 0u) last_group = atomicAdd(state.finished, 1u) == gl_NumWorkGroups.x - 1u;
   barrier();
   memoryBarrierBuffer();
-  if (last_group && gl_LocalInvocationIndex == 0u) state.finished = 0u;
   return last_group;
 }
 
-#ifdef COUNT
+// Rounds without work, and empty lists for the next frame. Leaves the lengths of this one's lists in `counts`.
+void prepare(CacheState state) {
+  uint local = gl_LocalInvocationIndex;
+  for (uint i = local; i <= state.coming_round; i += GROUP)
+    state.rounds[i] = Round(uint[](0u, 1u, 1u), 0u, uint[](0u, 1u, 1u), 0u, 0u, 0u, uint[](0u, 0u));
+  if (local >= LISTS) return;
+  counts[local] = min(atomicAdd(state.listed[listed_at(frame, local)], 0u), state.stable + state.rotating);
+  state.listed[listed_at(frame + 1u, local)] = 0u;
+}
 
-shared uint above[KEYS];                   // meshlets with this key or a larger one,
-shared uint there_above[KEYS];             //   and those of them that have a slot
-
-// The key from which on meshlets are kept, and where in the order of slots each key's begin.
-void choose_threshold(CacheState state) {
-  uint key = gl_LocalInvocationIndex;
-  uint own = atomicExchange(state.histogram[key], 0u);
-  if (key == 0u) own = 0u;
-  above[key] = own;
-  there_above[key] = (key & 1u) != 0u ? own : 0u;
-  barrier();
-  for (uint step = 1u; step < KEYS; step *= 2u) {
-    uint added = key + step < KEYS ? above[key + step] : 0u;
-    uint there_added = key + step < KEYS ? there_above[key + step] : 0u;
-    barrier();
-    above[key] += added;
-    there_above[key] += there_added;
-    barrier();
-  }
+// How many meshlets are decoded before and during the first launch, and which slots are given away later: those after theirs, in turn.
+void plan(CacheState state) {
   uint slots = state.stable + state.rotating;
-  state.places[key] = slots - there_above[key];
-  uint before = above[key] - own;
-  if (before < state.stable && (above[key] >= state.stable || key == 0u)) {
-    state.threshold = key;
-    state.quota = key == 0u ? 0u : state.stable - before;
+  uint kept = 0u;
+  uint lower = slots;                      // slots of lower classes
+  for (uint c = CLASSES - 1u; c >= ASKED; c--) {
+    lower -= counts[c];
+    kept += min(counts[CLASSES + c], lower - min(kept, lower));
   }
-  if (key != 0u) return;
-  if (state.stable == 0u) {
-    state.threshold = KEYS;
-    state.quota = 0u;
+  kept = min(kept, state.stable);
+  uint idle = lower - min(kept, lower);
+  uint coming = 0u;
+  for (uint c = ASKED - 1u; c > CLASS_IDLE; c--) {
+    lower -= counts[c];
+    coming += min(counts[CLASSES + c], lower - min(kept + coming, lower));
   }
-  state.idle = slots - there_above[2];
-  state.taken = 0u;
-  state.kept = 0u;
-  state.predicted = 0u;
-  state.empty = 0u;
-  state.cursor = 0u;
-}
-
-void main() {
-  CacheState state = CacheState(push.state);
-  uint m = gl_GlobalInvocationID.x;
-  uint local = gl_LocalInvocationIndex;
-  counts[local] = 0u;
-  barrier();
-  if (m < state.meshlets) atomicAdd(counts[key_of(Counts(push.counters).at[m], Counts(push.slot_table).at[m] < SLOT_LIMIT)], 1u);
-  barrier();
-  if (counts[local] != 0u) atomicAdd(state.histogram[local], counts[local]);
-  if (is_last_group(state)) choose_threshold(state);
-}
-
-#endif
-#ifdef CHOOSE
-
-// Puts a meshlet that has no slot on the list, if it shall have one.
-void want(CacheState state, uint m, uint key) {
-  Counts wanted = Counts(push.wanted);
-  bool keep = key > state.threshold;
-  if (key == state.threshold && key != 0u) keep = atomicAdd(state.taken, 1u) < state.quota;
-  if (keep) {
-    uint place = atomicAdd(state.kept, 1u);
-    if (place < state.stable) wanted.at[place] = m;
-  } else if (key > 1u && state.predict != 0u && state.rotating != 0u) {
-    uint place = atomicAdd(state.predicted, 1u);
-    if (place < state.rotating) wanted.at[state.stable + place] = m;
-  }
-}
-
-// What is kept gets its slots; what is only predicted gets those that are idle then. Later the rotating slots are given away in turn, and
-// all others that are idle.
-void plan_fill(CacheState state) {
-  uint kept = min(atomicAdd(state.kept, 0u), state.stable);
-  uint predicted = min(min(atomicAdd(state.predicted, 0u), state.rotating), state.idle - min(kept, state.idle));
+  coming = min(coming, MOST_COMING);
+  state.frame = frame;
   state.kept = kept;
-  state.predicted = predicted;
-  state.ring = max(state.rotating, state.idle - min(kept, state.idle));
-  state.rounds[0].requested = kept + predicted;
-  state.rounds[0].fill_groups[0] = min(kept + predicted, FILL_GROUPS);
+  state.ring = max(state.rotating, idle);
+  state.cursor = coming;
+  state.finished = 0u;
+  state.rounds[0].requested = kept;
+  state.rounds[0].fill_groups[0] = min(kept, FILL_GROUPS);
+  state.rounds[state.coming_round].requested = coming;
+  state.rounds[state.coming_round].fill_groups[0] = coming;
+}
+
+// The slots of meshlets that are coming.
+void place_coming(CacheState state) {
+  uint coming = state.rounds[state.coming_round].requested;
+  for (uint i = gl_LocalInvocationIndex; i < coming; i += GROUP) {
+    uint m = SharedCounts(push.lists).at[meshlet_place(state, ASKED - 1u, i)];
+    uint slot = SharedCounts(push.lists).at[slot_place(state, state.kept + i)];
+    uint before = Counts(push.slot_meshlets).at[slot];
+    if (before != NO_SLOT) Counts(push.slot_table).at[before] = NO_SLOT;
+    Counts(push.slot_meshlets).at[slot] = m;
+    Counts(push.slot_table).at[m] = COMING | slot;
+  }
 }
 
 void main() {
   CacheState state = CacheState(push.state);
+  frame = state.frame + 1u;
   uint m = gl_GlobalInvocationID.x;
   uint local = gl_LocalInvocationIndex;
-  counts[local] = 0u;
+  uint slots = state.stable + state.rotating;
+  if (local < LISTS) counts[local] = 0u;
   barrier();
-  uint slot = NO_SLOT;
-  uint key = 0u;
-  uint rank = 0u;                          // among the workgroup's meshlets of this key
+  uint into = LISTS;                       // the list that gets the meshlet, or its slot
+  uint rank = 0u;
+  uint item = m;
+  bool empty = m < slots && Counts(push.slot_meshlets).at[m] == NO_SLOT;
+  uint empty_rank = 0u;
   if (m < state.meshlets) {
-    slot = Counts(push.slot_table).at[m];
-    key = key_of(Counts(push.counters).at[m], slot < SLOT_LIMIT);
+    uint entry = Counts(push.slot_table).at[m];
+    uint asked = Counts(push.counters).at[m];
     Counts(push.counters).at[m] = 0u;
-    if (slot < SLOT_LIMIT) {
-      rank = atomicAdd(counts[key], 1u);
+    uint nearness = state.predict != 0u ? spread_nearness(state, m, asked != 0u) : CLASS_IDLE;
+    into = asked == 0u ? nearness : min(ASKED + uint(findMSB(asked)) / 2u, CLASSES - 1u);
+    if (entry < REQUESTED) {
+      item = entry & SLOT_BITS;
+      Counts(push.slot_table).at[m] = item | (asked >= HOT_COUNT ? HOT : 0u);
     } else {
+      into = into == CLASS_IDLE ? LISTS : CLASSES + into;
       Counts(push.slot_table).at[m] = NO_SLOT;
-      want(state, m, key);
     }
+    if (into < LISTS) rank = atomicAdd(counts[into], 1u);
   }
+  if (empty) empty_rank = atomicAdd(counts[CLASS_IDLE], 1u);
   barrier();
-  if (counts[local] != 0u) bases[local] = atomicAdd(state.places[local], counts[local]);
+  if (local < LISTS && counts[local] != 0u) begins[local] = atomicAdd(state.listed[listed_at(frame, local)], counts[local]);
   barrier();
-  if (slot < SLOT_LIMIT) Counts(push.order).at[bases[key] + rank] = slot;
-  if (m < state.stable + state.rotating && Counts(push.slot_meshlets).at[m] == NO_SLOT) Counts(push.order).at[atomicAdd(state.empty, 1u)] = m;
-  if (is_last_group(state) && local == 0u) plan_fill(state);
+  SharedCounts lists = SharedCounts(push.lists);
+  if (into < LISTS && begins[into] + rank < slots) lists.at[list_begin(state, into) + begins[into] + rank] = item;
+  if (empty) lists.at[list_begin(state, CLASS_IDLE) + begins[CLASS_IDLE] + empty_rank] = m;
+  if (!is_last_group(state)) return;
+  prepare(state);
+  barrier();
+  if (local == 0u) plan(state);
+  memoryBarrierBuffer();
+  barrier();
+  place_coming(state);
 }
-
-#endif

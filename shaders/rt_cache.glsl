@@ -1,45 +1,63 @@
 // The state of the cache, in a frame and between frames; vk_backend/raytrace.py mirrors it.
 
-#define KEYS 512u
+// Classes of slots and meshlets by what rays asked for in the last frame.
+#define CLASSES 8u
+#define CLASS_IDLE 0u                      // neither asked for nor near what was; empty slots, too
+#define ASKED 4u                           // and more: asked for by 1 to 3 rays, 4 to 15, and so on. Between: so many steps less from such
+#define LISTS (2u * CLASSES)               // of slots by class, then of meshlets without a slot by class
 
-// What a round of a frame has to do. The launch before it writes it; the command buffer sets it to nothing when a frame begins.
+// What a round of a frame has to do. The launch before it writes it; when a frame begins there is nothing.
 struct Round {
   uint fill_groups[3];                     // of the dispatch that decodes
   uint requested;                          // meshlets to decode
-  uint pixels[3];                          // of the launch of paths that start again: the strip's size, or none
-  uint restarted;                          // paths among them
-  uint paths[3];                           // of the launch of paths that go on: their number
+  uint launch[3];                          // the invocations of paths that go on, and if any start again the strip's pixels after them
+  uint restarted;                          // paths that start again
   uint waiting;                            // paths that asked for a record
   uint filled;                             // workgroups of the dispatch that are done
-  uint unused[3];
+  uint unused[2];
 };
 
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState {
   uvec2 bounds;                            // of each meshlet, the box around it: 6 floats; or 0
   uvec2 paths;                             // two times path_limit records of waiting paths
-  uint stable;                             // slots whose meshlets stay throughout a frame, at most
-  uint rotating;                           // further slots, which are given away during a frame
+  uvec2 owners;                            // of each meshlet: NEIGHBOURS meshlets that own boundaries of it, or fewer and NO_SLOT; or 0
+  uvec2 stamps;                            // of each meshlet: when it was near one that rays asked for, and how near
+  uint stable;                             // slots that are not given away during a frame, at least
+  uint rotating;                           // the other slots
   uint meshlets;
   uint primitives;
-  uint predict;                            // whether rotating slots are filled before rays ask
-  uint threshold;                          // meshlets with a larger key are kept, and
-  uint quota;                              //   so many with this key
-  uint taken;                              //   of which so many have been seen
-  uint kept;                               // meshlets to decode since they are to be kept,
-  uint predicted;                          //   and since rays will ask for them
-  uint idle;                               // slots whose meshlets no ray asked for in the last frame; empty ones too
-  uint empty;                              // slots that never had a meshlet, and have been seen
+  uint predict;                            // whether meshlets near those that rays asked for are decoded ahead
+  uint path_limit;                         // records of paths for a round
+  uint coming_round;                       // the last of rounds: what is decoded during the first launch
+  uint frame;                              // its number
+  uint kept;                               // meshlets to decode before it, since rays asked for them
   uint ring;                               // slots that are given away during the frame, in turn
   uint cursor;                             //   of which so many have been
   uint finished;                           // workgroups of the running step that are done
-  uint path_limit;                         // records of paths for a round
-  uint unused[2];
-  uint histogram[KEYS];                    // meshlets by key
-  uint places[KEYS];                       // in the order of slots: the next with this key
+  coherent uint listed[2u * LISTS];        // what the lists of this frame hold, and those of the next; or more than there is room for
   Round rounds[];
 };
 
-#ifdef OWN_PUSH
+uint listed_at(uint frame, uint list) { return (frame & 1u) * LISTS + list; }
+// Where a list of slots or meshlets begins: each has as many words as there are slots.
+uint list_begin(CacheState state, uint list) { return list * (state.stable + state.rotating); }
+#define REQUESTS (CLASSES + CLASS_IDLE)    // of the lists: there is none of such meshlets, so this one is for what paths wait for
+
+// The place in the lists of number `index` of all slots, in the order of their classes.
+uint slot_place(CacheState state, uint index) {
+  uint c = CLASS_IDLE;
+  for (; c < CLASSES - 1u && index >= state.listed[listed_at(state.frame, c)]; c++) index -= state.listed[listed_at(state.frame, c)];
+  return list_begin(state, c) + index;
+}
+
+// The same for the meshlets without a slot, from class `c` down.
+uint meshlet_place(CacheState state, uint c, uint index) {
+  for (; c > CLASS_IDLE + 1u && index >= state.listed[listed_at(state.frame, CLASSES + c)]; c--)
+    index -= state.listed[listed_at(state.frame, CLASSES + c)];
+  return list_begin(state, CLASSES + c) + index;
+}
+
+#if defined(OWN_PUSH) && !defined(OWN_CACHE_PUSH)
 layout(push_constant) uniform Push {
   uvec2 frame;
   uvec2 traced;
@@ -47,11 +65,12 @@ layout(push_constant) uniform Push {
   uvec2 cache;
   uvec2 counters;
   uvec2 state;                             // CacheState
-  uvec2 wanted;                            // the meshlets to decode; before a frame `stable` places for those to be kept, then others
-  uvec2 order;                             // all slots, those first that can be done without
+  uvec2 lists;                             // LISTS of them
   uvec2 slot_meshlets;                     // of each slot: its meshlet, or NO_SLOT
   uint round;                              // in CacheState.rounds
 } push;
 #endif
 
 #define FILL_GROUPS 32768u                 // workgroups that decode at once, at most
+#define MOST_COMING 2048u
+#define NEIGHBOURS 6u

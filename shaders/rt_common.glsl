@@ -9,10 +9,15 @@ layout(constant_id = 7) const uint ATTRIBUTES = 7u;         //   and what it has
 // 8: STAGE_WORDS of the cooperative decoder.
 layout(constant_id = 9) const bool DEFERRED = false;        // paths wait for meshlets that are not in the cache, instead of decoding them
 layout(constant_id = 10) const bool RESUMES = false;        // paths may go on from records
+layout(constant_id = 11) const bool COUNTED = false;        // meshlets count the rays that ask for their triangles
 
 #define NO_SLOT 0xFFFFFFFFu
 #define REQUESTED 0xFFFFFFFEu              // no slot yet, but on the list of requests
-#define SLOT_LIMIT REQUESTED               // smaller ones are slots
+// Else an entry of the table of slots is a slot's number, and
+#define COMING 0x80000000u                 // the meshlet is being decoded into it during the frame's first launch, for the later ones
+#define HOT 0x40000000u                    // in the last frame HOT_COUNT rays or more asked for it
+#define SLOT_BITS 0x3FFFFFFFu
+#define HOT_COUNT 256u
 
 struct Traced {
   uvec2 blob;
@@ -32,7 +37,7 @@ layout(push_constant) uniform Push {
   uvec2 traced;                            // Traced of each primitive
   uvec2 slot_table;                        // of each meshlet: its slot, or NO_SLOT, or REQUESTED
   uvec2 cache;                             // the slots
-  uvec2 counters;                          // of each meshlet: rays that asked for its triangles; or 0
+  uvec2 counters;                          // of each meshlet: rays that asked for its triangles in this frame, about
   uvec2 first_triangles;                   // of each meshlet: its first triangle in Traced.indices
   uvec2 colors;                            // a word per pixel
   uvec2 hits;                              // HIT_WORDS per pixel
@@ -40,13 +45,16 @@ layout(push_constant) uniform Push {
   uint samples;                            // paths per pixel
   uint first_row;                          // of the strip of the picture that is traced
   uint shadows;
-  uint round;                              // of the strip. 0: all pixels; later: those whose paths wait, or (resumed) the paths with records
+  uint round;                              // of the strip. 0: all pixels; later: the paths with records, and those that start again
   uint record;                             // its place in CacheState.rounds
   uvec2 state;                             // CacheState
   uvec2 requests;                          // at most CacheState.ring meshlets that paths wait for
   uvec2 waiting;                           // a bit per pixel: its path shall start again
-  uint resumed;                            // paths go on from their records
+  uint strip_rows;
 } push;
+
+// Whether rays of this launch find a meshlet with that entry in its slot.
+bool has_slot(uint entry) { return entry < COMING || (entry < REQUESTED && push.record > 0u); }
 #endif
 
 #define HIT_WORDS 5u                       // instance, meshlet * 64 + triangle, t, two barycentrics

@@ -45,33 +45,39 @@ void fill(uint number, uint slot_number, uint primitives) {
   uint count = error == ERROR_NONE ? triangle_count : 0u;
   for (uint t = MEMBER; t < MESHLET_TRIANGLES; t += TEAM) words.at[t] = t < count ? packed_triangle(t) & 0xFFFFFFu : 0u;
   for (uint v = MEMBER; v < MESHLET_VERTICES && v < vertex_count && error == ERROR_NONE; v += TEAM) put_vertex(slot, primitive, v);
-  if (MEMBER == 0u) Counts(push.slot_table).at[number] = slot_number;
 }
 
-// The slot for the `index`-th meshlet of a round, of which the first `kept` are to be kept. The slots of kept ones begin the order or end it;
-// those between are given away in turn.
-uint slot_for(CacheState state, uint index, uint kept, uint cursor) {
-  uint place = index < kept ? index : state.kept + (cursor + index - kept) % max(state.ring, 1u);
-  return Counts(push.order).at[place];
+// Takes a slot from the meshlet that had it.
+void move(uint number, uint slot) {
+  uint before = Counts(push.slot_meshlets).at[slot];
+  if (before != NO_SLOT) Counts(push.slot_table).at[before] = NO_SLOT;
+  Counts(push.slot_meshlets).at[slot] = number;
+  Counts(push.slot_table).at[number] = slot;
 }
 
 void main() {
   CacheState state = CacheState(push.state);
-  uint kept = push.round == 0u ? state.kept : 0u;
-  uint count = min(state.rounds[push.round].requested, kept + state.ring);
+  bool kept = push.round == 0u;
+  bool coming = push.round == state.coming_round;
+  bool waited_for = !kept && !coming;
   uint cursor = state.cursor;
+  uint count = state.rounds[push.round].requested;
+  if (waited_for) count = min(count, state.ring);
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
-    uint number = Counts(push.wanted).at[i < kept || push.round != 0u ? i : state.stable + i - kept];
-    uint slot = slot_for(state, i, kept, cursor);
-    if (gl_LocalInvocationIndex == 0u) {
-      uint before = Counts(push.slot_meshlets).at[slot];
-      if (before != NO_SLOT) Counts(push.slot_table).at[before] = NO_SLOT;
-      Counts(push.slot_meshlets).at[slot] = number;
+    uint place = waited_for ? list_begin(state, REQUESTS) + i : meshlet_place(state, kept ? CLASSES - 1u : ASKED - 1u, i);
+    uint number = Counts(push.lists).at[place];
+    uint slot;
+    if (coming) {                          // the slot is its own already, and rays of the launch that runs at the same time keep away from it
+      slot = Counts(push.slot_table).at[number] & SLOT_BITS;
+    } else {
+      slot = Counts(push.lists).at[slot_place(state, kept ? i : state.kept + (cursor + i) % max(state.ring, 1u))];
+      if (gl_LocalInvocationIndex == 0u) move(number, slot);
     }
     fill(number, slot, state.primitives);
     barrier();
   }
+  if (!waited_for) return;
   memoryBarrierBuffer();
   if (gl_LocalInvocationIndex == 0u && atomicAdd(state.rounds[push.round].filled, 1u) == gl_NumWorkGroups.x - 1u)
-    state.cursor = (cursor + count - kept) % max(state.ring, 1u);
+    state.cursor = (cursor + count) % max(state.ring, 1u);
 }

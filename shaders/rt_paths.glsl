@@ -27,8 +27,33 @@ Paths paths_of(uint round) {
   return Paths(byte_offset(state.paths, PATH_WORDS, (round & 1u) * state.path_limit));
 }
 
+// Later rounds are launches of one dimension: the first paths with a record have SPREAD invocations each, of which one works, since paths that
+// have nothing in common hold one another up where they run in lockstep; then come the other records, and then the strip's pixels.
+#define SPREAD 32u
+#define SPREAD_PATHS 4096u
+uint first_invocation(uint path) { return path < SPREAD_PATHS ? path * SPREAD : SPREAD_PATHS * (SPREAD - 1u) + path; }
+
+#define NO_PATH 0xFFFFFFFFu
+
+// What an invocation works at in a later round: a path's number, or NO_PATH and a pixel's number in the picture, or twice NO_PATH.
+struct Work {
+  uint path;
+  uint pixel;
+};
+
+Work launched_work(uint width) {
+  uint i = gl_LaunchIDEXT.x;
+  if (push.round == 0u) return Work(NO_PATH, (gl_LaunchIDEXT.y + push.first_row) * width + i);
+  CacheState state = CacheState(push.state);
+  uint paths = min(state.rounds[push.record].waiting, state.path_limit);
+  uint spread = first_invocation(paths);
+  if (!RESUMES || i >= spread) return Work(NO_PATH, push.first_row * width + i - spread);
+  if (i >= SPREAD_PATHS * SPREAD) return Work(i - SPREAD_PATHS * (SPREAD - 1u), NO_PATH);
+  return Work(i % SPREAD == 0u ? i / SPREAD : NO_PATH, NO_PATH);
+}
+
 // The number in the picture of the pixel that the invocation works at.
 uint launched_pixel() {
-  if (RESUMES && push.resumed != 0u) return paths_of(push.round).at[gl_LaunchIDEXT.x].pixel;
-  return (gl_LaunchIDEXT.y + push.first_row) * gl_LaunchSizeEXT.x + gl_LaunchIDEXT.x;
+  Work work = launched_work(Frame(push.frame).width);
+  return work.path == NO_PATH ? work.pixel : paths_of(push.round).at[work.path].pixel;
 }

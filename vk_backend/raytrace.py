@@ -24,12 +24,13 @@ from .textures import TextureArray, array_size, texture_set_layout
 
 PATHS = ("rt", "rt-plain", "rt-triangles")
 MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
-NO_SLOT, SLOT_LIMIT = 0xFFFFFFFF, 0xFFFFFFFE
-KEYS, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
-FILL_GROUPS = 32768  # of shaders/rt_cache.glsl
+NO_SLOT, REQUESTED = 0xFFFFFFFF, 0xFFFFFFFE  # of shaders/rt_common.glsl
+CHOOSE_GROUP, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
+CLASSES, FILL_GROUPS, NEIGHBOURS = 8, 32768, 6  # of shaders/rt_cache.glsl
+IDLE_SLOTS, REQUESTS, MOST_ASKED, LISTS = 0, CLASSES, 2 * CLASSES - 1, 2 * CLASSES  # its lists
 SCRATCH, LEAST_SCRATCH = 1 / 2, 64  # slots beside the cache: a share of the meshlets that it has no room for, or so many
 ROTATING = 1 / 2  # of all slots: what is given away during a frame, at most; the others keep what is asked for most
-MANY_SLOTS, ROUNDS = 0.6, {True: 2, False: 6}  # share of the meshlets that have slots; rounds if it is that large, or is not,
+MANY_SLOTS, ROUNDS = 0.6, {True: 1, False: 6}  # share of the meshlets that have slots; rounds if it is that large, or is not,
 BOUNCE_ROUNDS, LONG_PATH = 3, 2  # and so many more for each bounce, up to that one
 FEW_SLOTS, MOST_STRIPS = 0.45, 16  # with a smaller share a picture is traced in strips, the more the smaller it is
 SAMPLES = 16  # paths per pixel, where they bounce
@@ -58,37 +59,32 @@ ROUND = np.dtype(
     [
         ("fill_groups", "<u4", 3),
         ("requested", "<u4"),
-        ("pixels", "<u4", 3),
+        ("launch", "<u4", 3),
         ("restarted", "<u4"),
-        ("paths", "<u4", 3),
         ("waiting", "<u4"),
         ("filled", "<u4"),
-        ("unused", "<u4", 3),
+        ("unused", "<u4", 2),
     ]
 )
 STATE = np.dtype(
     [
         ("bounds", "<u8"),
         ("paths", "<u8"),
+        ("owners", "<u8"),
+        ("stamps", "<u8"),
         ("stable", "<u4"),
         ("rotating", "<u4"),
         ("meshlets", "<u4"),
         ("primitives", "<u4"),
         ("predict", "<u4"),
-        ("threshold", "<u4"),
-        ("quota", "<u4"),
-        ("taken", "<u4"),
+        ("path_limit", "<u4"),
+        ("coming_round", "<u4"),
+        ("frame", "<u4"),
         ("kept", "<u4"),
-        ("predicted", "<u4"),
-        ("idle", "<u4"),
-        ("empty", "<u4"),
         ("ring", "<u4"),
         ("cursor", "<u4"),
         ("finished", "<u4"),
-        ("path_limit", "<u4"),
-        ("unused", "<u4", 2),
-        ("histogram", "<u4", KEYS),
-        ("places", "<u4", KEYS),
+        ("listed", "<u4", (2, LISTS)),
     ]
 )
 
@@ -207,26 +203,27 @@ class RayTracer:
         return float(self._times.milliseconds().sum())
 
     def statistics(self) -> dict[str, Any]:
-        """Of the last frame. asked: boxes whose triangles a ray tested; needed: meshlets among them; resident: meshlets that have a
-        slot now, of slots; kept, predicted: meshlets decoded before the first ray; requested: meshlets that paths waited for before
-        each round, the last of which decodes for itself what is still missing; waiting: these paths; restarted: those of them that had
-        to start again. Where everything is cached, asked and needed are 0 unless `counted` was given."""
-        counts = self._counters.read().astype(np.int64) if self.counted else np.zeros(1, np.int64)
+        """Of the last frame. asked: boxes whose triangles a ray tested, about; needed: meshlets among them; resident: meshlets that have
+        a slot now, of slots; kept: meshlets decoded before the first ray; coming: meshlets decoded during the first launch;
+        requested: meshlets that paths waited for before each round, the last of which decodes for itself what is still missing;
+        waiting: these paths; restarted: those of them that had to start again. Where everything is cached, asked and needed are 0
+        unless `counted` was given."""
+        counts = self._counters.read() if self.counted else np.zeros(1, np.uint32)
         table = self._slot_table.read() if self.path == "rt" else np.zeros(0, np.uint32)
         found = {
-            "asked": int(counts.sum()),
+            "asked": int(counts.sum(dtype=np.int64)),
             "needed": int(np.count_nonzero(counts)),
-            "resident": int(np.count_nonzero(table < SLOT_LIMIT)),
+            "resident": int(np.count_nonzero(table < REQUESTED)),
             "slots": self.capacity + self.scratch,
             "meshlets": self.meshlets,
         }
         if self._selects:
             raw = self._state.read(np.uint8)
             state, rounds = raw[: STATE.itemsize].view(STATE)[0], raw[STATE.itemsize :].view(ROUND)
-            later = rounds.reshape(self.strips, self._round_records)[:, 1 : self.rounds + 2]
-            found.update({"kept": int(state["kept"]), "predicted": int(state["predicted"])})
+            later = rounds[:-1].reshape(self.strips, self._round_records)[:, 1 : self.rounds + 2]
+            found.update({"kept": int(state["kept"]), "coming": int(rounds[-1]["requested"])})
             found["requested"] = later["requested"].sum(axis=0).tolist()
-            found["waiting"] = (later["paths"][..., 0] + later["restarted"]).sum(axis=0).tolist()
+            found["waiting"] = (np.minimum(later["waiting"], state["path_limit"]) + later["restarted"]).sum(axis=0).tolist()
             found["restarted"] = later["restarted"].sum(axis=0).tolist()
         return found
 
@@ -315,10 +312,14 @@ class RayTracer:
             self._first_triangles = self._keep(
                 "tables", np.concatenate([[0], np.cumsum(counts)]).astype(np.uint32)
             ).address
+        self._owners = self._stamps = None
         if self.path == "rt":
             self._slot_table = self._keep("lists", np.full(self.meshlets, NO_SLOT, np.uint32))
             self._counters = self._keep("lists", np.zeros(self.meshlets if self.counted else 1, np.uint32))
             self._cache = self._keep("cache", (self.capacity + self.scratch) * self.slot_bytes)
+        if self._selects and self.predict:
+            self._owners = self._keep("lists", 4 * NEIGHBOURS * self.meshlets)
+            self._stamps = self._keep("lists", np.zeros(self.meshlets, np.uint32))
         self._bounds = self._keep("lists", self.meshlets * BOUNDS_BYTES) if self.rounds and self.bounds else None
 
     def _constants(self, lanes: int, deferred: bool = False) -> dict[int, int]:
@@ -332,6 +333,7 @@ class RayTracer:
             7: self.scene.attributes,
             9: int(deferred),
             10: int(self.rounds > 0 and self.paths > 0),
+            11: int(self.counted),
             **self._slots.constants,
         }
 
@@ -396,14 +398,15 @@ class RayTracer:
             for number, (primitive, first) in enumerate(zip(self.scene.primitives, self._first_meshlet)):
                 address = boxes.address + int(first) * groups * BOX_BYTES
                 data = struct.pack(
-                    "<4Q2IQ",
+                    "<4Q2I2Q",
                     self._frame.address,
                     self._traced.address,
                     self._first_triangles,
                     address,
                     number,
                     primitive.meshlets,
-                    self._bounds.address if self._bounds else 0,
+                    _address(self._bounds),
+                    _address(self._owners),
                 )
                 pipeline.dispatch(commands, -(-primitive.meshlets // BOXES_GROUP), np.frombuffer(data, np.uint8))
                 geometries.append(Boxes(address, primitive.meshlets * groups))
@@ -494,42 +497,41 @@ class RayTracer:
         slots = self.capacity + self.scratch
         if self.path != "rt" or slots == 0:
             return
-        self._rounds_begin = np.zeros(self.strips * self._round_records, ROUND)
-        for field in ("fill_groups", "pixels", "paths"):
-            self._rounds_begin[field] = (0, 1, 1)
+        self._coming_round = self.strips * self._round_records
         self._state = self._keep("lists", self._first_state(), STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT)
-        self._rounds_template = self._keep("lists", self._rounds_begin.nbytes)
-        self._wanted = self._keep("lists", np.arange(slots, dtype=np.uint32))
-        self._order = self._keep("lists", np.arange(slots, dtype=np.uint32))
+        self._lists = self._keep("lists", np.tile(np.arange(slots, dtype=np.uint32), LISTS))
         self._slot_meshlets = self._keep("lists", np.full(slots, NO_SLOT, np.uint32))
         constants = self._constants(self.scene.max_lanes)
-        steps = ("fill",) if self.all_cached else ("cache_count", "cache_choose", "fill")
+        steps = ("fill",) if self.all_cached else ("cache", "fill")
         self._cache_pipelines = {step: ComputePipeline(self.device, f"rt_{step}.comp", constants) for step in steps}
         if not self.all_cached:
             return
         with self.device.commands() as commands:
             self._record_fill(commands, 0)
-        for buffer in (self._state, self._rounds_template, self._wanted, self._order, self._slot_meshlets):
+        for buffer in (self._state, self._lists, self._slot_meshlets):
             self._own["lists"].remove(buffer)
             buffer.free()
 
     def _first_state(self) -> np.ndarray:
-        """uint8[...]: CacheState before the first frame. If everything is cached, all meshlets are wanted."""
-        state = np.zeros((), STATE)
-        state["stable"], state["rotating"] = self.capacity + self.scratch - self._rotating, self._rotating
-        state["predict"], state["bounds"] = self.predict, self._bounds.address if self._bounds else 0
+        """uint8[...]: CacheState before the first frame. If everything is cached, all meshlets are to be decoded."""
+        state, rounds = np.zeros((), STATE), np.zeros(self._coming_round + 1, ROUND)
+        slots = self.capacity + self.scratch
+        state["stable"], state["rotating"] = slots - self._rotating, self._rotating
+        state["predict"], state["bounds"] = self.predict, _address(self._bounds)
+        state["owners"], state["stamps"] = _address(self._owners), _address(self._stamps)
         state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
-        rounds = self._rounds_begin.copy()
+        state["coming_round"] = self._coming_round
         if self.all_cached:
-            state["kept"] = rounds["requested"][0] = self.capacity
-            rounds["fill_groups"][0, 0] = min(self.capacity, FILL_GROUPS)
+            state["listed"][0, [IDLE_SLOTS, MOST_ASKED]] = slots
+            state["kept"] = rounds["requested"][0] = slots
+            rounds["fill_groups"][0] = min(slots, FILL_GROUPS), 1, 1
         return np.frombuffer(state.tobytes() + rounds.tobytes(), np.uint8)
 
     def _cache_data(self, record: int) -> np.ndarray:
         """Push constants of the cache's shaders. record: which of the frame's rounds."""
-        lists = (self._wanted, self._order, self._slot_meshlets)
-        buffers = (self._frame, self._traced, self._slot_table, self._cache, self._counters, self._state, *lists)
-        return np.frombuffer(struct.pack("<9QI", *(b.address for b in buffers), record), np.uint8)
+        lists = (self._state, self._lists, self._slot_meshlets)
+        buffers = (self._frame, self._traced, self._slot_table, self._cache, self._counters, *lists)
+        return np.frombuffer(struct.pack("<8QI", *(b.address for b in buffers), record), np.uint8)
 
     def _round_offset(self, record: int, field: str) -> int:
         """Bytes from the beginning of CacheState to a field of one of its rounds."""
@@ -543,12 +545,9 @@ class RayTracer:
 
     def _record_selection(self, commands) -> None:
         """What the slots hold when the frame begins, by what was asked for in the last one."""
-        copy = vk.VkBufferCopy(0, STATE.itemsize, self._rounds_begin.nbytes)
-        vk.vkCmdCopyBuffer(commands, self._rounds_template.handle, self._state.handle, 1, [copy])
-        groups = -(-self.meshlets // KEYS)
-        for step in ("cache_count", "cache_choose"):
-            self._cache_pipelines[step].dispatch(commands, groups, self._cache_data(0))
-            self._barrier(commands)
+        groups = -(-self.meshlets // CHOOSE_GROUP)
+        self._cache_pipelines["cache"].dispatch(commands, groups, self._cache_data(0))
+        self._barrier(commands)
         self._record_fill(commands, 0)
         self._barrier(commands)
 
@@ -588,8 +587,6 @@ class RayTracer:
         self._paths = Buffer(self.device, 2 * limit * PATH_BYTES)
         self._pictures = [self._colors, self._hits, self._waiting, self._paths]
         if self._selects:
-            self._rounds_begin["pixels"][:, 1] = self._strip_rows
-            self._rounds_template.write(np.frombuffer(self._rounds_begin.tobytes(), np.uint8))
             self._state.write(np.array([self._paths.address], np.uint64), STATE.fields["paths"][1])
             self._state.write(np.array([limit], np.uint32), STATE.fields["path_limit"][1])
 
@@ -614,6 +611,8 @@ class RayTracer:
 
     def _record_strip(self, commands, strip: int) -> None:
         """Traces all its pixels; then what paths wait for is decoded, and they go on; in the end they decode for themselves."""
+        if self._selects and self.predict and strip == 0:
+            self._record_fill(commands, self._coming_round)  # at the same time as the rays
         self._record_rays(commands, self._waiting_rays or self._rays, strip, 0)
         if not self.rounds:
             return
@@ -632,13 +631,13 @@ class RayTracer:
         compressed, width = self.path == "rt", self._picture_size[0]
         record = strip * self._round_records + number
         data = struct.pack(
-            "<9Q6I3Q",
+            "<9Q6I3QI",
             self._frame.address,
             self.top.addresses[0],
             self._traced.address,
             self._slot_table.address if compressed else 0,
             self._cache.address if compressed else 0,
-            self._counters.address if self.counted else 0,
+            self._counters.address if compressed else 0,
             self._first_triangles,
             self._colors.address,
             self._hits.address,
@@ -649,16 +648,15 @@ class RayTracer:
             number,
             record,
             self._state.address if self.rounds else 0,
-            self._wanted.address if self.rounds else 0,
+            self._lists.address + 4 * REQUESTS * (self.capacity + self.scratch) if self.rounds else 0,
             self._waiting.address,
+            self._strip_rows,
         )
+        push(commands, self._layout, np.frombuffer(data, np.uint8))
         if number == 0:
-            push(commands, self._layout, np.frombuffer(data + bytes(4), np.uint8))
             self.device.function("vkCmdTraceRaysKHR")(commands, *regions, width, self._strip_rows, 1)
-            return
-        for resumed, launch in enumerate(("pixels", "paths") if self.paths else ("pixels",)):
-            push(commands, self._layout, np.frombuffer(data + struct.pack("<I", resumed), np.uint8))
-            place = self._state.address + self._round_offset(record, launch)
+        else:
+            place = self._state.address + self._round_offset(record, "launch")
             self.device.function("vkCmdTraceRaysIndirectKHR")(commands, *regions, place)
 
     def _number_triangles(self, ids: np.ndarray) -> None:
@@ -667,6 +665,11 @@ class RayTracer:
             mine = ids[..., 0] == number
             if mine.any():
                 ids[..., 1][mine] = self.scene.primitives[instance.primitive].decoded().ids()[ids[..., 1][mine]]
+
+
+def _address(buffer: Buffer | None) -> int:
+    """Where a shader finds a buffer, or 0."""
+    return buffer.address if buffer else 0
 
 
 def _check_length(bounces: int, samples: int) -> None:
