@@ -25,6 +25,7 @@ WIDTH, HEIGHT = 1280, 720
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
 STEP = 0.5  # degrees between frames
 WARM_UP, FRAMES = 4, 24
+CLOCKS = 0.7  # seconds of work before the first frames, in which the GPU comes to its clock rate
 SLOW, LEAST_FRAMES = 1200, 12  # a configuration that has taken so many milliseconds is measured in no more frames, once it has these
 BOUNCES = (0, 2)
 TUNED = ("scratch", "rounds", "strips", "predict", "bounds", "paths")  # parameters and options; None: what RayTracer chooses
@@ -73,6 +74,10 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
         times: list[list[float]] = [[] for _ in tracers]
         for tracer in tracers:
             tracer.set_light(bounces=bounces, shadows=bounces > 0)
+        began = time.perf_counter()
+        while time.perf_counter() < began + CLOCKS:
+            for tracer in tracers:
+                tracer.time(cameras[0], options.width, options.height)
         for number, camera in enumerate(cameras):
             for tracer, own in zip(tracers, times):
                 if len(own) >= LEAST_FRAMES and sum(own) > SLOW:

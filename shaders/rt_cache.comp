@@ -10,6 +10,10 @@
 #include "rt_common.glsl"
 #include "rt_cache.glsl"
 
+// Meshlets that rays asked for and have no slot are decoded before the first ray; but if they are so few, only those that many asked for, since
+// that costs more time than it takes the others' rays to wait.
+#define FEW_MISSING 128u
+#define ASKED_OFTEN (ASKED + 3u)
 #define GROUP 512u                         // CHOOSE_GROUP of vk_backend/raytrace.py
 layout(local_size_x = GROUP) in;
 
@@ -17,6 +21,9 @@ shared uint counts[LISTS];                 // of what the workgroup adds to each
 shared uint begins[LISTS];                 //   and where that begins in it
 shared bool last_group;
 uint frame;                                // the number of the one that begins
+
+#define LISTED(list) counts[list]
+#include "rt_order.glsl"
 
 // What other workgroups have written in this dispatch.
 layout(buffer_reference, std430, buffer_reference_align = 4) coherent buffer SharedCounts { uint at[]; };
@@ -32,12 +39,14 @@ uint spread_nearness(CacheState state, uint m, bool asked) {
   uint before = nearness_of(stamps.at[m]);
   uint own = asked ? ASKED : min(before, ASKED - 1u);
   uint next = own == ASKED ? stamp(frame, ASKED) : 0u;
+  uint owners[NEIGHBOURS];                 // read all at once, then
+  uint stamped[NEIGHBOURS];                //   all these: one after another would take longer than the rest
+  for (uint i = 0u; i < NEIGHBOURS; i++) owners[i] = Counts(state.owners).at[NEIGHBOURS * m + i];
+  for (uint i = 0u; i < NEIGHBOURS; i++) stamped[i] = stamps.at[owners[i] == NO_SLOT ? m : owners[i]];
   for (uint i = 0u; i < NEIGHBOURS; i++) {
-    uint owner = Counts(state.owners).at[NEIGHBOURS * m + i];
-    if (owner == NO_SLOT) break;
-    uint stamped = stamps.at[owner];
-    uint other = nearness_of(stamped);
-    if (own > 1u && stamped < stamp(frame, own - 1u)) atomicMax(stamps.at[owner], stamp(frame, own - 1u));
+    if (owners[i] == NO_SLOT) break;
+    uint other = nearness_of(stamped[i]);
+    if (own > 1u && stamped[i] < stamp(frame, own - 1u)) atomicMax(stamps.at[owners[i]], stamp(frame, own - 1u));
     if (other > 1u) next = max(next, stamp(frame, other - 1u));
   }
   if (next != 0u) atomicMax(stamps.at[m], next);
@@ -67,23 +76,25 @@ void prepare(CacheState state) {
 // How many meshlets are decoded before and during the first launch, and which slots are given away later: those after theirs, in turn.
 void plan(CacheState state) {
   uint slots = state.stable + state.rotating;
-  uint kept = 0u;
+  uint missing = 0u;
+  for (uint c = ASKED; c < CLASSES; c++) missing += counts[CLASSES + c];
+  uint pressing = missing > FEW_MISSING ? ASKED : ASKED_OFTEN;
   uint lower = slots;                      // slots of lower classes
-  for (uint c = CLASSES - 1u; c >= ASKED; c--) {
+  uint idle = 0u;
+  uint used = 0u;
+  uint kept = 0u;
+  for (uint c = CLASSES - 1u; c > CLASS_IDLE; c--) {
     lower -= counts[c];
-    kept += min(counts[CLASSES + c], lower - min(kept, lower));
+    used += min(counts[CLASSES + c], lower - min(used, lower));
+    if (c == pressing) kept = used;
+    if (c == ASKED) idle = lower;
   }
+  uint coming = min(used - kept, MOST_COMING);
   kept = min(kept, state.stable);
-  uint idle = lower - min(kept, lower);
-  uint coming = 0u;
-  for (uint c = ASKED - 1u; c > CLASS_IDLE; c--) {
-    lower -= counts[c];
-    coming += min(counts[CLASSES + c], lower - min(kept + coming, lower));
-  }
-  coming = min(coming, MOST_COMING);
   state.frame = frame;
+  state.pressing = pressing;
   state.kept = kept;
-  state.ring = max(state.rotating, idle);
+  state.ring = max(state.rotating, idle - min(kept, idle));
   state.cursor = coming;
   state.finished = 0u;
   state.rounds[0].requested = kept;
@@ -96,7 +107,7 @@ void plan(CacheState state) {
 void place_coming(CacheState state) {
   uint coming = state.rounds[state.coming_round].requested;
   for (uint i = gl_LocalInvocationIndex; i < coming; i += GROUP) {
-    uint m = SharedCounts(push.lists).at[meshlet_place(state, ASKED - 1u, i)];
+    uint m = SharedCounts(push.lists).at[meshlet_place(state, state.pressing - 1u, i)];
     uint slot = SharedCounts(push.lists).at[slot_place(state, state.kept + i)];
     uint before = Counts(push.slot_meshlets).at[slot];
     if (before != NO_SLOT) Counts(push.slot_table).at[before] = NO_SLOT;

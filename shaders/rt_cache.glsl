@@ -1,9 +1,9 @@
 // The state of the cache, in a frame and between frames; vk_backend/raytrace.py mirrors it.
 
 // Classes of slots and meshlets by what rays asked for in the last frame.
-#define CLASSES 8u
+#define CLASSES 13u
 #define CLASS_IDLE 0u                      // neither asked for nor near what was; empty slots, too
-#define ASKED 4u                           // and more: asked for by 1 to 3 rays, 4 to 15, and so on. Between: so many steps less from such
+#define ASKED 6u                           // and more: asked for by 1 to 3 rays, 4 to 15, and so on. Between: by so many steps away from such
 #define LISTS (2u * CLASSES)               // of slots by class, then of meshlets without a slot by class
 
 // What a round of a frame has to do. The launch before it writes it; when a frame begins there is nothing.
@@ -30,11 +30,13 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uint path_limit;                         // records of paths for a round
   uint coming_round;                       // the last of rounds: what is decoded during the first launch
   uint frame;                              // its number
-  uint kept;                               // meshlets to decode before it, since rays asked for them
+  uint pressing;                           // class from which on meshlets are decoded before it, and
+  uint kept;                               //   how many
   uint ring;                               // slots that are given away during the frame, in turn
   uint cursor;                             //   of which so many have been
   uint finished;                           // workgroups of the running step that are done
-  coherent uint listed[2u * LISTS];        // what the lists of this frame hold, and those of the next; or more than there is room for
+  uint unused[3];
+  uint listed[2u * LISTS];                 // what the lists of this frame hold, and those of the next; or more than there is room for
   Round rounds[];
 };
 
@@ -42,20 +44,6 @@ uint listed_at(uint frame, uint list) { return (frame & 1u) * LISTS + list; }
 // Where a list of slots or meshlets begins: each has as many words as there are slots.
 uint list_begin(CacheState state, uint list) { return list * (state.stable + state.rotating); }
 #define REQUESTS (CLASSES + CLASS_IDLE)    // of the lists: there is none of such meshlets, so this one is for what paths wait for
-
-// The place in the lists of number `index` of all slots, in the order of their classes.
-uint slot_place(CacheState state, uint index) {
-  uint c = CLASS_IDLE;
-  for (; c < CLASSES - 1u && index >= state.listed[listed_at(state.frame, c)]; c++) index -= state.listed[listed_at(state.frame, c)];
-  return list_begin(state, c) + index;
-}
-
-// The same for the meshlets without a slot, from class `c` down.
-uint meshlet_place(CacheState state, uint c, uint index) {
-  for (; c > CLASS_IDLE + 1u && index >= state.listed[listed_at(state.frame, CLASSES + c)]; c--)
-    index -= state.listed[listed_at(state.frame, CLASSES + c)];
-  return list_begin(state, CLASSES + c) + index;
-}
 
 #if defined(OWN_PUSH) && !defined(OWN_CACHE_PUSH)
 layout(push_constant) uniform Push {

@@ -13,6 +13,8 @@
 #include "meshlet_parallel.glsl"
 #include "meshlet_workgroup.glsl"
 #include "slot_output.glsl"
+#define LISTED(list) state.listed[listed_at(state.frame, list)]
+#include "rt_order.glsl"
 
 layout(local_size_x = GROUP) in;
 
@@ -64,7 +66,7 @@ void main() {
   uint count = state.rounds[push.round].requested;
   if (waited_for) count = min(count, state.ring);
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
-    uint place = waited_for ? list_begin(state, REQUESTS) + i : meshlet_place(state, kept ? CLASSES - 1u : ASKED - 1u, i);
+    uint place = waited_for ? list_begin(state, REQUESTS) + i : meshlet_place(state, (kept ? CLASSES : state.pressing) - 1u, i);
     uint number = Counts(push.lists).at[place];
     uint slot;
     if (coming) {                          // the slot is its own already, and rays of the launch that runs at the same time keep away from it

@@ -14,6 +14,9 @@
 #include "meshlet_decoder_epilogue.glsl"
 #endif
 #include "rt_attributes.glsl"
+#ifndef PLAIN
+#include "rt_request.glsl"
+#endif
 
 layout(location = 0) rayPayloadInEXT Surface surface;
 #ifdef TRIANGLES
@@ -26,25 +29,6 @@ vec3 unit(vec3 v, vec3 otherwise) {
   float squared = dot(v, v);
   return squared > 0.0 ? v * inversesqrt(squared) : otherwise;
 }
-
-#ifndef PLAIN
-
-// Puts a meshlet on the list of those that paths wait for, if it is not there.
-void request(uint number) {
-  CacheState state = CacheState(push.state);
-  // Most are on the list already, and reading costs less than an atomic.
-  if (Counts(push.slot_table).at[number] != NO_SLOT || state.rounds[push.record + 1u].requested >= state.ring) return;
-  if (atomicCompSwap(Counts(push.slot_table).at[number], NO_SLOT, REQUESTED) != NO_SLOT) return;
-  uint place = atomicAdd(state.rounds[push.record + 1u].requested, 1u);
-  if (place < state.ring) {
-    Counts(push.requests).at[place] = number;
-    if (place < FILL_GROUPS) atomicAdd(state.rounds[push.record + 1u].fill_groups[0], 1u);
-  } else {
-    Counts(push.slot_table).at[number] = NO_SLOT;
-  }
-}
-
-#endif
 
 void main() {
 #ifndef PLAIN

@@ -226,16 +226,16 @@ def test03_cache_follows(device, fine_scene):
 
 
 def test04_prediction(device, fine_scene):
-    """What the last frame asked for is there before the first ray, if there are slots for it: then nothing waits."""
+    """What the last frame asked for stays or comes, if there are slots for it: then nothing waits."""
     camera = camera_of(fine_scene)
     traced = tracer(device, fine_scene, cache=0.1, scratch=0.9, samples=1)
     for bounces in (0, 1):
         traced.set_light(bounces=bounces, shadows=True)
         waiting = []
-        for _ in range(2):
+        for _ in range(3):
             traced.render(camera, WIDTH, HEIGHT)
             waiting.append(sum(traced.statistics()["waiting"]))
-        assert waiting[0] > 0 and waiting[1] == 0
+        assert (waiting[0] > waiting[1] or bounces) and waiting[2] == 0
     traced.free()
 
 
@@ -243,15 +243,14 @@ def test04_prediction(device, fine_scene):
 def test05_prediction_alone(predict, device, fine_scene):
     """Without rounds paths decode for themselves, so that slots are filled only between frames, and with what is near."""
     traced = tracer(device, fine_scene, cache=0.1, scratch=0.9, samples=1, rounds=0, predict=predict)
-    kept, coming = [], []
+    kept = []
     for _ in range(4):
         traced.render(camera_of(fine_scene), WIDTH, HEIGHT)
         kept.append(traced.statistics()["kept"])
-        coming.append(traced.statistics()["coming"])
     needed = traced._counters.read() > 0
     there = slots_of(traced) < traced.capacity + traced.scratch
     assert there[needed].all() and kept[0] == 0 < kept[1]
-    assert (sum(coming) > 0) == there[~needed].any() == predict
+    assert there[~needed].any() == predict
     traced.free()
 
 
@@ -276,14 +275,14 @@ def fine_film(device, fine_scene):
 @pytest.mark.parametrize(
     "settings, outcome",
     [
-        pytest.param({"cache": 0.0, "paths": 1.0}, GO_ON, id="all go on"),
+        pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 1.0}, GO_ON, id="all go on"),
         pytest.param({"cache": 0.0, "scratch": 1.01 / 355, "paths": 0.05, "rounds": 2, "strips": 1}, None, id="one slot"),
         pytest.param(
             {"cache": 0.1, "scratch": 0.1, "rounds": 3, "strips": 5, "predict": False, "bounds": False}, None, id="strips, no bounds"
         ),
-        pytest.param({"cache": 0.0, "paths": 0.0}, RESTART, id="all start again"),
-        pytest.param({"cache": 0.0, "paths": 0.02}, BOTH, id="some start again"),
-        pytest.param({"cache": 0.0, "paths": 1.0, "bounds": False}, GO_ON, id="no bounds"),
+        pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 0.0}, RESTART, id="all start again"),
+        pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 0.02}, BOTH, id="some start again"),
+        pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 1.0, "bounds": False}, GO_ON, id="no bounds"),
         pytest.param({"cache": 0.0, "scratch": 0.06, "paths": 0.05, "rounds": 3}, None, id="few slots"),
         pytest.param({"cache": 0.1, "scratch": 0.2}, None, id="10 %"),
         pytest.param({"cache": 0.25, "scratch": 0.2, "predict": False}, None, id="25 %"),

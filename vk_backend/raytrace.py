@@ -26,15 +26,15 @@ PATHS = ("rt", "rt-plain", "rt-triangles")
 MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
 NO_SLOT, REQUESTED = 0xFFFFFFFF, 0xFFFFFFFE  # of shaders/rt_common.glsl
 CHOOSE_GROUP, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
-CLASSES, FILL_GROUPS, NEIGHBOURS = 8, 32768, 6  # of shaders/rt_cache.glsl
+CLASSES, FILL_GROUPS, NEIGHBOURS = 13, 32768, 6  # of shaders/rt_cache.glsl
 IDLE_SLOTS, REQUESTS, MOST_ASKED, LISTS = 0, CLASSES, 2 * CLASSES - 1, 2 * CLASSES  # its lists
-SCRATCH, LEAST_SCRATCH = 1 / 2, 64  # slots beside the cache: a share of the meshlets that it has no room for, or so many
+SCRATCH, LEAST_SCRATCH = 2 / 3, 768  # slots beside the cache: a share of the meshlets that it has no room for, or so many
 ROTATING = 1 / 2  # of all slots: what is given away during a frame, at most; the others keep what is asked for most
-MANY_SLOTS, ROUNDS = 0.6, {True: 1, False: 6}  # share of the meshlets that have slots; rounds if it is that large, or is not,
+MANY_SLOTS, ROUNDS = 0.78, {True: 1, False: 4}  # share of the meshlets that have slots; rounds if it is that large, or is not,
 BOUNCE_ROUNDS, LONG_PATH = 3, 2  # and so many more for each bounce, up to that one
 FEW_SLOTS, MOST_STRIPS = 0.45, 16  # with a smaller share a picture is traced in strips, the more the smaller it is
 SAMPLES = 16  # paths per pixel, where they bounce
-SAVED_PATHS = 1 / 128  # records of paths that wait: a share of the pixels, twice
+SAVED_PATHS, SAVED_BYTES = 1 / 128, 1 / 4  # records of paths that wait: a share of the pixels, twice; at most a share of the slots' bytes
 MOST_BOUNCES, MOST_SAMPLES = 2047, (1 << 20) - 1  # what a record holds
 BOUNDS_BYTES, PATH_BYTES = 24, 64  # of a meshlet's box and of a record, in shaders/rt_cache.glsl and rt_paths.glsl
 SHADER_GROUPS = 3  # of shaders in a pipeline: the camera's, for misses, for hits
@@ -80,10 +80,12 @@ STATE = np.dtype(
         ("path_limit", "<u4"),
         ("coming_round", "<u4"),
         ("frame", "<u4"),
+        ("pressing", "<u4"),
         ("kept", "<u4"),
         ("ring", "<u4"),
         ("cursor", "<u4"),
         ("finished", "<u4"),
+        ("unused", "<u4", 3),
         ("listed", "<u4", (2, LISTS)),
     ]
 )
@@ -112,12 +114,13 @@ class RayTracer:
     cache: share of the meshlets that may be kept decoded, 0 to 1; cache_bytes: the same limit in bytes, instead. bounces: how often light
     is followed from surface to surface; shadows: whether surfaces shade one another; samples: paths per pixel (None: 1, or with bounces
     16); group: triangles behind one box, 4 to 64, a power of two. Where the cache does not hold everything, there are further slots
-    (scratch: share of the meshlets; None: half of those that the cache has no room for), and paths that need a meshlet which is in no slot
-    wait: it is decoded into one and they go on, up to `rounds` times; then they decode for themselves, which takes much longer.
-    strips: parts of the picture that are traced one after the other, so that the slots suffice for each. predict: what the last frame
-    asked for is decoded before the first ray, as far as there are slots that it did not need. bounds: keep a box around each meshlet, up
-    to which a path that waits knows that there is nothing; without it a path asks for whatever it comes across first. paths: records of
-    paths that wait, a share of the pixels; those without one start again. counted: keep statistics where the cache does not need them.
+    (scratch: share of the meshlets; None: 2/3 of those that the cache has no room for, at least 768), and paths that need a meshlet which
+    is in no slot wait: it is decoded into one and they go on, up to `rounds` times; the last time they decode for themselves what they
+    still lack, which takes much longer. strips: parts of the picture that are traced one after the other, so that the slots suffice for
+    each. predict: meshlets near those that rays asked for are decoded ahead, beside the first launch, into slots that hold nothing as near.
+    bounds: keep a box around each meshlet, up to which a path that waits knows that there is nothing; without it a path asks for whatever
+    it comes across first. paths: records of paths that wait, a share of the pixels (None: 1/128, in at
+    most a quarter of the slots' memory); those without one start again. counted: keep statistics where the cache does not need them.
     Raises VulkanError; ValueError for a group that there is not, or a negative number.
     """
 
@@ -138,7 +141,7 @@ class RayTracer:
         strips: int | None = None,
         predict: bool = True,
         bounds: bool = True,
-        paths: float = SAVED_PATHS,
+        paths: float | None = None,
         counted: bool = False,
     ):
         if path not in PATHS:
@@ -204,10 +207,9 @@ class RayTracer:
 
     def statistics(self) -> dict[str, Any]:
         """Of the last frame. asked: boxes whose triangles a ray tested, about; needed: meshlets among them; resident: meshlets that have
-        a slot now, of slots; kept: meshlets decoded before the first ray; coming: meshlets decoded during the first launch;
-        requested: meshlets that paths waited for before each round, the last of which decodes for itself what is still missing;
-        waiting: these paths; restarted: those of them that had to start again. Where everything is cached, asked and needed are 0
-        unless `counted` was given."""
+        a slot now, of slots; kept: meshlets decoded before the first ray; coming: meshlets decoded during the first launch; requested:
+        meshlets that paths waited for before each round; waiting: these paths; restarted: those of them that had to start again. Where
+        everything is cached, asked and needed are 0 unless `counted` was given."""
         counts = self._counters.read() if self.counted else np.zeros(1, np.uint32)
         table = self._slot_table.read() if self.path == "rt" else np.zeros(0, np.uint32)
         found = {
@@ -220,7 +222,7 @@ class RayTracer:
         if self._selects:
             raw = self._state.read(np.uint8)
             state, rounds = raw[: STATE.itemsize].view(STATE)[0], raw[STATE.itemsize :].view(ROUND)
-            later = rounds[:-1].reshape(self.strips, self._round_records)[:, 1 : self.rounds + 2]
+            later = rounds[:-1].reshape(self.strips, self._round_records)[:, 1 : self.rounds + 1]
             found.update({"kept": int(state["kept"]), "coming": int(rounds[-1]["requested"])})
             found["requested"] = later["requested"].sum(axis=0).tolist()
             found["waiting"] = (np.minimum(later["waiting"], state["path_limit"]) + later["restarted"]).sum(axis=0).tolist()
@@ -261,7 +263,7 @@ class RayTracer:
 
     @property
     def rounds(self) -> int:
-        """How often paths that wait may go on; none where everything is cached or no slots are beside the cache."""
+        """How often paths that wait go on; never where everything is cached or no slots are beside the cache."""
         return self._first_rounds + self._bounce_rounds * min(self.bounces, LONG_PATH)
 
     # --- making ----------------------------------------------------------------------------------------------------------------------
@@ -289,7 +291,7 @@ class RayTracer:
         self.strips = (strips or fitting) if self.scratch else 1
         self._first_rounds = (ROUNDS[share >= MANY_SLOTS] if rounds is None else rounds) if self.scratch else 0
         self._bounce_rounds = BOUNCE_ROUNDS if rounds is None and self.scratch else 0
-        self._round_records = self._first_rounds + self._bounce_rounds * LONG_PATH + 2  # of a strip, at most
+        self._round_records = self._first_rounds + self._bounce_rounds * LONG_PATH + 1  # of a strip, at most
 
     def _keep(self, part: str, data: np.ndarray | int, usage: int = STORAGE) -> Buffer:
         """A buffer that stays, and is counted."""
@@ -332,7 +334,7 @@ class RayTracer:
             6: self.scene.vertex_floats,
             7: self.scene.attributes,
             9: int(deferred),
-            10: int(self.rounds > 0 and self.paths > 0),
+            10: int(self.rounds > 0 and self.paths != 0),
             11: int(self.counted),
             **self._slots.constants,
         }
@@ -583,12 +585,20 @@ class RayTracer:
         self._hits = Buffer(self.device, 4 * HIT_WORDS * width * height)
         waiting = np.zeros(-(-width * height // 32), np.uint32)
         self._waiting = Buffer(self.device, waiting.nbytes).write(waiting)
-        limit = -(-int(self.paths * width * height) // 32) * 32 if self.rounds else 0
+        limit = self._saved_paths(width * height)
         self._paths = Buffer(self.device, 2 * limit * PATH_BYTES)
         self._pictures = [self._colors, self._hits, self._waiting, self._paths]
         if self._selects:
             self._state.write(np.array([self._paths.address], np.uint64), STATE.fields["paths"][1])
             self._state.write(np.array([limit], np.uint32), STATE.fields["path_limit"][1])
+
+    def _saved_paths(self, pixels: int) -> int:
+        """Records of paths that wait, for a round."""
+        if not self.rounds:
+            return 0
+        most = SAVED_BYTES * self._cache.size / (2 * PATH_BYTES)
+        wanted = min(SAVED_PATHS * pixels, most) if self.paths is None else self.paths * pixels
+        return -(-int(wanted) // 32) * 32
 
     def _record_frame(self):
         """The commands that make a picture."""
@@ -610,18 +620,17 @@ class RayTracer:
         return commands
 
     def _record_strip(self, commands, strip: int) -> None:
-        """Traces all its pixels; then what paths wait for is decoded, and they go on; in the end they decode for themselves."""
+        """Traces all its pixels; then what paths wait for is decoded, and they go on; in the last round they decode for themselves."""
         if self._selects and self.predict and strip == 0:
             self._record_fill(commands, self._coming_round)  # at the same time as the rays
         self._record_rays(commands, self._waiting_rays or self._rays, strip, 0)
-        if not self.rounds:
-            return
-        for number in range(1, self.rounds + 2):
+        for number in range(1, self.rounds + 1):
             self._barrier(commands)
             self._record_fill(commands, strip * self._round_records + number)
             self._barrier(commands)
-            self._record_rays(commands, self._waiting_rays if number <= self.rounds else self._rays, strip, number)
-        self._barrier(commands)
+            self._record_rays(commands, self._waiting_rays if number < self.rounds else self._rays, strip, number)
+        if self.rounds:
+            self._barrier(commands)
 
     def _record_rays(self, commands, rays: tuple[Any, list], strip: int, number: int) -> None:
         """Of a strip's round. Round 0: all pixels; later rounds: those that wait, if there are any."""
