@@ -1,8 +1,8 @@
 // Which meshlets the slots hold when a frame begins, chosen without the host by what rays asked for in the last frame. Slots and meshlets
 // without a slot are listed by classes: how many rays asked. Meshlets take the slots of those that clearly fewer asked for, and are decoded
-// before the first ray. Those near what was asked for, which rays will probably ask for next, take slots of what is not as near, and are
-// decoded while the first rays are on their way. What the other slots hold stays; during the frame they are given to what rays wait for,
-// the lowest class first.
+// before the first ray. Those that rays asked for some frames ago, and those near what they asked for in the last, take slots of what is
+// less likely to be asked for, and are decoded while the first rays are on their way. What the other slots hold stays; during the frame
+// they are given to what rays wait for, the lowest class first.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -28,17 +28,18 @@ uint frame;                                // the number of the one that begins
 // What other workgroups have written in this dispatch.
 layout(buffer_reference, std430, buffer_reference_align = 4) coherent buffer SharedCounts { uint at[]; };
 
-// How near a meshlet is to those that rays asked for: ASKED itself, one less for each step away from them, 0 if it is not near.
+// How near a meshlet is to those that rays asked for: ITSELF, one less for each step away from them, 0 if it is not near.
+#define ITSELF RECENT
 uint stamp(uint number, uint nearness) { return number * 8u + nearness; }
 uint nearness_of(uint stamped) { return stamped >= stamp(frame - 1u, 0u) ? stamped & 7u : 0u; }
 
 // Each frame nearness spreads by one step to the meshlets that share a boundary. It is a hint: that some see others' stamps of this frame
-// and some those of the last does no harm. Returns the meshlet's, less than ASKED if no ray asked for it in the last frame.
+// and some those of the last does no harm. Returns the meshlet's, IDLE or the class NEAR and above.
 uint spread_nearness(CacheState state, uint m, bool asked) {
   Counts stamps = Counts(state.stamps);
   uint before = nearness_of(stamps.at[m]);
-  uint own = asked ? ASKED : min(before, ASKED - 1u);
-  uint next = own == ASKED ? stamp(frame, ASKED) : 0u;
+  uint own = asked ? ITSELF : min(before, ITSELF - 1u);
+  uint next = asked ? stamp(frame, ITSELF) : 0u;
   uint owners[NEIGHBOURS];                 // read all at once, then
   uint stamped[NEIGHBOURS];                //   all these: one after another would take longer than the rest
   for (uint i = 0u; i < NEIGHBOURS; i++) owners[i] = Counts(state.owners).at[NEIGHBOURS * m + i];
@@ -51,6 +52,17 @@ uint spread_nearness(CacheState state, uint m, bool asked) {
   }
   if (next != 0u) atomicMax(stamps.at[m], next);
   return own;
+}
+
+// The class by when rays asked for a meshlet, IDLE if that is long ago.
+uint recency(CacheState state, uint m, uint asked) {
+  Counts seen = Counts(state.seen);
+  if (asked != 0u) {
+    seen.at[m] = frame;
+    return min(ASKED + uint(findMSB(asked)) / 2u, CLASSES - 1u);
+  }
+  uint age = frame - seen.at[m];
+  return age < 3u ? RECENT + 2u : age < 8u ? RECENT + 1u : age < 32u ? RECENT : IDLE;
 }
 
 // Whether all other workgroups of the dispatch are done, and what they wrote can be read.
@@ -83,7 +95,7 @@ void plan(CacheState state) {
   uint idle = 0u;
   uint used = 0u;
   uint kept = 0u;
-  for (uint c = CLASSES - 1u; c > CLASS_IDLE; c--) {
+  for (uint c = CLASSES - 1u; c > IDLE; c--) {
     lower -= counts[c];
     used += min(counts[CLASSES + c], lower - min(used, lower));
     if (c == pressing) kept = used;
@@ -133,24 +145,24 @@ void main() {
     uint entry = Counts(push.slot_table).at[m];
     uint asked = Counts(push.counters).at[m];
     Counts(push.counters).at[m] = 0u;
-    uint nearness = state.predict != 0u ? spread_nearness(state, m, asked != 0u) : CLASS_IDLE;
-    into = asked == 0u ? nearness : min(ASKED + uint(findMSB(asked)) / 2u, CLASSES - 1u);
+    uint nearness = state.predict != 0u ? spread_nearness(state, m, asked != 0u) : IDLE;
+    into = max(recency(state, m, asked), min(nearness, RECENT - 1u));
     if (entry < REQUESTED) {
       item = entry & SLOT_BITS;
       Counts(push.slot_table).at[m] = item | (asked >= HOT_COUNT ? HOT : 0u);
     } else {
-      into = into == CLASS_IDLE ? LISTS : CLASSES + into;
+      into = into == IDLE ? LISTS : CLASSES + into;
       Counts(push.slot_table).at[m] = NO_SLOT;
     }
     if (into < LISTS) rank = atomicAdd(counts[into], 1u);
   }
-  if (empty) empty_rank = atomicAdd(counts[CLASS_IDLE], 1u);
+  if (empty) empty_rank = atomicAdd(counts[IDLE], 1u);
   barrier();
   if (local < LISTS && counts[local] != 0u) begins[local] = atomicAdd(state.listed[listed_at(frame, local)], counts[local]);
   barrier();
   SharedCounts lists = SharedCounts(push.lists);
   if (into < LISTS && begins[into] + rank < slots) lists.at[list_begin(state, into) + begins[into] + rank] = item;
-  if (empty) lists.at[list_begin(state, CLASS_IDLE) + begins[CLASS_IDLE] + empty_rank] = m;
+  if (empty) lists.at[list_begin(state, IDLE) + begins[IDLE] + empty_rank] = m;
   if (!is_last_group(state)) return;
   prepare(state);
   barrier();

@@ -1,9 +1,11 @@
 // The state of the cache, in a frame and between frames; vk_backend/raytrace.py mirrors it.
 
-// Classes of slots and meshlets by what rays asked for in the last frame.
-#define CLASSES 13u
-#define CLASS_IDLE 0u                      // neither asked for nor near what was; empty slots, too
-#define ASKED 6u                           // and more: asked for by 1 to 3 rays, 4 to 15, and so on. Between: by so many steps away from such
+// Classes of slots and meshlets by what rays asked for. The higher, the more likely they will ask for it again.
+#define CLASSES 12u
+#define IDLE 0u                            // nothing of the following; empty slots, too
+#define NEAR 1u                            // to 3: so many steps less than four away from one that rays asked for in the last frame
+#define RECENT 4u                          // to 6: asked for less than 32, 8, 3 frames ago
+#define ASKED 7u                           // to 11: asked for in the last frame by 1 to 3 rays, 4 to 15, and so on
 #define LISTS (2u * CLASSES)               // of slots by class, then of meshlets without a slot by class
 
 // What a round of a frame has to do. The launch before it writes it; when a frame begins there is nothing.
@@ -22,6 +24,7 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uvec2 paths;                             // two times path_limit records of waiting paths
   uvec2 owners;                            // of each meshlet: NEIGHBOURS meshlets that own boundaries of it, or fewer and NO_SLOT; or 0
   uvec2 stamps;                            // of each meshlet: when it was near one that rays asked for, and how near
+  uvec2 seen;                              // of each meshlet: the frame after the one in which rays last asked for it
   uint stable;                             // slots that are not given away during a frame, at least
   uint rotating;                           // the other slots
   uint meshlets;
@@ -35,7 +38,6 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uint ring;                               // slots that are given away during the frame, in turn
   uint cursor;                             //   of which so many have been
   uint finished;                           // workgroups of the running step that are done
-  uint unused[3];
   uint listed[2u * LISTS];                 // what the lists of this frame hold, and those of the next; or more than there is room for
   Round rounds[];
 };
@@ -43,7 +45,7 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
 uint listed_at(uint frame, uint list) { return (frame & 1u) * LISTS + list; }
 // Where a list of slots or meshlets begins: each has as many words as there are slots.
 uint list_begin(CacheState state, uint list) { return list * (state.stable + state.rotating); }
-#define REQUESTS (CLASSES + CLASS_IDLE)    // of the lists: there is none of such meshlets, so this one is for what paths wait for
+#define REQUESTS (CLASSES + IDLE)          // of the lists: there is none of such meshlets, so this one is for what paths wait for
 
 #if defined(OWN_PUSH) && !defined(OWN_CACHE_PUSH)
 layout(push_constant) uniform Push {

@@ -2,13 +2,13 @@
 
 // The place in the lists of number `index` of all slots, the lowest class first.
 uint slot_place(CacheState state, uint index) {
-  uint c = CLASS_IDLE;
+  uint c = IDLE;
   for (; c < CLASSES - 1u && index >= LISTED(c); c++) index -= LISTED(c);
   return list_begin(state, c) + index;
 }
 
 // The same for the meshlets without a slot, from class `c` down.
 uint meshlet_place(CacheState state, uint c, uint index) {
-  for (; c > CLASS_IDLE + 1u && index >= LISTED(CLASSES + c); c--) index -= LISTED(CLASSES + c);
+  for (; c > IDLE + 1u && index >= LISTED(CLASSES + c); c--) index -= LISTED(CLASSES + c);
   return list_begin(state, CLASSES + c) + index;
 }

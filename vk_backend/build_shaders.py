@@ -6,8 +6,10 @@ import hashlib
 import json
 import re
 import shutil
+import struct
 import subprocess
 import sys
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -16,6 +18,9 @@ OUTPUT = Path(__file__).resolve().parent / "spirv"
 CONSTANTS = "constants.h"                  # shipped as it is, for vk_backend.constants
 MANIFEST = OUTPUT / "sources.json"
 STAGES = {".comp", ".task", ".mesh", ".vert", ".geom", ".frag", ".rgen", ".rint", ".rahit", ".rchit", ".rmiss"}
+# Ray tracing: pipelines that differ by constants alone shall compute the same bits, though drivers compile each anew and may fuse a product
+# and a sum in one of them.
+EXACT_STAGES = {".rgen", ".rint", ".rahit", ".rchit"}
 INCLUDE = re.compile(r'^\s*#include "([^"]+)"', re.MULTILINE)
 # A source may be compiled several times: lines `// variants: NAME=MACRO[,MACRO...] ...` make spirv/<NAME>.spv of each.
 VARIANTS = re.compile(r"^// variants: (.*)$", re.MULTILINE)
@@ -43,10 +48,36 @@ def closure(source: Path) -> list[Path]:
 
 def digest(source: Path, macros: list[str]) -> str:
     """SHA-256 of everything that a module is made from."""
-    hashed = hashlib.sha256(" ".join(macros).encode())
+    hashed = hashlib.sha256(" ".join([*macros, "exact"] if source.suffix in EXACT_STAGES else macros).encode())
     for path in closure(source):
         hashed.update(path.name.encode() + b"\0" + path.read_bytes())
     return hashed.hexdigest()
+
+
+# Opcodes and a decoration of SPIR-V: OpFNegate, OpFAdd, OpFSub, OpFMul, OpFDiv, and those of vectors and matrices; OpDecorate; NoContraction.
+ARITHMETIC = {127, 129, 131, 133, 136, 142, 143, 144, 145, 146, 148}
+DECORATE, NO_CONTRACTION = 71, 42
+FIRST_TYPE, LAST_TYPE = 19, 39
+
+
+def instructions(words: tuple[int, ...]) -> Iterator[tuple[int, int]]:
+    """(position, opcode) of each instruction of a module."""
+    position = 5
+    while position < len(words):
+        yield position, words[position] & 0xFFFF
+        position += max(words[position] >> 16, 1)
+
+
+def exact(code: bytes) -> bytes:
+    """The module with all its arithmetic decorated NoContraction."""
+    words = struct.unpack(f"<{len(code) // 4}I", code)
+    found = list(instructions(words))
+    decorated = {words[p + 1] for p, opcode in found if opcode == DECORATE and words[p + 2] == NO_CONTRACTION}
+    results = [words[p + 2] for p, opcode in found if opcode in ARITHMETIC and words[p + 2] not in decorated]
+    added = [word for result in results for word in (3 << 16 | DECORATE, result, NO_CONTRACTION)]
+    begin = next(p for p, opcode in found if FIRST_TYPE <= opcode <= LAST_TYPE)  # types follow the decorations
+    words = (*words[:begin], *added, *words[begin:])
+    return struct.pack(f"<{len(words)}I", *words)
 
 
 def compile_module(name: str, source: Path, macros: list[str]) -> bytes:
@@ -59,7 +90,8 @@ def compile_module(name: str, source: Path, macros: list[str]) -> bytes:
             raise RuntimeError(result.stdout + result.stderr)
         if shutil.which("spirv-opt"):
             subprocess.run(["spirv-opt", "--strip-debug", str(output), "-o", str(output)], check=True)
-        return output.read_bytes()
+        code = output.read_bytes()
+        return exact(code) if source.suffix in EXACT_STAGES else code
     finally:
         output.unlink(missing_ok=True)
 

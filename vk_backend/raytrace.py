@@ -25,8 +25,9 @@ from .textures import TextureArray, array_size, texture_set_layout
 PATHS = ("rt", "rt-plain", "rt-triangles")
 MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
 NO_SLOT, REQUESTED = 0xFFFFFFFF, 0xFFFFFFFE  # of shaders/rt_common.glsl
+LONG_AGO = 1 << 31  # frames are numbered in 32 bits
 CHOOSE_GROUP, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
-CLASSES, FILL_GROUPS, NEIGHBOURS = 13, 32768, 6  # of shaders/rt_cache.glsl
+CLASSES, FILL_GROUPS, NEIGHBOURS = 12, 32768, 6  # of shaders/rt_cache.glsl
 IDLE_SLOTS, REQUESTS, MOST_ASKED, LISTS = 0, CLASSES, 2 * CLASSES - 1, 2 * CLASSES  # its lists
 SCRATCH, LEAST_SCRATCH = 2 / 3, 768  # slots beside the cache: a share of the meshlets that it has no room for, or so many
 ROTATING = 1 / 2  # of all slots: what is given away during a frame, at most; the others keep what is asked for most
@@ -72,6 +73,7 @@ STATE = np.dtype(
         ("paths", "<u8"),
         ("owners", "<u8"),
         ("stamps", "<u8"),
+        ("seen", "<u8"),
         ("stable", "<u4"),
         ("rotating", "<u4"),
         ("meshlets", "<u4"),
@@ -85,7 +87,6 @@ STATE = np.dtype(
         ("ring", "<u4"),
         ("cursor", "<u4"),
         ("finished", "<u4"),
-        ("unused", "<u4", 3),
         ("listed", "<u4", (2, LISTS)),
     ]
 )
@@ -314,11 +315,13 @@ class RayTracer:
             self._first_triangles = self._keep(
                 "tables", np.concatenate([[0], np.cumsum(counts)]).astype(np.uint32)
             ).address
-        self._owners = self._stamps = None
+        self._owners = self._stamps = self._seen = None
         if self.path == "rt":
             self._slot_table = self._keep("lists", np.full(self.meshlets, NO_SLOT, np.uint32))
             self._counters = self._keep("lists", np.zeros(self.meshlets if self.counted else 1, np.uint32))
             self._cache = self._keep("cache", (self.capacity + self.scratch) * self.slot_bytes)
+        if self._selects:
+            self._seen = self._keep("lists", np.full(self.meshlets, LONG_AGO, np.uint32))
         if self._selects and self.predict:
             self._owners = self._keep("lists", 4 * NEIGHBOURS * self.meshlets)
             self._stamps = self._keep("lists", np.zeros(self.meshlets, np.uint32))
@@ -520,7 +523,7 @@ class RayTracer:
         slots = self.capacity + self.scratch
         state["stable"], state["rotating"] = slots - self._rotating, self._rotating
         state["predict"], state["bounds"] = self.predict, _address(self._bounds)
-        state["owners"], state["stamps"] = _address(self._owners), _address(self._stamps)
+        state["owners"], state["stamps"], state["seen"] = map(_address, (self._owners, self._stamps, self._seen))
         state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
         state["coming_round"] = self._coming_round
         if self.all_cached:
