@@ -61,7 +61,7 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
     for configuration in configurations(options):
         settings = {key: configuration[key] for key in ("cache", "group", *TUNED) if configuration.get(key) is not None}
         began = time.perf_counter()
-        tracers.append(RayTracer(device, scene, configuration["path"], samples=1, **settings))
+        tracers.append(RayTracer(device, scene, configuration["path"], samples=1, marked=options.steps, **settings))
         rows.append({"model": name, "triangles": scene.triangles, **configuration})
         if options.statistics:
             print_statistics(device, tracers[-1])
@@ -72,6 +72,7 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
     cameras = [turntable(scene, options.width, options.height, STEP * i) for i in range(WARM_UP + options.frames)]
     for bounces in BOUNCES:
         times: list[list[float]] = [[] for _ in tracers]
+        steps: list[list[dict[str, float]]] = [[] for _ in tracers]
         for tracer in tracers:
             tracer.set_light(bounces=bounces, shadows=bounces > 0)
         began = time.perf_counter()
@@ -79,18 +80,21 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
             for tracer in tracers:
                 tracer.time(cameras[0], options.width, options.height)
         for number, camera in enumerate(cameras):
-            for tracer, own in zip(tracers, times):
+            for tracer, own, own_steps in zip(tracers, times, steps):
                 if len(own) >= LEAST_FRAMES and sum(own) > SLOW:
                     continue
                 milliseconds = tracer.time(camera, options.width, options.height)
                 if number >= WARM_UP:
                     own.append(milliseconds)
-        for row, tracer, own in zip(rows, tracers, times):
+                    own_steps.append(tracer.steps())
+        for row, tracer, own, own_steps in zip(rows, tracers, times, steps):
             entry = {**row, "bounces": bounces, "milliseconds": percentiles(own)}
             entry["frames"] = len(own)
             entry["resident_bytes"] = tracer.resident_bytes()
             if tracer.counted:
                 entry["statistics"] = tracer.statistics()
+            if options.steps:
+                entry["steps"] = {name: float(np.median([s[name] for s in own_steps])) for name in own_steps[0]}
             result.append(entry)
     for tracer in tracers:
         tracer.free()
@@ -128,30 +132,45 @@ def print_table(rows: list[dict]) -> None:
                     f"{model:14} bounces {bounces} {label(row):44} {times['median']:8.3f} ms ({times['low']:.3f} to {times['high']:.3f})"
                     f" {ratio:6.2f}x  {size / 1e6:8.2f} MB {memory:5.2f}x{waits}"
                 )
+                if row.get("steps"):
+                    print("  microseconds: " + ", ".join(f"{name} {1e3 * ms:.0f}" for name, ms in row["steps"].items()))
 
 
 def document(result: dict) -> None:
     """Puts the table into docs/vulkan-raytracing.md."""
     lines = []
+
+    def cell(row: dict) -> str:
+        """Time with its spread, and as a multiple of rt-triangles and of a full cache, if there was one."""
+        others = [r for r in result["rows"] if (r["model"], r["bounces"]) == (row["model"], row["bounces"])]
+        base = next(r for r in others if r["path"] == "rt-triangles")
+        full = [r for r in others if r["path"] == "rt" and r["cache"] == 1]
+        times, median = row["milliseconds"], row["milliseconds"]["median"]
+        text = f"{median:.3f} ({times['low']:.3f} to {times['high']:.3f}), {median / base['milliseconds']['median']:.2f}x"
+        if row["path"] != "rt" or row["cache"] == 1 or not full:
+            return text
+        return f"{text}, {median / full[0]['milliseconds']['median']:.2f} of full"
+
     for row in (r for r in result["rows"] if r["bounces"] == BOUNCES[0]):
         same = [
             r
             for r in result["rows"]
             if all(r.get(k) == row.get(k) for k in ("model", "path", "cache", "group", *TUNED))
         ]
-        bases = {r["bounces"]: r for r in result["rows"] if r["model"] == row["model"] and r["path"] == "rt-triangles"}
-        times = [
-            f"{r['milliseconds']['median']:.3f} ({r['milliseconds']['low']:.3f} to {r['milliseconds']['high']:.3f}),"
-            f" {r['milliseconds']['median'] / bases[r['bounces']]['milliseconds']['median']:.2f}x"
-            for r in same
-        ]
-        size, base = (sum(r["resident_bytes"].values()) for r in (row, bases[BOUNCES[0]]))
-        lines.append([f"{row['model']}, {label(row)}", *times, f"{size / 1e6:.2f} MB, {size / base:.2f}x"])
-    headings = ["", *(f"{'first hits' if b == 0 else f'{b} bounces'}, ms" for b in BOUNCES), "memory"]
+        base = next(r for r in result["rows"] if r["model"] == row["model"] and r["path"] == "rt-triangles")
+        size, base_size = (sum(r["resident_bytes"].values()) for r in (row, base))
+        found = row.get("statistics")
+        slots = f"{found['slots'] / found['meshlets']:.0%}" if found else "100%" if row["path"] == "rt" else ""
+        memory = f"{size / 1e6:.2f} MB, {size / base_size:.2f}x"
+        lines.append([f"{row['model']}, {label(row)}", slots, *map(cell, same), memory])
+    headings = ["", "slots", *(f"{'first hits' if b == 0 else f'{b} bounces'}, ms" for b in BOUNCES), "memory"]
     least = min(r["frames"] for r in result["rows"])
     frames = f"{result['frames']} frames" + (f" ({least} or more of slow configurations)" if least < result["frames"] else "")
     device = f"{result['device']['name']}, driver {result['device']['driver']}"
-    size = f"{result['width']} x {result['height']} pixels, {frames}: median (10 % to 90 %), ratio to rt-triangles"
+    size = (
+        f"{result['width']} x {result['height']} pixels, {frames}: median (10 % to 90 %), ratio to rt-triangles, and where the cache is"
+        " not full to a full one; slots: the share of the meshlets that have one, scratch included"
+    )
     text = (
         markdown_table(headings, lines)
         + f"\n{size}. Measured by `{result['script']}` on {result['date'][:10]}, {device}.\n"
@@ -223,6 +242,7 @@ def main() -> None:
     parser.add_argument(
         "--paths", type=float, nargs="+", default=[None], help="records of paths that wait, a share of the pixels; 0: all start again"
     )
+    parser.add_argument("--steps", action="store_true", help="also the median time of each step of a frame, which takes a little longer")
     parser.add_argument(
         "--statistics", action="store_true", help="also what the driver tells about the shaders: registers, stack"
     )

@@ -34,13 +34,6 @@ void read_seams(HEADER_IN h, uint s) {
   }
 }
 
-uint predicted(uint predictor, uint a, uint b, uint o, bool across) {
-  if (predictor == PREDICT_COPY) return a;
-  uint sum = a + b;
-  if (predictor == PREDICT_MEAN || !across) return sum >> 1;
-  return predictor == PREDICT_DAMPED ? uint(int(3u * sum - 2u * o + 2u) >> 2) : sum - o;
-}
-
 // The vertex v of a triangle packed as in meshlet_decoder.glsl.
 void read_traversed(uint s, uint triangle) {
   uint n = stream_field(s, STREAM_COMPONENTS);
@@ -61,7 +54,7 @@ void read_traversed(uint s, uint triangle) {
     uint at = c * field;
     uvec3 known = vectors ? uvec3(get_field(from, at, field), get_field(to, at, field), get_field(beyond, at, field))
                           : uvec3(value_at(s, c, a), value_at(s, c, b), value_at(s, c, o));
-    uint value = (predicted(predictor, known.x, known.y, known.z, across) + next_residual(c)) & mask;
+    uint value = (traversed_prediction(predictor, known.x, known.y, known.z, across) + next_residual(c)) & mask;
     if (vectors) fields |= put_field(at, value);
     else put_value(s, c, v, value);
   }

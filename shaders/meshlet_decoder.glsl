@@ -842,13 +842,13 @@ void read_own_chains(HEADER_IN h) {
 
 // ---- interior (sections G and H) ---------------------------------------------------------------------------------------------------
 
-// Prediction of a traversed vertex in one lane from values[a], values[b] and, if there is a vertex across the gate, values[o].
-INLINE uint traversed_prediction(uint predictor, index_uint a, index_uint b, index_uint o, bool across) {
-  if (predictor == PREDICT_COPY) return values[a];
-  uint sum = values[a] + values[b];
+// Prediction of a traversed vertex in one lane from the values of the gate's vertices and, if there is one across it, of that.
+INLINE uint traversed_prediction(uint predictor, uint a, uint b, uint o, bool across) {
+  if (predictor == PREDICT_COPY) return a;
+  uint sum = a + b;
   if (predictor == PREDICT_MEAN || !across) return sum >> 1;
-  if (predictor == PREDICT_DAMPED) return uint(int(3u * sum - 2u * values[o] + 2u) >> 2);
-  return sum - values[o];
+  if (predictor == PREDICT_DAMPED) return uint(int(3u * sum - 2u * o + 2u) >> 2);
+  return sum - o;
 }
 
 // `from`: where the residuals of the traversed vertices begin.
@@ -865,7 +865,8 @@ INLINE void predict_lanes(uint s, uint from, uint predictor, uint components) {
     index_uint o = lanes + (triangle >> 24);
     bool across = triangle >> 24 != NO_VERTEX;
     for (index_uint c = 0u; c < components; c++) {
-      uint prediction = traversed_prediction(predictor, a + 64u * c, b + 64u * c, o + 64u * c, across);
+      uint beyond = across ? values[o + 64u * c] : 0u;
+      uint prediction = traversed_prediction(predictor, values[a + 64u * c], values[b + 64u * c], beyond, across);
       values[v + 64u * c] = (prediction + residuals[at + c]) & bits;
     }
     at += components;

@@ -99,15 +99,12 @@ void put_own_chains(HEADER_IN h) {
 }
 
 void put_traversed(uint v, uint a, uint b, uint o) {
+  bool across = o != NO_VERTEX;
   uvec3 at_a = position_of(a);
-  uvec3 sum = at_a + position_of(b);
-  uint predictor = stream_predictor[0];
-  uvec3 prediction = sum >> 1;
-  if (predictor == PREDICT_COPY) prediction = at_a;
-  else if (predictor != PREDICT_MEAN && o != NO_VERTEX) {
-    uvec3 across = position_of(o);
-    prediction = predictor == PREDICT_DAMPED ? uvec3(ivec3(3u * sum - 2u * across + 2u) >> 2) : sum - across;
-  }
+  uvec3 at_b = position_of(b);
+  uvec3 beyond = across ? position_of(o) : uvec3(0u);
+  uvec3 prediction;
+  for (uint c = 0u; c < 3u; c++) prediction[c] = traversed_prediction(stream_predictor[0], at_a[c], at_b[c], beyond[c], across);
   put_position(v, prediction);
 }
 

@@ -30,13 +30,18 @@ layout(buffer_reference, std430, buffer_reference_align = 4) coherent buffer Sha
 
 // How near a meshlet is to those that rays asked for: ITSELF, one less for each step away from them, 0 if it is not near.
 #define ITSELF RECENT
-uint stamp(uint number, uint nearness) { return number * 8u + nearness; }
+uint stamp(uint number, uint nearness) { return number * 8u + nearness; } // of 29 bits; then they begin anew
+#define STAMPED_FRAMES 0x20000000u
 uint nearness_of(uint stamped) { return stamped >= stamp(frame - 1u, 0u) ? stamped & 7u : 0u; }
 
 // Each frame nearness spreads by one step to the meshlets that share a boundary. It is a hint: that some see others' stamps of this frame
 // and some those of the last does no harm. Returns the meshlet's, IDLE or the class NEAR and above.
 uint spread_nearness(CacheState state, uint m, bool asked) {
   Counts stamps = Counts(state.stamps);
+  if (frame % STAMPED_FRAMES == 0u) {
+    stamps.at[m] = 0u;
+    return IDLE;
+  }
   uint before = nearness_of(stamps.at[m]);
   uint own = asked ? ITSELF : min(before, ITSELF - 1u);
   uint next = asked ? stamp(frame, ITSELF) : 0u;

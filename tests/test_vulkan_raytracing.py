@@ -228,7 +228,7 @@ def test03_cache_follows(device, fine_scene):
 def test04_prediction(device, fine_scene):
     """What the last frame asked for stays or comes, if there are slots for it: then nothing waits."""
     camera = camera_of(fine_scene)
-    traced = tracer(device, fine_scene, cache=0.1, scratch=0.9, samples=1)
+    traced = tracer(device, fine_scene, cache=0.1, scratch=0.89, samples=1)
     for bounces in (0, 1):
         traced.set_light(bounces=bounces, shadows=True)
         waiting = []
@@ -242,7 +242,7 @@ def test04_prediction(device, fine_scene):
 @pytest.mark.parametrize("predict", (True, False))
 def test05_prediction_alone(predict, device, fine_scene):
     """Without rounds paths decode for themselves, so that slots are filled only between frames, and with what is near."""
-    traced = tracer(device, fine_scene, cache=0.1, scratch=0.9, samples=1, rounds=0, predict=predict)
+    traced = tracer(device, fine_scene, cache=0.1, scratch=0.89, samples=1, rounds=0, predict=predict)
     kept = []
     for _ in range(4):
         traced.render(camera_of(fine_scene), WIDTH, HEIGHT)
@@ -259,7 +259,7 @@ GO_ON, RESTART, BOTH = "paths that wait go on", "they start again", "some go on"
 
 
 def fine_cameras(scene) -> list:
-    return [camera_of(scene, 0.2 * i) for i in range(2)]
+    return [camera_of(scene, turn) for turn in (0.0, 0.05, 0.2)]
 
 
 @pytest.fixture(scope="module")
@@ -287,6 +287,8 @@ def fine_film(device, fine_scene):
         pytest.param({"cache": 0.1, "scratch": 0.2}, None, id="10 %"),
         pytest.param({"cache": 0.25, "scratch": 0.2, "predict": False}, None, id="25 %"),
         pytest.param({"cache": 0.5, "scratch": 0.1}, None, id="50 %"),
+        pytest.param({"cache": 0.7, "scratch": 0.1}, None, id="few missing"),
+        pytest.param({"cache": 0.7, "scratch": 0.1, "predict": False}, None, id="few missing, nothing ahead"),
     ],
 )
 def test06_waiting_changes_nothing(settings, outcome, device, fine_scene, fine_film):

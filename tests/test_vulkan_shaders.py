@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import struct
 import subprocess
 from fnmatch import fnmatch
 
@@ -66,3 +67,25 @@ def test_module_is_valid(name):
     path = build_shaders.OUTPUT / f"{name}.spv"
     result = subprocess.run(["spirv-val", "--target-env", "vulkan1.3", str(path)], capture_output=True, text=True)
     assert result.returncode == 0, result.stdout + result.stderr
+
+
+def float_arithmetic(code: bytes) -> tuple[set[int], set[int]]:
+    """Results of a module's arithmetic with floats, and those of them that are decorated NoContraction."""
+    words = struct.unpack(f"<{len(code) // 4}I", code)
+    found = list(build_shaders.instructions(words))
+    results = {words[p + 2] for p, opcode in found if opcode in build_shaders.ARITHMETIC}
+    decorations = [words[p + 1 : p + 3] for p, opcode in found if opcode == build_shaders.DECORATE]
+    return results, results & {target for target, decoration in decorations if decoration == build_shaders.NO_CONTRACTION}
+
+
+def test_ray_tracing_is_exact():
+    """Ray-tracing modules leave nothing for compilers to fuse, whichever constants they are specialised with."""
+    exact = [name for name, (source, _) in MODULES.items() if source.suffix in build_shaders.EXACT_STAGES]
+    assert {"rt_camera.rgen", "rt_meshlets.rint", "rt_surface.rchit", "rt_alpha.rahit"} <= set(exact)
+    for name in exact:
+        code = (build_shaders.OUTPUT / f"{name}.spv").read_bytes()
+        results, decorated = float_arithmetic(code)
+        assert results and results == decorated, name
+        assert build_shaders.exact(code) == code
+    others, decorated = float_arithmetic((build_shaders.OUTPUT / "surface_texcoord.frag.spv").read_bytes())
+    assert others - decorated

@@ -114,14 +114,17 @@ class RayTracer:
     path: "rt" (compressed), "rt-plain" (the same boxes over uncompressed meshlets) or "rt-triangles" (the driver's triangles).
     cache: share of the meshlets that may be kept decoded, 0 to 1; cache_bytes: the same limit in bytes, instead. bounces: how often light
     is followed from surface to surface; shadows: whether surfaces shade one another; samples: paths per pixel (None: 1, or with bounces
-    16); group: triangles behind one box, 4 to 64, a power of two. Where the cache does not hold everything, there are further slots
-    (scratch: share of the meshlets; None: 2/3 of those that the cache has no room for, at least 768), and paths that need a meshlet which
-    is in no slot wait: it is decoded into one and they go on, up to `rounds` times; the last time they decode for themselves what they
-    still lack, which takes much longer. strips: parts of the picture that are traced one after the other, so that the slots suffice for
-    each. predict: meshlets near those that rays asked for are decoded ahead, beside the first launch, into slots that hold nothing as near.
+    16); group: triangles behind one box, 4 to 64, a power of two.
+
+    Where the cache does not hold everything, there are further slots (scratch: share of the meshlets; None: 2/3 of those that the cache
+    has no room for, at least 768). If that makes a slot for every meshlet, everything is cached. Else paths that need a meshlet without a
+    slot wait: it is decoded into one and they go on, up to `rounds` times; the last time they decode for themselves what they still lack,
+    which takes much longer. strips: parts of the picture that are traced one after the other, so that the slots suffice for each. predict:
+    meshlets near those that rays asked for are decoded ahead, beside the first launch, into slots of what is less likely to be asked for.
     bounds: keep a box around each meshlet, up to which a path that waits knows that there is nothing; without it a path asks for whatever
-    it comes across first. paths: records of paths that wait, a share of the pixels (None: 1/128, in at
-    most a quarter of the slots' memory); those without one start again. counted: keep statistics where the cache does not need them.
+    it comes across first. paths: records of paths that wait, a share of the pixels (None: 1/128, in at most a quarter of the slots'
+    memory); those without one start again. counted: keep statistics where the cache does not need them. marked: measure the steps
+    of a frame, too.
     Raises VulkanError; ValueError for a group that there is not, or a negative number.
     """
 
@@ -144,6 +147,7 @@ class RayTracer:
         bounds: bool = True,
         paths: float | None = None,
         counted: bool = False,
+        marked: bool = False,
     ):
         if path not in PATHS:
             raise VulkanError(f"there is no path {path}", f"the ray-traced ones are {', '.join(PATHS)}")
@@ -159,7 +163,7 @@ class RayTracer:
             require_room(device, scene, path, device.limits.compute_shared_bytes, "choose --path rt-triangles or geometry")
         self.device, self.scene, self.path = device, scene, path
         self.bounces, self.shadows, self.group = bounces, shadows, group
-        self.predict, self.bounds, self.paths = predict, bounds, paths
+        self.predict, self.bounds, self.paths, self.marked = predict, bounds, paths, marked
         self.samples = samples or (SAMPLES if bounces else 1)
         self.buffers = SceneBuffers(device, scene, {"blobs"} if path == "rt" else {"vertices", "indices"})
         counts = np.array([p.meshlets for p in scene.primitives], np.int64)
@@ -178,6 +182,8 @@ class RayTracer:
         self._rays = self._make_rays(deferred=False)
         self._make_cache()
         self._picture_size: tuple[int, int] | None = None
+        self._times: Timestamps | None = None
+        self._steps: list[str] = []
         self._pictures: list[Buffer] = []
 
     # --- use -------------------------------------------------------------------------------------------------------------------------
@@ -205,6 +211,14 @@ class RayTracer:
         self._frame_host.write(self.buffers.frame_record(camera, width, height, 0).tobytes())
         self.device.submit(self._commands)
         return float(self._times.milliseconds().sum())
+
+    def steps(self) -> dict[str, float]:
+        """Milliseconds of the last frame's steps, if it was `marked`: choose (what the slots hold), keep (decode it), rays, and of each
+        round decode and rays, all strips together."""
+        found = dict.fromkeys(self._steps, 0.0)
+        for name, milliseconds in zip(self._steps, self._times.milliseconds()):
+            found[name] += float(milliseconds)
+        return found
 
     def statistics(self) -> dict[str, Any]:
         """Of the last frame. asked: boxes whose triangles a ray tested, about; needed: meshlets among them; resident: meshlets that have
@@ -277,10 +291,11 @@ class RayTracer:
             return
         wanted = int(round(cache * self.meshlets)) if cache_bytes is None else cache_bytes // self.slot_bytes
         self.capacity = min(wanted, self.meshlets)
-        self.all_cached = self.capacity == self.meshlets
         beside = max(int(SCRATCH * (self.meshlets - self.capacity)), LEAST_SCRATCH)
-        wanted = beside if scratch is None else int(scratch * self.meshlets)
-        self.scratch = min(wanted, self.meshlets - self.capacity)
+        self.scratch = beside if scratch is None else int(scratch * self.meshlets)
+        self.all_cached = self.capacity + self.scratch >= self.meshlets
+        if self.all_cached:
+            self.capacity, self.scratch = self.meshlets, 0
         self._rotating = min(self.scratch, max(int(ROTATING * (self.capacity + self.scratch)), 1))
         self._selects = not self.all_cached and self.capacity + self.scratch > 0
         self.counted = counted or self._selects
@@ -553,8 +568,16 @@ class RayTracer:
         groups = -(-self.meshlets // CHOOSE_GROUP)
         self._cache_pipelines["cache"].dispatch(commands, groups, self._cache_data(0))
         self._barrier(commands)
+        self._mark(commands, "choose")
         self._record_fill(commands, 0)
         self._barrier(commands)
+        self._mark(commands, "keep")
+
+    def _mark(self, commands, name: str) -> None:
+        """The end of a step of the frame, if its steps are measured."""
+        if self.marked:
+            self._steps.append(name)
+            self._times.mark(commands, len(self._steps))
 
     def _barrier(self, commands) -> None:
         """Between the steps of a frame: what shaders and copies wrote can be read by shaders and indirect commands."""
@@ -576,11 +599,12 @@ class RayTracer:
             for buffer in self._pictures:
                 buffer.free()
             vk.vkFreeCommandBuffers(self.device.handle, self.device.pool, 1, [self._commands])
-        else:
-            self._times = Timestamps(self.device, 2)
         self._picture_size = (width, height)
         self._strip_rows = -(-height // self.strips)
         self._make_pictures(width, height)
+        marks = 2 + 2 * self._selects + self.strips * (1 + 2 * self.rounds) if self.marked else 2
+        if self._times is None or self._times.count != marks:
+            self._times = Timestamps(self.device, marks)
         self._commands = self._record_frame()
 
     def _make_pictures(self, width: int, height: int) -> None:
@@ -606,6 +630,7 @@ class RayTracer:
     def _record_frame(self):
         """The commands that make a picture."""
         commands = self.device.record()
+        self._steps = []
         self._times.reset(commands)
         copy = vk.VkBufferCopy(0, 0, FRAME.itemsize)
         vk.vkCmdCopyBuffer(commands, self._frame_host.handle, self._frame.handle, 1, [copy])
@@ -618,21 +643,24 @@ class RayTracer:
             self.device.full_barrier(commands)
         for strip in range(self.strips):
             self._record_strip(commands, strip)
-        self._times.mark(commands, 1)
+        self._times.mark(commands, len(self._steps) + 1)
         vk.vkEndCommandBuffer(commands)
         return commands
 
     def _record_strip(self, commands, strip: int) -> None:
         """Traces all its pixels; then what paths wait for is decoded, and they go on; in the last round they decode for themselves."""
-        if self._selects and self.predict and strip == 0:
+        if self._selects and strip == 0:
             self._record_fill(commands, self._coming_round)  # at the same time as the rays
         self._record_rays(commands, self._waiting_rays or self._rays, strip, 0)
+        self._mark(commands, "rays")
         for number in range(1, self.rounds + 1):
             self._barrier(commands)
             self._record_fill(commands, strip * self._round_records + number)
             self._barrier(commands)
+            self._mark(commands, f"decode {number}")
             self._record_rays(commands, self._waiting_rays if number < self.rounds else self._rays, strip, number)
-        if self.rounds:
+            self._mark(commands, f"rays {number}")
+        if self._selects:
             self._barrier(commands)
 
     def _record_rays(self, commands, rays: tuple[Any, list], strip: int, number: int) -> None:

@@ -132,7 +132,9 @@ class Encoder {
 uint32_t traversed_residual(MeshletDecoder& lane, uint32_t s, uint32_t triangle, uint32_t c) {
   uint32_t at = (lane.stream_lane[s] + c) * 64u, o = triangle >> 24;
   uint32_t a = at + (triangle & 255u), b = at + (triangle >> 8 & 255u), v = at + (triangle >> 16 & 255u);
-  return zigzag(lane.values[v] - lane.traversed_prediction(lane.stream_predictor[s], a, b, at + o, o != NO_VERTEX));
+  bool across = o != NO_VERTEX;
+  uint32_t beyond = across ? lane.values[at + o] : 0u;
+  return zigzag(lane.values[v] - lane.traversed_prediction(lane.stream_predictor[s], lane.values[a], lane.values[b], beyond, across));
 }
 
 // A decoder lane that runs on masks and values put there, not on bits.
