@@ -95,7 +95,7 @@ class GpuDecoder:
         self.device, self.streams, self.lanes = device, streams, lanes
         self._packs = method == "passes"
         constants = {0: streams, 1: lanes}  # of meshlet_decoder_prologue.glsl
-        self._passes = [(ComputePipeline(device, name, constants), per or PASS_GROUP // streams) for name, per in METHODS[method]]
+        self._passes = [(ComputePipeline.of(device, name, constants), per or PASS_GROUP // streams) for name, per in METHODS[method]]
 
     def decode(self, blob: bytes, repeat: int = 1) -> Decoded:
         """All streams of all meshlets, `repeat` times for the sake of the times.

@@ -56,10 +56,16 @@ def push(commands, layout, data: np.ndarray) -> None:
 
 
 class ComputePipeline:
-    """A compute shader. constants: specialisation constants by id."""
+    """A compute shader with specialisation constants by id."""
 
-    def __init__(self, device: Device, name: str, constants: dict[int, int] | None = None, sets: list | None = None):
-        self.device, self.layout = device, pipeline_layout(device, sets)
+    @classmethod
+    def of(cls, device: Device, name: str, constants: dict[int, int]) -> "ComputePipeline":
+        """The device's pipeline of a module and constants, made when it is first asked for."""
+        key = (name, device.pipeline_flags, *sorted(constants.items()))
+        return device.once(key, lambda: cls(device, name, constants))
+
+    def __init__(self, device: Device, name: str, constants: dict[int, int]):
+        self.device, self.layout = device, pipeline_layout(device)
         shader = stage(device, name, vk.VK_SHADER_STAGE_COMPUTE_BIT, constants)  # must outlive the call
         info = vk.VkComputePipelineCreateInfo(flags=device.pipeline_flags, stage=shader, layout=self.layout)
         self.handle = vk.vkCreateComputePipelines(device.handle, None, 1, [info], None)[0]

@@ -170,7 +170,7 @@ class Pipelines:
         return self.device.once(("timelines",), lambda: (Timeline(self.device), Timeline(self.device)))
 
     def compute(self, module: str, constants: dict[int, int]) -> ComputePipeline:
-        return self.device.once((module, *constants.items()), lambda: ComputePipeline(self.device, module, constants))
+        return ComputePipeline.of(self.device, module, constants)
 
     def graphics(self, modules: tuple[tuple[str, int], ...], constants: dict[int, int], textures: int, ids: bool):
         """A pipeline of (module, stage) with specialisation constants (id -> value)."""

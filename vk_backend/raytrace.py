@@ -410,9 +410,8 @@ class RayTracer:
         groups = MESHLET_TRIANGLES // self.group
         boxes = Buffer(self.device, self.meshlets * groups * BOX_BYTES, INPUT)
         temporary.append(boxes)
-        pipeline = ComputePipeline(
-            self.device, "boxes.comp" if self.path == "rt" else "boxes_plain.comp", self._constants(3)
-        )
+        module = "boxes.comp" if self.path == "rt" else "boxes_plain.comp"
+        pipeline = ComputePipeline.of(self.device, module, self._constants(3))
         geometries = []
         with self.device.commands() as commands:
             for number, (primitive, first) in enumerate(zip(self.scene.primitives, self._first_meshlet)):
@@ -523,7 +522,7 @@ class RayTracer:
         self._slot_meshlets = self._keep("lists", np.full(slots, NO_SLOT, np.uint32))
         constants = self._constants(self.scene.max_lanes)
         steps = ("fill",) if self.all_cached else ("cache", "fill")
-        self._cache_pipelines = {step: ComputePipeline(self.device, f"rt_{step}.comp", constants) for step in steps}
+        self._cache_pipelines = {step: ComputePipeline.of(self.device, f"rt_{step}.comp", constants) for step in steps}
         if not self.all_cached:
             return
         with self.device.commands() as commands:
