@@ -94,7 +94,7 @@ void write_owners(uint first_meshlet, uint m) {
 #endif
 
 void main() {
-  uint m = gl_GlobalInvocationID.x;
+  uint m = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationIndex;
   if (m >= push.meshlets) return;
   const uint groups = MESHLET_TRIANGLES / GROUP_TRIANGLES;
   Traced traced = TracedList(push.traced).at[push.primitive];

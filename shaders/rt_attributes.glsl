@@ -1,6 +1,8 @@
 // The attributes of a hit triangle, interpolated: from the cache, from the compressed bytes, or (PLAIN) from uncompressed buffers.
 // To be included after rt_common.glsl, rt_hit.glsl and, unless PLAIN, the decoder.
 
+#include "rt_exact.glsl"
+
 struct Place {
   uint primitive;
   uint meshlet;
@@ -40,7 +42,7 @@ vec3 plain_position(uint corner) {
 }
 
 vec3 flat_normal_in_object() {
-  return cross(plain_position(1u) - plain_position(0u), plain_position(2u) - plain_position(0u));
+  return cross_product(plain_position(1u) - plain_position(0u), plain_position(2u) - plain_position(0u));
 }
 bool has_normal() { return (ATTRIBUTES & HAS_NORMAL) != 0u; }
 vec3 normal_in_object() { return vec3(plain_value(3u), plain_value(4u), plain_value(5u)); }
@@ -106,7 +108,7 @@ vec3 corner_position(uint corner) {
 
 // A grid has one step for all axes, so that its normals are the object's.
 vec3 flat_normal_in_object() {
-  return cross(corner_position(1u) - corner_position(0u), corner_position(2u) - corner_position(0u));
+  return cross_product(corner_position(1u) - corner_position(0u), corner_position(2u) - corner_position(0u));
 }
 bool has_normal() { return PRIMITIVE.normal.lane != NO_LANE; }
 vec3 normal_in_object() {

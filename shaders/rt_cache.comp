@@ -1,8 +1,8 @@
 // Which meshlets the slots hold when a frame begins, chosen without the host by what rays asked for in the last frame. Slots and meshlets
-// without a slot are listed by classes: how many rays asked. Meshlets take the slots of those that clearly fewer asked for, and are decoded
-// before the first ray. Those that rays asked for some frames ago, and those near what they asked for in the last, take slots of what is
-// less likely to be asked for, and are decoded while the first rays are on their way. What the other slots hold stays; during the frame
-// they are given to what rays wait for, the lowest class first.
+// without a slot are listed by classes: how many rays asked, how long ago, or how near the meshlet is to such. Meshlets take the slots of
+// lower classes. The first, those that rays asked for in the last frame, are decoded before the first ray; the others, and of a few only
+// those that not many rays asked for, while the first rays are on their way. What the other slots hold stays; during the frame those of
+// the classes that were not asked for, or `rotating` if these are more, are given to what rays wait for, the lowest class first.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -10,8 +10,8 @@
 #include "rt_common.glsl"
 #include "rt_cache.glsl"
 
-// Meshlets that rays asked for and have no slot are decoded before the first ray; but if they are so few, only those that many asked for, since
-// that costs more time than it takes the others' rays to wait.
+// Of so few meshlets that rays asked for and have no slot, only those that many rays asked for are decoded before the first ray, since
+// that costs more time than it takes the others' rays to wait. Where rays cannot wait, all are.
 #define FEW_MISSING 128u
 #define ASKED_OFTEN (ASKED + 3u)
 #define GROUP 512u                         // CHOOSE_GROUP of vk_backend/raytrace.py
@@ -84,7 +84,7 @@ bool is_last_group(CacheState state) {
 void prepare(CacheState state) {
   uint local = gl_LocalInvocationIndex;
   for (uint i = local; i <= state.coming_round; i += GROUP)
-    state.rounds[i] = Round(uint[](0u, 1u, 1u), 0u, uint[](0u, 1u, 1u), 0u, 0u, 0u, uint[](0u, 0u));
+    state.rounds[i] = Round(uint[](0u, 1u, 1u), 0u, uint[](0u, 1u, 1u), 0u, 0u, 0u);
   if (local >= LISTS) return;
   counts[local] = min(atomicAdd(state.listed[listed_at(frame, local)], 0u), state.stable + state.rotating);
   state.listed[listed_at(frame + 1u, local)] = 0u;
@@ -95,7 +95,7 @@ void plan(CacheState state) {
   uint slots = state.stable + state.rotating;
   uint missing = 0u;
   for (uint c = ASKED; c < CLASSES; c++) missing += counts[CLASSES + c];
-  uint pressing = missing > FEW_MISSING ? ASKED : ASKED_OFTEN;
+  uint pressing = missing > FEW_MISSING || state.waits == 0u ? ASKED : ASKED_OFTEN;
   uint lower = slots;                      // slots of lower classes
   uint idle = 0u;
   uint used = 0u;
@@ -106,12 +106,12 @@ void plan(CacheState state) {
     if (c == pressing) kept = used;
     if (c == ASKED) idle = lower;
   }
-  uint coming = min(used - kept, MOST_COMING);
   kept = min(kept, state.stable);
+  uint ring = max(state.rotating, idle - min(kept, idle));
+  uint coming = min(used - kept, min(MOST_COMING, ring / 2u)); // the rest of the ring is for what paths wait for
   state.frame = frame;
-  state.pressing = pressing;
   state.kept = kept;
-  state.ring = max(state.rotating, idle - min(kept, idle));
+  state.ring = ring;
   state.cursor = coming;
   state.finished = 0u;
   state.rounds[0].requested = kept;
@@ -120,16 +120,16 @@ void plan(CacheState state) {
   state.rounds[state.coming_round].fill_groups[0] = coming;
 }
 
-// The slots of meshlets that are coming.
+// The slots of meshlets that are coming: the next in the order after those that are kept.
 void place_coming(CacheState state) {
   uint coming = state.rounds[state.coming_round].requested;
   for (uint i = gl_LocalInvocationIndex; i < coming; i += GROUP) {
-    uint m = SharedCounts(push.lists).at[meshlet_place(state, state.pressing - 1u, i)];
+    uint m = SharedCounts(push.lists).at[meshlet_place(state, state.kept + i)];
     uint slot = SharedCounts(push.lists).at[slot_place(state, state.kept + i)];
     uint before = Counts(push.slot_meshlets).at[slot];
-    if (before != NO_SLOT) Counts(push.slot_table).at[before] = NO_SLOT;
+    if (before != NO_SLOT) SharedCounts(push.slot_table).at[before] = NO_SLOT;
     Counts(push.slot_meshlets).at[slot] = m;
-    Counts(push.slot_table).at[m] = COMING | slot;
+    SharedCounts(push.slot_table).at[m] = COMING | slot;
   }
 }
 
@@ -150,14 +150,14 @@ void main() {
     uint entry = Counts(push.slot_table).at[m];
     uint asked = Counts(push.counters).at[m];
     Counts(push.counters).at[m] = 0u;
-    uint nearness = state.predict != 0u ? spread_nearness(state, m, asked != 0u) : IDLE;
+    uint nearness = state.owners != uvec2(0u) ? spread_nearness(state, m, asked != 0u) : IDLE;
     into = max(recency(state, m, asked), min(nearness, RECENT - 1u));
     if (entry < REQUESTED) {
       item = entry & SLOT_BITS;
-      Counts(push.slot_table).at[m] = item | (asked >= HOT_COUNT ? HOT : 0u);
+      SharedCounts(push.slot_table).at[m] = item | (asked >= HOT_COUNT ? HOT : 0u);
     } else {
       into = into == IDLE ? LISTS : CLASSES + into;
-      Counts(push.slot_table).at[m] = NO_SLOT;
+      SharedCounts(push.slot_table).at[m] = NO_SLOT;
     }
     if (into < LISTS) rank = atomicAdd(counts[into], 1u);
   }
@@ -170,6 +170,7 @@ void main() {
   if (empty) lists.at[list_begin(state, IDLE) + begins[IDLE] + empty_rank] = m;
   if (!is_last_group(state)) return;
   prepare(state);
+  memoryBarrierBuffer();
   barrier();
   if (local == 0u) plan(state);
   memoryBarrierBuffer();

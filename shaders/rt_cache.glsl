@@ -16,7 +16,6 @@ struct Round {
   uint restarted;                          // paths that start again
   uint waiting;                            // paths that asked for a record
   uint filled;                             // workgroups of the dispatch that are done
-  uint unused[2];
 };
 
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState {
@@ -25,16 +24,15 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uvec2 owners;                            // of each meshlet: NEIGHBOURS meshlets that own boundaries of it, or fewer and NO_SLOT; or 0
   uvec2 stamps;                            // of each meshlet: when it was near one that rays asked for, and how near
   uvec2 seen;                              // of each meshlet: the frame after the one in which rays last asked for it
-  uint stable;                             // slots that are not given away during a frame, at least
-  uint rotating;                           // the other slots
+  uint stable;                             // all slots but
+  uint rotating;                           //   those that can be given away during a frame, whatever they hold
   uint meshlets;
   uint primitives;
-  uint predict;                            // whether meshlets near those that rays asked for are decoded ahead
+  uint waits;                              // whether paths may wait for meshlets
   uint path_limit;                         // records of paths for a round
   uint coming_round;                       // the last of rounds: what is decoded during the first launch
   uint frame;                              // its number
-  uint pressing;                           // class from which on meshlets are decoded before it, and
-  uint kept;                               //   how many
+  uint kept;                               // meshlets to decode before it
   uint ring;                               // slots that are given away during the frame, in turn
   uint cursor;                             //   of which so many have been
   uint finished;                           // workgroups of the running step that are done

@@ -35,7 +35,7 @@ layout(push_constant) uniform Push {
   uvec2 frame;                             // Frame
   uvec2 structure;                         // the top level
   uvec2 traced;                            // Traced of each primitive
-  uvec2 slot_table;                        // of each meshlet: its slot, or NO_SLOT, or REQUESTED
+  uvec2 slot_table;                        // of each meshlet: its slot, perhaps with COMING or HOT, or NO_SLOT, or REQUESTED
   uvec2 cache;                             // the slots
   uvec2 counters;                          // of each meshlet: rays that asked for its triangles in this frame, about
   uvec2 first_triangles;                   // of each meshlet: its first triangle in Traced.indices

@@ -1,4 +1,5 @@
-// Decodes meshlets into slots, one workgroup each: before a frame those that it will need, later those that paths wait for.
+// Decodes meshlets into slots, one workgroup each: before the first rays those that they will need, beside them those that may be next, later
+// those that paths wait for.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -57,25 +58,29 @@ void move(uint number, uint slot) {
   Counts(push.slot_table).at[number] = slot;
 }
 
+// What workgroup i's share of a round is: a meshlet and its slot.
+uvec2 work(CacheState state, uint i, bool waited_for, uint cursor) {
+  if (ALL_CACHED) return uvec2(i);
+  if (push.round == state.coming_round) {  // it has its slot already, and rays of the launch that runs at the same time keep away from it
+    uint number = Counts(push.lists).at[meshlet_place(state, state.kept + i)];
+    return uvec2(number, Counts(push.slot_table).at[number] & SLOT_BITS);
+  }
+  uint place = waited_for ? list_begin(state, REQUESTS) + i : meshlet_place(state, i);
+  uint order = waited_for ? state.kept + (cursor + i) % max(state.ring, 1u) : i;
+  return uvec2(Counts(push.lists).at[place], Counts(push.lists).at[slot_place(state, order)]);
+}
+
 void main() {
   CacheState state = CacheState(push.state);
-  bool kept = push.round == 0u;
   bool coming = push.round == state.coming_round;
-  bool waited_for = !kept && !coming;
+  bool waited_for = push.round != 0u && !coming;
   uint cursor = state.cursor;
   uint count = state.rounds[push.round].requested;
   if (waited_for) count = min(count, state.ring);
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
-    uint place = waited_for ? list_begin(state, REQUESTS) + i : meshlet_place(state, (kept ? CLASSES : state.pressing) - 1u, i);
-    uint number = Counts(push.lists).at[place];
-    uint slot;
-    if (coming) {                          // the slot is its own already, and rays of the launch that runs at the same time keep away from it
-      slot = Counts(push.slot_table).at[number] & SLOT_BITS;
-    } else {
-      slot = Counts(push.lists).at[slot_place(state, kept ? i : state.kept + (cursor + i) % max(state.ring, 1u))];
-      if (gl_LocalInvocationIndex == 0u) move(number, slot);
-    }
-    fill(number, slot, state.primitives);
+    uvec2 found = work(state, i, waited_for, cursor);
+    if (!coming && gl_LocalInvocationIndex == 0u) move(found.x, found.y);
+    fill(found.x, found.y, state.primitives);
     barrier();
   }
   if (!waited_for) return;

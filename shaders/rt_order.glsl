@@ -7,8 +7,9 @@ uint slot_place(CacheState state, uint index) {
   return list_begin(state, c) + index;
 }
 
-// The same for the meshlets without a slot, from class `c` down.
-uint meshlet_place(CacheState state, uint c, uint index) {
+// The same for the meshlets without a slot, the highest class first.
+uint meshlet_place(CacheState state, uint index) {
+  uint c = CLASSES - 1u;
   for (; c > IDLE + 1u && index >= LISTED(CLASSES + c); c--) index -= LISTED(CLASSES + c);
   return list_begin(state, CLASSES + c) + index;
 }

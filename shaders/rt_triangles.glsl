@@ -3,6 +3,8 @@
 // exchange of axes, which would cost a GPU as much as it saves. What makes the test watertight is the same: a vertex gets the same
 // coordinates in all triangles, and which side of an edge the ray is on is decided by one expression without contraction.
 
+#include "rt_exact.glsl"
+
 struct RayFrame {
   vec4 x;                                  // coordinate of p: dot(x.xyz, p) + x.w
   vec4 y;
@@ -14,7 +16,7 @@ RayFrame ray_frame(vec3 origin, vec3 direction) {
   vec3 d = direction * inversesqrt(squared);
   // Any two directions across the ray.
   vec3 across = abs(d.x) > abs(d.z) ? vec3(-d.y, d.x, 0.0) : vec3(0.0, -d.z, d.y);
-  vec3 second = cross(d, across);
+  vec3 second = cross_product(d, across);
   vec3 along = direction / squared;
   return RayFrame(vec4(across, -dot(across, origin)), vec4(second, -dot(second, origin)), vec4(along, -dot(along, origin)));
 }

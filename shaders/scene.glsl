@@ -100,7 +100,8 @@ vec3 unit_of_oct(uvec2 q, uint bits) {
   float z = 1.0 - abs(p.x) - abs(p.y);
   float fold = max(-z, 0.0);
   p -= vec2(p.x < 0.0 ? -fold : fold, p.y < 0.0 ? -fold : fold);
-  return normalize(vec3(p, z));
+  vec3 n = vec3(p, z);
+  return n * inversesqrt(dot(n, n));       // not normalize: ray tracing needs it exact
 }
 
 float float_of_ordered_bits(uint q) {

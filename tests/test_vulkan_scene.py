@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from vulkan_scenes import zoo
 
 import gltf_ext
 from gltf_ext.errors import MeshletError
+from vk_backend import build_shaders, raytrace
 from vk_backend import scene as scenes
 from vk_backend.build_shaders import OUTPUT
 from vk_backend.camera import Camera
@@ -55,6 +57,27 @@ def struct_offsets(module: str) -> set[tuple[int, ...]]:
 def test_structures_lie_where_shaders_read_them(name, module):
     dtype = getattr(scenes, name)
     assert tuple(dtype.fields[field][1] for field in dtype.names) in struct_offsets(module)
+
+
+def test_the_ray_tracer_s_structures_lie_where_shaders_read_them():
+    def offsets(dtype) -> tuple[int, ...]:
+        return tuple(dtype.fields[field][1] for field in dtype.names)
+
+    found = struct_offsets("rt_cache.comp")
+    assert offsets(raytrace.ROUND) in found
+    assert (*offsets(raytrace.STATE), raytrace.STATE.itemsize) in found  # rounds follow
+    assert offsets(raytrace.TRACED) in struct_offsets("rt_fill.comp")
+
+
+def test_the_ray_tracer_s_constants_are_the_shaders():
+    text = "\n".join(path.read_text() for path in build_shaders.SOURCES.glob("rt_*"))
+    defined = dict(re.findall(r"^#define (\w+) (0x[0-9A-F]+|[0-9]+)u?\b", text, re.MULTILINE))
+    names = ("CLASSES", "FILL_GROUPS", "NEIGHBOURS", "NO_SLOT", "REQUESTED", "HIT_WORDS", "SPREAD", "SPREAD_PATHS")
+    assert {name: int(defined[name], 0) for name in names} == {name: getattr(raytrace, name) for name in names}
+    assert int(defined["GROUP"], 0) == raytrace.CHOOSE_GROUP and 4 * int(defined["PATH_WORDS"], 0) == raytrace.PATH_BYTES
+    assert int(defined["INSTANCE_MASKED"], 0) == raytrace.INSTANCE_MASKED
+    assert (1 << int(defined["BOUNCE_BITS"], 0)) - 1 == raytrace.MOST_BOUNCES
+    assert f"local_size_x = {raytrace.BOXES_GROUP}" in (build_shaders.SOURCES / "boxes.comp").read_text()
 
 
 def test_arrays_have_the_shaders_strides():

@@ -69,7 +69,7 @@ def instructions(words: tuple[int, ...]) -> Iterator[tuple[int, int]]:
 
 
 def exact(code: bytes) -> bytes:
-    """The module with all its arithmetic decorated NoContraction."""
+    """The module with all its arithmetic operators decorated NoContraction. What is called, like cross, is not (shaders/rt_exact.glsl)."""
     words = struct.unpack(f"<{len(code) // 4}I", code)
     found = list(instructions(words))
     decorated = {words[p + 1] for p, opcode in found if opcode == DECORATE and words[p + 2] == NO_CONTRACTION}

@@ -32,10 +32,6 @@ CAPABILITIES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, ...]]]] = {
             "VkPhysicalDeviceRayTracingPipelineFeaturesKHR": ("rayTracingPipeline", "rayTracingPipelineTraceRaysIndirect"),
         },
     ),
-    "reorder": (
-        ("VK_NV_ray_tracing_invocation_reorder",),
-        {"VkPhysicalDeviceRayTracingInvocationReorderFeaturesNV": ("rayTracingInvocationReorder",)},
-    ),
     "geometry": ((), {}),
     "statistics": (
         ("VK_KHR_pipeline_executable_properties",),
@@ -65,8 +61,9 @@ class Limits:
     timestamp_ns: float
     scratch_alignment: int
     handle_bytes: int
-    handle_alignment: int
     base_alignment: int
+    launch_width: int
+    launch_invocations: int
 
 
 @dataclass(frozen=True)
@@ -365,8 +362,9 @@ class Device:
             timestamp_ns=core.timestampPeriod,
             scratch_alignment=accelerated.minAccelerationStructureScratchOffsetAlignment if accelerated else 0,
             handle_bytes=tracing.shaderGroupHandleSize if tracing else 0,
-            handle_alignment=tracing.shaderGroupHandleAlignment if tracing else 0,
             base_alignment=tracing.shaderGroupBaseAlignment if tracing else 0,
+            launch_width=core.maxComputeWorkGroupCount[0] * core.maxComputeWorkGroupSize[0],
+            launch_invocations=tracing.maxRayDispatchInvocationCount if tracing else 0,
         )
 
 

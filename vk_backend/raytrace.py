@@ -28,9 +28,11 @@ NO_SLOT, REQUESTED = 0xFFFFFFFF, 0xFFFFFFFE  # of shaders/rt_common.glsl
 LONG_AGO = 1 << 31  # frames are numbered in 32 bits
 CHOOSE_GROUP, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
 CLASSES, FILL_GROUPS, NEIGHBOURS = 12, 32768, 6  # of shaders/rt_cache.glsl
-IDLE_SLOTS, REQUESTS, MOST_ASKED, LISTS = 0, CLASSES, 2 * CLASSES - 1, 2 * CLASSES  # its lists
+REQUESTS, LISTS = CLASSES, 2 * CLASSES  # its lists
+SPREAD, SPREAD_PATHS = 32, 4096  # of shaders/rt_paths.glsl
+MAX_GROUPS = 65535  # workgroups of one row of a dispatch that every device allows
 SCRATCH, LEAST_SCRATCH = 2 / 3, 768  # slots beside the cache: a share of the meshlets that it has no room for, or so many
-ROTATING = 1 / 2  # of all slots: what is given away during a frame, at most; the others keep what is asked for most
+ROTATING = 1 / 2  # of all slots: what can be given away during a frame even if all are asked for, at most
 MANY_SLOTS, ROUNDS = 0.78, {True: 1, False: 4}  # share of the meshlets that have slots; rounds if it is that large, or is not,
 BOUNCE_ROUNDS, LONG_PATH = 3, 2  # and so many more for each bounce, up to that one
 FEW_SLOTS, MOST_STRIPS = 0.45, 16  # with a smaller share a picture is traced in strips, the more the smaller it is
@@ -64,7 +66,6 @@ ROUND = np.dtype(
         ("restarted", "<u4"),
         ("waiting", "<u4"),
         ("filled", "<u4"),
-        ("unused", "<u4", 2),
     ]
 )
 STATE = np.dtype(
@@ -78,11 +79,10 @@ STATE = np.dtype(
         ("rotating", "<u4"),
         ("meshlets", "<u4"),
         ("primitives", "<u4"),
-        ("predict", "<u4"),
+        ("waits", "<u4"),
         ("path_limit", "<u4"),
         ("coming_round", "<u4"),
         ("frame", "<u4"),
-        ("pressing", "<u4"),
         ("kept", "<u4"),
         ("ring", "<u4"),
         ("cursor", "<u4"),
@@ -239,7 +239,7 @@ class RayTracer:
             state, rounds = raw[: STATE.itemsize].view(STATE)[0], raw[STATE.itemsize :].view(ROUND)
             later = rounds[:-1].reshape(self.strips, self._round_records)[:, 1 : self.rounds + 1]
             found.update({"kept": int(state["kept"]), "coming": int(rounds[-1]["requested"])})
-            found["requested"] = later["requested"].sum(axis=0).tolist()
+            found["requested"] = np.minimum(later["requested"], state["ring"]).sum(axis=0).tolist()
             found["waiting"] = (np.minimum(later["waiting"], state["path_limit"]) + later["restarted"]).sum(axis=0).tolist()
             found["restarted"] = later["restarted"].sum(axis=0).tolist()
         return found
@@ -268,7 +268,8 @@ class RayTracer:
         self.bottom.free()
         self.top.free()
         self._textures.free()
-        for buffer in [b for part in self._own.values() for b in part] + self._pictures + [self._frame, self._frame_host]:
+        self._forget_pictures()
+        for buffer in [b for part in self._own.values() for b in part] + [self._frame, self._frame_host]:
             buffer.free()
 
     @property
@@ -427,7 +428,9 @@ class RayTracer:
                     _address(self._bounds),
                     _address(self._owners),
                 )
-                pipeline.dispatch(commands, -(-primitive.meshlets // BOXES_GROUP), np.frombuffer(data, np.uint8))
+                rows_of_groups = -(-primitive.meshlets // (BOXES_GROUP * MAX_GROUPS))
+                count = -(-primitive.meshlets // (BOXES_GROUP * rows_of_groups))
+                pipeline.dispatch(commands, count, np.frombuffer(data, np.uint8), rows_of_groups)
                 geometries.append(Boxes(address, primitive.meshlets * groups))
         return geometries
 
@@ -518,7 +521,7 @@ class RayTracer:
             return
         self._coming_round = self.strips * self._round_records
         self._state = self._keep("lists", self._first_state(), STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT)
-        self._lists = self._keep("lists", np.tile(np.arange(slots, dtype=np.uint32), LISTS))
+        self._lists = self._keep("lists", 0 if self.all_cached else 4 * LISTS * slots)
         self._slot_meshlets = self._keep("lists", np.full(slots, NO_SLOT, np.uint32))
         constants = self._constants(self.scene.max_lanes)
         steps = ("fill",) if self.all_cached else ("cache", "fill")
@@ -536,13 +539,12 @@ class RayTracer:
         state, rounds = np.zeros((), STATE), np.zeros(self._coming_round + 1, ROUND)
         slots = self.capacity + self.scratch
         state["stable"], state["rotating"] = slots - self._rotating, self._rotating
-        state["predict"], state["bounds"] = self.predict, _address(self._bounds)
+        state["waits"], state["bounds"] = self.rounds > 0, _address(self._bounds)
         state["owners"], state["stamps"], state["seen"] = map(_address, (self._owners, self._stamps, self._seen))
         state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
         state["coming_round"] = self._coming_round
         if self.all_cached:
-            state["listed"][0, [IDLE_SLOTS, MOST_ASKED]] = slots
-            state["kept"] = rounds["requested"][0] = slots
+            rounds["requested"][0] = slots
             rounds["fill_groups"][0] = min(slots, FILL_GROUPS), 1, 1
         return np.frombuffer(state.tobytes() + rounds.tobytes(), np.uint8)
 
@@ -594,34 +596,49 @@ class RayTracer:
 
     def _prepare(self, width: int, height: int) -> None:
         """Buffers for a picture of this size, and the commands that make it."""
-        if self._picture_size is not None:
-            for buffer in self._pictures:
-                buffer.free()
-            vk.vkFreeCommandBuffers(self.device.handle, self.device.pool, 1, [self._commands])
-        self._picture_size = (width, height)
+        self._forget_pictures()
         self._strip_rows = -(-height // self.strips)
+        self._check_launches(width, height)
         self._make_pictures(width, height)
         marks = 2 + 2 * self._selects + self.strips * (1 + 2 * self.rounds) if self.marked else 2
         if self._times is None or self._times.count != marks:
             self._times = Timestamps(self.device, marks)
+        self._picture_size = (width, height)
         self._commands = self._record_frame()
 
+    def _forget_pictures(self) -> None:
+        for buffer in self._pictures:
+            buffer.free()
+        self._pictures = []
+        if self._picture_size is not None:
+            vk.vkFreeCommandBuffers(self.device.handle, self.device.pool, 1, [self._commands])
+        self._picture_size = None
+
+    def _check_launches(self, width: int, height: int) -> None:
+        """Raises VulkanError for a picture that the device cannot trace in one launch; later ones have one dimension (shaders/rt_paths.glsl)."""
+        pixels, limits = width * self._strip_rows, self.device.limits
+        wide = pixels + SPREAD_PATHS * (SPREAD - 1) + self._saved_paths(width * height) if self.rounds else width
+        if max(pixels, wide) > limits.launch_invocations or wide > limits.launch_width:
+            raise VulkanError(f"the device cannot trace a picture of {width} x {height} pixels", "ask for a smaller one")
+
     def _make_pictures(self, width: int, height: int) -> None:
-        self._colors = Buffer(self.device, 4 * width * height)
-        self._hits = Buffer(self.device, 4 * HIT_WORDS * width * height)
-        waiting = np.zeros(-(-width * height // 32), np.uint32)
-        self._waiting = Buffer(self.device, waiting.nbytes).write(waiting)
-        limit = self._saved_paths(width * height)
-        self._paths = Buffer(self.device, 2 * limit * PATH_BYTES)
-        self._pictures = [self._colors, self._hits, self._waiting, self._paths]
-        if self._selects:
-            self._state.write(np.array([self._paths.address], np.uint64), STATE.fields["paths"][1])
-            self._state.write(np.array([limit], np.uint32), STATE.fields["path_limit"][1])
+        def picture(size: int) -> Buffer:
+            self._pictures.append(Buffer(self.device, size))
+            return self._pictures[-1]
+
+        self._colors = picture(4 * width * height)
+        self._hits = picture(4 * HIT_WORDS * width * height)
+        self._waiting = None
+        if not self.rounds:
+            return
+        waiting, limit = np.zeros(-(-width * height // 32), np.uint32), self._saved_paths(width * height)
+        self._waiting = picture(waiting.nbytes).write(waiting)
+        self._paths = picture(2 * limit * PATH_BYTES)
+        self._state.write(np.array([self._paths.address], np.uint64), STATE.fields["paths"][1])
+        self._state.write(np.array([limit], np.uint32), STATE.fields["path_limit"][1])
 
     def _saved_paths(self, pixels: int) -> int:
         """Records of paths that wait, for a round."""
-        if not self.rounds:
-            return 0
         most = SAVED_BYTES * self._cache.size / (2 * PATH_BYTES)
         wanted = min(SAVED_PATHS * pixels, most) if self.paths is None else self.paths * pixels
         return -(-int(wanted) // 32) * 32
@@ -688,7 +705,7 @@ class RayTracer:
             record,
             self._state.address if self.rounds else 0,
             self._lists.address + 4 * REQUESTS * (self.capacity + self.scratch) if self.rounds else 0,
-            self._waiting.address,
+            _address(self._waiting),
             self._strip_rows,
         )
         push(commands, self._layout, np.frombuffer(data, np.uint8))
