@@ -86,7 +86,8 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
                 milliseconds = tracer.time(camera, options.width, options.height)
                 if number >= WARM_UP:
                     own.append(milliseconds)
-                    own_steps.append(tracer.steps())
+                    if options.steps:
+                        own_steps.append(tracer.steps())
         for row, tracer, own, own_steps in zip(rows, tracers, times, steps):
             entry = {**row, "bounces": bounces, "milliseconds": percentiles(own)}
             entry["frames"] = len(own)
@@ -136,21 +137,21 @@ def print_table(rows: list[dict]) -> None:
                     print("  microseconds: " + ", ".join(f"{name} {1e3 * ms:.0f}" for name, ms in row["steps"].items()))
 
 
+def cell(row: dict, rows: list[dict]) -> str:
+    """A row's time with its spread, and as a multiple of rt-triangles and of a full cache, if there was one among the rows."""
+    others = [r for r in rows if (r["model"], r["bounces"]) == (row["model"], row["bounces"])]
+    base = next(r for r in others if r["path"] == "rt-triangles")
+    full = [r for r in others if r["path"] == "rt" and r["cache"] == 1]
+    times, median = row["milliseconds"], row["milliseconds"]["median"]
+    text = f"{median:.3f} ({times['low']:.3f} to {times['high']:.3f}), {median / base['milliseconds']['median']:.2f}x"
+    if row["path"] != "rt" or row["cache"] == 1 or not full:
+        return text
+    return f"{text}, {median / full[0]['milliseconds']['median']:.2f} of full"
+
+
 def document(result: dict) -> None:
     """Puts the table into docs/vulkan-raytracing.md."""
     lines = []
-
-    def cell(row: dict) -> str:
-        """Time with its spread, and as a multiple of rt-triangles and of a full cache, if there was one."""
-        others = [r for r in result["rows"] if (r["model"], r["bounces"]) == (row["model"], row["bounces"])]
-        base = next(r for r in others if r["path"] == "rt-triangles")
-        full = [r for r in others if r["path"] == "rt" and r["cache"] == 1]
-        times, median = row["milliseconds"], row["milliseconds"]["median"]
-        text = f"{median:.3f} ({times['low']:.3f} to {times['high']:.3f}), {median / base['milliseconds']['median']:.2f}x"
-        if row["path"] != "rt" or row["cache"] == 1 or not full:
-            return text
-        return f"{text}, {median / full[0]['milliseconds']['median']:.2f} of full"
-
     for row in (r for r in result["rows"] if r["bounces"] == BOUNCES[0]):
         same = [
             r
@@ -162,7 +163,7 @@ def document(result: dict) -> None:
         found = row.get("statistics")
         slots = f"{found['slots'] / found['meshlets']:.0%}" if found else "100%" if row["path"] == "rt" else ""
         memory = f"{size / 1e6:.2f} MB, {size / base_size:.2f}x"
-        lines.append([f"{row['model']}, {label(row)}", slots, *map(cell, same), memory])
+        lines.append([f"{row['model']}, {label(row)}", slots, *(cell(r, result["rows"]) for r in same), memory])
     headings = ["", "slots", *(f"{'first hits' if b == 0 else f'{b} bounces'}, ms" for b in BOUNCES), "memory"]
     least = min(r["frames"] for r in result["rows"])
     frames = f"{result['frames']} frames" + (f" ({least} or more of slow configurations)" if least < result["frames"] else "")

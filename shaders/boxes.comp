@@ -5,9 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 #define OWN_PUSH
-#define OWN_CACHE_PUSH
 #include "rt_common.glsl"
-#include "rt_cache.glsl"
 #ifndef PLAIN
 #include "meshlet_decoder_prologue.glsl"
 #include "meshlet_decoder.glsl"

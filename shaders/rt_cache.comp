@@ -86,17 +86,16 @@ void prepare(CacheState state) {
   for (uint i = local; i <= state.coming_round; i += GROUP)
     state.rounds[i] = Round(uint[](0u, 1u, 1u), 0u, uint[](0u, 1u, 1u), 0u, 0u, 0u);
   if (local >= LISTS) return;
-  counts[local] = min(atomicAdd(state.listed[listed_at(frame, local)], 0u), state.stable + state.rotating);
+  counts[local] = min(atomicAdd(state.listed[listed_at(frame, local)], 0u), slot_count(state));
   state.listed[listed_at(frame + 1u, local)] = 0u;
 }
 
 // How many meshlets are decoded before and during the first launch, and which slots are given away later: those after theirs, in turn.
 void plan(CacheState state) {
-  uint slots = state.stable + state.rotating;
   uint missing = 0u;
   for (uint c = ASKED; c < CLASSES; c++) missing += counts[CLASSES + c];
   uint pressing = missing > FEW_MISSING || state.waits == 0u ? ASKED : ASKED_OFTEN;
-  uint lower = slots;                      // slots of lower classes
+  uint lower = slot_count(state);          // slots of lower classes
   uint idle = 0u;
   uint used = 0u;
   uint kept = 0u;
@@ -138,7 +137,7 @@ void main() {
   frame = state.frame + 1u;
   uint m = gl_GlobalInvocationID.x;
   uint local = gl_LocalInvocationIndex;
-  uint slots = state.stable + state.rotating;
+  uint slots = slot_count(state);
   if (local < LISTS) counts[local] = 0u;
   barrier();
   uint into = LISTS;                       // the list that gets the meshlet, or its slot

@@ -41,11 +41,12 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
 };
 
 uint listed_at(uint frame, uint list) { return (frame & 1u) * LISTS + list; }
+uint slot_count(CacheState state) { return state.stable + state.rotating; }
 // Where a list of slots or meshlets begins: each has as many words as there are slots.
-uint list_begin(CacheState state, uint list) { return list * (state.stable + state.rotating); }
+uint list_begin(CacheState state, uint list) { return list * slot_count(state); }
 #define REQUESTS (CLASSES + IDLE)          // of the lists: there is none of such meshlets, so this one is for what paths wait for
 
-#if defined(OWN_PUSH) && !defined(OWN_CACHE_PUSH)
+#ifdef OWN_PUSH
 layout(push_constant) uniform Push {
   uvec2 frame;
   uvec2 traced;
@@ -61,4 +62,3 @@ layout(push_constant) uniform Push {
 
 #define FILL_GROUPS 32768u                 // workgroups that decode at once, at most
 #define MOST_COMING 2048u
-#define NEIGHBOURS 6u

@@ -19,6 +19,8 @@ layout(constant_id = 11) const bool COUNTED = false;        // meshlets count th
 #define SLOT_BITS 0x3FFFFFFFu
 #define HOT_COUNT 256u
 
+#define NEIGHBOURS 6u                      // of a meshlet that are kept in mind: those that own boundaries of it
+
 struct Traced {
   uvec2 blob;
   uint blob_words;

@@ -55,6 +55,9 @@ def push(commands, layout, data: np.ndarray) -> None:
     vk.vkCmdPushConstants(commands, layout, vk.VK_SHADER_STAGE_ALL, 0, len(raw), vk.ffi.from_buffer(raw))
 
 
+MAX_GROUPS = 65535  # workgroups in one dimension of a dispatch or draw that every device allows
+
+
 class ComputePipeline:
     """A compute shader with specialisation constants by id."""
 

@@ -12,7 +12,7 @@ from .constants import CONSTANTS
 from .device import Device, Timeline
 from .errors import VulkanError
 from .memory import Buffer, Image
-from .pipelines import ComputePipeline, pipeline_layout, push, stage
+from .pipelines import MAX_GROUPS, ComputePipeline, pipeline_layout, push, stage
 from .scene import FRAME, HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, VERTEX_FLOATS, Scene, SceneBuffers, address_words, require_room
 from .stream import RING, Ring
 from .textures import TextureArray, array_size, texture_set_layout
@@ -34,7 +34,6 @@ PUSH = np.dtype(
         ("segment_count", "<u4"),
     ]
 )
-MAX_GROUPS = 65535                         # workgroups of one draw that every device allows
 LIT, ATTRIBUTES = 0, 1                     # what the fragment shader does, see surface.frag
 # Specialisation constants of shaders/meshlet_decoder_prologue.glsl, raster.glsl and surface.frag.
 STREAMS_ID, LANES_ID, ATTRIBUTES_ID, CULLING_ID, SHADING_ID = range(5)
@@ -168,9 +167,6 @@ class Pipelines:
     def timelines(self) -> tuple[Timeline, Timeline]:
         """For what is decoded and what is drawn on two queues."""
         return self.device.once(("timelines",), lambda: (Timeline(self.device), Timeline(self.device)))
-
-    def compute(self, module: str, constants: dict[int, int]) -> ComputePipeline:
-        return ComputePipeline.of(self.device, module, constants)
 
     def graphics(self, modules: tuple[tuple[str, int], ...], constants: dict[int, int], textures: int, ids: bool):
         """A pipeline of (module, stage) with specialisation constants (id -> value)."""
@@ -395,7 +391,7 @@ def fill_bounds(pipelines: Pipelines, buffers: SceneBuffers) -> None:
     """Computes the culling bounds of every meshlet on the device, from the blobs, which need not stay there."""
     device, scene = buffers.device, buffers.scene
     source = buffers if buffers.blobs else SceneBuffers(device, scene, {"blobs", "bounds"})
-    pipeline = pipelines.compute("bounds.comp", {STREAMS_ID: scene.max_streams})
+    pipeline = ComputePipeline.of(pipelines.device, "bounds.comp", {STREAMS_ID: scene.max_streams})
     with device.commands() as commands:
         for number, primitive in enumerate(scene.primitives):
             data = np.array([*address_words(source.primitives_address), number], np.uint32)

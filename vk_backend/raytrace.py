@@ -17,7 +17,7 @@ from .constants import CONSTANTS
 from .device import Device
 from .errors import VulkanError
 from .memory import STORAGE, Buffer
-from .pipelines import ComputePipeline, Timestamps, pipeline_layout, push, stage
+from .pipelines import MAX_GROUPS, ComputePipeline, Timestamps, pipeline_layout, push, stage
 from .scene import FRAME, Primitive, Scene, SceneBuffers, require_room
 from .slots import SlotLayout
 from .textures import TextureArray, array_size, texture_set_layout
@@ -27,10 +27,9 @@ MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
 NO_SLOT, REQUESTED = 0xFFFFFFFF, 0xFFFFFFFE  # of shaders/rt_common.glsl
 LONG_AGO = 1 << 31  # frames are numbered in 32 bits
 CHOOSE_GROUP, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
-CLASSES, FILL_GROUPS, NEIGHBOURS = 12, 32768, 6  # of shaders/rt_cache.glsl
+CLASSES, FILL_GROUPS, NEIGHBOURS = 12, 32768, 6  # of shaders/rt_cache.glsl, rt_common.glsl
 REQUESTS, LISTS = CLASSES, 2 * CLASSES  # its lists
 SPREAD, SPREAD_PATHS = 32, 4096  # of shaders/rt_paths.glsl
-MAX_GROUPS = 65535  # workgroups of one row of a dispatch that every device allows
 SCRATCH, LEAST_SCRATCH = 2 / 3, 768  # slots beside the cache: a share of the meshlets that it has no room for, or so many
 ROTATING = 1 / 2  # of all slots: what can be given away during a frame even if all are asked for, at most
 MANY_SLOTS, ROUNDS = 0.78, {True: 1, False: 4}  # share of the meshlets that have slots; rounds if it is that large, or is not,
@@ -581,13 +580,13 @@ class RayTracer:
             self._times.mark(commands, len(self._steps))
 
     def _barrier(self, commands) -> None:
-        """Between the steps of a frame: what shaders and copies wrote can be read by shaders and indirect commands."""
+        """Between the steps of a frame: what shaders wrote can be read by shaders and indirect commands."""
         shaders = vk.VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | vk.VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR
         written = vk.VK_ACCESS_2_SHADER_WRITE_BIT
         self.device.barrier(
             commands,
-            shaders | vk.VK_PIPELINE_STAGE_2_COPY_BIT,
-            written | vk.VK_ACCESS_2_TRANSFER_WRITE_BIT,
+            shaders,
+            written,
             shaders | vk.VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
             written | vk.VK_ACCESS_2_SHADER_READ_BIT | vk.VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT,
         )

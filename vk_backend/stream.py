@@ -11,6 +11,7 @@ import vulkan as vk
 
 from .errors import VulkanError
 from .memory import Buffer
+from .pipelines import ComputePipeline
 from .scene import Scene, address_words
 from .slots import SlotLayout
 
@@ -89,7 +90,7 @@ class Ring:
         self._buffers["segments"] = Buffer(device, rows.nbytes).write(rows)
         counts = np.array([len(batch) for batch in self.batches])
         self._first_segments = np.cumsum(counts) - counts
-        self._passes = [(pipelines.compute(name, self.constants), per) for name, per in PASSES.items()]
+        self._passes = [(ComputePipeline.of(pipelines.device, name, self.constants), per) for name, per in PASSES.items()]
 
     @property
     def resident_bytes(self) -> int:
