@@ -33,7 +33,7 @@ void open_attributes(Place place) {
 }
 
 float plain_value(uint at) {
-  return dot(plain_weights, vec3(plain_floats.at[plain_corners.x + at], plain_floats.at[plain_corners.y + at], plain_floats.at[plain_corners.z + at]));
+  return dot_product(plain_weights, vec3(plain_floats.at[plain_corners.x + at], plain_floats.at[plain_corners.y + at], plain_floats.at[plain_corners.z + at]));
 }
 
 vec3 plain_position(uint corner) {

@@ -26,8 +26,14 @@ hitAttributeEXT HitAttributes found;
 #endif
 
 vec3 unit(vec3 v, vec3 otherwise) {
-  float squared = dot(v, v);
+  float squared = dot_product(v, v);
   return squared > 0.0 ? v * inversesqrt(squared) : otherwise;
+}
+
+// A normal of the object.
+vec3 in_world(Instance instance, vec3 n) {
+  mat4 m = instance.world_to_object;
+  return vec3(dot_product(m[0].xyz, n), dot_product(m[1].xyz, n), dot_product(m[2].xyz, n));
 }
 
 void main() {
@@ -57,12 +63,11 @@ void main() {
 #endif
   place.weights = weights_of(barycentrics);
   open_attributes(place);
-  mat3 to_world = transpose(mat3(instance.world_to_object));
   surface.t = gl_HitTEXT;
   surface.instance = gl_InstanceID;
   surface.barycentrics = barycentrics;
-  surface.flat_normal = unit(to_world * flat_normal_in_object(), -gl_WorldRayDirectionEXT);
-  surface.normal = has_normal() ? unit(to_world * normal_in_object(), surface.flat_normal) : surface.flat_normal;
+  surface.flat_normal = unit(in_world(instance, flat_normal_in_object()), -gl_WorldRayDirectionEXT);
+  surface.normal = has_normal() ? unit(in_world(instance, normal_in_object()), surface.flat_normal) : surface.flat_normal;
   Material material = Materials(Frame(push.frame).materials).at[instance.material];
   surface.albedo = base_color(material).rgb;
   vec3 emitted = emission(material);

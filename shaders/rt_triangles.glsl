@@ -12,13 +12,13 @@ struct RayFrame {
 };
 
 RayFrame ray_frame(vec3 origin, vec3 direction) {
-  float squared = dot(direction, direction);
+  float squared = dot_product(direction, direction);
   vec3 d = direction * inversesqrt(squared);
   // Any two directions across the ray.
   vec3 across = abs(d.x) > abs(d.z) ? vec3(-d.y, d.x, 0.0) : vec3(0.0, -d.z, d.y);
   vec3 second = cross_product(d, across);
   vec3 along = direction / squared;
-  return RayFrame(vec4(across, -dot(across, origin)), vec4(second, -dot(second, origin)), vec4(along, -dot(along, origin)));
+  return RayFrame(vec4(across, -dot_product(across, origin)), vec4(second, -dot_product(second, origin)), vec4(along, -dot_product(along, origin)));
 }
 
 vec3 in_frame(RayFrame f, vec3 p) {

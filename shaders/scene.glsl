@@ -101,7 +101,8 @@ vec3 unit_of_oct(uvec2 q, uint bits) {
   float fold = max(-z, 0.0);
   p -= vec2(p.x < 0.0 ? -fold : fold, p.y < 0.0 ? -fold : fold);
   vec3 n = vec3(p, z);
-  return n * inversesqrt(dot(n, n));       // not normalize: ray tracing needs it exact
+  vec3 squares = n * n;
+  return n * inversesqrt(squares.x + squares.y + squares.z); // neither normalize nor dot: ray tracing needs it exact
 }
 
 float float_of_ordered_bits(uint q) {
