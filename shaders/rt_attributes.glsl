@@ -66,7 +66,7 @@ uint open_primitive;
 void open_attributes(Place place) {
   Traced traced = TracedList(push.traced).at[place.primitive];
   uint number = traced.first_meshlet + place.meshlet;
-  uint entry = ALL_CACHED ? number : Counts(push.slot_table).at[number];
+  uint entry = slot_entry(number);
   in_cache = ALL_CACHED || DEFERRED || has_slot(entry);
   uint corners;
   if (in_cache) {

@@ -1,8 +1,8 @@
-// Which meshlets the slots hold when a frame begins, chosen without the host by what rays asked for in the last frame. Slots and meshlets
-// without a slot are listed by classes: how many rays asked, how long ago, or how near the meshlet is to such. Meshlets take the slots of
-// lower classes. The first, those that rays asked for in the last frame, are decoded before the first ray; the others, and of a few only
-// those that not many rays asked for, while the first rays are on their way. What the other slots hold stays; during the frame those of
-// the classes that were not asked for, or `rotating` if these are more, are given to what rays wait for, the lowest class first.
+// Which meshlets the slots hold when a frame begins, chosen without the host by what rays needed in the last frame. Slots and meshlets
+// without a slot are listed by classes: how many rays needed it, how long ago, whether rays came past it, or how near it is to such. Meshlets
+// take the slots of lower classes. The first, those that rays needed in the last frame, are decoded before the first ray; the others, and of a
+// few only those that not many rays needed, while the first rays are on their way. What the other slots hold stays; during the frame those of
+// the classes that were not needed, or `rotating` if these are more, are given to what rays wait for, the lowest class first.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -10,10 +10,10 @@
 #include "rt_common.glsl"
 #include "rt_cache.glsl"
 
-// Of so few meshlets that rays asked for and have no slot, only those that many rays asked for are decoded before the first ray, since
+// Of so few meshlets that rays needed and have no slot, only those that many rays needed are decoded before the first ray, since
 // that costs more time than it takes the others' rays to wait. Where rays cannot wait, all are.
 #define FEW_MISSING 128u
-#define ASKED_OFTEN (ASKED + 3u)
+#define NEEDED_OFTEN (NEEDED + 3u)
 #define GROUP 512u                         // CHOOSE_GROUP of vk_backend/raytrace.py
 layout(local_size_x = GROUP) in;
 
@@ -28,23 +28,23 @@ uint frame;                                // the number of the one that begins
 // What other workgroups have written in this dispatch.
 layout(buffer_reference, std430, buffer_reference_align = 4) coherent buffer SharedCounts { uint at[]; };
 
-// How near a meshlet is to those that rays asked for: ITSELF, one less for each step away from them, 0 if it is not near.
-#define ITSELF RECENT
+// How near a meshlet is to those that rays needed: ITSELF, one less for each step away from them, 0 if it is not near.
+#define ITSELF 4u
 uint stamp(uint number, uint nearness) { return number * 8u + nearness; } // of 29 bits; then they begin anew
 #define STAMPED_FRAMES 0x20000000u
 uint nearness_of(uint stamped) { return stamped >= stamp(frame - 1u, 0u) ? stamped & 7u : 0u; }
 
 // Each frame nearness spreads by one step to the meshlets that share a boundary. It is a hint: that some see others' stamps of this frame
-// and some those of the last does no harm. Returns the meshlet's, IDLE or the class NEAR and above.
-uint spread_nearness(CacheState state, uint m, bool asked) {
+// and some those of the last does no harm. Returns the meshlet's, which below ITSELF is its class.
+uint spread_nearness(CacheState state, uint m, bool needed) {
   Counts stamps = Counts(state.stamps);
   if (frame % STAMPED_FRAMES == 0u) {
     stamps.at[m] = 0u;
     return IDLE;
   }
   uint before = nearness_of(stamps.at[m]);
-  uint own = asked ? ITSELF : min(before, ITSELF - 1u);
-  uint next = asked ? stamp(frame, ITSELF) : 0u;
+  uint own = needed ? ITSELF : min(before, ITSELF - 1u);
+  uint next = needed ? stamp(frame, ITSELF) : 0u;
   uint owners[NEIGHBOURS];                 // read all at once, then
   uint stamped[NEIGHBOURS];                //   all these: one after another would take longer than the rest
   for (uint i = 0u; i < NEIGHBOURS; i++) owners[i] = Counts(state.owners).at[NEIGHBOURS * m + i];
@@ -59,12 +59,12 @@ uint spread_nearness(CacheState state, uint m, bool asked) {
   return own;
 }
 
-// The class by when rays asked for a meshlet, IDLE if that is long ago.
-uint recency(CacheState state, uint m, uint asked) {
+// The class by when rays needed a meshlet, IDLE if that is long ago.
+uint recency(CacheState state, uint m, uint needed) {
   Counts seen = Counts(state.seen);
-  if (asked != 0u) {
+  if (needed != 0u) {
     seen.at[m] = frame;
-    return min(ASKED + uint(findMSB(asked)) / 2u, CLASSES - 1u);
+    return min(NEEDED + uint(findMSB(needed)) / 2u, CLASSES - 1u);
   }
   uint age = frame - seen.at[m];
   return age < 3u ? RECENT + 2u : age < 8u ? RECENT + 1u : age < 32u ? RECENT : IDLE;
@@ -93,8 +93,8 @@ void prepare(CacheState state) {
 // How many meshlets are decoded before and during the first launch, and which slots are given away later: those after theirs, in turn.
 void plan(CacheState state) {
   uint missing = 0u;
-  for (uint c = ASKED; c < CLASSES; c++) missing += counts[CLASSES + c];
-  uint pressing = missing > FEW_MISSING || state.waits == 0u ? ASKED : ASKED_OFTEN;
+  for (uint c = NEEDED; c < CLASSES; c++) missing += counts[CLASSES + c];
+  uint pressing = missing > FEW_MISSING || state.waits == 0u ? NEEDED : NEEDED_OFTEN;
   uint lower = slot_count(state);          // slots of lower classes
   uint idle = 0u;
   uint used = 0u;
@@ -103,7 +103,7 @@ void plan(CacheState state) {
     lower -= counts[c];
     used += min(counts[CLASSES + c], lower - min(used, lower));
     if (c == pressing) kept = used;
-    if (c == ASKED) idle = lower;
+    if (c == NEEDED) idle = lower;
   }
   kept = min(kept, state.stable);
   uint ring = max(state.rotating, idle - min(kept, idle));
@@ -147,13 +147,14 @@ void main() {
   uint empty_rank = 0u;
   if (m < state.meshlets) {
     uint entry = Counts(push.slot_table).at[m];
-    uint asked = Counts(push.counters).at[m];
+    uint counted = Counts(push.counters).at[m];
+    uint needed = counted / COUNTED_RAY;
     Counts(push.counters).at[m] = 0u;
-    uint nearness = state.owners != uvec2(0u) ? spread_nearness(state, m, asked != 0u) : IDLE;
-    into = max(recency(state, m, asked), min(nearness, RECENT - 1u));
+    uint nearness = state.owners != uvec2(0u) ? spread_nearness(state, m, needed != 0u) : 0u;
+    into = max(recency(state, m, needed), (counted & TOUCHED_RAY) != 0u ? TOUCHED : min(nearness, ITSELF - 1u));
     if (entry < REQUESTED) {
       item = entry & SLOT_BITS;
-      SharedCounts(push.slot_table).at[m] = item | (asked >= HOT_COUNT ? HOT : 0u);
+      SharedCounts(push.slot_table).at[m] = item | (needed >= HOT_COUNT ? HOT : 0u);
     } else {
       into = into == IDLE ? LISTS : CLASSES + into;
       SharedCounts(push.slot_table).at[m] = NO_SLOT;

@@ -1,11 +1,16 @@
 // The state of the cache, in a frame and between frames; vk_backend/raytrace.py mirrors it.
 
-// Classes of slots and meshlets by what rays asked for. The higher, the more likely they will ask for it again.
-#define CLASSES 12u
+// Classes of slots and meshlets by what rays needed. The higher, the more likely they will need it again.
+#define CLASSES 13u
 #define IDLE 0u                            // nothing of the following; empty slots, too
-#define NEAR 1u                            // to 3: so many steps less than four away from one that rays asked for in the last frame
-#define RECENT 4u                          // to 6: asked for less than 32, 8, 3 frames ago
-#define ASKED 7u                           // to 11: asked for in the last frame by 1 to 3 rays, 4 to 15, and so on
+#define NEAR 1u                            // to 3: so many steps less than four away from one that rays needed in the last frame
+#define TOUCHED 4u                         // tested in the last frame by rays that found nothing there, or not what they hit
+#define RECENT 5u                          // to 7: needed less than 32, 8, 3 frames ago
+#define NEEDED 8u                          // to 12: needed in the last frame by 1 to 3 rays, 4 to 15, and so on
+
+// Of a meshlet's counter: what each ray adds that needs it, and the bit of those that touch it.
+#define COUNTED_RAY 2u
+#define TOUCHED_RAY 1u
 #define LISTS (2u * CLASSES)               // of slots by class, then of meshlets without a slot by class
 
 // What a round of a frame has to do. The launch before it writes it; when a frame begins there is nothing.
@@ -22,8 +27,8 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uvec2 bounds;                            // of each meshlet, the box around it: 6 floats; or 0
   uvec2 paths;                             // two times path_limit records of waiting paths
   uvec2 owners;                            // of each meshlet: NEIGHBOURS meshlets that own boundaries of it, or fewer and NO_SLOT; or 0
-  uvec2 stamps;                            // of each meshlet: when it was near one that rays asked for, and how near
-  uvec2 seen;                              // of each meshlet: the frame after the one in which rays last asked for it
+  uvec2 stamps;                            // of each meshlet: when it was near one that rays needed, and how near
+  uvec2 seen;                              // of each meshlet: the frame after the one in which rays last needed it
   uint stable;                             // all slots but
   uint rotating;                           //   those that can be given away during a frame, whatever they hold
   uint meshlets;

@@ -15,7 +15,7 @@ layout(constant_id = 11) const bool COUNTED = false;        // meshlets count th
 #define REQUESTED 0xFFFFFFFEu              // no slot yet, but on the list of requests
 // Else an entry of the table of slots is a slot's number, and
 #define COMING 0x80000000u                 // the meshlet is being decoded into it during the frame's first launch, for the later ones
-#define HOT 0x40000000u                    // in the last frame HOT_COUNT rays or more asked for it
+#define HOT 0x40000000u                    // in the last frame HOT_COUNT rays or more needed it
 #define SLOT_BITS 0x3FFFFFFFu
 #define HOT_COUNT 256u
 
@@ -39,7 +39,7 @@ layout(push_constant) uniform Push {
   uvec2 traced;                            // Traced of each primitive
   uvec2 slot_table;                        // of each meshlet: its slot, perhaps with COMING or HOT, or NO_SLOT, or REQUESTED
   uvec2 cache;                             // the slots
-  uvec2 counters;                          // of each meshlet: rays that asked for its triangles in this frame, about
+  uvec2 counters;                          // of each meshlet: what rays did there in this frame, see rt_request.glsl
   uvec2 first_triangles;                   // of each meshlet: its first triangle in Traced.indices
   uvec2 colors;                            // a word per pixel
   uvec2 hits;                              // HIT_WORDS per pixel
@@ -54,6 +54,8 @@ layout(push_constant) uniform Push {
   uvec2 waiting;                           // a bit per pixel: its path shall start again
   uint strip_rows;
 } push;
+
+uint slot_entry(uint number) { return ALL_CACHED ? number : Counts(push.slot_table).at[number]; }
 
 // Whether rays of this launch find a meshlet with that entry in its slot.
 bool has_slot(uint entry) { return entry < COMING || (entry < REQUESTED && push.record > 0u); }

@@ -36,16 +36,25 @@ vec3 in_world(Instance instance, vec3 n) {
   return vec3(dot_product(m[0].xyz, n), dot_product(m[1].xyz, n), dot_product(m[2].xyz, n));
 }
 
+#ifndef PLAIN
+// The number of the meshlet that the hit is in.
+uint hit_meshlet() {
+  Traced traced = TracedList(push.traced).at[gl_InstanceCustomIndexEXT & PRIMITIVE_INDEX];
+  return traced.first_meshlet + uint(gl_PrimitiveID) / (MESHLET_TRIANGLES / GROUP_TRIANGLES);
+}
+#endif
+
 void main() {
 #ifndef PLAIN
-  if (DEFERRED && gl_HitKindEXT == KIND_BLOCKED) {
-    Traced traced = TracedList(push.traced).at[gl_InstanceCustomIndexEXT & PRIMITIVE_INDEX];
-    request(traced.first_meshlet + uint(gl_PrimitiveID) / (MESHLET_TRIANGLES / GROUP_TRIANGLES));
+  bool to_light = DEFERRED && (gl_IncomingRayFlagsEXT & RAY_TO_LIGHT) != 0u;
+  bool blocked = DEFERRED && gl_HitKindEXT == KIND_BLOCKED;
+  if (COUNTED && (blocked || !to_light)) count(hit_meshlet(), slot_entry(hit_meshlet()));
+  if (blocked) {
+    request(hit_meshlet());
     surface.t = BLOCKED;
     surface.barycentrics.x = gl_HitTEXT;
-    return;
   }
-  if (DEFERRED && (gl_IncomingRayFlagsEXT & RAY_TO_LIGHT) != 0u) return;
+  if (blocked || to_light) return;
 #endif
   Instance instance = Instances(Frame(push.frame).instances).at[gl_InstanceID];
   Place place;

@@ -225,6 +225,26 @@ def test03_cache_follows(device, fine_scene):
     traced.free()
 
 
+def test03_slots_are_filled(device, fine_scene):
+    """From the start every slot has a meshlet, spread over the model; those that rays needed keep theirs, those that they passed may not."""
+    traced = tracer(device, fine_scene, cache=0.2, scratch=0.2, samples=1)
+    slots = traced.capacity + traced.scratch
+    table, meshlets = slots_of(traced), traced._slot_meshlets.read()
+    assert np.array_equal(meshlets, np.arange(slots) * traced.meshlets // slots)
+    assert np.array_equal(table[meshlets], np.arange(slots)) and np.count_nonzero(table < slots) == slots
+    for _ in range(3):
+        picture = traced.render(camera_of(fine_scene), WIDTH, HEIGHT)
+    from vk_backend.raytrace import COUNTED_RAY
+
+    counters = traced._counters.read()
+    instances, ids = picture.ids[picture.ids[..., 0] != NO_HIT].T
+    primitives = np.array([i.primitive for i in fine_scene.instances])
+    seen = np.unique(traced._first_meshlet[primitives[instances]] + ids // 64)
+    assert (counters[seen] >= COUNTED_RAY).all()
+    assert (counters == 1).any()
+    traced.free()
+
+
 def test04_prediction(device, fine_scene):
     """What the last frame asked for stays or comes, if there are slots for it: then nothing waits."""
     camera = camera_of(fine_scene)
@@ -242,15 +262,18 @@ def test04_prediction(device, fine_scene):
 @pytest.mark.parametrize("predict", (True, False))
 def test05_prediction_alone(predict, device, fine_scene):
     """Without rounds paths decode for themselves, so that slots are filled only between frames, and with what is near."""
-    traced = tracer(device, fine_scene, cache=0.1, scratch=0.89, samples=1, rounds=0, predict=predict)
-    kept = []
+    traced = tracer(device, fine_scene, cache=0.1, scratch=0.85, samples=1, rounds=0, predict=predict)
+    kept, coming = [], 0
     for _ in range(4):
         traced.render(camera_of(fine_scene), WIDTH, HEIGHT)
         kept.append(traced.statistics()["kept"])
-    needed = traced._counters.read() > 0
+        coming += traced.statistics()["coming"]
+    from vk_backend.raytrace import COUNTED_RAY
+
+    needed = traced._counters.read() >= COUNTED_RAY
     there = slots_of(traced) < traced.capacity + traced.scratch
-    assert there[needed].all() and kept[0] == 0 < kept[1]
-    assert there[~needed].any() == predict
+    assert there[needed].all() and kept[0] == 0 < kept[1] and kept[3] == 0
+    assert (coming > 0) == predict
     traced.free()
 
 

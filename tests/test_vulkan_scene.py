@@ -72,7 +72,7 @@ def test_the_ray_tracer_s_structures_lie_where_shaders_read_them():
 def test_the_ray_tracer_s_constants_are_the_shaders():
     text = "\n".join(path.read_text() for path in build_shaders.SOURCES.glob("rt_*"))
     defined = dict(re.findall(r"^#define (\w+) (0x[0-9A-F]+|[0-9]+)u?\b", text, re.MULTILINE))
-    names = ("CLASSES", "FILL_GROUPS", "NEIGHBOURS", "NO_SLOT", "REQUESTED", "HIT_WORDS", "SPREAD", "SPREAD_PATHS")
+    names = ("CLASSES", "COUNTED_RAY", "FILL_GROUPS", "NEIGHBOURS", "NO_SLOT", "REQUESTED", "HIT_WORDS", "SPREAD", "SPREAD_PATHS")
     assert {name: int(defined[name], 0) for name in names} == {name: getattr(raytrace, name) for name in names}
     assert int(defined["GROUP"], 0) == raytrace.CHOOSE_GROUP and 4 * int(defined["PATH_WORDS"], 0) == raytrace.PATH_BYTES
     assert int(defined["INSTANCE_MASKED"], 0) == raytrace.INSTANCE_MASKED

@@ -27,8 +27,8 @@ MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
 NO_SLOT, REQUESTED = 0xFFFFFFFF, 0xFFFFFFFE  # of shaders/rt_common.glsl
 LONG_AGO = 1 << 31  # frames are numbered in 32 bits
 CHOOSE_GROUP, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
-CLASSES, FILL_GROUPS, NEIGHBOURS = 12, 32768, 6  # of shaders/rt_cache.glsl, rt_common.glsl
-REQUESTS, LISTS = CLASSES, 2 * CLASSES  # its lists
+CLASSES, FILL_GROUPS, NEIGHBOURS = 13, 32768, 6  # of shaders/rt_cache.glsl, rt_common.glsl
+REQUESTS, LISTS, COUNTED_RAY = CLASSES, 2 * CLASSES, 2  # its lists, and what each ray adds to a counter
 SPREAD, SPREAD_PATHS = 32, 4096  # of shaders/rt_paths.glsl
 SCRATCH, LEAST_SCRATCH = 2 / 3, 768  # slots beside the cache: a share of the meshlets that it has no room for, or so many
 ROTATING = 1 / 2  # of all slots: what can be given away during a frame even if all are asked for, at most
@@ -220,11 +220,11 @@ class RayTracer:
         return found
 
     def statistics(self) -> dict[str, Any]:
-        """Of the last frame. asked: boxes whose triangles a ray tested, about; needed: meshlets among them; resident: meshlets that have
+        """Of the last frame. asked: how often rays needed a meshlet, about; needed: meshlets that they needed; resident: meshlets that have
         a slot now, of slots; kept: meshlets decoded before the first ray; coming: meshlets decoded during the first launch; requested:
         meshlets that paths waited for before each round; waiting: these paths; restarted: those of them that had to start again. Where
         everything is cached, asked and needed are 0 unless `counted` was given."""
-        counts = self._counters.read() if self.counted else np.zeros(1, np.uint32)
+        counts = self._counters.read() // COUNTED_RAY if self.counted else np.zeros(1, np.uint32)
         table = self._slot_table.read() if self.path == "rt" else np.zeros(0, np.uint32)
         found = {
             "asked": int(counts.sum(dtype=np.int64)),
@@ -514,27 +514,32 @@ class RayTracer:
     # --- the cache -------------------------------------------------------------------------------------------------------------------
 
     def _make_cache(self) -> None:
-        """Lists and pipelines of the cache; a cache for everything is filled once and for all, and needs neither afterwards."""
+        """Lists and pipelines of the cache, whose slots are all filled; a cache for everything needs neither afterwards."""
         slots = self.capacity + self.scratch
         if self.path != "rt" or slots == 0:
             return
         self._coming_round = self.strips * self._round_records
         self._state = self._keep("lists", self._first_state(), STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT)
-        self._lists = self._keep("lists", 0 if self.all_cached else 4 * LISTS * slots)
+        self._lists = self._keep("lists", 0 if self.all_cached else self._first_lists())
         self._slot_meshlets = self._keep("lists", np.full(slots, NO_SLOT, np.uint32))
         constants = self._constants(self.scene.max_lanes)
         steps = ("fill",) if self.all_cached else ("cache", "fill")
         self._cache_pipelines = {step: ComputePipeline.of(self.device, f"rt_{step}.comp", constants) for step in steps}
-        if not self.all_cached:
-            return
         with self.device.commands() as commands:
             self._record_fill(commands, 0)
-        for buffer in (self._state, self._lists, self._slot_meshlets):
+        for buffer in (self._state, self._lists, self._slot_meshlets) if self.all_cached else ():
             self._own["lists"].remove(buffer)
             buffer.free()
 
+    def _first_lists(self) -> np.ndarray:
+        """uint32[LISTS, slots]: a meshlet for every slot, spread evenly over the model, since what rays will need is not known yet."""
+        slots = self.capacity + self.scratch
+        lists = np.zeros((LISTS, slots), np.uint32)
+        lists[0], lists[-1] = np.arange(slots), np.arange(slots) * self.meshlets // slots
+        return lists
+
     def _first_state(self) -> np.ndarray:
-        """uint8[...]: CacheState before the first frame. If everything is cached, all meshlets are to be decoded."""
+        """uint8[...]: CacheState before the first frame, with as many meshlets to decode as there are slots."""
         state, rounds = np.zeros((), STATE), np.zeros(self._coming_round + 1, ROUND)
         slots = self.capacity + self.scratch
         state["stable"], state["rotating"] = slots - self._rotating, self._rotating
@@ -542,9 +547,9 @@ class RayTracer:
         state["owners"], state["stamps"], state["seen"] = map(_address, (self._owners, self._stamps, self._seen))
         state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
         state["coming_round"] = self._coming_round
-        if self.all_cached:
-            rounds["requested"][0] = slots
-            rounds["fill_groups"][0] = min(slots, FILL_GROUPS), 1, 1
+        state["listed"][0, [0, -1]] = slots
+        rounds["requested"][0] = slots
+        rounds["fill_groups"][0] = min(slots, FILL_GROUPS), 1, 1
         return np.frombuffer(state.tobytes() + rounds.tobytes(), np.uint8)
 
     def _cache_data(self, record: int) -> np.ndarray:
