@@ -3,7 +3,7 @@
     python -m bench.vulkan_raytracing MODEL.glb ...      writes bench/results/vulkan_raytracing.json and the table and plot of docs
 
 921,600 rays a frame (1280 x 720) with nothing but what they hit first, and the same with two diffuse bounces and a shadow ray at every hit.
-The camera goes round the model by half a degree a frame, so that the cache has to follow; a frame's time is that of the GPU and
+The camera goes round the model by half a degree a frame, a sixth of a turn, so that the cache has to follow; a frame's time is that of the GPU and
 includes choosing what the cache holds and decoding what it lacks. All configurations take turns frame by frame; those that are slow take
 fewer.
 """
@@ -24,11 +24,11 @@ from bench.common import ROOT, compressed, markdown_table, origin, percentiles, 
 WIDTH, HEIGHT = 1280, 720
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
 STEP = 0.5  # degrees between frames
-WARM_UP, FRAMES = 4, 24
+WARM_UP, FRAMES = 24, 120  # a cache that has followed for a while, through a sixth of a turn
 CLOCKS = 0.7  # seconds of work before the first frames, in which the GPU comes to its clock rate
 SLOW, LEAST_FRAMES = 1200, 12  # a configuration that has taken so many milliseconds is measured in no more frames, once it has these
 BOUNCES = (0, 2)
-TUNED = ("scratch", "rounds", "strips", "predict", "bounds", "paths")  # parameters and options; None: what RayTracer chooses
+TUNED = ("scratch", "rounds", "strips", "predict", "bounds", "paths", "ahead")  # parameters and options; None: what RayTracer chooses
 
 
 def turntable(scene, width: int, height: int, degrees: float):
@@ -242,6 +242,9 @@ def main() -> None:
     )
     parser.add_argument(
         "--paths", type=float, nargs="+", default=[None], help="records of paths that wait, a share of the pixels; 0: all start again"
+    )
+    parser.add_argument(
+        "--ahead", type=float, nargs="+", default=[None], help="rays that look ahead to where the camera will be, a share of the pixels"
     )
     parser.add_argument("--steps", action="store_true", help="also the median time of each step of a frame, which takes a little longer")
     parser.add_argument(

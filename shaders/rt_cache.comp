@@ -28,10 +28,7 @@ uint frame;                                // the number of the one that begins
 // What other workgroups have written in this dispatch.
 layout(buffer_reference, std430, buffer_reference_align = 4) coherent buffer SharedCounts { uint at[]; };
 
-// How near a meshlet is to those that rays needed: ITSELF, one less for each step away from them, 0 if it is not near.
-#define ITSELF 4u
-uint stamp(uint number, uint nearness) { return number * 8u + nearness; } // of 29 bits; then they begin anew
-#define STAMPED_FRAMES 0x20000000u
+#define STAMPED_FRAMES 0x20000000u         // see stamp
 uint nearness_of(uint stamped) { return stamped >= stamp(frame - 1u, 0u) ? stamped & 7u : 0u; }
 
 // Each frame nearness spreads by one step to the meshlets that share a boundary. It is a hint: that some see others' stamps of this frame

@@ -29,6 +29,7 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uvec2 owners;                            // of each meshlet: NEIGHBOURS meshlets that own boundaries of it, or fewer and NO_SLOT; or 0
   uvec2 stamps;                            // of each meshlet: when it was near one that rays needed, and how near
   uvec2 seen;                              // of each meshlet: the frame after the one in which rays last needed it
+  uvec2 ahead;                             // Frame of the small picture that looks ahead; its width is 0 where nothing moves
   uint stable;                             // all slots but
   uint rotating;                           //   those that can be given away during a frame, whatever they hold
   uint meshlets;
@@ -44,6 +45,11 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uint listed[2u * LISTS];                 // what the lists of this frame hold, and those of the next; or more than there is room for
   Round rounds[];
 };
+
+// How near a meshlet is to those that rays needed, as CacheState.stamps has it: ITSELF, one less for each step away from them. Frames have
+// 29 bits, after which they begin anew.
+#define ITSELF 4u
+uint stamp(uint frame, uint nearness) { return frame * 8u + nearness; }
 
 uint listed_at(uint frame, uint list) { return (frame & 1u) * LISTS + list; }
 uint slot_count(CacheState state) { return state.stable + state.rotating; }

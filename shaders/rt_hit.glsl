@@ -8,7 +8,7 @@ struct HitAttributes {
 struct Surface {
   float t;                                 // negative: nothing was hit, or BLOCKED
   uint instance;
-  uint id;                                 // meshlet * 64 + triangle
+  uint id;                                 // meshlet * 64 + triangle; BLOCKED: the number of the meshlet that it needs
   vec2 barycentrics;                       // BLOCKED: first, up to where there is certainly nothing
   vec3 normal;                             // for shading, in world space, of unit length; not yet turned towards the viewer
   vec3 flat_normal;                        // the triangle's own

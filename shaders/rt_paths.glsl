@@ -41,9 +41,12 @@ struct Work {
   uint pixel;
 };
 
+// The first launch has rows after the strip's, whose rays look ahead: from where the camera may soon be, to learn what they will need there.
+bool looks_ahead() { return push.round == 0u && gl_LaunchIDEXT.y >= push.strip_rows; }
+
 Work launched_work(uint width) {
   uint i = gl_LaunchIDEXT.x;
-  if (push.round == 0u) return Work(NO_PATH, (gl_LaunchIDEXT.y + push.first_row) * width + i);
+  if (push.round == 0u) return Work(NO_PATH, (gl_LaunchIDEXT.y + (looks_ahead() ? 0u - push.strip_rows : push.first_row)) * width + i);
   CacheState state = CacheState(push.state);
   uint paths = min(state.rounds[push.record].waiting, state.path_limit);
   uint spread = first_invocation(paths);

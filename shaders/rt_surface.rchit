@@ -50,8 +50,8 @@ void main() {
   bool blocked = DEFERRED && gl_HitKindEXT == KIND_BLOCKED;
   if (COUNTED && (blocked || !to_light)) count(hit_meshlet(), slot_entry(hit_meshlet()));
   if (blocked) {
-    request(hit_meshlet());
     surface.t = BLOCKED;
+    surface.id = hit_meshlet();
     surface.barycentrics.x = gl_HitTEXT;
   }
   if (blocked || to_light) return;

@@ -259,6 +259,46 @@ def test04_prediction(device, fine_scene):
     traced.free()
 
 
+def test04_looking_ahead(device, fine_scene):
+    """While the camera turns towards the model, rays find it that are not of the picture; none is sent where nothing moves."""
+    from vk_backend.camera import Camera
+    from vk_backend.raytrace import AHEAD_FRAMES
+
+    center, radius = (fine_scene.low + fine_scene.high) / 2, np.linalg.norm(fine_scene.high - fine_scene.low)
+    eye, step = center + [0, 0, 2 * radius], 0.06
+
+    def at(frame: int):
+        angle = np.pi + step * (frame - AHEAD_FRAMES)
+        return Camera.look_at(eye, eye - [np.sin(angle), 0, np.cos(angle)], yfov=1.0)
+
+    needed = {}
+    for ahead in (0.0, 0.25):
+        traced = tracer(device, fine_scene, cache=0.3, scratch=0.3, samples=1, ahead=ahead)
+        needed[ahead] = []
+        for frame in (0, 0, 1, 1):
+            picture = traced.render(at(np.pi / step + frame), WIDTH, HEIGHT)
+            assert np.isinf(picture.t).all()
+            needed[ahead].append(traced.statistics()["needed"])
+        traced.free()
+    assert needed[0.0] == [0, 0, 0, 0]
+    assert needed[0.25][:2] == [0, 0] and needed[0.25][2] > 5 and needed[0.25][3] == 0
+
+
+def test04_no_camera_is_too_fast(device, fine_scene):
+    """Where a motion leads beyond all numbers nothing looks ahead."""
+    from dataclasses import replace
+
+    traced = tracer(device, fine_scene, cache=0.3, scratch=0.3, samples=1)
+    near = camera_of(fine_scene)
+    far = replace(near, to_world=near.to_world.copy())
+    far.to_world[0, 3] = 1e38
+    for camera in (near, far, near):
+        traced.render(camera, WIDTH, HEIGHT)
+    assert traced._frame_ahead(far)["width"] == 0 and traced._frame_ahead(camera_of(fine_scene, 0.01))["width"] == 0
+    assert traced._frame_ahead(camera_of(fine_scene, 0.02))["width"] > 0
+    traced.free()
+
+
 @pytest.mark.parametrize("predict", (True, False))
 def test05_prediction_alone(predict, device, fine_scene):
     """Without rounds paths decode for themselves, so that slots are filled only between frames, and with what is near."""
@@ -307,7 +347,7 @@ def fine_film(device, fine_scene):
         pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 0.02}, BOTH, id="some start again"),
         pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 1.0, "bounds": False}, GO_ON, id="no bounds"),
         pytest.param({"cache": 0.0, "scratch": 0.06, "paths": 0.05, "rounds": 3}, None, id="few slots"),
-        pytest.param({"cache": 0.1, "scratch": 0.2}, None, id="10 %"),
+        pytest.param({"cache": 0.1, "scratch": 0.2, "ahead": 0.3}, None, id="10 %"),
         pytest.param({"cache": 0.25, "scratch": 0.2, "predict": False}, None, id="25 %"),
         pytest.param({"cache": 0.5, "scratch": 0.1}, None, id="50 %"),
         pytest.param({"cache": 0.7, "scratch": 0.1}, None, id="few missing"),

@@ -71,6 +71,10 @@ class Camera:
         """float64[4, 4] for Vulkan: y down, depth 0 (near) to 1 (far)."""
         return self._projection(width / height) @ np.linalg.inv(self.to_world)
 
+    def clip_to_world(self, width: int, height: int) -> np.ndarray:
+        """float64[4, 4], the inverse of that."""
+        return self.to_world @ np.linalg.inv(self._projection(width / height))
+
     def distance(self, depth: np.ndarray) -> np.ndarray:
         """Distances along the viewing direction, float64, of depths in [0, 1]."""
         depth = np.asarray(depth, np.float64)

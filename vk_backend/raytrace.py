@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,7 @@ ROTATING = 1 / 2  # of all slots: what can be given away during a frame even if 
 MANY_SLOTS, ROUNDS = 0.78, {True: 1, False: 4}  # share of the meshlets that have slots; rounds if it is that large, or is not,
 BOUNCE_ROUNDS, LONG_PATH = 3, 2  # and so many more for each bounce, up to that one
 FEW_SLOTS, MOST_STRIPS = 0.45, 16  # with a smaller share a picture is traced in strips, the more the smaller it is
+AHEAD, AHEAD_FRAMES = 1 / 32, 16  # rays that look ahead, a share of the pixels, and so many frames
 SAMPLES = 16  # paths per pixel, where they bounce
 SAVED_PATHS, SAVED_BYTES = 1 / 128, 1 / 4  # records of paths that wait: a share of the pixels, twice; at most a share of the slots' bytes
 MOST_BOUNCES, MOST_SAMPLES = 2047, (1 << 20) - 1  # what a record holds
@@ -74,6 +75,7 @@ STATE = np.dtype(
         ("owners", "<u8"),
         ("stamps", "<u8"),
         ("seen", "<u8"),
+        ("ahead", "<u8"),
         ("stable", "<u4"),
         ("rotating", "<u4"),
         ("meshlets", "<u4"),
@@ -120,6 +122,7 @@ class RayTracer:
     slot wait: it is decoded into one and they go on, up to `rounds` times; the last time they decode for themselves what they still lack,
     which takes much longer. strips: parts of the picture that are traced one after the other, so that the slots suffice for each. predict:
     meshlets near those that rays asked for are decoded ahead, beside the first launch, into slots of what is less likely to be asked for.
+    ahead: rays, as a share of the pixels, from where the camera will be in 16 frames if it goes on as it does; what they lack counts as near.
     bounds: keep a box around each meshlet, up to which a path that waits knows that there is nothing; without it a path asks for whatever
     it comes across first. paths: records of paths that wait, a share of the pixels (None: 1/128, in at most a quarter of the slots'
     memory); those without one start again. counted: keep statistics where the cache does not need them. marked: measure the steps
@@ -145,6 +148,7 @@ class RayTracer:
         predict: bool = True,
         bounds: bool = True,
         paths: float | None = None,
+        ahead: float = AHEAD,
         counted: bool = False,
         marked: bool = False,
     ):
@@ -154,15 +158,16 @@ class RayTracer:
             raise VulkanError("the cache is a share from 0 to 1, or a number of bytes", "for example 0.25")
         if group not in (4, 8, 16, 32, 64):
             raise ValueError("group is 4, 8, 16, 32 or 64")
-        if any((number or 0) < 0 for number in (scratch, rounds, strips, paths)):
-            raise ValueError("scratch, rounds, strips and paths are not negative")
+        if any((number or 0) < 0 for number in (scratch, rounds, strips, paths, ahead)):
+            raise ValueError("scratch, rounds, strips, paths and ahead are not negative")
         _check_length(bounces, samples or 0)
         device.require("raytracing", path)
         if path == "rt":
             require_room(device, scene, path, device.limits.compute_shared_bytes, "choose --path rt-triangles or geometry")
         self.device, self.scene, self.path = device, scene, path
         self.bounces, self.shadows, self.group = bounces, shadows, group
-        self.predict, self.bounds, self.paths, self.marked = predict, bounds, paths, marked
+        self.predict, self.bounds, self.paths, self.ahead, self.marked = predict, bounds, paths, ahead, marked
+        self._last_camera: Camera | None = None
         self.samples = samples or (SAMPLES if bounces else 1)
         self.buffers = SceneBuffers(device, scene, {"blobs"} if path == "rt" else {"vertices", "indices"})
         counts = np.array([p.meshlets for p in scene.primitives], np.int64)
@@ -207,7 +212,8 @@ class RayTracer:
         """Milliseconds of the GPU for one frame, whose picture stays on the device."""
         if self._picture_size != (width, height):
             self._prepare(width, height)
-        self._frame_host.write(self.buffers.frame_record(camera, width, height, 0).tobytes())
+        frames = [self.buffers.frame_record(camera, width, height, 0), self._frame_ahead(camera)]
+        self._frame_host.write(b"".join(frame.tobytes() for frame in frames))
         self.device.submit(self._commands)
         return float(self._times.milliseconds().sum())
 
@@ -322,8 +328,8 @@ class RayTracer:
             row["blob"], row["blob_words"], row["first_meshlet"] = record["blob"], record["blob_words"], first
             row["indices"], row["vertices"] = record["index_data"], record["vertex_data"]
         self._traced = self._keep("tables", rows)
-        self._frame = Buffer(self.device, FRAME.itemsize)
-        self._frame_host = Buffer(self.device, FRAME.itemsize, host=True)
+        self._frame = Buffer(self.device, 2 * FRAME.itemsize)  # the picture's, and that of the one that looks ahead
+        self._frame_host = Buffer(self.device, 2 * FRAME.itemsize, host=True)
         self._first_triangles = 0
         if self.path == "rt-plain":
             counts = np.concatenate([p.decoded().meshlet_triangles for p in self.scene.primitives])
@@ -545,6 +551,7 @@ class RayTracer:
         state["stable"], state["rotating"] = slots - self._rotating, self._rotating
         state["waits"], state["bounds"] = self.rounds > 0, _address(self._bounds)
         state["owners"], state["stamps"], state["seen"] = map(_address, (self._owners, self._stamps, self._seen))
+        state["ahead"] = self._frame.address + FRAME.itemsize
         state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
         state["coming_round"] = self._coming_round
         state["listed"][0, [0, -1]] = slots
@@ -602,6 +609,7 @@ class RayTracer:
         """Buffers for a picture of this size, and the commands that make it."""
         self._forget_pictures()
         self._strip_rows = -(-height // self.strips)
+        self._plan_ahead(width, height)
         self._check_launches(width, height)
         self._make_pictures(width, height)
         marks = 2 + 2 * self._selects + self.strips * (1 + 2 * self.rounds) if self.marked else 2
@@ -609,6 +617,25 @@ class RayTracer:
             self._times = Timestamps(self.device, marks)
         self._picture_size = (width, height)
         self._commands = self._record_frame()
+
+    def _plan_ahead(self, width: int, height: int) -> None:
+        """The size of the picture that looks ahead, and the rows of the first launch that trace it."""
+        share = self.ahead if self.rounds and self.predict else 0.0
+        self._ahead_size = int(np.ceil(width * np.sqrt(share))), int(np.ceil(height * np.sqrt(share)))
+        self._ahead_rows = -(-self._ahead_size[0] * self._ahead_size[1] // width)
+        self._last_camera = None
+
+    def _frame_ahead(self, camera: Camera) -> np.ndarray:
+        """FRAME[()] of the picture that looks ahead: from where the camera will be if it goes on as since the last frame."""
+        last, self._last_camera = self._last_camera, camera
+        if self._ahead_rows == 0 or last is None or np.array_equal(last.to_world, camera.to_world):
+            return np.zeros((), FRAME)
+        with np.errstate(over="ignore", invalid="ignore"):
+            motion = camera.to_world @ np.linalg.inv(last.to_world)
+            to_world = np.linalg.matrix_power(motion, AHEAD_FRAMES) @ camera.to_world
+            if not np.isfinite(to_world.astype(np.float32)).all():
+                return np.zeros((), FRAME)
+        return self.buffers.frame_record(replace(camera, to_world=to_world), *self._ahead_size, 0)
 
     def _forget_pictures(self) -> None:
         for buffer in self._pictures:
@@ -620,7 +647,7 @@ class RayTracer:
 
     def _check_launches(self, width: int, height: int) -> None:
         """Raises VulkanError for a picture that the device cannot trace in one launch; later ones have one dimension (shaders/rt_paths.glsl)."""
-        pixels, limits = width * self._strip_rows, self.device.limits
+        pixels, limits = width * (self._strip_rows + self._ahead_rows), self.device.limits
         wide = pixels + SPREAD_PATHS * (SPREAD - 1) + self._saved_paths(width * height) if self.rounds else width
         if max(pixels, wide) > limits.launch_invocations or wide > limits.launch_width:
             raise VulkanError(f"the device cannot trace a picture of {width} x {height} pixels", "ask for a smaller one")
@@ -652,7 +679,7 @@ class RayTracer:
         commands = self.device.record()
         self._steps = []
         self._times.reset(commands)
-        copy = vk.VkBufferCopy(0, 0, FRAME.itemsize)
+        copy = vk.VkBufferCopy(0, 0, 2 * FRAME.itemsize)
         vk.vkCmdCopyBuffer(commands, self._frame_host.handle, self._frame.handle, 1, [copy])
         self.device.full_barrier(commands)
         self._times.mark(commands, 0)
@@ -714,7 +741,8 @@ class RayTracer:
         )
         push(commands, self._layout, np.frombuffer(data, np.uint8))
         if number == 0:
-            self.device.function("vkCmdTraceRaysKHR")(commands, *regions, width, self._strip_rows, 1)
+            rows = self._strip_rows + (self._ahead_rows if strip == 0 else 0)
+            self.device.function("vkCmdTraceRaysKHR")(commands, *regions, width, rows, 1)
         else:
             place = self._state.address + self._round_offset(record, "launch")
             self.device.function("vkCmdTraceRaysIndirectKHR")(commands, *regions, place)

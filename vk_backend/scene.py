@@ -572,8 +572,8 @@ class SceneBuffers:
     def frame_record(self, camera: Camera, width: int, height: int, object_to_clip: int) -> np.ndarray:
         """FRAME[()] for a camera; object_to_clip: the address of `object_to_clip_matrices`."""
         row = np.zeros((), FRAME)
-        world_to_clip = camera.world_to_clip(width, height)
-        row["world_to_clip"], row["clip_to_world"] = world_to_clip.T, np.linalg.inv(world_to_clip).T
+        row["world_to_clip"] = camera.world_to_clip(width, height).T
+        row["clip_to_world"] = camera.clip_to_world(width, height).T
         row["eye"], row["light_direction"] = camera.eye, (*camera.light_direction(), 0.0)
         row["primitives"] = address_words(self.primitives_address)
         row["instances"] = address_words(self.instances_address)
