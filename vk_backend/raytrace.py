@@ -35,7 +35,7 @@ ROTATING = 1 / 2  # of all slots: what can be given away during a frame even if 
 MANY_SLOTS, ROUNDS = 0.78, {True: 1, False: 4}  # share of the meshlets that have slots; rounds if it is that large, or is not,
 BOUNCE_ROUNDS, LONG_PATH = 3, 2  # and so many more for each bounce, up to that one
 FEW_SLOTS, MOST_STRIPS = 0.45, 16  # with a smaller share a picture is traced in strips, the more the smaller it is
-AHEAD, AHEAD_FRAMES, MOST_SLOTS = 1 / 64, 16, 0.9  # rays that look ahead, a share of the pixels, and so many frames; none where few slots lack
+AHEAD, AHEAD_FRAMES, MOST_SLOTS = 1 / 64, 16, 0.93  # rays that look ahead, a share of the pixels, and so many frames; none where few slots lack
 SAMPLES = 16  # paths per pixel, where they bounce
 SAVED_PATHS, SAVED_BYTES = 1 / 128, 1 / 4  # records of paths that wait: a share of the pixels, twice; at most a share of the slots' bytes
 MOST_BOUNCES, MOST_SAMPLES = 2047, (1 << 20) - 1  # what a record holds
@@ -123,7 +123,7 @@ class RayTracer:
     which takes much longer. strips: parts of the picture that are traced one after the other, so that the slots suffice for each. predict:
     meshlets near those that rays asked for are decoded ahead, beside the first launch, into slots of what is less likely to be asked for.
     ahead: rays, as a share of the pixels, from where the camera will be in 16 frames if it goes on as it does; what they lack counts as near
-    (None: 1/64 where there are slots for fewer than nine meshlets in ten, else none).
+    (None: 1/64 where there are slots for less than 93 % of the meshlets, else none).
     bounds: keep a box around each meshlet, up to which a path that waits knows that there is nothing; without it a path asks for whatever
     it comes across first. paths: records of paths that wait, a share of the pixels (None: 1/128, in at most a quarter of the slots'
     memory); those without one start again. counted: keep statistics where the cache does not need them. marked: measure the steps
