@@ -235,7 +235,7 @@ def main() -> None:
         choices=(0, 1),
         nargs="+",
         default=[None],
-        help="1: meshlets near those that rays asked for are decoded ahead",
+        help="1: meshlets near those that rays needed are decoded ahead",
     )
     parser.add_argument(
         "--bounds", type=int, choices=(0, 1), nargs="+", default=[None], help="0: no boxes around meshlets for paths that wait"

@@ -31,7 +31,7 @@ CLASSES, FILL_GROUPS, NEIGHBOURS = 13, 32768, 6  # of shaders/rt_cache.glsl, rt_
 REQUESTS, LISTS, COUNTED_RAY = CLASSES, 2 * CLASSES, 2  # its lists, and what each ray adds to a counter
 SPREAD, SPREAD_PATHS = 32, 4096  # of shaders/rt_paths.glsl
 SCRATCH, LEAST_SCRATCH = 2 / 3, 768  # slots beside the cache: a share of the meshlets that it has no room for, or so many
-ROTATING = 1 / 2  # of all slots: what can be given away during a frame even if all are asked for, at most
+ROTATING = 1 / 2  # of all slots: what can be given away during a frame even if all are needed, at most
 MANY_SLOTS, ROUNDS = 0.78, {True: 1, False: 4}  # share of the meshlets that have slots; rounds if it is that large, or is not,
 BOUNCE_ROUNDS, LONG_PATH = 3, 2  # and so many more for each bounce, up to that one
 FEW_SLOTS, MOST_STRIPS = 0.45, 16  # with a smaller share a picture is traced in strips, the more the smaller it is
@@ -121,7 +121,7 @@ class RayTracer:
     has no room for, at least 768). If that makes a slot for every meshlet, everything is cached. Else paths that need a meshlet without a
     slot wait: it is decoded into one and they go on, up to `rounds` times; the last time they decode for themselves what they still lack,
     which takes much longer. strips: parts of the picture that are traced one after the other, so that the slots suffice for each. predict:
-    meshlets near those that rays asked for are decoded ahead, beside the first launch, into slots of what is less likely to be asked for.
+    meshlets near those that rays needed are decoded ahead, beside the first launch, into slots of what is less likely to be needed.
     ahead: rays, as a share of the pixels, from where the camera will be in 16 frames if it goes on as it does; what they lack counts as near
     (None: 1/64 where there are slots for less than 93 % of the meshlets, else none).
     bounds: keep a box around each meshlet, up to which a path that waits knows that there is nothing; without it a path asks for whatever
@@ -194,7 +194,7 @@ class RayTracer:
     # --- use -------------------------------------------------------------------------------------------------------------------------
 
     def render(self, camera: Camera, width: int, height: int) -> Picture:
-        """One frame, after which the cache follows what its rays asked for."""
+        """One frame, after which the cache follows what its rays needed."""
         milliseconds = self.time(camera, width, height)
         hits = self._hits.read().reshape(height, width, HIT_WORDS)
         ids = np.ascontiguousarray(hits[..., :2])
