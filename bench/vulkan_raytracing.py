@@ -187,8 +187,9 @@ def plot(rows: list[dict], path: Path) -> bool:
         return False
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
-    figure, axes = plt.subplots(1, len(BOUNCES), figsize=(11, 4.2), layout="constrained")
+    figure, axes = plt.subplots(1, len(BOUNCES), figsize=(12, 4.2), layout="constrained")
     for axis, bounces in zip(axes, BOUNCES):
         for color, model in enumerate(dict.fromkeys(r["model"] for r in rows)):
             mine = [r for r in rows if r["model"] == model and r["bounces"] == bounces]
@@ -206,7 +207,11 @@ def plot(rows: list[dict], path: Path) -> bool:
         axis.set_xlabel("meshlets in the cache, %")
         axis.set_ylabel("milliseconds per frame")
         axis.set_yscale("log")
-    axes[0].legend(fontsize=8, title="dotted: rt-plain, dashed: rt-triangles", title_fontsize=7)
+        axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 3, 5, 7)))
+        axis.yaxis.set_minor_locator(NullLocator())
+        axis.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    lines, labels = axes[0].get_legend_handles_labels()
+    figure.legend(lines, labels, loc="outside right center", fontsize=8, title="dotted: rt-plain\ndashed: rt-triangles", title_fontsize=8)
     figure.savefig(path, dpi=110)
     plt.close(figure)
     return True
