@@ -12,10 +12,10 @@ from .constants import CONSTANTS
 from .device import Device, Timeline
 from .errors import VulkanError
 from .memory import Buffer, Image
-from .pipelines import MAX_GROUPS, ComputePipeline, pipeline_layout, push, stage
+from .pipelines import MAX_GROUPS, ComputePipeline, push, stage
 from .scene import FRAME, HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, VERTEX_FLOATS, Scene, SceneBuffers, address_words, require_room
 from .stream import RING, Ring
-from .textures import TextureArray, array_size, texture_set_layout
+from .textures import TextureArray, array_size, textures_layout
 
 COLOR_FORMAT, DEPTH_FORMAT, IDS_FORMAT = vk.VK_FORMAT_R8G8B8A8_SRGB, vk.VK_FORMAT_D32_SFLOAT, vk.VK_FORMAT_R32G32_UINT
 NO_ID = 0xFFFFFFFF                         # both ids where nothing is drawn
@@ -156,14 +156,6 @@ class Pipelines:
     def __init__(self, device: Device):
         self.device = device
 
-    def texture_layout(self, count: int):
-        """The layout of a set of `count` textures."""
-        return self.device.once(("textures", count), lambda: texture_set_layout(self.device, count))
-
-    def layout(self, textures: int):
-        """The pipeline layout of the raster paths."""
-        return self.device.once(("layout", textures), lambda: pipeline_layout(self.device, [self.texture_layout(textures)]))
-
     def timelines(self) -> tuple[Timeline, Timeline]:
         """For what is decoded and what is drawn on two queues."""
         return self.device.once(("timelines",), lambda: (Timeline(self.device), Timeline(self.device)))
@@ -205,7 +197,7 @@ class Pipelines:
             ),
             pColorBlendState=vk.VkPipelineColorBlendStateCreateInfo(attachmentCount=len(blend), pAttachments=blend),
             pDynamicState=vk.VkPipelineDynamicStateCreateInfo(dynamicStateCount=len(dynamic), pDynamicStates=dynamic),
-            layout=self.layout(textures),
+            layout=textures_layout(self.device, textures),
         )
         pipeline = vk.vkCreateGraphicsPipelines(self.device.handle, None, 1, [info], None)[0]
         self.device.at_close(lambda: vk.vkDestroyPipeline(self.device.handle, pipeline, None))
@@ -262,8 +254,8 @@ class Drawing:
         if self.path.teams:
             require_room(device, scene, path, getattr(device.limits, self.path.teams), "choose --path geometry or vertex")
         textures = array_size(scene.textures)
-        self._layout = pipelines.layout(textures)
-        self._textures = TextureArray(device, scene.textures, pipelines.texture_layout(textures))
+        self._layout = textures_layout(device, textures)
+        self._textures = TextureArray(device, scene.textures)
         # Without culling nothing reads the bounds; they are there all the same, so that memory is what it is in use.
         self.buffers = SceneBuffers(device, scene, self.path.needs)
         if "bounds" in self.path.needs:

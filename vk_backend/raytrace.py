@@ -17,10 +17,10 @@ from .constants import CONSTANTS
 from .device import Device
 from .errors import VulkanError
 from .memory import STORAGE, Buffer
-from .pipelines import MAX_GROUPS, ComputePipeline, Timestamps, pipeline_layout, push, stage
+from .pipelines import MAX_GROUPS, ComputePipeline, Timestamps, push, stage
 from .scene import FRAME, Primitive, Scene, SceneBuffers, require_room
 from .slots import SlotLayout
-from .textures import TextureArray, array_size, texture_set_layout
+from .textures import TextureArray, array_size, textures_layout
 
 PATHS = ("rt", "rt-plain", "rt-triangles")
 MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
@@ -180,9 +180,8 @@ class RayTracer:
         self._own: dict[str, list[Buffer]] = {"tables": [], "cache": [], "lists": []}
         self._upload()
         self._build()
-        set_layout = texture_set_layout(device, array_size(scene.textures))
-        self._textures = TextureArray(device, scene.textures, set_layout)
-        self._layout = pipeline_layout(device, [set_layout])
+        self._textures = TextureArray(device, scene.textures)
+        self._layout = textures_layout(device, array_size(scene.textures))
         self._waiting_rays = self._make_rays(deferred=True) if self.rounds else None
         self._rays = self._make_rays(deferred=False)
         self._make_cache()

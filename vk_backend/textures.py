@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pygltflib
 import vulkan as vk
@@ -11,6 +9,7 @@ import vulkan as vk
 from .device import Device
 from .materials import Texture
 from .memory import Buffer, Image
+from .pipelines import pipeline_layout
 
 FORMAT = vk.VK_FORMAT_R8G8B8A8_SRGB
 WRAP = {
@@ -27,12 +26,12 @@ def array_size(textures: list[Texture]) -> int:
 
 
 class TextureArray:
-    """Images with mip levels, samplers, and the descriptor set of them all; set_layout: of `array_size` descriptors.
+    """Images with mip levels, samplers, and the descriptor set of them all, `array_size` descriptors.
 
     set: a Vulkan handle; freed by `free`.
     """
 
-    def __init__(self, device: Device, textures: list[Texture], set_layout: Any):
+    def __init__(self, device: Device, textures: list[Texture]):
         self.device = device
         self._size = array_size(textures)
         textures = textures or [WHITE]
@@ -51,7 +50,7 @@ class TextureArray:
         )
         self.set = vk.vkAllocateDescriptorSets(
             device.handle,
-            vk.VkDescriptorSetAllocateInfo(descriptorPool=self._pool, descriptorSetCount=1, pSetLayouts=[set_layout]),
+            vk.VkDescriptorSetAllocateInfo(descriptorPool=self._pool, descriptorSetCount=1, pSetLayouts=[_set_layout(device, self._size)]),
         )[0]
         self._write()
         self._alive = True
@@ -84,8 +83,17 @@ class TextureArray:
                 image.free()
 
 
-def texture_set_layout(device: Device, count: int):
-    """The layout of a set of `count` textures; freed with the device."""
+def textures_layout(device: Device, count: int):
+    """The device's pipeline layout with an array of `count` textures and push constants."""
+    return device.once(("layout", count), lambda: pipeline_layout(device, [_set_layout(device, count)]))
+
+
+def _set_layout(device: Device, count: int):
+    """The device's layout of a set of `count` textures."""
+    return device.once(("textures", count), lambda: _make_set_layout(device, count))
+
+
+def _make_set_layout(device: Device, count: int):
     binding = vk.VkDescriptorSetLayoutBinding(
         binding=0,
         descriptorType=vk.VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
