@@ -28,7 +28,10 @@ uint frame;                                // the number of the one that begins
 // What other workgroups have written in this dispatch.
 layout(buffer_reference, std430, buffer_reference_align = 4) coherent buffer SharedCounts { uint at[]; };
 
-#define STAMPED_FRAMES 0x20000000u         // see stamp
+// How near a meshlet is to those that rays needed: ITSELF, one less for each step away from them, which then is its class, 0 if it is not near.
+#define ITSELF (NEAR + 3u)
+uint stamp(uint number, uint nearness) { return number * 8u + nearness; } // of 29 bits; then they begin anew
+#define STAMPED_FRAMES 0x20000000u
 uint nearness_of(uint stamped) { return stamped >= stamp(frame - 1u, 0u) ? stamped & 7u : 0u; }
 
 // Each frame nearness spreads by one step to the meshlets that share a boundary. It is a hint: that some see others' stamps of this frame
@@ -122,8 +125,7 @@ void place_coming(CacheState state) {
   for (uint i = gl_LocalInvocationIndex; i < coming; i += GROUP) {
     uint m = SharedCounts(push.lists).at[meshlet_place(state, state.kept + i)];
     uint slot = SharedCounts(push.lists).at[slot_place(state, state.kept + i)];
-    uint before = Counts(push.slot_meshlets).at[slot];
-    if (before != NO_SLOT) SharedCounts(push.slot_table).at[before] = NO_SLOT;
+    SharedCounts(push.slot_table).at[Counts(push.slot_meshlets).at[slot]] = NO_SLOT;
     Counts(push.slot_meshlets).at[slot] = m;
     SharedCounts(push.slot_table).at[m] = COMING | slot;
   }
@@ -140,8 +142,6 @@ void main() {
   uint into = LISTS;                       // the list that gets the meshlet, or its slot
   uint rank = 0u;
   uint item = m;
-  bool empty = m < slots && Counts(push.slot_meshlets).at[m] == NO_SLOT;
-  uint empty_rank = 0u;
   if (m < state.meshlets) {
     uint entry = Counts(push.slot_table).at[m];
     uint counted = Counts(push.counters).at[m];
@@ -158,13 +158,11 @@ void main() {
     }
     if (into < LISTS) rank = atomicAdd(counts[into], 1u);
   }
-  if (empty) empty_rank = atomicAdd(counts[IDLE], 1u);
   barrier();
   if (local < LISTS && counts[local] != 0u) begins[local] = atomicAdd(state.listed[listed_at(frame, local)], counts[local]);
   barrier();
   SharedCounts lists = SharedCounts(push.lists);
   if (into < LISTS && begins[into] + rank < slots) lists.at[list_begin(state, into) + begins[into] + rank] = item;
-  if (empty) lists.at[list_begin(state, IDLE) + begins[IDLE] + empty_rank] = m;
   if (!is_last_group(state)) return;
   prepare(state);
   memoryBarrierBuffer();

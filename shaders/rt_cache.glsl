@@ -2,16 +2,16 @@
 
 // Classes of slots and meshlets by what rays needed. The higher, the more likely they will need it again.
 #define CLASSES 13u
-#define IDLE 0u                            // nothing of the following; empty slots, too
+#define IDLE 0u                            // nothing of the following
 #define NEAR 1u                            // to 3: so many steps less than four away from one that rays needed in the last frame
 #define TOUCHED 4u                         // tested in the last frame by rays that found nothing there, or not what they hit
 #define RECENT 5u                          // to 7: needed less than 32, 8, 3 frames ago
 #define NEEDED 8u                          // to 12: needed in the last frame by 1 to 3 rays, 4 to 15, and so on
+#define LISTS (2u * CLASSES)               // of slots by class, then of meshlets without a slot by class
 
 // Of a meshlet's counter: what each ray adds that needs it, and the bit of those that touch it.
 #define COUNTED_RAY 2u
 #define TOUCHED_RAY 1u
-#define LISTS (2u * CLASSES)               // of slots by class, then of meshlets without a slot by class
 
 // What a round of a frame has to do. The launch before it writes it; when a frame begins there is nothing.
 struct Round {
@@ -45,11 +45,6 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uint listed[2u * LISTS];                 // what the lists of this frame hold, and those of the next; or more than there is room for
   Round rounds[];
 };
-
-// How near a meshlet is to those that rays needed, as CacheState.stamps has it: ITSELF, one less for each step away from them. Frames have
-// 29 bits, after which they begin anew.
-#define ITSELF 4u
-uint stamp(uint frame, uint nearness) { return frame * 8u + nearness; }
 
 uint listed_at(uint frame, uint list) { return (frame & 1u) * LISTS + list; }
 uint slot_count(CacheState state) { return state.stable + state.rotating; }

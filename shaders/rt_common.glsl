@@ -9,7 +9,7 @@ layout(constant_id = 7) const uint ATTRIBUTES = 7u;         //   and what it has
 // 8: STAGE_WORDS of the cooperative decoder.
 layout(constant_id = 9) const bool DEFERRED = false;        // paths wait for meshlets that are not in the cache, instead of decoding them
 layout(constant_id = 10) const bool RESUMES = false;        // paths may go on from records
-layout(constant_id = 11) const bool COUNTED = false;        // meshlets count the rays that ask for their triangles
+layout(constant_id = 11) const bool COUNTED = false;        // meshlets count the rays that need them
 
 #define NO_SLOT 0xFFFFFFFFu
 #define REQUESTED 0xFFFFFFFEu              // no slot yet, but on the list of requests

@@ -1,4 +1,4 @@
-// Decodes meshlets into slots, one workgroup each: before the first rays those that they will need, beside them those that may be next, later
+// Decodes meshlets into slots, one workgroup each: at the start some for all slots, before the first rays those that they will need, beside them those that may be next, later
 // those that paths wait for.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -50,7 +50,7 @@ void fill(uint number, uint slot_number, uint primitives) {
   for (uint v = MEMBER; v < MESHLET_VERTICES && v < vertex_count && error == ERROR_NONE; v += TEAM) put_vertex(slot, primitive, v);
 }
 
-// Takes a slot from the meshlet that had it.
+// Takes a slot from the meshlet that had it, if it is not the slot's first.
 void move(uint number, uint slot) {
   uint before = Counts(push.slot_meshlets).at[slot];
   if (before != NO_SLOT) Counts(push.slot_table).at[before] = NO_SLOT;

@@ -27,9 +27,3 @@ void request(uint number) {
     Counts(push.slot_table).at[number] = NO_SLOT;
   }
 }
-
-// A ray that looks ahead has met a meshlet without a slot: in the next frame it counts as near.
-void expect(uint number) {
-  CacheState state = CacheState(push.state);
-  atomicMax(Counts(state.stamps).at[number], stamp(state.frame, ITSELF - 1u));
-}

@@ -30,7 +30,7 @@ vec3 unit(vec3 v, vec3 otherwise) {
   return squared > 0.0 ? v * inversesqrt(squared) : otherwise;
 }
 
-// A normal of the object.
+// In world space, a normal of the object; not of unit length.
 vec3 in_world(Instance instance, vec3 n) {
   mat4 m = instance.world_to_object;
   return vec3(dot_product(m[0].xyz, n), dot_product(m[1].xyz, n), dot_product(m[2].xyz, n));

@@ -57,6 +57,7 @@ def digest(source: Path, macros: list[str]) -> str:
 # Opcodes and a decoration of SPIR-V: OpFNegate, OpFAdd, OpFSub, OpFMul, OpFDiv, and those of vectors and matrices; OpDecorate; NoContraction.
 ARITHMETIC = {127, 129, 131, 133, 136, 142, 143, 144, 145, 146, 148}
 DECORATE, NO_CONTRACTION = 71, 42
+EXTENDED, FMA = 12, 50                     # OpExtInst, of GLSL.std.450
 FIRST_TYPE, LAST_TYPE = 19, 39
 
 
@@ -68,12 +69,18 @@ def instructions(words: tuple[int, ...]) -> Iterator[tuple[int, int]]:
         position += max(words[position] >> 16, 1)
 
 
+def is_arithmetic(words: tuple[int, ...], position: int, opcode: int) -> bool:
+    """Whether an instruction is one that drivers may fuse with others, or take apart."""
+    return opcode in ARITHMETIC or (opcode == EXTENDED and words[position + 4] == FMA)
+
+
 def exact(code: bytes) -> bytes:
-    """The module with all its arithmetic operators decorated NoContraction. What is called, like cross, is not (shaders/rt_exact.glsl)."""
+    """The module with all its arithmetic and fma decorated NoContraction. For dot, cross and products with matrices that is not enough
+    (shaders/rt_exact.glsl)."""
     words = struct.unpack(f"<{len(code) // 4}I", code)
     found = list(instructions(words))
     decorated = {words[p + 1] for p, opcode in found if opcode == DECORATE and words[p + 2] == NO_CONTRACTION}
-    results = [words[p + 2] for p, opcode in found if opcode in ARITHMETIC and words[p + 2] not in decorated]
+    results = [words[p + 2] for p, opcode in found if is_arithmetic(words, p, opcode) and words[p + 2] not in decorated]
     added = [word for result in results for word in (3 << 16 | DECORATE, result, NO_CONTRACTION)]
     begin = next(p for p, opcode in found if FIRST_TYPE <= opcode <= LAST_TYPE)  # types follow the decorations
     words = (*words[:begin], *added, *words[begin:])

@@ -122,7 +122,7 @@ class RayTracer:
     slot wait: it is decoded into one and they go on, up to `rounds` times; the last time they decode for themselves what they still lack,
     which takes much longer. strips: parts of the picture that are traced one after the other, so that the slots suffice for each. predict:
     meshlets near those that rays needed are decoded ahead, beside the first launch, into slots of what is less likely to be needed.
-    ahead: rays, as a share of the pixels, from where the camera will be in 16 frames if it goes on as it does; what they lack counts as near
+    ahead: rays, as a share of the pixels, from where the camera will be in 16 frames if it goes on as it does; what they need counts, too
     (None: 1/64 where there are slots for less than 93 % of the meshlets, else none).
     bounds: keep a box around each meshlet, up to which a path that waits knows that there is nothing; without it a path asks for whatever
     it comes across first. paths: records of paths that wait, a share of the pixels (None: 1/128, in at most a quarter of the slots'
@@ -168,7 +168,7 @@ class RayTracer:
         self.device, self.scene, self.path = device, scene, path
         self.bounces, self.shadows, self.group = bounces, shadows, group
         self.predict, self.bounds, self.paths, self.ahead, self.marked = predict, bounds, paths, ahead, marked
-        self._last_camera: Camera | None = None
+        self._last_place: np.ndarray | None = None
         self.samples = samples or (SAMPLES if bounces else 1)
         self.buffers = SceneBuffers(device, scene, {"blobs"} if path == "rt" else {"vertices", "indices"})
         counts = np.array([p.meshlets for p in scene.primitives], np.int64)
@@ -212,7 +212,7 @@ class RayTracer:
         """Milliseconds of the GPU for one frame, whose picture stays on the device."""
         if self._picture_size != (width, height):
             self._prepare(width, height)
-        frames = [self.buffers.frame_record(camera, width, height, 0), self._frame_ahead(camera)]
+        frames = [self.buffers.frame_record(camera, width, height, 0), self._frame_ahead(camera, width, height)]
         self._frame_host.write(b"".join(frame.tobytes() for frame in frames))
         self.device.submit(self._commands)
         return float(self._times.milliseconds().sum())
@@ -226,8 +226,8 @@ class RayTracer:
         return found
 
     def statistics(self) -> dict[str, Any]:
-        """Of the last frame. asked: how often rays needed a meshlet, about; needed: meshlets that they needed; resident: meshlets that have
-        a slot now, of slots; kept: meshlets decoded before the first ray; coming: meshlets decoded during the first launch; requested:
+        """Of the last frame. asked: how often rays, those that look ahead included, needed a meshlet, about; needed: meshlets that they
+        needed; resident: meshlets that have a slot now, of slots; kept: meshlets decoded before the first ray; coming: meshlets decoded during the first launch; requested:
         meshlets that paths waited for before each round; waiting: these paths; restarted: those of them that had to start again. Where
         everything is cached, asked and needed are 0 unless `counted` was given."""
         counts = self._counters.read() // COUNTED_RAY if self.counted else np.zeros(1, np.uint32)
@@ -290,7 +290,7 @@ class RayTracer:
     # --- making ----------------------------------------------------------------------------------------------------------------------
 
     def _plan_cache(self, cache: float, cache_bytes: int | None, scratch: float | None, counted: bool) -> None:
-        """Numbers of slots, and whether meshlets count what rays ask of them."""
+        """Numbers of slots, and whether meshlets count what rays need of them."""
         self.capacity = self.scratch = 0
         self.all_cached = self._selects = self.counted = False
         if self.path != "rt":
@@ -541,6 +541,7 @@ class RayTracer:
         """uint32[LISTS, slots]: a meshlet for every slot, spread evenly over the model, since what rays will need is not known yet."""
         slots = self.capacity + self.scratch
         lists = np.zeros((LISTS, slots), np.uint32)
+        # Slots of the lowest class are given to meshlets of the highest.
         lists[0], lists[-1] = np.arange(slots), np.arange(slots) * self.meshlets // slots
         return lists
 
@@ -576,7 +577,7 @@ class RayTracer:
         vk.vkCmdDispatchIndirect(commands, self._state.handle, self._round_offset(record, "fill_groups"))
 
     def _record_selection(self, commands) -> None:
-        """What the slots hold when the frame begins, by what was asked for in the last one."""
+        """What the slots hold when the frame begins, by what was needed in the last one."""
         groups = -(-self.meshlets // CHOOSE_GROUP)
         self._cache_pipelines["cache"].dispatch(commands, groups, self._cache_data(0))
         self._barrier(commands)
@@ -621,22 +622,24 @@ class RayTracer:
     def _plan_ahead(self, width: int, height: int) -> None:
         """The size of the picture that looks ahead, and the rows of the first launch that trace it."""
         share = (AHEAD if self.capacity + self.scratch < MOST_SLOTS * self.meshlets else 0.0) if self.ahead is None else self.ahead
-        share *= self.rounds > 0 and self.predict
+        share *= self.rounds > 0
         self._ahead_size = int(np.ceil(width * np.sqrt(share))), int(np.ceil(height * np.sqrt(share)))
         self._ahead_rows = -(-self._ahead_size[0] * self._ahead_size[1] // width)
-        self._last_camera = None
+        self._last_place = None
 
-    def _frame_ahead(self, camera: Camera) -> np.ndarray:
+    def _frame_ahead(self, camera: Camera, width: int, height: int) -> np.ndarray:
         """FRAME[()] of the picture that looks ahead: from where the camera will be if it goes on as since the last frame."""
-        last, self._last_camera = self._last_camera, camera
-        if self._ahead_rows == 0 or last is None or np.array_equal(last.to_world, camera.to_world):
+        last, self._last_place = self._last_place, camera.to_world.copy()
+        if self._ahead_rows == 0 or last is None or np.array_equal(last, camera.to_world):
             return np.zeros((), FRAME)
         with np.errstate(over="ignore", invalid="ignore"):
-            motion = camera.to_world @ np.linalg.inv(last.to_world)
+            motion = camera.to_world @ np.linalg.inv(last)
             to_world = np.linalg.matrix_power(motion, AHEAD_FRAMES) @ camera.to_world
             if not np.isfinite(to_world.astype(np.float32)).all():
                 return np.zeros((), FRAME)
-        return self.buffers.frame_record(replace(camera, to_world=to_world), *self._ahead_size, 0)
+        record = self.buffers.frame_record(replace(camera, to_world=to_world), width, height, 0)  # of the same shape
+        record["width"], record["height"] = self._ahead_size
+        return record
 
     def _forget_pictures(self) -> None:
         for buffer in self._pictures:
@@ -648,9 +651,9 @@ class RayTracer:
 
     def _check_launches(self, width: int, height: int) -> None:
         """Raises VulkanError for a picture that the device cannot trace in one launch; later ones have one dimension (shaders/rt_paths.glsl)."""
-        pixels, limits = width * (self._strip_rows + self._ahead_rows), self.device.limits
-        wide = pixels + SPREAD_PATHS * (SPREAD - 1) + self._saved_paths(width * height) if self.rounds else width
-        if max(pixels, wide) > limits.launch_invocations or wide > limits.launch_width:
+        first, limits = width * (self._strip_rows + self._ahead_rows), self.device.limits
+        later = width * self._strip_rows + SPREAD_PATHS * (SPREAD - 1) + self._saved_paths(width * height) if self.rounds else width
+        if max(first, later) > limits.launch_invocations or max(width, later) > limits.launch_width:
             raise VulkanError(f"the device cannot trace a picture of {width} x {height} pixels", "ask for a smaller one")
 
     def _make_pictures(self, width: int, height: int) -> None:
