@@ -38,7 +38,7 @@ TITLES = {
     "lambda_": ("Shape of meshlets", "`--lambda`: the larger, the more compact the regions, the smaller, the more planar."),
     "fill": ("Fill", "`--fill`: what regions are spread for, as a share of the largest meshlet."),
     "iterations": ("Iterations", "`--iterations`: most rounds of growing regions and moving their centres."),
-    "weight": ("Weight", "`--weight`: with the paper's penalty for full regions, or without, as Choe et al. have it."),
+    "weight": ("Weight", "`--weight`: with the penalty of [the paper](../README.md#the-paper) for full regions, or without, as Choe et al. have it."),
     "position_bits": ("Position grid", "`-vp`: bits of a position along the longest side."),
 }
 

@@ -448,7 +448,8 @@ Milliseconds to decode a model, loading left out: on the CPU to arrays, on the G
 """ if bars else ""
     return f"""# Results
 
-Written by `python -m bench results_page` from the measurements in bench/results; nothing here is typed in but the paper's own claims.
+Written by `python -m bench results_page` from the measurements in bench/results; nothing here is typed in but the own claims of
+[the paper](../README.md#the-paper) that the project starts from.
 `python -m bench` lists the questions, and `python -m bench NAME` answers one again on your machine.
 
 ## Where we stand

@@ -338,8 +338,8 @@ meshlet decoded on its own, without the others that it shares vertices with, by 
 renderer. The peers decode a mesh on one thread only. The fastest of each row in bold.
 
 {markdown_table(["model", "triangles", "ours, native", "ours, from Python", "ours, meshlets alone, all threads", *others], decode)}
-The models of the paper's Figures 8 and 9, or what stands in for them: milliseconds, means of {result["repetitions"]} runs as there,
-one thread.
+The models of Figures 8 and 9 of [the paper](../README.md#the-paper), or what stands in for them: milliseconds, means of
+{result["repetitions"]} runs as there, one thread.
 
 {_paper_table(result, others)}
 How many times as fast ours decodes on one thread, from Python, as each peer; below 1 the peer is faster. Last: microseconds for one
