@@ -466,7 +466,12 @@ are as large as the uncompressed model.
 * beast: a character; chinesedragon, igea: scans of sculptures; engine: a CAD model of many parts with hard edges
 * DamagedHelmet: a sample of glTF with textures
 
-Real models are not part of this repository; `GLTF_MESHLET_MODELS` names the folder that they are in.
+Real models are not part of this repository, since several come without a licence to pass them on; `GLTF_MESHLET_MODELS` names the
+folder that they are in. They were made from files of public repositories: suzanne, igea and beast from
+alecjacobson/common-3d-test-models, bunny from google/draco, dragon from horinoh/VKDX, materialball and sponza_like from
+gkjohnson/3d-demo-data, bistro_like from there and from SaschaWillems/Vulkan-Assets, chinesedragon from the latter, engine from
+assimp/assimp, DamagedHelmet from donmccurdy/glTF-Transform. suzanne was subdivided, bunny simplified, dragon smoothed within the steps of its
+coarse positions; these and the composites are published nowhere.
 """
 
 
