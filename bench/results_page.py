@@ -478,8 +478,10 @@ coarse positions; these and the composites are published nowhere.
 def readme_block(results: Results) -> str:
     """The rows of the table that README.md shows."""
     rows = [standing.row()[:-1] for standing in standings(results) if standing.headline]
-    written = "Written by `python -m bench results_page`; [docs/results.md](docs/results.md) has the rest, and what it was measured on."
-    return f"{markdown_table(STANDING_HEADINGS[:-1], rows)}\n{written}\n"
+    written = "Written by `python -m bench results_page`; [docs/results.md](docs/results.md) has the rest."
+    gpus = dict.fromkeys(result["device"]["name"] for result in results.values() if "device" in result)
+    cpus = dict.fromkeys("{cpu}, {cores} cores".format(**result["machine"]) for result in results.values() if "device" not in result)
+    return f"{markdown_table(STANDING_HEADINGS[:-1], rows)}\nGPU: {', '.join(gpus)}; CPU: {', '.join(cpus)}. {written}\n"
 
 
 # --- pictures --------------------------------------------------------------------------------------------------------------------
