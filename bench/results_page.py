@@ -486,6 +486,7 @@ are as large as the uncompressed model. "Of the paper's" are its models, or what
 {"".join(f"* {name}: {what}{chr(10)}" for name, what in PAPER_MODELS.items())}* torus, generated_*: see bench/generated.py and bench/size.py
 * beast: a character; chinesedragon, igea: scans of sculptures; engine: a CAD model of many parts with hard edges
 * DamagedHelmet: a sample of glTF with textures
+* dragon_x4: dragon with every triangle cut in four and normals made anew; `--subdivide` of the measurements on the GPU makes it
 
 Real models are not part of this repository, since several come without a licence to pass them on; `GLTF_MESHLET_MODELS` names the
 folder that they are in. They were made from files of public repositories: suzanne, igea and beast from
