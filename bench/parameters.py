@@ -76,11 +76,26 @@ def report(result: dict) -> str:
 {origin_line(result)}
 One option of `compress` at a time, the others at their defaults. Bits per triangle include everything; compress is the whole call with
 files on all threads; decoding is the C++ call for the whole model on one thread, and for one meshlet by its number on average.
-What the choices are worth that the format makes for everybody is in [choices.md](choices.md).
+{_noise(result)}What the choices are worth that the format makes for everybody is in [choices.md](choices.md).
 
 ![Ratio and decode speed over the options](parameters.png)
 
 {chr(10).join(sections)}"""
+
+
+def _noise(result: dict) -> str:
+    """How far the rows of the defaults, which are measured once for each option, lie apart in each model."""
+    def span(key: str) -> float:
+        """Slowest over fastest, at most."""
+        times: dict[str, list[float]] = {}
+        for row in result["rows"]:
+            if row["value"] == DEFAULTS[row["option"]]:
+                times.setdefault(row["model"], []).append(row[key]["median"])
+        return max(max(of_model) / min(of_model) for of_model in times.values())
+
+    return f"""Times are no more than a hint: the rows of the defaults are the same file, measured anew for each option, and lie up to
+{span("decode_seconds"):.2f} times apart in decoding, {span("meshlet_microseconds"):.2f} in decoding one meshlet and {span("compress_seconds"):.2f} in compressing. Smaller differences mean nothing.
+"""
 
 
 def _figures(row: dict) -> list[str]:
