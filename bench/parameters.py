@@ -93,8 +93,9 @@ def _noise(result: dict) -> str:
                 times.setdefault(row["model"], []).append(row[key]["median"])
         return max(max(of_model) / min(of_model) for of_model in times.values())
 
+    decode, meshlet, compress = (f"{span(key):.2f}" for key in ("decode_seconds", "meshlet_microseconds", "compress_seconds"))
     return f"""Times are no more than a hint: the rows of the defaults are the same file, measured anew for each option, and lie up to
-{span("decode_seconds"):.2f} times apart in decoding, {span("meshlet_microseconds"):.2f} in decoding one meshlet and {span("compress_seconds"):.2f} in compressing. Smaller differences mean nothing.
+{decode} times apart in decoding, {meshlet} in decoding one meshlet and {compress} in compressing. Smaller differences mean nothing.
 """
 
 
