@@ -76,8 +76,8 @@ def report(result: dict) -> str:
     return f"""# The paper's encoding
 
 {origin_line(result)}
-The encoding of the paper that this project starts from, written and decoded again by `bench/paper_encoding.py`, which says
-where the paper leaves a choice open and what we chose; positions 12, normals 8 + 8, texture coordinates 12 bits. Every model
+The encoding of [the paper](../README.md#the-paper) that this project starts from, written and decoded again by
+`bench/paper_encoding.py`, which says where the paper leaves a choice open and what we chose; positions 12, normals 8 + 8, texture coordinates 12 bits. Every model
 below came back from its bytes with the same triangles and integers. Meshlets are our encoder's; where one of ours holds several
 disks, each is a meshlet here.
 The paper's claims stand in the first row of each table. Its models have normals and texture coordinates; these of ours lack texture

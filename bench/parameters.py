@@ -38,7 +38,7 @@ TITLES = {
     "lambda_": ("Shape of meshlets", "`--lambda`: the larger, the more compact the regions, the smaller, the more planar."),
     "fill": ("Fill", "`--fill`: what regions are spread for, as a share of the largest meshlet."),
     "iterations": ("Iterations", "`--iterations`: most rounds of growing regions and moving their centres."),
-    "weight": ("Weight", "`--weight`: with the paper's penalty for full regions, or without, as Choe et al. have it."),
+    "weight": ("Weight", "`--weight`: with the penalty of [the paper](../README.md#the-paper) for full regions, or without, as Choe et al. have it."),
     "position_bits": ("Position grid", "`-vp`: bits of a position along the longest side."),
 }
 
@@ -76,11 +76,27 @@ def report(result: dict) -> str:
 {origin_line(result)}
 One option of `compress` at a time, the others at their defaults. Bits per triangle include everything; compress is the whole call with
 files on all threads; decoding is the C++ call for the whole model on one thread, and for one meshlet by its number on average.
-What the choices are worth that the format makes for everybody is in [choices.md](choices.md).
+{_noise(result)}What the choices are worth that the format makes for everybody is in [choices.md](choices.md).
 
 ![Ratio and decode speed over the options](parameters.png)
 
 {chr(10).join(sections)}"""
+
+
+def _noise(result: dict) -> str:
+    """How far the rows of the defaults, which are measured once for each option, lie apart in each model."""
+    def span(key: str) -> float:
+        """Slowest over fastest, at most."""
+        times: dict[str, list[float]] = {}
+        for row in result["rows"]:
+            if row["value"] == DEFAULTS[row["option"]]:
+                times.setdefault(row["model"], []).append(row[key]["median"])
+        return max(max(of_model) / min(of_model) for of_model in times.values())
+
+    decode, meshlet, compress = (f"{span(key):.2f}" for key in ("decode_seconds", "meshlet_microseconds", "compress_seconds"))
+    return f"""Times are no more than a hint: the rows of the defaults are the same file, measured anew for each option, and lie up to
+{decode} times apart in decoding, {meshlet} in decoding one meshlet and {compress} in compressing. Smaller differences mean nothing.
+"""
 
 
 def _figures(row: dict) -> list[str]:

@@ -7,6 +7,7 @@ where README.md has <!-- begin results --> and <!-- end results -->, the table b
 from __future__ import annotations
 
 import statistics
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,7 +81,7 @@ def standings(results: Results) -> list[Standing]:
 def _size_standings(result: dict) -> Iterable[Standing]:
     rows = {row["model"]: row["codecs"] for row in result["models"]}
     models = [rows[model] for model in PAPER_MODELS if model in rows]
-    note = f"{_count(models)} of the paper, or stand-ins"
+    note = _models(model for model in PAPER_MODELS if model in rows)
     low, high = CLAIMED_RATIO
     pairs = [(model[OURS]["ratio"], (low + high) / 2) for model in models]
     yield Standing("times smaller, drawn as it is", "the paper, as claimed", pairs, True, ".2f", note, True, f"{low} to {high}")
@@ -90,24 +91,29 @@ def _size_standings(result: dict) -> Iterable[Standing]:
         for other in others:
             pairs = [(model[OURS][key], model[other][key]) for model in models if other in model]
             if pairs:
-                headline = other in (PAPER, "quantised glTF", "Draco, level 7", "Corto")
+                headline = other != "Draco, level 10"
                 yield Standing(what, other, pairs, True, ".2f", note, headline)
 
 
-def _count(things: list) -> str:
-    return f"{len(things)} model{'s' if len(things) > 1 else ''}"
+def _models(names: Iterable[str]) -> str:
+    """How many of the paper's models, or what stands in for them, and which others."""
+    counts = Counter(iter(names))
+    ours = [f"{count} {name}" if count > 1 else name for name, count in counts.items() if name not in PAPER_MODELS]
+    papers = len(counts) - len(ours)
+    return ", ".join([f"{papers} of the paper's"] * (papers > 0) + ours)
 
 
 def _speed_standings(result: dict) -> Iterable[Standing]:
     large = [row for row in result["models"] if row["triangles"] >= 50_000]
-    note = f"{_count(large)}, {min(row['triangles'] for row in large):,} to {max(row['triangles'] for row in large):,} triangles"
-    for task, key, what in (("decode", "seconds", "decoding on the CPU, one thread, million triangles per second"),
-                            ("encode", "seconds", "encoding, one thread, million triangles per second")):
-        for other in (codec for codec in large[0][task] if codec != OURS):
+    for task, models, what in (("decode", result["paper_models"] or large, "decoding on the CPU, one thread, million triangles per second"),
+                               ("encode", large, "encoding, one thread, million triangles per second")):
+        note = _models(row["model"] for row in models)
+        for other in (codec for codec in models[0][task] if codec != OURS):
             if task == "encode" and "meshopt" in other:     # a command with files: not the same question
                 continue
-            pairs = [tuple(row["triangles"] / row[task][codec][key]["median"] / 1e6 for codec in (OURS, other)) for row in large]
-            yield Standing(what, other, pairs, True, ".3g", note, other in ("Draco, level 7", "Corto"))
+            pairs = [tuple(row["triangles"] / row[task][codec]["seconds"]["median"] / 1e6 for codec in (OURS, other)) for row in models]
+            result_type = "; theirs to integers" if "meshopt" in other else ""
+            yield Standing(what, other, pairs, True, ".3g", note + result_type, other != "Draco, level 0")
 
 
 def _milliseconds(row: dict) -> float:
@@ -120,10 +126,10 @@ def _megabytes(row: dict) -> float:
     return (sum(resident.values()) if isinstance(resident, dict) else resident) / 1e6
 
 
-def _paired(ours: list[dict], theirs: list[dict], value: Callable[[dict], float]) -> list[tuple[float, float]]:
+def _paired(ours: list[dict], theirs: list[dict], value: Callable[[dict], float]) -> dict[str, tuple[float, float]]:
     """A figure of ours and of theirs for each model that both have."""
     others = {row["model"]: value(row) for row in theirs}
-    return [(value(row), others[row["model"]]) for row in ours if row["model"] in others]
+    return {row["model"]: (value(row), others[row["model"]]) for row in ours if row["model"] in others}
 
 
 def _of_path(rows: list[dict], path: str) -> list[dict]:
@@ -131,8 +137,8 @@ def _of_path(rows: list[dict], path: str) -> list[dict]:
 
 
 def unculled(result: dict) -> list[dict]:
-    """Rows of vulkan_raster.json with culling off, or with paths that have no culling."""
-    return [row for row in result["rows"] if row.get("culling") in (False, None, "off")]
+    """Rows of vulkan_raster.json with culling off, which are drawn unlit."""
+    return [row for row in result["rows"] if not row["culling"]]
 
 
 def _raster_standings(result: dict) -> Iterable[Standing]:
@@ -142,12 +148,18 @@ def _raster_standings(result: dict) -> Iterable[Standing]:
         for other, name in others.items():
             pairs = _paired(_of_path(rows, path), _of_path(rows, other), _milliseconds)
             if pairs:
-                yield Standing(f"frame on the GPU, path `{path}`, ms", name, pairs, False, ".3g", f"{_count(pairs)}, culling off",
-                               path == "stream" and other != "geometry")
+                note = f"{_models(pairs)}; {_pixels(result)}, unlit, no culling"
+                headline = path == "stream" and other != "geometry"
+                yield Standing(f"frame on the GPU, path `{path}`, ms", name, [*pairs.values()], False, ".3g", note, headline)
     for path in ("stream", "mesh-only"):
         pairs = _paired(_of_path(rows, path), _of_path(rows, "vertex"), _megabytes)
         if pairs:
-            yield Standing(f"resident on the GPU, path `{path}`, MB", others["vertex"], pairs, False, ".3g", _count(pairs), True)
+            what = f"resident on the GPU, path `{path}`, MB"
+            yield Standing(what, others["vertex"], [*pairs.values()], False, ".3g", _models(pairs), True)
+
+
+def _pixels(result: dict) -> str:
+    return f"{result['width']} x {result['height']}"
 
 
 def _raytracing_standings(result: dict) -> Iterable[Standing]:
@@ -163,7 +175,8 @@ def _raytracing_standings(result: dict) -> Iterable[Standing]:
                 pairs = _paired(ours, theirs, value)
                 if pairs:
                     what = f"ray tracing on the GPU, {cache:.0%} cached, {what}"
-                    yield Standing(what, name, pairs, False, ".3g", f"{_count(pairs)}, {bounces} bounces", headline)
+                    note = f"{_models(pairs)}; {_pixels(result)}, {bounces} bounces"
+                    yield Standing(what, name, [*pairs.values()], False, ".3g", note, headline)
 
 
 def _share(cache) -> float | None:
@@ -192,15 +205,17 @@ def _mitsuba_standings(result: dict) -> Iterable[Standing]:
     for variant in dict.fromkeys(variant for _, variant in times):
         for share in (1.0, 0.25):
             for integrator in INTEGRATORS:
-                pairs = [(_times_native(rows[share], rows[None], integrator) * rows[None][integrator], rows[None][integrator])
-                         for (_, of), rows in times.items() if of == variant and {share, None} <= rows.keys()]
+                pairs = {model: (_times_native(rows[share], rows[None], integrator) * rows[None][integrator], rows[None][integrator])
+                         for (model, of), rows in times.items() if of == variant and {share, None} <= rows.keys()}
                 what = f"Mitsuba {variant}, {integrator}, {share:.0%} cached, s"
                 if pairs:
-                    yield Standing(what, "Mitsuba's own mesh", pairs, False, ".3g", _count(pairs), share == 0.25 and integrator == "path")
-        pairs = [(rows[0.25]["bytes"] / 1e6, rows[None]["bytes"] / 1e6) for (_, of), rows in memory.items()
-                 if of == variant and {0.25, None} <= rows.keys()]
+                    headline = share == 0.25 and integrator == "path"
+                    yield Standing(what, "Mitsuba's own mesh", [*pairs.values()], False, ".3g", _models(pairs), headline)
+        pairs = {model: (rows[0.25]["bytes"] / 1e6, rows[None]["bytes"] / 1e6) for (model, of), rows in memory.items()
+                 if of == variant and {0.25, None} <= rows.keys()}
         if pairs:
-            yield Standing(f"Mitsuba {variant}, memory, 25% cached, MB", "Mitsuba's own mesh", pairs, False, ".3g", _count(pairs), True)
+            what = f"Mitsuba {variant}, memory, 25% cached, MB"
+            yield Standing(what, "Mitsuba's own mesh", [*pairs.values()], False, ".3g", _models(pairs), True)
 
 
 STANDING_HEADINGS = ["", "ours", "beside", "theirs", "better", "measured on"]
@@ -224,7 +239,8 @@ def figure8(results: Results) -> dict[str, dict[str, float]]:
                 bars[row["model"]][f"{codec}, CPU"] = 1000 * decode[codec]["mean_seconds"]
     if "vulkan_raster" in results:
         rows = unculled(results["vulkan_raster"])
-        for path, name in (("mesh", "ours, drawn on the GPU"), ("vertex", "uncompressed, drawn on the GPU")):
+        names = {"stream": "ours, GPU, path stream", "mesh": "ours, GPU, path mesh, as in the paper", "vertex": "uncompressed, GPU"}
+        for path, name in names.items():
             for row in _of_path(rows, path):
                 if row["model"] in bars:
                     bars[row["model"]][name] = _milliseconds(row)
@@ -321,8 +337,12 @@ def _gpu_text(result: dict) -> str:
     cells = {(_variant(row), row["model"]): f"{_milliseconds(row):.3g}, {_megabytes(row):.1f} MB" for row in result["rows"]}
     models = dict.fromkeys(row["model"] for row in result["rows"])
     variants = dict.fromkeys(variant for variant, _ in cells)
-    return "Milliseconds per frame, medians, and bytes resident on the GPU.\n\n" + markdown_table(
+    return f"Milliseconds per frame of {_pixels(result)} pixels, medians, and bytes resident on the GPU.\n\n" + markdown_table(
         ["path", *models], [[variant, *(cells.get((variant, model), "") for model in models)] for variant in variants])
+
+
+def _raster_text(result: dict) -> str:
+    return f"Lit and with culling is how `gltf-meshlet render` draws; unlit is the cheapest shader that reads all attributes.\n{_gpu_text(result)}"
 
 
 def _gpu_decode_text(result: dict) -> str:
@@ -338,8 +358,8 @@ def _gpu_decode_text(result: dict) -> str:
 def _variant(row: dict) -> str:
     """A row's path with what else distinguishes it."""
     parts = [row["path"]]
-    if row.get("culling") not in (False, None, "off"):
-        parts.append("culling")
+    if "culling" in row:
+        parts.append("lit, culling" if row["culling"] else "unlit, no culling")
     if row.get("cache") is not None:
         parts.append(f"cache {_share(row['cache']):.0%}")
     if row.get("group") is not None:
@@ -391,7 +411,7 @@ SECTIONS = (
     Section("Speed on the CPU", "speed", ("speed.md",), ("speed.png",), _speed_text),
     Section("Quality", "quality", ("quality.md",), ("quality_models.png", "quality.png"), _quality_text),
     Section("Decoding on the GPU", "vulkan_decode", ("vulkan.md",), (), _gpu_decode_text),
-    Section("Drawing on the GPU", "vulkan_raster", ("vulkan.md", "vulkan-raster.md"), ("vulkan-raster.png",), _gpu_text),
+    Section("Drawing on the GPU", "vulkan_raster", ("vulkan.md",), ("vulkan-raster.png",), _raster_text),
     Section("Ray tracing on the GPU", "vulkan_raytracing", ("vulkan-raytracing.md",), ("vulkan-raytracing.png",), _gpu_text),
     Section("Ray tracing with Mitsuba", "mitsuba", ("mitsuba.md",), ("mitsuba.png",), _mitsuba_text),
     Section("Parameters", "parameters", ("parameters.md",), ("parameters.png",), _parameters_text),
@@ -440,7 +460,8 @@ def report(results: Results) -> str:
     bars = figure8(results)
     figure = f"""## The paper's Figures 8 and 9
 
-Milliseconds to decode a model, loading left out: on the CPU to arrays, on the GPU while a frame is drawn.
+Milliseconds to decode a model, loading left out: on the CPU to arrays, on the GPU while a frame is drawn, unlit and without culling.
+The paper decodes in the shaders that draw, as path `mesh` does; `stream`, the default, decodes in compute shaders.
 
 {_figure8_table(bars)}
 ![Milliseconds to decode](figure8.png)
@@ -448,14 +469,15 @@ Milliseconds to decode a model, loading left out: on the CPU to arrays, on the G
 """ if bars else ""
     return f"""# Results
 
-Written by `python -m bench results_page` from the measurements in bench/results; nothing here is typed in but the paper's own claims.
+Written by `python -m bench results_page` from the measurements in bench/results; nothing here is typed in but the own claims of
+[the paper](../README.md#the-paper) that the project starts from.
 `python -m bench` lists the questions, and `python -m bench NAME` answers one again on your machine.
 
 ## Where we stand
 
 Median, and lowest to highest, over the models; what is better, and how many times, in the median of the models' own ratios. Where
 another is better, its name is in bold. Draco and Corto make files that have to be unpacked before they are drawn: on the GPU they
-are as large as the uncompressed model.
+are as large as the uncompressed model. "Of the paper's" are its models, or what stands in for them: see [the models](#the-models).
 
 {standing_table(results)}
 {figure}{sections}
@@ -464,16 +486,25 @@ are as large as the uncompressed model.
 {"".join(f"* {name}: {what}{chr(10)}" for name, what in PAPER_MODELS.items())}* torus, generated_*: see bench/generated.py and bench/size.py
 * beast: a character; chinesedragon, igea: scans of sculptures; engine: a CAD model of many parts with hard edges
 * DamagedHelmet: a sample of glTF with textures
+* dragon_x4: dragon with every triangle cut in four and normals made anew; `--subdivide` of the measurements on the GPU makes it
 
-Real models are not part of this repository; `GLTF_MESHLET_MODELS` names the folder that they are in.
+Real models are not part of this repository, since several come without a licence to pass them on; `GLTF_MESHLET_MODELS` names the
+folder that they are in. They were made from files of public repositories: suzanne, igea and beast from
+alecjacobson/common-3d-test-models, bunny from google/draco, dragon from horinoh/VKDX, materialball and sponza_like from
+gkjohnson/3d-demo-data, bistro_like from there and from SaschaWillems/Vulkan-Assets, chinesedragon from the latter, engine from
+assimp/assimp, DamagedHelmet from donmccurdy/glTF-Transform. suzanne was subdivided, bunny simplified, dragon smoothed within the steps of its
+coarse positions; these and the composites are published nowhere.
 """
 
 
 def readme_block(results: Results) -> str:
     """The rows of the table that README.md shows."""
-    rows = [standing.row()[:-1] for standing in standings(results) if standing.headline]
-    written = "Written by `python -m bench results_page`; [docs/results.md](docs/results.md) has the rest, and what it was measured on."
-    return f"{markdown_table(STANDING_HEADINGS[:-1], rows)}\n{written}\n"
+    rows = [standing.row() for standing in standings(results) if standing.headline]
+    written = """Written by `python -m bench results_page`; [docs/results.md](docs/results.md) has the rest, and
+[what stands in](docs/results.md#the-models) for models of the paper's."""
+    gpus = dict.fromkeys(result["device"]["name"] for result in results.values() if "device" in result)
+    cpus = dict.fromkeys("{cpu}, {cores} cores".format(**result["machine"]) for result in results.values() if "device" not in result)
+    return f"{markdown_table(STANDING_HEADINGS, rows)}\nGPU: {', '.join(gpus)}; CPU: {', '.join(cpus)}. {written}\n"
 
 
 # --- pictures --------------------------------------------------------------------------------------------------------------------
@@ -494,7 +525,7 @@ def save_figure8(bars: dict[str, dict[str, float]], path: Path) -> None:
     axis.set_yscale("log")
     axis.set_ylabel("milliseconds")
     axis.grid(axis="y", alpha=0.3)
-    axis.legend(frameon=False, ncols=len(methods), loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=9)
+    axis.legend(frameon=False, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=9)
     axis.spines[["top", "right"]].set_visible(False)
     figure.tight_layout()
     figure.savefig(path, metadata={figures.DIGEST: figures.digest(bars)})

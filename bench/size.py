@@ -229,7 +229,7 @@ per position; its normals are 3 x 8 bits, with meshopt compression octahedral.
 {ratios(result, "ratio", names)}
 ![Compressed size in percent of raw](figure7.png)
 
-*Figure 7 of the paper for our models; of its six, three are represented by others, named below.*
+*Figure 7 of [the paper](../README.md#the-paper) for our models; of its six, three are represented by others, named below.*
 
 ## On the GPU
 

@@ -336,10 +336,12 @@ To float arrays, all attributes, on one thread. Native: the C++ call, into memor
 result, as the peers give them (Corto: into arrays allocated before; meshopt: integers, as they are drawn). All threads: every
 meshlet decoded on its own, without the others that it shares vertices with, by {result["machine"]["cores"]} threads: the way of a
 renderer. The peers decode a mesh on one thread only. The fastest of each row in bold.
+Ours from Python and the peers take turns, so that their ratios within a table hold. Native, all threads, and the next table are measured
+later, on a machine whose speed varies{_variation(result)}: they do not compare that closely.
 
 {markdown_table(["model", "triangles", "ours, native", "ours, from Python", "ours, meshlets alone, all threads", *others], decode)}
-The models of the paper's Figures 8 and 9, or what stands in for them: milliseconds, means of {result["repetitions"]} runs as there,
-one thread.
+The models of Figures 8 and 9 of [the paper](../README.md#the-paper), or what stands in for them: milliseconds, means of
+{result["repetitions"]} runs as there, one thread.
 
 {_paper_table(result, others)}
 How many times as fast ours decodes on one thread, from Python, as each peer; below 1 the peer is faster. Last: microseconds for one
@@ -374,6 +376,15 @@ Percent of encoding on one thread:
 Percent of decoding a whole model on one thread ({build}):
 
 {_stage_table(models, "decode")}"""
+
+
+def _variation(result: dict) -> str:
+    """By how much two measurements of the same decoding differ; empty where nothing is measured twice."""
+    again = {row["model"]: row["decode"] for row in result["paper_models"]}
+    ratios = [again[row["model"]][codec][key]["median"] / of_codec[key]["median"]
+              for row in result["models"] if row["model"] in again
+              for codec, of_codec in row["decode"].items() for key in ("seconds", "native_seconds") if key in of_codec]
+    return f" (what is measured twice differs by up to {max(max(ratio, 1 / ratio) for ratio in ratios):.2f} times)" if ratios else ""
 
 
 def ratio(row: dict, codec: str) -> float:

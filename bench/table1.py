@@ -13,7 +13,7 @@ from bench.common import MODELS, ROOT, markdown_table, origin, origin_line, writ
 
 # The default aims at regions nearly full, so that the penalty has work to do; 0.68 gives about the paper's number of regions.
 FILLS = (None, 0.68)
-WEIGHTS = {"paper": "equation (1) with C(N)", "choe": "without C(N), as [23]"}
+WEIGHTS = {"paper": "equation (1) with C(N)", "choe": "without C(N), as Choe et al."}
 CLAIMED = {"paper": (1276, 18474, 216, 23), "choe": (1285, 18435, 232, 38)}
 
 
@@ -35,8 +35,9 @@ def report(result: dict) -> str:
     return f"""# Meshlets by number of triangles, before halving
 
 {origin_line(result)}
-The Stanford Dragon of 871,306 triangles. Fill is the region size that the initial centres are spread for, as a share of 64.
-The last two columns are for the finished file, after refinement, halving and packing.
+The Stanford Dragon of 871,306 triangles, as in Table 1 of [the paper](../README.md#the-paper); Choe et al. are named there too.
+Fill is the region size that the initial centres are spread for, as a share of 64. The last two columns are
+for the finished file, after refinement, halving and packing.
 
 {markdown_table(["weight", "[0, 32)", "[32, 64)", "[64, 72)", "72 and more", "meshlets", "ratio"], rows)}"""
 

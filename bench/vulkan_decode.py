@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from gltf_ext.errors import MeshletError
 
 from .common import markdown_table, origin, spread, write_result
+from .gpu_models import add_models, models_of
 
 REPEAT = 40
 WARM_UP = 600  # milliseconds of work before what counts: an idle GPU runs at a fraction of its clock
@@ -62,7 +64,7 @@ def main() -> None:
     from vk_backend.decode import METHODS
 
     parser = argparse.ArgumentParser(prog="python -m bench.vulkan_decode", description=__doc__.splitlines()[0])
-    parser.add_argument("models", nargs="+", type=Path, help="compressed .glb files")
+    add_models(parser)
     parser.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), help="(default: all)")
     parser.add_argument("--device", help="its number, or a part of its name (default: the first GPU)")
     parser.add_argument("--no-write", action="store_true", help="print only")
@@ -77,8 +79,8 @@ def run(options: argparse.Namespace) -> None:
     """Measures, prints and writes."""
     from vk_backend.device import Device
 
-    with Device(options.device) as device:
-        rows = [measure(device, path, method) for path in options.models for method in options.methods]
+    with tempfile.TemporaryDirectory() as folder, Device(options.device) as device:
+        rows = [measure(device, path, method) for path in models_of(options, Path(folder)) for method in options.methods]
         result = {**origin("bench.vulkan_decode", ("numpy", "vulkan")), "rows": rows}
         result["device"] = {"name": device.name, "driver": device.driver}
     print(table(rows))

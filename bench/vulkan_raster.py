@@ -17,16 +17,14 @@ from pathlib import Path
 
 import numpy as np
 
-import gltf_ext
-from bench.common import ROOT, compressed, markdown_table, origin, percentiles, write_result
+from bench.common import ROOT, markdown_table, origin, percentiles, write_result
+from bench.gpu_models import add_models, models_of
 from gltf_ext.errors import MeshletError
-from gltf_ext.geometry import Primitive
 
 PATHS = ("vertex", "mesh-plain", "stream", "mesh", "mesh-only", "geometry")
 WIDTH, HEIGHT = 1920, 1080
 WARM_UP, FRAMES = 5, 40
 BAR = 0.85 / len(PATHS)            # of the plot: width of a path
-SUBDIVIDED = "x4"                  # behind the name of a model of four times the triangles
 # What the project aims at without culling: this path's time over that one's, at most.
 TARGETS = {
     ("stream", "mesh-plain"): 1.5,
@@ -40,37 +38,6 @@ ROUNDING, TIES = 2, 1e-3           # of colours; share of the pixels in which tr
 
 
 # --- models ----------------------------------------------------------------------------------------------------------------------------
-
-
-def subdivided(path: Path, folder: Path) -> Path:
-    """A compressed model of four times the triangles, edges halved, with normals; the first primitive of the file alone."""
-    import trimesh
-
-    fine = halved(gltf_ext.load(path)[0])
-    mesh = trimesh.Trimesh(fine.attributes["POSITION"], fine.indices, vertex_normals=fine.attributes["NORMAL"], process=False)
-    raw, output = folder / "raw.glb", folder / f"{path.stem}_{SUBDIVIDED}.glb"
-    raw.write_bytes(mesh.export(file_type="glb", include_normals=True))
-    gltf_ext.compress(raw, output)
-    return output
-
-
-def halved(primitive: Primitive) -> Primitive:
-    """Every edge halved and every triangle in four, with smooth normals."""
-    triangles = primitive.indices.astype(np.int64)
-    positions = primitive.attributes["POSITION"].astype(np.float64)
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    unique, place = np.unique(edges[:, 0] * len(positions) + edges[:, 1], return_inverse=True)
-    a, b = np.divmod(unique, len(positions))
-    ab, bc, ca = (place.reshape(3, -1) + len(positions))
-    p, q, r = triangles.T
-    fine = np.concatenate([np.column_stack(c) for c in ((p, ab, ca), (ab, q, bc), (ca, bc, r), (ab, bc, ca))])
-    points = np.concatenate([positions, (positions[a] + positions[b]) / 2])
-    corners = points[fine]
-    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals = np.column_stack([np.bincount(fine.ravel(), np.repeat(faces[:, c], 3), len(points)) for c in range(3)])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-    attributes = {"POSITION": points.astype(np.float32), "NORMAL": normals.astype(np.float32)}
-    return Primitive(0, 0, fine.astype(np.uint32), attributes)
 
 
 def vertex_bytes_with_short_indices(scene) -> int:
@@ -223,10 +190,7 @@ def plot(result: dict, output: Path) -> bool:
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench.vulkan_raster", description=__doc__.split("\n")[0])
-    parser.add_argument("models", nargs="*", type=Path, help=".glb files; what is not compressed is compressed first")
-    parser.add_argument(
-        "--subdivide", type=Path, action="append", default=[], metavar="MODEL", help="a model to measure with four times its triangles, too"
-    )
+    add_models(parser)
     parser.add_argument("--paths", nargs="+", choices=PATHS, default=list(PATHS), help="(default: all)")
     parser.add_argument("--device", help="its number, or a part of its name (default: the first GPU)")
     parser.add_argument("--ring", type=int, metavar="N", help="slots of path stream, at most (default: the renderer's)")
@@ -239,8 +203,6 @@ def main() -> None:
     parser.add_argument("--statistics", action="store_true", help="keep what the driver says about registers and memory of each shader")
     parser.add_argument("--no-write", action="store_true", help="print only")
     options = parser.parse_args()
-    if not options.models and not options.subdivide:
-        parser.error("name at least one model")
     try:
         run(options)
     except (MeshletError, OSError) as error:
@@ -259,8 +221,7 @@ def run(options: argparse.Namespace) -> None:
         statistics = options.statistics and capture_statistics(renderer.device)
         device = {"name": renderer.device.name, "driver": renderer.device.driver}
         start = time.perf_counter()
-        files = [compressed(path, Path(folder)) for path in options.models]
-        files += [subdivided(path, Path(folder)) for path in options.subdivide]
+        files = models_of(options, Path(folder))
         print(f"{device['name']}, driver {device['driver']}; models ready after {time.perf_counter() - start:.0f} s", file=sys.stderr)
         for path in files:
             for culling in (False, True):

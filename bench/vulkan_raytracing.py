@@ -19,7 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.common import ROOT, compressed, markdown_table, origin, percentiles, replace_block, write_result
+from bench.common import ROOT, markdown_table, origin, percentiles, replace_block, write_result
+from bench.gpu_models import add_models, models_of
 
 WIDTH, HEIGHT = 1280, 720
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
@@ -219,7 +220,7 @@ def plot(rows: list[dict], path: Path) -> bool:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("models", nargs="+", type=Path, help=".glb files, compressed or not")
+    add_models(parser)
     parser.add_argument("--device", help="number or part of the name")
     parser.add_argument("--width", type=int, default=WIDTH)
     parser.add_argument("--height", type=int, default=HEIGHT)
@@ -269,8 +270,8 @@ def main() -> None:
     with Device(options.device) as device, tempfile.TemporaryDirectory() as folder:
         if options.statistics and not capture_statistics(device):
             print("the driver keeps no statistics of shaders", file=sys.stderr)
-        for model in options.models:
-            rows += measure(device, compressed(model, Path(folder)), model.stem, options)
+        for model in models_of(options, Path(folder)):
+            rows += measure(device, model, model.stem, options)
             print_table([r for r in rows if r["model"] == model.stem])
             sys.stdout.flush()
         result = origin("bench.vulkan_raytracing", ("numpy", "vulkan"))

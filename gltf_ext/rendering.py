@@ -24,6 +24,8 @@ OWN_OPTIONS = {
     "mitsuba": {"variant": "scalar_rgb", "spp": 64},
     "vulkan": {"path": None, "device": None, "ring": None, "bounces": 0, "frames": 1, "validate": False},
 }
+# Of the GPU's paths, those that have an option; None: the path is left to the device, which takes none with rays.
+PATHS_WITH = {"cache": ("rt",), "cache_bytes": ("rt",), "bounces": ("rt", "rt-plain", "rt-triangles"), "ring": ("stream", None)}
 # Misses cost a GPU far more than a CPU, and a full cache is still a third of what uncompressed triangles take there.
 CACHE = {"mitsuba": 0.25, "vulkan": 1.0}
 LARGEST_SIDE = 16384  # pixels
@@ -41,10 +43,10 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     command.add_argument(
         "--cache", type=float, metavar="X",
-        help="share of the decoded geometry that may stay in memory, 0 to 1 (default "
-        + ", ".join(f"{share} with {backend}" for backend, share in CACHE.items()) + ")",
+        help="share of the decoded geometry that may stay in memory, 0 to 1; with --path rt what stays for certain: slots for two "
+        "thirds of the rest come on top (default " + ", ".join(f"{share} with {backend}" for backend, share in CACHE.items()) + ")",
     )  # fmt: skip
-    command.add_argument("--cache-bytes", type=int, metavar="N", help="the same limit in bytes")
+    command.add_argument("--cache-bytes", type=int, metavar="N", help="the same in bytes")
     command.add_argument("--json", action="store_true", help="print JSON instead of the line")
     mitsuba, vulkan = (command.add_argument_group(f"with --backend {backend}") for backend in RENDERERS)
     mitsuba.add_argument(
@@ -78,6 +80,9 @@ def _check(options: argparse.Namespace) -> None:
     for name in ("width", "height"):
         if not 1 <= getattr(options, name) <= LARGEST_SIDE:
             raise MeshletError(f"{name} is {getattr(options, name)}", f"use 1 to {LARGEST_SIDE}", options=(name,))
+    for name, paths in PATHS_WITH.items():
+        if options.backend == "vulkan" and getattr(options, name) is not None and options.path not in paths:
+            raise MeshletError(f"{name} is for --path {' or '.join(filter(None, paths))}", "leave it out or change --path", options=(name,))
     if options.cache is None:
         options.cache = CACHE[options.backend]
     if not 0 <= options.cache <= 1:

@@ -368,11 +368,11 @@ def rendered(monkeypatch):
 def test_render_passes_its_options_on(compressed, tmp_path, rendered):
     picture = str(tmp_path / "out.png")
     assert main(["render", str(compressed), "-o", picture, "--spp", "7"]) == 0
-    assert main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--path", "rt", "--frames", "3", "--validate"]) == 0
+    assert main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--path", "rt", "--frames", "3", "--validate", "--cache", "0.5"]) == 0
     assert main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--ring", "100"]) == 0
     (first, _), (second, _), (third, _) = rendered
     assert (first.input, first.output, first.spp, first.variant, first.cache) == (str(compressed), picture, 7, "scalar_rgb", 0.25)
-    assert (second.path, second.frames, second.bounces, second.validate, second.device, second.ring) == ("rt", 3, 0, True, None, None)
+    assert (second.cache, second.path, second.frames, second.bounces, second.validate, second.device, second.ring) == (0.5, "rt", 3, 0, True, None, None)
     assert (third.path, third.ring) == (None, 100)
 
 
@@ -395,6 +395,10 @@ def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
         (["--backend", "vulkan", "--spp", "4"], "--spp is for --backend mitsuba"),
         (["--backend", "vulkan", "--frames", "0"], "--frames is 0; use 1 or more"),
         (["--backend", "vulkan", "--ring", "0"], "--ring is 0; use 1 or more"),
+        (["--backend", "vulkan", "--cache", "0.5"], "--cache is for --path rt; leave it out or change --path"),
+        (["--backend", "vulkan", "--path", "rt-plain", "--cache-bytes", "9"], "--cache-bytes is for --path rt; leave"),
+        (["--backend", "vulkan", "--path", "mesh", "--bounces", "0"], "--bounces is for --path rt or rt-plain or rt-triangles; leave"),
+        (["--backend", "vulkan", "--path", "rt", "--ring", "9"], "--ring is for --path stream; leave"),
         (["-o", "nowhere/out.png"], "nowhere/out.png: its folder does not exist; create it first"),
     ],
 )

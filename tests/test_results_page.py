@@ -74,23 +74,41 @@ def frame(model, path, milliseconds, **rest):
 def test_frames_are_compared_model_by_model_without_culling():
     rows = [frame("a", "vertex", 1.0, culling=False), frame("a", "mesh-only", 2.0, culling=False), frame("b", "vertex", 10.0, culling=False),
             frame("b", "mesh-only", 30.0, culling=False), frame("c", "mesh-only", 5.0, culling=False), frame("a", "mesh-only", 0.1, culling=True)]
-    time, memory = results_page.standings({"vulkan_raster": {"script": "bench.vulkan_raster", "rows": rows}})
+    time, memory = results_page.standings({"vulkan_raster": {"script": "bench.vulkan_raster", "width": 4, "height": 3, "rows": rows}})
     assert time.pairs == [(2.0, 1.0), (30.0, 10.0)]
     assert time.verdict == "**uncompressed, indexed draw**, 2.50 times"
     assert memory.pairs == [(0.001, 0.001)] * 2 and memory.verdict == "even"
+    assert (time.note, memory.note) == ("a, b; 4 x 3, unlit, no culling", "a, b")
+
+
+def test_decoding_is_of_the_papers_models_and_encoding_of_the_large_ones():
+    def row(model, triangles, seconds, *tasks):
+        of = {codec: {"seconds": {"median": spent}} for codec, spent in (("ours", seconds), ("meshopt-compressed glTF", 2.0), ("Corto", 4.0))}
+        return {"model": model, "triangles": triangles, **dict.fromkeys(tasks, of)}
+
+    models = (("torus", 49_999), ("torus", 50_000), ("torus", 60_000), ("bunny", 70_000))
+    series = [row(model, triangles, 1.0, "decode", "encode") for model, triangles in models]
+    result = {"script": "bench.speed", "models": series, "paper_models": [row("suzanne", 80_000, 8.0, "decode")]}
+    found = results_page.standings({"speed": result})
+    assert [(s.what.split()[0], s.other, s.note, s.times, s.headline) for s in found] == [
+        ("decoding", "meshopt-compressed glTF", "1 of the paper's; theirs to integers", 0.25, True),
+        ("decoding", "Corto", "1 of the paper's", 0.5, True),
+        ("encoding,", "Corto", "1 of the paper's, 2 torus", 4.0, True),
+    ]
 
 
 @pytest.mark.parametrize("shares", [(0, 0.25, 1), (0, 25, 100)])
 def test_rays_are_compared_at_the_same_bounces_and_shares(shares):
     rows = [frame("a", "rt", 1 + share + bounces, cache=share, bounces=bounces) for share in shares for bounces in (0, 2)]
     rows += [frame("a", "rt-triangles", 1.0 + bounces, bounces=bounces) for bounces in (0, 2)]
-    found = results_page.standings({"vulkan_raytracing": {"script": "bench.vulkan_raytracing", "rows": rows}})
+    found = results_page.standings({"vulkan_raytracing": {"script": "bench.vulkan_raytracing", "width": 4, "height": 3, "rows": rows}})
     assert [s.pairs for s in found if s.what.endswith("ms")] == [[(1 + shares[2], 1.0)], [(1 + shares[1], 1.0)]]
 
 
 def test_a_section_adds_up_memory_given_by_part():
     rows = [{**frame("a", "rt", 1.0, cache=0.25, bounces=2, group=8), "resident_bytes": {"buffers": 1_000_000, "cache": 500_000}}]
-    page = results_page.report({"vulkan_raytracing": {"script": "bench.vulkan_raytracing", "device": {"name": "G", "driver": "1.2"}, "rows": rows}})
+    measured = {"script": "bench.vulkan_raytracing", "device": {"name": "G", "driver": "1.2"}, "width": 4, "height": 3, "rows": rows}
+    page = results_page.report({"vulkan_raytracing": measured})
     assert "| rt, cache 25%, boxes of 8, 2 bounces | 1, 1.5 MB |" in page
     assert "Measured by `python -m bench.vulkan_raytracing`. On G, driver 1.2." in page
 

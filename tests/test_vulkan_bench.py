@@ -1,18 +1,23 @@
-"""What bench/vulkan_raster.py computes besides times."""
+"""What bench/vulkan_raster.py and bench/gpu_models.py compute besides times."""
 
 from __future__ import annotations
+
+import argparse
 
 import numpy as np
 from vulkan_scenes import ball, zoo
 
-from bench import vulkan_raster
+import gltf_ext
+from bench import gpu_models, vulkan_raster
+from bench.generated import torus
+from gltf_ext.demo_model import write_glb
 from gltf_ext.geometry import Primitive
 from vk_backend.scene import load_scene
 
 
 def test_halved_edges_make_four_triangles_on_the_same_surface():
     positions, triangles = ball(16, 10)
-    fine = vulkan_raster.halved(Primitive(0, 0, triangles, {"POSITION": positions}))
+    fine = gpu_models.halved(Primitive(0, 0, triangles, {"POSITION": positions}))
     points, normals = fine.attributes["POSITION"], fine.attributes["NORMAL"]
     edges = {tuple(sorted(e)) for t in triangles.tolist() for e in zip(t, t[1:] + t[:1])}
     assert fine.indices.shape == (4 * len(triangles), 3) and len(points) == len(positions) + len(edges)
@@ -22,6 +27,15 @@ def test_halved_edges_make_four_triangles_on_the_same_surface():
 
     np.testing.assert_allclose(area(points[fine.indices]), area(positions[triangles]), rtol=1e-5)
     assert ((normals * points).sum(axis=1) > 0.8).all()
+
+
+def test_models_are_compressed_and_subdivided(tmp_path):
+    write_glb([torus(300)], tmp_path / "torus.glb")
+    options = argparse.Namespace(models=[tmp_path / "torus.glb"], subdivide=[tmp_path / "torus.glb"])
+    (tmp_path / "made").mkdir()
+    plain, fine = gpu_models.models_of(options, tmp_path / "made")
+    assert [path.name for path in (plain, fine)] == ["torus.glb", "torus_x4.glb"]
+    assert gltf_ext.inspect(fine)["totals"]["triangles"] == 4 * gltf_ext.inspect(plain)["totals"]["triangles"]
 
 
 def test_short_indices_of_a_small_model_need_no_cut(tmp_path):
