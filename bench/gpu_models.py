@@ -13,17 +13,23 @@ from gltf_ext.geometry import Primitive
 
 
 def add_models(parser: argparse.ArgumentParser) -> None:
-    """Options that name models; `models_of` gives the files."""
+    """Options that name models, for `parsed`; `models_of` gives the files."""
     parser.add_argument("models", nargs="*", type=Path, help=".glb files; what is not compressed is compressed first")
     parser.add_argument(
         "--subdivide", type=Path, action="append", default=[], metavar="MODEL", help="a model to measure with four times its triangles, too"
     )
 
 
-def models_of(options: argparse.Namespace, folder: Path) -> list[Path]:
-    """Compressed files, those that are made here in `folder`. Ends the program where none is named."""
+def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
+    """The program's arguments; ends it, before anything else is done, where they name no model."""
+    options = parser.parse_args()
     if not options.models and not options.subdivide:
-        raise SystemExit("bench: name at least one model")
+        parser.error("name at least one model")
+    return options
+
+
+def models_of(options: argparse.Namespace, folder: Path) -> list[Path]:
+    """Compressed files, those that are made here in `folder`."""
     return [compressed(path, folder) for path in options.models] + [subdivided(path, folder) for path in options.subdivide]
 
 

@@ -77,8 +77,8 @@ def report(result: dict) -> str:
 
 {origin_line(result)}
 The encoding of [the paper](../README.md#the-paper) that this project starts from, written and decoded again by
-`bench/paper_encoding.py`, which says where the paper leaves a choice open and what we chose; positions 12, normals 8 + 8, texture coordinates 12 bits. Every model
-below came back from its bytes with the same triangles and integers. Meshlets are our encoder's; where one of ours holds several
+`bench/paper_encoding.py`, which says where the paper leaves a choice open and what we chose; positions 12, normals 8 + 8,
+texture coordinates 12 bits. Every model below came back from its bytes with the same triangles and integers. Meshlets are our encoder's; where one of ours holds several
 disks, each is a meshlet here.
 The paper's claims stand in the first row of each table. Its models have normals and texture coordinates; these of ours lack texture
 coordinates, wholly or in part, and have less raw data per vertex: {_without(result)}.

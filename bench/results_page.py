@@ -97,7 +97,7 @@ def _size_standings(result: dict) -> Iterable[Standing]:
 
 def _models(names: Iterable[str]) -> str:
     """How many of the paper's models, or what stands in for them, and which others."""
-    counts = Counter(iter(names))
+    counts = Counter(iter(names))  # not the values of a dict
     ours = [f"{count} {name}" if count > 1 else name for name, count in counts.items() if name not in PAPER_MODELS]
     papers = len(counts) - len(ours)
     return ", ".join([f"{papers} of the paper's"] * (papers > 0) + ours)

@@ -15,7 +15,7 @@ import numpy as np
 from gltf_ext.errors import MeshletError
 
 from .common import markdown_table, origin, spread, write_result
-from .gpu_models import add_models, models_of
+from .gpu_models import add_models, models_of, parsed
 
 REPEAT = 40
 WARM_UP = 600  # milliseconds of work before what counts: an idle GPU runs at a fraction of its clock
@@ -68,7 +68,7 @@ def main() -> None:
     parser.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), help="(default: all)")
     parser.add_argument("--device", help="its number, or a part of its name (default: the first GPU)")
     parser.add_argument("--no-write", action="store_true", help="print only")
-    options = parser.parse_args()
+    options = parsed(parser)
     try:
         run(options)
     except (MeshletError, OSError) as error:

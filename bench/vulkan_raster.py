@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.common import ROOT, markdown_table, origin, percentiles, write_result
-from bench.gpu_models import add_models, models_of
+from bench.gpu_models import add_models, models_of, parsed
 from gltf_ext.errors import MeshletError
 
 PATHS = ("vertex", "mesh-plain", "stream", "mesh", "mesh-only", "geometry")
@@ -202,7 +202,7 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=FRAMES, help="timed frames of each path (default %(default)s)")
     parser.add_argument("--statistics", action="store_true", help="keep what the driver says about registers and memory of each shader")
     parser.add_argument("--no-write", action="store_true", help="print only")
-    options = parser.parse_args()
+    options = parsed(parser)
     try:
         run(options)
     except (MeshletError, OSError) as error:

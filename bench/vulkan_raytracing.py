@@ -3,9 +3,9 @@
     python -m bench.vulkan_raytracing MODEL.glb ...      writes bench/results/vulkan_raytracing.json and the table and plot of docs
 
 921,600 rays a frame (1280 x 720) with nothing but what they hit first, and the same with two diffuse bounces and a shadow ray at every hit.
-The camera goes round the model by half a degree a frame, a sixth of a turn, so that the cache has to follow; a frame's time is that of the GPU and
-includes choosing what the cache holds and decoding what it lacks. All configurations take turns frame by frame; those that are slow take
-fewer.
+The camera goes round the model by half a degree a frame, a sixth of a turn, so that the cache has to follow; a frame's time is that of the
+GPU and includes choosing what the cache holds and decoding what it lacks. All configurations take turns frame by frame; those that are slow
+take fewer.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.common import ROOT, markdown_table, origin, percentiles, replace_block, write_result
-from bench.gpu_models import add_models, models_of
+from bench.gpu_models import add_models, models_of, parsed
 
 WIDTH, HEIGHT = 1280, 720
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
@@ -262,7 +262,7 @@ def main() -> None:
     parser.add_argument(
         "--output", default="vulkan_raytracing", help="name of the result (default %(default)s); -: only print"
     )
-    options = parser.parse_args()
+    options = parsed(parser)
     from vk_backend.device import Device
     from vk_backend.statistics import capture_statistics
 

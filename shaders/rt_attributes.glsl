@@ -33,7 +33,8 @@ void open_attributes(Place place) {
 }
 
 float plain_value(uint at) {
-  return dot_product(plain_weights, vec3(plain_floats.at[plain_corners.x + at], plain_floats.at[plain_corners.y + at], plain_floats.at[plain_corners.z + at]));
+  uvec3 place = plain_corners + at;
+  return dot_product(plain_weights, vec3(plain_floats.at[place.x], plain_floats.at[place.y], plain_floats.at[place.z]));
 }
 
 vec3 plain_position(uint corner) {

@@ -1,5 +1,5 @@
-// Decodes meshlets into slots, one workgroup each: at the start some for all slots, before the first rays those that they will need, beside them those that may be next, later
-// those that paths wait for.
+// Decodes meshlets into slots, one workgroup each: at the start one for every slot, then before a frame's first rays those that they will need,
+// beside them those that may be next, later those that paths wait for.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 

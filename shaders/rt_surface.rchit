@@ -48,10 +48,12 @@ void main() {
 #ifndef PLAIN
   bool to_light = DEFERRED && (gl_IncomingRayFlagsEXT & RAY_TO_LIGHT) != 0u;
   bool blocked = DEFERRED && gl_HitKindEXT == KIND_BLOCKED;
-  if (COUNTED && (blocked || !to_light)) count(hit_meshlet(), slot_entry(hit_meshlet()));
+  uint number = hit_meshlet();
+  // What rays to the light test, the intersection shader has counted.
+  if (COUNTED && (blocked || !to_light)) count(number, slot_entry(number));
   if (blocked) {
     surface.t = BLOCKED;
-    surface.id = hit_meshlet();
+    surface.id = number;
     surface.barycentrics.x = gl_HitTEXT;
   }
   if (blocked || to_light) return;

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
+import pytest
 from vulkan_scenes import ball, zoo
 
 import gltf_ext
@@ -36,6 +37,15 @@ def test_models_are_compressed_and_subdivided(tmp_path):
     plain, fine = gpu_models.models_of(options, tmp_path / "made")
     assert [path.name for path in (plain, fine)] == ["torus.glb", "torus_x4.glb"]
     assert gltf_ext.inspect(fine)["totals"]["triangles"] == 4 * gltf_ext.inspect(plain)["totals"]["triangles"]
+
+
+def test_a_measurement_without_models_ends_before_it_begins(monkeypatch, capsys):
+    parser = argparse.ArgumentParser()
+    gpu_models.add_models(parser)
+    monkeypatch.setattr("sys.argv", ["bench"])
+    with pytest.raises(SystemExit) as ended:
+        gpu_models.parsed(parser)
+    assert ended.value.code == 2 and "name at least one model" in capsys.readouterr().err
 
 
 def test_short_indices_of_a_small_model_need_no_cut(tmp_path):

@@ -319,14 +319,14 @@ def test04_no_camera_is_too_fast(device, fine_scene):
 @pytest.mark.parametrize("predict", (True, False))
 def test05_prediction_alone(predict, device, fine_scene):
     """Without rounds paths decode for themselves, so that slots are filled only between frames, and with what is near."""
+    from vk_backend.raytrace import COUNTED_RAY
+
     traced = tracer(device, fine_scene, cache=0.1, scratch=0.85, samples=1, rounds=0, predict=predict)
     kept, coming = [], 0
     for _ in range(4):
         traced.render(camera_of(fine_scene), WIDTH, HEIGHT)
         kept.append(traced.statistics()["kept"])
         coming += traced.statistics()["coming"]
-    from vk_backend.raytrace import COUNTED_RAY
-
     needed = traced._counters.read() >= COUNTED_RAY
     there = slots_of(traced) < traced.capacity + traced.scratch
     assert there[needed].all() and kept[0] == 0 < kept[1] and kept[3] == 0

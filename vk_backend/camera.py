@@ -72,7 +72,7 @@ class Camera:
         return self._projection(width / height) @ np.linalg.inv(self.to_world)
 
     def clip_to_world(self, width: int, height: int) -> np.ndarray:
-        """float64[4, 4], the inverse of that."""
+        """float64[4, 4], the inverse of `world_to_clip`."""
         return self.to_world @ np.linalg.inv(self._projection(width / height))
 
     def distance(self, depth: np.ndarray) -> np.ndarray:

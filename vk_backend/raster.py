@@ -259,7 +259,7 @@ class Drawing:
         # Without culling nothing reads the bounds; they are there all the same, so that memory is what it is in use.
         self.buffers = SceneBuffers(device, scene, self.path.needs)
         if "bounds" in self.path.needs:
-            fill_bounds(pipelines, self.buffers)
+            fill_bounds(self.buffers)
         self._frame = Buffer(device, 64 * len(scene.instances) + FRAME.itemsize)
         constants = {
             STREAMS_ID: scene.max_streams, LANES_ID: scene.max_lanes, ATTRIBUTES_ID: scene.attributes,
@@ -379,11 +379,11 @@ class Drawing:
         return data
 
 
-def fill_bounds(pipelines: Pipelines, buffers: SceneBuffers) -> None:
+def fill_bounds(buffers: SceneBuffers) -> None:
     """Computes the culling bounds of every meshlet on the device, from the blobs, which need not stay there."""
     device, scene = buffers.device, buffers.scene
     source = buffers if buffers.blobs else SceneBuffers(device, scene, {"blobs", "bounds"})
-    pipeline = ComputePipeline.of(pipelines.device, "bounds.comp", {STREAMS_ID: scene.max_streams})
+    pipeline = ComputePipeline.of(device, "bounds.comp", {STREAMS_ID: scene.max_streams})
     with device.commands() as commands:
         for number, primitive in enumerate(scene.primitives):
             data = np.array([*address_words(source.primitives_address), number], np.uint32)

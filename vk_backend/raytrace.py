@@ -227,9 +227,9 @@ class RayTracer:
 
     def statistics(self) -> dict[str, Any]:
         """Of the last frame. asked: how often rays, those that look ahead included, needed a meshlet, about; needed: meshlets that they
-        needed; resident: meshlets that have a slot now, of slots; kept: meshlets decoded before the first ray; coming: meshlets decoded during the first launch; requested:
-        meshlets that paths waited for before each round; waiting: these paths; restarted: those of them that had to start again. Where
-        everything is cached, asked and needed are 0 unless `counted` was given."""
+        needed; resident: meshlets that have a slot now, of slots; kept: meshlets decoded before the first ray; coming: meshlets decoded
+        during the first launch; requested: meshlets that paths waited for before each round; waiting: these paths; restarted: those of
+        them that had to start again. Where everything is cached, asked and needed are 0 unless `counted` was given."""
         counts = self._counters.read() // COUNTED_RAY if self.counted else np.zeros(1, np.uint32)
         table = self._slot_table.read() if self.path == "rt" else np.zeros(0, np.uint32)
         found = {
@@ -621,9 +621,11 @@ class RayTracer:
 
     def _plan_ahead(self, width: int, height: int) -> None:
         """The size of the picture that looks ahead, and the rows of the first launch that trace it."""
-        share = (AHEAD if self.capacity + self.scratch < MOST_SLOTS * self.meshlets else 0.0) if self.ahead is None else self.ahead
-        share *= self.rounds > 0
-        self._ahead_size = int(np.ceil(width * np.sqrt(share))), int(np.ceil(height * np.sqrt(share)))
+        share = self.ahead
+        if share is None:
+            share = AHEAD if self.capacity + self.scratch < MOST_SLOTS * self.meshlets else 0.0
+        side = np.sqrt(share if self.rounds else 0.0)
+        self._ahead_size = int(np.ceil(width * side)), int(np.ceil(height * side))
         self._ahead_rows = -(-self._ahead_size[0] * self._ahead_size[1] // width)
         self._last_place = None
 

@@ -90,7 +90,7 @@ class Ring:
         self._buffers["segments"] = Buffer(device, rows.nbytes).write(rows)
         counts = np.array([len(batch) for batch in self.batches])
         self._first_segments = np.cumsum(counts) - counts
-        self._passes = [(ComputePipeline.of(pipelines.device, name, self.constants), per) for name, per in PASSES.items()]
+        self._passes = [(ComputePipeline.of(device, name, self.constants), per) for name, per in PASSES.items()]
 
     @property
     def resident_bytes(self) -> int:
