@@ -4,7 +4,7 @@ BIN := .venv/bin
 PIP := $(BIN)/pip install -qq --disable-pip-version-check
 # What the build needs is installed once, so that a rebuild after an edit compiles only what changed.
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
-NATIVE := $(wildcard gltf_ext/src/*) shaders/meshlet_decoder.glsl shaders/constants.h
+NATIVE := $(wildcard codec/* codec/*/*)
 PLUGIN := $(wildcard mitsuba_plugin/src/*) mitsuba_plugin/CMakeLists.txt mitsuba_plugin/build.py
 NODE_MODULES := build/node
 
@@ -23,8 +23,8 @@ test-full: .venv/installed .venv/mitsuba .venv/extras  ## all tests on all model
 	@$(BIN)/python -m pytest -q --full --junitxml=build/test-results.xml $(PYTEST_ARGS)
 
 fuzz: .venv/installed  ## 100,000 mutations of compressed buffers through the decoder under ASan and UBSan
-	@folder=$$(CXX=$${CXX:-$$(command -v clang++ || command -v g++)} $(BIN)/python -m bench.native_build MESHLET_FUZZ) \
-	  && for program in $(basename $(notdir $(wildcard gltf_ext/src/fuzz_*.cpp))); do $$folder/$$program tests/vectors || exit 1; done
+	@folder=$$(CXX=$${CXX:-$$(command -v clang++ || command -v g++)} $(BIN)/python -m tools.native_build MESHLET_FUZZ) \
+	  && for program in $(basename $(notdir $(wildcard codec/fuzz/*.cpp))); do $$folder/$$program spec/vectors || exit 1; done
 
 shaders: .venv/installed  ## vk_backend/spirv from shaders/, after an edit there (needs glslangValidator)
 	@$(BIN)/python -m vk_backend.build_shaders
@@ -59,12 +59,12 @@ clean:  ## remove everything that make made
 	@touch $@
 
 # What only some tests need: without it they are skipped, with their reason.
-.venv/extras: .ci/system-packages | .venv/installed
+.venv/extras: tools/system_packages.py | .venv/installed
 	@$(PIP) "gltf-meshlet[draco]" 2>/dev/null || echo "make: DracoPy cannot be installed; tests on Draco input are skipped"
 	@$(PIP) "gltf-meshlet[vulkan]" 2>/dev/null || echo "make: the Python package vulkan cannot be installed; tests of the Vulkan renderer are skipped"
 	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0 >/dev/null 2>&1 \
 	  || echo "make: the npm packages gltf-validator and gltfpack cannot be installed; tests with them are skipped"
-	@$(BIN)/python .ci/system-packages
+	@$(BIN)/python tools/system_packages.py
 	@touch $@
 
 # The peers that the measurements run.

@@ -19,9 +19,9 @@ import gltf_ext
 from bench.common import ROOT, markdown_table, models, origin, origin_line, write_result
 from bench.size import section_bits
 from gltf_ext import _codec
-from gltf_ext.extension import require_compressed
-from gltf_ext.importers import open_model
-from gltf_ext.reference_decoder import COPY, DAMPED, FOREIGN, MEAN, OWNED, PARALLELOGRAM, PRIVATE, Decoder
+from gltf_ext.compression.extension import require_compressed
+from gltf_ext.gltf.importers import open_model
+from spec.reference_decoder import COPY, DAMPED, FOREIGN, MEAN, OWNED, PARALLELOGRAM, PRIVATE, Decoder
 
 NAMES = ("bunny", "beast", "igea", "engine")
 NAMES_SWITCHED = (*NAMES, "dragon", "DamagedHelmet", "sponza_like")

@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 import gltf_ext
-from gltf_ext.extension import compressed_primitives
-from gltf_ext.importers import open_model
+from gltf_ext.compression.extension import compressed_primitives
+from gltf_ext.gltf.importers import open_model
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "bench" / "results"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gltf_ext.demo_model import Part
+from gltf_meshlet.demo.model import Part
 
 OCTAVES = 7                        # of the displacement, each of twice the frequency and half the height of the one before
 HEIGHT = 0.16                      # of the first octave, of a tube of radius 1

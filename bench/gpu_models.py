@@ -9,7 +9,7 @@ import numpy as np
 
 import gltf_ext
 from bench.common import compressed
-from gltf_ext.geometry import Primitive
+from gltf_ext.compression.primitives import Primitive
 
 
 def add_models(parser: argparse.ArgumentParser) -> None:

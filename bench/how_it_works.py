@@ -1,7 +1,7 @@
 """How does the format work? One meshlet of a generated model in four pictures: cut, walked over, predicted, stored.
 
 python -m bench how_it_works: writes docs/how_it_works.png. The model is bench/generated.py's, compressed with the default options;
-the meshlet is an ordinary one (see choose), decoded by gltf_ext/reference_decoder.py. What is drawn and the figures come from the
+the meshlet is an ordinary one (see choose), decoded by spec/reference_decoder.py. What is drawn and the figures come from the
 compressed bytes; the picture carries a digest of the figures, so that a test finds it when it is out of date.
 """
 
@@ -23,14 +23,15 @@ import gltf_ext
 from bench.common import ROOT
 from bench.figures import DIGEST, digest
 from bench.generated import torus
-from gltf_ext import demo_model, reference_decoder
-from gltf_ext.document import write_files
-from gltf_ext.extension import require_compressed
-from gltf_ext.importers import open_model
-from gltf_ext.inspection import INDEX_BYTES_PER_TRIANGLE
-from gltf_ext.plots import meshlet_colors
-from gltf_ext.rasterizer import LIGHT, Camera, Mesh, render
-from gltf_ext.reference_decoder import FOREIGN, OWNED, PRIVATE, Decoder, Meshlet, dequantise
+from gltf_meshlet.demo import model as demo_model
+from spec import reference_decoder
+from gltf_ext.gltf.document import write_files
+from gltf_ext.compression.extension import require_compressed
+from gltf_ext.gltf.importers import open_model
+from gltf_ext.compression.inspection import INDEX_BYTES_PER_TRIANGLE
+from gltf_meshlet.demo.plots import meshlet_colors
+from gltf_meshlet.demo.rasterizer import LIGHT, Camera, Mesh, render
+from spec.reference_decoder import FOREIGN, OWNED, PRIVATE, Decoder, Meshlet, dequantise
 
 matplotlib.use("Agg")
 from matplotlib import patheffects, pyplot  # noqa: E402  (the backend must be chosen first)

@@ -13,7 +13,7 @@ from bench import figures, paper_encoding
 from bench.common import PAPER_MODELS, ROOT, markdown_table, models, origin, origin_line, write_result
 from bench.peers import Part, read_parts
 from bench.size import generate
-from gltf_ext.attributes import Bits
+from gltf_ext.compression.streams import Bits
 
 # The paper's own number of meshlets (43 triangles each on the dragon), and ours, which are fuller.
 FILLS = {"the paper's": 0.68, "ours": 0.0}

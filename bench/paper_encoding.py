@@ -26,8 +26,8 @@ import numpy as np
 
 from bench.peers import Part
 from gltf_ext import _codec
-from gltf_ext.attributes import GRID, INTEGER, Bits
-from gltf_ext.geometry import position_ids
+from gltf_ext.compression.streams import GRID, INTEGER, Bits
+from gltf_ext.compression.primitives import position_ids
 
 SYMBOLS = "CRELS"
 CODES = {"C": (0, 2), "R": (1, 2), "E": (2, 2), "L": (3, 3), "S": (7, 3)}   # (value, bits), lowest bit first

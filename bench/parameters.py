@@ -14,10 +14,10 @@ import gltf_ext
 from bench.common import MODELS, ROOT, markdown_table, origin, origin_line, spread, write_result
 from bench.generated import torus
 from bench.speed import native
-from gltf_ext.compressor import Options
-from gltf_ext.demo_model import write_glb
-from gltf_ext.extension import require_compressed
-from gltf_ext.importers import open_model
+from gltf_ext.compression.compressor import Options
+from gltf_meshlet.demo.model import write_glb
+from gltf_ext.compression.extension import require_compressed
+from gltf_ext.gltf.importers import open_model
 
 NAMES = ("bunny", "engine", "sponza_like")
 GENERATED = 60_000                 # triangles of the generated model

@@ -29,9 +29,9 @@ from pathlib import Path
 import numpy as np
 
 from bench.common import ROOT
-from gltf_ext.attributes import Bits, plan_primitive, position_grid
-from gltf_ext.geometry import Primitive, read_primitive, triangle_primitives, weld
-from gltf_ext.importers import open_model
+from gltf_ext.compression.streams import Bits, plan_primitive, position_grid
+from gltf_ext.compression.primitives import Primitive, read_primitive, triangle_primitives, weld
+from gltf_ext.gltf.importers import open_model
 
 NODE_MODULES = Path(os.environ.get("GLTF_MESHLET_NODE_MODULES") or ROOT / "build" / "node" / "node_modules")
 CORTO = os.environ.get("GLTF_MESHLET_CORTO", "")

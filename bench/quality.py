@@ -19,10 +19,10 @@ from trimesh import Trimesh
 import gltf_ext
 from bench.common import MODELS, ROOT, markdown_table, origin, origin_line, write_result
 from bench.generated import torus
-from gltf_ext.compressor import Options
-from gltf_ext.demo_model import write_glb
-from gltf_ext.geometry import Primitive
-from gltf_ext.rasterizer import Camera, Mesh, render
+from gltf_ext.compression.compressor import Options
+from gltf_meshlet.demo.model import write_glb
+from gltf_ext.compression.primitives import Primitive
+from gltf_meshlet.demo.rasterizer import Camera, Mesh, render
 
 NAMES = ("bunny", "suzanne", "DamagedHelmet")
 GENERATED = 60_000                 # triangles of the generated model

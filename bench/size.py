@@ -20,12 +20,13 @@ from bench.common import (
     OTHER_MODELS, PAPER_MODELS, ROOT, best_in_bold, markdown_table, models, origin, origin_line, replace_block, write_result,
 )  # fmt: skip
 from bench.generated import torus
-from gltf_ext import _codec, demo_model
-from gltf_ext.attributes import Bits
-from gltf_ext.extension import require_compressed
-from gltf_ext.geometry import Primitive
-from gltf_ext.importers import open_model
-from gltf_ext.reference_decoder import BlobFile, Meshlet
+from gltf_ext import _codec
+from gltf_meshlet.demo import model as demo_model
+from gltf_ext.compression.streams import Bits
+from gltf_ext.compression.extension import require_compressed
+from gltf_ext.compression.primitives import Primitive
+from gltf_ext.gltf.importers import open_model
+from spec.reference_decoder import BlobFile, Meshlet
 
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
 OURS, PAPER = "ours", "the paper's encoding"

@@ -24,13 +24,14 @@ from pathlib import Path
 
 import numpy as np
 
-from bench import native_build, peers
+from tools import native_build
+from bench import peers
 from bench.common import MODELS, PAPER_MODELS, ROOT, best_in_bold, markdown_table, origin, origin_line, spread, write_result
 from bench.generated import torus
 from gltf_ext import _codec
-from gltf_ext.attributes import Bits, plan_primitive, position_grid
-from gltf_ext.demo_model import write_glb
-from gltf_ext.geometry import Primitive, position_ids, weld
+from gltf_ext.compression.streams import Bits, plan_primitive, position_grid
+from gltf_meshlet.demo.model import write_glb
+from gltf_ext.compression.primitives import Primitive, position_ids, weld
 
 SERIES = (10_000, 30_000, 100_000, 300_000, 1_000_000, 3_500_000)
 REAL = ("bunny", "dragon")

@@ -23,9 +23,9 @@ WARM_UP = 600  # milliseconds of work before what counts: an idle GPU runs at a 
 
 def measure(device, path: Path, method: str) -> dict:
     """A row: the largest primitive of a compressed file. Raises MeshletError."""
-    from gltf_ext.extension import require_compressed
-    from gltf_ext.importers import open_model
-    from vk_backend.decode import GpuDecoder, stream_components
+    from gltf_ext.compression.extension import require_compressed
+    from gltf_ext.gltf.importers import open_model
+    from vk_backend.compute_decoder import GpuDecoder, stream_components
 
     primitive = max(require_compressed(open_model(path)), key=lambda p: p.triangle_count)
     components = stream_components(primitive.blob)
@@ -61,7 +61,7 @@ def table(rows: list[dict]) -> str:
 
 
 def main() -> None:
-    from vk_backend.decode import METHODS
+    from vk_backend.compute_decoder import METHODS
 
     parser = argparse.ArgumentParser(prog="python -m bench.vulkan_decode", description=__doc__.splitlines()[0])
     add_models(parser)

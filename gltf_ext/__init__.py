@@ -13,15 +13,15 @@ from . import trimesh_handler
 __version__ = "0.1.0"
 
 _HOME = {
-    "compress": "compressor",
-    "decompress": "decompressor",
-    "inspect": "inspection",
-    "verify": "verification",
-    "validate": "validation",
-    "load": "loading",
-    "decoders": "loading",
-    "MeshletDecoder": "loading",
-    "Primitive": "geometry",
+    "compress": "compression.compressor",
+    "decompress": "compression.decompressor",
+    "inspect": "compression.inspection",
+    "verify": "compression.verification",
+    "validate": "compression.validation",
+    "load": "compression.loading",
+    "decoders": "compression.loading",
+    "MeshletDecoder": "compression.loading",
+    "Primitive": "compression.primitives",
     "MeshletError": "errors",
 }
 __all__ = sorted(_HOME)

@@ -49,8 +49,8 @@ def decode_into_accessors(context: dict[str, Any]) -> None:
 
     A ValueError raised here becomes trimesh's warning.
     """
-    from . import _codec
-    from .attributes import Stream, streams_of, to_accessor
+    from gltf_ext import _codec
+    from gltf_ext.compression.streams import Stream, streams_of, to_accessor
 
     extension, primitive, accessors = context["data"], context["primitive"], context["accessors"]
     blob = bytes(context["views"][extension["bufferView"]])

@@ -8,7 +8,7 @@ import mitsuba as mi
 import numpy as np
 import pygltflib
 
-from gltf_ext.document import Document, item
+from gltf_ext.gltf.document import Document, item
 from gltf_ext.errors import MeshletError
 
 WRAP = {pygltflib.REPEAT: "repeat", pygltflib.CLAMP_TO_EDGE: "clamp", pygltflib.MIRRORED_REPEAT: "mirror"}

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gltf_ext.document import Document
+from gltf_ext.gltf.document import Document
 from gltf_ext.errors import MeshletError
-from gltf_ext.extension import EXTENSION, Compressed, read_compressed, require_compressed
-from gltf_ext.importers import open_model
-from gltf_ext.nodes import placed
+from gltf_ext.compression.extension import EXTENSION, Compressed, read_compressed, require_compressed
+from gltf_ext.gltf.importers import open_model
+from gltf_ext.gltf.nodes import placed
 
 
 from .materials import texcoord_set

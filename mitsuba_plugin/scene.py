@@ -12,13 +12,13 @@ import mitsuba as mi
 import numpy as np
 import pygltflib
 
-from gltf_ext.accessors import DTYPES
-from gltf_ext.document import Document, item
+from gltf_ext.gltf.accessors import DTYPES
+from gltf_ext.gltf.document import Document, item
 from gltf_ext.errors import MeshletError
-from gltf_ext.extension import EXTENSION
-from gltf_ext.geometry import TRIANGLE_MODES, read_primitive
-from gltf_ext.importers import open_model
-from gltf_ext.nodes import placed
+from gltf_ext.compression.extension import EXTENSION
+from gltf_ext.compression.primitives import TRIANGLE_MODES, read_primitive
+from gltf_ext.gltf.importers import open_model
+from gltf_ext.gltf.nodes import placed
 
 from . import reader
 from .materials import Materials, texcoord_set

@@ -13,9 +13,11 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-SOURCES = Path(__file__).resolve().parent.parent / "shaders"
+ROOT = Path(__file__).resolve().parent.parent
+SOURCES = ROOT / "shaders"
+INCLUDE_FOLDERS = (SOURCES, ROOT / "codec")
 OUTPUT = Path(__file__).resolve().parent / "spirv"
-CONSTANTS = "constants.h"                  # shipped as it is, for vk_backend.constants
+CONSTANTS = ROOT / "codec" / "format" / "constants.h"  # shipped as it is, for vk_backend.constants
 MANIFEST = OUTPUT / "sources.json"
 STAGES = {".comp", ".task", ".mesh", ".vert", ".geom", ".frag", ".rgen", ".rint", ".rahit", ".rchit", ".rmiss"}
 # Ray tracing: pipelines that differ by constants alone shall compute the same bits, though drivers compile each anew and may fuse a product
@@ -29,7 +31,7 @@ VARIANTS = re.compile(r"^// variants: (.*)$", re.MULTILINE)
 def modules() -> dict[str, tuple[Path, list[str]]]:
     """Module name -> (source, macros) of all shaders."""
     found = {}
-    for source in sorted(p for p in SOURCES.iterdir() if p.suffix in STAGES):
+    for source in sorted((p for p in SOURCES.rglob("*") if p.suffix in STAGES), key=lambda p: p.name):
         for item in " ".join(VARIANTS.findall(source.read_text())).split() or [source.name]:
             name, _, macros = item.partition("=")
             found[name] = (source, [m for m in macros.split(",") if m])
@@ -41,8 +43,9 @@ def closure(source: Path) -> list[Path]:
     found = [source]
     for path in found:
         for name in INCLUDE.findall(path.read_text()):
-            if (SOURCES / name) not in found:
-                found.append(SOURCES / name)
+            included = next(folder / name for folder in INCLUDE_FOLDERS if (folder / name).exists())
+            if included not in found:
+                found.append(included)
     return found
 
 
@@ -90,7 +93,7 @@ def exact(code: bytes) -> bytes:
 def compile_module(name: str, source: Path, macros: list[str]) -> bytes:
     """The SPIR-V of one module. Raises RuntimeError with the compiler's words."""
     output = OUTPUT / f".{name}.part"
-    command = ["glslangValidator", "-V", "--target-env", "vulkan1.3", f"-I{SOURCES}", "-o", str(output), str(source)]
+    command = ["glslangValidator", "-V", "--target-env", "vulkan1.3", *(f"-I{folder}" for folder in INCLUDE_FOLDERS), "-o", str(output), str(source)]
     result = subprocess.run([*command, *(f"-D{m}" for m in macros)], capture_output=True, text=True)
     try:
         if result.returncode != 0:
@@ -116,7 +119,7 @@ def build(force: bool = False) -> list[str]:
     for path in OUTPUT.glob("*.spv"):
         if path.stem not in wanted and path.name.removesuffix(".spv") not in wanted:
             path.unlink()
-    (OUTPUT / CONSTANTS).write_bytes((SOURCES / CONSTANTS).read_bytes())
+    (OUTPUT / CONSTANTS.name).write_bytes(CONSTANTS.read_bytes())
     MANIFEST.write_text(json.dumps(digests, indent=1, sort_keys=True) + "\n")
     return stale
 

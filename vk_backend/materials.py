@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pygltflib
 
-from gltf_ext.document import Document, item
+from gltf_ext.gltf.document import Document, item
 from gltf_ext.errors import MeshletError
 
 from .constants import CONSTANTS

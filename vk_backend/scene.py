@@ -12,12 +12,12 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
-from gltf_ext.attributes import GRID, OCT, SIGN, Stream, streams_of
-from gltf_ext.document import Document, item, named_indices
+from gltf_ext.compression.streams import GRID, OCT, SIGN, Stream, streams_of
+from gltf_ext.gltf.document import Document, item, named_indices
 from gltf_ext.errors import MeshletError
-from gltf_ext.extension import EXTENSION, Compressed, malformed, read_compressed, require_compressed
-from gltf_ext.importers import open_model
-from gltf_ext.nodes import placed
+from gltf_ext.compression.extension import EXTENSION, Compressed, malformed, read_compressed, require_compressed
+from gltf_ext.gltf.importers import open_model
+from gltf_ext.gltf.nodes import placed
 
 from .camera import Camera, gltf_camera
 from .constants import CONSTANTS

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "decoder.h"
-#include "parallel.h"
+#include "decode/decoder_context.h"
+#include "common/parallel.h"
 
 namespace {
 

@@ -5,7 +5,7 @@
 // The stages are those of decode() in decode_blob.inl, called here one by one with the processor's clock read in between. CMakeLists.txt
 // gives this file the options of decode_blob_avx2.cpp, so that what is measured is what the library runs.
 #define MESHLET_BUILD stages
-#include "decode_blob.inl"
+#include "decode/bulk_decoder.cpp"
 
 #include <algorithm>
 #include <array>

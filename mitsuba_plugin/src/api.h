@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "blob_decoder.h"
+#include "part.h"
 
 namespace meshlet_shape {
 

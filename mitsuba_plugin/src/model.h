@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "blob_decoder.h"
+#include "part.h"
 #include "cache.h"
 #include "triangles.h"
 

@@ -1,0 +1,423 @@
+// Compiled twice: for the baseline and for AVX2 (codec/CMakeLists.txt), each in its own namespace MESHLET_BUILD.
+// The linker must not merge their code: do not instantiate library templates here, and keep everything that is not static in that
+// namespace.
+#include "decode/bulk_decoder.h"
+
+#include <cmath>
+#include <cstring>
+
+namespace meshlet {
+inline namespace MESHLET_BUILD {
+namespace {
+
+constexpr uint32_t kPlaces = 64;           // per meshlet: boundary vertices, local ids, slots of owned references
+constexpr uint32_t kCopied = 16;           // values kept at a time
+constexpr uint32_t kBatch = 8;             // vertices converted at a time, so that compilers vectorise the loops
+
+// What whole-blob decoding keeps of the meshlets behind it: their boundaries, which later ones refer to, as global vertex numbers and
+// integer values. It saves looking up and decoding foreign vertices once more. References reach back no farther than the group
+// table's delta widths allow, so a ring of meshlets suffices.
+class History {
+ public:
+  History(MeshletDecoder& d, uint32_t meshlets) : d_(d), meshlets_(meshlets) {}
+  ~History();
+  History(const History&) = delete;
+  void allocate();
+
+  // After connect_meshlet: looks up the vertices that are shared with earlier meshlets, and, before read_foreign, puts their values in
+  // place.
+  void look_up(bool provide);
+
+  // Numbers the meshlet's vertices, which have been looked up: global[local id], and the local ids that are no aliases, in order (spec, appendix A.8), at most
+  // 64. Returns how many are none, or kCircle.
+  uint32_t number(uint32_t* global, uint32_t* new_ids);
+
+  // Keeps the decoded meshlet.
+  void append(const uint32_t* global);
+
+  // Do the decoded meshlet, which is kept already, and the owners of its foreign references agree on their shared vertices?
+  bool consistent();
+
+  static constexpr uint32_t kCircle = ~0u; // an alias leads to itself, or farther than MAX_HOPS
+
+ private:
+  // A vertex on the boundary of a meshlet in the ring.
+  struct Place {
+    uint32_t meshlet, place;
+  };
+  struct Kept {
+    uint32_t* values;                      // lane by lane, `stride` apart, by local id
+    uint32_t capacity, stride;
+    uint32_t numbers[kPlaces];             // by local id
+    uint16_t ids[kPlaces];                 // boundary vertices in loop order
+    uint8_t start[kPlaces], end[kPlaces];  // per owned reference: places of its first and last vertex
+  };
+
+  Kept& kept(uint32_t meshlet) { return ring_[meshlet & d_.ring_mask]; }
+  void copy_vertex(uint32_t r, uint32_t place, uint32_t id);
+  bool same_vertex(uint32_t r, uint32_t place, uint32_t id);
+  void keep_references();
+  void alias_corner(uint32_t id, Place target, bool starts);
+  uint32_t resolve(uint32_t id, const uint32_t* global);
+
+  // Calls visit(place on the owner's boundary, local id) for the vertices of foreign reference r, both corners included.
+  template <class Visit>
+  void for_vertices(uint32_t r, Visit visit);
+
+  MeshletDecoder& d_;
+  uint32_t meshlets_;
+  uint32_t lanes_ = 0;
+  uint32_t next_ = 0;
+  Kept* ring_ = nullptr;
+  uint8_t* lengths_ = nullptr;             // kPlaces for each meshlet in the ring
+  Place alias_[kPlaces];                   // per local id of the current meshlet
+  uint64_t is_alias_ = 0;                  // local ids
+};
+
+void History::allocate() {
+  for (uint32_t s = 0; s < d_.stream_total; s++) lanes_ += d_.stream_components[s];
+  uint32_t reach = 0, size = 1;
+  for (uint32_t m = 0; m < meshlets_; m += kGroupMeshlets)
+    reach = d_.max(reach, d_.load_word(d_.group_table + 2 * (m / kGroupMeshlets) + 1) & 31u);
+  while (size < meshlets_ && size < (1u << reach)) size *= 2;
+  d_.ring_mask = size - 1;
+  ring_ = new Kept[size]();
+  lengths_ = new uint8_t[kPlaces * size_t(size)]();
+  d_.chain_lengths = lengths_;
+}
+
+History::~History() {
+  for (uint32_t i = 0; ring_ && i <= d_.ring_mask; i++) delete[] ring_[i].values;
+  delete[] ring_;
+  delete[] lengths_;
+}
+
+template <class Visit>
+void History::for_vertices(uint32_t r, Visit visit) {
+  const Kept& owner = kept(d_.reference_owner[r]);
+  uint32_t slot = d_.reference_slot[r], n = d_.reference_length[r], rank = d_.reference_rank[r];
+  uint32_t last = owner.start[slot] + n;
+  visit(owner.end[slot], d_.loop_vertex[rank]);
+  for (uint32_t i = 1; i < n; i++) visit(last - i, d_.loop_vertex[rank + i]);
+  visit(owner.start[slot], d_.reference_end[r]);
+}
+
+// Copies a vertex of r's owner, the streams that r shares.
+void History::copy_vertex(uint32_t r, uint32_t place, uint32_t id) {
+  const Kept& owner = kept(d_.reference_owner[r]);
+  const uint32_t* from = owner.values + owner.ids[place];
+  size_t stride = owner.stride;
+  if (!(d_.seamed_refs >> r & 1)) {
+    uint32_t* end = d_.values + lanes_ * 64 + id;
+    for (uint32_t* to = d_.values + id; to != end; to += 64, from += stride) *to = *from;
+    return;
+  }
+  for (uint32_t s = 0; s < d_.stream_total; s++)
+    for (uint32_t lane = d_.stream_lane[s], end = lane + d_.stream_components[s]; lane < end && !(d_.seam_refs[s] >> r & 1); lane++)
+      d_.values[lane * 64u + id] = from[lane * stride];
+}
+
+// Before the aliases, which may lead to the meshlet itself.
+void History::keep_references() {
+  const MeshletDecoder::Header& h = d_.opened;
+  Kept& self = kept(h.meshlet);
+  static_assert(sizeof(self.ids) == sizeof(d_.loop_vertex));
+  std::memcpy(self.ids, d_.loop_vertex, sizeof(self.ids));
+  uint8_t* length = lengths_ + kPlaces * size_t(h.meshlet & d_.ring_mask);
+  std::memset(length, 0, kPlaces);
+  uint32_t slot = 0;
+  for (uint64_t rest = h.owned_refs; rest; rest &= rest - 1, slot++) {
+    uint32_t r = d_.mask_lsb(rest);
+    self.start[slot] = uint8_t(d_.reference_rank[r]);
+    self.end[slot] = uint8_t(d_.reference_rank[d_.next_reference(h, r)]);
+    length[slot] = uint8_t(d_.reference_length[r]);
+  }
+}
+
+// Of two references that share a corner, the one with the smaller owner counts; if equal, the one that starts there.
+void History::alias_corner(uint32_t id, Place target, bool starts) {
+  bool other = is_alias_ >> id & 1;
+  if (!other || target.meshlet < alias_[id].meshlet || (starts && target.meshlet == alias_[id].meshlet)) alias_[id] = target;
+  is_alias_ |= 1ull << id;
+}
+
+void History::look_up(bool provide) {
+  keep_references();
+  is_alias_ = 0;
+  for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
+    uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r], corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
+    bool copy = provide && owner != d_.opened.meshlet, alias = !(d_.seamed_refs >> r & 1);
+    uint32_t slot = d_.reference_slot[r];
+    if (alias) {
+      alias_corner(corners[0], {owner, kept(owner).end[slot]}, true);
+      alias_corner(corners[1], {owner, kept(owner).start[slot]}, false);
+    }
+    for_vertices(r, [&](uint32_t place, uint32_t id) {
+      if (copy) copy_vertex(r, place, id);
+      if (alias && id != corners[0] && id != corners[1]) {
+        alias_[id] = {owner, place};
+        is_alias_ |= 1ull << id;
+      }
+    });
+    d_.provided_refs |= uint64_t(copy) << r;
+  }
+}
+
+uint32_t History::resolve(uint32_t id, const uint32_t* global) {
+  Place target = alias_[id];
+  for (uint32_t hops = 0; target.meshlet == d_.opened.meshlet; hops++) {
+    uint32_t other = d_.loop_vertex[target.place];
+    if (!(is_alias_ >> other & 1)) return global[other];
+    if (hops >= MAX_HOPS) return kCircle;
+    target = alias_[other];
+  }
+  const Kept& owner = kept(target.meshlet);
+  return owner.numbers[owner.ids[target.place]];
+}
+
+uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
+  uint32_t count = 0;
+  for (uint64_t rest = d_.mask_below(d_.vertex_count) & ~is_alias_; rest; rest &= rest - 1) {
+    uint32_t id = d_.mask_lsb(rest);
+    global[id] = next_ + count;
+    new_ids[count++] = id;
+  }
+  next_ += count;
+  for (uint64_t rest = is_alias_; rest; rest &= rest - 1) {
+    uint32_t id = d_.mask_lsb(rest);
+    global[id] = resolve(id, global);
+    if (global[id] == kCircle) return kCircle;
+  }
+  return count;
+}
+
+void History::append(const uint32_t* global) {
+  Kept& self = kept(d_.opened.meshlet);
+  self.stride = (d_.vertex_count + kCopied - 1) / kCopied * kCopied;
+  if (self.capacity < self.stride * lanes_) {
+    delete[] self.values;
+    self.values = nullptr;
+    self.capacity = 0;
+    self.values = new uint32_t[self.stride * lanes_];
+    self.capacity = self.stride * lanes_;
+  }
+  uint32_t* to = self.values;
+  for (uint32_t lane = 0; lane < lanes_; lane++)
+    for (uint32_t i = 0; i < self.stride; i += kCopied, to += kCopied)
+      std::memcpy(to, d_.values + 64 * lane + i, kCopied * sizeof(uint32_t));
+  std::memcpy(self.numbers, global, sizeof(self.numbers));
+}
+
+bool History::same_vertex(uint32_t r, uint32_t place, uint32_t id) {
+  const Kept& owner = kept(d_.reference_owner[r]);
+  const uint32_t* values = owner.values + owner.ids[place];
+  for (uint32_t s = 0; s < d_.stream_total; s++)
+    for (uint32_t lane = d_.stream_lane[s], end = lane + d_.stream_components[s]; lane < end && !(d_.seam_refs[s] >> r & 1); lane++)
+      if (d_.values[lane * 64u + id] != values[lane * size_t(owner.stride)]) return false;
+  return true;
+}
+
+bool History::consistent() {
+  bool same = true;
+  for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
+    uint32_t r = d_.mask_lsb(rest);
+    for_vertices(r, [&](uint32_t place, uint32_t id) { same = same && same_vertex(r, place, id); });
+  }
+  return same;
+}
+
+// ---- from integers to values --------------------------------------------------------------------------------------------------
+
+// Unit vectors from octahedral pairs (spec, appendix A.9).
+inline void decode_oct(const uint32_t (*q)[kBatch], float scale, float (*out)[kBatch]) {
+  for (uint32_t i = 0; i < kBatch; i++) {
+    float x = float(int32_t(q[0][i])) * scale - 1.0f, y = float(int32_t(q[1][i])) * scale - 1.0f;
+    float z = 1.0f - std::fabs(x) - std::fabs(y);
+    float fold = z < 0.0f ? -z : 0.0f;
+    x -= std::copysign(fold, x);
+    y -= std::copysign(fold, y);
+    float inverse = 1.0f / std::sqrt(x * x + y * y + z * z);
+    out[0][i] = x * inverse;
+    out[1][i] = y * inverse;
+    out[2][i] = z * inverse;
+  }
+}
+
+// One rounding at the end: offset + q * step is exact enough in double.
+inline void decode_grid(const uint32_t* q, double step, double offset, float* out) {
+#pragma GCC unroll 1
+  for (uint32_t i = 0; i < kBatch; i++) out[i] = float(offset + double(int32_t(q[i])) * step);
+}
+
+inline void decode_float_bits(const uint32_t* q, uint32_t* out) {
+  for (uint32_t i = 0; i < kBatch; i++) out[i] = q[i] >> 31 ? q[i] ^ 0x80000000u : ~q[i];
+}
+
+// Integers as they are.
+template <uint32_t components>
+struct AsInteger {
+  static constexpr uint32_t outputs = components;
+  using Out = uint32_t;
+  void operator()(const Stream&, const uint32_t (*q)[kBatch], uint32_t (*out)[kBatch]) const { std::memcpy(out, q, sizeof(*q) * components); }
+};
+
+template <uint32_t components>
+struct AsReal {
+  static constexpr uint32_t outputs = components;
+  using Out = float;
+  void operator()(const Stream& s, const uint32_t (*q)[kBatch], float (*out)[kBatch]) const {
+    for (uint32_t c = 0; c < components; c++) {
+      if (s.kind == kGrid) decode_grid(q[c], s.step, s.offset[c], out[c]);
+      else decode_grid(q[c], 2.0, -1.0, out[c]);   // SIGN
+    }
+  }
+};
+
+template <uint32_t components>
+struct AsFloatBits {
+  static constexpr uint32_t outputs = components;
+  using Out = uint32_t;
+  void operator()(const Stream&, const uint32_t (*q)[kBatch], uint32_t (*out)[kBatch]) const {
+    for (uint32_t c = 0; c < components; c++) decode_float_bits(q[c], out[c]);
+  }
+};
+
+struct AsUnitVector {
+  static constexpr uint32_t outputs = 3;
+  using Out = float;
+  void operator()(const Stream& s, const uint32_t (*q)[kBatch], float (*out)[kBatch]) const {
+    decode_oct(q, 2.0f / float((1u << s.bits) - 1u), out);
+  }
+};
+
+// The new vertices of one meshlet: local ids, padded to whole batches, and how many vertices from the first on the outputs have room
+// for. What a last batch writes too much is written over by the next meshlet.
+struct NewVertices {
+  const uint32_t* ids;
+  uint32_t count, first, room;
+};
+
+inline void gather(const uint32_t* lane, const uint32_t* ids, uint32_t* out) {
+#ifdef __AVX2__
+  __m256i index = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(ids));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(out), _mm256_i32gather_epi32(reinterpret_cast<const int*>(lane), index, 4));
+#else
+  for (uint32_t k = 0; k < kBatch; k++) out[k] = lane[ids[k]];
+#endif
+}
+
+template <uint32_t components, class Convert>
+void write_stream(const Stream& s, const uint32_t* lanes, const NewVertices& v, void* out, Convert convert) {
+  using Out = typename Convert::Out;
+  constexpr uint32_t outputs = Convert::outputs;
+  Out* to = static_cast<Out*>(out) + outputs * size_t(v.first);
+  for (uint32_t i = 0; i < v.count; i += kBatch, to += outputs * kBatch) {
+    uint32_t q[components][kBatch];
+    Out converted[outputs][kBatch], rest[kBatch * outputs];
+    for (uint32_t c = 0; c < components; c++) gather(lanes + 64 * c, v.ids + i, q[c]);
+    convert(s, q, converted);
+    bool room = i + kBatch <= v.room;
+    Out* vertices = room ? to : rest;
+    for (uint32_t k = 0; k < kBatch; k++)
+      for (uint32_t c = 0; c < outputs; c++) vertices[k * outputs + c] = converted[c][k];
+    if (!room) std::memcpy(to, rest, sizeof(Out) * outputs * (v.count - i));
+  }
+}
+
+template <template <uint32_t> class Convert>
+void write_stream(const Stream& s, const uint32_t* lanes, const NewVertices& v, void* out) {
+  switch (s.components) {
+    case 1: return write_stream<1>(s, lanes, v, out, Convert<1>());
+    case 2: return write_stream<2>(s, lanes, v, out, Convert<2>());
+    case 3: return write_stream<3>(s, lanes, v, out, Convert<3>());
+    default: return write_stream<4>(s, lanes, v, out, Convert<4>());
+  }
+}
+
+void write_values(const Stream& s, const uint32_t* lanes, const NewVertices& v, void* out) {
+  if (s.kind == kOct) write_stream<2>(s, lanes, v, out, AsUnitVector());
+  else if (s.kind == kInteger) write_stream<AsInteger>(s, lanes, v, out);
+  else if (s.kind == kFloat32) write_stream<AsFloatBits>(s, lanes, v, out);
+  else write_stream<AsReal>(s, lanes, v, out);
+}
+
+void write_vertices(const BlobJob& job, const MeshletDecoder& d, const NewVertices& v) {
+  for (uint32_t s = 0; s < job.stream_count; s++) {
+    const uint32_t* lanes = &d.values[d.stream_lane[s] * 64u];
+    if (job.integers && job.integers[s]) write_stream<AsInteger>(job.streams[s], lanes, v, job.integers[s]);
+    if (job.values && job.values[s]) write_values(job.streams[s], lanes, v, job.values[s]);
+  }
+}
+
+void write_triangles(const MeshletDecoder& d, const uint32_t* global, uint32_t* out) {
+  uint32_t count = d.triangle_count;
+  for (uint32_t t = 0; t < count; t++, out += 3) {
+    uint32_t triangle = d.triangles[t];
+    out[0] = global[triangle & 255u];
+    out[1] = global[triangle >> 8 & 255u];
+    out[2] = global[triangle >> 16 & 255u];
+  }
+}
+
+BlobResult decode(const BlobJob& job, MeshletDecoder& d, History& history) {
+  uint32_t first = 0;                      // vertices before this meshlet
+  uint32_t* triangles = job.triangles;
+  for (uint32_t m = 0; m < job.meshlet_count; m++) {
+    d.open_meshlet(m);
+    if (d.error == ERROR_NONE) d.connect_meshlet();
+    if (d.error != ERROR_NONE) return {BlobProblem::malformed_meshlet, m, d.error};
+    history.look_up(true);
+    d.read_foreign();
+    if (d.error == ERROR_NONE) d.read_own();
+    if (d.error != ERROR_NONE) return {BlobProblem::malformed_meshlet, m, d.error};
+    uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch] = {};
+    uint32_t count = history.number(global, new_ids);
+    if (count == History::kCircle) return {BlobProblem::malformed_meshlet, m, ERROR_HOPS};
+    if (count > job.vertex_count - first) return {BlobProblem::too_many_vertices, m, ERROR_NONE};
+    history.append(global);
+    write_triangles(d, global, triangles);
+    triangles += 3 * d.triangle_count;
+    write_vertices(job, d, {new_ids, count, first, job.vertex_count - first});
+    first += count;
+  }
+  return {first == job.vertex_count ? BlobProblem::none : BlobProblem::too_few_vertices, 0, ERROR_NONE};
+}
+
+BlobResult validate(const BlobJob& job, MeshletDecoder& d, History& history) {
+  uint32_t vertices = 0;
+  for (uint32_t m = 0; m < job.meshlet_count; m++) {
+    d.decode_meshlet(m);
+    if (d.error != ERROR_NONE) return {BlobProblem::malformed_meshlet, m, d.error};
+    history.look_up(false);
+    uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch];
+    uint32_t count = history.number(global, new_ids);
+    if (count == History::kCircle) return {BlobProblem::malformed_meshlet, m, ERROR_HOPS};
+    vertices += count;
+    history.append(global);
+    if (!history.consistent()) return {BlobProblem::inconsistent, m, ERROR_NONE};
+  }
+  if (vertices > job.vertex_count) return {BlobProblem::too_many_vertices, 0, ERROR_NONE};
+  return {vertices == job.vertex_count ? BlobProblem::none : BlobProblem::too_few_vertices, 0, ERROR_NONE};
+}
+
+// Runs `pass` with a decoder and an empty history.
+BlobResult run(const BlobJob& job, BlobResult (*pass)(const BlobJob&, MeshletDecoder&, History&)) {
+  struct Lane {
+    MeshletDecoder* d = new MeshletDecoder();
+    ~Lane() { delete d; }
+  } lane;
+  lane.d->data = job.data;
+  lane.d->size = job.size;
+  lane.d->load_streams(0, job.stream_count);
+  History history(*lane.d, job.meshlet_count);
+  history.allocate();
+  return pass(job, *lane.d, history);
+}
+
+}  // namespace
+
+BlobResult decode_blob(const BlobJob& job) { return run(job, decode); }
+BlobResult validate_blob(const BlobJob& job) { return run(job, validate); }
+
+}  // inline namespace MESHLET_BUILD
+}  // namespace meshlet

@@ -1,0 +1,217 @@
+// The shared single-lane decoder (decode/serial_decoder.glsl) as a C++ struct: this file supplies the primitives it asks for.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
+// Code of one build for several instruction sets: each has types of its own, so that the linker never mixes their inline functions.
+#ifndef MESHLET_BUILD
+#define MESHLET_BUILD baseline
+#endif
+
+namespace meshlet {
+
+constexpr uint32_t kMaxStreams = 64;
+constexpr uint32_t kMaxLanes = 4 * kMaxStreams;
+constexpr uint32_t kPaddingBytes = 8;  // zero bytes at a blob's end, so that an unaligned 64-bit read stays inside
+
+inline namespace MESHLET_BUILD {
+
+struct MeshletDecoder {
+  using uint = uint32_t;
+  using small_uint = uint16_t;  // not uint8_t, whose stores may alias everything
+  using index_uint = size_t;
+  using mask64 = uint64_t;
+
+  // The ones of `window` that were not read yet; its bit 0 is the blob's bit `base`. `cursor`: the bit after the last one read.
+  // Clearing ones, rather than shifting them out, keeps the chain from code to code one instruction long.
+  struct UnaryReader {
+    mask64 window = 0;
+    uint base = 0;
+    uint cursor = 0;
+  };
+
+  // Lengths of owned references of the meshlets behind, at [(meshlet & ring_mask) * 64 + slot], 0: none; null: read them from the blob.
+  const uint8_t* chain_lengths = nullptr;
+  uint ring_mask = 0;
+
+#define HEADER_IN const Header&
+#define INLINE __attribute__((always_inline)) inline
+#define FOREIGN_LENGTH known_length
+#define MAX_STREAMS 64u
+#define MAX_LANES 256u
+#include "decode/serial_decoder.glsl"
+  static_assert(MAX_STREAMS == kMaxStreams && MAX_LANES == kMaxLanes);
+
+  static mask64 mask_none() { return 0; }
+  static mask64 mask_bit(uint i) { return 1ull << (i & 63u); }
+#ifdef __BMI2__
+  static mask64 mask_below(uint n) { return _bzhi_u64(~0ull, n); }
+  static uint mask_lsb(mask64 m) { return uint(_tzcnt_u64(m)); }
+#else
+  static mask64 mask_below(uint n) { return n >= 64u ? ~0ull : (1ull << n) - 1u; }
+  static uint mask_lsb(mask64 m) { return m ? uint(__builtin_ctzll(m)) : 64u; }
+#endif
+#ifdef __LZCNT__
+  static uint mask_msb(mask64 m) { return uint(_lzcnt_u64(m)) ^ 63u; }
+#else
+  static uint mask_msb(mask64 m) { return m ? 63u ^ uint(__builtin_clzll(m)) : 127u; }
+#endif
+  static bool mask_test(mask64 m, uint i) { return (m >> (i & 63u)) & 1u; }
+  static bool mask_any(mask64 m) { return m != 0; }
+  static uint mask_count(mask64 m) { return uint(__builtin_popcountll(m)); }
+  static mask64 mask_clear_lsb(mask64 m) { return m & (m - 1u); }
+  static mask64 mask_shl1(mask64 m) { return m << 1; }
+  static mask64 mask_scatter(mask64 bits, mask64 m) {
+#ifdef __BMI2__
+    return _pdep_u64(bits, m);
+#else
+    mask64 out = 0;
+    for (; m; m &= m - 1u, bits >>= 1)
+      if (bits & 1u) out |= m & (0u - m);
+    return out;
+#endif
+  }
+
+  uint known_length(uint owner, uint slot) {
+    if (!chain_lengths || owner == opened.meshlet) return read_foreign_length(owner, slot);
+    uint length = chain_lengths[(owner & ring_mask) * 64u + slot];
+    if (length > 0) return length;
+    error = ERROR_OWNER;
+    return 1u;
+  }
+
+  // Compilers make a branch of ?:, at some 20 cycles for each wrong guess.
+  template <class T>
+  static T choose(bool condition, T a, T b) {
+#ifdef __x86_64__
+    __asm__("test %1, %1\n\tcmovne %2, %0" : "+r"(b) : "r"(uint(condition)), "r"(a) : "cc");
+    return b;
+#else
+    T all = T(0) - T(condition);
+    return (a & all) | (b & ~all);
+#endif
+  }
+
+  // x / n = x * ceil(2^37 / n) >> 37: the reciprocal is too large by less than n / 2^37 / n, hence the quotient by less than 1 / n.
+  struct Reciprocals {
+    uint64_t of[65] = {};
+    constexpr Reciprocals() {
+      for (uint64_t n = 1; n <= 64; n++) of[n] = ((1ull << 37) + n - 1u) / n;
+    }
+  };
+  static uint divide(uint x, uint n) {
+    static constexpr Reciprocals reciprocals;
+    return uint(x * reciprocals.of[n] >> 37);
+  }
+
+  static uint max(uint a, uint b) { return a > b ? a : b; }
+  static uint min(uint a, uint b) { return a < b ? a : b; }
+
+  const uint8_t* data = nullptr;
+  uint size = 0;  // bytes, a multiple of 4, below 2^29 so that bit positions fit 32 bits
+
+  uint64_t load64(uint byte) const {  // little-endian machines only; checked at build time
+    uint64_t w;
+    std::memcpy(&w, data + byte, 8);
+    return w;
+  }
+  uint load_word(uint i) const { return i < size / 4u ? uint(load64(4u * i > size - 8u ? size - 8u : 4u * i) >> (4u * i > size - 8u ? 32 : 0)) : 0u; }
+  uint load_bits(uint p, uint n) const {
+    uint byte = p >> 3;
+    return byte + 8u > size ? 0u : load_inside(p, n);
+  }
+  uint load_inside(uint p, uint n) const { return uint((load64(p >> 3) >> (p & 7u)) & ((1ull << n) - 1u)); }
+  mask64 load_mask(uint p, uint n) const { return n <= 32u ? load_bits(p, n) : load_bits(p, 32u) | mask64(load_bits(p + 32u, n - 32u)) << 32; }
+
+  UnaryReader seek_unary(uint p) const { return {(p >> 3) + 8u > size ? 0 : load64(p >> 3) & ~mask_below(p & 7u), p & ~7u, p}; }
+  // Moves the window to the next one that holds a one.
+  __attribute__((noinline)) bool refill(UnaryReader& r) {
+    while (r.window == 0) {
+      r.base += 64u;
+      if ((r.base >> 3) + 8u > size || r.base - r.cursor > MAX_QUOTIENT + 64u) {
+        error = ERROR_UNARY;
+        return false;
+      }
+      r.window = load64(r.base >> 3);
+    }
+    return true;
+  }
+
+  // Ones of a word are listed in groups, past its last one too: a loop's end is dear where nothing foretells it.
+#ifdef __BMI2__
+  static constexpr uint kGroup = 8;
+#else
+  static constexpr uint kGroup = 1;
+#endif
+
+  // Bit positions of the ones from `unary` on: ends[0 .. n), with room for kGroup more.
+  void read_ends(uint n, uint* ends) {
+    UnaryReader reader = unary;  // a local copy stays in registers
+    uint found = 0;
+    while (found < n) {
+      if (reader.window == 0 && !refill(reader)) break;
+      uint ones = min(mask_count(reader.window), n - found);
+      mask64 rest = reader.window;
+      for (uint i = 0; i < ones; i += kGroup)
+        for (uint k = 0; k < kGroup; k++, rest = mask_clear_lsb(rest)) ends[found + i + k] = reader.base + mask_lsb(rest);
+      if (ends[found] - reader.cursor > MAX_QUOTIENT) error = ERROR_UNARY;
+      found += ones;
+      reader.cursor = ends[found - 1] + 1u;
+      reader.window &= ~mask_below(reader.cursor - reader.base);
+    }
+    unary = reader;
+  }
+
+  void read_rice(uint n, uint k, uint low) {
+    uint ends[1 + 256 + kGroup];  // n <= 64 vertices x 4 components; ends[0]: the one before
+    ends[0] = unary.cursor - 1u;
+    read_ends(n, ends + 1);
+    if (error != ERROR_NONE) return;
+    uint i = 0;
+#ifdef __AVX2__
+    for (; k <= 7u && i < n; i += 8, low += 8 * k) {
+      mask64 bytes = _pdep_u64(load64(low >> 3) >> (low & 7u), 0x0101010101010101ull * ((1u << (k & 7u)) - 1u));
+      store_eight(i, ends + i, k, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(int64_t(bytes))));
+    }
+#endif
+    for (; i < n; i++, low += k) residuals[i] = unzigzag((ends[i + 1] - ends[i] - 1u) << k | load_inside(low, k));
+  }
+#ifdef __AVX2__
+  // Residuals i .. i + 7 from the ends of their quotients and their low bits.
+  void store_eight(uint i, const uint* ends, uint k, __m256i low) {
+    const __m256i* from = reinterpret_cast<const __m256i*>(ends);
+    __m256i ones = _mm256_cmpeq_epi32(low, low);
+    __m256i before = _mm256_loadu_si256(from), end = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(ends + 1));
+    __m256i quotient = _mm256_add_epi32(_mm256_sub_epi32(end, before), ones);
+    __m256i u = _mm256_or_si256(_mm256_sll_epi32(quotient, _mm_cvtsi32_si128(int(k))), low);
+    __m256i odd = _mm256_srai_epi32(_mm256_slli_epi32(u, 31), 31);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(residuals + i), _mm256_xor_si256(_mm256_srli_epi32(u, 1), odd));
+  }
+#endif
+
+  void skip_unary(UnaryReader& r, uint n) {
+    while (n > 0) {
+      uint ones = mask_count(r.window);
+      if (ones >= n) {
+        for (; n > 1u; n--) r.window &= r.window - 1u;
+        r.cursor = r.base + uint(__builtin_ctzll(r.window)) + 1u;
+        r.window &= r.window - 1u;
+        return;
+      }
+      if (ones > 0) r.cursor = r.base + 64u;  // not exact, but all that matters is the distance to the next one
+      n -= ones;
+      r.window = 0;
+      if (!refill(r)) return;
+    }
+  }
+};
+
+}  // namespace MESHLET_BUILD
+
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the codec reads little-endian words in place");
+
+}  // namespace meshlet

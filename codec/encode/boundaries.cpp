@@ -1,0 +1,291 @@
+#include "encode/boundaries.h"
+
+#include <algorithm>
+
+#include "format/blob.h"
+#include "common/parallel.h"
+
+namespace meshlet {
+namespace {
+
+constexpr size_t kChunk = 256;    // components per parallel item
+constexpr uint32_t kMaxHops = 8;  // spec, appendix A.7
+
+// A seam's chain shares the position and perhaps more; a reference to it costs some 15 bits, and each vertex saves about as much.
+// Shorter seams are cheaper as private vertices.
+constexpr uint32_t kMinSeamLength = 2;
+
+template <class Body>
+void for_components(int threads, size_t count, Body&& body) {
+  parallel_for(threads, (count + kChunk - 1) / kChunk, [&](size_t chunk) {
+    for (size_t c = chunk * kChunk; c < std::min(count, (chunk + 1) * kChunk); c++) body(uint32_t(c));
+  });
+}
+
+class Builder {
+ public:
+  Builder(const MeshView& mesh, const Meshlets& meshlets, const std::vector<int32_t>& opposite, const std::vector<int32_t>& opposite_position,
+          const VertexValues& values, bool share_seams, int threads)
+      : mesh_(mesh),
+        meshlets_(meshlets),
+        opposite_(opposite),
+        opposite_position_(opposite_position),
+        values_(values),
+        share_seams_(share_seams),
+        threads_(threads) {}
+
+  Boundaries build() {
+    number_components();
+    find_loops();
+    find_twins();
+    cut_chains();
+    drop_short_seams();
+    cut_chains();
+    while (drop_excess()) cut_chains();
+    find_references();
+    while (drop_long_ways()) {
+      cut_chains();
+      find_references();
+    }
+    return std::move(b_);
+  }
+
+ private:
+  size_t components() const { return meshlets_.component_begin.size() - 1; }
+
+  void number_components() {
+    b_.component_of.resize(mesh_.triangle_count);
+    b_.meshlet_of.resize(components());
+    for (size_t m = 0; m + 1 < meshlets_.meshlet_begin.size(); m++)
+      for (uint32_t c = meshlets_.meshlet_begin[m]; c < meshlets_.meshlet_begin[m + 1]; c++) {
+        b_.meshlet_of[c] = uint32_t(m);
+        for (uint32_t i = meshlets_.component_begin[c]; i < meshlets_.component_begin[c + 1]; i++) b_.component_of[meshlets_.triangles[i]] = c;
+      }
+  }
+
+  void find_loops() {
+    b_.loops.resize(components());
+    for_components(threads_, components(), [&](uint32_t c) {
+      uint32_t count = 0;
+      for (uint32_t i = meshlets_.component_begin[c]; i < meshlets_.component_begin[c + 1]; i++)
+        for (uint32_t k = 0; k < 3; k++) count += !b_.interior(opposite_, 3 * meshlets_.triangles[i] + k);
+      b_.loops[c].count = count;
+    });
+    uint32_t places = 0;
+    for (Loop& l : b_.loops) {
+      l.begin = places;
+      places += l.count;
+    }
+    b_.half_edge.resize(places);
+    b_.vertex.resize(places);
+    b_.place_component.resize(places);
+    place_of_.assign(3 * mesh_.triangle_count, kNone);
+    for_components(threads_, components(), [&](uint32_t c) { walk_loop(c); });
+  }
+
+  void walk_loop(uint32_t c) {
+    const Loop& l = b_.loops[c];
+    uint32_t h = kNone;
+    for (uint32_t i = meshlets_.component_begin[c]; h == kNone; i++)
+      for (uint32_t k = 0; k < 3 && h == kNone; k++)
+        if (!b_.interior(opposite_, 3 * meshlets_.triangles[i] + k)) h = 3 * meshlets_.triangles[i] + k;
+    for (uint32_t p = l.begin; p < l.begin + l.count; p++) {
+      b_.half_edge[p] = h;
+      b_.vertex[p] = mesh_.triangles[h];
+      b_.place_component[p] = c;
+      place_of_[h] = p;
+      h = next_in_triangle(h);  // turn round the half-edge's end until the next boundary edge
+      while (b_.interior(opposite_, h)) h = next_in_triangle(uint32_t(opposite_[h]));
+    }
+  }
+
+  static uint32_t next_in_triangle(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+
+  // The place across each boundary edge, and which streams are equal on both sides.
+  void find_twins() {
+    twin_.assign(b_.half_edge.size(), kNone);
+    shared_.assign(b_.half_edge.size(), 0);
+    for_components(threads_, components(), [&](uint32_t c) {
+      for (uint32_t p = b_.loops[c].begin; p < b_.loops[c].begin + b_.loops[c].count; p++) {
+        uint32_t h = b_.half_edge[p];
+        int32_t other = opposite_[h] >= 0 || !share_seams_ ? opposite_[h] : opposite_position_[h];
+        if (other < 0 || place_of_[other] == kNone) continue;
+        twin_[p] = place_of_[other];
+        shared_[p] = opposite_[h] >= 0 ? ~0ull : equal_streams(p, twin_[p]);
+        if (!(shared_[p] & 1)) twin_[p] = kNone;
+      }
+    });
+  }
+
+  uint64_t equal_streams(uint32_t p, uint32_t q) const {
+    uint32_t p1 = b_.vertex[b_.next(p)], q1 = b_.vertex[b_.next(q)];
+    uint64_t equal = 0;
+    for (uint32_t s = 0; s < values_.values.size(); s++)
+      if (values_.equal(s, b_.vertex[p], q1) && values_.equal(s, p1, b_.vertex[q])) equal |= 1ull << s;
+    return equal == all_streams() ? ~0ull : equal;
+  }
+
+  uint64_t all_streams() const { return values_.values.size() >= 64 ? ~0ull : (1ull << values_.values.size()) - 1; }
+
+  // Does the chain go on from the place before p to p, seen from both sides? It ends where a seam folds a loop onto itself.
+  bool continues(uint32_t p) const {
+    uint32_t before = b_.previous(p);
+    if (twin_[p] == kNone || twin_[before] == kNone) return twin_[p] == twin_[before];
+    return shared_[p] == shared_[before] && b_.next(twin_[p]) == twin_[before] && twin_[p] != before;
+  }
+
+  // Marks the places where chains begin. A closed chain is cut at the same vertex on both sides.
+  void cut_chains() {
+    cut_.assign(b_.half_edge.size(), 0);
+    for_components(threads_, components(), [&](uint32_t c) {
+      const Loop& l = b_.loops[c];
+      bool any = false;
+      uint32_t lowest = l.begin;  // place of the loop's lowest-numbered edge, counting both sides
+      for (uint32_t p = l.begin; p < l.begin + l.count; p++) {
+        cut_[p] = !continues(p);
+        any = any || cut_[p];
+        if (edge_number(p) < edge_number(lowest)) lowest = p;
+      }
+      if (!any) cut_[b_.half_edge[lowest] == edge_number(lowest) ? lowest : b_.next(lowest)] = 1;
+    });
+  }
+
+  uint32_t edge_number(uint32_t p) const { return twin_[p] == kNone ? b_.half_edge[p] : std::min(b_.half_edge[p], b_.half_edge[twin_[p]]); }
+
+  // Length of the chain that begins at place p.
+  uint32_t chain_length(uint32_t p) const {
+    uint32_t n = 1;
+    for (uint32_t q = b_.next(p); !cut_[q]; q = b_.next(q)) n++;
+    return n;
+  }
+
+  // Makes the chain that begins at p private on both sides.
+  void drop_chain(uint32_t p) {
+    for (uint32_t n = chain_length(p), q = p; n > 0; n--, q = b_.next(q)) {
+      twin_[twin_[q]] = kNone;
+      twin_[q] = kNone;
+    }
+  }
+
+  void drop_short_seams() {
+    for (uint32_t p = 0; p < cut_.size(); p++)
+      if (cut_[p] && twin_[p] != kNone && shared_[p] != ~0ull && chain_length(p) < kMinSeamLength) drop_chain(p);
+  }
+
+  // A meshlet of more references than its directory entry can count gives up shared chains, seams first.
+  bool drop_excess() {
+    bool dropped = false;
+    for (size_t m = 0; m + 1 < meshlets_.meshlet_begin.size(); m++) {
+      uint32_t begin = b_.loops[meshlets_.meshlet_begin[m]].begin;
+      const Loop& last = b_.loops[meshlets_.meshlet_begin[m + 1] - 1];
+      uint32_t end = last.begin + last.count;
+      uint32_t references = uint32_t(std::count(cut_.begin() + begin, cut_.begin() + end, 1));
+      for (int seams = 1; seams >= 0 && references > kMaxReferences; seams--)
+        for (uint32_t p = begin; p < end && references > kMaxReferences; p++)
+          if (cut_[p] && twin_[p] != kNone && (shared_[p] != ~0ull || !seams)) {
+            drop_chain(p);
+            references--;
+            dropped = true;
+          }
+    }
+    return dropped;
+  }
+
+  // The owner of a chain is its side of the smaller component, so of the smaller meshlet; of one component, of the smaller place.
+  void find_references() {
+    b_.references.assign(components(), {});
+    for_components(threads_, components(), [&](uint32_t c) {
+      const Loop& l = b_.loops[c];
+      uint32_t first = l.begin;
+      while (!cut_[first]) first++;
+      uint32_t p = first;
+      do {
+        Reference r{p, chain_length(p), ReferenceKind::private_, ~0ull, kNone};
+        if (twin_[p] != kNone) {
+          uint32_t end = p;
+          for (uint32_t n = 1; n < r.length; n++) end = b_.next(end);
+          uint32_t other = b_.place_component[twin_[p]];
+          r.owner_start = twin_[end];
+          bool owned = c < other || (c == other && p < r.owner_start);
+          r.kind = owned ? ReferenceKind::owned : ReferenceKind::foreign;
+          r.shared = shared_[p];
+        }
+        b_.references[c].push_back(r);
+        for (uint32_t n = 0; n < r.length; n++) p = b_.next(p);
+      } while (p != first);
+    });
+  }
+
+  // Does reference r bring its own values for stream s? `all` stands for a vertex as a whole, which is own unless everything is shared.
+  bool own_for(const Reference& r, uint32_t s) const { return r.kind != ReferenceKind::foreign || (s == all() ? r.shared != ~0ull : !(r.shared >> s & 1)); }
+  uint32_t all() const { return uint32_t(values_.values.size()); }
+
+  const Reference& reference_at(uint32_t c, uint32_t start) const {
+    for (const Reference& r : b_.references[c])
+      if (r.start == start) return r;
+    return b_.references[c].front();
+  }
+
+  // Hops from corner i of component c for stream s, as the decoder goes; more than kMaxHops: too long a way.
+  uint32_t hops(uint32_t c, size_t i, uint32_t s) const {
+    const auto& refs = b_.references[c];
+    const Reference* at = &refs[i];
+    const Reference* before = &refs[(i + refs.size() - 1) % refs.size()];
+    if (own_for(*at, s) && own_for(*before, s)) return 0;
+    bool at_end = !own_for(*at, s);
+    if (at_end && !own_for(*before, s)) at_end = owner_meshlet(*before) >= owner_meshlet(*at);
+    const Reference* way = at_end ? at : before;
+    for (uint32_t hop = 1; hop <= kMaxHops; hop++) {
+      uint32_t owner = b_.place_component[way->owner_start];
+      const auto& list = b_.references[owner];
+      size_t k = size_t(&reference_at(owner, way->owner_start) - list.data());
+      way = &list[at_end ? (k + 1) % list.size() : (k + list.size() - 1) % list.size()];
+      if (own_for(*way, s)) return hop;
+    }
+    return kMaxHops + 1;
+  }
+
+  uint32_t owner_meshlet(const Reference& r) const { return b_.meshlet_of[b_.place_component[r.owner_start]]; }
+
+  bool long_way(uint32_t c, size_t i) const {
+    for (uint32_t s = 0; s <= all(); s++)
+      if (hops(c, i, s) > kMaxHops) return true;
+    return false;
+  }
+
+  // Seams of a component with itself could lead round in circles, and a ring of many meshlets too far; such chains become private.
+  bool drop_long_ways() {
+    std::vector<uint8_t> found(components(), 0);
+    for_components(threads_, components(), [&](uint32_t c) {
+      for (size_t i = 0; i < b_.references[c].size(); i++) found[c] |= long_way(c, i);
+    });
+    for (uint32_t c = 0; c < components(); c++)
+      for (size_t i = 0; found[c] && i < b_.references[c].size(); i++)
+        if (long_way(c, i))
+          for (size_t k : {i, (i + b_.references[c].size() - 1) % b_.references[c].size()})
+            if (twin_[b_.references[c][k].start] != kNone) drop_chain(b_.references[c][k].start);
+    return std::count(found.begin(), found.end(), 1) > 0;
+  }
+
+  const MeshView& mesh_;
+  const Meshlets& meshlets_;
+  const std::vector<int32_t>& opposite_;
+  const std::vector<int32_t>& opposite_position_;
+  const VertexValues& values_;
+  bool share_seams_;
+  int threads_;
+  Boundaries b_;
+  std::vector<uint32_t> place_of_;  // per half-edge
+  std::vector<uint32_t> twin_;      // per place
+  std::vector<uint64_t> shared_;    // per place
+  std::vector<uint8_t> cut_;        // per place: a chain begins here
+};
+
+}  // namespace
+
+Boundaries find_boundaries(const MeshView& mesh, const Meshlets& meshlets, const std::vector<int32_t>& opposite, const std::vector<int32_t>& opposite_position,
+                           const VertexValues& values, bool share_seams, int threads) {
+  return Builder(mesh, meshlets, opposite, opposite_position, values, share_seams, threads).build();
+}
+
+}  // namespace meshlet

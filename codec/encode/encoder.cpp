@@ -1,0 +1,604 @@
+#include "encode/encoder.h"
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+
+#include "encode/codes.h"
+#include "encode/edgebreaker.h"
+#include "segment/half_edges.h"
+#include "decode/serial_decoder.h"
+#include "common/parallel.h"
+
+namespace meshlet {
+namespace {
+
+constexpr size_t kChunk = 128;              // meshlets per parallel item
+constexpr uint32_t kGateTries = 8;          // gates tried per component
+constexpr uint32_t kPredictorSample = 512;  // meshlets looked at to choose a stream's predictor
+
+// A meshlet ready to be written: symbols, and references in stream order.
+struct Plan {
+  struct Ref {
+    Reference reference;
+    bool loop_end = false;
+    bool lone = false;  // alone in its loop
+  };
+  Symbols symbols;
+  std::vector<uint32_t> vertex;  // local id -> vertex of the mesh
+  std::vector<Ref> refs;
+  std::vector<uint32_t> places;  // boundary places in loop order
+  uint64_t known = 0;            // local ids that have values before the traversal
+  uint32_t components = 0;
+
+  // The reference before refs[i] in its loop.
+  const Reference& before(size_t i) const {
+    if (i == 0 || refs[i - 1].loop_end)
+      while (!refs[i].loop_end) i++;
+    else
+      i--;
+    return refs[i].reference;
+  }
+
+  bool all_private() const {
+    return std::all_of(refs.begin(), refs.end(), [](const Ref& r) { return r.lone && r.reference.kind == ReferenceKind::private_; });
+  }
+};
+
+// Residuals of one stream in one meshlet, zigzag coded, vertex-major.
+struct Residuals {
+  std::vector<uint32_t> chain, interior;
+};
+
+// Runs the first half of the decoder on symbols put there, not read from bits.
+void decode_apexes(MeshletDecoder& lane, const Symbols& symbols) {
+  lane.error = ERROR_NONE;
+  lane.triangle_count = symbols.count;
+  lane.symbol_r = symbols.r;
+  lane.symbol_e = symbols.e;
+  lane.symbol_c = symbols.c;
+  lane.symbol_s = symbols.s;
+  lane.decode_apexes();
+}
+
+class Encoder {
+ public:
+  Encoder(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values, const EncodeOptions& options)
+      : mesh_(mesh), streams_(std::move(streams)), values_(values), options_(options) {}
+
+  std::vector<uint8_t> encode(EncoderStats& stats);
+
+ private:
+  using Lane = std::unique_ptr<MeshletDecoder>;
+
+  Lane make_lane() const;
+  void load(MeshletDecoder& lane, const Plan& plan) const;
+  Plan plan_component(MeshletDecoder& lane, uint32_t component, const Reference* first, uint32_t gate) const;
+  Plan best_component(MeshletDecoder& lane, uint32_t component) const;
+  Plan plan_meshlet(MeshletDecoder& lane, uint32_t m) const;
+  void plan_all();
+  uint64_t cost(MeshletDecoder& lane, const Plan& plan) const;
+
+  void chain_residuals(MeshletDecoder& lane, uint32_t s, const Reference& r, std::vector<uint32_t>& out) const;
+  Residuals residuals(MeshletDecoder& lane, const Plan& plan, uint32_t s) const;
+  void choose_predictors();
+  void choose_bases();
+
+  bool own_for(const Reference& r, uint32_t s) const { return r.kind != ReferenceKind::foreign || !(r.shared >> s & 1); }
+  std::vector<uint32_t> stored_corners(const Plan& plan, uint32_t s) const;
+  uint32_t meshlet_of_place(uint32_t place) const { return boundaries_.meshlet_of[boundaries_.place_component[place]]; }
+  uint32_t value(uint32_t s, uint32_t v, uint32_t c) const { return values_.values[s][size_t(v) * streams_[s].components + c]; }
+
+  void number_slots();
+  void measure_groups();
+  uint32_t write_code(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream, uint32_t base) const;
+  void write_references(BitWriter& out, const Plan& plan, uint32_t m) const;
+  void write_anchors(BitWriter& out, const Plan& plan, uint32_t s) const;
+  void write_low(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream, uint32_t base, uint32_t code) const;
+  void write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base, uint32_t code) const;
+  std::vector<uint8_t> write_meshlet(MeshletDecoder& lane, uint32_t m) const;
+  uint32_t flags(const Plan& plan) const;
+  uint32_t count_vertices() const;
+  std::vector<uint8_t> assemble(const std::vector<std::vector<uint8_t>>& bytes) const;
+
+  template <class Body>  // body(lane, m) for every `stride`-th meshlet
+  void for_meshlets(uint32_t stride, Body&& body) const {
+    size_t count = (meshlet_count_ + stride - 1) / stride;
+    parallel_for(options_.threads, (count + kChunk - 1) / kChunk, [&](size_t chunk) {
+      Lane lane = make_lane();
+      for (size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); i++) body(*lane, uint32_t(i) * stride);
+    });
+  }
+
+  struct Group {
+    uint8_t delta_width = 0, slot_width = 0;
+  };
+
+  const MeshView& mesh_;
+  std::vector<Stream> streams_;
+  const VertexValues& values_;
+  EncodeOptions options_;
+  Meshlets meshlets_;
+  std::vector<int32_t> opposite_;
+  Boundaries boundaries_;
+  uint32_t meshlet_count_ = 0;
+  std::vector<Plan> plans_;
+  std::vector<uint8_t> slot_of_place_;  // owned references' slots, by first place
+  std::vector<Group> groups_;
+};
+
+// Residual of component c of the vertex that a packed triangle of `traversed` introduces.
+uint32_t traversed_residual(MeshletDecoder& lane, uint32_t s, uint32_t triangle, uint32_t c) {
+  uint32_t at = (lane.stream_lane[s] + c) * 64u, o = triangle >> 24;
+  uint32_t a = at + (triangle & 255u), b = at + (triangle >> 8 & 255u), v = at + (triangle >> 16 & 255u);
+  bool across = o != NO_VERTEX;
+  uint32_t beyond = across ? lane.values[at + o] : 0u;
+  return zigzag(lane.values[v] - lane.traversed_prediction(lane.stream_predictor[s], lane.values[a], lane.values[b], beyond, across));
+}
+
+// A decoder lane that runs on masks and values put there, not on bits.
+Encoder::Lane Encoder::make_lane() const {
+  auto lane = std::make_unique<MeshletDecoder>();
+  lane->stream_total = lane->stream_end = uint32_t(streams_.size());
+  lane->stream_first = 0;
+  uint16_t at = 0;
+  for (size_t s = 0; s < streams_.size(); s++) {
+    lane->stream_components[s] = streams_[s].components;
+    lane->stream_predictor[s] = streams_[s].predictor;
+    lane->stream_lane[s] = at;
+    at = uint16_t(at + streams_[s].components);
+  }
+  return lane;
+}
+
+// Runs the decoder on the plan's symbols and puts the true values in place.
+void Encoder::load(MeshletDecoder& lane, const Plan& plan) const {
+  decode_apexes(lane, plan.symbols);
+  if (lane.error == ERROR_NONE) lane.decode_triangles();
+  if (lane.error == ERROR_NONE) lane.list_traversed(plan.known);
+  if (lane.error != ERROR_NONE) throw std::logic_error("the encoder made symbols that do not decode");
+  for (uint32_t s = 0; s < streams_.size(); s++)
+    for (uint32_t c = 0; c < streams_[s].components; c++)
+      for (uint32_t id = 0; id < plan.vertex.size(); id++) lane.values[(lane.stream_lane[s] + c) * 64u + id] = value(s, plan.vertex[id], c);
+}
+
+// ---- gates ---------------------------------------------------------------------------------------------------------------------
+
+// The component as traversed from the boundary edge `gate`; its loop then begins with the reference `first`.
+Plan Encoder::plan_component(MeshletDecoder& lane, uint32_t component, const Reference* first, uint32_t gate) const {
+  const auto& refs = boundaries_.references[component];
+  Plan plan;
+  plan.components = 1;
+  Traversal traversal = edgebreaker(mesh_, boundaries_, opposite_, gate);
+  plan.symbols = traversal.symbols;
+  size_t begin = size_t(first - refs.data());
+  uint32_t place = boundaries_.next(gate);
+  uint64_t known_ranks = 0;
+  uint32_t rank = 0;
+  for (size_t i = 0; i < refs.size(); i++) {
+    Plan::Ref ref{refs[(begin + i) % refs.size()], i + 1 == refs.size(), refs.size() == 1};
+    ref.reference.start = place;
+    uint32_t known = ref.reference.kind == ReferenceKind::private_ ? 1 : ref.reference.length;
+    known_ranks |= MeshletDecoder::mask_below(known) << rank;
+    for (uint32_t n = 0; n < ref.reference.length; n++, place = boundaries_.next(place)) plan.places.push_back(place);
+    rank += ref.reference.length;
+    plan.refs.push_back(ref);
+  }
+  decode_apexes(lane, plan.symbols);
+  uint64_t rest = lane.boundary;
+  for (uint32_t i = 0; i < rank; i++, rest &= rest - 1)
+    if (known_ranks >> i & 1) plan.known |= rest & (0 - rest);
+  lane.decode_triangles();
+  lane.list_traversed(plan.known);
+  if (lane.error != ERROR_NONE) throw std::logic_error("a component is not a disk");
+  plan.vertex.resize(lane.vertex_count);
+  for (uint32_t t = 0; t < plan.symbols.count; t++)
+    for (uint32_t k = 0; k < 3; k++) plan.vertex[lane.triangles[t] >> 8 * k & 255u] = traversal.corners[t][k];
+  return plan;
+}
+
+// Bits of symbols and traversed residuals: what the choice of the gate changes.
+uint64_t Encoder::cost(MeshletDecoder& lane, const Plan& plan) const {
+  load(lane, plan);
+  uint64_t bits = MeshletDecoder::mask_count(~(plan.symbols.r | plan.symbols.e | plan.symbols.c) & MeshletDecoder::mask_below(plan.symbols.count));
+  std::vector<uint32_t> traversed;
+  for (uint32_t s = 0; s < streams_.size(); s++) {
+    traversed.clear();
+    for (uint32_t i = 0; i < lane.traversed_count; i++)
+      for (uint32_t c = 0; c < streams_[s].components; c++) {
+        traversed.push_back(traversed_residual(lane, s, lane.traversed[i], c));
+      }
+    bits += rice_bits(traversed, best_rice(traversed));
+  }
+  return bits;
+}
+
+// Tries gates before the component's references, or round the loop where that is private, and takes the cheapest.
+Plan Encoder::best_component(MeshletDecoder& lane, uint32_t component) const {
+  const auto& refs = boundaries_.references[component];
+  bool free = refs.size() == 1 && refs[0].kind == ReferenceKind::private_;
+  uint32_t choices = free ? refs[0].length : uint32_t(refs.size());
+  uint32_t tries = std::min(choices, kGateTries);
+  Plan best;
+  uint64_t least = ~0ull;
+  for (uint32_t i = 0; i < tries; i++) {
+    uint32_t choice = i * choices / tries;
+    const Reference* first = &refs[free ? 0 : choice];
+    uint32_t gate = free ? boundaries_.loops[component].begin + choice : boundaries_.previous(first->start);
+    Plan plan = plan_component(lane, component, first, gate);
+    uint64_t bits = tries > 1 ? cost(lane, plan) : 0;
+    if (bits < least) {
+      least = bits;
+      best = std::move(plan);
+    }
+  }
+  return best;
+}
+
+Plan Encoder::plan_meshlet(MeshletDecoder& lane, uint32_t m) const {
+  Plan plan;
+  for (uint32_t c = meshlets_.meshlet_begin[m]; c < meshlets_.meshlet_begin[m + 1]; c++) {
+    Plan part = best_component(lane, c);
+    plan.known |= part.known << plan.vertex.size();
+    plan.symbols.append(part.symbols);
+    plan.vertex.insert(plan.vertex.end(), part.vertex.begin(), part.vertex.end());
+    plan.refs.insert(plan.refs.end(), part.refs.begin(), part.refs.end());
+    plan.places.insert(plan.places.end(), part.places.begin(), part.places.end());
+    plan.components++;
+  }
+  return plan;
+}
+
+void Encoder::plan_all() {
+  plans_.resize(meshlet_count_);
+  for_meshlets(1, [&](MeshletDecoder& lane, uint32_t m) { plans_[m] = plan_meshlet(lane, m); });
+}
+
+// ---- residuals -----------------------------------------------------------------------------------------------------------------
+
+void Encoder::chain_residuals(MeshletDecoder& lane, uint32_t s, const Reference& r, std::vector<uint32_t>& out) const {
+  uint32_t last = r.start;
+  for (uint32_t i = 0; i < r.length; i++) last = boundaries_.next(last);
+  uint32_t a = boundaries_.vertex[r.start], b = boundaries_.vertex[last], place = r.start;
+  for (uint32_t i = 1; i < r.length; i++) {
+    place = boundaries_.next(place);
+    for (uint32_t c = 0; c < streams_[s].components; c++) {
+      uint32_t prediction = value(s, a, c);
+      if (streams_[s].predictor != kCopy) prediction = lane.chord(prediction, value(s, b, c), i, r.length);
+      out.push_back(zigzag(value(s, boundaries_.vertex[place], c) - prediction));
+    }
+  }
+}
+
+// `lane` is loaded with the plan.
+Residuals Encoder::residuals(MeshletDecoder& lane, const Plan& plan, uint32_t s) const {
+  Residuals out;
+  for (const Plan::Ref& ref : plan.refs) {
+    if (ref.reference.kind == ReferenceKind::owned) chain_residuals(lane, s, ref.reference, out.chain);
+    if (ref.reference.kind == ReferenceKind::foreign && own_for(ref.reference, s)) chain_residuals(lane, s, ref.reference, out.interior);
+  }
+  for (uint32_t i = 0; i < lane.traversed_count; i++)
+    for (uint32_t c = 0; c < streams_[s].components; c++) {
+      out.interior.push_back(traversed_residual(lane, s, lane.traversed[i], c));
+    }
+  return out;
+}
+
+// Tries every predictor of the open streams on a sample of meshlets.
+void Encoder::choose_predictors() {
+  std::vector<uint32_t> open;
+  for (uint32_t s = 0; s < streams_.size(); s++)
+    if (streams_[s].predictor == kChoosePredictor) {
+      open.push_back(s);
+      streams_[s].predictor = streams_[s].bits > kMaxChordBits ? kCopy : kParallelogram;
+    }
+  uint32_t stride = (meshlet_count_ + kPredictorSample - 1) / kPredictorSample;
+  std::vector<Plan> sample(meshlet_count_ / stride + 1);
+  for_meshlets(stride, [&](MeshletDecoder& lane, uint32_t m) { sample[m / stride] = plan_meshlet(lane, m); });
+  std::vector<std::vector<uint64_t>> bits(kPredictors, std::vector<uint64_t>(streams_.size(), 0));
+  std::vector<uint8_t> best(streams_.size(), 0);
+  std::mutex mutex;
+  for (uint8_t p = 0; p < kPredictors; p++) {
+    for (uint32_t s : open)
+      if (streams_[s].bits <= kMaxChordBits) streams_[s].predictor = p;
+    for_meshlets(stride, [&](MeshletDecoder& lane, uint32_t m) {
+      load(lane, sample[m / stride]);
+      for (uint32_t s : open) {
+        Residuals r = residuals(lane, sample[m / stride], s);
+        uint64_t sum = rice_bits(r.chain, best_rice(r.chain)) + rice_bits(r.interior, best_rice(r.interior));
+        std::lock_guard<std::mutex> lock(mutex);
+        bits[p][s] += sum;
+      }
+    });
+    for (uint32_t s : open)
+      if (bits[p][s] < bits[best[s]][s]) best[s] = p;
+  }
+  for (uint32_t s : open)
+    if (streams_[s].bits <= kMaxChordBits) streams_[s].predictor = best[s];
+}
+
+// The window of 7 Rice parameters that holds most residuals' best ones.
+void Encoder::choose_bases() {
+  std::vector<std::vector<uint64_t>> histogram(2 * streams_.size(), std::vector<uint64_t>(32, 0));
+  std::mutex mutex;
+  for_meshlets(1, [&](MeshletDecoder& lane, uint32_t m) {
+    load(lane, plans_[m]);
+    for (uint32_t s = 0; s < streams_.size(); s++) {
+      Residuals r = residuals(lane, plans_[m], s);
+      uint32_t chain = best_rice(r.chain), interior = best_rice(r.interior);
+      std::lock_guard<std::mutex> lock(mutex);
+      histogram[2 * s][chain] += r.chain.size();
+      histogram[2 * s + 1][interior] += r.interior.size();
+    }
+  });
+  for (uint32_t s = 0; s < streams_.size(); s++)
+    for (uint32_t which = 0; which < 2; which++) {
+      const auto& h = histogram[2 * s + which];
+      uint64_t most = 0;
+      uint8_t base = 0;
+      for (uint32_t b = 0; b + kRiceCodes <= 32; b++) {
+        uint64_t sum = 0;
+        for (uint32_t k = b; k < b + kRiceCodes; k++) sum += h[k];
+        if (sum > most) {
+          most = sum;
+          base = uint8_t(b);
+        }
+      }
+      (which ? streams_[s].interior_base : streams_[s].chain_base) = base;
+    }
+}
+
+// ---- bytes ---------------------------------------------------------------------------------------------------------------------
+
+void Encoder::number_slots() {
+  slot_of_place_.assign(boundaries_.half_edge.size(), 0);
+  for (const Plan& plan : plans_) {
+    uint8_t slot = 0;
+    for (const Plan::Ref& ref : plan.refs)
+      if (ref.reference.kind == ReferenceKind::owned) slot_of_place_[ref.reference.start] = slot++;
+  }
+}
+
+void Encoder::measure_groups() {
+  groups_.assign((meshlet_count_ + kGroupMeshlets - 1) / kGroupMeshlets, {});
+  for (uint32_t m = 0; m < meshlet_count_; m++)
+    for (const Plan::Ref& ref : plans_[m].refs)
+      if (ref.reference.kind == ReferenceKind::foreign) {
+        Group& g = groups_[m / kGroupMeshlets];
+        g.delta_width = std::max(g.delta_width, uint8_t(bit_length(m - meshlet_of_place(ref.reference.owner_start))));
+        g.slot_width = std::max(g.slot_width, uint8_t(bit_length(slot_of_place_[ref.reference.owner_start])));
+      }
+}
+
+uint32_t Encoder::flags(const Plan& plan) const {
+  if (plan.all_private()) return 0;
+  uint32_t loops = 0, f = 0;
+  for (const Plan::Ref& ref : plan.refs) {
+    loops += ref.loop_end;
+    if (ref.reference.kind == ReferenceKind::private_) f |= FLAG_PRIVATE;
+    if (ref.reference.kind == ReferenceKind::foreign && ref.reference.shared != ~0ull) f |= FLAG_SEAMS;
+  }
+  return f | (loops > 1 ? FLAG_LOOPS : 0);
+}
+
+void Encoder::write_references(BitWriter& out, const Plan& plan, uint32_t m) const {
+  if (plan.all_private()) return;
+  uint32_t f = flags(plan), width = 0;
+  for (const Plan::Ref& ref : plan.refs) out.put(ref.reference.kind == ReferenceKind::foreign, 1);
+  if (f & FLAG_LOOPS)
+    for (const Plan::Ref& ref : plan.refs) out.put(ref.loop_end, 1);
+  if (f & FLAG_PRIVATE)
+    for (const Plan::Ref& ref : plan.refs) out.put(ref.reference.kind == ReferenceKind::private_, 1);
+  auto sized = [](const Plan::Ref& ref) { return ref.reference.kind == ReferenceKind::owned || (ref.reference.kind == ReferenceKind::private_ && !ref.lone); };
+  for (const Plan::Ref& ref : plan.refs)
+    if (sized(ref)) width = std::max(width, bit_length(ref.reference.length - 1));
+  out.put(width, 3);
+  for (const Plan::Ref& ref : plan.refs)
+    if (sized(ref)) out.put(ref.reference.length - 1, width);
+  const Group& g = groups_[m / kGroupMeshlets];
+  for (const Plan::Ref& ref : plan.refs) {
+    if (ref.reference.kind != ReferenceKind::foreign) continue;
+    out.put(m - meshlet_of_place(ref.reference.owner_start), g.delta_width);
+    out.put(slot_of_place_[ref.reference.owner_start], g.slot_width);
+    if (f & FLAG_SEAMS)
+      for (uint32_t s = 1; s < streams_.size(); s++) out.put(ref.reference.shared >> s & 1, 1);
+  }
+}
+
+// Vertices of the anchors of stream s, in order.
+std::vector<uint32_t> Encoder::stored_corners(const Plan& plan, uint32_t s) const {
+  std::vector<uint32_t> corners;
+  for (size_t i = 0; i < plan.refs.size(); i++)
+    if (own_for(plan.refs[i].reference, s) && own_for(plan.before(i), s)) corners.push_back(boundaries_.vertex[plan.refs[i].reference.start]);
+  return corners;
+}
+
+void Encoder::write_anchors(BitWriter& out, const Plan& plan, uint32_t s) const {
+  std::vector<uint32_t> anchors = stored_corners(plan, s);
+  if (anchors.empty()) return;
+  const Stream& stream = streams_[s];
+  for (uint32_t c = 0; c < stream.components; c++) out.put(value(s, anchors[0], c), stream.bits);
+  if (anchors.size() == 1) return;
+  std::vector<uint32_t> deltas;
+  uint32_t width = 0;
+  for (size_t i = 1; i < anchors.size(); i++)
+    for (uint32_t c = 0; c < stream.components; c++) {
+      deltas.push_back(zigzag(value(s, anchors[i], c) - value(s, anchors[0], c)));
+      width = std::max(width, bit_length(deltas.back()));
+    }
+  if (width >= 31) width = 32;
+  out.put(std::min(width, 31u), 5);
+  for (uint32_t d : deltas) out.put(d, width);
+}
+
+std::vector<uint32_t> fixed_widths(const std::vector<uint32_t>& residuals, uint32_t components) {
+  std::vector<uint32_t> widths(components, 0);
+  for (size_t i = 0; i < residuals.size(); i++) widths[i % components] = std::max(widths[i % components], bit_length(residuals[i]));
+  for (uint32_t& w : widths)
+    if (w >= 31) w = 32;
+  return widths;
+}
+
+// Chooses the cheaper code and writes it to section C.
+uint32_t Encoder::write_code(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream, uint32_t base) const {
+  uint32_t code = 0;
+  uint64_t least = ~0ull;
+  for (uint32_t i = 0; i < kRiceCodes && base + i < 32; i++) {
+    uint64_t bits = rice_bits(residuals, base + i);
+    if (bits < least) {
+      least = bits;
+      code = i;
+    }
+  }
+  std::vector<uint32_t> widths = fixed_widths(residuals, stream.components);
+  uint64_t fixed = 5 * stream.components;
+  for (uint32_t w : widths) fixed += uint64_t(w) * (residuals.size() / stream.components);
+  if (fixed < least) code = kFixedCode;
+  out.put(code, 3);
+  if (code == kFixedCode)
+    for (uint32_t w : widths) out.put(std::min(w, 31u), 5);
+  return code;
+}
+
+void Encoder::write_low(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream, uint32_t base, uint32_t code) const {
+  std::vector<uint32_t> widths(stream.components, base + code);
+  if (code == kFixedCode) widths = fixed_widths(residuals, stream.components);
+  for (size_t i = 0; i < residuals.size(); i++) out.put(residuals[i], widths[i % stream.components]);
+}
+
+void Encoder::write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base, uint32_t code) const {
+  if (code == kFixedCode) return;
+  for (uint32_t u : residuals) out.put_unary(u >> (base + code));
+}
+
+std::vector<uint8_t> Encoder::write_meshlet(MeshletDecoder& lane, uint32_t m) const {
+  const Plan& plan = plans_[m];
+  const Symbols& y = plan.symbols;
+  uint64_t x = ~(y.r | y.e | y.c) & MeshletDecoder::mask_below(y.count);
+  load(lane, plan);
+  BitWriter out;
+  out.put_mask(y.e | x, y.count);
+  out.put_mask(y.c | x, y.count);
+  for (; x; x &= x - 1) out.put(y.s >> MeshletDecoder::mask_lsb(x) & 1, 1);
+  write_references(out, plan, m);
+  bool chains = std::any_of(plan.refs.begin(), plan.refs.end(), [](const Plan::Ref& r) { return r.reference.kind == ReferenceKind::owned; });
+  std::vector<Residuals> all;
+  std::vector<uint32_t> chain_codes(streams_.size()), interior_codes(streams_.size());
+  for (uint32_t s = 0; s < streams_.size(); s++) {
+    all.push_back(residuals(lane, plan, s));
+    if (chains) chain_codes[s] = write_code(out, all[s].chain, streams_[s], streams_[s].chain_base);
+    interior_codes[s] = write_code(out, all[s].interior, streams_[s], streams_[s].interior_base);
+  }
+  for (uint32_t s = 0; s < streams_.size(); s++) write_anchors(out, plan, s);
+  for (uint32_t s = 0; s < streams_.size(); s++) write_low(out, all[s].chain, streams_[s], streams_[s].chain_base, chain_codes[s]);
+  for (uint32_t s = 0; s < streams_.size(); s++) write_unary(out, all[s].chain, streams_[s].chain_base, chain_codes[s]);
+  for (uint32_t s = 0; s < streams_.size(); s++) write_low(out, all[s].interior, streams_[s], streams_[s].interior_base, interior_codes[s]);
+  for (uint32_t s = 0; s < streams_.size(); s++) write_unary(out, all[s].interior, streams_[s].interior_base, interior_codes[s]);
+  out.align(1);
+  return out.bytes();
+}
+
+// Decoded vertices: all local ones but those that are wholly another meshlet's (spec, appendix A.8).
+uint32_t Encoder::count_vertices() const {
+  uint32_t count = 0;
+  auto alias = [](const Reference& r) { return r.kind == ReferenceKind::foreign && r.shared == ~0ull; };
+  for (const Plan& plan : plans_) {
+    count += uint32_t(plan.vertex.size());
+    for (size_t i = 0; i < plan.refs.size(); i++) {
+      const Reference& r = plan.refs[i].reference;
+      if (alias(r)) count -= r.length - 1;
+      count -= alias(r) || alias(plan.before(i));
+    }
+  }
+  return count;
+}
+
+std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& bytes) const {
+  BlobHeader header;
+  header.triangle_count = uint32_t(mesh_.triangle_count);
+  header.vertex_count = count_vertices();
+  header.meshlet_count = meshlet_count_;
+  header.data_offset = data_offset_of(uint32_t(streams_.size()), meshlet_count_);
+  header.streams = streams_;
+  std::vector<uint8_t> blob, data, directory;
+  write_blob_header(header, blob);
+  auto put_word = [](std::vector<uint8_t>& to, uint32_t w) {
+    for (int i = 0; i < 4; i++) to.push_back(uint8_t(w >> 8 * i));
+  };
+  for (uint32_t g = 0; g < groups_.size(); g++) {
+    uint32_t begin = g * kGroupMeshlets, end = std::min(begin + kGroupMeshlets, meshlet_count_);
+    size_t length = 0;
+    uint32_t shift = 0;
+    auto padded = [&](uint32_t m) { return (bytes[m].size() + (size_t(1) << shift) - 1) >> shift << shift; };
+    do {  // the smallest unit in which the group's offsets fit 17 bits
+      length = 0;
+      for (uint32_t m = begin; m < end; m++) length += padded(m);
+    } while (length >> shift >= (1u << kOffsetBits) && ++shift <= 8);
+    if (data.size() + length > kMaxBlobBytes - (64u << 20)) throw std::length_error("the primitive is too large: its blob would exceed 448 MiB; split it");
+    put_word(blob, uint32_t(data.size()));
+    put_word(blob, groups_[g].delta_width | uint32_t(groups_[g].slot_width) << 8 | shift << 16);
+    size_t offset = 0;
+    for (uint32_t m = begin; m < end; m++) {
+      const Plan& plan = plans_[m];
+      uint32_t references = plan.all_private() ? 0 : uint32_t(plan.refs.size());
+      put_word(directory, uint32_t(offset >> shift) | (plan.symbols.count - 1) << 17 | references << 23 | flags(plan) << 29);
+      data.insert(data.end(), bytes[m].begin(), bytes[m].end());
+      data.resize(data.size() + padded(m) - bytes[m].size(), 0);
+      offset += padded(m);
+    }
+  }
+  blob.insert(blob.end(), directory.begin(), directory.end());
+  blob.insert(blob.end(), data.begin(), data.end());
+  blob.resize((blob.size() + kPaddingBytes + 3) / 4 * 4, 0);
+  for (int i = 0; i < 4; i++) blob[20 + i] = uint8_t(uint32_t(blob.size()) >> 8 * i);
+  return blob;
+}
+
+std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
+  auto progress = [&](float f) {
+    if (options_.progress) options_.progress(f);
+  };
+  GenerationOptions generation = options_;
+  if (options_.progress) generation.progress = [&](float f) { progress(0.6f * f); };
+  meshlets_ = generate_meshlets(mesh_, generation);
+  meshlet_count_ = uint32_t(meshlets_.meshlet_begin.size() - 1);
+  opposite_ = match_half_edges(mesh_.triangles, mesh_.triangle_count, nullptr, mesh_.vertex_count, options_.threads);
+  {
+    std::vector<int32_t> by_position = match_half_edges(mesh_.triangles, mesh_.triangle_count, mesh_.position_ids, mesh_.vertex_count, options_.threads);
+    boundaries_ = find_boundaries(mesh_, meshlets_, opposite_, by_position, values_, options_.share_seams, options_.threads);
+  }
+  progress(0.7f);
+  choose_predictors();
+  plan_all();
+  progress(0.9f);
+  choose_bases();
+  number_slots();
+  measure_groups();
+  std::vector<std::vector<uint8_t>> bytes(meshlet_count_);
+  for_meshlets(1, [&](MeshletDecoder& lane, uint32_t m) { bytes[m] = write_meshlet(lane, m); });
+  std::vector<uint8_t> blob = assemble(bytes);
+  stats.meshlets = meshlet_count_;
+  stats.iterations = meshlets_.iterations_run;
+  std::copy(meshlets_.histogram, meshlets_.histogram + 4, stats.histogram);
+  stats.vertices = uint32_t(blob[12]) | uint32_t(blob[13]) << 8 | uint32_t(blob[14]) << 16 | uint32_t(blob[15]) << 24;
+  progress(1.0f);
+  return blob;
+}
+
+}  // namespace
+
+std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values, const EncodeOptions& options, EncoderStats& stats) {
+  if (mesh.triangle_count == 0) throw std::invalid_argument("a primitive without triangles cannot be encoded");
+  if (mesh.triangle_count > (1u << 30) / 3) throw std::length_error("the primitive has more than 357 million triangles; split it");
+  if (streams.empty() || streams.size() > kMaxStreams) throw std::invalid_argument("a primitive needs 1 to 64 streams");
+  for (const Stream& s : streams) {
+    Stream known = s;
+    if (known.predictor == kChoosePredictor) known.predictor = kCopy;
+    std::string problem = stream_problem(known);
+    if (!problem.empty()) throw std::invalid_argument(problem);
+  }
+  return Encoder(mesh, std::move(streams), values, options).encode(stats);
+}
+
+}  // namespace meshlet

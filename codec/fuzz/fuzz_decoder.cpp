@@ -1,0 +1,177 @@
+// fuzz_decoder FOLDER [MUTATIONS [SEED]]
+// Runs every .bin file of a folder, every truncation of each small one, and MUTATIONS random mutations of them through
+// the decoder; to be built with ASan and UBSan (MESHLET_FUZZ). Any input must be decoded or refused with Malformed,
+// soon. Ends with status 1, or a sanitizer's report, where that does not hold.
+// For coverage-guided fuzzing, link with -fsanitize=fuzzer -DMESHLET_LIBFUZZER.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <vector>
+
+#include "decode/decoder_context.h"
+#include "decode/statistics.h"
+
+namespace {
+
+using Bytes = std::vector<uint8_t>;
+
+void expect(bool holds, const char* what) {
+  if (holds) return;
+  std::fprintf(stderr, "fuzz_decoder: %s\n", what);
+  std::abort();
+}
+
+void decode_everything(const Bytes& blob, bool integers) {
+  meshlet::Decoder decoder(blob.data(), blob.size());
+  const meshlet::BlobHeader& header = decoder.header();
+  expect(header.meshlet_count <= blob.size() / 4, "more meshlets than the bytes can hold");
+  expect(header.vertex_count <= 64 * uint64_t(header.meshlet_count), "more vertices than the meshlets can hold");
+  std::vector<uint32_t> triangles(3 * size_t(header.triangle_count));
+  std::vector<std::vector<uint32_t>> storage;
+  std::vector<uint32_t*> as_integers;
+  std::vector<void*> as_values;
+  for (const meshlet::Stream& stream : header.streams) {
+    storage.emplace_back(size_t(header.vertex_count) * meshlet::value_components(stream));
+    as_integers.push_back(integers ? storage.back().data() : nullptr);
+    as_values.push_back(integers ? nullptr : storage.back().data());
+  }
+  decoder.decode(triangles.data(), as_integers.data(), as_values.data());
+  for (uint32_t vertex : triangles) expect(vertex < header.vertex_count, "a triangle names a vertex that does not exist");
+}
+
+void decode_meshlets(const Bytes& blob) {
+  meshlet::Decoder decoder(blob.data(), blob.size());
+  for (uint32_t m = decoder.header().meshlet_count; m-- > 0;) {
+    try {
+      decoder.meshlet(m);
+    } catch (const meshlet::Malformed&) {
+    }
+  }
+}
+
+template <class Run>
+bool accepted(Run run) {
+  try {
+    run();
+    return true;
+  } catch (const meshlet::Malformed&) {
+    return false;
+  }
+}
+
+// True where the whole blob decodes.
+bool try_blob(const Bytes& blob) {
+  const bool whole = accepted([&] { decode_everything(blob, true); });
+  expect(accepted([&] { decode_everything(blob, false); }) == whole, "values and integers disagree on what is malformed");
+  accepted([&] { decode_meshlets(blob); });
+  accepted([&] { meshlet::describe(blob.data(), blob.size()); });
+  return whole;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  try_blob(Bytes(data, data + size));
+  return 0;
+}
+
+#ifndef MESHLET_LIBFUZZER
+namespace {
+
+constexpr size_t kSmall = 2048;          // bytes: files up to here are tried at every length
+constexpr size_t kByteLengthField = 20;  // of the header
+constexpr uint32_t kPadding = 8;
+constexpr double kTooLong = 2.0;  // seconds for one input, sanitizers included
+
+struct Summary {
+  size_t inputs = 0, decoded = 0;
+  double slowest = 0;
+
+  void run(const Bytes& blob) {
+    const auto start = std::chrono::steady_clock::now();
+    decoded += try_blob(blob);
+    ++inputs;
+    slowest = std::max(slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    expect(slowest < kTooLong, "an input takes too long");
+  }
+};
+
+// A wrong length or padding is refused at once: put right, so that most mutations reach the decoder proper.
+void repair_frame(Bytes& blob) {
+  blob.resize(blob.size() / 4 * 4);
+  if (blob.size() < meshlet::kHeaderBytes + kPadding) return;
+  const uint32_t size = uint32_t(blob.size());
+  std::memcpy(blob.data() + kByteLengthField, &size, sizeof size);
+  std::fill(blob.end() - kPadding, blob.end(), uint8_t(0));
+}
+
+void mutate(Bytes& blob, const Bytes& other, std::mt19937& random) {
+  const auto below = [&](size_t bound) { return bound ? random() % bound : 0; };
+  for (size_t i = 1 + below(6); i > 0 && !blob.empty(); --i) {
+    const size_t at = below(blob.size());
+    switch (below(6)) {
+      case 0: blob[at] ^= uint8_t(1u << below(8)); break;
+      case 1: blob[at] = uint8_t(random()); break;
+      case 2: blob[at] = below(2) ? 0xFF : 0x00; break;
+      case 3: blob[at] = uint8_t(blob[at] + (below(2) ? 1 : -1)); break;
+      case 4:
+        if (below(8) == 0) blob.resize(at);
+        break;
+      default: {
+        const size_t length = std::min({below(16), blob.size() - at, other.size()});
+        std::copy_n(other.begin() + long(below(other.size() - length + 1)), length, blob.begin() + long(at));
+      }
+    }
+  }
+  if (below(16)) repair_frame(blob);
+}
+
+std::vector<Bytes> read_corpus(const char* folder) {
+  std::vector<std::filesystem::path> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    if (entry.path().extension() == ".bin") paths.push_back(entry.path());
+  std::sort(paths.begin(), paths.end());
+  std::vector<Bytes> corpus;
+  for (const auto& path : paths) {
+    std::ifstream file(path, std::ios::binary);
+    corpus.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  }
+  return corpus;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::vector<Bytes> corpus = argc > 1 ? read_corpus(argv[1]) : std::vector<Bytes>{};
+  if (corpus.empty()) {
+    std::fprintf(stderr, "usage: fuzz_decoder FOLDER_WITH_BIN_FILES [MUTATIONS [SEED]]\n");
+    return 2;
+  }
+  const long mutations = argc > 2 ? std::atol(argv[2]) : 100000;
+  Summary files, truncations, mutated;
+  for (const Bytes& blob : corpus) {
+    files.run(blob);
+    for (size_t length = 0; blob.size() <= kSmall && length < blob.size(); ++length) {
+      Bytes cut(blob.begin(), blob.begin() + long(length));
+      truncations.run(cut);
+      repair_frame(cut);
+      truncations.run(cut);
+    }
+  }
+  std::mt19937 random(argc > 3 ? uint32_t(std::atol(argv[3])) : 1u);
+  for (long i = 0; i < mutations; ++i) {
+    Bytes blob = corpus[random() % corpus.size()];
+    mutate(blob, corpus[random() % corpus.size()], random);
+    mutated.run(blob);
+  }
+  for (const auto& [name, summary] : {std::pair{"files", files}, {"truncations", truncations}, {"mutations", mutated}})
+    std::printf("%s: %zu run, %zu decoded, slowest %.1f ms\n", name, summary.inputs, summary.decoded, summary.slowest * 1e3);
+  return 0;
+}
+#endif

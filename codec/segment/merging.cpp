@@ -1,0 +1,139 @@
+#include "segment/merging.h"
+
+#include <algorithm>
+
+namespace meshlet {
+namespace {
+
+// Twice as many groups in a row along the curve are packed together: best fit, largest first.
+constexpr size_t window = 32;
+
+// Roughly, a meshlet stores one vertex in this many relative to its first, with as many bits as its box needs; joining
+// pays as long as that grows by no more than max_spread bits.
+constexpr int32_t vertices_per_anchor = 16;
+constexpr int32_t max_spread = 20;
+
+int32_t bit_width(int32_t value) {
+  int32_t bits = 0;
+  for (; value > 0; value >>= 1) ++bits;
+  return bits;
+}
+
+Load join_loads(const Load& a, const Load& b) {
+  Load joined{a.triangles + b.triangles, a.vertices + b.vertices, a.low, a.high};
+  for (size_t c = 0; c < 3; ++c) {
+    joined.low[c] = std::min(a.low[c], b.low[c]);
+    joined.high[c] = std::max(a.high[c], b.high[c]);
+  }
+  return joined;
+}
+
+// Bits that storing both relative to one vertex costs more than each relative to one of its own.
+int32_t spread(const Load& a, const Load& b) {
+  const Load joined = join_loads(a, b);
+  int32_t bits = 0;
+  for (size_t c = 0; c < 3; ++c) {
+    const int32_t width = bit_width(joined.high[c] - joined.low[c]);
+    for (const Load* part : {&a, &b})
+      bits += (width - bit_width(part->high[c] - part->low[c])) * static_cast<int32_t>(1 + part->vertices / vertices_per_anchor);
+  }
+  return bits;
+}
+
+class Packer {
+ public:
+  Packer(const std::vector<Load>& loads, uint32_t max_triangles, uint32_t max_vertices)
+      : loads_(loads), max_triangles_(max_triangles), max_vertices_(max_vertices), parent_(loads.size()) {
+    for (uint32_t i = 0; i < parent_.size(); ++i) parent_[i] = i;
+  }
+
+  void join_contacts(std::vector<Contact>& contacts);
+  void join_along(const std::vector<uint32_t>& curve_order);
+  std::vector<uint32_t> number_groups();
+
+ private:
+  uint32_t find(uint32_t item) {
+    while (parent_[item] != item) item = parent_[item] = parent_[parent_[item]];
+    return item;
+  }
+  bool fits(uint32_t a, uint32_t b) const {
+    return loads_[a].triangles + loads_[b].triangles <= max_triangles_ && loads_[a].vertices + loads_[b].vertices <= max_vertices_;
+  }
+  void join(uint32_t a, uint32_t b) {
+    if (b < a) std::swap(a, b);
+    parent_[b] = a;
+    loads_[a] = join_loads(loads_[a], loads_[b]);
+  }
+  // The larger share of a limit that the group takes.
+  uint32_t fill(uint32_t group) const { return std::max(loads_[group].triangles * max_vertices_, loads_[group].vertices * max_triangles_); }
+  void pack_window(std::vector<uint32_t>& groups);
+
+  std::vector<Load> loads_;
+  const uint32_t max_triangles_, max_vertices_;
+  std::vector<uint32_t> parent_;
+};
+
+void Packer::join_contacts(std::vector<Contact>& contacts) {
+  std::sort(contacts.begin(), contacts.end(), [](const Contact& x, const Contact& y) {
+    if (x.weight != y.weight) return x.weight > y.weight;
+    return x.a != y.a ? x.a < y.a : x.b < y.b;
+  });
+  for (const Contact& contact : contacts) {
+    const uint32_t a = find(contact.a), b = find(contact.b);
+    if (a != b && fits(a, b)) join(a, b);
+  }
+}
+
+void Packer::pack_window(std::vector<uint32_t>& groups) {
+  std::sort(groups.begin(), groups.end(), [&](uint32_t a, uint32_t b) { return fill(a) != fill(b) ? fill(a) > fill(b) : a < b; });
+  std::vector<uint32_t> bins;
+  for (const uint32_t group : groups) {
+    size_t best = bins.size();
+    for (size_t i = 0; i < bins.size(); ++i) {
+      if (!fits(bins[i], group) || spread(loads_[bins[i]], loads_[group]) > max_spread) continue;
+      if (best == bins.size() || fill(bins[i]) > fill(bins[best])) best = i;
+    }
+    if (best == bins.size()) {
+      bins.push_back(group);
+    } else {
+      join(bins[best], group);
+      bins[best] = find(group);
+    }
+  }
+  groups.swap(bins);
+}
+
+void Packer::join_along(const std::vector<uint32_t>& curve_order) {
+  std::vector<uint32_t> groups;
+  for (const uint32_t item : curve_order) {
+    if (find(item) != item) continue;
+    groups.push_back(item);
+    if (groups.size() < 2 * window) continue;
+    pack_window(groups);
+    // The emptiest groups stay open for what follows.
+    if (groups.size() > window) groups.erase(groups.begin(), groups.end() - static_cast<std::ptrdiff_t>(window));
+  }
+  pack_window(groups);
+}
+
+std::vector<uint32_t> Packer::number_groups() {
+  std::vector<uint32_t> group(parent_.size());
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < group.size(); ++i) {
+    const uint32_t root = find(i);
+    group[i] = root == i ? count++ : group[root];
+  }
+  return group;
+}
+
+}  // namespace
+
+std::vector<uint32_t> pack_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts, const std::vector<uint32_t>& curve_order,
+                                    uint32_t max_triangles, uint32_t max_vertices) {
+  Packer packer(loads, max_triangles, max_vertices);
+  packer.join_contacts(contacts);
+  packer.join_along(curve_order);
+  return packer.number_groups();
+}
+
+}  // namespace meshlet

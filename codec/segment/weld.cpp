@@ -1,0 +1,67 @@
+#include "segment/weld.h"
+
+#include <algorithm>
+#include <cstring>
+#include <vector>
+
+namespace meshlet {
+namespace {
+
+uint64_t mix(uint64_t hash, uint64_t word) {
+  hash = (hash ^ word) * 0x9E3779B97F4A7C15u;
+  return hash ^ (hash >> 29);
+}
+
+uint64_t hash_row(const uint8_t* row, size_t stride) {
+  uint64_t hash = stride;
+  size_t i = 0;
+  for (; i + 8 <= stride; i += 8) {
+    uint64_t word;
+    std::memcpy(&word, row + i, 8);
+    hash = mix(hash, word);
+  }
+  uint64_t rest = 0;
+  for (int shift = 0; i < stride; ++i, shift += 8) rest |= static_cast<uint64_t>(row[i]) << shift;
+  return mix(mix(hash, rest), 0);
+}
+
+// A slot of the open-addressing table: the first row that has these bytes.
+struct Slot {
+  uint32_t hash;
+  uint32_t row;
+};
+constexpr uint32_t empty = ~0u;
+
+}  // namespace
+
+uint32_t weld_rows(const uint8_t* rows, size_t count, size_t stride, uint32_t* remap) {
+  size_t capacity = 16;
+  while (capacity < 2 * count) capacity *= 2;
+  std::vector<Slot> table(capacity, Slot{0, empty});
+  // Hashes of a batch are known before its rows are looked up, so that the cache misses overlap.
+  constexpr size_t batch = 32;
+  uint64_t hashes[batch];
+  uint32_t unique = 0;
+  for (size_t first = 0; first < count; first += batch) {
+    const size_t size = std::min(batch, count - first);
+    for (size_t i = 0; i < size; ++i) {
+      hashes[i] = hash_row(rows + (first + i) * stride, stride);
+      __builtin_prefetch(&table[hashes[i] & (capacity - 1)]);
+    }
+    for (size_t i = 0; i < size; ++i) {
+      const uint32_t row = static_cast<uint32_t>(first + i), hash = static_cast<uint32_t>(hashes[i] >> 32);
+      size_t at = hashes[i] & (capacity - 1);
+      while (table[at].row != empty && (table[at].hash != hash || std::memcmp(rows + table[at].row * stride, rows + row * stride, stride) != 0))
+        at = (at + 1) & (capacity - 1);
+      if (table[at].row == empty) {
+        table[at] = {hash, row};
+        remap[row] = unique++;
+      } else {
+        remap[row] = remap[table[at].row];
+      }
+    }
+  }
+  return unique;
+}
+
+}  // namespace meshlet

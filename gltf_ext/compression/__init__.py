@@ -1,0 +1,1 @@
+"""Compressing, decompressing and inspecting the primitives of a glTF document."""

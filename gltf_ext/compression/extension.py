@@ -1,0 +1,202 @@
+"""The JSON side of EXT_meshlet_edgebreaker: from a primitive's extension object to its decoded arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pygltflib
+
+from gltf_ext import _codec
+from gltf_ext.gltf.accessors import accessor_format
+from gltf_ext.compression.streams import GRID, Stream, streams_of, to_accessor
+from gltf_ext.gltf.document import Document, item, minified, named_indices
+from gltf_ext.errors import MeshletError
+from gltf_ext.compression.primitives import Primitive
+
+EXTENSION = "EXT_meshlet_edgebreaker"
+Format = tuple[np.dtype, int]  # component type and number of components of an accessor
+
+
+@dataclass
+class Compressed:
+    """One compressed primitive of a document.
+
+    attributes, targets: name -> (first stream, accessor format); source_vertices: vertices before the encoder
+    duplicated any; name: the mesh's name, for people.
+    """
+
+    mesh: int
+    primitive: int
+    name: str
+    object: dict[str, Any]
+    view: int
+    blob: bytes
+    streams: list[Stream]
+    triangle_count: int
+    vertex_count: int
+    attributes: dict[str, tuple[int, Format]]
+    targets: list[dict[str, tuple[int, Format]]]
+
+    @property
+    def where(self) -> str:
+        return f"mesh {self.mesh} primitive {self.primitive}"
+
+    @property
+    def source_vertices(self) -> int:
+        return self.object.get("sourceVertices", self.vertex_count)
+
+    @property
+    def json_bytes(self) -> int:
+        return len(minified(self.object))
+
+    @property
+    def named_streams(self) -> list[tuple[str, range, Format]]:
+        """(name, streams, format) of each attribute and target, targets as "targets[i].NAME"."""
+        named = [
+            *self.attributes.items(),
+            *((f"targets[{i}].{n}", v) for i, t in enumerate(self.targets) for n, v in t.items()),
+        ]
+        return [(name, streams_of(first, form[1], self.streams), form) for name, (first, form) in named]
+
+    def decode(self) -> Primitive:
+        """All triangles and attributes, in the accessors' component types."""
+        triangles, values = decode_blob(self.blob, self.where)
+
+        def arrays(group: dict[str, tuple[int, Format]]) -> dict[str, np.ndarray]:
+            return {
+                name: to_accessor([values[s] for s in streams_of(first, form[1], self.streams)], form[0])
+                for name, (first, form) in group.items()
+            }
+
+        return Primitive(
+            self.mesh, self.primitive, triangles, arrays(self.attributes), [arrays(t) for t in self.targets]
+        )
+
+
+def decode_blob(blob: bytes, where: str) -> tuple[np.ndarray, list[np.ndarray]]:
+    """(triangles, dequantised values per stream); MeshletError for malformed bytes."""
+    try:
+        return _codec.decode_values(blob)
+    except ValueError as error:
+        raise malformed(where, error) from None
+
+
+def malformed(where: str, reason: Any) -> MeshletError:
+    return MeshletError(f"{where}: {reason}", "the file is damaged; compress the original again")
+
+
+def compressed_primitives(document: Document) -> list[Compressed]:
+    """Every primitive with the extension, in order of (mesh, primitive); objects and headers are checked."""
+    return [
+        read_compressed(document, m, p)
+        for m, mesh in enumerate(document.meshes)
+        for p, primitive in enumerate(mesh.primitives)
+        if EXTENSION in (primitive.extensions or {})
+    ]
+
+
+def require_compressed(document: Document) -> list[Compressed]:
+    """The compressed primitives; an error when there is none."""
+    compressed = compressed_primitives(document)
+    if not compressed:
+        raise MeshletError(f"has no primitive with {EXTENSION}", "compress it first: gltf-meshlet compress IN OUT.glb")
+    return compressed
+
+
+def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
+    """The compressed primitive at this place; every index, count and type of its JSON is checked."""
+    primitive = document.meshes[mesh].primitives[index]
+    where = f"mesh {mesh} primitive {index}"
+    extension = primitive.extensions[EXTENSION]
+    formats = {
+        name: _format(document, accessor, name, where) for name, accessor in named_indices(primitive.attributes).items()
+    }
+    target_formats = [
+        {name: _format(document, accessor, name, where) for name, accessor in named_indices(t).items()}
+        for t in primitive.targets
+    ]
+    try:
+        _check_object(extension, formats, target_formats, primitive)
+        view = item(document.bufferViews, extension["bufferView"], "bufferView")
+        if view.byteStride is not None or view.target is not None or (view.byteOffset or 0) % 4:
+            raise ValueError("its buffer view has a byteStride, a target or an offset that is not a multiple of 4")
+        blob = bytes(document.bytes_of_view(extension["bufferView"]))
+        decoder = _codec.Decoder(blob)
+        streams = [Stream.from_row(row) for row in decoder.streams]
+        attributes = {n: (first, formats[n]) for n, first in extension["attributes"].items()}
+        targets = [
+            {n: (first, f[n]) for n, first in t.items()} for t, f in zip(extension.get("targets", []), target_formats)
+        ]
+        result = Compressed(
+            mesh,
+            index,
+            document.meshes[mesh].name or "",
+            extension,
+            extension["bufferView"],
+            blob,
+            streams,
+            decoder.triangle_count,
+            decoder.vertex_count,
+            attributes,
+            targets,
+        )
+        _check_streams(result)
+        _check_counts(document, primitive, result)
+    except ValueError as error:
+        raise error if isinstance(error, MeshletError) else malformed(where, error) from None
+    return result
+
+
+def _format(document: Document, accessor: int, name: str, where: str) -> Format:
+    return accessor_format(
+        item(document.accessors, accessor, f"the accessor of {name} of {where},"), f"{name} of {where}"
+    )
+
+
+def _is_index(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+
+def _check_object(extension: Any, formats: dict, target_formats: list[dict], primitive: pygltflib.Primitive) -> None:
+    if primitive.mode != pygltflib.TRIANGLES or primitive.indices is None:
+        raise ValueError("a compressed primitive must have mode 4 and indices")
+    if not isinstance(extension, dict) or not _is_index(extension.get("bufferView")):
+        raise ValueError("the extension object names no bufferView")
+    targets = extension.get("targets", [])
+    if not isinstance(targets, list) or len(targets) != len(target_formats):
+        raise ValueError(f"the extension object does not have {len(target_formats)} targets")
+    for streams, names in zip([extension.get("attributes"), *targets], [formats, *target_formats]):
+        if not isinstance(streams, dict) or streams.keys() != names.keys() or not all(map(_is_index, streams.values())):
+            raise ValueError("the extension object does not give a stream for exactly each attribute")
+    if extension["attributes"].get("POSITION") != 0:
+        raise ValueError("POSITION is not stream 0")
+    if not _is_index(extension.get("sourceVertices", 0)):
+        raise ValueError("sourceVertices is not a count")
+
+
+def _check_streams(compressed: Compressed) -> None:
+    """Positions are on a grid, and each stream belongs to exactly one attribute."""
+    if (compressed.streams[0].kind, compressed.streams[0].components) != (GRID, 3):
+        raise ValueError("the first stream is not a grid of 3 components")
+    used = sorted(s for _, streams, _ in compressed.named_streams for s in streams)
+    if used != list(range(len(compressed.streams))):
+        raise ValueError("the streams are not each used by one attribute")
+
+
+def _check_counts(document: Document, primitive: pygltflib.Primitive, compressed: Compressed) -> None:
+    """The accessors describe the decoded data."""
+    indices = item(document.accessors, primitive.indices, "the accessor of indices")
+    dtype, components = accessor_format(indices, "indices")
+    if indices.count != 3 * compressed.triangle_count or components != 1:
+        raise ValueError(
+            f"its indices accessor has {indices.count} elements instead of {3 * compressed.triangle_count}"
+        )
+    if dtype.kind != "u" or compressed.vertex_count - 1 > np.iinfo(dtype).max:
+        raise ValueError("its indices accessor's component type cannot hold its indices")
+    for attributes in [primitive.attributes, *primitive.targets]:
+        for name, accessor in named_indices(attributes).items():
+            count = document.accessors[accessor].count
+            if count != compressed.vertex_count:
+                raise ValueError(f"its {name} accessor has {count} elements instead of {compressed.vertex_count}")

@@ -1,0 +1,238 @@
+"""Triangle primitives of a document as arrays: any mode to a triangle list, identical vertices welded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pygltflib
+
+from gltf_ext import _codec
+from gltf_ext.gltf.accessors import read_accessor, store
+from gltf_ext.gltf.document import Document, named_indices
+from gltf_ext.gltf.draco import DRACO, decode_draco
+from gltf_ext.errors import MeshletError
+
+TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
+
+
+@dataclass(repr=False)
+class Primitive:
+    """One triangle primitive.
+
+    mesh, primitive: its place in the document; indices: uint32[T, 3]; attributes: name -> [V, components] in the
+    accessor's component type; targets: the same for each morph target's deltas.
+    """
+
+    mesh: int
+    primitive: int
+    indices: np.ndarray
+    attributes: dict[str, np.ndarray]
+    targets: list[dict[str, np.ndarray]] = field(default_factory=list)
+
+    def __repr__(self) -> str:
+        return (
+            f"Primitive(mesh={self.mesh}, primitive={self.primitive}, triangles={len(self.indices)}, "
+            f"vertices={self.vertex_count}, attributes={sorted(self.attributes)}, targets={len(self.targets)})"
+        )
+
+    @property
+    def vertex_count(self) -> int:
+        return len(self.attributes["POSITION"])
+
+    @property
+    def arrays(self) -> list[tuple[str, np.ndarray]]:
+        """(name, values) of every attribute and target, in a fixed order; targets as "targets[i].NAME"."""
+        return [
+            *self.attributes.items(),
+            *((f"targets[{i}].{name}", v) for i, t in enumerate(self.targets) for name, v in t.items()),
+        ]
+
+
+@dataclass
+class Dropped:
+    """What is left out of a primitive; incomplete_triangles counts primitives that end in one."""
+
+    degenerate_triangles: int = 0
+    incomplete_triangles: int = 0
+    unreferenced_vertices: int = 0
+    duplicate_vertices: int = 0
+
+    def add(self, other: Dropped) -> None:
+        for name, value in vars(other).items():
+            setattr(self, name, getattr(self, name) + value)
+
+
+def triangle_primitives(document: Document) -> list[tuple[int, int, pygltflib.Primitive]]:
+    """(mesh, primitive, object) of each primitive of triangles, strips and fans included."""
+    return [
+        (m, p, primitive)
+        for m, mesh in enumerate(document.meshes)
+        for p, primitive in enumerate(mesh.primitives)
+        if primitive.mode in TRIANGLE_MODES
+    ]
+
+
+def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
+    """A source primitive, every count and index checked; its triangles are as in the file."""
+    primitive = document.meshes[mesh].primitives[index]
+    where = f"mesh {mesh} primitive {index}"
+    names = named_indices(primitive.attributes)
+    if "POSITION" not in names:
+        raise MeshletError(f"{where} has no POSITION", "export the model again")
+    decoded = decode_draco(document, primitive, where) if DRACO in (primitive.extensions or {}) else {}
+    position = decoded.get("POSITION")
+    if position is None:
+        position = read_accessor(document, names["POSITION"], f"POSITION of {where}")
+    count = len(position)
+    attributes = {"POSITION": position}
+    for name, accessor in names.items():
+        if name != "POSITION":
+            attributes[name] = (
+                decoded[name] if name in decoded else read_accessor(document, accessor, f"{name} of {where}", count)
+            )
+    targets = [
+        {
+            name: read_accessor(document, accessor, f"{name} of target {t} of {where}", count)
+            for name, accessor in named_indices(target).items()
+        }
+        for t, target in enumerate(primitive.targets)
+    ]
+    _check_widths(attributes, targets, where)
+    indices = decoded["indices"] if "indices" in decoded else _read_indices(document, primitive, count, where)
+    triangles = _triangles(indices, primitive.mode)
+    dropped = Dropped(incomplete_triangles=int(primitive.mode == pygltflib.TRIANGLES and len(indices) % 3 != 0))
+    return Primitive(mesh, index, triangles, attributes, targets), dropped
+
+
+def _check_widths(attributes: dict, targets: list[dict], where: str) -> None:
+    for name, values in attributes.items():
+        _check_width(name, values, 4 if name == "TANGENT" else 3, where)
+    for target in targets:
+        for name, values in target.items():
+            _check_width(name, values, 3, where)
+
+
+def _check_width(name: str, values: np.ndarray, components: int, where: str) -> None:
+    if name in ("POSITION", "NORMAL", "TANGENT") and values.shape[1] != components:
+        raise MeshletError(
+            f"{name} of {where} has {values.shape[1]} components instead of {components}", "export the model again"
+        )
+
+
+def _read_indices(document: Document, primitive: pygltflib.Primitive, vertex_count: int, where: str) -> np.ndarray:
+    if primitive.indices is None:
+        return np.arange(vertex_count, dtype=np.uint32)
+    values = read_accessor(document, primitive.indices, f"indices of {where}")
+    if values.dtype.kind != "u" or values.shape[1] != 1:
+        raise MeshletError(f"indices of {where} are not unsigned integers", "export the model again")
+    indices = np.ascontiguousarray(values[:, 0], np.uint32)
+    if len(indices) and indices.max() >= vertex_count:
+        raise MeshletError(
+            f"indices of {where} reach {indices.max()}, but it has {vertex_count} vertices", "export the model again"
+        )
+    return indices
+
+
+def _triangles(indices: np.ndarray, mode: int) -> np.ndarray:
+    """uint32[T, 3] from the indices of a list, strip or fan; the winding of strips alternates."""
+    if mode == pygltflib.TRIANGLES:
+        return indices[: len(indices) // 3 * 3].reshape(-1, 3)
+    count = max(len(indices) - 2, 0)
+    i = np.arange(count)
+    if mode == pygltflib.TRIANGLE_STRIP:
+        return indices[np.stack([i, i + 1 + i % 2, i + 2 - i % 2], axis=1)].reshape(-1, 3)
+    return indices[np.stack([i + 1, i + 2, np.zeros_like(i)], axis=1)].reshape(-1, 3)
+
+
+def weld(primitive: Primitive) -> tuple[Primitive, Dropped]:
+    """Merge vertices that are bit-identical in all attributes and targets.
+
+    Drops unreferenced vertices, and triangles with a repeated vertex.
+    """
+    dropped = Dropped()
+    primitive, dropped.unreferenced_vertices = _without_unreferenced(primitive)
+    if not len(primitive.indices):
+        return primitive, dropped
+    remap, unique = _codec.weld(_rows([values for _, values in primitive.arrays]))
+    dropped.duplicate_vertices = len(remap) - unique
+    if dropped.duplicate_vertices:
+        first = np.empty(unique, np.uint32)
+        first[remap[::-1]] = np.arange(len(remap) - 1, -1, -1, dtype=np.uint32)
+        primitive = _selected(primitive, first, remap[primitive.indices])
+    a, b, c = primitive.indices.T
+    degenerate = (a == b) | (b == c) | (c == a)
+    dropped.degenerate_triangles = int(degenerate.sum())
+    if dropped.degenerate_triangles:
+        primitive.indices = primitive.indices[~degenerate]
+        # Vertices that only degenerate triangles used.
+        primitive, unreferenced = _without_unreferenced(primitive)
+        dropped.unreferenced_vertices += unreferenced
+    return primitive, dropped
+
+
+def _without_unreferenced(primitive: Primitive) -> tuple[Primitive, int]:
+    used = np.zeros(primitive.vertex_count, bool)
+    used[primitive.indices.ravel()] = True
+    kept = np.flatnonzero(used)
+    unreferenced = len(used) - len(kept)
+    if not unreferenced:
+        return primitive, 0
+    new_index = np.zeros(len(used), np.uint32)
+    new_index[kept] = np.arange(len(kept), dtype=np.uint32)
+    return _selected(primitive, kept, new_index[primitive.indices]), unreferenced
+
+
+def _selected(primitive: Primitive, rows: np.ndarray, indices: np.ndarray) -> Primitive:
+    return Primitive(
+        primitive.mesh,
+        primitive.primitive,
+        indices,
+        {n: v[rows] for n, v in primitive.attributes.items()},
+        [{n: v[rows] for n, v in target.items()} for target in primitive.targets],
+    )
+
+
+def _rows(arrays: list[np.ndarray]) -> np.ndarray:
+    """The arrays' bytes side by side: uint8[V, stride]."""
+    sizes = [a.shape[1] * a.dtype.itemsize for a in arrays]
+    rows = np.empty((len(arrays[0]), sum(sizes)), np.uint8)
+    start = 0
+    for values, size in zip(arrays, sizes):
+        rows[:, start : start + size] = np.ascontiguousarray(values).view(np.uint8).reshape(len(rows), size)
+        start += size
+    return rows
+
+
+def position_ids(positions: np.ndarray) -> np.ndarray:
+    """One id per distinct position (uint32[V]); negative zero equals zero."""
+    values = np.ascontiguousarray(positions)
+    if values.dtype.kind == "f":
+        values = values + np.float32(0)
+    return _codec.weld(_rows([values]))[0]
+
+
+def check_finite(primitive: Primitive) -> None:
+    """Refuse NaN and infinities in everything that is quantised; custom attributes may hold them."""
+    for name, values in primitive.arrays:
+        if values.dtype.kind != "f" or name.rpartition(".")[2].startswith("_"):
+            continue
+        with np.errstate(invalid="ignore"):
+            # Finite iff all values are: finite float32 values cannot overflow a float64 sum.
+            total = values.sum(dtype=np.float64)
+        if not np.isfinite(total):
+            raise MeshletError(
+                f"{name} of mesh {primitive.mesh} primitive {primitive.primitive} has a NaN or infinite value",
+                "repair the model first",
+            )
+
+
+def store_primitive(document: Document, primitive: pygltflib.Primitive, decoded: Primitive, fallback: bool) -> None:
+    """Give the primitive's accessors buffer views with the decoded data, in the fallback buffer or the binary chunk."""
+    accessors = document.accessors
+    store(
+        document, accessors[primitive.indices], decoded.indices.reshape(-1, 1), pygltflib.ELEMENT_ARRAY_BUFFER, fallback
+    )
+    for attributes, arrays in zip([primitive.attributes, *primitive.targets], [decoded.attributes, *decoded.targets]):
+        for name, accessor in named_indices(attributes).items():
+            store(document, accessors[accessor], arrays[name], pygltflib.ARRAY_BUFFER, fallback)

@@ -1,0 +1,435 @@
+"""glTF attributes <-> quantised streams.
+
+Values are in the accessor's stored units: float components as they are, integer components as stored (before
+`normalized` divides them). One attribute takes consecutive streams of at most four components each; an OCT stream
+stands for three components. What each attribute becomes:
+
+| attribute                  | float accessor                                             | integer accessor      |
+| -------------------------- | ---------------------------------------------------------- | --------------------- |
+| POSITION                   | GRID, the mesh's (or file's) step                          | exact                 |
+| NORMAL; TANGENT            | OCT; OCT, then SIGN                                        | exact                 |
+| TEXCOORD_n                 | GRID, one step for both components                         | exact                 |
+| COLOR_n                    | GRID over [0, 1]                                           | 8 bits exact, 16 GRID |
+| WEIGHTS_n                  | GRID, step 1 / (2^bits - 1), sums kept                     | exact                 |
+| JOINTS_n, others           | FLOAT32, lossless                                          | exact                 |
+| morph target, POSITION     | GRID, the position step                                    | exact                 |
+| morph target, others       | GRID, one step, bits of the attribute it moves             | exact                 |
+
+Directions lose their length. "Exact" is INTEGER for unsigned components, GRID with step 1 for signed ones and for
+positions, whatever the bits asked for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gltf_ext.errors import MeshletError
+
+GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
+MAX_STREAM_COMPONENTS = 4
+MAX_GRID_BITS = 24
+MAX_STREAMS = 64
+# Skin weights whose sum differs from one by less than this are taken to sum to one.
+WEIGHT_SUM_TOLERANCE = 1e-3
+SMALLEST_STEP = float(np.finfo(np.float32).tiny)  # smaller ones are flushed to zero by GPUs
+
+
+@dataclass(frozen=True)
+class Bits:
+    """Bits per component for what is quantised."""
+
+    position: int = 12
+    normal: int = 8
+    texcoord: int = 12
+    color: int = 8
+    weight: int = 8
+
+    def of(self, semantic: str) -> int:
+        return {"NORMAL": self.normal, "TANGENT": self.normal, "TEXCOORD": self.texcoord, "COLOR": self.color}.get(
+            semantic, self.position
+        )
+
+
+@dataclass(frozen=True)
+class Stream:
+    """One row of the blob's stream table; see the specification for kind, bits, step and offset."""
+
+    kind: int
+    components: int
+    bits: int
+    step: float = 0.0
+    offset: tuple[float, ...] = field(default_factory=tuple)
+    predictor: int = -1
+
+    @property
+    def width(self) -> int:
+        """Accessor components that the stream stands for."""
+        return 3 if self.kind == OCT else self.components
+
+    def table_row(self) -> dict:
+        offset = list(self.offset) or [0.0] * self.components
+        return {
+            "kind": self.kind,
+            "components": self.components,
+            "bits": self.bits,
+            "predictor": self.predictor,
+            "step": self.step,
+            "offset": offset,
+        }
+
+    @staticmethod
+    def from_row(row: dict) -> Stream:
+        components = int(row["components"])
+        return Stream(
+            int(row["kind"]),
+            components,
+            int(row["bits"]),
+            float(row["step"]),
+            tuple(float(o) for o in row["offset"][:components]),
+            int(row["predictor"]),
+        )
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The position grid: value = offset[c] + q * step, both exactly representable as float32."""
+
+    offset: tuple[float, float, float]
+    step: float
+
+
+def semantic(name: str) -> str:
+    """TEXCOORD_1 -> TEXCOORD; custom names (leading underscore) -> "_"."""
+    return "_" if name.startswith("_") else name.rsplit("_", 1)[0]
+
+
+# --- grids -----------------------------------------------------------------------------------------------------------
+
+
+def position_grid(low: np.ndarray, high: np.ndarray, bits: int, step: float | None) -> Grid:
+    """The grid of a box: step given, or its longest side / (2^bits - 1). low, high: float[3]."""
+    extent = float(np.max(np.asarray(high, np.float64) - low))
+    chosen = _step(extent, bits) if step is None else max(float(np.float32(step)), SMALLEST_STEP)
+    cells = extent / chosen
+    if np.rint(cells) >= 2**MAX_GRID_BITS:
+        raise MeshletError(
+            f"step {step:g} needs more than {MAX_GRID_BITS} bits for a box of {extent:g}",
+            f"use a step of at least {extent / (2**MAX_GRID_BITS - 1):.3g}",
+        )
+    return Grid(tuple(float(v) for v in low), chosen)
+
+
+def _step(extent: float, bits: int) -> float:
+    """Smallest float32 step whose 2^bits - 1 multiples span the extent (1 for no extent)."""
+    if extent <= 0.0:
+        return 1.0
+    levels = 2**bits - 1
+    step = np.float32(max(extent / levels, SMALLEST_STEP))
+    while np.rint(extent / float(step)) > levels:
+        step = np.nextafter(step, np.float32(np.inf))
+    return float(step)
+
+
+def _needed_bits(largest: int) -> int:
+    return max(1, int(largest).bit_length())
+
+
+def grid_values(values: np.ndarray, stream: Stream) -> np.ndarray:
+    """round((value - offset) / step) in float64, as uint32[V, components] (modulo 2^32)."""
+    result = np.empty(values.shape, np.uint32)
+    for c, offset in enumerate(stream.offset):
+        cells = values[:, c].astype(np.float64)
+        cells -= offset
+        if stream.step != 1.0:
+            cells /= stream.step
+        result[:, c] = np.rint(cells, out=cells).astype(np.int64)
+    return result
+
+
+def _fit_bits(name: str, stream: Stream, values: np.ndarray) -> tuple[Stream, np.ndarray]:
+    """The stream with the bits its quantised values need."""
+    quantised = grid_values(values, stream)
+    bits = _needed_bits(quantised.max())
+    if bits > MAX_GRID_BITS:
+        raise MeshletError(
+            f"{name} needs {bits} bits at step {stream.step:g}, at most {MAX_GRID_BITS} are possible",
+            "use fewer bits or a larger step",
+        )
+    return replace(stream, bits=bits), quantised
+
+
+def _exact(name: str, values: np.ndarray) -> tuple[Stream, np.ndarray]:
+    if values.dtype.kind == "u" and name != "POSITION":
+        return Stream(INTEGER, values.shape[1], _needed_bits(values.max())), values.astype(np.uint32)
+    low = tuple(float(v) for v in values.min(axis=0))
+    return _fit_bits(name, Stream(GRID, values.shape[1], 1, 1.0, low), values)
+
+
+def _own_range(values: np.ndarray, bits: int) -> Stream:
+    low, high = values.min(axis=0), values.max(axis=0)
+    step = _step(float(np.max(high.astype(np.float64) - low)), bits)
+    return Stream(GRID, values.shape[1], bits, step, tuple(float(v) for v in low))
+
+
+def _unit_range(values: np.ndarray, bits: int, full_scale: float) -> Stream:
+    """[0, full_scale] in 2^bits - 1 steps; the values' own range when they leave it."""
+    if values.min() < 0.0 or values.max() > full_scale:
+        return _own_range(values, bits)
+    return Stream(GRID, values.shape[1], bits, float(np.float32(full_scale / (2**bits - 1))), (0.0,) * values.shape[1])
+
+
+def _delta_range(name: str, values: np.ndarray, step: float) -> Stream:
+    """A grid on which zero decodes to exactly zero: the offset is minus a power of two times the step."""
+    lowest = np.rint(values.min(axis=0).astype(np.float64) / step)
+    highest = np.rint(values.max(axis=0).astype(np.float64) / step)
+    below = [2 ** int(-k - 1).bit_length() if k < 0 else 0 for k in lowest]
+    if max(highest + below) >= 2**MAX_GRID_BITS:  # no room for the power of two: zero decodes to within rounding
+        below = [int(-k) for k in lowest]
+    return Stream(GRID, values.shape[1], 1, step, tuple(float(np.float32(-b * step)) for b in below))
+
+
+# --- octahedral normals ----------------------------------------------------------------------------------------------
+
+
+def octahedral(vectors: np.ndarray, bits: int) -> np.ndarray:
+    """Directions float[V, 3] (any length; zero becomes +z) -> uint32[V, 2]."""
+    x, y, z = (vectors[:, c].astype(np.float64) for c in range(3))
+    length = np.abs(x) + np.abs(y) + np.abs(z)
+    zero = length == 0.0
+    if zero.any():
+        length[zero] = 1.0
+    x /= length
+    y /= length
+    lower = z < 0.0
+    if lower.any():
+        folded = (1.0 - np.abs(y)) * np.where(x < 0.0, -1.0, 1.0)
+        y = np.where(lower, (1.0 - np.abs(x)) * np.where(y < 0.0, -1.0, 1.0), y)
+        x = np.where(lower, folded, x)
+    levels = 2**bits - 1
+    result = np.empty((len(x), 2), np.uint32)
+    result[:, 0] = np.rint((x + 1.0) * (0.5 * levels))
+    result[:, 1] = np.rint((y + 1.0) * (0.5 * levels))
+    return result
+
+
+def octahedral_directions(quantised: np.ndarray, bits: int) -> np.ndarray:
+    """uint32[V, 2] -> unit vectors float32[V, 3]."""
+    x, y = (quantised.astype(np.float64) * (2.0 / (2**bits - 1)) - 1.0).T
+    z = 1.0 - np.abs(x) - np.abs(y)
+    lower = z < 0.0
+    unfolded = (1.0 - np.abs(y)) * np.where(x < 0.0, -1.0, 1.0)
+    y = np.where(lower, (1.0 - np.abs(x)) * np.where(y < 0.0, -1.0, 1.0), y)
+    x = np.where(lower, unfolded, x)
+    vectors = np.stack([x, y, z], axis=1)
+    return (vectors / np.linalg.norm(vectors, axis=1, keepdims=True)).astype(np.float32)
+
+
+def octahedral_bound(bits: int) -> float:
+    """Largest angle in radians that a direction is off: half a cell, stretched most (3 sqrt 2) at a face's centre."""
+    half_cell = 1.0 / (2**bits - 1)
+    return 3.0 * np.sqrt(2.0) * half_cell * (1.0 + 2.0 * half_cell)
+
+
+# --- other kinds -----------------------------------------------------------------------------------------------------
+
+
+def ordered_bits(values: np.ndarray) -> np.ndarray:
+    """float32 -> uint32 in the same order, without loss."""
+    bits = np.ascontiguousarray(values, np.float32).view(np.uint32)
+    return np.where(bits >> 31, ~bits, bits ^ np.uint32(0x80000000))
+
+
+def from_ordered_bits(quantised: np.ndarray) -> np.ndarray:
+    return np.where(quantised >> 31, quantised ^ np.uint32(0x80000000), ~quantised).astype(np.uint32).view(np.float32)
+
+
+def _sign(values: np.ndarray) -> np.ndarray:
+    return (values >= 0.0).astype(np.uint32)
+
+
+def quantised_weights(sets: list[np.ndarray], bits: int) -> list[np.ndarray]:
+    """Skin weights float[V, 4] per set -> uint32[V, 4] per set.
+
+    Where a vertex's weights sum to one over all sets, its integers sum to 2^bits - 1: round down, then give what is
+    missing to the largest remainders. Zero weights stay zero.
+    """
+    levels = 2**bits - 1
+    weights = np.concatenate(sets, axis=1).astype(np.float64)
+    total = weights.sum(axis=1)
+    sums_to_one = (np.abs(total - 1.0) <= WEIGHT_SUM_TOLERANCE) & (weights >= 0.0).all(axis=1)
+    result = np.rint(weights * levels)
+    exact = weights[sums_to_one] / total[sums_to_one, None] * levels
+    floor = np.floor(exact)
+    missing = levels - floor.sum(axis=1)
+    by_remainder = np.argsort(floor - exact, axis=1, kind="stable")
+    rank = np.argsort(by_remainder, axis=1, kind="stable")
+    result[sums_to_one] = floor + (rank < missing[:, None])
+    splits = np.cumsum([s.shape[1] for s in sets])[:-1]
+    return [np.ascontiguousarray(part) for part in np.split(result.astype(np.int64).astype(np.uint32), splits, axis=1)]
+
+
+# --- planning, quantising and decoding whole primitives --------------------------------------------------------------
+
+
+@dataclass
+class Plan:
+    """What one primitive becomes.
+
+    streams: the stream table; values: uint32[V, components] per stream; attributes, targets: index of the first
+    stream of each attribute, as the extension's JSON object has them.
+    """
+
+    streams: list[Stream] = field(default_factory=list)
+    values: list[np.ndarray] = field(default_factory=list)
+    attributes: dict[str, int] = field(default_factory=dict)
+    targets: list[dict[str, int]] = field(default_factory=list)
+
+    def add(self, streams: list[tuple[Stream, np.ndarray]]) -> int:
+        first = len(self.streams)
+        self.streams += [stream for stream, _ in streams]
+        self.values += [values for _, values in streams]
+        return first
+
+
+def plan_primitive(
+    attributes: dict[str, np.ndarray], targets: list[dict[str, np.ndarray]], grid: Grid | None, bits: Bits, where: str
+) -> Plan:
+    """Quantise all attributes and morph-target deltas, [V, components] arrays.
+
+    grid: for float positions; where: the primitive's place, for errors.
+    """
+    plan = Plan()
+    try:
+        for name in sorted(attributes, key=lambda n: (n != "POSITION", n)):
+            plan.attributes[name] = plan.add(_attribute_streams(name, attributes[name], grid, bits, attributes))
+        for target in targets:
+            plan.targets.append(
+                {name: plan.add(_target_streams(name, values, grid, bits)) for name, values in target.items()}
+            )
+    except MeshletError as error:
+        raise MeshletError(f"{where}: {error}") from None
+    return plan
+
+
+def _attribute_streams(
+    name: str, values: np.ndarray, grid: Grid | None, bits: Bits, attributes: dict
+) -> list[tuple[Stream, np.ndarray]]:
+    kind, is_float, width = semantic(name), values.dtype.kind == "f", values.shape[1]
+    if kind == "COLOR" and values.dtype == np.uint16:
+        stream = _unit_range(values, bits.color, np.iinfo(np.uint16).max)
+        return [(stream, grid_values(values, stream))]
+    if not is_float:
+        return _chunks(values, lambda part: _exact(name, part))
+    if name == "POSITION":
+        return [_fit_bits(name, Stream(GRID, 3, 1, grid.step, grid.offset), values)]
+    if name in ("NORMAL", "TANGENT") and width == (3 if name == "NORMAL" else 4):
+        return _direction_streams(values, bits.normal)
+    if kind == "TEXCOORD":
+        stream = _own_range(values, bits.texcoord)
+        return [(stream, grid_values(values, stream))]
+    if kind == "COLOR":
+        stream = _unit_range(values, bits.color, 1.0)
+        return [(stream, grid_values(values, stream))]
+    if kind == "WEIGHTS":
+        return [_weight_stream(name, values, bits.weight, attributes)]
+    return _chunks(values, lambda part: (Stream(FLOAT32, part.shape[1], 32), ordered_bits(part)))
+
+
+def _chunks(values: np.ndarray, encode) -> list[tuple[Stream, np.ndarray]]:
+    """Streams of at most four components each."""
+    return [encode(values[:, c : c + MAX_STREAM_COMPONENTS]) for c in range(0, values.shape[1], MAX_STREAM_COMPONENTS)]
+
+
+def _direction_streams(values: np.ndarray, bits: int) -> list[tuple[Stream, np.ndarray]]:
+    streams = [(Stream(OCT, 2, bits), octahedral(values, bits))]
+    if values.shape[1] == 4:
+        streams.append((Stream(SIGN, 1, 1), _sign(values[:, 3:])))
+    return streams
+
+
+def _float_weights(attributes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {n: v for n, v in attributes.items() if semantic(n) == "WEIGHTS" and v.dtype.kind == "f"}
+
+
+def _weight_stream(name: str, values: np.ndarray, bits: int, attributes: dict) -> tuple[Stream, np.ndarray]:
+    stream = _unit_range(values, bits, 1.0)
+    return stream, _weight_values(name, values, stream, attributes)
+
+
+def _weight_values(name: str, values: np.ndarray, stream: Stream, attributes: dict) -> np.ndarray:
+    """The weights of one set, rounded together with the other sets when all are on the same unit grid."""
+    sets = _float_weights(attributes)
+    if any(w.min() < 0.0 or w.max() > 1.0 for w in sets.values()):
+        return grid_values(values, stream)
+    bits = round(np.log2(1.0 / stream.step + 1.0))
+    return dict(zip(sets, quantised_weights(list(sets.values()), bits)))[name]
+
+
+def _target_streams(name: str, values: np.ndarray, grid: Grid | None, bits: Bits) -> list[tuple[Stream, np.ndarray]]:
+    if values.dtype.kind != "f":
+        return _chunks(values, lambda part: _exact(name, part))
+    if name == "POSITION" and grid is not None:
+        step = grid.step
+    else:
+        step = _step(float(np.max(values.max(axis=0).astype(np.float64) - values.min(axis=0))), bits.of(semantic(name)))
+    return _chunks(values, lambda part: _fit_bits(name, _delta_range(name, part, step), part))
+
+
+def quantise_like(
+    name: str, values: np.ndarray, streams: list[Stream], attributes: dict[str, np.ndarray]
+) -> list[np.ndarray]:
+    """An attribute's values on the grids of existing streams, as `plan_primitive` would quantise them there."""
+    result, c = [], 0
+    for stream in streams:
+        part = values[:, c : c + stream.width]
+        if stream.kind == OCT:
+            result.append(octahedral(part, stream.bits))
+        elif stream.kind == SIGN:
+            result.append(_sign(part))
+        elif stream.kind == INTEGER:
+            result.append(part.astype(np.uint32))
+        elif stream.kind == FLOAT32:
+            result.append(ordered_bits(part))
+        elif semantic(name) == "WEIGHTS" and values.dtype.kind == "f" and attributes.get(name) is values:
+            result.append(_weight_values(name, part, stream, attributes))
+        else:
+            result.append(grid_values(part, stream))
+        c += stream.width
+    return result
+
+
+def dequantise(quantised: np.ndarray, stream: Stream) -> np.ndarray:
+    """uint32[V, components] -> float32[V, width], or uint32 for INTEGER; what the native decoder's float path gives."""
+    if stream.kind == GRID:
+        return (np.array(stream.offset) + quantised.astype(np.float64) * stream.step).astype(np.float32)
+    if stream.kind == OCT:
+        return octahedral_directions(quantised, stream.bits)
+    if stream.kind == FLOAT32:
+        return from_ordered_bits(quantised)
+    if stream.kind == SIGN:
+        return quantised.astype(np.float32) * 2.0 - 1.0
+    return quantised
+
+
+def streams_of(first: int, components: int, streams: list[Stream]) -> range:
+    """The consecutive streams, starting at `first`, that fill an accessor's components; ValueError when they do not."""
+    index, filled = first, 0
+    while filled < components:
+        if not 0 <= index < len(streams):
+            raise ValueError(f"stream {index} does not exist")
+        filled += streams[index].width
+        index += 1
+    if filled != components:
+        raise ValueError(f"the streams from {first} have {filled} components, the accessor has {components}")
+    return range(first, index)
+
+
+def to_accessor(parts: list[np.ndarray], dtype: np.dtype) -> np.ndarray:
+    """Dequantised streams side by side in the accessor's component type: [V, components], C-contiguous."""
+    values = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+    if dtype.kind != "f" and values.dtype.kind == "f":
+        limits = np.iinfo(dtype)
+        values = np.clip(np.rint(values), limits.min, limits.max)
+    return np.ascontiguousarray(values, dtype)

@@ -1,0 +1,134 @@
+"""validate: is a file well-formed, as far as the container and this extension go?"""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import pygltflib
+
+from gltf_ext import _codec
+from gltf_ext.gltf.accessors import bounds, read_accessor
+from gltf_ext.gltf.document import Document, item, named_indices
+from gltf_ext.errors import MeshletError
+from gltf_ext.compression.extension import EXTENSION, compressed_primitives, read_compressed
+from gltf_ext.compression.primitives import Primitive
+from gltf_ext.gltf.importers import open_model
+from gltf_ext.gltf.buffer_layout import map_accessors, map_views
+
+
+def validate(path: str | os.PathLike) -> list[str]:
+    """Problems of a .glb or .gltf file, one line each; an empty list when there are none.
+
+    Checks the container, the types of all JSON properties, every reference to accessors and buffer views, every
+    extension object with its accessors, decodes every blob, and compares bounds and fallback with the result.
+    Raises OSError when the file cannot be read.
+    """
+    try:
+        document = open_model(path)
+    except MeshletError as error:
+        return [error.message]
+    lost = _lost_fallback(document)
+    if lost:
+        return lost
+    problems = _broken_references(document) + _extension_lists(document)
+    compressed = 0
+    for m, mesh in enumerate(document.meshes):
+        for p, primitive in enumerate(mesh.primitives):
+            if EXTENSION in (primitive.extensions or {}):
+                compressed += 1
+                problems += _blob_problems(document, m, p)
+    problems = list(dict.fromkeys(problems))  # one for a buffer that many views read
+    return (
+        problems
+        if compressed or problems
+        else [f"has no primitive with {EXTENSION}; compress it first: gltf-meshlet compress IN OUT.glb"]
+    )
+
+
+def _lost_fallback(document: Document) -> list[str]:
+    """Buffers that cannot be read, when all compressed data can be."""
+    try:
+        users = compressed_primitives(document)
+        for compressed in users:
+            _codec.validate(compressed.blob)
+    except ValueError:
+        return []
+    used = {document.bufferViews[compressed.view].buffer for compressed in users}
+    lost = []
+    for index in set(range(len(document.buffers))) - used if used else ():
+        try:
+            document.bytes_of_buffer(index)
+        except MeshletError as error:
+            lost.append(f"{error.message}; the compressed data is intact")
+    return lost
+
+
+def _broken_references(document: Document) -> list[str]:
+    problems = []
+    for mapper, items, kind in (
+        (map_accessors, document.accessors, "accessor"),
+        (map_views, document.bufferViews, "bufferView"),
+    ):
+
+        def check(index: int) -> int:
+            try:
+                item(items, index, kind)
+            except MeshletError as error:
+                problems.append(error.message)
+            return index
+
+        mapper(document, check)
+    for index in range(len(document.bufferViews)):
+        try:
+            document.bytes_of_view(index)
+        except MeshletError as error:
+            problems.append(error.message)
+    return problems
+
+
+def _extension_lists(document: Document) -> list[str]:
+    users = [p for mesh in document.meshes for p in mesh.primitives if EXTENSION in (p.extensions or {})]
+    if not users:
+        return []
+    problems = [] if EXTENSION in document.extensionsUsed else [f"extensionsUsed lacks {EXTENSION}"]
+    bare = {index for index, accessor in enumerate(document.accessors) if accessor.bufferView is None}
+    if any(p.indices in bare for p in users) and EXTENSION not in document.extensionsRequired:
+        problems.append(f"extensionsRequired lacks {EXTENSION}, but there is no fallback")
+    return problems
+
+
+def _blob_problems(document: Document, mesh: int, index: int) -> list[str]:
+    try:
+        compressed = read_compressed(document, mesh, index)
+        _codec.validate(compressed.blob)
+        decoded = compressed.decode()
+        return [
+            f"{compressed.where}: {problem}"
+            for problem in _accessor_problems(document, document.meshes[mesh].primitives[index], decoded)
+        ]
+    except MeshletError as error:
+        return [error.message]
+    except ValueError as error:
+        return [f"{compressed.where}: {error}"]
+
+
+def _accessor_problems(document: Document, primitive: pygltflib.Primitive, decoded: Primitive) -> list[str]:
+    """Accessors describe the decoded data: the bounds of POSITION, and the fallback's values where there is one."""
+    problems = []
+    position = document.accessors[named_indices(primitive.attributes)["POSITION"]]
+    for name, expected in zip(("min", "max"), bounds(decoded.attributes["POSITION"])):
+        if getattr(position, name) != expected.tolist():
+            problems.append(f"{name} of its POSITION accessor is not that of the decoded data")
+    groups = [
+        ({"indices": primitive.indices}, {"indices": decoded.indices.reshape(-1, 1)}),
+        (named_indices(primitive.attributes), decoded.attributes),
+        *zip(map(named_indices, primitive.targets), decoded.targets),
+    ]
+    for accessors, arrays in groups:
+        for name, accessor in accessors.items():
+            if document.accessors[accessor].bufferView is not None and not np.array_equal(
+                read_accessor(document, accessor, name), arrays[name], equal_nan=True
+            ):
+                problems.append(f"the fallback of {name} is not the decoded data")
+    return problems

@@ -1,0 +1,64 @@
+"""glTF node hierarchies: which node is where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pygltflib
+
+from gltf_ext.gltf.document import Document, item
+from gltf_ext.errors import MeshletError
+
+MAX_PLACED = 1_000_000
+
+
+def placed(document: Document) -> Iterator[tuple[pygltflib.Node, np.ndarray]]:
+    """(node, world matrix float64[4, 4]) of every node in the default scene, or of all roots when there is no scene.
+
+    Raises MeshletError for a node that is its own ancestor.
+    """
+    if document.scenes:
+        roots = item(document.scenes, document.scene or 0, "scene").nodes or []
+    else:
+        children = {child for node in document.nodes for child in node.children or []}
+        roots = [i for i in range(len(document.nodes)) if i not in children]
+    # A node below several parents is not valid glTF, but common.
+    stack = [(index, np.eye(4), frozenset()) for index in reversed(roots)]
+    count = 0
+    while stack:
+        index, parent, ancestors = stack.pop()
+        node = item(document.nodes, index, "node")
+        count += 1
+        if index in ancestors or count > MAX_PLACED:
+            raise MeshletError(
+                f"node {index} is its own ancestor, or there are too many nodes",
+                "the file is not valid glTF; export it again",
+            )
+        matrix = parent @ local_matrix(node)
+        yield node, matrix
+        children = node.children or []
+        stack += [(child, matrix, ancestors | {index}) for child in reversed(children)]
+
+
+def local_matrix(node: pygltflib.Node) -> np.ndarray:
+    """float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
+    if node.matrix is not None and len(node.matrix) == 16:
+        return np.array(node.matrix, np.float64).reshape(4, 4).T
+    result = np.eye(4)
+    rotation = _rotation(node.rotation) if node.rotation is not None else np.eye(3)
+    result[:3, :3] = rotation * np.array(node.scale if node.scale is not None else (1, 1, 1), np.float64)
+    if node.translation is not None:
+        result[:3, 3] = node.translation
+    return result
+
+
+def _rotation(quaternion) -> np.ndarray:
+    x, y, z, w = np.array(quaternion, np.float64) / max(np.linalg.norm(quaternion), 1e-30)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )

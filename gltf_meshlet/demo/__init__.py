@@ -1,0 +1,1 @@
+"""`gltf-meshlet demo`: a generated model compressed, verified and drawn."""

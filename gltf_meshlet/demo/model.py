@@ -1,0 +1,275 @@
+"""The demo's model: generated here, the same on every run, so that nothing has to be downloaded.
+
+Five primitives in three meshes, chosen to exercise a codec: a ridged torus knot (smooth, wrap-around uv seams),
+a displaced sphere unfolded into a six-part atlas, a gear (hard edges everywhere), and a turned plinth with its
+inlay. Units are metres, y is up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pygltflib
+
+from gltf_ext.gltf.document import write_files
+
+
+@dataclass(frozen=True)
+class Part:
+    """One glTF primitive with its material.
+
+    positions, normals: float32[V, 3]; texcoords: float32[V, 2]; triangles: uint32[T, 3], counter-clockwise.
+    mesh: the name of the glTF mesh it belongs to; color: linear RGB in [0, 1]; metallic, roughness: in [0, 1].
+    """
+
+    name: str
+    mesh: str
+    color: tuple[float, float, float]
+    metallic: float
+    roughness: float
+    positions: np.ndarray
+    normals: np.ndarray
+    texcoords: np.ndarray
+    triangles: np.ndarray
+
+
+def generate() -> list[Part]:
+    """The demo's five parts, each mesh's parts next to each other."""
+    brass, ceramic, steel = (0.80, 0.55, 0.25), (0.16, 0.42, 0.60), (0.55, 0.57, 0.60)
+    return [
+        Part("knot", "sculpture", brass, 1.0, 0.35, *_knot()),
+        Part("planet", "sculpture", ceramic, 0.0, 0.5, *_planet()),
+        Part("gear", "gear", steel, 1.0, 0.45, *_gear()),
+        Part("plinth", "base", (0.72, 0.68, 0.62), 0.0, 0.8, *_plinth()),
+        Part("inlay", "base", (0.35, 0.12, 0.10), 0.0, 0.6, *_inlay()),
+    ]
+
+
+# ---- shapes: each returns (positions, normals, texcoords, triangles) as Part holds them
+
+def _knot(along: int = 480, around: int = 32):
+    """A (2, 3) torus knot whose tube carries five twisted ridges."""
+    t = np.arange(along)[:, None] * (2 * np.pi / along)
+    center = _knot_curve(t)
+    tangent = _unit(_knot_curve(t + 1e-4) - _knot_curve(t - 1e-4))
+    ring = np.concatenate([np.cos(2 * t), 0 * t, np.sin(2 * t)], axis=1)   # the torus's own circle
+    normal = center - ring
+    normal = _unit(normal - tangent * np.sum(normal * tangent, axis=1, keepdims=True))
+    binormal = np.cross(normal, tangent)
+    angle = np.arange(around) * (2 * np.pi / around)
+    radius = 0.2 * (1 + 0.13 * np.cos(5 * angle + 10 * t))
+    tube = center[:, None] + radius[..., None] * (
+        np.cos(angle)[:, None] * normal[:, None] + np.sin(angle)[:, None] * binormal[:, None])
+    wrapped = (np.arange(along + 1) % along)[:, None] * around + np.arange(around + 1) % around
+    standing = tube.reshape(-1, 3)[:, [0, 2, 1]] * [0.5, 0.5, -0.5] + [0, 0.78, 0]
+    return _smooth_part(standing, wrapped, _unit_grid(along, around))
+
+
+def _knot_curve(t):
+    swing = 1 + 0.42 * np.cos(3 * t)
+    return np.concatenate([swing * np.cos(2 * t), 0.42 * np.sin(3 * t), swing * np.sin(2 * t)], axis=1)
+
+
+def _planet(cells: int = 36):
+    """A cube projected to a sphere, displaced; each side of the cube is one island of the uv atlas."""
+    steps = np.arange(cells + 1)
+    i, j = np.meshgrid(steps, steps, indexing="ij")
+    far, near = np.full_like(i, cells), np.zeros_like(i)
+    sides = [(far, i, j), (j, far, i), (i, j, far), (near, j, i), (i, near, j), (j, i, near)]
+    lattice = np.stack([np.stack(side, axis=-1) for side in sides]).reshape(-1, 3)
+    # Points on the cube's edges lie on two or three sides: evaluated once, so that the seams match bit for bit.
+    unique, index = np.unique(lattice, axis=0, return_inverse=True)
+    direction = _unit(np.tan((unique / cells - 0.5) * (np.pi / 2)))
+    x, y, z = direction.T
+    bumps = (0.05 * np.sin(5 * x + 2 * z) * np.cos(4 * y - x) + 0.025 * np.sin(11 * y + 3 * x) * np.sin(9 * z + 1)
+             + 0.012 * np.sin(23 * x + 17 * y) * np.sin(19 * z - 13 * x))
+    points = direction * (0.34 * (1 + bumps))[:, None] + [-0.92, 0.355, 0.62]
+    side_uv = _unit_grid(cells, cells)
+    islands = [(side_uv * 0.31 + [0.01 + 0.333 * (k % 3), 0.01 + 0.5 * (k // 3)]) for k in range(6)]
+    vertices = index.reshape(6, cells + 1, cells + 1)
+    return _smooth_part(points, vertices, np.concatenate(islands))
+
+
+def _gear(teeth: int = 18, rings: int = 6):
+    """A spur gear with a bore: flat faces and flanks whose vertices are split along every hard edge."""
+    # (share of the tooth's angle, radius): root, flank, tip, flank
+    tooth = np.array([(0.00, 0.37), (0.10, 0.37), (0.20, 0.37), (0.30, 0.37), (0.37, 0.405), (0.43, 0.44),
+                      (0.50, 0.475), (0.60, 0.475), (0.70, 0.475), (0.77, 0.44), (0.83, 0.405), (0.90, 0.37)])
+    angle = ((np.arange(teeth)[:, None] + tooth[:, 0]) * (2 * np.pi / teeth)).ravel()
+    rim = np.tile(tooth[:, 1], teeth)
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    blend = np.linspace(0, 1, rings + 1)[:, None]
+    radius = 0.16 * (1 - blend) + rim * blend
+    disc = radius[..., None] * circle
+    top, bottom, bore, outline = 0.09, -0.09, disc[0], disc[-1]
+    pieces = [_gear_face(disc, top), _gear_face(disc[::-1], bottom),
+              _wall(outline, np.roll(outline, -1, axis=0), bottom, top), _wall(np.roll(bore, -1, axis=0), bore, bottom, top)]
+    positions, normals, texcoords, triangles = _merge(pieces)
+    tilt = _rotation(2, -0.25) @ _rotation(0, 0.95) @ _rotation(1, 0.5)
+    return _finish(positions @ tilt.T + [0.80, 0.44, 0.72], normals @ tilt.T, texcoords, triangles)
+
+
+def _gear_face(disc, height):
+    """A flat ring of the gear at a height: disc is [rings + 1, n, 2], innermost first for the face that looks up."""
+    rings, count = disc.shape[0] - 1, disc.shape[1]
+    points = np.stack([disc[..., 0], np.full(disc.shape[:2], height), -disc[..., 1]], axis=-1).reshape(-1, 3)
+    normals = np.tile([0.0, np.sign(height), 0.0], (len(points), 1))
+    closed = np.arange(rings + 1)[:, None] * count + np.arange(count + 1) % count
+    return points, normals, disc.reshape(-1, 2) + 0.5, _quads(closed)
+
+
+def _wall(start, end, bottom, top, levels: int = 4):
+    """Upright rectangles from start[i] to end[i] ([n, 2] each), every one with vertices of its own."""
+    height = np.linspace(bottom, top, levels + 1)
+    ends = np.stack([start, end], axis=1)
+    points = np.empty((len(start), 2, levels + 1, 3))
+    points[..., 0], points[..., 2] = ends[..., None, 0], -ends[..., None, 1]
+    points[..., 1] = height
+    along = end - start
+    outward = _unit(np.stack([along[:, 1], 0 * along[:, 0], along[:, 0]], axis=1))
+    normals = np.broadcast_to(outward[:, None, None], points.shape).reshape(-1, 3)
+    share = (np.arange(len(start))[:, None] + [0, 1]) / len(start)
+    texcoords = np.empty(points.shape[:-1] + (2,))
+    texcoords[..., 0], texcoords[..., 1] = share[..., None], (height - bottom) / (top - bottom)
+    cell = _quads(np.arange(2 * (levels + 1)).reshape(2, levels + 1))
+    triangles = (cell + np.arange(len(start))[:, None, None] * (2 * (levels + 1))).reshape(-1, 3)
+    return points.reshape(-1, 3), normals, texcoords.reshape(-1, 2), triangles
+
+
+def _plinth(around: int = 144):
+    """A lathe: straight profile segments are smooth around the axis and meet in hard edges."""
+    profile = np.array([(1.00, 0.0), (1.40, 0.0), (1.46, -0.05), (1.46, -0.14), (1.40, -0.17), (1.52, -0.24),
+                        (1.60, -0.26), (1.60, -0.36), (0.0, -0.36)])
+    pieces = [_lathe(profile[k], profile[k + 1], around) for k in range(len(profile) - 1)]
+    return _finish(*_merge(pieces))
+
+
+def _inlay(around: int = 144):
+    return _finish(*_lathe(np.array((0.0, 0.0)), np.array((1.0, 0.0)), around))
+
+
+def _lathe(start, end, around):
+    """The surface of revolution of one straight segment; (radius, height) at both ends, outside to its left."""
+    length = np.hypot(*(end - start))
+    rows = max(2, int(np.ceil(length / 0.07)))
+    share = np.linspace(0, 1, rows + 1)[:, None]
+    radius, height = start[0] + (end - start)[0] * share, start[1] + (end - start)[1] * share
+    angle = np.arange(around) * (2 * np.pi / around)
+    points = np.stack([radius * np.cos(angle), height + 0 * angle, radius * np.sin(angle)], axis=-1)
+    slope = (end - start) / length
+    normals = np.stack([-slope[1] * np.cos(angle), slope[0] + 0 * angle, -slope[1] * np.sin(angle)], axis=-1)
+    normals = np.broadcast_to(normals, points.shape)
+    wrapped = np.arange(rows + 1)[:, None] * around + np.arange(around + 1) % around
+    texcoords = _unit_grid(rows, around)[:, ::-1]
+    triangles = _quads(np.arange(wrapped.size).reshape(wrapped.shape))[:, ::-1]
+    vertices = wrapped.ravel()
+    return _without_collapsed(points.reshape(-1, 3)[vertices], normals.reshape(-1, 3)[vertices], texcoords, triangles)
+
+
+# ---- building blocks
+
+def _smooth_part(points, grids, texcoords):
+    """A part over shared points: grids [..., n, m] index them; normals are averaged across all seams."""
+    grids = grids.reshape(-1, *grids.shape[-2:])
+    corners = np.arange(grids.size).reshape(grids.shape)
+    triangles = np.concatenate([_quads(grid) for grid in corners])
+    vertices = grids.ravel()
+    points = _grid_aligned(points)
+    normals = _averaged_normals(points, vertices[triangles])
+    return _finish(points[vertices], normals[vertices], texcoords, triangles)
+
+
+def _quads(grid):
+    """Two triangles for every cell of an [n, m] grid of vertex ids."""
+    a, b, c, d = grid[:-1, :-1].ravel(), grid[1:, :-1].ravel(), grid[1:, 1:].ravel(), grid[:-1, 1:].ravel()
+    return np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3)
+
+
+def _unit_grid(rows, columns):
+    u, v = np.meshgrid(np.linspace(0, 1, rows + 1), np.linspace(0, 1, columns + 1), indexing="ij")
+    return np.stack([u, v], axis=-1).reshape(-1, 2)
+
+
+def _averaged_normals(points, triangles):
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    face = np.cross(b - a, c - a)
+    total = np.stack([sum(np.bincount(triangles[:, k], face[:, axis], len(points)) for k in range(3))
+                      for axis in range(3)], axis=1)
+    return _unit(total)
+
+
+def _without_collapsed(points, normals, texcoords, triangles):
+    """Drops the triangles that a lathe's axis collapses to a line."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return points, normals, texcoords, triangles[np.any(np.cross(b - a, c - a) != 0, axis=1)]
+
+
+def _merge(pieces):
+    offsets = np.cumsum([0] + [len(piece[0]) for piece in pieces[:-1]])
+    joined = [np.concatenate([piece[k] for piece in pieces]) for k in range(3)]
+    return *joined, np.concatenate([piece[3] + offset for piece, offset in zip(pieces, offsets)])
+
+
+def _finish(points, normals, texcoords, triangles):
+    return (_grid_aligned(points).astype(np.float32), _unit(_grid_aligned(normals)).astype(np.float32),
+            texcoords.astype(np.float32), triangles.astype(np.uint32))
+
+
+def _grid_aligned(values):
+    """Rounded to 2^-18: the last bits of sine and cosine differ between machines, the model must not."""
+    return np.round(np.asarray(values) * 2.0**18) / 2.0**18
+
+
+def _unit(vectors):
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def _rotation(axis, angle):
+    """Turns about axis 0, 1 or 2, counter-clockwise seen from its tip."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    matrix = np.eye(3)
+    matrix[i, i] = matrix[j, j] = np.cos(angle)
+    matrix[j, i], matrix[i, j] = np.sin(angle), -np.sin(angle)
+    return matrix
+
+
+# ---- file
+
+def write_glb(parts: list[Part], path: str | Path) -> None:
+    """Writes parts as a .glb with 32-bit indices, one node per mesh and one material per part."""
+    gltf = pygltflib.GLTF2(scene=0, scenes=[pygltflib.Scene(nodes=[])])
+    blob = bytearray()
+    meshes: dict[str, pygltflib.Mesh] = {}
+    for part in parts:
+        if part.mesh not in meshes:
+            meshes[part.mesh] = pygltflib.Mesh(name=part.mesh)
+            gltf.nodes.append(pygltflib.Node(name=part.mesh, mesh=len(gltf.meshes)))
+            gltf.meshes.append(meshes[part.mesh])
+            gltf.scenes[0].nodes.append(len(gltf.nodes) - 1)
+        attributes = pygltflib.Attributes(POSITION=_accessor(gltf, blob, part.positions, bounds=True),
+                                          NORMAL=_accessor(gltf, blob, part.normals),
+                                          TEXCOORD_0=_accessor(gltf, blob, part.texcoords))
+        meshes[part.mesh].primitives.append(pygltflib.Primitive(
+            attributes=attributes, indices=_accessor(gltf, blob, part.triangles.reshape(-1, 1)),
+            material=len(gltf.materials), mode=pygltflib.TRIANGLES))
+        gltf.materials.append(pygltflib.Material(name=part.name, pbrMetallicRoughness=pygltflib.PbrMetallicRoughness(
+            baseColorFactor=[*part.color, 1.0], metallicFactor=part.metallic, roughnessFactor=part.roughness)))
+    gltf.buffers.append(pygltflib.Buffer(byteLength=len(blob)))
+    gltf.set_binary_blob(bytes(blob))
+    write_files({Path(path): gltf.save_to_bytes()})
+
+
+def _accessor(gltf, blob, array, bounds: bool = False) -> int:
+    """Appends array ([n, components] of float32 or uint32) to blob; returns its accessor's index."""
+    indices = array.dtype == np.uint32
+    gltf.bufferViews.append(pygltflib.BufferView(
+        buffer=0, byteOffset=len(blob), byteLength=array.nbytes,
+        target=pygltflib.ELEMENT_ARRAY_BUFFER if indices else pygltflib.ARRAY_BUFFER))
+    blob += np.ascontiguousarray(array).tobytes()
+    gltf.accessors.append(pygltflib.Accessor(
+        bufferView=len(gltf.bufferViews) - 1, count=len(array), type=("SCALAR", "VEC2", "VEC3")[array.shape[1] - 1],
+        componentType=pygltflib.UNSIGNED_INT if indices else pygltflib.FLOAT,
+        min=array.min(axis=0).tolist() if bounds else None, max=array.max(axis=0).tolist() if bounds else None))
+    return len(gltf.accessors) - 1

@@ -1,0 +1,91 @@
+"""The demo's model in a studio, rendered by Mitsuba: the compressed file by the plugin, the original as Mitsuba's own mesh.
+
+Needs the "mitsuba" extra and the plugin; importing this raises ImportError without.
+"""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+import mitsuba_plugin
+from gltf_ext.gltf.document import write_files
+from gltf_ext.progress import progress_bar
+from gltf_meshlet.demo.rasterizer import Camera
+from mitsuba_plugin import llvm
+from mitsuba_plugin.command import render
+
+FLOOR = -0.36  # where the plinth ends
+FLOOR_COLOR = (0.62, 0.62, 0.64)
+# Towards each lamp, its angular radius in degrees and its radiance: a large soft one from the left, a warm one, a cool rim light.
+LAMPS = (
+    ((-0.7, 0.9, 0.55), 24.0, (7.6, 7.6, 7.3)),
+    ((1.0, 0.35, 0.5), 14.0, (4.6, 3.7, 2.8)),
+    ((0.35, 0.55, -1.0), 18.0, (3.6, 4.2, 5.2)),
+)
+SKY, HORIZON = (0.30, 0.32, 0.36), (0.12, 0.12, 0.13)  # radiance of everything else, upwards and sideways
+SOFT_EDGE = 6.0  # degrees over which a lamp fades
+ROWS = 128
+CAPTION_HEIGHT, CAPTION_SIZE = 40, 18  # pixels
+
+
+def picture(path: Path, camera: Camera, width: int, height: int, spp: int) -> np.ndarray:
+    """uint8[height, width, 3] of a file's scene; compressed primitives are not decompressed for it."""
+    mi.set_log_level(mi.LogLevel.Error)
+    mi.set_variant("llvm_ad_rgb" if llvm.choose() else "scalar_rgb")
+    scene = mitsuba_plugin.scene_dict(path, width=width, height=height, default_light=0, integrator={"type": "path", "max_depth": 5})
+    scene["sensor"].update(
+        fov=camera.field_of_view, fov_axis="y", near_clip=0.1, far_clip=100.0,
+        to_world=mi.ScalarTransform4f().look_at(origin=list(camera.eye), target=list(camera.target), up=[0, 1, 0]),
+    )  # fmt: skip
+    with progress_bar(path.name, True) as advance:
+        linear = render(mi.load_dict({**scene, **_studio()}), width, height, spp, advance)
+    return np.array(mi.Bitmap(linear).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True))
+
+
+def _studio() -> dict:
+    """Floor and lights. One picture of all lights around is less noisy than lamps that are sampled in turn."""
+    floor = mi.ScalarTransform4f().translate([0, FLOOR, 0]).rotate([1, 0, 0], -90).scale(40)
+    return {
+        "floor": {"type": "rectangle", "to_world": floor, "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(FLOOR_COLOR)}}},
+        "lights": {"type": "envmap", "bitmap": mi.Bitmap(_lights())},
+    }
+
+
+def _lights() -> np.ndarray:
+    """float32[ROWS, 2 ROWS, 3]: radiance from each direction, in Mitsuba's layout of longitude and latitude."""
+    latitude = (np.arange(ROWS)[:, None] + 0.5) * np.pi / ROWS
+    longitude = (np.arange(2 * ROWS) + 0.5) * np.pi / ROWS
+    up = np.broadcast_to(np.cos(latitude), (ROWS, 2 * ROWS))
+    direction = np.stack([np.sin(longitude) * np.sin(latitude), up, -np.cos(longitude) * np.sin(latitude)], axis=-1)
+    light = np.array(HORIZON) + np.clip(up, 0, 1)[..., None] * np.subtract(SKY, HORIZON)
+    for towards, radius, radiance in LAMPS:
+        angle = np.degrees(np.arccos(np.clip(direction @ np.divide(towards, np.linalg.norm(towards)), -1, 1)))
+        light += np.clip((radius - angle) / SOFT_EDGE, 0, 1)[..., None] * radiance
+    return light.astype(np.float32)
+
+
+def save(path: Path, pixels: np.ndarray) -> None:
+    """Writes a PNG."""
+    _save(path, Image.fromarray(pixels))
+
+
+def save_side_by_side(path: Path, captioned: list[tuple[str, np.ndarray]]) -> None:
+    """Writes a PNG of pictures of one size, each above its caption."""
+    height, width = captioned[0][1].shape[:2]
+    sheet = Image.new("RGB", (width * len(captioned), height + CAPTION_HEIGHT), "white")
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(CAPTION_SIZE)
+    for i, (caption, pixels) in enumerate(captioned):
+        sheet.paste(Image.fromarray(pixels), (i * width, 0))
+        draw.text((i * width + width // 2, height + CAPTION_HEIGHT // 2), caption, "black", font, anchor="mm")
+    _save(path, sheet)
+
+
+def _save(path: Path, image: Image.Image) -> None:
+    content = BytesIO()
+    image.save(content, "png", optimize=True)
+    write_files({path: [content.getvalue()]})

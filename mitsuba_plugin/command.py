@@ -1,0 +1,118 @@
+"""`gltf-meshlet render`: a picture of a compressed file, rendered without decompressing it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+
+from gltf_ext.gltf.document import write_files
+from gltf_ext.errors import MeshletError
+from gltf_ext.progress import progress_bar
+
+from . import llvm
+from .native import statistics
+from .scene import load_scene
+
+FORMATS = {".png": mi.Bitmap.FileFormat.PNG, ".exr": mi.Bitmap.FileFormat.OpenEXR, ".jpg": mi.Bitmap.FileFormat.JPEG}
+PASS_SPP = 16  # the sampler spreads the samples of one pass evenly; more passes only for progress, and for memory,
+MAX_WAVEFRONT = 2**22  # since llvm_* variants hold all samples of a pass
+
+
+def main(options: argparse.Namespace) -> int:
+    """Renders and writes the picture; returns the exit status 0. options: those of gltf_meshlet.render.
+
+    Raises MeshletError, OSError.
+    """
+    output = Path(options.output)
+    suffix = output.suffix.lower()
+    if suffix not in FORMATS:
+        raise MeshletError("the output has an unknown format", f"use one of {' '.join(FORMATS)}", str(output))
+    _set_variant(options.variant)
+    try:
+        start = time.perf_counter()
+        scene = _load(options)
+        loaded = time.perf_counter()
+        with progress_bar(output.name, True) as advance:
+            picture = render(scene, options.width, options.height, options.spp, advance)
+        seconds = {"load": loaded - start, "render": time.perf_counter() - loaded}
+        content = _encoded(picture, suffix)
+    except RuntimeError as error:  # Mitsuba's and Dr.Jit's own
+        raise MeshletError(str(error).strip().splitlines()[-1], path=options.input) from None
+    write_files({output: [content]})
+    _report(options, seconds, statistics(scene))
+    return 0
+
+
+def _set_variant(variant: str) -> None:
+    able = [name for name in mi.variants() if not name.startswith("cuda")]
+    if variant not in able:
+        raise MeshletError(f"there is no variant {variant}", f"use one of {' '.join(able)}")
+    if variant.startswith("llvm") and not llvm.choose():
+        raise MeshletError(
+            f"{variant} needs LLVM {llvm.LEAST_VERSION} or newer",
+            f"Debian: apt install libllvm19; elsewhere set {llvm.VARIABLE}; or use --variant scalar_rgb",
+        )
+    mi.set_log_level(mi.LogLevel.Error)  # its warnings are about numbers of samples that it rounds
+    mi.set_variant(variant)
+
+
+def _encoded(picture: np.ndarray, suffix: str) -> bytes:
+    """A file's content: linear floats in .exr, 8-bit sRGB in the others."""
+    bitmap, stream = mi.Bitmap(picture), mi.MemoryStream()
+    if suffix != ".exr":
+        bitmap = bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True)
+    bitmap.write(stream, FORMATS[suffix])
+    return stream.raw_buffer()
+
+
+def _report(options: argparse.Namespace, seconds: dict[str, float], figures: dict[str, int]) -> None:
+    if options.json:
+        names = ("output", "backend", "variant", "width", "height", "spp")
+        report = {name: getattr(options, name) for name in names} | {"seconds": seconds, "statistics": figures}
+        print(json.dumps(report, indent=2))
+        return
+    asked = max(figures["hits"] + figures["misses"], 1)
+    print(
+        f"{options.output}: {options.width} x {options.height}, {options.spp} samples per pixel in {seconds['render']:.1f} s; "
+        f"{figures['triangles']:,} triangles in {figures['compressed_bytes'] / 1e6:.2f} MB, "
+        f"cache {figures['resident_bytes'] / 1e6:.2f} MB, {100 * figures['hits'] / asked:.1f} % hits"
+    )
+
+
+def _load(options: argparse.Namespace) -> mi.Scene:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene = load_scene(
+            options.input,
+            width=options.width,
+            height=options.height,
+            spp=options.spp,
+            camera=options.camera,
+            cache=options.cache,
+            cache_bytes=options.cache_bytes,
+        )
+    for warning in caught:
+        text = str(warning.message).removeprefix(f"{os.path.abspath(options.input)}: ")
+        print(f"gltf-meshlet: {options.source}: warning: {text}", file=sys.stderr)
+    return scene
+
+
+def render(scene: mi.Scene, width: int, height: int, spp: int, advance: Callable[[float], None] | None = None) -> np.ndarray:
+    """float32[height, width, 3]: the mean of passes with different seeds, after each of which advance(share done) is called."""
+    passes = min(spp, max(spp // PASS_SPP, -(-width * height * spp // MAX_WAVEFRONT)))
+    total = np.zeros(1, np.float32)
+    for i in range(passes):
+        first, last = spp * i // passes, spp * (i + 1) // passes
+        total = total + np.array(mi.render(scene, spp=last - first, seed=i)) * np.float32((last - first) / spp)
+        if advance:
+            advance(last / spp)
+    return total

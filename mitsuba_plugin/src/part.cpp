@@ -1,0 +1,289 @@
+#include "part.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include "decode/decoder_context.h"
+
+namespace meshlet_shape {
+namespace {
+
+using meshlet::BlobHeader;
+using meshlet::MeshletDecoder;
+using meshlet::Stream;
+
+uint32_t width_of(const Stream& s) { return s.kind == meshlet::kOct ? 3u : s.components; }
+
+float clamped(const Attribute& a, float value) {
+  if (a.integer) value = std::min(std::max(std::nearbyint(value), a.lowest), a.highest);
+  value *= a.scale;
+  return a.scale != 1.0f ? std::max(value, -1.0f) : value;  // the lowest normalized signed integer stands for -1
+}
+
+// One meshlet at a time. A thread keeps one, for the blob that it asked for last.
+class Lane {
+ public:
+  // Decodes the streams [first, end) of meshlet m.
+  MeshletDecoder& decode(const Blob& blob, uint32_t m, uint32_t first, uint32_t end) {
+    if (blob_ != blob.id) {
+      blob_ = 0;
+      header_ = meshlet::read_blob_header(blob.bytes.data(), blob.bytes.size());
+      lane_.data = blob.bytes.data();
+      lane_.size = uint32_t(blob.bytes.size());
+      blob_ = blob.id;
+      first_ = end_ = 0;
+    }
+    if (first_ != first || end_ != end) lane_.load_streams(first_ = first, end_ = end);
+    lane_.decode_meshlet(m);
+    if (lane_.error != ERROR_NONE) throw std::runtime_error(std::string("a meshlet is damaged: ") + meshlet::error_text(lane_.error));
+    return lane_;
+  }
+
+  // Attribute `a` of vertex `id` in floats; the streams that it takes must be decoded.
+  void read(const Attribute& a, uint32_t id, float* out) const {
+    float stored[kMaxStored];
+    for (uint32_t s = a.stream, done = 0; done < a.stored; s++) {
+      const Stream& stream = header_.streams[s];
+      read_stream(stream, &lane_.values[lane_.stream_lane[s] * 64u + id], stored + done);
+      done += width_of(stream);
+    }
+    for (uint32_t c = 0; c < a.components; c++) out[c] = clamped(a, stored[a.skipped + c]);
+  }
+
+  // The positions of all vertices, [axis][id].
+  void read_positions(const Attribute& a, float (*out)[64]) const {
+    const Stream& stream = header_.streams[a.stream];
+    if (stream.kind != meshlet::kGrid || a.integer || stream.components != 3) {
+      for (uint32_t id = 0; id < 64; id++) {
+        float p[3] = {};
+        if (id < lane_.vertex_count) read(a, id, p);
+        for (int i = 0; i < 3; i++) out[i][id] = p[i];
+      }
+      return;
+    }
+    for (int i = 0; i < 3; i++) {
+      const uint32_t* q = &lane_.values[(lane_.stream_lane[a.stream] + i) * 64u];
+      const double offset = stream.offset[i], step = stream.step;
+      for (uint32_t id = 0; id < 64; id++) out[i][id] = float(offset + double(int32_t(q[id])) * step);
+    }
+  }
+
+ private:
+  static void read_stream(const Stream& s, const uint32_t* q, float* out) {
+    if (s.kind == meshlet::kOct) return read_direction(q[0], q[64], s.bits, out);
+    for (uint32_t c = 0; c < s.components; c++, q += 64) switch (s.kind) {
+        case meshlet::kGrid: out[c] = float(double(s.offset[c]) + double(*q) * double(s.step)); break;
+        case meshlet::kFloat32: {
+          uint32_t bits = *q >> 31 ? *q ^ 0x80000000u : ~*q;
+          std::memcpy(out + c, &bits, 4);
+          break;
+        }
+        case meshlet::kSign: out[c] = *q ? 1.0f : -1.0f; break;
+        default: out[c] = float(*q);
+      }
+  }
+
+  // The octahedral map's inverse (spec, appendix A.9).
+  static void read_direction(uint32_t u, uint32_t v, uint32_t bits, float* out) {
+    const float scale = 2.0f / float((1u << bits) - 1u);
+    float x = float(u) * scale - 1.0f, y = float(v) * scale - 1.0f, z = 1.0f - std::fabs(x) - std::fabs(y);
+    float fold = z < 0.0f ? -z : 0.0f;
+    x -= std::copysign(fold, x);
+    y -= std::copysign(fold, y);
+    float inverse = 1.0f / std::sqrt(x * x + y * y + z * z);
+    out[0] = x * inverse;
+    out[1] = y * inverse;
+    out[2] = z * inverse;
+  }
+
+  MeshletDecoder lane_{};
+  BlobHeader header_;
+  uint64_t blob_ = 0;
+  uint32_t first_ = 0, end_ = 0;
+};
+
+Lane& this_lane() {
+  static thread_local Lane lane;
+  return lane;
+}
+
+uint32_t corner_of(uint32_t packed, uint32_t k, bool flip) { return packed >> (8 * (flip && k ? 3 - k : k)) & 255u; }
+
+uint32_t stream_end(const Attribute& a, const BlobHeader& header) {
+  uint32_t s = a.stream;
+  if (a.stored > kMaxStored || a.skipped > a.stored || a.components > a.stored - a.skipped) throw std::runtime_error(a.name + " has too many components");
+  for (uint32_t done = 0; done < a.stored; s++) {
+    if (s >= header.streams.size()) throw std::runtime_error(a.name + " names a stream that does not exist");
+    done += width_of(header.streams[s]);
+    if (done > a.stored) throw std::runtime_error(a.name + " does not fit its streams");
+  }
+  return s;
+}
+
+// What whole-blob decoding gives: floats, or the bits of integers.
+float as_number(float value, const Stream& s) {
+  if (s.kind != meshlet::kInteger) return value;
+  uint32_t bits;
+  std::memcpy(&bits, &value, 4);
+  return float(bits);
+}
+
+template <class Function>
+void for_each_vertex_attribute(const Part& part, Function&& f) {
+  if (part.normal.exists()) f(part.normal);
+  if (part.texcoord.exists()) f(part.texcoord);
+  for (const Attribute& a : part.others)
+    if (a.exists()) f(a);
+}
+
+Vector3 world_normal(const Affine& m, const float* n) {
+  Vector3 r{{m.m[0][0] * n[0] + m.m[0][1] * n[1] + m.m[0][2] * n[2], m.m[1][0] * n[0] + m.m[1][1] * n[1] + m.m[1][2] * n[2],
+             m.m[2][0] * n[0] + m.m[2][1] * n[1] + m.m[2][2] * n[2]}};
+  float length = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+  return length > 0 ? Vector3{{r[0] / length, r[1] / length, r[2] / length}} : r;
+}
+
+Vector3 world_position(const Part& part, const float* p) { return part.to_world.point({{p[0], p[1], p[2]}}); }
+
+std::atomic<uint64_t> g_next_blob{1};
+
+}  // namespace
+
+Blob::Blob(const uint8_t* data, size_t size) : bytes(data, data + size), id(g_next_blob.fetch_add(1)) {}
+
+Vector3 Affine::point(const Vector3& p) const {
+  Vector3 r;
+  for (int i = 0; i < 3; i++) r[i] = m[i][0] * p[0] + m[i][1] * p[1] + m[i][2] * p[2] + m[i][3];
+  return r;
+}
+
+float Affine::determinant() const {
+  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+}
+
+Affine Affine::normal_matrix() const {
+  Affine r;
+  float sign = determinant() < 0 ? -1.0f : 1.0f;
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) {
+      int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      r.m[i][j] = sign * (m[i1][j1] * m[i2][j2] - m[i1][j2] * m[i2][j1]);
+    }
+  return r;
+}
+
+Affine Affine::operator*(const Affine& b) const {
+  Affine r;
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 4; j++) r.m[i][j] = m[i][0] * b.m[0][j] + m[i][1] * b.m[1][j] + m[i][2] * b.m[2][j] + (j == 3 ? m[i][3] : 0.0f);
+  return r;
+}
+
+BlobFacts check_part(Part& part) {
+  BlobHeader header = meshlet::read_blob_header(part.blob->bytes.data(), part.blob->bytes.size());
+  if (!part.position.exists() || part.position.components != 3) throw std::runtime_error("POSITION does not have 3 components");
+  if ((part.normal.exists() && part.normal.components != 3) || (part.texcoord.exists() && part.texcoord.components != 2))
+    throw std::runtime_error("NORMAL does not have 3 or TEXCOORD_0 not 2 components");
+  part.position_end = stream_end(part.position, header);
+  part.others_first = uint32_t(header.streams.size());
+  part.others_end = part.width = 0;
+  for_each_vertex_attribute(part, [&](const Attribute& a) {
+    part.others_first = std::min(part.others_first, a.stream);
+    part.others_end = std::max(part.others_end, stream_end(a, header));
+    part.width += a.components;
+  });
+  return {header.triangle_count, header.vertex_count, header.meshlet_count};
+}
+
+size_t triangles_bytes(uint32_t triangles) { return sizeof(Entry) + Triangles::bytes(triangles); }
+size_t attributes_bytes(uint32_t vertices, uint32_t width) { return sizeof(Entry) + sizeof(VertexAttributes) + sizeof(float) * size_t(vertices) * width; }
+
+Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
+  Lane& lane = this_lane();
+  MeshletDecoder& d = lane.decode(*part.blob, m, part.position.stream, part.position_end);
+  float local[3][64], world[3][64];
+  lane.read_positions(part.position, local);
+  for (int i = 0; i < 3; i++) {
+    const float* row = part.to_world.m[i];
+    for (uint32_t id = 0; id < 64; id++) world[i][id] = row[0] * local[0][id] + row[1] * local[1][id] + row[2] * local[2][id] + row[3];
+  }
+  alignas(8) uint8_t corner[3][kMeshletTriangles];
+  uint32_t shift[3] = {0, part.flip_winding ? 16u : 8u, part.flip_winding ? 8u : 16u};
+  for (uint32_t k = 0; k < 3; k++) {
+    for (uint32_t t = 0; t < d.triangle_count; t++) corner[k][t] = uint8_t(d.triangles[t] >> shift[k]) & 63u;
+    // The rest of the last group is a point, which nothing hits.
+    std::fill(corner[k] + d.triangle_count, corner[k] + kMeshletTriangles, corner[0][d.triangle_count - 1]);
+  }
+  Entry* entry = thread.scratch(kTriangles, triangles_bytes(d.triangle_count));
+  static_cast<Triangles*>(entry->payload())->build(world, corner, d.triangle_count);
+  return entry;
+}
+
+Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m) {
+  Lane& lane = this_lane();
+  MeshletDecoder& d = lane.decode(*part.blob, m, part.others_first, part.others_end);
+  const Affine normal_matrix = part.to_world.normal_matrix();
+  const uint32_t width = part.width;
+  Entry* entry = thread.scratch(kAttributes, attributes_bytes(d.vertex_count, width));
+  auto* out = static_cast<VertexAttributes*>(entry->payload());
+  out->width = width;
+  for (uint32_t t = 0; t < kMeshletTriangles; t++)
+    for (uint32_t k = 0; k < 3; k++) out->corner[t][k] = t < d.triangle_count ? uint8_t(corner_of(d.triangles[t], k, part.flip_winding)) : 0;
+  for (uint32_t id = 0; id < d.vertex_count; id++) {
+    float* v = out->values() + id * width;
+    for_each_vertex_attribute(part, [&](const Attribute& a) {
+      lane.read(a, id, v);
+      if (&a == &part.normal) {
+        Vector3 n = world_normal(normal_matrix, v);
+        std::copy(n.v, n.v + 3, v);
+      }
+      v += a.components;
+    });
+  }
+  return entry;
+}
+
+DecodedPart decode_all(const Part& part) {
+  meshlet::Decoder decoder(part.blob->bytes.data(), part.blob->bytes.size());
+  const BlobHeader& header = decoder.header();
+  const size_t count = header.vertex_count;
+  std::vector<std::vector<float>> streams;  // INTEGER streams as bits
+  std::vector<void*> pointers;
+  for (const Stream& s : header.streams) pointers.push_back(streams.emplace_back(count * width_of(s)).data());
+  DecodedPart out;
+  out.triangles.resize(3 * size_t(header.triangle_count));
+  decoder.decode(out.triangles.data(), nullptr, pointers.data());
+  if (part.flip_winding)
+    for (size_t t = 0; t < out.triangles.size(); t += 3) std::swap(out.triangles[t + 1], out.triangles[t + 2]);
+  auto gather = [&](const Attribute& a) {
+    std::vector<float> values(a.exists() ? count * a.components : 0);
+    for (uint32_t s = a.stream, done = 0; a.exists() && done < a.stored; done += width_of(header.streams[s]), s++)
+      for (uint32_t c = 0, n = width_of(header.streams[s]); c < n; c++) {
+        uint32_t shown = done + c - a.skipped;  // wraps around for skipped ones
+        for (size_t v = 0; shown < a.components && v < count; v++)
+          values[v * a.components + shown] = clamped(a, as_number(streams[s][v * n + c], header.streams[s]));
+      }
+    return values;
+  };
+  out.positions = gather(part.position);
+  out.normals = gather(part.normal);
+  out.texcoords = gather(part.texcoord);
+  for (const Attribute& a : part.others) out.others.push_back(gather(a));
+  const Affine normal_matrix = part.to_world.normal_matrix();
+  for (size_t v = 0; v < count; v++) {
+    Vector3 p = world_position(part, &out.positions[3 * v]);
+    std::copy(p.v, p.v + 3, &out.positions[3 * v]);
+    if (!part.normal.exists()) continue;
+    Vector3 n = world_normal(normal_matrix, &out.normals[3 * v]);
+    std::copy(n.v, n.v + 3, &out.normals[3 * v]);
+  }
+  return out;
+}
+
+size_t decoder_bytes() { return sizeof(Lane); }
+
+}  // namespace meshlet_shape

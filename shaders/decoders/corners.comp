@@ -1,0 +1,71 @@
+// The third pass over meshlets, after lengths.comp: the values of corners.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+
+#define PER_MESHLET 8u                     // invocations for references or corners; where there are more, each has several
+#include "decoders/passes.glsl"
+
+shared uint group_hops;                    // MAX_HOPS, which compilers shall not know: they would unroll a long loop
+
+// Anchor `index` of streams [begin, end) of h.
+void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
+  uint p = anchors_begin(h);
+  uint count = mask_count(the_starts);
+  for (uint s = 0u; s < end; s++) {
+    count = anchors_of(h, s, count);
+    uint n = stream_field(s, STREAM_COMPONENTS);
+    uint bits = stream_field(s, STREAM_BITS);
+    uint width = index > 0u ? width_field(p + n * bits) : 0u;
+    uint deltas = p + n * bits + 5u + (index - 1u) * n * width;
+    uvec2 fields = uvec2(0u);
+    for (uint c = 0u; c < n && s >= begin; c++) {
+      uint value = load_bits(p + c * bits, bits);
+      if (index > 0u) value += unzigzag(load_bits(deltas + c * width, width));
+      if (is_packed(s)) fields |= put_field(c * place_field(s, PLACE_FIELD), value & bits_mask(s));
+      else put_value(s, c, id, value);
+    }
+    if (s >= begin && is_packed(s)) put_vertex(s, id, fields);
+    p = after_anchors(p, s, count);
+  }
+}
+
+// Follows references from corner j to where it is stored, for the streams that go the same way from `s` on; returns the one after them.
+uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
+  Header h = own;
+  bool apart = false;
+  for (uint hop = 0u; hop <= group_hops && error == ERROR_NONE; hop++) {
+    apart = apart || (h.flags & FLAG_SEAMS) != 0u;
+    mask64 seams = seam_references(h, s);
+    mask64 shared_refs = h.foreign_refs & ~seams;
+    uint before = h.references > 0u ? previous_reference(h, j) & 63u : 0u;
+    bool follow = mask_test(shared_refs, j);
+    bool follow_before = mask_test(shared_refs, before);
+    if (!follow && !follow_before) {
+      uint end = apart ? s + 1u : stream_end;
+      read_anchors(h, h.references == 0u ? j : mask_count(stored_corners(h, seams) & mask_below(j)), s, end, id);
+      return end;
+    }
+    if (follow && follow_before) follow = owner_of(h, before) >= owner_of(h, j);
+    uint entry = entry_position(h, follow ? j : before);
+    uint slot = entry_slot(h, entry);
+    h = read_header(entry_owner(h, entry));
+    uint reference = slot_reference(h, slot) & 63u;
+    j = follow ? next_reference(h, reference) & 63u : reference;
+  }
+  if (error == ERROR_NONE) error = ERROR_HOPS;
+  return stream_end;
+}
+
+void main() {
+  if (LANE == 0u) group_hops = MAX_HOPS;
+  if (!open_pass()) return;                // behind a barrier
+  Header h = open_header();
+  uint corners = h.references == 0u ? mask_count(the_starts) : h.references;
+  for (uint j = part; j < corners; j += PER_MESHLET) {
+    uint id = h.references == 0u ? ids_before(j) & 63u : id_at(nth_bit(the_references, j));
+    for (uint s = 0u; s < stream_end && error == ERROR_NONE;) s = read_corner(h, j, s, id);
+  }
+  close_pass();
+}

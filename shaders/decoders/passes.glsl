@@ -1,0 +1,188 @@
+// What the passes that decode meshlets' values after connect.comp have in common (lengths.comp, corners.comp, chains.comp, interior.comp): their
+// meshlets, places along the boundary, sections, and the reading of residuals. Each invocation has a small part of a meshlet, and what a pass
+// finds goes to where the values belong, from where the next one reads it.
+//
+// The includer defines PER_MESHLET, the invocations that share a meshlet. Code is kept small, since a pass is slow when it does not fit the
+// instruction cache: what is long is called from one place.
+// Hostile bytes: local ids, ranks and references are masked, or come from masks of 64 bits; a buffer is written at a place made of these alone; loops
+// end after 64 steps, with the streams, or at the blob's end. What a pass finds wrong keeps the later ones away from the meshlet.
+
+#define GROUP 64u
+#define GROUP_MESHLETS (GROUP / PER_MESHLET)
+#include "decoders/serial_prologue.glsl"
+#include "decode/serial_decoder.glsl"
+#include "decoders/serial_epilogue.glsl"
+#include "decoders/sections.glsl"
+#include "decoders/decode_push.glsl"
+#include "decoders/packed_values.glsl"
+
+layout(local_size_x = GROUP) in;
+
+// ---- the invocation's meshlet --------------------------------------------------------------------------------------------------------
+
+uint member;                               // number of the meshlet in the workgroup
+uint part;                                 //   and of the invocation among those that share it
+mask64 the_boundary;
+mask64 the_starts;
+mask64 the_references;                     // ranks at which they begin; there is one after lengths.comp
+
+// To be called by all invocations first; false for those that have no meshlet, or one that is malformed. Barriers are passed.
+bool open_pass() {
+  member = LANE / PER_MESHLET;
+  part = LANE % PER_MESHLET;
+  uint number = gl_WorkGroupID.x * GROUP_MESHLETS + member;
+  open_job(min(number, push.meshlets - 1u));
+  open_blob(job_blob(), job_blob_words());
+  group_streams(job_streams());
+  group_value_places();
+  the_values = job_values();
+  Connected connected = Connectivity(push.connectivity).of[job_place];
+  the_boundary = connected.boundary;
+  the_starts = connected.starts;
+  the_references = connected.references;
+  error = ERROR_NONE;
+  uint summary = Summaries(push.summaries).of[job_place];
+  return member < GROUP_MESHLETS && number < push.meshlets && summary >> 16 == ERROR_NONE;
+}
+
+Header open_header() {
+  Header h = read_header(job_meshlet);
+  read_symbols(h.begin, h.triangles);
+  return h;
+}
+
+void close_pass() {
+  if (error != ERROR_NONE) atomicOr(Summaries(push.summaries).of[job_place], error << 16);
+}
+
+// ---- along the boundary ------------------------------------------------------------------------------------------------------------
+
+// The n-th one of a mask, from 0; 63 or less also where there is none.
+uint nth_bit(mask64 m, uint n) {
+  uint low = uint(bitCount(m.x));
+  uint at = n < low ? 0u : 32u;
+  uint word = n < low ? m.x : m.y;
+  if (n >= low) n -= low;
+  for (uint half_width = 16u; half_width > 0u; half_width >>= 1) {
+    uint ones = uint(bitCount(word & word_below(half_width)));
+    if (n >= ones) {
+      n -= ones;
+      at += half_width;
+      word >>= half_width;
+    }
+  }
+  return min(at, 63u);
+}
+
+// Local ids before component k.
+uint ids_before(uint k) {
+  uint t = k >= mask_count(the_starts) ? triangle_count : nth_bit(the_starts, k);
+  return min(64u, pushed_vertices(mask_below(t)) + min(k, mask_count(the_starts)));
+}
+
+// The loop that reference r of h belongs to: its first place in the loop order, and the one behind its last.
+uvec2 loop_of(HEADER_IN h, uint r) {
+  uint k = mask_count(h.loop_ends & mask_below(r));
+  return uvec2(mask_count(the_boundary & mask_below(ids_before(k))), mask_count(the_boundary & mask_below(ids_before(k + 1u))));
+}
+
+uint id_at(uint rank) { return nth_bit(the_boundary, rank); }
+
+// Where reference r lies along the boundary.
+struct Run {
+  uint rank;
+  uint steps;                              // its length
+};
+
+Run run_of(uint r) {
+  uint rank = nth_bit(the_references, r);
+  mask64 later = the_references & ~mask_below(rank + 1u);
+  return Run(rank, (mask_any(later) ? mask_lsb(later) : mask_count(the_boundary)) - rank);
+}
+
+// The id of the last vertex of reference r.
+uint last_id(HEADER_IN h, uint r, Run run) { return id_at(mask_test(h.loop_ends, r) ? loop_of(h, r).x : run.rank + run.steps); }
+
+// ---- sections ----------------------------------------------------------------------------------------------------------------------
+
+// Where section D begins.
+uint anchors_begin(HEADER_IN h) {
+  uint p = h.codes;
+  bool chains = mask_any(h.owned_refs);
+  for (uint s = 0u; s < stream_total; s++) {
+    uint n = stream_field(s, STREAM_COMPONENTS);
+    if (chains) code_at(p, n, stream_field(s, STREAM_CHAIN_BASE));
+    code_at(p, n, stream_field(s, STREAM_INTERIOR_BASE));
+  }
+  return p;
+}
+
+// Anchors of stream s, where `count` is their number for the stream before it, or a meshlet without references.
+uint anchors_of(HEADER_IN h, uint s, uint count) {
+  if (h.references == 0u || (s > 0u && (h.flags & FLAG_SEAMS) == 0u)) return count;
+  return mask_count(stored_corners(h, seam_references(h, s)));
+}
+
+uint after_anchors(uint p, uint s, uint count) {
+  uint n = stream_field(s, STREAM_COMPONENTS);
+  if (count > 0u) p += n * stream_field(s, STREAM_BITS);
+  if (count > 1u) p += 5u + (count - 1u) * n * width_field(p);
+  return p;
+}
+
+// Inner vertices of all owned references (x), and of those before `reference` (y).
+uvec2 chain_vertices(HEADER_IN h, uint reference) {
+  uvec2 count = uvec2(0u);
+  uint p = h.lengths;
+  uint used = 0u;
+  mask64 window = load_mask(p, 64u);
+  for (mask64 rest = h.sized_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
+    if (used + h.length_width > 64u) {
+      p += used;
+      used = 0u;
+      window = load_mask(p, 64u);
+    }
+    uint r = mask_lsb(rest);
+    uint inner = mask_test(h.owned_refs, r) ? get_field(window, used, h.length_width) : 0u;
+    count += uvec2(inner, r < reference ? inner : 0u);
+    used += h.length_width;
+  }
+  return count;
+}
+
+// ---- residuals ---------------------------------------------------------------------------------------------------------------------
+
+uint residual_code;                        // Rice parameter, or CODE_FIXED with
+uvec2 residual_widths;                     //   these widths: six bits per component
+uint low_position;                         // bit position of the next residual's low bits
+uint low_index;                            // the two words that were read last, from this one on
+uvec2 low_words;
+
+void seek_low(uint p) {
+  low_position = p;
+  low_index = p >> 5;
+  low_words = load_words2(low_index);
+}
+
+uint take_low(uint width) {
+  uint w = low_position >> 5;
+  if (w != low_index) {
+    low_words = uvec2(w == low_index + 1u ? low_words.y : load_word(w), load_word(w + 1u));
+    low_index = w;
+  }
+  uint bits = funnel(low_words.x, low_words.y, low_position & 31u) & word_below(width);
+  low_position += width;
+  return bits;
+}
+
+uvec2 fixed_widths(uint position, uint n) {
+  uvec2 widths = uvec2(0u);
+  for (uint c = 0u; c < n; c++) widths |= put_field(6u * c, width_field(position + 5u * c));
+  return widths;
+}
+
+uint next_residual(uint c) {
+  if (residual_code == CODE_FIXED) return unzigzag(take_low(get_field(residual_widths, 6u * c, 6u)));
+  uint low = take_low(residual_code);
+  return unzigzag(low | next_quotient(unary) << residual_code);
+}

@@ -1,0 +1,74 @@
+// Values of meshlets, by a team of TEAM lanes each: after connect.comp, or (PARALLEL) with the triangles from the parallel decoder of
+// connectivity; into plain buffers, or (STREAM) into slots of the ring of path `stream`.
+// variants: values8.comp=TEAM=8u values16.comp=TEAM=16u values32.comp=TEAM=32u values_parallel.comp=TEAM=32u,PARALLEL
+// variants: values_stream.comp=TEAM=32u,STREAM
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+
+layout(local_size_x = 32) in;
+#ifdef STREAM
+#include "raster/stream_push.glsl"
+#else
+#include "decoders/decode_push.glsl"
+#endif
+#include "decoders/team_size.glsl"
+#include "decoders/serial_prologue.glsl"
+#include "decode/serial_decoder.glsl"
+#include "decoders/serial_epilogue.glsl"
+
+#ifdef PARALLEL
+#include "decoders/team_connectivity.glsl"
+#else
+uvec2 team_triangles;
+uint packed_triangle(uint t) { return Integers(team_triangles).at[t & 63u]; }
+uvec2 connectivity_boundary() { return Connectivity(push.connectivity).of[job_place].boundary; }
+uvec2 connectivity_starts() { return Connectivity(push.connectivity).of[job_place].starts; }
+#endif
+#include "decoders/team_values.glsl"
+#ifdef STREAM
+#include "decoders/slot_output.glsl"
+#endif
+
+void put_values() {
+#ifdef STREAM
+  Primitive primitive = job_primitive();
+  for (uint v = MEMBER; v < vertex_count; v += TEAM) put_vertex(team_triangles, primitive, v);
+#else
+  Integers integers = Integers(job_values());
+  for (uint k = MEMBER; k < push.value_words; k += TEAM)
+    if ((k & 63u) < vertex_count) integers.at[k] = team_values[TEAM_INDEX][k];
+#endif
+}
+
+void main() {
+  uint number = gl_WorkGroupID.x * TEAMS + TEAM_INDEX;
+  bool exists = number < push.meshlets;
+  open_job(min(number, push.meshlets - 1u));
+  Summaries summaries = Summaries(push.summaries);
+#ifdef PARALLEL
+  bool sound = exists;
+#else
+  bool sound = exists && (summaries.of[job_place] & 255u) > 0u;
+  if (TEAMS == 1u && !sound) return;       // there are no others to keep company at the barriers
+  team_triangles = job_triangles();
+#endif
+  open_blob(job_blob(), job_blob_words());
+  group_streams(job_streams());
+  open_team(job_meshlet);
+  Header h = read_header(job_meshlet);
+  read_symbols(h.begin, h.triangles);
+#ifdef PARALLEL
+  decode_connectivity();
+#endif
+  team_decode(h, sound);
+  if (!sound) return;
+#ifdef PARALLEL
+  if (MEMBER == 0u) summaries.of[job_place] = triangle_count | vertex_count << 8;
+  for (uint t = MEMBER; t < triangle_count; t += TEAM) Integers(job_triangles()).at[t] = packed_triangle(t);
+  barrier();
+#endif
+  if (error == ERROR_NONE) put_values();
+  else if (MEMBER == 0u) summaries.of[job_place] = error << 16;
+}

@@ -1,0 +1,84 @@
+// Culling bounds of every meshlet of a primitive, once on loading: a meshlet per invocation.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+
+layout(local_size_x = 32) in;
+
+#include "scene/bounds.glsl"
+#define MAX_LANES 3u                       // only positions are decoded
+#include "decoders/serial_prologue.glsl"
+#include "decode/serial_decoder.glsl"
+#include "decoders/serial_epilogue.glsl"
+
+layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer BoundsWords { uint at[]; };
+
+layout(push_constant) uniform Push {
+  uvec2 primitives;
+  uint primitive;
+} push;
+
+// A normal whose triangle is so thin that its direction is lost in rounding.
+const float THINNEST = 1e-4;
+
+uvec3 position_integers(uint v) {
+  return uvec3(values[v], values[64u + v], values[128u + v]);
+}
+
+// The normal of triangle t, not of unit length, in units of the grid. thin: its direction cannot be trusted.
+vec3 triangle_normal(uint t, inout bool thin) {
+  uint packed_triangle = triangles[t];
+  ivec3 a = ivec3(position_integers(packed_triangle & 63u));
+  vec3 ab = vec3(ivec3(position_integers((packed_triangle >> 8) & 63u)) - a);
+  vec3 av = vec3(ivec3(position_integers((packed_triangle >> 16) & 63u)) - a);
+  vec3 normal = cross(ab, av);
+  float size = length(normal);
+  if (size > 0.0 && size < THINNEST * length(ab) * length(av)) thin = true;
+  return normal;
+}
+
+uint cone_word() {
+  bool thin = false;
+  vec3 sum = vec3(0.0);
+  for (uint t = 0u; t < triangle_count; t++) {
+    vec3 normal = triangle_normal(t, thin);
+    if (dot(normal, normal) > 0.0) sum += normalize(normal);
+  }
+  if (thin || dot(sum, sum) < 1e-6) return NO_CONE << 28;
+  uint axis = axis_word(normalize(sum));
+  vec3 direction = unit_of_oct(uvec2(axis >> 18, axis >> 23) & 31u, AXIS_BITS);
+  float cosine = 1.0;
+  for (uint t = 0u; t < triangle_count; t++) {
+    vec3 normal = triangle_normal(t, thin);
+    if (dot(normal, normal) > 0.0) cosine = min(cosine, dot(normalize(normal), direction));
+  }
+  return axis | sine_word(cosine);
+}
+
+uint sphere_word(Primitive primitive) {
+  vec3 low = vec3(3.4e38), high = vec3(-3.4e38);
+  for (uint v = 0u; v < vertex_count; v++) {
+    vec3 p = position_value(primitive.position, position_integers(v));
+    low = min(low, p);
+    high = max(high, p);
+  }
+  uint word = center_word((low + high) * 0.5, primitive.box_low.xyz, primitive.box_size.xyz);
+  vec3 center = bounds_of(word, primitive.box_low.xyz, primitive.box_size.xyz).center;
+  float radius = 0.0;
+  for (uint v = 0u; v < vertex_count; v++)
+    radius = max(radius, distance(center, position_value(primitive.position, position_integers(v))));
+  return word | radius_word(radius, primitive.box_size.xyz);
+}
+
+void main() {
+  Primitive primitive = Primitives(push.primitives).at[push.primitive];
+  uint m = gl_GlobalInvocationID.x;
+  if (m >= primitive.meshlets) return;
+  open_blob(primitive.blob, primitive.blob_words);
+  load_streams(0u, 1u);
+  decode_meshlet(m);
+  uint word = NO_BOUNDS;
+  if (error == ERROR_NONE) word = sphere_word(primitive) | cone_word();
+  BoundsWords(primitive.bounds).at[m] = word;
+}

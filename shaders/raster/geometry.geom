@@ -1,0 +1,68 @@
+// Path `geometry`: a meshlet decoded by one invocation of the geometry shader, and emitted triangle by triangle.
+//
+// A geometry shader may emit 1024 components on any device. 192 corners of a position and a number fit; with more attributes the
+// triangles are split over INVOCATIONS, each of which decodes the whole meshlet.
+// variants: geometry_position.geom=INVOCATIONS=1,COMPONENTS=0 geometry_normal.geom=INVOCATIONS=2,COMPONENTS=1
+// variants: geometry_texcoord.geom=INVOCATIONS=2,COMPONENTS=3 geometry_color.geom=INVOCATIONS=3,COMPONENTS=7
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+
+#define SHARE ((64 + INVOCATIONS - 1) / INVOCATIONS)
+layout(points, invocations = INVOCATIONS) in;
+layout(triangle_strip, max_vertices = 3 * SHARE) out;
+
+#include "raster/culling.glsl"
+#include "decoders/serial_prologue.glsl"
+#include "decode/serial_decoder.glsl"
+#include "decoders/serial_epilogue.glsl"
+#define LANE_VALUE(lane, id) values[(lane) * 64u + (id)]
+#include "scene/decoded_vertex.glsl"
+
+out gl_PerVertex { vec4 gl_Position; };    // nothing else: outputs are scarce
+layout(location = 0) flat in uint in_meshlet[];
+#if (COMPONENTS & 1) != 0
+layout(location = 0) out vec3 out_normal;
+#endif
+#if (COMPONENTS & 2) != 0
+layout(location = 1) out vec2 out_texcoord;
+#endif
+#if (COMPONENTS & 4) != 0
+layout(location = 2) out vec4 out_color;
+#endif
+
+void emit_corner(Primitive primitive, mat4 to_clip, uint v, uint id) {
+  gl_Position = transformed(to_clip, decoded_position(primitive, v));
+#if (COMPONENTS & 1) != 0
+  if ((ATTRIBUTES & HAS_NORMAL) != 0u) out_normal = world_normal(decoded_normal(primitive, v));
+#endif
+#if (COMPONENTS & 2) != 0
+  if ((ATTRIBUTES & HAS_TEXCOORD) != 0u) out_texcoord = decoded_texcoord(primitive, v);
+#endif
+#if (COMPONENTS & 4) != 0
+  if ((ATTRIBUTES & HAS_COLOR) != 0u) out_color = decoded_color(primitive, v);
+#endif
+  gl_PrimitiveID = int(id);
+  EmitVertex();
+}
+
+void main() {
+  uint m = in_meshlet[0];
+  if (!meshlet_visible(m)) return;
+  Primitive primitive = Primitives(the_frame().primitives).at[the_primitive()];
+  open_blob(primitive.blob, primitive.blob_words);
+  load_streams(0u, primitive.stream_end);
+  decode_meshlet(m);
+  if (error != ERROR_NONE) return;
+  mat4 to_clip = object_to_clip();
+  uint end = min(triangle_count, uint(gl_InvocationID + 1) * SHARE);
+  for (uint t = uint(gl_InvocationID) * SHARE; t < end; t++) {
+    uint corners = triangles[t];
+    uint id = m * MESHLET_TRIANGLES + t;
+    emit_corner(primitive, to_clip, corners & 63u, id);
+    emit_corner(primitive, to_clip, (corners >> 8) & 63u, id);
+    emit_corner(primitive, to_clip, (corners >> 16) & 63u, id);
+    EndPrimitive();
+  }
+}

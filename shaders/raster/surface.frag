@@ -1,0 +1,121 @@
+// The fragment shader of all raster paths: base colour under one light over the viewer's shoulder.
+// COMPONENTS: the HAS_ of what the stages before put out; MESH_IDS: they put out a number per triangle, see mesh_output.glsl.
+// variants: surface_position.frag=COMPONENTS=0 surface_normal.frag=COMPONENTS=1
+// variants: surface_texcoord.frag=COMPONENTS=3 surface_color.frag=COMPONENTS=7
+// variants: surface_position_ids.frag=COMPONENTS=0,IDS surface_normal_ids.frag=COMPONENTS=1,IDS
+// variants: surface_texcoord_ids.frag=COMPONENTS=3,IDS surface_color_ids.frag=COMPONENTS=7,IDS
+// variants: surface_position_mesh_ids.frag=COMPONENTS=0,IDS,MESH_IDS surface_normal_mesh_ids.frag=COMPONENTS=1,IDS,MESH_IDS
+// variants: surface_texcoord_mesh_ids.frag=COMPONENTS=3,IDS,MESH_IDS surface_color_mesh_ids.frag=COMPONENTS=7,IDS,MESH_IDS
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_nonuniform_qualifier : require
+#ifdef MESH_IDS
+#extension GL_EXT_mesh_shader : require
+#endif
+
+#include "raster/raster.glsl"
+
+#define SHADING_LIT 0u
+#define SHADING_ATTRIBUTES 1u              // for timing: as cheap as can be, but no attribute is without use
+layout(constant_id = 4) const uint SHADING = SHADING_LIT;
+
+#if (COMPONENTS & 1) != 0
+layout(location = 0) in vec3 in_normal;
+#else
+const vec3 in_normal = vec3(0.0);
+#endif
+#if (COMPONENTS & 2) != 0
+layout(location = 1) in vec2 in_texcoord;
+#else
+const vec2 in_texcoord = vec2(0.0);
+#endif
+#if (COMPONENTS & 4) != 0
+layout(location = 2) in vec4 in_color;
+#else
+const vec4 in_color = vec4(1.0);
+#endif
+layout(location = 0) out vec4 out_color;
+#ifdef IDS
+layout(location = 1) out uvec2 out_ids;    // instance, meshlet * 64 + triangle (the vertex path: triangle)
+#ifdef MESH_IDS
+layout(location = 3) perprimitiveEXT flat in uint in_id;
+#else
+#define in_id uint(gl_PrimitiveID)
+#endif
+#endif
+
+layout(set = 0, binding = 0) uniform sampler2D textures[];
+
+const vec3 SKY = vec3(0.26, 0.29, 0.34);
+const vec3 GROUND = vec3(0.15, 0.13, 0.12);
+const vec3 SUN = vec3(0.72, 0.69, 0.64);
+
+vec3 world_position() {
+  Frame frame = the_frame();
+  vec2 ndc = 2.0 * gl_FragCoord.xy / vec2(frame.width, frame.height) - 1.0;
+  vec4 world = frame.clip_to_world * vec4(ndc, gl_FragCoord.z, 1.0);
+  return world.xyz / world.w;
+}
+
+// The 4 x 4 ordered dither's threshold at this pixel, in (0, 1): a blended surface covers its share of the pixels, in any order.
+float dither() {
+  uvec2 p = uvec2(gl_FragCoord.xy) & 3u;
+  uint x = p.x ^ p.y, y = p.y;
+  uint rank = ((x & 1u) << 3) | ((y & 1u) << 2) | (x & 2u) | ((y & 2u) >> 1);
+  return (float(rank) + 0.5) / 16.0;
+}
+
+// White where there is none.
+vec4 textured(Material material, int number) {
+  if ((ATTRIBUTES & HAS_TEXCOORD) == 0u || number < 0) return vec4(1.0);
+  vec2 at = mat2(material.texcoord_matrix.xy, material.texcoord_matrix.zw) * in_texcoord + material.texcoord_offset;
+  return texture(textures[number], at);
+}
+
+vec4 base_color(Material material) {
+  vec4 color = material.base_color * textured(material, material.base_texture);
+  return (ATTRIBUTES & HAS_COLOR) != 0u ? color * in_color : color;
+}
+
+// Towards the viewer, on whichever side of the surface they are.
+vec3 shading_normal(vec3 position, vec3 view) {
+  vec3 face = cross(dFdx(position), dFdy(position));
+  vec3 normal = (ATTRIBUTES & HAS_NORMAL) != 0u && dot(in_normal, in_normal) > 0.0 ? in_normal : face;
+  normal = normalize(normal);
+  return dot(normal, view) < 0.0 ? -normal : normal;
+}
+
+vec3 lit(Material material, vec3 base) {
+  Frame frame = the_frame();
+  vec3 position = world_position();
+  vec3 view = normalize(frame.eye.w > 0.0 ? frame.eye.xyz - position : frame.eye.xyz);
+  vec3 normal = shading_normal(position, view);
+  vec3 light = frame.light_direction.xyz;
+  float toward = max(dot(normal, light), 0.0);
+  float roughness = clamp(material.roughness, 0.2, 1.0);
+  float gloss = 2.0 / pow(roughness, 4.0);
+  vec3 mirror = mix(vec3(0.04), base, material.metallic);
+  float highlight = toward * pow(max(dot(normal, normalize(light + view)), 0.0), gloss) * min(gloss / 8.0, 4.0);
+  vec3 ambient = mix(GROUND, SKY, normal.y * 0.5 + 0.5);
+  return base * (ambient + SUN * toward) + mirror * SUN * highlight + material.emissive.rgb * textured(material, material.emissive_texture).rgb;
+}
+
+void main() {
+#ifdef IDS
+  out_ids = uvec2(push.instance, in_id);
+#endif
+  if (SHADING == SHADING_ATTRIBUTES) {
+    vec4 sum = vec4(0.5);
+    if ((ATTRIBUTES & HAS_NORMAL) != 0u) sum.xyz += 0.5 * in_normal;
+    if ((ATTRIBUTES & HAS_TEXCOORD) != 0u) sum.xy += 0.1 * in_texcoord;
+    if ((ATTRIBUTES & HAS_COLOR) != 0u) sum *= in_color;
+    out_color = sum;
+    return;
+  }
+  Material material = Materials(the_frame().materials).at[the_instance().material];
+  vec4 base = base_color(material);
+  vec3 color = (material.flags & MATERIAL_UNLIT) != 0u ? base.rgb : lit(material, base.rgb);
+  if ((material.flags & MATERIAL_MASK) != 0u && base.a < material.alpha_cutoff) discard;
+  if ((material.flags & MATERIAL_BLEND) != 0u && base.a < dither()) discard;
+  out_color = vec4((material.flags & MATERIAL_UNLIT) != 0u ? color : color / (1.0 + 0.15 * color), 1.0);
+}

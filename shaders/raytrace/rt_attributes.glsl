@@ -1,0 +1,150 @@
+// The attributes of a hit triangle, interpolated: from the cache, from the compressed bytes, or (PLAIN) from uncompressed buffers.
+// To be included after rt_common.glsl, rt_hit.glsl and, unless PLAIN, the decoder.
+
+#include "raytrace/rt_exact.glsl"
+
+struct Place {
+  uint primitive;
+  uint meshlet;
+  uint triangle;                           // in the meshlet; TRIANGLES: in the primitive
+  vec3 weights;
+};
+
+vec3 weights_of(vec2 barycentrics) { return vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics); }
+
+#ifdef PLAIN
+
+uvec3 plain_corners;                       // where their floats begin
+SceneFloats plain_floats;
+vec3 plain_weights;
+
+void open_attributes(Place place) {
+  Traced traced = TracedList(push.traced).at[place.primitive];
+#ifdef TRIANGLES
+  uint triangle = place.triangle;
+#else
+  Counts firsts = Counts(push.first_triangles);
+  uint triangle = firsts.at[traced.first_meshlet + place.meshlet] - firsts.at[traced.first_meshlet] + place.triangle;
+#endif
+  SceneWords indices = SceneWords(traced.indices);
+  plain_corners = VERTEX_FLOATS * uvec3(indices.at[3u * triangle], indices.at[3u * triangle + 1u], indices.at[3u * triangle + 2u]);
+  plain_floats = SceneFloats(traced.vertices);
+  plain_weights = place.weights;
+}
+
+float plain_value(uint at) {
+  uvec3 place = plain_corners + at;
+  return dot_product(plain_weights, vec3(plain_floats.at[place.x], plain_floats.at[place.y], plain_floats.at[place.z]));
+}
+
+vec3 plain_position(uint corner) {
+  uint at = plain_corners[corner];
+  return vec3(plain_floats.at[at], plain_floats.at[at + 1u], plain_floats.at[at + 2u]);
+}
+
+vec3 flat_normal_in_object() {
+  return cross_product(plain_position(1u) - plain_position(0u), plain_position(2u) - plain_position(0u));
+}
+bool has_normal() { return (ATTRIBUTES & HAS_NORMAL) != 0u; }
+vec3 normal_in_object() { return vec3(plain_value(3u), plain_value(4u), plain_value(5u)); }
+vec2 texcoord_at_hit() {
+  uint at = has_normal() ? 6u : 3u;
+  return (ATTRIBUTES & HAS_TEXCOORD) == 0u ? vec2(0.0) : vec2(plain_value(at), plain_value(at + 1u));
+}
+vec4 color_at_hit() {
+  uint at = (has_normal() ? 6u : 3u) + ((ATTRIBUTES & HAS_TEXCOORD) != 0u ? 2u : 0u);
+  return (ATTRIBUTES & HAS_COLOR) == 0u ? vec4(1.0) : vec4(plain_value(at), plain_value(at + 1u), plain_value(at + 2u), plain_value(at + 3u));
+}
+
+#else
+
+bool in_cache;
+uvec2 open_slot;
+uvec3 open_corners;
+vec3 open_weights;
+uint open_primitive;
+
+void open_attributes(Place place) {
+  Traced traced = TracedList(push.traced).at[place.primitive];
+  uint number = traced.first_meshlet + place.meshlet;
+  uint entry = slot_entry(number);
+  in_cache = ALL_CACHED || DEFERRED || has_slot(entry);
+  uint corners;
+  if (in_cache) {
+    open_slot = slot_address(push.cache, entry & SLOT_BITS);
+    corners = SceneWords(open_slot).at[place.triangle];
+  } else {
+    open_blob(traced.blob, traced.blob_words);
+    load_streams(0u, Primitives(Frame(push.frame).primitives).at[place.primitive].stream_end);
+    decode_meshlet(place.meshlet);
+    corners = triangles[place.triangle];
+  }
+  open_corners = uvec3(corners & 63u, (corners >> 8) & 63u, (corners >> 16) & 63u);
+  open_weights = place.weights;
+  open_primitive = place.primitive;
+}
+
+// at: where the attribute's bits begin in a slot.
+uvec4 integers(Attribute a, uint at, uint vertex) {
+  uvec4 q = uvec4(0u);
+  for (uint c = 0u; c < min(attribute_components(a), 4u); c++)
+    q[c] = in_cache ? slot_bits(open_slot, vertex, at + c * attribute_field(a), attribute_bits(a)) : values[(a.lane + c) * 64u + vertex];
+  return q;
+}
+
+vec4 interpolated(Attribute a, uint at) {
+  vec4 sum = vec4(0.0);
+  for (uint k = 0u; k < 3u; k++) sum += open_weights[k] * attribute_value(a, integers(a, at, open_corners[k]));
+  return sum;
+}
+
+#define PRIMITIVE Primitives(Frame(push.frame).primitives).at[open_primitive]
+
+vec3 corner_position(uint corner) {
+  uint v = open_corners[corner];
+  if (in_cache) return slot_position(open_slot, v);
+  uvec3 q = uvec3(values[v], values[64u + v], values[128u + v]);
+  return POSITION_FLOATS ? position_value(PRIMITIVE.position, q) : vec3(q);
+}
+
+// A grid has one step for all axes, so that its normals are the object's.
+vec3 flat_normal_in_object() {
+  return cross_product(corner_position(1u) - corner_position(0u), corner_position(2u) - corner_position(0u));
+}
+bool has_normal() { return PRIMITIVE.normal.lane != NO_LANE; }
+vec3 normal_in_object() {
+  Attribute a = PRIMITIVE.normal;
+  vec3 sum = vec3(0.0);
+  for (uint k = 0u; k < 3u; k++) sum += open_weights[k] * normal_value(a, integers(a, NORMAL_PLACE, open_corners[k]).xyz);
+  return sum;
+}
+vec2 texcoord_at_hit() {
+  Attribute a = PRIMITIVE.texcoord;
+  return a.lane == NO_LANE ? vec2(0.0) : interpolated(a, texcoord_place(PRIMITIVE.normal)).xy;
+}
+vec4 color_at_hit() {
+  Attribute a = PRIMITIVE.color;
+  if (a.lane == NO_LANE) return vec4(1.0);
+  vec4 color = interpolated(a, color_place(PRIMITIVE.normal, PRIMITIVE.texcoord));
+  return attribute_components(a) < 4u ? vec4(color.rgb, 1.0) : color;
+}
+
+#endif
+
+layout(set = 0, binding = 0) uniform sampler2D textures[];
+
+vec4 texture_at_hit(Material material, int number) {
+  vec2 uv = texcoord_at_hit();
+  uv = material.texcoord_matrix.xy * uv.x + material.texcoord_matrix.zw * uv.y + material.texcoord_offset;
+  return textureLod(textures[nonuniformEXT(number)], uv, 0.0);
+}
+
+// Linear, with alpha.
+vec4 base_color(Material material) {
+  vec4 color = material.base_color * color_at_hit();
+  return material.base_texture < 0 ? color : color * texture_at_hit(material, material.base_texture);
+}
+
+vec3 emission(Material material) {
+  return material.emissive_texture < 0 ? material.emissive.rgb : material.emissive.rgb * texture_at_hit(material, material.emissive_texture).rgb;
+}

@@ -1,0 +1,66 @@
+// Culling bounds of a meshlet in one word: a sphere, coarse, because it only has to tell where the meshlet is, and the cone of its
+// triangles' normals, which pays off more: half of a model faces away.
+//   bits 0 .. 14   centre, 5 bits per axis, in the primitive's box
+//        15 .. 17  k: the radius is the box's diagonal * 2^-k; 0: no bounds
+//        18 .. 27  the cone's axis, an octahedral pair of 5 bits
+//        28 .. 31  sine of the cone's half angle in 14ths; 15: no cone
+// Both are conservative: the radius is measured from the centre, and the angle from the axis, as they are read back.
+#ifndef BOUNDS_GLSL
+#define BOUNDS_GLSL
+
+#include "scene/scene.glsl"
+
+#define CENTER_BITS 5u
+#define AXIS_BITS 5u
+#define SINE_STEPS 14.0
+#define NO_CONE 15u
+#define NO_BOUNDS (NO_CONE << 28)
+
+struct Bounds {
+  vec3 center;
+  float radius;                            // negative: no bounds
+  vec3 axis;
+  float sine;                              // 2: no cone
+};
+
+Bounds bounds_of(uint word, vec3 box_low, vec3 box_size) {
+  Bounds b;
+  uvec3 cell = uvec3(word, word >> 5, word >> 10) & 31u;
+  b.center = box_low + box_size * ((vec3(cell) + 0.5) / 32.0);
+  uint k = (word >> 15) & 7u;
+  b.radius = k == 0u ? -1.0 : length(box_size) * exp2(-float(k));
+  b.axis = unit_of_oct(uvec2(word >> 18, word >> 23) & 31u, AXIS_BITS);
+  b.sine = (word >> 28) == NO_CONE ? 2.0 : float(word >> 28) / SINE_STEPS;
+  return b;
+}
+
+// The word's bits for the cell that holds `center`.
+uint center_word(vec3 center, vec3 box_low, vec3 box_size) {
+  uvec3 cell = uvec3(clamp((center - box_low) / max(box_size, vec3(1e-30)) * 32.0, 0.0, 31.0));
+  return cell.x | (cell.y << 5) | (cell.z << 10);
+}
+
+// The word's bits for the smallest radius that reaches `radius`.
+uint radius_word(float radius, vec3 box_size) {
+  float share = radius * 1.001 / length(box_size);
+  for (uint k = 7u; k > 0u; k--)
+    if (share < exp2(-float(k))) return k << 15;
+  return 0u;
+}
+
+// The word's bits for the axis closest to a direction.
+uint axis_word(vec3 direction) {
+  vec3 n = direction / (abs(direction.x) + abs(direction.y) + abs(direction.z));
+  if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
+  uvec2 q = uvec2(clamp((n.xy + 1.0) * 0.5 * 31.0 + 0.5, 0.0, 31.0));
+  return (q.x << 18) | (q.y << 23);
+}
+
+// The word's bits for a cone whose normals' smallest cosine with the axis is given.
+uint sine_word(float cosine) {
+  float safe = cosine - 0.001;
+  if (safe <= 0.0) return NO_CONE << 28;
+  return uint(min(ceil(sqrt(max(1.0 - safe * safe, 0.0)) * SINE_STEPS), 14.0)) << 28;
+}
+
+#endif

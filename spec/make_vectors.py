@@ -1,0 +1,745 @@
+"""Writes the conformance vectors of spec/vectors and the worked example of the specification.
+
+    python -m spec.make_vectors
+
+``valid_NAME.bin`` is a blob and ``valid_NAME.json`` what it decodes to; ``malformed_NAME.bin`` has to be refused, for the reason
+in ``malformed.json``. Most blobs come from the encoder; a few, marked as hand-made, from ``blob_writer``, because no encoder
+would write them. Every decoder has to agree on all of them.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from unittest import mock
+
+
+import numpy as np
+from spec import blob_writer
+from spec.blob_writer import COPY, DAMPED, FLOAT32, FOREIGN, GRID, INTEGER, MEAN, OCT, OWNED, PARALLELOGRAM, PRIVATE, SIGN
+
+from gltf_ext import _codec
+
+from spec import reference_decoder
+
+ROOT = Path(__file__).resolve().parent.parent
+FOLDER = ROOT / "spec" / "vectors"
+SPECIFICATION = ROOT / "spec" / "EXT_meshlet_edgebreaker.md"
+EXAMPLE_BEGIN = "<!-- worked example: begin -->\n"
+EXAMPLE_END = "<!-- worked example: end -->\n"
+
+
+# ------------------------------------------------------------------------------------------------------ encoded meshes
+
+
+def position_stream(bits: int = 12, predictor: int = -1) -> dict:
+    return {"kind": GRID, "components": 3, "bits": bits, "predictor": predictor, "step": 0.25, "offset": [-1.0, 0.0, 2.0]}
+
+
+def stream(kind: int, components: int, bits: int, predictor: int = -1) -> dict:
+    return {"kind": kind, "components": components, "bits": bits, "predictor": predictor, "step": 1.0, "offset": [0.0] * components}
+
+
+def encode(triangles, positions, streams=None, values=(), max_triangles: int = 64) -> bytes:
+    """Encodes integer positions [V, 3], which vertices may share, and the values of further streams."""
+    positions = np.asarray(positions, np.uint32)
+    _, position_ids = np.unique(positions, axis=0, return_inverse=True)
+    blob, _ = _codec.encode(
+        np.asarray(triangles, np.uint32),
+        position_ids.reshape(-1).astype(np.uint32),
+        positions.astype(np.float32),
+        streams or [position_stream()],
+        [positions, *(np.ascontiguousarray(v, np.uint32) for v in values)],
+        max_triangles=max_triangles,
+    )
+    return blob
+
+
+def grid_triangles(columns: int, rows: int) -> list[list[int]]:
+    """Two triangles per cell of a grid of (columns + 1) x (rows + 1) vertices."""
+    triangles = []
+    for y in range(rows):
+        for x in range(columns):
+            a = y * (columns + 1) + x
+            c = a + columns + 1
+            triangles += [[a, a + 1, c + 1], [a, c + 1, c]]
+    return triangles
+
+
+def grid_positions(columns: int, rows: int, scale: int = 40) -> np.ndarray:
+    """A gently curved sheet."""
+    y, x = np.divmod(np.arange((columns + 1) * (rows + 1)), columns + 1)
+    return np.stack([x * scale, y * scale, (x * x + 3 * y * y + x * y) % 4096], axis=1)
+
+
+def one_triangle() -> bytes:
+    return encode([[0, 1, 2]], [[5, 6, 7], [105, 6, 7], [5, 106, 9]])
+
+
+def quad() -> bytes:
+    return encode([[0, 1, 2], [0, 2, 3]], [[0, 0, 0], [100, 0, 0], [100, 100, 10], [0, 100, 10]])
+
+
+def tetrahedron() -> bytes:
+    return encode([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]], [[0, 0, 0], [200, 0, 0], [0, 200, 0], [0, 0, 200]])
+
+
+def worked_example() -> bytes:
+    positions = grid_positions(4, 2, 20)
+    texcoords = positions[:, :2] + [7, 3]
+    streams = [position_stream(8), stream(GRID, 2, 8, COPY)]
+    return encode(grid_triangles(4, 2), positions, streams, [texcoords], max_triangles=8)
+
+
+def tube(columns: int, rows: int):
+    """A tube whose first and last column of vertices coincide in position but not in texture coordinate."""
+    angle = 2 * np.pi * (np.arange((columns + 1) * (rows + 1)) % (columns + 1) % columns) / columns
+    y, x = np.divmod(np.arange((columns + 1) * (rows + 1)), columns + 1)
+    positions = np.stack([np.rint(1000 + 900 * np.cos(angle)), np.rint(1000 + 900 * np.sin(angle)), y * 300], axis=1)
+    return grid_triangles(columns, rows), positions, np.stack([x * 100, y * 100], axis=1)
+
+
+def seam_within_a_meshlet() -> bytes:
+    triangles, positions, texcoords = tube(7, 4)
+    return encode(triangles, positions, [position_stream(), stream(GRID, 2, 12)], [texcoords])
+
+
+def seams_between_meshlets() -> bytes:
+    triangles, positions, texcoords = tube(12, 9)
+    patch = np.arange(len(positions)) % 13 * 3 // 13
+    streams = [position_stream(), stream(GRID, 2, 12), stream(INTEGER, 1, 2)]
+    return encode(triangles, positions, streams, [texcoords, patch[:, None]], max_triangles=24)
+
+
+def several_components() -> bytes:
+    triangles, positions = [], []
+    for part in range(5):
+        first = len(positions)
+        triangles += [[first + v for v in t] for t in grid_triangles(part + 1, 1)]
+        positions += (grid_positions(part + 1, 1) + [0, 300 * part, 0]).tolist()
+    return encode(triangles, positions)
+
+
+def every_predictor() -> bytes:
+    positions = grid_positions(9, 7)
+    streams = [position_stream(12, PARALLELOGRAM), stream(GRID, 2, 12, MEAN), stream(GRID, 1, 12, COPY), stream(GRID, 1, 12, DAMPED), stream(INTEGER, 1, 32, COPY)]
+    wide = positions[:, :1].astype(np.int64) * 40000001 % (1 << 32)
+    return encode(grid_triangles(9, 7), positions, streams, [positions[:, :2], positions[:, 2:], positions[:, 2:], wide], max_triangles=40)
+
+
+def every_kind() -> bytes:
+    positions = grid_positions(6, 6)
+    i = np.arange(len(positions))
+    normals = np.stack([120 + i % 7, 130 - i // 7], axis=1)
+    joints = np.stack([i % 4, i // 13, 0 * i, 3 + 0 * i], axis=1)
+    bits = np.linspace(-2.5, 1e6, len(i), dtype=np.float32).view(np.uint32)
+    floats = np.where(bits >> 31, ~bits, bits ^ np.uint32(0x80000000))
+    streams = [position_stream(), stream(OCT, 2, 8), stream(SIGN, 1, 1), stream(INTEGER, 4, 8), stream(FLOAT32, 1, 32, COPY)]
+    values = [normals, (i % 5 == 0)[:, None], joints, floats[:, None]]
+    return encode(grid_triangles(6, 6), positions, streams, values, max_triangles=40)
+
+
+def rice_and_fixed_codes() -> bytes:
+    """Smooth positions (Rice) beside a stream of equal, and one of large noisy values (fixed widths)."""
+    positions = grid_positions(11, 8)
+    rng = random.Random(1)
+    noise = np.array([[rng.getrandbits(20)] for _ in positions])
+    constant = np.full((len(positions), 2), 77)
+    streams = [position_stream(), stream(INTEGER, 1, 20), stream(INTEGER, 2, 8)]
+    return encode(grid_triangles(11, 8), positions, streams, [noise, constant], max_triangles=48)
+
+
+def several_groups() -> bytes:
+    return encode(grid_triangles(24, 12), grid_positions(24, 12), max_triangles=8)
+
+
+def awkward_topology() -> bytes:
+    """Three triangles on one edge, a vertex between two fans, a triangle twice, one with reversed winding, collapsed ones."""
+    positions = [[0, 0, 0], [50, 0, 0], [0, 50, 0], [0, 0, 50], [50, 50, 50], [90, 90, 90], [90, 0, 90], [0, 90, 90], [7, 7, 7], [7, 7, 7], [7, 7, 7]]
+    triangles = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [4, 5, 6], [4, 7, 5], [0, 1, 2], [2, 1, 0], [8, 9, 10]]
+    return encode(triangles, positions)
+
+
+# ---------------------------------------------------------------------------------------------------- hand-made blobs
+
+
+def fixed_meshlet(symbols, loops, streams, anchors, inner, interior) -> blob_writer.Meshlet:
+    """All residuals in fixed width 6: ``anchors``, ``inner`` (of owned references), ``interior`` are counts per stream."""
+    count = len(streams)
+    numbers = iter(range(1, 10000))
+
+    def values(n, stream, limit):
+        return [[next(numbers) % limit for _ in range(stream.components)] for _ in range(n)]
+
+    return blob_writer.Meshlet(
+        symbols,
+        loops,
+        [values(n, s, 64) for n, s in zip(anchors, streams)],
+        [6] * count,
+        [[6] * s.components for s in streams],
+        [values(n, s, 64) for n, s in zip(inner, streams)],
+        [[6] * s.components for s in streams],
+        [values(n, s, 64) for n, s in zip(interior, streams)],
+    )
+
+
+def reference(kind, length, delta=0, slot=0, share=()) -> blob_writer.Reference:
+    return blob_writer.Reference(kind, length, delta, slot, share)
+
+
+def hop_chain(hops: int) -> bytes:
+    """Triangles around a vertex: each one's first edge is its predecessor's, so that corner 1 of the last is ``hops`` away."""
+    streams = [blob_writer.Stream(bits=12)]
+    meshlets = [fixed_meshlet("E", [[reference(OWNED, 1), reference(OWNED, 1), reference(OWNED, 1)]], streams, [3], [0], [0])]
+    for _ in range(hops):
+        loop = [reference(FOREIGN, 1, 1, 0), reference(OWNED, 1), reference(OWNED, 1)]
+        meshlets.append(fixed_meshlet("E", [loop], streams, [1], [0], [0]))
+    return blob_writer.write_blob(streams, meshlets, 3 + hops)
+
+
+def eight_hops() -> bytes:
+    return hop_chain(8)
+
+
+def filled_hole() -> bytes:
+    """A loop of one owned reference, and a meshlet whose whole loop is that reference backwards, apart in stream 1."""
+    streams = [blob_writer.Stream(bits=12), blob_writer.Stream(bits=10, components=2, predictor=MEAN)]
+    meshlets = [
+        fixed_meshlet("CRRE", [[reference(OWNED, 4)]], streams, [1, 1], [3, 3], [1, 1]),
+        fixed_meshlet("RE", [[reference(FOREIGN, 4, 1, 0, (False,))]], streams, [0, 1], [0, 0], [0, 3]),
+    ]
+    return blob_writer.write_blob(streams, meshlets, 9)
+
+
+def extreme_codes(quotient: int = 16383) -> bytes:
+    """Rice parameter 31, width 32, quotient 16383, a width above the stream's bits, residuals that wrap."""
+    streams = [
+        blob_writer.Stream(bits=24, components=1, interior_base=25),
+        blob_writer.Stream(bits=32, components=1, kind=INTEGER, predictor=COPY),
+        blob_writer.Stream(bits=3, components=1, kind=INTEGER, predictor=PARALLELOGRAM),
+    ]
+    meshlet = blob_writer.Meshlet(
+        "SEE",
+        [],
+        [[[0xFFFFFF]], [[0xFFFFFFFF]], [[7]]],
+        [0, 0, 0],
+        [],
+        [[], [], []],
+        [6, [32], 0],
+        [[[0xFFFFFFFF], [0x80000001], [3], [0]], [[0xFFFFFFFE], [1], [2], [0]], [[quotient], [3], [6], [1]]],
+    )
+    return blob_writer.write_blob(streams, [meshlet], 5)
+
+
+def two_vertex_loop() -> bytes:
+    """Two triangles glued along two of their edges."""
+    streams = [blob_writer.Stream(bits=12)]
+    meshlet = fixed_meshlet("CE", [[reference(OWNED, 1), reference(PRIVATE, 1)]], streams, [2], [0], [1])
+    return blob_writer.write_blob(streams, [meshlet], 3)
+
+
+def collapsed_by_aliases() -> bytes:
+    """A run of a boundary that meets another one of the same meshlet: each triangle has two local vertices that are one."""
+    streams = [blob_writer.Stream(bits=8)]
+    loop = [reference(PRIVATE, 1), reference(OWNED, 1), reference(PRIVATE, 1), reference(FOREIGN, 1), reference(PRIVATE, 1)]
+    return blob_writer.write_blob(streams, [fixed_meshlet("RRE", [loop], streams, [3], [0], [0])], 3)
+
+
+def redundant_masks() -> bytes:
+    """A private mask of zeros, and share bits that are all one."""
+    streams = [blob_writer.Stream(bits=12), blob_writer.Stream(bits=10, components=2)]
+    loop = [reference(OWNED, 1), reference(OWNED, 1), reference(OWNED, 1)]
+    meshlets = [
+        fixed_meshlet("E", [loop], streams, [3, 3], [0, 0], [0, 0]),
+        fixed_meshlet("E", [[reference(FOREIGN, 1, 1, 0), *loop[1:]]], streams, [1, 1], [0, 0], [0, 0]),
+    ]
+    with mock.patch.multiple(blob_writer, has_private=lambda meshlet: True, has_seams=lambda meshlet: True):
+        return blob_writer.write_blob(streams, meshlets, 4)
+
+
+def unused_bytes() -> bytes:
+    """The worked example with bytes that belong to nothing, and an offset of an element that its stream 1 lacks."""
+    blob = worked_example()
+    tables = table_offsets(blob)
+    begin = struct.unpack_from("<I", blob, 24)[0]
+    starts = [begin + (struct.unpack_from("<I", blob, tables["directory"] + 4 * m)[0] & 0x1FFFF) for m in range(3)]
+    parts = [blob[a:b] for a, b in zip(starts, [*starts[1:], len(blob) - 8])]
+    data = b"".join(b"\xff\x5a\xa5" + part for part in parts) + b"\xc3" * 8
+    data += b"\xff" * (-(begin + len(data)) % 4) + bytes(8)
+    blob = put_bytes(blob[:begin] + data, 20, "I", begin + len(data))
+    blob = put_bytes(blob, tables["groups"], "I", 3)
+    for m in range(3):
+        blob = patch_directory(blob, m, 0, 17, starts[m] - begin + 3 * m)
+    return put_bytes(blob, tables["streams"] + 28 + 12 + 4 * 3, "f", -7.5)
+
+
+def data_within_data() -> bytes:
+    """Meshlet 1 starts at the second byte of meshlet 0, after its two planes; the bits are such that both are valid."""
+    streams = [blob_writer.Stream(bits=8, components=1)]
+    meshlet = blob_writer.Meshlet("E", [], [[[0b01000_111]]], [0], [], [[]], [[9]], [[[3], [6]]])
+    return patch_directory(blob_writer.write_blob(streams, [meshlet, meshlet], 6), 1, 0, 17, 1)
+
+
+def random_structures() -> bytes:
+    """Random meshlets, references, codes and residuals (see blob_writer.random_blob)."""
+    for seed in range(1000):
+        blob = blob_writer.random_blob(random.Random(seed), 8)
+        try:
+            return with_vertex_count(blob, count_vertices(blob))
+        except ValueError:
+            continue
+    raise AssertionError("no seed gives a blob without more than eight hops")
+
+
+def with_vertex_count(blob: bytes, count: int) -> bytes:
+    return put_bytes(blob, 12, "I", count)
+
+
+def count_vertices(blob: bytes) -> int:
+    """The vertex count that the header of a blob should have. Raises ValueError when a corner takes too many hops."""
+    decoder = reference_decoder.Decoder(blob)
+    runs: list = []
+    count = 0
+    for m in range(decoder.file.meshlet_count):
+        meshlet = decoder.file.meshlet(m)
+        runs.append(decoder.boundary(meshlet))
+        count += meshlet.connectivity.vertex_count - len(decoder.alias(meshlet, runs))
+        decoder.meshlet(m)
+    return count
+
+
+VALID = {
+    "one_triangle": (one_triangle, "one triangle"),
+    "quad": (quad, "two triangles in one meshlet without references"),
+    "tetrahedron": (tetrahedron, "a closed surface, cut into meshlets that share all of their boundaries"),
+    "worked_example": (worked_example, "the worked example of the specification: sixteen triangles in meshlets of at most eight"),
+    "seam_within_a_meshlet": (seam_within_a_meshlet, "a tube in one meshlet: its boundary meets itself (delta 0) along a seam of stream 1"),
+    "seams_between_meshlets": (seams_between_meshlets, "a tube in several meshlets, with share bits"),
+    "several_components": (several_components, "five sheets; several components in a meshlet"),
+    "every_predictor": (every_predictor, "PARALLELOGRAM, MEAN, COPY, DAMPED, and a stream of 32 bits"),
+    "every_kind": (every_kind, "GRID, OCT, SIGN, INTEGER, FLOAT32"),
+    "rice_and_fixed_codes": (rice_and_fixed_codes, "Rice and fixed codes, for chains and interior"),
+    "several_groups": (several_groups, "more than 32 meshlets"),
+    "awkward_topology": (awkward_topology, "non-manifold edges and vertices, duplicate and collapsed triangles"),
+    "eight_hops": (eight_hops, "hand-made: a corner found after eight hops"),
+    "filled_hole": (filled_hole, "hand-made: loops of a single owned and of a single foreign reference, which is a seam"),
+    "extreme_codes": (extreme_codes, "hand-made: Rice parameter 31, quotient 16383, width 32, width above the stream's bits"),
+    "two_vertex_loop": (two_vertex_loop, "hand-made: a boundary of two vertices"),
+    "collapsed_by_aliases": (collapsed_by_aliases, "hand-made: triangles two of whose local vertices are one vertex through aliases"),
+    "redundant_masks": (redundant_masks, "hand-made: a stored private mask that is zero, stored share bits that are all one"),
+    "unused_bytes": (unused_bytes, "hand-made: unused bytes around the meshlets' data, an offset of an element that the stream lacks"),
+    "data_within_data": (data_within_data, "hand-made: sections of a meshlet that extend into the bytes of the next"),
+    "random_structures": (random_structures, "hand-made: random connectivity, references, codes and residuals"),
+}
+
+
+# ------------------------------------------------------------------------------------------------------- fields of blobs
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of a meshlet's data: its first bit in the blob, its width in bits, and its value."""
+
+    position: int
+    width: int
+    name: str
+    value: int
+
+
+def meshlet_fields(blob: bytes, m: int) -> list[Field]:
+    """The fields of meshlet ``m`` in the order of the blob, as the reference decoder reads them."""
+    fields = []
+
+    class TracingReader(reference_decoder.BitReader):
+        def read(self, width, name):
+            position = self.position
+            value = super().read(width, name)
+            fields.append(Field(position, width, name, value))
+            return value
+
+    decoder = reference_decoder.Decoder(blob)
+    for owner in range(m):
+        decoder.file.meshlet(owner)
+    with mock.patch.object(reference_decoder, "BitReader", TracingReader):
+        decoder.meshlet(m)
+    return fields
+
+
+def put_bits(blob: bytes, position: int, width: int, value: int) -> bytes:
+    bits = int.from_bytes(blob, "little")
+    mask = ((1 << width) - 1) << position
+    return (bits & ~mask | value << position & mask).to_bytes(len(blob), "little")
+
+
+def put_bytes(blob: bytes, at: int, form: str, value) -> bytes:
+    data = struct.pack("<" + form, value)
+    return blob[:at] + data + blob[at + len(data) :]
+
+
+def patch(blob: bytes, m: int, name: str, value: int, occurrence: int = 0) -> bytes:
+    """``blob`` with another value in one field of meshlet ``m``."""
+    field = [field for field in meshlet_fields(blob, m) if field.name == name][occurrence]
+    return put_bits(blob, field.position, field.width, value)
+
+
+def patch_directory(blob: bytes, m: int, position: int, width: int, value: int) -> bytes:
+    return put_bits(blob, 8 * (table_offsets(blob)["directory"] + 4 * m) + position, width, value)
+
+
+def table_offsets(blob: bytes) -> dict[str, int]:
+    """First bytes of the tables."""
+    stream_count = blob[5]
+    meshlet_count = struct.unpack_from("<I", blob, 16)[0]
+    groups = 32 + 28 * stream_count
+    return {"streams": 32, "groups": groups, "directory": groups + 8 * -(-meshlet_count // 32)}
+
+
+# ---------------------------------------------------------------------------------------------------- malformed blobs
+
+
+def symbols_only(symbols: str) -> bytes:
+    """One meshlet without references, whatever its symbols; all residuals 0."""
+    streams = [blob_writer.Stream()]
+    meshlet = blob_writer.Meshlet(symbols, [], [[[0, 0, 0]]], [0], [], [[]], [[0, 0, 0]], [[]])
+    return blob_writer.write_blob(streams, [meshlet], 3)
+
+
+def two_meshlets() -> bytes:
+    """Two components and one, with owned, foreign and private references, loop-end mask and share bits."""
+    streams = [blob_writer.Stream(), blob_writer.Stream(components=2)]
+    loops = [[reference(OWNED, 1), reference(PRIVATE, 2)], [reference(OWNED, 2), reference(PRIVATE, 1), reference(OWNED, 1)]]
+    loop = [reference(FOREIGN, 2, 1, 1, (False,)), reference(OWNED, 2), reference(PRIVATE, 1)]
+    meshlets = [
+        fixed_meshlet("ERE", loops, streams, [5, 5], [1, 1], [1, 1]),
+        fixed_meshlet("RRE", [loop], streams, [1, 3], [1, 1], [0, 1]),
+    ]
+    return blob_writer.write_blob(streams, meshlets, 12)
+
+
+def unused_rice_parameter() -> bytes:
+    """A triangle whose chains have no inner vertices, but a chain code."""
+    streams = [blob_writer.Stream(chain_base=31)]
+    meshlet = fixed_meshlet("E", [[reference(OWNED, 1), reference(OWNED, 1), reference(PRIVATE, 1)]], streams, [3], [0], [0])
+    meshlet.chain_codes = [1]
+    return blob_writer.write_blob(streams, [meshlet], 3)
+
+
+def circle() -> bytes:
+    """Four boundary edges of one meshlet, three of which claim to be the first one: corners that lead to themselves."""
+    streams = [blob_writer.Stream()]
+    loop = [reference(OWNED, 1), *(reference(FOREIGN, 1) for _ in range(3))]
+    return blob_writer.write_blob(streams, [fixed_meshlet("RE", [loop], streams, [0], [0], [0])], 4)
+
+
+def inconsistent() -> bytes:
+    """A closed foreign run whose owner's run is open: its one corner would have to be equal to two different ones."""
+    streams = [blob_writer.Stream()]
+    meshlets = [
+        fixed_meshlet("RE", [[reference(OWNED, 3), reference(OWNED, 1)]], streams, [2], [2], [0]),
+        fixed_meshlet("E", [[reference(FOREIGN, 3, 1, 0)]], streams, [0], [0], [0]),
+    ]
+    return blob_writer.write_blob(streams, meshlets, 4)
+
+
+def without_last_quotient(blob: bytes) -> bytes:
+    last = [field for field in meshlet_fields(blob, 0) if field.name.startswith("quotients of interior")][-1]
+    return put_bits(blob, last.position, 1, 0)
+
+
+def malformed_vectors() -> dict[str, bytes]:
+    """Name -> a blob with one thing wrong."""
+    simple = quad()
+    example = worked_example()
+    pair = two_meshlets()
+    extreme = extreme_codes()
+    groups = table_offsets(example)["groups"]
+    return {
+        "empty": b"",
+        "header_only": simple[:32],
+        "truncated": example[:-4],
+        "longer_than_it_says": example + bytes(4),
+        "length_not_a_multiple_of_four": put_bytes(example + b"\0", 20, "I", len(example) + 1),
+        "padding_not_zero": example[:-1] + b"\1",
+        "magic": put_bytes(simple, 0, "I", 0x324D4245),
+        "version": put_bytes(simple, 4, "B", 2),
+        "no_stream": put_bytes(simple, 5, "B", 0),
+        "too_many_streams": put_bytes(simple, 5, "B", 65),
+        "flags": put_bytes(simple, 6, "B", 1),
+        "reserved": put_bytes(simple, 28, "I", 1),
+        "triangle_count": put_bytes(simple, 8, "I", 3),
+        "vertex_count_too_small": with_vertex_count(simple, 3),
+        "vertex_count_too_large": with_vertex_count(simple, 5),
+        "vertex_count_impossible": with_vertex_count(simple, 0xFFFFFFFF),
+        "no_meshlet": put_bytes(simple, 16, "I", 0),
+        "meshlet_count_huge": put_bytes(simple, 16, "I", 0xFFFFFFFF),
+        "data_offset": put_bytes(simple, 24, "I", table_offsets(simple)["directory"]),
+        "stream_kind": put_bytes(simple, 32, "B", 5),
+        "stream_components": put_bytes(simple, 33, "B", 5),
+        "stream_bits": put_bytes(put_bytes(simple, 34, "B", 33), 35, "B", COPY),
+        "stream_grid_bits": put_bytes(put_bytes(simple, 34, "B", 25), 35, "B", COPY),
+        "stream_predictor": put_bytes(simple, 35, "B", 4),
+        "stream_wide_predictor": put_bytes(extreme, 32 + 28 + 3, "B", MEAN),
+        "stream_chain_base": put_bytes(simple, 36, "B", 32),
+        "stream_interior_base": put_bytes(simple, 37, "B", 32),
+        "stream_reserved": put_bytes(simple, 38, "H", 1),
+        "stream_step": put_bytes(simple, 40, "f", float("nan")),
+        "stream_offset": put_bytes(simple, 44, "f", float("inf")),
+        "stream_offset_unused": put_bytes(simple, 56, "f", float("inf")),
+        "stream_oct_components": put_bytes(simple, 32, "B", OCT),
+        "stream_float_bits": put_bytes(simple, 32, "B", FLOAT32),
+        "stream_sign_bits": put_bytes(simple, 32, "B", SIGN),
+        "group_delta_width": put_bytes(example, groups + 4, "B", 25),
+        "group_slot_width": put_bytes(example, groups + 5, "B", 7),
+        "group_offset_shift": put_bytes(example, groups + 6, "B", 9),
+        "group_reserved": put_bytes(example, groups + 7, "B", 1),
+        "group_base": put_bytes(example, groups, "I", 0xFFFFFFFF),
+        "meshlet_outside": patch_directory(example, 1, 0, 17, 0x1FFFF),
+        "meshlets_overlap": patch_directory(example, 1, 0, 17, 0),
+        "flags_without_references": patch_directory(simple, 0, 29, 3, 1),
+        "symbols_without_e": symbols_only("R"),
+        "symbols_end_within_s": symbols_only("SE"),
+        "symbols_repeat_a_vertex": symbols_only("RCCE"),
+        "symbols_empty_stack": symbols_only("CCCCE"),
+        "more_than_64_vertices": symbols_only("R" * 62 + "E"),
+        "last_reference_ends_no_loop": patch(pair, 0, "loop-end mask", 0b00110),
+        "too_many_loops": patch(pair, 0, "loop-end mask", 0b10011),
+        "too_few_loops": patch(pair, 0, "loop-end mask", 0b10000),
+        "private_and_foreign": patch(pair, 1, "private mask", 0b101),
+        "length_width": patch(pair, 0, "length width", 7),
+        "lengths_too_long": patch(pair, 0, "length - 1", 1),
+        "lengths_too_short": patch(pair, 0, "length - 1", 0, occurrence=1),
+        "foreign_length": patch(pair, 1, "slot", 2),
+        "owner_before_the_first": patch(pair, 1, "delta", 2),
+        "slot": patch(pair, 1, "slot", 3),
+        "rice_parameter": put_bytes(extreme, 32 + 5, "B", 26),
+        "rice_parameter_unused": unused_rice_parameter(),
+        "quotient": extreme_codes(quotient=16384),
+        "quotients_run_out": without_last_quotient(extreme),
+        "low_bits_run_out": patch(pair, 1, "width of interior, stream 1", 31),
+        "anchors_run_out": patch(pair, 1, "width of anchors, stream 1", 31),
+        "nine_hops": hop_chain(9),
+        "hops_in_a_circle": circle(),
+        "inconsistent": inconsistent(),
+    }
+
+
+# ------------------------------------------------------------------------------------------------------ worked example
+
+SECTIONS = {
+    "p0": "A",
+    "p1": "A",
+    "px": "A",
+    "foreign mask": "B",
+    "loop-end mask": "B",
+    "private mask": "B",
+    "length width": "B",
+    "length - 1": "B",
+    "delta": "B",
+    "slot": "B",
+    "share bits": "B",
+    "code of": "C",
+    "width of chain": "C",
+    "width of interior": "C",
+    "first anchor": "D",
+    "width of anchors": "D",
+    "further anchors": "D",
+    "low bits of chain": "E",
+    "quotients of chain": "F",
+    "low bits of interior": "G",
+    "quotients of interior": "H",
+}
+MASKS = ("p0", "p1", "px", "foreign mask", "loop-end mask", "private mask", "share bits")
+HEADER_FIELDS = (
+    ("I", "magic"),
+    ("B", "version"),
+    ("B", "stream count"),
+    ("B", "flags"),
+    ("B", "reserved"),
+    ("I", "triangle count"),
+    ("I", "vertex count"),
+    ("I", "meshlet count"),
+    ("I", "byte length"),
+    ("I", "data offset"),
+    ("I", "reserved"),
+)
+STREAM_FIELDS = (
+    ("B", "kind"),
+    ("B", "components"),
+    ("B", "bits"),
+    ("B", "predictor"),
+    ("B", "chain base"),
+    ("B", "interior base"),
+    ("H", "reserved"),
+    ("f", "step"),
+    *(("f", f"offset[{c}]") for c in range(4)),
+)
+GROUP_FIELDS = (("I", "base"), ("B", "delta width"), ("B", "slot width"), ("B", "offset shift"), ("B", "reserved"))
+
+
+def table_rows(blob: bytes, at: int, part: str, fields) -> list[str]:
+    rows = []
+    for form, name in fields:
+        size = struct.calcsize(form)
+        (value,) = struct.unpack_from("<" + form, blob, at)
+        rows.append(f"| {at} | `{blob[at : at + size].hex(' ')}` | {part}: {name} | {hex(value) if name == 'magic' else value} |")
+        at += size
+    return rows
+
+
+def directory_row(blob: bytes, at: int, m: int) -> str:
+    (word,) = struct.unpack_from("<I", blob, at)
+    flags = [name for bit, name in ((29, "LOOPS"), (30, "PRIVATE"), (31, "SEAMS")) if word >> bit & 1]
+    text = f"offset {word & 0x1FFFF}, T = {(word >> 17 & 63) + 1}, R = {word >> 23 & 63}, flags: {', '.join(flags) or 'none'}"
+    return f"| {at} | `{blob[at : at + 4].hex(' ')}` | directory, meshlet {m} | {text} |"
+
+
+def unary_values(bits: list[int]) -> list[int]:
+    zeros = "".join(map(str, bits)).split("1")[:-1]
+    return [len(run) for run in zeros]
+
+
+def meshlet_rows(blob: bytes, m: int) -> list[str]:
+    """One row per run of fields of the same name."""
+    runs: list[list[Field]] = []
+    for field in meshlet_fields(blob, m):
+        if field.width:
+            if not runs or runs[-1][0].name != field.name:
+                runs.append([])
+            runs[-1].append(field)
+    rows = []
+    for run in runs:
+        first = run[0]
+        values = [field.value for field in run]
+        section = next(section for prefix, section in SECTIONS.items() if first.name.startswith(prefix))
+        widths = f"{first.width}" if len(run) == 1 else f"{len(run)} × {first.width}"
+        if first.name.startswith("quotients"):
+            values = unary_values(values)
+            widths = f"{len(run)}"
+        shown = ", ".join(map(str, values))
+        if first.name in MASKS:
+            shown = "bits " + " ".join(f"{value:0{first.width}b}"[::-1] for value in values)
+        if len({field.width for field in run}) > 1:
+            widths = " + ".join(str(field.width) for field in run)
+        rows.append(f"| {first.position >> 3} | {first.position & 7} | {widths} | {section} | {first.name} | {shown} |")
+    return rows
+
+
+def hops_text(decoder: reference_decoder.Decoder, m: int) -> str:
+    """The hops from each corner that meshlet ``m`` does not store. All streams take the same ones: the example has no seams."""
+    meshlet = decoder.file.meshlet(m)
+    assert not meshlet.entry.has_seams
+    paths = []
+    for j, run in enumerate(decoder.boundary(meshlet)):
+        path = f"corner {j} (local id {run[0]})"
+        here = meshlet, j
+        while (there := decoder.hop(*here, reference_decoder.Reference.shares_all)) is not None:
+            here = there
+            path += f" → corner {here[1]} of meshlet {here[0].index}"
+        if here != (meshlet, j):
+            paths.append(path)
+    return "; ".join(paths) or "none"
+
+
+def local_table(blob: bytes, m: int, numbers: dict[int, int]) -> list[str]:
+    """``numbers``: local id -> vertex number."""
+    decoder = reference_decoder.Decoder(blob)
+    triangles, values = decoder.meshlet(m)
+    symbols = decoder.file.meshlet(m).symbols
+    aliases = decoder.alias(decoder.file.meshlet(m), [decoder.boundary(decoder.file.meshlet(n)) for n in range(m + 1)])
+    aliases_text = ", ".join(f"{v} of {w} of meshlet {owner}" for v, (owner, w) in sorted(aliases.items()))
+    rows = [f"Symbols {' '.join(symbols)}, triangles (a, b, v): {', '.join(map(str, triangles))}.", ""]
+    rows += [f"Hops: {hops_text(decoder, m)}. Aliases, by local ids: {aliases_text or 'none'}.", ""]
+    rows += ["| local id | vertex | " + " | ".join(f"stream {s}" for s in range(len(values))) + " |", "| --- | --- |" + " --- |" * len(values)]
+    for v in range(len(values[0])):
+        rows.append(f"| {v} | {numbers[v]} | " + " | ".join(", ".join(map(str, stream_values[v])) for stream_values in values) + " |")
+    return rows
+
+
+def vertex_numbers(blob: bytes, triangles: list) -> list[dict[int, int]]:
+    """Per meshlet: local id -> vertex number, from the decoded triangle list."""
+    decoder = reference_decoder.Decoder(blob)
+    rest = iter(triangles)
+    return [
+        {v: number for triangle in decoder.meshlet(m)[0] for v, number in zip(triangle, next(rest))}
+        for m in range(decoder.file.meshlet_count)
+    ]
+
+
+def worked_example_text(blob: bytes) -> str:
+    """The worked example of the specification, as Markdown."""
+    decoded = reference_decoder.decode_blob(blob)
+    offsets = table_offsets(blob)
+    meshlet_count = struct.unpack_from("<I", blob, 16)[0]
+    lines = [f"{len(decoded.triangles)} triangles, {len(decoded.values[0])} vertices, {meshlet_count} meshlets, {len(blob)} bytes:", "", "```"]
+    lines += [f"{at:4}  {blob[at : at + 16].hex(' ')}" for at in range(0, len(blob), 16)]
+    lines += ["```", "", "Header and tables:", "", "| Byte | Bytes | Field | Value |", "| --- | --- | --- | --- |"]
+    lines += table_rows(blob, 0, "header", HEADER_FIELDS)
+    for s in range(blob[5]):
+        lines += table_rows(blob, offsets["streams"] + 28 * s, f"stream {s}", STREAM_FIELDS)
+    for g in range(-(-meshlet_count // 32)):
+        lines += table_rows(blob, offsets["groups"] + 8 * g, f"group {g}", GROUP_FIELDS)
+    lines += [directory_row(blob, offsets["directory"] + 4 * m, m) for m in range(meshlet_count)]
+    numbers = vertex_numbers(blob, decoded.triangles.tolist())
+    for m in range(meshlet_count):
+        lines += ["", f"Meshlet {m} (masks are written first bit first):", ""]
+        lines += ["| Byte | First bit | Bits | Section | Field | Value |", "| --- | --- | --- | --- | --- | --- |", *meshlet_rows(blob, m), ""]
+        lines += local_table(blob, m, numbers[m])
+    lines += ["", "Decoded triangles, in vertex numbers: " + ", ".join(str(tuple(t)) for t in decoded.triangles.tolist()) + "."]
+    return "\n".join(lines) + "\n"
+
+
+def replace_example(document: str, text: str) -> str:
+    before, rest = document.split(EXAMPLE_BEGIN)
+    return before + EXAMPLE_BEGIN + "\n" + text + "\n" + EXAMPLE_END + rest.split(EXAMPLE_END)[1]
+
+
+# ---------------------------------------------------------------------------------------------------------------- files
+
+
+def description(blob: bytes, text: str) -> dict:
+    decoded = reference_decoder.decode_blob(blob)
+    return {
+        "description": text,
+        "triangles": decoded.triangles.tolist(),
+        "values": [values.tolist() for values in decoded.values],
+    }
+
+
+def refusal(blob: bytes) -> str:
+    """Why the reference decoder refuses a blob."""
+    try:
+        reference_decoder.decode_blob(blob)
+    except ValueError as error:
+        return str(error)
+    raise AssertionError("the reference decoder accepts a blob that should be malformed")
+
+
+def vector_files() -> dict[str, bytes]:
+    """File name -> contents."""
+    files = {}
+    for name, (make, text) in VALID.items():
+        blob = make()
+        files[f"valid_{name}.bin"] = blob
+        files[f"valid_{name}.json"] = (json.dumps(description(blob, text), separators=(",", ":")) + "\n").encode()
+    reasons = {}
+    for name, blob in malformed_vectors().items():
+        files[f"malformed_{name}.bin"] = blob
+        reasons[f"malformed_{name}.bin"] = refusal(blob)
+    files["malformed.json"] = (json.dumps(reasons, indent=1) + "\n").encode()
+    return files
+
+
+def main() -> None:
+    FOLDER.mkdir(exist_ok=True)
+    for old in FOLDER.iterdir():
+        old.unlink()
+    for name, data in vector_files().items():
+        (FOLDER / name).write_bytes(data)
+    SPECIFICATION.write_text(replace_example(SPECIFICATION.read_text(), worked_example_text(worked_example())))
+
+
+if __name__ == "__main__":
+    main()

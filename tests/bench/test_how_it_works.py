@@ -1,0 +1,40 @@
+"""The picture of README.md's "How it works": it is drawn, its figures add up, and the committed one shows today's."""
+
+import pytest
+from PIL import Image
+
+from bench import common, figures, how_it_works
+from spec.reference_decoder import PARALLELOGRAM
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    path = tmp_path_factory.mktemp("picture") / "how_it_works.png"
+    return path, how_it_works.draw(path)
+
+
+def test_picture_is_drawn(drawn):
+    path, numbers = drawn
+    with Image.open(path) as picture:
+        assert picture.width == 1600 and picture.text[figures.DIGEST] == figures.digest(numbers)
+
+
+def test_bits_add_up(drawn):
+    """The sections are all of the meshlet's bytes in the file and its directory entry; the letters take 2 or 3 bits each."""
+    numbers = drawn[1]
+    sections, symbols = numbers["sections"], numbers["symbols"]
+    file = how_it_works.compressed_model().file
+    span = file.entry(numbers["meshlet"] + 1).position - file.entry(numbers["meshlet"]).position
+    assert sum(sections.values()) == numbers["total"] == 32 + span
+    assert sections["the letters"] == sum(3 if symbol in "LS" else 2 for symbol in symbols)
+    assert 32 <= sections[how_it_works.DIRECTORY] < 40
+    assert min(sections.values()) > 0 and numbers["raw"] > numbers["total"]
+
+
+def test_committed_picture_shows_todays_figures(drawn):
+    with Image.open(common.ROOT / "docs" / "how_it_works.png") as picture:
+        assert picture.text[figures.DIGEST] == figures.digest(drawn[1]), "run python -m bench how_it_works"
+
+
+def test_positions_are_predicted_as_the_caption_says():
+    assert how_it_works.compressed_model().file.streams[0].predictor == PARALLELOGRAM

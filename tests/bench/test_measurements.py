@@ -1,0 +1,201 @@
+"""The committed tables and pictures are what their scripts make of the committed measurements, and the sizes are today's."""
+
+import shutil
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from bench import common, figures, paper, peers, size, table1
+from bench.generated import torus
+from gltf_ext import _codec
+from gltf_meshlet.demo import model as demo_model
+from gltf_ext.compression.streams import Bits
+from gltf_ext.compression.extension import require_compressed
+from gltf_ext.gltf.importers import open_model
+from spec.reference_decoder import BlobFile, Meshlet
+
+DOCS = common.ROOT / "docs"
+RECOMPUTED = ("suzanne", "DamagedHelmet")
+TIES = 0.02   # share of grid points that codecs may round differently: coordinates halfway between two steps
+
+
+# --- pages, pictures and their measurements --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "module"), [("size", size), ("paper", paper), ("table1", table1)])
+def test_page_is_made_of_its_measurements(name, module):
+    measured = common.read_result(name)
+    assert measured["script"] == f"bench.{name}"
+    assert {"date", "commit", "machine", "versions"} <= measured.keys()
+    text = (DOCS / f"{name}.md").read_text()
+    assert text == module.report(measured)
+    assert f"`python -m bench.{name}`" in text
+
+
+def test_readme_shows_the_same_sizes():
+    readme = (common.ROOT / "README.md").read_text()
+    if "<!-- begin size -->" not in readme:
+        pytest.skip("README.md has no table of sizes")
+    assert size.readme_block(common.read_result("size")) in readme
+
+
+@pytest.mark.parametrize("name", ["figure3", "figure7"])
+def test_picture_shows_its_measurements(name):
+    sizes, encodings = common.read_result("size"), common.read_result("paper")
+    bars = figures.figure3(sizes, encodings) if name == "figure3" else figures.figure7(sizes)
+    with Image.open(DOCS / f"{name}.png") as picture:
+        assert picture.text[figures.DIGEST] == figures.digest(bars)
+
+
+def test_speed_table_matches_its_measurements():
+    speed = pytest.importorskip("bench.speed", reason="DracoPy is not installed")
+    measured = common.read_result("speed")
+    assert measured["script"] == "bench.speed"
+    assert (DOCS / "speed.md").read_text() == speed.report(measured)
+
+
+def test_block_replacement_keeps_the_rest(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("a\n<!-- begin x -->\nold\n<!-- end x -->\nb\n")
+    common.replace_block(page, "x", "new\n")
+    assert page.read_text() == "a\n<!-- begin x -->\nnew\n<!-- end x -->\nb\n"
+
+
+# --- sizes -------------------------------------------------------------------------------------------------------------------
+
+
+def test_size_rows_add_up():
+    for row in common.read_result("size")["models"]:
+        bits = dict(row["bits_per_triangle"])
+        assert sum(bits.values()) == pytest.approx(2 * bits.pop("total"))
+        assert sum(row["sections"].values()) == pytest.approx(row["bits_per_triangle"]["total"])
+        assert row["ratio"] == pytest.approx(row["raw_bytes"] / row["compressed_bytes"])
+        for codec in row["codecs"].values():
+            assert codec["ratio"] == pytest.approx(row["raw_bytes"] / codec["file_bytes"])
+            assert codec["resident_ratio"] == pytest.approx(row["raw_bytes"] / codec["resident_bytes"])
+
+
+def test_paper_rows_add_up():
+    for row in common.read_result("paper")["rows"]:
+        assert 8 * row["file_bytes"] == pytest.approx(sum(row["bits_per_triangle"].values()) * row["counts"]["triangles"])
+        assert sum(row["symbols"].values()) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("name", RECOMPUTED)
+def test_sizes_are_todays(model, name):
+    """Ours and the paper's encoding, and every codec that is here in the committed version."""
+    committed = common.read_result("size")
+    (row,) = (row for row in committed["models"] if row["model"] == name)
+    here = [codec for codec in peers.available()[0] if committed["codecs"].get(codec.name) == codec.version]
+    today = size.measure(model(f"{name}.glb"), here)
+    expected = {codec: row["codecs"][codec] for codec in today["codecs"]}
+    assert today == {**row, "codecs": expected}
+    assert {size.OURS, size.PAPER} <= today["codecs"].keys()
+
+
+def test_generated_sizes_are_todays(tmp_path):
+    row = next(row for row in common.read_result("size")["models"] if row["model"] == "generated_boxes")
+    path = next(path for path in size.generate(tmp_path) if path.stem == "generated_boxes")
+    today = size.measure(path, [])
+    assert today == {**row, "codecs": {codec: row["codecs"][codec] for codec in today["codecs"]}}
+
+
+@pytest.mark.parametrize("name", RECOMPUTED)
+def test_the_papers_encoding_is_todays(model, name):
+    (row,) = (row for row in common.read_result("paper")["rows"] if row["model"] == name and row["meshlets_of"] == "ours")
+    assert paper.measure(name, peers.read_parts(model(f"{name}.glb")), "ours") == row
+
+
+def test_sections_end_where_the_reference_decoder_does(tmp_path):
+    """The sections that are stepped over are as long as those that are read."""
+    demo_model.write_glb(demo_model.generate()[2:], tmp_path / "in.glb")
+    size.gltf_ext.compress(tmp_path / "in.glb", tmp_path / "out.glb")
+    for compressed in require_compressed(open_model(tmp_path / "out.glb")):
+        file = BlobFile(compressed.blob)
+        for m in range(file.meshlet_count):
+            read, stepped = Meshlet(file, m), size._Sections(file, m)
+            assert stepped.reader.position == read.reader.position
+        bits = size.section_bits(compressed.blob)
+        assert bits.total() == 8 * len(compressed.blob) and min(bits.values()) >= 0
+        assert bits["connectivity"] == _codec.describe(compressed.blob)["bits"]["connectivity"]
+
+
+# --- the other codecs --------------------------------------------------------------------------------------------------------
+
+
+def codecs() -> list:
+    """A maker of each codec by name; it raises PeerMissing where the codec is not installed."""
+    makers = {"draco-7": lambda: peers.Draco(7), "draco-10": lambda: peers.Draco(10), "draco-command": peers.DracoCommand,
+              "corto": peers.Corto, "quantised": lambda: peers.Gltfpack(False), "meshopt": lambda: peers.Gltfpack(True)}
+    return [pytest.param(maker, id=name) for name, maker in makers.items()]
+
+
+@pytest.fixture(scope="module")
+def torus_parts(tmp_path_factory) -> list[peers.Part]:
+    path = tmp_path_factory.mktemp("torus") / "torus.glb"
+    demo_model.write_glb([torus(4000)], path)
+    return peers.read_parts(path)
+
+
+@pytest.mark.parametrize("maker", codecs())
+def test_codecs_keep_triangles_and_steps(maker, torus_parts):
+    """What comes back has as many triangles, and the same whole steps but for ties; normals are close."""
+    try:
+        codec = maker()
+        decoded = codec.decode(codec.encode(torus_parts))
+    except peers.PeerMissing as missing:
+        pytest.skip(str(missing))
+    (before,), (after,) = torus_parts, decoded
+    assert len(after.triangles) == len(before.triangles)
+    expected, found = (set(map(tuple, np.rint(part.positions).astype(int).tolist())) for part in (before, after))
+    assert len(expected ^ found) <= TIES * len(expected)
+    assert np.array_equal(after.positions, np.rint(after.positions))
+    places = {tuple(np.rint(p).astype(int).tolist()): n for p, n in zip(before.positions, before.normals)}
+    pairs = [(places[key], n) for p, n in zip(after.positions, after.normals) if (key := tuple(p.astype(int).tolist())) in places]
+    cosines = [float(np.dot(a, b)) for a, b in pairs]
+    assert np.median(cosines) > np.cos(np.radians(1))
+    assert after.texcoords.max() == 2 ** Bits().texcoord - 1
+
+
+@pytest.mark.parametrize("maker", codecs())
+def test_codecs_report_what_they_write(maker, torus_parts):
+    try:
+        codec = maker()
+    except peers.PeerMissing as missing:
+        pytest.skip(str(missing))
+    buffers = codec.encode(torus_parts)
+    assert 0 < codec.file_bytes(buffers) <= sum(map(len, buffers))
+    assert codec.resident_bytes(torus_parts, buffers) >= codec.file_bytes(buffers)
+    assert codec.name and codec.version
+
+
+def test_quantised_gltf_takes_two_bytes_per_component(torus_parts):
+    """8 bytes of position, 4 of normal, 4 of texture coordinates per vertex, 2 per index: nothing is hidden in its JSON."""
+    try:
+        codec = peers.Gltfpack(False)
+    except peers.PeerMissing as missing:
+        pytest.skip(str(missing))
+    part = torus_parts[0]
+    plain = 16 * len(part.positions) + 6 * len(part.triangles)
+    assert plain <= codec.file_bytes(codec.encode(torus_parts)) <= plain + 64   # the node that spans the grid
+
+
+def test_missing_codecs_say_what_to_install(monkeypatch, tmp_path):
+    monkeypatch.setattr(peers, "NODE_MODULES", tmp_path)
+    monkeypatch.setattr(peers, "CORTO", "")
+    monkeypatch.setattr(shutil, "which", lambda command: None)
+    found, missing = peers.available()
+    assert not any(codec.name in ("Corto", "quantised glTF") for codec in found)
+    assert len(missing) >= 3 and all(("install" in line or "build" in line) and "\n" not in line for line in missing)
+
+
+def test_parts_have_the_encoders_steps(tmp_path):
+    """A part's rounded positions are the integers that our file decodes to."""
+    demo_model.write_glb(demo_model.generate()[2:], tmp_path / "in.glb")
+    size.gltf_ext.compress(tmp_path / "in.glb", tmp_path / "out.glb")
+    parts = peers.read_parts(tmp_path / "in.glb")
+    for part, compressed in zip(parts, require_compressed(open_model(tmp_path / "out.glb")), strict=True):
+        ours = _codec.decode(compressed.blob)[1][0]
+        rounded = set(map(tuple, np.rint(part.positions).astype(int).tolist()))
+        assert len(rounded ^ set(map(tuple, ours.tolist()))) <= TIES * len(rounded)

@@ -1,0 +1,69 @@
+"""bench.speed and bench.parameters measure what they say: the same bytes as compress, all stages, the encoder's defaults."""
+
+import numpy as np
+import pytest
+
+import gltf_ext
+from bench import parameters, speed
+from bench.generated import torus
+from gltf_meshlet.demo.model import write_glb
+from gltf_ext.compression.extension import require_compressed
+from gltf_ext.gltf.importers import open_model
+
+
+@pytest.fixture
+def small(tmp_path):
+    path = tmp_path / "torus.glb"
+    write_glb([torus(3000)], path)
+    return path
+
+
+def blobs(path):
+    return [compressed.blob for compressed in require_compressed(open_model(path))]
+
+
+def test_what_is_timed_is_what_compress_writes(small, tmp_path):
+    gltf_ext.compress(small, tmp_path / "out.glb")
+    assert speed.encode_ours(gltf_ext.load(small), 1, speed.Stopwatch()) == blobs(tmp_path / "out.glb")
+
+
+def test_every_stage_of_the_encoder_is_timed(small):
+    watch = speed.Stopwatch()
+    speed.encode_ours(gltf_ext.load(small), 1, watch)
+    assert list(watch.seconds) == ["weld", "quantise", speed.GROWING, *speed.ENCODER_STAGES]
+    assert all(seconds > 0 for seconds in watch.seconds.values())
+
+
+@pytest.mark.parametrize("option", parameters.ENCODER_DEFAULTS)
+def test_parameters_names_the_defaults_of_the_encoder(small, tmp_path, option):
+    gltf_ext.compress(small, tmp_path / "default.glb")
+    gltf_ext.compress(small, tmp_path / "named.glb", **{option: parameters.DEFAULTS[option]})
+    assert blobs(tmp_path / "default.glb") == blobs(tmp_path / "named.glb")
+
+
+@pytest.mark.parametrize("option", parameters.VALUES)
+def test_parameters_measures_the_defaults_too(option):
+    assert parameters.DEFAULTS[option] in parameters.VALUES[option]
+
+
+# --- the generated model -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("triangles", [64, 1000, 20_000])
+def test_torus_is_closed_and_about_as_large_as_asked_for(triangles):
+    part = torus(triangles)
+    assert abs(len(part.triangles) - triangles) < 0.15 * triangles
+    ids = np.unique(part.positions, axis=0, return_inverse=True)[1].reshape(-1)
+    corners = ids[part.triangles]
+    edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+    assert len(np.unique(edges, axis=0)) == len(edges)
+    assert {tuple(edge) for edge in edges} == {tuple(edge[::-1]) for edge in edges}
+
+
+def test_torus_normals_point_out_of_its_triangles():
+    part = torus(20_000)
+    a, b, c = (part.positions[part.triangles[:, k]].astype(float) for k in range(3))
+    faces = np.cross(b - a, c - a)
+    assert (np.sum(faces * part.normals[part.triangles].mean(axis=1), axis=1) > 0).mean() > 0.99
+    assert np.allclose(np.linalg.norm(part.normals, axis=1), 1, atol=1e-5)
+    assert part.texcoords.min() > -1 and part.texcoords.max() < 2

@@ -1,0 +1,418 @@
+"""The command line as users meet it: output, exit statuses, one-line errors, nothing half-written, silence in pipes."""
+
+import errno
+import json
+import os
+import re
+import subprocess
+import sys
+import types
+
+import numpy as np
+import pytest
+from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
+
+import gltf_ext
+from gltf_meshlet import render as rendering
+from gltf_meshlet.cli import main
+
+
+@pytest.fixture
+def original(tmp_path):
+    positions, triangles = grid_mesh(20, 20)
+    builder = Builder()
+    builder.mesh({"POSITION": positions}, triangles)
+    return builder.write(tmp_path / "in.glb")
+
+
+@pytest.fixture
+def compressed(original, tmp_path, capsys):
+    assert main(["compress", str(original), str(tmp_path / "out.glb")]) == 0
+    capsys.readouterr()
+    return tmp_path / "out.glb"
+
+
+def error_line(capsys, path):
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    (line,) = captured.err.splitlines()
+    assert line.startswith(f"gltf-meshlet: {path}: ") and ";" in line
+    return line
+
+
+def test_compress_prints_sizes(original, tmp_path, capsys):
+    assert main(["compress", str(original), str(tmp_path / "out.glb"), "-vp", "10", "--threads", "1"]) == 0
+    line = capsys.readouterr().out
+    assert re.fullmatch(
+        r"in\.glb \([\d.]+ kB\) -> out\.glb \([\d.]+ kB\), [\d.]+ times smaller; geometry [\d.]+ times smaller than "
+        r"raw floats, [\d.]+ bits per triangle, 722 triangles in \d+ meshlets \([\d.]+ on average\)\n",
+        line,
+    )
+
+
+def test_options_reach_the_encoder(original, tmp_path, capsys):
+    output = str(tmp_path / "out.glb")
+    main(
+        [
+            "compress",
+            str(original),
+            output,
+            "-vp",
+            "9",
+            "--max-triangles",
+            "20",
+            "--weight",
+            "choe",
+            "--iterations",
+            "3",
+            "--lambda",
+            "2",
+            "--fill",
+            "0.7",
+            "--grid",
+            "scene",
+        ]
+    )
+    capsys.readouterr()
+    main(["inspect", output, "--json"])
+    report = json.loads(capsys.readouterr().out)
+    assert report["primitives"][0]["attributes"]["POSITION"]["bits_per_component"] == [9]
+    assert report["totals"]["mean_triangles_per_meshlet"] <= 20
+
+
+def test_roundtrip_commands(original, compressed, tmp_path, capsys):
+    assert main(["verify", str(original), str(compressed)]) == 0
+    assert "the same triangles, within the bits: 722 triangles, 0 missing, 0 extra" in capsys.readouterr().out
+    assert main(["verify", str(original), str(compressed), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["ok"] is True
+    assert main(["decompress", str(compressed), str(tmp_path / "plain.glb")]) == 0
+    assert capsys.readouterr().out.endswith("722 triangles\n")
+    meshlets = gltf_ext.inspect(compressed)["totals"]["meshlets"]
+    assert main(["validate", str(compressed)]) == 0
+    assert capsys.readouterr().out == f"{compressed}: well formed: {meshlets} meshlets decoded\n"
+    assert main(["inspect", str(compressed)]) == 0
+    assert "references and headers" in capsys.readouterr().out
+
+
+def test_verify_exits_with_one_for_a_difference(compressed, tmp_path, capsys):
+    positions, triangles = grid_mesh(20, 20)
+    builder = Builder()
+    builder.mesh({"POSITION": positions + np.float32([0, 0, 0.01])}, triangles)
+    other = builder.write(tmp_path / "other.glb")
+    assert main(["verify", str(other), str(compressed)]) == 1
+    assert "NOT THE SAME" in capsys.readouterr().out
+    assert main(["verify", str(other), str(compressed), "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["triangles_equal"] is False
+
+
+@pytest.mark.parametrize("command", ["compress", "decompress", "inspect", "verify", "validate"])
+def test_errors_are_one_line(tmp_path, capsys, command):
+    more = {"compress": ["out.glb"], "decompress": ["out.glb"], "verify": [str(tmp_path / "nothing.glb")]}.get(
+        command, []
+    )
+    missing = tmp_path / "nothing.glb"
+    assert main([command, str(missing), *(str(tmp_path / m) for m in more)]) == 2
+    assert "No such file" in error_line(capsys, missing)
+    damaged = tmp_path / "damaged.glb"
+    damaged.write_bytes(b"glTF nonsense")
+    assert main([command, str(damaged), *(str(tmp_path / m) for m in more)]) == 2
+    error_line(capsys, damaged)
+    assert [p.name for p in tmp_path.iterdir()] == ["damaged.glb"]
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["-vp", "25"], "-vp is 25; use 4 to 24"),
+        (["--max-triangles", "65"], "--max-triangles is 65"),
+        (["--step", "0"], "--step is 0.0"),
+        (["--step", "nan"], "--step is nan"),
+        (["--step", "1e300"], "--step is 1e+300"),
+        (["--step", "1e-60"], "needs more than 24 bits"),
+        (["--iterations", "-1"], "--iterations is -1"),
+        (["--step", "12"], "leaves fewer than 4 bits"),
+        (["--step", "0.001", "-vp", "12"], "--step and -vp"),
+        (["--fill", "1.5"], "--fill is 1.5; use 0.25 to 1"),
+    ],
+)
+def test_options_out_of_range(original, tmp_path, capsys, arguments, message):
+    assert main(["compress", str(original), str(tmp_path / "out.glb"), *arguments]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out.glb").exists()
+
+
+@pytest.mark.parametrize("arguments", [[], ["compress"], ["compress", "a", "b", "-vp", "many"], ["fly"]])
+def test_usage_errors_are_one_line(capsys, arguments):
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2 and len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_output_must_be_glb(original, tmp_path, capsys):
+    assert main(["compress", str(original), str(tmp_path / "out.gltf")]) == 2
+    assert "not a .glb" in error_line(capsys, tmp_path / "out.gltf")
+
+
+def test_existing_output_survives_an_error(compressed, tmp_path, capsys):
+    before = compressed.read_bytes()
+    (tmp_path / "bad.glb").write_bytes(b"glTF")
+    assert main(["compress", str(tmp_path / "bad.glb"), str(compressed)]) == 2
+    assert compressed.read_bytes() == before
+
+
+@pytest.mark.parametrize("link", [None, os.symlink, os.link])
+def test_a_file_is_not_written_onto_itself(original, tmp_path, capsys, link):
+    output = original if link is None else tmp_path / "link.glb"
+    if link:
+        link(original, output)
+    before = original.read_bytes()
+    assert main(["compress", str(original), str(output)]) == 2
+    assert "is the input too; name another output" in error_line(capsys, output)
+    assert original.read_bytes() == before
+
+
+def test_the_fallback_does_not_overwrite_the_inputs_buffer(compressed, original, tmp_path, capsys):
+    builder = Builder()
+    positions, triangles = grid_mesh(4, 4)
+    builder.mesh({"POSITION": positions}, triangles)
+    builder.write(tmp_path / "in.glb")
+    properties = glb_json(tmp_path / "in.glb")
+    data = (tmp_path / "in.glb").read_bytes()[-properties["buffers"][0]["byteLength"] :]
+    properties["buffers"][0]["uri"] = "new.fallback.bin"
+    (tmp_path / "new.fallback.bin").write_bytes(data)
+    (tmp_path / "new.gltf").write_text(json.dumps(properties))
+    assert main(["compress", str(tmp_path / "new.gltf"), str(tmp_path / "new.glb"), "--fallback"]) == 2
+    assert "is the input too" in error_line(capsys, tmp_path / "new.fallback.bin")
+    assert (tmp_path / "new.fallback.bin").read_bytes() == data
+
+
+def test_missing_folder(original, tmp_path, capsys):
+    output = tmp_path / "no" / "out.glb"
+    assert main(["compress", str(original), str(output)]) == 2
+    assert "its folder does not exist" in error_line(capsys, output)
+
+
+def test_a_full_disk_leaves_nothing(original, tmp_path, capsys, monkeypatch):
+    def fail(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("os.replace", fail)
+    assert main(["compress", str(original), str(tmp_path / "out.glb"), "--fallback"]) == 2
+    line = error_line(capsys, tmp_path / "out.fallback.bin")
+    assert "No space left" in line and "free some space" in line
+    assert [p.name for p in tmp_path.iterdir()] == ["in.glb"]
+
+
+def run(*arguments, code=None):
+    command = (
+        [sys.executable, "-m", "gltf_ext.cli", *map(str, arguments)] if code is None else [sys.executable, "-c", code]
+    )
+    return subprocess.run(command, capture_output=True, text=True, env={**os.environ, "COLUMNS": "80"})
+
+
+def test_silence_in_a_pipe(original, tmp_path):
+    result = run("compress", original, tmp_path / "out.glb")
+    assert result.returncode == 0 and result.stderr == "" and len(result.stdout.splitlines()) == 1
+
+
+def test_version_and_help():
+    assert run("--version").stdout == f"gltf-meshlet {gltf_ext.__version__}\n"
+    assert all(
+        name in run("--help").stdout for name in ("compress", "decompress", "inspect", "verify", "validate", "render", "demo")
+    )
+
+
+def test_import_is_light():
+    result = run(
+        code="import sys, gltf_ext; print(*[m for m in ('numpy', 'trimesh', 'pygltflib', 'tqdm') if m in sys.modules])"
+    )
+    assert result.stdout == "\n", result.stderr
+
+
+def test_closed_pipe_is_no_traceback(compressed):
+    shell = f"{sys.executable} -m gltf_ext.cli inspect {compressed} --json | true"
+    assert subprocess.run(shell, shell=True, capture_output=True, text=True).stderr == ""
+
+
+def test_a_coarse_step_warns_of_small_meshes(tmp_path, capsys):
+    positions, triangles = grid_mesh(20, 20)
+    builder = Builder()
+    builder.mesh({"POSITION": positions}, triangles)
+    builder.mesh({"POSITION": positions * np.float32(0.001)}, triangles)
+    path = builder.write(tmp_path / "two.glb")
+    assert main(["compress", str(path), str(tmp_path / "out.glb"), "--grid", "scene", "-vp", "8"]) == 0
+    assert "mesh 1: fewer than 4 bits are left for its positions" in capsys.readouterr().err
+    assert main(["verify", str(path), str(tmp_path / "out.glb")]) == 0
+    assert "722 collapsed by the grid" in capsys.readouterr().out
+
+
+def test_python_m():
+    result = subprocess.run([sys.executable, "-m", "gltf_ext", "--version"], capture_output=True, text=True)
+    assert result.stdout == f"gltf-meshlet {gltf_ext.__version__}\n"
+
+
+def test_an_early_interruption_is_silent():
+    code = """
+import sys
+class Interrupt:
+    def find_spec(self, name, path, target=None):
+        if name == "gltf_ext.cli":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupt())
+from gltf_meshlet.__main__ import main
+sys.exit(main())
+"""
+    result = run(code=code)
+    assert (result.returncode, result.stderr) == (130, "")
+
+
+@pytest.mark.parametrize("name", ["äö.glb", os.fsdecode(b"\xff.glb")])
+def test_odd_file_names(original, tmp_path, name):
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    for arguments in (["compress", original, tmp_path / name, "--fallback"], ["inspect", tmp_path / name],
+                      ["validate", tmp_path / name], ["inspect", tmp_path / ("no" + name)]):
+        command = [sys.executable, "-m", "gltf_ext", *map(str, arguments)]
+        result = subprocess.run(command, capture_output=True, text=True, env=environment)
+        assert "Traceback" not in result.stderr and result.returncode == (2 if "no" + name in command[-1] else 0)
+
+
+def test_output_is_a_folder(original, tmp_path, capsys):
+    (tmp_path / "out.glb").mkdir()
+    assert main(["compress", str(original), str(tmp_path / "out.glb")]) == 2
+    assert "is a folder; name a file" in error_line(capsys, tmp_path / "out.glb")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
+def test_full_standard_output(compressed):
+    with open("/dev/full", "w") as full:
+        command = [sys.executable, "-m", "gltf_ext", "inspect", str(compressed)]
+        result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert result.returncode == 2
+    assert result.stderr == "gltf-meshlet: standard output: No space left on device; free some space\n"
+
+
+def test_the_fallback_is_named_and_a_stale_one_too(original, tmp_path, capsys):
+    output = str(tmp_path / "out.glb")
+    assert main(["compress", str(original), output, "--fallback"]) == 0
+    assert re.search(r"out\.glb \([\d.]+ kB\) \+ out\.fallback\.bin \([\d.]+ kB\)", capsys.readouterr().out)
+    assert main(["inspect", output]) == 0
+    assert re.search(r"fallback +[\d,]+ bytes in out\.fallback\.bin", capsys.readouterr().out)
+    assert main(["compress", str(original), output]) == 0
+    assert "out.fallback.bin is not part of this result" in capsys.readouterr().err
+    assert (tmp_path / "out.fallback.bin").exists()
+
+
+def test_a_file_that_grew_is_told(tmp_path, capsys):
+    builder = Builder()
+    builder.mesh({"POSITION": np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])}, np.uint32([[0, 1, 2]]))
+    assert main(["compress", str(builder.write(tmp_path / "one.glb")), str(tmp_path / "out.glb")]) == 0
+    captured = capsys.readouterr()
+    assert "the file grew" in captured.err and "1 triangle in 1 meshlet" in captured.out and " B)" in captured.out
+
+
+def test_a_missing_fallback_is_told_once(original, tmp_path, capsys):
+    output = tmp_path / "out.glb"
+    main(["compress", str(original), str(output), "--fallback"])
+    (tmp_path / "out.fallback.bin").unlink()
+    capsys.readouterr()
+    assert main(["validate", str(output)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "out.fallback.bin" in line and "the compressed data is intact" in line
+
+
+def test_verify_tells_which_argument_is_wrong(original, compressed, tmp_path, capsys):
+    assert main(["verify", str(compressed), str(original)]) == 2
+    assert "the arguments are swapped" in error_line(capsys, original)
+    main(["decompress", str(compressed), str(tmp_path / "plain.glb")])
+    capsys.readouterr()
+    assert main(["verify", str(original), str(tmp_path / "plain.glb")]) == 2
+    assert "gltf-meshlet verify ORIGINAL COMPRESSED" in error_line(capsys, tmp_path / "plain.glb")
+
+
+def test_usage_errors_of_a_command_point_at_its_help(capsys):
+    with pytest.raises(SystemExit):
+        main(["compress", "a", "b", "--no"])
+    assert "see gltf-meshlet compress --help" in capsys.readouterr().err
+
+
+def test_an_empty_file(tmp_path, capsys):
+    (tmp_path / "a.glb").touch()
+    assert main(["compress", str(tmp_path / "a.glb"), str(tmp_path / "out.glb")]) == 2
+    assert "is empty; export it again" in error_line(capsys, tmp_path / "a.glb")
+
+
+def test_python_errors_name_the_file_and_the_option(tmp_path):
+    (tmp_path / "a.glb").write_bytes(b"glTF nonsense")
+    with pytest.raises(gltf_ext.MeshletError, match="a.glb: "):
+        gltf_ext.load(tmp_path / "a.glb")
+    with pytest.raises(gltf_ext.MeshletError, match="position_bits is '12'; use 4 to 24"):
+        gltf_ext.compress("a.glb", "b.glb", position_bits="12")
+    with pytest.raises(gltf_ext.MeshletError, match="step is 'x'"):
+        gltf_ext.compress("a.glb", "b.glb", step="x")
+    with pytest.raises(gltf_ext.MeshletError, match="vp is not an option"):
+        gltf_ext.compress("a.glb", "b.glb", vp=12)
+
+
+# --- render: what no renderer is needed for --------------------------------------------------------------------------
+
+
+@pytest.fixture
+def rendered(monkeypatch):
+    """What a renderer was asked for, in place of the renderers."""
+    asked = []
+    fake = types.SimpleNamespace(main=lambda options: asked.append((options, gltf_ext.inspect(options.input))) or 0)
+    monkeypatch.setattr(rendering, "_renderer", lambda backend: fake)
+    return asked
+
+
+def test_render_passes_its_options_on(compressed, tmp_path, rendered):
+    picture = str(tmp_path / "out.png")
+    assert main(["render", str(compressed), "-o", picture, "--spp", "7"]) == 0
+    assert main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--path", "rt", "--frames", "3", "--validate", "--cache", "0.5"]) == 0
+    assert main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--ring", "100"]) == 0
+    (first, _), (second, _), (third, _) = rendered
+    assert (first.input, first.output, first.spp, first.variant, first.cache) == (str(compressed), picture, 7, "scalar_rgb", 0.25)
+    assert (second.cache, second.path, second.frames, second.bounces, second.validate, second.device, second.ring) == (0.5, "rt", 3, 0, True, None, None)
+    assert (third.path, third.ring) == (None, 100)
+
+
+def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
+    assert main(["render", str(original), "-o", str(tmp_path / "out.png")]) == 0
+    (options, report), = rendered
+    assert report["totals"]["triangles"] == 722 and not os.path.exists(options.input)
+    assert f"{original}: is not compressed; rendering a copy" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["--width", "0"], "--width is 0; use 1 to 16384"),
+        (["--cache", "2"], "--cache is 2.0; use 0 to 1"),
+        (["--cache", "nan"], "--cache is nan; use 0 to 1"),
+        (["--cache-bytes", "-1"], "--cache-bytes is -1; use 0 or more"),
+        (["--spp", "0"], "--spp is 0; use 1 or more"),
+        (["--path", "rt"], "--path is for --backend vulkan"),
+        (["--backend", "vulkan", "--spp", "4"], "--spp is for --backend mitsuba"),
+        (["--backend", "vulkan", "--frames", "0"], "--frames is 0; use 1 or more"),
+        (["--backend", "vulkan", "--ring", "0"], "--ring is 0; use 1 or more"),
+        (["--backend", "vulkan", "--cache", "0.5"], "--cache is for --path rt; leave it out or change --path"),
+        (["--backend", "vulkan", "--path", "rt-plain", "--cache-bytes", "9"], "--cache-bytes is for --path rt; leave"),
+        (["--backend", "vulkan", "--path", "mesh", "--bounces", "0"], "--bounces is for --path rt or rt-plain or rt-triangles; leave"),
+        (["--backend", "vulkan", "--path", "rt", "--ring", "9"], "--ring is for --path stream; leave"),
+        (["-o", "nowhere/out.png"], "nowhere/out.png: its folder does not exist; create it first"),
+    ],
+)
+def test_render_options_out_of_range(compressed, tmp_path, rendered, capsys, arguments, message):
+    assert main(["render", str(compressed), "-o", str(tmp_path / "out.png"), *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line and rendered == []
+
+
+@pytest.mark.parametrize("backend, package", [("mitsuba", "mitsuba"), ("vulkan", "vulkan")])
+def test_render_without_the_extra(compressed, tmp_path, capsys, monkeypatch, backend, package):
+    for name in [name for name in sys.modules if name.partition(".")[0] in (package, "mitsuba_plugin", "vk_backend")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)  # importing it fails
+    assert main(["render", str(compressed), "-o", str(tmp_path / "out.png"), "--backend", backend]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"pip install 'gltf-meshlet[{backend}]'" in line

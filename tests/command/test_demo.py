@@ -1,0 +1,113 @@
+"""The demo: its model, its rasteriser, and the whole run into an empty folder."""
+
+import sys
+
+import numpy as np
+import pytest
+from tests.helpers.mitsuba_reference import require
+from PIL import Image
+
+import gltf_ext
+from gltf_meshlet.demo import run as demo
+from gltf_meshlet.demo import model as demo_model
+from gltf_meshlet.demo.rasterizer import Camera, Mesh, render
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return demo_model.generate()
+
+
+def test_model_has_what_a_codec_must_survive(parts):
+    assert sum(len(part.triangles) for part in parts) > 50_000
+    assert len({part.mesh for part in parts}) == 3 and len(parts) == 5
+    for part in parts:
+        assert part.triangles.max() == len(part.positions) - 1
+        assert np.allclose(np.linalg.norm(part.normals, axis=1), 1, atol=1e-6)
+        assert part.texcoords.min() >= 0 and part.texcoords.max() <= 1
+        points = len(np.unique(part.positions, axis=0))
+        assert points < len(part.positions), f"{part.name} has no seam"
+
+
+def test_model_faces_outwards(parts):
+    for part in parts:
+        a, b, c = (part.positions[part.triangles[:, k]].astype(float) for k in range(3))
+        face = np.cross(b - a, c - a)
+        assert np.all(np.linalg.norm(face, axis=1) > 0), f"{part.name} has a degenerate triangle"
+        assert np.all(np.sum(face * part.normals[part.triangles[:, 0]], axis=1) > 0), part.name
+
+
+@pytest.mark.parametrize("name", ["knot", "planet", "gear"])
+def test_solid_parts_are_closed_by_position(parts, name):
+    part = next(part for part in parts if part.name == name)
+    corners = np.unique(part.positions, axis=0, return_inverse=True)[1].reshape(-1)[part.triangles]
+    edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+    assert np.all(np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)[1] == 2)
+
+
+def test_model_is_the_same_every_time(parts, tmp_path):
+    demo_model.write_glb(parts, tmp_path / "a.glb")
+    demo_model.write_glb(demo_model.generate(), tmp_path / "b.glb")
+    assert (tmp_path / "a.glb").read_bytes() == (tmp_path / "b.glb").read_bytes()
+
+
+def test_rasterizer_draws_the_nearer_of_two_squares():
+    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
+    positions = np.concatenate([square, square * 0.5 + [0, 0, 1]])
+    triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
+    colors = np.array([[1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0]], float)
+    mesh = Mesh(positions, np.tile([0.0, 0.0, 1.0], (8, 1)), triangles, colors)
+    picture = render(mesh, Camera(eye=(0, 0, 6), target=(0, 0, 0), field_of_view=30), 90, 60)
+    assert picture.shape == (60, 90, 4)
+    assert picture[30, 45, 1] > 0 and picture[30, 45, 0] == 0, "the green square is in front"
+    assert picture[30, 45 + 15, 0] > 0 and picture[30, 45 + 15, 1] == 0, "the red square stands out behind it"
+    assert picture[2, 2, 3] == 0 and picture[30, 2, 3] == 0, "nothing is drawn beside them"
+    covered = picture[..., 3].sum() / 255
+    side = 60 / (2 * np.tan(np.radians(15)) * 6) * 2
+    assert covered == pytest.approx(side * side, rel=0.02), "the picture's size follows from the camera"
+
+
+def test_demo_runs_and_saves(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(demo, "_save_renders", lambda *_: [])
+    assert demo.main(tmp_path / "out") == 0
+    printed = capsys.readouterr().out
+    assert "verified" in printed and "times smaller" in printed
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"original.glb", "compressed.glb", "decompressed.glb", "meshlets.png", "comparison.png", "size.png"}
+    totals = gltf_ext.inspect(tmp_path / "out" / "compressed.glb")["totals"]
+    assert totals["triangles"] == sum(len(part.triangles) for part in demo_model.generate())
+    assert totals["ratio"] > 5
+    assert not list((tmp_path / "out").glob(".*")), "nothing half-written"
+    for name in ("meshlets.png", "comparison.png", "size.png"):
+        assert 5_000 < (tmp_path / "out" / name).stat().st_size < 400_000
+
+
+def test_demo_renders_the_compressed_file_like_the_original(tmp_path, parts, monkeypatch):
+    require("scalar_rgb")
+    monkeypatch.setattr(demo, "RENDERED", (64, 48, 16))
+    original, compressed = tmp_path / "original.glb", tmp_path / "compressed.glb"
+    demo_model.write_glb(parts, original)
+    gltf_ext.compress(original, compressed)
+    names = demo._save_renders(tmp_path, original, compressed, gltf_ext.inspect(compressed)["totals"])
+    before, after, both = (np.asarray(Image.open(tmp_path / name), float) for name in names)
+    assert before.shape == after.shape == (48, 64, 3) and both.shape[1] == 128
+    assert before.std() > 20 and np.abs(before.mean() - after.mean()) < 2
+    assert np.abs(before - after).mean() < 8, "the same view of the same thing, but for noise"
+
+
+def test_demo_without_mitsuba_is_one_line(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "gltf_meshlet.demo.studio", None)
+    monkeypatch.delattr(gltf_ext, "demo_studio", raising=False)
+    assert demo._save_renders(tmp_path, tmp_path / "a.glb", tmp_path / "b.glb", {}) == []
+    assert len(capsys.readouterr().out.splitlines()) == 1
+
+
+def test_a_full_disk_names_the_file(tmp_path, monkeypatch):
+    def fail(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", fail)
+    with pytest.raises(OSError) as caught:
+        demo.main(tmp_path / "out")
+    assert caught.value.filename == str(tmp_path / "out" / "original.glb")
+    assert not list((tmp_path / "out").iterdir())

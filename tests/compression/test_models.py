@@ -1,0 +1,161 @@
+"""Real models: floors on the ratio, and everything that is hard or broken."""
+
+import json
+import shutil
+import subprocess
+
+import pytest
+from tests.helpers.environment import MODELS, NODE_MODULES, ROOT
+from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, grid_mesh
+
+import gltf_ext
+
+SMALL_BYTES = 300_000  # of the hard models, those that are not only for --full
+FLOORS = {
+    "bunny": 8.5,
+    "materialball": 8.5,
+    "suzanne": 9.0,
+    "beast": 9.0,
+    "chinesedragon": 9.0,
+    "igea": 11.0,
+    "dragon": 12.0,
+    "engine": 5.5,
+    "sponza_like": 7.0,
+    "bistro_like": 7.0,
+}
+LARGE = ("igea", "dragon", "sponza_like", "bistro_like", "engine", "chinesedragon", "beast", "materialball")
+MEAN_TRIANGLES_FLOOR = {"bunny": 51, "suzanne": 51, "dragon": 51, "igea": 51}
+
+HARD = sorted(MODELS.glob("nasty/*.glb"))
+# Why these cannot be compressed.
+REFUSED = {
+    "AllIndicesOutOfRange": "vertices",
+    "IndexOutOfRange": "vertices",
+    "BoxWithInfinites": "infinite",
+    "Box_meshopt": "meshopt",
+    "RecursiveNodes_cycle": "holds no triangles",
+    "empty_nodes": "holds no triangles",
+    **{
+        f"Mesh_PrimitiveMode_{number}": "holds no triangles"
+        for number in ("00", "01", "02", "03", "07", "08", "09", "10")
+    },
+}
+
+
+def marks(path_or_large):
+    large = path_or_large if isinstance(path_or_large, bool) else path_or_large.stat().st_size > SMALL_BYTES
+    return [pytest.mark.full] if large else []
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=marks(n in LARGE)) for n in FLOORS])
+def test_ratio_and_errors(model, tmp_path, name):
+    report = gltf_ext.compress(model(f"{name}.glb"), tmp_path / "out.glb")
+    assert report["totals"]["ratio"] >= FLOORS[name]
+    assert report["totals"]["mean_triangles_per_meshlet"] >= MEAN_TRIANGLES_FLOOR.get(name, 0)
+    verified = gltf_ext.verify(model(f"{name}.glb"), tmp_path / "out.glb")
+    assert verified["ok"] and verified["triangles_equal"], verified["problems"]
+    assert gltf_ext.validate(tmp_path / "out.glb") == []
+
+
+@pytest.mark.full
+def test_the_hard_models_are_there():
+    assert len(HARD) == 92
+
+
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(p, marks=marks(p), id=p.stem) for p in HARD]
+    or [pytest.param(None, marks=pytest.mark.skip(reason=f"no models in {MODELS}"))],
+)
+@pytest.mark.parametrize(
+    "options", [{}, {"fallback": True, "grid": "scene", "position_bits": 16}], ids=["default", "fallback"]
+)
+def test_hard_models_compress_or_are_refused(path, options, tmp_path):
+    output = tmp_path / "out.glb"
+    if "draco" in path.stem.lower():
+        pytest.importorskip("DracoPy")
+    if path.stem in REFUSED:
+        with pytest.raises(gltf_ext.MeshletError, match=REFUSED[path.stem]):
+            gltf_ext.compress(path, output, **options)
+        assert not list(tmp_path.iterdir())
+        return
+    gltf_ext.compress(path, output, **options)
+    verified = gltf_ext.verify(path, output)
+    assert verified["ok"] and verified["triangles_equal"], verified["problems"]
+    assert gltf_ext.validate(output) == []
+    gltf_ext.decompress(output, tmp_path / "plain.glb")
+    for decoded, plain in zip(gltf_ext.load(output), gltf_ext.load(tmp_path / "plain.glb"), strict=True):
+        assert all(
+            (a == b).all() and m == n
+            for (m, a), (n, b) in zip(sorted(decoded.arrays), sorted(plain.arrays), strict=True)
+        )
+
+
+# --- Khronos validator -----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def khronos():
+    """A function from files to {file: {"errors", "warnings"}} by the Khronos validator."""
+    if shutil.which("node") is None or not (NODE_MODULES / "gltf-validator").is_dir():
+        pytest.skip("needs node and the npm package gltf-validator (make installs it into build/node)")
+
+    def validate(files):
+        command = ["node", str(ROOT / "tests" / "validator.mjs"), str(NODE_MODULES), *map(str, files)]
+        return json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+
+    return validate
+
+
+def assert_no_new_errors(khronos, original, folder):
+    """Compressed, with fallback and decompressed: no errors when the original has none."""
+    outputs = [folder / "out.glb", folder / "fallback.glb", folder / "plain.glb"]
+    gltf_ext.compress(original, outputs[0])
+    gltf_ext.compress(original, outputs[1], fallback=True)
+    gltf_ext.decompress(outputs[0], outputs[2])
+    report = khronos([original, *outputs])
+    if not report[str(original)]["errors"]:
+        assert [report[str(o)]["errors"] for o in outputs] == [[], [], []]
+
+
+def test_khronos_validator_on_everything(khronos, tmp_path):
+    attributes, triangles, targets = everything()
+    attributes = {n: v for n, v in attributes.items() if n not in ("COLOR_1", "_FRAME")}
+    attributes["COLOR_1"] = attributes.pop("COLOR_2")
+    attributes["JOINTS_1"] = attributes["JOINTS_0"] % 3
+    attributes["JOINTS_0"] = attributes["JOINTS_0"] % 3
+    builder = Builder()
+    builder.mesh(attributes, triangles, targets, NORMALIZED)
+    original = builder.write(tmp_path / "in.glb")
+    assert_no_new_errors(khronos, original, tmp_path)
+
+
+def test_khronos_validator_on_shared_and_plain(khronos, tmp_path):
+    positions, triangles = grid_mesh(8, 8)
+    builder = Builder()
+    position, index = builder.accessor(positions), builder.accessor(triangles.reshape(-1, 1))
+    for _ in range(2):
+        builder.mesh({"POSITION": position}, index)
+    builder.mesh({"POSITION": position}, mode=0)
+    builder.properties["nodes"] = [{"mesh": i} for i in range(3)]
+    builder.properties["scenes"] = [{"nodes": [0, 1, 2]}]
+    original = builder.write(tmp_path / "in.glb")
+    assert khronos([original])[str(original)]["errors"] == []
+    assert_no_new_errors(khronos, original, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(p, marks=marks(p), id=p.stem)
+        for p in HARD
+        if p.stem not in REFUSED and "draco" not in p.stem.lower()
+    ],
+)
+def test_khronos_validator_on_hard_models(khronos, path, tmp_path):
+    assert_no_new_errors(khronos, path, tmp_path)
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=marks(n in LARGE)) for n in FLOORS])
+def test_khronos_validator_on_models(khronos, model, name, tmp_path):
+    assert_no_new_errors(khronos, model(f"{name}.glb"), tmp_path)

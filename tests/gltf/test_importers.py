@@ -1,0 +1,136 @@
+"""Models that are not glTF, and trimesh reading what we write."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+from tests.helpers.gltf_builder import Builder, everything, grid_mesh
+
+import gltf_ext
+
+
+@pytest.fixture(scope="module")
+def sphere():
+    return trimesh.creation.icosphere(3)
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".ply", ".stl"])
+def test_formats(sphere, tmp_path, suffix):
+    original = tmp_path / f"in{suffix}"
+    sphere.export(original)
+    report = gltf_ext.compress(original, tmp_path / "out.glb")
+    assert report["totals"]["triangles"] == len(sphere.faces) and report["totals"]["source_vertices"] == len(
+        sphere.vertices
+    )
+    assert gltf_ext.verify(original, tmp_path / "out.glb")["ok"]
+
+
+def test_obj_with_normals_and_texture_coordinates(tmp_path):
+    (tmp_path / "in.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\nvn 0 0 1\nf 1/1/1 2/2/1 4/4/1 3/3/1\n"
+    )
+    gltf_ext.compress(tmp_path / "in.obj", tmp_path / "out.glb")
+    (primitive,) = gltf_ext.load(tmp_path / "out.glb")
+    assert len(primitive.indices) == 2 and {"POSITION", "TEXCOORD_0"} <= set(primitive.attributes)
+    assert gltf_ext.verify(tmp_path / "in.obj", tmp_path / "out.glb")["ok"]
+
+
+def test_ply_colors_are_exact(sphere, tmp_path):
+    colored = sphere.copy()
+    colored.visual.vertex_colors = np.random.default_rng(0).integers(0, 256, (len(sphere.vertices), 4), dtype=np.uint8)
+    colored.export(tmp_path / "in.ply")
+    gltf_ext.compress(tmp_path / "in.ply", tmp_path / "out.glb")
+    (primitive,) = gltf_ext.load(tmp_path / "out.glb")
+    assert sorted(map(tuple, primitive.attributes["COLOR_0"].tolist())) == sorted(
+        map(tuple, colored.visual.vertex_colors.tolist())
+    )
+
+
+@pytest.mark.parametrize(
+    "name, content",
+    [
+        ("a.obj", "v 1 2\nf 1 2 3\n"),
+        ("a.obj", ""),
+        ("a.stl", ""),
+        ("a.ply", "ply\nformat nope"),
+        ("a.fbx", "x"),
+        ("a", "x"),
+        ("a.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n"),
+    ],
+)
+def test_unreadable_models_are_refused(tmp_path, name, content):
+    (tmp_path / name).write_text(content)
+    with pytest.raises(gltf_ext.MeshletError) as caught:
+        gltf_ext.compress(tmp_path / name, tmp_path / "out.glb")
+    assert caught.value.path == str(tmp_path / name) and "\n" not in str(caught.value)
+    assert not (tmp_path / "out.glb").exists()
+
+
+@pytest.mark.parametrize(
+    "name, content, message",
+    [
+        ("a.obj", b"\xff\xfe\x00\x01\x80" * 9, "is not a text .obj"),
+        ("a.obj", b"", "is empty; export it again"),
+        ("a.stl", bytes(80) + (9).to_bytes(4, "little") + bytes(60), "is cut off"),
+        (
+            "a.ply",
+            b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+            b"end_header\n0 0 0\n",
+            "holds no triangles",
+        ),
+    ],
+)
+def test_reasons_are_plain(tmp_path, name, content, message):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(gltf_ext.MeshletError) as caught:
+        gltf_ext.compress(tmp_path / name, tmp_path / "out.glb")
+    assert message in str(caught.value) and "Error" not in str(caught.value)
+
+
+def test_a_missing_material_is_a_warning(tmp_path):
+    (tmp_path / "a.obj").write_text("mtllib no.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
+    warnings = gltf_ext.compress(tmp_path / "a.obj", tmp_path / "out.glb")["warnings"]
+    assert any("no.mtl" in warning for warning in warnings)
+
+
+@pytest.fixture(scope="module")
+def compressed(tmp_path_factory):
+    """Two primitives: one with everything, one plain and used twice."""
+    folder = tmp_path_factory.mktemp("trimesh")
+    attributes, triangles, targets = everything()
+    builder = Builder()
+    builder.mesh(attributes, triangles, targets)
+    positions, plain = grid_mesh(9, 9)
+    builder.mesh({"POSITION": positions * 3}, plain)
+    builder.properties["nodes"] = [{"mesh": 0}, {"mesh": 1}, {"mesh": 1, "translation": [5, 0, 0]}]
+    builder.properties["scenes"] = [{"nodes": [0, 1, 2]}]
+    gltf_ext.compress(builder.write(folder / "in.glb"), folder / "out.glb")
+    return folder / "out.glb"
+
+
+def test_trimesh_loads_the_decoded_values(compressed):
+    scene = trimesh.load_scene(compressed)
+    assert len(scene.graph.nodes_geometry) == 3
+    for mesh, primitive in zip(scene.geometry.values(), gltf_ext.load(compressed), strict=True):
+        np.testing.assert_array_equal(mesh.faces, primitive.indices)
+        np.testing.assert_allclose(mesh.vertices, primitive.attributes["POSITION"])
+        assert np.ptp(mesh.vertices, axis=0).min() > 0
+        for name, values in primitive.attributes.items():
+            if name.startswith("_") and name != "_FRAME":
+                np.testing.assert_array_equal(np.reshape(mesh.vertex_attributes[name], values.shape), values)
+
+
+@pytest.mark.parametrize(
+    "imports",
+    [
+        "import gltf_ext, trimesh",
+        "import trimesh, gltf_ext",
+        "import trimesh.exchange.gltf, gltf_ext, gltf_ext.trimesh_handler",
+    ],
+)
+def test_import_order_does_not_matter(compressed, imports):
+    code = f"{imports}\nprint(trimesh.load_scene({str(compressed)!r}).area)"
+    area = float(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout)
+    assert area == pytest.approx(trimesh.load_scene(compressed).area) and area > 1

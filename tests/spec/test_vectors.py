@@ -1,0 +1,187 @@
+"""Conformance vectors: native and reference decoder give exactly these integers, and both refuse what is malformed."""
+
+import json
+import random
+
+from spec import make_vectors
+import numpy as np
+import pytest
+from spec.blob_writer import random_blob
+from spec.make_vectors import FOLDER
+
+from gltf_ext import _codec
+
+from spec import reference_decoder
+
+VALID = sorted(path.stem for path in FOLDER.glob("valid_*.bin"))
+MALFORMED = sorted(path.name for path in FOLDER.glob("malformed_*.bin"))
+
+
+# What only validators have to find: `decode` copies vertices of earlier meshlets instead of following references to them.
+LEFT_TO_VALIDATORS = ("hops away", "other values than its owner")
+
+
+def answer(decode, *arguments):
+    """What a decoder gives; None when it refuses, with one line."""
+    try:
+        return decode(*arguments)
+    except ValueError as error:
+        assert str(error) and "\n" not in str(error)
+        return None
+
+
+def is_valid(blob: bytes) -> bool:
+    try:
+        _codec.validate(blob)
+    except ValueError:
+        return False
+    return True
+
+
+def reference(blob: bytes):
+    decoded = reference_decoder.decode_blob(blob)
+    return decoded.triangles, decoded.values
+
+
+def left_to_validators(blob: bytes) -> bool:
+    return any(reason in make_vectors.refusal(blob) for reason in LEFT_TO_VALIDATORS)
+
+
+def assert_same(ours, theirs):
+    assert np.array_equal(ours[0], theirs[0])
+    assert len(ours[1]) == len(theirs[1])
+    for a, b in zip(ours[1], theirs[1]):
+        assert np.array_equal(a, b)
+
+
+def test_there_are_vectors():
+    assert {name.removeprefix("valid_") for name in VALID} == set(make_vectors.VALID)
+    assert MALFORMED == sorted(json.loads((FOLDER / "malformed.json").read_text()))
+    assert len(MALFORMED) > 50
+
+
+@pytest.mark.parametrize("name", VALID)
+@pytest.mark.parametrize("decode", [_codec.decode, reference])
+def test_valid(name, decode):
+    expected = json.loads((FOLDER / f"{name}.json").read_text())
+    blob = (FOLDER / f"{name}.bin").read_bytes()
+    assert is_valid(blob)
+    assert_same(decode(blob), (expected["triangles"], expected["values"]))
+
+
+@pytest.mark.parametrize("name", VALID)
+def test_single_meshlets(name):
+    blob = (FOLDER / f"{name}.bin").read_bytes()
+    decoder = _codec.Decoder(blob)
+    for m in range(decoder.meshlet_count):
+        assert_same(decoder.decode_meshlet(m), reference_decoder.decode_meshlet(blob, m))
+
+
+@pytest.mark.parametrize("name", VALID)
+def test_values(name):
+    """Dequantised values, too: exactly on grids, within rounding for unit vectors."""
+    blob = (FOLDER / f"{name}.bin").read_bytes()
+    decoded = reference_decoder.decode_blob(blob)
+    values = _codec.decode_values(blob)[1]
+    for stream, integers, ours in zip(decoded.streams, decoded.values, values):
+        expected = reference_decoder.dequantise(stream, integers)
+        assert ours.dtype == expected.dtype and ours.shape == expected.shape
+        if stream.kind == reference_decoder.OCT:
+            assert np.allclose(ours, expected, atol=1e-6)
+        else:
+            assert ours.tobytes() == np.ascontiguousarray(expected).tobytes()
+
+
+@pytest.mark.parametrize("name", MALFORMED)
+def test_malformed(name):
+    blob = (FOLDER / name).read_bytes()
+    assert make_vectors.refusal(blob) == json.loads((FOLDER / "malformed.json").read_text())[name]
+    assert not is_valid(blob)
+    assert left_to_validators(blob) or answer(_codec.decode, blob) is None
+
+
+def test_regenerating_gives_the_same_bytes():
+    files = make_vectors.vector_files()
+    assert set(files) == {path.name for path in FOLDER.iterdir()}
+    assert [name for name, data in files.items() if (FOLDER / name).read_bytes() != data] == []
+
+
+def test_vectors_cover_the_format():
+    """Every branch of the bitstream occurs in some valid vector."""
+    seen = set()
+    for name in VALID:
+        decoder = reference_decoder.Decoder((FOLDER / f"{name}.bin").read_bytes())
+        file = decoder.file
+        seen |= {("kind", stream.kind) for stream in file.streams} | {("predictor", stream.predictor) for stream in file.streams}
+        if file.meshlet_count > reference_decoder.MESHLETS_PER_GROUP:
+            seen.add("groups")
+        for m in range(file.meshlet_count):
+            meshlet = file.meshlet(m)
+            seen |= set(meshlet.symbols) | {reference.kind for reference in meshlet.references}
+            seen |= {("components", min(len(meshlet.loops), 2)), ("no references", meshlet.entry.reference_count == 0)}
+            seen |= {("seams", meshlet.entry.has_seams), ("loops", meshlet.entry.has_loops)}
+            seen |= {("same meshlet", r.owner == m) for r in meshlet.references if r.kind == reference_decoder.FOREIGN}
+            codes = [("interior", code) for code in meshlet.interior_codes]
+            if any(meshlet.references[j].length > 1 for j in meshlet.owned):
+                codes += [("chain", code) for code in meshlet.chain_codes]
+            seen |= {(what, "fixed" if code.k is None else "rice") for what, code in codes}
+    both = [(what, value) for what in ("no references", "seams", "loops", "same meshlet") for value in (False, True)]
+    expected = {*"CLERS", "owned", "foreign", "private", "groups", ("components", 1), ("components", 2), *both}
+    expected |= {("kind", kind) for kind in range(5)} | {("predictor", predictor) for predictor in range(4)}
+    expected |= {(what, code) for what in ("chain", "interior") for code in ("fixed", "rice")}
+    assert expected <= seen, expected - seen
+
+
+def mutations(rng: random.Random, blob: bytes):
+    """A few copies of a blob with some bits flipped, most of them in its header and tables."""
+    for _ in range(3):
+        copy = bytearray(blob)
+        for _ in range(rng.choice([1, 1, 2, 5])):
+            at = rng.randrange(len(copy) if rng.random() < 0.7 else min(len(copy), 120))
+            copy[at] ^= 1 << rng.randrange(8)
+        yield bytes(copy)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_decoders_agree_on_random_blobs(seed):
+    """Blobs of random structure, and damaged ones: both decoders refuse, or both give the same integers."""
+    rng = random.Random(seed)
+    accepted = refused = 0
+    for _ in range(60):
+        blob = random_blob(rng, rng.choice([1, 2, 3, 5, 8, 40]))
+        try:
+            blob = make_vectors.with_vertex_count(blob, make_vectors.count_vertices(blob))
+        except ValueError:
+            pass  # too many hops: to be refused
+        for candidate in (blob, *mutations(rng, blob)):
+            ours, theirs = answer(_codec.decode, candidate), answer(reference, candidate)
+            assert is_valid(candidate) == (theirs is not None), candidate.hex()
+            if theirs is None:
+                refused += 1
+                assert ours is None or left_to_validators(candidate), candidate.hex()
+            else:
+                accepted += 1
+                assert_same(ours, theirs)
+    assert accepted > 40 and refused > 40
+
+
+@pytest.mark.parametrize("seed", range(4, 8))
+def test_single_meshlets_of_random_blobs_agree(seed):
+    """Also where meshlets are inconsistent: decoders of single meshlets walk the same references."""
+    rng = random.Random(seed)
+    accepted = refused = 0
+    for _ in range(60):
+        blob = random_blob(rng, rng.choice([1, 2, 3, 5, 8]))
+        for candidate in (blob, *mutations(rng, blob)):
+            try:
+                decoder = _codec.Decoder(candidate)
+            except ValueError:
+                continue
+            for m in range(decoder.meshlet_count):
+                ours, theirs = answer(decoder.decode_meshlet, m), answer(reference_decoder.decode_meshlet, candidate, m)
+                if theirs is None:
+                    refused += 1  # the reference decoder also checks what it need not read of owners
+                else:
+                    accepted += 1
+                    assert_same(ours, theirs)
+    assert accepted > 100 and refused > 10

@@ -1,0 +1,168 @@
+"""Every way to decode on the GPU gives the integers of the C++ decoder, and bounds what malformed bytes can do."""
+
+from __future__ import annotations
+
+from random import Random
+
+from spec import blob_writer
+import numpy as np
+import pytest
+from spec.blob_writer import COPY, GRID, INTEGER, Stream
+from tests.helpers.environment import ROOT
+from tests.helpers.vulkan_scenes import require_vulkan
+
+from gltf_ext import _codec
+from gltf_ext.compression.extension import require_compressed
+from gltf_ext.gltf.importers import open_model
+
+VECTORS = ROOT / "spec" / "vectors"
+# Of the vectors; one for all, because each other one would be another compilation of the shaders. Teams of 8 and 16 hold the values of
+# several meshlets, and have no room for many more components in the 32 KiB that a device may limit them to.
+STREAMS, LANES = 5, 11
+QUICK = ("single", "passes", "team32", "parallel")
+FULL = ("team8", "team16")
+
+
+@pytest.fixture(scope="module")
+def device(request):
+    require_vulkan(request)
+    from vk_backend.device import Device
+
+    with Device(validation=True) as device:
+        yield device
+        assert device.messages == []
+
+
+@pytest.fixture(scope="module", params=[*QUICK, *(pytest.param(name, marks=pytest.mark.full) for name in FULL)])
+def decoder(request, device):
+    from vk_backend.compute_decoder import GpuDecoder
+
+    return GpuDecoder(device, request.param, STREAMS, LANES)
+
+
+def assert_same(decoded, blob: bytes) -> None:
+    """What the GPU decoded is what C++ decodes, meshlet by meshlet; neither finds anything malformed."""
+    assert assert_agreement(decoded, blob) == 0
+
+
+def assert_agreement(decoded, blob: bytes) -> int:
+    """The GPU refuses the meshlets that C++ refuses, and the others are the same; how many are refused."""
+    expected = _codec.Decoder(blob)
+    refused = 0
+    for m in range(expected.meshlet_count):
+        try:
+            triangles, streams = expected.decode_meshlet(m)
+        except ValueError:
+            refused += 1
+            assert decoded.errors[m] != 0, m
+            continue
+        assert decoded.errors[m] == 0, m
+        vertices = len(streams[0])
+        assert (decoded.triangle_counts[m], decoded.vertex_counts[m]) == (len(triangles), vertices), m
+        packed = decoded.triangles[m, : len(triangles)]
+        assert np.array_equal(np.stack([packed & 255, packed >> 8 & 255, packed >> 16 & 255], axis=1), triangles), m
+        assert np.array_equal(decoded.integers[m, :, :vertices], np.concatenate(streams, axis=1).T), m
+    return refused
+
+
+def assert_bounded(decoded) -> None:
+    """Whatever the bytes were: counts fit a meshlet, and the triangles of those that decoded name its vertices."""
+    sound = decoded.errors == 0
+    assert (decoded.triangle_counts[sound] <= 64).all() and (decoded.vertex_counts[sound] <= 64).all()
+    for m in np.flatnonzero(sound):
+        packed = decoded.triangles[m, : decoded.triangle_counts[m]]
+        corners = np.stack([packed & 255, packed >> 8 & 255, packed >> 16 & 255])
+        assert (corners < max(decoded.vertex_counts[m], 1)).all()
+
+
+def has_sound_tables(blob: bytes) -> bool:
+    try:
+        _codec.Decoder(blob)
+    except ValueError:
+        return False
+    return True
+
+
+def test_conformance_vectors(decoder):
+    for path in sorted(VECTORS.glob("valid_*.bin")):
+        blob = path.read_bytes()
+        assert_same(decoder.decode(blob), blob)
+
+
+def test_malformed_vectors(decoder):
+    tried = 0
+    for path in sorted(VECTORS.glob("malformed_*.bin")):
+        blob = path.read_bytes()
+        if not has_sound_tables(blob):
+            continue
+        decoded = decoder.decode(blob)
+        assert_bounded(decoded)
+        assert_agreement(decoded, blob)
+        tried += 1
+    assert tried > 10
+
+
+@pytest.mark.parametrize("tables", [False, True], ids=["data", "tables and data"])
+def test_mutated_bytes(decoder, tables):
+    """Bits changed behind the stream table, or in the meshlets' data alone, of vectors of every kind."""
+    random = np.random.default_rng(7)
+    refused = tried = 0
+    for path in sorted(VECTORS.glob("valid_*.bin")):
+        blob = path.read_bytes()
+        first = 32 + 28 * blob[5] if tables else int.from_bytes(blob[24:28], "little")
+        for _ in range(15):
+            mutated = bytearray(blob)
+            for place in random.integers(first, len(blob) - 8, random.integers(1, 6)):
+                mutated[place] ^= 1 << int(random.integers(8))
+            if has_sound_tables(bytes(mutated)):
+                decoded = decoder.decode(bytes(mutated))
+                assert_bounded(decoded)
+                refused += assert_agreement(decoded, bytes(mutated))
+                tried += 1
+    assert tried > 100 and refused > 20
+
+
+# Streams of a component, as many as there may be; and values that fill one word, two, or more, or lie in several.
+SHAPES = {
+    "64 streams": [Stream(bits=24), *(Stream(INTEGER, 1, 1 + s % 32, COPY if s % 32 > 23 else s % 4) for s in range(63))],
+    "wide": [
+        Stream(GRID, 4, 9),
+        *(Stream(INTEGER, n, bits, COPY) for n, bits in ((4, 32), (4, 20), (4, 16), (3, 22), (3, 21), (2, 32), (2, 31), (2, 16), (1, 32))),
+    ],
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_streams_of_every_shape(device, monkeypatch, name):
+    """Packed into words for the passes."""
+    from vk_backend.compute_decoder import GpuDecoder
+
+    streams = SHAPES[name]
+    monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
+    decoder = GpuDecoder(device, "passes", len(streams), sum(s.components for s in streams))
+    random, sound = Random(1), 0
+    for _ in range(4):
+        blob = blob_writer.random_blob(random, 12)        # some of its corners take too many hops
+        sound += 12 - assert_agreement(decoder.decode(blob), blob)
+    assert sound > 20
+
+
+def test_too_many_streams(device):
+    from vk_backend.compute_decoder import GpuDecoder
+
+    blob = (VECTORS / "valid_worked_example.bin").read_bytes()
+    with pytest.raises(ValueError, match="there is room for"):
+        GpuDecoder(device, "single", 1, 11).decode(blob)
+
+
+@pytest.mark.parametrize("name", ["bunny", pytest.param("all", marks=pytest.mark.full)])
+def test_real_models(device, model, tmp_path, name):
+    import gltf_ext
+    from vk_backend.compute_decoder import GpuDecoder
+
+    names = ["suzanne", "materialball", "beast", "chinesedragon", "igea", "engine", "sponza_like", "bistro_like", "DamagedHelmet", "dragon"]
+    decoder = GpuDecoder(device, "passes", 8, 20)
+    for item in names if name == "all" else [name]:
+        gltf_ext.compress(model(f"{item}.glb"), tmp_path / f"{item}.glb")
+        for primitive in require_compressed(open_model(tmp_path / f"{item}.glb")):
+            assert_same(decoder.decode(primitive.blob), primitive.blob)

@@ -1,0 +1,569 @@
+"""Pictures: every path draws the same one, and it is the right one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from tests.helpers.gltf_builder import Builder, everything, grid_mesh
+from tests.helpers.vulkan_scenes import TEXELS, UNLIT, one_sheet, open_renderer, png, zoo
+
+import gltf_ext
+from gltf_ext import _codec
+from gltf_ext.errors import MeshletError
+
+WIDTH, HEIGHT = 160, 120
+NO_ID = 0xFFFFFFFF
+COMPRESSED = ("mesh", "mesh-only", "stream", "geometry")
+SMALL_RING = 20
+PATHS = ("mesh-plain", *COMPRESSED)
+# Neighbouring roundings: of a position's last bits, and of a colour.
+DEPTH_ROUNDING, COLOR_ROUNDING = 2e-5, 2
+
+
+@pytest.fixture(scope="module")
+def renderer(request):
+    yield from open_renderer(request)
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    from vk_backend.scene import load_scene
+
+    return load_scene(zoo(tmp_path_factory.mktemp("zoo") / "zoo.glb"))
+
+
+def assert_same(picture, reference):
+    """The same but for rounding: where ids differ, both triangles are at the same depth."""
+    assert (picture.covered == reference.covered).all()
+    assert np.abs(picture.depth - reference.depth).max() <= DEPTH_ROUNDING
+    different = (picture.ids != reference.ids).any(axis=2)
+    assert different.mean() < 1e-3
+    colors = np.abs(picture.color.astype(int) - reference.color)[~different]
+    assert colors.max() <= COLOR_ROUNDING
+
+
+# --- all paths draw one picture ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("camera", [0, 1], ids=["perspective", "orthographic"])
+@pytest.mark.parametrize("path", PATHS)
+def test_paths_agree(renderer, scene, path, camera):
+    reference = renderer.render(scene, scene.cameras[camera], "vertex", WIDTH, HEIGHT)
+    assert_same(renderer.render(scene, scene.cameras[camera], path, WIDTH, HEIGHT), reference)
+    assert set(np.unique(reference.ids[reference.covered][:, 0])) == {0, 1, 2, 3}
+    assert (reference.ids[~reference.covered] == NO_ID).all()
+
+
+@pytest.mark.parametrize("path", [p for p in PATHS if p != "geometry"])
+def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkeypatch):
+    """Devices bound the workgroups of a draw."""
+    from vk_backend import raster
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+
+    gltf_ext.compress(model("bunny.glb"), tmp_path / "bunny.glb")
+    scene = load_scene(tmp_path / "bunny.glb")
+    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    whole = renderer.render(scene, camera, path, WIDTH, HEIGHT)
+    monkeypatch.setattr(raster, "MAX_GROUPS", 7)
+    monkeypatch.setattr(renderer, "ring", renderer.ring + 1)        # a new one, in whose slots nothing is left from the first picture
+    assert 2 * 7 * raster.PATHS[path].group < scene.primitives[0].meshlets
+    parts = renderer.render(scene, camera, path, WIDTH, HEIGHT)
+    assert (parts.ids == whole.ids).all() and (parts.color == whole.color).all()
+
+
+@pytest.mark.parametrize("name", ["bunny.glb", "suzanne.glb"])
+@pytest.mark.parametrize("path", PATHS)
+def test_paths_agree_on_real_models(renderer, model, tmp_path, path, name):
+    _compare(renderer, model(name), tmp_path, path)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", ["materialball.glb", "sponza_like.glb", "DamagedHelmet.glb", "engine.glb", "dragon.glb"])
+@pytest.mark.parametrize("path", PATHS)
+def test_paths_agree_on_more_models(renderer, model, tmp_path, path, name):
+    _compare(renderer, model(name), tmp_path, path)
+
+
+def _compare(renderer, source, folder, path):
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+
+    gltf_ext.compress(source, folder / "model.glb")
+    scene = load_scene(folder / "model.glb")
+    camera = Camera.fit(scene, 2 * WIDTH, 2 * HEIGHT)
+    reference = renderer.render(scene, camera, "vertex", 2 * WIDTH, 2 * HEIGHT)
+    assert_same(renderer.render(scene, camera, path, 2 * WIDTH, 2 * HEIGHT), reference)
+
+
+# --- path stream: slots that are used again and again ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("parts", [1, 2])
+@pytest.mark.parametrize("slots", [1, 5, 8, 24, 100])
+def test_batches_hold_every_meshlet_once_and_in_order(slots, parts):
+    from vk_backend.stream import schedule
+
+    counts = [7, 1, 0, 16]
+    batches = schedule(counts, slots, parts)
+    meshlets = [(s.instance, s.first + i) for batch in batches for s in batch for i in range(s.meshlets)]
+    assert meshlets == [(instance, m) for instance, count in enumerate(counts) for m in range(count)]
+    for number, batch in enumerate(batches):
+        begin = number % parts * slots
+        used = [s.slot + i for s in batch for i in range(s.meshlets)]
+        assert used == list(range(begin, begin + len(used))) and len(used) <= slots
+    assert len(batches) == -(-sum(counts) // slots)
+
+
+def test_the_ring_is_in_two_parts_where_that_pays():
+    """From OVERLAPPED meshlets on, each no larger than a third of them; told what to do, at any size."""
+    from vk_backend.stream import OVERLAPPED, RING, division
+
+    assert division(OVERLAPPED - 1, RING, None) == (1, RING)
+    assert division(OVERLAPPED, RING, None) == (2, -(-OVERLAPPED // 3))
+    assert division(9000, RING, None) == (2, 3000)
+    assert division(9001, RING, None) == (2, 3001)
+    assert division(10**6, RING, None) == (2, RING // 2)
+    assert division(10**6, 101, None) == (2, 50)
+    assert division(10**6, 1, None) == (1, 1), "one slot has no halves"
+    assert division(100, RING, True) == (2, RING // 2)
+    assert division(10**6, RING, False) == (1, RING)
+
+
+@pytest.mark.parametrize("culling", [True, False], ids=["culling", "all of it"])
+@pytest.mark.parametrize(("ring", "overlap"), [(1, False), (SMALL_RING, False), (64, False), (1, True), (7, True), (64, True), (1000, True)])
+def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, culling):
+    """Neither its size nor whether it is filled and drawn from at once; a second frame meets what the first one left in it."""
+    meshlets = sum(scene.primitives[i.primitive].meshlets for i in scene.instances)
+    assert 64 < meshlets < renderer.ring, "several batches, or one"
+    for camera in scene.cameras:
+        whole = renderer.render(scene, camera, "stream", WIDTH, HEIGHT, culling=culling)
+        assert renderer.drawing.ring.slots == meshlets
+        with monkeypatch.context() as patch:
+            patch.setattr(renderer, "ring", ring)
+            patch.setattr(renderer, "overlap", overlap)
+            parts = renderer.render(scene, camera, "stream", WIDTH, HEIGHT, culling=culling)
+            assert renderer.drawing.overlaps == (overlap and ring > 1)
+            assert renderer.drawing.ring.slots == min(ring // 2 * 2 if ring > 1 and overlap else ring, meshlets)
+        plain = renderer.render(scene, camera, "mesh-plain", WIDTH, HEIGHT, culling=culling)
+        for picture in (whole, parts):
+            assert (picture.ids == plain.ids).all() and (picture.depth == plain.depth).all()
+            assert np.abs(picture.color.astype(int) - plain.color).max() <= COLOR_ROUNDING
+
+
+@pytest.mark.parametrize("queues", [("only", "only"), ("graphics", "compute")], ids=["one queue", "two queues"])
+@pytest.mark.parametrize("batches", [1, 2, 3, 8])
+def test_overlapped_batches_wait_for_what_they_need_and_no_longer(queues, batches):
+    """Submissions of several frames, run in many orders: whatever may run next, a batch finds its slots free, and is decoded before it
+    is drawn."""
+    from types import SimpleNamespace
+
+    from vk_backend.frame import overlapped
+
+    graphics, compute = queues
+    ring = SimpleNamespace(parts=2, decoded=SimpleNamespace(value=0), drawn=SimpleNamespace(value=0))
+    commands = [(graphics, "start"), *(c for i in range(batches) for c in ((compute, ("decode", i)), (graphics, ("draw", i))))]
+    random, ahead = np.random.default_rng(3), 0
+    for _ in range(20):
+        submissions = overlapped(commands, ring)
+        waiting = {queue: [s for s in submissions if s.queue == queue] for queue in queues}
+        reached, done = {id(ring.decoded): ring.decoded.value - batches, id(ring.drawn): ring.drawn.value - batches - 1}, []
+        while any(waiting.values()):
+            ready = [q for q, s in waiting.items() if s and (not s[0].wait or reached[id(s[0].wait[0])] >= s[0].wait[1])]
+            assert ready, "nothing can go on"
+            submission = waiting[ready[random.integers(len(ready))]].pop(0)
+            if submission.commands != "start":
+                kind, i = submission.commands
+                assert "start" in done
+                assert ("draw", i - 2) in done or i < 2 if kind == "decode" else ("decode", i) in done
+                ahead = max(ahead, sum(d[0] == "decode" for d in done) - sum(d[0] == "draw" for d in done))
+            done.append(submission.commands)
+            timeline, value, _ = submission.signal
+            assert value == reached[id(timeline)] + 1
+            reached[id(timeline)] = value
+        assert len(done) == 1 + 2 * batches
+    assert ahead == min(batches, 2), "decoding is ahead of drawing by the ring's parts"
+
+
+@pytest.mark.parametrize("overlap", [False, True])
+def test_a_timed_frame_can_be_run_again(renderer, scene, overlap):
+    from vk_backend.raster import Targets
+    from vk_backend.renderer import TimedDrawing
+
+    targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
+    options = {"culling": True, "lit": True, "ring": SMALL_RING, "overlap": overlap}
+    drawing = TimedDrawing(renderer.pipelines, scene, scene.cameras[0], "stream", targets, **options)
+    assert len(drawing.drawing.ring.batches) > 4
+    assert drawing.run() > 0 and drawing.run() > 0
+    whole = renderer.render(scene, scene.cameras[0], "stream", WIDTH, HEIGHT, ids=False)
+    assert (targets.color.read(np.uint8, 4) == whole.color).all()
+    drawing.free()
+    targets.free()
+
+
+ALL_SHOWN = ("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0")
+
+
+@pytest.mark.parametrize("names", [ALL_SHOWN, ()], ids=["all attributes", "positions"])
+@pytest.mark.parametrize("position_bits", [16, 23])
+def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits):
+    """Positions that are too fine for a slot's integers; streams between those that are shown; nothing but positions."""
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+
+    values, triangles, _ = everything()
+    builder = Builder()
+    builder.mesh({name: values[name] for name in ("POSITION", *names)}, triangles)
+    gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb", position_bits=position_bits)
+    scene = load_scene(tmp_path / "sheet.glb")
+    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
+    assert reference.covered.any()
+    assert_same(renderer.render(scene, camera, "stream", WIDTH, HEIGHT), reference)
+
+
+@pytest.mark.parametrize(("bits", "words"), [(32, 3 + 2 + 4), (20, 2 + 2 + 4)], ids=["float32", "20 bits"])
+def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypatch, bits, words):
+    """A normal of three, texture coordinates of two, a colour of four components, as other encoders may write them."""
+    from gltf_ext.compression import streams as attributes
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+    from vk_backend.slots import SlotLayout
+
+    usual = attributes._attribute_streams
+
+    def wide(name, values, *rest):
+        if name == "POSITION":
+            return usual(name, values, *rest)
+        stream = attributes._own_range(values, bits)
+        if bits < 32:
+            return [(stream, attributes.grid_values(values, stream))]
+        return [(attributes.Stream(attributes.FLOAT32, values.shape[1], 32), attributes.ordered_bits(values))]
+
+    monkeypatch.setattr(attributes, "_attribute_streams", wide)
+    values, triangles, _ = everything()
+    builder = Builder()
+    builder.mesh({name: values[name] for name in ("POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0")}, triangles)
+    gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
+    scene = load_scene(tmp_path / "sheet.glb")
+    assert {name: a.stream.bits for name, a in scene.primitives[0].attributes.items() if name != "POSITION"} == {
+        "NORMAL": bits, "TEXCOORD": bits, "COLOR": bits
+    }  # fmt: skip
+    assert SlotLayout.of(scene).attribute_words == words
+    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
+    assert reference.covered.any() and len(np.unique(reference.color[reference.covered], axis=0)) > 1000
+    assert_same(renderer.render(scene, camera, "stream", WIDTH, HEIGHT), reference)
+
+
+def test_a_ring_without_slots_is_refused(renderer, scene, monkeypatch):
+    monkeypatch.setattr(renderer, "ring", 0)
+    with pytest.raises(MeshletError, match="^a ring of 0 slots holds no meshlet; use 1 or more"):
+        renderer.render(scene, scene.cameras[0], "stream", WIDTH, HEIGHT)
+
+
+# --- the picture is the right one ----------------------------------------------------------------------------------------------------
+
+
+def software_picture(scene, camera, width, height):
+    """(ids int64[height, width, 2] or -1, depth float64, certain bool): drawn by numpy in float64 from the decoded model.
+
+    certain: no triangle's edge, and no second surface, is so near the pixel's centre that rounding decides.
+    """
+    ids, depth = np.full((height, width, 2), -1), np.full((height, width), np.inf)
+    certain = np.ones((height, width), bool)
+    for number, instance in enumerate(scene.instances):
+        decoded = scene.primitives[instance.primitive].decoded()
+        points = np.column_stack([decoded.positions.astype(np.float64), np.ones(len(decoded.positions))])
+        clip = points @ (camera.world_to_clip(width, height) @ instance.matrix).T
+        screen = (clip[:, :3] / clip[:, 3:] * [width / 2, height / 2, 1]) + [width / 2, height / 2, 0]
+        masked = scene.materials[instance.material].texture >= 0
+        for triangle, id in zip(decoded.triangles, decoded.ids()):
+            a, b, c = screen[triangle]
+            area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
+            # Seen from outside a triangle is counter-clockwise with y up, so clockwise (negative) with y down.
+            front = area < 0 if not instance.mirrored else area > 0
+            if area == 0 or not (front or scene.materials[instance.material].double_sided):
+                continue
+            low = np.clip(np.floor(np.minimum(np.minimum(a, b), c)[:2]).astype(int), 0, [width, height])
+            high = np.clip(np.ceil(np.maximum(np.maximum(a, b), c)[:2]).astype(int), 0, [width, height])
+            x, y = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
+            if not x.size:
+                continue
+            wb = ((x - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (y - a[1])) / area
+            wc = ((b[0] - a[0]) * (y - a[1]) - (x - a[0]) * (b[1] - a[1])) / area
+            weights = np.stack([1 - wb - wc, wb, wc], axis=-1)
+            edges = np.linalg.norm([(c - b)[:2], (a - c)[:2], (b - a)[:2]], axis=1)
+            inset = (weights * abs(area) / edges).min(axis=-1)      # pixels from the nearest edge, negative outside
+            inside, near = inset >= 0, np.abs(inset) < 0.05
+            z = weights @ [a[2], b[2], c[2]]
+            if masked:
+                over_w = weights / clip[triangle, 3]
+                place = over_w @ decoded.texcoords[triangle] / over_w.sum(axis=-1, keepdims=True)
+                u, v = np.floor(place[..., 0] * 2).astype(int) % 2, (place[..., 1] >= 0.5).astype(int)
+                near |= (np.abs(place * 2 - np.rint(place * 2)) < 0.05).any(axis=-1)
+                inside &= TEXELS[v, u, 3] > 127
+            view = np.s_[low[1] : high[1], low[0] : high[0]]
+            touches = near & (z < depth[view] + 1e-4)
+            certain[view] &= ~touches
+            closer = inside & (z < depth[view])
+            certain[view] &= ~(inside & (np.abs(z - depth[view]) < 1e-4))
+            depth[view] = np.where(closer, z, depth[view])
+            ids[view] = np.where(closer[..., None], [number, id], ids[view])
+    return ids, depth, certain
+
+
+@pytest.mark.parametrize("camera", [0, 1], ids=["perspective", "orthographic"])
+def test_picture_is_what_numpy_draws(renderer, scene, camera):
+    picture = renderer.render(scene, scene.cameras[camera], "vertex", WIDTH, HEIGHT)
+    ids, depth, certain = software_picture(scene, scene.cameras[camera], WIDTH, HEIGHT)
+    covered = ids[..., 0] >= 0
+    assert certain[covered].mean() > 0.6 and certain[~covered].mean() > 0.9
+    assert (picture.covered == covered)[certain].all()
+    both = certain & covered
+    assert (picture.ids[both] == ids[both]).all()
+    np.testing.assert_allclose(picture.depth[both], depth[both], atol=1e-4)
+
+
+def test_depth_is_mitsuba_s(renderer, tmp_path):
+    """Rays through the pixels' centres; silhouettes, where neighbours are far apart, are left out."""
+    from tests.helpers.mitsuba_reference import require
+
+    from vk_backend.scene import load_scene
+
+    path = zoo(tmp_path / "zoo.glb")
+    mi, plugin = require("scalar_rgb")
+    scene, width, height = load_scene(path), 48, 36
+    camera = scene.cameras[0]
+    picture = renderer.render(scene, camera, "geometry", width, height)
+    traced = plugin.load_scene(str(path), width=width, height=height)
+    distance = np.full((height, width), np.inf)
+    forward = -camera.to_world[:3, 2]
+    back = np.linalg.inv(camera.world_to_clip(width, height))
+    for y in range(height):
+        for x in range(width):
+            target = back @ [2 * (x + 0.5) / width - 1, 2 * (y + 0.5) / height - 1, 1.0, 1.0]
+            direction = target[:3] / target[3] - camera.to_world[:3, 3]
+            direction /= np.linalg.norm(direction)
+            ray = mi.Ray3f(mi.Point3f(*camera.to_world[:3, 3]), mi.Vector3f(*direction))
+            found = traced.ray_intersect_preliminary(ray, False)
+            if found.is_valid():
+                distance[y, x] = float(found.t) * float(direction @ forward)
+    seen = picture.covered & np.isfinite(distance) & (picture.ids[..., 0] != 3)      # Mitsuba does not mask the sheet's texels here
+    drawn = camera.distance(picture.depth)
+    inner = np.zeros_like(seen)
+    inner[1:-1, 1:-1] = True
+    for shift in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+        inner &= np.abs(np.roll(drawn, shift, (0, 1)) - drawn) < 0.3
+    checked = seen & inner
+    assert checked.sum() > 100
+    np.testing.assert_allclose(drawn[checked], distance[checked], rtol=2e-4)
+
+
+# --- materials -----------------------------------------------------------------------------------------------------------------------
+
+
+def _sheet_picture(renderer, path, material, **attributes):
+    from vk_backend.scene import load_scene
+
+    scene = load_scene(one_sheet(path, material, **attributes))
+    return renderer.render(scene, scene.cameras[0], "vertex", 16, 16)
+
+
+SIDE = np.linspace(0, 1, 9)
+PLACES = np.stack(np.meshgrid(SIDE, SIDE), axis=-1).reshape(-1, 2)
+
+
+def _srgb(linear):
+    linear = np.asarray(linear, np.float64)
+    return 255 * np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def test_unlit_base_color(renderer, tmp_path):
+    material = {"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.1, 0.9, 1.0]}, "extensions": UNLIT}
+    picture = _sheet_picture(renderer, tmp_path / "sheet.glb", material)
+    assert picture.covered.all()
+    np.testing.assert_allclose(picture.color[..., :3], np.broadcast_to(_srgb([0.5, 0.1, 0.9]), (16, 16, 3)), atol=1)
+
+
+def test_unlit_texture_has_its_texels_in_place(renderer, tmp_path):
+    material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "extensions": UNLIT}
+    picture = _sheet_picture(renderer, tmp_path / "sheet.glb", material, TEXCOORD_0=PLACES)
+    # v grows upwards on this sheet, and v = 0 is the image's first row.
+    quarters = picture.color[[12, 12, 3, 3], [3, 12, 3, 12], :3]
+    assert (quarters == TEXELS.reshape(4, 4)[:, :3]).all()
+
+
+def test_vertex_colors_are_interpolated(renderer, tmp_path):
+    colors = np.column_stack([PLACES, np.zeros(81), np.ones(81)])
+    picture = _sheet_picture(renderer, tmp_path / "sheet.glb", {"extensions": UNLIT}, COLOR_0=colors)
+    centers = (np.arange(16) + 0.5) / 16
+    np.testing.assert_allclose(picture.color[8, :, 0], _srgb(centers), atol=4)
+    np.testing.assert_allclose(picture.color[:, 8, 1], _srgb(centers[::-1]), atol=4)
+
+
+def test_mask_cuts_and_blend_covers_its_share(renderer, tmp_path):
+    texture = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "extensions": UNLIT, "alphaMode": "MASK"}
+    picture = _sheet_picture(renderer, tmp_path / "sheet.glb", texture, TEXCOORD_0=PLACES)
+    assert picture.covered.sum() == 3 * 64 and not picture.covered[:8, 8:].any()
+    for alpha in (0.0, 0.25, 0.75, 1.0):
+        material = {"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, alpha]}, "alphaMode": "BLEND"}
+        assert _sheet_picture(renderer, tmp_path / "sheet.glb", material).covered.mean() == alpha
+
+
+def test_light_falls_from_the_viewer_s_side(renderer, tmp_path):
+    """Without normals the triangles' own are taken; both sides of a sheet are lit, and an emissive one glows."""
+    white = {"pbrMetallicRoughness": {"metallicFactor": 0.0}}
+    plain = _sheet_picture(renderer, tmp_path / "sheet.glb", white).color[8, 8, :3].astype(int)
+    normals = np.tile([0.0, 0.0, 1.0], (81, 1))
+    for direction in (normals, -normals):
+        lit = _sheet_picture(renderer, tmp_path / "sheet.glb", white, NORMAL=direction).color[8, 8, :3]
+        assert np.abs(lit - plain).max() <= COLOR_ROUNDING
+    glowing = _sheet_picture(renderer, tmp_path / "sheet.glb", {**white, "emissiveFactor": [1, 0, 0]}).color[8, 8, :3].astype(int)
+    assert glowing[0] > plain[0] + 10 and np.abs(glowing[1:] - plain[1:]).max() <= COLOR_ROUNDING
+
+
+# --- culling -------------------------------------------------------------------------------------------------------------------------
+
+directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)
+
+
+@pytest.mark.parametrize("path", ["mesh-plain", "mesh", "stream"])
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(eye=directions, target=directions, distance=st.floats(0.3, 9), yfov=st.floats(0.1, 2), orthographic=st.booleans())
+def test_culling_drops_nothing_visible(renderer, scene, path, eye, target, distance, yfov, orthographic):
+    from vk_backend.camera import Camera
+
+    origin, shape = np.array(eye) * distance, {"xmag": distance / 2} if orthographic else {"yfov": yfov}
+    if np.linalg.norm(origin - target) < 0.1:
+        return
+    camera = Camera.look_at(origin, target, near=0.05, far=30.0, **shape)
+    all_of_it, culled = (renderer.render(scene, camera, path, 80, 60, culling=culling) for culling in (False, True))
+    assert (all_of_it.ids == culled.ids).all() and (all_of_it.depth == culled.depth).all()
+
+
+def test_bounds_hold_their_meshlets(renderer, scene):
+    """The words that culling reads, taken apart here: the sphere holds every vertex, the cone every normal, and few are given up."""
+    renderer.render(scene, scene.cameras[0], "mesh-plain", 16, 16)
+    words = renderer.drawing.buffers.bounds.read(np.uint32)
+    at, cones = 0, 0
+    for primitive in scene.primitives:
+        decoded = primitive.decoded()
+        first = 0
+        diagonal = np.linalg.norm(primitive.high - primitive.low)
+        for count in decoded.meshlet_triangles:
+            word = int(words[at])
+            corners = decoded.positions[decoded.triangles[first : first + count]].astype(np.float64)
+            at, first = at + 1, first + count
+            cell = np.array([word, word >> 5, word >> 10]) & 31
+            center = primitive.low + (primitive.high - primitive.low) * (cell + 0.5) / 32
+            k = word >> 15 & 7
+            if k:
+                assert np.linalg.norm(corners - center, axis=-1).max() <= diagonal * 2.0**-k
+            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            normals = normals[np.linalg.norm(normals, axis=1) > 0]
+            normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+            if word >> 28 < 15:
+                cones += 1
+                x, y = (np.array([word >> 18, word >> 23]) & 31) * 2 / 31 - 1
+                z = 1 - abs(x) - abs(y)
+                fold = max(-z, 0)
+                axis = np.array([x - np.copysign(fold, x), y - np.copysign(fold, y), z])
+                axis /= np.linalg.norm(axis)
+                cosines = normals @ axis
+                assert cosines.min() > 0
+                assert np.sqrt(np.maximum(1 - cosines**2, 0)).max() <= (word >> 28) / 14 + 1e-9
+    assert at == len(words) and cones > 0.5 * len(words)
+
+
+# --- memory and hostile bytes --------------------------------------------------------------------------------------------------------
+
+
+def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
+    """A team's shared memory is what the device has; the paths that do without it draw the scene all the same."""
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+
+    sets = 60
+    positions, triangles = grid_mesh(6, 5)
+    builder = Builder()
+    builder.mesh({"POSITION": positions, **{f"TEXCOORD_{i}": positions[:, :2] for i in range(sets)}}, triangles, material=0)
+    builder.properties.update(
+        images=[{"bufferView": builder.view(png(TEXELS)), "mimeType": "image/png"}],
+        textures=[{"source": 0}],
+        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 9}}}],    # the last one by name
+    )
+    gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
+    scene = load_scene(tmp_path / "sheet.glb")
+    camera = Camera.fit(scene, 16, 16)
+    for path in ("stream", "mesh", "mesh-only"):
+        with pytest.raises(MeshletError, match=f"^a vertex has {scene.max_lanes} components .* too many for path {path}"):
+            renderer.render(scene, camera, path, 16, 16)
+    assert renderer.render(scene, camera, "vertex", 16, 16).covered.any()
+    if "raytracing" in renderer.device.capabilities:
+        from vk_backend.raytrace import RayTracer
+
+        with pytest.raises(MeshletError, match="too many for path rt on"):
+            RayTracer(renderer.device, scene, "rt")
+
+
+def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
+    from vk_backend.camera import Camera
+    from vk_backend.scene import load_scene
+
+    gltf_ext.compress(model("bunny.glb"), tmp_path / "bunny.glb")
+    scene = load_scene(tmp_path / "bunny.glb")
+    for path in ("mesh", "mesh-only"):
+        renderer.render(scene, Camera.fit(scene, 16, 16), path, 16, 16)
+        assert scene.compressed_bytes < renderer.resident_bytes <= 1.05 * scene.compressed_bytes + 65536
+
+
+def test_resident_memory_has_the_ring(renderer, scene, monkeypatch):
+    """Packed positions, ten words of attributes at most, 64 triangles, and 28 bytes to decode by, for each slot."""
+    from vk_backend.slots import SlotLayout
+
+    renderer.render(scene, scene.cameras[0], "mesh-only", 16, 16)
+    without, slot = renderer.resident_bytes, SlotLayout.of(scene).bytes
+    assert 4 * 64 * 3 < slot <= 4 * 64 * (1 + 2 + 10)
+    for ring, overlap in ((SMALL_RING, False), (64, False), (64, True)):
+        monkeypatch.setattr(renderer, "ring", ring)
+        monkeypatch.setattr(renderer, "overlap", overlap)
+        renderer.render(scene, scene.cameras[0], "stream", 16, 16)
+        assert 0 <= renderer.resident_bytes - without - ring * (slot + 28) < 4096
+
+
+def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
+    """A blob with some bytes behind its stream table changed; None where the header's check already refuses it."""
+    changed = bytearray(blob)
+    first = 32 + 28 * blob[5]
+    for _ in range(random.integers(1, 6)):
+        place = random.integers(first, len(blob) - 8)
+        changed[place] = random.choice([0, 255, 127, int(random.integers(256)), changed[place] ^ 1 << int(random.integers(8))])
+    try:
+        _codec.Decoder(bytes(changed))
+    except ValueError:
+        return None
+    return bytes(changed)
+
+
+@pytest.mark.parametrize(("path", "ring"), [*((path, None) for path in COMPRESSED), ("stream", SMALL_RING)])
+def test_mutated_blobs_draw_something_and_come_back(renderer, scene, monkeypatch, path, ring):
+    if ring:
+        monkeypatch.setattr(renderer, "ring", ring)
+    random = np.random.default_rng(5)
+    reference = renderer.render(scene, scene.cameras[0], path, 32, 24)
+    drawing = renderer.drawing
+    blobs = [p.blob for p in scene.primitives]
+    drawn = different = 0
+    while drawn < 200:
+        broken = [mutated(blob, random) for blob in blobs]
+        if None in broken:
+            continue
+        drawing.buffers.blobs.write(b"".join(broken))
+        picture = renderer.render(scene, scene.cameras[0], path, 32, 24)
+        drawn, different = drawn + 1, different + int((picture.ids != reference.ids).any())
+    drawing.buffers.blobs.write(b"".join(blobs))
+    assert different > 20
+    assert (renderer.render(scene, scene.cameras[0], path, 32, 24).ids == reference.ids).all()

@@ -1,0 +1,258 @@
+"""The scene on the host: what shaders read is where they look for it, and means what the file says."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+from tests.helpers.gltf_builder import Builder, everything, glb_bytes, glb_json
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.helpers.vulkan_scenes import zoo
+
+import gltf_ext
+from gltf_ext.errors import MeshletError
+from vk_backend import build_shaders, raytrace
+from vk_backend import scene as scenes
+from vk_backend.build_shaders import OUTPUT
+from vk_backend.camera import Camera
+from vk_backend.scene import load_scene
+
+OP_MEMBER_DECORATE, OFFSET, OP_TYPE_STRUCT = 72, 35, 30
+
+
+@pytest.fixture(scope="module")
+def zoo_path(tmp_path_factory):
+    return zoo(tmp_path_factory.mktemp("zoo") / "zoo.glb")
+
+
+def struct_offsets(module: str) -> set[tuple[int, ...]]:
+    """The members' byte offsets of every structure in a SPIR-V module."""
+    words = np.fromfile(OUTPUT / f"{module}.spv", "<u4")
+    found: dict[int, dict[int, int]] = {}
+    at = 5
+    while at < len(words):
+        length, operation = int(words[at]) >> 16, int(words[at]) & 0xFFFF
+        if operation == OP_MEMBER_DECORATE and words[at + 3] == OFFSET:
+            found.setdefault(int(words[at + 1]), {})[int(words[at + 2])] = int(words[at + 4])
+        at += length
+    return {tuple(members[i] for i in range(len(members))) for members in found.values()}
+
+
+@pytest.mark.parametrize(
+    ("name", "module"),
+    [
+        ("ATTRIBUTE", "geometry_color.geom"),
+        ("PRIMITIVE", "geometry_color.geom"),
+        ("PRIMITIVE", "bounds.comp"),
+        ("INSTANCE", "geometry_color.geom"),
+        ("MATERIAL", "surface_color.frag"),
+        ("FRAME", "surface_color.frag"),
+        ("FRAME", "geometry_color.geom"),
+        ("PLAIN_MESHLET", "plain.mesh"),
+    ],
+)
+def test_structures_lie_where_shaders_read_them(name, module):
+    dtype = getattr(scenes, name)
+    assert tuple(dtype.fields[field][1] for field in dtype.names) in struct_offsets(module)
+
+
+def test_the_ray_tracer_s_structures_lie_where_shaders_read_them():
+    def offsets(dtype) -> tuple[int, ...]:
+        return tuple(dtype.fields[field][1] for field in dtype.names)
+
+    found = struct_offsets("rt_cache.comp")
+    assert offsets(raytrace.ROUND) in found
+    assert (*offsets(raytrace.STATE), raytrace.STATE.itemsize) in found  # rounds follow
+    assert offsets(raytrace.TRACED) in struct_offsets("rt_fill.comp")
+
+
+def test_the_ray_tracer_s_constants_are_the_shaders():
+    text = "\n".join(path.read_text() for path in build_shaders.SOURCES.glob("rt_*"))
+    defined = dict(re.findall(r"^#define (\w+) (0x[0-9A-F]+|[0-9]+)u?\b", text, re.MULTILINE))
+    names = ("CLASSES", "COUNTED_RAY", "FILL_GROUPS", "NEIGHBOURS", "NO_SLOT", "REQUESTED", "HIT_WORDS", "SPREAD", "SPREAD_PATHS")
+    assert {name: int(defined[name], 0) for name in names} == {name: getattr(raytrace, name) for name in names}
+    assert int(defined["GROUP"], 0) == raytrace.CHOOSE_GROUP and 4 * int(defined["PATH_WORDS"], 0) == raytrace.PATH_BYTES
+    assert int(defined["INSTANCE_MASKED"], 0) == raytrace.INSTANCE_MASKED
+    assert (1 << int(defined["BOUNCE_BITS"], 0)) - 1 == raytrace.MOST_BOUNCES
+    assert f"local_size_x = {raytrace.BOXES_GROUP}" in (build_shaders.SOURCES / "boxes.comp").read_text()
+
+
+def test_arrays_have_the_shaders_strides():
+    """std430: a structure's size is a multiple of its alignment, 16 for all that hold a vec4."""
+    for name in ("ATTRIBUTE", "PRIMITIVE", "INSTANCE", "MATERIAL"):
+        assert getattr(scenes, name).itemsize % 16 == 0
+
+
+def test_scene_is_the_file_s(zoo_path):
+    scene = load_scene(zoo_path)
+    assert (len(scene.primitives), len(scene.instances), len(scene.cameras), len(scene.textures)) == (2, 4, 2, 1)
+    assert [i.mirrored for i in scene.instances] == [False, True, False, False]
+    assert [scene.materials[i.material].double_sided for i in scene.instances] == [False, False, False, True]
+    assert scene.attributes == scenes.HAS_NORMAL | scenes.HAS_TEXCOORD | scenes.HAS_COLOR and scene.vertex_floats == 12
+    assert scene.triangles == 3 * scene.primitives[0].triangles + scene.primitives[1].triangles
+    assert scene.warnings == []
+    shown = np.concatenate([
+        scene.primitives[i.primitive].decoded().positions.astype(np.float64) @ i.matrix[:3, :3].T + i.matrix[:3, 3] for i in scene.instances
+    ])  # fmt: skip
+    assert (scene.low <= shown.min(axis=0) + 1e-5).all() and (scene.high >= shown.max(axis=0) - 1e-5).all()
+
+
+def test_decoded_values_are_the_package_s(zoo_path):
+    for primitive, loaded in zip(load_scene(zoo_path).primitives, gltf_ext.load(zoo_path)):
+        decoded = primitive.decoded()
+        assert (decoded.triangles == loaded.indices).all()
+        np.testing.assert_allclose(decoded.positions, loaded.attributes["POSITION"], atol=1e-6)
+        np.testing.assert_allclose(decoded.normals, loaded.attributes["NORMAL"], atol=1e-6)
+        for values, name in ((decoded.texcoords, "TEXCOORD_0"), (decoded.colors, "COLOR_0")):
+            assert (values is None) == (name not in loaded.attributes)
+            if values is not None:
+                np.testing.assert_allclose(values, loaded.attributes[name], atol=1e-6)
+
+
+def test_integer_accessors_are_normalised(tmp_path):
+    values, triangles, _ = everything()
+    colors = (values["COLOR_0"] * 255).astype(np.uint8)
+    places = (values["TEXCOORD_0"] * 0 + 0.5) * 65535
+    builder = Builder()
+    builder.mesh(
+        {"POSITION": values["POSITION"], "COLOR_0": colors, "TEXCOORD_0": places.astype(np.uint16)}, triangles,
+        normalized=("COLOR_0", "TEXCOORD_0"),
+    )  # fmt: skip
+    gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "out.glb")
+    decoded = load_scene(tmp_path / "out.glb").primitives[0].decoded()
+    known = {tuple(row) for row in colors.tolist()}
+    assert {tuple(row) for row in np.rint(decoded.colors * 255).astype(int).tolist()} == known
+    np.testing.assert_allclose(decoded.texcoords, 0.5, atol=1e-4)
+
+
+def test_plain_meshlets_hold_the_same_triangles(zoo_path):
+    for primitive in load_scene(zoo_path).primitives:
+        decoded = primitive.decoded()
+        rows, words = decoded.meshlets()
+        triangles = []
+        for row, count in zip(rows, decoded.meshlet_triangles):
+            vertices, own = int(row["counts"]) & 255, int(row["counts"]) >> 8
+            assert own == count <= 64 and vertices <= 64
+            local = words[int(row["first"]) + vertices :][:own]
+            corners = np.stack([local & 255, local >> 8 & 255, local >> 16], axis=1)
+            triangles.append(words[int(row["first"]) :][:vertices][corners])
+        assert (np.concatenate(triangles) == decoded.triangles).all()
+        assert (np.diff(decoded.ids().astype(np.int64)) > 0).all()
+
+
+# --- cameras -------------------------------------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.tuples(*[st.floats(-50, 50)] * 3),
+    st.floats(0.1, 2.8),
+    st.floats(0.01, 1.0),
+    st.floats(2.0, 1e4) | st.just(float("inf")),
+    st.booleans(),
+    st.floats(0.05, 0.95),
+)
+def test_depth_and_distance_are_inverse(origin, yfov, near, far, orthographic, share):
+    target = np.add(origin, (1.0, -2.0, 0.5))
+    if orthographic:
+        far = min(far, 1e3)
+    camera = Camera.look_at(origin, target, yfov=None if orthographic else yfov, near=near, far=far)
+    distance = near + share * (min(far, 100.0) - near)
+    point = np.array([*(camera.to_world @ [0.0, 0.0, -distance, 1.0])[:3], 1.0])
+    clip = camera.world_to_clip(160, 90) @ point
+    np.testing.assert_allclose(clip[:2], 0, atol=1e-6 * abs(clip[3]))
+    depth = clip[2] / clip[3]
+    assert -1e-6 <= depth <= 1 + 1e-6
+    np.testing.assert_allclose(camera.distance(depth), distance, rtol=1e-3)
+
+
+@pytest.mark.parametrize("orthographic", [False, True])
+@pytest.mark.parametrize("shape", [(64, 48), (48, 64), (320, 20)])
+def test_fit_shows_everything(zoo_path, shape, orthographic):
+    scene = load_scene(zoo_path)
+    camera = Camera.fit(scene, *shape, orthographic=orthographic)
+    corners = np.array([[(scene.low, scene.high)[i >> a & 1][a] for a in range(3)] + [1.0] for i in range(8)])
+    clip = corners @ camera.world_to_clip(*shape).T
+    ndc = clip[:, :3] / clip[:, 3:]
+    assert (np.abs(ndc[:, :2]) <= 1).all() and (ndc[:, 2] >= 0).all() and (ndc[:, 2] <= 1).all()
+
+
+# --- what is not valid ---------------------------------------------------------------------------------------------------------------
+
+
+def changed(path, target, change):
+    """A copy of a .glb with changed JSON."""
+    data = path.read_bytes()
+    properties = glb_json(path)
+    change(properties)
+    length = int.from_bytes(data[12:16], "little")
+    target.write_bytes(glb_bytes(properties, data[28 + length :]))
+    return target
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda p: p["nodes"][4].update(camera=9), "camera 9 does not exist"),
+        (lambda p: p["cameras"][0].pop("perspective"), "neither perspective nor orthographic"),
+        (lambda p: p["cameras"][0]["perspective"].update(yfov=0), "make no picture"),
+        (lambda p: p["cameras"][1]["orthographic"].update(xmag=0.0, zfar=0.5), "make no picture"),
+        (lambda p: p["scenes"][0].update(nodes=[4, 5]), "no node of its scene shows a compressed primitive"),
+        (lambda p: p["meshes"][0]["primitives"][0].update(material=5), "material 5 does not exist"),
+        (lambda p: p["textures"][0].update(sampler=3), "sampler 3 does not exist"),
+        (lambda p: p["nodes"][0].update(translation=[1e30, 0, 0]), "transform is not finite, or larger than"),
+    ],
+)
+def test_invalid_scenes_give_one_line(zoo_path, tmp_path, change, message):
+    path = changed(zoo_path, tmp_path / "changed.glb", change)
+    with pytest.raises(MeshletError, match=message) as error:
+        load_scene(path)
+    assert "\n" not in str(error.value) and str(path) in str(error.value)
+
+
+def test_positions_beyond_binary32_give_one_line(zoo_path, tmp_path):
+    """A step that is finite, and positions that are not: neither boxes nor cameras could be made of them."""
+    primitive = load_scene(zoo_path).primitives[0]
+    data = zoo_path.read_bytes()
+    at = data.index(primitive.blob) + 32 + 28 * primitive.attributes["POSITION"].index + 8
+    path = tmp_path / "vast.glb"
+    path.write_bytes(data[:at] + np.float32(3e38).tobytes() + data[at + 4 :])
+    with pytest.raises(MeshletError, match="positions .* not finite, or larger than") as error:
+        load_scene(path)
+    assert "\n" not in str(error.value)
+
+
+def test_unreadable_images_are_left_out_with_a_warning(zoo_path, tmp_path):
+    def change(properties):
+        blob = properties["meshes"][0]["primitives"][0]["extensions"]["EXT_meshlet_edgebreaker"]["bufferView"]
+        properties["images"][0]["bufferView"] = blob
+
+    path = changed(zoo_path, tmp_path / "changed.glb", change)
+    scene = load_scene(path)
+    assert scene.textures == [] and scene.materials[1].texture == -1
+    assert [w for w in scene.warnings if w.startswith("image 0 is left out")]
+
+
+def test_uncompressed_files_are_refused(tmp_path):
+    values, triangles, _ = everything()
+    builder = Builder()
+    builder.mesh({"POSITION": values["POSITION"]}, triangles)
+    with pytest.raises(MeshletError, match="has no primitive with EXT_meshlet_edgebreaker; compress it first"):
+        load_scene(builder.write(tmp_path / "raw.glb"))
+
+
+def test_texture_transform_and_place(zoo_path, tmp_path):
+    transform = {"offset": [0.25, 0.5], "rotation": np.pi / 2, "scale": [2.0, 3.0]}
+
+    def change(properties):
+        info = properties["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]
+        info["extensions"] = {"KHR_texture_transform": json.loads(json.dumps(transform))}
+
+    material = load_scene(changed(zoo_path, tmp_path / "changed.glb", change)).materials[1]
+    a, b, c, d = material.texcoord_matrix
+    place = np.array([[a, c], [b, d]]) @ [0.1, 0.2] + material.texcoord_offset
+    # The extension's text: translation * rotation * scale, where the rotation turns u towards -v.
+    np.testing.assert_allclose(place, [0.25 + 3 * 0.2, 0.5 - 2 * 0.1], atol=1e-9)

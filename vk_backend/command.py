@@ -1,0 +1,177 @@
+"""`gltf-meshlet render --backend vulkan`: pictures of a compressed file from the GPU."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import statistics
+import sys
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from gltf_ext.gltf.document import write_files
+from gltf_ext.errors import MeshletError
+from gltf_ext.progress import progress_bar
+
+from .camera import Camera
+from .device import vk
+from .errors import VulkanError
+from .raster import PATHS
+from .renderer import Renderer
+from .scene import Scene, load_scene
+from .stream import RING
+
+GIF_MILLISECONDS = 50                      # that each picture of an animation stays
+GIF_BACKGROUND = (255, 255, 255)
+
+# A camera -> (uint8[height, width, 4], milliseconds on the GPU).
+Draw = Callable[[Camera], tuple[np.ndarray, float]]
+
+
+def main(options: argparse.Namespace) -> int:
+    """Renders and writes the pictures; returns the exit status 0. options: those of gltf_meshlet.render. Raises MeshletError, OSError."""
+    try:
+        return _render(options)
+    except vk.VkError as error:  # what the driver refuses, and nothing above has a better word for
+        raise VulkanError(f"the driver refused: {type(error).__name__}", "update it, or choose another --device or --path") from None
+
+
+def _render(options: argparse.Namespace) -> int:
+    output = Path(options.output)
+    _check_output(output, options.frames)
+    scene = load_scene(options.input)
+    for warning in scene.warnings:
+        print(f"gltf-meshlet: warning: {warning}", file=sys.stderr)
+    cameras = _turn(scene, _camera(scene, options), options.frames)
+    pictures, times = [], []
+    with ExitStack() as stack:
+        renderer = stack.enter_context(Renderer(options.device, options.validate, ring=options.ring or RING))
+        path = options.path or _default_path(renderer)
+        draw, resident = _drawing(renderer, scene, path, options)
+        advance = stack.enter_context(progress_bar(output.name, True))
+        for number, camera in enumerate(cameras, start=1):
+            color, milliseconds = draw(camera)
+            pictures.append(color)
+            times.append(milliseconds)
+            if advance:
+                advance(number / len(cameras))
+        report = {
+            "output": options.output,
+            "backend": "vulkan",
+            "path": path,
+            "device": renderer.device.name,
+            "width": options.width,
+            "height": options.height,
+            "frames": options.frames,
+            "milliseconds": statistics.median(times),
+            "triangles": scene.triangles,
+            "compressed_bytes": scene.compressed_bytes,
+            "resident_bytes": resident(),
+        }
+        said = list(dict.fromkeys(renderer.device.messages))
+    write_files(_files(output, pictures))
+    for message in said:
+        print(f"gltf-meshlet: validation: {' '.join(message.split())}", file=sys.stderr)
+    print(json.dumps(report, indent=2) if options.json else _line(report))
+    return 0
+
+
+def _check_output(output: Path, frames: int) -> None:
+    suffixes = (".png",) if frames == 1 else (".png", ".gif")
+    if output.suffix.lower() not in suffixes:
+        raise MeshletError("the output has an unknown format", f"use {' or '.join(suffixes)}", str(output))
+
+
+def _camera(scene: Scene, options: argparse.Namespace) -> Camera:
+    if not scene.cameras:
+        return Camera.fit(scene, options.width, options.height)
+    if not 0 <= options.camera < len(scene.cameras):
+        raise MeshletError(f"camera {options.camera} does not exist", f"there are {len(scene.cameras)}", options=("camera",))
+    return scene.cameras[options.camera]
+
+
+def _turn(scene: Scene, camera: Camera, frames: int) -> list[Camera]:
+    """Cameras round the middle of the scene, the given one first."""
+    center = (scene.low + scene.high) / 2
+    cameras = []
+    for angle in 2 * np.pi * np.arange(frames) / frames:
+        turn = np.eye(4)
+        turn[0, 0] = turn[2, 2] = np.cos(angle)
+        turn[0, 2], turn[2, 0] = np.sin(angle), -np.sin(angle)
+        turn[:3, 3] = center - turn[:3, :3] @ center
+        cameras.append(replace(camera, to_world=turn @ camera.to_world) if angle else camera)
+    return cameras
+
+
+def _default_path(renderer: Renderer) -> str:
+    path = renderer.default_path
+    if path == "vertex":
+        print(f"gltf-meshlet: {renderer.device.name} has no mesh shaders; the model is decompressed and drawn by path vertex", file=sys.stderr)
+    return path
+
+
+def _drawing(renderer: Renderer, scene: Scene, path: str, options: argparse.Namespace) -> tuple[Draw, Callable[[], int]]:
+    """How a path draws, and what it then keeps in the device's memory."""
+    if path in PATHS:
+
+        def draw(camera: Camera) -> tuple[np.ndarray, float]:
+            picture = renderer.render(scene, camera, path, options.width, options.height, ids=False)
+            return picture.color, picture.milliseconds
+
+        return draw, lambda: renderer.resident_bytes
+    from .raytrace import RayTracer
+
+    tracer = RayTracer(
+        renderer.device, scene, path, cache=options.cache, cache_bytes=options.cache_bytes, bounces=options.bounces
+    )
+
+    def trace(camera: Camera) -> tuple[np.ndarray, float]:
+        picture = tracer.render(camera, options.width, options.height)
+        return picture.color, picture.milliseconds
+
+    return trace, lambda: sum(tracer.resident_bytes().values())
+
+
+def _files(output: Path, pictures: list[np.ndarray]) -> dict[Path, list[bytes]]:
+    """The contents of what is written: one picture, numbered ones, or an animation."""
+    if output.suffix.lower() == ".gif":
+        return {output: [_animation(pictures)]}
+    if len(pictures) == 1:
+        return {output: [_png(pictures[0])]}
+    digits = len(str(len(pictures)))
+    return {
+        output.with_name(f"{output.stem}_{number:0{digits}}{output.suffix}"): [_png(picture)]
+        for number, picture in enumerate(pictures, start=1)
+    }
+
+
+def _png(picture: np.ndarray) -> bytes:
+    file = io.BytesIO()
+    Image.fromarray(picture).save(file, "PNG")
+    return file.getvalue()
+
+
+def _animation(pictures: list[np.ndarray]) -> bytes:
+    """A .gif that repeats; what is not covered is white."""
+    file, frames = io.BytesIO(), []
+    for picture in map(Image.fromarray, pictures):
+        frame = Image.new("RGB", picture.size, GIF_BACKGROUND)
+        frame.paste(picture, mask=picture)
+        frames.append(frame)
+    frames[0].save(file, "GIF", save_all=True, append_images=frames[1:], duration=GIF_MILLISECONDS, loop=0)
+    return file.getvalue()
+
+
+def _line(report: dict) -> str:
+    frames = f"{report['frames']} frames, " if report["frames"] > 1 else ""
+    return (
+        f"{report['output']}: {report['width']} x {report['height']}, {frames}path {report['path']} on {report['device']}, "
+        f"{report['milliseconds']:.2f} ms a frame; {report['triangles']:,} triangles, {report['compressed_bytes'] / 1e6:.2f} MB compressed, "
+        f"{report['resident_bytes'] / 1e6:.2f} MB on the device"
+    )
