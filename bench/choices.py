@@ -21,7 +21,16 @@ from bench.size import section_bits
 from gltf_ext import _codec
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.gltf.importers import open_model
-from spec.reference_decoder import COPY, DAMPED, FOREIGN, MEAN, OWNED, PARALLELOGRAM, PRIVATE, Decoder
+from spec.reference_decoder import (
+    COPY,
+    DAMPED,
+    FOREIGN,
+    MEAN,
+    OWNED,
+    PARALLELOGRAM,
+    PRIVATE,
+    Decoder,
+)
 
 NAMES = ("bunny", "beast", "igea", "engine")
 NAMES_SWITCHED = (*NAMES, "dragon", "DamagedHelmet", "sponza_like")
@@ -31,7 +40,7 @@ RICE_CODES = 7
 MASK = 0xFFFFFFFF
 
 
-# --- costs in bits -----------------------------------------------------------------------------------------------------
+# --- costs in bits ---
 
 
 def zigzag(difference: int) -> int:
@@ -53,7 +62,10 @@ def class_costs(meshlets: list[list[list[int]]]) -> dict[str, float]:
     count = sum(map(len, meshlets))
     fixed = [fixed_cost(residuals) for residuals in meshlets]
     rice = [[rice_cost(residuals, k) for k in range(32)] for residuals in meshlets]
-    base = min(range(32 - RICE_CODES + 1), key=lambda b: sum(min(f, *r[b : b + RICE_CODES]) for f, r in zip(fixed, rice)))
+    base = min(
+        range(32 - RICE_CODES + 1),
+        key=lambda b: sum(min(f, *r[b : b + RICE_CODES]) for f, r in zip(fixed, rice)),
+    )
     best = [min(r[base : base + RICE_CODES]) for r in rice]
     model_wide = min(sum(r[k] - 3 for r in rice) for k in range(32))
     return {
@@ -64,14 +76,16 @@ def class_costs(meshlets: list[list[list[int]]]) -> dict[str, float]:
     }
 
 
-# --- residuals of the alternatives ---------------------------------------------------------------------------------------
+# --- residuals of the alternatives ---
 
 
 def traversed_residuals(decoder: Decoder, m: int, values, runs, predictor: int) -> list[list[int]]:
     """Of the traversed vertices of stream 0, by one predictor."""
     residuals = []
     for v, a, b, o in decoder.traversed(decoder.file.meshlet(m), runs):
-        prediction = decoder.predict(predictor, values[a], values[b], None if o is None else values[o])
+        prediction = decoder.predict(
+            predictor, values[a], values[b], None if o is None else values[o]
+        )
         residuals.append([zigzag(x - p) for x, p in zip(values[v], prediction)])
     return residuals
 
@@ -83,7 +97,11 @@ def chain_residuals(meshlet, values, runs, chord: bool) -> list[list[int]]:
         if reference.kind != OWNED:
             continue
         points = [values[v] for v in run]
-        predictions = Decoder.chain(meshlet.streams[0], points[0], points[-1], [[0] * 3] * (len(run) - 2)) if chord else points
+        predictions = (
+            Decoder.chain(meshlet.streams[0], points[0], points[-1], [[0] * 3] * (len(run) - 2))
+            if chord
+            else points
+        )
         for point, prediction in zip(points[1:-1], predictions):
             residuals.append([zigzag(x - p) for x, p in zip(point, prediction)])
     return residuals
@@ -97,7 +115,7 @@ def count_hops(decoder: Decoder, meshlet, j: int) -> int:
     return hops
 
 
-# --- measurements --------------------------------------------------------------------------------------------------------
+# --- measurements ---
 
 
 def measure_meshlets(blobs: list[bytes]) -> dict:
@@ -127,7 +145,9 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
         "entropy": -sum(n / total * math.log2(n / total) for n in symbols.values()),
         "traversed": {name: class_costs(residuals) for name, residuals in traversed.items()},
         "chains": {name: class_costs(residuals) for name, residuals in chains.items()},
-        "references_per_meshlet": {kind: kinds[kind] / meshlets for kind in (OWNED, FOREIGN, PRIVATE)},
+        "references_per_meshlet": {
+            kind: kinds[kind] / meshlets for kind in (OWNED, FOREIGN, PRIVATE)
+        },
         "corners_by_hops": {str(n): hops[n] / sum(hops.values()) for n in sorted(hops)},
         "components_per_meshlet": components / meshlets,
     }
@@ -145,7 +165,9 @@ def encoder(predictor: int = -1, **options):
     original = _codec.encode
 
     def changed(triangles, ids, positions, streams, values, **rest):
-        streams = [{**stream, "predictor": predictor if stream["bits"] <= 24 else -1} for stream in streams]
+        streams = [
+            {**stream, "predictor": predictor if stream["bits"] <= 24 else -1} for stream in streams
+        ]
         return original(triangles, ids, positions, streams, values, **rest, **options)
 
     _codec.encode = changed
@@ -157,7 +179,11 @@ def encoder(predictor: int = -1, **options):
 
 def measure_switched(path: Path) -> dict:
     """Bits per triangle of whole files with single choices switched off."""
-    cases = {"as is": {}, "seams stored twice": {"share_seams": False}, **{name: {"predictor": p} for name, p in PREDICTORS.items()}}
+    cases = {
+        "as is": {},
+        "seams stored twice": {"share_seams": False},
+        **{name: {"predictor": p} for name, p in PREDICTORS.items()},
+    }
     bits = {}
     with tempfile.TemporaryDirectory() as name:
         for case, options in cases.items():
@@ -175,7 +201,10 @@ def measure(path: Path) -> dict:
         return {
             "model": path.stem,
             "bits_per_triangle": whole["bits_per_triangle"],
-            "reference_bits_per_meshlet": sum(_codec.describe(blob)["bits"]["references"] for blob in blobs) / whole["meshlets"],
+            "reference_bits_per_meshlet": sum(
+                _codec.describe(blob)["bits"]["references"] for blob in blobs
+            )
+            / whole["meshlets"],
             **figures,
             "boundary_bits_per_triangle": boundary_bits(blobs, whole["triangles"], figures),
         }
@@ -187,10 +216,13 @@ def boundary_bits(blobs: list[bytes], triangles: int, figures: dict) -> dict[str
     kinds = figures["references_per_meshlet"]
     chains = sections["chains"] * (kinds[OWNED] + kinds[FOREIGN]) / kinds[OWNED]
     anchors = sections["anchors"] / figures["corners_by_hops"]["0"]
-    return {"shared": (sections["chains"] + sections["anchors"]) / triangles, "alone": (chains + anchors) / triangles}
+    return {
+        "shared": (sections["chains"] + sections["anchors"]) / triangles,
+        "alone": (chains + anchors) / triangles,
+    }
 
 
-# --- the page ------------------------------------------------------------------------------------------------------------
+# --- the page ---
 
 
 def figures(values, digits: int = 2) -> list[str]:
@@ -206,10 +238,14 @@ def report(result: dict) -> str:
     ]  # fmt: skip
     codes = ("fixed", "rice, one k for the model", "rice", "either")
     traversed = [
-        [f"{row['model']}, {name}", *figures((row["traversed"][name][code] for code in codes), 1)] for row in rows for name in PREDICTORS
+        [f"{row['model']}, {name}", *figures((row["traversed"][name][code] for code in codes), 1)]
+        for row in rows
+        for name in PREDICTORS
     ]
     chains = [
-        [f"{row['model']}, {name}", *figures((costs[code] for code in codes), 1)] for row in rows for name, costs in row["chains"].items()
+        [f"{row['model']}, {name}", *figures((costs[code] for code in codes), 1)]
+        for row in rows
+        for name, costs in row["chains"].items()
     ]
     boundary = [
         [row["model"], *figures(row["references_per_meshlet"].values()), *figures((row["components_per_meshlet"],)),
@@ -271,7 +307,9 @@ def main() -> None:
         if path.stem in NAMES:
             result["models"].append(measure(path))
             print(path.stem, flush=True)
-    result["switched"] = [measure_switched(path) for path in models() if path.stem in NAMES_SWITCHED]
+    result["switched"] = [
+        measure_switched(path) for path in models() if path.stem in NAMES_SWITCHED
+    ]
     write_result("choices", result)
     (ROOT / "docs" / "choices.md").write_text(report(result))
     print(report(result))

@@ -21,7 +21,7 @@ from gltf_ext.gltf.importers import open_model
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "bench" / "results"
-FIGURES = (":!docs", ":!bench/results", ":!README.md")   # what measurements themselves change
+FIGURES = (":!docs", ":!bench/results", ":!README.md")  # what measurements themselves change
 MODELS = Path(os.environ.get("GLTF_MESHLET_MODELS", ROOT.parent / "shared" / "models"))
 
 # The six models of the paper's comparison and what we have for them.
@@ -46,7 +46,9 @@ def models() -> list[Path]:
     """The real models, by name; ends the program with one line when there are none."""
     found = sorted(MODELS.glob("*.glb"), key=lambda path: path.name.lower())
     if not found:
-        raise SystemExit(f"bench: no .glb files in {os.path.relpath(MODELS)}; set GLTF_MESHLET_MODELS to a folder of models")
+        raise SystemExit(
+            f"bench: no .glb files in {os.path.relpath(MODELS)}; set GLTF_MESHLET_MODELS to a folder of models"
+        )
     return found
 
 
@@ -57,7 +59,10 @@ def origin(script: str, packages: tuple[str, ...] = ("gltf-meshlet", "numpy")) -
         "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
         "commit": os.environ.get("GLTF_MESHLET_COMMIT") or _commit(),
         "machine": {"cpu": _cpu_name(), "cores": os.cpu_count(), "system": platform.platform()},
-        "versions": {"python": platform.python_version(), **{name: _version(name) for name in packages}},
+        "versions": {
+            "python": platform.python_version(),
+            **{name: _version(name) for name in packages},
+        },
     }
 
 
@@ -66,13 +71,17 @@ def _commit() -> str | None:
     if shutil.which("git") is None:
         return None
     git = ["git", "-C", ROOT]
-    commit = subprocess.run([*git, "describe", "--always"], capture_output=True, text=True).stdout.strip()
-    changed = subprocess.run([*git, "status", "--porcelain", "--", ".", *FIGURES], capture_output=True, text=True).stdout.strip()
+    commit = subprocess.run(
+        [*git, "describe", "--always"], capture_output=True, text=True
+    ).stdout.strip()
+    changed = subprocess.run(
+        [*git, "status", "--porcelain", "--", ".", *FIGURES], capture_output=True, text=True
+    ).stdout.strip()
     return commit + ("-dirty" if changed else "") if commit else None
 
 
 def _version(package: str) -> str:
-    if package == "gltf-meshlet":          # also where it runs from its folder
+    if package == "gltf-meshlet":  # also where it runs from its folder
         return gltf_ext.__version__
     try:
         return importlib.metadata.version(package)
@@ -110,7 +119,11 @@ def spread(numbers: list[float]) -> dict[str, float]:
 def percentiles(times: Iterable[float]) -> dict[str, float]:
     """What a result keeps of many frame times: median, and the 10th and 90th percentiles."""
     low, median, high = np.percentile(list(times), [10, 50, 90])
-    return {"median": round(float(median), 5), "low": round(float(low), 5), "high": round(float(high), 5)}
+    return {
+        "median": round(float(median), 5),
+        "low": round(float(low), 5),
+        "high": round(float(high), 5),
+    }
 
 
 def compressed(path: Path, folder: Path) -> Path:
@@ -126,7 +139,10 @@ def best_in_bold(values: list[float | None], form: str, largest: bool = True) ->
     """Figures of one row as text, the best one bold; None is left blank."""
     known = [value for value in values if value is not None]
     best = (max if largest else min)(known) if known else None
-    return ["" if value is None else f"**{value:{form}}**" if value == best else f"{value:{form}}" for value in values]
+    return [
+        "" if value is None else f"**{value:{form}}**" if value == best else f"{value:{form}}"
+        for value in values
+    ]
 
 
 def markdown_table(headings: list[str], rows: list[list[str]]) -> str:
@@ -139,8 +155,10 @@ def origin_line(result: dict) -> str:
     """One sentence that says where a table's figures come from and how to get them again."""
     machine = result["machine"]
     commit = f" at commit {result['commit']}" if result["commit"] else ""
-    return (f"Measured by `python -m {result['script']}` on {result['date'][:10]}{commit}, "
-            f"{machine['cpu']}, {machine['cores']} cores.\n")
+    return (
+        f"Measured by `python -m {result['script']}` on {result['date'][:10]}{commit}, "
+        f"{machine['cpu']}, {machine['cores']} cores.\n"
+    )
 
 
 def replace_block(path: Path, name: str, text: str) -> None:

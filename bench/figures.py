@@ -11,7 +11,7 @@ import json
 
 from bench.common import PAPER_MODELS, ROOT, read_result
 
-DIGEST = "Figures"   # the PNG's text field
+DIGEST = "Figures"  # the PNG's text field
 # The same five parts of both encodings: (label, colour, the paper's part, our section or sections)
 FIGURE3 = (
     ("triangles", "#4477aa", ("connectivity",), ("connectivity",)),
@@ -21,8 +21,15 @@ FIGURE3 = (
     ("other vertices of boundaries", "#ccbb44", ("boundary inner vertices",), ("chains",)),
     ("other vertices of meshlets", "#ee7733", ("interior vertices",), ("interior",)),
 )  # fmt: skip
-COLORS = {"ours": "#228833", "the paper's encoding": "#ccbb44", "Draco, level 7": "#4477aa", "Draco, level 10": "#99bbdd",
-          "Corto": "#ee6677", "quantised glTF": "#bbbbbb", "meshopt-compressed glTF": "#666666"}
+COLORS = {
+    "ours": "#228833",
+    "the paper's encoding": "#ccbb44",
+    "Draco, level 7": "#4477aa",
+    "Draco, level 10": "#99bbdd",
+    "Corto": "#ee6677",
+    "quantised glTF": "#bbbbbb",
+    "meshopt-compressed glTF": "#666666",
+}
 
 
 def figure3(size: dict, paper: dict) -> dict:
@@ -34,16 +41,26 @@ def figure3(size: dict, paper: dict) -> dict:
         raw_bits = 8 * ours[model]["raw_bytes"] / ours[model]["triangles"]
         bits, sections = theirs[model]["bits_per_triangle"], ours[model]["sections"]
         bars[model] = {
-            "the paper's encoding": [100 * sum(bits[p] for p in parts) / raw_bits for _, _, parts, _ in FIGURE3],
-            "ours": [100 * sum(sections[s] for s in kinds) / raw_bits for _, _, _, kinds in FIGURE3],
+            "the paper's encoding": [
+                100 * sum(bits[p] for p in parts) / raw_bits for _, _, parts, _ in FIGURE3
+            ],
+            "ours": [
+                100 * sum(sections[s] for s in kinds) / raw_bits for _, _, _, kinds in FIGURE3
+            ],
         }
     return bars
 
 
 def figure7(size: dict) -> dict:
     """Percent of raw by codec: {"model": {codec: percent}}."""
-    return {row["model"]: {name: 100 / row["codecs"][name]["ratio"] for name in COLORS if name in row["codecs"]}
-            for model in PAPER_MODELS for row in size["models"] if row["model"] == model}
+    return {
+        row["model"]: {
+            name: 100 / row["codecs"][name]["ratio"] for name in COLORS if name in row["codecs"]
+        }
+        for model in PAPER_MODELS
+        for row in size["models"]
+        if row["model"] == model
+    }
 
 
 def digest(bars: dict) -> str:
@@ -58,10 +75,26 @@ def draw_figure3(size: dict, paper: dict) -> None:
         for shift, (name, values) in zip((-0.21, 0.21), encodings.items()):
             bottom = 0.0
             for (label, color, *_), value in zip(FIGURE3, values):
-                axis.bar(place + shift, value, 0.38, bottom, color=color, label=label if place + shift < 0 else None)
+                axis.bar(
+                    place + shift,
+                    value,
+                    0.38,
+                    bottom,
+                    color=color,
+                    label=label if place + shift < 0 else None,
+                )
                 bottom += value
-            axis.text(place + shift, bottom, f"{name.removesuffix(' encoding')}\n{bottom:.1f}", ha="center", va="bottom", fontsize=8)
-    axis.set_title("Compressed data in percent of raw, at most 64 triangles per meshlet", loc="left")
+            axis.text(
+                place + shift,
+                bottom,
+                f"{name.removesuffix(' encoding')}\n{bottom:.1f}",
+                ha="center",
+                va="bottom",
+                fontsize=8,
+            )
+    axis.set_title(
+        "Compressed data in percent of raw, at most 64 triangles per meshlet", loc="left"
+    )
     _finish(figure, axis, bars, "figure3")
 
 
@@ -72,7 +105,11 @@ def draw_figure7(size: dict) -> None:
     names = [name for name in COLORS if any(name in codecs for codecs in bars.values())]
     width = 0.85 / len(names)
     for k, name in enumerate(names):
-        places = [place + (k - (len(names) - 1) / 2) * width for place, codecs in enumerate(bars.values()) if name in codecs]
+        places = [
+            place + (k - (len(names) - 1) / 2) * width
+            for place, codecs in enumerate(bars.values())
+            if name in codecs
+        ]
         values = [codecs[name] for codecs in bars.values() if name in codecs]
         axis.bar(places, values, 0.92 * width, color=COLORS[name], label=name)
         for place, value in zip(places, values):

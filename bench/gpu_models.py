@@ -14,9 +14,19 @@ from gltf_ext.compression.primitives import Primitive
 
 def add_models(parser: argparse.ArgumentParser) -> None:
     """Options that name models, for `parsed`; `models_of` gives the files."""
-    parser.add_argument("models", nargs="*", type=Path, help=".glb files; what is not compressed is compressed first")
     parser.add_argument(
-        "--subdivide", type=Path, action="append", default=[], metavar="MODEL", help="a model to measure with four times its triangles, too"
+        "models",
+        nargs="*",
+        type=Path,
+        help=".glb files; what is not compressed is compressed first",
+    )
+    parser.add_argument(
+        "--subdivide",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="MODEL",
+        help="a model to measure with four times its triangles, too",
     )
 
 
@@ -30,7 +40,9 @@ def parsed(parser: argparse.ArgumentParser) -> argparse.Namespace:
 
 def models_of(options: argparse.Namespace, folder: Path) -> list[Path]:
     """Compressed files, those that are made here in `folder`."""
-    return [compressed(path, folder) for path in options.models] + [subdivided(path, folder) for path in options.subdivide]
+    return [compressed(path, folder) for path in options.models] + [
+        subdivided(path, folder) for path in options.subdivide
+    ]
 
 
 def subdivided(path: Path, folder: Path) -> Path:
@@ -38,7 +50,12 @@ def subdivided(path: Path, folder: Path) -> Path:
     import trimesh
 
     fine = halved(gltf_ext.load(path)[0])
-    mesh = trimesh.Trimesh(fine.attributes["POSITION"], fine.indices, vertex_normals=fine.attributes["NORMAL"], process=False)
+    mesh = trimesh.Trimesh(
+        fine.attributes["POSITION"],
+        fine.indices,
+        vertex_normals=fine.attributes["NORMAL"],
+        process=False,
+    )
     raw, output = folder / "raw.glb", folder / f"{path.stem}_x4.glb"
     raw.write_bytes(mesh.export(file_type="glb", include_normals=True))
     gltf_ext.compress(raw, output)
@@ -49,16 +66,22 @@ def halved(primitive: Primitive) -> Primitive:
     """Every edge halved and every triangle in four, with smooth normals."""
     triangles = primitive.indices.astype(np.int64)
     positions = primitive.attributes["POSITION"].astype(np.float64)
-    edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
+    edges = np.sort(
+        np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1
+    )
     unique, place = np.unique(edges[:, 0] * len(positions) + edges[:, 1], return_inverse=True)
     a, b = np.divmod(unique, len(positions))
-    ab, bc, ca = (place.reshape(3, -1) + len(positions))
+    ab, bc, ca = place.reshape(3, -1) + len(positions)
     p, q, r = triangles.T
-    fine = np.concatenate([np.column_stack(c) for c in ((p, ab, ca), (ab, q, bc), (ca, bc, r), (ab, bc, ca))])
+    fine = np.concatenate(
+        [np.column_stack(c) for c in ((p, ab, ca), (ab, q, bc), (ca, bc, r), (ab, bc, ca))]
+    )
     points = np.concatenate([positions, (positions[a] + positions[b]) / 2])
     corners = points[fine]
     faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals = np.column_stack([np.bincount(fine.ravel(), np.repeat(faces[:, c], 3), len(points)) for c in range(3)])
+    normals = np.column_stack(
+        [np.bincount(fine.ravel(), np.repeat(faces[:, c], 3), len(points)) for c in range(3)]
+    )
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
     attributes = {"POSITION": points.astype(np.float32), "NORMAL": normals.astype(np.float32)}
     return Primitive(0, 0, fine.astype(np.uint32), attributes)

@@ -23,14 +23,14 @@ import gltf_ext
 from bench.common import ROOT
 from bench.figures import DIGEST, digest
 from bench.generated import torus
-from gltf_meshlet.demo import model as demo_model
-from spec import reference_decoder
-from gltf_ext.gltf.document import write_files
 from gltf_ext.compression.extension import require_compressed
-from gltf_ext.gltf.importers import open_model
 from gltf_ext.compression.inspection import INDEX_BYTES_PER_TRIANGLE
+from gltf_ext.gltf.document import write_files
+from gltf_ext.gltf.importers import open_model
+from gltf_meshlet.demo import model as demo_model
 from gltf_meshlet.demo.plots import meshlet_colors
 from gltf_meshlet.demo.rasterizer import LIGHT, Camera, Mesh, render
+from spec import reference_decoder
 from spec.reference_decoder import FOREIGN, OWNED, PRIVATE, Decoder, Meshlet, dequantise
 
 matplotlib.use("Agg")
@@ -39,19 +39,27 @@ from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
-TRIANGLES = 6000   # of the model: few, so that its meshlets are large in the picture
-SIZE, DPI = (16, 6.6), 100   # inches, pixels per inch
-BOTTOM, TOP, WIDTH = 0.39, 0.92, 0.24   # of the panels, as shares of the picture's height and width
-LINE = 0.222 / SIZE[1]   # of text, as a share of the picture's height
+TRIANGLES = 6000  # of the model: few, so that its meshlets are large in the picture
+SIZE, DPI = (16, 6.6), 100  # inches, pixels per inch
+BOTTOM, TOP, WIDTH = 0.39, 0.92, 0.24  # of the panels, as shares of the picture's height and width
+LINE = 0.222 / SIZE[1]  # of text, as a share of the picture's height
 LETTERS_PER_LINE = 44
-TITLE, TEXT, SMALL = 17, 12.5, 12   # points
+TITLE, TEXT, SMALL = 17, 12.5, 12  # points
 TITLES = ("Cut", "Walk", "Predict", "Store")
-DISTANCE, VIEW = 3.0, 18.5   # of the eye, in widths of the model; degrees
+DISTANCE, VIEW = 3.0, 18.5  # of the eye, in widths of the model; degrees
 
 # Okabe and Ito's colours, which the colour-blind can tell apart
-BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#f0e442"
+BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = (
+    "#0072b2",
+    "#e69f00",
+    "#009e73",
+    "#d55e00",
+    "#cc79a7",
+    "#56b4e9",
+    "#f0e442",
+)
 INK, GRAY, PALE = "#222222", "#aaaaaa", "#f2f2f2"
-HIGHLIGHT = (0.03, 0.03, 0.03)   # linear RGB
+HIGHLIGHT = (0.03, 0.03, 0.03)  # linear RGB
 LETTERS = {
     "C": (SKY, "a new vertex inside: goes right"),
     "R": (GREEN, "nothing new on the right: goes left"),
@@ -64,14 +72,31 @@ RUNS = {
     FOREIGN: (ORANGE, "border read from a neighbour"),
     PRIVATE: (PURPLE, "border that both sides store"),
 }
-ANCHOR = {"marker": "s", "markersize": 11, "color": BLUE, "markeredgecolor": INK, "markeredgewidth": 1.5, "linestyle": "none"}
+ANCHOR = {
+    "marker": "s",
+    "markersize": 11,
+    "color": BLUE,
+    "markeredgecolor": INK,
+    "markeredgewidth": 1.5,
+    "linestyle": "none",
+}
 CORNER = {**ANCHOR, "color": "white", "markeredgecolor": ORANGE, "markeredgewidth": 2.5}
-GUESS = {"marker": "o", "markersize": 8, "color": "white", "markeredgecolor": INK, "markeredgewidth": 1.5, "linestyle": "none"}
+GUESS = {
+    "marker": "o",
+    "markersize": 8,
+    "color": "white",
+    "markeredgecolor": INK,
+    "markeredgewidth": 1.5,
+    "linestyle": "none",
+}
 HALO = patheffects.withStroke(linewidth=2.5, foreground="white")
 # The label and colour of each part of a meshlet's bits, and how the names of its fields start
 SECTIONS = {
     "the letters": (INK, ("p0", "p1", "px")),
-    "whose borders": (ORANGE, ("foreign mask", "loop-end mask", "private mask", "length", "delta", "slot", "share bits")),
+    "whose borders": (
+        ORANGE,
+        ("foreign mask", "loop-end mask", "private mask", "length", "delta", "slot", "share bits"),
+    ),
     "choice of codes": (GRAY, ("code of", "width of chain", "width of interior")),
     "anchors": (BLUE, ("first anchor", "further anchors", "width of anchors")),
     "rest of border": (BLUE, ("low bits of chain", "quotients of chain")),
@@ -81,7 +106,7 @@ SECTIONS = {
 DIRECTORY = "address, padding"
 
 
-# --- the meshlet ---------------------------------------------------------------------------------------------------------
+# --- the meshlet ---
 
 
 @dataclass(frozen=True)
@@ -116,19 +141,30 @@ def compressed_model() -> Decoder:
 def choose(decoder: Decoder) -> Example:
     """Of the meshlets that show everything and lie flat, the one whose bits per triangle are nearest to the model's."""
     mean = 8 * len(decoder.file.data) / decoder.file.triangle_count
-    candidates = [m for m in range(decoder.file.meshlet_count) if _shows_everything(decoder.file.meshlet(m))]
+    candidates = [
+        m for m in range(decoder.file.meshlet_count) if _shows_everything(decoder.file.meshlet(m))
+    ]
     examples = [example for m in candidates if _lies_flat(example := flatten(decoder, m))]
     if not examples:
-        raise SystemExit("bench: no meshlet of the model has every letter and kind of border and lies flat; change TRIANGLES")
-    return min(examples, key=lambda e: abs(sum(section_bits(e).values()) / e.meshlet.entry.triangle_count - mean))
+        raise SystemExit(
+            "bench: no meshlet of the model has every letter and kind of border and lies flat; change TRIANGLES"
+        )
+    return min(
+        examples,
+        key=lambda e: abs(sum(section_bits(e).values()) / e.meshlet.entry.triangle_count - mean),
+    )
 
 
 def _shows_everything(meshlet: Meshlet) -> bool:
     """All five letters and all three kinds of runs in one component, but no seams and no runs shared with itself."""
     foreign = [reference for reference in meshlet.references if reference.kind == FOREIGN]
-    return (set(meshlet.symbols) == set(LETTERS) and {reference.kind for reference in meshlet.references} == set(RUNS)
-            and len(meshlet.connectivity.components) == 1 and not meshlet.entry.has_seams
-            and all(reference.owner != meshlet.index for reference in foreign))
+    return (
+        set(meshlet.symbols) == set(LETTERS)
+        and {reference.kind for reference in meshlet.references} == set(RUNS)
+        and len(meshlet.connectivity.components) == 1
+        and not meshlet.entry.has_seams
+        and all(reference.owner != meshlet.index for reference in foreign)
+    )
 
 
 def _lies_flat(example: Example) -> bool:
@@ -141,7 +177,9 @@ def _lies_flat(example: Example) -> bool:
 def decoded(decoder: Decoder, m: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(triangles int[T, 3], points float64[V, 3], normals float64[V, 3]) of meshlet m."""
     triangles, values = decoder.meshlet(m)
-    points, normals = (dequantise(decoder.file.streams[s], np.array(values[s])).astype(np.float64) for s in (0, 1))
+    points, normals = (
+        dequantise(decoder.file.streams[s], np.array(values[s])).astype(np.float64) for s in (0, 1)
+    )
     return np.array(triangles), points, normals
 
 
@@ -170,11 +208,16 @@ def section_bits(example: Example) -> dict[str, int]:
 
     file, m = example.decoder.file, example.meshlet.index
     with mock.patch.object(reference_decoder, "BitReader", CountingReader):
-        Meshlet(file, m)             # sections A to F; the decoder knows them already and reads only
-        example.decoder.meshlet(m)   # G and H
-    bits = {label: sum(n for name, n in names.items() if name.startswith(starts)) for label, (_, starts) in SECTIONS.items()}
+        Meshlet(file, m)  # sections A to F; the decoder knows them already and reads only
+        example.decoder.meshlet(m)  # G and H
+    bits = {
+        label: sum(n for name, n in names.items() if name.startswith(starts))
+        for label, (_, starts) in SECTIONS.items()
+    }
     end = file.entry(m + 1).position if m + 1 < file.meshlet_count else 8 * file.end
-    bits[DIRECTORY] = 8 * reference_decoder.DIRECTORY_BYTES + end - file.entry(m).position - names.total()
+    bits[DIRECTORY] = (
+        8 * reference_decoder.DIRECTORY_BYTES + end - file.entry(m).position - names.total()
+    )
     return bits
 
 
@@ -183,7 +226,10 @@ def raw_bits(example: Example) -> int:
     decoder, meshlet = example.decoder, example.meshlet
     runs = [decoder.boundary(decoder.file.meshlet(m)) for m in range(meshlet.index + 1)]
     vertices = meshlet.connectivity.vertex_count - len(decoder.alias(meshlet, runs))
-    components = sum(3 if stream.kind == reference_decoder.OCT else stream.components for stream in meshlet.streams)
+    components = sum(
+        3 if stream.kind == reference_decoder.OCT else stream.components
+        for stream in meshlet.streams
+    )
     return 32 * components * vertices + 8 * INDEX_BYTES_PER_TRIANGLE * meshlet.entry.triangle_count
 
 
@@ -191,12 +237,19 @@ def figures(example: Example) -> dict:
     """Every number that the picture states."""
     raw, sections = raw_bits(example), section_bits(example)
     file = example.decoder.file
-    return {"meshlet": example.meshlet.index, "meshlets": file.meshlet_count, "triangles": example.meshlet.entry.triangle_count,
-            "symbols": example.meshlet.symbols, "raw": raw, "sections": sections, "total": sum(sections.values()),
-            "mean": 8 * len(file.data) / file.triangle_count}
+    return {
+        "meshlet": example.meshlet.index,
+        "meshlets": file.meshlet_count,
+        "triangles": example.meshlet.entry.triangle_count,
+        "symbols": example.meshlet.symbols,
+        "raw": raw,
+        "sections": sections,
+        "total": sum(sections.values()),
+        "mean": 8 * len(file.data) / file.triangle_count,
+    }
 
 
-# --- the picture ---------------------------------------------------------------------------------------------------------
+# --- the picture ---
 
 
 def draw(path: Path) -> dict:
@@ -207,7 +260,9 @@ def draw(path: Path) -> dict:
     panels = [figure.add_axes((0.005 + 0.25 * k, BOTTOM, WIDTH, TOP - BOTTOM)) for k in range(4)]
     for k, (panel, title) in enumerate(zip(panels, TITLES)):
         panel.set_axis_off()
-        figure.text(0.005 + 0.25 * k, 0.945, f"{k + 1}  {title}", fontsize=TITLE, weight="bold", color=INK)
+        figure.text(
+            0.005 + 0.25 * k, 0.945, f"{k + 1}  {title}", fontsize=TITLE, weight="bold", color=INK
+        )
     draw_model(panels[0], example, numbers)
     draw_walk(panels[1], example)
     draw_prediction(panels[2], example)
@@ -219,18 +274,33 @@ def draw(path: Path) -> dict:
 def draw_model(axis, example: Example, numbers: dict) -> None:
     """The model in the colours of its meshlets, the example's darkest."""
     decoder = example.decoder
-    triangles, points, normals = zip(*(decoded(decoder, m) for m in range(decoder.file.meshlet_count)))
+    triangles, points, normals = zip(
+        *(decoded(decoder, m) for m in range(decoder.file.meshlet_count))
+    )
     first = np.cumsum([0] + [len(p) for p in points])
     meshlet = np.repeat(np.arange(len(points)), [len(t) for t in triangles])
     colors = 0.3 + 0.7 * meshlet_colors(meshlet)
     colors[meshlet == example.meshlet.index] = HIGHLIGHT
-    mesh = Mesh(np.concatenate(points), np.concatenate(normals), np.concatenate([t + n for t, n in zip(triangles, first)]), colors, meshlet)
+    mesh = Mesh(
+        np.concatenate(points),
+        np.concatenate(normals),
+        np.concatenate([t + n for t, n in zip(triangles, first)]),
+        colors,
+        meshlet,
+    )
     center = (mesh.positions.min(axis=0) + mesh.positions.max(axis=0)) / 2
     towards = example.axes[2] + [0.0, 0.6, 0.0]
-    eye = center + DISTANCE * np.ptp(mesh.positions, axis=0).max() * towards / np.linalg.norm(towards)
-    axis.imshow(render(mesh, Camera(tuple(eye), tuple(center), VIEW), 384, 384), interpolation="none")
-    _caption(axis, f"The mesh is cut into meshlets of at most 64 triangles, here {numbers['meshlets']}. Each is decoded on its own, when "
-                   f"it is needed. The dark one, of {numbers['triangles']} triangles, is what follows.")
+    eye = center + DISTANCE * np.ptp(mesh.positions, axis=0).max() * towards / np.linalg.norm(
+        towards
+    )
+    axis.imshow(
+        render(mesh, Camera(tuple(eye), tuple(center), VIEW), 384, 384), interpolation="none"
+    )
+    _caption(
+        axis,
+        f"The mesh is cut into meshlets of at most 64 triangles, here {numbers['meshlets']}. Each is decoded on its own, when "
+        f"it is needed. The dark one, of {numbers['triangles']} triangles, is what follows.",
+    )
 
 
 def draw_walk(axis, example: Example) -> None:
@@ -241,13 +311,40 @@ def draw_walk(axis, example: Example) -> None:
     steps = np.stack([middles[:-1], middles[1:]], axis=1)
     adjacent = np.array([len(set(s) & set(t)) == 2 for s, t in zip(triangles[:-1], triangles[1:])])
     axis.add_collection(LineCollection(steps[adjacent], colors=INK, linewidths=1.0))
-    axis.add_collection(LineCollection(steps[~adjacent], colors=INK, linewidths=1.0, linestyles=":"))
+    axis.add_collection(
+        LineCollection(steps[~adjacent], colors=INK, linewidths=1.0, linestyles=":")
+    )
     for symbol, middle in zip(example.meshlet.symbols, middles):
-        axis.text(*middle, symbol, ha="center", va="center", fontsize=SMALL, weight="bold", color=INK, path_effects=[HALO])
-    axis.plot(*middles[0], "o", markersize=19, markerfacecolor="none", markeredgecolor=INK, markeredgewidth=1.8)
-    legend = [(Patch(facecolor=color, alpha=0.4, edgecolor=GRAY), f"{letter}  {words}") for letter, (color, words) in LETTERS.items()]
-    legend.append((Line2D([], [], color=INK, linewidth=1.0, linestyle=":"), "back to the left of an S"))
-    _caption(axis, "A walk over the triangles, from the circle on: 2 or 3 bits for each say how it goes on.", legend)
+        axis.text(
+            *middle,
+            symbol,
+            ha="center",
+            va="center",
+            fontsize=SMALL,
+            weight="bold",
+            color=INK,
+            path_effects=[HALO],
+        )
+    axis.plot(
+        *middles[0],
+        "o",
+        markersize=19,
+        markerfacecolor="none",
+        markeredgecolor=INK,
+        markeredgewidth=1.8,
+    )
+    legend = [
+        (Patch(facecolor=color, alpha=0.4, edgecolor=GRAY), f"{letter}  {words}")
+        for letter, (color, words) in LETTERS.items()
+    ]
+    legend.append(
+        (Line2D([], [], color=INK, linewidth=1.0, linestyle=":"), "back to the left of an S")
+    )
+    _caption(
+        axis,
+        "A walk over the triangles, from the circle on: 2 or 3 bits for each say how it goes on.",
+        legend,
+    )
 
 
 def draw_prediction(axis, example: Example) -> None:
@@ -257,7 +354,15 @@ def draw_prediction(axis, example: Example) -> None:
     runs = decoder.boundary(meshlet)
     for reference, run in zip(meshlet.references, runs):
         color = RUNS[reference.kind][0]
-        axis.plot(*flat[run].T, "-o", color=color, linewidth=4.5, markersize=7, markeredgecolor="white", solid_capstyle="butt")
+        axis.plot(
+            *flat[run].T,
+            "-o",
+            color=color,
+            linewidth=4.5,
+            markersize=7,
+            markeredgecolor="white",
+            solid_capstyle="butt",
+        )
     for j, run in enumerate(runs):
         axis.plot(*flat[run[0]], **(ANCHOR if meshlet.stores_corner(j, 0) else CORNER))
     inside = [v for v, *_ in decoder.traversed(meshlet, runs)]
@@ -265,13 +370,25 @@ def draw_prediction(axis, example: Example) -> None:
     v, a, b, o, predicted = ordinary_prediction(example)
     axis.fill(*flat[[a, o, b]].T, color=YELLOW, alpha=0.6, linewidth=0)
     axis.plot(*np.stack([flat[a], predicted, flat[b]]).T, "--", color=INK, linewidth=1.5)
-    axis.annotate("", flat[v], predicted, arrowprops={"arrowstyle": "-|>", "color": RED, "linewidth": 2, "shrinkA": 4, "shrinkB": 1})
+    axis.annotate(
+        "",
+        flat[v],
+        predicted,
+        arrowprops={"arrowstyle": "-|>", "color": RED, "linewidth": 2, "shrinkA": 4, "shrinkB": 1},
+    )
     axis.plot(*predicted, **GUESS)
     legend = [(Line2D([], [], color=color, linewidth=4.5), words) for color, words in RUNS.values()]
-    legend += [(Line2D([], [], **ANCHOR), "corner stored here (anchor)"), (Line2D([], [], **CORNER), "corner read from a neighbour"),
-               (Line2D([], [], **GUESS), "guess; the arrow is stored")]
-    _caption(axis, "Vertices are guessed: along a border from its corners, inside by making the yellow triangle a "
-                   "parallelogram. Only the differences are stored.", legend)
+    legend += [
+        (Line2D([], [], **ANCHOR), "corner stored here (anchor)"),
+        (Line2D([], [], **CORNER), "corner read from a neighbour"),
+        (Line2D([], [], **GUESS), "guess; the arrow is stored"),
+    ]
+    _caption(
+        axis,
+        "Vertices are guessed: along a border from its corners, inside by making the yellow triangle a "
+        "parallelogram. Only the differences are stored.",
+        legend,
+    )
 
 
 def ordinary_prediction(example: Example) -> tuple[int, int, int, int, np.ndarray]:
@@ -287,8 +404,12 @@ def ordinary_prediction(example: Example) -> tuple[int, int, int, int, np.ndarra
     for v, a, b, o in order:
         if inside >= {a, b, o}:
             predicted = np.array(decoder.predict(stream.predictor, values[a], values[b], values[o]))
-            found.append((v, a, b, o, example.flattened(dequantise(stream, predicted).astype(np.float64))))
-    return sorted(found, key=lambda row: np.linalg.norm(example.flat[row[0]] - row[4]))[3 * len(found) // 4]
+            found.append(
+                (v, a, b, o, example.flattened(dequantise(stream, predicted).astype(np.float64)))
+            )
+    return sorted(found, key=lambda row: np.linalg.norm(example.flat[row[0]] - row[4]))[
+        3 * len(found) // 4
+    ]
 
 
 def draw_bits(axis, numbers: dict) -> None:
@@ -299,9 +420,19 @@ def draw_bits(axis, numbers: dict) -> None:
     sizes = list(numbers["sections"].values())
     whole.barh([0], [raw], color=GRAY, height=0.42)
     whole.barh([1] * len(sizes), sizes, left=np.cumsum(sizes) - sizes, color=colors, height=0.42)
-    for row, (name, bits, digits) in enumerate((("as plain glTF", raw, 0), ("compressed", total, 1))):
-        whole.text(0, row - 0.32, f"{name}: {bits:,} bits, {bits / triangles:.{digits}f} per triangle", fontsize=TEXT, color=INK)
-    whole.text(total, 1.0, f"  {raw / total:.1f} times smaller", va="center", fontsize=TEXT, color=INK)
+    for row, (name, bits, digits) in enumerate(
+        (("as plain glTF", raw, 0), ("compressed", total, 1))
+    ):
+        whole.text(
+            0,
+            row - 0.32,
+            f"{name}: {bits:,} bits, {bits / triangles:.{digits}f} per triangle",
+            fontsize=TEXT,
+            color=INK,
+        )
+    whole.text(
+        total, 1.0, f"  {raw / total:.1f} times smaller", va="center", fontsize=TEXT, color=INK
+    )
     whole.set_ylim(1.25, -0.75)
     parts = axis.inset_axes((0.46, 0.0, 0.4, 0.66))
     parts.barh(range(len(sizes)), sizes, color=colors, height=0.7)
@@ -311,9 +442,12 @@ def draw_bits(axis, numbers: dict) -> None:
     parts.invert_yaxis()
     for inset in (whole, parts):
         inset.set_axis_off()
-    _caption(axis, "Positions, normals and texture coordinates. Small differences take few bits: the low bits and the quotients "
-                   "of a Rice code, kept apart so that each GPU lane finds its own. "
-                   f"The whole model: {numbers['mean']:.1f} bits per triangle.")
+    _caption(
+        axis,
+        "Positions, normals and texture coordinates. Small differences take few bits: the low bits and the quotients "
+        "of a Rice code, kept apart so that each GPU lane finds its own. "
+        f"The whole model: {numbers['mean']:.1f} bits per triangle.",
+    )
 
 
 def _mesh(axis, example: Example, colors, alpha: float = 1.0) -> None:
@@ -332,26 +466,48 @@ def _caption(axis, text: str, legend: list | None = None) -> None:
     """Words below an axis, and below them a legend: (handle, words) of each line."""
     left = axis.get_position(True).x0
     lines = textwrap.wrap(text, LETTERS_PER_LINE)
-    axis.figure.text(left, BOTTOM - 0.02, "\n".join(lines), fontsize=TEXT, color=INK, va="top", linespacing=1.3)
+    axis.figure.text(
+        left, BOTTOM - 0.02, "\n".join(lines), fontsize=TEXT, color=INK, va="top", linespacing=1.3
+    )
     if legend:
         handles, words = zip(*legend)
-        axis.figure.legend(handles, words, loc="upper left", bbox_to_anchor=(left - 0.004, BOTTOM - 0.025 - LINE * len(lines)),
-                           fontsize=SMALL, frameon=False, handlelength=1.6, labelspacing=0.3, borderpad=0.2)
+        axis.figure.legend(
+            handles,
+            words,
+            loc="upper left",
+            bbox_to_anchor=(left - 0.004, BOTTOM - 0.025 - LINE * len(lines)),
+            fontsize=SMALL,
+            frameon=False,
+            handlelength=1.6,
+            labelspacing=0.3,
+            borderpad=0.2,
+        )
 
 
 def _save(figure, path: Path, numbers: dict) -> None:
     """A PNG with the digest of its figures."""
     content = BytesIO()
-    figure.savefig(content, format="png", metadata={DIGEST: digest(numbers)}, pil_kwargs={"optimize": True})
+    figure.savefig(
+        content, format="png", metadata={DIGEST: digest(numbers)}, pil_kwargs={"optimize": True}
+    )
     pyplot.close(figure)
     write_files({path: [content.getvalue()]})
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m bench how_it_works", description=__doc__.splitlines()[0])
-    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "how_it_works.png", help="the picture to write")
+    parser = argparse.ArgumentParser(
+        prog="python -m bench how_it_works", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=ROOT / "docs" / "how_it_works.png",
+        help="the picture to write",
+    )
     numbers = draw(parser.parse_args().output)
-    print(f"meshlet {numbers['meshlet']}: {numbers['raw']:,} bits raw, {numbers['total']:,} compressed")
+    print(
+        f"meshlet {numbers['meshlet']}: {numbers['raw']:,} bits raw, {numbers['total']:,} compressed"
+    )
 
 
 if __name__ == "__main__":

@@ -60,24 +60,40 @@ def main() -> None:
                 for task in ("time", "memory"):
                     _progress(f"{model}, {variant}: {task}")
                     rows = _measured(options, task, str(_prepared(model, Path(folder))), variant)
-                    result["runs"].append({"model": model, "variant": variant, "task": task, "rows": rows})
+                    result["runs"].append(
+                        {"model": model, "variant": variant, "task": task, "rows": rows}
+                    )
     tables = (_table, _memory_table, _policy_table, _start_table)
     text = "\n".join(table(result) for table in tables)
     print(text)
-    if (tuple(options.models), tuple(options.variants), tuple(options.fractions)) != (MODELS, VARIANTS, FRACTIONS):
+    if (tuple(options.models), tuple(options.variants), tuple(options.fractions)) != (
+        MODELS,
+        VARIANTS,
+        FRACTIONS,
+    ):
         return
     common.write_result("mitsuba", result)
     _plot(result, common.ROOT / "docs" / "mitsuba.png")
-    common.replace_block(common.ROOT / "docs" / "mitsuba.md", "measurements", text + "\n" + common.origin_line(result))
+    common.replace_block(
+        common.ROOT / "docs" / "mitsuba.md",
+        "measurements",
+        text + "\n" + common.origin_line(result),
+    )
 
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--models", nargs="+", default=MODELS, help="names of files in the models' folder")
+    parser.add_argument(
+        "--models", nargs="+", default=MODELS, help="names of files in the models' folder"
+    )
     parser.add_argument("--variants", nargs="+", default=VARIANTS)
-    parser.add_argument("--fractions", nargs="+", type=float, default=FRACTIONS, help="sizes of the cache, 0 to 1")
+    parser.add_argument(
+        "--fractions", nargs="+", type=float, default=FRACTIONS, help="sizes of the cache, 0 to 1"
+    )
     parser.add_argument("--spp", type=int, default=16, help="samples per pixel")
-    parser.add_argument("--repeats", type=int, default=2, help="rounds of timing, of which the median counts")
+    parser.add_argument(
+        "--repeats", type=int, default=2, help="rounds of timing, of which the median counts"
+    )
     parser.add_argument("--width", type=int, default=1280)
     parser.add_argument("--height", type=int, default=720)
     parser.add_argument("--child", nargs=3, help=argparse.SUPPRESS)
@@ -96,7 +112,9 @@ def _prepared(model: str, folder: Path) -> Path:
     compressed = folder / f"{model}.glb"
     if not compressed.exists():
         if not (common.MODELS / f"{model}.glb").is_file():
-            raise SystemExit(f"bench.mitsuba: there is no {model}.glb in {common.MODELS}; set GLTF_MESHLET_MODELS")
+            raise SystemExit(
+                f"bench.mitsuba: there is no {model}.glb in {common.MODELS}; set GLTF_MESHLET_MODELS"
+            )
         gltf_ext.compress(common.MODELS / f"{model}.glb", compressed)
         gltf_ext.decompress(compressed, folder / f"{model}.plain.glb")
     return compressed
@@ -133,7 +151,7 @@ def _last_line(command: list[str]) -> list | dict:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-# --- in the child ----------------------------------------------------------------------------------------------------
+# --- in the child ---
 
 
 def _child(options: argparse.Namespace, task: str, path: str, variant: str) -> list[dict]:
@@ -150,7 +168,10 @@ def _shapes(path: str, fraction: float | None, policy: str = POLICIES[0]) -> dic
     import mitsuba as mi
 
     if fraction is None:
-        return {f"shape_{i}": _mesh(mi, p) for i, p in enumerate(gltf_ext.load(path.replace(".glb", ".plain.glb")))}
+        return {
+            f"shape_{i}": _mesh(mi, p)
+            for i, p in enumerate(gltf_ext.load(path.replace(".glb", ".plain.glb")))
+        }
     return {
         f"shape_{i}": {
             "type": "meshlet_edgebreaker",
@@ -208,7 +229,12 @@ def _scene(shapes: dict, integrator: dict, size: tuple[int, int]):
                 "fov": 45,
                 "fov_axis": "larger",
                 "to_world": mi.ScalarTransform4f().look_at(list(origin), list(center), [0, 1, 0]),
-                "film": {"type": "hdrfilm", "width": size[0], "height": size[1], "rfilter": {"type": "box"}},
+                "film": {
+                    "type": "hdrfilm",
+                    "width": size[0],
+                    "height": size[1],
+                    "rfilter": {"type": "box"},
+                },
                 "sampler": {"type": "independent", "sample_count": 1},
             },
         }
@@ -292,7 +318,9 @@ def _memory(options: argparse.Namespace, path: str) -> list[dict]:
     rows, compiled = [], set()
     for fraction in (None, *options.fractions):
         command = [sys.executable, "-c", code, path, mi.variant(), str(fraction)]
-        if (fraction is None) not in compiled:  # the first may have to compile kernels, which Dr.Jit keeps on disk
+        if (
+            fraction is None
+        ) not in compiled:  # the first may have to compile kernels, which Dr.Jit keeps on disk
             _last_line(command)
             compiled.add(fraction is None)
         rows.append({"fraction": fraction, **_last_line(command)})
@@ -327,7 +355,7 @@ def _resident() -> int:
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
 
 
-# --- report ----------------------------------------------------------------------------------------------------------
+# --- report ---
 
 
 def _rows(result: dict):
@@ -341,7 +369,9 @@ def _rows(result: dict):
 
 
 def _name(model: str, variant: str, fraction: float | None) -> str:
-    return f"{model}, {variant}, " + ("native mesh" if fraction is None else f"cache {fraction:.0%}")
+    return f"{model}, {variant}, " + (
+        "native mesh" if fraction is None else f"cache {fraction:.0%}"
+    )
 
 
 def _table(result: dict) -> str:
@@ -350,7 +380,10 @@ def _table(result: dict) -> str:
         if fraction is None:
             native = memory["bytes"]
         ratios = (
-            "" if fraction is None else f" ({times[f'{n}_ratio']:.2f}x, {_span(times[f'{n}_ratio_range'])})" for n in INTEGRATORS
+            ""
+            if fraction is None
+            else f" ({times[f'{n}_ratio']:.2f}x, {_span(times[f'{n}_ratio_range'])})"
+            for n in INTEGRATORS
         )
         rows.append(
             [
@@ -383,7 +416,10 @@ def _memory_table(result: dict) -> str:
             continue
         parts = [memory[key] for key in MEMORY_PARTS.values()]
         rows.append(
-            [_name(model, variant, fraction), *(f"{n / 1e6:.2f} MB" for n in (*parts, memory["bytes"] - sum(parts)))]
+            [
+                _name(model, variant, fraction),
+                *(f"{n / 1e6:.2f} MB" for n in (*parts, memory["bytes"] - sum(parts))),
+            ]
         )
     return common.markdown_table(["", *MEMORY_PARTS, "Embree and the rest"], rows)
 
@@ -393,18 +429,27 @@ def _start_table(result: dict) -> str:
     rows = [
         [
             _name(model, variant, fraction),
-            *(f"{1000 * max(times[key], 0):.0f} ms" for key in ("load", "path_build", "path_first")),
+            *(
+                f"{1000 * max(times[key], 0):.0f} ms"
+                for key in ("load", "path_build", "path_first")
+            ),
         ]
         for model, variant, fraction, times, _ in _rows(result)
         if fraction in (None, COMPARED[0])
     ]
-    return common.markdown_table(["", "load", "acceleration structure", "first render beyond a later one"], rows)
+    return common.markdown_table(
+        ["", "load", "acceleration structure", "first render beyond a later one"], rows
+    )
 
 
 def _policy_table(result: dict) -> str:
     rows = []
     for run in result["runs"]:
-        timed = {(row["fraction"], row["policy"]): row for row in run["rows"]} if run["task"] == "time" else {}
+        timed = (
+            {(row["fraction"], row["policy"]): row for row in run["rows"]}
+            if run["task"] == "time"
+            else {}
+        )
         for fraction in COMPARED:
             for policy in POLICIES:
                 row = timed.get((fraction, policy))
@@ -415,11 +460,16 @@ def _policy_table(result: dict) -> str:
                             *(
                                 text
                                 for name in INTEGRATORS
-                                for text in (f"{row[f'{name}_ratio']:.2f}x", f"{row[f'{name}_hit_share']:.1%}")
+                                for text in (
+                                    f"{row[f'{name}_ratio']:.2f}x",
+                                    f"{row[f'{name}_hit_share']:.1%}",
+                                )
                             ),
                         ]
                     )
-    return common.markdown_table(["", *(text for name in INTEGRATORS for text in (name, "hits"))], rows)
+    return common.markdown_table(
+        ["", *(text for name in INTEGRATORS for text in (name, "hits"))], rows
+    )
 
 
 def _plot(result: dict, path: Path) -> None:
@@ -430,7 +480,14 @@ def _plot(result: dict, path: Path) -> None:
     from matplotlib import pyplot
 
     models = list(dict.fromkeys(run["model"] for run in result["runs"]))
-    figure, axes = pyplot.subplots(2, len(models), figsize=(4 * len(models), 7), layout="constrained", squeeze=False, sharex=True)
+    figure, axes = pyplot.subplots(
+        2,
+        len(models),
+        figsize=(4 * len(models), 7),
+        layout="constrained",
+        squeeze=False,
+        sharex=True,
+    )
     columns = dict(zip(models, axes.T))
     for model, variant in dict.fromkeys((run["model"], run["variant"]) for run in result["runs"]):
         time_ax, memory_ax = columns[model]
@@ -441,8 +498,17 @@ def _plot(result: dict, path: Path) -> None:
         color = f"C{VARIANTS.index(variant)}" if variant in VARIANTS else None
         for name, line in zip(INTEGRATORS, ("--s", "-o")):
             ratios = [times[f"{name}_ratio"] for _, times, _ in points]
-            time_ax.plot(shares, ratios, line, color=color, label=f"{variant}, {name}", markersize=4)
-        memory_ax.plot(shares, [m["bytes"] / 1e6 for *_, m in points], "-o", color=color, label=variant, markersize=4)
+            time_ax.plot(
+                shares, ratios, line, color=color, label=f"{variant}, {name}", markersize=4
+            )
+        memory_ax.plot(
+            shares,
+            [m["bytes"] / 1e6 for *_, m in points],
+            "-o",
+            color=color,
+            label=variant,
+            markersize=4,
+        )
         memory_ax.axhline(native / 1e6, color=color, linestyle=":", label=f"{variant}, native mesh")
     for model, (time_ax, memory_ax) in columns.items():
         time_ax.set(title=model, yscale="log")

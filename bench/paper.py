@@ -10,7 +10,15 @@ import tempfile
 from pathlib import Path
 
 from bench import figures, paper_encoding
-from bench.common import PAPER_MODELS, ROOT, markdown_table, models, origin, origin_line, write_result
+from bench.common import (
+    PAPER_MODELS,
+    ROOT,
+    markdown_table,
+    models,
+    origin,
+    origin_line,
+    write_result,
+)
 from bench.peers import Part, read_parts
 from bench.size import generate
 from gltf_ext.compression.streams import Bits
@@ -23,7 +31,7 @@ CLAIMS = {
     "index_bits_per_triangle": "11.63", "difference_gain": "1.23-1.34", "vertex_ratio_once": "3.7", "vertex_ratio": "3.1",
     "ratio": "4.26-4.35", "connectivity_share": "under 5",
 }  # fmt: skip
-INDEX_BITS = 96   # of a triangle in the raw model
+INDEX_BITS = 96  # of a triangle in the raw model
 
 
 def measure(name: str, parts: list[Part], meshlets: str, bits: Bits = Bits()) -> dict:
@@ -31,11 +39,23 @@ def measure(name: str, parts: list[Part], meshlets: str, bits: Bits = Bits()) ->
     meshes = [paper_encoding.mesh_of(part, bits, FILLS[meshlets]) for part in parts]
     encoded = paper_encoding.encode_meshes(meshes, bits)
     decoded = paper_encoding.decode(encoded.data)
-    if any(paper_encoding.soup(mesh) != paper_encoding.decoded_soup(part) for mesh, part in zip(meshes, decoded, strict=True)):
-        raise SystemExit(f"bench: the paper's encoding of {name} does not decode to the same triangles")
+    if any(
+        paper_encoding.soup(mesh) != paper_encoding.decoded_soup(part)
+        for mesh, part in zip(meshes, decoded, strict=True)
+    ):
+        raise SystemExit(
+            f"bench: the paper's encoding of {name} does not decode to the same triangles"
+        )
     raw_bytes = sum(part.raw_bytes for part in parts)
-    return {"model": name, "meshlets_of": meshlets, "raw_bytes": raw_bytes, "file_bytes": len(encoded.data),
-            "ratio": raw_bytes / len(encoded.data), "m": encoded.m, **stated_figures(encoded, raw_bytes)}
+    return {
+        "model": name,
+        "meshlets_of": meshlets,
+        "raw_bytes": raw_bytes,
+        "file_bytes": len(encoded.data),
+        "ratio": raw_bytes / len(encoded.data),
+        "m": encoded.m,
+        **stated_figures(encoded, raw_bytes),
+    }
 
 
 def stated_figures(encoded: paper_encoding.Encoded, raw_bytes: int) -> dict:
@@ -43,10 +63,14 @@ def stated_figures(encoded: paper_encoding.Encoded, raw_bytes: int) -> dict:
     counts, bits = encoded.counts, encoded.bits
     triangles, meshlets = counts["triangles"], counts["meshlets"]
     tables = bits["meshlets, references, boundaries"]
-    vertex_bits = sum(bits[part] for part in ("boundary ends", "boundary inner vertices", "interior vertices"))
+    vertex_bits = sum(
+        bits[part] for part in ("boundary ends", "boundary inner vertices", "interior vertices")
+    )
     raw_vertex_bits = 8 * raw_bytes - INDEX_BITS * triangles
     written = counts["inner"] + counts["interior"]
-    attribute_bits = bits["boundary inner vertices"] + bits["interior vertices"] - encoded.difference_bits
+    attribute_bits = (
+        bits["boundary inner vertices"] + bits["interior vertices"] - encoded.difference_bits
+    )
     position_bits = 3 * Bits().position
     return {
         "counts": counts,
@@ -61,18 +85,24 @@ def stated_figures(encoded: paper_encoding.Encoded, raw_bytes: int) -> dict:
         "difference_gain": position_bits * written / encoded.difference_bits,
         "difference_gain_complement": position_bits * written / encoded.complement_bits,
         "vertex_bits_once": (encoded.difference_bits + attribute_bits) / written,
-        "vertex_ratio_once": raw_vertex_bits / counts["vertices"] / ((encoded.difference_bits + attribute_bits) / written),
+        "vertex_ratio_once": raw_vertex_bits
+        / counts["vertices"]
+        / ((encoded.difference_bits + attribute_bits) / written),
         "vertex_ratio": raw_vertex_bits / vertex_bits,
-        "ratio_complement": 8 * raw_bytes / (sum(bits.values()) - encoded.difference_bits + encoded.complement_bits),
+        "ratio_complement": 8
+        * raw_bytes
+        / (sum(bits.values()) - encoded.difference_bits + encoded.complement_bits),
     }
 
 
-# --- the page ------------------------------------------------------------------------------------------------------------
+# --- the page ---
 
 
 def report(result: dict) -> str:
     """docs/paper.md."""
-    sections = "\n".join(f"## On meshlets as full as {whose}\n\n{_tables(result, whose)}" for whose in FILLS)
+    sections = "\n".join(
+        f"## On meshlets as full as {whose}\n\n{_tables(result, whose)}" for whose in FILLS
+    )
     return f"""# The paper's encoding
 
 {origin_line(result)}
@@ -111,7 +141,10 @@ def _tables(result: dict, whose: str) -> str:
     def column(heading: str, claim: str, key: str, form: str = ".2f", factor: float = 1) -> tuple:
         return heading, claim, lambda row: f"{factor * row[key]:{form}}"
 
-    symbols = [(f"{s} %", claims["symbols"][s], lambda row, s=s: f"{100 * row['symbols'][s]:.1f}") for s in "CRELS"]
+    symbols = [
+        (f"{s} %", claims["symbols"][s], lambda row, s=s: f"{100 * row['symbols'][s]:.1f}")
+        for s in "CRELS"
+    ]
     connectivity = table([
         column("triangles per meshlet", "at most 64", "triangles_per_meshlet", ".1f"),
         *symbols,
@@ -137,8 +170,11 @@ def _tables(result: dict, whose: str) -> str:
 
 def _ends_share(result: dict) -> str:
     """Smallest to largest share of the ends of boundaries among the paper's models."""
-    shares = [100 * row["bits_per_triangle"]["boundary ends"] / sum(row["bits_per_triangle"].values())
-              for row in result["rows"] if row["meshlets_of"] == "ours" and row["model"] in PAPER_MODELS]
+    shares = [
+        100 * row["bits_per_triangle"]["boundary ends"] / sum(row["bits_per_triangle"].values())
+        for row in result["rows"]
+        if row["meshlets_of"] == "ours" and row["model"] in PAPER_MODELS
+    ]
     return f"{min(shares):.0f} to {max(shares):.0f} %" if shares else "nothing"
 
 
@@ -159,7 +195,10 @@ def main() -> None:
                 result["without_texcoords"].append(path.stem)
             for meshlets in FILLS:
                 result["rows"].append(measure(path.stem, parts, meshlets))
-                print(f"{path.stem}, meshlets as {meshlets}: {result['rows'][-1]['ratio']:.2f}", flush=True)
+                print(
+                    f"{path.stem}, meshlets as {meshlets}: {result['rows'][-1]['ratio']:.2f}",
+                    flush=True,
+                )
     write_result("paper", result)
     figures.main()
     (ROOT / "docs" / "paper.md").write_text(report(result))

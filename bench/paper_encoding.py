@@ -26,19 +26,36 @@ import numpy as np
 
 from bench.peers import Part
 from gltf_ext import _codec
-from gltf_ext.compression.streams import GRID, INTEGER, Bits
 from gltf_ext.compression.primitives import position_ids
+from gltf_ext.compression.streams import GRID, INTEGER, Bits
 
 SYMBOLS = "CRELS"
-CODES = {"C": (0, 2), "R": (1, 2), "E": (2, 2), "L": (3, 3), "S": (7, 3)}   # (value, bits), lowest bit first
-HEADER = struct.Struct("<4s4B2I")       # magic, n, m, bits of a normal and of a texture coordinate, parts, bytes of tables
-PART = struct.Struct("<5I")             # kinds of attributes, meshlets, references, boundaries, bits before its first bit
+CODES = {
+    "C": (0, 2),
+    "R": (1, 2),
+    "E": (2, 2),
+    "L": (3, 3),
+    "S": (7, 3),
+}  # (value, bits), lowest bit first
+HEADER = struct.Struct(
+    "<4s4B2I"
+)  # magic, n, m, bits of a normal and of a texture coordinate, parts, bytes of tables
+PART = struct.Struct(
+    "<5I"
+)  # kinds of attributes, meshlets, references, boundaries, bits before its first bit
 MESHLET_WORDS = 4
 MAGIC = b"NFR1"
-PARTS = ("connectivity", "meshlets, references, boundaries", "boundary ends", "boundary inner vertices", "interior vertices", "header")
+PARTS = (
+    "connectivity",
+    "meshlets, references, boundaries",
+    "boundary ends",
+    "boundary inner vertices",
+    "interior vertices",
+    "header",
+)
 
 
-# --- bits --------------------------------------------------------------------------------------------------------------------
+# --- bits ---
 
 
 class BitWriter:
@@ -73,7 +90,9 @@ class BitReader:
     def read(self, width: int) -> int:
         start, stop = self.position, self.position + width
         self.position = stop
-        return int.from_bytes(self._data[start >> 3 : stop + 7 >> 3], "little") >> (start & 7) & ((1 << width) - 1)
+        return int.from_bytes(self._data[start >> 3 : stop + 7 >> 3], "little") >> (start & 7) & (
+            (1 << width) - 1
+        )
 
 
 def zigzag(difference: int, bits: int) -> int:
@@ -87,10 +106,12 @@ def unzigzag(value: int) -> int:
     return value >> 1 ^ -(value & 1)
 
 
-# --- Edgebreaker -------------------------------------------------------------------------------------------------------------
+# --- Edgebreaker ---
 
 
-def clers(triangles: list[tuple[int, int, int]], loop: list[int]) -> tuple[str, list[tuple[int, int]]]:
+def clers(
+    triangles: list[tuple[int, int, int]], loop: list[int]
+) -> tuple[str, list[tuple[int, int]]]:
     """Edgebreaker symbols of a disk, and (vertex, end of its gate) for each C.
 
     loop: the border's vertices along its triangles' edges; the traversal starts at the edge loop[0] -> loop[1].
@@ -98,7 +119,9 @@ def clers(triangles: list[tuple[int, int, int]], loop: list[int]) -> tuple[str, 
     apex = {edge: v for a, b, c in triangles for edge, v in (((a, b), c), ((b, c), a), ((c, a), b))}
     seen = set(loop)
     symbols, interior = [], []
-    rest = [[*loop[1:], loop[0]]]   # borders of what is left, each from its gate's end b around to its start a
+    rest = [
+        [*loop[1:], loop[0]]
+    ]  # borders of what is left, each from its gate's end b around to its start a
     while rest:
         border = rest.pop()
         while True:
@@ -169,7 +192,7 @@ def border_length(symbols: str, begin: int) -> int:
     raise ValueError("the symbols lack an E")
 
 
-# --- meshlets and boundaries ---------------------------------------------------------------------------------------------------
+# --- meshlets and boundaries ---
 
 
 @dataclass
@@ -215,14 +238,19 @@ def quantised(part: Part, bits: Bits) -> tuple[list[dict], list[np.ndarray]]:
         arrays.append((INTEGER, bits.normal, spherical(part.normals, bits.normal)))
     if part.texcoords is not None:
         arrays.append((GRID, bits.texcoord, np.rint(part.texcoords)))
-    rows = [{"kind": kind, "components": values.shape[1], "bits": width, "step": 1.0} for kind, width, values in arrays]
+    rows = [
+        {"kind": kind, "components": values.shape[1], "bits": width, "step": 1.0}
+        for kind, width, values in arrays
+    ]
     return rows, [np.ascontiguousarray(values, np.uint32) for _, _, values in arrays]
 
 
 def mesh_of(part: Part, bits: Bits, fill: float) -> Mesh:
     """A part cut into meshlets by our encoder; fill: 0 for its default, see gltf_ext.compress."""
     rows, values = quantised(part, bits)
-    blob, _ = _codec.encode(part.triangles, position_ids(part.positions), part.positions, rows, values, fill=fill)
+    blob, _ = _codec.encode(
+        part.triangles, position_ids(part.positions), part.positions, rows, values, fill=fill
+    )
     triangles, arrays = _codec.decode(blob)
     packed, width = np.zeros(len(arrays[0]), np.uint64), 0
     for row, array in zip(rows[1:], arrays[1:]):
@@ -285,7 +313,9 @@ def _boundaries(disks: list[Disk]) -> list[list[int]]:
                 continue
             disk.references.append((len(boundaries), False))
             of_edge.update({(d, i % length): len(boundaries) for i in range(start, stop)})
-            boundaries.append([disk.vertices[disk.loop[i % length]] for i in range(start, stop + 1)])
+            boundaries.append(
+                [disk.vertices[disk.loop[i % length]] for i in range(start, stop + 1)]
+            )
     for disk, begins in zip(disks, starts):
         disk.loop = disk.loop[min(begins) :] + disk.loop[: min(begins)]
     return boundaries
@@ -330,7 +360,7 @@ def _starts(disks: list[Disk], mates: dict) -> list[set[int]]:
     return starts
 
 
-# --- encoding ----------------------------------------------------------------------------------------------------------------
+# --- encoding ---
 
 
 @dataclass
@@ -369,7 +399,11 @@ def _traverse(mesh: Mesh, n: int) -> _Traversed:
         text, added = clers(disk.triangles, disk.loop)
         symbols.append(text)
         interior.append([difference(disk.vertices[v], disk.vertices[b]) for v, b in added])
-    return _Traversed(symbols, interior, [[difference(v, u) for u, v in zip(run, run[1:-1])] for run in mesh.boundaries])
+    return _Traversed(
+        symbols,
+        interior,
+        [[difference(v, u) for u, v in zip(run, run[1:-1])] for run in mesh.boundaries],
+    )
 
 
 def encode(parts: list[Part], bits: Bits = Bits(), fill: float = 0.0) -> Encoded:
@@ -380,26 +414,48 @@ def encode(parts: list[Part], bits: Bits = Bits(), fill: float = 0.0) -> Encoded
 def encode_meshes(meshes: list[Mesh], bits: Bits) -> Encoded:
     n = bits.position
     traversed = [_traverse(mesh, n) for mesh in meshes]
-    differences = [u for t in traversed for run in (*t.interior, *t.inner) for _, d in run for u in d]
+    differences = [
+        u for t in traversed for run in (*t.interior, *t.inner) for _, d in run for u in d
+    ]
     lengths = Counter(u.bit_length() for u in differences)
     m = best_m(lengths, n)
     complements = Counter((unzigzag(u) % (1 << n)).bit_length() for u in differences)
     stream, tables, spent, counts, symbols = BitWriter(), [], Counter(), Counter(), Counter()
     for mesh, t in zip(meshes, traversed):
         references = sum(len(disk.references) for disk in mesh.disks)
-        head = PART.pack(mesh.kinds, len(mesh.disks), references, len(mesh.boundaries), stream.position)
+        head = PART.pack(
+            mesh.kinds, len(mesh.disks), references, len(mesh.boundaries), stream.position
+        )
         words = _write_part(stream, mesh, t, n, m, spent)
         tables += [head, np.array(words, "<u4").tobytes()]
         spent["meshlets, references, boundaries"] += 32 * len(words)
         inner, interior = (sum(map(len, runs)) for runs in (t.inner, t.interior))
-        counts.update(triangles=sum(map(len, t.symbols)), meshlets=len(mesh.disks), references=references,
-                      boundaries=len(mesh.boundaries), ends=2 * len(mesh.boundaries), inner=inner, interior=interior,
-                      vertices=len(mesh.positions))
+        counts.update(
+            triangles=sum(map(len, t.symbols)),
+            meshlets=len(mesh.disks),
+            references=references,
+            boundaries=len(mesh.boundaries),
+            ends=2 * len(mesh.boundaries),
+            inner=inner,
+            interior=interior,
+            vertices=len(mesh.positions),
+        )
         symbols.update("".join(t.symbols))
-    data = HEADER.pack(MAGIC, n, m, bits.normal, bits.texcoord, len(meshes), sum(map(len, tables))) + b"".join(tables) + stream.getvalue()
+    data = (
+        HEADER.pack(MAGIC, n, m, bits.normal, bits.texcoord, len(meshes), sum(map(len, tables)))
+        + b"".join(tables)
+        + stream.getvalue()
+    )
     spent["header"] = 8 * len(data) - sum(spent.values())
-    return Encoded(data, {part: spent[part] for part in PARTS}, dict(counts), {s: symbols[s] for s in SYMBOLS}, m,
-                   difference_bits(lengths, n, m), difference_bits(complements, n, best_m(complements, n)))
+    return Encoded(
+        data,
+        {part: spent[part] for part in PARTS},
+        dict(counts),
+        {s: symbols[s] for s in SYMBOLS},
+        m,
+        difference_bits(lengths, n, m),
+        difference_bits(complements, n, best_m(complements, n)),
+    )
 
 
 def best_m(lengths: Counter, n: int) -> int:
@@ -414,7 +470,9 @@ def difference_bits(lengths: Counter, n: int, m: int) -> int:
     return sum(count * (1 + (m if length <= m else n)) for length, count in lengths.items())
 
 
-def _write_part(stream: BitWriter, mesh: Mesh, t: _Traversed, n: int, m: int, spent: Counter) -> list[int]:
+def _write_part(
+    stream: BitWriter, mesh: Mesh, t: _Traversed, n: int, m: int, spent: Counter
+) -> list[int]:
     """Writes a part's bits, adds to what was spent on each of PARTS, and returns the words of its tables."""
     origin = stream.position
 
@@ -451,7 +509,9 @@ def _write_part(stream: BitWriter, mesh: Mesh, t: _Traversed, n: int, m: int, sp
             differences(interior)
         meshlet_words += [symbols_start, interior_start, first_reference, len(symbols)]
         first_reference += len(disk.references)
-    references = [2 * boundary + backwards for disk in mesh.disks for boundary, backwards in disk.references]
+    references = [
+        2 * boundary + backwards for disk in mesh.disks for boundary, backwards in disk.references
+    ]
     return [*meshlet_words, *references, *boundary_words]
 
 
@@ -467,7 +527,7 @@ def write_difference(stream: BitWriter, difference: list[int], n: int, m: int) -
             stream.write(u >> m, n - m)
 
 
-# --- decoding ----------------------------------------------------------------------------------------------------------------
+# --- decoding ---
 
 
 @dataclass
@@ -486,9 +546,17 @@ def decode(data: bytes) -> list[list[DecodedMeshlet]]:
     parts, at, stream_start = [], HEADER.size, 8 * (HEADER.size + table_bytes)
     for _ in range(part_count):
         kinds, meshlets, references, boundaries, origin = PART.unpack_from(data, at)
-        words = np.frombuffer(data, "<u4", MESHLET_WORDS * meshlets + references + boundaries + 1, at + PART.size).tolist()
+        words = np.frombuffer(
+            data, "<u4", MESHLET_WORDS * meshlets + references + boundaries + 1, at + PART.size
+        ).tolist()
         at += PART.size + 4 * len(words)
-        part = _PartReader(data, stream_start + origin, n, m, 2 * normal_bits * (kinds & 1) + texcoord_bits * (kinds & 2))
+        part = _PartReader(
+            data,
+            stream_start + origin,
+            n,
+            m,
+            2 * normal_bits * (kinds & 1) + texcoord_bits * (kinds & 2),
+        )
         part.read_tables(words, meshlets, references)
         parts.append([part.meshlet(i) for i in range(meshlets)])
     return parts
@@ -498,21 +566,36 @@ class _PartReader:
     """Decodes single meshlets of one part: only its own bits and those of its boundaries are read."""
 
     def __init__(self, data: bytes, origin: int, n: int, m: int, attribute_bits: int):
-        self.data, self.origin, self.n, self.m, self.attribute_bits = data, origin, n, m, attribute_bits
+        self.data, self.origin, self.n, self.m, self.attribute_bits = (
+            data,
+            origin,
+            n,
+            m,
+            attribute_bits,
+        )
 
     def read_tables(self, words: list[int], meshlets: int, references: int) -> None:
         split = MESHLET_WORDS * meshlets
         self.meshlets = [words[i : i + MESHLET_WORDS] for i in range(0, split, MESHLET_WORDS)]
-        self.references, self.boundaries = words[split : split + references], words[split + references :]
+        self.references, self.boundaries = (
+            words[split : split + references],
+            words[split + references :],
+        )
 
     def meshlet(self, index: int) -> DecodedMeshlet:
         symbols_start, interior_start, first, triangle_count = self.meshlets[index]
-        stop = self.meshlets[index + 1][2] if index + 1 < len(self.meshlets) else len(self.references)
+        stop = (
+            self.meshlets[index + 1][2] if index + 1 < len(self.meshlets) else len(self.references)
+        )
         symbols = self._symbols(symbols_start, triangle_count)
         triangles, interior, length = unfold(symbols)
-        vertices = [v for reference in self.references[first:stop] for v in self._boundary(reference)[:-1]]
+        vertices = [
+            v for reference in self.references[first:stop] for v in self._boundary(reference)[:-1]
+        ]
         if len(vertices) != length:
-            raise ValueError(f"meshlet {index}: its boundaries have {len(vertices)} edges instead of {length}")
+            raise ValueError(
+                f"meshlet {index}: its boundaries have {len(vertices)} edges instead of {length}"
+            )
         reader = BitReader(self.data, self.origin + interior_start)
         for v, gate_end in interior:
             vertices.append(self._moved(reader, vertices[gate_end]))
@@ -555,12 +638,20 @@ def read_difference(reader: BitReader, n: int, m: int) -> list[int]:
 def soup(mesh: Mesh) -> list[tuple]:
     """A mesh's triangles as sorted triples of vertices (x, y, z, packed other attributes), rotated so that they compare."""
     corners = [(*position, packed) for position, packed in zip(mesh.positions, mesh.attributes)]
-    return sorted(_rotated([corners[disk.vertices[v]] for v in t]) for disk in mesh.disks for t in disk.triangles)
+    return sorted(
+        _rotated([corners[disk.vertices[v]] for v in t])
+        for disk in mesh.disks
+        for t in disk.triangles
+    )
 
 
 def decoded_soup(meshlets: list[DecodedMeshlet]) -> list[tuple]:
     """The same of what was decoded."""
-    return sorted(_rotated([meshlet.vertices[v] for v in t]) for meshlet in meshlets for t in meshlet.triangles)
+    return sorted(
+        _rotated([meshlet.vertices[v] for v in t])
+        for meshlet in meshlets
+        for t in meshlet.triangles
+    )
 
 
 def _rotated(triangle: list) -> tuple:

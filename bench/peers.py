@@ -29,11 +29,13 @@ from pathlib import Path
 import numpy as np
 
 from bench.common import ROOT
-from gltf_ext.compression.streams import Bits, plan_primitive, position_grid
 from gltf_ext.compression.primitives import Primitive, read_primitive, triangle_primitives, weld
+from gltf_ext.compression.streams import Bits, plan_primitive, position_grid
 from gltf_ext.gltf.importers import open_model
 
-NODE_MODULES = Path(os.environ.get("GLTF_MESHLET_NODE_MODULES") or ROOT / "build" / "node" / "node_modules")
+NODE_MODULES = Path(
+    os.environ.get("GLTF_MESHLET_NODE_MODULES") or ROOT / "build" / "node" / "node_modules"
+)
 CORTO = os.environ.get("GLTF_MESHLET_CORTO", "")
 ATTRIBUTES = {"POSITION": 3, "NORMAL": 3, "TEXCOORD_0": 2}
 
@@ -63,7 +65,7 @@ class Part:
         return 4 * (floats * len(self.positions) + self.triangles.size)
 
 
-# --- models as parts ---------------------------------------------------------------------------------------------------------
+# --- models as parts ---
 
 
 def read_primitives(path: Path) -> list[Primitive]:
@@ -72,7 +74,11 @@ def read_primitives(path: Path) -> list[Primitive]:
     primitives = []
     for mesh, index, _ in triangle_primitives(document):
         source, _ = read_primitive(document, mesh, index)
-        kept = {name: v for name, v in source.attributes.items() if ATTRIBUTES.get(name) == v.shape[1] and v.dtype.kind == "f"}
+        kept = {
+            name: v
+            for name, v in source.attributes.items()
+            if ATTRIBUTES.get(name) == v.shape[1] and v.dtype.kind == "f"
+        }
         welded, _ = weld(Primitive(mesh, index, source.indices, kept))
         if len(welded.indices):
             primitives.append(welded)
@@ -89,8 +95,13 @@ def parts_of(primitives: list[Primitive], bits: Bits = Bits()) -> list[Part]:
     boxes: dict[int, list[np.ndarray]] = {}
     for primitive in primitives:
         positions = primitive.attributes["POSITION"]
-        boxes.setdefault(primitive.mesh, []).append(np.stack([positions.min(axis=0), positions.max(axis=0)]))
-    grids = {mesh: position_grid(np.min(box, axis=0)[0], np.max(box, axis=0)[1], bits.position, None) for mesh, box in boxes.items()}
+        boxes.setdefault(primitive.mesh, []).append(
+            np.stack([positions.min(axis=0), positions.max(axis=0)])
+        )
+    grids = {
+        mesh: position_grid(np.min(box, axis=0)[0], np.max(box, axis=0)[1], bits.position, None)
+        for mesh, box in boxes.items()
+    }
     return [_part(primitive, grids[primitive.mesh], bits) for primitive in primitives]
 
 
@@ -103,12 +114,19 @@ def _part(primitive: Primitive, grid, bits: Bits) -> Part:
         stream = plan.streams[plan.attributes[name]]
         steps = (primitive.attributes[name].astype(np.float64) - stream.offset) / stream.step
         largest = {"POSITION": 2**bits.position, "TEXCOORD_0": 2**bits.texcoord}[name] - 1
-        return np.ascontiguousarray(steps.clip(0, largest), np.float32)   # only rounding leads beyond
+        return np.ascontiguousarray(
+            steps.clip(0, largest), np.float32
+        )  # only rounding leads beyond
 
-    return Part(primitive.indices, in_steps("POSITION"), primitive.attributes.get("NORMAL"), in_steps("TEXCOORD_0"))
+    return Part(
+        primitive.indices,
+        in_steps("POSITION"),
+        primitive.attributes.get("NORMAL"),
+        in_steps("TEXCOORD_0"),
+    )
 
 
-# --- Draco -------------------------------------------------------------------------------------------------------------------
+# --- Draco ---
 
 
 class Draco:
@@ -139,9 +157,18 @@ class Draco:
         for buffer in buffers:
             mesh = self._module.decode(buffer)
             normals, texcoords = mesh.normals, mesh.tex_coord
-            has_normals, has_texcoords = normals is not None and len(normals), texcoords is not None and len(texcoords)
-            parts.append(Part(np.asarray(mesh.faces, np.uint32), _steps(mesh.points),
-                              np.asarray(normals, np.float32) if has_normals else None, _steps(texcoords) if has_texcoords else None))
+            has_normals, has_texcoords = (
+                normals is not None and len(normals),
+                texcoords is not None and len(texcoords),
+            )
+            parts.append(
+                Part(
+                    np.asarray(mesh.faces, np.uint32),
+                    _steps(mesh.points),
+                    np.asarray(normals, np.float32) if has_normals else None,
+                    _steps(texcoords) if has_texcoords else None,
+                )
+            )
         return parts
 
     def file_bytes(self, buffers: list[bytes]) -> int:
@@ -162,7 +189,9 @@ class DracoCommand(Draco):
         super().__init__(level)
         self._command = shutil.which("draco_encoder")
         if self._command is None:
-            raise PeerMissing("Draco's command: draco_encoder is not on the PATH (Debian: apt install draco)")
+            raise PeerMissing(
+                "Draco's command: draco_encoder is not on the PATH (Debian: apt install draco)"
+            )
         self.name = f"draco_encoder, level {level}"
         self.version = _draco_command_version(self._command)
 
@@ -172,25 +201,58 @@ class DracoCommand(Draco):
         with tempfile.TemporaryDirectory() as folder:
             source, target = Path(folder) / "in.obj", Path(folder) / "out.drc"
             source.write_text(obj(part))
-            options = ["-cl", self.level, "-qp", bits.position, "-qn", bits.normal, "-qt", bits.texcoord]
-            subprocess.run([self._command, "-i", source, "-o", target, *map(str, options)], check=True, capture_output=True)
+            options = [
+                "-cl",
+                self.level,
+                "-qp",
+                bits.position,
+                "-qn",
+                bits.normal,
+                "-qt",
+                bits.texcoord,
+            ]
+            subprocess.run(
+                [self._command, "-i", source, "-o", target, *map(str, options)],
+                check=True,
+                capture_output=True,
+            )
             return target.read_bytes()
 
 
 def _draco_command_version(command: str) -> str:
     """Of the Debian package, or the number in the name of the file that the command is a link to."""
-    package = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "draco"], capture_output=True, text=True)
+    package = subprocess.run(
+        ["dpkg-query", "-W", "-f", "${Version}", "draco"], capture_output=True, text=True
+    )
     number = re.search(r"[0-9.]+$", Path(command).resolve().name)
-    return f"draco {package.stdout}" if package.returncode == 0 else f"draco {number[0]}" if number else "draco, version unknown"
+    return (
+        f"draco {package.stdout}"
+        if package.returncode == 0
+        else f"draco {number[0]}"
+        if number
+        else "draco, version unknown"
+    )
 
 
 def obj(part: Part) -> str:
     """Wavefront OBJ; every corner names one index for all attributes."""
     kinds = [("v", part.positions), ("vt", part.texcoords), ("vn", part.normals)]
-    lines = [f"{kind} " + " ".join(map(repr, row)) for kind, values in kinds if values is not None for row in values.tolist()]
-    corner = {(False, False): "{0}", (True, False): "{0}/{0}", (False, True): "{0}//{0}", (True, True): "{0}/{0}/{0}"}[
-        part.texcoords is not None, part.normals is not None]
-    lines += ["f " + " ".join(corner.format(v) for v in triangle) for triangle in (part.triangles + 1).tolist()]
+    lines = [
+        f"{kind} " + " ".join(map(repr, row))
+        for kind, values in kinds
+        if values is not None
+        for row in values.tolist()
+    ]
+    corner = {
+        (False, False): "{0}",
+        (True, False): "{0}/{0}",
+        (False, True): "{0}//{0}",
+        (True, True): "{0}/{0}/{0}",
+    }[part.texcoords is not None, part.normals is not None]
+    lines += [
+        "f " + " ".join(corner.format(v) for v in triangle)
+        for triangle in (part.triangles + 1).tolist()
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -198,7 +260,7 @@ def _steps(values) -> np.ndarray:
     return np.rint(values).astype(np.float32)
 
 
-# --- Corto -------------------------------------------------------------------------------------------------------------------
+# --- Corto ---
 
 
 class Corto:
@@ -211,7 +273,9 @@ class Corto:
 
     def __init__(self, predictions: tuple[str, ...] = ("delta", "estimated")):
         if not CORTO or not os.access(CORTO, os.X_OK):
-            raise PeerMissing("Corto: build it (github.com/cnr-isti-vclab/corto) and set GLTF_MESHLET_CORTO to its corto command")
+            raise PeerMissing(
+                "Corto: build it (github.com/cnr-isti-vclab/corto) and set GLTF_MESHLET_CORTO to its corto command"
+            )
         self.predictions = predictions
         self.version = _corto_version(Path(CORTO))
 
@@ -233,7 +297,20 @@ class Corto:
         with tempfile.TemporaryDirectory() as folder:
             source, target = Path(folder) / "in.ply", Path(folder) / "out.crt"
             source.write_bytes(ply(part, bits))
-            command = [CORTO, "-q", "1", "-n", str(bits.normal), "-u", str(bits.texcoord), "-N", prediction, "-o", target, source]
+            command = [
+                CORTO,
+                "-q",
+                "1",
+                "-n",
+                str(bits.normal),
+                "-u",
+                str(bits.texcoord),
+                "-N",
+                prediction,
+                "-o",
+                target,
+                source,
+            ]
             output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
             return target.read_bytes(), int(re.search(r"Encoding time: (\d+)ms", output)[1]) / 1000
 
@@ -257,16 +334,24 @@ def ply(part: Part, bits: Bits) -> bytes:
     if part.texcoords is not None:
         columns.append(("st", np.rint(part.texcoords) * 2.0**-bits.texcoord))
     properties = "".join(f"property float {name}\n" for names, _ in columns for name in names)
-    header = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(part.positions)}\n{properties}"
-              f"element face {len(part.triangles)}\nproperty list uchar int vertex_indices\nend_header\n")
+    header = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(part.positions)}\n{properties}"
+        f"element face {len(part.triangles)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
     faces = np.empty(len(part.triangles), np.dtype([("n", "u1"), ("v", "<i4", 3)]))
     faces["n"], faces["v"] = 3, part.triangles
-    return header.encode() + np.concatenate([values for _, values in columns], axis=1).astype("<f4").tobytes() + faces.tobytes()
+    return (
+        header.encode()
+        + np.concatenate([values for _, values in columns], axis=1).astype("<f4").tobytes()
+        + faces.tobytes()
+    )
 
 
 def _corto_version(command: Path) -> str:
     """The commit of the source tree that holds the command's build folder."""
-    described = subprocess.run(["git", "-C", command.parent, "describe", "--always"], capture_output=True, text=True)
+    described = subprocess.run(
+        ["git", "-C", command.parent, "describe", "--always"], capture_output=True, text=True
+    )
     return f"commit {described.stdout.strip()}" if described.returncode == 0 else "version unknown"
 
 
@@ -274,7 +359,9 @@ def _corto_library(path: Path):
     try:
         library = ctypes.CDLL(str(path))
     except OSError:
-        raise PeerMissing(f"Corto: its decoding needs {path.name} beside the corto command (BUILD_CORTO_CODEC_UNITY=ON)") from None
+        raise PeerMissing(
+            f"Corto: its decoding needs {path.name} beside the corto command (BUILD_CORTO_CODEC_UNITY=ON)"
+        ) from None
     library.CreateDecoder.restype = ctypes.c_void_p
     library.CreateDecoder.argtypes = [ctypes.c_int, ctypes.c_char_p, ctypes.c_void_p]
     library.DecodeMesh.argtypes = [ctypes.c_void_p] * 6
@@ -283,21 +370,31 @@ def _corto_library(path: Path):
 
 
 def _corto_decode(library, buffer: bytes, texcoord_bits: int) -> Part:
-    counts = np.zeros(2, np.float32)   # exact up to 2^24
+    counts = np.zeros(2, np.float32)  # exact up to 2^24
     decoder = library.CreateDecoder(len(buffer), buffer, counts.ctypes.data)
     triangle_count, vertex_count = map(int, counts)
     positions, normals = (np.empty((vertex_count, 3), np.float32) for _ in range(2))
-    texcoords, colors = np.empty((vertex_count, 2), np.float32), np.empty((vertex_count, 4), np.float32)
+    texcoords, colors = (
+        np.empty((vertex_count, 2), np.float32),
+        np.empty((vertex_count, 4), np.float32),
+    )
     triangles = np.empty((triangle_count, 3), np.uint32)
-    normals.fill(np.nan)   # what the buffer lacks stays so
+    normals.fill(np.nan)  # what the buffer lacks stays so
     texcoords.fill(np.nan)
-    library.DecodeMesh(decoder, *(array.ctypes.data for array in (positions, triangles, normals, colors, texcoords)))
+    library.DecodeMesh(
+        decoder,
+        *(array.ctypes.data for array in (positions, triangles, normals, colors, texcoords)),
+    )
     library.DestroyDecoder(decoder)
-    return Part(triangles, _steps(positions), None if np.isnan(normals[:1]).any() else normals,
-                None if np.isnan(texcoords[:1]).any() else _steps(texcoords * 2.0**texcoord_bits))
+    return Part(
+        triangles,
+        _steps(positions),
+        None if np.isnan(normals[:1]).any() else normals,
+        None if np.isnan(texcoords[:1]).any() else _steps(texcoords * 2.0**texcoord_bits),
+    )
 
 
-# --- glTF with KHR_mesh_quantization and meshopt compression -------------------------------------------------------------------
+# --- glTF with KHR_mesh_quantization and meshopt compression ---
 
 
 class Gltfpack:
@@ -312,16 +409,29 @@ class Gltfpack:
             raise PeerMissing("gltfpack: needs node and npm install --prefix build/node gltfpack")
         self.compressed = compressed
         self.name = "meshopt-compressed glTF" if compressed else "quantised glTF"
-        self.version = "gltfpack " + json.loads(self._script.with_name("package.json").read_text())["version"]
+        self.version = (
+            "gltfpack " + json.loads(self._script.with_name("package.json").read_text())["version"]
+        )
 
     def encode(self, parts: list[Part], bits: Bits = Bits()) -> list[bytes]:
         """Every part as a node of its own, so that nothing is merged or dropped."""
         if bits.position > 16:
-            raise ValueError(f"gltfpack quantises positions to at most 16 bits, not {bits.position}")
+            raise ValueError(
+                f"gltfpack quantises positions to at most 16 bits, not {bits.position}"
+            )
         with tempfile.TemporaryDirectory() as folder:
             source, target = Path(folder) / "in.glb", Path(folder) / "out.glb"
             source.write_bytes(plain_glb(parts, bits))
-            options = ["-vp", str(bits.position), "-vn", str(bits.normal), "-vt", str(bits.texcoord), "-kn", "-km"]
+            options = [
+                "-vp",
+                str(bits.position),
+                "-vn",
+                str(bits.normal),
+                "-vt",
+                str(bits.texcoord),
+                "-kn",
+                "-km",
+            ]
             options += ["-cc", "-ce", "khr"] if self.compressed else []
             command = ["node", self._script, "-i", source, "-o", target, *options]
             subprocess.run(command, check=True, capture_output=True)
@@ -332,13 +442,23 @@ class Gltfpack:
         (buffer,) = buffers
         document, binary = _glb_chunks(buffer)
         views = [_view_bytes(view, binary) for view in document["bufferViews"]]
-        meshes = {node["name"]: document["meshes"][node["mesh"]]["primitives"] for node in document["nodes"]}
-        return [_gltf_part(document, views, primitive) for number in range(len(meshes) - 1) for primitive in meshes[f"part {number}"]]
+        meshes = {
+            node["name"]: document["meshes"][node["mesh"]]["primitives"]
+            for node in document["nodes"]
+        }
+        return [
+            _gltf_part(document, views, primitive)
+            for number in range(len(meshes) - 1)
+            for primitive in meshes[f"part {number}"]
+        ]
 
     def file_bytes(self, buffers: list[bytes]) -> int:
         """Bytes of geometry in the file: its JSON is left out, as the other codecs have none."""
         (buffer,) = buffers
-        return sum((_meshopt(view) or view)["byteLength"] for view in _geometry_views(_glb_chunks(buffer)[0]))
+        return sum(
+            (_meshopt(view) or view)["byteLength"]
+            for view in _geometry_views(_glb_chunks(buffer)[0])
+        )
 
     def resident_bytes(self, parts: list[Part], buffers: list[bytes]) -> int:
         """What is uploaded: the quantised buffers, unpacked."""
@@ -353,26 +473,55 @@ def plain_glb(parts: list[Part], bits: Bits) -> bytes:
     have a texture (of no pixels), for without one gltfpack drops texture coordinates.
     """
     largest = 2.0**bits.position - 1
-    span = Part(np.array([[0, 1, 2]], np.uint32), np.array([[0, 0, 0], [largest, 0, 0], [0, largest, largest]], np.float32))
+    span = Part(
+        np.array([[0, 1, 2]], np.uint32),
+        np.array([[0, 0, 0], [largest, 0, 0], [0, largest, largest]], np.float32),
+    )
     meshes = []
     for part in [*parts, span]:
         unit = None if part.texcoords is None else part.texcoords / (2**bits.texcoord - 1)
         named = {"POSITION": part.positions, "NORMAL": part.normals, "TEXCOORD_0": unit}
-        meshes.append([(part.triangles, {name: values for name, values in named.items() if values is not None})])
+        meshes.append(
+            [
+                (
+                    part.triangles,
+                    {name: values for name, values in named.items() if values is not None},
+                )
+            ]
+        )
     return write_glb(meshes, textured=True)
 
 
-def write_glb(meshes: list[list[tuple[np.ndarray, dict[str, np.ndarray]]]], textured: bool = False) -> bytes:
+def write_glb(
+    meshes: list[list[tuple[np.ndarray, dict[str, np.ndarray]]]], textured: bool = False
+) -> bytes:
     """A .glb in float32 of meshes of primitives (triangles, attributes), each mesh in a node named "part N"."""
-    binary, document = bytearray(), {"asset": {"version": "2.0"}, "accessors": [], "bufferViews": [], "meshes": [], "nodes": []}
+    binary, document = (
+        bytearray(),
+        {
+            "asset": {"version": "2.0"},
+            "accessors": [],
+            "bufferViews": [],
+            "meshes": [],
+            "nodes": [],
+        },
+    )
     if textured:
-        document.update(textures=[{"source": 0}], images=[{"uri": "data:image/png;base64,"}], materials=[])
+        document.update(
+            textures=[{"source": 0}], images=[{"uri": "data:image/png;base64,"}], materials=[]
+        )
 
     def accessor(values: np.ndarray, target: int) -> int:
-        document["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": values.nbytes, "target": target})
+        document["bufferViews"].append(
+            {"buffer": 0, "byteOffset": len(binary), "byteLength": values.nbytes, "target": target}
+        )
         binary.extend(values.tobytes())
-        described = {"bufferView": len(document["bufferViews"]) - 1, "count": len(values),
-                     "type": ("SCALAR", "VEC2", "VEC3")[values.shape[1] - 1], "componentType": 5126 if values.dtype == np.float32 else 5125}
+        described = {
+            "bufferView": len(document["bufferViews"]) - 1,
+            "count": len(values),
+            "type": ("SCALAR", "VEC2", "VEC3")[values.shape[1] - 1],
+            "componentType": 5126 if values.dtype == np.float32 else 5125,
+        }
         if values.shape[1] == 3:
             described.update(min=values.min(axis=0).tolist(), max=values.max(axis=0).tolist())
         document["accessors"].append(described)
@@ -382,13 +531,25 @@ def write_glb(meshes: list[list[tuple[np.ndarray, dict[str, np.ndarray]]]], text
         document["meshes"].append({"primitives": []})
         document["nodes"].append({"name": f"part {number}", "mesh": number})
         for triangles, attributes in primitives:
-            primitive = {"attributes": {name: accessor(np.ascontiguousarray(v, np.float32), 34962) for name, v in attributes.items()},
-                         "indices": accessor(triangles.reshape(-1, 1).astype(np.uint32), 34963)}
+            primitive = {
+                "attributes": {
+                    name: accessor(np.ascontiguousarray(v, np.float32), 34962)
+                    for name, v in attributes.items()
+                },
+                "indices": accessor(triangles.reshape(-1, 1).astype(np.uint32), 34963),
+            }
             if textured:
                 primitive["material"] = len(document["materials"])
-                document["materials"].append({"name": f"part {number}", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}})
+                document["materials"].append(
+                    {
+                        "name": f"part {number}",
+                        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+                    }
+                )
             document["meshes"][-1]["primitives"].append(primitive)
-    document.update(scene=0, scenes=[{"nodes": list(range(len(meshes)))}], buffers=[{"byteLength": len(binary)}])
+    document.update(
+        scene=0, scenes=[{"nodes": list(range(len(meshes)))}], buffers=[{"byteLength": len(binary)}]
+    )
     return _glb(document, bytes(binary))
 
 
@@ -396,7 +557,12 @@ def _glb(document: dict, binary: bytes) -> bytes:
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
     binary += b"\0" * (-len(binary) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    chunks = (
+        struct.pack("<I4s", len(text), b"JSON")
+        + text
+        + struct.pack("<I4s", len(binary), b"BIN\0")
+        + binary
+    )
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
@@ -412,7 +578,10 @@ def _meshopt(view: dict) -> dict | None:
 
 
 def _geometry_views(document: dict) -> list[dict]:
-    return [document["bufferViews"][view] for view in sorted({accessor["bufferView"] for accessor in document["accessors"]})]
+    return [
+        document["bufferViews"][view]
+        for view in sorted({accessor["bufferView"] for accessor in document["accessors"]})
+    ]
 
 
 def _view_bytes(view: dict, binary: bytes) -> bytes:
@@ -427,11 +596,15 @@ def _meshopt_decode(compression: dict, binary: bytes) -> bytes:
     try:
         import meshoptimizer
     except ImportError:
-        raise PeerMissing("meshopt-compressed glTF: decoding needs pip install meshoptimizer") from None
+        raise PeerMissing(
+            "meshopt-compressed glTF: decoding needs pip install meshoptimizer"
+        ) from None
     count, stride = compression["count"], compression["byteStride"]
     data = binary[compression.get("byteOffset", 0) :][: compression["byteLength"]]
     if compression["mode"] == "TRIANGLES":
-        return meshoptimizer.decode_index_buffer(count, stride, data).astype(f"<u{stride}").tobytes()
+        return (
+            meshoptimizer.decode_index_buffer(count, stride, data).astype(f"<u{stride}").tobytes()
+        )
     decoded = np.ascontiguousarray(meshoptimizer.decode_vertex_buffer(count, stride, data))
     if compression.get("filter") == "OCTAHEDRAL":
         decoded = decoded.view(f"<i{stride // 4}").reshape(count, 4)
@@ -442,25 +615,43 @@ def _meshopt_decode(compression: dict, binary: bytes) -> bytes:
 def _gltf_part(document: dict, views: list[bytes], primitive: dict) -> Part:
     def values(accessor: int) -> np.ndarray:
         described = document["accessors"][accessor]
-        dtype = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}[described["componentType"]]
+        dtype = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}[
+            described["componentType"]
+        ]
         dtype, components = np.dtype(dtype), {"SCALAR": 1, "VEC2": 2, "VEC3": 3}[described["type"]]
         view = described["bufferView"]
-        strides = document["bufferViews"][view].get("byteStride", dtype.itemsize * components), dtype.itemsize
-        return np.ndarray((described["count"], components), dtype, views[view], described["byteOffset"], strides)
+        strides = (
+            document["bufferViews"][view].get("byteStride", dtype.itemsize * components),
+            dtype.itemsize,
+        )
+        return np.ndarray(
+            (described["count"], components), dtype, views[view], described["byteOffset"], strides
+        )
 
     attributes = {name: values(accessor) for name, accessor in primitive["attributes"].items()}
     normals, texcoords = attributes.get("NORMAL"), attributes.get("TEXCOORD_0")
     if normals is not None:
         normals = normals / np.linalg.norm(normals.astype(np.float32), axis=1, keepdims=True)
-    return Part(values(primitive["indices"]).reshape(-1, 3).astype(np.uint32), attributes["POSITION"].astype(np.float32), normals,
-                None if texcoords is None else texcoords.astype(np.float32))
+    return Part(
+        values(primitive["indices"]).reshape(-1, 3).astype(np.uint32),
+        attributes["POSITION"].astype(np.float32),
+        normals,
+        None if texcoords is None else texcoords.astype(np.float32),
+    )
 
 
-# --- which are here ------------------------------------------------------------------------------------------------------------
+# --- which are here ---
 
 
 def _makers() -> list:
-    return [lambda: Draco(7), lambda: Draco(10), lambda: DracoCommand(7), Corto, lambda: Gltfpack(False), lambda: Gltfpack(True)]
+    return [
+        lambda: Draco(7),
+        lambda: Draco(10),
+        lambda: DracoCommand(7),
+        Corto,
+        lambda: Gltfpack(False),
+        lambda: Gltfpack(True),
+    ]
 
 
 def available() -> tuple[list, list[str]]:

@@ -20,23 +20,23 @@ import gltf_ext
 from bench.common import MODELS, ROOT, markdown_table, origin, origin_line, write_result
 from bench.generated import torus
 from gltf_ext.compression.compressor import Options
-from gltf_meshlet.demo.model import write_glb
 from gltf_ext.compression.primitives import Primitive
+from gltf_meshlet.demo.model import write_glb
 from gltf_meshlet.demo.rasterizer import Camera, Mesh, render
 
 NAMES = ("bunny", "suzanne", "DamagedHelmet")
-GENERATED = 60_000                 # triangles of the generated model
+GENERATED = 60_000  # triangles of the generated model
 PICTURED = "bunny"
 BITS = (8, 10, 12, 14, 16)
-TEXELS = 4096                      # of the texture's side
-SAMPLES = 20_000                   # points all over a surface, and at most as many of its vertices
-CHUNK = 5_000                      # points searched for at a time: bounds the memory
-WIDTH, HEIGHT = 640, 480           # of the rendered difference
+TEXELS = 4096  # of the texture's side
+SAMPLES = 20_000  # points all over a surface, and at most as many of its vertices
+CHUNK = 5_000  # points searched for at a time: bounds the memory
+WIDTH, HEIGHT = 640, 480  # of the rendered difference
 COLOR = (0.62, 0.60, 0.56)
-SKY = 255                          # white behind the model
+SKY = 255  # white behind the model
 
 
-# --- distance between surfaces -------------------------------------------------------------------------------------------
+# --- distance between surfaces ---
 
 
 class Surface:
@@ -54,12 +54,16 @@ class Surface:
         # A tree for each octave of sizes, so that a few large triangles do not make every search a wide one.
         octave = np.floor(np.log2(np.maximum(self._radius, 1e-30)))
         self._octaves = [(2.0 ** (o + 1), np.flatnonzero(octave == o)) for o in np.unique(octave)]
-        self._octaves = [(radius, faces, cKDTree(centres[faces])) for radius, faces in self._octaves]
+        self._octaves = [
+            (radius, faces, cKDTree(centres[faces])) for radius, faces in self._octaves
+        ]
         self._centres = centres
 
     def distances(self, points: np.ndarray) -> np.ndarray:
         """From points [n, 3] to the surface, exactly: float[n]."""
-        return np.concatenate([self._some_distances(points[i : i + CHUNK]) for i in range(0, len(points), CHUNK)])
+        return np.concatenate(
+            [self._some_distances(points[i : i + CHUNK]) for i in range(0, len(points), CHUNK)]
+        )
 
     def _some_distances(self, points: np.ndarray) -> np.ndarray:
         # To the triangle with the nearest centre; only those can be nearer whose bounding sphere is.
@@ -68,7 +72,10 @@ class Surface:
             near = tree.query_ball_point(points, best + radius)
             owner = np.repeat(np.arange(len(points)), [len(found) for found in near])
             face = faces[np.concatenate(near).astype(np.int64)]
-            reached = np.linalg.norm(points[owner] - self._centres[face], axis=1) - self._radius[face] < best[owner]
+            reached = (
+                np.linalg.norm(points[owner] - self._centres[face], axis=1) - self._radius[face]
+                < best[owner]
+            )
             owner, face = owner[reached], face[reached]
             np.minimum.at(best, owner, self._to_triangles(points[owner], face))
         return best
@@ -88,7 +95,9 @@ def distances_to_triangles(points: np.ndarray, corners: np.ndarray) -> np.ndarra
         along = np.clip(np.sum(to_point * edge, axis=1) / length, 0, 1)
         best = np.minimum(best, np.linalg.norm(to_point - along[:, None] * edge, axis=1))
         inside &= np.sum(np.cross(edge, to_point) * normal, axis=1) > 0
-    height = np.abs(np.sum((points - corners[:, 0]) * normal, axis=1)) / np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)
+    height = np.abs(np.sum((points - corners[:, 0]) * normal, axis=1)) / np.maximum(
+        np.linalg.norm(normal, axis=1), np.finfo(float).tiny
+    )
     return np.where(inside, np.minimum(best, height), best)
 
 
@@ -98,15 +107,19 @@ def surface_distance(one: Surface, other: Surface) -> dict:
     return {"hausdorff": float(both.max()), "rms": float(np.sqrt(np.square(both).mean()))}
 
 
-# --- pictures --------------------------------------------------------------------------------------------------------------
+# --- pictures ---
 
 
 def joined(primitives: list[Primitive]) -> Mesh:
     """All primitives as one grey mesh."""
     first = np.cumsum([0] + [primitive.vertex_count for primitive in primitives])
-    triangles = np.concatenate([primitive.indices.astype(np.int64) + start for primitive, start in zip(primitives, first)])
-    positions, normals = (np.concatenate([primitive.attributes[name] for primitive in primitives]).astype(np.float64)
-                          for name in ("POSITION", "NORMAL"))
+    triangles = np.concatenate(
+        [primitive.indices.astype(np.int64) + start for primitive, start in zip(primitives, first)]
+    )
+    positions, normals = (
+        np.concatenate([primitive.attributes[name] for primitive in primitives]).astype(np.float64)
+        for name in ("POSITION", "NORMAL")
+    )
     return Mesh(positions, normals, triangles, np.full((len(triangles), 3), COLOR))
 
 
@@ -129,11 +142,14 @@ def rendered_difference(before: np.ndarray, after: np.ndarray) -> dict:
     """Of two pictures on white, of 255: PSNR in dB (None where they are equal), mean and largest difference."""
     difference = np.abs(after - before)
     mean_square = float(np.square(difference).mean())
-    return {"psnr": 10 * np.log10(255**2 / mean_square) if mean_square else None,
-            "mean": float(difference.mean()), "largest": float(difference.max())}
+    return {
+        "psnr": 10 * np.log10(255**2 / mean_square) if mean_square else None,
+        "mean": float(difference.mean()),
+        "largest": float(difference.max()),
+    }
 
 
-# --- measurements --------------------------------------------------------------------------------------------------------
+# --- measurements ---
 
 
 def measure(name: str, path: Path, folder: Path) -> dict:
@@ -152,32 +168,56 @@ def measure(name: str, path: Path, folder: Path) -> dict:
         all_bits = folder / f"{name}-{bits}-all.glb"
         gltf_ext.compress(path, all_bits, position_bits=bits, normal_bits=bits, texcoord_bits=bits)
         totals, alike = gltf_ext.inspect(output)["totals"], gltf_ext.inspect(all_bits)["totals"]
-        rows.append({
-            "bits": bits,
-            **{key: totals[key] for key in ("compressed_bytes", "ratio", "bits_per_triangle")},
-            "alike": {key: alike[key] for key in ("compressed_bytes", "ratio", "bits_per_triangle")},
-            "errors": attribute_errors(gltf_ext.verify(path, all_bits), originals),
-            "surface": surface_distance(surface, Surface(decoded.positions, decoded.triangles)),
-            "rendered": rendered_difference(picture, on_white(render(decoded, camera, WIDTH, HEIGHT))),
-        })
+        rows.append(
+            {
+                "bits": bits,
+                **{key: totals[key] for key in ("compressed_bytes", "ratio", "bits_per_triangle")},
+                "alike": {
+                    key: alike[key] for key in ("compressed_bytes", "ratio", "bits_per_triangle")
+                },
+                "errors": attribute_errors(gltf_ext.verify(path, all_bits), originals),
+                "surface": surface_distance(surface, Surface(decoded.positions, decoded.triangles)),
+                "rendered": rendered_difference(
+                    picture, on_white(render(decoded, camera, WIDTH, HEIGHT))
+                ),
+            }
+        )
         print(f"{name}, {bits} bits", flush=True)
-    return {"model": name, "triangles": len(mesh.triangles), "longest_side": float(box.max()), "rows": rows}
+    return {
+        "model": name,
+        "triangles": len(mesh.triangles),
+        "longest_side": float(box.max()),
+        "rows": rows,
+    }
 
 
 def attribute_errors(verified: dict, originals: list[Primitive]) -> dict:
     """Largest and rms errors: positions in model units, normals in degrees, texture coordinates in texels."""
     if not verified["ok"]:
-        raise SystemExit(f"bench: the file is not what it should be: {'; '.join(verified['problems'])}")
-    errors = {"POSITION": {"max": verified["max_error"]["POSITION"], "rms": verified["rms_error"]["POSITION"]}}
+        raise SystemExit(
+            f"bench: the file is not what it should be: {'; '.join(verified['problems'])}"
+        )
+    errors = {
+        "POSITION": {
+            "max": verified["max_error"]["POSITION"],
+            "rms": verified["rms_error"]["POSITION"],
+        }
+    }
     if "NORMAL" in verified["max_error"]:
-        rms = verified["rms_error"]["NORMAL"]              # of unit vectors: a chord
-        errors["NORMAL"] = {"max": verified["max_error_degrees"]["NORMAL"], "rms": float(np.degrees(2 * np.arcsin(rms / 2)))}
+        rms = verified["rms_error"]["NORMAL"]  # of unit vectors: a chord
+        errors["NORMAL"] = {
+            "max": verified["max_error_degrees"]["NORMAL"],
+            "rms": float(np.degrees(2 * np.arcsin(rms / 2))),
+        }
     if "TEXCOORD_0" in verified["max_error"]:
-        errors["TEXCOORD_0"] = {"max": TEXELS * verified["max_error"]["TEXCOORD_0"], "rms": TEXELS * verified["rms_error"]["TEXCOORD_0"]}
+        errors["TEXCOORD_0"] = {
+            "max": TEXELS * verified["max_error"]["TEXCOORD_0"],
+            "rms": TEXELS * verified["rms_error"]["TEXCOORD_0"],
+        }
     return errors
 
 
-# --- the page --------------------------------------------------------------------------------------------------------------
+# --- the page ---
 
 
 def report(result: dict) -> str:
@@ -188,16 +228,34 @@ def report(result: dict) -> str:
         for row in model["rows"]:
             label, errors = f"{model['model']}, {row['bits']}", row["errors"]
             position, surface, rendered = errors["POSITION"], row["surface"], row["rendered"]
-            positions.append([
-                label, f"{100 * position['max'] / side:.4f}", f"{100 * position['rms'] / side:.4f}", f"{position['max']:.3g}",
-                f"{100 * surface['hausdorff'] / side:.4f}", f"{100 * surface['rms'] / side:.4f}",
-                f"{rendered['psnr']:.1f}" if rendered["psnr"] else "equal", f"{rendered['largest']:.0f}",
-                f"{row['bits_per_triangle']['positions']:.2f}", f"{row['ratio']:.2f}"])
-            attributes.append([
-                label, *_two(errors.get("NORMAL"), ".3f"), _share(row["alike"], "normals"),
-                *_two(errors.get("TEXCOORD_0"), ".3f"), _share(row["alike"], "texcoords"), f"{row['alike']['ratio']:.2f}"])
+            positions.append(
+                [
+                    label,
+                    f"{100 * position['max'] / side:.4f}",
+                    f"{100 * position['rms'] / side:.4f}",
+                    f"{position['max']:.3g}",
+                    f"{100 * surface['hausdorff'] / side:.4f}",
+                    f"{100 * surface['rms'] / side:.4f}",
+                    f"{rendered['psnr']:.1f}" if rendered["psnr"] else "equal",
+                    f"{rendered['largest']:.0f}",
+                    f"{row['bits_per_triangle']['positions']:.2f}",
+                    f"{row['ratio']:.2f}",
+                ]
+            )
+            attributes.append(
+                [
+                    label,
+                    *_two(errors.get("NORMAL"), ".3f"),
+                    _share(row["alike"], "normals"),
+                    *_two(errors.get("TEXCOORD_0"), ".3f"),
+                    _share(row["alike"], "texcoords"),
+                    f"{row['alike']['ratio']:.2f}",
+                ]
+            )
         default = next(row for row in model["rows"] if row["bits"] == Options().position_bits)
-        whole.append([model["model"], f"{model['triangles']:,}", f"{side:.4g}", f"{default['ratio']:.2f}"])
+        whole.append(
+            [model["model"], f"{model['triangles']:,}", f"{side:.4g}", f"{default['ratio']:.2f}"]
+        )
     return f"""# Quality
 
 {origin_line(result)}
@@ -205,25 +263,59 @@ def report(result: dict) -> str:
 
 With normals at 8 + 8 and texture coordinates at 12 bits, and positions at the number of bits after the model's name. Errors of
 vertices, and distances between the two surfaces, in percent of the bounding box's longest side; the absolute error in model units. The
-surface distance is taken at {SAMPLES:,} points all over each surface and at as many of its vertices, to the other surface: the largest is
-the (sampled) Hausdorff distance. Rendered: {WIDTH} x {HEIGHT} pixels of the whole model against the original's, peak signal to noise in dB
+surface distance is taken at {
+        SAMPLES:,} points all over each surface and at as many of its vertices, to the other surface: the largest is
+the (sampled) Hausdorff distance. Rendered: {WIDTH} x {
+        HEIGHT
+    } pixels of the whole model against the original's, peak signal to noise in dB
 and the largest difference of a pixel, of 255; normals at 8 bits bound how alike pictures can get. Then bits per triangle of the
 positions, and the ratio of the whole file.
 
-{markdown_table(["model, bits", "largest, %", "rms, %", "largest, units", "Hausdorff, %", "surface rms, %", "PSNR, dB", "pixel",
-                 "positions", "ratio"], positions)}
+{
+        markdown_table(
+            [
+                "model, bits",
+                "largest, %",
+                "rms, %",
+                "largest, units",
+                "Hausdorff, %",
+                "surface rms, %",
+                "PSNR, dB",
+                "pixel",
+                "positions",
+                "ratio",
+            ],
+            positions,
+        )
+    }
 ![Errors and ratio over bits](quality.png)
 
 ![{PICTURED} at {len(BITS)} settings](quality_models.png)
 
-{PICTURED}: the original, and with positions at {", ".join(map(str, BITS))} bits, whole and from closer.
+{PICTURED}: the original, and with positions at {
+        ", ".join(map(str, BITS))
+    } bits, whole and from closer.
 
 ## Normals and texture coordinates
 
 All attributes at the number of bits after the model's name (normals: each of two components). Angles in degrees; distances in texels of
 a texture of {TEXELS} x {TEXELS}; each with its bits per triangle; and the ratio of the whole file.
 
-{markdown_table(["model, bits", "normals, largest", "rms", "bits", "uv, largest", "rms", "bits", "ratio"], attributes)}
+{
+        markdown_table(
+            [
+                "model, bits",
+                "normals, largest",
+                "rms",
+                "bits",
+                "uv, largest",
+                "rms",
+                "bits",
+                "ratio",
+            ],
+            attributes,
+        )
+    }
 ## The models
 
 {markdown_table(["model", "triangles", "longest side, units", "ratio at the defaults"], whole)}"""
@@ -245,15 +337,21 @@ def save_plot(result: dict, path: Path) -> None:
     figure, axes = pyplot.subplots(1, 4, figsize=(15, 3.8), dpi=100)
     for model in result["models"]:
         rows, side = model["rows"], model["longest_side"]
-        series = ([100 * row["surface"]["hausdorff"] / side for row in rows],
-                  [row["errors"].get("NORMAL", {}).get("max") for row in rows],
-                  [row["errors"].get("TEXCOORD_0", {}).get("max") for row in rows],
-                  [row["ratio"] for row in rows])
+        series = (
+            [100 * row["surface"]["hausdorff"] / side for row in rows],
+            [row["errors"].get("NORMAL", {}).get("max") for row in rows],
+            [row["errors"].get("TEXCOORD_0", {}).get("max") for row in rows],
+            [row["ratio"] for row in rows],
+        )
         for axis, values in zip(axes, series):
             if None not in values:
                 axis.plot(BITS, values, "-o", markersize=4, label=model["model"])
-    titles = ("Hausdorff distance, % of the longest side", "normals: largest error, degrees",
-              f"uv: largest error, texels of {TEXELS}", "ratio, positions at so many bits")
+    titles = (
+        "Hausdorff distance, % of the longest side",
+        "normals: largest error, degrees",
+        f"uv: largest error, texels of {TEXELS}",
+        "ratio, positions at so many bits",
+    )
     for axis, title in zip(axes, titles):
         axis.set_title(title, fontsize=10)
         axis.set_xlabel("bits")
@@ -282,34 +380,52 @@ def save_pictures(original: Path, name: str, folder: Path, result: dict, path: P
         drawn.append((title, joined(gltf_ext.load(folder / f"{name}-{row['bits']}.glb"))))
     views = camera_on(before.positions), camera_on(before.positions, closer=5, lift=0.8)
     size = 330
-    height = len(views) * size + 46          # the pictures and the titles above them, in pixels
-    figure, axes = pyplot.subplots(len(views), len(drawn), dpi=100, figsize=(len(drawn) * size / 100, height / 100))
+    height = len(views) * size + 46  # the pictures and the titles above them, in pixels
+    figure, axes = pyplot.subplots(
+        len(views), len(drawn), dpi=100, figsize=(len(drawn) * size / 100, height / 100)
+    )
     figure.subplots_adjust(0, 0, 1, len(views) * size / height, wspace=0.01, hspace=0.01)
     for column, (title, mesh) in enumerate(drawn):
         axes[0, column].set_title(title, fontsize=11)
         for axis, view in zip(axes[:, column], views):
-            axis.imshow(on_white(render(mesh, view, size, size)).astype(np.uint8), interpolation="none")
+            axis.imshow(
+                on_white(render(mesh, view, size, size)).astype(np.uint8), interpolation="none"
+            )
             axis.set_axis_off()
     figure.savefig(path)
     pyplot.close(figure)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m bench quality", description=__doc__.splitlines()[0])
-    parser.add_argument("--models", nargs="*", default=NAMES, help="real models to measure besides the generated one")
+    parser = argparse.ArgumentParser(
+        prog="python -m bench quality", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument(
+        "--models",
+        nargs="*",
+        default=NAMES,
+        help="real models to measure besides the generated one",
+    )
     names = parser.parse_args().models
-    result = {**origin("bench.quality", ("gltf-meshlet", "numpy", "matplotlib", "scipy", "trimesh")), "models": []}
+    result = {
+        **origin("bench.quality", ("gltf-meshlet", "numpy", "matplotlib", "scipy", "trimesh")),
+        "models": [],
+    }
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_glb([torus(GENERATED)], folder / "torus.glb")
         paths = {"torus": folder / "torus.glb", **{name: MODELS / f"{name}.glb" for name in names}}
         missing = [name for name, path in paths.items() if not path.exists()]
         if missing:
-            raise SystemExit(f"bench: no {missing[0]}.glb; set GLTF_MESHLET_MODELS to a folder of models, or choose with --models")
+            raise SystemExit(
+                f"bench: no {missing[0]}.glb; set GLTF_MESHLET_MODELS to a folder of models, or choose with --models"
+            )
         result["models"] = [measure(name, path, folder) for name, path in paths.items()]
         write_result("quality", result)
         pictured = PICTURED if PICTURED in paths else "torus"
-        save_pictures(paths[pictured], pictured, folder, result, ROOT / "docs" / "quality_models.png")
+        save_pictures(
+            paths[pictured], pictured, folder, result, ROOT / "docs" / "quality_models.png"
+        )
     save_plot(result, ROOT / "docs" / "quality.png")
     (ROOT / "docs" / "quality.md").write_text(report(result))
     print(report(result))

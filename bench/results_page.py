@@ -13,17 +13,37 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench import figures
-from bench.common import PAPER_MODELS, ROOT, best_in_bold, markdown_table, origin_line, read_result, replace_block
+from bench.common import (
+    PAPER_MODELS,
+    ROOT,
+    best_in_bold,
+    markdown_table,
+    origin_line,
+    read_result,
+    replace_block,
+)
 from bench.mitsuba import INTEGRATORS
 
 OURS, PAPER = "ours", "the paper's encoding"
-CLAIMED_RATIO = (4.26, 4.35)       # section 7 of the paper, of its models
-EVEN = 0.02                        # figures this close count as even
-NAMES = ("size", "paper", "table1", "speed", "quality", "vulkan_decode", "vulkan_raster", "vulkan_raytracing", "mitsuba", "parameters", "choices")
-Results = dict[str, dict]          # by name, of what has been measured
+CLAIMED_RATIO = (4.26, 4.35)  # section 7 of the paper, of its models
+EVEN = 0.02  # figures this close count as even
+NAMES = (
+    "size",
+    "paper",
+    "table1",
+    "speed",
+    "quality",
+    "vulkan_decode",
+    "vulkan_raster",
+    "vulkan_raytracing",
+    "mitsuba",
+    "parameters",
+    "choices",
+)
+Results = dict[str, dict]  # by name, of what has been measured
 
 
-# --- where we stand ------------------------------------------------------------------------------------------------------
+# --- where we stand ---
 
 
 @dataclass(frozen=True)
@@ -59,23 +79,44 @@ class Standing:
             return "even"
         if self.times > 1:
             return f"ours, {self.times:.2f} times"
-        return f"**{self.other}**, {statistics.median(1 / ratio for ratio in self._ratios):.2f} times"
+        return (
+            f"**{self.other}**, {statistics.median(1 / ratio for ratio in self._ratios):.2f} times"
+        )
 
     def row(self) -> list[str]:
-        return [self.what, self._range(0), self.other, self.their_range or self._range(1), self.verdict, self.note]
+        return [
+            self.what,
+            self._range(0),
+            self.other,
+            self.their_range or self._range(1),
+            self.verdict,
+            self.note,
+        ]
 
     def _range(self, side: int) -> str:
         values = [pair[side] for pair in self.pairs]
-        middle, low, high = (f"{value:{self.form}}" for value in (statistics.median(values), min(values), max(values)))
+        middle, low, high = (
+            f"{value:{self.form}}"
+            for value in (statistics.median(values), min(values), max(values))
+        )
         return middle if low == high else f"{middle} ({low} to {high})"
 
 
 def standings(results: Results) -> list[Standing]:
     """Everything that has been measured."""
     makers: dict[str, Callable[[dict], Iterable[Standing]]] = {
-        "size": _size_standings, "speed": _speed_standings, "vulkan_raster": _raster_standings,
-        "vulkan_raytracing": _raytracing_standings, "mitsuba": _mitsuba_standings}
-    return [standing for name, make in makers.items() if name in results for standing in make(results[name])]
+        "size": _size_standings,
+        "speed": _speed_standings,
+        "vulkan_raster": _raster_standings,
+        "vulkan_raytracing": _raytracing_standings,
+        "mitsuba": _mitsuba_standings,
+    }
+    return [
+        standing
+        for name, make in makers.items()
+        if name in results
+        for standing in make(results[name])
+    ]
 
 
 def _size_standings(result: dict) -> Iterable[Standing]:
@@ -84,9 +125,22 @@ def _size_standings(result: dict) -> Iterable[Standing]:
     note = _models(model for model in PAPER_MODELS if model in rows)
     low, high = CLAIMED_RATIO
     pairs = [(model[OURS]["ratio"], (low + high) / 2) for model in models]
-    yield Standing("times smaller, drawn as it is", "the paper, as claimed", pairs, True, ".2f", note, True, f"{low} to {high}")
+    yield Standing(
+        "times smaller, drawn as it is",
+        "the paper, as claimed",
+        pairs,
+        True,
+        ".2f",
+        note,
+        True,
+        f"{low} to {high}",
+    )
     resident = ("resident_ratio", "times smaller, on the GPU", (PAPER, "quantised glTF"))
-    files = ("ratio", "times smaller, as a file", ("Draco, level 7", "Draco, level 10", "Corto", "meshopt-compressed glTF"))
+    files = (
+        "ratio",
+        "times smaller, as a file",
+        ("Draco, level 7", "Draco, level 10", "Corto", "meshopt-compressed glTF"),
+    )
     for key, what, others in (resident, files):
         for other in others:
             pairs = [(model[OURS][key], model[other][key]) for model in models if other in model]
@@ -98,22 +152,42 @@ def _size_standings(result: dict) -> Iterable[Standing]:
 def _models(names: Iterable[str]) -> str:
     """How many of the paper's models, or what stands in for them, and which others."""
     counts = Counter(iter(names))  # not the values of a dict
-    ours = [f"{count} {name}" if count > 1 else name for name, count in counts.items() if name not in PAPER_MODELS]
+    ours = [
+        f"{count} {name}" if count > 1 else name
+        for name, count in counts.items()
+        if name not in PAPER_MODELS
+    ]
     papers = len(counts) - len(ours)
     return ", ".join([f"{papers} of the paper's"] * (papers > 0) + ours)
 
 
 def _speed_standings(result: dict) -> Iterable[Standing]:
     large = [row for row in result["models"] if row["triangles"] >= 50_000]
-    for task, models, what in (("decode", result["paper_models"] or large, "decoding on the CPU, one thread, million triangles per second"),
-                               ("encode", large, "encoding, one thread, million triangles per second")):
+    for task, models, what in (
+        (
+            "decode",
+            result["paper_models"] or large,
+            "decoding on the CPU, one thread, million triangles per second",
+        ),
+        ("encode", large, "encoding, one thread, million triangles per second"),
+    ):
         note = _models(row["model"] for row in models)
         for other in (codec for codec in models[0][task] if codec != OURS):
-            if task == "encode" and "meshopt" in other:     # a command with files: not the same question
+            if (
+                task == "encode" and "meshopt" in other
+            ):  # a command with files: not the same question
                 continue
-            pairs = [tuple(row["triangles"] / row[task][codec]["seconds"]["median"] / 1e6 for codec in (OURS, other)) for row in models]
+            pairs = [
+                tuple(
+                    row["triangles"] / row[task][codec]["seconds"]["median"] / 1e6
+                    for codec in (OURS, other)
+                )
+                for row in models
+            ]
             result_type = "; theirs to integers" if "meshopt" in other else ""
-            yield Standing(what, other, pairs, True, ".3g", note + result_type, other != "Draco, level 0")
+            yield Standing(
+                what, other, pairs, True, ".3g", note + result_type, other != "Draco, level 0"
+            )
 
 
 def _milliseconds(row: dict) -> float:
@@ -126,10 +200,14 @@ def _megabytes(row: dict) -> float:
     return (sum(resident.values()) if isinstance(resident, dict) else resident) / 1e6
 
 
-def _paired(ours: list[dict], theirs: list[dict], value: Callable[[dict], float]) -> dict[str, tuple[float, float]]:
+def _paired(
+    ours: list[dict], theirs: list[dict], value: Callable[[dict], float]
+) -> dict[str, tuple[float, float]]:
     """A figure of ours and of theirs for each model that both have."""
     others = {row["model"]: value(row) for row in theirs}
-    return {row["model"]: (value(row), others[row["model"]]) for row in ours if row["model"] in others}
+    return {
+        row["model"]: (value(row), others[row["model"]]) for row in ours if row["model"] in others
+    }
 
 
 def _of_path(rows: list[dict], path: str) -> list[dict]:
@@ -143,19 +221,33 @@ def unculled(result: dict) -> list[dict]:
 
 def _raster_standings(result: dict) -> Iterable[Standing]:
     rows = unculled(result)
-    others = {"vertex": "uncompressed, indexed draw", "mesh-plain": "uncompressed, mesh shader", "geometry": "compressed, geometry shader"}
+    others = {
+        "vertex": "uncompressed, indexed draw",
+        "mesh-plain": "uncompressed, mesh shader",
+        "geometry": "compressed, geometry shader",
+    }
     for path in ("stream", "mesh", "mesh-only"):
         for other, name in others.items():
             pairs = _paired(_of_path(rows, path), _of_path(rows, other), _milliseconds)
             if pairs:
                 note = f"{_models(pairs)}; {_pixels(result)}, unlit, no culling"
                 headline = path == "stream" and other != "geometry"
-                yield Standing(f"frame on the GPU, path `{path}`, ms", name, [*pairs.values()], False, ".3g", note, headline)
+                yield Standing(
+                    f"frame on the GPU, path `{path}`, ms",
+                    name,
+                    [*pairs.values()],
+                    False,
+                    ".3g",
+                    note,
+                    headline,
+                )
     for path in ("stream", "mesh-only"):
         pairs = _paired(_of_path(rows, path), _of_path(rows, "vertex"), _megabytes)
         if pairs:
             what = f"resident on the GPU, path `{path}`, MB"
-            yield Standing(what, others["vertex"], [*pairs.values()], False, ".3g", _models(pairs), True)
+            yield Standing(
+                what, others["vertex"], [*pairs.values()], False, ".3g", _models(pairs), True
+            )
 
 
 def _pixels(result: dict) -> str:
@@ -164,12 +256,18 @@ def _pixels(result: dict) -> str:
 
 def _raytracing_standings(result: dict) -> Iterable[Standing]:
     rows = result["rows"]
-    others = {"rt-triangles": "uncompressed, the driver's triangles", "rt-plain": "uncompressed, in the same boxes"}
+    others = {
+        "rt-triangles": "uncompressed, the driver's triangles",
+        "rt-plain": "uncompressed, in the same boxes",
+    }
     for cache in (1, 0.25):
         for other, name in others.items():
             ours = [row for row in _of_path(rows, "rt") if _share(row.get("cache")) == cache]
             bounces = min((row.get("bounces") or 0 for row in ours), default=0)
-            ours, theirs = ([row for row in chosen if (row.get("bounces") or 0) == bounces] for chosen in (ours, _of_path(rows, other)))
+            ours, theirs = (
+                [row for row in chosen if (row.get("bounces") or 0) == bounces]
+                for chosen in (ours, _of_path(rows, other))
+            )
             headline = cache == 1 and other == "rt-triangles"
             for what, value in (("ms", _milliseconds), ("MB", _megabytes)):
                 pairs = _paired(ours, theirs, value)
@@ -205,17 +303,36 @@ def _mitsuba_standings(result: dict) -> Iterable[Standing]:
     for variant in dict.fromkeys(variant for _, variant in times):
         for share in (1.0, 0.25):
             for integrator in INTEGRATORS:
-                pairs = {model: (_times_native(rows[share], rows[None], integrator) * rows[None][integrator], rows[None][integrator])
-                         for (model, of), rows in times.items() if of == variant and {share, None} <= rows.keys()}
+                pairs = {
+                    model: (
+                        _times_native(rows[share], rows[None], integrator) * rows[None][integrator],
+                        rows[None][integrator],
+                    )
+                    for (model, of), rows in times.items()
+                    if of == variant and {share, None} <= rows.keys()
+                }
                 what = f"Mitsuba {variant}, {integrator}, {share:.0%} cached, s"
                 if pairs:
                     headline = share == 0.25 and integrator == "path"
-                    yield Standing(what, "Mitsuba's own mesh", [*pairs.values()], False, ".3g", _models(pairs), headline)
-        pairs = {model: (rows[0.25]["bytes"] / 1e6, rows[None]["bytes"] / 1e6) for (model, of), rows in memory.items()
-                 if of == variant and {0.25, None} <= rows.keys()}
+                    yield Standing(
+                        what,
+                        "Mitsuba's own mesh",
+                        [*pairs.values()],
+                        False,
+                        ".3g",
+                        _models(pairs),
+                        headline,
+                    )
+        pairs = {
+            model: (rows[0.25]["bytes"] / 1e6, rows[None]["bytes"] / 1e6)
+            for (model, of), rows in memory.items()
+            if of == variant and {0.25, None} <= rows.keys()
+        }
         if pairs:
             what = f"Mitsuba {variant}, memory, 25% cached, MB"
-            yield Standing(what, "Mitsuba's own mesh", [*pairs.values()], False, ".3g", _models(pairs), True)
+            yield Standing(
+                what, "Mitsuba's own mesh", [*pairs.values()], False, ".3g", _models(pairs), True
+            )
 
 
 STANDING_HEADINGS = ["", "ours", "beside", "theirs", "better", "measured on"]
@@ -225,7 +342,7 @@ def standing_table(results: Results) -> str:
     return markdown_table(STANDING_HEADINGS, [standing.row() for standing in standings(results)])
 
 
-# --- the paper's Figures 8 and 9 -----------------------------------------------------------------------------------------------
+# --- the paper's Figures 8 and 9 ---
 
 
 def figure8(results: Results) -> dict[str, dict[str, float]]:
@@ -239,7 +356,11 @@ def figure8(results: Results) -> dict[str, dict[str, float]]:
                 bars[row["model"]][f"{codec}, CPU"] = 1000 * decode[codec]["mean_seconds"]
     if "vulkan_raster" in results:
         rows = unculled(results["vulkan_raster"])
-        names = {"stream": "ours, GPU, path stream", "mesh": "ours, GPU, path mesh, as in the paper", "vertex": "uncompressed, GPU"}
+        names = {
+            "stream": "ours, GPU, path stream",
+            "mesh": "ours, GPU, path mesh, as in the paper",
+            "vertex": "uncompressed, GPU",
+        }
         for path, name in names.items():
             for row in _of_path(rows, path):
                 if row["model"] in bars:
@@ -249,11 +370,14 @@ def figure8(results: Results) -> dict[str, dict[str, float]]:
 
 def _figure8_table(bars: dict[str, dict[str, float]]) -> str:
     methods = list(dict.fromkeys(method for of_model in bars.values() for method in of_model))
-    rows = [[model, *best_in_bold([of_model.get(method) for method in methods], ".3g", largest=False)] for model, of_model in bars.items()]
+    rows = [
+        [model, *best_in_bold([of_model.get(method) for method in methods], ".3g", largest=False)]
+        for model, of_model in bars.items()
+    ]
     return markdown_table(["model, ms", *methods], rows)
 
 
-# --- sections --------------------------------------------------------------------------------------------------------------
+# --- sections ---
 
 
 @dataclass(frozen=True)
@@ -270,46 +394,101 @@ class Section:
 def _size_text(result: dict) -> str:
     rows = {row["model"]: row["codecs"] for row in result["models"]}
     names = list(dict.fromkeys(name for codecs in rows.values() for name in codecs))
-    cells = [[model, *best_in_bold([codecs.get(name, {}).get("ratio") for name in names], ".2f")] for model, codecs in rows.items()]
-    return "Times smaller than raw, as files; the largest of each row in bold.\n\n" + markdown_table(["model", *names], cells)
+    cells = [
+        [model, *best_in_bold([codecs.get(name, {}).get("ratio") for name in names], ".2f")]
+        for model, codecs in rows.items()
+    ]
+    return (
+        "Times smaller than raw, as files; the largest of each row in bold.\n\n"
+        + markdown_table(["model", *names], cells)
+    )
 
 
 def _paper_text(result: dict) -> str:
     claims = result["claims"]
-    keys = ("connectivity", "extra_bits_per_meshlet", "index_bits_per_triangle", "vertex_ratio", "ratio")
+    keys = (
+        "connectivity",
+        "extra_bits_per_meshlet",
+        "index_bits_per_triangle",
+        "vertex_ratio",
+        "ratio",
+    )
     rows = [["*claimed*", *(claims[key] for key in keys)]]
     for row in result["rows"]:
         if row["model"] in PAPER_MODELS:
             stated = {**row, "connectivity": row["bits_per_triangle"]["connectivity"]}
-            rows.append([f"{row['model']}, {row['meshlets_of']}", *(f"{stated[key]:.2f}" for key in keys)])
-    return "The paper's encoding, written and decoded again, beside what the paper states for its own models.\n\n" + markdown_table(
-        ["model, meshlets as full as", "connectivity, bits per triangle", "tables, bits per meshlet", "both, bits per triangle",
-         "vertices, times smaller", "all, times smaller"], rows)
+            rows.append(
+                [f"{row['model']}, {row['meshlets_of']}", *(f"{stated[key]:.2f}" for key in keys)]
+            )
+    return (
+        "The paper's encoding, written and decoded again, beside what the paper states for its own models.\n\n"
+        + markdown_table(
+            [
+                "model, meshlets as full as",
+                "connectivity, bits per triangle",
+                "tables, bits per meshlet",
+                "both, bits per triangle",
+                "vertices, times smaller",
+                "all, times smaller",
+            ],
+            rows,
+        )
+    )
 
 
 def _table1_text(result: dict) -> str:
-    rows = [[f"the paper, weight `{weight}`", *map(str, bins)] for weight, bins in result["claimed"].items()]
+    rows = [
+        [f"the paper, weight `{weight}`", *map(str, bins)]
+        for weight, bins in result["claimed"].items()
+    ]
     for row in result["rows"]:
         fill = "default fill" if row["fill"] is None else f"fill {row['fill']}"
         rows.append([f"ours, weight `{row['weight']}`, {fill}", *map(str, row["histogram"])])
-    return "Regions of the Stanford Dragon by triangles, before they are halved.\n\n" + markdown_table(
-        ["", "[0, 32)", "[32, 64)", "[64, 72)", "72 and more"], rows)
+    return (
+        "Regions of the Stanford Dragon by triangles, before they are halved.\n\n"
+        + markdown_table(["", "[0, 32)", "[32, 64)", "[64, 72)", "72 and more"], rows)
+    )
 
 
 def _speed_text(result: dict) -> str:
     models = result["models"]
     codecs = list(models[0]["decode"])
-    rows = [[f"{row['model']}, {row['triangles']:,}",
-             *best_in_bold([row["triangles"] / row["decode"][codec]["seconds"]["median"] / 1e6 for codec in codecs], ".1f"),
-             f"{row['triangles'] / row['encode'][OURS]['all_threads_seconds']['median'] / 1e6:.2f}",
-             f"{row['command']['peak_bytes'] / 1e6:.0f}"] for row in models]
+    rows = [
+        [
+            f"{row['model']}, {row['triangles']:,}",
+            *best_in_bold(
+                [
+                    row["triangles"] / row["decode"][codec]["seconds"]["median"] / 1e6
+                    for codec in codecs
+                ],
+                ".1f",
+            ),
+            f"{row['triangles'] / row['encode'][OURS]['all_threads_seconds']['median'] / 1e6:.2f}",
+            f"{row['command']['peak_bytes'] / 1e6:.0f}",
+        ]
+        for row in models
+    ]
     series = [row for row in models if row["model"] == "torus"]
     first, last = series[0], series[-1]
-    growth = (f"From {first['triangles']:,} to {last['triangles']:,} triangles, {last['triangles'] / first['triangles']:.0f} times "
-              f"as many, encoding takes {_growth(first, last, 'encode'):.0f} and decoding {_growth(first, last, 'decode'):.0f} times as long.\n")
-    return """Million triangles per second: decoding from Python on one thread, to floats (meshopt: to integers), the fastest of
-each row in bold; encoding on all threads; and the peak memory of the whole command.\n\n""" + markdown_table(
-        ["model, triangles", *(f"decode, {codec}" for codec in codecs), "encode, ours", "compress, peak MB"], rows) + "\n" + growth
+    growth = (
+        f"From {first['triangles']:,} to {last['triangles']:,} triangles, {last['triangles'] / first['triangles']:.0f} times "
+        f"as many, encoding takes {_growth(first, last, 'encode'):.0f} and decoding {_growth(first, last, 'decode'):.0f} times as long.\n"
+    )
+    return (
+        """Million triangles per second: decoding from Python on one thread, to floats (meshopt: to integers), the fastest of
+each row in bold; encoding on all threads; and the peak memory of the whole command.\n\n"""
+        + markdown_table(
+            [
+                "model, triangles",
+                *(f"decode, {codec}" for codec in codecs),
+                "encode, ours",
+                "compress, peak MB",
+            ],
+            rows,
+        )
+        + "\n"
+        + growth
+    )
 
 
 def _growth(first: dict, last: dict, task: str) -> float:
@@ -322,23 +501,52 @@ def _quality_text(result: dict) -> str:
         percent = 100 / model["longest_side"]
         for row in model["rows"]:
             errors, psnr = row["errors"], row["rendered"]["psnr"]
-            rows.append([f"{model['model']}, {row['bits']}", f"{percent * errors['POSITION']['max']:.4f}",
-                         f"{percent * row['surface']['hausdorff']:.4f}",
-                         *(f"{errors[name]['max']:.3f}" if name in errors else "" for name in ("NORMAL", "TEXCOORD_0")),
-                         f"{psnr:.1f}" if psnr else "equal", f"{row['ratio']:.2f}"])
-    headings = ["model, bits", "positions, % of the longest side", "Hausdorff distance, %", "normals, degrees", "uv, texels of 4096",
-                "picture, PSNR in dB", "ratio"]
-    return ("Largest errors at so many bits; the picture and the ratio are for positions at so many bits, the rest at the defaults.\n\n"
-            + markdown_table(headings, rows))
+            rows.append(
+                [
+                    f"{model['model']}, {row['bits']}",
+                    f"{percent * errors['POSITION']['max']:.4f}",
+                    f"{percent * row['surface']['hausdorff']:.4f}",
+                    *(
+                        f"{errors[name]['max']:.3f}" if name in errors else ""
+                        for name in ("NORMAL", "TEXCOORD_0")
+                    ),
+                    f"{psnr:.1f}" if psnr else "equal",
+                    f"{row['ratio']:.2f}",
+                ]
+            )
+    headings = [
+        "model, bits",
+        "positions, % of the longest side",
+        "Hausdorff distance, %",
+        "normals, degrees",
+        "uv, texels of 4096",
+        "picture, PSNR in dB",
+        "ratio",
+    ]
+    return (
+        "Largest errors at so many bits; the picture and the ratio are for positions at so many bits, the rest at the defaults.\n\n"
+        + markdown_table(headings, rows)
+    )
 
 
 def _gpu_text(result: dict) -> str:
     """Milliseconds and memory by path and model."""
-    cells = {(_variant(row), row["model"]): f"{_milliseconds(row):.3g}, {_megabytes(row):.1f} MB" for row in result["rows"]}
+    cells = {
+        (_variant(row), row["model"]): f"{_milliseconds(row):.3g}, {_megabytes(row):.1f} MB"
+        for row in result["rows"]
+    }
     models = dict.fromkeys(row["model"] for row in result["rows"])
     variants = dict.fromkeys(variant for variant, _ in cells)
-    return f"Milliseconds per frame of {_pixels(result)} pixels, medians, and bytes resident on the GPU.\n\n" + markdown_table(
-        ["path", *models], [[variant, *(cells.get((variant, model), "") for model in models)] for variant in variants])
+    return (
+        f"Milliseconds per frame of {_pixels(result)} pixels, medians, and bytes resident on the GPU.\n\n"
+        + markdown_table(
+            ["path", *models],
+            [
+                [variant, *(cells.get((variant, model), "") for model in models)]
+                for variant in variants
+            ],
+        )
+    )
 
 
 def _raster_text(result: dict) -> str:
@@ -347,12 +555,19 @@ def _raster_text(result: dict) -> str:
 
 def _gpu_decode_text(result: dict) -> str:
     """Triangles per second by method and model."""
-    cells = {(row["method"], row["model"]): f"{row['triangles_per_second'] / 1e9:.2f}" for row in result["rows"]}
+    cells = {
+        (row["method"], row["model"]): f"{row['triangles_per_second'] / 1e9:.2f}"
+        for row in result["rows"]
+    }
     models = {row["model"]: row["triangles"] for row in result["rows"]}
     methods = dict.fromkeys(method for method, _ in cells)
-    return ("Billion triangles per second in compute shaders, all attributes to integers in plain buffers; of several parts the largest.\n\n"
-            + markdown_table(["method", *(f"{model} ({count:,})" for model, count in models.items())],
-                             [[method, *(cells.get((method, model), "") for model in models)] for method in methods]))
+    return (
+        "Billion triangles per second in compute shaders, all attributes to integers in plain buffers; of several parts the largest.\n\n"
+        + markdown_table(
+            ["method", *(f"{model} ({count:,})" for model, count in models.items())],
+            [[method, *(cells.get((method, model), "") for model in models)] for method in methods],
+        )
+    )
 
 
 def _variant(row: dict) -> str:
@@ -375,10 +590,21 @@ def _mitsuba_text(result: dict) -> str:
     for key, by_share in mitsuba_rows(result, "time").items():
         native, native_memory = by_share[None], memory[key][None]["bytes"]
         for share in sorted((share for share in by_share if share is not None), reverse=True):
-            rows.append([f"{', '.join(key)}, {share:.0%}", *(f"{_times_native(by_share[share], native, name):.2f}" for name in INTEGRATORS),
-                         f"{memory[key][share]['bytes'] / native_memory:.2f}"])
-    return (f"Time and memory over those of Mitsuba's own mesh, with so much of the geometry cached; {result['width']} x {result['height']} "
-            f"pixels, {result['spp']} samples each.\n\n" + markdown_table(["model, variant, cache", *INTEGRATORS, "memory"], rows))
+            rows.append(
+                [
+                    f"{', '.join(key)}, {share:.0%}",
+                    *(
+                        f"{_times_native(by_share[share], native, name):.2f}"
+                        for name in INTEGRATORS
+                    ),
+                    f"{memory[key][share]['bytes'] / native_memory:.2f}",
+                ]
+            )
+    return (
+        f"Time and memory over those of Mitsuba's own mesh, with so much of the geometry cached; {result['width']} x {result['height']} "
+        f"pixels, {result['spp']} samples each.\n\n"
+        + markdown_table(["model, variant, cache", *INTEGRATORS, "memory"], rows)
+    )
 
 
 def _parameters_text(result: dict) -> str:
@@ -387,21 +613,47 @@ def _parameters_text(result: dict) -> str:
     for row in rows:
         speed = row["triangles"] / row["decode_seconds"]["median"] / 1e6
         cells[row["model"], row["value"]] = f"{row['ratio']:.2f}, {speed:.1f}"
-    models, values = dict.fromkeys(row["model"] for row in rows), dict.fromkeys(row["value"] for row in rows)
-    return ("Ratio, and million triangles decoded per second on one thread, by the largest number of triangles in a meshlet.\n\n"
-            + markdown_table(["model", *map(str, values)], [[model, *(cells[model, value] for value in values)] for model in models]))
+    models, values = (
+        dict.fromkeys(row["model"] for row in rows),
+        dict.fromkeys(row["value"] for row in rows),
+    )
+    return (
+        "Ratio, and million triangles decoded per second on one thread, by the largest number of triangles in a meshlet.\n\n"
+        + markdown_table(
+            ["model", *map(str, values)],
+            [[model, *(cells[model, value] for value in values)] for model in models],
+        )
+    )
 
 
 def _choices_text(result: dict) -> str:
     cases = list(result["switched"][0]["bits"])
-    sharing = [(row["model"], row["bits_per_triangle"]["total"], row["boundary_bits_per_triangle"]) for row in result["models"]]
+    sharing = [
+        (row["model"], row["bits_per_triangle"]["total"], row["boundary_bits_per_triangle"])
+        for row in result["models"]
+    ]
     return f"""Bits per triangle of whole files as they are, and with single choices of the format switched off.
 
-{markdown_table(["model", *cases], [[row["model"], *(f"{row['bits'][case]:.2f}" for case in cases)] for row in result["switched"]])}
+{
+        markdown_table(
+            ["model", *cases],
+            [
+                [row["model"], *(f"{row['bits'][case]:.2f}" for case in cases)]
+                for row in result["switched"]
+            ],
+        )
+    }
 The same if every meshlet stored all vertices of its boundaries, computed from the bits that they take now.
 
-{markdown_table(["model", "as is", "boundaries stored by every meshlet"],
-                [[model, f"{total:.2f}", f"{total + bits['alone'] - bits['shared']:.2f}"] for model, total, bits in sharing])}"""
+{
+        markdown_table(
+            ["model", "as is", "boundaries stored by every meshlet"],
+            [
+                [model, f"{total:.2f}", f"{total + bits['alone'] - bits['shared']:.2f}"]
+                for model, total, bits in sharing
+            ],
+        )
+    }"""
 
 
 SECTIONS = (
@@ -409,11 +661,23 @@ SECTIONS = (
     Section("The paper's encoding", "paper", ("paper.md",), ("figure3.png",), _paper_text),
     Section("The paper's Table 1", "table1", ("table1.md",), (), _table1_text),
     Section("Speed on the CPU", "speed", ("speed.md",), ("speed.png",), _speed_text),
-    Section("Quality", "quality", ("quality.md",), ("quality_models.png", "quality.png"), _quality_text),
+    Section(
+        "Quality", "quality", ("quality.md",), ("quality_models.png", "quality.png"), _quality_text
+    ),
     Section("Decoding on the GPU", "vulkan_decode", ("vulkan.md",), (), _gpu_decode_text),
-    Section("Drawing on the GPU", "vulkan_raster", ("vulkan.md",), ("vulkan-raster.png",), _raster_text),
-    Section("Ray tracing on the GPU", "vulkan_raytracing", ("vulkan-raytracing.md",), ("vulkan-raytracing.png",), _gpu_text),
-    Section("Ray tracing with Mitsuba", "mitsuba", ("mitsuba.md",), ("mitsuba.png",), _mitsuba_text),
+    Section(
+        "Drawing on the GPU", "vulkan_raster", ("vulkan.md",), ("vulkan-raster.png",), _raster_text
+    ),
+    Section(
+        "Ray tracing on the GPU",
+        "vulkan_raytracing",
+        ("vulkan-raytracing.md",),
+        ("vulkan-raytracing.png",),
+        _gpu_text,
+    ),
+    Section(
+        "Ray tracing with Mitsuba", "mitsuba", ("mitsuba.md",), ("mitsuba.png",), _mitsuba_text
+    ),
     Section("Parameters", "parameters", ("parameters.md",), ("parameters.png",), _parameters_text),
     Section("What the choices are worth", "choices", ("choices.md",), (), _choices_text),
 )
@@ -425,7 +689,9 @@ def _section(section: Section, results: Results) -> str:
         return f"{heading}Not measured yet; `python -m bench {section.name}` does it.\n"
     result = results[section.name]
     docs = ROOT / "docs"
-    pictures = "".join(f"\n![{section.title}]({name})\n" for name in section.pictures if (docs / name).exists())
+    pictures = "".join(
+        f"\n![{section.title}]({name})\n" for name in section.pictures if (docs / name).exists()
+    )
     pages = [f"[{name}]({name})" for name in section.pages if (docs / name).exists()]
     more = f" All of it: {', '.join(pages)}." if pages else ""
     return f"{heading}{section.text(result)}{pictures}\n{measured_line(result)}{more}\n"
@@ -435,30 +701,48 @@ def measured_line(result: dict) -> str:
     """What was run, when, where and with which versions; the parts that a result has."""
     result = {**result, "script": result["script"].removeprefix("python -m ")}
     machine = result.get("machine", {})
-    if isinstance(machine, dict) and {"cpu", "cores"} <= machine.keys() and {"date", "commit"} <= result.keys():
-        further = {key: value for key, value in machine.items() if key not in ("cpu", "cores", "system")}
+    if (
+        isinstance(machine, dict)
+        and {"cpu", "cores"} <= machine.keys()
+        and {"date", "commit"} <= result.keys()
+    ):
+        further = {
+            key: value for key, value in machine.items() if key not in ("cpu", "cores", "system")
+        }
         line = origin_line(result).strip() + (f" {_flat(further)}." if further else "")
     else:
-        line = f"Measured by `python -m {result['script']}`" + (f", {_flat(machine)}" if machine else "") + "."
+        line = (
+            f"Measured by `python -m {result['script']}`"
+            + (f", {_flat(machine)}" if machine else "")
+            + "."
+        )
     if "device" in result:
         line += " On {name}, driver {driver}.".format(**result["device"])
     versions = [f"{name} {version}" for name, version in (result.get("versions") or {}).items()]
-    versions += [f"{name} ({version})" for name, version in {**result.get("codecs", {}), **result.get("peers", {})}.items()]
+    versions += [
+        f"{name} ({version})"
+        for name, version in {**result.get("codecs", {}), **result.get("peers", {})}.items()
+    ]
     return f"{line} With {', '.join(versions)}." if versions else line
 
 
 def _flat(value) -> str:
-    return ", ".join(f"{key} {_flat(part)}" for key, part in value.items()) if isinstance(value, dict) else str(value)
+    return (
+        ", ".join(f"{key} {_flat(part)}" for key, part in value.items())
+        if isinstance(value, dict)
+        else str(value)
+    )
 
 
-# --- the page ------------------------------------------------------------------------------------------------------------------
+# --- the page ---
 
 
 def report(results: Results) -> str:
     """docs/results.md."""
     sections = "\n".join(_section(section, results) for section in SECTIONS)
     bars = figure8(results)
-    figure = f"""## The paper's Figures 8 and 9
+    figure = (
+        f"""## The paper's Figures 8 and 9
 
 Milliseconds to decode a model, loading left out: on the CPU to arrays, on the GPU while a frame is drawn, unlit and without culling.
 The paper decodes in the shaders that draw, as path `mesh` does; `stream`, the default, decodes in compute shaders.
@@ -466,7 +750,10 @@ The paper decodes in the shaders that draw, as path `mesh` does; `stream`, the d
 {_figure8_table(bars)}
 ![Milliseconds to decode](figure8.png)
 
-""" if bars else ""
+"""
+        if bars
+        else ""
+    )
     return f"""# Results
 
 Written by `python -m bench results_page` from the measurements in bench/results; nothing here is typed in but the own claims of
@@ -502,12 +789,18 @@ def readme_block(results: Results) -> str:
     rows = [standing.row() for standing in standings(results) if standing.headline]
     written = """Written by `python -m bench results_page`; [docs/results.md](docs/results.md) has the rest, and
 [what stands in](docs/results.md#the-models) for models of the paper's."""
-    gpus = dict.fromkeys(result["device"]["name"] for result in results.values() if "device" in result)
-    cpus = dict.fromkeys("{cpu}, {cores} cores".format(**result["machine"]) for result in results.values() if "device" not in result)
+    gpus = dict.fromkeys(
+        result["device"]["name"] for result in results.values() if "device" in result
+    )
+    cpus = dict.fromkeys(
+        "{cpu}, {cores} cores".format(**result["machine"])
+        for result in results.values()
+        if "device" not in result
+    )
     return f"{markdown_table(STANDING_HEADINGS, rows)}\nGPU: {', '.join(gpus)}; CPU: {', '.join(cpus)}. {written}\n"
 
 
-# --- pictures --------------------------------------------------------------------------------------------------------------------
+# --- pictures ---
 
 
 def save_figure8(bars: dict[str, dict[str, float]], path: Path) -> None:
@@ -520,7 +813,12 @@ def save_figure8(bars: dict[str, dict[str, float]], path: Path) -> None:
     for k, method in enumerate(methods):
         places = [place for place, of_model in enumerate(bars.values()) if method in of_model]
         values = [of_model[method] for of_model in bars.values() if method in of_model]
-        axis.bar([place + (k - (len(methods) - 1) / 2) * width for place in places], values, width * 0.92, label=method)
+        axis.bar(
+            [place + (k - (len(methods) - 1) / 2) * width for place in places],
+            values,
+            width * 0.92,
+            label=method,
+        )
     axis.set_xticks(range(len(bars)), list(bars))
     axis.set_yscale("log")
     axis.set_ylabel("milliseconds")

@@ -17,36 +17,66 @@ import numpy as np
 import gltf_ext
 from bench import figures, paper_encoding, peers
 from bench.common import (
-    OTHER_MODELS, PAPER_MODELS, ROOT, best_in_bold, markdown_table, models, origin, origin_line, replace_block, write_result,
+    OTHER_MODELS,
+    PAPER_MODELS,
+    ROOT,
+    best_in_bold,
+    markdown_table,
+    models,
+    origin,
+    origin_line,
+    replace_block,
+    write_result,
 )  # fmt: skip
 from bench.generated import torus
 from gltf_ext import _codec
-from gltf_meshlet.demo import model as demo_model
-from gltf_ext.compression.streams import Bits
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.primitives import Primitive
+from gltf_ext.compression.streams import Bits
 from gltf_ext.gltf.importers import open_model
+from gltf_meshlet.demo import model as demo_model
 from spec.reference_decoder import BlobFile, Meshlet
 
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
 OURS, PAPER = "ours", "the paper's encoding"
-PARTS = {"connectivity": "connectivity", "references_and_headers": "references", "positions": "positions",
-         "normals": "normals", "texcoords": "uv", "total": "all"}
-SECTIONS = ("connectivity", "references", "codes", "anchors", "chains", "interior", "directory and headers")
-GENERATED = {"generated_torus": "a lumpy torus of 100,000 triangles", "generated_demo": "the model of `make demo`",
-             "generated_boxes": "2,000 boxes that share no vertex, hard edges: the paper's named weakness"}
+PARTS = {
+    "connectivity": "connectivity",
+    "references_and_headers": "references",
+    "positions": "positions",
+    "normals": "normals",
+    "texcoords": "uv",
+    "total": "all",
+}
+SECTIONS = (
+    "connectivity",
+    "references",
+    "codes",
+    "anchors",
+    "chains",
+    "interior",
+    "directory and headers",
+)
+GENERATED = {
+    "generated_torus": "a lumpy torus of 100,000 triangles",
+    "generated_demo": "the model of `make demo`",
+    "generated_boxes": "2,000 boxes that share no vertex, hard edges: the paper's named weakness",
+}
 BOXES = 2000
 # Draco and Corto must be unpacked before they are drawn: what they take on the GPU is the raw model.
 UNPACKED = ("Draco", "draco_encoder", "Corto")
-CHECK = "draco_encoder"   # only shows that DracoPy's sizes are Draco's
+CHECK = "draco_encoder"  # only shows that DracoPy's sizes are Draco's
 
 
-# --- generated models ----------------------------------------------------------------------------------------------------
+# --- generated models ---
 
 
 def generate(folder: Path) -> list[Path]:
     """The generated models, written into a folder: one .glb for each of GENERATED."""
-    contents = {"generated_torus": [torus(100_000)], "generated_demo": demo_model.generate(), "generated_boxes": [boxes(BOXES)]}
+    contents = {
+        "generated_torus": [torus(100_000)],
+        "generated_demo": demo_model.generate(),
+        "generated_boxes": [boxes(BOXES)],
+    }
     for name, parts in contents.items():
         demo_model.write_glb(parts, folder / f"{name}.glb")
     return [folder / f"{name}.glb" for name in GENERATED]
@@ -56,19 +86,35 @@ def boxes(count: int) -> demo_model.Part:
     """Boxes of random size and place, each side with vertices of its own: 12 triangles and 24 vertices each."""
     random = np.random.default_rng(3)
     square = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    sides = [np.roll([[sign, u, v] for u, v in square], axis, axis=1) for axis in range(3) for sign in (-1, 1)]
-    corners, normals = np.concatenate(sides), np.repeat([side.sum(axis=0) / 4 for side in sides], 4, axis=0)
+    sides = [
+        np.roll([[sign, u, v] for u, v in square], axis, axis=1)
+        for axis in range(3)
+        for sign in (-1, 1)
+    ]
+    corners, normals = (
+        np.concatenate(sides),
+        np.repeat([side.sum(axis=0) / 4 for side in sides], 4, axis=0),
+    )
     quad, flipped = np.array([[0, 1, 2], [0, 2, 3]]), np.array([[0, 2, 1], [0, 3, 2]])
     box = np.concatenate([(quad if side % 2 else flipped) + 4 * side for side in range(6)])
     place, size = random.uniform(-1, 1, (count, 1, 3)), random.uniform(0.002, 0.02, (count, 1, 3))
     positions = (place + corners * size).reshape(-1, 3)
     texcoords = np.tile(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), (6 * count, 1))
     triangles = (box + 24 * np.arange(count)[:, None, None]).reshape(-1, 3)
-    return demo_model.Part("boxes", "boxes", (0.6, 0.6, 0.6), 0.0, 0.6, positions.astype(np.float32),
-                           np.tile(normals, (count, 1)).astype(np.float32), texcoords.astype(np.float32), triangles.astype(np.uint32))
+    return demo_model.Part(
+        "boxes",
+        "boxes",
+        (0.6, 0.6, 0.6),
+        0.0,
+        0.6,
+        positions.astype(np.float32),
+        np.tile(normals, (count, 1)).astype(np.float32),
+        texcoords.astype(np.float32),
+        triangles.astype(np.uint32),
+    )
 
 
-# --- measurements --------------------------------------------------------------------------------------------------------
+# --- measurements ---
 
 
 class _Sections(Meshlet):
@@ -97,7 +143,9 @@ class _Sections(Meshlet):
         """Steps over the low bits, then over as many ones as there are quotients."""
         begin = reader.position
         reader.position += sum(n * sum(code.widths) for code, n in zip(codes, counts))
-        for _ in range(sum(n * len(code.widths) for code, n in zip(codes, counts) if code.k is not None)):
+        for _ in range(
+            sum(n * len(code.widths) for code, n in zip(codes, counts) if code.k is not None)
+        ):
             reader.read_unary(name)
         self.bits["chains"] += reader.position - begin
 
@@ -118,18 +166,26 @@ def measure(path: Path, codecs: list) -> dict:
     primitives = peers.read_primitives(path)
     parts = peers.parts_of(primitives, _bits())
     row = {"model": path.stem, **measure_ours(primitives)}
-    sizes = {OURS: {"file_bytes": row["compressed_bytes"], "resident_bytes": row.pop("resident_bytes")}}
+    sizes = {
+        OURS: {"file_bytes": row["compressed_bytes"], "resident_bytes": row.pop("resident_bytes")}
+    }
     paper = len(paper_encoding.encode(parts, _bits()).data)
     sizes[PAPER] = {"file_bytes": paper, "resident_bytes": paper}
     for codec in codecs:
         try:
             buffers = codec.encode(parts, _bits())
-        except ValueError:   # not possible with this codec
+        except ValueError:  # not possible with this codec
             continue
-        sizes[codec.name] = {"file_bytes": codec.file_bytes(buffers), "resident_bytes": codec.resident_bytes(parts, buffers)}
+        sizes[codec.name] = {
+            "file_bytes": codec.file_bytes(buffers),
+            "resident_bytes": codec.resident_bytes(parts, buffers),
+        }
     for size in sizes.values():
-        size.update(ratio=row["raw_bytes"] / size["file_bytes"], resident_ratio=row["raw_bytes"] / size["resident_bytes"],
-                    bits_per_triangle=8 * size["file_bytes"] / row["triangles"])
+        size.update(
+            ratio=row["raw_bytes"] / size["file_bytes"],
+            resident_ratio=row["raw_bytes"] / size["resident_bytes"],
+            bits_per_triangle=8 * size["file_bytes"] / row["triangles"],
+        )
     return {**row, "codecs": sizes}
 
 
@@ -146,15 +202,18 @@ def measure_ours(primitives: list[Primitive]) -> dict:
         blobs = [compressed.blob for compressed in require_compressed(open_model(output))]
     bits = sum((section_bits(blob) for blob in blobs), Counter())
     bits["directory and headers"] += 8 * (totals["compressed_bytes"] - sum(map(len, blobs)))
-    return {**totals, "sections": {section: bits[section] / totals["triangles"] for section in SECTIONS},
-            "resident_bytes": sum(map(len, blobs))}
+    return {
+        **totals,
+        "sections": {section: bits[section] / totals["triangles"] for section in SECTIONS},
+        "resident_bytes": sum(map(len, blobs)),
+    }
 
 
 def _bits() -> Bits:
     return Bits(OPTIONS["position_bits"], OPTIONS["normal_bits"], OPTIONS["texcoord_bits"])
 
 
-# --- the page ------------------------------------------------------------------------------------------------------------
+# --- the page ---
 
 
 def names_of(result: dict) -> list[str]:
@@ -164,53 +223,112 @@ def names_of(result: dict) -> list[str]:
 
 def ratios(result: dict, key: str, names: list[str]) -> str:
     """Times smaller than raw, the best of each row in bold."""
-    return markdown_table(["model", *names], [
-        [row["model"], *best_in_bold([row["codecs"].get(name, {}).get(key) for name in names], ".2f")] for row in result["models"]])
+    return markdown_table(
+        ["model", *names],
+        [
+            [
+                row["model"],
+                *best_in_bold([row["codecs"].get(name, {}).get(key) for name in names], ".2f"),
+            ]
+            for row in result["models"]
+        ],
+    )
 
 
 def byte_table(result: dict, key: str, names: list[str]) -> str:
-    return markdown_table(["model", "triangles", "vertices", "raw", *names], [
-        [row["model"], f"{row['triangles']:,}", f"{row['source_vertices']:,}", f"{row['raw_bytes']:,}",
-         *(f"{row['codecs'][name][key]:,}" if name in row["codecs"] else "" for name in names)] for row in result["models"]])
+    return markdown_table(
+        ["model", "triangles", "vertices", "raw", *names],
+        [
+            [
+                row["model"],
+                f"{row['triangles']:,}",
+                f"{row['source_vertices']:,}",
+                f"{row['raw_bytes']:,}",
+                *(
+                    f"{row['codecs'][name][key]:,}" if name in row["codecs"] else ""
+                    for name in names
+                ),
+            ]
+            for row in result["models"]
+        ],
+    )
 
 
 def part_table(rows: list[dict]) -> str:
-    return markdown_table(["model", "triangles per meshlet", *SECTIONS, "all"], [
-        [row["model"], f"{row['mean_triangles_per_meshlet']:.1f}", *(f"{row['sections'][section]:.2f}" for section in SECTIONS),
-         f"{row['bits_per_triangle']['total']:.2f}"] for row in rows])
+    return markdown_table(
+        ["model", "triangles per meshlet", *SECTIONS, "all"],
+        [
+            [
+                row["model"],
+                f"{row['mean_triangles_per_meshlet']:.1f}",
+                *(f"{row['sections'][section]:.2f}" for section in SECTIONS),
+                f"{row['bits_per_triangle']['total']:.2f}",
+            ]
+            for row in rows
+        ],
+    )
 
 
 def attribute_table(rows: list[dict]) -> str:
-    return markdown_table(["model", *PARTS.values()], [
-        [row["model"], *(f"{row['bits_per_triangle'][part]:.2f}" for part in PARTS)] for row in rows])
+    return markdown_table(
+        ["model", *PARTS.values()],
+        [
+            [row["model"], *(f"{row['bits_per_triangle'][part]:.2f}" for part in PARTS)]
+            for row in rows
+        ],
+    )
 
 
 def smaller_than_ours(result: dict, key: str, names: list[str]) -> str:
     """Which codecs are smaller than ours, and where, in words."""
     found, of_all = [], f"of {len(result['models'])} models"
     for name in names[1:]:
-        models = [row["model"] for row in result["models"] if name in row["codecs"] and row["codecs"][name][key] > row["codecs"][OURS][key]]
+        models = [
+            row["model"]
+            for row in result["models"]
+            if name in row["codecs"] and row["codecs"][name][key] > row["codecs"][OURS][key]
+        ]
         if models:
-            found.append(f"{name} on " + (", ".join(models) if len(models) <= 4 else f"{len(models)} {of_all}"))
+            found.append(
+                f"{name} on "
+                + (", ".join(models) if len(models) <= 4 else f"{len(models)} {of_all}")
+            )
     return "; ".join(found) or "none"
 
 
 def summary(rows: list[dict]) -> str:
     return markdown_table(
         ["model", "triangles", "raw", "compressed", "ratio", "bits per triangle"],
-        [[row["model"], f"{row['triangles']:,}", f"{row['raw_bytes'] / 1e6:.2f} MB",
-          f"{row['compressed_bytes'] / 1e6:.2f} MB", f"{row['ratio']:.2f}", f"{row['bits_per_triangle']['total']:.1f}"]
-         for row in rows])
+        [
+            [
+                row["model"],
+                f"{row['triangles']:,}",
+                f"{row['raw_bytes'] / 1e6:.2f} MB",
+                f"{row['compressed_bytes'] / 1e6:.2f} MB",
+                f"{row['ratio']:.2f}",
+                f"{row['bits_per_triangle']['total']:.1f}",
+            ]
+            for row in rows
+        ],
+    )
 
 
 def report(result: dict) -> str:
     """docs/size.md."""
     names = [name for name in names_of(result) if not name.startswith(CHECK)]
-    resident = [name for name in names if not name.startswith(UNPACKED) and name != "meshopt-compressed glTF"]
+    resident = [
+        name
+        for name in names
+        if not name.startswith(UNPACKED) and name != "meshopt-compressed glTF"
+    ]
     versions = "".join(f"* {name}: {version}\n" for name, version in result["codecs"].items())
     missing = "".join(f"* not measured: {line}\n" for line in result["missing"])
     measured = {row["model"] for row in result["models"]}
-    described = "".join(f"* {n}: {what}\n" for n, what in {**PAPER_MODELS, **OTHER_MODELS, **GENERATED}.items() if n in measured)
+    described = "".join(
+        f"* {n}: {what}\n"
+        for n, what in {**PAPER_MODELS, **OTHER_MODELS, **GENERATED}.items()
+        if n in measured
+    )
     return f"""# Size
 
 {origin_line(result)}
@@ -268,8 +386,13 @@ def readme_block(result: dict) -> str:
 
 def main() -> None:
     codecs, missing = peers.available()
-    result = {**origin("bench.size"), "options": OPTIONS, "codecs": {codec.name: codec.version for codec in codecs},
-              "missing": missing, "models": []}
+    result = {
+        **origin("bench.size"),
+        "options": OPTIONS,
+        "codecs": {codec.name: codec.version for codec in codecs},
+        "missing": missing,
+        "models": [],
+    }
     with tempfile.TemporaryDirectory() as folder:
         for path in [*models(), *generate(Path(folder))]:
             result["models"].append(measure(path, codecs))

@@ -24,26 +24,36 @@ from pathlib import Path
 
 import numpy as np
 
-from tools import native_build
 from bench import peers
-from bench.common import MODELS, PAPER_MODELS, ROOT, best_in_bold, markdown_table, origin, origin_line, spread, write_result
+from bench.common import (
+    MODELS,
+    PAPER_MODELS,
+    ROOT,
+    best_in_bold,
+    markdown_table,
+    origin,
+    origin_line,
+    spread,
+    write_result,
+)
 from bench.generated import torus
 from gltf_ext import _codec
+from gltf_ext.compression.primitives import Primitive, position_ids, weld
 from gltf_ext.compression.streams import Bits, plan_primitive, position_grid
 from gltf_meshlet.demo.model import write_glb
-from gltf_ext.compression.primitives import Primitive, position_ids, weld
+from tools import native_build
 
 SERIES = (10_000, 30_000, 100_000, 300_000, 1_000_000, 3_500_000)
 REAL = ("bunny", "dragon")
 REPETITIONS = 5
-LARGE, LARGE_REPETITIONS = 500_000, 3          # triangles; so that a run stays within minutes
+LARGE, LARGE_REPETITIONS = 500_000, 3  # triangles; so that a run stays within minutes
 OURS = "ours"
 # Fractions of progress that _codec.encode reports at the end of its stages.
 ENCODER_STAGES = {"join small meshlets": 0.6, "find boundaries": 0.7, "predict": 0.9, "write": 1.0}
 GROWING = "grow and refine meshlets"
 
 
-# --- ours ------------------------------------------------------------------------------------------------------------------
+# --- ours ---
 
 
 class Stopwatch:
@@ -69,32 +79,49 @@ def encode_ours(primitives: list[Primitive], threads: int, watch: Stopwatch) -> 
     grids = {}
     for mesh, arrays in of_mesh.items():
         positions = np.concatenate(arrays)
-        grids[mesh] = position_grid(positions.min(axis=0), positions.max(axis=0), Bits().position, None)
+        grids[mesh] = position_grid(
+            positions.min(axis=0), positions.max(axis=0), Bits().position, None
+        )
     return [_encode_one(source, grids[source.mesh], threads, watch) for source in sources]
 
 
 def _encode_one(source: Primitive, grid, threads: int, watch: Stopwatch) -> bytes:
     plan = plan_primitive(source.attributes, [], grid, Bits(), "")
     positions = source.attributes["POSITION"]
-    arguments = (np.ascontiguousarray(source.indices), position_ids(positions), np.ascontiguousarray(positions),
-                 [stream.table_row() for stream in plan.streams], plan.values)
+    arguments = (
+        np.ascontiguousarray(source.indices),
+        position_ids(positions),
+        np.ascontiguousarray(positions),
+        [stream.table_row() for stream in plan.streams],
+        plan.values,
+    )
     watch.lap("quantise")
 
     def progress(fraction: float) -> None:
         # Regions grow while the fraction is below that of the first stage with an end of its own.
-        watch.lap(next((stage for stage, end in ENCODER_STAGES.items() if abs(fraction - end) < 1e-6), GROWING))
+        watch.lap(
+            next(
+                (stage for stage, end in ENCODER_STAGES.items() if abs(fraction - end) < 1e-6),
+                GROWING,
+            )
+        )
 
     blob, _ = _codec.encode(*arguments, threads=threads, progress=progress)
     return blob
 
 
-# --- peers -----------------------------------------------------------------------------------------------------------------
+# --- peers ---
 
 
 def peers_here() -> tuple[list, list[str]]:
     """(the peers that are installed, a line for each that is not): Draco at its default and its fastest level, Corto, gltfpack."""
     found, missing = [], []
-    for make in (lambda: peers.Draco(7), lambda: peers.Draco(0), lambda: peers.Corto(("delta",)), lambda: peers.Gltfpack(True)):
+    for make in (
+        lambda: peers.Draco(7),
+        lambda: peers.Draco(0),
+        lambda: peers.Corto(("delta",)),
+        lambda: peers.Gltfpack(True),
+    ):
         try:
             found.append(make())
         except peers.PeerMissing as error:
@@ -115,7 +142,11 @@ def bare_decoder(peer, buffers: list[bytes]) -> Callable[[], object]:
         return _corto_decoder(buffers)
     if isinstance(peer, peers.Gltfpack):
         files = [peers._glb_chunks(buffer) for buffer in buffers]
-        return lambda: [peers._view_bytes(view, binary) for document, binary in files for view in document["bufferViews"]]
+        return lambda: [
+            peers._view_bytes(view, binary)
+            for document, binary in files
+            for view in document["bufferViews"]
+        ]
     raise TypeError(f"no decoder is known for {peer.name}")
 
 
@@ -149,7 +180,7 @@ def timed_encode(peer, parts: list) -> tuple[list[bytes], float]:
     return buffers, time.perf_counter() - start
 
 
-# --- one model ---------------------------------------------------------------------------------------------------------------
+# --- one model ---
 
 
 def measure(name: str, path: Path, scratch: Path, found: list) -> dict:
@@ -174,17 +205,34 @@ def measure(name: str, path: Path, scratch: Path, found: list) -> dict:
         "decode": decoded,
         "one_meshlet_microseconds": spread(measured["meshlet_microseconds"]),
         "command": _command(path, scratch, repetitions),
-        "memory": {"encode": {codec: _peak_memory("encode", codec, primitives if codec == OURS else parts, scratch)
-                              for codec in (OURS, *_libraries(found))},
-                   "decode": {codec: _peak_memory("decode", codec, buffers[codec], scratch) for codec in buffers}},
-        "stages": {"encode": encoder_stages, "decode": {stage: spread(shares) for stage, shares in stages["shares"].items()},
-                   "decode_avx2": stages["avx2"]},
+        "memory": {
+            "encode": {
+                codec: _peak_memory(
+                    "encode", codec, primitives if codec == OURS else parts, scratch
+                )
+                for codec in (OURS, *_libraries(found))
+            },
+            "decode": {
+                codec: _peak_memory("decode", codec, buffers[codec], scratch) for codec in buffers
+            },
+        },
+        "stages": {
+            "encode": encoder_stages,
+            "decode": {stage: spread(shares) for stage, shares in stages["shares"].items()},
+            "decode_avx2": stages["avx2"],
+        },
     }
 
 
-def _encoding(primitives: list[Primitive], parts: list, found: list, repetitions: int) -> tuple[dict[str, dict], dict[str, dict]]:
+def _encoding(
+    primitives: list[Primitive], parts: list, found: list, repetitions: int
+) -> tuple[dict[str, dict], dict[str, dict]]:
     """(for each codec its seconds, bytes and buffers; seconds of our encoder's stages on one thread)."""
-    seconds: dict[str, list[float]] = {OURS: [], "all threads": [], **{peer.name: [] for peer in found}}
+    seconds: dict[str, list[float]] = {
+        OURS: [],
+        "all threads": [],
+        **{peer.name: [] for peer in found},
+    }
     buffers, stages = {}, []
     for _ in range(repetitions):
         for key, threads in (("all threads", 0), (OURS, 1)):
@@ -195,33 +243,56 @@ def _encoding(primitives: list[Primitive], parts: list, found: list, repetitions
         for peer in found:
             buffers[peer.name], spent = timed_encode(peer, parts)
             seconds[peer.name].append(spent)
-    rows = {OURS: {"bytes": sum(map(len, buffers[OURS])), "all_threads_seconds": spread(seconds.pop("all threads"))}}
+    rows = {
+        OURS: {
+            "bytes": sum(map(len, buffers[OURS])),
+            "all_threads_seconds": spread(seconds.pop("all threads")),
+        }
+    }
     rows |= {peer.name: {"bytes": peer.file_bytes(buffers[peer.name])} for peer in found}
-    encoded = {codec: {"seconds": spread(seconds[codec]), "buffers": buffers[codec], **row} for codec, row in rows.items()}
+    encoded = {
+        codec: {"seconds": spread(seconds[codec]), "buffers": buffers[codec], **row}
+        for codec, row in rows.items()
+    }
     return encoded, {stage: spread([run[stage] for run in stages]) for stage in stages[0]}
 
 
 def _decoding(buffers: dict[str, list[bytes]], found: list, repetitions: int) -> dict[str, dict]:
-    decoders = {OURS: lambda: [_codec.decode_values(blob) for blob in buffers[OURS]],
-                **{peer.name: bare_decoder(peer, buffers[peer.name]) for peer in found}}
+    decoders = {
+        OURS: lambda: [_codec.decode_values(blob) for blob in buffers[OURS]],
+        **{peer.name: bare_decoder(peer, buffers[peer.name]) for peer in found},
+    }
     seconds: dict[str, list[float]] = {codec: [] for codec in decoders}
     for _ in range(repetitions):
         for codec, decode in decoders.items():
             start = time.perf_counter()
             decode()
             seconds[codec].append(time.perf_counter() - start)
-    return {codec: {"seconds": spread(spent), "mean_seconds": statistics.mean(spent)} for codec, spent in seconds.items()}
+    return {
+        codec: {"seconds": spread(spent), "mean_seconds": statistics.mean(spent)}
+        for codec, spent in seconds.items()
+    }
 
 
 def measure_decoding(path: Path, scratch: Path, found: list) -> dict:
     """Decoding alone, of a model of the paper's Figures 8 and 9."""
     primitives = peers.read_primitives(path)
     parts = peers.parts_of(primitives)
-    buffers = {OURS: encode_ours(primitives, 0, Stopwatch()), **{peer.name: peer.encode(parts) for peer in found}}
+    buffers = {
+        OURS: encode_ours(primitives, 0, Stopwatch()),
+        **{peer.name: peer.encode(parts) for peer in found},
+    }
     decoded = _decoding(buffers, found, REPETITIONS)
     native_seconds = native("decode_speed", buffers[OURS], scratch)["decode_seconds"]
-    decoded[OURS] |= {"native_seconds": spread(native_seconds), "native_mean_seconds": statistics.mean(native_seconds)}
-    return {"model": path.stem, "triangles": sum(len(part.triangles) for part in parts), "decode": decoded}
+    decoded[OURS] |= {
+        "native_seconds": spread(native_seconds),
+        "native_mean_seconds": statistics.mean(native_seconds),
+    }
+    return {
+        "model": path.stem,
+        "triangles": sum(len(part.triangles) for part in parts),
+        "decode": decoded,
+    }
 
 
 @functools.cache
@@ -250,12 +321,28 @@ sys.exit(status)
 
 def _command(path: Path, scratch: Path, repetitions: int) -> dict:
     """`gltf-meshlet compress` as a user runs it: seconds and peak memory of the whole process."""
-    command = [sys.executable, "-c", LAUNCHER, sys.executable, "-m", "gltf_ext", "compress", path, scratch / "out.glb"]
-    runs = [subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout.split() for _ in range(repetitions)]
-    return {"seconds": spread([float(seconds) for seconds, _ in runs]), "peak_bytes": max(int(peak) for _, peak in runs)}
+    command = [
+        sys.executable,
+        "-c",
+        LAUNCHER,
+        sys.executable,
+        "-m",
+        "gltf_ext",
+        "compress",
+        path,
+        scratch / "out.glb",
+    ]
+    runs = [
+        subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout.split()
+        for _ in range(repetitions)
+    ]
+    return {
+        "seconds": spread([float(seconds) for seconds, _ in runs]),
+        "peak_bytes": max(int(peak) for _, peak in runs),
+    }
 
 
-# --- peak memory, in a process of its own --------------------------------------------------------------------------------------
+# --- peak memory, in a process of its own ---
 
 
 def _libraries(found: list) -> list[str]:
@@ -276,9 +363,17 @@ def child(task: str, codec: str, given: str) -> int:
     data = pickle.loads(Path(given).read_bytes())
     peer = None if codec == OURS else next(peer for peer in peers_here()[0] if peer.name == codec)
     if task == "encode":
-        run = (lambda: encode_ours(data, 0, Stopwatch())) if peer is None else (lambda: peer.encode(data))
+        run = (
+            (lambda: encode_ours(data, 0, Stopwatch()))
+            if peer is None
+            else (lambda: peer.encode(data))
+        )
     else:
-        run = (lambda: [_codec.decode_values(blob) for blob in data]) if peer is None else bare_decoder(peer, data)
+        run = (
+            (lambda: [_codec.decode_values(blob) for blob in data])
+            if peer is None
+            else bare_decoder(peer, data)
+        )
     with _growth() as grown:
         kept = run()  # noqa: F841  what is returned counts
     return grown[0]
@@ -287,18 +382,20 @@ def child(task: str, codec: str, given: str) -> int:
 @contextmanager
 def _growth() -> Iterator[list[int]]:
     """A list that gets, at the end, the bytes from the resident size before to the peak since (Linux)."""
-    Path("/proc/self/clear_refs").write_text("5")          # the peak starts anew from here
+    Path("/proc/self/clear_refs").write_text("5")  # the peak starts anew from here
     before, grown = _status("VmRSS"), [0]
     yield grown
     grown[0] = _status("VmHWM") - before
 
 
 def _status(key: str) -> int:
-    line = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith(key))
+    line = next(
+        line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith(key)
+    )
     return int(line.split()[1]) * 1024
 
 
-# --- the page ------------------------------------------------------------------------------------------------------------------
+# --- the page ---
 
 
 def report(result: dict) -> str:
@@ -306,19 +403,72 @@ def report(result: dict) -> str:
     models = result["models"]
     codecs = list(models[0]["encode"])
     others = [codec for codec in codecs if codec != OURS]
-    encode = [[*_name(row), *_rates(row, [row["encode"][OURS]["seconds"], row["encode"][OURS]["all_threads_seconds"],
-                                         *(row["encode"][codec]["seconds"] for codec in others)], ".2f")] for row in models]
-    decode = [[*_name(row), *_rates(row, [*(row["decode"][OURS][key] for key in ("native_seconds", "seconds", "all_threads_seconds")),
-                                         *(row["decode"][codec]["seconds"] for codec in others)], ".1f")] for row in models]
-    times = [[*_name(row), *(f"{ratio(row, codec):.2f}" for codec in others),
-              f"{row['one_meshlet_microseconds']['median']:.2f}"] for row in models]
-    sizes = [[*_name(row), *(f"{row['raw_bytes'] / row['encode'][codec]['bytes']:.1f}" for codec in codecs)] for row in models]
-    measured = [(task, codec) for task, of_codec in models[0]["memory"].items() for codec in of_codec]
-    memory = [[*_name(row), *(_megabytes(row["memory"][task][codec]) for task, codec in measured)] for row in models]
+    encode = [
+        [
+            *_name(row),
+            *_rates(
+                row,
+                [
+                    row["encode"][OURS]["seconds"],
+                    row["encode"][OURS]["all_threads_seconds"],
+                    *(row["encode"][codec]["seconds"] for codec in others),
+                ],
+                ".2f",
+            ),
+        ]
+        for row in models
+    ]
+    decode = [
+        [
+            *_name(row),
+            *_rates(
+                row,
+                [
+                    *(
+                        row["decode"][OURS][key]
+                        for key in ("native_seconds", "seconds", "all_threads_seconds")
+                    ),
+                    *(row["decode"][codec]["seconds"] for codec in others),
+                ],
+                ".1f",
+            ),
+        ]
+        for row in models
+    ]
+    times = [
+        [
+            *_name(row),
+            *(f"{ratio(row, codec):.2f}" for codec in others),
+            f"{row['one_meshlet_microseconds']['median']:.2f}",
+        ]
+        for row in models
+    ]
+    sizes = [
+        [
+            *_name(row),
+            *(f"{row['raw_bytes'] / row['encode'][codec]['bytes']:.1f}" for codec in codecs),
+        ]
+        for row in models
+    ]
+    measured = [
+        (task, codec) for task, of_codec in models[0]["memory"].items() for codec in of_codec
+    ]
+    memory = [
+        [*_name(row), *(_megabytes(row["memory"][task][codec]) for task, codec in measured)]
+        for row in models
+    ]
     command = []
     for row in models:
         seconds, peak = row["command"]["seconds"]["median"], row["command"]["peak_bytes"]
-        command.append([*_name(row), f"{seconds:.2f}", f"{row['triangles'] / seconds / 1e6:.2f}", _megabytes(peak), f"{peak / row['triangles']:.0f}"])
+        command.append(
+            [
+                *_name(row),
+                f"{seconds:.2f}",
+                f"{row['triangles'] / seconds / 1e6:.2f}",
+                _megabytes(peak),
+                f"{peak / row['triangles']:.0f}",
+            ]
+        )
     build = "with AVX2" if models[0]["stages"]["decode_avx2"] else "without AVX2"
     missing = "".join(f"\nNot measured here: {line}." for line in result["missing"])
     return f"""# Speed
@@ -382,10 +532,19 @@ Percent of decoding a whole model on one thread ({build}):
 def _variation(result: dict) -> str:
     """By how much two measurements of the same decoding differ; empty where nothing is measured twice."""
     again = {row["model"]: row["decode"] for row in result["paper_models"]}
-    ratios = [again[row["model"]][codec][key]["median"] / of_codec[key]["median"]
-              for row in result["models"] if row["model"] in again
-              for codec, of_codec in row["decode"].items() for key in ("seconds", "native_seconds") if key in of_codec]
-    return f" (what is measured twice differs by up to {max(max(ratio, 1 / ratio) for ratio in ratios):.2f} times)" if ratios else ""
+    ratios = [
+        again[row["model"]][codec][key]["median"] / of_codec[key]["median"]
+        for row in result["models"]
+        if row["model"] in again
+        for codec, of_codec in row["decode"].items()
+        for key in ("seconds", "native_seconds")
+        if key in of_codec
+    ]
+    return (
+        f" (what is measured twice differs by up to {max(max(ratio, 1 / ratio) for ratio in ratios):.2f} times)"
+        if ratios
+        else ""
+    )
 
 
 def ratio(row: dict, codec: str) -> float:
@@ -397,9 +556,15 @@ def _paper_table(result: dict, others: list[str]) -> str:
     rows = []
     for row in result["paper_models"]:
         decode = row["decode"]
-        means = [decode[OURS]["native_mean_seconds"], decode[OURS]["mean_seconds"], *(decode[codec]["mean_seconds"] for codec in others)]
+        means = [
+            decode[OURS]["native_mean_seconds"],
+            decode[OURS]["mean_seconds"],
+            *(decode[codec]["mean_seconds"] for codec in others),
+        ]
         rows.append([*_name(row), *(f"{1000 * mean:.1f}" for mean in means)])
-    return markdown_table(["model", "triangles", "ours, native", "ours, from Python", *others], rows)
+    return markdown_table(
+        ["model", "triangles", "ours, native", "ours, from Python", *others], rows
+    )
 
 
 def _versions(result: dict) -> str:
@@ -436,16 +601,30 @@ def save_plot(result: dict, path: Path) -> None:
     triangles = [row["triangles"] for row in series]
     figure, axes = pyplot.subplots(1, 4, figsize=(17, 4.2), dpi=100)
     for codec in series[0]["encode"]:
-        panels = ([row["decode"][codec]["seconds"]["median"] for row in series],
-                  [row["encode"][codec]["seconds"]["median"] for row in series],
-                  [row["memory"]["encode"].get(codec, np.nan) / 1e6 for row in series],
-                  [row["memory"]["decode"][codec] / 1e6 for row in series])
+        panels = (
+            [row["decode"][codec]["seconds"]["median"] for row in series],
+            [row["encode"][codec]["seconds"]["median"] for row in series],
+            [row["memory"]["encode"].get(codec, np.nan) / 1e6 for row in series],
+            [row["memory"]["decode"][codec] / 1e6 for row in series],
+        )
         for axis, values in zip(axes, panels):
             style, width = ("-o", 2.2) if codec == OURS else ("--s", 1.2)
             axis.plot(triangles, values, style, markersize=4, linewidth=width, label=codec)
-    axes[1].plot(triangles, [row["encode"][OURS]["all_threads_seconds"]["median"] for row in series], "-^", markersize=4,
-                 color="C0", alpha=0.5, label=f"ours, {result['machine']['cores']} threads")
-    titles = ("decoding, one thread, seconds", "encoding, seconds", "peak memory of encoding, MB", "peak memory of decoding, MB")
+    axes[1].plot(
+        triangles,
+        [row["encode"][OURS]["all_threads_seconds"]["median"] for row in series],
+        "-^",
+        markersize=4,
+        color="C0",
+        alpha=0.5,
+        label=f"ours, {result['machine']['cores']} threads",
+    )
+    titles = (
+        "decoding, one thread, seconds",
+        "encoding, seconds",
+        "peak memory of encoding, MB",
+        "peak memory of decoding, MB",
+    )
     for axis, title in zip(axes, titles):
         axis.set(xscale="log", yscale="log", xlabel="triangles")
         axis.set_title(title, fontsize=10)
@@ -473,23 +652,39 @@ def inputs(largest: int, folder: Path) -> Iterator[tuple[str, Path]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m bench speed", description=__doc__.splitlines()[0])
-    parser.add_argument("--largest", type=int, default=max(SERIES), help="leave out generated models of more triangles")
+    parser = argparse.ArgumentParser(
+        prog="python -m bench speed", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument(
+        "--largest",
+        type=int,
+        default=max(SERIES),
+        help="leave out generated models of more triangles",
+    )
     parser.add_argument("--child", nargs=3, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.child:
         print(child(*options.child))
         return
     found, missing = peers_here()
-    result = {**origin("bench.speed", ("gltf-meshlet", "numpy", "matplotlib")), "repetitions": REPETITIONS,
-              "large": {"triangles": LARGE, "repetitions": LARGE_REPETITIONS}, "peers": {peer.name: peer.version for peer in found},
-              "missing": missing, "models": [], "paper_models": []}
+    result = {
+        **origin("bench.speed", ("gltf-meshlet", "numpy", "matplotlib")),
+        "repetitions": REPETITIONS,
+        "large": {"triangles": LARGE, "repetitions": LARGE_REPETITIONS},
+        "peers": {peer.name: peer.version for peer in found},
+        "missing": missing,
+        "models": [],
+        "paper_models": [],
+    }
     with tempfile.TemporaryDirectory() as folder:
         for name, path in inputs(options.largest, Path(folder)):
             start = time.perf_counter()
             row = measure(name, path, Path(folder), found)
             result["models"].append(row)
-            print(f"{name}, {row['triangles']:,} triangles: {time.perf_counter() - start:.0f} s", flush=True)
+            print(
+                f"{name}, {row['triangles']:,} triangles: {time.perf_counter() - start:.0f} s",
+                flush=True,
+            )
         for name in PAPER_MODELS:
             path = MODELS / f"{name}.glb"
             if path.exists():

@@ -23,15 +23,31 @@ def measure(model: Path, weight: str, fill: float | None) -> dict:
         output = Path(folder) / "out.glb"
         report = gltf_ext.compress(model, output, weight=weight, fill=fill)
         totals = gltf_ext.inspect(output)["totals"]
-    return {"weight": weight, "fill": fill, **report["generation"], "meshlets": totals["meshlets"], "ratio": totals["ratio"]}
+    return {
+        "weight": weight,
+        "fill": fill,
+        **report["generation"],
+        "meshlets": totals["meshlets"],
+        "ratio": totals["ratio"],
+    }
 
 
 def report(result: dict) -> str:
     """docs/table1.md."""
-    rows = [[f"the paper's, {WEIGHTS[weight]}", *map(str, bins), "", ""] for weight, bins in CLAIMED.items()]
+    rows = [
+        [f"the paper's, {WEIGHTS[weight]}", *map(str, bins), "", ""]
+        for weight, bins in CLAIMED.items()
+    ]
     for row in result["rows"]:
         fill = "default fill" if row["fill"] is None else f"fill {row['fill']}"
-        rows.append([f"ours, {WEIGHTS[row['weight']]}, {fill}", *map(str, row["histogram"]), str(row["meshlets"]), f"{row['ratio']:.2f}"])
+        rows.append(
+            [
+                f"ours, {WEIGHTS[row['weight']]}, {fill}",
+                *map(str, row["histogram"]),
+                str(row["meshlets"]),
+                f"{row['ratio']:.2f}",
+            ]
+        )
     return f"""# Meshlets by number of triangles, before halving
 
 {origin_line(result)}

@@ -18,7 +18,9 @@ from .common import markdown_table, origin, spread, write_result
 from .gpu_models import add_models, models_of, parsed
 
 REPEAT = 40
-WARM_UP = 600  # milliseconds of work before what counts: an idle GPU runs at a fraction of its clock
+WARM_UP = (
+    600  # milliseconds of work before what counts: an idle GPU runs at a fraction of its clock
+)
 
 
 def measure(device, path: Path, method: str) -> dict:
@@ -33,7 +35,9 @@ def measure(device, path: Path, method: str) -> dict:
     once = decoder.decode(primitive.blob, repeat=10).milliseconds.min()
     decoded = decoder.decode(primitive.blob, repeat=REPEAT + min(int(WARM_UP / once), 5000))
     if decoded.errors.any():
-        raise SystemExit(f"bench: {path}: {np.count_nonzero(decoded.errors)} meshlets did not decode with {method}")
+        raise SystemExit(
+            f"bench: {path}: {np.count_nonzero(decoded.errors)} meshlets did not decode with {method}"
+        )
     times = spread(decoded.milliseconds[-REPEAT:].tolist())
     return {
         "model": path.stem,
@@ -63,10 +67,16 @@ def table(rows: list[dict]) -> str:
 def main() -> None:
     from vk_backend.compute_decoder import METHODS
 
-    parser = argparse.ArgumentParser(prog="python -m bench.vulkan_decode", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m bench.vulkan_decode", description=__doc__.splitlines()[0]
+    )
     add_models(parser)
-    parser.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS), help="(default: all)")
-    parser.add_argument("--device", help="its number, or a part of its name (default: the first GPU)")
+    parser.add_argument(
+        "--methods", nargs="+", choices=METHODS, default=list(METHODS), help="(default: all)"
+    )
+    parser.add_argument(
+        "--device", help="its number, or a part of its name (default: the first GPU)"
+    )
     parser.add_argument("--no-write", action="store_true", help="print only")
     options = parsed(parser)
     try:
@@ -80,7 +90,11 @@ def run(options: argparse.Namespace) -> None:
     from vk_backend.device import Device
 
     with tempfile.TemporaryDirectory() as folder, Device(options.device) as device:
-        rows = [measure(device, path, method) for path in models_of(options, Path(folder)) for method in options.methods]
+        rows = [
+            measure(device, path, method)
+            for path in models_of(options, Path(folder))
+            for method in options.methods
+        ]
         result = {**origin("bench.vulkan_decode", ("numpy", "vulkan")), "rows": rows}
         result["device"] = {"name": device.name, "driver": device.driver}
     print(table(rows))

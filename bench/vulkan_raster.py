@@ -24,7 +24,7 @@ from gltf_ext.errors import MeshletError
 PATHS = ("vertex", "mesh-plain", "stream", "mesh", "mesh-only", "geometry")
 WIDTH, HEIGHT = 1920, 1080
 WARM_UP, FRAMES = 5, 40
-BAR = 0.85 / len(PATHS)            # of the plot: width of a path
+BAR = 0.85 / len(PATHS)  # of the plot: width of a path
 # What the project aims at without culling: this path's time over that one's, at most.
 TARGETS = {
     ("stream", "mesh-plain"): 1.5,
@@ -34,10 +34,13 @@ TARGETS = {
     ("mesh", "geometry"): 1 / 2.5,
 }
 RESIDENT_SHARE, RESIDENT_BYTES = 1.05, 65536
-ROUNDING, TIES = 2, 1e-3           # of colours; share of the pixels in which triangles at the same depth may take turns
+ROUNDING, TIES = (
+    2,
+    1e-3,
+)  # of colours; share of the pixels in which triangles at the same depth may take turns
 
 
-# --- models ----------------------------------------------------------------------------------------------------------------------------
+# --- models ---
 
 
 def vertex_bytes_with_short_indices(scene) -> int:
@@ -59,7 +62,7 @@ def vertex_bytes_with_short_indices(scene) -> int:
     return 4 * scene.vertex_floats * vertices + 6 * triangles
 
 
-# --- measuring -------------------------------------------------------------------------------------------------------------------------
+# --- measuring ---
 
 
 def check_pictures(device, drawings: dict, targets) -> None:
@@ -70,15 +73,25 @@ def check_pictures(device, drawings: dict, targets) -> None:
         drawing.run()
         pictures[name] = targets.color.read(np.uint8, 4).astype(np.int16)
         with device.commands() as commands:
-            targets.color.to_layout(commands, layout)        # as the recorded frames find it
+            targets.color.to_layout(commands, layout)  # as the recorded frames find it
     first, reference = next(iter(pictures.items()))
     for name, picture in pictures.items():
         different = (np.abs(picture - reference) > ROUNDING).any(axis=2).mean()
         if different > TIES:
-            raise SystemExit(f"bench: {name} draws another picture than {first}: {different:.1%} of the pixels differ")
+            raise SystemExit(
+                f"bench: {name} draws another picture than {first}: {different:.1%} of the pixels differ"
+            )
 
 
-def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, statistics: bool, stream: dict) -> list[dict]:
+def measure(
+    renderer,
+    path: Path,
+    paths: list[str],
+    culling: bool,
+    frames: int,
+    statistics: bool,
+    stream: dict,
+) -> list[dict]:
     """A row for each of `paths` that the device has. stream: `ring` and `overlap` of path stream."""
     from vk_backend.camera import Camera
     from vk_backend.raster import Targets
@@ -92,7 +105,16 @@ def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, 
     drawings: dict[str, TimedDrawing] = {}
     for name in paths:
         try:
-            drawings[name] = TimedDrawing(renderer.pipelines, scene, camera, name, targets, culling=culling, lit=culling, **stream)
+            drawings[name] = TimedDrawing(
+                renderer.pipelines,
+                scene,
+                camera,
+                name,
+                targets,
+                culling=culling,
+                lit=culling,
+                **stream,
+            )
         except MeshletError as error:
             print(f"  {name} is left out: {error}", file=sys.stderr)
     check_pictures(renderer.device, drawings, targets)
@@ -111,14 +133,21 @@ def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, 
     }
     rows = []
     for name, drawing in drawings.items():
-        row = {**facts, "path": name, "milliseconds": percentiles(times[name]), "resident_bytes": drawing.drawing.resident_bytes}
+        row = {
+            **facts,
+            "path": name,
+            "milliseconds": percentiles(times[name]),
+            "resident_bytes": drawing.drawing.resident_bytes,
+        }
         if name == "vertex":
             row["resident_bytes_16bit_indices"] = vertex_bytes_with_short_indices(scene)
         if name == "stream":
             row.update(ring=drawing.drawing.ring.slots, overlap=drawing.drawing.overlaps)
         if statistics:
             row["statistics"] = pipeline_statistics(renderer.device, drawing.drawing.pipeline)
-            for shader, pipeline in (drawing.drawing.ring.pipelines if drawing.drawing.ring else {}).items():
+            for shader, pipeline in (
+                drawing.drawing.ring.pipelines if drawing.drawing.ring else {}
+            ).items():
                 row["statistics"][shader] = pipeline_statistics(renderer.device, pipeline)
         rows.append(row)
         drawing.free()
@@ -126,7 +155,7 @@ def measure(renderer, path: Path, paths: list[str], culling: bool, frames: int, 
     return rows
 
 
-# --- reporting -------------------------------------------------------------------------------------------------------------------------
+# --- reporting ---
 
 
 def ratios(rows: list[dict]) -> list[dict]:
@@ -137,7 +166,9 @@ def ratios(rows: list[dict]) -> list[dict]:
         row = {"model": key[0], "culling": key[1]}
         for (path, over), limit in TARGETS.items():
             if path in of and over in of:
-                row[f"{path}/{over}"] = round(of[path]["milliseconds"]["median"] / of[over]["milliseconds"]["median"], 3)
+                row[f"{path}/{over}"] = round(
+                    of[path]["milliseconds"]["median"] / of[over]["milliseconds"]["median"], 3
+                )
         if "mesh" in of:
             limit = RESIDENT_SHARE * of["mesh"]["compressed_bytes"] + RESIDENT_BYTES
             row["resident/limit"] = round(of["mesh"]["resident_bytes"] / limit, 3)
@@ -151,7 +182,12 @@ def table(rows: list[dict], culling: bool) -> str:
     for model in dict.fromkeys(r["model"] for r in rows):
         of = {r["path"]: r for r in rows if r["model"] == model and r["culling"] == culling}
         if of:
-            cells = [f"{of[p]['milliseconds']['median']:.3f} / {of[p]['resident_bytes'] / 1e6:.2f}" if p in of else "" for p in PATHS]
+            cells = [
+                f"{of[p]['milliseconds']['median']:.3f} / {of[p]['resident_bytes'] / 1e6:.2f}"
+                if p in of
+                else ""
+                for p in PATHS
+            ]
             lines.append([model, f"{next(iter(of.values()))['triangles']:,}", *cells])
     return markdown_table(["model", "triangles", *(f"{p}, ms / MB" for p in PATHS)], lines)
 
@@ -166,7 +202,9 @@ def plot(result: dict, output: Path) -> bool:
     from matplotlib import pyplot
 
     models = list(dict.fromkeys(r["model"] for r in result["rows"]))
-    figure, axes = pyplot.subplots(3, 1, figsize=(1.2 + 1.6 * len(models), 9), sharex=True, layout="constrained")
+    figure, axes = pyplot.subplots(
+        3, 1, figsize=(1.2 + 1.6 * len(models), 9), sharex=True, layout="constrained"
+    )
     panels = (
         ("ms a frame, no culling", lambda r: None if r["culling"] else r["milliseconds"]["median"]),
         ("ms a frame, culling", lambda r: r["milliseconds"]["median"] if r["culling"] else None),
@@ -175,10 +213,22 @@ def plot(result: dict, output: Path) -> bool:
     for axis, (label, value) in zip(axes, panels):
         for offset, path in enumerate(PATHS):
             values = [
-                next((value(r) for r in result["rows"] if r["model"] == m and r["path"] == path and value(r) is not None), np.nan)
+                next(
+                    (
+                        value(r)
+                        for r in result["rows"]
+                        if r["model"] == m and r["path"] == path and value(r) is not None
+                    ),
+                    np.nan,
+                )
                 for m in models
             ]
-            axis.bar(np.arange(len(models)) + BAR * (offset - (len(PATHS) - 1) / 2), values, 0.94 * BAR, label=path)
+            axis.bar(
+                np.arange(len(models)) + BAR * (offset - (len(PATHS) - 1) / 2),
+                values,
+                0.94 * BAR,
+                label=path,
+            )
         axis.set_yscale("log")
         axis.set_ylabel(label)
     axes[-1].set_xticks(np.arange(len(models)), models)
@@ -189,18 +239,35 @@ def plot(result: dict, output: Path) -> bool:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m bench.vulkan_raster", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m bench.vulkan_raster", description=__doc__.split("\n")[0]
+    )
     add_models(parser)
-    parser.add_argument("--paths", nargs="+", choices=PATHS, default=list(PATHS), help="(default: all)")
-    parser.add_argument("--device", help="its number, or a part of its name (default: the first GPU)")
-    parser.add_argument("--ring", type=int, metavar="N", help="slots of path stream, at most (default: the renderer's)")
+    parser.add_argument(
+        "--paths", nargs="+", choices=PATHS, default=list(PATHS), help="(default: all)"
+    )
+    parser.add_argument(
+        "--device", help="its number, or a part of its name (default: the first GPU)"
+    )
+    parser.add_argument(
+        "--ring",
+        type=int,
+        metavar="N",
+        help="slots of path stream, at most (default: the renderer's)",
+    )
     parser.add_argument(
         "--overlap",
         action=argparse.BooleanOptionalAction,
         help="path stream decodes on another queue than it draws on (default: as the renderer does)",
     )
-    parser.add_argument("--frames", type=int, default=FRAMES, help="timed frames of each path (default %(default)s)")
-    parser.add_argument("--statistics", action="store_true", help="keep what the driver says about registers and memory of each shader")
+    parser.add_argument(
+        "--frames", type=int, default=FRAMES, help="timed frames of each path (default %(default)s)"
+    )
+    parser.add_argument(
+        "--statistics",
+        action="store_true",
+        help="keep what the driver says about registers and memory of each shader",
+    )
     parser.add_argument("--no-write", action="store_true", help="print only")
     options = parsed(parser)
     try:
@@ -222,13 +289,29 @@ def run(options: argparse.Namespace) -> None:
         device = {"name": renderer.device.name, "driver": renderer.device.driver}
         start = time.perf_counter()
         files = models_of(options, Path(folder))
-        print(f"{device['name']}, driver {device['driver']}; models ready after {time.perf_counter() - start:.0f} s", file=sys.stderr)
+        print(
+            f"{device['name']}, driver {device['driver']}; models ready after {time.perf_counter() - start:.0f} s",
+            file=sys.stderr,
+        )
         for path in files:
             for culling in (False, True):
-                rows += measure(renderer, path, options.paths, culling, options.frames, statistics, stream)
-                print(f"{path.stem}, culling {'on' if culling else 'off'}: {time.perf_counter() - start:.0f} s", file=sys.stderr, flush=True)
+                rows += measure(
+                    renderer, path, options.paths, culling, options.frames, statistics, stream
+                )
+                print(
+                    f"{path.stem}, culling {'on' if culling else 'off'}: {time.perf_counter() - start:.0f} s",
+                    file=sys.stderr,
+                    flush=True,
+                )
     result = origin("bench.vulkan_raster", ("numpy", "vulkan"))
-    result.update(device=device, width=WIDTH, height=HEIGHT, frames=options.frames, rows=rows, ratios=ratios(rows))
+    result.update(
+        device=device,
+        width=WIDTH,
+        height=HEIGHT,
+        frames=options.frames,
+        rows=rows,
+        ratios=ratios(rows),
+    )
     for culling in (False, True):
         print(f"culling {'on' if culling else 'off'}\n\n{table(rows, culling)}")
     for row in result["ratios"]:

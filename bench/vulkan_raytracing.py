@@ -27,9 +27,20 @@ SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
 STEP = 0.5  # degrees between frames
 WARM_UP, FRAMES = 24, 120  # a cache that has followed for a while, through a sixth of a turn
 CLOCKS = 0.7  # seconds of work before the first frames, in which the GPU comes to its clock rate
-SLOW, LEAST_FRAMES = 1200, 12  # a configuration that has taken so many milliseconds is measured in no more frames, once it has these
+SLOW, LEAST_FRAMES = (
+    1200,
+    12,
+)  # a configuration that has taken so many milliseconds is measured in no more frames, once it has these
 BOUNCES = (0, 2)
-TUNED = ("scratch", "rounds", "strips", "predict", "bounds", "paths", "ahead")  # parameters and options; None: what RayTracer chooses
+TUNED = (
+    "scratch",
+    "rounds",
+    "strips",
+    "predict",
+    "bounds",
+    "paths",
+    "ahead",
+)  # parameters and options; None: what RayTracer chooses
 
 
 def turntable(scene, width: int, height: int, degrees: float):
@@ -47,7 +58,9 @@ def configurations(options: argparse.Namespace) -> list[dict]:
     for group in options.group:
         for values in itertools.product(*(getattr(options, name) for name in TUNED)):
             given = {name: value for name, value in zip(TUNED, values) if value is not None}
-            rows += [{"path": "rt", "cache": share, "group": group, **given} for share in options.cache]
+            rows += [
+                {"path": "rt", "cache": share, "group": group, **given} for share in options.cache
+            ]
         rows.append({"path": "rt-plain", "cache": None, "group": group})
     return [*rows, {"path": "rt-triangles", "cache": None, "group": None}]
 
@@ -60,17 +73,30 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
     scene = load_scene(path)
     rows, tracers = [], []
     for configuration in configurations(options):
-        settings = {key: configuration[key] for key in ("cache", "group", *TUNED) if configuration.get(key) is not None}
+        settings = {
+            key: configuration[key]
+            for key in ("cache", "group", *TUNED)
+            if configuration.get(key) is not None
+        }
         began = time.perf_counter()
-        tracers.append(RayTracer(device, scene, configuration["path"], samples=1, marked=options.steps, **settings))
+        tracers.append(
+            RayTracer(
+                device, scene, configuration["path"], samples=1, marked=options.steps, **settings
+            )
+        )
         rows.append({"model": name, "triangles": scene.triangles, **configuration})
         if options.statistics:
             print_statistics(device, tracers[-1])
         print(
-            f"{name}: {label(configuration)} set up in {time.perf_counter() - began:.1f} s", file=sys.stderr, flush=True
+            f"{name}: {label(configuration)} set up in {time.perf_counter() - began:.1f} s",
+            file=sys.stderr,
+            flush=True,
         )
     result = []
-    cameras = [turntable(scene, options.width, options.height, STEP * i) for i in range(WARM_UP + options.frames)]
+    cameras = [
+        turntable(scene, options.width, options.height, STEP * i)
+        for i in range(WARM_UP + options.frames)
+    ]
     for bounces in BOUNCES:
         times: list[list[float]] = [[] for _ in tracers]
         steps: list[list[dict[str, float]]] = [[] for _ in tracers]
@@ -96,7 +122,9 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
             if tracer.counted:
                 entry["statistics"] = tracer.statistics()
             if options.steps:
-                entry["steps"] = {name: float(np.median([s[name] for s in own_steps])) for name in own_steps[0]}
+                entry["steps"] = {
+                    name: float(np.median([s[name] for s in own_steps])) for name in own_steps[0]
+                }
             result.append(entry)
     for tracer in tracers:
         tracer.free()
@@ -109,13 +137,17 @@ def print_statistics(device, tracer) -> None:
     for pipeline in tracer.pipelines:
         for executable, found in pipeline_statistics(device, pipeline).items():
             print(
-                f"  {executable}: " + ", ".join(f"{name} {value:g}" for name, value in found.items()), file=sys.stderr
+                f"  {executable}: "
+                + ", ".join(f"{name} {value:g}" for name, value in found.items()),
+                file=sys.stderr,
             )
 
 
 def label(row: dict) -> str:
     share = "" if row["cache"] is None else f" cache {row['cache']:.0%}"
-    more = "".join(f" {name} {row[name]}" for name in ("group", *TUNED) if row.get(name) is not None)
+    more = "".join(
+        f" {name} {row[name]}" for name in ("group", *TUNED) if row.get(name) is not None
+    )
     return f"{row['path']}{share}{more}"
 
 
@@ -135,7 +167,10 @@ def print_table(rows: list[dict]) -> None:
                     f" {ratio:6.2f}x  {size / 1e6:8.2f} MB {memory:5.2f}x{waits}"
                 )
                 if row.get("steps"):
-                    print("  microseconds: " + ", ".join(f"{name} {1e3 * ms:.0f}" for name, ms in row["steps"].items()))
+                    print(
+                        "  microseconds: "
+                        + ", ".join(f"{name} {1e3 * ms:.0f}" for name, ms in row["steps"].items())
+                    )
 
 
 def cell(row: dict, rows: list[dict]) -> str:
@@ -159,15 +194,37 @@ def document(result: dict) -> None:
             for r in result["rows"]
             if all(r.get(k) == row.get(k) for k in ("model", "path", "cache", "group", *TUNED))
         ]
-        base = next(r for r in result["rows"] if r["model"] == row["model"] and r["path"] == "rt-triangles")
+        base = next(
+            r for r in result["rows"] if r["model"] == row["model"] and r["path"] == "rt-triangles"
+        )
         size, base_size = (sum(r["resident_bytes"].values()) for r in (row, base))
         found = row.get("statistics")
-        slots = f"{found['slots'] / found['meshlets']:.0%}" if found else "100%" if row["path"] == "rt" else ""
+        slots = (
+            f"{found['slots'] / found['meshlets']:.0%}"
+            if found
+            else "100%"
+            if row["path"] == "rt"
+            else ""
+        )
         memory = f"{size / 1e6:.2f} MB, {size / base_size:.2f}x"
-        lines.append([f"{row['model']}, {label(row)}", slots, *(cell(r, result["rows"]) for r in same), memory])
-    headings = ["", "slots", *(f"{'first hits' if b == 0 else f'{b} bounces'}, ms" for b in BOUNCES), "memory"]
+        lines.append(
+            [
+                f"{row['model']}, {label(row)}",
+                slots,
+                *(cell(r, result["rows"]) for r in same),
+                memory,
+            ]
+        )
+    headings = [
+        "",
+        "slots",
+        *(f"{'first hits' if b == 0 else f'{b} bounces'}, ms" for b in BOUNCES),
+        "memory",
+    ]
     least = min(r["frames"] for r in result["rows"])
-    frames = f"{result['frames']} frames" + (f" ({least} or more of slow configurations)" if least < result["frames"] else "")
+    frames = f"{result['frames']} frames" + (
+        f" ({least} or more of slow configurations)" if least < result["frames"] else ""
+    )
     device = f"{result['device']['name']}, driver {result['device']['driver']}"
     size = (
         f"{result['width']} x {result['height']} pixels, {frames}: median (10 % to 90 %), ratio to rt-triangles, and where the cache is"
@@ -197,10 +254,13 @@ def plot(rows: list[dict], path: Path) -> bool:
             cached = [r for r in mine if r["path"] == "rt"]
             median = [r["milliseconds"]["median"] for r in cached]
             spread = [
-                [abs(r["milliseconds"][k] - r["milliseconds"]["median"]) for r in cached] for k in ("low", "high")
+                [abs(r["milliseconds"][k] - r["milliseconds"]["median"]) for r in cached]
+                for k in ("low", "high")
             ]
             share = [100 * r["cache"] for r in cached]
-            axis.errorbar(share, median, yerr=spread, color=f"C{color}", marker="o", markersize=3, label=model)
+            axis.errorbar(
+                share, median, yerr=spread, color=f"C{color}", marker="o", markersize=3, label=model
+            )
             for line, style in (("rt-plain", ":"), ("rt-triangles", "--")):
                 baseline = [r["milliseconds"]["median"] for r in mine if r["path"] == line]
                 axis.axhline(baseline[0], color=f"C{color}", linestyle=style, linewidth=0.8)
@@ -212,28 +272,52 @@ def plot(rows: list[dict], path: Path) -> bool:
         axis.yaxis.set_minor_locator(NullLocator())
         axis.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     lines, labels = axes[0].get_legend_handles_labels()
-    figure.legend(lines, labels, loc="outside right center", fontsize=8, title="dotted: rt-plain\ndashed: rt-triangles", title_fontsize=8)
+    figure.legend(
+        lines,
+        labels,
+        loc="outside right center",
+        fontsize=8,
+        title="dotted: rt-plain\ndashed: rt-triangles",
+        title_fontsize=8,
+    )
     figure.savefig(path, dpi=110)
     plt.close(figure)
     return True
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     add_models(parser)
     parser.add_argument("--device", help="number or part of the name")
     parser.add_argument("--width", type=int, default=WIDTH)
     parser.add_argument("--height", type=int, default=HEIGHT)
     parser.add_argument(
-        "--frames", type=int, default=FRAMES, help="measured frames of each configuration (default %(default)s)"
+        "--frames",
+        type=int,
+        default=FRAMES,
+        help="measured frames of each configuration (default %(default)s)",
     )
-    parser.add_argument("--group", type=int, nargs="+", default=[4], help="triangles behind one box (default 4)")
     parser.add_argument(
-        "--scratch", type=float, nargs="+", default=[None], help="slots for what paths wait for, shares of the meshlets"
+        "--group", type=int, nargs="+", default=[4], help="triangles behind one box (default 4)"
     )
-    parser.add_argument("--rounds", type=int, nargs="+", default=[None], help="how often paths that wait may go on")
     parser.add_argument(
-        "--strips", type=int, nargs="+", default=[None], help="parts of the picture that are traced one after the other"
+        "--scratch",
+        type=float,
+        nargs="+",
+        default=[None],
+        help="slots for what paths wait for, shares of the meshlets",
+    )
+    parser.add_argument(
+        "--rounds", type=int, nargs="+", default=[None], help="how often paths that wait may go on"
+    )
+    parser.add_argument(
+        "--strips",
+        type=int,
+        nargs="+",
+        default=[None],
+        help="parts of the picture that are traced one after the other",
     )
     parser.add_argument(
         "--predict",
@@ -244,23 +328,48 @@ def main() -> None:
         help="1: meshlets near those that rays needed are decoded ahead",
     )
     parser.add_argument(
-        "--bounds", type=int, choices=(0, 1), nargs="+", default=[None], help="0: no boxes around meshlets for paths that wait"
+        "--bounds",
+        type=int,
+        choices=(0, 1),
+        nargs="+",
+        default=[None],
+        help="0: no boxes around meshlets for paths that wait",
     )
     parser.add_argument(
-        "--paths", type=float, nargs="+", default=[None], help="records of paths that wait, a share of the pixels; 0: all start again"
+        "--paths",
+        type=float,
+        nargs="+",
+        default=[None],
+        help="records of paths that wait, a share of the pixels; 0: all start again",
     )
     parser.add_argument(
-        "--ahead", type=float, nargs="+", default=[None], help="rays that look ahead to where the camera will be, a share of the pixels"
-    )
-    parser.add_argument("--steps", action="store_true", help="also the median time of each step of a frame, which takes a little longer")
-    parser.add_argument(
-        "--statistics", action="store_true", help="also what the driver tells about the shaders: registers, stack"
-    )
-    parser.add_argument(
-        "--cache", type=float, nargs="+", default=list(SHARES), help="shares of the meshlets (default %(default)s)"
+        "--ahead",
+        type=float,
+        nargs="+",
+        default=[None],
+        help="rays that look ahead to where the camera will be, a share of the pixels",
     )
     parser.add_argument(
-        "--output", default="vulkan_raytracing", help="name of the result (default %(default)s); -: only print"
+        "--steps",
+        action="store_true",
+        help="also the median time of each step of a frame, which takes a little longer",
+    )
+    parser.add_argument(
+        "--statistics",
+        action="store_true",
+        help="also what the driver tells about the shaders: registers, stack",
+    )
+    parser.add_argument(
+        "--cache",
+        type=float,
+        nargs="+",
+        default=list(SHARES),
+        help="shares of the meshlets (default %(default)s)",
+    )
+    parser.add_argument(
+        "--output",
+        default="vulkan_raytracing",
+        help="name of the result (default %(default)s); -: only print",
     )
     options = parsed(parser)
     from vk_backend.device import Device
@@ -276,7 +385,9 @@ def main() -> None:
             sys.stdout.flush()
         result = origin("bench.vulkan_raytracing", ("numpy", "vulkan"))
         result["device"] = {"name": device.name, "driver": device.driver}
-    result.update({"width": options.width, "height": options.height, "frames": options.frames, "rows": rows})
+    result.update(
+        {"width": options.width, "height": options.height, "frames": options.frames, "rows": rows}
+    )
     if options.output != "-":
         write_result(options.output, result)
         document(result)

@@ -9,7 +9,9 @@ class MeshletError(ValueError):
     path: the file at fault, when known; message: the line without it; options: names of the options at fault.
     """
 
-    def __init__(self, what: str, remedy: str = "", path: str | None = None, options: tuple[str, ...] = ()):
+    def __init__(
+        self, what: str, remedy: str = "", path: str | None = None, options: tuple[str, ...] = ()
+    ):
         self.message = "; ".join(part for part in (what, remedy) if part)
         super().__init__(self.message)
         self.path, self.options = path, options

@@ -18,6 +18,10 @@ def progress_bar(title: str, enabled: bool) -> Iterator[Callable[[float], None] 
     from tqdm import tqdm
 
     with tqdm(
-        total=1.0, desc=title, delay=BAR_DELAY, leave=False, bar_format="{desc} {percentage:3.0f}%|{bar}|"
+        total=1.0,
+        desc=title,
+        delay=BAR_DELAY,
+        leave=False,
+        bar_format="{desc} {percentage:3.0f}%|{bar}|",
     ) as bar:
         yield lambda fraction: bar.update(fraction - bar.n)

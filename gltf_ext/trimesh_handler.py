@@ -28,7 +28,9 @@ def _register_with(module: Any) -> None:
 class _Finder(importlib.abc.MetaPathFinder):
     """Finds trimesh's registry module once, as the other finders do, and registers after it has run."""
 
-    def find_spec(self, name: str, path: Any, target: Any = None) -> importlib.machinery.ModuleSpec | None:
+    def find_spec(
+        self, name: str, path: Any, target: Any = None
+    ) -> importlib.machinery.ModuleSpec | None:
         if name != EXTENSIONS_MODULE:
             return None
         sys.meta_path.remove(self)
@@ -64,6 +66,8 @@ def decode_into_accessors(context: dict[str, Any]) -> None:
         for name, first in first_streams.items():
             placeholder = accessors[indices[name]]
             components = math.prod(placeholder.shape[1:])
-            decoded = to_accessor([values[s] for s in streams_of(first, components, streams)], placeholder.dtype)
+            decoded = to_accessor(
+                [values[s] for s in streams_of(first, components, streams)], placeholder.dtype
+            )
             accessors[indices[name]] = decoded.reshape(placeholder.shape)
     accessors[primitive["indices"]] = triangles.reshape(-1)

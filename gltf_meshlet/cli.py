@@ -11,8 +11,8 @@ import sys
 from typing import Any
 
 import gltf_ext
-from gltf_meshlet import render
 from gltf_ext.errors import MeshletError
+from gltf_meshlet import render
 
 PROGRAM = "gltf-meshlet"
 DIFFERENT, FAILED, INTERRUPTED = 1, 2, 130  # exit statuses
@@ -36,9 +36,13 @@ def main(arguments: list[str] | None = None) -> int:
         if not error.filename:
             _discard_output()
         remedy = REMEDIES.get(error.errno or 0, "check the path and its permissions")
-        return _fail(os.fsdecode(error.filename or "standard output"), f"{error.strerror or error}; {remedy}")
+        return _fail(
+            os.fsdecode(error.filename or "standard output"), f"{error.strerror or error}; {remedy}"
+        )
     except MemoryError:
-        return _fail(str(getattr(options, "input", "")), "there is not enough memory; split the model")
+        return _fail(
+            str(getattr(options, "input", "")), "there is not enough memory; split the model"
+        )
     except KeyboardInterrupt:
         return INTERRUPTED
 
@@ -52,7 +56,9 @@ def _with_flags(error: MeshletError) -> str:
     """The message with the command line's names of options."""
     message = error.message
     for name in error.options:
-        message = message.replace(name, FLAGS.get(name, "--" + name.rstrip("_").replace("_", "-")), 1)
+        message = message.replace(
+            name, FLAGS.get(name, "--" + name.rstrip("_").replace("_", "-")), 1
+        )
     return message
 
 
@@ -85,7 +91,7 @@ FLAGS = {
     "weight_bits": "-vw",
 }
 
-# --- commands --------------------------------------------------------------------------------------------------------
+# --- commands ---
 
 COMPRESS_OPTIONS = (
     "position_bits",
@@ -107,7 +113,10 @@ COMPRESS_OPTIONS = (
 
 def _compress(options: argparse.Namespace) -> int:
     report = gltf_ext.compress(
-        options.input, options.output, progress=True, **{name: getattr(options, name) for name in COMPRESS_OPTIONS}
+        options.input,
+        options.output,
+        progress=True,
+        **{name: getattr(options, name) for name in COMPRESS_OPTIONS},
     )
     _warn(options.input, report["warnings"] + _dropped(report["dropped"]) + _kept(report["kept"]))
     totals = report["totals"]
@@ -129,7 +138,9 @@ def _dropped(dropped: dict[str, int]) -> list[str]:
 
 
 def _kept(kept: list[dict[str, Any]]) -> list[str]:
-    return [f"mesh {k['mesh']} primitive {k['primitive']} is left as it is: {k['reason']}" for k in kept]
+    return [
+        f"mesh {k['mesh']} primitive {k['primitive']} is left as it is: {k['reason']}" for k in kept
+    ]
 
 
 def _decompress(options: argparse.Namespace) -> int:
@@ -141,9 +152,12 @@ def _decompress(options: argparse.Namespace) -> int:
 
 def _sizes(report: dict[str, Any]) -> str:
     before, after = (
-        f"{os.path.basename(report[which])} ({_size(report[which + '_bytes'])})" for which in ("input", "output")
+        f"{os.path.basename(report[which])} ({_size(report[which + '_bytes'])})"
+        for which in ("input", "output")
     )
-    fallback = (f"{name} ({_size(size)})" for name, size in report.get("fallback_files", {}).items())
+    fallback = (
+        f"{name} ({_size(size)})" for name, size in report.get("fallback_files", {}).items()
+    )
     return f"{before} -> {' + '.join([after, *fallback])}"
 
 
@@ -170,8 +184,14 @@ def _inspect(options: argparse.Namespace) -> int:
     totals = report["totals"]
     rows = [
         ("triangles", f"{totals['triangles']:,}"),
-        ("vertices", f"{totals['vertices']:,} ({totals['source_vertices']:,} distinct in the source)"),
-        ("meshlets", f"{totals['meshlets']:,}, {totals['mean_triangles_per_meshlet']:.2f} triangles on average"),
+        (
+            "vertices",
+            f"{totals['vertices']:,} ({totals['source_vertices']:,} distinct in the source)",
+        ),
+        (
+            "meshlets",
+            f"{totals['meshlets']:,}, {totals['mean_triangles_per_meshlet']:.2f} triangles on average",
+        ),
         ("raw", f"{totals['raw_bytes']:,} bytes"),
         ("compressed", f"{totals['compressed_bytes']:,} bytes"),
         ("ratio", f"{totals['ratio']:.2f}"),
@@ -181,22 +201,33 @@ def _inspect(options: argparse.Namespace) -> int:
             for part, bits in totals["bits_per_triangle"].items()
             if bits and part != "total"
         ),
-        ("symbols", ", ".join(f"{symbol} {100 * share:.1f} %" for symbol, share in totals["symbols"].items())),
+        (
+            "symbols",
+            ", ".join(
+                f"{symbol} {100 * share:.1f} %" for symbol, share in totals["symbols"].items()
+            ),
+        ),
     ]
-    rows += [("fallback", f"{size:,} bytes in {name}") for name, size in report["fallback_files"].items()]
+    rows += [
+        ("fallback", f"{size:,} bytes in {name}") for name, size in report["fallback_files"].items()
+    ]
     print(f"{report['file']} ({_size(report['file_bytes'])})")
     print("\n".join(f"{name:26}{value}" for name, value in rows))
     primitives = report["primitives"] if options.all else _largest(report["primitives"])
     for primitive in primitives:
         print(_primitive_line(primitive))
     if len(primitives) < len(report["primitives"]):
-        print(f"the {len(primitives)} largest of {len(report['primitives']):,} primitives; --all shows every one")
+        print(
+            f"the {len(primitives)} largest of {len(report['primitives']):,} primitives; --all shows every one"
+        )
     return 0
 
 
 def _largest(primitives: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """The primitives with most triangles, in the file's order."""
-    by_size = sorted(primitives, key=lambda primitive: -primitive.get("triangles", 0))[:SHOWN_PRIMITIVES]
+    by_size = sorted(primitives, key=lambda primitive: -primitive.get("triangles", 0))[
+        :SHOWN_PRIMITIVES
+    ]
     return [primitive for primitive in primitives if any(primitive is kept for kept in by_size)]
 
 
@@ -208,7 +239,8 @@ def _primitive_line(primitive: dict[str, Any]) -> str:
         mesh, index = primitive["shares_buffer_view_of"]
         return f"{place}: the same data as mesh {mesh} primitive {index}"
     attributes = ", ".join(
-        f"{name} {'+'.join(map(str, a['bits_per_component']))}" for name, a in primitive["attributes"].items()
+        f"{name} {'+'.join(map(str, a['bits_per_component']))}"
+        for name, a in primitive["attributes"].items()
     )
     return (
         f"{place}: {_count(primitive['triangles'], 'triangle')}, {_count(primitive['meshlets'], 'meshlet')}, "
@@ -223,7 +255,10 @@ def _verify(options: argparse.Namespace) -> int:
     if options.json:
         print(
             json.dumps(
-                {name: value if name != "error_over_bound" else _finite(value) for name, value in report.items()},
+                {
+                    name: value if name != "error_over_bound" else _finite(value)
+                    for name, value in report.items()
+                },
                 indent=2,
             )
         )
@@ -231,7 +266,11 @@ def _verify(options: argparse.Namespace) -> int:
         print(
             f"{_verdict(report)}: {_count(report['triangles'], 'triangle')}, "
             f"{report['missing_triangles']:,} missing, {report['extra_triangles']:,} extra"
-            + (f", {report['collapsed_triangles']:,} collapsed by the grid" if report["collapsed_triangles"] else "")
+            + (
+                f", {report['collapsed_triangles']:,} collapsed by the grid"
+                if report["collapsed_triangles"]
+                else ""
+            )
         )
         for name, largest in report["max_error"].items():
             if largest is None:
@@ -241,7 +280,11 @@ def _verify(options: argparse.Namespace) -> int:
             percent, rms = report["max_error_percent"][name], report["rms_error"][name]
             print(
                 f"{name:20} largest error "
-                + (f"{largest:.3g} ({percent:.3g} % of the box's diagonal)" if degrees is None else f"{degrees:.3g} degrees")
+                + (
+                    f"{largest:.3g} ({percent:.3g} % of the box's diagonal)"
+                    if degrees is None
+                    else f"{degrees:.3g} degrees"
+                )
                 + f", RMS {rms if degrees is None else math.degrees(rms):.3g}"
                 + ("" if degrees is None else " degrees")
             )
@@ -277,7 +320,7 @@ def _demo(options: argparse.Namespace) -> int:
     return run.main(options.output) or 0
 
 
-# --- arguments -------------------------------------------------------------------------------------------------------
+# --- arguments ---
 
 
 JSON_HELP = "print JSON instead of the table"
@@ -299,13 +342,18 @@ class _Parser(argparse.ArgumentParser):
 
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
-        prog=PROGRAM, description="Triangle meshlets compressed with the glTF extension EXT_meshlet_edgebreaker."
+        prog=PROGRAM,
+        description="Triangle meshlets compressed with the glTF extension EXT_meshlet_edgebreaker.",
     )
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {gltf_ext.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_compress(commands)
     command = _add_command(
-        commands, "decompress", _decompress, "write a compressed file as a plain .glb", "file that compress wrote"
+        commands,
+        "decompress",
+        _decompress,
+        "write a compressed file as a plain .glb",
+        "file that compress wrote",
     )
     command.add_argument("output", metavar="OUT.glb", help="file to write")
     command = _add_command(
@@ -316,7 +364,9 @@ def _parser() -> argparse.ArgumentParser:
         "file that compress wrote",
     )
     command.add_argument("--json", action="store_true", help=JSON_HELP)
-    command.add_argument("--all", action="store_true", help=f"all primitives, not the {SHOWN_PRIMITIVES} largest")
+    command.add_argument(
+        "--all", action="store_true", help=f"all primitives, not the {SHOWN_PRIMITIVES} largest"
+    )
     command = _add_command(
         commands,
         "verify",
@@ -336,18 +386,31 @@ def _parser() -> argparse.ArgumentParser:
         "FILE",
     )
     command = _add_command(
-        commands, "render", render.run, "draw a picture of a file without decompressing it", "file that compress wrote, or any model", "SCENE"
+        commands,
+        "render",
+        render.run,
+        "draw a picture of a file without decompressing it",
+        "file that compress wrote, or any model",
+        "SCENE",
     )
     render.add_arguments(command)
-    command = commands.add_parser("demo", help="compress a generated model, verify it and draw pictures")
+    command = commands.add_parser(
+        "demo", help="compress a generated model, verify it and draw pictures"
+    )
     command.add_argument(
-        "output", metavar="FOLDER", nargs="?", default="demo-output", help="where to save (default %(default)s)"
+        "output",
+        metavar="FOLDER",
+        nargs="?",
+        default="demo-output",
+        help="where to save (default %(default)s)",
     )
     command.set_defaults(run=_demo)
     return parser
 
 
-def _add_command(commands, name: str, run, help: str, input_help: str, metavar: str = "IN") -> argparse.ArgumentParser:
+def _add_command(
+    commands, name: str, run, help: str, input_help: str, metavar: str = "IN"
+) -> argparse.ArgumentParser:
     command = commands.add_parser(name, help=help, description=help[0].upper() + help[1:] + ".")
     command.add_argument("input", metavar=metavar, help=input_help)
     command.set_defaults(run=run)
@@ -355,7 +418,9 @@ def _add_command(commands, name: str, run, help: str, input_help: str, metavar: 
 
 
 def _add_compress(commands) -> None:
-    command = _add_command(commands, "compress", _compress, "compress a model into a .glb", ".glb .gltf .obj .ply .stl")
+    command = _add_command(
+        commands, "compress", _compress, "compress a model into a .glb", ".glb .gltf .obj .ply .stl"
+    )
     command.add_argument("output", metavar="OUT.glb", help="file to write")
     for flag, name, default, text in (
         ("-vp", "position", None, "positions, 4 to 24"),
@@ -372,13 +437,24 @@ def _add_compress(commands) -> None:
             default=default,
             help=f"bits for {text} (default {default or 12})",
         )
-    command.add_argument("--step", type=float, metavar="X",
-        help="position step in model units (0.001 is 1 mm when units are metres), instead of -vp")
     command.add_argument(
-        "--grid", choices=("mesh", "scene"), default="mesh", help="mesh: one grid per mesh; scene: one for the whole file (default %(default)s)"
+        "--step",
+        type=float,
+        metavar="X",
+        help="position step in model units (0.001 is 1 mm when units are metres), instead of -vp",
     )
     command.add_argument(
-        "--max-triangles", type=int, default=64, metavar="N", help="per meshlet, 16 to 64 (default %(default)s)"
+        "--grid",
+        choices=("mesh", "scene"),
+        default="mesh",
+        help="mesh: one grid per mesh; scene: one for the whole file (default %(default)s)",
+    )
+    command.add_argument(
+        "--max-triangles",
+        type=int,
+        default=64,
+        metavar="N",
+        help="per meshlet, 16 to 64 (default %(default)s)",
     )
     command.add_argument(
         "--lambda",
@@ -388,7 +464,10 @@ def _add_compress(commands) -> None:
         help="planar (small) or compact (large) meshlets, above 1 (default 1.4)",
     )
     command.add_argument(
-        "--iterations", type=int, metavar="N", help="at most so many rounds of meshlet generation (default 12)"
+        "--iterations",
+        type=int,
+        metavar="N",
+        help="at most so many rounds of meshlet generation (default 12)",
     )
     command.add_argument(
         "--fill",

@@ -22,8 +22,15 @@ HASWELL = {"avx2", "bmi1", "bmi2", "fma"}  # what the wheel's code is compiled f
 
 def main(arguments: list[str] | None = None) -> int:
     """Builds and installs into this package; returns the exit status, 1 after one line on stderr."""
-    parser = argparse.ArgumentParser(prog="build.py", description="Build the Mitsuba plugin's native library.")
-    parser.add_argument("folder", metavar="FOLDER", nargs="?", help="build here, and keep it (default: a temporary folder)")
+    parser = argparse.ArgumentParser(
+        prog="build.py", description="Build the Mitsuba plugin's native library."
+    )
+    parser.add_argument(
+        "folder",
+        metavar="FOLDER",
+        nargs="?",
+        help="build here, and keep it (default: a temporary folder)",
+    )
     folder = parser.parse_args(arguments).folder
     problem = _obstacle()
     if problem is None:
@@ -68,12 +75,25 @@ def _build(folder: Path, keep: bool) -> str | None:
     with log.open("w") as output:
         for command in commands:
             try:
-                subprocess.run(command, check=True, stdout=output, stderr=subprocess.STDOUT, env={**os.environ, "PATH": _path()})
+                subprocess.run(
+                    command,
+                    check=True,
+                    stdout=output,
+                    stderr=subprocess.STDOUT,
+                    env={**os.environ, "PATH": _path()},
+                )
             except subprocess.CalledProcessError:
                 break
         else:
             return None
-    cause = next((line.strip() for line in log.read_text(errors="replace").splitlines() if "error" in line.lower()), "no cause given")
+    cause = next(
+        (
+            line.strip()
+            for line in log.read_text(errors="replace").splitlines()
+            if "error" in line.lower()
+        ),
+        "no cause given",
+    )
     return f"{cause[:200]}; it needs GCC 12 or newer" + (f"; all of it is in {log}" if keep else "")
 
 

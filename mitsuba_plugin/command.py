@@ -14,15 +14,19 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 
-from gltf_ext.gltf.document import write_files
 from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import write_files
 from gltf_ext.progress import progress_bar
 
 from . import llvm
 from .native import statistics
 from .scene import load_scene
 
-FORMATS = {".png": mi.Bitmap.FileFormat.PNG, ".exr": mi.Bitmap.FileFormat.OpenEXR, ".jpg": mi.Bitmap.FileFormat.JPEG}
+FORMATS = {
+    ".png": mi.Bitmap.FileFormat.PNG,
+    ".exr": mi.Bitmap.FileFormat.OpenEXR,
+    ".jpg": mi.Bitmap.FileFormat.JPEG,
+}
 PASS_SPP = 16  # the sampler spreads the samples of one pass evenly; more passes only for progress, and for memory,
 MAX_WAVEFRONT = 2**22  # since llvm_* variants hold all samples of a pass
 
@@ -35,7 +39,9 @@ def main(options: argparse.Namespace) -> int:
     output = Path(options.output)
     suffix = output.suffix.lower()
     if suffix not in FORMATS:
-        raise MeshletError("the output has an unknown format", f"use one of {' '.join(FORMATS)}", str(output))
+        raise MeshletError(
+            "the output has an unknown format", f"use one of {' '.join(FORMATS)}", str(output)
+        )
     _set_variant(options.variant)
     try:
         start = time.perf_counter()
@@ -74,10 +80,15 @@ def _encoded(picture: np.ndarray, suffix: str) -> bytes:
     return stream.raw_buffer()
 
 
-def _report(options: argparse.Namespace, seconds: dict[str, float], figures: dict[str, int]) -> None:
+def _report(
+    options: argparse.Namespace, seconds: dict[str, float], figures: dict[str, int]
+) -> None:
     if options.json:
         names = ("output", "backend", "variant", "width", "height", "spp")
-        report = {name: getattr(options, name) for name in names} | {"seconds": seconds, "statistics": figures}
+        report = {name: getattr(options, name) for name in names} | {
+            "seconds": seconds,
+            "statistics": figures,
+        }
         print(json.dumps(report, indent=2))
         return
     asked = max(figures["hits"] + figures["misses"], 1)
@@ -106,13 +117,21 @@ def _load(options: argparse.Namespace) -> mi.Scene:
     return scene
 
 
-def render(scene: mi.Scene, width: int, height: int, spp: int, advance: Callable[[float], None] | None = None) -> np.ndarray:
+def render(
+    scene: mi.Scene,
+    width: int,
+    height: int,
+    spp: int,
+    advance: Callable[[float], None] | None = None,
+) -> np.ndarray:
     """float32[height, width, 3]: the mean of passes with different seeds, after each of which advance(share done) is called."""
     passes = min(spp, max(spp // PASS_SPP, -(-width * height * spp // MAX_WAVEFRONT)))
     total = np.zeros(1, np.float32)
     for i in range(passes):
         first, last = spp * i // passes, spp * (i + 1) // passes
-        total = total + np.array(mi.render(scene, spp=last - first, seed=i)) * np.float32((last - first) / spp)
+        total = total + np.array(mi.render(scene, spp=last - first, seed=i)) * np.float32(
+            (last - first) / spp
+        )
         if advance:
             advance(last / spp)
     return total

@@ -8,13 +8,23 @@ from pathlib import Path
 
 VARIABLE = "DRJIT_LIBLLVM_PATH"  # Dr.Jit's own; a value that the user gave stays
 LEAST_VERSION = 17
-FOLDERS = ("/usr/lib/*-linux-gnu", "/usr/lib64", "/usr/lib", "/usr/lib/llvm-*/lib", "/usr/local/lib")
+FOLDERS = (
+    "/usr/lib/*-linux-gnu",
+    "/usr/lib64",
+    "/usr/lib",
+    "/usr/lib/llvm-*/lib",
+    "/usr/local/lib",
+)
 
 
 def choose() -> bool:
     """Points Dr.Jit at LLVM 17 or newer, before its first use; False where there is none."""
     if not os.environ.get(VARIABLE):
-        found = [(version, path) for path in _libraries() if (version := _version(path.name)) >= LEAST_VERSION]
+        found = [
+            (version, path)
+            for path in _libraries()
+            if (version := _version(path.name)) >= LEAST_VERSION
+        ]
         if not found:
             return False
         os.environ[VARIABLE] = str(max(found)[1])

@@ -8,10 +8,14 @@ import mitsuba as mi
 import numpy as np
 import pygltflib
 
-from gltf_ext.gltf.document import Document, item
 from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import Document, item
 
-WRAP = {pygltflib.REPEAT: "repeat", pygltflib.CLAMP_TO_EDGE: "clamp", pygltflib.MIRRORED_REPEAT: "mirror"}
+WRAP = {
+    pygltflib.REPEAT: "repeat",
+    pygltflib.CLAMP_TO_EDGE: "clamp",
+    pygltflib.MIRRORED_REPEAT: "mirror",
+}
 LEAST_ROUGHNESS = 0.03  # principled has no perfect mirror
 DEFAULT_IOR = 1.5
 DEFAULT_CUTOFF = 0.5
@@ -27,12 +31,19 @@ def texcoord_set(document: Document, index: int | None) -> int:
         return 0
     material = item(document.materials, index, "material")
     pbr = material.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
-    infos = (pbr.baseColorTexture, material.normalTexture, pbr.metallicRoughnessTexture, material.emissiveTexture)
+    infos = (
+        pbr.baseColorTexture,
+        material.normalTexture,
+        pbr.metallicRoughnessTexture,
+        material.emissiveTexture,
+    )
     return next((_texcoord_set(info) for info in infos if info is not None), 0)
 
 
 def _texcoord_set(info) -> int:
-    return (info.extensions or {}).get("KHR_texture_transform", {}).get("texCoord", info.texCoord or 0)
+    return (
+        (info.extensions or {}).get("KHR_texture_transform", {}).get("texCoord", info.texCoord or 0)
+    )
 
 
 class Materials:
@@ -46,7 +57,11 @@ class Materials:
 
     def bsdf(self, index: int | None, has_colors: bool) -> dict[str, Any]:
         """A BSDF dictionary for a material (None: glTF's default); has_colors: the primitive has COLOR_0."""
-        material = pygltflib.Material() if index is None else item(self._document.materials, index, "material")
+        material = (
+            pygltflib.Material()
+            if index is None
+            else item(self._document.materials, index, "material")
+        )
         extensions = material.extensions or {}
         self._texcoords = texcoord_set(self._document, index)
         pbr = material.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
@@ -74,10 +89,19 @@ class Materials:
             return None
         material = item(self._document.materials, index, "material")
         self._texcoords = texcoord_set(self._document, index)
-        if UNLIT in (material.extensions or {}):  # it shows its colour whatever the lights: it is one
+        if UNLIT in (
+            material.extensions or {}
+        ):  # it shows its colour whatever the lights: it is one
             pbr = material.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
-            return {"type": "area", "radiance": self._base_color(pbr.baseColorTexture, _base_color_factor(pbr), False)}
-        strength = (material.extensions or {}).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
+            return {
+                "type": "area",
+                "radiance": self._base_color(pbr.baseColorTexture, _base_color_factor(pbr), False),
+            }
+        strength = (
+            (material.extensions or {})
+            .get("KHR_materials_emissive_strength", {})
+            .get("emissiveStrength", 1.0)
+        )
         factor = np.array(material.emissiveFactor or (0, 0, 0), np.float64) * strength
         if not factor.any():
             return None
@@ -110,7 +134,11 @@ class Materials:
             return _color(factor[:3])
         image, parameters = texture
         if np.all(factor[:3] == 1):
-            return {**parameters, "bitmap": mi.Bitmap(np.ascontiguousarray(image[..., :3])), "raw": False}
+            return {
+                **parameters,
+                "bitmap": mi.Bitmap(np.ascontiguousarray(image[..., :3])),
+                "raw": False,
+            }
         return {
             **parameters,
             "bitmap": mi.Bitmap((_linear(image[..., :3]) * factor[:3]).astype(np.float32)),
@@ -127,7 +155,9 @@ class Materials:
         channels = image.astype(np.float32) / 255
         return {
             "metallic": _gray(parameters, channels[..., 2] * metallic),
-            "roughness": _gray(parameters, np.maximum(channels[..., 1] * roughness, LEAST_ROUGHNESS)),
+            "roughness": _gray(
+                parameters, np.maximum(channels[..., 1] * roughness, LEAST_ROUGHNESS)
+            ),
         }
 
     def _with_normals(self, info, bsdf: dict[str, Any]) -> dict[str, Any]:
@@ -168,7 +198,9 @@ class Materials:
         """(uint8[height, width, 3 or 4], the bitmap's other parameters) of a texture reference; None when it cannot be read."""
         transform = (info.extensions or {}).get("KHR_texture_transform", {})
         if _texcoord_set(info) != self._texcoords:
-            self._warn("a texture with other texture coordinates than its material's base colour is left out")
+            self._warn(
+                "a texture with other texture coordinates than its material's base colour is left out"
+            )
             return None
         texture = item(self._document.textures, info.index, "texture")
         if texture.source is None:
@@ -233,7 +265,9 @@ def _linear(srgb: np.ndarray) -> np.ndarray:
 
 def _base_color_factor(pbr: pygltflib.PbrMetallicRoughness) -> np.ndarray:
     """float64[4]"""
-    return np.array(pbr.baseColorFactor if pbr.baseColorFactor is not None else (1, 1, 1, 1), np.float64)
+    return np.array(
+        pbr.baseColorFactor if pbr.baseColorFactor is not None else (1, 1, 1, 1), np.float64
+    )
 
 
 def _color(rgb: np.ndarray) -> dict[str, Any]:
@@ -241,7 +275,11 @@ def _color(rgb: np.ndarray) -> dict[str, Any]:
 
 
 def _gray(parameters: dict[str, Any], values: np.ndarray) -> dict[str, Any]:
-    return {**parameters, "bitmap": mi.Bitmap(np.ascontiguousarray(values[..., None], np.float32)), "raw": True}
+    return {
+        **parameters,
+        "bitmap": mi.Bitmap(np.ascontiguousarray(values[..., None], np.float32)),
+        "raw": True,
+    }
 
 
 def _texture_transform(transform: dict[str, Any]) -> mi.ScalarTransform3f:
@@ -264,7 +302,9 @@ def _extension_parameters(extensions: dict[str, Any]) -> dict[str, Any]:
     result: dict[str, Any] = {}
     if "KHR_materials_ior" in extensions:
         result["eta"] = max(float(extensions["KHR_materials_ior"].get("ior", DEFAULT_IOR)), 1.001)
-    transmission = float(extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0))
+    transmission = float(
+        extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0)
+    )
     if transmission > 0:
         result["spec_trans"] = transmission
         result.setdefault("eta", DEFAULT_IOR)

@@ -42,7 +42,14 @@ CACHE_FIGURES = (
     "resident_entries",
     "limit_bytes",
 )
-SHAPE_FIGURES = ("triangles", "vertices", "meshlets", "compressed_bytes", "table_bytes", "decoded_bytes")
+SHAPE_FIGURES = (
+    "triangles",
+    "vertices",
+    "meshlets",
+    "compressed_bytes",
+    "table_bytes",
+    "decoded_bytes",
+)
 
 
 class StatisticsRow(ctypes.Structure):
@@ -74,7 +81,11 @@ def load() -> ctypes.CDLL:
         ctypes.POINTER(AttributeRow),
         ctypes.c_uint32,
     ]
-    library.meshlet_statistics.argtypes = [ctypes.c_uint64, ctypes.POINTER(StatisticsRow), ctypes.c_int]
+    library.meshlet_statistics.argtypes = [
+        ctypes.c_uint64,
+        ctypes.POINTER(StatisticsRow),
+        ctypes.c_int,
+    ]
     library.meshlet_shapes.argtypes = [ctypes.POINTER(ctypes.c_uint64), ctypes.c_uint32]
     library.meshlet_shapes.restype = ctypes.c_uint32
     library.meshlet_working_bytes.restype = ctypes.c_uint64
@@ -87,7 +98,9 @@ def load() -> ctypes.CDLL:
 def _library_path() -> Path:
     path = Path(__file__).parent / "plugins" / f"{PLUGIN}.so"
     if not path.is_file():
-        raise ImportError(f"mitsuba_plugin's native library is not built; build it: {BUILD_COMMAND}")
+        raise ImportError(
+            f"mitsuba_plugin's native library is not built; build it: {BUILD_COMMAND}"
+        )
     return path
 
 
@@ -95,10 +108,15 @@ def _library_path() -> Path:
 def _read(filename: bytes, mesh: int, primitive: int, request: int) -> None:
     """Called by the native plugin, from any thread."""
     try:
-        parts = reader.read_parts(filename.decode(), None if mesh < 0 else mesh, None if primitive < 0 else primitive)
+        parts = reader.read_parts(
+            filename.decode(), None if mesh < 0 else mesh, None if primitive < 0 else primitive
+        )
         blobs: dict[int, int] = {}
         names = sorted({name for part in parts for name in part.others})
-        widths = {name: max(part.others[name].components for part in parts if name in part.others) for name in names}
+        widths = {
+            name: max(part.others[name].components for part in parts if name in part.others)
+            for name in names
+        }
         for part in parts:
             if id(part.blob) not in blobs:
                 blobs[id(part.blob)] = library.meshlet_add_blob(request, part.blob, len(part.blob))
@@ -153,7 +171,9 @@ def _cache_ids(shape) -> list[int]:
         room = (ctypes.c_uint64 * 65536)()
         return list(room[: library.meshlet_shapes(room, len(room))])
     parameters = mitsuba.traverse(shape)
-    return [int(parameters[key]) for key in parameters.keys() if key.rpartition(".")[2] == "cache_id"]
+    return [
+        int(parameters[key]) for key in parameters.keys() if key.rpartition(".")[2] == "cache_id"
+    ]
 
 
 library = load()

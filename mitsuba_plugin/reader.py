@@ -8,12 +8,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gltf_ext.gltf.document import Document
+from gltf_ext.compression.extension import (
+    EXTENSION,
+    Compressed,
+    read_compressed,
+    require_compressed,
+)
 from gltf_ext.errors import MeshletError
-from gltf_ext.compression.extension import EXTENSION, Compressed, read_compressed, require_compressed
+from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.gltf.nodes import placed
-
 
 from .materials import texcoord_set
 
@@ -68,15 +72,21 @@ def read_parts(path: str, mesh: int | None, primitive: int | None) -> list[Part]
     document = _documents.get(path) or open_model(path)
     if mesh is None:
         if primitive is not None:
-            raise MeshletError("primitive is given without mesh", "give both, or neither for the whole file")
+            raise MeshletError(
+                "primitive is given without mesh", "give both, or neither for the whole file"
+            )
         return _parts_of_scene(document)
     if not 0 <= mesh < len(document.meshes):
         raise MeshletError(f"mesh {mesh} does not exist", f"there are {len(document.meshes)}")
     primitives = document.meshes[mesh].primitives
     if primitive is not None and not 0 <= primitive < len(primitives):
-        raise MeshletError(f"mesh {mesh} primitive {primitive} does not exist", f"there are {len(primitives)}")
+        raise MeshletError(
+            f"mesh {mesh} primitive {primitive} does not exist", f"there are {len(primitives)}"
+        )
     numbers = range(len(primitives)) if primitive is None else [primitive]
-    parts = [part_of(document, mesh, p) for p in numbers if EXTENSION in (primitives[p].extensions or {})]
+    parts = [
+        part_of(document, mesh, p) for p in numbers if EXTENSION in (primitives[p].extensions or {})
+    ]
     if not parts:
         raise MeshletError(
             f"mesh {mesh} has no primitive with {EXTENSION} there",
@@ -100,9 +110,13 @@ def _parts_of_scene(document: Document) -> list[Part]:
                 if EXTENSION in (document.meshes[node.mesh].primitives[p].extensions or {})
             ]
         for part in of_mesh[node.mesh]:
-            parts.append(Part(part.blob, part.position, part.normal, part.texcoord, part.others, matrix))
+            parts.append(
+                Part(part.blob, part.position, part.normal, part.texcoord, part.others, matrix)
+            )
     if not parts:
-        raise MeshletError("no node of its scene shows a compressed primitive", "give mesh and primitive")
+        raise MeshletError(
+            "no node of its scene shows a compressed primitive", "give mesh and primitive"
+        )
     return parts
 
 
@@ -120,10 +134,16 @@ def part_of(document: Document, mesh: int, primitive: int) -> Part:
     }
     others: dict[str, Attribute] = {}
     for name, attribute in found.items():
-        if name not in ("POSITION", "NORMAL", "TEXCOORD_0", "TANGENT") and not name.startswith(("JOINTS_", "WEIGHTS_")):
+        if name not in ("POSITION", "NORMAL", "TEXCOORD_0", "TANGENT") and not name.startswith(
+            ("JOINTS_", "WEIGHTS_")
+        ):
             others.update(_as_mesh_attributes(name, attribute))
-    texcoord = f"TEXCOORD_{texcoord_set(document, document.meshes[mesh].primitives[primitive].material)}"
-    return Part(compressed.blob, found["POSITION"], found.get("NORMAL"), found.get(texcoord), others)
+    texcoord = (
+        f"TEXCOORD_{texcoord_set(document, document.meshes[mesh].primitives[primitive].material)}"
+    )
+    return Part(
+        compressed.blob, found["POSITION"], found.get("NORMAL"), found.get(texcoord), others
+    )
 
 
 def _attribute(compressed: Compressed, name: str, normalized: bool) -> Attribute:
@@ -156,7 +176,9 @@ def _as_mesh_attributes(name: str, attribute: Attribute) -> dict[str, Attribute]
     return _renamed(f"vertex_{plain}", attribute, 0, attribute.components)
 
 
-def _renamed(name: str, attribute: Attribute, skipped: int, components: int) -> dict[str, Attribute]:
+def _renamed(
+    name: str, attribute: Attribute, skipped: int, components: int
+) -> dict[str, Attribute]:
     if len(name.encode()) > MAX_NAME or components > MAX_COMPONENTS:
         return {}
     return {name: replace(attribute, name=name, skipped=skipped, components=components)}

@@ -12,11 +12,11 @@ import mitsuba as mi
 import numpy as np
 import pygltflib
 
-from gltf_ext.gltf.accessors import DTYPES
-from gltf_ext.gltf.document import Document, item
-from gltf_ext.errors import MeshletError
 from gltf_ext.compression.extension import EXTENSION
 from gltf_ext.compression.primitives import TRIANGLE_MODES, read_primitive
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.accessors import DTYPES
+from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.gltf.nodes import placed
 
@@ -78,7 +78,12 @@ class _Builder:
         self._path, self._document, self._materials = path, document, Materials(document)
         pixels = "luminance" if "mono" in mi.variant() else "rgb"
         self._film = {"type": "hdrfilm", "width": width, "height": height, "pixel_format": pixels}
-        self._spp, self._integrator, self._camera, self._decoded = spp, integrator or {"type": "path"}, camera, decoded
+        self._spp, self._integrator, self._camera, self._decoded = (
+            spp,
+            integrator or {"type": "path"},
+            camera,
+            decoded,
+        )
         self._default_light, self._lit = default_light, False
         self._cache = {
             "cache": cache,
@@ -98,7 +103,9 @@ class _Builder:
             if node.mesh is not None:
                 self._add_mesh(number, node.mesh, matrix, uses[node.mesh] > 1, groups)
             if node.camera is not None:
-                self._cameras.append(self._sensor(item(self._document.cameras, node.camera, "camera"), matrix))
+                self._cameras.append(
+                    self._sensor(item(self._document.cameras, node.camera, "camera"), matrix)
+                )
             light = (node.extensions or {}).get("KHR_lights_punctual", {}).get("light")
             if light is not None:
                 self._add_light(number, light, matrix)
@@ -107,8 +114,12 @@ class _Builder:
         if not self._lit and self._default_light > 0:
             self._scene["default_light"] = {"type": "constant", "radiance": self._default_light}
         if not 0 <= self._camera < max(len(self._cameras), 1):
-            raise MeshletError(f"camera {self._camera} does not exist", f"there are {len(self._cameras) or 'none'}")
-        self._scene["sensor"] = self._cameras[self._camera] if self._cameras else self._default_sensor()
+            raise MeshletError(
+                f"camera {self._camera} does not exist", f"there are {len(self._cameras) or 'none'}"
+            )
+        self._scene["sensor"] = (
+            self._cameras[self._camera] if self._cameras else self._default_sensor()
+        )
         self._share_cache()
         for warning in self._materials.warnings:
             warnings.warn(f"{self._path}: {warning}", stacklevel=4)
@@ -116,7 +127,9 @@ class _Builder:
 
     # --- meshes ----------------------------------------------------------------------------------------------------------
 
-    def _add_mesh(self, number: int, mesh: int, matrix: np.ndarray, repeated: bool, groups: dict[int, str]) -> None:
+    def _add_mesh(
+        self, number: int, mesh: int, matrix: np.ndarray, repeated: bool, groups: dict[int, str]
+    ) -> None:
         primitives = item(self._document.meshes, mesh, "mesh").primitives
         shown = [p for p, primitive in enumerate(primitives) if primitive.mode in TRIANGLE_MODES]
         if not shown:
@@ -160,11 +173,15 @@ class _Builder:
             **inside,
         }
 
-    def _plain_mesh(self, mesh: int, index: int, matrix: np.ndarray, inside: dict[str, Any]) -> mi.Mesh:
+    def _plain_mesh(
+        self, mesh: int, index: int, matrix: np.ndarray, inside: dict[str, Any]
+    ) -> mi.Mesh:
         """A primitive that the encoder left as it was."""
         source = read_primitive(self._document, mesh, index)[0]
         attributes = source.attributes
-        texcoords = attributes.get(f"TEXCOORD_{texcoord_set(self._document, self._document.meshes[mesh].primitives[index].material)}")
+        texcoords = attributes.get(
+            f"TEXCOORD_{texcoord_set(self._document, self._document.meshes[mesh].primitives[index].material)}"
+        )
         properties = mi.Properties()
         for name, value in inside.items():
             properties[name] = mi.load_dict(value)
@@ -184,7 +201,9 @@ class _Builder:
         if "NORMAL" in attributes:
             normals = attributes["NORMAL"] @ np.linalg.inv(matrix[:3, :3])
             parameters["vertex_normals"] = (
-                (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)).astype(np.float32).ravel()
+                (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30))
+                .astype(np.float32)
+                .ravel()
             )
         if texcoords is not None:
             parameters["vertex_texcoords"] = _as_float(texcoords).ravel()
@@ -198,12 +217,19 @@ class _Builder:
         if not accessor.min or not accessor.max or len(accessor.min) != 3 or len(accessor.max) != 3:
             raise MeshletError("a POSITION accessor has no min and max", "export the model again")
         corners = np.array(
-            [[(accessor.min, accessor.max)[i >> axis & 1][axis] for axis in range(3)] for i in range(8)], np.float64
+            [
+                [(accessor.min, accessor.max)[i >> axis & 1][axis] for axis in range(3)]
+                for i in range(8)
+            ],
+            np.float64,
         )
         if accessor.normalized:
             corners /= np.iinfo(DTYPES[accessor.componentType]).max
         corners = corners @ matrix[:3, :3].T + matrix[:3, 3]
-        self._low, self._high = np.minimum(self._low, corners.min(axis=0)), np.maximum(self._high, corners.max(axis=0))
+        self._low, self._high = (
+            np.minimum(self._low, corners.min(axis=0)),
+            np.maximum(self._high, corners.max(axis=0)),
+        )
 
     def _share_cache(self) -> None:
         """A limit in bytes is for all shapes together: each brings along a share by its compressed size."""
@@ -218,12 +244,21 @@ class _Builder:
         sizes = [self._blob_bytes(shape) for shape in shapes]
         left = self._cache_bytes
         for i, (shape, size) in enumerate(zip(shapes, sizes)):
-            share = left if i == len(shapes) - 1 else int(self._cache_bytes * size / max(sum(sizes), 1))
+            share = (
+                left if i == len(shapes) - 1 else int(self._cache_bytes * size / max(sum(sizes), 1))
+            )
             shape["cache_bytes"], left = share, left - share
 
     def _blob_bytes(self, shape: dict[str, Any]) -> int:
-        extension = self._document.meshes[shape["mesh"]].primitives[shape["primitive"]].extensions[EXTENSION]
-        return item(self._document.bufferViews, extension.get("bufferView"), "bufferView").byteLength or 0
+        extension = (
+            self._document.meshes[shape["mesh"]]
+            .primitives[shape["primitive"]]
+            .extensions[EXTENSION]
+        )
+        return (
+            item(self._document.bufferViews, extension.get("bufferView"), "bufferView").byteLength
+            or 0
+        )
 
     # --- cameras and lights ----------------------------------------------------------------------------------------------
 
@@ -232,11 +267,16 @@ class _Builder:
         rigid[:3, :3] /= np.maximum(np.linalg.norm(rigid[:3, :3], axis=0), 1e-30)
         to_world = rigid @ FLIP_CAMERA
         if camera.type == "orthographic" and camera.orthographic is not None:
-            to_world = to_world @ np.diag([camera.orthographic.xmag or 1.0, camera.orthographic.xmag or 1.0, 1.0, 1.0])
-            return self._with_film({"type": "orthographic", "to_world": mi.ScalarTransform4f(to_world)})
+            to_world = to_world @ np.diag(
+                [camera.orthographic.xmag or 1.0, camera.orthographic.xmag or 1.0, 1.0, 1.0]
+            )
+            return self._with_film(
+                {"type": "orthographic", "to_world": mi.ScalarTransform4f(to_world)}
+            )
         if camera.perspective is None:
             raise MeshletError(
-                "a camera has neither perspective nor orthographic", "the file is not valid glTF; export it again"
+                "a camera has neither perspective nor orthographic",
+                "the file is not valid glTF; export it again",
             )
         return self._with_film(
             {
@@ -251,7 +291,10 @@ class _Builder:
 
     def _default_sensor(self) -> dict[str, Any]:
         """From the front, a little above and to the right, everything in view."""
-        center, radius = (self._low + self._high) / 2, max(float(np.linalg.norm(self._high - self._low)) / 2, 1e-6)
+        center, radius = (
+            (self._low + self._high) / 2,
+            max(float(np.linalg.norm(self._high - self._low)) / 2, 1e-6),
+        )
         direction = np.array(DEFAULT_VIEW) / np.linalg.norm(DEFAULT_VIEW)
         distance = radius / np.sin(np.radians(DEFAULT_FIELD_OF_VIEW / 2))
         return self._with_film(
@@ -268,7 +311,11 @@ class _Builder:
         )
 
     def _with_film(self, sensor: dict[str, Any]) -> dict[str, Any]:
-        return {**sensor, "film": self._film, "sampler": {"type": "multijitter", "sample_count": self._spp}}
+        return {
+            **sensor,
+            "film": self._film,
+            "sampler": {"type": "multijitter", "sample_count": self._spp},
+        }
 
     def _add_light(self, number: int, index: int, matrix: np.ndarray) -> None:
         """KHR_lights_punctual; lux and candela are taken for Mitsuba's units."""

@@ -52,7 +52,9 @@ class Meshlet:
 
     symbols: str
     loops: list[list[Reference]] = field(default_factory=list)
-    anchors: list[list[list[int]]] = field(default_factory=list)  # first one as is, the others as zigzag differences
+    anchors: list[list[list[int]]] = field(
+        default_factory=list
+    )  # first one as is, the others as zigzag differences
     anchor_widths: list[int] = field(default_factory=list)
     chain_codes: list = field(default_factory=list)
     chain: list[list[list[int]]] = field(default_factory=list)
@@ -106,7 +108,9 @@ def _put_residuals(writer: BitWriter, streams, codes, bases, residuals) -> None:
                     writer.put(1 << (u >> base + code), (u >> base + code) + 1)
 
 
-def meshlet_bytes(streams: list[Stream], meshlet: Meshlet, delta_width: int, slot_width: int) -> bytes:
+def meshlet_bytes(
+    streams: list[Stream], meshlet: Meshlet, delta_width: int, slot_width: int
+) -> bytes:
     """Sections A to H."""
     writer = BitWriter()
     codes = [SYMBOL_CODES[symbol] for symbol in meshlet.symbols]
@@ -149,8 +153,20 @@ def meshlet_bytes(streams: list[Stream], meshlet: Meshlet, delta_width: int, slo
             for value in anchor:
                 writer.put(value, stream.bits if n == 0 else meshlet.anchor_widths[s])
     if owns:
-        _put_residuals(writer, streams, meshlet.chain_codes, [stream.chain_base for stream in streams], meshlet.chain)
-    _put_residuals(writer, streams, meshlet.interior_codes, [stream.interior_base for stream in streams], meshlet.interior)
+        _put_residuals(
+            writer,
+            streams,
+            meshlet.chain_codes,
+            [stream.chain_base for stream in streams],
+            meshlet.chain,
+        )
+    _put_residuals(
+        writer,
+        streams,
+        meshlet.interior_codes,
+        [stream.interior_base for stream in streams],
+        meshlet.interior,
+    )
     return writer.to_bytes()
 
 
@@ -162,7 +178,13 @@ def has_seams(meshlet: Meshlet) -> bool:
     return any(r.share and not all(r.share) for r in meshlet.references)
 
 
-def write_blob(streams: list[Stream], meshlets: list[Meshlet], vertex_count: int, delta_width: int = 6, slot_width: int = 6) -> bytes:
+def write_blob(
+    streams: list[Stream],
+    meshlets: list[Meshlet],
+    vertex_count: int,
+    delta_width: int = 6,
+    slot_width: int = 6,
+) -> bytes:
     """A whole blob."""
     data = b""
     directory = []
@@ -187,7 +209,18 @@ def write_blob(streams: list[Stream], meshlets: list[Meshlet], vertex_count: int
     triangle_count = sum(len(meshlet.symbols) for meshlet in meshlets)
     data_offset = 32 + len(tables)
     header = struct.pack(
-        "<I4B6I", 0x314D4245, 1, len(streams), 0, 0, triangle_count, vertex_count, len(meshlets), data_offset + len(data), data_offset, 0
+        "<I4B6I",
+        0x314D4245,
+        1,
+        len(streams),
+        0,
+        0,
+        triangle_count,
+        vertex_count,
+        len(meshlets),
+        data_offset + len(data),
+        data_offset,
+        0,
     )
     return header + tables + data
 
@@ -206,7 +239,11 @@ def random_disk(rng: random.Random, triangle_count: int, smallest_loop: int = 3)
         return "E"
     if triangle_count > 2 and rng.random() < 0.25:
         right = rng.randint(1, triangle_count - 2)
-        return "S" + random_disk(rng, right, smallest_loop) + random_disk(rng, triangle_count - 1 - right, smallest_loop)
+        return (
+            "S"
+            + random_disk(rng, right, smallest_loop)
+            + random_disk(rng, triangle_count - 1 - right, smallest_loop)
+        )
     rest = random_disk(rng, triangle_count - 1, smallest_loop)
     if net_growth(rest) - 1 >= smallest_loop - 1 and rng.random() < 0.7:
         return "C" + rest
@@ -216,7 +253,11 @@ def random_disk(rng: random.Random, triangle_count: int, smallest_loop: int = 3)
 def random_components(rng: random.Random, smallest_loop: int = 3) -> list[str]:
     """Disks that fit into one meshlet together."""
     while True:
-        sizes = [rng.randint(1, 64)] if rng.random() < 0.6 else [rng.randint(1, 12) for _ in range(rng.randint(1, 5))]
+        sizes = (
+            [rng.randint(1, 64)]
+            if rng.random() < 0.6
+            else [rng.randint(1, 12) for _ in range(rng.randint(1, 5))]
+        )
         disks = [random_disk(rng, size, smallest_loop) for size in sizes]
         symbols = "".join(disks)
         vertex_count = len(disks) + symbols.count("R") + 2 * symbols.count("E") + symbols.count("L")
@@ -229,9 +270,17 @@ def random_streams(rng: random.Random) -> list[Stream]:
     for _ in range(rng.randint(0, 4)):
         kind = rng.randint(0, 4)
         components = {OCT: 2, SIGN: 1}.get(kind, rng.randint(1, 4))
-        bits = {GRID: rng.randint(1, 24), OCT: rng.randint(2, 16), INTEGER: rng.randint(1, 32), FLOAT32: 32, SIGN: 1}[kind]
+        bits = {
+            GRID: rng.randint(1, 24),
+            OCT: rng.randint(2, 16),
+            INTEGER: rng.randint(1, 32),
+            FLOAT32: 32,
+            SIGN: 1,
+        }[kind]
         predictor = rng.randint(0, 3) if bits <= 24 else COPY
-        streams.append(Stream(kind, components, bits, predictor, rng.randint(0, 25), rng.randint(0, 25)))
+        streams.append(
+            Stream(kind, components, bits, predictor, rng.randint(0, 25), rng.randint(0, 25))
+        )
     return streams
 
 
@@ -240,10 +289,18 @@ def _random_loop(rng, length, m, slots, stream_count, chains) -> list[Reference]
     loop = []
     while length:
         same_meshlet = rng.random() < 0.05  # more would wind most corners beyond eight hops
-        fitting = [chain for chain in chains if chain[2] <= length and m - chain[0] < 64 and (chain[0] == m) == same_meshlet]
+        fitting = [
+            chain
+            for chain in chains
+            if chain[2] <= length and m - chain[0] < 64 and (chain[0] == m) == same_meshlet
+        ]
         if fitting and rng.random() < 0.5:
             owner, slot, run = rng.choice(fitting)
-            share = tuple(rng.random() < 0.7 for _ in range(stream_count - 1)) if rng.random() < 0.5 else ()
+            share = (
+                tuple(rng.random() < 0.7 for _ in range(stream_count - 1))
+                if rng.random() < 0.5
+                else ()
+            )
             loop.append(Reference(FOREIGN, run, m - owner, slot, share))
         else:
             run = length if rng.random() < 0.2 else rng.randint(1, min(length, 12))
@@ -260,12 +317,20 @@ def _random_residuals(rng, stream: Stream, base: int, count: int):
     """(code, residuals) of ``count`` vertices."""
     if rng.random() < 0.5:
         code = rng.randint(0, 6)
-        return code, [[rng.getrandbits(rng.randint(0, min(32, base + code + 4))) for _ in range(stream.components)] for _ in range(count)]
+        return code, [
+            [
+                rng.getrandbits(rng.randint(0, min(32, base + code + 4)))
+                for _ in range(stream.components)
+            ]
+            for _ in range(count)
+        ]
     code = [rng.choice([*range(20), 32]) for _ in range(stream.components)]
     return code, [[rng.getrandbits(width) for width in code] for _ in range(count)]
 
 
-def random_meshlet(rng: random.Random, m: int, streams: list[Stream], chains: list[tuple[int, int, int]]) -> Meshlet:
+def random_meshlet(
+    rng: random.Random, m: int, streams: list[Stream], chains: list[tuple[int, int, int]]
+) -> Meshlet:
     """A meshlet of valid structure, whose foreign references point at ``chains``, to which it adds its own."""
     disks = random_components(rng)
     meshlet = Meshlet("".join(disks))
@@ -280,8 +345,12 @@ def random_meshlet(rng: random.Random, m: int, streams: list[Stream], chains: li
             chains[:] = before
     loops = meshlet.loops or [[Reference(PRIVATE, length)] for length in loop_lengths]
     references = [r for loop in loops for r in loop]
-    vertex_count = sum(disk.count("R") + 2 * disk.count("E") + disk.count("L") + 1 for disk in disks)
-    inner = {kind: sum(r.length - 1 for r in references if r.kind == kind) for kind in (OWNED, PRIVATE)}
+    vertex_count = sum(
+        disk.count("R") + 2 * disk.count("E") + disk.count("L") + 1 for disk in disks
+    )
+    inner = {
+        kind: sum(r.length - 1 for r in references if r.kind == kind) for kind in (OWNED, PRIVATE)
+    }
     for s, stream in enumerate(streams):
         seams = sum(r.length - 1 for r in references if r.kind == FOREIGN and r.own(s))
         traversed = vertex_count - sum(loop_lengths) + inner[PRIVATE]
@@ -297,7 +366,10 @@ def random_meshlet(rng: random.Random, m: int, streams: list[Stream], chains: li
 
 def corners(meshlet: Meshlet):
     """(before, j) for each corner j: the references that meet there. Loops of private references when R = 0."""
-    loops = meshlet.loops or [[Reference(PRIVATE, 1)] for _ in range(meshlet.symbols.count("E") - meshlet.symbols.count("S"))]
+    loops = meshlet.loops or [
+        [Reference(PRIVATE, 1)]
+        for _ in range(meshlet.symbols.count("E") - meshlet.symbols.count("S"))
+    ]
     first = 0
     for loop in loops:
         for i in range(len(loop)):
@@ -307,7 +379,9 @@ def corners(meshlet: Meshlet):
 
 def shared_corners(meshlets: list[Meshlet], s: int) -> dict[tuple[int, int], tuple[int, int]]:
     """(meshlet, corner) -> one representative of all corners that references make equal in stream ``s``."""
-    parent = {(m, j): (m, j) for m, meshlet in enumerate(meshlets) for _, j, _, _ in corners(meshlet)}
+    parent = {
+        (m, j): (m, j) for m, meshlet in enumerate(meshlets) for _, j, _, _ in corners(meshlet)
+    }
 
     def find(corner):
         while parent[corner] != corner:
@@ -319,7 +393,9 @@ def shared_corners(meshlets: list[Meshlet], s: int) -> dict[tuple[int, int], tup
         for j, r in enumerate(meshlet.references):
             if not r.own(s):
                 owner = m - r.delta
-                k = [i for i, other in enumerate(meshlets[owner].references) if other.kind == OWNED][r.slot]
+                k = [
+                    i for i, other in enumerate(meshlets[owner].references) if other.kind == OWNED
+                ][r.slot]
                 parent[find((m, j))] = find((owner, after[owner][k]))
                 parent[find((m, after[m][j]))] = find((owner, k))
     return {corner: find(corner) for corner in parent}
@@ -332,13 +408,26 @@ def _set_random_anchors(rng: random.Random, streams: list[Stream], meshlets: lis
         near = rng.getrandbits(stream.bits)
         spread = rng.randint(0, stream.bits)
         values = {
-            name: [(near + rng.getrandbits(spread)) % (1 << stream.bits) for _ in range(stream.components)] for name in set(names.values())
+            name: [
+                (near + rng.getrandbits(spread)) % (1 << stream.bits)
+                for _ in range(stream.components)
+            ]
+            for name in set(names.values())
         }
         half = 1 << stream.bits - 1
         for m, meshlet in enumerate(meshlets):
-            anchors = [values[names[m, j]] for _, j, own_before, own in corners(meshlet) if own_before(s) and own(s)]
-            differences = [[(v - f + half) % (2 * half) - half for v, f in zip(anchor, anchors[0])] for anchor in anchors]
-            zigzag = [[2 * d if d >= 0 else -2 * d - 1 for d in difference] for difference in differences]
+            anchors = [
+                values[names[m, j]]
+                for _, j, own_before, own in corners(meshlet)
+                if own_before(s) and own(s)
+            ]
+            differences = [
+                [(v - f + half) % (2 * half) - half for v, f in zip(anchor, anchors[0])]
+                for anchor in anchors
+            ]
+            zigzag = [
+                [2 * d if d >= 0 else -2 * d - 1 for d in difference] for difference in differences
+            ]
             width = max((u for anchor in zigzag for u in anchor), default=0).bit_length()
             meshlet.anchor_widths.append(width if width < 31 else 32)
             meshlet.anchors.append(anchors[:1] + zigzag[1:])

@@ -16,14 +16,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
-
 import numpy as np
-from spec import blob_writer
-from spec.blob_writer import COPY, DAMPED, FLOAT32, FOREIGN, GRID, INTEGER, MEAN, OCT, OWNED, PARALLELOGRAM, PRIVATE, SIGN
 
 from gltf_ext import _codec
-
-from spec import reference_decoder
+from spec import blob_writer, reference_decoder
+from spec.blob_writer import (
+    COPY,
+    DAMPED,
+    FLOAT32,
+    FOREIGN,
+    GRID,
+    INTEGER,
+    MEAN,
+    OCT,
+    OWNED,
+    PARALLELOGRAM,
+    PRIVATE,
+    SIGN,
+)
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "spec" / "vectors"
@@ -36,11 +46,25 @@ EXAMPLE_END = "<!-- worked example: end -->\n"
 
 
 def position_stream(bits: int = 12, predictor: int = -1) -> dict:
-    return {"kind": GRID, "components": 3, "bits": bits, "predictor": predictor, "step": 0.25, "offset": [-1.0, 0.0, 2.0]}
+    return {
+        "kind": GRID,
+        "components": 3,
+        "bits": bits,
+        "predictor": predictor,
+        "step": 0.25,
+        "offset": [-1.0, 0.0, 2.0],
+    }
 
 
 def stream(kind: int, components: int, bits: int, predictor: int = -1) -> dict:
-    return {"kind": kind, "components": components, "bits": bits, "predictor": predictor, "step": 1.0, "offset": [0.0] * components}
+    return {
+        "kind": kind,
+        "components": components,
+        "bits": bits,
+        "predictor": predictor,
+        "step": 1.0,
+        "offset": [0.0] * components,
+    }
 
 
 def encode(triangles, positions, streams=None, values=(), max_triangles: int = 64) -> bytes:
@@ -84,7 +108,10 @@ def quad() -> bytes:
 
 
 def tetrahedron() -> bytes:
-    return encode([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]], [[0, 0, 0], [200, 0, 0], [0, 200, 0], [0, 0, 200]])
+    return encode(
+        [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]],
+        [[0, 0, 0], [200, 0, 0], [0, 200, 0], [0, 0, 200]],
+    )
 
 
 def worked_example() -> bytes:
@@ -98,7 +125,9 @@ def tube(columns: int, rows: int):
     """A tube whose first and last column of vertices coincide in position but not in texture coordinate."""
     angle = 2 * np.pi * (np.arange((columns + 1) * (rows + 1)) % (columns + 1) % columns) / columns
     y, x = np.divmod(np.arange((columns + 1) * (rows + 1)), columns + 1)
-    positions = np.stack([np.rint(1000 + 900 * np.cos(angle)), np.rint(1000 + 900 * np.sin(angle)), y * 300], axis=1)
+    positions = np.stack(
+        [np.rint(1000 + 900 * np.cos(angle)), np.rint(1000 + 900 * np.sin(angle)), y * 300], axis=1
+    )
     return grid_triangles(columns, rows), positions, np.stack([x * 100, y * 100], axis=1)
 
 
@@ -125,9 +154,21 @@ def several_components() -> bytes:
 
 def every_predictor() -> bytes:
     positions = grid_positions(9, 7)
-    streams = [position_stream(12, PARALLELOGRAM), stream(GRID, 2, 12, MEAN), stream(GRID, 1, 12, COPY), stream(GRID, 1, 12, DAMPED), stream(INTEGER, 1, 32, COPY)]
+    streams = [
+        position_stream(12, PARALLELOGRAM),
+        stream(GRID, 2, 12, MEAN),
+        stream(GRID, 1, 12, COPY),
+        stream(GRID, 1, 12, DAMPED),
+        stream(INTEGER, 1, 32, COPY),
+    ]
     wide = positions[:, :1].astype(np.int64) * 40000001 % (1 << 32)
-    return encode(grid_triangles(9, 7), positions, streams, [positions[:, :2], positions[:, 2:], positions[:, 2:], wide], max_triangles=40)
+    return encode(
+        grid_triangles(9, 7),
+        positions,
+        streams,
+        [positions[:, :2], positions[:, 2:], positions[:, 2:], wide],
+        max_triangles=40,
+    )
 
 
 def every_kind() -> bytes:
@@ -137,7 +178,13 @@ def every_kind() -> bytes:
     joints = np.stack([i % 4, i // 13, 0 * i, 3 + 0 * i], axis=1)
     bits = np.linspace(-2.5, 1e6, len(i), dtype=np.float32).view(np.uint32)
     floats = np.where(bits >> 31, ~bits, bits ^ np.uint32(0x80000000))
-    streams = [position_stream(), stream(OCT, 2, 8), stream(SIGN, 1, 1), stream(INTEGER, 4, 8), stream(FLOAT32, 1, 32, COPY)]
+    streams = [
+        position_stream(),
+        stream(OCT, 2, 8),
+        stream(SIGN, 1, 1),
+        stream(INTEGER, 4, 8),
+        stream(FLOAT32, 1, 32, COPY),
+    ]
     values = [normals, (i % 5 == 0)[:, None], joints, floats[:, None]]
     return encode(grid_triangles(6, 6), positions, streams, values, max_triangles=40)
 
@@ -158,8 +205,29 @@ def several_groups() -> bytes:
 
 def awkward_topology() -> bytes:
     """Three triangles on one edge, a vertex between two fans, a triangle twice, one with reversed winding, collapsed ones."""
-    positions = [[0, 0, 0], [50, 0, 0], [0, 50, 0], [0, 0, 50], [50, 50, 50], [90, 90, 90], [90, 0, 90], [0, 90, 90], [7, 7, 7], [7, 7, 7], [7, 7, 7]]
-    triangles = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [4, 5, 6], [4, 7, 5], [0, 1, 2], [2, 1, 0], [8, 9, 10]]
+    positions = [
+        [0, 0, 0],
+        [50, 0, 0],
+        [0, 50, 0],
+        [0, 0, 50],
+        [50, 50, 50],
+        [90, 90, 90],
+        [90, 0, 90],
+        [0, 90, 90],
+        [7, 7, 7],
+        [7, 7, 7],
+        [7, 7, 7],
+    ]
+    triangles = [
+        [0, 1, 2],
+        [1, 0, 3],
+        [0, 1, 4],
+        [4, 5, 6],
+        [4, 7, 5],
+        [0, 1, 2],
+        [2, 1, 0],
+        [8, 9, 10],
+    ]
     return encode(triangles, positions)
 
 
@@ -193,7 +261,16 @@ def reference(kind, length, delta=0, slot=0, share=()) -> blob_writer.Reference:
 def hop_chain(hops: int) -> bytes:
     """Triangles around a vertex: each one's first edge is its predecessor's, so that corner 1 of the last is ``hops`` away."""
     streams = [blob_writer.Stream(bits=12)]
-    meshlets = [fixed_meshlet("E", [[reference(OWNED, 1), reference(OWNED, 1), reference(OWNED, 1)]], streams, [3], [0], [0])]
+    meshlets = [
+        fixed_meshlet(
+            "E",
+            [[reference(OWNED, 1), reference(OWNED, 1), reference(OWNED, 1)]],
+            streams,
+            [3],
+            [0],
+            [0],
+        )
+    ]
     for _ in range(hops):
         loop = [reference(FOREIGN, 1, 1, 0), reference(OWNED, 1), reference(OWNED, 1)]
         meshlets.append(fixed_meshlet("E", [loop], streams, [1], [0], [0]))
@@ -206,10 +283,15 @@ def eight_hops() -> bytes:
 
 def filled_hole() -> bytes:
     """A loop of one owned reference, and a meshlet whose whole loop is that reference backwards, apart in stream 1."""
-    streams = [blob_writer.Stream(bits=12), blob_writer.Stream(bits=10, components=2, predictor=MEAN)]
+    streams = [
+        blob_writer.Stream(bits=12),
+        blob_writer.Stream(bits=10, components=2, predictor=MEAN),
+    ]
     meshlets = [
         fixed_meshlet("CRRE", [[reference(OWNED, 4)]], streams, [1, 1], [3, 3], [1, 1]),
-        fixed_meshlet("RE", [[reference(FOREIGN, 4, 1, 0, (False,))]], streams, [0, 1], [0, 0], [0, 3]),
+        fixed_meshlet(
+            "RE", [[reference(FOREIGN, 4, 1, 0, (False,))]], streams, [0, 1], [0, 0], [0, 3]
+        ),
     ]
     return blob_writer.write_blob(streams, meshlets, 9)
 
@@ -229,7 +311,11 @@ def extreme_codes(quotient: int = 16383) -> bytes:
         [],
         [[], [], []],
         [6, [32], 0],
-        [[[0xFFFFFFFF], [0x80000001], [3], [0]], [[0xFFFFFFFE], [1], [2], [0]], [[quotient], [3], [6], [1]]],
+        [
+            [[0xFFFFFFFF], [0x80000001], [3], [0]],
+            [[0xFFFFFFFE], [1], [2], [0]],
+            [[quotient], [3], [6], [1]],
+        ],
     )
     return blob_writer.write_blob(streams, [meshlet], 5)
 
@@ -237,15 +323,25 @@ def extreme_codes(quotient: int = 16383) -> bytes:
 def two_vertex_loop() -> bytes:
     """Two triangles glued along two of their edges."""
     streams = [blob_writer.Stream(bits=12)]
-    meshlet = fixed_meshlet("CE", [[reference(OWNED, 1), reference(PRIVATE, 1)]], streams, [2], [0], [1])
+    meshlet = fixed_meshlet(
+        "CE", [[reference(OWNED, 1), reference(PRIVATE, 1)]], streams, [2], [0], [1]
+    )
     return blob_writer.write_blob(streams, [meshlet], 3)
 
 
 def collapsed_by_aliases() -> bytes:
     """A run of a boundary that meets another one of the same meshlet: each triangle has two local vertices that are one."""
     streams = [blob_writer.Stream(bits=8)]
-    loop = [reference(PRIVATE, 1), reference(OWNED, 1), reference(PRIVATE, 1), reference(FOREIGN, 1), reference(PRIVATE, 1)]
-    return blob_writer.write_blob(streams, [fixed_meshlet("RRE", [loop], streams, [3], [0], [0])], 3)
+    loop = [
+        reference(PRIVATE, 1),
+        reference(OWNED, 1),
+        reference(PRIVATE, 1),
+        reference(FOREIGN, 1),
+        reference(PRIVATE, 1),
+    ]
+    return blob_writer.write_blob(
+        streams, [fixed_meshlet("RRE", [loop], streams, [3], [0], [0])], 3
+    )
 
 
 def redundant_masks() -> bytes:
@@ -254,9 +350,13 @@ def redundant_masks() -> bytes:
     loop = [reference(OWNED, 1), reference(OWNED, 1), reference(OWNED, 1)]
     meshlets = [
         fixed_meshlet("E", [loop], streams, [3, 3], [0, 0], [0, 0]),
-        fixed_meshlet("E", [[reference(FOREIGN, 1, 1, 0), *loop[1:]]], streams, [1, 1], [0, 0], [0, 0]),
+        fixed_meshlet(
+            "E", [[reference(FOREIGN, 1, 1, 0), *loop[1:]]], streams, [1, 1], [0, 0], [0, 0]
+        ),
     ]
-    with mock.patch.multiple(blob_writer, has_private=lambda meshlet: True, has_seams=lambda meshlet: True):
+    with mock.patch.multiple(
+        blob_writer, has_private=lambda meshlet: True, has_seams=lambda meshlet: True
+    ):
         return blob_writer.write_blob(streams, meshlets, 4)
 
 
@@ -265,7 +365,10 @@ def unused_bytes() -> bytes:
     blob = worked_example()
     tables = table_offsets(blob)
     begin = struct.unpack_from("<I", blob, 24)[0]
-    starts = [begin + (struct.unpack_from("<I", blob, tables["directory"] + 4 * m)[0] & 0x1FFFF) for m in range(3)]
+    starts = [
+        begin + (struct.unpack_from("<I", blob, tables["directory"] + 4 * m)[0] & 0x1FFFF)
+        for m in range(3)
+    ]
     parts = [blob[a:b] for a, b in zip(starts, [*starts[1:], len(blob) - 8])]
     data = b"".join(b"\xff\x5a\xa5" + part for part in parts) + b"\xc3" * 8
     data += b"\xff" * (-(begin + len(data)) % 4) + bytes(8)
@@ -314,25 +417,64 @@ def count_vertices(blob: bytes) -> int:
 VALID = {
     "one_triangle": (one_triangle, "one triangle"),
     "quad": (quad, "two triangles in one meshlet without references"),
-    "tetrahedron": (tetrahedron, "a closed surface, cut into meshlets that share all of their boundaries"),
-    "worked_example": (worked_example, "the worked example of the specification: sixteen triangles in meshlets of at most eight"),
-    "seam_within_a_meshlet": (seam_within_a_meshlet, "a tube in one meshlet: its boundary meets itself (delta 0) along a seam of stream 1"),
-    "seams_between_meshlets": (seams_between_meshlets, "a tube in several meshlets, with share bits"),
+    "tetrahedron": (
+        tetrahedron,
+        "a closed surface, cut into meshlets that share all of their boundaries",
+    ),
+    "worked_example": (
+        worked_example,
+        "the worked example of the specification: sixteen triangles in meshlets of at most eight",
+    ),
+    "seam_within_a_meshlet": (
+        seam_within_a_meshlet,
+        "a tube in one meshlet: its boundary meets itself (delta 0) along a seam of stream 1",
+    ),
+    "seams_between_meshlets": (
+        seams_between_meshlets,
+        "a tube in several meshlets, with share bits",
+    ),
     "several_components": (several_components, "five sheets; several components in a meshlet"),
-    "every_predictor": (every_predictor, "PARALLELOGRAM, MEAN, COPY, DAMPED, and a stream of 32 bits"),
+    "every_predictor": (
+        every_predictor,
+        "PARALLELOGRAM, MEAN, COPY, DAMPED, and a stream of 32 bits",
+    ),
     "every_kind": (every_kind, "GRID, OCT, SIGN, INTEGER, FLOAT32"),
     "rice_and_fixed_codes": (rice_and_fixed_codes, "Rice and fixed codes, for chains and interior"),
     "several_groups": (several_groups, "more than 32 meshlets"),
-    "awkward_topology": (awkward_topology, "non-manifold edges and vertices, duplicate and collapsed triangles"),
+    "awkward_topology": (
+        awkward_topology,
+        "non-manifold edges and vertices, duplicate and collapsed triangles",
+    ),
     "eight_hops": (eight_hops, "hand-made: a corner found after eight hops"),
-    "filled_hole": (filled_hole, "hand-made: loops of a single owned and of a single foreign reference, which is a seam"),
-    "extreme_codes": (extreme_codes, "hand-made: Rice parameter 31, quotient 16383, width 32, width above the stream's bits"),
+    "filled_hole": (
+        filled_hole,
+        "hand-made: loops of a single owned and of a single foreign reference, which is a seam",
+    ),
+    "extreme_codes": (
+        extreme_codes,
+        "hand-made: Rice parameter 31, quotient 16383, width 32, width above the stream's bits",
+    ),
     "two_vertex_loop": (two_vertex_loop, "hand-made: a boundary of two vertices"),
-    "collapsed_by_aliases": (collapsed_by_aliases, "hand-made: triangles two of whose local vertices are one vertex through aliases"),
-    "redundant_masks": (redundant_masks, "hand-made: a stored private mask that is zero, stored share bits that are all one"),
-    "unused_bytes": (unused_bytes, "hand-made: unused bytes around the meshlets' data, an offset of an element that the stream lacks"),
-    "data_within_data": (data_within_data, "hand-made: sections of a meshlet that extend into the bytes of the next"),
-    "random_structures": (random_structures, "hand-made: random connectivity, references, codes and residuals"),
+    "collapsed_by_aliases": (
+        collapsed_by_aliases,
+        "hand-made: triangles two of whose local vertices are one vertex through aliases",
+    ),
+    "redundant_masks": (
+        redundant_masks,
+        "hand-made: a stored private mask that is zero, stored share bits that are all one",
+    ),
+    "unused_bytes": (
+        unused_bytes,
+        "hand-made: unused bytes around the meshlets' data, an offset of an element that the stream lacks",
+    ),
+    "data_within_data": (
+        data_within_data,
+        "hand-made: sections of a meshlet that extend into the bytes of the next",
+    ),
+    "random_structures": (
+        random_structures,
+        "hand-made: random connectivity, references, codes and residuals",
+    ),
 }
 
 
@@ -410,7 +552,10 @@ def symbols_only(symbols: str) -> bytes:
 def two_meshlets() -> bytes:
     """Two components and one, with owned, foreign and private references, loop-end mask and share bits."""
     streams = [blob_writer.Stream(), blob_writer.Stream(components=2)]
-    loops = [[reference(OWNED, 1), reference(PRIVATE, 2)], [reference(OWNED, 2), reference(PRIVATE, 1), reference(OWNED, 1)]]
+    loops = [
+        [reference(OWNED, 1), reference(PRIVATE, 2)],
+        [reference(OWNED, 2), reference(PRIVATE, 1), reference(OWNED, 1)],
+    ]
     loop = [reference(FOREIGN, 2, 1, 1, (False,)), reference(OWNED, 2), reference(PRIVATE, 1)]
     meshlets = [
         fixed_meshlet("ERE", loops, streams, [5, 5], [1, 1], [1, 1]),
@@ -422,7 +567,14 @@ def two_meshlets() -> bytes:
 def unused_rice_parameter() -> bytes:
     """A triangle whose chains have no inner vertices, but a chain code."""
     streams = [blob_writer.Stream(chain_base=31)]
-    meshlet = fixed_meshlet("E", [[reference(OWNED, 1), reference(OWNED, 1), reference(PRIVATE, 1)]], streams, [3], [0], [0])
+    meshlet = fixed_meshlet(
+        "E",
+        [[reference(OWNED, 1), reference(OWNED, 1), reference(PRIVATE, 1)]],
+        streams,
+        [3],
+        [0],
+        [0],
+    )
     meshlet.chain_codes = [1]
     return blob_writer.write_blob(streams, [meshlet], 3)
 
@@ -445,7 +597,9 @@ def inconsistent() -> bytes:
 
 
 def without_last_quotient(blob: bytes) -> bytes:
-    last = [field for field in meshlet_fields(blob, 0) if field.name.startswith("quotients of interior")][-1]
+    last = [
+        field for field in meshlet_fields(blob, 0) if field.name.startswith("quotients of interior")
+    ][-1]
     return put_bits(blob, last.position, 1, 0)
 
 
@@ -576,7 +730,13 @@ STREAM_FIELDS = (
     ("f", "step"),
     *(("f", f"offset[{c}]") for c in range(4)),
 )
-GROUP_FIELDS = (("I", "base"), ("B", "delta width"), ("B", "slot width"), ("B", "offset shift"), ("B", "reserved"))
+GROUP_FIELDS = (
+    ("I", "base"),
+    ("B", "delta width"),
+    ("B", "slot width"),
+    ("B", "offset shift"),
+    ("B", "reserved"),
+)
 
 
 def table_rows(blob: bytes, at: int, part: str, fields) -> list[str]:
@@ -584,14 +744,18 @@ def table_rows(blob: bytes, at: int, part: str, fields) -> list[str]:
     for form, name in fields:
         size = struct.calcsize(form)
         (value,) = struct.unpack_from("<" + form, blob, at)
-        rows.append(f"| {at} | `{blob[at : at + size].hex(' ')}` | {part}: {name} | {hex(value) if name == 'magic' else value} |")
+        rows.append(
+            f"| {at} | `{blob[at : at + size].hex(' ')}` | {part}: {name} | {hex(value) if name == 'magic' else value} |"
+        )
         at += size
     return rows
 
 
 def directory_row(blob: bytes, at: int, m: int) -> str:
     (word,) = struct.unpack_from("<I", blob, at)
-    flags = [name for bit, name in ((29, "LOOPS"), (30, "PRIVATE"), (31, "SEAMS")) if word >> bit & 1]
+    flags = [
+        name for bit, name in ((29, "LOOPS"), (30, "PRIVATE"), (31, "SEAMS")) if word >> bit & 1
+    ]
     text = f"offset {word & 0x1FFFF}, T = {(word >> 17 & 63) + 1}, R = {word >> 23 & 63}, flags: {', '.join(flags) or 'none'}"
     return f"| {at} | `{blob[at : at + 4].hex(' ')}` | directory, meshlet {m} | {text} |"
 
@@ -613,7 +777,9 @@ def meshlet_rows(blob: bytes, m: int) -> list[str]:
     for run in runs:
         first = run[0]
         values = [field.value for field in run]
-        section = next(section for prefix, section in SECTIONS.items() if first.name.startswith(prefix))
+        section = next(
+            section for prefix, section in SECTIONS.items() if first.name.startswith(prefix)
+        )
         widths = f"{first.width}" if len(run) == 1 else f"{len(run)} × {first.width}"
         if first.name.startswith("quotients"):
             values = unary_values(values)
@@ -623,7 +789,9 @@ def meshlet_rows(blob: bytes, m: int) -> list[str]:
             shown = "bits " + " ".join(f"{value:0{first.width}b}"[::-1] for value in values)
         if len({field.width for field in run}) > 1:
             widths = " + ".join(str(field.width) for field in run)
-        rows.append(f"| {first.position >> 3} | {first.position & 7} | {widths} | {section} | {first.name} | {shown} |")
+        rows.append(
+            f"| {first.position >> 3} | {first.position & 7} | {widths} | {section} | {first.name} | {shown} |"
+        )
     return rows
 
 
@@ -648,13 +816,27 @@ def local_table(blob: bytes, m: int, numbers: dict[int, int]) -> list[str]:
     decoder = reference_decoder.Decoder(blob)
     triangles, values = decoder.meshlet(m)
     symbols = decoder.file.meshlet(m).symbols
-    aliases = decoder.alias(decoder.file.meshlet(m), [decoder.boundary(decoder.file.meshlet(n)) for n in range(m + 1)])
-    aliases_text = ", ".join(f"{v} of {w} of meshlet {owner}" for v, (owner, w) in sorted(aliases.items()))
-    rows = [f"Symbols {' '.join(symbols)}, triangles (a, b, v): {', '.join(map(str, triangles))}.", ""]
+    aliases = decoder.alias(
+        decoder.file.meshlet(m), [decoder.boundary(decoder.file.meshlet(n)) for n in range(m + 1)]
+    )
+    aliases_text = ", ".join(
+        f"{v} of {w} of meshlet {owner}" for v, (owner, w) in sorted(aliases.items())
+    )
+    rows = [
+        f"Symbols {' '.join(symbols)}, triangles (a, b, v): {', '.join(map(str, triangles))}.",
+        "",
+    ]
     rows += [f"Hops: {hops_text(decoder, m)}. Aliases, by local ids: {aliases_text or 'none'}.", ""]
-    rows += ["| local id | vertex | " + " | ".join(f"stream {s}" for s in range(len(values))) + " |", "| --- | --- |" + " --- |" * len(values)]
+    rows += [
+        "| local id | vertex | " + " | ".join(f"stream {s}" for s in range(len(values))) + " |",
+        "| --- | --- |" + " --- |" * len(values),
+    ]
     for v in range(len(values[0])):
-        rows.append(f"| {v} | {numbers[v]} | " + " | ".join(", ".join(map(str, stream_values[v])) for stream_values in values) + " |")
+        rows.append(
+            f"| {v} | {numbers[v]} | "
+            + " | ".join(", ".join(map(str, stream_values[v])) for stream_values in values)
+            + " |"
+        )
     return rows
 
 
@@ -673,9 +855,20 @@ def worked_example_text(blob: bytes) -> str:
     decoded = reference_decoder.decode_blob(blob)
     offsets = table_offsets(blob)
     meshlet_count = struct.unpack_from("<I", blob, 16)[0]
-    lines = [f"{len(decoded.triangles)} triangles, {len(decoded.values[0])} vertices, {meshlet_count} meshlets, {len(blob)} bytes:", "", "```"]
+    lines = [
+        f"{len(decoded.triangles)} triangles, {len(decoded.values[0])} vertices, {meshlet_count} meshlets, {len(blob)} bytes:",
+        "",
+        "```",
+    ]
     lines += [f"{at:4}  {blob[at : at + 16].hex(' ')}" for at in range(0, len(blob), 16)]
-    lines += ["```", "", "Header and tables:", "", "| Byte | Bytes | Field | Value |", "| --- | --- | --- | --- |"]
+    lines += [
+        "```",
+        "",
+        "Header and tables:",
+        "",
+        "| Byte | Bytes | Field | Value |",
+        "| --- | --- | --- | --- |",
+    ]
     lines += table_rows(blob, 0, "header", HEADER_FIELDS)
     for s in range(blob[5]):
         lines += table_rows(blob, offsets["streams"] + 28 * s, f"stream {s}", STREAM_FIELDS)
@@ -685,9 +878,19 @@ def worked_example_text(blob: bytes) -> str:
     numbers = vertex_numbers(blob, decoded.triangles.tolist())
     for m in range(meshlet_count):
         lines += ["", f"Meshlet {m} (masks are written first bit first):", ""]
-        lines += ["| Byte | First bit | Bits | Section | Field | Value |", "| --- | --- | --- | --- | --- | --- |", *meshlet_rows(blob, m), ""]
+        lines += [
+            "| Byte | First bit | Bits | Section | Field | Value |",
+            "| --- | --- | --- | --- | --- | --- |",
+            *meshlet_rows(blob, m),
+            "",
+        ]
         lines += local_table(blob, m, numbers[m])
-    lines += ["", "Decoded triangles, in vertex numbers: " + ", ".join(str(tuple(t)) for t in decoded.triangles.tolist()) + "."]
+    lines += [
+        "",
+        "Decoded triangles, in vertex numbers: "
+        + ", ".join(str(tuple(t)) for t in decoded.triangles.tolist())
+        + ".",
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -723,7 +926,9 @@ def vector_files() -> dict[str, bytes]:
     for name, (make, text) in VALID.items():
         blob = make()
         files[f"valid_{name}.bin"] = blob
-        files[f"valid_{name}.json"] = (json.dumps(description(blob, text), separators=(",", ":")) + "\n").encode()
+        files[f"valid_{name}.json"] = (
+            json.dumps(description(blob, text), separators=(",", ":")) + "\n"
+        ).encode()
     reasons = {}
     for name, blob in malformed_vectors().items():
         files[f"malformed_{name}.bin"] = blob
@@ -738,7 +943,9 @@ def main() -> None:
         old.unlink()
     for name, data in vector_files().items():
         (FOLDER / name).write_bytes(data)
-    SPECIFICATION.write_text(replace_example(SPECIFICATION.read_text(), worked_example_text(worked_example())))
+    SPECIFICATION.write_text(
+        replace_example(SPECIFICATION.read_text(), worked_example_text(worked_example()))
+    )
 
 
 if __name__ == "__main__":

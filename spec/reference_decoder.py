@@ -180,7 +180,9 @@ def _assemble(symbols, apex, boundary, firsts, roots, begins, vertex_count) -> C
         splits: list[int] = []
         for t in range(component.triangle_begin, component.triangle_end):
             v = apex[t]
-            _require(len({a, b, v}) == 3, "the CLERS symbols make a triangle with a repeated vertex.")
+            _require(
+                len({a, b, v}) == 3, "the CLERS symbols make a triangle with a repeated vertex."
+            )
             triangles.append((a, b, v))
             opposite.append(o)
             symbol = symbols[t]
@@ -224,7 +226,11 @@ def decode_parallel(symbols: str) -> list[tuple[int, int, int]]:
             late[closing[t]] += 1
     # 3. where the part of t starts and ends in the string of + and -, and where its apex stands
     start = [
-        before(t, "R") + 2 * before(t, "E") + sum(late[q] for q in range(t)) + sum(end < t for end in ends) for t in lanes
+        before(t, "R")
+        + 2 * before(t, "E")
+        + sum(late[q] for q in range(t))
+        + sum(end < t for end in ends)
+        for t in lanes
     ]
     end = [start[t] + closing[t] - t + 2 for t in lanes]
     middle = []
@@ -298,20 +304,49 @@ class BlobFile:
 
     def __init__(self, data: bytes):
         self.data = bytes(data)
-        _require(len(self.data) >= HEADER_BYTES + PADDING_BYTES, f"The blob is shorter than {HEADER_BYTES + PADDING_BYTES} bytes.")
-        (magic, version, stream_count, flags, reserved, self.triangle_count, self.vertex_count, self.meshlet_count, byte_length,
-         self.data_offset, reserved_end) = struct.unpack_from("<IBBBBIIIIII", self.data)
+        _require(
+            len(self.data) >= HEADER_BYTES + PADDING_BYTES,
+            f"The blob is shorter than {HEADER_BYTES + PADDING_BYTES} bytes.",
+        )
+        (
+            magic,
+            version,
+            stream_count,
+            flags,
+            reserved,
+            self.triangle_count,
+            self.vertex_count,
+            self.meshlet_count,
+            byte_length,
+            self.data_offset,
+            reserved_end,
+        ) = struct.unpack_from("<IBBBBIIIIII", self.data)
         _require(magic == MAGIC, "The blob does not start with the bytes EBM1.")
-        _require(version == VERSION, f"The blob has version {version}, this decoder reads version {VERSION}.")
-        _require(1 <= stream_count <= MAX_STREAMS, f"The blob has {stream_count} streams instead of 1 to {MAX_STREAMS}.")
-        _require(flags == reserved == reserved_end == 0, "A reserved field of the header is not zero.")
-        _require(byte_length == len(self.data), "The header's byte length is not the length of the blob.")
+        _require(
+            version == VERSION,
+            f"The blob has version {version}, this decoder reads version {VERSION}.",
+        )
+        _require(
+            1 <= stream_count <= MAX_STREAMS,
+            f"The blob has {stream_count} streams instead of 1 to {MAX_STREAMS}.",
+        )
+        _require(
+            flags == reserved == reserved_end == 0, "A reserved field of the header is not zero."
+        )
+        _require(
+            byte_length == len(self.data), "The header's byte length is not the length of the blob."
+        )
         _require(byte_length % 4 == 0, "The blob's length is not a multiple of four.")
         _require(byte_length < MAX_BYTES, f"The blob has {MAX_BYTES} bytes or more.")
-        _require(not any(self.data[-PADDING_BYTES:]), f"The blob's last {PADDING_BYTES} bytes are not zero.")
+        _require(
+            not any(self.data[-PADDING_BYTES:]),
+            f"The blob's last {PADDING_BYTES} bytes are not zero.",
+        )
         _require(self.meshlet_count >= 1, "The blob has no meshlet.")
         _require(
-            3 <= self.vertex_count <= min(MAX_VERTICES * self.meshlet_count, 3 * self.triangle_count),
+            3
+            <= self.vertex_count
+            <= min(MAX_VERTICES * self.meshlet_count, 3 * self.triangle_count),
             "The header's vertex count is impossible for its numbers of meshlets and triangles.",
         )
         group_count = -(-self.meshlet_count // MESHLETS_PER_GROUP)
@@ -321,33 +356,64 @@ class BlobFile:
             self.data_offset == self.directory + DIRECTORY_BYTES * self.meshlet_count,
             "The header's data offset does not follow from its counts.",
         )
-        _require(self.data_offset <= byte_length - PADDING_BYTES, "The blob is too short for its tables.")
+        _require(
+            self.data_offset <= byte_length - PADDING_BYTES, "The blob is too short for its tables."
+        )
         self.streams = [self._stream(s) for s in range(stream_count)]
         for group in range(group_count):
             self._check_group(group)
         self.end = byte_length - PADDING_BYTES
-        _require(self._check_directory() == self.triangle_count, "The meshlets' triangles do not add up to the header's triangle count.")
+        _require(
+            self._check_directory() == self.triangle_count,
+            "The meshlets' triangles do not add up to the header's triangle count.",
+        )
         self._meshlets: dict[int, Meshlet] = {}
 
     def _stream(self, index: int) -> Stream:
         at = HEADER_BYTES + STREAM_BYTES * index
-        kind, components, bits, predictor, chain_base, interior_base, reserved, step, *offset = struct.unpack_from(
-            "<6BH5f", self.data, at
+        kind, components, bits, predictor, chain_base, interior_base, reserved, step, *offset = (
+            struct.unpack_from("<6BH5f", self.data, at)
         )
         where = f"Stream {index}"
         _require(kind <= SIGN, f"{where} has the unknown kind {kind}.")
         _require(1 <= components <= 4, f"{where} has {components} components instead of 1 to 4.")
         _require(1 <= bits <= 32, f"{where} has {bits} bits per component instead of 1 to 32.")
         _require(predictor <= DAMPED, f"{where} has the unknown predictor {predictor}.")
-        _require(bits <= MAX_CHORD_BITS or predictor == COPY, f"{where} has more than {MAX_CHORD_BITS} bits, which needs COPY.")
-        _require(chain_base <= 31 and interior_base <= 31, f"{where} has a Rice parameter base above 31.")
+        _require(
+            bits <= MAX_CHORD_BITS or predictor == COPY,
+            f"{where} has more than {MAX_CHORD_BITS} bits, which needs COPY.",
+        )
+        _require(
+            chain_base <= 31 and interior_base <= 31, f"{where} has a Rice parameter base above 31."
+        )
         _require(reserved == 0, f"{where} has a reserved field that is not zero.")
-        _require(kind != GRID or bits <= MAX_CHORD_BITS, f"{where} is GRID with more than {MAX_CHORD_BITS} bits.")
-        _require(all(map(math.isfinite, [step, *offset])), f"{where} has a step or offset that is not finite.")
-        _require(kind != OCT or (components == 2 and 2 <= bits <= 16), f"{where} is OCT without 2 components of 2 to 16 bits.")
+        _require(
+            kind != GRID or bits <= MAX_CHORD_BITS,
+            f"{where} is GRID with more than {MAX_CHORD_BITS} bits.",
+        )
+        _require(
+            all(map(math.isfinite, [step, *offset])),
+            f"{where} has a step or offset that is not finite.",
+        )
+        _require(
+            kind != OCT or (components == 2 and 2 <= bits <= 16),
+            f"{where} is OCT without 2 components of 2 to 16 bits.",
+        )
         _require(kind != FLOAT32 or bits == 32, f"{where} is FLOAT32 without 32 bits.")
-        _require(kind != SIGN or (components == 1 and bits == 1), f"{where} is SIGN without 1 component of 1 bit.")
-        return Stream(kind, components, bits, predictor, chain_base, interior_base, step, tuple(offset[:components]))
+        _require(
+            kind != SIGN or (components == 1 and bits == 1),
+            f"{where} is SIGN without 1 component of 1 bit.",
+        )
+        return Stream(
+            kind,
+            components,
+            bits,
+            predictor,
+            chain_base,
+            interior_base,
+            step,
+            tuple(offset[:components]),
+        )
 
     def _group(self, index: int) -> tuple[int, int, int, int, int]:
         return struct.unpack_from("<I4B", self.data, self.group_table + GROUP_BYTES * index)
@@ -366,7 +432,10 @@ class BlobFile:
         for m in range(self.meshlet_count):
             entry = self.entry(m)
             start = entry.position // 8
-            _require(start >= end, f"The data of meshlet {m} would start within the data of the meshlet before it.")
+            _require(
+                start >= end,
+                f"The data of meshlet {m} would start within the data of the meshlet before it.",
+            )
             end = start + (2 * entry.triangle_count + 7) // 8  # at least its two planes
             _require(end <= self.end, f"The data of meshlet {m} would lie outside the blob.")
             triangle_count += entry.triangle_count
@@ -445,7 +514,9 @@ class Meshlet:
         self._read_codes(reader)
         self.anchors = [self._read_anchors(reader, s) for s in range(len(self.streams))]
         inner = sum(self.references[j].length - 1 for j in self.owned)
-        self.chain_residuals = self.read_residuals(reader, "chain", self.chain_codes, [inner] * len(self.streams))
+        self.chain_residuals = self.read_residuals(
+            reader, "chain", self.chain_codes, [inner] * len(self.streams)
+        )
         self.reader = reader
 
     # --- A
@@ -471,15 +542,28 @@ class Meshlet:
         count = entry.reference_count
         if count == 0:  # every loop is one private reference
             _require(
-                not (entry.has_loops or entry.has_private or entry.has_seams), "a meshlet without references has a flag set."
+                not (entry.has_loops or entry.has_private or entry.has_seams),
+                "a meshlet without references has a flag set.",
             )
-            return [Reference(PRIVATE, loop, len(component.loop)) for loop, component in enumerate(components)]
+            return [
+                Reference(PRIVATE, loop, len(component.loop))
+                for loop, component in enumerate(components)
+            ]
         foreign = reader.read_flags(count, "foreign mask")
-        last = reader.read_flags(count, "loop-end mask") if entry.has_loops else [False] * (count - 1) + [True]
+        last = (
+            reader.read_flags(count, "loop-end mask")
+            if entry.has_loops
+            else [False] * (count - 1) + [True]
+        )
         private = reader.read_flags(count, "private mask") if entry.has_private else [False] * count
         _require(last[-1], "the last reference does not end a loop.")
-        _require(sum(last) == len(components), "the references' loops are not as many as the components.")
-        _require(not any(f and p for f, p in zip(foreign, private)), "a reference is both private and foreign.")
+        _require(
+            sum(last) == len(components), "the references' loops are not as many as the components."
+        )
+        _require(
+            not any(f and p for f, p in zip(foreign, private)),
+            "a reference is both private and foreign.",
+        )
         references = []
         for j in range(count):
             kind = FOREIGN if foreign[j] else PRIVATE if private[j] else OWNED
@@ -499,7 +583,9 @@ class Meshlet:
                 reference.owner = self.index - delta
                 reference.slot = reader.read(entry.slot_width, "slot")
                 others = len(self.streams) - 1
-                reference.share = [True] + (reader.read_flags(others, "share bits") if entry.has_seams else [True] * others)
+                reference.share = [True] + (
+                    reader.read_flags(others, "share bits") if entry.has_seams else [True] * others
+                )
         return references
 
     def next(self, j: int) -> int:
@@ -518,10 +604,18 @@ class Meshlet:
         self.interior_codes = []
         for s, stream in enumerate(self.streams):
             if self.owned:
-                self.chain_codes.append(self._read_code(reader, f"chain, stream {s}", stream.chain_base, stream.components))
+                self.chain_codes.append(
+                    self._read_code(
+                        reader, f"chain, stream {s}", stream.chain_base, stream.components
+                    )
+                )
             else:
                 self.chain_codes.append(Code(None, [0] * stream.components))
-            self.interior_codes.append(self._read_code(reader, f"interior, stream {s}", stream.interior_base, stream.components))
+            self.interior_codes.append(
+                self._read_code(
+                    reader, f"interior, stream {s}", stream.interior_base, stream.components
+                )
+            )
 
     @staticmethod
     def _read_code(reader: BitReader, name: str, base: int, components: int) -> Code:
@@ -548,27 +642,41 @@ class Meshlet:
             if not self.stores_corner(j, s):
                 continue
             if first is None:
-                first = anchors[j] = [reader.read(stream.bits, f"first anchor, stream {s}") for _ in components]
+                first = anchors[j] = [
+                    reader.read(stream.bits, f"first anchor, stream {s}") for _ in components
+                ]
                 continue
             if len(anchors) == 1:
                 width = reader.read_width(f"width of anchors, stream {s}")
-            anchors[j] = [(first[c] + unzigzag(reader.read(width, f"further anchors, stream {s}"))) & stream.mask for c in components]
+            anchors[j] = [
+                (first[c] + unzigzag(reader.read(width, f"further anchors, stream {s}")))
+                & stream.mask
+                for c in components
+            ]
         return anchors
 
     # --- E and F, G and H
 
     @staticmethod
-    def read_residuals(reader: BitReader, name: str, codes: list[Code], counts: list[int]) -> list[list[list[int]]]:
+    def read_residuals(
+        reader: BitReader, name: str, codes: list[Code], counts: list[int]
+    ) -> list[list[list[int]]]:
         """Signed residuals [stream][vertex][component] of ``counts[s]`` vertices of each stream s: low bits, then quotients."""
         residuals = [
-            [[reader.read(width, f"low bits of {name}, stream {s}") for width in code.widths] for _ in range(n)]
+            [
+                [reader.read(width, f"low bits of {name}, stream {s}") for width in code.widths]
+                for _ in range(n)
+            ]
             for s, (code, n) in enumerate(zip(codes, counts))
         ]
         for s, (code, vertices) in enumerate(zip(codes, residuals)):
             for u in vertices:
                 for c in range(len(u)):
                     if code.k is not None:
-                        u[c] |= reader.read_unary(f"quotients of {name}, stream {s}") << code.k & 0xFFFFFFFF
+                        u[c] |= (
+                            reader.read_unary(f"quotients of {name}, stream {s}") << code.k
+                            & 0xFFFFFFFF
+                        )
                     u[c] = unzigzag(u[c])
         return residuals
 
@@ -585,7 +693,10 @@ class Decoder:
     def owned_reference(self, reference: Reference) -> tuple[Meshlet, int]:
         """The owner of a foreign reference and the number of the owned reference there."""
         owner = self.file.meshlet(reference.owner)
-        _require(reference.slot < len(owner.owned), f"A slot is not among the references that meshlet {owner.index} owns.")
+        _require(
+            reference.slot < len(owner.owned),
+            f"A slot is not among the references that meshlet {owner.index} owns.",
+        )
         return owner, owner.owned[reference.slot]
 
     def length(self, reference: Reference) -> int:
@@ -600,7 +711,8 @@ class Decoder:
         for component, members in zip(meshlet.connectivity.components, meshlet.loops):
             lengths = [self.length(meshlet.references[j]) for j in members]
             _require(
-                sum(lengths) == len(component.loop), f"Meshlet {meshlet.index}: the references' lengths do not add up to the loop."
+                sum(lengths) == len(component.loop),
+                f"Meshlet {meshlet.index}: the references' lengths do not add up to the loop.",
             )
             around = component.loop + component.loop[:1]
             begin = 0
@@ -629,7 +741,10 @@ class Decoder:
         here = meshlet, j
         while (there := self.hop(*here, shares)) is not None:
             hops += 1
-            _require(hops <= MAX_HOPS, f"Meshlet {meshlet.index}: a corner is more than {MAX_HOPS} hops away from its anchor.")
+            _require(
+                hops <= MAX_HOPS,
+                f"Meshlet {meshlet.index}: a corner is more than {MAX_HOPS} hops away from its anchor.",
+            )
             here = there
         return here
 
@@ -639,7 +754,9 @@ class Decoder:
         return home.anchors[s][k]
 
     @staticmethod
-    def chain(stream: Stream, start: list[int], end: list[int], residuals: list[list[int]]) -> list[list[int]]:
+    def chain(
+        stream: Stream, start: list[int], end: list[int], residuals: list[list[int]]
+    ) -> list[list[int]]:
         """The inner vertices of a run from ``start`` to ``end``, predicted from the chord between these corners."""
         n = len(residuals) + 1
         values = []
@@ -647,7 +764,9 @@ class Decoder:
             if stream.predictor == COPY:
                 prediction = start
             else:
-                prediction = [a + ((b - a) * i + (n >> 1)) // n for a, b in zip(start, end)]  # // is floor
+                prediction = [
+                    a + ((b - a) * i + (n >> 1)) // n for a, b in zip(start, end)
+                ]  # // is floor
             values.append([(p + r) & stream.mask for p, r in zip(prediction, residual)])
         return values
 
@@ -657,14 +776,18 @@ class Decoder:
         begin = sum(meshlet.references[i].length - 1 for i in meshlet.owned if i < j)
         return meshlet.chain_residuals[s][begin : begin + meshlet.references[j].length - 1]
 
-    def traversed(self, meshlet: Meshlet, runs: list[list[int]]) -> list[tuple[int, int, int, int | None]]:
+    def traversed(
+        self, meshlet: Meshlet, runs: list[list[int]]
+    ) -> list[tuple[int, int, int, int | None]]:
         """(v, a, b, o) for each vertex v that the traversal predicts, in its order: from the gate a -> b and o beyond it."""
         known = set()  # corners, and the inner vertices of owned and foreign references
         for reference, run in zip(meshlet.references, runs):
             known.update(run[:1] if reference.kind == PRIVATE else run[:-1])
         order = []
         for component in meshlet.connectivity.components:
-            visits = [(component.loop[-1], component.first, component.first, None)]  # the root's a, predicted by its b
+            visits = [
+                (component.loop[-1], component.first, component.first, None)
+            ]  # the root's a, predicted by its b
             for t in range(component.triangle_begin, component.triangle_end):
                 a, b, v = meshlet.connectivity.triangles[t]
                 visits.append((v, a, b, meshlet.connectivity.opposite[t]))
@@ -691,14 +814,19 @@ class Decoder:
         runs = self.boundary(meshlet)
         order = self.traversed(meshlet, runs)
         streams = range(len(meshlet.streams))
-        seams = [[j for j, r in enumerate(meshlet.references) if r.kind == FOREIGN and not r.shares(s)] for s in streams]
+        seams = [
+            [j for j, r in enumerate(meshlet.references) if r.kind == FOREIGN and not r.shares(s)]
+            for s in streams
+        ]
         counts = [sum(len(runs[j]) - 2 for j in seams[s]) + len(order) for s in streams]
         reader = BitReader(meshlet.reader.data, meshlet.reader.position, meshlet.reader.end)
         try:
             residuals = meshlet.read_residuals(reader, "interior", meshlet.interior_codes, counts)
         except ValueError as error:
             raise ValueError(f"Meshlet {m}: {error}") from None
-        values = [self._stream_values(meshlet, s, runs, seams[s], order, residuals[s]) for s in streams]
+        values = [
+            self._stream_values(meshlet, s, runs, seams[s], order, residuals[s]) for s in streams
+        ]
         return meshlet.connectivity.triangles, values
 
     def _stream_values(self, meshlet, s, runs, seams, order, residuals) -> list[list[int]]:
@@ -713,17 +841,23 @@ class Decoder:
             if reference.kind == OWNED:
                 inner = self.chain(stream, start, end, self.owned_residuals(meshlet, j, s))
             elif reference.shares(s):  # in the owner's direction, which is the opposite of ours
-                inner = self.chain(stream, end, start, self.owned_residuals(*self.owned_reference(reference), s))[::-1]
+                inner = self.chain(
+                    stream, end, start, self.owned_residuals(*self.owned_reference(reference), s)
+                )[::-1]
             elif j in seams:
                 inner = self.chain(stream, start, end, [next(rest) for _ in run[1:-1]])
             for v, value in zip(run[1:-1], inner):
                 values[v] = value
         for v, a, b, o in order:
-            prediction = self.predict(stream.predictor, values[a], values[b], None if o is None else values[o])
+            prediction = self.predict(
+                stream.predictor, values[a], values[b], None if o is None else values[o]
+            )
             values[v] = [(p + r) & stream.mask for p, r in zip(prediction, next(rest))]
         return values
 
-    def check_shared(self, meshlet: Meshlet, runs: list[list[list[int]]], local: list[list[list[list[int]]]]) -> None:
+    def check_shared(
+        self, meshlet: Meshlet, runs: list[list[list[int]]], local: list[list[list[list[int]]]]
+    ) -> None:
         """Refuses a meshlet whose shared vertices have other values than their owners give them.
 
         ``runs[m]`` is :meth:`boundary` and ``local[m]`` the values of meshlet m, known up to this meshlet.
@@ -734,7 +868,10 @@ class Decoder:
                     owner, k = self.owned_reference(reference)
                     ours = [local[meshlet.index][s][v] for v in run]
                     theirs = [local[owner.index][s][v] for v in reversed(runs[owner.index][k])]
-                    _require(ours == theirs, f"Meshlet {meshlet.index}: a shared vertex has other values than its owner gives it.")
+                    _require(
+                        ours == theirs,
+                        f"Meshlet {meshlet.index}: a shared vertex has other values than its owner gives it.",
+                    )
 
     def alias(self, meshlet: Meshlet, runs: list[list[list[int]]]) -> dict[int, tuple[int, int]]:
         """Local ids of ``meshlet`` that are no vertices of their own -> (meshlet, local id) of the vertex that they name.
@@ -762,7 +899,9 @@ def decode_meshlet(data: bytes, index: int) -> tuple[np.ndarray, list[np.ndarray
     """
     decoder = Decoder(data)
     if not 0 <= index < decoder.file.meshlet_count:
-        raise IndexError(f"The blob has {decoder.file.meshlet_count} meshlets, there is no meshlet {index}.")
+        raise IndexError(
+            f"The blob has {decoder.file.meshlet_count} meshlets, there is no meshlet {index}."
+        )
     triangles, values = decoder.meshlet(index)
     return np.array(triangles, np.uint8), [np.array(v, np.uint32) for v in values]
 
@@ -794,8 +933,13 @@ def decode_blob(data: bytes) -> Blob:
         triangles += [[numbers[m][v] for v in triangle] for triangle in local_triangles]
         for s, stream_values in enumerate(local_values):
             values[s] += [stream_values[v] for v in new]
-    _require(vertex_count == file.vertex_count, "The meshlets' vertices do not add up to the header's vertex count.")
-    return Blob(np.array(triangles, np.uint32), [np.array(v, np.uint32) for v in values], file.streams)
+    _require(
+        vertex_count == file.vertex_count,
+        "The meshlets' vertices do not add up to the header's vertex count.",
+    )
+    return Blob(
+        np.array(triangles, np.uint32), [np.array(v, np.uint32) for v in values], file.streams
+    )
 
 
 def dequantise(stream: Stream, integers: np.ndarray) -> np.ndarray:
@@ -810,7 +954,11 @@ def dequantise(stream: Stream, integers: np.ndarray) -> np.ndarray:
         return (vectors / np.linalg.norm(vectors, axis=1, keepdims=True)).astype(np.float32)
     if stream.kind == FLOAT32:
         positive = integers >= 0x80000000
-        return np.where(positive, integers ^ np.uint32(0x80000000), ~integers).astype(np.uint32).view(np.float32)
+        return (
+            np.where(positive, integers ^ np.uint32(0x80000000), ~integers)
+            .astype(np.uint32)
+            .view(np.float32)
+        )
     if stream.kind == SIGN:
         return (2.0 * integers - 1.0).astype(np.float32)
     return integers

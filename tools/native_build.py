@@ -17,11 +17,16 @@ from bench.common import ROOT
 def build(option: str) -> Path:
     """Builds MESHLET_BENCH, MESHLET_FUZZ or MESHLET_NATIVE_TESTS; FileNotFoundError without cmake."""
     folder = ROOT / "build" / option.lower()
-    cmake = shutil.which("cmake", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]))
+    cmake = shutil.which(
+        "cmake",
+        path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
+    )
     if cmake is None:
         raise FileNotFoundError("cmake is not installed; pip install cmake")
-    for command in ([cmake, "-S", ROOT, "-B", folder, "-DMESHLET_PYTHON=OFF", f"-D{option}=ON"],
-                    [cmake, "--build", folder, "--parallel"]):
+    for command in (
+        [cmake, "-S", ROOT, "-B", folder, "-DMESHLET_PYTHON=OFF", f"-D{option}=ON"],
+        [cmake, "--build", folder, "--parallel"],
+    ):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return folder
 

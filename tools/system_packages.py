@@ -18,10 +18,17 @@ from pathlib import Path
 LEAST_LLVM = 17  # older ones abort on code that Dr.Jit generates
 DRIVER = "mesa-vulkan-drivers"  # has lavapipe, Vulkan on the CPU
 BACKPORTS = {"bookworm": "bookworm-backports"}  # releases whose own Mesa has no mesh shaders
-LAYERS = ("/usr/share/vulkan/explicit_layer.d", "/usr/local/share/vulkan/explicit_layer.d", "/etc/vulkan/explicit_layer.d")
+LAYERS = (
+    "/usr/share/vulkan/explicit_layer.d",
+    "/usr/local/share/vulkan/explicit_layer.d",
+    "/etc/vulkan/explicit_layer.d",
+)
 KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
 SOURCES = Path("/etc/apt/sources.list.d/gltf-meshlet-temporary.list")
-UPDATE_SECONDS, DOWNLOAD_SECONDS = 120, 600  # a network that does not answer must not stop the build
+UPDATE_SECONDS, DOWNLOAD_SECONDS = (
+    120,
+    600,
+)  # a network that does not answer must not stop the build
 APT = ("apt-get", "-qq", "-y", "--no-install-recommends", "-o", "DPkg::Lock::Timeout=60",
        "-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=20")  # fmt: skip
 
@@ -31,27 +38,37 @@ def main() -> None:
     if not packages:
         return
     hint = f"apt install {' '.join(packages)}"
-    if os.environ.get("GLTF_MESHLET_SYSTEM_PACKAGES") == "no" or os.geteuid() != 0 or not shutil.which("apt-get"):
+    if (
+        os.environ.get("GLTF_MESHLET_SYSTEM_PACKAGES") == "no"
+        or os.geteuid() != 0
+        or not shutil.which("apt-get")
+    ):
         say(f"missing for some renderers (their tests are skipped), in Debian's names: {hint}")
         return
     say(f"installing Debian packages: {' '.join(packages)}")
     try:
         install(packages)
     except (subprocess.SubprocessError, OSError) as error:
-        say(f"cannot install ({reason(error)}); some renderers do without, their tests are skipped; try: {hint}")
+        say(
+            f"cannot install ({reason(error)}); some renderers do without, their tests are skipped; try: {hint}"
+        )
 
 
 def say(text: str) -> None:
     print(f"make: {text}", flush=True)
 
 
-# --- what is missing -------------------------------------------------------------------------------------------------
+# --- what is missing ---
 
 
 def missing() -> list[str]:
     """Names of Debian packages."""
     packages = [] if has_llvm() else ["libllvm19"]
-    packages += [p for p, tool in (("glslang-tools", "glslangValidator"), ("spirv-tools", "spirv-val")) if not shutil.which(tool)]
+    packages += [
+        p
+        for p, tool in (("glslang-tools", "glslangValidator"), ("spirv-tools", "spirv-val"))
+        if not shutil.which(tool)
+    ]
     if not any(Path(folder, "VkLayer_khronos_validation.json").exists() for folder in LAYERS):
         packages.append("vulkan-validationlayers")
     if ctypes.util.find_library("vulkan") is None:
@@ -79,7 +96,9 @@ def has_vulkan_driver() -> bool:
     except ImportError:  # without the package nothing here could use a driver
         return True
     try:
-        application = vk.VkApplicationInfo(pApplicationName="gltf-meshlet", apiVersion=vk.VK_MAKE_VERSION(1, 3, 0))
+        application = vk.VkApplicationInfo(
+            pApplicationName="gltf-meshlet", apiVersion=vk.VK_MAKE_VERSION(1, 3, 0)
+        )
         instance = vk.vkCreateInstance(vk.VkInstanceCreateInfo(pApplicationInfo=application), None)
         devices = vk.vkEnumeratePhysicalDevices(instance)
     except vk.VkError:
@@ -96,7 +115,7 @@ def has_mesh_shaders(vk, device) -> bool:
     return "VK_EXT_mesh_shader" in {extension.extensionName for extension in extensions}
 
 
-# --- installing ------------------------------------------------------------------------------------------------------
+# --- installing ---
 
 
 def install(packages: list[str]) -> None:
@@ -118,7 +137,14 @@ def apt_install(arguments: list[str]) -> None:
 
 def apt(*arguments: str, seconds: int | None) -> None:
     environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
-    subprocess.run([*APT, *arguments], check=True, capture_output=True, text=True, timeout=seconds, env=environment)
+    subprocess.run(
+        [*APT, *arguments],
+        check=True,
+        capture_output=True,
+        text=True,
+        timeout=seconds,
+        env=environment,
+    )
 
 
 def codename() -> str:
@@ -131,7 +157,10 @@ def codename() -> str:
 def temporary_source(release: str | None):
     """For as long as we install, apt knows `release` of the mirror that it uses."""
     known = subprocess.run(
-        ["apt-get", "indextargets", "--format", "$(CODENAME) $(REPO_URI)"], capture_output=True, text=True, check=True
+        ["apt-get", "indextargets", "--format", "$(CODENAME) $(REPO_URI)"],
+        capture_output=True,
+        text=True,
+        check=True,
     ).stdout.splitlines()
     mirror = next((line.split()[1] for line in known if line.startswith(f"{codename()} ")), None)
     if release is None or mirror is None or any(line.startswith(f"{release} ") for line in known):

@@ -5,7 +5,13 @@ from vk_backend import Camera, Renderer, load_scene     needs the package vulkan
 
 from importlib import import_module
 
-_PLACES = {"Camera": "camera", "Picture": "renderer", "Renderer": "renderer", "load_scene": "scene", "VulkanError": "errors"}
+_PLACES = {
+    "Camera": "camera",
+    "Picture": "renderer",
+    "Renderer": "renderer",
+    "load_scene": "scene",
+    "VulkanError": "errors",
+}
 __all__ = list(_PLACES)
 
 

@@ -16,7 +16,10 @@ BATCH_BYTES = 256 << 20  # structures that are built, and not yet compacted, at 
 ALIGNMENT = 256  # of a structure in its buffer
 STORED = vk.VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR | SHADER_DEVICE_ADDRESS
 INPUT = STORAGE | vk.VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR
-BOTTOM, TOP = vk.VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, vk.VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
+BOTTOM, TOP = (
+    vk.VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+    vk.VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+)
 
 # VkAccelerationStructureInstanceKHR. index_mask: custom index, and the visibility mask in the upper 8 bits;
 # offset_flags: shader binding table offset, and the flags in the upper 8 bits.
@@ -63,7 +66,9 @@ class Triangles:
             indexType=vk.VK_INDEX_TYPE_UINT32,
             indexData=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.indices),
         )
-        return vk.VK_GEOMETRY_TYPE_TRIANGLES_KHR, vk.VkAccelerationStructureGeometryDataKHR(triangles=data)
+        return vk.VK_GEOMETRY_TYPE_TRIANGLES_KHR, vk.VkAccelerationStructureGeometryDataKHR(
+            triangles=data
+        )
 
 
 @dataclass(frozen=True)
@@ -77,7 +82,9 @@ class Instances:
         data = vk.VkAccelerationStructureGeometryInstancesDataKHR(
             data=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.address)
         )
-        return vk.VK_GEOMETRY_TYPE_INSTANCES_KHR, vk.VkAccelerationStructureGeometryDataKHR(instances=data)
+        return vk.VK_GEOMETRY_TYPE_INSTANCES_KHR, vk.VkAccelerationStructureGeometryDataKHR(
+            instances=data
+        )
 
 
 class Structures:
@@ -87,7 +94,9 @@ class Structures:
     is short.
     """
 
-    def __init__(self, device: Device, level: int, geometries: Sequence[Boxes | Triangles | Instances]):
+    def __init__(
+        self, device: Device, level: int, geometries: Sequence[Boxes | Triangles | Instances]
+    ):
         self.device, self.level = device, level
         self.addresses: list[int] = []
         self._packed: list[Packed] = []
@@ -113,7 +122,9 @@ class Structures:
         """VkAccelerationStructureBuildGeometryInfoKHR, and what it points to (which the bindings do not keep alive)."""
         kind, data = geometry.describe()
         described = vk.VkAccelerationStructureGeometryKHR(
-            geometryType=kind, geometry=data, flags=vk.VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_KHR
+            geometryType=kind,
+            geometry=data,
+            flags=vk.VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_KHR,
         )
         pointed = vk.ffi.new("VkAccelerationStructureGeometryKHR[1]", [described])
         flags = vk.VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR
@@ -131,7 +142,11 @@ class Structures:
         sizes = vk.ffi.new("VkAccelerationStructureBuildSizesInfoKHR *")
         sizes.sType = vk.VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR
         self.device.function("vkGetAccelerationStructureBuildSizesKHR")(
-            self.device.handle, vk.VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, info[0], [count], sizes
+            self.device.handle,
+            vk.VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR,
+            info[0],
+            [count],
+            sizes,
         )
         return int(sizes.accelerationStructureSize), int(sizes.buildScratchSize)
 
@@ -147,17 +162,26 @@ class Structures:
             info.dstAccelerationStructure = structure
             info.scratchData.deviceAddress = at
             at += size
-        described = vk.ffi.new("VkAccelerationStructureBuildGeometryInfoKHR[]", [info[0] for info, _ in infos])
-        ranges = vk.ffi.new(
-            "VkAccelerationStructureBuildRangeInfoKHR[]", [(g.count, 0, 0, 0) for g in geometries[begin:end]]
+        described = vk.ffi.new(
+            "VkAccelerationStructureBuildGeometryInfoKHR[]", [info[0] for info, _ in infos]
         )
-        pointers = vk.ffi.new("VkAccelerationStructureBuildRangeInfoKHR *[]", [ranges + i for i in range(count)])
+        ranges = vk.ffi.new(
+            "VkAccelerationStructureBuildRangeInfoKHR[]",
+            [(g.count, 0, 0, 0) for g in geometries[begin:end]],
+        )
+        pointers = vk.ffi.new(
+            "VkAccelerationStructureBuildRangeInfoKHR *[]", [ranges + i for i in range(count)]
+        )
         kind = vk.VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR
-        pool = vk.vkCreateQueryPool(device.handle, vk.VkQueryPoolCreateInfo(queryType=kind, queryCount=count), None)
+        pool = vk.vkCreateQueryPool(
+            device.handle, vk.VkQueryPoolCreateInfo(queryType=kind, queryCount=count), None
+        )
         with device.commands() as commands:
             vk.vkCmdResetQueryPool(commands, pool, 0, count)
             device.full_barrier(commands)
-            device.function("vkCmdBuildAccelerationStructuresKHR")(commands, count, described, pointers)
+            device.function("vkCmdBuildAccelerationStructuresKHR")(
+                commands, count, described, pointers
+            )
             device.full_barrier(commands)
             device.function("vkCmdWriteAccelerationStructuresPropertiesKHR")(
                 commands, count, loose.handles, kind, pool, 0
@@ -165,7 +189,14 @@ class Structures:
         compacted = np.zeros(count, np.uint64)
         flags = vk.VK_QUERY_RESULT_64_BIT | vk.VK_QUERY_RESULT_WAIT_BIT
         vk.vkGetQueryPoolResults(
-            device.handle, pool, 0, count, compacted.nbytes, vk.ffi.cast("void *", compacted.ctypes.data), 8, flags
+            device.handle,
+            pool,
+            0,
+            count,
+            compacted.nbytes,
+            vk.ffi.cast("void *", compacted.ctypes.data),
+            8,
+            flags,
         )
         vk.vkDestroyQueryPool(device.handle, pool, None)
         scratch.free()
@@ -207,15 +238,20 @@ class Packed:
         """The structures' device addresses."""
         # The bindings' own wrapper drops what this function returns.
         name = "vkGetAccelerationStructureDeviceAddressKHR"
-        ask = vk.ffi.cast(f"PFN_{name}", LIBRARY.vkGetDeviceProcAddr(self.device.handle, name.encode()))
+        ask = vk.ffi.cast(
+            f"PFN_{name}", LIBRARY.vkGetDeviceProcAddr(self.device.handle, name.encode())
+        )
         infos = [
-            vk.VkAccelerationStructureDeviceAddressInfoKHR(accelerationStructure=handle) for handle in self.handles
+            vk.VkAccelerationStructureDeviceAddressInfoKHR(accelerationStructure=handle)
+            for handle in self.handles
         ]
         return [int(ask(self.device.handle, vk.ffi.addressof(info))) for info in infos]
 
     def free(self) -> None:
         """Destroys the structures and their buffer; a second call does nothing."""
         for handle in self.handles:
-            self.device.function("vkDestroyAccelerationStructureKHR")(self.device.handle, handle, None)
+            self.device.function("vkDestroyAccelerationStructureKHR")(
+                self.device.handle, handle, None
+            )
         self.handles = []
         self.buffer.free()

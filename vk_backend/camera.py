@@ -13,10 +13,10 @@ from gltf_ext.errors import MeshletError
 if TYPE_CHECKING:
     from .scene import Scene
 
-DEFAULT_VIEW = (0.45, 0.35, 1.0)           # from the model's centre to the camera
-DEFAULT_FIELD_OF_VIEW = 40.0               # degrees, of the smaller side
+DEFAULT_VIEW = (0.45, 0.35, 1.0)  # from the model's centre to the camera
+DEFAULT_FIELD_OF_VIEW = 40.0  # degrees, of the smaller side
 LIGHT_OVER_SHOULDER = (-0.45, 0.75, 0.55)  # towards the light, in the camera's coordinates
-NEAREST = 1e-3                             # of the far distance, where a file names no near plane
+NEAREST = 1e-3  # of the far distance, where a file names no near plane
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,9 @@ class Camera:
         return Camera(to_world, **options)
 
     @staticmethod
-    def fit(scene: "Scene", width: int, height: int, view=DEFAULT_VIEW, *, orthographic: bool = False) -> "Camera":
+    def fit(
+        scene: "Scene", width: int, height: int, view=DEFAULT_VIEW, *, orthographic: bool = False
+    ) -> "Camera":
         """From the front, a little above and to the right, with the whole scene in view. view: direction towards the camera."""
         center = (scene.low + scene.high) / 2
         radius = max(float(np.linalg.norm(scene.high - scene.low)) / 2, 1e-6)
@@ -52,8 +54,13 @@ class Camera:
         smaller = np.radians(DEFAULT_FIELD_OF_VIEW)
         yfov = smaller if height <= width else 2 * np.arctan(np.tan(smaller / 2) * height / width)
         distance = radius / np.sin(smaller / 2)
-        planes = {"near": max(distance - 1.01 * radius, distance * NEAREST), "far": distance + 1.01 * radius}
-        shape = {"xmag": radius * max(1.0, width / height)} if orthographic else {"yfov": float(yfov)}
+        planes = {
+            "near": max(distance - 1.01 * radius, distance * NEAREST),
+            "far": distance + 1.01 * radius,
+        }
+        shape = (
+            {"xmag": radius * max(1.0, width / height)} if orthographic else {"yfov": float(yfov)}
+        )
         return Camera.look_at(center + direction * distance, center, **shape, **planes)
 
     @property
@@ -93,12 +100,21 @@ class Camera:
         matrix = np.zeros((4, 4))
         if self.yfov is None:
             matrix[0, 0], matrix[1, 1] = 1 / self.xmag, -aspect / self.xmag
-            matrix[2, 2], matrix[2, 3] = -1 / (self.far - self.near), -self.near / (self.far - self.near)
+            matrix[2, 2], matrix[2, 3] = (
+                -1 / (self.far - self.near),
+                -self.near / (self.far - self.near),
+            )
             matrix[3, 3] = 1
             return matrix
         focal = 1 / np.tan(self.yfov / 2)
         rate, constant = self._depth_row()
-        matrix[0, 0], matrix[1, 1], matrix[2, 2], matrix[2, 3], matrix[3, 2] = focal / aspect, -focal, rate, constant, -1
+        matrix[0, 0], matrix[1, 1], matrix[2, 2], matrix[2, 3], matrix[3, 2] = (
+            focal / aspect,
+            -focal,
+            rate,
+            constant,
+            -1,
+        )
         return matrix
 
 
@@ -108,18 +124,31 @@ def gltf_camera(camera: pygltflib.Camera, matrix: np.ndarray) -> Camera:
     to_world[:3, :3] /= np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-30)
     shape = camera.orthographic if camera.type == "orthographic" else camera.perspective
     if shape is None:
-        raise MeshletError("a camera has neither perspective nor orthographic", "the file is not valid glTF; export it again")
+        raise MeshletError(
+            "a camera has neither perspective nor orthographic",
+            "the file is not valid glTF; export it again",
+        )
     near, far = shape.znear or 0.0, shape.zfar
     if camera.type == "orthographic":
-        result = Camera(to_world, xmag=shape.xmag or 1.0, near=near, far=near + 1.0 if far is None else far)
+        result = Camera(
+            to_world, xmag=shape.xmag or 1.0, near=near, far=near + 1.0 if far is None else far
+        )
     else:
         near = near or NEAREST * (far or 10.0)
         result = Camera(to_world, yfov=shape.yfov, near=near, far=far or np.inf)
     numbers = [result.xmag, result.near, 1.0 if result.yfov is None else result.yfov]
-    if not np.isfinite(numbers).all() or result.far <= result.near or abs(np.linalg.det(to_world[:3, :3])) < 1e-6:
-        raise MeshletError("a camera's numbers make no picture", "the file is not valid glTF; export it again")
+    if (
+        not np.isfinite(numbers).all()
+        or result.far <= result.near
+        or abs(np.linalg.det(to_world[:3, :3])) < 1e-6
+    ):
+        raise MeshletError(
+            "a camera's numbers make no picture", "the file is not valid glTF; export it again"
+        )
     if result.yfov is not None and not 0 < result.yfov < np.pi or result.xmag == 0:
-        raise MeshletError("a camera's numbers make no picture", "the file is not valid glTF; export it again")
+        raise MeshletError(
+            "a camera's numbers make no picture", "the file is not valid glTF; export it again"
+        )
     return result
 
 

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from gltf_ext.gltf.document import write_files
 from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import write_files
 from gltf_ext.progress import progress_bar
 
 from .camera import Camera
@@ -27,7 +27,7 @@ from .renderer import Renderer
 from .scene import Scene, load_scene
 from .stream import RING
 
-GIF_MILLISECONDS = 50                      # that each picture of an animation stays
+GIF_MILLISECONDS = 50  # that each picture of an animation stays
 GIF_BACKGROUND = (255, 255, 255)
 
 # A camera -> (uint8[height, width, 4], milliseconds on the GPU).
@@ -39,7 +39,10 @@ def main(options: argparse.Namespace) -> int:
     try:
         return _render(options)
     except vk.VkError as error:  # what the driver refuses, and nothing above has a better word for
-        raise VulkanError(f"the driver refused: {type(error).__name__}", "update it, or choose another --device or --path") from None
+        raise VulkanError(
+            f"the driver refused: {type(error).__name__}",
+            "update it, or choose another --device or --path",
+        ) from None
 
 
 def _render(options: argparse.Namespace) -> int:
@@ -51,7 +54,9 @@ def _render(options: argparse.Namespace) -> int:
     cameras = _turn(scene, _camera(scene, options), options.frames)
     pictures, times = [], []
     with ExitStack() as stack:
-        renderer = stack.enter_context(Renderer(options.device, options.validate, ring=options.ring or RING))
+        renderer = stack.enter_context(
+            Renderer(options.device, options.validate, ring=options.ring or RING)
+        )
         path = options.path or _default_path(renderer)
         draw, resident = _drawing(renderer, scene, path, options)
         advance = stack.enter_context(progress_bar(output.name, True))
@@ -85,14 +90,20 @@ def _render(options: argparse.Namespace) -> int:
 def _check_output(output: Path, frames: int) -> None:
     suffixes = (".png",) if frames == 1 else (".png", ".gif")
     if output.suffix.lower() not in suffixes:
-        raise MeshletError("the output has an unknown format", f"use {' or '.join(suffixes)}", str(output))
+        raise MeshletError(
+            "the output has an unknown format", f"use {' or '.join(suffixes)}", str(output)
+        )
 
 
 def _camera(scene: Scene, options: argparse.Namespace) -> Camera:
     if not scene.cameras:
         return Camera.fit(scene, options.width, options.height)
     if not 0 <= options.camera < len(scene.cameras):
-        raise MeshletError(f"camera {options.camera} does not exist", f"there are {len(scene.cameras)}", options=("camera",))
+        raise MeshletError(
+            f"camera {options.camera} does not exist",
+            f"there are {len(scene.cameras)}",
+            options=("camera",),
+        )
     return scene.cameras[options.camera]
 
 
@@ -112,11 +123,16 @@ def _turn(scene: Scene, camera: Camera, frames: int) -> list[Camera]:
 def _default_path(renderer: Renderer) -> str:
     path = renderer.default_path
     if path == "vertex":
-        print(f"gltf-meshlet: {renderer.device.name} has no mesh shaders; the model is decompressed and drawn by path vertex", file=sys.stderr)
+        print(
+            f"gltf-meshlet: {renderer.device.name} has no mesh shaders; the model is decompressed and drawn by path vertex",
+            file=sys.stderr,
+        )
     return path
 
 
-def _drawing(renderer: Renderer, scene: Scene, path: str, options: argparse.Namespace) -> tuple[Draw, Callable[[], int]]:
+def _drawing(
+    renderer: Renderer, scene: Scene, path: str, options: argparse.Namespace
+) -> tuple[Draw, Callable[[], int]]:
     """How a path draws, and what it then keeps in the device's memory."""
     if path in PATHS:
 
@@ -128,7 +144,12 @@ def _drawing(renderer: Renderer, scene: Scene, path: str, options: argparse.Name
     from .raytrace import RayTracer
 
     tracer = RayTracer(
-        renderer.device, scene, path, cache=options.cache, cache_bytes=options.cache_bytes, bounces=options.bounces
+        renderer.device,
+        scene,
+        path,
+        cache=options.cache,
+        cache_bytes=options.cache_bytes,
+        bounces=options.bounces,
     )
 
     def trace(camera: Camera) -> tuple[np.ndarray, float]:
@@ -164,7 +185,9 @@ def _animation(pictures: list[np.ndarray]) -> bytes:
         frame = Image.new("RGB", picture.size, GIF_BACKGROUND)
         frame.paste(picture, mask=picture)
         frames.append(frame)
-    frames[0].save(file, "GIF", save_all=True, append_images=frames[1:], duration=GIF_MILLISECONDS, loop=0)
+    frames[0].save(
+        file, "GIF", save_all=True, append_images=frames[1:], duration=GIF_MILLISECONDS, loop=0
+    )
     return file.getvalue()
 
 

@@ -58,7 +58,9 @@ def stream_components(blob: bytes) -> list[int]:
 
 def _stream_table(blob: bytes) -> list[tuple[int, int]]:
     """(components, bits) of each stream of a blob whose header has been checked."""
-    rows = (CONSTANTS["BLOB_HEADER_BYTES"] + CONSTANTS["BLOB_STREAM_BYTES"] * s for s in range(blob[5]))
+    rows = (
+        CONSTANTS["BLOB_HEADER_BYTES"] + CONSTANTS["BLOB_STREAM_BYTES"] * s for s in range(blob[5])
+    )
     return [(blob[row + 1], blob[row + 2]) for row in rows]
 
 
@@ -66,7 +68,9 @@ def packed_shapes(blob: bytes) -> list[tuple[int, int, int]]:
     """(components, bits of a field, words of a vertex) of each stream's packed values: the rules of shaders/packed_values.glsl."""
     shapes = []
     for s, (components, bits) in enumerate(_stream_table(blob)):
-        shapes.append((components, *packed_field(components, max(bits, PACKED_BITS) if s == 0 else bits)))
+        shapes.append(
+            (components, *packed_field(components, max(bits, PACKED_BITS) if s == 0 else bits))
+        )
     return shapes
 
 
@@ -78,7 +82,10 @@ def unpacked(values: np.ndarray, shapes: list[tuple[int, int, int]]) -> np.ndarr
         at += 64 * words
         if words <= 2:
             bits = part[..., 0] | (part[..., 1] << np.uint64(32) if words == 2 else np.uint64(0))
-            rows += [(bits >> np.uint64(c * field)) & np.uint64((1 << field) - 1) for c in range(components)]
+            rows += [
+                (bits >> np.uint64(c * field)) & np.uint64((1 << field) - 1)
+                for c in range(components)
+            ]
         else:
             rows += [part[..., c] for c in range(components)]
     return np.stack(rows, axis=1).astype(np.uint32)
@@ -95,7 +102,10 @@ class GpuDecoder:
         self.device, self.streams, self.lanes = device, streams, lanes
         self._packs = method == "passes"
         constants = {0: streams, 1: lanes}  # of meshlet_decoder_prologue.glsl
-        self._passes = [(ComputePipeline.of(device, name, constants), per or PASS_GROUP // streams) for name, per in METHODS[method]]
+        self._passes = [
+            (ComputePipeline.of(device, name, constants), per or PASS_GROUP // streams)
+            for name, per in METHODS[method]
+        ]
 
     def decode(self, blob: bytes, repeat: int = 1) -> Decoded:
         """All streams of all meshlets, `repeat` times for the sake of the times.
@@ -107,16 +117,24 @@ class GpuDecoder:
         components = stream_components(blob)
         lanes = sum(components)
         if len(components) > self.streams or lanes > self.lanes:
-            raise ValueError(f"{len(components)} streams of {lanes} components; there is room for {self.streams} and {self.lanes}")
+            raise ValueError(
+                f"{len(components)} streams of {lanes} components; there is room for {self.streams} and {self.lanes}"
+            )
         shapes = packed_shapes(blob)
         value_words = 64 * (sum(words for _, _, words in shapes) if self._packs else lanes)
         source = Buffer(self.device, len(blob)).write(blob)
         # In the order of shaders/decode_push.glsl: summaries, connectivity, triangles, values.
         summaries, _, triangles, values = results = [
-            Buffer(self.device, 4 * words * meshlets) for words in (1, CONNECTED_BYTES // 4, 64, value_words)
+            Buffer(self.device, 4 * words * meshlets)
+            for words in (1, CONNECTED_BYTES // 4, 64, value_words)
         ]
         addresses = [buffer.address for buffer in (source, *results)]
-        data = np.frombuffer(struct.pack("<5Q4I", *addresses, len(blob) // 4, meshlets, len(components), value_words), np.uint8)
+        data = np.frombuffer(
+            struct.pack(
+                "<5Q4I", *addresses, len(blob) // 4, meshlets, len(components), value_words
+            ),
+            np.uint8,
+        )
         milliseconds = self._run(data, meshlets, repeat)
         summary, integers = summaries.read(), values.read().reshape(meshlets, -1)
         result = Decoded(
@@ -124,7 +142,9 @@ class GpuDecoder:
             vertex_counts=summary >> 8 & 255,
             errors=summary >> 16,
             triangles=triangles.read().reshape(meshlets, 64),
-            integers=unpacked(integers, shapes) if self._packs else integers.reshape(meshlets, lanes, 64),
+            integers=unpacked(integers, shapes)
+            if self._packs
+            else integers.reshape(meshlets, lanes, 64),
             milliseconds=milliseconds,
         )
         for buffer in (source, *results):

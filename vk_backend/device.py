@@ -12,10 +12,13 @@ from .errors import VulkanError
 try:
     import vulkan as vk
 except ImportError:
-    raise VulkanError("the Python package vulkan is not installed", "pip install 'gltf-meshlet[vulkan]'") from None
+    raise VulkanError(
+        "the Python package vulkan is not installed", "pip install 'gltf-meshlet[vulkan]'"
+    ) from None
 except OSError:  # raised by the package where there is no loader
     raise VulkanError(
-        "there is no Vulkan loader (libvulkan.so.1)", "install it with a driver; Debian: apt install libvulkan1 mesa-vulkan-drivers"
+        "there is no Vulkan loader (libvulkan.so.1)",
+        "install it with a driver; Debian: apt install libvulkan1 mesa-vulkan-drivers",
     ) from None
 
 VALIDATION_LAYER = "VK_LAYER_KHRONOS_validation"
@@ -24,12 +27,22 @@ API_VERSION = vk.VK_MAKE_VERSION(1, 3, 0)
 
 # What paths ask of a device beyond Vulkan 1.3: extensions, and the feature structures with the members to turn on.
 CAPABILITIES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, ...]]]] = {
-    "mesh": (("VK_EXT_mesh_shader",), {"VkPhysicalDeviceMeshShaderFeaturesEXT": ("taskShader", "meshShader")}),
+    "mesh": (
+        ("VK_EXT_mesh_shader",),
+        {"VkPhysicalDeviceMeshShaderFeaturesEXT": ("taskShader", "meshShader")},
+    ),
     "raytracing": (
-        ("VK_KHR_acceleration_structure", "VK_KHR_ray_tracing_pipeline", "VK_KHR_deferred_host_operations"),
+        (
+            "VK_KHR_acceleration_structure",
+            "VK_KHR_ray_tracing_pipeline",
+            "VK_KHR_deferred_host_operations",
+        ),
         {
             "VkPhysicalDeviceAccelerationStructureFeaturesKHR": ("accelerationStructure",),
-            "VkPhysicalDeviceRayTracingPipelineFeaturesKHR": ("rayTracingPipeline", "rayTracingPipelineTraceRaysIndirect"),
+            "VkPhysicalDeviceRayTracingPipelineFeaturesKHR": (
+                "rayTracingPipeline",
+                "rayTracingPipelineTraceRaysIndirect",
+            ),
         },
     ),
     "geometry": ((), {}),
@@ -41,11 +54,21 @@ CAPABILITIES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, ...]]]] = {
 # Vulkan 1.0 to 1.3 features that every path uses, and those that are turned on where they exist.
 NEEDED = {
     "VkPhysicalDeviceVulkan12Features": (
-        "bufferDeviceAddress", "scalarBlockLayout", "runtimeDescriptorArray", "shaderSampledImageArrayNonUniformIndexing", "timelineSemaphore",
+        "bufferDeviceAddress",
+        "scalarBlockLayout",
+        "runtimeDescriptorArray",
+        "shaderSampledImageArrayNonUniformIndexing",
+        "timelineSemaphore",
     ),
     "VkPhysicalDeviceVulkan13Features": ("dynamicRendering", "synchronization2", "maintenance4"),
 }
-OPTIONAL = ("geometryShader", "fragmentStoresAndAtomics", "vertexPipelineStoresAndAtomics", "shaderInt64", "shaderInt16")
+OPTIONAL = (
+    "geometryShader",
+    "fragmentStoresAndAtomics",
+    "vertexPipelineStoresAndAtomics",
+    "shaderInt64",
+    "shaderInt16",
+)
 
 
 @dataclass(frozen=True)
@@ -79,9 +102,13 @@ class Timeline:
     """A semaphore whose value grows; value: what the submissions so far give it. Freed with the device."""
 
     def __init__(self, device: "Device"):
-        kind = vk.VkSemaphoreTypeCreateInfo(semaphoreType=vk.VK_SEMAPHORE_TYPE_TIMELINE, initialValue=0)
+        kind = vk.VkSemaphoreTypeCreateInfo(
+            semaphoreType=vk.VK_SEMAPHORE_TYPE_TIMELINE, initialValue=0
+        )
         self.value = 0
-        self.handle = vk.vkCreateSemaphore(device.handle, vk.VkSemaphoreCreateInfo(pNext=kind), None)
+        self.handle = vk.vkCreateSemaphore(
+            device.handle, vk.VkSemaphoreCreateInfo(pNext=kind), None
+        )
         device.at_close(lambda: vk.vkDestroySemaphore(device.handle, self.handle, None))
 
 
@@ -110,7 +137,9 @@ class Device:
         self._made: dict[Any, Any] = {}
         self._instance = self._create_instance(validation)
         self.physical, self.name, self.driver = self._choose(select)
-        self.extensions = {e.extensionName for e in vk.vkEnumerateDeviceExtensionProperties(self.physical, None)}
+        self.extensions = {
+            e.extensionName for e in vk.vkEnumerateDeviceExtensionProperties(self.physical, None)
+        }
         graphics, compute = self._queue_families()
         self.families = list(dict.fromkeys([graphics, compute]))
         self.capabilities = {name for name in CAPABILITIES if self._has(name)}
@@ -135,9 +164,12 @@ class Device:
         """Raises VulkanError naming the extension that `path` needs and this device lacks."""
         if capability in self.capabilities:
             return
-        missing = [e for e in CAPABILITIES[capability][0] if e not in self.extensions] or [f"the feature {capability}"]
+        missing = [e for e in CAPABILITIES[capability][0] if e not in self.extensions] or [
+            f"the feature {capability}"
+        ]
         raise VulkanError(
-            f"{self.name} lacks {', '.join(missing)}, which path {path} needs", "choose another --path or --device, or update the driver"
+            f"{self.name} lacks {', '.join(missing)}, which path {path} needs",
+            "choose another --path or --device, or update the driver",
         )
 
     def function(self, name: str):
@@ -166,7 +198,9 @@ class Device:
         vk.vkDestroyDevice(self._handle, None)
         self._handle = None
         if self._messenger is not None:
-            vk.vkGetInstanceProcAddr(self._instance, "vkDestroyDebugUtilsMessengerEXT")(self._instance, self._messenger, None)
+            vk.vkGetInstanceProcAddr(self._instance, "vkDestroyDebugUtilsMessengerEXT")(
+                self._instance, self._messenger, None
+            )
         vk.vkDestroyInstance(self._instance, None)
 
     def __enter__(self) -> "Device":
@@ -192,7 +226,9 @@ class Device:
         commands = vk.vkAllocateCommandBuffers(
             self._handle,
             vk.VkCommandBufferAllocateInfo(
-                commandPool=(queue or self.graphics).pool, level=vk.VK_COMMAND_BUFFER_LEVEL_PRIMARY, commandBufferCount=1
+                commandPool=(queue or self.graphics).pool,
+                level=vk.VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+                commandBufferCount=1,
             ),
         )[0]
         vk.vkBeginCommandBuffer(commands, vk.VkCommandBufferBeginInfo())
@@ -212,16 +248,30 @@ class Device:
             for queue in queues:
                 vk.vkQueueWaitIdle(queue.handle)
         except vk.VkErrorDeviceLost:
-            raise VulkanError(f"{self.name} was lost while it ran", "the driver stopped the work; see its log") from None
+            raise VulkanError(
+                f"{self.name} was lost while it ran", "the driver stopped the work; see its log"
+            ) from None
 
-    def barrier(self, commands, source_stage: int, source_access: int, stage: int, access: int) -> None:
+    def barrier(
+        self, commands, source_stage: int, source_access: int, stage: int, access: int
+    ) -> None:
         """A global memory barrier. Stages and accesses: VK_PIPELINE_STAGE_2_*, VK_ACCESS_2_*."""
-        memory = vk.VkMemoryBarrier2(srcStageMask=source_stage, srcAccessMask=source_access, dstStageMask=stage, dstAccessMask=access)
-        vk.vkCmdPipelineBarrier2(commands, vk.VkDependencyInfo(memoryBarrierCount=1, pMemoryBarriers=[memory]))
+        memory = vk.VkMemoryBarrier2(
+            srcStageMask=source_stage,
+            srcAccessMask=source_access,
+            dstStageMask=stage,
+            dstAccessMask=access,
+        )
+        vk.vkCmdPipelineBarrier2(
+            commands, vk.VkDependencyInfo(memoryBarrierCount=1, pMemoryBarriers=[memory])
+        )
 
     def full_barrier(self, commands) -> None:
         """Everything before is visible to everything after."""
-        stage, access = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT
+        stage, access = (
+            vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+            vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT,
+        )
         self.barrier(commands, stage, access, stage, access)
 
     # --- creation --------------------------------------------------------------------------------------------------------------
@@ -229,8 +279,13 @@ class Device:
     def _create_instance(self, validation: bool):
         layers, extensions, self._messenger, chained = [], [], None, None
         if validation:
-            if VALIDATION_LAYER not in {layer.layerName for layer in vk.vkEnumerateInstanceLayerProperties()}:
-                raise VulkanError("the Vulkan validation layer is not installed", "Debian: apt install vulkan-validationlayers")
+            if VALIDATION_LAYER not in {
+                layer.layerName for layer in vk.vkEnumerateInstanceLayerProperties()
+            }:
+                raise VulkanError(
+                    "the Vulkan validation layer is not installed",
+                    "Debian: apt install vulkan-validationlayers",
+                )
             layers, extensions = [VALIDATION_LAYER], [DEBUG_EXTENSION]
         application = vk.VkApplicationInfo(pApplicationName="gltf-meshlet", apiVersion=API_VERSION)
         try:
@@ -248,9 +303,17 @@ class Device:
         except vk.VkErrorIncompatibleDriver:
             raise _no_driver() from None
         if validation:
-            severity = vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT
-            kinds = vk.VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | vk.VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT
-            info = vk.VkDebugUtilsMessengerCreateInfoEXT(messageSeverity=severity, messageType=kinds, pfnUserCallback=self._heard)
+            severity = (
+                vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT
+                | vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT
+            )
+            kinds = (
+                vk.VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT
+                | vk.VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT
+            )
+            info = vk.VkDebugUtilsMessengerCreateInfoEXT(
+                messageSeverity=severity, messageType=kinds, pfnUserCallback=self._heard
+            )
             create = vk.vkGetInstanceProcAddr(instance, "vkCreateDebugUtilsMessengerEXT")
             self._messenger = create(instance, info, None)
         return instance
@@ -273,29 +336,53 @@ class Device:
             index = next((i for i, (_, p) in enumerate(listed) if p.deviceType != software), 0)
         else:
             text = str(select)
-            index = int(text) if text.isdigit() else next((i for i, n in enumerate(names) if text.lower() in n.lower()), -1)
+            index = (
+                int(text)
+                if text.isdigit()
+                else next((i for i, n in enumerate(names) if text.lower() in n.lower()), -1)
+            )
             if not 0 <= index < len(listed):
-                raise VulkanError(f"there is no device {text}", "there are: " + "; ".join(f"{i}: {n}" for i, n in enumerate(names)))
+                raise VulkanError(
+                    f"there is no device {text}",
+                    "there are: " + "; ".join(f"{i}: {n}" for i, n in enumerate(names)),
+                )
         physical, properties = listed[index]
         if properties.apiVersion < API_VERSION:
-            raise VulkanError(f"{names[index]} has no Vulkan 1.3", "update the driver or choose another --device")
+            raise VulkanError(
+                f"{names[index]} has no Vulkan 1.3", "update the driver or choose another --device"
+            )
         version = properties.driverVersion
-        return physical, names[index], f"{version >> 22}.{version >> 14 & 255}.{version >> 6 & 255}" if properties.vendorID == 0x10DE else (
-            f"{vk.VK_VERSION_MAJOR(version)}.{vk.VK_VERSION_MINOR(version)}.{vk.VK_VERSION_PATCH(version)}"
+        return (
+            physical,
+            names[index],
+            f"{version >> 22}.{version >> 14 & 255}.{version >> 6 & 255}"
+            if properties.vendorID == 0x10DE
+            else (
+                f"{vk.VK_VERSION_MAJOR(version)}.{vk.VK_VERSION_MINOR(version)}.{vk.VK_VERSION_PATCH(version)}"
+            ),
         )
 
     def _queue_families(self) -> tuple[int, int]:
         """Of the graphics queue, which computes as well, and of the compute queue: one without graphics where there is such."""
         wanted = vk.VK_QUEUE_GRAPHICS_BIT | vk.VK_QUEUE_COMPUTE_BIT
-        kinds = [family.queueFlags & wanted for family in vk.vkGetPhysicalDeviceQueueFamilyProperties(self.physical)]
+        kinds = [
+            family.queueFlags & wanted
+            for family in vk.vkGetPhysicalDeviceQueueFamilyProperties(self.physical)
+        ]
         if wanted not in kinds:
-            raise VulkanError(f"{self.name} has no queue for graphics and compute", "choose another --device")
+            raise VulkanError(
+                f"{self.name} has no queue for graphics and compute", "choose another --device"
+            )
         graphics = kinds.index(wanted)
-        return graphics, kinds.index(vk.VK_QUEUE_COMPUTE_BIT) if vk.VK_QUEUE_COMPUTE_BIT in kinds else graphics
+        return graphics, kinds.index(
+            vk.VK_QUEUE_COMPUTE_BIT
+        ) if vk.VK_QUEUE_COMPUTE_BIT in kinds else graphics
 
     def _queue(self, family: int) -> Queue:
         flags = vk.VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT
-        pool = vk.vkCreateCommandPool(self._handle, vk.VkCommandPoolCreateInfo(flags=flags, queueFamilyIndex=family), None)
+        pool = vk.vkCreateCommandPool(
+            self._handle, vk.VkCommandPoolCreateInfo(flags=flags, queueFamilyIndex=family), None
+        )
         self.at_close(lambda: vk.vkDestroyCommandPool(self._handle, pool, None))
         return Queue(family, vk.vkGetDeviceQueue(self._handle, family, 0), pool)
 
@@ -315,9 +402,14 @@ class Device:
 
     def _create_device(self):
         for structure, members in NEEDED.items():
-            missing = [name for name, there in self._features(structure, members).items() if not there]
+            missing = [
+                name for name, there in self._features(structure, members).items() if not there
+            ]
             if missing:
-                raise VulkanError(f"{self.name} lacks {', '.join(missing)}", "update the driver or choose another --device")
+                raise VulkanError(
+                    f"{self.name} lacks {', '.join(missing)}",
+                    "update the driver or choose another --device",
+                )
         chain, structures = None, dict(NEEDED)
         extensions: list[str] = []
         for capability in sorted(self.capabilities):
@@ -327,7 +419,10 @@ class Device:
             chain = getattr(vk, structure)(pNext=chain, **{member: 1 for member in members})
         there = vk.vkGetPhysicalDeviceFeatures(self.physical)
         core = vk.VkPhysicalDeviceFeatures(**{name: getattr(there, name) for name in OPTIONAL})
-        queues = [vk.VkDeviceQueueCreateInfo(queueFamilyIndex=f, queueCount=1, pQueuePriorities=[1.0]) for f in self.families]
+        queues = [
+            vk.VkDeviceQueueCreateInfo(queueFamilyIndex=f, queueCount=1, pQueuePriorities=[1.0])
+            for f in self.families
+        ]
         return vk.vkCreateDevice(
             self.physical,
             vk.VkDeviceCreateInfo(
@@ -360,7 +455,9 @@ class Device:
             geometry_vertices=core.maxGeometryOutputVertices,
             geometry_components=core.maxGeometryTotalOutputComponents,
             timestamp_ns=core.timestampPeriod,
-            scratch_alignment=accelerated.minAccelerationStructureScratchOffsetAlignment if accelerated else 0,
+            scratch_alignment=accelerated.minAccelerationStructureScratchOffsetAlignment
+            if accelerated
+            else 0,
             handle_bytes=tracing.shaderGroupHandleSize if tracing else 0,
             base_alignment=tracing.shaderGroupBaseAlignment if tracing else 0,
             launch_width=core.maxComputeWorkGroupCount[0] * core.maxComputeWorkGroupSize[0],
@@ -371,7 +468,9 @@ class Device:
 def _submit_info(submission: Submission):
     """VkSubmitInfo2"""
     waits, signals = (
-        [vk.VkSemaphoreSubmitInfo(semaphore=of[0].handle, value=of[1], stageMask=of[2])] if of else []
+        [vk.VkSemaphoreSubmitInfo(semaphore=of[0].handle, value=of[1], stageMask=of[2])]
+        if of
+        else []
         for of in (submission.wait, submission.signal)
     )
     return vk.VkSubmitInfo2(
@@ -385,4 +484,7 @@ def _submit_info(submission: Submission):
 
 
 def _no_driver() -> VulkanError:
-    return VulkanError("there is no Vulkan driver", "install one, or Mesa's software renderer; Debian: apt install mesa-vulkan-drivers")
+    return VulkanError(
+        "there is no Vulkan driver",
+        "install one, or Mesa's software renderer; Debian: apt install mesa-vulkan-drivers",
+    )

@@ -26,7 +26,9 @@ class Frame:
     def __init__(self, drawing: Drawing, targets: Targets, stamps: Timestamps):
         self._device, self._stamps = drawing.device, stamps
         self._ring = drawing.ring if drawing.overlaps else None
-        self._commands: list[tuple[Queue, Any]] = []  # in turns: the start, and for each batch its decoding and its drawing
+        self._commands: list[
+            tuple[Queue, Any]
+        ] = []  # in turns: the start, and for each batch its decoding and its drawing
         graphics, compute = self._device.graphics, self._device.compute
         if not self._ring:
             with self._recorded(graphics) as commands:
@@ -86,13 +88,19 @@ def overlapped(commands: list[tuple[Queue, Any]], ring: Ring) -> list[Submission
     before, begun = decoded.value, drawn.value + 1
     # Batch i is decoded at before + 1 + i, and drawn at begun + 1 + i.
     submissions = [Submission(*commands[0], signal=(drawn, begun, ALL_STAGES))]
-    for number in range(batches + 1):                    # decoding goes ahead, so that one queue can do it all, too
+    for number in range(batches + 1):  # decoding goes ahead, so that one queue can do it all, too
         if number < batches:
             free = begun + max(number - ring.parts + 1, 0)
-            wait, signal = (drawn, free, COMPUTE_STAGE), (decoded, before + 1 + number, COMPUTE_STAGE)
+            wait, signal = (
+                (drawn, free, COMPUTE_STAGE),
+                (decoded, before + 1 + number, COMPUTE_STAGE),
+            )
             submissions.append(Submission(*commands[1 + 2 * number], wait, signal))
         if number > 0:
-            wait, signal = (decoded, before + number, MESH_STAGE), (drawn, begun + number, MESH_STAGE)
+            wait, signal = (
+                (decoded, before + number, MESH_STAGE),
+                (drawn, begun + number, MESH_STAGE),
+            )
             submissions.append(Submission(*commands[2 * number], wait, signal))
     decoded.value, drawn.value = before + batches, begun + batches
     return submissions

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import pygltflib
 
-from gltf_ext.gltf.document import Document, item
 from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import Document, item
 
 from .constants import CONSTANTS
 
 DEFAULT_CUTOFF = 0.5
-MAX_PIXELS = 1 << 26                       # of an image; larger ones are left out
+MAX_PIXELS = 1 << 26  # of an image; larger ones are left out
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,16 @@ class Material:
         row = np.zeros((), dtype)
         row["base_color"], row["emissive"][:3] = self.base_color, self.emissive
         row["texcoord_matrix"], row["texcoord_offset"] = self.texcoord_matrix, self.texcoord_offset
-        row["metallic"], row["roughness"], row["alpha_cutoff"] = self.metallic, self.roughness, self.alpha_cutoff
-        row["flags"], row["base_texture"], row["emissive_texture"] = self.flags, self.texture, self.emissive_texture
+        row["metallic"], row["roughness"], row["alpha_cutoff"] = (
+            self.metallic,
+            self.roughness,
+            self.alpha_cutoff,
+        )
+        row["flags"], row["base_texture"], row["emissive_texture"] = (
+            self.flags,
+            self.texture,
+            self.emissive_texture,
+        )
         return row
 
 
@@ -119,11 +127,20 @@ class Materials:
         texcoord = info.texCoord or 0
         if isinstance(transform, dict) and transform:
             texcoord = transform.get("texCoord", texcoord)
-            angle, (u, v) = _number(transform.get("rotation"), 0.0), _numbers(transform.get("scale"), (1.0, 1.0))
+            angle, (u, v) = (
+                _number(transform.get("rotation"), 0.0),
+                _numbers(transform.get("scale"), (1.0, 1.0)),
+            )
             c, s = float(np.cos(angle)), float(np.sin(angle))
-            matrix, offset = (c * u, -s * u, s * v, c * v), _numbers(transform.get("offset"), (0.0, 0.0))
+            matrix, offset = (
+                (c * u, -s * u, s * v, c * v),
+                _numbers(transform.get("offset"), (0.0, 0.0)),
+            )
         if not isinstance(texcoord, int):
-            raise MeshletError("a texture's texCoord is not a number", "the file is not valid glTF; export it again")
+            raise MeshletError(
+                "a texture's texCoord is not a number",
+                "the file is not valid glTF; export it again",
+            )
         return self._texture(info.index), texcoord, matrix, offset
 
     def _texture(self, number: int | None) -> int:
@@ -150,7 +167,12 @@ class Materials:
         if number not in self._images:
             try:
                 self._images[number] = self._decoded(item(self._document.images, number, "image"))
-            except (MeshletError, OSError, ValueError, SyntaxError) as error:  # what Pillow's readers raise
+            except (
+                MeshletError,
+                OSError,
+                ValueError,
+                SyntaxError,
+            ) as error:  # what Pillow's readers raise
                 reason = str(error).splitlines()[0][:120] if str(error) else "it cannot be read"
                 self.warnings.append(f"image {number} is left out: {reason}")
                 self._images[number] = None
@@ -159,7 +181,11 @@ class Materials:
     def _decoded(self, image: pygltflib.Image) -> np.ndarray:
         from PIL import Image
 
-        data = self._document.read_uri(image.uri) if image.uri is not None else bytes(self._document.bytes_of_view(image.bufferView))
+        data = (
+            self._document.read_uri(image.uri)
+            if image.uri is not None
+            else bytes(self._document.bytes_of_view(image.bufferView))
+        )
         with Image.open(io.BytesIO(data)) as opened:
             if opened.width * opened.height > MAX_PIXELS:
                 raise MeshletError(f"it has {opened.width} x {opened.height} pixels")

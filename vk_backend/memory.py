@@ -27,26 +27,38 @@ class Buffer:
         self.device, self.size, self.host = device, int(size), host
         self.handle = vk.vkCreateBuffer(
             device.handle,
-            vk.VkBufferCreateInfo(size=max(self.size, 4), usage=usage | TRANSFER, **_sharing(device)),
+            vk.VkBufferCreateInfo(
+                size=max(self.size, 4), usage=usage | TRANSFER, **_sharing(device)
+            ),
             None,
         )
         addressed = bool(usage & SHADER_DEVICE_ADDRESS)
         needed = vk.vkGetBufferMemoryRequirements(device.handle, self.handle)
         self.allocated = int(needed.size)
-        self._memory = allocate(device, needed, HOST if host else vk.VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, addressed)
+        self._memory = allocate(
+            device, needed, HOST if host else vk.VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, addressed
+        )
         vk.vkBindBufferMemory(device.handle, self.handle, self._memory, 0)
         self.address = 0
         if addressed:
             # The package's own wrapper loses the result.
             info = vk.VkBufferDeviceAddressInfo(buffer=self.handle)
-            self.address = int(LIBRARY.vkGetBufferDeviceAddress(device.handle, vk.ffi.addressof(info)))
-        self._mapped = vk.vkMapMemory(device.handle, self._memory, 0, max(self.size, 4), 0) if host else None
+            self.address = int(
+                LIBRARY.vkGetBufferDeviceAddress(device.handle, vk.ffi.addressof(info))
+            )
+        self._mapped = (
+            vk.vkMapMemory(device.handle, self._memory, 0, max(self.size, 4), 0) if host else None
+        )
         self._alive = True
         device.at_close(self.free)
 
     def write(self, data: np.ndarray | bytes, offset: int = 0) -> "Buffer":
         """Copies the array's bytes to `offset`; waits. Returns itself."""
-        raw = memoryview(np.ascontiguousarray(data)).cast("B") if isinstance(data, np.ndarray) and data.size else memoryview(bytes(data))
+        raw = (
+            memoryview(np.ascontiguousarray(data)).cast("B")
+            if isinstance(data, np.ndarray) and data.size
+            else memoryview(bytes(data))
+        )
         if offset + len(raw) > self.size:
             raise ValueError("more data than the buffer holds")
         if not len(raw):
@@ -62,7 +74,9 @@ class Buffer:
         staging.free()
         return self
 
-    def read(self, dtype: np.dtype | type = np.uint32, count: int = -1, offset: int = 0) -> np.ndarray:
+    def read(
+        self, dtype: np.dtype | type = np.uint32, count: int = -1, offset: int = 0
+    ) -> np.ndarray:
         """`count` elements (-1: all that there are) from byte `offset`; waits."""
         dtype = np.dtype(dtype)
         count = (self.size - offset) // dtype.itemsize if count < 0 else count
@@ -103,8 +117,16 @@ def _sharing(device: Device) -> dict:
 class Image:
     """A two-dimensional image with its view, in memory of its own, and the layout it was left in."""
 
-    def __init__(self, device: Device, width: int, height: int, format: int, usage: int, *, levels: int = 1):
-        self.device, self.width, self.height, self.format, self.levels = device, width, height, format, levels
+    def __init__(
+        self, device: Device, width: int, height: int, format: int, usage: int, *, levels: int = 1
+    ):
+        self.device, self.width, self.height, self.format, self.levels = (
+            device,
+            width,
+            height,
+            format,
+            levels,
+        )
         depth = format == vk.VK_FORMAT_D32_SFLOAT
         self.aspect = vk.VK_IMAGE_ASPECT_DEPTH_BIT if depth else vk.VK_IMAGE_ASPECT_COLOR_BIT
         self.layout = vk.VK_IMAGE_LAYOUT_UNDEFINED
@@ -128,10 +150,21 @@ class Image:
         self.allocated = int(needed.size)
         self._memory = allocate(device, needed, vk.VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, False)
         vk.vkBindImageMemory(device.handle, self.handle, self._memory, 0)
-        self.range = vk.VkImageSubresourceRange(aspectMask=self.aspect, baseMipLevel=0, levelCount=levels, baseArrayLayer=0, layerCount=1)
+        self.range = vk.VkImageSubresourceRange(
+            aspectMask=self.aspect,
+            baseMipLevel=0,
+            levelCount=levels,
+            baseArrayLayer=0,
+            layerCount=1,
+        )
         self.view = vk.vkCreateImageView(
             device.handle,
-            vk.VkImageViewCreateInfo(image=self.handle, viewType=vk.VK_IMAGE_VIEW_TYPE_2D, format=format, subresourceRange=self.range),
+            vk.VkImageViewCreateInfo(
+                image=self.handle,
+                viewType=vk.VK_IMAGE_VIEW_TYPE_2D,
+                format=format,
+                subresourceRange=self.range,
+            ),
             None,
         )
         self._alive = True
@@ -139,7 +172,10 @@ class Image:
 
     def to_layout(self, commands, layout: int) -> None:
         """Records the change to a layout; what was in the image stays, unless its layout was undefined."""
-        stage, access = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT
+        stage, access = (
+            vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
+            vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT,
+        )
         barrier = vk.VkImageMemoryBarrier2(
             srcStageMask=stage,
             srcAccessMask=access,
@@ -152,14 +188,20 @@ class Image:
             image=self.handle,
             subresourceRange=self.range,
         )
-        vk.vkCmdPipelineBarrier2(commands, vk.VkDependencyInfo(imageMemoryBarrierCount=1, pImageMemoryBarriers=[barrier]))
+        vk.vkCmdPipelineBarrier2(
+            commands, vk.VkDependencyInfo(imageMemoryBarrierCount=1, pImageMemoryBarriers=[barrier])
+        )
         self.layout = layout
 
     def copy_region(self, level: int = 0) -> "vk.VkBufferImageCopy":
         """The whole of a level, tightly packed."""
         return vk.VkBufferImageCopy(
-            imageSubresource=vk.VkImageSubresourceLayers(aspectMask=self.aspect, mipLevel=level, layerCount=1),
-            imageExtent=vk.VkExtent3D(width=max(self.width >> level, 1), height=max(self.height >> level, 1), depth=1),
+            imageSubresource=vk.VkImageSubresourceLayers(
+                aspectMask=self.aspect, mipLevel=level, layerCount=1
+            ),
+            imageExtent=vk.VkExtent3D(
+                width=max(self.width >> level, 1), height=max(self.height >> level, 1), depth=1
+            ),
         )
 
     def read(self, dtype: np.dtype | type, components: int) -> np.ndarray:
@@ -168,7 +210,9 @@ class Image:
         staging = Buffer(self.device, size, vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT, host=True)
         with self.device.commands() as commands:
             self.to_layout(commands, vk.VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL)
-            vk.vkCmdCopyImageToBuffer(commands, self.handle, self.layout, staging.handle, 1, [self.copy_region()])
+            vk.vkCmdCopyImageToBuffer(
+                commands, self.handle, self.layout, staging.handle, 1, [self.copy_region()]
+            )
         data = staging.read(dtype).reshape(self.height, self.width, components)
         staging.free()
         return data
@@ -189,13 +233,18 @@ def allocate(device: Device, needed, properties: int, addressed: bool):
         if needed.memoryTypeBits >> index & 1 and flags & properties == properties:
             break
     else:
-        raise VulkanError(f"{device.name} has no memory of the needed kind", "choose another --device")
+        raise VulkanError(
+            f"{device.name} has no memory of the needed kind", "choose another --device"
+        )
     chain = vk.VkMemoryAllocateFlagsInfo(flags=ALLOCATE_DEVICE_ADDRESS) if addressed else None
     try:
         return vk.vkAllocateMemory(
-            device.handle, vk.VkMemoryAllocateInfo(pNext=chain, allocationSize=needed.size, memoryTypeIndex=index), None
+            device.handle,
+            vk.VkMemoryAllocateInfo(pNext=chain, allocationSize=needed.size, memoryTypeIndex=index),
+            None,
         )
     except (vk.VkErrorOutOfDeviceMemory, vk.VkErrorOutOfHostMemory):
         raise VulkanError(
-            f"{device.name} has no {needed.size / 1e6:.0f} MB of memory left", "close other programs or render a smaller scene"
+            f"{device.name} has no {needed.size / 1e6:.0f} MB of memory left",
+            "close other programs or render a smaller scene",
         ) from None

@@ -15,7 +15,9 @@ PUSH_BYTES = 128  # what every device has
 def shader_module(device: Device, name: str):
     """The module of spirv/<name>.spv; freed with the device."""
     code = (resources.files(__package__) / "spirv" / f"{name}.spv").read_bytes()
-    module = vk.vkCreateShaderModule(device.handle, vk.VkShaderModuleCreateInfo(codeSize=len(code), pCode=code), None)
+    module = vk.vkCreateShaderModule(
+        device.handle, vk.VkShaderModuleCreateInfo(codeSize=len(code), pCode=code), None
+    )
     device.at_close(lambda: vk.vkDestroyShaderModule(device.handle, module, None))
     return module
 
@@ -26,7 +28,10 @@ def stage(device: Device, name: str, bit: int, constants: dict[int, int] | None 
     if constants:
         data = vk.ffi.new("uint32_t[]", list(constants.values()))
         device.at_close(lambda: vk.ffi.release(data))  # the structures below do not keep it alive
-        entries = [vk.VkSpecializationMapEntry(constantID=id, offset=4 * i, size=4) for i, id in enumerate(constants)]
+        entries = [
+            vk.VkSpecializationMapEntry(constantID=id, offset=4 * i, size=4)
+            for i, id in enumerate(constants)
+        ]
         special = vk.VkSpecializationInfo(
             mapEntryCount=len(entries), pMapEntries=entries, dataSize=4 * len(constants), pData=data
         )
@@ -41,7 +46,10 @@ def pipeline_layout(device: Device, sets: list | None = None):
     layout = vk.vkCreatePipelineLayout(
         device.handle,
         vk.VkPipelineLayoutCreateInfo(
-            setLayoutCount=len(sets or []), pSetLayouts=sets or [], pushConstantRangeCount=1, pPushConstantRanges=ranges
+            setLayoutCount=len(sets or []),
+            pSetLayouts=sets or [],
+            pushConstantRangeCount=1,
+            pPushConstantRanges=ranges,
         ),
         None,
     )
@@ -52,7 +60,9 @@ def pipeline_layout(device: Device, sets: list | None = None):
 def push(commands, layout, data: np.ndarray) -> None:
     """Sets the push constants to the array's bytes."""
     raw = np.ascontiguousarray(data).tobytes()
-    vk.vkCmdPushConstants(commands, layout, vk.VK_SHADER_STAGE_ALL, 0, len(raw), vk.ffi.from_buffer(raw))
+    vk.vkCmdPushConstants(
+        commands, layout, vk.VK_SHADER_STAGE_ALL, 0, len(raw), vk.ffi.from_buffer(raw)
+    )
 
 
 MAX_GROUPS = 65535  # workgroups in one dimension of a dispatch or draw that every device allows
@@ -69,8 +79,12 @@ class ComputePipeline:
 
     def __init__(self, device: Device, name: str, constants: dict[int, int]):
         self.device, self.layout = device, pipeline_layout(device)
-        shader = stage(device, name, vk.VK_SHADER_STAGE_COMPUTE_BIT, constants)  # must outlive the call
-        info = vk.VkComputePipelineCreateInfo(flags=device.pipeline_flags, stage=shader, layout=self.layout)
+        shader = stage(
+            device, name, vk.VK_SHADER_STAGE_COMPUTE_BIT, constants
+        )  # must outlive the call
+        info = vk.VkComputePipelineCreateInfo(
+            flags=device.pipeline_flags, stage=shader, layout=self.layout
+        )
         self.handle = vk.vkCreateComputePipelines(device.handle, None, 1, [info], None)[0]
         device.at_close(lambda: vk.vkDestroyPipeline(device.handle, self.handle, None))
 
@@ -87,7 +101,9 @@ class Timestamps:
     def __init__(self, device: Device, count: int):
         self.device, self.count = device, count
         self._pool = vk.vkCreateQueryPool(
-            device.handle, vk.VkQueryPoolCreateInfo(queryType=vk.VK_QUERY_TYPE_TIMESTAMP, queryCount=count), None
+            device.handle,
+            vk.VkQueryPoolCreateInfo(queryType=vk.VK_QUERY_TYPE_TIMESTAMP, queryCount=count),
+            None,
         )
         device.at_close(lambda: vk.vkDestroyQueryPool(device.handle, self._pool, None))
 
@@ -97,13 +113,22 @@ class Timestamps:
 
     def mark(self, commands, index: int) -> None:
         """The time when all that was recorded before has run."""
-        vk.vkCmdWriteTimestamp2(commands, vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, self._pool, index)
+        vk.vkCmdWriteTimestamp2(
+            commands, vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, self._pool, index
+        )
 
     def milliseconds(self) -> np.ndarray:
         """float64[count - 1]: the time from each mark to the next, of the last run."""
         raw = np.zeros(self.count, np.uint64)
         flags = vk.VK_QUERY_RESULT_64_BIT | vk.VK_QUERY_RESULT_WAIT_BIT
         vk.vkGetQueryPoolResults(
-            self.device.handle, self._pool, 0, self.count, raw.nbytes, vk.ffi.cast("void *", raw.ctypes.data), 8, flags
+            self.device.handle,
+            self._pool,
+            0,
+            self.count,
+            raw.nbytes,
+            vk.ffi.cast("void *", raw.ctypes.data),
+            8,
+            flags,
         )
         return np.diff(raw.astype(np.int64)) * self.device.limits.timestamp_ns / 1e6

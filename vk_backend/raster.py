@@ -13,12 +13,26 @@ from .device import Device, Timeline
 from .errors import VulkanError
 from .memory import Buffer, Image
 from .pipelines import MAX_GROUPS, ComputePipeline, push, stage
-from .scene import FRAME, HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, VERTEX_FLOATS, Scene, SceneBuffers, address_words, require_room
+from .scene import (
+    FRAME,
+    HAS_COLOR,
+    HAS_NORMAL,
+    HAS_TEXCOORD,
+    VERTEX_FLOATS,
+    Scene,
+    SceneBuffers,
+    address_words,
+    require_room,
+)
 from .stream import RING, Ring
 from .textures import TextureArray, array_size, textures_layout
 
-COLOR_FORMAT, DEPTH_FORMAT, IDS_FORMAT = vk.VK_FORMAT_R8G8B8A8_SRGB, vk.VK_FORMAT_D32_SFLOAT, vk.VK_FORMAT_R32G32_UINT
-NO_ID = 0xFFFFFFFF                         # both ids where nothing is drawn
+COLOR_FORMAT, DEPTH_FORMAT, IDS_FORMAT = (
+    vk.VK_FORMAT_R8G8B8A8_SRGB,
+    vk.VK_FORMAT_D32_SFLOAT,
+    vk.VK_FORMAT_R32G32_UINT,
+)
+NO_ID = 0xFFFFFFFF  # both ids where nothing is drawn
 # Of shaders/raster.glsl.
 PUSH = np.dtype(
     [
@@ -34,7 +48,7 @@ PUSH = np.dtype(
         ("segment_count", "<u4"),
     ]
 )
-LIT, ATTRIBUTES = 0, 1                     # what the fragment shader does, see surface.frag
+LIT, ATTRIBUTES = 0, 1  # what the fragment shader does, see surface.frag
 # Specialisation constants of shaders/meshlet_decoder_prologue.glsl, raster.glsl and surface.frag.
 STREAMS_ID, LANES_ID, ATTRIBUTES_ID, CULLING_ID, SHADING_ID = range(5)
 # Of surface.frag and geometry.geom: the first that takes all that the scene has.
@@ -46,8 +60,14 @@ VARIANTS = (
 )
 
 MESH, TASK = vk.VK_SHADER_STAGE_MESH_BIT_EXT, vk.VK_SHADER_STAGE_TASK_BIT_EXT
-FRAGMENT_TESTS = vk.VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | vk.VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT
-VERTEX, GEOMETRY, FRAGMENT = vk.VK_SHADER_STAGE_VERTEX_BIT, vk.VK_SHADER_STAGE_GEOMETRY_BIT, vk.VK_SHADER_STAGE_FRAGMENT_BIT
+FRAGMENT_TESTS = (
+    vk.VK_PIPELINE_STAGE_2_EARLY_FRAGMENT_TESTS_BIT | vk.VK_PIPELINE_STAGE_2_LATE_FRAGMENT_TESTS_BIT
+)
+VERTEX, GEOMETRY, FRAGMENT = (
+    vk.VK_SHADER_STAGE_VERTEX_BIT,
+    vk.VK_SHADER_STAGE_GEOMETRY_BIT,
+    vk.VK_SHADER_STAGE_FRAGMENT_BIT,
+)
 
 
 @dataclass(frozen=True)
@@ -92,7 +112,9 @@ class Targets:
 
     def __init__(self, device: Device, width: int, height: int, ids: bool):
         usage = vk.VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | vk.VK_IMAGE_USAGE_TRANSFER_SRC_BIT
-        depth_usage = vk.VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | vk.VK_IMAGE_USAGE_TRANSFER_SRC_BIT
+        depth_usage = (
+            vk.VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | vk.VK_IMAGE_USAGE_TRANSFER_SRC_BIT
+        )
         self._device, self.width, self.height = device, width, height
         self.color = Image(device, width, height, COLOR_FORMAT, usage)
         self.depth = Image(device, width, height, DEPTH_FORMAT, depth_usage)
@@ -110,7 +132,10 @@ class Targets:
         clear_color = vk.VkClearValue(color=vk.VkClearColorValue(float32=[0.0] * 4))
         clear_ids = vk.VkClearValue(color=vk.VkClearColorValue(uint32=[NO_ID] * 4))
         clear_depth = vk.VkClearValue(depthStencil=vk.VkClearDepthStencilValue(1.0, 0))
-        attachments = [_attachment(image, clear, resumed) for image, clear in zip(colors, (clear_color, clear_ids))]
+        attachments = [
+            _attachment(image, clear, resumed)
+            for image, clear in zip(colors, (clear_color, clear_ids))
+        ]
         area = vk.VkRect2D(vk.VkOffset2D(0, 0), vk.VkExtent2D(self.width, self.height))
         vk.vkCmdBeginRendering(
             commands,
@@ -129,8 +154,14 @@ class Targets:
     def _wait_for_pixels(self, commands) -> None:
         """Records that what is drawn next meets the pixels and depths of what was drawn before."""
         color, tests = vk.VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT, FRAGMENT_TESTS
-        written = vk.VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | vk.VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT
-        read = vk.VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | vk.VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT
+        written = (
+            vk.VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT
+            | vk.VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT
+        )
+        read = (
+            vk.VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT
+            | vk.VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT
+        )
         self._device.barrier(commands, color | tests, written, color | tests, written | read)
 
     def free(self) -> None:
@@ -158,20 +189,41 @@ class Pipelines:
 
     def timelines(self) -> tuple[Timeline, Timeline]:
         """For what is decoded and what is drawn on two queues."""
-        return self.device.once(("timelines",), lambda: (Timeline(self.device), Timeline(self.device)))
+        return self.device.once(
+            ("timelines",), lambda: (Timeline(self.device), Timeline(self.device))
+        )
 
-    def graphics(self, modules: tuple[tuple[str, int], ...], constants: dict[int, int], textures: int, ids: bool):
+    def graphics(
+        self,
+        modules: tuple[tuple[str, int], ...],
+        constants: dict[int, int],
+        textures: int,
+        ids: bool,
+    ):
         """A pipeline of (module, stage) with specialisation constants (id -> value)."""
         make = lambda: self._graphics(modules, constants, textures, ids)  # noqa: E731
         return self.device.once((modules, *constants.items(), textures, ids), make)
 
-    def _graphics(self, modules: tuple[tuple[str, int], ...], constants: dict[int, int], textures: int, ids: bool):
+    def _graphics(
+        self,
+        modules: tuple[tuple[str, int], ...],
+        constants: dict[int, int],
+        textures: int,
+        ids: bool,
+    ):
         stages = [stage(self.device, name, bit, constants) for name, bit in modules]
         formats = [COLOR_FORMAT] + ([IDS_FORMAT] if ids else [])
         kinds = {bit for _, bit in modules}
         indexed = kinds == {VERTEX, FRAGMENT}
-        topology = vk.VK_PRIMITIVE_TOPOLOGY_POINT_LIST if GEOMETRY in kinds else vk.VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST
-        blend = [vk.VkPipelineColorBlendAttachmentState(blendEnable=0, colorWriteMask=0xF) for _ in formats]
+        topology = (
+            vk.VK_PRIMITIVE_TOPOLOGY_POINT_LIST
+            if GEOMETRY in kinds
+            else vk.VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST
+        )
+        blend = [
+            vk.VkPipelineColorBlendAttachmentState(blendEnable=0, colorWriteMask=0xF)
+            for _ in formats
+        ]
         dynamic = [
             vk.VK_DYNAMIC_STATE_VIEWPORT, vk.VK_DYNAMIC_STATE_SCISSOR,
             vk.VK_DYNAMIC_STATE_CULL_MODE, vk.VK_DYNAMIC_STATE_FRONT_FACE,
@@ -187,16 +239,26 @@ class Pipelines:
             ),
             stageCount=len(stages),
             pStages=stages,
-            pVertexInputState=_vertex_input(constants[ATTRIBUTES_ID]) if indexed else vk.VkPipelineVertexInputStateCreateInfo(),
+            pVertexInputState=_vertex_input(constants[ATTRIBUTES_ID])
+            if indexed
+            else vk.VkPipelineVertexInputStateCreateInfo(),
             pInputAssemblyState=vk.VkPipelineInputAssemblyStateCreateInfo(topology=topology),
             pViewportState=vk.VkPipelineViewportStateCreateInfo(viewportCount=1, scissorCount=1),
-            pRasterizationState=vk.VkPipelineRasterizationStateCreateInfo(polygonMode=vk.VK_POLYGON_MODE_FILL, lineWidth=1.0),
-            pMultisampleState=vk.VkPipelineMultisampleStateCreateInfo(rasterizationSamples=vk.VK_SAMPLE_COUNT_1_BIT),
+            pRasterizationState=vk.VkPipelineRasterizationStateCreateInfo(
+                polygonMode=vk.VK_POLYGON_MODE_FILL, lineWidth=1.0
+            ),
+            pMultisampleState=vk.VkPipelineMultisampleStateCreateInfo(
+                rasterizationSamples=vk.VK_SAMPLE_COUNT_1_BIT
+            ),
             pDepthStencilState=vk.VkPipelineDepthStencilStateCreateInfo(
                 depthTestEnable=1, depthWriteEnable=1, depthCompareOp=vk.VK_COMPARE_OP_LESS
             ),
-            pColorBlendState=vk.VkPipelineColorBlendStateCreateInfo(attachmentCount=len(blend), pAttachments=blend),
-            pDynamicState=vk.VkPipelineDynamicStateCreateInfo(dynamicStateCount=len(dynamic), pDynamicStates=dynamic),
+            pColorBlendState=vk.VkPipelineColorBlendStateCreateInfo(
+                attachmentCount=len(blend), pAttachments=blend
+            ),
+            pDynamicState=vk.VkPipelineDynamicStateCreateInfo(
+                dynamicStateCount=len(dynamic), pDynamicStates=dynamic
+            ),
             layout=textures_layout(self.device, textures),
         )
         pipeline = vk.vkCreateGraphicsPipelines(self.device.handle, None, 1, [info], None)[0]
@@ -204,7 +266,11 @@ class Pipelines:
         return pipeline
 
 
-FLOAT_FORMATS = {2: vk.VK_FORMAT_R32G32_SFLOAT, 3: vk.VK_FORMAT_R32G32B32_SFLOAT, 4: vk.VK_FORMAT_R32G32B32A32_SFLOAT}
+FLOAT_FORMATS = {
+    2: vk.VK_FORMAT_R32G32_SFLOAT,
+    3: vk.VK_FORMAT_R32G32B32_SFLOAT,
+    4: vk.VK_FORMAT_R32G32B32A32_SFLOAT,
+}
 
 
 def _vertex_input(scene_attributes: int):
@@ -213,9 +279,17 @@ def _vertex_input(scene_attributes: int):
     for location, (bit, floats) in enumerate(VERTEX_FLOATS, start=1):
         # What the scene lacks is not read, but the shader names it: any format does.
         there = bool(scene_attributes & bit)
-        attributes.append(_input(location, FLOAT_FORMATS[floats] if there else vk.VK_FORMAT_R32_SFLOAT, at if there else 0))
+        attributes.append(
+            _input(
+                location,
+                FLOAT_FORMATS[floats] if there else vk.VK_FORMAT_R32_SFLOAT,
+                at if there else 0,
+            )
+        )
         at += 4 * floats if there else 0
-    binding = vk.VkVertexInputBindingDescription(binding=0, stride=at, inputRate=vk.VK_VERTEX_INPUT_RATE_VERTEX)
+    binding = vk.VkVertexInputBindingDescription(
+        binding=0, stride=at, inputRate=vk.VK_VERTEX_INPUT_RATE_VERTEX
+    )
     return vk.VkPipelineVertexInputStateCreateInfo(
         vertexBindingDescriptionCount=1,
         pVertexBindingDescriptions=[binding],
@@ -225,7 +299,9 @@ def _vertex_input(scene_attributes: int):
 
 
 def _input(location: int, format: int, offset: int):
-    return vk.VkVertexInputAttributeDescription(location=location, binding=0, format=format, offset=offset)
+    return vk.VkVertexInputAttributeDescription(
+        location=location, binding=0, format=format, offset=offset
+    )
 
 
 class Drawing:
@@ -252,7 +328,13 @@ class Drawing:
         if self.path.capability:
             device.require(self.path.capability, path)
         if self.path.teams:
-            require_room(device, scene, path, getattr(device.limits, self.path.teams), "choose --path geometry or vertex")
+            require_room(
+                device,
+                scene,
+                path,
+                getattr(device.limits, self.path.teams),
+                "choose --path geometry or vertex",
+            )
         textures = array_size(scene.textures)
         self._layout = textures_layout(device, textures)
         self._textures = TextureArray(device, scene.textures)
@@ -266,12 +348,18 @@ class Drawing:
             CULLING_ID: int(culling), SHADING_ID: shading,
         }  # fmt: skip
         self.ring = Ring(pipelines, scene, ring, overlap, constants) if self.path.streams else None
-        self.pipeline = pipelines.graphics(self._modules(), self.ring.constants if self.ring else constants, textures, ids)
+        self.pipeline = pipelines.graphics(
+            self._modules(), self.ring.constants if self.ring else constants, textures, ids
+        )
 
     @property
     def resident_bytes(self) -> int:
         """Allocated bytes of all buffers; images are left out."""
-        return self.buffers.resident_bytes + self._frame.allocated + (self.ring.resident_bytes if self.ring else 0)
+        return (
+            self.buffers.resident_bytes
+            + self._frame.allocated
+            + (self.ring.resident_bytes if self.ring else 0)
+        )
 
     def look(self, camera: Camera, width: int, height: int) -> None:
         """Takes the camera for what is drawn from now on."""
@@ -319,7 +407,11 @@ class Drawing:
         for segment in self.ring.batches[number]:
             self._set_sides(commands, segment.instance)
             for offset in range(0, segment.meshlets, MAX_GROUPS):
-                data["instance"], data["first"], data["first_slot"] = segment.instance, segment.first + offset, segment.slot + offset
+                data["instance"], data["first"], data["first_slot"] = (
+                    segment.instance,
+                    segment.first + offset,
+                    segment.slot + offset,
+                )
                 push(commands, self._layout, data)
                 draw(commands, min(segment.meshlets - offset, MAX_GROUPS), 1, 1)
         vk.vkCmdEndRendering(commands)
@@ -331,26 +423,42 @@ class Drawing:
         targets.begin(commands, resumed=resumed)
         vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS, self.pipeline)
         vk.vkCmdBindDescriptorSets(
-            commands, vk.VK_PIPELINE_BIND_POINT_GRAPHICS, self._layout, 0, 1, [self._textures.set], 0, None
+            commands,
+            vk.VK_PIPELINE_BIND_POINT_GRAPHICS,
+            self._layout,
+            0,
+            1,
+            [self._textures.set],
+            0,
+            None,
         )
         if self.buffers.index_buffer:
             vk.vkCmdBindVertexBuffers(commands, 0, 1, [self.buffers.vertices.handle], [0])
-            vk.vkCmdBindIndexBuffer(commands, self.buffers.index_buffer.handle, 0, vk.VK_INDEX_TYPE_UINT32)
+            vk.vkCmdBindIndexBuffer(
+                commands, self.buffers.index_buffer.handle, 0, vk.VK_INDEX_TYPE_UINT32
+            )
 
     def _modules(self) -> tuple[tuple[str, int], ...]:
         """(module, stage) of the pipeline."""
         chosen = next(name for name, fits in VARIANTS if not self.scene.attributes & ~fits)
         names = {"ids": "_ids" if self.ids else "", "attributes": chosen}
         per_primitive = "_mesh" if self.ids and self.path.capability == "mesh" else ""
-        stages = (*self.path.stages, (f"surface_{{attributes}}{per_primitive}{{ids}}.frag", FRAGMENT))
+        stages = (
+            *self.path.stages,
+            (f"surface_{{attributes}}{per_primitive}{{ids}}.frag", FRAGMENT),
+        )
         return tuple((name.format(**names), bit) for name, bit in stages)
 
     def _set_sides(self, commands, number: int) -> None:
         """Which sides of an instance's triangles are seen."""
         instance = self.scene.instances[number]
         double_sided = self.scene.materials[instance.material].double_sided
-        clockwise = vk.VK_FRONT_FACE_CLOCKWISE if instance.mirrored else vk.VK_FRONT_FACE_COUNTER_CLOCKWISE
-        vk.vkCmdSetCullMode(commands, vk.VK_CULL_MODE_NONE if double_sided else vk.VK_CULL_MODE_BACK_BIT)
+        clockwise = (
+            vk.VK_FRONT_FACE_CLOCKWISE if instance.mirrored else vk.VK_FRONT_FACE_COUNTER_CLOCKWISE
+        )
+        vk.vkCmdSetCullMode(
+            commands, vk.VK_CULL_MODE_NONE if double_sided else vk.VK_CULL_MODE_BACK_BIT
+        )
         vk.vkCmdSetFrontFace(commands, clockwise)
 
     def _draw(self, commands, number: int) -> None:
@@ -373,7 +481,9 @@ class Drawing:
     def _push_data(self, **fields) -> np.ndarray:
         """PUSH[()]; fields: what is not 0, beside the frame."""
         data = np.zeros((), PUSH)
-        data["frame"] = address_words(self._frame.address + 64 * len(self.scene.instances))   # behind the matrices
+        data["frame"] = address_words(
+            self._frame.address + 64 * len(self.scene.instances)
+        )  # behind the matrices
         for name, value in fields.items():
             data[name] = value
         return data

@@ -28,18 +28,43 @@ NO_SLOT, REQUESTED = 0xFFFFFFFF, 0xFFFFFFFE  # of shaders/rt_common.glsl
 LONG_AGO = 1 << 31  # frames are numbered in 32 bits
 CHOOSE_GROUP, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
 CLASSES, FILL_GROUPS, NEIGHBOURS = 13, 32768, 6  # of shaders/rt_cache.glsl, rt_common.glsl
-REQUESTS, LISTS, COUNTED_RAY = CLASSES, 2 * CLASSES, 2  # its lists, and what each ray adds to a counter
+REQUESTS, LISTS, COUNTED_RAY = (
+    CLASSES,
+    2 * CLASSES,
+    2,
+)  # its lists, and what each ray adds to a counter
 SPREAD, SPREAD_PATHS = 32, 4096  # of shaders/rt_paths.glsl
-SCRATCH, LEAST_SCRATCH = 2 / 3, 768  # slots beside the cache: a share of the meshlets that it has no room for, or so many
-ROTATING = 1 / 2  # of all slots: what can be given away during a frame even if all are needed, at most
-MANY_SLOTS, ROUNDS = 0.78, {True: 1, False: 4}  # share of the meshlets that have slots; rounds if it is that large, or is not,
+SCRATCH, LEAST_SCRATCH = (
+    2 / 3,
+    768,
+)  # slots beside the cache: a share of the meshlets that it has no room for, or so many
+ROTATING = (
+    1 / 2
+)  # of all slots: what can be given away during a frame even if all are needed, at most
+MANY_SLOTS, ROUNDS = (
+    0.78,
+    {True: 1, False: 4},
+)  # share of the meshlets that have slots; rounds if it is that large, or is not,
 BOUNCE_ROUNDS, LONG_PATH = 3, 2  # and so many more for each bounce, up to that one
-FEW_SLOTS, MOST_STRIPS = 0.45, 16  # with a smaller share a picture is traced in strips, the more the smaller it is
-AHEAD, AHEAD_FRAMES, MOST_SLOTS = 1 / 64, 16, 0.93  # rays that look ahead, a share of the pixels, and so many frames; none where few slots lack
+FEW_SLOTS, MOST_STRIPS = (
+    0.45,
+    16,
+)  # with a smaller share a picture is traced in strips, the more the smaller it is
+AHEAD, AHEAD_FRAMES, MOST_SLOTS = (
+    1 / 64,
+    16,
+    0.93,
+)  # rays that look ahead, a share of the pixels, and so many frames; none where few slots lack
 SAMPLES = 16  # paths per pixel, where they bounce
-SAVED_PATHS, SAVED_BYTES = 1 / 128, 1 / 4  # records of paths that wait: a share of the pixels, twice; at most a share of the slots' bytes
+SAVED_PATHS, SAVED_BYTES = (
+    1 / 128,
+    1 / 4,
+)  # records of paths that wait: a share of the pixels, twice; at most a share of the slots' bytes
 MOST_BOUNCES, MOST_SAMPLES = 2047, (1 << 20) - 1  # what a record holds
-BOUNDS_BYTES, PATH_BYTES = 24, 64  # of a meshlet's box and of a record, in shaders/rt_cache.glsl and rt_paths.glsl
+BOUNDS_BYTES, PATH_BYTES = (
+    24,
+    64,
+)  # of a meshlet's box and of a record, in shaders/rt_cache.glsl and rt_paths.glsl
 SHADER_GROUPS = 3  # of shaders in a pipeline: the camera's, for misses, for hits
 HIT_WORDS = 5  # of shaders/rt_common.glsl
 INSTANCE_MASKED = 1 << 23  # of shaders/rt_hit.glsl
@@ -154,9 +179,13 @@ class RayTracer:
         marked: bool = False,
     ):
         if path not in PATHS:
-            raise VulkanError(f"there is no path {path}", f"the ray-traced ones are {', '.join(PATHS)}")
+            raise VulkanError(
+                f"there is no path {path}", f"the ray-traced ones are {', '.join(PATHS)}"
+            )
         if not 0 <= cache <= 1 or (cache_bytes or 0) < 0:
-            raise VulkanError("the cache is a share from 0 to 1, or a number of bytes", "for example 0.25")
+            raise VulkanError(
+                "the cache is a share from 0 to 1, or a number of bytes", "for example 0.25"
+            )
         if group not in (4, 8, 16, 32, 64):
             raise ValueError("group is 4, 8, 16, 32 or 64")
         if any((number or 0) < 0 for number in (scratch, rounds, strips, paths, ahead)):
@@ -164,13 +193,27 @@ class RayTracer:
         _check_length(bounces, samples or 0)
         device.require("raytracing", path)
         if path == "rt":
-            require_room(device, scene, path, device.limits.compute_shared_bytes, "choose --path rt-triangles or geometry")
+            require_room(
+                device,
+                scene,
+                path,
+                device.limits.compute_shared_bytes,
+                "choose --path rt-triangles or geometry",
+            )
         self.device, self.scene, self.path = device, scene, path
         self.bounces, self.shadows, self.group = bounces, shadows, group
-        self.predict, self.bounds, self.paths, self.ahead, self.marked = predict, bounds, paths, ahead, marked
+        self.predict, self.bounds, self.paths, self.ahead, self.marked = (
+            predict,
+            bounds,
+            paths,
+            ahead,
+            marked,
+        )
         self._last_place: np.ndarray | None = None
         self.samples = samples or (SAMPLES if bounces else 1)
-        self.buffers = SceneBuffers(device, scene, {"blobs"} if path == "rt" else {"vertices", "indices"})
+        self.buffers = SceneBuffers(
+            device, scene, {"blobs"} if path == "rt" else {"vertices", "indices"}
+        )
         counts = np.array([p.meshlets for p in scene.primitives], np.int64)
         self._first_meshlet, self.meshlets = np.cumsum(counts) - counts, int(counts.sum())
         self._slots = SlotLayout.of(scene, traced=True)
@@ -212,7 +255,10 @@ class RayTracer:
         """Milliseconds of the GPU for one frame, whose picture stays on the device."""
         if self._picture_size != (width, height):
             self._prepare(width, height)
-        frames = [self.buffers.frame_record(camera, width, height, 0), self._frame_ahead(camera, width, height)]
+        frames = [
+            self.buffers.frame_record(camera, width, height, 0),
+            self._frame_ahead(camera, width, height),
+        ]
         self._frame_host.write(b"".join(frame.tobytes() for frame in frames))
         self.device.submit(self._commands)
         return float(self._times.milliseconds().sum())
@@ -245,7 +291,11 @@ class RayTracer:
             later = rounds[:-1].reshape(self.strips, self._round_records)[:, 1 : self.rounds + 1]
             found.update({"kept": int(state["kept"]), "coming": int(rounds[-1]["requested"])})
             found["requested"] = np.minimum(later["requested"], state["ring"]).sum(axis=0).tolist()
-            found["waiting"] = (np.minimum(later["waiting"], state["path_limit"]) + later["restarted"]).sum(axis=0).tolist()
+            found["waiting"] = (
+                (np.minimum(later["waiting"], state["path_limit"]) + later["restarted"])
+                .sum(axis=0)
+                .tolist()
+            )
             found["restarted"] = later["restarted"].sum(axis=0).tolist()
         return found
 
@@ -255,7 +305,9 @@ class RayTracer:
             "model": self.buffers.resident_bytes,
             "acceleration": self.bottom.allocated + self.top.allocated,
         }
-        parts.update({name: sum(b.allocated for b in buffers) for name, buffers in self._own.items()})
+        parts.update(
+            {name: sum(b.allocated for b in buffers) for name, buffers in self._own.items()}
+        )
         if self.rounds and self._picture_size:
             parts["lists"] += self._waiting.allocated + self._paths.allocated
         return parts
@@ -274,7 +326,10 @@ class RayTracer:
         self.top.free()
         self._textures.free()
         self._forget_pictures()
-        for buffer in [b for part in self._own.values() for b in part] + [self._frame, self._frame_host]:
+        for buffer in [b for part in self._own.values() for b in part] + [
+            self._frame,
+            self._frame_host,
+        ]:
             buffer.free()
 
     @property
@@ -289,13 +344,19 @@ class RayTracer:
 
     # --- making ----------------------------------------------------------------------------------------------------------------------
 
-    def _plan_cache(self, cache: float, cache_bytes: int | None, scratch: float | None, counted: bool) -> None:
+    def _plan_cache(
+        self, cache: float, cache_bytes: int | None, scratch: float | None, counted: bool
+    ) -> None:
         """Numbers of slots, and whether meshlets count what rays need of them."""
         self.capacity = self.scratch = 0
         self.all_cached = self._selects = self.counted = False
         if self.path != "rt":
             return
-        wanted = int(round(cache * self.meshlets)) if cache_bytes is None else cache_bytes // self.slot_bytes
+        wanted = (
+            int(round(cache * self.meshlets))
+            if cache_bytes is None
+            else cache_bytes // self.slot_bytes
+        )
         self.capacity = min(wanted, self.meshlets)
         beside = max(int(SCRATCH * (self.meshlets - self.capacity)), LEAST_SCRATCH)
         self.scratch = beside if scratch is None else int(scratch * self.meshlets)
@@ -309,11 +370,17 @@ class RayTracer:
     def _plan_rounds(self, rounds: int | None, strips: int | None) -> None:
         """How often paths that wait may go on, and in how many parts the picture is traced."""
         share = (self.capacity + self.scratch) / max(self.meshlets, 1)
-        fitting = 1 if share >= FEW_SLOTS else min(int(1 / max(share, 1 / MOST_STRIPS)), MOST_STRIPS)
+        fitting = (
+            1 if share >= FEW_SLOTS else min(int(1 / max(share, 1 / MOST_STRIPS)), MOST_STRIPS)
+        )
         self.strips = (strips or fitting) if self.scratch else 1
-        self._first_rounds = (ROUNDS[share >= MANY_SLOTS] if rounds is None else rounds) if self.scratch else 0
+        self._first_rounds = (
+            (ROUNDS[share >= MANY_SLOTS] if rounds is None else rounds) if self.scratch else 0
+        )
         self._bounce_rounds = BOUNCE_ROUNDS if rounds is None and self.scratch else 0
-        self._round_records = self._first_rounds + self._bounce_rounds * LONG_PATH + 1  # of a strip, at most
+        self._round_records = (
+            self._first_rounds + self._bounce_rounds * LONG_PATH + 1
+        )  # of a strip, at most
 
     def _keep(self, part: str, data: np.ndarray | int, usage: int = STORAGE) -> Buffer:
         """A buffer that stays, and is counted."""
@@ -325,10 +392,16 @@ class RayTracer:
     def _upload(self) -> None:
         rows = np.zeros(len(self.scene.primitives), TRACED)
         for row, record, first in zip(rows, self.buffers.primitives, self._first_meshlet):
-            row["blob"], row["blob_words"], row["first_meshlet"] = record["blob"], record["blob_words"], first
+            row["blob"], row["blob_words"], row["first_meshlet"] = (
+                record["blob"],
+                record["blob_words"],
+                first,
+            )
             row["indices"], row["vertices"] = record["index_data"], record["vertex_data"]
         self._traced = self._keep("tables", rows)
-        self._frame = Buffer(self.device, 2 * FRAME.itemsize)  # the picture's, and that of the one that looks ahead
+        self._frame = Buffer(
+            self.device, 2 * FRAME.itemsize
+        )  # the picture's, and that of the one that looks ahead
         self._frame_host = Buffer(self.device, 2 * FRAME.itemsize, host=True)
         self._first_triangles = 0
         if self.path == "rt-plain":
@@ -339,14 +412,20 @@ class RayTracer:
         self._owners = self._stamps = self._seen = None
         if self.path == "rt":
             self._slot_table = self._keep("lists", np.full(self.meshlets, NO_SLOT, np.uint32))
-            self._counters = self._keep("lists", np.zeros(self.meshlets if self.counted else 1, np.uint32))
+            self._counters = self._keep(
+                "lists", np.zeros(self.meshlets if self.counted else 1, np.uint32)
+            )
             self._cache = self._keep("cache", (self.capacity + self.scratch) * self.slot_bytes)
         if self._selects:
             self._seen = self._keep("lists", np.full(self.meshlets, LONG_AGO, np.uint32))
         if self._selects and self.predict:
             self._owners = self._keep("lists", 4 * NEIGHBOURS * self.meshlets)
             self._stamps = self._keep("lists", np.zeros(self.meshlets, np.uint32))
-        self._bounds = self._keep("lists", self.meshlets * BOUNDS_BYTES) if self.rounds and self.bounds else None
+        self._bounds = (
+            self._keep("lists", self.meshlets * BOUNDS_BYTES)
+            if self.rounds and self.bounds
+            else None
+        )
 
     def _constants(self, lanes: int, deferred: bool = False) -> dict[int, int]:
         """Of shaders/rt_common.glsl and slots.glsl; lanes: components that the stage decodes; deferred: paths wait for meshlets."""
@@ -368,7 +447,9 @@ class RayTracer:
         start = Camera.fit(self.scene, 1, 1)
         self._frame.write(self.buffers.frame_record(start, 1, 1, 0).tobytes())
         temporary: list[Buffer] = []
-        geometries = self._triangles(temporary) if self.path == "rt-triangles" else self._boxes(temporary)
+        geometries = (
+            self._triangles(temporary) if self.path == "rt-triangles" else self._boxes(temporary)
+        )
         self.bottom = Structures(self.device, BOTTOM, geometries)
         rows = self._instance_rows()
         self.any_masked = bool((rows["index_mask"] & INSTANCE_MASKED).any())
@@ -383,15 +464,28 @@ class RayTracer:
         rows = np.zeros(len(self.scene.instances), acceleration.INSTANCE)
         for row, instance in zip(rows, self.scene.instances):
             primitive = self.scene.primitives[instance.primitive]
-            matrix = instance.matrix if self._in_object_space else instance.matrix @ _grid_to_object(primitive)
-            masked = self.scene.materials[instance.material].flags & (CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"])
+            matrix = (
+                instance.matrix
+                if self._in_object_space
+                else instance.matrix @ _grid_to_object(primitive)
+            )
+            masked = self.scene.materials[instance.material].flags & (
+                CONSTANTS["MATERIAL_MASK"] | CONSTANTS["MATERIAL_BLEND"]
+            )
             with np.errstate(over="ignore"):
                 row["transform"] = matrix[:3].astype(np.float32)
             # What a flattened node shows cannot be traced in its own coordinates.
-            seen = np.isfinite(row["transform"]).all() and np.linalg.matrix_rank(row["transform"][:, :3].astype(np.float64)) == 3
+            seen = (
+                np.isfinite(row["transform"]).all()
+                and np.linalg.matrix_rank(row["transform"][:, :3].astype(np.float64)) == 3
+            )
             if not seen:
                 row["transform"] = np.eye(4, dtype=np.float32)[:3]
-            row["index_mask"] = instance.primitive | (INSTANCE_MASKED if masked else 0) | (0xFF000000 if seen else 0)
+            row["index_mask"] = (
+                instance.primitive
+                | (INSTANCE_MASKED if masked else 0)
+                | (0xFF000000 if seen else 0)
+            )
             row["offset_flags"] = (TRANSPARENT if masked else OPAQUE) << 24
             row["structure"] = self.bottom.addresses[instance.primitive]
         return rows
@@ -407,9 +501,14 @@ class RayTracer:
             decoded = primitive.decoded()
             positions = np.ascontiguousarray(decoded.positions, np.float32)
             triangles = np.ascontiguousarray(decoded.triangles, np.uint32)
-            inputs = [Buffer(self.device, data.nbytes, INPUT).write(data) for data in (positions, triangles)]
+            inputs = [
+                Buffer(self.device, data.nbytes, INPUT).write(data)
+                for data in (positions, triangles)
+            ]
             temporary += inputs
-            geometries.append(Triangles(inputs[0].address, len(positions), 12, inputs[1].address, len(triangles)))
+            geometries.append(
+                Triangles(inputs[0].address, len(positions), 12, inputs[1].address, len(triangles))
+            )
         return geometries
 
     def _boxes(self, temporary: list[Buffer]) -> list[Boxes]:
@@ -420,7 +519,9 @@ class RayTracer:
         pipeline = ComputePipeline.of(self.device, module, self._constants(3))
         geometries = []
         with self.device.commands() as commands:
-            for number, (primitive, first) in enumerate(zip(self.scene.primitives, self._first_meshlet)):
+            for number, (primitive, first) in enumerate(
+                zip(self.scene.primitives, self._first_meshlet)
+            ):
                 address = boxes.address + int(first) * groups * BOX_BYTES
                 data = struct.pack(
                     "<4Q2I2Q",
@@ -447,24 +548,47 @@ class RayTracer:
             stage(self.device, "rt_camera.rgen", vk.VK_SHADER_STAGE_RAYGEN_BIT_KHR, shading),
             stage(self.device, "rt_miss.rmiss", vk.VK_SHADER_STAGE_MISS_BIT_KHR),
         ]
-        hit = dict.fromkeys(("closestHitShader", "anyHitShader", "intersectionShader"), vk.VK_SHADER_UNUSED_KHR)
+        hit = dict.fromkeys(
+            ("closestHitShader", "anyHitShader", "intersectionShader"), vk.VK_SHADER_UNUSED_KHR
+        )
 
         def add(role: str, name: str, bit: int, constants: dict[int, int]) -> None:
             hit[role] = len(stages)
             stages.append(stage(self.device, name, bit, constants))
 
-        add("closestHitShader", f"rt_surface{suffix}.rchit", vk.VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR, shading)
+        add(
+            "closestHitShader",
+            f"rt_surface{suffix}.rchit",
+            vk.VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR,
+            shading,
+        )
         if self.path != "rt-triangles":
             name = "rt_meshlets.rint" if self.path == "rt" else "rt_plain.rint"
-            add("intersectionShader", name, vk.VK_SHADER_STAGE_INTERSECTION_BIT_KHR, self._constants(3, deferred))
+            add(
+                "intersectionShader",
+                name,
+                vk.VK_SHADER_STAGE_INTERSECTION_BIT_KHR,
+                self._constants(3, deferred),
+            )
         if self.any_masked:
-            add("anyHitShader", f"rt_alpha{suffix}.rahit", vk.VK_SHADER_STAGE_ANY_HIT_BIT_KHR, shading)
+            add(
+                "anyHitShader",
+                f"rt_alpha{suffix}.rahit",
+                vk.VK_SHADER_STAGE_ANY_HIT_BIT_KHR,
+                shading,
+            )
         return stages, hit
 
     def _make_rays(self, deferred: bool) -> tuple[Any, list]:
         """A pipeline, which tracers share where theirs would be the same, and the regions of its shader binding table."""
         constants = self._constants(self.scene.max_lanes, deferred)
-        key = (self.path, self.any_masked, array_size(self.scene.textures), self.device.pipeline_flags, *sorted(constants.items()))
+        key = (
+            self.path,
+            self.any_masked,
+            array_size(self.scene.textures),
+            self.device.pipeline_flags,
+            *sorted(constants.items()),
+        )
         pipeline = self.device.once(key, lambda: self._make_pipeline(deferred))
         return pipeline, self._make_binding_table(pipeline)
 
@@ -479,9 +603,15 @@ class RayTracer:
         none = dict.fromkeys(hit, unused)
         kind = triangles if self.path == "rt-triangles" else procedural
         groups = [
-            vk.VkRayTracingShaderGroupCreateInfoKHR(sType=GROUP_INFO, type=general, generalShader=0, **none),
-            vk.VkRayTracingShaderGroupCreateInfoKHR(sType=GROUP_INFO, type=general, generalShader=1, **none),
-            vk.VkRayTracingShaderGroupCreateInfoKHR(sType=GROUP_INFO, type=kind, generalShader=unused, **hit),
+            vk.VkRayTracingShaderGroupCreateInfoKHR(
+                sType=GROUP_INFO, type=general, generalShader=0, **none
+            ),
+            vk.VkRayTracingShaderGroupCreateInfoKHR(
+                sType=GROUP_INFO, type=general, generalShader=1, **none
+            ),
+            vk.VkRayTracingShaderGroupCreateInfoKHR(
+                sType=GROUP_INFO, type=kind, generalShader=unused, **hit
+            ),
         ]
         info = vk.VkRayTracingPipelineCreateInfoKHR(
             sType=PIPELINE_INFO,
@@ -493,7 +623,9 @@ class RayTracer:
             maxPipelineRayRecursionDepth=1,
             layout=self._layout,
         )
-        pipeline = device.function("vkCreateRayTracingPipelinesKHR")(device.handle, None, None, 1, [info], None)[0]
+        pipeline = device.function("vkCreateRayTracingPipelinesKHR")(
+            device.handle, None, None, 1, [info], None
+        )[0]
         device.at_close(lambda: vk.vkDestroyPipeline(device.handle, pipeline, None))
         return pipeline
 
@@ -509,10 +641,14 @@ class RayTracer:
         usage = STORAGE | vk.VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR
         table = self._keep("tables", step * (SHADER_GROUPS + 1), usage)
         begin = -(-table.address // step) * step
-        data = b"".join(raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(SHADER_GROUPS))
+        data = b"".join(
+            raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(SHADER_GROUPS)
+        )
         table.write(data, begin - table.address)
         regions = [
-            vk.VkStridedDeviceAddressRegionKHR(deviceAddress=begin + step * i, stride=step, size=step)
+            vk.VkStridedDeviceAddressRegionKHR(
+                deviceAddress=begin + step * i, stride=step, size=step
+            )
             for i in range(SHADER_GROUPS)
         ]
         return [*regions, vk.VkStridedDeviceAddressRegionKHR()]
@@ -525,12 +661,16 @@ class RayTracer:
         if self.path != "rt" or slots == 0:
             return
         self._coming_round = self.strips * self._round_records
-        self._state = self._keep("lists", self._first_state(), STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT)
+        self._state = self._keep(
+            "lists", self._first_state(), STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT
+        )
         self._lists = self._keep("lists", 0 if self.all_cached else self._first_lists())
         self._slot_meshlets = self._keep("lists", np.full(slots, NO_SLOT, np.uint32))
         constants = self._constants(self.scene.max_lanes)
         steps = ("fill",) if self.all_cached else ("cache", "fill")
-        self._cache_pipelines = {step: ComputePipeline.of(self.device, f"rt_{step}.comp", constants) for step in steps}
+        self._cache_pipelines = {
+            step: ComputePipeline.of(self.device, f"rt_{step}.comp", constants) for step in steps
+        }
         with self.device.commands() as commands:
             self._record_fill(commands, 0)
         for buffer in (self._state, self._lists, self._slot_meshlets) if self.all_cached else ():
@@ -551,7 +691,9 @@ class RayTracer:
         slots = self.capacity + self.scratch
         state["stable"], state["rotating"] = slots - self._rotating, self._rotating
         state["waits"], state["bounds"] = self.rounds > 0, _address(self._bounds)
-        state["owners"], state["stamps"], state["seen"] = map(_address, (self._owners, self._stamps, self._seen))
+        state["owners"], state["stamps"], state["seen"] = map(
+            _address, (self._owners, self._stamps, self._seen)
+        )
         state["ahead"] = self._frame.address + FRAME.itemsize
         state["meshlets"], state["primitives"] = self.meshlets, len(self.scene.primitives)
         state["coming_round"] = self._coming_round
@@ -574,7 +716,9 @@ class RayTracer:
         fill = self._cache_pipelines["fill"]
         vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, fill.handle)
         push(commands, fill.layout, self._cache_data(record))
-        vk.vkCmdDispatchIndirect(commands, self._state.handle, self._round_offset(record, "fill_groups"))
+        vk.vkCmdDispatchIndirect(
+            commands, self._state.handle, self._round_offset(record, "fill_groups")
+        )
 
     def _record_selection(self, commands) -> None:
         """What the slots hold when the frame begins, by what was needed in the last one."""
@@ -594,7 +738,10 @@ class RayTracer:
 
     def _barrier(self, commands) -> None:
         """Between the steps of a frame: what shaders wrote can be read by shaders and indirect commands."""
-        shaders = vk.VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | vk.VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR
+        shaders = (
+            vk.VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT
+            | vk.VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR
+        )
         written = vk.VK_ACCESS_2_SHADER_WRITE_BIT
         self.device.barrier(
             commands,
@@ -639,7 +786,9 @@ class RayTracer:
             to_world = np.linalg.matrix_power(motion, AHEAD_FRAMES) @ camera.to_world
             if not np.isfinite(to_world.astype(np.float32)).all():
                 return np.zeros((), FRAME)
-        record = self.buffers.frame_record(replace(camera, to_world=to_world), width, height, 0)  # of the same shape
+        record = self.buffers.frame_record(
+            replace(camera, to_world=to_world), width, height, 0
+        )  # of the same shape
         record["width"], record["height"] = self._ahead_size
         return record
 
@@ -654,9 +803,18 @@ class RayTracer:
     def _check_launches(self, width: int, height: int) -> None:
         """Raises VulkanError for a picture that the device cannot trace in one launch; later ones have one dimension (shaders/rt_paths.glsl)."""
         first, limits = width * (self._strip_rows + self._ahead_rows), self.device.limits
-        later = width * self._strip_rows + SPREAD_PATHS * (SPREAD - 1) + self._saved_paths(width * height) if self.rounds else width
+        later = (
+            width * self._strip_rows
+            + SPREAD_PATHS * (SPREAD - 1)
+            + self._saved_paths(width * height)
+            if self.rounds
+            else width
+        )
         if max(first, later) > limits.launch_invocations or max(width, later) > limits.launch_width:
-            raise VulkanError(f"the device cannot trace a picture of {width} x {height} pixels", "ask for a smaller one")
+            raise VulkanError(
+                f"the device cannot trace a picture of {width} x {height} pixels",
+                "ask for a smaller one",
+            )
 
     def _make_pictures(self, width: int, height: int) -> None:
         def picture(size: int) -> Buffer:
@@ -668,7 +826,10 @@ class RayTracer:
         self._waiting = None
         if not self.rounds:
             return
-        waiting, limit = np.zeros(-(-width * height // 32), np.uint32), self._saved_paths(width * height)
+        waiting, limit = (
+            np.zeros(-(-width * height // 32), np.uint32),
+            self._saved_paths(width * height),
+        )
         self._waiting = picture(waiting.nbytes).write(waiting)
         self._paths = picture(2 * limit * PATH_BYTES)
         self._state.write(np.array([self._paths.address], np.uint64), STATE.fields["paths"][1])
@@ -711,7 +872,9 @@ class RayTracer:
             self._record_fill(commands, strip * self._round_records + number)
             self._barrier(commands)
             self._mark(commands, f"decode {number}")
-            self._record_rays(commands, self._waiting_rays if number < self.rounds else self._rays, strip, number)
+            self._record_rays(
+                commands, self._waiting_rays if number < self.rounds else self._rays, strip, number
+            )
             self._mark(commands, f"rays {number}")
         if self._selects:
             self._barrier(commands)
@@ -720,7 +883,9 @@ class RayTracer:
         """Of a strip's round. Round 0: all pixels; later rounds: those that wait, if there are any."""
         pipeline, regions = rays
         vk.vkCmdBindPipeline(commands, BIND_POINT, pipeline)
-        vk.vkCmdBindDescriptorSets(commands, BIND_POINT, self._layout, 0, 1, [self._textures.set], 0, [])
+        vk.vkCmdBindDescriptorSets(
+            commands, BIND_POINT, self._layout, 0, 1, [self._textures.set], 0, []
+        )
         compressed, width = self.path == "rt", self._picture_size[0]
         record = strip * self._round_records + number
         data = struct.pack(
@@ -741,7 +906,9 @@ class RayTracer:
             number,
             record,
             self._state.address if self.rounds else 0,
-            self._lists.address + 4 * REQUESTS * (self.capacity + self.scratch) if self.rounds else 0,
+            self._lists.address + 4 * REQUESTS * (self.capacity + self.scratch)
+            if self.rounds
+            else 0,
             _address(self._waiting),
             self._strip_rows,
         )
@@ -758,7 +925,9 @@ class RayTracer:
         for number, instance in enumerate(self.scene.instances):
             mine = ids[..., 0] == number
             if mine.any():
-                ids[..., 1][mine] = self.scene.primitives[instance.primitive].decoded().ids()[ids[..., 1][mine]]
+                ids[..., 1][mine] = (
+                    self.scene.primitives[instance.primitive].decoded().ids()[ids[..., 1][mine]]
+                )
 
 
 def _address(buffer: Buffer | None) -> int:
@@ -769,7 +938,10 @@ def _address(buffer: Buffer | None) -> int:
 def _check_length(bounces: int, samples: int) -> None:
     """Raises VulkanError for more than the record of a waiting path holds."""
     if not 0 <= bounces <= MOST_BOUNCES or not 0 <= samples <= MOST_SAMPLES:
-        raise VulkanError(f"at most {MOST_BOUNCES} bounces and {MOST_SAMPLES} samples can be traced", "ask for fewer")
+        raise VulkanError(
+            f"at most {MOST_BOUNCES} bounces and {MOST_SAMPLES} samples can be traced",
+            "ask for fewer",
+        )
 
 
 def _grid_to_object(primitive: Primitive) -> np.ndarray:

@@ -42,15 +42,23 @@ class Renderer:
     VulkanError.
     """
 
-    def __init__(self, select: str | int | None = None, validation: bool = False, ring: int = RING, overlap: bool | None = None):
+    def __init__(
+        self,
+        select: str | int | None = None,
+        validation: bool = False,
+        ring: int = RING,
+        overlap: bool | None = None,
+    ):
         self.ring, self.overlap = ring, overlap
         self.device = Device(select, validation=validation)
-        self._limit = vk.vkGetPhysicalDeviceProperties(self.device.physical).limits.maxImageDimension2D
+        self._limit = vk.vkGetPhysicalDeviceProperties(
+            self.device.physical
+        ).limits.maxImageDimension2D
         self.pipelines = Pipelines(self.device)
         self._stamps = Timestamps(self.device, 2)
         self._scene: Scene | None = None
-        self._drawings: dict[tuple, Drawing] = {}      # of that scene
-        self.drawing: Drawing | None = None            # the last one used
+        self._drawings: dict[tuple, Drawing] = {}  # of that scene
+        self.drawing: Drawing | None = None  # the last one used
         self._targets: Targets | None = None
 
     @property
@@ -74,13 +82,17 @@ class Renderer:
         ids: bool = True,
     ) -> Picture:
         """A picture of the scene. What was set up for a scene is kept until another one is drawn."""
-        drawing, targets = self.prepare(scene, camera, path, width, height, culling=culling, ids=ids)
+        drawing, targets = self.prepare(
+            scene, camera, path, width, height, culling=culling, ids=ids
+        )
         frame = Frame(drawing, targets, self._stamps)
         milliseconds = frame.run()
         frame.free()
         color = targets.color.read(np.uint8, 4)
         depth = targets.depth.read(np.float32, 1)[..., 0]
-        found = _meshlet_ids(scene, drawing, targets.ids.read(np.uint32, 2)) if targets.ids else None
+        found = (
+            _meshlet_ids(scene, drawing, targets.ids.read(np.uint32, 2)) if targets.ids else None
+        )
         return Picture(color, depth, found, milliseconds)
 
     def prepare(
@@ -100,17 +112,31 @@ class Renderer:
         if path not in PATHS:
             raise VulkanError(f"there is no path {path}", f"there are {', '.join(PATHS)}")
         if not (0 < width <= self._limit and 0 < height <= self._limit):
-            raise VulkanError(f"{width} x {height} pixels are not possible on {self.device.name}", f"at most {self._limit} each")
+            raise VulkanError(
+                f"{width} x {height} pixels are not possible on {self.device.name}",
+                f"at most {self._limit} each",
+            )
         if self._scene is not scene:
             self._forget_drawings()
             self._scene = scene
         key = (path, culling, ids, shading, self.ring, self.overlap)
         if key not in self._drawings:
             self._drawings[key] = Drawing(
-                self.pipelines, scene, path, culling=culling, ids=ids, shading=shading, ring=self.ring, overlap=self.overlap
+                self.pipelines,
+                scene,
+                path,
+                culling=culling,
+                ids=ids,
+                shading=shading,
+                ring=self.ring,
+                overlap=self.overlap,
             )
         self.drawing = self._drawings[key]
-        shape = self._targets and (self._targets.width, self._targets.height, self._targets.ids is not None)
+        shape = self._targets and (
+            self._targets.width,
+            self._targets.height,
+            self._targets.ids is not None,
+        )
         if shape != (width, height, ids):
             if self._targets:
                 self._targets.free()
@@ -153,7 +179,16 @@ class TimedDrawing:
         overlap: bool | None = None,
     ):
         shading = LIT if lit else ATTRIBUTES
-        self.drawing = Drawing(pipelines, scene, path, culling=culling, ids=False, shading=shading, ring=ring, overlap=overlap)
+        self.drawing = Drawing(
+            pipelines,
+            scene,
+            path,
+            culling=culling,
+            ids=False,
+            shading=shading,
+            ring=ring,
+            overlap=overlap,
+        )
         self.drawing.look(camera, targets.width, targets.height)
         self._frame = Frame(self.drawing, targets, Timestamps(pipelines.device, 2))
 

@@ -12,10 +12,16 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
+from gltf_ext.compression.extension import (
+    EXTENSION,
+    Compressed,
+    malformed,
+    read_compressed,
+    require_compressed,
+)
 from gltf_ext.compression.streams import GRID, OCT, SIGN, Stream, streams_of
-from gltf_ext.gltf.document import Document, item, named_indices
 from gltf_ext.errors import MeshletError
-from gltf_ext.compression.extension import EXTENSION, Compressed, malformed, read_compressed, require_compressed
+from gltf_ext.gltf.document import Document, item, named_indices
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.gltf.nodes import placed
 
@@ -32,11 +38,13 @@ TEAM_BYTES = (512, 8, 4096)
 
 # Accessors whose integers are fractions even where a file forgets to say `normalized`.
 ALWAYS_NORMALIZED = ("COLOR_", "NORMAL", "TEXCOORD_")
-MAX_SIZE = 1e15                            # of a scene: 32-bit floats must be able to hold products of sizes
+MAX_SIZE = 1e15  # of a scene: 32-bit floats must be able to hold products of sizes
 SHADED = ("POSITION", "NORMAL", "TEXCOORD", "COLOR")
 NO_LANE = CONSTANTS["NO_LANE"]
 # Bits of `Scene.attributes` and of the shaders' constant ATTRIBUTES, with the floats that each takes in an uncompressed vertex.
-HAS_NORMAL, HAS_TEXCOORD, HAS_COLOR = (CONSTANTS[name] for name in ("HAS_NORMAL", "HAS_TEXCOORD", "HAS_COLOR"))
+HAS_NORMAL, HAS_TEXCOORD, HAS_COLOR = (
+    CONSTANTS[name] for name in ("HAS_NORMAL", "HAS_TEXCOORD", "HAS_COLOR")
+)
 VERTEX_FLOATS = ((HAS_NORMAL, 3), (HAS_TEXCOORD, 2), (HAS_COLOR, 4))
 
 # The structures of shaders/scene.glsl (std430).
@@ -106,7 +114,7 @@ FRAME = np.dtype(
 )
 PLAIN_MESHLET = np.dtype([("first", "<u4"), ("counts", "<u4")])
 
-# --- on the host -----------------------------------------------------------------------------------------------------------------------
+# --- on the host ---
 
 
 @dataclass(frozen=True)
@@ -141,12 +149,18 @@ class Attribute:
             values = offset + integers.astype(np.float32) * step
             return (np.rint(values) if self.rounded else values) * np.float32(self.scale)
         if kind == CONSTANTS["KIND_FLOAT32"]:
-            return np.where(integers >> 31, integers ^ np.uint32(0x80000000), ~integers).astype(np.uint32).view(np.float32)
+            return (
+                np.where(integers >> 31, integers ^ np.uint32(0x80000000), ~integers)
+                .astype(np.uint32)
+                .view(np.float32)
+            )
         return integers.astype(np.float32) * np.float32(self.scale)
 
 
 def _unit_of_oct(integers: np.ndarray, bits: int) -> np.ndarray:
-    plane = np.float32(2.0) * integers.astype(np.float32) / np.float32((1 << bits) - 1) - np.float32(1.0)
+    plane = np.float32(2.0) * integers.astype(np.float32) / np.float32(
+        (1 << bits) - 1
+    ) - np.float32(1.0)
     z = np.float32(1.0) - np.abs(plane).sum(axis=1)
     plane -= np.copysign(np.maximum(-z, np.float32(0.0))[:, None], plane)
     vectors = np.column_stack([plane, z])
@@ -173,7 +187,9 @@ class Decoded:
         count = len(self.positions)
         columns = [self.positions]
         columns += [_or_constant(self.normals, count, 3, 0.0)] if attributes & HAS_NORMAL else []
-        columns += [_or_constant(self.texcoords, count, 2, 0.0)] if attributes & HAS_TEXCOORD else []
+        columns += (
+            [_or_constant(self.texcoords, count, 2, 0.0)] if attributes & HAS_TEXCOORD else []
+        )
         columns += [_or_constant(self.colors, count, 4, 1.0)] if attributes & HAS_COLOR else []
         return np.ascontiguousarray(np.concatenate(columns, axis=1), np.float32)
 
@@ -182,28 +198,44 @@ class Decoded:
         counts = self.meshlet_triangles
         first = np.repeat(np.cumsum(counts) - counts, counts)
         meshlet = np.repeat(np.arange(len(counts)), counts)
-        return (meshlet * CONSTANTS["MESHLET_TRIANGLES"] + np.arange(len(first)) - first).astype(np.uint32)
+        return (meshlet * CONSTANTS["MESHLET_TRIANGLES"] + np.arange(len(first)) - first).astype(
+            np.uint32
+        )
 
     def meshlets(self) -> tuple[np.ndarray, np.ndarray]:
         """(PLAIN_MESHLET[M], uint32 words): each meshlet's vertex numbers, and its triangles as bytes a | b << 8 | v << 16."""
         counts = self.meshlet_triangles
         meshlet = np.repeat(np.arange(len(counts), dtype=np.uint64), 3 * counts)
-        keys, local = np.unique(meshlet << np.uint64(32) | self.triangles.ravel(), return_inverse=True)
-        first_key = np.searchsorted(keys, np.arange(len(counts) + 1, dtype=np.uint64) << np.uint64(32))
+        keys, local = np.unique(
+            meshlet << np.uint64(32) | self.triangles.ravel(), return_inverse=True
+        )
+        first_key = np.searchsorted(
+            keys, np.arange(len(counts) + 1, dtype=np.uint64) << np.uint64(32)
+        )
         vertex_counts = np.diff(first_key)
-        corners = (local.reshape(-1, 3) - np.repeat(first_key[:-1], counts)[:, None]).astype(np.uint32)
+        corners = (local.reshape(-1, 3) - np.repeat(first_key[:-1], counts)[:, None]).astype(
+            np.uint32
+        )
         rows = np.zeros(len(counts), PLAIN_MESHLET)
         rows["first"] = np.cumsum(vertex_counts + counts) - (vertex_counts + counts)
         rows["counts"] = vertex_counts | counts << 8
         words = np.empty(len(keys) + len(corners), np.uint32)
-        before = np.cumsum(counts) - counts            # triangles of the meshlets before
-        words[np.arange(len(keys)) + np.repeat(before, vertex_counts)] = keys & np.uint64(0xFFFFFFFF)
-        after = np.repeat(first_key[1:], counts)       # vertices of the meshlets up to the triangle's own
-        words[np.arange(len(corners)) + after] = corners[:, 0] | corners[:, 1] << 8 | corners[:, 2] << 16
+        before = np.cumsum(counts) - counts  # triangles of the meshlets before
+        words[np.arange(len(keys)) + np.repeat(before, vertex_counts)] = keys & np.uint64(
+            0xFFFFFFFF
+        )
+        after = np.repeat(
+            first_key[1:], counts
+        )  # vertices of the meshlets up to the triangle's own
+        words[np.arange(len(corners)) + after] = (
+            corners[:, 0] | corners[:, 1] << 8 | corners[:, 2] << 16
+        )
         return rows, words
 
 
-def _or_constant(values: np.ndarray | None, count: int, components: int, constant: float) -> np.ndarray:
+def _or_constant(
+    values: np.ndarray | None, count: int, components: int, constant: float
+) -> np.ndarray:
     return np.full((count, components), constant, np.float32) if values is None else values
 
 
@@ -247,14 +279,20 @@ class Primitive:
         normals, texcoords, colors = (values.get(name) for name in SHADED[1:])
         if colors is not None and colors.shape[1] == 3:
             colors = np.concatenate([colors, np.ones((len(colors), 1), np.float32)], axis=1)
-        return Decoded(triangles, values["POSITION"], normals, texcoords, colors, meshlet_triangles(self.blob))
+        return Decoded(
+            triangles, values["POSITION"], normals, texcoords, colors, meshlet_triangles(self.blob)
+        )
 
 
 def meshlet_triangles(blob: bytes) -> np.ndarray:
     """int64[M]: triangles of each meshlet, from the blob's directory."""
     streams, meshlets = blob[5], int.from_bytes(blob[16:20], "little")
     groups = -(-meshlets // CONSTANTS["BLOB_GROUP_MESHLETS"])
-    directory = CONSTANTS["BLOB_HEADER_BYTES"] + CONSTANTS["BLOB_STREAM_BYTES"] * streams + CONSTANTS["BLOB_GROUP_BYTES"] * groups
+    directory = (
+        CONSTANTS["BLOB_HEADER_BYTES"]
+        + CONSTANTS["BLOB_STREAM_BYTES"] * streams
+        + CONSTANTS["BLOB_GROUP_BYTES"] * groups
+    )
     entries = np.frombuffer(blob, "<u4", meshlets, directory)
     mask = (1 << CONSTANTS["BLOB_TRIANGLE_BITS"]) - 1
     return (entries >> CONSTANTS["BLOB_OFFSET_BITS"] & mask).astype(np.int64) + 1
@@ -301,7 +339,11 @@ class Scene:
     def attributes(self) -> int:
         """HAS_ bits of what any primitive has."""
         names = {name for p in self.primitives for name in p.attributes}
-        return sum(bit for bit, name in zip((HAS_NORMAL, HAS_TEXCOORD, HAS_COLOR), SHADED[1:]) if name in names)
+        return sum(
+            bit
+            for bit, name in zip((HAS_NORMAL, HAS_TEXCOORD, HAS_COLOR), SHADED[1:])
+            if name in names
+        )
 
     @property
     def vertex_floats(self) -> int:
@@ -345,13 +387,21 @@ class _Loader:
         require_compressed(self._document)
         for node, matrix in placed(self._document):
             if not (np.abs(matrix) < MAX_SIZE).all():
-                raise MeshletError(f"a node's transform is not finite, or larger than {MAX_SIZE:g}", "export the file again, smaller")
+                raise MeshletError(
+                    f"a node's transform is not finite, or larger than {MAX_SIZE:g}",
+                    "export the file again, smaller",
+                )
             if node.camera is not None:
-                self._cameras.append(gltf_camera(item(self._document.cameras, node.camera, "camera"), matrix))
+                self._cameras.append(
+                    gltf_camera(item(self._document.cameras, node.camera, "camera"), matrix)
+                )
             if node.mesh is not None:
                 self._place(node, matrix)
         if not self._instances:
-            raise MeshletError("no node of its scene shows a compressed primitive", "check the file in another viewer")
+            raise MeshletError(
+                "no node of its scene shows a compressed primitive",
+                "check the file in another viewer",
+            )
         return Scene(
             self._path,
             self._found,
@@ -372,7 +422,9 @@ class _Loader:
             self._warnings.append("EXT_mesh_gpu_instancing is not applied: the mesh is shown once")
         for number, primitive in enumerate(mesh.primitives):
             if EXTENSION not in (primitive.extensions or {}):
-                self._warnings.append(f"mesh {node.mesh} primitive {number} is not compressed and is left out")
+                self._warnings.append(
+                    f"mesh {node.mesh} primitive {number} is not compressed and is left out"
+                )
                 continue
             material, texcoord = self._materials.index(primitive.material)
             index = self._primitive(node.mesh, number, texcoord)
@@ -389,7 +441,12 @@ class _Loader:
         return self._primitives[mesh, number]
 
     def _read(self, compressed: Compressed, texcoord: int) -> Primitive:
-        names = {"POSITION": "POSITION", "NORMAL": "NORMAL", "TEXCOORD": f"TEXCOORD_{texcoord}", "COLOR": "COLOR_0"}
+        names = {
+            "POSITION": "POSITION",
+            "NORMAL": "NORMAL",
+            "TEXCOORD": f"TEXCOORD_{texcoord}",
+            "COLOR": "COLOR_0",
+        }
         attributes = {}
         for role, name in names.items():
             attribute = self._attribute(compressed, role, name)
@@ -417,8 +474,14 @@ class _Loader:
         first, (dtype, components) = compressed.attributes[name]
         stream = compressed.streams[first]
         fits = {"POSITION": (3,), "NORMAL": (3,), "TEXCOORD": (2,), "COLOR": (3, 4)}[role]
-        if len(streams_of(first, components, compressed.streams)) > 1 or stream.kind == SIGN or stream.width not in fits:
-            self._warnings.append(f"{name} of {compressed.where} has an unusual form and is left out")
+        if (
+            len(streams_of(first, components, compressed.streams)) > 1
+            or stream.kind == SIGN
+            or stream.width not in fits
+        ):
+            self._warnings.append(
+                f"{name} of {compressed.where} has an unusual form and is left out"
+            )
             return None
         lane = sum(s.components for s in compressed.streams[:first])
         if dtype.kind == "f":
@@ -426,7 +489,13 @@ class _Loader:
         primitive = self._document.meshes[compressed.mesh].primitives[compressed.primitive]
         accessor = self._document.accessors[named_indices(primitive.attributes)[name]]
         normalized = accessor.normalized or name.startswith(ALWAYS_NORMALIZED)
-        return Attribute(stream, first, lane, True, float(np.float32(1.0 / np.iinfo(dtype).max)) if normalized else 1.0)
+        return Attribute(
+            stream,
+            first,
+            lane,
+            True,
+            float(np.float32(1.0 / np.iinfo(dtype).max)) if normalized else 1.0,
+        )
 
     def _box(self, compressed: Compressed, position: Attribute) -> tuple[np.ndarray, np.ndarray]:
         """The accessor's min and max, or the whole grid where these are missing or not of this primitive."""
@@ -436,7 +505,10 @@ class _Loader:
         with np.errstate(over="ignore", invalid="ignore"):
             low, high = position.values(corners).astype(np.float64)
         if not (np.abs([low, high]) < MAX_SIZE).all():
-            raise MeshletError(f"positions of {compressed.where} are not finite, or larger than {MAX_SIZE:g}", "export the file again, smaller")
+            raise MeshletError(
+                f"positions of {compressed.where} are not finite, or larger than {MAX_SIZE:g}",
+                "export the file again, smaller",
+            )
         given = [accessor.min, accessor.max]
         if all(g is not None and len(g) == 3 and np.isfinite(g).all() for g in given):
             bounds = np.array(given, np.float64) * position.scale
@@ -445,12 +517,17 @@ class _Loader:
         return low, high
 
     def _extend(self, primitive: Primitive, matrix: np.ndarray) -> None:
-        corners = np.array([[(primitive.low, primitive.high)[i >> a & 1][a] for a in range(3)] for i in range(8)])
+        corners = np.array(
+            [[(primitive.low, primitive.high)[i >> a & 1][a] for a in range(3)] for i in range(8)]
+        )
         corners = corners @ matrix[:3, :3].T + matrix[:3, 3]
-        self._low, self._high = np.minimum(self._low, corners.min(axis=0)), np.maximum(self._high, corners.max(axis=0))
+        self._low, self._high = (
+            np.minimum(self._low, corners.min(axis=0)),
+            np.maximum(self._high, corners.max(axis=0)),
+        )
 
 
-# --- on the device ---------------------------------------------------------------------------------------------------------------------
+# --- on the device ---
 
 
 def address_words(address: int) -> tuple[int, int]:
@@ -474,7 +551,7 @@ class SceneBuffers:
         self.primitives = np.array([_primitive_record(p) for p in scene.primitives], PRIMITIVE)
         self.blobs: Any = None
         self.index_buffer: Any = None
-        self.plain_words = 0                       # address
+        self.plain_words = 0  # address
         if "blobs" in needs:
             self._upload_blobs()
         if "bounds" in needs:
@@ -494,7 +571,11 @@ class SceneBuffers:
     def index_range(self, primitive: int) -> tuple[int, int, int]:
         """(first index, first vertex, number of indices) of a primitive in the index and vertex buffers."""
         before, own = self.scene.primitives[:primitive], self.scene.primitives[primitive]
-        return 3 * sum(p.triangles for p in before), sum(p.vertices for p in before), 3 * own.triangles
+        return (
+            3 * sum(p.triangles for p in before),
+            sum(p.vertices for p in before),
+            3 * own.triangles,
+        )
 
     def free(self) -> None:
         for buffer in self._buffers:
@@ -506,7 +587,9 @@ class SceneBuffers:
         """A buffer of these bytes, or of so many."""
         from .memory import STORAGE, Buffer
 
-        size = data if isinstance(data, int) else len(data) if isinstance(data, bytes) else data.nbytes
+        size = (
+            data if isinstance(data, int) else len(data) if isinstance(data, bytes) else data.nbytes
+        )
         buffer = Buffer(self.device, size, STORAGE | usage)
         self._buffers.append(buffer)
         return buffer if isinstance(data, int) else buffer.write(data)
@@ -519,10 +602,16 @@ class SceneBuffers:
                 place[p.blob], size = size, size + len(p.blob)
         self.blobs = self._new(b"".join(place))
         for row, p in zip(self.primitives, self.scene.primitives):
-            row["blob"], row["blob_words"] = address_words(self.blobs.address + place[p.blob]), len(p.blob) // 4
+            row["blob"], row["blob_words"] = (
+                address_words(self.blobs.address + place[p.blob]),
+                len(p.blob) // 4,
+            )
 
     def _reserve_bounds(self) -> None:
-        counts = np.array([p.meshlets for p in self.scene.primitives], np.int64) * CONSTANTS["BOUNDS_BYTES"]
+        counts = (
+            np.array([p.meshlets for p in self.scene.primitives], np.int64)
+            * CONSTANTS["BOUNDS_BYTES"]
+        )
         self.bounds = self._new(int(counts.sum()))
         for row, first in zip(self.primitives, np.cumsum(counts) - counts):
             row["bounds"] = address_words(self.bounds.address + int(first))
@@ -541,7 +630,9 @@ class SceneBuffers:
 
         arrays = [p.decoded().triangles.ravel() for p in self.scene.primitives]
         counts = np.array([len(a) for a in arrays], np.int64)
-        self.index_buffer = self._new(np.concatenate(arrays).astype(np.uint32), vk.VK_BUFFER_USAGE_INDEX_BUFFER_BIT)
+        self.index_buffer = self._new(
+            np.concatenate(arrays).astype(np.uint32), vk.VK_BUFFER_USAGE_INDEX_BUFFER_BIT
+        )
         for row, first in zip(self.primitives, np.cumsum(counts) - counts):
             row["index_data"] = address_words(self.index_buffer.address + 4 * int(first))
 
@@ -554,14 +645,19 @@ class SceneBuffers:
             rows.append(meshlets)
             before += len(words)
         counts = np.array([len(r) for r in rows], np.int64) * PLAIN_MESHLET.itemsize
-        self._plain_meshlets, plain_words = self._new(np.concatenate(rows)), self._new(np.concatenate([w for _, w in made]))
+        self._plain_meshlets, plain_words = (
+            self._new(np.concatenate(rows)),
+            self._new(np.concatenate([w for _, w in made])),
+        )
         self.plain_words = plain_words.address
         for row, first in zip(self.primitives, np.cumsum(counts) - counts):
             row["plain_meshlets"] = address_words(self._plain_meshlets.address + int(first))
 
     def _upload_tables(self) -> None:
         """Primitives, instances and materials, one after the other in one buffer."""
-        instances = np.array([_instance_record(i, n) for n, i in enumerate(self.scene.instances)], INSTANCE)
+        instances = np.array(
+            [_instance_record(i, n) for n, i in enumerate(self.scene.instances)], INSTANCE
+        )
         materials = np.array([m.record(MATERIAL) for m in self.scene.materials], MATERIAL)
         parts = [self.primitives.tobytes(), instances.tobytes(), materials.tobytes()]
         tables = self._new(b"".join(parts))
@@ -569,7 +665,9 @@ class SceneBuffers:
         self.instances_address = self.primitives_address + len(parts[0])
         self.materials_address = self.instances_address + len(parts[1])
 
-    def frame_record(self, camera: Camera, width: int, height: int, object_to_clip: int) -> np.ndarray:
+    def frame_record(
+        self, camera: Camera, width: int, height: int, object_to_clip: int
+    ) -> np.ndarray:
         """FRAME[()] for a camera; object_to_clip: the address of `object_to_clip_matrices`."""
         row = np.zeros((), FRAME)
         row["world_to_clip"] = camera.world_to_clip(width, height).T
@@ -616,5 +714,6 @@ def require_room(device: Device, scene: Scene, path: str, shared_bytes: int, adv
     needed = sum(n * size for n, size in zip((scene.max_lanes, scene.max_streams, 1), TEAM_BYTES))
     if needed > shared_bytes:
         raise VulkanError(
-            f"a vertex has {scene.max_lanes} components up to the last one that is shown, too many for path {path} on {device.name}", advice
+            f"a vertex has {scene.max_lanes} components up to the last one that is shown, too many for path {path} on {device.name}",
+            advice,
         )

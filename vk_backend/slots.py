@@ -24,7 +24,10 @@ class SlotLayout:
         """The layout that holds the meshlets of all the scene's primitives. traced: what is in slots is used as it is."""
         # Positions that do not fit as integers are kept as floats, and so are those that rays meet and that their rounding takes off
         # the grid.
-        floats = any(p.position_bits > PACKED_BITS or (traced and p.attributes["POSITION"].rounded) for p in scene.primitives)
+        floats = any(
+            p.position_bits > PACKED_BITS or (traced and p.attributes["POSITION"].rounded)
+            for p in scene.primitives
+        )
         return cls(floats, max(_attribute_words(p) for p in scene.primitives))
 
     @property
@@ -41,7 +44,9 @@ class SlotLayout:
 
 def _attribute_words(primitive: Primitive) -> int:
     """Of a vertex: what shading needs of it beside its position, each attribute in words of its own."""
-    streams = [primitive.attributes[role].stream for role in SHADED[1:] if role in primitive.attributes]
+    streams = [
+        primitive.attributes[role].stream for role in SHADED[1:] if role in primitive.attributes
+    ]
     return sum(packed_field(stream.components, stream.bits)[1] for stream in streams)
 
 

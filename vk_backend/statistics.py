@@ -25,7 +25,9 @@ def pipeline_statistics(device: Device, pipeline) -> dict[str, dict[str, float]]
     found: dict[str, dict[str, float]] = {}
     for index, executable in enumerate(executables):
         info = vk.VkPipelineExecutableInfoKHR(pipeline=pipeline, executableIndex=index)
-        found[_text(executable.name)] = {_text(s.name): _value(s) for s in statistics(device.handle, info)}
+        found[_text(executable.name)] = {
+            _text(s.name): _value(s) for s in statistics(device.handle, info)
+        }
     return found
 
 

@@ -21,8 +21,15 @@ if TYPE_CHECKING:
 RING = 8192  # slots, where a scene needs so many
 OVERLAPPED = 4096  # meshlets from which on it pays to fill one half of the ring while the other is drawn from,
 TURNS = 3  #   in no fewer turns than these
-PASSES = {"connect_stream.comp": 32, "values_stream.comp": 1}  # meshlets of a workgroup; stream.mesh has one, too
-SUMMARY_BYTES, CONNECTED_BYTES, SEGMENT_BYTES = 4, 24, 16  # of shaders/decode_buffers.glsl and stream_push.glsl
+PASSES = {
+    "connect_stream.comp": 32,
+    "values_stream.comp": 1,
+}  # meshlets of a workgroup; stream.mesh has one, too
+SUMMARY_BYTES, CONNECTED_BYTES, SEGMENT_BYTES = (
+    4,
+    24,
+    16,
+)  # of shaders/decode_buffers.glsl and stream_push.glsl
 COMPUTE_STAGE = vk.VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT
 MESH_STAGE = vk.VK_PIPELINE_STAGE_2_MESH_SHADER_BIT_EXT
 READ, WRITE = vk.VK_ACCESS_2_SHADER_STORAGE_READ_BIT, vk.VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT
@@ -52,7 +59,9 @@ def schedule(meshlets: Sequence[int], slots: int, parts: int = 1) -> list[list[S
                 batches.append([])
                 free = slots
             taken = min(count - first, free)
-            batches[-1].append(Segment(instance, first, taken, (len(batches) - 1) % parts * slots + slots - free))
+            batches[-1].append(
+                Segment(instance, first, taken, (len(batches) - 1) % parts * slots + slots - free)
+            )
             first, free = first + taken, free - taken
     return batches
 
@@ -72,7 +81,14 @@ class Ring:
     the other is drawn from; None: where that pays. constants: of the raster paths' shaders. Raises VulkanError.
     """
 
-    def __init__(self, pipelines: Pipelines, scene: Scene, slots: int, overlap: bool | None, constants: dict[int, int]):
+    def __init__(
+        self,
+        pipelines: Pipelines,
+        scene: Scene,
+        slots: int,
+        overlap: bool | None,
+        constants: dict[int, int],
+    ):
         if slots < 1:
             raise VulkanError(f"a ring of {slots} slots holds no meshlet", "use 1 or more")
         device = self._device = pipelines.device
@@ -82,15 +98,21 @@ class Ring:
         self.parts, of_part = division(sum(meshlets), slots, overlap)
         self.batches = schedule(meshlets, of_part, self.parts)
         self.slots = min(self.parts * of_part, sum(meshlets))
-        self.decoded, self.drawn = pipelines.timelines() if self.parts > 1 else (None, None)   # see frame.py
+        self.decoded, self.drawn = (
+            pipelines.timelines() if self.parts > 1 else (None, None)
+        )  # see frame.py
 
         sizes = {"slots": layout.bytes, "summaries": SUMMARY_BYTES, "connectivity": CONNECTED_BYTES}
         self._buffers = {name: Buffer(device, self.slots * size) for name, size in sizes.items()}
-        rows = np.array([astuple(segment) for batch in self.batches for segment in batch], np.uint32)
+        rows = np.array(
+            [astuple(segment) for batch in self.batches for segment in batch], np.uint32
+        )
         self._buffers["segments"] = Buffer(device, rows.nbytes).write(rows)
         counts = np.array([len(batch) for batch in self.batches])
         self._first_segments = np.cumsum(counts) - counts
-        self._passes = [(ComputePipeline.of(device, name, self.constants), per) for name, per in PASSES.items()]
+        self._passes = [
+            (ComputePipeline.of(device, name, self.constants), per) for name, per in PASSES.items()
+        ]
 
     @property
     def resident_bytes(self) -> int:
@@ -113,14 +135,19 @@ class Ring:
         pushed: push constants, with what does not depend on the batch; longest: workgroups of a dispatch, at most.
         """
         batch, pushed = self.batches[number], pushed.copy()
-        pushed["segments"] = address_words(self._buffers["segments"].address + SEGMENT_BYTES * int(self._first_segments[number]))
+        pushed["segments"] = address_words(
+            self._buffers["segments"].address + SEGMENT_BYTES * int(self._first_segments[number])
+        )
         pushed["segment_count"] = len(batch)
         meshlets = sum(segment.meshlets for segment in batch)
         for later, (pipeline, per) in enumerate(self._passes):
             if later:
                 self._device.barrier(commands, COMPUTE_STAGE, WRITE, COMPUTE_STAGE, READ | WRITE)
             for first in range(0, meshlets, longest * per):
-                pushed["first_slot"], pushed["meshlets"] = batch[0].slot + first, min(meshlets - first, longest * per)
+                pushed["first_slot"], pushed["meshlets"] = (
+                    batch[0].slot + first,
+                    min(meshlets - first, longest * per),
+                )
                 pipeline.dispatch(commands, -(-int(pushed["meshlets"]) // per), pushed)
 
     def wait_for_drawing(self, commands) -> None:

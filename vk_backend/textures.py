@@ -43,14 +43,21 @@ class TextureArray:
                 maxSets=1,
                 poolSizeCount=1,
                 pPoolSizes=[
-                    vk.VkDescriptorPoolSize(type=vk.VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, descriptorCount=self._size)
+                    vk.VkDescriptorPoolSize(
+                        type=vk.VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                        descriptorCount=self._size,
+                    )
                 ],
             ),
             None,
         )
         self.set = vk.vkAllocateDescriptorSets(
             device.handle,
-            vk.VkDescriptorSetAllocateInfo(descriptorPool=self._pool, descriptorSetCount=1, pSetLayouts=[_set_layout(device, self._size)]),
+            vk.VkDescriptorSetAllocateInfo(
+                descriptorPool=self._pool,
+                descriptorSetCount=1,
+                pSetLayouts=[_set_layout(device, self._size)],
+            ),
         )[0]
         self._write()
         self._alive = True
@@ -58,7 +65,9 @@ class TextureArray:
 
     def _write(self) -> None:
         infos = [
-            vk.VkDescriptorImageInfo(sampler=sampler, imageView=image.view, imageLayout=image.layout)
+            vk.VkDescriptorImageInfo(
+                sampler=sampler, imageView=image.view, imageLayout=image.layout
+            )
             for sampler, image in zip(self._samplers, self._images)
         ]
         infos += infos[:1] * (self._size - len(infos))
@@ -85,7 +94,9 @@ class TextureArray:
 
 def textures_layout(device: Device, count: int):
     """The device's pipeline layout with an array of `count` textures and push constants."""
-    return device.once(("layout", count), lambda: pipeline_layout(device, [_set_layout(device, count)]))
+    return device.once(
+        ("layout", count), lambda: pipeline_layout(device, [_set_layout(device, count)])
+    )
 
 
 def _set_layout(device: Device, count: int):
@@ -128,12 +139,20 @@ def _upload(device: Device, texture: Texture) -> Image:
     """An image with all its mip levels, each the half of the one before, ready to be sampled."""
     height, width = texture.pixels.shape[:2]
     levels = max(width, height).bit_length()
-    usage = vk.VK_IMAGE_USAGE_SAMPLED_BIT | vk.VK_IMAGE_USAGE_TRANSFER_DST_BIT | vk.VK_IMAGE_USAGE_TRANSFER_SRC_BIT
+    usage = (
+        vk.VK_IMAGE_USAGE_SAMPLED_BIT
+        | vk.VK_IMAGE_USAGE_TRANSFER_DST_BIT
+        | vk.VK_IMAGE_USAGE_TRANSFER_SRC_BIT
+    )
     image = Image(device, width, height, FORMAT, usage, levels=levels)
-    staging = Buffer(device, texture.pixels.nbytes, vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT, host=True).write(texture.pixels)
+    staging = Buffer(
+        device, texture.pixels.nbytes, vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT, host=True
+    ).write(texture.pixels)
     with device.commands() as commands:
         image.to_layout(commands, vk.VK_IMAGE_LAYOUT_GENERAL)
-        vk.vkCmdCopyBufferToImage(commands, staging.handle, image.handle, image.layout, 1, [image.copy_region()])
+        vk.vkCmdCopyBufferToImage(
+            commands, staging.handle, image.handle, image.layout, 1, [image.copy_region()]
+        )
         for level in range(1, levels):
             device.full_barrier(commands)
             region = vk.VkImageBlit(
@@ -143,7 +162,14 @@ def _upload(device: Device, texture: Texture) -> Image:
                 dstOffsets=_corners(width, height, level),
             )
             vk.vkCmdBlitImage(
-                commands, image.handle, image.layout, image.handle, image.layout, 1, [region], vk.VK_FILTER_LINEAR
+                commands,
+                image.handle,
+                image.layout,
+                image.handle,
+                image.layout,
+                1,
+                [region],
+                vk.VK_FILTER_LINEAR,
             )
         image.to_layout(commands, vk.VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)
     staging.free()
@@ -151,8 +177,13 @@ def _upload(device: Device, texture: Texture) -> Image:
 
 
 def _layers(level: int):
-    return vk.VkImageSubresourceLayers(aspectMask=vk.VK_IMAGE_ASPECT_COLOR_BIT, mipLevel=level, layerCount=1)
+    return vk.VkImageSubresourceLayers(
+        aspectMask=vk.VK_IMAGE_ASPECT_COLOR_BIT, mipLevel=level, layerCount=1
+    )
 
 
 def _corners(width: int, height: int, level: int):
-    return [vk.VkOffset3D(0, 0, 0), vk.VkOffset3D(max(width >> level, 1), max(height >> level, 1), 1)]
+    return [
+        vk.VkOffset3D(0, 0, 0),
+        vk.VkOffset3D(max(width >> level, 1), max(height >> level, 1), 1),
+    ]

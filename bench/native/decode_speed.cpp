@@ -1,6 +1,8 @@
-// decode_speed BLOB...  Decoding without Python: everything on one thread, single meshlets by number, and all meshlets on all threads.
-// Prints one JSON object: for each repetition, seconds for all blobs decoded to float arrays, mean microseconds per meshlet in a
-// random order over all blobs, and seconds for every meshlet decoded on its own, by as many threads as there are processors.
+// decode_speed BLOB...  Decoding without Python: everything on one thread, single meshlets by
+// number, and all meshlets on all threads. Prints one JSON object: for each repetition, seconds for
+// all blobs decoded to float arrays, mean microseconds per meshlet in a random order over all
+// blobs, and seconds for every meshlet decoded on its own, by as many threads as there are
+// processors.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -20,7 +22,9 @@ constexpr int kRepetitions = 7;
 using Clock = std::chrono::steady_clock;
 using Bytes = std::vector<uint8_t>;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 // The arrays that one blob decodes into, allocated once.
 struct Output {
@@ -28,7 +32,8 @@ struct Output {
   std::vector<std::vector<float>> values;
   std::vector<void*> pointers;
 
-  explicit Output(const meshlet::BlobHeader& header) : triangles(3 * size_t(header.triangle_count)) {
+  explicit Output(const meshlet::BlobHeader& header)
+      : triangles(3 * size_t(header.triangle_count)) {
     for (const meshlet::Stream& stream : header.streams) {
       values.emplace_back(size_t(header.vertex_count) * meshlet::value_components(stream));
       pointers.push_back(values.back().data());
@@ -45,7 +50,8 @@ double decode_all(std::vector<meshlet::Decoder>& decoders, std::vector<Output>& 
   return seconds_since(start);
 }
 
-double decode_meshlets(std::vector<meshlet::Decoder>& decoders, const std::vector<std::pair<size_t, uint32_t>>& order) {
+double decode_meshlets(std::vector<meshlet::Decoder>& decoders,
+                       const std::vector<std::pair<size_t, uint32_t>>& order) {
   const auto start = Clock::now();
   for (const auto& [blob, number] : order) decoders[blob].meshlet(number);
   return seconds_since(start) / double(order.size()) * 1e6;
@@ -62,7 +68,9 @@ std::vector<Range> ranges_of(const std::vector<Bytes>& blobs) {
   std::vector<Range> ranges;
   for (const Bytes& blob : blobs) {
     const uint32_t count = meshlet::Decoder(blob.data(), blob.size()).header().meshlet_count;
-    for (uint32_t m = 0; m < count; m += kRange) ranges.push_back({meshlet::Decoder(blob.data(), blob.size()), m, std::min(m + kRange, count)});
+    for (uint32_t m = 0; m < count; m += kRange)
+      ranges.push_back(
+          {meshlet::Decoder(blob.data(), blob.size()), m, std::min(m + kRange, count)});
   }
   return ranges;
 }

@@ -1,9 +1,11 @@
 // decode_stages BLOB...  Where the time of decoding whole blobs goes, on one thread.
-// Prints one JSON object: for each stage, its share of the time in each repetition; "avx2" tells which build was measured, and
-// "clock_share" the part of the time that reading the clock takes, which is left out of the shares.
+// Prints one JSON object: for each stage, its share of the time in each repetition; "avx2" tells
+// which build was measured, and "clock_share" the part of the time that reading the clock takes,
+// which is left out of the shares.
 //
-// The stages are those of decode() in decode_blob.inl, called here one by one with the processor's clock read in between. CMakeLists.txt
-// gives this file the options of decode_blob_avx2.cpp, so that what is measured is what the library runs.
+// The stages are those of decode() in decode_blob.inl, called here one by one with the processor's
+// clock read in between. CMakeLists.txt gives this file the options of decode_blob_avx2.cpp, so
+// that what is measured is what the library runs.
 #define MESHLET_BUILD stages
 #include "decode/bulk_decoder.cpp"
 
@@ -26,8 +28,9 @@ namespace {
 constexpr int kRepetitions = 7;
 
 enum Stage { kConnect, kLookUp, kShared, kOwn, kNumber, kTriangles, kValues, kStages };
-constexpr const char* kNames[kStages] = {"open and connect", "look up shared vertices", "decode shared chains", "decode own vertices",
-                                         "number vertices",  "write triangles",         "write attributes"};
+constexpr const char* kNames[kStages] = {
+    "open and connect", "look up shared vertices", "decode shared chains", "decode own vertices",
+    "number vertices",  "write triangles",         "write attributes"};
 
 uint64_t ticks() {
 #ifdef __x86_64__
@@ -92,7 +95,8 @@ struct Blob {
   }
 };
 
-// decode() of decode_blob.inl, timed; the blobs are known to be well formed. Returns false if one is not after all.
+// decode() of decode_blob.inl, timed; the blobs are known to be well formed. Returns false if one
+// is not after all.
 bool decode_timed(const BlobJob& job, MeshletDecoder& d, History& history, Clock& clock) {
   uint32_t first = 0;
   uint32_t* triangles = job.triangles;
@@ -165,7 +169,8 @@ int main(int argc, char** argv) {
     double total = 0;
     for (uint64_t spent : clock.spent) total += double(spent);
     if (i == 0) continue;
-    for (size_t s = 0; s < kStages; ++s) shares[s].push_back(std::max(0.0, double(clock.spent[s]) - cost) / (total - kStages * cost));
+    for (size_t s = 0; s < kStages; ++s)
+      shares[s].push_back(std::max(0.0, double(clock.spent[s]) - cost) / (total - kStages * cost));
     clock_share.push_back(kStages * cost / total);
   }
   std::printf("{\"avx2\": %s, \"clock_share\": %.6g, \"shares\": {",
@@ -177,7 +182,8 @@ int main(int argc, char** argv) {
               clock_share.back());
   for (size_t s = 0; s < kStages; ++s) {
     std::printf("%s\"%s\": [", s ? ", " : "", kNames[s]);
-    for (size_t i = 0; i < shares[s].size(); ++i) std::printf("%s%.6g", i ? ", " : "", shares[s][i]);
+    for (size_t i = 0; i < shares[s].size(); ++i)
+      std::printf("%s%.6g", i ? ", " : "", shares[s][i]);
     std::printf("]");
   }
   std::printf("}}\n");

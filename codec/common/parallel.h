@@ -1,5 +1,6 @@
-// Loops over independent items on several threads. Which thread runs an item, and when, is left open: an item may write
-// only what is its own, so that results never depend on the number of threads.
+// Loops over independent items on several threads. Which thread runs an item, and when, is left
+// open: an item may write only what is its own, so that results never depend on the number of
+// threads.
 #pragma once
 
 #include <algorithm>
@@ -14,10 +15,13 @@
 namespace meshlet {
 
 // Number of threads to use: `threads` itself when positive, else one per processor.
-inline int resolve_threads(int threads) { return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+inline int resolve_threads(int threads) {
+  return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
 
-// Calls body(i) once for every i < count. The calling thread takes part. If bodies throw, the remaining items are
-// dropped and one of the exceptions is rethrown here after all threads have ended.
+// Calls body(i) once for every i < count. The calling thread takes part. If bodies throw, the
+// remaining items are dropped and one of the exceptions is rethrown here after all threads have
+// ended.
 template <class Body>
 void parallel_for(int threads, size_t count, Body&& body) {
   std::atomic<size_t> next{0};

@@ -1,6 +1,6 @@
-// Compiled twice: for the baseline and for AVX2 (codec/CMakeLists.txt), each in its own namespace MESHLET_BUILD.
-// The linker must not merge their code: do not instantiate library templates here, and keep everything that is not static in that
-// namespace.
+// Compiled twice: for the baseline and for AVX2 (codec/CMakeLists.txt), each in its own namespace
+// MESHLET_BUILD. The linker must not merge their code: do not instantiate library templates here,
+// and keep everything that is not static in that namespace.
 #include "decode/bulk_decoder.h"
 
 #include <cmath>
@@ -10,13 +10,16 @@ namespace meshlet {
 inline namespace MESHLET_BUILD {
 namespace {
 
-constexpr uint32_t kPlaces = 64;           // per meshlet: boundary vertices, local ids, slots of owned references
-constexpr uint32_t kCopied = 16;           // values kept at a time
-constexpr uint32_t kBatch = 8;             // vertices converted at a time, so that compilers vectorise the loops
+constexpr uint32_t kPlaces =
+    64;  // per meshlet: boundary vertices, local ids, slots of owned references
+constexpr uint32_t kCopied = 16;  // values kept at a time
+constexpr uint32_t kBatch =
+    8;  // vertices converted at a time, so that compilers vectorise the loops
 
-// What whole-blob decoding keeps of the meshlets behind it: their boundaries, which later ones refer to, as global vertex numbers and
-// integer values. It saves looking up and decoding foreign vertices once more. References reach back no farther than the group
-// table's delta widths allow, so a ring of meshlets suffices.
+// What whole-blob decoding keeps of the meshlets behind it: their boundaries, which later ones
+// refer to, as global vertex numbers and integer values. It saves looking up and decoding foreign
+// vertices once more. References reach back no farther than the group table's delta widths allow,
+// so a ring of meshlets suffices.
 class History {
  public:
   History(MeshletDecoder& d, uint32_t meshlets) : d_(d), meshlets_(meshlets) {}
@@ -24,21 +27,23 @@ class History {
   History(const History&) = delete;
   void allocate();
 
-  // After connect_meshlet: looks up the vertices that are shared with earlier meshlets, and, before read_foreign, puts their values in
-  // place.
+  // After connect_meshlet: looks up the vertices that are shared with earlier meshlets, and, before
+  // read_foreign, puts their values in place.
   void look_up(bool provide);
 
-  // Numbers the meshlet's vertices, which have been looked up: global[local id], and the local ids that are no aliases, in order (spec, appendix A.8), at most
+  // Numbers the meshlet's vertices, which have been looked up: global[local id], and the local ids
+  // that are no aliases, in order (spec, appendix A.8), at most
   // 64. Returns how many are none, or kCircle.
   uint32_t number(uint32_t* global, uint32_t* new_ids);
 
   // Keeps the decoded meshlet.
   void append(const uint32_t* global);
 
-  // Do the decoded meshlet, which is kept already, and the owners of its foreign references agree on their shared vertices?
+  // Do the decoded meshlet, which is kept already, and the owners of its foreign references agree
+  // on their shared vertices?
   bool consistent();
 
-  static constexpr uint32_t kCircle = ~0u; // an alias leads to itself, or farther than MAX_HOPS
+  static constexpr uint32_t kCircle = ~0u;  // an alias leads to itself, or farther than MAX_HOPS
 
  private:
   // A vertex on the boundary of a meshlet in the ring.
@@ -46,11 +51,12 @@ class History {
     uint32_t meshlet, place;
   };
   struct Kept {
-    uint32_t* values;                      // lane by lane, `stride` apart, by local id
+    uint32_t* values;  // lane by lane, `stride` apart, by local id
     uint32_t capacity, stride;
-    uint32_t numbers[kPlaces];             // by local id
-    uint16_t ids[kPlaces];                 // boundary vertices in loop order
-    uint8_t start[kPlaces], end[kPlaces];  // per owned reference: places of its first and last vertex
+    uint32_t numbers[kPlaces];  // by local id
+    uint16_t ids[kPlaces];      // boundary vertices in loop order
+    uint8_t start[kPlaces],
+        end[kPlaces];  // per owned reference: places of its first and last vertex
   };
 
   Kept& kept(uint32_t meshlet) { return ring_[meshlet & d_.ring_mask]; }
@@ -60,7 +66,8 @@ class History {
   void alias_corner(uint32_t id, Place target, bool starts);
   uint32_t resolve(uint32_t id, const uint32_t* global);
 
-  // Calls visit(place on the owner's boundary, local id) for the vertices of foreign reference r, both corners included.
+  // Calls visit(place on the owner's boundary, local id) for the vertices of foreign reference r,
+  // both corners included.
   template <class Visit>
   void for_vertices(uint32_t r, Visit visit);
 
@@ -69,9 +76,9 @@ class History {
   uint32_t lanes_ = 0;
   uint32_t next_ = 0;
   Kept* ring_ = nullptr;
-  uint8_t* lengths_ = nullptr;             // kPlaces for each meshlet in the ring
-  Place alias_[kPlaces];                   // per local id of the current meshlet
-  uint64_t is_alias_ = 0;                  // local ids
+  uint8_t* lengths_ = nullptr;  // kPlaces for each meshlet in the ring
+  Place alias_[kPlaces];        // per local id of the current meshlet
+  uint64_t is_alias_ = 0;       // local ids
 };
 
 void History::allocate() {
@@ -113,7 +120,8 @@ void History::copy_vertex(uint32_t r, uint32_t place, uint32_t id) {
     return;
   }
   for (uint32_t s = 0; s < d_.stream_total; s++)
-    for (uint32_t lane = d_.stream_lane[s], end = lane + d_.stream_components[s]; lane < end && !(d_.seam_refs[s] >> r & 1); lane++)
+    for (uint32_t lane = d_.stream_lane[s], end = lane + d_.stream_components[s];
+         lane < end && !(d_.seam_refs[s] >> r & 1); lane++)
       d_.values[lane * 64u + id] = from[lane * stride];
 }
 
@@ -134,10 +142,13 @@ void History::keep_references() {
   }
 }
 
-// Of two references that share a corner, the one with the smaller owner counts; if equal, the one that starts there.
+// Of two references that share a corner, the one with the smaller owner counts; if equal, the one
+// that starts there.
 void History::alias_corner(uint32_t id, Place target, bool starts) {
   bool other = is_alias_ >> id & 1;
-  if (!other || target.meshlet < alias_[id].meshlet || (starts && target.meshlet == alias_[id].meshlet)) alias_[id] = target;
+  if (!other || target.meshlet < alias_[id].meshlet ||
+      (starts && target.meshlet == alias_[id].meshlet))
+    alias_[id] = target;
   is_alias_ |= 1ull << id;
 }
 
@@ -145,7 +156,8 @@ void History::look_up(bool provide) {
   keep_references();
   is_alias_ = 0;
   for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
-    uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r], corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
+    uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
+             corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
     bool copy = provide && owner != d_.opened.meshlet, alias = !(d_.seamed_refs >> r & 1);
     uint32_t slot = d_.reference_slot[r];
     if (alias) {
@@ -212,7 +224,8 @@ bool History::same_vertex(uint32_t r, uint32_t place, uint32_t id) {
   const Kept& owner = kept(d_.reference_owner[r]);
   const uint32_t* values = owner.values + owner.ids[place];
   for (uint32_t s = 0; s < d_.stream_total; s++)
-    for (uint32_t lane = d_.stream_lane[s], end = lane + d_.stream_components[s]; lane < end && !(d_.seam_refs[s] >> r & 1); lane++)
+    for (uint32_t lane = d_.stream_lane[s], end = lane + d_.stream_components[s];
+         lane < end && !(d_.seam_refs[s] >> r & 1); lane++)
       if (d_.values[lane * 64u + id] != values[lane * size_t(owner.stride)]) return false;
   return true;
 }
@@ -226,7 +239,7 @@ bool History::consistent() {
   return same;
 }
 
-// ---- from integers to values --------------------------------------------------------------------------------------------------
+// --- from integers to values ---
 
 // Unit vectors from octahedral pairs (spec, appendix A.9).
 inline void decode_oct(const uint32_t (*q)[kBatch], float scale, float (*out)[kBatch]) {
@@ -258,7 +271,9 @@ template <uint32_t components>
 struct AsInteger {
   static constexpr uint32_t outputs = components;
   using Out = uint32_t;
-  void operator()(const Stream&, const uint32_t (*q)[kBatch], uint32_t (*out)[kBatch]) const { std::memcpy(out, q, sizeof(*q) * components); }
+  void operator()(const Stream&, const uint32_t (*q)[kBatch], uint32_t (*out)[kBatch]) const {
+    std::memcpy(out, q, sizeof(*q) * components);
+  }
 };
 
 template <uint32_t components>
@@ -267,8 +282,10 @@ struct AsReal {
   using Out = float;
   void operator()(const Stream& s, const uint32_t (*q)[kBatch], float (*out)[kBatch]) const {
     for (uint32_t c = 0; c < components; c++) {
-      if (s.kind == kGrid) decode_grid(q[c], s.step, s.offset[c], out[c]);
-      else decode_grid(q[c], 2.0, -1.0, out[c]);   // SIGN
+      if (s.kind == kGrid)
+        decode_grid(q[c], s.step, s.offset[c], out[c]);
+      else
+        decode_grid(q[c], 2.0, -1.0, out[c]);  // SIGN
     }
   }
 };
@@ -290,8 +307,9 @@ struct AsUnitVector {
   }
 };
 
-// The new vertices of one meshlet: local ids, padded to whole batches, and how many vertices from the first on the outputs have room
-// for. What a last batch writes too much is written over by the next meshlet.
+// The new vertices of one meshlet: local ids, padded to whole batches, and how many vertices from
+// the first on the outputs have room for. What a last batch writes too much is written over by the
+// next meshlet.
 struct NewVertices {
   const uint32_t* ids;
   uint32_t count, first, room;
@@ -300,14 +318,16 @@ struct NewVertices {
 inline void gather(const uint32_t* lane, const uint32_t* ids, uint32_t* out) {
 #ifdef __AVX2__
   __m256i index = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(ids));
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(out), _mm256_i32gather_epi32(reinterpret_cast<const int*>(lane), index, 4));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(out),
+                      _mm256_i32gather_epi32(reinterpret_cast<const int*>(lane), index, 4));
 #else
   for (uint32_t k = 0; k < kBatch; k++) out[k] = lane[ids[k]];
 #endif
 }
 
 template <uint32_t components, class Convert>
-void write_stream(const Stream& s, const uint32_t* lanes, const NewVertices& v, void* out, Convert convert) {
+void write_stream(const Stream& s, const uint32_t* lanes, const NewVertices& v, void* out,
+                  Convert convert) {
   using Out = typename Convert::Out;
   constexpr uint32_t outputs = Convert::outputs;
   Out* to = static_cast<Out*>(out) + outputs * size_t(v.first);
@@ -335,16 +355,21 @@ void write_stream(const Stream& s, const uint32_t* lanes, const NewVertices& v, 
 }
 
 void write_values(const Stream& s, const uint32_t* lanes, const NewVertices& v, void* out) {
-  if (s.kind == kOct) write_stream<2>(s, lanes, v, out, AsUnitVector());
-  else if (s.kind == kInteger) write_stream<AsInteger>(s, lanes, v, out);
-  else if (s.kind == kFloat32) write_stream<AsFloatBits>(s, lanes, v, out);
-  else write_stream<AsReal>(s, lanes, v, out);
+  if (s.kind == kOct)
+    write_stream<2>(s, lanes, v, out, AsUnitVector());
+  else if (s.kind == kInteger)
+    write_stream<AsInteger>(s, lanes, v, out);
+  else if (s.kind == kFloat32)
+    write_stream<AsFloatBits>(s, lanes, v, out);
+  else
+    write_stream<AsReal>(s, lanes, v, out);
 }
 
 void write_vertices(const BlobJob& job, const MeshletDecoder& d, const NewVertices& v) {
   for (uint32_t s = 0; s < job.stream_count; s++) {
     const uint32_t* lanes = &d.values[d.stream_lane[s] * 64u];
-    if (job.integers && job.integers[s]) write_stream<AsInteger>(job.streams[s], lanes, v, job.integers[s]);
+    if (job.integers && job.integers[s])
+      write_stream<AsInteger>(job.streams[s], lanes, v, job.integers[s]);
     if (job.values && job.values[s]) write_values(job.streams[s], lanes, v, job.values[s]);
   }
 }
@@ -360,7 +385,7 @@ void write_triangles(const MeshletDecoder& d, const uint32_t* global, uint32_t* 
 }
 
 BlobResult decode(const BlobJob& job, MeshletDecoder& d, History& history) {
-  uint32_t first = 0;                      // vertices before this meshlet
+  uint32_t first = 0;  // vertices before this meshlet
   uint32_t* triangles = job.triangles;
   for (uint32_t m = 0; m < job.meshlet_count; m++) {
     d.open_meshlet(m);
@@ -380,7 +405,8 @@ BlobResult decode(const BlobJob& job, MeshletDecoder& d, History& history) {
     write_vertices(job, d, {new_ids, count, first, job.vertex_count - first});
     first += count;
   }
-  return {first == job.vertex_count ? BlobProblem::none : BlobProblem::too_few_vertices, 0, ERROR_NONE};
+  return {first == job.vertex_count ? BlobProblem::none : BlobProblem::too_few_vertices, 0,
+          ERROR_NONE};
 }
 
 BlobResult validate(const BlobJob& job, MeshletDecoder& d, History& history) {
@@ -397,7 +423,8 @@ BlobResult validate(const BlobJob& job, MeshletDecoder& d, History& history) {
     if (!history.consistent()) return {BlobProblem::inconsistent, m, ERROR_NONE};
   }
   if (vertices > job.vertex_count) return {BlobProblem::too_many_vertices, 0, ERROR_NONE};
-  return {vertices == job.vertex_count ? BlobProblem::none : BlobProblem::too_few_vertices, 0, ERROR_NONE};
+  return {vertices == job.vertex_count ? BlobProblem::none : BlobProblem::too_few_vertices, 0,
+          ERROR_NONE};
 }
 
 // Runs `pass` with a decoder and an empty history.
@@ -419,5 +446,5 @@ BlobResult run(const BlobJob& job, BlobResult (*pass)(const BlobJob&, MeshletDec
 BlobResult decode_blob(const BlobJob& job) { return run(job, decode); }
 BlobResult validate_blob(const BlobJob& job) { return run(job, validate); }
 
-}  // inline namespace MESHLET_BUILD
+}  // namespace MESHLET_BUILD
 }  // namespace meshlet

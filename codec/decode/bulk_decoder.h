@@ -1,4 +1,5 @@
-// Decodes whole blobs. bulk_decoder.cpp is compiled for the baseline and, on x86-64, again for AVX2.
+// Decodes whole blobs. bulk_decoder.cpp is compiled for the baseline and, on x86-64, again for
+// AVX2.
 #pragma once
 #include "format/blob.h"
 #include "decode/serial_decoder.h"
@@ -17,7 +18,13 @@ struct BlobJob {
   void* const* values;
 };
 
-enum class BlobProblem { none, malformed_meshlet, too_many_vertices, too_few_vertices, inconsistent };
+enum class BlobProblem {
+  none,
+  malformed_meshlet,
+  too_many_vertices,
+  too_few_vertices,
+  inconsistent
+};
 
 struct BlobResult {
   BlobProblem problem = BlobProblem::none;
@@ -25,7 +32,8 @@ struct BlobResult {
   uint32_t error = 0;    // of a malformed meshlet
 };
 
-// decode_blob fills the job's outputs; validate_blob decodes each meshlet alone and compares it with those that it refers to.
+// decode_blob fills the job's outputs; validate_blob decodes each meshlet alone and compares it
+// with those that it refers to.
 inline namespace MESHLET_BUILD {
 BlobResult decode_blob(const BlobJob& job);
 BlobResult validate_blob(const BlobJob& job);

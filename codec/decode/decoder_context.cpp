@@ -8,7 +8,8 @@ BlobResult decode_blob(const BlobJob& job);
 
 // Does this machine have what CMakeLists.txt lets the compiler use?
 static bool supported() {
-  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
+         __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
 }
 }  // namespace avx2
 #endif
@@ -27,7 +28,8 @@ const char* error_text(uint32_t error) {
   }
 }
 
-Decoder::Decoder(const uint8_t* data, size_t size) : header_(read_blob_header(data, size)), lane_(std::make_unique<MeshletDecoder>()) {
+Decoder::Decoder(const uint8_t* data, size_t size)
+    : header_(read_blob_header(data, size)), lane_(std::make_unique<MeshletDecoder>()) {
   lane_->data = data;
   lane_->size = uint32_t(size);
   lane_->load_streams(0, uint32_t(header_.streams.size()));
@@ -40,7 +42,8 @@ MeshletDecoder& Decoder::meshlet(uint32_t m) {
 }
 
 void Decoder::check(uint32_t m) const {
-  if (lane_->error != ERROR_NONE) throw Malformed("meshlet " + std::to_string(m) + ": " + error_text(lane_->error));
+  if (lane_->error != ERROR_NONE)
+    throw Malformed("meshlet " + std::to_string(m) + ": " + error_text(lane_->error));
 }
 
 namespace {
@@ -48,10 +51,16 @@ namespace {
 void check(const BlobResult& result) {
   switch (result.problem) {
     case BlobProblem::none: return;
-    case BlobProblem::malformed_meshlet: throw Malformed("meshlet " + std::to_string(result.meshlet) + ": " + error_text(result.error));
-    case BlobProblem::inconsistent: throw Malformed("meshlet " + std::to_string(result.meshlet) + ": a shared vertex differs from its owner's");
-    case BlobProblem::too_many_vertices: throw Malformed("the blob has more vertices than its header says");
-    case BlobProblem::too_few_vertices: throw Malformed("the blob has fewer vertices than its header says");
+    case BlobProblem::malformed_meshlet:
+      throw Malformed("meshlet " + std::to_string(result.meshlet) + ": " +
+                      error_text(result.error));
+    case BlobProblem::inconsistent:
+      throw Malformed("meshlet " + std::to_string(result.meshlet) +
+                      ": a shared vertex differs from its owner's");
+    case BlobProblem::too_many_vertices:
+      throw Malformed("the blob has more vertices than its header says");
+    case BlobProblem::too_few_vertices:
+      throw Malformed("the blob has fewer vertices than its header says");
   }
 }
 

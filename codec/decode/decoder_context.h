@@ -18,16 +18,19 @@ class Decoder {
 
   const BlobHeader& header() const { return header_; }
 
-  // Decodes meshlet m; its triangles and values lie in the returned decoder until the next call. Throws Malformed.
+  // Decodes meshlet m; its triangles and values lie in the returned decoder until the next call.
+  // Throws Malformed.
   MeshletDecoder& meshlet(uint32_t m);
 
   // Decodes everything. triangles: 3 * triangle_count vertex numbers. For each stream, one of:
-  // integers[s]: vertex_count x components, or values[s]: vertex_count x value_components (float, or uint32 for INTEGER).
-  // Null entries are left out. Throws Malformed, also where the blob's counts are not those of its header.
+  // integers[s]: vertex_count x components, or values[s]: vertex_count x value_components (float,
+  // or uint32 for INTEGER). Null entries are left out. Throws Malformed, also where the blob's
+  // counts are not those of its header.
   void decode(uint32_t* triangles, uint32_t* const* integers, void* const* values);
 
-  // Throws Malformed unless the blob is valid. Finds, beyond what decode does, corners that take too many hops and shared vertices
-  // that differ between meshlets: each meshlet is decoded alone, as decode_meshlet does, and compared with those it refers to.
+  // Throws Malformed unless the blob is valid. Finds, beyond what decode does, corners that take
+  // too many hops and shared vertices that differ between meshlets: each meshlet is decoded alone,
+  // as decode_meshlet does, and compared with those it refers to.
   void validate();
 
  private:

@@ -1,9 +1,11 @@
-// Decoder D: the triangles of a meshlet from its CLERS symbols with one lane per triangle and O(1) steps per lane (spec, appendix
-// A.6). Written once for C++17 and GLSL like meshlet_decoder.glsl, whose masks it uses.
+// Decoder D: the triangles of a meshlet from its CLERS symbols with one lane per triangle and O(1)
+// steps per lane (spec, appendix A.6). Written once for C++17 and GLSL like meshlet_decoder.glsl,
+// whose masks it uses.
 //
-// A lane runs parallel_step_0 .. 7 with its number; between two steps all lanes must have finished the first (barrier() in GLSL).
-// Lanes 0 .. 63 are one per triangle; where a workgroup has fewer, each lane runs several numbers. C++ runs one after another.
-// The includer provides, besides the masks:
+// A lane runs parallel_step_0 .. 7 with its number; between two steps all lanes must have finished
+// the first (barrier() in GLSL). Lanes 0 .. 63 are one per triangle; where a workgroup has fewer,
+// each lane runs several numbers. C++ runs one after another. The includer provides, besides the
+// masks:
 //   SHARED                          storage that all lanes see (shared in GLSL)
 //   OR_MASK(target, mask)           target |= mask, atomically
 //   ADD(target, value)              target += value, atomically
@@ -12,28 +14,30 @@
 //
 // Results: TRIANGLES as decode_triangles gives them, closing_ends, and interior_ids.
 //
-// How it works: the outline of a component, walked from the root gate's b to its a, is a string of `m` (a vertex is pushed) and `c`
-// (one is popped again: it is interior). Levels of the S-E nesting find the E that ends each subtree, counts of what was pushed
-// before find the place of every triangle's subtree in the outline, and parenthesis depths find which vertex stands at a place.
+// How it works: the outline of a component, walked from the root gate's b to its a, is a string of
+// `m` (a vertex is pushed) and `c` (one is popped again: it is interior). Levels of the S-E nesting
+// find the E that ends each subtree, counts of what was pushed before find the place of every
+// triangle's subtree in the outline, and parenthesis depths find which vertex stands at a place.
 
-#define LEVELS 66u                         // S-E levels and outline depths: at most 64 each, and one guard at both ends
+#define LEVELS 66u  // S-E levels and outline depths: at most 64 each, and one guard at both ends
 
-SHARED mask64 level_ends[LEVELS];          // per S-E level: the E's after which it is reached
-SHARED uint left_pushes[64];               // per E: C's and L's that it resolves
-SHARED mask64 closing_ends;                // the E's that end a component
-SHARED mask64 pops[2];                     // outline places of the c's
-SHARED mask64 interior_ids;                // the vertices that they pop
-SHARED uint split_before[65];              // per triangle: the S whose left subtree it begins, and 64 where it begins none
-SHARED mask64 depth_pushes_low[LEVELS];    // per parenthesis depth: outline places of the m's, 0 .. 63
-SHARED mask64 depth_pushes_high[LEVELS];   //   and 64 .. 127
+SHARED mask64 level_ends[LEVELS];  // per S-E level: the E's after which it is reached
+SHARED uint left_pushes[64];       // per E: C's and L's that it resolves
+SHARED mask64 closing_ends;        // the E's that end a component
+SHARED mask64 pops[2];             // outline places of the c's
+SHARED mask64 interior_ids;        // the vertices that they pop
+SHARED uint split_before[65];  // per triangle: the S whose left subtree it begins, and 64 where it
+                               // begins none
+SHARED mask64
+    depth_pushes_low[LEVELS];  // per parenthesis depth: outline places of the m's, 0 .. 63
+SHARED mask64 depth_pushes_high[LEVELS];  //   and 64 .. 127
 
-uint components_of_symbols() {
-  return mask_count(symbol_e) - mask_count(symbol_s);
-}
+uint components_of_symbols() { return mask_count(symbol_e) - mask_count(symbol_s); }
 
 // S-E level before triangle t; the components' roots count as pending splits.
 uint level_before(uint t) {
-  return components_of_symbols() + mask_count(symbol_s & mask_below(t)) - mask_count(symbol_e & mask_below(t));
+  return components_of_symbols() + mask_count(symbol_s & mask_below(t)) -
+         mask_count(symbol_e & mask_below(t));
 }
 
 // The E that ends the subtree of t, whose level is known; 64 and `error` if there is none.
@@ -46,24 +50,30 @@ uint subtree_end(uint t, uint level) {
 // First outline place of the subtree of t.
 uint outline_start(uint t) {
   uint ends = mask_count(symbol_e & mask_below(t));
-  return mask_count(symbol_r & mask_below(t)) + 2u * ends + left_pushes[ends & 63u] + mask_count(closing_ends & mask_below(t));
+  return mask_count(symbol_r & mask_below(t)) + 2u * ends + left_pushes[ends & 63u] +
+         mask_count(closing_ends & mask_below(t));
 }
 
 uint pops_up_to(uint place) {
-  return mask_count(pops[0] & mask_below(place + 1u)) + (place >= 64u ? mask_count(pops[1] & mask_below(place - 63u)) : 0u);
+  return mask_count(pops[0] & mask_below(place + 1u)) +
+         (place >= 64u ? mask_count(pops[1] & mask_below(place - 63u)) : 0u);
 }
 
-uint outline_depth(uint place) {
-  return place - 2u * pops_up_to(place);
-}
+uint outline_depth(uint place) { return place - 2u * pops_up_to(place); }
 
 // The vertex at an outline place: the last one pushed at its depth.
 uint outline_vertex(uint place) {
   uint depth = outline_depth(place);
-  if (place > 127u || depth >= LEVELS) { error = ERROR_CLERS; return 0u; }
+  if (place > 127u || depth >= LEVELS) {
+    error = ERROR_CLERS;
+    return 0u;
+  }
   mask64 high = place >= 64u ? depth_pushes_high[depth] & mask_below(place - 63u) : mask_none();
   mask64 low = depth_pushes_low[depth] & mask_below(place + 1u);
-  if (!mask_any(high) && !mask_any(low)) { error = ERROR_CLERS; return 0u; }
+  if (!mask_any(high) && !mask_any(low)) {
+    error = ERROR_CLERS;
+    return 0u;
+  }
   uint pushed = mask_any(high) ? 64u + mask_msb(high) : mask_msb(low);
   return pushed - pops_up_to(pushed);
 }
@@ -87,8 +97,10 @@ void parallel_step_0(uint t) {
 void parallel_step_1(uint t) {
   if (t >= triangle_count || !mask_test(symbol_e, t)) return;
   uint level = level_before(t + 1u);
-  if (level >= LEVELS) error = ERROR_CLERS;
-  else OR_MASK(level_ends[level], mask_bit(t));
+  if (level >= LEVELS)
+    error = ERROR_CLERS;
+  else
+    OR_MASK(level_ends[level], mask_bit(t));
 }
 
 void parallel_step_2(uint t) {
@@ -96,13 +108,15 @@ void parallel_step_2(uint t) {
   uint level = level_before(t);
   uint end = subtree_end(t, level);
   if (end == 64u) return;
-  if (!mask_test(symbol_r | symbol_e | symbol_s, t)) ADD(left_pushes[mask_count(symbol_e & mask_below(end))], 1u);
-  bool closes = mask_test(symbol_e, t) && level - 1u < components_of_symbols() && mask_lsb(level_ends[level - 1u]) == t;
+  if (!mask_test(symbol_r | symbol_e | symbol_s, t))
+    ADD(left_pushes[mask_count(symbol_e & mask_below(end))], 1u);
+  bool closes = mask_test(symbol_e, t) && level - 1u < components_of_symbols() &&
+                mask_lsb(level_ends[level - 1u]) == t;
   if (closes) OR_MASK(closing_ends, mask_bit(t));
 }
 
-// left_pushes becomes its exclusive prefix sum. One lane does it, for the few E's that there are; a workgroup that has a scan at
-// hand may use that instead.
+// left_pushes becomes its exclusive prefix sum. One lane does it, for the few E's that there are; a
+// workgroup that has a scan at hand may use that instead.
 void parallel_step_3(uint t) {
   if (t != 0u || error != ERROR_NONE) return;
   uint sum = 0u;
@@ -116,20 +130,30 @@ void parallel_step_3(uint t) {
 void parallel_step_4(uint t) {
   if (t >= triangle_count || error != ERROR_NONE || !mask_test(symbol_c, t)) return;
   uint place = outline_start(t) + subtree_end(t, level_before(t)) - t + 2u;
-  if (place > 127u) error = ERROR_CLERS;
-  else OR_MASK(pops[place >> 6], mask_bit(place & 63u));
+  if (place > 127u)
+    error = ERROR_CLERS;
+  else
+    OR_MASK(pops[place >> 6], mask_bit(place & 63u));
 }
 
 void parallel_step_5(uint t) {
   uint length = triangle_count + 2u * components_of_symbols();
   if (error != ERROR_NONE) return;
-  if (length > 128u) { error = ERROR_CLERS; return; }
+  if (length > 128u) {
+    error = ERROR_CLERS;
+    return;
+  }
   for (uint place = t; place < length; place += 64u) {
     if (mask_test(pops[place >> 6], place & 63u)) continue;
     uint depth = outline_depth(place);
-    if (depth >= LEVELS) { error = ERROR_CLERS; return; }
-    if (place < 64u) OR_MASK(depth_pushes_low[depth], mask_bit(place));
-    else OR_MASK(depth_pushes_high[depth], mask_bit(place - 64u));
+    if (depth >= LEVELS) {
+      error = ERROR_CLERS;
+      return;
+    }
+    if (place < 64u)
+      OR_MASK(depth_pushes_low[depth], mask_bit(place));
+    else
+      OR_MASK(depth_pushes_high[depth], mask_bit(place - 64u));
   }
 }
 
@@ -162,7 +186,9 @@ void parallel_step_7(uint t) {
   if (t >= triangle_count || error != ERROR_NONE) return;
   uint across = NO_VERTEX;
   uint split = split_before[t];
-  if (split < 64u) across = TRIANGLES[split] >> 8;
-  else if (t > 0u && !mask_test(closing_ends, t - 1u)) across = TRIANGLES[t - 1u] >> (mask_test(symbol_r, t - 1u) ? 8 : 0);
+  if (split < 64u)
+    across = TRIANGLES[split] >> 8;
+  else if (t > 0u && !mask_test(closing_ends, t - 1u))
+    across = TRIANGLES[t - 1u] >> (mask_test(symbol_r, t - 1u) ? 8 : 0);
   TRIANGLES[t] = (TRIANGLES[t] & 0x00FFFFFFu) | across << 24;
 }

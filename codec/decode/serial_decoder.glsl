@@ -1,37 +1,43 @@
-// The single-lane meshlet decoder of EXT_meshlet_edgebreaker, written once for C++17 and GLSL (spec, appendix A).
+// The single-lane meshlet decoder of EXT_meshlet_edgebreaker, written once for C++17 and GLSL
+// (spec, appendix A).
 //
-// C++ includes this file inside a struct, so that its file-scope variables become members (gltf_ext/src/decoder.h); GLSL includes
-// it at file scope. The includer provides, before the include:
+// C++ includes this file inside a struct, so that its file-scope variables become members
+// (gltf_ext/src/decoder.h); GLSL includes it at file scope. The includer provides, before the
+// include:
 //   small_uint                     an integer type that holds 0..255 (uint in GLSL)
-//   index_uint                     for subscripts: uint in GLSL, as wide as addresses in C++, which then needs no extensions
-//   INLINE                         to go before a function of which each call shall be compiled on its own (empty in GLSL)
-//   HEADER_IN                      how a Header is passed: by value, or by reference where the language has it
-//   mask64                         64 bits with & | ^ ~ (uvec2 in GLSL, x = low half), and
-//   mask_none() mask_bit(i) mask_below(n <= 64) mask_test(m, i) mask_any(m) mask_count(m) mask_lsb(m) mask_msb(m)
+//   index_uint                     for subscripts: uint in GLSL, as wide as addresses in C++, which
+//   then needs no extensions INLINE                         to go before a function of which each
+//   call shall be compiled on its own (empty in GLSL) HEADER_IN                      how a Header
+//   is passed: by value, or by reference where the language has it mask64 64 bits with & | ^ ~
+//   (uvec2 in GLSL, x = low half), and mask_none() mask_bit(i) mask_below(n <= 64) mask_test(m, i)
+//   mask_any(m) mask_count(m) mask_lsb(m) mask_msb(m)
 //                                  mask_clear_lsb(m) mask_shl1(m)
 //                                  (mask_lsb of an empty mask gives 64, mask_msb 64 or more)
 //   load_word(i)                   32-bit word i of the blob, 0 beyond its end
 //   load_bits(p, n)                n <= 32 bits at bit p, 0 beyond the end
 //   load_mask(p, n)                n <= 64 bits at bit p
-//   load_inside(p, n)              the same, where the caller has made sure that the bits lie inside
-//   mask_scatter(bits, m)          the lowest bits of `bits` at the places of m's ones
+//   load_inside(p, n)              the same, where the caller has made sure that the bits lie
+//   inside mask_scatter(bits, m)          the lowest bits of `bits` at the places of m's ones
 //   UnaryReader                    a place in a unary plane, with its bit position `cursor`, and
 //   seek_unary(p), skip_unary(reader, n)
-//   read_rice(n, k, low)           n Rice codes of parameter k to `residuals`, undone by unzigzag: quotients from the UnaryReader `unary` on,
+//   read_rice(n, k, low)           n Rice codes of parameter k to `residuals`, undone by unzigzag:
+//   quotients from the UnaryReader `unary` on,
 //                                  low bits, which lie inside, from bit position `low` on
-//                                  past the blob's end, or after more than MAX_QUOTIENT zeros in a row, both set `error`
-//   choose(condition, a, b)        condition ? a : b, of two uints or mask64s, without a branch: for conditions that nothing foretells
-//   divide(x, n)                   x / n, where 0 < n <= 64 and x < n << 25
-//   max(a, b)                      of two uints
-//   FOREIGN_LENGTH(owner, slot)    read_foreign_length, or a table that holds the same
-//   APEX(t), SET_APEX(t, v), TRIANGLE(t)
-//                                  optional: storage of the apices and the packed triangles, in place of arrays of its own
+//                                  past the blob's end, or after more than MAX_QUOTIENT zeros in a
+//                                  row, both set `error`
+//   choose(condition, a, b)        condition ? a : b, of two uints or mask64s, without a branch:
+//   for conditions that nothing foretells divide(x, n)                   x / n, where 0 < n <= 64
+//   and x < n << 25 max(a, b)                      of two uints FOREIGN_LENGTH(owner, slot)
+//   read_foreign_length, or a table that holds the same APEX(t), SET_APEX(t, v), TRIANGLE(t)
+//                                  optional: storage of the apices and the packed triangles, in
+//                                  place of arrays of its own
 //   MAX_STREAMS, MAX_LANES         capacity: streams of the blob, and sum of their components
 //
-// Use: load_streams(first, end) once per blob, then decode_meshlet(m). Results: `triangle_count`, packed `triangles`,
-// `vertex_count`, `values[lane * 64 + local id]`. `error` != 0 says that the meshlet is malformed; nothing else is then valid.
-// Hostile bytes: every index below is bounded by a mask of 64 bits or by a count checked before use; no loop runs longer than
-// 64 x MAX_LANES steps apart from the unary reader, which the includer bounds by the blob's end.
+// Use: load_streams(first, end) once per blob, then decode_meshlet(m). Results: `triangle_count`,
+// packed `triangles`, `vertex_count`, `values[lane * 64 + local id]`. `error` != 0 says that the
+// meshlet is malformed; nothing else is then valid. Hostile bytes: every index below is bounded by
+// a mask of 64 bits or by a count checked before use; no loop runs longer than 64 x MAX_LANES steps
+// apart from the unary reader, which the includer bounds by the blob's end.
 
 #define NO_VERTEX 255u
 #define NO_MESHLET 0xFFFFFFFFu
@@ -39,14 +45,14 @@
 #define MAX_QUOTIENT 16383u
 
 #define ERROR_NONE 0u
-#define ERROR_OFFSET 1u        // a meshlet number or data offset lies outside the blob
-#define ERROR_CLERS 2u         // the symbols do not describe disks
-#define ERROR_VERTICES 3u      // more than 64 vertices
-#define ERROR_REFERENCES 4u    // masks overlap, or lengths do not sum to the boundary loop
-#define ERROR_OWNER 5u         // a reference leads to no owned reference of an earlier or the same meshlet
-#define ERROR_HOPS 6u          // a corner needs more than MAX_HOPS hops
-#define ERROR_CODE 7u          // Rice parameter above 31
-#define ERROR_UNARY 8u         // data run past the end of the blob, or a quotient is above MAX_QUOTIENT
+#define ERROR_OFFSET 1u      // a meshlet number or data offset lies outside the blob
+#define ERROR_CLERS 2u       // the symbols do not describe disks
+#define ERROR_VERTICES 3u    // more than 64 vertices
+#define ERROR_REFERENCES 4u  // masks overlap, or lengths do not sum to the boundary loop
+#define ERROR_OWNER 5u  // a reference leads to no owned reference of an earlier or the same meshlet
+#define ERROR_HOPS 6u   // a corner needs more than MAX_HOPS hops
+#define ERROR_CODE 7u   // Rice parameter above 31
+#define ERROR_UNARY 8u  // data run past the end of the blob, or a quotient is above MAX_QUOTIENT
 
 #define FLAG_LOOPS 1u
 #define FLAG_PRIVATE 2u
@@ -61,25 +67,26 @@
 
 uint error;
 
-// ---- the blob -------------------------------------------------------------------------------------------------------------------
+// --- the blob ---
 
-uint stream_total;                          // streams in the blob
-uint stream_first;                          // streams [stream_first, stream_end) are decoded; the others are only skipped
+uint stream_total;  // streams in the blob
+uint stream_first;  // streams [stream_first, stream_end) are decoded; the others are only skipped
 uint stream_end;
 uint meshlet_total;
 uint byte_length;
 uint data_offset;
-uint group_table;                           // word index
-uint directory;                             // word index
+uint group_table;  // word index
+uint directory;    // word index
 small_uint stream_components[MAX_STREAMS];
 small_uint stream_predictor[MAX_STREAMS];
 small_uint stream_chain_base[MAX_STREAMS];
 small_uint stream_interior_base[MAX_STREAMS];
-uint stream_mask[MAX_STREAMS];              // (1 << bits) - 1
+uint stream_mask[MAX_STREAMS];  // (1 << bits) - 1
 small_uint stream_bits[MAX_STREAMS];
-small_uint stream_lane[MAX_STREAMS];        // first lane of a decoded stream
+small_uint stream_lane[MAX_STREAMS];  // first lane of a decoded stream
 
-// Reads the header; the includer has checked it (validate_header), so that all tables lie inside the blob.
+// Reads the header; the includer has checked it (validate_header), so that all tables lie inside
+// the blob.
 void load_tables() {
   stream_total = (load_word(1u) >> 8) & 255u;
   meshlet_total = load_word(4u);
@@ -110,17 +117,17 @@ void load_streams(uint first, uint end) {
   }
 }
 
-// ---- a meshlet's header and references (sections A and B) -------------------------------------------------------------------------
+// --- a meshlet's header and references (sections A and B) ---
 
 struct Header {
   uint meshlet;
   uint triangles;
   uint references;
   uint flags;
-  uint begin;           // bit positions: section A,
-  uint lengths;         //   the stored lengths,
-  uint entries;         //   the foreign references' entries,
-  uint codes;           //   section C
+  uint begin;    // bit positions: section A,
+  uint lengths;  //   the stored lengths,
+  uint entries;  //   the foreign references' entries,
+  uint codes;    //   section C
   uint length_width;
   uint delta_width;
   uint slot_width;
@@ -128,7 +135,7 @@ struct Header {
   mask64 foreign_refs;
   mask64 private_refs;
   mask64 owned_refs;
-  mask64 sized_refs;    // references whose length is stored
+  mask64 sized_refs;  // references whose length is stored
   mask64 loop_ends;
 };
 
@@ -137,7 +144,8 @@ mask64 lone_references(mask64 loop_ends) {
   return loop_ends & (mask_shl1(loop_ends) | mask_bit(0u));
 }
 
-// The meshlet's header; sets `error` where it is malformed (the returned counts are bounded even so).
+// The meshlet's header; sets `error` where it is malformed (the returned counts are bounded even
+// so).
 Header read_header(uint m) {
   Header h;
   uint group = group_table + 2u * (m >> 5);
@@ -158,7 +166,9 @@ Header read_header(uint m) {
   h.delta_width = widths & 31u;
   h.slot_width = (widths >> 8) & 7u;
   h.begin = 8u * (data_offset + base + offset);
-  uint p = h.begin + 2u * h.triangles + mask_count(load_mask(h.begin, h.triangles) & load_mask(h.begin + h.triangles, h.triangles));
+  uint p =
+      h.begin + 2u * h.triangles +
+      mask_count(load_mask(h.begin, h.triangles) & load_mask(h.begin + h.triangles, h.triangles));
   uint r = h.references;
   mask64 all = mask_below(r);
   h.foreign_refs = mask_none();
@@ -189,7 +199,8 @@ Header read_header(uint m) {
   h.lengths = p;
   p += h.length_width * mask_count(h.sized_refs);
   h.entries = p;
-  h.entry_width = h.delta_width + h.slot_width + ((h.flags & FLAG_SEAMS) != 0u ? stream_total - 1u : 0u);
+  h.entry_width =
+      h.delta_width + h.slot_width + ((h.flags & FLAG_SEAMS) != 0u ? stream_total - 1u : 0u);
   h.codes = p + h.entry_width * mask_count(h.foreign_refs);
   return h;
 }
@@ -212,7 +223,9 @@ mask64 seam_references(HEADER_IN h, uint s) {
 }
 
 uint stored_length(HEADER_IN h, uint r) {
-  return load_bits(h.lengths + h.length_width * mask_count(h.sized_refs & mask_below(r)), h.length_width) + 1u;
+  return load_bits(h.lengths + h.length_width * mask_count(h.sized_refs & mask_below(r)),
+                   h.length_width) +
+         1u;
 }
 
 // First reference of the loop that r belongs to, and the neighbours of r in that loop.
@@ -227,10 +240,11 @@ uint previous_reference(HEADER_IN h, uint r) {
   return r == loop_begin(h, r) ? mask_lsb(h.loop_ends & ~mask_below(r)) : r - 1u;
 }
 
-// The corners that are stored for a stream whose seam references are `seams`: both neighbours bring their own values.
+// The corners that are stored for a stream whose seam references are `seams`: both neighbours bring
+// their own values.
 mask64 stored_corners(HEADER_IN h, mask64 seams) {
   mask64 own = (mask_below(h.references) & ~h.foreign_refs) | seams;
-  mask64 before = mask_shl1(own & ~h.loop_ends);     // bit j: reference j - 1 of the same loop is own
+  mask64 before = mask_shl1(own & ~h.loop_ends);  // bit j: reference j - 1 of the same loop is own
   uint first = 0u;
   for (mask64 rest = h.loop_ends; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint last = mask_lsb(rest);
@@ -240,24 +254,24 @@ mask64 stored_corners(HEADER_IN h, mask64 seams) {
   return own & before;
 }
 
-// ---- a meshlet's codes and section positions (C to G) ------------------------------------------------------------------------------
+// --- a meshlet's codes and section positions (C to G) ---
 
-small_uint chain_code[MAX_STREAMS];        // Rice parameter, or CODE_FIXED
+small_uint chain_code[MAX_STREAMS];  // Rice parameter, or CODE_FIXED
 small_uint interior_code[MAX_STREAMS];
-uint chain_widths[MAX_STREAMS];            // bit position of the 5-bit widths of a fixed code
+uint chain_widths[MAX_STREAMS];  // bit position of the 5-bit widths of a fixed code
 uint interior_widths[MAX_STREAMS];
 uint anchor_position[MAX_STREAMS];
 small_uint anchor_count[MAX_STREAMS];
-uint chain_low[MAX_STREAMS];               // bit position of section E for the stream
-uint chain_total;                          // inner vertices of all owned references
-uint chain_unary;                          // bit position of section F
+uint chain_low[MAX_STREAMS];  // bit position of section E for the stream
+uint chain_total;             // inner vertices of all owned references
+uint chain_unary;             // bit position of section F
 
 uint width_field(uint position) {
   uint w = load_bits(position, 5u);
   return w == 31u ? 32u : w;
 }
 
-uint code_cursor;                          // bit position, moved by read_code
+uint code_cursor;  // bit position, moved by read_code
 
 uint read_code(uint s, uint base) {
   uint code = load_bits(code_cursor, 3u);
@@ -278,7 +292,8 @@ uint low_bits(uint s, uint code, uint widths) {
   return sum;
 }
 
-// Finds all sections of the meshlet. `loops`: its number of components, needed only where it has no references.
+// Finds all sections of the meshlet. `loops`: its number of components, needed only where it has no
+// references.
 void find_sections(HEADER_IN h, uint loops) {
   bool chains = mask_any(h.owned_refs);
   code_cursor = h.codes;
@@ -297,7 +312,8 @@ void find_sections(HEADER_IN h, uint loops) {
   uint p = code_cursor;
   uint count = loops;
   for (uint s = 0u; s < stream_total; s++) {
-    if (h.references > 0u && (s == 0u || (h.flags & FLAG_SEAMS) != 0u)) count = mask_count(stored_corners(h, seam_references(h, s)));
+    if (h.references > 0u && (s == 0u || (h.flags & FLAG_SEAMS) != 0u))
+      count = mask_count(stored_corners(h, seam_references(h, s)));
     anchor_position[s] = p;
     anchor_count[s] = small_uint(count);
     if (count > 0u) p += stream_components[s] * stream_bits[s];
@@ -310,15 +326,14 @@ void find_sections(HEADER_IN h, uint loops) {
   chain_unary = p;
 }
 
-// ---- values --------------------------------------------------------------------------------------------------------------------
+// --- values ---
 
-uint values[MAX_LANES * 64];               // values[lane * 64 + local id]
+uint values[MAX_LANES * 64];  // values[lane * 64 + local id]
 
-uint unzigzag(uint u) {
-  return (u >> 1) ^ (0u - (u & 1u));
-}
+uint unzigzag(uint u) { return (u >> 1) ^ (0u - (u & 1u)); }
 
-// Writes anchor `index` of every stream in [begin, end) as the value of `vertex`; find_sections has run for its meshlet.
+// Writes anchor `index` of every stream in [begin, end) as the value of `vertex`; find_sections has
+// run for its meshlet.
 void read_anchor(uint index, uint vertex, uint begin, uint end) {
   for (uint s = begin; s < end; s++) {
     uint p = anchor_position[s];
@@ -334,24 +349,31 @@ void read_anchor(uint index, uint vertex, uint begin, uint end) {
   }
 }
 
-UnaryReader unary;                         // where the next quotient is read
-uint residuals[256];                       // of one stream, vertex by vertex
+UnaryReader unary;    // where the next quotient is read
+uint residuals[256];  // of one stream, vertex by vertex
 
-// Reads the residuals of `count` <= 64 vertices of stream s: low bits from bit position `low` on, quotients where the unary reader
-// stands.
+// Reads the residuals of `count` <= 64 vertices of stream s: low bits from bit position `low` on,
+// quotients where the unary reader stands.
 void read_residuals(uint s, uint count, uint code, uint widths, uint low) {
   uint components = stream_components[s];
   uint step = low_bits(s, code, widths);
-  if (low + count * step > 8u * (byte_length - 8u)) { error = ERROR_UNARY; return; }
-  if (code != CODE_FIXED) { read_rice(count * components, code, low); return; }
+  if (low + count * step > 8u * (byte_length - 8u)) {
+    error = ERROR_UNARY;
+    return;
+  }
+  if (code != CODE_FIXED) {
+    read_rice(count * components, code, low);
+    return;
+  }
   for (uint c = 0u; c < components; c++) {
     uint width = width_field(widths + 5u * c);
-    for (uint i = 0u; i < count; i++) residuals[i * components + c] = unzigzag(load_inside(low + i * step, width));
+    for (uint i = 0u; i < count; i++)
+      residuals[i * components + c] = unzigzag(load_inside(low + i * step, width));
     low += width;
   }
 }
 
-// ---- connectivity (section A) ----------------------------------------------------------------------------------------------------
+// --- connectivity (section A) ---
 
 mask64 symbol_r;
 mask64 symbol_e;
@@ -360,20 +382,21 @@ mask64 symbol_s;
 uint triangle_count;
 uint vertex_count;
 uint component_count;
-mask64 component_starts;                   // triangles that begin a component
-mask64 boundary;                           // local ids on the boundary
+mask64 component_starts;  // triangles that begin a component
+mask64 boundary;          // local ids on the boundary
 #ifndef APEX
 #define APEX(t) apex[t]
 #define SET_APEX(t, v) apex[t] = small_uint(v)
 small_uint apex[64];
 #endif
-small_uint component_first[65];            // first local id of a component; one more at the end
-small_uint component_gate[64];             // the root gate's a
+small_uint component_first[65];  // first local id of a component; one more at the end
+small_uint component_gate[64];   // the root gate's a
 #ifndef TRIANGLE
 #define TRIANGLE(t) triangles[t]
 uint triangles[64];
 #endif
-// TRIANGLE(t) is packed local ids: gate a | b << 8 | apex v << 16 | o << 24; o: the vertex across the gate
+// TRIANGLE(t) is packed local ids: gate a | b << 8 | apex v << 16 | o << 24; o: the vertex across
+// the gate
 
 void read_symbols(uint begin, uint count) {
   mask64 p0 = load_mask(begin, count);
@@ -386,14 +409,15 @@ void read_symbols(uint begin, uint count) {
   symbol_s = mask_scatter(left_or_split, p0 & p1);
 }
 
-// Decoder B, first half: the apex of every triangle from the symbols, with two masks in place of linked lists. A strip runs to the
-// next E and pushes its vertices; then the triangles that waited for their right subtree resolve, latest first.
+// Decoder B, first half: the apex of every triangle from the symbols, with two masks in place of
+// linked lists. A strip runs to the next E and pushes its vertices; then the triangles that waited
+// for their right subtree resolve, latest first.
 void decode_apexes() {
   mask64 alive = mask_none();
-  mask64 pushed = mask_none();             // by R
+  mask64 pushed = mask_none();  // by R
   mask64 pending = mask_none();
   bool fresh = true;
-  uint count = 0u;                         // vertices so far
+  uint count = 0u;  // vertices so far
   uint t = 0u;
   component_starts = mask_none();
   component_count = 0u;
@@ -401,7 +425,10 @@ void decode_apexes() {
   boundary = mask_none();
   while (t < triangle_count) {
     if (fresh) {
-      if (count >= 64u) { error = ERROR_VERTICES; return; }
+      if (count >= 64u) {
+        error = ERROR_VERTICES;
+        return;
+      }
       component_starts = component_starts | mask_bit(t);
       component_first[component_count] = small_uint(count);
       component_count++;
@@ -410,11 +437,17 @@ void decode_apexes() {
     }
     fresh = true;
     mask64 ends = symbol_e & ~mask_below(t);
-    if (!mask_any(ends)) { error = ERROR_CLERS; return; }
+    if (!mask_any(ends)) {
+      error = ERROR_CLERS;
+      return;
+    }
     uint q = mask_lsb(ends);
     mask64 strip = mask_below(q) & ~mask_below(t);
     mask64 pushes = strip & symbol_r;
-    if (count + mask_count(pushes) + 2u > 64u) { error = ERROR_VERTICES; return; }
+    if (count + mask_count(pushes) + 2u > 64u) {
+      error = ERROR_VERTICES;
+      return;
+    }
     pending = pending | (strip & ~symbol_r);
     uint after = count + mask_count(pushes);
     mask64 ids = mask_below(after) & ~mask_below(count);
@@ -442,8 +475,14 @@ void decode_apexes() {
       resolved = resolved & ~mask_bit(u);
     }
     uint last = mask_msb(alive);
-    if (empty || last >= 64u) { error = ERROR_CLERS; return; }
-    if (count > 64u) { error = ERROR_VERTICES; return; }
+    if (empty || last >= 64u) {
+      error = ERROR_CLERS;
+      return;
+    }
+    if (count > 64u) {
+      error = ERROR_VERTICES;
+      return;
+    }
     if (fresh) {
       component_gate[component_count - 1u] = small_uint(last);
     } else {
@@ -451,7 +490,10 @@ void decode_apexes() {
       pending = pending & ~mask_bit(split);
     }
   }
-  if (!fresh) { error = ERROR_CLERS; return; }
+  if (!fresh) {
+    error = ERROR_CLERS;
+    return;
+  }
   for (mask64 rest = symbol_r; mask_any(rest); rest = mask_clear_lsb(rest)) {
     SET_APEX(mask_lsb(rest), mask_lsb(pushed));
     pushed = mask_clear_lsb(pushed);
@@ -461,18 +503,17 @@ void decode_apexes() {
   boundary = alive;
 }
 
-uint pack4(uint x, uint y, uint z, uint w) {
-  return x | y << 8 | z << 16 | w << 24;
-}
+uint pack4(uint x, uint y, uint z, uint w) { return x | y << 8 | z << 16 | w << 24; }
 
-// The triangles that introduce a vertex v (interior or private), in residual order; o = NO_VERTEX: no triangle across the gate.
+// The triangles that introduce a vertex v (interior or private), in residual order; o = NO_VERTEX:
+// no triangle across the gate.
 uint traversed_count;
-uint traversed[65];                        // one more than can be: list_with_private writes before it counts
+uint traversed[65];  // one more than can be: list_with_private writes before it counts
 
 // Every C introduces a vertex.
 void list_interior() {
   uint count = 0u;
-  bool distinct = true;                    // the first C that pops too much, even from another component, has a == b
+  bool distinct = true;  // the first C that pops too much, even from another component, has a == b
   for (mask64 rest = symbol_c; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint triangle = TRIANGLE(mask_lsb(rest));
     traversed[count] = triangle;
@@ -483,8 +524,8 @@ void list_interior() {
   if (!distinct) error = ERROR_CLERS;
 }
 
-// Other triangles only introduce `waiting` boundary ids, and so does a root gate: its a is predicted from b alone, as all predictors
-// do for a triangle of which all vertices are b.
+// Other triangles only introduce `waiting` boundary ids, and so does a root gate: its a is
+// predicted from b alone, as all predictors do for a triangle of which all vertices are b.
 void list_with_private(mask64 waiting) {
   uint count = 0u;
   for (uint t = 0u; t < triangle_count; t++) {
@@ -511,9 +552,10 @@ void list_traversed(mask64 known) {
   if (mask_any(boundary & ~known)) list_with_private(boundary & ~known);
 }
 
-// Decoder B, second half: all triangles in stream order, strip by strip, with the gate in registers.
+// Decoder B, second half: all triangles in stream order, strip by strip, with the gate in
+// registers.
 void decode_triangles() {
-  mask64 splits = symbol_s;                // whose left subtrees are still to come
+  mask64 splits = symbol_s;  // whose left subtrees are still to come
   uint a = 0u;
   uint b = 0u;
   uint o = 0u;
@@ -526,11 +568,12 @@ void decode_triangles() {
       o = NO_VERTEX;
       component++;
     }
-    uint end = mask_lsb(symbol_e & ~mask_below(t));   // there is one: decode_apexes has seen to it
+    uint end = mask_lsb(symbol_e & ~mask_below(t));  // there is one: decode_apexes has seen to it
     for (; t <= end; t++) {
       uint v = APEX(t);
       TRIANGLE(t) = pack4(a, b, v, o);
-      bool right = mask_test(symbol_r, t);            // the next gate is (a, v) after R, (v, b) after C, L and S
+      bool right =
+          mask_test(symbol_r, t);  // the next gate is (a, v) after R, (v, b) after C, L and S
       o = choose(right, b, a);
       b = choose(right, v, b);
       a = choose(right, a, v);
@@ -546,19 +589,17 @@ void decode_triangles() {
   }
 }
 
-// ---- boundaries ------------------------------------------------------------------------------------------------------------------
+// --- boundaries ---
 
-small_uint loop_vertex[64];                // boundary ids in loop order
-small_uint reference_rank[64];             // a reference's first place in loop_vertex
+small_uint loop_vertex[64];     // boundary ids in loop order
+small_uint reference_rank[64];  // a reference's first place in loop_vertex
 small_uint reference_length[64];
-small_uint reference_end[64];              // local id of a reference's last vertex
-uint reference_owner[64];                  // foreign references: owner meshlet and
-small_uint reference_slot[64];             //   index among its owned references
+small_uint reference_end[64];   // local id of a reference's last vertex
+uint reference_owner[64];       // foreign references: owner meshlet and
+small_uint reference_slot[64];  //   index among its owned references
 
 // Local id of inner vertex i (1 .. length - 1) of reference r.
-uint inner_vertex(uint r, uint i) {
-  return loop_vertex[reference_rank[r] + i];
-}
+uint inner_vertex(uint r, uint i) { return loop_vertex[reference_rank[r] + i]; }
 
 // The owned reference in slot `slot`; 64 and `error` where there is none.
 uint slot_reference(HEADER_IN h, uint slot) {
@@ -568,17 +609,17 @@ uint slot_reference(HEADER_IN h, uint slot) {
   return mask_lsb(rest);
 }
 
-// Owner and slot in the entry at bit position `entry` of h; the owner is the same meshlet or an earlier one.
+// Owner and slot in the entry at bit position `entry` of h; the owner is the same meshlet or an
+// earlier one.
 uint entry_owner(HEADER_IN h, uint entry) {
   uint delta = load_bits(entry, h.delta_width);
   if (delta > h.meshlet) error = ERROR_OWNER;
   return delta > h.meshlet ? 0u : h.meshlet - delta;
 }
-uint entry_slot(HEADER_IN h, uint entry) {
-  return load_bits(entry + h.delta_width, h.slot_width);
-}
+uint entry_slot(HEADER_IN h, uint entry) { return load_bits(entry + h.delta_width, h.slot_width); }
 
-// Foreign vertices are looked up in their owner: the header and, if `located` is the same, the sections of the one visited last.
+// Foreign vertices are looked up in their owner: the header and, if `located` is the same, the
+// sections of the one visited last.
 Header visited;
 uint located;
 
@@ -610,12 +651,16 @@ void place_references(HEADER_IN h) {
     places++;
   }
   for (uint component = 0u; component < component_count; component++) {
-    mask64 ids = mask_below(component_first[component + 1u]) & ~mask_below(component_first[component]);
+    mask64 ids =
+        mask_below(component_first[component + 1u]) & ~mask_below(component_first[component]);
     uint length = mask_count(boundary & ids);
     uint begin = rank;
     bool more = h.references > 0u;
     while (more) {
-      if (r >= h.references || rank >= begin + length) { error = ERROR_REFERENCES; return; }
+      if (r >= h.references || rank >= begin + length) {
+        error = ERROR_REFERENCES;
+        return;
+      }
       uint n = length;
       if (mask_test(h.foreign_refs, r)) {
         reference_owner[r] = entry_owner(h, entry);
@@ -632,18 +677,25 @@ void place_references(HEADER_IN h) {
       reference_length[r] = small_uint(n);
       rank += n;
       more = !mask_test(h.loop_ends, r);
-      if (rank > begin + length) { error = ERROR_REFERENCES; return; }
+      if (rank > begin + length) {
+        error = ERROR_REFERENCES;
+        return;
+      }
       reference_end[r] = small_uint(more ? loop_vertex[rank & 63u] : loop_vertex[begin]);
       r++;
     }
-    if (h.references > 0u && rank != begin + length) { error = ERROR_REFERENCES; return; }
+    if (h.references > 0u && rank != begin + length) {
+      error = ERROR_REFERENCES;
+      return;
+    }
     rank = begin + length;
   }
   if (r != h.references) error = ERROR_REFERENCES;
 }
 
-mask64 seam_refs[MAX_STREAMS];             // of the opened meshlet, for every stream: its foreign references that bring their own values
-mask64 seamed_refs;                        // those that do so for any stream
+mask64 seam_refs[MAX_STREAMS];  // of the opened meshlet, for every stream: its foreign references
+                                // that bring their own values
+mask64 seamed_refs;             // those that do so for any stream
 
 void find_seams(HEADER_IN h) {
   seamed_refs = mask_none();
@@ -654,17 +706,16 @@ void find_seams(HEADER_IN h) {
 }
 
 // The foreign references that take stream s from their owner.
-mask64 shared_references(HEADER_IN h, uint s) {
-  return h.foreign_refs & ~seam_refs[s];
-}
+mask64 shared_references(HEADER_IN h, uint s) { return h.foreign_refs & ~seam_refs[s]; }
 
-// Chain vertices whose residuals come one after another: the vertex v between the chain's ends a and b, by v | a << 8 | b << 16, and
-// its place i of n by i | n << 8.
+// Chain vertices whose residuals come one after another: the vertex v between the chain's ends a
+// and b, by v | a << 8 | b << 16, and its place i of n by i | n << 8.
 uint chain_count;
 uint chain_ends[64];
 small_uint chain_place[64];
 
-// Adds the inner vertices of reference r. Backwards: from end to start, the direction of a foreign chain's owner.
+// Adds the inner vertices of reference r. Backwards: from end to start, the direction of a foreign
+// chain's owner.
 void list_chain(uint r, bool backwards) {
   uint n = reference_length[r];
   uint rank = reference_rank[r];
@@ -683,12 +734,14 @@ void list_chains(mask64 refs) {
   for (; mask_any(refs); refs = mask_clear_lsb(refs)) list_chain(mask_lsb(refs), false);
 }
 
-// Point i of n on the chord from a to b, rounded. Both have up to 24 bits, so that the bias keeps the dividend positive.
+// Point i of n on the chord from a to b, rounded. Both have up to 24 bits, so that the bias keeps
+// the dividend positive.
 INLINE uint chord(uint a, uint b, uint i, uint n) {
   return a + divide((b - a) * i + (n >> 1) + (n << 24), n) - (1u << 24);
 }
 
-// Values of the listed chain vertices for stream s: the residuals are added to the chord's point, or to a (COPY).
+// Values of the listed chain vertices for stream s: the residuals are added to the chord's point,
+// or to a (COPY).
 INLINE void predict_chain_lanes(uint s, bool copies, uint components) {
   index_uint lanes = stream_lane[s] * 64u;
   index_uint from = 0u;
@@ -712,21 +765,25 @@ INLINE void predict_chain_lanes(uint s, bool copies, uint components) {
 void predict_chains(uint s) {
   bool copies = stream_predictor[s] == PREDICT_COPY;
   uint components = stream_components[s];
-  if (!copies && components == 3u) predict_chain_lanes(s, false, 3u);
-  else if (!copies && components == 2u) predict_chain_lanes(s, false, 2u);
-  else predict_chain_lanes(s, copies, components);
+  if (!copies && components == 3u)
+    predict_chain_lanes(s, false, 3u);
+  else if (!copies && components == 2u)
+    predict_chain_lanes(s, false, 2u);
+  else
+    predict_chain_lanes(s, copies, components);
 }
 
-// Chain of the visited owner's reference `other`, for the streams that foreign reference r shares: the owner's first inner vertex
-// is r's last.
+// Chain of the visited owner's reference `other`, for the streams that foreign reference r shares:
+// the owner's first inner vertex is r's last.
 void read_foreign_chain(HEADER_IN h, uint r, uint other) {
   uint first = 0u;
-  for (mask64 rest = visited.owned_refs & mask_below(other); mask_any(rest); rest = mask_clear_lsb(rest))
+  for (mask64 rest = visited.owned_refs & mask_below(other); mask_any(rest);
+       rest = mask_clear_lsb(rest))
     first += stored_length(visited, mask_lsb(rest)) - 1u;
   uint count = reference_length[r] - 1u;
   chain_count = 0u;
   list_chain(r, true);
-  uint skipped = 0u;                       // unary codes up to the chain's next one
+  uint skipped = 0u;  // unary codes up to the chain's next one
   unary = seek_unary(chain_unary);
   for (uint s = 0u; s < stream_end; s++) {
     uint components = stream_components[s];
@@ -736,7 +793,8 @@ void read_foreign_chain(HEADER_IN h, uint r, uint other) {
         skip_unary(unary, skipped + first * components);
         skipped = (chain_total - first - count) * components;
       }
-      read_residuals(s, count, code, chain_widths[s], chain_low[s] + first * low_bits(s, code, chain_widths[s]));
+      read_residuals(s, count, code, chain_widths[s],
+                     chain_low[s] + first * low_bits(s, code, chain_widths[s]));
       predict_chains(s);
     } else if (code != CODE_FIXED) {
       skipped += chain_total * components;
@@ -744,9 +802,10 @@ void read_foreign_chain(HEADER_IN h, uint r, uint other) {
   }
 }
 
-// Corner at the start (at_end: at the end) of owned reference `slot` of meshlet `owner`, for streams from `s` on: follows references
-// to the meshlet that stores it and writes its values to `vertex`. Returns how many streams it served: all, or one where seams
-// on the way may lead the streams apart.
+// Corner at the start (at_end: at the end) of owned reference `slot` of meshlet `owner`, for
+// streams from `s` on: follows references to the meshlet that stores it and writes its values to
+// `vertex`. Returns how many streams it served: all, or one where seams on the way may lead the
+// streams apart.
 uint fetch_corner(uint owner, uint slot, bool at_end, uint vertex, uint s, bool apart) {
   for (uint hop = 0u; hop < MAX_HOPS; hop++) {
     visit(owner);
@@ -763,7 +822,10 @@ uint fetch_corner(uint owner, uint slot, bool at_end, uint vertex, uint s, bool 
       return end - s;
     }
     uint onward = at_end ? corner : previous_reference(visited, r);
-    if (!mask_test(visited.foreign_refs & ~seams, onward)) { error = ERROR_OWNER; return 1u; }
+    if (!mask_test(visited.foreign_refs & ~seams, onward)) {
+      error = ERROR_OWNER;
+      return 1u;
+    }
     uint entry = entry_position(visited, onward);
     owner = entry_owner(visited, entry);
     slot = entry_slot(visited, entry);
@@ -773,7 +835,8 @@ uint fetch_corner(uint owner, uint slot, bool at_end, uint vertex, uint s, bool 
   return 1u;
 }
 
-// Which reference brings corner r (between r and `before`) of stream s from elsewhere: r, the one before, or 64: stored here.
+// Which reference brings corner r (between r and `before`) of stream s from elsewhere: r, the one
+// before, or 64: stored here.
 uint corner_source(HEADER_IN h, uint r, uint before, uint s) {
   mask64 shared_refs = shared_references(h, s);
   bool from_r = mask_test(shared_refs, r);
@@ -782,7 +845,8 @@ uint corner_source(HEADER_IN h, uint r, uint before, uint s) {
   return from_r ? r : from_before ? before : 64u;
 }
 
-mask64 provided_refs;                      // foreign references whose vertices the includer has already given their values
+mask64
+    provided_refs;  // foreign references whose vertices the includer has already given their values
 
 void read_foreign_corners(HEADER_IN h) {
   bool seams = mask_any(seamed_refs);
@@ -792,8 +856,11 @@ void read_foreign_corners(HEADER_IN h) {
     uint s = stream_first;
     while (s < stream_end && error == ERROR_NONE) {
       uint source = corner_source(h, r, before, s);
-      if (source == 64u || mask_test(provided_refs, source)) s = seams ? s + 1u : stream_end;
-      else s += fetch_corner(reference_owner[source], reference_slot[source], source == r, vertex, s, seams);
+      if (source == 64u || mask_test(provided_refs, source))
+        s = seams ? s + 1u : stream_end;
+      else
+        s += fetch_corner(reference_owner[source], reference_slot[source], source == r, vertex, s,
+                          seams);
     }
   }
 }
@@ -840,9 +907,10 @@ void read_own_chains(HEADER_IN h) {
   }
 }
 
-// ---- interior (sections G and H) ---------------------------------------------------------------------------------------------------
+// --- interior (sections G and H) ---
 
-// Prediction of a traversed vertex in one lane from the values of the gate's vertices and, if there is one across it, of that.
+// Prediction of a traversed vertex in one lane from the values of the gate's vertices and, if there
+// is one across it, of that.
 INLINE uint traversed_prediction(uint predictor, uint a, uint b, uint o, bool across) {
   if (predictor == PREDICT_COPY) return a;
   uint sum = a + b;
@@ -866,7 +934,8 @@ INLINE void predict_lanes(uint s, uint from, uint predictor, uint components) {
     bool across = triangle >> 24 != NO_VERTEX;
     for (index_uint c = 0u; c < components; c++) {
       uint beyond = across ? values[o + 64u * c] : 0u;
-      uint prediction = traversed_prediction(predictor, values[a + 64u * c], values[b + 64u * c], beyond, across);
+      uint prediction =
+          traversed_prediction(predictor, values[a + 64u * c], values[b + 64u * c], beyond, across);
       values[v + 64u * c] = (prediction + residuals[at + c]) & bits;
     }
     at += components;
@@ -878,21 +947,28 @@ void predict_traversed(uint s, uint first) {
   uint predictor = stream_predictor[s];
   uint components = stream_components[s];
   uint from = first * components;
-  if (predictor == PREDICT_PARALLELOGRAM && components == 3u) predict_lanes(s, from, PREDICT_PARALLELOGRAM, 3u);
-  else if (predictor == PREDICT_DAMPED && components == 3u) predict_lanes(s, from, PREDICT_DAMPED, 3u);
-  else if (predictor == PREDICT_PARALLELOGRAM && components == 2u) predict_lanes(s, from, PREDICT_PARALLELOGRAM, 2u);
-  else if (predictor == PREDICT_DAMPED && components == 2u) predict_lanes(s, from, PREDICT_DAMPED, 2u);
-  else predict_lanes(s, from, predictor, components);
+  if (predictor == PREDICT_PARALLELOGRAM && components == 3u)
+    predict_lanes(s, from, PREDICT_PARALLELOGRAM, 3u);
+  else if (predictor == PREDICT_DAMPED && components == 3u)
+    predict_lanes(s, from, PREDICT_DAMPED, 3u);
+  else if (predictor == PREDICT_PARALLELOGRAM && components == 2u)
+    predict_lanes(s, from, PREDICT_PARALLELOGRAM, 2u);
+  else if (predictor == PREDICT_DAMPED && components == 2u)
+    predict_lanes(s, from, PREDICT_DAMPED, 2u);
+  else
+    predict_lanes(s, from, predictor, components);
 }
 
 // Inner vertices of the foreign references that bring their own values for stream s.
 uint seam_vertices(uint s) {
   uint count = 0u;
-  for (mask64 rest = seam_refs[s]; mask_any(rest); rest = mask_clear_lsb(rest)) count += reference_length[mask_lsb(rest)] - 1u;
+  for (mask64 rest = seam_refs[s]; mask_any(rest); rest = mask_clear_lsb(rest))
+    count += reference_length[mask_lsb(rest)] - 1u;
   return count;
 }
 
-// Everything but the foreign vertices and the owned chains; the unary reader stands behind section F.
+// Everything but the foreign vertices and the owned chains; the unary reader stands behind section
+// F.
 void decode_interior() {
   uint low = unary.cursor;
   uint end = low;
@@ -914,9 +990,10 @@ void decode_interior() {
   if (max(unary.cursor, low) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
 }
 
-// ---- a whole meshlet ---------------------------------------------------------------------------------------------------------------
+// --- a whole meshlet ---
 
-// Boundary vertices that do not wait for the traversal: all but the inner vertices of private references.
+// Boundary vertices that do not wait for the traversal: all but the inner vertices of private
+// references.
 mask64 known_vertices(HEADER_IN h) {
   mask64 known = boundary;
   if (h.references == 0u) {
@@ -930,10 +1007,10 @@ mask64 known_vertices(HEADER_IN h) {
   return known;
 }
 
-Header opened;                             // of the meshlet decoded last
+Header opened;  // of the meshlet decoded last
 
-// The meshlet in four steps. Before the third, an includer that has the owners' values at hand may put them in place and say so in
-// provided_refs.
+// The meshlet in four steps. Before the third, an includer that has the owners' values at hand may
+// put them in place and say so in provided_refs.
 void open_meshlet(uint m) {
   error = ERROR_NONE;
   triangle_count = 0u;

@@ -1,4 +1,5 @@
-// The shared single-lane decoder (decode/serial_decoder.glsl) as a C++ struct: this file supplies the primitives it asks for.
+// The shared single-lane decoder (decode/serial_decoder.glsl) as a C++ struct: this file supplies
+// the primitives it asks for.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -7,7 +8,8 @@
 #include <immintrin.h>
 #endif
 
-// Code of one build for several instruction sets: each has types of its own, so that the linker never mixes their inline functions.
+// Code of one build for several instruction sets: each has types of its own, so that the linker
+// never mixes their inline functions.
 #ifndef MESHLET_BUILD
 #define MESHLET_BUILD baseline
 #endif
@@ -16,7 +18,8 @@ namespace meshlet {
 
 constexpr uint32_t kMaxStreams = 64;
 constexpr uint32_t kMaxLanes = 4 * kMaxStreams;
-constexpr uint32_t kPaddingBytes = 8;  // zero bytes at a blob's end, so that an unaligned 64-bit read stays inside
+constexpr uint32_t kPaddingBytes =
+    8;  // zero bytes at a blob's end, so that an unaligned 64-bit read stays inside
 
 inline namespace MESHLET_BUILD {
 
@@ -26,15 +29,17 @@ struct MeshletDecoder {
   using index_uint = size_t;
   using mask64 = uint64_t;
 
-  // The ones of `window` that were not read yet; its bit 0 is the blob's bit `base`. `cursor`: the bit after the last one read.
-  // Clearing ones, rather than shifting them out, keeps the chain from code to code one instruction long.
+  // The ones of `window` that were not read yet; its bit 0 is the blob's bit `base`. `cursor`: the
+  // bit after the last one read. Clearing ones, rather than shifting them out, keeps the chain from
+  // code to code one instruction long.
   struct UnaryReader {
     mask64 window = 0;
     uint base = 0;
     uint cursor = 0;
   };
 
-  // Lengths of owned references of the meshlets behind, at [(meshlet & ring_mask) * 64 + slot], 0: none; null: read them from the blob.
+  // Lengths of owned references of the meshlets behind, at [(meshlet & ring_mask) * 64 + slot], 0:
+  // none; null: read them from the blob.
   const uint8_t* chain_lengths = nullptr;
   uint ring_mask = 0;
 
@@ -96,7 +101,8 @@ struct MeshletDecoder {
 #endif
   }
 
-  // x / n = x * ceil(2^37 / n) >> 37: the reciprocal is too large by less than n / 2^37 / n, hence the quotient by less than 1 / n.
+  // x / n = x * ceil(2^37 / n) >> 37: the reciprocal is too large by less than n / 2^37 / n, hence
+  // the quotient by less than 1 / n.
   struct Reciprocals {
     uint64_t of[65] = {};
     constexpr Reciprocals() {
@@ -119,15 +125,26 @@ struct MeshletDecoder {
     std::memcpy(&w, data + byte, 8);
     return w;
   }
-  uint load_word(uint i) const { return i < size / 4u ? uint(load64(4u * i > size - 8u ? size - 8u : 4u * i) >> (4u * i > size - 8u ? 32 : 0)) : 0u; }
+  uint load_word(uint i) const {
+    return i < size / 4u ? uint(load64(4u * i > size - 8u ? size - 8u : 4u * i) >>
+                                (4u * i > size - 8u ? 32 : 0))
+                         : 0u;
+  }
   uint load_bits(uint p, uint n) const {
     uint byte = p >> 3;
     return byte + 8u > size ? 0u : load_inside(p, n);
   }
-  uint load_inside(uint p, uint n) const { return uint((load64(p >> 3) >> (p & 7u)) & ((1ull << n) - 1u)); }
-  mask64 load_mask(uint p, uint n) const { return n <= 32u ? load_bits(p, n) : load_bits(p, 32u) | mask64(load_bits(p + 32u, n - 32u)) << 32; }
+  uint load_inside(uint p, uint n) const {
+    return uint((load64(p >> 3) >> (p & 7u)) & ((1ull << n) - 1u));
+  }
+  mask64 load_mask(uint p, uint n) const {
+    return n <= 32u ? load_bits(p, n)
+                    : load_bits(p, 32u) | mask64(load_bits(p + 32u, n - 32u)) << 32;
+  }
 
-  UnaryReader seek_unary(uint p) const { return {(p >> 3) + 8u > size ? 0 : load64(p >> 3) & ~mask_below(p & 7u), p & ~7u, p}; }
+  UnaryReader seek_unary(uint p) const {
+    return {(p >> 3) + 8u > size ? 0 : load64(p >> 3) & ~mask_below(p & 7u), p & ~7u, p};
+  }
   // Moves the window to the next one that holds a one.
   __attribute__((noinline)) bool refill(UnaryReader& r) {
     while (r.window == 0) {
@@ -141,7 +158,8 @@ struct MeshletDecoder {
     return true;
   }
 
-  // Ones of a word are listed in groups, past its last one too: a loop's end is dear where nothing foretells it.
+  // Ones of a word are listed in groups, past its last one too: a loop's end is dear where nothing
+  // foretells it.
 #ifdef __BMI2__
   static constexpr uint kGroup = 8;
 #else
@@ -157,7 +175,8 @@ struct MeshletDecoder {
       uint ones = min(mask_count(reader.window), n - found);
       mask64 rest = reader.window;
       for (uint i = 0; i < ones; i += kGroup)
-        for (uint k = 0; k < kGroup; k++, rest = mask_clear_lsb(rest)) ends[found + i + k] = reader.base + mask_lsb(rest);
+        for (uint k = 0; k < kGroup; k++, rest = mask_clear_lsb(rest))
+          ends[found + i + k] = reader.base + mask_lsb(rest);
       if (ends[found] - reader.cursor > MAX_QUOTIENT) error = ERROR_UNARY;
       found += ones;
       reader.cursor = ends[found - 1] + 1u;
@@ -174,22 +193,26 @@ struct MeshletDecoder {
     uint i = 0;
 #ifdef __AVX2__
     for (; k <= 7u && i < n; i += 8, low += 8 * k) {
-      mask64 bytes = _pdep_u64(load64(low >> 3) >> (low & 7u), 0x0101010101010101ull * ((1u << (k & 7u)) - 1u));
+      mask64 bytes = _pdep_u64(load64(low >> 3) >> (low & 7u),
+                               0x0101010101010101ull * ((1u << (k & 7u)) - 1u));
       store_eight(i, ends + i, k, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(int64_t(bytes))));
     }
 #endif
-    for (; i < n; i++, low += k) residuals[i] = unzigzag((ends[i + 1] - ends[i] - 1u) << k | load_inside(low, k));
+    for (; i < n; i++, low += k)
+      residuals[i] = unzigzag((ends[i + 1] - ends[i] - 1u) << k | load_inside(low, k));
   }
 #ifdef __AVX2__
   // Residuals i .. i + 7 from the ends of their quotients and their low bits.
   void store_eight(uint i, const uint* ends, uint k, __m256i low) {
     const __m256i* from = reinterpret_cast<const __m256i*>(ends);
     __m256i ones = _mm256_cmpeq_epi32(low, low);
-    __m256i before = _mm256_loadu_si256(from), end = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(ends + 1));
+    __m256i before = _mm256_loadu_si256(from),
+            end = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(ends + 1));
     __m256i quotient = _mm256_add_epi32(_mm256_sub_epi32(end, before), ones);
     __m256i u = _mm256_or_si256(_mm256_sll_epi32(quotient, _mm_cvtsi32_si128(int(k))), low);
     __m256i odd = _mm256_srai_epi32(_mm256_slli_epi32(u, 31), 31);
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(residuals + i), _mm256_xor_si256(_mm256_srli_epi32(u, 1), odd));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(residuals + i),
+                        _mm256_xor_si256(_mm256_srli_epi32(u, 1), odd));
   }
 #endif
 
@@ -202,7 +225,8 @@ struct MeshletDecoder {
         r.window &= r.window - 1u;
         return;
       }
-      if (ones > 0) r.cursor = r.base + 64u;  // not exact, but all that matters is the distance to the next one
+      if (ones > 0)
+        r.cursor = r.base + 64u;  // not exact, but all that matters is the distance to the next one
       n -= ones;
       r.window = 0;
       if (!refill(r)) return;
@@ -212,6 +236,7 @@ struct MeshletDecoder {
 
 }  // namespace MESHLET_BUILD
 
-static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the codec reads little-endian words in place");
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
+              "the codec reads little-endian words in place");
 
 }  // namespace meshlet

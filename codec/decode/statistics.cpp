@@ -7,11 +7,14 @@ uint64_t anchor_bits(MeshletDecoder& d, uint32_t s) {
   uint64_t n = d.anchor_count[s];
   uint64_t first = d.stream_components[s] * d.stream_bits[s];
   if (n <= 1) return n * first;
-  return first + 5 + (n - 1) * d.stream_components[s] * d.width_field(uint32_t(d.anchor_position[s] + first));
+  return first + 5 +
+         (n - 1) * d.stream_components[s] * d.width_field(uint32_t(d.anchor_position[s] + first));
 }
 
-// Bits of low and unary part of `count` vertices; the unary reader stands at the stream's first code and moves past its last.
-uint64_t residual_bits(MeshletDecoder& d, uint32_t s, uint32_t code, uint32_t widths, uint32_t count) {
+// Bits of low and unary part of `count` vertices; the unary reader stands at the stream's first
+// code and moves past its last.
+uint64_t residual_bits(MeshletDecoder& d, uint32_t s, uint32_t code, uint32_t widths,
+                       uint32_t count) {
   uint64_t bits = uint64_t(count) * d.low_bits(s, code, widths);
   uint32_t begin = d.unary.cursor;
   if (code != CODE_FIXED) d.skip_unary(d.unary, count * d.stream_components[s]);
@@ -20,7 +23,8 @@ uint64_t residual_bits(MeshletDecoder& d, uint32_t s, uint32_t code, uint32_t wi
 
 void add_meshlet(MeshletDecoder& d, Description& out) {
   MeshletDecoder::Header h = d.opened;
-  uint32_t splits = d.mask_count(d.symbol_s), r = d.mask_count(d.symbol_r), e = d.mask_count(d.symbol_e), c = d.mask_count(d.symbol_c);
+  uint32_t splits = d.mask_count(d.symbol_s), r = d.mask_count(d.symbol_r),
+           e = d.mask_count(d.symbol_e), c = d.mask_count(d.symbol_c);
   uint32_t lefts = d.triangle_count - r - e - c - splits;
   const uint32_t counts[5] = {c, lefts, e, r, splits};
   for (int i = 0; i < 5; i++) out.symbols[i] += counts[i];
@@ -33,12 +37,15 @@ void add_meshlet(MeshletDecoder& d, Description& out) {
   d.unary = d.seek_unary(d.chain_unary);
   for (uint32_t s = 0; s < d.stream_total; s++) {
     out.streams[s] += anchor_bits(d, s);
-    if (d.mask_any(h.owned_refs)) out.streams[s] += residual_bits(d, s, d.chain_code[s], d.chain_widths[s], d.chain_total);
-    low += (d.traversed_count + d.seam_vertices(s)) * d.low_bits(s, d.interior_code[s], d.interior_widths[s]);
+    if (d.mask_any(h.owned_refs))
+      out.streams[s] += residual_bits(d, s, d.chain_code[s], d.chain_widths[s], d.chain_total);
+    low += (d.traversed_count + d.seam_vertices(s)) *
+           d.low_bits(s, d.interior_code[s], d.interior_widths[s]);
   }
   d.unary = d.seek_unary(d.unary.cursor + low);
   for (uint32_t s = 0; s < d.stream_total; s++)
-    out.streams[s] += residual_bits(d, s, d.interior_code[s], d.interior_widths[s], d.traversed_count + d.seam_vertices(s));
+    out.streams[s] += residual_bits(d, s, d.interior_code[s], d.interior_widths[s],
+                                    d.traversed_count + d.seam_vertices(s));
 }
 
 }  // namespace
@@ -48,7 +55,8 @@ Description describe(const uint8_t* data, size_t size) {
   Description out;
   out.streams.assign(decoder.header().streams.size(), 0);
   out.kinds.assign(3, 0);
-  for (uint32_t m = 0; m < decoder.header().meshlet_count; m++) add_meshlet(decoder.meshlet(m), out);
+  for (uint32_t m = 0; m < decoder.header().meshlet_count; m++)
+    add_meshlet(decoder.meshlet(m), out);
   out.references = 8 * uint64_t(size) - out.connectivity;
   for (uint64_t bits : out.streams) out.references -= bits;
   return out;

@@ -11,21 +11,23 @@ namespace {
 constexpr size_t kChunk = 256;    // components per parallel item
 constexpr uint32_t kMaxHops = 8;  // spec, appendix A.7
 
-// A seam's chain shares the position and perhaps more; a reference to it costs some 15 bits, and each vertex saves about as much.
-// Shorter seams are cheaper as private vertices.
+// A seam's chain shares the position and perhaps more; a reference to it costs some 15 bits, and
+// each vertex saves about as much. Shorter seams are cheaper as private vertices.
 constexpr uint32_t kMinSeamLength = 2;
 
 template <class Body>
 void for_components(int threads, size_t count, Body&& body) {
   parallel_for(threads, (count + kChunk - 1) / kChunk, [&](size_t chunk) {
-    for (size_t c = chunk * kChunk; c < std::min(count, (chunk + 1) * kChunk); c++) body(uint32_t(c));
+    for (size_t c = chunk * kChunk; c < std::min(count, (chunk + 1) * kChunk); c++)
+      body(uint32_t(c));
   });
 }
 
 class Builder {
  public:
-  Builder(const MeshView& mesh, const Meshlets& meshlets, const std::vector<int32_t>& opposite, const std::vector<int32_t>& opposite_position,
-          const VertexValues& values, bool share_seams, int threads)
+  Builder(const MeshView& mesh, const Meshlets& meshlets, const std::vector<int32_t>& opposite,
+          const std::vector<int32_t>& opposite_position, const VertexValues& values,
+          bool share_seams, int threads)
       : mesh_(mesh),
         meshlets_(meshlets),
         opposite_(opposite),
@@ -59,7 +61,8 @@ class Builder {
     for (size_t m = 0; m + 1 < meshlets_.meshlet_begin.size(); m++)
       for (uint32_t c = meshlets_.meshlet_begin[m]; c < meshlets_.meshlet_begin[m + 1]; c++) {
         b_.meshlet_of[c] = uint32_t(m);
-        for (uint32_t i = meshlets_.component_begin[c]; i < meshlets_.component_begin[c + 1]; i++) b_.component_of[meshlets_.triangles[i]] = c;
+        for (uint32_t i = meshlets_.component_begin[c]; i < meshlets_.component_begin[c + 1]; i++)
+          b_.component_of[meshlets_.triangles[i]] = c;
       }
   }
 
@@ -68,7 +71,8 @@ class Builder {
     for_components(threads_, components(), [&](uint32_t c) {
       uint32_t count = 0;
       for (uint32_t i = meshlets_.component_begin[c]; i < meshlets_.component_begin[c + 1]; i++)
-        for (uint32_t k = 0; k < 3; k++) count += !b_.interior(opposite_, 3 * meshlets_.triangles[i] + k);
+        for (uint32_t k = 0; k < 3; k++)
+          count += !b_.interior(opposite_, 3 * meshlets_.triangles[i] + k);
       b_.loops[c].count = count;
     });
     uint32_t places = 0;
@@ -88,7 +92,8 @@ class Builder {
     uint32_t h = kNone;
     for (uint32_t i = meshlets_.component_begin[c]; h == kNone; i++)
       for (uint32_t k = 0; k < 3 && h == kNone; k++)
-        if (!b_.interior(opposite_, 3 * meshlets_.triangles[i] + k)) h = 3 * meshlets_.triangles[i] + k;
+        if (!b_.interior(opposite_, 3 * meshlets_.triangles[i] + k))
+          h = 3 * meshlets_.triangles[i] + k;
     for (uint32_t p = l.begin; p < l.begin + l.count; p++) {
       b_.half_edge[p] = h;
       b_.vertex[p] = mesh_.triangles[h];
@@ -121,17 +126,22 @@ class Builder {
     uint32_t p1 = b_.vertex[b_.next(p)], q1 = b_.vertex[b_.next(q)];
     uint64_t equal = 0;
     for (uint32_t s = 0; s < values_.values.size(); s++)
-      if (values_.equal(s, b_.vertex[p], q1) && values_.equal(s, p1, b_.vertex[q])) equal |= 1ull << s;
+      if (values_.equal(s, b_.vertex[p], q1) && values_.equal(s, p1, b_.vertex[q]))
+        equal |= 1ull << s;
     return equal == all_streams() ? ~0ull : equal;
   }
 
-  uint64_t all_streams() const { return values_.values.size() >= 64 ? ~0ull : (1ull << values_.values.size()) - 1; }
+  uint64_t all_streams() const {
+    return values_.values.size() >= 64 ? ~0ull : (1ull << values_.values.size()) - 1;
+  }
 
-  // Does the chain go on from the place before p to p, seen from both sides? It ends where a seam folds a loop onto itself.
+  // Does the chain go on from the place before p to p, seen from both sides? It ends where a seam
+  // folds a loop onto itself.
   bool continues(uint32_t p) const {
     uint32_t before = b_.previous(p);
     if (twin_[p] == kNone || twin_[before] == kNone) return twin_[p] == twin_[before];
-    return shared_[p] == shared_[before] && b_.next(twin_[p]) == twin_[before] && twin_[p] != before;
+    return shared_[p] == shared_[before] && b_.next(twin_[p]) == twin_[before] &&
+           twin_[p] != before;
   }
 
   // Marks the places where chains begin. A closed chain is cut at the same vertex on both sides.
@@ -150,7 +160,9 @@ class Builder {
     });
   }
 
-  uint32_t edge_number(uint32_t p) const { return twin_[p] == kNone ? b_.half_edge[p] : std::min(b_.half_edge[p], b_.half_edge[twin_[p]]); }
+  uint32_t edge_number(uint32_t p) const {
+    return twin_[p] == kNone ? b_.half_edge[p] : std::min(b_.half_edge[p], b_.half_edge[twin_[p]]);
+  }
 
   // Length of the chain that begins at place p.
   uint32_t chain_length(uint32_t p) const {
@@ -169,10 +181,12 @@ class Builder {
 
   void drop_short_seams() {
     for (uint32_t p = 0; p < cut_.size(); p++)
-      if (cut_[p] && twin_[p] != kNone && shared_[p] != ~0ull && chain_length(p) < kMinSeamLength) drop_chain(p);
+      if (cut_[p] && twin_[p] != kNone && shared_[p] != ~0ull && chain_length(p) < kMinSeamLength)
+        drop_chain(p);
   }
 
-  // A meshlet of more references than its directory entry can count gives up shared chains, seams first.
+  // A meshlet of more references than its directory entry can count gives up shared chains, seams
+  // first.
   bool drop_excess() {
     bool dropped = false;
     for (size_t m = 0; m + 1 < meshlets_.meshlet_begin.size(); m++) {
@@ -191,7 +205,8 @@ class Builder {
     return dropped;
   }
 
-  // The owner of a chain is its side of the smaller component, so of the smaller meshlet; of one component, of the smaller place.
+  // The owner of a chain is its side of the smaller component, so of the smaller meshlet; of one
+  // component, of the smaller place.
   void find_references() {
     b_.references.assign(components(), {});
     for_components(threads_, components(), [&](uint32_t c) {
@@ -216,8 +231,12 @@ class Builder {
     });
   }
 
-  // Does reference r bring its own values for stream s? `all` stands for a vertex as a whole, which is own unless everything is shared.
-  bool own_for(const Reference& r, uint32_t s) const { return r.kind != ReferenceKind::foreign || (s == all() ? r.shared != ~0ull : !(r.shared >> s & 1)); }
+  // Does reference r bring its own values for stream s? `all` stands for a vertex as a whole, which
+  // is own unless everything is shared.
+  bool own_for(const Reference& r, uint32_t s) const {
+    return r.kind != ReferenceKind::foreign ||
+           (s == all() ? r.shared != ~0ull : !(r.shared >> s & 1));
+  }
   uint32_t all() const { return uint32_t(values_.values.size()); }
 
   const Reference& reference_at(uint32_t c, uint32_t start) const {
@@ -226,7 +245,8 @@ class Builder {
     return b_.references[c].front();
   }
 
-  // Hops from corner i of component c for stream s, as the decoder goes; more than kMaxHops: too long a way.
+  // Hops from corner i of component c for stream s, as the decoder goes; more than kMaxHops: too
+  // long a way.
   uint32_t hops(uint32_t c, size_t i, uint32_t s) const {
     const auto& refs = b_.references[c];
     const Reference* at = &refs[i];
@@ -245,7 +265,9 @@ class Builder {
     return kMaxHops + 1;
   }
 
-  uint32_t owner_meshlet(const Reference& r) const { return b_.meshlet_of[b_.place_component[r.owner_start]]; }
+  uint32_t owner_meshlet(const Reference& r) const {
+    return b_.meshlet_of[b_.place_component[r.owner_start]];
+  }
 
   bool long_way(uint32_t c, size_t i) const {
     for (uint32_t s = 0; s <= all(); s++)
@@ -253,7 +275,8 @@ class Builder {
     return false;
   }
 
-  // Seams of a component with itself could lead round in circles, and a ring of many meshlets too far; such chains become private.
+  // Seams of a component with itself could lead round in circles, and a ring of many meshlets too
+  // far; such chains become private.
   bool drop_long_ways() {
     std::vector<uint8_t> found(components(), 0);
     for_components(threads_, components(), [&](uint32_t c) {
@@ -283,7 +306,9 @@ class Builder {
 
 }  // namespace
 
-Boundaries find_boundaries(const MeshView& mesh, const Meshlets& meshlets, const std::vector<int32_t>& opposite, const std::vector<int32_t>& opposite_position,
+Boundaries find_boundaries(const MeshView& mesh, const Meshlets& meshlets,
+                           const std::vector<int32_t>& opposite,
+                           const std::vector<int32_t>& opposite_position,
                            const VertexValues& values, bool share_seams, int threads) {
   return Builder(mesh, meshlets, opposite, opposite_position, values, share_seams, threads).build();
 }

@@ -1,4 +1,5 @@
-// Residual codes: Rice with separated planes, or fixed widths (spec, appendix A.5, section C), and the bits they are written to.
+// Residual codes: Rice with separated planes, or fixed widths (spec, appendix A.5, section C), and
+// the bits they are written to.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -12,7 +13,8 @@ constexpr uint32_t kFixedCode = 7;  // 0..6 are Rice parameters above the base
 constexpr uint32_t kRiceCodes = 7;
 constexpr uint32_t kMaxQuotient = 16383;
 
-// Bits of the residuals under Rice parameter k, codes only; or a huge number where a quotient exceeds the format's limit.
+// Bits of the residuals under Rice parameter k, codes only; or a huge number where a quotient
+// exceeds the format's limit.
 inline uint64_t rice_bits(const std::vector<uint32_t>& residuals, uint32_t k) {
   uint64_t bits = residuals.size() * uint64_t(k + 1);
   uint32_t largest = 0;

@@ -3,7 +3,8 @@
 namespace meshlet {
 namespace {
 
-// Numbers met within one disk: at most 64 triangles or vertices, so a small table with linear probing never fills.
+// Numbers met within one disk: at most 64 triangles or vertices, so a small table with linear
+// probing never fills.
 class SmallSet {
  public:
   SmallSet() {
@@ -39,7 +40,8 @@ void Symbols::append(const Symbols& other) {
   count += other.count;
 }
 
-Traversal edgebreaker(const MeshView& mesh, const Boundaries& b, const std::vector<int32_t>& opposite, uint32_t gate) {
+Traversal edgebreaker(const MeshView& mesh, const Boundaries& b,
+                      const std::vector<int32_t>& opposite, uint32_t gate) {
   Traversal out;
   SmallSet triangles, vertices;
   const Loop& loop = b.loops[b.place_component[gate]];
@@ -47,7 +49,11 @@ Traversal edgebreaker(const MeshView& mesh, const Boundaries& b, const std::vect
   uint32_t splits[64], split_count = 0;
   uint32_t h = b.half_edge[gate];
   // The neighbour's half-edge across g, or kNone if g is on the boundary of what is left.
-  auto across = [&](uint32_t g) { return b.interior(opposite, g) && !triangles.contains(uint32_t(opposite[g]) / 3) ? uint32_t(opposite[g]) : kNone; };
+  auto across = [&](uint32_t g) {
+    return b.interior(opposite, g) && !triangles.contains(uint32_t(opposite[g]) / 3)
+               ? uint32_t(opposite[g])
+               : kNone;
+  };
   while (true) {
     uint32_t t = out.symbols.count++;
     uint64_t bit = 1ull << t;

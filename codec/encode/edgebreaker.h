@@ -20,7 +20,9 @@ struct Traversal {
   uint32_t corners[64][3];  // vertices (a, b, v) of each triangle: gate a -> b, apex v
 };
 
-// Traverses component c of up to 64 triangles from the boundary edge at `gate` (a place of its loop).
-Traversal edgebreaker(const MeshView& mesh, const Boundaries& boundaries, const std::vector<int32_t>& opposite, uint32_t gate);
+// Traverses component c of up to 64 triangles from the boundary edge at `gate` (a place of its
+// loop).
+Traversal edgebreaker(const MeshView& mesh, const Boundaries& boundaries,
+                      const std::vector<int32_t>& opposite, uint32_t gate);
 
 }  // namespace meshlet

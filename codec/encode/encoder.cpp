@@ -42,7 +42,9 @@ struct Plan {
   }
 
   bool all_private() const {
-    return std::all_of(refs.begin(), refs.end(), [](const Ref& r) { return r.lone && r.reference.kind == ReferenceKind::private_; });
+    return std::all_of(refs.begin(), refs.end(), [](const Ref& r) {
+      return r.lone && r.reference.kind == ReferenceKind::private_;
+    });
   }
 };
 
@@ -64,7 +66,8 @@ void decode_apexes(MeshletDecoder& lane, const Symbols& symbols) {
 
 class Encoder {
  public:
-  Encoder(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values, const EncodeOptions& options)
+  Encoder(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values,
+          const EncodeOptions& options)
       : mesh_(mesh), streams_(std::move(streams)), values_(values), options_(options) {}
 
   std::vector<uint8_t> encode(EncoderStats& stats);
@@ -74,29 +77,40 @@ class Encoder {
 
   Lane make_lane() const;
   void load(MeshletDecoder& lane, const Plan& plan) const;
-  Plan plan_component(MeshletDecoder& lane, uint32_t component, const Reference* first, uint32_t gate) const;
+  Plan plan_component(MeshletDecoder& lane, uint32_t component, const Reference* first,
+                      uint32_t gate) const;
   Plan best_component(MeshletDecoder& lane, uint32_t component) const;
   Plan plan_meshlet(MeshletDecoder& lane, uint32_t m) const;
   void plan_all();
   uint64_t cost(MeshletDecoder& lane, const Plan& plan) const;
 
-  void chain_residuals(MeshletDecoder& lane, uint32_t s, const Reference& r, std::vector<uint32_t>& out) const;
+  void chain_residuals(MeshletDecoder& lane, uint32_t s, const Reference& r,
+                       std::vector<uint32_t>& out) const;
   Residuals residuals(MeshletDecoder& lane, const Plan& plan, uint32_t s) const;
   void choose_predictors();
   void choose_bases();
 
-  bool own_for(const Reference& r, uint32_t s) const { return r.kind != ReferenceKind::foreign || !(r.shared >> s & 1); }
+  bool own_for(const Reference& r, uint32_t s) const {
+    return r.kind != ReferenceKind::foreign || !(r.shared >> s & 1);
+  }
   std::vector<uint32_t> stored_corners(const Plan& plan, uint32_t s) const;
-  uint32_t meshlet_of_place(uint32_t place) const { return boundaries_.meshlet_of[boundaries_.place_component[place]]; }
-  uint32_t value(uint32_t s, uint32_t v, uint32_t c) const { return values_.values[s][size_t(v) * streams_[s].components + c]; }
+  uint32_t meshlet_of_place(uint32_t place) const {
+    return boundaries_.meshlet_of[boundaries_.place_component[place]];
+  }
+  uint32_t value(uint32_t s, uint32_t v, uint32_t c) const {
+    return values_.values[s][size_t(v) * streams_[s].components + c];
+  }
 
   void number_slots();
   void measure_groups();
-  uint32_t write_code(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream, uint32_t base) const;
+  uint32_t write_code(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream,
+                      uint32_t base) const;
   void write_references(BitWriter& out, const Plan& plan, uint32_t m) const;
   void write_anchors(BitWriter& out, const Plan& plan, uint32_t s) const;
-  void write_low(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream, uint32_t base, uint32_t code) const;
-  void write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base, uint32_t code) const;
+  void write_low(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream,
+                 uint32_t base, uint32_t code) const;
+  void write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base,
+                   uint32_t code) const;
   std::vector<uint8_t> write_meshlet(MeshletDecoder& lane, uint32_t m) const;
   uint32_t flags(const Plan& plan) const;
   uint32_t count_vertices() const;
@@ -107,7 +121,8 @@ class Encoder {
     size_t count = (meshlet_count_ + stride - 1) / stride;
     parallel_for(options_.threads, (count + kChunk - 1) / kChunk, [&](size_t chunk) {
       Lane lane = make_lane();
-      for (size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); i++) body(*lane, uint32_t(i) * stride);
+      for (size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); i++)
+        body(*lane, uint32_t(i) * stride);
     });
   }
 
@@ -131,10 +146,12 @@ class Encoder {
 // Residual of component c of the vertex that a packed triangle of `traversed` introduces.
 uint32_t traversed_residual(MeshletDecoder& lane, uint32_t s, uint32_t triangle, uint32_t c) {
   uint32_t at = (lane.stream_lane[s] + c) * 64u, o = triangle >> 24;
-  uint32_t a = at + (triangle & 255u), b = at + (triangle >> 8 & 255u), v = at + (triangle >> 16 & 255u);
+  uint32_t a = at + (triangle & 255u), b = at + (triangle >> 8 & 255u),
+           v = at + (triangle >> 16 & 255u);
   bool across = o != NO_VERTEX;
   uint32_t beyond = across ? lane.values[at + o] : 0u;
-  return zigzag(lane.values[v] - lane.traversed_prediction(lane.stream_predictor[s], lane.values[a], lane.values[b], beyond, across));
+  return zigzag(lane.values[v] - lane.traversed_prediction(lane.stream_predictor[s], lane.values[a],
+                                                           lane.values[b], beyond, across));
 }
 
 // A decoder lane that runs on masks and values put there, not on bits.
@@ -157,16 +174,20 @@ void Encoder::load(MeshletDecoder& lane, const Plan& plan) const {
   decode_apexes(lane, plan.symbols);
   if (lane.error == ERROR_NONE) lane.decode_triangles();
   if (lane.error == ERROR_NONE) lane.list_traversed(plan.known);
-  if (lane.error != ERROR_NONE) throw std::logic_error("the encoder made symbols that do not decode");
+  if (lane.error != ERROR_NONE)
+    throw std::logic_error("the encoder made symbols that do not decode");
   for (uint32_t s = 0; s < streams_.size(); s++)
     for (uint32_t c = 0; c < streams_[s].components; c++)
-      for (uint32_t id = 0; id < plan.vertex.size(); id++) lane.values[(lane.stream_lane[s] + c) * 64u + id] = value(s, plan.vertex[id], c);
+      for (uint32_t id = 0; id < plan.vertex.size(); id++)
+        lane.values[(lane.stream_lane[s] + c) * 64u + id] = value(s, plan.vertex[id], c);
 }
 
-// ---- gates ---------------------------------------------------------------------------------------------------------------------
+// --- gates ---
 
-// The component as traversed from the boundary edge `gate`; its loop then begins with the reference `first`.
-Plan Encoder::plan_component(MeshletDecoder& lane, uint32_t component, const Reference* first, uint32_t gate) const {
+// The component as traversed from the boundary edge `gate`; its loop then begins with the reference
+// `first`.
+Plan Encoder::plan_component(MeshletDecoder& lane, uint32_t component, const Reference* first,
+                             uint32_t gate) const {
   const auto& refs = boundaries_.references[component];
   Plan plan;
   plan.components = 1;
@@ -181,7 +202,8 @@ Plan Encoder::plan_component(MeshletDecoder& lane, uint32_t component, const Ref
     ref.reference.start = place;
     uint32_t known = ref.reference.kind == ReferenceKind::private_ ? 1 : ref.reference.length;
     known_ranks |= MeshletDecoder::mask_below(known) << rank;
-    for (uint32_t n = 0; n < ref.reference.length; n++, place = boundaries_.next(place)) plan.places.push_back(place);
+    for (uint32_t n = 0; n < ref.reference.length; n++, place = boundaries_.next(place))
+      plan.places.push_back(place);
     rank += ref.reference.length;
     plan.refs.push_back(ref);
   }
@@ -194,14 +216,16 @@ Plan Encoder::plan_component(MeshletDecoder& lane, uint32_t component, const Ref
   if (lane.error != ERROR_NONE) throw std::logic_error("a component is not a disk");
   plan.vertex.resize(lane.vertex_count);
   for (uint32_t t = 0; t < plan.symbols.count; t++)
-    for (uint32_t k = 0; k < 3; k++) plan.vertex[lane.triangles[t] >> 8 * k & 255u] = traversal.corners[t][k];
+    for (uint32_t k = 0; k < 3; k++)
+      plan.vertex[lane.triangles[t] >> 8 * k & 255u] = traversal.corners[t][k];
   return plan;
 }
 
 // Bits of symbols and traversed residuals: what the choice of the gate changes.
 uint64_t Encoder::cost(MeshletDecoder& lane, const Plan& plan) const {
   load(lane, plan);
-  uint64_t bits = MeshletDecoder::mask_count(~(plan.symbols.r | plan.symbols.e | plan.symbols.c) & MeshletDecoder::mask_below(plan.symbols.count));
+  uint64_t bits = MeshletDecoder::mask_count(~(plan.symbols.r | plan.symbols.e | plan.symbols.c) &
+                                             MeshletDecoder::mask_below(plan.symbols.count));
   std::vector<uint32_t> traversed;
   for (uint32_t s = 0; s < streams_.size(); s++) {
     traversed.clear();
@@ -214,7 +238,8 @@ uint64_t Encoder::cost(MeshletDecoder& lane, const Plan& plan) const {
   return bits;
 }
 
-// Tries gates before the component's references, or round the loop where that is private, and takes the cheapest.
+// Tries gates before the component's references, or round the loop where that is private, and takes
+// the cheapest.
 Plan Encoder::best_component(MeshletDecoder& lane, uint32_t component) const {
   const auto& refs = boundaries_.references[component];
   bool free = refs.size() == 1 && refs[0].kind == ReferenceKind::private_;
@@ -225,7 +250,8 @@ Plan Encoder::best_component(MeshletDecoder& lane, uint32_t component) const {
   for (uint32_t i = 0; i < tries; i++) {
     uint32_t choice = i * choices / tries;
     const Reference* first = &refs[free ? 0 : choice];
-    uint32_t gate = free ? boundaries_.loops[component].begin + choice : boundaries_.previous(first->start);
+    uint32_t gate =
+        free ? boundaries_.loops[component].begin + choice : boundaries_.previous(first->start);
     Plan plan = plan_component(lane, component, first, gate);
     uint64_t bits = tries > 1 ? cost(lane, plan) : 0;
     if (bits < least) {
@@ -255,9 +281,10 @@ void Encoder::plan_all() {
   for_meshlets(1, [&](MeshletDecoder& lane, uint32_t m) { plans_[m] = plan_meshlet(lane, m); });
 }
 
-// ---- residuals -----------------------------------------------------------------------------------------------------------------
+// --- residuals ---
 
-void Encoder::chain_residuals(MeshletDecoder& lane, uint32_t s, const Reference& r, std::vector<uint32_t>& out) const {
+void Encoder::chain_residuals(MeshletDecoder& lane, uint32_t s, const Reference& r,
+                              std::vector<uint32_t>& out) const {
   uint32_t last = r.start;
   for (uint32_t i = 0; i < r.length; i++) last = boundaries_.next(last);
   uint32_t a = boundaries_.vertex[r.start], b = boundaries_.vertex[last], place = r.start;
@@ -265,7 +292,8 @@ void Encoder::chain_residuals(MeshletDecoder& lane, uint32_t s, const Reference&
     place = boundaries_.next(place);
     for (uint32_t c = 0; c < streams_[s].components; c++) {
       uint32_t prediction = value(s, a, c);
-      if (streams_[s].predictor != kCopy) prediction = lane.chord(prediction, value(s, b, c), i, r.length);
+      if (streams_[s].predictor != kCopy)
+        prediction = lane.chord(prediction, value(s, b, c), i, r.length);
       out.push_back(zigzag(value(s, boundaries_.vertex[place], c) - prediction));
     }
   }
@@ -275,8 +303,10 @@ void Encoder::chain_residuals(MeshletDecoder& lane, uint32_t s, const Reference&
 Residuals Encoder::residuals(MeshletDecoder& lane, const Plan& plan, uint32_t s) const {
   Residuals out;
   for (const Plan::Ref& ref : plan.refs) {
-    if (ref.reference.kind == ReferenceKind::owned) chain_residuals(lane, s, ref.reference, out.chain);
-    if (ref.reference.kind == ReferenceKind::foreign && own_for(ref.reference, s)) chain_residuals(lane, s, ref.reference, out.interior);
+    if (ref.reference.kind == ReferenceKind::owned)
+      chain_residuals(lane, s, ref.reference, out.chain);
+    if (ref.reference.kind == ReferenceKind::foreign && own_for(ref.reference, s))
+      chain_residuals(lane, s, ref.reference, out.interior);
   }
   for (uint32_t i = 0; i < lane.traversed_count; i++)
     for (uint32_t c = 0; c < streams_[s].components; c++) {
@@ -295,7 +325,9 @@ void Encoder::choose_predictors() {
     }
   uint32_t stride = (meshlet_count_ + kPredictorSample - 1) / kPredictorSample;
   std::vector<Plan> sample(meshlet_count_ / stride + 1);
-  for_meshlets(stride, [&](MeshletDecoder& lane, uint32_t m) { sample[m / stride] = plan_meshlet(lane, m); });
+  for_meshlets(stride, [&](MeshletDecoder& lane, uint32_t m) {
+    sample[m / stride] = plan_meshlet(lane, m);
+  });
   std::vector<std::vector<uint64_t>> bits(kPredictors, std::vector<uint64_t>(streams_.size(), 0));
   std::vector<uint8_t> best(streams_.size(), 0);
   std::mutex mutex;
@@ -306,7 +338,8 @@ void Encoder::choose_predictors() {
       load(lane, sample[m / stride]);
       for (uint32_t s : open) {
         Residuals r = residuals(lane, sample[m / stride], s);
-        uint64_t sum = rice_bits(r.chain, best_rice(r.chain)) + rice_bits(r.interior, best_rice(r.interior));
+        uint64_t sum =
+            rice_bits(r.chain, best_rice(r.chain)) + rice_bits(r.interior, best_rice(r.interior));
         std::lock_guard<std::mutex> lock(mutex);
         bits[p][s] += sum;
       }
@@ -349,7 +382,7 @@ void Encoder::choose_bases() {
     }
 }
 
-// ---- bytes ---------------------------------------------------------------------------------------------------------------------
+// --- bytes ---
 
 void Encoder::number_slots() {
   slot_of_place_.assign(boundaries_.half_edge.size(), 0);
@@ -366,8 +399,10 @@ void Encoder::measure_groups() {
     for (const Plan::Ref& ref : plans_[m].refs)
       if (ref.reference.kind == ReferenceKind::foreign) {
         Group& g = groups_[m / kGroupMeshlets];
-        g.delta_width = std::max(g.delta_width, uint8_t(bit_length(m - meshlet_of_place(ref.reference.owner_start))));
-        g.slot_width = std::max(g.slot_width, uint8_t(bit_length(slot_of_place_[ref.reference.owner_start])));
+        g.delta_width = std::max(
+            g.delta_width, uint8_t(bit_length(m - meshlet_of_place(ref.reference.owner_start))));
+        g.slot_width =
+            std::max(g.slot_width, uint8_t(bit_length(slot_of_place_[ref.reference.owner_start])));
       }
 }
 
@@ -377,7 +412,8 @@ uint32_t Encoder::flags(const Plan& plan) const {
   for (const Plan::Ref& ref : plan.refs) {
     loops += ref.loop_end;
     if (ref.reference.kind == ReferenceKind::private_) f |= FLAG_PRIVATE;
-    if (ref.reference.kind == ReferenceKind::foreign && ref.reference.shared != ~0ull) f |= FLAG_SEAMS;
+    if (ref.reference.kind == ReferenceKind::foreign && ref.reference.shared != ~0ull)
+      f |= FLAG_SEAMS;
   }
   return f | (loops > 1 ? FLAG_LOOPS : 0);
 }
@@ -389,8 +425,12 @@ void Encoder::write_references(BitWriter& out, const Plan& plan, uint32_t m) con
   if (f & FLAG_LOOPS)
     for (const Plan::Ref& ref : plan.refs) out.put(ref.loop_end, 1);
   if (f & FLAG_PRIVATE)
-    for (const Plan::Ref& ref : plan.refs) out.put(ref.reference.kind == ReferenceKind::private_, 1);
-  auto sized = [](const Plan::Ref& ref) { return ref.reference.kind == ReferenceKind::owned || (ref.reference.kind == ReferenceKind::private_ && !ref.lone); };
+    for (const Plan::Ref& ref : plan.refs)
+      out.put(ref.reference.kind == ReferenceKind::private_, 1);
+  auto sized = [](const Plan::Ref& ref) {
+    return ref.reference.kind == ReferenceKind::owned ||
+           (ref.reference.kind == ReferenceKind::private_ && !ref.lone);
+  };
   for (const Plan::Ref& ref : plan.refs)
     if (sized(ref)) width = std::max(width, bit_length(ref.reference.length - 1));
   out.put(width, 3);
@@ -410,7 +450,8 @@ void Encoder::write_references(BitWriter& out, const Plan& plan, uint32_t m) con
 std::vector<uint32_t> Encoder::stored_corners(const Plan& plan, uint32_t s) const {
   std::vector<uint32_t> corners;
   for (size_t i = 0; i < plan.refs.size(); i++)
-    if (own_for(plan.refs[i].reference, s) && own_for(plan.before(i), s)) corners.push_back(boundaries_.vertex[plan.refs[i].reference.start]);
+    if (own_for(plan.refs[i].reference, s) && own_for(plan.before(i), s))
+      corners.push_back(boundaries_.vertex[plan.refs[i].reference.start]);
   return corners;
 }
 
@@ -434,14 +475,16 @@ void Encoder::write_anchors(BitWriter& out, const Plan& plan, uint32_t s) const 
 
 std::vector<uint32_t> fixed_widths(const std::vector<uint32_t>& residuals, uint32_t components) {
   std::vector<uint32_t> widths(components, 0);
-  for (size_t i = 0; i < residuals.size(); i++) widths[i % components] = std::max(widths[i % components], bit_length(residuals[i]));
+  for (size_t i = 0; i < residuals.size(); i++)
+    widths[i % components] = std::max(widths[i % components], bit_length(residuals[i]));
   for (uint32_t& w : widths)
     if (w >= 31) w = 32;
   return widths;
 }
 
 // Chooses the cheaper code and writes it to section C.
-uint32_t Encoder::write_code(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream, uint32_t base) const {
+uint32_t Encoder::write_code(BitWriter& out, const std::vector<uint32_t>& residuals,
+                             const Stream& stream, uint32_t base) const {
   uint32_t code = 0;
   uint64_t least = ~0ull;
   for (uint32_t i = 0; i < kRiceCodes && base + i < 32; i++) {
@@ -461,13 +504,16 @@ uint32_t Encoder::write_code(BitWriter& out, const std::vector<uint32_t>& residu
   return code;
 }
 
-void Encoder::write_low(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream, uint32_t base, uint32_t code) const {
+void Encoder::write_low(BitWriter& out, const std::vector<uint32_t>& residuals,
+                        const Stream& stream, uint32_t base, uint32_t code) const {
   std::vector<uint32_t> widths(stream.components, base + code);
   if (code == kFixedCode) widths = fixed_widths(residuals, stream.components);
-  for (size_t i = 0; i < residuals.size(); i++) out.put(residuals[i], widths[i % stream.components]);
+  for (size_t i = 0; i < residuals.size(); i++)
+    out.put(residuals[i], widths[i % stream.components]);
 }
 
-void Encoder::write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base, uint32_t code) const {
+void Encoder::write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base,
+                          uint32_t code) const {
   if (code == kFixedCode) return;
   for (uint32_t u : residuals) out.put_unary(u >> (base + code));
 }
@@ -482,7 +528,9 @@ std::vector<uint8_t> Encoder::write_meshlet(MeshletDecoder& lane, uint32_t m) co
   out.put_mask(y.c | x, y.count);
   for (; x; x &= x - 1) out.put(y.s >> MeshletDecoder::mask_lsb(x) & 1, 1);
   write_references(out, plan, m);
-  bool chains = std::any_of(plan.refs.begin(), plan.refs.end(), [](const Plan::Ref& r) { return r.reference.kind == ReferenceKind::owned; });
+  bool chains = std::any_of(plan.refs.begin(), plan.refs.end(), [](const Plan::Ref& r) {
+    return r.reference.kind == ReferenceKind::owned;
+  });
   std::vector<Residuals> all;
   std::vector<uint32_t> chain_codes(streams_.size()), interior_codes(streams_.size());
   for (uint32_t s = 0; s < streams_.size(); s++) {
@@ -491,18 +539,25 @@ std::vector<uint8_t> Encoder::write_meshlet(MeshletDecoder& lane, uint32_t m) co
     interior_codes[s] = write_code(out, all[s].interior, streams_[s], streams_[s].interior_base);
   }
   for (uint32_t s = 0; s < streams_.size(); s++) write_anchors(out, plan, s);
-  for (uint32_t s = 0; s < streams_.size(); s++) write_low(out, all[s].chain, streams_[s], streams_[s].chain_base, chain_codes[s]);
-  for (uint32_t s = 0; s < streams_.size(); s++) write_unary(out, all[s].chain, streams_[s].chain_base, chain_codes[s]);
-  for (uint32_t s = 0; s < streams_.size(); s++) write_low(out, all[s].interior, streams_[s], streams_[s].interior_base, interior_codes[s]);
-  for (uint32_t s = 0; s < streams_.size(); s++) write_unary(out, all[s].interior, streams_[s].interior_base, interior_codes[s]);
+  for (uint32_t s = 0; s < streams_.size(); s++)
+    write_low(out, all[s].chain, streams_[s], streams_[s].chain_base, chain_codes[s]);
+  for (uint32_t s = 0; s < streams_.size(); s++)
+    write_unary(out, all[s].chain, streams_[s].chain_base, chain_codes[s]);
+  for (uint32_t s = 0; s < streams_.size(); s++)
+    write_low(out, all[s].interior, streams_[s], streams_[s].interior_base, interior_codes[s]);
+  for (uint32_t s = 0; s < streams_.size(); s++)
+    write_unary(out, all[s].interior, streams_[s].interior_base, interior_codes[s]);
   out.align(1);
   return out.bytes();
 }
 
-// Decoded vertices: all local ones but those that are wholly another meshlet's (spec, appendix A.8).
+// Decoded vertices: all local ones but those that are wholly another meshlet's (spec, appendix
+// A.8).
 uint32_t Encoder::count_vertices() const {
   uint32_t count = 0;
-  auto alias = [](const Reference& r) { return r.kind == ReferenceKind::foreign && r.shared == ~0ull; };
+  auto alias = [](const Reference& r) {
+    return r.kind == ReferenceKind::foreign && r.shared == ~0ull;
+  };
   for (const Plan& plan : plans_) {
     count += uint32_t(plan.vertex.size());
     for (size_t i = 0; i < plan.refs.size(); i++) {
@@ -530,19 +585,24 @@ std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& 
     uint32_t begin = g * kGroupMeshlets, end = std::min(begin + kGroupMeshlets, meshlet_count_);
     size_t length = 0;
     uint32_t shift = 0;
-    auto padded = [&](uint32_t m) { return (bytes[m].size() + (size_t(1) << shift) - 1) >> shift << shift; };
+    auto padded = [&](uint32_t m) {
+      return (bytes[m].size() + (size_t(1) << shift) - 1) >> shift << shift;
+    };
     do {  // the smallest unit in which the group's offsets fit 17 bits
       length = 0;
       for (uint32_t m = begin; m < end; m++) length += padded(m);
     } while (length >> shift >= (1u << kOffsetBits) && ++shift <= 8);
-    if (data.size() + length > kMaxBlobBytes - (64u << 20)) throw std::length_error("the primitive is too large: its blob would exceed 448 MiB; split it");
+    if (data.size() + length > kMaxBlobBytes - (64u << 20))
+      throw std::length_error(
+          "the primitive is too large: its blob would exceed 448 MiB; split it");
     put_word(blob, uint32_t(data.size()));
     put_word(blob, groups_[g].delta_width | uint32_t(groups_[g].slot_width) << 8 | shift << 16);
     size_t offset = 0;
     for (uint32_t m = begin; m < end; m++) {
       const Plan& plan = plans_[m];
       uint32_t references = plan.all_private() ? 0 : uint32_t(plan.refs.size());
-      put_word(directory, uint32_t(offset >> shift) | (plan.symbols.count - 1) << 17 | references << 23 | flags(plan) << 29);
+      put_word(directory, uint32_t(offset >> shift) | (plan.symbols.count - 1) << 17 |
+                              references << 23 | flags(plan) << 29);
       data.insert(data.end(), bytes[m].begin(), bytes[m].end());
       data.resize(data.size() + padded(m) - bytes[m].size(), 0);
       offset += padded(m);
@@ -563,10 +623,14 @@ std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
   if (options_.progress) generation.progress = [&](float f) { progress(0.6f * f); };
   meshlets_ = generate_meshlets(mesh_, generation);
   meshlet_count_ = uint32_t(meshlets_.meshlet_begin.size() - 1);
-  opposite_ = match_half_edges(mesh_.triangles, mesh_.triangle_count, nullptr, mesh_.vertex_count, options_.threads);
+  opposite_ = match_half_edges(mesh_.triangles, mesh_.triangle_count, nullptr, mesh_.vertex_count,
+                               options_.threads);
   {
-    std::vector<int32_t> by_position = match_half_edges(mesh_.triangles, mesh_.triangle_count, mesh_.position_ids, mesh_.vertex_count, options_.threads);
-    boundaries_ = find_boundaries(mesh_, meshlets_, opposite_, by_position, values_, options_.share_seams, options_.threads);
+    std::vector<int32_t> by_position =
+        match_half_edges(mesh_.triangles, mesh_.triangle_count, mesh_.position_ids,
+                         mesh_.vertex_count, options_.threads);
+    boundaries_ = find_boundaries(mesh_, meshlets_, opposite_, by_position, values_,
+                                  options_.share_seams, options_.threads);
   }
   progress(0.7f);
   choose_predictors();
@@ -581,17 +645,23 @@ std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
   stats.meshlets = meshlet_count_;
   stats.iterations = meshlets_.iterations_run;
   std::copy(meshlets_.histogram, meshlets_.histogram + 4, stats.histogram);
-  stats.vertices = uint32_t(blob[12]) | uint32_t(blob[13]) << 8 | uint32_t(blob[14]) << 16 | uint32_t(blob[15]) << 24;
+  stats.vertices = uint32_t(blob[12]) | uint32_t(blob[13]) << 8 | uint32_t(blob[14]) << 16 |
+                   uint32_t(blob[15]) << 24;
   progress(1.0f);
   return blob;
 }
 
 }  // namespace
 
-std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values, const EncodeOptions& options, EncoderStats& stats) {
-  if (mesh.triangle_count == 0) throw std::invalid_argument("a primitive without triangles cannot be encoded");
-  if (mesh.triangle_count > (1u << 30) / 3) throw std::length_error("the primitive has more than 357 million triangles; split it");
-  if (streams.empty() || streams.size() > kMaxStreams) throw std::invalid_argument("a primitive needs 1 to 64 streams");
+std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams,
+                            const VertexValues& values, const EncodeOptions& options,
+                            EncoderStats& stats) {
+  if (mesh.triangle_count == 0)
+    throw std::invalid_argument("a primitive without triangles cannot be encoded");
+  if (mesh.triangle_count > (1u << 30) / 3)
+    throw std::length_error("the primitive has more than 357 million triangles; split it");
+  if (streams.empty() || streams.size() > kMaxStreams)
+    throw std::invalid_argument("a primitive needs 1 to 64 streams");
   for (const Stream& s : streams) {
     Stream known = s;
     if (known.predictor == kChoosePredictor) known.predictor = kCopy;

@@ -13,7 +13,8 @@ namespace meshlet {
 constexpr uint8_t kChoosePredictor = 255;
 
 struct EncodeOptions : GenerationOptions {
-  bool share_seams = true;  // off: what crosses a seam is stored twice, to measure what sharing gives
+  bool share_seams =
+      true;  // off: what crosses a seam is stored twice, to measure what sharing gives
 };
 
 struct EncoderStats {
@@ -23,10 +24,13 @@ struct EncoderStats {
   int iterations = 0;
 };
 
-// Encodes one primitive. streams: kind, components, bits, step, offset, and predictor or kChoosePredictor; stream 0 is the position.
-// values: per stream, vertex_count x components integers below 2^bits. The mesh's triangles repeat no index; at least one triangle.
-// Same bytes for any thread count, compiler and optimisation level. Throws std::invalid_argument, and std::length_error where the
-// blob would exceed 512 MiB.
-std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values, const EncodeOptions& options, EncoderStats& stats);
+// Encodes one primitive. streams: kind, components, bits, step, offset, and predictor or
+// kChoosePredictor; stream 0 is the position. values: per stream, vertex_count x components
+// integers below 2^bits. The mesh's triangles repeat no index; at least one triangle. Same bytes
+// for any thread count, compiler and optimisation level. Throws std::invalid_argument, and
+// std::length_error where the blob would exceed 512 MiB.
+std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams,
+                            const VertexValues& values, const EncodeOptions& options,
+                            EncoderStats& stats);
 
 }  // namespace meshlet

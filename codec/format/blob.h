@@ -1,4 +1,5 @@
-// The blob of one primitive: header and tables (spec, appendices A.2 to A.4), shared by encoder and decoder.
+// The blob of one primitive: header and tables (spec, appendices A.2 to A.4), shared by encoder and
+// decoder.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -21,7 +22,14 @@ constexpr uint32_t kOffsetBits = BLOB_OFFSET_BITS;
 constexpr uint32_t kMaxReferences = 63;
 constexpr uint32_t kMaxDeltaWidth = 24;
 
-enum Kind : uint8_t { kGrid = KIND_GRID, kOct = KIND_OCT, kInteger = KIND_INTEGER, kFloat32 = KIND_FLOAT32, kSign = KIND_SIGN, kKinds = 5 };
+enum Kind : uint8_t {
+  kGrid = KIND_GRID,
+  kOct = KIND_OCT,
+  kInteger = KIND_INTEGER,
+  kFloat32 = KIND_FLOAT32,
+  kSign = KIND_SIGN,
+  kKinds = 5
+};
 enum Predictor : uint8_t { kParallelogram = 0, kMean = 1, kCopy = 2, kDamped = 3, kPredictors = 4 };
 constexpr uint32_t kMaxChordBits = 24;  // streams of more bits must use kCopy
 
@@ -53,10 +61,12 @@ uint32_t data_offset_of(uint32_t streams, uint32_t meshlets);
 // One clear sentence about a stream that the format does not allow, or an empty string.
 std::string stream_problem(const Stream& stream);
 
-// Checks header and tables of an untrusted blob: every table lies inside it, the directory's triangle counts sum to the header's,
-// meshlets follow one another without overlap. Throws Malformed. Bounds what a caller may allocate.
+// Checks header and tables of an untrusted blob: every table lies inside it, the directory's
+// triangle counts sum to the header's, meshlets follow one another without overlap. Throws
+// Malformed. Bounds what a caller may allocate.
 BlobHeader read_blob_header(const uint8_t* data, size_t size);
 
-void write_blob_header(const BlobHeader& header, std::vector<uint8_t>& blob);  // header and stream table, byte_length left 0
+void write_blob_header(const BlobHeader& header,
+                       std::vector<uint8_t>& blob);  // header and stream table, byte_length left 0
 
 }  // namespace meshlet

@@ -1,9 +1,10 @@
-// Constants that the host, the codec (C++) and the shaders (GLSL) share; nothing but #define NAME integer, so that all three, and
-// vk_backend/constants.py, can read this file. The blob is the one of spec/EXT_meshlet_edgebreaker.md, appendices A.2 to A.4.
+// Constants that the host, the codec (C++) and the shaders (GLSL) share; nothing but #define NAME
+// integer, so that all three, and vk_backend/constants.py, can read this file. The blob is the one
+// of spec/EXT_meshlet_edgebreaker.md, appendices A.2 to A.4.
 #ifndef CONSTANTS_H
 #define CONSTANTS_H
 
-#define BLOB_MAGIC 0x314D4245u             // "EBM1"
+#define BLOB_MAGIC 0x314D4245u  // "EBM1"
 #define BLOB_VERSION 1u
 #define BLOB_HEADER_BYTES 32u
 #define BLOB_STREAM_BYTES 28u
@@ -11,7 +12,7 @@
 #define BLOB_GROUP_MESHLETS 32u
 #define BLOB_PADDING_BYTES 8u
 #define BLOB_MAX_BYTES 0x20000000u
-#define BLOB_OFFSET_BITS 17u               // of a directory entry; the number of triangles - 1 follows
+#define BLOB_OFFSET_BITS 17u  // of a directory entry; the number of triangles - 1 follows
 #define BLOB_TRIANGLE_BITS 6u
 
 #define KIND_GRID 0u
@@ -20,23 +21,24 @@
 #define KIND_FLOAT32 3u
 #define KIND_SIGN 4u
 
-#define MESHLET_TRIANGLES 64u              // at most; ids are meshlet * MESHLET_TRIANGLES + triangle
+#define MESHLET_TRIANGLES 64u  // at most; ids are meshlet * MESHLET_TRIANGLES + triangle
 #define MESHLET_VERTICES 64u
 
 // The scene on the GPU (shaders/scene.glsl, vk_backend/scene.py).
-#define HAS_NORMAL 1u                      // Scene.attributes and the shaders' constant ATTRIBUTES
+#define HAS_NORMAL 1u  // Scene.attributes and the shaders' constant ATTRIBUTES
 #define HAS_TEXCOORD 2u
 #define HAS_COLOR 4u
-#define NO_LANE 0xFFFFFFFFu                // Attribute.lane: the primitive lacks the attribute
-#define ATTRIBUTE_ROUND 0x1000000u         // Attribute.kind_bits: values are rounded to integers before they are scaled
-#define INSTANCE_MIRRORED 1u               // Instance.flags
-#define MATERIAL_DOUBLE_SIDED 1u           // Material.flags
+#define NO_LANE 0xFFFFFFFFu  // Attribute.lane: the primitive lacks the attribute
+#define ATTRIBUTE_ROUND \
+  0x1000000u  // Attribute.kind_bits: values are rounded to integers before they are scaled
+#define INSTANCE_MIRRORED 1u      // Instance.flags
+#define MATERIAL_DOUBLE_SIDED 1u  // Material.flags
 #define MATERIAL_MASK 2u
 #define MATERIAL_BLEND 4u
 #define MATERIAL_UNLIT 8u
 
 // A meshlet's culling bounds, one word each (shaders/bounds.glsl).
 #define BOUNDS_BYTES 4u
-#define TASK_MESHLETS 32u                  // that one task workgroup looks at
+#define TASK_MESHLETS 32u  // that one task workgroup looks at
 
 #endif

@@ -1,8 +1,9 @@
 // fuzz_decoder FOLDER [MUTATIONS [SEED]]
-// Runs every .bin file of a folder, every truncation of each small one, and MUTATIONS random mutations of them through
-// the decoder; to be built with ASan and UBSan (MESHLET_FUZZ). Any input must be decoded or refused with Malformed,
-// soon. Ends with status 1, or a sanitizer's report, where that does not hold.
-// For coverage-guided fuzzing, link with -fsanitize=fuzzer -DMESHLET_LIBFUZZER.
+// Runs every .bin file of a folder, every truncation of each small one, and MUTATIONS random
+// mutations of them through the decoder; to be built with ASan and UBSan (MESHLET_FUZZ). Any input
+// must be decoded or refused with Malformed, soon. Ends with status 1, or a sanitizer's report,
+// where that does not hold. For coverage-guided fuzzing, link with -fsanitize=fuzzer
+// -DMESHLET_LIBFUZZER.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -31,7 +32,8 @@ void decode_everything(const Bytes& blob, bool integers) {
   meshlet::Decoder decoder(blob.data(), blob.size());
   const meshlet::BlobHeader& header = decoder.header();
   expect(header.meshlet_count <= blob.size() / 4, "more meshlets than the bytes can hold");
-  expect(header.vertex_count <= 64 * uint64_t(header.meshlet_count), "more vertices than the meshlets can hold");
+  expect(header.vertex_count <= 64 * uint64_t(header.meshlet_count),
+         "more vertices than the meshlets can hold");
   std::vector<uint32_t> triangles(3 * size_t(header.triangle_count));
   std::vector<std::vector<uint32_t>> storage;
   std::vector<uint32_t*> as_integers;
@@ -42,7 +44,8 @@ void decode_everything(const Bytes& blob, bool integers) {
     as_values.push_back(integers ? nullptr : storage.back().data());
   }
   decoder.decode(triangles.data(), as_integers.data(), as_values.data());
-  for (uint32_t vertex : triangles) expect(vertex < header.vertex_count, "a triangle names a vertex that does not exist");
+  for (uint32_t vertex : triangles)
+    expect(vertex < header.vertex_count, "a triangle names a vertex that does not exist");
 }
 
 void decode_meshlets(const Bytes& blob) {
@@ -68,7 +71,8 @@ bool accepted(Run run) {
 // True where the whole blob decodes.
 bool try_blob(const Bytes& blob) {
   const bool whole = accepted([&] { decode_everything(blob, true); });
-  expect(accepted([&] { decode_everything(blob, false); }) == whole, "values and integers disagree on what is malformed");
+  expect(accepted([&] { decode_everything(blob, false); }) == whole,
+         "values and integers disagree on what is malformed");
   accepted([&] { decode_meshlets(blob); });
   accepted([&] { meshlet::describe(blob.data(), blob.size()); });
   return whole;
@@ -97,12 +101,14 @@ struct Summary {
     const auto start = std::chrono::steady_clock::now();
     decoded += try_blob(blob);
     ++inputs;
-    slowest = std::max(slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    slowest = std::max(
+        slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     expect(slowest < kTooLong, "an input takes too long");
   }
 };
 
-// A wrong length or padding is refused at once: put right, so that most mutations reach the decoder proper.
+// A wrong length or padding is refused at once: put right, so that most mutations reach the decoder
+// proper.
 void repair_frame(Bytes& blob) {
   blob.resize(blob.size() / 4 * 4);
   if (blob.size() < meshlet::kHeaderBytes + kPadding) return;
@@ -125,7 +131,8 @@ void mutate(Bytes& blob, const Bytes& other, std::mt19937& random) {
         break;
       default: {
         const size_t length = std::min({below(16), blob.size() - at, other.size()});
-        std::copy_n(other.begin() + long(below(other.size() - length + 1)), length, blob.begin() + long(at));
+        std::copy_n(other.begin() + long(below(other.size() - length + 1)), length,
+                    blob.begin() + long(at));
       }
     }
   }
@@ -170,8 +177,10 @@ int main(int argc, char** argv) {
     mutate(blob, corpus[random() % corpus.size()], random);
     mutated.run(blob);
   }
-  for (const auto& [name, summary] : {std::pair{"files", files}, {"truncations", truncations}, {"mutations", mutated}})
-    std::printf("%s: %zu run, %zu decoded, slowest %.1f ms\n", name, summary.inputs, summary.decoded, summary.slowest * 1e3);
+  for (const auto& [name, summary] :
+       {std::pair{"files", files}, {"truncations", truncations}, {"mutations", mutated}})
+    std::printf("%s: %zu run, %zu decoded, slowest %.1f ms\n", name, summary.inputs,
+                summary.decoded, summary.slowest * 1e3);
   return 0;
 }
 #endif

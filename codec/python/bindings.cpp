@@ -47,7 +47,8 @@ nb::dict stream_dict(const Stream& s) {
 }
 
 int integer(const nb::dict& d, const char* key) {
-  if (!d.contains(key)) throw nb::value_error((std::string("a stream lacks '") + key + "'").c_str());
+  if (!d.contains(key))
+    throw nb::value_error((std::string("a stream lacks '") + key + "'").c_str());
   return nb::cast<int>(d[key]);
 }
 
@@ -61,7 +62,8 @@ Stream stream_of(const nb::dict& d) {
   if (d.contains("step")) s.step = nb::cast<float>(d["step"]);
   if (d.contains("offset")) {
     nb::sequence offset = nb::cast<nb::sequence>(d["offset"]);
-    for (size_t c = 0; c < std::min<size_t>(nb::len(offset), 4); c++) s.offset[c] = nb::cast<float>(offset[c]);
+    for (size_t c = 0; c < std::min<size_t>(nb::len(offset), 4); c++)
+      s.offset[c] = nb::cast<float>(offset[c]);
   }
   return s;
 }
@@ -78,23 +80,29 @@ nb::tuple weld(const Bytes& rows) {
 }
 
 void check_mesh(const Indices& triangles, const Ids& position_ids, size_t vertices) {
-  if (position_ids.shape(0) != vertices) throw nb::value_error("position_ids and positions differ in length");
+  if (position_ids.shape(0) != vertices)
+    throw nb::value_error("position_ids and positions differ in length");
   for (size_t v = 0; v < vertices; v++)
     if (position_ids.data()[v] >= vertices) throw nb::value_error("a position id is out of range");
   const uint32_t* t = triangles.data();
   for (size_t i = 0; i < triangles.shape(0); i++, t += 3) {
-    if (t[0] >= vertices || t[1] >= vertices || t[2] >= vertices) throw nb::value_error("a triangle index is out of range");
-    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) throw nb::value_error("a triangle repeats an index");
+    if (t[0] >= vertices || t[1] >= vertices || t[2] >= vertices)
+      throw nb::value_error("a triangle index is out of range");
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
+      throw nb::value_error("a triangle repeats an index");
   }
 }
 
-VertexValues vertex_values(const std::vector<Stream>& streams, const std::vector<Values>& values, size_t vertices) {
+VertexValues vertex_values(const std::vector<Stream>& streams, const std::vector<Values>& values,
+                           size_t vertices) {
   if (streams.size() != values.size()) throw nb::value_error("streams and values differ in number");
   VertexValues out;
   for (size_t s = 0; s < streams.size(); s++) {
-    if (values[s].shape(0) != vertices || values[s].shape(1) != streams[s].components) throw nb::value_error("a stream's values have the wrong shape");
+    if (values[s].shape(0) != vertices || values[s].shape(1) != streams[s].components)
+      throw nb::value_error("a stream's values have the wrong shape");
     uint32_t mask = streams[s].bits >= 32 ? ~0u : (1u << streams[s].bits) - 1u, over = 0;
-    for (size_t i = 0; i < vertices * streams[s].components; i++) over |= values[s].data()[i] & ~mask;
+    for (size_t i = 0; i < vertices * streams[s].components; i++)
+      over |= values[s].data()[i] & ~mask;
     if (over) throw nb::value_error("a stream's value does not fit its bits");
     out.values.push_back(values[s].data());
     out.components.push_back(streams[s].components);
@@ -102,9 +110,11 @@ VertexValues vertex_values(const std::vector<Stream>& streams, const std::vector
   return out;
 }
 
-nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids, const Points& positions, const std::vector<nb::dict>& stream_dicts,
-                           const std::vector<Values>& values, int max_triangles, int max_vertices, float lambda, int iterations, float fill,
-                           const std::string& weight, bool share_seams, int threads, nb::object progress) {
+nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
+                           const Points& positions, const std::vector<nb::dict>& stream_dicts,
+                           const std::vector<Values>& values, int max_triangles, int max_vertices,
+                           float lambda, int iterations, float fill, const std::string& weight,
+                           bool share_seams, int threads, nb::object progress) {
   size_t vertices = positions.shape(0);
   check_mesh(triangles, position_ids, vertices);
   std::vector<Stream> streams;
@@ -127,7 +137,8 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids, co
       nb::gil_scoped_acquire acquire;
       progress(fraction);
     };
-  MeshView mesh{triangles.data(), triangles.shape(0), position_ids.data(), positions.data(), vertices};
+  MeshView mesh{triangles.data(), triangles.shape(0), position_ids.data(), positions.data(),
+                vertices};
   EncoderStats stats;
   std::vector<uint8_t> blob;
   {
@@ -135,7 +146,8 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids, co
     blob = encode(mesh, streams, all, options, stats);
   }
   nb::dict generation, out;
-  generation["histogram"] = nb::make_tuple(stats.histogram[0], stats.histogram[1], stats.histogram[2], stats.histogram[3]);
+  generation["histogram"] = nb::make_tuple(stats.histogram[0], stats.histogram[1],
+                                           stats.histogram[2], stats.histogram[3]);
   generation["iterations"] = stats.iterations;
   out["meshlets"] = stats.meshlets;
   out["vertices"] = stats.vertices;
@@ -174,7 +186,8 @@ nb::tuple decode_blob(const nb::bytes& blob, bool as_values) {
 // A Decoder that keeps its bytes.
 class OpenBlob {
  public:
-  explicit OpenBlob(nb::bytes blob) : blob_(std::move(blob)), decoder_(static_cast<const uint8_t*>(blob_.data()), blob_.size()) {}
+  explicit OpenBlob(nb::bytes blob)
+      : blob_(std::move(blob)), decoder_(static_cast<const uint8_t*>(blob_.data()), blob_.size()) {}
 
   const BlobHeader& header() const { return decoder_.header(); }
 
@@ -189,18 +202,21 @@ class OpenBlob {
     MeshletDecoder& d = decoder_.meshlet(m);
     uint8_t* triangles;
     nb::object triangle_array = new_array(d.triangle_count, 3, triangles);
-    for (uint32_t i = 0; i < 3 * d.triangle_count; i++) triangles[i] = uint8_t(d.triangles[i / 3] >> 8 * (i % 3));
+    for (uint32_t i = 0; i < 3 * d.triangle_count; i++)
+      triangles[i] = uint8_t(d.triangles[i / 3] >> 8 * (i % 3));
     nb::list arrays;
     for (uint32_t s = 0; s < d.stream_total; s++) {
       uint32_t* data;
       arrays.append(new_array(d.vertex_count, d.stream_components[s], data));
       for (uint32_t v = 0; v < d.vertex_count; v++)
-        for (uint32_t c = 0; c < d.stream_components[s]; c++) *data++ = d.values[(d.stream_lane[s] + c) * 64u + v];
+        for (uint32_t c = 0; c < d.stream_components[s]; c++)
+          *data++ = d.values[(d.stream_lane[s] + c) * 64u + v];
     }
     return nb::make_tuple(triangle_array, arrays);
   }
 
-  // Decodes the meshlets of the given numbers one after another, without making arrays of them; returns the number of triangles.
+  // Decodes the meshlets of the given numbers one after another, without making arrays of them;
+  // returns the number of triangles.
   uint64_t decode_many(const Ids& numbers) {
     nb::gil_scoped_release release;
     uint64_t triangles = 0;
@@ -243,14 +259,18 @@ nb::dict describe_blob(const nb::bytes& blob) {
   return out;
 }
 
-void validate(const nb::bytes& blob) { Decoder(static_cast<const uint8_t*>(blob.data()), blob.size()).validate(); }
+void validate(const nb::bytes& blob) {
+  Decoder(static_cast<const uint8_t*>(blob.data()), blob.size()).validate();
+}
 
 }  // namespace
 }  // namespace meshlet
 
 NB_MODULE(_codec, m) {
   using namespace meshlet;
-  m.doc() = "Native codec of EXT_meshlet_edgebreaker. Everything raises ValueError with one sentence on malformed input.";
+  m.doc() =
+      "Native codec of EXT_meshlet_edgebreaker. Everything raises ValueError with one sentence on "
+      "malformed input.";
   nb::register_exception_translator([](const std::exception_ptr& p, void*) {
     try {
       std::rethrow_exception(p);
@@ -259,12 +279,18 @@ NB_MODULE(_codec, m) {
     }
   });
   m.def("weld", &weld, "rows"_a,
-        "rows: uint8[N, stride]. Returns (remap: uint32[N], unique: int): bit-identical rows get one id, in order of first occurrence.");
-  m.def("encode", &encode_primitive, "triangles"_a, "position_ids"_a, "positions"_a, "streams"_a, "values"_a, "max_triangles"_a = 64, "max_vertices"_a = 64,
-        "lambda_"_a = 0.0f, "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true, "threads"_a = 0, "progress"_a = nb::none(),
-        "Encodes one primitive. triangles: uint32[T, 3] without repeated indices; position_ids: uint32[V], equal where positions are;\n"
-        "positions: float32[V, 3]; streams: dicts of kind, components, bits, step, offset and predictor (-1: the encoder chooses);\n"
-        "values: uint32[V, components] per stream. lambda_, iterations and fill: 0 takes the default. share_seams: off only to measure what it gives. threads: "
+        "rows: uint8[N, stride]. Returns (remap: uint32[N], unique: int): bit-identical rows get "
+        "one id, in order of first occurrence.");
+  m.def("encode", &encode_primitive, "triangles"_a, "position_ids"_a, "positions"_a, "streams"_a,
+        "values"_a, "max_triangles"_a = 64, "max_vertices"_a = 64, "lambda_"_a = 0.0f,
+        "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true,
+        "threads"_a = 0, "progress"_a = nb::none(),
+        "Encodes one primitive. triangles: uint32[T, 3] without repeated indices; position_ids: "
+        "uint32[V], equal where positions are;\n"
+        "positions: float32[V, 3]; streams: dicts of kind, components, bits, step, offset and "
+        "predictor (-1: the encoder chooses);\n"
+        "values: uint32[V, components] per stream. lambda_, iterations and fill: 0 takes the "
+        "default. share_seams: off only to measure what it gives. threads: "
         "0 is one per processor.\n"
         "Returns (blob: bytes, stats: dict).");
   m.def(
@@ -272,17 +298,22 @@ NB_MODULE(_codec, m) {
       "Returns (triangles: uint32[T, 3], [uint32[V, components] per stream]).");
   m.def(
       "decode_values", [](const nb::bytes& blob) { return decode_blob(blob, true); }, "blob"_a,
-      "Returns (triangles: uint32[T, 3], [values per stream]): float32[V, components], float32[V, 3] unit vectors for OCT, uint32 for INTEGER.");
-  m.def("describe", &describe_blob, "blob"_a, "Counts, streams, and where the bits go; the parts of 'bits' sum to 8 * len(blob).");
+      "Returns (triangles: uint32[T, 3], [values per stream]): float32[V, components], float32[V, "
+      "3] unit vectors for OCT, uint32 for INTEGER.");
+  m.def("describe", &describe_blob, "blob"_a,
+        "Counts, streams, and where the bits go; the parts of 'bits' sum to 8 * len(blob).");
   m.def("validate", &validate, "blob"_a,
-        "Decodes every meshlet on its own; raises ValueError if the blob is malformed in any way, also those that decode may accept.");
+        "Decodes every meshlet on its own; raises ValueError if the blob is malformed in any way, "
+        "also those that decode may accept.");
   nb::class_<OpenBlob>(m, "Decoder", "Decodes single meshlets of one blob.")
       .def(nb::init<nb::bytes>(), "blob"_a)
       .def_prop_ro("triangle_count", [](const OpenBlob& b) { return b.header().triangle_count; })
       .def_prop_ro("vertex_count", [](const OpenBlob& b) { return b.header().vertex_count; })
       .def_prop_ro("meshlet_count", [](const OpenBlob& b) { return b.header().meshlet_count; })
       .def_prop_ro("streams", &OpenBlob::streams)
-      .def("decode_meshlet", &OpenBlob::decode_meshlet, "index"_a, "Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]).")
+      .def("decode_meshlet", &OpenBlob::decode_meshlet, "index"_a,
+           "Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]).")
       .def("decode_many", &OpenBlob::decode_many, "indices"_a,
-           "Decodes the meshlets of the given numbers (uint32[n]) into preallocated memory, for timing; returns their triangles.");
+           "Decodes the meshlets of the given numbers (uint32[n]) into preallocated memory, for "
+           "timing; returns their triangles.");
 }

@@ -5,7 +5,8 @@ namespace {
 
 constexpr uint32_t no_key = ~0u;
 
-// Open addressing: the place of `key`, or the free one where it belongs. The table's size is a power of two.
+// Open addressing: the place of `key`, or the free one where it belongs. The table's size is a
+// power of two.
 size_t find_slot(const std::vector<uint32_t>& keys, uint32_t key) {
   const size_t mask = keys.size() - 1;
   size_t at = (key * 0x9E3779B1u >> 7) & mask;
@@ -86,14 +87,15 @@ int DiskCutter::shared_edges(int16_t triangle) const {
   return shared;
 }
 
-// Growing by triangles that keep the set a disk (a shelling) never gets stuck inside a disk, so that what can be one
-// disk becomes one.
+// Growing by triangles that keep the set a disk (a shelling) never gets stuck inside a disk, so
+// that what can be one disk becomes one.
 bool DiskCutter::keeps_disk(int16_t triangle, int shared) const {
   if (shared == 2) return boundary_ > 3;
   if (shared != 1) return false;
   for (int k = 0; k < 3; ++k) {
     const int16_t other = cluster_.neighbours[3 * triangle + k];
-    if (other >= 0 && disk_of_triangle_[other] == disk_) return disk_of_vertex_[cluster_.corners[3 * triangle + (k + 2) % 3]] != disk_;
+    if (other >= 0 && disk_of_triangle_[other] == disk_)
+      return disk_of_vertex_[cluster_.corners[3 * triangle + (k + 2) % 3]] != disk_;
   }
   return false;
 }

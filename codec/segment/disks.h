@@ -10,8 +10,10 @@ namespace meshlet {
 // Triangles and vertices of a cluster are numbered from 0.
 struct Cluster {
   std::vector<uint32_t> triangles;  // the mesh's triangle behind local triangle i
-  std::vector<uint16_t> corners;    // local vertex at corner k of local triangle i: corners[3 * i + k]
-  std::vector<int16_t> neighbours;  // local triangle across half-edge 3 * i + k, joined by vertices; -1: none
+  std::vector<uint16_t>
+      corners;  // local vertex at corner k of local triangle i: corners[3 * i + k]
+  std::vector<int16_t>
+      neighbours;  // local triangle across half-edge 3 * i + k, joined by vertices; -1: none
   size_t vertex_count;
 };
 
@@ -25,11 +27,14 @@ struct Disks {
   size_t count() const { return begin.size() - 1; }
 };
 
-// Takes clusters out of one mesh and cuts them into disks. An instance is used by one thread at a time.
+// Takes clusters out of one mesh and cuts them into disks. An instance is used by one thread at a
+// time.
 class DiskCutter {
  public:
-  // triangles: three vertices each. half_edges: match_half_edges over vertices. Both must outlive this object.
-  DiskCutter(const uint32_t* triangles, const int32_t* half_edges) : mesh_(triangles), half_edges_(half_edges) {}
+  // triangles: three vertices each. half_edges: match_half_edges over vertices. Both must outlive
+  // this object.
+  DiskCutter(const uint32_t* triangles, const int32_t* half_edges)
+      : mesh_(triangles), half_edges_(half_edges) {}
 
   // Cuts the given triangles (at most 2^14) into few, large disks.
   void cut(const uint32_t* triangles, size_t count, Disks& disks);

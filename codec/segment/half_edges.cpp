@@ -34,18 +34,20 @@ void match_small_bucket(const Entry* bucket, size_t size, int32_t* match) {
 }
 
 void match_large_bucket(Entry* bucket, size_t size, int32_t* match) {
-  std::sort(bucket, bucket + size,
-            [](const Entry& a, const Entry& b) { return a.larger_end != b.larger_end ? a.larger_end < b.larger_end : a.half_edge < b.half_edge; });
+  std::sort(bucket, bucket + size, [](const Entry& a, const Entry& b) {
+    return a.larger_end != b.larger_end ? a.larger_end < b.larger_end : a.half_edge < b.half_edge;
+  });
   for (size_t i = 0, end; i < size; i = end) {
     for (end = i + 1; end < size && bucket[end].larger_end == bucket[i].larger_end;) ++end;
     if (end - i == 2) match_pair(bucket[i], bucket[i + 1], match);
   }
 }
 
-// Calls visit(smaller end, larger end, half-edge with direction bit) for all half-edges whose smaller end is in
-// [first, last).
+// Calls visit(smaller end, larger end, half-edge with direction bit) for all half-edges whose
+// smaller end is in [first, last).
 template <class Visit>
-void visit_half_edges(const uint32_t* triangles, size_t triangle_count, const uint32_t* ids, uint32_t first, uint32_t last, Visit&& visit) {
+void visit_half_edges(const uint32_t* triangles, size_t triangle_count, const uint32_t* ids,
+                      uint32_t first, uint32_t last, Visit&& visit) {
   for (size_t t = 0; t < triangle_count; ++t) {
     uint32_t corner[3];
     for (int k = 0; k < 3; ++k) corner[k] = ids ? ids[triangles[3 * t + k]] : triangles[3 * t + k];
@@ -59,14 +61,18 @@ void visit_half_edges(const uint32_t* triangles, size_t triangle_count, const ui
   }
 }
 
-void match_range(const uint32_t* triangles, size_t triangle_count, const uint32_t* ids, uint32_t first, uint32_t last, int32_t* match) {
+void match_range(const uint32_t* triangles, size_t triangle_count, const uint32_t* ids,
+                 uint32_t first, uint32_t last, int32_t* match) {
   // end[i + 1] counts bucket i, becomes its begin, and after filling its end.
   std::vector<uint32_t> end(static_cast<size_t>(last - first) + 2, 0);
-  visit_half_edges(triangles, triangle_count, ids, first, last, [&](uint32_t smaller, uint32_t, uint32_t) { ++end[smaller - first + 2]; });
+  visit_half_edges(triangles, triangle_count, ids, first, last,
+                   [&](uint32_t smaller, uint32_t, uint32_t) { ++end[smaller - first + 2]; });
   for (size_t i = 2; i < end.size(); ++i) end[i] += end[i - 1];
   std::vector<Entry> entries(end.back());
   visit_half_edges(triangles, triangle_count, ids, first, last,
-                   [&](uint32_t smaller, uint32_t larger, uint32_t half_edge) { entries[end[smaller - first + 1]++] = {larger, half_edge}; });
+                   [&](uint32_t smaller, uint32_t larger, uint32_t half_edge) {
+                     entries[end[smaller - first + 1]++] = {larger, half_edge};
+                   });
   for (uint32_t i = 0; i < last - first; ++i) {
     Entry* bucket = entries.data() + end[i];
     const size_t size = end[i + 1] - end[i];
@@ -79,12 +85,15 @@ void match_range(const uint32_t* triangles, size_t triangle_count, const uint32_
 
 }  // namespace
 
-std::vector<int32_t> match_half_edges(const uint32_t* triangles, size_t triangle_count, const uint32_t* ids, size_t id_count, int threads) {
+std::vector<int32_t> match_half_edges(const uint32_t* triangles, size_t triangle_count,
+                                      const uint32_t* ids, size_t id_count, int threads) {
   std::vector<int32_t> match(3 * triangle_count, -1);
   // Every range reads all triangles, so there are no more ranges than threads.
-  const size_t ranges = std::min<size_t>(resolve_threads(threads), std::max<size_t>(1, triangle_count / 4096));
+  const size_t ranges =
+      std::min<size_t>(resolve_threads(threads), std::max<size_t>(1, triangle_count / 4096));
   parallel_for(threads, ranges, [&](size_t r) {
-    match_range(triangles, triangle_count, ids, static_cast<uint32_t>(id_count * r / ranges), static_cast<uint32_t>(id_count * (r + 1) / ranges), match.data());
+    match_range(triangles, triangle_count, ids, static_cast<uint32_t>(id_count * r / ranges),
+                static_cast<uint32_t>(id_count * (r + 1) / ranges), match.data());
   });
   return match;
 }

@@ -8,8 +8,8 @@ namespace {
 // Twice as many groups in a row along the curve are packed together: best fit, largest first.
 constexpr size_t window = 32;
 
-// Roughly, a meshlet stores one vertex in this many relative to its first, with as many bits as its box needs; joining
-// pays as long as that grows by no more than max_spread bits.
+// Roughly, a meshlet stores one vertex in this many relative to its first, with as many bits as its
+// box needs; joining pays as long as that grows by no more than max_spread bits.
 constexpr int32_t vertices_per_anchor = 16;
 constexpr int32_t max_spread = 20;
 
@@ -35,7 +35,8 @@ int32_t spread(const Load& a, const Load& b) {
   for (size_t c = 0; c < 3; ++c) {
     const int32_t width = bit_width(joined.high[c] - joined.low[c]);
     for (const Load* part : {&a, &b})
-      bits += (width - bit_width(part->high[c] - part->low[c])) * static_cast<int32_t>(1 + part->vertices / vertices_per_anchor);
+      bits += (width - bit_width(part->high[c] - part->low[c])) *
+              static_cast<int32_t>(1 + part->vertices / vertices_per_anchor);
   }
   return bits;
 }
@@ -43,7 +44,10 @@ int32_t spread(const Load& a, const Load& b) {
 class Packer {
  public:
   Packer(const std::vector<Load>& loads, uint32_t max_triangles, uint32_t max_vertices)
-      : loads_(loads), max_triangles_(max_triangles), max_vertices_(max_vertices), parent_(loads.size()) {
+      : loads_(loads),
+        max_triangles_(max_triangles),
+        max_vertices_(max_vertices),
+        parent_(loads.size()) {
     for (uint32_t i = 0; i < parent_.size(); ++i) parent_[i] = i;
   }
 
@@ -57,7 +61,8 @@ class Packer {
     return item;
   }
   bool fits(uint32_t a, uint32_t b) const {
-    return loads_[a].triangles + loads_[b].triangles <= max_triangles_ && loads_[a].vertices + loads_[b].vertices <= max_vertices_;
+    return loads_[a].triangles + loads_[b].triangles <= max_triangles_ &&
+           loads_[a].vertices + loads_[b].vertices <= max_vertices_;
   }
   void join(uint32_t a, uint32_t b) {
     if (b < a) std::swap(a, b);
@@ -65,7 +70,10 @@ class Packer {
     loads_[a] = join_loads(loads_[a], loads_[b]);
   }
   // The larger share of a limit that the group takes.
-  uint32_t fill(uint32_t group) const { return std::max(loads_[group].triangles * max_vertices_, loads_[group].vertices * max_triangles_); }
+  uint32_t fill(uint32_t group) const {
+    return std::max(loads_[group].triangles * max_vertices_,
+                    loads_[group].vertices * max_triangles_);
+  }
   void pack_window(std::vector<uint32_t>& groups);
 
   std::vector<Load> loads_;
@@ -85,7 +93,8 @@ void Packer::join_contacts(std::vector<Contact>& contacts) {
 }
 
 void Packer::pack_window(std::vector<uint32_t>& groups) {
-  std::sort(groups.begin(), groups.end(), [&](uint32_t a, uint32_t b) { return fill(a) != fill(b) ? fill(a) > fill(b) : a < b; });
+  std::sort(groups.begin(), groups.end(),
+            [&](uint32_t a, uint32_t b) { return fill(a) != fill(b) ? fill(a) > fill(b) : a < b; });
   std::vector<uint32_t> bins;
   for (const uint32_t group : groups) {
     size_t best = bins.size();
@@ -111,7 +120,8 @@ void Packer::join_along(const std::vector<uint32_t>& curve_order) {
     if (groups.size() < 2 * window) continue;
     pack_window(groups);
     // The emptiest groups stay open for what follows.
-    if (groups.size() > window) groups.erase(groups.begin(), groups.end() - static_cast<std::ptrdiff_t>(window));
+    if (groups.size() > window)
+      groups.erase(groups.begin(), groups.end() - static_cast<std::ptrdiff_t>(window));
   }
   pack_window(groups);
 }
@@ -128,7 +138,8 @@ std::vector<uint32_t> Packer::number_groups() {
 
 }  // namespace
 
-std::vector<uint32_t> pack_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts, const std::vector<uint32_t>& curve_order,
+std::vector<uint32_t> pack_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts,
+                                    const std::vector<uint32_t>& curve_order,
                                     uint32_t max_triangles, uint32_t max_vertices) {
   Packer packer(loads, max_triangles, max_vertices);
   packer.join_contacts(contacts);

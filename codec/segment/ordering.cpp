@@ -10,7 +10,9 @@ constexpr int rim_walks = 3;
 
 class CuthillMcKee {
  public:
-  explicit CuthillMcKee(const Graph& graph) : graph_(graph), mark_(graph.size(), 0) { order_.reserve(graph.size()); }
+  explicit CuthillMcKee(const Graph& graph) : graph_(graph), mark_(graph.size(), 0) {
+    order_.reserve(graph.size());
+  }
 
   std::vector<uint32_t> run() {
     for (uint32_t node = 0; node < graph_.size(); ++node) {
@@ -60,8 +62,9 @@ void CuthillMcKee::number_from(uint32_t start) {
       mark_[graph_.targets[i]] = ordered;
       next_.push_back(graph_.targets[i]);
     }
-    std::sort(next_.begin(), next_.end(),
-              [&](uint32_t a, uint32_t b) { return graph_.degree(a) != graph_.degree(b) ? graph_.degree(a) < graph_.degree(b) : a < b; });
+    std::sort(next_.begin(), next_.end(), [&](uint32_t a, uint32_t b) {
+      return graph_.degree(a) != graph_.degree(b) ? graph_.degree(a) < graph_.degree(b) : a < b;
+    });
     order_.insert(order_.end(), next_.begin(), next_.end());
   }
 }
@@ -81,7 +84,8 @@ Graph build_graph(uint32_t node_count, const std::vector<std::pair<uint32_t, uin
   Graph graph;
   graph.begin.assign(1, 0);
   for (uint32_t node = 0; node < node_count; ++node) {
-    const auto first = all.targets.begin() + all.begin[node], last = all.targets.begin() + all.begin[node + 1];
+    const auto first = all.targets.begin() + all.begin[node],
+               last = all.targets.begin() + all.begin[node + 1];
     std::sort(first, last);
     graph.targets.insert(graph.targets.end(), first, std::unique(first, last));
     graph.begin.push_back(static_cast<uint32_t>(graph.targets.size()));

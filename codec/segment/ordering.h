@@ -16,11 +16,12 @@ struct Graph {
   uint32_t degree(uint32_t node) const { return begin[node + 1] - begin[node]; }
 };
 
-// The graph on nodes 0 .. node_count - 1 with these edges; repeated edges count once, every edge goes both ways.
+// The graph on nodes 0 .. node_count - 1 with these edges; repeated edges count once, every edge
+// goes both ways.
 Graph build_graph(uint32_t node_count, const std::vector<std::pair<uint32_t, uint32_t>>& edges);
 
-// The nodes in Cuthill-McKee order: breadth first from a node at the rim of each connected part, neighbours of small
-// degree first.
+// The nodes in Cuthill-McKee order: breadth first from a node at the rim of each connected part,
+// neighbours of small degree first.
 std::vector<uint32_t> cuthill_mckee(const Graph& graph);
 
 }  // namespace meshlet

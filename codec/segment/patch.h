@@ -21,8 +21,10 @@ struct Facet {
 
 // Some tens of thousands of triangles, numbered from 0, and which of them share edges.
 struct Patch {
-  std::vector<uint32_t> triangles;  // the mesh's triangle behind local triangle t; neighbours in space are near
-  std::vector<int32_t> neighbours;  // local half-edge across half-edge 3 * t + k; -1: none, or in another patch
+  std::vector<uint32_t>
+      triangles;  // the mesh's triangle behind local triangle t; neighbours in space are near
+  std::vector<int32_t>
+      neighbours;  // local half-edge across half-edge 3 * t + k; -1: none, or in another patch
   std::vector<Facet> facets;
   std::vector<int32_t> region;  // of each local triangle
   int32_t region_count = 0;

@@ -37,13 +37,15 @@ Frame fit_frame(const MeshView& mesh) {
 
 Vec3 corner_position(const MeshView& mesh, const Frame& frame, size_t corner) {
   const float* p = mesh.positions + 3 * size_t{mesh.triangles[corner]};
-  return {static_cast<float>((p[0] - frame.origin[0]) * frame.scale), static_cast<float>((p[1] - frame.origin[1]) * frame.scale),
+  return {static_cast<float>((p[0] - frame.origin[0]) * frame.scale),
+          static_cast<float>((p[1] - frame.origin[1]) * frame.scale),
           static_cast<float>((p[2] - frame.origin[2]) * frame.scale)};
 }
 
 constexpr int curve_bits = 10;  // per axis
 
-// Place of a grid cell on the Hilbert curve (Skilling 2004: the transposed index, then interleaved).
+// Place of a grid cell on the Hilbert curve (Skilling 2004: the transposed index, then
+// interleaved).
 uint32_t hilbert_code(std::array<uint32_t, 3> x) {
   for (uint32_t q = 1u << (curve_bits - 1); q > 1; q >>= 1) {
     for (int i = 0; i < 3; ++i) {
@@ -69,7 +71,8 @@ uint32_t hilbert_code(std::array<uint32_t, 3> x) {
 
 uint32_t to_cell(float coordinate) {
   constexpr int cells = 1 << curve_bits;
-  return static_cast<uint32_t>(std::min(std::max(static_cast<int>(coordinate * cells), 0), cells - 1));
+  return static_cast<uint32_t>(
+      std::min(std::max(static_cast<int>(coordinate * cells), 0), cells - 1));
 }
 
 }  // namespace
@@ -101,7 +104,8 @@ std::vector<uint32_t> order_along_curve(const std::vector<Vec3>& points, int thr
       order[i] = static_cast<uint32_t>(i);
     }
   });
-  // Radix sort by one coordinate's worth of bits at a time; each pass keeps the order of equal digits.
+  // Radix sort by one coordinate's worth of bits at a time; each pass keeps the order of equal
+  // digits.
   for (int shift = 0; shift < 3 * curve_bits; shift += curve_bits) {
     std::array<uint32_t, (1 << curve_bits) + 1> begin{};
     const uint32_t mask = (1u << curve_bits) - 1;
@@ -141,10 +145,12 @@ void group_components(const std::vector<int32_t>& half_edges, std::vector<uint32
   order.swap(grouped);
 }
 
-Patch extract_patch(const std::vector<uint32_t>& order, size_t first, size_t last, const std::vector<uint32_t>& slot, const std::vector<int32_t>& half_edges,
+Patch extract_patch(const std::vector<uint32_t>& order, size_t first, size_t last,
+                    const std::vector<uint32_t>& slot, const std::vector<int32_t>& half_edges,
                     const TriangleShapes& shapes) {
   Patch patch;
-  patch.triangles.assign(order.begin() + static_cast<std::ptrdiff_t>(first), order.begin() + static_cast<std::ptrdiff_t>(last));
+  patch.triangles.assign(order.begin() + static_cast<std::ptrdiff_t>(first),
+                         order.begin() + static_cast<std::ptrdiff_t>(last));
   patch.neighbours.resize(3 * patch.size());
   patch.facets.resize(patch.size());
   for (size_t t = 0; t < patch.size(); ++t) {
@@ -153,7 +159,9 @@ Patch extract_patch(const std::vector<uint32_t>& order, size_t first, size_t las
     for (size_t k = 0; k < 3; ++k) {
       const int32_t other = half_edges[3 * triangle + k];
       const size_t place = other < 0 ? last : slot[static_cast<size_t>(other) / 3];
-      patch.neighbours[3 * t + k] = place >= first && place < last ? static_cast<int32_t>(3 * (place - first)) + other % 3 : -1;
+      patch.neighbours[3 * t + k] = place >= first && place < last
+                                        ? static_cast<int32_t>(3 * (place - first)) + other % 3
+                                        : -1;
     }
   }
   return patch;

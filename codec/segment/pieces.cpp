@@ -7,8 +7,10 @@ void Piece::append(const Piece& other) {
   const uint32_t components = static_cast<uint32_t>(component_begin.size() - 1);
   triangles.insert(triangles.end(), other.triangles.begin(), other.triangles.end());
   vertices.insert(vertices.end(), other.vertices.begin(), other.vertices.end());
-  for (size_t k = 1; k < other.component_begin.size(); ++k) component_begin.push_back(base + other.component_begin[k]);
-  for (size_t m = 1; m < other.meshlet_begin.size(); ++m) meshlet_begin.push_back(components + other.meshlet_begin[m]);
+  for (size_t k = 1; k < other.component_begin.size(); ++k)
+    component_begin.push_back(base + other.component_begin[k]);
+  for (size_t m = 1; m < other.meshlet_begin.size(); ++m)
+    meshlet_begin.push_back(components + other.meshlet_begin[m]);
 }
 
 void Piece::append_meshlet(const Disks& disks) {
@@ -24,7 +26,8 @@ void Piece::append_joined(const Piece& other, const std::vector<uint32_t>& meshl
   for (const uint32_t m : meshlets) {
     vertices.back() += other.vertices[m];
     for (uint32_t k = other.meshlet_begin[m]; k < other.meshlet_begin[m + 1]; ++k) {
-      triangles.insert(triangles.end(), other.triangles.begin() + other.component_begin[k], other.triangles.begin() + other.component_begin[k + 1]);
+      triangles.insert(triangles.end(), other.triangles.begin() + other.component_begin[k],
+                       other.triangles.begin() + other.component_begin[k + 1]);
       component_begin.push_back(static_cast<uint32_t>(triangles.size()));
     }
   }

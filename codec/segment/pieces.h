@@ -17,7 +17,9 @@ struct Piece {
 
   uint32_t count() const { return static_cast<uint32_t>(vertices.size()); }
   // Where the meshlet's triangles begin; those of the last one end at first_triangle(count()).
-  uint32_t first_triangle(uint32_t meshlet) const { return component_begin[meshlet_begin[meshlet]]; }
+  uint32_t first_triangle(uint32_t meshlet) const {
+    return component_begin[meshlet_begin[meshlet]];
+  }
 
   // Adds all meshlets of another piece.
   void append(const Piece& other);

@@ -12,8 +12,8 @@ constexpr float overshoot = 1.7f;
 // C_m of equation (2): what a region that is full adds to its relative size.
 constexpr float full_penalty = 8.0f;
 
-// Half-edges ordered by weight in buckets of an eighth of an octave: O(1) per operation. An entry lighter than the
-// bucket in work goes into that bucket.
+// Half-edges ordered by weight in buckets of an eighth of an octave: O(1) per operation. An entry
+// lighter than the bucket in work goes into that bucket.
 class BucketQueue {
  public:
   explicit BucketQueue(size_t capacity) : next_(capacity), heads_(bucket_count, none) {}
@@ -43,7 +43,8 @@ class BucketQueue {
 
  private:
   static constexpr int octaves = 64, per_octave = 8, bucket_count = octaves * per_octave;
-  static constexpr int lightest = (127 - 50) * per_octave;  // weights below 2^-50 share the first bucket
+  static constexpr int lightest =
+      (127 - 50) * per_octave;  // weights below 2^-50 share the first bucket
   std::vector<int32_t> next_;
   std::vector<int32_t> heads_;
   int current_ = 0;
@@ -51,7 +52,11 @@ class BucketQueue {
 
 class RegionGrower {
  public:
-  RegionGrower(Patch& patch, const GrowthOptions& options) : patch_(patch), options_(options), queue_(3 * patch.size()), shape_weights_(3 * patch.size()) {}
+  RegionGrower(Patch& patch, const GrowthOptions& options)
+      : patch_(patch),
+        options_(options),
+        queue_(3 * patch.size()),
+        shape_weights_(3 * patch.size()) {}
 
   int run() {
     place_centres();
@@ -105,15 +110,16 @@ std::vector<int32_t> label_components(const Patch& patch, std::vector<int32_t>& 
   return sizes;
 }
 
-// Initial centres, uniform over each component: triangles are numbered along a space-filling curve, and every n-th
-// becomes a centre.
+// Initial centres, uniform over each component: triangles are numbered along a space-filling curve,
+// and every n-th becomes a centre.
 void RegionGrower::place_centres() {
   std::vector<int32_t> component;
   const std::vector<int32_t> sizes = label_components(patch_, component);
   std::vector<int64_t> seen(sizes.size(), 0);
   for (size_t t = 0; t < patch_.size(); ++t) {
     const int64_t size = sizes[component[t]], rank = seen[component[t]]++;
-    const int64_t centres = std::min(size, static_cast<int64_t>(std::ceil(static_cast<float>(size) / options_.mean_size)));
+    const int64_t centres = std::min(
+        size, static_cast<int64_t>(std::ceil(static_cast<float>(size) / options_.mean_size)));
     if ((rank * centres + size / 2) % size < centres) seeds_.push_back(static_cast<int32_t>(t));
   }
   for (const int32_t seed : seeds_) means_.push_back(patch_.facets[seed]);
@@ -124,7 +130,8 @@ void RegionGrower::place_centres() {
 float RegionGrower::shape_weight(int32_t triangle, int32_t region) const {
   const Facet& facet = patch_.facets[triangle];
   const Facet& mean = means_[region];
-  return length(facet.centre - mean.centre) * std::max(0.0f, options_.lambda - dot(facet.normal, mean.normal));
+  return length(facet.centre - mean.centre) *
+         std::max(0.0f, options_.lambda - dot(facet.normal, mean.normal));
 }
 
 // Equation (1) for the triangle across a half-edge in the queue.
@@ -154,7 +161,8 @@ void RegionGrower::attach_triangles() {
   for (size_t r = 0; r < seeds_.size(); ++r) patch_.region[seeds_[r]] = static_cast<int32_t>(r);
   for (size_t r = 0; r < seeds_.size(); ++r) attach(seeds_[r], static_cast<int32_t>(r));
   for (int32_t half_edge; (half_edge = queue_.pop()) != BucketQueue::none;) {
-    const int32_t triangle = patch_.neighbours[half_edge] / 3, region = patch_.region[half_edge / 3];
+    const int32_t triangle = patch_.neighbours[half_edge] / 3,
+                  region = patch_.region[half_edge / 3];
     if (patch_.region[triangle] >= 0) continue;
     // The region has grown since this entry was weighed.
     const int bucket = BucketQueue::bucket_of(weight(half_edge));
@@ -165,8 +173,8 @@ void RegionGrower::attach_triangles() {
   }
 }
 
-// Moves each region's centre towards the mean of its triangles, and its seed to the triangle next to the centre. Says
-// whether any seed changed.
+// Moves each region's centre towards the mean of its triangles, and its seed to the triangle next
+// to the centre. Says whether any seed changed.
 bool RegionGrower::move_centres() {
   const std::vector<Facet> former = means_;
   std::fill(means_.begin(), means_.end(), Facet{{0, 0, 0}, {0, 0, 0}});
@@ -187,7 +195,8 @@ bool RegionGrower::move_centres() {
     const int32_t region = patch_.region[t];
     const Vec3 offset = patch_.facets[t].centre - means_[region].centre;
     const float distance = dot(offset, offset);
-    if (distance < nearest[region]) nearest[region] = distance, seeds[region] = static_cast<int32_t>(t);
+    if (distance < nearest[region])
+      nearest[region] = distance, seeds[region] = static_cast<int32_t>(t);
   }
   seeds.swap(seeds_);
   return seeds != seeds_;
@@ -195,6 +204,8 @@ bool RegionGrower::move_centres() {
 
 }  // namespace
 
-int grow_regions(Patch& patch, const GrowthOptions& options) { return RegionGrower(patch, options).run(); }
+int grow_regions(Patch& patch, const GrowthOptions& options) {
+  return RegionGrower(patch, options).run();
+}
 
 }  // namespace meshlet

@@ -16,8 +16,8 @@ struct GrowthOptions {
   int iterations;
 };
 
-// Fills patch.region and patch.region_count: every region is edge-connected. Returns the rounds it took until the
-// centres stayed where they were, at most options.iterations (and at least 1).
+// Fills patch.region and patch.region_count: every region is edge-connected. Returns the rounds it
+// took until the centres stayed where they were, at most options.iterations (and at least 1).
 int grow_regions(Patch& patch, const GrowthOptions& options);
 
 }  // namespace meshlet

@@ -14,8 +14,8 @@ constexpr int max_fan = 64;
 constexpr size_t max_searched = 200;
 constexpr int max_failures = 6;
 
-// Border edges that disappear are worth this much; the rest of a move's score, in [-1, 1], tells how much nearer the
-// triangle is to its new region's centre.
+// Border edges that disappear are worth this much; the rest of a move's score, in [-1, 1], tells
+// how much nearer the triangle is to its new region's centre.
 constexpr float edge_score = 2.0f;
 
 // Moves that gain less are not worth the trouble unless they make room.
@@ -60,13 +60,16 @@ class Refiner {
   Move best_move(int32_t from, int32_t to) const;
   bool pass_on(int32_t region);
   int32_t find_room(int32_t region);
-  Vec3 centre(int32_t region) const { return sums_[region] * (1.0f / static_cast<float>(sizes_[region])); }
+  Vec3 centre(int32_t region) const {
+    return sums_[region] * (1.0f / static_cast<float>(sizes_[region]));
+  }
 
   Patch& patch_;
   const RefinementOptions options_;
-  std::vector<int32_t> sizes_, first_, next_, previous_;  // the triangles of each region, as linked lists
-  std::vector<Vec3> sums_;                                // of the triangles' centres
-  std::vector<int32_t> parent_, seen_, queue_;            // of the search for room
+  std::vector<int32_t> sizes_, first_, next_,
+      previous_;                                // the triangles of each region, as linked lists
+  std::vector<Vec3> sums_;                      // of the triangles' centres
+  std::vector<int32_t> parent_, seen_, queue_;  // of the search for room
   std::vector<std::pair<int32_t, int32_t>> blocked_;
   int32_t search_ = 0;
 };
@@ -130,7 +133,8 @@ bool Refiner::fan_is_inside(int32_t triangle, int corner, int32_t region) const 
 
 // Whether any other triangle around this corner belongs to the region.
 bool Refiner::fan_touches(int32_t triangle, int corner, int32_t region) const {
-  // Around the corner one way, across the edges that leave it, and unless that closes, the other way.
+  // Around the corner one way, across the edges that leave it, and unless that closes, the other
+  // way.
   for (int way = 0; way < 2; ++way) {
     int32_t half_edge = 3 * triangle + (way == 0 ? corner : (corner + 2) % 3);
     for (int step = 0;; ++step) {
@@ -164,7 +168,9 @@ float Refiner::score(int32_t triangle, int32_t from, int32_t to) const {
   const float before = length(patch_.facets[triangle].centre - centre(from));
   const float after = length(patch_.facets[triangle].centre - centre(to));
   const float sum = before + after;
-  return edge_score * static_cast<float>(shared_edges(triangle, to) - shared_edges(triangle, from)) + (sum > 0 ? (before - after) / sum : 0);
+  return edge_score *
+             static_cast<float>(shared_edges(triangle, to) - shared_edges(triangle, from)) +
+         (sum > 0 ? (before - after) / sum : 0);
 }
 
 // Moves triangles where that shortens borders or rounds regions. Says whether anything moved.
@@ -192,7 +198,9 @@ void Refiner::balance() {
   std::vector<int32_t> full;
   for (int32_t r = 0; r < patch_.region_count; ++r)
     if (sizes_[r] > options_.max_size) full.push_back(r);
-  std::sort(full.begin(), full.end(), [&](int32_t a, int32_t b) { return sizes_[a] != sizes_[b] ? sizes_[a] > sizes_[b] : a < b; });
+  std::sort(full.begin(), full.end(), [&](int32_t a, int32_t b) {
+    return sizes_[a] != sizes_[b] ? sizes_[a] > sizes_[b] : a < b;
+  });
   for (const int32_t region : full) relieve(region);
 }
 
@@ -242,11 +250,13 @@ int32_t Refiner::find_room(int32_t region) {
       for (int k = 0; k < 3; ++k) {
         const int32_t to = region_across(t, k);
         if (to == none || seen_[to] == search_) continue;
-        if (std::find(blocked_.begin(), blocked_.end(), std::make_pair(from, to)) != blocked_.end()) continue;
+        if (std::find(blocked_.begin(), blocked_.end(), std::make_pair(from, to)) != blocked_.end())
+          continue;
         seen_[to] = search_;
         parent_[to] = from;
         queue_.push_back(to);
-        if (sizes_[to] < options_.max_size && (room == none || sizes_[to] < sizes_[room])) room = to;
+        if (sizes_[to] < options_.max_size && (room == none || sizes_[to] < sizes_[room]))
+          room = to;
       }
     }
     if (room != none) return room;
@@ -256,6 +266,8 @@ int32_t Refiner::find_room(int32_t region) {
 
 }  // namespace
 
-void refine_regions(Patch& patch, const RefinementOptions& options) { Refiner(patch, options).run(); }
+void refine_regions(Patch& patch, const RefinementOptions& options) {
+  Refiner(patch, options).run();
+}
 
 }  // namespace meshlet

@@ -1,5 +1,5 @@
-// Beyond the paper: region borders are moved triangle by triangle, so that full regions hand triangles on to those with
-// room instead of being halved, and borders become short.
+// Beyond the paper: region borders are moved triangle by triangle, so that full regions hand
+// triangles on to those with room instead of being halved, and borders become short.
 #pragma once
 
 #include "segment/patch.h"

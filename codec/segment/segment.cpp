@@ -24,8 +24,8 @@ constexpr size_t patch_size = 1 << 15;
 // How often refinement goes over a patch at most.
 constexpr int refinement_sweeps = 4;
 
-// How much it is worth to join two meshlets, per edge between them: one that is inside a disk afterwards, or a seam
-// that stays.
+// How much it is worth to join two meshlets, per edge between them: one that is inside a disk
+// afterwards, or a seam that stays.
 constexpr uint32_t inner_edge_weight = 4, seam_weight = 1;
 
 // Groups of meshlets that one parallel task joins.
@@ -35,7 +35,8 @@ constexpr size_t groups_per_part = 256;
 constexpr float grid_cells = 4096;
 
 std::array<int32_t, 3> to_grid(Vec3 point) {
-  return {static_cast<int32_t>(point.x * grid_cells), static_cast<int32_t>(point.y * grid_cells), static_cast<int32_t>(point.z * grid_cells)};
+  return {static_cast<int32_t>(point.x * grid_cells), static_cast<int32_t>(point.y * grid_cells),
+          static_cast<int32_t>(point.z * grid_cells)};
 }
 
 class Generator {
@@ -43,8 +44,10 @@ class Generator {
   Generator(const MeshView& mesh, const GenerationOptions& options)
       : mesh_(mesh),
         options_(options),
-        by_vertex_(match_half_edges(mesh.triangles, mesh.triangle_count, nullptr, mesh.vertex_count, options.threads)),
-        by_position_(match_half_edges(mesh.triangles, mesh.triangle_count, mesh.position_ids, mesh.vertex_count, options.threads)),
+        by_vertex_(match_half_edges(mesh.triangles, mesh.triangle_count, nullptr, mesh.vertex_count,
+                                    options.threads)),
+        by_position_(match_half_edges(mesh.triangles, mesh.triangle_count, mesh.position_ids,
+                                      mesh.vertex_count, options.threads)),
         shapes_(measure_triangles(mesh, options.threads)) {}
 
   Meshlets run();
@@ -61,7 +64,8 @@ class Generator {
   void keep_disks(const Disks& disks, DiskCutter& cutter, Piece& piece) const;
   std::vector<std::vector<uint32_t>> group_meshlets(const Piece& piece) const;
   Piece join_small(const Piece& piece) const;
-  void join(const Piece& piece, const std::vector<uint32_t>& meshlets, DiskCutter& cutter, Piece& result) const;
+  void join(const Piece& piece, const std::vector<uint32_t>& meshlets, DiskCutter& cutter,
+            Piece& result) const;
   std::vector<Contact> find_contacts(const Piece& piece) const;
   std::vector<Load> measure_loads(const Piece& piece) const;
   Meshlets assemble(const std::vector<PatchResult>& results) const;
@@ -85,7 +89,8 @@ Meshlets Generator::run() {
   parallel_for(options_.threads, patches, [&](size_t p) {
     results[p] = partition(order_.size() * p / patches, order_.size() * (p + 1) / patches);
     ++done;
-    if (options_.progress && std::this_thread::get_id() == caller) options_.progress(static_cast<float>(done) / static_cast<float>(patches + 1));
+    if (options_.progress && std::this_thread::get_id() == caller)
+      options_.progress(static_cast<float>(done) / static_cast<float>(patches + 1));
   });
   Meshlets meshlets = assemble(results);
   if (options_.progress) options_.progress(1.0f);
@@ -93,15 +98,17 @@ Meshlets Generator::run() {
 }
 
 Generator::PatchResult Generator::partition(size_t first, size_t last) const {
-  // Regions end at seams, where vertices are double anyway: joining small regions across seams afterwards compresses
-  // better than regions that cross them and are cut into disks.
+  // Regions end at seams, where vertices are double anyway: joining small regions across seams
+  // afterwards compresses better than regions that cross them and are cut into disks.
   Patch patch = extract_patch(order_, first, last, slot_, by_vertex_, shapes_);
   PatchResult result;
   const float mean = std::max(1.0f, options_.fill * static_cast<float>(options_.max_triangles));
-  result.iterations = grow_regions(patch, {mean, options_.max_triangles - 1, options_.lambda, options_.weight, options_.iterations});
+  result.iterations = grow_regions(patch, {mean, options_.max_triangles - 1, options_.lambda,
+                                           options_.weight, options_.iterations});
   std::vector<uint32_t> sizes(static_cast<size_t>(patch.region_count), 0);
   for (const int32_t region : patch.region) ++sizes[region];
-  for (const uint32_t size : sizes) ++result.histogram[size < 32 ? 0 : size < 64 ? 1 : size < 72 ? 2 : 3];
+  for (const uint32_t size : sizes)
+    ++result.histogram[size < 32 ? 0 : size < 64 ? 1 : size < 72 ? 2 : 3];
   refine_regions(patch, {options_.max_triangles, refinement_sweeps});
   std::vector<std::vector<uint32_t>> regions(static_cast<size_t>(patch.region_count));
   for (size_t t = 0; t < patch.size(); ++t) regions[patch.region[t]].push_back(patch.triangles[t]);
@@ -111,12 +118,14 @@ Generator::PatchResult Generator::partition(size_t first, size_t last) const {
 }
 
 // Adds the triangles as one meshlet, or as several where that would exceed the limits.
-void Generator::add_meshlets(std::vector<uint32_t>& triangles, DiskCutter& cutter, Piece& piece) const {
+void Generator::add_meshlets(std::vector<uint32_t>& triangles, DiskCutter& cutter,
+                             Piece& piece) const {
   if (triangles.empty()) return;
   if (triangles.size() <= static_cast<size_t>(options_.max_triangles)) {
     Disks disks;
     cutter.cut(triangles.data(), triangles.size(), disks);
-    if (disks.vertex_count <= static_cast<size_t>(options_.max_vertices)) return piece.append_meshlet(disks);
+    if (disks.vertex_count <= static_cast<size_t>(options_.max_vertices))
+      return piece.append_meshlet(disks);
     if (disks.count() > 1) return keep_disks(disks, cutter, piece);
   }
   std::vector<uint32_t> half = split_off_half(triangles);
@@ -128,15 +137,18 @@ void Generator::add_meshlets(std::vector<uint32_t>& triangles, DiskCutter& cutte
 void Generator::keep_disks(const Disks& disks, DiskCutter& cutter, Piece& piece) const {
   std::vector<uint32_t> by_size(disks.count());
   for (uint32_t k = 0; k < by_size.size(); ++k) by_size[k] = k;
-  std::stable_sort(by_size.begin(), by_size.end(),
-                   [&](uint32_t a, uint32_t b) { return disks.begin[a + 1] - disks.begin[a] > disks.begin[b + 1] - disks.begin[b]; });
+  std::stable_sort(by_size.begin(), by_size.end(), [&](uint32_t a, uint32_t b) {
+    return disks.begin[a + 1] - disks.begin[a] > disks.begin[b + 1] - disks.begin[b];
+  });
   std::vector<uint32_t> kept, others;
   size_t vertices = 0;
   for (const uint32_t k : by_size) {
-    const bool fits = kept.empty() || vertices + disks.vertices[k] <= static_cast<size_t>(options_.max_vertices);
+    const bool fits =
+        kept.empty() || vertices + disks.vertices[k] <= static_cast<size_t>(options_.max_vertices);
     if (fits) vertices += disks.vertices[k];
     std::vector<uint32_t>& part = fits ? kept : others;
-    part.insert(part.end(), disks.triangles.begin() + disks.begin[k], disks.triangles.begin() + disks.begin[k + 1]);
+    part.insert(part.end(), disks.triangles.begin() + disks.begin[k],
+                disks.triangles.begin() + disks.begin[k + 1]);
   }
   add_meshlets(kept, cutter, piece);
   add_meshlets(others, cutter, piece);
@@ -147,7 +159,9 @@ std::vector<uint32_t> Generator::split_off_half(std::vector<uint32_t>& triangles
   Vec3 centre{0, 0, 0};
   for (const uint32_t t : triangles) centre = centre + shapes_.centres[t];
   centre = centre * (1.0f / static_cast<float>(triangles.size()));
-  const auto distance = [&](uint32_t t, Vec3 from) { return dot(shapes_.centres[t] - from, shapes_.centres[t] - from); };
+  const auto distance = [&](uint32_t t, Vec3 from) {
+    return dot(shapes_.centres[t] - from, shapes_.centres[t] - from);
+  };
   uint32_t pole = triangles[0];
   for (const uint32_t t : triangles)
     if (distance(t, centre) > distance(pole, centre)) pole = t;
@@ -165,7 +179,8 @@ std::vector<uint32_t> Generator::split_off_half(std::vector<uint32_t>& triangles
 std::vector<Contact> Generator::find_contacts(const Piece& piece) const {
   std::vector<uint32_t> meshlet_of(mesh_.triangle_count);
   for (uint32_t m = 0; m < piece.count(); ++m)
-    for (uint32_t i = piece.first_triangle(m); i < piece.first_triangle(m + 1); ++i) meshlet_of[piece.triangles[i]] = m;
+    for (uint32_t i = piece.first_triangle(m); i < piece.first_triangle(m + 1); ++i)
+      meshlet_of[piece.triangles[i]] = m;
   std::vector<Contact> contacts;
   for (size_t h = 0; h < by_position_.size(); ++h) {
     if (by_position_[h] < 0) continue;
@@ -204,14 +219,17 @@ std::vector<Load> Generator::measure_loads(const Piece& piece) const {
 std::vector<std::vector<uint32_t>> Generator::group_meshlets(const Piece& piece) const {
   const std::vector<Contact> contacts = find_contacts(piece);
   std::vector<Vec3> centres;
-  for (uint32_t m = 0; m < piece.count(); ++m) centres.push_back(shapes_.centres[piece.triangles[piece.first_triangle(m)]]);
-  const std::vector<uint32_t> group = pack_meshlets(measure_loads(piece), contacts, order_along_curve(centres, options_.threads),
-                                                    static_cast<uint32_t>(options_.max_triangles), static_cast<uint32_t>(options_.max_vertices));
+  for (uint32_t m = 0; m < piece.count(); ++m)
+    centres.push_back(shapes_.centres[piece.triangles[piece.first_triangle(m)]]);
+  const std::vector<uint32_t> group = pack_meshlets(
+      measure_loads(piece), contacts, order_along_curve(centres, options_.threads),
+      static_cast<uint32_t>(options_.max_triangles), static_cast<uint32_t>(options_.max_vertices));
 
   const uint32_t count = *std::max_element(group.begin(), group.end()) + 1;
   std::vector<std::pair<uint32_t, uint32_t>> edges;
   for (const Contact& contact : contacts)
-    if (group[contact.a] != group[contact.b]) edges.emplace_back(group[contact.a], group[contact.b]);
+    if (group[contact.a] != group[contact.b])
+      edges.emplace_back(group[contact.a], group[contact.b]);
   const std::vector<uint32_t> order = cuthill_mckee(build_graph(count, edges));
 
   std::vector<uint32_t> place(count);
@@ -236,10 +254,12 @@ Piece Generator::join_small(const Piece& piece) const {
 }
 
 // Cuts the triangles of all these meshlets anew, so that disks grow across their former borders.
-void Generator::join(const Piece& piece, const std::vector<uint32_t>& meshlets, DiskCutter& cutter, Piece& result) const {
+void Generator::join(const Piece& piece, const std::vector<uint32_t>& meshlets, DiskCutter& cutter,
+                     Piece& result) const {
   std::vector<uint32_t> triangles;
   for (const uint32_t m : meshlets)
-    triangles.insert(triangles.end(), piece.triangles.begin() + piece.first_triangle(m), piece.triangles.begin() + piece.first_triangle(m + 1));
+    triangles.insert(triangles.end(), piece.triangles.begin() + piece.first_triangle(m),
+                     piece.triangles.begin() + piece.first_triangle(m + 1));
   Disks disks;
   cutter.cut(triangles.data(), triangles.size(), disks);
   // Rarely, the new cut has more vertices on boundaries than the old ones together.
@@ -266,6 +286,8 @@ Meshlets Generator::assemble(const std::vector<PatchResult>& results) const {
 
 }  // namespace
 
-Meshlets generate_meshlets(const MeshView& mesh, const GenerationOptions& options) { return Generator(mesh, options).run(); }
+Meshlets generate_meshlets(const MeshView& mesh, const GenerationOptions& options) {
+  return Generator(mesh, options).run();
+}
 
 }  // namespace meshlet

@@ -49,9 +49,12 @@ uint32_t weld_rows(const uint8_t* rows, size_t count, size_t stride, uint32_t* r
       __builtin_prefetch(&table[hashes[i] & (capacity - 1)]);
     }
     for (size_t i = 0; i < size; ++i) {
-      const uint32_t row = static_cast<uint32_t>(first + i), hash = static_cast<uint32_t>(hashes[i] >> 32);
+      const uint32_t row = static_cast<uint32_t>(first + i),
+                     hash = static_cast<uint32_t>(hashes[i] >> 32);
       size_t at = hashes[i] & (capacity - 1);
-      while (table[at].row != empty && (table[at].hash != hash || std::memcmp(rows + table[at].row * stride, rows + row * stride, stride) != 0))
+      while (table[at].row != empty &&
+             (table[at].hash != hash ||
+              std::memcmp(rows + table[at].row * stride, rows + row * stride, stride) != 0))
         at = (at + 1) & (capacity - 1);
       if (table[at].row == empty) {
         table[at] = {hash, row};

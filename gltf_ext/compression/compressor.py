@@ -13,28 +13,8 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
-from gltf_ext.gltf.accessors import bounds, described_by, index_accessor, set_bounds
-from gltf_ext.compression.streams import (
-    MAX_STREAMS,
-    Bits,
-    Grid,
-    Plan,
-    dequantise,
-    plan_primitive,
-    position_grid,
-)
-from gltf_ext.gltf.document import (
-    Document,
-    check_output,
-    copied,
-    glb_parts,
-    named_indices,
-    refuse_overwriting,
-    write_files,
-)
-from gltf_ext.gltf.draco import DRACO
-from gltf_ext.errors import MeshletError
 from gltf_ext.compression.extension import EXTENSION, read_compressed
+from gltf_ext.compression.inspection import inspect_document
 from gltf_ext.compression.primitives import (
     Dropped,
     Primitive,
@@ -45,17 +25,42 @@ from gltf_ext.compression.primitives import (
     triangle_primitives,
     weld,
 )
+from gltf_ext.compression.streams import (
+    MAX_STREAMS,
+    Bits,
+    Grid,
+    Plan,
+    dequantise,
+    plan_primitive,
+    position_grid,
+)
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.accessors import bounds, described_by, index_accessor, set_bounds
+from gltf_ext.gltf.buffer_layout import pack, unknown_index_holders
+from gltf_ext.gltf.document import (
+    Document,
+    check_output,
+    copied,
+    glb_parts,
+    named_indices,
+    refuse_overwriting,
+    write_files,
+)
+from gltf_ext.gltf.draco import DRACO
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.compression.inspection import inspect_document
-from gltf_ext.gltf.buffer_layout import pack, unknown_index_holders
 from gltf_ext.progress import progress_bar
 
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
 LARGEST_NUMBER = 1e9
 MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
 # Extensions of a primitive that describe the order of its triangles or vertices, which compression changes.
-ORDER_DEPENDENT = ("FB_ngon_encoding", "CESIUM_primitive_outline", "EXT_mesh_manifold", "EXT_mesh_polygon")
+ORDER_DEPENDENT = (
+    "FB_ngon_encoding",
+    "CESIUM_primitive_outline",
+    "EXT_mesh_manifold",
+    "EXT_mesh_polygon",
+)
 
 
 @dataclass(frozen=True)
@@ -81,7 +86,9 @@ class Options:
     def __post_init__(self) -> None:
         if self.step is not None and self.position_bits is not None:
             raise MeshletError(
-                "step and position_bits both set the position step", "give one", options=("step", "position_bits")
+                "step and position_bits both set the position step",
+                "give one",
+                options=("step", "position_bits"),
             )
         if self.position_bits is None:
             object.__setattr__(self, "position_bits", DEFAULT_POSITION_BITS)
@@ -100,7 +107,9 @@ class Options:
         for name, choices in (("grid", ("mesh", "scene")), ("weight", ("paper", "choe"))):
             if getattr(self, name) not in choices:
                 raise MeshletError(
-                    f"{name} is {getattr(self, name)!r}", f"use {' or '.join(choices)}", options=(name,)
+                    f"{name} is {getattr(self, name)!r}",
+                    f"use {' or '.join(choices)}",
+                    options=(name,),
                 )
         if self.fill is not None and not (_is_number(self.fill) and 0.25 <= self.fill <= 1.0):
             raise MeshletError(f"fill is {self.fill!r}", "use 0.25 to 1", options=("fill",))
@@ -108,12 +117,20 @@ class Options:
             value = getattr(self, name)
             if value is not None and not (_is_number(value) and 0 < value <= LARGEST_NUMBER):
                 raise MeshletError(
-                    f"{name} is {value!r}", f"use a number above 0 and up to {LARGEST_NUMBER:g}", options=(name,)
+                    f"{name} is {value!r}",
+                    f"use a number above 0 and up to {LARGEST_NUMBER:g}",
+                    options=(name,),
                 )
 
     @property
     def bits(self) -> Bits:
-        return Bits(self.position_bits, self.normal_bits, self.texcoord_bits, self.color_bits, self.weight_bits)
+        return Bits(
+            self.position_bits,
+            self.normal_bits,
+            self.texcoord_bits,
+            self.color_bits,
+            self.weight_bits,
+        )
 
     @property
     def encoder(self) -> dict[str, Any]:
@@ -134,7 +151,9 @@ def _is_number(value: Any) -> bool:
 def _checked(options: dict[str, Any]) -> Options:
     unknown = sorted(set(options) - {option.name for option in fields(Options)})
     if unknown:
-        raise MeshletError(f"{unknown[0]} is not an option of compress", "see help(gltf_ext.compress)")
+        raise MeshletError(
+            f"{unknown[0]} is not an option of compress", "see help(gltf_ext.compress)"
+        )
     return Options(**options)
 
 
@@ -187,7 +206,9 @@ def compress(input: str | os.PathLike, output: str | os.PathLike, **options: Any
     if output_bytes >= input_bytes:
         report["warnings"].append("the file grew; the original is smaller")
     if not fallback and fallback_path.exists():
-        report["warnings"].append(f"{fallback_path.name} is not part of this result; delete it if nothing needs it")
+        report["warnings"].append(
+            f"{fallback_path.name} is not part of this result; delete it if nothing needs it"
+        )
     return {
         "input": str(input),
         "output": str(output),
@@ -208,14 +229,18 @@ def _compress_document(document: Document, options: Options, title: str) -> dict
         for job in jobs:
             share = len(job.source.indices) / max(total, 1)
             _encode_job(
-                document, job, options, advance and (lambda f, base=done, share=share: advance(base + share * f))
+                document,
+                job,
+                options,
+                advance and (lambda f, base=done, share=share: advance(base + share * f)),
             )
             done += share
     warnings += _coarse_grids(jobs)
     encoded = [job for job in jobs if not job.reason_kept]
     if not encoded:
         raise MeshletError(
-            f"none of its triangle primitives can be compressed ({jobs[0].reason_kept})", "there is nothing to compress"
+            f"none of its triangle primitives can be compressed ({jobs[0].reason_kept})",
+            "there is nothing to compress",
         )
     document.forget_extension(EXTENSION)
     document.use_extension(EXTENSION, required=not options.fallback)
@@ -224,21 +249,30 @@ def _compress_document(document: Document, options: Options, title: str) -> dict
     for job in jobs:
         dropped.add(job.dropped)
     kept = [
-        {"mesh": j.source.mesh, "primitive": j.source.primitive, "reason": j.reason_kept} for j in jobs if j.reason_kept
+        {"mesh": j.source.mesh, "primitive": j.source.primitive, "reason": j.reason_kept}
+        for j in jobs
+        if j.reason_kept
     ]
-    return {"generation": _generation(encoded), "dropped": vars(dropped), "kept": kept, "warnings": warnings}
+    return {
+        "generation": _generation(encoded),
+        "dropped": vars(dropped),
+        "kept": kept,
+        "warnings": warnings,
+    }
 
 
 def _lossy_before(document: Document) -> list[str]:
     found = [name for name in LOSSY_BEFORE if name in document.extensionsUsed]
     return (
-        [f"the input is already quantised ({', '.join(found)}): errors add up; compress the original if there is one"]
+        [
+            f"the input is already quantised ({', '.join(found)}): errors add up; compress the original if there is one"
+        ]
         if found
         else []
     )
 
 
-# --- collecting ------------------------------------------------------------------------------------------------------
+# --- collecting ---
 
 
 def _jobs(document: Document, options: Options) -> list[Job]:
@@ -254,7 +288,9 @@ def _jobs(document: Document, options: Options) -> list[Job]:
     jobs: dict[tuple, Job] = {}
     for group, primitive, identity in places:
         source, dropped = sources[identity]
-        job = jobs.setdefault((identity, grids.get(group)), Job(source, [], dropped, grids.get(group)))
+        job = jobs.setdefault(
+            (identity, grids.get(group)), Job(source, [], dropped, grids.get(group))
+        )
         job.users.append(primitive)
     return list(jobs.values())
 
@@ -263,7 +299,12 @@ def _identity(primitive: pygltflib.Primitive) -> tuple:
     """Equal for primitives with the same data."""
     compression = [repr((primitive.extensions or {}).get(name)) for name in (EXTENSION, DRACO)]
     groups = [primitive.attributes, *primitive.targets]
-    return (primitive.mode, primitive.indices, *compression, *(tuple(sorted(named_indices(g).items())) for g in groups))
+    return (
+        primitive.mode,
+        primitive.indices,
+        *compression,
+        *(tuple(sorted(named_indices(g).items())) for g in groups),
+    )
 
 
 def _source(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
@@ -297,7 +338,7 @@ def _grid(low: np.ndarray, high: np.ndarray, options: Options) -> Grid:
         extent = float((high - low).max())
         raise MeshletError(
             f"step {options.step:g} leaves fewer than {MIN_POSITION_BITS} bits for positions in a box of {extent:g}",
-            f"use a step of at most {extent / 2**(MIN_POSITION_BITS - 1):.3g}",
+            f"use a step of at most {extent / 2 ** (MIN_POSITION_BITS - 1):.3g}",
         )
     return grid
 
@@ -312,18 +353,26 @@ def _coarse_grids(jobs: list[Job]) -> list[str]:
     boxes: dict[int, list] = {}
     for job in jobs:
         if job.grid is not None and len(job.source.indices):
-            boxes.setdefault(job.source.mesh, []).append((*bounds(job.source.attributes["POSITION"]), job.grid))
+            boxes.setdefault(job.source.mesh, []).append(
+                (*bounds(job.source.attributes["POSITION"]), job.grid)
+            )
     return [
         f"mesh {mesh}: fewer than {MIN_POSITION_BITS} bits are left for its positions; use --grid mesh or a smaller step"
         for mesh, parts in boxes.items()
-        if _is_coarse(np.min([p[0] for p in parts], axis=0), np.max([p[1] for p in parts], axis=0), parts[0][2])
+        if _is_coarse(
+            np.min([p[0] for p in parts], axis=0),
+            np.max([p[1] for p in parts], axis=0),
+            parts[0][2],
+        )
     ]
 
 
-# --- encoding --------------------------------------------------------------------------------------------------------
+# --- encoding ---
 
 
-def _encode_job(document: Document, job: Job, options: Options, progress: Callable[[float], None] | None) -> None:
+def _encode_job(
+    document: Document, job: Job, options: Options, progress: Callable[[float], None] | None
+) -> None:
     source = job.source
     if not len(source.indices):
         job.reason_kept = "every triangle is degenerate"
@@ -331,7 +380,9 @@ def _encode_job(document: Document, job: Job, options: Options, progress: Callab
     where = f"mesh {source.mesh} primitive {source.primitive}"
     plan = plan_primitive(source.attributes, source.targets, job.grid, options.bits, where)
     if len(plan.streams) > MAX_STREAMS:
-        job.reason_kept = f"it takes {len(plan.streams)} streams, at most {MAX_STREAMS} are possible"
+        job.reason_kept = (
+            f"it takes {len(plan.streams)} streams, at most {MAX_STREAMS} are possible"
+        )
         return
     positions = source.attributes["POSITION"]
     blob, stats = _codec.encode(
@@ -347,9 +398,14 @@ def _encode_job(document: Document, job: Job, options: Options, progress: Callab
     _replace(document, job, plan, blob, stats["vertices"], options.fallback)
 
 
-def _replace(document: Document, job: Job, plan: Plan, blob: bytes, vertex_count: int, fallback: bool) -> None:
+def _replace(
+    document: Document, job: Job, plan: Plan, blob: bytes, vertex_count: int, fallback: bool
+) -> None:
     """Point the job's primitives at the blob, with accessors that describe the decoded data."""
-    extension: dict[str, Any] = {"bufferView": document.add_view(blob), "attributes": plan.attributes}
+    extension: dict[str, Any] = {
+        "bufferView": document.add_view(blob),
+        "attributes": plan.attributes,
+    }
     if plan.targets:
         extension["targets"] = plan.targets
     if vertex_count != job.source.vertex_count:
@@ -359,7 +415,9 @@ def _replace(document: Document, job: Job, plan: Plan, blob: bytes, vertex_count
     described = [
         pygltflib.Attributes(
             **{
-                name: _describe(document, index, streams[name], plan, name == "POSITION", vertex_count)
+                name: _describe(
+                    document, index, streams[name], plan, name == "POSITION", vertex_count
+                )
                 for name, index in named_indices(group).items()
             }
         )
@@ -376,7 +434,12 @@ def _replace(document: Document, job: Job, plan: Plan, blob: bytes, vertex_count
 
 
 def _describe(
-    document: Document, source: int, first_stream: int, plan: Plan, with_bounds: bool, vertex_count: int
+    document: Document,
+    source: int,
+    first_stream: int,
+    plan: Plan,
+    with_bounds: bool,
+    vertex_count: int,
 ) -> int:
     """Append an accessor for an attribute's decoded data, of the source accessor's type; returns its index."""
     accessor = described_by(document.accessors[source], vertex_count)
@@ -390,12 +453,14 @@ def _describe(
 
 def _store_fallback(document: Document, primitive: pygltflib.Primitive) -> None:
     """Plain buffer views of the decoded data, marked for the fallback buffer."""
-    mesh, index = next((m, p) for m, p, candidate in triangle_primitives(document) if candidate is primitive)
+    mesh, index = next(
+        (m, p) for m, p, candidate in triangle_primitives(document) if candidate is primitive
+    )
     decoded = read_compressed(document, mesh, index).decode()
     store_primitive(document, primitive, decoded, fallback=True)
 
 
-# --- the rest of the document ----------------------------------------------------------------------------------------
+# --- the rest of the document ---
 
 
 def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
@@ -407,7 +472,9 @@ def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
     for name in ORDER_DEPENDENT:
         carriers = [user for user in users if user.extensions.pop(name, None) is not None]
         if carriers or name in document.extensionsUsed:
-            warnings.append(f"{name} describes the order of triangles, which changes; it is dropped")
+            warnings.append(
+                f"{name} describes the order of triangles, which changes; it is dropped"
+            )
             document.forget_extension(name)
     if not any(DRACO in (p.extensions or {}) for mesh in document.meshes for p in mesh.primitives):
         document.forget_extension(DRACO)

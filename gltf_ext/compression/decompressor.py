@@ -8,7 +8,11 @@ from typing import Any
 
 import pygltflib
 
+from gltf_ext.compression.extension import EXTENSION, Compressed, require_compressed
+from gltf_ext.compression.primitives import store_primitive
+from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import bounds, described_by, index_accessor, set_bounds
+from gltf_ext.gltf.buffer_layout import pack
 from gltf_ext.gltf.document import (
     Document,
     check_output,
@@ -18,16 +22,14 @@ from gltf_ext.gltf.document import (
     refuse_overwriting,
     write_files,
 )
-from gltf_ext.errors import MeshletError
-from gltf_ext.compression.extension import EXTENSION, Compressed, require_compressed
-from gltf_ext.compression.primitives import store_primitive
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.buffer_layout import pack
 from gltf_ext.progress import progress_bar
 
 
-def decompress(input: str | os.PathLike, output: str | os.PathLike, *, progress: bool = False) -> dict[str, Any]:
+def decompress(
+    input: str | os.PathLike, output: str | os.PathLike, *, progress: bool = False
+) -> dict[str, Any]:
     """Write a compressed .glb or .gltf as a plain .glb without the extension.
 
     Returns input, output, input_bytes, output_bytes, triangles and warnings. Raises MeshletError when the input
@@ -90,7 +92,9 @@ def _expand(document: Document, compressed: Compressed) -> None:
     decoded = compressed.decode()
     document.accessors.append(index_accessor(decoded.indices.size, decoded.vertex_count))
     primitive.indices = len(document.accessors) - 1
-    for attributes, arrays in zip([primitive.attributes, *primitive.targets], [decoded.attributes, *decoded.targets]):
+    for attributes, arrays in zip(
+        [primitive.attributes, *primitive.targets], [decoded.attributes, *decoded.targets]
+    ):
         for name, old in named_indices(attributes).items():
             accessor = described_by(document.accessors[old], decoded.vertex_count)
             if name == "POSITION":

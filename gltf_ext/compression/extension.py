@@ -9,11 +9,11 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
-from gltf_ext.gltf.accessors import accessor_format
-from gltf_ext.compression.streams import GRID, Stream, streams_of, to_accessor
-from gltf_ext.gltf.document import Document, item, minified, named_indices
-from gltf_ext.errors import MeshletError
 from gltf_ext.compression.primitives import Primitive
+from gltf_ext.compression.streams import GRID, Stream, streams_of, to_accessor
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.accessors import accessor_format
+from gltf_ext.gltf.document import Document, item, minified, named_indices
 
 EXTENSION = "EXT_meshlet_edgebreaker"
 Format = tuple[np.dtype, int]  # component type and number of components of an accessor
@@ -58,7 +58,9 @@ class Compressed:
             *self.attributes.items(),
             *((f"targets[{i}].{n}", v) for i, t in enumerate(self.targets) for n, v in t.items()),
         ]
-        return [(name, streams_of(first, form[1], self.streams), form) for name, (first, form) in named]
+        return [
+            (name, streams_of(first, form[1], self.streams), form) for name, (first, form) in named
+        ]
 
     def decode(self) -> Primitive:
         """All triangles and attributes, in the accessors' component types."""
@@ -66,12 +68,18 @@ class Compressed:
 
         def arrays(group: dict[str, tuple[int, Format]]) -> dict[str, np.ndarray]:
             return {
-                name: to_accessor([values[s] for s in streams_of(first, form[1], self.streams)], form[0])
+                name: to_accessor(
+                    [values[s] for s in streams_of(first, form[1], self.streams)], form[0]
+                )
                 for name, (first, form) in group.items()
             }
 
         return Primitive(
-            self.mesh, self.primitive, triangles, arrays(self.attributes), [arrays(t) for t in self.targets]
+            self.mesh,
+            self.primitive,
+            triangles,
+            arrays(self.attributes),
+            [arrays(t) for t in self.targets],
         )
 
 
@@ -101,7 +109,10 @@ def require_compressed(document: Document) -> list[Compressed]:
     """The compressed primitives; an error when there is none."""
     compressed = compressed_primitives(document)
     if not compressed:
-        raise MeshletError(f"has no primitive with {EXTENSION}", "compress it first: gltf-meshlet compress IN OUT.glb")
+        raise MeshletError(
+            f"has no primitive with {EXTENSION}",
+            "compress it first: gltf-meshlet compress IN OUT.glb",
+        )
     return compressed
 
 
@@ -111,23 +122,30 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
     where = f"mesh {mesh} primitive {index}"
     extension = primitive.extensions[EXTENSION]
     formats = {
-        name: _format(document, accessor, name, where) for name, accessor in named_indices(primitive.attributes).items()
+        name: _format(document, accessor, name, where)
+        for name, accessor in named_indices(primitive.attributes).items()
     }
     target_formats = [
-        {name: _format(document, accessor, name, where) for name, accessor in named_indices(t).items()}
+        {
+            name: _format(document, accessor, name, where)
+            for name, accessor in named_indices(t).items()
+        }
         for t in primitive.targets
     ]
     try:
         _check_object(extension, formats, target_formats, primitive)
         view = item(document.bufferViews, extension["bufferView"], "bufferView")
         if view.byteStride is not None or view.target is not None or (view.byteOffset or 0) % 4:
-            raise ValueError("its buffer view has a byteStride, a target or an offset that is not a multiple of 4")
+            raise ValueError(
+                "its buffer view has a byteStride, a target or an offset that is not a multiple of 4"
+            )
         blob = bytes(document.bytes_of_view(extension["bufferView"]))
         decoder = _codec.Decoder(blob)
         streams = [Stream.from_row(row) for row in decoder.streams]
         attributes = {n: (first, formats[n]) for n, first in extension["attributes"].items()}
         targets = [
-            {n: (first, f[n]) for n, first in t.items()} for t, f in zip(extension.get("targets", []), target_formats)
+            {n: (first, f[n]) for n, first in t.items()}
+            for t, f in zip(extension.get("targets", []), target_formats)
         ]
         result = Compressed(
             mesh,
@@ -151,7 +169,8 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
 
 def _format(document: Document, accessor: int, name: str, where: str) -> Format:
     return accessor_format(
-        item(document.accessors, accessor, f"the accessor of {name} of {where},"), f"{name} of {where}"
+        item(document.accessors, accessor, f"the accessor of {name} of {where},"),
+        f"{name} of {where}",
     )
 
 
@@ -159,7 +178,9 @@ def _is_index(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
 
-def _check_object(extension: Any, formats: dict, target_formats: list[dict], primitive: pygltflib.Primitive) -> None:
+def _check_object(
+    extension: Any, formats: dict, target_formats: list[dict], primitive: pygltflib.Primitive
+) -> None:
     if primitive.mode != pygltflib.TRIANGLES or primitive.indices is None:
         raise ValueError("a compressed primitive must have mode 4 and indices")
     if not isinstance(extension, dict) or not _is_index(extension.get("bufferView")):
@@ -168,8 +189,14 @@ def _check_object(extension: Any, formats: dict, target_formats: list[dict], pri
     if not isinstance(targets, list) or len(targets) != len(target_formats):
         raise ValueError(f"the extension object does not have {len(target_formats)} targets")
     for streams, names in zip([extension.get("attributes"), *targets], [formats, *target_formats]):
-        if not isinstance(streams, dict) or streams.keys() != names.keys() or not all(map(_is_index, streams.values())):
-            raise ValueError("the extension object does not give a stream for exactly each attribute")
+        if (
+            not isinstance(streams, dict)
+            or streams.keys() != names.keys()
+            or not all(map(_is_index, streams.values()))
+        ):
+            raise ValueError(
+                "the extension object does not give a stream for exactly each attribute"
+            )
     if extension["attributes"].get("POSITION") != 0:
         raise ValueError("POSITION is not stream 0")
     if not _is_index(extension.get("sourceVertices", 0)):
@@ -185,7 +212,9 @@ def _check_streams(compressed: Compressed) -> None:
         raise ValueError("the streams are not each used by one attribute")
 
 
-def _check_counts(document: Document, primitive: pygltflib.Primitive, compressed: Compressed) -> None:
+def _check_counts(
+    document: Document, primitive: pygltflib.Primitive, compressed: Compressed
+) -> None:
     """The accessors describe the decoded data."""
     indices = item(document.accessors, primitive.indices, "the accessor of indices")
     dtype, components = accessor_format(indices, "indices")
@@ -199,4 +228,6 @@ def _check_counts(document: Document, primitive: pygltflib.Primitive, compressed
         for name, accessor in named_indices(attributes).items():
             count = document.accessors[accessor].count
             if count != compressed.vertex_count:
-                raise ValueError(f"its {name} accessor has {count} elements instead of {compressed.vertex_count}")
+                raise ValueError(
+                    f"its {name} accessor has {count} elements instead of {compressed.vertex_count}"
+                )

@@ -8,10 +8,10 @@ from typing import Any
 from urllib.parse import unquote_to_bytes
 
 from gltf_ext import _codec
-from gltf_ext.compression.streams import OCT, semantic
-from gltf_ext.gltf.document import Document
-from gltf_ext.errors import MeshletError
 from gltf_ext.compression.extension import Compressed, malformed, require_compressed
+from gltf_ext.compression.streams import OCT, semantic
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
 
 INDEX_BYTES_PER_TRIANGLE = 12
@@ -30,7 +30,11 @@ def inspect(path: str | os.PathLike) -> dict[str, Any]:
     with plain buffers for other readers. Raises MeshletError, OSError.
     """
     try:
-        return {"file": str(path), "file_bytes": os.path.getsize(path), **inspect_document(open_model(path))}
+        return {
+            "file": str(path),
+            "file_bytes": os.path.getsize(path),
+            **inspect_document(open_model(path)),
+        }
     except MeshletError as error:
         error.path = error.path or str(path)
         raise
@@ -47,7 +51,10 @@ def inspect_document(document: Document) -> dict[str, Any]:
             primitives.append(
                 {
                     **_place(compressed),
-                    "shares_buffer_view_of": [counted[compressed.view]["mesh"], counted[compressed.view]["primitive"]],
+                    "shares_buffer_view_of": [
+                        counted[compressed.view]["mesh"],
+                        counted[compressed.view]["primitive"],
+                    ],
                 }
             )
         else:
@@ -64,7 +71,9 @@ def inspect_document(document: Document) -> dict[str, Any]:
 
 def _fallback_files(document: Document) -> dict[str, int]:
     """Name and size of the files that hold plain buffers for readers without the extension."""
-    used = {document.bufferViews[compressed.view].buffer for compressed in require_compressed(document)}
+    used = {
+        document.bufferViews[compressed.view].buffer for compressed in require_compressed(document)
+    }
     return {
         os.fsdecode(unquote_to_bytes(buffer.uri)): buffer.byteLength
         for index, buffer in enumerate(document.buffers)
@@ -95,7 +104,10 @@ def _describe(compressed: Compressed) -> dict[str, Any]:
         streams[name] = {
             "bits_per_component": [compressed.streams[s].bits for s in indices],
             "bits_per_vertex": bits / compressed.vertex_count,
-            "step": [None if compressed.streams[s].kind == OCT else compressed.streams[s].step for s in indices],
+            "step": [
+                None if compressed.streams[s].kind == OCT else compressed.streams[s].step
+                for s in indices
+            ],
         }
     return {
         **_place(compressed),
@@ -104,7 +116,8 @@ def _describe(compressed: Compressed) -> dict[str, Any]:
         "source_vertices": compressed.source_vertices,
         "meshlets": description["meshlets"],
         "components": description["components"],
-        "raw_bytes": vertex_bytes * compressed.source_vertices + INDEX_BYTES_PER_TRIANGLE * compressed.triangle_count,
+        "raw_bytes": vertex_bytes * compressed.source_vertices
+        + INDEX_BYTES_PER_TRIANGLE * compressed.triangle_count,
         "blob_bytes": len(compressed.blob),
         "json_bytes": compressed.json_bytes,
         "attributes": streams,
@@ -118,7 +131,8 @@ def _figures(described: dict[str, Any]) -> dict[str, Any]:
     triangles = described["triangles"]
     compressed = described["blob_bytes"] + described["json_bytes"]
     bits = {
-        part: described["part_bits"][part] + (8 * described["json_bytes"] if part == "references_and_headers" else 0)
+        part: described["part_bits"][part]
+        + (8 * described["json_bytes"] if part == "references_and_headers" else 0)
         for part in PARTS
     }
     symbols = described["symbol_counts"]
@@ -126,7 +140,10 @@ def _figures(described: dict[str, Any]) -> dict[str, Any]:
         "compressed_bytes": compressed,
         "ratio": described["raw_bytes"] / compressed,
         "mean_triangles_per_meshlet": triangles / described["meshlets"],
-        "bits_per_triangle": {**{part: b / triangles for part, b in bits.items()}, "total": 8 * compressed / triangles},
+        "bits_per_triangle": {
+            **{part: b / triangles for part, b in bits.items()},
+            "total": 8 * compressed / triangles,
+        },
         "symbols": {s: n / max(sum(symbols.values()), 1) for s, n in symbols.items()},
     }
 

@@ -7,8 +7,6 @@ import os
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.streams import dequantise, to_accessor
-from gltf_ext.errors import MeshletError
 from gltf_ext.compression.extension import (
     EXTENSION,
     Compressed,
@@ -17,6 +15,8 @@ from gltf_ext.compression.extension import (
     require_compressed,
 )
 from gltf_ext.compression.primitives import Primitive, read_primitive, triangle_primitives
+from gltf_ext.compression.streams import dequantise, to_accessor
+from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.importers import open_model
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
+from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import read_accessor, store
 from gltf_ext.gltf.document import Document, named_indices
 from gltf_ext.gltf.draco import DRACO, decode_draco
-from gltf_ext.errors import MeshletError
 
 TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
 
@@ -45,7 +45,11 @@ class Primitive:
         """(name, values) of every attribute and target, in a fixed order; targets as "targets[i].NAME"."""
         return [
             *self.attributes.items(),
-            *((f"targets[{i}].{name}", v) for i, t in enumerate(self.targets) for name, v in t.items()),
+            *(
+                (f"targets[{i}].{name}", v)
+                for i, t in enumerate(self.targets)
+                for name, v in t.items()
+            ),
         ]
 
 
@@ -80,7 +84,9 @@ def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive
     names = named_indices(primitive.attributes)
     if "POSITION" not in names:
         raise MeshletError(f"{where} has no POSITION", "export the model again")
-    decoded = decode_draco(document, primitive, where) if DRACO in (primitive.extensions or {}) else {}
+    decoded = (
+        decode_draco(document, primitive, where) if DRACO in (primitive.extensions or {}) else {}
+    )
     position = decoded.get("POSITION")
     if position is None:
         position = read_accessor(document, names["POSITION"], f"POSITION of {where}")
@@ -89,7 +95,9 @@ def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive
     for name, accessor in names.items():
         if name != "POSITION":
             attributes[name] = (
-                decoded[name] if name in decoded else read_accessor(document, accessor, f"{name} of {where}", count)
+                decoded[name]
+                if name in decoded
+                else read_accessor(document, accessor, f"{name} of {where}", count)
             )
     targets = [
         {
@@ -99,9 +107,15 @@ def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive
         for t, target in enumerate(primitive.targets)
     ]
     _check_widths(attributes, targets, where)
-    indices = decoded["indices"] if "indices" in decoded else _read_indices(document, primitive, count, where)
+    indices = (
+        decoded["indices"]
+        if "indices" in decoded
+        else _read_indices(document, primitive, count, where)
+    )
     triangles = _triangles(indices, primitive.mode)
-    dropped = Dropped(incomplete_triangles=int(primitive.mode == pygltflib.TRIANGLES and len(indices) % 3 != 0))
+    dropped = Dropped(
+        incomplete_triangles=int(primitive.mode == pygltflib.TRIANGLES and len(indices) % 3 != 0)
+    )
     return Primitive(mesh, index, triangles, attributes, targets), dropped
 
 
@@ -116,20 +130,26 @@ def _check_widths(attributes: dict, targets: list[dict], where: str) -> None:
 def _check_width(name: str, values: np.ndarray, components: int, where: str) -> None:
     if name in ("POSITION", "NORMAL", "TANGENT") and values.shape[1] != components:
         raise MeshletError(
-            f"{name} of {where} has {values.shape[1]} components instead of {components}", "export the model again"
+            f"{name} of {where} has {values.shape[1]} components instead of {components}",
+            "export the model again",
         )
 
 
-def _read_indices(document: Document, primitive: pygltflib.Primitive, vertex_count: int, where: str) -> np.ndarray:
+def _read_indices(
+    document: Document, primitive: pygltflib.Primitive, vertex_count: int, where: str
+) -> np.ndarray:
     if primitive.indices is None:
         return np.arange(vertex_count, dtype=np.uint32)
     values = read_accessor(document, primitive.indices, f"indices of {where}")
     if values.dtype.kind != "u" or values.shape[1] != 1:
-        raise MeshletError(f"indices of {where} are not unsigned integers", "export the model again")
+        raise MeshletError(
+            f"indices of {where} are not unsigned integers", "export the model again"
+        )
     indices = np.ascontiguousarray(values[:, 0], np.uint32)
     if len(indices) and indices.max() >= vertex_count:
         raise MeshletError(
-            f"indices of {where} reach {indices.max()}, but it has {vertex_count} vertices", "export the model again"
+            f"indices of {where} reach {indices.max()}, but it has {vertex_count} vertices",
+            "export the model again",
         )
     return indices
 
@@ -199,7 +219,9 @@ def _rows(arrays: list[np.ndarray]) -> np.ndarray:
     rows = np.empty((len(arrays[0]), sum(sizes)), np.uint8)
     start = 0
     for values, size in zip(arrays, sizes):
-        rows[:, start : start + size] = np.ascontiguousarray(values).view(np.uint8).reshape(len(rows), size)
+        rows[:, start : start + size] = (
+            np.ascontiguousarray(values).view(np.uint8).reshape(len(rows), size)
+        )
         start += size
     return rows
 
@@ -227,12 +249,20 @@ def check_finite(primitive: Primitive) -> None:
             )
 
 
-def store_primitive(document: Document, primitive: pygltflib.Primitive, decoded: Primitive, fallback: bool) -> None:
+def store_primitive(
+    document: Document, primitive: pygltflib.Primitive, decoded: Primitive, fallback: bool
+) -> None:
     """Give the primitive's accessors buffer views with the decoded data, in the fallback buffer or the binary chunk."""
     accessors = document.accessors
     store(
-        document, accessors[primitive.indices], decoded.indices.reshape(-1, 1), pygltflib.ELEMENT_ARRAY_BUFFER, fallback
+        document,
+        accessors[primitive.indices],
+        decoded.indices.reshape(-1, 1),
+        pygltflib.ELEMENT_ARRAY_BUFFER,
+        fallback,
     )
-    for attributes, arrays in zip([primitive.attributes, *primitive.targets], [decoded.attributes, *decoded.targets]):
+    for attributes, arrays in zip(
+        [primitive.attributes, *primitive.targets], [decoded.attributes, *decoded.targets]
+    ):
         for name, accessor in named_indices(attributes).items():
             store(document, accessors[accessor], arrays[name], pygltflib.ARRAY_BUFFER, fallback)

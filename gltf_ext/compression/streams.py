@@ -47,9 +47,12 @@ class Bits:
     weight: int = 8
 
     def of(self, semantic: str) -> int:
-        return {"NORMAL": self.normal, "TANGENT": self.normal, "TEXCOORD": self.texcoord, "COLOR": self.color}.get(
-            semantic, self.position
-        )
+        return {
+            "NORMAL": self.normal,
+            "TANGENT": self.normal,
+            "TEXCOORD": self.texcoord,
+            "COLOR": self.color,
+        }.get(semantic, self.position)
 
 
 @dataclass(frozen=True)
@@ -105,7 +108,7 @@ def semantic(name: str) -> str:
     return "_" if name.startswith("_") else name.rsplit("_", 1)[0]
 
 
-# --- grids -----------------------------------------------------------------------------------------------------------
+# --- grids ---
 
 
 def position_grid(low: np.ndarray, high: np.ndarray, bits: int, step: float | None) -> Grid:
@@ -162,7 +165,9 @@ def _fit_bits(name: str, stream: Stream, values: np.ndarray) -> tuple[Stream, np
 
 def _exact(name: str, values: np.ndarray) -> tuple[Stream, np.ndarray]:
     if values.dtype.kind == "u" and name != "POSITION":
-        return Stream(INTEGER, values.shape[1], _needed_bits(values.max())), values.astype(np.uint32)
+        return Stream(INTEGER, values.shape[1], _needed_bits(values.max())), values.astype(
+            np.uint32
+        )
     low = tuple(float(v) for v in values.min(axis=0))
     return _fit_bits(name, Stream(GRID, values.shape[1], 1, 1.0, low), values)
 
@@ -177,7 +182,13 @@ def _unit_range(values: np.ndarray, bits: int, full_scale: float) -> Stream:
     """[0, full_scale] in 2^bits - 1 steps; the values' own range when they leave it."""
     if values.min() < 0.0 or values.max() > full_scale:
         return _own_range(values, bits)
-    return Stream(GRID, values.shape[1], bits, float(np.float32(full_scale / (2**bits - 1))), (0.0,) * values.shape[1])
+    return Stream(
+        GRID,
+        values.shape[1],
+        bits,
+        float(np.float32(full_scale / (2**bits - 1))),
+        (0.0,) * values.shape[1],
+    )
 
 
 def _delta_range(name: str, values: np.ndarray, step: float) -> Stream:
@@ -185,12 +196,16 @@ def _delta_range(name: str, values: np.ndarray, step: float) -> Stream:
     lowest = np.rint(values.min(axis=0).astype(np.float64) / step)
     highest = np.rint(values.max(axis=0).astype(np.float64) / step)
     below = [2 ** int(-k - 1).bit_length() if k < 0 else 0 for k in lowest]
-    if max(highest + below) >= 2**MAX_GRID_BITS:  # no room for the power of two: zero decodes to within rounding
+    if (
+        max(highest + below) >= 2**MAX_GRID_BITS
+    ):  # no room for the power of two: zero decodes to within rounding
         below = [int(-k) for k in lowest]
-    return Stream(GRID, values.shape[1], 1, step, tuple(float(np.float32(-b * step)) for b in below))
+    return Stream(
+        GRID, values.shape[1], 1, step, tuple(float(np.float32(-b * step)) for b in below)
+    )
 
 
-# --- octahedral normals ----------------------------------------------------------------------------------------------
+# --- octahedral normals ---
 
 
 def octahedral(vectors: np.ndarray, bits: int) -> np.ndarray:
@@ -232,7 +247,7 @@ def octahedral_bound(bits: int) -> float:
     return 3.0 * np.sqrt(2.0) * half_cell * (1.0 + 2.0 * half_cell)
 
 
-# --- other kinds -----------------------------------------------------------------------------------------------------
+# --- other kinds ---
 
 
 def ordered_bits(values: np.ndarray) -> np.ndarray:
@@ -242,7 +257,11 @@ def ordered_bits(values: np.ndarray) -> np.ndarray:
 
 
 def from_ordered_bits(quantised: np.ndarray) -> np.ndarray:
-    return np.where(quantised >> 31, quantised ^ np.uint32(0x80000000), ~quantised).astype(np.uint32).view(np.float32)
+    return (
+        np.where(quantised >> 31, quantised ^ np.uint32(0x80000000), ~quantised)
+        .astype(np.uint32)
+        .view(np.float32)
+    )
 
 
 def _sign(values: np.ndarray) -> np.ndarray:
@@ -267,10 +286,13 @@ def quantised_weights(sets: list[np.ndarray], bits: int) -> list[np.ndarray]:
     rank = np.argsort(by_remainder, axis=1, kind="stable")
     result[sums_to_one] = floor + (rank < missing[:, None])
     splits = np.cumsum([s.shape[1] for s in sets])[:-1]
-    return [np.ascontiguousarray(part) for part in np.split(result.astype(np.int64).astype(np.uint32), splits, axis=1)]
+    return [
+        np.ascontiguousarray(part)
+        for part in np.split(result.astype(np.int64).astype(np.uint32), splits, axis=1)
+    ]
 
 
-# --- planning, quantising and decoding whole primitives --------------------------------------------------------------
+# --- planning, quantising and decoding whole primitives ---
 
 
 @dataclass
@@ -294,7 +316,11 @@ class Plan:
 
 
 def plan_primitive(
-    attributes: dict[str, np.ndarray], targets: list[dict[str, np.ndarray]], grid: Grid | None, bits: Bits, where: str
+    attributes: dict[str, np.ndarray],
+    targets: list[dict[str, np.ndarray]],
+    grid: Grid | None,
+    bits: Bits,
+    where: str,
 ) -> Plan:
     """Quantise all attributes and morph-target deltas, [V, components] arrays.
 
@@ -303,10 +329,15 @@ def plan_primitive(
     plan = Plan()
     try:
         for name in sorted(attributes, key=lambda n: (n != "POSITION", n)):
-            plan.attributes[name] = plan.add(_attribute_streams(name, attributes[name], grid, bits, attributes))
+            plan.attributes[name] = plan.add(
+                _attribute_streams(name, attributes[name], grid, bits, attributes)
+            )
         for target in targets:
             plan.targets.append(
-                {name: plan.add(_target_streams(name, values, grid, bits)) for name, values in target.items()}
+                {
+                    name: plan.add(_target_streams(name, values, grid, bits))
+                    for name, values in target.items()
+                }
             )
     except MeshletError as error:
         raise MeshletError(f"{where}: {error}") from None
@@ -339,7 +370,10 @@ def _attribute_streams(
 
 def _chunks(values: np.ndarray, encode) -> list[tuple[Stream, np.ndarray]]:
     """Streams of at most four components each."""
-    return [encode(values[:, c : c + MAX_STREAM_COMPONENTS]) for c in range(0, values.shape[1], MAX_STREAM_COMPONENTS)]
+    return [
+        encode(values[:, c : c + MAX_STREAM_COMPONENTS])
+        for c in range(0, values.shape[1], MAX_STREAM_COMPONENTS)
+    ]
 
 
 def _direction_streams(values: np.ndarray, bits: int) -> list[tuple[Stream, np.ndarray]]:
@@ -353,7 +387,9 @@ def _float_weights(attributes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {n: v for n, v in attributes.items() if semantic(n) == "WEIGHTS" and v.dtype.kind == "f"}
 
 
-def _weight_stream(name: str, values: np.ndarray, bits: int, attributes: dict) -> tuple[Stream, np.ndarray]:
+def _weight_stream(
+    name: str, values: np.ndarray, bits: int, attributes: dict
+) -> tuple[Stream, np.ndarray]:
     stream = _unit_range(values, bits, 1.0)
     return stream, _weight_values(name, values, stream, attributes)
 
@@ -367,13 +403,18 @@ def _weight_values(name: str, values: np.ndarray, stream: Stream, attributes: di
     return dict(zip(sets, quantised_weights(list(sets.values()), bits)))[name]
 
 
-def _target_streams(name: str, values: np.ndarray, grid: Grid | None, bits: Bits) -> list[tuple[Stream, np.ndarray]]:
+def _target_streams(
+    name: str, values: np.ndarray, grid: Grid | None, bits: Bits
+) -> list[tuple[Stream, np.ndarray]]:
     if values.dtype.kind != "f":
         return _chunks(values, lambda part: _exact(name, part))
     if name == "POSITION" and grid is not None:
         step = grid.step
     else:
-        step = _step(float(np.max(values.max(axis=0).astype(np.float64) - values.min(axis=0))), bits.of(semantic(name)))
+        step = _step(
+            float(np.max(values.max(axis=0).astype(np.float64) - values.min(axis=0))),
+            bits.of(semantic(name)),
+        )
     return _chunks(values, lambda part: _fit_bits(name, _delta_range(name, part, step), part))
 
 
@@ -392,7 +433,11 @@ def quantise_like(
             result.append(part.astype(np.uint32))
         elif stream.kind == FLOAT32:
             result.append(ordered_bits(part))
-        elif semantic(name) == "WEIGHTS" and values.dtype.kind == "f" and attributes.get(name) is values:
+        elif (
+            semantic(name) == "WEIGHTS"
+            and values.dtype.kind == "f"
+            and attributes.get(name) is values
+        ):
             result.append(_weight_values(name, part, stream, attributes))
         else:
             result.append(grid_values(part, stream))
@@ -403,7 +448,9 @@ def quantise_like(
 def dequantise(quantised: np.ndarray, stream: Stream) -> np.ndarray:
     """uint32[V, components] -> float32[V, width], or uint32 for INTEGER; what the native decoder's float path gives."""
     if stream.kind == GRID:
-        return (np.array(stream.offset) + quantised.astype(np.float64) * stream.step).astype(np.float32)
+        return (np.array(stream.offset) + quantised.astype(np.float64) * stream.step).astype(
+            np.float32
+        )
     if stream.kind == OCT:
         return octahedral_directions(quantised, stream.bits)
     if stream.kind == FLOAT32:
@@ -422,7 +469,9 @@ def streams_of(first: int, components: int, streams: list[Stream]) -> range:
         filled += streams[index].width
         index += 1
     if filled != components:
-        raise ValueError(f"the streams from {first} have {filled} components, the accessor has {components}")
+        raise ValueError(
+            f"the streams from {first} have {filled} components, the accessor has {components}"
+        )
     return range(first, index)
 
 

@@ -8,13 +8,13 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
-from gltf_ext.gltf.accessors import bounds, read_accessor
-from gltf_ext.gltf.document import Document, item, named_indices
-from gltf_ext.errors import MeshletError
 from gltf_ext.compression.extension import EXTENSION, compressed_primitives, read_compressed
 from gltf_ext.compression.primitives import Primitive
-from gltf_ext.gltf.importers import open_model
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.accessors import bounds, read_accessor
 from gltf_ext.gltf.buffer_layout import map_accessors, map_views
+from gltf_ext.gltf.document import Document, item, named_indices
+from gltf_ext.gltf.importers import open_model
 
 
 def validate(path: str | os.PathLike) -> list[str]:
@@ -42,7 +42,9 @@ def validate(path: str | os.PathLike) -> list[str]:
     return (
         problems
         if compressed or problems
-        else [f"has no primitive with {EXTENSION}; compress it first: gltf-meshlet compress IN OUT.glb"]
+        else [
+            f"has no primitive with {EXTENSION}; compress it first: gltf-meshlet compress IN OUT.glb"
+        ]
     )
 
 
@@ -88,11 +90,15 @@ def _broken_references(document: Document) -> list[str]:
 
 
 def _extension_lists(document: Document) -> list[str]:
-    users = [p for mesh in document.meshes for p in mesh.primitives if EXTENSION in (p.extensions or {})]
+    users = [
+        p for mesh in document.meshes for p in mesh.primitives if EXTENSION in (p.extensions or {})
+    ]
     if not users:
         return []
     problems = [] if EXTENSION in document.extensionsUsed else [f"extensionsUsed lacks {EXTENSION}"]
-    bare = {index for index, accessor in enumerate(document.accessors) if accessor.bufferView is None}
+    bare = {
+        index for index, accessor in enumerate(document.accessors) if accessor.bufferView is None
+    }
     if any(p.indices in bare for p in users) and EXTENSION not in document.extensionsRequired:
         problems.append(f"extensionsRequired lacks {EXTENSION}, but there is no fallback")
     return problems
@@ -105,7 +111,9 @@ def _blob_problems(document: Document, mesh: int, index: int) -> list[str]:
         decoded = compressed.decode()
         return [
             f"{compressed.where}: {problem}"
-            for problem in _accessor_problems(document, document.meshes[mesh].primitives[index], decoded)
+            for problem in _accessor_problems(
+                document, document.meshes[mesh].primitives[index], decoded
+            )
         ]
     except MeshletError as error:
         return [error.message]
@@ -113,7 +121,9 @@ def _blob_problems(document: Document, mesh: int, index: int) -> list[str]:
         return [f"{compressed.where}: {error}"]
 
 
-def _accessor_problems(document: Document, primitive: pygltflib.Primitive, decoded: Primitive) -> list[str]:
+def _accessor_problems(
+    document: Document, primitive: pygltflib.Primitive, decoded: Primitive
+) -> list[str]:
     """Accessors describe the decoded data: the bounds of POSITION, and the fallback's values where there is one."""
     problems = []
     position = document.accessors[named_indices(primitive.attributes)["POSITION"]]

@@ -13,6 +13,13 @@ from typing import Any
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext.compression.extension import (
+    EXTENSION,
+    Compressed,
+    malformed,
+    read_compressed,
+)
+from gltf_ext.compression.primitives import Primitive, read_primitive, triangle_primitives, weld
 from gltf_ext.compression.streams import (
     FLOAT32,
     GRID,
@@ -25,15 +32,8 @@ from gltf_ext.compression.streams import (
     quantise_like,
     semantic,
 )
-from gltf_ext.gltf.document import Document
 from gltf_ext.errors import MeshletError
-from gltf_ext.compression.extension import (
-    EXTENSION,
-    Compressed,
-    malformed,
-    read_compressed,
-)
-from gltf_ext.compression.primitives import Primitive, read_primitive, triangle_primitives, weld
+from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
 
 # Rounding of positions to float32, and of half a step in float64, relative to the value.
@@ -62,7 +62,9 @@ class Errors:
     def add(self, other: Errors) -> None:
         self.max, self.over_bound = max(self.max, other.max), max(self.over_bound, other.over_bound)
         self.squares, self.count = self.squares + other.squares, self.count + other.count
-        self.degrees = other.degrees if self.degrees is None else max(self.degrees, other.degrees or 0.0)
+        self.degrees = (
+            other.degrees if self.degrees is None else max(self.degrees, other.degrees or 0.0)
+        )
         self.compared = self.compared or other.compared
         self.low = other.low if self.low is None else np.minimum(self.low, other.low)
         self.high = other.high if self.high is None else np.maximum(self.high, other.high)
@@ -92,7 +94,13 @@ def verify(original: str | os.PathLike, compressed: str | os.PathLike) -> dict[s
     places = triangle_primitives(originals)
     problems: list[str] = []
     errors: dict[tuple[int, str], Errors] = {}
-    counts = {"triangles": 0, "missing_triangles": 0, "extra_triangles": 0, "collapsed_triangles": 0, "differing_primitives": 0}
+    counts = {
+        "triangles": 0,
+        "missing_triangles": 0,
+        "extra_triangles": 0,
+        "collapsed_triangles": 0,
+        "differing_primitives": 0,
+    }
     others = triangle_primitives(document)
     if [place[:2] for place in places] != [place[:2] for place in others]:
         problems.append(_differing_places(places, others))
@@ -112,13 +120,19 @@ def verify(original: str | os.PathLike, compressed: str | os.PathLike) -> dict[s
 
 
 def _is_compressed(document: Document) -> bool:
-    return any(EXTENSION in (p.extensions or {}) for mesh in document.meshes for p in mesh.primitives)
+    return any(
+        EXTENSION in (p.extensions or {}) for mesh in document.meshes for p in mesh.primitives
+    )
 
 
 def _misplaced(original: Document, path: str) -> MeshletError:
     """The error for a second file that is not compressed: what to run instead."""
-    swapped = ", but the first file is: the arguments are swapped" if _is_compressed(original) else ""
-    return MeshletError(f"is not compressed{swapped}", "run gltf-meshlet verify ORIGINAL COMPRESSED", path)
+    swapped = (
+        ", but the first file is: the arguments are swapped" if _is_compressed(original) else ""
+    )
+    return MeshletError(
+        f"is not compressed{swapped}", "run gltf-meshlet verify ORIGINAL COMPRESSED", path
+    )
 
 
 def _differing_places(places: list[tuple], others: list[tuple]) -> str:
@@ -145,14 +159,19 @@ def _source(document: Document, mesh: int, index: int) -> Primitive:
 
 
 def _compare_place(
-    document: Document, source: Primitive, errors: dict[tuple[int, str], Errors], counts: dict[str, int]
+    document: Document,
+    source: Primitive,
+    errors: dict[tuple[int, str], Errors],
+    counts: dict[str, int],
 ) -> list[str]:
     """Compare one primitive, adding to errors and counts; returns what is wrong."""
     where = f"mesh {source.mesh} primitive {source.primitive}"
     primitive = document.meshes[source.mesh].primitives[source.primitive]
     counts["triangles"] += len(source.indices)
     if EXTENSION not in (primitive.extensions or {}):
-        same = _same_arrays(source, weld(read_primitive(document, source.mesh, source.primitive)[0])[0])
+        same = _same_arrays(
+            source, weld(read_primitive(document, source.mesh, source.primitive)[0])[0]
+        )
         counts["differing_primitives"] += not same
         return [] if same else [f"{where} is not compressed and differs"]
     compressed = read_compressed(document, source.mesh, source.primitive)
@@ -169,10 +188,16 @@ def _compare_place(
     counts["collapsed_triangles"] += collapsed
     counts["missing_triangles"] += missing
     counts["extra_triangles"] += extra
-    problems = [f"{where}: {missing} triangles are missing, {extra} are extra"] if missing or extra else []
+    problems = (
+        [f"{where}: {missing} triangles are missing, {extra} are extra"] if missing or extra else []
+    )
     decoded = dict(compressed.decode().arrays)
-    for (name, values), (_, streams, _) in zip(_ordered(source, compressed), compressed.named_streams):
-        found = _errors(name, values, decoded[name], matches, [compressed.streams[s] for s in streams])
+    for (name, values), (_, streams, _) in zip(
+        _ordered(source, compressed), compressed.named_streams
+    ):
+        found = _errors(
+            name, values, decoded[name], matches, [compressed.streams[s] for s in streams]
+        )
         errors.setdefault((source.mesh, name), Errors()).add(found)
         if found.over_bound > 1.0:
             problems.append(f"{where}: {name} is off by {found.max:g}, more than its bits allow")
@@ -186,7 +211,10 @@ def _attribute_differences(source: Primitive, compressed: Compressed) -> str:
     kinds = (
         ("only in the original", sorted(set(before) - set(after))),
         ("only in the compressed file", sorted(set(after) - set(before))),
-        ("with other components", sorted(n for n in before if after.get(n, before[n]) != before[n])),
+        (
+            "with other components",
+            sorted(n for n in before if after.get(n, before[n]) != before[n]),
+        ),
     )
     return ", ".join(f"{' '.join(names)} {kind}" for kind, names in kinds if names)
 
@@ -203,7 +231,7 @@ def _ordered(source: Primitive, compressed: Compressed) -> list[tuple[str, np.nd
     return [(name, arrays[name]) for name, _, _ in compressed.named_streams]
 
 
-# --- triangles -------------------------------------------------------------------------------------------------------
+# --- triangles ---
 
 
 def _match(source: Primitive, compressed: Compressed) -> tuple[int, int, int, np.ndarray]:
@@ -214,12 +242,18 @@ def _match(source: Primitive, compressed: Compressed) -> tuple[int, int, int, np
         raise malformed(compressed.where, error) from None
     quantised = [
         part
-        for (name, values), (_, streams, _) in zip(_ordered(source, compressed), compressed.named_streams)
-        for part in quantise_like(name, values, [compressed.streams[s] for s in streams], source.attributes)
+        for (name, values), (_, streams, _) in zip(
+            _ordered(source, compressed), compressed.named_streams
+        )
+        for part in quantise_like(
+            name, values, [compressed.streams[s] for s in streams], source.attributes
+        )
     ]
     order = [s for _, streams, _ in compressed.named_streams for s in streams]
     count = source.vertex_count
-    rows = np.empty((count + compressed.vertex_count, sum(q.shape[1] for q in quantised)), np.uint32)
+    rows = np.empty(
+        (count + compressed.vertex_count, sum(q.shape[1] for q in quantised)), np.uint32
+    )
     start = 0
     for values, stream in zip(quantised, order):
         end = start + values.shape[1]
@@ -228,7 +262,9 @@ def _match(source: Primitive, compressed: Compressed) -> tuple[int, int, int, np
     ids, unique = _codec.weld(rows.view(np.uint8))
     holder = np.full(unique, -1, np.int64)
     holder[ids[count:]] = np.arange(compressed.vertex_count)
-    missing, extra = _multiset_difference(_rotated(ids[source.indices]), _rotated(ids[count + triangles]))
+    missing, extra = _multiset_difference(
+        _rotated(ids[source.indices]), _rotated(ids[count + triangles])
+    )
     collapsed = _degenerate(quantised[0], source.indices) - _degenerate(
         source.attributes["POSITION"], source.indices
     )
@@ -247,24 +283,32 @@ def _rotated(triangles: np.ndarray) -> np.ndarray:
     turn = np.where((b < a) & (b <= c), 1, np.where((c < a) & (c < b), 2, 0))
     # Of two equal smallest corners the one followed by the other leads: (x, x, y), never (x, y, x).
     turn = np.where((a == c) & (a < b), 2, turn)
-    return np.ascontiguousarray(np.stack([np.choose((turn + k) % 3, (a, b, c)) for k in range(3)], axis=1))
+    return np.ascontiguousarray(
+        np.stack([np.choose((turn + k) % 3, (a, b, c)) for k in range(3)], axis=1)
+    )
 
 
 def _multiset_difference(first: np.ndarray, second: np.ndarray) -> tuple[int, int]:
     """(rows of first that second lacks, rows of second that first lacks), counted with multiplicity."""
     ids, unique = _codec.weld(np.concatenate([first, second]).view(np.uint8))
-    surplus = np.bincount(ids[: len(first)], minlength=unique) - np.bincount(ids[len(first) :], minlength=unique)
+    surplus = np.bincount(ids[: len(first)], minlength=unique) - np.bincount(
+        ids[len(first) :], minlength=unique
+    )
     return int(surplus[surplus > 0].sum()), int(-surplus[surplus < 0].sum())
 
 
-# --- errors ----------------------------------------------------------------------------------------------------------
+# --- errors ---
 
 
-def _errors(name: str, values: np.ndarray, decoded: np.ndarray, matches: np.ndarray, streams: list[Stream]) -> Errors:
+def _errors(
+    name: str, values: np.ndarray, decoded: np.ndarray, matches: np.ndarray, streams: list[Stream]
+) -> Errors:
     """Errors of one attribute over the source vertices that have a match."""
     found = matches >= 0
     source, result = values[found], decoded[matches[found]]
-    total = Errors(low=values.min(axis=0).astype(np.float64), high=values.max(axis=0).astype(np.float64))
+    total = Errors(
+        low=values.min(axis=0).astype(np.float64), high=values.max(axis=0).astype(np.float64)
+    )
     if not len(source):
         return total
     total.compared = True
@@ -284,22 +328,33 @@ def _errors(name: str, values: np.ndarray, decoded: np.ndarray, matches: np.ndar
 
 def _add_exact(total: Errors, source: np.ndarray, result: np.ndarray) -> None:
     total.count += len(source)
-    if not np.array_equal(np.ascontiguousarray(source).view(np.uint8), np.ascontiguousarray(result).view(np.uint8)):
+    if not np.array_equal(
+        np.ascontiguousarray(source).view(np.uint8), np.ascontiguousarray(result).view(np.uint8)
+    ):
         total.max = float(np.nanmax(np.abs(source.astype(np.float64) - result)))
         total.over_bound = np.inf
 
 
 def _add_distances(total: Errors, distances: np.ndarray, over_bound: float) -> None:
-    total.max, total.over_bound = max(total.max, float(distances.max())), max(total.over_bound, over_bound)
+    total.max, total.over_bound = (
+        max(total.max, float(distances.max())),
+        max(total.over_bound, over_bound),
+    )
     total.squares += float(np.square(distances).sum())
     total.count += len(distances)
 
 
-def _add_grid(total: Errors, source: np.ndarray, result: np.ndarray, stream: Stream, name: str) -> None:
+def _add_grid(
+    total: Errors, source: np.ndarray, result: np.ndarray, stream: Stream, name: str
+) -> None:
     difference = np.abs(source - result)
     magnitude = np.maximum(np.abs(source).max(axis=0), np.abs(stream.offset))
     # Skin weights are rounded so that their sum stays: by up to a whole step, and what the sum was off.
-    allowed = stream.step + WEIGHT_SUM_TOLERANCE if semantic(name) == "WEIGHTS" else 0.5 * stream.step * STEP_ROUNDING
+    allowed = (
+        stream.step + WEIGHT_SUM_TOLERANCE
+        if semantic(name) == "WEIGHTS"
+        else 0.5 * stream.step * STEP_ROUNDING
+    )
     _add_distances(
         total,
         np.sqrt((difference * difference).sum(axis=1)),
@@ -307,12 +362,16 @@ def _add_grid(total: Errors, source: np.ndarray, result: np.ndarray, stream: Str
     )
 
 
-def _add_sign(total: Errors, source: np.ndarray, result: np.ndarray, stream: Stream, name: str) -> None:
+def _add_sign(
+    total: Errors, source: np.ndarray, result: np.ndarray, stream: Stream, name: str
+) -> None:
     if ((source >= 0.0) != (result > 0.0)).any():
         total.over_bound = np.inf
 
 
-def _add_direction(total: Errors, source: np.ndarray, result: np.ndarray, stream: Stream, name: str) -> None:
+def _add_direction(
+    total: Errors, source: np.ndarray, result: np.ndarray, stream: Stream, name: str
+) -> None:
     """Between unit vectors; source vectors of length zero have no direction to lose."""
     length = np.linalg.norm(source, axis=1)
     usable = length > 0.0
@@ -323,14 +382,17 @@ def _add_direction(total: Errors, source: np.ndarray, result: np.ndarray, stream
         _add_distances(total, distances, angle / (octahedral_bound(stream.bits) + FLOAT_ROUNDING))
 
 
-def _report(problems: list[str], errors: dict[tuple[int, str], Errors], counts: dict[str, int]) -> dict[str, Any]:
+def _report(
+    problems: list[str], errors: dict[tuple[int, str], Errors], counts: dict[str, int]
+) -> dict[str, Any]:
     by_name: dict[str, list[Errors]] = {}
     for (_, name), found in errors.items():
         by_name.setdefault(name, []).append(found)
 
     def each(figure) -> dict[str, Any]:
         return {
-            name: figure(group) if any(e.compared for e in group) else None for name, group in by_name.items()
+            name: figure(group) if any(e.compared for e in group) else None
+            for name, group in by_name.items()
         }
 
     def rms(group: list[Errors], scaled: bool) -> float:
@@ -345,7 +407,9 @@ def _report(problems: list[str], errors: dict[tuple[int, str], Errors], counts: 
     return {
         "ok": not problems,
         "triangles_equal": not (
-            counts["missing_triangles"] or counts["extra_triangles"] or counts["differing_primitives"]
+            counts["missing_triangles"]
+            or counts["extra_triangles"]
+            or counts["differing_primitives"]
         ),
         "errors_within_bits": all(e.over_bound <= 1.0 for e in errors.values()),
         **counts,

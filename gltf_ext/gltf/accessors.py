@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pygltflib
 
-from gltf_ext.gltf.document import DAMAGED, Document, item
 from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import DAMAGED, Document, item
 
 DTYPES: dict[int, np.dtype] = {
     pygltflib.BYTE: np.dtype("i1"),
@@ -25,15 +25,20 @@ def accessor_format(accessor: pygltflib.Accessor, name: str) -> tuple[np.dtype, 
     """(component dtype, components) of an accessor; name is for the error."""
     if accessor.componentType not in DTYPES or accessor.type not in COMPONENTS:
         raise MeshletError(
-            f"{name} has component type {accessor.componentType} and type {accessor.type}", "export the model again"
+            f"{name} has component type {accessor.componentType} and type {accessor.type}",
+            "export the model again",
         )
     dtype, components = DTYPES[accessor.componentType], COMPONENTS[accessor.type]
     if accessor.type.startswith("MAT") and dtype.itemsize < 4:
-        raise MeshletError(f"{name} is an integer matrix, which is not supported", "store it as floats")
+        raise MeshletError(
+            f"{name} is an integer matrix, which is not supported", "store it as floats"
+        )
     return dtype, components
 
 
-def read_accessor(document: Document, index: int, name: str, count: int | None = None) -> np.ndarray:
+def read_accessor(
+    document: Document, index: int, name: str, count: int | None = None
+) -> np.ndarray:
     """The accessor's elements [count, components], a read-only view of the file where possible.
 
     name: what the accessor holds, for errors; count: the count it must have.
@@ -43,32 +48,60 @@ def read_accessor(document: Document, index: int, name: str, count: int | None =
     if accessor.count is None or accessor.count < 0:
         raise MeshletError(f"{name} has no valid count", DAMAGED)
     if count is not None and accessor.count != count:
-        raise MeshletError(f"{name} has {accessor.count} elements instead of {count}", "export the model again")
+        raise MeshletError(
+            f"{name} has {accessor.count} elements instead of {count}", "export the model again"
+        )
     if accessor.bufferView is not None:
-        values = _strided(document, accessor.bufferView, accessor.byteOffset, accessor.count, dtype, components, name)
+        values = _strided(
+            document,
+            accessor.bufferView,
+            accessor.byteOffset,
+            accessor.count,
+            dtype,
+            components,
+            name,
+        )
     elif accessor.count * components <= MAX_ZERO_ELEMENTS:
         values = np.zeros((accessor.count, components), dtype)
     else:
         raise MeshletError(f"{name} has {accessor.count} elements but no bytes", DAMAGED)
-    return values if accessor.sparse is None else _with_sparse(document, values, accessor.sparse, name)
+    return (
+        values if accessor.sparse is None else _with_sparse(document, values, accessor.sparse, name)
+    )
 
 
 def _strided(
-    document: Document, view_index: int, offset: int | None, count: int, dtype: np.dtype, components: int, name: str
+    document: Document,
+    view_index: int,
+    offset: int | None,
+    count: int,
+    dtype: np.dtype,
+    components: int,
+    name: str,
 ) -> np.ndarray:
     data = document.bytes_of_view(view_index)
     size, offset = dtype.itemsize * components, offset or 0
     stride = document.bufferViews[view_index].byteStride or size
-    if offset < 0 or stride < size or offset + (stride * (count - 1) + size if count else 0) > len(data):
+    if (
+        offset < 0
+        or stride < size
+        or offset + (stride * (count - 1) + size if count else 0) > len(data)
+    ):
         raise MeshletError(f"{name} reaches beyond bufferView {view_index}", DAMAGED)
     if not count:
         return np.zeros((0, components), dtype)
     return np.ndarray((count, components), dtype, data, offset, (stride, dtype.itemsize))
 
 
-def _with_sparse(document: Document, values: np.ndarray, sparse: pygltflib.Sparse, name: str) -> np.ndarray:
+def _with_sparse(
+    document: Document, values: np.ndarray, sparse: pygltflib.Sparse, name: str
+) -> np.ndarray:
     what = f"the sparse part of {name}"
-    if sparse.indices is None or sparse.values is None or not 0 <= (sparse.count or 0) <= len(values):
+    if (
+        sparse.indices is None
+        or sparse.values is None
+        or not 0 <= (sparse.count or 0) <= len(values)
+    ):
         raise MeshletError(f"{what} is incomplete or too long", DAMAGED)
     index_type = DTYPES.get(sparse.indices.componentType)
     if (
@@ -78,14 +111,26 @@ def _with_sparse(document: Document, values: np.ndarray, sparse: pygltflib.Spars
         or sparse.values.bufferView is None
     ):
         raise MeshletError(f"{what} has no valid indices", DAMAGED)
-    rows = _strided(document, sparse.indices.bufferView, sparse.indices.byteOffset, sparse.count, index_type, 1, what)[
-        :, 0
-    ]
+    rows = _strided(
+        document,
+        sparse.indices.bufferView,
+        sparse.indices.byteOffset,
+        sparse.count,
+        index_type,
+        1,
+        what,
+    )[:, 0]
     if len(rows) and rows.max() >= len(values):
         raise MeshletError(f"{what} has an index out of range", DAMAGED)
     result = values.copy()
     result[rows] = _strided(
-        document, sparse.values.bufferView, sparse.values.byteOffset, sparse.count, values.dtype, values.shape[1], what
+        document,
+        sparse.values.bufferView,
+        sparse.values.byteOffset,
+        sparse.count,
+        values.dtype,
+        values.shape[1],
+        what,
     )
     return result
 
@@ -106,7 +151,9 @@ def index_accessor(index_count: int, vertex_count: int) -> pygltflib.Accessor:
     """An accessor for triangle indices; the largest 16-bit value is reserved for primitive restart."""
     wide = vertex_count > np.iinfo(np.uint16).max
     return pygltflib.Accessor(
-        componentType=pygltflib.UNSIGNED_INT if wide else pygltflib.UNSIGNED_SHORT, type="SCALAR", count=index_count
+        componentType=pygltflib.UNSIGNED_INT if wide else pygltflib.UNSIGNED_SHORT,
+        type="SCALAR",
+        count=index_count,
     )
 
 
@@ -119,7 +166,13 @@ def bounds(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values.min(axis=0), values.max(axis=0)
 
 
-def store(document: Document, accessor: pygltflib.Accessor, values: np.ndarray, target: int, fallback: bool) -> None:
+def store(
+    document: Document,
+    accessor: pygltflib.Accessor,
+    values: np.ndarray,
+    target: int,
+    fallback: bool,
+) -> None:
     """Give the accessor a buffer view of its own with these values; vertex attributes are padded to 4 bytes."""
     values = np.ascontiguousarray(values, DTYPES[accessor.componentType])
     size = values.dtype.itemsize * values.shape[1]

@@ -9,9 +9,9 @@ from typing import Any
 
 import pygltflib
 
+from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import accessor_format
 from gltf_ext.gltf.document import Document, item
-from gltf_ext.errors import MeshletError
 
 Renumber = Callable[[int], int]
 # Extensions known to hold no accessor or buffer view indices other than under "bufferView" and the keys below.
@@ -55,7 +55,11 @@ def pack(document: Document) -> tuple[list, list]:
 def unknown_index_holders(document: Document) -> list[str]:
     """Names of extensions in use that may hold accessor or buffer view indices in places unknown here."""
     return sorted(
-        {name for name, value in _extensions(document) if not name.startswith(SAFE_PREFIXES) and _holds_integer(value)}
+        {
+            name
+            for name, value in _extensions(document)
+            if not name.startswith(SAFE_PREFIXES) and _holds_integer(value)
+        }
     )
 
 
@@ -67,7 +71,7 @@ def _holds_integer(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
-# --- references ------------------------------------------------------------------------------------------------------
+# --- references ---
 
 
 def _extensions(value: Any) -> Iterator[tuple[str, Any]]:
@@ -86,7 +90,11 @@ def _extensions(value: Any) -> Iterator[tuple[str, Any]]:
     elif dataclasses.is_dataclass(value):
         yield from (value.extensions or {}).items()
         for key, v in vars(value).items():
-            if v and key not in ("extras", "source_properties") and not isinstance(v, (int, float, str)):
+            if (
+                v
+                and key not in ("extras", "source_properties")
+                and not isinstance(v, (int, float, str))
+            ):
                 yield from _extensions(v)
 
 
@@ -104,7 +112,11 @@ def map_accessors(document: Document, renumber: Renumber) -> None:
     for skin in document.skins:
         _map_field(skin, "inverseBindMatrices", renumber)
     for name, value in _extensions(document):
-        if name == "EXT_mesh_gpu_instancing" and isinstance(value, dict) and isinstance(value.get("attributes"), dict):
+        if (
+            name == "EXT_mesh_gpu_instancing"
+            and isinstance(value, dict)
+            and isinstance(value.get("attributes"), dict)
+        ):
             _map_values(value["attributes"], renumber)
 
 
@@ -148,10 +160,12 @@ def _map_keys(value: Any, keys: tuple[str, ...], renumber: Renumber) -> None:
                 _map_keys(v, keys, renumber)
 
 
-# --- dropping --------------------------------------------------------------------------------------------------------
+# --- dropping ---
 
 
-def _collect(document: Document, mapper: Callable[[Document, Renumber], None], items: list, kind: str) -> set[int]:
+def _collect(
+    document: Document, mapper: Callable[[Document, Renumber], None], items: list, kind: str
+) -> set[int]:
     used: set[int] = set()
 
     def note(index: int) -> int:
@@ -163,7 +177,9 @@ def _collect(document: Document, mapper: Callable[[Document, Renumber], None], i
     return used
 
 
-def _keep(document: Document, mapper: Callable[[Document, Renumber], None], items: list, kind: str) -> list:
+def _keep(
+    document: Document, mapper: Callable[[Document, Renumber], None], items: list, kind: str
+) -> list:
     """The items in use, in their order, with every reference renumbered."""
     used = sorted(_collect(document, mapper, items, kind))
     new_index = {old: new for new, old in enumerate(used)}
@@ -185,7 +201,8 @@ def _trim_views(document: Document) -> None:
     for accessor in document.accessors:
         if (
             accessor.bufferView is not None
-            and getattr(item(document.bufferViews, accessor.bufferView, "bufferView"), "data", None) is None
+            and getattr(item(document.bufferViews, accessor.bufferView, "bufferView"), "data", None)
+            is None
         ):
             readers[accessor.bufferView].append(accessor)
     kept = set(map(id, (a for group in readers.values() for a in group)))
@@ -213,7 +230,9 @@ def _views_of_others(document: Document, kept: set[int]) -> set[int]:
 def _split_view(document: Document, index: int, accessors: list[pygltflib.Accessor]) -> None:
     """Replace a buffer view by one view per run of bytes that its accessors cover, when that is shorter."""
     view, data = document.bufferViews[index], document.bytes_of_view(index)
-    spans = sorted((_span(a, view, len(data)) + (i,) for i, a in enumerate(accessors)), key=lambda s: s[:2])
+    spans = sorted(
+        (_span(a, view, len(data)) + (i,) for i, a in enumerate(accessors)), key=lambda s: s[:2]
+    )
     runs: list[list] = []
     for start, end, i in spans:
         start -= start % BLOB_ALIGNMENT
@@ -225,12 +244,19 @@ def _split_view(document: Document, index: int, accessors: list[pygltflib.Access
     if sum(end - start for start, end, _ in runs) == len(data):
         return
     for start, end, members in runs:
-        new = document.add_view(data[start:end], byteStride=view.byteStride, target=view.target, name=view.name)
+        new = document.add_view(
+            data[start:end], byteStride=view.byteStride, target=view.target, name=view.name
+        )
         for i in members:
-            accessors[i].bufferView, accessors[i].byteOffset = new, (accessors[i].byteOffset or 0) - start
+            accessors[i].bufferView, accessors[i].byteOffset = (
+                new,
+                (accessors[i].byteOffset or 0) - start,
+            )
 
 
-def _span(accessor: pygltflib.Accessor, view: pygltflib.BufferView, available: int) -> tuple[int, int]:
+def _span(
+    accessor: pygltflib.Accessor, view: pygltflib.BufferView, available: int
+) -> tuple[int, int]:
     """First and one past the last byte of an accessor in its view; the whole view when it is not valid."""
     try:
         dtype, components = accessor_format(accessor, "an accessor")
@@ -241,11 +267,15 @@ def _span(accessor: pygltflib.Accessor, view: pygltflib.BufferView, available: i
     return (start, end) if 0 <= start < end <= available else (0, available)
 
 
-# --- layout ----------------------------------------------------------------------------------------------------------
+# --- layout ---
 
 
 def _lay_out(document: Document) -> tuple[list, list]:
-    alignment = METADATA_ALIGNMENT if "EXT_structural_metadata" in document.extensionsUsed else BLOB_ALIGNMENT
+    alignment = (
+        METADATA_ALIGNMENT
+        if "EXT_structural_metadata" in document.extensionsUsed
+        else BLOB_ALIGNMENT
+    )
     pieces: list[list] = [[], []]
     lengths = [0, 0]
     data = [document.bytes_of_view(i) for i in range(len(document.bufferViews))]

@@ -79,7 +79,10 @@ class Document(pygltflib.GLTF2):
         if data is not None:
             return data
         if any(name.endswith("meshopt_compression") for name in view.extensions or ()):
-            raise MeshletError("is compressed with meshopt", "decompress it first: gltfpack -noq -i IN.glb -o OUT.glb")
+            raise MeshletError(
+                "is compressed with meshopt",
+                "decompress it first: gltfpack -noq -i IN.glb -o OUT.glb",
+            )
         if view.buffer is None:
             raise MeshletError(f"bufferView {index} names no buffer", DAMAGED)
         buffer = self.bytes_of_buffer(view.buffer)
@@ -93,11 +96,15 @@ class Document(pygltflib.GLTF2):
         if uri.startswith("data:"):
             return _data_uri_bytes(uri)
         if "://" in uri or unquote(uri).startswith("/"):
-            raise MeshletError(f"refers to {uri}, which is not a relative path", "put the file beside the .gltf")
+            raise MeshletError(
+                f"refers to {uri}, which is not a relative path", "put the file beside the .gltf"
+            )
         try:
             return self.path_of(uri).read_bytes()
         except (OSError, ValueError):
-            raise MeshletError(f"refers to {uri}, which cannot be read", "put the file beside it") from None
+            raise MeshletError(
+                f"refers to {uri}, which cannot be read", "put the file beside it"
+            ) from None
 
     def path_of(self, uri: str) -> Path:
         """The file behind a relative uri; ValueError when there can be none."""
@@ -106,7 +113,11 @@ class Document(pygltflib.GLTF2):
     def files(self) -> list[Path]:
         """The files that buffers and images refer to."""
         uris = [holder.uri for holder in (*self.buffers, *self.images)]
-        return [self.path_of(uri) for uri in uris if uri and not uri.startswith("data:") and uri.isprintable()]
+        return [
+            self.path_of(uri)
+            for uri in uris
+            if uri and not uri.startswith("data:") and uri.isprintable()
+        ]
 
     def add_view(self, data, **properties) -> int:
         """Append a buffer view that owns its bytes; returns its index."""
@@ -135,7 +146,11 @@ def item(items: list, index: Any, kind: str):
 
 def named_indices(attributes: pygltflib.Attributes | None) -> dict[str, int]:
     """Attribute name -> accessor index."""
-    return {name: index for name, index in vars(attributes).items() if index is not None} if attributes else {}
+    return (
+        {name: index for name, index in vars(attributes).items() if index is not None}
+        if attributes
+        else {}
+    )
 
 
 def copied(attributes: pygltflib.Attributes) -> pygltflib.Attributes:
@@ -143,7 +158,7 @@ def copied(attributes: pygltflib.Attributes) -> pygltflib.Attributes:
     return pygltflib.Attributes(**named_indices(attributes))
 
 
-# --- reading ---------------------------------------------------------------------------------------------------------
+# --- reading ---
 
 
 def read_document(path: str | os.PathLike) -> Document:
@@ -152,14 +167,20 @@ def read_document(path: str | os.PathLike) -> Document:
     data = path.read_bytes()
     if not data:
         raise MeshletError(EMPTY, EXPORT_AGAIN)
-    return parse_glb(data, path.parent) if data[:4] == b"glTF" else _parse_json(data, None, path.parent)
+    return (
+        parse_glb(data, path.parent)
+        if data[:4] == b"glTF"
+        else _parse_json(data, None, path.parent)
+    )
 
 
 def parse_glb(data: bytes, base: Path = Path()) -> Document:
     """A document from the bytes of a .glb file."""
     chunks = _chunks(memoryview(data))
     if not chunks or chunks[0][0] != JSON_CHUNK:
-        raise MeshletError("its first chunk is not JSON", "the file is not a valid .glb; export it again")
+        raise MeshletError(
+            "its first chunk is not JSON", "the file is not a valid .glb; export it again"
+        )
     binary = chunks[1][1] if len(chunks) > 1 and chunks[1][0] == BIN_CHUNK else None
     return _parse_json(bytes(chunks[0][1]), binary, base)
 
@@ -170,7 +191,9 @@ def _chunks(data: memoryview) -> list[tuple[bytes, memoryview]]:
         raise MeshletError("is shorter than a .glb header", CUT_OFF)
     _, version, length = GLB_HEADER.unpack_from(data)
     if version != 2:
-        raise MeshletError(f"is .glb version {version}, only version 2 can be read", "convert it to glTF 2.0 first")
+        raise MeshletError(
+            f"is .glb version {version}, only version 2 can be read", "convert it to glTF 2.0 first"
+        )
     if not GLB_HEADER.size <= length <= len(data):
         raise MeshletError(f"has {len(data)} bytes, its header says {length}", CUT_OFF)
     chunks: list[tuple[bytes, memoryview]] = []
@@ -190,10 +213,14 @@ def _parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
         properties = json.loads(text.decode("utf-8-sig"))
     except (ValueError, RecursionError):
         raise MeshletError(
-            "is not a .glb, and its JSON cannot be read", "the file is damaged or not glTF; export it again"
+            "is not a .glb, and its JSON cannot be read",
+            "the file is damaged or not glTF; export it again",
         ) from None
     if _depth(properties) > MAX_JSON_DEPTH:
-        raise MeshletError(f"its JSON is nested deeper than {MAX_JSON_DEPTH}", "the file is damaged; export it again")
+        raise MeshletError(
+            f"its JSON is nested deeper than {MAX_JSON_DEPTH}",
+            "the file is damaged; export it again",
+        )
     document = Document.from_json_object(properties)
     document.base, document.binary = base, binary
     return document
@@ -204,7 +231,10 @@ def _depth(value: Any) -> int:
     depth, level = 0, [value]
     while level and depth <= MAX_JSON_DEPTH:
         level = [
-            child for v in level if isinstance(v, (dict, list)) for child in (v.values() if isinstance(v, dict) else v)
+            child
+            for v in level
+            if isinstance(v, (dict, list))
+            for child in (v.values() if isinstance(v, dict) else v)
         ]
         depth += 1
     return depth
@@ -221,7 +251,9 @@ def _data_uri_bytes(uri: str) -> bytes:
             else unquote_to_bytes(payload)
         )
     except (ValueError, binascii.Error):
-        raise MeshletError("a data: uri cannot be decoded", "the file is damaged; export it again") from None
+        raise MeshletError(
+            "a data: uri cannot be decoded", "the file is damaged; export it again"
+        ) from None
 
 
 @cache
@@ -237,7 +269,9 @@ def _decoder(hint: Any) -> Callable[[Any, str], Any]:
         return _decoder(arguments[0])
     if typing.get_origin(hint) is list:
         decode_item = _decoder(arguments[0])
-        return lambda value, where: [decode_item(v, f"{where}[{i}]") for i, v in enumerate(_check(value, list, where))]
+        return lambda value, where: [
+            decode_item(v, f"{where}[{i}]") for i, v in enumerate(_check(value, list, where))
+        ]
     if hint is pygltflib.Attributes:
         return _decode_attributes
     if dataclasses.is_dataclass(hint):
@@ -292,10 +326,12 @@ def _decode(cls: type, properties: Any, where: str):
 
 def _decode_attributes(properties: Any, where: str) -> pygltflib.Attributes:
     _check(properties, dict, where)
-    return pygltflib.Attributes(**{name: _integer(index, f"{where}.{name}") for name, index in properties.items()})
+    return pygltflib.Attributes(
+        **{name: _integer(index, f"{where}.{name}") for name, index in properties.items()}
+    )
 
 
-# --- writing ---------------------------------------------------------------------------------------------------------
+# --- writing ---
 
 
 def _encode(value: Any) -> Any:
@@ -337,7 +373,9 @@ def glb_parts(document: Document, binary: list) -> list:
     try:
         text = document.to_json().encode()
     except ValueError:
-        raise MeshletError("its JSON holds NaN or infinity, which glTF cannot", "export it again") from None
+        raise MeshletError(
+            "its JSON holds NaN or infinity, which glTF cannot", "export it again"
+        ) from None
     text += b" " * (-len(text) % 4)
     binary_length = sum(len(part) for part in binary)
     padding = -binary_length % 4
@@ -406,6 +444,8 @@ def _naming(path: Path, run: Callable, *arguments: Any) -> None:
 def minified(value: Any) -> bytes:
     """JSON as it is written into files; ValueError for NaN and infinity."""
     try:
-        return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
+        return json.dumps(
+            value, separators=(",", ":"), ensure_ascii=False, allow_nan=False
+        ).encode()
     except UnicodeEncodeError:  # lone surrogates, which only an escape can hold
         return json.dumps(value, separators=(",", ":"), allow_nan=False).encode()

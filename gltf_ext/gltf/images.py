@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pygltflib
 
-from gltf_ext.gltf.document import Document
 from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import Document
 
 SIGNATURES = (
     (b"\x89PNG", "image/png"),
@@ -30,7 +30,9 @@ def _embed(document: Document, image: pygltflib.Image) -> list[str]:
         data = document.read_uri(image.uri)
     except MeshletError as error:
         return [f"an image is left where it is: {error}"]
-    mime = image.mimeType or next((m for signature, m in SIGNATURES if data.startswith(signature)), None)
+    mime = image.mimeType or next(
+        (m for signature, m in SIGNATURES if data.startswith(signature)), None
+    )
     if mime is None or not data:
         return [f"an image is left where it is: {image.uri[:80]} has an unknown format"]
     image.bufferView, image.mimeType, image.uri = document.add_view(data), mime, None

@@ -7,8 +7,8 @@ import os
 import re
 from pathlib import Path
 
-from gltf_ext.gltf.document import EMPTY, EXPORT_AGAIN, Document, parse_glb, read_document
 from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import EMPTY, EXPORT_AGAIN, Document, parse_glb, read_document
 
 GLTF_SUFFIXES = (".glb", ".gltf")
 STL_HEADER, STL_TRIANGLE = 84, 50  # bytes of a binary .stl
@@ -23,7 +23,8 @@ def open_model(path: str | os.PathLike) -> Document:
     if suffix in MESH_SUFFIXES:
         return _import_mesh(Path(path))
     raise MeshletError(
-        f"has an unknown format ({suffix or 'no suffix'})", f"use one of {' '.join(GLTF_SUFFIXES + MESH_SUFFIXES)}"
+        f"has an unknown format ({suffix or 'no suffix'})",
+        f"use one of {' '.join(GLTF_SUFFIXES + MESH_SUFFIXES)}",
     )
 
 
@@ -42,16 +43,22 @@ def _import_mesh(path: Path) -> Document:
     logger.setLevel(logging.ERROR)
     try:
         scene = trimesh.load_scene(path, process=False)
-        if not any(isinstance(g, trimesh.Trimesh) and len(g.faces) for g in scene.geometry.values()):
+        if not any(
+            isinstance(g, trimesh.Trimesh) and len(g.faces) for g in scene.geometry.values()
+        ):
             raise MeshletError("holds no triangles", "there is nothing to compress")
         document = parse_glb(scene.export(file_type="glb"), path.parent)
     except (MeshletError, MemoryError):
         raise
     except Exception:  # trimesh's readers raise anything
-        raise MeshletError(f"cannot be read as {path.suffix.lower()}: it is damaged or cut off", EXPORT_AGAIN) from None
+        raise MeshletError(
+            f"cannot be read as {path.suffix.lower()}: it is damaged or cut off", EXPORT_AGAIN
+        ) from None
     finally:
         logger.setLevel(level)
-    document.import_warnings = _missing_materials(path.parent, content) if path.suffix.lower() == ".obj" else ()
+    document.import_warnings = (
+        _missing_materials(path.parent, content) if path.suffix.lower() == ".obj" else ()
+    )
     return document
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 import pygltflib
 
-from gltf_ext.gltf.document import Document, item
 from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import Document, item
 
 MAX_PLACED = 1_000_000
 
@@ -47,7 +47,9 @@ def local_matrix(node: pygltflib.Node) -> np.ndarray:
         return np.array(node.matrix, np.float64).reshape(4, 4).T
     result = np.eye(4)
     rotation = _rotation(node.rotation) if node.rotation is not None else np.eye(3)
-    result[:3, :3] = rotation * np.array(node.scale if node.scale is not None else (1, 1, 1), np.float64)
+    result[:3, :3] = rotation * np.array(
+        node.scale if node.scale is not None else (1, 1, 1), np.float64
+    )
     if node.translation is not None:
         result[:3, 3] = node.translation
     return result

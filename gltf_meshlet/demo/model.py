@@ -49,19 +49,21 @@ def generate() -> list[Part]:
 
 # ---- shapes: each returns (positions, normals, texcoords, triangles) as Part holds them
 
+
 def _knot(along: int = 480, around: int = 32):
     """A (2, 3) torus knot whose tube carries five twisted ridges."""
     t = np.arange(along)[:, None] * (2 * np.pi / along)
     center = _knot_curve(t)
     tangent = _unit(_knot_curve(t + 1e-4) - _knot_curve(t - 1e-4))
-    ring = np.concatenate([np.cos(2 * t), 0 * t, np.sin(2 * t)], axis=1)   # the torus's own circle
+    ring = np.concatenate([np.cos(2 * t), 0 * t, np.sin(2 * t)], axis=1)  # the torus's own circle
     normal = center - ring
     normal = _unit(normal - tangent * np.sum(normal * tangent, axis=1, keepdims=True))
     binormal = np.cross(normal, tangent)
     angle = np.arange(around) * (2 * np.pi / around)
     radius = 0.2 * (1 + 0.13 * np.cos(5 * angle + 10 * t))
     tube = center[:, None] + radius[..., None] * (
-        np.cos(angle)[:, None] * normal[:, None] + np.sin(angle)[:, None] * binormal[:, None])
+        np.cos(angle)[:, None] * normal[:, None] + np.sin(angle)[:, None] * binormal[:, None]
+    )
     wrapped = (np.arange(along + 1) % along)[:, None] * around + np.arange(around + 1) % around
     standing = tube.reshape(-1, 3)[:, [0, 2, 1]] * [0.5, 0.5, -0.5] + [0, 0.78, 0]
     return _smooth_part(standing, wrapped, _unit_grid(along, around))
@@ -69,7 +71,9 @@ def _knot(along: int = 480, around: int = 32):
 
 def _knot_curve(t):
     swing = 1 + 0.42 * np.cos(3 * t)
-    return np.concatenate([swing * np.cos(2 * t), 0.42 * np.sin(3 * t), swing * np.sin(2 * t)], axis=1)
+    return np.concatenate(
+        [swing * np.cos(2 * t), 0.42 * np.sin(3 * t), swing * np.sin(2 * t)], axis=1
+    )
 
 
 def _planet(cells: int = 36):
@@ -83,8 +87,11 @@ def _planet(cells: int = 36):
     unique, index = np.unique(lattice, axis=0, return_inverse=True)
     direction = _unit(np.tan((unique / cells - 0.5) * (np.pi / 2)))
     x, y, z = direction.T
-    bumps = (0.05 * np.sin(5 * x + 2 * z) * np.cos(4 * y - x) + 0.025 * np.sin(11 * y + 3 * x) * np.sin(9 * z + 1)
-             + 0.012 * np.sin(23 * x + 17 * y) * np.sin(19 * z - 13 * x))
+    bumps = (
+        0.05 * np.sin(5 * x + 2 * z) * np.cos(4 * y - x)
+        + 0.025 * np.sin(11 * y + 3 * x) * np.sin(9 * z + 1)
+        + 0.012 * np.sin(23 * x + 17 * y) * np.sin(19 * z - 13 * x)
+    )
     points = direction * (0.34 * (1 + bumps))[:, None] + [-0.92, 0.355, 0.62]
     side_uv = _unit_grid(cells, cells)
     islands = [(side_uv * 0.31 + [0.01 + 0.333 * (k % 3), 0.01 + 0.5 * (k // 3)]) for k in range(6)]
@@ -95,8 +102,22 @@ def _planet(cells: int = 36):
 def _gear(teeth: int = 18, rings: int = 6):
     """A spur gear with a bore: flat faces and flanks whose vertices are split along every hard edge."""
     # (share of the tooth's angle, radius): root, flank, tip, flank
-    tooth = np.array([(0.00, 0.37), (0.10, 0.37), (0.20, 0.37), (0.30, 0.37), (0.37, 0.405), (0.43, 0.44),
-                      (0.50, 0.475), (0.60, 0.475), (0.70, 0.475), (0.77, 0.44), (0.83, 0.405), (0.90, 0.37)])
+    tooth = np.array(
+        [
+            (0.00, 0.37),
+            (0.10, 0.37),
+            (0.20, 0.37),
+            (0.30, 0.37),
+            (0.37, 0.405),
+            (0.43, 0.44),
+            (0.50, 0.475),
+            (0.60, 0.475),
+            (0.70, 0.475),
+            (0.77, 0.44),
+            (0.83, 0.405),
+            (0.90, 0.37),
+        ]
+    )
     angle = ((np.arange(teeth)[:, None] + tooth[:, 0]) * (2 * np.pi / teeth)).ravel()
     rim = np.tile(tooth[:, 1], teeth)
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -104,8 +125,12 @@ def _gear(teeth: int = 18, rings: int = 6):
     radius = 0.16 * (1 - blend) + rim * blend
     disc = radius[..., None] * circle
     top, bottom, bore, outline = 0.09, -0.09, disc[0], disc[-1]
-    pieces = [_gear_face(disc, top), _gear_face(disc[::-1], bottom),
-              _wall(outline, np.roll(outline, -1, axis=0), bottom, top), _wall(np.roll(bore, -1, axis=0), bore, bottom, top)]
+    pieces = [
+        _gear_face(disc, top),
+        _gear_face(disc[::-1], bottom),
+        _wall(outline, np.roll(outline, -1, axis=0), bottom, top),
+        _wall(np.roll(bore, -1, axis=0), bore, bottom, top),
+    ]
     positions, normals, texcoords, triangles = _merge(pieces)
     tilt = _rotation(2, -0.25) @ _rotation(0, 0.95) @ _rotation(1, 0.5)
     return _finish(positions @ tilt.T + [0.80, 0.44, 0.72], normals @ tilt.T, texcoords, triangles)
@@ -114,7 +139,9 @@ def _gear(teeth: int = 18, rings: int = 6):
 def _gear_face(disc, height):
     """A flat ring of the gear at a height: disc is [rings + 1, n, 2], innermost first for the face that looks up."""
     rings, count = disc.shape[0] - 1, disc.shape[1]
-    points = np.stack([disc[..., 0], np.full(disc.shape[:2], height), -disc[..., 1]], axis=-1).reshape(-1, 3)
+    points = np.stack(
+        [disc[..., 0], np.full(disc.shape[:2], height), -disc[..., 1]], axis=-1
+    ).reshape(-1, 3)
     normals = np.tile([0.0, np.sign(height), 0.0], (len(points), 1))
     closed = np.arange(rings + 1)[:, None] * count + np.arange(count + 1) % count
     return points, normals, disc.reshape(-1, 2) + 0.5, _quads(closed)
@@ -140,8 +167,19 @@ def _wall(start, end, bottom, top, levels: int = 4):
 
 def _plinth(around: int = 144):
     """A lathe: straight profile segments are smooth around the axis and meet in hard edges."""
-    profile = np.array([(1.00, 0.0), (1.40, 0.0), (1.46, -0.05), (1.46, -0.14), (1.40, -0.17), (1.52, -0.24),
-                        (1.60, -0.26), (1.60, -0.36), (0.0, -0.36)])
+    profile = np.array(
+        [
+            (1.00, 0.0),
+            (1.40, 0.0),
+            (1.46, -0.05),
+            (1.46, -0.14),
+            (1.40, -0.17),
+            (1.52, -0.24),
+            (1.60, -0.26),
+            (1.60, -0.36),
+            (0.0, -0.36),
+        ]
+    )
     pieces = [_lathe(profile[k], profile[k + 1], around) for k in range(len(profile) - 1)]
     return _finish(*_merge(pieces))
 
@@ -159,16 +197,21 @@ def _lathe(start, end, around):
     angle = np.arange(around) * (2 * np.pi / around)
     points = np.stack([radius * np.cos(angle), height + 0 * angle, radius * np.sin(angle)], axis=-1)
     slope = (end - start) / length
-    normals = np.stack([-slope[1] * np.cos(angle), slope[0] + 0 * angle, -slope[1] * np.sin(angle)], axis=-1)
+    normals = np.stack(
+        [-slope[1] * np.cos(angle), slope[0] + 0 * angle, -slope[1] * np.sin(angle)], axis=-1
+    )
     normals = np.broadcast_to(normals, points.shape)
     wrapped = np.arange(rows + 1)[:, None] * around + np.arange(around + 1) % around
     texcoords = _unit_grid(rows, around)[:, ::-1]
     triangles = _quads(np.arange(wrapped.size).reshape(wrapped.shape))[:, ::-1]
     vertices = wrapped.ravel()
-    return _without_collapsed(points.reshape(-1, 3)[vertices], normals.reshape(-1, 3)[vertices], texcoords, triangles)
+    return _without_collapsed(
+        points.reshape(-1, 3)[vertices], normals.reshape(-1, 3)[vertices], texcoords, triangles
+    )
 
 
 # ---- building blocks
+
 
 def _smooth_part(points, grids, texcoords):
     """A part over shared points: grids [..., n, m] index them; normals are averaged across all seams."""
@@ -183,7 +226,12 @@ def _smooth_part(points, grids, texcoords):
 
 def _quads(grid):
     """Two triangles for every cell of an [n, m] grid of vertex ids."""
-    a, b, c, d = grid[:-1, :-1].ravel(), grid[1:, :-1].ravel(), grid[1:, 1:].ravel(), grid[:-1, 1:].ravel()
+    a, b, c, d = (
+        grid[:-1, :-1].ravel(),
+        grid[1:, :-1].ravel(),
+        grid[1:, 1:].ravel(),
+        grid[:-1, 1:].ravel(),
+    )
     return np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3)
 
 
@@ -195,8 +243,13 @@ def _unit_grid(rows, columns):
 def _averaged_normals(points, triangles):
     a, b, c = (points[triangles[:, k]] for k in range(3))
     face = np.cross(b - a, c - a)
-    total = np.stack([sum(np.bincount(triangles[:, k], face[:, axis], len(points)) for k in range(3))
-                      for axis in range(3)], axis=1)
+    total = np.stack(
+        [
+            sum(np.bincount(triangles[:, k], face[:, axis], len(points)) for k in range(3))
+            for axis in range(3)
+        ],
+        axis=1,
+    )
     return _unit(total)
 
 
@@ -213,8 +266,12 @@ def _merge(pieces):
 
 
 def _finish(points, normals, texcoords, triangles):
-    return (_grid_aligned(points).astype(np.float32), _unit(_grid_aligned(normals)).astype(np.float32),
-            texcoords.astype(np.float32), triangles.astype(np.uint32))
+    return (
+        _grid_aligned(points).astype(np.float32),
+        _unit(_grid_aligned(normals)).astype(np.float32),
+        texcoords.astype(np.float32),
+        triangles.astype(np.uint32),
+    )
 
 
 def _grid_aligned(values):
@@ -237,6 +294,7 @@ def _rotation(axis, angle):
 
 # ---- file
 
+
 def write_glb(parts: list[Part], path: str | Path) -> None:
     """Writes parts as a .glb with 32-bit indices, one node per mesh and one material per part."""
     gltf = pygltflib.GLTF2(scene=0, scenes=[pygltflib.Scene(nodes=[])])
@@ -248,14 +306,29 @@ def write_glb(parts: list[Part], path: str | Path) -> None:
             gltf.nodes.append(pygltflib.Node(name=part.mesh, mesh=len(gltf.meshes)))
             gltf.meshes.append(meshes[part.mesh])
             gltf.scenes[0].nodes.append(len(gltf.nodes) - 1)
-        attributes = pygltflib.Attributes(POSITION=_accessor(gltf, blob, part.positions, bounds=True),
-                                          NORMAL=_accessor(gltf, blob, part.normals),
-                                          TEXCOORD_0=_accessor(gltf, blob, part.texcoords))
-        meshes[part.mesh].primitives.append(pygltflib.Primitive(
-            attributes=attributes, indices=_accessor(gltf, blob, part.triangles.reshape(-1, 1)),
-            material=len(gltf.materials), mode=pygltflib.TRIANGLES))
-        gltf.materials.append(pygltflib.Material(name=part.name, pbrMetallicRoughness=pygltflib.PbrMetallicRoughness(
-            baseColorFactor=[*part.color, 1.0], metallicFactor=part.metallic, roughnessFactor=part.roughness)))
+        attributes = pygltflib.Attributes(
+            POSITION=_accessor(gltf, blob, part.positions, bounds=True),
+            NORMAL=_accessor(gltf, blob, part.normals),
+            TEXCOORD_0=_accessor(gltf, blob, part.texcoords),
+        )
+        meshes[part.mesh].primitives.append(
+            pygltflib.Primitive(
+                attributes=attributes,
+                indices=_accessor(gltf, blob, part.triangles.reshape(-1, 1)),
+                material=len(gltf.materials),
+                mode=pygltflib.TRIANGLES,
+            )
+        )
+        gltf.materials.append(
+            pygltflib.Material(
+                name=part.name,
+                pbrMetallicRoughness=pygltflib.PbrMetallicRoughness(
+                    baseColorFactor=[*part.color, 1.0],
+                    metallicFactor=part.metallic,
+                    roughnessFactor=part.roughness,
+                ),
+            )
+        )
     gltf.buffers.append(pygltflib.Buffer(byteLength=len(blob)))
     gltf.set_binary_blob(bytes(blob))
     write_files({Path(path): gltf.save_to_bytes()})
@@ -264,12 +337,23 @@ def write_glb(parts: list[Part], path: str | Path) -> None:
 def _accessor(gltf, blob, array, bounds: bool = False) -> int:
     """Appends array ([n, components] of float32 or uint32) to blob; returns its accessor's index."""
     indices = array.dtype == np.uint32
-    gltf.bufferViews.append(pygltflib.BufferView(
-        buffer=0, byteOffset=len(blob), byteLength=array.nbytes,
-        target=pygltflib.ELEMENT_ARRAY_BUFFER if indices else pygltflib.ARRAY_BUFFER))
+    gltf.bufferViews.append(
+        pygltflib.BufferView(
+            buffer=0,
+            byteOffset=len(blob),
+            byteLength=array.nbytes,
+            target=pygltflib.ELEMENT_ARRAY_BUFFER if indices else pygltflib.ARRAY_BUFFER,
+        )
+    )
     blob += np.ascontiguousarray(array).tobytes()
-    gltf.accessors.append(pygltflib.Accessor(
-        bufferView=len(gltf.bufferViews) - 1, count=len(array), type=("SCALAR", "VEC2", "VEC3")[array.shape[1] - 1],
-        componentType=pygltflib.UNSIGNED_INT if indices else pygltflib.FLOAT,
-        min=array.min(axis=0).tolist() if bounds else None, max=array.max(axis=0).tolist() if bounds else None))
+    gltf.accessors.append(
+        pygltflib.Accessor(
+            bufferView=len(gltf.bufferViews) - 1,
+            count=len(array),
+            type=("SCALAR", "VEC2", "VEC3")[array.shape[1] - 1],
+            componentType=pygltflib.UNSIGNED_INT if indices else pygltflib.FLOAT,
+            min=array.min(axis=0).tolist() if bounds else None,
+            max=array.max(axis=0).tolist() if bounds else None,
+        )
+    )
     return len(gltf.accessors) - 1

@@ -18,7 +18,7 @@ from PIL import Image  # noqa: E402
 from gltf_ext.gltf.document import write_files  # noqa: E402
 from gltf_meshlet.demo.rasterizer import Camera, Mesh, render  # noqa: E402
 
-PARTS = {   # inspect's keys, the label and the colour of each
+PARTS = {  # inspect's keys, the label and the colour of each
     "connectivity": ("connectivity", "#4477aa"),
     "references_and_headers": ("references and headers", "#66ccee"),
     "positions": ("positions", "#228833"),
@@ -46,11 +46,18 @@ def save_picture(path: str | Path, mesh: Mesh, camera: Camera, width: int, heigh
     write_files({Path(path): [content.getvalue()]})
 
 
-def save_comparison(path: str | Path, pictures: list[tuple[str, Mesh]], camera: Camera, width: int, height: int) -> None:
+def save_comparison(
+    path: str | Path, pictures: list[tuple[str, Mesh]], camera: Camera, width: int, height: int
+) -> None:
     """Writes a PNG of two meshes seen by one camera, width x height pixels each, and of where the pictures differ."""
     dpi, title_height = 100, 44
-    figure, axes = pyplot.subplots(1, len(pictures) + 1, dpi=dpi, squeeze=False,
-                                   figsize=(width * (len(pictures) + 1) / dpi, (height + title_height) / dpi))
+    figure, axes = pyplot.subplots(
+        1,
+        len(pictures) + 1,
+        dpi=dpi,
+        squeeze=False,
+        figsize=(width * (len(pictures) + 1) / dpi, (height + title_height) / dpi),
+    )
     figure.subplots_adjust(0, 0, 1, height / (height + title_height), wspace=0)
     drawn = [_on_white(render(mesh, camera, width, height)) for _, mesh in pictures]
     for axis, (title, _), picture in zip(axes[0], pictures, drawn):
@@ -65,7 +72,9 @@ def save_comparison(path: str | Path, pictures: list[tuple[str, Mesh]], camera: 
 def _draw_difference(figure, axis, before: np.ndarray, after: np.ndarray) -> None:
     """A heat map of the largest difference of each pixel's channels, of 255."""
     difference = np.abs(after - before).max(axis=2)
-    heat = axis.imshow(difference, cmap="magma_r", vmin=0, vmax=max(int(difference.max()), 1), interpolation="none")
+    heat = axis.imshow(
+        difference, cmap="magma_r", vmin=0, vmax=max(int(difference.max()), 1), interpolation="none"
+    )
     axis.set_title("difference of the pixels' colours, of 255", fontsize=13)
     figure.colorbar(heat, ax=axis, fraction=0.04, pad=0.01, shrink=0.8, location="left")
 
@@ -81,7 +90,10 @@ def save_size_breakdown(path: str | Path, name: str, totals: dict) -> None:
     whole.barh(["raw", "compressed"], sizes, color=[RAW_COLOR, COMPRESSED_COLOR], height=0.6)
     for row, size in enumerate(sizes):
         whole.text(size, row, f"  {size:.2f} MB", va="center")
-    whole.set_title(f"{name}: {totals['ratio']:.1f} times smaller, {bits['total']:.1f} bits per triangle", loc="left")
+    whole.set_title(
+        f"{name}: {totals['ratio']:.1f} times smaller, {bits['total']:.1f} bits per triangle",
+        loc="left",
+    )
     whole.invert_yaxis()
     whole.set_xlabel("MB")
     whole.margins(x=0.12)

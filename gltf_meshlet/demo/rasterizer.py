@@ -10,12 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-SUPERSAMPLING = 2                  # each pixel of the result is the mean of this many squared
-SHADOW_SIZE = 1536                 # pixels of the shadow map's side
-CANDIDATES = 1 << 20               # pixels looked at in one pass: bounds the memory
+SUPERSAMPLING = 2  # each pixel of the result is the mean of this many squared
+SHADOW_SIZE = 1536  # pixels of the shadow map's side
+CANDIDATES = 1 << 20  # pixels looked at in one pass: bounds the memory
 NOTHING = np.uint64(0xFFFFFFFFFFFFFFFF)
 LIGHT = np.array([-0.45, 0.78, 0.44])
-SKY, GROUND, SUN = (np.array(rgb) for rgb in ((0.42, 0.46, 0.52), (0.30, 0.28, 0.26), (0.85, 0.82, 0.76)))
+SKY, GROUND, SUN = (
+    np.array(rgb) for rgb in ((0.42, 0.46, 0.52), (0.30, 0.28, 0.26), (0.85, 0.82, 0.76))
+)
 
 
 @dataclass(frozen=True)
@@ -50,13 +52,17 @@ def render(mesh: Mesh, camera: Camera, width: int, height: int) -> np.ndarray:
     focal = height / 2 / np.tan(np.radians(camera.field_of_view) / 2)
     distance = -eye_space[:, 2:]
     # The depth is -1 / distance, because only that is linear over the picture.
-    screen = np.concatenate([eye_space[:, :2] * [focal, -focal] / distance + [width / 2, height / 2], -1 / distance], 1)
+    screen = np.concatenate(
+        [eye_space[:, :2] * [focal, -focal] / distance + [width / 2, height / 2], -1 / distance], 1
+    )
     planes = _planes(screen, mesh.triangles)
     hit = _nearest_triangles(screen, mesh.triangles, planes, width, height)
     pixels = np.flatnonzero(hit >= 0)
     triangle = hit[pixels]
     corners = mesh.triangles[triangle]
-    weights = _barycentric(_at(planes[triangle], pixels % width, pixels // width)) / distance[corners, 0]
+    weights = (
+        _barycentric(_at(planes[triangle], pixels % width, pixels // width)) / distance[corners, 0]
+    )
     weights /= weights.sum(axis=1, keepdims=True)
     normals = _unit(_interpolate(mesh.normals, corners, weights))
     points = _interpolate(mesh.positions, corners, weights)
@@ -86,7 +92,9 @@ def _planes(screen, triangles):
     seen = area != 0
     planes[seen, 0, :2] = np.column_stack([(b - c)[:, 1], (c - b)[:, 0]])[seen] / area[seen, None]
     planes[seen, 1, :2] = np.column_stack([ac[:, 1], -ac[:, 0]])[seen] / area[seen, None]
-    planes[seen, :2, 2] = -np.einsum("tik,tk->ti", planes[seen, :2, :2], c[seen, :2])   # both are 0 at corner c
+    planes[seen, :2, 2] = -np.einsum(
+        "tik,tk->ti", planes[seen, :2, :2], c[seen, :2]
+    )  # both are 0 at corner c
     planes[:, 2] = planes[:, 0] * (a - c)[:, 2:] + planes[:, 1] * (b - c)[:, 2:]
     planes[:, 2, 2] += c[:, 2]
     return planes
@@ -94,7 +102,11 @@ def _planes(screen, triangles):
 
 def _at(planes, column, row):
     """Planes [n, 3, 3] at the centres of pixels: [n, 3]."""
-    return planes[..., 0] * (column + 0.5)[:, None] + planes[..., 1] * (row + 0.5)[:, None] + planes[..., 2]
+    return (
+        planes[..., 0] * (column + 0.5)[:, None]
+        + planes[..., 1] * (row + 0.5)[:, None]
+        + planes[..., 2]
+    )
 
 
 def _barycentric(values):
@@ -128,7 +140,11 @@ def _draw(nearest, planes, low, extent, chosen, width):
     row += np.repeat(low[chosen, 1], count)
     values = _at(np.repeat(planes[chosen], count, axis=0), column, row)
     # The small tolerance keeps a pixel centre on a shared edge from falling between its two triangles.
-    inside = (values[:, 0] >= -1e-9) & (values[:, 1] >= -1e-9) & (values[:, 0] + values[:, 1] <= 1 + 1e-9)
+    inside = (
+        (values[:, 0] >= -1e-9)
+        & (values[:, 1] >= -1e-9)
+        & (values[:, 0] + values[:, 1] <= 1 + 1e-9)
+    )
     triangle = np.repeat(np.arange(chosen.start, chosen.stop), count)[inside]
     # A negative float's bits grow towards minus infinity, which is the near side: turned round, they sort.
     depth = ~values[inside, 2].astype(np.float32).view(np.uint32)
@@ -137,7 +153,7 @@ def _draw(nearest, planes, low, extent, chosen, width):
 
 
 def _interpolate(values, corners, weights):
-    return sum(values[corners[:, k]] * weights[:, k:k + 1] for k in range(3))
+    return sum(values[corners[:, k]] * weights[:, k : k + 1] for k in range(3))
 
 
 def _unit(vectors):
@@ -165,7 +181,9 @@ def _sunlit(mesh, points, normals, light):
         return np.column_stack([flat[:, :2] * scale + 1.5, -1 - flat[:, 2]])
 
     planes = _planes(project(mesh.positions), mesh.triangles)
-    hit = _nearest_triangles(project(mesh.positions), mesh.triangles, planes, SHADOW_SIZE, SHADOW_SIZE)
+    hit = _nearest_triangles(
+        project(mesh.positions), mesh.triangles, planes, SHADOW_SIZE, SHADOW_SIZE
+    )
     pixels = np.flatnonzero(hit >= 0)
     depth = np.full(SHADOW_SIZE * SHADOW_SIZE, np.inf)
     depth[pixels] = _at(planes[hit[pixels]], pixels % SHADOW_SIZE, pixels // SHADOW_SIZE)[:, 2]
@@ -176,7 +194,9 @@ def _sunlit(mesh, points, normals, light):
     lit = np.zeros(len(points))
     for dy in (-1, 0, 1):
         for dx in (-1, 0, 1):
-            near = np.clip(row + dy, 0, SHADOW_SIZE - 1) * SHADOW_SIZE + np.clip(column + dx, 0, SHADOW_SIZE - 1)
+            near = np.clip(row + dy, 0, SHADOW_SIZE - 1) * SHADOW_SIZE + np.clip(
+                column + dx, 0, SHADOW_SIZE - 1
+            )
             lit += depth[near] >= at[:, 2] - slack
     return lit / 9
 
@@ -195,5 +215,7 @@ def _downsampled(picture):
     height, width = picture.shape[0] // SUPERSAMPLING, picture.shape[1] // SUPERSAMPLING
     mean = picture.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 4).mean(axis=(1, 3))
     color = mean[..., :3] / np.maximum(mean[..., 3:], 1e-9)
-    srgb = np.where(color <= 0.0031308, 12.92 * color, 1.055 * np.maximum(color, 1e-9) ** (1 / 2.4) - 0.055)
+    srgb = np.where(
+        color <= 0.0031308, 12.92 * color, 1.055 * np.maximum(color, 1e-9) ** (1 / 2.4) - 0.055
+    )
     return np.round(np.concatenate([srgb, mean[..., 3:]], axis=2) * 255).astype(np.uint8)

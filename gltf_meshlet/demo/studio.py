@@ -27,7 +27,10 @@ LAMPS = (
     ((1.0, 0.35, 0.5), 14.0, (4.6, 3.7, 2.8)),
     ((0.35, 0.55, -1.0), 18.0, (3.6, 4.2, 5.2)),
 )
-SKY, HORIZON = (0.30, 0.32, 0.36), (0.12, 0.12, 0.13)  # radiance of everything else, upwards and sideways
+SKY, HORIZON = (
+    (0.30, 0.32, 0.36),
+    (0.12, 0.12, 0.13),
+)  # radiance of everything else, upwards and sideways
 SOFT_EDGE = 6.0  # degrees over which a lamp fades
 ROWS = 128
 CAPTION_HEIGHT, CAPTION_SIZE = 40, 18  # pixels
@@ -37,21 +40,33 @@ def picture(path: Path, camera: Camera, width: int, height: int, spp: int) -> np
     """uint8[height, width, 3] of a file's scene; compressed primitives are not decompressed for it."""
     mi.set_log_level(mi.LogLevel.Error)
     mi.set_variant("llvm_ad_rgb" if llvm.choose() else "scalar_rgb")
-    scene = mitsuba_plugin.scene_dict(path, width=width, height=height, default_light=0, integrator={"type": "path", "max_depth": 5})
+    scene = mitsuba_plugin.scene_dict(
+        path,
+        width=width,
+        height=height,
+        default_light=0,
+        integrator={"type": "path", "max_depth": 5},
+    )
     scene["sensor"].update(
         fov=camera.field_of_view, fov_axis="y", near_clip=0.1, far_clip=100.0,
         to_world=mi.ScalarTransform4f().look_at(origin=list(camera.eye), target=list(camera.target), up=[0, 1, 0]),
     )  # fmt: skip
     with progress_bar(path.name, True) as advance:
         linear = render(mi.load_dict({**scene, **_studio()}), width, height, spp, advance)
-    return np.array(mi.Bitmap(linear).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True))
+    return np.array(
+        mi.Bitmap(linear).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True)
+    )
 
 
 def _studio() -> dict:
     """Floor and lights. One picture of all lights around is less noisy than lamps that are sampled in turn."""
     floor = mi.ScalarTransform4f().translate([0, FLOOR, 0]).rotate([1, 0, 0], -90).scale(40)
     return {
-        "floor": {"type": "rectangle", "to_world": floor, "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(FLOOR_COLOR)}}},
+        "floor": {
+            "type": "rectangle",
+            "to_world": floor,
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(FLOOR_COLOR)}},
+        },
         "lights": {"type": "envmap", "bitmap": mi.Bitmap(_lights())},
     }
 
@@ -61,10 +76,14 @@ def _lights() -> np.ndarray:
     latitude = (np.arange(ROWS)[:, None] + 0.5) * np.pi / ROWS
     longitude = (np.arange(2 * ROWS) + 0.5) * np.pi / ROWS
     up = np.broadcast_to(np.cos(latitude), (ROWS, 2 * ROWS))
-    direction = np.stack([np.sin(longitude) * np.sin(latitude), up, -np.cos(longitude) * np.sin(latitude)], axis=-1)
+    direction = np.stack(
+        [np.sin(longitude) * np.sin(latitude), up, -np.cos(longitude) * np.sin(latitude)], axis=-1
+    )
     light = np.array(HORIZON) + np.clip(up, 0, 1)[..., None] * np.subtract(SKY, HORIZON)
     for towards, radius, radiance in LAMPS:
-        angle = np.degrees(np.arccos(np.clip(direction @ np.divide(towards, np.linalg.norm(towards)), -1, 1)))
+        angle = np.degrees(
+            np.arccos(np.clip(direction @ np.divide(towards, np.linalg.norm(towards)), -1, 1))
+        )
         light += np.clip((radius - angle) / SOFT_EDGE, 0, 1)[..., None] * radiance
     return light.astype(np.float32)
 
@@ -81,7 +100,13 @@ def save_side_by_side(path: Path, captioned: list[tuple[str, np.ndarray]]) -> No
     draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(CAPTION_SIZE)
     for i, (caption, pixels) in enumerate(captioned):
         sheet.paste(Image.fromarray(pixels), (i * width, 0))
-        draw.text((i * width + width // 2, height + CAPTION_HEIGHT // 2), caption, "black", font, anchor="mm")
+        draw.text(
+            (i * width + width // 2, height + CAPTION_HEIGHT // 2),
+            caption,
+            "black",
+            font,
+            anchor="mm",
+        )
     _save(path, sheet)
 
 

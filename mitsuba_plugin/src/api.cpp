@@ -84,8 +84,10 @@ EXPORT uint32_t meshlet_add_blob(Request* request, const uint8_t* data, uint64_t
   return uint32_t(request->blobs.size() - 1);
 }
 
-// rows: POSITION, NORMAL, TEXCOORD_0 (stream ~0 where there is none), then the others. matrix: row-major 3 x 4.
-EXPORT void meshlet_add_part(Request* request, uint32_t blob, const float* matrix, const AttributeRow* rows, uint32_t count) {
+// rows: POSITION, NORMAL, TEXCOORD_0 (stream ~0 where there is none), then the others. matrix:
+// row-major 3 x 4.
+EXPORT void meshlet_add_part(Request* request, uint32_t blob, const float* matrix,
+                             const AttributeRow* rows, uint32_t count) {
   Part part;
   part.blob = request->blobs.at(blob);
   std::memcpy(part.to_world.m, matrix, sizeof(part.to_world.m));
@@ -96,7 +98,8 @@ EXPORT void meshlet_add_part(Request* request, uint32_t blob, const float* matri
   request->parts.push_back(std::move(part));
 }
 
-// Of the shape with this cache_id; 0 when there is none (any more). Shapes of one cache group give the group's cache.
+// Of the shape with this cache_id; 0 when there is none (any more). Shapes of one cache group give
+// the group's cache.
 EXPORT int meshlet_statistics(uint64_t cache_id, StatisticsRow* row, int reset) {
   std::lock_guard lock(g_models_mutex);
   auto found = g_models.find(cache_id);
@@ -104,9 +107,21 @@ EXPORT int meshlet_statistics(uint64_t cache_id, StatisticsRow* row, int reset) 
   const ModelFacts& f = found->second->facts();
   Store& cache = found->second->cache();
   Statistics s = cache.statistics();
-  *row = {s.hits,           s.misses,           s.evictions,   s.decoded,       s.refused,
-          s.resident_bytes, s.resident_entries, s.limit_bytes, f.triangles,     f.vertices,
-          f.meshlets,       f.compressed_bytes, f.table_bytes, f.decoded_bytes, uint64_t(reinterpret_cast<uintptr_t>(&cache))};
+  *row = {s.hits,
+          s.misses,
+          s.evictions,
+          s.decoded,
+          s.refused,
+          s.resident_bytes,
+          s.resident_entries,
+          s.limit_bytes,
+          f.triangles,
+          f.vertices,
+          f.meshlets,
+          f.compressed_bytes,
+          f.table_bytes,
+          f.decoded_bytes,
+          uint64_t(reinterpret_cast<uintptr_t>(&cache))};
   if (reset) cache.reset_statistics();
   return 1;
 }
@@ -123,6 +138,8 @@ EXPORT uint32_t meshlet_shapes(uint64_t* ids, uint32_t capacity) {
 }
 
 // Bytes that threads hold to decode into, whatever the limits: decoders and scratch memory.
-EXPORT uint64_t meshlet_working_bytes() { return thread_slots() * decoder_bytes() + scratch_bytes(); }
+EXPORT uint64_t meshlet_working_bytes() {
+  return thread_slots() * decoder_bytes() + scratch_bytes();
+}
 
 }  // namespace meshlet_shape

@@ -1,4 +1,5 @@
-// What Python calls through ctypes, and what the shape asks of Python: the glTF side is read by gltf_ext.
+// What Python calls through ctypes, and what the shape asks of Python: the glTF side is read by
+// gltf_ext.
 #pragma once
 #include <string>
 #include <vector>
@@ -7,8 +8,8 @@
 
 namespace meshlet_shape {
 
-// The compressed primitives of a file: of all its scene (mesh < 0), of one mesh (primitive < 0), or one. Calls the Python reader.
-// Throws std::runtime_error with its message.
+// The compressed primitives of a file: of all its scene (mesh < 0), of one mesh (primitive < 0), or
+// one. Calls the Python reader. Throws std::runtime_error with its message.
 std::vector<Part> read_parts(const std::string& filename, int mesh, int primitive);
 
 class Model;

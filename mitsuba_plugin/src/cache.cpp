@@ -7,10 +7,12 @@
 namespace meshlet_shape {
 namespace {
 
-constexpr uint32_t kCandidates = 8;   // of which the least used one goes
-constexpr uint64_t kAgingFactor = 4;  // counts are halved after so many decoded meshlets per resident entry
+constexpr uint32_t kCandidates = 8;  // of which the least used one goes
+constexpr uint64_t kAgingFactor =
+    4;  // counts are halved after so many decoded meshlets per resident entry
 
-// Every slot ever made; they are reused, never freed, so that an evicting thread may walk the list without a lock.
+// Every slot ever made; they are reused, never freed, so that an evicting thread may walk the list
+// without a lock.
 struct SlotNode {
   ThreadSlot slot;
   SlotNode* next = nullptr;
@@ -23,13 +25,15 @@ std::atomic<uint64_t> g_next_uid{1};
 ThreadSlot& take_slot() {
   for (SlotNode* node = g_slots.load(std::memory_order_acquire); node; node = node->next) {
     bool expected = false;
-    if (node->slot.taken.compare_exchange_strong(expected, true, std::memory_order_acquire)) return node->slot;
+    if (node->slot.taken.compare_exchange_strong(expected, true, std::memory_order_acquire))
+      return node->slot;
   }
   auto* node = new SlotNode;
   node->slot.taken.store(true, std::memory_order_relaxed);
   node->slot.index = g_slot_count.fetch_add(1, std::memory_order_relaxed);
   node->next = g_slots.load(std::memory_order_relaxed);
-  while (!g_slots.compare_exchange_weak(node->next, node, std::memory_order_release, std::memory_order_relaxed)) {
+  while (!g_slots.compare_exchange_weak(node->next, node, std::memory_order_release,
+                                        std::memory_order_relaxed)) {
   }
   return node->slot;
 }
@@ -50,7 +54,9 @@ bool announced_by_any(const Entry* entry) {
   return false;
 }
 
-Entry* allocate(size_t bytes) { return static_cast<Entry*>(::operator new(bytes, std::align_val_t(kEntryAlignment))); }
+Entry* allocate(size_t bytes) {
+  return static_cast<Entry*>(::operator new(bytes, std::align_val_t(kEntryAlignment)));
+}
 void release(Entry* entry) { ::operator delete(entry, std::align_val_t(kEntryAlignment)); }
 
 }  // namespace
@@ -78,15 +84,19 @@ Entry* ThreadSlot::scratch(Kind kind, size_t bytes) {
     scratch_bytes[kind].store(room, std::memory_order_relaxed);
   }
   auto address = reinterpret_cast<uintptr_t>(scratch_memory[kind].get());
-  auto* entry = reinterpret_cast<Entry*>((address + kEntryAlignment - 1) / kEntryAlignment * kEntryAlignment);
+  auto* entry =
+      reinterpret_cast<Entry*>((address + kEntryAlignment - 1) / kEntryAlignment * kEntryAlignment);
   entry->bytes = uint32_t(bytes);
   return entry;
 }
 
-// ---- Table --------------------------------------------------------------------------------------------------------------------------
+// --- Table ---
 
 Table::Table(std::shared_ptr<Store> store, uint32_t capacity)
-    : store_(std::move(store)), uid_(g_next_uid.fetch_add(1)), entries_(new std::atomic<Entry*>[capacity]), counts_(new std::atomic<uint32_t>[capacity]) {
+    : store_(std::move(store)),
+      uid_(g_next_uid.fetch_add(1)),
+      entries_(new std::atomic<Entry*>[capacity]),
+      counts_(new std::atomic<uint32_t>[capacity]) {
   for (uint32_t i = 0; i < capacity; i++) {
     entries_[i].store(nullptr, std::memory_order_relaxed);
     counts_[i].store(0, std::memory_order_relaxed);
@@ -105,13 +115,17 @@ Table::~Table() {
       release(entry);
     }
   auto& tables = store_->tables_;
-  tables.erase(std::find_if(tables.begin(), tables.end(), [&](auto& t) { return t.table == this; }));
+  tables.erase(
+      std::find_if(tables.begin(), tables.end(), [&](auto& t) { return t.table == this; }));
 }
 
 void Table::count(uint32_t key, uint32_t asks) {
-  if (store_->policy_ != Policy::kCounts || store_->everything_fits_.load(std::memory_order_relaxed)) return;
+  if (store_->policy_ != Policy::kCounts ||
+      store_->everything_fits_.load(std::memory_order_relaxed))
+    return;
   // Two threads may lose one of their increments: a count is a hint.
-  counts_[key].store(counts_[key].load(std::memory_order_relaxed) + asks, std::memory_order_relaxed);
+  counts_[key].store(counts_[key].load(std::memory_order_relaxed) + asks,
+                     std::memory_order_relaxed);
 }
 
 void Table::note_hits(ThreadSlot& thread, uint32_t key, uint32_t asks) {
@@ -133,7 +147,8 @@ const Entry* Table::find(ThreadSlot& thread, Kind kind, uint32_t key, uint32_t a
     }
     thread.announced[kind].store(entry, std::memory_order_seq_cst);
     if (entries_[key].load(std::memory_order_seq_cst) == entry) {
-      if (store_->policy_ == Policy::kClock && !entry->used.load(std::memory_order_relaxed)) entry->used.store(1, std::memory_order_relaxed);
+      if (store_->policy_ == Policy::kClock && !entry->used.load(std::memory_order_relaxed))
+        entry->used.store(1, std::memory_order_relaxed);
       note_hits(thread, key, asks);
       return entry;
     }
@@ -170,7 +185,7 @@ void Table::insert(ThreadSlot& thread, const Entry& fresh) {
   entries_[entry->key].store(entry, std::memory_order_release);
 }
 
-// ---- Store --------------------------------------------------------------------------------------------------------------------------
+// --- Store ---
 
 Store::~Store() {
   for (const Resident& resident : residents_) release(resident.entry);
@@ -200,12 +215,14 @@ Statistics Store::statistics() const {
 
 void Store::reset_statistics() {
   for (Counters& c : counters_)
-    for (auto* counter : {&c.hits, &c.misses, &c.decoded}) counter->store(0, std::memory_order_relaxed);
+    for (auto* counter : {&c.hits, &c.misses, &c.decoded})
+      counter->store(0, std::memory_order_relaxed);
   evictions_.store(0, std::memory_order_relaxed);
   refused_.store(0, std::memory_order_relaxed);
 }
 
-// Evicts until `bytes` more fit. With counts, only entries asked for less often than `wanted` times go.
+// Evicts until `bytes` more fit. With counts, only entries asked for less often than `wanted` times
+// go.
 bool Store::make_room(size_t bytes, uint32_t wanted) {
   const uint64_t limit = limit_.load(std::memory_order_relaxed);
   while (resident_.load(std::memory_order_relaxed) + bytes > limit) {
@@ -236,7 +253,8 @@ Entry* Store::next_unused() {
   for (size_t steps = 0; steps < 2 * residents_.size() + 1 && !residents_.empty(); steps++) {
     hand_ = (hand_ + 1) % uint32_t(residents_.size());
     Entry* entry = residents_[hand_].entry;
-    if (!entry->used.exchange(0, std::memory_order_relaxed) && !announced_by_any(entry)) return entry;
+    if (!entry->used.exchange(0, std::memory_order_relaxed) && !announced_by_any(entry))
+      return entry;
   }
   return nullptr;
 }

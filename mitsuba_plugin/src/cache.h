@@ -1,8 +1,9 @@
 // A bounded store of decoded meshlets, shared by all threads.
 //
-// Reading takes no lock: a thread announces the entry it is about to use (a hazard pointer) and checks that it is still there. An entry
-// that any thread has announced is not evicted, so that the limit holds exactly and nothing waits. Only inserting takes the lock, which
-// is cheap beside the decoding before it.
+// Reading takes no lock: a thread announces the entry it is about to use (a hazard pointer) and
+// checks that it is still there. An entry that any thread has announced is not evicted, so that the
+// limit holds exactly and nothing waits. Only inserting takes the lock, which is cheap beside the
+// decoding before it.
 #pragma once
 #include <atomic>
 #include <cstddef>
@@ -40,7 +41,8 @@ struct alignas(kEntryAlignment) Entry {
   const void* payload() const { return this + 1; }
 };
 
-// What one thread reads at a time; a place for each kind of entry that it holds together with others.
+// What one thread reads at a time; a place for each kind of entry that it holds together with
+// others.
 enum Kind : uint32_t { kTriangles = 0, kAttributes = 1, kKinds = 2 };
 
 // One per thread, given by `this_thread`. Reused when its thread has ended.
@@ -81,10 +83,12 @@ class Table {
   uint64_t uid() const { return uid_; }
   Store& store() const { return *store_; }
 
-  // The payload for a key, from the store or from `produce()`, which decodes it into the thread's scratch memory and returns that.
-  // Valid until the same thread asks for another key of this kind. Counts as so many `asks`, of which one may be a miss.
+  // The payload for a key, from the store or from `produce()`, which decodes it into the thread's
+  // scratch memory and returns that. Valid until the same thread asks for another key of this kind.
+  // Counts as so many `asks`, of which one may be a miss.
   template <class Produce>
-  const void* get(ThreadSlot& thread, Kind kind, uint32_t key, Produce&& produce, uint32_t asks = 1) {
+  const void* get(ThreadSlot& thread, Kind kind, uint32_t key, Produce&& produce,
+                  uint32_t asks = 1) {
     ThreadSlot::Recent& recent = thread.recent[kind];
     if (recent.table != uid_ || recent.key != key) {
       recent.table = 0;  // where produce throws, nothing is held
@@ -122,7 +126,8 @@ class Store {
   Store(Policy policy) : policy_(policy) {}
   ~Store();
 
-  // Adds a shape's share to the limit, and what its entries take when all are there: where all fit, counting is pointless.
+  // Adds a shape's share to the limit, and what its entries take when all are there: where all fit,
+  // counting is pointless.
   void extend(uint64_t limit_bytes, uint64_t needed_bytes);
 
   Statistics statistics() const;

@@ -14,7 +14,8 @@ namespace meshlet_shape {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// A box traversal with fused multiply-adds errs by about epsilon times the size of the coordinates; this covers origins a few sizes away.
+// A box traversal with fused multiply-adds errs by about epsilon times the size of the coordinates;
+// this covers origins a few sizes away.
 constexpr float kRelativeMargin = 1.0f / (1 << 20);
 
 constexpr int kUvCells = 64;  // per axis
@@ -36,14 +37,19 @@ void expand(Box& box, const Vector3& p) {
 
 float largest_coordinate(const Box& box) {
   float largest = 0;
-  for (int i = 0; i < 3; i++) largest = std::max({largest, std::fabs(box.lower[i]), std::fabs(box.upper[i])});
+  for (int i = 0; i < 3; i++)
+    largest = std::max({largest, std::fabs(box.lower[i]), std::fabs(box.upper[i])});
   return largest;
 }
 
-Vector3 operator-(const Vector3& a, const Vector3& b) { return {{a[0] - b[0], a[1] - b[1], a[2] - b[2]}}; }
+Vector3 operator-(const Vector3& a, const Vector3& b) {
+  return {{a[0] - b[0], a[1] - b[1], a[2] - b[2]}};
+}
 Vector3 operator*(const Vector3& a, float s) { return {{a[0] * s, a[1] * s, a[2] * s}}; }
 float dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vector3 cross(const Vector3& a, const Vector3& b) { return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}}; }
+Vector3 cross(const Vector3& a, const Vector3& b) {
+  return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
+}
 Vector3 normalized(const Vector3& a) {
   float length = std::sqrt(dot(a, a));
   return length > 0 ? a * (1 / length) : a;
@@ -55,7 +61,8 @@ Vector3 blend(const Vector3* v, const float* b) {
 }
 void store(const Vector3& v, float* out) { std::copy(v.v, v.v + 3, out); }
 
-// Mitsuba's coordinate_system (Duff et al. 2017), so that surfaces without texture coordinates get the same tangents as its meshes.
+// Mitsuba's coordinate_system (Duff et al. 2017), so that surfaces without texture coordinates get
+// the same tangents as its meshes.
 void tangents(const Vector3& n, float* s, float* t) {
   float sign = std::copysign(1.0f, n[2]), a = -1.0f / (sign + n[2]), b = n[0] * n[1] * a;
   store({{sign * n[0] * n[0] * a + 1.0f, sign * b, -sign * n[0]}}, s);
@@ -75,7 +82,8 @@ std::shared_ptr<Store> store_for(const Options& options) {
 
 }  // namespace
 
-Model::Model(std::vector<Part> parts, const Options& options) : parts_(std::move(parts)), options_(options), box_(kEmpty) {
+Model::Model(std::vector<Part> parts, const Options& options)
+    : parts_(std::move(parts)), options_(options), box_(kEmpty) {
   if (parts_.empty()) throw std::runtime_error("there is no compressed primitive");
   std::set<const Blob*> blobs;
   uint64_t meshlets = 0;
@@ -87,15 +95,19 @@ Model::Model(std::vector<Part> parts, const Options& options) : parts_(std::move
     facts_.vertices += facts.vertices;
     if (blobs.insert(part.blob.get()).second) facts_.compressed_bytes += part.blob->bytes.size();
   }
-  if (meshlets * kMeshletTriangles > std::numeric_limits<uint32_t>::max()) throw std::runtime_error("there are too many meshlets");
+  if (meshlets * kMeshletTriangles > std::numeric_limits<uint32_t>::max())
+    throw std::runtime_error("there are too many meshlets");
   first_meshlet_.push_back(uint32_t(meshlets));
   facts_.meshlets = uint32_t(meshlets);
   measure();
   std::shared_ptr<Store> store = store_for(options);
-  uint64_t limit = options.cache_bytes >= 0 ? uint64_t(options.cache_bytes) : uint64_t(std::ceil(options.cache_fraction * double(facts_.decoded_bytes)));
+  uint64_t limit = options.cache_bytes >= 0
+                       ? uint64_t(options.cache_bytes)
+                       : uint64_t(std::ceil(options.cache_fraction * double(facts_.decoded_bytes)));
   store->extend(limit, facts_.decoded_bytes);
   table_ = std::make_unique<Table>(std::move(store), kKinds * facts_.meshlets);
-  facts_.table_bytes = meshlets * (sizeof(Boxes) + sizeof(float) + kKinds * (sizeof(std::atomic<Entry*>) + sizeof(uint32_t)));
+  facts_.table_bytes = meshlets * (sizeof(Boxes) + sizeof(float) +
+                                   kKinds * (sizeof(std::atomic<Entry*>) + sizeof(uint32_t)));
   announce(this);
 }
 
@@ -115,7 +127,8 @@ void Model::measure() {
     const auto& triangles = *static_cast<const Triangles*>(entry->payload());
     facts_.decoded_bytes += entry->bytes;
     for (uint32_t triangle = 0; triangle < triangles.count; triangle++) {
-      Vector3 c[3] = {triangles.corner(triangle, 0), triangles.corner(triangle, 1), triangles.corner(triangle, 2)};
+      Vector3 c[3] = {triangles.corner(triangle, 0), triangles.corner(triangle, 1),
+                      triangles.corner(triangle, 2)};
       for (const Vector3& p : c) expand(box_, p);
       Vector3 n = cross(c[1] - c[0], c[2] - c[0]);
       areas_[m] += 0.5f * std::sqrt(dot(n, n));
@@ -126,7 +139,8 @@ void Model::measure() {
   }
   float margin = largest_coordinate(box_) * kRelativeMargin;
   boxes_.reserve(facts_.meshlets);
-  for (uint32_t m = 0; m < facts_.meshlets; m++) boxes_.push_back(static_cast<const Triangles*>(decode(m)->payload())->boxes(margin));
+  for (uint32_t m = 0; m < facts_.meshlets; m++)
+    boxes_.push_back(static_cast<const Triangles*>(decode(m)->payload())->boxes(margin));
 }
 
 Box Model::box(uint32_t meshlet) const {
@@ -139,7 +153,9 @@ Box Model::box(uint32_t meshlet) const {
 }
 
 const Part& Model::part_of(uint32_t meshlet, uint32_t& local) const {
-  size_t p = size_t(std::upper_bound(first_meshlet_.begin(), first_meshlet_.end() - 1, meshlet) - first_meshlet_.begin()) - 1;
+  size_t p = size_t(std::upper_bound(first_meshlet_.begin(), first_meshlet_.end() - 1, meshlet) -
+                    first_meshlet_.begin()) -
+             1;
   local = meshlet - first_meshlet_[p];
   return parts_[p];
 }
@@ -151,19 +167,22 @@ const Triangles& Model::triangles(uint32_t meshlet, uint32_t rays) const {
     const Part& part = part_of(meshlet, local);
     return decode_triangles(thread, part, local);
   };
-  return *static_cast<const Triangles*>(table_->get(thread, kTriangles, kKinds * meshlet + kTriangles, decode, rays));
+  return *static_cast<const Triangles*>(
+      table_->get(thread, kTriangles, kKinds * meshlet + kTriangles, decode, rays));
 }
 
 const VertexAttributes& Model::vertex_attributes(uint32_t meshlet) const {
   ThreadSlot& thread = this_thread();
-  return *static_cast<const VertexAttributes*>(table_->get(thread, kAttributes, kKinds * meshlet + kAttributes, [&] {
-    uint32_t local;
-    const Part& part = part_of(meshlet, local);
-    return decode_attributes(thread, part, local);
-  }));
+  return *static_cast<const VertexAttributes*>(
+      table_->get(thread, kAttributes, kKinds * meshlet + kAttributes, [&] {
+        uint32_t local;
+        const Part& part = part_of(meshlet, local);
+        return decode_attributes(thread, part, local);
+      }));
 }
 
-void Model::surface(uint32_t meshlet, uint32_t triangle, float b1, float b2, SurfacePoint& out) const {
+void Model::surface(uint32_t meshlet, uint32_t triangle, float b1, float b2,
+                    SurfacePoint& out) const {
   const Triangles& t = triangles(meshlet);
   const Vector3 corner[3] = {t.corner(triangle, 0), t.corner(triangle, 1), t.corner(triangle, 2)};
   const float b[3] = {1.0f - b1 - b2, b1, b2};
@@ -177,13 +196,15 @@ void Model::surface(uint32_t meshlet, uint32_t triangle, float b1, float b2, Sur
   out.uv[1] = b2;
   uint32_t local;
   const Part& part = part_of(meshlet, local);
-  if (part.texcoord.exists() || (part.normal.exists() && !options_.face_normals)) shading(part, vertex_attributes(meshlet), triangle, b, corner, out);
+  if (part.texcoord.exists() || (part.normal.exists() && !options_.face_normals))
+    shading(part, vertex_attributes(meshlet), triangle, b, corner, out);
   if (options_.flip_normals)
     for (float* flipped : {out.n, out.shading_n})
       for (int i = 0; i < 3; i++) flipped[i] = -flipped[i];
 }
 
-void Model::shading(const Part& part, const VertexAttributes& values, uint32_t triangle, const float* b, const Vector3* corner, SurfacePoint& out) const {
+void Model::shading(const Part& part, const VertexAttributes& values, uint32_t triangle,
+                    const float* b, const Vector3* corner, SurfacePoint& out) const {
   const float* at[3] = {values.of(triangle, 0), values.of(triangle, 1), values.of(triangle, 2)};
   if (part.normal.exists()) {
     Vector3 normal[3];
@@ -193,14 +214,16 @@ void Model::shading(const Part& part, const VertexAttributes& values, uint32_t t
     if (length > 0 && !options_.face_normals) {
       n = n * (1 / length);
       store(n, out.shading_n);
-      Vector3 du = (normal[1] - normal[0]) * (1 / length), dv = (normal[2] - normal[0]) * (1 / length);
+      Vector3 du = (normal[1] - normal[0]) * (1 / length),
+              dv = (normal[2] - normal[0]) * (1 / length);
       store(du - n * dot(n, du), out.dn_du);
       store(dv - n * dot(n, dv), out.dn_dv);
     }
   }
   if (!part.texcoord.exists()) return;
   for (int i = 0; i < 2; i++) out.uv[i] = at[0][i] * b[0] + at[1][i] * b[1] + at[2][i] * b[2];
-  float du1 = at[1][0] - at[0][0], dv1 = at[1][1] - at[0][1], du2 = at[2][0] - at[0][0], dv2 = at[2][1] - at[0][1];
+  float du1 = at[1][0] - at[0][0], dv1 = at[1][1] - at[0][1], du2 = at[2][0] - at[0][0],
+        dv2 = at[2][1] - at[0][1];
   float determinant = du1 * dv2 - dv1 * du2;
   if (determinant == 0) return;
   Vector3 e1 = corner[1] - corner[0], e2 = corner[2] - corner[0];
@@ -212,7 +235,8 @@ uint32_t Model::sample(uint32_t meshlet, float u1, float u2, SurfacePoint& out) 
   const Triangles& t = triangles(meshlet);
   float area[kMeshletTriangles] = {}, total = 0;
   for (uint32_t triangle = 0; triangle < t.count; triangle++) {
-    Vector3 a = t.corner(triangle, 0), n = cross(t.corner(triangle, 1) - a, t.corner(triangle, 2) - a);
+    Vector3 a = t.corner(triangle, 0),
+            n = cross(t.corner(triangle, 1) - a, t.corner(triangle, 2) - a);
     total += area[triangle] = std::sqrt(dot(n, n));
   }
   uint32_t triangle = 0;
@@ -242,7 +266,8 @@ void Model::index_texcoords() {
     int from[2], to[2];
     for (int i = 0; i < 2; i++) {
       from[i] = int(std::floor(low[i] * kUvCells));
-      to[i] = std::min(int(std::floor(high[i] * kUvCells)), from[i] + kUvCells - 1);  // no cell twice
+      to[i] =
+          std::min(int(std::floor(high[i] * kUvCells)), from[i] + kUvCells - 1);  // no cell twice
     }
     for (int y = from[1]; y <= to[1]; y++)
       for (int x = from[0]; x <= to[0]; x++) cells[uv_cell(x, y)].push_back(m);
@@ -256,15 +281,18 @@ void Model::index_texcoords() {
   facts_.table_bytes += sizeof(uint32_t) * (cell_first_.size() + cell_meshlets_.size());
 }
 
-bool Model::at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& triangle, SurfacePoint& out) const {
+bool Model::at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& triangle,
+                        SurfacePoint& out) const {
   if (cell_first_.empty() || !std::isfinite(uv[0]) || !std::isfinite(uv[1])) return false;
   size_t cell = uv_cell(int(std::floor(uv[0] * kUvCells)), int(std::floor(uv[1] * kUvCells)));
   for (uint32_t i = cell_first_[cell]; i < cell_first_[cell + 1]; i++) {
     meshlet = cell_meshlets_[i];
     const Triangles& t = triangles(meshlet);
     for (triangle = 0; triangle < t.count; triangle++) {
-      const float *a = texcoord_of(meshlet, triangle, 0), *b = texcoord_of(meshlet, triangle, 1), *c = texcoord_of(meshlet, triangle, 2);
-      float bu = b[0] - a[0], bv = b[1] - a[1], cu = c[0] - a[0], cv = c[1] - a[1], determinant = bu * cv - bv * cu;
+      const float *a = texcoord_of(meshlet, triangle, 0), *b = texcoord_of(meshlet, triangle, 1),
+                  *c = texcoord_of(meshlet, triangle, 2);
+      float bu = b[0] - a[0], bv = b[1] - a[1], cu = c[0] - a[0], cv = c[1] - a[1],
+            determinant = bu * cv - bv * cu;
       // The point, moved by whole periods to the triangle's side.
       float u = uv[0] - a[0], v = uv[1] - a[1];
       u -= std::round(u - 0.5f * (std::min({0.0f, bu, cu}) + std::max({0.0f, bu, cu})));
@@ -291,18 +319,22 @@ const Attribute* Model::attribute(const std::string& name, uint32_t& index) cons
   return nullptr;
 }
 
-void Model::attribute(uint32_t index, uint32_t meshlet, uint32_t triangle, const float* p, const float* (&corners)[3], float (&weights)[3]) const {
+void Model::attribute(uint32_t index, uint32_t meshlet, uint32_t triangle, const float* p,
+                      const float* (&corners)[3], float (&weights)[3]) const {
   const Triangles& t = triangles(meshlet);
   triangle = std::min(triangle, t.count - 1);
-  Vector3 a = t.corner(triangle, 0), u = t.corner(triangle, 1) - a, v = t.corner(triangle, 2) - a, r = Vector3{{p[0], p[1], p[2]}} - a;
-  float uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), ru = dot(r, u), rv = dot(r, v), inverse = 1 / (uu * vv - uv * uv);
+  Vector3 a = t.corner(triangle, 0), u = t.corner(triangle, 1) - a, v = t.corner(triangle, 2) - a,
+          r = Vector3{{p[0], p[1], p[2]}} - a;
+  float uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), ru = dot(r, u), rv = dot(r, v),
+        inverse = 1 / (uu * vv - uv * uv);
   weights[1] = (vv * ru - uv * rv) * inverse;
   weights[2] = (uu * rv - uv * ru) * inverse;
   weights[0] = 1.0f - weights[1] - weights[2];
   static constexpr float kNothing[4] = {0, 0, 0, 0};
   uint32_t local, offset = 0;
   const Part& part = part_of(meshlet, local);
-  for (uint32_t i = 0; i < index; i++) offset += part.others[i].exists() ? part.others[i].components : 0;
+  for (uint32_t i = 0; i < index; i++)
+    offset += part.others[i].exists() ? part.others[i].components : 0;
   offset += 3 * part.normal.exists() + 2 * part.texcoord.exists();
   bool there = part.others[index].exists();
   const VertexAttributes* values = there ? &vertex_attributes(meshlet) : nullptr;

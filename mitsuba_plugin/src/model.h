@@ -62,30 +62,39 @@ class Model {
   void intersect(uint32_t meshlet, const Rays<N>& rays, Hits<N>& hits) const {
     Meetings<N> meetings;
     boxes_[meshlet].meet(rays, meetings);
-    if (meetings.any) triangles(meshlet, uint32_t(__builtin_popcount(meetings.any))).intersect(rays, meetings, hits);
+    if (meetings.any)
+      triangles(meshlet, uint32_t(__builtin_popcount(meetings.any)))
+          .intersect(rays, meetings, hits);
   }
   // The rays that hit it, as bits.
   template <int N>
   uint32_t occlude(uint32_t meshlet, const Rays<N>& rays) const {
     Meetings<N> meetings;
     boxes_[meshlet].meet(rays, meetings);
-    return meetings.any ? triangles(meshlet, uint32_t(__builtin_popcount(meetings.any))).occlude(rays, meetings) : 0u;
+    return meetings.any ? triangles(meshlet, uint32_t(__builtin_popcount(meetings.any)))
+                              .occlude(rays, meetings)
+                        : 0u;
   }
 
   // triangle, b1, b2: as in Hit.
   void surface(uint32_t meshlet, uint32_t triangle, float b1, float b2, SurfacePoint& out) const;
 
-  // A point uniform over the meshlet's area from two uniform numbers; fills p, uv, n. Returns the triangle.
+  // A point uniform over the meshlet's area from two uniform numbers; fills p, uv, n. Returns the
+  // triangle.
   uint32_t sample(uint32_t meshlet, float u1, float u2, SurfacePoint& out) const;
 
-  // The surface at texture coordinates, after `index_texcoords`; false where there is none. Where several points have them, any.
-  bool at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& triangle, SurfacePoint& out) const;
+  // The surface at texture coordinates, after `index_texcoords`; false where there is none. Where
+  // several points have them, any.
+  bool at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& triangle,
+                   SurfacePoint& out) const;
 
   // Notes which meshlets reach where in texture space; for emitters with a texture.
   void index_texcoords();
 
-  // Corner k's values of attribute `index` (1 to 4 floats), and the barycentric weights of the point nearest to p, of a triangle.
-  void attribute(uint32_t index, uint32_t meshlet, uint32_t triangle, const float* p, const float* (&corners)[3], float (&weights)[3]) const;
+  // Corner k's values of attribute `index` (1 to 4 floats), and the barycentric weights of the
+  // point nearest to p, of a triangle.
+  void attribute(uint32_t index, uint32_t meshlet, uint32_t triangle, const float* p,
+                 const float* (&corners)[3], float (&weights)[3]) const;
 
  private:
   const Part& part_of(uint32_t meshlet, uint32_t& local) const;
@@ -94,7 +103,8 @@ class Model {
   const VertexAttributes& vertex_attributes(uint32_t meshlet) const;
   const float* texcoord_of(uint32_t meshlet, uint32_t triangle, uint32_t k) const;
   void measure();
-  void shading(const Part& part, const VertexAttributes& values, uint32_t triangle, const float* b, const Vector3* corner, SurfacePoint& out) const;
+  void shading(const Part& part, const VertexAttributes& values, uint32_t triangle, const float* b,
+               const Vector3* corner, SurfacePoint& out) const;
 
   std::vector<Part> parts_;
   std::vector<uint32_t> first_meshlet_;  // per part, and the total
@@ -102,7 +112,8 @@ class Model {
   ModelFacts facts_;
   std::vector<Boxes> boxes_;  // per meshlet
   std::vector<float> areas_;
-  // A grid over [0, 1)^2, to which texture coordinates are wrapped: the meshlets of cell c are cell_meshlets_[cell_first_[c] ..].
+  // A grid over [0, 1)^2, to which texture coordinates are wrapped: the meshlets of cell c are
+  // cell_meshlets_[cell_first_[c] ..].
   std::vector<uint32_t> cell_first_, cell_meshlets_;
   Box box_;
   std::unique_ptr<Table> table_;

@@ -20,7 +20,8 @@ uint32_t width_of(const Stream& s) { return s.kind == meshlet::kOct ? 3u : s.com
 float clamped(const Attribute& a, float value) {
   if (a.integer) value = std::min(std::max(std::nearbyint(value), a.lowest), a.highest);
   value *= a.scale;
-  return a.scale != 1.0f ? std::max(value, -1.0f) : value;  // the lowest normalized signed integer stands for -1
+  return a.scale != 1.0f ? std::max(value, -1.0f)
+                         : value;  // the lowest normalized signed integer stands for -1
 }
 
 // One meshlet at a time. A thread keeps one, for the blob that it asked for last.
@@ -38,7 +39,9 @@ class Lane {
     }
     if (first_ != first || end_ != end) lane_.load_streams(first_ = first, end_ = end);
     lane_.decode_meshlet(m);
-    if (lane_.error != ERROR_NONE) throw std::runtime_error(std::string("a meshlet is damaged: ") + meshlet::error_text(lane_.error));
+    if (lane_.error != ERROR_NONE)
+      throw std::runtime_error(std::string("a meshlet is damaged: ") +
+                               meshlet::error_text(lane_.error));
     return lane_;
   }
 
@@ -67,7 +70,8 @@ class Lane {
     for (int i = 0; i < 3; i++) {
       const uint32_t* q = &lane_.values[(lane_.stream_lane[a.stream] + i) * 64u];
       const double offset = stream.offset[i], step = stream.step;
-      for (uint32_t id = 0; id < 64; id++) out[i][id] = float(offset + double(int32_t(q[id])) * step);
+      for (uint32_t id = 0; id < 64; id++)
+        out[i][id] = float(offset + double(int32_t(q[id])) * step);
     }
   }
 
@@ -75,7 +79,9 @@ class Lane {
   static void read_stream(const Stream& s, const uint32_t* q, float* out) {
     if (s.kind == meshlet::kOct) return read_direction(q[0], q[64], s.bits, out);
     for (uint32_t c = 0; c < s.components; c++, q += 64) switch (s.kind) {
-        case meshlet::kGrid: out[c] = float(double(s.offset[c]) + double(*q) * double(s.step)); break;
+        case meshlet::kGrid:
+          out[c] = float(double(s.offset[c]) + double(*q) * double(s.step));
+          break;
         case meshlet::kFloat32: {
           uint32_t bits = *q >> 31 ? *q ^ 0x80000000u : ~*q;
           std::memcpy(out + c, &bits, 4);
@@ -89,7 +95,8 @@ class Lane {
   // The octahedral map's inverse (spec, appendix A.9).
   static void read_direction(uint32_t u, uint32_t v, uint32_t bits, float* out) {
     const float scale = 2.0f / float((1u << bits) - 1u);
-    float x = float(u) * scale - 1.0f, y = float(v) * scale - 1.0f, z = 1.0f - std::fabs(x) - std::fabs(y);
+    float x = float(u) * scale - 1.0f, y = float(v) * scale - 1.0f,
+          z = 1.0f - std::fabs(x) - std::fabs(y);
     float fold = z < 0.0f ? -z : 0.0f;
     x -= std::copysign(fold, x);
     y -= std::copysign(fold, y);
@@ -110,13 +117,17 @@ Lane& this_lane() {
   return lane;
 }
 
-uint32_t corner_of(uint32_t packed, uint32_t k, bool flip) { return packed >> (8 * (flip && k ? 3 - k : k)) & 255u; }
+uint32_t corner_of(uint32_t packed, uint32_t k, bool flip) {
+  return packed >> (8 * (flip && k ? 3 - k : k)) & 255u;
+}
 
 uint32_t stream_end(const Attribute& a, const BlobHeader& header) {
   uint32_t s = a.stream;
-  if (a.stored > kMaxStored || a.skipped > a.stored || a.components > a.stored - a.skipped) throw std::runtime_error(a.name + " has too many components");
+  if (a.stored > kMaxStored || a.skipped > a.stored || a.components > a.stored - a.skipped)
+    throw std::runtime_error(a.name + " has too many components");
   for (uint32_t done = 0; done < a.stored; s++) {
-    if (s >= header.streams.size()) throw std::runtime_error(a.name + " names a stream that does not exist");
+    if (s >= header.streams.size())
+      throw std::runtime_error(a.name + " names a stream that does not exist");
     done += width_of(header.streams[s]);
     if (done > a.stored) throw std::runtime_error(a.name + " does not fit its streams");
   }
@@ -140,19 +151,23 @@ void for_each_vertex_attribute(const Part& part, Function&& f) {
 }
 
 Vector3 world_normal(const Affine& m, const float* n) {
-  Vector3 r{{m.m[0][0] * n[0] + m.m[0][1] * n[1] + m.m[0][2] * n[2], m.m[1][0] * n[0] + m.m[1][1] * n[1] + m.m[1][2] * n[2],
+  Vector3 r{{m.m[0][0] * n[0] + m.m[0][1] * n[1] + m.m[0][2] * n[2],
+             m.m[1][0] * n[0] + m.m[1][1] * n[1] + m.m[1][2] * n[2],
              m.m[2][0] * n[0] + m.m[2][1] * n[1] + m.m[2][2] * n[2]}};
   float length = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
   return length > 0 ? Vector3{{r[0] / length, r[1] / length, r[2] / length}} : r;
 }
 
-Vector3 world_position(const Part& part, const float* p) { return part.to_world.point({{p[0], p[1], p[2]}}); }
+Vector3 world_position(const Part& part, const float* p) {
+  return part.to_world.point({{p[0], p[1], p[2]}});
+}
 
 std::atomic<uint64_t> g_next_blob{1};
 
 }  // namespace
 
-Blob::Blob(const uint8_t* data, size_t size) : bytes(data, data + size), id(g_next_blob.fetch_add(1)) {}
+Blob::Blob(const uint8_t* data, size_t size)
+    : bytes(data, data + size), id(g_next_blob.fetch_add(1)) {}
 
 Vector3 Affine::point(const Vector3& p) const {
   Vector3 r;
@@ -161,7 +176,8 @@ Vector3 Affine::point(const Vector3& p) const {
 }
 
 float Affine::determinant() const {
-  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+         m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
@@ -179,14 +195,18 @@ Affine Affine::normal_matrix() const {
 Affine Affine::operator*(const Affine& b) const {
   Affine r;
   for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 4; j++) r.m[i][j] = m[i][0] * b.m[0][j] + m[i][1] * b.m[1][j] + m[i][2] * b.m[2][j] + (j == 3 ? m[i][3] : 0.0f);
+    for (int j = 0; j < 4; j++)
+      r.m[i][j] = m[i][0] * b.m[0][j] + m[i][1] * b.m[1][j] + m[i][2] * b.m[2][j] +
+                  (j == 3 ? m[i][3] : 0.0f);
   return r;
 }
 
 BlobFacts check_part(Part& part) {
   BlobHeader header = meshlet::read_blob_header(part.blob->bytes.data(), part.blob->bytes.size());
-  if (!part.position.exists() || part.position.components != 3) throw std::runtime_error("POSITION does not have 3 components");
-  if ((part.normal.exists() && part.normal.components != 3) || (part.texcoord.exists() && part.texcoord.components != 2))
+  if (!part.position.exists() || part.position.components != 3)
+    throw std::runtime_error("POSITION does not have 3 components");
+  if ((part.normal.exists() && part.normal.components != 3) ||
+      (part.texcoord.exists() && part.texcoord.components != 2))
     throw std::runtime_error("NORMAL does not have 3 or TEXCOORD_0 not 2 components");
   part.position_end = stream_end(part.position, header);
   part.others_first = uint32_t(header.streams.size());
@@ -200,7 +220,9 @@ BlobFacts check_part(Part& part) {
 }
 
 size_t triangles_bytes(uint32_t triangles) { return sizeof(Entry) + Triangles::bytes(triangles); }
-size_t attributes_bytes(uint32_t vertices, uint32_t width) { return sizeof(Entry) + sizeof(VertexAttributes) + sizeof(float) * size_t(vertices) * width; }
+size_t attributes_bytes(uint32_t vertices, uint32_t width) {
+  return sizeof(Entry) + sizeof(VertexAttributes) + sizeof(float) * size_t(vertices) * width;
+}
 
 Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
   Lane& lane = this_lane();
@@ -209,14 +231,17 @@ Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
   lane.read_positions(part.position, local);
   for (int i = 0; i < 3; i++) {
     const float* row = part.to_world.m[i];
-    for (uint32_t id = 0; id < 64; id++) world[i][id] = row[0] * local[0][id] + row[1] * local[1][id] + row[2] * local[2][id] + row[3];
+    for (uint32_t id = 0; id < 64; id++)
+      world[i][id] = row[0] * local[0][id] + row[1] * local[1][id] + row[2] * local[2][id] + row[3];
   }
   alignas(8) uint8_t corner[3][kMeshletTriangles];
   uint32_t shift[3] = {0, part.flip_winding ? 16u : 8u, part.flip_winding ? 8u : 16u};
   for (uint32_t k = 0; k < 3; k++) {
-    for (uint32_t t = 0; t < d.triangle_count; t++) corner[k][t] = uint8_t(d.triangles[t] >> shift[k]) & 63u;
+    for (uint32_t t = 0; t < d.triangle_count; t++)
+      corner[k][t] = uint8_t(d.triangles[t] >> shift[k]) & 63u;
     // The rest of the last group is a point, which nothing hits.
-    std::fill(corner[k] + d.triangle_count, corner[k] + kMeshletTriangles, corner[0][d.triangle_count - 1]);
+    std::fill(corner[k] + d.triangle_count, corner[k] + kMeshletTriangles,
+              corner[0][d.triangle_count - 1]);
   }
   Entry* entry = thread.scratch(kTriangles, triangles_bytes(d.triangle_count));
   static_cast<Triangles*>(entry->payload())->build(world, corner, d.triangle_count);
@@ -232,7 +257,9 @@ Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m) {
   auto* out = static_cast<VertexAttributes*>(entry->payload());
   out->width = width;
   for (uint32_t t = 0; t < kMeshletTriangles; t++)
-    for (uint32_t k = 0; k < 3; k++) out->corner[t][k] = t < d.triangle_count ? uint8_t(corner_of(d.triangles[t], k, part.flip_winding)) : 0;
+    for (uint32_t k = 0; k < 3; k++)
+      out->corner[t][k] =
+          t < d.triangle_count ? uint8_t(corner_of(d.triangles[t], k, part.flip_winding)) : 0;
   for (uint32_t id = 0; id < d.vertex_count; id++) {
     float* v = out->values() + id * width;
     for_each_vertex_attribute(part, [&](const Attribute& a) {
@@ -253,19 +280,23 @@ DecodedPart decode_all(const Part& part) {
   const size_t count = header.vertex_count;
   std::vector<std::vector<float>> streams;  // INTEGER streams as bits
   std::vector<void*> pointers;
-  for (const Stream& s : header.streams) pointers.push_back(streams.emplace_back(count * width_of(s)).data());
+  for (const Stream& s : header.streams)
+    pointers.push_back(streams.emplace_back(count * width_of(s)).data());
   DecodedPart out;
   out.triangles.resize(3 * size_t(header.triangle_count));
   decoder.decode(out.triangles.data(), nullptr, pointers.data());
   if (part.flip_winding)
-    for (size_t t = 0; t < out.triangles.size(); t += 3) std::swap(out.triangles[t + 1], out.triangles[t + 2]);
+    for (size_t t = 0; t < out.triangles.size(); t += 3)
+      std::swap(out.triangles[t + 1], out.triangles[t + 2]);
   auto gather = [&](const Attribute& a) {
     std::vector<float> values(a.exists() ? count * a.components : 0);
-    for (uint32_t s = a.stream, done = 0; a.exists() && done < a.stored; done += width_of(header.streams[s]), s++)
+    for (uint32_t s = a.stream, done = 0; a.exists() && done < a.stored;
+         done += width_of(header.streams[s]), s++)
       for (uint32_t c = 0, n = width_of(header.streams[s]); c < n; c++) {
         uint32_t shown = done + c - a.skipped;  // wraps around for skipped ones
         for (size_t v = 0; shown < a.components && v < count; v++)
-          values[v * a.components + shown] = clamped(a, as_number(streams[s][v * n + c], header.streams[s]));
+          values[v * a.components + shown] =
+              clamped(a, as_number(streams[s][v * n + c], header.streams[s]));
       }
     return values;
   };

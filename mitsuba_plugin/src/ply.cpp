@@ -24,7 +24,8 @@ std::vector<std::string> column_names(const Attribute& a) {
 }
 
 void write(std::FILE* file, const void* data, size_t bytes) {
-  if (std::fwrite(data, 1, bytes, file) != bytes) throw std::runtime_error("a temporary file cannot be written");
+  if (std::fwrite(data, 1, bytes, file) != bytes)
+    throw std::runtime_error("a temporary file cannot be written");
 }
 
 }  // namespace
@@ -44,7 +45,8 @@ TemporaryPly::TemporaryPly(std::vector<Part> parts, bool face_normals) {
   if (descriptor < 0) throw std::runtime_error("a temporary file cannot be made");
   path_ = pattern;
   std::FILE* file = fdopen(descriptor, "wb");
-  std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(vertices) + "\n";
+  std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(vertices) + "\n";
   std::vector<DecodedPart> decoded;
   for (const Part& part : parts) decoded.push_back(decode_all(part));
   auto columns = [&](size_t p) {
@@ -59,17 +61,20 @@ TemporaryPly::TemporaryPly(std::vector<Part> parts, bool face_normals) {
   };
   for (const Column& column : columns(0))
     for (const std::string& name : column.names) header += "property float " + name + "\n";
-  header += "element face " + std::to_string(triangles) + "\nproperty list uchar int vertex_indices\nend_header\n";
+  header += "element face " + std::to_string(triangles) +
+            "\nproperty list uchar int vertex_indices\nend_header\n";
   write(file, header.data(), header.size());
   for (size_t p = 0; p < parts.size(); p++) {
     std::vector<Column> all = columns(p);
     for (size_t v = 0; v < decoded[p].positions.size() / 3; v++)
-      for (const Column& column : all) write(file, column.values->data() + v * column.names.size(), 4 * column.names.size());
+      for (const Column& column : all)
+        write(file, column.values->data() + v * column.names.size(), 4 * column.names.size());
   }
   uint32_t first = 0;
   for (const DecodedPart& d : decoded) {
     for (size_t t = 0; t < d.triangles.size(); t += 3) {
-      uint32_t corners[3] = {first + d.triangles[t], first + d.triangles[t + 1], first + d.triangles[t + 2]};
+      uint32_t corners[3] = {first + d.triangles[t], first + d.triangles[t + 1],
+                             first + d.triangles[t + 2]};
       uint8_t three = 3;
       write(file, &three, 1);
       write(file, corners, sizeof(corners));

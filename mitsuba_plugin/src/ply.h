@@ -9,7 +9,8 @@ namespace meshlet_shape {
 
 class TemporaryPly {
  public:
-  // Parts one after the other; normals and texture coordinates where all parts have them. Throws std::runtime_error.
+  // Parts one after the other; normals and texture coordinates where all parts have them. Throws
+  // std::runtime_error.
   TemporaryPly(std::vector<Part> parts, bool face_normals);
   ~TemporaryPly();
   TemporaryPly(const TemporaryPly&) = delete;

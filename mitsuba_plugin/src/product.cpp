@@ -1,4 +1,5 @@
-// The Mitsuba texture `meshlet_product`: two textures multiplied, as glTF does with vertex colours and base colours.
+// The Mitsuba texture `meshlet_product`: two textures multiplied, as glTF does with vertex colours
+// and base colours.
 #include <mitsuba/core/plugin.h>
 #include <mitsuba/core/properties.h>
 #include <mitsuba/render/texture.h>
@@ -27,18 +28,27 @@ class Product final : public Texture<Float, Spectrum> {
   MI_IMPORT_TYPES(Texture)
   using Base = Texture;
 
-  explicit Product(const Properties& props) : Base(props), m_a(props.get_texture<Texture>("a")), m_b(props.get_texture<Texture>("b")) {}
+  explicit Product(const Properties& props)
+      : Base(props), m_a(props.get_texture<Texture>("a")), m_b(props.get_texture<Texture>("b")) {}
 
   void traverse(TraversalCallback* cb) override {
     cb->put("a", m_a, ParamFlags::Differentiable);
     cb->put("b", m_b, ParamFlags::Differentiable);
   }
 
-  UnpolarizedSpectrum eval(const SurfaceInteraction3f& si, Mask active) const override { return m_a->eval(si, active) * m_b->eval(si, active); }
-  Float eval_1(const SurfaceInteraction3f& si, Mask active) const override { return m_a->eval_1(si, active) * m_b->eval_1(si, active); }
-  Color3f eval_3(const SurfaceInteraction3f& si, Mask active) const override { return m_a->eval_3(si, active) * m_b->eval_3(si, active); }
+  UnpolarizedSpectrum eval(const SurfaceInteraction3f& si, Mask active) const override {
+    return m_a->eval(si, active) * m_b->eval(si, active);
+  }
+  Float eval_1(const SurfaceInteraction3f& si, Mask active) const override {
+    return m_a->eval_1(si, active) * m_b->eval_1(si, active);
+  }
+  Color3f eval_3(const SurfaceInteraction3f& si, Mask active) const override {
+    return m_a->eval_3(si, active) * m_b->eval_3(si, active);
+  }
   Float mean() const override { return m_a->mean() * m_b->mean(); }
-  bool is_spatially_varying() const override { return m_a->is_spatially_varying() || m_b->is_spatially_varying(); }
+  bool is_spatially_varying() const override {
+    return m_a->is_spatially_varying() || m_b->is_spatially_varying();
+  }
 
   std::string to_string() const override {
     std::ostringstream out;
@@ -68,7 +78,8 @@ using CudaFloat = dr::DiffArray<JitBackend::CUDA, float>;
 
 void register_product(const char* name) {
   auto add = [&](const char* variant, PluginInstantiateFn instantiate) {
-    PluginManager::instance()->register_plugin(name, variant, ObjectType::Texture, instantiate, nullptr, nullptr);
+    PluginManager::instance()->register_plugin(name, variant, ObjectType::Texture, instantiate,
+                                               nullptr, nullptr);
   };
   add("scalar_rgb", &make<float, Color<float, 3>>);
   add("scalar_spectral", &make<float, Spectral<float>>);
@@ -84,4 +95,6 @@ void register_product(const char* name) {
 
 NAMESPACE_END(mitsuba)
 
-extern "C" MI_EXPORT void meshlet_register_product(const char* name) { mitsuba::register_product(name); }
+extern "C" MI_EXPORT void meshlet_register_product(const char* name) {
+  mitsuba::register_product(name);
+}

@@ -1,8 +1,9 @@
 // Asking the native model from Mitsuba's code, be it scalar or traced.
 //
-// A traced kernel (llvm variants) cannot follow pointers into the cache. It calls back through the entry that Dr.Jit has for ray tracing
-// libraries, lane by lane: rows of a structure of arrays go in, and of what comes out five 32-bit words per lane are ours. What needs
-// more words is asked for in chunks; the first computes all of it.
+// A traced kernel (llvm variants) cannot follow pointers into the cache. It calls back through the
+// entry that Dr.Jit has for ray tracing libraries, lane by lane: rows of a structure of arrays go
+// in, and of what comes out five 32-bit words per lane are ours. What needs more words is asked for
+// in chunks; the first computes all of it.
 #pragma once
 #include <mitsuba/render/interaction.h>
 #include <mitsuba/render/srgb.h>
@@ -16,7 +17,8 @@ NAMESPACE_BEGIN(mitsuba)
 using meshlet_shape::Model;
 using meshlet_shape::SurfacePoint;
 
-// The second of the two floats that travel with a hit: the triangle in the highest bits, the second barycentric weight in the others.
+// The second of the two floats that travel with a hit: the triangle in the highest bits, the second
+// barycentric weight in the others.
 constexpr uint32_t kTriangleShift = 26;
 constexpr uint32_t kWeightMask = (1u << kTriangleShift) - 1;
 
@@ -33,10 +35,15 @@ inline uint32_t as_bits(float f) {
 
 inline uint32_t pack_triangle_bits(const meshlet_shape::Hit& hit) {
   float weight = std::min(std::max(hit.b2, 0.f), 1.f);
-  return hit.triangle << kTriangleShift | std::min((uint32_t)((double)weight * (kWeightMask + 1.0) + 0.5), kWeightMask);
+  return hit.triangle << kTriangleShift |
+         std::min((uint32_t)((double)weight * (kWeightMask + 1.0) + 0.5), kWeightMask);
 }
-inline float pack_triangle(const meshlet_shape::Hit& hit) { return as_float(pack_triangle_bits(hit)); }
-inline float packed_weight(uint32_t packed) { return (float)((packed & kWeightMask) / (kWeightMask + 1.0)); }
+inline float pack_triangle(const meshlet_shape::Hit& hit) {
+  return as_float(pack_triangle_bits(hit));
+}
+inline float packed_weight(uint32_t packed) {
+  return (float)((packed & kWeightMask) / (kWeightMask + 1.0));
+}
 
 template <typename Mask>
 uint32_t bits(const Mask& mask) {
@@ -46,7 +53,8 @@ uint32_t bits(const Mask& mask) {
     return mask.bitmask_();
 }
 
-// In whole vectors; assigning packets copies halves, and whoever loads the whole then waits for both.
+// In whole vectors; assigning packets copies halves, and whoever loads the whole then waits for
+// both.
 template <typename FloatP, size_t N>
 void copy_lanes(const FloatP& from, float (&to)[N]) {
   const float* lanes = from.data();
@@ -67,15 +75,18 @@ auto to_rays(const Ray3& ray, const dr::mask_t<FloatP>& active) {
     rays.active = bits(active);
     return rays;
   } else {
-    return meshlet_shape::Rays<1>{
-        {{(float)ray.o.x()}, {(float)ray.o.y()}, {(float)ray.o.z()}}, {{(float)ray.d.x()}, {(float)ray.d.y()}, {(float)ray.d.z()}}, {(float)ray.maxt}, active};
+    return meshlet_shape::Rays<1>{{{(float)ray.o.x()}, {(float)ray.o.y()}, {(float)ray.o.z()}},
+                                  {{(float)ray.d.x()}, {(float)ray.d.y()}, {(float)ray.d.z()}},
+                                  {(float)ray.maxt},
+                                  active};
   }
 }
 
 enum class Query : uint32_t { Surface, Sample, Attribute, Texcoord };
 
 constexpr uint32_t kChunkWords = 5;
-// Ask for the corners' colours as coefficients of spectra (words 0 to 8), and the weights to mix the spectra with (9 to 11).
+// Ask for the corners' colours as coefficients of spectra (words 0 to 8), and the weights to mix
+// the spectra with (9 to 11).
 constexpr uint32_t kAttributeColor = 1u << 16;
 constexpr uint32_t kColorWords = 12;
 
@@ -92,7 +103,9 @@ union Answer {
 
 inline void answer(const Model& model, const Question& q, Answer& a) {
   switch ((Query)q.query) {
-    case Query::Surface: model.surface(q.key, q.payload >> kTriangleShift, q.x, packed_weight(q.payload), a.surface); break;
+    case Query::Surface:
+      model.surface(q.key, q.payload >> kTriangleShift, q.x, packed_weight(q.payload), a.surface);
+      break;
     case Query::Sample: {
       model.sample(q.key, q.x, q.y, a.surface);
       break;
@@ -108,12 +121,15 @@ inline void answer(const Model& model, const Question& q, Answer& a) {
     case Query::Attribute: {
       const float* corner[3];
       float b[3], p[3] = {q.x, q.y, q.z};
-      uint32_t index = q.payload & (kAttributeColor - 1), components = model.attributes()[index].components;
-      model.attribute(index, q.key / meshlet_shape::kMeshletTriangles, q.key % meshlet_shape::kMeshletTriangles, p, corner, b);
+      uint32_t index = q.payload & (kAttributeColor - 1),
+               components = model.attributes()[index].components;
+      model.attribute(index, q.key / meshlet_shape::kMeshletTriangles,
+                      q.key % meshlet_shape::kMeshletTriangles, p, corner, b);
       std::fill(a.words, a.words + kColorWords, 0.f);
       for (uint32_t k = 0; k < 3; ++k) {
         if (q.payload & kAttributeColor) {
-          auto coefficients = srgb_model_fetch(Color<float, 3>(corner[k][0], corner[k][1], corner[k][2]));
+          auto coefficients =
+              srgb_model_fetch(Color<float, 3>(corner[k][0], corner[k][1], corner[k][2]));
           std::copy(coefficients.data(), coefficients.data() + 3, a.words + 3 * k);
           a.words[9 + k] = b[k];
         } else {
@@ -125,8 +141,8 @@ inline void answer(const Model& model, const Question& q, Answer& a) {
   }
 }
 
-// Called by kernels for W lanes. Rows in: 0-2 floats, 9 key, 10 payload, 11 query and chunk; out: 8, 15, 16, 17 and 19, and row 18,
-// which must not be -1 for a lane to count.
+// Called by kernels for W lanes. Rows in: 0-2 floats, 9 key, 10 payload, 11 query and chunk; out:
+// 8, 15, 16, 17 and 19, and row 18, which must not be -1 for a lane to count.
 template <int W>
 void answer_lanes(const int* valid, void* model_, void*, uint32_t* rows) {
   struct Recent {
@@ -140,7 +156,8 @@ void answer_lanes(const int* valid, void* model_, void*, uint32_t* rows) {
   for (int l = 0; l < W; ++l) {
     if (!valid[l]) continue;
     uint32_t chunk = rows[11 * W + l] >> 8;
-    Question q{rows[11 * W + l] & 255u, rows[9 * W + l], rows[10 * W + l], as_float(rows[0 * W + l]), as_float(rows[1 * W + l]), as_float(rows[2 * W + l])};
+    Question q{rows[11 * W + l] & 255u,   rows[9 * W + l],           rows[10 * W + l],
+               as_float(rows[0 * W + l]), as_float(rows[1 * W + l]), as_float(rows[2 * W + l])};
     Recent& r = recent[l];
     if (r.model != uid || std::memcmp(&r.question, &q, sizeof(q)) != 0) {
       answer(model, q, r.answer);
@@ -166,7 +183,8 @@ struct Queries {
   using Words = std::array<Float, MaxWords>;
 
   const Model* model = nullptr;
-  // Inputs of kernels rather than constants in them, so that compiled kernels serve other shapes and processes.
+  // Inputs of kernels rather than constants in them, so that compiled kernels serve other shapes
+  // and processes.
   UInt64 function = 0, model_handle = 0;
 
   void prepare(const Model* model_) {
@@ -178,20 +196,28 @@ struct Queries {
   }
 
   // Words as in SurfacePoint.
-  Words surface(const UInt32& meshlet, const UInt32& packed, const Float& b1, bool derivatives, const Mask& active) const {
+  Words surface(const UInt32& meshlet, const UInt32& packed, const Float& b1, bool derivatives,
+                const Mask& active) const {
     return ask(Query::Surface, meshlet, packed, b1, 0.f, 0.f, derivatives ? 23 : 17, active);
   }
 
-  Words sample(const UInt32& meshlet, const Point2f& u, const Mask& active) const { return ask(Query::Sample, meshlet, 0u, u.x(), u.y(), 0.f, 8, active); }
+  Words sample(const UInt32& meshlet, const Point2f& u, const Mask& active) const {
+    return ask(Query::Sample, meshlet, 0u, u.x(), u.y(), 0.f, 8, active);
+  }
 
-  Words texcoord(const Point2f& uv, const Mask& active) const { return ask(Query::Texcoord, 0u, 0u, uv.x(), uv.y(), 0.f, 25, active); }
+  Words texcoord(const Point2f& uv, const Mask& active) const {
+    return ask(Query::Texcoord, 0u, 0u, uv.x(), uv.y(), 0.f, 25, active);
+  }
 
-  Words attribute(uint32_t index, bool color, const UInt32& prim_index, const Point3f& p, const Mask& active) const {
-    return ask(Query::Attribute, prim_index, UInt32(index | (color ? kAttributeColor : 0u)), p.x(), p.y(), p.z(), color ? kColorWords : 4, active);
+  Words attribute(uint32_t index, bool color, const UInt32& prim_index, const Point3f& p,
+                  const Mask& active) const {
+    return ask(Query::Attribute, prim_index, UInt32(index | (color ? kAttributeColor : 0u)), p.x(),
+               p.y(), p.z(), color ? kColorWords : 4, active);
   }
 
  private:
-  Words ask(Query query, const UInt32& key, const UInt32& payload, const Float& x, const Float& y, const Float& z, uint32_t words, const Mask& active) const {
+  Words ask(Query query, const UInt32& key, const UInt32& payload, const Float& x, const Float& y,
+            const Float& z, uint32_t words, const Mask& active) const {
     Words result;
     result.fill(Float(0.f));
     if constexpr (!dr::is_array_v<Float>) {
@@ -202,7 +228,8 @@ struct Queries {
       }
     } else if constexpr (dr::is_llvm_v<Float>) {
       for (uint32_t chunk = 0; chunk * kChunkWords < words; ++chunk)
-        ask_chunk((uint32_t)query | chunk << 8, key, payload, x, y, z, active, &result[chunk * kChunkWords]);
+        ask_chunk((uint32_t)query | chunk << 8, key, payload, x, y, z, active,
+                  &result[chunk * kChunkWords]);
     }
     return result;
   }
@@ -214,23 +241,28 @@ struct Queries {
       case 8: return (void*)answer_lanes<8>;
       case 16: return (void*)answer_lanes<16>;
       case 32: return (void*)answer_lanes<32>;
-      default: Throw("meshlet_edgebreaker: vectors of %u lanes are not supported", jit_llvm_vector_width());
+      default:
+        Throw("meshlet_edgebreaker: vectors of %u lanes are not supported",
+              jit_llvm_vector_width());
     }
   }
 
-  void ask_chunk(uint32_t query, const UInt32& key_, const UInt32& payload_, const Float& x_, const Float& y_, const Float& z_, const Mask& active_,
-                 Float* out) const {
+  void ask_chunk(uint32_t query, const UInt32& key_, const UInt32& payload_, const Float& x_,
+                 const Float& y_, const Float& z_, const Mask& active_, Float* out) const {
     using F = dr::detached_t<Float>;
     using U = dr::detached_t<UInt32>;
     using M = dr::detached_t<Mask>;
     using P = dr::detached_t<UInt64>;
     P f = P::steal(jit_var_pointer(JitBackend::LLVM, entry(), function.index(), 0));
     P m = P::steal(jit_var_pointer(JitBackend::LLVM, (void*)model, model_handle.index(), 0));
-    F x = dr::detach<false>(x_), y = dr::detach<false>(y_), z = dr::detach<false>(z_), zero = dr::zeros<F>();
+    F x = dr::detach<false>(x_), y = dr::detach<false>(y_), z = dr::detach<false>(z_),
+      zero = dr::zeros<F>();
     U key = dr::detach<false>(key_), payload = dr::detach<false>(payload_), q = U(query);
     M coherent(true), active = dr::detach<false>(active_);
-    uint32_t in[14] = {coherent.index(), active.index(), x.index(),    y.index(),    z.index(),   zero.index(),    zero.index(),
-                       zero.index(),     zero.index(),   zero.index(), zero.index(), key.index(), payload.index(), q.index()};
+    uint32_t in[14] = {coherent.index(), active.index(), x.index(),    y.index(),
+                       z.index(),        zero.index(),   zero.index(), zero.index(),
+                       zero.index(),     zero.index(),   zero.index(), key.index(),
+                       payload.index(),  q.index()};
     uint32_t raw[8]{};
     jit_llvm_ray_trace((uint32_t)f.index(), (uint32_t)m.index(), 0, in, raw);
     F t = F::steal(raw[1]), u = F::steal(raw[2]), v = F::steal(raw[3]);

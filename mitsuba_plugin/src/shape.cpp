@@ -19,6 +19,7 @@ NAMESPACE_BEGIN(mitsuba)
 
 using namespace meshlet_shape;
 
+// clang-format off
 /**!
 
 .. _shape-meshlet_edgebreaker:
@@ -101,6 +102,7 @@ in the cache. Colours of the file are the mesh attribute :monosp:`vertex_color` 
         'cache': 0.25,
         'bsdf': {'type': 'diffuse'}
  */
+// clang-format on
 template <typename Float, typename Spectrum>
 class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
  public:
@@ -109,7 +111,8 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
   using typename Base::ScalarIndex;
   using typename Base::ScalarSize;
 
-  MeshletEdgebreaker(const Properties& props, std::unique_ptr<Model> model) : Base(props), m_model(std::move(model)) {
+  MeshletEdgebreaker(const Properties& props, std::unique_ptr<Model> model)
+      : Base(props), m_model(std::move(model)) {
     const std::vector<float>& areas = m_model->areas();
     std::vector<ScalarFloat> values(areas.begin(), areas.end());
     for (ScalarFloat area : values) m_surface_area += area;
@@ -128,15 +131,19 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     m_triangle_count = m_model->facts().triangles;
     cb->put("cache_id", m_cache_id, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
     cb->put("meshlet_count", m_meshlet_count, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
-    cb->put("triangle_count", m_triangle_count, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
+    cb->put("triangle_count", m_triangle_count,
+            ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
   }
 
   ScalarSize primitive_count() const override { return m_model->facts().meshlets; }
   ScalarBoundingBox3f bbox() const override { return to_bbox(m_model->box()); }
-  ScalarBoundingBox3f bbox(ScalarIndex index) const override { return to_bbox(m_model->box(index)); }
+  ScalarBoundingBox3f bbox(ScalarIndex index) const override {
+    return to_bbox(m_model->box(index));
+  }
   bool has_flipped_normals() const override { return m_model->options().flip_normals; }
 
-  // ---- sampling ----------------------------------------------------------------------------------------------------------------
+  // ---- sampling
+  // ----------------------------------------------------------------------------------------------------------------
 
   Float surface_area() const override { return m_surface_area; }
 
@@ -158,11 +165,14 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
 
   Float pdf_position(const PositionSample3f&, Mask) const override { return 1.f / m_surface_area; }
 
-  // ---- ray tracing -------------------------------------------------------------------------------------------------------------
+  // ---- ray tracing
+  // -------------------------------------------------------------------------------------------------------------
 
   template <typename FloatP, typename Ray3fP>
-  std::tuple<dr::mask_t<FloatP>, FloatP, Point<FloatP, 2>, dr::uint32_array_t<FloatP>, dr::uint32_array_t<FloatP>> ray_intersect_preliminary_impl(
-      const Ray3fP& ray, ScalarIndex meshlet, dr::mask_t<FloatP> active) const {
+  std::tuple<dr::mask_t<FloatP>, FloatP, Point<FloatP, 2>, dr::uint32_array_t<FloatP>,
+             dr::uint32_array_t<FloatP>>
+  ray_intersect_preliminary_impl(const Ray3fP& ray, ScalarIndex meshlet,
+                                 dr::mask_t<FloatP> active) const {
     using UInt32P = dr::uint32_array_t<FloatP>;
     if constexpr (dr::is_jit_v<FloatP>) {
       Throw("meshlet_edgebreaker: rays can only be traced through a scene");
@@ -179,18 +189,22 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
         v[lane] = pack_triangle(hits.of[lane]);
       }
       FloatP distance = dr::load_aligned<FloatP>(t);
-      return {distance < dr::Infinity<FloatP>, distance, Point<FloatP, 2>(dr::load_aligned<FloatP>(u), dr::load_aligned<FloatP>(v)), UInt32P((uint32_t)-1),
-              UInt32P(meshlet)};
+      return {distance < dr::Infinity<FloatP>, distance,
+              Point<FloatP, 2>(dr::load_aligned<FloatP>(u), dr::load_aligned<FloatP>(v)),
+              UInt32P((uint32_t)-1), UInt32P(meshlet)};
     } else {
       Hits<1> hits;
       m_model->intersect(meshlet, to_rays<FloatP>(ray, active), hits);
-      if (!hits.found) return {false, dr::Infinity<FloatP>, Point<FloatP, 2>(0.f), (uint32_t)-1, meshlet};
-      return {true, hits.of[0].t, Point<FloatP, 2>(hits.of[0].b1, pack_triangle(hits.of[0])), (uint32_t)-1, meshlet};
+      if (!hits.found)
+        return {false, dr::Infinity<FloatP>, Point<FloatP, 2>(0.f), (uint32_t)-1, meshlet};
+      return {true, hits.of[0].t, Point<FloatP, 2>(hits.of[0].b1, pack_triangle(hits.of[0])),
+              (uint32_t)-1, meshlet};
     }
   }
 
   template <typename FloatP, typename Ray3fP>
-  dr::mask_t<FloatP> ray_test_impl(const Ray3fP& ray, ScalarIndex meshlet, dr::mask_t<FloatP> active) const {
+  dr::mask_t<FloatP> ray_test_impl(const Ray3fP& ray, ScalarIndex meshlet,
+                                   dr::mask_t<FloatP> active) const {
     if constexpr (dr::is_jit_v<FloatP>) {
       Throw("meshlet_edgebreaker: rays can only be traced through a scene");
     } else if constexpr (dr::is_array_v<FloatP>) {
@@ -206,19 +220,23 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
 
   MI_SHAPE_DEFINE_RAY_INTERSECT_METHODS()
 
-  SurfaceInteraction3f compute_surface_interaction(const Ray3f& /*ray*/, const PreliminaryIntersection3f& pi, uint32_t ray_flags, uint32_t recursion_depth,
+  SurfaceInteraction3f compute_surface_interaction(const Ray3f& /*ray*/,
+                                                   const PreliminaryIntersection3f& pi,
+                                                   uint32_t ray_flags, uint32_t recursion_depth,
                                                    Mask active) const override {
     MI_MASK_ARGUMENT(active);
     if (!m_is_instance && recursion_depth > 0) return dr::zeros<SurfaceInteraction3f>();
     UInt32 packed = dr::reinterpret_array<UInt32>(pi.prim_uv.y());
-    auto w = m_calls.surface(pi.prim_index, packed, pi.prim_uv.x(), has_flag(ray_flags, RayFlags::dNSdUV), active);
+    auto w = m_calls.surface(pi.prim_index, packed, pi.prim_uv.x(),
+                             has_flag(ray_flags, RayFlags::dNSdUV), active);
     SurfaceInteraction3f si = to_interaction(w, ray_flags);
     si.t = dr::select(active, pi.t, dr::Infinity<Float>);
     si.prim_index = pi.prim_index * kMeshletTriangles + (packed >> kTriangleShift);
     return si;
   }
 
-  SurfaceInteraction3f eval_parameterization(const Point2f& uv, uint32_t ray_flags, Mask active) const override {
+  SurfaceInteraction3f eval_parameterization(const Point2f& uv, uint32_t ray_flags,
+                                             Mask active) const override {
     MI_MASK_ARGUMENT(active);
     auto w = m_calls.texcoord(uv, active);
     SurfaceInteraction3f si = to_interaction(w, ray_flags);
@@ -227,27 +245,33 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     return si;
   }
 
-  // ---- attributes --------------------------------------------------------------------------------------------------------------
+  // ---- attributes
+  // --------------------------------------------------------------------------------------------------------------
 
   Mask has_attribute(std::string_view name, Mask active) const override {
     uint32_t index;
-    return m_model->attribute(std::string(name), index) ? Mask(true) : Base::has_attribute(name, active);
+    return m_model->attribute(std::string(name), index) ? Mask(true)
+                                                        : Base::has_attribute(name, active);
   }
 
-  UnpolarizedSpectrum eval_attribute(std::string_view name, const SurfaceInteraction3f& si, Mask active) const override {
+  UnpolarizedSpectrum eval_attribute(std::string_view name, const SurfaceInteraction3f& si,
+                                     Mask active) const override {
     uint32_t index;
     const Attribute* attribute = m_model->attribute(std::string(name), index);
     if (!attribute) return Base::eval_attribute(name, si, active);
     // As with Mitsuba's meshes, colours become spectra of their reflectance.
     bool color = attribute->components == 3 && name.find("color") != std::string_view::npos;
-    auto w = m_calls.attribute(index, color && is_spectral_v<Spectrum>, si.prim_index, si.p, active);
+    auto w =
+        m_calls.attribute(index, color && is_spectral_v<Spectrum>, si.prim_index, si.p, active);
     if (attribute->components == 1) return UnpolarizedSpectrum(w[0]);
     if (attribute->components == 3) {
       if constexpr (is_spectral_v<Spectrum>) {
         if (color) {
           UnpolarizedSpectrum mixed(0.f);
           for (int k = 0; k < 3; ++k)
-            mixed += w[9 + k] * srgb_model_eval<UnpolarizedSpectrum>(dr::Array<Float, 3>(w[3 * k], w[3 * k + 1], w[3 * k + 2]), si.wavelengths);
+            mixed += w[9 + k] *
+                     srgb_model_eval<UnpolarizedSpectrum>(
+                         dr::Array<Float, 3>(w[3 * k], w[3 * k + 1], w[3 * k + 2]), si.wavelengths);
           return mixed;
         }
       } else if constexpr (is_monochromatic_v<Spectrum>) {
@@ -259,7 +283,8 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     return wrong_size<UnpolarizedSpectrum>("eval_attribute", *attribute);
   }
 
-  Float eval_attribute_1(std::string_view name, const SurfaceInteraction3f& si, Mask active) const override {
+  Float eval_attribute_1(std::string_view name, const SurfaceInteraction3f& si,
+                         Mask active) const override {
     uint32_t index;
     const Attribute* attribute = m_model->attribute(std::string(name), index);
     if (!attribute) return Base::eval_attribute_1(name, si, active);
@@ -267,7 +292,8 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     return m_calls.attribute(index, false, si.prim_index, si.p, active)[0];
   }
 
-  Color3f eval_attribute_3(std::string_view name, const SurfaceInteraction3f& si, Mask active) const override {
+  Color3f eval_attribute_3(std::string_view name, const SurfaceInteraction3f& si,
+                           Mask active) const override {
     uint32_t index;
     const Attribute* attribute = m_model->attribute(std::string(name), index);
     if (!attribute) return Base::eval_attribute_3(name, si, active);
@@ -282,9 +308,11 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     std::ostringstream oss;
     oss << "MeshletEdgebreaker[" << std::endl
         << "  bbox = " << string::indent(bbox()) << "," << std::endl
-        << "  triangles = " << facts.triangles << " in " << facts.meshlets << " meshlets," << std::endl
+        << "  triangles = " << facts.triangles << " in " << facts.meshlets << " meshlets,"
+        << std::endl
         << "  compressed = " << util::mem_string(facts.compressed_bytes) << "," << std::endl
-        << "  cache = " << util::mem_string(s.resident_bytes) << " of at most " << util::mem_string(s.limit_bytes) << "," << std::endl
+        << "  cache = " << util::mem_string(s.resident_bytes) << " of at most "
+        << util::mem_string(s.limit_bytes) << "," << std::endl
         << "  surface_area = " << m_surface_area << "," << std::endl
         << "  " << string::indent(get_children_string()) << std::endl
         << "]";
@@ -296,10 +324,12 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
 
  private:
   static ScalarBoundingBox3f to_bbox(const Box& box) {
-    return {ScalarPoint3f(box.lower[0], box.lower[1], box.lower[2]), ScalarPoint3f(box.upper[0], box.upper[1], box.upper[2])};
+    return {ScalarPoint3f(box.lower[0], box.lower[1], box.lower[2]),
+            ScalarPoint3f(box.upper[0], box.upper[1], box.upper[2])};
   }
 
-  SurfaceInteraction3f to_interaction(const typename Queries<Float>::Words& w, uint32_t ray_flags) const {
+  SurfaceInteraction3f to_interaction(const typename Queries<Float>::Words& w,
+                                      uint32_t ray_flags) const {
     SurfaceInteraction3f si = dr::zeros<SurfaceInteraction3f>();
     si.p = Point3f(w[0], w[1], w[2]);
     si.uv = Point2f(w[3], w[4]);
@@ -321,7 +351,8 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     if constexpr (dr::is_jit_v<Float>)
       return dr::zeros<Result>();  // as Mitsuba's meshes do while a kernel is traced
     else
-      Throw("%s(): attribute \"%s\" has %u components", function, attribute.name, attribute.components);
+      Throw("%s(): attribute \"%s\" has %u components", function, attribute.name,
+            attribute.components);
   }
 
   std::unique_ptr<Model> m_model;
@@ -332,7 +363,7 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
   uint32_t m_meshlet_count = 0, m_triangle_count = 0;
 };
 
-// ---- construction --------------------------------------------------------------------------------------------------------------------
+// --- construction ---
 
 Options read_options(const Properties& props) {
   Options options;
@@ -342,7 +373,8 @@ Options read_options(const Properties& props) {
   options.face_normals = props.get<bool>("face_normals", false);
   options.flip_normals = props.get<bool>("flip_normals", false);
   std::string policy = props.get<std::string>("cache_policy", "clock");
-  if (policy != "counts" && policy != "clock") Throw("meshlet_edgebreaker: cache_policy must be \"counts\" or \"clock\", not \"%s\"", policy);
+  if (policy != "counts" && policy != "clock")
+    Throw("meshlet_edgebreaker: cache_policy must be \"counts\" or \"clock\", not \"%s\"", policy);
   options.policy = policy == "clock" ? Policy::kClock : Policy::kCounts;
   if (!(options.cache_fraction >= 0.0 && options.cache_fraction <= 1.0))
     Throw("meshlet_edgebreaker: cache must be between 0 and 1, not %g", options.cache_fraction);
@@ -362,7 +394,8 @@ std::vector<Part> read(const Properties& props, const std::string& filename) {
   MI_IMPORT_CORE_TYPES()
   int mesh = props.get<int>("mesh", -1), primitive = props.get<int>("primitive", -1);
   std::vector<Part> parts = read_parts(filename, mesh, primitive);
-  Affine to_world = to_affine(props.get<ScalarAffineTransform4f>("to_world", ScalarAffineTransform4f()));
+  Affine to_world =
+      to_affine(props.get<ScalarAffineTransform4f>("to_world", ScalarAffineTransform4f()));
   for (Part& part : parts) {
     part.to_world = to_world * part.to_world;
     part.flip_winding = part.to_world.determinant() < 0.f;
@@ -370,8 +403,9 @@ std::vector<Part> read(const Properties& props, const std::string& filename) {
   return parts;
 }
 
-// An ordinary mesh of everything, for variants that cannot run the shape, and for comparison. The wheel's mesh.h cannot be included (it
-// needs a header that is not in the wheel), so the mesh goes through a file.
+// An ordinary mesh of everything, for variants that cannot run the shape, and for comparison. The
+// wheel's mesh.h cannot be included (it needs a header that is not in the wheel), so the mesh goes
+// through a file.
 template <typename Float, typename Spectrum>
 ref<Object> make_mesh(const Properties& props, std::vector<Part> parts) {
   TemporaryPly file(std::move(parts), props.get<bool>("face_normals", false));
@@ -379,7 +413,8 @@ ref<Object> make_mesh(const Properties& props, std::vector<Part> parts) {
   ply.set_plugin_name("ply");
   ply.set("filename", file.path(), false);
   ply.remove_property("to_world");
-  for (const auto& child : props.objects()) props.mark_queried(child.name());  // the copy takes the BSDF and the like
+  for (const auto& child : props.objects())
+    props.mark_queried(child.name());  // the copy takes the BSDF and the like
   return PluginManager::instance()->create_object<Shape<Float, Spectrum>>(ply).get();
 }
 
@@ -390,14 +425,17 @@ ref<Object> make(void*, const Properties& props) {
   bool decoded = props.get<bool>("decoded", false);
   if (dr::is_cuda_v<Float> && !decoded)
     Throw(
-        "meshlet_edgebreaker: cuda variants cannot trace rays through compressed meshlets; add \"decoded\": True to load \"%s\" as an "
+        "meshlet_edgebreaker: cuda variants cannot trace rays through compressed meshlets; add "
+        "\"decoded\": True to load \"%s\" as an "
         "ordinary mesh, or choose a scalar or llvm variant",
         given);
   std::string filename = file_resolver()->resolve(given).string();
   try {
     std::vector<Part> parts = read<Float, Spectrum>(props, filename);
     if constexpr (!dr::is_cuda_v<Float>)
-      if (!decoded) return new MeshletEdgebreaker<Float, Spectrum>(props, std::make_unique<Model>(std::move(parts), options));
+      if (!decoded)
+        return new MeshletEdgebreaker<Float, Spectrum>(
+            props, std::make_unique<Model>(std::move(parts), options));
     return make_mesh<Float, Spectrum>(props, std::move(parts));
   } catch (const std::runtime_error& error) {
     Throw("meshlet_edgebreaker: %s: %s", given, error.what());
@@ -411,7 +449,8 @@ using CudaFloat = dr::DiffArray<JitBackend::CUDA, float>;
 
 void register_shape(const char* name) {
   auto add = [&](const char* variant, PluginInstantiateFn instantiate) {
-    PluginManager::instance()->register_plugin(name, variant, ObjectType::Shape, instantiate, nullptr, nullptr);
+    PluginManager::instance()->register_plugin(name, variant, ObjectType::Shape, instantiate,
+                                               nullptr, nullptr);
   };
   add("scalar_rgb", &make<float, Color<float, 3>>);
   add("scalar_spectral", &make<float, Spectral<float>>);

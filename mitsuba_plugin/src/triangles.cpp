@@ -1,4 +1,5 @@
-// Compiled without contraction of a * b - c * d, which would make an edge's sign depend on the triangle that asks.
+// Compiled without contraction of a * b - c * d, which would make an edge's sign depend on the
+// triangle that asks.
 #include "triangles.h"
 
 #include <immintrin.h>
@@ -13,7 +14,8 @@ namespace {
 #define INLINE __attribute__((always_inline)) inline  // vectors as arguments must stay in registers
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// Rays turned and sheared so that they run along z (Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2013).
+// Rays turned and sheared so that they run along z (Woop, Benthin, Wald: Watertight Ray/Triangle
+// Intersection, JCGT 2013).
 template <int N>
 struct Shears {
   explicit Shears(const Rays<N>& r) {
@@ -63,36 +65,47 @@ inline Sheared shear(const float (*vertex)[kLanes], const ShearedRay& r) {
   __m256 x = _mm256_sub_ps(_mm256_load_ps(vertex[r.axis[0]]), r.o[0]);
   __m256 y = _mm256_sub_ps(_mm256_load_ps(vertex[r.axis[1]]), r.o[1]);
   __m256 z = _mm256_sub_ps(_mm256_load_ps(vertex[r.axis[2]]), r.o[2]);
-  return {_mm256_fnmadd_ps(r.shear[0], z, x), _mm256_fnmadd_ps(r.shear[1], z, y), _mm256_mul_ps(r.shear[2], z)};
+  return {_mm256_fnmadd_ps(r.shear[0], z, x), _mm256_fnmadd_ps(r.shear[1], z, y),
+          _mm256_mul_ps(r.shear[2], z)};
 }
 
-// Which side of the directed edge p -> q the origin is on. Rounding is monotonic, so that a sign that is not zero is right, and swapping
-// p and q negates it exactly.
-inline __m256 edge(const Sheared& p, const Sheared& q) { return _mm256_sub_ps(_mm256_mul_ps(q.x, p.y), _mm256_mul_ps(q.y, p.x)); }
+// Which side of the directed edge p -> q the origin is on. Rounding is monotonic, so that a sign
+// that is not zero is right, and swapping p and q negates it exactly.
+inline __m256 edge(const Sheared& p, const Sheared& q) {
+  return _mm256_sub_ps(_mm256_mul_ps(q.x, p.y), _mm256_mul_ps(q.y, p.x));
+}
 
 INLINE GroupHits hit_group(const TriangleGroup& group, const ShearedRay& r, float t_max) {
-  Sheared a = shear(group.vertex[0], r), b = shear(group.vertex[1], r), c = shear(group.vertex[2], r);
+  Sheared a = shear(group.vertex[0], r), b = shear(group.vertex[1], r),
+          c = shear(group.vertex[2], r);
   __m256 u = edge(b, c), v = edge(c, a), w = edge(a, b), zero = _mm256_setzero_ps();
   __m256 low = _mm256_min_ps(u, _mm256_min_ps(v, w)), high = _mm256_max_ps(u, _mm256_max_ps(v, w));
   // On an edge (zero) counts as inside for both its triangles.
-  __m256 inside = _mm256_or_ps(_mm256_cmp_ps(low, zero, _CMP_GE_OQ), _mm256_cmp_ps(high, zero, _CMP_LE_OQ));
+  __m256 inside =
+      _mm256_or_ps(_mm256_cmp_ps(low, zero, _CMP_GE_OQ), _mm256_cmp_ps(high, zero, _CMP_LE_OQ));
   __m256 determinant = _mm256_add_ps(u, _mm256_add_ps(v, w));
   __m256 valid = _mm256_and_ps(inside, _mm256_cmp_ps(determinant, zero, _CMP_NEQ_OQ));
   if (_mm256_testz_ps(valid, valid)) return {zero, zero, zero, 0};
   __m256 inverse = _mm256_div_ps(_mm256_set1_ps(1.0f), determinant);
-  __m256 t = _mm256_mul_ps(_mm256_fmadd_ps(u, a.z, _mm256_fmadd_ps(v, b.z, _mm256_mul_ps(w, c.z))), inverse);
-  valid = _mm256_and_ps(valid, _mm256_and_ps(_mm256_cmp_ps(t, zero, _CMP_GT_OQ), _mm256_cmp_ps(t, _mm256_set1_ps(t_max), _CMP_LT_OQ)));
-  return {t, _mm256_mul_ps(v, inverse), _mm256_mul_ps(w, inverse), uint32_t(_mm256_movemask_ps(valid))};
+  __m256 t = _mm256_mul_ps(_mm256_fmadd_ps(u, a.z, _mm256_fmadd_ps(v, b.z, _mm256_mul_ps(w, c.z))),
+                           inverse);
+  valid = _mm256_and_ps(valid, _mm256_and_ps(_mm256_cmp_ps(t, zero, _CMP_GT_OQ),
+                                             _mm256_cmp_ps(t, _mm256_set1_ps(t_max), _CMP_LT_OQ)));
+  return {t, _mm256_mul_ps(v, inverse), _mm256_mul_ps(w, inverse),
+          uint32_t(_mm256_movemask_ps(valid))};
 }
 
 }  // namespace
 
-void Triangles::build(const float (*position)[kMeshletTriangles], const uint8_t (*corners)[kMeshletTriangles], uint32_t triangle_count) {
+void Triangles::build(const float (*position)[kMeshletTriangles],
+                      const uint8_t (*corners)[kMeshletTriangles], uint32_t triangle_count) {
   count = triangle_count;
   for (uint32_t g = 0; g < groups(count); g++)
     for (int k = 0; k < 3; k++) {
-      __m256i id = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(corners[k] + g * kLanes)));
-      for (int i = 0; i < 3; i++) _mm256_store_ps(group()[g].vertex[k][i], _mm256_i32gather_ps(position[i], id, 4));
+      __m256i id = _mm256_cvtepu8_epi32(
+          _mm_loadl_epi64(reinterpret_cast<const __m128i*>(corners[k] + g * kLanes)));
+      for (int i = 0; i < 3; i++)
+        _mm256_store_ps(group()[g].vertex[k][i], _mm256_i32gather_ps(position[i], id, 4));
     }
 }
 
@@ -111,14 +124,16 @@ Boxes Triangles::boxes(float margin) const {
           high[i][g] = std::max(high[i][g], value + margin);
         }
     }
-    float least = *std::min_element(low[i], low[i] + b.groups), most = *std::max_element(high[i], high[i] + b.groups);
+    float least = *std::min_element(low[i], low[i] + b.groups),
+          most = *std::max_element(high[i], high[i] + b.groups);
     b.origin[i] = least;
     b.step[i] = (most - least) / 255.0f;
     while (b.bound(true, i) < most) b.step[i] = std::nextafter(b.step[i], kInfinity);
     auto place = [&](int q) { return std::fma(float(q), b.step[i], b.origin[i]); };
     for (uint32_t g = 0; g < b.groups; g++) {
       float scale = b.step[i] > 0 ? 1.0f / b.step[i] : 0.0f;
-      int from = std::clamp(int((low[i][g] - least) * scale), 0, 255), to = std::clamp(int((high[i][g] - least) * scale) + 1, 0, 255);
+      int from = std::clamp(int((low[i][g] - least) * scale), 0, 255),
+          to = std::clamp(int((high[i][g] - least) * scale) + 1, 0, 255);
       while (from > 0 && place(from) > low[i][g]) from--;
       while (to < 255 && place(to) < high[i][g]) to++;
       b.side[0][i][g] = uint8_t(from);
@@ -136,7 +151,8 @@ Vector3 Triangles::corner(uint32_t triangle, int k) const {
 
 namespace {
 
-INLINE bool nearest_hit(const TriangleGroup* groups, const ShearedRay& ray, uint32_t met, const float (&enter)[kMaxGroups], float t_max, Hit& hit) {
+INLINE bool nearest_hit(const TriangleGroup* groups, const ShearedRay& ray, uint32_t met,
+                        const float (&enter)[kMaxGroups], float t_max, Hit& hit) {
   alignas(32) float t[kLanes], b1[kLanes], b2[kLanes];
   hit.t = t_max;
   bool found = false;
@@ -170,7 +186,9 @@ void Triangles::intersect(const Rays<N>& rays, const Meetings<N>& meetings, Hits
   const Shears<N> shears(rays);
   for (uint32_t rest = meetings.any; rest; rest &= rest - 1) {
     const int l = lane_of<N>(rest);
-    if (nearest_hit(group(), ShearedRay(rays, shears, l), meetings.groups[l], meetings.enter[l], rays.t_max[l], hits.of[l])) hits.found |= 1u << l;
+    if (nearest_hit(group(), ShearedRay(rays, shears, l), meetings.groups[l], meetings.enter[l],
+                    rays.t_max[l], hits.of[l]))
+      hits.found |= 1u << l;
   }
 }
 
@@ -180,7 +198,8 @@ uint32_t Triangles::occlude(const Rays<N>& rays, const Meetings<N>& meetings) co
   uint32_t found = 0;
   for (uint32_t rest = meetings.any; rest; rest &= rest - 1) {
     const int l = lane_of<N>(rest);
-    if (any_hit(group(), ShearedRay(rays, shears, l), meetings.groups[l], rays.t_max[l])) found |= 1u << l;
+    if (any_hit(group(), ShearedRay(rays, shears, l), meetings.groups[l], rays.t_max[l]))
+      found |= 1u << l;
   }
   return found;
 }

@@ -8,11 +8,11 @@
 #include "decoders/passes.glsl"
 
 struct Chain {
-  uint steps;                              // its length
-  uint from;                               // local ids of its ends, in the direction of its owner
+  uint steps;  // its length
+  uint from;   // local ids of its ends, in the direction of its owner
   uint to;
-  mask64 inner;                            // local ids between
-  bool backwards;                          // the owner's direction is against the loop's
+  mask64 inner;    // local ids between
+  bool backwards;  // the owner's direction is against the loop's
 };
 
 // For one stream: the residuals on the chord between the chain's ends.
@@ -35,10 +35,14 @@ void read_chain(Chain chain, uint s, uint code, uint widths, uint low) {
     for (uint c = 0u; c < n; c++) {
       uint a = vectors ? get_field(from, c * field, field) : value_at(s, c, chain.from);
       uint point = a;
-      if (!copies) point = chord_point(a, vectors ? get_field(to, c * field, field) : value_at(s, c, chain.to), i, chain.steps);
+      if (!copies)
+        point = chord_point(a, vectors ? get_field(to, c * field, field) : value_at(s, c, chain.to),
+                            i, chain.steps);
       uint value = (point + next_residual(c)) & mask;
-      if (vectors) fields |= put_field(c * field, value);
-      else put_value(s, c, id, value);
+      if (vectors)
+        fields |= put_field(c * field, value);
+      else
+        put_value(s, c, id, value);
     }
     if (vectors) put_vertex(s, id, fields);
   }
@@ -70,9 +74,10 @@ void read_chains(HEADER_IN h, uint r) {
   uint quotients = low + total * widths_total;
   uint begin = id_at(run.rank);
   uint end = last_id(h, r, run);
-  mask64 inner = the_boundary & ~mask_below(begin + 1u) & mask_below(id_at(run.rank + run.steps - 1u) + 1u);
+  mask64 inner =
+      the_boundary & ~mask_below(begin + 1u) & mask_below(id_at(run.rank + run.steps - 1u) + 1u);
   Chain chain = Chain(run.steps, foreign ? end : begin, foreign ? begin : end, inner, foreign);
-  uint skipped = 0u;                       // quotients between the last one read and the next chain
+  uint skipped = 0u;  // quotients between the last one read and the next chain
   codes = owner.codes;
   for (uint s = 0u; s < stream_end && error == ERROR_NONE; s++) {
     uint n = stream_field(s, STREAM_COMPONENTS);

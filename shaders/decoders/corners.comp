@@ -4,10 +4,11 @@
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-#define PER_MESHLET 8u                     // invocations for references or corners; where there are more, each has several
+#define PER_MESHLET \
+  8u  // invocations for references or corners; where there are more, each has several
 #include "decoders/passes.glsl"
 
-shared uint group_hops;                    // MAX_HOPS, which compilers shall not know: they would unroll a long loop
+shared uint group_hops;  // MAX_HOPS, which compilers shall not know: they would unroll a long loop
 
 // Anchor `index` of streams [begin, end) of h.
 void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
@@ -23,15 +24,18 @@ void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
     for (uint c = 0u; c < n && s >= begin; c++) {
       uint value = load_bits(p + c * bits, bits);
       if (index > 0u) value += unzigzag(load_bits(deltas + c * width, width));
-      if (is_packed(s)) fields |= put_field(c * place_field(s, PLACE_FIELD), value & bits_mask(s));
-      else put_value(s, c, id, value);
+      if (is_packed(s))
+        fields |= put_field(c * place_field(s, PLACE_FIELD), value & bits_mask(s));
+      else
+        put_value(s, c, id, value);
     }
     if (s >= begin && is_packed(s)) put_vertex(s, id, fields);
     p = after_anchors(p, s, count);
   }
 }
 
-// Follows references from corner j to where it is stored, for the streams that go the same way from `s` on; returns the one after them.
+// Follows references from corner j to where it is stored, for the streams that go the same way from
+// `s` on; returns the one after them.
 uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
   Header h = own;
   bool apart = false;
@@ -44,7 +48,8 @@ uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
     bool follow_before = mask_test(shared_refs, before);
     if (!follow && !follow_before) {
       uint end = apart ? s + 1u : stream_end;
-      read_anchors(h, h.references == 0u ? j : mask_count(stored_corners(h, seams) & mask_below(j)), s, end, id);
+      read_anchors(h, h.references == 0u ? j : mask_count(stored_corners(h, seams) & mask_below(j)),
+                   s, end, id);
       return end;
     }
     if (follow && follow_before) follow = owner_of(h, before) >= owner_of(h, j);
@@ -60,7 +65,7 @@ uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
 
 void main() {
   if (LANE == 0u) group_hops = MAX_HOPS;
-  if (!open_pass()) return;                // behind a barrier
+  if (!open_pass()) return;  // behind a barrier
   Header h = open_header();
   uint corners = h.references == 0u ? mask_count(the_starts) : h.references;
   for (uint j = part; j < corners; j += PER_MESHLET) {

@@ -1,4 +1,5 @@
-// Decodes meshlets into plain buffers by one invocation per meshlet, with the decoder that C++ shares.
+// Decodes meshlets into plain buffers by one invocation per meshlet, with the decoder that C++
+// shares.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -17,7 +18,8 @@ void main() {
   open_blob(job_blob(), job_blob_words());
   load_streams(0u, job_streams());
   decode_meshlet(m);
-  Summaries(push.summaries).of[m] = error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16;
+  Summaries(push.summaries).of[m] =
+      error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16;
   if (error != ERROR_NONE) return;
   Integers packed = Integers(job_triangles());
   Integers integers = Integers(job_values());

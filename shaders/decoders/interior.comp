@@ -1,4 +1,5 @@
-// The last pass over meshlets, after chains.comp: the vertices that triangles introduce, with an invocation for each stream.
+// The last pass over meshlets, after chains.comp: the vertices that triangles introduce, with an
+// invocation for each stream.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -12,7 +13,8 @@ uint triangle_at(uint t) { return Integers(job_triangles()).at[t & 63u]; }
 // Vertices of the seams of stream s (spec, A.5, sections G and H).
 uint seam_vertices_of(HEADER_IN h, uint s) {
   uint count = 0u;
-  for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest)) count += run_of(mask_lsb(rest)).steps - 1u;
+  for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest))
+    count += run_of(mask_lsb(rest)).steps - 1u;
   return count;
 }
 
@@ -52,11 +54,16 @@ void read_traversed(uint s, uint triangle) {
   uvec2 fields = uvec2(0u);
   for (uint c = 0u; c < n; c++) {
     uint at = c * field;
-    uvec3 known = vectors ? uvec3(get_field(from, at, field), get_field(to, at, field), get_field(beyond, at, field))
+    uvec3 known = vectors ? uvec3(get_field(from, at, field), get_field(to, at, field),
+                                  get_field(beyond, at, field))
                           : uvec3(value_at(s, c, a), value_at(s, c, b), value_at(s, c, o));
-    uint value = (traversed_prediction(predictor, known.x, known.y, known.z, across) + next_residual(c)) & mask;
-    if (vectors) fields |= put_field(at, value);
-    else put_value(s, c, v, value);
+    uint value =
+        (traversed_prediction(predictor, known.x, known.y, known.z, across) + next_residual(c)) &
+        mask;
+    if (vectors)
+      fields |= put_field(at, value);
+    else
+      put_value(s, c, v, value);
   }
   if (vectors) put_vertex(s, v, fields);
 }
@@ -66,7 +73,8 @@ mask64 waiting_vertices(HEADER_IN h) {
   mask64 waiting = mask_none();
   if (h.references == 0u) {
     waiting = the_boundary;
-    for (uint k = 0u; k < mask_count(the_starts); k++) waiting = waiting & ~mask_bit(ids_before(k) & 63u);
+    for (uint k = 0u; k < mask_count(the_starts); k++)
+      waiting = waiting & ~mask_bit(ids_before(k) & 63u);
   }
   for (mask64 rest = h.private_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
     Run run = run_of(mask_lsb(rest));
@@ -75,8 +83,8 @@ mask64 waiting_vertices(HEADER_IN h) {
   return waiting;
 }
 
-// All vertices that triangles introduce, in their order. Where no boundary vertices wait for that, only C's do. A root gate whose a waits
-// comes twice: first for a, which is predicted from b alone.
+// All vertices that triangles introduce, in their order. Where no boundary vertices wait for that,
+// only C's do. A root gate whose a waits comes twice: first for a, which is predicted from b alone.
 void read_all_traversed(uint s, mask64 waiting) {
   mask64 rest = mask_any(waiting) ? mask_below(triangle_count) : symbol_c;
   while (mask_any(rest) && error == ERROR_NONE) {
@@ -112,7 +120,7 @@ void run(HEADER_IN h, uint stream) {
   }
   uint codes = h.codes;
   uint chain_quotients = 0u;
-  uint before = 0u;                        // low bits and quotients of the interior of earlier streams
+  uint before = 0u;  // low bits and quotients of the interior of earlier streams
   uint skipped = 0u;
   uint all = 0u;
   for (uint s = 0u; s < stream_total; s++) {

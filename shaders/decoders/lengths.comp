@@ -7,7 +7,7 @@
 #define PER_MESHLET 8u
 #include "decoders/passes.glsl"
 
-shared uint group_lengths[GROUP_MESHLETS * 64u];     // of references
+shared uint group_lengths[GROUP_MESHLETS * 64u];  // of references
 
 uint length_of(uint r) { return group_lengths[member * 64u + (r & 63u)]; }
 
@@ -34,8 +34,10 @@ void main() {
   bool live = open_pass();
   Header h = open_header();
   uint references = live ? h.references : 0u;
-  if (references > 0u && mask_count(h.loop_ends) != mask_count(the_starts)) error = ERROR_REFERENCES;
-  for (uint r = part; r < references; r += PER_MESHLET) group_lengths[member * 64u + r] = min(measured_length(h, r), 64u);
+  if (references > 0u && mask_count(h.loop_ends) != mask_count(the_starts))
+    error = ERROR_REFERENCES;
+  for (uint r = part; r < references; r += PER_MESHLET)
+    group_lengths[member * 64u + r] = min(measured_length(h, r), 64u);
   barrier();
   if (!live) return;
   for (uint r = part; r < references && error == ERROR_NONE; r += PER_MESHLET) {

@@ -1,12 +1,13 @@
-// Values as the decoding passes write and read them: for every stream 64 vertices of a few words each. To be included after sections.glsl
-// and decode_push.glsl. A vertex's components lie side by side in up to 64 bits, a position's in 21 bits each; if that does not hold them, in
-// a word each. vk_backend/decode.py unpacks them.
+// Values as the decoding passes write and read them: for every stream 64 vertices of a few words
+// each. To be included after sections.glsl and decode_push.glsl. A vertex's components lie side by
+// side in up to 64 bits, a position's in 21 bits each; if that does not hold them, in a word each.
+// vk_backend/decode.py unpacks them.
 
-shared uint group_places[MAX_STREAMS];               // see place_field
+shared uint group_places[MAX_STREAMS];  // see place_field
 
-#define PLACE_BASE 0, 16                             // word of the first vertex,
-#define PLACE_STRIDE 16, 6                           //   words from one vertex to the next,
-#define PLACE_FIELD 22, 6                            //   and bits of a component
+#define PLACE_BASE 0, 16    // word of the first vertex,
+#define PLACE_STRIDE 16, 6  //   words from one vertex to the next,
+#define PLACE_FIELD 22, 6   //   and bits of a component
 #define place_field(s, field) bitfieldExtract(group_places[s], field)
 
 uint field_of(uint s) {
@@ -30,7 +31,8 @@ void group_value_places() {
 bool is_packed(uint s) { return place_field(s, PLACE_STRIDE) <= 2u; }
 
 uint get_field(uvec2 fields, uint at, uint bits) {
-  uint value = at < 32u ? (fields.x >> at) | ((fields.y << 1) << (31u - at)) : fields.y >> (at - 32u);
+  uint value =
+      at < 32u ? (fields.x >> at) | ((fields.y << 1) << (31u - at)) : fields.y >> (at - 32u);
   return value & word_below(bits);
 }
 
@@ -38,9 +40,11 @@ uvec2 put_field(uint at, uint value) {
   return at < 32u ? uvec2(value << at, (value >> 1) >> (31u - at)) : uvec2(0u, value << (at - 32u));
 }
 
-uvec2 the_values;                                    // address of the meshlet's
+uvec2 the_values;  // address of the meshlet's
 
-uint word_of(uint s, uint id) { return place_field(s, PLACE_BASE) + place_field(s, PLACE_STRIDE) * (id & 63u); }
+uint word_of(uint s, uint id) {
+  return place_field(s, PLACE_BASE) + place_field(s, PLACE_STRIDE) * (id & 63u);
+}
 
 // The fields of a vertex, where they are packed.
 uvec2 vertex_at(uint s, uint id) {
@@ -51,12 +55,16 @@ uvec2 vertex_at(uint s, uint id) {
 
 void put_vertex(uint s, uint id, uvec2 fields) {
   uint word = word_of(s, id);
-  if (place_field(s, PLACE_STRIDE) == 1u) Integers(the_values).at[word] = fields.x;
-  else Pairs(the_values).at[word >> 1] = fields;
+  if (place_field(s, PLACE_STRIDE) == 1u)
+    Integers(the_values).at[word] = fields.x;
+  else
+    Pairs(the_values).at[word >> 1] = fields;
 }
 
 uint value_at(uint s, uint c, uint id) {
-  if (is_packed(s)) return get_field(vertex_at(s, id), c * place_field(s, PLACE_FIELD), place_field(s, PLACE_FIELD));
+  if (is_packed(s))
+    return get_field(vertex_at(s, id), c * place_field(s, PLACE_FIELD),
+                     place_field(s, PLACE_FIELD));
   return Integers(the_values).at[word_of(s, id) + c];
 }
 

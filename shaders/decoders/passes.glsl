@@ -1,11 +1,13 @@
-// What the passes that decode meshlets' values after connect.comp have in common (lengths.comp, corners.comp, chains.comp, interior.comp): their
-// meshlets, places along the boundary, sections, and the reading of residuals. Each invocation has a small part of a meshlet, and what a pass
+// What the passes that decode meshlets' values after connect.comp have in common (lengths.comp,
+// corners.comp, chains.comp, interior.comp): their meshlets, places along the boundary, sections,
+// and the reading of residuals. Each invocation has a small part of a meshlet, and what a pass
 // finds goes to where the values belong, from where the next one reads it.
 //
-// The includer defines PER_MESHLET, the invocations that share a meshlet. Code is kept small, since a pass is slow when it does not fit the
-// instruction cache: what is long is called from one place.
-// Hostile bytes: local ids, ranks and references are masked, or come from masks of 64 bits; a buffer is written at a place made of these alone; loops
-// end after 64 steps, with the streams, or at the blob's end. What a pass finds wrong keeps the later ones away from the meshlet.
+// The includer defines PER_MESHLET, the invocations that share a meshlet. Code is kept small, since
+// a pass is slow when it does not fit the instruction cache: what is long is called from one place.
+// Hostile bytes: local ids, ranks and references are masked, or come from masks of 64 bits; a
+// buffer is written at a place made of these alone; loops end after 64 steps, with the streams, or
+// at the blob's end. What a pass finds wrong keeps the later ones away from the meshlet.
 
 #define GROUP 64u
 #define GROUP_MESHLETS (GROUP / PER_MESHLET)
@@ -18,15 +20,16 @@
 
 layout(local_size_x = GROUP) in;
 
-// ---- the invocation's meshlet --------------------------------------------------------------------------------------------------------
+// --- the invocation's meshlet ---
 
-uint member;                               // number of the meshlet in the workgroup
-uint part;                                 //   and of the invocation among those that share it
+uint member;  // number of the meshlet in the workgroup
+uint part;    //   and of the invocation among those that share it
 mask64 the_boundary;
 mask64 the_starts;
-mask64 the_references;                     // ranks at which they begin; there is one after lengths.comp
+mask64 the_references;  // ranks at which they begin; there is one after lengths.comp
 
-// To be called by all invocations first; false for those that have no meshlet, or one that is malformed. Barriers are passed.
+// To be called by all invocations first; false for those that have no meshlet, or one that is
+// malformed. Barriers are passed.
 bool open_pass() {
   member = LANE / PER_MESHLET;
   part = LANE % PER_MESHLET;
@@ -55,7 +58,7 @@ void close_pass() {
   if (error != ERROR_NONE) atomicOr(Summaries(push.summaries).of[job_place], error << 16);
 }
 
-// ---- along the boundary ------------------------------------------------------------------------------------------------------------
+// --- along the boundary ---
 
 // The n-th one of a mask, from 0; 63 or less also where there is none.
 uint nth_bit(mask64 m, uint n) {
@@ -80,10 +83,12 @@ uint ids_before(uint k) {
   return min(64u, pushed_vertices(mask_below(t)) + min(k, mask_count(the_starts)));
 }
 
-// The loop that reference r of h belongs to: its first place in the loop order, and the one behind its last.
+// The loop that reference r of h belongs to: its first place in the loop order, and the one behind
+// its last.
 uvec2 loop_of(HEADER_IN h, uint r) {
   uint k = mask_count(h.loop_ends & mask_below(r));
-  return uvec2(mask_count(the_boundary & mask_below(ids_before(k))), mask_count(the_boundary & mask_below(ids_before(k + 1u))));
+  return uvec2(mask_count(the_boundary & mask_below(ids_before(k))),
+               mask_count(the_boundary & mask_below(ids_before(k + 1u))));
 }
 
 uint id_at(uint rank) { return nth_bit(the_boundary, rank); }
@@ -91,7 +96,7 @@ uint id_at(uint rank) { return nth_bit(the_boundary, rank); }
 // Where reference r lies along the boundary.
 struct Run {
   uint rank;
-  uint steps;                              // its length
+  uint steps;  // its length
 };
 
 Run run_of(uint r) {
@@ -101,9 +106,11 @@ Run run_of(uint r) {
 }
 
 // The id of the last vertex of reference r.
-uint last_id(HEADER_IN h, uint r, Run run) { return id_at(mask_test(h.loop_ends, r) ? loop_of(h, r).x : run.rank + run.steps); }
+uint last_id(HEADER_IN h, uint r, Run run) {
+  return id_at(mask_test(h.loop_ends, r) ? loop_of(h, r).x : run.rank + run.steps);
+}
 
-// ---- sections ----------------------------------------------------------------------------------------------------------------------
+// --- sections ---
 
 // Where section D begins.
 uint anchors_begin(HEADER_IN h) {
@@ -117,7 +124,8 @@ uint anchors_begin(HEADER_IN h) {
   return p;
 }
 
-// Anchors of stream s, where `count` is their number for the stream before it, or a meshlet without references.
+// Anchors of stream s, where `count` is their number for the stream before it, or a meshlet without
+// references.
 uint anchors_of(HEADER_IN h, uint s, uint count) {
   if (h.references == 0u || (s > 0u && (h.flags & FLAG_SEAMS) == 0u)) return count;
   return mask_count(stored_corners(h, seam_references(h, s)));
@@ -150,12 +158,12 @@ uvec2 chain_vertices(HEADER_IN h, uint reference) {
   return count;
 }
 
-// ---- residuals ---------------------------------------------------------------------------------------------------------------------
+// --- residuals ---
 
-uint residual_code;                        // Rice parameter, or CODE_FIXED with
-uvec2 residual_widths;                     //   these widths: six bits per component
-uint low_position;                         // bit position of the next residual's low bits
-uint low_index;                            // the two words that were read last, from this one on
+uint residual_code;     // Rice parameter, or CODE_FIXED with
+uvec2 residual_widths;  //   these widths: six bits per component
+uint low_position;      // bit position of the next residual's low bits
+uint low_index;         // the two words that were read last, from this one on
 uvec2 low_words;
 
 void seek_low(uint p) {
@@ -182,7 +190,8 @@ uvec2 fixed_widths(uint position, uint n) {
 }
 
 uint next_residual(uint c) {
-  if (residual_code == CODE_FIXED) return unzigzag(take_low(get_field(residual_widths, 6u * c, 6u)));
+  if (residual_code == CODE_FIXED)
+    return unzigzag(take_low(get_field(residual_widths, 6u * c, 6u)));
   uint low = take_low(residual_code);
   return unzigzag(low | next_quotient(unary) << residual_code);
 }

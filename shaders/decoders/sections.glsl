@@ -1,12 +1,13 @@
-// The streams of a blob, and small parts of reading a meshlet's sections, for shaders in which a meshlet's values are decoded by several
-// invocations (team_values.glsl, passes.glsl). To be included after serial_epilogue.glsl.
+// The streams of a blob, and small parts of reading a meshlet's sections, for shaders in which a
+// meshlet's values are decoded by several invocations (team_values.glsl, passes.glsl). To be
+// included after serial_epilogue.glsl.
 
 #define LANE gl_LocalInvocationIndex
-shared uint group_stream[MAX_STREAMS];               // see stream_field
+shared uint group_stream[MAX_STREAMS];  // see stream_field
 
-// ---- streams -------------------------------------------------------------------------------------------------------------------
+// --- streams ---
 
-#define STREAM_COMPONENTS 0, 3                       // offset and width of fields in group_stream
+#define STREAM_COMPONENTS 0, 3  // offset and width of fields in group_stream
 #define STREAM_BITS 3, 6
 #define STREAM_PREDICTOR 9, 2
 #define STREAM_CHAIN_BASE 11, 5
@@ -24,21 +25,22 @@ void group_streams(uint end) {
     uint bases = load_word(9u + 7u * s);
     uint lane = 0u;
     for (uint before = 0u; before < s; before++) lane += (load_word(8u + 7u * before) >> 8) & 7u;
-    group_stream[s] = ((shape >> 8) & 7u) | ((shape >> 16) & 63u) << 3 | ((shape >> 24) & 3u) << 9 | (bases & 31u) << 11 |
-                      ((bases >> 8) & 31u) << 16 | min(lane, MAX_LANES) << 21;
+    group_stream[s] = ((shape >> 8) & 7u) | ((shape >> 16) & 63u) << 3 | ((shape >> 24) & 3u) << 9 |
+                      (bases & 31u) << 11 | ((bases >> 8) & 31u) << 16 | min(lane, MAX_LANES) << 21;
   }
   barrier();
 }
 
 uint bits_mask(uint s) { return word_below(stream_field(s, STREAM_BITS)); }
 
-// Where a component's values begin; a lane that there is no room for, which the host rules out, is the first.
+// Where a component's values begin; a lane that there is no room for, which the host rules out, is
+// the first.
 uint value_lane(uint s, uint c) {
   uint lane = stream_field(s, STREAM_LANE) + c;
   return (lane < MAX_LANES ? lane : 0u) * 64u;
 }
 
-// ---- small parts -----------------------------------------------------------------------------------------------------------------
+// --- small parts ---
 
 uint code_at(inout uint p, uint components, uint base) {
   uint code = load_bits(p, 3u);
@@ -83,7 +85,8 @@ uint chord_point(uint a, uint b, uint i, uint n) {
   return a + ((b - a) * i + (n >> 1) + (n << 24)) / n - (1u << 24);
 }
 
-// Vertices that the symbols of some triangles push, their components' first ones left out: one for R and L, two for E.
+// Vertices that the symbols of some triangles push, their components' first ones left out: one for
+// R and L, two for E.
 uint pushed_vertices(mask64 some) {
   mask64 ends = symbol_e & some;
   mask64 lefts = mask_below(triangle_count) & some & ~(symbol_r | symbol_e | symbol_c | symbol_s);

@@ -1,7 +1,8 @@
-// Connectivity of one meshlet by one invocation, for connect.comp and mesh.task; to be included after serial_epilogue.glsl.
+// Connectivity of one meshlet by one invocation, for connect.comp and mesh.task; to be included
+// after serial_epilogue.glsl.
 
-// Decodes the triangles of meshlet m of the opened blob into TRIANGLE(t), its boundary and its components' starts; false, with `error`,
-// where it is malformed.
+// Decodes the triangles of meshlet m of the opened blob into TRIANGLE(t), its boundary and its
+// components' starts; false, with `error`, where it is malformed.
 bool connect(uint m) {
   load_tables();
   error = ERROR_NONE;

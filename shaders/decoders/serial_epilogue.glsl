@@ -1,4 +1,5 @@
-// The primitives of serial_prologue.glsl that use the decoder's own variables; to be included after it.
+// The primitives of serial_prologue.glsl that use the decoder's own variables; to be included after
+// it.
 
 // The next quotient of a unary plane.
 uint next_quotient(inout UnaryReader reader) {

@@ -1,12 +1,14 @@
-// The positions of one meshlet alone, for shaders that need nothing else of it and are short of registers and local memory: steps of
-// serial_decoder.glsl, with the last ones (chains and interior) done vertex by vertex instead of through lists, and other streams'
-// data passed over only where something of the positions' lies behind it.
+// The positions of one meshlet alone, for shaders that need nothing else of it and are short of
+// registers and local memory: steps of serial_decoder.glsl, with the last ones (chains and
+// interior) done vertex by vertex instead of through lists, and other streams' data passed over
+// only where something of the positions' lies behind it.
 //
-// To be included after serial_epilogue.glsl. The caller has opened the blob and called load_streams(0u, 1u). Results are those of
-// decode_meshlet. A meshlet whose positions are whole is not refused for what is wrong with its other streams.
+// To be included after serial_epilogue.glsl. The caller has opened the blob and called
+// load_streams(0u, 1u). Results are those of decode_meshlet. A meshlet whose positions are whole is
+// not refused for what is wrong with its other streams.
 
-uint low_cursor;                           // bit position of the next residual's low bits
-uvec3 low_widths;                          // how many there are, for each coordinate
+uint low_cursor;   // bit position of the next residual's low bits
+uvec3 low_widths;  // how many there are, for each coordinate
 bool has_quotients;
 
 // Passes over n quotients, a word at a time.
@@ -34,7 +36,9 @@ void skip_quotients(uint n) {
 // The code of the positions' residuals from bit position `low` on.
 void open_residuals(uint code, uint widths, uint low) {
   has_quotients = code != CODE_FIXED;
-  low_widths = has_quotients ? uvec3(code) : uvec3(width_field(widths), width_field(widths + 5u), width_field(widths + 10u));
+  low_widths = has_quotients ? uvec3(code)
+                             : uvec3(width_field(widths), width_field(widths + 5u),
+                                     width_field(widths + 10u));
   low_cursor = low;
 }
 
@@ -54,7 +58,8 @@ void put_position(uint v, uvec3 prediction) {
   values[v + 128u] = (prediction.z + next_residual(low_widths.z)) & bits;
 }
 
-// The inner vertices of reference r. Backwards: from end to start, the direction of a foreign chain's owner.
+// The inner vertices of reference r. Backwards: from end to start, the direction of a foreign
+// chain's owner.
 void put_chain(uint r, bool backwards) {
   uint n = reference_length[r];
   uint rank = reference_rank[r];
@@ -64,22 +69,26 @@ void put_chain(uint r, bool backwards) {
   uvec3 b = backwards ? start : end;
   bool copies = stream_predictor[0] == PREDICT_COPY;
   for (uint i = 1u; i < n && error == ERROR_NONE; i++) {
-    uvec3 point = copies ? a : uvec3(chord(a.x, b.x, i, n), chord(a.y, b.y, i, n), chord(a.z, b.z, i, n));
+    uvec3 point =
+        copies ? a : uvec3(chord(a.x, b.x, i, n), chord(a.y, b.y, i, n), chord(a.z, b.z, i, n));
     put_position(loop_vertex[rank + (backwards ? n - i : i)], point);
   }
 }
 
 void put_foreign_chains(HEADER_IN h) {
-  for (mask64 rest = h.foreign_refs; mask_any(rest) && error == ERROR_NONE; rest = mask_clear_lsb(rest)) {
+  for (mask64 rest = h.foreign_refs; mask_any(rest) && error == ERROR_NONE;
+       rest = mask_clear_lsb(rest)) {
     uint r = mask_lsb(rest);
     if (reference_length[r] < 2u) continue;
     visit(reference_owner[r]);
     locate_visited();
     uint other = slot_reference(visited, reference_slot[r]);
     uint first = 0u;
-    for (mask64 earlier = visited.owned_refs & mask_below(other); mask_any(earlier); earlier = mask_clear_lsb(earlier))
+    for (mask64 earlier = visited.owned_refs & mask_below(other); mask_any(earlier);
+         earlier = mask_clear_lsb(earlier))
       first += stored_length(visited, mask_lsb(earlier)) - 1u;
-    open_residuals(chain_code[0], chain_widths[0], chain_low[0] + first * low_bits(0u, chain_code[0], chain_widths[0]));
+    open_residuals(chain_code[0], chain_widths[0],
+                   chain_low[0] + first * low_bits(0u, chain_code[0], chain_widths[0]));
     unary = seek_unary(chain_unary);
     if (has_quotients) skip_quotients(3u * first);
     put_chain(r, true);
@@ -91,7 +100,8 @@ void put_own_chains(HEADER_IN h) {
   unary = seek_unary(chain_unary);
   if (chain_total == 0u) return;
   open_residuals(chain_code[0], chain_widths[0], chain_low[0]);
-  for (mask64 rest = h.owned_refs; mask_any(rest); rest = mask_clear_lsb(rest)) put_chain(mask_lsb(rest), false);
+  for (mask64 rest = h.owned_refs; mask_any(rest); rest = mask_clear_lsb(rest))
+    put_chain(mask_lsb(rest), false);
   uint others = 0u;
   for (uint s = 1u; s < stream_total; s++)
     if (chain_code[s] != CODE_FIXED) others += chain_total * stream_components[s];
@@ -104,7 +114,8 @@ void put_traversed(uint v, uint a, uint b, uint o) {
   uvec3 at_b = position_of(b);
   uvec3 beyond = across ? position_of(o) : uvec3(0u);
   uvec3 prediction;
-  for (uint c = 0u; c < 3u; c++) prediction[c] = traversed_prediction(stream_predictor[0], at_a[c], at_b[c], beyond[c], across);
+  for (uint c = 0u; c < 3u; c++)
+    prediction[c] = traversed_prediction(stream_predictor[0], at_a[c], at_b[c], beyond[c], across);
   put_position(v, prediction);
 }
 
@@ -113,7 +124,8 @@ void put_interior(mask64 waiting) {
   uint count = mask_count(symbol_c) + mask_count(waiting);
   uint low = unary.cursor;
   uint end = low;
-  for (uint s = 0u; s < stream_total; s++) end += (count + seam_vertices(s)) * low_bits(s, interior_code[s], interior_widths[s]);
+  for (uint s = 0u; s < stream_total; s++)
+    end += (count + seam_vertices(s)) * low_bits(s, interior_code[s], interior_widths[s]);
   unary = seek_unary(end);
   open_residuals(interior_code[0], interior_widths[0], low);
   for (uint t = 0u; t < triangle_count && error == ERROR_NONE; t++) {
@@ -128,7 +140,8 @@ void put_interior(mask64 waiting) {
     if (mask_test(symbol_c, t) || mask_test(waiting, v)) put_traversed(v, a, b, triangle >> 24);
     waiting = waiting & ~mask_bit(v);
   }
-  if (mask_any(waiting) || max(unary.cursor, low_cursor) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
+  if (mask_any(waiting) || max(unary.cursor, low_cursor) > 8u * (byte_length - 8u))
+    error = ERROR_UNARY;
 }
 
 void decode_positions(uint m) {

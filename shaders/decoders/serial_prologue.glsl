@@ -1,8 +1,10 @@
-// What serial_decoder.glsl asks of its includer, for GLSL: to be included before it, and serial_epilogue.glsl after it.
-// The shader calls open_blob first. With STAGE_WORDS and STAGE_TOTAL, as team_size.glsl defines them, words are looked for in shared
-// memory first. Needs GL_EXT_buffer_reference and GL_EXT_buffer_reference_uvec2.
+// What serial_decoder.glsl asks of its includer, for GLSL: to be included before it, and
+// serial_epilogue.glsl after it. The shader calls open_blob first. With STAGE_WORDS and
+// STAGE_TOTAL, as team_size.glsl defines them, words are looked for in shared memory first. Needs
+// GL_EXT_buffer_reference and GL_EXT_buffer_reference_uvec2.
 
-// Capacities, from the host: the most streams of a blob in the scene, and the most components of those that are decoded.
+// Capacities, from the host: the most streams of a blob in the scene, and the most components of
+// those that are decoded.
 layout(constant_id = 0) const uint MAX_STREAMS = 8u;
 #ifndef MAX_LANES
 layout(constant_id = 1) const uint MAX_LANES = 20u;
@@ -13,7 +15,8 @@ layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Wor
 Words blob_words;
 uint blob_word_total;
 
-// address: of the blob, whose header the host has checked; words: its length. The last word of a blob is 0.
+// address: of the blob, whose header the host has checked; words: its length. The last word of a
+// blob is 0.
 void open_blob(uvec2 address, uint words) {
   blob_words = Words(address);
   blob_word_total = words;
@@ -21,21 +24,31 @@ void open_blob(uvec2 address, uint words) {
 
 #define small_uint uint
 #define index_uint uint
-#define mask64 uvec2                       // x: the low half
+#define mask64 uvec2  // x: the low half
 #define INLINE
 #define HEADER_IN Header
 #define FOREIGN_LENGTH read_foreign_length
 
 uvec2 mask_none() { return uvec2(0u); }
-uvec2 mask_bit(uint i) { return (i & 32u) == 0u ? uvec2(1u << (i & 31u), 0u) : uvec2(0u, 1u << (i & 31u)); }
+uvec2 mask_bit(uint i) {
+  return (i & 32u) == 0u ? uvec2(1u << (i & 31u), 0u) : uvec2(0u, 1u << (i & 31u));
+}
 uint word_below(uint n) { return n >= 32u ? 0xFFFFFFFFu : (1u << n) - 1u; }
 uvec2 mask_below(uint n) { return uvec2(word_below(n), n <= 32u ? 0u : word_below(n - 32u)); }
-bool mask_test(uvec2 m, uint i) { return ((((i & 32u) == 0u ? m.x : m.y) >> (i & 31u)) & 1u) != 0u; }
+bool mask_test(uvec2 m, uint i) {
+  return ((((i & 32u) == 0u ? m.x : m.y) >> (i & 31u)) & 1u) != 0u;
+}
 bool mask_any(uvec2 m) { return (m.x | m.y) != 0u; }
 uint mask_count(uvec2 m) { return uint(bitCount(m.x) + bitCount(m.y)); }
-uint mask_lsb(uvec2 m) { return m.x != 0u ? uint(findLSB(m.x)) : m.y != 0u ? 32u + uint(findLSB(m.y)) : 64u; }
-uint mask_msb(uvec2 m) { return m.y != 0u ? 32u + uint(findMSB(m.y)) : m.x != 0u ? uint(findMSB(m.x)) : 64u; }
-uvec2 mask_clear_lsb(uvec2 m) { return m.x != 0u ? uvec2(m.x & (m.x - 1u), m.y) : uvec2(0u, m.y & (m.y - 1u)); }
+uint mask_lsb(uvec2 m) {
+  return m.x != 0u ? uint(findLSB(m.x)) : m.y != 0u ? 32u + uint(findLSB(m.y)) : 64u;
+}
+uint mask_msb(uvec2 m) {
+  return m.y != 0u ? 32u + uint(findMSB(m.y)) : m.x != 0u ? uint(findMSB(m.x)) : 64u;
+}
+uvec2 mask_clear_lsb(uvec2 m) {
+  return m.x != 0u ? uvec2(m.x & (m.x - 1u), m.y) : uvec2(0u, m.y & (m.y - 1u));
+}
 uvec2 mask_shl1(uvec2 m) { return uvec2(m.x << 1, (m.y << 1) | (m.x >> 31)); }
 uvec2 mask_scatter(uvec2 bits, uvec2 m) {
   uvec2 scattered = mask_none();
@@ -52,27 +65,36 @@ uint divide(uint x, uint n) { return x / n; }
 
 uint load_memory(uint i) { return blob_words.at[min(i, blob_word_total - 1u)]; }
 #ifdef STAGE_WORDS
-// Words that the workgroup has copied from the blob: those from stage_first on lie in `staged` from stage_place on.
+// Words that the workgroup has copied from the blob: those from stage_first on lie in `staged` from
+// stage_place on.
 shared uint staged[STAGE_TOTAL];
 uint stage_first = 0x80000000u;
 uint stage_place = 0u;
 bool in_stage(uint i, uint words) { return i - stage_first <= STAGE_WORDS - words; }
-uint load_word(uint i) { return in_stage(i, 1u) ? staged[stage_place + i - stage_first] : load_memory(i); }
+uint load_word(uint i) {
+  return in_stage(i, 1u) ? staged[stage_place + i - stage_first] : load_memory(i);
+}
 uvec2 load_words2(uint i) {
   uint j = stage_place + i - stage_first;
-  return in_stage(i, 2u) ? uvec2(staged[j], staged[j + 1u]) : uvec2(load_memory(i), load_memory(i + 1u));
+  return in_stage(i, 2u) ? uvec2(staged[j], staged[j + 1u])
+                         : uvec2(load_memory(i), load_memory(i + 1u));
 }
 uvec3 load_words3(uint i) {
   uint j = stage_place + i - stage_first;
-  return in_stage(i, 3u) ? uvec3(staged[j], staged[j + 1u], staged[j + 2u]) : uvec3(load_memory(i), load_memory(i + 1u), load_memory(i + 2u));
+  return in_stage(i, 3u) ? uvec3(staged[j], staged[j + 1u], staged[j + 2u])
+                         : uvec3(load_memory(i), load_memory(i + 1u), load_memory(i + 2u));
 }
 #else
 uint load_word(uint i) { return load_memory(i); }
 uvec2 load_words2(uint i) { return uvec2(load_memory(i), load_memory(i + 1u)); }
-uvec3 load_words3(uint i) { return uvec3(load_memory(i), load_memory(i + 1u), load_memory(i + 2u)); }
+uvec3 load_words3(uint i) {
+  return uvec3(load_memory(i), load_memory(i + 1u), load_memory(i + 2u));
+}
 #endif
 // The 32 bits from bit `shift` < 32 of two words.
-uint funnel(uint low, uint high, uint shift) { return (low >> shift) | ((high << 1) << (31u - shift)); }
+uint funnel(uint low, uint high, uint shift) {
+  return (low >> shift) | ((high << 1) << (31u - shift));
+}
 uint load_bits(uint p, uint n) {
   uvec2 words = load_words2(p >> 5);
   return funnel(words.x, words.y, p & 31u) & word_below(n);
@@ -80,10 +102,12 @@ uint load_bits(uint p, uint n) {
 uint load_inside(uint p, uint n) { return load_bits(p, n); }
 uvec2 load_mask(uint p, uint n) {
   uvec3 words = load_words3(p >> 5);
-  return uvec2(funnel(words.x, words.y, p & 31u), funnel(words.y, words.z, p & 31u)) & mask_below(n);
+  return uvec2(funnel(words.x, words.y, p & 31u), funnel(words.y, words.z, p & 31u)) &
+         mask_below(n);
 }
 
-// The ones of `window` were not read yet; its bit 0 is the blob's bit `base`. `cursor`: the bit after the last one read.
+// The ones of `window` were not read yet; its bit 0 is the blob's bit `base`. `cursor`: the bit
+// after the last one read.
 struct UnaryReader {
   uint window;
   uint base;

@@ -1,13 +1,15 @@
 // Writes what a team has decoded into a slot. To be included after slots.glsl and team_values.glsl.
 
-uint team_value(uint lane, uint vertex) { return team_values[TEAM_INDEX][min(lane, MAX_LANES - 1u) * 64u + vertex]; }
+uint team_value(uint lane, uint vertex) {
+  return team_values[TEAM_INDEX][min(lane, MAX_LANES - 1u) * 64u + vertex];
+}
 
 // The attribute that begins at bit `place` of a vertex's.
 void put_attribute(uvec2 slot, Attribute a, uint place, uint vertex) {
   SlotWords words = SlotWords(slot);
   uint word = slot_attributes() + vertex * ATTRIBUTE_WORDS + (place >> 5);
   uint field = attribute_field(a);
-  uint pending = 0u;                       // bits that do not fill a word yet
+  uint pending = 0u;  // bits that do not fill a word yet
   uint filled = 0u;
   for (uint c = 0u; c < attribute_components(a); c++) {
     uint value = team_value(a.lane + c, vertex);
@@ -25,7 +27,8 @@ void put_position(uvec2 slot, Attribute position, uint vertex) {
   uvec3 q = uvec3(team_value(0u, vertex), team_value(1u, vertex), team_value(2u, vertex));
   if (POSITION_FLOATS) {
     vec3 p = position_value(position, q);
-    for (uint c = 0u; c < 3u; c++) SlotWords(slot).at[SLOT_POSITIONS + 3u * vertex + c] = floatBitsToUint(p[c]);
+    for (uint c = 0u; c < 3u; c++)
+      SlotWords(slot).at[SLOT_POSITIONS + 3u * vertex + c] = floatBitsToUint(p[c]);
   } else {
     SlotPairs(slot).at[SLOT_POSITIONS / 2u + vertex] = packed_position(q);
   }

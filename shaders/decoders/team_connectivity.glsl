@@ -1,5 +1,6 @@
-// The triangles of a meshlet by the parallel decoder of connectivity, for team_values.glsl with TEAM = GROUP, before which it is included.
-// Call decode_connectivity with all lanes after open_team and read_symbols; afterwards a barrier is passed.
+// The triangles of a meshlet by the parallel decoder of connectivity, for team_values.glsl with
+// TEAM = GROUP, before which it is included. Call decode_connectivity with all lanes after
+// open_team and read_symbols; afterwards a barrier is passed.
 
 shared uint parallel_triangles[64];
 
@@ -11,10 +12,14 @@ shared uint parallel_triangles[64];
 
 uint packed_triangle(uint t) { return parallel_triangles[t & 63u]; }
 
-uvec2 connectivity_starts() { return (mask_shl1(closing_ends) | mask_bit(0u)) & mask_below(triangle_count); }
+uvec2 connectivity_starts() {
+  return (mask_shl1(closing_ends) | mask_bit(0u)) & mask_below(triangle_count);
+}
 
 uvec2 connectivity_boundary() {
-  uint vertices = 2u * mask_count(symbol_e) + mask_count(mask_below(triangle_count) & ~(symbol_e | symbol_c | symbol_s)) + components_of_symbols();
+  uint vertices = 2u * mask_count(symbol_e) +
+                  mask_count(mask_below(triangle_count) & ~(symbol_e | symbol_c | symbol_s)) +
+                  components_of_symbols();
   return mask_below(min(vertices, 64u)) & ~interior_ids;
 }
 
@@ -22,14 +27,22 @@ void decode_connectivity() {
   if (components_of_symbols() - 1u > 63u) error = ERROR_CLERS;
   for (uint step = 0u; step < 8u; step++) {
     for (uint t = gl_LocalInvocationIndex; t < 64u; t += TEAM) {
-      if (step == 0u) parallel_step_0(t);
-      else if (step == 1u) parallel_step_1(t);
-      else if (step == 2u) parallel_step_2(t);
-      else if (step == 3u) parallel_step_3(t);
-      else if (step == 4u) parallel_step_4(t);
-      else if (step == 5u) parallel_step_5(t);
-      else if (step == 6u) parallel_step_6(t);
-      else parallel_step_7(t);
+      if (step == 0u)
+        parallel_step_0(t);
+      else if (step == 1u)
+        parallel_step_1(t);
+      else if (step == 2u)
+        parallel_step_2(t);
+      else if (step == 3u)
+        parallel_step_3(t);
+      else if (step == 4u)
+        parallel_step_4(t);
+      else if (step == 5u)
+        parallel_step_5(t);
+      else if (step == 6u)
+        parallel_step_6(t);
+      else
+        parallel_step_7(t);
     }
     barrier();
   }

@@ -1,19 +1,23 @@
-// The cooperative decoder: a team of TEAM lanes decodes the values of one meshlet (spec, appendix A.7), GROUP / TEAM meshlets to a
-// workgroup. Every value has a lane that finds its bits alone; only the traversal of the interior is a chain, which a lane per
-// component walks. The triangles come from elsewhere: from decoder B of another shader, or from parallel_connectivity.glsl.
+// The cooperative decoder: a team of TEAM lanes decodes the values of one meshlet (spec, appendix
+// A.7), GROUP / TEAM meshlets to a workgroup. Every value has a lane that finds its bits alone;
+// only the traversal of the interior is a chain, which a lane per component walks. The triangles
+// come from elsewhere: from decoder B of another shader, or from parallel_connectivity.glsl.
 //
-// The includer has included serial_prologue.glsl, serial_decoder.glsl (whose header and mask functions are used here) and
-// serial_epilogue.glsl, defines TEAM and has workgroups of GROUP invocations. It provides
-//   packed_triangle(t)              triangle t of the team's meshlet, packed as in serial_decoder.glsl
-//   connectivity_boundary()         mask of its boundary vertices
+// The includer has included serial_prologue.glsl, serial_decoder.glsl (whose header and mask
+// functions are used here) and serial_epilogue.glsl, defines TEAM and has workgroups of GROUP
+// invocations. It provides
+//   packed_triangle(t)              triangle t of the team's meshlet, packed as in
+//   serial_decoder.glsl connectivity_boundary()         mask of its boundary vertices
 //   connectivity_starts()           mask of the triangles that begin a component
-// and calls open_blob and group_streams(end) once, open_team(m), read_header(m) and read_symbols, and then team_decode with all lanes. It
-// includes team_size.glsl before all others.
-// Results: team_values[TEAM_INDEX][lane * 64 + local id], vertex_count, and `error`, the same for all lanes of a team.
+// and calls open_blob and group_streams(end) once, open_team(m), read_header(m) and read_symbols,
+// and then team_decode with all lanes. It includes team_size.glsl before all others. Results:
+// team_values[TEAM_INDEX][lane * 64 + local id], vertex_count, and `error`, the same for all lanes
+// of a team.
 //
-// Code is written so that what is long is called from one place: a compiler that inlines everything must still fit the instruction cache.
-// Hostile bytes: every subscript is masked or bounded by a checked count; every loop by 64, by the streams, or by the blob's end. Loops
-// around barriers run equally often in all teams.
+// Code is written so that what is long is called from one place: a compiler that inlines everything
+// must still fit the instruction cache. Hostile bytes: every subscript is masked or bounded by a
+// checked count; every loop by 64, by the streams, or by the blob's end. Loops around barriers run
+// equally often in all teams.
 
 #include "decoders/sections.glsl"
 #define TEAM_INDEX (LANE / TEAM)
@@ -21,25 +25,32 @@
 
 shared uint team_values[TEAMS][MAX_LANES * 64u];
 shared uint team_error[TEAMS];
-shared uint team_traversal[TEAMS][64];               // packed triangles that introduce a vertex
-shared uint team_references[TEAMS][64];              // rank in the loop order | length << 8
-shared uint team_loop[TEAMS][16];                    // boundary ids in loop order, four to a word
-shared uint team_begins[TEAMS][17];                  // first local id of each component, four to a word; one more at the end
-shared mask64 team_ranks[TEAMS];                     // ranks at which references start
-shared mask64 team_waiting[TEAMS];                   // inner vertices of private references
-shared uint team_seams[TEAMS][64];                   // inner vertices of a stream's seams: id | reference << 8 | place << 16
-shared uint team_codes[TEAMS][MAX_STREAMS];          // bit positions of the interior's codes
-shared uint team_low[TEAMS];                         // where section G begins
+shared uint team_traversal[TEAMS][64];   // packed triangles that introduce a vertex
+shared uint team_references[TEAMS][64];  // rank in the loop order | length << 8
+shared uint team_loop[TEAMS][16];        // boundary ids in loop order, four to a word
+shared uint team_begins[TEAMS][17];  // first local id of each component, four to a word; one more
+                                     // at the end
+shared mask64 team_ranks[TEAMS];     // ranks at which references start
+shared mask64 team_waiting[TEAMS];   // inner vertices of private references
+shared uint
+    team_seams[TEAMS][64];  // inner vertices of a stream's seams: id | reference << 8 | place << 16
+shared uint team_codes[TEAMS][MAX_STREAMS];  // bit positions of the interior's codes
+shared uint team_low[TEAMS];                 // where section G begins
 
 // The places of quotients' ends lie in the team's scratch memory.
 uint ones_place() { return TEAMS * STAGE_WORDS + TEAM_INDEX * SCRATCH_WORDS; }
 
-uint loop_id(uint rank) { return bitfieldExtract(team_loop[TEAM_INDEX][(rank >> 2) & 15u], int(rank & 3u) * 8, 6); }
-uint component_begin(uint component) { return bitfieldExtract(team_begins[TEAM_INDEX][min(component, 64u) >> 2], int(component & 3u) * 8, 7); }
+uint loop_id(uint rank) {
+  return bitfieldExtract(team_loop[TEAM_INDEX][(rank >> 2) & 15u], int(rank & 3u) * 8, 6);
+}
+uint component_begin(uint component) {
+  return bitfieldExtract(team_begins[TEAM_INDEX][min(component, 64u) >> 2], int(component & 3u) * 8,
+                         7);
+}
 uint first_id(uint r) { return loop_id(team_references[TEAM_INDEX][r & 63u]); }
 uint reference_length_of(uint r) { return team_references[TEAM_INDEX][r & 63u] >> 8; }
 
-// ---- components --------------------------------------------------------------------------------------------------------------------
+// --- components ---
 
 mask64 team_boundary;
 uint team_components;
@@ -70,16 +81,20 @@ void find_components() {
 
 // Loop `k` in the loop order: its first rank, and the one after its last.
 uvec2 loop_ranks(uint k) {
-  return uvec2(mask_count(team_boundary & mask_below(component_begin(k))), mask_count(team_boundary & mask_below(component_begin(k + 1u))));
+  return uvec2(mask_count(team_boundary & mask_below(component_begin(k))),
+               mask_count(team_boundary & mask_below(component_begin(k + 1u))));
 }
 
-// ---- staging -------------------------------------------------------------------------------------------------------------------------
+// --- staging ---
 
-// Data of the team's meshlet are in the first of its stage's slots, those of its foreign references' owners in the others, as far as
-// they go: a chain of dependent reads then costs the latency of shared memory.
+// Data of the team's meshlet are in the first of its stage's slots, those of its foreign
+// references' owners in the others, as far as they go: a chain of dependent reads then costs the
+// latency of shared memory.
 void use_stage(uint slot, uint first) {
   stage_first = first;
-  stage_place = slot == 0u ? TEAM_INDEX * STAGE_WORDS : TEAMS * STAGE_WORDS + TEAM_INDEX * SCRATCH_WORDS + (slot - 1u) * STAGE_WORDS;
+  stage_place = slot == 0u
+                    ? TEAM_INDEX * STAGE_WORDS
+                    : TEAMS * STAGE_WORDS + TEAM_INDEX * SCRATCH_WORDS + (slot - 1u) * STAGE_WORDS;
 }
 
 uint stage_slot(HEADER_IN h, uint r) { return 1u + mask_count(h.foreign_refs & mask_below(r)); }
@@ -95,7 +110,8 @@ uint first_word(uint m) {
 void stage_own(uint m) {
   uint first = first_word(m);
   use_stage(0u, first);
-  for (uint i = MEMBER; i < STAGE_WORDS; i += TEAM) staged[stage_place + i] = load_memory(first + i);
+  for (uint i = MEMBER; i < STAGE_WORDS; i += TEAM)
+    staged[stage_place + i] = load_memory(first + i);
 }
 
 // Copies the owners' data; a barrier must follow.
@@ -110,11 +126,11 @@ void stage_owners(HEADER_IN h) {
   }
 }
 
-// ---- references, corners, chains -----------------------------------------------------------------------------------------------------
+// --- references, corners, chains ---
 
 #define ITEM_REFERENCE 0u
 #define ITEM_CORNER 1u
-#define ITEM_SELF 2u                       // finds where section G begins
+#define ITEM_SELF 2u  // finds where section G begins
 
 void write_anchor(uint s, uint p, uint index, uint id) {
   uint n = stream_field(s, STREAM_COMPONENTS);
@@ -128,8 +144,10 @@ void write_anchor(uint s, uint p, uint index, uint id) {
   }
 }
 
-// Residuals of the inner vertices of reference r for stream s into their values; `low`, `quotients`: bit positions of its codes.
-void write_chain_residuals(uint s, uint r, bool backwards, uint code, uint widths, uint low, uint quotients) {
+// Residuals of the inner vertices of reference r for stream s into their values; `low`,
+// `quotients`: bit positions of its codes.
+void write_chain_residuals(uint s, uint r, bool backwards, uint code, uint widths, uint low,
+                           uint quotients) {
   uint n = stream_field(s, STREAM_COMPONENTS);
   uint length = reference_length_of(r);
   uint rank = team_references[TEAM_INDEX][r & 63u] & 63u;
@@ -154,12 +172,13 @@ void write_chain_residuals(uint s, uint r, bool backwards, uint code, uint width
   if (max(low, rice ? unary.cursor : 0u) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
 }
 
-// What an item needs of the sections C to F of meshlet h: anchor `index` of streams [begin, end), or the residuals of the chain whose
-// owner has it as reference `reference`.
-void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference, uint index, uint begin, uint end) {
+// What an item needs of the sections C to F of meshlet h: anchor `index` of streams [begin, end),
+// or the residuals of the chain whose owner has it as reference `reference`.
+void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference, uint index,
+                   uint begin, uint end) {
   bool chains = mask_any(h.owned_refs);
-  uint total = 0u;                         // inner vertices of all owned references,
-  uint first = 0u;                         //   and of those before `reference`
+  uint total = 0u;  // inner vertices of all owned references,
+  uint first = 0u;  //   and of those before `reference`
   uint lengths = h.lengths;
   for (mask64 rest = h.sized_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint r = mask_lsb(rest);
@@ -175,11 +194,14 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
     if (kind == ITEM_SELF) team_codes[TEAM_INDEX][s] = p;
     code_at(p, n, stream_field(s, STREAM_INTERIOR_BASE));
   }
-  uint count = team_components;            // anchors, where the meshlet, then the team's own, has no references
+  uint count =
+      team_components;  // anchors, where the meshlet, then the team's own, has no references
   for (uint s = 0u; s < stream_total; s++) {
     uint n = stream_field(s, STREAM_COMPONENTS);
-    if (h.references > 0u && (s == 0u || (h.flags & FLAG_SEAMS) != 0u)) count = mask_count(stored_corners(h, seam_references(h, s)));
-    if (kind == ITEM_CORNER && s >= begin && s < end) write_anchor(s, p, index, own.references == 0u ? component_begin(j) & 63u : first_id(j));
+    if (h.references > 0u && (s == 0u || (h.flags & FLAG_SEAMS) != 0u))
+      count = mask_count(stored_corners(h, seam_references(h, s)));
+    if (kind == ITEM_CORNER && s >= begin && s < end)
+      write_anchor(s, p, index, own.references == 0u ? component_begin(j) & 63u : first_id(j));
     if (count > 0u) p += n * stream_field(s, STREAM_BITS);
     if (count > 1u) p += 5u + (count - 1u) * n * width_field(p);
   }
@@ -190,7 +212,8 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
   uint codes = h.codes;
   uint low = p;
   uint quotients = p;
-  for (uint pass = 0u; pass < 2u; pass++) {          // the quotients begin after the low bits of all streams
+  for (uint pass = 0u; pass < 2u;
+       pass++) {  // the quotients begin after the low bits of all streams
     codes = h.codes;
     uint skipped = 0u;
     for (uint s = 0u; s < stream_total; s++) {
@@ -204,11 +227,13 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
         continue;
       }
       uint rice = code == CODE_FIXED ? 0u : n;
-      bool wanted = kind == ITEM_REFERENCE && s < stream_end && !mask_test(own.foreign_refs & seam_references(own, s), j);
+      bool wanted = kind == ITEM_REFERENCE && s < stream_end &&
+                    !mask_test(own.foreign_refs & seam_references(own, s), j);
       if (wanted) {
         quotients = after_ones(quotients, skipped + first * rice);
         skipped = 0u;
-        write_chain_residuals(s, j, mask_test(own.foreign_refs, j), code, widths, low + first * width, quotients);
+        write_chain_residuals(s, j, mask_test(own.foreign_refs, j), code, widths,
+                              low + first * width, quotients);
         skipped = total * rice - first * rice;
       } else {
         skipped += total * rice;
@@ -219,10 +244,13 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
   }
 }
 
-// One item: the length of reference j (measuring), or the residuals of reference j, or the value of corner j, or the team's own meshlet.
-// All need headers that references lead to, so that they share this code.
+// One item: the length of reference j (measuring), or the residuals of reference j, or the value of
+// corner j, or the team's own meshlet. All need headers that references lead to, so that they share
+// this code.
 void read_boundary_item(HEADER_IN own, bool measuring, uint kind, uint j) {
-  if (kind == ITEM_REFERENCE && !measuring && (mask_test(own.private_refs, j) || reference_length_of(j) < 2u)) return;
+  if (kind == ITEM_REFERENCE && !measuring &&
+      (mask_test(own.private_refs, j) || reference_length_of(j) < 2u))
+    return;
   uint own_first = stage_first;
   for (uint s = 0u; s < stream_end;) {
     Header h = own;
@@ -295,13 +323,15 @@ void predict_chains(HEADER_IN h) {
         uint a = team_values[TEAM_INDEX][lane + (foreign ? to : from)];
         uint b = team_values[TEAM_INDEX][lane + (foreign ? from : to)];
         uint point = copies ? a : chord_point(a, b, foreign ? length - i : i, length);
-        team_values[TEAM_INDEX][lane + id] = (point + team_values[TEAM_INDEX][lane + id]) & bits_mask(s);
+        team_values[TEAM_INDEX][lane + id] =
+            (point + team_values[TEAM_INDEX][lane + id]) & bits_mask(s);
       }
     }
   }
 }
 
-// Ranks of the references, from their lengths; and the vertices of private ones, which wait for the traversal.
+// Ranks of the references, from their lengths; and the vertices of private ones, which wait for the
+// traversal.
 void place_team_references(HEADER_IN h) {
   if (h.references > 0u && mask_count(h.loop_ends) != team_components) error = ERROR_REFERENCES;
   for (uint r = MEMBER; r < h.references; r += TEAM) {
@@ -310,7 +340,8 @@ void place_team_references(HEADER_IN h) {
     uint length = reference_length_of(r);
     uvec2 ranks = loop_ranks(mask_count(h.loop_ends & mask_below(r)));
     if (r == loop_begin(h, r) && rank != ranks.x) error = ERROR_REFERENCES;
-    if (mask_test(h.loop_ends, r) ? rank + length != ranks.y : rank + length > ranks.y) error = ERROR_REFERENCES;
+    if (mask_test(h.loop_ends, r) ? rank + length != ranks.y : rank + length > ranks.y)
+      error = ERROR_REFERENCES;
     atomicOr(team_references[TEAM_INDEX][r], rank & 63u);
     mask64 start = mask_bit(rank & 63u);
     atomicOr(team_ranks[TEAM_INDEX].x, start.x);
@@ -324,18 +355,20 @@ void place_team_references(HEADER_IN h) {
   }
   if (h.references == 0u && MEMBER == 0u) {
     mask64 firsts = mask_none();
-    for (uint i = 0u; i < team_components; i++) firsts = firsts | mask_bit(component_begin(i) & 63u);
+    for (uint i = 0u; i < team_components; i++)
+      firsts = firsts | mask_bit(component_begin(i) & 63u);
     team_waiting[TEAM_INDEX] = team_boundary & ~firsts;
   }
 }
 
-// ---- interior ----------------------------------------------------------------------------------------------------------------------
+// --- interior ---
 
 // Lists the triangles that introduce a vertex, in order (spec, A.7, "Traversed vertices").
 void list_traversal() {
   mask64 waiting = team_waiting[TEAM_INDEX];
   mask64 starts = connectivity_starts();
-  mask64 roots = mask_none();              // triangles whose gate introduces its a, before all others of the component
+  mask64 roots =
+      mask_none();  // triangles whose gate introduces its a, before all others of the component
   mask64 introducing = symbol_c;
   if (mask_any(waiting)) {
     for (mask64 rest = starts; mask_any(rest); rest = mask_clear_lsb(rest)) {
@@ -379,15 +412,17 @@ uint list_seams(HEADER_IN h, uint s) {
     uint r = mask_lsb(rest);
     uint length = reference_length_of(r);
     uint rank = team_references[TEAM_INDEX][r] & 63u;
-    for (uint i = 1u + MEMBER; i < length; i += TEAM) team_seams[TEAM_INDEX][(count + i - 1u) & 63u] = loop_id(rank + i) | r << 8 | i << 16;
+    for (uint i = 1u + MEMBER; i < length; i += TEAM)
+      team_seams[TEAM_INDEX][(count + i - 1u) & 63u] = loop_id(rank + i) | r << 8 | i << 16;
     count += length - 1u;
   }
   return min(count, 64u);
 }
 
-// Lists the places of the n ones from bit p on; a barrier must follow. A member takes every TEAM-th word.
+// Lists the places of the n ones from bit p on; a barrier must follow. A member takes every TEAM-th
+// word.
 void list_ones(uint p, uint n) {
-  uint found = 0u;                         // ones before the words that the team looks at
+  uint found = 0u;  // ones before the words that the team looks at
   uint empty = 0u;
   for (uint w = p >> 5; found < n; w += TEAM) {
     uint mine = 0u;
@@ -413,20 +448,26 @@ void list_ones(uint p, uint n) {
   }
 }
 
-// Residuals of `count` values of stream s into the vertices' values: those of the seams, then of the traversed vertices. ones: place of the
-// first one's position in the list; begin: where the quotients of the first stream begin.
-void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seams, uint count, uint ones, uint begin) {
+// Residuals of `count` values of stream s into the vertices' values: those of the seams, then of
+// the traversed vertices. ones: place of the first one's position in the list; begin: where the
+// quotients of the first stream begin.
+void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seams, uint count,
+                             uint ones, uint begin) {
   uint n = stream_field(s, STREAM_COMPONENTS);
   uint step = low_width(code, n, widths);
   for (uint item = MEMBER; item < count; item += TEAM) {
     uint i = n == 3u ? (item * 171u) >> 9 : n == 2u ? item >> 1 : item / n;
     uint c = item - i * n;
-    uint id = (i < seams ? team_seams[TEAM_INDEX][i & 63u] : team_traversal[TEAM_INDEX][(i - seams) & 63u] >> 16) & 63u;
+    uint id = (i < seams ? team_seams[TEAM_INDEX][i & 63u]
+                         : team_traversal[TEAM_INDEX][(i - seams) & 63u] >> 16) &
+              63u;
     uint residual;
     if (code == CODE_FIXED) {
-      residual = load_bits(low + i * step + low_width(code, c, widths), width_field(widths + 5u * c));
+      residual =
+          load_bits(low + i * step + low_width(code, c, widths), width_field(widths + 5u * c));
     } else {
-      uint quotient = staged[ones_place() + ones + item] - (ones + item == 0u ? begin : staged[ones_place() + ones + item - 1u] + 1u);
+      uint quotient = staged[ones_place() + ones + item] -
+                      (ones + item == 0u ? begin : staged[ones_place() + ones + item - 1u] + 1u);
       if (quotient > MAX_QUOTIENT) error = ERROR_UNARY;
       residual = load_bits(low + item * code, code) | quotient << code;
     }
@@ -446,15 +487,18 @@ void predict_seams(HEADER_IN h, uint s, uint seams) {
     for (uint c = 0u; c < n; c++) {
       uint lane = value_lane(s, c);
       uint a = team_values[TEAM_INDEX][lane + from];
-      uint point = copies ? a : chord_point(a, team_values[TEAM_INDEX][lane + to], seam >> 16, max(reference_length_of(r), 1u));
+      uint point = copies ? a
+                          : chord_point(a, team_values[TEAM_INDEX][lane + to], seam >> 16,
+                                        max(reference_length_of(r), 1u));
       uint v = lane + (seam & 63u);
       team_values[TEAM_INDEX][v] = (point + team_values[TEAM_INDEX][v]) & bits_mask(s);
     }
   }
 }
 
-// Adds the predictions to the residuals of the traversed vertices, one member of the team per component. The predictors are
-// (u (a + w b) + x o + y) >> z with a stream's own constants; where there is nothing across the gate, u = 1 and x = y = 0.
+// Adds the predictions to the residuals of the traversed vertices, one member of the team per
+// component. The predictors are (u (a + w b) + x o + y) >> z with a stream's own constants; where
+// there is nothing across the gate, u = 1 and x = y = 0.
 void predict_component(uint s, uint c) {
   uint predictor = stream_field(s, STREAM_PREDICTOR);
   uint bits = bits_mask(s);
@@ -481,7 +525,8 @@ void predict_component(uint s, uint c) {
   }
 }
 
-// The stream that lane `lane` of the values belongs to, and its component, for the streams that are decoded.
+// The stream that lane `lane` of the values belongs to, and its component, for the streams that are
+// decoded.
 uvec2 stream_of_lane(uint lane) {
   uint s = 0u;
   for (uint next = 1u; next < stream_end; next++)
@@ -492,12 +537,13 @@ uvec2 stream_of_lane(uint lane) {
 // Sections G and H. `sound`: false for a team that only keeps the others company at the barriers.
 void decode_team_interior(HEADER_IN h, bool sound) {
   uint low = team_low[TEAM_INDEX];
-  uint begin = low;                        // of section H
-  uint ones = 0u;                          // quotients of the streams that are decoded
+  uint begin = low;  // of section H
+  uint ones = 0u;    // quotients of the streams that are decoded
   for (uint s = 0u; s < stream_total && sound; s++) {
     uint n = stream_field(s, STREAM_COMPONENTS);
     uint count = traversed_count;
-    for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest)) count += reference_length_of(mask_lsb(rest)) - 1u;
+    for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest))
+      count += reference_length_of(mask_lsb(rest)) - 1u;
     uint p = team_codes[TEAM_INDEX][s];
     uint code = code_at(p, n, stream_field(s, STREAM_INTERIOR_BASE));
     begin += count * low_width(code, n, p - 5u * n);
@@ -505,7 +551,7 @@ void decode_team_interior(HEADER_IN h, bool sound) {
   }
   if (ones > MAX_LANES * 64u) error = ERROR_VERTICES;
   ones = min(ones, MAX_LANES * 64u);
-  barrier();                               // the list of ones takes the place of the owners' data
+  barrier();  // the list of ones takes the place of the owners' data
   if (sound) list_ones(begin, ones);
   uint listed = ones;
   ones = 0u;
@@ -516,7 +562,8 @@ void decode_team_interior(HEADER_IN h, bool sound) {
     uint seams = sound ? list_seams(h, s) : 0u;
     uint count = sound && error == ERROR_NONE ? min(seams + traversed_count, 64u) * n : 0u;
     barrier();
-    read_interior_residuals(s, code, p - 5u * n, low, seams, count, min(ones, listed - min(count, listed)), begin);
+    read_interior_residuals(s, code, p - 5u * n, low, seams, count,
+                            min(ones, listed - min(count, listed)), begin);
     if (code != CODE_FIXED) ones += count;
     low += (seams + traversed_count) * low_width(code, n, p - 5u * n);
     barrier();
@@ -524,15 +571,17 @@ void decode_team_interior(HEADER_IN h, bool sound) {
     barrier();
   }
   if (sound && max(begin, low) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
-  if (sound && listed > 0u && staged[ones_place() + listed - 1u] >= 8u * (byte_length - 8u)) error = ERROR_UNARY;
-  uint lanes = stream_field(stream_end - 1u, STREAM_LANE) + stream_field(stream_end - 1u, STREAM_COMPONENTS);
+  if (sound && listed > 0u && staged[ones_place() + listed - 1u] >= 8u * (byte_length - 8u))
+    error = ERROR_UNARY;
+  uint lanes =
+      stream_field(stream_end - 1u, STREAM_LANE) + stream_field(stream_end - 1u, STREAM_COMPONENTS);
   for (uint lane = MEMBER; lane < lanes && sound; lane += TEAM) {
     uvec2 of = stream_of_lane(lane);
     predict_component(of.x, of.y);
   }
 }
 
-// ---- a whole meshlet ---------------------------------------------------------------------------------------------------------------
+// --- a whole meshlet ---
 
 // What a member has found wrong is known to its team after it.
 bool agree() {
@@ -558,7 +607,8 @@ void open_team(uint m) {
   barrier();
 }
 
-// h: the meshlet's header; its symbols are read, and its triangles known. sound: false where there is nothing to decode.
+// h: the meshlet's header; its symbols are read, and its triangles known. sound: false where there
+// is nothing to decode.
 void team_decode(Header h, bool sound) {
   if (!sound) error = ERROR_OFFSET;
   if (agree()) {
@@ -571,7 +621,9 @@ void team_decode(Header h, bool sound) {
     bool measuring = pass == 0u;
     uint items = measuring ? h.references : h.references + corners + 1u;
     for (uint item = MEMBER; item < items && sound; item += TEAM) {
-      uint kind = item < h.references ? ITEM_REFERENCE : item < h.references + corners ? ITEM_CORNER : ITEM_SELF;
+      uint kind = item < h.references             ? ITEM_REFERENCE
+                  : item < h.references + corners ? ITEM_CORNER
+                                                  : ITEM_SELF;
       read_boundary_item(h, measuring, kind, kind == ITEM_CORNER ? item - h.references : item);
     }
     sound = agree();

@@ -1,5 +1,6 @@
-// Values of meshlets, by a team of TEAM lanes each: after connect.comp, or (PARALLEL) with the triangles from the parallel decoder of
-// connectivity; into plain buffers, or (STREAM) into slots of the ring of path `stream`.
+// Values of meshlets, by a team of TEAM lanes each: after connect.comp, or (PARALLEL) with the
+// triangles from the parallel decoder of connectivity; into plain buffers, or (STREAM) into slots
+// of the ring of path `stream`.
 // variants: values8.comp=TEAM=8u values16.comp=TEAM=16u values32.comp=TEAM=32u values_parallel.comp=TEAM=32u,PARALLEL
 // variants: values_stream.comp=TEAM=32u,STREAM
 #version 460
@@ -51,7 +52,7 @@ void main() {
   bool sound = exists;
 #else
   bool sound = exists && (summaries.of[job_place] & 255u) > 0u;
-  if (TEAMS == 1u && !sound) return;       // there are no others to keep company at the barriers
+  if (TEAMS == 1u && !sound) return;  // there are no others to keep company at the barriers
   team_triangles = job_triangles();
 #endif
   open_blob(job_blob(), job_blob_words());
@@ -66,9 +67,12 @@ void main() {
   if (!sound) return;
 #ifdef PARALLEL
   if (MEMBER == 0u) summaries.of[job_place] = triangle_count | vertex_count << 8;
-  for (uint t = MEMBER; t < triangle_count; t += TEAM) Integers(job_triangles()).at[t] = packed_triangle(t);
+  for (uint t = MEMBER; t < triangle_count; t += TEAM)
+    Integers(job_triangles()).at[t] = packed_triangle(t);
   barrier();
 #endif
-  if (error == ERROR_NONE) put_values();
-  else if (MEMBER == 0u) summaries.of[job_place] = error << 16;
+  if (error == ERROR_NONE)
+    put_values();
+  else if (MEMBER == 0u)
+    summaries.of[job_place] = error << 16;
 }

@@ -7,26 +7,28 @@
 layout(local_size_x = 32) in;
 
 #include "scene/bounds.glsl"
-#define MAX_LANES 3u                       // only positions are decoded
+#define MAX_LANES 3u  // only positions are decoded
 #include "decoders/serial_prologue.glsl"
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
 
-layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer BoundsWords { uint at[]; };
+layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer BoundsWords {
+  uint at[];
+};
 
 layout(push_constant) uniform Push {
   uvec2 primitives;
   uint primitive;
-} push;
+}
+push;
 
 // A normal whose triangle is so thin that its direction is lost in rounding.
 const float THINNEST = 1e-4;
 
-uvec3 position_integers(uint v) {
-  return uvec3(values[v], values[64u + v], values[128u + v]);
-}
+uvec3 position_integers(uint v) { return uvec3(values[v], values[64u + v], values[128u + v]); }
 
-// The normal of triangle t, not of unit length, in units of the grid. thin: its direction cannot be trusted.
+// The normal of triangle t, not of unit length, in units of the grid. thin: its direction cannot be
+// trusted.
 vec3 triangle_normal(uint t, inout bool thin) {
   uint packed_triangle = triangles[t];
   ivec3 a = ivec3(position_integers(packed_triangle & 63u));
@@ -67,7 +69,8 @@ uint sphere_word(Primitive primitive) {
   vec3 center = bounds_of(word, primitive.box_low.xyz, primitive.box_size.xyz).center;
   float radius = 0.0;
   for (uint v = 0u; v < vertex_count; v++)
-    radius = max(radius, distance(center, position_value(primitive.position, position_integers(v))));
+    radius =
+        max(radius, distance(center, position_value(primitive.position, position_integers(v))));
   return word | radius_word(radius, primitive.box_size.xyz);
 }
 

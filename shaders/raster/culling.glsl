@@ -1,23 +1,27 @@
-// Which meshlets need not be drawn: those outside the view, and those of which every triangle faces away.
+// Which meshlets need not be drawn: those outside the view, and those of which every triangle faces
+// away.
 #ifndef CULLING_GLSL
 #define CULLING_GLSL
 
 #include "scene/bounds.glsl"
 #include "raster/raster.glsl"
 
-// The sphere is on the outer side of a plane of the view, given as a row of the matrix to clip space.
+// The sphere is on the outer side of a plane of the view, given as a row of the matrix to clip
+// space.
 bool beyond(vec4 plane, Bounds b) {
   return dot(plane.xyz, b.center) + plane.w < -b.radius * length(plane.xyz) * 1.0001;
 }
 
 bool outside_view(Bounds b, mat4 to_clip) {
   mat4 rows = transpose(to_clip);
-  return beyond(rows[3] + rows[0], b) || beyond(rows[3] - rows[0], b) || beyond(rows[3] + rows[1], b) || beyond(rows[3] - rows[1], b) ||
-         beyond(rows[2], b) || beyond(rows[3] - rows[2], b);
+  return beyond(rows[3] + rows[0], b) || beyond(rows[3] - rows[0], b) ||
+         beyond(rows[3] + rows[1], b) || beyond(rows[3] - rows[1], b) || beyond(rows[2], b) ||
+         beyond(rows[3] - rows[2], b);
 }
 
-// eye: as the frame's, in the primitive's coordinates. A triangle faces away where the way to it and its normal form less than a
-// right angle, whatever the transform between: planes keep their sides.
+// eye: as the frame's, in the primitive's coordinates. A triangle faces away where the way to it
+// and its normal form less than a right angle, whatever the transform between: planes keep their
+// sides.
 bool faces_away(Bounds b, vec4 eye) {
   vec3 toward = eye.w > 0.0 ? b.center - eye.xyz : -eye.xyz;
   return dot(toward, b.axis) > b.sine * length(toward) * 1.0001 + (eye.w > 0.0 ? b.radius : 0.0);
@@ -29,10 +33,12 @@ bool meshlet_visible(uint m) {
   Frame frame = the_frame();
   Instance instance = Instances(frame.instances).at[INSTANCE];
   Primitive primitive = Primitives(frame.primitives).at[instance.primitive];
-  Bounds b = bounds_of(SceneWords(primitive.bounds).at[m], primitive.box_low.xyz, primitive.box_size.xyz);
+  Bounds b =
+      bounds_of(SceneWords(primitive.bounds).at[m], primitive.box_low.xyz, primitive.box_size.xyz);
   if (b.radius < 0.0) return true;
   if (outside_view(b, object_to_clip())) return false;
-  if ((Materials(frame.materials).at[instance.material].flags & MATERIAL_DOUBLE_SIDED) != 0u) return true;
+  if ((Materials(frame.materials).at[instance.material].flags & MATERIAL_DOUBLE_SIDED) != 0u)
+    return true;
   vec4 eye = instance.world_to_object * frame.eye;
   return !faces_away(b, vec4(eye.xyz, frame.eye.w));
 }

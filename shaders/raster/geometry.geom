@@ -1,7 +1,9 @@
-// Path `geometry`: a meshlet decoded by one invocation of the geometry shader, and emitted triangle by triangle.
+// Path `geometry`: a meshlet decoded by one invocation of the geometry shader, and emitted triangle
+// by triangle.
 //
-// A geometry shader may emit 1024 components on any device. 192 corners of a position and a number fit; with more attributes the
-// triangles are split over INVOCATIONS, each of which decodes the whole meshlet.
+// A geometry shader may emit 1024 components on any device. 192 corners of a position and a number
+// fit; with more attributes the triangles are split over INVOCATIONS, each of which decodes the
+// whole meshlet.
 // variants: geometry_position.geom=INVOCATIONS=1,COMPONENTS=0 geometry_normal.geom=INVOCATIONS=2,COMPONENTS=1
 // variants: geometry_texcoord.geom=INVOCATIONS=2,COMPONENTS=3 geometry_color.geom=INVOCATIONS=3,COMPONENTS=7
 #version 460
@@ -20,7 +22,7 @@ layout(triangle_strip, max_vertices = 3 * SHARE) out;
 #define LANE_VALUE(lane, id) values[(lane) * 64u + (id)]
 #include "scene/decoded_vertex.glsl"
 
-out gl_PerVertex { vec4 gl_Position; };    // nothing else: outputs are scarce
+out gl_PerVertex { vec4 gl_Position; };  // nothing else: outputs are scarce
 layout(location = 0) flat in uint in_meshlet[];
 #if (COMPONENTS & 1) != 0
 layout(location = 0) out vec3 out_normal;

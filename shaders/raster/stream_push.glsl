@@ -1,6 +1,6 @@
-// Path `stream`, decoding: the job of connect.comp and values.comp is a batch, meshlets of some instances that go into the slots from
-// push.first_slot on (vk_backend/stream.py). The functions are those of decode_push.glsl, but for job_values: values
-// go where slots.glsl wants them.
+// Path `stream`, decoding: the job of connect.comp and values.comp is a batch, meshlets of some
+// instances that go into the slots from push.first_slot on (vk_backend/stream.py). The functions
+// are those of decode_push.glsl, but for job_values: values go where slots.glsl wants them.
 
 uint job_instance;
 #define INSTANCE job_instance
@@ -10,11 +10,13 @@ uint job_instance;
 
 struct Segment {
   uint instance;
-  uint first;                              // meshlets [first, first + meshlets) of it,
+  uint first;  // meshlets [first, first + meshlets) of it,
   uint meshlets;
-  uint slot;                               //   in the slots from here on
+  uint slot;  //   in the slots from here on
 };
-layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Segments { Segment at[]; };
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Segments {
+  Segment at[];
+};
 
 uint job_meshlet;
 uint job_place;
@@ -22,12 +24,14 @@ uint job_place;
 void open_job(uint i) {
   job_place = push.first_slot + i;
   Segments segments = Segments(push.segments);
-  uint low = 0u;                           // the last segment that begins at or before the slot
+  uint low = 0u;  // the last segment that begins at or before the slot
   uint high = push.segment_count;
   while (high - low > 1u) {
     uint middle = (low + high) >> 1;
-    if (segments.at[middle].slot <= job_place) low = middle;
-    else high = middle;
+    if (segments.at[middle].slot <= job_place)
+      low = middle;
+    else
+      high = middle;
   }
   job_instance = segments.at[low].instance;
   job_meshlet = segments.at[low].first + job_place - segments.at[low].slot;

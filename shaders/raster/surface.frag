@@ -1,5 +1,6 @@
 // The fragment shader of all raster paths: base colour under one light over the viewer's shoulder.
-// COMPONENTS: the HAS_ of what the stages before put out; MESH_IDS: they put out a number per triangle, see mesh_output.glsl.
+// COMPONENTS: the HAS_ of what the stages before put out; MESH_IDS: they put out a number per
+// triangle, see mesh_output.glsl.
 // variants: surface_position.frag=COMPONENTS=0 surface_normal.frag=COMPONENTS=1
 // variants: surface_texcoord.frag=COMPONENTS=3 surface_color.frag=COMPONENTS=7
 // variants: surface_position_ids.frag=COMPONENTS=0,IDS surface_normal_ids.frag=COMPONENTS=1,IDS
@@ -16,7 +17,7 @@
 #include "raster/raster.glsl"
 
 #define SHADING_LIT 0u
-#define SHADING_ATTRIBUTES 1u              // for timing: as cheap as can be, but no attribute is without use
+#define SHADING_ATTRIBUTES 1u  // for timing: as cheap as can be, but no attribute is without use
 layout(constant_id = 4) const uint SHADING = SHADING_LIT;
 
 #if (COMPONENTS & 1) != 0
@@ -36,7 +37,8 @@ const vec4 in_color = vec4(1.0);
 #endif
 layout(location = 0) out vec4 out_color;
 #ifdef IDS
-layout(location = 1) out uvec2 out_ids;    // instance, meshlet * 64 + triangle (the vertex path: triangle)
+layout(location =
+           1) out uvec2 out_ids;  // instance, meshlet * 64 + triangle (the vertex path: triangle)
 #ifdef MESH_IDS
 layout(location = 3) perprimitiveEXT flat in uint in_id;
 #else
@@ -57,7 +59,8 @@ vec3 world_position() {
   return world.xyz / world.w;
 }
 
-// The 4 x 4 ordered dither's threshold at this pixel, in (0, 1): a blended surface covers its share of the pixels, in any order.
+// The 4 x 4 ordered dither's threshold at this pixel, in (0, 1): a blended surface covers its share
+// of the pixels, in any order.
 float dither() {
   uvec2 p = uvec2(gl_FragCoord.xy) & 3u;
   uint x = p.x ^ p.y, y = p.y;
@@ -68,7 +71,8 @@ float dither() {
 // White where there is none.
 vec4 textured(Material material, int number) {
   if ((ATTRIBUTES & HAS_TEXCOORD) == 0u || number < 0) return vec4(1.0);
-  vec2 at = mat2(material.texcoord_matrix.xy, material.texcoord_matrix.zw) * in_texcoord + material.texcoord_offset;
+  vec2 at = mat2(material.texcoord_matrix.xy, material.texcoord_matrix.zw) * in_texcoord +
+            material.texcoord_offset;
   return texture(textures[number], at);
 }
 
@@ -80,7 +84,8 @@ vec4 base_color(Material material) {
 // Towards the viewer, on whichever side of the surface they are.
 vec3 shading_normal(vec3 position, vec3 view) {
   vec3 face = cross(dFdx(position), dFdy(position));
-  vec3 normal = (ATTRIBUTES & HAS_NORMAL) != 0u && dot(in_normal, in_normal) > 0.0 ? in_normal : face;
+  vec3 normal =
+      (ATTRIBUTES & HAS_NORMAL) != 0u && dot(in_normal, in_normal) > 0.0 ? in_normal : face;
   normal = normalize(normal);
   return dot(normal, view) < 0.0 ? -normal : normal;
 }
@@ -95,9 +100,11 @@ vec3 lit(Material material, vec3 base) {
   float roughness = clamp(material.roughness, 0.2, 1.0);
   float gloss = 2.0 / pow(roughness, 4.0);
   vec3 mirror = mix(vec3(0.04), base, material.metallic);
-  float highlight = toward * pow(max(dot(normal, normalize(light + view)), 0.0), gloss) * min(gloss / 8.0, 4.0);
+  float highlight =
+      toward * pow(max(dot(normal, normalize(light + view)), 0.0), gloss) * min(gloss / 8.0, 4.0);
   vec3 ambient = mix(GROUND, SKY, normal.y * 0.5 + 0.5);
-  return base * (ambient + SUN * toward) + mirror * SUN * highlight + material.emissive.rgb * textured(material, material.emissive_texture).rgb;
+  return base * (ambient + SUN * toward) + mirror * SUN * highlight +
+         material.emissive.rgb * textured(material, material.emissive_texture).rgb;
 }
 
 void main() {
@@ -117,5 +124,6 @@ void main() {
   vec3 color = (material.flags & MATERIAL_UNLIT) != 0u ? base.rgb : lit(material, base.rgb);
   if ((material.flags & MATERIAL_MASK) != 0u && base.a < material.alpha_cutoff) discard;
   if ((material.flags & MATERIAL_BLEND) != 0u && base.a < dither()) discard;
-  out_color = vec4((material.flags & MATERIAL_UNLIT) != 0u ? color : color / (1.0 + 0.15 * color), 1.0);
+  out_color =
+      vec4((material.flags & MATERIAL_UNLIT) != 0u ? color : color / (1.0 + 0.15 * color), 1.0);
 }

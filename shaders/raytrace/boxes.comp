@@ -1,5 +1,6 @@
-// The boxes that the acceleration structure is built of: of every GROUP_TRIANGLES triangles of each meshlet, once at start. Where a meshlet
-// has fewer groups, or is malformed, a box is a point, which no ray meets. (Vulkan has NaN for that, but not every driver heeds it.)
+// The boxes that the acceleration structure is built of: of every GROUP_TRIANGLES triangles of each
+// meshlet, once at start. Where a meshlet has fewer groups, or is malformed, a box is a point,
+// which no ray meets. (Vulkan has NaN for that, but not every driver heeds it.)
 // variants: boxes.comp= boxes_plain.comp=PLAIN
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -19,12 +20,13 @@ layout(push_constant) uniform Push {
   uvec2 frame;
   uvec2 traced;
   uvec2 first_triangles;
-  uvec2 boxes;                             // VkAabbPositionsKHR
+  uvec2 boxes;  // VkAabbPositionsKHR
   uint primitive;
-  uint meshlets;                           // of the primitive
-  uvec2 bounds;                            // of each meshlet, the box around its boxes: 6 floats; or 0
-  uvec2 owners;                            // of each meshlet: NEIGHBOURS words of CacheState.owners; or 0
-} push;
+  uint meshlets;  // of the primitive
+  uvec2 bounds;   // of each meshlet, the box around its boxes: 6 floats; or 0
+  uvec2 owners;   // of each meshlet: NEIGHBOURS words of CacheState.owners; or 0
+}
+push;
 
 #define MARGIN 4e-6
 vec3 low;
@@ -79,20 +81,23 @@ void add_triangle(Traced traced, uint t) {
 void write_owners(uint first_meshlet, uint m) {
   uint found[NEIGHBOURS];
   uint count = 0u;
-  for (mask64 rest = opened.foreign_refs; mask_any(rest) && count < NEIGHBOURS && error == ERROR_NONE; rest = mask_clear_lsb(rest)) {
+  for (mask64 rest = opened.foreign_refs;
+       mask_any(rest) && count < NEIGHBOURS && error == ERROR_NONE; rest = mask_clear_lsb(rest)) {
     uint owner = reference_owner[mask_lsb(rest)];
     bool listed = owner >= push.meshlets;
     for (uint i = 0u; i < count; i++) listed = listed || found[i] == owner;
     if (!listed) found[count++] = owner;
   }
   for (uint i = 0u; i < NEIGHBOURS; i++)
-    Counts(push.owners).at[NEIGHBOURS * (first_meshlet + m) + i] = i < count ? first_meshlet + found[i] : NO_SLOT;
+    Counts(push.owners).at[NEIGHBOURS * (first_meshlet + m) + i] =
+        i < count ? first_meshlet + found[i] : NO_SLOT;
 }
 
 #endif
 
 void main() {
-  uint m = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationIndex;
+  uint m = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x +
+           gl_LocalInvocationIndex;
   if (m >= push.meshlets) return;
   const uint groups = MESHLET_TRIANGLES / GROUP_TRIANGLES;
   Traced traced = TracedList(push.traced).at[push.primitive];
@@ -107,7 +112,8 @@ void main() {
   for (uint g = 0u; g < groups; g++) {
     low = vec3(uintBitsToFloat(0x7F800000u));
     high = -low;
-    for (uint t = g * GROUP_TRIANGLES; t < min(count, (g + 1u) * GROUP_TRIANGLES); t++) add_triangle(traced, t);
+    for (uint t = g * GROUP_TRIANGLES; t < min(count, (g + 1u) * GROUP_TRIANGLES); t++)
+      add_triangle(traced, t);
     // Room for the rounding of the traversal's arithmetic, and thickness for what is flat.
     vec3 farthest = max(abs(low), abs(high));
     float margin = max(farthest.x, max(farthest.y, farthest.z)) * MARGIN;

@@ -1,20 +1,23 @@
-// The attributes of a hit triangle, interpolated: from the cache, from the compressed bytes, or (PLAIN) from uncompressed buffers.
-// To be included after rt_common.glsl, rt_hit.glsl and, unless PLAIN, the decoder.
+// The attributes of a hit triangle, interpolated: from the cache, from the compressed bytes, or
+// (PLAIN) from uncompressed buffers. To be included after rt_common.glsl, rt_hit.glsl and, unless
+// PLAIN, the decoder.
 
 #include "raytrace/rt_exact.glsl"
 
 struct Place {
   uint primitive;
   uint meshlet;
-  uint triangle;                           // in the meshlet; TRIANGLES: in the primitive
+  uint triangle;  // in the meshlet; TRIANGLES: in the primitive
   vec3 weights;
 };
 
-vec3 weights_of(vec2 barycentrics) { return vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics); }
+vec3 weights_of(vec2 barycentrics) {
+  return vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+}
 
 #ifdef PLAIN
 
-uvec3 plain_corners;                       // where their floats begin
+uvec3 plain_corners;  // where their floats begin
 SceneFloats plain_floats;
 vec3 plain_weights;
 
@@ -24,17 +27,20 @@ void open_attributes(Place place) {
   uint triangle = place.triangle;
 #else
   Counts firsts = Counts(push.first_triangles);
-  uint triangle = firsts.at[traced.first_meshlet + place.meshlet] - firsts.at[traced.first_meshlet] + place.triangle;
+  uint triangle = firsts.at[traced.first_meshlet + place.meshlet] -
+                  firsts.at[traced.first_meshlet] + place.triangle;
 #endif
   SceneWords indices = SceneWords(traced.indices);
-  plain_corners = VERTEX_FLOATS * uvec3(indices.at[3u * triangle], indices.at[3u * triangle + 1u], indices.at[3u * triangle + 2u]);
+  plain_corners = VERTEX_FLOATS * uvec3(indices.at[3u * triangle], indices.at[3u * triangle + 1u],
+                                        indices.at[3u * triangle + 2u]);
   plain_floats = SceneFloats(traced.vertices);
   plain_weights = place.weights;
 }
 
 float plain_value(uint at) {
   uvec3 place = plain_corners + at;
-  return dot_product(plain_weights, vec3(plain_floats.at[place.x], plain_floats.at[place.y], plain_floats.at[place.z]));
+  return dot_product(plain_weights, vec3(plain_floats.at[place.x], plain_floats.at[place.y],
+                                         plain_floats.at[place.z]));
 }
 
 vec3 plain_position(uint corner) {
@@ -43,17 +49,21 @@ vec3 plain_position(uint corner) {
 }
 
 vec3 flat_normal_in_object() {
-  return cross_product(plain_position(1u) - plain_position(0u), plain_position(2u) - plain_position(0u));
+  return cross_product(plain_position(1u) - plain_position(0u),
+                       plain_position(2u) - plain_position(0u));
 }
 bool has_normal() { return (ATTRIBUTES & HAS_NORMAL) != 0u; }
 vec3 normal_in_object() { return vec3(plain_value(3u), plain_value(4u), plain_value(5u)); }
 vec2 texcoord_at_hit() {
   uint at = has_normal() ? 6u : 3u;
-  return (ATTRIBUTES & HAS_TEXCOORD) == 0u ? vec2(0.0) : vec2(plain_value(at), plain_value(at + 1u));
+  return (ATTRIBUTES & HAS_TEXCOORD) == 0u ? vec2(0.0)
+                                           : vec2(plain_value(at), plain_value(at + 1u));
 }
 vec4 color_at_hit() {
   uint at = (has_normal() ? 6u : 3u) + ((ATTRIBUTES & HAS_TEXCOORD) != 0u ? 2u : 0u);
-  return (ATTRIBUTES & HAS_COLOR) == 0u ? vec4(1.0) : vec4(plain_value(at), plain_value(at + 1u), plain_value(at + 2u), plain_value(at + 3u));
+  return (ATTRIBUTES & HAS_COLOR) == 0u ? vec4(1.0)
+                                        : vec4(plain_value(at), plain_value(at + 1u),
+                                               plain_value(at + 2u), plain_value(at + 3u));
 }
 
 #else
@@ -88,13 +98,15 @@ void open_attributes(Place place) {
 uvec4 integers(Attribute a, uint at, uint vertex) {
   uvec4 q = uvec4(0u);
   for (uint c = 0u; c < min(attribute_components(a), 4u); c++)
-    q[c] = in_cache ? slot_bits(open_slot, vertex, at + c * attribute_field(a), attribute_bits(a)) : values[(a.lane + c) * 64u + vertex];
+    q[c] = in_cache ? slot_bits(open_slot, vertex, at + c * attribute_field(a), attribute_bits(a))
+                    : values[(a.lane + c) * 64u + vertex];
   return q;
 }
 
 vec4 interpolated(Attribute a, uint at) {
   vec4 sum = vec4(0.0);
-  for (uint k = 0u; k < 3u; k++) sum += open_weights[k] * attribute_value(a, integers(a, at, open_corners[k]));
+  for (uint k = 0u; k < 3u; k++)
+    sum += open_weights[k] * attribute_value(a, integers(a, at, open_corners[k]));
   return sum;
 }
 
@@ -109,13 +121,15 @@ vec3 corner_position(uint corner) {
 
 // A grid has one step for all axes, so that its normals are the object's.
 vec3 flat_normal_in_object() {
-  return cross_product(corner_position(1u) - corner_position(0u), corner_position(2u) - corner_position(0u));
+  return cross_product(corner_position(1u) - corner_position(0u),
+                       corner_position(2u) - corner_position(0u));
 }
 bool has_normal() { return PRIMITIVE.normal.lane != NO_LANE; }
 vec3 normal_in_object() {
   Attribute a = PRIMITIVE.normal;
   vec3 sum = vec3(0.0);
-  for (uint k = 0u; k < 3u; k++) sum += open_weights[k] * normal_value(a, integers(a, NORMAL_PLACE, open_corners[k]).xyz);
+  for (uint k = 0u; k < 3u; k++)
+    sum += open_weights[k] * normal_value(a, integers(a, NORMAL_PLACE, open_corners[k]).xyz);
   return sum;
 }
 vec2 texcoord_at_hit() {
@@ -135,16 +149,20 @@ layout(set = 0, binding = 0) uniform sampler2D textures[];
 
 vec4 texture_at_hit(Material material, int number) {
   vec2 uv = texcoord_at_hit();
-  uv = material.texcoord_matrix.xy * uv.x + material.texcoord_matrix.zw * uv.y + material.texcoord_offset;
+  uv = material.texcoord_matrix.xy * uv.x + material.texcoord_matrix.zw * uv.y +
+       material.texcoord_offset;
   return textureLod(textures[nonuniformEXT(number)], uv, 0.0);
 }
 
 // Linear, with alpha.
 vec4 base_color(Material material) {
   vec4 color = material.base_color * color_at_hit();
-  return material.base_texture < 0 ? color : color * texture_at_hit(material, material.base_texture);
+  return material.base_texture < 0 ? color
+                                   : color * texture_at_hit(material, material.base_texture);
 }
 
 vec3 emission(Material material) {
-  return material.emissive_texture < 0 ? material.emissive.rgb : material.emissive.rgb * texture_at_hit(material, material.emissive_texture).rgb;
+  return material.emissive_texture < 0
+             ? material.emissive.rgb
+             : material.emissive.rgb * texture_at_hit(material, material.emissive_texture).rgb;
 }

@@ -1,5 +1,6 @@
-// Decodes meshlets into slots, one workgroup each: at the start one for every slot, then before a frame's first rays those that they will need,
-// beside them those that may be next, later those that paths wait for.
+// Decodes meshlets into slots, one workgroup each: at the start one for every slot, then before a
+// frame's first rays those that they will need, beside them those that may be next, later those
+// that paths wait for.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -25,8 +26,10 @@ uint primitive_of(uint number, uint primitives) {
   uint high = primitives;
   while (high - low > 1u) {
     uint middle = (low + high) >> 1;
-    if (TracedList(push.traced).at[middle].first_meshlet <= number) low = middle;
-    else high = middle;
+    if (TracedList(push.traced).at[middle].first_meshlet <= number)
+      low = middle;
+    else
+      high = middle;
   }
   return low;
 }
@@ -46,8 +49,10 @@ void fill(uint number, uint slot_number, uint primitives) {
   uvec2 slot = slot_address(push.cache, slot_number);
   Counts words = Counts(slot);
   uint count = error == ERROR_NONE ? triangle_count : 0u;
-  for (uint t = MEMBER; t < MESHLET_TRIANGLES; t += TEAM) words.at[t] = t < count ? packed_triangle(t) & 0xFFFFFFu : 0u;
-  for (uint v = MEMBER; v < MESHLET_VERTICES && v < vertex_count && error == ERROR_NONE; v += TEAM) put_vertex(slot, primitive, v);
+  for (uint t = MEMBER; t < MESHLET_TRIANGLES; t += TEAM)
+    words.at[t] = t < count ? packed_triangle(t) & 0xFFFFFFu : 0u;
+  for (uint v = MEMBER; v < MESHLET_VERTICES && v < vertex_count && error == ERROR_NONE; v += TEAM)
+    put_vertex(slot, primitive, v);
 }
 
 // Takes a slot from the meshlet that had it, if it is not the slot's first.
@@ -61,7 +66,8 @@ void move(uint number, uint slot) {
 // What workgroup i's share of a round is: a meshlet and its slot.
 uvec2 work(CacheState state, uint i, bool waited_for, uint cursor) {
   if (ALL_CACHED) return uvec2(i);
-  if (push.round == state.coming_round) {  // it has its slot already, and rays of the launch that runs at the same time keep away from it
+  if (push.round == state.coming_round) {  // it has its slot already, and rays of the launch that
+                                           // runs at the same time keep away from it
     uint number = Counts(push.lists).at[meshlet_place(state, state.kept + i)];
     return uvec2(number, Counts(push.slot_table).at[number] & SLOT_BITS);
   }
@@ -85,6 +91,7 @@ void main() {
   }
   if (!waited_for) return;
   memoryBarrierBuffer();
-  if (gl_LocalInvocationIndex == 0u && atomicAdd(state.rounds[push.round].filled, 1u) == gl_NumWorkGroups.x - 1u)
+  if (gl_LocalInvocationIndex == 0u &&
+      atomicAdd(state.rounds[push.round].filled, 1u) == gl_NumWorkGroups.x - 1u)
     state.cursor = (cursor + count) % max(state.ring, 1u);
 }

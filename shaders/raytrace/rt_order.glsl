@@ -1,4 +1,5 @@
-// The order of slots and meshlets by their classes. To be included after rt_cache.glsl, with a macro LISTED(list): the length of a list.
+// The order of slots and meshlets by their classes. To be included after rt_cache.glsl, with a
+// macro LISTED(list): the length of a list.
 
 // The place in the lists of number `index` of all slots, the lowest class first.
 uint slot_place(CacheState state, uint index) {

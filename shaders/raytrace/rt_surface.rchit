@@ -65,7 +65,7 @@ void main() {
   place.meshlet = 0u;
   place.triangle = gl_PrimitiveID;
   vec2 barycentrics = found;
-  surface.id = gl_PrimitiveID;             // the host knows which meshlet that is
+  surface.id = gl_PrimitiveID;  // the host knows which meshlet that is
 #else
   place.meshlet = uint(gl_PrimitiveID) / (MESHLET_TRIANGLES / GROUP_TRIANGLES);
   place.triangle = found.triangle;
@@ -78,7 +78,8 @@ void main() {
   surface.instance = gl_InstanceID;
   surface.barycentrics = barycentrics;
   surface.flat_normal = unit(in_world(instance, flat_normal_in_object()), -gl_WorldRayDirectionEXT);
-  surface.normal = has_normal() ? unit(in_world(instance, normal_in_object()), surface.flat_normal) : surface.flat_normal;
+  surface.normal = has_normal() ? unit(in_world(instance, normal_in_object()), surface.flat_normal)
+                                : surface.flat_normal;
   Material material = Materials(Frame(push.frame).materials).at[instance.material];
   surface.albedo = base_color(material).rgb;
   vec3 emitted = emission(material);

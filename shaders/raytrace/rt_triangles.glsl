@@ -1,14 +1,16 @@
-// A watertight test of a ray against triangles. The vertices are put into a frame in which the ray runs along z from the origin, as in
-// Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2013, but by three dot products in place of a shear: that needs no
-// exchange of axes, which would cost a GPU as much as it saves. What makes the test watertight is the same: a vertex gets the same
-// coordinates in all triangles, and which side of an edge the ray is on is decided by one expression without contraction.
+// A watertight test of a ray against triangles. The vertices are put into a frame in which the ray
+// runs along z from the origin, as in Woop, Benthin, Wald: Watertight Ray/Triangle Intersection,
+// JCGT 2013, but by three dot products in place of a shear: that needs no exchange of axes, which
+// would cost a GPU as much as it saves. What makes the test watertight is the same: a vertex gets
+// the same coordinates in all triangles, and which side of an edge the ray is on is decided by one
+// expression without contraction.
 
 #include "raytrace/rt_exact.glsl"
 
 struct RayFrame {
-  vec4 x;                                  // coordinate of p: dot(x.xyz, p) + x.w
+  vec4 x;  // coordinate of p: dot(x.xyz, p) + x.w
   vec4 y;
-  vec4 z;                                  // in units of the ray's t
+  vec4 z;  // in units of the ray's t
 };
 
 RayFrame ray_frame(vec3 origin, vec3 direction) {
@@ -18,16 +20,19 @@ RayFrame ray_frame(vec3 origin, vec3 direction) {
   vec3 across = abs(d.x) > abs(d.z) ? vec3(-d.y, d.x, 0.0) : vec3(0.0, -d.z, d.y);
   vec3 second = cross_product(d, across);
   vec3 along = direction / squared;
-  return RayFrame(vec4(across, -dot_product(across, origin)), vec4(second, -dot_product(second, origin)), vec4(along, -dot_product(along, origin)));
+  return RayFrame(vec4(across, -dot_product(across, origin)),
+                  vec4(second, -dot_product(second, origin)),
+                  vec4(along, -dot_product(along, origin)));
 }
 
 vec3 in_frame(RayFrame f, vec3 p) {
-  return vec3(fma(f.x.x, p.x, fma(f.x.y, p.y, fma(f.x.z, p.z, f.x.w))), fma(f.y.x, p.x, fma(f.y.y, p.y, fma(f.y.z, p.z, f.y.w))),
+  return vec3(fma(f.x.x, p.x, fma(f.x.y, p.y, fma(f.x.z, p.z, f.x.w))),
+              fma(f.y.x, p.x, fma(f.y.y, p.y, fma(f.y.z, p.z, f.y.w))),
               fma(f.z.x, p.x, fma(f.z.y, p.y, fma(f.z.z, p.z, f.z.w))));
 }
 
-// Which side of the directed edge p -> q the ray passes on. Rounding is monotonic, so that a sign that is not zero is right, and
-// swapping p and q negates it exactly.
+// Which side of the directed edge p -> q the ray passes on. Rounding is monotonic, so that a sign
+// that is not zero is right, and swapping p and q negates it exactly.
 float edge(vec3 p, vec3 q) {
   precise float forward = q.x * p.y;
   precise float backward = q.y * p.x;
@@ -35,9 +40,10 @@ float edge(vec3 p, vec3 q) {
   return side;
 }
 
-// Whether the ray meets a triangle, whose vertices are given in its frame, between t_min and t_max, and where. Both sides count, and an edge
-// (zero) belongs to both its triangles.
-bool meets_triangle(vec3 a, vec3 b, vec3 c, float t_min, float t_max, out float t, out vec2 barycentrics) {
+// Whether the ray meets a triangle, whose vertices are given in its frame, between t_min and t_max,
+// and where. Both sides count, and an edge (zero) belongs to both its triangles.
+bool meets_triangle(vec3 a, vec3 b, vec3 c, float t_min, float t_max, out float t,
+                    out vec2 barycentrics) {
   float u = edge(b, c);
   float v = edge(c, a);
   float w = edge(a, b);

@@ -4,7 +4,7 @@
 
 // The address of element `count` of an array at `address` whose elements are `words` words long.
 uvec2 byte_offset(uvec2 address, uint words, uint count) {
-  uvec2 product;                           // words * count * 4, in 64 bits
+  uvec2 product;  // words * count * 4, in 64 bits
   umulExtended(words * 4u, count, product.y, product.x);
   uint carry;
   uint low = uaddCarry(address.x, product.x, carry);

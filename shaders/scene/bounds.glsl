@@ -1,10 +1,12 @@
-// Culling bounds of a meshlet in one word: a sphere, coarse, because it only has to tell where the meshlet is, and the cone of its
-// triangles' normals, which pays off more: half of a model faces away.
+// Culling bounds of a meshlet in one word: a sphere, coarse, because it only has to tell where the
+// meshlet is, and the cone of its triangles' normals, which pays off more: half of a model faces
+// away.
 //   bits 0 .. 14   centre, 5 bits per axis, in the primitive's box
 //        15 .. 17  k: the radius is the box's diagonal * 2^-k; 0: no bounds
 //        18 .. 27  the cone's axis, an octahedral pair of 5 bits
 //        28 .. 31  sine of the cone's half angle in 14ths; 15: no cone
-// Both are conservative: the radius is measured from the centre, and the angle from the axis, as they are read back.
+// Both are conservative: the radius is measured from the centre, and the angle from the axis, as
+// they are read back.
 #ifndef BOUNDS_GLSL
 #define BOUNDS_GLSL
 
@@ -18,9 +20,9 @@
 
 struct Bounds {
   vec3 center;
-  float radius;                            // negative: no bounds
+  float radius;  // negative: no bounds
   vec3 axis;
-  float sine;                              // 2: no cone
+  float sine;  // 2: no cone
 };
 
 Bounds bounds_of(uint word, vec3 box_low, vec3 box_size) {

@@ -1,13 +1,15 @@
-// A decoded vertex's attributes as floats. The includer defines LANE_VALUE(lane, id): the integer of a lane of a local vertex; or it has
-// included slots.glsl and defines SLOT, the address of the slot that the meshlet is in.
+// A decoded vertex's attributes as floats. The includer defines LANE_VALUE(lane, id): the integer
+// of a lane of a local vertex; or it has included slots.glsl and defines SLOT, the address of the
+// slot that the meshlet is in.
 #ifndef DECODED_VERTEX_GLSL
 #define DECODED_VERTEX_GLSL
 
 #include "scene/scene.glsl"
 
 #ifdef SLOT
-#define VALUE(a, place, c, v) slot_bits(SLOT, v, (place) + (c) * attribute_field(a), attribute_bits(a))
-#define PLACE(place) place                 // where an attribute's bits begin
+#define VALUE(a, place, c, v) \
+  slot_bits(SLOT, v, (place) + (c) * attribute_field(a), attribute_bits(a))
+#define PLACE(place) place  // where an attribute's bits begin
 #else
 #define VALUE(a, place, c, v) LANE_VALUE(a.lane + (c), v)
 #define PLACE(place) 0u
@@ -16,7 +18,8 @@
 // In the primitive's coordinates.
 vec3 decoded_position(Primitive p, uint v) {
 #ifdef SLOT
-  return POSITION_FLOATS ? slot_float_position(SLOT, v) : position_value(p.position, slot_grid_position(SLOT, v));
+  return POSITION_FLOATS ? slot_float_position(SLOT, v)
+                         : position_value(p.position, slot_grid_position(SLOT, v));
 #else
   return position_value(p.position, uvec3(LANE_VALUE(0u, v), LANE_VALUE(1u, v), LANE_VALUE(2u, v)));
 #endif
@@ -36,13 +39,16 @@ vec3 decoded_normal(Primitive p, uint v) {
 
 vec2 decoded_texcoord(Primitive p, uint v) {
   if (p.texcoord.lane == NO_LANE) return vec2(0.0);
-  return attribute_value(p.texcoord, decoded_integers(p.texcoord, PLACE(texcoord_place(p.normal)), v)).xy;
+  return attribute_value(p.texcoord,
+                         decoded_integers(p.texcoord, PLACE(texcoord_place(p.normal)), v))
+      .xy;
 }
 
 // White where there is none, opaque where there are three components.
 vec4 decoded_color(Primitive p, uint v) {
   if (p.color.lane == NO_LANE) return vec4(1.0);
-  vec4 color = attribute_value(p.color, decoded_integers(p.color, PLACE(color_place(p.normal, p.texcoord)), v));
+  vec4 color = attribute_value(
+      p.color, decoded_integers(p.color, PLACE(color_place(p.normal, p.texcoord)), v));
   return attribute_components(p.color) == 4u ? color : vec4(color.rgb, 1.0);
 }
 

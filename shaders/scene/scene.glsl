@@ -1,5 +1,6 @@
-// The scene as shaders see it, and how its integers become floats. Everything is reached through buffer addresses; the host's mirror of
-// the structures is vk_backend/scene.py, and tests/test_vulkan_scene.py compares the offsets of the two.
+// The scene as shaders see it, and how its integers become floats. Everything is reached through
+// buffer addresses; the host's mirror of the structures is vk_backend/scene.py, and
+// tests/test_vulkan_scene.py compares the offsets of the two.
 #ifndef SCENE_GLSL
 #define SCENE_GLSL
 #extension GL_EXT_buffer_reference : require
@@ -11,9 +12,9 @@
 struct Attribute {
   vec4 offset;
   float step;
-  uint lane;                               // first lane in values[lane * 64 + id], or NO_LANE
-  uint kind_bits;                          // KIND_ | bits << 8 | components << 16 | ATTRIBUTE_ROUND
-  float scale;                             // of normalised integer accessors, else 1
+  uint lane;       // first lane in values[lane * 64 + id], or NO_LANE
+  uint kind_bits;  // KIND_ | bits << 8 | components << 16 | ATTRIBUTE_ROUND
+  float scale;     // of normalised integer accessors, else 1
 };
 
 // The blob of one primitive. Addresses are 0 where a path does not need what they lead to.
@@ -21,15 +22,17 @@ struct Primitive {
   uvec2 blob;
   uint blob_words;
   uint meshlets;
-  uint stream_end;                         // streams [0, stream_end) hold all that shading needs; the others are only skipped
-  uint lanes;                              // components of these streams
+  uint stream_end;  // streams [0, stream_end) hold all that shading needs; the others are only
+                    // skipped
+  uint lanes;       // components of these streams
   uint triangles;
   uint vertices;
-  uvec2 bounds;                            // a word per meshlet, see bounds.glsl
-  uvec2 vertex_data;                       // uncompressed: position 3, and what the scene has of normal 3, uv 2, colour 4 (floats)
-  uvec2 index_data;                        // 3 uints per triangle, in the order of the meshlets
-  uvec2 plain_meshlets;                    // a PlainMeshlet each
-  vec4 box_low;                            // the positions' box; culling is worse, not wrong, where it does not fit
+  uvec2 bounds;       // a word per meshlet, see bounds.glsl
+  uvec2 vertex_data;  // uncompressed: position 3, and what the scene has of normal 3, uv 2, colour
+                      // 4 (floats)
+  uvec2 index_data;   // 3 uints per triangle, in the order of the meshlets
+  uvec2 plain_meshlets;  // a PlainMeshlet each
+  vec4 box_low;          // the positions' box; culling is worse, not wrong, where it does not fit
   vec4 box_size;
   Attribute position;
   Attribute normal;
@@ -40,51 +43,65 @@ struct Primitive {
 // A primitive in its place: one draw.
 struct Instance {
   mat4 object_to_world;
-  mat4 world_to_object;                    // for normals: transpose(mat3(world_to_object)) * n
+  mat4 world_to_object;  // for normals: transpose(mat3(world_to_object)) * n
   uint primitive;
   uint material;
   uint id;
-  uint flags;                              // INSTANCE_
+  uint flags;  // INSTANCE_
 };
 
 struct Material {
-  vec4 base_color;                         // linear, as all colours
+  vec4 base_color;  // linear, as all colours
   vec4 emissive;
-  vec4 texcoord_matrix;                    // of the base texture: two columns
+  vec4 texcoord_matrix;  // of the base texture: two columns
   vec2 texcoord_offset;
   float metallic;
   float roughness;
   float alpha_cutoff;
-  uint flags;                              // MATERIAL_
-  int base_texture;                        // in the array of textures, or -1
-  int emissive_texture;                    // read at the same place
+  uint flags;            // MATERIAL_
+  int base_texture;      // in the array of textures, or -1
+  int emissive_texture;  // read at the same place
 };
 
 // An uncompressed meshlet of the baselines.
 struct PlainMeshlet {
-  uint first;                              // of the word array: `vertices` vertex numbers, then triangles a | b << 8 | v << 16
-  uint counts;                             // vertices | triangles << 8
+  uint first;   // of the word array: `vertices` vertex numbers, then triangles a | b << 8 | v << 16
+  uint counts;  // vertices | triangles << 8
 };
 
-layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Primitives { Primitive at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Instances { Instance at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Materials { Material at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Matrices { mat4 at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer SceneWords { uint at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer SceneFloats { float at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer PlainMeshlets { PlainMeshlet at[]; };
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Primitives {
+  Primitive at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Instances {
+  Instance at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Materials {
+  Material at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Matrices {
+  mat4 at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer SceneWords {
+  uint at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer SceneFloats {
+  float at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer PlainMeshlets {
+  PlainMeshlet at[];
+};
 
 // One picture of the scene.
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Frame {
-  mat4 world_to_clip;                      // y down, depth 0 to 1
+  mat4 world_to_clip;  // y down, depth 0 to 1
   mat4 clip_to_world;
-  vec4 eye;                                // w 1: a place; w 0: the direction towards the viewer of an orthographic camera
-  vec4 light_direction;                    // towards the light
+  vec4 eye;  // w 1: a place; w 0: the direction towards the viewer of an orthographic camera
+  vec4 light_direction;  // towards the light
   uvec2 primitives;
   uvec2 instances;
   uvec2 materials;
-  uvec2 object_to_clip;                    // a matrix per instance
-  uvec2 plain_words;                       // what PlainMeshlet.first counts
+  uvec2 object_to_clip;  // a matrix per instance
+  uvec2 plain_words;     // what PlainMeshlet.first counts
   uint width;
   uint height;
 };
@@ -102,15 +119,16 @@ vec3 unit_of_oct(uvec2 q, uint bits) {
   p -= vec2(p.x < 0.0 ? -fold : fold, p.y < 0.0 ? -fold : fold);
   vec3 n = vec3(p, z);
   vec3 squares = n * n;
-  return n * inversesqrt(squares.x + squares.y + squares.z); // neither normalize nor dot: ray tracing needs it exact
+  return n * inversesqrt(squares.x + squares.y +
+                         squares.z);  // neither normalize nor dot: ray tracing needs it exact
 }
 
 float float_of_ordered_bits(uint q) {
   return uintBitsToFloat((q & 0x80000000u) != 0u ? q ^ 0x80000000u : ~q);
 }
 
-// offset + q * step in binary32, multiplication and addition each rounded: every path, and numpy, gets the same bits. Rounding gives
-// the value of an integer accessor.
+// offset + q * step in binary32, multiplication and addition each rounded: every path, and numpy,
+// gets the same bits. Rounding gives the value of an integer accessor.
 float grid_value(float offset, uint q, float step, uint kind_bits, float scale) {
   precise float scaled = float(q) * step;
   precise float value = offset + scaled;
@@ -124,16 +142,20 @@ vec4 attribute_value(Attribute a, uvec4 q) {
   vec4 value = vec4(0.0);
   uint components = min(attribute_components(a), 4u);
   for (uint c = 0u; c < components; c++) {
-    if (attribute_kind(a) == KIND_GRID) value[c] = grid_value(a.offset[c], q[c], a.step, a.kind_bits, a.scale);
-    else if (attribute_kind(a) == KIND_FLOAT32) value[c] = float_of_ordered_bits(q[c]);
-    else value[c] = float(q[c]) * a.scale;
+    if (attribute_kind(a) == KIND_GRID)
+      value[c] = grid_value(a.offset[c], q[c], a.step, a.kind_bits, a.scale);
+    else if (attribute_kind(a) == KIND_FLOAT32)
+      value[c] = float_of_ordered_bits(q[c]);
+    else
+      value[c] = float(q[c]) * a.scale;
   }
   return value;
 }
 
 // A position, in the primitive's coordinates; positions are always of kind GRID.
 vec3 position_value(Attribute a, uvec3 q) {
-  return vec3(grid_value(a.offset.x, q.x, a.step, a.kind_bits, a.scale), grid_value(a.offset.y, q.y, a.step, a.kind_bits, a.scale),
+  return vec3(grid_value(a.offset.x, q.x, a.step, a.kind_bits, a.scale),
+              grid_value(a.offset.y, q.y, a.step, a.kind_bits, a.scale),
               grid_value(a.offset.z, q.z, a.step, a.kind_bits, a.scale));
 }
 
@@ -142,7 +164,8 @@ vec3 normal_value(Attribute a, uvec3 q) {
   return attribute_value(a, uvec4(q, 0u)).xyz;
 }
 
-// m * vec4(p, 1), every operation rounded on its own, so that all stages and paths give the same bits.
+// m * vec4(p, 1), every operation rounded on its own, so that all stages and paths give the same
+// bits.
 vec4 transformed(mat4 m, vec3 p) {
   precise vec4 x = m[0] * p.x;
   precise vec4 y = m[1] * p.y;

@@ -4,10 +4,10 @@ import json
 import random
 from collections import Counter
 
-from spec import make_vectors
 import pytest
 
 from bench import choices, common
+from spec import make_vectors
 
 
 def test_page_matches_its_measurements():
@@ -26,13 +26,18 @@ def test_costs_of_a_class_by_hand():
 
 def test_better_codes_never_cost_more():
     rng = random.Random(1)
-    meshlets = [[[rng.getrandbits(rng.randint(0, 9)) for _ in range(3)] for _ in range(rng.randint(0, 20))] for _ in range(50)]
+    meshlets = [
+        [[rng.getrandbits(rng.randint(0, 9)) for _ in range(3)] for _ in range(rng.randint(0, 20))]
+        for _ in range(50)
+    ]
     costs = choices.class_costs(meshlets)
     assert costs["either"] <= min(costs["fixed"], costs["rice"])
 
 
 def test_measured_blobs():
-    figures = choices.measure_meshlets([make_vectors.several_groups(), make_vectors.seams_between_meshlets()])
+    figures = choices.measure_meshlets(
+        [make_vectors.several_groups(), make_vectors.seams_between_meshlets()]
+    )
     assert sum(figures["symbols"].values()) == pytest.approx(1)
     assert sum(figures["corners_by_hops"].values()) == pytest.approx(1)
     assert max(map(int, figures["corners_by_hops"])) <= 8
@@ -40,8 +45,13 @@ def test_measured_blobs():
 
 def test_sharing_boundaries_by_hand(monkeypatch):
     # a chain of 60 bits owned by one meshlet and referred to by one other; corners of 30 bits, a third of which each meshlet stores
-    monkeypatch.setattr(choices, "section_bits", lambda blob: Counter(chains=60, anchors=30, interior=1000))
-    figures = {"references_per_meshlet": {choices.OWNED: 2.0, choices.FOREIGN: 2.0, choices.PRIVATE: 5.0}, "corners_by_hops": {"0": 1 / 3}}
+    monkeypatch.setattr(
+        choices, "section_bits", lambda blob: Counter(chains=60, anchors=30, interior=1000)
+    )
+    figures = {
+        "references_per_meshlet": {choices.OWNED: 2.0, choices.FOREIGN: 2.0, choices.PRIVATE: 5.0},
+        "corners_by_hops": {"0": 1 / 3},
+    }
     bits = choices.boundary_bits([b""], 10, figures)
     assert bits == pytest.approx({"shared": 9, "alone": (120 + 90) / 10})
 

@@ -33,7 +33,9 @@ def test_bits_add_up(drawn):
 
 def test_committed_picture_shows_todays_figures(drawn):
     with Image.open(common.ROOT / "docs" / "how_it_works.png") as picture:
-        assert picture.text[figures.DIGEST] == figures.digest(drawn[1]), "run python -m bench how_it_works"
+        assert picture.text[figures.DIGEST] == figures.digest(drawn[1]), (
+            "run python -m bench how_it_works"
+        )
 
 
 def test_positions_are_predicted_as_the_caption_says():

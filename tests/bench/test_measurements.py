@@ -9,18 +9,18 @@ from PIL import Image
 from bench import common, figures, paper, peers, size, table1
 from bench.generated import torus
 from gltf_ext import _codec
-from gltf_meshlet.demo import model as demo_model
-from gltf_ext.compression.streams import Bits
 from gltf_ext.compression.extension import require_compressed
+from gltf_ext.compression.streams import Bits
 from gltf_ext.gltf.importers import open_model
+from gltf_meshlet.demo import model as demo_model
 from spec.reference_decoder import BlobFile, Meshlet
 
 DOCS = common.ROOT / "docs"
 RECOMPUTED = ("suzanne", "DamagedHelmet")
-TIES = 0.02   # share of grid points that codecs may round differently: coordinates halfway between two steps
+TIES = 0.02  # share of grid points that codecs may round differently: coordinates halfway between two steps
 
 
-# --- pages, pictures and their measurements --------------------------------------------------------------------------------
+# --- pages, pictures and their measurements ---
 
 
 @pytest.mark.parametrize(("name", "module"), [("size", size), ("paper", paper), ("table1", table1)])
@@ -62,7 +62,7 @@ def test_block_replacement_keeps_the_rest(tmp_path):
     assert page.read_text() == "a\n<!-- begin x -->\nnew\n<!-- end x -->\nb\n"
 
 
-# --- sizes -------------------------------------------------------------------------------------------------------------------
+# --- sizes ---
 
 
 def test_size_rows_add_up():
@@ -73,12 +73,16 @@ def test_size_rows_add_up():
         assert row["ratio"] == pytest.approx(row["raw_bytes"] / row["compressed_bytes"])
         for codec in row["codecs"].values():
             assert codec["ratio"] == pytest.approx(row["raw_bytes"] / codec["file_bytes"])
-            assert codec["resident_ratio"] == pytest.approx(row["raw_bytes"] / codec["resident_bytes"])
+            assert codec["resident_ratio"] == pytest.approx(
+                row["raw_bytes"] / codec["resident_bytes"]
+            )
 
 
 def test_paper_rows_add_up():
     for row in common.read_result("paper")["rows"]:
-        assert 8 * row["file_bytes"] == pytest.approx(sum(row["bits_per_triangle"].values()) * row["counts"]["triangles"])
+        assert 8 * row["file_bytes"] == pytest.approx(
+            sum(row["bits_per_triangle"].values()) * row["counts"]["triangles"]
+        )
         assert sum(row["symbols"].values()) == pytest.approx(1)
 
 
@@ -87,7 +91,11 @@ def test_sizes_are_todays(model, name):
     """Ours and the paper's encoding, and every codec that is here in the committed version."""
     committed = common.read_result("size")
     (row,) = (row for row in committed["models"] if row["model"] == name)
-    here = [codec for codec in peers.available()[0] if committed["codecs"].get(codec.name) == codec.version]
+    here = [
+        codec
+        for codec in peers.available()[0]
+        if committed["codecs"].get(codec.name) == codec.version
+    ]
     today = size.measure(model(f"{name}.glb"), here)
     expected = {codec: row["codecs"][codec] for codec in today["codecs"]}
     assert today == {**row, "codecs": expected}
@@ -95,7 +103,9 @@ def test_sizes_are_todays(model, name):
 
 
 def test_generated_sizes_are_todays(tmp_path):
-    row = next(row for row in common.read_result("size")["models"] if row["model"] == "generated_boxes")
+    row = next(
+        row for row in common.read_result("size")["models"] if row["model"] == "generated_boxes"
+    )
     path = next(path for path in size.generate(tmp_path) if path.stem == "generated_boxes")
     today = size.measure(path, [])
     assert today == {**row, "codecs": {codec: row["codecs"][codec] for codec in today["codecs"]}}
@@ -103,7 +113,11 @@ def test_generated_sizes_are_todays(tmp_path):
 
 @pytest.mark.parametrize("name", RECOMPUTED)
 def test_the_papers_encoding_is_todays(model, name):
-    (row,) = (row for row in common.read_result("paper")["rows"] if row["model"] == name and row["meshlets_of"] == "ours")
+    (row,) = (
+        row
+        for row in common.read_result("paper")["rows"]
+        if row["model"] == name and row["meshlets_of"] == "ours"
+    )
     assert paper.measure(name, peers.read_parts(model(f"{name}.glb")), "ours") == row
 
 
@@ -121,13 +135,19 @@ def test_sections_end_where_the_reference_decoder_does(tmp_path):
         assert bits["connectivity"] == _codec.describe(compressed.blob)["bits"]["connectivity"]
 
 
-# --- the other codecs --------------------------------------------------------------------------------------------------------
+# --- the other codecs ---
 
 
 def codecs() -> list:
     """A maker of each codec by name; it raises PeerMissing where the codec is not installed."""
-    makers = {"draco-7": lambda: peers.Draco(7), "draco-10": lambda: peers.Draco(10), "draco-command": peers.DracoCommand,
-              "corto": peers.Corto, "quantised": lambda: peers.Gltfpack(False), "meshopt": lambda: peers.Gltfpack(True)}
+    makers = {
+        "draco-7": lambda: peers.Draco(7),
+        "draco-10": lambda: peers.Draco(10),
+        "draco-command": peers.DracoCommand,
+        "corto": peers.Corto,
+        "quantised": lambda: peers.Gltfpack(False),
+        "meshopt": lambda: peers.Gltfpack(True),
+    }
     return [pytest.param(maker, id=name) for name, maker in makers.items()]
 
 
@@ -148,11 +168,19 @@ def test_codecs_keep_triangles_and_steps(maker, torus_parts):
         pytest.skip(str(missing))
     (before,), (after,) = torus_parts, decoded
     assert len(after.triangles) == len(before.triangles)
-    expected, found = (set(map(tuple, np.rint(part.positions).astype(int).tolist())) for part in (before, after))
+    expected, found = (
+        set(map(tuple, np.rint(part.positions).astype(int).tolist())) for part in (before, after)
+    )
     assert len(expected ^ found) <= TIES * len(expected)
     assert np.array_equal(after.positions, np.rint(after.positions))
-    places = {tuple(np.rint(p).astype(int).tolist()): n for p, n in zip(before.positions, before.normals)}
-    pairs = [(places[key], n) for p, n in zip(after.positions, after.normals) if (key := tuple(p.astype(int).tolist())) in places]
+    places = {
+        tuple(np.rint(p).astype(int).tolist()): n for p, n in zip(before.positions, before.normals)
+    }
+    pairs = [
+        (places[key], n)
+        for p, n in zip(after.positions, after.normals)
+        if (key := tuple(p.astype(int).tolist())) in places
+    ]
     cosines = [float(np.dot(a, b)) for a, b in pairs]
     assert np.median(cosines) > np.cos(np.radians(1))
     assert after.texcoords.max() == 2 ** Bits().texcoord - 1
@@ -178,7 +206,9 @@ def test_quantised_gltf_takes_two_bytes_per_component(torus_parts):
         pytest.skip(str(missing))
     part = torus_parts[0]
     plain = 16 * len(part.positions) + 6 * len(part.triangles)
-    assert plain <= codec.file_bytes(codec.encode(torus_parts)) <= plain + 64   # the node that spans the grid
+    assert (
+        plain <= codec.file_bytes(codec.encode(torus_parts)) <= plain + 64
+    )  # the node that spans the grid
 
 
 def test_missing_codecs_say_what_to_install(monkeypatch, tmp_path):
@@ -187,7 +217,9 @@ def test_missing_codecs_say_what_to_install(monkeypatch, tmp_path):
     monkeypatch.setattr(shutil, "which", lambda command: None)
     found, missing = peers.available()
     assert not any(codec.name in ("Corto", "quantised glTF") for codec in found)
-    assert len(missing) >= 3 and all(("install" in line or "build" in line) and "\n" not in line for line in missing)
+    assert len(missing) >= 3 and all(
+        ("install" in line or "build" in line) and "\n" not in line for line in missing
+    )
 
 
 def test_parts_have_the_encoders_steps(tmp_path):
@@ -195,7 +227,9 @@ def test_parts_have_the_encoders_steps(tmp_path):
     demo_model.write_glb(demo_model.generate()[2:], tmp_path / "in.glb")
     size.gltf_ext.compress(tmp_path / "in.glb", tmp_path / "out.glb")
     parts = peers.read_parts(tmp_path / "in.glb")
-    for part, compressed in zip(parts, require_compressed(open_model(tmp_path / "out.glb")), strict=True):
+    for part, compressed in zip(
+        parts, require_compressed(open_model(tmp_path / "out.glb")), strict=True
+    ):
         ours = _codec.decode(compressed.blob)[1][0]
         rounded = set(map(tuple, np.rint(part.positions).astype(int).tolist()))
         assert len(rounded ^ set(map(tuple, ours.tolist()))) <= TIES * len(rounded)

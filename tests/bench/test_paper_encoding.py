@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from bench import paper_encoding as pe
 from bench import peers, size
 from bench.generated import torus
-from gltf_meshlet.demo import model as demo_model
 from gltf_ext.compression.streams import Bits
+from gltf_meshlet.demo import model as demo_model
 
 BITS = Bits()
 
@@ -22,14 +22,21 @@ def source_soup(part: peers.Part) -> list:
     """A part's triangles as `pe.soup` gives them, from its arrays alone."""
     columns = []
     if part.normals is not None:
-        columns += [(column, BITS.normal) for column in pe.spherical(part.normals, BITS.normal).T.tolist()]
+        columns += [
+            (column, BITS.normal) for column in pe.spherical(part.normals, BITS.normal).T.tolist()
+        ]
     if part.texcoords is not None:
-        columns += [(column, BITS.texcoord) for column in np.rint(part.texcoords).astype(int).T.tolist()]
+        columns += [
+            (column, BITS.texcoord) for column in np.rint(part.texcoords).astype(int).T.tolist()
+        ]
     packed, width = [0] * len(part.positions), 0
     for column, bits in columns:
         packed = [p + (value << width) for p, value in zip(packed, column)]
         width += bits
-    corners = [(*position, rest) for position, rest in zip(np.rint(part.positions).astype(int).tolist(), packed)]
+    corners = [
+        (*position, rest)
+        for position, rest in zip(np.rint(part.positions).astype(int).tolist(), packed)
+    ]
     soup = []
     for triangle in part.triangles.tolist():
         a, b, c = (corners[v] for v in triangle)
@@ -45,13 +52,23 @@ def parts_from_demo(parts: list[demo_model.Part], tmp_path) -> list[peers.Part]:
 def part_from_trimesh(mesh: trimesh.Trimesh) -> peers.Part:
     positions = mesh.vertices - mesh.vertices.min(axis=0)
     steps = positions / positions.max() * (2**BITS.position - 1)
-    return peers.Part(mesh.faces.astype(np.uint32), steps.astype(np.float32), mesh.vertex_normals.astype(np.float32))
+    return peers.Part(
+        mesh.faces.astype(np.uint32),
+        steps.astype(np.float32),
+        mesh.vertex_normals.astype(np.float32),
+    )
 
 
-# --- bits ----------------------------------------------------------------------------------------------------------------
+# --- bits ---
 
 
-@given(st.lists(st.integers(0, 70).flatmap(lambda width: st.tuples(st.integers(0, 2**width - 1), st.just(width)))))
+@given(
+    st.lists(
+        st.integers(0, 70).flatmap(
+            lambda width: st.tuples(st.integers(0, 2**width - 1), st.just(width))
+        )
+    )
+)
 def test_bits_come_back(fields):
     writer = pe.BitWriter()
     for value, width in fields:
@@ -61,7 +78,11 @@ def test_bits_come_back(fields):
     assert reader.position == writer.position == sum(width for _, width in fields)
 
 
-@given(st.integers(1, 24).flatmap(lambda bits: st.tuples(st.just(bits), *[st.integers(0, 2**bits - 1)] * 2)))
+@given(
+    st.integers(1, 24).flatmap(
+        lambda bits: st.tuples(st.just(bits), *[st.integers(0, 2**bits - 1)] * 2)
+    )
+)
 def test_differences_come_back_modulo_the_grid(case):
     bits, x, base = case
     u = pe.zigzag(x - base, bits)
@@ -95,10 +116,10 @@ def test_m_is_the_best_of_all():
     lengths = Counter({3: 90, 12: 10})
     assert pe.best_m(lengths, 12) == 3
     assert pe.difference_bits(lengths, 12, 3) == 90 * 4 + 10 * 13
-    assert pe.best_m(Counter({12: 5}), 12) == 12          # flags would only cost
+    assert pe.best_m(Counter({12: 5}), 12) == 12  # flags would only cost
 
 
-# --- connectivity --------------------------------------------------------------------------------------------------------
+# --- connectivity ---
 
 
 def random_disk(rng: random.Random, triangle_count: int) -> tuple[list[tuple], list[int]]:
@@ -109,7 +130,7 @@ def random_disk(rng: random.Random, triangle_count: int) -> tuple[list[tuple], l
         border = border[i:] + border[:i]
         a, b, c = border[:3]
         if len(border) > 3 and rng.random() < 0.6 and (a, c) not in edges and (c, a) not in edges:
-            triangle, border = (c, b, a), [a, *border[2:]]     # b becomes an inner vertex
+            triangle, border = (c, b, a), [a, *border[2:]]  # b becomes an inner vertex
         else:
             triangle, border = (b, a, vertices), [a, vertices, *border[1:]]
             vertices += 1
@@ -127,7 +148,9 @@ def test_symbols_unfold_to_the_disk(seed, triangle_count):
     assert length == len(border)
     names = [*border, *(v for v, _ in interior)]
     rotate = lambda t: min(t[k:] + t[:k] for k in range(3))  # noqa: E731
-    assert sorted(rotate(tuple(names[v] for v in t)) for t in unfolded) == sorted(map(rotate, triangles))
+    assert sorted(rotate(tuple(names[v] for v in t)) for t in unfolded) == sorted(
+        map(rotate, triangles)
+    )
     assert [(names[v], names[b]) for v, b in gates] == interior
 
 
@@ -138,16 +161,24 @@ def test_unfinished_symbols_are_refused(symbols):
 
 
 def test_symbol_codes_are_the_papers():
-    assert {symbol: width for symbol, (_, width) in pe.CODES.items()} == {"C": 2, "R": 2, "E": 2, "L": 3, "S": 3}
+    assert {symbol: width for symbol, (_, width) in pe.CODES.items()} == {
+        "C": 2,
+        "R": 2,
+        "E": 2,
+        "L": 3,
+        "S": 3,
+    }
 
 
-# --- whole models --------------------------------------------------------------------------------------------------------
+# --- whole models ---
 
 
 def check(parts: list[peers.Part], fill: float = 0.0) -> pe.Encoded:
     encoded = pe.encode(parts, BITS, fill)
     decoded = pe.decode(encoded.data)
-    assert [pe.decoded_soup(meshlets) for meshlets in decoded] == [source_soup(part) for part in parts]
+    assert [pe.decoded_soup(meshlets) for meshlets in decoded] == [
+        source_soup(part) for part in parts
+    ]
     assert sum(encoded.bits.values()) == 8 * len(encoded.data)
     assert sum(encoded.symbols.values()) == sum(len(part.triangles) for part in parts)
     return encoded
@@ -155,19 +186,34 @@ def check(parts: list[peers.Part], fill: float = 0.0) -> pe.Encoded:
 
 @pytest.mark.parametrize("fill", [0.0, 0.68])
 def test_demo_parts_come_back(tmp_path, fill):
-    check(parts_from_demo([part for part in demo_model.generate() if part.mesh != "sculpture"], tmp_path), fill)
+    check(
+        parts_from_demo(
+            [part for part in demo_model.generate() if part.mesh != "sculpture"], tmp_path
+        ),
+        fill,
+    )
 
 
 def test_generated_models_come_back(tmp_path):
     check(parts_from_demo([torus(5000)], tmp_path))
     encoded = check(parts_from_demo([size.boxes(30)], tmp_path))
-    assert encoded.counts["meshlets"] == 6 * 30           # a disk for every side
+    assert encoded.counts["meshlets"] == 6 * 30  # a disk for every side
 
 
-TETRAHEDRON = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+TETRAHEDRON = trimesh.Trimesh(
+    [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
+)
 
 
-@pytest.mark.parametrize("mesh", [trimesh.creation.box(), trimesh.creation.icosphere(2), trimesh.creation.annulus(1, 2, 1), TETRAHEDRON])
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        trimesh.creation.box(),
+        trimesh.creation.icosphere(2),
+        trimesh.creation.annulus(1, 2, 1),
+        TETRAHEDRON,
+    ],
+)
 def test_closed_surfaces_come_back(mesh):
     """In one meshlet such a surface is cut open: both sides of a boundary are the same meshlet's."""
     check([part_from_trimesh(mesh)])
@@ -177,9 +223,13 @@ def test_grid_of_noise_needs_all_bits(tmp_path):
     """Differences that fill the grid are written whole."""
     mesh = trimesh.creation.icosphere(3)
     rng = np.random.default_rng(4)
-    part = peers.Part(mesh.faces.astype(np.uint32), rng.integers(0, 4096, mesh.vertices.shape).astype(np.float32))
+    part = peers.Part(
+        mesh.faces.astype(np.uint32), rng.integers(0, 4096, mesh.vertices.shape).astype(np.float32)
+    )
     encoded = check([part])
-    assert encoded.m == 12 and encoded.difference_bits == 36 * (encoded.counts["inner"] + encoded.counts["interior"])
+    assert encoded.m == 12 and encoded.difference_bits == 36 * (
+        encoded.counts["inner"] + encoded.counts["interior"]
+    )
 
 
 def test_triangles_that_collapse_on_the_grid_come_back():
@@ -194,7 +244,7 @@ def test_boundaries_are_stored_once():
     edges = Counter(frozenset(edge) for run in mesh.boundaries for edge in zip(run, run[1:]))
     assert set(edges.values()) == {1}
     sides = sum(len(disk.loop) for disk in mesh.disks)
-    assert sides == 2 * len(edges)                        # the surface is closed: every edge of a loop has two sides
+    assert sides == 2 * len(edges)  # the surface is closed: every edge of a loop has two sides
     assert sum(len(disk.references) for disk in mesh.disks) == 2 * len(mesh.boundaries)
 
 
@@ -204,7 +254,9 @@ def test_a_meshlet_that_closes_on_itself_stores_each_edge_once():
     disk = pe.Disk(triangles, loop, [0, 1, 2, 3, 3, 3])
     boundaries = pe._boundaries([disk])
     assert sorted(map(sorted, boundaries)) == [[0, 3], [1, 3], [2, 3]]
-    assert sorted(disk.references) == [(b, backwards) for b in range(3) for backwards in (False, True)]
+    assert sorted(disk.references) == [
+        (b, backwards) for b in range(3) for backwards in (False, True)
+    ]
     check_disks([disk], boundaries)
 
 
@@ -219,7 +271,9 @@ def test_meshlets_that_share_a_whole_loop_start_at_the_same_vertex():
 
 
 def test_edges_of_three_triangles_are_shared_by_none():
-    disks = [pe.Disk([(0, 1, 2)], [0, 1, 2], vertices) for vertices in ([0, 1, 2], [1, 0, 3], [1, 0, 4])]
+    disks = [
+        pe.Disk([(0, 1, 2)], [0, 1, 2], vertices) for vertices in ([0, 1, 2], [1, 0, 3], [1, 0, 4])
+    ]
     boundaries = pe._boundaries(disks)
     assert [disk.references for disk in disks] == [[(0, False)], [(1, False)], [(2, False)]]
     check_disks(disks, boundaries)
@@ -227,7 +281,14 @@ def test_edges_of_three_triangles_are_shared_by_none():
 
 def check_disks(disks: list[pe.Disk], boundaries: list[list[int]]) -> None:
     vertex_count = 1 + max(v for disk in disks for v in disk.vertices)
-    mesh = pe.Mesh([[v, v * v, 4095 - v] for v in range(vertex_count)], [0] * vertex_count, 0, 0, disks, boundaries)
+    mesh = pe.Mesh(
+        [[v, v * v, 4095 - v] for v in range(vertex_count)],
+        [0] * vertex_count,
+        0,
+        0,
+        disks,
+        boundaries,
+    )
     assert pe.decoded_soup(pe.decode(pe.encode_meshes([mesh], BITS).data)[0]) == pe.soup(mesh)
 
 
@@ -236,7 +297,7 @@ def test_a_changed_bit_of_a_vertex_shows():
     good = pe.decoded_soup(pe.decode(encoded.data)[0])
     damaged = bytearray(encoded.data)
     tables = pe.HEADER.unpack_from(encoded.data)[-1]
-    damaged[pe.HEADER.size + tables] ^= 1                 # the first vertex's x
+    damaged[pe.HEADER.size + tables] ^= 1  # the first vertex's x
     assert pe.decoded_soup(pe.decode(bytes(damaged))[0]) != good
 
 
@@ -245,6 +306,8 @@ def test_other_files_are_refused():
         pe.decode(b"EBM1" + bytes(64))
 
 
-@pytest.mark.parametrize("name", ["DamagedHelmet.glb", pytest.param("suzanne.glb", marks=pytest.mark.full)])
+@pytest.mark.parametrize(
+    "name", ["DamagedHelmet.glb", pytest.param("suzanne.glb", marks=pytest.mark.full)]
+)
 def test_real_models_come_back(model, name):
     check(peers.read_parts(model(name)))

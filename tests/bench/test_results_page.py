@@ -9,11 +9,13 @@ from bench import __main__ as bench_main
 from bench import common, figures, results_page
 from bench.results_page import Standing
 
-PAGES = ("quality", "parameters")   # those of other questions are tested with them
+PAGES = ("quality", "parameters")  # those of other questions are tested with them
 
 
 def test_page_is_what_the_script_makes():
-    assert (common.ROOT / "docs" / "results.md").read_text() == results_page.report(results_page.read_all())
+    assert (common.ROOT / "docs" / "results.md").read_text() == results_page.report(
+        results_page.read_all()
+    )
 
 
 def test_readme_has_the_headlines():
@@ -27,7 +29,9 @@ def test_readme_has_the_headlines():
 def test_measurement_has_its_page(name):
     measured = common.read_result(name)
     assert measured["script"] == f"bench.{name}"
-    assert (common.ROOT / "docs" / f"{name}.md").read_text() == importlib.import_module(f"bench.{name}").report(measured)
+    assert (common.ROOT / "docs" / f"{name}.md").read_text() == importlib.import_module(
+        f"bench.{name}"
+    ).report(measured)
 
 
 def test_picture_of_figure8_is_of_these_measurements():
@@ -43,7 +47,7 @@ def test_pictures_of_the_page_exist():
     assert shown and all((docs / name).is_file() for name in shown)
 
 
-# --- what the page says of given measurements --------------------------------------------------------------------------------
+# --- what the page says of given measurements ---
 
 
 def standing(pairs, larger_wins=True):
@@ -68,13 +72,27 @@ def test_what_is_not_measured_is_named_with_its_command():
 
 
 def frame(model, path, milliseconds, **rest):
-    return {"model": model, "path": path, "milliseconds": {"median": milliseconds, "low": 0, "high": 9}, "resident_bytes": 1000, **rest}
+    return {
+        "model": model,
+        "path": path,
+        "milliseconds": {"median": milliseconds, "low": 0, "high": 9},
+        "resident_bytes": 1000,
+        **rest,
+    }
 
 
 def test_frames_are_compared_model_by_model_without_culling():
-    rows = [frame("a", "vertex", 1.0, culling=False), frame("a", "mesh-only", 2.0, culling=False), frame("b", "vertex", 10.0, culling=False),
-            frame("b", "mesh-only", 30.0, culling=False), frame("c", "mesh-only", 5.0, culling=False), frame("a", "mesh-only", 0.1, culling=True)]
-    time, memory = results_page.standings({"vulkan_raster": {"script": "bench.vulkan_raster", "width": 4, "height": 3, "rows": rows}})
+    rows = [
+        frame("a", "vertex", 1.0, culling=False),
+        frame("a", "mesh-only", 2.0, culling=False),
+        frame("b", "vertex", 10.0, culling=False),
+        frame("b", "mesh-only", 30.0, culling=False),
+        frame("c", "mesh-only", 5.0, culling=False),
+        frame("a", "mesh-only", 0.1, culling=True),
+    ]
+    time, memory = results_page.standings(
+        {"vulkan_raster": {"script": "bench.vulkan_raster", "width": 4, "height": 3, "rows": rows}}
+    )
     assert time.pairs == [(2.0, 1.0), (30.0, 10.0)]
     assert time.verdict == "**uncompressed, indexed draw**, 2.50 times"
     assert memory.pairs == [(0.001, 0.001)] * 2 and memory.verdict == "even"
@@ -83,12 +101,23 @@ def test_frames_are_compared_model_by_model_without_culling():
 
 def test_decoding_is_of_the_papers_models_and_encoding_of_the_large_ones():
     def row(model, triangles, seconds, *tasks):
-        of = {codec: {"seconds": {"median": spent}} for codec, spent in (("ours", seconds), ("meshopt-compressed glTF", 2.0), ("Corto", 4.0))}
+        of = {
+            codec: {"seconds": {"median": spent}}
+            for codec, spent in (
+                ("ours", seconds),
+                ("meshopt-compressed glTF", 2.0),
+                ("Corto", 4.0),
+            )
+        }
         return {"model": model, "triangles": triangles, **dict.fromkeys(tasks, of)}
 
     models = (("torus", 49_999), ("torus", 50_000), ("torus", 60_000), ("bunny", 70_000))
     series = [row(model, triangles, 1.0, "decode", "encode") for model, triangles in models]
-    result = {"script": "bench.speed", "models": series, "paper_models": [row("suzanne", 80_000, 8.0, "decode")]}
+    result = {
+        "script": "bench.speed",
+        "models": series,
+        "paper_models": [row("suzanne", 80_000, 8.0, "decode")],
+    }
     found = results_page.standings({"speed": result})
     assert [(s.what.split()[0], s.other, s.note, s.times, s.headline) for s in found] == [
         ("decoding", "meshopt-compressed glTF", "1 of the paper's; theirs to integers", 0.25, True),
@@ -99,15 +128,42 @@ def test_decoding_is_of_the_papers_models_and_encoding_of_the_large_ones():
 
 @pytest.mark.parametrize("shares", [(0, 0.25, 1), (0, 25, 100)])
 def test_rays_are_compared_at_the_same_bounces_and_shares(shares):
-    rows = [frame("a", "rt", 1 + share + bounces, cache=share, bounces=bounces) for share in shares for bounces in (0, 2)]
+    rows = [
+        frame("a", "rt", 1 + share + bounces, cache=share, bounces=bounces)
+        for share in shares
+        for bounces in (0, 2)
+    ]
     rows += [frame("a", "rt-triangles", 1.0 + bounces, bounces=bounces) for bounces in (0, 2)]
-    found = results_page.standings({"vulkan_raytracing": {"script": "bench.vulkan_raytracing", "width": 4, "height": 3, "rows": rows}})
-    assert [s.pairs for s in found if s.what.endswith("ms")] == [[(1 + shares[2], 1.0)], [(1 + shares[1], 1.0)]]
+    found = results_page.standings(
+        {
+            "vulkan_raytracing": {
+                "script": "bench.vulkan_raytracing",
+                "width": 4,
+                "height": 3,
+                "rows": rows,
+            }
+        }
+    )
+    assert [s.pairs for s in found if s.what.endswith("ms")] == [
+        [(1 + shares[2], 1.0)],
+        [(1 + shares[1], 1.0)],
+    ]
 
 
 def test_a_section_adds_up_memory_given_by_part():
-    rows = [{**frame("a", "rt", 1.0, cache=0.25, bounces=2, group=8), "resident_bytes": {"buffers": 1_000_000, "cache": 500_000}}]
-    measured = {"script": "bench.vulkan_raytracing", "device": {"name": "G", "driver": "1.2"}, "width": 4, "height": 3, "rows": rows}
+    rows = [
+        {
+            **frame("a", "rt", 1.0, cache=0.25, bounces=2, group=8),
+            "resident_bytes": {"buffers": 1_000_000, "cache": 500_000},
+        }
+    ]
+    measured = {
+        "script": "bench.vulkan_raytracing",
+        "device": {"name": "G", "driver": "1.2"},
+        "width": 4,
+        "height": 3,
+        "rows": rows,
+    }
     page = results_page.report({"vulkan_raytracing": measured})
     assert "| rt, cache 25%, boxes of 8, 2 bounces | 1, 1.5 MB |" in page
     assert "Measured by `python -m bench.vulkan_raytracing`. On G, driver 1.2." in page
@@ -117,8 +173,15 @@ def test_mitsuba_is_compared_by_the_ratios_of_its_rounds_where_they_are_kept():
     native = {"fraction": None, "depth": 1.0, "path": 2.0}
     cached = {"fraction": 0.25, "policy": "counts", "depth": 3.0, "path": 5.0, "path_ratio": 2.25}
     other_policy = {**cached, "policy": "clock", "depth": 99.0}
-    runs = [{"model": "a", "variant": "v", "task": "time", "rows": [native, cached, other_policy]},
-            {"model": "a", "variant": "v", "task": "memory", "rows": [{"fraction": None, "bytes": 4e6}, {"fraction": 0.25, "bytes": 1e6}]}]
+    runs = [
+        {"model": "a", "variant": "v", "task": "time", "rows": [native, cached, other_policy]},
+        {
+            "model": "a",
+            "variant": "v",
+            "task": "memory",
+            "rows": [{"fraction": None, "bytes": 4e6}, {"fraction": 0.25, "bytes": 1e6}],
+        },
+    ]
     result = {"script": "bench.mitsuba", "width": 4, "height": 3, "spp": 2, "runs": runs}
     depth, path, memory = results_page.standings({"mitsuba": result})
     assert (depth.times, path.times, memory.times) == pytest.approx((1 / 3, 1 / 2.25, 4))
@@ -130,7 +193,7 @@ def test_best_of_a_row():
     assert common.best_in_bold([1.0, 2.0], ".1f", largest=False) == ["**1.0**", "2.0"]
 
 
-# --- python -m bench ---------------------------------------------------------------------------------------------------------
+# --- python -m bench ---
 
 
 def test_every_question_says_what_it_asks():
@@ -146,5 +209,7 @@ def test_unknown_question_is_one_line(monkeypatch, capsys):
 
 
 def test_missing_package_is_one_line():
-    with pytest.raises(SystemExit, match="^bench: no-such-package is not installed; pip install no-such-package$"):
+    with pytest.raises(
+        SystemExit, match="^bench: no-such-package is not installed; pip install no-such-package$"
+    ):
         common.origin("bench.speed", ("no-such-package",))

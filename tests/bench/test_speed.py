@@ -6,9 +6,9 @@ import pytest
 import gltf_ext
 from bench import parameters, speed
 from bench.generated import torus
-from gltf_meshlet.demo.model import write_glb
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.gltf.importers import open_model
+from gltf_meshlet.demo.model import write_glb
 
 
 @pytest.fixture
@@ -24,7 +24,9 @@ def blobs(path):
 
 def test_what_is_timed_is_what_compress_writes(small, tmp_path):
     gltf_ext.compress(small, tmp_path / "out.glb")
-    assert speed.encode_ours(gltf_ext.load(small), 1, speed.Stopwatch()) == blobs(tmp_path / "out.glb")
+    assert speed.encode_ours(gltf_ext.load(small), 1, speed.Stopwatch()) == blobs(
+        tmp_path / "out.glb"
+    )
 
 
 def test_every_stage_of_the_encoder_is_timed(small):
@@ -46,7 +48,7 @@ def test_parameters_measures_the_defaults_too(option):
     assert parameters.DEFAULTS[option] in parameters.VALUES[option]
 
 
-# --- the generated model -----------------------------------------------------------------------------------------------------
+# --- the generated model ---
 
 
 @pytest.mark.parametrize("triangles", [64, 1000, 20_000])

@@ -6,13 +6,13 @@ import argparse
 
 import numpy as np
 import pytest
-from tests.helpers.vulkan_scenes import ball, zoo
 
 import gltf_ext
 from bench import gpu_models, vulkan_raster
 from bench.generated import torus
-from gltf_meshlet.demo.model import write_glb
 from gltf_ext.compression.primitives import Primitive
+from gltf_meshlet.demo.model import write_glb
+from tests.helpers.vulkan_scenes import ball, zoo
 from vk_backend.scene import load_scene
 
 
@@ -21,10 +21,14 @@ def test_halved_edges_make_four_triangles_on_the_same_surface():
     fine = gpu_models.halved(Primitive(0, 0, triangles, {"POSITION": positions}))
     points, normals = fine.attributes["POSITION"], fine.attributes["NORMAL"]
     edges = {tuple(sorted(e)) for t in triangles.tolist() for e in zip(t, t[1:] + t[:1])}
-    assert fine.indices.shape == (4 * len(triangles), 3) and len(points) == len(positions) + len(edges)
+    assert fine.indices.shape == (4 * len(triangles), 3) and len(points) == len(positions) + len(
+        edges
+    )
 
     def area(corners):
-        return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
+        return np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        ).sum()
 
     np.testing.assert_allclose(area(points[fine.indices]), area(positions[triangles]), rtol=1e-5)
     assert ((normals * points).sum(axis=1) > 0.8).all()
@@ -32,11 +36,16 @@ def test_halved_edges_make_four_triangles_on_the_same_surface():
 
 def test_models_are_compressed_and_subdivided(tmp_path):
     write_glb([torus(300)], tmp_path / "torus.glb")
-    options = argparse.Namespace(models=[tmp_path / "torus.glb"], subdivide=[tmp_path / "torus.glb"])
+    options = argparse.Namespace(
+        models=[tmp_path / "torus.glb"], subdivide=[tmp_path / "torus.glb"]
+    )
     (tmp_path / "made").mkdir()
     plain, fine = gpu_models.models_of(options, tmp_path / "made")
     assert [path.name for path in (plain, fine)] == ["torus.glb", "torus_x4.glb"]
-    assert gltf_ext.inspect(fine)["totals"]["triangles"] == 4 * gltf_ext.inspect(plain)["totals"]["triangles"]
+    assert (
+        gltf_ext.inspect(fine)["totals"]["triangles"]
+        == 4 * gltf_ext.inspect(plain)["totals"]["triangles"]
+    )
 
 
 def test_a_measurement_without_models_ends_before_it_begins(monkeypatch, capsys):
@@ -50,8 +59,13 @@ def test_a_measurement_without_models_ends_before_it_begins(monkeypatch, capsys)
 
 def test_short_indices_of_a_small_model_need_no_cut(tmp_path):
     scene = load_scene(zoo(tmp_path / "zoo.glb"))
-    vertices, triangles = (sum(getattr(p, name) for p in scene.primitives) for name in ("vertices", "triangles"))
-    assert vulkan_raster.vertex_bytes_with_short_indices(scene) == 4 * scene.vertex_floats * vertices + 6 * triangles
+    vertices, triangles = (
+        sum(getattr(p, name) for p in scene.primitives) for name in ("vertices", "triangles")
+    )
+    assert (
+        vulkan_raster.vertex_bytes_with_short_indices(scene)
+        == 4 * scene.vertex_floats * vertices + 6 * triangles
+    )
 
 
 def test_ratios_are_of_medians_in_one_run():
@@ -63,6 +77,13 @@ def test_ratios_are_of_medians_in_one_run():
 
     rows = [row("vertex", 1.0), row("mesh-plain", 2.0), row("mesh", 3.0), row("geometry", 9.0)]
     assert vulkan_raster.ratios(rows) == [
-        {"model": "m", "culling": False, "mesh/mesh-plain": 1.5, "mesh/vertex": 3.0, "mesh/geometry": 0.333, "resident/limit": 0.762}
+        {
+            "model": "m",
+            "culling": False,
+            "mesh/mesh-plain": 1.5,
+            "mesh/vertex": 3.0,
+            "mesh/geometry": 0.333,
+            "resident/limit": 0.762,
+        }
     ]
     assert vulkan_raster.percentiles(range(11)) == {"median": 5.0, "low": 1.0, "high": 9.0}

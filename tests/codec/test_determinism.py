@@ -13,7 +13,11 @@ FLAGS = ["-std=c++17", "-ffp-contract=off", "-pthread", f"-I{ROOT / 'codec'}"]
 
 def sources():
     """The codec without bindings and fuzz targets, and the program that prints digests."""
-    codec = [path for folder in ("format", "segment", "encode", "decode") for path in (ROOT / "codec" / folder).glob("*.cpp")]
+    codec = [
+        path
+        for folder in ("format", "segment", "encode", "decode")
+        for path in (ROOT / "codec" / folder).glob("*.cpp")
+    ]
     return [*sorted(codec), ROOT / "tests" / "codec" / "native" / "encode_digest.cpp"]
 
 

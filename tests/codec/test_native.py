@@ -4,8 +4,8 @@ import subprocess
 
 import pytest
 
-from tools import native_build
 from tests.helpers.environment import ROOT
+from tools import native_build
 
 PROGRAMS = sorted(path.stem for path in (ROOT / "tests" / "codec" / "native").glob("*_test.cpp"))
 FEW_MUTATIONS, ALL_MUTATIONS = "10000", "100000"
@@ -16,7 +16,9 @@ def run(option: str, program: str, *arguments: str) -> None:
         folder = native_build.build(option)
     except FileNotFoundError as error:
         pytest.skip(str(error))
-    result = subprocess.run([folder / program, *arguments], cwd=ROOT, capture_output=True, text=True, timeout=600)
+    result = subprocess.run(
+        [folder / program, *arguments], cwd=ROOT, capture_output=True, text=True, timeout=600
+    )
     assert result.returncode == 0, result.stderr
 
 
@@ -26,4 +28,9 @@ def test_native(program):
 
 
 def test_decoder_survives_damaged_blobs(request):
-    run("MESHLET_FUZZ", "fuzz_decoder", "spec/vectors", ALL_MUTATIONS if request.config.getoption("--full") else FEW_MUTATIONS)
+    run(
+        "MESHLET_FUZZ",
+        "fuzz_decoder",
+        "spec/vectors",
+        ALL_MUTATIONS if request.config.getoption("--full") else FEW_MUTATIONS,
+    )

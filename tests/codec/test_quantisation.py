@@ -35,7 +35,9 @@ def test_octahedral_error_stays_below_its_bound(bits):
 
 
 def test_zero_normal_points_up():
-    np.testing.assert_allclose(a.octahedral_directions(a.octahedral(np.zeros((1, 3)), 8), 8)[0], [0, 0, 1], atol=0.01)
+    np.testing.assert_allclose(
+        a.octahedral_directions(a.octahedral(np.zeros((1, 3)), 8), 8)[0], [0, 0, 1], atol=0.01
+    )
 
 
 @given(arrays.arrays(np.float32, (20, 4), elements=st.floats(0, 1, width=32)), st.integers(4, 16))
@@ -56,14 +58,19 @@ def test_weights_that_do_not_sum_to_one_are_only_rounded():
 
 
 def test_ordered_bits_are_lossless_and_ordered():
-    values = np.array([-np.inf, -1e30, -1.5, -1e-45, -0.0, 0.0, 1e-45, 1.5, 1e30, np.inf], np.float32)
+    values = np.array(
+        [-np.inf, -1e30, -1.5, -1e-45, -0.0, 0.0, 1e-45, 1.5, 1e30, np.inf], np.float32
+    )
     quantised = a.ordered_bits(values)
     assert (np.diff(quantised.astype(np.int64)) > 0).all()
     assert a.from_ordered_bits(quantised).tobytes() == values.tobytes()
 
 
 @settings(max_examples=60)
-@given(arrays.arrays(np.float32, (9, 3), elements=st.floats(-100, 100, width=32)), st.floats(0.001953125, 1, width=32))
+@given(
+    arrays.arrays(np.float32, (9, 3), elements=st.floats(-100, 100, width=32)),
+    st.floats(0.001953125, 1, width=32),
+)
 def test_zero_deltas_stay_zero(values, step):
     values[::2] = 0
     stream, quantised = a._fit_bits("POSITION", a._delta_range("POSITION", values, step), values)
@@ -75,7 +82,9 @@ def test_signed_integers_are_exact():
     values = np.array([[-32768, 5, 32767], [0, 1, 2], [7, 7, 7]], np.int16)
     stream, quantised = a._exact("POSITION", values)
     assert stream.bits == 16
-    np.testing.assert_array_equal(a.to_accessor([a.dequantise(quantised, stream)], values.dtype), values)
+    np.testing.assert_array_equal(
+        a.to_accessor([a.dequantise(quantised, stream)], values.dtype), values
+    )
 
 
 def test_too_many_bits_are_refused():
@@ -109,13 +118,22 @@ def test_the_native_decoder_dequantises_alike():
         "JOINTS_0": random.integers(0, 60000, (3, 4)).astype(np.uint16),
     }
     plan = a.plan_primitive(
-        named, [], a.position_grid(positions.min(axis=0), positions.max(axis=0), 12, None), a.Bits(), "here"
+        named,
+        [],
+        a.position_grid(positions.min(axis=0), positions.max(axis=0), 12, None),
+        a.Bits(),
+        "here",
     )
     triangles = np.array([[0, 1, 2]], np.uint32)
-    blob, _ = _codec.encode(triangles, triangles[0], positions, [s.table_row() for s in plan.streams], plan.values)
+    blob, _ = _codec.encode(
+        triangles, triangles[0], positions, [s.table_row() for s in plan.streams], plan.values
+    )
     _, integers = _codec.decode(blob)
     _, values = _codec.decode_values(blob)
     for stream, quantised, native in zip(plan.streams, integers, values):
         np.testing.assert_allclose(
-            a.dequantise(quantised, stream), native, rtol=0, atol=2e-7 if stream.kind == a.OCT else 0
+            a.dequantise(quantised, stream),
+            native,
+            rtol=0,
+            atol=2e-7 if stream.kind == a.OCT else 0,
         )

@@ -10,11 +10,11 @@ import types
 
 import numpy as np
 import pytest
-from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
 
 import gltf_ext
 from gltf_meshlet import render as rendering
 from gltf_meshlet.cli import main
+from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
 
 
 @pytest.fixture
@@ -41,7 +41,10 @@ def error_line(capsys, path):
 
 
 def test_compress_prints_sizes(original, tmp_path, capsys):
-    assert main(["compress", str(original), str(tmp_path / "out.glb"), "-vp", "10", "--threads", "1"]) == 0
+    assert (
+        main(["compress", str(original), str(tmp_path / "out.glb"), "-vp", "10", "--threads", "1"])
+        == 0
+    )
     line = capsys.readouterr().out
     assert re.fullmatch(
         r"in\.glb \([\d.]+ kB\) -> out\.glb \([\d.]+ kB\), [\d.]+ times smaller; geometry [\d.]+ times smaller than "
@@ -82,7 +85,10 @@ def test_options_reach_the_encoder(original, tmp_path, capsys):
 
 def test_roundtrip_commands(original, compressed, tmp_path, capsys):
     assert main(["verify", str(original), str(compressed)]) == 0
-    assert "the same triangles, within the bits: 722 triangles, 0 missing, 0 extra" in capsys.readouterr().out
+    assert (
+        "the same triangles, within the bits: 722 triangles, 0 missing, 0 extra"
+        in capsys.readouterr().out
+    )
     assert main(["verify", str(original), str(compressed), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["ok"] is True
     assert main(["decompress", str(compressed), str(tmp_path / "plain.glb")]) == 0
@@ -107,9 +113,11 @@ def test_verify_exits_with_one_for_a_difference(compressed, tmp_path, capsys):
 
 @pytest.mark.parametrize("command", ["compress", "decompress", "inspect", "verify", "validate"])
 def test_errors_are_one_line(tmp_path, capsys, command):
-    more = {"compress": ["out.glb"], "decompress": ["out.glb"], "verify": [str(tmp_path / "nothing.glb")]}.get(
-        command, []
-    )
+    more = {
+        "compress": ["out.glb"],
+        "decompress": ["out.glb"],
+        "verify": [str(tmp_path / "nothing.glb")],
+    }.get(command, [])
     missing = tmp_path / "nothing.glb"
     assert main([command, str(missing), *(str(tmp_path / m) for m in more)]) == 2
     assert "No such file" in error_line(capsys, missing)
@@ -141,7 +149,9 @@ def test_options_out_of_range(original, tmp_path, capsys, arguments, message):
     assert not (tmp_path / "out.glb").exists()
 
 
-@pytest.mark.parametrize("arguments", [[], ["compress"], ["compress", "a", "b", "-vp", "many"], ["fly"]])
+@pytest.mark.parametrize(
+    "arguments", [[], ["compress"], ["compress", "a", "b", "-vp", "many"], ["fly"]]
+)
 def test_usage_errors_are_one_line(capsys, arguments):
     with pytest.raises(SystemExit) as caught:
         main(arguments)
@@ -181,7 +191,9 @@ def test_the_fallback_does_not_overwrite_the_inputs_buffer(compressed, original,
     properties["buffers"][0]["uri"] = "new.fallback.bin"
     (tmp_path / "new.fallback.bin").write_bytes(data)
     (tmp_path / "new.gltf").write_text(json.dumps(properties))
-    assert main(["compress", str(tmp_path / "new.gltf"), str(tmp_path / "new.glb"), "--fallback"]) == 2
+    assert (
+        main(["compress", str(tmp_path / "new.gltf"), str(tmp_path / "new.glb"), "--fallback"]) == 2
+    )
     assert "is the input too" in error_line(capsys, tmp_path / "new.fallback.bin")
     assert (tmp_path / "new.fallback.bin").read_bytes() == data
 
@@ -205,9 +217,13 @@ def test_a_full_disk_leaves_nothing(original, tmp_path, capsys, monkeypatch):
 
 def run(*arguments, code=None):
     command = (
-        [sys.executable, "-m", "gltf_ext.cli", *map(str, arguments)] if code is None else [sys.executable, "-c", code]
+        [sys.executable, "-m", "gltf_ext.cli", *map(str, arguments)]
+        if code is None
+        else [sys.executable, "-c", code]
     )
-    return subprocess.run(command, capture_output=True, text=True, env={**os.environ, "COLUMNS": "80"})
+    return subprocess.run(
+        command, capture_output=True, text=True, env={**os.environ, "COLUMNS": "80"}
+    )
 
 
 def test_silence_in_a_pipe(original, tmp_path):
@@ -218,7 +234,8 @@ def test_silence_in_a_pipe(original, tmp_path):
 def test_version_and_help():
     assert run("--version").stdout == f"gltf-meshlet {gltf_ext.__version__}\n"
     assert all(
-        name in run("--help").stdout for name in ("compress", "decompress", "inspect", "verify", "validate", "render", "demo")
+        name in run("--help").stdout
+        for name in ("compress", "decompress", "inspect", "verify", "validate", "render", "demo")
     )
 
 
@@ -240,14 +257,18 @@ def test_a_coarse_step_warns_of_small_meshes(tmp_path, capsys):
     builder.mesh({"POSITION": positions}, triangles)
     builder.mesh({"POSITION": positions * np.float32(0.001)}, triangles)
     path = builder.write(tmp_path / "two.glb")
-    assert main(["compress", str(path), str(tmp_path / "out.glb"), "--grid", "scene", "-vp", "8"]) == 0
+    assert (
+        main(["compress", str(path), str(tmp_path / "out.glb"), "--grid", "scene", "-vp", "8"]) == 0
+    )
     assert "mesh 1: fewer than 4 bits are left for its positions" in capsys.readouterr().err
     assert main(["verify", str(path), str(tmp_path / "out.glb")]) == 0
     assert "722 collapsed by the grid" in capsys.readouterr().out
 
 
 def test_python_m():
-    result = subprocess.run([sys.executable, "-m", "gltf_ext", "--version"], capture_output=True, text=True)
+    result = subprocess.run(
+        [sys.executable, "-m", "gltf_ext", "--version"], capture_output=True, text=True
+    )
     assert result.stdout == f"gltf-meshlet {gltf_ext.__version__}\n"
 
 
@@ -269,11 +290,17 @@ sys.exit(main())
 @pytest.mark.parametrize("name", ["äö.glb", os.fsdecode(b"\xff.glb")])
 def test_odd_file_names(original, tmp_path, name):
     environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
-    for arguments in (["compress", original, tmp_path / name, "--fallback"], ["inspect", tmp_path / name],
-                      ["validate", tmp_path / name], ["inspect", tmp_path / ("no" + name)]):
+    for arguments in (
+        ["compress", original, tmp_path / name, "--fallback"],
+        ["inspect", tmp_path / name],
+        ["validate", tmp_path / name],
+        ["inspect", tmp_path / ("no" + name)],
+    ):
         command = [sys.executable, "-m", "gltf_ext", *map(str, arguments)]
         result = subprocess.run(command, capture_output=True, text=True, env=environment)
-        assert "Traceback" not in result.stderr and result.returncode == (2 if "no" + name in command[-1] else 0)
+        assert "Traceback" not in result.stderr and result.returncode == (
+            2 if "no" + name in command[-1] else 0
+        )
 
 
 def test_output_is_a_folder(original, tmp_path, capsys):
@@ -288,13 +315,17 @@ def test_full_standard_output(compressed):
         command = [sys.executable, "-m", "gltf_ext", "inspect", str(compressed)]
         result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
     assert result.returncode == 2
-    assert result.stderr == "gltf-meshlet: standard output: No space left on device; free some space\n"
+    assert (
+        result.stderr == "gltf-meshlet: standard output: No space left on device; free some space\n"
+    )
 
 
 def test_the_fallback_is_named_and_a_stale_one_too(original, tmp_path, capsys):
     output = str(tmp_path / "out.glb")
     assert main(["compress", str(original), output, "--fallback"]) == 0
-    assert re.search(r"out\.glb \([\d.]+ kB\) \+ out\.fallback\.bin \([\d.]+ kB\)", capsys.readouterr().out)
+    assert re.search(
+        r"out\.glb \([\d.]+ kB\) \+ out\.fallback\.bin \([\d.]+ kB\)", capsys.readouterr().out
+    )
     assert main(["inspect", output]) == 0
     assert re.search(r"fallback +[\d,]+ bytes in out\.fallback\.bin", capsys.readouterr().out)
     assert main(["compress", str(original), output]) == 0
@@ -304,10 +335,18 @@ def test_the_fallback_is_named_and_a_stale_one_too(original, tmp_path, capsys):
 
 def test_a_file_that_grew_is_told(tmp_path, capsys):
     builder = Builder()
-    builder.mesh({"POSITION": np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])}, np.uint32([[0, 1, 2]]))
-    assert main(["compress", str(builder.write(tmp_path / "one.glb")), str(tmp_path / "out.glb")]) == 0
+    builder.mesh(
+        {"POSITION": np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])}, np.uint32([[0, 1, 2]])
+    )
+    assert (
+        main(["compress", str(builder.write(tmp_path / "one.glb")), str(tmp_path / "out.glb")]) == 0
+    )
     captured = capsys.readouterr()
-    assert "the file grew" in captured.err and "1 triangle in 1 meshlet" in captured.out and " B)" in captured.out
+    assert (
+        "the file grew" in captured.err
+        and "1 triangle in 1 meshlet" in captured.out
+        and " B)" in captured.out
+    )
 
 
 def test_a_missing_fallback_is_told_once(original, tmp_path, capsys):
@@ -353,14 +392,16 @@ def test_python_errors_name_the_file_and_the_option(tmp_path):
         gltf_ext.compress("a.glb", "b.glb", vp=12)
 
 
-# --- render: what no renderer is needed for --------------------------------------------------------------------------
+# --- render: what no renderer is needed for ---
 
 
 @pytest.fixture
 def rendered(monkeypatch):
     """What a renderer was asked for, in place of the renderers."""
     asked = []
-    fake = types.SimpleNamespace(main=lambda options: asked.append((options, gltf_ext.inspect(options.input))) or 0)
+    fake = types.SimpleNamespace(
+        main=lambda options: asked.append((options, gltf_ext.inspect(options.input))) or 0
+    )
     monkeypatch.setattr(rendering, "_renderer", lambda backend: fake)
     return asked
 
@@ -368,17 +409,53 @@ def rendered(monkeypatch):
 def test_render_passes_its_options_on(compressed, tmp_path, rendered):
     picture = str(tmp_path / "out.png")
     assert main(["render", str(compressed), "-o", picture, "--spp", "7"]) == 0
-    assert main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--path", "rt", "--frames", "3", "--validate", "--cache", "0.5"]) == 0
-    assert main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--ring", "100"]) == 0
+    assert (
+        main(
+            [
+                "render",
+                str(compressed),
+                "-o",
+                picture,
+                "--backend",
+                "vulkan",
+                "--path",
+                "rt",
+                "--frames",
+                "3",
+                "--validate",
+                "--cache",
+                "0.5",
+            ]
+        )
+        == 0
+    )
+    assert (
+        main(["render", str(compressed), "-o", picture, "--backend", "vulkan", "--ring", "100"])
+        == 0
+    )
     (first, _), (second, _), (third, _) = rendered
-    assert (first.input, first.output, first.spp, first.variant, first.cache) == (str(compressed), picture, 7, "scalar_rgb", 0.25)
-    assert (second.cache, second.path, second.frames, second.bounces, second.validate, second.device, second.ring) == (0.5, "rt", 3, 0, True, None, None)
+    assert (first.input, first.output, first.spp, first.variant, first.cache) == (
+        str(compressed),
+        picture,
+        7,
+        "scalar_rgb",
+        0.25,
+    )
+    assert (
+        second.cache,
+        second.path,
+        second.frames,
+        second.bounces,
+        second.validate,
+        second.device,
+        second.ring,
+    ) == (0.5, "rt", 3, 0, True, None, None)
     assert (third.path, third.ring) == (None, 100)
 
 
 def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
     assert main(["render", str(original), "-o", str(tmp_path / "out.png")]) == 0
-    (options, report), = rendered
+    ((options, report),) = rendered
     assert report["totals"]["triangles"] == 722 and not os.path.exists(options.input)
     assert f"{original}: is not compressed; rendering a copy" in capsys.readouterr().err
 
@@ -395,10 +472,22 @@ def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
         (["--backend", "vulkan", "--spp", "4"], "--spp is for --backend mitsuba"),
         (["--backend", "vulkan", "--frames", "0"], "--frames is 0; use 1 or more"),
         (["--backend", "vulkan", "--ring", "0"], "--ring is 0; use 1 or more"),
-        (["--backend", "vulkan", "--cache", "0.5"], "--cache is for --path rt; leave it out or change --path"),
-        (["--backend", "vulkan", "--path", "rt-plain", "--cache-bytes", "9"], "--cache-bytes is for --path rt; leave"),
-        (["--backend", "vulkan", "--path", "mesh", "--bounces", "0"], "--bounces is for --path rt or rt-plain or rt-triangles; leave"),
-        (["--backend", "vulkan", "--path", "rt", "--ring", "9"], "--ring is for --path stream; leave"),
+        (
+            ["--backend", "vulkan", "--cache", "0.5"],
+            "--cache is for --path rt; leave it out or change --path",
+        ),
+        (
+            ["--backend", "vulkan", "--path", "rt-plain", "--cache-bytes", "9"],
+            "--cache-bytes is for --path rt; leave",
+        ),
+        (
+            ["--backend", "vulkan", "--path", "mesh", "--bounces", "0"],
+            "--bounces is for --path rt or rt-plain or rt-triangles; leave",
+        ),
+        (
+            ["--backend", "vulkan", "--path", "rt", "--ring", "9"],
+            "--ring is for --path stream; leave",
+        ),
         (["-o", "nowhere/out.png"], "nowhere/out.png: its folder does not exist; create it first"),
     ],
 )
@@ -410,9 +499,16 @@ def test_render_options_out_of_range(compressed, tmp_path, rendered, capsys, arg
 
 @pytest.mark.parametrize("backend, package", [("mitsuba", "mitsuba"), ("vulkan", "vulkan")])
 def test_render_without_the_extra(compressed, tmp_path, capsys, monkeypatch, backend, package):
-    for name in [name for name in sys.modules if name.partition(".")[0] in (package, "mitsuba_plugin", "vk_backend")]:
+    for name in [
+        name
+        for name in sys.modules
+        if name.partition(".")[0] in (package, "mitsuba_plugin", "vk_backend")
+    ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)  # importing it fails
-    assert main(["render", str(compressed), "-o", str(tmp_path / "out.png"), "--backend", backend]) == 2
+    assert (
+        main(["render", str(compressed), "-o", str(tmp_path / "out.png"), "--backend", backend])
+        == 2
+    )
     (line,) = capsys.readouterr().err.splitlines()
     assert f"pip install 'gltf-meshlet[{backend}]'" in line

@@ -4,13 +4,13 @@ import sys
 
 import numpy as np
 import pytest
-from tests.helpers.mitsuba_reference import require
 from PIL import Image
 
 import gltf_ext
-from gltf_meshlet.demo import run as demo
 from gltf_meshlet.demo import model as demo_model
+from gltf_meshlet.demo import run as demo
 from gltf_meshlet.demo.rasterizer import Camera, Mesh, render
+from tests.helpers.mitsuba_reference import require
 
 
 @pytest.fixture(scope="module")
@@ -60,11 +60,15 @@ def test_rasterizer_draws_the_nearer_of_two_squares():
     picture = render(mesh, Camera(eye=(0, 0, 6), target=(0, 0, 0), field_of_view=30), 90, 60)
     assert picture.shape == (60, 90, 4)
     assert picture[30, 45, 1] > 0 and picture[30, 45, 0] == 0, "the green square is in front"
-    assert picture[30, 45 + 15, 0] > 0 and picture[30, 45 + 15, 1] == 0, "the red square stands out behind it"
+    assert picture[30, 45 + 15, 0] > 0 and picture[30, 45 + 15, 1] == 0, (
+        "the red square stands out behind it"
+    )
     assert picture[2, 2, 3] == 0 and picture[30, 2, 3] == 0, "nothing is drawn beside them"
     covered = picture[..., 3].sum() / 255
     side = 60 / (2 * np.tan(np.radians(15)) * 6) * 2
-    assert covered == pytest.approx(side * side, rel=0.02), "the picture's size follows from the camera"
+    assert covered == pytest.approx(side * side, rel=0.02), (
+        "the picture's size follows from the camera"
+    )
 
 
 def test_demo_runs_and_saves(tmp_path, capsys, monkeypatch):
@@ -73,7 +77,14 @@ def test_demo_runs_and_saves(tmp_path, capsys, monkeypatch):
     printed = capsys.readouterr().out
     assert "verified" in printed and "times smaller" in printed
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {"original.glb", "compressed.glb", "decompressed.glb", "meshlets.png", "comparison.png", "size.png"}
+    assert names == {
+        "original.glb",
+        "compressed.glb",
+        "decompressed.glb",
+        "meshlets.png",
+        "comparison.png",
+        "size.png",
+    }
     totals = gltf_ext.inspect(tmp_path / "out" / "compressed.glb")["totals"]
     assert totals["triangles"] == sum(len(part.triangles) for part in demo_model.generate())
     assert totals["ratio"] > 5
@@ -88,7 +99,9 @@ def test_demo_renders_the_compressed_file_like_the_original(tmp_path, parts, mon
     original, compressed = tmp_path / "original.glb", tmp_path / "compressed.glb"
     demo_model.write_glb(parts, original)
     gltf_ext.compress(original, compressed)
-    names = demo._save_renders(tmp_path, original, compressed, gltf_ext.inspect(compressed)["totals"])
+    names = demo._save_renders(
+        tmp_path, original, compressed, gltf_ext.inspect(compressed)["totals"]
+    )
     before, after, both = (np.asarray(Image.open(tmp_path / name), float) for name in names)
     assert before.shape == after.shape == (48, 64, 3) and both.shape[1] == 128
     assert before.std() > 20 and np.abs(before.mean() - after.mean()) < 2

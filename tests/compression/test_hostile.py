@@ -6,9 +6,9 @@ import re
 import struct
 
 import pytest
-from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, grid_mesh
 
 import gltf_ext
+from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, grid_mesh
 
 TOKEN = re.compile(r'(?<=[:\[, ])(-?\d+(?:\.\d+)?(?:e-?\d+)?(?=[,\]}])|"[^"]*"|true|false)(?!\s*:)')
 REPLACEMENTS = [
@@ -51,7 +51,9 @@ def files(tmp_path_factory):
     attributes, triangles, targets = everything(2, 4, 4)
     rich.mesh(attributes, triangles, targets, NORMALIZED)
     rich.properties["animations"] = [{"channels": [], "samplers": [{"input": 0, "output": 0}]}]
-    rich.properties["nodes"][0]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}
+    rich.properties["nodes"][0]["extensions"] = {
+        "EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}
+    }
     data = []
     for name, builder in (("tiny", tiny), ("rich", rich)):
         original = builder.write(folder / f"{name}.glb")
@@ -69,7 +71,11 @@ def try_everything(path, out, original):
         lambda: gltf_ext.validate(path),
         lambda: gltf_ext.verify(original, path),
         lambda: gltf_ext.verify(path, original),
-        lambda: [d.decode_meshlet(i) for d in gltf_ext.decoders(path) for i in range(min(d.meshlet_count, 5))],
+        lambda: [
+            d.decode_meshlet(i)
+            for d in gltf_ext.decoders(path)
+            for i in range(min(d.meshlet_count, 5))
+        ],
     ]
     succeeded = 0
     for run in runs:
@@ -86,9 +92,10 @@ def test_every_truncation(files, tmp_path):
         (tmp_path / "whole.glb").write_bytes(data)
         for length in range(len(data)):
             (tmp_path / "cut.glb").write_bytes(data[:length])
-            assert try_everything(tmp_path / "cut.glb", tmp_path / "out.glb", tmp_path / "whole.glb") <= 1, (
-                "only validate may answer"
-            )
+            assert (
+                try_everything(tmp_path / "cut.glb", tmp_path / "out.glb", tmp_path / "whole.glb")
+                <= 1
+            ), "only validate may answer"
             assert gltf_ext.validate(tmp_path / "cut.glb")
 
 

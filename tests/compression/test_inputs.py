@@ -5,9 +5,9 @@ import json
 
 import numpy as np
 import pytest
-from tests.helpers.gltf_builder import Builder, everything, glb_json, grid_mesh
 
 import gltf_ext
+from tests.helpers.gltf_builder import Builder, everything, glb_json, grid_mesh
 
 
 @pytest.fixture
@@ -42,7 +42,8 @@ STRIP = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0]], np.flo
 
 
 @pytest.mark.parametrize(
-    "mode, triangles", [(5, [[0, 1, 2], [1, 3, 2], [2, 3, 4]]), (6, [[1, 2, 0], [2, 3, 0], [3, 4, 0]])]
+    "mode, triangles",
+    [(5, [[0, 1, 2], [1, 3, 2], [2, 3, 4]]), (6, [[1, 2, 0], [2, 3, 0], [3, 4, 0]])],
 )
 @pytest.mark.parametrize("indexed", [False, True])
 def test_strips_and_fans(folder, mode, triangles, indexed):
@@ -51,7 +52,9 @@ def test_strips_and_fans(folder, mode, triangles, indexed):
     _, output = compressed(builder, folder)
     expected = Builder()
     expected.mesh({"POSITION": STRIP}, np.array(triangles, np.uint32))
-    assert triangle_corners(only(output)) == triangle_corners(only(expected.write(folder / "expected.glb")))
+    assert triangle_corners(only(output)) == triangle_corners(
+        only(expected.write(folder / "expected.glb"))
+    )
     assert glb_json(output)["meshes"][0]["primitives"][0].get("mode", 4) == 4
 
 
@@ -79,7 +82,13 @@ def test_interleaved(folder):
     view = builder.view(rows.tobytes(), byteStride=24)
     for offset in (0, 12):
         builder.properties["accessors"].append(
-            {"bufferView": view, "byteOffset": offset, "componentType": 5126, "count": len(rows), "type": "VEC3"}
+            {
+                "bufferView": view,
+                "byteOffset": offset,
+                "componentType": 5126,
+                "count": len(rows),
+                "type": "VEC3",
+            }
         )
     builder.mesh({"POSITION": 0, "NORMAL": 1}, triangles)
     compressed(builder, folder)
@@ -106,7 +115,9 @@ def test_sparse(folder, with_base):
         index = 0
     builder.mesh({"POSITION": index}, triangles)
     _, output = compressed(builder, folder)
-    np.testing.assert_allclose(only(output).attributes["POSITION"].max(axis=0), positions.max(axis=0), atol=1e-3)
+    np.testing.assert_allclose(
+        only(output).attributes["POSITION"].max(axis=0), positions.max(axis=0), atol=1e-3
+    )
 
 
 def test_degenerate_unreferenced_and_duplicate(folder):
@@ -114,7 +125,8 @@ def test_degenerate_unreferenced_and_duplicate(folder):
     extra = np.concatenate([triangles, [[3, 3, 4], [5, 6, 5]], triangles[:4], triangles[:2, ::-1]])
     builder = Builder()
     builder.mesh(
-        {"POSITION": np.concatenate([positions, np.full((5, 3), np.nan, np.float32)])}, extra.astype(np.uint32)
+        {"POSITION": np.concatenate([positions, np.full((5, 3), np.nan, np.float32)])},
+        extra.astype(np.uint32),
     )
     report, _ = compressed(builder, folder)
     assert report["totals"]["triangles"] == len(triangles) + 6
@@ -127,7 +139,9 @@ def test_degenerate_unreferenced_and_duplicate(folder):
 
 
 def test_triangles_that_the_grid_collapses_are_kept(folder):
-    positions = np.array([[0, 0, 0], [1e-6, 0, 0], [0, 1e-6, 0], [100, 0, 0], [0, 100, 0]], np.float32)
+    positions = np.array(
+        [[0, 0, 0], [1e-6, 0, 0], [0, 1e-6, 0], [100, 0, 0], [0, 100, 0]], np.float32
+    )
     builder = Builder()
     builder.mesh({"POSITION": positions}, np.array([[0, 1, 2], [0, 3, 4]], np.uint32))
     assert compressed(builder, folder)[0]["totals"]["triangles"] == 2
@@ -162,7 +176,10 @@ def test_incomplete_triangles_are_left_out(folder):
     builder = Builder()
     builder.mesh({"POSITION": positions}, triangles.ravel()[:-1])
     report, _ = compressed(builder, folder)
-    assert report["dropped"]["incomplete_triangles"] == 1 and report["totals"]["triangles"] == len(triangles) - 1
+    assert (
+        report["dropped"]["incomplete_triangles"] == 1
+        and report["totals"]["triangles"] == len(triangles) - 1
+    )
 
 
 def test_primitives_of_nothing_but_degenerates_are_kept(folder):
@@ -188,7 +205,8 @@ def test_points_and_lines_stay(folder):
     view = properties["bufferViews"][accessor["bufferView"]]
     binary = output.read_bytes()[-properties["buffers"][0]["byteLength"] :]
     np.testing.assert_array_equal(
-        np.frombuffer(binary, np.float32, 3 * len(positions), view["byteOffset"]).reshape(-1, 3), positions
+        np.frombuffer(binary, np.float32, 3 * len(positions), view["byteOffset"]).reshape(-1, 3),
+        positions,
     )
 
 
@@ -204,7 +222,9 @@ def test_identical_primitives_share_everything(folder):
     assert report["totals"]["triangles"] == len(triangles)
     gltf_ext.decompress(output, folder / "plain.glb")
     plain = [m["primitives"][0] for m in glb_json(folder / "plain.glb")["meshes"]]
-    assert plain[0] == plain[1] == plain[2] and len(glb_json(folder / "plain.glb")["bufferViews"]) == 2
+    assert (
+        plain[0] == plain[1] == plain[2] and len(glb_json(folder / "plain.glb")["bufferViews"]) == 2
+    )
 
 
 def test_primitives_that_share_vertices_get_their_own(folder):
@@ -228,7 +248,9 @@ def test_quantised_input_stays_exact(folder):
         triangles,
         normalized=("NORMAL",),
     )
-    builder.properties["extensionsUsed"] = builder.properties["extensionsRequired"] = ["KHR_mesh_quantization"]
+    builder.properties["extensionsUsed"] = builder.properties["extensionsRequired"] = [
+        "KHR_mesh_quantization"
+    ]
     report, output = compressed(builder, folder, position_bits=6)
     assert "already quantised" in report["warnings"][0]
     result = only(output)
@@ -253,7 +275,8 @@ def test_gltf_with_data_uri_and_images_by_path(folder):
     properties["buffers"] = [
         {
             "byteLength": len(builder.binary),
-            "uri": "data:application/octet-stream;base64," + base64.b64encode(builder.binary).decode(),
+            "uri": "data:application/octet-stream;base64,"
+            + base64.b64encode(builder.binary).decode(),
         }
     ]
     (folder / "in.gltf").write_text(json.dumps(properties))
@@ -276,7 +299,11 @@ def refused(builder, folder, message):
     output = folder / "out.glb"
     with pytest.raises(gltf_ext.MeshletError, match=message) as caught:
         gltf_ext.compress(builder.write(folder / "in.glb"), output)
-    assert caught.value.path == str(folder / "in.glb") and "\n" not in str(caught.value) and ";" in str(caught.value)
+    assert (
+        caught.value.path == str(folder / "in.glb")
+        and "\n" not in str(caught.value)
+        and ";" in str(caught.value)
+    )
     assert [p.name for p in folder.iterdir()] == ["in.glb"], "nothing half-written"
 
 
@@ -348,7 +375,12 @@ def test_draco(folder):
     identifier = DracoPy.decode(data).attributes[0]["unique_id"]
     extension = {"bufferView": builder.view(data), "attributes": {"POSITION": identifier}}
     builder.mesh({"POSITION": 0}, 1, extensions={"KHR_draco_mesh_compression": extension})
-    builder.properties["extensionsUsed"] = builder.properties["extensionsRequired"] = ["KHR_draco_mesh_compression"]
+    builder.properties["extensionsUsed"] = builder.properties["extensionsRequired"] = [
+        "KHR_draco_mesh_compression"
+    ]
     report, output = compressed(builder, folder)
-    assert report["totals"]["triangles"] == len(triangles) and "already quantised" in report["warnings"][0]
+    assert (
+        report["totals"]["triangles"] == len(triangles)
+        and "already quantised" in report["warnings"][0]
+    )
     assert glb_json(output)["extensionsUsed"] == ["EXT_meshlet_edgebreaker"]

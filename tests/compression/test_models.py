@@ -5,10 +5,10 @@ import shutil
 import subprocess
 
 import pytest
-from tests.helpers.environment import MODELS, NODE_MODULES, ROOT
-from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, grid_mesh
 
 import gltf_ext
+from tests.helpers.environment import MODELS, NODE_MODULES, ROOT
+from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, grid_mesh
 
 SMALL_BYTES = 300_000  # of the hard models, those that are not only for --full
 FLOORS = {
@@ -23,7 +23,16 @@ FLOORS = {
     "sponza_like": 7.0,
     "bistro_like": 7.0,
 }
-LARGE = ("igea", "dragon", "sponza_like", "bistro_like", "engine", "chinesedragon", "beast", "materialball")
+LARGE = (
+    "igea",
+    "dragon",
+    "sponza_like",
+    "bistro_like",
+    "engine",
+    "chinesedragon",
+    "beast",
+    "materialball",
+)
 MEAN_TRIANGLES_FLOOR = {"bunny": 51, "suzanne": 51, "dragon": 51, "igea": 51}
 
 HARD = sorted(MODELS.glob("nasty/*.glb"))
@@ -43,7 +52,11 @@ REFUSED = {
 
 
 def marks(path_or_large):
-    large = path_or_large if isinstance(path_or_large, bool) else path_or_large.stat().st_size > SMALL_BYTES
+    large = (
+        path_or_large
+        if isinstance(path_or_large, bool)
+        else path_or_large.stat().st_size > SMALL_BYTES
+    )
     return [pytest.mark.full] if large else []
 
 
@@ -68,7 +81,9 @@ def test_the_hard_models_are_there():
     or [pytest.param(None, marks=pytest.mark.skip(reason=f"no models in {MODELS}"))],
 )
 @pytest.mark.parametrize(
-    "options", [{}, {"fallback": True, "grid": "scene", "position_bits": 16}], ids=["default", "fallback"]
+    "options",
+    [{}, {"fallback": True, "grid": "scene", "position_bits": 16}],
+    ids=["default", "fallback"],
 )
 def test_hard_models_compress_or_are_refused(path, options, tmp_path):
     output = tmp_path / "out.glb"
@@ -84,25 +99,36 @@ def test_hard_models_compress_or_are_refused(path, options, tmp_path):
     assert verified["ok"] and verified["triangles_equal"], verified["problems"]
     assert gltf_ext.validate(output) == []
     gltf_ext.decompress(output, tmp_path / "plain.glb")
-    for decoded, plain in zip(gltf_ext.load(output), gltf_ext.load(tmp_path / "plain.glb"), strict=True):
+    for decoded, plain in zip(
+        gltf_ext.load(output), gltf_ext.load(tmp_path / "plain.glb"), strict=True
+    ):
         assert all(
             (a == b).all() and m == n
             for (m, a), (n, b) in zip(sorted(decoded.arrays), sorted(plain.arrays), strict=True)
         )
 
 
-# --- Khronos validator -----------------------------------------------------------------------------------------------
+# --- Khronos validator ---
 
 
 @pytest.fixture(scope="module")
 def khronos():
     """A function from files to {file: {"errors", "warnings"}} by the Khronos validator."""
     if shutil.which("node") is None or not (NODE_MODULES / "gltf-validator").is_dir():
-        pytest.skip("needs node and the npm package gltf-validator (make installs it into build/node)")
+        pytest.skip(
+            "needs node and the npm package gltf-validator (make installs it into build/node)"
+        )
 
     def validate(files):
-        command = ["node", str(ROOT / "tests" / "validator.mjs"), str(NODE_MODULES), *map(str, files)]
-        return json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+        command = [
+            "node",
+            str(ROOT / "tests" / "validator.mjs"),
+            str(NODE_MODULES),
+            *map(str, files),
+        ]
+        return json.loads(
+            subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        )
 
     return validate
 

@@ -4,10 +4,10 @@ import struct
 
 import numpy as np
 import pytest
-from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json
 
 import gltf_ext
 from gltf_ext.compression.verification import _multiset_difference, _rotated
+from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json
 
 EXTENSION = "EXT_meshlet_edgebreaker"
 
@@ -30,7 +30,10 @@ def case(tmp_path_factory):
 
 def verified(case, attributes=None, triangles=None, targets=None):
     folder, *original = case
-    changed = [new if new is not None else old for new, old in zip((attributes, triangles, targets), original)]
+    changed = [
+        new if new is not None else old
+        for new, old in zip((attributes, triangles, targets), original)
+    ]
     return gltf_ext.verify(write(folder / "changed.glb", *changed), folder / "out.glb")
 
 
@@ -39,7 +42,8 @@ def nudged(value):
     if value.dtype.kind == "f":
         return -value if abs(value) > 0.05 else value + np.float32(0.2)
     return value.dtype.type(
-        int(value) + (300 if value.dtype == np.uint16 and value < 60000 else -5 if value > 100 else 5)
+        int(value)
+        + (300 if value.dtype == np.uint16 and value < 60000 else -5 if value > 100 else 5)
     )
 
 
@@ -77,7 +81,10 @@ def test_changed_morph_target_is_noticed(case):
 def test_missing_attribute_is_noticed(case):
     attributes = {n: v for n, v in case[1].items() if n != "_HEAT"}
     report = verified(case, attributes)
-    assert not report["triangles_equal"] and "attributes differ: _HEAT only in the compressed file" in report["problems"][0]
+    assert (
+        not report["triangles_equal"]
+        and "attributes differ: _HEAT only in the compressed file" in report["problems"][0]
+    )
     assert set(report["max_error"].values()) == {None}
 
 
@@ -86,7 +93,11 @@ def test_other_model_is_noticed(case, tmp_path):
     for _ in range(2):
         builder.mesh(case[1], case[2])
     report = gltf_ext.verify(builder.write(tmp_path / "two.glb"), case[0] / "out.glb")
-    assert not report["ok"] and "2 triangle primitives in the original, 1 in the compressed file" in report["problems"][0]
+    assert (
+        not report["ok"]
+        and "2 triangle primitives in the original, 1 in the compressed file"
+        in report["problems"][0]
+    )
 
 
 def test_wrong_step_is_noticed(case):
@@ -94,8 +105,12 @@ def test_wrong_step_is_noticed(case):
     folder = case[0]
     data = bytearray((folder / "out.glb").read_bytes())
     properties = glb_json(folder / "out.glb")
-    view = properties["bufferViews"][properties["meshes"][0]["primitives"][0]["extensions"][EXTENSION]["bufferView"]]
-    step_at = len(data) - properties["buffers"][0]["byteLength"] + view.get("byteOffset", 0) + 32 + 8
+    view = properties["bufferViews"][
+        properties["meshes"][0]["primitives"][0]["extensions"][EXTENSION]["bufferView"]
+    ]
+    step_at = (
+        len(data) - properties["buffers"][0]["byteLength"] + view.get("byteOffset", 0) + 32 + 8
+    )
     struct.pack_into("<f", data, step_at, 1.01 * struct.unpack_from("<f", data, step_at)[0])
     (folder / "step.glb").write_bytes(data)
     assert not gltf_ext.verify(folder / "in.glb", folder / "step.glb")["ok"]
@@ -105,7 +120,10 @@ def test_rotation_is_canonical():
     for corners in ([1, 2, 3], [3, 2, 1], [1, 1, 2], [2, 2, 1], [4, 4, 4]):
         rotations = np.array([np.roll(corners, k) for k in range(3)], np.uint32)
         assert len({tuple(t) for t in _rotated(rotations).tolist()}) == 1
-    assert _rotated(np.array([[1, 2, 3]], np.uint32)).tolist() != _rotated(np.array([[3, 2, 1]], np.uint32)).tolist()
+    assert (
+        _rotated(np.array([[1, 2, 3]], np.uint32)).tolist()
+        != _rotated(np.array([[3, 2, 1]], np.uint32)).tolist()
+    )
 
 
 def test_multiset_difference_counts():
@@ -116,7 +134,7 @@ def test_multiset_difference_counts():
     assert _multiset_difference(first, second) == (1, 1)
 
 
-# --- validate and malformed extension objects ------------------------------------------------------------------------
+# --- validate and malformed extension objects ---
 
 
 def changed_json(folder, change):
@@ -127,7 +145,9 @@ def changed_json(folder, change):
     change(properties, primitive, primitive["extensions"][EXTENSION])
     length = glb_json(path)["buffers"][0]["byteLength"]
     data = path.read_bytes()
-    (folder / "changed.glb").write_bytes(glb_bytes(properties, data[len(data) - length - -length % 4 :]))
+    (folder / "changed.glb").write_bytes(
+        glb_bytes(properties, data[len(data) - length - -length % 4 :])
+    )
     return folder / "changed.glb"
 
 
@@ -139,7 +159,9 @@ CHANGES = {
     "attribute missing": lambda p, m, e: e["attributes"].pop("NORMAL"),
     "attribute too many": lambda p, m, e: e["attributes"].update(_MORE=0),
     "stream out of range": lambda p, m, e: e["attributes"].update(NORMAL=64),
-    "stream used twice": lambda p, m, e: e["attributes"].update(JOINTS_0=e["attributes"]["JOINTS_1"]),
+    "stream used twice": lambda p, m, e: e["attributes"].update(
+        JOINTS_0=e["attributes"]["JOINTS_1"]
+    ),
     "position not first": lambda p, m, e: e["attributes"].update(POSITION=1),
     "targets missing": lambda p, m, e: e.pop("targets"),
     "negative source count": lambda p, m, e: e.update(sourceVertices=-1),
@@ -176,7 +198,10 @@ def test_malformed_extension_objects_are_refused(case, name, tmp_path):
 
 @pytest.mark.parametrize("names", ["extensionsUsed", "extensionsRequired"])
 def test_validate_checks_the_extension_lists(case, names):
-    assert f"{names} lacks {EXTENSION}" in gltf_ext.validate(changed_json(case[0], lambda p, m, e: p.pop(names)))[0]
+    assert (
+        f"{names} lacks {EXTENSION}"
+        in gltf_ext.validate(changed_json(case[0], lambda p, m, e: p.pop(names)))[0]
+    )
 
 
 def test_validate_checks_the_bounds(case):
@@ -199,7 +224,9 @@ def test_validate_checks_the_fallback(case, tmp_path):
     fallback.unlink()
     (problem,) = gltf_ext.validate(tmp_path / "out.glb")
     assert "out.fallback.bin, which cannot be read" in problem
-    assert gltf_ext.verify(case[0] / "in.glb", tmp_path / "out.glb")["ok"], "the fallback is not needed"
+    assert gltf_ext.verify(case[0] / "in.glb", tmp_path / "out.glb")["ok"], (
+        "the fallback is not needed"
+    )
 
 
 def test_validate_accepts_and_names(case):

@@ -5,10 +5,10 @@ import struct
 
 import numpy as np
 import pytest
-from tests.helpers.gltf_builder import Builder, glb_bytes, glb_json, grid_mesh
 
 import gltf_ext
 from gltf_ext.gltf.document import parse_glb
+from tests.helpers.gltf_builder import Builder, glb_bytes, glb_json, grid_mesh
 
 UNTOUCHED = (
     "asset",
@@ -32,12 +32,19 @@ def rich(tmp_path):
     positions, triangles = grid_mesh(12, 12)
     builder = Builder()
     unused = builder.accessor(np.zeros((50, 3), np.float32))
-    times, turns = builder.accessor(np.arange(3, dtype=np.float32)), builder.accessor(np.eye(4, dtype=np.float32)[:3])
+    times, turns = (
+        builder.accessor(np.arange(3, dtype=np.float32)),
+        builder.accessor(np.eye(4, dtype=np.float32)[:3]),
+    )
     bind = builder.accessor(np.tile(np.eye(4, dtype=np.float32).reshape(1, 16), (2, 1)))
     offsets = builder.accessor(np.arange(9, dtype=np.float32).reshape(3, 3))
     picture = builder.view(b"\x89PNG picture")
-    primitive = builder.mesh({"POSITION": positions}, triangles, material=0, extras={"kept": [1, {}, []]})
-    primitive["extensions"] = {"KHR_materials_variants": {"mappings": [{"material": 0, "variants": [0]}]}}
+    primitive = builder.mesh(
+        {"POSITION": positions}, triangles, material=0, extras={"kept": [1, {}, []]}
+    )
+    primitive["extensions"] = {
+        "KHR_materials_variants": {"mappings": [{"material": 0, "variants": [0]}]}
+    }
     builder.properties.update(
         asset={"version": "2.0", "generator": "by hand", "copyright": "", "extras": {"a": {}}},
         nodes=[
@@ -80,7 +87,11 @@ def rich(tmp_path):
 def values_of(path, index):
     """The bytes of an accessor, read without the package."""
     properties, data = glb_json(path), path.read_bytes()
-    binary = data[len(data) - properties["buffers"][0]["byteLength"] - -properties["buffers"][0]["byteLength"] % 4 :]
+    binary = data[
+        len(data)
+        - properties["buffers"][0]["byteLength"]
+        - -properties["buffers"][0]["byteLength"] % 4 :
+    ]
     accessor = properties["accessors"][index]
     view = properties["bufferViews"][accessor["bufferView"]]
     size = {"SCALAR": 1, "VEC3": 3, "VEC4": 4, "MAT4": 16}[accessor["type"]] * 4 * accessor["count"]
@@ -123,7 +134,9 @@ def test_references_follow_their_data(rich, tmp_path):
         lambda p: p["skins"][0]["inverseBindMatrices"],
         lambda p: p["animations"][0]["samplers"][0]["input"],
         lambda p: p["animations"][0]["samplers"][0]["output"],
-        lambda p: p["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"],
+        lambda p: p["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"][
+            "TRANSLATION"
+        ],
     ]
     for place in places:
         assert values_of(output, place(after)) == values_of(original, place(before))
@@ -137,13 +150,22 @@ def test_leftovers_of_shared_buffer_views_are_cut_out(tmp_path):
     view = builder.view(positions.tobytes() + times.tobytes())
     builder.properties["accessors"] += [
         {"bufferView": view, "componentType": 5126, "count": len(positions), "type": "VEC3"},
-        {"bufferView": view, "byteOffset": positions.nbytes, "componentType": 5126, "count": 4, "type": "SCALAR"},
+        {
+            "bufferView": view,
+            "byteOffset": positions.nbytes,
+            "componentType": 5126,
+            "count": 4,
+            "type": "SCALAR",
+        },
     ]
     builder.mesh({"POSITION": 0}, triangles)
     builder.properties["animations"] = [{"channels": [], "samplers": [{"input": 1, "output": 1}]}]
     gltf_ext.compress(builder.write(tmp_path / "in.glb"), tmp_path / "out.glb")
     after = glb_json(tmp_path / "out.glb")
-    assert values_of(tmp_path / "out.glb", after["animations"][0]["samplers"][0]["input"]) == times.tobytes()
+    assert (
+        values_of(tmp_path / "out.glb", after["animations"][0]["samplers"][0]["input"])
+        == times.tobytes()
+    )
     assert (tmp_path / "out.glb").stat().st_size < positions.nbytes
 
 
@@ -190,7 +212,10 @@ def test_damaged_containers(small, damage, message):
         ({"accessors": {}}, "accessors is not an array"),
         ({"accessors": [{"count": "5"}]}, r"accessors\[0\].count is not an integer"),
         ({"nodes": [{"matrix": ["a"]}]}, r"nodes\[0\].matrix\[0\] is not a number"),
-        ({"meshes": [{"primitives": [{"attributes": {"POSITION": []}}]}]}, "POSITION is not an integer"),
+        (
+            {"meshes": [{"primitives": [{"attributes": {"POSITION": []}}]}]},
+            "POSITION is not an integer",
+        ),
         ({"asset": {"version": "1.0"}}, "not glTF 2.0"),
         ({"extensions": 3}, "extensions is not an object"),
     ],
@@ -203,10 +228,16 @@ def test_wrong_types_are_named(change, message):
 def test_deep_json_is_refused():
     text = b'{"asset":{"version":"2.0"},"extras":' + b"[" * 100000 + b"]" * 100000 + b"}"
     with pytest.raises(gltf_ext.MeshletError):
-        parse_glb(struct.pack("<4sII", b"glTF", 2, 20 + len(text)) + struct.pack("<I4s", len(text), b"JSON") + text)
+        parse_glb(
+            struct.pack("<4sII", b"glTF", 2, 20 + len(text))
+            + struct.pack("<I4s", len(text), b"JSON")
+            + text
+        )
 
 
-@pytest.mark.parametrize("uri", ["/etc/hostname", "http://example.com/a.bin", "file:///etc/hostname", "missing.bin"])
+@pytest.mark.parametrize(
+    "uri", ["/etc/hostname", "http://example.com/a.bin", "file:///etc/hostname", "missing.bin"]
+)
 def test_foreign_uris_are_refused(tmp_path, uri):
     positions, triangles = grid_mesh(4, 4)
     builder = Builder()

@@ -6,9 +6,9 @@ import sys
 import numpy as np
 import pytest
 import trimesh
-from tests.helpers.gltf_builder import Builder, everything, grid_mesh
 
 import gltf_ext
+from tests.helpers.gltf_builder import Builder, everything, grid_mesh
 
 
 @pytest.fixture(scope="module")
@@ -21,9 +21,9 @@ def test_formats(sphere, tmp_path, suffix):
     original = tmp_path / f"in{suffix}"
     sphere.export(original)
     report = gltf_ext.compress(original, tmp_path / "out.glb")
-    assert report["totals"]["triangles"] == len(sphere.faces) and report["totals"]["source_vertices"] == len(
-        sphere.vertices
-    )
+    assert report["totals"]["triangles"] == len(sphere.faces) and report["totals"][
+        "source_vertices"
+    ] == len(sphere.vertices)
     assert gltf_ext.verify(original, tmp_path / "out.glb")["ok"]
 
 
@@ -39,7 +39,9 @@ def test_obj_with_normals_and_texture_coordinates(tmp_path):
 
 def test_ply_colors_are_exact(sphere, tmp_path):
     colored = sphere.copy()
-    colored.visual.vertex_colors = np.random.default_rng(0).integers(0, 256, (len(sphere.vertices), 4), dtype=np.uint8)
+    colored.visual.vertex_colors = np.random.default_rng(0).integers(
+        0, 256, (len(sphere.vertices), 4), dtype=np.uint8
+    )
     colored.export(tmp_path / "in.ply")
     gltf_ext.compress(tmp_path / "in.ply", tmp_path / "out.glb")
     (primitive,) = gltf_ext.load(tmp_path / "out.glb")
@@ -119,7 +121,9 @@ def test_trimesh_loads_the_decoded_values(compressed):
         assert np.ptp(mesh.vertices, axis=0).min() > 0
         for name, values in primitive.attributes.items():
             if name.startswith("_") and name != "_FRAME":
-                np.testing.assert_array_equal(np.reshape(mesh.vertex_attributes[name], values.shape), values)
+                np.testing.assert_array_equal(
+                    np.reshape(mesh.vertex_attributes[name], values.shape), values
+                )
 
 
 @pytest.mark.parametrize(
@@ -132,5 +136,9 @@ def test_trimesh_loads_the_decoded_values(compressed):
 )
 def test_import_order_does_not_matter(compressed, imports):
     code = f"{imports}\nprint(trimesh.load_scene({str(compressed)!r}).area)"
-    area = float(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout)
+    area = float(
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout
+    )
     assert area == pytest.approx(trimesh.load_scene(compressed).area) and area > 1

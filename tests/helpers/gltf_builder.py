@@ -9,7 +9,14 @@ from typing import Any
 
 import numpy as np
 
-COMPONENT_TYPES = {"int8": 5120, "uint8": 5121, "int16": 5122, "uint16": 5123, "uint32": 5125, "float32": 5126}
+COMPONENT_TYPES = {
+    "int8": 5120,
+    "uint8": 5121,
+    "int16": 5122,
+    "uint16": 5123,
+    "uint32": 5125,
+    "float32": 5126,
+}
 TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 9: "MAT3", 16: "MAT4"}
 
 
@@ -44,7 +51,11 @@ class Builder:
         stride = {"byteStride": size + -size % 4} if size % 4 and values.shape[1] > 1 else {}
         rows = np.zeros((len(values), stride.get("byteStride", size)), np.uint8)
         rows[:, :size] = values.view(np.uint8).reshape(len(values), size)
-        bounds = {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()} if len(values) else {}
+        bounds = (
+            {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
+            if len(values)
+            else {}
+        )
         self.properties["accessors"].append(
             {
                 "bufferView": self.view(rows.tobytes(), **stride),
@@ -78,7 +89,9 @@ class Builder:
         primitive: dict[str, Any] = {"attributes": group(attributes), **more}
         if indices is not None:
             primitive["indices"] = (
-                indices if isinstance(indices, int) else self.accessor(np.asarray(indices).reshape(-1, 1))
+                indices
+                if isinstance(indices, int)
+                else self.accessor(np.asarray(indices).reshape(-1, 1))
             )
         if targets:
             primitive["targets"] = [group(t) for t in targets]
@@ -95,7 +108,12 @@ class Builder:
 def glb_bytes(properties: dict, binary: bytes) -> bytes:
     text = json.dumps(properties).encode()
     text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
+    chunks = (
+        struct.pack("<I4s", len(text), b"JSON")
+        + text
+        + struct.pack("<I4s", len(binary), b"BIN\0")
+        + binary
+    )
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
@@ -107,9 +125,16 @@ def glb_json(path: Path) -> dict:
 def grid_mesh(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
     """A bumpy sheet: (positions float32[V, 3], triangles uint32[T, 3])."""
     x, y = np.meshgrid(np.linspace(0, 2, columns), np.linspace(0, 1, rows))
-    positions = np.stack([x, y, 0.2 * np.sin(5 * x) * np.cos(4 * y)], axis=-1).reshape(-1, 3).astype(np.float32)
+    positions = (
+        np.stack([x, y, 0.2 * np.sin(5 * x) * np.cos(4 * y)], axis=-1)
+        .reshape(-1, 3)
+        .astype(np.float32)
+    )
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
-    quads = np.stack([corner, corner + 1, corner + columns, corner + 1, corner + columns + 1, corner + columns], axis=1)
+    quads = np.stack(
+        [corner, corner + 1, corner + columns, corner + 1, corner + columns + 1, corner + columns],
+        axis=1,
+    )
     return positions, quads.reshape(-1, 3).astype(np.uint32)
 
 
@@ -129,7 +154,9 @@ def everything(
     attributes = {
         "POSITION": positions,
         "NORMAL": normals,
-        "TANGENT": np.concatenate([normals[:, [1, 2, 0]], random.choice([-1.0, 1.0], (count, 1))], axis=1),
+        "TANGENT": np.concatenate(
+            [normals[:, [1, 2, 0]], random.choice([-1.0, 1.0], (count, 1))], axis=1
+        ),
         "TEXCOORD_0": positions[:, :2] * 3 - 1,
         "TEXCOORD_1": random.integers(0, 65536, (count, 2)).astype(np.uint16),
         "COLOR_0": random.random((count, 4)),
@@ -144,14 +171,20 @@ def everything(
         "_ID": np.arange(count, dtype=np.uint16)[:, None],
         "_SIGNED": random.integers(-100, 100, (count, 3)).astype(np.int16),
     }
-    attributes = {name: v.astype(np.float32) if v.dtype == np.float64 else v for name, v in attributes.items()}
+    attributes = {
+        name: v.astype(np.float32) if v.dtype == np.float64 else v for name, v in attributes.items()
+    }
     targets = []
     for _ in range(2):
         moved = random.random(count) < 0.3
         targets.append(
             {
-                "POSITION": (random.normal(size=(count, 3)) * 0.1 * moved[:, None]).astype(np.float32),
-                "NORMAL": (random.normal(size=(count, 3)) * 0.2 * moved[:, None]).astype(np.float32),
+                "POSITION": (random.normal(size=(count, 3)) * 0.1 * moved[:, None]).astype(
+                    np.float32
+                ),
+                "NORMAL": (random.normal(size=(count, 3)) * 0.2 * moved[:, None]).astype(
+                    np.float32
+                ),
             }
         )
     return attributes, triangles, targets

@@ -23,7 +23,9 @@ def require(variant: str):
     except ImportError as error:
         missing(f"Mitsuba cannot be used: {error}")
     if variant.startswith("llvm") and not llvm_found():
-        missing(f"{variant} cannot run: there is no LLVM 17 or newer (Debian: apt install libllvm19)")
+        missing(
+            f"{variant} cannot run: there is no LLVM 17 or newer (Debian: apt install libllvm19)"
+        )
     mi.set_variant(variant)
     return mi, mitsuba_plugin
 
@@ -73,7 +75,9 @@ def mesh_of(
     if has["COLOR_0"]:
         colors = attributes["COLOR_0"]
         scale = 1.0 if colors.dtype.kind == "f" else 1.0 / np.iinfo(colors.dtype).max
-        mesh.add_attribute("vertex_color", 3, (colors[:, :3] * np.float32(scale)).astype(np.float32).ravel())
+        mesh.add_attribute(
+            "vertex_color", 3, (colors[:, :3] * np.float32(scale)).astype(np.float32).ravel()
+        )
     return mesh
 
 
@@ -142,7 +146,10 @@ def scene(
     )
 
 
-AOVS = {"type": "aov", "aovs": "position:position,normal:sh_normal,geometric:geo_normal,uv:uv,du:dp_du,dv:dp_dv"}
+AOVS = {
+    "type": "aov",
+    "aovs": "position:position,normal:sh_normal,geometric:geo_normal,uv:uv,du:dp_du,dv:dp_dv",
+}
 
 
 def picture(scene, **options) -> np.ndarray:
@@ -155,7 +162,10 @@ def sheet(folder, attributes=("POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"), na
     """A compressed generated sheet and its decompressed primitives. Its normals are the surface's."""
     values, triangles, _ = everything(columns=40, rows=30)
     x, y = values["POSITION"][:, 0], values["POSITION"][:, 1]
-    slope = np.stack([-np.cos(5 * x) * np.cos(4 * y), 0.8 * np.sin(5 * x) * np.sin(4 * y), np.ones_like(x)], axis=1)
+    slope = np.stack(
+        [-np.cos(5 * x) * np.cos(4 * y), 0.8 * np.sin(5 * x) * np.sin(4 * y), np.ones_like(x)],
+        axis=1,
+    )
     values["TEXCOORD_0"] = values["POSITION"][:, :2] * np.float32(0.5)
     values["NORMAL"] = (slope / np.linalg.norm(slope, axis=1, keepdims=True)).astype(np.float32)
     builder = Builder()

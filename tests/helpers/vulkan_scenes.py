@@ -7,15 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.helpers.gltf_builder import Builder, grid_mesh
 from PIL import Image
 
 import gltf_ext
 from gltf_ext.errors import MeshletError
+from tests.helpers.gltf_builder import Builder, grid_mesh
 
 UNLIT = {"KHR_materials_unlit": {}}
 # 2 x 2 texels, opaque red, green, blue and transparent white.
-TEXELS = np.array([[[255, 0, 0, 255], [0, 255, 0, 255]], [[0, 0, 255, 255], [255, 255, 255, 0]]], np.uint8)
+TEXELS = np.array(
+    [[[255, 0, 0, 255], [0, 255, 0, 255]], [[0, 0, 255, 255], [255, 255, 255, 0]]], np.uint8
+)
 
 
 def require_vulkan(request: pytest.FixtureRequest) -> None:
@@ -42,16 +44,25 @@ def open_renderer(request: pytest.FixtureRequest):
 
 def ball(columns: int = 40, rows: int = 24) -> tuple[np.ndarray, np.ndarray]:
     """A closed unit sphere, outside in front: (positions float32[V, 3], triangles uint32[T, 3])."""
-    around, up = np.meshgrid(np.arange(columns) * 2 * np.pi / columns, np.linspace(-np.pi / 2, np.pi / 2, rows)[1:-1])
-    ring = np.stack([np.cos(around) * np.cos(up), np.sin(up), -np.sin(around) * np.cos(up)], axis=-1).reshape(-1, 3)
+    around, up = np.meshgrid(
+        np.arange(columns) * 2 * np.pi / columns, np.linspace(-np.pi / 2, np.pi / 2, rows)[1:-1]
+    )
+    ring = np.stack(
+        [np.cos(around) * np.cos(up), np.sin(up), -np.sin(around) * np.cos(up)], axis=-1
+    ).reshape(-1, 3)
     positions = np.concatenate([ring, [[0, -1, 0], [0, 1, 0]]]).astype(np.float32)
     cell = np.arange((rows - 3) * columns).reshape(-1, columns)
     right, above, across = np.roll(cell, -1, 1), cell + columns, np.roll(cell, -1, 1) + columns
     south, north = len(ring), len(ring) + 1
     low, high = cell[0], above[-1]
     faces = [(cell, right, across), (cell, across, above)]
-    fans = [(np.full(columns, south), np.roll(low, -1), low), (high, np.roll(high, -1), np.full(columns, north))]
-    triangles = np.concatenate([np.stack([c.ravel() for c in corners], axis=1) for corners in faces + fans])
+    fans = [
+        (np.full(columns, south), np.roll(low, -1), low),
+        (high, np.roll(high, -1), np.full(columns, north)),
+    ]
+    triangles = np.concatenate(
+        [np.stack([c.ravel() for c in corners], axis=1) for corners in faces + fans]
+    )
     return positions, triangles.astype(np.uint32)
 
 
@@ -66,11 +77,19 @@ def zoo(path: Path) -> Path:
     perspective and an orthographic camera."""
     builder = Builder()
     positions, triangles = ball()
-    colors = np.clip(np.concatenate([positions * 0.5 + 0.5, np.ones((len(positions), 1))], axis=1), 0, 1).astype(np.float32)
-    builder.mesh({"POSITION": positions, "NORMAL": positions, "COLOR_0": colors}, triangles, material=0)
+    colors = np.clip(
+        np.concatenate([positions * 0.5 + 0.5, np.ones((len(positions), 1))], axis=1), 0, 1
+    ).astype(np.float32)
+    builder.mesh(
+        {"POSITION": positions, "NORMAL": positions, "COLOR_0": colors}, triangles, material=0
+    )
     sheet, sheet_triangles = grid_mesh(30, 18)
     normals = np.tile(np.float32([0, 0, 1]), (len(sheet), 1))
-    builder.mesh({"POSITION": sheet, "NORMAL": normals, "TEXCOORD_0": sheet[:, :2]}, sheet_triangles, material=1)
+    builder.mesh(
+        {"POSITION": sheet, "NORMAL": normals, "TEXCOORD_0": sheet[:, :2]},
+        sheet_triangles,
+        material=1,
+    )
     image = builder.view(png(TEXELS))
     builder.properties.update(
         images=[{"bufferView": image, "mimeType": "image/png"}],
@@ -86,12 +105,20 @@ def zoo(path: Path) -> Path:
         ],
         cameras=[
             {"type": "perspective", "perspective": {"yfov": 0.8, "znear": 1.0, "zfar": 20.0}},
-            {"type": "orthographic", "orthographic": {"xmag": 3.2, "ymag": 2.4, "znear": 1.0, "zfar": 20.0}},
+            {
+                "type": "orthographic",
+                "orthographic": {"xmag": 3.2, "ymag": 2.4, "znear": 1.0, "zfar": 20.0},
+            },
         ],
         nodes=[
             {"mesh": 0, "translation": [-1.6, 0.3, 0]},
             {"mesh": 0, "translation": [0.9, 0.6, -0.4], "scale": [-0.7, 0.7, 0.7]},
-            {"mesh": 0, "translation": [0.2, -1.1, 0.6], "rotation": [0.2, 0.4, 0.1, 0.888819441], "scale": [0.9, 0.4, 0.5]},
+            {
+                "mesh": 0,
+                "translation": [0.2, -1.1, 0.6],
+                "rotation": [0.2, 0.4, 0.1, 0.888819441],
+                "scale": [0.9, 0.4, 0.5],
+            },
             {"mesh": 1, "translation": [-2.2, -1.2, -2.0], "scale": [2.4, 2.4, 1.0]},
             {"camera": 0, "translation": [0.4, 0.3, 7.0], "rotation": [0, 0.05, 0, 0.998749]},
             {"camera": 1, "translation": [0.0, 0.0, 7.0]},
@@ -112,14 +139,21 @@ def one_sheet(path: Path, material: dict, **attributes: np.ndarray) -> Path:
     quads = np.stack([corner, corner + 1, corner + 9, corner + 1, corner + 10, corner + 9], axis=1)
     builder = Builder()
     given = {name: np.asarray(value, np.float32) for name, value in attributes.items()}
-    builder.mesh({"POSITION": positions, **given}, quads.reshape(-1, 3).astype(np.uint32), material=0)
+    builder.mesh(
+        {"POSITION": positions, **given}, quads.reshape(-1, 3).astype(np.uint32), material=0
+    )
     image = builder.view(png(TEXELS))
     builder.properties.update(
         images=[{"bufferView": image, "mimeType": "image/png"}],
         samplers=[{"magFilter": 9728}],
         textures=[{"source": 0, "sampler": 0}],
         materials=[material],
-        cameras=[{"type": "orthographic", "orthographic": {"xmag": 1.0, "ymag": 1.0, "znear": 1.0, "zfar": 5.0}}],
+        cameras=[
+            {
+                "type": "orthographic",
+                "orthographic": {"xmag": 1.0, "ymag": 1.0, "znear": 1.0, "zfar": 5.0},
+            }
+        ],
         nodes=[{"mesh": 0}, {"camera": 0, "translation": [0, 0, 3]}],
         scenes=[{"nodes": [0, 1]}],
     )

@@ -8,6 +8,7 @@ import threading
 
 import numpy as np
 import pytest
+
 from tests.helpers.environment import ROOT
 from tests.helpers.mitsuba_reference import VARIANTS, picture, require, scene, shapes_of, sheet
 
@@ -15,7 +16,9 @@ PATH = {"type": "path", "max_depth": 3}
 FRACTIONS = (0.0, 0.1, 0.25, 0.5, 1.0)
 
 
-@pytest.mark.parametrize("sanitizer", ["thread", pytest.param("address,undefined", marks=pytest.mark.full)])
+@pytest.mark.parametrize(
+    "sanitizer", ["thread", pytest.param("address,undefined", marks=pytest.mark.full)]
+)
 def test01_stress(sanitizer, tmp_path):
     """Many threads on one small cache, under sanitizers."""
     compiler = shutil.which("g++") or shutil.which("clang++")
@@ -62,7 +65,9 @@ def test02_limits(variant, policy, tmp_path):
         assert figures["hits"] > 0 and figures["misses"] == figures["decoded"]
         assert (figures["resident_entries"] > 0) == (fraction > 0)
         if fraction == 1:
-            assert figures["evictions"] == 0  # refused counts those that found another thread at the cache, too
+            assert (
+                figures["evictions"] == 0
+            )  # refused counts those that found another thread at the cache, too
     assert all(np.array_equal(pictures[0], other) for other in pictures[1:])
 
 
@@ -80,12 +85,19 @@ def test03_limit_in_bytes(variant, tmp_path):
 def test04_shared_cache(variant, tmp_path):
     mi, plugin = require(variant)
     path, primitives = sheet(tmp_path)
-    shape = shapes_of(path, primitives, cache_bytes=10_000, cache_group="test04" + variant)["shape_0"]
-    loaded = [mi.load_dict({**shape, "to_world": mi.ScalarTransform4f().translate([0, i, 0])}) for i in range(3)]
+    shape = shapes_of(path, primitives, cache_bytes=10_000, cache_group="test04" + variant)[
+        "shape_0"
+    ]
+    loaded = [
+        mi.load_dict({**shape, "to_world": mi.ScalarTransform4f().translate([0, i, 0])})
+        for i in range(3)
+    ]
     assert [plugin.statistics(s)["limit_bytes"] for s in loaded] == [30_000] * 3
     picture(scene({f"shape_{i}": s for i, s in enumerate(loaded)}, PATH), spp=4)
     assert 0 < plugin.statistics(loaded[0])["resident_bytes"] <= 30_000
-    together = plugin.statistics(mi.load_dict({"type": "scene", **{f"shape_{i}": s for i, s in enumerate(loaded)}}))
+    together = plugin.statistics(
+        mi.load_dict({"type": "scene", **{f"shape_{i}": s for i, s in enumerate(loaded)}})
+    )
     assert together["limit_bytes"] == 30_000
     assert together["triangles"] == 3 * plugin.statistics(loaded[0])["triangles"]
 
@@ -100,7 +112,9 @@ def test05_counts_keep_what_is_popular(tmp_path):
     def look(points, repeat=1):
         for _ in range(repeat):
             for x, y in points:
-                assert s.ray_test(mi.Ray3f(mi.Point3f(float(x), float(y), 2), mi.Vector3f(0, 0, -1)))
+                assert s.ray_test(
+                    mi.Ray3f(mi.Point3f(float(x), float(y), 2), mi.Vector3f(0, 0, -1))
+                )
 
     random = np.random.default_rng(0)
     corner = random.random((20, 2)) * 0.1 + 0.05
@@ -138,7 +152,10 @@ def test07_threads(variant, tmp_path):
 
     path, primitives = sheet(tmp_path)
     before, pictures = dr.thread_count(), []
-    blocks = {**PATH, "block_size": 16}  # by default it depends on the threads, and the random numbers on it
+    blocks = {
+        **PATH,
+        "block_size": 16,
+    }  # by default it depends on the threads, and the random numbers on it
     try:
         for count in (1, 4):
             dr.set_thread_count(count)

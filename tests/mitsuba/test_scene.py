@@ -8,15 +8,20 @@ import json
 
 import numpy as np
 import pytest
-from tests.helpers.gltf_builder import Builder, everything
-from tests.helpers.mitsuba_reference import VARIANTS, compressed, picture, require
 from PIL import Image
 
 import gltf_ext
 from gltf_ext.compression.streams import MAX_STREAMS
 from gltf_meshlet.cli import main
+from tests.helpers.gltf_builder import Builder, everything
+from tests.helpers.mitsuba_reference import VARIANTS, compressed, picture, require
 
-MORE_VARIANTS = ("scalar_spectral_polarized", "llvm_ad_mono", "llvm_ad_mono_polarized", "llvm_ad_spectral_polarized")
+MORE_VARIANTS = (
+    "scalar_spectral_polarized",
+    "llvm_ad_mono",
+    "llvm_ad_mono_polarized",
+    "llvm_ad_spectral_polarized",
+)
 
 
 def image_uri(*colors) -> str:
@@ -29,12 +34,19 @@ def image_uri(*colors) -> str:
 def square_file(folder, material, image=None, attributes=None):
     """A compressed square that faces the default camera, with one material; its textures show `image`."""
     builder = Builder()
-    positions, triangles = np.float32([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), np.uint32([[0, 1, 2], [0, 2, 3]])
+    positions, triangles = (
+        np.float32([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]),
+        np.uint32([[0, 1, 2], [0, 2, 3]]),
+    )
     builder.mesh({"POSITION": positions, **(attributes or {})}, triangles)
     properties = builder.properties
     properties["materials"], properties["meshes"][0]["primitives"][0]["material"] = [material], 0
     if image:
-        properties.update(images=[{"uri": image}], samplers=[{"magFilter": 9728}], textures=[{"source": 0, "sampler": 0}])
+        properties.update(
+            images=[{"uri": image}],
+            samplers=[{"magFilter": 9728}],
+            textures=[{"source": 0, "sampler": 0}],
+        )
     gltf_ext.compress(builder.write(folder / "square.glb"), folder / "square.compressed.glb")
     return folder / "square.compressed.glb"
 
@@ -42,7 +54,9 @@ def square_file(folder, material, image=None, attributes=None):
 def center_color(scene) -> np.ndarray:
     image = picture(scene, spp=64)
     height, width = image.shape[:2]
-    return image[height // 2 - 2 : height // 2 + 2, width // 2 - 2 : width // 2 + 2].mean(axis=(0, 1))
+    return image[height // 2 - 2 : height // 2 + 2, width // 2 - 2 : width // 2 + 2].mean(
+        axis=(0, 1)
+    )
 
 
 def scene_file(folder, change=lambda properties: None, compress=True):
@@ -77,7 +91,10 @@ def test02_like_decoded(variant, tmp_path):
     """Compressed shapes and ordinary meshes give the same picture."""
     _, plugin = require(variant)
     path = scene_file(tmp_path)
-    a, b = (picture(plugin.load_scene(path, width=64, height=48, decoded=decoded), spp=32) for decoded in (True, False))
+    a, b = (
+        picture(plugin.load_scene(path, width=64, height=48, decoded=decoded), spp=32)
+        for decoded in (True, False)
+    )
     assert np.mean(a) == pytest.approx(np.mean(b), rel=1e-2)
     assert np.mean(np.abs(a - b).max(axis=2) < 0.05) > 0.98
 
@@ -87,7 +104,9 @@ def test03_camera_and_lights(variant, tmp_path):
     mi, plugin = require(variant)
 
     def change(properties):
-        properties["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.01}}]
+        properties["cameras"] = [
+            {"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.01}}
+        ]
         properties["extensionsUsed"] = ["KHR_lights_punctual"]
         properties["extensions"] = {
             "KHR_lights_punctual": {
@@ -100,13 +119,20 @@ def test03_camera_and_lights(variant, tmp_path):
         }
         properties["nodes"] += [
             {"camera": 0, "translation": [1, 0.5, 4]},
-            *({"translation": [1, 0.5, 3], "extensions": {"KHR_lights_punctual": {"light": i}}} for i in range(3)),
+            *(
+                {"translation": [1, 0.5, 3], "extensions": {"KHR_lights_punctual": {"light": i}}}
+                for i in range(3)
+            ),
         ]
         properties["scenes"] = [{"nodes": [0, 3, 4, 5, 6]}]
 
     path = scene_file(tmp_path, change)
     s = plugin.load_scene(path, width=32, height=32)
-    assert sorted(e.class_name() for e in s.emitters()) == ["DirectionalEmitter", "PointLight", "SpotLight"]
+    assert sorted(e.class_name() for e in s.emitters()) == [
+        "DirectionalEmitter",
+        "PointLight",
+        "SpotLight",
+    ]
     matrix = np.array(s.sensors()[0].world_transform().matrix).reshape(4, 4)
     assert (
         np.allclose(matrix[:3, 3], [1, 0.5, 4])
@@ -189,7 +215,10 @@ def test10_second_texture_coordinates(variant, tmp_path):
         tmp_path,
         {"pbrMetallicRoughness": {"baseColorTexture": texture, "metallicFactor": 0}},
         image_uri((255, 0, 0), (0, 255, 0)),
-        {"TEXCOORD_0": np.full((4, 2), 0.2, np.float32), "TEXCOORD_1": np.full((4, 2), 0.8, np.float32) + np.float32(np.eye(4)[:, :2] * 0.1)},
+        {
+            "TEXCOORD_0": np.full((4, 2), 0.2, np.float32),
+            "TEXCOORD_1": np.full((4, 2), 0.8, np.float32) + np.float32(np.eye(4)[:, :2] * 0.1),
+        },
     )
     red, green, _ = center_color(plugin.load_scene(path, width=24, height=24))
     assert green > 3 * red
@@ -202,12 +231,21 @@ def test11_vertex_colors_times_base_color(variant, tmp_path):
     corners = np.float32([[0, 0], [1, 0], [1, 1], [0, 1]])
     several = square_file(
         tmp_path,
-        {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 1, 0.5, 1], "metallicFactor": 0}},
+        {
+            "pbrMetallicRoughness": {
+                "baseColorTexture": {"index": 0},
+                "baseColorFactor": [1, 1, 0.5, 1],
+                "metallicFactor": 0,
+            }
+        },
         image_uri((255, 188, 255)),  # 188 of 255 in sRGB is half the light
         {"TEXCOORD_0": corners, "COLOR_0": np.full((4, 3), [0.4, 0.8, 0.8], np.float32)},
     )
     found = center_color(plugin.load_scene(several, width=24, height=24))
-    product = square_file(tmp_path, {"pbrMetallicRoughness": {"baseColorFactor": [0.4, 0.4, 0.4, 1], "metallicFactor": 0}})
+    product = square_file(
+        tmp_path,
+        {"pbrMetallicRoughness": {"baseColorFactor": [0.4, 0.4, 0.4, 1], "metallicFactor": 0}},
+    )
     expected = center_color(plugin.load_scene(product, width=24, height=24))
     assert np.allclose(found, expected, rtol=0.03)
 
@@ -216,16 +254,26 @@ def test11_vertex_colors_times_base_color(variant, tmp_path):
 def test12_unlit(variant, tmp_path):
     """Its own colour, in the dark."""
     _, plugin = require(variant)
-    material = {"pbrMetallicRoughness": {"baseColorFactor": [0.2, 0.5, 0.9, 1]}, "extensions": {"KHR_materials_unlit": {}}}
+    material = {
+        "pbrMetallicRoughness": {"baseColorFactor": [0.2, 0.5, 0.9, 1]},
+        "extensions": {"KHR_materials_unlit": {}},
+    }
     path = square_file(tmp_path, material)
-    assert np.allclose(center_color(plugin.load_scene(path, width=24, height=24, default_light=0)), [0.2, 0.5, 0.9], rtol=1e-3)
+    assert np.allclose(
+        center_color(plugin.load_scene(path, width=24, height=24, default_light=0)),
+        [0.2, 0.5, 0.9],
+        rtol=1e-3,
+    )
 
 
 @pytest.mark.parametrize("variant", MORE_VARIANTS)
 def test13_more_variants(variant, tmp_path):
     _, plugin = require(variant)
     path = scene_file(tmp_path)
-    a, b = (picture(plugin.load_scene(path, width=32, height=24, decoded=decoded), spp=32) for decoded in (True, False))
+    a, b = (
+        picture(plugin.load_scene(path, width=32, height=24, decoded=decoded), spp=32)
+        for decoded in (True, False)
+    )
     assert np.isfinite(b).all() and b.std() > 0
     assert np.mean(a) == pytest.approx(np.mean(b), rel=2e-2)
 
@@ -234,7 +282,18 @@ def test13_more_variants(variant, tmp_path):
 def test07_render(suffix, tmp_path, capsys):
     require("scalar_rgb")
     output = tmp_path / f"out{suffix}"
-    arguments = ["render", str(scene_file(tmp_path)), "-o", str(output), "--width", "40", "--height", "30", "--spp", "4"]
+    arguments = [
+        "render",
+        str(scene_file(tmp_path)),
+        "-o",
+        str(output),
+        "--width",
+        "40",
+        "--height",
+        "30",
+        "--spp",
+        "4",
+    ]
     assert main(arguments) == 0
     assert output.stat().st_size > 0 and "40 x 30" in capsys.readouterr().out
     assert main([*arguments, "--json", "--cache-bytes", "5000"]) == 0
@@ -246,7 +305,12 @@ def test07_render(suffix, tmp_path, capsys):
 def test14_render_what_is_not_compressed(tmp_path, capsys):
     require("scalar_rgb")
     path, output = scene_file(tmp_path, compress=False), tmp_path / "out.png"
-    assert main(["render", str(path), "-o", str(output), "--width", "8", "--height", "8", "--spp", "1"]) == 0
+    assert (
+        main(
+            ["render", str(path), "-o", str(output), "--width", "8", "--height", "8", "--spp", "1"]
+        )
+        == 0
+    )
     assert "is not compressed; rendering a copy" in capsys.readouterr().err and output.exists()
 
 
@@ -260,7 +324,10 @@ def test14_render_what_is_not_compressed(tmp_path, capsys):
 )
 def test15_render_errors(arguments, message, tmp_path, capsys):
     require("scalar_rgb")
-    assert main(["render", str(scene_file(tmp_path)), "-o", str(tmp_path / "out.png"), *arguments]) == 2
+    assert (
+        main(["render", str(scene_file(tmp_path)), "-o", str(tmp_path / "out.png"), *arguments])
+        == 2
+    )
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("gltf-meshlet: ") and message in line
     assert not (tmp_path / "out.png").exists()
@@ -272,13 +339,25 @@ def test16_without_llvm(tmp_path, capsys, monkeypatch):
 
     monkeypatch.setattr(llvm, "choose", lambda: False)
     output = tmp_path / "out.png"
-    assert main(["render", str(scene_file(tmp_path)), "-o", str(output), "--variant", "llvm_ad_rgb"]) == 2
-    assert "llvm_ad_rgb needs LLVM 17 or newer; Debian: apt install libllvm19" in capsys.readouterr().err
+    assert (
+        main(["render", str(scene_file(tmp_path)), "-o", str(output), "--variant", "llvm_ad_rgb"])
+        == 2
+    )
+    assert (
+        "llvm_ad_rgb needs LLVM 17 or newer; Debian: apt install libllvm19"
+        in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize(
     "name, version",
-    [("libLLVM-17.so.1", 17), ("libLLVM.so.19.1", 19), ("libLLVM-15.so", 15), ("libLLVMCore.so", 0), ("libLLVM.so", 0)],
+    [
+        ("libLLVM-17.so.1", 17),
+        ("libLLVM.so.19.1", 19),
+        ("libLLVM-15.so", 15),
+        ("libLLVMCore.so", 0),
+        ("libLLVM.so", 0),
+    ],
 )
 def test17_llvm_versions(name, version):
     require("scalar_rgb")

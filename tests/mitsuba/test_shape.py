@@ -4,25 +4,51 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.helpers.gltf_builder import Builder, everything
-from tests.helpers.mitsuba_reference import AOVS, VARIANTS, compressed, mesh_of, meshes_of, picture, require, scene, shapes_of, sheet
 
-MODELS = ("bunny.glb", "suzanne.glb", "materialball.glb", "dragon.glb", "sponza_like.glb", "DamagedHelmet.glb")
+from tests.helpers.gltf_builder import Builder, everything
+from tests.helpers.mitsuba_reference import (
+    AOVS,
+    VARIANTS,
+    compressed,
+    mesh_of,
+    meshes_of,
+    picture,
+    require,
+    scene,
+    shapes_of,
+    sheet,
+)
+
+MODELS = (
+    "bunny.glb",
+    "suzanne.glb",
+    "materialball.glb",
+    "dragon.glb",
+    "sponza_like.glb",
+    "DamagedHelmet.glb",
+)
 SMALL = ("bunny.glb", "DamagedHelmet.glb")
 CLOSED = ("igea.glb", "chinesedragon.glb")
 POSITION, NORMAL, UV = 1e-5, 1e-3, 1e-4  # allowed errors; POSITION of the bounding box's diagonal
 EQUAL_PIXELS = 0.9999
 
 
-def compare_aovs(expected: np.ndarray, found: np.ndarray, diagonal: float, texcoords: bool = True) -> float:
+def compare_aovs(
+    expected: np.ndarray, found: np.ndarray, diagonal: float, texcoords: bool = True
+) -> float:
     """Share of the pixels whose position, shading normal and texture coordinates agree.
 
     Without texture coordinates Mitsuba gives the barycentric ones, which no float has to 1e-4 on a tiny triangle.
     """
     position, normal, uv = (
-        np.abs(expected[..., s] - found[..., s]).max(axis=2) for s in (slice(0, 3), slice(3, 6), slice(9, 11))
+        np.abs(expected[..., s] - found[..., s]).max(axis=2)
+        for s in (slice(0, 3), slice(3, 6), slice(9, 11))
     )
-    return float(np.mean((position <= POSITION * diagonal) & (normal <= NORMAL) & ((uv <= UV) | (not texcoords))))
+    return float(
+        np.mean(
+            (position <= POSITION * diagonal) & (normal <= NORMAL) & ((uv <= UV) | (not texcoords))
+        )
+    )
 
 
 def diagonal_of(scene) -> float:
@@ -36,7 +62,10 @@ def test01_create(variant, tmp_path):
     shape = mi.load_dict({"type": "meshlet_edgebreaker", "filename": str(path), "cache": 0.5})
     assert shape.primitive_count() == plugin.statistics(shape)["meshlets"] > 1
     assert plugin.statistics(shape)["triangles"] == len(primitives[0].indices)
-    low, high = primitives[0].attributes["POSITION"].min(axis=0), primitives[0].attributes["POSITION"].max(axis=0)
+    low, high = (
+        primitives[0].attributes["POSITION"].min(axis=0),
+        primitives[0].attributes["POSITION"].max(axis=0),
+    )
     assert np.allclose(np.array(shape.bbox().min).ravel(), low) and np.allclose(
         np.array(shape.bbox().max).ravel(), high
     )
@@ -48,8 +77,12 @@ def test02_xml(variant, tmp_path):
     mi, _ = require(variant)
     path, _ = sheet(tmp_path)
     text = '<shape {}type="meshlet_edgebreaker"><string name="filename" value="{}"/></shape>'
-    (tmp_path / "scene.xml").write_text('<scene version="3.0.0">' + text.format("", path.name) + "</scene>")
-    assert len(mi.load_file(str(tmp_path / "scene.xml")).shapes()) == 1  # a path relative to the scene
+    (tmp_path / "scene.xml").write_text(
+        '<scene version="3.0.0">' + text.format("", path.name) + "</scene>"
+    )
+    assert (
+        len(mi.load_file(str(tmp_path / "scene.xml")).shapes()) == 1
+    )  # a path relative to the scene
     assert mi.load_string(text.format('version="3.0.0" ', path)).primitive_count() > 1
 
 
@@ -67,12 +100,17 @@ def test03_surface_interaction(variant, tmp_path):
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
 @pytest.mark.parametrize(
-    "options", [{"flip_normals": True}, {"face_normals": True}, {"flip_normals": True, "face_normals": True}]
+    "options",
+    [{"flip_normals": True}, {"face_normals": True}, {"flip_normals": True, "face_normals": True}],
 )
 def test04_normals(variant, options, tmp_path):
     require(variant)
     path, primitives = sheet(tmp_path)
-    a = picture(scene(meshes_of(primitives, properties=options, normals=not options.get("face_normals")), AOVS))
+    a = picture(
+        scene(
+            meshes_of(primitives, properties=options, normals=not options.get("face_normals")), AOVS
+        )
+    )
     b = picture(scene(shapes_of(path, primitives, **options), AOVS))
     assert np.allclose(a[..., 3:9], b[..., 3:9], atol=NORMAL)
 
@@ -81,7 +119,9 @@ def test04_normals(variant, options, tmp_path):
 def test05_to_world(variant, tmp_path):
     mi, _ = require(variant)
     path, primitives = sheet(tmp_path)
-    to_world = mi.ScalarTransform4f().translate([3, -2, 1]).rotate([1, 2, 3], 40).scale([2, 0.5, 1.5])
+    to_world = (
+        mi.ScalarTransform4f().translate([3, -2, 1]).rotate([1, 2, 3], 40).scale([2, 0.5, 1.5])
+    )
     matrix = np.array(to_world.matrix, np.float64).reshape(4, 4)
     expected = scene(meshes_of(primitives, matrix=matrix), AOVS)
     a, b = picture(expected), picture(scene(shapes_of(path, primitives, to_world=to_world), AOVS))
@@ -102,7 +142,9 @@ def test06_vertex_color(variant, tmp_path):
 @pytest.mark.parametrize("variant", VARIANTS[:2])
 def test07_custom_attributes(variant, tmp_path):
     mi, _ = require(variant)
-    path, primitives = sheet(tmp_path, ("POSITION", "_HEAT", "COLOR_0", "COLOR_1", "COLOR_2", "_FRAME", "_ID"))
+    path, primitives = sheet(
+        tmp_path, ("POSITION", "_HEAT", "COLOR_0", "COLOR_1", "COLOR_2", "_FRAME", "_ID")
+    )
     shape = mi.load_dict(shapes_of(path, primitives)["shape_0"])
     for name, there in (
         ("vertex_heat", True),
@@ -123,9 +165,13 @@ def test07_custom_attributes(variant, tmp_path):
         float(attributes["_HEAT"][corner].mean()), rel=1e-3, abs=10
     )
     color = attributes["COLOR_1"][corner].mean(axis=0) / 255
-    assert np.allclose(np.array(shape.eval_attribute_3("vertex_color_1", up)).ravel(), color, atol=1e-3)
+    assert np.allclose(
+        np.array(shape.eval_attribute_3("vertex_color_1", up)).ravel(), color, atol=1e-3
+    )
     alpha = attributes["COLOR_0"][corner, 3].mean()
-    assert float(np.ravel(shape.eval_attribute_1("vertex_alpha", up))[0]) == pytest.approx(float(alpha), abs=1e-3)
+    assert float(np.ravel(shape.eval_attribute_1("vertex_alpha", up))[0]) == pytest.approx(
+        float(alpha), abs=1e-3
+    )
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
@@ -134,11 +180,18 @@ def test08_instances(variant, tmp_path):
     path, primitives = sheet(tmp_path)
 
     def group(shapes):
-        places = [mi.ScalarTransform4f().translate([0, 1.2 * i, 0]).rotate([0, 1, 0], 25 * i) for i in range(3)]
+        places = [
+            mi.ScalarTransform4f().translate([0, 1.2 * i, 0]).rotate([0, 1, 0], 25 * i)
+            for i in range(3)
+        ]
         return {
             "group": {"type": "shapegroup", **shapes},
             **{
-                f"instance_{i}": {"type": "instance", "group": {"type": "ref", "id": "group"}, "to_world": t}
+                f"instance_{i}": {
+                    "type": "instance",
+                    "group": {"type": "ref", "id": "group"},
+                    "to_world": t,
+                }
                 for i, t in enumerate(places)
             },
         }
@@ -147,7 +200,10 @@ def test08_instances(variant, tmp_path):
     expected = scene(group(meshes_of(primitives)), AOVS)
     a, b = picture(expected), picture(scene(group(shapes_of(path, primitives)), AOVS))
     assert compare_aovs(a, b, diagonal_of(expected)) >= 0.999
-    a, b = (picture(scene(group(s), integrator), spp=16) for s in (meshes_of(primitives), shapes_of(path, primitives)))
+    a, b = (
+        picture(scene(group(s), integrator), spp=16)
+        for s in (meshes_of(primitives), shapes_of(path, primitives))
+    )
     assert np.mean(a) == pytest.approx(np.mean(b), rel=1e-2)
 
 
@@ -161,18 +217,38 @@ def test09_area_emitter(variant, radiance, tmp_path):
         "bitmap": mi.Bitmap(np.random.default_rng(0).random((8, 8, 3)).astype(np.float32)),
         "raw": True,
     }
-    emitter = {"type": "area", "radiance": texture if radiance == "textured" else {"type": "rgb", "value": [2, 1, 0.5]}}
-    floor = {"floor": {"type": "rectangle", "to_world": mi.ScalarTransform4f().translate([1, 0.5, -1]).scale(3)}}
+    emitter = {
+        "type": "area",
+        "radiance": texture if radiance == "textured" else {"type": "rgb", "value": [2, 1, 0.5]},
+    }
+    floor = {
+        "floor": {
+            "type": "rectangle",
+            "to_world": mi.ScalarTransform4f().translate([1, 0.5, -1]).scale(3),
+        }
+    }
     integrator = {"type": "path", "max_depth": 2}
-    options = {"spp": 64, "size": (32, 32)} if variant.startswith("scalar") else {"spp": 256, "size": (32, 32)}
+    options = (
+        {"spp": 64, "size": (32, 32)}
+        if variant.startswith("scalar")
+        else {"spp": 256, "size": (32, 32)}
+    )
     flipped = {"flip_normals": True, "face_normals": True}
     a = scene(
-        {**meshes_of(primitives, properties={"emitter": emitter, **flipped}, normals=False), **floor},
+        {
+            **meshes_of(primitives, properties={"emitter": emitter, **flipped}, normals=False),
+            **floor,
+        },
         integrator,
         light=False,
         **options,
     )
-    b = scene({**shapes_of(path, primitives, emitter=emitter, **flipped), **floor}, integrator, light=False, **options)
+    b = scene(
+        {**shapes_of(path, primitives, emitter=emitter, **flipped), **floor},
+        integrator,
+        light=False,
+        **options,
+    )
     a, b = picture(a, seed=1), picture(b, seed=2)
     assert np.mean(b) == pytest.approx(np.mean(a), rel=0.05) and np.mean(a) > 1e-3
 
@@ -198,7 +274,11 @@ def test11_masks_and_textures(variant, tmp_path):
         "raw": True,
         "filter_type": "nearest",
     }
-    colors = {"type": "bitmap", "bitmap": mi.Bitmap(random.random((16, 16, 3)).astype(np.float32)), "raw": True}
+    colors = {
+        "type": "bitmap",
+        "bitmap": mi.Bitmap(random.random((16, 16, 3)).astype(np.float32)),
+        "raw": True,
+    }
     bsdf = {
         "type": "mask",
         "opacity": holes,
@@ -228,7 +308,9 @@ def test12_several_shapes(variant, tmp_path):
     }
     matrices = [np.array(move([0, i, 0]).matrix).reshape(4, 4) for i in range(3)]
     theirs = {
-        f"shape_{i}": mesh_of(primitives[0], m, properties={"bsdf": mirror if i else {"type": "diffuse"}})
+        f"shape_{i}": mesh_of(
+            primitives[0], m, properties={"bsdf": mirror if i else {"type": "diffuse"}}
+        )
         for i, m in enumerate(matrices)
     }
     integrator = {"type": "path", "max_depth": 4}
@@ -267,7 +349,9 @@ def test14_decoded(variant, tmp_path):
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
-@pytest.mark.parametrize("name", [m if m in SMALL else pytest.param(m, marks=pytest.mark.full) for m in MODELS])
+@pytest.mark.parametrize(
+    "name", [m if m in SMALL else pytest.param(m, marks=pytest.mark.full) for m in MODELS]
+)
 def test20_models(variant, name, model, tmp_path, request):
     require(variant)
     path, primitives = compressed(model(name), tmp_path)
@@ -279,13 +363,16 @@ def test20_models(variant, name, model, tmp_path, request):
     integrator = {"type": "path", "max_depth": 3}
     spp = 16
     a, b = (
-        picture(scene(s, integrator, (64, 36)), spp=spp) for s in (meshes_of(primitives), shapes_of(path, primitives))
+        picture(scene(s, integrator, (64, 36)), spp=spp)
+        for s in (meshes_of(primitives), shapes_of(path, primitives))
     )
     noise = np.abs(a - a.mean()).mean() / np.sqrt(a.size * spp)
     assert abs(a.mean() - b.mean()) < 4 * noise + 1e-3 * a.mean()
 
 
-@pytest.mark.parametrize("name", [pytest.param(m, marks=[] if m == CLOSED[1] else pytest.mark.full) for m in CLOSED])
+@pytest.mark.parametrize(
+    "name", [pytest.param(m, marks=[] if m == CLOSED[1] else pytest.mark.full) for m in CLOSED]
+)
 def test30_no_cracks(name, model, tmp_path, request):
     """No ray from inside a closed model leaves it."""
     mi, _ = require("llvm_ad_rgb")
@@ -293,7 +380,9 @@ def test30_no_cracks(name, model, tmp_path, request):
 
     path, primitives = compressed(model(name), tmp_path)
     shape = mi.load_dict({"type": "scene", **shapes_of(path, primitives)})
-    rays, batch = (10_000_000, 1_000_000) if request.config.getoption("--full") else (200_000, 200_000)
+    rays, batch = (
+        (10_000_000, 1_000_000) if request.config.getoption("--full") else (200_000, 200_000)
+    )
     inside = inner_point(mi, dr, mi.load_dict({"type": "scene", **meshes_of(primitives)}))
     leaks = 0
     for seed in range(rays // batch):
@@ -309,13 +398,18 @@ def test30_no_cracks(name, model, tmp_path, request):
 def inner_point(mi, dr, reference) -> list[float]:
     """A point that Mitsuba's own mesh encloses, as far from its surface as a few tries find."""
     random = np.random.default_rng(0)
-    center, extents = np.array(reference.bbox().center()).ravel(), np.array(reference.bbox().extents()).ravel()
+    center, extents = (
+        np.array(reference.bbox().center()).ravel(),
+        np.array(reference.bbox().extents()).ravel(),
+    )
     best, farthest = None, 0.0
     for point in center + (random.random((200, 3)) - 0.5) * extents:
         sampler = mi.load_dict({"type": "independent"})
         sampler.seed(1, 512)
         pi = reference.ray_intersect_preliminary(
-            mi.Ray3f(mi.Point3f(*map(float, point)), mi.warp.square_to_uniform_sphere(sampler.next_2d()))
+            mi.Ray3f(
+                mi.Point3f(*map(float, point)), mi.warp.square_to_uniform_sphere(sampler.next_2d())
+            )
         )
         nearest = float(dr.min(pi.t)[0])
         if dr.all(pi.is_valid()) and nearest > farthest:

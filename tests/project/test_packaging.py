@@ -44,7 +44,9 @@ def test_make_help_lists_every_command():
 
 
 def test_build_tools_of_the_makefile_are_those_of_pyproject():
-    requires = re.search(r"^requires = \[(.*)\]$", (ROOT / "pyproject.toml").read_text(), re.M).group(1)
+    requires = re.search(
+        r"^requires = \[(.*)\]$", (ROOT / "pyproject.toml").read_text(), re.M
+    ).group(1)
     tools = re.search(r"^BUILD_TOOLS := (.*)$", (ROOT / "Makefile").read_text(), re.M).group(1)
     for requirement in re.findall(r'"([^"]+)"', requires):
         assert f'"{requirement}"' in tools
@@ -62,24 +64,54 @@ def test_system_packages_are_told_not_installed(tmp_path):
     environment = {**os.environ, "GLTF_MESHLET_SYSTEM_PACKAGES": "no", "PATH": str(tmp_path)}
     result = run(sys.executable, ROOT / "tools" / "system_packages.py", env=environment)
     (line,) = result.stdout.splitlines()
-    assert result.returncode == 0 and line.startswith("make: ") and "apt install" in line and "glslang-tools spirv-tools" in line
+    assert (
+        result.returncode == 0
+        and line.startswith("make: ")
+        and "apt install" in line
+        and "glslang-tools spirv-tools" in line
+    )
 
 
 @pytest.mark.full
 def test_the_wheel_has_all_packages_and_what_builds_the_plugin(tmp_path):
     folder = tmp_path / "wheel"
     source = tmp_path / "source"
-    shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(".venv", "build", ".git", "demo-output", "__pycache__"))
-    command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", folder, source]
+    shutil.copytree(
+        ROOT,
+        source,
+        ignore=shutil.ignore_patterns(".venv", "build", ".git", "demo-output", "__pycache__"),
+    )
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "-q",
+        "--no-deps",
+        "--no-build-isolation",
+        "-w",
+        folder,
+        source,
+    ]
     result = run(*command)
     assert result.returncode == 0, result.stderr
     (wheel,) = folder.iterdir()
     names = set(zipfile.ZipFile(wheel).namelist())
-    sources = {f"mitsuba_plugin/codec/{path.relative_to(ROOT / 'codec')}" for path in (ROOT / "codec").glob("*/*.h")}
-    assert {"gltf_meshlet/render.py", "mitsuba_plugin/build.py", "mitsuba_plugin/src/shape.cpp", *sources} <= names
+    sources = {
+        f"mitsuba_plugin/codec/{path.relative_to(ROOT / 'codec')}"
+        for path in (ROOT / "codec").glob("*/*.h")
+    }
+    assert {
+        "gltf_meshlet/render.py",
+        "mitsuba_plugin/build.py",
+        "mitsuba_plugin/src/shape.cpp",
+        *sources,
+    } <= names
     assert "mitsuba_plugin/codec/decode/serial_decoder.glsl" in names
     assert any(name.startswith("vk_backend/") and name.endswith(".spv") for name in names)
-    assert not any(name.startswith(("tests", "bench", "codec", "mitsuba_plugin/plugins")) for name in names)
+    assert not any(
+        name.startswith(("tests", "bench", "codec", "mitsuba_plugin/plugins")) for name in names
+    )
 
 
 def test_ci_runs_the_tests():
@@ -98,7 +130,9 @@ def test_readme_shows_the_commands_and_its_links_resolve():
 
 def test_readme_names_no_option_that_does_not_exist():
     usage = run(Path(sys.executable).with_name("gltf-meshlet"), "compress", "-h").stdout
-    options = re.findall(r"(?:gltf-meshlet compress .*|^\| `.*`.*)$", (ROOT / "README.md").read_text(), re.M)
+    options = re.findall(
+        r"(?:gltf-meshlet compress .*|^\| `.*`.*)$", (ROOT / "README.md").read_text(), re.M
+    )
     for option in re.findall(r"(?<=[ `])--?[a-z][a-z-]*", " ".join(options)):
         assert option in usage, option
 

@@ -4,11 +4,13 @@ import random
 
 import numpy as np
 import pytest
+
+from spec import reference_decoder
 from spec.blob_writer import (
     COPY,
+    DAMPED,
     FOREIGN,
     GRID,
-    DAMPED,
     MEAN,
     OWNED,
     PARALLELOGRAM,
@@ -20,8 +22,6 @@ from spec.blob_writer import (
     random_components,
     write_blob,
 )
-
-from spec import reference_decoder
 from spec.reference_decoder import decode_blob, decode_meshlet, decode_parallel, decode_serial
 
 
@@ -120,7 +120,9 @@ def test_every_random_symbol_string_is_decoded_or_refused():
         except ValueError:
             continue
         decoded += 1
-        assert decode_parallel(symbols) == connectivity.triangles == textbook_edgebreaker(symbols)[0]
+        assert (
+            decode_parallel(symbols) == connectivity.triangles == textbook_edgebreaker(symbols)[0]
+        )
     assert decoded > 100
 
 
@@ -147,8 +149,12 @@ def test_single_triangle():
 )  # fmt: skip
 def test_quad_predictors(predictor, last):
     # R then E: triangles (3, 0, 1) and (3, 1, 2); values b = 10, a = 14, v = 12, and the last one as predicted
-    apex = {PARALLELOGRAM: 0, MEAN: 0, COPY: 3, DAMPED: 0}[predictor]  # zigzag residual: the mean 12 or a = 14 with -2
-    blob = decode_blob(write_blob(one_stream(predictor=predictor), [private_meshlet("RE", 10, [8, apex, 0])], 4))
+    apex = {PARALLELOGRAM: 0, MEAN: 0, COPY: 3, DAMPED: 0}[
+        predictor
+    ]  # zigzag residual: the mean 12 or a = 14 with -2
+    blob = decode_blob(
+        write_blob(one_stream(predictor=predictor), [private_meshlet("RE", 10, [8, apex, 0])], 4)
+    )
     assert blob.triangles.tolist() == [[3, 0, 1], [3, 1, 2]]
     assert blob.values[0].tolist() == [[10], [12], [last], [14]]
 
@@ -204,7 +210,14 @@ def test_foreign_run_is_the_owners_backwards():
     assert first[:4].tolist() == [[40], [40], [41], [41]]
     assert second[:4].tolist() == first[3::-1].tolist()
     # the first meshlet's ids 0..4, then the one vertex of the second that it does not share
-    assert blob.triangles.tolist() == [[4, 0, 1], [4, 1, 2], [4, 2, 3], [5, 3, 2], [5, 2, 1], [5, 1, 0]]
+    assert blob.triangles.tolist() == [
+        [4, 0, 1],
+        [4, 1, 2],
+        [4, 2, 3],
+        [5, 3, 2],
+        [5, 2, 1],
+        [5, 1, 0],
+    ]
 
 
 def test_seam_keeps_own_values_for_the_stream():
@@ -234,17 +247,26 @@ def test_random_blobs_share_values_exactly():
     for _ in range(30):
         decoder = reference_decoder.Decoder(random_blob(rng, rng.randint(1, 40)))
         values = [decode_or_hops(decoder, m) for m in range(decoder.file.meshlet_count)]
-        runs = [decoder.boundary(decoder.file.meshlet(m)) for m in range(decoder.file.meshlet_count)]
+        runs = [
+            decoder.boundary(decoder.file.meshlet(m)) for m in range(decoder.file.meshlet_count)
+        ]
         for m, meshlet_values in enumerate(values):
             for j, reference in enumerate(decoder.file.meshlet(m).references):
-                if reference.kind != FOREIGN or meshlet_values is None or values[reference.owner] is None:
+                if (
+                    reference.kind != FOREIGN
+                    or meshlet_values is None
+                    or values[reference.owner] is None
+                ):
                     continue
                 owner, k = decoder.owned_reference(reference)
                 for s in range(len(meshlet_values)):
                     if reference.shares(s):
                         ours = [meshlet_values[s][v] for v in runs[m][j]]
                         theirs = [values[owner.index][s][v] for v in runs[owner.index][k]][::-1]
-                        if (ours[0], ours[-1]) == (theirs[0], theirs[-1]):  # an encoder sees to that
+                        if (ours[0], ours[-1]) == (
+                            theirs[0],
+                            theirs[-1],
+                        ):  # an encoder sees to that
                             assert ours == theirs
                             shared += len(ours) - 2
     assert shared > 100
@@ -265,13 +287,24 @@ def test_no_such_meshlet():
 
 def test_dequantise():
     def stream(**changes):
-        fields = {"predictor": COPY, "chain_base": 0, "interior_base": 0, "step": 0.5, "offset": (1.0, 2.0), **changes}
+        fields = {
+            "predictor": COPY,
+            "chain_base": 0,
+            "interior_base": 0,
+            "step": 0.5,
+            "offset": (1.0, 2.0),
+            **changes,
+        }
         return reference_decoder.Stream(**fields)
 
-    grid = reference_decoder.dequantise(stream(kind=GRID, components=2, bits=8), np.array([[0, 1], [2, 3]], np.uint32))
+    grid = reference_decoder.dequantise(
+        stream(kind=GRID, components=2, bits=8), np.array([[0, 1], [2, 3]], np.uint32)
+    )
     assert grid.dtype == np.float32 and grid.tolist() == [[1.0, 2.5], [2.0, 3.5]]
     octahedral = stream(kind=reference_decoder.OCT, components=2, bits=8)
-    corners = reference_decoder.dequantise(octahedral, np.array([[0, 0], [255, 255], [255, 0]], np.uint32))
+    corners = reference_decoder.dequantise(
+        octahedral, np.array([[0, 0], [255, 255], [255, 0]], np.uint32)
+    )
     assert np.allclose(corners, [[0, 0, -1]] * 3, atol=1e-6)
     values = np.array([1.5, -1.5, 0.0, -0.0, np.inf, -np.inf], np.float32)
     bits = values.view(np.uint32)
@@ -280,4 +313,7 @@ def test_dequantise():
     lossless = stream(kind=reference_decoder.FLOAT32, components=1, bits=32)
     assert np.array_equal(reference_decoder.dequantise(lossless, ordered).view(np.uint32), bits)
     sign = stream(kind=reference_decoder.SIGN, components=1, bits=1)
-    assert reference_decoder.dequantise(sign, np.array([[0], [1]], np.uint32)).tolist() == [[-1.0], [1.0]]
+    assert reference_decoder.dequantise(sign, np.array([[0], [1]], np.uint32)).tolist() == [
+        [-1.0],
+        [1.0],
+    ]

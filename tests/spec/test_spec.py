@@ -4,19 +4,21 @@ import json
 import re
 
 import jsonschema
-from spec import make_vectors
 import pygltflib
 import pytest
-from spec.make_vectors import EXAMPLE_BEGIN, EXAMPLE_END, ROOT, SPECIFICATION
 
 import gltf_ext
 from gltf_meshlet.demo import model as demo_model
-from spec import reference_decoder
+from spec import make_vectors, reference_decoder
+from spec.make_vectors import EXAMPLE_BEGIN, EXAMPLE_END, ROOT, SPECIFICATION
 
 SCHEMA = ROOT / "spec" / "schema" / "mesh.primitive.EXT_meshlet_edgebreaker.schema.json"
 # What the schema takes from the glTF 2.0 schemas.
 GLTF_SCHEMAS = {
-    "glTFProperty.schema.json": {"type": "object", "properties": {"extensions": {"type": "object"}, "extras": {}}},
+    "glTFProperty.schema.json": {
+        "type": "object",
+        "properties": {"extensions": {"type": "object"}, "extras": {}},
+    },
     "glTFid.schema.json": {"type": "integer", "minimum": 0},
 }
 HEADINGS = [
@@ -62,7 +64,8 @@ def test_headings():
 def test_links_lead_somewhere():
     text = SPECIFICATION.read_text()
     anchors = {
-        re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+        re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-")
+        for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE)
     }
     for target in re.findall(r"\]\(([^)]+)\)", text):
         if target.startswith("#"):
@@ -77,7 +80,9 @@ def test_example_follows_the_schema(validator):
     extension = primitive["extensions"]["EXT_meshlet_edgebreaker"]
     validator.validate(extension)
     assert extension["attributes"].keys() == primitive["attributes"].keys()
-    assert [target.keys() for target in extension["targets"]] == [target.keys() for target in primitive["targets"]]
+    assert [target.keys() for target in extension["targets"]] == [
+        target.keys() for target in primitive["targets"]
+    ]
     assert document["bufferViews"][extension["bufferView"]]["byteLength"] % 4 == 0
 
 
@@ -93,14 +98,18 @@ def test_compressed_files_follow_the_document(validator, tmp_path):
         view = gltf.bufferViews[extension["bufferView"]]
         begin = view.byteOffset or 0
         decoder = reference_decoder.BlobFile(gltf.binary_blob()[begin : begin + view.byteLength])
-        names = {name: index for name, index in vars(primitive.attributes).items() if index is not None}
+        names = {
+            name: index for name, index in vars(primitive.attributes).items() if index is not None
+        }
         assert extension["attributes"].keys() == names.keys()
         assert begin % 4 == 0 and view.byteStride is None and view.target is None
         assert gltf.accessors[primitive.indices].count == 3 * decoder.triangle_count
         for index in (primitive.indices, *names.values()):
             assert gltf.accessors[index].bufferView is None
         assert {gltf.accessors[index].count for index in names.values()} == {decoder.vertex_count}
-        assert decoder.streams[0].kind == reference_decoder.GRID and decoder.streams[0].components == 3
+        assert (
+            decoder.streams[0].kind == reference_decoder.GRID and decoder.streams[0].components == 3
+        )
 
 
 @pytest.mark.parametrize(
@@ -127,7 +136,9 @@ def test_schema_refuses(validator, extension):
 def test_worked_example_is_up_to_date():
     document = SPECIFICATION.read_text()
     text = make_vectors.worked_example_text(make_vectors.worked_example())
-    assert document == make_vectors.replace_example(document, text), "run: python -m spec.make_vectors"
+    assert document == make_vectors.replace_example(document, text), (
+        "run: python -m spec.make_vectors"
+    )
     assert document.count(EXAMPLE_BEGIN) == document.count(EXAMPLE_END) == 1
 
 

@@ -3,15 +3,13 @@
 import json
 import random
 
-from spec import make_vectors
 import numpy as np
 import pytest
-from spec.blob_writer import random_blob
-from spec.make_vectors import FOLDER
 
 from gltf_ext import _codec
-
-from spec import reference_decoder
+from spec import make_vectors, reference_decoder
+from spec.blob_writer import random_blob
+from spec.make_vectors import FOLDER
 
 VALID = sorted(path.stem for path in FOLDER.glob("valid_*.bin"))
 MALFORMED = sorted(path.name for path in FOLDER.glob("malformed_*.bin"))
@@ -112,22 +110,46 @@ def test_vectors_cover_the_format():
     for name in VALID:
         decoder = reference_decoder.Decoder((FOLDER / f"{name}.bin").read_bytes())
         file = decoder.file
-        seen |= {("kind", stream.kind) for stream in file.streams} | {("predictor", stream.predictor) for stream in file.streams}
+        seen |= {("kind", stream.kind) for stream in file.streams} | {
+            ("predictor", stream.predictor) for stream in file.streams
+        }
         if file.meshlet_count > reference_decoder.MESHLETS_PER_GROUP:
             seen.add("groups")
         for m in range(file.meshlet_count):
             meshlet = file.meshlet(m)
             seen |= set(meshlet.symbols) | {reference.kind for reference in meshlet.references}
-            seen |= {("components", min(len(meshlet.loops), 2)), ("no references", meshlet.entry.reference_count == 0)}
+            seen |= {
+                ("components", min(len(meshlet.loops), 2)),
+                ("no references", meshlet.entry.reference_count == 0),
+            }
             seen |= {("seams", meshlet.entry.has_seams), ("loops", meshlet.entry.has_loops)}
-            seen |= {("same meshlet", r.owner == m) for r in meshlet.references if r.kind == reference_decoder.FOREIGN}
+            seen |= {
+                ("same meshlet", r.owner == m)
+                for r in meshlet.references
+                if r.kind == reference_decoder.FOREIGN
+            }
             codes = [("interior", code) for code in meshlet.interior_codes]
             if any(meshlet.references[j].length > 1 for j in meshlet.owned):
                 codes += [("chain", code) for code in meshlet.chain_codes]
             seen |= {(what, "fixed" if code.k is None else "rice") for what, code in codes}
-    both = [(what, value) for what in ("no references", "seams", "loops", "same meshlet") for value in (False, True)]
-    expected = {*"CLERS", "owned", "foreign", "private", "groups", ("components", 1), ("components", 2), *both}
-    expected |= {("kind", kind) for kind in range(5)} | {("predictor", predictor) for predictor in range(4)}
+    both = [
+        (what, value)
+        for what in ("no references", "seams", "loops", "same meshlet")
+        for value in (False, True)
+    ]
+    expected = {
+        *"CLERS",
+        "owned",
+        "foreign",
+        "private",
+        "groups",
+        ("components", 1),
+        ("components", 2),
+        *both,
+    }
+    expected |= {("kind", kind) for kind in range(5)} | {
+        ("predictor", predictor) for predictor in range(4)
+    }
     expected |= {(what, code) for what in ("chain", "interior") for code in ("fixed", "rice")}
     assert expected <= seen, expected - seen
 
@@ -178,9 +200,14 @@ def test_single_meshlets_of_random_blobs_agree(seed):
             except ValueError:
                 continue
             for m in range(decoder.meshlet_count):
-                ours, theirs = answer(decoder.decode_meshlet, m), answer(reference_decoder.decode_meshlet, candidate, m)
+                ours, theirs = (
+                    answer(decoder.decode_meshlet, m),
+                    answer(reference_decoder.decode_meshlet, candidate, m),
+                )
                 if theirs is None:
-                    refused += 1  # the reference decoder also checks what it need not read of owners
+                    refused += (
+                        1  # the reference decoder also checks what it need not read of owners
+                    )
                 else:
                     accepted += 1
                     assert_same(ours, theirs)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from random import Random
 
-from spec import blob_writer
 import numpy as np
 import pytest
-from spec.blob_writer import COPY, GRID, INTEGER, Stream
-from tests.helpers.environment import ROOT
-from tests.helpers.vulkan_scenes import require_vulkan
 
 from gltf_ext import _codec
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.gltf.importers import open_model
+from spec import blob_writer
+from spec.blob_writer import COPY, GRID, INTEGER, Stream
+from tests.helpers.environment import ROOT
+from tests.helpers.vulkan_scenes import require_vulkan
 
 VECTORS = ROOT / "spec" / "vectors"
 # Of the vectors; one for all, because each other one would be another compilation of the shaders. Teams of 8 and 16 hold the values of
@@ -33,7 +33,9 @@ def device(request):
         assert device.messages == []
 
 
-@pytest.fixture(scope="module", params=[*QUICK, *(pytest.param(name, marks=pytest.mark.full) for name in FULL)])
+@pytest.fixture(
+    scope="module", params=[*QUICK, *(pytest.param(name, marks=pytest.mark.full) for name in FULL)]
+)
 def decoder(request, device):
     from vk_backend.compute_decoder import GpuDecoder
 
@@ -58,17 +60,26 @@ def assert_agreement(decoded, blob: bytes) -> int:
             continue
         assert decoded.errors[m] == 0, m
         vertices = len(streams[0])
-        assert (decoded.triangle_counts[m], decoded.vertex_counts[m]) == (len(triangles), vertices), m
+        assert (decoded.triangle_counts[m], decoded.vertex_counts[m]) == (
+            len(triangles),
+            vertices,
+        ), m
         packed = decoded.triangles[m, : len(triangles)]
-        assert np.array_equal(np.stack([packed & 255, packed >> 8 & 255, packed >> 16 & 255], axis=1), triangles), m
-        assert np.array_equal(decoded.integers[m, :, :vertices], np.concatenate(streams, axis=1).T), m
+        assert np.array_equal(
+            np.stack([packed & 255, packed >> 8 & 255, packed >> 16 & 255], axis=1), triangles
+        ), m
+        assert np.array_equal(
+            decoded.integers[m, :, :vertices], np.concatenate(streams, axis=1).T
+        ), m
     return refused
 
 
 def assert_bounded(decoded) -> None:
     """Whatever the bytes were: counts fit a meshlet, and the triangles of those that decoded name its vertices."""
     sound = decoded.errors == 0
-    assert (decoded.triangle_counts[sound] <= 64).all() and (decoded.vertex_counts[sound] <= 64).all()
+    assert (decoded.triangle_counts[sound] <= 64).all() and (
+        decoded.vertex_counts[sound] <= 64
+    ).all()
     for m in np.flatnonzero(sound):
         packed = decoded.triangles[m, : decoded.triangle_counts[m]]
         corners = np.stack([packed & 255, packed >> 8 & 255, packed >> 16 & 255])
@@ -124,10 +135,26 @@ def test_mutated_bytes(decoder, tables):
 
 # Streams of a component, as many as there may be; and values that fill one word, two, or more, or lie in several.
 SHAPES = {
-    "64 streams": [Stream(bits=24), *(Stream(INTEGER, 1, 1 + s % 32, COPY if s % 32 > 23 else s % 4) for s in range(63))],
+    "64 streams": [
+        Stream(bits=24),
+        *(Stream(INTEGER, 1, 1 + s % 32, COPY if s % 32 > 23 else s % 4) for s in range(63)),
+    ],
     "wide": [
         Stream(GRID, 4, 9),
-        *(Stream(INTEGER, n, bits, COPY) for n, bits in ((4, 32), (4, 20), (4, 16), (3, 22), (3, 21), (2, 32), (2, 31), (2, 16), (1, 32))),
+        *(
+            Stream(INTEGER, n, bits, COPY)
+            for n, bits in (
+                (4, 32),
+                (4, 20),
+                (4, 16),
+                (3, 22),
+                (3, 21),
+                (2, 32),
+                (2, 31),
+                (2, 16),
+                (1, 32),
+            )
+        ),
     ],
 }
 
@@ -142,7 +169,7 @@ def test_streams_of_every_shape(device, monkeypatch, name):
     decoder = GpuDecoder(device, "passes", len(streams), sum(s.components for s in streams))
     random, sound = Random(1), 0
     for _ in range(4):
-        blob = blob_writer.random_blob(random, 12)        # some of its corners take too many hops
+        blob = blob_writer.random_blob(random, 12)  # some of its corners take too many hops
         sound += 12 - assert_agreement(decoder.decode(blob), blob)
     assert sound > 20
 
@@ -160,7 +187,18 @@ def test_real_models(device, model, tmp_path, name):
     import gltf_ext
     from vk_backend.compute_decoder import GpuDecoder
 
-    names = ["suzanne", "materialball", "beast", "chinesedragon", "igea", "engine", "sponza_like", "bistro_like", "DamagedHelmet", "dragon"]
+    names = [
+        "suzanne",
+        "materialball",
+        "beast",
+        "chinesedragon",
+        "igea",
+        "engine",
+        "sponza_like",
+        "bistro_like",
+        "DamagedHelmet",
+        "dragon",
+    ]
     decoder = GpuDecoder(device, "passes", 8, 20)
     for item in names if name == "all" else [name]:
         gltf_ext.compress(model(f"{item}.glb"), tmp_path / f"{item}.glb")

@@ -8,11 +8,11 @@ import sys
 
 import numpy as np
 import pytest
-from tests.helpers.vulkan_scenes import ball, require_vulkan, zoo
 
 import gltf_ext
-from tests.helpers.gltf_builder import Builder
 from gltf_ext.errors import MeshletError
+from tests.helpers.gltf_builder import Builder
+from tests.helpers.vulkan_scenes import ball, require_vulkan, zoo
 
 
 @pytest.fixture(autouse=True)
@@ -46,10 +46,15 @@ def test_missing_extension_is_named(tmp_path):
         renderer.device.capabilities -= {"mesh"}
         renderer.device.extensions -= {"VK_EXT_mesh_shader"}
         assert renderer.default_path == "vertex"
-        with pytest.raises(MeshletError, match=r"lacks VK_EXT_mesh_shader, which path mesh-plain needs; choose another"):
+        with pytest.raises(
+            MeshletError,
+            match=r"lacks VK_EXT_mesh_shader, which path mesh-plain needs; choose another",
+        ):
             renderer.render(scene, scene.cameras[0], "mesh-plain", 16, 16)
         renderer.device.capabilities -= {"geometry"}
-        with pytest.raises(MeshletError, match=r"lacks the feature geometry, which path geometry needs"):
+        with pytest.raises(
+            MeshletError, match=r"lacks the feature geometry, which path geometry needs"
+        ):
             renderer.render(scene, scene.cameras[0], "geometry", 16, 16)
 
 
@@ -66,15 +71,29 @@ def test_impossible_pictures(tmp_path):
 
 
 def _command(*arguments, **environment) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-m", "gltf_ext", "render", "--backend", "vulkan", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, env={**os.environ, **environment})
+    command = [
+        sys.executable,
+        "-m",
+        "gltf_ext",
+        "render",
+        "--backend",
+        "vulkan",
+        *map(str, arguments),
+    ]
+    return subprocess.run(
+        command, capture_output=True, text=True, env={**os.environ, **environment}
+    )
 
 
 def test_command_without_a_driver_writes_nothing(tmp_path):
     path, output = zoo(tmp_path / "zoo.glb"), tmp_path / "out.png"
-    result = _command(path, "-o", output, VK_DRIVER_FILES="/nonexistent", VK_ICD_FILENAMES="/nonexistent")
+    result = _command(
+        path, "-o", output, VK_DRIVER_FILES="/nonexistent", VK_ICD_FILENAMES="/nonexistent"
+    )
     assert result.returncode == 2 and result.stdout == ""
-    assert result.stderr.count("\n") == 1 and "there is no Vulkan driver; install one" in result.stderr
+    assert (
+        result.stderr.count("\n") == 1 and "there is no Vulkan driver; install one" in result.stderr
+    )
     assert not output.exists()
 
 
@@ -84,14 +103,43 @@ def test_command_draws_and_reports(tmp_path):
     from PIL import Image
 
     path, output = zoo(tmp_path / "zoo.glb"), tmp_path / "out.png"
-    arguments = [path, "-o", output, "--width", 64, "--height", 48, "--path", "vertex", "--validate"]
+    arguments = [
+        path,
+        "-o",
+        output,
+        "--width",
+        64,
+        "--height",
+        48,
+        "--path",
+        "vertex",
+        "--validate",
+    ]
     result = _command(*arguments)
-    assert result.returncode == 0 and result.stderr == "" and "64 x 48, path vertex on" in result.stdout
+    assert (
+        result.returncode == 0
+        and result.stderr == ""
+        and "64 x 48, path vertex on" in result.stdout
+    )
     picture = np.asarray(Image.open(output))
     assert picture.shape == (48, 64, 4) and 0.1 < (picture[..., 3] > 0).mean() < 0.95
     report = json.loads(_command(*arguments, "--json", "--camera", 1).stdout)
-    assert report["path"] == "vertex" and report["resident_bytes"] > 0 and report["milliseconds"] > 0
-    turned = _command(*arguments[:1], "-o", tmp_path / "turn.gif", "--frames", 3, "--width", 32, "--height", 24, "--path", "vertex")
+    assert (
+        report["path"] == "vertex" and report["resident_bytes"] > 0 and report["milliseconds"] > 0
+    )
+    turned = _command(
+        *arguments[:1],
+        "-o",
+        tmp_path / "turn.gif",
+        "--frames",
+        3,
+        "--width",
+        32,
+        "--height",
+        24,
+        "--path",
+        "vertex",
+    )
     assert turned.returncode == 0 and Image.open(tmp_path / "turn.gif").n_frames == 3
     wrong = _command(*arguments, "--camera", 7)
     assert wrong.returncode == 2 and "camera 7 does not exist; there are 2" in wrong.stderr
@@ -106,7 +154,19 @@ def test_numbered_pictures_are_of_different_sides(tmp_path):
     builder.mesh({"POSITION": positions}, triangles)
     raw, path = builder.write(tmp_path / "raw.glb"), tmp_path / "ball.glb"
     gltf_ext.compress(raw, path)
-    result = _command(path, "-o", tmp_path / "side.png", "--frames", 2, "--width", 32, "--height", 24, "--path", "vertex")
+    result = _command(
+        path,
+        "-o",
+        tmp_path / "side.png",
+        "--frames",
+        2,
+        "--width",
+        32,
+        "--height",
+        24,
+        "--path",
+        "vertex",
+    )
     assert result.returncode == 0, result.stderr
     first, second = (np.asarray(Image.open(tmp_path / f"side_{n}.png")) for n in (1, 2))
     assert (first != second).any()

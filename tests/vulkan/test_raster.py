@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from tests.helpers.gltf_builder import Builder, everything, grid_mesh
-from tests.helpers.vulkan_scenes import TEXELS, UNLIT, one_sheet, open_renderer, png, zoo
 
 import gltf_ext
 from gltf_ext import _codec
 from gltf_ext.errors import MeshletError
+from tests.helpers.gltf_builder import Builder, everything, grid_mesh
+from tests.helpers.vulkan_scenes import TEXELS, UNLIT, one_sheet, open_renderer, png, zoo
 
 WIDTH, HEIGHT = 160, 120
 NO_ID = 0xFFFFFFFF
@@ -44,7 +44,7 @@ def assert_same(picture, reference):
     assert colors.max() <= COLOR_ROUNDING
 
 
-# --- all paths draw one picture ------------------------------------------------------------------------------------------------------
+# --- all paths draw one picture ---
 
 
 @pytest.mark.parametrize("camera", [0, 1], ids=["perspective", "orthographic"])
@@ -68,7 +68,9 @@ def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkey
     camera = Camera.fit(scene, WIDTH, HEIGHT)
     whole = renderer.render(scene, camera, path, WIDTH, HEIGHT)
     monkeypatch.setattr(raster, "MAX_GROUPS", 7)
-    monkeypatch.setattr(renderer, "ring", renderer.ring + 1)        # a new one, in whose slots nothing is left from the first picture
+    monkeypatch.setattr(
+        renderer, "ring", renderer.ring + 1
+    )  # a new one, in whose slots nothing is left from the first picture
     assert 2 * 7 * raster.PATHS[path].group < scene.primitives[0].meshlets
     parts = renderer.render(scene, camera, path, WIDTH, HEIGHT)
     assert (parts.ids == whole.ids).all() and (parts.color == whole.color).all()
@@ -81,7 +83,9 @@ def test_paths_agree_on_real_models(renderer, model, tmp_path, path, name):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("name", ["materialball.glb", "sponza_like.glb", "DamagedHelmet.glb", "engine.glb", "dragon.glb"])
+@pytest.mark.parametrize(
+    "name", ["materialball.glb", "sponza_like.glb", "DamagedHelmet.glb", "engine.glb", "dragon.glb"]
+)
 @pytest.mark.parametrize("path", PATHS)
 def test_paths_agree_on_more_models(renderer, model, tmp_path, path, name):
     _compare(renderer, model(name), tmp_path, path)
@@ -98,7 +102,7 @@ def _compare(renderer, source, folder, path):
     assert_same(renderer.render(scene, camera, path, 2 * WIDTH, 2 * HEIGHT), reference)
 
 
-# --- path stream: slots that are used again and again ----------------------------------------------------------------------------------
+# --- path stream: slots that are used again and again ---
 
 
 @pytest.mark.parametrize("parts", [1, 2])
@@ -108,8 +112,12 @@ def test_batches_hold_every_meshlet_once_and_in_order(slots, parts):
 
     counts = [7, 1, 0, 16]
     batches = schedule(counts, slots, parts)
-    meshlets = [(s.instance, s.first + i) for batch in batches for s in batch for i in range(s.meshlets)]
-    assert meshlets == [(instance, m) for instance, count in enumerate(counts) for m in range(count)]
+    meshlets = [
+        (s.instance, s.first + i) for batch in batches for s in batch for i in range(s.meshlets)
+    ]
+    assert meshlets == [
+        (instance, m) for instance, count in enumerate(counts) for m in range(count)
+    ]
     for number, batch in enumerate(batches):
         begin = number % parts * slots
         used = [s.slot + i for s in batch for i in range(s.meshlets)]
@@ -133,7 +141,10 @@ def test_the_ring_is_in_two_parts_where_that_pays():
 
 
 @pytest.mark.parametrize("culling", [True, False], ids=["culling", "all of it"])
-@pytest.mark.parametrize(("ring", "overlap"), [(1, False), (SMALL_RING, False), (64, False), (1, True), (7, True), (64, True), (1000, True)])
+@pytest.mark.parametrize(
+    ("ring", "overlap"),
+    [(1, False), (SMALL_RING, False), (64, False), (1, True), (7, True), (64, True), (1000, True)],
+)
 def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, culling):
     """Neither its size nor whether it is filled and drawn from at once; a second frame meets what the first one left in it."""
     meshlets = sum(scene.primitives[i.primitive].meshlets for i in scene.instances)
@@ -146,14 +157,18 @@ def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, c
             patch.setattr(renderer, "overlap", overlap)
             parts = renderer.render(scene, camera, "stream", WIDTH, HEIGHT, culling=culling)
             assert renderer.drawing.overlaps == (overlap and ring > 1)
-            assert renderer.drawing.ring.slots == min(ring // 2 * 2 if ring > 1 and overlap else ring, meshlets)
+            assert renderer.drawing.ring.slots == min(
+                ring // 2 * 2 if ring > 1 and overlap else ring, meshlets
+            )
         plain = renderer.render(scene, camera, "mesh-plain", WIDTH, HEIGHT, culling=culling)
         for picture in (whole, parts):
             assert (picture.ids == plain.ids).all() and (picture.depth == plain.depth).all()
             assert np.abs(picture.color.astype(int) - plain.color).max() <= COLOR_ROUNDING
 
 
-@pytest.mark.parametrize("queues", [("only", "only"), ("graphics", "compute")], ids=["one queue", "two queues"])
+@pytest.mark.parametrize(
+    "queues", [("only", "only"), ("graphics", "compute")], ids=["one queue", "two queues"]
+)
 @pytest.mark.parametrize("batches", [1, 2, 3, 8])
 def test_overlapped_batches_wait_for_what_they_need_and_no_longer(queues, batches):
     """Submissions of several frames, run in many orders: whatever may run next, a batch finds its slots free, and is decoded before it
@@ -163,22 +178,41 @@ def test_overlapped_batches_wait_for_what_they_need_and_no_longer(queues, batche
     from vk_backend.frame import overlapped
 
     graphics, compute = queues
-    ring = SimpleNamespace(parts=2, decoded=SimpleNamespace(value=0), drawn=SimpleNamespace(value=0))
-    commands = [(graphics, "start"), *(c for i in range(batches) for c in ((compute, ("decode", i)), (graphics, ("draw", i))))]
+    ring = SimpleNamespace(
+        parts=2, decoded=SimpleNamespace(value=0), drawn=SimpleNamespace(value=0)
+    )
+    commands = [
+        (graphics, "start"),
+        *(c for i in range(batches) for c in ((compute, ("decode", i)), (graphics, ("draw", i)))),
+    ]
     random, ahead = np.random.default_rng(3), 0
     for _ in range(20):
         submissions = overlapped(commands, ring)
         waiting = {queue: [s for s in submissions if s.queue == queue] for queue in queues}
-        reached, done = {id(ring.decoded): ring.decoded.value - batches, id(ring.drawn): ring.drawn.value - batches - 1}, []
+        reached, done = (
+            {
+                id(ring.decoded): ring.decoded.value - batches,
+                id(ring.drawn): ring.drawn.value - batches - 1,
+            },
+            [],
+        )
         while any(waiting.values()):
-            ready = [q for q, s in waiting.items() if s and (not s[0].wait or reached[id(s[0].wait[0])] >= s[0].wait[1])]
+            ready = [
+                q
+                for q, s in waiting.items()
+                if s and (not s[0].wait or reached[id(s[0].wait[0])] >= s[0].wait[1])
+            ]
             assert ready, "nothing can go on"
             submission = waiting[ready[random.integers(len(ready))]].pop(0)
             if submission.commands != "start":
                 kind, i = submission.commands
                 assert "start" in done
-                assert ("draw", i - 2) in done or i < 2 if kind == "decode" else ("decode", i) in done
-                ahead = max(ahead, sum(d[0] == "decode" for d in done) - sum(d[0] == "draw" for d in done))
+                assert (
+                    ("draw", i - 2) in done or i < 2 if kind == "decode" else ("decode", i) in done
+                )
+                ahead = max(
+                    ahead, sum(d[0] == "decode" for d in done) - sum(d[0] == "draw" for d in done)
+                )
             done.append(submission.commands)
             timeline, value, _ = submission.signal
             assert value == reached[id(timeline)] + 1
@@ -194,7 +228,9 @@ def test_a_timed_frame_can_be_run_again(renderer, scene, overlap):
 
     targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
     options = {"culling": True, "lit": True, "ring": SMALL_RING, "overlap": overlap}
-    drawing = TimedDrawing(renderer.pipelines, scene, scene.cameras[0], "stream", targets, **options)
+    drawing = TimedDrawing(
+        renderer.pipelines, scene, scene.cameras[0], "stream", targets, **options
+    )
     assert len(drawing.drawing.ring.batches) > 4
     assert drawing.run() > 0 and drawing.run() > 0
     whole = renderer.render(scene, scene.cameras[0], "stream", WIDTH, HEIGHT, ids=False)
@@ -216,7 +252,9 @@ def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits)
     values, triangles, _ = everything()
     builder = Builder()
     builder.mesh({name: values[name] for name in ("POSITION", *names)}, triangles)
-    gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb", position_bits=position_bits)
+    gltf_ext.compress(
+        builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb", position_bits=position_bits
+    )
     scene = load_scene(tmp_path / "sheet.glb")
     camera = Camera.fit(scene, WIDTH, HEIGHT)
     reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
@@ -224,7 +262,9 @@ def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits)
     assert_same(renderer.render(scene, camera, "stream", WIDTH, HEIGHT), reference)
 
 
-@pytest.mark.parametrize(("bits", "words"), [(32, 3 + 2 + 4), (20, 2 + 2 + 4)], ids=["float32", "20 bits"])
+@pytest.mark.parametrize(
+    ("bits", "words"), [(32, 3 + 2 + 4), (20, 2 + 2 + 4)], ids=["float32", "20 bits"]
+)
 def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypatch, bits, words):
     """A normal of three, texture coordinates of two, a colour of four components, as other encoders may write them."""
     from gltf_ext.compression import streams as attributes
@@ -240,12 +280,19 @@ def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypa
         stream = attributes._own_range(values, bits)
         if bits < 32:
             return [(stream, attributes.grid_values(values, stream))]
-        return [(attributes.Stream(attributes.FLOAT32, values.shape[1], 32), attributes.ordered_bits(values))]
+        return [
+            (
+                attributes.Stream(attributes.FLOAT32, values.shape[1], 32),
+                attributes.ordered_bits(values),
+            )
+        ]
 
     monkeypatch.setattr(attributes, "_attribute_streams", wide)
     values, triangles, _ = everything()
     builder = Builder()
-    builder.mesh({name: values[name] for name in ("POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0")}, triangles)
+    builder.mesh(
+        {name: values[name] for name in ("POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0")}, triangles
+    )
     gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
     scene = load_scene(tmp_path / "sheet.glb")
     assert {name: a.stream.bits for name, a in scene.primitives[0].attributes.items() if name != "POSITION"} == {
@@ -254,7 +301,10 @@ def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypa
     assert SlotLayout.of(scene).attribute_words == words
     camera = Camera.fit(scene, WIDTH, HEIGHT)
     reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
-    assert reference.covered.any() and len(np.unique(reference.color[reference.covered], axis=0)) > 1000
+    assert (
+        reference.covered.any()
+        and len(np.unique(reference.color[reference.covered], axis=0)) > 1000
+    )
     assert_same(renderer.render(scene, camera, "stream", WIDTH, HEIGHT), reference)
 
 
@@ -264,7 +314,7 @@ def test_a_ring_without_slots_is_refused(renderer, scene, monkeypatch):
         renderer.render(scene, scene.cameras[0], "stream", WIDTH, HEIGHT)
 
 
-# --- the picture is the right one ----------------------------------------------------------------------------------------------------
+# --- the picture is the right one ---
 
 
 def software_picture(scene, camera, width, height):
@@ -276,9 +326,15 @@ def software_picture(scene, camera, width, height):
     certain = np.ones((height, width), bool)
     for number, instance in enumerate(scene.instances):
         decoded = scene.primitives[instance.primitive].decoded()
-        points = np.column_stack([decoded.positions.astype(np.float64), np.ones(len(decoded.positions))])
+        points = np.column_stack(
+            [decoded.positions.astype(np.float64), np.ones(len(decoded.positions))]
+        )
         clip = points @ (camera.world_to_clip(width, height) @ instance.matrix).T
-        screen = (clip[:, :3] / clip[:, 3:] * [width / 2, height / 2, 1]) + [width / 2, height / 2, 0]
+        screen = (clip[:, :3] / clip[:, 3:] * [width / 2, height / 2, 1]) + [
+            width / 2,
+            height / 2,
+            0,
+        ]
         masked = scene.materials[instance.material].texture >= 0
         for triangle, id in zip(decoded.triangles, decoded.ids()):
             a, b, c = screen[triangle]
@@ -287,8 +343,12 @@ def software_picture(scene, camera, width, height):
             front = area < 0 if not instance.mirrored else area > 0
             if area == 0 or not (front or scene.materials[instance.material].double_sided):
                 continue
-            low = np.clip(np.floor(np.minimum(np.minimum(a, b), c)[:2]).astype(int), 0, [width, height])
-            high = np.clip(np.ceil(np.maximum(np.maximum(a, b), c)[:2]).astype(int), 0, [width, height])
+            low = np.clip(
+                np.floor(np.minimum(np.minimum(a, b), c)[:2]).astype(int), 0, [width, height]
+            )
+            high = np.clip(
+                np.ceil(np.maximum(np.maximum(a, b), c)[:2]).astype(int), 0, [width, height]
+            )
             x, y = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
             if not x.size:
                 continue
@@ -296,13 +356,18 @@ def software_picture(scene, camera, width, height):
             wc = ((b[0] - a[0]) * (y - a[1]) - (x - a[0]) * (b[1] - a[1])) / area
             weights = np.stack([1 - wb - wc, wb, wc], axis=-1)
             edges = np.linalg.norm([(c - b)[:2], (a - c)[:2], (b - a)[:2]], axis=1)
-            inset = (weights * abs(area) / edges).min(axis=-1)      # pixels from the nearest edge, negative outside
+            inset = (weights * abs(area) / edges).min(
+                axis=-1
+            )  # pixels from the nearest edge, negative outside
             inside, near = inset >= 0, np.abs(inset) < 0.05
             z = weights @ [a[2], b[2], c[2]]
             if masked:
                 over_w = weights / clip[triangle, 3]
                 place = over_w @ decoded.texcoords[triangle] / over_w.sum(axis=-1, keepdims=True)
-                u, v = np.floor(place[..., 0] * 2).astype(int) % 2, (place[..., 1] >= 0.5).astype(int)
+                u, v = (
+                    np.floor(place[..., 0] * 2).astype(int) % 2,
+                    (place[..., 1] >= 0.5).astype(int),
+                )
                 near |= (np.abs(place * 2 - np.rint(place * 2)) < 0.05).any(axis=-1)
                 inside &= TEXELS[v, u, 3] > 127
             view = np.s_[low[1] : high[1], low[0] : high[0]]
@@ -330,7 +395,6 @@ def test_picture_is_what_numpy_draws(renderer, scene, camera):
 def test_depth_is_mitsuba_s(renderer, tmp_path):
     """Rays through the pixels' centres; silhouettes, where neighbours are far apart, are left out."""
     from tests.helpers.mitsuba_reference import require
-
     from vk_backend.scene import load_scene
 
     path = zoo(tmp_path / "zoo.glb")
@@ -351,7 +415,9 @@ def test_depth_is_mitsuba_s(renderer, tmp_path):
             found = traced.ray_intersect_preliminary(ray, False)
             if found.is_valid():
                 distance[y, x] = float(found.t) * float(direction @ forward)
-    seen = picture.covered & np.isfinite(distance) & (picture.ids[..., 0] != 3)      # Mitsuba does not mask the sheet's texels here
+    seen = (
+        picture.covered & np.isfinite(distance) & (picture.ids[..., 0] != 3)
+    )  # Mitsuba does not mask the sheet's texels here
     drawn = camera.distance(picture.depth)
     inner = np.zeros_like(seen)
     inner[1:-1, 1:-1] = True
@@ -362,7 +428,7 @@ def test_depth_is_mitsuba_s(renderer, tmp_path):
     np.testing.assert_allclose(drawn[checked], distance[checked], rtol=2e-4)
 
 
-# --- materials -----------------------------------------------------------------------------------------------------------------------
+# --- materials ---
 
 
 def _sheet_picture(renderer, path, material, **attributes):
@@ -382,10 +448,15 @@ def _srgb(linear):
 
 
 def test_unlit_base_color(renderer, tmp_path):
-    material = {"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.1, 0.9, 1.0]}, "extensions": UNLIT}
+    material = {
+        "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.1, 0.9, 1.0]},
+        "extensions": UNLIT,
+    }
     picture = _sheet_picture(renderer, tmp_path / "sheet.glb", material)
     assert picture.covered.all()
-    np.testing.assert_allclose(picture.color[..., :3], np.broadcast_to(_srgb([0.5, 0.1, 0.9]), (16, 16, 3)), atol=1)
+    np.testing.assert_allclose(
+        picture.color[..., :3], np.broadcast_to(_srgb([0.5, 0.1, 0.9]), (16, 16, 3)), atol=1
+    )
 
 
 def test_unlit_texture_has_its_texels_in_place(renderer, tmp_path):
@@ -398,18 +469,27 @@ def test_unlit_texture_has_its_texels_in_place(renderer, tmp_path):
 
 def test_vertex_colors_are_interpolated(renderer, tmp_path):
     colors = np.column_stack([PLACES, np.zeros(81), np.ones(81)])
-    picture = _sheet_picture(renderer, tmp_path / "sheet.glb", {"extensions": UNLIT}, COLOR_0=colors)
+    picture = _sheet_picture(
+        renderer, tmp_path / "sheet.glb", {"extensions": UNLIT}, COLOR_0=colors
+    )
     centers = (np.arange(16) + 0.5) / 16
     np.testing.assert_allclose(picture.color[8, :, 0], _srgb(centers), atol=4)
     np.testing.assert_allclose(picture.color[:, 8, 1], _srgb(centers[::-1]), atol=4)
 
 
 def test_mask_cuts_and_blend_covers_its_share(renderer, tmp_path):
-    texture = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "extensions": UNLIT, "alphaMode": "MASK"}
+    texture = {
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+        "extensions": UNLIT,
+        "alphaMode": "MASK",
+    }
     picture = _sheet_picture(renderer, tmp_path / "sheet.glb", texture, TEXCOORD_0=PLACES)
     assert picture.covered.sum() == 3 * 64 and not picture.covered[:8, 8:].any()
     for alpha in (0.0, 0.25, 0.75, 1.0):
-        material = {"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, alpha]}, "alphaMode": "BLEND"}
+        material = {
+            "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, alpha]},
+            "alphaMode": "BLEND",
+        }
         assert _sheet_picture(renderer, tmp_path / "sheet.glb", material).covered.mean() == alpha
 
 
@@ -419,28 +499,49 @@ def test_light_falls_from_the_viewer_s_side(renderer, tmp_path):
     plain = _sheet_picture(renderer, tmp_path / "sheet.glb", white).color[8, 8, :3].astype(int)
     normals = np.tile([0.0, 0.0, 1.0], (81, 1))
     for direction in (normals, -normals):
-        lit = _sheet_picture(renderer, tmp_path / "sheet.glb", white, NORMAL=direction).color[8, 8, :3]
+        lit = _sheet_picture(renderer, tmp_path / "sheet.glb", white, NORMAL=direction).color[
+            8, 8, :3
+        ]
         assert np.abs(lit - plain).max() <= COLOR_ROUNDING
-    glowing = _sheet_picture(renderer, tmp_path / "sheet.glb", {**white, "emissiveFactor": [1, 0, 0]}).color[8, 8, :3].astype(int)
+    glowing = (
+        _sheet_picture(renderer, tmp_path / "sheet.glb", {**white, "emissiveFactor": [1, 0, 0]})
+        .color[8, 8, :3]
+        .astype(int)
+    )
     assert glowing[0] > plain[0] + 10 and np.abs(glowing[1:] - plain[1:]).max() <= COLOR_ROUNDING
 
 
-# --- culling -------------------------------------------------------------------------------------------------------------------------
+# --- culling ---
 
 directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)
 
 
 @pytest.mark.parametrize("path", ["mesh-plain", "mesh", "stream"])
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(eye=directions, target=directions, distance=st.floats(0.3, 9), yfov=st.floats(0.1, 2), orthographic=st.booleans())
-def test_culling_drops_nothing_visible(renderer, scene, path, eye, target, distance, yfov, orthographic):
+@settings(
+    max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    eye=directions,
+    target=directions,
+    distance=st.floats(0.3, 9),
+    yfov=st.floats(0.1, 2),
+    orthographic=st.booleans(),
+)
+def test_culling_drops_nothing_visible(
+    renderer, scene, path, eye, target, distance, yfov, orthographic
+):
     from vk_backend.camera import Camera
 
-    origin, shape = np.array(eye) * distance, {"xmag": distance / 2} if orthographic else {"yfov": yfov}
+    origin, shape = (
+        np.array(eye) * distance,
+        {"xmag": distance / 2} if orthographic else {"yfov": yfov},
+    )
     if np.linalg.norm(origin - target) < 0.1:
         return
     camera = Camera.look_at(origin, target, near=0.05, far=30.0, **shape)
-    all_of_it, culled = (renderer.render(scene, camera, path, 80, 60, culling=culling) for culling in (False, True))
+    all_of_it, culled = (
+        renderer.render(scene, camera, path, 80, 60, culling=culling) for culling in (False, True)
+    )
     assert (all_of_it.ids == culled.ids).all() and (all_of_it.depth == culled.depth).all()
 
 
@@ -478,7 +579,7 @@ def test_bounds_hold_their_meshlets(renderer, scene):
     assert at == len(words) and cones > 0.5 * len(words)
 
 
-# --- memory and hostile bytes --------------------------------------------------------------------------------------------------------
+# --- memory and hostile bytes ---
 
 
 def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
@@ -489,17 +590,26 @@ def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
     sets = 60
     positions, triangles = grid_mesh(6, 5)
     builder = Builder()
-    builder.mesh({"POSITION": positions, **{f"TEXCOORD_{i}": positions[:, :2] for i in range(sets)}}, triangles, material=0)
+    builder.mesh(
+        {"POSITION": positions, **{f"TEXCOORD_{i}": positions[:, :2] for i in range(sets)}},
+        triangles,
+        material=0,
+    )
     builder.properties.update(
         images=[{"bufferView": builder.view(png(TEXELS)), "mimeType": "image/png"}],
         textures=[{"source": 0}],
-        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 9}}}],    # the last one by name
+        materials=[
+            {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 9}}}
+        ],  # the last one by name
     )
     gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
     scene = load_scene(tmp_path / "sheet.glb")
     camera = Camera.fit(scene, 16, 16)
     for path in ("stream", "mesh", "mesh-only"):
-        with pytest.raises(MeshletError, match=f"^a vertex has {scene.max_lanes} components .* too many for path {path}"):
+        with pytest.raises(
+            MeshletError,
+            match=f"^a vertex has {scene.max_lanes} components .* too many for path {path}",
+        ):
             renderer.render(scene, camera, path, 16, 16)
     assert renderer.render(scene, camera, "vertex", 16, 16).covered.any()
     if "raytracing" in renderer.device.capabilities:
@@ -517,7 +627,11 @@ def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
     scene = load_scene(tmp_path / "bunny.glb")
     for path in ("mesh", "mesh-only"):
         renderer.render(scene, Camera.fit(scene, 16, 16), path, 16, 16)
-        assert scene.compressed_bytes < renderer.resident_bytes <= 1.05 * scene.compressed_bytes + 65536
+        assert (
+            scene.compressed_bytes
+            < renderer.resident_bytes
+            <= 1.05 * scene.compressed_bytes + 65536
+        )
 
 
 def test_resident_memory_has_the_ring(renderer, scene, monkeypatch):
@@ -540,7 +654,9 @@ def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
     first = 32 + 28 * blob[5]
     for _ in range(random.integers(1, 6)):
         place = random.integers(first, len(blob) - 8)
-        changed[place] = random.choice([0, 255, 127, int(random.integers(256)), changed[place] ^ 1 << int(random.integers(8))])
+        changed[place] = random.choice(
+            [0, 255, 127, int(random.integers(256)), changed[place] ^ 1 << int(random.integers(8))]
+        )
     try:
         _codec.Decoder(bytes(changed))
     except ValueError:
@@ -548,7 +664,9 @@ def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
     return bytes(changed)
 
 
-@pytest.mark.parametrize(("path", "ring"), [*((path, None) for path in COMPRESSED), ("stream", SMALL_RING)])
+@pytest.mark.parametrize(
+    ("path", "ring"), [*((path, None) for path in COMPRESSED), ("stream", SMALL_RING)]
+)
 def test_mutated_blobs_draw_something_and_come_back(renderer, scene, monkeypatch, path, ring):
     if ring:
         monkeypatch.setattr(renderer, "ring", ring)

@@ -9,10 +9,10 @@ os.environ.setdefault("GALLIVM_PERF", "nopt")
 
 import numpy as np  # noqa: E402
 import pytest  # noqa: E402
-from tests.helpers.environment import missing  # noqa: E402
-from tests.helpers.gltf_builder import Builder, everything  # noqa: E402
 
 import gltf_ext  # noqa: E402
+from tests.helpers.environment import missing  # noqa: E402
+from tests.helpers.gltf_builder import Builder, everything  # noqa: E402
 
 WIDTH, HEIGHT = 64, 48
 NO_HIT = 0xFFFFFFFF
@@ -54,10 +54,20 @@ def waves(columns: int, rows: int):
     values, triangles, _ = everything(columns=columns, rows=rows)
     positions = values["POSITION"].copy()
     positions[:, 2] += 0.4 * np.sin(9 * positions[:, 0]).astype(np.float32)
-    return {"POSITION": positions, "NORMAL": values["NORMAL"], "TEXCOORD_0": values["TEXCOORD_0"]}, triangles
+    return {
+        "POSITION": positions,
+        "NORMAL": values["NORMAL"],
+        "TEXCOORD_0": values["TEXCOORD_0"],
+    }, triangles
 
 
-def several(folder, material: dict | None = None, name: str = "several", size: tuple[int, int] = (40, 30), **options):
+def several(
+    folder,
+    material: dict | None = None,
+    name: str = "several",
+    size: tuple[int, int] = (40, 30),
+    **options,
+):
     """A compressed file: one sheet shown turned, mirrored and stretched, and a second mesh through them."""
     builder = Builder()
     builder.mesh(*waves(*size))
@@ -134,7 +144,9 @@ def rays_of(camera) -> tuple[np.ndarray, np.ndarray]:
     """(origin float64[3], unit directions float64[H, W, 3]) of a perspective camera's pixel centres."""
     inverse = np.linalg.inv(camera.world_to_clip(WIDTH, HEIGHT))
     y, x = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
-    clip = np.stack([2 * x / WIDTH - 1, 2 * y / HEIGHT - 1, np.full_like(x, 0.5), np.ones_like(x)], axis=-1)
+    clip = np.stack(
+        [2 * x / WIDTH - 1, 2 * y / HEIGHT - 1, np.full_like(x, 0.5), np.ones_like(x)], axis=-1
+    )
     through = clip @ inverse.T
     directions = through[..., :3] / through[..., 3:] - camera.eye[:3]
     return np.array(camera.eye[:3]), directions / np.linalg.norm(directions, axis=-1, keepdims=True)
@@ -144,10 +156,17 @@ def nearest_hits(scene, camera) -> dict[str, np.ndarray]:
     """By trying every triangle in float64: t, instance, id, barycentrics, and t of the nearest hit of another triangle than that."""
     origin, directions = rays_of(camera)
     d = directions.reshape(-1, 3)
-    best = {"t": np.full(len(d), np.inf), "ids": np.full((len(d), 2), NO_HIT, np.uint32), "b": np.zeros((len(d), 2))}
+    best = {
+        "t": np.full(len(d), np.inf),
+        "ids": np.full((len(d), 2), NO_HIT, np.uint32),
+        "b": np.zeros((len(d), 2)),
+    }
     for number, instance in enumerate(scene.instances):
         decoded = scene.primitives[instance.primitive].decoded()
-        points = decoded.positions.astype(np.float64) @ instance.matrix[:3, :3].T + instance.matrix[:3, 3]
+        points = (
+            decoded.positions.astype(np.float64) @ instance.matrix[:3, :3].T
+            + instance.matrix[:3, 3]
+        )
         for id, corners in zip(decoded.ids(), points[decoded.triangles]):
             first, second = corners[1] - corners[0], corners[2] - corners[0]
             p = np.cross(d, second)
@@ -159,7 +178,11 @@ def nearest_hits(scene, camera) -> dict[str, np.ndarray]:
                 v = (d @ q) * inverse
                 t = (second @ q) * inverse
                 hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0) & (t < best["t"])
-            best["t"][hit], best["ids"][hit], best["b"][hit] = t[hit], (number, id), np.stack([u, v], axis=1)[hit]
+            best["t"][hit], best["ids"][hit], best["b"][hit] = (
+                t[hit],
+                (number, id),
+                np.stack([u, v], axis=1)[hit],
+            )
     return {
         "t": best["t"].reshape(HEIGHT, WIDTH),
         "ids": best["ids"].reshape(HEIGHT, WIDTH, 2),
@@ -198,7 +221,10 @@ def test01_hits(name, shared, scene, expected):
 def test02_cache_changes_nothing(bounces, shared, scene):
     """Bit for bit the same pictures: decoded by the rays themselves, with a small cache that follows the camera, with everything cached."""
     cameras = [camera_of(scene, 0.3 * i) for i in range(3)]
-    films = [list(shared(name, bounces).frames(cameras, WIDTH, HEIGHT)) for name in ("none", "some", "all")]
+    films = [
+        list(shared(name, bounces).frames(cameras, WIDTH, HEIGHT))
+        for name in ("none", "some", "all")
+    ]
     for pictures in zip(*films):
         for other in pictures[1:]:
             assert_same_pictures(pictures[0], other)
@@ -214,7 +240,12 @@ def test03_cache_follows(device, fine_scene):
     for turn in (0.0, 0.0, 0.0, 2.0, 2.0, 4.0, 0.0):
         traced.render(camera_of(scene, turn), WIDTH, HEIGHT)
         statistics = traced.statistics()
-        assert statistics["resident"] == statistics["slots"] == traced.capacity + traced.scratch < traced.meshlets
+        assert (
+            statistics["resident"]
+            == statistics["slots"]
+            == traced.capacity + traced.scratch
+            < traced.meshlets
+        )
         assert statistics["asked"] >= statistics["needed"] > 0
         table, meshlets = slots_of(traced), traced._slot_meshlets.read()
         numbers = np.flatnonzero(table < traced.capacity + traced.scratch)
@@ -234,7 +265,10 @@ def test03_slots_are_filled(device, fine_scene):
     slots = traced.capacity + traced.scratch
     table, meshlets = slots_of(traced), traced._slot_meshlets.read()
     assert np.array_equal(meshlets, np.arange(slots) * traced.meshlets // slots)
-    assert np.array_equal(table[meshlets], np.arange(slots)) and np.count_nonzero(table < slots) == slots
+    assert (
+        np.array_equal(table[meshlets], np.arange(slots))
+        and np.count_nonzero(table < slots) == slots
+    )
     for _ in range(6):
         picture = traced.render(camera_of(fine_scene), WIDTH, HEIGHT)
     instances, ids = picture.ids[picture.ids[..., 0] != NO_HIT].T
@@ -270,14 +304,25 @@ def test04_looking_ahead(device, fine_scene):
 
     def at(frame: int):
         angle = 0.04 * (frame - 24)
-        turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+        turn = np.array(
+            [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
+        )
         to_world = towards.to_world.copy()
         to_world[:3, :3] = turn @ to_world[:3, :3]
         return replace(towards, to_world=to_world)
 
     needed, waiting = {}, {}
     for ahead in (0.0, 0.25):
-        traced = tracer(device, fine_scene, cache=0.3, scratch=0.4, samples=1, shadows=False, predict=False, ahead=ahead)
+        traced = tracer(
+            device,
+            fine_scene,
+            cache=0.3,
+            scratch=0.4,
+            samples=1,
+            shadows=False,
+            predict=False,
+            ahead=ahead,
+        )
         needed[ahead], waiting[ahead] = [], 0
         for frame in (0, 0, 1, 1):
             assert np.isinf(traced.render(at(frame), WIDTH, HEIGHT).t).all()
@@ -321,7 +366,9 @@ def test05_prediction_alone(predict, device, fine_scene):
     """Without rounds paths decode for themselves, so that slots are filled only between frames, and with what is near."""
     from vk_backend.raytrace import COUNTED_RAY
 
-    traced = tracer(device, fine_scene, cache=0.1, scratch=0.85, samples=1, rounds=0, predict=predict)
+    traced = tracer(
+        device, fine_scene, cache=0.1, scratch=0.85, samples=1, rounds=0, predict=predict
+    )
     kept, coming = [], 0
     for _ in range(4):
         traced.render(camera_of(fine_scene), WIDTH, HEIGHT)
@@ -356,19 +403,38 @@ def fine_film(device, fine_scene):
     "settings, outcome",
     [
         pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 1.0}, GO_ON, id="all go on"),
-        pytest.param({"cache_bytes": 0, "scratch": 0.003, "paths": 0.05, "rounds": 2, "strips": 1}, None, id="one slot"),
         pytest.param(
-            {"cache": 0.1, "scratch": 0.1, "rounds": 3, "strips": 5, "predict": False, "bounds": False}, None, id="strips, no bounds"
+            {"cache_bytes": 0, "scratch": 0.003, "paths": 0.05, "rounds": 2, "strips": 1},
+            None,
+            id="one slot",
+        ),
+        pytest.param(
+            {
+                "cache": 0.1,
+                "scratch": 0.1,
+                "rounds": 3,
+                "strips": 5,
+                "predict": False,
+                "bounds": False,
+            },
+            None,
+            id="strips, no bounds",
         ),
         pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 0.0}, RESTART, id="all start again"),
         pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 0.02}, BOTH, id="some start again"),
-        pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 1.0, "bounds": False}, GO_ON, id="no bounds"),
-        pytest.param({"cache": 0.0, "scratch": 0.06, "paths": 0.05, "rounds": 3}, None, id="few slots"),
+        pytest.param(
+            {"cache": 0.0, "scratch": 0.5, "paths": 1.0, "bounds": False}, GO_ON, id="no bounds"
+        ),
+        pytest.param(
+            {"cache": 0.0, "scratch": 0.06, "paths": 0.05, "rounds": 3}, None, id="few slots"
+        ),
         pytest.param({"cache": 0.1, "scratch": 0.2, "ahead": 0.3}, None, id="10 %"),
         pytest.param({"cache": 0.25, "scratch": 0.2, "predict": False}, None, id="25 %"),
         pytest.param({"cache": 0.5, "scratch": 0.1}, None, id="50 %"),
         pytest.param({"cache": 0.7, "scratch": 0.1}, None, id="few missing"),
-        pytest.param({"cache": 0.7, "scratch": 0.1, "predict": False}, None, id="few missing, nothing ahead"),
+        pytest.param(
+            {"cache": 0.7, "scratch": 0.1, "predict": False}, None, id="few missing, nothing ahead"
+        ),
     ],
 )
 def test06_waiting_changes_nothing(settings, outcome, device, fine_scene, fine_film):
@@ -401,7 +467,10 @@ def test06_steps_and_sizes(device, fine_scene, fine_film):
     full = tracer(device, fine_scene, cache=1.0, counted=True, **WAITING)
     assert_same_pictures(full.render(camera, WIDTH, HEIGHT), fine_film[0])
     statistics = full.statistics()
-    assert statistics["asked"] >= statistics["needed"] > 0 and statistics["resident"] == statistics["slots"] == full.meshlets
+    assert (
+        statistics["asked"] >= statistics["needed"] > 0
+        and statistics["resident"] == statistics["slots"] == full.meshlets
+    )
     assert full.resident_bytes()["lists"] < parts
     full.free()
 
@@ -419,7 +488,11 @@ def test07_transparent_and_waiting(device, tmp_path):
     """What blocks a ray is no triangle whose alpha could let it through."""
     from vk_backend.scene import load_scene
 
-    material = {"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.4]}, "doubleSided": True}
+    material = {
+        "alphaMode": "BLEND",
+        "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.4]},
+        "doubleSided": True,
+    }
     scene = load_scene(several(tmp_path, material, "veils", size=(120, 90)))
     distances, waiting = [], []
     for settings in ({"cache": 1.0}, {"cache": 0.0, "scratch": 0.7, "rounds": 24, "paths": 1.0}):
@@ -457,7 +530,9 @@ def test10_fine_positions(device, tmp_path):
 
     scene = load_scene(several(tmp_path, position_bits=23))
     traced = tracer(device, scene, cache=1.0)
-    assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), nearest_hits(scene, camera_of(scene)), scene)
+    assert_same_hits(
+        traced.render(camera_of(scene), WIDTH, HEIGHT), nearest_hits(scene, camera_of(scene)), scene
+    )
     traced.free()
 
 
@@ -467,7 +542,11 @@ def test11_transparent(mode, device, tmp_path):
     from vk_backend.scene import load_scene
 
     factor = [1, 1, 1, 0.4]
-    material = {"alphaMode": mode, "pbrMetallicRoughness": {"baseColorFactor": factor}, "doubleSided": True}
+    material = {
+        "alphaMode": mode,
+        "pbrMetallicRoughness": {"baseColorFactor": factor},
+        "doubleSided": True,
+    }
     scene = load_scene(several(tmp_path, material, "transparent"))
     camera = camera_of(scene)
     pictures = []
@@ -481,7 +560,9 @@ def test11_transparent(mode, device, tmp_path):
         assert np.mean(instances[0] != instances[1]) < 1e-3
     else:
         shares = [np.mean(i < 3) for i in instances]
-        assert set(np.unique(instances[0])) == {0, 1, 2, 3, NO_HIT} and shares[0] == pytest.approx(shares[1], abs=0.05)
+        assert set(np.unique(instances[0])) == {0, 1, 2, 3, NO_HIT} and shares[0] == pytest.approx(
+            shares[1], abs=0.05
+        )
 
 
 def broken_blobs(original: bytes, count: int) -> list[bytes]:
@@ -511,7 +592,9 @@ def test12_hostile(name, device, scene):
     sheet = scene.primitives[0]
     blobs = broken_blobs(sheet.blob, 8)
     primitives = [replace(sheet, blob=blob) for blob in blobs]
-    instances = [replace(scene.instances[number % 3], primitive=number) for number in range(len(blobs))]
+    instances = [
+        replace(scene.instances[number % 3], primitive=number) for number in range(len(blobs))
+    ]
     broken = replace(scene, primitives=primitives, instances=instances)
     traced = tracer(device, broken, bounces=1, samples=1, **TRACERS[name])
     for _ in range(2):
@@ -554,7 +637,10 @@ def mitsuba_hits(scene, camera) -> dict[str, np.ndarray]:
     meshes = {}
     for number, instance in enumerate(scene.instances):
         decoded = scene.primitives[instance.primitive].decoded()
-        points = decoded.positions.astype(np.float64) @ instance.matrix[:3, :3].T + instance.matrix[:3, 3]
+        points = (
+            decoded.positions.astype(np.float64) @ instance.matrix[:3, :3].T
+            + instance.matrix[:3, 3]
+        )
         mesh = mi.Mesh(f"instance{number}", len(points), len(decoded.triangles))
         parameters = mi.traverse(mesh)
         parameters["vertex_positions"] = points.astype(np.float32).ravel()
@@ -571,7 +657,9 @@ def mitsuba_hits(scene, camera) -> dict[str, np.ndarray]:
         "b": np.zeros((HEIGHT, WIDTH, 2)),
     }
     for y, x in np.ndindex(HEIGHT, WIDTH):
-        hit = traced.ray_intersect_preliminary(mi.Ray3f(mi.Point3f(*origin), mi.Vector3f(*directions[y, x])), True)
+        hit = traced.ray_intersect_preliminary(
+            mi.Ray3f(mi.Point3f(*origin), mi.Vector3f(*directions[y, x])), True
+        )
         if hit.is_valid():
             number = names[hit.shape.id()]
             found["t"][y, x], found["ids"][y, x] = hit.t, (number, ids[number][hit.prim_index])
@@ -593,14 +681,18 @@ def test15_first_sample(device, scene):
         traced = tracer(device, scene, "rt-triangles", samples=samples)
         pictures.append(traced.render(camera_of(scene), WIDTH, HEIGHT))
         traced.free()
-    assert np.array_equal(pictures[0].t, pictures[1].t) and not np.array_equal(pictures[0].color, pictures[1].color)
+    assert np.array_equal(pictures[0].t, pictures[1].t) and not np.array_equal(
+        pictures[0].color, pictures[1].color
+    )
 
 
 def test16_pipelines(device, scene, shared):
     """Tracers of a kind share them, and others do not."""
     traced = tracer(device, scene, **TRACERS["none"])
     assert traced.pipelines == shared("none").pipelines
-    assert not set(traced.pipelines) & {p for name in ("some", "all", "plain", "triangles") for p in shared(name).pipelines}
+    assert not set(traced.pipelines) & {
+        p for name in ("some", "all", "plain", "triangles") for p in shared(name).pipelines
+    }
     traced.free()
 
 

@@ -7,13 +7,13 @@ import re
 
 import numpy as np
 import pytest
-from tests.helpers.gltf_builder import Builder, everything, glb_bytes, glb_json
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.helpers.vulkan_scenes import zoo
 
 import gltf_ext
 from gltf_ext.errors import MeshletError
+from tests.helpers.gltf_builder import Builder, everything, glb_bytes, glb_json
+from tests.helpers.vulkan_scenes import zoo
 from vk_backend import build_shaders, raytrace
 from vk_backend import scene as scenes
 from vk_backend.build_shaders import OUTPUT
@@ -72,12 +72,30 @@ def test_the_ray_tracer_s_structures_lie_where_shaders_read_them():
 def test_the_ray_tracer_s_constants_are_the_shaders():
     text = "\n".join(path.read_text() for path in build_shaders.SOURCES.glob("rt_*"))
     defined = dict(re.findall(r"^#define (\w+) (0x[0-9A-F]+|[0-9]+)u?\b", text, re.MULTILINE))
-    names = ("CLASSES", "COUNTED_RAY", "FILL_GROUPS", "NEIGHBOURS", "NO_SLOT", "REQUESTED", "HIT_WORDS", "SPREAD", "SPREAD_PATHS")
-    assert {name: int(defined[name], 0) for name in names} == {name: getattr(raytrace, name) for name in names}
-    assert int(defined["GROUP"], 0) == raytrace.CHOOSE_GROUP and 4 * int(defined["PATH_WORDS"], 0) == raytrace.PATH_BYTES
+    names = (
+        "CLASSES",
+        "COUNTED_RAY",
+        "FILL_GROUPS",
+        "NEIGHBOURS",
+        "NO_SLOT",
+        "REQUESTED",
+        "HIT_WORDS",
+        "SPREAD",
+        "SPREAD_PATHS",
+    )
+    assert {name: int(defined[name], 0) for name in names} == {
+        name: getattr(raytrace, name) for name in names
+    }
+    assert (
+        int(defined["GROUP"], 0) == raytrace.CHOOSE_GROUP
+        and 4 * int(defined["PATH_WORDS"], 0) == raytrace.PATH_BYTES
+    )
     assert int(defined["INSTANCE_MASKED"], 0) == raytrace.INSTANCE_MASKED
     assert (1 << int(defined["BOUNCE_BITS"], 0)) - 1 == raytrace.MOST_BOUNCES
-    assert f"local_size_x = {raytrace.BOXES_GROUP}" in (build_shaders.SOURCES / "boxes.comp").read_text()
+    assert (
+        f"local_size_x = {raytrace.BOXES_GROUP}"
+        in (build_shaders.SOURCES / "boxes.comp").read_text()
+    )
 
 
 def test_arrays_have_the_shaders_strides():
@@ -88,16 +106,31 @@ def test_arrays_have_the_shaders_strides():
 
 def test_scene_is_the_file_s(zoo_path):
     scene = load_scene(zoo_path)
-    assert (len(scene.primitives), len(scene.instances), len(scene.cameras), len(scene.textures)) == (2, 4, 2, 1)
+    assert (
+        len(scene.primitives),
+        len(scene.instances),
+        len(scene.cameras),
+        len(scene.textures),
+    ) == (2, 4, 2, 1)
     assert [i.mirrored for i in scene.instances] == [False, True, False, False]
-    assert [scene.materials[i.material].double_sided for i in scene.instances] == [False, False, False, True]
-    assert scene.attributes == scenes.HAS_NORMAL | scenes.HAS_TEXCOORD | scenes.HAS_COLOR and scene.vertex_floats == 12
+    assert [scene.materials[i.material].double_sided for i in scene.instances] == [
+        False,
+        False,
+        False,
+        True,
+    ]
+    assert (
+        scene.attributes == scenes.HAS_NORMAL | scenes.HAS_TEXCOORD | scenes.HAS_COLOR
+        and scene.vertex_floats == 12
+    )
     assert scene.triangles == 3 * scene.primitives[0].triangles + scene.primitives[1].triangles
     assert scene.warnings == []
     shown = np.concatenate([
         scene.primitives[i.primitive].decoded().positions.astype(np.float64) @ i.matrix[:3, :3].T + i.matrix[:3, 3] for i in scene.instances
     ])  # fmt: skip
-    assert (scene.low <= shown.min(axis=0) + 1e-5).all() and (scene.high >= shown.max(axis=0) - 1e-5).all()
+    assert (scene.low <= shown.min(axis=0) + 1e-5).all() and (
+        scene.high >= shown.max(axis=0) - 1e-5
+    ).all()
 
 
 def test_decoded_values_are_the_package_s(zoo_path):
@@ -143,7 +176,7 @@ def test_plain_meshlets_hold_the_same_triangles(zoo_path):
         assert (np.diff(decoded.ids().astype(np.int64)) > 0).all()
 
 
-# --- cameras -------------------------------------------------------------------------------------------------------------------------
+# --- cameras ---
 
 
 @settings(max_examples=60, deadline=None)
@@ -174,13 +207,15 @@ def test_depth_and_distance_are_inverse(origin, yfov, near, far, orthographic, s
 def test_fit_shows_everything(zoo_path, shape, orthographic):
     scene = load_scene(zoo_path)
     camera = Camera.fit(scene, *shape, orthographic=orthographic)
-    corners = np.array([[(scene.low, scene.high)[i >> a & 1][a] for a in range(3)] + [1.0] for i in range(8)])
+    corners = np.array(
+        [[(scene.low, scene.high)[i >> a & 1][a] for a in range(3)] + [1.0] for i in range(8)]
+    )
     clip = corners @ camera.world_to_clip(*shape).T
     ndc = clip[:, :3] / clip[:, 3:]
     assert (np.abs(ndc[:, :2]) <= 1).all() and (ndc[:, 2] >= 0).all() and (ndc[:, 2] <= 1).all()
 
 
-# --- what is not valid ---------------------------------------------------------------------------------------------------------------
+# --- what is not valid ---
 
 
 def changed(path, target, change):
@@ -200,10 +235,16 @@ def changed(path, target, change):
         (lambda p: p["cameras"][0].pop("perspective"), "neither perspective nor orthographic"),
         (lambda p: p["cameras"][0]["perspective"].update(yfov=0), "make no picture"),
         (lambda p: p["cameras"][1]["orthographic"].update(xmag=0.0, zfar=0.5), "make no picture"),
-        (lambda p: p["scenes"][0].update(nodes=[4, 5]), "no node of its scene shows a compressed primitive"),
+        (
+            lambda p: p["scenes"][0].update(nodes=[4, 5]),
+            "no node of its scene shows a compressed primitive",
+        ),
         (lambda p: p["meshes"][0]["primitives"][0].update(material=5), "material 5 does not exist"),
         (lambda p: p["textures"][0].update(sampler=3), "sampler 3 does not exist"),
-        (lambda p: p["nodes"][0].update(translation=[1e30, 0, 0]), "transform is not finite, or larger than"),
+        (
+            lambda p: p["nodes"][0].update(translation=[1e30, 0, 0]),
+            "transform is not finite, or larger than",
+        ),
     ],
 )
 def test_invalid_scenes_give_one_line(zoo_path, tmp_path, change, message):
@@ -227,7 +268,9 @@ def test_positions_beyond_binary32_give_one_line(zoo_path, tmp_path):
 
 def test_unreadable_images_are_left_out_with_a_warning(zoo_path, tmp_path):
     def change(properties):
-        blob = properties["meshes"][0]["primitives"][0]["extensions"]["EXT_meshlet_edgebreaker"]["bufferView"]
+        blob = properties["meshes"][0]["primitives"][0]["extensions"]["EXT_meshlet_edgebreaker"][
+            "bufferView"
+        ]
         properties["images"][0]["bufferView"] = blob
 
     path = changed(zoo_path, tmp_path / "changed.glb", change)
@@ -240,7 +283,9 @@ def test_uncompressed_files_are_refused(tmp_path):
     values, triangles, _ = everything()
     builder = Builder()
     builder.mesh({"POSITION": values["POSITION"]}, triangles)
-    with pytest.raises(MeshletError, match="has no primitive with EXT_meshlet_edgebreaker; compress it first"):
+    with pytest.raises(
+        MeshletError, match="has no primitive with EXT_meshlet_edgebreaker; compress it first"
+    ):
         load_scene(builder.write(tmp_path / "raw.glb"))
 
 

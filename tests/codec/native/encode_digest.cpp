@@ -1,5 +1,5 @@
-// Encodes generated meshes and prints one digest of each blob: the same on every compiler and optimisation level.
-// Checks on the way that the number of threads makes no difference.
+// Encodes generated meshes and prints one digest of each blob: the same on every compiler and
+// optimisation level. Checks on the way that the number of threads makes no difference.
 #include <cstdio>
 #include <cstring>
 
@@ -29,7 +29,8 @@ void finish(Model& m) {
   weld_rows(reinterpret_cast<const uint8_t*>(m.positions.data()), count, 12, m.position_ids.data());
   for (float p : m.positions) m.grid.push_back(static_cast<uint32_t>(p));
   m.normals.assign(2 * count, 0);
-  for (size_t v = 0; v < count; ++v) m.normals[2 * v] = m.grid[3 * v] / 256 % 16;  // seams where it jumps
+  for (size_t v = 0; v < count; ++v)
+    m.normals[2 * v] = m.grid[3 * v] / 256 % 16;  // seams where it jumps
 }
 
 // A bumpy height field of n x n vertices, with a column of vertices doubled as a seam.
@@ -37,7 +38,10 @@ Model height_field(uint32_t n) {
   Model m;
   Random random{7};
   for (uint32_t y = 0; y < n; ++y)
-    for (uint32_t x = 0; x < n; ++x) m.positions.insert(m.positions.end(), {x * 31.0f, y * 31.0f, static_cast<float>(random.below(60) + (x * x + y * y) % 97)});
+    for (uint32_t x = 0; x < n; ++x)
+      m.positions.insert(
+          m.positions.end(),
+          {x * 31.0f, y * 31.0f, static_cast<float>(random.below(60) + (x * x + y * y) % 97)});
   for (uint32_t y = 0; y + 1 < n; ++y)
     for (uint32_t x = 0; x + 1 < n; ++x) {
       const uint32_t a = y * n + x;
@@ -71,9 +75,11 @@ uint64_t digest(const Model& m, int threads) {
   EncodeOptions options;
   options.threads = threads;
   EncoderStats stats;
-  MeshView view{m.triangles.data(), m.triangles.size() / 3, m.position_ids.data(), m.positions.data(), m.positions.size() / 3};
+  MeshView view{m.triangles.data(), m.triangles.size() / 3, m.position_ids.data(),
+                m.positions.data(), m.positions.size() / 3};
   uint64_t hash = 14695981039346656037ull;
-  for (uint8_t byte : encode(view, streams, values, options, stats)) hash = (hash ^ byte) * 1099511628211ull;
+  for (uint8_t byte : encode(view, streams, values, options, stats))
+    hash = (hash ^ byte) * 1099511628211ull;
   return hash;
 }
 

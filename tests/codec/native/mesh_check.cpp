@@ -10,13 +10,17 @@ namespace {
 using Edge = std::pair<uint32_t, uint32_t>;
 
 struct EdgeHash {
-  size_t operator()(const Edge& edge) const { return (uint64_t{edge.first} << 32 | edge.second) * 0x9E3779B97F4A7C15u >> 20; }
+  size_t operator()(const Edge& edge) const {
+    return (uint64_t{edge.first} << 32 | edge.second) * 0x9E3779B97F4A7C15u >> 20;
+  }
 };
 
 // For each half-edge the one it is glued to, or -1, by the definition in half_edges.h.
 std::vector<int64_t> glue(const Mesh& mesh, bool by_position) {
   std::unordered_map<Edge, std::vector<uint32_t>, EdgeHash> uses;
-  const auto name = [&](size_t corner) { return by_position ? mesh.position_ids[mesh.triangles[corner]] : mesh.triangles[corner]; };
+  const auto name = [&](size_t corner) {
+    return by_position ? mesh.position_ids[mesh.triangles[corner]] : mesh.triangles[corner];
+  };
   for (uint32_t h = 0; h < mesh.triangles.size(); ++h) {
     const uint32_t a = name(h), b = name(h / 3 * 3 + (h + 1) % 3);
     if (a != b) uses[{std::min(a, b), std::max(a, b)}].push_back(h);
@@ -35,9 +39,12 @@ std::vector<int64_t> glue(const Mesh& mesh, bool by_position) {
 uint32_t corner_after(uint32_t half_edge) { return half_edge / 3 * 3 + (half_edge + 1) % 3; }
 
 // One disk: triangles [first, last) of the partition.
-std::string check_disk(const Mesh& mesh, const std::vector<int64_t>& glued, const uint32_t* first, const uint32_t* last, size_t& vertices) {
+std::string check_disk(const Mesh& mesh, const std::vector<int64_t>& glued, const uint32_t* first,
+                       const uint32_t* last, size_t& vertices) {
   const std::set<uint32_t> members(first, last);
-  const auto inside = [&](uint32_t half_edge) { return glued[half_edge] >= 0 && members.count(static_cast<uint32_t>(glued[half_edge] / 3)) > 0; };
+  const auto inside = [&](uint32_t half_edge) {
+    return glued[half_edge] >= 0 && members.count(static_cast<uint32_t>(glued[half_edge] / 3)) > 0;
+  };
   std::map<uint32_t, size_t> fan;       // triangles per vertex
   std::map<uint32_t, uint32_t> next;    // along the boundary
   std::map<uint32_t, size_t> glued_at;  // glued pairs of half-edges that meet at the vertex
@@ -61,7 +68,8 @@ std::string check_disk(const Mesh& mesh, const std::vector<int64_t>& glued, cons
   // A fan of n triangles that is one open run has n - 1 glued edges at its vertex, a closed one n.
   for (const auto& at : fan) {
     const bool boundary = next.count(at.first) > 0;
-    if (glued_at[at.first] + (boundary ? 1 : 0) != at.second) return "a vertex has more than one fan";
+    if (glued_at[at.first] + (boundary ? 1 : 0) != at.second)
+      return "a vertex has more than one fan";
   }
   if (next.size() < 3) return "a boundary loop is shorter than three edges";
   uint32_t at = next.begin()->first;
@@ -69,7 +77,8 @@ std::string check_disk(const Mesh& mesh, const std::vector<int64_t>& glued, cons
     const auto found = next.find(at);
     if (found == next.end()) return "a boundary is not closed";
     at = found->second;
-    if (at == next.begin()->first && step + 1 != next.size()) return "a component has several boundary loops";
+    if (at == next.begin()->first && step + 1 != next.size())
+      return "a component has several boundary loops";
   }
   if (at != next.begin()->first) return "a boundary is not closed";
   std::vector<uint32_t> stack{*first};
@@ -78,7 +87,8 @@ std::string check_disk(const Mesh& mesh, const std::vector<int64_t>& glued, cons
     const uint32_t t = stack.back();
     stack.pop_back();
     for (uint32_t h = 3 * t; h < 3 * t + 3; ++h)
-      if (inside(h) && reached.insert(static_cast<uint32_t>(glued[h] / 3)).second) stack.push_back(static_cast<uint32_t>(glued[h] / 3));
+      if (inside(h) && reached.insert(static_cast<uint32_t>(glued[h] / 3)).second)
+        stack.push_back(static_cast<uint32_t>(glued[h] / 3));
   }
   if (reached.size() != members.size()) return "a component is not connected through edges";
   return {};
@@ -86,7 +96,8 @@ std::string check_disk(const Mesh& mesh, const std::vector<int64_t>& glued, cons
 
 }  // namespace
 
-std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& options, const meshlet::Meshlets& meshlets) {
+std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& options,
+                           const meshlet::Meshlets& meshlets) {
   const auto& component_begin = meshlets.component_begin;
   const auto& meshlet_begin = meshlets.meshlet_begin;
   std::vector<bool> seen(mesh.triangle_count(), false);
@@ -95,8 +106,12 @@ std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& o
     seen[t] = true;
   }
   if (meshlets.triangles.size() != seen.size()) return "triangles are missing";
-  if (component_begin.empty() || component_begin.front() != 0 || component_begin.back() != seen.size()) return "components do not cover the triangles";
-  if (meshlet_begin.empty() || meshlet_begin.front() != 0 || meshlet_begin.back() + 1 != component_begin.size()) return "meshlets do not cover the components";
+  if (component_begin.empty() || component_begin.front() != 0 ||
+      component_begin.back() != seen.size())
+    return "components do not cover the triangles";
+  if (meshlet_begin.empty() || meshlet_begin.front() != 0 ||
+      meshlet_begin.back() + 1 != component_begin.size())
+    return "meshlets do not cover the components";
   const std::vector<int64_t> glued = glue(mesh, false);
   for (size_t m = 0; m + 1 < meshlet_begin.size(); ++m) {
     if (meshlet_begin[m] >= meshlet_begin[m + 1]) return "a meshlet is empty";
@@ -105,12 +120,15 @@ std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& o
       if (component_begin[k] >= component_begin[k + 1]) return "a component is empty";
       size_t own = 0;
       const std::string wrong =
-          check_disk(mesh, glued, meshlets.triangles.data() + component_begin[k], meshlets.triangles.data() + component_begin[k + 1], own);
+          check_disk(mesh, glued, meshlets.triangles.data() + component_begin[k],
+                     meshlets.triangles.data() + component_begin[k + 1], own);
       if (!wrong.empty()) return wrong;
       vertices += own;
     }
-    if (vertices > static_cast<size_t>(options.max_vertices)) return "a meshlet has too many vertices";
-    if (component_begin[meshlet_begin[m + 1]] - component_begin[meshlet_begin[m]] > static_cast<uint32_t>(options.max_triangles))
+    if (vertices > static_cast<size_t>(options.max_vertices))
+      return "a meshlet has too many vertices";
+    if (component_begin[meshlet_begin[m + 1]] - component_begin[meshlet_begin[m]] >
+        static_cast<uint32_t>(options.max_triangles))
       return "a meshlet has too many triangles";
   }
   return {};
@@ -125,7 +143,8 @@ void add_figures(const Mesh& mesh, const meshlet::Meshlets& meshlets, Figures& f
         component_of[meshlets.triangles[i]] = k, meshlet_of[meshlets.triangles[i]] = m;
   const std::vector<int64_t> by_vertex = glue(mesh, false), by_position = glue(mesh, true);
   std::set<Edge> neighbours;
-  std::set<Edge> corners, on_chains;  // (0, position) where shared, (component + 1, position) on open edges
+  std::set<Edge> corners,
+      on_chains;  // (0, position) where shared, (component + 1, position) on open edges
   for (size_t k = 0; k + 1 < meshlets.component_begin.size(); ++k) {
     std::set<uint32_t> vertices;
     std::map<uint32_t, uint32_t> leaving;  // boundary half-edge by its first vertex
@@ -133,13 +152,16 @@ void add_figures(const Mesh& mesh, const meshlet::Meshlets& meshlets, Figures& f
       for (uint32_t h = 3 * meshlets.triangles[i], end = h + 3; h < end; ++h) {
         vertices.insert(mesh.triangles[h]);
         const int64_t other = by_position[h];
-        if (other >= 0 && meshlet_of[h / 3] != meshlet_of[other / 3]) neighbours.insert({meshlet_of[h / 3], meshlet_of[other / 3]});
+        if (other >= 0 && meshlet_of[h / 3] != meshlet_of[other / 3])
+          neighbours.insert({meshlet_of[h / 3], meshlet_of[other / 3]});
         if (by_vertex[h] < 0 || component_of[by_vertex[h] / 3] != k) leaving[mesh.triangles[h]] = h;
       }
     }
     figures.vertices += vertices.size();
     figures.boundary_vertices += leaving.size();
-    const auto across = [&](uint32_t h) -> int64_t { return by_position[h] < 0 ? -1 : component_of[by_position[h] / 3]; };
+    const auto across = [&](uint32_t h) -> int64_t {
+      return by_position[h] < 0 ? -1 : component_of[by_position[h] / 3];
+    };
     uint32_t h = leaving.begin()->second, start = h;
     size_t runs = 0, owned = 0;
     do {
@@ -164,5 +186,6 @@ void add_figures(const Mesh& mesh, const meshlet::Meshlets& meshlets, Figures& f
   figures.chain_vertices += on_chains.size();
   figures.neighbours += neighbours.size();
   for (const Edge& pair : neighbours)
-    if (pair.first < pair.second) figures.index_difference += pair.second - pair.first, ++figures.pairs;
+    if (pair.first < pair.second)
+      figures.index_difference += pair.second - pair.first, ++figures.pairs;
 }

@@ -1,5 +1,5 @@
-// Brute-force check of the guarantees of generate_meshlets, and figures on the quality of a partition. Shares no code
-// with the partition itself.
+// Brute-force check of the guarantees of generate_meshlets, and figures on the quality of a
+// partition. Shares no code with the partition itself.
 #pragma once
 
 #include <cstdint>
@@ -14,20 +14,25 @@ struct Mesh {
 
   size_t vertex_count() const { return positions.size() / 3; }
   size_t triangle_count() const { return triangles.size() / 3; }
-  meshlet::MeshView view() const { return {triangles.data(), triangle_count(), position_ids.data(), positions.data(), vertex_count()}; }
+  meshlet::MeshView view() const {
+    return {triangles.data(), triangle_count(), position_ids.data(), positions.data(),
+            vertex_count()};
+  }
 };
 
 // Empty when all guarantees hold, else what is wrong.
-std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& options, const meshlet::Meshlets& meshlets);
+std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& options,
+                           const meshlet::Meshlets& meshlets);
 
 // Sums over the meshlets of one or more meshes.
 struct Figures {
   size_t triangles = 0, meshlets = 0, components = 0;
   size_t vertices = 0, boundary_vertices = 0;  // vertices as the components count them
-  size_t references = 0, owned_chains = 0;     // runs of boundary edges with one meshlet on their other side
-  size_t corners = 0, chain_vertices = 0;      // shared by the meshlets: ends of runs, vertices within
-  size_t neighbours = 0;                       // per meshlet, by position
-  double index_difference = 0;                 // summed over pairs of neighbours
+  size_t references = 0,
+         owned_chains = 0;  // runs of boundary edges with one meshlet on their other side
+  size_t corners = 0, chain_vertices = 0;  // shared by the meshlets: ends of runs, vertices within
+  size_t neighbours = 0;                   // per meshlet, by position
+  double index_difference = 0;             // summed over pairs of neighbours
   size_t pairs = 0;
 };
 

@@ -1,10 +1,11 @@
 // Tests of the stage "mesh -> meshlets".
 //   meshlet_generation_test              generated meshes, from orderly to hostile
 //   meshlet_generation_test FILE...      meshes from files; checks them and prints figures
-// Options, before files: --max-triangles N, --max-vertices N, --lambda X, --iterations N, --weight paper|choe,
+// Options, before files: --max-triangles N, --max-vertices N, --lambda X, --iterations N, --weight
+// paper|choe,
 // --fill X, --threads N, --no-check.
-// File: little-endian uint32 primitive count, then per primitive uint32 vertex and triangle counts, float32 positions,
-// uint32 triangles.
+// File: little-endian uint32 primitive count, then per primitive uint32 vertex and triangle counts,
+// float32 positions, uint32 triangles.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -44,7 +45,8 @@ class Random {
 
 void weld_positions(Mesh& mesh) {
   mesh.position_ids.resize(mesh.vertex_count());
-  meshlet::weld_rows(reinterpret_cast<const uint8_t*>(mesh.positions.data()), mesh.vertex_count(), 12, mesh.position_ids.data());
+  meshlet::weld_rows(reinterpret_cast<const uint8_t*>(mesh.positions.data()), mesh.vertex_count(),
+                     12, mesh.position_ids.data());
 }
 
 std::vector<Mesh> read_meshes(const char* path) {
@@ -68,17 +70,21 @@ std::vector<Mesh> read_meshes(const char* path) {
   return meshes;
 }
 
-// Grid of n x n quads on a height field; columns wrap around when `wrap_u`, rows when `wrap_v` (a torus when both).
+// Grid of n x n quads on a height field; columns wrap around when `wrap_u`, rows when `wrap_v` (a
+// torus when both).
 Mesh make_grid(uint32_t n, bool wrap_u, bool wrap_v) {
   Mesh mesh;
   const uint32_t columns = wrap_u ? n : n + 1, rows = wrap_v ? n : n + 1;
   for (uint32_t j = 0; j < rows; ++j)
     for (uint32_t i = 0; i < columns; ++i)
-      for (const uint32_t c : {i, j, (i * i + 3 * j) % 7}) mesh.positions.push_back(static_cast<float>(c));
+      for (const uint32_t c : {i, j, (i * i + 3 * j) % 7})
+        mesh.positions.push_back(static_cast<float>(c));
   const auto at = [&](uint32_t i, uint32_t j) { return j % rows * columns + i % columns; };
   for (uint32_t j = 0; j < n; ++j)
     for (uint32_t i = 0; i < n; ++i)
-      for (const uint32_t v : {at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)}) mesh.triangles.push_back(v);
+      for (const uint32_t v :
+           {at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)})
+        mesh.triangles.push_back(v);
   return mesh;
 }
 
@@ -88,13 +94,14 @@ void append(Mesh& mesh, const Mesh& other) {
   for (const uint32_t vertex : other.triangles) mesh.triangles.push_back(base + vertex);
 }
 
-// Triangles between random vertices, of which several share a position; some triangles occur again, rotated or
-// reversed.
+// Triangles between random vertices, of which several share a position; some triangles occur again,
+// rotated or reversed.
 Mesh make_soup(Random& random, uint32_t vertices, uint32_t triangles, uint32_t positions) {
   Mesh mesh;
   for (uint32_t v = 0; v < vertices; ++v) {
     const uint32_t place = random.below(positions);
-    for (const uint32_t c : {place % 5, place / 5 % 5, place / 25}) mesh.positions.push_back(static_cast<float>(c));
+    for (const uint32_t c : {place % 5, place / 5 % 5, place / 25})
+      mesh.positions.push_back(static_cast<float>(c));
   }
   while (mesh.triangles.size() < 3 * size_t{triangles}) {
     uint32_t corner[3] = {random.below(vertices), random.below(vertices), random.below(vertices)};
@@ -118,32 +125,39 @@ void tear(Mesh& mesh, Random& random, uint32_t odds) {
 }
 
 bool same(const meshlet::Meshlets& a, const meshlet::Meshlets& b) {
-  return a.triangles == b.triangles && a.component_begin == b.component_begin && a.meshlet_begin == b.meshlet_begin;
+  return a.triangles == b.triangles && a.component_begin == b.component_begin &&
+         a.meshlet_begin == b.meshlet_begin;
 }
 
-meshlet::Meshlets check(Mesh mesh, const std::string& name, meshlet::GenerationOptions options = {}) {
+meshlet::Meshlets check(Mesh mesh, const std::string& name,
+                        meshlet::GenerationOptions options = {}) {
   weld_positions(mesh);
   options.threads = 1;
   const meshlet::Meshlets meshlets = meshlet::generate_meshlets(mesh.view(), options);
   const std::string wrong = check_meshlets(mesh, options, meshlets);
   expect(wrong.empty(), name + ": " + wrong);
   options.threads = 3;
-  expect(same(meshlets, meshlet::generate_meshlets(mesh.view(), options)), name + ": depends on threads");
+  expect(same(meshlets, meshlet::generate_meshlets(mesh.view(), options)),
+         name + ": depends on threads");
   return meshlets;
 }
 
 void test_half_edges() {
-  // Two triangles joined by 1-2; a third one on 0-1, wound the wrong way; a fourth and fifth on 2-0.
+  // Two triangles joined by 1-2; a third one on 0-1, wound the wrong way; a fourth and fifth on
+  // 2-0.
   const std::vector<uint32_t> triangles{0, 1, 2, 2, 1, 3, 0, 1, 4, 0, 2, 5, 0, 2, 6};
   const std::vector<int32_t> match = meshlet::match_half_edges(triangles.data(), 5, nullptr, 7, 1);
-  for (int32_t h = 0; h < 15; ++h) expect(match[h] == (h == 1 ? 3 : h == 3 ? 1 : -1), "half-edge " + std::to_string(h));
+  for (int32_t h = 0; h < 15; ++h)
+    expect(match[h] == (h == 1 ? 3 : h == 3 ? 1 : -1), "half-edge " + std::to_string(h));
   // Vertices 4 and 5 lie where 0 and 1 do, so that 5-4 closes on 0-1.
   const std::vector<uint32_t> torn{0, 1, 2, 5, 4, 3}, ids{0, 1, 2, 3, 0, 1};
-  expect(meshlet::match_half_edges(torn.data(), 2, ids.data(), 4, 1)[0] == 3, "half-edges joined by position");
+  expect(meshlet::match_half_edges(torn.data(), 2, ids.data(), 4, 1)[0] == 3,
+         "half-edges joined by position");
   // A star: one vertex in very many triangles.
   std::vector<uint32_t> star;
   for (uint32_t i = 0; i < 1000; ++i) star.insert(star.end(), {0, 1 + i, 1 + (i + 1) % 1000});
-  const std::vector<int32_t> closed = meshlet::match_half_edges(star.data(), 1000, nullptr, 1001, 2);
+  const std::vector<int32_t> closed =
+      meshlet::match_half_edges(star.data(), 1000, nullptr, 1001, 2);
   for (int32_t i = 0; i < 1000; ++i) expect(closed[3 * i + 2] == (i + 1) % 1000 * 3, "star");
 }
 
@@ -157,9 +171,12 @@ void test_weld() {
 void test_shapes() {
   check({{0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2}, {}}, "one triangle");
   check({std::vector<float>(9, 1.0f), {0, 1, 2}, {}}, "one point");
-  check({{0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2, 0, 1, 2, 1, 2, 0, 2, 1, 0}, {}}, "the same triangle four times");
-  check({{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3}, {}}, "tetrahedron");
-  check({{3e38f, -3e38f, 0, -3e38f, 1e-40f, 0, 0, 3e38f, 3e38f}, {0, 1, 2, 2, 1, 0}, {}}, "huge numbers");
+  check({{0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2, 0, 1, 2, 1, 2, 0, 2, 1, 0}, {}},
+        "the same triangle four times");
+  check({{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3}, {}},
+        "tetrahedron");
+  check({{3e38f, -3e38f, 0, -3e38f, 1e-40f, 0, 0, 3e38f, 3e38f}, {0, 1, 2, 2, 1, 0}, {}},
+        "huge numbers");
   const meshlet::Meshlets plane = check(make_grid(64, false, false), "grid");
   expect(plane.meshlet_begin.size() - 1 < 8192 / 55, "a grid fills its meshlets");
   check(make_grid(40, true, false), "tube");
@@ -179,15 +196,18 @@ Mesh make_box(uint32_t n) {
       std::rotate(p, p + side / 2, p + 3);
     }
     if (side % 2 == 0)
-      for (size_t i = 0; i < face.triangles.size(); i += 3) std::swap(face.triangles[i], face.triangles[i + 1]);
+      for (size_t i = 0; i < face.triangles.size(); i += 3)
+        std::swap(face.triangles[i], face.triangles[i + 1]);
     append(box, face);
   }
   return box;
 }
 
 void test_seams() {
-  const meshlet::Meshlets cube = check(make_box(2), "cube");  // 48 triangles and 54 vertices on six faces
-  expect(cube.meshlet_begin.size() == 2 && cube.component_begin.size() == 7, "faces of a cube share a meshlet");
+  const meshlet::Meshlets cube =
+      check(make_box(2), "cube");  // 48 triangles and 54 vertices on six faces
+  expect(cube.meshlet_begin.size() == 2 && cube.component_begin.size() == 7,
+         "faces of a cube share a meshlet");
   check(make_box(9), "box");
 }
 
@@ -216,7 +236,8 @@ void test_limits() {
       options.max_triangles = triangles;
       options.max_vertices = vertices;
       options.weight = triangles % 2 ? meshlet::Weight::choe : meshlet::Weight::paper;
-      check(make_grid(20, true, false), "limits " + std::to_string(triangles) + " " + std::to_string(vertices), options);
+      check(make_grid(20, true, false),
+            "limits " + std::to_string(triangles) + " " + std::to_string(vertices), options);
     }
   }
 }
@@ -224,7 +245,8 @@ void test_limits() {
 void test_hostile() {
   Random random(1);
   for (int round = 0; round < 60; ++round) {
-    Mesh soup = make_soup(random, 4 + random.below(60), 1 + random.below(300), 1 + random.below(60));
+    Mesh soup =
+        make_soup(random, 4 + random.below(60), 1 + random.below(300), 1 + random.below(60));
     check(soup, "soup " + std::to_string(round));
     Mesh torn = make_grid(4 + random.below(30), random.below(2), random.below(2));
     tear(torn, random, 1 + random.below(30));
@@ -262,20 +284,26 @@ void report(const char* path, const meshlet::GenerationOptions& options, bool ch
     add_figures(mesh, meshlets, figures);
   }
   const char* name = std::strrchr(path, '/') ? std::strrchr(path, '/') + 1 : path;
-  std::printf("%-18s %6.3f s, %d iterations, histogram %u %u %u %u, checksum %08x", name, seconds, iterations, histogram[0], histogram[1], histogram[2],
-              histogram[3], sum);
+  std::printf("%-18s %6.3f s, %d iterations, histogram %u %u %u %u, checksum %08x", name, seconds,
+              iterations, histogram[0], histogram[1], histogram[2], histogram[3], sum);
   if (checked) {
     const double meshlets = static_cast<double>(figures.meshlets);
     const double triangles = static_cast<double>(figures.triangles);
-    // Rough cost of everything that a partition without boundaries would not have (bits as in the format's tables).
-    const double cost =
-        45 * meshlets + 5.0 * figures.owned_chains + 11.0 * (figures.references - figures.owned_chains) + 4.0 * figures.chain_vertices + 24.0 * figures.corners;
+    // Rough cost of everything that a partition without boundaries would not have (bits as in the
+    // format's tables).
+    const double cost = 45 * meshlets + 5.0 * figures.owned_chains +
+                        11.0 * (figures.references - figures.owned_chains) +
+                        4.0 * figures.chain_vertices + 24.0 * figures.corners;
     std::printf(
-        "\n    meshlets %zu, triangles %.2f, vertices %.2f, components %.2f, boundary %.3f, references %.2f, "
+        "\n    meshlets %zu, triangles %.2f, vertices %.2f, components %.2f, boundary %.3f, "
+        "references %.2f, "
         "corners %.2f, chain vertices %.2f, neighbours %.2f, index difference %.1f, cost %.3f b/t",
-        figures.meshlets, triangles / meshlets, figures.vertices / meshlets, figures.components / meshlets,
-        static_cast<double>(figures.boundary_vertices) / figures.vertices, figures.references / meshlets, figures.corners / meshlets,
-        figures.chain_vertices / meshlets, figures.neighbours / meshlets, figures.pairs ? figures.index_difference / figures.pairs : 0.0, cost / triangles);
+        figures.meshlets, triangles / meshlets, figures.vertices / meshlets,
+        figures.components / meshlets,
+        static_cast<double>(figures.boundary_vertices) / figures.vertices,
+        figures.references / meshlets, figures.corners / meshlets,
+        figures.chain_vertices / meshlets, figures.neighbours / meshlets,
+        figures.pairs ? figures.index_difference / figures.pairs : 0.0, cost / triangles);
   }
   std::printf("\n");
 }
@@ -299,7 +327,8 @@ int main(int argc, char** argv) {
     if (option == "--iterations") options.iterations = std::atoi(value);
     if (option == "--fill") options.fill = static_cast<float>(std::atof(value));
     if (option == "--threads") options.threads = std::atoi(value);
-    if (option == "--weight" && std::strcmp(value, "choe") == 0) options.weight = meshlet::Weight::choe;
+    if (option == "--weight" && std::strcmp(value, "choe") == 0)
+      options.weight = meshlet::Weight::choe;
   }
   if (i == argc) {
     test_half_edges();

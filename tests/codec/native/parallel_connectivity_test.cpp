@@ -1,5 +1,5 @@
-// The parallel decoder of connectivity against the serial one: on the strings of random disks, and on random strings, where both
-// must stay within bounds.
+// The parallel decoder of connectivity against the serial one: on the strings of random disks, and
+// on random strings, where both must stay within bounds.
 #include <cstdio>
 
 #include "decode/serial_decoder.h"
@@ -36,8 +36,8 @@ struct Random {
   }
 };
 
-// Appends the string of a random disk of `budget` triangles at most whose loop, gate included, has `edges` edges; the
-// outline decides which symbols are possible. Returns the number of triangles.
+// Appends the string of a random disk of `budget` triangles at most whose loop, gate included, has
+// `edges` edges; the outline decides which symbols are possible. Returns the number of triangles.
 void random_disk(BothDecoders& d, Random& random, uint32_t edges, uint32_t budget) {
   auto put = [&](uint64_t* mask) {
     if (mask) *mask |= 1ull << d.triangle_count;
@@ -103,7 +103,8 @@ int main() {
     tried++;
     if (d.triangle_count > largest) largest = d.triangle_count;
     if (!same(d)) {
-      std::fprintf(stderr, "the decoders differ on string %u of %u triangles, error %u\n", i, d.triangle_count, d.error);
+      std::fprintf(stderr, "the decoders differ on string %u of %u triangles, error %u\n", i,
+                   d.triangle_count, d.error);
       return 1;
     }
   }

@@ -1,4 +1,5 @@
-// Many threads ask a small cache for random meshlets' payloads and check what they get; run under ThreadSanitizer.
+// Many threads ask a small cache for random meshlets' payloads and check what they get; run under
+// ThreadSanitizer.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -47,8 +48,10 @@ void ask(Table& table, uint32_t seed, std::atomic<uint32_t>& wrong, std::atomic<
   for (uint32_t i = 0; i < kAsks; i++) {
     state = state * 1664525u + 1013904223u;
     uint32_t key = (state >> 16) % (state & 0x8000 ? 16 : kKeys) & ~1u;
-    const void* first = table.get(thread, kTriangles, key, [&] { return produce(thread, kTriangles, key); });
-    const void* second = table.get(thread, kAttributes, key + 1, [&] { return produce(thread, kAttributes, key + 1); });
+    const void* first =
+        table.get(thread, kTriangles, key, [&] { return produce(thread, kTriangles, key); });
+    const void* second = table.get(thread, kAttributes, key + 1,
+                                   [&] { return produce(thread, kAttributes, key + 1); });
     if (!is_right(first, key) || !is_right(second, key + 1)) wrong++;
     if (i % 64 == 0) {
       Statistics s = table.store().statistics();
@@ -66,15 +69,18 @@ bool run(Policy policy, double fraction) {
   std::atomic<uint32_t> wrong{0};
   std::atomic<bool> over{false};
   std::vector<std::thread> threads;
-  for (uint32_t t = 0; t < kThreads; t++) threads.emplace_back([&, t] { ask(t % 2 ? *table : *other, t + 1, wrong, over); });
+  for (uint32_t t = 0; t < kThreads; t++)
+    threads.emplace_back([&, t] { ask(t % 2 ? *table : *other, t + 1, wrong, over); });
   for (auto& thread : threads) thread.join();
   other.reset();
   Statistics s = store->statistics();
   uint64_t asked = 2ull * kThreads * kAsks;
   bool counted = s.hits + s.misses == asked && s.misses == s.decoded;
-  std::printf("%s %3.0f %%: %llu hits, %llu misses, %llu evictions, %llu refused, %llu of %llu bytes\n", policy == Policy::kClock ? "clock " : "counts",
-              100 * fraction, (unsigned long long)s.hits, (unsigned long long)s.misses, (unsigned long long)s.evictions, (unsigned long long)s.refused,
-              (unsigned long long)s.resident_bytes, (unsigned long long)s.limit_bytes);
+  std::printf(
+      "%s %3.0f %%: %llu hits, %llu misses, %llu evictions, %llu refused, %llu of %llu bytes\n",
+      policy == Policy::kClock ? "clock " : "counts", 100 * fraction, (unsigned long long)s.hits,
+      (unsigned long long)s.misses, (unsigned long long)s.evictions, (unsigned long long)s.refused,
+      (unsigned long long)s.resident_bytes, (unsigned long long)s.limit_bytes);
   table.reset();
   s = store->statistics();
   return wrong == 0 && !over && counted && s.resident_bytes == 0 && s.resident_entries == 0;
