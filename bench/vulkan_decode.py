@@ -27,10 +27,10 @@ def measure(device, path: Path, method: str) -> dict:
     """A row: the largest primitive of a compressed file. Raises MeshletError."""
     from gltf_ext.compression.extension import require_compressed
     from gltf_ext.gltf.importers import open_model
-    from vk_backend.compute_decoder import GpuDecoder, stream_components
+    from vk_backend.compute_decoder import GpuDecoder, stream_elements
 
     primitive = max(require_compressed(open_model(path)), key=lambda p: p.triangle_count)
-    components = stream_components(primitive.blob)
+    components = stream_elements(primitive.blob)
     decoder = GpuDecoder(device, method, len(components), sum(components))
     once = decoder.decode(primitive.blob, repeat=10).milliseconds.min()
     decoded = decoder.decode(primitive.blob, repeat=REPEAT + min(int(WARM_UP / once), 5000))

@@ -200,28 +200,28 @@ def _assemble(symbols, apex, boundary, firsts, roots, begins, vertex_count) -> C
 def decode_parallel(symbols: str) -> list[tuple[int, int, int]]:
     """Decoder D: each triangle on its own, in O(1), after a few shared tables. Same triangles as :func:`decode_serial`.
 
-    ``symbols`` must be valid (``decode_serial`` accepts them). On a GPU every list comprehension here is one step of all lanes,
+    ``symbols`` must be valid (``decode_serial`` accepts them). On a GPU every list comprehension here is one step of all threads,
     every prefix is a population count of a mask or a scan.
     """
     count = len(symbols)
-    lanes = range(count)
+    threads = range(count)
 
     def before(t: int, kinds: str) -> int:
         return sum(symbols[u] in kinds for u in range(t))
 
-    component_count = before(count, "E") - before(count, "S")
-    depth = [before(t, "S") - before(t, "E") + component_count for t in range(count + 1)]
+    disk_count = before(count, "E") - before(count, "S")
+    depth = [before(t, "S") - before(t, "E") + disk_count for t in range(count + 1)]
     # 1. closing[t]: the E that closes the part which triangle t opens
     level: dict[int, list[int]] = {}
-    for t in lanes:
+    for t in threads:
         if symbols[t] == "E":
             level.setdefault(depth[t + 1], []).append(t)
-    closing = [next(q for q in level[depth[t] - 1] if q >= t) for t in lanes]
+    closing = [next(q for q in level[depth[t] - 1] if q >= t) for t in threads]
     # a component ends where the depth falls below all before it
-    ends = [level[k][0] for k in range(component_count)]
+    ends = [level[k][0] for k in range(disk_count)]
     # 2. C and L are written to the string when their right part closes: count them at the closing E
     late = [0] * count
-    for t in lanes:
+    for t in threads:
         if symbols[t] in "CL":
             late[closing[t]] += 1
     # 3. where the part of t starts and ends in the string of + and -, and where its apex stands
@@ -230,11 +230,11 @@ def decode_parallel(symbols: str) -> list[tuple[int, int, int]]:
         + 2 * before(t, "E")
         + sum(late[q] for q in range(t))
         + sum(end < t for end in ends)
-        for t in lanes
+        for t in threads
     ]
-    end = [start[t] + closing[t] - t + 2 for t in lanes]
+    end = [start[t] + closing[t] - t + 2 for t in threads]
     middle = []
-    for t in lanes:
+    for t in threads:
         if symbols[t] in "RE":
             middle.append(start[t] + 1)
         elif symbols[t] in "CL":
@@ -243,7 +243,7 @@ def decode_parallel(symbols: str) -> list[tuple[int, int, int]]:
             middle.append(start[t] + closing[t + 1] - t + 1)
     # 4. the string: - where a C ends, + elsewhere; and the height of each +
     length = max(end) + 1
-    pops = {end[t] for t in lanes if symbols[t] == "C"}
+    pops = {end[t] for t in threads if symbols[t] == "C"}
     popped = [sum(p <= j for p in pops) for j in range(length)]
     height = [j - 2 * popped[j] for j in range(length)]
 
@@ -252,7 +252,7 @@ def decode_parallel(symbols: str) -> list[tuple[int, int, int]]:
         i = max(i for i in range(j + 1) if i not in pops and height[i] == height[j])
         return i - popped[i]
 
-    return [(vertex(end[t]), vertex(start[t]), vertex(middle[t])) for t in lanes]
+    return [(vertex(end[t]), vertex(start[t]), vertex(middle[t])) for t in threads]
 
 
 # ------------------------------------------------------------------------------------------------------------ the blob

@@ -51,7 +51,7 @@ class Decoded:
     milliseconds: np.ndarray
 
 
-def stream_components(blob: bytes) -> list[int]:
+def stream_elements(blob: bytes) -> list[int]:
     """Components of each stream of a blob whose header has been checked."""
     return [components for components, _ in _stream_table(blob)]
 
@@ -94,14 +94,16 @@ def unpacked(values: np.ndarray, shapes: list[tuple[int, int, int]]) -> np.ndarr
 class GpuDecoder:
     """Decodes blobs into plain buffers.
 
-    method: a key of METHODS; streams, lanes: the most streams, 64 or fewer, and the most components of all streams, that a blob may have.
+    method: a key of METHODS; streams, elements: the most streams, 64 or fewer, and the most components of all streams, that a blob may have.
     Raises VulkanError.
     """
 
-    def __init__(self, device: Device, method: str = "passes", streams: int = 8, lanes: int = 20):
-        self.device, self.streams, self.lanes = device, streams, lanes
+    def __init__(
+        self, device: Device, method: str = "passes", streams: int = 8, elements: int = 20
+    ):
+        self.device, self.streams, self.elements = device, streams, elements
         self._packs = method == "passes"
-        constants = {0: streams, 1: lanes}  # of meshlet_decoder_prologue.glsl
+        constants = {0: streams, 1: elements}  # of meshlet_decoder_prologue.glsl
         self._passes = [
             (ComputePipeline.of(device, name, constants), per or PASS_GROUP // streams)
             for name, per in METHODS[method]
@@ -114,14 +116,14 @@ class GpuDecoder:
         malformed meshlets are reported in `errors`.
         """
         meshlets = _codec.Decoder(blob).meshlet_count
-        components = stream_components(blob)
-        lanes = sum(components)
-        if len(components) > self.streams or lanes > self.lanes:
+        components = stream_elements(blob)
+        elements = sum(components)
+        if len(components) > self.streams or elements > self.elements:
             raise ValueError(
-                f"{len(components)} streams of {lanes} components; there is room for {self.streams} and {self.lanes}"
+                f"{len(components)} streams of {elements} components; there is room for {self.streams} and {self.elements}"
             )
         shapes = packed_shapes(blob)
-        value_words = 64 * (sum(words for _, _, words in shapes) if self._packs else lanes)
+        value_words = 64 * (sum(words for _, _, words in shapes) if self._packs else elements)
         source = Buffer(self.device, len(blob)).write(blob)
         # In the order of shaders/decode_push.glsl: summaries, connectivity, triangles, values.
         summaries, _, triangles, values = results = [
@@ -144,7 +146,7 @@ class GpuDecoder:
             triangles=triangles.read().reshape(meshlets, 64),
             integers=unpacked(integers, shapes)
             if self._packs
-            else integers.reshape(meshlets, lanes, 64),
+            else integers.reshape(meshlets, elements, 64),
             milliseconds=milliseconds,
         )
         for buffer in (source, *results):

@@ -50,7 +50,7 @@ PUSH = np.dtype(
 )
 LIT, ATTRIBUTES = 0, 1  # what the fragment shader does, see surface.frag
 # Specialisation constants of shaders/meshlet_decoder_prologue.glsl, raster.glsl and surface.frag.
-STREAMS_ID, LANES_ID, ATTRIBUTES_ID, CULLING_ID, SHADING_ID = range(5)
+STREAMS_ID, ELEMENTS_ID, ATTRIBUTES_ID, CULLING_ID, SHADING_ID = range(5)
 # Of surface.frag and geometry.geom: the first that takes all that the scene has.
 VARIANTS = (
     ("position", 0),
@@ -76,7 +76,7 @@ class Path:
 
     capability: of device.CAPABILITIES; needs: of SceneBuffers; stages: (module, stage) before the fragment shader, where Drawing fills in
     {ids} and {attributes}; group: meshlets of a workgroup or point, 0 for indexed triangles; teams: of device.Limits, the shared memory in
-    which a team of lanes decodes a meshlet; streams: meshlets are decoded into a ring first.
+    which a team of threads decodes a meshlet; streams: meshlets are decoded into a ring first.
     """
 
     capability: str | None
@@ -344,7 +344,7 @@ class Drawing:
             fill_bounds(self.buffers)
         self._frame = Buffer(device, 64 * len(scene.instances) + FRAME.itemsize)
         constants = {
-            STREAMS_ID: scene.max_streams, LANES_ID: scene.max_lanes, ATTRIBUTES_ID: scene.attributes,
+            STREAMS_ID: scene.max_streams, ELEMENTS_ID: scene.max_elements, ATTRIBUTES_ID: scene.attributes,
             CULLING_ID: int(culling), SHADING_ID: shading,
         }  # fmt: skip
         self.ring = Ring(pipelines, scene, ring, overlap, constants) if self.path.streams else None

@@ -427,11 +427,11 @@ class RayTracer:
             else None
         )
 
-    def _constants(self, lanes: int, deferred: bool = False) -> dict[int, int]:
-        """Of shaders/rt_common.glsl and slots.glsl; lanes: components that the stage decodes; deferred: paths wait for meshlets."""
+    def _constants(self, elements: int, deferred: bool = False) -> dict[int, int]:
+        """Of shaders/rt_common.glsl and slots.glsl; elements: components that the stage decodes; deferred: paths wait for meshlets."""
         return {
             0: self.scene.max_streams,
-            1: lanes,
+            1: elements,
             2: self.group,
             5: int(self.all_cached),
             6: self.scene.vertex_floats,
@@ -543,7 +543,7 @@ class RayTracer:
     def _ray_stages(self, deferred: bool) -> tuple[list, dict[str, int]]:
         """The shaders of a pipeline, the camera's first and the one for misses second, and which of them a hit runs."""
         suffix = {"rt": "", "rt-plain": "_plain", "rt-triangles": "_triangles"}[self.path]
-        shading = self._constants(self.scene.max_lanes, deferred)
+        shading = self._constants(self.scene.max_elements, deferred)
         stages = [
             stage(self.device, "rt_camera.rgen", vk.VK_SHADER_STAGE_RAYGEN_BIT_KHR, shading),
             stage(self.device, "rt_miss.rmiss", vk.VK_SHADER_STAGE_MISS_BIT_KHR),
@@ -581,7 +581,7 @@ class RayTracer:
 
     def _make_rays(self, deferred: bool) -> tuple[Any, list]:
         """A pipeline, which tracers share where theirs would be the same, and the regions of its shader binding table."""
-        constants = self._constants(self.scene.max_lanes, deferred)
+        constants = self._constants(self.scene.max_elements, deferred)
         key = (
             self.path,
             self.any_masked,
@@ -666,7 +666,7 @@ class RayTracer:
         )
         self._lists = self._keep("lists", 0 if self.all_cached else self._first_lists())
         self._slot_meshlets = self._keep("lists", np.full(slots, NO_SLOT, np.uint32))
-        constants = self._constants(self.scene.max_lanes)
+        constants = self._constants(self.scene.max_elements)
         steps = ("fill",) if self.all_cached else ("cache", "fill")
         self._cache_pipelines = {
             step: ComputePipeline.of(self.device, f"rt_{step}.comp", constants) for step in steps

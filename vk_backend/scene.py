@@ -40,7 +40,7 @@ TEAM_BYTES = (512, 8, 4096)
 ALWAYS_NORMALIZED = ("COLOR_", "NORMAL", "TEXCOORD_")
 MAX_SIZE = 1e15  # of a scene: 32-bit floats must be able to hold products of sizes
 SHADED = ("POSITION", "NORMAL", "TEXCOORD", "COLOR")
-NO_LANE = CONSTANTS["NO_LANE"]
+NO_ELEMENT = CONSTANTS["NO_ELEMENT"]
 # Bits of `Scene.attributes` and of the shaders' constant ATTRIBUTES, with the floats that each takes in an uncompressed vertex.
 HAS_NORMAL, HAS_TEXCOORD, HAS_COLOR = (
     CONSTANTS[name] for name in ("HAS_NORMAL", "HAS_TEXCOORD", "HAS_COLOR")
@@ -49,7 +49,13 @@ VERTEX_FLOATS = ((HAS_NORMAL, 3), (HAS_TEXCOORD, 2), (HAS_COLOR, 4))
 
 # The structures of shaders/scene.glsl (std430).
 ATTRIBUTE = np.dtype(
-    [("offset", "<f4", 4), ("step", "<f4"), ("lane", "<u4"), ("kind_bits", "<u4"), ("scale", "<f4")]
+    [
+        ("offset", "<f4", 4),
+        ("step", "<f4"),
+        ("element", "<u4"),
+        ("kind_bits", "<u4"),
+        ("scale", "<f4"),
+    ]
 )
 PRIMITIVE = np.dtype(
     [
@@ -57,7 +63,7 @@ PRIMITIVE = np.dtype(
         ("blob_words", "<u4"),
         ("meshlets", "<u4"),
         ("stream_end", "<u4"),
-        ("lanes", "<u4"),
+        ("elements", "<u4"),
         ("triangles", "<u4"),
         ("vertices", "<u4"),
         ("bounds", "<u4", 2),
@@ -119,14 +125,14 @@ PLAIN_MESHLET = np.dtype([("first", "<u4"), ("counts", "<u4")])
 
 @dataclass(frozen=True)
 class Attribute:
-    """One attribute that shading needs: its stream, the stream's first lane, and what its integers mean.
+    """One attribute that shading needs: its stream, the stream's first element, and what its integers mean.
 
     rounded: the accessor holds integers; scale: what they are multiplied by.
     """
 
     stream: Stream
     index: int
-    lane: int
+    element: int
     rounded: bool
     scale: float
 
@@ -134,7 +140,7 @@ class Attribute:
         """ATTRIBUTE[()]"""
         row = np.zeros((), ATTRIBUTE)
         row["offset"][: len(self.stream.offset)] = self.stream.offset
-        row["step"], row["lane"], row["scale"] = self.stream.step, self.lane, self.scale
+        row["step"], row["element"], row["scale"] = self.stream.step, self.element, self.scale
         kind_bits = self.stream.kind | self.stream.bits << 8 | self.stream.components << 16
         row["kind_bits"] = kind_bits | (CONSTANTS["ATTRIBUTE_ROUND"] if self.rounded else 0)
         return row
@@ -243,7 +249,7 @@ def _or_constant(
 class Primitive:
     """One compressed primitive, as it is in the file.
 
-    stream_end: streams before it hold all that shading needs; lanes: their components. low, high: float64[3], the positions' box.
+    stream_end: streams before it hold all that shading needs; elements: their components. low, high: float64[3], the positions' box.
     """
 
     where: str
@@ -258,7 +264,7 @@ class Primitive:
     high: np.ndarray
 
     @property
-    def lanes(self) -> int:
+    def elements(self) -> int:
         return sum(s.components for s in self.streams[: self.stream_end])
 
     @property
@@ -356,9 +362,9 @@ class Scene:
         return max(len(p.streams) for p in self.primitives)
 
     @property
-    def max_lanes(self) -> int:
-        """Components of the decoded streams of the blob that has most: the shaders' MAX_LANES."""
-        return max(p.lanes for p in self.primitives)
+    def max_elements(self) -> int:
+        """Components of the decoded streams of the blob that has most: the shaders' MAX_ELEMENTS."""
+        return max(p.elements for p in self.primitives)
 
 
 def load_scene(path: str | os.PathLike) -> Scene:
@@ -483,16 +489,16 @@ class _Loader:
                 f"{name} of {compressed.where} has an unusual form and is left out"
             )
             return None
-        lane = sum(s.components for s in compressed.streams[:first])
+        element = sum(s.components for s in compressed.streams[:first])
         if dtype.kind == "f":
-            return Attribute(stream, first, lane, False, 1.0)
+            return Attribute(stream, first, element, False, 1.0)
         primitive = self._document.meshes[compressed.mesh].primitives[compressed.primitive]
         accessor = self._document.accessors[named_indices(primitive.attributes)[name]]
         normalized = accessor.normalized or name.startswith(ALWAYS_NORMALIZED)
         return Attribute(
             stream,
             first,
-            lane,
+            element,
             True,
             float(np.float32(1.0 / np.iinfo(dtype).max)) if normalized else 1.0,
         )
@@ -689,11 +695,11 @@ class SceneBuffers:
 
 def _primitive_record(p: Primitive) -> np.ndarray:
     row = np.zeros((), PRIMITIVE)
-    row["meshlets"], row["stream_end"], row["lanes"] = p.meshlets, p.stream_end, p.lanes
+    row["meshlets"], row["stream_end"], row["elements"] = p.meshlets, p.stream_end, p.elements
     row["triangles"], row["vertices"] = p.triangles, p.vertices
     row["box_low"][:3], row["box_size"][:3] = p.low, p.high - p.low
     for role in SHADED:
-        row[role.lower()]["lane"] = NO_LANE
+        row[role.lower()]["element"] = NO_ELEMENT
         if role in p.attributes:
             row[role.lower()] = p.attributes[role].record()
     return row
@@ -710,10 +716,12 @@ def _instance_record(instance: Instance, number: int) -> np.ndarray:
 
 
 def require_room(device: Device, scene: Scene, path: str, shared_bytes: int, advice: str) -> None:
-    """Raises VulkanError where the scene's vertices have more components than a team of the device's lanes has shared memory for."""
-    needed = sum(n * size for n, size in zip((scene.max_lanes, scene.max_streams, 1), TEAM_BYTES))
+    """Raises VulkanError where the scene's vertices have more components than a team of the device's threads has shared memory for."""
+    needed = sum(
+        n * size for n, size in zip((scene.max_elements, scene.max_streams, 1), TEAM_BYTES)
+    )
     if needed > shared_bytes:
         raise VulkanError(
-            f"a vertex has {scene.max_lanes} components up to the last one that is shown, too many for path {path} on {device.name}",
+            f"a vertex has {scene.max_elements} components up to the last one that is shown, too many for path {path} on {device.name}",
             advice,
         )

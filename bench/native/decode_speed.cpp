@@ -35,7 +35,7 @@ struct Output {
   explicit Output(const meshlet::BlobHeader& header)
       : triangles(3 * size_t(header.triangle_count)) {
     for (const meshlet::Stream& stream : header.streams) {
-      values.emplace_back(size_t(header.vertex_count) * meshlet::value_components(stream));
+      values.emplace_back(size_t(header.vertex_count) * meshlet::value_elements(stream));
       pointers.push_back(values.back().data());
     }
   }

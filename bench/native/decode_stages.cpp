@@ -97,7 +97,7 @@ struct Blob {
 
 // decode() of decode_blob.inl, timed; the blobs are known to be well formed. Returns false if one
 // is not after all.
-bool decode_timed(const BlobJob& job, MeshletDecoder& d, History& history, Clock& clock) {
+bool decode_timed(const BlobJob& job, SerialDecoder& d, History& history, Clock& clock) {
   uint32_t first = 0;
   uint32_t* triangles = job.triangles;
   for (uint32_t m = 0; m < job.meshlet_count; m++) {
@@ -130,7 +130,7 @@ bool decode_timed(const BlobJob& job, MeshletDecoder& d, History& history, Clock
 
 bool decode_timed(Blob& blob, Clock& clock) {
   BlobJob job = blob.job();
-  auto d = std::make_unique<MeshletDecoder>();
+  auto d = std::make_unique<SerialDecoder>();
   d->data = job.data;
   d->size = job.size;
   d->load_streams(0, job.stream_count);

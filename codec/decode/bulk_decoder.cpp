@@ -22,7 +22,7 @@ constexpr uint32_t kBatch =
 // so a ring of meshlets suffices.
 class History {
  public:
-  History(MeshletDecoder& d, uint32_t meshlets) : d_(d), meshlets_(meshlets) {}
+  History(SerialDecoder& d, uint32_t meshlets) : d_(d), meshlets_(meshlets) {}
   ~History();
   History(const History&) = delete;
   void allocate();
@@ -51,7 +51,7 @@ class History {
     uint32_t meshlet, place;
   };
   struct Kept {
-    uint32_t* values;  // lane by lane, `stride` apart, by local id
+    uint32_t* values;  // element by element, `stride` apart, by local id
     uint32_t capacity, stride;
     uint32_t numbers[kPlaces];  // by local id
     uint16_t ids[kPlaces];      // boundary vertices in loop order
@@ -71,9 +71,9 @@ class History {
   template <class Visit>
   void for_vertices(uint32_t r, Visit visit);
 
-  MeshletDecoder& d_;
+  SerialDecoder& d_;
   uint32_t meshlets_;
-  uint32_t lanes_ = 0;
+  uint32_t elements_ = 0;
   uint32_t next_ = 0;
   Kept* ring_ = nullptr;
   uint8_t* lengths_ = nullptr;  // kPlaces for each meshlet in the ring
@@ -82,7 +82,7 @@ class History {
 };
 
 void History::allocate() {
-  for (uint32_t s = 0; s < d_.stream_total; s++) lanes_ += d_.stream_components[s];
+  for (uint32_t s = 0; s < d_.stream_total; s++) elements_ += d_.stream_elements[s];
   uint32_t reach = 0, size = 1;
   for (uint32_t m = 0; m < meshlets_; m += kGroupMeshlets)
     reach = d_.max(reach, d_.load_word(d_.group_table + 2 * (m / kGroupMeshlets) + 1) & 31u);
@@ -115,19 +115,19 @@ void History::copy_vertex(uint32_t r, uint32_t place, uint32_t id) {
   const uint32_t* from = owner.values + owner.ids[place];
   size_t stride = owner.stride;
   if (!(d_.seamed_refs >> r & 1)) {
-    uint32_t* end = d_.values + lanes_ * 64 + id;
+    uint32_t* end = d_.values + elements_ * 64 + id;
     for (uint32_t* to = d_.values + id; to != end; to += 64, from += stride) *to = *from;
     return;
   }
   for (uint32_t s = 0; s < d_.stream_total; s++)
-    for (uint32_t lane = d_.stream_lane[s], end = lane + d_.stream_components[s];
-         lane < end && !(d_.seam_refs[s] >> r & 1); lane++)
-      d_.values[lane * 64u + id] = from[lane * stride];
+    for (uint32_t element = d_.stream_element[s], end = element + d_.stream_elements[s];
+         element < end && !(d_.seam_refs[s] >> r & 1); element++)
+      d_.values[element * 64u + id] = from[element * stride];
 }
 
 // Before the aliases, which may lead to the meshlet itself.
 void History::keep_references() {
-  const MeshletDecoder::Header& h = d_.opened;
+  const SerialDecoder::Header& h = d_.opened;
   Kept& self = kept(h.meshlet);
   static_assert(sizeof(self.ids) == sizeof(d_.loop_vertex));
   std::memcpy(self.ids, d_.loop_vertex, sizeof(self.ids));
@@ -206,17 +206,17 @@ uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
 void History::append(const uint32_t* global) {
   Kept& self = kept(d_.opened.meshlet);
   self.stride = (d_.vertex_count + kCopied - 1) / kCopied * kCopied;
-  if (self.capacity < self.stride * lanes_) {
+  if (self.capacity < self.stride * elements_) {
     delete[] self.values;
     self.values = nullptr;
     self.capacity = 0;
-    self.values = new uint32_t[self.stride * lanes_];
-    self.capacity = self.stride * lanes_;
+    self.values = new uint32_t[self.stride * elements_];
+    self.capacity = self.stride * elements_;
   }
   uint32_t* to = self.values;
-  for (uint32_t lane = 0; lane < lanes_; lane++)
+  for (uint32_t element = 0; element < elements_; element++)
     for (uint32_t i = 0; i < self.stride; i += kCopied, to += kCopied)
-      std::memcpy(to, d_.values + 64 * lane + i, kCopied * sizeof(uint32_t));
+      std::memcpy(to, d_.values + 64 * element + i, kCopied * sizeof(uint32_t));
   std::memcpy(self.numbers, global, sizeof(self.numbers));
 }
 
@@ -224,9 +224,9 @@ bool History::same_vertex(uint32_t r, uint32_t place, uint32_t id) {
   const Kept& owner = kept(d_.reference_owner[r]);
   const uint32_t* values = owner.values + owner.ids[place];
   for (uint32_t s = 0; s < d_.stream_total; s++)
-    for (uint32_t lane = d_.stream_lane[s], end = lane + d_.stream_components[s];
-         lane < end && !(d_.seam_refs[s] >> r & 1); lane++)
-      if (d_.values[lane * 64u + id] != values[lane * size_t(owner.stride)]) return false;
+    for (uint32_t element = d_.stream_element[s], end = element + d_.stream_elements[s];
+         element < end && !(d_.seam_refs[s] >> r & 1); element++)
+      if (d_.values[element * 64u + id] != values[element * size_t(owner.stride)]) return false;
   return true;
 }
 
@@ -315,18 +315,18 @@ struct NewVertices {
   uint32_t count, first, room;
 };
 
-inline void gather(const uint32_t* lane, const uint32_t* ids, uint32_t* out) {
+inline void gather(const uint32_t* element, const uint32_t* ids, uint32_t* out) {
 #ifdef __AVX2__
   __m256i index = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(ids));
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(out),
-                      _mm256_i32gather_epi32(reinterpret_cast<const int*>(lane), index, 4));
+                      _mm256_i32gather_epi32(reinterpret_cast<const int*>(element), index, 4));
 #else
-  for (uint32_t k = 0; k < kBatch; k++) out[k] = lane[ids[k]];
+  for (uint32_t k = 0; k < kBatch; k++) out[k] = element[ids[k]];
 #endif
 }
 
 template <uint32_t components, class Convert>
-void write_stream(const Stream& s, const uint32_t* lanes, const NewVertices& v, void* out,
+void write_stream(const Stream& s, const uint32_t* elements, const NewVertices& v, void* out,
                   Convert convert) {
   using Out = typename Convert::Out;
   constexpr uint32_t outputs = Convert::outputs;
@@ -334,7 +334,7 @@ void write_stream(const Stream& s, const uint32_t* lanes, const NewVertices& v, 
   for (uint32_t i = 0; i < v.count; i += kBatch, to += outputs * kBatch) {
     uint32_t q[components][kBatch];
     Out converted[outputs][kBatch], rest[kBatch * outputs];
-    for (uint32_t c = 0; c < components; c++) gather(lanes + 64 * c, v.ids + i, q[c]);
+    for (uint32_t c = 0; c < components; c++) gather(elements + 64 * c, v.ids + i, q[c]);
     convert(s, q, converted);
     bool room = i + kBatch <= v.room;
     Out* vertices = room ? to : rest;
@@ -345,36 +345,36 @@ void write_stream(const Stream& s, const uint32_t* lanes, const NewVertices& v, 
 }
 
 template <template <uint32_t> class Convert>
-void write_stream(const Stream& s, const uint32_t* lanes, const NewVertices& v, void* out) {
+void write_stream(const Stream& s, const uint32_t* elements, const NewVertices& v, void* out) {
   switch (s.components) {
-    case 1: return write_stream<1>(s, lanes, v, out, Convert<1>());
-    case 2: return write_stream<2>(s, lanes, v, out, Convert<2>());
-    case 3: return write_stream<3>(s, lanes, v, out, Convert<3>());
-    default: return write_stream<4>(s, lanes, v, out, Convert<4>());
+    case 1: return write_stream<1>(s, elements, v, out, Convert<1>());
+    case 2: return write_stream<2>(s, elements, v, out, Convert<2>());
+    case 3: return write_stream<3>(s, elements, v, out, Convert<3>());
+    default: return write_stream<4>(s, elements, v, out, Convert<4>());
   }
 }
 
-void write_values(const Stream& s, const uint32_t* lanes, const NewVertices& v, void* out) {
+void write_values(const Stream& s, const uint32_t* elements, const NewVertices& v, void* out) {
   if (s.kind == kOct)
-    write_stream<2>(s, lanes, v, out, AsUnitVector());
+    write_stream<2>(s, elements, v, out, AsUnitVector());
   else if (s.kind == kInteger)
-    write_stream<AsInteger>(s, lanes, v, out);
+    write_stream<AsInteger>(s, elements, v, out);
   else if (s.kind == kFloat32)
-    write_stream<AsFloatBits>(s, lanes, v, out);
+    write_stream<AsFloatBits>(s, elements, v, out);
   else
-    write_stream<AsReal>(s, lanes, v, out);
+    write_stream<AsReal>(s, elements, v, out);
 }
 
-void write_vertices(const BlobJob& job, const MeshletDecoder& d, const NewVertices& v) {
+void write_vertices(const BlobJob& job, const SerialDecoder& d, const NewVertices& v) {
   for (uint32_t s = 0; s < job.stream_count; s++) {
-    const uint32_t* lanes = &d.values[d.stream_lane[s] * 64u];
+    const uint32_t* elements = &d.values[d.stream_element[s] * 64u];
     if (job.integers && job.integers[s])
-      write_stream<AsInteger>(job.streams[s], lanes, v, job.integers[s]);
-    if (job.values && job.values[s]) write_values(job.streams[s], lanes, v, job.values[s]);
+      write_stream<AsInteger>(job.streams[s], elements, v, job.integers[s]);
+    if (job.values && job.values[s]) write_values(job.streams[s], elements, v, job.values[s]);
   }
 }
 
-void write_triangles(const MeshletDecoder& d, const uint32_t* global, uint32_t* out) {
+void write_triangles(const SerialDecoder& d, const uint32_t* global, uint32_t* out) {
   uint32_t count = d.triangle_count;
   for (uint32_t t = 0; t < count; t++, out += 3) {
     uint32_t triangle = d.triangles[t];
@@ -384,7 +384,7 @@ void write_triangles(const MeshletDecoder& d, const uint32_t* global, uint32_t* 
   }
 }
 
-BlobResult decode(const BlobJob& job, MeshletDecoder& d, History& history) {
+BlobResult decode(const BlobJob& job, SerialDecoder& d, History& history) {
   uint32_t first = 0;  // vertices before this meshlet
   uint32_t* triangles = job.triangles;
   for (uint32_t m = 0; m < job.meshlet_count; m++) {
@@ -409,7 +409,7 @@ BlobResult decode(const BlobJob& job, MeshletDecoder& d, History& history) {
           ERROR_NONE};
 }
 
-BlobResult validate(const BlobJob& job, MeshletDecoder& d, History& history) {
+BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
   uint32_t vertices = 0;
   for (uint32_t m = 0; m < job.meshlet_count; m++) {
     d.decode_meshlet(m);
@@ -428,17 +428,17 @@ BlobResult validate(const BlobJob& job, MeshletDecoder& d, History& history) {
 }
 
 // Runs `pass` with a decoder and an empty history.
-BlobResult run(const BlobJob& job, BlobResult (*pass)(const BlobJob&, MeshletDecoder&, History&)) {
+BlobResult run(const BlobJob& job, BlobResult (*pass)(const BlobJob&, SerialDecoder&, History&)) {
   struct Lane {
-    MeshletDecoder* d = new MeshletDecoder();
+    SerialDecoder* d = new SerialDecoder();
     ~Lane() { delete d; }
-  } lane;
-  lane.d->data = job.data;
-  lane.d->size = job.size;
-  lane.d->load_streams(0, job.stream_count);
-  History history(*lane.d, job.meshlet_count);
+  } context;
+  context.d->data = job.data;
+  context.d->size = job.size;
+  context.d->load_streams(0, job.stream_count);
+  History history(*context.d, job.meshlet_count);
   history.allocate();
-  return pass(job, *lane.d, history);
+  return pass(job, *context.d, history);
 }
 
 }  // namespace

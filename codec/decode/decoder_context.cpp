@@ -29,13 +29,13 @@ const char* error_text(uint32_t error) {
 }
 
 Decoder::Decoder(const uint8_t* data, size_t size)
-    : header_(read_blob_header(data, size)), lane_(std::make_unique<MeshletDecoder>()) {
+    : header_(read_blob_header(data, size)), lane_(std::make_unique<SerialDecoder>()) {
   lane_->data = data;
   lane_->size = uint32_t(size);
   lane_->load_streams(0, uint32_t(header_.streams.size()));
 }
 
-MeshletDecoder& Decoder::meshlet(uint32_t m) {
+SerialDecoder& Decoder::meshlet(uint32_t m) {
   lane_->decode_meshlet(m);
   check(m);
   return *lane_;

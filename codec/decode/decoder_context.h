@@ -9,7 +9,7 @@
 namespace meshlet {
 
 // What one decoded vertex costs in a value buffer: OCT gives three floats for its two components.
-inline uint32_t value_components(const Stream& s) { return s.kind == kOct ? 3u : s.components; }
+inline uint32_t value_elements(const Stream& s) { return s.kind == kOct ? 3u : s.components; }
 
 // One blob, opened for reading. The bytes are borrowed. Not thread-safe: one Decoder per thread.
 class Decoder {
@@ -20,10 +20,10 @@ class Decoder {
 
   // Decodes meshlet m; its triangles and values lie in the returned decoder until the next call.
   // Throws Malformed.
-  MeshletDecoder& meshlet(uint32_t m);
+  SerialDecoder& meshlet(uint32_t m);
 
   // Decodes everything. triangles: 3 * triangle_count vertex numbers. For each stream, one of:
-  // integers[s]: vertex_count x components, or values[s]: vertex_count x value_components (float,
+  // integers[s]: vertex_count x components, or values[s]: vertex_count x value_elements (float,
   // or uint32 for INTEGER). Null entries are left out. Throws Malformed, also where the blob's
   // counts are not those of its header.
   void decode(uint32_t* triangles, uint32_t* const* integers, void* const* values);
@@ -38,7 +38,7 @@ class Decoder {
   BlobJob job() const;  // without outputs
 
   BlobHeader header_;
-  std::unique_ptr<MeshletDecoder> lane_;
+  std::unique_ptr<SerialDecoder> lane_;
 };
 
 const char* error_text(uint32_t error);

@@ -1,15 +1,15 @@
-// Decoder D: the triangles of a meshlet from its CLERS symbols with one lane per triangle and O(1)
-// steps per lane (spec, appendix A.6). Written once for C++17 and GLSL like meshlet_decoder.glsl,
-// whose masks it uses.
+// Decoder D: the triangles of a meshlet from its CLERS symbols with one thread per triangle and
+// O(1) steps per thread (spec, appendix A.6). Written once for C++17 and GLSL like
+// meshlet_decoder.glsl, whose masks it uses.
 //
-// A lane runs parallel_step_0 .. 7 with its number; between two steps all lanes must have finished
-// the first (barrier() in GLSL). Lanes 0 .. 63 are one per triangle; where a workgroup has fewer,
-// each lane runs several numbers. C++ runs one after another. The includer provides, besides the
-// masks:
-//   SHARED                          storage that all lanes see (shared in GLSL)
+// A thread runs parallel_step_0 .. 7 with its number; between two steps all threads must have
+// finished the first (barrier() in GLSL). Lanes 0 .. 63 are one per triangle; where a workgroup has
+// fewer, each thread runs several numbers. C++ runs one after another. The includer provides,
+// besides the masks:
+//   SHARED                          storage that all threads see (shared in GLSL)
 //   OR_MASK(target, mask)           target |= mask, atomically
 //   ADD(target, value)              target += value, atomically
-//   TRIANGLES                       the packed triangles, 64 words that all lanes see
+//   TRIANGLES                       the packed triangles, 64 words that all threads see
 //   symbol_r, symbol_e, symbol_c, symbol_s, triangle_count, and uint error
 //
 // Results: TRIANGLES as decode_triangles gives them, closing_ends, and interior_ids.
@@ -32,11 +32,11 @@ SHARED mask64
     depth_pushes_low[LEVELS];  // per parenthesis depth: outline places of the m's, 0 .. 63
 SHARED mask64 depth_pushes_high[LEVELS];  //   and 64 .. 127
 
-uint components_of_symbols() { return mask_count(symbol_e) - mask_count(symbol_s); }
+uint disks_of_symbols() { return mask_count(symbol_e) - mask_count(symbol_s); }
 
 // S-E level before triangle t; the components' roots count as pending splits.
 uint level_before(uint t) {
-  return components_of_symbols() + mask_count(symbol_s & mask_below(t)) -
+  return disks_of_symbols() + mask_count(symbol_s & mask_below(t)) -
          mask_count(symbol_e & mask_below(t));
 }
 
@@ -110,13 +110,13 @@ void parallel_step_2(uint t) {
   if (end == 64u) return;
   if (!mask_test(symbol_r | symbol_e | symbol_s, t))
     ADD(left_pushes[mask_count(symbol_e & mask_below(end))], 1u);
-  bool closes = mask_test(symbol_e, t) && level - 1u < components_of_symbols() &&
+  bool closes = mask_test(symbol_e, t) && level - 1u < disks_of_symbols() &&
                 mask_lsb(level_ends[level - 1u]) == t;
   if (closes) OR_MASK(closing_ends, mask_bit(t));
 }
 
-// left_pushes becomes its exclusive prefix sum. One lane does it, for the few E's that there are; a
-// workgroup that has a scan at hand may use that instead.
+// left_pushes becomes its exclusive prefix sum. One thread does it, for the few E's that there are;
+// a workgroup that has a scan at hand may use that instead.
 void parallel_step_3(uint t) {
   if (t != 0u || error != ERROR_NONE) return;
   uint sum = 0u;
@@ -137,7 +137,7 @@ void parallel_step_4(uint t) {
 }
 
 void parallel_step_5(uint t) {
-  uint length = triangle_count + 2u * components_of_symbols();
+  uint length = triangle_count + 2u * disks_of_symbols();
   if (error != ERROR_NONE) return;
   if (length > 128u) {
     error = ERROR_CLERS;

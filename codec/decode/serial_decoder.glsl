@@ -1,4 +1,4 @@
-// The single-lane meshlet decoder of EXT_meshlet_edgebreaker, written once for C++17 and GLSL
+// The single-element meshlet decoder of EXT_meshlet_edgebreaker, written once for C++17 and GLSL
 // (spec, appendix A).
 //
 // C++ includes this file inside a struct, so that its file-scope variables become members
@@ -31,13 +31,13 @@
 //   read_foreign_length, or a table that holds the same APEX(t), SET_APEX(t, v), TRIANGLE(t)
 //                                  optional: storage of the apices and the packed triangles, in
 //                                  place of arrays of its own
-//   MAX_STREAMS, MAX_LANES         capacity: streams of the blob, and sum of their components
+//   MAX_STREAMS, MAX_ELEMENTS         capacity: streams of the blob, and sum of their components
 //
 // Use: load_streams(first, end) once per blob, then decode_meshlet(m). Results: `triangle_count`,
-// packed `triangles`, `vertex_count`, `values[lane * 64 + local id]`. `error` != 0 says that the
+// packed `triangles`, `vertex_count`, `values[element * 64 + local id]`. `error` != 0 says that the
 // meshlet is malformed; nothing else is then valid. Hostile bytes: every index below is bounded by
-// a mask of 64 bits or by a count checked before use; no loop runs longer than 64 x MAX_LANES steps
-// apart from the unary reader, which the includer bounds by the blob's end.
+// a mask of 64 bits or by a count checked before use; no loop runs longer than 64 x MAX_ELEMENTS
+// steps apart from the unary reader, which the includer bounds by the blob's end.
 
 #define NO_VERTEX 255u
 #define NO_MESHLET 0xFFFFFFFFu
@@ -77,13 +77,13 @@ uint byte_length;
 uint data_offset;
 uint group_table;  // word index
 uint directory;    // word index
-small_uint stream_components[MAX_STREAMS];
+small_uint stream_elements[MAX_STREAMS];
 small_uint stream_predictor[MAX_STREAMS];
 small_uint stream_chain_base[MAX_STREAMS];
 small_uint stream_interior_base[MAX_STREAMS];
 uint stream_mask[MAX_STREAMS];  // (1 << bits) - 1
 small_uint stream_bits[MAX_STREAMS];
-small_uint stream_lane[MAX_STREAMS];  // first lane of a decoded stream
+small_uint stream_element[MAX_STREAMS];  // first element of a decoded stream
 
 // Reads the header; the includer has checked it (validate_header), so that all tables lie inside
 // the blob.
@@ -101,19 +101,19 @@ void load_streams(uint first, uint end) {
   load_tables();
   stream_first = first;
   stream_end = end;
-  uint lane = 0u;
+  uint element = 0u;
   for (uint s = 0u; s < stream_total; s++) {
     uint shape = load_word(8u + 7u * s);
     uint bases = load_word(9u + 7u * s);
     uint bits = (shape >> 16) & 255u;
-    stream_components[s] = small_uint((shape >> 8) & 255u);
+    stream_elements[s] = small_uint((shape >> 8) & 255u);
     stream_bits[s] = small_uint(bits);
     stream_mask[s] = bits >= 32u ? 0xFFFFFFFFu : (1u << bits) - 1u;
     stream_predictor[s] = small_uint(shape >> 24);
     stream_chain_base[s] = small_uint(bases & 255u);
     stream_interior_base[s] = small_uint((bases >> 8) & 255u);
-    stream_lane[s] = small_uint(lane);
-    if (s >= first && s < end) lane += (shape >> 8) & 255u;
+    stream_element[s] = small_uint(element);
+    if (s >= first && s < end) element += (shape >> 8) & 255u;
   }
 }
 
@@ -277,7 +277,7 @@ uint read_code(uint s, uint base) {
   uint code = load_bits(code_cursor, 3u);
   code_cursor += 3u;
   if (code == 7u) {
-    code_cursor += 5u * stream_components[s];
+    code_cursor += 5u * stream_elements[s];
     return CODE_FIXED;
   }
   if (base + code > 31u) error = ERROR_CODE;
@@ -286,9 +286,9 @@ uint read_code(uint s, uint base) {
 
 // Low bits of one vertex of stream s under a code.
 uint low_bits(uint s, uint code, uint widths) {
-  if (code != CODE_FIXED) return code * stream_components[s];
+  if (code != CODE_FIXED) return code * stream_elements[s];
   uint sum = 0u;
-  for (uint c = 0u; c < stream_components[s]; c++) sum += width_field(widths + 5u * c);
+  for (uint c = 0u; c < stream_elements[s]; c++) sum += width_field(widths + 5u * c);
   return sum;
 }
 
@@ -316,8 +316,8 @@ void find_sections(HEADER_IN h, uint loops) {
       count = mask_count(stored_corners(h, seam_references(h, s)));
     anchor_position[s] = p;
     anchor_count[s] = small_uint(count);
-    if (count > 0u) p += stream_components[s] * stream_bits[s];
-    if (count > 1u) p += 5u + (count - 1u) * stream_components[s] * width_field(p);
+    if (count > 0u) p += stream_elements[s] * stream_bits[s];
+    if (count > 1u) p += 5u + (count - 1u) * stream_elements[s] * width_field(p);
   }
   for (uint s = 0u; s < stream_total; s++) {
     chain_low[s] = p;
@@ -328,7 +328,7 @@ void find_sections(HEADER_IN h, uint loops) {
 
 // --- values ---
 
-uint values[MAX_LANES * 64];  // values[lane * 64 + local id]
+uint values[MAX_ELEMENTS * 64];  // values[element * 64 + local id]
 
 uint unzigzag(uint u) { return (u >> 1) ^ (0u - (u & 1u)); }
 
@@ -337,14 +337,14 @@ uint unzigzag(uint u) { return (u >> 1) ^ (0u - (u & 1u)); }
 void read_anchor(uint index, uint vertex, uint begin, uint end) {
   for (uint s = begin; s < end; s++) {
     uint p = anchor_position[s];
-    uint n = stream_components[s];
+    uint n = stream_elements[s];
     uint bits = stream_bits[s];
     uint width = index > 0u ? width_field(p + n * bits) : 0u;
     uint deltas = p + n * bits + 5u + (index - 1u) * n * width;
     for (uint c = 0u; c < n; c++) {
       uint value = load_bits(p + c * bits, bits);
       if (index > 0u) value += unzigzag(load_bits(deltas + c * width, width));
-      values[(stream_lane[s] + c) * 64u + vertex] = value & stream_mask[s];
+      values[(stream_element[s] + c) * 64u + vertex] = value & stream_mask[s];
     }
   }
 }
@@ -355,7 +355,7 @@ uint residuals[256];  // of one stream, vertex by vertex
 // Reads the residuals of `count` <= 64 vertices of stream s: low bits from bit position `low` on,
 // quotients where the unary reader stands.
 void read_residuals(uint s, uint count, uint code, uint widths, uint low) {
-  uint components = stream_components[s];
+  uint components = stream_elements[s];
   uint step = low_bits(s, code, widths);
   if (low + count * step > 8u * (byte_length - 8u)) {
     error = ERROR_UNARY;
@@ -381,16 +381,16 @@ mask64 symbol_c;
 mask64 symbol_s;
 uint triangle_count;
 uint vertex_count;
-uint component_count;
-mask64 component_starts;  // triangles that begin a component
-mask64 boundary;          // local ids on the boundary
+uint disk_count;
+mask64 disk_starts;  // triangles that begin a component
+mask64 boundary;     // local ids on the boundary
 #ifndef APEX
 #define APEX(t) apex[t]
 #define SET_APEX(t, v) apex[t] = small_uint(v)
 small_uint apex[64];
 #endif
-small_uint component_first[65];  // first local id of a component; one more at the end
-small_uint component_gate[64];   // the root gate's a
+small_uint disk_first[65];  // first local id of a component; one more at the end
+small_uint disk_gate[64];   // the root gate's a
 #ifndef TRIANGLE
 #define TRIANGLE(t) triangles[t]
 uint triangles[64];
@@ -419,8 +419,8 @@ void decode_apexes() {
   bool fresh = true;
   uint count = 0u;  // vertices so far
   uint t = 0u;
-  component_starts = mask_none();
-  component_count = 0u;
+  disk_starts = mask_none();
+  disk_count = 0u;
   vertex_count = 0u;
   boundary = mask_none();
   while (t < triangle_count) {
@@ -429,9 +429,9 @@ void decode_apexes() {
         error = ERROR_VERTICES;
         return;
       }
-      component_starts = component_starts | mask_bit(t);
-      component_first[component_count] = small_uint(count);
-      component_count++;
+      disk_starts = disk_starts | mask_bit(t);
+      disk_first[disk_count] = small_uint(count);
+      disk_count++;
       alive = alive | mask_bit(count);
       count++;
     }
@@ -484,7 +484,7 @@ void decode_apexes() {
       return;
     }
     if (fresh) {
-      component_gate[component_count - 1u] = small_uint(last);
+      disk_gate[disk_count - 1u] = small_uint(last);
     } else {
       SET_APEX(split, last);
       pending = pending & ~mask_bit(split);
@@ -498,7 +498,7 @@ void decode_apexes() {
     SET_APEX(mask_lsb(rest), mask_lsb(pushed));
     pushed = mask_clear_lsb(pushed);
   }
-  component_first[component_count] = small_uint(count);
+  disk_first[disk_count] = small_uint(count);
   vertex_count = count;
   boundary = alive;
 }
@@ -533,7 +533,7 @@ void list_with_private(mask64 waiting) {
     uint a = triangle & 255u;
     uint b = (triangle >> 8) & 255u;
     uint v = (triangle >> 16) & 255u;
-    if (mask_test(component_starts, t) && mask_test(waiting, a)) {
+    if (mask_test(disk_starts, t) && mask_test(waiting, a)) {
       traversed[count] = pack4(b, b, a, b);
       count++;
       waiting = waiting & ~mask_bit(a);
@@ -562,9 +562,9 @@ void decode_triangles() {
   uint component = 0u;
   uint t = 0u;
   while (t < triangle_count) {
-    if (mask_test(component_starts, t)) {
-      a = component_gate[component];
-      b = component_first[component];
+    if (mask_test(disk_starts, t)) {
+      a = disk_gate[component];
+      b = disk_first[component];
       o = NO_VERTEX;
       component++;
     }
@@ -650,9 +650,8 @@ void place_references(HEADER_IN h) {
     loop_vertex[places] = small_uint(mask_lsb(rest));
     places++;
   }
-  for (uint component = 0u; component < component_count; component++) {
-    mask64 ids =
-        mask_below(component_first[component + 1u]) & ~mask_below(component_first[component]);
+  for (uint component = 0u; component < disk_count; component++) {
+    mask64 ids = mask_below(disk_first[component + 1u]) & ~mask_below(disk_first[component]);
     uint length = mask_count(boundary & ids);
     uint begin = rank;
     bool more = h.references > 0u;
@@ -742,15 +741,15 @@ INLINE uint chord(uint a, uint b, uint i, uint n) {
 
 // Values of the listed chain vertices for stream s: the residuals are added to the chord's point,
 // or to a (COPY).
-INLINE void predict_chain_lanes(uint s, bool copies, uint components) {
-  index_uint lanes = stream_lane[s] * 64u;
+INLINE void predict_chain_elements(uint s, bool copies, uint components) {
+  index_uint elements = stream_element[s] * 64u;
   index_uint from = 0u;
   uint bits = stream_mask[s];
   uint count = chain_count;
   for (uint j = 0u; j < count; j++) {
-    index_uint v = lanes + (chain_ends[j] & 255u);
-    index_uint a = lanes + ((chain_ends[j] >> 8) & 255u);
-    index_uint b = lanes + (chain_ends[j] >> 16);
+    index_uint v = elements + (chain_ends[j] & 255u);
+    index_uint a = elements + ((chain_ends[j] >> 8) & 255u);
+    index_uint b = elements + (chain_ends[j] >> 16);
     uint i = chain_place[j] & 255u;
     uint n = chain_place[j] >> 8;
     for (index_uint c = 0u; c < components; c++) {
@@ -764,13 +763,13 @@ INLINE void predict_chain_lanes(uint s, bool copies, uint components) {
 
 void predict_chains(uint s) {
   bool copies = stream_predictor[s] == PREDICT_COPY;
-  uint components = stream_components[s];
+  uint components = stream_elements[s];
   if (!copies && components == 3u)
-    predict_chain_lanes(s, false, 3u);
+    predict_chain_elements(s, false, 3u);
   else if (!copies && components == 2u)
-    predict_chain_lanes(s, false, 2u);
+    predict_chain_elements(s, false, 2u);
   else
-    predict_chain_lanes(s, copies, components);
+    predict_chain_elements(s, copies, components);
 }
 
 // Chain of the visited owner's reference `other`, for the streams that foreign reference r shares:
@@ -786,7 +785,7 @@ void read_foreign_chain(HEADER_IN h, uint r, uint other) {
   uint skipped = 0u;  // unary codes up to the chain's next one
   unary = seek_unary(chain_unary);
   for (uint s = 0u; s < stream_end; s++) {
-    uint components = stream_components[s];
+    uint components = stream_elements[s];
     uint code = chain_code[s];
     if (s >= stream_first && mask_test(shared_references(h, s), r)) {
       if (code != CODE_FIXED) {
@@ -881,7 +880,7 @@ void read_own_anchors(HEADER_IN h) {
   mask64 stored = mask_none();
   for (uint s = stream_first; s < stream_end; s++) {
     if (h.references == 0u)
-      for (uint i = 0u; i < component_count; i++) read_anchor(i, component_first[i], s, s + 1u);
+      for (uint i = 0u; i < disk_count; i++) read_anchor(i, disk_first[i], s, s + 1u);
     else if (s == stream_first || (h.flags & FLAG_SEAMS) != 0u)
       stored = stored_corners(h, seam_refs[s]);
     uint index = 0u;
@@ -902,15 +901,15 @@ void read_own_chains(HEADER_IN h) {
       read_residuals(s, chain_total, chain_code[s], chain_widths[s], chain_low[s]);
       predict_chains(s);
     } else if (chain_code[s] != CODE_FIXED) {
-      skip_unary(unary, chain_total * stream_components[s]);
+      skip_unary(unary, chain_total * stream_elements[s]);
     }
   }
 }
 
 // --- interior (sections G and H) ---
 
-// Prediction of a traversed vertex in one lane from the values of the gate's vertices and, if there
-// is one across it, of that.
+// Prediction of a traversed vertex in one element from the values of the gate's vertices and, if
+// there is one across it, of that.
 INLINE uint traversed_prediction(uint predictor, uint a, uint b, uint o, bool across) {
   if (predictor == PREDICT_COPY) return a;
   uint sum = a + b;
@@ -920,17 +919,17 @@ INLINE uint traversed_prediction(uint predictor, uint a, uint b, uint o, bool ac
 }
 
 // `from`: where the residuals of the traversed vertices begin.
-INLINE void predict_lanes(uint s, uint from, uint predictor, uint components) {
-  index_uint lanes = stream_lane[s] * 64u;
+INLINE void predict_elements(uint s, uint from, uint predictor, uint components) {
+  index_uint elements = stream_element[s] * 64u;
   index_uint at = from;
   uint bits = stream_mask[s];
   uint count = traversed_count;
   for (uint i = 0u; i < count; i++) {
     uint triangle = traversed[i];
-    index_uint a = lanes + (triangle & 255u);
-    index_uint b = lanes + ((triangle >> 8) & 255u);
-    index_uint v = lanes + ((triangle >> 16) & 255u);
-    index_uint o = lanes + (triangle >> 24);
+    index_uint a = elements + (triangle & 255u);
+    index_uint b = elements + ((triangle >> 8) & 255u);
+    index_uint v = elements + ((triangle >> 16) & 255u);
+    index_uint o = elements + (triangle >> 24);
     bool across = triangle >> 24 != NO_VERTEX;
     for (index_uint c = 0u; c < components; c++) {
       uint beyond = across ? values[o + 64u * c] : 0u;
@@ -945,18 +944,18 @@ INLINE void predict_lanes(uint s, uint from, uint predictor, uint components) {
 // The cases that models are made of, with constants in place of variables, and the rest.
 void predict_traversed(uint s, uint first) {
   uint predictor = stream_predictor[s];
-  uint components = stream_components[s];
+  uint components = stream_elements[s];
   uint from = first * components;
   if (predictor == PREDICT_PARALLELOGRAM && components == 3u)
-    predict_lanes(s, from, PREDICT_PARALLELOGRAM, 3u);
+    predict_elements(s, from, PREDICT_PARALLELOGRAM, 3u);
   else if (predictor == PREDICT_DAMPED && components == 3u)
-    predict_lanes(s, from, PREDICT_DAMPED, 3u);
+    predict_elements(s, from, PREDICT_DAMPED, 3u);
   else if (predictor == PREDICT_PARALLELOGRAM && components == 2u)
-    predict_lanes(s, from, PREDICT_PARALLELOGRAM, 2u);
+    predict_elements(s, from, PREDICT_PARALLELOGRAM, 2u);
   else if (predictor == PREDICT_DAMPED && components == 2u)
-    predict_lanes(s, from, PREDICT_DAMPED, 2u);
+    predict_elements(s, from, PREDICT_DAMPED, 2u);
   else
-    predict_lanes(s, from, predictor, components);
+    predict_elements(s, from, predictor, components);
 }
 
 // Inner vertices of the foreign references that bring their own values for stream s.
@@ -983,7 +982,7 @@ void decode_interior() {
       predict_chains(s);
       predict_traversed(s, chain_count);
     } else if (interior_code[s] != CODE_FIXED) {
-      skip_unary(unary, count * stream_components[s]);
+      skip_unary(unary, count * stream_elements[s]);
     }
     low += count * low_bits(s, interior_code[s], interior_widths[s]);
   }
@@ -998,7 +997,7 @@ mask64 known_vertices(HEADER_IN h) {
   mask64 known = boundary;
   if (h.references == 0u) {
     known = mask_none();
-    for (uint i = 0u; i < component_count; i++) known = known | mask_bit(component_first[i]);
+    for (uint i = 0u; i < disk_count; i++) known = known | mask_bit(disk_first[i]);
   }
   for (mask64 rest = h.private_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint r = mask_lsb(rest);
@@ -1039,7 +1038,7 @@ void read_foreign() {
 }
 
 void read_own() {
-  find_sections(opened, component_count);
+  find_sections(opened, disk_count);
   if (error != ERROR_NONE) return;
   read_own_anchors(opened);
   read_own_chains(opened);

@@ -17,13 +17,13 @@
 namespace meshlet {
 
 constexpr uint32_t kMaxStreams = 64;
-constexpr uint32_t kMaxLanes = 4 * kMaxStreams;
+constexpr uint32_t kMaxElements = 4 * kMaxStreams;
 constexpr uint32_t kPaddingBytes =
     8;  // zero bytes at a blob's end, so that an unaligned 64-bit read stays inside
 
 inline namespace MESHLET_BUILD {
 
-struct MeshletDecoder {
+struct SerialDecoder {
   using uint = uint32_t;
   using small_uint = uint16_t;  // not uint8_t, whose stores may alias everything
   using index_uint = size_t;
@@ -47,9 +47,9 @@ struct MeshletDecoder {
 #define INLINE __attribute__((always_inline)) inline
 #define FOREIGN_LENGTH known_length
 #define MAX_STREAMS 64u
-#define MAX_LANES 256u
+#define MAX_ELEMENTS 256u
 #include "decode/serial_decoder.glsl"
-  static_assert(MAX_STREAMS == kMaxStreams && MAX_LANES == kMaxLanes);
+  static_assert(MAX_STREAMS == kMaxStreams && MAX_ELEMENTS == kMaxElements);
 
   static mask64 mask_none() { return 0; }
   static mask64 mask_bit(uint i) { return 1ull << (i & 63u); }

@@ -3,35 +3,35 @@
 namespace meshlet {
 namespace {
 
-uint64_t anchor_bits(MeshletDecoder& d, uint32_t s) {
+uint64_t anchor_bits(SerialDecoder& d, uint32_t s) {
   uint64_t n = d.anchor_count[s];
-  uint64_t first = d.stream_components[s] * d.stream_bits[s];
+  uint64_t first = d.stream_elements[s] * d.stream_bits[s];
   if (n <= 1) return n * first;
   return first + 5 +
-         (n - 1) * d.stream_components[s] * d.width_field(uint32_t(d.anchor_position[s] + first));
+         (n - 1) * d.stream_elements[s] * d.width_field(uint32_t(d.anchor_position[s] + first));
 }
 
 // Bits of low and unary part of `count` vertices; the unary reader stands at the stream's first
 // code and moves past its last.
-uint64_t residual_bits(MeshletDecoder& d, uint32_t s, uint32_t code, uint32_t widths,
+uint64_t residual_bits(SerialDecoder& d, uint32_t s, uint32_t code, uint32_t widths,
                        uint32_t count) {
   uint64_t bits = uint64_t(count) * d.low_bits(s, code, widths);
   uint32_t begin = d.unary.cursor;
-  if (code != CODE_FIXED) d.skip_unary(d.unary, count * d.stream_components[s]);
+  if (code != CODE_FIXED) d.skip_unary(d.unary, count * d.stream_elements[s]);
   return bits + (d.unary.cursor - begin);
 }
 
-void add_meshlet(MeshletDecoder& d, Description& out) {
-  MeshletDecoder::Header h = d.opened;
+void add_meshlet(SerialDecoder& d, Description& out) {
+  SerialDecoder::Header h = d.opened;
   uint32_t splits = d.mask_count(d.symbol_s), r = d.mask_count(d.symbol_r),
            e = d.mask_count(d.symbol_e), c = d.mask_count(d.symbol_c);
   uint32_t lefts = d.triangle_count - r - e - c - splits;
   const uint32_t counts[5] = {c, lefts, e, r, splits};
   for (int i = 0; i < 5; i++) out.symbols[i] += counts[i];
   out.connectivity += 2 * d.triangle_count + lefts + splits;
-  out.components += d.component_count;
+  out.components += d.disk_count;
   out.kinds[0] += d.mask_count(h.owned_refs);
-  out.kinds[1] += h.references ? d.mask_count(h.private_refs) : d.component_count;
+  out.kinds[1] += h.references ? d.mask_count(h.private_refs) : d.disk_count;
   out.kinds[2] += d.mask_count(h.foreign_refs);
   uint32_t low = 0;
   d.unary = d.seek_unary(d.chain_unary);

@@ -16,7 +16,7 @@ constexpr uint32_t kMaxHops = 8;  // spec, appendix A.7
 constexpr uint32_t kMinSeamLength = 2;
 
 template <class Body>
-void for_components(int threads, size_t count, Body&& body) {
+void for_disks(int threads, size_t count, Body&& body) {
   parallel_for(threads, (count + kChunk - 1) / kChunk, [&](size_t chunk) {
     for (size_t c = chunk * kChunk; c < std::min(count, (chunk + 1) * kChunk); c++)
       body(uint32_t(c));
@@ -53,7 +53,7 @@ class Builder {
   }
 
  private:
-  size_t components() const { return meshlets_.component_begin.size() - 1; }
+  size_t components() const { return meshlets_.disk_begin.size() - 1; }
 
   void number_components() {
     b_.component_of.resize(mesh_.triangle_count);
@@ -61,16 +61,16 @@ class Builder {
     for (size_t m = 0; m + 1 < meshlets_.meshlet_begin.size(); m++)
       for (uint32_t c = meshlets_.meshlet_begin[m]; c < meshlets_.meshlet_begin[m + 1]; c++) {
         b_.meshlet_of[c] = uint32_t(m);
-        for (uint32_t i = meshlets_.component_begin[c]; i < meshlets_.component_begin[c + 1]; i++)
+        for (uint32_t i = meshlets_.disk_begin[c]; i < meshlets_.disk_begin[c + 1]; i++)
           b_.component_of[meshlets_.triangles[i]] = c;
       }
   }
 
   void find_loops() {
     b_.loops.resize(components());
-    for_components(threads_, components(), [&](uint32_t c) {
+    for_disks(threads_, components(), [&](uint32_t c) {
       uint32_t count = 0;
-      for (uint32_t i = meshlets_.component_begin[c]; i < meshlets_.component_begin[c + 1]; i++)
+      for (uint32_t i = meshlets_.disk_begin[c]; i < meshlets_.disk_begin[c + 1]; i++)
         for (uint32_t k = 0; k < 3; k++)
           count += !b_.interior(opposite_, 3 * meshlets_.triangles[i] + k);
       b_.loops[c].count = count;
@@ -82,22 +82,22 @@ class Builder {
     }
     b_.half_edge.resize(places);
     b_.vertex.resize(places);
-    b_.place_component.resize(places);
+    b_.place_disk.resize(places);
     place_of_.assign(3 * mesh_.triangle_count, kNone);
-    for_components(threads_, components(), [&](uint32_t c) { walk_loop(c); });
+    for_disks(threads_, components(), [&](uint32_t c) { walk_loop(c); });
   }
 
   void walk_loop(uint32_t c) {
     const Loop& l = b_.loops[c];
     uint32_t h = kNone;
-    for (uint32_t i = meshlets_.component_begin[c]; h == kNone; i++)
+    for (uint32_t i = meshlets_.disk_begin[c]; h == kNone; i++)
       for (uint32_t k = 0; k < 3 && h == kNone; k++)
         if (!b_.interior(opposite_, 3 * meshlets_.triangles[i] + k))
           h = 3 * meshlets_.triangles[i] + k;
     for (uint32_t p = l.begin; p < l.begin + l.count; p++) {
       b_.half_edge[p] = h;
       b_.vertex[p] = mesh_.triangles[h];
-      b_.place_component[p] = c;
+      b_.place_disk[p] = c;
       place_of_[h] = p;
       h = next_in_triangle(h);  // turn round the half-edge's end until the next boundary edge
       while (b_.interior(opposite_, h)) h = next_in_triangle(uint32_t(opposite_[h]));
@@ -110,7 +110,7 @@ class Builder {
   void find_twins() {
     twin_.assign(b_.half_edge.size(), kNone);
     shared_.assign(b_.half_edge.size(), 0);
-    for_components(threads_, components(), [&](uint32_t c) {
+    for_disks(threads_, components(), [&](uint32_t c) {
       for (uint32_t p = b_.loops[c].begin; p < b_.loops[c].begin + b_.loops[c].count; p++) {
         uint32_t h = b_.half_edge[p];
         int32_t other = opposite_[h] >= 0 || !share_seams_ ? opposite_[h] : opposite_position_[h];
@@ -147,7 +147,7 @@ class Builder {
   // Marks the places where chains begin. A closed chain is cut at the same vertex on both sides.
   void cut_chains() {
     cut_.assign(b_.half_edge.size(), 0);
-    for_components(threads_, components(), [&](uint32_t c) {
+    for_disks(threads_, components(), [&](uint32_t c) {
       const Loop& l = b_.loops[c];
       bool any = false;
       uint32_t lowest = l.begin;  // place of the loop's lowest-numbered edge, counting both sides
@@ -209,7 +209,7 @@ class Builder {
   // component, of the smaller place.
   void find_references() {
     b_.references.assign(components(), {});
-    for_components(threads_, components(), [&](uint32_t c) {
+    for_disks(threads_, components(), [&](uint32_t c) {
       const Loop& l = b_.loops[c];
       uint32_t first = l.begin;
       while (!cut_[first]) first++;
@@ -219,7 +219,7 @@ class Builder {
         if (twin_[p] != kNone) {
           uint32_t end = p;
           for (uint32_t n = 1; n < r.length; n++) end = b_.next(end);
-          uint32_t other = b_.place_component[twin_[p]];
+          uint32_t other = b_.place_disk[twin_[p]];
           r.owner_start = twin_[end];
           bool owned = c < other || (c == other && p < r.owner_start);
           r.kind = owned ? ReferenceKind::owned : ReferenceKind::foreign;
@@ -256,7 +256,7 @@ class Builder {
     if (at_end && !own_for(*before, s)) at_end = owner_meshlet(*before) >= owner_meshlet(*at);
     const Reference* way = at_end ? at : before;
     for (uint32_t hop = 1; hop <= kMaxHops; hop++) {
-      uint32_t owner = b_.place_component[way->owner_start];
+      uint32_t owner = b_.place_disk[way->owner_start];
       const auto& list = b_.references[owner];
       size_t k = size_t(&reference_at(owner, way->owner_start) - list.data());
       way = &list[at_end ? (k + 1) % list.size() : (k + list.size() - 1) % list.size()];
@@ -266,7 +266,7 @@ class Builder {
   }
 
   uint32_t owner_meshlet(const Reference& r) const {
-    return b_.meshlet_of[b_.place_component[r.owner_start]];
+    return b_.meshlet_of[b_.place_disk[r.owner_start]];
   }
 
   bool long_way(uint32_t c, size_t i) const {
@@ -279,7 +279,7 @@ class Builder {
   // far; such chains become private.
   bool drop_long_ways() {
     std::vector<uint8_t> found(components(), 0);
-    for_components(threads_, components(), [&](uint32_t c) {
+    for_disks(threads_, components(), [&](uint32_t c) {
       for (size_t i = 0; i < b_.references[c].size(); i++) found[c] |= long_way(c, i);
     });
     for (uint32_t c = 0; c < components(); c++)

@@ -48,16 +48,16 @@ struct Boundaries {
   std::vector<Loop> loops;                         // per component
   std::vector<uint32_t> half_edge;                 // per place
   std::vector<uint32_t> vertex;                    // per place: where its half-edge starts
-  std::vector<uint32_t> place_component;           // per place
+  std::vector<uint32_t> place_disk;                // per place
   std::vector<std::vector<Reference>> references;  // per component, in loop order from some break
                                                    // (a private loop: one, from place 0)
 
   uint32_t next(uint32_t place) const {
-    const Loop& l = loops[place_component[place]];
+    const Loop& l = loops[place_disk[place]];
     return place + 1 == l.begin + l.count ? l.begin : place + 1;
   }
   uint32_t previous(uint32_t place) const {
-    const Loop& l = loops[place_component[place]];
+    const Loop& l = loops[place_disk[place]];
     return place == l.begin ? l.begin + l.count - 1 : place - 1;
   }
   bool interior(const std::vector<int32_t>& opposite, uint32_t half_edge) const {

@@ -44,7 +44,7 @@ Traversal edgebreaker(const MeshView& mesh, const Boundaries& b,
                       const std::vector<int32_t>& opposite, uint32_t gate) {
   Traversal out;
   SmallSet triangles, vertices;
-  const Loop& loop = b.loops[b.place_component[gate]];
+  const Loop& loop = b.loops[b.place_disk[gate]];
   for (uint32_t p = loop.begin; p < loop.begin + loop.count; p++) vertices.insert(b.vertex[p]);
   uint32_t splits[64], split_count = 0;
   uint32_t h = b.half_edge[gate];

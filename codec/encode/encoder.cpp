@@ -54,14 +54,14 @@ struct Residuals {
 };
 
 // Runs the first half of the decoder on symbols put there, not read from bits.
-void decode_apexes(MeshletDecoder& lane, const Symbols& symbols) {
-  lane.error = ERROR_NONE;
-  lane.triangle_count = symbols.count;
-  lane.symbol_r = symbols.r;
-  lane.symbol_e = symbols.e;
-  lane.symbol_c = symbols.c;
-  lane.symbol_s = symbols.s;
-  lane.decode_apexes();
+void decode_apexes(SerialDecoder& context, const Symbols& symbols) {
+  context.error = ERROR_NONE;
+  context.triangle_count = symbols.count;
+  context.symbol_r = symbols.r;
+  context.symbol_e = symbols.e;
+  context.symbol_c = symbols.c;
+  context.symbol_s = symbols.s;
+  context.decode_apexes();
 }
 
 class Encoder {
@@ -73,20 +73,20 @@ class Encoder {
   std::vector<uint8_t> encode(EncoderStats& stats);
 
  private:
-  using Lane = std::unique_ptr<MeshletDecoder>;
+  using Context = std::unique_ptr<SerialDecoder>;
 
-  Lane make_lane() const;
-  void load(MeshletDecoder& lane, const Plan& plan) const;
-  Plan plan_component(MeshletDecoder& lane, uint32_t component, const Reference* first,
-                      uint32_t gate) const;
-  Plan best_component(MeshletDecoder& lane, uint32_t component) const;
-  Plan plan_meshlet(MeshletDecoder& lane, uint32_t m) const;
+  Context make_context() const;
+  void load(SerialDecoder& context, const Plan& plan) const;
+  Plan plan_disk(SerialDecoder& context, uint32_t component, const Reference* first,
+                 uint32_t gate) const;
+  Plan best_disk(SerialDecoder& context, uint32_t component) const;
+  Plan plan_meshlet(SerialDecoder& context, uint32_t m) const;
   void plan_all();
-  uint64_t cost(MeshletDecoder& lane, const Plan& plan) const;
+  uint64_t cost(SerialDecoder& context, const Plan& plan) const;
 
-  void chain_residuals(MeshletDecoder& lane, uint32_t s, const Reference& r,
+  void chain_residuals(SerialDecoder& context, uint32_t s, const Reference& r,
                        std::vector<uint32_t>& out) const;
-  Residuals residuals(MeshletDecoder& lane, const Plan& plan, uint32_t s) const;
+  Residuals residuals(SerialDecoder& context, const Plan& plan, uint32_t s) const;
   void choose_predictors();
   void choose_bases();
 
@@ -95,7 +95,7 @@ class Encoder {
   }
   std::vector<uint32_t> stored_corners(const Plan& plan, uint32_t s) const;
   uint32_t meshlet_of_place(uint32_t place) const {
-    return boundaries_.meshlet_of[boundaries_.place_component[place]];
+    return boundaries_.meshlet_of[boundaries_.place_disk[place]];
   }
   uint32_t value(uint32_t s, uint32_t v, uint32_t c) const {
     return values_.values[s][size_t(v) * streams_[s].components + c];
@@ -111,18 +111,18 @@ class Encoder {
                  uint32_t base, uint32_t code) const;
   void write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base,
                    uint32_t code) const;
-  std::vector<uint8_t> write_meshlet(MeshletDecoder& lane, uint32_t m) const;
+  std::vector<uint8_t> write_meshlet(SerialDecoder& context, uint32_t m) const;
   uint32_t flags(const Plan& plan) const;
   uint32_t count_vertices() const;
   std::vector<uint8_t> assemble(const std::vector<std::vector<uint8_t>>& bytes) const;
 
-  template <class Body>  // body(lane, m) for every `stride`-th meshlet
+  template <class Body>  // body(context, m) for every `stride`-th meshlet
   void for_meshlets(uint32_t stride, Body&& body) const {
     size_t count = (meshlet_count_ + stride - 1) / stride;
     parallel_for(options_.threads, (count + kChunk - 1) / kChunk, [&](size_t chunk) {
-      Lane lane = make_lane();
+      Context context = make_context();
       for (size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); i++)
-        body(*lane, uint32_t(i) * stride);
+        body(*context, uint32_t(i) * stride);
     });
   }
 
@@ -144,50 +144,51 @@ class Encoder {
 };
 
 // Residual of component c of the vertex that a packed triangle of `traversed` introduces.
-uint32_t traversed_residual(MeshletDecoder& lane, uint32_t s, uint32_t triangle, uint32_t c) {
-  uint32_t at = (lane.stream_lane[s] + c) * 64u, o = triangle >> 24;
+uint32_t traversed_residual(SerialDecoder& context, uint32_t s, uint32_t triangle, uint32_t c) {
+  uint32_t at = (context.stream_element[s] + c) * 64u, o = triangle >> 24;
   uint32_t a = at + (triangle & 255u), b = at + (triangle >> 8 & 255u),
            v = at + (triangle >> 16 & 255u);
   bool across = o != NO_VERTEX;
-  uint32_t beyond = across ? lane.values[at + o] : 0u;
-  return zigzag(lane.values[v] - lane.traversed_prediction(lane.stream_predictor[s], lane.values[a],
-                                                           lane.values[b], beyond, across));
+  uint32_t beyond = across ? context.values[at + o] : 0u;
+  return zigzag(context.values[v] -
+                context.traversed_prediction(context.stream_predictor[s], context.values[a],
+                                             context.values[b], beyond, across));
 }
 
-// A decoder lane that runs on masks and values put there, not on bits.
-Encoder::Lane Encoder::make_lane() const {
-  auto lane = std::make_unique<MeshletDecoder>();
-  lane->stream_total = lane->stream_end = uint32_t(streams_.size());
-  lane->stream_first = 0;
+// A decoder context that runs on masks and values put there, not on bits.
+Encoder::Context Encoder::make_context() const {
+  auto context = std::make_unique<SerialDecoder>();
+  context->stream_total = context->stream_end = uint32_t(streams_.size());
+  context->stream_first = 0;
   uint16_t at = 0;
   for (size_t s = 0; s < streams_.size(); s++) {
-    lane->stream_components[s] = streams_[s].components;
-    lane->stream_predictor[s] = streams_[s].predictor;
-    lane->stream_lane[s] = at;
+    context->stream_elements[s] = streams_[s].components;
+    context->stream_predictor[s] = streams_[s].predictor;
+    context->stream_element[s] = at;
     at = uint16_t(at + streams_[s].components);
   }
-  return lane;
+  return context;
 }
 
 // Runs the decoder on the plan's symbols and puts the true values in place.
-void Encoder::load(MeshletDecoder& lane, const Plan& plan) const {
-  decode_apexes(lane, plan.symbols);
-  if (lane.error == ERROR_NONE) lane.decode_triangles();
-  if (lane.error == ERROR_NONE) lane.list_traversed(plan.known);
-  if (lane.error != ERROR_NONE)
+void Encoder::load(SerialDecoder& context, const Plan& plan) const {
+  decode_apexes(context, plan.symbols);
+  if (context.error == ERROR_NONE) context.decode_triangles();
+  if (context.error == ERROR_NONE) context.list_traversed(plan.known);
+  if (context.error != ERROR_NONE)
     throw std::logic_error("the encoder made symbols that do not decode");
   for (uint32_t s = 0; s < streams_.size(); s++)
     for (uint32_t c = 0; c < streams_[s].components; c++)
       for (uint32_t id = 0; id < plan.vertex.size(); id++)
-        lane.values[(lane.stream_lane[s] + c) * 64u + id] = value(s, plan.vertex[id], c);
+        context.values[(context.stream_element[s] + c) * 64u + id] = value(s, plan.vertex[id], c);
 }
 
 // --- gates ---
 
 // The component as traversed from the boundary edge `gate`; its loop then begins with the reference
 // `first`.
-Plan Encoder::plan_component(MeshletDecoder& lane, uint32_t component, const Reference* first,
-                             uint32_t gate) const {
+Plan Encoder::plan_disk(SerialDecoder& context, uint32_t component, const Reference* first,
+                        uint32_t gate) const {
   const auto& refs = boundaries_.references[component];
   Plan plan;
   plan.components = 1;
@@ -201,37 +202,37 @@ Plan Encoder::plan_component(MeshletDecoder& lane, uint32_t component, const Ref
     Plan::Ref ref{refs[(begin + i) % refs.size()], i + 1 == refs.size(), refs.size() == 1};
     ref.reference.start = place;
     uint32_t known = ref.reference.kind == ReferenceKind::private_ ? 1 : ref.reference.length;
-    known_ranks |= MeshletDecoder::mask_below(known) << rank;
+    known_ranks |= SerialDecoder::mask_below(known) << rank;
     for (uint32_t n = 0; n < ref.reference.length; n++, place = boundaries_.next(place))
       plan.places.push_back(place);
     rank += ref.reference.length;
     plan.refs.push_back(ref);
   }
-  decode_apexes(lane, plan.symbols);
-  uint64_t rest = lane.boundary;
+  decode_apexes(context, plan.symbols);
+  uint64_t rest = context.boundary;
   for (uint32_t i = 0; i < rank; i++, rest &= rest - 1)
     if (known_ranks >> i & 1) plan.known |= rest & (0 - rest);
-  lane.decode_triangles();
-  lane.list_traversed(plan.known);
-  if (lane.error != ERROR_NONE) throw std::logic_error("a component is not a disk");
-  plan.vertex.resize(lane.vertex_count);
+  context.decode_triangles();
+  context.list_traversed(plan.known);
+  if (context.error != ERROR_NONE) throw std::logic_error("a component is not a disk");
+  plan.vertex.resize(context.vertex_count);
   for (uint32_t t = 0; t < plan.symbols.count; t++)
     for (uint32_t k = 0; k < 3; k++)
-      plan.vertex[lane.triangles[t] >> 8 * k & 255u] = traversal.corners[t][k];
+      plan.vertex[context.triangles[t] >> 8 * k & 255u] = traversal.corners[t][k];
   return plan;
 }
 
 // Bits of symbols and traversed residuals: what the choice of the gate changes.
-uint64_t Encoder::cost(MeshletDecoder& lane, const Plan& plan) const {
-  load(lane, plan);
-  uint64_t bits = MeshletDecoder::mask_count(~(plan.symbols.r | plan.symbols.e | plan.symbols.c) &
-                                             MeshletDecoder::mask_below(plan.symbols.count));
+uint64_t Encoder::cost(SerialDecoder& context, const Plan& plan) const {
+  load(context, plan);
+  uint64_t bits = SerialDecoder::mask_count(~(plan.symbols.r | plan.symbols.e | plan.symbols.c) &
+                                            SerialDecoder::mask_below(plan.symbols.count));
   std::vector<uint32_t> traversed;
   for (uint32_t s = 0; s < streams_.size(); s++) {
     traversed.clear();
-    for (uint32_t i = 0; i < lane.traversed_count; i++)
+    for (uint32_t i = 0; i < context.traversed_count; i++)
       for (uint32_t c = 0; c < streams_[s].components; c++) {
-        traversed.push_back(traversed_residual(lane, s, lane.traversed[i], c));
+        traversed.push_back(traversed_residual(context, s, context.traversed[i], c));
       }
     bits += rice_bits(traversed, best_rice(traversed));
   }
@@ -240,7 +241,7 @@ uint64_t Encoder::cost(MeshletDecoder& lane, const Plan& plan) const {
 
 // Tries gates before the component's references, or round the loop where that is private, and takes
 // the cheapest.
-Plan Encoder::best_component(MeshletDecoder& lane, uint32_t component) const {
+Plan Encoder::best_disk(SerialDecoder& context, uint32_t component) const {
   const auto& refs = boundaries_.references[component];
   bool free = refs.size() == 1 && refs[0].kind == ReferenceKind::private_;
   uint32_t choices = free ? refs[0].length : uint32_t(refs.size());
@@ -252,8 +253,8 @@ Plan Encoder::best_component(MeshletDecoder& lane, uint32_t component) const {
     const Reference* first = &refs[free ? 0 : choice];
     uint32_t gate =
         free ? boundaries_.loops[component].begin + choice : boundaries_.previous(first->start);
-    Plan plan = plan_component(lane, component, first, gate);
-    uint64_t bits = tries > 1 ? cost(lane, plan) : 0;
+    Plan plan = plan_disk(context, component, first, gate);
+    uint64_t bits = tries > 1 ? cost(context, plan) : 0;
     if (bits < least) {
       least = bits;
       best = std::move(plan);
@@ -262,10 +263,10 @@ Plan Encoder::best_component(MeshletDecoder& lane, uint32_t component) const {
   return best;
 }
 
-Plan Encoder::plan_meshlet(MeshletDecoder& lane, uint32_t m) const {
+Plan Encoder::plan_meshlet(SerialDecoder& context, uint32_t m) const {
   Plan plan;
   for (uint32_t c = meshlets_.meshlet_begin[m]; c < meshlets_.meshlet_begin[m + 1]; c++) {
-    Plan part = best_component(lane, c);
+    Plan part = best_disk(context, c);
     plan.known |= part.known << plan.vertex.size();
     plan.symbols.append(part.symbols);
     plan.vertex.insert(plan.vertex.end(), part.vertex.begin(), part.vertex.end());
@@ -278,12 +279,13 @@ Plan Encoder::plan_meshlet(MeshletDecoder& lane, uint32_t m) const {
 
 void Encoder::plan_all() {
   plans_.resize(meshlet_count_);
-  for_meshlets(1, [&](MeshletDecoder& lane, uint32_t m) { plans_[m] = plan_meshlet(lane, m); });
+  for_meshlets(1,
+               [&](SerialDecoder& context, uint32_t m) { plans_[m] = plan_meshlet(context, m); });
 }
 
 // --- residuals ---
 
-void Encoder::chain_residuals(MeshletDecoder& lane, uint32_t s, const Reference& r,
+void Encoder::chain_residuals(SerialDecoder& context, uint32_t s, const Reference& r,
                               std::vector<uint32_t>& out) const {
   uint32_t last = r.start;
   for (uint32_t i = 0; i < r.length; i++) last = boundaries_.next(last);
@@ -293,24 +295,24 @@ void Encoder::chain_residuals(MeshletDecoder& lane, uint32_t s, const Reference&
     for (uint32_t c = 0; c < streams_[s].components; c++) {
       uint32_t prediction = value(s, a, c);
       if (streams_[s].predictor != kCopy)
-        prediction = lane.chord(prediction, value(s, b, c), i, r.length);
+        prediction = context.chord(prediction, value(s, b, c), i, r.length);
       out.push_back(zigzag(value(s, boundaries_.vertex[place], c) - prediction));
     }
   }
 }
 
-// `lane` is loaded with the plan.
-Residuals Encoder::residuals(MeshletDecoder& lane, const Plan& plan, uint32_t s) const {
+// `context` is loaded with the plan.
+Residuals Encoder::residuals(SerialDecoder& context, const Plan& plan, uint32_t s) const {
   Residuals out;
   for (const Plan::Ref& ref : plan.refs) {
     if (ref.reference.kind == ReferenceKind::owned)
-      chain_residuals(lane, s, ref.reference, out.chain);
+      chain_residuals(context, s, ref.reference, out.chain);
     if (ref.reference.kind == ReferenceKind::foreign && own_for(ref.reference, s))
-      chain_residuals(lane, s, ref.reference, out.interior);
+      chain_residuals(context, s, ref.reference, out.interior);
   }
-  for (uint32_t i = 0; i < lane.traversed_count; i++)
+  for (uint32_t i = 0; i < context.traversed_count; i++)
     for (uint32_t c = 0; c < streams_[s].components; c++) {
-      out.interior.push_back(traversed_residual(lane, s, lane.traversed[i], c));
+      out.interior.push_back(traversed_residual(context, s, context.traversed[i], c));
     }
   return out;
 }
@@ -325,8 +327,8 @@ void Encoder::choose_predictors() {
     }
   uint32_t stride = (meshlet_count_ + kPredictorSample - 1) / kPredictorSample;
   std::vector<Plan> sample(meshlet_count_ / stride + 1);
-  for_meshlets(stride, [&](MeshletDecoder& lane, uint32_t m) {
-    sample[m / stride] = plan_meshlet(lane, m);
+  for_meshlets(stride, [&](SerialDecoder& context, uint32_t m) {
+    sample[m / stride] = plan_meshlet(context, m);
   });
   std::vector<std::vector<uint64_t>> bits(kPredictors, std::vector<uint64_t>(streams_.size(), 0));
   std::vector<uint8_t> best(streams_.size(), 0);
@@ -334,10 +336,10 @@ void Encoder::choose_predictors() {
   for (uint8_t p = 0; p < kPredictors; p++) {
     for (uint32_t s : open)
       if (streams_[s].bits <= kMaxChordBits) streams_[s].predictor = p;
-    for_meshlets(stride, [&](MeshletDecoder& lane, uint32_t m) {
-      load(lane, sample[m / stride]);
+    for_meshlets(stride, [&](SerialDecoder& context, uint32_t m) {
+      load(context, sample[m / stride]);
       for (uint32_t s : open) {
-        Residuals r = residuals(lane, sample[m / stride], s);
+        Residuals r = residuals(context, sample[m / stride], s);
         uint64_t sum =
             rice_bits(r.chain, best_rice(r.chain)) + rice_bits(r.interior, best_rice(r.interior));
         std::lock_guard<std::mutex> lock(mutex);
@@ -355,10 +357,10 @@ void Encoder::choose_predictors() {
 void Encoder::choose_bases() {
   std::vector<std::vector<uint64_t>> histogram(2 * streams_.size(), std::vector<uint64_t>(32, 0));
   std::mutex mutex;
-  for_meshlets(1, [&](MeshletDecoder& lane, uint32_t m) {
-    load(lane, plans_[m]);
+  for_meshlets(1, [&](SerialDecoder& context, uint32_t m) {
+    load(context, plans_[m]);
     for (uint32_t s = 0; s < streams_.size(); s++) {
-      Residuals r = residuals(lane, plans_[m], s);
+      Residuals r = residuals(context, plans_[m], s);
       uint32_t chain = best_rice(r.chain), interior = best_rice(r.interior);
       std::lock_guard<std::mutex> lock(mutex);
       histogram[2 * s][chain] += r.chain.size();
@@ -518,15 +520,15 @@ void Encoder::write_unary(BitWriter& out, const std::vector<uint32_t>& residuals
   for (uint32_t u : residuals) out.put_unary(u >> (base + code));
 }
 
-std::vector<uint8_t> Encoder::write_meshlet(MeshletDecoder& lane, uint32_t m) const {
+std::vector<uint8_t> Encoder::write_meshlet(SerialDecoder& context, uint32_t m) const {
   const Plan& plan = plans_[m];
   const Symbols& y = plan.symbols;
-  uint64_t x = ~(y.r | y.e | y.c) & MeshletDecoder::mask_below(y.count);
-  load(lane, plan);
+  uint64_t x = ~(y.r | y.e | y.c) & SerialDecoder::mask_below(y.count);
+  load(context, plan);
   BitWriter out;
   out.put_mask(y.e | x, y.count);
   out.put_mask(y.c | x, y.count);
-  for (; x; x &= x - 1) out.put(y.s >> MeshletDecoder::mask_lsb(x) & 1, 1);
+  for (; x; x &= x - 1) out.put(y.s >> SerialDecoder::mask_lsb(x) & 1, 1);
   write_references(out, plan, m);
   bool chains = std::any_of(plan.refs.begin(), plan.refs.end(), [](const Plan::Ref& r) {
     return r.reference.kind == ReferenceKind::owned;
@@ -534,7 +536,7 @@ std::vector<uint8_t> Encoder::write_meshlet(MeshletDecoder& lane, uint32_t m) co
   std::vector<Residuals> all;
   std::vector<uint32_t> chain_codes(streams_.size()), interior_codes(streams_.size());
   for (uint32_t s = 0; s < streams_.size(); s++) {
-    all.push_back(residuals(lane, plan, s));
+    all.push_back(residuals(context, plan, s));
     if (chains) chain_codes[s] = write_code(out, all[s].chain, streams_[s], streams_[s].chain_base);
     interior_codes[s] = write_code(out, all[s].interior, streams_[s], streams_[s].interior_base);
   }
@@ -640,7 +642,8 @@ std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
   number_slots();
   measure_groups();
   std::vector<std::vector<uint8_t>> bytes(meshlet_count_);
-  for_meshlets(1, [&](MeshletDecoder& lane, uint32_t m) { bytes[m] = write_meshlet(lane, m); });
+  for_meshlets(1,
+               [&](SerialDecoder& context, uint32_t m) { bytes[m] = write_meshlet(context, m); });
   std::vector<uint8_t> blob = assemble(bytes);
   stats.meshlets = meshlet_count_;
   stats.iterations = meshlets_.iterations_run;

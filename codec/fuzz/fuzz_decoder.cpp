@@ -39,7 +39,7 @@ void decode_everything(const Bytes& blob, bool integers) {
   std::vector<uint32_t*> as_integers;
   std::vector<void*> as_values;
   for (const meshlet::Stream& stream : header.streams) {
-    storage.emplace_back(size_t(header.vertex_count) * meshlet::value_components(stream));
+    storage.emplace_back(size_t(header.vertex_count) * meshlet::value_elements(stream));
     as_integers.push_back(integers ? storage.back().data() : nullptr);
     as_values.push_back(integers ? nullptr : storage.back().data());
   }

@@ -172,7 +172,7 @@ nb::tuple decode_blob(const nb::bytes& blob, bool as_values) {
       values[s] = data;
     } else {
       float* data;
-      arrays.append(new_array(h.vertex_count, value_components(h.streams[s]), data));
+      arrays.append(new_array(h.vertex_count, value_elements(h.streams[s]), data));
       values[s] = data;
     }
   }
@@ -199,7 +199,7 @@ class OpenBlob {
 
   nb::tuple decode_meshlet(uint32_t m) {
     if (m >= header().meshlet_count) throw nb::index_error("no such meshlet");
-    MeshletDecoder& d = decoder_.meshlet(m);
+    SerialDecoder& d = decoder_.meshlet(m);
     uint8_t* triangles;
     nb::object triangle_array = new_array(d.triangle_count, 3, triangles);
     for (uint32_t i = 0; i < 3 * d.triangle_count; i++)
@@ -207,10 +207,10 @@ class OpenBlob {
     nb::list arrays;
     for (uint32_t s = 0; s < d.stream_total; s++) {
       uint32_t* data;
-      arrays.append(new_array(d.vertex_count, d.stream_components[s], data));
+      arrays.append(new_array(d.vertex_count, d.stream_elements[s], data));
       for (uint32_t v = 0; v < d.vertex_count; v++)
-        for (uint32_t c = 0; c < d.stream_components[s]; c++)
-          *data++ = d.values[(d.stream_lane[s] + c) * 64u + v];
+        for (uint32_t c = 0; c < d.stream_elements[s]; c++)
+          *data++ = d.values[(d.stream_element[s] + c) * 64u + v];
     }
     return nb::make_tuple(triangle_array, arrays);
   }

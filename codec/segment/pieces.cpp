@@ -4,11 +4,11 @@ namespace meshlet {
 
 void Piece::append(const Piece& other) {
   const uint32_t base = static_cast<uint32_t>(triangles.size());
-  const uint32_t components = static_cast<uint32_t>(component_begin.size() - 1);
+  const uint32_t components = static_cast<uint32_t>(disk_begin.size() - 1);
   triangles.insert(triangles.end(), other.triangles.begin(), other.triangles.end());
   vertices.insert(vertices.end(), other.vertices.begin(), other.vertices.end());
-  for (size_t k = 1; k < other.component_begin.size(); ++k)
-    component_begin.push_back(base + other.component_begin[k]);
+  for (size_t k = 1; k < other.disk_begin.size(); ++k)
+    disk_begin.push_back(base + other.disk_begin[k]);
   for (size_t m = 1; m < other.meshlet_begin.size(); ++m)
     meshlet_begin.push_back(components + other.meshlet_begin[m]);
 }
@@ -16,8 +16,8 @@ void Piece::append(const Piece& other) {
 void Piece::append_meshlet(const Disks& disks) {
   const uint32_t base = static_cast<uint32_t>(triangles.size());
   triangles.insert(triangles.end(), disks.triangles.begin(), disks.triangles.end());
-  for (size_t k = 1; k < disks.begin.size(); ++k) component_begin.push_back(base + disks.begin[k]);
-  meshlet_begin.push_back(static_cast<uint32_t>(component_begin.size() - 1));
+  for (size_t k = 1; k < disks.begin.size(); ++k) disk_begin.push_back(base + disks.begin[k]);
+  meshlet_begin.push_back(static_cast<uint32_t>(disk_begin.size() - 1));
   vertices.push_back(static_cast<uint32_t>(disks.vertex_count));
 }
 
@@ -26,12 +26,12 @@ void Piece::append_joined(const Piece& other, const std::vector<uint32_t>& meshl
   for (const uint32_t m : meshlets) {
     vertices.back() += other.vertices[m];
     for (uint32_t k = other.meshlet_begin[m]; k < other.meshlet_begin[m + 1]; ++k) {
-      triangles.insert(triangles.end(), other.triangles.begin() + other.component_begin[k],
-                       other.triangles.begin() + other.component_begin[k + 1]);
-      component_begin.push_back(static_cast<uint32_t>(triangles.size()));
+      triangles.insert(triangles.end(), other.triangles.begin() + other.disk_begin[k],
+                       other.triangles.begin() + other.disk_begin[k + 1]);
+      disk_begin.push_back(static_cast<uint32_t>(triangles.size()));
     }
   }
-  meshlet_begin.push_back(static_cast<uint32_t>(component_begin.size() - 1));
+  meshlet_begin.push_back(static_cast<uint32_t>(disk_begin.size() - 1));
 }
 
 }  // namespace meshlet

@@ -279,7 +279,7 @@ Meshlets Generator::assemble(const std::vector<PatchResult>& results) const {
   }
   all = join_small(all);
   meshlets.triangles = std::move(all.triangles);
-  meshlets.component_begin = std::move(all.component_begin);
+  meshlets.disk_begin = std::move(all.disk_begin);
   meshlets.meshlet_begin = std::move(all.meshlet_begin);
   return meshlets;
 }

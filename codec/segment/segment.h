@@ -39,9 +39,8 @@ struct GenerationOptions {
 
 // A meshlet is a range of components, a component a range of triangles.
 struct Meshlets {
-  std::vector<uint32_t> triangles;  // a permutation of the mesh's triangles
-  std::vector<uint32_t>
-      component_begin;  // component k: triangles[component_begin[k] .. component_begin[k + 1])
+  std::vector<uint32_t> triangles;   // a permutation of the mesh's triangles
+  std::vector<uint32_t> disk_begin;  // component k: triangles[disk_begin[k] .. disk_begin[k + 1])
   std::vector<uint32_t>
       meshlet_begin;      // meshlet m: components meshlet_begin[m] .. meshlet_begin[m + 1]
   uint32_t histogram[4];  // regions before the limits are enforced, of [0, 32), [32, 64), [64, 72),

@@ -12,7 +12,7 @@ namespace meshlet_shape {
 namespace {
 
 using meshlet::BlobHeader;
-using meshlet::MeshletDecoder;
+using meshlet::SerialDecoder;
 using meshlet::Stream;
 
 uint32_t width_of(const Stream& s) { return s.kind == meshlet::kOct ? 3u : s.components; }
@@ -25,10 +25,10 @@ float clamped(const Attribute& a, float value) {
 }
 
 // One meshlet at a time. A thread keeps one, for the blob that it asked for last.
-class Lane {
+class Context {
  public:
   // Decodes the streams [first, end) of meshlet m.
-  MeshletDecoder& decode(const Blob& blob, uint32_t m, uint32_t first, uint32_t end) {
+  SerialDecoder& decode(const Blob& blob, uint32_t m, uint32_t first, uint32_t end) {
     if (blob_ != blob.id) {
       blob_ = 0;
       header_ = meshlet::read_blob_header(blob.bytes.data(), blob.bytes.size());
@@ -50,7 +50,7 @@ class Lane {
     float stored[kMaxStored];
     for (uint32_t s = a.stream, done = 0; done < a.stored; s++) {
       const Stream& stream = header_.streams[s];
-      read_stream(stream, &lane_.values[lane_.stream_lane[s] * 64u + id], stored + done);
+      read_stream(stream, &lane_.values[lane_.stream_element[s] * 64u + id], stored + done);
       done += width_of(stream);
     }
     for (uint32_t c = 0; c < a.components; c++) out[c] = clamped(a, stored[a.skipped + c]);
@@ -68,7 +68,7 @@ class Lane {
       return;
     }
     for (int i = 0; i < 3; i++) {
-      const uint32_t* q = &lane_.values[(lane_.stream_lane[a.stream] + i) * 64u];
+      const uint32_t* q = &lane_.values[(lane_.stream_element[a.stream] + i) * 64u];
       const double offset = stream.offset[i], step = stream.step;
       for (uint32_t id = 0; id < 64; id++)
         out[i][id] = float(offset + double(int32_t(q[id])) * step);
@@ -106,15 +106,15 @@ class Lane {
     out[2] = z * inverse;
   }
 
-  MeshletDecoder lane_{};
+  SerialDecoder lane_{};
   BlobHeader header_;
   uint64_t blob_ = 0;
   uint32_t first_ = 0, end_ = 0;
 };
 
-Lane& this_lane() {
-  static thread_local Lane lane;
-  return lane;
+Context& this_context() {
+  static thread_local Context context;
+  return context;
 }
 
 uint32_t corner_of(uint32_t packed, uint32_t k, bool flip) {
@@ -225,10 +225,10 @@ size_t attributes_bytes(uint32_t vertices, uint32_t width) {
 }
 
 Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
-  Lane& lane = this_lane();
-  MeshletDecoder& d = lane.decode(*part.blob, m, part.position.stream, part.position_end);
+  Context& context = this_context();
+  SerialDecoder& d = context.decode(*part.blob, m, part.position.stream, part.position_end);
   float local[3][64], world[3][64];
-  lane.read_positions(part.position, local);
+  context.read_positions(part.position, local);
   for (int i = 0; i < 3; i++) {
     const float* row = part.to_world.m[i];
     for (uint32_t id = 0; id < 64; id++)
@@ -249,8 +249,8 @@ Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
 }
 
 Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m) {
-  Lane& lane = this_lane();
-  MeshletDecoder& d = lane.decode(*part.blob, m, part.others_first, part.others_end);
+  Context& context = this_context();
+  SerialDecoder& d = context.decode(*part.blob, m, part.others_first, part.others_end);
   const Affine normal_matrix = part.to_world.normal_matrix();
   const uint32_t width = part.width;
   Entry* entry = thread.scratch(kAttributes, attributes_bytes(d.vertex_count, width));
@@ -263,7 +263,7 @@ Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m) {
   for (uint32_t id = 0; id < d.vertex_count; id++) {
     float* v = out->values() + id * width;
     for_each_vertex_attribute(part, [&](const Attribute& a) {
-      lane.read(a, id, v);
+      context.read(a, id, v);
       if (&a == &part.normal) {
         Vector3 n = world_normal(normal_matrix, v);
         std::copy(n.v, n.v + 3, v);
@@ -315,6 +315,6 @@ DecodedPart decode_all(const Part& part) {
   return out;
 }
 
-size_t decoder_bytes() { return sizeof(Lane); }
+size_t decoder_bytes() { return sizeof(Context); }
 
 }  // namespace meshlet_shape

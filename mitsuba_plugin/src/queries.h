@@ -56,7 +56,7 @@ uint32_t bits(const Mask& mask) {
 // In whole vectors; assigning packets copies halves, and whoever loads the whole then waits for
 // both.
 template <typename FloatP, size_t N>
-void copy_lanes(const FloatP& from, float (&to)[N]) {
+void copy_elements(const FloatP& from, float (&to)[N]) {
   const float* lanes = from.data();
   for (size_t i = 0; i < N; ++i) to[i] = lanes[i];
 }
@@ -68,10 +68,10 @@ auto to_rays(const Ray3& ray, const dr::mask_t<FloatP>& active) {
     constexpr size_t N = dr::size_v<FloatP>;
     meshlet_shape::Rays<(int)N> rays;
     for (int i = 0; i < 3; ++i) {
-      copy_lanes(ray.o[i], rays.o[i]);
-      copy_lanes(ray.d[i], rays.d[i]);
+      copy_elements(ray.o[i], rays.o[i]);
+      copy_elements(ray.d[i], rays.d[i]);
     }
-    copy_lanes(ray.maxt, rays.t_max);
+    copy_elements(ray.maxt, rays.t_max);
     rays.active = bits(active);
     return rays;
   } else {

@@ -17,7 +17,7 @@ struct Chain {
 
 // For one stream: the residuals on the chord between the chain's ends.
 void read_chain(Chain chain, uint s, uint code, uint widths, uint low) {
-  uint n = stream_field(s, STREAM_COMPONENTS);
+  uint n = stream_field(s, STREAM_ELEMENTS);
   bool copies = stream_field(s, STREAM_PREDICTOR) == PREDICT_COPY;
   bool vectors = is_packed(s);
   uint field = place_field(s, PLACE_FIELD);
@@ -66,7 +66,7 @@ void read_chains(HEADER_IN h, uint r) {
   for (uint s = 0u; s < stream_total; s++) {
     count = anchors_of(owner, s, count);
     low = after_anchors(low, s, count);
-    uint n = stream_field(s, STREAM_COMPONENTS);
+    uint n = stream_field(s, STREAM_ELEMENTS);
     uint code = code_at(codes, n, stream_field(s, STREAM_CHAIN_BASE));
     widths_total += low_width(code, n, codes - 5u * n);
     code_at(codes, n, stream_field(s, STREAM_INTERIOR_BASE));
@@ -80,7 +80,7 @@ void read_chains(HEADER_IN h, uint r) {
   uint skipped = 0u;  // quotients between the last one read and the next chain
   codes = owner.codes;
   for (uint s = 0u; s < stream_end && error == ERROR_NONE; s++) {
-    uint n = stream_field(s, STREAM_COMPONENTS);
+    uint n = stream_field(s, STREAM_ELEMENTS);
     uint code = code_at(codes, n, stream_field(s, STREAM_CHAIN_BASE));
     uint widths = codes - 5u * n;
     uint width = low_width(code, n, widths);

@@ -7,7 +7,7 @@
 #extension GL_EXT_buffer_reference_uvec2 : require
 
 layout(local_size_x = 32) in;
-#define MAX_LANES 1u
+#define MAX_ELEMENTS 1u
 #ifdef STREAM
 #include "raster/stream_push.glsl"
 #else
@@ -40,6 +40,6 @@ void main() {
   connect(job_meshlet);
   Connectivity connectivity = Connectivity(push.connectivity);
   connectivity.of[job_place].boundary = boundary;
-  connectivity.of[job_place].starts = component_starts;
+  connectivity.of[job_place].starts = disk_starts;
   summaries.of[job_place] = error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16;
 }

@@ -16,7 +16,7 @@ void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
   uint count = mask_count(the_starts);
   for (uint s = 0u; s < end; s++) {
     count = anchors_of(h, s, count);
-    uint n = stream_field(s, STREAM_COMPONENTS);
+    uint n = stream_field(s, STREAM_ELEMENTS);
     uint bits = stream_field(s, STREAM_BITS);
     uint width = index > 0u ? width_field(p + n * bits) : 0u;
     uint deltas = p + n * bits + 5u + (index - 1u) * n * width;
@@ -64,7 +64,7 @@ uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
 }
 
 void main() {
-  if (LANE == 0u) group_hops = MAX_HOPS;
+  if (THREAD == 0u) group_hops = MAX_HOPS;
   if (!open_pass()) return;  // behind a barrier
   Header h = open_header();
   uint corners = h.references == 0u ? mask_count(the_starts) : h.references;

@@ -19,7 +19,7 @@ uint seam_vertices_of(HEADER_IN h, uint s) {
 }
 
 void read_seams(HEADER_IN h, uint s) {
-  uint n = stream_field(s, STREAM_COMPONENTS);
+  uint n = stream_field(s, STREAM_ELEMENTS);
   bool copies = stream_field(s, STREAM_PREDICTOR) == PREDICT_COPY;
   for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint r = mask_lsb(rest);
@@ -38,7 +38,7 @@ void read_seams(HEADER_IN h, uint s) {
 
 // The vertex v of a triangle packed as in serial_decoder.glsl.
 void read_traversed(uint s, uint triangle) {
-  uint n = stream_field(s, STREAM_COMPONENTS);
+  uint n = stream_field(s, STREAM_ELEMENTS);
   uint predictor = stream_field(s, STREAM_PREDICTOR);
   uint a = triangle & 63u;
   uint b = (triangle >> 8) & 63u;
@@ -124,7 +124,7 @@ void run(HEADER_IN h, uint stream) {
   uint skipped = 0u;
   uint all = 0u;
   for (uint s = 0u; s < stream_total; s++) {
-    uint n = stream_field(s, STREAM_COMPONENTS);
+    uint n = stream_field(s, STREAM_ELEMENTS);
     if (chains) {
       uint code = code_at(codes, n, stream_field(s, STREAM_CHAIN_BASE));
       p += total * low_width(code, n, codes - 5u * n);

@@ -13,14 +13,14 @@ shared uint group_places[MAX_STREAMS];  // see place_field
 uint field_of(uint s) {
   uint bits = stream_field(s, STREAM_BITS);
   uint field = s == 0u ? max(bits, 21u) : bits;
-  return field * stream_field(s, STREAM_COMPONENTS) <= 64u ? field : 32u;
+  return field * stream_field(s, STREAM_ELEMENTS) <= 64u ? field : 32u;
 }
 
-uint words_of(uint s) { return (field_of(s) * stream_field(s, STREAM_COMPONENTS) + 31u) >> 5; }
+uint words_of(uint s) { return (field_of(s) * stream_field(s, STREAM_ELEMENTS) + 31u) >> 5; }
 
 // To be called by all invocations after group_streams; passes a barrier.
 void group_value_places() {
-  for (uint s = LANE; s < stream_total; s += gl_WorkGroupSize.x) {
+  for (uint s = THREAD; s < stream_total; s += gl_WorkGroupSize.x) {
     uint words = 0u;
     for (uint before = 0u; before < s; before++) words += words_of(before);
     group_places[s] = ((64u * words) & 0xFFFFu) | words_of(s) << 16 | field_of(s) << 22;

@@ -31,8 +31,8 @@ mask64 the_references;  // ranks at which they begin; there is one after lengths
 // To be called by all invocations first; false for those that have no meshlet, or one that is
 // malformed. Barriers are passed.
 bool open_pass() {
-  member = LANE / PER_MESHLET;
-  part = LANE % PER_MESHLET;
+  member = THREAD / PER_MESHLET;
+  part = THREAD % PER_MESHLET;
   uint number = gl_WorkGroupID.x * GROUP_MESHLETS + member;
   open_job(min(number, push.meshlets - 1u));
   open_blob(job_blob(), job_blob_words());
@@ -117,7 +117,7 @@ uint anchors_begin(HEADER_IN h) {
   uint p = h.codes;
   bool chains = mask_any(h.owned_refs);
   for (uint s = 0u; s < stream_total; s++) {
-    uint n = stream_field(s, STREAM_COMPONENTS);
+    uint n = stream_field(s, STREAM_ELEMENTS);
     if (chains) code_at(p, n, stream_field(s, STREAM_CHAIN_BASE));
     code_at(p, n, stream_field(s, STREAM_INTERIOR_BASE));
   }
@@ -132,7 +132,7 @@ uint anchors_of(HEADER_IN h, uint s, uint count) {
 }
 
 uint after_anchors(uint p, uint s, uint count) {
-  uint n = stream_field(s, STREAM_COMPONENTS);
+  uint n = stream_field(s, STREAM_ELEMENTS);
   if (count > 0u) p += n * stream_field(s, STREAM_BITS);
   if (count > 1u) p += 5u + (count - 1u) * n * width_field(p);
   return p;

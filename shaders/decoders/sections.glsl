@@ -2,17 +2,17 @@
 // meshlet's values are decoded by several invocations (team_values.glsl, passes.glsl). To be
 // included after serial_epilogue.glsl.
 
-#define LANE gl_LocalInvocationIndex
+#define THREAD gl_LocalInvocationIndex
 shared uint group_stream[MAX_STREAMS];  // see stream_field
 
 // --- streams ---
 
-#define STREAM_COMPONENTS 0, 3  // offset and width of fields in group_stream
+#define STREAM_ELEMENTS 0, 3  // offset and width of fields in group_stream
 #define STREAM_BITS 3, 6
 #define STREAM_PREDICTOR 9, 2
 #define STREAM_CHAIN_BASE 11, 5
 #define STREAM_INTERIOR_BASE 16, 5
-#define STREAM_LANE 21, 11
+#define STREAM_ELEMENT 21, 11
 #define stream_field(s, field) bitfieldExtract(group_stream[s], field)
 
 // Reads the stream table; streams [0, end) are decoded.
@@ -20,24 +20,25 @@ void group_streams(uint end) {
   load_tables();
   stream_total = min(stream_total, MAX_STREAMS);
   stream_end = min(end, stream_total);
-  for (uint s = LANE; s < stream_total; s += gl_WorkGroupSize.x) {
+  for (uint s = THREAD; s < stream_total; s += gl_WorkGroupSize.x) {
     uint shape = load_word(8u + 7u * s);
     uint bases = load_word(9u + 7u * s);
-    uint lane = 0u;
-    for (uint before = 0u; before < s; before++) lane += (load_word(8u + 7u * before) >> 8) & 7u;
+    uint element = 0u;
+    for (uint before = 0u; before < s; before++) element += (load_word(8u + 7u * before) >> 8) & 7u;
     group_stream[s] = ((shape >> 8) & 7u) | ((shape >> 16) & 63u) << 3 | ((shape >> 24) & 3u) << 9 |
-                      (bases & 31u) << 11 | ((bases >> 8) & 31u) << 16 | min(lane, MAX_LANES) << 21;
+                      (bases & 31u) << 11 | ((bases >> 8) & 31u) << 16 |
+                      min(element, MAX_ELEMENTS) << 21;
   }
   barrier();
 }
 
 uint bits_mask(uint s) { return word_below(stream_field(s, STREAM_BITS)); }
 
-// Where a component's values begin; a lane that there is no room for, which the host rules out, is
-// the first.
-uint value_lane(uint s, uint c) {
-  uint lane = stream_field(s, STREAM_LANE) + c;
-  return (lane < MAX_LANES ? lane : 0u) * 64u;
+// Where a component's values begin; a element that there is no room for, which the host rules out,
+// is the first.
+uint value_element(uint s, uint c) {
+  uint element = stream_field(s, STREAM_ELEMENT) + c;
+  return (element < MAX_ELEMENTS ? element : 0u) * 64u;
 }
 
 // --- small parts ---

@@ -104,7 +104,7 @@ void put_own_chains(HEADER_IN h) {
     put_chain(mask_lsb(rest), false);
   uint others = 0u;
   for (uint s = 1u; s < stream_total; s++)
-    if (chain_code[s] != CODE_FIXED) others += chain_total * stream_components[s];
+    if (chain_code[s] != CODE_FIXED) others += chain_total * stream_elements[s];
   if (error == ERROR_NONE) skip_quotients(others);
 }
 
@@ -133,7 +133,7 @@ void put_interior(mask64 waiting) {
     uint a = triangle & 255u;
     uint b = (triangle >> 8) & 255u;
     uint v = (triangle >> 16) & 255u;
-    if (mask_test(component_starts, t) && mask_test(waiting, a)) {
+    if (mask_test(disk_starts, t) && mask_test(waiting, a)) {
       put_traversed(a, b, b, b);
       waiting = waiting & ~mask_bit(a);
     }
@@ -152,7 +152,7 @@ void decode_positions(uint m) {
     if (error == ERROR_NONE) put_foreign_chains(opened);
   }
   if (error != ERROR_NONE) return;
-  find_sections(opened, component_count);
+  find_sections(opened, disk_count);
   if (error != ERROR_NONE) return;
   read_own_anchors(opened);
   put_own_chains(opened);

@@ -6,8 +6,8 @@
 // Capacities, from the host: the most streams of a blob in the scene, and the most components of
 // those that are decoded.
 layout(constant_id = 0) const uint MAX_STREAMS = 8u;
-#ifndef MAX_LANES
-layout(constant_id = 1) const uint MAX_LANES = 20u;
+#ifndef MAX_ELEMENTS
+layout(constant_id = 1) const uint MAX_ELEMENTS = 20u;
 #endif
 
 layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Words { uint at[]; };

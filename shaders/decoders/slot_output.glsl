@@ -1,7 +1,7 @@
 // Writes what a team has decoded into a slot. To be included after slots.glsl and team_values.glsl.
 
-uint team_value(uint lane, uint vertex) {
-  return team_values[TEAM_INDEX][min(lane, MAX_LANES - 1u) * 64u + vertex];
+uint team_value(uint element, uint vertex) {
+  return team_values[TEAM_INDEX][min(element, MAX_ELEMENTS - 1u) * 64u + vertex];
 }
 
 // The attribute that begins at bit `place` of a vertex's.
@@ -11,8 +11,8 @@ void put_attribute(uvec2 slot, Attribute a, uint place, uint vertex) {
   uint field = attribute_field(a);
   uint pending = 0u;  // bits that do not fill a word yet
   uint filled = 0u;
-  for (uint c = 0u; c < attribute_components(a); c++) {
-    uint value = team_value(a.lane + c, vertex);
+  for (uint c = 0u; c < attribute_elements(a); c++) {
+    uint value = team_value(a.element + c, vertex);
     pending |= value << filled;
     filled += field;
     if (filled < 32u) continue;

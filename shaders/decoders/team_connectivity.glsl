@@ -1,5 +1,5 @@
 // The triangles of a meshlet by the parallel decoder of connectivity, for team_values.glsl with
-// TEAM = GROUP, before which it is included. Call decode_connectivity with all lanes after
+// TEAM = GROUP, before which it is included. Call decode_connectivity with all threads after
 // open_team and read_symbols; afterwards a barrier is passed.
 
 shared uint parallel_triangles[64];
@@ -19,12 +19,12 @@ uvec2 connectivity_starts() {
 uvec2 connectivity_boundary() {
   uint vertices = 2u * mask_count(symbol_e) +
                   mask_count(mask_below(triangle_count) & ~(symbol_e | symbol_c | symbol_s)) +
-                  components_of_symbols();
+                  disks_of_symbols();
   return mask_below(min(vertices, 64u)) & ~interior_ids;
 }
 
 void decode_connectivity() {
-  if (components_of_symbols() - 1u > 63u) error = ERROR_CLERS;
+  if (disks_of_symbols() - 1u > 63u) error = ERROR_CLERS;
   for (uint step = 0u; step < 8u; step++) {
     for (uint t = gl_LocalInvocationIndex; t < 64u; t += TEAM) {
       if (step == 0u)

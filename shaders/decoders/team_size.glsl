@@ -7,6 +7,7 @@ layout(constant_id = 8) const uint STAGE_WORDS_OF_HOST = 32u;
   STAGE_WORDS_OF_HOST    // of a meshlet's data that are copied to shared memory, at least 3
 #define STAGE_OWNERS 6u  // owners whose data are copied, too
 // Of a team: the owners' data, later the places of quotients' ends.
-#define SCRATCH_WORDS \
-  (MAX_LANES * 64u > STAGE_OWNERS * STAGE_WORDS ? MAX_LANES * 64u : STAGE_OWNERS * STAGE_WORDS)
+#define SCRATCH_WORDS                                                   \
+  (MAX_ELEMENTS * 64u > STAGE_OWNERS * STAGE_WORDS ? MAX_ELEMENTS * 64u \
+                                                   : STAGE_OWNERS * STAGE_WORDS)
 #define STAGE_TOTAL (TEAMS * (STAGE_WORDS + SCRATCH_WORDS))

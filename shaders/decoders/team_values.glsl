@@ -1,6 +1,6 @@
-// The cooperative decoder: a team of TEAM lanes decodes the values of one meshlet (spec, appendix
-// A.7), GROUP / TEAM meshlets to a workgroup. Every value has a lane that finds its bits alone;
-// only the traversal of the interior is a chain, which a lane per component walks. The triangles
+// The cooperative decoder: a team of TEAM threads decodes the values of one meshlet (spec, appendix
+// A.7), GROUP / TEAM meshlets to a workgroup. Every value has a thread that finds its bits alone;
+// only the traversal of the interior is a chain, which a thread per component walks. The triangles
 // come from elsewhere: from decoder B of another shader, or from parallel_connectivity.glsl.
 //
 // The includer has included serial_prologue.glsl, serial_decoder.glsl (whose header and mask
@@ -10,9 +10,9 @@
 //   serial_decoder.glsl connectivity_boundary()         mask of its boundary vertices
 //   connectivity_starts()           mask of the triangles that begin a component
 // and calls open_blob and group_streams(end) once, open_team(m), read_header(m) and read_symbols,
-// and then team_decode with all lanes. It includes team_size.glsl before all others. Results:
-// team_values[TEAM_INDEX][lane * 64 + local id], vertex_count, and `error`, the same for all lanes
-// of a team.
+// and then team_decode with all threads. It includes team_size.glsl before all others. Results:
+// team_values[TEAM_INDEX][element * 64 + local id], vertex_count, and `error`, the same for all
+// threads of a team.
 //
 // Code is written so that what is long is called from one place: a compiler that inlines everything
 // must still fit the instruction cache. Hostile bytes: every subscript is masked or bounded by a
@@ -20,10 +20,10 @@
 // equally often in all teams.
 
 #include "decoders/sections.glsl"
-#define TEAM_INDEX (LANE / TEAM)
-#define MEMBER (LANE % TEAM)
+#define TEAM_INDEX (THREAD / TEAM)
+#define MEMBER (THREAD % TEAM)
 
-shared uint team_values[TEAMS][MAX_LANES * 64u];
+shared uint team_values[TEAMS][MAX_ELEMENTS * 64u];
 shared uint team_error[TEAMS];
 shared uint team_traversal[TEAMS][64];   // packed triangles that introduce a vertex
 shared uint team_references[TEAMS][64];  // rank in the loop order | length << 8
@@ -43,7 +43,7 @@ uint ones_place() { return TEAMS * STAGE_WORDS + TEAM_INDEX * SCRATCH_WORDS; }
 uint loop_id(uint rank) {
   return bitfieldExtract(team_loop[TEAM_INDEX][(rank >> 2) & 15u], int(rank & 3u) * 8, 6);
 }
-uint component_begin(uint component) {
+uint disk_begin(uint component) {
   return bitfieldExtract(team_begins[TEAM_INDEX][min(component, 64u) >> 2], int(component & 3u) * 8,
                          7);
 }
@@ -53,14 +53,14 @@ uint reference_length_of(uint r) { return team_references[TEAM_INDEX][r & 63u] >
 // --- components ---
 
 mask64 team_boundary;
-uint team_components;
+uint team_disks;
 
 void find_components() {
   mask64 starts = connectivity_starts();
   team_boundary = connectivity_boundary();
-  team_components = mask_count(starts);
-  vertex_count = pushed_vertices(mask_below(triangle_count)) + team_components;
-  if (vertex_count > 64u || team_components == 0u) {
+  team_disks = mask_count(starts);
+  vertex_count = pushed_vertices(mask_below(triangle_count)) + team_disks;
+  if (vertex_count > 64u || team_disks == 0u) {
     error = ERROR_VERTICES;
     vertex_count = min(vertex_count, 64u);
   }
@@ -81,8 +81,8 @@ void find_components() {
 
 // Loop `k` in the loop order: its first rank, and the one after its last.
 uvec2 loop_ranks(uint k) {
-  return uvec2(mask_count(team_boundary & mask_below(component_begin(k))),
-               mask_count(team_boundary & mask_below(component_begin(k + 1u))));
+  return uvec2(mask_count(team_boundary & mask_below(disk_begin(k))),
+               mask_count(team_boundary & mask_below(disk_begin(k + 1u))));
 }
 
 // --- staging ---
@@ -133,14 +133,14 @@ void stage_owners(HEADER_IN h) {
 #define ITEM_SELF 2u  // finds where section G begins
 
 void write_anchor(uint s, uint p, uint index, uint id) {
-  uint n = stream_field(s, STREAM_COMPONENTS);
+  uint n = stream_field(s, STREAM_ELEMENTS);
   uint bits = stream_field(s, STREAM_BITS);
   uint width = index > 0u ? width_field(p + n * bits) : 0u;
   uint deltas = p + n * bits + 5u + (index - 1u) * n * width;
   for (uint c = 0u; c < n; c++) {
     uint value = load_bits(p + c * bits, bits);
     if (index > 0u) value += unzigzag(load_bits(deltas + c * width, width));
-    team_values[TEAM_INDEX][value_lane(s, c) + id] = value & bits_mask(s);
+    team_values[TEAM_INDEX][value_element(s, c) + id] = value & bits_mask(s);
   }
 }
 
@@ -148,7 +148,7 @@ void write_anchor(uint s, uint p, uint index, uint id) {
 // `quotients`: bit positions of its codes.
 void write_chain_residuals(uint s, uint r, bool backwards, uint code, uint widths, uint low,
                            uint quotients) {
-  uint n = stream_field(s, STREAM_COMPONENTS);
+  uint n = stream_field(s, STREAM_ELEMENTS);
   uint length = reference_length_of(r);
   uint rank = team_references[TEAM_INDEX][r & 63u] & 63u;
   bool rice = code != CODE_FIXED;
@@ -166,7 +166,7 @@ void write_chain_residuals(uint s, uint r, bool backwards, uint code, uint width
     uint residual = load_bits(low, width);
     if (rice) residual |= next_quotient(unary) << width;
     low += width;
-    team_values[TEAM_INDEX][value_lane(s, c) + id] = unzigzag(residual);
+    team_values[TEAM_INDEX][value_element(s, c) + id] = unzigzag(residual);
     c++;
   }
   if (max(low, rice ? unary.cursor : 0u) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
@@ -189,19 +189,18 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
   }
   uint p = h.codes;
   for (uint s = 0u; s < stream_total; s++) {
-    uint n = stream_field(s, STREAM_COMPONENTS);
+    uint n = stream_field(s, STREAM_ELEMENTS);
     if (chains) code_at(p, n, stream_field(s, STREAM_CHAIN_BASE));
     if (kind == ITEM_SELF) team_codes[TEAM_INDEX][s] = p;
     code_at(p, n, stream_field(s, STREAM_INTERIOR_BASE));
   }
-  uint count =
-      team_components;  // anchors, where the meshlet, then the team's own, has no references
+  uint count = team_disks;  // anchors, where the meshlet, then the team's own, has no references
   for (uint s = 0u; s < stream_total; s++) {
-    uint n = stream_field(s, STREAM_COMPONENTS);
+    uint n = stream_field(s, STREAM_ELEMENTS);
     if (h.references > 0u && (s == 0u || (h.flags & FLAG_SEAMS) != 0u))
       count = mask_count(stored_corners(h, seam_references(h, s)));
     if (kind == ITEM_CORNER && s >= begin && s < end)
-      write_anchor(s, p, index, own.references == 0u ? component_begin(j) & 63u : first_id(j));
+      write_anchor(s, p, index, own.references == 0u ? disk_begin(j) & 63u : first_id(j));
     if (count > 0u) p += n * stream_field(s, STREAM_BITS);
     if (count > 1u) p += 5u + (count - 1u) * n * width_field(p);
   }
@@ -217,7 +216,7 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
     codes = h.codes;
     uint skipped = 0u;
     for (uint s = 0u; s < stream_total; s++) {
-      uint n = stream_field(s, STREAM_COMPONENTS);
+      uint n = stream_field(s, STREAM_ELEMENTS);
       uint code = code_at(codes, n, stream_field(s, STREAM_CHAIN_BASE));
       uint widths = codes - 5u * n;
       uint width = low_width(code, n, widths);
@@ -316,15 +315,15 @@ void predict_chains(HEADER_IN h) {
     uint to = first_id(next_reference(h, r));
     for (uint s = 0u; s < stream_end; s++) {
       if (foreign && mask_test(seam_references(h, s), r)) continue;
-      uint n = stream_field(s, STREAM_COMPONENTS);
+      uint n = stream_field(s, STREAM_ELEMENTS);
       bool copies = stream_field(s, STREAM_PREDICTOR) == PREDICT_COPY;
       for (uint c = 0u; c < n; c++) {
-        uint lane = value_lane(s, c);
-        uint a = team_values[TEAM_INDEX][lane + (foreign ? to : from)];
-        uint b = team_values[TEAM_INDEX][lane + (foreign ? from : to)];
+        uint element = value_element(s, c);
+        uint a = team_values[TEAM_INDEX][element + (foreign ? to : from)];
+        uint b = team_values[TEAM_INDEX][element + (foreign ? from : to)];
         uint point = copies ? a : chord_point(a, b, foreign ? length - i : i, length);
-        team_values[TEAM_INDEX][lane + id] =
-            (point + team_values[TEAM_INDEX][lane + id]) & bits_mask(s);
+        team_values[TEAM_INDEX][element + id] =
+            (point + team_values[TEAM_INDEX][element + id]) & bits_mask(s);
       }
     }
   }
@@ -333,7 +332,7 @@ void predict_chains(HEADER_IN h) {
 // Ranks of the references, from their lengths; and the vertices of private ones, which wait for the
 // traversal.
 void place_team_references(HEADER_IN h) {
-  if (h.references > 0u && mask_count(h.loop_ends) != team_components) error = ERROR_REFERENCES;
+  if (h.references > 0u && mask_count(h.loop_ends) != team_disks) error = ERROR_REFERENCES;
   for (uint r = MEMBER; r < h.references; r += TEAM) {
     uint rank = 0u;
     for (uint before = 0u; before < r; before++) rank += team_references[TEAM_INDEX][before] >> 8;
@@ -355,8 +354,7 @@ void place_team_references(HEADER_IN h) {
   }
   if (h.references == 0u && MEMBER == 0u) {
     mask64 firsts = mask_none();
-    for (uint i = 0u; i < team_components; i++)
-      firsts = firsts | mask_bit(component_begin(i) & 63u);
+    for (uint i = 0u; i < team_disks; i++) firsts = firsts | mask_bit(disk_begin(i) & 63u);
     team_waiting[TEAM_INDEX] = team_boundary & ~firsts;
   }
 }
@@ -453,7 +451,7 @@ void list_ones(uint p, uint n) {
 // quotients of the first stream begin.
 void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seams, uint count,
                              uint ones, uint begin) {
-  uint n = stream_field(s, STREAM_COMPONENTS);
+  uint n = stream_field(s, STREAM_ELEMENTS);
   uint step = low_width(code, n, widths);
   for (uint item = MEMBER; item < count; item += TEAM) {
     uint i = n == 3u ? (item * 171u) >> 9 : n == 2u ? item >> 1 : item / n;
@@ -471,13 +469,13 @@ void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seam
       if (quotient > MAX_QUOTIENT) error = ERROR_UNARY;
       residual = load_bits(low + item * code, code) | quotient << code;
     }
-    team_values[TEAM_INDEX][value_lane(s, c) + id] = unzigzag(residual);
+    team_values[TEAM_INDEX][value_element(s, c) + id] = unzigzag(residual);
   }
 }
 
 // Adds the chord to the seams' residuals.
 void predict_seams(HEADER_IN h, uint s, uint seams) {
-  uint n = stream_field(s, STREAM_COMPONENTS);
+  uint n = stream_field(s, STREAM_ELEMENTS);
   bool copies = stream_field(s, STREAM_PREDICTOR) == PREDICT_COPY;
   for (uint item = MEMBER; item < seams; item += TEAM) {
     uint seam = team_seams[TEAM_INDEX][item];
@@ -485,12 +483,12 @@ void predict_seams(HEADER_IN h, uint s, uint seams) {
     uint from = first_id(r);
     uint to = first_id(next_reference(h, r));
     for (uint c = 0u; c < n; c++) {
-      uint lane = value_lane(s, c);
-      uint a = team_values[TEAM_INDEX][lane + from];
+      uint element = value_element(s, c);
+      uint a = team_values[TEAM_INDEX][element + from];
       uint point = copies ? a
-                          : chord_point(a, team_values[TEAM_INDEX][lane + to], seam >> 16,
+                          : chord_point(a, team_values[TEAM_INDEX][element + to], seam >> 16,
                                         max(reference_length_of(r), 1u));
-      uint v = lane + (seam & 63u);
+      uint v = element + (seam & 63u);
       team_values[TEAM_INDEX][v] = (point + team_values[TEAM_INDEX][v]) & bits_mask(s);
     }
   }
@@ -499,10 +497,10 @@ void predict_seams(HEADER_IN h, uint s, uint seams) {
 // Adds the predictions to the residuals of the traversed vertices, one member of the team per
 // component. The predictors are (u (a + w b) + x o + y) >> z with a stream's own constants; where
 // there is nothing across the gate, u = 1 and x = y = 0.
-void predict_component(uint s, uint c) {
+void predict_element(uint s, uint c) {
   uint predictor = stream_field(s, STREAM_PREDICTOR);
   uint bits = bits_mask(s);
-  uint lane = value_lane(s, c);
+  uint element = value_element(s, c);
   bool copies = predictor == PREDICT_COPY;
   bool damped = predictor == PREDICT_DAMPED;
   bool uses_o = predictor == PREDICT_PARALLELOGRAM || damped;
@@ -513,10 +511,10 @@ void predict_component(uint s, uint c) {
   int shift_mean = copies ? 0 : 1;
   for (uint i = 0u; i < traversed_count; i++) {
     uint triangle = team_traversal[TEAM_INDEX][i];
-    uint v = lane + bitfieldExtract(triangle, 16, 6);
-    uint a = team_values[TEAM_INDEX][lane + (triangle & 63u)];
-    uint b = team_values[TEAM_INDEX][lane + bitfieldExtract(triangle, 8, 6)];
-    uint o = team_values[TEAM_INDEX][lane + bitfieldExtract(triangle, 24, 6)];
+    uint v = element + bitfieldExtract(triangle, 16, 6);
+    uint a = team_values[TEAM_INDEX][element + (triangle & 63u)];
+    uint b = team_values[TEAM_INDEX][element + bitfieldExtract(triangle, 8, 6)];
+    uint o = team_values[TEAM_INDEX][element + bitfieldExtract(triangle, 24, 6)];
     uint sum = copies ? a : a + b;
     bool across = uses_o && triangle < NO_VERTEX << 24;
     uint point = across ? factor * sum + factor_o * o + rounding : sum;
@@ -525,13 +523,13 @@ void predict_component(uint s, uint c) {
   }
 }
 
-// The stream that lane `lane` of the values belongs to, and its component, for the streams that are
-// decoded.
-uvec2 stream_of_lane(uint lane) {
+// The stream that element `element` of the values belongs to, and its component, for the streams
+// that are decoded.
+uvec2 stream_of_element(uint element) {
   uint s = 0u;
   for (uint next = 1u; next < stream_end; next++)
-    if (lane >= stream_field(next, STREAM_LANE)) s = next;
-  return uvec2(s, lane - stream_field(s, STREAM_LANE));
+    if (element >= stream_field(next, STREAM_ELEMENT)) s = next;
+  return uvec2(s, element - stream_field(s, STREAM_ELEMENT));
 }
 
 // Sections G and H. `sound`: false for a team that only keeps the others company at the barriers.
@@ -540,7 +538,7 @@ void decode_team_interior(HEADER_IN h, bool sound) {
   uint begin = low;  // of section H
   uint ones = 0u;    // quotients of the streams that are decoded
   for (uint s = 0u; s < stream_total && sound; s++) {
-    uint n = stream_field(s, STREAM_COMPONENTS);
+    uint n = stream_field(s, STREAM_ELEMENTS);
     uint count = traversed_count;
     for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest))
       count += reference_length_of(mask_lsb(rest)) - 1u;
@@ -549,14 +547,14 @@ void decode_team_interior(HEADER_IN h, bool sound) {
     begin += count * low_width(code, n, p - 5u * n);
     if (code != CODE_FIXED && s < stream_end) ones += count * n;
   }
-  if (ones > MAX_LANES * 64u) error = ERROR_VERTICES;
-  ones = min(ones, MAX_LANES * 64u);
+  if (ones > MAX_ELEMENTS * 64u) error = ERROR_VERTICES;
+  ones = min(ones, MAX_ELEMENTS * 64u);
   barrier();  // the list of ones takes the place of the owners' data
   if (sound) list_ones(begin, ones);
   uint listed = ones;
   ones = 0u;
   for (uint s = 0u; s < stream_end; s++) {
-    uint n = stream_field(s, STREAM_COMPONENTS);
+    uint n = stream_field(s, STREAM_ELEMENTS);
     uint p = team_codes[TEAM_INDEX][s];
     uint code = code_at(p, n, stream_field(s, STREAM_INTERIOR_BASE));
     uint seams = sound ? list_seams(h, s) : 0u;
@@ -573,11 +571,11 @@ void decode_team_interior(HEADER_IN h, bool sound) {
   if (sound && max(begin, low) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
   if (sound && listed > 0u && staged[ones_place() + listed - 1u] >= 8u * (byte_length - 8u))
     error = ERROR_UNARY;
-  uint lanes =
-      stream_field(stream_end - 1u, STREAM_LANE) + stream_field(stream_end - 1u, STREAM_COMPONENTS);
-  for (uint lane = MEMBER; lane < lanes && sound; lane += TEAM) {
-    uvec2 of = stream_of_lane(lane);
-    predict_component(of.x, of.y);
+  uint elements = stream_field(stream_end - 1u, STREAM_ELEMENT) +
+                  stream_field(stream_end - 1u, STREAM_ELEMENTS);
+  for (uint element = MEMBER; element < elements && sound; element += TEAM) {
+    uvec2 of = stream_of_element(element);
+    predict_element(of.x, of.y);
   }
 }
 
@@ -616,7 +614,7 @@ void team_decode(Header h, bool sound) {
     stage_owners(h);
   }
   sound = agree();
-  uint corners = h.references == 0u ? team_components : h.references;
+  uint corners = h.references == 0u ? team_disks : h.references;
   for (uint pass = 0u; pass < 2u; pass++) {
     bool measuring = pass == 0u;
     uint items = measuring ? h.references : h.references + corners + 1u;

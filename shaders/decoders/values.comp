@@ -1,4 +1,4 @@
-// Values of meshlets, by a team of TEAM lanes each: after connect.comp, or (PARALLEL) with the
+// Values of meshlets, by a team of TEAM threads each: after connect.comp, or (PARALLEL) with the
 // triangles from the parallel decoder of connectivity; into plain buffers, or (STREAM) into slots
 // of the ring of path `stream`.
 // variants: values8.comp=TEAM=8u values16.comp=TEAM=16u values32.comp=TEAM=32u values_parallel.comp=TEAM=32u,PARALLEL

@@ -7,7 +7,7 @@
 layout(local_size_x = 32) in;
 
 #include "scene/bounds.glsl"
-#define MAX_LANES 3u  // only positions are decoded
+#define MAX_ELEMENTS 3u  // only positions are decoded
 #include "decoders/serial_prologue.glsl"
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"

@@ -19,7 +19,7 @@ layout(triangle_strip, max_vertices = 3 * SHARE) out;
 #include "decoders/serial_prologue.glsl"
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
-#define LANE_VALUE(lane, id) values[(lane) * 64u + (id)]
+#define ELEMENT_VALUE(element, id) values[(element) * 64u + (id)]
 #include "scene/decoded_vertex.glsl"
 
 out gl_PerVertex { vec4 gl_Position; };  // nothing else: outputs are scarce

@@ -97,9 +97,9 @@ void open_attributes(Place place) {
 // at: where the attribute's bits begin in a slot.
 uvec4 integers(Attribute a, uint at, uint vertex) {
   uvec4 q = uvec4(0u);
-  for (uint c = 0u; c < min(attribute_components(a), 4u); c++)
+  for (uint c = 0u; c < min(attribute_elements(a), 4u); c++)
     q[c] = in_cache ? slot_bits(open_slot, vertex, at + c * attribute_field(a), attribute_bits(a))
-                    : values[(a.lane + c) * 64u + vertex];
+                    : values[(a.element + c) * 64u + vertex];
   return q;
 }
 
@@ -124,7 +124,7 @@ vec3 flat_normal_in_object() {
   return cross_product(corner_position(1u) - corner_position(0u),
                        corner_position(2u) - corner_position(0u));
 }
-bool has_normal() { return PRIMITIVE.normal.lane != NO_LANE; }
+bool has_normal() { return PRIMITIVE.normal.element != NO_ELEMENT; }
 vec3 normal_in_object() {
   Attribute a = PRIMITIVE.normal;
   vec3 sum = vec3(0.0);
@@ -134,13 +134,13 @@ vec3 normal_in_object() {
 }
 vec2 texcoord_at_hit() {
   Attribute a = PRIMITIVE.texcoord;
-  return a.lane == NO_LANE ? vec2(0.0) : interpolated(a, texcoord_place(PRIMITIVE.normal)).xy;
+  return a.element == NO_ELEMENT ? vec2(0.0) : interpolated(a, texcoord_place(PRIMITIVE.normal)).xy;
 }
 vec4 color_at_hit() {
   Attribute a = PRIMITIVE.color;
-  if (a.lane == NO_LANE) return vec4(1.0);
+  if (a.element == NO_ELEMENT) return vec4(1.0);
   vec4 color = interpolated(a, color_place(PRIMITIVE.normal, PRIMITIVE.texcoord));
-  return attribute_components(a) < 4u ? vec4(color.rgb, 1.0) : color;
+  return attribute_elements(a) < 4u ? vec4(color.rgb, 1.0) : color;
 }
 
 #endif

@@ -2,7 +2,7 @@
 // cache of decoded meshlets.
 #include "scene/slots.glsl"
 
-// 0, 1: MAX_STREAMS and MAX_LANES of the decoder.
+// 0, 1: MAX_STREAMS and MAX_ELEMENTS of the decoder.
 layout(constant_id = 2) const uint GROUP_TRIANGLES =
     64u;  // triangles behind one box of the acceleration structure
 layout(constant_id = 5) const bool ALL_CACHED = false;  // every meshlet m is in slot m

@@ -1,6 +1,6 @@
-// A decoded vertex's attributes as floats. The includer defines LANE_VALUE(lane, id): the integer
-// of a lane of a local vertex; or it has included slots.glsl and defines SLOT, the address of the
-// slot that the meshlet is in.
+// A decoded vertex's attributes as floats. The includer defines ELEMENT_VALUE(element, id): the
+// integer of a element of a local vertex; or it has included slots.glsl and defines SLOT, the
+// address of the slot that the meshlet is in.
 #ifndef DECODED_VERTEX_GLSL
 #define DECODED_VERTEX_GLSL
 
@@ -11,7 +11,7 @@
   slot_bits(SLOT, v, (place) + (c) * attribute_field(a), attribute_bits(a))
 #define PLACE(place) place  // where an attribute's bits begin
 #else
-#define VALUE(a, place, c, v) LANE_VALUE(a.lane + (c), v)
+#define VALUE(a, place, c, v) ELEMENT_VALUE(a.element + (c), v)
 #define PLACE(place) 0u
 #endif
 
@@ -21,24 +21,25 @@ vec3 decoded_position(Primitive p, uint v) {
   return POSITION_FLOATS ? slot_float_position(SLOT, v)
                          : position_value(p.position, slot_grid_position(SLOT, v));
 #else
-  return position_value(p.position, uvec3(LANE_VALUE(0u, v), LANE_VALUE(1u, v), LANE_VALUE(2u, v)));
+  return position_value(p.position,
+                        uvec3(ELEMENT_VALUE(0u, v), ELEMENT_VALUE(1u, v), ELEMENT_VALUE(2u, v)));
 #endif
 }
 
 uvec4 decoded_integers(Attribute a, uint place, uint v) {
   uvec4 q = uvec4(0u);
-  for (uint c = 0u; c < min(attribute_components(a), 4u); c++) q[c] = VALUE(a, place, c, v);
+  for (uint c = 0u; c < min(attribute_elements(a), 4u); c++) q[c] = VALUE(a, place, c, v);
   return q;
 }
 
 // In the primitive's coordinates; zero where it has none.
 vec3 decoded_normal(Primitive p, uint v) {
-  if (p.normal.lane == NO_LANE) return vec3(0.0);
+  if (p.normal.element == NO_ELEMENT) return vec3(0.0);
   return normal_value(p.normal, decoded_integers(p.normal, PLACE(NORMAL_PLACE), v).xyz);
 }
 
 vec2 decoded_texcoord(Primitive p, uint v) {
-  if (p.texcoord.lane == NO_LANE) return vec2(0.0);
+  if (p.texcoord.element == NO_ELEMENT) return vec2(0.0);
   return attribute_value(p.texcoord,
                          decoded_integers(p.texcoord, PLACE(texcoord_place(p.normal)), v))
       .xy;
@@ -46,10 +47,10 @@ vec2 decoded_texcoord(Primitive p, uint v) {
 
 // White where there is none, opaque where there are three components.
 vec4 decoded_color(Primitive p, uint v) {
-  if (p.color.lane == NO_LANE) return vec4(1.0);
+  if (p.color.element == NO_ELEMENT) return vec4(1.0);
   vec4 color = attribute_value(
       p.color, decoded_integers(p.color, PLACE(color_place(p.normal, p.texcoord)), v));
-  return attribute_components(p.color) == 4u ? color : vec4(color.rgb, 1.0);
+  return attribute_elements(p.color) == 4u ? color : vec4(color.rgb, 1.0);
 }
 
 #endif

@@ -12,7 +12,7 @@
 struct Attribute {
   vec4 offset;
   float step;
-  uint lane;       // first lane in values[lane * 64 + id], or NO_LANE
+  uint element;    // first element in values[element * 64 + id], or NO_ELEMENT
   uint kind_bits;  // KIND_ | bits << 8 | components << 16 | ATTRIBUTE_ROUND
   float scale;     // of normalised integer accessors, else 1
 };
@@ -24,7 +24,7 @@ struct Primitive {
   uint meshlets;
   uint stream_end;  // streams [0, stream_end) hold all that shading needs; the others are only
                     // skipped
-  uint lanes;       // components of these streams
+  uint elements;    // components of these streams
   uint triangles;
   uint vertices;
   uvec2 bounds;       // a word per meshlet, see bounds.glsl
@@ -108,7 +108,7 @@ layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Fr
 
 uint attribute_kind(Attribute a) { return a.kind_bits & 255u; }
 uint attribute_bits(Attribute a) { return (a.kind_bits >> 8) & 255u; }
-uint attribute_components(Attribute a) { return (a.kind_bits >> 16) & 255u; }
+uint attribute_elements(Attribute a) { return (a.kind_bits >> 16) & 255u; }
 
 // The unit vector of an octahedral pair.
 vec3 unit_of_oct(uvec2 q, uint bits) {
@@ -140,7 +140,7 @@ float grid_value(float offset, uint q, float step, uint kind_bits, float scale) 
 // Any attribute but an octahedral one; elements that the stream lacks are 0.
 vec4 attribute_value(Attribute a, uvec4 q) {
   vec4 value = vec4(0.0);
-  uint components = min(attribute_components(a), 4u);
+  uint components = min(attribute_elements(a), 4u);
   for (uint c = 0u; c < components; c++) {
     if (attribute_kind(a) == KIND_GRID)
       value[c] = grid_value(a.offset[c], q[c], a.step, a.kind_bits, a.scale);

@@ -56,10 +56,10 @@ vec3 slot_position(uvec2 slot, uint vertex) {
 // An attribute has whole words: its components lie side by side in up to two, or in one each.
 uint attribute_field(Attribute a) {
   uint bits = attribute_bits(a);
-  return bits * attribute_components(a) <= 64u ? bits : 32u;
+  return bits * attribute_elements(a) <= 64u ? bits : 32u;
 }
 uint attribute_size(Attribute a) {
-  return (attribute_field(a) * attribute_components(a) + 31u) & ~31u;
+  return (attribute_field(a) * attribute_elements(a) + 31u) & ~31u;
 }
 // Where its bits begin; an attribute that the primitive lacks has none.
 #define NORMAL_PLACE 0u

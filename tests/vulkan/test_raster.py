@@ -608,7 +608,7 @@ def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
     for path in ("stream", "mesh", "mesh-only"):
         with pytest.raises(
             MeshletError,
-            match=f"^a vertex has {scene.max_lanes} components .* too many for path {path}",
+            match=f"^a vertex has {scene.max_elements} components .* too many for path {path}",
         ):
             renderer.render(scene, camera, path, 16, 16)
     assert renderer.render(scene, camera, "vertex", 16, 16).covered.any()

@@ -28,7 +28,7 @@
 #define HAS_NORMAL 1u  // Scene.attributes and the shaders' constant ATTRIBUTES
 #define HAS_TEXCOORD 2u
 #define HAS_COLOR 4u
-#define NO_LANE 0xFFFFFFFFu  // Attribute.lane: the primitive lacks the attribute
+#define NO_ELEMENT 0xFFFFFFFFu  // Attribute.element: the primitive lacks the attribute
 #define ATTRIBUTE_ROUND \
   0x1000000u  // Attribute.kind_bits: values are rounded to integers before they are scaled
 #define INSTANCE_MIRRORED 1u      // Instance.flags

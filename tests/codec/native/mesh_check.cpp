@@ -98,7 +98,7 @@ std::string check_disk(const Mesh& mesh, const std::vector<int64_t>& glued, cons
 
 std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& options,
                            const meshlet::Meshlets& meshlets) {
-  const auto& component_begin = meshlets.component_begin;
+  const auto& disk_begin = meshlets.disk_begin;
   const auto& meshlet_begin = meshlets.meshlet_begin;
   std::vector<bool> seen(mesh.triangle_count(), false);
   for (const uint32_t t : meshlets.triangles) {
@@ -106,28 +106,26 @@ std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& o
     seen[t] = true;
   }
   if (meshlets.triangles.size() != seen.size()) return "triangles are missing";
-  if (component_begin.empty() || component_begin.front() != 0 ||
-      component_begin.back() != seen.size())
+  if (disk_begin.empty() || disk_begin.front() != 0 || disk_begin.back() != seen.size())
     return "components do not cover the triangles";
   if (meshlet_begin.empty() || meshlet_begin.front() != 0 ||
-      meshlet_begin.back() + 1 != component_begin.size())
+      meshlet_begin.back() + 1 != disk_begin.size())
     return "meshlets do not cover the components";
   const std::vector<int64_t> glued = glue(mesh, false);
   for (size_t m = 0; m + 1 < meshlet_begin.size(); ++m) {
     if (meshlet_begin[m] >= meshlet_begin[m + 1]) return "a meshlet is empty";
     size_t vertices = 0;
     for (uint32_t k = meshlet_begin[m]; k < meshlet_begin[m + 1]; ++k) {
-      if (component_begin[k] >= component_begin[k + 1]) return "a component is empty";
+      if (disk_begin[k] >= disk_begin[k + 1]) return "a component is empty";
       size_t own = 0;
-      const std::string wrong =
-          check_disk(mesh, glued, meshlets.triangles.data() + component_begin[k],
-                     meshlets.triangles.data() + component_begin[k + 1], own);
+      const std::string wrong = check_disk(mesh, glued, meshlets.triangles.data() + disk_begin[k],
+                                           meshlets.triangles.data() + disk_begin[k + 1], own);
       if (!wrong.empty()) return wrong;
       vertices += own;
     }
     if (vertices > static_cast<size_t>(options.max_vertices))
       return "a meshlet has too many vertices";
-    if (component_begin[meshlet_begin[m + 1]] - component_begin[meshlet_begin[m]] >
+    if (disk_begin[meshlet_begin[m + 1]] - disk_begin[meshlet_begin[m]] >
         static_cast<uint32_t>(options.max_triangles))
       return "a meshlet has too many triangles";
   }
@@ -139,16 +137,16 @@ void add_figures(const Mesh& mesh, const meshlet::Meshlets& meshlets, Figures& f
   std::vector<uint32_t> component_of(triangles), meshlet_of(triangles);
   for (uint32_t m = 0; m + 1 < meshlets.meshlet_begin.size(); ++m)
     for (uint32_t k = meshlets.meshlet_begin[m]; k < meshlets.meshlet_begin[m + 1]; ++k)
-      for (uint32_t i = meshlets.component_begin[k]; i < meshlets.component_begin[k + 1]; ++i)
+      for (uint32_t i = meshlets.disk_begin[k]; i < meshlets.disk_begin[k + 1]; ++i)
         component_of[meshlets.triangles[i]] = k, meshlet_of[meshlets.triangles[i]] = m;
   const std::vector<int64_t> by_vertex = glue(mesh, false), by_position = glue(mesh, true);
   std::set<Edge> neighbours;
   std::set<Edge> corners,
       on_chains;  // (0, position) where shared, (component + 1, position) on open edges
-  for (size_t k = 0; k + 1 < meshlets.component_begin.size(); ++k) {
+  for (size_t k = 0; k + 1 < meshlets.disk_begin.size(); ++k) {
     std::set<uint32_t> vertices;
     std::map<uint32_t, uint32_t> leaving;  // boundary half-edge by its first vertex
-    for (uint32_t i = meshlets.component_begin[k]; i < meshlets.component_begin[k + 1]; ++i) {
+    for (uint32_t i = meshlets.disk_begin[k]; i < meshlets.disk_begin[k + 1]; ++i) {
       for (uint32_t h = 3 * meshlets.triangles[i], end = h + 3; h < end; ++h) {
         vertices.insert(mesh.triangles[h]);
         const int64_t other = by_position[h];
@@ -181,7 +179,7 @@ void add_figures(const Mesh& mesh, const meshlet::Meshlets& meshlets, Figures& f
   }
   figures.triangles += triangles;
   figures.meshlets += meshlets.meshlet_begin.size() - 1;
-  figures.components += meshlets.component_begin.size() - 1;
+  figures.components += meshlets.disk_begin.size() - 1;
   figures.corners += corners.size();
   figures.chain_vertices += on_chains.size();
   figures.neighbours += neighbours.size();

@@ -125,7 +125,7 @@ void tear(Mesh& mesh, Random& random, uint32_t odds) {
 }
 
 bool same(const meshlet::Meshlets& a, const meshlet::Meshlets& b) {
-  return a.triangles == b.triangles && a.component_begin == b.component_begin &&
+  return a.triangles == b.triangles && a.disk_begin == b.disk_begin &&
          a.meshlet_begin == b.meshlet_begin;
 }
 
@@ -206,7 +206,7 @@ Mesh make_box(uint32_t n) {
 void test_seams() {
   const meshlet::Meshlets cube =
       check(make_box(2), "cube");  // 48 triangles and 54 vertices on six faces
-  expect(cube.meshlet_begin.size() == 2 && cube.component_begin.size() == 7,
+  expect(cube.meshlet_begin.size() == 2 && cube.disk_begin.size() == 7,
          "faces of a cube share a meshlet");
   check(make_box(9), "box");
 }
@@ -256,11 +256,11 @@ void test_hostile() {
   Mesh scraps;
   for (int i = 0; i < 500; ++i) append(scraps, make_grid(1 + random.below(3), false, false));
   const meshlet::Meshlets packed = check(scraps, "scraps");
-  expect(packed.meshlet_begin.size() < packed.component_begin.size() / 3, "scraps share meshlets");
+  expect(packed.meshlet_begin.size() < packed.disk_begin.size() / 3, "scraps share meshlets");
 }
 
 uint32_t checksum(const meshlet::Meshlets& meshlets, uint32_t sum) {
-  for (const auto* part : {&meshlets.triangles, &meshlets.component_begin, &meshlets.meshlet_begin})
+  for (const auto* part : {&meshlets.triangles, &meshlets.disk_begin, &meshlets.meshlet_begin})
     for (const uint32_t value : *part) sum = (sum ^ value) * 16777619u;
   return sum;
 }

@@ -8,7 +8,7 @@ namespace meshlet {
 namespace {
 
 // The serial decoder with the parallel one beside it.
-struct BothDecoders : MeshletDecoder {
+struct BothDecoders : SerialDecoder {
 #define SHARED
 #define OR_MASK(target, mask) (target) |= (mask)
 #define ADD(target, value) (target) += (value)
