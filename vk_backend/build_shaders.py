@@ -119,9 +119,7 @@ def exact(code: bytes) -> bytes:
         for p, opcode in found
         if is_arithmetic(words, p, opcode) and words[p + 2] not in decorated
     ]
-    added = [
-        word for result in results for word in (3 << 16 | OP_DECORATE, result, NO_CONTRACTION)
-    ]
+    added = [word for result in results for word in (3 << 16 | OP_DECORATE, result, NO_CONTRACTION)]
     # Types follow the decorations.
     begin = next(p for p, opcode in found if FIRST_OP_TYPE <= opcode <= LAST_OP_TYPE)
     words = (*words[:begin], *added, *words[begin:])

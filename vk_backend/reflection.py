@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
@@ -148,6 +148,20 @@ class _Reader:
 def _text(words: tuple[int, ...]) -> str:
     """A string literal: UTF-8 that ends with a zero byte."""
     return struct.pack(f"<{len(words)}I", *words).split(b"\0", 1)[0].decode()
+
+
+def specialization_ids(module: str, constants: Mapping[str, int]) -> dict[int, int]:
+    """Id -> value of the constants that a shipped module has, from name -> value.
+
+    Raises ValueError for a name that no module has.
+    """
+    modules = shipped_reflection()["modules"]
+    known = {name for other in modules.values() for name in other["specialization"]}
+    unknown = sorted(set(constants) - known)
+    if unknown:
+        raise ValueError(f"no shader has the constants {', '.join(unknown)}")
+    ids = modules[module]["specialization"]
+    return {ids[name]: value for name, value in constants.items() if name in ids}
 
 
 @cache

@@ -37,7 +37,7 @@ def device(request):
     scope="module", params=[*QUICK, *(pytest.param(name, marks=pytest.mark.full) for name in FULL)]
 )
 def decoder(request, device):
-    from vk_backend.compute_decoder import GpuDecoder
+    from vk_backend.gpu_decoder import GpuDecoder
 
     return GpuDecoder(device, request.param, STREAMS, LANES)
 
@@ -162,7 +162,7 @@ SHAPES = {
 @pytest.mark.parametrize("name", SHAPES)
 def test_streams_of_every_shape(device, monkeypatch, name):
     """Packed into words for the passes."""
-    from vk_backend.compute_decoder import GpuDecoder
+    from vk_backend.gpu_decoder import GpuDecoder
 
     streams = SHAPES[name]
     monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
@@ -175,7 +175,7 @@ def test_streams_of_every_shape(device, monkeypatch, name):
 
 
 def test_too_many_streams(device):
-    from vk_backend.compute_decoder import GpuDecoder
+    from vk_backend.gpu_decoder import GpuDecoder
 
     blob = (VECTORS / "valid_worked_example.bin").read_bytes()
     with pytest.raises(ValueError, match="there is room for"):
@@ -185,7 +185,7 @@ def test_too_many_streams(device):
 @pytest.mark.parametrize("name", ["bunny", pytest.param("all", marks=pytest.mark.full)])
 def test_real_models(device, model, tmp_path, name):
     import gltf_ext
-    from vk_backend.compute_decoder import GpuDecoder
+    from vk_backend.gpu_decoder import GpuDecoder
 
     names = [
         "suzanne",

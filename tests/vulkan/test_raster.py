@@ -108,7 +108,7 @@ def _compare(renderer, source, folder, path):
 @pytest.mark.parametrize("parts", [1, 2])
 @pytest.mark.parametrize("slots", [1, 5, 8, 24, 100])
 def test_batches_hold_every_meshlet_once_and_in_order(slots, parts):
-    from vk_backend.stream import schedule
+    from vk_backend.ring import schedule
 
     counts = [7, 1, 0, 16]
     batches = schedule(counts, slots, parts)
@@ -127,7 +127,7 @@ def test_batches_hold_every_meshlet_once_and_in_order(slots, parts):
 
 def test_the_ring_is_in_two_parts_where_that_pays():
     """From OVERLAPPED meshlets on, each no larger than a third of them; told what to do, at any size."""
-    from vk_backend.stream import OVERLAPPED, RING, division
+    from vk_backend.ring import OVERLAPPED, RING, division
 
     assert division(OVERLAPPED - 1, RING, None) == (1, RING)
     assert division(OVERLAPPED, RING, None) == (2, -(-OVERLAPPED // 3))
@@ -175,7 +175,7 @@ def test_overlapped_batches_wait_for_what_they_need_and_no_longer(queues, batche
     is drawn."""
     from types import SimpleNamespace
 
-    from vk_backend.frame import overlapped
+    from vk_backend.frame_commands import overlapped
 
     graphics, compute = queues
     ring = SimpleNamespace(
@@ -223,13 +223,13 @@ def test_overlapped_batches_wait_for_what_they_need_and_no_longer(queues, batche
 
 @pytest.mark.parametrize("overlap", [False, True])
 def test_a_timed_frame_can_be_run_again(renderer, scene, overlap):
-    from vk_backend.raster import Targets
     from vk_backend.renderer import TimedDrawing
+    from vk_backend.targets import Targets
 
     targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
     options = {"culling": True, "lit": True, "ring": SMALL_RING, "overlap": overlap}
     drawing = TimedDrawing(
-        renderer.pipelines, scene, scene.cameras[0], "stream", targets, **options
+        renderer.device, scene, scene.cameras[0], "stream", targets, **options
     )
     assert len(drawing.drawing.ring.batches) > 4
     assert drawing.run() > 0 and drawing.run() > 0
@@ -270,7 +270,7 @@ def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypa
     from gltf_ext.compression import streams as attributes
     from vk_backend.camera import Camera
     from vk_backend.scene import load_scene
-    from vk_backend.slots import SlotLayout
+    from vk_backend.slot_layout import SlotLayout
 
     usual = attributes._attribute_streams
 
@@ -636,7 +636,7 @@ def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
 
 def test_resident_memory_has_the_ring(renderer, scene, monkeypatch):
     """Packed positions, ten words of attributes at most, 64 triangles, and 28 bytes to decode by, for each slot."""
-    from vk_backend.slots import SlotLayout
+    from vk_backend.slot_layout import SlotLayout
 
     renderer.render(scene, scene.cameras[0], "mesh-only", 16, 16)
     without, slot = renderer.resident_bytes, SlotLayout.of(scene).bytes
