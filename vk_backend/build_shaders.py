@@ -66,11 +66,17 @@ def modules() -> dict[str, tuple[Path, list[str]]]:
 
 
 def closure(source: Path) -> list[Path]:
-    """A source and all files that it includes, each once."""
+    """A source and all files that it includes, each once.
+
+    Raises RuntimeError if one is missing.
+    """
     found = [source]
     for path in found:
         for name in INCLUDE.findall(path.read_text()):
-            included = next(folder / name for folder in INCLUDE_FOLDERS if (folder / name).exists())
+            places = [folder / name for folder in INCLUDE_FOLDERS]
+            included = next((place for place in places if place.exists()), None)
+            if included is None:
+                raise RuntimeError(f"{path}: cannot find {name}, which it includes")
             if included not in found:
                 found.append(included)
     return found
