@@ -47,26 +47,33 @@ NEVER = 1 << 31  # initial value of CacheState.seen: longer ago than any class r
 VISIBLE = 0xFF000000  # visibility mask of an instance, in the upper 8 bits of its custom index
 SHADER_GROUPS = 3  # of a pipeline: ray generation, miss, hit
 
-# Tuned on an H200 with the drives of docs/vulkan-raytracing.md, which has the measurements.
-# Scratch slots, besides the cache: as a share of the meshlets that the cache has no room for.
+# Defaults, tuned on an H200. docs/vulkan-raytracing.md describes what they control and has the
+# measurements that comments here name; no record of the others was kept.
+
+# Scratch slots, as a share of the meshlets that the cache has no room for.
 SCRATCH_SHARE = 2 / 3
-MIN_SCRATCH = 768  # slots; more than small models need, and still a few MB
-# Slots that can be reused during a frame even if rays need their meshlets, as a share of all slots.
+# At least this many, about 1 MB: models of some thousand meshlets are then cached completely.
+MIN_SCRATCH = 768
+# Share of all slots that a frame may reuse even if rays need their meshlets. When all could be
+# reused, far more paths waited in the next frame.
 ROTATING_SHARE = 1 / 2
-# From this share of meshlets with slots on, few paths wait: one round is enough.
+# From this share of meshlets with slots on, one round is enough. A round without work costs 12 us.
 MANY_SLOTS = 0.78
 ROUNDS_WITH_MANY_SLOTS = 1
 ROUNDS_WITH_FEW_SLOTS = 4
+# Bounces add rounds; with requests for all meshlets on the way, 5 rounds had work instead of 8.
 ROUNDS_PER_BOUNCE = 3
-ROUNDED_BOUNCES = 2  # bounces that add rounds; later ones have too few paths left
-# With a smaller share of slots the picture is traced in about 1 / share strips.
+ROUNDED_BOUNCES = 2
+# Below this share of meshlets with slots the picture is traced in about 1 / share strips.
 FEW_SLOTS = 0.45
 MAX_STRIPS = 16
-# Prefetch: rays per pixel, and frames ahead. Disabled if MOST_SLOTS of the meshlets have slots.
+# Prefetch rays per pixel. 1/32 took 45 us more for materialball.
 AHEAD_SHARE = 1 / 64
 AHEAD_FRAMES = 16
+# No prefetch from this share of meshlets with slots on: little is missing.
 MOST_SLOTS = 0.93
-DEFAULT_SAMPLES = 16  # paths per pixel, with bounces
+# Paths per pixel, with bounces.
+DEFAULT_SAMPLES = 16
 # Records of waiting paths per round: a share of the pixels, in at most a share of the slots' bytes.
 RECORDS_PER_PIXEL = 1 / 128
 MAX_RECORD_BYTES_SHARE = 1 / 4
@@ -670,7 +677,7 @@ class RayTracer:
         return lists
 
     def _first_state(self) -> np.ndarray:
-        """uint8[...]: CacheState before the first frame, with a meshlet to decode for every slot."""
+        """uint8[bytes]: CacheState before the first frame: decode a meshlet for every slot."""
         state, rounds = np.zeros((), CACHE_STATE), np.zeros(self._coming_round + 1, ROUND)
         slots = self.capacity + self.scratch
         state["stable"], state["rotating"] = slots - self._rotating, self._rotating

@@ -23,8 +23,8 @@ from .scene import Scene
 from .slot_layout import SlotLayout
 
 RING = 8192  # slots, unless the scene has fewer meshlets
-# From this many meshlets on it pays to fill one half of the ring while the other is drawn. A scene
-# then takes at least TURNS batches. Measured on an H200, see docs/vulkan.md.
+# From this many meshlets on, filling one half of the ring while the other is drawn was faster on an
+# H200; a scene then takes at least TURNS batches.
 OVERLAPPED = 4096
 TURNS = 3
 # Shader -> meshlets of a workgroup, in the order in which they run.

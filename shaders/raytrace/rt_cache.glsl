@@ -21,10 +21,9 @@ struct Round {
 };
 
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState {
-  uvec2 bounds;  // per meshlet: the box around it, 6 floats; or 0
-  uvec2 paths;   // records of waiting paths: path_limit for even rounds, then for odd rounds
-  uvec2
-      owners;  // per meshlet: up to NEIGHBOURS meshlets that own its boundaries, then NO_SLOT; or 0
+  uvec2 bounds;   // per meshlet: the box around it, 6 floats; or 0
+  uvec2 paths;    // records of waiting paths: path_limit for even rounds, then for odd rounds
+  uvec2 owners;   // per meshlet: up to NEIGHBOURS owners of its boundaries, then NO_SLOT; or 0
   uvec2 stamps;   // per meshlet: when it was last near one that rays needed, and how near
   uvec2 seen;     // per meshlet: the frame after the one in which rays last needed it
   uvec2 ahead;    // Frame of the prefetch picture; its width is 0 if the camera does not move
