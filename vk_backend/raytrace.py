@@ -261,10 +261,8 @@ class RayTracer:
         }
         if self._selects:
             raw = self._state.read(np.uint8)
-            state, rounds = (
-                raw[: CACHE_STATE.itemsize].view(CACHE_STATE)[0],
-                raw[CACHE_STATE.itemsize :].view(ROUND),
-            )
+            state = raw[: CACHE_STATE.itemsize].view(CACHE_STATE)[0]
+            rounds = raw[CACHE_STATE.itemsize :].view(ROUND)
             later = rounds[:-1].reshape(self.strips, self._round_records)[:, 1 : self.rounds + 1]
             found.update({"kept": int(state["kept"]), "coming": int(rounds[-1]["requested"])})
             found["requested"] = np.minimum(later["requested"], state["ring"]).sum(axis=0).tolist()

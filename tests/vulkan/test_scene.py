@@ -13,6 +13,7 @@ import gltf_ext
 from gltf_ext.errors import MeshletError
 from tests.helpers.gltf_builder import Builder, everything, glb_bytes, glb_json
 from tests.helpers.vulkan_scenes import zoo
+from vk_backend import scene as scenes
 from vk_backend.camera import Camera
 from vk_backend.scene import load_scene
 
