@@ -1,6 +1,8 @@
 // Compute stage, once when a scene is loaded: culling bounds of all meshlets of a primitive, one
 // thread per meshlet. Decodes positions only.
-// Inputs: the primitive's blob. Output: Primitive.bounds, a word per meshlet (bounds.glsl).
+//
+// Inputs: the primitive's blob.
+// Output: Primitive.bounds, a word per meshlet (bounds.glsl).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require

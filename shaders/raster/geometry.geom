@@ -1,9 +1,12 @@
 // Path `geometry`, geometry stage: decodes a meshlet with the serial decoder and emits its
-// triangles. Input: the meshlet's number (geometry.vert). Outputs: positions, gl_PrimitiveID and
-// the attributes in VARYINGS (bits HAS_).
+// triangles.
 //
-// Every device allows 1024 output scalars per invocation. 192 corners of a position and an id fit.
-// With more attributes, INVOCATIONS share the triangles, and each decodes the whole meshlet.
+// Input: the meshlet's number (geometry.vert).
+// Outputs: positions, gl_PrimitiveID and the attributes in VARYINGS (bits HAS_).
+//
+// Every device allows 1024 output scalars per invocation. 192 corners of a position and an id
+// fit. With more attributes, INVOCATIONS share the triangles, and each decodes the whole
+// meshlet.
 // variants: geometry_position.geom=INVOCATIONS=1,VARYINGS=0
 // variants: geometry_normal.geom=INVOCATIONS=2,VARYINGS=1
 // variants: geometry_texcoord.geom=INVOCATIONS=2,VARYINGS=3

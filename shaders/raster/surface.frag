@@ -1,7 +1,9 @@
 // Fragment stage of all raster paths: shades the surface with a light over the viewer's shoulder
-// and ambient light. Inputs: the attributes in VARYINGS (bits HAS_); with MESH_IDS a number per
-// triangle from a mesh stage (mesh_output.glsl), else gl_PrimitiveID. Outputs: colour; with IDS the
-// ids.
+// and ambient light.
+//
+// Inputs: the attributes in VARYINGS (bits HAS_); with MESH_IDS a number per triangle from a
+//   mesh stage (mesh_output.glsl), else gl_PrimitiveID.
+// Outputs: colour; with IDS the ids.
 // variants: surface_position.frag=VARYINGS=0 surface_normal.frag=VARYINGS=1
 // variants: surface_texcoord.frag=VARYINGS=3 surface_color.frag=VARYINGS=7
 // variants: surface_position_ids.frag=VARYINGS=0,IDS surface_normal_ids.frag=VARYINGS=1,IDS

@@ -1,9 +1,10 @@
 // Compute stage, once when a scene is loaded: the boxes of the acceleration structure, one for
-// every GROUP_TRIANGLES triangles of each meshlet. One thread per meshlet; decodes positions only.
-// Unused boxes, and those of malformed meshlets, are points, which no ray hits. (Vulkan specifies
-// NaN for inactive boxes, but not every driver honours it.) Inputs: the blob, or (PLAIN)
-// uncompressed meshlets. Outputs: boxes, and if wanted a box per meshlet and the owners of its
-// boundaries.
+// every GROUP_TRIANGLES triangles of each meshlet. One thread per meshlet; decodes positions
+// only. Unused boxes, and those of malformed meshlets, are points, which no ray hits. (Vulkan
+// specifies NaN for inactive boxes, but not every driver honours it.)
+//
+// Inputs: the blob, or (PLAIN) uncompressed meshlets.
+// Outputs: boxes, and if wanted a box per meshlet and the owners of its boundaries.
 // variants: boxes.comp= boxes_plain.comp=PLAIN
 #version 460
 #extension GL_GOOGLE_include_directive : require

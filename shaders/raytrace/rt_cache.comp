@@ -1,12 +1,14 @@
-// Compute stage, at the start of a frame: chooses the meshlets that the slots hold, from the rays
-// of the last frame, without the host. One thread per meshlet. Inputs: counters, slot table.
+// Compute stage, at the start of a frame: chooses the meshlets that the slots hold, from the
+// rays of the last frame, without the host. One thread per meshlet.
+//
+// Inputs: counters, slot table.
 // Outputs: slot table, lists, CacheState.
 //
-// Slots, and meshlets without a slot, are listed by class (rt_cache.glsl). Meshlets evict those of
-// lower classes. Meshlets that rays needed in the last frame are decoded before the first launch,
-// all others during it; if only a few are missing, so are those that few rays needed. All other
-// slots keep their meshlets. During the frame, the slots that rays did not need (or `rotating`, if
-// that is more) are reused for requests, the lowest class first.
+// Slots, and meshlets without a slot, are listed by class (rt_cache.glsl). Meshlets evict those
+// of lower classes. Meshlets that rays needed in the last frame are decoded before the first
+// launch, all others during it; if only a few are missing, so are those that few rays needed.
+// All other slots keep their meshlets. During the frame, the slots that rays did not need (or
+// `rotating`, if that is more) are reused for requests, the lowest class first.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 

@@ -1,8 +1,10 @@
-// Compute stage: decodes meshlets into slots with the team decoder, one workgroup per meshlet. Runs
-// once at the start to fill all slots; then in each frame before the first launch (meshlets that it
-// will probably need), during it (meshlets that may be needed next), and before each later round
-// (meshlets that paths wait for).
-// Inputs: the lists of CacheState, the blobs. Outputs: slots and slot table.
+// Compute stage: decodes meshlets into slots with the team decoder, one workgroup per meshlet.
+// Runs once at the start to fill all slots; then in each frame before the first launch (meshlets
+// that it will probably need), during it (meshlets that may be needed next), and before each
+// later round (meshlets that paths wait for).
+//
+// Inputs: the lists of CacheState, the blobs.
+// Outputs: slots and slot table.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 

@@ -1,6 +1,7 @@
 // Closest-hit stage: normals, albedo and emission of the nearest hit.
-// Inputs: the hit, the cache or the blob or (PLAIN) uncompressed buffers. Outputs: the payload
-// Surface; the meshlet's counter.
+//
+// Inputs: the hit, the cache or the blob or (PLAIN) uncompressed buffers.
+// Outputs: the payload Surface; the meshlet's counter.
 // variants: rt_surface.rchit= rt_surface_plain.rchit=PLAIN
 // variants: rt_surface_triangles.rchit=PLAIN,TRIANGLES
 #version 460
