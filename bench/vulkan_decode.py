@@ -27,7 +27,7 @@ def measure(device, path: Path, method: str) -> dict:
     """A row: the largest primitive of a compressed file. Raises MeshletError."""
     from gltf_ext.compression.extension import require_compressed
     from gltf_ext.gltf.importers import open_model
-    from vk_backend.compute_decoder import GpuDecoder, stream_elements
+    from vk_backend.gpu_decoder import GpuDecoder, stream_elements
 
     primitive = max(require_compressed(open_model(path)), key=lambda p: p.triangle_count)
     components = stream_elements(primitive.blob)
@@ -65,7 +65,7 @@ def table(rows: list[dict]) -> str:
 
 
 def main() -> None:
-    from vk_backend.compute_decoder import METHODS
+    from vk_backend.gpu_decoder import METHODS
 
     parser = argparse.ArgumentParser(
         prog="python -m bench.vulkan_decode", description=__doc__.splitlines()[0]

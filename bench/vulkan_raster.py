@@ -94,10 +94,10 @@ def measure(
 ) -> list[dict]:
     """A row for each of `paths` that the device has. stream: `ring` and `overlap` of path stream."""
     from vk_backend.camera import Camera
-    from vk_backend.raster import Targets
+    from vk_backend.pipeline_statistics import pipeline_statistics
     from vk_backend.renderer import TimedDrawing
     from vk_backend.scene import load_scene
-    from vk_backend.statistics import pipeline_statistics
+    from vk_backend.targets import Targets
 
     scene = load_scene(path)
     camera = Camera.fit(scene, WIDTH, HEIGHT)
@@ -106,7 +106,7 @@ def measure(
     for name in paths:
         try:
             drawings[name] = TimedDrawing(
-                renderer.pipelines,
+                renderer.device,
                 scene,
                 camera,
                 name,
@@ -278,9 +278,9 @@ def main() -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Measures, prints and writes."""
+    from vk_backend.pipeline_statistics import capture_statistics
     from vk_backend.renderer import Renderer
-    from vk_backend.statistics import capture_statistics
-    from vk_backend.stream import RING
+    from vk_backend.ring import RING
 
     stream = {"ring": RING if options.ring is None else options.ring, "overlap": options.overlap}
     rows: list[dict] = []

@@ -132,7 +132,7 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
 
 
 def print_statistics(device, tracer) -> None:
-    from vk_backend.statistics import pipeline_statistics
+    from vk_backend.pipeline_statistics import pipeline_statistics
 
     for pipeline in tracer.pipelines:
         for executable, found in pipeline_statistics(device, pipeline).items():
@@ -373,7 +373,7 @@ def main() -> None:
     )
     options = parsed(parser)
     from vk_backend.device import Device
-    from vk_backend.statistics import capture_statistics
+    from vk_backend.pipeline_statistics import capture_statistics
 
     rows: list[dict] = []
     with Device(options.device) as device, tempfile.TemporaryDirectory() as folder:

@@ -1,22 +1,28 @@
-"""Vulkan back end: draws and traces files with EXT_meshlet_edgebreaker straight from their compressed bytes.
+"""Vulkan back end: renders files with EXT_meshlet_edgebreaker from their compressed bytes.
 
-from vk_backend import Camera, Renderer, load_scene     needs the package vulkan, and a driver
+    from vk_backend import Camera, Renderer, load_scene
+
+Needs the Python package vulkan and a Vulkan 1.3 driver. README.md in this folder lists the modules
+in reading order.
 """
 
 from importlib import import_module
+from typing import Any
 
-_PLACES = {
+_PUBLIC = {
     "Camera": "camera",
+    "GpuDecoder": "gpu_decoder",
     "Picture": "renderer",
+    "RayTracer": "raytrace",
     "Renderer": "renderer",
-    "load_scene": "scene",
     "VulkanError": "errors",
+    "load_scene": "scene",
 }
-__all__ = list(_PLACES)
+__all__ = list(_PUBLIC)
 
 
-def __getattr__(name: str):
-    """What is public is imported when it is asked for: python -m vk_backend.build_shaders works without a driver."""
-    if name not in _PLACES:
+def __getattr__(name: str) -> Any:
+    """Imports public names on first use: build_shaders and load_scene work without a driver."""
+    if name not in _PUBLIC:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_PLACES[name]}", __name__), name)
+    return getattr(import_module(f".{_PUBLIC[name]}", __name__), name)

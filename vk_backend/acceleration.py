@@ -1,28 +1,28 @@
-"""Acceleration structures: built on the device, compacted, and packed many to a buffer."""
+"""Acceleration structures: built on the device, compacted, and packed into few buffers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-import vulkan as vk
 
+from . import vk
 from .device import Device
-from .memory import LIBRARY, SHADER_DEVICE_ADDRESS, STORAGE, Buffer
+from .memory import ADDRESSED, STORAGE, Buffer
+from .pipelines import read_queries
 
 BOX_BYTES = 24  # VkAabbPositionsKHR
-BATCH_BYTES = 256 << 20  # structures that are built, and not yet compacted, at a time
-ALIGNMENT = 256  # of a structure in its buffer
-STORED = vk.VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR | SHADER_DEVICE_ADDRESS
+BATCH_BYTES = 256 << 20  # of structures that are built together before they are compacted
+ALIGNMENT = 256  # of a structure in its buffer, demanded by Vulkan
+STORED = vk.VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR | ADDRESSED
 INPUT = STORAGE | vk.VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR
-BOTTOM, TOP = (
-    vk.VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-    vk.VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
-)
+BOTTOM = vk.VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR
+TOP = vk.VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR
 
-# VkAccelerationStructureInstanceKHR. index_mask: custom index, and the visibility mask in the upper 8 bits;
-# offset_flags: shader binding table offset, and the flags in the upper 8 bits.
+# VkAccelerationStructureInstanceKHR. index_mask: custom index, visibility mask in the upper 8 bits;
+# offset_flags: shader binding table offset, flags in the upper 8 bits.
 INSTANCE = np.dtype(
     [
         ("transform", np.float32, (3, 4)),
@@ -40,7 +40,8 @@ class Boxes:
     address: int
     count: int
 
-    def describe(self):
+    def describe(self) -> tuple[int, Any]:
+        """(VkGeometryTypeKHR, VkAccelerationStructureGeometryDataKHR)"""
         data = vk.VkAccelerationStructureGeometryAabbsDataKHR(
             data=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.address), stride=BOX_BYTES
         )
@@ -49,7 +50,10 @@ class Boxes:
 
 @dataclass(frozen=True)
 class Triangles:
-    """`count` triangles: three 32-bit indices each into positions of three floats every `stride` bytes."""
+    """`count` triangles with 32-bit indices.
+
+    vertices, indices: device addresses; stride: bytes between positions of three floats.
+    """
 
     vertices: int
     vertex_count: int
@@ -57,7 +61,8 @@ class Triangles:
     indices: int
     count: int
 
-    def describe(self):
+    def describe(self) -> tuple[int, Any]:
+        """(VkGeometryTypeKHR, VkAccelerationStructureGeometryDataKHR)"""
         data = vk.VkAccelerationStructureGeometryTrianglesDataKHR(
             vertexFormat=vk.VK_FORMAT_R32G32B32_SFLOAT,
             vertexData=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.vertices),
@@ -73,12 +78,13 @@ class Triangles:
 
 @dataclass(frozen=True)
 class Instances:
-    """What a top level holds: `count` elements of INSTANCE at a device address."""
+    """The contents of a top level: `count` records of INSTANCE at a device address."""
 
     address: int
     count: int
 
-    def describe(self):
+    def describe(self) -> tuple[int, Any]:
+        """(VkGeometryTypeKHR, VkAccelerationStructureGeometryDataKHR)"""
         data = vk.VkAccelerationStructureGeometryInstancesDataKHR(
             data=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.address)
         )
@@ -90,8 +96,8 @@ class Instances:
 class Structures:
     """Acceleration structures of one level, one for each geometry, compacted.
 
-    addresses: device addresses in the geometries' order; allocated: bytes of device memory that stay. Raises VulkanError where memory
-    is short.
+    addresses: device addresses in the geometries' order; allocated: bytes of device memory that
+    stay allocated. Raises VulkanError if memory is short.
     """
 
     def __init__(
@@ -114,12 +120,15 @@ class Structures:
         del self._infos, self._sizes
 
     def free(self) -> None:
-        """Gives the memory back; a second call does nothing."""
+        """Frees the memory; a second call does nothing."""
         for packed in self._packed:
             packed.free()
 
-    def _info(self, geometry):
-        """VkAccelerationStructureBuildGeometryInfoKHR, and what it points to (which the bindings do not keep alive)."""
+    def _info(self, geometry: Boxes | Triangles | Instances) -> tuple[Any, Any]:
+        """(VkAccelerationStructureBuildGeometryInfoKHR, its geometry).
+
+        The caller keeps the geometry alive: the bindings do not.
+        """
         kind, data = geometry.describe()
         described = vk.VkAccelerationStructureGeometryKHR(
             geometryType=kind,
@@ -137,8 +146,8 @@ class Structures:
         info.pGeometries = pointed
         return info, pointed
 
-    def _size(self, info, count: int) -> tuple[int, int]:
-        """(bytes of the structure before it is compacted, bytes of scratch)"""
+    def _size(self, info: tuple[Any, Any], count: int) -> tuple[int, int]:
+        """(bytes of the structure before compaction, bytes of scratch)"""
         sizes = vk.ffi.new("VkAccelerationStructureBuildSizesInfoKHR *")
         sizes.sType = vk.VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR
         self.device.function("vkGetAccelerationStructureBuildSizesKHR")(
@@ -150,7 +159,10 @@ class Structures:
         )
         return int(sizes.accelerationStructureSize), int(sizes.buildScratchSize)
 
-    def _build_batch(self, geometries: Sequence, begin: int, end: int) -> None:
+    def _build_batch(
+        self, geometries: Sequence[Boxes | Triangles | Instances], begin: int, end: int
+    ) -> None:
+        """Builds and compacts geometries [begin, end)."""
         device, count = self.device, end - begin
         infos, sizes = self._infos[begin:end], self._sizes[begin:end]
         loose = Packed(device, self.level, [size for size, _ in sizes])
@@ -186,18 +198,7 @@ class Structures:
             device.function("vkCmdWriteAccelerationStructuresPropertiesKHR")(
                 commands, count, loose.handles, kind, pool, 0
             )
-        compacted = np.zeros(count, np.uint64)
-        flags = vk.VK_QUERY_RESULT_64_BIT | vk.VK_QUERY_RESULT_WAIT_BIT
-        vk.vkGetQueryPoolResults(
-            device.handle,
-            pool,
-            0,
-            count,
-            compacted.nbytes,
-            vk.ffi.cast("void *", compacted.ctypes.data),
-            8,
-            flags,
-        )
+        compacted = read_queries(device, pool, count)
         vk.vkDestroyQueryPool(device.handle, pool, None)
         scratch.free()
         packed = Packed(device, self.level, [int(size) for size in compacted])
@@ -215,7 +216,7 @@ class Structures:
 
 
 class Packed:
-    """Room for acceleration structures of given sizes in one buffer."""
+    """Acceleration structures of given sizes in one buffer, not yet built."""
 
     def __init__(self, device: Device, level: int, sizes: Sequence[int]):
         self.device = device
@@ -236,16 +237,14 @@ class Packed:
 
     def addresses(self) -> list[int]:
         """The structures' device addresses."""
-        # The bindings' own wrapper drops what this function returns.
-        name = "vkGetAccelerationStructureDeviceAddressKHR"
-        ask = vk.ffi.cast(
-            f"PFN_{name}", LIBRARY.vkGetDeviceProcAddr(self.device.handle, name.encode())
-        )
         infos = [
             vk.VkAccelerationStructureDeviceAddressInfoKHR(accelerationStructure=handle)
             for handle in self.handles
         ]
-        return [int(ask(self.device.handle, vk.ffi.addressof(info))) for info in infos]
+        return [
+            vk.vkGetAccelerationStructureDeviceAddressKHR(self.device.handle, info)
+            for info in infos
+        ]
 
     def free(self) -> None:
         """Destroys the structures and their buffer; a second call does nothing."""

@@ -1,4 +1,8 @@
-"""Compiles shaders/ to the SPIR-V that this package ships: python -m vk_backend.build_shaders."""
+"""Compiles shaders/ to the SPIR-V that this package ships: python -m vk_backend.build_shaders.
+
+Writes to vk_backend/spirv: a .spv file per module, the digests of their sources (sources.json),
+their structures and constants by name (reflection.json), and the headers that the host reads, too.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +13,24 @@ import shutil
 import struct
 import subprocess
 import sys
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
+
+from .reflection import OP_DECORATE, Reflection, instructions, reflect, words_of
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = ROOT / "shaders"
 INCLUDE_FOLDERS = (SOURCES, ROOT / "codec")
 OUTPUT = Path(__file__).resolve().parent / "spirv"
-CONSTANTS = ROOT / "codec" / "format" / "constants.h"  # shipped as it is, for vk_backend.constants
+# Copied to the output for vk_backend.constants.
+HEADERS = (
+    ROOT / "codec" / "format" / "constants.h",
+    SOURCES / "scene" / "scene_constants.h",
+    SOURCES / "raytrace" / "rt_constants.h",
+)
 MANIFEST = OUTPUT / "sources.json"
+REFLECTION = OUTPUT / "reflection.json"
 STAGES = {
     ".comp",
     ".task",
@@ -32,11 +44,12 @@ STAGES = {
     ".rchit",
     ".rmiss",
 }
-# Ray tracing: pipelines that differ by constants alone shall compute the same bits, though drivers compile each anew and may fuse a product
-# and a sum in one of them.
+# Ray-tracing pipelines that differ only in specialisation constants must compute the same bits.
+# Drivers compile each one anew and may fuse a multiplication and an addition in one of them.
 EXACT_STAGES = {".rgen", ".rint", ".rahit", ".rchit"}
 INCLUDE = re.compile(r'^\s*#include "([^"]+)"', re.MULTILINE)
-# A source may be compiled several times: lines `// variants: NAME=MACRO[,MACRO...] ...` make spirv/<NAME>.spv of each.
+# A source may be compiled several times: each NAME=MACRO[,MACRO...] in its lines
+# `// variants: ...` makes spirv/<NAME>.spv.
 VARIANTS = re.compile(r"^// variants: (.*)$", re.MULTILINE)
 
 
@@ -53,18 +66,24 @@ def modules() -> dict[str, tuple[Path, list[str]]]:
 
 
 def closure(source: Path) -> list[Path]:
-    """A source and all that it includes, each once."""
+    """A source and all files that it includes, each once.
+
+    Raises RuntimeError if one is missing.
+    """
     found = [source]
     for path in found:
         for name in INCLUDE.findall(path.read_text()):
-            included = next(folder / name for folder in INCLUDE_FOLDERS if (folder / name).exists())
+            places = [folder / name for folder in INCLUDE_FOLDERS]
+            included = next((place for place in places if place.exists()), None)
+            if included is None:
+                raise RuntimeError(f"{path}: cannot find {name}, which it includes")
             if included not in found:
                 found.append(included)
     return found
 
 
 def digest(source: Path, macros: list[str]) -> str:
-    """SHA-256 of everything that a module is made from."""
+    """SHA-256 of everything that a module is compiled from."""
     hashed = hashlib.sha256(
         " ".join([*macros, "exact"] if source.suffix in EXACT_STAGES else macros).encode()
     )
@@ -73,49 +92,54 @@ def digest(source: Path, macros: list[str]) -> str:
     return hashed.hexdigest()
 
 
-# Opcodes and a decoration of SPIR-V: OpFNegate, OpFAdd, OpFSub, OpFMul, OpFDiv, and those of vectors and matrices; OpDecorate; NoContraction.
+# --- exact arithmetic ---
+
+# OpFNegate, OpFAdd, OpFSub, OpFMul, OpFDiv and those of vectors and matrices.
 ARITHMETIC = {127, 129, 131, 133, 136, 142, 143, 144, 145, 146, 148}
-DECORATE, NO_CONTRACTION = 71, 42
-EXTENDED, FMA = 12, 50  # OpExtInst, of GLSL.std.450
-FIRST_TYPE, LAST_TYPE = 19, 39
-
-
-def instructions(words: tuple[int, ...]) -> Iterator[tuple[int, int]]:
-    """(position, opcode) of each instruction of a module."""
-    position = 5
-    while position < len(words):
-        yield position, words[position] & 0xFFFF
-        position += max(words[position] >> 16, 1)
+NO_CONTRACTION = 42  # decoration
+OP_EXTENDED = 12  # OpExtInst of GLSL.std.450
+FMA = 50  # of GLSL.std.450
+FIRST_OP_TYPE = 19
+LAST_OP_TYPE = 39
 
 
 def is_arithmetic(words: tuple[int, ...], position: int, opcode: int) -> bool:
-    """Whether an instruction is one that drivers may fuse with others, or take apart."""
-    return opcode in ARITHMETIC or (opcode == EXTENDED and words[position + 4] == FMA)
+    """Whether drivers may fuse an instruction with others, or take it apart."""
+    return opcode in ARITHMETIC or (opcode == OP_EXTENDED and words[position + 4] == FMA)
 
 
 def exact(code: bytes) -> bytes:
-    """The module with all its arithmetic and fma decorated NoContraction. For dot, cross and products with matrices that is not enough
-    (shaders/rt_exact.glsl)."""
-    words = struct.unpack(f"<{len(code) // 4}I", code)
+    """Decorates all arithmetic and fma of a module with NoContraction.
+
+    That is not enough for dot, cross and matrix products: see shaders/raytrace/rt_exact.glsl.
+    """
+    words = words_of(code)
     found = list(instructions(words))
     decorated = {
-        words[p + 1] for p, opcode in found if opcode == DECORATE and words[p + 2] == NO_CONTRACTION
+        words[p + 1]
+        for p, opcode in found
+        if opcode == OP_DECORATE and words[p + 2] == NO_CONTRACTION
     }
     results = [
         words[p + 2]
         for p, opcode in found
         if is_arithmetic(words, p, opcode) and words[p + 2] not in decorated
     ]
-    added = [word for result in results for word in (3 << 16 | DECORATE, result, NO_CONTRACTION)]
-    begin = next(
-        p for p, opcode in found if FIRST_TYPE <= opcode <= LAST_TYPE
-    )  # types follow the decorations
+    added = [word for result in results for word in (3 << 16 | OP_DECORATE, result, NO_CONTRACTION)]
+    # Types follow the decorations.
+    begin = next(p for p, opcode in found if FIRST_OP_TYPE <= opcode <= LAST_OP_TYPE)
     words = (*words[:begin], *added, *words[begin:])
     return struct.pack(f"<{len(words)}I", *words)
 
 
-def compile_module(name: str, source: Path, macros: list[str]) -> bytes:
-    """The SPIR-V of one module. Raises RuntimeError with the compiler's words."""
+# --- compiling ---
+
+
+def compile_module(name: str, source: Path, macros: list[str]) -> tuple[bytes, Reflection]:
+    """The SPIR-V of one module, without names, and its reflection.
+
+    Raises RuntimeError with the compiler's messages.
+    """
     output = OUTPUT / f".{name}.part"
     command = [
         "glslangValidator",
@@ -131,45 +155,94 @@ def compile_module(name: str, source: Path, macros: list[str]) -> bytes:
     try:
         if result.returncode != 0:
             raise RuntimeError(result.stdout + result.stderr)
-        if shutil.which("spirv-opt"):
-            subprocess.run(
-                ["spirv-opt", "--strip-debug", str(output), "-o", str(output)], check=True
-            )
+        reflection = reflect(output.read_bytes())
+        subprocess.run(["spirv-opt", "--strip-debug", str(output), "-o", str(output)], check=True)
         code = output.read_bytes()
-        return exact(code) if source.suffix in EXACT_STAGES else code
+        return exact(code) if source.suffix in EXACT_STAGES else code, reflection
     finally:
         output.unlink(missing_ok=True)
 
 
+def merge_reflections(found: dict[str, Reflection]) -> dict[str, Any]:
+    """{"structures": ..., "strides": ...} of all modules, {"modules": {name: ...}} of each.
+
+    modules: the names of the structures and the ids of the specialisation constants of a module.
+    Raises RuntimeError if modules disagree about a structure.
+    """
+    merged: dict[str, Any] = {"structures": {}, "strides": {}, "modules": {}}
+    for name in sorted(found):
+        reflection = found[name]
+        for part in ("structures", "strides"):
+            for structure, value in getattr(reflection, part).items():
+                if merged[part].setdefault(structure, value) != value:
+                    raise RuntimeError(f"{name}: structure {structure} differs from other modules")
+        merged["modules"][name] = {
+            "structures": sorted(reflection.structures),
+            "specialization": reflection.specialization,
+        }
+    return merged
+
+
+def read_reflections(merged: dict[str, Any]) -> dict[str, Reflection]:
+    """The inverse of merge_reflections."""
+    return {
+        name: Reflection(
+            {s: merged["structures"][s] for s in module["structures"]},
+            {s: merged["strides"][s] for s in module["structures"] if s in merged["strides"]},
+            module["specialization"],
+        )
+        for name, module in merged["modules"].items()
+    }
+
+
 def build(force: bool = False) -> list[str]:
-    """Compiles what changed and forgets what is gone; returns the names of the compiled modules."""
+    """Compiles the modules that changed and deletes those without a source.
+
+    Returns the names of the compiled modules.
+    """
     OUTPUT.mkdir(exist_ok=True)
     known = json.loads(MANIFEST.read_text()) if MANIFEST.exists() else {}
+    reflections = (
+        read_reflections(json.loads(REFLECTION.read_text())) if REFLECTION.exists() else {}
+    )
     wanted = modules()
     digests = {name: digest(*made_from) for name, made_from in wanted.items()}
     stale = [
         n
         for n in wanted
-        if force or known.get(n) != digests[n] or not (OUTPUT / f"{n}.spv").exists()
+        if force
+        or known.get(n) != digests[n]
+        or n not in reflections
+        or not (OUTPUT / f"{n}.spv").exists()
     ]
     with ThreadPoolExecutor() as pool:
-        for name, code in zip(stale, pool.map(lambda n: compile_module(n, *wanted[n]), stale)):
+        for name, (code, reflection) in zip(
+            stale, pool.map(lambda n: compile_module(n, *wanted[n]), stale)
+        ):
             (OUTPUT / f"{name}.spv").write_bytes(code)
+            reflections[name] = reflection
     for path in OUTPUT.glob("*.spv"):
-        if path.stem not in wanted and path.name.removesuffix(".spv") not in wanted:
+        if path.name.removesuffix(".spv") not in wanted:
             path.unlink()
-    (OUTPUT / CONSTANTS.name).write_bytes(CONSTANTS.read_bytes())
+    for header in HEADERS:
+        (OUTPUT / header.name).write_bytes(header.read_bytes())
+    merged = merge_reflections({name: reflections[name] for name in wanted})
+    REFLECTION.write_text(json.dumps(merged, indent=1, sort_keys=True) + "\n")
     MANIFEST.write_text(json.dumps(digests, indent=1, sort_keys=True) + "\n")
     return stale
 
 
-if __name__ == "__main__":
-    if not shutil.which("glslangValidator"):
-        sys.exit(
-            "build_shaders: glslangValidator is not installed (Debian: apt install glslang-tools)"
-        )
+def main() -> int:
+    for tool, package in (("glslangValidator", "glslang-tools"), ("spirv-opt", "spirv-tools")):
+        if not shutil.which(tool):
+            sys.exit(f"build_shaders: {tool} is not installed (Debian: apt install {package})")
     try:
         names = build("--force" in sys.argv[1:])
     except RuntimeError as error:
         sys.exit(f"build_shaders: {error}")
     print(f"{len(names)} of {len(modules())} modules compiled")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,4 +1,4 @@
-"""`gltf-meshlet render --backend vulkan`: pictures of a compressed file from the GPU."""
+"""The part of `gltf-meshlet render` for `--backend vulkan`."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -19,15 +20,15 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import write_files
 from gltf_ext.progress import progress_bar
 
+from . import vk
 from .camera import Camera
-from .device import vk
 from .errors import VulkanError
 from .raster import PATHS
 from .renderer import Renderer
+from .ring import RING
 from .scene import Scene, load_scene
-from .stream import RING
 
-GIF_MILLISECONDS = 50  # that each picture of an animation stays
+GIF_MILLISECONDS = 50  # per picture of an animation
 GIF_BACKGROUND = (255, 255, 255)
 
 # A camera -> (uint8[height, width, 4], milliseconds on the GPU).
@@ -35,10 +36,13 @@ Draw = Callable[[Camera], tuple[np.ndarray, float]]
 
 
 def main(options: argparse.Namespace) -> int:
-    """Renders and writes the pictures; returns the exit status 0. options: those of gltf_meshlet.render. Raises MeshletError, OSError."""
+    """Renders and writes the pictures; returns the exit status 0.
+
+    options: those of gltf_meshlet.render. Raises MeshletError or OSError; then it writes nothing.
+    """
     try:
         return _render(options)
-    except vk.VkError as error:  # what the driver refuses, and nothing above has a better word for
+    except vk.VkError as error:  # with no better message from the code that failed
         raise VulkanError(
             f"the driver refused: {type(error).__name__}",
             "update it, or choose another --device or --path",
@@ -104,11 +108,12 @@ def _camera(scene: Scene, options: argparse.Namespace) -> Camera:
             f"there are {len(scene.cameras)}",
             options=("camera",),
         )
-    return scene.cameras[options.camera]
+    camera: Camera = scene.cameras[options.camera]
+    return camera
 
 
 def _turn(scene: Scene, camera: Camera, frames: int) -> list[Camera]:
-    """Cameras round the middle of the scene, the given one first."""
+    """`frames` cameras on a circle around the centre of the scene, from the given one on."""
     center = (scene.low + scene.high) / 2
     cameras = []
     for angle in 2 * np.pi * np.arange(frames) / frames:
@@ -124,7 +129,8 @@ def _default_path(renderer: Renderer) -> str:
     path = renderer.default_path
     if path == "vertex":
         print(
-            f"gltf-meshlet: {renderer.device.name} has no mesh shaders; the model is decompressed and drawn by path vertex",
+            f"gltf-meshlet: {renderer.device.name} has no mesh shaders; "
+            "the model is decompressed and drawn by path vertex",
             file=sys.stderr,
         )
     return path
@@ -133,7 +139,7 @@ def _default_path(renderer: Renderer) -> str:
 def _drawing(
     renderer: Renderer, scene: Scene, path: str, options: argparse.Namespace
 ) -> tuple[Draw, Callable[[], int]]:
-    """How a path draws, and what it then keeps in the device's memory."""
+    """(function that draws with a path, function that returns its bytes of device memory)"""
     if path in PATHS:
 
         def draw(camera: Camera) -> tuple[np.ndarray, float]:
@@ -160,7 +166,7 @@ def _drawing(
 
 
 def _files(output: Path, pictures: list[np.ndarray]) -> dict[Path, list[bytes]]:
-    """The contents of what is written: one picture, numbered ones, or an animation."""
+    """Path -> contents of the output files: one picture, numbered ones, or an animation."""
     if output.suffix.lower() == ".gif":
         return {output: [_animation(pictures)]}
     if len(pictures) == 1:
@@ -179,7 +185,7 @@ def _png(picture: np.ndarray) -> bytes:
 
 
 def _animation(pictures: list[np.ndarray]) -> bytes:
-    """A .gif that repeats; what is not covered is white."""
+    """A .gif that repeats, on a white background."""
     file, frames = io.BytesIO(), []
     for picture in map(Image.fromarray, pictures):
         frame = Image.new("RGB", picture.size, GIF_BACKGROUND)
@@ -191,10 +197,11 @@ def _animation(pictures: list[np.ndarray]) -> bytes:
     return file.getvalue()
 
 
-def _line(report: dict) -> str:
+def _line(report: dict[str, Any]) -> str:
     frames = f"{report['frames']} frames, " if report["frames"] > 1 else ""
     return (
-        f"{report['output']}: {report['width']} x {report['height']}, {frames}path {report['path']} on {report['device']}, "
-        f"{report['milliseconds']:.2f} ms a frame; {report['triangles']:,} triangles, {report['compressed_bytes'] / 1e6:.2f} MB compressed, "
+        f"{report['output']}: {report['width']} x {report['height']}, {frames}"
+        f"path {report['path']} on {report['device']}, {report['milliseconds']:.2f} ms a frame; "
+        f"{report['triangles']:,} triangles, {report['compressed_bytes'] / 1e6:.2f} MB compressed, "
         f"{report['resident_bytes'] / 1e6:.2f} MB on the device"
     )

@@ -1,4 +1,7 @@
-"""The constants of shaders/constants.h, from the copy beside the SPIR-V that was built with them."""
+"""The constants that the host and the shaders share, from the headers that both read.
+
+build_shaders.py copies the headers beside the SPIR-V that was built with them.
+"""
 
 from __future__ import annotations
 
@@ -13,4 +16,17 @@ def read_constants(text: str) -> dict[str, int]:
     return {name: int(value, 0) for name, value in DEFINITION.findall(text)}
 
 
-CONSTANTS = read_constants((resources.files(__package__) / "spirv" / "constants.h").read_text())
+def _shipped_constants() -> dict[str, int]:
+    headers = [
+        file
+        for file in (resources.files(__package__) / "spirv").iterdir()
+        if file.name.endswith(".h")
+    ]
+    return {
+        name: value
+        for header in sorted(headers, key=lambda file: file.name)
+        for name, value in read_constants(header.read_text()).items()
+    }
+
+
+CONSTANTS = _shipped_constants()

@@ -1,31 +1,23 @@
-"""A Vulkan device without a window: its choice, its features, its queue, and what the validation layer says."""
+"""A Vulkan device without a window: selection, features, queues, and submission of commands."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+from . import vk
 from .errors import VulkanError
-
-try:
-    import vulkan as vk
-except ImportError:
-    raise VulkanError(
-        "the Python package vulkan is not installed", "pip install 'gltf-meshlet[vulkan]'"
-    ) from None
-except OSError:  # raised by the package where there is no loader
-    raise VulkanError(
-        "there is no Vulkan loader (libvulkan.so.1)",
-        "install it with a driver; Debian: apt install libvulkan1 mesa-vulkan-drivers",
-    ) from None
 
 VALIDATION_LAYER = "VK_LAYER_KHRONOS_validation"
 DEBUG_EXTENSION = "VK_EXT_debug_utils"
 API_VERSION = vk.VK_MAKE_VERSION(1, 3, 0)
 
-# What paths ask of a device beyond Vulkan 1.3: extensions, and the feature structures with the members to turn on.
+NVIDIA = 0x10DE  # vendor id
+
+# Optional capabilities beyond Vulkan 1.3: the extensions to enable, and the feature structures with
+# the members to set.
 CAPABILITIES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, ...]]]] = {
     "mesh": (
         ("VK_EXT_mesh_shader",),
@@ -51,7 +43,7 @@ CAPABILITIES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, ...]]]] = {
         {"VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR": ("pipelineExecutableInfo",)},
     ),
 }
-# Vulkan 1.0 to 1.3 features that every path uses, and those that are turned on where they exist.
+# Vulkan 1.2 and 1.3 features that every path uses.
 NEEDED = {
     "VkPhysicalDeviceVulkan12Features": (
         "bufferDeviceAddress",
@@ -62,6 +54,7 @@ NEEDED = {
     ),
     "VkPhysicalDeviceVulkan13Features": ("dynamicRendering", "synchronization2", "maintenance4"),
 }
+# Vulkan 1.0 features that are enabled if the device has them.
 OPTIONAL = (
     "geometryShader",
     "fragmentStoresAndAtomics",
@@ -73,7 +66,7 @@ OPTIONAL = (
 
 @dataclass(frozen=True)
 class Limits:
-    """What shaders are compiled or chosen by. Bytes and counts."""
+    """The limits and sizes of a device that this package uses. Bytes and counts."""
 
     subgroup: int
     compute_shared_bytes: int
@@ -91,7 +84,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Queue:
-    """A queue, the family that it is of, and a pool of that family for its commands."""
+    """A queue, its family, and a command pool of that family."""
 
     family: int
     handle: Any
@@ -99,9 +92,9 @@ class Queue:
 
 
 class Timeline:
-    """A semaphore whose value grows; value: what the submissions so far give it. Freed with the device."""
+    """A timeline semaphore. value: after all submissions so far. Freed with the device."""
 
-    def __init__(self, device: "Device"):
+    def __init__(self, device: Device):
         kind = vk.VkSemaphoreTypeCreateInfo(
             semaphoreType=vk.VK_SEMAPHORE_TYPE_TIMELINE, initialValue=0
         )
@@ -114,7 +107,11 @@ class Timeline:
 
 @dataclass(frozen=True)
 class Submission:
-    """Recorded commands for a queue. wait, signal: (timeline, value, VK_PIPELINE_STAGE_2_* that wait, or have run)."""
+    """Recorded commands for a queue.
+
+    wait: (timeline, value, stages that wait for it); signal: (timeline, value, stages that must
+    have finished). Stages: VK_PIPELINE_STAGE_2_*.
+    """
 
     queue: Queue
     commands: Any
@@ -123,18 +120,19 @@ class Submission:
 
 
 class Device:
-    """One device with a queue for graphics and compute, and one for compute alone: the same where there is no family of such.
+    """One device with a graphics queue and a compute queue.
 
-    select: a device's number, or a part of its name; by default the first GPU, or the software renderer where there is none.
-    validation: with the validation layer; what it says is appended to `messages`.
-    Raises VulkanError.
+    They are the same queue if no family computes without graphics.
+    select: a device's number or part of its name; by default the first GPU, else the first device.
+    validation: enables the validation layer; its messages are appended to `messages`.
+    Raises VulkanError if there is no such device, or it lacks features that every path needs.
     """
 
     def __init__(self, select: str | int | None = None, *, validation: bool = False):
         self.messages: list[str] = []
-        self._closing: list[Any] = []
+        self._closing: list[Callable[[], None]] = []
         self._functions: dict[str, Any] = {}
-        self._made: dict[Any, Any] = {}
+        self._made: dict[Hashable, Any] = {}
         self._instance = self._create_instance(validation)
         self.physical, self.name, self.driver = self._choose(select)
         self.extensions = {
@@ -148,16 +146,16 @@ class Device:
         self.compute = self._queue(compute) if compute != graphics else self.graphics
         self.memory = vk.vkGetPhysicalDeviceMemoryProperties(self.physical)
         self.limits = self._limits()
-        self.pipeline_flags = 0  # for every pipeline that is made from now on; see statistics.py
+        self.pipeline_flags = 0  # of pipelines made from now on; see pipeline_statistics.py
 
     @property
-    def handle(self):
-        """The VkDevice."""
+    def handle(self) -> Any:
+        """The VkDevice; None once closed."""
         return self._handle
 
     @property
-    def pool(self):
-        """Of the graphics queue's commands."""
+    def pool(self) -> Any:
+        """The graphics queue's command pool."""
         return self.graphics.pool
 
     def require(self, capability: str, path: str) -> None:
@@ -172,24 +170,24 @@ class Device:
             "choose another --path or --device, or update the driver",
         )
 
-    def function(self, name: str):
-        """An extension's function."""
+    def function(self, name: str) -> Any:
+        """An extension function."""
         if name not in self._functions:
             self._functions[name] = vk.vkGetDeviceProcAddr(self._handle, name)
         return self._functions[name]
 
-    def once(self, key, make):
-        """What `make` returned when it was first called for this key: for what is kept until the device is closed."""
+    def once(self, key: Hashable, make: Callable[[], Any]) -> Any:
+        """Caches the result of `make` under `key` until the device is closed."""
         if key not in self._made:
             self._made[key] = make()
         return self._made[key]
 
-    def at_close(self, action) -> None:
-        """Runs `action` before the device goes; the latest first."""
+    def at_close(self, action: Callable[[], None]) -> None:
+        """Registers an action that close runs before it destroys the device; last in, first out."""
         self._closing.append(action)
 
     def close(self) -> None:
-        """Destroys everything that was made with the device."""
+        """Destroys the device and everything that was made with it; a second call does nothing."""
         if self._handle is None:
             return
         vk.vkDeviceWaitIdle(self._handle)
@@ -203,26 +201,28 @@ class Device:
             )
         vk.vkDestroyInstance(self._instance, None)
 
-    def __enter__(self) -> "Device":
+    def __enter__(self) -> Device:
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
-    # --- commands --------------------------------------------------------------------------------------------------------------
+    # --- commands ---
 
     @contextmanager
     def commands(self) -> Iterator[Any]:
-        """A command buffer that is run, and waited for, at the end of the block."""
+        """A command buffer for the graphics queue; the block's end runs it and waits for it."""
         commands = self.record()
         yield commands
         vk.vkEndCommandBuffer(commands)
         self.submit(commands)
         vk.vkFreeCommandBuffers(self._handle, self.pool, 1, [commands])
 
-    def record(self, queue: Queue | None = None):
-        """A command buffer for the graphics queue, or another one, that has begun; to be ended by vkEndCommandBuffer, and submitted as often
-        as wanted."""
+    def record(self, queue: Queue | None = None) -> Any:
+        """Begins a command buffer for a queue, by default the graphics queue.
+
+        The caller ends it with vkEndCommandBuffer and may submit it many times.
+        """
         commands = vk.vkAllocateCommandBuffers(
             self._handle,
             vk.VkCommandBufferAllocateInfo(
@@ -234,12 +234,16 @@ class Device:
         vk.vkBeginCommandBuffer(commands, vk.VkCommandBufferBeginInfo())
         return commands
 
-    def submit(self, commands) -> None:
+    def submit(self, commands: Any) -> None:
         """Runs a recorded command buffer on the graphics queue and waits for it."""
         self.submit_all([Submission(self.graphics, commands)])
 
     def submit_all(self, submissions: list[Submission]) -> None:
-        """Runs recorded command buffers, those of a queue in their order, and waits for all. What is waited for must come before."""
+        """Runs recorded command buffers and waits for all of them.
+
+        Those of one queue run in order. A submission must come after those that it waits for.
+        Raises VulkanError if the device is lost.
+        """
         queues = list(dict.fromkeys(s.queue for s in submissions))
         infos = [[_submit_info(s) for s in submissions if s.queue == queue] for queue in queues]
         try:
@@ -253,9 +257,9 @@ class Device:
             ) from None
 
     def barrier(
-        self, commands, source_stage: int, source_access: int, stage: int, access: int
+        self, commands: Any, source_stage: int, source_access: int, stage: int, access: int
     ) -> None:
-        """A global memory barrier. Stages and accesses: VK_PIPELINE_STAGE_2_*, VK_ACCESS_2_*."""
+        """Records a global memory barrier of VK_PIPELINE_STAGE_2_* and VK_ACCESS_2_* masks."""
         memory = vk.VkMemoryBarrier2(
             srcStageMask=source_stage,
             srcAccessMask=source_access,
@@ -266,18 +270,18 @@ class Device:
             commands, vk.VkDependencyInfo(memoryBarrierCount=1, pMemoryBarriers=[memory])
         )
 
-    def full_barrier(self, commands) -> None:
-        """Everything before is visible to everything after."""
-        stage, access = (
-            vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-            vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT,
-        )
+    def full_barrier(self, commands: Any) -> None:
+        """Records a barrier that makes all earlier writes visible to all later commands."""
+        stage = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT
+        access = vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT
         self.barrier(commands, stage, access, stage, access)
 
-    # --- creation --------------------------------------------------------------------------------------------------------------
+    # --- creation ---
 
-    def _create_instance(self, validation: bool):
-        layers, extensions, self._messenger, chained = [], [], None, None
+    def _create_instance(self, validation: bool) -> Any:
+        self._messenger = None
+        layers: list[str] = []
+        extensions: list[str] = []
         if validation:
             if VALIDATION_LAYER not in {
                 layer.layerName for layer in vk.vkEnumerateInstanceLayerProperties()
@@ -291,7 +295,6 @@ class Device:
         try:
             instance = vk.vkCreateInstance(
                 vk.VkInstanceCreateInfo(
-                    pNext=chained,
                     pApplicationInfo=application,
                     enabledLayerCount=len(layers),
                     ppEnabledLayerNames=layers,
@@ -303,26 +306,30 @@ class Device:
         except vk.VkErrorIncompatibleDriver:
             raise _no_driver() from None
         if validation:
-            severity = (
-                vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT
-                | vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT
-            )
-            kinds = (
-                vk.VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT
-                | vk.VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT
-            )
-            info = vk.VkDebugUtilsMessengerCreateInfoEXT(
-                messageSeverity=severity, messageType=kinds, pfnUserCallback=self._heard
-            )
-            create = vk.vkGetInstanceProcAddr(instance, "vkCreateDebugUtilsMessengerEXT")
-            self._messenger = create(instance, info, None)
+            self._messenger = self._create_messenger(instance)
         return instance
 
-    def _heard(self, severity, kind, data, user) -> int:
+    def _create_messenger(self, instance: Any) -> Any:
+        severity = (
+            vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT
+            | vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT
+        )
+        kinds = (
+            vk.VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT
+            | vk.VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT
+        )
+        info = vk.VkDebugUtilsMessengerCreateInfoEXT(
+            messageSeverity=severity, messageType=kinds, pfnUserCallback=self._heard
+        )
+        create = vk.vkGetInstanceProcAddr(instance, "vkCreateDebugUtilsMessengerEXT")
+        return create(instance, info, None)
+
+    def _heard(self, severity: Any, kind: Any, data: Any, user: Any) -> int:
         self.messages.append(vk.ffi.string(data.pMessage).decode(errors="replace"))
         return 0
 
-    def _choose(self, select: str | int | None):
+    def _choose(self, select: str | int | None) -> tuple[Any, str, str]:
+        """(VkPhysicalDevice, name, driver version)"""
         try:
             devices = vk.vkEnumeratePhysicalDevices(self._instance)
         except vk.VkError:
@@ -331,39 +338,20 @@ class Device:
         if not listed:
             raise _no_driver()
         names = [p.deviceName for _, p in listed]
-        software = vk.VK_PHYSICAL_DEVICE_TYPE_CPU
         if select is None:
+            software = vk.VK_PHYSICAL_DEVICE_TYPE_CPU
             index = next((i for i, (_, p) in enumerate(listed) if p.deviceType != software), 0)
         else:
-            text = str(select)
-            index = (
-                int(text)
-                if text.isdigit()
-                else next((i for i, n in enumerate(names) if text.lower() in n.lower()), -1)
-            )
-            if not 0 <= index < len(listed):
-                raise VulkanError(
-                    f"there is no device {text}",
-                    "there are: " + "; ".join(f"{i}: {n}" for i, n in enumerate(names)),
-                )
+            index = _index_of(str(select), names)
         physical, properties = listed[index]
         if properties.apiVersion < API_VERSION:
             raise VulkanError(
                 f"{names[index]} has no Vulkan 1.3", "update the driver or choose another --device"
             )
-        version = properties.driverVersion
-        return (
-            physical,
-            names[index],
-            f"{version >> 22}.{version >> 14 & 255}.{version >> 6 & 255}"
-            if properties.vendorID == 0x10DE
-            else (
-                f"{vk.VK_VERSION_MAJOR(version)}.{vk.VK_VERSION_MINOR(version)}.{vk.VK_VERSION_PATCH(version)}"
-            ),
-        )
+        return physical, names[index], _driver_version(properties)
 
     def _queue_families(self) -> tuple[int, int]:
-        """Of the graphics queue, which computes as well, and of the compute queue: one without graphics where there is such."""
+        """(family with graphics and compute, family with compute alone or else the same)"""
         wanted = vk.VK_QUEUE_GRAPHICS_BIT | vk.VK_QUEUE_COMPUTE_BIT
         kinds = [
             family.queueFlags & wanted
@@ -374,9 +362,9 @@ class Device:
                 f"{self.name} has no queue for graphics and compute", "choose another --device"
             )
         graphics = kinds.index(wanted)
-        return graphics, kinds.index(
-            vk.VK_QUEUE_COMPUTE_BIT
-        ) if vk.VK_QUEUE_COMPUTE_BIT in kinds else graphics
+        if vk.VK_QUEUE_COMPUTE_BIT not in kinds:
+            return graphics, graphics
+        return graphics, kinds.index(vk.VK_QUEUE_COMPUTE_BIT)
 
     def _queue(self, family: int) -> Queue:
         flags = vk.VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT
@@ -400,7 +388,7 @@ class Device:
             return bool(vk.vkGetPhysicalDeviceFeatures(self.physical).geometryShader)
         return all(all(self._features(s, m).values()) for s, m in structures.items())
 
-    def _create_device(self):
+    def _create_device(self) -> Any:
         for structure, members in NEEDED.items():
             missing = [
                 name for name, there in self._features(structure, members).items() if not there
@@ -416,7 +404,7 @@ class Device:
             extensions += CAPABILITIES[capability][0]
             structures.update(CAPABILITIES[capability][1])
         for structure, members in structures.items():
-            chain = getattr(vk, structure)(pNext=chain, **{member: 1 for member in members})
+            chain = getattr(vk, structure)(pNext=chain, **dict.fromkeys(members, 1))
         there = vk.vkGetPhysicalDeviceFeatures(self.physical)
         core = vk.VkPhysicalDeviceFeatures(**{name: getattr(there, name) for name in OPTIONAL})
         queues = [
@@ -465,7 +453,7 @@ class Device:
         )
 
 
-def _submit_info(submission: Submission):
+def _submit_info(submission: Submission) -> Any:
     """VkSubmitInfo2"""
     waits, signals = (
         [vk.VkSemaphoreSubmitInfo(semaphore=of[0].handle, value=of[1], stageMask=of[2])]
@@ -481,6 +469,28 @@ def _submit_info(submission: Submission):
         signalSemaphoreInfoCount=len(signals),
         pSignalSemaphoreInfos=signals,
     )
+
+
+def _index_of(select: str, names: list[str]) -> int:
+    """The index of the device with this number, or with this part of its name."""
+    if select.isdigit():
+        index = int(select)
+    else:
+        index = next((i for i, name in enumerate(names) if select.lower() in name.lower()), -1)
+    if not 0 <= index < len(names):
+        raise VulkanError(
+            f"there is no device {select}",
+            "there are: " + "; ".join(f"{i}: {n}" for i, n in enumerate(names)),
+        )
+    return index
+
+
+def _driver_version(properties: Any) -> str:
+    version = properties.driverVersion
+    if properties.vendorID == NVIDIA:  # a layout of its own
+        return f"{version >> 22}.{version >> 14 & 255}.{version >> 6 & 255}"
+    parts = (vk.VK_VERSION_MAJOR, vk.VK_VERSION_MINOR, vk.VK_VERSION_PATCH)
+    return ".".join(str(part(version)) for part in parts)
 
 
 def _no_driver() -> VulkanError:

@@ -1,4 +1,4 @@
-"""What this package raises when Vulkan cannot do what was asked."""
+"""The error that this package raises."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ from gltf_ext.errors import MeshletError
 
 
 class VulkanError(MeshletError):
-    """No driver, no such device, or a device without what a path needs; one line says which."""
+    """There is no driver or no such device, or the device lacks a feature that a path needs."""

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import numpy as np
-import vulkan as vk
-from vulkan._vulkan import lib as LIBRARY
+from typing import Any
 
+import numpy as np
+
+from . import vk
 from .device import Device
 from .errors import VulkanError
 
-# Names that the package vulkan lacks; values from the Vulkan registry.
-SHADER_DEVICE_ADDRESS = 0x20000  # VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT
-ALLOCATE_DEVICE_ADDRESS = 2  # VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT
-STORAGE = vk.VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | SHADER_DEVICE_ADDRESS
+ADDRESSED = vk.VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT
+STORAGE = vk.VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | ADDRESSED
 TRANSFER = vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT | vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT
 HOST = vk.VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | vk.VK_MEMORY_PROPERTY_HOST_COHERENT_BIT
 
 
 class Buffer:
-    """A buffer with memory of its own. size: bytes; allocated: what it takes in device memory; host: mapped for the CPU.
+    """A buffer with memory of its own.
 
-    Raises VulkanError where memory is short.
+    size: bytes; allocated: bytes of device memory; host: mapped for the CPU; address: for shaders,
+    0 without ADDRESSED. Raises VulkanError if memory is short.
     """
 
     def __init__(self, device: Device, size: int, usage: int = STORAGE, *, host: bool = False):
@@ -32,7 +32,7 @@ class Buffer:
             ),
             None,
         )
-        addressed = bool(usage & SHADER_DEVICE_ADDRESS)
+        addressed = bool(usage & ADDRESSED)
         needed = vk.vkGetBufferMemoryRequirements(device.handle, self.handle)
         self.allocated = int(needed.size)
         self._memory = allocate(
@@ -41,24 +41,23 @@ class Buffer:
         vk.vkBindBufferMemory(device.handle, self.handle, self._memory, 0)
         self.address = 0
         if addressed:
-            # The package's own wrapper loses the result.
             info = vk.VkBufferDeviceAddressInfo(buffer=self.handle)
-            self.address = int(
-                LIBRARY.vkGetBufferDeviceAddress(device.handle, vk.ffi.addressof(info))
-            )
-        self._mapped = (
+            self.address = vk.vkGetBufferDeviceAddress(device.handle, info)
+        self._mapped: Any = (
             vk.vkMapMemory(device.handle, self._memory, 0, max(self.size, 4), 0) if host else None
         )
         self._alive = True
         device.at_close(self.free)
 
-    def write(self, data: np.ndarray | bytes, offset: int = 0) -> "Buffer":
-        """Copies the array's bytes to `offset`; waits. Returns itself."""
-        raw = (
-            memoryview(np.ascontiguousarray(data)).cast("B")
-            if isinstance(data, np.ndarray) and data.size
-            else memoryview(bytes(data))
-        )
+    def write(self, data: np.ndarray | bytes | memoryview, offset: int = 0) -> Buffer:
+        """Copies the data's bytes to byte `offset`; waits. Returns the buffer.
+
+        Raises ValueError if the data does not fit.
+        """
+        if isinstance(data, np.ndarray) and data.size:
+            raw = np.ascontiguousarray(data).data.cast("B")
+        else:
+            raw = memoryview(bytes(data))
         if offset + len(raw) > self.size:
             raise ValueError("more data than the buffer holds")
         if not len(raw):
@@ -77,7 +76,7 @@ class Buffer:
     def read(
         self, dtype: np.dtype | type = np.uint32, count: int = -1, offset: int = 0
     ) -> np.ndarray:
-        """`count` elements (-1: all that there are) from byte `offset`; waits."""
+        """dtype[count] from byte `offset`; waits. count: -1 reads to the end."""
         dtype = np.dtype(dtype)
         count = (self.size - offset) // dtype.itemsize if count < 0 else count
         size = count * dtype.itemsize
@@ -93,7 +92,7 @@ class Buffer:
         return data
 
     def free(self) -> None:
-        """Gives the memory back; a second call does nothing."""
+        """Frees the memory; a second call does nothing."""
         if self._alive:
             self._alive = False
             self._mapped = None
@@ -103,8 +102,8 @@ class Buffer:
             vk.vkFreeMemory(self.device.handle, self._memory, None)
 
 
-def _sharing(device: Device) -> dict:
-    """Buffers are free for all of the device's queues: which one uses them needs no transfer."""
+def _sharing(device: Device) -> dict[str, Any]:
+    """Sharing of a buffer between all queues of the device, without ownership transfers."""
     if len(device.families) == 1:
         return {"sharingMode": vk.VK_SHARING_MODE_EXCLUSIVE}
     return {
@@ -115,18 +114,16 @@ def _sharing(device: Device) -> dict:
 
 
 class Image:
-    """A two-dimensional image with its view, in memory of its own, and the layout it was left in."""
+    """A two-dimensional image with a view and memory of its own.
+
+    layout: after the commands recorded so far.
+    """
 
     def __init__(
         self, device: Device, width: int, height: int, format: int, usage: int, *, levels: int = 1
     ):
-        self.device, self.width, self.height, self.format, self.levels = (
-            device,
-            width,
-            height,
-            format,
-            levels,
-        )
+        self.device, self.format, self.levels = device, format, levels
+        self.width, self.height = width, height
         depth = format == vk.VK_FORMAT_D32_SFLOAT
         self.aspect = vk.VK_IMAGE_ASPECT_DEPTH_BIT if depth else vk.VK_IMAGE_ASPECT_COLOR_BIT
         self.layout = vk.VK_IMAGE_LAYOUT_UNDEFINED
@@ -170,12 +167,10 @@ class Image:
         self._alive = True
         device.at_close(self.free)
 
-    def to_layout(self, commands, layout: int) -> None:
-        """Records the change to a layout; what was in the image stays, unless its layout was undefined."""
-        stage, access = (
-            vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
-            vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT,
-        )
+    def to_layout(self, commands: Any, layout: int) -> None:
+        """Records a layout transition. Keeps the contents, unless the layout was undefined."""
+        stage = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT
+        access = vk.VK_ACCESS_2_MEMORY_READ_BIT | vk.VK_ACCESS_2_MEMORY_WRITE_BIT
         barrier = vk.VkImageMemoryBarrier2(
             srcStageMask=stage,
             srcAccessMask=access,
@@ -193,8 +188,8 @@ class Image:
         )
         self.layout = layout
 
-    def copy_region(self, level: int = 0) -> "vk.VkBufferImageCopy":
-        """The whole of a level, tightly packed."""
+    def copy_region(self, level: int = 0) -> Any:
+        """VkBufferImageCopy of a whole level, tightly packed."""
         return vk.VkBufferImageCopy(
             imageSubresource=vk.VkImageSubresourceLayers(
                 aspectMask=self.aspect, mipLevel=level, layerCount=1
@@ -204,21 +199,21 @@ class Image:
             ),
         )
 
-    def read(self, dtype: np.dtype | type, components: int) -> np.ndarray:
-        """dtype[height, width, components] of the first level; waits. The image needs TRANSFER_SRC usage."""
-        size = self.width * self.height * components * np.dtype(dtype).itemsize
+    def read(self, dtype: np.dtype | type, channels: int) -> np.ndarray:
+        """dtype[height, width, channels] of the first level; waits. Needs TRANSFER_SRC usage."""
+        size = self.width * self.height * channels * np.dtype(dtype).itemsize
         staging = Buffer(self.device, size, vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT, host=True)
         with self.device.commands() as commands:
             self.to_layout(commands, vk.VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL)
             vk.vkCmdCopyImageToBuffer(
                 commands, self.handle, self.layout, staging.handle, 1, [self.copy_region()]
             )
-        data = staging.read(dtype).reshape(self.height, self.width, components)
+        data = staging.read(dtype).reshape(self.height, self.width, channels)
         staging.free()
         return data
 
     def free(self) -> None:
-        """Gives the memory back; a second call does nothing."""
+        """Frees the memory; a second call does nothing."""
         if self._alive:
             self._alive = False
             vk.vkDestroyImageView(self.device.handle, self.view, None)
@@ -226,8 +221,11 @@ class Image:
             vk.vkFreeMemory(self.device.handle, self._memory, None)
 
 
-def allocate(device: Device, needed, properties: int, addressed: bool):
-    """Memory for `needed` (VkMemoryRequirements) of a type with `properties`."""
+def allocate(device: Device, needed: Any, properties: int, addressed: bool) -> Any:
+    """Allocates memory with `properties` for `needed` (VkMemoryRequirements).
+
+    addressed: for buffers that shaders reach by address. Raises VulkanError if memory is short.
+    """
     for index in range(device.memory.memoryTypeCount):
         flags = device.memory.memoryTypes[index].propertyFlags
         if needed.memoryTypeBits >> index & 1 and flags & properties == properties:
@@ -236,7 +234,11 @@ def allocate(device: Device, needed, properties: int, addressed: bool):
         raise VulkanError(
             f"{device.name} has no memory of the needed kind", "choose another --device"
         )
-    chain = vk.VkMemoryAllocateFlagsInfo(flags=ALLOCATE_DEVICE_ADDRESS) if addressed else None
+    chain = (
+        vk.VkMemoryAllocateFlagsInfo(flags=vk.VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT)
+        if addressed
+        else None
+    )
     try:
         return vk.vkAllocateMemory(
             device.handle,

@@ -1,18 +1,22 @@
-"""Pipelines from the package's SPIR-V, and the timing of what they run."""
+"""Compute pipelines from the package's SPIR-V, push constants, and timestamps."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import resources
+from typing import Any
 
 import numpy as np
-import vulkan as vk
 
+from . import vk
 from .device import Device
+from .reflection import specialization_ids
 
-PUSH_BYTES = 128  # what every device has
+PUSH_BYTES = 128  # of push constants: the minimum that Vulkan guarantees
+MAX_GROUPS = 65535  # workgroups per dimension of a dispatch or draw: the guaranteed minimum
 
 
-def shader_module(device: Device, name: str):
+def shader_module(device: Device, name: str) -> Any:
     """The module of spirv/<name>.spv; freed with the device."""
     code = (resources.files(__package__) / "spirv" / f"{name}.spv").read_bytes()
     module = vk.vkCreateShaderModule(
@@ -22,26 +26,40 @@ def shader_module(device: Device, name: str):
     return module
 
 
-def stage(device: Device, name: str, bit: int, constants: dict[int, int] | None = None):
-    """A pipeline stage with specialisation constants (constant id -> 32-bit unsigned value)."""
-    special = None
-    if constants:
-        data = vk.ffi.new("uint32_t[]", list(constants.values()))
-        device.at_close(lambda: vk.ffi.release(data))  # the structures below do not keep it alive
-        entries = [
-            vk.VkSpecializationMapEntry(constantID=id, offset=4 * i, size=4)
-            for i, id in enumerate(constants)
-        ]
-        special = vk.VkSpecializationInfo(
-            mapEntryCount=len(entries), pMapEntries=entries, dataSize=4 * len(constants), pData=data
-        )
+def stage(device: Device, name: str, bit: int, constants: Mapping[str, int]) -> Any:
+    """A pipeline stage: VkPipelineShaderStageCreateInfo.
+
+    constants: specialisation constants, name -> 32-bit unsigned value. Those that this shader lacks
+    are ignored, so that all stages of a pipeline can take the same constants; ValueError for names
+    that no shader has.
+    """
+    values = specialization_ids(name, constants)
     return vk.VkPipelineShaderStageCreateInfo(
-        stage=bit, module=shader_module(device, name), pName="main", pSpecializationInfo=special
+        stage=bit,
+        module=shader_module(device, name),
+        pName="main",
+        pSpecializationInfo=_specialization(device, values) if values else None,
     )
 
 
-def pipeline_layout(device: Device, sets: list | None = None):
-    """A layout with the descriptor set layouts `sets` and PUSH_BYTES of push constants for all stages; freed with the device."""
+def _specialization(device: Device, values: dict[int, int]) -> Any:
+    """VkSpecializationInfo of 32-bit values by id."""
+    data = vk.ffi.new("uint32_t[]", list(values.values()))
+    device.at_close(lambda: vk.ffi.release(data))  # VkSpecializationInfo does not keep it alive
+    entries = [
+        vk.VkSpecializationMapEntry(constantID=identifier, offset=4 * i, size=4)
+        for i, identifier in enumerate(values)
+    ]
+    return vk.VkSpecializationInfo(
+        mapEntryCount=len(entries), pMapEntries=entries, dataSize=4 * len(values), pData=data
+    )
+
+
+def pipeline_layout(device: Device, sets: list[Any] | None = None) -> Any:
+    """A layout with PUSH_BYTES of push constants for all stages; freed with the device.
+
+    sets: descriptor set layouts.
+    """
     ranges = [vk.VkPushConstantRange(stageFlags=vk.VK_SHADER_STAGE_ALL, offset=0, size=PUSH_BYTES)]
     layout = vk.vkCreatePipelineLayout(
         device.handle,
@@ -57,7 +75,15 @@ def pipeline_layout(device: Device, sets: list | None = None):
     return layout
 
 
-def push(commands, layout, data: np.ndarray) -> None:
+def push_record(dtype: np.dtype, **fields: Any) -> np.ndarray:
+    """dtype[()] with the given fields; all others are 0."""
+    record = np.zeros((), dtype)
+    for name, value in fields.items():
+        record[name] = value
+    return record
+
+
+def push(commands: Any, layout: Any, data: np.ndarray) -> None:
     """Sets the push constants to the array's bytes."""
     raw = np.ascontiguousarray(data).tobytes()
     vk.vkCmdPushConstants(
@@ -65,30 +91,27 @@ def push(commands, layout, data: np.ndarray) -> None:
     )
 
 
-MAX_GROUPS = 65535  # workgroups in one dimension of a dispatch or draw that every device allows
-
-
 class ComputePipeline:
-    """A compute shader with specialisation constants by id."""
+    """A compute shader with its specialisation constants."""
 
     @classmethod
-    def of(cls, device: Device, name: str, constants: dict[int, int]) -> "ComputePipeline":
-        """The device's pipeline of a module and constants, made when it is first asked for."""
+    def of(cls, device: Device, name: str, constants: Mapping[str, int]) -> ComputePipeline:
+        """The device's pipeline of a module and constants; made on first use."""
         key = (name, device.pipeline_flags, *sorted(constants.items()))
-        return device.once(key, lambda: cls(device, name, constants))
+        pipeline: ComputePipeline = device.once(key, lambda: cls(device, name, constants))
+        return pipeline
 
-    def __init__(self, device: Device, name: str, constants: dict[int, int]):
+    def __init__(self, device: Device, name: str, constants: Mapping[str, int]):
         self.device, self.layout = device, pipeline_layout(device)
-        shader = stage(
-            device, name, vk.VK_SHADER_STAGE_COMPUTE_BIT, constants
-        )  # must outlive the call
+        # A variable keeps the stage alive during the call.
+        shader = stage(device, name, vk.VK_SHADER_STAGE_COMPUTE_BIT, constants)
         info = vk.VkComputePipelineCreateInfo(
             flags=device.pipeline_flags, stage=shader, layout=self.layout
         )
         self.handle = vk.vkCreateComputePipelines(device.handle, None, 1, [info], None)[0]
         device.at_close(lambda: vk.vkDestroyPipeline(device.handle, self.handle, None))
 
-    def dispatch(self, commands, groups: int, data: np.ndarray, rows: int = 1) -> None:
+    def dispatch(self, commands: Any, groups: int, data: np.ndarray, rows: int = 1) -> None:
         """Records `groups` x `rows` workgroups with `data` as push constants."""
         vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, self.handle)
         push(commands, self.layout, data)
@@ -96,7 +119,7 @@ class ComputePipeline:
 
 
 class Timestamps:
-    """`count` places in a command buffer whose times are asked for afterwards."""
+    """`count` timestamps that a command buffer writes and the host reads afterwards."""
 
     def __init__(self, device: Device, count: int):
         self.device, self.count = device, count
@@ -107,28 +130,33 @@ class Timestamps:
         )
         device.at_close(lambda: vk.vkDestroyQueryPool(device.handle, self._pool, None))
 
-    def reset(self, commands) -> None:
-        """To be recorded before the first mark."""
+    def reset(self, commands: Any) -> None:
+        """Record this before the first mark."""
         vk.vkCmdResetQueryPool(commands, self._pool, 0, self.count)
 
-    def mark(self, commands, index: int) -> None:
-        """The time when all that was recorded before has run."""
+    def mark(self, commands: Any, index: int) -> None:
+        """Records a timestamp that is written when all commands before have finished."""
         vk.vkCmdWriteTimestamp2(
             commands, vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, self._pool, index
         )
 
     def milliseconds(self) -> np.ndarray:
-        """float64[count - 1]: the time from each mark to the next, of the last run."""
-        raw = np.zeros(self.count, np.uint64)
-        flags = vk.VK_QUERY_RESULT_64_BIT | vk.VK_QUERY_RESULT_WAIT_BIT
-        vk.vkGetQueryPoolResults(
-            self.device.handle,
-            self._pool,
-            0,
-            self.count,
-            raw.nbytes,
-            vk.ffi.cast("void *", raw.ctypes.data),
-            8,
-            flags,
-        )
-        return np.diff(raw.astype(np.int64)) * self.device.limits.timestamp_ns / 1e6
+        """float64[count - 1]: the time between successive timestamps of the last run; waits."""
+        ticks = read_queries(self.device, self._pool, self.count)
+        return np.diff(ticks.astype(np.int64)) * self.device.limits.timestamp_ns / 1e6
+
+
+def read_queries(device: Device, pool: Any, count: int) -> np.ndarray:
+    """uint64[count]: the results of a pool's queries; waits."""
+    results = np.zeros(count, np.uint64)
+    vk.vkGetQueryPoolResults(
+        device.handle,
+        pool,
+        0,
+        count,
+        results.nbytes,
+        vk.ffi.cast("void *", results.ctypes.data),
+        8,
+        vk.VK_QUERY_RESULT_64_BIT | vk.VK_QUERY_RESULT_WAIT_BIT,
+    )
+    return results

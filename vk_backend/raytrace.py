@@ -1,130 +1,93 @@
-"""Ray tracing of compressed meshlets, with a cache of decoded ones, and of the same model uncompressed."""
+"""Ray tracing of compressed meshlets with a cache of decoded ones, or of the uncompressed model."""
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import vulkan as vk
 
-from . import acceleration
+from . import acceleration, vk
 from .acceleration import BOTTOM, BOX_BYTES, INPUT, TOP, Boxes, Instances, Structures, Triangles
 from .camera import Camera
 from .constants import CONSTANTS
 from .device import Device
 from .errors import VulkanError
 from .memory import STORAGE, Buffer
-from .pipelines import MAX_GROUPS, ComputePipeline, Timestamps, push, stage
+from .pipelines import MAX_GROUPS, ComputePipeline, Timestamps, push, push_record, stage
+from .raytrace_layout import BOXES_PUSH, CACHE_PUSH, CACHE_STATE, LISTS, RAYS_PUSH, ROUND, TRACED
 from .scene import FRAME, Primitive, Scene, SceneBuffers, require_room
-from .slots import SlotLayout
+from .slot_layout import SlotLayout
 from .textures import TextureArray, array_size, textures_layout
 
 PATHS = ("rt", "rt-plain", "rt-triangles")
-MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
-NO_SLOT, REQUESTED = 0xFFFFFFFF, 0xFFFFFFFE  # of shaders/rt_common.glsl
-LONG_AGO = 1 << 31  # frames are numbered in 32 bits
-CHOOSE_GROUP, BOXES_GROUP = 512, 32  # workgroups of shaders/rt_cache.comp, boxes.comp
-CLASSES, FILL_GROUPS, NEIGHBOURS = 13, 32768, 6  # of shaders/rt_cache.glsl, rt_common.glsl
-REQUESTS, LISTS, COUNTED_RAY = (
-    CLASSES,
-    2 * CLASSES,
-    2,
-)  # its lists, and what each ray adds to a counter
-SPREAD, SPREAD_PATHS = 32, 4096  # of shaders/rt_paths.glsl
-SCRATCH, LEAST_SCRATCH = (
-    2 / 3,
-    768,
-)  # slots beside the cache: a share of the meshlets that it has no room for, or so many
-ROTATING = (
-    1 / 2
-)  # of all slots: what can be given away during a frame even if all are needed, at most
-MANY_SLOTS, ROUNDS = (
-    0.78,
-    {True: 1, False: 4},
-)  # share of the meshlets that have slots; rounds if it is that large, or is not,
-BOUNCE_ROUNDS, LONG_PATH = 3, 2  # and so many more for each bounce, up to that one
-FEW_SLOTS, MOST_STRIPS = (
-    0.45,
-    16,
-)  # with a smaller share a picture is traced in strips, the more the smaller it is
-AHEAD, AHEAD_FRAMES, MOST_SLOTS = (
-    1 / 64,
-    16,
-    0.93,
-)  # rays that look ahead, a share of the pixels, and so many frames; none where few slots lack
-SAMPLES = 16  # paths per pixel, where they bounce
-SAVED_PATHS, SAVED_BYTES = (
-    1 / 128,
-    1 / 4,
-)  # records of paths that wait: a share of the pixels, twice; at most a share of the slots' bytes
-MOST_BOUNCES, MOST_SAMPLES = 2047, (1 << 20) - 1  # what a record holds
-BOUNDS_BYTES, PATH_BYTES = (
-    24,
-    64,
-)  # of a meshlet's box and of a record, in shaders/rt_cache.glsl and rt_paths.glsl
-SHADER_GROUPS = 3  # of shaders in a pipeline: the camera's, for misses, for hits
-HIT_WORDS = 5  # of shaders/rt_common.glsl
-INSTANCE_MASKED = 1 << 23  # of shaders/rt_hit.glsl
-# From the Vulkan registry, since the package vulkan has wrong values: VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
-# VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR and VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR.
-PIPELINE_INFO, GROUP_INFO, BIND_POINT = 1000150015, 1000150016, 1000165000
-OPAQUE, TRANSPARENT = 4, 8  # VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR, FORCE_NO_OPAQUE
+GROUPS = (4, 8, 16, 32, 64)  # triangles behind one box
 
-# Structures of shaders/rt_common.glsl and rt_cache.glsl.
-TRACED = np.dtype(
-    [
-        ("blob", "<u4", 2),
-        ("blob_words", "<u4"),
-        ("first_meshlet", "<u4"),
-        ("indices", "<u4", 2),
-        ("vertices", "<u4", 2),
-    ]
-)
-ROUND = np.dtype(
-    [
-        ("fill_groups", "<u4", 3),
-        ("requested", "<u4"),
-        ("launch", "<u4", 3),
-        ("restarted", "<u4"),
-        ("waiting", "<u4"),
-        ("filled", "<u4"),
-    ]
-)
-STATE = np.dtype(
-    [
-        ("bounds", "<u8"),
-        ("paths", "<u8"),
-        ("owners", "<u8"),
-        ("stamps", "<u8"),
-        ("seen", "<u8"),
-        ("ahead", "<u8"),
-        ("stable", "<u4"),
-        ("rotating", "<u4"),
-        ("meshlets", "<u4"),
-        ("primitives", "<u4"),
-        ("waits", "<u4"),
-        ("path_limit", "<u4"),
-        ("coming_round", "<u4"),
-        ("frame", "<u4"),
-        ("kept", "<u4"),
-        ("ring", "<u4"),
-        ("cursor", "<u4"),
-        ("finished", "<u4"),
-        ("listed", "<u4", (2, LISTS)),
-    ]
-)
+# Of shaders/raytrace/rt_constants.h, which says what they are.
+MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
+NO_SLOT = CONSTANTS["NO_SLOT"]
+REQUESTED = CONSTANTS["REQUESTED"]
+COUNTED_RAY = CONSTANTS["COUNTED_RAY"]
+CHOOSE_THREADS = CONSTANTS["CHOOSE_THREADS"]
+BOXES_THREADS = CONSTANTS["BOXES_THREADS"]
+FILL_GROUPS = CONSTANTS["FILL_GROUPS"]
+NEIGHBOURS = CONSTANTS["NEIGHBOURS"]
+REQUESTS = CONSTANTS["REQUESTS"]
+SPREAD = CONSTANTS["SPREAD"]
+SPREAD_PATHS = CONSTANTS["SPREAD_PATHS"]
+PATH_BYTES = 4 * CONSTANTS["PATH_WORDS"]
+MESHLET_BOX_BYTES = CONSTANTS["MESHLET_BOX_BYTES"]
+HIT_WORDS = CONSTANTS["HIT_WORDS"]
+INSTANCE_MASKED = CONSTANTS["INSTANCE_MASKED"]
+MAX_BOUNCES = (1 << CONSTANTS["BOUNCE_BITS"]) - 1
+MAX_SAMPLES = (1 << CONSTANTS["SAMPLE_BITS"]) - 1
+
+NEVER = 1 << 31  # initial value of CacheState.seen: longer ago than any class reaches
+VISIBLE = 0xFF000000  # visibility mask of an instance, in the upper 8 bits of its custom index
+SHADER_GROUPS = 3  # of a pipeline: ray generation, miss, hit
+
+# Defaults, tuned on an H200. docs/vulkan-raytracing.md describes what they control and has the
+# measurements that comments here name; no record of the others was kept.
+
+# Scratch slots, as a share of the meshlets that the cache has no room for.
+SCRATCH_SHARE = 2 / 3
+# At least this many, about 1 MB: models of some thousand meshlets are then cached completely.
+MIN_SCRATCH = 768
+# Share of all slots that a frame may reuse even if rays need their meshlets. When all could be
+# reused, far more paths waited in the next frame.
+ROTATING_SHARE = 1 / 2
+# From this share of meshlets with slots on, one round is enough. A round without work costs 12 us.
+MANY_SLOTS = 0.78
+ROUNDS_WITH_MANY_SLOTS = 1
+ROUNDS_WITH_FEW_SLOTS = 4
+# Bounces add rounds; with requests for all meshlets on the way, 5 rounds had work instead of 8.
+ROUNDS_PER_BOUNCE = 3
+ROUNDED_BOUNCES = 2
+# Below this share of meshlets with slots the picture is traced in about 1 / share strips.
+FEW_SLOTS = 0.45
+MAX_STRIPS = 16
+# Prefetch rays per pixel. 1/32 took 45 us more for materialball.
+AHEAD_SHARE = 1 / 64
+AHEAD_FRAMES = 16
+# No prefetch from this share of meshlets with slots on: little is missing.
+MOST_SLOTS = 0.93
+# Paths per pixel, with bounces.
+DEFAULT_SAMPLES = 16
+# Records of waiting paths per round: a share of the pixels, in at most a share of the slots' bytes.
+RECORDS_PER_PIXEL = 1 / 128
+MAX_RECORD_BYTES_SHARE = 1 / 4
 
 
 @dataclass
-class Picture:
-    """What rays saw first, and the colour that came of it.
+class TracedPicture:
+    """A ray-traced picture, with the first hit of each pixel's first path.
 
-    color: uint8[height, width, 4]; ids: uint32[height, width, 2], instance and meshlet * 64 + triangle, 0xFFFFFFFF where there is
-    nothing; t: float32[height, width], along directions of unit length, infinite where there is nothing; barycentrics:
-    float32[height, width, 2], weights of the second and third vertex; milliseconds: of the GPU, the cache's upkeep included.
+    color: uint8[height, width, 4], sRGB.
+    ids: uint32[height, width, 2], instance and meshlet * 64 + triangle; 0xFFFFFFFF for a miss.
+    t: float32[height, width], distance in world units; infinite for a miss.
+    barycentrics: float32[height, width, 2], weights of the second and third vertex.
+    milliseconds: on the GPU, including the upkeep of the cache.
     """
 
     color: np.ndarray
@@ -137,23 +100,30 @@ class Picture:
 class RayTracer:
     """Renders a scene by tracing rays.
 
-    path: "rt" (compressed), "rt-plain" (the same boxes over uncompressed meshlets) or "rt-triangles" (the driver's triangles).
-    cache: share of the meshlets that may be kept decoded, 0 to 1; cache_bytes: the same limit in bytes, instead. bounces: how often light
-    is followed from surface to surface; shadows: whether surfaces shade one another; samples: paths per pixel (None: 1, or with bounces
-    16); group: triangles behind one box, 4 to 64, a power of two.
+    path: "rt" (compressed), "rt-plain" (the same boxes over uncompressed meshlets) or
+    "rt-triangles" (triangles that the driver intersects). cache: share of the meshlets that may
+    stay decoded, 0 to 1; cache_bytes: the limit in bytes instead. bounces: diffuse bounces;
+    shadows: trace shadow rays; samples: paths per pixel (None: 1, or 16 with bounces). group:
+    triangles behind one box, 4 to 64, a power of two.
 
-    Where the cache does not hold everything, there are further slots (scratch: share of the meshlets; None: 2/3 of those that the cache
-    has no room for, at least 768). If that makes a slot for every meshlet, everything is cached. Else paths that need a meshlet without a
-    slot wait: it is decoded into one and they go on, up to `rounds` times; the last time they decode for themselves what they still lack,
-    which takes much longer. strips: parts of the picture that are traced one after the other, so that the slots suffice for each. predict:
-    meshlets near those that rays needed are decoded ahead, beside the first launch, into slots of what is less likely to be needed.
-    ahead: rays, as a share of the pixels, from where the camera will be in 16 frames if it goes on as it does; what they need counts, too
-    (None: 1/64 where there are slots for less than 93 % of the meshlets, else none).
-    bounds: keep a box around each meshlet, up to which a path that waits knows that there is nothing; without it a path asks for whatever
-    it comes across first. paths: records of paths that wait, a share of the pixels (None: 1/128, in at most a quarter of the slots'
-    memory); those without one start again. counted: keep statistics where the cache does not need them. marked: measure the steps
-    of a frame, too.
-    Raises VulkanError; ValueError for a group that there is not, or a negative number.
+    If the cache does not hold all meshlets, there are scratch slots besides (scratch: share of the
+    meshlets; None: 2/3 of those that do not fit the cache, at least 768). If then every meshlet
+    has a slot, all are cached. Otherwise a path that needs a meshlet without a slot waits: the
+    meshlet is decoded and the path goes on, up to `rounds` times. In the last round paths decode
+    missing meshlets by themselves, which takes much longer.
+
+    strips: parts of the picture, traced one after the other so that the slots suffice for each.
+    predict: decode meshlets near those that rays needed ahead of time, during the first launch,
+    into slots of meshlets that are less likely to be needed.
+    ahead: prefetch rays as a share of the pixels, from the camera's predicted position in 16
+    frames (None: 1/64 if less than 93 % of the meshlets have slots, else none).
+    bounds: keep a box around each meshlet, so that a path requests the nearest missing meshlet;
+    without, it requests the first one that it meets.
+    paths: records of waiting paths as a share of the pixels (None: 1/128, in at most a quarter of
+    the slots' memory); paths without a record start again.
+    counted: keep statistics even if the cache does not need them. marked: time a frame's steps.
+    Raises VulkanError if the device lacks ray tracing or memory; ValueError for an unknown group
+    or a negative number.
     """
 
     def __init__(
@@ -186,7 +156,7 @@ class RayTracer:
             raise VulkanError(
                 "the cache is a share from 0 to 1, or a number of bytes", "for example 0.25"
             )
-        if group not in (4, 8, 16, 32, 64):
+        if group not in GROUPS:
             raise ValueError("group is 4, 8, 16, 32 or 64")
         if any((number or 0) < 0 for number in (scratch, rounds, strips, paths, ahead)):
             raise ValueError("scratch, rounds, strips, paths and ahead are not negative")
@@ -202,15 +172,10 @@ class RayTracer:
             )
         self.device, self.scene, self.path = device, scene, path
         self.bounces, self.shadows, self.group = bounces, shadows, group
-        self.predict, self.bounds, self.paths, self.ahead, self.marked = (
-            predict,
-            bounds,
-            paths,
-            ahead,
-            marked,
-        )
+        self.predict, self.bounds, self.marked = predict, bounds, marked
+        self.paths, self.ahead = paths, ahead
         self._last_place: np.ndarray | None = None
-        self.samples = samples or (SAMPLES if bounces else 1)
+        self.samples = samples or (DEFAULT_SAMPLES if bounces else 1)
         self.buffers = SceneBuffers(
             device, scene, {"blobs"} if path == "rt" else {"vertices", "indices"}
         )
@@ -229,14 +194,15 @@ class RayTracer:
         self._rays = self._make_rays(deferred=False)
         self._make_cache()
         self._picture_size: tuple[int, int] | None = None
-        self._times: Timestamps | None = None
+        self._waiting: Buffer | None = None
+        self._times = Timestamps(device, 2)
         self._steps: list[str] = []
         self._pictures: list[Buffer] = []
 
-    # --- use -------------------------------------------------------------------------------------------------------------------------
+    # --- use ---
 
-    def render(self, camera: Camera, width: int, height: int) -> Picture:
-        """One frame, after which the cache follows what its rays needed."""
+    def render(self, camera: Camera, width: int, height: int) -> TracedPicture:
+        """Renders one frame. The next one begins by updating the cache from this frame's rays."""
         milliseconds = self.time(camera, width, height)
         hits = self._hits.read().reshape(height, width, HIT_WORDS)
         ids = np.ascontiguousarray(hits[..., :2])
@@ -244,15 +210,15 @@ class RayTracer:
             self._number_triangles(ids)
         floats = np.ascontiguousarray(hits[..., 2:]).view(np.float32)
         color = self._colors.read(np.uint8).reshape(height, width, 4)
-        return Picture(color, ids, floats[..., 0], floats[..., 1:], milliseconds)
+        return TracedPicture(color, ids, floats[..., 0], floats[..., 1:], milliseconds)
 
-    def frames(self, cameras: Sequence[Camera], width: int, height: int) -> Iterator[Picture]:
-        """A picture from each camera, in their order."""
+    def frames(self, cameras: Sequence[Camera], width: int, height: int) -> Iterator[TracedPicture]:
+        """Renders a picture with each camera, in order."""
         for camera in cameras:
             yield self.render(camera, width, height)
 
     def time(self, camera: Camera, width: int, height: int) -> float:
-        """Milliseconds of the GPU for one frame, whose picture stays on the device."""
+        """Renders one frame without copying it to the host; milliseconds on the GPU."""
         if self._picture_size != (width, height):
             self._prepare(width, height)
         frames = [
@@ -264,18 +230,26 @@ class RayTracer:
         return float(self._times.milliseconds().sum())
 
     def steps(self) -> dict[str, float]:
-        """Milliseconds of the last frame's steps, if it was `marked`: choose (what the slots hold), keep (decode it), rays, and of each
-        round decode and rays, all strips together."""
+        """Milliseconds of the last frame's steps, summed over all strips. Needs `marked`.
+
+        Steps: choose (the meshlets for the slots), keep (decode them), rays (first launch), and
+        "decode n" and "rays n" of each later round.
+        """
         found = dict.fromkeys(self._steps, 0.0)
         for name, milliseconds in zip(self._steps, self._times.milliseconds()):
             found[name] += float(milliseconds)
         return found
 
     def statistics(self) -> dict[str, Any]:
-        """Of the last frame. asked: how often rays, those that look ahead included, needed a meshlet, about; needed: meshlets that they
-        needed; resident: meshlets that have a slot now, of slots; kept: meshlets decoded before the first ray; coming: meshlets decoded
-        during the first launch; requested: meshlets that paths waited for before each round; waiting: these paths; restarted: those of
-        them that had to start again. Where everything is cached, asked and needed are 0 unless `counted` was given."""
+        """Counts of the last frame.
+
+        asked: approximate number of times that rays, including prefetch rays, needed a meshlet.
+        needed: meshlets that they needed. Both are 0 if all are cached, unless `counted` is set.
+        resident: meshlets that have a slot now; slots, meshlets: how many there are.
+        kept: meshlets decoded before the first launch; coming: during the first launch.
+        requested, waiting, restarted: lists with an item per round: meshlets that paths waited for,
+        the waiting paths, and those of them that had to start again.
+        """
         counts = self._counters.read() // COUNTED_RAY if self.counted else np.zeros(1, np.uint32)
         table = self._slot_table.read() if self.path == "rt" else np.zeros(0, np.uint32)
         found = {
@@ -287,7 +261,8 @@ class RayTracer:
         }
         if self._selects:
             raw = self._state.read(np.uint8)
-            state, rounds = raw[: STATE.itemsize].view(STATE)[0], raw[STATE.itemsize :].view(ROUND)
+            state = raw[: CACHE_STATE.itemsize].view(CACHE_STATE)[0]
+            rounds = raw[CACHE_STATE.itemsize :].view(ROUND)
             later = rounds[:-1].reshape(self.strips, self._round_records)[:, 1 : self.rounds + 1]
             found.update({"kept": int(state["kept"]), "coming": int(rounds[-1]["requested"])})
             found["requested"] = np.minimum(later["requested"], state["ring"]).sum(axis=0).tolist()
@@ -300,7 +275,7 @@ class RayTracer:
         return found
 
     def resident_bytes(self) -> dict[str, int]:
-        """Device memory that the path keeps, by part; pictures and textures apart."""
+        """Allocated bytes of device memory by part, without pictures and textures."""
         parts = {
             "model": self.buffers.resident_bytes,
             "acceleration": self.bottom.allocated + self.top.allocated,
@@ -308,88 +283,90 @@ class RayTracer:
         parts.update(
             {name: sum(b.allocated for b in buffers) for name, buffers in self._own.items()}
         )
-        if self.rounds and self._picture_size:
+        if self.rounds and self._picture_size and self._waiting:
             parts["lists"] += self._waiting.allocated + self._paths.allocated
         return parts
 
     def set_light(self, *, bounces: int, shadows: bool) -> None:
-        """Other bounces and shadows from the next frame on."""
+        """Changes bounces and shadows from the next frame on."""
         _check_length(bounces, self.samples)
         self.bounces, self.shadows = bounces, shadows
         if self._picture_size is not None:
             self._prepare(*self._picture_size)
 
     def free(self) -> None:
-        """Gives the memory back before the device is closed; the tracer is of no use afterwards."""
+        """Frees the device memory; the tracer cannot be used afterwards."""
         self.buffers.free()
         self.bottom.free()
         self.top.free()
         self._textures.free()
         self._forget_pictures()
-        for buffer in [b for part in self._own.values() for b in part] + [
-            self._frame,
-            self._frame_host,
-        ]:
-            buffer.free()
+        for part in self._own.values():
+            for buffer in part:
+                buffer.free()
+        self._frame.free()
+        self._frame_host.free()
 
     @property
-    def pipelines(self) -> list:
-        """The ray-tracing pipelines, for vk_backend.statistics."""
+    def pipelines(self) -> list[Any]:
+        """The VkPipelines that trace rays, for pipeline_statistics."""
         return [rays[0] for rays in (self._waiting_rays, self._rays) if rays]
 
     @property
     def rounds(self) -> int:
-        """How often paths that wait go on; never where everything is cached or no slots are beside the cache."""
-        return self._first_rounds + self._bounce_rounds * min(self.bounces, LONG_PATH)
+        """Rounds in which waiting paths go on; 0 if there are no scratch slots."""
+        return self._first_rounds + self._bounce_rounds * min(self.bounces, ROUNDED_BOUNCES)
 
-    # --- making ----------------------------------------------------------------------------------------------------------------------
+    # --- setup ---
 
     def _plan_cache(
         self, cache: float, cache_bytes: int | None, scratch: float | None, counted: bool
     ) -> None:
-        """Numbers of slots, and whether meshlets count what rays need of them."""
+        """Decides the numbers of slots, and whether rays are counted."""
         self.capacity = self.scratch = 0
         self.all_cached = self._selects = self.counted = False
         if self.path != "rt":
             return
         wanted = (
-            int(round(cache * self.meshlets))
-            if cache_bytes is None
-            else cache_bytes // self.slot_bytes
+            round(cache * self.meshlets) if cache_bytes is None else cache_bytes // self.slot_bytes
         )
         self.capacity = min(wanted, self.meshlets)
-        beside = max(int(SCRATCH * (self.meshlets - self.capacity)), LEAST_SCRATCH)
-        self.scratch = beside if scratch is None else int(scratch * self.meshlets)
+        if scratch is None:
+            self.scratch = max(int(SCRATCH_SHARE * (self.meshlets - self.capacity)), MIN_SCRATCH)
+        else:
+            self.scratch = int(scratch * self.meshlets)
         self.all_cached = self.capacity + self.scratch >= self.meshlets
         if self.all_cached:
             self.capacity, self.scratch = self.meshlets, 0
-        self._rotating = min(self.scratch, max(int(ROTATING * (self.capacity + self.scratch)), 1))
-        self._selects = not self.all_cached and self.capacity + self.scratch > 0
+        slots = self.capacity + self.scratch
+        self._rotating = min(self.scratch, max(int(ROTATING_SHARE * slots), 1))
+        self._selects = not self.all_cached and slots > 0
         self.counted = counted or self._selects
 
     def _plan_rounds(self, rounds: int | None, strips: int | None) -> None:
-        """How often paths that wait may go on, and in how many parts the picture is traced."""
+        """Decides the number of rounds and of strips."""
         share = (self.capacity + self.scratch) / max(self.meshlets, 1)
-        fitting = (
-            1 if share >= FEW_SLOTS else min(int(1 / max(share, 1 / MOST_STRIPS)), MOST_STRIPS)
-        )
-        self.strips = (strips or fitting) if self.scratch else 1
-        self._first_rounds = (
-            (ROUNDS[share >= MANY_SLOTS] if rounds is None else rounds) if self.scratch else 0
-        )
-        self._bounce_rounds = BOUNCE_ROUNDS if rounds is None and self.scratch else 0
-        self._round_records = (
-            self._first_rounds + self._bounce_rounds * LONG_PATH + 1
-        )  # of a strip, at most
+        if not self.scratch:
+            self.strips, self._first_rounds, self._bounce_rounds = 1, 0, 0
+        else:
+            few = share < FEW_SLOTS
+            fitting = min(int(1 / max(share, 1 / MAX_STRIPS)), MAX_STRIPS) if few else 1
+            self.strips = strips or fitting
+            usual = ROUNDS_WITH_MANY_SLOTS if share >= MANY_SLOTS else ROUNDS_WITH_FEW_SLOTS
+            self._first_rounds = usual if rounds is None else rounds
+            self._bounce_rounds = ROUNDS_PER_BOUNCE if rounds is None else 0
+        # Of a strip, at most.
+        self._round_records = self._first_rounds + self._bounce_rounds * ROUNDED_BOUNCES + 1
 
     def _keep(self, part: str, data: np.ndarray | int, usage: int = STORAGE) -> Buffer:
-        """A buffer that stays, and is counted."""
+        """A buffer that stays allocated and counts as resident, in the given part."""
         size = data if isinstance(data, int) else data.nbytes
         buffer = Buffer(self.device, max(size, 4), usage)
         self._own[part].append(buffer)
         return buffer if isinstance(data, int) else buffer.write(data)
 
     def _upload(self) -> None:
+        """Makes all buffers that the path needs, apart from pictures."""
         rows = np.zeros(len(self.scene.primitives), TRACED)
         for row, record, first in zip(rows, self.buffers.primitives, self._first_meshlet):
             row["blob"], row["blob_words"], row["first_meshlet"] = (
@@ -399,9 +376,8 @@ class RayTracer:
             )
             row["indices"], row["vertices"] = record["index_data"], record["vertex_data"]
         self._traced = self._keep("tables", rows)
-        self._frame = Buffer(
-            self.device, 2 * FRAME.itemsize
-        )  # the picture's, and that of the one that looks ahead
+        # Two records: of the picture, and of the prefetch picture.
+        self._frame = Buffer(self.device, 2 * FRAME.itemsize)
         self._frame_host = Buffer(self.device, 2 * FRAME.itemsize, host=True)
         self._first_triangles = 0
         if self.path == "rt-plain":
@@ -417,33 +393,36 @@ class RayTracer:
             )
             self._cache = self._keep("cache", (self.capacity + self.scratch) * self.slot_bytes)
         if self._selects:
-            self._seen = self._keep("lists", np.full(self.meshlets, LONG_AGO, np.uint32))
+            self._seen = self._keep("lists", np.full(self.meshlets, NEVER, np.uint32))
         if self._selects and self.predict:
             self._owners = self._keep("lists", 4 * NEIGHBOURS * self.meshlets)
             self._stamps = self._keep("lists", np.zeros(self.meshlets, np.uint32))
         self._bounds = (
-            self._keep("lists", self.meshlets * BOUNDS_BYTES)
+            self._keep("lists", self.meshlets * MESHLET_BOX_BYTES)
             if self.rounds and self.bounds
             else None
         )
 
-    def _constants(self, elements: int, deferred: bool = False) -> dict[int, int]:
-        """Of shaders/rt_common.glsl and slots.glsl; elements: components that the stage decodes; deferred: paths wait for meshlets."""
+    def _constants(self, elements: int, deferred: bool = False) -> dict[str, int]:
+        """Specialisation constants by name.
+
+        elements: that the stage decodes; deferred: paths wait for missing meshlets.
+        """
         return {
-            0: self.scene.max_streams,
-            1: elements,
-            2: self.group,
-            5: int(self.all_cached),
-            6: self.scene.vertex_floats,
-            7: self.scene.attributes,
-            9: int(deferred),
-            10: int(self.rounds > 0 and self.paths != 0),
-            11: int(self.counted),
+            "MAX_STREAMS": self.scene.max_streams,
+            "MAX_ELEMENTS": elements,
+            "GROUP_TRIANGLES": self.group,
+            "ALL_CACHED": int(self.all_cached),
+            "VERTEX_FLOATS": self.scene.vertex_floats,
+            "ATTRIBUTES": self.scene.attributes,
+            "DEFERRED": int(deferred),
+            "RESUMES": int(self.rounds > 0 and self.paths != 0),
+            "COUNTED": int(self.counted),
             **self._slots.constants,
         }
 
     def _build(self) -> None:
-        """The acceleration structures: a bottom level per primitive, and the instances over them."""
+        """Builds the acceleration structures: a bottom level per primitive, one top level."""
         start = Camera.fit(self.scene, 1, 1)
         self._frame.write(self.buffers.frame_record(start, 1, 1, 0).tobytes())
         temporary: list[Buffer] = []
@@ -460,7 +439,7 @@ class RayTracer:
             buffer.free()
 
     def _instance_rows(self) -> np.ndarray:
-        """VkAccelerationStructureInstanceKHR of each instance."""
+        """acceleration.INSTANCE[instances]"""
         rows = np.zeros(len(self.scene.instances), acceleration.INSTANCE)
         for row, instance in zip(rows, self.scene.instances):
             primitive = self.scene.primitives[instance.primitive]
@@ -474,7 +453,7 @@ class RayTracer:
             )
             with np.errstate(over="ignore"):
                 row["transform"] = matrix[:3].astype(np.float32)
-            # What a flattened node shows cannot be traced in its own coordinates.
+            # A flattened instance has no inverse transform, so rays cannot hit it.
             seen = (
                 np.isfinite(row["transform"]).all()
                 and np.linalg.matrix_rank(row["transform"][:, :3].astype(np.float64)) == 3
@@ -482,17 +461,20 @@ class RayTracer:
             if not seen:
                 row["transform"] = np.eye(4, dtype=np.float32)[:3]
             row["index_mask"] = (
-                instance.primitive
-                | (INSTANCE_MASKED if masked else 0)
-                | (0xFF000000 if seen else 0)
+                instance.primitive | (INSTANCE_MASKED if masked else 0) | (VISIBLE if seen else 0)
             )
-            row["offset_flags"] = (TRANSPARENT if masked else OPAQUE) << 24
+            flag = (
+                vk.VK_GEOMETRY_INSTANCE_FORCE_NO_OPAQUE_BIT_KHR
+                if masked
+                else vk.VK_GEOMETRY_INSTANCE_FORCE_OPAQUE_BIT_KHR
+            )
+            row["offset_flags"] = flag << 24
             row["structure"] = self.bottom.addresses[instance.primitive]
         return rows
 
     @property
     def _in_object_space(self) -> bool:
-        """Whether rays meet positions in the primitive's coordinates rather than on its grid."""
+        """Whether rays are traced in object coordinates instead of grid coordinates."""
         return self._slots.floats or self.path != "rt"
 
     def _triangles(self, temporary: list[Buffer]) -> list[Triangles]:
@@ -523,36 +505,39 @@ class RayTracer:
                 zip(self.scene.primitives, self._first_meshlet)
             ):
                 address = boxes.address + int(first) * groups * BOX_BYTES
-                data = struct.pack(
-                    "<4Q2I2Q",
-                    self._frame.address,
-                    self._traced.address,
-                    self._first_triangles,
-                    address,
-                    number,
-                    primitive.meshlets,
-                    _address(self._bounds),
-                    _address(self._owners),
+                data = push_record(
+                    BOXES_PUSH,
+                    frame=self._frame.address,
+                    traced=self._traced.address,
+                    first_triangles=self._first_triangles,
+                    boxes=address,
+                    primitive=number,
+                    meshlets=primitive.meshlets,
+                    bounds=_address(self._bounds),
+                    owners=_address(self._owners),
                 )
-                rows_of_groups = -(-primitive.meshlets // (BOXES_GROUP * MAX_GROUPS))
-                count = -(-primitive.meshlets // (BOXES_GROUP * rows_of_groups))
-                pipeline.dispatch(commands, count, np.frombuffer(data, np.uint8), rows_of_groups)
+                rows_of_groups = -(-primitive.meshlets // (BOXES_THREADS * MAX_GROUPS))
+                count = -(-primitive.meshlets // (BOXES_THREADS * rows_of_groups))
+                pipeline.dispatch(commands, count, data, rows_of_groups)
                 geometries.append(Boxes(address, primitive.meshlets * groups))
         return geometries
 
-    def _ray_stages(self, deferred: bool) -> tuple[list, dict[str, int]]:
-        """The shaders of a pipeline, the camera's first and the one for misses second, and which of them a hit runs."""
+    def _ray_stages(self, deferred: bool) -> tuple[list[Any], dict[str, int]]:
+        """(stages of a pipeline, role -> index of the stages that a hit runs).
+
+        The first stage is ray generation, the second one handles misses.
+        """
         suffix = {"rt": "", "rt-plain": "_plain", "rt-triangles": "_triangles"}[self.path]
         shading = self._constants(self.scene.max_elements, deferred)
         stages = [
             stage(self.device, "rt_camera.rgen", vk.VK_SHADER_STAGE_RAYGEN_BIT_KHR, shading),
-            stage(self.device, "rt_miss.rmiss", vk.VK_SHADER_STAGE_MISS_BIT_KHR),
+            stage(self.device, "rt_miss.rmiss", vk.VK_SHADER_STAGE_MISS_BIT_KHR, shading),
         ]
         hit = dict.fromkeys(
             ("closestHitShader", "anyHitShader", "intersectionShader"), vk.VK_SHADER_UNUSED_KHR
         )
 
-        def add(role: str, name: str, bit: int, constants: dict[int, int]) -> None:
+        def add(role: str, name: str, bit: int, constants: dict[str, int]) -> None:
             hit[role] = len(stages)
             stages.append(stage(self.device, name, bit, constants))
 
@@ -579,8 +564,8 @@ class RayTracer:
             )
         return stages, hit
 
-    def _make_rays(self, deferred: bool) -> tuple[Any, list]:
-        """A pipeline, which tracers share where theirs would be the same, and the regions of its shader binding table."""
+    def _make_rays(self, deferred: bool) -> tuple[Any, list[Any]]:
+        """(VkPipeline, regions of its shader binding table). Tracers share equal pipelines."""
         constants = self._constants(self.scene.max_elements, deferred)
         key = (
             self.path,
@@ -592,29 +577,30 @@ class RayTracer:
         pipeline = self.device.once(key, lambda: self._make_pipeline(deferred))
         return pipeline, self._make_binding_table(pipeline)
 
-    def _make_pipeline(self, deferred: bool):
-        """Its groups: the camera's shader, the one for misses, and those of a hit."""
+    def _make_pipeline(self, deferred: bool) -> Any:
+        """A pipeline with three shader groups: ray generation, miss, hit."""
         device = self.device
         stages, hit = self._ray_stages(deferred)
         general = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR
         procedural = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_PROCEDURAL_HIT_GROUP_KHR
         triangles = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR
         unused = vk.VK_SHADER_UNUSED_KHR
+        group_info = vk.VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR
         none = dict.fromkeys(hit, unused)
         kind = triangles if self.path == "rt-triangles" else procedural
         groups = [
             vk.VkRayTracingShaderGroupCreateInfoKHR(
-                sType=GROUP_INFO, type=general, generalShader=0, **none
+                sType=group_info, type=general, generalShader=0, **none
             ),
             vk.VkRayTracingShaderGroupCreateInfoKHR(
-                sType=GROUP_INFO, type=general, generalShader=1, **none
+                sType=group_info, type=general, generalShader=1, **none
             ),
             vk.VkRayTracingShaderGroupCreateInfoKHR(
-                sType=GROUP_INFO, type=kind, generalShader=unused, **hit
+                sType=group_info, type=kind, generalShader=unused, **hit
             ),
         ]
         info = vk.VkRayTracingPipelineCreateInfoKHR(
-            sType=PIPELINE_INFO,
+            sType=vk.VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
             flags=device.pipeline_flags,
             stageCount=len(stages),
             pStages=stages,
@@ -629,8 +615,8 @@ class RayTracer:
         device.at_close(lambda: vk.vkDestroyPipeline(device.handle, pipeline, None))
         return pipeline
 
-    def _make_binding_table(self, pipeline) -> list:
-        """A record of a handle alone for each group, where its region may begin."""
+    def _make_binding_table(self, pipeline: Any) -> list[Any]:
+        """The four regions of a shader binding table with one record, a handle, per group."""
         limits = self.device.limits
         size = limits.handle_bytes
         step = -(-size // limits.base_alignment) * limits.base_alignment
@@ -653,10 +639,13 @@ class RayTracer:
         ]
         return [*regions, vk.VkStridedDeviceAddressRegionKHR()]
 
-    # --- the cache -------------------------------------------------------------------------------------------------------------------
+    # --- the cache ---
 
     def _make_cache(self) -> None:
-        """Lists and pipelines of the cache, whose slots are all filled; a cache for everything needs neither afterwards."""
+        """Makes the cache's state and pipelines and fills all slots.
+
+        If all meshlets are cached, the state is freed again.
+        """
         slots = self.capacity + self.scratch
         if self.path != "rt" or slots == 0:
             return
@@ -678,16 +667,16 @@ class RayTracer:
             buffer.free()
 
     def _first_lists(self) -> np.ndarray:
-        """uint32[LISTS, slots]: a meshlet for every slot, spread evenly over the model, since what rays will need is not known yet."""
+        """uint32[LISTS, slots] that give each slot a meshlet, spread evenly over the model."""
         slots = self.capacity + self.scratch
         lists = np.zeros((LISTS, slots), np.uint32)
-        # Slots of the lowest class are given to meshlets of the highest.
+        # Slots of the lowest class go to meshlets of the highest.
         lists[0], lists[-1] = np.arange(slots), np.arange(slots) * self.meshlets // slots
         return lists
 
     def _first_state(self) -> np.ndarray:
-        """uint8[...]: CacheState before the first frame, with as many meshlets to decode as there are slots."""
-        state, rounds = np.zeros((), STATE), np.zeros(self._coming_round + 1, ROUND)
+        """uint8[bytes]: CacheState before the first frame: decode a meshlet for every slot."""
+        state, rounds = np.zeros((), CACHE_STATE), np.zeros(self._coming_round + 1, ROUND)
         slots = self.capacity + self.scratch
         state["stable"], state["rotating"] = slots - self._rotating, self._rotating
         state["waits"], state["bounds"] = self.rounds > 0, _address(self._bounds)
@@ -703,16 +692,26 @@ class RayTracer:
         return np.frombuffer(state.tobytes() + rounds.tobytes(), np.uint8)
 
     def _cache_data(self, record: int) -> np.ndarray:
-        """Push constants of the cache's shaders. record: which of the frame's rounds."""
-        lists = (self._state, self._lists, self._slot_meshlets)
-        buffers = (self._frame, self._traced, self._slot_table, self._cache, self._counters, *lists)
-        return np.frombuffer(struct.pack("<8QI", *(b.address for b in buffers), record), np.uint8)
+        """Push constants of the cache's shaders. record: index of a round in CacheState."""
+        return push_record(
+            CACHE_PUSH,
+            frame=self._frame.address,
+            traced=self._traced.address,
+            slot_table=self._slot_table.address,
+            cache=self._cache.address,
+            counters=self._counters.address,
+            state=self._state.address,
+            lists=self._lists.address,
+            slot_meshlets=self._slot_meshlets.address,
+            round=record,
+        )
 
     def _round_offset(self, record: int, field: str) -> int:
-        """Bytes from the beginning of CacheState to a field of one of its rounds."""
-        return STATE.itemsize + record * ROUND.itemsize + ROUND.fields[field][1]
+        """Byte offset in CacheState of a field of a round."""
+        return CACHE_STATE.itemsize + record * ROUND.itemsize + _offset(ROUND, field)
 
-    def _record_fill(self, commands, record: int) -> None:
+    def _record_fill(self, commands: Any, record: int) -> None:
+        """Records the decoding of a round's meshlets."""
         fill = self._cache_pipelines["fill"]
         vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, fill.handle)
         push(commands, fill.layout, self._cache_data(record))
@@ -720,9 +719,9 @@ class RayTracer:
             commands, self._state.handle, self._round_offset(record, "fill_groups")
         )
 
-    def _record_selection(self, commands) -> None:
-        """What the slots hold when the frame begins, by what was needed in the last one."""
-        groups = -(-self.meshlets // CHOOSE_GROUP)
+    def _record_selection(self, commands: Any) -> None:
+        """Records the update of the cache from the last frame's rays."""
+        groups = -(-self.meshlets // CHOOSE_THREADS)
         self._cache_pipelines["cache"].dispatch(commands, groups, self._cache_data(0))
         self._barrier(commands)
         self._mark(commands, "choose")
@@ -730,14 +729,14 @@ class RayTracer:
         self._barrier(commands)
         self._mark(commands, "keep")
 
-    def _mark(self, commands, name: str) -> None:
-        """The end of a step of the frame, if its steps are measured."""
+    def _mark(self, commands: Any, name: str) -> None:
+        """Records a timestamp at the end of a step, if steps are timed."""
         if self.marked:
             self._steps.append(name)
             self._times.mark(commands, len(self._steps))
 
-    def _barrier(self, commands) -> None:
-        """Between the steps of a frame: what shaders wrote can be read by shaders and indirect commands."""
+    def _barrier(self, commands: Any) -> None:
+        """Makes writes of shaders visible to later shaders and indirect commands."""
         shaders = (
             vk.VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT
             | vk.VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR
@@ -751,33 +750,37 @@ class RayTracer:
             written | vk.VK_ACCESS_2_SHADER_READ_BIT | vk.VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT,
         )
 
-    # --- frames ----------------------------------------------------------------------------------------------------------------------
+    # --- frames ---
 
     def _prepare(self, width: int, height: int) -> None:
-        """Buffers for a picture of this size, and the commands that make it."""
+        """Makes the buffers of a picture of this size, and records its commands."""
         self._forget_pictures()
         self._strip_rows = -(-height // self.strips)
         self._plan_ahead(width, height)
         self._check_launches(width, height)
         self._make_pictures(width, height)
         marks = 2 + 2 * self._selects + self.strips * (1 + 2 * self.rounds) if self.marked else 2
-        if self._times is None or self._times.count != marks:
+        if self._times.count != marks:
             self._times = Timestamps(self.device, marks)
         self._picture_size = (width, height)
         self._commands = self._record_frame()
 
     def _plan_ahead(self, width: int, height: int) -> None:
-        """The size of the picture that looks ahead, and the rows of the first launch that trace it."""
+        """Decides the size of the prefetch picture and the rows of the first launch for it."""
         share = self.ahead
         if share is None:
-            share = AHEAD if self.capacity + self.scratch < MOST_SLOTS * self.meshlets else 0.0
+            few = self.capacity + self.scratch < MOST_SLOTS * self.meshlets
+            share = AHEAD_SHARE if few else 0.0
         side = np.sqrt(share if self.rounds else 0.0)
         self._ahead_size = int(np.ceil(width * side)), int(np.ceil(height * side))
         self._ahead_rows = -(-self._ahead_size[0] * self._ahead_size[1] // width)
         self._last_place = None
 
     def _frame_ahead(self, camera: Camera, width: int, height: int) -> np.ndarray:
-        """FRAME[()] of the picture that looks ahead: from where the camera will be if it goes on as since the last frame."""
+        """FRAME[()] of the prefetch picture, from the camera's extrapolated position.
+
+        All zero if the camera does not move.
+        """
         last, self._last_place = self._last_place, camera.to_world.copy()
         if self._ahead_rows == 0 or last is None or np.array_equal(last, camera.to_world):
             return np.zeros((), FRAME)
@@ -786,9 +789,9 @@ class RayTracer:
             to_world = np.linalg.matrix_power(motion, AHEAD_FRAMES) @ camera.to_world
             if not np.isfinite(to_world.astype(np.float32)).all():
                 return np.zeros((), FRAME)
-        record = self.buffers.frame_record(
-            replace(camera, to_world=to_world), width, height, 0
-        )  # of the same shape
+        # The projection of the whole picture, with fewer pixels.
+        moved = replace(camera, to_world=to_world)
+        record = self.buffers.frame_record(moved, width, height, 0)
         record["width"], record["height"] = self._ahead_size
         return record
 
@@ -801,7 +804,10 @@ class RayTracer:
         self._picture_size = None
 
     def _check_launches(self, width: int, height: int) -> None:
-        """Raises VulkanError for a picture that the device cannot trace in one launch; later ones have one dimension (shaders/rt_paths.glsl)."""
+        """Raises VulkanError if the picture is too large for one launch.
+
+        Launches of later rounds have one dimension: shaders/raytrace/rt_paths.glsl.
+        """
         first, limits = width * (self._strip_rows + self._ahead_rows), self.device.limits
         later = (
             width * self._strip_rows
@@ -817,6 +823,8 @@ class RayTracer:
             )
 
     def _make_pictures(self, width: int, height: int) -> None:
+        """Makes the output buffers, and the records of waiting paths."""
+
         def picture(size: int) -> Buffer:
             self._pictures.append(Buffer(self.device, size))
             return self._pictures[-1]
@@ -826,23 +834,24 @@ class RayTracer:
         self._waiting = None
         if not self.rounds:
             return
-        waiting, limit = (
-            np.zeros(-(-width * height // 32), np.uint32),
-            self._saved_paths(width * height),
-        )
+        waiting = np.zeros(-(-width * height // 32), np.uint32)
+        limit = self._saved_paths(width * height)
         self._waiting = picture(waiting.nbytes).write(waiting)
         self._paths = picture(2 * limit * PATH_BYTES)
-        self._state.write(np.array([self._paths.address], np.uint64), STATE.fields["paths"][1])
-        self._state.write(np.array([limit], np.uint32), STATE.fields["path_limit"][1])
+        self._state.write(np.array([self._paths.address], np.uint64), _offset(CACHE_STATE, "paths"))
+        self._state.write(np.array([limit], np.uint32), _offset(CACHE_STATE, "path_limit"))
 
     def _saved_paths(self, pixels: int) -> int:
-        """Records of paths that wait, for a round."""
-        most = SAVED_BYTES * self._cache.size / (2 * PATH_BYTES)
-        wanted = min(SAVED_PATHS * pixels, most) if self.paths is None else self.paths * pixels
+        """Records of waiting paths per round: a multiple of 32."""
+        if self.paths is None:
+            most = MAX_RECORD_BYTES_SHARE * self._cache.size / (2 * PATH_BYTES)
+            wanted = min(RECORDS_PER_PIXEL * pixels, most)
+        else:
+            wanted = self.paths * pixels
         return -(-int(wanted) // 32) * 32
 
-    def _record_frame(self):
-        """The commands that make a picture."""
+    def _record_frame(self) -> Any:
+        """The command buffer of a picture."""
         commands = self.device.record()
         self._steps = []
         self._times.reset(commands)
@@ -861,10 +870,13 @@ class RayTracer:
         vk.vkEndCommandBuffer(commands)
         return commands
 
-    def _record_strip(self, commands, strip: int) -> None:
-        """Traces all its pixels; then what paths wait for is decoded, and they go on; in the last round they decode for themselves."""
+    def _record_strip(self, commands: Any, strip: int) -> None:
+        """Traces all pixels of a strip, then its rounds: decode requested meshlets, resume paths.
+
+        In the last round paths decode by themselves.
+        """
         if self._selects and strip == 0:
-            self._record_fill(commands, self._coming_round)  # at the same time as the rays
+            self._record_fill(commands, self._coming_round)  # concurrent with the rays: no barrier
         self._record_rays(commands, self._waiting_rays or self._rays, strip, 0)
         self._mark(commands, "rays")
         for number in range(1, self.rounds + 1):
@@ -872,56 +884,65 @@ class RayTracer:
             self._record_fill(commands, strip * self._round_records + number)
             self._barrier(commands)
             self._mark(commands, f"decode {number}")
-            self._record_rays(
-                commands, self._waiting_rays if number < self.rounds else self._rays, strip, number
-            )
+            rays = self._waiting_rays if number < self.rounds else None
+            self._record_rays(commands, rays or self._rays, strip, number)
             self._mark(commands, f"rays {number}")
         if self._selects:
             self._barrier(commands)
 
-    def _record_rays(self, commands, rays: tuple[Any, list], strip: int, number: int) -> None:
-        """Of a strip's round. Round 0: all pixels; later rounds: those that wait, if there are any."""
+    def _record_rays(
+        self, commands: Any, rays: tuple[Any, list[Any]], strip: int, number: int
+    ) -> None:
+        """Launches the rays of a strip's round: all pixels in round 0, later the waiting paths."""
         pipeline, regions = rays
-        vk.vkCmdBindPipeline(commands, BIND_POINT, pipeline)
+        bind_point = vk.VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR
+        vk.vkCmdBindPipeline(commands, bind_point, pipeline)
         vk.vkCmdBindDescriptorSets(
-            commands, BIND_POINT, self._layout, 0, 1, [self._textures.set], 0, []
+            commands, bind_point, self._layout, 0, 1, [self._textures.set], 0, []
         )
-        compressed, width = self.path == "rt", self._picture_size[0]
         record = strip * self._round_records + number
-        data = struct.pack(
-            "<9Q6I3QI",
-            self._frame.address,
-            self.top.addresses[0],
-            self._traced.address,
-            self._slot_table.address if compressed else 0,
-            self._cache.address if compressed else 0,
-            self._counters.address if compressed else 0,
-            self._first_triangles,
-            self._colors.address,
-            self._hits.address,
-            self.bounces,
-            self.samples,
-            strip * self._strip_rows,
-            int(self.shadows),
-            number,
-            record,
-            self._state.address if self.rounds else 0,
-            self._lists.address + 4 * REQUESTS * (self.capacity + self.scratch)
-            if self.rounds
-            else 0,
-            _address(self._waiting),
-            self._strip_rows,
-        )
-        push(commands, self._layout, np.frombuffer(data, np.uint8))
+        push(commands, self._layout, self._rays_data(strip, number, record))
         if number == 0:
             rows = self._strip_rows + (self._ahead_rows if strip == 0 else 0)
+            assert self._picture_size is not None
+            width = self._picture_size[0]
             self.device.function("vkCmdTraceRaysKHR")(commands, *regions, width, rows, 1)
         else:
             place = self._state.address + self._round_offset(record, "launch")
             self.device.function("vkCmdTraceRaysIndirectKHR")(commands, *regions, place)
 
+    def _rays_data(self, strip: int, number: int, record: int) -> np.ndarray:
+        """Push constants of the ray-tracing stages. record: index of the round in CacheState."""
+        fields: dict[str, int] = {}
+        if self.path == "rt":
+            fields["slot_table"] = self._slot_table.address
+            fields["cache"] = self._cache.address
+            fields["counters"] = self._counters.address
+        if self.rounds:
+            list_bytes = 4 * (self.capacity + self.scratch)
+            fields["state"] = self._state.address
+            fields["requests"] = self._lists.address + REQUESTS * list_bytes
+        return push_record(
+            RAYS_PUSH,
+            frame=self._frame.address,
+            structure=self.top.addresses[0],
+            traced=self._traced.address,
+            first_triangles=self._first_triangles,
+            colors=self._colors.address,
+            hits=self._hits.address,
+            bounces=self.bounces,
+            samples=self.samples,
+            first_row=strip * self._strip_rows,
+            shadows=int(self.shadows),
+            round=number,
+            record=record,
+            waiting=_address(self._waiting),
+            strip_rows=self._strip_rows,
+            **fields,
+        )
+
     def _number_triangles(self, ids: np.ndarray) -> None:
-        """Replaces triangle numbers of primitives by meshlet * 64 + number in the meshlet."""
+        """Replaces numbers of triangles in their primitive by meshlet * 64 + triangle."""
         for number, instance in enumerate(self.scene.instances):
             mine = ids[..., 0] == number
             if mine.any():
@@ -930,22 +951,28 @@ class RayTracer:
                 )
 
 
+def _offset(dtype: np.dtype, field: str) -> int:
+    """The byte offset of a field."""
+    assert dtype.fields is not None
+    return dtype.fields[field][1]
+
+
 def _address(buffer: Buffer | None) -> int:
-    """Where a shader finds a buffer, or 0."""
+    """The buffer's device address, or 0."""
     return buffer.address if buffer else 0
 
 
 def _check_length(bounces: int, samples: int) -> None:
-    """Raises VulkanError for more than the record of a waiting path holds."""
-    if not 0 <= bounces <= MOST_BOUNCES or not 0 <= samples <= MOST_SAMPLES:
+    """Raises VulkanError if the record of a waiting path cannot hold the numbers."""
+    if not 0 <= bounces <= MAX_BOUNCES or not 0 <= samples <= MAX_SAMPLES:
         raise VulkanError(
-            f"at most {MOST_BOUNCES} bounces and {MOST_SAMPLES} samples can be traced",
+            f"at most {MAX_BOUNCES} bounces and {MAX_SAMPLES} samples can be traced",
             "ask for fewer",
         )
 
 
 def _grid_to_object(primitive: Primitive) -> np.ndarray:
-    """float64[4, 4] from a primitive's grid of positions to its coordinates."""
+    """float64[4, 4] from a primitive's position grid to object coordinates."""
     position = primitive.attributes["POSITION"]
     matrix = np.diag([position.stream.step * position.scale] * 3 + [1.0])
     matrix[:3, 3] = np.array(position.stream.offset[:3]) * position.scale

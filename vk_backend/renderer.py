@@ -1,27 +1,34 @@
-"""Renderer: pictures of a scene by any of the raster paths."""
+"""Renderer: renders pictures of a scene with any of the raster paths."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-import vulkan as vk
 
+from . import vk
 from .camera import Camera
 from .device import Device
 from .errors import VulkanError
-from .frame import Frame
+from .frame_commands import FrameCommands
 from .pipelines import Timestamps
-from .raster import ATTRIBUTES, LIT, NO_ID, PATHS, Drawing, Pipelines, Targets
+from .raster import PATHS, SHADING_ATTRIBUTES, SHADING_LIT, Drawing
+from .ring import RING
 from .scene import Scene
-from .stream import RING
+from .targets import NO_ID, Targets
 
 
 @dataclass(frozen=True)
 class Picture:
-    """color: uint8[height, width, 4], sRGB, transparent where nothing is drawn; depth: float32[height, width], 0 near to 1 far and
-    nothing (Camera.distance gives world units); ids: uint32[height, width, 2], instance and meshlet * 64 + triangle, NO_ID where nothing
-    is drawn, or None when they were not asked for; milliseconds: on the GPU, copies apart."""
+    """A rasterised picture.
+
+    color: uint8[height, width, 4], sRGB; transparent if no surface covers the pixel.
+    depth: float32[height, width], 0 (near) to 1 (far, or no surface); Camera.distance converts it
+    to world units.
+    ids: uint32[height, width, 2], instance and meshlet * 64 + triangle, NO_ID if no surface covers
+    the pixel; None if they were not requested.
+    milliseconds: on the GPU, without copies to the host.
+    """
 
     color: np.ndarray
     depth: np.ndarray
@@ -30,16 +37,17 @@ class Picture:
 
     @property
     def covered(self) -> np.ndarray:
-        """bool[height, width]"""
+        """bool[height, width]: whether a surface covers the pixel."""
         return self.depth < 1
 
 
 class Renderer:
-    """Draws scenes on one device.
+    """Renders scenes on one device. Use it in a `with` block, or call close.
 
-    select: a device's number or a part of its name; validation: with the validation layer, see `device.messages`; ring: slots of
-    path stream, at most; overlap: it decodes on another queue than it draws on, half a ring ahead (None: where that pays). Raises
-    VulkanError.
+    select: a device's number or part of its name; by default the first GPU. validation: enables the
+    validation layer, see `device.messages`. For path stream, ring: slots, at most; overlap: decode
+    on another queue, half a ring ahead (None: if the scene is large enough).
+    Raises VulkanError if there is no such device or driver.
     """
 
     def __init__(
@@ -54,21 +62,20 @@ class Renderer:
         self._limit = vk.vkGetPhysicalDeviceProperties(
             self.device.physical
         ).limits.maxImageDimension2D
-        self.pipelines = Pipelines(self.device)
         self._stamps = Timestamps(self.device, 2)
         self._scene: Scene | None = None
-        self._drawings: dict[tuple, Drawing] = {}  # of that scene
+        self._drawings: dict[tuple[object, ...], Drawing] = {}  # of this scene
         self.drawing: Drawing | None = None  # the last one used
         self._targets: Targets | None = None
 
     @property
     def default_path(self) -> str:
-        """stream where the device has mesh shaders, else vertex."""
+        """ "stream" if the device has mesh shaders, else "vertex"."""
         return "stream" if "mesh" in self.device.capabilities else "vertex"
 
     @property
     def resident_bytes(self) -> int:
-        """Allocated bytes of the buffers of what was drawn last; images are left out."""
+        """Allocated bytes of all buffers of the last picture's scene and path, without images."""
         return self.drawing.resident_bytes if self.drawing else 0
 
     def render(
@@ -81,11 +88,16 @@ class Renderer:
         culling: bool = True,
         ids: bool = True,
     ) -> Picture:
-        """A picture of the scene. What was set up for a scene is kept until another one is drawn."""
+        """Renders a picture. Buffers stay on the device until another scene is rendered.
+
+        path: a key of raster.PATHS; by default `default_path`. width, height: pixels. culling: skip
+        meshlets that cannot be visible. ids: return the ids of each pixel.
+        Raises VulkanError if the device cannot render this path or size.
+        """
         drawing, targets = self.prepare(
             scene, camera, path, width, height, culling=culling, ids=ids
         )
-        frame = Frame(drawing, targets, self._stamps)
+        frame = FrameCommands(drawing, targets, self._stamps)
         milliseconds = frame.run()
         frame.free()
         color = targets.color.read(np.uint8, 4)
@@ -105,9 +117,9 @@ class Renderer:
         *,
         culling: bool = True,
         ids: bool = False,
-        shading: int = LIT,
+        shading: int = SHADING_LIT,
     ) -> tuple[Drawing, Targets]:
-        """The drawing and the images of a picture, set up where the last ones do not fit."""
+        """The drawing and the images of a picture; reuses those of the last one if they fit."""
         path = path or self.default_path
         if path not in PATHS:
             raise VulkanError(f"there is no path {path}", f"there are {', '.join(PATHS)}")
@@ -122,7 +134,7 @@ class Renderer:
         key = (path, culling, ids, shading, self.ring, self.overlap)
         if key not in self._drawings:
             self._drawings[key] = Drawing(
-                self.pipelines,
+                self.device,
                 scene,
                 path,
                 culling=culling,
@@ -132,25 +144,26 @@ class Renderer:
                 overlap=self.overlap,
             )
         self.drawing = self._drawings[key]
-        shape = self._targets and (
-            self._targets.width,
-            self._targets.height,
-            self._targets.ids is not None,
-        )
-        if shape != (width, height, ids):
-            if self._targets:
-                self._targets.free()
-            self._targets = Targets(self.device, width, height, ids)
         self.drawing.look(camera, width, height)
-        return self.drawing, self._targets
+        return self.drawing, self._fitting_targets(width, height, ids)
+
+    def _fitting_targets(self, width: int, height: int, ids: bool) -> Targets:
+        last = self._targets
+        if last and (last.width, last.height, last.ids is not None) == (width, height, ids):
+            return last
+        if last:
+            last.free()
+        self._targets = Targets(self.device, width, height, ids)
+        return self._targets
 
     def close(self) -> None:
+        """Frees everything on the device and closes it."""
         self.device.close()
 
-    def __enter__(self) -> "Renderer":
+    def __enter__(self) -> Renderer:
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _forget_drawings(self) -> None:
@@ -160,14 +173,14 @@ class Renderer:
 
 
 class TimedDrawing:
-    """One path's frame for timing: recorded once, run as often as wanted, timed on the GPU.
+    """One picture with one path: recorded once, run and timed any number of times.
 
-    lit: with the shaded surface rather than the cheapest one that uses every attribute.
+    lit: shade the surface; else use the cheapest fragment shader that reads every attribute.
     """
 
     def __init__(
         self,
-        pipelines: Pipelines,
+        device: Device,
         scene: Scene,
         camera: Camera,
         path: str,
@@ -178,9 +191,9 @@ class TimedDrawing:
         ring: int = RING,
         overlap: bool | None = None,
     ):
-        shading = LIT if lit else ATTRIBUTES
+        shading = SHADING_LIT if lit else SHADING_ATTRIBUTES
         self.drawing = Drawing(
-            pipelines,
+            device,
             scene,
             path,
             culling=culling,
@@ -190,19 +203,20 @@ class TimedDrawing:
             overlap=overlap,
         )
         self.drawing.look(camera, targets.width, targets.height)
-        self._frame = Frame(self.drawing, targets, Timestamps(pipelines.device, 2))
+        self._frame = FrameCommands(self.drawing, targets, Timestamps(device, 2))
 
     def run(self) -> float:
-        """Draws one frame; milliseconds on the GPU."""
+        """Draws the picture; milliseconds on the GPU."""
         return self._frame.run()
 
     def free(self) -> None:
+        """Frees the commands and the buffers."""
         self._frame.free()
         self.drawing.free()
 
 
 def _meshlet_ids(scene: Scene, drawing: Drawing, ids: np.ndarray) -> np.ndarray:
-    """The same ids for every path: the vertex path counts triangles through all meshlets."""
+    """Replaces triangle numbers of path vertex, which count through all meshlets of a primitive."""
     if not drawing.buffers.index_buffer:
         return ids
     ids = ids.copy()

@@ -1,11 +1,13 @@
-"""The scene's base-colour textures as one array of descriptors: set 0, binding 0."""
+"""The scene's textures as one descriptor array: set 0, binding 0."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pygltflib
-import vulkan as vk
 
+from . import vk
 from .device import Device
 from .materials import Texture
 from .memory import Buffer, Image
@@ -17,18 +19,18 @@ WRAP = {
     pygltflib.CLAMP_TO_EDGE: vk.VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE,
     pygltflib.MIRRORED_REPEAT: vk.VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT,
 }
-WHITE = Texture(np.full((1, 1, 4), 255, np.uint8))  # stands in a scene without textures
+WHITE = Texture(np.full((1, 1, 4), 255, np.uint8))  # for scenes without textures
 
 
 def array_size(textures: list[Texture]) -> int:
-    """Descriptors of a scene's array: a power of two, so that scenes of about the same size share their pipelines."""
+    """Descriptors of a scene's array: a power of two, so that similar scenes share pipelines."""
     return 1 << max(len(textures) - 1, 0).bit_length()
 
 
 class TextureArray:
-    """Images with mip levels, samplers, and the descriptor set of them all, `array_size` descriptors.
+    """Images with mip levels, their samplers, and a descriptor set of `array_size` descriptors.
 
-    set: a Vulkan handle; freed by `free`.
+    set: VkDescriptorSet.
     """
 
     def __init__(self, device: Device, textures: list[Texture]):
@@ -70,7 +72,7 @@ class TextureArray:
             )
             for sampler, image in zip(self._samplers, self._images)
         ]
-        infos += infos[:1] * (self._size - len(infos))
+        infos += infos[:1] * (self._size - len(infos))  # every descriptor must be valid
         write = vk.VkWriteDescriptorSet(
             dstSet=self.set,
             dstBinding=0,
@@ -82,7 +84,7 @@ class TextureArray:
         vk.vkUpdateDescriptorSets(self.device.handle, 1, [write], 0, None)
 
     def free(self) -> None:
-        """Gives everything back; a second call does nothing."""
+        """Frees everything; a second call does nothing."""
         if self._alive:
             self._alive = False
             vk.vkDestroyDescriptorPool(self.device.handle, self._pool, None)
@@ -92,19 +94,19 @@ class TextureArray:
                 image.free()
 
 
-def textures_layout(device: Device, count: int):
+def textures_layout(device: Device, count: int) -> Any:
     """The device's pipeline layout with an array of `count` textures and push constants."""
     return device.once(
         ("layout", count), lambda: pipeline_layout(device, [_set_layout(device, count)])
     )
 
 
-def _set_layout(device: Device, count: int):
-    """The device's layout of a set of `count` textures."""
+def _set_layout(device: Device, count: int) -> Any:
+    """The device's VkDescriptorSetLayout of `count` textures."""
     return device.once(("textures", count), lambda: _make_set_layout(device, count))
 
 
-def _make_set_layout(device: Device, count: int):
+def _make_set_layout(device: Device, count: int) -> Any:
     binding = vk.VkDescriptorSetLayoutBinding(
         binding=0,
         descriptorType=vk.VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
@@ -118,7 +120,7 @@ def _make_set_layout(device: Device, count: int):
     return layout
 
 
-def _sampler(device: Device, texture: Texture):
+def _sampler(device: Device, texture: Texture) -> Any:
     u, v = (WRAP.get(wrap, vk.VK_SAMPLER_ADDRESS_MODE_REPEAT) for wrap in texture.wrap)
     return vk.vkCreateSampler(
         device.handle,
@@ -136,7 +138,7 @@ def _sampler(device: Device, texture: Texture):
 
 
 def _upload(device: Device, texture: Texture) -> Image:
-    """An image with all its mip levels, each the half of the one before, ready to be sampled."""
+    """An image with all mip levels, ready to be sampled. Each level is half of the one before."""
     height, width = texture.pixels.shape[:2]
     levels = max(width, height).bit_length()
     usage = (
@@ -176,13 +178,13 @@ def _upload(device: Device, texture: Texture) -> Image:
     return image
 
 
-def _layers(level: int):
+def _layers(level: int) -> Any:
     return vk.VkImageSubresourceLayers(
         aspectMask=vk.VK_IMAGE_ASPECT_COLOR_BIT, mipLevel=level, layerCount=1
     )
 
 
-def _corners(width: int, height: int, level: int):
+def _corners(width: int, height: int, level: int) -> list[Any]:
     return [
         vk.VkOffset3D(0, 0, 0),
         vk.VkOffset3D(max(width >> level, 1), max(height >> level, 1), 1),

@@ -1,12 +1,15 @@
-// Culling bounds of every meshlet of a primitive, once on loading: a meshlet per invocation.
+// Compute stage, once when a scene is loaded: culling bounds of all meshlets of a primitive, one
+// thread per meshlet. Decodes positions only.
+//
+// Inputs: the primitive's blob.
+// Output: Primitive.bounds, a word per meshlet (bounds.glsl).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-layout(local_size_x = 32) in;
-
 #include "scene/bounds.glsl"
+layout(local_size_x = BOUNDS_THREADS) in;
 #define MAX_ELEMENTS 3u  // only positions are decoded
 #include "decoders/serial_prologue.glsl"
 #include "decode/serial_decoder.glsl"
@@ -16,19 +19,19 @@ layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer Bo
   uint at[];
 };
 
-layout(push_constant) uniform Push {
+layout(push_constant) uniform BoundsPush {
   uvec2 primitives;
   uint primitive;
 }
 push;
 
-// A normal whose triangle is so thin that its direction is lost in rounding.
+// sin(angle at a corner) below which rounding makes a triangle's normal unreliable.
 const float THINNEST = 1e-4;
 
 uvec3 position_integers(uint v) { return uvec3(values[v], values[64u + v], values[128u + v]); }
 
-// The normal of triangle t, not of unit length, in units of the grid. thin: its direction cannot be
-// trusted.
+// Returns the normal of triangle t in grid units, not normalised. Sets `thin` if its direction is
+// unreliable.
 vec3 triangle_normal(uint t, inout bool thin) {
   uint packed_triangle = triangles[t];
   ivec3 a = ivec3(position_integers(packed_triangle & 63u));
@@ -40,6 +43,7 @@ vec3 triangle_normal(uint t, inout bool thin) {
   return normal;
 }
 
+// Bits 18 .. 31 of the bounds: the cone around the mean normal, or no cone.
 uint cone_word() {
   bool thin = false;
   vec3 sum = vec3(0.0);
@@ -58,6 +62,7 @@ uint cone_word() {
   return axis | sine_word(cosine);
 }
 
+// Bits 0 .. 17 of the bounds: the sphere around the centre of the box.
 uint sphere_word(Primitive primitive) {
   vec3 low = vec3(3.4e38), high = vec3(-3.4e38);
   for (uint v = 0u; v < vertex_count; v++) {

@@ -1,13 +1,12 @@
-// Which meshlets need not be drawn: those outside the view, and those of which every triangle faces
-// away.
+// Culling: rejects meshlets outside the view frustum and meshlets whose triangles all face away.
 #ifndef CULLING_GLSL
 #define CULLING_GLSL
 
 #include "scene/bounds.glsl"
 #include "raster/raster.glsl"
 
-// The sphere is on the outer side of a plane of the view, given as a row of the matrix to clip
-// space.
+// Whether the sphere is outside a frustum plane. plane: sum or difference of two rows of the matrix
+// to clip space.
 bool beyond(vec4 plane, Bounds b) {
   return dot(plane.xyz, b.center) + plane.w < -b.radius * length(plane.xyz) * 1.0001;
 }
@@ -19,15 +18,14 @@ bool outside_view(Bounds b, mat4 to_clip) {
          beyond(rows[3] - rows[2], b);
 }
 
-// eye: as the frame's, in the primitive's coordinates. A triangle faces away where the way to it
-// and its normal form less than a right angle, whatever the transform between: planes keep their
-// sides.
+// Whether all triangles face away. eye: Frame.eye in object coordinates. The test may run in object
+// space because an affine transform keeps the sides of a plane.
 bool faces_away(Bounds b, vec4 eye) {
   vec3 toward = eye.w > 0.0 ? b.center - eye.xyz : -eye.xyz;
   return dot(toward, b.axis) > b.sine * length(toward) * 1.0001 + (eye.w > 0.0 ? b.radius : 0.0);
 }
 
-// Whether meshlet m of the draw's primitive may be seen.
+// Whether meshlet m of the current instance may be visible.
 bool meshlet_visible(uint m) {
   if (!CULLING) return true;
   Frame frame = the_frame();

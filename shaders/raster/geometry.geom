@@ -1,11 +1,16 @@
-// Path `geometry`: a meshlet decoded by one invocation of the geometry shader, and emitted triangle
-// by triangle.
+// Path `geometry`, geometry stage: decodes a meshlet with the serial decoder and emits its
+// triangles.
 //
-// A geometry shader may emit 1024 components on any device. 192 corners of a position and a number
-// fit; with more attributes the triangles are split over INVOCATIONS, each of which decodes the
-// whole meshlet.
-// variants: geometry_position.geom=INVOCATIONS=1,COMPONENTS=0 geometry_normal.geom=INVOCATIONS=2,COMPONENTS=1
-// variants: geometry_texcoord.geom=INVOCATIONS=2,COMPONENTS=3 geometry_color.geom=INVOCATIONS=3,COMPONENTS=7
+// Input: the meshlet's number (geometry.vert).
+// Outputs: positions, gl_PrimitiveID and the attributes in VARYINGS (bits HAS_).
+//
+// Every device allows 1024 output scalars per invocation. 192 corners of a position and an id
+// fit. With more attributes, INVOCATIONS share the triangles, and each decodes the whole
+// meshlet.
+// variants: geometry_position.geom=INVOCATIONS=1,VARYINGS=0
+// variants: geometry_normal.geom=INVOCATIONS=2,VARYINGS=1
+// variants: geometry_texcoord.geom=INVOCATIONS=2,VARYINGS=3
+// variants: geometry_color.geom=INVOCATIONS=3,VARYINGS=7
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -22,27 +27,27 @@ layout(triangle_strip, max_vertices = 3 * SHARE) out;
 #define ELEMENT_VALUE(element, id) values[(element) * 64u + (id)]
 #include "scene/decoded_vertex.glsl"
 
-out gl_PerVertex { vec4 gl_Position; };  // nothing else: outputs are scarce
+out gl_PerVertex { vec4 gl_Position; };  // redeclared without the other members to save outputs
 layout(location = 0) flat in uint in_meshlet[];
-#if (COMPONENTS & 1) != 0
+#if (VARYINGS & 1) != 0
 layout(location = 0) out vec3 out_normal;
 #endif
-#if (COMPONENTS & 2) != 0
+#if (VARYINGS & 2) != 0
 layout(location = 1) out vec2 out_texcoord;
 #endif
-#if (COMPONENTS & 4) != 0
+#if (VARYINGS & 4) != 0
 layout(location = 2) out vec4 out_color;
 #endif
 
 void emit_corner(Primitive primitive, mat4 to_clip, uint v, uint id) {
   gl_Position = transformed(to_clip, decoded_position(primitive, v));
-#if (COMPONENTS & 1) != 0
+#if (VARYINGS & 1) != 0
   if ((ATTRIBUTES & HAS_NORMAL) != 0u) out_normal = world_normal(decoded_normal(primitive, v));
 #endif
-#if (COMPONENTS & 2) != 0
+#if (VARYINGS & 2) != 0
   if ((ATTRIBUTES & HAS_TEXCOORD) != 0u) out_texcoord = decoded_texcoord(primitive, v);
 #endif
-#if (COMPONENTS & 4) != 0
+#if (VARYINGS & 4) != 0
   if ((ATTRIBUTES & HAS_COLOR) != 0u) out_color = decoded_color(primitive, v);
 #endif
   gl_PrimitiveID = int(id);

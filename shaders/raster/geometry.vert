@@ -1,4 +1,6 @@
-// Path `geometry`, vertex stage: a point per meshlet, of which only the number matters.
+// Path `geometry`, vertex stage: one point per meshlet; passes the meshlet's number on.
+//
+// Output: out_meshlet. The position is a dummy.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 

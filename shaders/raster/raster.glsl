@@ -1,32 +1,31 @@
-// What the stages of all raster paths share: push constants, specialisation constants, and a vertex
-// from a meshlet's integers.
+// Shared by the stages of all raster paths: push constants, specialisation constants, and access to
+// the current instance.
 #ifndef RASTER_GLSL
 #define RASTER_GLSL
 
 #include "scene/scene.glsl"
 
-// Ids 0 and 1 are the decoder's capacities.
-layout(constant_id = 2) const uint ATTRIBUTES =
-    7u;  // HAS_ of what any primitive of the scene has: nothing else is written or read
-layout(constant_id = 3) const
-    bool CULLING = true;  // meshlets outside the view or facing away are left out
+// Ids 0 and 1 are the decoder's capacities, MAX_STREAMS and MAX_ELEMENTS.
+// Attributes (HAS_) that any primitive of the scene has; shaders read and write no others.
+layout(constant_id = 2) const uint ATTRIBUTES = 7u;
+layout(constant_id = 3) const bool CULLING = true;  // skip meshlets that cannot be visible
 
-layout(push_constant) uniform Push {
+layout(push_constant) uniform RasterPush {
   uvec2 frame;
   uint instance;
   uint first;  // meshlet of the draw's first workgroup or point
-  // Path `stream` alone (vk_backend/stream.py):
-  uint meshlets;    // that are decoded or drawn,
-  uint first_slot;  //   and the first one's slot
-  uvec2 slots;      // the ring, and what decode_buffers.glsl has for each slot
-  uvec2 summaries;
-  uvec2 connectivity;
-  uvec2 segments;  // of the batch, see stream_push.glsl
+  // Only path `stream` (vk_backend/ring.py):
+  uint meshlets;       // to decode
+  uint first_slot;     // of the first of them, or of the first workgroup that draws
+  uvec2 slots;         // the ring
+  uvec2 summaries;     // per slot: see decode_buffers.glsl
+  uvec2 connectivity;  // per slot
+  uvec2 segments;      // of the batch, see stream_push.glsl
   uint segment_count;
 }
 push;
 
-// The instance that is looked at: an includer may have another idea.
+// The current instance. Shaders that look at several may define their own.
 #ifndef INSTANCE
 #define INSTANCE push.instance
 #endif
@@ -42,8 +41,7 @@ uint vertex_floats() {
          ((ATTRIBUTES & HAS_TEXCOORD) != 0u ? 2u : 0u) + ((ATTRIBUTES & HAS_COLOR) != 0u ? 4u : 0u);
 }
 
-// In world space, not of unit length: the fragment shader normalises. A zero vector stands for a
-// missing normal.
+// Transforms a normal to world space; the fragment shader normalises it. Zero means no normal.
 vec3 world_normal(vec3 normal) {
   return transpose(mat3(Instances(the_frame().instances).at[INSTANCE].world_to_object)) * normal;
 }

@@ -1,6 +1,6 @@
-// Path `stream`, decoding: the job of connect.comp and values.comp is a batch, meshlets of some
-// instances that go into the slots from push.first_slot on (vk_backend/stream.py). The functions
-// are those of decode_push.glsl, but for job_values: values go where slots.glsl wants them.
+// Path `stream`, decoding: the job of connect_stream.comp and values_stream.comp is one batch of
+// meshlets, which go into the slots from push.first_slot on (vk_backend/ring.py). Same functions as
+// decode_push.glsl, except job_values: slot_output.glsl writes the values.
 
 uint job_instance;
 #define INSTANCE job_instance
@@ -10,9 +10,9 @@ uint job_instance;
 
 struct Segment {
   uint instance;
-  uint first;  // meshlets [first, first + meshlets) of it,
+  uint first;  // meshlets [first, first + meshlets) of the instance
   uint meshlets;
-  uint slot;  //   in the slots from here on
+  uint slot;  // of the first; the others follow
 };
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Segments {
   Segment at[];
@@ -21,6 +21,7 @@ layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Se
 uint job_meshlet;
 uint job_place;
 
+// Finds the instance and meshlet of the job's slot i by binary search in the batch's segments.
 void open_job(uint i) {
   job_place = push.first_slot + i;
   Segments segments = Segments(push.segments);

@@ -1,12 +1,17 @@
-// The fragment shader of all raster paths: base colour under one light over the viewer's shoulder.
-// COMPONENTS: the HAS_ of what the stages before put out; MESH_IDS: they put out a number per
-// triangle, see mesh_output.glsl.
-// variants: surface_position.frag=COMPONENTS=0 surface_normal.frag=COMPONENTS=1
-// variants: surface_texcoord.frag=COMPONENTS=3 surface_color.frag=COMPONENTS=7
-// variants: surface_position_ids.frag=COMPONENTS=0,IDS surface_normal_ids.frag=COMPONENTS=1,IDS
-// variants: surface_texcoord_ids.frag=COMPONENTS=3,IDS surface_color_ids.frag=COMPONENTS=7,IDS
-// variants: surface_position_mesh_ids.frag=COMPONENTS=0,IDS,MESH_IDS surface_normal_mesh_ids.frag=COMPONENTS=1,IDS,MESH_IDS
-// variants: surface_texcoord_mesh_ids.frag=COMPONENTS=3,IDS,MESH_IDS surface_color_mesh_ids.frag=COMPONENTS=7,IDS,MESH_IDS
+// Fragment stage of all raster paths: shades the surface with a light over the viewer's shoulder
+// and ambient light.
+//
+// Inputs: the attributes in VARYINGS (bits HAS_); with MESH_IDS a number per triangle from a
+//   mesh stage (mesh_output.glsl), else gl_PrimitiveID.
+// Outputs: colour; with IDS the ids.
+// variants: surface_position.frag=VARYINGS=0 surface_normal.frag=VARYINGS=1
+// variants: surface_texcoord.frag=VARYINGS=3 surface_color.frag=VARYINGS=7
+// variants: surface_position_ids.frag=VARYINGS=0,IDS surface_normal_ids.frag=VARYINGS=1,IDS
+// variants: surface_texcoord_ids.frag=VARYINGS=3,IDS surface_color_ids.frag=VARYINGS=7,IDS
+// variants: surface_position_mesh_ids.frag=VARYINGS=0,IDS,MESH_IDS
+// variants: surface_normal_mesh_ids.frag=VARYINGS=1,IDS,MESH_IDS
+// variants: surface_texcoord_mesh_ids.frag=VARYINGS=3,IDS,MESH_IDS
+// variants: surface_color_mesh_ids.frag=VARYINGS=7,IDS,MESH_IDS
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_nonuniform_qualifier : require
@@ -16,29 +21,27 @@
 
 #include "raster/raster.glsl"
 
-#define SHADING_LIT 0u
-#define SHADING_ATTRIBUTES 1u  // for timing: as cheap as can be, but no attribute is without use
 layout(constant_id = 4) const uint SHADING = SHADING_LIT;
 
-#if (COMPONENTS & 1) != 0
+#if (VARYINGS & 1) != 0
 layout(location = 0) in vec3 in_normal;
 #else
 const vec3 in_normal = vec3(0.0);
 #endif
-#if (COMPONENTS & 2) != 0
+#if (VARYINGS & 2) != 0
 layout(location = 1) in vec2 in_texcoord;
 #else
 const vec2 in_texcoord = vec2(0.0);
 #endif
-#if (COMPONENTS & 4) != 0
+#if (VARYINGS & 4) != 0
 layout(location = 2) in vec4 in_color;
 #else
 const vec4 in_color = vec4(1.0);
 #endif
 layout(location = 0) out vec4 out_color;
 #ifdef IDS
-layout(location =
-           1) out uvec2 out_ids;  // instance, meshlet * 64 + triangle (the vertex path: triangle)
+// Instance, meshlet * 64 + triangle. Path `vertex`: instance, triangle in the primitive.
+layout(location = 1) out uvec2 out_ids;
 #ifdef MESH_IDS
 layout(location = 3) perprimitiveEXT flat in uint in_id;
 #else
@@ -59,8 +62,8 @@ vec3 world_position() {
   return world.xyz / world.w;
 }
 
-// The 4 x 4 ordered dither's threshold at this pixel, in (0, 1): a blended surface covers its share
-// of the pixels, in any order.
+// Threshold of 4 x 4 ordered dithering at this pixel, in (0, 1). Blended surfaces cover a share of
+// the pixels equal to their alpha, so that the order of drawing does not matter.
 float dither() {
   uvec2 p = uvec2(gl_FragCoord.xy) & 3u;
   uint x = p.x ^ p.y, y = p.y;
@@ -68,7 +71,7 @@ float dither() {
   return (float(rank) + 0.5) / 16.0;
 }
 
-// White where there is none.
+// Returns white if the material has no texture.
 vec4 textured(Material material, int number) {
   if ((ATTRIBUTES & HAS_TEXCOORD) == 0u || number < 0) return vec4(1.0);
   vec2 at = mat2(material.texcoord_matrix.xy, material.texcoord_matrix.zw) * in_texcoord +
@@ -81,7 +84,7 @@ vec4 base_color(Material material) {
   return (ATTRIBUTES & HAS_COLOR) != 0u ? color * in_color : color;
 }
 
-// Towards the viewer, on whichever side of the surface they are.
+// Returns the normal, or the triangle's own if there is none, flipped to face the viewer.
 vec3 shading_normal(vec3 position, vec3 view) {
   vec3 face = cross(dFdx(position), dFdy(position));
   vec3 normal =

@@ -1,4 +1,7 @@
-// Path `vertex`: an indexed draw of the decompressed model.
+// Path `vertex`, vertex stage: an indexed draw of the decompressed model, the baseline.
+//
+// Inputs: the vertex buffer.
+// Outputs: position, and the attributes that the scene has.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 

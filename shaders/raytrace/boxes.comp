@@ -1,6 +1,10 @@
-// The boxes that the acceleration structure is built of: of every GROUP_TRIANGLES triangles of each
-// meshlet, once at start. Where a meshlet has fewer groups, or is malformed, a box is a point,
-// which no ray meets. (Vulkan has NaN for that, but not every driver heeds it.)
+// Compute stage, once when a scene is loaded: the boxes of the acceleration structure, one for
+// every GROUP_TRIANGLES triangles of each meshlet. One thread per meshlet; decodes positions
+// only. Unused boxes, and those of malformed meshlets, are points, which no ray hits. (Vulkan
+// specifies NaN for inactive boxes, but not every driver honours it.)
+//
+// Inputs: the blob, or (PLAIN) uncompressed meshlets.
+// Outputs: boxes, and if wanted a box per meshlet and the owners of its boundaries.
 // variants: boxes.comp= boxes_plain.comp=PLAIN
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -14,21 +18,21 @@
 #include "decoders/serial_positions.glsl"
 #endif
 
-layout(local_size_x = 32) in;
+layout(local_size_x = BOXES_THREADS) in;
 
-layout(push_constant) uniform Push {
+layout(push_constant) uniform BoxesPush {
   uvec2 frame;
   uvec2 traced;
   uvec2 first_triangles;
   uvec2 boxes;  // VkAabbPositionsKHR
   uint primitive;
   uint meshlets;  // of the primitive
-  uvec2 bounds;   // of each meshlet, the box around its boxes: 6 floats; or 0
-  uvec2 owners;   // of each meshlet: NEIGHBOURS words of CacheState.owners; or 0
+  uvec2 bounds;   // output per meshlet: the union of its boxes, 6 floats; or 0
+  uvec2 owners;   // output per meshlet: NEIGHBOURS words of CacheState.owners; or 0
 }
 push;
 
-#define MARGIN 4e-6
+#define MARGIN 4e-6  // relative padding of a box, see main
 vec3 low;
 vec3 high;
 
@@ -77,7 +81,7 @@ void add_triangle(Traced traced, uint t) {
   }
 }
 
-// Lists the meshlets that own boundaries of the decoded one.
+// Writes the meshlets that own boundary vertices of the decoded one.
 void write_owners(uint first_meshlet, uint m) {
   uint found[NEIGHBOURS];
   uint count = 0u;
@@ -114,7 +118,7 @@ void main() {
     high = -low;
     for (uint t = g * GROUP_TRIANGLES; t < min(count, (g + 1u) * GROUP_TRIANGLES); t++)
       add_triangle(traced, t);
-    // Room for the rounding of the traversal's arithmetic, and thickness for what is flat.
+    // Pad for rounding in the driver's traversal, and give flat groups a thickness.
     vec3 farthest = max(abs(low), abs(high));
     float margin = max(farthest.x, max(farthest.y, farthest.z)) * MARGIN;
     low -= margin;

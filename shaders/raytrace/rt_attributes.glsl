@@ -1,13 +1,14 @@
-// The attributes of a hit triangle, interpolated: from the cache, from the compressed bytes, or
-// (PLAIN) from uncompressed buffers. To be included after rt_common.glsl, rt_hit.glsl and, unless
-// PLAIN, the decoder.
+// Interpolates the attributes of a hit triangle: from the cache, from the compressed bytes, or
+// (PLAIN) from uncompressed buffers. Include after rt_common.glsl, rt_hit.glsl and, unless PLAIN,
+// the decoder. Call open_attributes first.
 
 #include "raytrace/rt_exact.glsl"
 
+// A hit.
 struct Place {
   uint primitive;
   uint meshlet;
-  uint triangle;  // in the meshlet; TRIANGLES: in the primitive
+  uint triangle;  // in the meshlet; with TRIANGLES, in the primitive
   vec3 weights;
 };
 
@@ -17,7 +18,7 @@ vec3 weights_of(vec2 barycentrics) {
 
 #ifdef PLAIN
 
-uvec3 plain_corners;  // where their floats begin
+uvec3 plain_corners;  // offset of each corner's floats
 SceneFloats plain_floats;
 vec3 plain_weights;
 
@@ -94,7 +95,7 @@ void open_attributes(Place place) {
   open_primitive = place.primitive;
 }
 
-// at: where the attribute's bits begin in a slot.
+// Reads an attribute's elements. at: offset of its bits in a slot's vertex.
 uvec4 integers(Attribute a, uint at, uint vertex) {
   uvec4 q = uvec4(0u);
   for (uint c = 0u; c < min(attribute_elements(a), 4u); c++)
@@ -119,7 +120,7 @@ vec3 corner_position(uint corner) {
   return POSITION_FLOATS ? position_value(PRIMITIVE.position, q) : vec3(q);
 }
 
-// A grid has one step for all axes, so that its normals are the object's.
+// A grid has the same step on all axes, so normals computed on it are right in object space.
 vec3 flat_normal_in_object() {
   return cross_product(corner_position(1u) - corner_position(0u),
                        corner_position(2u) - corner_position(0u));
@@ -154,7 +155,7 @@ vec4 texture_at_hit(Material material, int number) {
   return textureLod(textures[nonuniformEXT(number)], uv, 0.0);
 }
 
-// Linear, with alpha.
+// Linear RGB and alpha.
 vec4 base_color(Material material) {
   vec4 color = material.base_color * color_at_hit();
   return material.base_texture < 0 ? color

@@ -1,10 +1,14 @@
-// Which meshlets the slots hold when a frame begins, chosen without the host by what rays needed in
-// the last frame. Slots and meshlets without a slot are listed by classes: how many rays needed it,
-// how long ago, whether rays came past it, or how near it is to such. Meshlets take the slots of
-// lower classes. The first, those that rays needed in the last frame, are decoded before the first
-// ray; the others, and of a few only those that not many rays needed, while the first rays are on
-// their way. What the other slots hold stays; during the frame those of the classes that were not
-// needed, or `rotating` if these are more, are given to what rays wait for, the lowest class first.
+// Compute stage, at the start of a frame: chooses the meshlets that the slots hold, from the
+// rays of the last frame, without the host. One thread per meshlet.
+//
+// Inputs: counters, slot table.
+// Outputs: slot table, lists, CacheState.
+//
+// Slots, and meshlets without a slot, are listed by class (rt_cache.glsl). Meshlets evict those
+// of lower classes. Meshlets that rays needed in the last frame are decoded before the first
+// launch, all others during it; if only a few are missing, so are those that few rays needed.
+// All other slots keep their meshlets. During the frame, the slots that rays did not need (or
+// `rotating`, if that is more) are reused for requests, the lowest class first.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -12,39 +16,36 @@
 #include "raytrace/rt_common.glsl"
 #include "raytrace/rt_cache.glsl"
 
-// Of so few meshlets that rays needed and have no slot, only those that many rays needed are
-// decoded before the first ray, since that costs more time than it takes the others' rays to wait.
-// Where rays cannot wait, all are.
+// If no more than FEW_MISSING needed meshlets lack a slot, decode only those of class NEEDED_OFTEN
+// and above before the first launch: decoding the rest would take longer than the few rays that
+// wait for it. If rays cannot wait, decode all.
 #define FEW_MISSING 128u
 #define NEEDED_OFTEN (NEEDED + 3u)
-#define GROUP 512u  // CHOOSE_GROUP of vk_backend/raytrace.py
+#define GROUP CHOOSE_THREADS
 layout(local_size_x = GROUP) in;
 
-shared uint counts[LISTS];  // of what the workgroup adds to each list,
-shared uint begins[LISTS];  //   and where that begins in it
+shared uint counts[LISTS];  // items that the workgroup adds to each list
+shared uint begins[LISTS];  // offset of these items in the list
 shared bool last_group;
-uint frame;  // the number of the one that begins
+uint frame;  // number of the frame that begins
 
 #define LISTED(list) counts[list]
 #include "raytrace/rt_order.glsl"
 
-// What other workgroups have written in this dispatch.
+// Words that other workgroups write in this dispatch.
 layout(buffer_reference, std430, buffer_reference_align = 4) coherent buffer SharedCounts {
   uint at[];
 };
 
-// How near a meshlet is to those that rays needed: ITSELF, one less for each step away from them,
-// which then is its class, 0 if it is not near.
+// Nearness of a meshlet: ITSELF if rays needed it, one less for each step away (then it is the
+// meshlet's class), 0 if it is not near.
 #define ITSELF (NEAR + 3u)
-uint stamp(uint number, uint nearness) {
-  return number * 8u + nearness;
-}  // of 29 bits; then they begin anew
-#define STAMPED_FRAMES 0x20000000u
+#define STAMPED_FRAMES 0x20000000u  // a stamp has 29 bits for the frame, then starts again
+uint stamp(uint number, uint nearness) { return number * 8u + nearness; }
 uint nearness_of(uint stamped) { return stamped >= stamp(frame - 1u, 0u) ? stamped & 7u : 0u; }
 
-// Each frame nearness spreads by one step to the meshlets that share a boundary. It is a hint: that
-// some see others' stamps of this frame and some those of the last does no harm. Returns the
-// meshlet's, which below ITSELF is its class.
+// Spreads nearness by one step per frame to the meshlets that share a boundary, and returns the
+// meshlet's own. It is a hint: reading a neighbour's stamp of this frame or of the last is fine.
 uint spread_nearness(CacheState state, uint m, bool needed) {
   Counts stamps = Counts(state.stamps);
   if (frame % STAMPED_FRAMES == 0u) {
@@ -54,8 +55,9 @@ uint spread_nearness(CacheState state, uint m, bool needed) {
   uint before = nearness_of(stamps.at[m]);
   uint own = needed ? ITSELF : min(before, ITSELF - 1u);
   uint next = needed ? stamp(frame, ITSELF) : 0u;
-  uint owners[NEIGHBOURS];   // read all at once, then
-  uint stamped[NEIGHBOURS];  //   all these: one after another would take longer than the rest
+  // Issue all loads of owners, then all of stamps: dependent loads took longer than all the rest.
+  uint owners[NEIGHBOURS];
+  uint stamped[NEIGHBOURS];
   for (uint i = 0u; i < NEIGHBOURS; i++) owners[i] = Counts(state.owners).at[NEIGHBOURS * m + i];
   for (uint i = 0u; i < NEIGHBOURS; i++)
     stamped[i] = stamps.at[owners[i] == NO_SLOT ? m : owners[i]];
@@ -70,7 +72,7 @@ uint spread_nearness(CacheState state, uint m, bool needed) {
   return own;
 }
 
-// The class by when rays needed a meshlet, IDLE if that is long ago.
+// The class by the time since rays needed the meshlet; IDLE after 32 frames.
 uint recency(CacheState state, uint m, uint needed) {
   Counts seen = Counts(state.seen);
   if (needed != 0u) {
@@ -81,7 +83,7 @@ uint recency(CacheState state, uint m, uint needed) {
   return age < 3u ? RECENT + 2u : age < 8u ? RECENT + 1u : age < 32u ? RECENT : IDLE;
 }
 
-// Whether all other workgroups of the dispatch are done, and what they wrote can be read.
+// Whether all other workgroups of the dispatch are done. Then their writes are visible.
 bool is_last_group(CacheState state) {
   memoryBarrierBuffer();
   barrier();
@@ -92,8 +94,8 @@ bool is_last_group(CacheState state) {
   return last_group;
 }
 
-// Rounds without work, and empty lists for the next frame. Leaves the lengths of this one's lists
-// in `counts`.
+// Clears the rounds and the next frame's lists. Leaves the lengths of this frame's lists in
+// `counts`.
 void prepare(CacheState state) {
   uint local = gl_LocalInvocationIndex;
   for (uint i = local; i <= state.coming_round; i += GROUP)
@@ -103,8 +105,8 @@ void prepare(CacheState state) {
   state.listed[listed_at(frame + 1u, local)] = 0u;
 }
 
-// How many meshlets are decoded before and during the first launch, and which slots are given away
-// later: those after theirs, in turn.
+// Decides how many meshlets to decode before and during the first launch, and which slots to reuse
+// later: those that follow, one after the other.
 void plan(CacheState state) {
   uint missing = 0u;
   for (uint c = NEEDED; c < CLASSES; c++) missing += counts[CLASSES + c];
@@ -121,8 +123,8 @@ void plan(CacheState state) {
   }
   kept = min(kept, state.stable);
   uint ring = max(state.rotating, idle - min(kept, idle));
-  uint coming = min(
-      used - kept, min(MOST_COMING, ring / 2u));  // the rest of the ring is for what paths wait for
+  // Half of the ring stays free for requests.
+  uint coming = min(used - kept, min(MOST_COMING, ring / 2u));
   state.frame = frame;
   state.kept = kept;
   state.ring = ring;
@@ -134,7 +136,7 @@ void plan(CacheState state) {
   state.rounds[state.coming_round].fill_groups[0] = coming;
 }
 
-// The slots of meshlets that are coming: the next in the order after those that are kept.
+// Assigns slots to the meshlets that are decoded during the first launch: those after `kept`.
 void place_coming(CacheState state) {
   uint coming = state.rounds[state.coming_round].requested;
   for (uint i = gl_LocalInvocationIndex; i < coming; i += GROUP) {
@@ -154,7 +156,7 @@ void main() {
   uint slots = slot_count(state);
   if (local < LISTS) counts[local] = 0u;
   barrier();
-  uint into = LISTS;  // the list that gets the meshlet, or its slot
+  uint into = LISTS;  // list for the meshlet or its slot; LISTS: none
   uint rank = 0u;
   uint item = m;
   if (m < state.meshlets) {

@@ -1,6 +1,5 @@
-// Functions of the language that drivers make of products and sums, written out so that they are
-// exact (vk_backend/build_shaders.py).
-
+// GLSL's dot and cross, written out: drivers may fuse products and sums inside the built-ins, even
+// where the SPIR-V says NoContraction (vk_backend/build_shaders.py).
 #ifndef RT_EXACT_GLSL
 #define RT_EXACT_GLSL
 

@@ -1,6 +1,10 @@
-// Decodes meshlets into slots, one workgroup each: at the start one for every slot, then before a
-// frame's first rays those that they will need, beside them those that may be next, later those
-// that paths wait for.
+// Compute stage: decodes meshlets into slots with the team decoder, one workgroup per meshlet.
+// Runs once at the start to fill all slots; then in each frame before the first launch (meshlets
+// that it will probably need), during it (meshlets that may be needed next), and before each
+// later round (meshlets that paths wait for).
+//
+// Inputs: the lists of CacheState, the blobs.
+// Outputs: slots and slot table.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -20,7 +24,7 @@
 
 layout(local_size_x = GROUP) in;
 
-// The primitive that a meshlet belongs to.
+// The primitive of a meshlet, by binary search.
 uint primitive_of(uint number, uint primitives) {
   uint low = 0u;
   uint high = primitives;
@@ -34,6 +38,7 @@ uint primitive_of(uint number, uint primitives) {
   return low;
 }
 
+// Decodes meshlet `number` into a slot. A malformed meshlet gets no triangles.
 void fill(uint number, uint slot_number, uint primitives) {
   uint index = primitive_of(number, primitives);
   Traced traced = TracedList(push.traced).at[index];
@@ -55,7 +60,7 @@ void fill(uint number, uint slot_number, uint primitives) {
     put_vertex(slot, primitive, v);
 }
 
-// Takes a slot from the meshlet that had it, if it is not the slot's first.
+// Evicts the slot's meshlet, if it has one, and gives the slot to meshlet `number`.
 void move(uint number, uint slot) {
   uint before = Counts(push.slot_meshlets).at[slot];
   if (before != NO_SLOT) Counts(push.slot_table).at[before] = NO_SLOT;
@@ -63,11 +68,11 @@ void move(uint number, uint slot) {
   Counts(push.slot_table).at[number] = slot;
 }
 
-// What workgroup i's share of a round is: a meshlet and its slot.
+// Item i of the round: (meshlet, slot).
 uvec2 work(CacheState state, uint i, bool waited_for, uint cursor) {
   if (ALL_CACHED) return uvec2(i);
-  if (push.round == state.coming_round) {  // it has its slot already, and rays of the launch that
-                                           // runs at the same time keep away from it
+  if (push.round == state.coming_round) {
+    // rt_cache.comp has assigned the slot; COMING keeps the concurrent launch away from it.
     uint number = Counts(push.lists).at[meshlet_place(state, state.kept + i)];
     return uvec2(number, Counts(push.slot_table).at[number] & SLOT_BITS);
   }

@@ -1,4 +1,6 @@
-// A ray that leaves the scene.
+// Miss stage: the ray leaves the scene.
+//
+// Output: t = -1.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_ray_tracing : require

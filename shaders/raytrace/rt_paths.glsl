@@ -1,21 +1,19 @@
-// A path that waits for a meshlet goes on in the next round where it was, if there is a record for
-// it; else it starts again. To be included after rt_common.glsl and rt_cache.glsl.
+// Paths that wait for a meshlet: in the next round they resume from a record, or start again if
+// none was free. Include after rt_common.glsl and rt_cache.glsl.
 
 struct Path {
-  vec3 origin;     // of the ray that is on its way,
-  float nearest;   //   before which distance it meets nothing
-  vec3 direction;  // of that ray, or if that goes to the light of the one after it
-  float facing;    // cosine between the light and the surface that the ray to it comes from
+  vec3 origin;     // of the current ray
+  float nearest;   // the current ray hits nothing before this distance
+  vec3 direction;  // of the current ray; if that is a shadow ray, of the next one
+  float facing;    // cosine between the light and the surface that the shadow ray leaves
   vec3 throughput;
   uint pixel;
-  vec3 sum;       // of light, over all samples so far
+  vec3 sum;       // radiance, over all samples so far
   uint progress;  // packed_progress
 };
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer Paths { Path at[]; };
 
-#define PATH_WORDS 16u
-#define BOUNCE_BITS 11  // of progress; above them 20 of the sample
-
+// 20 bits of sample, 11 of bounce, 1 for shadow rays.
 uint packed_progress(uint samples, uint bounce, bool to_light) {
   return samples << (BOUNCE_BITS + 1) | bounce << 1 | (to_light ? 1u : 0u);
 }
@@ -23,32 +21,29 @@ uint samples_of(uint progress) { return progress >> (BOUNCE_BITS + 1); }
 uint bounce_of(uint progress) { return (progress >> 1) & ((1u << BOUNCE_BITS) - 1u); }
 bool is_to_light(uint progress) { return (progress & 1u) != 0u; }
 
-// The records of the paths that go on in a round. Two rounds after one another have different ones.
+// The records of a round. Successive rounds use different halves of the buffer.
 Paths paths_of(uint round) {
   CacheState state = CacheState(push.state);
   return Paths(byte_offset(state.paths, PATH_WORDS, (round & 1u) * state.path_limit));
 }
 
-// Later rounds are launches of one dimension: the first paths with a record have SPREAD invocations
-// each, of which one works, since paths that have nothing in common hold one another up where they
-// run in lockstep; then come the other records, and then the strip's pixels.
-#define SPREAD 32u
-#define SPREAD_PATHS 4096u
+// Launches of later rounds have one dimension: first SPREAD invocations for each of the first
+// SPREAD_PATHS records, only one of which works, because unrelated paths in one warp slow each
+// other down; then one invocation for each other record; then the strip's pixels.
 uint first_invocation(uint path) {
   return path < SPREAD_PATHS ? path * SPREAD : SPREAD_PATHS * (SPREAD - 1u) + path;
 }
 
 #define NO_PATH 0xFFFFFFFFu
 
-// What an invocation works at in a later round: a path's number, or NO_PATH and a pixel's number in
-// the picture, or twice NO_PATH.
+// The work of an invocation: a record; or NO_PATH and a pixel of the picture; or NO_PATH twice.
 struct Work {
   uint path;
   uint pixel;
 };
 
-// The first launch has rows after the strip's, whose rays look ahead: from where the camera may
-// soon be, to learn what they will need there.
+// Whether this invocation prefetches: rows after the strip's in the first launch trace rays from
+// the camera's predicted position, to learn which meshlets they will need.
 bool looks_ahead() { return push.round == 0u && gl_LaunchIDEXT.y >= push.strip_rows; }
 
 Work launched_work(uint width) {
@@ -65,7 +60,7 @@ Work launched_work(uint width) {
   return Work(i % SPREAD == 0u ? i / SPREAD : NO_PATH, NO_PATH);
 }
 
-// The number in the picture of the pixel that the invocation works at.
+// The pixel of the picture that this invocation works at.
 uint launched_pixel() {
   Work work = launched_work(Frame(push.frame).width);
   return work.path == NO_PATH ? work.pixel : paths_of(push.round).at[work.path].pixel;

@@ -1,4 +1,4 @@
-// Numbers that look random and are the same on every device and path.
+// Pseudo-random numbers: the same on every device and path.
 
 // PCG's output function (Jarzynski, Olano: Hash Functions for GPU Rendering, JCGT 2020).
 uint hash(uint x) {

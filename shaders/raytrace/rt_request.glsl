@@ -1,9 +1,8 @@
-// What the cache learns from rays: which meshlets they need, and which they wait for. To be
-// included after rt_common.glsl and rt_cache.glsl.
+// Feedback from rays to the cache: meshlets that they need and that they wait for. Include after
+// rt_common.glsl and rt_cache.glsl.
 
-// A ray needs the meshlet, whose entry in the table of slots is given. Of the many that need the
-// same few meshlets in the first launch only one in sixteen counts, for all: atomics to one place
-// queue.
+// Counts a ray that needs the meshlet. entry: of the slot table. For hot meshlets, which many rays
+// of the first launch need, one ray in 16 counts for all: atomics on one address are serialised.
 void count(uint number, uint entry) {
   bool hot = !ALL_CACHED && push.round == 0u && entry < REQUESTED && (entry & HOT) != 0u;
   if (!hot)
@@ -12,16 +11,16 @@ void count(uint number, uint entry) {
     atomicAdd(Counts(push.counters).at[number], 16u * COUNTED_RAY);
 }
 
-// A ray has tested triangles of the meshlet, perhaps before or behind what it finds in the end.
+// Marks a meshlet whose triangles a ray has tested, perhaps without hitting them.
 void touch(uint number) {
   if (Counts(push.counters).at[number] == 0u)
     atomicOr(Counts(push.counters).at[number], TOUCHED_RAY);
 }
 
-// Puts a meshlet on the next round's list, if it is on none and there is room.
+// Adds a meshlet to the next round's requests, unless it is requested already or the list is full.
 void request(uint number) {
   CacheState state = CacheState(push.state);
-  // Most are on the list already, and reading costs less than an atomic.
+  // Most are requested already, and a read is cheaper than an atomic.
   if (Counts(push.slot_table).at[number] != NO_SLOT ||
       state.rounds[push.record + 1u].requested >= state.ring)
     return;

@@ -1,5 +1,9 @@
-// What the nearest hit shows.
-// variants: rt_surface.rchit= rt_surface_plain.rchit=PLAIN rt_surface_triangles.rchit=PLAIN,TRIANGLES
+// Closest-hit stage: normals, albedo and emission of the nearest hit.
+//
+// Inputs: the hit, the cache or the blob or (PLAIN) uncompressed buffers.
+// Outputs: the payload Surface; the meshlet's counter.
+// variants: rt_surface.rchit= rt_surface_plain.rchit=PLAIN
+// variants: rt_surface_triangles.rchit=PLAIN,TRIANGLES
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_ray_tracing : require
@@ -30,14 +34,14 @@ vec3 unit(vec3 v, vec3 otherwise) {
   return squared > 0.0 ? v * inversesqrt(squared) : otherwise;
 }
 
-// In world space, a normal of the object; not of unit length.
+// Transforms a normal to world space, not normalised.
 vec3 in_world(Instance instance, vec3 n) {
   mat4 m = instance.world_to_object;
   return vec3(dot_product(m[0].xyz, n), dot_product(m[1].xyz, n), dot_product(m[2].xyz, n));
 }
 
 #ifndef PLAIN
-// The number of the meshlet that the hit is in.
+// The number of the hit meshlet.
 uint hit_meshlet() {
   Traced traced = TracedList(push.traced).at[gl_InstanceCustomIndexEXT & PRIMITIVE_INDEX];
   return traced.first_meshlet + uint(gl_PrimitiveID) / (MESHLET_TRIANGLES / GROUP_TRIANGLES);
@@ -49,7 +53,7 @@ void main() {
   bool to_light = DEFERRED && (gl_IncomingRayFlagsEXT & RAY_TO_LIGHT) != 0u;
   bool blocked = DEFERRED && gl_HitKindEXT == KIND_BLOCKED;
   uint number = hit_meshlet();
-  // What rays to the light test, the intersection shader has counted.
+  // The intersection shader has counted the meshlets of shadow rays.
   if (COUNTED && (blocked || !to_light)) count(number, slot_entry(number));
   if (blocked) {
     surface.t = BLOCKED;
@@ -65,7 +69,7 @@ void main() {
   place.meshlet = 0u;
   place.triangle = gl_PrimitiveID;
   vec2 barycentrics = found;
-  surface.id = gl_PrimitiveID;  // the host knows which meshlet that is
+  surface.id = gl_PrimitiveID;  // the host looks up the meshlet
 #else
   place.meshlet = uint(gl_PrimitiveID) / (MESHLET_TRIANGLES / GROUP_TRIANGLES);
   place.triangle = found.triangle;

@@ -1,9 +1,8 @@
-// A watertight test of a ray against triangles. The vertices are put into a frame in which the ray
-// runs along z from the origin, as in Woop, Benthin, Wald: Watertight Ray/Triangle Intersection,
-// JCGT 2013, but by three dot products in place of a shear: that needs no exchange of axes, which
-// would cost a GPU as much as it saves. What makes the test watertight is the same: a vertex gets
-// the same coordinates in all triangles, and which side of an edge the ray is on is decided by one
-// expression without contraction.
+// Watertight ray-triangle test. Transforms vertices to a frame in which the ray runs along z from
+// the origin, as in Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, JCGT 2013, but with
+// three dot products instead of a shear: permuting the axes would cost a GPU as much as the shear
+// saves. It is watertight for the same reasons: a vertex gets the same coordinates in all
+// triangles, and one expression without contraction decides which side of an edge the ray passes.
 
 #include "raytrace/rt_exact.glsl"
 
@@ -16,7 +15,7 @@ struct RayFrame {
 RayFrame ray_frame(vec3 origin, vec3 direction) {
   float squared = dot_product(direction, direction);
   vec3 d = direction * inversesqrt(squared);
-  // Any two directions across the ray.
+  // Any two directions perpendicular to the ray.
   vec3 across = abs(d.x) > abs(d.z) ? vec3(-d.y, d.x, 0.0) : vec3(0.0, -d.z, d.y);
   vec3 second = cross_product(d, across);
   vec3 along = direction / squared;
@@ -31,8 +30,8 @@ vec3 in_frame(RayFrame f, vec3 p) {
               fma(f.z.x, p.x, fma(f.z.y, p.y, fma(f.z.z, p.z, f.z.w))));
 }
 
-// Which side of the directed edge p -> q the ray passes on. Rounding is monotonic, so that a sign
-// that is not zero is right, and swapping p and q negates it exactly.
+// The sign says on which side of the directed edge p -> q the ray passes. Rounding is monotonic, so
+// a non-zero sign is right, and swapping p and q negates it exactly.
 float edge(vec3 p, vec3 q) {
   precise float forward = q.x * p.y;
   precise float backward = q.y * p.x;
@@ -40,8 +39,8 @@ float edge(vec3 p, vec3 q) {
   return side;
 }
 
-// Whether the ray meets a triangle, whose vertices are given in its frame, between t_min and t_max,
-// and where. Both sides count, and an edge (zero) belongs to both its triangles.
+// Whether the ray hits a triangle between t_min and t_max, and where. a, b, c: in the ray's frame.
+// Both sides count, and an edge (zero) belongs to both triangles.
 bool meets_triangle(vec3 a, vec3 b, vec3 c, float t_min, float t_max, out float t,
                     out vec2 barycentrics) {
   float u = edge(b, c);

@@ -1,12 +1,11 @@
-// Culling bounds of a meshlet in one word: a sphere, coarse, because it only has to tell where the
-// meshlet is, and the cone of its triangles' normals, which pays off more: half of a model faces
+// Culling bounds of a meshlet in one word: a sphere and the cone of the triangles' normals. The
+// sphere is coarse: it only locates the meshlet. The cone culls more, since half of a model faces
 // away.
 //   bits 0 .. 14   centre, 5 bits per axis, in the primitive's box
 //        15 .. 17  k: the radius is the box's diagonal * 2^-k; 0: no bounds
-//        18 .. 27  the cone's axis, an octahedral pair of 5 bits
+//        18 .. 27  the cone's axis, an octahedral pair of 5 bits each
 //        28 .. 31  sine of the cone's half angle in 14ths; 15: no cone
-// Both are conservative: the radius is measured from the centre, and the angle from the axis, as
-// they are read back.
+// Both are conservative: radius and angle are measured from the quantised centre and axis.
 #ifndef BOUNDS_GLSL
 #define BOUNDS_GLSL
 
@@ -25,6 +24,7 @@ struct Bounds {
   float sine;  // 2: no cone
 };
 
+// Unpacks the word.
 Bounds bounds_of(uint word, vec3 box_low, vec3 box_size) {
   Bounds b;
   uvec3 cell = uvec3(word, word >> 5, word >> 10) & 31u;
@@ -36,13 +36,13 @@ Bounds bounds_of(uint word, vec3 box_low, vec3 box_size) {
   return b;
 }
 
-// The word's bits for the cell that holds `center`.
+// Bits 0 .. 14: the cell that holds `center`.
 uint center_word(vec3 center, vec3 box_low, vec3 box_size) {
   uvec3 cell = uvec3(clamp((center - box_low) / max(box_size, vec3(1e-30)) * 32.0, 0.0, 31.0));
   return cell.x | (cell.y << 5) | (cell.z << 10);
 }
 
-// The word's bits for the smallest radius that reaches `radius`.
+// Bits 15 .. 17: the smallest power of two that is at least `radius`.
 uint radius_word(float radius, vec3 box_size) {
   float share = radius * 1.001 / length(box_size);
   for (uint k = 7u; k > 0u; k--)
@@ -50,7 +50,7 @@ uint radius_word(float radius, vec3 box_size) {
   return 0u;
 }
 
-// The word's bits for the axis closest to a direction.
+// Bits 18 .. 27: `direction` as a quantised octahedral pair.
 uint axis_word(vec3 direction) {
   vec3 n = direction / (abs(direction.x) + abs(direction.y) + abs(direction.z));
   if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
@@ -58,7 +58,7 @@ uint axis_word(vec3 direction) {
   return (q.x << 18) | (q.y << 23);
 }
 
-// The word's bits for a cone whose normals' smallest cosine with the axis is given.
+// Bits 28 .. 31. cosine: the smallest between the axis and any normal.
 uint sine_word(float cosine) {
   float safe = cosine - 0.001;
   if (safe <= 0.0) return NO_CONE << 28;

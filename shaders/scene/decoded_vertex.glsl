@@ -1,6 +1,6 @@
-// A decoded vertex's attributes as floats. The includer defines ELEMENT_VALUE(element, id): the
-// integer of a element of a local vertex; or it has included slots.glsl and defines SLOT, the
-// address of the slot that the meshlet is in.
+// A decoded vertex's attributes as floats. Before including this file, either define
+// ELEMENT_VALUE(element, id), the integer of an element of a local vertex, or include slots.glsl
+// and define SLOT, the address of the meshlet's slot.
 #ifndef DECODED_VERTEX_GLSL
 #define DECODED_VERTEX_GLSL
 
@@ -9,13 +9,13 @@
 #ifdef SLOT
 #define VALUE(a, place, c, v) \
   slot_bits(SLOT, v, (place) + (c) * attribute_field(a), attribute_bits(a))
-#define PLACE(place) place  // where an attribute's bits begin
+#define PLACE(place) place  // offset of the attribute's bits in the vertex
 #else
 #define VALUE(a, place, c, v) ELEMENT_VALUE(a.element + (c), v)
 #define PLACE(place) 0u
 #endif
 
-// In the primitive's coordinates.
+// Returns object coordinates.
 vec3 decoded_position(Primitive p, uint v) {
 #ifdef SLOT
   return POSITION_FLOATS ? slot_float_position(SLOT, v)
@@ -32,7 +32,7 @@ uvec4 decoded_integers(Attribute a, uint place, uint v) {
   return q;
 }
 
-// In the primitive's coordinates; zero where it has none.
+// Returns object coordinates; zero if the primitive has no normals.
 vec3 decoded_normal(Primitive p, uint v) {
   if (p.normal.element == NO_ELEMENT) return vec3(0.0);
   return normal_value(p.normal, decoded_integers(p.normal, PLACE(NORMAL_PLACE), v).xyz);
@@ -45,7 +45,7 @@ vec2 decoded_texcoord(Primitive p, uint v) {
       .xy;
 }
 
-// White where there is none, opaque where there are three components.
+// Returns white if the primitive has no colours; alpha is 1 if they have three elements.
 vec4 decoded_color(Primitive p, uint v) {
   if (p.color.element == NO_ELEMENT) return vec4(1.0);
   vec4 color = attribute_value(

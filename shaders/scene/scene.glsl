@@ -1,38 +1,38 @@
-// The scene as shaders see it, and how its integers become floats. Everything is reached through
-// buffer addresses; the host's mirror of the structures is vk_backend/scene.py, and
-// tests/test_vulkan_scene.py compares the offsets of the two.
+// The scene in GPU memory, and the conversion of decoded integers to floats. Shaders reach
+// everything through buffer addresses. The host mirrors these structures as numpy dtypes;
+// tests/vulkan/test_layouts.py compares the offsets.
 #ifndef SCENE_GLSL
 #define SCENE_GLSL
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
 #include "format/constants.h"
+#include "scene/scene_constants.h"
 
-// How the integers of a stream become floats (spec, appendix B).
+// Dequantisation of one attribute (specification, appendix B).
 struct Attribute {
   vec4 offset;
   float step;
   uint element;    // first element in values[element * 64 + id], or NO_ELEMENT
-  uint kind_bits;  // KIND_ | bits << 8 | components << 16 | ATTRIBUTE_ROUND
-  float scale;     // of normalised integer accessors, else 1
+  uint kind_bits;  // KIND_ | bits << 8 | elements << 16 | ATTRIBUTE_ROUND
+  float scale;     // 1 / max for normalised integer accessors, else 1
 };
 
-// The blob of one primitive. Addresses are 0 where a path does not need what they lead to.
+// One glTF primitive. An address is 0 if the path does not need the data behind it.
 struct Primitive {
   uvec2 blob;
   uint blob_words;
   uint meshlets;
-  uint stream_end;  // streams [0, stream_end) hold all that shading needs; the others are only
-                    // skipped
-  uint elements;    // components of these streams
+  uint stream_end;  // decode streams [0, stream_end) and skip the rest: shading does not need it
+  uint elements;    // of these streams together
   uint triangles;
   uint vertices;
   uvec2 bounds;       // a word per meshlet, see bounds.glsl
-  uvec2 vertex_data;  // uncompressed: position 3, and what the scene has of normal 3, uv 2, colour
-                      // 4 (floats)
+  uvec2 vertex_data;  // uncompressed, floats: position 3, then normal 3, texture coordinates 2 and
+                      // colour 4, each only if any primitive of the scene has it
   uvec2 index_data;   // 3 uints per triangle, in the order of the meshlets
   uvec2 plain_meshlets;  // a PlainMeshlet each
-  vec4 box_low;          // the positions' box; culling is worse, not wrong, where it does not fit
+  vec4 box_low;          // box of the positions; a loose box only makes culling less effective
   vec4 box_size;
   Attribute position;
   Attribute normal;
@@ -40,7 +40,7 @@ struct Primitive {
   Attribute color;
 };
 
-// A primitive in its place: one draw.
+// A primitive placed in the world: one draw.
 struct Instance {
   mat4 object_to_world;
   mat4 world_to_object;  // for normals: transpose(mat3(world_to_object)) * n
@@ -65,7 +65,7 @@ struct Material {
 
 // An uncompressed meshlet of the baselines.
 struct PlainMeshlet {
-  uint first;   // of the word array: `vertices` vertex numbers, then triangles a | b << 8 | v << 16
+  uint first;   // offset in Frame.plain_words: vertex indices, then triangles a | b << 8 | v << 16
   uint counts;  // vertices | triangles << 8
 };
 
@@ -91,17 +91,17 @@ layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Pla
   PlainMeshlet at[];
 };
 
-// One picture of the scene.
+// The camera, the light and the scene's buffers for one picture.
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Frame {
   mat4 world_to_clip;  // y down, depth 0 to 1
   mat4 clip_to_world;
-  vec4 eye;  // w 1: a place; w 0: the direction towards the viewer of an orthographic camera
-  vec4 light_direction;  // towards the light
+  vec4 eye;              // w 1: position; w 0: direction towards an orthographic camera
+  vec4 light_direction;  // unit vector towards the light
   uvec2 primitives;
   uvec2 instances;
   uvec2 materials;
   uvec2 object_to_clip;  // a matrix per instance
-  uvec2 plain_words;     // what PlainMeshlet.first counts
+  uvec2 plain_words;     // words of the uncompressed meshlets, see PlainMeshlet
   uint width;
   uint height;
 };
@@ -110,7 +110,7 @@ uint attribute_kind(Attribute a) { return a.kind_bits & 255u; }
 uint attribute_bits(Attribute a) { return (a.kind_bits >> 8) & 255u; }
 uint attribute_elements(Attribute a) { return (a.kind_bits >> 16) & 255u; }
 
-// The unit vector of an octahedral pair.
+// Decodes an octahedral pair to a unit vector.
 vec3 unit_of_oct(uvec2 q, uint bits) {
   float levels = float((1u << bits) - 1u);
   vec2 p = 2.0 * vec2(q) / levels - 1.0;
@@ -119,16 +119,16 @@ vec3 unit_of_oct(uvec2 q, uint bits) {
   p -= vec2(p.x < 0.0 ? -fold : fold, p.y < 0.0 ? -fold : fold);
   vec3 n = vec3(p, z);
   vec3 squares = n * n;
-  return n * inversesqrt(squares.x + squares.y +
-                         squares.z);  // neither normalize nor dot: ray tracing needs it exact
+  // Neither normalize nor dot: drivers may contract those, and ray tracing needs exact results.
+  return n * inversesqrt(squares.x + squares.y + squares.z);
 }
 
 float float_of_ordered_bits(uint q) {
   return uintBitsToFloat((q & 0x80000000u) != 0u ? q ^ 0x80000000u : ~q);
 }
 
-// offset + q * step in binary32, multiplication and addition each rounded: every path, and numpy,
-// gets the same bits. Rounding gives the value of an integer accessor.
+// offset + q * step in binary32. Multiplication and addition round separately, so that every path
+// and numpy get the same bits. Values of integer accessors are rounded to integers.
 float grid_value(float offset, uint q, float step, uint kind_bits, float scale) {
   precise float scaled = float(q) * step;
   precise float value = offset + scaled;
@@ -137,11 +137,11 @@ float grid_value(float offset, uint q, float step, uint kind_bits, float scale) 
   return result;
 }
 
-// Any attribute but an octahedral one; elements that the stream lacks are 0.
+// Dequantises any attribute that is not octahedral. Missing elements are 0.
 vec4 attribute_value(Attribute a, uvec4 q) {
   vec4 value = vec4(0.0);
-  uint components = min(attribute_elements(a), 4u);
-  for (uint c = 0u; c < components; c++) {
+  uint elements = min(attribute_elements(a), 4u);
+  for (uint c = 0u; c < elements; c++) {
     if (attribute_kind(a) == KIND_GRID)
       value[c] = grid_value(a.offset[c], q[c], a.step, a.kind_bits, a.scale);
     else if (attribute_kind(a) == KIND_FLOAT32)
@@ -152,7 +152,7 @@ vec4 attribute_value(Attribute a, uvec4 q) {
   return value;
 }
 
-// A position, in the primitive's coordinates; positions are always of kind GRID.
+// Dequantises a position to object coordinates. Positions are always of kind GRID.
 vec3 position_value(Attribute a, uvec3 q) {
   return vec3(grid_value(a.offset.x, q.x, a.step, a.kind_bits, a.scale),
               grid_value(a.offset.y, q.y, a.step, a.kind_bits, a.scale),
@@ -164,7 +164,7 @@ vec3 normal_value(Attribute a, uvec3 q) {
   return attribute_value(a, uvec4(q, 0u)).xyz;
 }
 
-// m * vec4(p, 1), every operation rounded on its own, so that all stages and paths give the same
+// m * vec4(p, 1). Every operation rounds separately, so that all stages and paths get the same
 // bits.
 vec4 transformed(mat4 m, vec3 p) {
   precise vec4 x = m[0] * p.x;

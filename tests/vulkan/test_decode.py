@@ -1,4 +1,4 @@
-"""Every way to decode on the GPU gives the integers of the C++ decoder, and bounds what malformed bytes can do."""
+"""The GPU decoders give the integers of the C++ decoder, and survive malformed bytes."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from tests.helpers.environment import ROOT
 from tests.helpers.vulkan_scenes import require_vulkan
 
 VECTORS = ROOT / "spec" / "vectors"
-# Of the vectors; one for all, because each other one would be another compilation of the shaders. Teams of 8 and 16 hold the values of
-# several meshlets, and have no room for many more components in the 32 KiB that a device may limit them to.
-STREAMS, LANES = 5, 11
+# Capacities that fit all vectors: other ones would compile the shaders again. ELEMENTS cannot be
+# much larger: workgroups with teams of 8 or 16 hold the values of several meshlets, in 32 KiB.
+STREAMS = 5
+ELEMENTS = 11
 QUICK = ("single", "passes", "team32", "parallel")
 FULL = ("team8", "team16")
 
@@ -37,18 +38,21 @@ def device(request):
     scope="module", params=[*QUICK, *(pytest.param(name, marks=pytest.mark.full) for name in FULL)]
 )
 def decoder(request, device):
-    from vk_backend.compute_decoder import GpuDecoder
+    from vk_backend.gpu_decoder import GpuDecoder
 
-    return GpuDecoder(device, request.param, STREAMS, LANES)
+    return GpuDecoder(device, request.param, STREAMS, ELEMENTS)
 
 
 def assert_same(decoded, blob: bytes) -> None:
-    """What the GPU decoded is what C++ decodes, meshlet by meshlet; neither finds anything malformed."""
+    """Checks that every meshlet is well formed and the same as C++ decodes it."""
     assert assert_agreement(decoded, blob) == 0
 
 
 def assert_agreement(decoded, blob: bytes) -> int:
-    """The GPU refuses the meshlets that C++ refuses, and the others are the same; how many are refused."""
+    """Checks that the GPU rejects the same meshlets as C++ and decodes the others to the same.
+
+    Returns the number of rejected meshlets.
+    """
     expected = _codec.Decoder(blob)
     refused = 0
     for m in range(expected.meshlet_count):
@@ -75,7 +79,7 @@ def assert_agreement(decoded, blob: bytes) -> int:
 
 
 def assert_bounded(decoded) -> None:
-    """Whatever the bytes were: counts fit a meshlet, and the triangles of those that decoded name its vertices."""
+    """Checks that counts fit a meshlet and that triangles use its vertices, for any bytes."""
     sound = decoded.errors == 0
     assert (decoded.triangle_counts[sound] <= 64).all() and (
         decoded.vertex_counts[sound] <= 64
@@ -115,7 +119,7 @@ def test_malformed_vectors(decoder):
 
 @pytest.mark.parametrize("tables", [False, True], ids=["data", "tables and data"])
 def test_mutated_bytes(decoder, tables):
-    """Bits changed behind the stream table, or in the meshlets' data alone, of vectors of every kind."""
+    """Flips bits after the stream table, or only in the meshlets' data, of all valid vectors."""
     random = np.random.default_rng(7)
     refused = tried = 0
     for path in sorted(VECTORS.glob("valid_*.bin")):
@@ -133,7 +137,7 @@ def test_mutated_bytes(decoder, tables):
     assert tried > 100 and refused > 20
 
 
-# Streams of a component, as many as there may be; and values that fill one word, two, or more, or lie in several.
+# The largest number of streams, and values that take one word, two, or more, or cross words.
 SHAPES = {
     "64 streams": [
         Stream(bits=24),
@@ -161,21 +165,21 @@ SHAPES = {
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_streams_of_every_shape(device, monkeypatch, name):
-    """Packed into words for the passes."""
-    from vk_backend.compute_decoder import GpuDecoder
+    """The pass decoder packs values into words."""
+    from vk_backend.gpu_decoder import GpuDecoder
 
     streams = SHAPES[name]
     monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
     decoder = GpuDecoder(device, "passes", len(streams), sum(s.components for s in streams))
     random, sound = Random(1), 0
     for _ in range(4):
-        blob = blob_writer.random_blob(random, 12)  # some of its corners take too many hops
+        blob = blob_writer.random_blob(random, 12)  # rejected if a corner takes too many hops
         sound += 12 - assert_agreement(decoder.decode(blob), blob)
     assert sound > 20
 
 
 def test_too_many_streams(device):
-    from vk_backend.compute_decoder import GpuDecoder
+    from vk_backend.gpu_decoder import GpuDecoder
 
     blob = (VECTORS / "valid_worked_example.bin").read_bytes()
     with pytest.raises(ValueError, match="there is room for"):
@@ -185,7 +189,7 @@ def test_too_many_streams(device):
 @pytest.mark.parametrize("name", ["bunny", pytest.param("all", marks=pytest.mark.full)])
 def test_real_models(device, model, tmp_path, name):
     import gltf_ext
-    from vk_backend.compute_decoder import GpuDecoder
+    from vk_backend.gpu_decoder import GpuDecoder
 
     names = [
         "suzanne",

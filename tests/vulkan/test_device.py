@@ -74,7 +74,7 @@ def _command(*arguments, **environment) -> subprocess.CompletedProcess:
     command = [
         sys.executable,
         "-m",
-        "gltf_ext",
+        "gltf_meshlet",
         "render",
         "--backend",
         "vulkan",

@@ -1,4 +1,4 @@
-"""Pictures: every path draws the same one, and it is the right one."""
+"""All raster paths draw the same picture, and it is right."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ NO_ID = 0xFFFFFFFF
 COMPRESSED = ("mesh", "mesh-only", "stream", "geometry")
 SMALL_RING = 20
 PATHS = ("mesh-plain", *COMPRESSED)
-# Neighbouring roundings: of a position's last bits, and of a colour.
-DEPTH_ROUNDING, COLOR_ROUNDING = 2e-5, 2
+DEPTH_ROUNDING = 2e-5  # from the last bits of positions
+COLOR_ROUNDING = 2  # of 255
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def scene(tmp_path_factory):
 
 
 def assert_same(picture, reference):
-    """The same but for rounding: where ids differ, both triangles are at the same depth."""
+    """Equal up to rounding; ids may differ at pixels where two triangles have the same depth."""
     assert (picture.covered == reference.covered).all()
     assert np.abs(picture.depth - reference.depth).max() <= DEPTH_ROUNDING
     different = (picture.ids != reference.ids).any(axis=2)
@@ -58,7 +58,7 @@ def test_paths_agree(renderer, scene, path, camera):
 
 @pytest.mark.parametrize("path", [p for p in PATHS if p != "geometry"])
 def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkeypatch):
-    """Devices bound the workgroups of a draw."""
+    """A draw has at most MAX_GROUPS workgroups."""
     from vk_backend import raster
     from vk_backend.camera import Camera
     from vk_backend.scene import load_scene
@@ -68,9 +68,8 @@ def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkey
     camera = Camera.fit(scene, WIDTH, HEIGHT)
     whole = renderer.render(scene, camera, path, WIDTH, HEIGHT)
     monkeypatch.setattr(raster, "MAX_GROUPS", 7)
-    monkeypatch.setattr(
-        renderer, "ring", renderer.ring + 1
-    )  # a new one, in whose slots nothing is left from the first picture
+    # Another ring, so that nothing of the first picture is left in its slots.
+    monkeypatch.setattr(renderer, "ring", renderer.ring + 1)
     assert 2 * 7 * raster.PATHS[path].group < scene.primitives[0].meshlets
     parts = renderer.render(scene, camera, path, WIDTH, HEIGHT)
     assert (parts.ids == whole.ids).all() and (parts.color == whole.color).all()
@@ -102,13 +101,13 @@ def _compare(renderer, source, folder, path):
     assert_same(renderer.render(scene, camera, path, 2 * WIDTH, 2 * HEIGHT), reference)
 
 
-# --- path stream: slots that are used again and again ---
+# --- path stream: reused slots ---
 
 
 @pytest.mark.parametrize("parts", [1, 2])
 @pytest.mark.parametrize("slots", [1, 5, 8, 24, 100])
 def test_batches_hold_every_meshlet_once_and_in_order(slots, parts):
-    from vk_backend.stream import schedule
+    from vk_backend.ring import schedule
 
     counts = [7, 1, 0, 16]
     batches = schedule(counts, slots, parts)
@@ -125,9 +124,9 @@ def test_batches_hold_every_meshlet_once_and_in_order(slots, parts):
     assert len(batches) == -(-sum(counts) // slots)
 
 
-def test_the_ring_is_in_two_parts_where_that_pays():
-    """From OVERLAPPED meshlets on, each no larger than a third of them; told what to do, at any size."""
-    from vk_backend.stream import OVERLAPPED, RING, division
+def test_large_scenes_get_a_ring_of_two_parts():
+    """By default from OVERLAPPED meshlets on, each part at most a third; with overlap, always."""
+    from vk_backend.ring import OVERLAPPED, RING, division
 
     assert division(OVERLAPPED - 1, RING, None) == (1, RING)
     assert division(OVERLAPPED, RING, None) == (2, -(-OVERLAPPED // 3))
@@ -146,7 +145,7 @@ def test_the_ring_is_in_two_parts_where_that_pays():
     [(1, False), (SMALL_RING, False), (64, False), (1, True), (7, True), (64, True), (1000, True)],
 )
 def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, culling):
-    """Neither its size nor whether it is filled and drawn from at once; a second frame meets what the first one left in it."""
+    """The picture depends neither on the ring's size nor on overlap, nor on an earlier picture."""
     meshlets = sum(scene.primitives[i.primitive].meshlets for i in scene.instances)
     assert 64 < meshlets < renderer.ring, "several batches, or one"
     for camera in scene.cameras:
@@ -170,12 +169,14 @@ def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, c
     "queues", [("only", "only"), ("graphics", "compute")], ids=["one queue", "two queues"]
 )
 @pytest.mark.parametrize("batches", [1, 2, 3, 8])
-def test_overlapped_batches_wait_for_what_they_need_and_no_longer(queues, batches):
-    """Submissions of several frames, run in many orders: whatever may run next, a batch finds its slots free, and is decoded before it
-    is drawn."""
+def test_overlapped_batches_wait_for_each_other(queues, batches):
+    """Runs several frames in random orders that the semaphores allow.
+
+    A batch must find its slots free and be decoded before it is drawn; decoding must run ahead.
+    """
     from types import SimpleNamespace
 
-    from vk_backend.frame import overlapped
+    from vk_backend.frame_commands import overlapped
 
     graphics, compute = queues
     ring = SimpleNamespace(
@@ -189,20 +190,18 @@ def test_overlapped_batches_wait_for_what_they_need_and_no_longer(queues, batche
     for _ in range(20):
         submissions = overlapped(commands, ring)
         waiting = {queue: [s for s in submissions if s.queue == queue] for queue in queues}
-        reached, done = (
-            {
-                id(ring.decoded): ring.decoded.value - batches,
-                id(ring.drawn): ring.drawn.value - batches - 1,
-            },
-            [],
-        )
+        reached = {
+            id(ring.decoded): ring.decoded.value - batches,
+            id(ring.drawn): ring.drawn.value - batches - 1,
+        }
+        done = []
         while any(waiting.values()):
             ready = [
                 q
                 for q, s in waiting.items()
                 if s and (not s[0].wait or reached[id(s[0].wait[0])] >= s[0].wait[1])
             ]
-            assert ready, "nothing can go on"
+            assert ready, "deadlock"
             submission = waiting[ready[random.integers(len(ready))]].pop(0)
             if submission.commands != "start":
                 kind, i = submission.commands
@@ -223,14 +222,12 @@ def test_overlapped_batches_wait_for_what_they_need_and_no_longer(queues, batche
 
 @pytest.mark.parametrize("overlap", [False, True])
 def test_a_timed_frame_can_be_run_again(renderer, scene, overlap):
-    from vk_backend.raster import Targets
     from vk_backend.renderer import TimedDrawing
+    from vk_backend.targets import Targets
 
     targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
     options = {"culling": True, "lit": True, "ring": SMALL_RING, "overlap": overlap}
-    drawing = TimedDrawing(
-        renderer.pipelines, scene, scene.cameras[0], "stream", targets, **options
-    )
+    drawing = TimedDrawing(renderer.device, scene, scene.cameras[0], "stream", targets, **options)
     assert len(drawing.drawing.ring.batches) > 4
     assert drawing.run() > 0 and drawing.run() > 0
     whole = renderer.render(scene, scene.cameras[0], "stream", WIDTH, HEIGHT, ids=False)
@@ -245,7 +242,7 @@ ALL_SHOWN = ("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0")
 @pytest.mark.parametrize("names", [ALL_SHOWN, ()], ids=["all attributes", "positions"])
 @pytest.mark.parametrize("position_bits", [16, 23])
 def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits):
-    """Positions that are too fine for a slot's integers; streams between those that are shown; nothing but positions."""
+    """With positions too fine for a slot's integers, unused streams in between, positions only."""
     from vk_backend.camera import Camera
     from vk_backend.scene import load_scene
 
@@ -266,11 +263,11 @@ def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits)
     ("bits", "words"), [(32, 3 + 2 + 4), (20, 2 + 2 + 4)], ids=["float32", "20 bits"]
 )
 def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypatch, bits, words):
-    """A normal of three, texture coordinates of two, a colour of four components, as other encoders may write them."""
+    """Other encoders may write wide normals, texture coordinates and colours."""
     from gltf_ext.compression import streams as attributes
     from vk_backend.camera import Camera
     from vk_backend.scene import load_scene
-    from vk_backend.slots import SlotLayout
+    from vk_backend.slot_layout import SlotLayout
 
     usual = attributes._attribute_streams
 
@@ -295,9 +292,9 @@ def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypa
     )
     gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
     scene = load_scene(tmp_path / "sheet.glb")
-    assert {name: a.stream.bits for name, a in scene.primitives[0].attributes.items() if name != "POSITION"} == {
-        "NORMAL": bits, "TEXCOORD": bits, "COLOR": bits
-    }  # fmt: skip
+    found = {name: a.stream.bits for name, a in scene.primitives[0].attributes.items()}
+    del found["POSITION"]
+    assert found == {"NORMAL": bits, "TEXCOORD": bits, "COLOR": bits}
     assert SlotLayout.of(scene).attribute_words == words
     camera = Camera.fit(scene, WIDTH, HEIGHT)
     reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
@@ -310,17 +307,19 @@ def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypa
 
 def test_a_ring_without_slots_is_refused(renderer, scene, monkeypatch):
     monkeypatch.setattr(renderer, "ring", 0)
-    with pytest.raises(MeshletError, match="^a ring of 0 slots holds no meshlet; use 1 or more"):
+    with pytest.raises(MeshletError, match=r"^a ring of 0 slots holds no meshlet; use 1 or more"):
         renderer.render(scene, scene.cameras[0], "stream", WIDTH, HEIGHT)
 
 
-# --- the picture is the right one ---
+# --- the picture is right ---
 
 
 def software_picture(scene, camera, width, height):
-    """(ids int64[height, width, 2] or -1, depth float64, certain bool): drawn by numpy in float64 from the decoded model.
+    """Draws the decoded model with numpy in float64.
 
-    certain: no triangle's edge, and no second surface, is so near the pixel's centre that rounding decides.
+    Returns (ids int64[height, width, 2], -1 for none; depth float64[height, width]; certain
+    bool[height, width]: rounding cannot decide the pixel, because neither a triangle's edge nor a
+    second surface is near its centre).
     """
     ids, depth = np.full((height, width, 2), -1), np.full((height, width), np.inf)
     certain = np.ones((height, width), bool)
@@ -339,7 +338,7 @@ def software_picture(scene, camera, width, height):
         for triangle, id in zip(decoded.triangles, decoded.ids()):
             a, b, c = screen[triangle]
             area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
-            # Seen from outside a triangle is counter-clockwise with y up, so clockwise (negative) with y down.
+            # Front faces are counter-clockwise with y up: the area is negative with y down.
             front = area < 0 if not instance.mirrored else area > 0
             if area == 0 or not (front or scene.materials[instance.material].double_sided):
                 continue
@@ -393,7 +392,7 @@ def test_picture_is_what_numpy_draws(renderer, scene, camera):
 
 
 def test_depth_is_mitsuba_s(renderer, tmp_path):
-    """Rays through the pixels' centres; silhouettes, where neighbours are far apart, are left out."""
+    """Compares rays through the pixels' centres, apart from silhouettes."""
     from tests.helpers.mitsuba_reference import require
     from vk_backend.scene import load_scene
 
@@ -415,9 +414,8 @@ def test_depth_is_mitsuba_s(renderer, tmp_path):
             found = traced.ray_intersect_preliminary(ray, False)
             if found.is_valid():
                 distance[y, x] = float(found.t) * float(direction @ forward)
-    seen = (
-        picture.covered & np.isfinite(distance) & (picture.ids[..., 0] != 3)
-    )  # Mitsuba does not mask the sheet's texels here
+    # Without the sheet, instance 3: ray_intersect_preliminary ignores its alpha mask.
+    seen = picture.covered & np.isfinite(distance) & (picture.ids[..., 0] != 3)
     drawn = camera.distance(picture.depth)
     inner = np.zeros_like(seen)
     inner[1:-1, 1:-1] = True
@@ -494,7 +492,7 @@ def test_mask_cuts_and_blend_covers_its_share(renderer, tmp_path):
 
 
 def test_light_falls_from_the_viewer_s_side(renderer, tmp_path):
-    """Without normals the triangles' own are taken; both sides of a sheet are lit, and an emissive one glows."""
+    """Flat normals if there are none, light on both sides of a sheet, and emission."""
     white = {"pbrMetallicRoughness": {"metallicFactor": 0.0}}
     plain = _sheet_picture(renderer, tmp_path / "sheet.glb", white).color[8, 8, :3].astype(int)
     normals = np.tile([0.0, 0.0, 1.0], (81, 1))
@@ -546,7 +544,7 @@ def test_culling_drops_nothing_visible(
 
 
 def test_bounds_hold_their_meshlets(renderer, scene):
-    """The words that culling reads, taken apart here: the sphere holds every vertex, the cone every normal, and few are given up."""
+    """The sphere holds every vertex and the cone every normal; most meshlets have a cone."""
     renderer.render(scene, scene.cameras[0], "mesh-plain", 16, 16)
     words = renderer.drawing.buffers.bounds.read(np.uint32)
     at, cones = 0, 0
@@ -583,7 +581,7 @@ def test_bounds_hold_their_meshlets(renderer, scene):
 
 
 def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
-    """A team's shared memory is what the device has; the paths that do without it draw the scene all the same."""
+    """Teams need shared memory per element. Paths without teams draw the scene."""
     from vk_backend.camera import Camera
     from vk_backend.scene import load_scene
 
@@ -600,7 +598,7 @@ def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
         textures=[{"source": 0}],
         materials=[
             {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 9}}}
-        ],  # the last one by name
+        ],  # TEXCOORD_9 is the last attribute by name
     )
     gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
     scene = load_scene(tmp_path / "sheet.glb")
@@ -635,8 +633,8 @@ def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
 
 
 def test_resident_memory_has_the_ring(renderer, scene, monkeypatch):
-    """Packed positions, ten words of attributes at most, 64 triangles, and 28 bytes to decode by, for each slot."""
-    from vk_backend.slots import SlotLayout
+    """Per slot: positions, at most ten words of attributes, 64 triangles, 28 bytes for decoding."""
+    from vk_backend.slot_layout import SlotLayout
 
     renderer.render(scene, scene.cameras[0], "mesh-only", 16, 16)
     without, slot = renderer.resident_bytes, SlotLayout.of(scene).bytes
@@ -649,7 +647,7 @@ def test_resident_memory_has_the_ring(renderer, scene, monkeypatch):
 
 
 def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
-    """A blob with some bytes behind its stream table changed; None where the header's check already refuses it."""
+    """Changes bytes after the stream table; None if the check of the header rejects the result."""
     changed = bytearray(blob)
     first = 32 + 28 * blob[5]
     for _ in range(random.integers(1, 6)):

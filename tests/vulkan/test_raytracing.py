@@ -1,24 +1,25 @@
-"""Ray tracing with Vulkan: what rays hit, whatever the cache holds, and that the cache keeps to its limits."""
+"""Ray tracing: hits are right whatever the cache holds, and the cache keeps to its limits."""
 
 from __future__ import annotations
 
 import os
 
-# Mesa's software renderer takes minutes to optimise shaders that then run for a second; read when it starts.
+# Mesa's software renderer would optimise for minutes shaders that run for a second. It reads this
+# when it starts.
 os.environ.setdefault("GALLIVM_PERF", "nopt")
 
-import numpy as np  # noqa: E402
-import pytest  # noqa: E402
+import numpy as np
+import pytest
 
-import gltf_ext  # noqa: E402
-from tests.helpers.environment import missing  # noqa: E402
-from tests.helpers.gltf_builder import Builder, everything  # noqa: E402
+import gltf_ext
+from tests.helpers.environment import missing
+from tests.helpers.gltf_builder import Builder, everything
 
 WIDTH, HEIGHT = 64, 48
 NO_HIT = 0xFFFFFFFF
 MODELS = ("bunny.glb", "sponza_like.glb")
 CACHES = (0.0, 0.25, 1.0)
-# Tracers that tests share. Rays of "none" decode for themselves, and paths of "some" wait.
+# Tracers that tests share. Rays of "none" decode by themselves; paths of "some" wait.
 TRACERS = {
     "none": {"cache": 0.0, "scratch": 0.0},
     "some": {"cache": 0.25, "scratch": 0.2},
@@ -30,7 +31,7 @@ TRACERS = {
 
 @pytest.fixture(scope="module")
 def device():
-    """A device with the validation layer, which must have nothing to say at the end."""
+    """A device with the validation layer, which must be silent."""
     try:
         from vk_backend.device import Device
         from vk_backend.errors import VulkanError
@@ -50,7 +51,7 @@ def device():
 
 
 def waves(columns: int, rows: int):
-    """Attributes and triangles of a folded sheet, so that rays meet it several times."""
+    """Attributes and triangles of a folded sheet, which rays cross several times."""
     values, triangles, _ = everything(columns=columns, rows=rows)
     positions = values["POSITION"].copy()
     positions[:, 2] += 0.4 * np.sin(9 * positions[:, 0]).astype(np.float32)
@@ -68,7 +69,7 @@ def several(
     size: tuple[int, int] = (40, 30),
     **options,
 ):
-    """A compressed file: one sheet shown turned, mirrored and stretched, and a second mesh through them."""
+    """Compresses a sheet with turned, mirrored and stretched instances, and a second mesh."""
     builder = Builder()
     builder.mesh(*waves(*size))
     values, triangles = waves(20, 16)
@@ -98,7 +99,7 @@ def scene(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def fine_scene(tmp_path_factory):
-    """Some hundred meshlets, so that a part of them may be too few."""
+    """Some hundred meshlets, so that a small cache does not suffice."""
     pytest.importorskip("vulkan", exc_type=Exception)
     from vk_backend.scene import load_scene
 
@@ -113,7 +114,7 @@ def tracer(device, scene, path="rt", **options):
 
 @pytest.fixture(scope="module")
 def shared(device, scene):
-    """A function from a name in TRACERS to that tracer of the scene, made when it is first asked for: software drivers compile for long."""
+    """Name in TRACERS -> tracer, made on first use: software drivers compile slowly."""
     made = {}
 
     def find(name: str, bounces: int = 0):
@@ -128,7 +129,7 @@ def shared(device, scene):
 
 
 def slots_of(traced) -> np.ndarray:
-    """uint32[meshlets]: the slot that each meshlet has or is on its way to, or a large number."""
+    """uint32[meshlets]: the slot that each meshlet has or is assigned to, or a large number."""
     entries = traced._slot_table.read()
     return np.where(entries < 0xFFFFFFFE, entries & 0x3FFFFFFF, entries)
 
@@ -141,7 +142,7 @@ def camera_of(scene, turn: float = 0.0):
 
 
 def rays_of(camera) -> tuple[np.ndarray, np.ndarray]:
-    """(origin float64[3], unit directions float64[H, W, 3]) of a perspective camera's pixel centres."""
+    """(origin float64[3], unit directions float64[H, W, 3]) through the pixels' centres."""
     inverse = np.linalg.inv(camera.world_to_clip(WIDTH, HEIGHT))
     y, x = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
     clip = np.stack(
@@ -153,7 +154,10 @@ def rays_of(camera) -> tuple[np.ndarray, np.ndarray]:
 
 
 def nearest_hits(scene, camera) -> dict[str, np.ndarray]:
-    """By trying every triangle in float64: t, instance, id, barycentrics, and t of the nearest hit of another triangle than that."""
+    """Tests all triangles in float64.
+
+    Returns (t, instance, id, barycentrics, t of the nearest hit of any other triangle).
+    """
     origin, directions = rays_of(camera)
     d = directions.reshape(-1, 3)
     best = {
@@ -201,10 +205,10 @@ def assert_same_pictures(picture, other, name: str = "") -> None:
 
 
 def assert_same_hits(picture, expected, scene) -> None:
-    """The same triangle at the same place, but for rays that all but touch an edge."""
+    """The same hits, apart from rays that pass very near an edge."""
     size = float(np.linalg.norm(scene.high - scene.low))
     same = (picture.ids == expected["ids"]).all(axis=-1)
-    assert np.count_nonzero(~same) <= 3  # rays that go within rounding of an edge
+    assert np.count_nonzero(~same) <= 3  # within rounding of an edge
     seen = same & (picture.ids[..., 0] != NO_HIT)
     assert seen.mean() > 0.02
     assert np.abs(picture.t[seen] - expected["t"][seen]).max() < 1e-5 * size
@@ -213,13 +217,13 @@ def assert_same_hits(picture, expected, scene) -> None:
 
 @pytest.mark.parametrize("name", TRACERS)
 def test01_hits(name, shared, scene, expected):
-    for _ in range(2):  # a cache of anything, and one that follows the first frame
+    for _ in range(2):  # with the initial cache, and with one updated from the first frame
         assert_same_hits(shared(name).render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
 
 
 @pytest.mark.parametrize("bounces", (0, 1))
 def test02_cache_changes_nothing(bounces, shared, scene):
-    """Bit for bit the same pictures: decoded by the rays themselves, with a small cache that follows the camera, with everything cached."""
+    """Identical pictures without a cache, with a small one, and with all meshlets cached."""
     cameras = [camera_of(scene, 0.3 * i) for i in range(3)]
     films = [
         list(shared(name, bounces).frames(cameras, WIDTH, HEIGHT))
@@ -232,7 +236,7 @@ def test02_cache_changes_nothing(bounces, shared, scene):
 
 
 def test03_cache_follows(device, fine_scene):
-    """Slots take what is needed, each one meshlet, and let go of what is not; fewer paths wait once they have."""
+    """Slots follow the camera, one meshlet each; then fewer paths wait."""
     scene = fine_scene
     traced = tracer(device, scene, cache_bytes=12 * 4096, scratch=0.5)
     assert 0 < traced.capacity <= 12 * 4096 // traced.slot_bytes
@@ -257,8 +261,10 @@ def test03_cache_follows(device, fine_scene):
 
 
 def test03_slots_are_filled(device, fine_scene):
-    """From the start every slot has a meshlet, spread over the model; then those that rays need have them, and rather those that rays
-    came past than others."""
+    """Initially slots hold meshlets from all over the model, later those that rays needed.
+
+    Of the others, rather those that rays tested.
+    """
     from vk_backend.raytrace import COUNTED_RAY
 
     traced = tracer(device, fine_scene, cache=0.2, scratch=0.65, samples=1, predict=False)
@@ -282,7 +288,7 @@ def test03_slots_are_filled(device, fine_scene):
 
 
 def test04_prediction(device, fine_scene):
-    """What the last frame needed stays or comes, if there are slots for it: then nothing waits."""
+    """If there are enough slots, all meshlets of the last frame are resident: no path waits."""
     camera = camera_of(fine_scene)
     traced = tracer(device, fine_scene, cache=0.1, scratch=0.89, samples=1)
     for bounces in (0, 1):
@@ -296,8 +302,10 @@ def test04_prediction(device, fine_scene):
 
 
 def test04_looking_ahead(device, fine_scene):
-    """While the camera turns towards the model, rays find it that are not of the picture, and fewer paths wait when it comes into view; no
-    such ray is sent where nothing moves."""
+    """Prefetch rays find a model before the camera turns to it, so that fewer paths wait.
+
+    There are none if the camera does not move.
+    """
     from dataclasses import replace
 
     towards = camera_of(fine_scene)
@@ -338,7 +346,7 @@ def test04_looking_ahead(device, fine_scene):
 
 
 def test04_no_camera_is_too_fast(device, fine_scene):
-    """Where a motion leads beyond all numbers, or so far that they do not tell the eye from what it looks at, nothing looks ahead."""
+    """No prefetch if the extrapolated camera overflows or is degenerate in float precision."""
     from dataclasses import replace
 
     traced = tracer(device, fine_scene, cache=0.3, scratch=0.3, samples=1)
@@ -357,13 +365,13 @@ def test04_no_camera_is_too_fast(device, fine_scene):
     assert 0 < ahead["width"] < WIDTH
     for camera in (moved(0, near=0.01), moved(1e4, near=0.01), moved(2e4, near=0.01), near):
         traced.render(camera, WIDTH, HEIGHT)
-        assert traced._frame_ahead(camera, WIDTH, HEIGHT)["width"] == 0  # it stands still now
+        assert traced._frame_ahead(camera, WIDTH, HEIGHT)["width"] == 0  # the camera stands still
     traced.free()
 
 
 @pytest.mark.parametrize("predict", (True, False))
 def test05_prediction_alone(predict, device, fine_scene):
-    """Without rounds paths decode for themselves, so that slots are filled only between frames, and with what is near."""
+    """Without rounds paths decode by themselves; slots are filled only between frames."""
     from vk_backend.raytrace import COUNTED_RAY
 
     traced = tracer(
@@ -391,7 +399,7 @@ def fine_cameras(scene) -> list:
 
 @pytest.fixture(scope="module")
 def fine_film(device, fine_scene):
-    """With everything cached, what test06 compares with."""
+    """The reference of test06: all meshlets cached."""
     traced = tracer(device, fine_scene, cache=1.0, **WAITING)
     film = list(traced.frames(fine_cameras(fine_scene), WIDTH, HEIGHT))
     traced.free()
@@ -438,8 +446,10 @@ def fine_film(device, fine_scene):
     ],
 )
 def test06_waiting_changes_nothing(settings, outcome, device, fine_scene, fine_film):
-    """Bit for bit the same pictures with any number of slots, and whether paths that wait go on or start again. outcome: which
-    of that happens, where it does not depend on what happens to run at the same time."""
+    """Identical pictures with any number of slots, whether paths resume or restart.
+
+    outcome: which of the two happens, if that does not depend on timing.
+    """
     traced = tracer(device, fine_scene, **WAITING, **settings)
     assert traced.scratch == 1 or traced.scratch > 10
     for picture, expected in zip(traced.frames(fine_cameras(fine_scene), WIDTH, HEIGHT), fine_film):
@@ -451,7 +461,7 @@ def test06_waiting_changes_nothing(settings, outcome, device, fine_scene, fine_f
 
 
 def test06_steps_and_sizes(device, fine_scene, fine_film):
-    """Steps are those of the launches; pictures of another size and with other light do not spoil the next."""
+    """Steps match the launches; other sizes and lights in between do not change a picture."""
     traced = tracer(device, fine_scene, cache=0.1, scratch=0.2, marked=True, **WAITING)
     camera = fine_cameras(fine_scene)[0]
     traced.render(camera, 16, 12)
@@ -476,7 +486,7 @@ def test06_steps_and_sizes(device, fine_scene, fine_film):
 
 
 def test06_strips_alone(device, fine_scene, fine_film):
-    """Strips of rays that cannot wait."""
+    """Strips without rounds: rays cannot wait."""
     traced = tracer(device, fine_scene, cache=0.2, scratch=0.1, rounds=0, **WAITING)
     assert traced.strips > 1 and traced.rounds == 0
     for picture, expected in zip(traced.frames(fine_cameras(fine_scene), WIDTH, HEIGHT), fine_film):
@@ -485,7 +495,7 @@ def test06_strips_alone(device, fine_scene, fine_film):
 
 
 def test07_transparent_and_waiting(device, tmp_path):
-    """What blocks a ray is no triangle whose alpha could let it through."""
+    """The any-hit shader must not treat a blocked hit as a triangle with alpha."""
     from vk_backend.scene import load_scene
 
     material = {
@@ -500,13 +510,13 @@ def test07_transparent_and_waiting(device, tmp_path):
         distances.append(traced.render(camera_of(scene), WIDTH, HEIGHT).t)
         waiting = traced.statistics().get("waiting", [])
         traced.free()
-    assert waiting[0] > 0 and waiting[-1] == 0  # and none decodes for itself
-    # Mesa's software renderer leaves a refused hit's attributes in place of the accepted one's, so that triangles are not compared.
+    assert waiting[0] > 0 and waiting[-1] == 0  # so no path decodes by itself
+    # Triangles are not compared: Mesa's software renderer keeps the attributes of rejected hits.
     assert np.isfinite(distances[0]).mean() > 0.05 and np.array_equal(*distances)
 
 
 def test08_memory(shared, scene):
-    """Every part is counted, and the cache is what grows."""
+    """All parts are counted; only the cache grows with its size."""
     sizes = []
     for name, cache in (("none", 0), ("all", 1)):
         traced = shared(name)
@@ -518,14 +528,14 @@ def test08_memory(shared, scene):
 
 
 def test09_groups(device, scene, expected):
-    """Boxes around whole meshlets."""
+    """Hits with boxes around whole meshlets."""
     traced = tracer(device, scene, cache=1.0, group=64)
     assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
     traced.free()
 
 
 def test10_fine_positions(device, tmp_path):
-    """Positions of more bits than a slot has for an integer."""
+    """Positions with more bits than packed slots hold."""
     from vk_backend.scene import load_scene
 
     scene = load_scene(several(tmp_path, position_bits=23))
@@ -538,7 +548,7 @@ def test10_fine_positions(device, tmp_path):
 
 @pytest.mark.parametrize("mode", ("MASK", "BLEND"))
 def test11_transparent(mode, device, tmp_path):
-    """What is transparent lets rays through, on every path to the same place."""
+    """Rays pass transparent surfaces and hit the same on every path."""
     from vk_backend.scene import load_scene
 
     factor = [1, 1, 1, 0.4]
@@ -566,7 +576,7 @@ def test11_transparent(mode, device, tmp_path):
 
 
 def broken_blobs(original: bytes, count: int) -> list[bytes]:
-    """With changed bits that the header's check does not find."""
+    """Changes bits so that the check of the header does not notice."""
     random = np.random.default_rng(7)
     header = 32 + 28 * original[5]
     found: list[bytes] = []
@@ -586,7 +596,7 @@ def broken_blobs(original: bytes, count: int) -> list[bytes]:
 
 @pytest.mark.parametrize("name", ("none", "some", "all"))
 def test12_hostile(name, device, scene):
-    """Blobs with changed bits make some picture, in bounded time, and leave the device in order."""
+    """Mutated blobs render in bounded time and do not break the device."""
     from dataclasses import replace
 
     sheet = scene.primitives[0]
@@ -630,7 +640,7 @@ def test13_errors(device, scene, shared, monkeypatch):
 
 
 def mitsuba_hits(scene, camera) -> dict[str, np.ndarray]:
-    """What Mitsuba's triangle meshes of the decoded model are hit by."""
+    """Hits of Mitsuba's triangle meshes of the decoded model."""
     from tests.helpers.mitsuba_reference import require
 
     mi, _ = require("scalar_rgb")
@@ -675,7 +685,7 @@ def test14_like_mitsuba(shared, scene):
 
 
 def test15_first_sample(device, scene):
-    """What a pixel's first ray hit does not depend on how many follow it."""
+    """A pixel's first hit does not depend on the number of samples."""
     pictures = []
     for samples in (2, 3):
         traced = tracer(device, scene, "rt-triangles", samples=samples)
@@ -687,7 +697,7 @@ def test15_first_sample(device, scene):
 
 
 def test16_pipelines(device, scene, shared):
-    """Tracers of a kind share them, and others do not."""
+    """Only tracers of the same kind share pipelines."""
     traced = tracer(device, scene, **TRACERS["none"])
     assert traced.pipelines == shared("none").pipelines
     assert not set(traced.pipelines) & {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 
 import numpy as np
 import pytest
@@ -14,94 +13,14 @@ import gltf_ext
 from gltf_ext.errors import MeshletError
 from tests.helpers.gltf_builder import Builder, everything, glb_bytes, glb_json
 from tests.helpers.vulkan_scenes import zoo
-from vk_backend import build_shaders, raytrace
 from vk_backend import scene as scenes
-from vk_backend.build_shaders import OUTPUT
 from vk_backend.camera import Camera
 from vk_backend.scene import load_scene
-
-OP_MEMBER_DECORATE, OFFSET, OP_TYPE_STRUCT = 72, 35, 30
 
 
 @pytest.fixture(scope="module")
 def zoo_path(tmp_path_factory):
     return zoo(tmp_path_factory.mktemp("zoo") / "zoo.glb")
-
-
-def struct_offsets(module: str) -> set[tuple[int, ...]]:
-    """The members' byte offsets of every structure in a SPIR-V module."""
-    words = np.fromfile(OUTPUT / f"{module}.spv", "<u4")
-    found: dict[int, dict[int, int]] = {}
-    at = 5
-    while at < len(words):
-        length, operation = int(words[at]) >> 16, int(words[at]) & 0xFFFF
-        if operation == OP_MEMBER_DECORATE and words[at + 3] == OFFSET:
-            found.setdefault(int(words[at + 1]), {})[int(words[at + 2])] = int(words[at + 4])
-        at += length
-    return {tuple(members[i] for i in range(len(members))) for members in found.values()}
-
-
-@pytest.mark.parametrize(
-    ("name", "module"),
-    [
-        ("ATTRIBUTE", "geometry_color.geom"),
-        ("PRIMITIVE", "geometry_color.geom"),
-        ("PRIMITIVE", "bounds.comp"),
-        ("INSTANCE", "geometry_color.geom"),
-        ("MATERIAL", "surface_color.frag"),
-        ("FRAME", "surface_color.frag"),
-        ("FRAME", "geometry_color.geom"),
-        ("PLAIN_MESHLET", "plain.mesh"),
-    ],
-)
-def test_structures_lie_where_shaders_read_them(name, module):
-    dtype = getattr(scenes, name)
-    assert tuple(dtype.fields[field][1] for field in dtype.names) in struct_offsets(module)
-
-
-def test_the_ray_tracer_s_structures_lie_where_shaders_read_them():
-    def offsets(dtype) -> tuple[int, ...]:
-        return tuple(dtype.fields[field][1] for field in dtype.names)
-
-    found = struct_offsets("rt_cache.comp")
-    assert offsets(raytrace.ROUND) in found
-    assert (*offsets(raytrace.STATE), raytrace.STATE.itemsize) in found  # rounds follow
-    assert offsets(raytrace.TRACED) in struct_offsets("rt_fill.comp")
-
-
-def test_the_ray_tracer_s_constants_are_the_shaders():
-    text = "\n".join(path.read_text() for path in build_shaders.SOURCES.glob("rt_*"))
-    defined = dict(re.findall(r"^#define (\w+) (0x[0-9A-F]+|[0-9]+)u?\b", text, re.MULTILINE))
-    names = (
-        "CLASSES",
-        "COUNTED_RAY",
-        "FILL_GROUPS",
-        "NEIGHBOURS",
-        "NO_SLOT",
-        "REQUESTED",
-        "HIT_WORDS",
-        "SPREAD",
-        "SPREAD_PATHS",
-    )
-    assert {name: int(defined[name], 0) for name in names} == {
-        name: getattr(raytrace, name) for name in names
-    }
-    assert (
-        int(defined["GROUP"], 0) == raytrace.CHOOSE_GROUP
-        and 4 * int(defined["PATH_WORDS"], 0) == raytrace.PATH_BYTES
-    )
-    assert int(defined["INSTANCE_MASKED"], 0) == raytrace.INSTANCE_MASKED
-    assert (1 << int(defined["BOUNCE_BITS"], 0)) - 1 == raytrace.MOST_BOUNCES
-    assert (
-        f"local_size_x = {raytrace.BOXES_GROUP}"
-        in (build_shaders.SOURCES / "boxes.comp").read_text()
-    )
-
-
-def test_arrays_have_the_shaders_strides():
-    """std430: a structure's size is a multiple of its alignment, 16 for all that hold a vec4."""
-    for name in ("ATTRIBUTE", "PRIMITIVE", "INSTANCE", "MATERIAL"):
-        assert getattr(scenes, name).itemsize % 16 == 0
 
 
 def test_scene_is_the_file_s(zoo_path):

@@ -1,19 +1,17 @@
-"""The SPIR-V that is shipped is that of the sources, and valid."""
+"""The shipped SPIR-V is valid and up to date, and so are its constants."""
 
 from __future__ import annotations
 
 import json
 import re
 import shutil
-import struct
 import subprocess
-from fnmatch import fnmatch
 
 import pytest
 
-from tests.helpers.environment import ROOT
 from vk_backend import build_shaders
 from vk_backend.constants import CONSTANTS, read_constants
+from vk_backend.reflection import OP_DECORATE, instructions, shipped_reflection, words_of
 
 MODULES = build_shaders.modules()
 
@@ -23,37 +21,19 @@ def test_nothing_is_stale_or_left_over():
     assert recorded == {
         name: build_shaders.digest(*made_from) for name, made_from in MODULES.items()
     }, "run python -m vk_backend.build_shaders"
+    assert set(shipped_reflection()["modules"]) == set(MODULES)
     assert {path.name for path in build_shaders.OUTPUT.glob("*.spv")} == {
         f"{name}.spv" for name in MODULES
     }
 
 
-# Described in docs/vulkan-raytracing.md.
-RAY_TRACING = ("rt_*", "boxes.comp", "raytrace.py", "acceleration.py")
-
-
-def test_documentation_names_every_file():
-    table = [
-        line.split("|")[1]
-        for line in (ROOT / "docs" / "vulkan.md").read_text().splitlines()
-        if line.startswith("| `")
-    ]
-    cells = [cell for row in table for cell in re.findall("`([^`]+)`", row)]
-    named = [name.strip().rsplit("/", 1)[-1] for cell in cells for name in cell.split(",")]
-    files = [
-        path.name
-        for path in [*build_shaders.SOURCES.iterdir(), *(ROOT / "vk_backend").glob("*.py")]
-        if path.is_file()
-    ]
-    known = [*named, *RAY_TRACING, "__init__.py"]
-    assert [name for name in files if not any(fnmatch(name, pattern) for pattern in known)] == []
-    assert [
-        name for name in named if "." in name and not any(fnmatch(file, name) for file in files)
-    ] == [], "gone"
+@pytest.mark.parametrize("source", sorted({source for source, _ in MODULES.values()}), ids=str)
+def test_every_shader_opens_with_a_description(source):
+    assert source.read_text().startswith("// ")
 
 
 def test_digest_follows_sources_includes_and_macros(tmp_path, monkeypatch):
-    monkeypatch.setattr(build_shaders, "SOURCES", tmp_path)
+    monkeypatch.setattr(build_shaders, "INCLUDE_FOLDERS", (tmp_path,))
     shader, included = tmp_path / "a.comp", tmp_path / "b.glsl"
     shader.write_text('#include "b.glsl"\n')
     included.write_text("int x;\n")
@@ -64,12 +44,22 @@ def test_digest_follows_sources_includes_and_macros(tmp_path, monkeypatch):
     assert build_shaders.digest(shader, []) != first
 
 
-def test_constants_are_the_header_s():
-    header = (build_shaders.SOURCES / "constants.h").read_text()
-    assert read_constants(header) == CONSTANTS
-    definitions = re.findall(r"^#define (\w+) \S", header, re.MULTILINE)
-    assert definitions == list(CONSTANTS), "every definition is one integer"
+def test_constants_are_those_of_the_headers():
+    definitions = []
+    for header in build_shaders.HEADERS:
+        text = header.read_text()
+        assert (build_shaders.OUTPUT / header.name).read_text() == text
+        assert read_constants(text).items() <= CONSTANTS.items()
+        definitions += re.findall(r"^#define (\w+)[ \\]+\s*\S", text, re.MULTILINE)
+    assert sorted(definitions) == sorted(CONSTANTS), "every definition is one integer, made once"
     assert CONSTANTS["BLOB_MAGIC"] == int.from_bytes(b"EBM1", "little")
+
+
+def test_derived_constants_follow_the_others():
+    assert CONSTANTS["LISTS"] == 2 * CONSTANTS["CLASSES"]
+    assert CONSTANTS["REQUESTS"] == CONSTANTS["CLASSES"], "CLASSES + IDLE, which is 0"
+    assert CONSTANTS["BOUNCE_BITS"] + CONSTANTS["SAMPLE_BITS"] + 1 == 32
+    assert 4 * CONSTANTS["PATH_WORDS"] == shipped_reflection()["strides"]["Path"]
 
 
 @pytest.mark.parametrize("name", sorted(MODULES))
@@ -83,38 +73,26 @@ def test_module_is_valid(name):
     assert result.returncode == 0, result.stdout + result.stderr
 
 
-# Of these drivers make products and sums, decorated or not.
-INEXACT = {
-    46,
-    66,
-    67,
-    68,
-    69,
-    70,
-    71,
-    72,
-}  # FMix, Length, Distance, Cross, Normalize, FaceForward, Reflect, Refract
-INEXACT_OPERATORS = {
-    144,
-    145,
-    146,
-    148,
-}  # OpVectorTimesMatrix, OpMatrixTimesVector, OpMatrixTimesMatrix, OpDot
+# Drivers expand these to products and sums and may fuse them, even if decorated NoContraction.
+# FMix, Length, Distance, Cross, Normalize, FaceForward, Reflect, Refract of GLSL.std.450.
+INEXACT = {46, 66, 67, 68, 69, 70, 71, 72}
+# OpVectorTimesMatrix, OpMatrixTimesVector, OpMatrixTimesMatrix, OpDot.
+INEXACT_OPERATORS = {144, 145, 146, 148}
 
 
 def float_arithmetic(code: bytes) -> tuple[set[int], set[int]]:
-    """Results of a module's arithmetic with floats, and those of them that are decorated NoContraction."""
-    words = struct.unpack(f"<{len(code) // 4}I", code)
-    found = list(build_shaders.instructions(words))
+    """(results of a module's float arithmetic, those that are decorated NoContraction)"""
+    words = words_of(code)
+    found = list(instructions(words))
     results = {words[p + 2] for p, opcode in found if build_shaders.is_arithmetic(words, p, opcode)}
-    decorations = [words[p + 1 : p + 3] for p, opcode in found if opcode == build_shaders.DECORATE]
+    decorations = [words[p + 1 : p + 3] for p, opcode in found if opcode == OP_DECORATE]
     return results, results & {
         target for target, decoration in decorations if decoration == build_shaders.NO_CONTRACTION
     }
 
 
 def test_ray_tracing_is_exact():
-    """Ray-tracing modules leave nothing for compilers to fuse, whichever constants they are specialised with."""
+    """Drivers must not fuse arithmetic differently in differently specialised pipelines."""
     exact = [
         name for name, (source, _) in MODULES.items() if source.suffix in build_shaders.EXACT_STAGES
     ]
@@ -126,11 +104,10 @@ def test_ray_tracing_is_exact():
         results, decorated = float_arithmetic(code)
         assert results and results == decorated, name
         assert build_shaders.exact(code) == code
-        words = struct.unpack(f"<{len(code) // 4}I", code)
-        found = list(build_shaders.instructions(words))
-        assert (
-            not {words[p + 4] for p, opcode in found if opcode == build_shaders.EXTENDED} & INEXACT
-        ), name
+        words = words_of(code)
+        found = list(instructions(words))
+        extended = {words[p + 4] for p, opcode in found if opcode == build_shaders.OP_EXTENDED}
+        assert not extended & INEXACT, name
         assert not {opcode for _, opcode in found} & INEXACT_OPERATORS, name
     others, decorated = float_arithmetic(
         (build_shaders.OUTPUT / "surface_texcoord.frag.spv").read_bytes()

@@ -24,21 +24,4 @@
 #define MESHLET_TRIANGLES 64u  // at most; ids are meshlet * MESHLET_TRIANGLES + triangle
 #define MESHLET_VERTICES 64u
 
-// The scene on the GPU (shaders/scene.glsl, vk_backend/scene.py).
-#define HAS_NORMAL 1u  // Scene.attributes and the shaders' constant ATTRIBUTES
-#define HAS_TEXCOORD 2u
-#define HAS_COLOR 4u
-#define NO_ELEMENT 0xFFFFFFFFu  // Attribute.element: the primitive lacks the attribute
-#define ATTRIBUTE_ROUND \
-  0x1000000u  // Attribute.kind_bits: values are rounded to integers before they are scaled
-#define INSTANCE_MIRRORED 1u      // Instance.flags
-#define MATERIAL_DOUBLE_SIDED 1u  // Material.flags
-#define MATERIAL_MASK 2u
-#define MATERIAL_BLEND 4u
-#define MATERIAL_UNLIT 8u
-
-// A meshlet's culling bounds, one word each (shaders/bounds.glsl).
-#define BOUNDS_BYTES 4u
-#define TASK_MESHLETS 32u  // that one task workgroup looks at
-
 #endif

@@ -1,22 +1,26 @@
-"""What a driver tells about a compiled pipeline: registers, stack, shared memory."""
+"""The driver's statistics of a compiled pipeline: registers, stack, shared memory."""
 
 from __future__ import annotations
 
-import vulkan as vk
+from typing import Any
 
+from . import vk
 from .device import Device
 
 
 def capture_statistics(device: Device) -> bool:
-    """Asks the driver to keep statistics of pipelines made from now on; False where it cannot."""
+    """Has the driver keep statistics of pipelines made from now on; False if it cannot."""
     if "statistics" not in device.capabilities:
         return False
     device.pipeline_flags |= vk.VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR
     return True
 
 
-def pipeline_statistics(device: Device, pipeline) -> dict[str, dict[str, float]]:
-    """Stage or executable -> statistic -> value, in the driver's own words; empty without capture_statistics."""
+def pipeline_statistics(device: Device, pipeline: Any) -> dict[str, dict[str, float]]:
+    """Executable -> statistic -> value, with the driver's names.
+
+    Empty without capture_statistics.
+    """
     if not device.pipeline_flags & vk.VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR:
         return {}
     properties = device.function("vkGetPipelineExecutablePropertiesKHR")
@@ -31,11 +35,11 @@ def pipeline_statistics(device: Device, pipeline) -> dict[str, dict[str, float]]
     return found
 
 
-def _text(name) -> str:
+def _text(name: Any) -> str:
     return name if isinstance(name, str) else vk.ffi.string(name).decode(errors="replace")
 
 
-def _value(statistic) -> float:
+def _value(statistic: Any) -> float:
     kinds = {
         vk.VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_BOOL32_KHR: "b32",
         vk.VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_INT64_KHR: "i64",

@@ -1,0 +1,108 @@
+"""The commands of a picture: recorded once, run and timed any number of times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from . import vk
+from .device import Queue, Submission
+from .pipelines import Timestamps
+from .raster import Drawing
+from .ring import COMPUTE_STAGE, MESH_STAGE, Ring
+from .targets import Targets
+
+ALL_STAGES = vk.VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT
+
+
+class FrameCommands:
+    """The commands of one picture of a drawing.
+
+    If decoding overlaps drawing, each batch of path stream has commands for both queues: the
+    compute queue fills one half of the ring while the graphics queue draws the other half.
+    stamps: two timestamps, for one picture at a time.
+    """
+
+    def __init__(self, drawing: Drawing, targets: Targets, stamps: Timestamps):
+        self._device, self._stamps = drawing.device, stamps
+        self._ring = drawing.ring if drawing.overlaps else None
+        # With two queues: the start, then the decoding and the drawing of each batch in turn.
+        self._commands: list[tuple[Queue, Any]] = []
+        if self._ring:
+            self._record_overlapped(drawing, targets, len(self._ring.batches))
+        else:
+            with self._recorded(self._device.graphics) as commands:
+                self._start(commands)
+                drawing.record(commands, targets)
+                self._stop(commands)
+
+    def run(self) -> float:
+        """Draws the picture; milliseconds on the GPU, from the first to the last command."""
+        if self._ring:
+            self._device.submit_all(overlapped(self._commands, self._ring))
+        else:
+            self._device.submit(self._commands[0][1])
+        return float(self._stamps.milliseconds()[0])
+
+    def free(self) -> None:
+        """Frees the command buffers."""
+        for queue, commands in self._commands:
+            vk.vkFreeCommandBuffers(self._device.handle, queue.pool, 1, [commands])
+
+    def _record_overlapped(self, drawing: Drawing, targets: Targets, batches: int) -> None:
+        with self._recorded(self._device.graphics) as commands:
+            self._start(commands)
+        for number in range(batches):
+            with self._recorded(self._device.compute) as commands:
+                drawing.record_decoding(commands, number)
+            with self._recorded(self._device.graphics) as commands:
+                drawing.record_drawing(commands, targets, number)
+                if number == batches - 1:
+                    self._stop(commands)
+
+    @contextmanager
+    def _recorded(self, queue: Queue) -> Iterator[Any]:
+        """A command buffer that the block records."""
+        commands = self._device.record(queue)
+        yield commands
+        vk.vkEndCommandBuffer(commands)
+        self._commands.append((queue, commands))
+
+    # Timestamps of different queues cannot be compared, so both are written on the graphics queue.
+    # All decoding waits for the first; the last drawing, before the second, waits for all decoding.
+
+    def _start(self, commands: Any) -> None:
+        self._stamps.reset(commands)
+        self._stamps.mark(commands, 0)
+
+    def _stop(self, commands: Any) -> None:
+        self._stamps.mark(commands, 1)
+
+
+def overlapped(commands: list[tuple[Queue, Any]], ring: Ring) -> list[Submission]:
+    """Submissions to two queues that wait for each other.
+
+    A batch is drawn when it is decoded. It is decoded when the frame has begun and the batch that
+    held its slots before is drawn. commands: the start, then the decoding and the drawing of each
+    batch in turn. Advances the ring's timelines.
+    """
+    decoded, drawn = ring.decoded, ring.drawn
+    assert decoded is not None and drawn is not None, "the ring has two parts"
+    batches = len(commands) // 2
+    before, begun = decoded.value, drawn.value + 1
+    # The end of decoding batch i is value before + 1 + i, the end of drawing it begun + 1 + i.
+    submissions = [Submission(*commands[0], signal=(drawn, begun, ALL_STAGES))]
+    # Decoding is submitted one batch ahead; if there is a single queue, the order works as well.
+    for number in range(batches + 1):
+        if number < batches:
+            free = begun + max(number - ring.parts + 1, 0)
+            wait = (drawn, free, COMPUTE_STAGE)
+            signal = (decoded, before + 1 + number, COMPUTE_STAGE)
+            submissions.append(Submission(*commands[1 + 2 * number], wait, signal))
+        if number > 0:
+            wait = (decoded, before + number, MESH_STAGE)
+            signal = (drawn, begun + number, MESH_STAGE)
+            submissions.append(Submission(*commands[2 * number], wait, signal))
+    decoded.value, drawn.value = before + batches, begun + batches
+    return submissions
