@@ -76,7 +76,7 @@ struct Blob {
     header = read_blob_header(bytes.data(), bytes.size());
     triangles.resize(3 * size_t(header.triangle_count));
     for (const Stream& s : header.streams) {
-      values.emplace_back(size_t(header.vertex_count) * (s.kind == kOct ? 3u : s.components));
+      values.emplace_back(size_t(header.vertex_count) * (s.kind == kOct ? 3u : s.elements));
       pointers.push_back(values.back().data());
     }
   }
@@ -152,14 +152,14 @@ int main(int argc, char** argv) {
 #endif
   std::vector<Blob> blobs;
   uint64_t readings = 0;
-  for (int i = 1; i < argc; ++i) {
+  for (int i = 1; i < argc; i++) {
     blobs.emplace_back(argv[i]);
     readings += blobs.back().header.meshlet_count;
   }
   const double cost = double(clock_cost() * readings);
   std::array<std::vector<double>, kStages> shares;
   std::vector<double> clock_share;
-  for (int i = 0; i <= kRepetitions; ++i) {  // the first one only warms up
+  for (int i = 0; i <= kRepetitions; i++) {  // the first one only warms up
     Clock clock;
     for (Blob& blob : blobs) {
       if (decode_timed(blob, clock)) continue;
@@ -169,7 +169,7 @@ int main(int argc, char** argv) {
     double total = 0;
     for (uint64_t spent : clock.spent) total += double(spent);
     if (i == 0) continue;
-    for (size_t s = 0; s < kStages; ++s)
+    for (size_t s = 0; s < kStages; s++)
       shares[s].push_back(std::max(0.0, double(clock.spent[s]) - cost) / (total - kStages * cost));
     clock_share.push_back(kStages * cost / total);
   }
@@ -180,9 +180,9 @@ int main(int argc, char** argv) {
               "false",
 #endif
               clock_share.back());
-  for (size_t s = 0; s < kStages; ++s) {
+  for (size_t s = 0; s < kStages; s++) {
     std::printf("%s\"%s\": [", s ? ", " : "", kNames[s]);
-    for (size_t i = 0; i < shares[s].size(); ++i)
+    for (size_t i = 0; i < shares[s].size(); i++)
       std::printf("%s%.6g", i ? ", " : "", shares[s][i]);
     std::printf("]");
   }

@@ -77,7 +77,7 @@ uint64_t scratch_bytes() {
   return sum;
 }
 
-Entry* ThreadSlot::scratch(Kind kind, size_t bytes) {
+Entry* ThreadSlot::scratch(EntryKind kind, size_t bytes) {
   size_t room = bytes + kEntryAlignment;
   if (scratch_bytes[kind].load(std::memory_order_relaxed) < room) {
     scratch_memory[kind] = std::make_unique<std::byte[]>(room);
@@ -134,7 +134,7 @@ void Table::note_hits(ThreadSlot& thread, uint32_t key, uint32_t asks) {
   count(key, asks);
 }
 
-const Entry* Table::find(ThreadSlot& thread, Kind kind, uint32_t key, uint32_t asks) {
+const Entry* Table::find(ThreadSlot& thread, EntryKind kind, uint32_t key, uint32_t asks) {
   for (;;) {
     Entry* entry = entries_[key].load(std::memory_order_acquire);
     if (!entry) {

@@ -43,7 +43,7 @@ struct alignas(kEntryAlignment) Entry {
 
 // What one thread reads at a time; a place for each kind of entry that it holds together with
 // others.
-enum Kind : uint32_t { kTriangles = 0, kAttributes = 1, kKinds = 2 };
+enum EntryKind : uint32_t { kTriangles = 0, kAttributes = 1, kEntryKinds = 2 };
 
 // One per thread, given by `this_thread`. Reused when its thread has ended.
 struct ThreadSlot {
@@ -53,15 +53,15 @@ struct ThreadSlot {
     const Entry* entry = nullptr;
   };
 
-  alignas(64) std::atomic<const Entry*> announced[kKinds] = {};
-  Recent recent[kKinds];  // the owner's alone
-  std::unique_ptr<std::byte[]> scratch_memory[kKinds];
-  std::atomic<size_t> scratch_bytes[kKinds] = {};  // written by the owner
+  alignas(64) std::atomic<const Entry*> announced[kEntryKinds] = {};
+  Recent recent[kEntryKinds];  // the owner's alone
+  std::unique_ptr<std::byte[]> scratch_memory[kEntryKinds];
+  std::atomic<size_t> scratch_bytes[kEntryKinds] = {};  // written by the owner
   uint32_t index = 0;
   std::atomic<bool> taken{false};
 
   // Room for an entry of so many bytes that is in no store.
-  Entry* scratch(Kind kind, size_t bytes);
+  Entry* scratch(EntryKind kind, size_t bytes);
 };
 
 // Null before the first call of this_thread.
@@ -87,7 +87,7 @@ class Table {
   // scratch memory and returns that. Valid until the same thread asks for another key of this kind.
   // Counts as so many `asks`, of which one may be a miss.
   template <class Produce>
-  const void* get(ThreadSlot& thread, Kind kind, uint32_t key, Produce&& produce,
+  const void* get(ThreadSlot& thread, EntryKind kind, uint32_t key, Produce&& produce,
                   uint32_t asks = 1) {
     ThreadSlot::Recent& recent = thread.recent[kind];
     if (recent.table != uid_ || recent.key != key) {
@@ -109,7 +109,7 @@ class Table {
  private:
   friend class Store;
 
-  const Entry* find(ThreadSlot& thread, Kind kind, uint32_t key, uint32_t asks);
+  const Entry* find(ThreadSlot& thread, EntryKind kind, uint32_t key, uint32_t asks);
   void insert(ThreadSlot& thread, const Entry& fresh);
   void note_hits(ThreadSlot& thread, uint32_t key, uint32_t asks);
   void count(uint32_t key, uint32_t asks);

@@ -1,6 +1,6 @@
 #include "model.h"
 
-#include "api.h"
+#include "python_api.h"
 
 #include <algorithm>
 #include <atomic>
@@ -105,9 +105,9 @@ Model::Model(std::vector<Part> parts, const Options& options)
                        ? uint64_t(options.cache_bytes)
                        : uint64_t(std::ceil(options.cache_fraction * double(facts_.decoded_bytes)));
   store->extend(limit, facts_.decoded_bytes);
-  table_ = std::make_unique<Table>(std::move(store), kKinds * facts_.meshlets);
+  table_ = std::make_unique<Table>(std::move(store), kEntryKinds * facts_.meshlets);
   facts_.table_bytes = meshlets * (sizeof(Boxes) + sizeof(float) +
-                                   kKinds * (sizeof(std::atomic<Entry*>) + sizeof(uint32_t)));
+                                   kEntryKinds * (sizeof(std::atomic<Entry*>) + sizeof(uint32_t)));
   announce(this);
 }
 
@@ -168,13 +168,13 @@ const Triangles& Model::triangles(uint32_t meshlet, uint32_t rays) const {
     return decode_triangles(thread, part, local);
   };
   return *static_cast<const Triangles*>(
-      table_->get(thread, kTriangles, kKinds * meshlet + kTriangles, decode, rays));
+      table_->get(thread, kTriangles, kEntryKinds * meshlet + kTriangles, decode, rays));
 }
 
 const VertexAttributes& Model::vertex_attributes(uint32_t meshlet) const {
   ThreadSlot& thread = this_thread();
   return *static_cast<const VertexAttributes*>(
-      table_->get(thread, kAttributes, kKinds * meshlet + kAttributes, [&] {
+      table_->get(thread, kAttributes, kEntryKinds * meshlet + kAttributes, [&] {
         uint32_t local;
         const Part& part = part_of(meshlet, local);
         return decode_attributes(thread, part, local);

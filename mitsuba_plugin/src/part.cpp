@@ -275,7 +275,7 @@ Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m) {
 }
 
 DecodedPart decode_all(const Part& part) {
-  meshlet::Decoder decoder(part.blob->bytes.data(), part.blob->bytes.size());
+  meshlet::DecoderContext decoder(part.blob->bytes.data(), part.blob->bytes.size());
   const BlobHeader& header = decoder.header();
   const size_t count = header.vertex_count;
   std::vector<std::vector<float>> streams;  // INTEGER streams as bits

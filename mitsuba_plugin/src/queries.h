@@ -36,13 +36,13 @@ inline uint32_t as_bits(float f) {
 inline uint32_t pack_triangle_bits(const meshlet_shape::Hit& hit) {
   float weight = std::min(std::max(hit.b2, 0.f), 1.f);
   return hit.triangle << kTriangleShift |
-         std::min((uint32_t)((double)weight * (kWeightMask + 1.0) + 0.5), kWeightMask);
+         std::min(uint32_t(double(weight) * (kWeightMask + 1.0) + 0.5), kWeightMask);
 }
 inline float pack_triangle(const meshlet_shape::Hit& hit) {
   return as_float(pack_triangle_bits(hit));
 }
 inline float packed_weight(uint32_t packed) {
-  return (float)((packed & kWeightMask) / (kWeightMask + 1.0));
+  return float((packed & kWeightMask) / (kWeightMask + 1.0));
 }
 
 template <typename Mask>
@@ -58,7 +58,7 @@ uint32_t bits(const Mask& mask) {
 template <typename FloatP, size_t N>
 void copy_elements(const FloatP& from, float (&to)[N]) {
   const float* lanes = from.data();
-  for (size_t i = 0; i < N; ++i) to[i] = lanes[i];
+  for (size_t i = 0; i < N; i++) to[i] = lanes[i];
 }
 
 // A packet of rays, or a single one.
@@ -66,8 +66,8 @@ template <typename FloatP, typename Ray3>
 auto to_rays(const Ray3& ray, const dr::mask_t<FloatP>& active) {
   if constexpr (dr::is_array_v<FloatP>) {
     constexpr size_t N = dr::size_v<FloatP>;
-    meshlet_shape::Rays<(int)N> rays;
-    for (int i = 0; i < 3; ++i) {
+    meshlet_shape::Rays<int(N)> rays;
+    for (int i = 0; i < 3; i++) {
       copy_elements(ray.o[i], rays.o[i]);
       copy_elements(ray.d[i], rays.d[i]);
     }
@@ -75,14 +75,14 @@ auto to_rays(const Ray3& ray, const dr::mask_t<FloatP>& active) {
     rays.active = bits(active);
     return rays;
   } else {
-    return meshlet_shape::Rays<1>{{{(float)ray.o.x()}, {(float)ray.o.y()}, {(float)ray.o.z()}},
-                                  {{(float)ray.d.x()}, {(float)ray.d.y()}, {(float)ray.d.z()}},
-                                  {(float)ray.maxt},
+    return meshlet_shape::Rays<1>{{{float(ray.o.x())}, {float(ray.o.y())}, {float(ray.o.z())}},
+                                  {{float(ray.d.x())}, {float(ray.d.y())}, {float(ray.d.z())}},
+                                  {float(ray.maxt)},
                                   active};
   }
 }
 
-enum class Query : uint32_t { Surface, Sample, Attribute, Texcoord };
+enum class Query : uint32_t { kSurface, kSample, kAttribute, kTexcoord };
 
 constexpr uint32_t kChunkWords = 5;
 // Ask for the corners' colours as coefficients of spectra (words 0 to 8), and the weights to mix
@@ -98,19 +98,19 @@ struct Question {
 
 union Answer {
   SurfacePoint surface;
-  float words[25];  // Query::Texcoord: the last two are prim_index and whether it is there
+  float words[25];  // Query::kTexcoord: the last two are prim_index and whether it is there
 };
 
 inline void answer(const Model& model, const Question& q, Answer& a) {
-  switch ((Query)q.query) {
-    case Query::Surface:
+  switch (Query(q.query)) {
+    case Query::kSurface:
       model.surface(q.key, q.payload >> kTriangleShift, q.x, packed_weight(q.payload), a.surface);
       break;
-    case Query::Sample: {
+    case Query::kSample: {
       model.sample(q.key, q.x, q.y, a.surface);
       break;
     }
-    case Query::Texcoord: {
+    case Query::kTexcoord: {
       const float uv[2] = {q.x, q.y};
       uint32_t meshlet, triangle;
       bool there = model.at_texcoord(uv, meshlet, triangle, a.surface);
@@ -118,7 +118,7 @@ inline void answer(const Model& model, const Question& q, Answer& a) {
       a.words[24] = there ? 1.f : 0.f;
       break;
     }
-    case Query::Attribute: {
+    case Query::kAttribute: {
       const float* corner[3];
       float b[3], p[3] = {q.x, q.y, q.z};
       uint32_t index = q.payload & (kAttributeColor - 1),
@@ -126,14 +126,14 @@ inline void answer(const Model& model, const Question& q, Answer& a) {
       model.attribute(index, q.key / meshlet_shape::kMeshletTriangles,
                       q.key % meshlet_shape::kMeshletTriangles, p, corner, b);
       std::fill(a.words, a.words + kColorWords, 0.f);
-      for (uint32_t k = 0; k < 3; ++k) {
+      for (uint32_t k = 0; k < 3; k++) {
         if (q.payload & kAttributeColor) {
           auto coefficients =
               srgb_model_fetch(Color<float, 3>(corner[k][0], corner[k][1], corner[k][2]));
           std::copy(coefficients.data(), coefficients.data() + 3, a.words + 3 * k);
           a.words[9 + k] = b[k];
         } else {
-          for (uint32_t c = 0; c < components; ++c) a.words[c] += b[k] * corner[k][c];
+          for (uint32_t c = 0; c < components; c++) a.words[c] += b[k] * corner[k][c];
         }
       }
       break;
@@ -153,7 +153,7 @@ void answer_lanes(const int* valid, void* model_, void*, uint32_t* rows) {
   static thread_local Recent recent[W];
   const Model& model = *(const Model*)model_;
   const uint64_t uid = model.uid();
-  for (int l = 0; l < W; ++l) {
+  for (int l = 0; l < W; l++) {
     if (!valid[l]) continue;
     uint32_t chunk = rows[11 * W + l] >> 8;
     Question q{rows[11 * W + l] & 255u,   rows[9 * W + l],           rows[10 * W + l],
@@ -166,7 +166,7 @@ void answer_lanes(const int* valid, void* model_, void*, uint32_t* rows) {
     }
     const float* words = r.answer.words + chunk * kChunkWords;
     constexpr int out[kChunkWords] = {8, 15, 16, 17, 19};
-    for (uint32_t i = 0; i < kChunkWords; ++i) rows[out[i] * W + l] = as_bits(words[i]);
+    for (uint32_t i = 0; i < kChunkWords; i++) rows[out[i] * W + l] = as_bits(words[i]);
     rows[18 * W + l] = 0;
   }
 }
@@ -179,8 +179,8 @@ struct Queries {
   using Mask = dr::mask_t<Float>;
   using Point2f = Point<Float, 2>;
   using Point3f = Point<Float, 3>;
-  static constexpr uint32_t MaxWords = 25;
-  using Words = std::array<Float, MaxWords>;
+  static constexpr uint32_t kMaxWords = 25;
+  using Words = std::array<Float, kMaxWords>;
 
   const Model* model = nullptr;
   // Inputs of kernels rather than constants in them, so that compiled kernels serve other shapes
@@ -198,20 +198,20 @@ struct Queries {
   // Words as in SurfacePoint.
   Words surface(const UInt32& meshlet, const UInt32& packed, const Float& b1, bool derivatives,
                 const Mask& active) const {
-    return ask(Query::Surface, meshlet, packed, b1, 0.f, 0.f, derivatives ? 23 : 17, active);
+    return ask(Query::kSurface, meshlet, packed, b1, 0.f, 0.f, derivatives ? 23 : 17, active);
   }
 
   Words sample(const UInt32& meshlet, const Point2f& u, const Mask& active) const {
-    return ask(Query::Sample, meshlet, 0u, u.x(), u.y(), 0.f, 8, active);
+    return ask(Query::kSample, meshlet, 0u, u.x(), u.y(), 0.f, 8, active);
   }
 
   Words texcoord(const Point2f& uv, const Mask& active) const {
-    return ask(Query::Texcoord, 0u, 0u, uv.x(), uv.y(), 0.f, 25, active);
+    return ask(Query::kTexcoord, 0u, 0u, uv.x(), uv.y(), 0.f, 25, active);
   }
 
   Words attribute(uint32_t index, bool color, const UInt32& prim_index, const Point3f& p,
                   const Mask& active) const {
-    return ask(Query::Attribute, prim_index, UInt32(index | (color ? kAttributeColor : 0u)), p.x(),
+    return ask(Query::kAttribute, prim_index, UInt32(index | (color ? kAttributeColor : 0u)), p.x(),
                p.y(), p.z(), color ? kColorWords : 4, active);
   }
 
@@ -223,12 +223,12 @@ struct Queries {
     if constexpr (!dr::is_array_v<Float>) {
       if (active) {
         Answer a;
-        answer(*model, {(uint32_t)query, key, payload, (float)x, (float)y, (float)z}, a);
-        for (uint32_t i = 0; i < words; ++i) result[i] = a.words[i];
+        answer(*model, {uint32_t(query), key, payload, float(x), float(y), float(z)}, a);
+        for (uint32_t i = 0; i < words; i++) result[i] = a.words[i];
       }
     } else if constexpr (dr::is_llvm_v<Float>) {
-      for (uint32_t chunk = 0; chunk * kChunkWords < words; ++chunk)
-        ask_chunk((uint32_t)query | chunk << 8, key, payload, x, y, z, active,
+      for (uint32_t chunk = 0; chunk * kChunkWords < words; chunk++)
+        ask_chunk(uint32_t(query) | chunk << 8, key, payload, x, y, z, active,
                   &result[chunk * kChunkWords]);
     }
     return result;
@@ -264,7 +264,7 @@ struct Queries {
                        zero.index(),     zero.index(),   zero.index(), key.index(),
                        payload.index(),  q.index()};
     uint32_t raw[8]{};
-    jit_llvm_ray_trace((uint32_t)f.index(), (uint32_t)m.index(), 0, in, raw);
+    jit_llvm_ray_trace(uint32_t(f.index()), uint32_t(m.index()), 0, in, raw);
     F t = F::steal(raw[1]), u = F::steal(raw[2]), v = F::steal(raw[3]);
     U primitive = U::steal(raw[4]), instance = U::steal(raw[6]);
     M::steal(raw[0]);

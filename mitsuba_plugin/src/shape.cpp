@@ -10,7 +10,7 @@
 
 #include <cstring>
 
-#include "api.h"
+#include "python_api.h"
 #include "model.h"
 #include "ply.h"
 #include "queries.h"
@@ -126,7 +126,7 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
 
   void traverse(TraversalCallback* cb) override {
     Base::traverse(cb);
-    m_cache_id = (double)m_model->uid();
+    m_cache_id = double(m_model->uid());
     m_meshlet_count = m_model->facts().meshlets;
     m_triangle_count = m_model->facts().triangles;
     cb->put("cache_id", m_cache_id, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
@@ -177,7 +177,7 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     if constexpr (dr::is_jit_v<FloatP>) {
       Throw("meshlet_edgebreaker: rays can only be traced through a scene");
     } else if constexpr (dr::is_array_v<FloatP>) {
-      constexpr int N = (int)dr::size_v<FloatP>;
+      constexpr int N = int(dr::size_v<FloatP>);
       Hits<N> hits;
       m_model->intersect(meshlet, to_rays<FloatP>(ray, active), hits);
       alignas(64) float t[N], u[N], v[N];
@@ -191,14 +191,14 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
       FloatP distance = dr::load_aligned<FloatP>(t);
       return {distance < dr::Infinity<FloatP>, distance,
               Point<FloatP, 2>(dr::load_aligned<FloatP>(u), dr::load_aligned<FloatP>(v)),
-              UInt32P((uint32_t)-1), UInt32P(meshlet)};
+              UInt32P(uint32_t(-1)), UInt32P(meshlet)};
     } else {
       Hits<1> hits;
       m_model->intersect(meshlet, to_rays<FloatP>(ray, active), hits);
       if (!hits.found)
-        return {false, dr::Infinity<FloatP>, Point<FloatP, 2>(0.f), (uint32_t)-1, meshlet};
+        return {false, dr::Infinity<FloatP>, Point<FloatP, 2>(0.f), uint32_t(-1), meshlet};
       return {true, hits.of[0].t, Point<FloatP, 2>(hits.of[0].b1, pack_triangle(hits.of[0])),
-              (uint32_t)-1, meshlet};
+              uint32_t(-1), meshlet};
     }
   }
 
@@ -208,10 +208,10 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     if constexpr (dr::is_jit_v<FloatP>) {
       Throw("meshlet_edgebreaker: rays can only be traced through a scene");
     } else if constexpr (dr::is_array_v<FloatP>) {
-      constexpr int N = (int)dr::size_v<FloatP>;
+      constexpr int N = int(dr::size_v<FloatP>);
       uint32_t found = m_model->occlude(meshlet, to_rays<FloatP>(ray, active));
       alignas(64) float hit[N];
-      for (int lane = 0; lane < N; ++lane) hit[lane] = (float)(found >> lane & 1u);
+      for (int lane = 0; lane < N; lane++) hit[lane] = float(found >> lane & 1u);
       return dr::load_aligned<FloatP>(hit) != 0.f;
     } else {
       return m_model->occlude(meshlet, to_rays<FloatP>(ray, active)) != 0;
@@ -268,7 +268,7 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
       if constexpr (is_spectral_v<Spectrum>) {
         if (color) {
           UnpolarizedSpectrum mixed(0.f);
-          for (int k = 0; k < 3; ++k)
+          for (int k = 0; k < 3; k++)
             mixed += w[9 + k] *
                      srgb_model_eval<UnpolarizedSpectrum>(
                          dr::Array<Float, 3>(w[3 * k], w[3 * k + 1], w[3 * k + 2]), si.wavelengths);
@@ -384,8 +384,8 @@ Options read_options(const Properties& props) {
 template <typename Transform>
 Affine to_affine(const Transform& transform) {
   Affine result;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 4; ++j) result.m[i][j] = (float)transform.matrix.entry(i, j);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 4; j++) result.m[i][j] = float(transform.matrix.entry(i, j));
   return result;
 }
 

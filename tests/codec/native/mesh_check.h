@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "segment/segment.h"
+#include "segment/generate_meshlets.h"
 
 struct Mesh {
   std::vector<float> positions;
@@ -26,8 +26,8 @@ std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& o
 
 // Sums over the meshlets of one or more meshes.
 struct Figures {
-  size_t triangles = 0, meshlets = 0, components = 0;
-  size_t vertices = 0, boundary_vertices = 0;  // vertices as the components count them
+  size_t triangles = 0, meshlets = 0, disks = 0;
+  size_t vertices = 0, boundary_vertices = 0;  // counted once per disk
   size_t references = 0,
          owned_chains = 0;  // runs of boundary edges with one meshlet on their other side
   size_t corners = 0, chain_vertices = 0;  // shared by the meshlets: ends of runs, vertices within

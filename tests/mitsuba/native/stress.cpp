@@ -24,7 +24,7 @@ struct Payload {
 uint32_t words_of(uint32_t key) { return 8 + key % 57; }
 size_t bytes_of(uint32_t key) { return sizeof(Entry) + sizeof(Payload) + 4 * words_of(key); }
 
-Entry* produce(ThreadSlot& thread, Kind kind, uint32_t key) {
+Entry* produce(ThreadSlot& thread, EntryKind kind, uint32_t key) {
   Entry* entry = thread.scratch(kind, bytes_of(key));
   auto* payload = static_cast<Payload*>(entry->payload());
   *payload = {key, words_of(key)};

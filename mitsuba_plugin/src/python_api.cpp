@@ -1,4 +1,4 @@
-#include "api.h"
+#include "python_api.h"
 
 #include <cstring>
 #include <map>
