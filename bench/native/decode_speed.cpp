@@ -1,8 +1,9 @@
-// decode_speed BLOB...  Decoding without Python: everything on one thread, single meshlets by
-// number, and all meshlets on all threads. Prints one JSON object: for each repetition, seconds for
-// all blobs decoded to float arrays, mean microseconds per meshlet in a random order over all
-// blobs, and seconds for every meshlet decoded on its own, by as many threads as there are
-// processors.
+// decode_speed BLOB...
+//
+// Times decoding without Python. Prints one JSON object with a list per figure, one entry per
+// repetition: decode_seconds, all blobs to float arrays on one thread; meshlet_microseconds, mean of
+// single meshlets in random order; parallel_seconds, all meshlets one by one, one thread per
+// processor.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -26,7 +27,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// The arrays that one blob decodes into, allocated once.
+// The arrays for one decoded blob, allocated once.
 struct Output {
   std::vector<uint32_t> triangles;
   std::vector<std::vector<float>> values;
@@ -57,7 +58,7 @@ double decode_meshlets(std::vector<meshlet::DecoderContext>& decoders,
   return seconds_since(start) / double(order.size()) * 1e6;
 }
 
-// A run of meshlets of one blob, which one thread decodes.
+// Consecutive meshlets of one blob, decoded by one thread.
 struct Range {
   meshlet::DecoderContext decoder;
   uint32_t begin, end;

@@ -1,5 +1,5 @@
-// gltf_ext._codec: the Python binding of the codec. gltf_ext/_codec.pyi is generated from it
-// (python -m tools.codec_stub).
+// gltf_ext._codec: the Python binding of the codec. After a change, generate its stub again:
+// python -m nanobind.stubgen -m gltf_ext._codec -o gltf_ext/_codec.pyi
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
@@ -333,7 +333,7 @@ NB_MODULE(_codec, m) {
   define_constants(m);
 
   m.def("weld", &weld, "rows"_a,
-        nb::sig("def weld(rows: NDArray[numpy.uint8]) -> tuple[NDArray[numpy.uint32], int]"),
+        nb::sig("def weld(rows: numpy.typing.NDArray[numpy.uint8]) -> tuple[numpy.typing.NDArray[numpy.uint32], int]"),
         "Gives bit-identical rows one number, in order of first occurrence. rows: uint8[N, stride].\n"
         "Returns (numbers: uint32[N], number of different rows).");
 
@@ -341,13 +341,13 @@ NB_MODULE(_codec, m) {
         "values"_a, "max_triangles"_a = 64, "max_vertices"_a = 64, "lambda_"_a = 0.0f,
         "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true,
         "threads"_a = 0, "progress"_a = nb::none(),
-        nb::sig("def encode(triangles: NDArray[numpy.uint32], position_ids: NDArray[numpy.uint32], "
-                "positions: NDArray[numpy.float32], streams: Sequence[Mapping[str, Any]], "
-                "values: Sequence[NDArray[numpy.uint32]], max_triangles: int = 64, "
+        nb::sig("def encode(triangles: numpy.typing.NDArray[numpy.uint32], position_ids: numpy.typing.NDArray[numpy.uint32], "
+                "positions: numpy.typing.NDArray[numpy.float32], streams: collections.abc.Sequence[collections.abc.Mapping[str, typing.Any]], "
+                "values: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint32]], max_triangles: int = 64, "
                 "max_vertices: int = 64, lambda_: float = 0.0, iterations: int = 0, "
                 "fill: float = 0.0, weight: str = 'paper', share_seams: bool = True, "
-                "threads: int = 0, progress: Callable[[float], object] | None = None) "
-                "-> tuple[bytes, dict[str, Any]]"),
+                "threads: int = 0, progress: collections.abc.Callable[[float], object] | None = None) "
+                "-> tuple[bytes, dict[str, typing.Any]]"),
         "Encodes one primitive.\n\n"
         "triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], equal where\n"
         "positions are. positions: float32[V, 3]. streams: dicts of kind, components (integers per\n"
@@ -361,14 +361,14 @@ NB_MODULE(_codec, m) {
 
   m.def(
       "decode", [](const nb::bytes& blob) { return decode_blob(blob, false); }, "blob"_a,
-      nb::sig("def decode(blob: bytes) -> tuple[NDArray[numpy.uint32], list[NDArray[numpy.uint32]]]"),
+      nb::sig("def decode(blob: bytes) -> tuple[numpy.typing.NDArray[numpy.uint32], list[numpy.typing.NDArray[numpy.uint32]]]"),
       "Returns (triangles: uint32[T, 3], [uint32[V, components] per stream]).");
   m.def(
       "decode_values", [](const nb::bytes& blob) { return decode_blob(blob, true); }, "blob"_a,
-      nb::sig("def decode_values(blob: bytes) -> tuple[NDArray[numpy.uint32], list[NDArray[Any]]]"),
+      nb::sig("def decode_values(blob: bytes) -> tuple[numpy.typing.NDArray[numpy.uint32], list[numpy.typing.NDArray[typing.Any]]]"),
       "Returns (triangles: uint32[T, 3], [values per stream]): uint32[V, components] for INTEGER,\n"
       "float32[V, 3] unit vectors for OCT, float32[V, components] otherwise.");
-  m.def("describe", &describe_blob, "blob"_a, nb::sig("def describe(blob: bytes) -> dict[str, Any]"),
+  m.def("describe", &describe_blob, "blob"_a, nb::sig("def describe(blob: bytes) -> dict[str, typing.Any]"),
         "Returns counts, streams and numbers of bits; the entries of 'bits' sum to 8 * len(blob).");
   m.def("validate", &validate, "blob"_a,
         "Raises ValueError if the blob is malformed in any way. Decodes every meshlet alone, and so\n"
@@ -392,7 +392,7 @@ NB_MODULE(_codec, m) {
           "Byte offset of the meshlets' data: the size of header and tables.")
       .def_prop_ro("streams", [](const HeaderView& v) { return v.header.streams; })
       .def_prop_ro("meshlet_triangles", &meshlet_triangles,
-                   nb::sig("def meshlet_triangles(self) -> NDArray[numpy.uint32]"),
+                   nb::sig("def meshlet_triangles(self) -> numpy.typing.NDArray[numpy.uint32]"),
                    "uint32[meshlet_count]: number of triangles of each meshlet.");
   m.def("read_header", &read_header, "blob"_a, "Reads and checks header and tables; decodes nothing.");
 
@@ -402,15 +402,15 @@ NB_MODULE(_codec, m) {
       .def_prop_ro("vertex_count", [](const OpenBlob& b) { return b.header().vertex_count; })
       .def_prop_ro("meshlet_count", [](const OpenBlob& b) { return b.header().meshlet_count; })
       .def_prop_ro("streams", &OpenBlob::streams,
-                   nb::sig("def streams(self) -> list[dict[str, Any]]"),
+                   nb::sig("def streams(self) -> list[dict[str, typing.Any]]"),
                    "The stream table as dicts, as encode takes them.")
       .def("decode_meshlet", &OpenBlob::decode_meshlet, "index"_a,
            nb::sig("def decode_meshlet(self, index: int) -> "
-                   "tuple[NDArray[numpy.uint8], list[NDArray[numpy.uint32]]]"),
+                   "tuple[numpy.typing.NDArray[numpy.uint8], list[numpy.typing.NDArray[numpy.uint32]]]"),
            "Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]). Raises\n"
            "IndexError.")
       .def("decode_many", &OpenBlob::decode_many, "indices"_a,
-           nb::sig("def decode_many(self, indices: NDArray[numpy.uint32]) -> int"),
+           nb::sig("def decode_many(self, indices: numpy.typing.NDArray[numpy.uint32]) -> int"),
            "Decodes the meshlets of these numbers (uint32[n]) without making arrays, for timing.\n"
            "Returns the number of their triangles. Raises IndexError.");
 }

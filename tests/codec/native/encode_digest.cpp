@@ -1,5 +1,5 @@
-// Encodes generated meshes and prints one digest of each blob: the same on every compiler and
-// optimisation level. Checks on the way that the number of threads makes no difference.
+// Encodes generated meshes and prints a digest per blob, equal for every compiler and optimisation
+// level. Checks that the number of threads makes no difference.
 #include <cstdio>
 #include <cstring>
 
@@ -16,7 +16,7 @@ struct Model {
   std::vector<uint32_t> position_ids, grid, normals;
 };
 
-// A small random generator, so that no library's distribution matters.
+// A random generator with the same numbers on every platform.
 struct Random {
   uint32_t state;
   uint32_t next() { return state = state * 1664525u + 1013904223u; }
@@ -33,7 +33,7 @@ void finish(Model& m) {
     m.normals[2 * v] = m.grid[3 * v] / 256 % 16;  // seams where it jumps
 }
 
-// A bumpy height field of n x n vertices, with a column of vertices doubled as a seam.
+// A bumpy height field of n x n vertices.
 Model height_field(uint32_t n) {
   Model m;
   Random random{7};

@@ -1,5 +1,5 @@
-// Brute-force check of the guarantees of generate_meshlets, and figures on the quality of a
-// partition. Shares no code with the partition itself.
+// Checks the guarantees of generate_meshlets by brute force and measures a partition. Shares no code
+// with the partition itself.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct Mesh {
   }
 };
 
-// Empty when all guarantees hold, else what is wrong.
+// Returns an empty string if all guarantees hold, else the problem.
 std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& options,
                            const meshlet::Meshlets& meshlets);
 

@@ -1,9 +1,8 @@
-// Tests of the stage "mesh -> meshlets".
-//   meshlet_generation_test              generated meshes, from orderly to hostile
-//   meshlet_generation_test FILE...      meshes from files; checks them and prints figures
-// Options, before files: --max-triangles N, --max-vertices N, --lambda X, --iterations N, --weight
-// paper|choe,
-// --fill X, --threads N, --no-check.
+// Tests of the segmentation, codec/segment.
+//   meshlet_generation_test              generated meshes, regular and hostile
+//   meshlet_generation_test FILE...      checks meshes from files and prints figures
+// Options, before files: --max-triangles N, --max-vertices N, --lambda X, --iterations N,
+// --weight paper|choe, --fill X, --threads N, --no-check.
 // File: little-endian uint32 primitive count, then per primitive uint32 vertex and triangle counts,
 // float32 positions, uint32 triangles.
 #include <algorithm>
@@ -30,7 +29,7 @@ void expect(bool holds, const std::string& what) {
   std::fprintf(stderr, "FAILED: %s\n", what.c_str());
 }
 
-// Same numbers everywhere, unlike the standard library's distributions.
+// The same numbers on every platform, unlike the standard library's distributions.
 class Random {
  public:
   explicit Random(uint64_t seed) : state_(seed * 2 + 1) {}
@@ -70,8 +69,7 @@ std::vector<Mesh> read_meshes(const char* path) {
   return meshes;
 }
 
-// Grid of n x n quads on a height field; columns wrap around when `wrap_u`, rows when `wrap_v` (a
-// torus when both).
+// Grid of n x n quads on a height field. wrap_u joins the columns, wrap_v the rows; both give a torus.
 Mesh make_grid(uint32_t n, bool wrap_u, bool wrap_v) {
   Mesh mesh;
   const uint32_t columns = wrap_u ? n : n + 1, rows = wrap_v ? n : n + 1;
@@ -94,7 +92,7 @@ void append(Mesh& mesh, const Mesh& other) {
   for (const uint32_t vertex : other.triangles) mesh.triangles.push_back(base + vertex);
 }
 
-// Triangles between random vertices, of which several share a position; some triangles occur again,
+// Triangles between random vertices, several of which share a position. Some triangles are repeated,
 // rotated or reversed.
 Mesh make_soup(Random& random, uint32_t vertices, uint32_t triangles, uint32_t positions) {
   Mesh mesh;
@@ -289,8 +287,7 @@ void report(const char* path, const meshlet::GenerationOptions& options, bool ch
   if (checked) {
     const double meshlets = double(figures.meshlets);
     const double triangles = double(figures.triangles);
-    // Rough cost of everything that a partition without boundaries would not have (bits as in the
-    // format's tables).
+    // Estimated bits of meshlet headers, references, chains and corners.
     const double cost = 45 * meshlets + 5.0 * figures.owned_chains +
                         11.0 * (figures.references - figures.owned_chains) +
                         4.0 * figures.chain_vertices + 24.0 * figures.corners;
