@@ -8,7 +8,6 @@ from typing import Any
 import numpy
 import numpy.typing
 
-
 KIND_GRID: int = 0
 
 KIND_OCT: int = 1
@@ -57,7 +56,22 @@ def weld(rows: numpy.typing.NDArray[numpy.uint8]) -> tuple[numpy.typing.NDArray[
     Returns (numbers: uint32[N], number of different rows).
     """
 
-def encode(triangles: numpy.typing.NDArray[numpy.uint32], position_ids: numpy.typing.NDArray[numpy.uint32], positions: numpy.typing.NDArray[numpy.float32], streams: Sequence[Mapping[str, Any]], values: Sequence[numpy.typing.NDArray[numpy.uint32]], max_triangles: int = 64, max_vertices: int = 64, lambda_: float = 0.0, iterations: int = 0, fill: float = 0.0, weight: str = 'paper', share_seams: bool = True, threads: int = 0, progress: Callable[[float], object] | None = None) -> tuple[bytes, dict[str, Any]]:
+def encode(
+    triangles: numpy.typing.NDArray[numpy.uint32],
+    position_ids: numpy.typing.NDArray[numpy.uint32],
+    positions: numpy.typing.NDArray[numpy.float32],
+    streams: Sequence[Mapping[str, Any]],
+    values: Sequence[numpy.typing.NDArray[numpy.uint32]],
+    max_triangles: int = 64,
+    max_vertices: int = 64,
+    lambda_: float = 0.0,
+    iterations: int = 0,
+    fill: float = 0.0,
+    weight: str = "paper",
+    share_seams: bool = True,
+    threads: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> tuple[bytes, dict[str, Any]]:
     """
     Encodes one primitive.
 
@@ -73,10 +87,14 @@ def encode(triangles: numpy.typing.NDArray[numpy.uint32], position_ids: numpy.ty
     ValueError for bad arguments.
     """
 
-def decode(blob: bytes) -> tuple[numpy.typing.NDArray[numpy.uint32], list[numpy.typing.NDArray[numpy.uint32]]]:
+def decode(
+    blob: bytes,
+) -> tuple[numpy.typing.NDArray[numpy.uint32], list[numpy.typing.NDArray[numpy.uint32]]]:
     """Returns (triangles: uint32[T, 3], [uint32[V, components] per stream])."""
 
-def decode_values(blob: bytes) -> tuple[numpy.typing.NDArray[numpy.uint32], list[numpy.typing.NDArray[Any]]]:
+def decode_values(
+    blob: bytes,
+) -> tuple[numpy.typing.NDArray[numpy.uint32], list[numpy.typing.NDArray[Any]]]:
     """
     Returns (triangles: uint32[T, 3], [values per stream]): uint32[V, components] for INTEGER,
     float32[V, 3] unit vectors for OCT, float32[V, components] otherwise.
@@ -133,20 +151,16 @@ class Header:
 
     @property
     def triangle_count(self) -> int: ...
-
     @property
     def vertex_count(self) -> int: ...
-
     @property
     def meshlet_count(self) -> int: ...
-
     @property
     def data_offset(self) -> int:
         """Byte offset of the meshlets' data: the size of header and tables."""
 
     @property
     def streams(self) -> list[StreamHeader]: ...
-
     @property
     def meshlet_triangles(self) -> numpy.typing.NDArray[numpy.uint32]:
         """uint32[meshlet_count]: number of triangles of each meshlet."""
@@ -158,21 +172,19 @@ class Decoder:
     """Decodes single meshlets of one blob. Not thread-safe."""
 
     def __init__(self, blob: bytes) -> None: ...
-
     @property
     def triangle_count(self) -> int: ...
-
     @property
     def vertex_count(self) -> int: ...
-
     @property
     def meshlet_count(self) -> int: ...
-
     @property
     def streams(self) -> list[dict[str, Any]]:
         """The stream table as dicts, as encode takes them."""
 
-    def decode_meshlet(self, index: int) -> tuple[numpy.typing.NDArray[numpy.uint8], list[numpy.typing.NDArray[numpy.uint32]]]:
+    def decode_meshlet(
+        self, index: int
+    ) -> tuple[numpy.typing.NDArray[numpy.uint8], list[numpy.typing.NDArray[numpy.uint32]]]:
         """
         Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]). Raises
         IndexError.

@@ -15,8 +15,9 @@ from bench.common import ROOT
 
 
 def build(option: str) -> Path:
-    """Builds the programs of MESHLET_BENCH, MESHLET_FUZZ or MESHLET_NATIVE_TESTS; returns their folder.
+    """Builds the programs of an option and returns their folder.
 
+    option: MESHLET_BENCH, MESHLET_FUZZ or MESHLET_NATIVE_TESTS.
     Raises FileNotFoundError without cmake.
     """
     folder = ROOT / "build" / option.lower()

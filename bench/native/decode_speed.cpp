@@ -1,8 +1,8 @@
 // decode_speed BLOB...
 //
 // Times decoding without Python. Prints one JSON object with a list per figure, one entry per
-// repetition: decode_seconds, all blobs to float arrays on one thread; meshlet_microseconds, mean of
-// single meshlets in random order; parallel_seconds, all meshlets one by one, one thread per
+// repetition: decode_seconds, all blobs to float arrays on one thread; meshlet_microseconds, mean
+// of single meshlets in random order; parallel_seconds, all meshlets one by one, one thread per
 // processor.
 #include <algorithm>
 #include <chrono>

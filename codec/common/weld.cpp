@@ -49,8 +49,7 @@ uint32_t weld_rows(const uint8_t* rows, size_t count, size_t stride, uint32_t* r
       __builtin_prefetch(&table[hashes[i] & (capacity - 1)]);
     }
     for (size_t i = 0; i < size; i++) {
-      const uint32_t row = uint32_t(first + i),
-                     hash = uint32_t(hashes[i] >> 32);
+      const uint32_t row = uint32_t(first + i), hash = uint32_t(hashes[i] >> 32);
       size_t at = hashes[i] & (capacity - 1);
       while (table[at].row != kEmpty &&
              (table[at].hash != hash ||

@@ -11,8 +11,8 @@ uint64_t anchor_bits(SerialDecoder& d, uint32_t s) {
          (n - 1) * d.stream_elements[s] * d.width_field(uint32_t(d.anchor_position[s] + first));
 }
 
-// Bits of the low and unary parts of `count` vertices. Moves the unary reader from the stream's first
-// code past its last.
+// Bits of the low and unary parts of `count` vertices. Moves the unary reader from the stream's
+// first code past its last.
 uint64_t residual_bits(SerialDecoder& d, uint32_t s, uint32_t code, uint32_t widths,
                        uint32_t count) {
   uint64_t bits = uint64_t(count) * d.low_bits(s, code, widths);

@@ -18,7 +18,7 @@ constexpr uint32_t kCopied = 16;
 // Vertices converted at a time: a fixed count lets compilers vectorise.
 constexpr uint32_t kBatch = 8;
 
-// Vertex numbers and values of earlier meshlets, so that foreign vertices need not be decoded again.
+// Vertex numbers and values of earlier meshlets: foreign vertices are copied, not decoded again.
 // The group table's delta widths bound how far references reach back: a ring of meshlets suffices.
 class History {
  public:
@@ -84,7 +84,9 @@ void History::allocate() {
   for (uint32_t s = 0; s < d_.stream_total; s++) elements_ += d_.stream_elements[s];
   uint32_t reach = 0, size = 1;
   for (uint32_t m = 0; m < meshlets_; m += BLOB_GROUP_MESHLETS)
-    reach = d_.max(reach, d_.load_word(d_.group_table + BLOB_GROUP_WORDS * (m / BLOB_GROUP_MESHLETS) + 1) & 31u);
+    reach = d_.max(
+        reach,
+        d_.load_word(d_.group_table + BLOB_GROUP_WORDS * (m / BLOB_GROUP_MESHLETS) + 1) & 31u);
   while (size < meshlets_ && size < (1u << reach)) size *= 2;
   d_.ring_mask = size - 1;
   ring_ = new Kept[size]();
@@ -288,7 +290,8 @@ struct AsUnitVector {
   }
 };
 
-// The new vertices of one meshlet. The last batch may write too much; the next meshlet overwrites it.
+// The new vertices of one meshlet. The last batch may write too much; the next meshlet overwrites
+// it.
 struct NewVertices {
   const uint32_t* ids;  // local ids, padded to whole batches
   uint32_t count;

@@ -1,5 +1,5 @@
-// The bulk decoder: whole blobs. bulk_decoder.cpp is compiled for the baseline and, on x86-64, again
-// for AVX2.
+// The bulk decoder: whole blobs. bulk_decoder.cpp is compiled for the baseline and, on x86-64,
+// again for AVX2.
 #pragma once
 #include "format/blob.h"
 #include "decode/serial_decoder.h"

@@ -54,8 +54,7 @@ namespace {
 void check(const BlobResult& result) {
   switch (result.problem) {
     case BlobProblem::kNone: return;
-    case BlobProblem::kMalformedMeshlet:
-      throw_malformed(result.meshlet, error_text(result.error));
+    case BlobProblem::kMalformedMeshlet: throw_malformed(result.meshlet, error_text(result.error));
     case BlobProblem::kInconsistent:
       throw_malformed(result.meshlet, "a shared vertex differs from its owner's");
     case BlobProblem::kTooManyVertices:

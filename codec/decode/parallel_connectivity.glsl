@@ -38,7 +38,8 @@ uint level_before(uint t) {
          mask_count(symbol_e & mask_below(t));
 }
 
-// The E that ends the subtree of t at the given level. Returns 64 and sets `error` if there is none.
+// The E that ends the subtree of t at the given level. Returns 64 and sets `error` if there is
+// none.
 uint subtree_end(uint t, uint level) {
   uint end = level > 0u && level < LEVELS ? mask_lsb(level_ends[level - 1u] & ~mask_below(t)) : 64u;
   if (end == 64u) error = ERROR_CLERS;

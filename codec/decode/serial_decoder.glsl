@@ -329,11 +329,11 @@ void read_anchor(uint index, uint vertex, uint begin, uint end) {
   }
 }
 
-UnaryReader unary;    // where the next quotient is read
+UnaryReader unary;    // position of the next quotient
 uint residuals[256];  // of one stream, vertex by vertex
 
-// Reads the residuals of `count` <= 64 vertices of stream s: low bits from bit `low`, quotients from
-// the unary reader.
+// Reads the residuals of `count` <= 64 vertices of stream s: low bits from bit `low`, quotients
+// from the unary reader.
 void read_residuals(uint s, uint count, uint code, uint widths, uint low) {
   uint elements = stream_elements[s];
   uint step = low_bits(s, code, widths);
@@ -689,7 +689,8 @@ uint chain_count;
 uint chain_ends[64];
 small_uint chain_place[64];
 
-// Lists the inner vertices of reference r. A foreign chain runs backwards, in its owner's direction.
+// Lists the inner vertices of reference r. A foreign chain runs backwards, in its owner's
+// direction.
 void list_chain(uint r, bool backwards) {
   uint n = reference_length[r];
   uint rank = reference_rank[r];
@@ -980,8 +981,8 @@ mask64 known_vertices(HEADER_IN h) {
 
 Header opened;  // of the meshlet decoded last
 
-// A meshlet in four steps. Before the third, an includer that has the owners' values may put them in
-// place and list them in provided_refs.
+// A meshlet in four steps. Before the third, an includer that has the owners' values may put them
+// in place and list them in provided_refs.
 void open_meshlet(uint m) {
   error = ERROR_NONE;
   triangle_count = 0u;

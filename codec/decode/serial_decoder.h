@@ -149,8 +149,8 @@ struct SerialDecoder {
     return true;
   }
 
-  // read_ends lists ones in groups, past the last one of a word too: an unpredictable loop end costs
-  // more than the extra steps.
+  // read_ends lists ones in groups, past the last one of a word too: an unpredictable loop end
+  // costs more than the extra steps.
 #ifdef __BMI2__
   static constexpr uint kGroup = 8;
 #else

@@ -8,7 +8,7 @@
 namespace meshlet {
 namespace {
 
-constexpr size_t kChunk = 256;    // disks per parallel item
+constexpr size_t kChunk = 256;  // disks per parallel item
 
 // Shortest seam that is shared. A reference costs about 15 bits and saves about as much per vertex:
 // shorter seams are cheaper as private vertices.

@@ -66,8 +66,8 @@ struct Boundaries {
   }
 };
 
-// opposite, opposite_position: match_half_edges by vertex and by position. Without share_seams, only
-// whole vertices are shared.
+// opposite, opposite_position: match_half_edges by vertex and by position. Without share_seams,
+// only whole vertices are shared.
 Boundaries find_boundaries(const MeshView& mesh, const Meshlets& meshlets,
                            const std::vector<int32_t>& opposite,
                            const std::vector<int32_t>& opposite_position,

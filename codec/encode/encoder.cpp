@@ -189,7 +189,8 @@ void Encoder::load(SerialDecoder& context, const Plan& plan) const {
 
 // --- gates ---
 
-// Plans a disk traversed from the boundary edge `gate`. Its loop then begins with reference `first`.
+// Plans a disk traversed from the boundary edge `gate`. Its loop then begins with reference
+// `first`.
 Plan Encoder::plan_disk(SerialDecoder& context, uint32_t disk, const Reference* first,
                         uint32_t gate) const {
   const auto& refs = boundaries_.references[disk];
@@ -216,7 +217,8 @@ Plan Encoder::plan_disk(SerialDecoder& context, uint32_t disk, const Reference* 
     if (known_ranks >> i & 1) plan.known |= rest & (0 - rest);
   context.decode_triangles();
   context.list_traversed(plan.known);
-  if (context.error != ERROR_NONE) throw std::logic_error("the segmentation made a part that is not a disk");
+  if (context.error != ERROR_NONE)
+    throw std::logic_error("the segmentation made a part that is not a disk");
   plan.vertex.resize(context.vertex_count);
   for (uint32_t t = 0; t < plan.symbols.count; t++)
     for (uint32_t k = 0; k < 3; k++)
@@ -240,7 +242,8 @@ uint64_t Encoder::cost(SerialDecoder& context, const Plan& plan) const {
   return bits;
 }
 
-// Tries gates in front of the disk's references, or all around a private loop, and takes the cheapest.
+// Tries gates in front of the disk's references, or all around a private loop, and takes the
+// cheapest.
 Plan Encoder::best_disk(SerialDecoder& context, uint32_t disk) const {
   const auto& refs = boundaries_.references[disk];
   bool free = refs.size() == 1 && refs[0].kind == ReferenceKind::kPrivate;
@@ -353,7 +356,8 @@ void Encoder::choose_predictors() {
 
 // Chooses the window of RICE_CODES parameters that contains the best one of most residuals.
 void Encoder::choose_bases() {
-  std::vector<std::vector<uint64_t>> histogram(2 * streams_.size(), std::vector<uint64_t>(RICE_MAX + 1, 0));
+  std::vector<std::vector<uint64_t>> histogram(2 * streams_.size(),
+                                               std::vector<uint64_t>(RICE_MAX + 1, 0));
   std::mutex mutex;
   for_meshlets(1, [&](SerialDecoder& context, uint32_t m) {
     load(context, plans_[m]);
@@ -508,8 +512,7 @@ void Encoder::write_low(BitWriter& out, const std::vector<uint32_t>& residuals,
                         const Stream& stream, uint32_t base, uint32_t code) const {
   std::vector<uint32_t> widths(stream.elements, base + code);
   if (code == CODE_ESCAPE) widths = fixed_widths(residuals, stream.elements);
-  for (size_t i = 0; i < residuals.size(); i++)
-    out.put(residuals[i], widths[i % stream.elements]);
+  for (size_t i = 0; i < residuals.size(); i++) out.put(residuals[i], widths[i % stream.elements]);
 }
 
 void Encoder::write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base,
@@ -581,7 +584,8 @@ std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& 
     for (int i = 0; i < 4; i++) to.push_back(uint8_t(w >> 8 * i));
   };
   for (uint32_t g = 0; g < groups_.size(); g++) {
-    uint32_t begin = g * BLOB_GROUP_MESHLETS, end = std::min(begin + BLOB_GROUP_MESHLETS, meshlet_count_);
+    uint32_t begin = g * BLOB_GROUP_MESHLETS,
+             end = std::min(begin + BLOB_GROUP_MESHLETS, meshlet_count_);
     size_t length = 0;
     uint32_t shift = 0;
     auto padded = [&](uint32_t m) {
@@ -610,7 +614,8 @@ std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& 
   blob.insert(blob.end(), directory.begin(), directory.end());
   blob.insert(blob.end(), data.begin(), data.end());
   blob.resize((blob.size() + BLOB_PADDING_BYTES + 3) / 4 * 4, 0);
-  for (int i = 0; i < 4; i++) blob[4 * BLOB_WORD_BYTES + i] = uint8_t(uint32_t(blob.size()) >> 8 * i);
+  for (int i = 0; i < 4; i++)
+    blob[4 * BLOB_WORD_BYTES + i] = uint8_t(uint32_t(blob.size()) >> 8 * i);
   return blob;
 }
 

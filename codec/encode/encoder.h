@@ -20,9 +20,9 @@ struct EncodeOptions : GenerationOptions {
 
 struct EncoderStats {
   uint32_t meshlets = 0;
-  uint32_t vertices = 0;                  // decoded
-  uint32_t histogram[4] = {0, 0, 0, 0};   // as in Meshlets
-  int iterations = 0;                     // rounds of region growing
+  uint32_t vertices = 0;                 // decoded
+  uint32_t histogram[4] = {0, 0, 0, 0};  // as in Meshlets
+  int iterations = 0;                    // rounds of region growing
   // (stage, seconds) in the order of the stages: grow, join, boundaries, predict, write.
   std::vector<std::pair<const char*, double>> stage_seconds;
 };

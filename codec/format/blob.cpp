@@ -89,7 +89,8 @@ std::string stream_problem(const Stream& s) {
   if (s.predictor >= PREDICTORS) return "unknown predictor " + std::to_string(s.predictor);
   if (s.bits > PREDICT_MAX_BITS && s.predictor != kCopy)
     return "a stream of more than 24 bits must use the COPY predictor";
-  if (s.chain_base > RICE_MAX || s.interior_base > RICE_MAX) return "a Rice parameter base is above 31";
+  if (s.chain_base > RICE_MAX || s.interior_base > RICE_MAX)
+    return "a Rice parameter base is above 31";
   if (s.kind == kGrid && s.bits > GRID_MAX_BITS) return "a GRID stream has more than 24 bits";
   if (s.kind == kOct && (s.elements != 2 || s.bits < OCT_MIN_BITS || s.bits > OCT_MAX_BITS))
     return "an OCT stream must have 2 elements of 2 to 16 bits";
@@ -107,7 +108,8 @@ BlobHeader read_blob_header(const uint8_t* data, size_t size) {
   require(size % 4 == 0, "the blob's length is not a multiple of 4");
   require(size < BLOB_MAX_BYTES, "the blob is longer than 512 MiB");
   require(word(data, 0) == BLOB_MAGIC, "the blob does not begin with EBM1");
-  require(data[4] == BLOB_VERSION, "the blob is of an unknown version; a newer release may read it");
+  require(data[4] == BLOB_VERSION,
+          "the blob is of an unknown version; a newer release may read it");
   uint32_t stream_count = data[5];
   require(stream_count >= 1 && stream_count <= BLOB_MAX_STREAMS, "the stream count is not 1 to 64");
   require(data[6] == 0 && data[7] == 0 && word(data, 28) == 0,
@@ -156,7 +158,7 @@ void write_blob_header(const BlobHeader& h, std::vector<uint8_t>& blob) {
   put_word(h.data_offset);
   put_word(0);
   for (const Stream& s : h.streams) {
-    const uint8_t shape[8] = {s.kind,       s.elements,    s.bits, s.predictor,
+    const uint8_t shape[8] = {s.kind,       s.elements,      s.bits, s.predictor,
                               s.chain_base, s.interior_base, 0,      0};
     put(shape, 8);
     put(&s.step, 4);

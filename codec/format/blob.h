@@ -67,9 +67,9 @@ uint32_t data_offset(uint32_t streams, uint32_t meshlets);
 // Returns a sentence about a stream that the format does not allow, or an empty string.
 std::string stream_problem(const Stream& stream);
 
-// Reads and checks header and tables of an untrusted blob: the tables lie inside it, the directory's
-// triangle counts sum to the header's, meshlets follow one another without overlap, and the counts
-// are small enough to allocate by. Throws Malformed.
+// Reads and checks header and tables of an untrusted blob: the tables lie inside it, the
+// directory's triangle counts sum to the header's, meshlets follow one another without overlap, and
+// the counts are small enough to allocate by. Throws Malformed.
 BlobHeader read_blob_header(const uint8_t* data, size_t size);
 
 // Number of triangles of each meshlet of a checked blob, from its directory.

@@ -1,8 +1,9 @@
 // fuzz_decoder FOLDER [MUTATIONS [SEED]]
 // Runs every .bin file of a folder, every truncation of each small one, and MUTATIONS random
 // mutations of them through the decoder. Build with ASan and UBSan (MESHLET_FUZZ). The decoder must
-// decode any input or throw Malformed, within seconds; otherwise the program ends with status 1 or a
-// sanitizer's report. For coverage-guided fuzzing, link with -fsanitize=fuzzer -DMESHLET_LIBFUZZER.
+// decode any input or throw Malformed, within seconds; otherwise the program ends with status 1 or
+// a sanitizer's report. For coverage-guided fuzzing, link with -fsanitize=fuzzer
+// -DMESHLET_LIBFUZZER.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

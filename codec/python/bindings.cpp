@@ -28,7 +28,6 @@ using Values = nb::ndarray<const uint32_t, nb::ndim<2>, nb::c_contig, nb::device
 
 const uint8_t* bytes_of(const nb::bytes& blob) { return static_cast<const uint8_t*>(blob.data()); }
 
-
 template <class T>
 nb::object new_array(size_t rows, size_t columns, T*& data) {
   data = new T[rows * columns];
@@ -106,8 +105,7 @@ VertexValues vertex_values(const std::vector<Stream>& streams, const std::vector
     if (values[s].shape(0) != vertices || values[s].shape(1) != streams[s].elements)
       throw nb::value_error("a stream's values have the wrong shape");
     uint32_t mask = streams[s].bits >= 32 ? ~0u : (1u << streams[s].bits) - 1u, over = 0;
-    for (size_t i = 0; i < vertices * streams[s].elements; i++)
-      over |= values[s].data()[i] & ~mask;
+    for (size_t i = 0; i < vertices * streams[s].elements; i++) over |= values[s].data()[i] & ~mask;
     if (over) throw nb::value_error("a stream's value does not fit its bits");
     out.values.push_back(values[s].data());
     out.elements.push_back(streams[s].elements);
@@ -283,9 +281,7 @@ nb::dict describe_blob(const nb::bytes& blob) {
   return out;
 }
 
-void validate(const nb::bytes& blob) {
-  DecoderContext(bytes_of(blob), blob.size()).validate();
-}
+void validate(const nb::bytes& blob) { DecoderContext(bytes_of(blob), blob.size()).validate(); }
 
 }  // namespace
 }  // namespace meshlet
@@ -321,8 +317,8 @@ void define_constants(nb::module_& m) {
 NB_MODULE(_codec, m) {
   using namespace meshlet;
   m.doc() =
-      "The native codec of EXT_meshlet_edgebreaker. Functions that take a blob raise ValueError, "
-      "with one sentence, if it is malformed.";
+      "The native codec of EXT_meshlet_edgebreaker.\n\n"
+      "Functions that take a blob raise ValueError, with one sentence, if it is malformed.";
   nb::register_exception_translator([](const std::exception_ptr& p, void*) {
     try {
       std::rethrow_exception(p);
@@ -332,47 +328,60 @@ NB_MODULE(_codec, m) {
   });
   define_constants(m);
 
-  m.def("weld", &weld, "rows"_a,
-        nb::sig("def weld(rows: numpy.typing.NDArray[numpy.uint8]) -> tuple[numpy.typing.NDArray[numpy.uint32], int]"),
-        "Gives bit-identical rows one number, in order of first occurrence. rows: uint8[N, stride].\n"
-        "Returns (numbers: uint32[N], number of different rows).");
+  m.def(
+      "weld", &weld, "rows"_a,
+      nb::sig("def weld(rows: numpy.typing.NDArray[numpy.uint8]) -> "
+              "tuple[numpy.typing.NDArray[numpy.uint32], int]"),
+      "Gives bit-identical rows one number, in order of first occurrence. rows: uint8[N, stride].\n"
+      "Returns (numbers: uint32[N], number of different rows).");
 
-  m.def("encode", &encode_primitive, "triangles"_a, "position_ids"_a, "positions"_a, "streams"_a,
-        "values"_a, "max_triangles"_a = 64, "max_vertices"_a = 64, "lambda_"_a = 0.0f,
-        "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true,
-        "threads"_a = 0, "progress"_a = nb::none(),
-        nb::sig("def encode(triangles: numpy.typing.NDArray[numpy.uint32], position_ids: numpy.typing.NDArray[numpy.uint32], "
-                "positions: numpy.typing.NDArray[numpy.float32], streams: collections.abc.Sequence[collections.abc.Mapping[str, typing.Any]], "
-                "values: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint32]], max_triangles: int = 64, "
-                "max_vertices: int = 64, lambda_: float = 0.0, iterations: int = 0, "
-                "fill: float = 0.0, weight: str = 'paper', share_seams: bool = True, "
-                "threads: int = 0, progress: collections.abc.Callable[[float], object] | None = None) "
-                "-> tuple[bytes, dict[str, typing.Any]]"),
-        "Encodes one primitive.\n\n"
-        "triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], equal where\n"
-        "positions are. positions: float32[V, 3]. streams: dicts of kind, components (integers per\n"
-        "vertex), bits, step, offset, predictor (-1: the encoder chooses). values: uint32[V,\n"
-        "components] per stream. lambda_, iterations, fill: 0 means the default (DEFAULT_LAMBDA ..).\n"
-        "weight: 'paper' or 'choe'. share_seams: False only to measure its gain. threads: 0 means\n"
-        "one per processor. progress: called with a fraction from 0 to 1.\n\n"
-        "Returns (blob, {'meshlets', 'vertices', 'generation': {'histogram', 'iterations'},\n"
-        "'seconds': {stage: seconds}}); stages: grow, join, boundaries, predict, write. Raises\n"
-        "ValueError for bad arguments.");
+  m.def(
+      "encode", &encode_primitive, "triangles"_a, "position_ids"_a, "positions"_a, "streams"_a,
+      "values"_a, "max_triangles"_a = 64, "max_vertices"_a = 64, "lambda_"_a = 0.0f,
+      "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true,
+      "threads"_a = 0, "progress"_a = nb::none(),
+      nb::sig(
+          "def encode(triangles: numpy.typing.NDArray[numpy.uint32], position_ids: "
+          "numpy.typing.NDArray[numpy.uint32], "
+          "positions: numpy.typing.NDArray[numpy.float32], streams: "
+          "collections.abc.Sequence[collections.abc.Mapping[str, typing.Any]], "
+          "values: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint32]], max_triangles: "
+          "int = 64, "
+          "max_vertices: int = 64, lambda_: float = 0.0, iterations: int = 0, "
+          "fill: float = 0.0, weight: str = 'paper', share_seams: bool = True, "
+          "threads: int = 0, progress: collections.abc.Callable[[float], object] | None = None) "
+          "-> tuple[bytes, dict[str, typing.Any]]"),
+      "Encodes one primitive.\n\n"
+      "triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], equal "
+      "where\n"
+      "positions are. positions: float32[V, 3]. streams: dicts of kind, components (integers per\n"
+      "vertex), bits, step, offset, predictor (-1: the encoder chooses). values: uint32[V,\n"
+      "components] per stream. lambda_, iterations, fill: 0 means the default (DEFAULT_LAMBDA "
+      "..).\n"
+      "weight: 'paper' or 'choe'. share_seams: False only to measure its gain. threads: 0 means\n"
+      "one per processor. progress: called with a fraction from 0 to 1.\n\n"
+      "Returns (blob, {'meshlets', 'vertices', 'generation': {'histogram', 'iterations'},\n"
+      "'seconds': {stage: seconds}}); stages: grow, join, boundaries, predict, write. Raises\n"
+      "ValueError for bad arguments.");
 
   m.def(
       "decode", [](const nb::bytes& blob) { return decode_blob(blob, false); }, "blob"_a,
-      nb::sig("def decode(blob: bytes) -> tuple[numpy.typing.NDArray[numpy.uint32], list[numpy.typing.NDArray[numpy.uint32]]]"),
+      nb::sig("def decode(blob: bytes) -> tuple[numpy.typing.NDArray[numpy.uint32], "
+              "list[numpy.typing.NDArray[numpy.uint32]]]"),
       "Returns (triangles: uint32[T, 3], [uint32[V, components] per stream]).");
   m.def(
       "decode_values", [](const nb::bytes& blob) { return decode_blob(blob, true); }, "blob"_a,
-      nb::sig("def decode_values(blob: bytes) -> tuple[numpy.typing.NDArray[numpy.uint32], list[numpy.typing.NDArray[typing.Any]]]"),
+      nb::sig("def decode_values(blob: bytes) -> tuple[numpy.typing.NDArray[numpy.uint32], "
+              "list[numpy.typing.NDArray[typing.Any]]]"),
       "Returns (triangles: uint32[T, 3], [values per stream]): uint32[V, components] for INTEGER,\n"
       "float32[V, 3] unit vectors for OCT, float32[V, components] otherwise.");
-  m.def("describe", &describe_blob, "blob"_a, nb::sig("def describe(blob: bytes) -> dict[str, typing.Any]"),
+  m.def("describe", &describe_blob, "blob"_a,
+        nb::sig("def describe(blob: bytes) -> dict[str, typing.Any]"),
         "Returns counts, streams and numbers of bits; the entries of 'bits' sum to 8 * len(blob).");
-  m.def("validate", &validate, "blob"_a,
-        "Raises ValueError if the blob is malformed in any way. Decodes every meshlet alone, and so\n"
-        "finds errors that decode may accept.");
+  m.def(
+      "validate", &validate, "blob"_a,
+      "Raises ValueError if the blob is malformed in any way. Decodes every meshlet alone, and so\n"
+      "finds errors that decode may accept.");
 
   nb::class_<Stream>(m, "StreamHeader", "A row of a blob's stream table.")
       .def_ro("kind", &Stream::kind, "One of KIND_.")
@@ -394,7 +403,8 @@ NB_MODULE(_codec, m) {
       .def_prop_ro("meshlet_triangles", &meshlet_triangles,
                    nb::sig("def meshlet_triangles(self) -> numpy.typing.NDArray[numpy.uint32]"),
                    "uint32[meshlet_count]: number of triangles of each meshlet.");
-  m.def("read_header", &read_header, "blob"_a, "Reads and checks header and tables; decodes nothing.");
+  m.def("read_header", &read_header, "blob"_a,
+        "Reads and checks header and tables; decodes nothing.");
 
   nb::class_<OpenBlob>(m, "Decoder", "Decodes single meshlets of one blob. Not thread-safe.")
       .def(nb::init<nb::bytes>(), "blob"_a)
@@ -404,11 +414,13 @@ NB_MODULE(_codec, m) {
       .def_prop_ro("streams", &OpenBlob::streams,
                    nb::sig("def streams(self) -> list[dict[str, typing.Any]]"),
                    "The stream table as dicts, as encode takes them.")
-      .def("decode_meshlet", &OpenBlob::decode_meshlet, "index"_a,
-           nb::sig("def decode_meshlet(self, index: int) -> "
-                   "tuple[numpy.typing.NDArray[numpy.uint8], list[numpy.typing.NDArray[numpy.uint32]]]"),
-           "Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]). Raises\n"
-           "IndexError.")
+      .def(
+          "decode_meshlet", &OpenBlob::decode_meshlet, "index"_a,
+          nb::sig(
+              "def decode_meshlet(self, index: int) -> "
+              "tuple[numpy.typing.NDArray[numpy.uint8], list[numpy.typing.NDArray[numpy.uint32]]]"),
+          "Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]). Raises\n"
+          "IndexError.")
       .def("decode_many", &OpenBlob::decode_many, "indices"_a,
            nb::sig("def decode_many(self, indices: numpy.typing.NDArray[numpy.uint32]) -> int"),
            "Decodes the meshlets of these numbers (uint32[n]) without making arrays, for timing.\n"

@@ -16,7 +16,8 @@ struct Graph {
   uint32_t degree(uint32_t node) const { return begin[node + 1] - begin[node]; }
 };
 
-// Builds the undirected graph of these edges on nodes 0 .. node_count - 1; repeated edges count once.
+// Builds the undirected graph of these edges on nodes 0 .. node_count - 1; repeated edges count
+// once.
 Graph build_graph(uint32_t node_count, const std::vector<std::pair<uint32_t, uint32_t>>& edges);
 
 // Returns the nodes in Cuthill-McKee order: breadth first from a node at the rim of each connected

@@ -9,9 +9,9 @@ namespace meshlet {
 
 // Some triangles of the mesh, with local numbers from 0 for triangles and vertices.
 struct Cluster {
-  std::vector<uint32_t> triangles;   // number in the mesh of local triangle i
-  std::vector<uint16_t> corners;     // local vertex at corner k of triangle i: corners[3 * i + k]
-  std::vector<int16_t> neighbours;   // local triangle across half-edge 3 * i + k, or -1
+  std::vector<uint32_t> triangles;  // number in the mesh of local triangle i
+  std::vector<uint16_t> corners;    // local vertex at corner k of triangle i: corners[3 * i + k]
+  std::vector<int16_t> neighbours;  // local triangle across half-edge 3 * i + k, or -1
   size_t vertex_count;
 };
 

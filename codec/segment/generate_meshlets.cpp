@@ -126,8 +126,7 @@ void Generator::add_meshlets(std::vector<uint32_t>& triangles, DiskCutter& cutte
   if (triangles.size() <= size_t(options_.max_triangles)) {
     Disks disks;
     cutter.cut(triangles.data(), triangles.size(), disks);
-    if (disks.vertex_count <= size_t(options_.max_vertices))
-      return list.append_meshlet(disks);
+    if (disks.vertex_count <= size_t(options_.max_vertices)) return list.append_meshlet(disks);
     if (disks.count() > 1) return keep_disks(disks, cutter, list);
   }
   std::vector<uint32_t> half = split_off_half(triangles);
@@ -145,8 +144,7 @@ void Generator::keep_disks(const Disks& disks, DiskCutter& cutter, MeshletList& 
   std::vector<uint32_t> kept, others;
   size_t vertices = 0;
   for (const uint32_t k : by_size) {
-    const bool fits =
-        kept.empty() || vertices + disks.vertices[k] <= size_t(options_.max_vertices);
+    const bool fits = kept.empty() || vertices + disks.vertices[k] <= size_t(options_.max_vertices);
     if (fits) vertices += disks.vertices[k];
     std::vector<uint32_t>& part = fits ? kept : others;
     part.insert(part.end(), disks.triangles.begin() + disks.begin[k],
@@ -223,9 +221,9 @@ std::vector<std::vector<uint32_t>> Generator::group_meshlets(const MeshletList& 
   std::vector<Vec3> centres;
   for (uint32_t m = 0; m < list.count(); m++)
     centres.push_back(shapes_.centres[list.triangles[list.first_triangle(m)]]);
-  const std::vector<uint32_t> group = pack_meshlets(
-      measure_loads(list), contacts, order_along_curve(centres, options_.threads),
-      uint32_t(options_.max_triangles), uint32_t(options_.max_vertices));
+  const std::vector<uint32_t> group =
+      pack_meshlets(measure_loads(list), contacts, order_along_curve(centres, options_.threads),
+                    uint32_t(options_.max_triangles), uint32_t(options_.max_vertices));
 
   const uint32_t count = *std::max_element(group.begin(), group.end()) + 1;
   std::vector<std::pair<uint32_t, uint32_t>> edges;
@@ -256,8 +254,8 @@ MeshletList Generator::join_small(const MeshletList& list) const {
 }
 
 // Cuts the triangles of these meshlets into disks again: disks then grow across former borders.
-void Generator::join(const MeshletList& list, const std::vector<uint32_t>& meshlets, DiskCutter& cutter,
-                     MeshletList& result) const {
+void Generator::join(const MeshletList& list, const std::vector<uint32_t>& meshlets,
+                     DiskCutter& cutter, MeshletList& result) const {
   std::vector<uint32_t> triangles;
   for (const uint32_t m : meshlets)
     triangles.insert(triangles.end(), list.triangles.begin() + list.first_triangle(m),

@@ -19,8 +19,8 @@ struct MeshView {
   size_t vertex_count;
 };
 
-// The weight that orders the attachment of triangles to regions: equation (1) of the paper, with its
-// penalty C(F) for full regions, or without, as in Choe et al.
+// The weight that orders the attachment of triangles to regions: equation (1) of the paper, with
+// its penalty C(F) for full regions, or without, as in Choe et al.
 enum class Weight { kPaper, kChoe };
 
 struct GenerationOptions {
@@ -51,9 +51,9 @@ struct Meshlets {
 
 // Partitions the mesh into meshlets of disks. A disk is connected through edges of shared vertices
 // (equal positions do not suffice), has Euler characteristic 1, and one boundary loop of at least
-// three edges that passes each vertex once. A meshlet has at most max_triangles triangles and, summed
-// over its disks, max_vertices vertices. Meshlets that share an edge (by position) have close
-// numbers. The result depends on the mesh and the options only, not on `threads`.
+// three edges that passes each vertex once. A meshlet has at most max_triangles triangles and,
+// summed over its disks, max_vertices vertices. Meshlets that share an edge (by position) have
+// close numbers. The result depends on the mesh and the options only, not on `threads`.
 Meshlets generate_meshlets(const MeshView& mesh, const GenerationOptions& options);
 
 }  // namespace meshlet

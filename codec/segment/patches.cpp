@@ -70,8 +70,7 @@ uint32_t hilbert_code(std::array<uint32_t, 3> x) {
 
 uint32_t to_cell(float coordinate) {
   constexpr int cells = 1 << kCurveBits;
-  return uint32_t(
-      std::min(std::max(int(coordinate * cells), 0), cells - 1));
+  return uint32_t(std::min(std::max(int(coordinate * cells), 0), cells - 1));
 }
 
 }  // namespace
@@ -157,9 +156,8 @@ Patch extract_patch(const std::vector<uint32_t>& order, size_t first, size_t las
     for (size_t k = 0; k < 3; k++) {
       const int32_t other = half_edges[3 * triangle + k];
       const size_t place = other < 0 ? last : slot[size_t(other) / 3];
-      patch.neighbours[3 * t + k] = place >= first && place < last
-                                        ? int32_t(3 * (place - first)) + other % 3
-                                        : -1;
+      patch.neighbours[3 * t + k] =
+          place >= first && place < last ? int32_t(3 * (place - first)) + other % 3 : -1;
     }
   }
   return patch;

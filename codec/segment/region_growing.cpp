@@ -12,8 +12,8 @@ constexpr float kOvershoot = 1.7f;
 // C_m of equation (2): added to the relative size of a full region.
 constexpr float kFullPenalty = 8.0f;
 
-// Half-edges by weight, in buckets of an eighth of an octave: O(1) per operation. Entries lighter than
-// the current bucket go into that bucket.
+// Half-edges by weight, in buckets of an eighth of an octave: O(1) per operation. Entries lighter
+// than the current bucket go into that bucket.
 class BucketQueue {
  public:
   explicit BucketQueue(size_t capacity) : next_(capacity), heads_(kBucketCount, kNone) {}
@@ -110,16 +110,15 @@ std::vector<int32_t> label_connected(const Patch& patch, std::vector<int32_t>& p
   return sizes;
 }
 
-// Initial centres, evenly over each connected part: triangles are numbered along a space-filling curve,
-// and every n-th becomes a centre.
+// Initial centres, evenly over each connected part: triangles are numbered along a space-filling
+// curve, and every n-th becomes a centre.
 void RegionGrower::place_centres() {
   std::vector<int32_t> part;
   const std::vector<int32_t> sizes = label_connected(patch_, part);
   std::vector<int64_t> seen(sizes.size(), 0);
   for (size_t t = 0; t < patch_.size(); t++) {
     const int64_t size = sizes[part[t]], rank = seen[part[t]]++;
-    const int64_t centres = std::min(
-        size, int64_t(std::ceil(float(size) / options_.mean_size)));
+    const int64_t centres = std::min(size, int64_t(std::ceil(float(size) / options_.mean_size)));
     if ((rank * centres + size / 2) % size < centres) seeds_.push_back(int32_t(t));
   }
   for (const int32_t seed : seeds_) means_.push_back(patch_.facets[seed]);
@@ -157,7 +156,7 @@ void RegionGrower::attach(int32_t triangle, int32_t region) {
 void RegionGrower::attach_triangles() {
   patch_.region.assign(patch_.size(), -1);
   sizes_.assign(seeds_.size(), 0);
-  // Centres stay in their own regions, whatever their weight for other regions.
+  // Centres stay in their own regions even if another region has less weight.
   for (size_t r = 0; r < seeds_.size(); r++) patch_.region[seeds_[r]] = int32_t(r);
   for (size_t r = 0; r < seeds_.size(); r++) attach(seeds_[r], int32_t(r));
   for (int32_t half_edge; (half_edge = queue_.pop()) != BucketQueue::kNone;) {
@@ -173,8 +172,8 @@ void RegionGrower::attach_triangles() {
   }
 }
 
-// Moves each region's centre towards the mean of its triangles, and its seed to the triangle nearest
-// to the centre. Returns whether any seed changed.
+// Moves each region's centre towards the mean of its triangles, and its seed to the triangle
+// nearest to the centre. Returns whether any seed changed.
 bool RegionGrower::move_centres() {
   const std::vector<Facet> former = means_;
   std::fill(means_.begin(), means_.end(), Facet{{0, 0, 0}, {0, 0, 0}});
@@ -195,8 +194,7 @@ bool RegionGrower::move_centres() {
     const int32_t region = patch_.region[t];
     const Vec3 offset = patch_.facets[t].centre - means_[region].centre;
     const float distance = dot(offset, offset);
-    if (distance < nearest[region])
-      nearest[region] = distance, seeds[region] = int32_t(t);
+    if (distance < nearest[region]) nearest[region] = distance, seeds[region] = int32_t(t);
   }
   seeds.swap(seeds_);
   return seeds != seeds_;

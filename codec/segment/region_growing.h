@@ -16,8 +16,8 @@ struct GrowthOptions {
   int iterations;
 };
 
-// Fills patch.region and patch.region_count with edge-connected regions. Returns the number of rounds
-// until the centres stopped moving: 1 to options.iterations.
+// Fills patch.region and patch.region_count with edge-connected regions. Returns the number of
+// rounds until the centres stopped moving: 1 to options.iterations.
 int grow_regions(Patch& patch, const GrowthOptions& options);
 
 }  // namespace meshlet

@@ -14,8 +14,8 @@ constexpr int kMaxFan = 64;
 constexpr size_t kMaxSearched = 200;
 constexpr int kMaxFailures = 6;
 
-// Score of a border edge that disappears. The rest of a move's score, in [-1, 1], is how much nearer
-// the triangle is to its new region's centre.
+// Score of a border edge that disappears. The rest of a move's score, in [-1, 1], is how much
+// nearer the triangle is to its new region's centre.
 constexpr float kEdgeScore = 2.0f;
 
 // Least gain of a move, unless it makes room.
@@ -60,9 +60,7 @@ class Refiner {
   Move best_move(int32_t from, int32_t to) const;
   bool pass_on(int32_t region);
   int32_t find_room(int32_t region);
-  Vec3 centre(int32_t region) const {
-    return sums_[region] * (1.0f / float(sizes_[region]));
-  }
+  Vec3 centre(int32_t region) const { return sums_[region] * (1.0f / float(sizes_[region])); }
 
   Patch& patch_;
   const RefinementOptions options_;
@@ -167,8 +165,7 @@ float Refiner::score(int32_t triangle, int32_t from, int32_t to) const {
   const float before = length(patch_.facets[triangle].centre - centre(from));
   const float after = length(patch_.facets[triangle].centre - centre(to));
   const float sum = before + after;
-  return kEdgeScore *
-             float(shared_edges(triangle, to) - shared_edges(triangle, from)) +
+  return kEdgeScore * float(shared_edges(triangle, to) - shared_edges(triangle, from)) +
          (sum > 0 ? (before - after) / sum : 0);
 }
 

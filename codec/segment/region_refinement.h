@@ -11,7 +11,8 @@ struct RefinementOptions {
   int sweeps;    // over all triangles, to shorten borders
 };
 
-// Changes patch.region. Regions stay edge-connected; most come within max_size, not necessarily all.
+// Changes patch.region. Regions stay edge-connected; most come within max_size, not necessarily
+// all.
 void refine_regions(Patch& patch, const RefinementOptions& options);
 
 }  // namespace meshlet

@@ -12,7 +12,8 @@ constexpr uint32_t kCandidates = 8;
 // Counts are halved after this many decoded meshlets per resident entry.
 constexpr uint64_t kAgingFactor = 4;
 
-// A list of all slots. Slots are reused, never freed: an evicting thread walks the list without lock.
+// A list of all slots. Slots are reused, never freed: an evicting thread walks the list without
+// lock.
 struct SlotNode {
   ThreadSlot slot;
   SlotNode* next = nullptr;
@@ -221,8 +222,8 @@ void Store::reset_statistics() {
   refused_.store(0, std::memory_order_relaxed);
 }
 
-// Evicts until `bytes` more fit; with kCounts only entries with fewer than `wanted` requests. Returns
-// false if that is impossible.
+// Evicts until `bytes` more fit; with kCounts only entries with fewer than `wanted` requests.
+// Returns false if that is impossible.
 bool Store::make_room(size_t bytes, uint32_t wanted) {
   const uint64_t limit = limit_.load(std::memory_order_relaxed);
   while (resident_.load(std::memory_order_relaxed) + bytes > limit) {

@@ -1,8 +1,8 @@
 // A bounded cache of decoded meshlets, shared by all threads.
 //
-// Reading takes no lock. A thread announces the entry that it is about to use (a hazard pointer) and
-// checks that the entry is still in the table. Announced entries are not evicted: the limit holds
-// exactly and no thread waits. Only inserting takes the lock; decoding costs far more.
+// Reading takes no lock. A thread announces the entry that it is about to use (a hazard pointer)
+// and checks that the entry is still in the table. Announced entries are not evicted: the limit
+// holds exactly and no thread waits. Only inserting takes the lock; decoding costs far more.
 #pragma once
 #include <atomic>
 #include <cstddef>

@@ -50,8 +50,8 @@ void store(Vec3 v, float* out) {
   out[2] = v.z;
 }
 
-// Mitsuba's coordinate_system (Duff et al. 2017): without texture coordinates, tangents are those of
-// its meshes.
+// Mitsuba's coordinate_system (Duff et al. 2017): without texture coordinates, tangents are those
+// of its meshes.
 void tangents(Vec3 n, float* s, float* t) {
   float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
   store({sign * n.x * n.x * a + 1.0f, sign * b, -sign * n.x}, s);
@@ -117,7 +117,7 @@ void Model::measure() {
     facts_.decoded_bytes += entry->bytes;
     for (uint32_t triangle = 0; triangle < triangles.count; triangle++) {
       Vec3 c[3] = {triangles.corner(triangle, 0), triangles.corner(triangle, 1),
-                      triangles.corner(triangle, 2)};
+                   triangles.corner(triangle, 2)};
       for (Vec3 p : c) expand(box_, p);
       Vec3 n = cross(c[1] - c[0], c[2] - c[0]);
       areas_[m] += 0.5f * length(n);
@@ -223,8 +223,7 @@ uint32_t Model::sample(uint32_t meshlet, float u1, float u2, SurfacePoint& out) 
   const Triangles& t = triangles(meshlet);
   float area[kMeshletTriangles] = {}, total = 0;
   for (uint32_t triangle = 0; triangle < t.count; triangle++) {
-    Vec3 a = t.corner(triangle, 0),
-            n = cross(t.corner(triangle, 1) - a, t.corner(triangle, 2) - a);
+    Vec3 a = t.corner(triangle, 0), n = cross(t.corner(triangle, 1) - a, t.corner(triangle, 2) - a);
     area[triangle] = length(n);
     total += area[triangle];
   }
@@ -313,7 +312,7 @@ void Model::attribute(uint32_t index, uint32_t meshlet, uint32_t triangle, const
   const Triangles& t = triangles(meshlet);
   triangle = std::min(triangle, t.count - 1);
   Vec3 a = t.corner(triangle, 0), u = t.corner(triangle, 1) - a, v = t.corner(triangle, 2) - a,
-          r = Vec3{p[0], p[1], p[2]} - a;
+       r = Vec3{p[0], p[1], p[2]} - a;
   float uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), ru = dot(r, u), rv = dot(r, v),
         inverse = 1 / (uu * vv - uv * uv);
   weights[1] = (vv * ru - uv * rv) * inverse;

@@ -79,12 +79,12 @@ class Model {
   // triangle, b1, b2: as in Hit.
   void surface(uint32_t meshlet, uint32_t triangle, float b1, float b2, SurfacePoint& out) const;
 
-  // Maps two uniform numbers to a point uniform over the meshlet's area; fills p, uv, n. Returns the
-  // triangle.
+  // Maps two uniform numbers to a point uniform over the meshlet's area; fills p, uv, n. Returns
+  // the triangle.
   uint32_t sample(uint32_t meshlet, float u1, float u2, SurfacePoint& out) const;
 
-  // Finds a point with these texture coordinates, any if there are several. Returns false if there is
-  // none. Call index_texcoords before.
+  // Finds a point with these texture coordinates, any if there are several. Returns false if there
+  // is none. Call index_texcoords before.
   bool at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& triangle,
                    SurfacePoint& out) const;
 

@@ -76,8 +76,7 @@ class Context {
     for (int i = 0; i < 3; i++) {
       const uint32_t* q = &decoder_.values[(decoder_.stream_element[a.stream] + i) * 64u];
       const double offset = stream.offset[i], step = stream.step;
-      for (uint32_t id = 0; id < 64; id++)
-        out[i][id] = meshlet::grid_value(q[id], step, offset);
+      for (uint32_t id = 0; id < 64; id++) out[i][id] = meshlet::grid_value(q[id], step, offset);
     }
   }
 

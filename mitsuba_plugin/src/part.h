@@ -57,8 +57,8 @@ struct Part {
   uint32_t width = 0;  // floats per vertex in VertexAttributes
 };
 
-// Vertex attributes of a decoded meshlet: this header, then count x width floats. Per vertex: normal
-// (3), texcoord (2), others in order, without those that the part lacks.
+// Vertex attributes of a decoded meshlet: this header, then count x width floats. Per vertex:
+// normal (3), texcoord (2), others in order, without those that the part lacks.
 struct VertexAttributes {
   uint8_t corner[kMeshletTriangles][3];
   uint32_t width;
@@ -82,13 +82,13 @@ BlobFacts check_part(Part& part);
 size_t triangles_bytes(uint32_t triangles);
 size_t attributes_bytes(uint32_t vertices, uint32_t width);
 
-// Decode meshlet `m` into the thread's scratch memory. The payload is Triangles or VertexAttributes.
-// Throw std::runtime_error.
+// Decode meshlet `m` into the thread's scratch memory. The payload is Triangles or
+// VertexAttributes. Throw std::runtime_error.
 Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m);
 Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m);
 
-// A whole decoded part: triangles 3 x T, positions and normals 3 x V in world space, texcoords 2 x V,
-// others in order.
+// A whole decoded part: triangles 3 x T, positions and normals 3 x V in world space, texcoords 2 x
+// V, others in order.
 struct DecodedPart {
   std::vector<uint32_t> triangles;
   std::vector<float> positions, normals, texcoords;

@@ -9,8 +9,8 @@ namespace meshlet_shape {
 
 class TemporaryPly {
  public:
-  // Writes the parts one after another, with normals and texture coordinates if all parts have them.
-  // Throws std::runtime_error.
+  // Writes the parts one after another, with normals and texture coordinates if all parts have
+  // them. Throws std::runtime_error.
   TemporaryPly(std::vector<Part> parts, bool face_normals);
   ~TemporaryPly();
   TemporaryPly(const TemporaryPly&) = delete;

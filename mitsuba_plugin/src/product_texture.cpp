@@ -1,5 +1,5 @@
-// The Mitsuba texture `meshlet_product`: the product of two textures, as of glTF's vertex colours and
-// base colours.
+// The Mitsuba texture `meshlet_product`: the product of two textures, as of glTF's vertex colours
+// and base colours.
 #include <mitsuba/core/plugin.h>
 #include <mitsuba/core/properties.h>
 #include <mitsuba/render/texture.h>

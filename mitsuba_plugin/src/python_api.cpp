@@ -84,7 +84,8 @@ EXPORT uint32_t meshlet_add_blob(Request* request, const uint8_t* data, uint64_t
   return uint32_t(request->blobs.size() - 1);
 }
 
-// rows: POSITION, NORMAL, TEXCOORD_0 (stream ~0 if missing), then the others. matrix: row-major 3 x 4.
+// rows: POSITION, NORMAL, TEXCOORD_0 (stream ~0 if missing), then the others. matrix: row-major 3
+// x 4.
 EXPORT void meshlet_add_part(Request* request, uint32_t blob, const float* matrix,
                              const AttributeRow* rows, uint32_t count) {
   Part part;

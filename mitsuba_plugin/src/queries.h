@@ -108,8 +108,8 @@ static_assert(offsetof(SurfacePoint, dn_du) == kWordDnDu * sizeof(float));
 static_assert(offsetof(SurfacePoint, dn_dv) == kWordDnDv * sizeof(float));
 static_assert(sizeof(SurfacePoint) == kWordPrimIndex * sizeof(float));
 
-// Query::kAttribute answers with up to four floats from word 0. With kAttributeColor it answers with
-// the corners' colours as three coefficients of spectra each, and the weights to mix them.
+// Query::kAttribute answers with up to four floats from word 0. With kAttributeColor it answers
+// with the corners' colours as three coefficients of spectra each, and the weights to mix them.
 constexpr uint32_t kAttributeColor = 1u << 16;
 constexpr uint32_t kAttributeWords = 4;
 constexpr uint32_t kWordCorner = 0;  // 3 words for each of 3 corners
@@ -232,8 +232,8 @@ struct Queries {
   // Returns the words of SurfacePoint; without derivatives only those before kWordDnDu.
   Words surface(const UInt32& meshlet, const UInt32& packed, const Float& b1, bool derivatives,
                 const Mask& active) const {
-    return ask(Query::kSurface, meshlet, packed, b1, 0.f, 0.f, derivatives ? kWordPrimIndex : kWordDnDu,
-               active);
+    return ask(Query::kSurface, meshlet, packed, b1, 0.f, 0.f,
+               derivatives ? kWordPrimIndex : kWordDnDu, active);
   }
 
   Words sample(const UInt32& meshlet, const Point2f& u, const Mask& active) const {

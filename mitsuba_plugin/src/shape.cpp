@@ -225,7 +225,7 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     if (!m_is_instance && recursion_depth > 0) return dr::zeros<SurfaceInteraction3f>();
     UInt32 packed = dr::reinterpret_array<UInt32>(pi.prim_uv.y());
     auto w = m_queries.surface(pi.prim_index, packed, pi.prim_uv.x(),
-                             has_flag(ray_flags, RayFlags::dNSdUV), active);
+                               has_flag(ray_flags, RayFlags::dNSdUV), active);
     SurfaceInteraction3f si = to_interaction(w, ray_flags);
     si.t = dr::select(active, pi.t, dr::Infinity<Float>);
     si.prim_index = pi.prim_index * kMeshletTriangles + (packed >> kTriangleShift);
@@ -406,8 +406,8 @@ std::vector<Part> read(const Properties& props, const std::string& filename) {
   return parts;
 }
 
-// Decodes everything into an ordinary mesh, for variants that cannot run the shape and for comparison.
-// Goes through a file: the wheel's mesh.h includes a header that the wheel lacks.
+// Decodes everything into an ordinary mesh, for variants that cannot run the shape and for
+// comparison. Goes through a file: the wheel's mesh.h includes a header that the wheel lacks.
 template <typename Float, typename Spectrum>
 ref<Object> make_mesh(const Properties& props, std::vector<Part> parts) {
   TemporaryPly file(std::move(parts), props.get<bool>("face_normals", false));

@@ -141,8 +141,8 @@ struct alignas(32) Triangles {
 
   Vec3 corner(uint32_t triangle, int k) const;
 
-  // Nearest hits with 0 < t < t_max, from either side, in the groups that the rays meet. Watertight:
-  // no ray passes between two triangles that share an edge of equal vertices.
+  // Nearest hits with 0 < t < t_max, from either side, in the groups that the rays meet.
+  // Watertight: no ray passes between two triangles that share an edge of equal vertices.
   template <int N>
   void intersect(const Rays<N>& rays, const Meetings<N>& meetings, Hits<N>& hits) const;
   // Mask of the rays that hit anything.

@@ -8,8 +8,8 @@
 #include "decoders/passes.glsl"
 
 struct Chain {
-  uint steps;      // its length in edges
-  uint from;       // local ids of its ends, in the owner's direction
+  uint steps;  // its length in edges
+  uint from;   // local ids of its ends, in the owner's direction
   uint to;
   mask64 inner;    // local ids between the ends
   bool backwards;  // the owner's direction is against the loop's

@@ -82,8 +82,8 @@ mask64 waiting_vertices(HEADER_IN h) {
   return waiting;
 }
 
-// Reads the vertices that triangles introduce, in order; without waiting boundary vertices these are
-// those of C. A root gate with a waiting a takes two steps: first a, predicted from b alone.
+// Reads the vertices that triangles introduce, in order; without waiting boundary vertices these
+// are those of C. A root gate with a waiting a takes two steps: first a, predicted from b alone.
 void read_all_traversed(uint s, mask64 waiting) {
   mask64 rest = mask_any(waiting) ? mask_below(triangle_count) : symbol_c;
   while (mask_any(rest) && error == ERROR_NONE) {

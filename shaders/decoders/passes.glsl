@@ -124,7 +124,8 @@ uint anchors_begin(HEADER_IN h) {
   return p;
 }
 
-// Number of anchors of stream s. `count`: the number for stream s - 1; initially the number of disks.
+// Number of anchors of stream s. `count`: the number for stream s - 1; initially the number of
+// disks.
 uint anchors_of(HEADER_IN h, uint s, uint count) {
   if (h.references == 0u || (s > 0u && (h.flags & FLAG_SEAMS) == 0u)) return count;
   return mask_count(stored_corners(h, seam_references(h, s)));

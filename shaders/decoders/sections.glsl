@@ -25,7 +25,8 @@ void group_streams(uint end) {
     uint shape = load_word(STREAM_SHAPE_WORD(s));
     uint bases = load_word(STREAM_BASES_WORD(s));
     uint element = 0u;
-    for (uint before = 0u; before < s; before++) element += (load_word(STREAM_SHAPE_WORD(before)) >> 8) & 7u;
+    for (uint before = 0u; before < s; before++)
+      element += (load_word(STREAM_SHAPE_WORD(before)) >> 8) & 7u;
     group_stream[s] = ((shape >> 8) & 7u) | ((shape >> 16) & 63u) << 3 | ((shape >> 24) & 3u) << 9 |
                       (bases & 31u) << 11 | ((bases >> 8) & 31u) << 16 |
                       min(element, MAX_ELEMENTS) << 21;

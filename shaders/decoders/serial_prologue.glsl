@@ -1,6 +1,6 @@
-// The GLSL primitives that serial_decoder.glsl asks for. Include before it, and serial_epilogue.glsl
-// after it. The shader calls open_blob first. With STAGE_WORDS and STAGE_TOTAL (team_size.glsl),
-// loads look in shared memory first. Needs GL_EXT_buffer_reference and
+// The GLSL primitives that serial_decoder.glsl asks for. Include before it, and
+// serial_epilogue.glsl after it. The shader calls open_blob first. With STAGE_WORDS and STAGE_TOTAL
+// (team_size.glsl), loads look in shared memory first. Needs GL_EXT_buffer_reference and
 // GL_EXT_buffer_reference_uvec2.
 
 // Capacities, set by the host: the most streams of a blob in the scene, and the most elements of

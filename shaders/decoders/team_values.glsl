@@ -1,7 +1,7 @@
 // The team decoder: TEAM threads decode the values of one meshlet (spec, appendix A.7), a workgroup
-// decodes GROUP / TEAM meshlets. Each value's bits are found by one thread alone. Only the traversal
-// of the interior is sequential: one thread per element walks it. The triangles come from the
-// serial decoder of another shader or from parallel_connectivity.glsl.
+// decodes GROUP / TEAM meshlets. Each value's bits are found by one thread alone. Only the
+// traversal of the interior is sequential: one thread per element walks it. The triangles come from
+// the serial decoder of another shader or from parallel_connectivity.glsl.
 //
 // The includer defines TEAM, includes team_size.glsl first, then serial_prologue.glsl,
 // serial_decoder.glsl and serial_epilogue.glsl, runs workgroups of GROUP threads, and provides
@@ -14,8 +14,8 @@
 //
 // Long functions are called from one place: compilers inline everything, and the code must fit the
 // instruction cache. Hostile bytes: every subscript is masked or bounded by a checked count, every
-// loop by 64, by the streams, or by the blob's end. Loops that contain barriers run equally often in
-// all teams.
+// loop by 64, by the streams, or by the blob's end. Loops that contain barriers run equally often
+// in all teams.
 
 #include "decoders/sections.glsl"
 #define TEAM_INDEX (THREAD / TEAM)
@@ -26,9 +26,9 @@ shared uint team_error[TEAMS];
 shared uint team_traversal[TEAMS][64];   // packed triangles that introduce a vertex
 shared uint team_references[TEAMS][64];  // rank in the loop order | length << 8
 shared uint team_loop[TEAMS][16];        // boundary ids in loop order, four to a word
-shared uint team_begins[TEAMS][17];  // first local id of each disk and the end, four to a word
-shared mask64 team_ranks[TEAMS];     // ranks at which references start
-shared mask64 team_waiting[TEAMS];   // inner vertices of private references
+shared uint team_begins[TEAMS][17];      // first local id of each disk and the end, four to a word
+shared mask64 team_ranks[TEAMS];         // ranks at which references start
+shared mask64 team_waiting[TEAMS];       // inner vertices of private references
 // Inner vertices of a stream's seams: id | reference << 8 | place << 16.
 shared uint team_seams[TEAMS][64];
 shared uint team_codes[TEAMS][MAX_STREAMS];  // bit positions of the interior's codes
@@ -94,10 +94,12 @@ void use_stage(uint slot, uint first) {
 
 uint stage_slot(HEADER_IN h, uint r) { return 1u + mask_count(h.foreign_refs & mask_below(r)); }
 
-// First word of a meshlet's data; any word if the directory is malformed, which read_header reports.
+// First word of a meshlet's data; any word if the directory is malformed, which read_header
+// reports.
 uint first_word(uint m) {
   uint group = group_table + BLOB_GROUP_WORDS * (m >> 5);
-  uint offset = (load_memory(directory + m) & OFFSET_MASK) << ((load_memory(group + 1u) >> 16) & 15u);
+  uint offset = (load_memory(directory + m) & OFFSET_MASK)
+                << ((load_memory(group + 1u) >> 16) & 15u);
   return (data_offset + load_memory(group) + offset) >> 2;
 }
 
@@ -238,8 +240,8 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
   }
 }
 
-// One item: the length of reference j (measuring), the residuals of reference j, the value of corner
-// j, or the team's own meshlet. They share this code because all follow references.
+// One item: the length of reference j (measuring), the residuals of reference j, the value of
+// corner j, or the team's own meshlet. They share this code because all follow references.
 void read_boundary_item(HEADER_IN own, bool measuring, uint kind, uint j) {
   if (kind == ITEM_REFERENCE && !measuring &&
       (mask_test(own.private_refs, j) || reference_length_of(j) < 2u))
@@ -323,8 +325,8 @@ void predict_chains(HEADER_IN h) {
   }
 }
 
-// Computes the ranks of the references from their lengths, and collects the inner vertices of private
-// ones, which wait for the traversal.
+// Computes the ranks of the references from their lengths, and collects the inner vertices of
+// private ones, which wait for the traversal.
 void place_team_references(HEADER_IN h) {
   if (h.references > 0u && mask_count(h.loop_ends) != team_disks) error = ERROR_REFERENCES;
   for (uint r = MEMBER; r < h.references; r += TEAM) {
@@ -440,8 +442,8 @@ void list_ones(uint p, uint n) {
 }
 
 // Writes `count` residuals of stream s in place of values: the seams', then those of the traversed
-// vertices. ones: index of the stream's first quotient in the list; begin: bit position of the first
-// stream's quotients.
+// vertices. ones: index of the stream's first quotient in the list; begin: bit position of the
+// first stream's quotients.
 void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seams, uint count,
                              uint ones, uint begin) {
   uint n = stream_field(s, STREAM_ELEMENTS);
@@ -454,8 +456,8 @@ void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seam
               63u;
     uint residual;
     if (code == CODE_FIXED) {
-      residual =
-          load_bits(low + i * step + low_width(code, c, widths), width_field(widths + WIDTH_BITS * c));
+      residual = load_bits(low + i * step + low_width(code, c, widths),
+                           width_field(widths + WIDTH_BITS * c));
     } else {
       uint quotient = staged[ones_place() + ones + item] -
                       (ones + item == 0u ? begin : staged[ones_place() + ones + item - 1u] + 1u);
@@ -488,8 +490,8 @@ void predict_seams(HEADER_IN h, uint s, uint seams) {
 }
 
 // Adds the predictions to the residuals of the traversed vertices, for one element. The predictors
-// are (u (a + w b) + x o + y) >> z with constants of the stream; without a triangle across the gate,
-// u = 1 and x = y = 0.
+// are (u (a + w b) + x o + y) >> z with constants of the stream; without a triangle across the
+// gate, u = 1 and x = y = 0.
 void predict_element(uint s, uint c) {
   uint predictor = stream_field(s, STREAM_PREDICTOR);
   uint bits = bits_mask(s);

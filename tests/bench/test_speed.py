@@ -1,4 +1,4 @@
-"""bench.speed and bench.parameters measure what they say: the same bytes as compress, all stages, the encoder's defaults."""
+"""bench.speed and bench.parameters: bytes as from compress, all stages, the encoder's defaults."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""gltf_ext/_codec.pyi, the types of the binding, is what nanobind generates from it."""
+"""gltf_ext/_codec.pyi, the types of the binding, is up to date."""
 
 import ast
 import subprocess

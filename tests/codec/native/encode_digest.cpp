@@ -30,7 +30,7 @@ void finish(Model& m) {
   for (float p : m.positions) m.grid.push_back(uint32_t(p));
   m.normals.assign(2 * count, 0);
   for (size_t v = 0; v < count; v++)
-    m.normals[2 * v] = m.grid[3 * v] / 256 % 16;  // seams where it jumps
+    m.normals[2 * v] = m.grid[3 * v] / 256 % 16;  // jumps make seams
 }
 
 // A bumpy height field of n x n vertices.
@@ -39,9 +39,8 @@ Model height_field(uint32_t n) {
   Random random{7};
   for (uint32_t y = 0; y < n; y++)
     for (uint32_t x = 0; x < n; x++)
-      m.positions.insert(
-          m.positions.end(),
-          {x * 31.0f, y * 31.0f, float(random.below(60) + (x * x + y * y) % 97)});
+      m.positions.insert(m.positions.end(),
+                         {x * 31.0f, y * 31.0f, float(random.below(60) + (x * x + y * y) % 97)});
   for (uint32_t y = 0; y + 1 < n; y++)
     for (uint32_t x = 0; x + 1 < n; x++) {
       const uint32_t a = y * n + x;

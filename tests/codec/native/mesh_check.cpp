@@ -123,8 +123,7 @@ std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& o
       if (!wrong.empty()) return wrong;
       vertices += own;
     }
-    if (vertices > size_t(options.max_vertices))
-      return "a meshlet has too many vertices";
+    if (vertices > size_t(options.max_vertices)) return "a meshlet has too many vertices";
     if (disk_begin[meshlet_begin[m + 1]] - disk_begin[meshlet_begin[m]] >
         uint32_t(options.max_triangles))
       return "a meshlet has too many triangles";

@@ -1,5 +1,5 @@
-// Checks the guarantees of generate_meshlets by brute force and measures a partition. Shares no code
-// with the partition itself.
+// Checks the guarantees of generate_meshlets by brute force and measures a partition. Shares no
+// code with the partition itself.
 #pragma once
 
 #include <cstdint>

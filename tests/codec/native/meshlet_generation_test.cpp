@@ -69,14 +69,14 @@ std::vector<Mesh> read_meshes(const char* path) {
   return meshes;
 }
 
-// Grid of n x n quads on a height field. wrap_u joins the columns, wrap_v the rows; both give a torus.
+// Grid of n x n quads on a height field. wrap_u joins the columns, wrap_v the rows; both give a
+// torus.
 Mesh make_grid(uint32_t n, bool wrap_u, bool wrap_v) {
   Mesh mesh;
   const uint32_t columns = wrap_u ? n : n + 1, rows = wrap_v ? n : n + 1;
   for (uint32_t j = 0; j < rows; j++)
     for (uint32_t i = 0; i < columns; i++)
-      for (const uint32_t c : {i, j, (i * i + 3 * j) % 7})
-        mesh.positions.push_back(float(c));
+      for (const uint32_t c : {i, j, (i * i + 3 * j) % 7}) mesh.positions.push_back(float(c));
   const auto at = [&](uint32_t i, uint32_t j) { return j % rows * columns + i % columns; };
   for (uint32_t j = 0; j < n; j++)
     for (uint32_t i = 0; i < n; i++)
@@ -92,8 +92,8 @@ void append(Mesh& mesh, const Mesh& other) {
   for (const uint32_t vertex : other.triangles) mesh.triangles.push_back(base + vertex);
 }
 
-// Triangles between random vertices, several of which share a position. Some triangles are repeated,
-// rotated or reversed.
+// Triangles between random vertices, several of which share a position. Some triangles are
+// repeated, rotated or reversed.
 Mesh make_soup(Random& random, uint32_t vertices, uint32_t triangles, uint32_t positions) {
   Mesh mesh;
   for (uint32_t v = 0; v < vertices; v++) {
@@ -147,7 +147,7 @@ void test_half_edges() {
   const std::vector<int32_t> match = meshlet::match_half_edges(triangles.data(), 5, nullptr, 7, 1);
   for (int32_t h = 0; h < 15; h++)
     expect(match[h] == (h == 1 ? 3 : h == 3 ? 1 : -1), "half-edge " + std::to_string(h));
-  // Vertices 4 and 5 lie where 0 and 1 do, so that 5-4 closes on 0-1.
+  // Vertices 4 and 5 have the positions of 0 and 1: 5-4 closes on 0-1.
   const std::vector<uint32_t> torn{0, 1, 2, 5, 4, 3}, ids{0, 1, 2, 3, 0, 1};
   expect(meshlet::match_half_edges(torn.data(), 2, ids.data(), 4, 1)[0] == 3,
          "half-edges joined by position");
@@ -296,8 +296,7 @@ void report(const char* path, const meshlet::GenerationOptions& options, bool ch
         "references %.2f, "
         "corners %.2f, chain vertices %.2f, neighbours %.2f, index difference %.1f, cost %.3f b/t",
         figures.meshlets, triangles / meshlets, figures.vertices / meshlets,
-        figures.disks / meshlets,
-        double(figures.boundary_vertices) / figures.vertices,
+        figures.disks / meshlets, double(figures.boundary_vertices) / figures.vertices,
         figures.references / meshlets, figures.corners / meshlets,
         figures.chain_vertices / meshlets, figures.neighbours / meshlets,
         figures.pairs ? figures.index_difference / figures.pairs : 0.0, cost / triangles);

@@ -41,7 +41,8 @@ bool is_right(const void* data, uint32_t key) {
   return right;
 }
 
-// Half of the requests go to a few popular keys. Holds both kinds of entries at once, as shading does.
+// Half of the requests go to a few popular keys. Holds both kinds of entries at once, as shading
+// does.
 void ask(Table& table, uint32_t seed, std::atomic<uint32_t>& wrong, std::atomic<bool>& over) {
   ThreadSlot& thread = this_thread();
   uint32_t state = seed * 747796405u + 1;
