@@ -1,5 +1,7 @@
 """
-The native codec of EXT_meshlet_edgebreaker. Functions that take a blob raise ValueError, with one sentence, if it is malformed.
+The native codec of EXT_meshlet_edgebreaker.
+
+Functions that take a blob raise ValueError, with one sentence, if it is malformed.
 """
 
 from collections.abc import Callable, Mapping, Sequence

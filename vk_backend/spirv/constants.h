@@ -40,10 +40,10 @@
 #define GROUP_MAX_SLOT_WIDTH 6u
 #define GROUP_MAX_SHIFT 8u
 
-// A directory entry: offset, triangles - 1, references, flags.
-#define BLOB_OFFSET_BITS 17u
-#define BLOB_TRIANGLE_BITS 6u
-#define BLOB_REFERENCE_BITS 6u
+// A directory entry: offset, triangles - 1, references, flags. The widths are shift counts: no u.
+#define BLOB_OFFSET_BITS 17
+#define BLOB_TRIANGLE_BITS 6
+#define BLOB_REFERENCE_BITS 6
 #define MESHLET_MAX_REFERENCES 63u
 #define FLAG_LOOPS 1u    // more than one boundary loop
 #define FLAG_PRIVATE 2u  // some references are private
@@ -70,11 +70,11 @@
 
 #define LENGTH_WIDTH_BITS 3u  // the width of reference lengths
 #define LENGTH_MAX_WIDTH 6u
-#define CODE_BITS 3u        // 0 to 6: Rice parameter - the stream's base
-#define CODE_ESCAPE 7u      //   7: fixed widths follow, WIDTH_BITS for each element
-#define RICE_CODES 7u       // codes that are Rice parameters
-#define RICE_MAX 31u        // the largest Rice parameter
-#define WIDTH_BITS 5u       // a fixed width; WIDTH_ESCAPE means 32
+#define CODE_BITS 3u    // 0 to 6: Rice parameter - the stream's base
+#define CODE_ESCAPE 7u  //   7: fixed widths follow, WIDTH_BITS for each element
+#define RICE_CODES 7u   // codes that are Rice parameters
+#define RICE_MAX 31u    // the largest Rice parameter
+#define WIDTH_BITS 5u   // a fixed width; WIDTH_ESCAPE means 32
 #define WIDTH_ESCAPE 31u
 #define MAX_QUOTIENT 16383u  // of a Rice code
 #define MAX_HOPS 8u          // references from a corner to the meshlet that stores it
