@@ -1,6 +1,6 @@
-"""Builds the C++ programs behind an option of CMakeLists.txt, without Python.
+"""Builds the C++ programs of one option of CMakeLists.txt, without the Python module.
 
-python -m tools.native_build OPTION: prints the folder that they are in.
+python -m tools.native_build OPTION: prints the folder of the programs.
 """
 
 from __future__ import annotations
@@ -15,7 +15,11 @@ from bench.common import ROOT
 
 
 def build(option: str) -> Path:
-    """Builds MESHLET_BENCH, MESHLET_FUZZ or MESHLET_NATIVE_TESTS; FileNotFoundError without cmake."""
+    """Builds the programs of an option and returns their folder.
+
+    option: MESHLET_BENCH, MESHLET_FUZZ or MESHLET_NATIVE_TESTS.
+    Raises FileNotFoundError without cmake.
+    """
     folder = ROOT / "build" / option.lower()
     cmake = shutil.which(
         "cmake",

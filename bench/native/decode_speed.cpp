@@ -1,8 +1,9 @@
-// decode_speed BLOB...  Decoding without Python: everything on one thread, single meshlets by
-// number, and all meshlets on all threads. Prints one JSON object: for each repetition, seconds for
-// all blobs decoded to float arrays, mean microseconds per meshlet in a random order over all
-// blobs, and seconds for every meshlet decoded on its own, by as many threads as there are
-// processors.
+// decode_speed BLOB...
+//
+// Times decoding without Python. Prints one JSON object with a list per figure, one entry per
+// repetition: decode_seconds, all blobs to float arrays on one thread; meshlet_microseconds, mean
+// of single meshlets in random order; parallel_seconds, all meshlets one by one, one thread per
+// processor.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -26,7 +27,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// The arrays that one blob decodes into, allocated once.
+// The arrays for one decoded blob, allocated once.
 struct Output {
   std::vector<uint32_t> triangles;
   std::vector<std::vector<float>> values;
@@ -35,31 +36,31 @@ struct Output {
   explicit Output(const meshlet::BlobHeader& header)
       : triangles(3 * size_t(header.triangle_count)) {
     for (const meshlet::Stream& stream : header.streams) {
-      values.emplace_back(size_t(header.vertex_count) * meshlet::value_elements(stream));
+      values.emplace_back(size_t(header.vertex_count) * meshlet::value_count(stream));
       pointers.push_back(values.back().data());
     }
   }
 };
 
-double decode_all(std::vector<meshlet::Decoder>& decoders, std::vector<Output>& outputs) {
+double decode_all(std::vector<meshlet::DecoderContext>& decoders, std::vector<Output>& outputs) {
   const auto start = Clock::now();
-  for (size_t i = 0; i < decoders.size(); ++i) {
+  for (size_t i = 0; i < decoders.size(); i++) {
     const std::vector<uint32_t*> no_integers(outputs[i].pointers.size(), nullptr);
     decoders[i].decode(outputs[i].triangles.data(), no_integers.data(), outputs[i].pointers.data());
   }
   return seconds_since(start);
 }
 
-double decode_meshlets(std::vector<meshlet::Decoder>& decoders,
+double decode_meshlets(std::vector<meshlet::DecoderContext>& decoders,
                        const std::vector<std::pair<size_t, uint32_t>>& order) {
   const auto start = Clock::now();
   for (const auto& [blob, number] : order) decoders[blob].meshlet(number);
   return seconds_since(start) / double(order.size()) * 1e6;
 }
 
-// A run of meshlets of one blob, which one thread decodes.
+// Consecutive meshlets of one blob, decoded by one thread.
 struct Range {
-  meshlet::Decoder decoder;
+  meshlet::DecoderContext decoder;
   uint32_t begin, end;
 };
 
@@ -67,10 +68,10 @@ std::vector<Range> ranges_of(const std::vector<Bytes>& blobs) {
   constexpr uint32_t kRange = 512;
   std::vector<Range> ranges;
   for (const Bytes& blob : blobs) {
-    const uint32_t count = meshlet::Decoder(blob.data(), blob.size()).header().meshlet_count;
+    const uint32_t count = meshlet::DecoderContext(blob.data(), blob.size()).header().meshlet_count;
     for (uint32_t m = 0; m < count; m += kRange)
       ranges.push_back(
-          {meshlet::Decoder(blob.data(), blob.size()), m, std::min(m + kRange, count)});
+          {meshlet::DecoderContext(blob.data(), blob.size()), m, std::min(m + kRange, count)});
   }
   return ranges;
 }
@@ -78,14 +79,14 @@ std::vector<Range> ranges_of(const std::vector<Bytes>& blobs) {
 double decode_parallel(std::vector<Range>& ranges) {
   const auto start = Clock::now();
   meshlet::parallel_for(0, ranges.size(), [&](size_t i) {
-    for (uint32_t m = ranges[i].begin; m < ranges[i].end; ++m) ranges[i].decoder.meshlet(m);
+    for (uint32_t m = ranges[i].begin; m < ranges[i].end; m++) ranges[i].decoder.meshlet(m);
   });
   return seconds_since(start);
 }
 
 void print_list(const char* name, const std::vector<double>& numbers, const char* end) {
   std::printf("\"%s\": [", name);
-  for (size_t i = 0; i < numbers.size(); ++i) std::printf("%s%.9g", i ? ", " : "", numbers[i]);
+  for (size_t i = 0; i < numbers.size(); i++) std::printf("%s%.9g", i ? ", " : "", numbers[i]);
   std::printf("]%s", end);
 }
 
@@ -93,17 +94,17 @@ void print_list(const char* name, const std::vector<double>& numbers, const char
 
 int main(int argc, char** argv) {
   std::vector<Bytes> blobs;
-  for (int i = 1; i < argc; ++i) {
+  for (int i = 1; i < argc; i++) {
     std::ifstream file(argv[i], std::ios::binary);
     blobs.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
   }
-  std::vector<meshlet::Decoder> decoders;
+  std::vector<meshlet::DecoderContext> decoders;
   std::vector<Output> outputs;
   std::vector<std::pair<size_t, uint32_t>> order;
-  for (size_t i = 0; i < blobs.size(); ++i) {
+  for (size_t i = 0; i < blobs.size(); i++) {
     decoders.emplace_back(blobs[i].data(), blobs[i].size());
     outputs.emplace_back(decoders[i].header());
-    for (uint32_t m = 0; m < decoders[i].header().meshlet_count; ++m) order.emplace_back(i, m);
+    for (uint32_t m = 0; m < decoders[i].header().meshlet_count; m++) order.emplace_back(i, m);
   }
   std::mt19937 random(1);
   for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
@@ -111,9 +112,9 @@ int main(int argc, char** argv) {
   std::vector<Range> ranges = ranges_of(blobs);
 
   std::vector<double> all, single, parallel;
-  for (int i = 0; i < kRepetitions; ++i) all.push_back(decode_all(decoders, outputs));
-  for (int i = 0; i < kRepetitions; ++i) single.push_back(decode_meshlets(decoders, order));
-  for (int i = 0; i < kRepetitions; ++i) parallel.push_back(decode_parallel(ranges));
+  for (int i = 0; i < kRepetitions; i++) all.push_back(decode_all(decoders, outputs));
+  for (int i = 0; i < kRepetitions; i++) single.push_back(decode_meshlets(decoders, order));
+  for (int i = 0; i < kRepetitions; i++) parallel.push_back(decode_parallel(ranges));
   std::printf("{");
   print_list("decode_seconds", all, ", ");
   print_list("meshlet_microseconds", single, ", ");

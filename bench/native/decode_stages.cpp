@@ -1,11 +1,11 @@
-// decode_stages BLOB...  Where the time of decoding whole blobs goes, on one thread.
-// Prints one JSON object: for each stage, its share of the time in each repetition; "avx2" tells
-// which build was measured, and "clock_share" the part of the time that reading the clock takes,
-// which is left out of the shares.
+// decode_stages BLOB...
 //
-// The stages are those of decode() in decode_blob.inl, called here one by one with the processor's
-// clock read in between. CMakeLists.txt gives this file the options of decode_blob_avx2.cpp, so
-// that what is measured is what the library runs.
+// Times the stages of decoding whole blobs on one thread. Prints one JSON object: "shares", each
+// stage's share of the time per repetition; "avx2", whether the AVX2 build was measured;
+// "clock_share", the share of reading the clock, which the other shares exclude.
+//
+// Runs the stages of decode() in bulk_decoder.cpp one by one and reads the processor's clock in
+// between. CMakeLists.txt gives this file the options of the library's AVX2 build.
 #define MESHLET_BUILD stages
 #include "decode/bulk_decoder.cpp"
 
@@ -54,7 +54,7 @@ class Clock {
   uint64_t last_ = 0;
 };
 
-// Ticks between two readings with nothing in between.
+// Ticks between two consecutive readings.
 uint64_t clock_cost() {
   constexpr uint64_t kReadings = 100000;
   Clock clock;
@@ -76,7 +76,7 @@ struct Blob {
     header = read_blob_header(bytes.data(), bytes.size());
     triangles.resize(3 * size_t(header.triangle_count));
     for (const Stream& s : header.streams) {
-      values.emplace_back(size_t(header.vertex_count) * (s.kind == kOct ? 3u : s.components));
+      values.emplace_back(size_t(header.vertex_count) * value_count(s));
       pointers.push_back(values.back().data());
     }
   }
@@ -95,8 +95,7 @@ struct Blob {
   }
 };
 
-// decode() of decode_blob.inl, timed; the blobs are known to be well formed. Returns false if one
-// is not after all.
+// decode() of bulk_decoder.cpp with timers. Returns false if the blob is malformed.
 bool decode_timed(const BlobJob& job, SerialDecoder& d, History& history, Clock& clock) {
   uint32_t first = 0;
   uint32_t* triangles = job.triangles;
@@ -152,14 +151,14 @@ int main(int argc, char** argv) {
 #endif
   std::vector<Blob> blobs;
   uint64_t readings = 0;
-  for (int i = 1; i < argc; ++i) {
+  for (int i = 1; i < argc; i++) {
     blobs.emplace_back(argv[i]);
     readings += blobs.back().header.meshlet_count;
   }
   const double cost = double(clock_cost() * readings);
   std::array<std::vector<double>, kStages> shares;
   std::vector<double> clock_share;
-  for (int i = 0; i <= kRepetitions; ++i) {  // the first one only warms up
+  for (int i = 0; i <= kRepetitions; i++) {  // the first one warms up
     Clock clock;
     for (Blob& blob : blobs) {
       if (decode_timed(blob, clock)) continue;
@@ -169,7 +168,7 @@ int main(int argc, char** argv) {
     double total = 0;
     for (uint64_t spent : clock.spent) total += double(spent);
     if (i == 0) continue;
-    for (size_t s = 0; s < kStages; ++s)
+    for (size_t s = 0; s < kStages; s++)
       shares[s].push_back(std::max(0.0, double(clock.spent[s]) - cost) / (total - kStages * cost));
     clock_share.push_back(kStages * cost / total);
   }
@@ -180,9 +179,9 @@ int main(int argc, char** argv) {
               "false",
 #endif
               clock_share.back());
-  for (size_t s = 0; s < kStages; ++s) {
+  for (size_t s = 0; s < kStages; s++) {
     std::printf("%s\"%s\": [", s ? ", " : "", kNames[s]);
-    for (size_t i = 0; i < shares[s].size(); ++i)
+    for (size_t i = 0; i < shares[s].size(); i++)
       std::printf("%s%.6g", i ? ", " : "", shares[s][i]);
     std::printf("]");
   }

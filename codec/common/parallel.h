@@ -1,6 +1,5 @@
-// Loops over independent items on several threads. Which thread runs an item, and when, is left
-// open: an item may write only what is its own, so that results never depend on the number of
-// threads.
+// Loops over independent items on several threads. Any thread may run any item at any time. An item
+// writes only its own data, so results never depend on the number of threads.
 #pragma once
 
 #include <algorithm>
@@ -14,14 +13,13 @@
 
 namespace meshlet {
 
-// Number of threads to use: `threads` itself when positive, else one per processor.
+// Returns `threads` if positive, else the number of processors.
 inline int resolve_threads(int threads) {
-  return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return threads > 0 ? threads : std::max(1, int(std::thread::hardware_concurrency()));
 }
 
-// Calls body(i) once for every i < count. The calling thread takes part. If bodies throw, the
-// remaining items are dropped and one of the exceptions is rethrown here after all threads have
-// ended.
+// Calls body(i) once for every i < count. The calling thread takes part. After an exception the
+// remaining items are dropped; one of the exceptions is rethrown when all threads have ended.
 template <class Body>
 void parallel_for(int threads, size_t count, Body&& body) {
   std::atomic<size_t> next{0};
@@ -33,14 +31,14 @@ void parallel_for(int threads, size_t count, Body&& body) {
       next = count;
     }
   };
-  const size_t workers = std::min(static_cast<size_t>(resolve_threads(threads)), count);
+  const size_t workers = std::min(size_t(resolve_threads(threads)), count);
   std::vector<std::exception_ptr> failures(std::max<size_t>(workers, 1));
   std::vector<std::thread> pool;
   pool.reserve(workers);
   try {
-    for (size_t k = 1; k < workers; ++k) pool.emplace_back(work, std::ref(failures[k]));
+    for (size_t k = 1; k < workers; k++) pool.emplace_back(work, std::ref(failures[k]));
   } catch (const std::system_error&) {
-    // The system has no more threads; those that started do the work.
+    // No more threads available: those that started do the work.
   }
   work(failures[0]);
   for (std::thread& thread : pool) thread.join();

@@ -1,4 +1,4 @@
-// Three floats.
+// The vector of three floats of the codec and of the Mitsuba plugin.
 #pragma once
 
 #include <algorithm>
@@ -8,6 +8,9 @@ namespace meshlet {
 
 struct Vec3 {
   float x, y, z;
+
+  float operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
+  float& operator[](int axis) { return axis == 0 ? x : axis == 1 ? y : z; }
 };
 
 inline Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
@@ -24,5 +27,11 @@ inline Vec3 maximum(Vec3 a, Vec3 b) {
   return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
 }
 inline float length(Vec3 a) { return std::sqrt(dot(a, a)); }
+
+// Returns a unit vector, or `a` itself if its length is 0.
+inline Vec3 normalized(Vec3 a) {
+  const float norm = length(a);
+  return norm > 0 ? a * (1.0f / norm) : a;
+}
 
 }  // namespace meshlet

@@ -1,25 +1,25 @@
-// Compiled twice: for the baseline and for AVX2 (codec/CMakeLists.txt), each in its own namespace
-// MESHLET_BUILD. The linker must not merge their code: do not instantiate library templates here,
-// and keep everything that is not static in that namespace.
+// Compiled twice, for the baseline and for AVX2 (codec/CMakeLists.txt), each in its namespace
+// MESHLET_BUILD. The linker must not merge their code: instantiate no library templates here, and
+// keep everything that is not static in that namespace.
 #include "decode/bulk_decoder.h"
 
-#include <cmath>
 #include <cstring>
+
+#include "decode/dequantise.h"
 
 namespace meshlet {
 inline namespace MESHLET_BUILD {
 namespace {
 
-constexpr uint32_t kPlaces =
-    64;  // per meshlet: boundary vertices, local ids, slots of owned references
-constexpr uint32_t kCopied = 16;  // values kept at a time
-constexpr uint32_t kBatch =
-    8;  // vertices converted at a time, so that compilers vectorise the loops
+// Boundary vertices, local ids and slots of owned references per meshlet.
+constexpr uint32_t kPlaces = 64;
+// Values are copied in blocks of this many.
+constexpr uint32_t kCopied = 16;
+// Vertices converted at a time: a fixed count lets compilers vectorise.
+constexpr uint32_t kBatch = 8;
 
-// What whole-blob decoding keeps of the meshlets behind it: their boundaries, which later ones
-// refer to, as global vertex numbers and integer values. It saves looking up and decoding foreign
-// vertices once more. References reach back no farther than the group table's delta widths allow,
-// so a ring of meshlets suffices.
+// Vertex numbers and values of earlier meshlets: foreign vertices are copied, not decoded again.
+// The group table's delta widths bound how far references reach back: a ring of meshlets suffices.
 class History {
  public:
   History(SerialDecoder& d, uint32_t meshlets) : d_(d), meshlets_(meshlets) {}
@@ -27,23 +27,22 @@ class History {
   History(const History&) = delete;
   void allocate();
 
-  // After connect_meshlet: looks up the vertices that are shared with earlier meshlets, and, before
-  // read_foreign, puts their values in place.
+  // Looks up the vertices shared with earlier meshlets. Call after connect_meshlet. provide: also
+  // copies their values, for read_foreign.
   void look_up(bool provide);
 
-  // Numbers the meshlet's vertices, which have been looked up: global[local id], and the local ids
-  // that are no aliases, in order (spec, appendix A.8), at most
-  // 64. Returns how many are none, or kCircle.
+  // Numbers the meshlet's vertices after look_up (spec, appendix A.8): global[local id]. new_ids
+  // receives the local ids without alias, in order. Returns their number, or kCircle.
   uint32_t number(uint32_t* global, uint32_t* new_ids);
 
   // Keeps the decoded meshlet.
   void append(const uint32_t* global);
 
-  // Do the decoded meshlet, which is kept already, and the owners of its foreign references agree
-  // on their shared vertices?
+  // Does the meshlet, decoded and appended, agree with the owners of its foreign references on
+  // their shared vertices?
   bool consistent();
 
-  static constexpr uint32_t kCircle = ~0u;  // an alias leads to itself, or farther than MAX_HOPS
+  static constexpr uint32_t kCircle = ~0u;  // aliases form a cycle, or more than MAX_HOPS hops
 
  private:
   // A vertex on the boundary of a meshlet in the ring.
@@ -51,12 +50,12 @@ class History {
     uint32_t meshlet, place;
   };
   struct Kept {
-    uint32_t* values;  // element by element, `stride` apart, by local id
+    uint32_t* values;  // values[element * stride + local id]
     uint32_t capacity, stride;
     uint32_t numbers[kPlaces];  // by local id
     uint16_t ids[kPlaces];      // boundary vertices in loop order
-    uint8_t start[kPlaces],
-        end[kPlaces];  // per owned reference: places of its first and last vertex
+    uint8_t start[kPlaces];     // per owned reference: place of its first vertex
+    uint8_t end[kPlaces];       // per owned reference: place of its last vertex
   };
 
   Kept& kept(uint32_t meshlet) { return ring_[meshlet & d_.ring_mask]; }
@@ -78,14 +77,16 @@ class History {
   Kept* ring_ = nullptr;
   uint8_t* lengths_ = nullptr;  // kPlaces for each meshlet in the ring
   Place alias_[kPlaces];        // per local id of the current meshlet
-  uint64_t is_alias_ = 0;       // local ids
+  uint64_t is_alias_ = 0;       // mask of local ids
 };
 
 void History::allocate() {
   for (uint32_t s = 0; s < d_.stream_total; s++) elements_ += d_.stream_elements[s];
   uint32_t reach = 0, size = 1;
-  for (uint32_t m = 0; m < meshlets_; m += kGroupMeshlets)
-    reach = d_.max(reach, d_.load_word(d_.group_table + 2 * (m / kGroupMeshlets) + 1) & 31u);
+  for (uint32_t m = 0; m < meshlets_; m += BLOB_GROUP_MESHLETS)
+    reach = d_.max(
+        reach,
+        d_.load_word(d_.group_table + BLOB_GROUP_WORDS * (m / BLOB_GROUP_MESHLETS) + 1) & 31u);
   while (size < meshlets_ && size < (1u << reach)) size *= 2;
   d_.ring_mask = size - 1;
   ring_ = new Kept[size]();
@@ -109,7 +110,7 @@ void History::for_vertices(uint32_t r, Visit visit) {
   visit(owner.start[slot], d_.reference_end[r]);
 }
 
-// Copies a vertex of r's owner, the streams that r shares.
+// Copies the streams that r shares from a vertex of its owner.
 void History::copy_vertex(uint32_t r, uint32_t place, uint32_t id) {
   const Kept& owner = kept(d_.reference_owner[r]);
   const uint32_t* from = owner.values + owner.ids[place];
@@ -125,7 +126,7 @@ void History::copy_vertex(uint32_t r, uint32_t place, uint32_t id) {
       d_.values[element * 64u + id] = from[element * stride];
 }
 
-// Before the aliases, which may lead to the meshlet itself.
+// Runs before aliases are set: they may lead to the meshlet itself.
 void History::keep_references() {
   const SerialDecoder::Header& h = d_.opened;
   Kept& self = kept(h.meshlet);
@@ -142,8 +143,8 @@ void History::keep_references() {
   }
 }
 
-// Of two references that share a corner, the one with the smaller owner counts; if equal, the one
-// that starts there.
+// Two references share a corner: the one with the smaller owner wins; on a tie, the one that starts
+// there.
 void History::alias_corner(uint32_t id, Place target, bool starts) {
   bool other = is_alias_ >> id & 1;
   if (!other || target.meshlet < alias_[id].meshlet ||
@@ -241,47 +242,26 @@ bool History::consistent() {
 
 // --- from integers to values ---
 
-// Unit vectors from octahedral pairs (spec, appendix A.9).
-inline void decode_oct(const uint32_t (*q)[kBatch], float scale, float (*out)[kBatch]) {
-  for (uint32_t i = 0; i < kBatch; i++) {
-    float x = float(int32_t(q[0][i])) * scale - 1.0f, y = float(int32_t(q[1][i])) * scale - 1.0f;
-    float z = 1.0f - std::fabs(x) - std::fabs(y);
-    float fold = z < 0.0f ? -z : 0.0f;
-    x -= std::copysign(fold, x);
-    y -= std::copysign(fold, y);
-    float inverse = 1.0f / std::sqrt(x * x + y * y + z * z);
-    out[0][i] = x * inverse;
-    out[1][i] = y * inverse;
-    out[2][i] = z * inverse;
-  }
-}
-
-// One rounding at the end: offset + q * step is exact enough in double.
 inline void decode_grid(const uint32_t* q, double step, double offset, float* out) {
 #pragma GCC unroll 1
-  for (uint32_t i = 0; i < kBatch; i++) out[i] = float(offset + double(int32_t(q[i])) * step);
+  for (uint32_t i = 0; i < kBatch; i++) out[i] = grid_value(q[i], step, offset);
 }
 
-inline void decode_float_bits(const uint32_t* q, uint32_t* out) {
-  for (uint32_t i = 0; i < kBatch; i++) out[i] = q[i] >> 31 ? q[i] ^ 0x80000000u : ~q[i];
-}
-
-// Integers as they are.
-template <uint32_t components>
+template <uint32_t n>
 struct AsInteger {
-  static constexpr uint32_t outputs = components;
+  static constexpr uint32_t outputs = n;
   using Out = uint32_t;
   void operator()(const Stream&, const uint32_t (*q)[kBatch], uint32_t (*out)[kBatch]) const {
-    std::memcpy(out, q, sizeof(*q) * components);
+    std::memcpy(out, q, sizeof(*q) * n);
   }
 };
 
-template <uint32_t components>
+template <uint32_t n>
 struct AsReal {
-  static constexpr uint32_t outputs = components;
+  static constexpr uint32_t outputs = n;
   using Out = float;
   void operator()(const Stream& s, const uint32_t (*q)[kBatch], float (*out)[kBatch]) const {
-    for (uint32_t c = 0; c < components; c++) {
+    for (uint32_t c = 0; c < n; c++) {
       if (s.kind == kGrid)
         decode_grid(q[c], s.step, s.offset[c], out[c]);
       else
@@ -290,12 +270,13 @@ struct AsReal {
   }
 };
 
-template <uint32_t components>
+template <uint32_t n>
 struct AsFloatBits {
-  static constexpr uint32_t outputs = components;
+  static constexpr uint32_t outputs = n;
   using Out = uint32_t;
   void operator()(const Stream&, const uint32_t (*q)[kBatch], uint32_t (*out)[kBatch]) const {
-    for (uint32_t c = 0; c < components; c++) decode_float_bits(q[c], out[c]);
+    for (uint32_t c = 0; c < n; c++)
+      for (uint32_t i = 0; i < kBatch; i++) out[c][i] = float_bits(q[c][i]);
   }
 };
 
@@ -303,16 +284,19 @@ struct AsUnitVector {
   static constexpr uint32_t outputs = 3;
   using Out = float;
   void operator()(const Stream& s, const uint32_t (*q)[kBatch], float (*out)[kBatch]) const {
-    decode_oct(q, 2.0f / float((1u << s.bits) - 1u), out);
+    const float scale = octahedral_scale(s.bits);
+    for (uint32_t i = 0; i < kBatch; i++)
+      octahedral_direction(q[0][i], q[1][i], scale, out[0][i], out[1][i], out[2][i]);
   }
 };
 
-// The new vertices of one meshlet: local ids, padded to whole batches, and how many vertices from
-// the first on the outputs have room for. What a last batch writes too much is written over by the
-// next meshlet.
+// The new vertices of one meshlet. The last batch may write too much; the next meshlet overwrites
+// it.
 struct NewVertices {
-  const uint32_t* ids;
-  uint32_t count, first, room;
+  const uint32_t* ids;  // local ids, padded to whole batches
+  uint32_t count;
+  uint32_t first;  // number of the first
+  uint32_t room;   // vertices that the outputs hold from `first` on
 };
 
 inline void gather(const uint32_t* element, const uint32_t* ids, uint32_t* out) {
@@ -325,16 +309,17 @@ inline void gather(const uint32_t* element, const uint32_t* ids, uint32_t* out) 
 #endif
 }
 
-template <uint32_t components, class Convert>
+// Converts one stream of the new vertices, a batch at a time.
+template <uint32_t n, class Convert>
 void write_stream(const Stream& s, const uint32_t* elements, const NewVertices& v, void* out,
                   Convert convert) {
   using Out = typename Convert::Out;
   constexpr uint32_t outputs = Convert::outputs;
   Out* to = static_cast<Out*>(out) + outputs * size_t(v.first);
   for (uint32_t i = 0; i < v.count; i += kBatch, to += outputs * kBatch) {
-    uint32_t q[components][kBatch];
+    uint32_t q[n][kBatch];
     Out converted[outputs][kBatch], rest[kBatch * outputs];
-    for (uint32_t c = 0; c < components; c++) gather(elements + 64 * c, v.ids + i, q[c]);
+    for (uint32_t c = 0; c < n; c++) gather(elements + 64 * c, v.ids + i, q[c]);
     convert(s, q, converted);
     bool room = i + kBatch <= v.room;
     Out* vertices = room ? to : rest;
@@ -346,7 +331,7 @@ void write_stream(const Stream& s, const uint32_t* elements, const NewVertices& 
 
 template <template <uint32_t> class Convert>
 void write_stream(const Stream& s, const uint32_t* elements, const NewVertices& v, void* out) {
-  switch (s.components) {
+  switch (s.elements) {
     case 1: return write_stream<1>(s, elements, v, out, Convert<1>());
     case 2: return write_stream<2>(s, elements, v, out, Convert<2>());
     case 3: return write_stream<3>(s, elements, v, out, Convert<3>());
@@ -390,22 +375,22 @@ BlobResult decode(const BlobJob& job, SerialDecoder& d, History& history) {
   for (uint32_t m = 0; m < job.meshlet_count; m++) {
     d.open_meshlet(m);
     if (d.error == ERROR_NONE) d.connect_meshlet();
-    if (d.error != ERROR_NONE) return {BlobProblem::malformed_meshlet, m, d.error};
+    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
     history.look_up(true);
     d.read_foreign();
     if (d.error == ERROR_NONE) d.read_own();
-    if (d.error != ERROR_NONE) return {BlobProblem::malformed_meshlet, m, d.error};
+    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
     uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch] = {};
     uint32_t count = history.number(global, new_ids);
-    if (count == History::kCircle) return {BlobProblem::malformed_meshlet, m, ERROR_HOPS};
-    if (count > job.vertex_count - first) return {BlobProblem::too_many_vertices, m, ERROR_NONE};
+    if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
+    if (count > job.vertex_count - first) return {BlobProblem::kTooManyVertices, m, ERROR_NONE};
     history.append(global);
     write_triangles(d, global, triangles);
     triangles += 3 * d.triangle_count;
     write_vertices(job, d, {new_ids, count, first, job.vertex_count - first});
     first += count;
   }
-  return {first == job.vertex_count ? BlobProblem::none : BlobProblem::too_few_vertices, 0,
+  return {first == job.vertex_count ? BlobProblem::kNone : BlobProblem::kTooFewVertices, 0,
           ERROR_NONE};
 }
 
@@ -413,25 +398,25 @@ BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
   uint32_t vertices = 0;
   for (uint32_t m = 0; m < job.meshlet_count; m++) {
     d.decode_meshlet(m);
-    if (d.error != ERROR_NONE) return {BlobProblem::malformed_meshlet, m, d.error};
+    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
     history.look_up(false);
     uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
-    if (count == History::kCircle) return {BlobProblem::malformed_meshlet, m, ERROR_HOPS};
+    if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
     vertices += count;
     history.append(global);
-    if (!history.consistent()) return {BlobProblem::inconsistent, m, ERROR_NONE};
+    if (!history.consistent()) return {BlobProblem::kInconsistent, m, ERROR_NONE};
   }
-  if (vertices > job.vertex_count) return {BlobProblem::too_many_vertices, 0, ERROR_NONE};
-  return {vertices == job.vertex_count ? BlobProblem::none : BlobProblem::too_few_vertices, 0,
+  if (vertices > job.vertex_count) return {BlobProblem::kTooManyVertices, 0, ERROR_NONE};
+  return {vertices == job.vertex_count ? BlobProblem::kNone : BlobProblem::kTooFewVertices, 0,
           ERROR_NONE};
 }
 
-// Runs `pass` with a decoder and an empty history.
+// Runs `pass` with a new decoder and an empty history.
 BlobResult run(const BlobJob& job, BlobResult (*pass)(const BlobJob&, SerialDecoder&, History&)) {
-  struct Lane {
+  struct Owner {
     SerialDecoder* d = new SerialDecoder();
-    ~Lane() { delete d; }
+    ~Owner() { delete d; }
   } context;
   context.d->data = job.data;
   context.d->size = job.size;

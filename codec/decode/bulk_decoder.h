@@ -1,12 +1,12 @@
-// Decodes whole blobs. bulk_decoder.cpp is compiled for the baseline and, on x86-64, again for
-// AVX2.
+// The bulk decoder: whole blobs. bulk_decoder.cpp is compiled for the baseline and, on x86-64,
+// again for AVX2.
 #pragma once
 #include "format/blob.h"
 #include "decode/serial_decoder.h"
 
 namespace meshlet {
 
-// A checked blob and where its triangles and values go; see Decoder::decode.
+// A checked blob and its outputs; see DecoderContext::decode.
 struct BlobJob {
   const uint8_t* data;
   uint32_t size;
@@ -19,24 +19,26 @@ struct BlobJob {
 };
 
 enum class BlobProblem {
-  none,
-  malformed_meshlet,
-  too_many_vertices,
-  too_few_vertices,
-  inconsistent
+  kNone,
+  kMalformedMeshlet,
+  kTooManyVertices,
+  kTooFewVertices,
+  kInconsistent
 };
 
 struct BlobResult {
-  BlobProblem problem = BlobProblem::none;
-  uint32_t meshlet = 0;  // where it was found
-  uint32_t error = 0;    // of a malformed meshlet
+  BlobProblem problem = BlobProblem::kNone;
+  uint32_t meshlet = 0;  // with the problem
+  uint32_t error = 0;    // ERROR_ of a malformed meshlet
 };
 
-// decode_blob fills the job's outputs; validate_blob decodes each meshlet alone and compares it
-// with those that it refers to.
 inline namespace MESHLET_BUILD {
-BlobResult decode_blob(const BlobJob& job);
-BlobResult validate_blob(const BlobJob& job);
-}  // namespace MESHLET_BUILD
 
+// Fills the job's outputs.
+BlobResult decode_blob(const BlobJob& job);
+
+// Decodes each meshlet alone and compares it with the meshlets that it refers to.
+BlobResult validate_blob(const BlobJob& job);
+
+}  // namespace MESHLET_BUILD
 }  // namespace meshlet

@@ -6,7 +6,7 @@ namespace meshlet {
 namespace avx2 {
 BlobResult decode_blob(const BlobJob& job);
 
-// Does this machine have what CMakeLists.txt lets the compiler use?
+// Does the processor have the instruction sets of MESHLET_AVX2_OPTIONS (codec/CMakeLists.txt)?
 static bool supported() {
   return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
          __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
@@ -28,48 +28,48 @@ const char* error_text(uint32_t error) {
   }
 }
 
-Decoder::Decoder(const uint8_t* data, size_t size)
-    : header_(read_blob_header(data, size)), lane_(std::make_unique<SerialDecoder>()) {
-  lane_->data = data;
-  lane_->size = uint32_t(size);
-  lane_->load_streams(0, uint32_t(header_.streams.size()));
+namespace {
+
+[[noreturn]] void throw_malformed(uint32_t meshlet, const char* problem) {
+  throw Malformed("meshlet " + std::to_string(meshlet) + ": " + problem);
 }
 
-SerialDecoder& Decoder::meshlet(uint32_t m) {
-  lane_->decode_meshlet(m);
-  check(m);
-  return *lane_;
+}  // namespace
+
+DecoderContext::DecoderContext(const uint8_t* data, size_t size)
+    : header_(read_blob_header(data, size)), decoder_(std::make_unique<SerialDecoder>()) {
+  decoder_->data = data;
+  decoder_->size = uint32_t(size);
+  decoder_->load_streams(0, uint32_t(header_.streams.size()));
 }
 
-void Decoder::check(uint32_t m) const {
-  if (lane_->error != ERROR_NONE)
-    throw Malformed("meshlet " + std::to_string(m) + ": " + error_text(lane_->error));
+SerialDecoder& DecoderContext::meshlet(uint32_t m) {
+  decoder_->decode_meshlet(m);
+  if (decoder_->error != ERROR_NONE) throw_malformed(m, error_text(decoder_->error));
+  return *decoder_;
 }
 
 namespace {
 
 void check(const BlobResult& result) {
   switch (result.problem) {
-    case BlobProblem::none: return;
-    case BlobProblem::malformed_meshlet:
-      throw Malformed("meshlet " + std::to_string(result.meshlet) + ": " +
-                      error_text(result.error));
-    case BlobProblem::inconsistent:
-      throw Malformed("meshlet " + std::to_string(result.meshlet) +
-                      ": a shared vertex differs from its owner's");
-    case BlobProblem::too_many_vertices:
+    case BlobProblem::kNone: return;
+    case BlobProblem::kMalformedMeshlet: throw_malformed(result.meshlet, error_text(result.error));
+    case BlobProblem::kInconsistent:
+      throw_malformed(result.meshlet, "a shared vertex differs from its owner's");
+    case BlobProblem::kTooManyVertices:
       throw Malformed("the blob has more vertices than its header says");
-    case BlobProblem::too_few_vertices:
+    case BlobProblem::kTooFewVertices:
       throw Malformed("the blob has fewer vertices than its header says");
   }
 }
 
 }  // namespace
 
-BlobJob Decoder::job() const {
+BlobJob DecoderContext::job() const {
   BlobJob job{};
-  job.data = lane_->data;
-  job.size = lane_->size;
+  job.data = decoder_->data;
+  job.size = decoder_->size;
   job.vertex_count = header_.vertex_count;
   job.meshlet_count = header_.meshlet_count;
   job.stream_count = uint32_t(header_.streams.size());
@@ -77,17 +77,17 @@ BlobJob Decoder::job() const {
   return job;
 }
 
-void Decoder::decode(uint32_t* triangles, uint32_t* const* integers, void* const* values) {
+void DecoderContext::decode(uint32_t* triangles, uint32_t* const* integers, void* const* values) {
   BlobJob all = job();
   all.triangles = triangles;
   all.integers = integers;
   all.values = values;
 #ifdef MESHLET_AVX2
-  if (avx2::supported()) return meshlet::check(avx2::decode_blob(all));
+  if (avx2::supported()) return check(avx2::decode_blob(all));
 #endif
-  meshlet::check(decode_blob(all));
+  check(decode_blob(all));
 }
 
-void Decoder::validate() { meshlet::check(validate_blob(job())); }
+void DecoderContext::validate() { check(validate_blob(job())); }
 
 }  // namespace meshlet

@@ -1,46 +1,45 @@
-// Decoder D: the triangles of a meshlet from its CLERS symbols with one thread per triangle and
-// O(1) steps per thread (spec, appendix A.6). Written once for C++17 and GLSL like
-// meshlet_decoder.glsl, whose masks it uses.
+// Parallel connectivity: the triangles of a meshlet from its CLERS symbols with one thread per
+// triangle and O(1) steps per thread (spec, appendix A.6). Written once for C++17 and GLSL, like
+// serial_decoder.glsl, whose masks it uses.
 //
-// A thread runs parallel_step_0 .. 7 with its number; between two steps all threads must have
-// finished the first (barrier() in GLSL). Lanes 0 .. 63 are one per triangle; where a workgroup has
-// fewer, each thread runs several numbers. C++ runs one after another. The includer provides,
-// besides the masks:
-//   SHARED                          storage that all threads see (shared in GLSL)
+// Threads 0 .. 63 run parallel_step_0 .. 7 with their number t, with a barrier between steps. In a
+// smaller workgroup, a thread runs several numbers; C++ runs them one after another. Besides the
+// masks the includer provides:
+//   SHARED                          storage class of variables shared by all threads
 //   OR_MASK(target, mask)           target |= mask, atomically
 //   ADD(target, value)              target += value, atomically
-//   TRIANGLES                       the packed triangles, 64 words that all threads see
+//   TRIANGLES                       the packed triangles: 64 shared words
 //   symbol_r, symbol_e, symbol_c, symbol_s, triangle_count, and uint error
 //
-// Results: TRIANGLES as decode_triangles gives them, closing_ends, and interior_ids.
+// Results: TRIANGLES as decode_triangles writes them, closing_ends, and interior_ids.
 //
-// How it works: the outline of a component, walked from the root gate's b to its a, is a string of
-// `m` (a vertex is pushed) and `c` (one is popped again: it is interior). Levels of the S-E nesting
-// find the E that ends each subtree, counts of what was pushed before find the place of every
-// triangle's subtree in the outline, and parenthesis depths find which vertex stands at a place.
+// The outline of a disk, walked from the root gate's b to its a, is a string of `m` (push a vertex)
+// and `c` (pop one: it is interior). Levels of the S-E nesting find the E that ends each subtree,
+// numbers of earlier pushes find the place of a triangle's subtree in the outline, and parenthesis
+// depths find the vertex at a place.
 
 #define LEVELS 66u  // S-E levels and outline depths: at most 64 each, and one guard at both ends
 
-SHARED mask64 level_ends[LEVELS];  // per S-E level: the E's after which it is reached
+SHARED mask64 level_ends[LEVELS];  // per S-E level: the E's that lead to it
 SHARED uint left_pushes[64];       // per E: C's and L's that it resolves
-SHARED mask64 closing_ends;        // the E's that end a component
+SHARED mask64 closing_ends;        // the E's that end a disk
 SHARED mask64 pops[2];             // outline places of the c's
 SHARED mask64 interior_ids;        // the vertices that they pop
-SHARED uint split_before[65];  // per triangle: the S whose left subtree it begins, and 64 where it
-                               // begins none
-SHARED mask64
-    depth_pushes_low[LEVELS];  // per parenthesis depth: outline places of the m's, 0 .. 63
-SHARED mask64 depth_pushes_high[LEVELS];  //   and 64 .. 127
+SHARED uint split_before[65];      // per triangle: the S whose left subtree it begins, or 64
+// Per parenthesis depth: outline places of the m's, 0 .. 63 and 64 .. 127.
+SHARED mask64 depth_pushes_low[LEVELS];
+SHARED mask64 depth_pushes_high[LEVELS];
 
 uint disks_of_symbols() { return mask_count(symbol_e) - mask_count(symbol_s); }
 
-// S-E level before triangle t; the components' roots count as pending splits.
+// S-E level before triangle t. The roots of the disks count as pending splits.
 uint level_before(uint t) {
   return disks_of_symbols() + mask_count(symbol_s & mask_below(t)) -
          mask_count(symbol_e & mask_below(t));
 }
 
-// The E that ends the subtree of t, whose level is known; 64 and `error` if there is none.
+// The E that ends the subtree of t at the given level. Returns 64 and sets `error` if there is
+// none.
 uint subtree_end(uint t, uint level) {
   uint end = level > 0u && level < LEVELS ? mask_lsb(level_ends[level - 1u] & ~mask_below(t)) : 64u;
   if (end == 64u) error = ERROR_CLERS;
@@ -115,8 +114,8 @@ void parallel_step_2(uint t) {
   if (closes) OR_MASK(closing_ends, mask_bit(t));
 }
 
-// left_pushes becomes its exclusive prefix sum. One thread does it, for the few E's that there are;
-// a workgroup that has a scan at hand may use that instead.
+// Turns left_pushes into its exclusive prefix sum. One thread suffices for the few E's; a workgroup
+// with a scan may use that instead.
 void parallel_step_3(uint t) {
   if (t != 0u || error != ERROR_NONE) return;
   uint sum = 0u;
@@ -181,7 +180,7 @@ void parallel_step_6(uint t) {
   if (mask_test(symbol_c, t)) OR_MASK(interior_ids, mask_bit(v));
 }
 
-// The vertex across the gate: of the triangle before, or of the S whose left subtree begins here.
+// The vertex across the gate: from the triangle before, or the S whose left subtree begins here.
 void parallel_step_7(uint t) {
   if (t >= triangle_count || error != ERROR_NONE) return;
   uint across = NO_VERTEX;

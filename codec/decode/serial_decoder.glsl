@@ -1,69 +1,46 @@
-// The single-element meshlet decoder of EXT_meshlet_edgebreaker, written once for C++17 and GLSL
-// (spec, appendix A).
+// The serial decoder: one meshlet of a blob with one thread (spec, appendix A). Written once for
+// C++17 and GLSL.
 //
-// C++ includes this file inside a struct, so that its file-scope variables become members
-// (gltf_ext/src/decoder.h); GLSL includes it at file scope. The includer provides, before the
-// include:
-//   small_uint                     an integer type that holds 0..255 (uint in GLSL)
-//   index_uint                     for subscripts: uint in GLSL, as wide as addresses in C++, which
-//   then needs no extensions INLINE                         to go before a function of which each
-//   call shall be compiled on its own (empty in GLSL) HEADER_IN                      how a Header
-//   is passed: by value, or by reference where the language has it mask64 64 bits with & | ^ ~
-//   (uvec2 in GLSL, x = low half), and mask_none() mask_bit(i) mask_below(n <= 64) mask_test(m, i)
-//   mask_any(m) mask_count(m) mask_lsb(m) mask_msb(m)
-//                                  mask_clear_lsb(m) mask_shl1(m)
-//                                  (mask_lsb of an empty mask gives 64, mask_msb 64 or more)
-//   load_word(i)                   32-bit word i of the blob, 0 beyond its end
-//   load_bits(p, n)                n <= 32 bits at bit p, 0 beyond the end
-//   load_mask(p, n)                n <= 64 bits at bit p
-//   load_inside(p, n)              the same, where the caller has made sure that the bits lie
-//   inside mask_scatter(bits, m)          the lowest bits of `bits` at the places of m's ones
-//   UnaryReader                    a place in a unary plane, with its bit position `cursor`, and
+// C++ includes this file inside the struct of decode/serial_decoder.h, so that file-scope variables
+// become members; GLSL includes it at file scope. The includer defines before:
+//
+//   small_uint                  integer for 0 .. 255 (uint in GLSL)
+//   index_uint                  integer for subscripts: as wide as an address in C++, uint in GLSL
+//   INLINE                      before functions that must be compiled anew for every call
+//   HEADER_IN                   how a Header is passed: by value, or by reference in C++
+//   mask64                      64 bits with & | ^ ~ (uvec2 in GLSL, x is the low half)
+//   mask_none() mask_bit(i) mask_below(n <= 64) mask_test(m, i) mask_any(m) mask_count(m)
+//   mask_lsb(m) mask_msb(m)     64, and 64 or more, for an empty mask
+//   mask_clear_lsb(m) mask_shl1(m)
+//   mask_scatter(bits, m)       deposits the lowest bits of `bits` at the ones of m
+//   load_word(i)                32-bit word i of the blob, 0 past its end
+//   load_bits(p, n)             n <= 32 bits at bit p, 0 past the end
+//   load_mask(p, n)             n <= 64 bits at bit p
+//   load_inside(p, n)           load_bits without bounds check
+//   UnaryReader                 position in a unary plane, with its bit position `cursor`
 //   seek_unary(p), skip_unary(reader, n)
-//   read_rice(n, k, low)           n Rice codes of parameter k to `residuals`, undone by unzigzag:
-//   quotients from the UnaryReader `unary` on,
-//                                  low bits, which lie inside, from bit position `low` on
-//                                  past the blob's end, or after more than MAX_QUOTIENT zeros in a
-//                                  row, both set `error`
-//   choose(condition, a, b)        condition ? a : b, of two uints or mask64s, without a branch:
-//   for conditions that nothing foretells divide(x, n)                   x / n, where 0 < n <= 64
-//   and x < n << 25 max(a, b)                      of two uints FOREIGN_LENGTH(owner, slot)
-//   read_foreign_length, or a table that holds the same APEX(t), SET_APEX(t, v), TRIANGLE(t)
-//                                  optional: storage of the apices and the packed triangles, in
-//                                  place of arrays of its own
-//   MAX_STREAMS, MAX_ELEMENTS         capacity: streams of the blob, and sum of their components
+//   read_rice(n, k, low)        reads n Rice codes of parameter k into `residuals`, un-zigzagged:
+//                               quotients from the UnaryReader `unary`, low bits from bit `low`,
+//                               which the caller has checked. Sets `error` past the blob's end and
+//                               after more than MAX_QUOTIENT zeros in a row.
+//   choose(condition, a, b)     condition ? a : b for uint and mask64, without a branch: for
+//                               conditions that no branch predictor learns
+//   divide(x, n)                x / n for 0 < n <= 64 and x < n << 25
+//   max(a, b)                   of two uints
+//   FOREIGN_LENGTH(owner, slot) read_foreign_length, or a table with the same answers
+//   MAX_STREAMS, MAX_ELEMENTS   capacity: streams of the blob, and the sum of their elements
 //
-// Use: load_streams(first, end) once per blob, then decode_meshlet(m). Results: `triangle_count`,
-// packed `triangles`, `vertex_count`, `values[element * 64 + local id]`. `error` != 0 says that the
-// meshlet is malformed; nothing else is then valid. Hostile bytes: every index below is bounded by
-// a mask of 64 bits or by a count checked before use; no loop runs longer than 64 x MAX_ELEMENTS
-// steps apart from the unary reader, which the includer bounds by the blob's end.
+// Optional: APEX(t), SET_APEX(t, v) and TRIANGLE(t) name storage for apices and packed triangles;
+// otherwise this file declares arrays.
+//
+// Use: load_streams(first, end) once per blob, then decode_meshlet(m). Results: triangle_count,
+// packed `triangles`, vertex_count, values[element * 64 + local id]. If `error` is not ERROR_NONE,
+// the meshlet is malformed and nothing else is valid.
+//
+// Hostile bytes: every index is bounded by a 64-bit mask or a checked count. No loop runs longer
+// than 64 x MAX_ELEMENTS steps, except the unary reader's, which ends at the blob's end.
 
-#define NO_VERTEX 255u
-#define NO_MESHLET 0xFFFFFFFFu
-#define MAX_HOPS 8u
-#define MAX_QUOTIENT 16383u
-
-#define ERROR_NONE 0u
-#define ERROR_OFFSET 1u      // a meshlet number or data offset lies outside the blob
-#define ERROR_CLERS 2u       // the symbols do not describe disks
-#define ERROR_VERTICES 3u    // more than 64 vertices
-#define ERROR_REFERENCES 4u  // masks overlap, or lengths do not sum to the boundary loop
-#define ERROR_OWNER 5u  // a reference leads to no owned reference of an earlier or the same meshlet
-#define ERROR_HOPS 6u   // a corner needs more than MAX_HOPS hops
-#define ERROR_CODE 7u   // Rice parameter above 31
-#define ERROR_UNARY 8u  // data run past the end of the blob, or a quotient is above MAX_QUOTIENT
-
-#define FLAG_LOOPS 1u
-#define FLAG_PRIVATE 2u
-#define FLAG_SEAMS 4u
-
-#define PREDICT_PARALLELOGRAM 0u
-#define PREDICT_MEAN 1u
-#define PREDICT_COPY 2u
-#define PREDICT_DAMPED 3u
-
-#define CODE_FIXED 255u
+#include "format/constants.h"
 
 uint error;
 
@@ -85,16 +62,21 @@ uint stream_mask[MAX_STREAMS];  // (1 << bits) - 1
 small_uint stream_bits[MAX_STREAMS];
 small_uint stream_element[MAX_STREAMS];  // first element of a decoded stream
 
-// Reads the header; the includer has checked it (validate_header), so that all tables lie inside
-// the blob.
+// Reads the header. read_blob_header has checked it: all tables lie inside the blob.
 void load_tables() {
-  stream_total = (load_word(1u) >> 8) & 255u;
-  meshlet_total = load_word(4u);
-  byte_length = load_word(5u);
-  data_offset = load_word(6u);
-  group_table = 8u + 7u * stream_total;
-  directory = group_table + 2u * ((meshlet_total + 31u) >> 5);
+  stream_total = (load_word(BLOB_WORD_VERSION) >> 8) & 255u;
+  meshlet_total = load_word(BLOB_WORD_MESHLETS);
+  byte_length = load_word(BLOB_WORD_BYTES);
+  data_offset = load_word(BLOB_WORD_DATA);
+  group_table = BLOB_HEADER_WORDS + BLOB_STREAM_WORDS * stream_total;
+  directory = group_table + BLOB_GROUP_WORDS * ((meshlet_total + 31u) >> 5);
 }
+
+#define STREAM_SHAPE_WORD(s) (BLOB_HEADER_WORDS + BLOB_STREAM_WORDS * (s))
+#define STREAM_BASES_WORD(s) (BLOB_HEADER_WORDS + 1u + BLOB_STREAM_WORDS * (s))
+#define OFFSET_MASK ((1u << BLOB_OFFSET_BITS) - 1u)
+#define REFERENCES_SHIFT (BLOB_OFFSET_BITS + BLOB_TRIANGLE_BITS)
+#define FLAGS_SHIFT (REFERENCES_SHIFT + BLOB_REFERENCE_BITS)
 
 // Reads header and stream table.
 void load_streams(uint first, uint end) {
@@ -103,8 +85,8 @@ void load_streams(uint first, uint end) {
   stream_end = end;
   uint element = 0u;
   for (uint s = 0u; s < stream_total; s++) {
-    uint shape = load_word(8u + 7u * s);
-    uint bases = load_word(9u + 7u * s);
+    uint shape = load_word(STREAM_SHAPE_WORD(s));
+    uint bases = load_word(STREAM_BASES_WORD(s));
     uint bits = (shape >> 16) & 255u;
     stream_elements[s] = small_uint((shape >> 8) & 255u);
     stream_bits[s] = small_uint(bits);
@@ -144,15 +126,14 @@ mask64 lone_references(mask64 loop_ends) {
   return loop_ends & (mask_shl1(loop_ends) | mask_bit(0u));
 }
 
-// The meshlet's header; sets `error` where it is malformed (the returned counts are bounded even
-// so).
+// Sets `error` if the header is malformed; the counts returned are bounded even then.
 Header read_header(uint m) {
   Header h;
-  uint group = group_table + 2u * (m >> 5);
+  uint group = group_table + BLOB_GROUP_WORDS * (m >> 5);
   uint base = load_word(group);
   uint widths = load_word(group + 1u);
   uint entry = load_word(directory + m);
-  uint offset = (entry & 0x1FFFFu) << ((widths >> 16) & 15u);
+  uint offset = (entry & OFFSET_MASK) << ((widths >> 16) & 15u);
   if (m >= meshlet_total || base >= byte_length || offset >= byte_length - base ||
       data_offset >= byte_length - base - offset) {
     error = ERROR_OFFSET;
@@ -160,9 +141,9 @@ Header read_header(uint m) {
     offset = 0u;
   }
   h.meshlet = m;
-  h.triangles = ((entry >> 17) & 63u) + 1u;
-  h.references = (entry >> 23) & 63u;
-  h.flags = entry >> 29;
+  h.triangles = ((entry >> BLOB_OFFSET_BITS) & 63u) + 1u;
+  h.references = (entry >> REFERENCES_SHIFT) & 63u;
+  h.flags = entry >> FLAGS_SHIFT;
   h.delta_width = widths & 31u;
   h.slot_width = (widths >> 8) & 7u;
   h.begin = 8u * (data_offset + base + offset);
@@ -190,9 +171,9 @@ Header read_header(uint m) {
       p += r;
       if (mask_any(h.private_refs & h.foreign_refs)) error = ERROR_REFERENCES;
     }
-    h.length_width = load_bits(p, 3u);
-    p += 3u;
-    if (h.length_width > 6u) error = ERROR_REFERENCES;
+    h.length_width = load_bits(p, LENGTH_WIDTH_BITS);
+    p += LENGTH_WIDTH_BITS;
+    if (h.length_width > LENGTH_MAX_WIDTH) error = ERROR_REFERENCES;
   }
   h.owned_refs = all & ~(h.foreign_refs | h.private_refs);
   h.sized_refs = h.owned_refs | (h.private_refs & ~lone_references(h.loop_ends));
@@ -210,7 +191,7 @@ uint entry_position(HEADER_IN h, uint r) {
   return h.entries + h.entry_width * mask_count(h.foreign_refs & mask_below(r));
 }
 
-// The foreign references that bring their own values for stream s, rather than take their owner's.
+// The foreign references that store their own values for stream s instead of sharing the owner's.
 mask64 seam_references(HEADER_IN h, uint s) {
   mask64 seams = mask_none();
   if (s == 0u || (h.flags & FLAG_SEAMS) == 0u) return seams;
@@ -228,7 +209,7 @@ uint stored_length(HEADER_IN h, uint r) {
          1u;
 }
 
-// First reference of the loop that r belongs to, and the neighbours of r in that loop.
+// The first reference of r's loop, and r's neighbours in it.
 uint loop_begin(HEADER_IN h, uint r) {
   mask64 before = h.loop_ends & mask_below(r);
   return mask_any(before) ? mask_msb(before) + 1u : 0u;
@@ -240,8 +221,8 @@ uint previous_reference(HEADER_IN h, uint r) {
   return r == loop_begin(h, r) ? mask_lsb(h.loop_ends & ~mask_below(r)) : r - 1u;
 }
 
-// The corners that are stored for a stream whose seam references are `seams`: both neighbours bring
-// their own values.
+// The corners stored for a stream whose seam references are `seams`: both neighbours store their
+// own values.
 mask64 stored_corners(HEADER_IN h, mask64 seams) {
   mask64 own = (mask_below(h.references) & ~h.foreign_refs) | seams;
   mask64 before = mask_shl1(own & ~h.loop_ends);  // bit j: reference j - 1 of the same loop is own
@@ -267,32 +248,32 @@ uint chain_total;             // inner vertices of all owned references
 uint chain_unary;             // bit position of section F
 
 uint width_field(uint position) {
-  uint w = load_bits(position, 5u);
-  return w == 31u ? 32u : w;
+  uint w = load_bits(position, WIDTH_BITS);
+  return w == WIDTH_ESCAPE ? 32u : w;
 }
 
 uint code_cursor;  // bit position, moved by read_code
 
 uint read_code(uint s, uint base) {
-  uint code = load_bits(code_cursor, 3u);
-  code_cursor += 3u;
-  if (code == 7u) {
-    code_cursor += 5u * stream_elements[s];
+  uint code = load_bits(code_cursor, CODE_BITS);
+  code_cursor += CODE_BITS;
+  if (code == CODE_ESCAPE) {
+    code_cursor += WIDTH_BITS * stream_elements[s];
     return CODE_FIXED;
   }
-  if (base + code > 31u) error = ERROR_CODE;
-  return (base + code) & 31u;
+  if (base + code > RICE_MAX) error = ERROR_CODE;
+  return (base + code) & RICE_MAX;
 }
 
 // Low bits of one vertex of stream s under a code.
 uint low_bits(uint s, uint code, uint widths) {
   if (code != CODE_FIXED) return code * stream_elements[s];
   uint sum = 0u;
-  for (uint c = 0u; c < stream_elements[s]; c++) sum += width_field(widths + 5u * c);
+  for (uint c = 0u; c < stream_elements[s]; c++) sum += width_field(widths + WIDTH_BITS * c);
   return sum;
 }
 
-// Finds all sections of the meshlet. `loops`: its number of components, needed only where it has no
+// Finds all sections of the meshlet. `loops`: its number of disks; needed only if it has no
 // references.
 void find_sections(HEADER_IN h, uint loops) {
   bool chains = mask_any(h.owned_refs);
@@ -300,10 +281,10 @@ void find_sections(HEADER_IN h, uint loops) {
   for (uint s = 0u; s < stream_total; s++) {
     chain_code[s] = small_uint(0u);
     if (chains) {
-      chain_widths[s] = code_cursor + 3u;
+      chain_widths[s] = code_cursor + CODE_BITS;
       chain_code[s] = small_uint(read_code(s, stream_chain_base[s]));
     }
-    interior_widths[s] = code_cursor + 3u;
+    interior_widths[s] = code_cursor + CODE_BITS;
     interior_code[s] = small_uint(read_code(s, stream_interior_base[s]));
   }
   chain_total = 0u;
@@ -317,7 +298,7 @@ void find_sections(HEADER_IN h, uint loops) {
     anchor_position[s] = p;
     anchor_count[s] = small_uint(count);
     if (count > 0u) p += stream_elements[s] * stream_bits[s];
-    if (count > 1u) p += 5u + (count - 1u) * stream_elements[s] * width_field(p);
+    if (count > 1u) p += WIDTH_BITS + (count - 1u) * stream_elements[s] * width_field(p);
   }
   for (uint s = 0u; s < stream_total; s++) {
     chain_low[s] = p;
@@ -332,15 +313,14 @@ uint values[MAX_ELEMENTS * 64];  // values[element * 64 + local id]
 
 uint unzigzag(uint u) { return (u >> 1) ^ (0u - (u & 1u)); }
 
-// Writes anchor `index` of every stream in [begin, end) as the value of `vertex`; find_sections has
-// run for its meshlet.
+// Writes anchor `index` of the streams [begin, end) as the values of `vertex`. Needs find_sections.
 void read_anchor(uint index, uint vertex, uint begin, uint end) {
   for (uint s = begin; s < end; s++) {
     uint p = anchor_position[s];
     uint n = stream_elements[s];
     uint bits = stream_bits[s];
     uint width = index > 0u ? width_field(p + n * bits) : 0u;
-    uint deltas = p + n * bits + 5u + (index - 1u) * n * width;
+    uint deltas = p + n * bits + WIDTH_BITS + (index - 1u) * n * width;
     for (uint c = 0u; c < n; c++) {
       uint value = load_bits(p + c * bits, bits);
       if (index > 0u) value += unzigzag(load_bits(deltas + c * width, width));
@@ -349,26 +329,26 @@ void read_anchor(uint index, uint vertex, uint begin, uint end) {
   }
 }
 
-UnaryReader unary;    // where the next quotient is read
+UnaryReader unary;    // position of the next quotient
 uint residuals[256];  // of one stream, vertex by vertex
 
-// Reads the residuals of `count` <= 64 vertices of stream s: low bits from bit position `low` on,
-// quotients where the unary reader stands.
+// Reads the residuals of `count` <= 64 vertices of stream s: low bits from bit `low`, quotients
+// from the unary reader.
 void read_residuals(uint s, uint count, uint code, uint widths, uint low) {
-  uint components = stream_elements[s];
+  uint elements = stream_elements[s];
   uint step = low_bits(s, code, widths);
   if (low + count * step > 8u * (byte_length - 8u)) {
     error = ERROR_UNARY;
     return;
   }
   if (code != CODE_FIXED) {
-    read_rice(count * components, code, low);
+    read_rice(count * elements, code, low);
     return;
   }
-  for (uint c = 0u; c < components; c++) {
-    uint width = width_field(widths + 5u * c);
+  for (uint c = 0u; c < elements; c++) {
+    uint width = width_field(widths + WIDTH_BITS * c);
     for (uint i = 0u; i < count; i++)
-      residuals[i * components + c] = unzigzag(load_inside(low + i * step, width));
+      residuals[i * elements + c] = unzigzag(load_inside(low + i * step, width));
     low += width;
   }
 }
@@ -382,21 +362,20 @@ mask64 symbol_s;
 uint triangle_count;
 uint vertex_count;
 uint disk_count;
-mask64 disk_starts;  // triangles that begin a component
+mask64 disk_starts;  // triangles that begin a disk
 mask64 boundary;     // local ids on the boundary
 #ifndef APEX
 #define APEX(t) apex[t]
 #define SET_APEX(t, v) apex[t] = small_uint(v)
 small_uint apex[64];
 #endif
-small_uint disk_first[65];  // first local id of a component; one more at the end
+small_uint disk_first[65];  // first local id of each disk; one more at the end
 small_uint disk_gate[64];   // the root gate's a
 #ifndef TRIANGLE
 #define TRIANGLE(t) triangles[t]
 uint triangles[64];
 #endif
-// TRIANGLE(t) is packed local ids: gate a | b << 8 | apex v << 16 | o << 24; o: the vertex across
-// the gate
+// TRIANGLE(t): packed local ids, gate a | b << 8 | apex v << 16 | vertex across the gate o << 24.
 
 void read_symbols(uint begin, uint count) {
   mask64 p0 = load_mask(begin, count);
@@ -409,9 +388,9 @@ void read_symbols(uint begin, uint count) {
   symbol_s = mask_scatter(left_or_split, p0 & p1);
 }
 
-// Decoder B, first half: the apex of every triangle from the symbols, with two masks in place of
-// linked lists. A strip runs to the next E and pushes its vertices; then the triangles that waited
-// for their right subtree resolve, latest first.
+// First half: the apex of every triangle from the symbols, with two masks instead of linked lists.
+// A strip runs to the next E and pushes its vertices; then the triangles that waited for their
+// right subtree resolve, latest first.
 void decode_apexes() {
   mask64 alive = mask_none();
   mask64 pushed = mask_none();  // by R
@@ -505,15 +484,14 @@ void decode_apexes() {
 
 uint pack4(uint x, uint y, uint z, uint w) { return x | y << 8 | z << 16 | w << 24; }
 
-// The triangles that introduce a vertex v (interior or private), in residual order; o = NO_VERTEX:
-// no triangle across the gate.
+// The triangles that introduce a vertex (interior or private), in the order of their residuals.
 uint traversed_count;
-uint traversed[65];  // one more than can be: list_with_private writes before it counts
+uint traversed[65];  // one more than 64: list_with_private writes before it counts
 
 // Every C introduces a vertex.
 void list_interior() {
   uint count = 0u;
-  bool distinct = true;  // the first C that pops too much, even from another component, has a == b
+  bool distinct = true;  // the first C that pops too much, even from another disk, has a == b
   for (mask64 rest = symbol_c; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint triangle = TRIANGLE(mask_lsb(rest));
     traversed[count] = triangle;
@@ -524,8 +502,8 @@ void list_interior() {
   if (!distinct) error = ERROR_CLERS;
 }
 
-// Other triangles only introduce `waiting` boundary ids, and so does a root gate: its a is
-// predicted from b alone, as all predictors do for a triangle of which all vertices are b.
+// Triangles other than C introduce only `waiting` boundary ids. So does a root gate: its a is
+// predicted from b alone, written as a triangle whose other vertices are all b.
 void list_with_private(mask64 waiting) {
   uint count = 0u;
   for (uint t = 0u; t < triangle_count; t++) {
@@ -552,23 +530,22 @@ void list_traversed(mask64 known) {
   if (mask_any(boundary & ~known)) list_with_private(boundary & ~known);
 }
 
-// Decoder B, second half: all triangles in stream order, strip by strip, with the gate in
-// registers.
+// Second half: all triangles in stream order, strip by strip, with the gate in registers.
 void decode_triangles() {
-  mask64 splits = symbol_s;  // whose left subtrees are still to come
+  mask64 splits = symbol_s;  // their left subtrees are still to come
   uint a = 0u;
   uint b = 0u;
   uint o = 0u;
-  uint component = 0u;
+  uint disk = 0u;
   uint t = 0u;
   while (t < triangle_count) {
     if (mask_test(disk_starts, t)) {
-      a = disk_gate[component];
-      b = disk_first[component];
+      a = disk_gate[disk];
+      b = disk_first[disk];
       o = NO_VERTEX;
-      component++;
+      disk++;
     }
-    uint end = mask_lsb(symbol_e & ~mask_below(t));  // there is one: decode_apexes has seen to it
+    uint end = mask_lsb(symbol_e & ~mask_below(t));  // exists: decode_apexes checked
     for (; t <= end; t++) {
       uint v = APEX(t);
       TRIANGLE(t) = pack4(a, b, v, o);
@@ -601,7 +578,7 @@ small_uint reference_slot[64];  //   index among its owned references
 // Local id of inner vertex i (1 .. length - 1) of reference r.
 uint inner_vertex(uint r, uint i) { return loop_vertex[reference_rank[r] + i]; }
 
-// The owned reference in slot `slot`; 64 and `error` where there is none.
+// The owned reference in slot `slot`. Returns 64 and sets `error` if there is none.
 uint slot_reference(HEADER_IN h, uint slot) {
   mask64 rest = h.owned_refs;
   for (uint i = 0u; i < slot && mask_any(rest); i++) rest = mask_clear_lsb(rest);
@@ -609,8 +586,7 @@ uint slot_reference(HEADER_IN h, uint slot) {
   return mask_lsb(rest);
 }
 
-// Owner and slot in the entry at bit position `entry` of h; the owner is the same meshlet or an
-// earlier one.
+// Owner and slot of the entry at bit `entry` of h. The owner is an earlier meshlet, or the same.
 uint entry_owner(HEADER_IN h, uint entry) {
   uint delta = load_bits(entry, h.delta_width);
   if (delta > h.meshlet) error = ERROR_OWNER;
@@ -618,8 +594,8 @@ uint entry_owner(HEADER_IN h, uint entry) {
 }
 uint entry_slot(HEADER_IN h, uint entry) { return load_bits(entry + h.delta_width, h.slot_width); }
 
-// Foreign vertices are looked up in their owner: the header and, if `located` is the same, the
-// sections of the one visited last.
+// The owner visited last, to look up foreign vertices: its header and, if `located` names it, its
+// sections.
 Header visited;
 uint located;
 
@@ -650,8 +626,8 @@ void place_references(HEADER_IN h) {
     loop_vertex[places] = small_uint(mask_lsb(rest));
     places++;
   }
-  for (uint component = 0u; component < disk_count; component++) {
-    mask64 ids = mask_below(disk_first[component + 1u]) & ~mask_below(disk_first[component]);
+  for (uint disk = 0u; disk < disk_count; disk++) {
+    mask64 ids = mask_below(disk_first[disk + 1u]) & ~mask_below(disk_first[disk]);
     uint length = mask_count(boundary & ids);
     uint begin = rank;
     bool more = h.references > 0u;
@@ -692,9 +668,9 @@ void place_references(HEADER_IN h) {
   if (r != h.references) error = ERROR_REFERENCES;
 }
 
-mask64 seam_refs[MAX_STREAMS];  // of the opened meshlet, for every stream: its foreign references
-                                // that bring their own values
-mask64 seamed_refs;             // those that do so for any stream
+// Foreign references of the opened meshlet that store their own values: per stream, and for any.
+mask64 seam_refs[MAX_STREAMS];
+mask64 seamed_refs;
 
 void find_seams(HEADER_IN h) {
   seamed_refs = mask_none();
@@ -704,17 +680,17 @@ void find_seams(HEADER_IN h) {
   }
 }
 
-// The foreign references that take stream s from their owner.
+// The foreign references that share stream s with their owner.
 mask64 shared_references(HEADER_IN h, uint s) { return h.foreign_refs & ~seam_refs[s]; }
 
-// Chain vertices whose residuals come one after another: the vertex v between the chain's ends a
-// and b, by v | a << 8 | b << 16, and its place i of n by i | n << 8.
+// Chain vertices in the order of their residuals. chain_ends: vertex v | chain's ends a << 8 |
+// b << 16; chain_place: place i | length n << 8.
 uint chain_count;
 uint chain_ends[64];
 small_uint chain_place[64];
 
-// Adds the inner vertices of reference r. Backwards: from end to start, the direction of a foreign
-// chain's owner.
+// Lists the inner vertices of reference r. A foreign chain runs backwards, in its owner's
+// direction.
 void list_chain(uint r, bool backwards) {
   uint n = reference_length[r];
   uint rank = reference_rank[r];
@@ -733,47 +709,46 @@ void list_chains(mask64 refs) {
   for (; mask_any(refs); refs = mask_clear_lsb(refs)) list_chain(mask_lsb(refs), false);
 }
 
-// Point i of n on the chord from a to b, rounded. Both have up to 24 bits, so that the bias keeps
-// the dividend positive.
+// Point i of n on the chord from a to b, rounded. a and b have up to 24 bits: the bias keeps the
+// dividend positive.
 INLINE uint chord(uint a, uint b, uint i, uint n) {
   return a + divide((b - a) * i + (n >> 1) + (n << 24), n) - (1u << 24);
 }
 
-// Values of the listed chain vertices for stream s: the residuals are added to the chord's point,
-// or to a (COPY).
-INLINE void predict_chain_elements(uint s, bool copies, uint components) {
-  index_uint elements = stream_element[s] * 64u;
+// Values of the listed chain vertices for stream s: the chord's point, or a (COPY), plus residual.
+INLINE void predict_chain_elements(uint s, bool copies, uint elements) {
+  index_uint base = stream_element[s] * 64u;
   index_uint from = 0u;
   uint bits = stream_mask[s];
   uint count = chain_count;
   for (uint j = 0u; j < count; j++) {
-    index_uint v = elements + (chain_ends[j] & 255u);
-    index_uint a = elements + ((chain_ends[j] >> 8) & 255u);
-    index_uint b = elements + (chain_ends[j] >> 16);
+    index_uint v = base + (chain_ends[j] & 255u);
+    index_uint a = base + ((chain_ends[j] >> 8) & 255u);
+    index_uint b = base + (chain_ends[j] >> 16);
     uint i = chain_place[j] & 255u;
     uint n = chain_place[j] >> 8;
-    for (index_uint c = 0u; c < components; c++) {
+    for (index_uint c = 0u; c < elements; c++) {
       uint point = values[a + 64u * c];
       if (!copies) point = chord(point, values[b + 64u * c], i, n);
       values[v + 64u * c] = (point + residuals[from + c]) & bits;
     }
-    from += components;
+    from += elements;
   }
 }
 
 void predict_chains(uint s) {
   bool copies = stream_predictor[s] == PREDICT_COPY;
-  uint components = stream_elements[s];
-  if (!copies && components == 3u)
+  uint elements = stream_elements[s];
+  if (!copies && elements == 3u)
     predict_chain_elements(s, false, 3u);
-  else if (!copies && components == 2u)
+  else if (!copies && elements == 2u)
     predict_chain_elements(s, false, 2u);
   else
-    predict_chain_elements(s, copies, components);
+    predict_chain_elements(s, copies, elements);
 }
 
-// Chain of the visited owner's reference `other`, for the streams that foreign reference r shares:
-// the owner's first inner vertex is r's last.
+// The chain of the visited owner's reference `other`, for the streams that foreign reference r
+// shares. The owner's first inner vertex is r's last.
 void read_foreign_chain(HEADER_IN h, uint r, uint other) {
   uint first = 0u;
   for (mask64 rest = visited.owned_refs & mask_below(other); mask_any(rest);
@@ -785,26 +760,26 @@ void read_foreign_chain(HEADER_IN h, uint r, uint other) {
   uint skipped = 0u;  // unary codes up to the chain's next one
   unary = seek_unary(chain_unary);
   for (uint s = 0u; s < stream_end; s++) {
-    uint components = stream_elements[s];
+    uint elements = stream_elements[s];
     uint code = chain_code[s];
     if (s >= stream_first && mask_test(shared_references(h, s), r)) {
       if (code != CODE_FIXED) {
-        skip_unary(unary, skipped + first * components);
-        skipped = (chain_total - first - count) * components;
+        skip_unary(unary, skipped + first * elements);
+        skipped = (chain_total - first - count) * elements;
       }
       read_residuals(s, count, code, chain_widths[s],
                      chain_low[s] + first * low_bits(s, code, chain_widths[s]));
       predict_chains(s);
     } else if (code != CODE_FIXED) {
-      skipped += chain_total * components;
+      skipped += chain_total * elements;
     }
   }
 }
 
-// Corner at the start (at_end: at the end) of owned reference `slot` of meshlet `owner`, for
-// streams from `s` on: follows references to the meshlet that stores it and writes its values to
-// `vertex`. Returns how many streams it served: all, or one where seams on the way may lead the
-// streams apart.
+// Fetches the corner at the start (at_end: at the end) of owned reference `slot` of meshlet `owner`
+// for the streams from `s` on: follows references to the meshlet that stores it and writes its
+// values to `vertex`. Returns the number of streams served: all, or one if seams on the way may
+// lead the streams to different meshlets.
 uint fetch_corner(uint owner, uint slot, bool at_end, uint vertex, uint s, bool apart) {
   for (uint hop = 0u; hop < MAX_HOPS; hop++) {
     visit(owner);
@@ -834,8 +809,8 @@ uint fetch_corner(uint owner, uint slot, bool at_end, uint vertex, uint s, bool 
   return 1u;
 }
 
-// Which reference brings corner r (between r and `before`) of stream s from elsewhere: r, the one
-// before, or 64: stored here.
+// The reference that leads to the stored value of stream s of the corner between `before` and r:
+// one of the two, or 64 if this meshlet stores it.
 uint corner_source(HEADER_IN h, uint r, uint before, uint s) {
   mask64 shared_refs = shared_references(h, s);
   bool from_r = mask_test(shared_refs, r);
@@ -844,8 +819,7 @@ uint corner_source(HEADER_IN h, uint r, uint before, uint s) {
   return from_r ? r : from_before ? before : 64u;
 }
 
-mask64
-    provided_refs;  // foreign references whose vertices the includer has already given their values
+mask64 provided_refs;  // foreign references whose vertices already have values, by the includer
 
 void read_foreign_corners(HEADER_IN h) {
   bool seams = mask_any(seamed_refs);
@@ -864,7 +838,7 @@ void read_foreign_corners(HEADER_IN h) {
   }
 }
 
-// Foreign corners come first: they are the ends that foreign chains are predicted from.
+// After the foreign corners: foreign chains are predicted from them.
 void read_foreign_chains(HEADER_IN h) {
   for (mask64 rest = h.foreign_refs & ~provided_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint r = mask_lsb(rest);
@@ -891,7 +865,7 @@ void read_own_anchors(HEADER_IN h) {
   }
 }
 
-// The owned chains; the unary reader ends behind section F.
+// Leaves the unary reader behind section F.
 void read_own_chains(HEADER_IN h) {
   unary = seek_unary(chain_unary);
   if (chain_total == 0u) return;
@@ -908,8 +882,8 @@ void read_own_chains(HEADER_IN h) {
 
 // --- interior (sections G and H) ---
 
-// Prediction of a traversed vertex in one element from the values of the gate's vertices and, if
-// there is one across it, of that.
+// Predicts one element of a traversed vertex from the gate's vertices a and b and, if there is a
+// triangle across the gate, from that triangle's vertex o.
 INLINE uint traversed_prediction(uint predictor, uint a, uint b, uint o, bool across) {
   if (predictor == PREDICT_COPY) return a;
   uint sum = a + b;
@@ -918,47 +892,47 @@ INLINE uint traversed_prediction(uint predictor, uint a, uint b, uint o, bool ac
   return sum - o;
 }
 
-// `from`: where the residuals of the traversed vertices begin.
-INLINE void predict_elements(uint s, uint from, uint predictor, uint components) {
-  index_uint elements = stream_element[s] * 64u;
+// `from`: index of the first traversed vertex's residual.
+INLINE void predict_elements(uint s, uint from, uint predictor, uint elements) {
+  index_uint base = stream_element[s] * 64u;
   index_uint at = from;
   uint bits = stream_mask[s];
   uint count = traversed_count;
   for (uint i = 0u; i < count; i++) {
     uint triangle = traversed[i];
-    index_uint a = elements + (triangle & 255u);
-    index_uint b = elements + ((triangle >> 8) & 255u);
-    index_uint v = elements + ((triangle >> 16) & 255u);
-    index_uint o = elements + (triangle >> 24);
+    index_uint a = base + (triangle & 255u);
+    index_uint b = base + ((triangle >> 8) & 255u);
+    index_uint v = base + ((triangle >> 16) & 255u);
+    index_uint o = base + (triangle >> 24);
     bool across = triangle >> 24 != NO_VERTEX;
-    for (index_uint c = 0u; c < components; c++) {
+    for (index_uint c = 0u; c < elements; c++) {
       uint beyond = across ? values[o + 64u * c] : 0u;
       uint prediction =
           traversed_prediction(predictor, values[a + 64u * c], values[b + 64u * c], beyond, across);
       values[v + 64u * c] = (prediction + residuals[at + c]) & bits;
     }
-    at += components;
+    at += elements;
   }
 }
 
-// The cases that models are made of, with constants in place of variables, and the rest.
+// Constants instead of variables for the common cases.
 void predict_traversed(uint s, uint first) {
   uint predictor = stream_predictor[s];
-  uint components = stream_elements[s];
-  uint from = first * components;
-  if (predictor == PREDICT_PARALLELOGRAM && components == 3u)
+  uint elements = stream_elements[s];
+  uint from = first * elements;
+  if (predictor == PREDICT_PARALLELOGRAM && elements == 3u)
     predict_elements(s, from, PREDICT_PARALLELOGRAM, 3u);
-  else if (predictor == PREDICT_DAMPED && components == 3u)
+  else if (predictor == PREDICT_DAMPED && elements == 3u)
     predict_elements(s, from, PREDICT_DAMPED, 3u);
-  else if (predictor == PREDICT_PARALLELOGRAM && components == 2u)
+  else if (predictor == PREDICT_PARALLELOGRAM && elements == 2u)
     predict_elements(s, from, PREDICT_PARALLELOGRAM, 2u);
-  else if (predictor == PREDICT_DAMPED && components == 2u)
+  else if (predictor == PREDICT_DAMPED && elements == 2u)
     predict_elements(s, from, PREDICT_DAMPED, 2u);
   else
-    predict_elements(s, from, predictor, components);
+    predict_elements(s, from, predictor, elements);
 }
 
-// Inner vertices of the foreign references that bring their own values for stream s.
+// Number of inner vertices of the foreign references that store their own values for stream s.
 uint seam_vertices(uint s) {
   uint count = 0u;
   for (mask64 rest = seam_refs[s]; mask_any(rest); rest = mask_clear_lsb(rest))
@@ -966,7 +940,7 @@ uint seam_vertices(uint s) {
   return count;
 }
 
-// Everything but the foreign vertices and the owned chains; the unary reader stands behind section
+// Everything but the foreign vertices and the owned chains. Expects the unary reader behind section
 // F.
 void decode_interior() {
   uint low = unary.cursor;
@@ -991,8 +965,7 @@ void decode_interior() {
 
 // --- a whole meshlet ---
 
-// Boundary vertices that do not wait for the traversal: all but the inner vertices of private
-// references.
+// Boundary vertices with values before the traversal: all but the inner ones of private references.
 mask64 known_vertices(HEADER_IN h) {
   mask64 known = boundary;
   if (h.references == 0u) {
@@ -1008,8 +981,8 @@ mask64 known_vertices(HEADER_IN h) {
 
 Header opened;  // of the meshlet decoded last
 
-// The meshlet in four steps. Before the third, an includer that has the owners' values at hand may
-// put them in place and say so in provided_refs.
+// A meshlet in four steps. Before the third, an includer that has the owners' values may put them
+// in place and list them in provided_refs.
 void open_meshlet(uint m) {
   error = ERROR_NONE;
   triangle_count = 0u;

@@ -1,5 +1,5 @@
-// The shared single-lane decoder (decode/serial_decoder.glsl) as a C++ struct: this file supplies
-// the primitives it asks for.
+// The serial decoder (serial_decoder.glsl) as a C++ struct. This file supplies the primitives that
+// the GLSL asks for.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -8,18 +8,10 @@
 #include <immintrin.h>
 #endif
 
-// Code of one build for several instruction sets: each has types of its own, so that the linker
-// never mixes their inline functions.
-#ifndef MESHLET_BUILD
-#define MESHLET_BUILD baseline
-#endif
+#include "decode/build.h"
+#include "format/constants.h"
 
 namespace meshlet {
-
-constexpr uint32_t kMaxStreams = 64;
-constexpr uint32_t kMaxElements = 4 * kMaxStreams;
-constexpr uint32_t kPaddingBytes =
-    8;  // zero bytes at a blob's end, so that an unaligned 64-bit read stays inside
 
 inline namespace MESHLET_BUILD {
 
@@ -29,27 +21,26 @@ struct SerialDecoder {
   using index_uint = size_t;
   using mask64 = uint64_t;
 
-  // The ones of `window` that were not read yet; its bit 0 is the blob's bit `base`. `cursor`: the
-  // bit after the last one read. Clearing ones, rather than shifting them out, keeps the chain from
-  // code to code one instruction long.
+  // `window`: ones not read yet; its bit 0 is the blob's bit `base`. `cursor`: the bit after the
+  // last one read. Clearing ones instead of shifting keeps the dependency from code to code one
+  // instruction long.
   struct UnaryReader {
     mask64 window = 0;
     uint base = 0;
     uint cursor = 0;
   };
 
-  // Lengths of owned references of the meshlets behind, at [(meshlet & ring_mask) * 64 + slot], 0:
-  // none; null: read them from the blob.
+  // Lengths of owned references of earlier meshlets, at [(meshlet & ring_mask) * 64 + slot]; 0 if
+  // there is no such reference. Null: read lengths from the blob.
   const uint8_t* chain_lengths = nullptr;
   uint ring_mask = 0;
 
 #define HEADER_IN const Header&
 #define INLINE __attribute__((always_inline)) inline
 #define FOREIGN_LENGTH known_length
-#define MAX_STREAMS 64u
-#define MAX_ELEMENTS 256u
+#define MAX_STREAMS BLOB_MAX_STREAMS
+#define MAX_ELEMENTS (STREAM_MAX_ELEMENTS * BLOB_MAX_STREAMS)
 #include "decode/serial_decoder.glsl"
-  static_assert(MAX_STREAMS == kMaxStreams && MAX_ELEMENTS == kMaxElements);
 
   static mask64 mask_none() { return 0; }
   static mask64 mask_bit(uint i) { return 1ull << (i & 63u); }
@@ -89,7 +80,7 @@ struct SerialDecoder {
     return 1u;
   }
 
-  // Compilers make a branch of ?:, at some 20 cycles for each wrong guess.
+  // Compilers turn ?: into a branch, at some 20 cycles per misprediction.
   template <class T>
   static T choose(bool condition, T a, T b) {
 #ifdef __x86_64__
@@ -101,8 +92,8 @@ struct SerialDecoder {
 #endif
   }
 
-  // x / n = x * ceil(2^37 / n) >> 37: the reciprocal is too large by less than n / 2^37 / n, hence
-  // the quotient by less than 1 / n.
+  // x / n = x * ceil(2^37 / n) >> 37. The reciprocal is too large by less than 1 / 2^37, so the
+  // product is too large by less than x / 2^37 < 1 / n.
   struct Reciprocals {
     uint64_t of[65] = {};
     constexpr Reciprocals() {
@@ -118,9 +109,9 @@ struct SerialDecoder {
   static uint min(uint a, uint b) { return a < b ? a : b; }
 
   const uint8_t* data = nullptr;
-  uint size = 0;  // bytes, a multiple of 4, below 2^29 so that bit positions fit 32 bits
+  uint size = 0;  // bytes: a multiple of 4, below 2^29 so that bit positions fit 32 bits
 
-  uint64_t load64(uint byte) const {  // little-endian machines only; checked at build time
+  uint64_t load64(uint byte) const {  // little-endian only; checked below
     uint64_t w;
     std::memcpy(&w, data + byte, 8);
     return w;
@@ -145,7 +136,7 @@ struct SerialDecoder {
   UnaryReader seek_unary(uint p) const {
     return {(p >> 3) + 8u > size ? 0 : load64(p >> 3) & ~mask_below(p & 7u), p & ~7u, p};
   }
-  // Moves the window to the next one that holds a one.
+  // Moves the window to the next one with a one.
   __attribute__((noinline)) bool refill(UnaryReader& r) {
     while (r.window == 0) {
       r.base += 64u;
@@ -158,15 +149,15 @@ struct SerialDecoder {
     return true;
   }
 
-  // Ones of a word are listed in groups, past its last one too: a loop's end is dear where nothing
-  // foretells it.
+  // read_ends lists ones in groups, past the last one of a word too: an unpredictable loop end
+  // costs more than the extra steps.
 #ifdef __BMI2__
   static constexpr uint kGroup = 8;
 #else
   static constexpr uint kGroup = 1;
 #endif
 
-  // Bit positions of the ones from `unary` on: ends[0 .. n), with room for kGroup more.
+  // Writes the bit positions of the next n ones to ends[0 .. n); ends needs room for kGroup more.
   void read_ends(uint n, uint* ends) {
     UnaryReader reader = unary;  // a local copy stays in registers
     uint found = 0;
@@ -186,7 +177,7 @@ struct SerialDecoder {
   }
 
   void read_rice(uint n, uint k, uint low) {
-    uint ends[1 + 256 + kGroup];  // n <= 64 vertices x 4 components; ends[0]: the one before
+    uint ends[1 + 256 + kGroup];  // n <= 64 vertices x 4 elements; ends[0]: the one before
     ends[0] = unary.cursor - 1u;
     read_ends(n, ends + 1);
     if (error != ERROR_NONE) return;
@@ -226,7 +217,7 @@ struct SerialDecoder {
         return;
       }
       if (ones > 0)
-        r.cursor = r.base + 64u;  // not exact, but all that matters is the distance to the next one
+        r.cursor = r.base + 64u;  // inexact, but refill only needs the distance to the next one
       n -= ones;
       r.window = 0;
       if (!refill(r)) return;

@@ -8,11 +8,10 @@
 namespace meshlet {
 namespace {
 
-constexpr size_t kChunk = 256;    // components per parallel item
-constexpr uint32_t kMaxHops = 8;  // spec, appendix A.7
+constexpr size_t kChunk = 256;  // disks per parallel item
 
-// A seam's chain shares the position and perhaps more; a reference to it costs some 15 bits, and
-// each vertex saves about as much. Shorter seams are cheaper as private vertices.
+// Shortest seam that is shared. A reference costs about 15 bits and saves about as much per vertex:
+// shorter seams are cheaper as private vertices.
 constexpr uint32_t kMinSeamLength = 2;
 
 template <class Body>
@@ -37,7 +36,7 @@ class Builder {
         threads_(threads) {}
 
   Boundaries build() {
-    number_components();
+    number_disks();
     find_loops();
     find_twins();
     cut_chains();
@@ -45,7 +44,7 @@ class Builder {
     cut_chains();
     while (drop_excess()) cut_chains();
     find_references();
-    while (drop_long_ways()) {
+    while (drop_long_paths()) {
       cut_chains();
       find_references();
     }
@@ -53,22 +52,22 @@ class Builder {
   }
 
  private:
-  size_t components() const { return meshlets_.disk_begin.size() - 1; }
+  size_t disk_count() const { return meshlets_.disk_begin.size() - 1; }
 
-  void number_components() {
-    b_.component_of.resize(mesh_.triangle_count);
-    b_.meshlet_of.resize(components());
+  void number_disks() {
+    b_.disk_of.resize(mesh_.triangle_count);
+    b_.meshlet_of.resize(disk_count());
     for (size_t m = 0; m + 1 < meshlets_.meshlet_begin.size(); m++)
       for (uint32_t c = meshlets_.meshlet_begin[m]; c < meshlets_.meshlet_begin[m + 1]; c++) {
         b_.meshlet_of[c] = uint32_t(m);
         for (uint32_t i = meshlets_.disk_begin[c]; i < meshlets_.disk_begin[c + 1]; i++)
-          b_.component_of[meshlets_.triangles[i]] = c;
+          b_.disk_of[meshlets_.triangles[i]] = c;
       }
   }
 
   void find_loops() {
-    b_.loops.resize(components());
-    for_disks(threads_, components(), [&](uint32_t c) {
+    b_.loops.resize(disk_count());
+    for_disks(threads_, disk_count(), [&](uint32_t c) {
       uint32_t count = 0;
       for (uint32_t i = meshlets_.disk_begin[c]; i < meshlets_.disk_begin[c + 1]; i++)
         for (uint32_t k = 0; k < 3; k++)
@@ -84,7 +83,7 @@ class Builder {
     b_.vertex.resize(places);
     b_.place_disk.resize(places);
     place_of_.assign(3 * mesh_.triangle_count, kNone);
-    for_disks(threads_, components(), [&](uint32_t c) { walk_loop(c); });
+    for_disks(threads_, disk_count(), [&](uint32_t c) { walk_loop(c); });
   }
 
   void walk_loop(uint32_t c) {
@@ -99,18 +98,18 @@ class Builder {
       b_.vertex[p] = mesh_.triangles[h];
       b_.place_disk[p] = c;
       place_of_[h] = p;
-      h = next_in_triangle(h);  // turn round the half-edge's end until the next boundary edge
+      h = next_in_triangle(h);  // turn around the end of h until the next boundary edge
       while (b_.interior(opposite_, h)) h = next_in_triangle(uint32_t(opposite_[h]));
     }
   }
 
   static uint32_t next_in_triangle(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 
-  // The place across each boundary edge, and which streams are equal on both sides.
+  // Finds the place across each boundary edge, and the streams that are equal on both sides.
   void find_twins() {
     twin_.assign(b_.half_edge.size(), kNone);
     shared_.assign(b_.half_edge.size(), 0);
-    for_disks(threads_, components(), [&](uint32_t c) {
+    for_disks(threads_, disk_count(), [&](uint32_t c) {
       for (uint32_t p = b_.loops[c].begin; p < b_.loops[c].begin + b_.loops[c].count; p++) {
         uint32_t h = b_.half_edge[p];
         int32_t other = opposite_[h] >= 0 || !share_seams_ ? opposite_[h] : opposite_position_[h];
@@ -135,8 +134,8 @@ class Builder {
     return values_.values.size() >= 64 ? ~0ull : (1ull << values_.values.size()) - 1;
   }
 
-  // Does the chain go on from the place before p to p, seen from both sides? It ends where a seam
-  // folds a loop onto itself.
+  // Does the chain continue from the place before p to p, on both sides? It ends where a seam folds
+  // a loop onto itself.
   bool continues(uint32_t p) const {
     uint32_t before = b_.previous(p);
     if (twin_[p] == kNone || twin_[before] == kNone) return twin_[p] == twin_[before];
@@ -144,13 +143,13 @@ class Builder {
            twin_[p] != before;
   }
 
-  // Marks the places where chains begin. A closed chain is cut at the same vertex on both sides.
+  // Marks the first place of each chain. A closed chain is cut at the same vertex on both sides.
   void cut_chains() {
     cut_.assign(b_.half_edge.size(), 0);
-    for_disks(threads_, components(), [&](uint32_t c) {
+    for_disks(threads_, disk_count(), [&](uint32_t c) {
       const Loop& l = b_.loops[c];
       bool any = false;
-      uint32_t lowest = l.begin;  // place of the loop's lowest-numbered edge, counting both sides
+      uint32_t lowest = l.begin;  // place of the loop's lowest edge number, over both sides
       for (uint32_t p = l.begin; p < l.begin + l.count; p++) {
         cut_[p] = !continues(p);
         any = any || cut_[p];
@@ -185,8 +184,8 @@ class Builder {
         drop_chain(p);
   }
 
-  // A meshlet of more references than its directory entry can count gives up shared chains, seams
-  // first.
+  // A meshlet with more references than its directory entry can count gives up shared chains, seams
+  // first. Returns whether any chain was dropped.
   bool drop_excess() {
     bool dropped = false;
     for (size_t m = 0; m + 1 < meshlets_.meshlet_begin.size(); m++) {
@@ -194,8 +193,8 @@ class Builder {
       const Loop& last = b_.loops[meshlets_.meshlet_begin[m + 1] - 1];
       uint32_t end = last.begin + last.count;
       uint32_t references = uint32_t(std::count(cut_.begin() + begin, cut_.begin() + end, 1));
-      for (int seams = 1; seams >= 0 && references > kMaxReferences; seams--)
-        for (uint32_t p = begin; p < end && references > kMaxReferences; p++)
+      for (int seams = 1; seams >= 0 && references > MESHLET_MAX_REFERENCES; seams--)
+        for (uint32_t p = begin; p < end && references > MESHLET_MAX_REFERENCES; p++)
           if (cut_[p] && twin_[p] != kNone && (shared_[p] != ~0ull || !seams)) {
             drop_chain(p);
             references--;
@@ -205,24 +204,24 @@ class Builder {
     return dropped;
   }
 
-  // The owner of a chain is its side of the smaller component, so of the smaller meshlet; of one
-  // component, of the smaller place.
+  // The owner of a chain is its side of the smaller disk, so of the smaller meshlet; within one
+  // disk, of the smaller place.
   void find_references() {
-    b_.references.assign(components(), {});
-    for_disks(threads_, components(), [&](uint32_t c) {
+    b_.references.assign(disk_count(), {});
+    for_disks(threads_, disk_count(), [&](uint32_t c) {
       const Loop& l = b_.loops[c];
       uint32_t first = l.begin;
       while (!cut_[first]) first++;
       uint32_t p = first;
       do {
-        Reference r{p, chain_length(p), ReferenceKind::private_, ~0ull, kNone};
+        Reference r{p, chain_length(p), ReferenceKind::kPrivate, ~0ull, kNone};
         if (twin_[p] != kNone) {
           uint32_t end = p;
           for (uint32_t n = 1; n < r.length; n++) end = b_.next(end);
           uint32_t other = b_.place_disk[twin_[p]];
           r.owner_start = twin_[end];
           bool owned = c < other || (c == other && p < r.owner_start);
-          r.kind = owned ? ReferenceKind::owned : ReferenceKind::foreign;
+          r.kind = owned ? ReferenceKind::kOwned : ReferenceKind::kForeign;
           r.shared = shared_[p];
         }
         b_.references[c].push_back(r);
@@ -231,10 +230,10 @@ class Builder {
     });
   }
 
-  // Does reference r bring its own values for stream s? `all` stands for a vertex as a whole, which
-  // is own unless everything is shared.
+  // Does reference r store its own values for stream s? all() stands for the whole vertex, which is
+  // shared only if every stream is.
   bool own_for(const Reference& r, uint32_t s) const {
-    return r.kind != ReferenceKind::foreign ||
+    return r.kind != ReferenceKind::kForeign ||
            (s == all() ? r.shared != ~0ull : !(r.shared >> s & 1));
   }
   uint32_t all() const { return uint32_t(values_.values.size()); }
@@ -245,8 +244,8 @@ class Builder {
     return b_.references[c].front();
   }
 
-  // Hops from corner i of component c for stream s, as the decoder goes; more than kMaxHops: too
-  // long a way.
+  // Number of hops that the decoder takes from corner i of disk c for stream s; MAX_HOPS + 1 if it
+  // gives up.
   uint32_t hops(uint32_t c, size_t i, uint32_t s) const {
     const auto& refs = b_.references[c];
     const Reference* at = &refs[i];
@@ -255,36 +254,36 @@ class Builder {
     bool at_end = !own_for(*at, s);
     if (at_end && !own_for(*before, s)) at_end = owner_meshlet(*before) >= owner_meshlet(*at);
     const Reference* way = at_end ? at : before;
-    for (uint32_t hop = 1; hop <= kMaxHops; hop++) {
+    for (uint32_t hop = 1; hop <= MAX_HOPS; hop++) {
       uint32_t owner = b_.place_disk[way->owner_start];
       const auto& list = b_.references[owner];
       size_t k = size_t(&reference_at(owner, way->owner_start) - list.data());
       way = &list[at_end ? (k + 1) % list.size() : (k + list.size() - 1) % list.size()];
       if (own_for(*way, s)) return hop;
     }
-    return kMaxHops + 1;
+    return MAX_HOPS + 1;
   }
 
   uint32_t owner_meshlet(const Reference& r) const {
     return b_.meshlet_of[b_.place_disk[r.owner_start]];
   }
 
-  bool long_way(uint32_t c, size_t i) const {
+  bool long_path(uint32_t c, size_t i) const {
     for (uint32_t s = 0; s <= all(); s++)
-      if (hops(c, i, s) > kMaxHops) return true;
+      if (hops(c, i, s) > MAX_HOPS) return true;
     return false;
   }
 
-  // Seams of a component with itself could lead round in circles, and a ring of many meshlets too
-  // far; such chains become private.
-  bool drop_long_ways() {
-    std::vector<uint8_t> found(components(), 0);
-    for_disks(threads_, components(), [&](uint32_t c) {
-      for (size_t i = 0; i < b_.references[c].size(); i++) found[c] |= long_way(c, i);
+  // Makes chains private whose corners take too many hops: seams of a disk with itself may form a
+  // cycle, rings of meshlets a long path. Returns whether any chain was dropped.
+  bool drop_long_paths() {
+    std::vector<uint8_t> found(disk_count(), 0);
+    for_disks(threads_, disk_count(), [&](uint32_t c) {
+      for (size_t i = 0; i < b_.references[c].size(); i++) found[c] |= long_path(c, i);
     });
-    for (uint32_t c = 0; c < components(); c++)
+    for (uint32_t c = 0; c < disk_count(); c++)
       for (size_t i = 0; found[c] && i < b_.references[c].size(); i++)
-        if (long_way(c, i))
+        if (long_path(c, i))
           for (size_t k : {i, (i + b_.references[c].size() - 1) % b_.references[c].size()})
             if (twin_[b_.references[c][k].start] != kNone) drop_chain(b_.references[c][k].start);
     return std::count(found.begin(), found.end(), 1) > 0;

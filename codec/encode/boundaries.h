@@ -1,56 +1,55 @@
-// Boundary loops of disks, cut into chains that two loops share (paper, section 3: boundaries are
-// stored once).
+// Boundary loops of disks, cut into chains that two loops share, so that boundaries are stored once
+// (paper, section 3).
 #pragma once
 #include <cstdint>
 #include <vector>
 
-#include "segment/segment.h"
+#include "segment/generate_meshlets.h"
 
 namespace meshlet {
 
 constexpr uint32_t kNone = 0xFFFFFFFFu;
 
-// Integer values of all streams of all vertices, as the encoder sees them: values[s][v *
-// components[s] + c].
+// The integers of all streams: values[s][v * elements[s] + c].
 struct VertexValues {
   std::vector<const uint32_t*> values;
-  std::vector<uint32_t> components;
+  std::vector<uint32_t> elements;
 
   bool equal(uint32_t stream, uint32_t v, uint32_t w) const {
-    for (uint32_t c = 0; c < components[stream]; c++)
-      if (values[stream][size_t(v) * components[stream] + c] !=
-          values[stream][size_t(w) * components[stream] + c])
+    for (uint32_t c = 0; c < elements[stream]; c++)
+      if (values[stream][size_t(v) * elements[stream] + c] !=
+          values[stream][size_t(w) * elements[stream] + c])
         return false;
     return true;
   }
 };
 
-// A disk's boundary as places: place i of the loop is the half-edge from its vertex to that of the
-// next place (cyclically).
+// The boundary of a disk as places. Place i is the half-edge from its vertex to that of the next
+// place, cyclically.
 struct Loop {
-  uint32_t begin, count;  // into the arrays of Boundaries
+  uint32_t begin, count;  // in the arrays of Boundaries
 };
 
-enum class ReferenceKind : uint8_t { owned, private_, foreign };
+enum class ReferenceKind : uint8_t { kOwned, kPrivate, kForeign };
 
-// A run of places that the meshlet refers to as one.
+// A run of places of one loop.
 struct Reference {
   uint32_t start;   // place (global index)
   uint32_t length;  // edges
   ReferenceKind kind;
-  uint64_t shared;       // foreign: streams taken from the owner (bit 0, the position, always)
+  uint64_t shared;       // foreign: mask of streams taken from the owner, always with the position
   uint32_t owner_start;  // foreign: first place of the owner's reference, which runs the other way
 };
 
 struct Boundaries {
-  std::vector<uint32_t> component_of;              // per triangle
-  std::vector<uint32_t> meshlet_of;                // per component
-  std::vector<Loop> loops;                         // per component
-  std::vector<uint32_t> half_edge;                 // per place
-  std::vector<uint32_t> vertex;                    // per place: where its half-edge starts
-  std::vector<uint32_t> place_disk;                // per place
-  std::vector<std::vector<Reference>> references;  // per component, in loop order from some break
-                                                   // (a private loop: one, from place 0)
+  std::vector<uint32_t> disk_of;     // per triangle
+  std::vector<uint32_t> meshlet_of;  // per disk
+  std::vector<Loop> loops;           // per disk
+  std::vector<uint32_t> half_edge;   // per place
+  std::vector<uint32_t> vertex;      // per place: start of its half-edge
+  std::vector<uint32_t> place_disk;  // per place
+  // Per disk, in loop order; a private loop is one reference from place 0.
+  std::vector<std::vector<Reference>> references;
 
   uint32_t next(uint32_t place) const {
     const Loop& l = loops[place_disk[place]];
@@ -60,9 +59,10 @@ struct Boundaries {
     const Loop& l = loops[place_disk[place]];
     return place == l.begin ? l.begin + l.count - 1 : place - 1;
   }
+  // Does the half-edge lie inside its disk?
   bool interior(const std::vector<int32_t>& opposite, uint32_t half_edge) const {
     return opposite[half_edge] >= 0 &&
-           component_of[uint32_t(opposite[half_edge]) / 3] == component_of[half_edge / 3];
+           disk_of[uint32_t(opposite[half_edge]) / 3] == disk_of[half_edge / 3];
   }
 };
 

@@ -3,14 +3,13 @@
 namespace meshlet {
 namespace {
 
-// Numbers met within one disk: at most 64 triangles or vertices, so a small table with linear
-// probing never fills.
+// Hash set for at most 64 triangles or vertices of one disk; a table of 256 slots never fills.
 class SmallSet {
  public:
   SmallSet() {
     for (uint32_t& slot : slots_) slot = kNone;
   }
-  // False if `key` was there already.
+  // Returns false if `key` was in the set already.
   bool insert(uint32_t key) {
     uint32_t i = (key * 2654435761u) >> 24;
     for (; slots_[i] != kNone; i = (i + 1) & 255u)
@@ -48,7 +47,7 @@ Traversal edgebreaker(const MeshView& mesh, const Boundaries& b,
   for (uint32_t p = loop.begin; p < loop.begin + loop.count; p++) vertices.insert(b.vertex[p]);
   uint32_t splits[64], split_count = 0;
   uint32_t h = b.half_edge[gate];
-  // The neighbour's half-edge across g, or kNone if g is on the boundary of what is left.
+  // The half-edge across g, or kNone if g is on the boundary of the triangles not yet visited.
   auto across = [&](uint32_t g) {
     return b.interior(opposite, g) && !triangles.contains(uint32_t(opposite[g]) / 3)
                ? uint32_t(opposite[g])

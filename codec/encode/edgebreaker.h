@@ -10,7 +10,7 @@ namespace meshlet {
 // CLERS symbols of up to 64 triangles as masks, in stream order.
 struct Symbols {
   uint32_t count = 0;
-  uint64_t r = 0, e = 0, c = 0, s = 0;  // what is none of these is L
+  uint64_t r = 0, e = 0, c = 0, s = 0;  // L: none of these
 
   void append(const Symbols& other);
 };
@@ -20,8 +20,7 @@ struct Traversal {
   uint32_t corners[64][3];  // vertices (a, b, v) of each triangle: gate a -> b, apex v
 };
 
-// Traverses component c of up to 64 triangles from the boundary edge at `gate` (a place of its
-// loop).
+// Traverses a disk of up to 64 triangles from the boundary edge at `gate`, a place of its loop.
 Traversal edgebreaker(const MeshView& mesh, const Boundaries& boundaries,
                       const std::vector<int32_t>& opposite, uint32_t gate);
 

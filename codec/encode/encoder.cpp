@@ -1,12 +1,14 @@
 #include "encode/encoder.h"
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <mutex>
 #include <stdexcept>
 
-#include "encode/codes.h"
+#include "encode/bit_writer.h"
 #include "encode/edgebreaker.h"
+#include "encode/residual_codes.h"
 #include "segment/half_edges.h"
 #include "decode/serial_decoder.h"
 #include "common/parallel.h"
@@ -15,8 +17,11 @@ namespace meshlet {
 namespace {
 
 constexpr size_t kChunk = 128;              // meshlets per parallel item
-constexpr uint32_t kGateTries = 8;          // gates tried per component
-constexpr uint32_t kPredictorSample = 512;  // meshlets looked at to choose a stream's predictor
+constexpr uint32_t kGateTries = 8;          // gates tried per disk
+constexpr uint32_t kPredictorSample = 512;  // meshlets sampled to choose a stream's predictor
+
+// Room left below BLOB_MAX_BYTES for tables and the last group.
+constexpr size_t kReservedBytes = 64u << 20;
 
 // A meshlet ready to be written: symbols, and references in stream order.
 struct Plan {
@@ -29,8 +34,7 @@ struct Plan {
   std::vector<uint32_t> vertex;  // local id -> vertex of the mesh
   std::vector<Ref> refs;
   std::vector<uint32_t> places;  // boundary places in loop order
-  uint64_t known = 0;            // local ids that have values before the traversal
-  uint32_t components = 0;
+  uint64_t known = 0;            // local ids with values before the traversal
 
   // The reference before refs[i] in its loop.
   const Reference& before(size_t i) const {
@@ -43,17 +47,17 @@ struct Plan {
 
   bool all_private() const {
     return std::all_of(refs.begin(), refs.end(), [](const Ref& r) {
-      return r.lone && r.reference.kind == ReferenceKind::private_;
+      return r.lone && r.reference.kind == ReferenceKind::kPrivate;
     });
   }
 };
 
-// Residuals of one stream in one meshlet, zigzag coded, vertex-major.
+// Zigzagged residuals of one stream in one meshlet, vertex by vertex.
 struct Residuals {
   std::vector<uint32_t> chain, interior;
 };
 
-// Runs the first half of the decoder on symbols put there, not read from bits.
+// Runs the first half of the decoder on symbols from memory instead of bits.
 void decode_apexes(SerialDecoder& context, const Symbols& symbols) {
   context.error = ERROR_NONE;
   context.triangle_count = symbols.count;
@@ -77,9 +81,9 @@ class Encoder {
 
   Context make_context() const;
   void load(SerialDecoder& context, const Plan& plan) const;
-  Plan plan_disk(SerialDecoder& context, uint32_t component, const Reference* first,
+  Plan plan_disk(SerialDecoder& context, uint32_t disk, const Reference* first,
                  uint32_t gate) const;
-  Plan best_disk(SerialDecoder& context, uint32_t component) const;
+  Plan best_disk(SerialDecoder& context, uint32_t disk) const;
   Plan plan_meshlet(SerialDecoder& context, uint32_t m) const;
   void plan_all();
   uint64_t cost(SerialDecoder& context, const Plan& plan) const;
@@ -91,14 +95,14 @@ class Encoder {
   void choose_bases();
 
   bool own_for(const Reference& r, uint32_t s) const {
-    return r.kind != ReferenceKind::foreign || !(r.shared >> s & 1);
+    return r.kind != ReferenceKind::kForeign || !(r.shared >> s & 1);
   }
   std::vector<uint32_t> stored_corners(const Plan& plan, uint32_t s) const;
   uint32_t meshlet_of_place(uint32_t place) const {
     return boundaries_.meshlet_of[boundaries_.place_disk[place]];
   }
   uint32_t value(uint32_t s, uint32_t v, uint32_t c) const {
-    return values_.values[s][size_t(v) * streams_[s].components + c];
+    return values_.values[s][size_t(v) * streams_[s].elements + c];
   }
 
   void number_slots();
@@ -143,7 +147,7 @@ class Encoder {
   std::vector<Group> groups_;
 };
 
-// Residual of component c of the vertex that a packed triangle of `traversed` introduces.
+// Residual of element c of the vertex that a packed triangle of `traversed` introduces.
 uint32_t traversed_residual(SerialDecoder& context, uint32_t s, uint32_t triangle, uint32_t c) {
   uint32_t at = (context.stream_element[s] + c) * 64u, o = triangle >> 24;
   uint32_t a = at + (triangle & 255u), b = at + (triangle >> 8 & 255u),
@@ -155,22 +159,22 @@ uint32_t traversed_residual(SerialDecoder& context, uint32_t s, uint32_t triangl
                                              context.values[b], beyond, across));
 }
 
-// A decoder context that runs on masks and values put there, not on bits.
+// A decoder that runs on masks and values from memory instead of bits.
 Encoder::Context Encoder::make_context() const {
   auto context = std::make_unique<SerialDecoder>();
   context->stream_total = context->stream_end = uint32_t(streams_.size());
   context->stream_first = 0;
   uint16_t at = 0;
   for (size_t s = 0; s < streams_.size(); s++) {
-    context->stream_elements[s] = streams_[s].components;
+    context->stream_elements[s] = streams_[s].elements;
     context->stream_predictor[s] = streams_[s].predictor;
     context->stream_element[s] = at;
-    at = uint16_t(at + streams_[s].components);
+    at = uint16_t(at + streams_[s].elements);
   }
   return context;
 }
 
-// Runs the decoder on the plan's symbols and puts the true values in place.
+// Runs the decoder on the plan's symbols and fills in the mesh's values.
 void Encoder::load(SerialDecoder& context, const Plan& plan) const {
   decode_apexes(context, plan.symbols);
   if (context.error == ERROR_NONE) context.decode_triangles();
@@ -178,20 +182,19 @@ void Encoder::load(SerialDecoder& context, const Plan& plan) const {
   if (context.error != ERROR_NONE)
     throw std::logic_error("the encoder made symbols that do not decode");
   for (uint32_t s = 0; s < streams_.size(); s++)
-    for (uint32_t c = 0; c < streams_[s].components; c++)
+    for (uint32_t c = 0; c < streams_[s].elements; c++)
       for (uint32_t id = 0; id < plan.vertex.size(); id++)
         context.values[(context.stream_element[s] + c) * 64u + id] = value(s, plan.vertex[id], c);
 }
 
 // --- gates ---
 
-// The component as traversed from the boundary edge `gate`; its loop then begins with the reference
+// Plans a disk traversed from the boundary edge `gate`. Its loop then begins with reference
 // `first`.
-Plan Encoder::plan_disk(SerialDecoder& context, uint32_t component, const Reference* first,
+Plan Encoder::plan_disk(SerialDecoder& context, uint32_t disk, const Reference* first,
                         uint32_t gate) const {
-  const auto& refs = boundaries_.references[component];
+  const auto& refs = boundaries_.references[disk];
   Plan plan;
-  plan.components = 1;
   Traversal traversal = edgebreaker(mesh_, boundaries_, opposite_, gate);
   plan.symbols = traversal.symbols;
   size_t begin = size_t(first - refs.data());
@@ -201,7 +204,7 @@ Plan Encoder::plan_disk(SerialDecoder& context, uint32_t component, const Refere
   for (size_t i = 0; i < refs.size(); i++) {
     Plan::Ref ref{refs[(begin + i) % refs.size()], i + 1 == refs.size(), refs.size() == 1};
     ref.reference.start = place;
-    uint32_t known = ref.reference.kind == ReferenceKind::private_ ? 1 : ref.reference.length;
+    uint32_t known = ref.reference.kind == ReferenceKind::kPrivate ? 1 : ref.reference.length;
     known_ranks |= SerialDecoder::mask_below(known) << rank;
     for (uint32_t n = 0; n < ref.reference.length; n++, place = boundaries_.next(place))
       plan.places.push_back(place);
@@ -214,7 +217,8 @@ Plan Encoder::plan_disk(SerialDecoder& context, uint32_t component, const Refere
     if (known_ranks >> i & 1) plan.known |= rest & (0 - rest);
   context.decode_triangles();
   context.list_traversed(plan.known);
-  if (context.error != ERROR_NONE) throw std::logic_error("a component is not a disk");
+  if (context.error != ERROR_NONE)
+    throw std::logic_error("the segmentation made a part that is not a disk");
   plan.vertex.resize(context.vertex_count);
   for (uint32_t t = 0; t < plan.symbols.count; t++)
     for (uint32_t k = 0; k < 3; k++)
@@ -222,7 +226,7 @@ Plan Encoder::plan_disk(SerialDecoder& context, uint32_t component, const Refere
   return plan;
 }
 
-// Bits of symbols and traversed residuals: what the choice of the gate changes.
+// Bits that depend on the gate: symbols and traversed residuals.
 uint64_t Encoder::cost(SerialDecoder& context, const Plan& plan) const {
   load(context, plan);
   uint64_t bits = SerialDecoder::mask_count(~(plan.symbols.r | plan.symbols.e | plan.symbols.c) &
@@ -231,19 +235,18 @@ uint64_t Encoder::cost(SerialDecoder& context, const Plan& plan) const {
   for (uint32_t s = 0; s < streams_.size(); s++) {
     traversed.clear();
     for (uint32_t i = 0; i < context.traversed_count; i++)
-      for (uint32_t c = 0; c < streams_[s].components; c++) {
+      for (uint32_t c = 0; c < streams_[s].elements; c++)
         traversed.push_back(traversed_residual(context, s, context.traversed[i], c));
-      }
     bits += rice_bits(traversed, best_rice(traversed));
   }
   return bits;
 }
 
-// Tries gates before the component's references, or round the loop where that is private, and takes
-// the cheapest.
-Plan Encoder::best_disk(SerialDecoder& context, uint32_t component) const {
-  const auto& refs = boundaries_.references[component];
-  bool free = refs.size() == 1 && refs[0].kind == ReferenceKind::private_;
+// Tries gates in front of the disk's references, or all around a private loop, and takes the
+// cheapest.
+Plan Encoder::best_disk(SerialDecoder& context, uint32_t disk) const {
+  const auto& refs = boundaries_.references[disk];
+  bool free = refs.size() == 1 && refs[0].kind == ReferenceKind::kPrivate;
   uint32_t choices = free ? refs[0].length : uint32_t(refs.size());
   uint32_t tries = std::min(choices, kGateTries);
   Plan best;
@@ -252,8 +255,8 @@ Plan Encoder::best_disk(SerialDecoder& context, uint32_t component) const {
     uint32_t choice = i * choices / tries;
     const Reference* first = &refs[free ? 0 : choice];
     uint32_t gate =
-        free ? boundaries_.loops[component].begin + choice : boundaries_.previous(first->start);
-    Plan plan = plan_disk(context, component, first, gate);
+        free ? boundaries_.loops[disk].begin + choice : boundaries_.previous(first->start);
+    Plan plan = plan_disk(context, disk, first, gate);
     uint64_t bits = tries > 1 ? cost(context, plan) : 0;
     if (bits < least) {
       least = bits;
@@ -272,7 +275,6 @@ Plan Encoder::plan_meshlet(SerialDecoder& context, uint32_t m) const {
     plan.vertex.insert(plan.vertex.end(), part.vertex.begin(), part.vertex.end());
     plan.refs.insert(plan.refs.end(), part.refs.begin(), part.refs.end());
     plan.places.insert(plan.places.end(), part.places.begin(), part.places.end());
-    plan.components++;
   }
   return plan;
 }
@@ -292,7 +294,7 @@ void Encoder::chain_residuals(SerialDecoder& context, uint32_t s, const Referenc
   uint32_t a = boundaries_.vertex[r.start], b = boundaries_.vertex[last], place = r.start;
   for (uint32_t i = 1; i < r.length; i++) {
     place = boundaries_.next(place);
-    for (uint32_t c = 0; c < streams_[s].components; c++) {
+    for (uint32_t c = 0; c < streams_[s].elements; c++) {
       uint32_t prediction = value(s, a, c);
       if (streams_[s].predictor != kCopy)
         prediction = context.chord(prediction, value(s, b, c), i, r.length);
@@ -301,41 +303,40 @@ void Encoder::chain_residuals(SerialDecoder& context, uint32_t s, const Referenc
   }
 }
 
-// `context` is loaded with the plan.
+// The plan must be loaded into the context.
 Residuals Encoder::residuals(SerialDecoder& context, const Plan& plan, uint32_t s) const {
   Residuals out;
   for (const Plan::Ref& ref : plan.refs) {
-    if (ref.reference.kind == ReferenceKind::owned)
+    if (ref.reference.kind == ReferenceKind::kOwned)
       chain_residuals(context, s, ref.reference, out.chain);
-    if (ref.reference.kind == ReferenceKind::foreign && own_for(ref.reference, s))
+    if (ref.reference.kind == ReferenceKind::kForeign && own_for(ref.reference, s))
       chain_residuals(context, s, ref.reference, out.interior);
   }
   for (uint32_t i = 0; i < context.traversed_count; i++)
-    for (uint32_t c = 0; c < streams_[s].components; c++) {
+    for (uint32_t c = 0; c < streams_[s].elements; c++)
       out.interior.push_back(traversed_residual(context, s, context.traversed[i], c));
-    }
   return out;
 }
 
-// Tries every predictor of the open streams on a sample of meshlets.
+// Tries all predictors on a sample of meshlets, for streams whose predictor is not given.
 void Encoder::choose_predictors() {
   std::vector<uint32_t> open;
   for (uint32_t s = 0; s < streams_.size(); s++)
     if (streams_[s].predictor == kChoosePredictor) {
       open.push_back(s);
-      streams_[s].predictor = streams_[s].bits > kMaxChordBits ? kCopy : kParallelogram;
+      streams_[s].predictor = streams_[s].bits > PREDICT_MAX_BITS ? kCopy : kParallelogram;
     }
   uint32_t stride = (meshlet_count_ + kPredictorSample - 1) / kPredictorSample;
   std::vector<Plan> sample(meshlet_count_ / stride + 1);
   for_meshlets(stride, [&](SerialDecoder& context, uint32_t m) {
     sample[m / stride] = plan_meshlet(context, m);
   });
-  std::vector<std::vector<uint64_t>> bits(kPredictors, std::vector<uint64_t>(streams_.size(), 0));
+  std::vector<std::vector<uint64_t>> bits(PREDICTORS, std::vector<uint64_t>(streams_.size(), 0));
   std::vector<uint8_t> best(streams_.size(), 0);
   std::mutex mutex;
-  for (uint8_t p = 0; p < kPredictors; p++) {
+  for (uint8_t p = 0; p < PREDICTORS; p++) {
     for (uint32_t s : open)
-      if (streams_[s].bits <= kMaxChordBits) streams_[s].predictor = p;
+      if (streams_[s].bits <= PREDICT_MAX_BITS) streams_[s].predictor = p;
     for_meshlets(stride, [&](SerialDecoder& context, uint32_t m) {
       load(context, sample[m / stride]);
       for (uint32_t s : open) {
@@ -350,12 +351,13 @@ void Encoder::choose_predictors() {
       if (bits[p][s] < bits[best[s]][s]) best[s] = p;
   }
   for (uint32_t s : open)
-    if (streams_[s].bits <= kMaxChordBits) streams_[s].predictor = best[s];
+    if (streams_[s].bits <= PREDICT_MAX_BITS) streams_[s].predictor = best[s];
 }
 
-// The window of 7 Rice parameters that holds most residuals' best ones.
+// Chooses the window of RICE_CODES parameters that contains the best one of most residuals.
 void Encoder::choose_bases() {
-  std::vector<std::vector<uint64_t>> histogram(2 * streams_.size(), std::vector<uint64_t>(32, 0));
+  std::vector<std::vector<uint64_t>> histogram(2 * streams_.size(),
+                                               std::vector<uint64_t>(RICE_MAX + 1, 0));
   std::mutex mutex;
   for_meshlets(1, [&](SerialDecoder& context, uint32_t m) {
     load(context, plans_[m]);
@@ -372,9 +374,9 @@ void Encoder::choose_bases() {
       const auto& h = histogram[2 * s + which];
       uint64_t most = 0;
       uint8_t base = 0;
-      for (uint32_t b = 0; b + kRiceCodes <= 32; b++) {
+      for (uint32_t b = 0; b + RICE_CODES <= RICE_MAX + 1; b++) {
         uint64_t sum = 0;
-        for (uint32_t k = b; k < b + kRiceCodes; k++) sum += h[k];
+        for (uint32_t k = b; k < b + RICE_CODES; k++) sum += h[k];
         if (sum > most) {
           most = sum;
           base = uint8_t(b);
@@ -391,16 +393,16 @@ void Encoder::number_slots() {
   for (const Plan& plan : plans_) {
     uint8_t slot = 0;
     for (const Plan::Ref& ref : plan.refs)
-      if (ref.reference.kind == ReferenceKind::owned) slot_of_place_[ref.reference.start] = slot++;
+      if (ref.reference.kind == ReferenceKind::kOwned) slot_of_place_[ref.reference.start] = slot++;
   }
 }
 
 void Encoder::measure_groups() {
-  groups_.assign((meshlet_count_ + kGroupMeshlets - 1) / kGroupMeshlets, {});
+  groups_.assign((meshlet_count_ + BLOB_GROUP_MESHLETS - 1) / BLOB_GROUP_MESHLETS, {});
   for (uint32_t m = 0; m < meshlet_count_; m++)
     for (const Plan::Ref& ref : plans_[m].refs)
-      if (ref.reference.kind == ReferenceKind::foreign) {
-        Group& g = groups_[m / kGroupMeshlets];
+      if (ref.reference.kind == ReferenceKind::kForeign) {
+        Group& g = groups_[m / BLOB_GROUP_MESHLETS];
         g.delta_width = std::max(
             g.delta_width, uint8_t(bit_length(m - meshlet_of_place(ref.reference.owner_start))));
         g.slot_width =
@@ -413,8 +415,8 @@ uint32_t Encoder::flags(const Plan& plan) const {
   uint32_t loops = 0, f = 0;
   for (const Plan::Ref& ref : plan.refs) {
     loops += ref.loop_end;
-    if (ref.reference.kind == ReferenceKind::private_) f |= FLAG_PRIVATE;
-    if (ref.reference.kind == ReferenceKind::foreign && ref.reference.shared != ~0ull)
+    if (ref.reference.kind == ReferenceKind::kPrivate) f |= FLAG_PRIVATE;
+    if (ref.reference.kind == ReferenceKind::kForeign && ref.reference.shared != ~0ull)
       f |= FLAG_SEAMS;
   }
   return f | (loops > 1 ? FLAG_LOOPS : 0);
@@ -423,24 +425,24 @@ uint32_t Encoder::flags(const Plan& plan) const {
 void Encoder::write_references(BitWriter& out, const Plan& plan, uint32_t m) const {
   if (plan.all_private()) return;
   uint32_t f = flags(plan), width = 0;
-  for (const Plan::Ref& ref : plan.refs) out.put(ref.reference.kind == ReferenceKind::foreign, 1);
+  for (const Plan::Ref& ref : plan.refs) out.put(ref.reference.kind == ReferenceKind::kForeign, 1);
   if (f & FLAG_LOOPS)
     for (const Plan::Ref& ref : plan.refs) out.put(ref.loop_end, 1);
   if (f & FLAG_PRIVATE)
     for (const Plan::Ref& ref : plan.refs)
-      out.put(ref.reference.kind == ReferenceKind::private_, 1);
+      out.put(ref.reference.kind == ReferenceKind::kPrivate, 1);
   auto sized = [](const Plan::Ref& ref) {
-    return ref.reference.kind == ReferenceKind::owned ||
-           (ref.reference.kind == ReferenceKind::private_ && !ref.lone);
+    return ref.reference.kind == ReferenceKind::kOwned ||
+           (ref.reference.kind == ReferenceKind::kPrivate && !ref.lone);
   };
   for (const Plan::Ref& ref : plan.refs)
     if (sized(ref)) width = std::max(width, bit_length(ref.reference.length - 1));
-  out.put(width, 3);
+  out.put(width, LENGTH_WIDTH_BITS);
   for (const Plan::Ref& ref : plan.refs)
     if (sized(ref)) out.put(ref.reference.length - 1, width);
-  const Group& g = groups_[m / kGroupMeshlets];
+  const Group& g = groups_[m / BLOB_GROUP_MESHLETS];
   for (const Plan::Ref& ref : plan.refs) {
-    if (ref.reference.kind != ReferenceKind::foreign) continue;
+    if (ref.reference.kind != ReferenceKind::kForeign) continue;
     out.put(m - meshlet_of_place(ref.reference.owner_start), g.delta_width);
     out.put(slot_of_place_[ref.reference.owner_start], g.slot_width);
     if (f & FLAG_SEAMS)
@@ -448,7 +450,7 @@ void Encoder::write_references(BitWriter& out, const Plan& plan, uint32_t m) con
   }
 }
 
-// Vertices of the anchors of stream s, in order.
+// The vertices of the anchors of stream s, in order.
 std::vector<uint32_t> Encoder::stored_corners(const Plan& plan, uint32_t s) const {
   std::vector<uint32_t> corners;
   for (size_t i = 0; i < plan.refs.size(); i++)
@@ -461,26 +463,26 @@ void Encoder::write_anchors(BitWriter& out, const Plan& plan, uint32_t s) const 
   std::vector<uint32_t> anchors = stored_corners(plan, s);
   if (anchors.empty()) return;
   const Stream& stream = streams_[s];
-  for (uint32_t c = 0; c < stream.components; c++) out.put(value(s, anchors[0], c), stream.bits);
+  for (uint32_t c = 0; c < stream.elements; c++) out.put(value(s, anchors[0], c), stream.bits);
   if (anchors.size() == 1) return;
   std::vector<uint32_t> deltas;
   uint32_t width = 0;
   for (size_t i = 1; i < anchors.size(); i++)
-    for (uint32_t c = 0; c < stream.components; c++) {
+    for (uint32_t c = 0; c < stream.elements; c++) {
       deltas.push_back(zigzag(value(s, anchors[i], c) - value(s, anchors[0], c)));
       width = std::max(width, bit_length(deltas.back()));
     }
-  if (width >= 31) width = 32;
-  out.put(std::min(width, 31u), 5);
+  if (width >= WIDTH_ESCAPE) width = 32;
+  out.put(std::min(width, WIDTH_ESCAPE), WIDTH_BITS);
   for (uint32_t d : deltas) out.put(d, width);
 }
 
-std::vector<uint32_t> fixed_widths(const std::vector<uint32_t>& residuals, uint32_t components) {
-  std::vector<uint32_t> widths(components, 0);
+std::vector<uint32_t> fixed_widths(const std::vector<uint32_t>& residuals, uint32_t elements) {
+  std::vector<uint32_t> widths(elements, 0);
   for (size_t i = 0; i < residuals.size(); i++)
-    widths[i % components] = std::max(widths[i % components], bit_length(residuals[i]));
+    widths[i % elements] = std::max(widths[i % elements], bit_length(residuals[i]));
   for (uint32_t& w : widths)
-    if (w >= 31) w = 32;
+    if (w >= WIDTH_ESCAPE) w = 32;
   return widths;
 }
 
@@ -489,34 +491,33 @@ uint32_t Encoder::write_code(BitWriter& out, const std::vector<uint32_t>& residu
                              const Stream& stream, uint32_t base) const {
   uint32_t code = 0;
   uint64_t least = ~0ull;
-  for (uint32_t i = 0; i < kRiceCodes && base + i < 32; i++) {
+  for (uint32_t i = 0; i < RICE_CODES && base + i <= RICE_MAX; i++) {
     uint64_t bits = rice_bits(residuals, base + i);
     if (bits < least) {
       least = bits;
       code = i;
     }
   }
-  std::vector<uint32_t> widths = fixed_widths(residuals, stream.components);
-  uint64_t fixed = 5 * stream.components;
-  for (uint32_t w : widths) fixed += uint64_t(w) * (residuals.size() / stream.components);
-  if (fixed < least) code = kFixedCode;
-  out.put(code, 3);
-  if (code == kFixedCode)
-    for (uint32_t w : widths) out.put(std::min(w, 31u), 5);
+  std::vector<uint32_t> widths = fixed_widths(residuals, stream.elements);
+  uint64_t fixed = WIDTH_BITS * stream.elements;
+  for (uint32_t w : widths) fixed += uint64_t(w) * (residuals.size() / stream.elements);
+  if (fixed < least) code = CODE_ESCAPE;
+  out.put(code, CODE_BITS);
+  if (code == CODE_ESCAPE)
+    for (uint32_t w : widths) out.put(std::min(w, WIDTH_ESCAPE), WIDTH_BITS);
   return code;
 }
 
 void Encoder::write_low(BitWriter& out, const std::vector<uint32_t>& residuals,
                         const Stream& stream, uint32_t base, uint32_t code) const {
-  std::vector<uint32_t> widths(stream.components, base + code);
-  if (code == kFixedCode) widths = fixed_widths(residuals, stream.components);
-  for (size_t i = 0; i < residuals.size(); i++)
-    out.put(residuals[i], widths[i % stream.components]);
+  std::vector<uint32_t> widths(stream.elements, base + code);
+  if (code == CODE_ESCAPE) widths = fixed_widths(residuals, stream.elements);
+  for (size_t i = 0; i < residuals.size(); i++) out.put(residuals[i], widths[i % stream.elements]);
 }
 
 void Encoder::write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base,
                           uint32_t code) const {
-  if (code == kFixedCode) return;
+  if (code == CODE_ESCAPE) return;
   for (uint32_t u : residuals) out.put_unary(u >> (base + code));
 }
 
@@ -531,7 +532,7 @@ std::vector<uint8_t> Encoder::write_meshlet(SerialDecoder& context, uint32_t m) 
   for (; x; x &= x - 1) out.put(y.s >> SerialDecoder::mask_lsb(x) & 1, 1);
   write_references(out, plan, m);
   bool chains = std::any_of(plan.refs.begin(), plan.refs.end(), [](const Plan::Ref& r) {
-    return r.reference.kind == ReferenceKind::owned;
+    return r.reference.kind == ReferenceKind::kOwned;
   });
   std::vector<Residuals> all;
   std::vector<uint32_t> chain_codes(streams_.size()), interior_codes(streams_.size());
@@ -553,12 +554,11 @@ std::vector<uint8_t> Encoder::write_meshlet(SerialDecoder& context, uint32_t m) 
   return out.bytes();
 }
 
-// Decoded vertices: all local ones but those that are wholly another meshlet's (spec, appendix
-// A.8).
+// Number of decoded vertices: all local ones except those shared as a whole (spec, appendix A.8).
 uint32_t Encoder::count_vertices() const {
   uint32_t count = 0;
   auto alias = [](const Reference& r) {
-    return r.kind == ReferenceKind::foreign && r.shared == ~0ull;
+    return r.kind == ReferenceKind::kForeign && r.shared == ~0ull;
   };
   for (const Plan& plan : plans_) {
     count += uint32_t(plan.vertex.size());
@@ -576,7 +576,7 @@ std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& 
   header.triangle_count = uint32_t(mesh_.triangle_count);
   header.vertex_count = count_vertices();
   header.meshlet_count = meshlet_count_;
-  header.data_offset = data_offset_of(uint32_t(streams_.size()), meshlet_count_);
+  header.data_offset = data_offset(uint32_t(streams_.size()), meshlet_count_);
   header.streams = streams_;
   std::vector<uint8_t> blob, data, directory;
   write_blob_header(header, blob);
@@ -584,17 +584,18 @@ std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& 
     for (int i = 0; i < 4; i++) to.push_back(uint8_t(w >> 8 * i));
   };
   for (uint32_t g = 0; g < groups_.size(); g++) {
-    uint32_t begin = g * kGroupMeshlets, end = std::min(begin + kGroupMeshlets, meshlet_count_);
+    uint32_t begin = g * BLOB_GROUP_MESHLETS,
+             end = std::min(begin + BLOB_GROUP_MESHLETS, meshlet_count_);
     size_t length = 0;
     uint32_t shift = 0;
     auto padded = [&](uint32_t m) {
       return (bytes[m].size() + (size_t(1) << shift) - 1) >> shift << shift;
     };
-    do {  // the smallest unit in which the group's offsets fit 17 bits
+    do {  // the smallest unit in which the group's offsets fit BLOB_OFFSET_BITS
       length = 0;
       for (uint32_t m = begin; m < end; m++) length += padded(m);
-    } while (length >> shift >= (1u << kOffsetBits) && ++shift <= 8);
-    if (data.size() + length > kMaxBlobBytes - (64u << 20))
+    } while (length >> shift >= (1u << BLOB_OFFSET_BITS) && ++shift <= GROUP_MAX_SHIFT);
+    if (data.size() + length > BLOB_MAX_BYTES - kReservedBytes)
       throw std::length_error(
           "the primitive is too large: its blob would exceed 448 MiB; split it");
     put_word(blob, uint32_t(data.size()));
@@ -603,8 +604,8 @@ std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& 
     for (uint32_t m = begin; m < end; m++) {
       const Plan& plan = plans_[m];
       uint32_t references = plan.all_private() ? 0 : uint32_t(plan.refs.size());
-      put_word(directory, uint32_t(offset >> shift) | (plan.symbols.count - 1) << 17 |
-                              references << 23 | flags(plan) << 29);
+      put_word(directory, uint32_t(offset >> shift) | (plan.symbols.count - 1) << BLOB_OFFSET_BITS |
+                              references << REFERENCES_SHIFT | flags(plan) << FLAGS_SHIFT);
       data.insert(data.end(), bytes[m].begin(), bytes[m].end());
       data.resize(data.size() + padded(m) - bytes[m].size(), 0);
       offset += padded(m);
@@ -612,12 +613,20 @@ std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& 
   }
   blob.insert(blob.end(), directory.begin(), directory.end());
   blob.insert(blob.end(), data.begin(), data.end());
-  blob.resize((blob.size() + kPaddingBytes + 3) / 4 * 4, 0);
-  for (int i = 0; i < 4; i++) blob[20 + i] = uint8_t(uint32_t(blob.size()) >> 8 * i);
+  blob.resize((blob.size() + BLOB_PADDING_BYTES + 3) / 4 * 4, 0);
+  for (int i = 0; i < 4; i++)
+    blob[4 * BLOB_WORD_BYTES + i] = uint8_t(uint32_t(blob.size()) >> 8 * i);
   return blob;
 }
 
 std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last = Clock::now();
+  auto end_stage = [&](const char* stage) {
+    const Clock::time_point now = Clock::now();
+    stats.stage_seconds.emplace_back(stage, std::chrono::duration<double>(now - last).count());
+    last = now;
+  };
   auto progress = [&](float f) {
     if (options_.progress) options_.progress(f);
   };
@@ -625,6 +634,9 @@ std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
   if (options_.progress) generation.progress = [&](float f) { progress(0.6f * f); };
   meshlets_ = generate_meshlets(mesh_, generation);
   meshlet_count_ = uint32_t(meshlets_.meshlet_begin.size() - 1);
+  end_stage("grow");
+  stats.stage_seconds.back().second -= meshlets_.join_seconds;
+  stats.stage_seconds.emplace_back("join", meshlets_.join_seconds);
   opposite_ = match_half_edges(mesh_.triangles, mesh_.triangle_count, nullptr, mesh_.vertex_count,
                                options_.threads);
   {
@@ -635,9 +647,11 @@ std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
                                   options_.share_seams, options_.threads);
   }
   progress(0.7f);
+  end_stage("boundaries");
   choose_predictors();
   plan_all();
   progress(0.9f);
+  end_stage("predict");
   choose_bases();
   number_slots();
   measure_groups();
@@ -648,9 +662,9 @@ std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
   stats.meshlets = meshlet_count_;
   stats.iterations = meshlets_.iterations_run;
   std::copy(meshlets_.histogram, meshlets_.histogram + 4, stats.histogram);
-  stats.vertices = uint32_t(blob[12]) | uint32_t(blob[13]) << 8 | uint32_t(blob[14]) << 16 |
-                   uint32_t(blob[15]) << 24;
+  stats.vertices = count_vertices();
   progress(1.0f);
+  end_stage("write");
   return blob;
 }
 
@@ -663,7 +677,7 @@ std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams,
     throw std::invalid_argument("a primitive without triangles cannot be encoded");
   if (mesh.triangle_count > (1u << 30) / 3)
     throw std::length_error("the primitive has more than 357 million triangles; split it");
-  if (streams.empty() || streams.size() > kMaxStreams)
+  if (streams.empty() || streams.size() > BLOB_MAX_STREAMS)
     throw std::invalid_argument("a primitive needs 1 to 64 streams");
   for (const Stream& s : streams) {
     Stream known = s;

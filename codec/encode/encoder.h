@@ -1,34 +1,37 @@
-// Meshlets -> streams -> bytes.
+// The encoder: a mesh's integers to a blob.
 #pragma once
 #include <cstdint>
-#include <functional>
+#include <utility>
 #include <vector>
 
-#include "format/blob.h"
 #include "encode/boundaries.h"
-#include "segment/segment.h"
+#include "format/blob.h"
+#include "segment/generate_meshlets.h"
 
 namespace meshlet {
 
+// In place of a stream's predictor: the encoder chooses.
 constexpr uint8_t kChoosePredictor = 255;
 
 struct EncodeOptions : GenerationOptions {
-  bool share_seams =
-      true;  // off: what crosses a seam is stored twice, to measure what sharing gives
+  // Off: data on both sides of a seam are stored twice. Only to measure the gain of sharing.
+  bool share_seams = true;
 };
 
 struct EncoderStats {
   uint32_t meshlets = 0;
-  uint32_t vertices = 0;  // decoded
-  uint32_t histogram[4] = {0, 0, 0, 0};
-  int iterations = 0;
+  uint32_t vertices = 0;                 // decoded
+  uint32_t histogram[4] = {0, 0, 0, 0};  // as in Meshlets
+  int iterations = 0;                    // rounds of region growing
+  // (stage, seconds) in the order of the stages: grow, join, boundaries, predict, write.
+  std::vector<std::pair<const char*, double>> stage_seconds;
 };
 
-// Encodes one primitive. streams: kind, components, bits, step, offset, and predictor or
-// kChoosePredictor; stream 0 is the position. values: per stream, vertex_count x components
-// integers below 2^bits. The mesh's triangles repeat no index; at least one triangle. Same bytes
-// for any thread count, compiler and optimisation level. Throws std::invalid_argument, and
-// std::length_error where the blob would exceed 512 MiB.
+// Encodes one primitive of at least one triangle. Triangles repeat no index. Stream 0 is the
+// position; a stream's predictor may be kChoosePredictor. values: vertex_count x elements integers
+// below 2^bits per stream. Returns the same bytes for any number of threads, compiler and
+// optimisation level. Throws std::invalid_argument, or std::length_error if the blob would exceed
+// the format's limit.
 std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams,
                             const VertexValues& values, const EncodeOptions& options,
                             EncoderStats& stats);

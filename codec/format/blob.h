@@ -1,4 +1,4 @@
-// The blob of one primitive: header and tables (spec, appendices A.2 to A.4), shared by encoder and
+// The blob of one primitive: header and tables (spec, appendices A.2 to A.4), for encoder and
 // decoder.
 #pragma once
 #include <cstddef>
@@ -7,42 +7,45 @@
 #include <string>
 #include <vector>
 
-#include "format/constants.h"  // in shaders/
+#include "format/constants.h"
 
 namespace meshlet {
 
-constexpr uint32_t kMagic = BLOB_MAGIC;
-constexpr uint32_t kVersion = BLOB_VERSION;
-constexpr uint32_t kHeaderBytes = BLOB_HEADER_BYTES;
-constexpr uint32_t kStreamBytes = BLOB_STREAM_BYTES;
-constexpr uint32_t kGroupBytes = BLOB_GROUP_BYTES;
-constexpr uint32_t kGroupMeshlets = BLOB_GROUP_MESHLETS;
-constexpr uint32_t kMaxBlobBytes = BLOB_MAX_BYTES;
-constexpr uint32_t kOffsetBits = BLOB_OFFSET_BITS;
-constexpr uint32_t kMaxReferences = 63;
-constexpr uint32_t kMaxDeltaWidth = 24;
+static_assert(BLOB_HEADER_BYTES == 4 * BLOB_HEADER_WORDS);
+static_assert(BLOB_STREAM_BYTES == 4 * BLOB_STREAM_WORDS);
+static_assert(BLOB_GROUP_BYTES == 4 * BLOB_GROUP_WORDS);
+static_assert(MESHLET_TRIANGLES == 1u << BLOB_TRIANGLE_BITS);
+static_assert(MESHLET_MAX_REFERENCES == (1u << BLOB_REFERENCE_BITS) - 1u);
 
-enum Kind : uint8_t {
+enum StreamKind : uint8_t {
   kGrid = KIND_GRID,
   kOct = KIND_OCT,
   kInteger = KIND_INTEGER,
   kFloat32 = KIND_FLOAT32,
   kSign = KIND_SIGN,
-  kKinds = 5
 };
-enum Predictor : uint8_t { kParallelogram = 0, kMean = 1, kCopy = 2, kDamped = 3, kPredictors = 4 };
-constexpr uint32_t kMaxChordBits = 24;  // streams of more bits must use kCopy
 
+enum Predictor : uint8_t {
+  kParallelogram = PREDICT_PARALLELOGRAM,
+  kMean = PREDICT_MEAN,
+  kCopy = PREDICT_COPY,
+  kDamped = PREDICT_DAMPED,
+};
+
+// A row of the stream table.
 struct Stream {
   uint8_t kind = kGrid;
-  uint8_t components = 1;
-  uint8_t bits = 1;
+  uint8_t elements = 1;  // integers per vertex, 1 to 4
+  uint8_t bits = 1;      // per element, 1 to 32
   uint8_t predictor = kParallelogram;
-  uint8_t chain_base = 0;
-  uint8_t interior_base = 0;
-  float step = 1.0f;
+  uint8_t chain_base = 0;     // smallest Rice parameter of chains
+  uint8_t interior_base = 0;  // smallest Rice parameter of interiors
+  float step = 1.0f;          // GRID: value = offset + integer * step
   float offset[4] = {0, 0, 0, 0};
 };
+
+// Numbers that a vertex of the stream decodes to; OCT decodes two elements to three floats.
+inline uint32_t value_count(const Stream& s) { return s.kind == kOct ? 3u : s.elements; }
 
 struct BlobHeader {
   uint32_t triangle_count = 0;
@@ -52,21 +55,27 @@ struct BlobHeader {
   std::vector<Stream> streams;
 };
 
+// The bytes break a rule of the format. what(): one sentence.
 struct Malformed : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-uint32_t data_offset_of(uint32_t streams, uint32_t meshlets);
+// Byte offsets of the directory and of the data section.
+uint32_t directory_offset(uint32_t streams, uint32_t meshlets);
+uint32_t data_offset(uint32_t streams, uint32_t meshlets);
 
-// One clear sentence about a stream that the format does not allow, or an empty string.
+// Returns a sentence about a stream that the format does not allow, or an empty string.
 std::string stream_problem(const Stream& stream);
 
-// Checks header and tables of an untrusted blob: every table lies inside it, the directory's
-// triangle counts sum to the header's, meshlets follow one another without overlap. Throws
-// Malformed. Bounds what a caller may allocate.
+// Reads and checks header and tables of an untrusted blob: the tables lie inside it, the
+// directory's triangle counts sum to the header's, meshlets follow one another without overlap, and
+// the counts are small enough to allocate by. Throws Malformed.
 BlobHeader read_blob_header(const uint8_t* data, size_t size);
 
-void write_blob_header(const BlobHeader& header,
-                       std::vector<uint8_t>& blob);  // header and stream table, byte_length left 0
+// Number of triangles of each meshlet of a checked blob, from its directory.
+std::vector<uint32_t> meshlet_triangle_counts(const uint8_t* data, const BlobHeader& header);
+
+// Appends header and stream table; leaves the header's byte length 0.
+void write_blob_header(const BlobHeader& header, std::vector<uint8_t>& blob);
 
 }  // namespace meshlet

@@ -1,8 +1,8 @@
 // fuzz_decoder FOLDER [MUTATIONS [SEED]]
 // Runs every .bin file of a folder, every truncation of each small one, and MUTATIONS random
-// mutations of them through the decoder; to be built with ASan and UBSan (MESHLET_FUZZ). Any input
-// must be decoded or refused with Malformed, soon. Ends with status 1, or a sanitizer's report,
-// where that does not hold. For coverage-guided fuzzing, link with -fsanitize=fuzzer
+// mutations of them through the decoder. Build with ASan and UBSan (MESHLET_FUZZ). The decoder must
+// decode any input or throw Malformed, within seconds; otherwise the program ends with status 1 or
+// a sanitizer's report. For coverage-guided fuzzing, link with -fsanitize=fuzzer
 // -DMESHLET_LIBFUZZER.
 #include <algorithm>
 #include <chrono>
@@ -16,20 +16,20 @@
 #include <vector>
 
 #include "decode/decoder_context.h"
-#include "decode/statistics.h"
+#include "decode/bit_statistics.h"
 
 namespace {
 
 using Bytes = std::vector<uint8_t>;
 
-void expect(bool holds, const char* what) {
+void expect(bool holds, const char* problem) {
   if (holds) return;
-  std::fprintf(stderr, "fuzz_decoder: %s\n", what);
+  std::fprintf(stderr, "fuzz_decoder: %s\n", problem);
   std::abort();
 }
 
 void decode_everything(const Bytes& blob, bool integers) {
-  meshlet::Decoder decoder(blob.data(), blob.size());
+  meshlet::DecoderContext decoder(blob.data(), blob.size());
   const meshlet::BlobHeader& header = decoder.header();
   expect(header.meshlet_count <= blob.size() / 4, "more meshlets than the bytes can hold");
   expect(header.vertex_count <= 64 * uint64_t(header.meshlet_count),
@@ -39,7 +39,7 @@ void decode_everything(const Bytes& blob, bool integers) {
   std::vector<uint32_t*> as_integers;
   std::vector<void*> as_values;
   for (const meshlet::Stream& stream : header.streams) {
-    storage.emplace_back(size_t(header.vertex_count) * meshlet::value_elements(stream));
+    storage.emplace_back(size_t(header.vertex_count) * meshlet::value_count(stream));
     as_integers.push_back(integers ? storage.back().data() : nullptr);
     as_values.push_back(integers ? nullptr : storage.back().data());
   }
@@ -49,7 +49,7 @@ void decode_everything(const Bytes& blob, bool integers) {
 }
 
 void decode_meshlets(const Bytes& blob) {
-  meshlet::Decoder decoder(blob.data(), blob.size());
+  meshlet::DecoderContext decoder(blob.data(), blob.size());
   for (uint32_t m = decoder.header().meshlet_count; m-- > 0;) {
     try {
       decoder.meshlet(m);
@@ -68,13 +68,13 @@ bool accepted(Run run) {
   }
 }
 
-// True where the whole blob decodes.
+// Returns whether the whole blob decodes.
 bool try_blob(const Bytes& blob) {
   const bool whole = accepted([&] { decode_everything(blob, true); });
   expect(accepted([&] { decode_everything(blob, false); }) == whole,
-         "values and integers disagree on what is malformed");
+         "decoding to values and to integers disagree on a blob");
   accepted([&] { decode_meshlets(blob); });
-  accepted([&] { meshlet::describe(blob.data(), blob.size()); });
+  accepted([&] { meshlet::count_bits(blob.data(), blob.size()); });
   return whole;
 }
 
@@ -88,10 +88,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
 #ifndef MESHLET_LIBFUZZER
 namespace {
 
-constexpr size_t kSmall = 2048;          // bytes: files up to here are tried at every length
-constexpr size_t kByteLengthField = 20;  // of the header
-constexpr uint32_t kPadding = 8;
-constexpr double kTooLong = 2.0;  // seconds for one input, sanitizers included
+constexpr size_t kSmall = 2048;   // bytes: files up to this size are cut at every length
+constexpr double kTooLong = 2.0;  // seconds for one input, with sanitizers
 
 struct Summary {
   size_t inputs = 0, decoded = 0;
@@ -100,21 +98,20 @@ struct Summary {
   void run(const Bytes& blob) {
     const auto start = std::chrono::steady_clock::now();
     decoded += try_blob(blob);
-    ++inputs;
+    inputs++;
     slowest = std::max(
         slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     expect(slowest < kTooLong, "an input takes too long");
   }
 };
 
-// A wrong length or padding is refused at once: put right, so that most mutations reach the decoder
-// proper.
+// Repairs length and padding, which the decoder checks first: most mutations then get past them.
 void repair_frame(Bytes& blob) {
   blob.resize(blob.size() / 4 * 4);
-  if (blob.size() < meshlet::kHeaderBytes + kPadding) return;
+  if (blob.size() < BLOB_HEADER_BYTES + BLOB_PADDING_BYTES) return;
   const uint32_t size = uint32_t(blob.size());
-  std::memcpy(blob.data() + kByteLengthField, &size, sizeof size);
-  std::fill(blob.end() - kPadding, blob.end(), uint8_t(0));
+  std::memcpy(blob.data() + 4 * BLOB_WORD_BYTES, &size, sizeof size);
+  std::fill(blob.end() - BLOB_PADDING_BYTES, blob.end(), uint8_t(0));
 }
 
 void mutate(Bytes& blob, const Bytes& other, std::mt19937& random) {
@@ -164,7 +161,7 @@ int main(int argc, char** argv) {
   Summary files, truncations, mutated;
   for (const Bytes& blob : corpus) {
     files.run(blob);
-    for (size_t length = 0; blob.size() <= kSmall && length < blob.size(); ++length) {
+    for (size_t length = 0; blob.size() <= kSmall && length < blob.size(); length++) {
       Bytes cut(blob.begin(), blob.begin() + long(length));
       truncations.run(cut);
       repair_frame(cut);
@@ -172,7 +169,7 @@ int main(int argc, char** argv) {
     }
   }
   std::mt19937 random(argc > 3 ? uint32_t(std::atol(argv[3])) : 1u);
-  for (long i = 0; i < mutations; ++i) {
+  for (long i = 0; i < mutations; i++) {
     Bytes blob = corpus[random() % corpus.size()];
     mutate(blob, corpus[random() % corpus.size()], random);
     mutated.run(blob);

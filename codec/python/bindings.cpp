@@ -1,16 +1,18 @@
-// gltf_ext._codec: the native codec as Python sees it.
+// gltf_ext._codec: the Python binding of the codec. After a change, generate its stub again:
+// python -m nanobind.stubgen -m gltf_ext._codec -o gltf_ext/_codec.pyi
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
-#include <nanobind/stl/function.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "decode/decoder_context.h"
-#include "decode/statistics.h"
+#include "decode/bit_statistics.h"
 #include "encode/encoder.h"
-#include "segment/weld.h"
+#include "common/weld.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -24,6 +26,8 @@ using Ids = nb::ndarray<const uint32_t, nb::ndim<1>, nb::c_contig, nb::device::c
 using Points = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Values = nb::ndarray<const uint32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
+const uint8_t* bytes_of(const nb::bytes& blob) { return static_cast<const uint8_t*>(blob.data()); }
+
 template <class T>
 nb::object new_array(size_t rows, size_t columns, T*& data) {
   data = new T[rows * columns];
@@ -31,18 +35,18 @@ nb::object new_array(size_t rows, size_t columns, T*& data) {
   return nb::cast(nb::ndarray<nb::numpy, T, nb::ndim<2>>(data, {rows, columns}, owner));
 }
 
+std::vector<float> offsets_of(const Stream& s) { return {s.offset, s.offset + s.elements}; }
+
 nb::dict stream_dict(const Stream& s) {
-  nb::list offset;
-  for (int c = 0; c < s.components; c++) offset.append(s.offset[c]);
   nb::dict d;
   d["kind"] = s.kind;
-  d["components"] = s.components;
+  d["components"] = s.elements;
   d["bits"] = s.bits;
   d["predictor"] = s.predictor;
   d["chain_base"] = s.chain_base;
   d["interior_base"] = s.interior_base;
   d["step"] = s.step;
-  d["offset"] = offset;
+  d["offset"] = nb::cast(offsets_of(s));
   return d;
 }
 
@@ -55,7 +59,7 @@ int integer(const nb::dict& d, const char* key) {
 Stream stream_of(const nb::dict& d) {
   Stream s;
   s.kind = uint8_t(integer(d, "kind"));
-  s.components = uint8_t(integer(d, "components"));
+  s.elements = uint8_t(integer(d, "components"));
   s.bits = uint8_t(integer(d, "bits"));
   int predictor = d.contains("predictor") ? nb::cast<int>(d["predictor"]) : -1;
   s.predictor = predictor < 0 ? kChoosePredictor : uint8_t(predictor);
@@ -98,14 +102,13 @@ VertexValues vertex_values(const std::vector<Stream>& streams, const std::vector
   if (streams.size() != values.size()) throw nb::value_error("streams and values differ in number");
   VertexValues out;
   for (size_t s = 0; s < streams.size(); s++) {
-    if (values[s].shape(0) != vertices || values[s].shape(1) != streams[s].components)
+    if (values[s].shape(0) != vertices || values[s].shape(1) != streams[s].elements)
       throw nb::value_error("a stream's values have the wrong shape");
     uint32_t mask = streams[s].bits >= 32 ? ~0u : (1u << streams[s].bits) - 1u, over = 0;
-    for (size_t i = 0; i < vertices * streams[s].components; i++)
-      over |= values[s].data()[i] & ~mask;
+    for (size_t i = 0; i < vertices * streams[s].elements; i++) over |= values[s].data()[i] & ~mask;
     if (over) throw nb::value_error("a stream's value does not fit its bits");
     out.values.push_back(values[s].data());
-    out.components.push_back(streams[s].components);
+    out.elements.push_back(streams[s].elements);
   }
   return out;
 }
@@ -120,7 +123,8 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
   std::vector<Stream> streams;
   for (const nb::dict& d : stream_dicts) streams.push_back(stream_of(d));
   VertexValues all = vertex_values(streams, values, vertices);
-  if (max_triangles < 1 || max_triangles > 64 || max_vertices < 3 || max_vertices > 64)
+  if (max_triangles < 1 || max_triangles > int(MESHLET_TRIANGLES) || max_vertices < 3 ||
+      max_vertices > int(MESHLET_VERTICES))
     throw nb::value_error("a meshlet holds 1 to 64 triangles and 3 to 64 vertices");
   if (weight != "paper" && weight != "choe") throw nb::value_error("weight is 'paper' or 'choe'");
   EncodeOptions options;
@@ -129,7 +133,7 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
   if (lambda > 0) options.lambda = lambda;
   if (iterations > 0) options.iterations = iterations;
   if (fill > 0) options.fill = fill;
-  options.weight = weight == "paper" ? Weight::paper : Weight::choe;
+  options.weight = weight == "paper" ? Weight::kPaper : Weight::kChoe;
   options.share_seams = share_seams;
   options.threads = threads;
   if (!progress.is_none())
@@ -145,18 +149,20 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
     nb::gil_scoped_release release;
     blob = encode(mesh, streams, all, options, stats);
   }
-  nb::dict generation, out;
+  nb::dict generation, seconds, out;
   generation["histogram"] = nb::make_tuple(stats.histogram[0], stats.histogram[1],
                                            stats.histogram[2], stats.histogram[3]);
   generation["iterations"] = stats.iterations;
   out["meshlets"] = stats.meshlets;
   out["vertices"] = stats.vertices;
+  for (const auto& [stage, time] : stats.stage_seconds) seconds[stage] = time;
   out["generation"] = generation;
+  out["seconds"] = seconds;
   return nb::make_tuple(nb::bytes(blob.data(), blob.size()), out);
 }
 
 nb::tuple decode_blob(const nb::bytes& blob, bool as_values) {
-  Decoder decoder(static_cast<const uint8_t*>(blob.data()), blob.size());
+  DecoderContext decoder(bytes_of(blob), blob.size());
   const BlobHeader& h = decoder.header();
   uint32_t* triangles;
   nb::object triangle_array = new_array(h.triangle_count, 3, triangles);
@@ -165,14 +171,14 @@ nb::tuple decode_blob(const nb::bytes& blob, bool as_values) {
   nb::list arrays;
   for (size_t s = 0; s < h.streams.size(); s++) {
     if (!as_values) {
-      arrays.append(new_array(h.vertex_count, h.streams[s].components, integers[s]));
+      arrays.append(new_array(h.vertex_count, h.streams[s].elements, integers[s]));
     } else if (h.streams[s].kind == kInteger) {
       uint32_t* data;
-      arrays.append(new_array(h.vertex_count, h.streams[s].components, data));
+      arrays.append(new_array(h.vertex_count, h.streams[s].elements, data));
       values[s] = data;
     } else {
       float* data;
-      arrays.append(new_array(h.vertex_count, value_elements(h.streams[s]), data));
+      arrays.append(new_array(h.vertex_count, value_count(h.streams[s]), data));
       values[s] = data;
     }
   }
@@ -183,11 +189,11 @@ nb::tuple decode_blob(const nb::bytes& blob, bool as_values) {
   return nb::make_tuple(triangle_array, arrays);
 }
 
-// A Decoder that keeps its bytes.
+// A DecoderContext that owns its bytes.
 class OpenBlob {
  public:
   explicit OpenBlob(nb::bytes blob)
-      : blob_(std::move(blob)), decoder_(static_cast<const uint8_t*>(blob_.data()), blob_.size()) {}
+      : blob_(std::move(blob)), decoder_(bytes_of(blob_), blob_.size()) {}
 
   const BlobHeader& header() const { return decoder_.header(); }
 
@@ -215,8 +221,6 @@ class OpenBlob {
     return nb::make_tuple(triangle_array, arrays);
   }
 
-  // Decodes the meshlets of the given numbers one after another, without making arrays of them;
-  // returns the number of triangles.
   uint64_t decode_many(const Ids& numbers) {
     nb::gil_scoped_release release;
     uint64_t triangles = 0;
@@ -229,13 +233,31 @@ class OpenBlob {
 
  private:
   nb::bytes blob_;
-  Decoder decoder_;
+  DecoderContext decoder_;
 };
 
+// The header and tables of a blob, without its data.
+struct HeaderView {
+  BlobHeader header;
+  std::vector<uint32_t> meshlet_triangles;
+};
+
+HeaderView read_header(const nb::bytes& blob) {
+  BlobHeader header = read_blob_header(bytes_of(blob), blob.size());
+  std::vector<uint32_t> triangles = meshlet_triangle_counts(bytes_of(blob), header);
+  return {std::move(header), std::move(triangles)};
+}
+
+nb::object meshlet_triangles(const HeaderView& view) {
+  uint32_t* counts;
+  nb::object array = new_array(view.meshlet_triangles.size(), 1, counts);
+  std::copy(view.meshlet_triangles.begin(), view.meshlet_triangles.end(), counts);
+  return array.attr("reshape")(-1);
+}
+
 nb::dict describe_blob(const nb::bytes& blob) {
-  const uint8_t* data = static_cast<const uint8_t*>(blob.data());
-  BlobHeader h = read_blob_header(data, blob.size());
-  Description d = describe(data, blob.size());
+  BlobHeader h = read_blob_header(bytes_of(blob), blob.size());
+  BitStatistics d = count_bits(bytes_of(blob), blob.size());
   nb::dict out, bits, symbols, references;
   nb::list streams, stream_bits;
   for (const Stream& s : h.streams) streams.append(stream_dict(s));
@@ -245,13 +267,13 @@ nb::dict describe_blob(const nb::bytes& blob) {
   bits["streams"] = stream_bits;
   const char* names[5] = {"C", "L", "E", "R", "S"};
   for (int i = 0; i < 5; i++) symbols[names[i]] = d.symbols[i];
-  references["owned"] = d.kinds[0];
-  references["private"] = d.kinds[1];
-  references["foreign"] = d.kinds[2];
+  references["owned"] = d.owned_references;
+  references["private"] = d.private_references;
+  references["foreign"] = d.foreign_references;
   out["triangles"] = h.triangle_count;
   out["vertices"] = h.vertex_count;
   out["meshlets"] = h.meshlet_count;
-  out["components"] = d.components;
+  out["components"] = d.disks;
   out["streams"] = streams;
   out["bits"] = bits;
   out["symbols"] = symbols;
@@ -259,18 +281,44 @@ nb::dict describe_blob(const nb::bytes& blob) {
   return out;
 }
 
-void validate(const nb::bytes& blob) {
-  Decoder(static_cast<const uint8_t*>(blob.data()), blob.size()).validate();
-}
+void validate(const nb::bytes& blob) { DecoderContext(bytes_of(blob), blob.size()).validate(); }
 
 }  // namespace
 }  // namespace meshlet
 
+// Constants of the format that Python needs, under the names of format/constants.h.
+void define_constants(nb::module_& m) {
+#define CONSTANT(name) m.attr(#name) = name
+  CONSTANT(KIND_GRID);
+  CONSTANT(KIND_OCT);
+  CONSTANT(KIND_INTEGER);
+  CONSTANT(KIND_FLOAT32);
+  CONSTANT(KIND_SIGN);
+  CONSTANT(PREDICT_PARALLELOGRAM);
+  CONSTANT(PREDICT_MEAN);
+  CONSTANT(PREDICT_COPY);
+  CONSTANT(PREDICT_DAMPED);
+  CONSTANT(PREDICT_MAX_BITS);
+  CONSTANT(GRID_MAX_BITS);
+  CONSTANT(OCT_MIN_BITS);
+  CONSTANT(OCT_MAX_BITS);
+  CONSTANT(STREAM_MAX_ELEMENTS);
+  CONSTANT(STREAM_MAX_BITS);
+  CONSTANT(BLOB_MAX_STREAMS);
+  CONSTANT(MESHLET_TRIANGLES);
+  CONSTANT(MESHLET_VERTICES);
+#undef CONSTANT
+  const meshlet::GenerationOptions defaults;
+  m.attr("DEFAULT_LAMBDA") = std::round(1e6 * defaults.lambda) / 1e6;  // 1.4, not 1.39999998
+  m.attr("DEFAULT_ITERATIONS") = defaults.iterations;
+  m.attr("DEFAULT_FILL") = std::round(1e6 * defaults.fill) / 1e6;
+}
+
 NB_MODULE(_codec, m) {
   using namespace meshlet;
   m.doc() =
-      "Native codec of EXT_meshlet_edgebreaker. Everything raises ValueError with one sentence on "
-      "malformed input.";
+      "The native codec of EXT_meshlet_edgebreaker.\n\n"
+      "Functions that take a blob raise ValueError, with one sentence, if it is malformed.";
   nb::register_exception_translator([](const std::exception_ptr& p, void*) {
     try {
       std::rethrow_exception(p);
@@ -278,42 +326,103 @@ NB_MODULE(_codec, m) {
       PyErr_SetString(PyExc_ValueError, e.what());
     }
   });
-  m.def("weld", &weld, "rows"_a,
-        "rows: uint8[N, stride]. Returns (remap: uint32[N], unique: int): bit-identical rows get "
-        "one id, in order of first occurrence.");
-  m.def("encode", &encode_primitive, "triangles"_a, "position_ids"_a, "positions"_a, "streams"_a,
-        "values"_a, "max_triangles"_a = 64, "max_vertices"_a = 64, "lambda_"_a = 0.0f,
-        "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true,
-        "threads"_a = 0, "progress"_a = nb::none(),
-        "Encodes one primitive. triangles: uint32[T, 3] without repeated indices; position_ids: "
-        "uint32[V], equal where positions are;\n"
-        "positions: float32[V, 3]; streams: dicts of kind, components, bits, step, offset and "
-        "predictor (-1: the encoder chooses);\n"
-        "values: uint32[V, components] per stream. lambda_, iterations and fill: 0 takes the "
-        "default. share_seams: off only to measure what it gives. threads: "
-        "0 is one per processor.\n"
-        "Returns (blob: bytes, stats: dict).");
+  define_constants(m);
+
+  m.def(
+      "weld", &weld, "rows"_a,
+      nb::sig("def weld(rows: numpy.typing.NDArray[numpy.uint8]) -> "
+              "tuple[numpy.typing.NDArray[numpy.uint32], int]"),
+      "Gives bit-identical rows one number, in order of first occurrence. rows: uint8[N, stride].\n"
+      "Returns (numbers: uint32[N], number of different rows).");
+
+  m.def(
+      "encode", &encode_primitive, "triangles"_a, "position_ids"_a, "positions"_a, "streams"_a,
+      "values"_a, "max_triangles"_a = 64, "max_vertices"_a = 64, "lambda_"_a = 0.0f,
+      "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true,
+      "threads"_a = 0, "progress"_a = nb::none(),
+      nb::sig(
+          "def encode(triangles: numpy.typing.NDArray[numpy.uint32], position_ids: "
+          "numpy.typing.NDArray[numpy.uint32], "
+          "positions: numpy.typing.NDArray[numpy.float32], streams: "
+          "collections.abc.Sequence[collections.abc.Mapping[str, typing.Any]], "
+          "values: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint32]], max_triangles: "
+          "int = 64, "
+          "max_vertices: int = 64, lambda_: float = 0.0, iterations: int = 0, "
+          "fill: float = 0.0, weight: str = 'paper', share_seams: bool = True, "
+          "threads: int = 0, progress: collections.abc.Callable[[float], object] | None = None) "
+          "-> tuple[bytes, dict[str, typing.Any]]"),
+      "Encodes one primitive.\n\n"
+      "triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], equal "
+      "where\n"
+      "positions are. positions: float32[V, 3]. streams: dicts of kind, components (integers per\n"
+      "vertex), bits, step, offset, predictor (-1: the encoder chooses). values: uint32[V,\n"
+      "components] per stream. lambda_, iterations, fill: 0 means the default (DEFAULT_LAMBDA "
+      "..).\n"
+      "weight: 'paper' or 'choe'. share_seams: False only to measure its gain. threads: 0 means\n"
+      "one per processor. progress: called with a fraction from 0 to 1.\n\n"
+      "Returns (blob, {'meshlets', 'vertices', 'generation': {'histogram', 'iterations'},\n"
+      "'seconds': {stage: seconds}}); stages: grow, join, boundaries, predict, write. Raises\n"
+      "ValueError for bad arguments.");
+
   m.def(
       "decode", [](const nb::bytes& blob) { return decode_blob(blob, false); }, "blob"_a,
+      nb::sig("def decode(blob: bytes) -> tuple[numpy.typing.NDArray[numpy.uint32], "
+              "list[numpy.typing.NDArray[numpy.uint32]]]"),
       "Returns (triangles: uint32[T, 3], [uint32[V, components] per stream]).");
   m.def(
       "decode_values", [](const nb::bytes& blob) { return decode_blob(blob, true); }, "blob"_a,
-      "Returns (triangles: uint32[T, 3], [values per stream]): float32[V, components], float32[V, "
-      "3] unit vectors for OCT, uint32 for INTEGER.");
+      nb::sig("def decode_values(blob: bytes) -> tuple[numpy.typing.NDArray[numpy.uint32], "
+              "list[numpy.typing.NDArray[typing.Any]]]"),
+      "Returns (triangles: uint32[T, 3], [values per stream]): uint32[V, components] for INTEGER,\n"
+      "float32[V, 3] unit vectors for OCT, float32[V, components] otherwise.");
   m.def("describe", &describe_blob, "blob"_a,
-        "Counts, streams, and where the bits go; the parts of 'bits' sum to 8 * len(blob).");
-  m.def("validate", &validate, "blob"_a,
-        "Decodes every meshlet on its own; raises ValueError if the blob is malformed in any way, "
-        "also those that decode may accept.");
-  nb::class_<OpenBlob>(m, "Decoder", "Decodes single meshlets of one blob.")
+        nb::sig("def describe(blob: bytes) -> dict[str, typing.Any]"),
+        "Returns counts, streams and numbers of bits; the entries of 'bits' sum to 8 * len(blob).");
+  m.def(
+      "validate", &validate, "blob"_a,
+      "Raises ValueError if the blob is malformed in any way. Decodes every meshlet alone, and so\n"
+      "finds errors that decode may accept.");
+
+  nb::class_<Stream>(m, "StreamHeader", "A row of a blob's stream table.")
+      .def_ro("kind", &Stream::kind, "One of KIND_.")
+      .def_ro("elements", &Stream::elements, "Integers per vertex, 1 to 4.")
+      .def_ro("bits", &Stream::bits, "Bits per element, 1 to 32.")
+      .def_ro("predictor", &Stream::predictor, "One of PREDICT_.")
+      .def_ro("chain_base", &Stream::chain_base, "Smallest Rice parameter of chains.")
+      .def_ro("interior_base", &Stream::interior_base, "Smallest Rice parameter of interiors.")
+      .def_ro("step", &Stream::step, "GRID: value = offset + integer * step.")
+      .def_prop_ro("offset", &offsets_of, "One float per element.");
+  nb::class_<HeaderView>(m, "Header", "The header and tables of a blob; see read_header.")
+      .def_prop_ro("triangle_count", [](const HeaderView& v) { return v.header.triangle_count; })
+      .def_prop_ro("vertex_count", [](const HeaderView& v) { return v.header.vertex_count; })
+      .def_prop_ro("meshlet_count", [](const HeaderView& v) { return v.header.meshlet_count; })
+      .def_prop_ro(
+          "data_offset", [](const HeaderView& v) { return v.header.data_offset; },
+          "Byte offset of the meshlets' data: the size of header and tables.")
+      .def_prop_ro("streams", [](const HeaderView& v) { return v.header.streams; })
+      .def_prop_ro("meshlet_triangles", &meshlet_triangles,
+                   nb::sig("def meshlet_triangles(self) -> numpy.typing.NDArray[numpy.uint32]"),
+                   "uint32[meshlet_count]: number of triangles of each meshlet.");
+  m.def("read_header", &read_header, "blob"_a,
+        "Reads and checks header and tables; decodes nothing.");
+
+  nb::class_<OpenBlob>(m, "Decoder", "Decodes single meshlets of one blob. Not thread-safe.")
       .def(nb::init<nb::bytes>(), "blob"_a)
       .def_prop_ro("triangle_count", [](const OpenBlob& b) { return b.header().triangle_count; })
       .def_prop_ro("vertex_count", [](const OpenBlob& b) { return b.header().vertex_count; })
       .def_prop_ro("meshlet_count", [](const OpenBlob& b) { return b.header().meshlet_count; })
-      .def_prop_ro("streams", &OpenBlob::streams)
-      .def("decode_meshlet", &OpenBlob::decode_meshlet, "index"_a,
-           "Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]).")
+      .def_prop_ro("streams", &OpenBlob::streams,
+                   nb::sig("def streams(self) -> list[dict[str, typing.Any]]"),
+                   "The stream table as dicts, as encode takes them.")
+      .def(
+          "decode_meshlet", &OpenBlob::decode_meshlet, "index"_a,
+          nb::sig(
+              "def decode_meshlet(self, index: int) -> "
+              "tuple[numpy.typing.NDArray[numpy.uint8], list[numpy.typing.NDArray[numpy.uint32]]]"),
+          "Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]). Raises\n"
+          "IndexError.")
       .def("decode_many", &OpenBlob::decode_many, "indices"_a,
-           "Decodes the meshlets of the given numbers (uint32[n]) into preallocated memory, for "
-           "timing; returns their triangles.");
+           nb::sig("def decode_many(self, indices: numpy.typing.NDArray[numpy.uint32]) -> int"),
+           "Decodes the meshlets of these numbers (uint32[n]) without making arrays, for timing.\n"
+           "Returns the number of their triangles. Raises IndexError.");
 }

@@ -1,4 +1,4 @@
-// A few dozen triangles taken out of the mesh, with local numbers, and their partition into disks.
+// Cuts a set of triangles into disks.
 #pragma once
 
 #include <cstddef>
@@ -7,36 +7,32 @@
 
 namespace meshlet {
 
-// Triangles and vertices of a cluster are numbered from 0.
+// Some triangles of the mesh, with local numbers from 0 for triangles and vertices.
 struct Cluster {
-  std::vector<uint32_t> triangles;  // the mesh's triangle behind local triangle i
-  std::vector<uint16_t>
-      corners;  // local vertex at corner k of local triangle i: corners[3 * i + k]
-  std::vector<int16_t>
-      neighbours;  // local triangle across half-edge 3 * i + k, joined by vertices; -1: none
+  std::vector<uint32_t> triangles;  // number in the mesh of local triangle i
+  std::vector<uint16_t> corners;    // local vertex at corner k of triangle i: corners[3 * i + k]
+  std::vector<int16_t> neighbours;  // local triangle across half-edge 3 * i + k, or -1
   size_t vertex_count;
 };
 
-// Disks of a cluster, each a range of `triangles` (the mesh's numbers).
+// Disks, each a range of `triangles` (numbers in the mesh).
 struct Disks {
   std::vector<uint32_t> triangles;
   std::vector<uint32_t> begin;     // disk k: triangles[begin[k] .. begin[k + 1])
-  std::vector<uint32_t> vertices;  // of each disk
+  std::vector<uint32_t> vertices;  // number of vertices of each disk
   size_t vertex_count;             // sum over the disks
 
   size_t count() const { return begin.size() - 1; }
 };
 
-// Takes clusters out of one mesh and cuts them into disks. An instance is used by one thread at a
-// time.
+// Cuts sets of triangles of one mesh into disks. One thread at a time.
 class DiskCutter {
  public:
-  // triangles: three vertices each. half_edges: match_half_edges over vertices. Both must outlive
-  // this object.
+  // half_edges: match_half_edges over vertices. Both arrays must outlive this object.
   DiskCutter(const uint32_t* triangles, const int32_t* half_edges)
       : mesh_(triangles), half_edges_(half_edges) {}
 
-  // Cuts the given triangles (at most 2^14) into few, large disks.
+  // Cuts at most 2^14 triangles into few, large disks.
   void cut(const uint32_t* triangles, size_t count, Disks& disks);
 
  private:
@@ -54,7 +50,7 @@ class DiskCutter {
   std::vector<uint32_t> hash_keys_;
   std::vector<uint16_t> hash_values_;
   std::vector<int32_t> disk_of_triangle_;  // -1: none yet
-  std::vector<int32_t> disk_of_vertex_;    // the last disk that took the vertex
+  std::vector<int32_t> disk_of_vertex_;    // last disk that took the vertex
   std::vector<int16_t> queue_;
   int32_t disk_ = 0;
   int boundary_ = 0;  // edges of the growing disk's boundary

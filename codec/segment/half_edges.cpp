@@ -12,22 +12,22 @@ struct Entry {
   uint32_t larger_end;
   uint32_t half_edge;  // top bit: it runs from the larger end to the smaller
 };
-constexpr uint32_t descending = 1u << 31;
+constexpr uint32_t kDescending = 1u << 31;
 
-// Buckets up to this size are matched by comparing all pairs, larger ones are sorted.
-constexpr size_t small_bucket = 24;
+// Buckets up to this size are matched by comparing all pairs; larger ones are sorted.
+constexpr size_t kSmallBucket = 24;
 
 void match_pair(const Entry& a, const Entry& b, int32_t* match) {
-  const uint32_t ha = a.half_edge & ~descending, hb = b.half_edge & ~descending;
-  if (((a.half_edge ^ b.half_edge) & descending) == 0 || ha / 3 == hb / 3) return;
-  match[ha] = static_cast<int32_t>(hb);
-  match[hb] = static_cast<int32_t>(ha);
+  const uint32_t ha = a.half_edge & ~kDescending, hb = b.half_edge & ~kDescending;
+  if (((a.half_edge ^ b.half_edge) & kDescending) == 0 || ha / 3 == hb / 3) return;
+  match[ha] = int32_t(hb);
+  match[hb] = int32_t(ha);
 }
 
 void match_small_bucket(const Entry* bucket, size_t size, int32_t* match) {
-  for (size_t i = 0; i < size; ++i) {
+  for (size_t i = 0; i < size; i++) {
     size_t uses = 0, other = 0;
-    for (size_t j = 0; j < size; ++j)
+    for (size_t j = 0; j < size; j++)
       if (j != i && bucket[j].larger_end == bucket[i].larger_end) ++uses, other = j;
     if (uses == 1 && other > i) match_pair(bucket[i], bucket[other], match);
   }
@@ -48,35 +48,35 @@ void match_large_bucket(Entry* bucket, size_t size, int32_t* match) {
 template <class Visit>
 void visit_half_edges(const uint32_t* triangles, size_t triangle_count, const uint32_t* ids,
                       uint32_t first, uint32_t last, Visit&& visit) {
-  for (size_t t = 0; t < triangle_count; ++t) {
+  for (size_t t = 0; t < triangle_count; t++) {
     uint32_t corner[3];
-    for (int k = 0; k < 3; ++k) corner[k] = ids ? ids[triangles[3 * t + k]] : triangles[3 * t + k];
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3; k++) corner[k] = ids ? ids[triangles[3 * t + k]] : triangles[3 * t + k];
+    for (int k = 0; k < 3; k++) {
       const uint32_t from = corner[k], to = corner[k == 2 ? 0 : k + 1];
       const uint32_t smaller = std::min(from, to);
       if (smaller < first || smaller >= last || from == to) continue;
-      const uint32_t half_edge = static_cast<uint32_t>(3 * t + k);
-      visit(smaller, std::max(from, to), from < to ? half_edge : half_edge | descending);
+      const uint32_t half_edge = uint32_t(3 * t + k);
+      visit(smaller, std::max(from, to), from < to ? half_edge : half_edge | kDescending);
     }
   }
 }
 
 void match_range(const uint32_t* triangles, size_t triangle_count, const uint32_t* ids,
                  uint32_t first, uint32_t last, int32_t* match) {
-  // end[i + 1] counts bucket i, becomes its begin, and after filling its end.
-  std::vector<uint32_t> end(static_cast<size_t>(last - first) + 2, 0);
+  // end[i + 1] first counts bucket i, then is its begin, and after filling its end.
+  std::vector<uint32_t> end(size_t(last - first) + 2, 0);
   visit_half_edges(triangles, triangle_count, ids, first, last,
                    [&](uint32_t smaller, uint32_t, uint32_t) { ++end[smaller - first + 2]; });
-  for (size_t i = 2; i < end.size(); ++i) end[i] += end[i - 1];
+  for (size_t i = 2; i < end.size(); i++) end[i] += end[i - 1];
   std::vector<Entry> entries(end.back());
   visit_half_edges(triangles, triangle_count, ids, first, last,
                    [&](uint32_t smaller, uint32_t larger, uint32_t half_edge) {
                      entries[end[smaller - first + 1]++] = {larger, half_edge};
                    });
-  for (uint32_t i = 0; i < last - first; ++i) {
+  for (uint32_t i = 0; i < last - first; i++) {
     Entry* bucket = entries.data() + end[i];
     const size_t size = end[i + 1] - end[i];
-    if (size <= small_bucket)
+    if (size <= kSmallBucket)
       match_small_bucket(bucket, size, match);
     else
       match_large_bucket(bucket, size, match);
@@ -88,12 +88,12 @@ void match_range(const uint32_t* triangles, size_t triangle_count, const uint32_
 std::vector<int32_t> match_half_edges(const uint32_t* triangles, size_t triangle_count,
                                       const uint32_t* ids, size_t id_count, int threads) {
   std::vector<int32_t> match(3 * triangle_count, -1);
-  // Every range reads all triangles, so there are no more ranges than threads.
+  // Every range reads all triangles: use no more ranges than threads.
   const size_t ranges =
       std::min<size_t>(resolve_threads(threads), std::max<size_t>(1, triangle_count / 4096));
   parallel_for(threads, ranges, [&](size_t r) {
-    match_range(triangles, triangle_count, ids, static_cast<uint32_t>(id_count * r / ranges),
-                static_cast<uint32_t>(id_count * (r + 1) / ranges), match.data());
+    match_range(triangles, triangle_count, ids, uint32_t(id_count * r / ranges),
+                uint32_t(id_count * (r + 1) / ranges), match.data());
   });
   return match;
 }

@@ -1,4 +1,4 @@
-// A part of the mesh that one thread partitions into regions.
+// A patch: the part of the mesh that one thread partitions into regions.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +9,9 @@
 
 namespace meshlet {
 
-// What the partition needs to know of each triangle of the mesh.
+// Per triangle of the mesh.
 struct TriangleShapes {
-  std::vector<Vec3> centres;  // in a frame where the mesh's bounding box has longest side 1
+  std::vector<Vec3> centres;  // scaled: the mesh's bounding box has longest side 1
   std::vector<Vec3> normals;  // unit length, or zero for a triangle without area
 };
 
@@ -19,14 +19,13 @@ struct Facet {
   Vec3 centre, normal;
 };
 
-// Some tens of thousands of triangles, numbered from 0, and which of them share edges.
+// Some tens of thousands of triangles, with local numbers from 0.
 struct Patch {
-  std::vector<uint32_t>
-      triangles;  // the mesh's triangle behind local triangle t; neighbours in space are near
-  std::vector<int32_t>
-      neighbours;  // local half-edge across half-edge 3 * t + k; -1: none, or in another patch
+  std::vector<uint32_t> triangles;  // number in the mesh of triangle t, in curve order
+  // Local half-edge across half-edge 3 * t + k; -1: none, or in another patch.
+  std::vector<int32_t> neighbours;
   std::vector<Facet> facets;
-  std::vector<int32_t> region;  // of each local triangle
+  std::vector<int32_t> region;  // of each triangle
   int32_t region_count = 0;
 
   size_t size() const { return triangles.size(); }

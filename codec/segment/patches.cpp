@@ -8,10 +8,10 @@
 namespace meshlet {
 namespace {
 
-// Items per call of a parallel body.
-constexpr size_t block = 1 << 14;
+// Items per parallel task.
+constexpr size_t kBlock = 1 << 14;
 
-size_t block_count(size_t count) { return (count + block - 1) / block; }
+size_t block_count(size_t count) { return (count + kBlock - 1) / kBlock; }
 
 struct Frame {
   double origin[3] = {0, 0, 0};
@@ -20,35 +20,34 @@ struct Frame {
 
 Frame fit_frame(const MeshView& mesh) {
   double low[3], high[3];
-  for (int c = 0; c < 3; ++c) low[c] = high[c] = mesh.positions[3 * size_t{mesh.triangles[0]} + c];
-  for (size_t i = 0; i < 3 * mesh.triangle_count; ++i) {
-    for (int c = 0; c < 3; ++c) {
-      const double value = mesh.positions[3 * size_t{mesh.triangles[i]} + c];
+  for (int c = 0; c < 3; c++) low[c] = high[c] = mesh.positions[3 * size_t(mesh.triangles[0]) + c];
+  for (size_t i = 0; i < 3 * mesh.triangle_count; i++) {
+    for (int c = 0; c < 3; c++) {
+      const double value = mesh.positions[3 * size_t(mesh.triangles[i]) + c];
       low[c] = std::min(low[c], value);
       high[c] = std::max(high[c], value);
     }
   }
   Frame frame;
   double side = 0;
-  for (int c = 0; c < 3; ++c) frame.origin[c] = low[c], side = std::max(side, high[c] - low[c]);
+  for (int c = 0; c < 3; c++) frame.origin[c] = low[c], side = std::max(side, high[c] - low[c]);
   frame.scale = side > 0 ? 1 / side : 0;
   return frame;
 }
 
 Vec3 corner_position(const MeshView& mesh, const Frame& frame, size_t corner) {
-  const float* p = mesh.positions + 3 * size_t{mesh.triangles[corner]};
-  return {static_cast<float>((p[0] - frame.origin[0]) * frame.scale),
-          static_cast<float>((p[1] - frame.origin[1]) * frame.scale),
-          static_cast<float>((p[2] - frame.origin[2]) * frame.scale)};
+  const float* p = mesh.positions + 3 * size_t(mesh.triangles[corner]);
+  return {float((p[0] - frame.origin[0]) * frame.scale),
+          float((p[1] - frame.origin[1]) * frame.scale),
+          float((p[2] - frame.origin[2]) * frame.scale)};
 }
 
-constexpr int curve_bits = 10;  // per axis
+constexpr int kCurveBits = 10;  // per axis
 
-// Place of a grid cell on the Hilbert curve (Skilling 2004: the transposed index, then
-// interleaved).
+// Place of a grid cell on the Hilbert curve: the transposed index (Skilling 2004), interleaved.
 uint32_t hilbert_code(std::array<uint32_t, 3> x) {
-  for (uint32_t q = 1u << (curve_bits - 1); q > 1; q >>= 1) {
-    for (int i = 0; i < 3; ++i) {
+  for (uint32_t q = 1u << (kCurveBits - 1); q > 1; q >>= 1) {
+    for (int i = 0; i < 3; i++) {
       if (x[i] & q) {
         x[0] ^= q - 1;
       } else {
@@ -61,18 +60,17 @@ uint32_t hilbert_code(std::array<uint32_t, 3> x) {
   x[1] ^= x[0];
   x[2] ^= x[1];
   uint32_t flip = 0;
-  for (uint32_t q = 1u << (curve_bits - 1); q > 1; q >>= 1)
+  for (uint32_t q = 1u << (kCurveBits - 1); q > 1; q >>= 1)
     if (x[2] & q) flip ^= q - 1;
   uint32_t code = 0;
-  for (int b = curve_bits - 1; b >= 0; --b)
-    for (int i = 0; i < 3; ++i) code = code << 1 | ((x[i] ^ flip) >> b & 1);
+  for (int b = kCurveBits - 1; b >= 0; --b)
+    for (int i = 0; i < 3; i++) code = code << 1 | ((x[i] ^ flip) >> b & 1);
   return code;
 }
 
 uint32_t to_cell(float coordinate) {
-  constexpr int cells = 1 << curve_bits;
-  return static_cast<uint32_t>(
-      std::min(std::max(static_cast<int>(coordinate * cells), 0), cells - 1));
+  constexpr int cells = 1 << kCurveBits;
+  return uint32_t(std::min(std::max(int(coordinate * cells), 0), cells - 1));
 }
 
 }  // namespace
@@ -83,7 +81,7 @@ TriangleShapes measure_triangles(const MeshView& mesh, int threads) {
   shapes.normals.resize(mesh.triangle_count);
   const Frame frame = fit_frame(mesh);
   parallel_for(threads, block_count(mesh.triangle_count), [&](size_t b) {
-    for (size_t t = b * block; t < std::min((b + 1) * block, mesh.triangle_count); ++t) {
+    for (size_t t = b * kBlock; t < std::min((b + 1) * kBlock, mesh.triangle_count); t++) {
       const Vec3 p = corner_position(mesh, frame, 3 * t);
       const Vec3 q = corner_position(mesh, frame, 3 * t + 1);
       const Vec3 r = corner_position(mesh, frame, 3 * t + 2);
@@ -99,49 +97,48 @@ TriangleShapes measure_triangles(const MeshView& mesh, int threads) {
 std::vector<uint32_t> order_along_curve(const std::vector<Vec3>& points, int threads) {
   std::vector<uint32_t> codes(points.size()), order(points.size()), sorted(points.size());
   parallel_for(threads, block_count(points.size()), [&](size_t b) {
-    for (size_t i = b * block; i < std::min((b + 1) * block, points.size()); ++i) {
+    for (size_t i = b * kBlock; i < std::min((b + 1) * kBlock, points.size()); i++) {
       codes[i] = hilbert_code({to_cell(points[i].x), to_cell(points[i].y), to_cell(points[i].z)});
-      order[i] = static_cast<uint32_t>(i);
+      order[i] = uint32_t(i);
     }
   });
-  // Radix sort by one coordinate's worth of bits at a time; each pass keeps the order of equal
-  // digits.
-  for (int shift = 0; shift < 3 * curve_bits; shift += curve_bits) {
-    std::array<uint32_t, (1 << curve_bits) + 1> begin{};
-    const uint32_t mask = (1u << curve_bits) - 1;
+  // Stable radix sort, kCurveBits at a time.
+  for (int shift = 0; shift < 3 * kCurveBits; shift += kCurveBits) {
+    std::array<uint32_t, (1 << kCurveBits) + 1> begin{};
+    const uint32_t mask = (1u << kCurveBits) - 1;
     for (const uint32_t code : codes) ++begin[(code >> shift & mask) + 1];
-    for (size_t digit = 1; digit < begin.size(); ++digit) begin[digit] += begin[digit - 1];
+    for (size_t digit = 1; digit < begin.size(); digit++) begin[digit] += begin[digit - 1];
     for (const uint32_t i : order) sorted[begin[codes[i] >> shift & mask]++] = i;
     order.swap(sorted);
   }
   return order;
 }
 
-void group_components(const std::vector<int32_t>& half_edges, std::vector<uint32_t>& order) {
+void group_connected(const std::vector<int32_t>& half_edges, std::vector<uint32_t>& order) {
   constexpr uint32_t unseen = ~0u;
-  std::vector<uint32_t> component(order.size(), unseen), stack;
-  std::vector<uint32_t> begin{0};  // of each component in the new order
+  std::vector<uint32_t> part(order.size(), unseen), stack;
+  std::vector<uint32_t> begin{0};  // of each part in the new order
   for (const uint32_t start : order) {
-    if (component[start] != unseen) continue;
-    const uint32_t label = static_cast<uint32_t>(begin.size() - 1);
-    component[start] = label;
+    if (part[start] != unseen) continue;
+    const uint32_t label = uint32_t(begin.size() - 1);
+    part[start] = label;
     stack.assign(1, start);
     uint32_t size = 0;
-    for (; !stack.empty(); ++size) {
+    for (; !stack.empty(); size++) {
       const size_t triangle = stack.back();
       stack.pop_back();
-      for (size_t h = 3 * triangle; h < 3 * triangle + 3; ++h) {
+      for (size_t h = 3 * triangle; h < 3 * triangle + 3; h++) {
         if (half_edges[h] < 0) continue;
-        const uint32_t other = static_cast<uint32_t>(half_edges[h]) / 3;
-        if (component[other] != unseen) continue;
-        component[other] = label;
+        const uint32_t other = uint32_t(half_edges[h]) / 3;
+        if (part[other] != unseen) continue;
+        part[other] = label;
         stack.push_back(other);
       }
     }
     begin.push_back(begin.back() + size);
   }
   std::vector<uint32_t> grouped(order.size());
-  for (const uint32_t t : order) grouped[begin[component[t]]++] = t;
+  for (const uint32_t t : order) grouped[begin[part[t]]++] = t;
   order.swap(grouped);
 }
 
@@ -149,19 +146,18 @@ Patch extract_patch(const std::vector<uint32_t>& order, size_t first, size_t las
                     const std::vector<uint32_t>& slot, const std::vector<int32_t>& half_edges,
                     const TriangleShapes& shapes) {
   Patch patch;
-  patch.triangles.assign(order.begin() + static_cast<std::ptrdiff_t>(first),
-                         order.begin() + static_cast<std::ptrdiff_t>(last));
+  patch.triangles.assign(order.begin() + std::ptrdiff_t(first),
+                         order.begin() + std::ptrdiff_t(last));
   patch.neighbours.resize(3 * patch.size());
   patch.facets.resize(patch.size());
-  for (size_t t = 0; t < patch.size(); ++t) {
+  for (size_t t = 0; t < patch.size(); t++) {
     const size_t triangle = patch.triangles[t];
     patch.facets[t] = {shapes.centres[triangle], shapes.normals[triangle]};
-    for (size_t k = 0; k < 3; ++k) {
+    for (size_t k = 0; k < 3; k++) {
       const int32_t other = half_edges[3 * triangle + k];
-      const size_t place = other < 0 ? last : slot[static_cast<size_t>(other) / 3];
-      patch.neighbours[3 * t + k] = place >= first && place < last
-                                        ? static_cast<int32_t>(3 * (place - first)) + other % 3
-                                        : -1;
+      const size_t place = other < 0 ? last : slot[size_t(other) / 3];
+      patch.neighbours[3 * t + k] =
+          place >= first && place < last ? int32_t(3 * (place - first)) + other % 3 : -1;
     }
   }
   return patch;

@@ -6,45 +6,45 @@
 namespace meshlet {
 namespace {
 
-// Centres move this many times as far as the means of their regions did, which takes fewer rounds.
-constexpr float overshoot = 1.7f;
+// Centres move this many times as far as the means of their regions: fewer rounds until they rest.
+constexpr float kOvershoot = 1.7f;
 
-// C_m of equation (2): what a region that is full adds to its relative size.
-constexpr float full_penalty = 8.0f;
+// C_m of equation (2): added to the relative size of a full region.
+constexpr float kFullPenalty = 8.0f;
 
-// Half-edges ordered by weight in buckets of an eighth of an octave: O(1) per operation. An entry
-// lighter than the bucket in work goes into that bucket.
+// Half-edges by weight, in buckets of an eighth of an octave: O(1) per operation. Entries lighter
+// than the current bucket go into that bucket.
 class BucketQueue {
  public:
-  explicit BucketQueue(size_t capacity) : next_(capacity), heads_(bucket_count, none) {}
+  explicit BucketQueue(size_t capacity) : next_(capacity), heads_(kBucketCount, kNone) {}
 
   static int bucket_of(float weight) {
     uint32_t bits;
     std::memcpy(&bits, &weight, sizeof bits);
-    const int bucket = static_cast<int>(bits >> 20) - lightest;
-    return std::min(std::max(bucket, 0), bucket_count - 1);
+    const int bucket = int(bits >> 20) - kLightest;
+    return std::min(std::max(bucket, 0), kBucketCount - 1);
   }
   void push(int32_t item, int bucket) {
     bucket = std::max(bucket, current_);
     next_[item] = heads_[bucket];
     heads_[bucket] = item;
   }
-  // Removes an item of the lightest bucket that has any, or returns none.
+  // Removes an item of the kLightest bucket that has any, or returns kNone.
   int32_t pop() {
-    while (heads_[current_] == none)
-      if (++current_ == bucket_count) return current_ = 0, none;
+    while (heads_[current_] == kNone)
+      if (++current_ == kBucketCount) return current_ = 0, kNone;
     const int32_t item = heads_[current_];
     heads_[current_] = next_[item];
     return item;
   }
   int current() const { return current_; }
 
-  static constexpr int32_t none = -1;
+  static constexpr int32_t kNone = -1;
 
  private:
-  static constexpr int octaves = 64, per_octave = 8, bucket_count = octaves * per_octave;
-  static constexpr int lightest =
-      (127 - 50) * per_octave;  // weights below 2^-50 share the first bucket
+  static constexpr int kOctaves = 64, kPerOctave = 8, kBucketCount = kOctaves * kPerOctave;
+  static constexpr int kLightest =
+      (127 - 50) * kPerOctave;  // weights below 2^-50 share the first bucket
   std::vector<int32_t> next_;
   std::vector<int32_t> heads_;
   int current_ = 0;
@@ -63,7 +63,7 @@ class RegionGrower {
     int round = 0;
     do {
       attach_triangles();
-      ++round;
+      round++;
     } while (move_centres() && round < options_.iterations);
     return round;
   }
@@ -80,29 +80,29 @@ class RegionGrower {
   const GrowthOptions options_;
   BucketQueue queue_;
   std::vector<float> shape_weights_;  // of half-edges in the queue
-  std::vector<int32_t> seeds_;        // the triangle at the centre of each region
+  std::vector<int32_t> seeds_;        // triangle at the centre of each region
   std::vector<Facet> means_;          // centre and mean normal of each region
   std::vector<int32_t> sizes_;
 };
 
-// Labels the edge-connected components of the patch and returns the size of each.
-std::vector<int32_t> label_components(const Patch& patch, std::vector<int32_t>& component) {
+// Labels the edge-connected parts of the patch; returns their sizes.
+std::vector<int32_t> label_connected(const Patch& patch, std::vector<int32_t>& part) {
   std::vector<int32_t> sizes, stack;
-  component.assign(patch.size(), -1);
-  for (size_t start = 0; start < patch.size(); ++start) {
-    if (component[start] >= 0) continue;
-    const int32_t label = static_cast<int32_t>(sizes.size());
-    component[start] = label;
-    stack.assign(1, static_cast<int32_t>(start));
+  part.assign(patch.size(), -1);
+  for (size_t start = 0; start < patch.size(); start++) {
+    if (part[start] >= 0) continue;
+    const int32_t label = int32_t(sizes.size());
+    part[start] = label;
+    stack.assign(1, int32_t(start));
     sizes.push_back(0);
     while (!stack.empty()) {
       const int32_t triangle = stack.back();
       stack.pop_back();
       ++sizes[label];
-      for (int k = 0; k < 3; ++k) {
+      for (int k = 0; k < 3; k++) {
         const int32_t across = patch.neighbours[3 * triangle + k];
-        if (across < 0 || component[across / 3] >= 0) continue;
-        component[across / 3] = label;
+        if (across < 0 || part[across / 3] >= 0) continue;
+        part[across / 3] = label;
         stack.push_back(across / 3);
       }
     }
@@ -110,20 +110,19 @@ std::vector<int32_t> label_components(const Patch& patch, std::vector<int32_t>& 
   return sizes;
 }
 
-// Initial centres, uniform over each component: triangles are numbered along a space-filling curve,
-// and every n-th becomes a centre.
+// Initial centres, evenly over each connected part: triangles are numbered along a space-filling
+// curve, and every n-th becomes a centre.
 void RegionGrower::place_centres() {
-  std::vector<int32_t> component;
-  const std::vector<int32_t> sizes = label_components(patch_, component);
+  std::vector<int32_t> part;
+  const std::vector<int32_t> sizes = label_connected(patch_, part);
   std::vector<int64_t> seen(sizes.size(), 0);
-  for (size_t t = 0; t < patch_.size(); ++t) {
-    const int64_t size = sizes[component[t]], rank = seen[component[t]]++;
-    const int64_t centres = std::min(
-        size, static_cast<int64_t>(std::ceil(static_cast<float>(size) / options_.mean_size)));
-    if ((rank * centres + size / 2) % size < centres) seeds_.push_back(static_cast<int32_t>(t));
+  for (size_t t = 0; t < patch_.size(); t++) {
+    const int64_t size = sizes[part[t]], rank = seen[part[t]]++;
+    const int64_t centres = std::min(size, int64_t(std::ceil(float(size) / options_.mean_size)));
+    if ((rank * centres + size / 2) % size < centres) seeds_.push_back(int32_t(t));
   }
   for (const int32_t seed : seeds_) means_.push_back(patch_.facets[seed]);
-  patch_.region_count = static_cast<int32_t>(seeds_.size());
+  patch_.region_count = int32_t(seeds_.size());
 }
 
 // The factors of equation (1) that do not change while a region grows: distance and planarity.
@@ -137,15 +136,15 @@ float RegionGrower::shape_weight(int32_t triangle, int32_t region) const {
 // Equation (1) for the triangle across a half-edge in the queue.
 float RegionGrower::weight(int32_t half_edge) const {
   const int32_t size = sizes_[patch_.region[half_edge / 3]];
-  float fill = static_cast<float>(size) * (1.0f / options_.mean_size);
-  if (options_.weight == Weight::paper && size >= options_.max_size) fill += full_penalty;
+  float fill = float(size) * (1.0f / options_.mean_size);
+  if (options_.weight == Weight::kPaper && size >= options_.max_size) fill += kFullPenalty;
   return fill * shape_weights_[half_edge];
 }
 
 void RegionGrower::attach(int32_t triangle, int32_t region) {
   patch_.region[triangle] = region;
   ++sizes_[region];
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 3; k++) {
     const int32_t across = patch_.neighbours[3 * triangle + k];
     if (across < 0 || patch_.region[across / 3] >= 0) continue;
     const int32_t half_edge = 3 * triangle + k;
@@ -157,14 +156,14 @@ void RegionGrower::attach(int32_t triangle, int32_t region) {
 void RegionGrower::attach_triangles() {
   patch_.region.assign(patch_.size(), -1);
   sizes_.assign(seeds_.size(), 0);
-  // Centres stay in their own regions, however light another region finds them.
-  for (size_t r = 0; r < seeds_.size(); ++r) patch_.region[seeds_[r]] = static_cast<int32_t>(r);
-  for (size_t r = 0; r < seeds_.size(); ++r) attach(seeds_[r], static_cast<int32_t>(r));
-  for (int32_t half_edge; (half_edge = queue_.pop()) != BucketQueue::none;) {
+  // Centres stay in their own regions even if another region has less weight.
+  for (size_t r = 0; r < seeds_.size(); r++) patch_.region[seeds_[r]] = int32_t(r);
+  for (size_t r = 0; r < seeds_.size(); r++) attach(seeds_[r], int32_t(r));
+  for (int32_t half_edge; (half_edge = queue_.pop()) != BucketQueue::kNone;) {
     const int32_t triangle = patch_.neighbours[half_edge] / 3,
                   region = patch_.region[half_edge / 3];
     if (patch_.region[triangle] >= 0) continue;
-    // The region has grown since this entry was weighed.
+    // The region may have grown since this entry was weighed.
     const int bucket = BucketQueue::bucket_of(weight(half_edge));
     if (bucket > queue_.current())
       queue_.push(half_edge, bucket);
@@ -173,30 +172,29 @@ void RegionGrower::attach_triangles() {
   }
 }
 
-// Moves each region's centre towards the mean of its triangles, and its seed to the triangle next
-// to the centre. Says whether any seed changed.
+// Moves each region's centre towards the mean of its triangles, and its seed to the triangle
+// nearest to the centre. Returns whether any seed changed.
 bool RegionGrower::move_centres() {
   const std::vector<Facet> former = means_;
   std::fill(means_.begin(), means_.end(), Facet{{0, 0, 0}, {0, 0, 0}});
-  for (size_t t = 0; t < patch_.size(); ++t) {
+  for (size_t t = 0; t < patch_.size(); t++) {
     Facet& mean = means_[patch_.region[t]];
     mean.centre = mean.centre + patch_.facets[t].centre;
     mean.normal = mean.normal + patch_.facets[t].normal;
   }
-  for (size_t r = 0; r < seeds_.size(); ++r) {
-    const Vec3 mean = means_[r].centre * (1.0f / static_cast<float>(sizes_[r]));
-    means_[r].centre = former[r].centre + (mean - former[r].centre) * overshoot;
+  for (size_t r = 0; r < seeds_.size(); r++) {
+    const Vec3 mean = means_[r].centre * (1.0f / float(sizes_[r]));
+    means_[r].centre = former[r].centre + (mean - former[r].centre) * kOvershoot;
     const float norm = length(means_[r].normal);
     if (norm > 0) means_[r].normal = means_[r].normal * (1.0f / norm);
   }
   std::vector<float> nearest(seeds_.size(), 1e30f);
   std::vector<int32_t> seeds(seeds_.size());
-  for (size_t t = 0; t < patch_.size(); ++t) {
+  for (size_t t = 0; t < patch_.size(); t++) {
     const int32_t region = patch_.region[t];
     const Vec3 offset = patch_.facets[t].centre - means_[region].centre;
     const float distance = dot(offset, offset);
-    if (distance < nearest[region])
-      nearest[region] = distance, seeds[region] = static_cast<int32_t>(t);
+    if (distance < nearest[region]) nearest[region] = distance, seeds[region] = int32_t(t);
   }
   seeds.swap(seeds_);
   return seeds != seeds_;

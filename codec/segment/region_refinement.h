@@ -1,5 +1,5 @@
-// Beyond the paper: region borders are moved triangle by triangle, so that full regions hand
-// triangles on to those with room instead of being halved, and borders become short.
+// Not in the paper: moves region borders triangle by triangle. Full regions pass triangles on to
+// regions with room instead of being halved, and borders become shorter.
 #pragma once
 
 #include "segment/patch.h"
@@ -11,7 +11,8 @@ struct RefinementOptions {
   int sweeps;    // over all triangles, to shorten borders
 };
 
-// Changes patch.region. Regions stay edge-connected; those that can be are brought within max_size.
+// Changes patch.region. Regions stay edge-connected; most come within max_size, not necessarily
+// all.
 void refine_regions(Patch& patch, const RefinementOptions& options);
 
 }  // namespace meshlet

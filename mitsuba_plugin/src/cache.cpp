@@ -7,12 +7,13 @@
 namespace meshlet_shape {
 namespace {
 
-constexpr uint32_t kCandidates = 8;  // of which the least used one goes
-constexpr uint64_t kAgingFactor =
-    4;  // counts are halved after so many decoded meshlets per resident entry
+// kCounts evicts the least used of this many random entries.
+constexpr uint32_t kCandidates = 8;
+// Counts are halved after this many decoded meshlets per resident entry.
+constexpr uint64_t kAgingFactor = 4;
 
-// Every slot ever made; they are reused, never freed, so that an evicting thread may walk the list
-// without a lock.
+// A list of all slots. Slots are reused, never freed: an evicting thread walks the list without
+// lock.
 struct SlotNode {
   ThreadSlot slot;
   SlotNode* next = nullptr;
@@ -77,7 +78,7 @@ uint64_t scratch_bytes() {
   return sum;
 }
 
-Entry* ThreadSlot::scratch(Kind kind, size_t bytes) {
+Entry* ThreadSlot::scratch(EntryKind kind, size_t bytes) {
   size_t room = bytes + kEntryAlignment;
   if (scratch_bytes[kind].load(std::memory_order_relaxed) < room) {
     scratch_memory[kind] = std::make_unique<std::byte[]>(room);
@@ -123,7 +124,7 @@ void Table::count(uint32_t key, uint32_t asks) {
   if (store_->policy_ != Policy::kCounts ||
       store_->everything_fits_.load(std::memory_order_relaxed))
     return;
-  // Two threads may lose one of their increments: a count is a hint.
+  // A race may lose an increment; counts are only hints.
   counts_[key].store(counts_[key].load(std::memory_order_relaxed) + asks,
                      std::memory_order_relaxed);
 }
@@ -134,7 +135,7 @@ void Table::note_hits(ThreadSlot& thread, uint32_t key, uint32_t asks) {
   count(key, asks);
 }
 
-const Entry* Table::find(ThreadSlot& thread, Kind kind, uint32_t key, uint32_t asks) {
+const Entry* Table::find(ThreadSlot& thread, EntryKind kind, uint32_t key, uint32_t asks) {
   for (;;) {
     Entry* entry = entries_[key].load(std::memory_order_acquire);
     if (!entry) {
@@ -160,7 +161,7 @@ void Table::insert(ThreadSlot& thread, const Entry& fresh) {
   decoded.store(decoded.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   if (fresh.bytes > store_->limit_.load(std::memory_order_relaxed)) return;
   const uint32_t wanted = counts_[fresh.key].load(std::memory_order_relaxed);
-  // Where another thread is at it, decoding again some time is cheaper than waiting.
+  // If another thread holds the lock, decoding again later is cheaper than waiting.
   std::unique_lock lock(store_->mutex_, std::try_to_lock);
   if (!lock) {
     store_->refused_.fetch_add(1, std::memory_order_relaxed);
@@ -221,8 +222,8 @@ void Store::reset_statistics() {
   refused_.store(0, std::memory_order_relaxed);
 }
 
-// Evicts until `bytes` more fit. With counts, only entries asked for less often than `wanted` times
-// go.
+// Evicts until `bytes` more fit; with kCounts only entries with fewer than `wanted` requests.
+// Returns false if that is impossible.
 bool Store::make_room(size_t bytes, uint32_t wanted) {
   const uint64_t limit = limit_.load(std::memory_order_relaxed);
   while (resident_.load(std::memory_order_relaxed) + bytes > limit) {
@@ -259,7 +260,7 @@ Entry* Store::next_unused() {
   return nullptr;
 }
 
-// False where a thread has announced the entry in the meantime; it stays.
+// Returns false, and keeps the entry, if a thread has announced it in the meantime.
 bool Store::evict(Entry* entry) {
   std::atomic<Entry*>& home = entry->table->entries_[entry->key];
   home.store(nullptr, std::memory_order_seq_cst);
@@ -282,7 +283,7 @@ void Store::remove(uint32_t place) {
   entries_.fetch_sub(1, std::memory_order_relaxed);
 }
 
-// Old popularity fades, as the paper forgets it from one frame to the next.
+// Halves all counts. The paper clears them every frame.
 void Store::age() {
   decoded_since_aging_ = 0;
   for (const Member& member : tables_)

@@ -1,9 +1,8 @@
-// A bounded store of decoded meshlets, shared by all threads.
+// A bounded cache of decoded meshlets, shared by all threads.
 //
-// Reading takes no lock: a thread announces the entry it is about to use (a hazard pointer) and
-// checks that it is still there. An entry that any thread has announced is not evicted, so that the
-// limit holds exactly and nothing waits. Only inserting takes the lock, which is cheap beside the
-// decoding before it.
+// Reading takes no lock. A thread announces the entry that it is about to use (a hazard pointer)
+// and checks that the entry is still in the table. Announced entries are not evicted: the limit
+// holds exactly and no thread waits. Only inserting takes the lock; decoding costs far more.
 #pragma once
 #include <atomic>
 #include <cstddef>
@@ -15,8 +14,8 @@
 namespace meshlet_shape {
 
 enum class Policy {
-  kCounts,  // keeps what was asked for most often of late; the paper's
-  kClock,   // second chance; the default: more hits, see docs/mitsuba.md
+  kCounts,  // keeps the entries requested most often of late, as in the paper
+  kClock,   // second chance; the default, with more hits (docs/mitsuba.md)
 };
 
 struct Statistics {
@@ -29,39 +28,38 @@ class Table;
 
 constexpr size_t kEntryAlignment = 32;
 
-// A header, followed in memory by `bytes - sizeof(Entry)` bytes of payload.
+// This header, then `bytes - sizeof(Entry)` bytes of payload.
 struct alignas(kEntryAlignment) Entry {
   Table* table;
   uint32_t key;
   uint32_t bytes;
-  uint32_t place;             // among the store's residents
-  std::atomic<uint8_t> used;  // CLOCK's bit
+  uint32_t place;             // index among the store's residents
+  std::atomic<uint8_t> used;  // the reference bit of kClock
 
   void* payload() { return this + 1; }
   const void* payload() const { return this + 1; }
 };
 
-// What one thread reads at a time; a place for each kind of entry that it holds together with
-// others.
-enum Kind : uint32_t { kTriangles = 0, kAttributes = 1, kKinds = 2 };
+// Kinds of entries. A thread holds at most one of each at a time.
+enum EntryKind : uint32_t { kTriangles = 0, kAttributes = 1, kEntryKinds = 2 };
 
-// One per thread, given by `this_thread`. Reused when its thread has ended.
+// The state of one thread, from this_thread(). Reused after the thread has ended.
 struct ThreadSlot {
   struct Recent {
-    uint64_t table = 0;  // uid, 0: none
+    uint64_t table = 0;  // uid; 0: none
     uint32_t key = 0;
     const Entry* entry = nullptr;
   };
 
-  alignas(64) std::atomic<const Entry*> announced[kKinds] = {};
-  Recent recent[kKinds];  // the owner's alone
-  std::unique_ptr<std::byte[]> scratch_memory[kKinds];
-  std::atomic<size_t> scratch_bytes[kKinds] = {};  // written by the owner
+  alignas(64) std::atomic<const Entry*> announced[kEntryKinds] = {};
+  Recent recent[kEntryKinds];  // only the owner reads and writes it
+  std::unique_ptr<std::byte[]> scratch_memory[kEntryKinds];
+  std::atomic<size_t> scratch_bytes[kEntryKinds] = {};  // written by the owner
   uint32_t index = 0;
   std::atomic<bool> taken{false};
 
-  // Room for an entry of so many bytes that is in no store.
-  Entry* scratch(Kind kind, size_t bytes);
+  // Memory for an entry of this size outside any store.
+  Entry* scratch(EntryKind kind, size_t bytes);
 };
 
 // Null before the first call of this_thread.
@@ -69,11 +67,11 @@ extern __thread ThreadSlot* t_slot;
 ThreadSlot& take_this_thread();
 inline ThreadSlot& this_thread() { return t_slot ? *t_slot : take_this_thread(); }
 
-// Slots made so far, and the bytes of all scratch memory.
+// Number of slots made so far, and bytes of all scratch memory.
 uint64_t thread_slots();
 uint64_t scratch_bytes();
 
-// The entries of one shape: which of its meshlets are decoded, and how often each was asked for.
+// The entries of one shape: its decoded meshlets, and the number of requests for each.
 class Table {
  public:
   // capacity: keys 0 .. capacity - 1.
@@ -83,15 +81,15 @@ class Table {
   uint64_t uid() const { return uid_; }
   Store& store() const { return *store_; }
 
-  // The payload for a key, from the store or from `produce()`, which decodes it into the thread's
-  // scratch memory and returns that. Valid until the same thread asks for another key of this kind.
-  // Counts as so many `asks`, of which one may be a miss.
+  // Returns the payload for a key, from the store or from `produce()`, which decodes it into the
+  // thread's scratch memory. Valid until the thread requests another key of this kind. Counts as
+  // `asks` requests, of which at most one is a miss.
   template <class Produce>
-  const void* get(ThreadSlot& thread, Kind kind, uint32_t key, Produce&& produce,
+  const void* get(ThreadSlot& thread, EntryKind kind, uint32_t key, Produce&& produce,
                   uint32_t asks = 1) {
     ThreadSlot::Recent& recent = thread.recent[kind];
     if (recent.table != uid_ || recent.key != key) {
-      recent.table = 0;  // where produce throws, nothing is held
+      recent.table = 0;  // nothing is held if produce throws
       const Entry* entry = find(thread, kind, key, asks);
       if (!entry) {
         Entry* fresh = produce();
@@ -109,7 +107,7 @@ class Table {
  private:
   friend class Store;
 
-  const Entry* find(ThreadSlot& thread, Kind kind, uint32_t key, uint32_t asks);
+  const Entry* find(ThreadSlot& thread, EntryKind kind, uint32_t key, uint32_t asks);
   void insert(ThreadSlot& thread, const Entry& fresh);
   void note_hits(ThreadSlot& thread, uint32_t key, uint32_t asks);
   void count(uint32_t key, uint32_t asks);
@@ -126,8 +124,8 @@ class Store {
   Store(Policy policy) : policy_(policy) {}
   ~Store();
 
-  // Adds a shape's share to the limit, and what its entries take when all are there: where all fit,
-  // counting is pointless.
+  // Adds a shape: its share of the limit, and the size of all its entries. If all fit, the store
+  // stops counting requests.
   void extend(uint64_t limit_bytes, uint64_t needed_bytes);
 
   Statistics statistics() const;
@@ -139,7 +137,7 @@ class Store {
   struct alignas(64) Counters {
     std::atomic<uint64_t> hits{0}, misses{0}, decoded{0};
   };
-  static constexpr uint32_t kCounters = 64;  // threads beyond share them and may lose counts
+  static constexpr uint32_t kCounters = 64;  // more threads share them and may lose counts
 
   struct Resident {
     Entry* entry;
@@ -163,7 +161,7 @@ class Store {
   Counters counters_[kCounters];
   std::atomic<bool> everything_fits_{false};
   std::atomic<uint64_t> limit_{0}, resident_{0}, entries_{0}, evictions_{0}, refused_{0};
-  mutable std::mutex mutex_;  // guards what follows, and every change of a table's entries
+  mutable std::mutex mutex_;  // guards the members below and changes of a table's entries
   uint64_t needed_ = 0;
   std::vector<Resident> residents_;
   std::vector<Member> tables_;

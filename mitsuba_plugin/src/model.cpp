@@ -1,6 +1,6 @@
 #include "model.h"
 
-#include "api.h"
+#include "python_api.h"
 
 #include <algorithm>
 #include <atomic>
@@ -14,8 +14,8 @@ namespace meshlet_shape {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// A box traversal with fused multiply-adds errs by about epsilon times the size of the coordinates;
-// this covers origins a few sizes away.
+// Margin of boxes relative to the coordinates. Box traversal with fused multiply-adds errs by about
+// epsilon times the coordinates; this covers ray origins a few scene sizes away.
 constexpr float kRelativeMargin = 1.0f / (1 << 20);
 
 constexpr int kUvCells = 64;  // per axis
@@ -28,7 +28,7 @@ size_t uv_cell(int x, int y) {
 
 const Box kEmpty = {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
 
-void expand(Box& box, const Vector3& p) {
+void expand(Box& box, Vec3 p) {
   for (int i = 0; i < 3; i++) {
     box.lower[i] = std::min(box.lower[i], p[i]);
     box.upper[i] = std::max(box.upper[i], p[i]);
@@ -42,34 +42,23 @@ float largest_coordinate(const Box& box) {
   return largest;
 }
 
-Vector3 operator-(const Vector3& a, const Vector3& b) {
-  return {{a[0] - b[0], a[1] - b[1], a[2] - b[2]}};
-}
-Vector3 operator*(const Vector3& a, float s) { return {{a[0] * s, a[1] * s, a[2] * s}}; }
-float dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vector3 cross(const Vector3& a, const Vector3& b) {
-  return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
-}
-Vector3 normalized(const Vector3& a) {
-  float length = std::sqrt(dot(a, a));
-  return length > 0 ? a * (1 / length) : a;
-}
-Vector3 blend(const Vector3* v, const float* b) {
-  Vector3 r;
-  for (int i = 0; i < 3; i++) r[i] = v[0][i] * b[0] + v[1][i] * b[1] + v[2][i] * b[2];
-  return r;
-}
-void store(const Vector3& v, float* out) { std::copy(v.v, v.v + 3, out); }
+Vec3 blend(const Vec3* v, const float* b) { return v[0] * b[0] + v[1] * b[1] + v[2] * b[2]; }
 
-// Mitsuba's coordinate_system (Duff et al. 2017), so that surfaces without texture coordinates get
-// the same tangents as its meshes.
-void tangents(const Vector3& n, float* s, float* t) {
-  float sign = std::copysign(1.0f, n[2]), a = -1.0f / (sign + n[2]), b = n[0] * n[1] * a;
-  store({{sign * n[0] * n[0] * a + 1.0f, sign * b, -sign * n[0]}}, s);
-  store({{b, n[1] * n[1] * a + sign, -n[1]}}, t);
+void store(Vec3 v, float* out) {
+  out[0] = v.x;
+  out[1] = v.y;
+  out[2] = v.z;
 }
 
-// Stores by the name of their group, as long as a shape uses them.
+// Mitsuba's coordinate_system (Duff et al. 2017): without texture coordinates, tangents are those
+// of its meshes.
+void tangents(Vec3 n, float* s, float* t) {
+  float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
+  store({sign * n.x * n.x * a + 1.0f, sign * b, -sign * n.x}, s);
+  store({b, n.y * n.y * a + sign, -n.y}, t);
+}
+
+// Returns the store of the cache group. It lives as long as a shape uses it.
 std::shared_ptr<Store> store_for(const Options& options) {
   if (options.cache_group.empty()) return std::make_shared<Store>(options.policy);
   static std::mutex mutex;
@@ -105,15 +94,15 @@ Model::Model(std::vector<Part> parts, const Options& options)
                        ? uint64_t(options.cache_bytes)
                        : uint64_t(std::ceil(options.cache_fraction * double(facts_.decoded_bytes)));
   store->extend(limit, facts_.decoded_bytes);
-  table_ = std::make_unique<Table>(std::move(store), kKinds * facts_.meshlets);
+  table_ = std::make_unique<Table>(std::move(store), kEntryKinds * facts_.meshlets);
   facts_.table_bytes = meshlets * (sizeof(Boxes) + sizeof(float) +
-                                   kKinds * (sizeof(std::atomic<Entry*>) + sizeof(uint32_t)));
+                                   kEntryKinds * (sizeof(std::atomic<Entry*>) + sizeof(uint32_t)));
   announce(this);
 }
 
 Model::~Model() { retire(this); }
 
-// Twice through the triangles: the margin depends on the size of the whole.
+// Visits the triangles twice: the margin depends on the size of the model.
 void Model::measure() {
   ThreadSlot& thread = this_thread();
   auto decode = [&](uint32_t m) {
@@ -127,11 +116,11 @@ void Model::measure() {
     const auto& triangles = *static_cast<const Triangles*>(entry->payload());
     facts_.decoded_bytes += entry->bytes;
     for (uint32_t triangle = 0; triangle < triangles.count; triangle++) {
-      Vector3 c[3] = {triangles.corner(triangle, 0), triangles.corner(triangle, 1),
-                      triangles.corner(triangle, 2)};
-      for (const Vector3& p : c) expand(box_, p);
-      Vector3 n = cross(c[1] - c[0], c[2] - c[0]);
-      areas_[m] += 0.5f * std::sqrt(dot(n, n));
+      Vec3 c[3] = {triangles.corner(triangle, 0), triangles.corner(triangle, 1),
+                   triangles.corner(triangle, 2)};
+      for (Vec3 p : c) expand(box_, p);
+      Vec3 n = cross(c[1] - c[0], c[2] - c[0]);
+      areas_[m] += 0.5f * length(n);
     }
     uint32_t local;
     const Part& part = part_of(m, local);
@@ -168,13 +157,13 @@ const Triangles& Model::triangles(uint32_t meshlet, uint32_t rays) const {
     return decode_triangles(thread, part, local);
   };
   return *static_cast<const Triangles*>(
-      table_->get(thread, kTriangles, kKinds * meshlet + kTriangles, decode, rays));
+      table_->get(thread, kTriangles, kEntryKinds * meshlet + kTriangles, decode, rays));
 }
 
 const VertexAttributes& Model::vertex_attributes(uint32_t meshlet) const {
   ThreadSlot& thread = this_thread();
   return *static_cast<const VertexAttributes*>(
-      table_->get(thread, kAttributes, kKinds * meshlet + kAttributes, [&] {
+      table_->get(thread, kAttributes, kEntryKinds * meshlet + kAttributes, [&] {
         uint32_t local;
         const Part& part = part_of(meshlet, local);
         return decode_attributes(thread, part, local);
@@ -184,11 +173,11 @@ const VertexAttributes& Model::vertex_attributes(uint32_t meshlet) const {
 void Model::surface(uint32_t meshlet, uint32_t triangle, float b1, float b2,
                     SurfacePoint& out) const {
   const Triangles& t = triangles(meshlet);
-  const Vector3 corner[3] = {t.corner(triangle, 0), t.corner(triangle, 1), t.corner(triangle, 2)};
+  const Vec3 corner[3] = {t.corner(triangle, 0), t.corner(triangle, 1), t.corner(triangle, 2)};
   const float b[3] = {1.0f - b1 - b2, b1, b2};
   out = {};
   store(blend(corner, b), out.p);
-  Vector3 n = normalized(cross(corner[1] - corner[0], corner[2] - corner[0]));
+  Vec3 n = normalized(cross(corner[1] - corner[0], corner[2] - corner[0]));
   store(n, out.n);
   store(n, out.shading_n);
   tangents(n, out.dp_du, out.dp_dv);
@@ -204,18 +193,17 @@ void Model::surface(uint32_t meshlet, uint32_t triangle, float b1, float b2,
 }
 
 void Model::shading(const Part& part, const VertexAttributes& values, uint32_t triangle,
-                    const float* b, const Vector3* corner, SurfacePoint& out) const {
+                    const float* b, const Vec3* corner, SurfacePoint& out) const {
   const float* at[3] = {values.of(triangle, 0), values.of(triangle, 1), values.of(triangle, 2)};
   if (part.normal.exists()) {
-    Vector3 normal[3];
-    for (int k = 0; k < 3; k++, at[k - 1] += 3) std::copy(at[k], at[k] + 3, normal[k].v);
-    Vector3 n = blend(normal, b);
-    float length = std::sqrt(dot(n, n));
-    if (length > 0 && !options_.face_normals) {
-      n = n * (1 / length);
+    Vec3 normal[3];
+    for (int k = 0; k < 3; k++, at[k - 1] += 3) normal[k] = {at[k][0], at[k][1], at[k][2]};
+    Vec3 n = blend(normal, b);
+    const float norm = length(n);
+    if (norm > 0 && !options_.face_normals) {
+      n = n * (1 / norm);
       store(n, out.shading_n);
-      Vector3 du = (normal[1] - normal[0]) * (1 / length),
-              dv = (normal[2] - normal[0]) * (1 / length);
+      Vec3 du = (normal[1] - normal[0]) * (1 / norm), dv = (normal[2] - normal[0]) * (1 / norm);
       store(du - n * dot(n, du), out.dn_du);
       store(dv - n * dot(n, dv), out.dn_dv);
     }
@@ -226,7 +214,7 @@ void Model::shading(const Part& part, const VertexAttributes& values, uint32_t t
         dv2 = at[2][1] - at[0][1];
   float determinant = du1 * dv2 - dv1 * du2;
   if (determinant == 0) return;
-  Vector3 e1 = corner[1] - corner[0], e2 = corner[2] - corner[0];
+  Vec3 e1 = corner[1] - corner[0], e2 = corner[2] - corner[0];
   store((e1 * dv2 - e2 * dv1) * (1 / determinant), out.dp_du);
   store((e2 * du1 - e1 * du2) * (1 / determinant), out.dp_dv);
 }
@@ -235,9 +223,9 @@ uint32_t Model::sample(uint32_t meshlet, float u1, float u2, SurfacePoint& out) 
   const Triangles& t = triangles(meshlet);
   float area[kMeshletTriangles] = {}, total = 0;
   for (uint32_t triangle = 0; triangle < t.count; triangle++) {
-    Vector3 a = t.corner(triangle, 0),
-            n = cross(t.corner(triangle, 1) - a, t.corner(triangle, 2) - a);
-    total += area[triangle] = std::sqrt(dot(n, n));
+    Vec3 a = t.corner(triangle, 0), n = cross(t.corner(triangle, 1) - a, t.corner(triangle, 2) - a);
+    area[triangle] = length(n);
+    total += area[triangle];
   }
   uint32_t triangle = 0;
   float rest = u2 * total;
@@ -245,7 +233,7 @@ uint32_t Model::sample(uint32_t meshlet, float u1, float u2, SurfacePoint& out) 
   float y = area[triangle] > 0 ? std::min(rest / area[triangle], 1.0f) : 0.0f;
   float root = std::sqrt(std::max(0.0f, 1.0f - u1));
   surface(meshlet, triangle, 1.0f - root, root * y, out);
-  std::copy(out.shading_n, out.shading_n + 3, out.n);  // as Mitsuba's meshes give it
+  std::copy(out.shading_n, out.shading_n + 3, out.n);  // as Mitsuba's meshes do
   return triangle;
 }
 
@@ -267,7 +255,7 @@ void Model::index_texcoords() {
     for (int i = 0; i < 2; i++) {
       from[i] = int(std::floor(low[i] * kUvCells));
       to[i] =
-          std::min(int(std::floor(high[i] * kUvCells)), from[i] + kUvCells - 1);  // no cell twice
+          std::min(int(std::floor(high[i] * kUvCells)), from[i] + kUvCells - 1);  // each cell once
     }
     for (int y = from[1]; y <= to[1]; y++)
       for (int x = from[0]; x <= to[0]; x++) cells[uv_cell(x, y)].push_back(m);
@@ -293,7 +281,7 @@ bool Model::at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& trian
                   *c = texcoord_of(meshlet, triangle, 2);
       float bu = b[0] - a[0], bv = b[1] - a[1], cu = c[0] - a[0], cv = c[1] - a[1],
             determinant = bu * cv - bv * cu;
-      // The point, moved by whole periods to the triangle's side.
+      // Move the point by whole periods next to the triangle.
       float u = uv[0] - a[0], v = uv[1] - a[1];
       u -= std::round(u - 0.5f * (std::min({0.0f, bu, cu}) + std::max({0.0f, bu, cu})));
       v -= std::round(v - 0.5f * (std::min({0.0f, bv, cv}) + std::max({0.0f, bv, cv})));
@@ -323,8 +311,8 @@ void Model::attribute(uint32_t index, uint32_t meshlet, uint32_t triangle, const
                       const float* (&corners)[3], float (&weights)[3]) const {
   const Triangles& t = triangles(meshlet);
   triangle = std::min(triangle, t.count - 1);
-  Vector3 a = t.corner(triangle, 0), u = t.corner(triangle, 1) - a, v = t.corner(triangle, 2) - a,
-          r = Vector3{{p[0], p[1], p[2]}} - a;
+  Vec3 a = t.corner(triangle, 0), u = t.corner(triangle, 1) - a, v = t.corner(triangle, 2) - a,
+       r = Vec3{p[0], p[1], p[2]} - a;
   float uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), ru = dot(r, u), rv = dot(r, v),
         inverse = 1 / (uu * vv - uv * uv);
   weights[1] = (vv * ru - uv * rv) * inverse;

@@ -1,4 +1,4 @@
-// Compressed geometry that rays can hit: what the Mitsuba shape is made of, without Mitsuba.
+// Compressed geometry that rays can hit: the Mitsuba shape without Mitsuba.
 #pragma once
 #include <memory>
 #include <string>
@@ -14,7 +14,7 @@ struct Box {
   float lower[3], upper[3];
 };
 
-// Everything about a point on the surface that depends on the geometry alone.
+// A point on the surface: everything that depends on the geometry alone.
 struct SurfacePoint {
   float p[3], uv[2];
   float n[3], shading_n[3];
@@ -24,10 +24,10 @@ struct SurfacePoint {
 static_assert(sizeof(SurfacePoint) == 23 * sizeof(float));
 
 struct Options {
-  double cache_fraction = 0.25;  // of what all meshlets take when decoded
-  int64_t cache_bytes = -1;      // instead of the fraction when not negative
+  double cache_fraction = 0.25;  // of the size of all meshlets decoded
+  int64_t cache_bytes = -1;      // unless negative: used instead of the fraction
   Policy policy = Policy::kClock;
-  std::string cache_group;  // shapes with the same name here share a cache; "": no sharing
+  std::string cache_group;  // shapes with the same name share a cache; "": no sharing
   bool face_normals = false;
   bool flip_normals = false;
 };
@@ -36,18 +36,18 @@ struct ModelFacts {
   uint32_t triangles = 0, vertices = 0, meshlets = 0;
   uint64_t compressed_bytes = 0;  // of the blobs, each counted once
   uint64_t table_bytes = 0;       // boxes, areas, the cache's tables
-  uint64_t decoded_bytes = 0;     // of all entries, were they all decoded
+  uint64_t decoded_bytes = 0;     // of all entries together
 };
 
 class Model {
  public:
-  // Decodes every meshlet once for its box and area. Throws std::runtime_error.
+  // Decodes every meshlet for its box and area. Throws std::runtime_error.
   Model(std::vector<Part> parts, const Options& options);
   ~Model();
   Model(const Model&) = delete;
 
   const ModelFacts& facts() const { return facts_; }
-  Box box(uint32_t meshlet) const;  // widened by what rounding in ray traversal may cost
+  Box box(uint32_t meshlet) const;  // enlarged by the rounding errors of ray traversal
   const Box& box() const { return box_; }
   const std::vector<float>& areas() const { return areas_; }  // per meshlet
   Store& cache() const { return table_->store(); }
@@ -66,7 +66,7 @@ class Model {
       triangles(meshlet, uint32_t(__builtin_popcount(meetings.any)))
           .intersect(rays, meetings, hits);
   }
-  // The rays that hit it, as bits.
+  // Mask of the rays that hit the meshlet.
   template <int N>
   uint32_t occlude(uint32_t meshlet, const Rays<N>& rays) const {
     Meetings<N> meetings;
@@ -79,32 +79,32 @@ class Model {
   // triangle, b1, b2: as in Hit.
   void surface(uint32_t meshlet, uint32_t triangle, float b1, float b2, SurfacePoint& out) const;
 
-  // A point uniform over the meshlet's area from two uniform numbers; fills p, uv, n. Returns the
-  // triangle.
+  // Maps two uniform numbers to a point uniform over the meshlet's area; fills p, uv, n. Returns
+  // the triangle.
   uint32_t sample(uint32_t meshlet, float u1, float u2, SurfacePoint& out) const;
 
-  // The surface at texture coordinates, after `index_texcoords`; false where there is none. Where
-  // several points have them, any.
+  // Finds a point with these texture coordinates, any if there are several. Returns false if there
+  // is none. Call index_texcoords before.
   bool at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& triangle,
                    SurfacePoint& out) const;
 
-  // Notes which meshlets reach where in texture space; for emitters with a texture.
+  // Builds the grid for at_texcoord, which emitters with a texture need.
   void index_texcoords();
 
-  // Corner k's values of attribute `index` (1 to 4 floats), and the barycentric weights of the
-  // point nearest to p, of a triangle.
+  // Returns the attribute `index` (1 to 4 floats) at the corners of a triangle, and the barycentric
+  // weights of the point nearest to p.
   void attribute(uint32_t index, uint32_t meshlet, uint32_t triangle, const float* p,
                  const float* (&corners)[3], float (&weights)[3]) const;
 
  private:
   const Part& part_of(uint32_t meshlet, uint32_t& local) const;
-  // Valid until this thread asks for those of another meshlet. rays: how many want them.
+  // Valid until this thread asks for another meshlet. rays: number of rays, for the statistics.
   const Triangles& triangles(uint32_t meshlet, uint32_t rays = 1) const;
   const VertexAttributes& vertex_attributes(uint32_t meshlet) const;
   const float* texcoord_of(uint32_t meshlet, uint32_t triangle, uint32_t k) const;
   void measure();
   void shading(const Part& part, const VertexAttributes& values, uint32_t triangle, const float* b,
-               const Vector3* corner, SurfacePoint& out) const;
+               const Vec3* corner, SurfacePoint& out) const;
 
   std::vector<Part> parts_;
   std::vector<uint32_t> first_meshlet_;  // per part, and the total
@@ -112,8 +112,8 @@ class Model {
   ModelFacts facts_;
   std::vector<Boxes> boxes_;  // per meshlet
   std::vector<float> areas_;
-  // A grid over [0, 1)^2, to which texture coordinates are wrapped: the meshlets of cell c are
-  // cell_meshlets_[cell_first_[c] ..].
+  // A grid over wrapped texture coordinates, [0, 1)^2. Meshlets of cell c:
+  // cell_meshlets_[cell_first_[c] .. cell_first_[c + 1]).
   std::vector<uint32_t> cell_first_, cell_meshlets_;
   Box box_;
   std::unique_ptr<Table> table_;

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "decode/decoder_context.h"
+#include "decode/dequantise.h"
 
 namespace meshlet_shape {
 namespace {
@@ -14,17 +15,22 @@ namespace {
 using meshlet::BlobHeader;
 using meshlet::SerialDecoder;
 using meshlet::Stream;
+using meshlet::value_count;
 
-uint32_t width_of(const Stream& s) { return s.kind == meshlet::kOct ? 3u : s.components; }
+float float_of_bits(uint32_t bits) {
+  float f;
+  std::memcpy(&f, &bits, 4);
+  return f;
+}
 
 float clamped(const Attribute& a, float value) {
   if (a.integer) value = std::min(std::max(std::nearbyint(value), a.lowest), a.highest);
   value *= a.scale;
   return a.scale != 1.0f ? std::max(value, -1.0f)
-                         : value;  // the lowest normalized signed integer stands for -1
+                         : value;  // the lowest normalized signed integer means -1
 }
 
-// One meshlet at a time. A thread keeps one, for the blob that it asked for last.
+// Decodes single meshlets. Each thread has one, open on the last blob it asked for.
 class Context {
  public:
   // Decodes the streams [first, end) of meshlet m.
@@ -32,81 +38,67 @@ class Context {
     if (blob_ != blob.id) {
       blob_ = 0;
       header_ = meshlet::read_blob_header(blob.bytes.data(), blob.bytes.size());
-      lane_.data = blob.bytes.data();
-      lane_.size = uint32_t(blob.bytes.size());
+      decoder_.data = blob.bytes.data();
+      decoder_.size = uint32_t(blob.bytes.size());
       blob_ = blob.id;
       first_ = end_ = 0;
     }
-    if (first_ != first || end_ != end) lane_.load_streams(first_ = first, end_ = end);
-    lane_.decode_meshlet(m);
-    if (lane_.error != ERROR_NONE)
+    if (first_ != first || end_ != end) decoder_.load_streams(first_ = first, end_ = end);
+    decoder_.decode_meshlet(m);
+    if (decoder_.error != ERROR_NONE)
       throw std::runtime_error(std::string("a meshlet is damaged: ") +
-                               meshlet::error_text(lane_.error));
-    return lane_;
+                               meshlet::error_text(decoder_.error));
+    return decoder_;
   }
 
-  // Attribute `a` of vertex `id` in floats; the streams that it takes must be decoded.
+  // Reads attribute `a` of vertex `id`, whose streams must be decoded.
   void read(const Attribute& a, uint32_t id, float* out) const {
     float stored[kMaxStored];
     for (uint32_t s = a.stream, done = 0; done < a.stored; s++) {
       const Stream& stream = header_.streams[s];
-      read_stream(stream, &lane_.values[lane_.stream_element[s] * 64u + id], stored + done);
-      done += width_of(stream);
+      read_stream(stream, &decoder_.values[decoder_.stream_element[s] * 64u + id], stored + done);
+      done += value_count(stream);
     }
     for (uint32_t c = 0; c < a.components; c++) out[c] = clamped(a, stored[a.skipped + c]);
   }
 
-  // The positions of all vertices, [axis][id].
+  // Reads the positions of all vertices: out[axis][id].
   void read_positions(const Attribute& a, float (*out)[64]) const {
     const Stream& stream = header_.streams[a.stream];
-    if (stream.kind != meshlet::kGrid || a.integer || stream.components != 3) {
+    if (stream.kind != meshlet::kGrid || a.integer || stream.elements != 3) {
       for (uint32_t id = 0; id < 64; id++) {
         float p[3] = {};
-        if (id < lane_.vertex_count) read(a, id, p);
+        if (id < decoder_.vertex_count) read(a, id, p);
         for (int i = 0; i < 3; i++) out[i][id] = p[i];
       }
       return;
     }
     for (int i = 0; i < 3; i++) {
-      const uint32_t* q = &lane_.values[(lane_.stream_element[a.stream] + i) * 64u];
+      const uint32_t* q = &decoder_.values[(decoder_.stream_element[a.stream] + i) * 64u];
       const double offset = stream.offset[i], step = stream.step;
-      for (uint32_t id = 0; id < 64; id++)
-        out[i][id] = float(offset + double(int32_t(q[id])) * step);
+      for (uint32_t id = 0; id < 64; id++) out[i][id] = meshlet::grid_value(q[id], step, offset);
     }
   }
 
  private:
   static void read_stream(const Stream& s, const uint32_t* q, float* out) {
-    if (s.kind == meshlet::kOct) return read_direction(q[0], q[64], s.bits, out);
-    for (uint32_t c = 0; c < s.components; c++, q += 64) switch (s.kind) {
-        case meshlet::kGrid:
-          out[c] = float(double(s.offset[c]) + double(*q) * double(s.step));
-          break;
-        case meshlet::kFloat32: {
-          uint32_t bits = *q >> 31 ? *q ^ 0x80000000u : ~*q;
-          std::memcpy(out + c, &bits, 4);
-          break;
-        }
-        case meshlet::kSign: out[c] = *q ? 1.0f : -1.0f; break;
-        default: out[c] = float(*q);
-      }
+    if (s.kind == meshlet::kOct) {
+      const float scale = meshlet::octahedral_scale(s.bits);
+      return meshlet::octahedral_direction(q[0], q[64], scale, out[0], out[1], out[2]);
+    }
+    for (uint32_t c = 0; c < s.elements; c++, q += 64) out[c] = read_element(s, c, *q);
   }
 
-  // The octahedral map's inverse (spec, appendix A.9).
-  static void read_direction(uint32_t u, uint32_t v, uint32_t bits, float* out) {
-    const float scale = 2.0f / float((1u << bits) - 1u);
-    float x = float(u) * scale - 1.0f, y = float(v) * scale - 1.0f,
-          z = 1.0f - std::fabs(x) - std::fabs(y);
-    float fold = z < 0.0f ? -z : 0.0f;
-    x -= std::copysign(fold, x);
-    y -= std::copysign(fold, y);
-    float inverse = 1.0f / std::sqrt(x * x + y * y + z * z);
-    out[0] = x * inverse;
-    out[1] = y * inverse;
-    out[2] = z * inverse;
+  static float read_element(const Stream& s, uint32_t c, uint32_t q) {
+    switch (s.kind) {
+      case meshlet::kGrid: return meshlet::grid_value(q, s.step, s.offset[c]);
+      case meshlet::kFloat32: return float_of_bits(meshlet::float_bits(q));
+      case meshlet::kSign: return meshlet::sign_value(q);
+      default: return float(q);
+    }
   }
 
-  SerialDecoder lane_{};
+  SerialDecoder decoder_{};
   BlobHeader header_;
   uint64_t blob_ = 0;
   uint32_t first_ = 0, end_ = 0;
@@ -128,18 +120,18 @@ uint32_t stream_end(const Attribute& a, const BlobHeader& header) {
   for (uint32_t done = 0; done < a.stored; s++) {
     if (s >= header.streams.size())
       throw std::runtime_error(a.name + " names a stream that does not exist");
-    done += width_of(header.streams[s]);
+    done += value_count(header.streams[s]);
     if (done > a.stored) throw std::runtime_error(a.name + " does not fit its streams");
   }
   return s;
 }
 
-// What whole-blob decoding gives: floats, or the bits of integers.
+// The bulk decoder writes floats, or the bits of integers.
 float as_number(float value, const Stream& s) {
   if (s.kind != meshlet::kInteger) return value;
-  uint32_t bits;
-  std::memcpy(&bits, &value, 4);
-  return float(bits);
+  uint32_t integer;
+  std::memcpy(&integer, &value, 4);
+  return float(integer);
 }
 
 template <class Function>
@@ -150,16 +142,18 @@ void for_each_vertex_attribute(const Part& part, Function&& f) {
     if (a.exists()) f(a);
 }
 
-Vector3 world_normal(const Affine& m, const float* n) {
-  Vector3 r{{m.m[0][0] * n[0] + m.m[0][1] * n[1] + m.m[0][2] * n[2],
-             m.m[1][0] * n[0] + m.m[1][1] * n[1] + m.m[1][2] * n[2],
-             m.m[2][0] * n[0] + m.m[2][1] * n[1] + m.m[2][2] * n[2]}};
-  float length = std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
-  return length > 0 ? Vector3{{r[0] / length, r[1] / length, r[2] / length}} : r;
+Vec3 load(const float* v) { return {v[0], v[1], v[2]}; }
+
+void store(Vec3 v, float* out) {
+  out[0] = v.x;
+  out[1] = v.y;
+  out[2] = v.z;
 }
 
-Vector3 world_position(const Part& part, const float* p) {
-  return part.to_world.point({{p[0], p[1], p[2]}});
+Vec3 world_normal(const Affine& m, Vec3 n) {
+  const Vec3 r{dot(load(m.m[0]), n), dot(load(m.m[1]), n), dot(load(m.m[2]), n)};
+  const float norm = length(r);
+  return norm > 0 ? Vec3{r.x / norm, r.y / norm, r.z / norm} : r;
 }
 
 std::atomic<uint64_t> g_next_blob{1};
@@ -169,10 +163,8 @@ std::atomic<uint64_t> g_next_blob{1};
 Blob::Blob(const uint8_t* data, size_t size)
     : bytes(data, data + size), id(g_next_blob.fetch_add(1)) {}
 
-Vector3 Affine::point(const Vector3& p) const {
-  Vector3 r;
-  for (int i = 0; i < 3; i++) r[i] = m[i][0] * p[0] + m[i][1] * p[1] + m[i][2] * p[2] + m[i][3];
-  return r;
+Vec3 Affine::point(Vec3 p) const {
+  return {dot(load(m[0]), p) + m[0][3], dot(load(m[1]), p) + m[1][3], dot(load(m[2]), p) + m[2][3]};
 }
 
 float Affine::determinant() const {
@@ -239,7 +231,7 @@ Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
   for (uint32_t k = 0; k < 3; k++) {
     for (uint32_t t = 0; t < d.triangle_count; t++)
       corner[k][t] = uint8_t(d.triangles[t] >> shift[k]) & 63u;
-    // The rest of the last group is a point, which nothing hits.
+    // Fill the last group with a point, which no ray hits.
     std::fill(corner[k] + d.triangle_count, corner[k] + kMeshletTriangles,
               corner[0][d.triangle_count - 1]);
   }
@@ -264,10 +256,7 @@ Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m) {
     float* v = out->values() + id * width;
     for_each_vertex_attribute(part, [&](const Attribute& a) {
       context.read(a, id, v);
-      if (&a == &part.normal) {
-        Vector3 n = world_normal(normal_matrix, v);
-        std::copy(n.v, n.v + 3, v);
-      }
+      if (&a == &part.normal) store(world_normal(normal_matrix, load(v)), v);
       v += a.components;
     });
   }
@@ -275,13 +264,13 @@ Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m) {
 }
 
 DecodedPart decode_all(const Part& part) {
-  meshlet::Decoder decoder(part.blob->bytes.data(), part.blob->bytes.size());
+  meshlet::DecoderContext decoder(part.blob->bytes.data(), part.blob->bytes.size());
   const BlobHeader& header = decoder.header();
   const size_t count = header.vertex_count;
   std::vector<std::vector<float>> streams;  // INTEGER streams as bits
   std::vector<void*> pointers;
   for (const Stream& s : header.streams)
-    pointers.push_back(streams.emplace_back(count * width_of(s)).data());
+    pointers.push_back(streams.emplace_back(count * value_count(s)).data());
   DecodedPart out;
   out.triangles.resize(3 * size_t(header.triangle_count));
   decoder.decode(out.triangles.data(), nullptr, pointers.data());
@@ -291,9 +280,9 @@ DecodedPart decode_all(const Part& part) {
   auto gather = [&](const Attribute& a) {
     std::vector<float> values(a.exists() ? count * a.components : 0);
     for (uint32_t s = a.stream, done = 0; a.exists() && done < a.stored;
-         done += width_of(header.streams[s]), s++)
-      for (uint32_t c = 0, n = width_of(header.streams[s]); c < n; c++) {
-        uint32_t shown = done + c - a.skipped;  // wraps around for skipped ones
+         done += value_count(header.streams[s]), s++)
+      for (uint32_t c = 0, n = value_count(header.streams[s]); c < n; c++) {
+        uint32_t shown = done + c - a.skipped;  // wraps around for skipped numbers
         for (size_t v = 0; shown < a.components && v < count; v++)
           values[v * a.components + shown] =
               clamped(a, as_number(streams[s][v * n + c], header.streams[s]));
@@ -306,11 +295,11 @@ DecodedPart decode_all(const Part& part) {
   for (const Attribute& a : part.others) out.others.push_back(gather(a));
   const Affine normal_matrix = part.to_world.normal_matrix();
   for (size_t v = 0; v < count; v++) {
-    Vector3 p = world_position(part, &out.positions[3 * v]);
-    std::copy(p.v, p.v + 3, &out.positions[3 * v]);
+    float* p = &out.positions[3 * v];
+    store(part.to_world.point(load(p)), p);
     if (!part.normal.exists()) continue;
-    Vector3 n = world_normal(normal_matrix, &out.normals[3 * v]);
-    std::copy(n.v, n.v + 3, &out.normals[3 * v]);
+    float* n = &out.normals[3 * v];
+    store(world_normal(normal_matrix, load(n)), n);
   }
   return out;
 }

@@ -1,5 +1,4 @@
-// The one place where the plugin meets the codec: compressed primitives, and single meshlets of
-// them as floats.
+// The plugin's interface to the codec: compressed primitives, and their meshlets as floats.
 #pragma once
 #include <memory>
 #include <string>
@@ -10,19 +9,20 @@
 
 namespace meshlet_shape {
 
-// A compressed primitive's bytes, which outlive every use.
+// The bytes of a compressed primitive.
 struct Blob {
   Blob(const uint8_t* data, size_t size);
 
   const std::vector<uint8_t> bytes;
-  const uint64_t id;  // never given twice
+  const uint64_t id;  // unique in the process
 };
 
 constexpr uint32_t kNoStream = ~0u;
 constexpr uint32_t kMaxStored = 16;
 
-// A vertex attribute: of the `stored` values from stream `stream` on, the `components` behind the
-// first `skipped`. Integers are rounded to [lowest, highest], everything is multiplied by scale.
+// A vertex attribute: the streams from `stream` on hold `stored` numbers per vertex; skip the first
+// `skipped` and take `components`. Integers are rounded and clamped to [lowest, highest]; then all
+// are multiplied by scale.
 struct Attribute {
   std::string name;
   uint32_t stream = kNoStream;
@@ -37,28 +37,28 @@ struct Attribute {
 struct Affine {
   float m[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
 
-  Vector3 point(const Vector3& p) const;
+  Vec3 point(Vec3 p) const;
   float determinant() const;
-  Affine normal_matrix() const;  // inverse transpose, times the determinant's absolute value
+  Affine normal_matrix() const;  // inverse transpose times the determinant's absolute value
   Affine operator*(const Affine& b) const;
 };
 
-// A compressed primitive at its place in the scene.
+// A compressed primitive in the scene.
 struct Part {
   std::shared_ptr<const Blob> blob;
   Attribute position, normal, texcoord;
   std::vector<Attribute> others;
   Affine to_world;
-  bool flip_winding = false;  // a mirrored triangle is wound the other way
+  bool flip_winding = false;  // to_world mirrors
 
-  // Set by check_part: the streams to decode for triangles, [0, position_end), and for everything
-  // else.
+  // Set by check_part: streams to decode for triangles, [0, position_end), and for attributes,
+  // [others_first, others_end).
   uint32_t position_end = 0, others_first = 0, others_end = 0;
-  uint32_t width = 0;  // of VertexAttributes
+  uint32_t width = 0;  // floats per vertex in VertexAttributes
 };
 
-// The vertices' attributes of one decoded meshlet; a header, followed in memory by count x width
-// floats. width: normal (3), texcoord (2), others in order, each only where the part has it.
+// Vertex attributes of a decoded meshlet: this header, then count x width floats. Per vertex:
+// normal (3), texcoord (2), others in order, without those that the part lacks.
 struct VertexAttributes {
   uint8_t corner[kMeshletTriangles][3];
   uint32_t width;
@@ -70,24 +70,25 @@ struct VertexAttributes {
   }
 };
 
-// Checks a part and completes it. Throws std::runtime_error when its blob is malformed or does not
-// have its streams.
 struct BlobFacts {
   uint32_t triangles, vertices, meshlets;
 };
+
+// Checks a part and fills in its last fields. Throws std::runtime_error if the blob is malformed or
+// lacks the part's streams.
 BlobFacts check_part(Part& part);
 
-// Bytes of both kinds of entries for a meshlet of so many triangles and vertices.
+// Bytes of a cache entry, by kind.
 size_t triangles_bytes(uint32_t triangles);
 size_t attributes_bytes(uint32_t vertices, uint32_t width);
 
-// Decodes meshlet `m` into the thread's scratch memory; the payload is Triangles or
-// VertexAttributes. Throws std::runtime_error.
+// Decode meshlet `m` into the thread's scratch memory. The payload is Triangles or
+// VertexAttributes. Throw std::runtime_error.
 Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m);
 Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m);
 
-// A part decoded whole: triangles 3 x T, positions and normals 3 x V (in world space), texcoords 2
-// x V, others in their order.
+// A whole decoded part: triangles 3 x T, positions and normals 3 x V in world space, texcoords 2 x
+// V, others in order.
 struct DecodedPart {
   std::vector<uint32_t> triangles;
   std::vector<float> positions, normals, texcoords;
@@ -95,7 +96,7 @@ struct DecodedPart {
 };
 DecodedPart decode_all(const Part& part);
 
-// Bytes that a thread needs to decode, beside its scratch memory.
+// Bytes of a thread's decoder, without its scratch memory.
 size_t decoder_bytes();
 
 }  // namespace meshlet_shape

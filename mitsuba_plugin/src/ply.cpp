@@ -9,13 +9,13 @@
 namespace meshlet_shape {
 namespace {
 
-// One group of a vertex's floats: their names in the file, and where their values are.
+// Floats of a vertex that belong together: names in the file, and values.
 struct Column {
   std::vector<std::string> names;
   const std::vector<float>* values;
 };
 
-// Mitsuba takes r, g, b for vertex_color, and name_0, name_1 .. for a mesh attribute.
+// Mitsuba reads r, g, b as vertex_color, and name_0, name_1 .. as a mesh attribute.
 std::vector<std::string> column_names(const Attribute& a) {
   if (a.name == "vertex_color" && a.components == 3) return {"r", "g", "b"};
   std::vector<std::string> names;
@@ -25,7 +25,7 @@ std::vector<std::string> column_names(const Attribute& a) {
 
 void write(std::FILE* file, const void* data, size_t bytes) {
   if (std::fwrite(data, 1, bytes, file) != bytes)
-    throw std::runtime_error("a temporary file cannot be written");
+    throw std::runtime_error("cannot write a temporary file");
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ TemporaryPly::TemporaryPly(std::vector<Part> parts, bool face_normals) {
   }
   std::string pattern = (std::filesystem::temp_directory_path() / "meshlet-XXXXXX.ply").string();
   int descriptor = mkstemps(pattern.data(), 4);
-  if (descriptor < 0) throw std::runtime_error("a temporary file cannot be made");
+  if (descriptor < 0) throw std::runtime_error("cannot create a temporary file");
   path_ = pattern;
   std::FILE* file = fdopen(descriptor, "wb");
   std::string header =
@@ -81,7 +81,7 @@ TemporaryPly::TemporaryPly(std::vector<Part> parts, bool face_normals) {
     }
     first += uint32_t(d.positions.size() / 3);
   }
-  if (std::fclose(file) != 0) throw std::runtime_error("a temporary file cannot be written");
+  if (std::fclose(file) != 0) throw std::runtime_error("cannot write a temporary file");
 }
 
 TemporaryPly::~TemporaryPly() { std::remove(path_.c_str()); }

@@ -1,4 +1,4 @@
-// Decoded geometry as a .ply file that lasts as long as it is needed.
+// Decoded geometry as a temporary .ply file.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,8 +9,8 @@ namespace meshlet_shape {
 
 class TemporaryPly {
  public:
-  // Parts one after the other; normals and texture coordinates where all parts have them. Throws
-  // std::runtime_error.
+  // Writes the parts one after another, with normals and texture coordinates if all parts have
+  // them. Throws std::runtime_error.
   TemporaryPly(std::vector<Part> parts, bool face_normals);
   ~TemporaryPly();
   TemporaryPly(const TemporaryPly&) = delete;

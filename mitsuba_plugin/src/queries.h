@@ -1,13 +1,14 @@
-// Asking the native model from Mitsuba's code, be it scalar or traced.
+// Queries of Mitsuba's code, scalar or traced, to the native model.
 //
-// A traced kernel (llvm variants) cannot follow pointers into the cache. It calls back through the
-// entry that Dr.Jit has for ray tracing libraries, lane by lane: rows of a structure of arrays go
-// in, and of what comes out five 32-bit words per lane are ours. What needs more words is asked for
-// in chunks; the first computes all of it.
+// A traced kernel (llvm variants) cannot follow pointers into the cache. It calls back through
+// Dr.Jit's entry for ray tracing libraries: rows of a structure of arrays go in, and five of the
+// 32-bit words that come out per lane are free for us. Longer answers take several calls; the first
+// one computes the whole answer.
 #pragma once
 #include <mitsuba/render/interaction.h>
 #include <mitsuba/render/srgb.h>
 
+#include <cstddef>
 #include <cstring>
 
 #include "model.h"
@@ -17,8 +18,8 @@ NAMESPACE_BEGIN(mitsuba)
 using meshlet_shape::Model;
 using meshlet_shape::SurfacePoint;
 
-// The second of the two floats that travel with a hit: the triangle in the highest bits, the second
-// barycentric weight in the others.
+// The second of the two floats of a hit: the triangle in the highest bits, the second barycentric
+// weight in the others.
 constexpr uint32_t kTriangleShift = 26;
 constexpr uint32_t kWeightMask = (1u << kTriangleShift) - 1;
 
@@ -36,13 +37,13 @@ inline uint32_t as_bits(float f) {
 inline uint32_t pack_triangle_bits(const meshlet_shape::Hit& hit) {
   float weight = std::min(std::max(hit.b2, 0.f), 1.f);
   return hit.triangle << kTriangleShift |
-         std::min((uint32_t)((double)weight * (kWeightMask + 1.0) + 0.5), kWeightMask);
+         std::min(uint32_t(double(weight) * (kWeightMask + 1.0) + 0.5), kWeightMask);
 }
 inline float pack_triangle(const meshlet_shape::Hit& hit) {
   return as_float(pack_triangle_bits(hit));
 }
 inline float packed_weight(uint32_t packed) {
-  return (float)((packed & kWeightMask) / (kWeightMask + 1.0));
+  return float((packed & kWeightMask) / (kWeightMask + 1.0));
 }
 
 template <typename Mask>
@@ -53,21 +54,20 @@ uint32_t bits(const Mask& mask) {
     return mask.bitmask_();
 }
 
-// In whole vectors; assigning packets copies halves, and whoever loads the whole then waits for
-// both.
+// Copies a packet in whole vectors. Assignment copies halves, and a load of the whole then stalls.
 template <typename FloatP, size_t N>
 void copy_elements(const FloatP& from, float (&to)[N]) {
   const float* lanes = from.data();
-  for (size_t i = 0; i < N; ++i) to[i] = lanes[i];
+  for (size_t i = 0; i < N; i++) to[i] = lanes[i];
 }
 
-// A packet of rays, or a single one.
+// Converts a packet of rays, or a single ray.
 template <typename FloatP, typename Ray3>
 auto to_rays(const Ray3& ray, const dr::mask_t<FloatP>& active) {
   if constexpr (dr::is_array_v<FloatP>) {
     constexpr size_t N = dr::size_v<FloatP>;
-    meshlet_shape::Rays<(int)N> rays;
-    for (int i = 0; i < 3; ++i) {
+    meshlet_shape::Rays<int(N)> rays;
+    for (int i = 0; i < 3; i++) {
       copy_elements(ray.o[i], rays.o[i]);
       copy_elements(ray.d[i], rays.d[i]);
     }
@@ -75,74 +75,110 @@ auto to_rays(const Ray3& ray, const dr::mask_t<FloatP>& active) {
     rays.active = bits(active);
     return rays;
   } else {
-    return meshlet_shape::Rays<1>{{{(float)ray.o.x()}, {(float)ray.o.y()}, {(float)ray.o.z()}},
-                                  {{(float)ray.d.x()}, {(float)ray.d.y()}, {(float)ray.d.z()}},
-                                  {(float)ray.maxt},
+    return meshlet_shape::Rays<1>{{{float(ray.o.x())}, {float(ray.o.y())}, {float(ray.o.z())}},
+                                  {{float(ray.d.x())}, {float(ray.d.y())}, {float(ray.d.z())}},
+                                  {float(ray.maxt)},
                                   active};
   }
 }
 
-enum class Query : uint32_t { Surface, Sample, Attribute, Texcoord };
+enum class Query : uint32_t { kSurface, kSample, kAttribute, kTexcoord };
 
-constexpr uint32_t kChunkWords = 5;
-// Ask for the corners' colours as coefficients of spectra (words 0 to 8), and the weights to mix
-// the spectra with (9 to 11).
+// Words of an answer: first the members of SurfacePoint,
+constexpr uint32_t kWordP = 0;
+constexpr uint32_t kWordUv = 3;
+constexpr uint32_t kWordN = 5;
+constexpr uint32_t kWordShadingN = 8;
+constexpr uint32_t kWordDpDu = 11;
+constexpr uint32_t kWordDpDv = 14;
+constexpr uint32_t kWordDnDu = 17;
+constexpr uint32_t kWordDnDv = 20;
+// then, for Query::kTexcoord, the primitive's index as bits, and 1 if there is such a point.
+constexpr uint32_t kWordPrimIndex = 23;
+constexpr uint32_t kWordFound = 24;
+constexpr uint32_t kWords = 25;
+
+static_assert(offsetof(SurfacePoint, p) == kWordP * sizeof(float));
+static_assert(offsetof(SurfacePoint, uv) == kWordUv * sizeof(float));
+static_assert(offsetof(SurfacePoint, n) == kWordN * sizeof(float));
+static_assert(offsetof(SurfacePoint, shading_n) == kWordShadingN * sizeof(float));
+static_assert(offsetof(SurfacePoint, dp_du) == kWordDpDu * sizeof(float));
+static_assert(offsetof(SurfacePoint, dp_dv) == kWordDpDv * sizeof(float));
+static_assert(offsetof(SurfacePoint, dn_du) == kWordDnDu * sizeof(float));
+static_assert(offsetof(SurfacePoint, dn_dv) == kWordDnDv * sizeof(float));
+static_assert(sizeof(SurfacePoint) == kWordPrimIndex * sizeof(float));
+
+// Query::kAttribute answers with up to four floats from word 0. With kAttributeColor it answers
+// with the corners' colours as three coefficients of spectra each, and the weights to mix them.
 constexpr uint32_t kAttributeColor = 1u << 16;
+constexpr uint32_t kAttributeWords = 4;
+constexpr uint32_t kWordCorner = 0;  // 3 words for each of 3 corners
+constexpr uint32_t kWordWeight = 9;
 constexpr uint32_t kColorWords = 12;
 
-// One lane's question; which words of the answer it gets is not part of it.
+constexpr uint32_t kChunkWords = 5;
+
+// The question of one lane, for all words of the answer.
 struct Question {
   uint32_t query, key, payload;
   float x, y, z;
 };
 
-union Answer {
-  SurfacePoint surface;
-  float words[25];  // Query::Texcoord: the last two are prim_index and whether it is there
+struct Answer {
+  float words[kWords];
 };
 
-inline void answer(const Model& model, const Question& q, Answer& a) {
-  switch ((Query)q.query) {
-    case Query::Surface:
-      model.surface(q.key, q.payload >> kTriangleShift, q.x, packed_weight(q.payload), a.surface);
-      break;
-    case Query::Sample: {
-      model.sample(q.key, q.x, q.y, a.surface);
-      break;
-    }
-    case Query::Texcoord: {
-      const float uv[2] = {q.x, q.y};
-      uint32_t meshlet, triangle;
-      bool there = model.at_texcoord(uv, meshlet, triangle, a.surface);
-      a.words[23] = as_float(there ? meshlet * meshlet_shape::kMeshletTriangles + triangle : 0u);
-      a.words[24] = there ? 1.f : 0.f;
-      break;
-    }
-    case Query::Attribute: {
-      const float* corner[3];
-      float b[3], p[3] = {q.x, q.y, q.z};
-      uint32_t index = q.payload & (kAttributeColor - 1),
-               components = model.attributes()[index].components;
-      model.attribute(index, q.key / meshlet_shape::kMeshletTriangles,
-                      q.key % meshlet_shape::kMeshletTriangles, p, corner, b);
-      std::fill(a.words, a.words + kColorWords, 0.f);
-      for (uint32_t k = 0; k < 3; ++k) {
-        if (q.payload & kAttributeColor) {
-          auto coefficients =
-              srgb_model_fetch(Color<float, 3>(corner[k][0], corner[k][1], corner[k][2]));
-          std::copy(coefficients.data(), coefficients.data() + 3, a.words + 3 * k);
-          a.words[9 + k] = b[k];
-        } else {
-          for (uint32_t c = 0; c < components; ++c) a.words[c] += b[k] * corner[k][c];
-        }
-      }
-      break;
+inline void put_point(const SurfacePoint& point, Answer& a) {
+  std::memcpy(a.words, &point, sizeof(point));
+}
+
+inline void answer_attribute(const Model& model, const Question& q, Answer& a) {
+  const float* corner[3];
+  float b[3], p[3] = {q.x, q.y, q.z};
+  uint32_t index = q.payload & (kAttributeColor - 1),
+           components = model.attributes()[index].components;
+  model.attribute(index, q.key / meshlet_shape::kMeshletTriangles,
+                  q.key % meshlet_shape::kMeshletTriangles, p, corner, b);
+  std::fill(a.words, a.words + kColorWords, 0.f);
+  for (uint32_t k = 0; k < 3; k++) {
+    if (q.payload & kAttributeColor) {
+      auto coefficients =
+          srgb_model_fetch(Color<float, 3>(corner[k][0], corner[k][1], corner[k][2]));
+      std::copy(coefficients.data(), coefficients.data() + 3, a.words + kWordCorner + 3 * k);
+      a.words[kWordWeight + k] = b[k];
+    } else {
+      for (uint32_t c = 0; c < components; c++) a.words[c] += b[k] * corner[k][c];
     }
   }
 }
 
-// Called by kernels for W lanes. Rows in: 0-2 floats, 9 key, 10 payload, 11 query and chunk; out:
-// 8, 15, 16, 17 and 19, and row 18, which must not be -1 for a lane to count.
+inline void answer(const Model& model, const Question& q, Answer& a) {
+  SurfacePoint point{};
+  switch (Query(q.query)) {
+    case Query::kSurface:
+      model.surface(q.key, q.payload >> kTriangleShift, q.x, packed_weight(q.payload), point);
+      put_point(point, a);
+      break;
+    case Query::kSample:
+      model.sample(q.key, q.x, q.y, point);
+      put_point(point, a);
+      break;
+    case Query::kTexcoord: {
+      const float uv[2] = {q.x, q.y};
+      uint32_t meshlet, triangle;
+      bool found = model.at_texcoord(uv, meshlet, triangle, point);
+      put_point(point, a);
+      a.words[kWordPrimIndex] =
+          as_float(found ? meshlet * meshlet_shape::kMeshletTriangles + triangle : 0u);
+      a.words[kWordFound] = found ? 1.f : 0.f;
+      break;
+    }
+    case Query::kAttribute: answer_attribute(model, q, a); break;
+  }
+}
+
+// Called by kernels for W lanes. Rows in: 0-2 floats, 9 key, 10 payload, 11 query and chunk. Rows
+// out: 8, 15, 16, 17, 19, and 18, which must differ from -1 or Dr.Jit ignores the lane.
 template <int W>
 void answer_lanes(const int* valid, void* model_, void*, uint32_t* rows) {
   struct Recent {
@@ -153,7 +189,7 @@ void answer_lanes(const int* valid, void* model_, void*, uint32_t* rows) {
   static thread_local Recent recent[W];
   const Model& model = *(const Model*)model_;
   const uint64_t uid = model.uid();
-  for (int l = 0; l < W; ++l) {
+  for (int l = 0; l < W; l++) {
     if (!valid[l]) continue;
     uint32_t chunk = rows[11 * W + l] >> 8;
     Question q{rows[11 * W + l] & 255u,   rows[9 * W + l],           rows[10 * W + l],
@@ -166,7 +202,7 @@ void answer_lanes(const int* valid, void* model_, void*, uint32_t* rows) {
     }
     const float* words = r.answer.words + chunk * kChunkWords;
     constexpr int out[kChunkWords] = {8, 15, 16, 17, 19};
-    for (uint32_t i = 0; i < kChunkWords; ++i) rows[out[i] * W + l] = as_bits(words[i]);
+    for (uint32_t i = 0; i < kChunkWords; i++) rows[out[i] * W + l] = as_bits(words[i]);
     rows[18 * W + l] = 0;
   }
 }
@@ -179,12 +215,10 @@ struct Queries {
   using Mask = dr::mask_t<Float>;
   using Point2f = Point<Float, 2>;
   using Point3f = Point<Float, 3>;
-  static constexpr uint32_t MaxWords = 25;
-  using Words = std::array<Float, MaxWords>;
+  using Words = std::array<Float, kWords>;
 
   const Model* model = nullptr;
-  // Inputs of kernels rather than constants in them, so that compiled kernels serve other shapes
-  // and processes.
+  // Inputs of kernels, not constants: other shapes and processes reuse compiled kernels.
   UInt64 function = 0, model_handle = 0;
 
   void prepare(const Model* model_) {
@@ -195,24 +229,25 @@ struct Queries {
     }
   }
 
-  // Words as in SurfacePoint.
+  // Returns the words of SurfacePoint; without derivatives only those before kWordDnDu.
   Words surface(const UInt32& meshlet, const UInt32& packed, const Float& b1, bool derivatives,
                 const Mask& active) const {
-    return ask(Query::Surface, meshlet, packed, b1, 0.f, 0.f, derivatives ? 23 : 17, active);
+    return ask(Query::kSurface, meshlet, packed, b1, 0.f, 0.f,
+               derivatives ? kWordPrimIndex : kWordDnDu, active);
   }
 
   Words sample(const UInt32& meshlet, const Point2f& u, const Mask& active) const {
-    return ask(Query::Sample, meshlet, 0u, u.x(), u.y(), 0.f, 8, active);
+    return ask(Query::kSample, meshlet, 0u, u.x(), u.y(), 0.f, kWordShadingN, active);
   }
 
   Words texcoord(const Point2f& uv, const Mask& active) const {
-    return ask(Query::Texcoord, 0u, 0u, uv.x(), uv.y(), 0.f, 25, active);
+    return ask(Query::kTexcoord, 0u, 0u, uv.x(), uv.y(), 0.f, kWords, active);
   }
 
   Words attribute(uint32_t index, bool color, const UInt32& prim_index, const Point3f& p,
                   const Mask& active) const {
-    return ask(Query::Attribute, prim_index, UInt32(index | (color ? kAttributeColor : 0u)), p.x(),
-               p.y(), p.z(), color ? kColorWords : 4, active);
+    return ask(Query::kAttribute, prim_index, UInt32(index | (color ? kAttributeColor : 0u)), p.x(),
+               p.y(), p.z(), color ? kColorWords : kAttributeWords, active);
   }
 
  private:
@@ -223,12 +258,12 @@ struct Queries {
     if constexpr (!dr::is_array_v<Float>) {
       if (active) {
         Answer a;
-        answer(*model, {(uint32_t)query, key, payload, (float)x, (float)y, (float)z}, a);
-        for (uint32_t i = 0; i < words; ++i) result[i] = a.words[i];
+        answer(*model, {uint32_t(query), key, payload, float(x), float(y), float(z)}, a);
+        for (uint32_t i = 0; i < words; i++) result[i] = a.words[i];
       }
     } else if constexpr (dr::is_llvm_v<Float>) {
-      for (uint32_t chunk = 0; chunk * kChunkWords < words; ++chunk)
-        ask_chunk((uint32_t)query | chunk << 8, key, payload, x, y, z, active,
+      for (uint32_t chunk = 0; chunk * kChunkWords < words; chunk++)
+        ask_chunk(uint32_t(query) | chunk << 8, key, payload, x, y, z, active,
                   &result[chunk * kChunkWords]);
     }
     return result;
@@ -264,7 +299,7 @@ struct Queries {
                        zero.index(),     zero.index(),   zero.index(), key.index(),
                        payload.index(),  q.index()};
     uint32_t raw[8]{};
-    jit_llvm_ray_trace((uint32_t)f.index(), (uint32_t)m.index(), 0, in, raw);
+    jit_llvm_ray_trace(uint32_t(f.index()), uint32_t(m.index()), 0, in, raw);
     F t = F::steal(raw[1]), u = F::steal(raw[2]), v = F::steal(raw[3]);
     U primitive = U::steal(raw[4]), instance = U::steal(raw[6]);
     M::steal(raw[0]);

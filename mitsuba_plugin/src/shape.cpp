@@ -1,4 +1,4 @@
-// The Mitsuba shape `meshlet_edgebreaker`: compressed geometry that is decoded when a ray comes by.
+// The Mitsuba shape `meshlet_edgebreaker`: compressed geometry, decoded when rays meet it.
 #include <mitsuba/core/distr_1d.h>
 #include <mitsuba/core/fresolver.h>
 #include <mitsuba/core/plugin.h>
@@ -10,7 +10,7 @@
 
 #include <cstring>
 
-#include "api.h"
+#include "python_api.h"
 #include "model.h"
 #include "ply.h"
 #include "queries.h"
@@ -36,8 +36,8 @@ Compressed meshlets (:monosp:`meshlet_edgebreaker`)
 
  * - mesh, primitive
    - |int|
-   - Which primitive of the file to load, in the coordinates of its mesh. Without *mesh*: all compressed primitives of the file's
-     scene, each where its nodes put it. Without *primitive*: all of that mesh. (Default: everything)
+   - Load one primitive of the file, in the coordinates of its mesh. Without *primitive*: the whole mesh. Without *mesh*: all
+     compressed primitives of the file's scene, transformed by its nodes. (Default: everything)
 
  * - to_world
    - |transform|
@@ -45,7 +45,7 @@ Compressed meshlets (:monosp:`meshlet_edgebreaker`)
 
  * - face_normals
    - |bool|
-   - Shade with the triangles' normals even where the file has vertex normals. (Default: |false|)
+   - Shade with the triangles' normals even if the file has vertex normals. (Default: |false|)
 
  * - flip_normals
    - |bool|
@@ -53,8 +53,7 @@ Compressed meshlets (:monosp:`meshlet_edgebreaker`)
 
  * - cache
    - |float|
-   - How much decoded geometry may stay in memory, as a fraction (0 to 1) of all of it. The limit holds for the sum over all
-     threads. (Default: 0.25)
+   - Limit of decoded geometry in memory, over all threads, as a fraction (0 to 1) of all geometry. (Default: 0.25)
 
  * - cache_bytes
    - |int|
@@ -62,26 +61,26 @@ Compressed meshlets (:monosp:`meshlet_edgebreaker`)
 
  * - cache_policy
    - |string|
-   - What makes room for what: :monosp:`clock` gives a second chance to the meshlets that rays met since the last look,
-     :monosp:`counts` keeps those met most often of late. (Default: :monosp:`clock`)
+   - Eviction: :monosp:`clock` gives meshlets used since the last visit a second chance, :monosp:`counts` keeps the meshlets
+     used most often of late. (Default: :monosp:`clock`)
 
  * - cache_group
    - |string|
-   - Shapes with the same name here share one cache, whose limit is the sum of theirs. (Default: a cache of its own)
+   - Shapes with the same group share one cache, whose limit is the sum of theirs. (Default: a cache of its own)
 
  * - decoded
    - |bool|
-   - Decompress everything into an ordinary triangle mesh instead. Needed in :monosp:`cuda_*` variants, whose ray tracing cannot
-     run this shape. (Default: |false|)
+   - Decompress everything into an ordinary triangle mesh. Needed in :monosp:`cuda_*` variants, which cannot trace rays through
+     this shape. (Default: |false|)
 
  * - cache_id, meshlet_count, triangle_count
    - |int|
    - Read-only, for :monosp:`mitsuba_plugin.statistics`
    - |exposed|
 
-Each meshlet (up to 64 triangles) is one primitive of the acceleration structure. A ray that meets its box decodes it, unless it is
-in the cache. Colours of the file are the mesh attribute :monosp:`vertex_color` (and :monosp:`vertex_alpha`), a custom attribute
-:monosp:`_NAME` is :monosp:`vertex_name`. The geometry has no derivatives.
+Each meshlet (up to 64 triangles) is one primitive of the acceleration structure. A ray that meets its box decodes the meshlet,
+unless it is in the cache. Vertex colours become the mesh attribute :monosp:`vertex_color` (and :monosp:`vertex_alpha`), a custom
+attribute :monosp:`_NAME` becomes :monosp:`vertex_name`. The geometry has no derivatives.
 
 .. tabs::
     .. code-tab:: xml
@@ -120,13 +119,13 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
       m_area_pmf = DiscreteDistribution<Float>(values.data(), values.size());
       m_model->index_texcoords();
     }
-    m_calls.prepare(m_model.get());
+    m_queries.prepare(m_model.get());
     initialize();
   }
 
   void traverse(TraversalCallback* cb) override {
     Base::traverse(cb);
-    m_cache_id = (double)m_model->uid();
+    m_cache_id = double(m_model->uid());
     m_meshlet_count = m_model->facts().meshlets;
     m_triangle_count = m_model->facts().triangles;
     cb->put("cache_id", m_cache_id, ParamFlags::NonDifferentiable | ParamFlags::ReadOnly);
@@ -142,8 +141,7 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
   }
   bool has_flipped_normals() const override { return m_model->options().flip_normals; }
 
-  // ---- sampling
-  // ----------------------------------------------------------------------------------------------------------------
+  // --- sampling ---
 
   Float surface_area() const override { return m_surface_area; }
 
@@ -152,11 +150,11 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     Point2f sample = sample_;
     UInt32 meshlet;
     std::tie(meshlet, sample.y()) = m_area_pmf.sample_reuse(sample.y(), active);
-    auto point = m_calls.sample(meshlet, sample, active);
+    auto w = m_queries.sample(meshlet, sample, active);
     PositionSample3f ps = dr::zeros<PositionSample3f>();
-    ps.p = Point3f(point[0], point[1], point[2]);
-    ps.uv = Point2f(point[3], point[4]);
-    ps.n = Normal3f(point[5], point[6], point[7]);
+    ps.p = triple<Point3f>(w, kWordP);
+    ps.uv = Point2f(w[kWordUv], w[kWordUv + 1]);
+    ps.n = triple<Normal3f>(w, kWordN);
     ps.time = time;
     ps.pdf = 1.f / m_surface_area;
     ps.delta = false;
@@ -165,8 +163,7 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
 
   Float pdf_position(const PositionSample3f&, Mask) const override { return 1.f / m_surface_area; }
 
-  // ---- ray tracing
-  // -------------------------------------------------------------------------------------------------------------
+  // --- ray tracing ---
 
   template <typename FloatP, typename Ray3fP>
   std::tuple<dr::mask_t<FloatP>, FloatP, Point<FloatP, 2>, dr::uint32_array_t<FloatP>,
@@ -177,7 +174,7 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     if constexpr (dr::is_jit_v<FloatP>) {
       Throw("meshlet_edgebreaker: rays can only be traced through a scene");
     } else if constexpr (dr::is_array_v<FloatP>) {
-      constexpr int N = (int)dr::size_v<FloatP>;
+      constexpr int N = int(dr::size_v<FloatP>);
       Hits<N> hits;
       m_model->intersect(meshlet, to_rays<FloatP>(ray, active), hits);
       alignas(64) float t[N], u[N], v[N];
@@ -191,14 +188,14 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
       FloatP distance = dr::load_aligned<FloatP>(t);
       return {distance < dr::Infinity<FloatP>, distance,
               Point<FloatP, 2>(dr::load_aligned<FloatP>(u), dr::load_aligned<FloatP>(v)),
-              UInt32P((uint32_t)-1), UInt32P(meshlet)};
+              UInt32P(uint32_t(-1)), UInt32P(meshlet)};
     } else {
       Hits<1> hits;
       m_model->intersect(meshlet, to_rays<FloatP>(ray, active), hits);
       if (!hits.found)
-        return {false, dr::Infinity<FloatP>, Point<FloatP, 2>(0.f), (uint32_t)-1, meshlet};
+        return {false, dr::Infinity<FloatP>, Point<FloatP, 2>(0.f), uint32_t(-1), meshlet};
       return {true, hits.of[0].t, Point<FloatP, 2>(hits.of[0].b1, pack_triangle(hits.of[0])),
-              (uint32_t)-1, meshlet};
+              uint32_t(-1), meshlet};
     }
   }
 
@@ -208,10 +205,10 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     if constexpr (dr::is_jit_v<FloatP>) {
       Throw("meshlet_edgebreaker: rays can only be traced through a scene");
     } else if constexpr (dr::is_array_v<FloatP>) {
-      constexpr int N = (int)dr::size_v<FloatP>;
+      constexpr int N = int(dr::size_v<FloatP>);
       uint32_t found = m_model->occlude(meshlet, to_rays<FloatP>(ray, active));
       alignas(64) float hit[N];
-      for (int lane = 0; lane < N; ++lane) hit[lane] = (float)(found >> lane & 1u);
+      for (int lane = 0; lane < N; lane++) hit[lane] = float(found >> lane & 1u);
       return dr::load_aligned<FloatP>(hit) != 0.f;
     } else {
       return m_model->occlude(meshlet, to_rays<FloatP>(ray, active)) != 0;
@@ -227,8 +224,8 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     MI_MASK_ARGUMENT(active);
     if (!m_is_instance && recursion_depth > 0) return dr::zeros<SurfaceInteraction3f>();
     UInt32 packed = dr::reinterpret_array<UInt32>(pi.prim_uv.y());
-    auto w = m_calls.surface(pi.prim_index, packed, pi.prim_uv.x(),
-                             has_flag(ray_flags, RayFlags::dNSdUV), active);
+    auto w = m_queries.surface(pi.prim_index, packed, pi.prim_uv.x(),
+                               has_flag(ray_flags, RayFlags::dNSdUV), active);
     SurfaceInteraction3f si = to_interaction(w, ray_flags);
     si.t = dr::select(active, pi.t, dr::Infinity<Float>);
     si.prim_index = pi.prim_index * kMeshletTriangles + (packed >> kTriangleShift);
@@ -238,15 +235,14 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
   SurfaceInteraction3f eval_parameterization(const Point2f& uv, uint32_t ray_flags,
                                              Mask active) const override {
     MI_MASK_ARGUMENT(active);
-    auto w = m_calls.texcoord(uv, active);
+    auto w = m_queries.texcoord(uv, active);
     SurfaceInteraction3f si = to_interaction(w, ray_flags);
-    si.t = dr::select(active && w[24] != 0.f, 0.f, dr::Infinity<Float>);
-    si.prim_index = dr::reinterpret_array<UInt32>(w[23]);
+    si.t = dr::select(active && w[kWordFound] != 0.f, 0.f, dr::Infinity<Float>);
+    si.prim_index = dr::reinterpret_array<UInt32>(w[kWordPrimIndex]);
     return si;
   }
 
-  // ---- attributes
-  // --------------------------------------------------------------------------------------------------------------
+  // --- attributes ---
 
   Mask has_attribute(std::string_view name, Mask active) const override {
     uint32_t index;
@@ -259,25 +255,25 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     uint32_t index;
     const Attribute* attribute = m_model->attribute(std::string(name), index);
     if (!attribute) return Base::eval_attribute(name, si, active);
-    // As with Mitsuba's meshes, colours become spectra of their reflectance.
+    // As in Mitsuba's meshes, colours become spectra of their reflectance.
     bool color = attribute->components == 3 && name.find("color") != std::string_view::npos;
     auto w =
-        m_calls.attribute(index, color && is_spectral_v<Spectrum>, si.prim_index, si.p, active);
+        m_queries.attribute(index, color && is_spectral_v<Spectrum>, si.prim_index, si.p, active);
     if (attribute->components == 1) return UnpolarizedSpectrum(w[0]);
     if (attribute->components == 3) {
       if constexpr (is_spectral_v<Spectrum>) {
         if (color) {
           UnpolarizedSpectrum mixed(0.f);
-          for (int k = 0; k < 3; ++k)
-            mixed += w[9 + k] *
+          for (int k = 0; k < 3; k++)
+            mixed += w[kWordWeight + k] *
                      srgb_model_eval<UnpolarizedSpectrum>(
-                         dr::Array<Float, 3>(w[3 * k], w[3 * k + 1], w[3 * k + 2]), si.wavelengths);
+                         triple<dr::Array<Float, 3>>(w, kWordCorner + 3 * k), si.wavelengths);
           return mixed;
         }
       } else if constexpr (is_monochromatic_v<Spectrum>) {
-        return luminance(Color3f(w[0], w[1], w[2]));
+        return luminance(triple<Color3f>(w, 0));
       } else {
-        return Color3f(w[0], w[1], w[2]);
+        return triple<Color3f>(w, 0);
       }
     }
     return wrong_size<UnpolarizedSpectrum>("eval_attribute", *attribute);
@@ -289,7 +285,7 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     const Attribute* attribute = m_model->attribute(std::string(name), index);
     if (!attribute) return Base::eval_attribute_1(name, si, active);
     if (attribute->components != 1) return wrong_size<Float>("eval_attribute_1", *attribute);
-    return m_calls.attribute(index, false, si.prim_index, si.p, active)[0];
+    return m_queries.attribute(index, false, si.prim_index, si.p, active)[0];
   }
 
   Color3f eval_attribute_3(std::string_view name, const SurfaceInteraction3f& si,
@@ -298,8 +294,8 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
     const Attribute* attribute = m_model->attribute(std::string(name), index);
     if (!attribute) return Base::eval_attribute_3(name, si, active);
     if (attribute->components != 3) return wrong_size<Color3f>("eval_attribute_3", *attribute);
-    auto w = m_calls.attribute(index, false, si.prim_index, si.p, active);
-    return Color3f(w[0], w[1], w[2]);
+    auto w = m_queries.attribute(index, false, si.prim_index, si.p, active);
+    return triple<Color3f>(w, 0);
   }
 
   std::string to_string() const override {
@@ -320,7 +316,7 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
   }
 
   MI_DECLARE_CLASS(MeshletEdgebreaker)
-  MI_TRAVERSE_CB(Base, m_area_pmf, m_calls.function, m_calls.model_handle)
+  MI_TRAVERSE_CB(Base, m_area_pmf, m_queries.function, m_queries.model_handle)
 
  private:
   static ScalarBoundingBox3f to_bbox(const Box& box) {
@@ -328,18 +324,25 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
             ScalarPoint3f(box.upper[0], box.upper[1], box.upper[2])};
   }
 
-  SurfaceInteraction3f to_interaction(const typename Queries<Float>::Words& w,
-                                      uint32_t ray_flags) const {
+  using Words = typename Queries<Float>::Words;
+
+  // Three words of an answer from word `first` on.
+  template <typename Triple>
+  static Triple triple(const Words& w, uint32_t first) {
+    return Triple(w[first], w[first + 1], w[first + 2]);
+  }
+
+  SurfaceInteraction3f to_interaction(const Words& w, uint32_t ray_flags) const {
     SurfaceInteraction3f si = dr::zeros<SurfaceInteraction3f>();
-    si.p = Point3f(w[0], w[1], w[2]);
-    si.uv = Point2f(w[3], w[4]);
-    si.n = Normal3f(w[5], w[6], w[7]);
-    si.sh_frame.n = Normal3f(w[8], w[9], w[10]);
-    si.dp_du = Vector3f(w[11], w[12], w[13]);
-    si.dp_dv = Vector3f(w[14], w[15], w[16]);
+    si.p = triple<Point3f>(w, kWordP);
+    si.uv = Point2f(w[kWordUv], w[kWordUv + 1]);
+    si.n = triple<Normal3f>(w, kWordN);
+    si.sh_frame.n = triple<Normal3f>(w, kWordShadingN);
+    si.dp_du = triple<Vector3f>(w, kWordDpDu);
+    si.dp_dv = triple<Vector3f>(w, kWordDpDv);
     if (has_flag(ray_flags, RayFlags::dNSdUV)) {
-      si.dn_du = Vector3f(w[17], w[18], w[19]);
-      si.dn_dv = Vector3f(w[20], w[21], w[22]);
+      si.dn_du = triple<Vector3f>(w, kWordDnDu);
+      si.dn_dv = triple<Vector3f>(w, kWordDnDv);
     }
     si.shape = this;
     si.instance = nullptr;
@@ -349,14 +352,14 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
   template <typename Result>
   static Result wrong_size(const char* function, const Attribute& attribute) {
     if constexpr (dr::is_jit_v<Float>)
-      return dr::zeros<Result>();  // as Mitsuba's meshes do while a kernel is traced
+      return dr::zeros<Result>();  // as Mitsuba's meshes do during tracing
     else
       Throw("%s(): attribute \"%s\" has %u components", function, attribute.name,
             attribute.components);
   }
 
   std::unique_ptr<Model> m_model;
-  Queries<Float> m_calls;
+  Queries<Float> m_queries;
   DiscreteDistribution<Float> m_area_pmf;
   ScalarFloat m_surface_area = 0.f;
   double m_cache_id = 0;
@@ -384,8 +387,8 @@ Options read_options(const Properties& props) {
 template <typename Transform>
 Affine to_affine(const Transform& transform) {
   Affine result;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 4; ++j) result.m[i][j] = (float)transform.matrix.entry(i, j);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 4; j++) result.m[i][j] = float(transform.matrix.entry(i, j));
   return result;
 }
 
@@ -403,9 +406,8 @@ std::vector<Part> read(const Properties& props, const std::string& filename) {
   return parts;
 }
 
-// An ordinary mesh of everything, for variants that cannot run the shape, and for comparison. The
-// wheel's mesh.h cannot be included (it needs a header that is not in the wheel), so the mesh goes
-// through a file.
+// Decodes everything into an ordinary mesh, for variants that cannot run the shape and for
+// comparison. Goes through a file: the wheel's mesh.h includes a header that the wheel lacks.
 template <typename Float, typename Spectrum>
 ref<Object> make_mesh(const Properties& props, std::vector<Part> parts) {
   TemporaryPly file(std::move(parts), props.get<bool>("face_normals", false));
@@ -414,7 +416,7 @@ ref<Object> make_mesh(const Properties& props, std::vector<Part> parts) {
   ply.set("filename", file.path(), false);
   ply.remove_property("to_world");
   for (const auto& child : props.objects())
-    props.mark_queried(child.name());  // the copy takes the BSDF and the like
+    props.mark_queried(child.name());  // the mesh uses the BSDF and other children
   return PluginManager::instance()->create_object<Shape<Float, Spectrum>>(ply).get();
 }
 

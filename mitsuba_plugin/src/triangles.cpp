@@ -1,5 +1,5 @@
-// Compiled without contraction of a * b - c * d, which would make an edge's sign depend on the
-// triangle that asks.
+// Compiled without contraction: contracting a * b - c * d would give the two triangles at an edge
+// different signs for it.
 #include "triangles.h"
 
 #include <immintrin.h>
@@ -14,8 +14,9 @@ namespace {
 #define INLINE __attribute__((always_inline)) inline  // vectors as arguments must stay in registers
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// Rays turned and sheared so that they run along z (Woop, Benthin, Wald: Watertight Ray/Triangle
-// Intersection, JCGT 2013).
+
+// Shears that make rays run along z (Woop, Benthin, Wald: Watertight Ray/Triangle Intersection,
+// JCGT 2013).
 template <int N>
 struct Shears {
   explicit Shears(const Rays<N>& r) {
@@ -24,7 +25,7 @@ struct Shears {
       const float ax = std::fabs(x), ay = std::fabs(y), az = std::fabs(z);
       const bool is_x = ax >= ay && ax >= az, is_y = !is_x && ay >= az;
       const float inverse = 1.0f / (is_x ? x : is_y ? y : z);
-      axis[l] = is_x ? 0 : is_y ? 1 : 2;  // of the largest component
+      axis[l] = is_x ? 0 : is_y ? 1 : 2;  // of the largest element
       shear[0][l] = (is_x ? y : is_y ? z : x) * inverse;
       shear[1][l] = (is_x ? z : is_y ? x : y) * inverse;
       shear[2][l] = inverse;
@@ -35,7 +36,7 @@ struct Shears {
   alignas(4 * N) int axis[N];
 };
 
-// One of them.
+// One ray of a packet.
 struct ShearedRay {
   template <int N>
   ShearedRay(const Rays<N>& r, const Shears<N>& s, int lane) {
@@ -56,7 +57,7 @@ struct GroupHits {
   uint32_t mask;
 };
 
-// x, y: a vertex sheared so that the ray runs along z from the origin.
+// A vertex, sheared so that the ray runs along z from the origin.
 struct Sheared {
   __m256 x, y, z;
 };
@@ -69,8 +70,8 @@ inline Sheared shear(const float (*vertex)[kLanes], const ShearedRay& r) {
           _mm256_mul_ps(r.shear[2], z)};
 }
 
-// Which side of the directed edge p -> q the origin is on. Rounding is monotonic, so that a sign
-// that is not zero is right, and swapping p and q negates it exactly.
+// Side of the directed edge p -> q that the origin is on. Rounding is monotonic: a nonzero sign is
+// right, and swapping p and q negates the result exactly.
 inline __m256 edge(const Sheared& p, const Sheared& q) {
   return _mm256_sub_ps(_mm256_mul_ps(q.x, p.y), _mm256_mul_ps(q.y, p.x));
 }
@@ -80,7 +81,7 @@ INLINE GroupHits hit_group(const TriangleGroup& group, const ShearedRay& r, floa
           c = shear(group.vertex[2], r);
   __m256 u = edge(b, c), v = edge(c, a), w = edge(a, b), zero = _mm256_setzero_ps();
   __m256 low = _mm256_min_ps(u, _mm256_min_ps(v, w)), high = _mm256_max_ps(u, _mm256_max_ps(v, w));
-  // On an edge (zero) counts as inside for both its triangles.
+  // A ray on an edge (zero) hits both triangles.
   __m256 inside =
       _mm256_or_ps(_mm256_cmp_ps(low, zero, _CMP_GE_OQ), _mm256_cmp_ps(high, zero, _CMP_LE_OQ));
   __m256 determinant = _mm256_add_ps(u, _mm256_add_ps(v, w));
@@ -143,10 +144,10 @@ Boxes Triangles::boxes(float margin) const {
   return b;
 }
 
-Vector3 Triangles::corner(uint32_t triangle, int k) const {
+Vec3 Triangles::corner(uint32_t triangle, int k) const {
   const TriangleGroup& g = group()[triangle / kLanes];
   uint32_t lane = triangle % kLanes;
-  return {{g.vertex[k][0][lane], g.vertex[k][1][lane], g.vertex[k][2][lane]}};
+  return {g.vertex[k][0][lane], g.vertex[k][1][lane], g.vertex[k][2][lane]};
 }
 
 namespace {

@@ -1,9 +1,7 @@
-// The triangles of one decoded meshlet in the layout that rays are tested against: groups of eight,
-// each behind its own box.
+// The triangles of a decoded meshlet in the layout for ray tests: groups of eight, each with a box.
 //
-// The groups are simply every eight triangles that follow one another: the traversal that
-// Edgebreaker stores them in keeps close together what is close. Sorting them by place before saved
-// 2 % of the tests and cost a fifth of the decoding.
+// A group is eight consecutive triangles: Edgebreaker's traversal order keeps neighbours together.
+// Sorting the triangles by position saved 2 % of the ray tests and slowed decoding by 20 %.
 #pragma once
 #include <immintrin.h>
 
@@ -12,34 +10,30 @@
 #include <cstdint>
 #include <limits>
 
+#include "common/vec3.h"
+#include "format/constants.h"
+
 namespace meshlet_shape {
 
-constexpr uint32_t kMeshletTriangles = 64;
-constexpr uint32_t kLanes = 8;  // triangles of a group, groups of a meshlet
+using meshlet::Vec3;
+
+constexpr uint32_t kMeshletTriangles = MESHLET_TRIANGLES;
+constexpr uint32_t kLanes = 8;  // triangles per group, and most groups per meshlet
 constexpr uint32_t kMaxGroups = kMeshletTriangles / kLanes;
 
-struct Vector3 {
-  float v[3];
-  float operator[](int i) const { return v[i]; }
-  float& operator[](int i) { return v[i]; }
-};
-
-// Upper bound of the relative error of a slab's distance, (1 + 2 gamma(3)) in the notation of
-// Pharr, Jakob, Humphreys.
+// Bounds the relative error of a slab's distance: 1 + 2 gamma(3) (Pharr, Jakob, Humphreys).
 constexpr float kSlabMargin = 1.0f + 8 * std::numeric_limits<float>::epsilon();
-// In place of smaller components of directions, so that no distance is infinity times zero.
+// Replaces smaller elements of directions: no distance becomes infinity times zero.
 constexpr float kLeastDirection = 1e-18f;
 
-// Up to N rays, in the layout that they come in from Embree: those with a bit in `active` are
-// traced.
+// Up to N rays in Embree's layout. Rays with a bit in `active` are traced.
 template <int N>
 struct Rays {
   alignas(4 * N) float o[3][N], d[3][N], t_max[N];
   uint32_t active;
 };
 
-// b1, b2: barycentric weights of the triangle's second and third vertex; triangle: its number in
-// the meshlet.
+// b1, b2: barycentric weights of the second and third vertex. triangle: number in the meshlet.
 struct Hit {
   float t, b1, b2;
   uint32_t triangle;
@@ -48,20 +42,19 @@ struct Hit {
 template <int N>
 struct Hits {
   Hit of[N];
-  uint32_t found = 0;  // the rays that hit, as bits
+  uint32_t found = 0;  // mask of the rays that hit
 };
 
-// Which groups of a meshlet rays meet: bits of groups, and where they are entered.
+// Per ray: mask of the groups of a meshlet whose boxes it meets, and its distance to them.
 template <int N>
 struct Meetings {
   alignas(32) float enter[N][kMaxGroups];
   uint32_t groups[N];
-  uint32_t any = 0;  // the rays that meet some group, as bits
+  uint32_t any = 0;  // mask of the rays that meet any group
 };
 
-// The box of a meshlet and those of its groups, on a grid of 255 steps over the meshlet's. Not
-// decoded geometry but part of the acceleration structure: always there, so that most rays that
-// miss a meshlet need not decode it.
+// The boxes of a meshlet's groups, on a grid of 255 steps over the meshlet's box. Part of the
+// acceleration structure, always in memory: most rays that miss a meshlet do not decode it.
 struct Boxes {
   float origin[3], step[3];
   uint8_t side[2][3][kMaxGroups];  // [lower, upper][axis][group]
@@ -71,33 +64,32 @@ struct Boxes {
     return upper_end ? origin[axis] + 255.0f * step[axis] : origin[axis];
   }
 
-  // The groups whose boxes the rays meet before t_max.
+  // Finds the groups whose boxes the rays meet before t_max.
   template <int N>
   void meet(const Rays<N>& rays, Meetings<N>& meetings) const;
 };
 
-// The lowest ray of some, as bits.
+// The lowest ray of a mask.
 template <int N>
 int lane_of(uint32_t rays) {
   return N > 1 ? __builtin_ctz(rays) : 0;
 }
 
-// Inline, as most of what a ray does; a multiplication never meets an addition here that the
-// compiler could contract it with.
+// Inline: rays spend most of their time here. No product is added to anything, so the compiler has
+// nothing to contract.
 template <int N>
 inline void Boxes::meet(const Rays<N>& rays, Meetings<N>& meetings) const {
   auto decoded = [&](bool upper, int axis) {
     return _mm256_cvtepi32_ps(
         _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(side[upper][axis]))));
   };
-  __m256 plane[2][3];                              // where several rays share the work
+  __m256 plane[2][3];                              // decoded once if there are several rays
   alignas(4 * N) float scale[3][N], offset[3][N];  // plane q of the grid is q * scale + offset away
   for (int i = 0; i < 3; i++) {
     for (int s = 0; N > 1 && s < 2; s++) plane[s][i] = decoded(s, i);
     for (int l = 0; l < N; l++) {
       float d = rays.d[i][l];
-      // Alone, a ray stays in scalar registers: vectors of its axes would wait for the narrower
-      // stores that they are loaded from.
+      // A single ray stays in scalar registers: vector loads would stall on narrower stores.
       if (N == 1) __asm__("" : "+x"(d));
       const float inverse =
           1.0f / (std::fabs(d) < kLeastDirection ? std::copysign(kLeastDirection, d) : d);
@@ -140,20 +132,20 @@ struct alignas(32) Triangles {
   TriangleGroup* group() { return reinterpret_cast<TriangleGroup*>(this + 1); }
   const TriangleGroup* group() const { return reinterpret_cast<const TriangleGroup*>(this + 1); }
 
-  // position[axis][id], corner[k][t]: the meshlet's vertices, and which of them triangle t has.
+  // position[axis][id]: the meshlet's vertices; corner[k][t]: vertex id of corner k of triangle t.
   void build(const float (*position)[kMeshletTriangles], const uint8_t (*corner)[kMeshletTriangles],
              uint32_t count);
 
-  // Boxes that hold the triangles with `margin` to spare.
+  // Boxes around the triangles, enlarged by `margin`.
   Boxes boxes(float margin) const;
 
-  Vector3 corner(uint32_t triangle, int k) const;
+  Vec3 corner(uint32_t triangle, int k) const;
 
-  // Nearest hits with 0 < t < t_max in the groups that the rays meet, from either side. No ray that
-  // crosses the edge between two triangles with equal vertices passes between them.
+  // Nearest hits with 0 < t < t_max, from either side, in the groups that the rays meet.
+  // Watertight: no ray passes between two triangles that share an edge of equal vertices.
   template <int N>
   void intersect(const Rays<N>& rays, const Meetings<N>& meetings, Hits<N>& hits) const;
-  // The rays that hit anything there, as bits.
+  // Mask of the rays that hit anything.
   template <int N>
   uint32_t occlude(const Rays<N>& rays, const Meetings<N>& meetings) const;
 };

@@ -1,4 +1,4 @@
-// The fourth pass over meshlets, after corners.comp: the values of the chains between corners.
+// The fourth pass, after corners.comp: the values of the chains between corners.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -8,14 +8,14 @@
 #include "decoders/passes.glsl"
 
 struct Chain {
-  uint steps;  // its length
-  uint from;   // local ids of its ends, in the direction of its owner
+  uint steps;  // its length in edges
+  uint from;   // local ids of its ends, in the owner's direction
   uint to;
-  mask64 inner;    // local ids between
+  mask64 inner;    // local ids between the ends
   bool backwards;  // the owner's direction is against the loop's
 };
 
-// For one stream: the residuals on the chord between the chain's ends.
+// Values of one stream: the chord between the chain's ends plus residuals.
 void read_chain(Chain chain, uint s, uint code, uint widths, uint low) {
   uint n = stream_field(s, STREAM_ELEMENTS);
   bool copies = stream_field(s, STREAM_PREDICTOR) == PREDICT_COPY;
@@ -68,7 +68,7 @@ void read_chains(HEADER_IN h, uint r) {
     low = after_anchors(low, s, count);
     uint n = stream_field(s, STREAM_ELEMENTS);
     uint code = code_at(codes, n, stream_field(s, STREAM_CHAIN_BASE));
-    widths_total += low_width(code, n, codes - 5u * n);
+    widths_total += low_width(code, n, codes - WIDTH_BITS * n);
     code_at(codes, n, stream_field(s, STREAM_INTERIOR_BASE));
   }
   uint quotients = low + total * widths_total;
@@ -77,12 +77,12 @@ void read_chains(HEADER_IN h, uint r) {
   mask64 inner =
       the_boundary & ~mask_below(begin + 1u) & mask_below(id_at(run.rank + run.steps - 1u) + 1u);
   Chain chain = Chain(run.steps, foreign ? end : begin, foreign ? begin : end, inner, foreign);
-  uint skipped = 0u;  // quotients between the last one read and the next chain
+  uint skipped = 0u;  // quotients between the last one read and the next to read
   codes = owner.codes;
   for (uint s = 0u; s < stream_end && error == ERROR_NONE; s++) {
     uint n = stream_field(s, STREAM_ELEMENTS);
     uint code = code_at(codes, n, stream_field(s, STREAM_CHAIN_BASE));
-    uint widths = codes - 5u * n;
+    uint widths = codes - WIDTH_BITS * n;
     uint width = low_width(code, n, widths);
     code_at(codes, n, stream_field(s, STREAM_INTERIOR_BASE));
     uint rice = code == CODE_FIXED ? 0u : n;

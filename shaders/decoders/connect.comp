@@ -1,5 +1,5 @@
-// Connectivity of meshlets by decoder B, one invocation per meshlet: triangles into the buffer that
-// is also the result, and what values.comp, or the passes of passes.glsl, need to know about them.
+// The first pass: connectivity by the serial decoder, one thread per meshlet. Writes the triangles
+// to the result buffer, and masks for values.comp and the passes of passes.glsl.
 // variants: connect.comp= connect_stream.comp=STREAM
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -13,8 +13,8 @@ layout(local_size_x = 32) in;
 #else
 #include "decoders/decode_push.glsl"
 #endif
-// No arrays of an invocation's own, which would be in slow memory; and four apices to a word, since
-// the less shared memory a group takes, the more groups run at once.
+// Apices in shared memory: arrays of a thread live in slow memory. Four to a word: the less shared
+// memory a workgroup takes, the more workgroups run at once.
 shared uint apexes[16 * 32];
 #define APEX_WORD(t) apexes[((t) >> 2) * 32u + gl_LocalInvocationIndex]
 #define APEX(t) bitfieldExtract(APEX_WORD(t), int(((t) & 3u) * 8u), 8)

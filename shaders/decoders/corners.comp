@@ -1,14 +1,13 @@
-// The third pass over meshlets, after lengths.comp: the values of corners.
+// The third pass, after lengths.comp: the values of corners.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-#define PER_MESHLET \
-  8u  // invocations for references or corners; where there are more, each has several
+#define PER_MESHLET 8u  // a thread takes every 8th corner
 #include "decoders/passes.glsl"
 
-shared uint group_hops;  // MAX_HOPS, which compilers shall not know: they would unroll a long loop
+shared uint group_hops;  // MAX_HOPS, hidden from the compiler, which would unroll a long loop
 
 // Anchor `index` of streams [begin, end) of h.
 void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
@@ -19,7 +18,7 @@ void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
     uint n = stream_field(s, STREAM_ELEMENTS);
     uint bits = stream_field(s, STREAM_BITS);
     uint width = index > 0u ? width_field(p + n * bits) : 0u;
-    uint deltas = p + n * bits + 5u + (index - 1u) * n * width;
+    uint deltas = p + n * bits + WIDTH_BITS + (index - 1u) * n * width;
     uvec2 fields = uvec2(0u);
     for (uint c = 0u; c < n && s >= begin; c++) {
       uint value = load_bits(p + c * bits, bits);
@@ -34,8 +33,8 @@ void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
   }
 }
 
-// Follows references from corner j to where it is stored, for the streams that go the same way from
-// `s` on; returns the one after them.
+// Follows references from corner j to the meshlet that stores it and reads it, for stream s and the
+// streams after it that take the same path. Returns the first stream that does not.
 uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
   Header h = own;
   bool apart = false;
@@ -65,7 +64,7 @@ uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
 
 void main() {
   if (THREAD == 0u) group_hops = MAX_HOPS;
-  if (!open_pass()) return;  // behind a barrier
+  if (!open_pass()) return;  // contains barriers
   Header h = open_header();
   uint corners = h.references == 0u ? mask_count(the_starts) : h.references;
   for (uint j = part; j < corners; j += PER_MESHLET) {

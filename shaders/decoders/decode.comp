@@ -1,5 +1,4 @@
-// Decodes meshlets into plain buffers by one invocation per meshlet, with the decoder that C++
-// shares.
+// Decodes meshlets into plain buffers with the serial decoder, one thread per meshlet.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require

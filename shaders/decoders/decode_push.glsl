@@ -1,5 +1,5 @@
-// Buffers of the decoding compute shaders (vk_backend/decode.py), and their job: all meshlets of a
-// blob. A method need not use every buffer.
+// Push constants of the decoding compute shaders (vk_backend/compute_decoder.py), whose job is all
+// meshlets of a blob. A shader need not use every buffer.
 #include "scene/addresses.glsl"
 #include "decoders/decode_buffers.glsl"
 
@@ -8,19 +8,18 @@ layout(push_constant) uniform Push {
   uvec2 summaries;
   uvec2 connectivity;
   uvec2 triangles;  // 64 words per meshlet, packed
-  uvec2 values;     // value_words words per meshlet: 64 for each component, or packed ones
-                    // (packed_values.glsl)
+  uvec2 values;     // value_words words per meshlet: 64 per element, or packed_values.glsl's
   uint blob_words;
   uint meshlets;
-  uint streams;  // that are decoded
+  uint streams;  // to decode
   uint value_words;
 }
 push;
 
 uint job_meshlet;  // number in the blob
-uint job_place;    // of its results
+uint job_place;    // number of its results
 
-// Meshlet i of the push.meshlets of the job; to be called before the functions below.
+// Selects meshlet i of the job. Call before the functions below.
 void open_job(uint i) {
   job_meshlet = i;
   job_place = i;

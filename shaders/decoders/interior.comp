@@ -1,5 +1,4 @@
-// The last pass over meshlets, after chains.comp: the vertices that triangles introduce, with an
-// invocation for each stream.
+// The last pass, after chains.comp: the vertices that triangles introduce, one thread per stream.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -10,7 +9,7 @@
 
 uint triangle_at(uint t) { return Integers(job_triangles()).at[t & 63u]; }
 
-// Vertices of the seams of stream s (spec, A.5, sections G and H).
+// Number of inner vertices of the seams of stream s (spec, A.5, sections G and H).
 uint seam_vertices_of(HEADER_IN h, uint s) {
   uint count = 0u;
   for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest))
@@ -36,7 +35,7 @@ void read_seams(HEADER_IN h, uint s) {
   }
 }
 
-// The vertex v of a triangle packed as in serial_decoder.glsl.
+// Reads vertex v of a triangle packed as in serial_decoder.glsl.
 void read_traversed(uint s, uint triangle) {
   uint n = stream_field(s, STREAM_ELEMENTS);
   uint predictor = stream_field(s, STREAM_PREDICTOR);
@@ -68,7 +67,7 @@ void read_traversed(uint s, uint triangle) {
   if (vectors) put_vertex(s, v, fields);
 }
 
-// Inner vertices of private references.
+// Boundary vertices without a value yet: inner vertices of private references.
 mask64 waiting_vertices(HEADER_IN h) {
   mask64 waiting = mask_none();
   if (h.references == 0u) {
@@ -83,8 +82,8 @@ mask64 waiting_vertices(HEADER_IN h) {
   return waiting;
 }
 
-// All vertices that triangles introduce, in their order. Where no boundary vertices wait for that,
-// only C's do. A root gate whose a waits comes twice: first for a, which is predicted from b alone.
+// Reads the vertices that triangles introduce, in order; without waiting boundary vertices these
+// are those of C. A root gate with a waiting a takes two steps: first a, predicted from b alone.
 void read_all_traversed(uint s, mask64 waiting) {
   mask64 rest = mask_any(waiting) ? mask_below(triangle_count) : symbol_c;
   while (mask_any(rest) && error == ERROR_NONE) {
@@ -120,25 +119,25 @@ void run(HEADER_IN h, uint stream) {
   }
   uint codes = h.codes;
   uint chain_quotients = 0u;
-  uint before = 0u;  // low bits and quotients of the interior of earlier streams
-  uint skipped = 0u;
+  uint before = 0u;   // low bits of the interior of earlier streams
+  uint skipped = 0u;  // quotients of the interior of earlier streams
   uint all = 0u;
   for (uint s = 0u; s < stream_total; s++) {
     uint n = stream_field(s, STREAM_ELEMENTS);
     if (chains) {
       uint code = code_at(codes, n, stream_field(s, STREAM_CHAIN_BASE));
-      p += total * low_width(code, n, codes - 5u * n);
+      p += total * low_width(code, n, codes - WIDTH_BITS * n);
       if (code != CODE_FIXED) chain_quotients += total * n;
     }
     uint code = code_at(codes, n, stream_field(s, STREAM_INTERIOR_BASE));
     uint vertices = traversed + seam_vertices_of(h, s);
     if (s == stream) {
       residual_code = code;
-      residual_widths = code == CODE_FIXED ? fixed_widths(codes - 5u * n, n) : uvec2(0u);
+      residual_widths = code == CODE_FIXED ? fixed_widths(codes - WIDTH_BITS * n, n) : uvec2(0u);
       before = all;
     }
     if (s < stream && code != CODE_FIXED) skipped += vertices * n;
-    all += vertices * low_width(code, n, codes - 5u * n);
+    all += vertices * low_width(code, n, codes - WIDTH_BITS * n);
   }
   p = after_ones(p, chain_quotients);
   seek_low(p + before);

@@ -1,4 +1,4 @@
-// The second pass over meshlets, after connect.comp: where references lie along the boundary.
+// The second pass, after connect.comp: the places of references along the boundary.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require

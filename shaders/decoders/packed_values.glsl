@@ -1,13 +1,13 @@
-// Values as the decoding passes write and read them: for every stream 64 vertices of a few words
-// each. To be included after sections.glsl and decode_push.glsl. A vertex's components lie side by
-// side in up to 64 bits, a position's in 21 bits each; if that does not hold them, in a word each.
-// vk_backend/decode.py unpacks them.
+// The pass decoder's layout of values: per stream 64 vertices of one or more words. A vertex's
+// elements lie side by side in up to 64 bits (a position's elements take 21 bits each); if they do
+// not fit, each has a word. vk_backend/compute_decoder.py unpacks them. Include after sections.glsl
+// and decode_push.glsl.
 
 shared uint group_places[MAX_STREAMS];  // see place_field
 
-#define PLACE_BASE 0, 16    // word of the first vertex,
-#define PLACE_STRIDE 16, 6  //   words from one vertex to the next,
-#define PLACE_FIELD 22, 6   //   and bits of a component
+#define PLACE_BASE 0, 16    // word of the first vertex
+#define PLACE_STRIDE 16, 6  // words per vertex
+#define PLACE_FIELD 22, 6   // bits per element
 #define place_field(s, field) bitfieldExtract(group_places[s], field)
 
 uint field_of(uint s) {
@@ -18,7 +18,7 @@ uint field_of(uint s) {
 
 uint words_of(uint s) { return (field_of(s) * stream_field(s, STREAM_ELEMENTS) + 31u) >> 5; }
 
-// To be called by all invocations after group_streams; passes a barrier.
+// Call with all threads after group_streams. Contains a barrier.
 void group_value_places() {
   for (uint s = THREAD; s < stream_total; s += gl_WorkGroupSize.x) {
     uint words = 0u;
@@ -40,13 +40,13 @@ uvec2 put_field(uint at, uint value) {
   return at < 32u ? uvec2(value << at, (value >> 1) >> (31u - at)) : uvec2(0u, value << (at - 32u));
 }
 
-uvec2 the_values;  // address of the meshlet's
+uvec2 the_values;  // address of the meshlet's values
 
 uint word_of(uint s, uint id) {
   return place_field(s, PLACE_BASE) + place_field(s, PLACE_STRIDE) * (id & 63u);
 }
 
-// The fields of a vertex, where they are packed.
+// The elements of a vertex of a packed stream.
 uvec2 vertex_at(uint s, uint id) {
   uint word = word_of(s, id);
   if (place_field(s, PLACE_STRIDE) == 1u) return uvec2(Integers(the_values).at[word], 0u);
@@ -68,7 +68,7 @@ uint value_at(uint s, uint c, uint id) {
   return Integers(the_values).at[word_of(s, id) + c];
 }
 
-// The components of a vertex have to come in their order.
+// Write the elements of a vertex in order: element 0 clears the others.
 void put_value(uint s, uint c, uint id, uint value) {
   uint inside = value & bits_mask(s);
   if (!is_packed(s)) {

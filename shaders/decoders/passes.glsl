@@ -1,13 +1,14 @@
-// What the passes that decode meshlets' values after connect.comp have in common (lengths.comp,
-// corners.comp, chains.comp, interior.comp): their meshlets, places along the boundary, sections,
-// and the reading of residuals. Each invocation has a small part of a meshlet, and what a pass
-// finds goes to where the values belong, from where the next one reads it.
+// Shared by the passes of the pass decoder after connect.comp (lengths.comp, corners.comp,
+// chains.comp, interior.comp): a thread's meshlet, places along the boundary, sections, and
+// residuals. Each thread decodes a small part of a meshlet. A pass writes values to their final
+// place and the next pass reads them there.
 //
-// The includer defines PER_MESHLET, the invocations that share a meshlet. Code is kept small, since
-// a pass is slow when it does not fit the instruction cache: what is long is called from one place.
-// Hostile bytes: local ids, ranks and references are masked, or come from masks of 64 bits; a
-// buffer is written at a place made of these alone; loops end after 64 steps, with the streams, or
-// at the blob's end. What a pass finds wrong keeps the later ones away from the meshlet.
+// The includer defines PER_MESHLET, the number of threads per meshlet. A pass must fit the
+// instruction cache to be fast, so long functions are called from one place.
+//
+// Hostile bytes: local ids, ranks and references are masked or come from 64-bit masks, and buffers
+// are written only at places computed from these. Loops end after 64 steps, with the streams, or at
+// the blob's end. After an error, later passes skip the meshlet.
 
 #define GROUP 64u
 #define GROUP_MESHLETS (GROUP / PER_MESHLET)
@@ -20,16 +21,16 @@
 
 layout(local_size_x = GROUP) in;
 
-// --- the invocation's meshlet ---
+// --- the thread's meshlet ---
 
 uint member;  // number of the meshlet in the workgroup
-uint part;    //   and of the invocation among those that share it
+uint part;    // number of the thread among those of the meshlet
 mask64 the_boundary;
 mask64 the_starts;
-mask64 the_references;  // ranks at which they begin; there is one after lengths.comp
+mask64 the_references;  // ranks at which references begin; set by lengths.comp
 
-// To be called by all invocations first; false for those that have no meshlet, or one that is
-// malformed. Barriers are passed.
+// Call first, with all threads: contains barriers. Returns false for threads without a meshlet or
+// with a malformed one.
 bool open_pass() {
   member = THREAD / PER_MESHLET;
   part = THREAD % PER_MESHLET;
@@ -60,7 +61,7 @@ void close_pass() {
 
 // --- along the boundary ---
 
-// The n-th one of a mask, from 0; 63 or less also where there is none.
+// Position of the n-th one of a mask, counted from 0; at most 63 even if there is none.
 uint nth_bit(mask64 m, uint n) {
   uint low = uint(bitCount(m.x));
   uint at = n < low ? 0u : 32u;
@@ -77,14 +78,13 @@ uint nth_bit(mask64 m, uint n) {
   return min(at, 63u);
 }
 
-// Local ids before component k.
+// Number of local ids before disk k.
 uint ids_before(uint k) {
   uint t = k >= mask_count(the_starts) ? triangle_count : nth_bit(the_starts, k);
   return min(64u, pushed_vertices(mask_below(t)) + min(k, mask_count(the_starts)));
 }
 
-// The loop that reference r of h belongs to: its first place in the loop order, and the one behind
-// its last.
+// The loop of reference r of h: its first rank along the boundary, and the one behind its last.
 uvec2 loop_of(HEADER_IN h, uint r) {
   uint k = mask_count(h.loop_ends & mask_below(r));
   return uvec2(mask_count(the_boundary & mask_below(ids_before(k))),
@@ -93,10 +93,10 @@ uvec2 loop_of(HEADER_IN h, uint r) {
 
 uint id_at(uint rank) { return nth_bit(the_boundary, rank); }
 
-// Where reference r lies along the boundary.
+// A reference along the boundary.
 struct Run {
-  uint rank;
-  uint steps;  // its length
+  uint rank;   // of its first vertex
+  uint steps;  // its length in edges
 };
 
 Run run_of(uint r) {
@@ -105,14 +105,14 @@ Run run_of(uint r) {
   return Run(rank, (mask_any(later) ? mask_lsb(later) : mask_count(the_boundary)) - rank);
 }
 
-// The id of the last vertex of reference r.
+// Id of the last vertex of reference r.
 uint last_id(HEADER_IN h, uint r, Run run) {
   return id_at(mask_test(h.loop_ends, r) ? loop_of(h, r).x : run.rank + run.steps);
 }
 
 // --- sections ---
 
-// Where section D begins.
+// Bit position of section D.
 uint anchors_begin(HEADER_IN h) {
   uint p = h.codes;
   bool chains = mask_any(h.owned_refs);
@@ -124,8 +124,8 @@ uint anchors_begin(HEADER_IN h) {
   return p;
 }
 
-// Anchors of stream s, where `count` is their number for the stream before it, or a meshlet without
-// references.
+// Number of anchors of stream s. `count`: the number for stream s - 1; initially the number of
+// disks.
 uint anchors_of(HEADER_IN h, uint s, uint count) {
   if (h.references == 0u || (s > 0u && (h.flags & FLAG_SEAMS) == 0u)) return count;
   return mask_count(stored_corners(h, seam_references(h, s)));
@@ -134,11 +134,11 @@ uint anchors_of(HEADER_IN h, uint s, uint count) {
 uint after_anchors(uint p, uint s, uint count) {
   uint n = stream_field(s, STREAM_ELEMENTS);
   if (count > 0u) p += n * stream_field(s, STREAM_BITS);
-  if (count > 1u) p += 5u + (count - 1u) * n * width_field(p);
+  if (count > 1u) p += WIDTH_BITS + (count - 1u) * n * width_field(p);
   return p;
 }
 
-// Inner vertices of all owned references (x), and of those before `reference` (y).
+// Number of inner vertices of all owned references (x) and of those before `reference` (y).
 uvec2 chain_vertices(HEADER_IN h, uint reference) {
   uvec2 count = uvec2(0u);
   uint p = h.lengths;
@@ -160,11 +160,11 @@ uvec2 chain_vertices(HEADER_IN h, uint reference) {
 
 // --- residuals ---
 
-uint residual_code;     // Rice parameter, or CODE_FIXED with
-uvec2 residual_widths;  //   these widths: six bits per component
+uint residual_code;     // Rice parameter or CODE_FIXED
+uvec2 residual_widths;  // of a fixed code: six bits per element
 uint low_position;      // bit position of the next residual's low bits
-uint low_index;         // the two words that were read last, from this one on
-uvec2 low_words;
+uint low_index;         // index of the first of low_words
+uvec2 low_words;        // the two words read last
 
 void seek_low(uint p) {
   low_position = p;
@@ -185,7 +185,7 @@ uint take_low(uint width) {
 
 uvec2 fixed_widths(uint position, uint n) {
   uvec2 widths = uvec2(0u);
-  for (uint c = 0u; c < n; c++) widths |= put_field(6u * c, width_field(position + 5u * c));
+  for (uint c = 0u; c < n; c++) widths |= put_field(6u * c, width_field(position + WIDTH_BITS * c));
   return widths;
 }
 

@@ -1,13 +1,14 @@
-// The streams of a blob, and small parts of reading a meshlet's sections, for shaders in which a
-// meshlet's values are decoded by several invocations (team_values.glsl, passes.glsl). To be
-// included after serial_epilogue.glsl.
+// The streams of a blob and small steps of reading a meshlet's sections, for shaders that decode a
+// meshlet's values with several threads (team_values.glsl, passes.glsl). Include after
+// serial_epilogue.glsl.
 
 #define THREAD gl_LocalInvocationIndex
 shared uint group_stream[MAX_STREAMS];  // see stream_field
 
 // --- streams ---
 
-#define STREAM_ELEMENTS 0, 3  // offset and width of fields in group_stream
+// Offset and width of fields in group_stream.
+#define STREAM_ELEMENTS 0, 3
 #define STREAM_BITS 3, 6
 #define STREAM_PREDICTOR 9, 2
 #define STREAM_CHAIN_BASE 11, 5
@@ -21,10 +22,11 @@ void group_streams(uint end) {
   stream_total = min(stream_total, MAX_STREAMS);
   stream_end = min(end, stream_total);
   for (uint s = THREAD; s < stream_total; s += gl_WorkGroupSize.x) {
-    uint shape = load_word(8u + 7u * s);
-    uint bases = load_word(9u + 7u * s);
+    uint shape = load_word(STREAM_SHAPE_WORD(s));
+    uint bases = load_word(STREAM_BASES_WORD(s));
     uint element = 0u;
-    for (uint before = 0u; before < s; before++) element += (load_word(8u + 7u * before) >> 8) & 7u;
+    for (uint before = 0u; before < s; before++)
+      element += (load_word(STREAM_SHAPE_WORD(before)) >> 8) & 7u;
     group_stream[s] = ((shape >> 8) & 7u) | ((shape >> 16) & 63u) << 3 | ((shape >> 24) & 3u) << 9 |
                       (bases & 31u) << 11 | ((bases >> 8) & 31u) << 16 |
                       min(element, MAX_ELEMENTS) << 21;
@@ -34,8 +36,8 @@ void group_streams(uint end) {
 
 uint bits_mask(uint s) { return word_below(stream_field(s, STREAM_BITS)); }
 
-// Where a component's values begin; a element that there is no room for, which the host rules out,
-// is the first.
+// Index of the first value of element c of stream s. The host makes sure that all elements fit;
+// one that does not maps to the first.
 uint value_element(uint s, uint c) {
   uint element = stream_field(s, STREAM_ELEMENT) + c;
   return (element < MAX_ELEMENTS ? element : 0u) * 64u;
@@ -43,26 +45,27 @@ uint value_element(uint s, uint c) {
 
 // --- small parts ---
 
-uint code_at(inout uint p, uint components, uint base) {
-  uint code = load_bits(p, 3u);
-  p += 3u;
-  if (code == 7u) {
-    p += 5u * components;
+// Reads the code at bit p and moves p past it.
+uint code_at(inout uint p, uint elements, uint base) {
+  uint code = load_bits(p, CODE_BITS);
+  p += CODE_BITS;
+  if (code == CODE_ESCAPE) {
+    p += WIDTH_BITS * elements;
     return CODE_FIXED;
   }
-  if (base + code > 31u) error = ERROR_CODE;
-  return (base + code) & 31u;
+  if (base + code > RICE_MAX) error = ERROR_CODE;
+  return (base + code) & RICE_MAX;
 }
 
-// Low bits of one vertex under a code whose widths, if it is fixed, are at bit position `widths`.
-uint low_width(uint code, uint components, uint widths) {
-  if (code != CODE_FIXED) return code * components;
+// Low bits of one vertex under a code. `widths`: bit position of the widths of a fixed code.
+uint low_width(uint code, uint elements, uint widths) {
+  if (code != CODE_FIXED) return code * elements;
   uint sum = 0u;
-  for (uint c = 0u; c < components; c++) sum += width_field(widths + 5u * c);
+  for (uint c = 0u; c < elements; c++) sum += width_field(widths + WIDTH_BITS * c);
   return sum;
 }
 
-// The bit position after the n-th one from bit p on.
+// The bit position after the n-th one from bit p.
 uint after_ones(uint p, uint n) {
   if (n == 0u) return p;
   uint w = p >> 5;
@@ -86,8 +89,8 @@ uint chord_point(uint a, uint b, uint i, uint n) {
   return a + ((b - a) * i + (n >> 1) + (n << 24)) / n - (1u << 24);
 }
 
-// Vertices that the symbols of some triangles push, their components' first ones left out: one for
-// R and L, two for E.
+// Number of vertices that the symbols of some triangles push, without the first of each disk: one
+// for R and L, two for E.
 uint pushed_vertices(mask64 some) {
   mask64 ends = symbol_e & some;
   mask64 lefts = mask_below(triangle_count) & some & ~(symbol_r | symbol_e | symbol_c | symbol_s);

@@ -1,8 +1,8 @@
-// Connectivity of one meshlet by one invocation, for connect.comp and mesh.task; to be included
-// after serial_epilogue.glsl.
+// Connectivity of one meshlet with one thread, for connect.comp and mesh.task. Include after
+// serial_epilogue.glsl.
 
-// Decodes the triangles of meshlet m of the opened blob into TRIANGLE(t), its boundary and its
-// components' starts; false, with `error`, where it is malformed.
+// Decodes meshlet m of the opened blob: TRIANGLE(t), boundary, disk_starts. Returns false and sets
+// `error` if it is malformed.
 bool connect(uint m) {
   load_tables();
   error = ERROR_NONE;
@@ -11,7 +11,7 @@ bool connect(uint m) {
   if (error == ERROR_NONE) decode_apexes();
   if (error == ERROR_NONE) decode_triangles();
   if (error != ERROR_NONE) return false;
-  // As list_interior finds it out: the first C that pops too much has a == b.
+  // As in list_interior: the first C that pops too much has a == b.
   for (mask64 rest = symbol_c; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint triangle = TRIANGLE(mask_lsb(rest));
     if (((triangle ^ (triangle >> 8)) & 255u) == 0u) error = ERROR_CLERS;

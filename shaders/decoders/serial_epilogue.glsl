@@ -1,5 +1,4 @@
-// The primitives of serial_prologue.glsl that use the decoder's own variables; to be included after
-// it.
+// The functions that serial_decoder.glsl asks for and that use its variables. Include after it.
 
 // The next quotient of a unary plane.
 uint next_quotient(inout UnaryReader reader) {

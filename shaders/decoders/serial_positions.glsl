@@ -1,17 +1,15 @@
-// The positions of one meshlet alone, for shaders that need nothing else of it and are short of
-// registers and local memory: steps of serial_decoder.glsl, with the last ones (chains and
-// interior) done vertex by vertex instead of through lists, and other streams' data passed over
-// only where something of the positions' lies behind it.
+// Positions only, for shaders short of registers and local memory. The steps are those of
+// serial_decoder.glsl, but chains and interior go vertex by vertex instead of through lists. Other
+// streams are skipped only if position data follow.
 //
-// To be included after serial_epilogue.glsl. The caller has opened the blob and called
-// load_streams(0u, 1u). Results are those of decode_meshlet. A meshlet whose positions are whole is
-// not refused for what is wrong with its other streams.
+// Include after serial_epilogue.glsl; call load_streams(0u, 1u) on an open blob first. Results are
+// those of decode_meshlet, except that errors in other streams go unnoticed.
 
 uint low_cursor;   // bit position of the next residual's low bits
-uvec3 low_widths;  // how many there are, for each coordinate
+uvec3 low_widths;  // number of low bits of each coordinate
 bool has_quotients;
 
-// Passes over n quotients, a word at a time.
+// Skips n quotients, a word at a time.
 void skip_quotients(uint n) {
   uint words = 0u;
   while (n > 0u) {
@@ -33,12 +31,12 @@ void skip_quotients(uint n) {
   }
 }
 
-// The code of the positions' residuals from bit position `low` on.
+// Selects the code of the position residuals that begin at bit `low`.
 void open_residuals(uint code, uint widths, uint low) {
   has_quotients = code != CODE_FIXED;
   low_widths = has_quotients ? uvec3(code)
-                             : uvec3(width_field(widths), width_field(widths + 5u),
-                                     width_field(widths + 10u));
+                             : uvec3(width_field(widths), width_field(widths + WIDTH_BITS),
+                                     width_field(widths + 2u * WIDTH_BITS));
   low_cursor = low;
 }
 
@@ -58,8 +56,7 @@ void put_position(uint v, uvec3 prediction) {
   values[v + 128u] = (prediction.z + next_residual(low_widths.z)) & bits;
 }
 
-// The inner vertices of reference r. Backwards: from end to start, the direction of a foreign
-// chain's owner.
+// The inner vertices of reference r. A foreign chain runs backwards, in its owner's direction.
 void put_chain(uint r, bool backwards) {
   uint n = reference_length[r];
   uint rank = reference_rank[r];
@@ -95,7 +92,7 @@ void put_foreign_chains(HEADER_IN h) {
   }
 }
 
-// The unary reader ends behind section F.
+// Leaves the unary reader behind section F.
 void put_own_chains(HEADER_IN h) {
   unary = seek_unary(chain_unary);
   if (chain_total == 0u) return;
@@ -119,7 +116,7 @@ void put_traversed(uint v, uint a, uint b, uint o) {
   put_position(v, prediction);
 }
 
-// `waiting`: boundary vertices that the traversal gives their values.
+// `waiting`: boundary vertices that get their values in the traversal.
 void put_interior(mask64 waiting) {
   uint count = mask_count(symbol_c) + mask_count(waiting);
   uint low = unary.cursor;

@@ -1,9 +1,9 @@
-// What serial_decoder.glsl asks of its includer, for GLSL: to be included before it, and
-// serial_epilogue.glsl after it. The shader calls open_blob first. With STAGE_WORDS and
-// STAGE_TOTAL, as team_size.glsl defines them, words are looked for in shared memory first. Needs
-// GL_EXT_buffer_reference and GL_EXT_buffer_reference_uvec2.
+// The GLSL primitives that serial_decoder.glsl asks for. Include before it, and
+// serial_epilogue.glsl after it. The shader calls open_blob first. With STAGE_WORDS and STAGE_TOTAL
+// (team_size.glsl), loads look in shared memory first. Needs GL_EXT_buffer_reference and
+// GL_EXT_buffer_reference_uvec2.
 
-// Capacities, from the host: the most streams of a blob in the scene, and the most components of
+// Capacities, set by the host: the most streams of a blob in the scene, and the most elements of
 // those that are decoded.
 layout(constant_id = 0) const uint MAX_STREAMS = 8u;
 #ifndef MAX_ELEMENTS
@@ -15,8 +15,7 @@ layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Wor
 Words blob_words;
 uint blob_word_total;
 
-// address: of the blob, whose header the host has checked; words: its length. The last word of a
-// blob is 0.
+// The host has checked the header. words: length of the blob. Its last word is 0.
 void open_blob(uvec2 address, uint words) {
   blob_words = Words(address);
   blob_word_total = words;
@@ -65,8 +64,8 @@ uint divide(uint x, uint n) { return x / n; }
 
 uint load_memory(uint i) { return blob_words.at[min(i, blob_word_total - 1u)]; }
 #ifdef STAGE_WORDS
-// Words that the workgroup has copied from the blob: those from stage_first on lie in `staged` from
-// stage_place on.
+// Words that the workgroup has copied from the blob: word stage_first + i is
+// staged[stage_place + i].
 shared uint staged[STAGE_TOTAL];
 uint stage_first = 0x80000000u;
 uint stage_place = 0u;
@@ -106,8 +105,8 @@ uvec2 load_mask(uint p, uint n) {
          mask_below(n);
 }
 
-// The ones of `window` were not read yet; its bit 0 is the blob's bit `base`. `cursor`: the bit
-// after the last one read.
+// `window`: ones not read yet; its bit 0 is the blob's bit `base`. `cursor`: the bit after the last
+// one read.
 struct UnaryReader {
   uint window;
   uint base;
@@ -118,6 +117,6 @@ UnaryReader seek_unary(uint p) {
   return UnaryReader(load_word(p >> 5) & ~word_below(p & 31u), p & ~31u, p);
 }
 
-// In the epilogue: they set `error`, which the decoder declares.
+// Defined in the epilogue: they set `error`, which serial_decoder.glsl declares.
 void skip_unary(inout UnaryReader reader, uint n);
 void read_rice(uint n, uint k, uint low);

@@ -1,15 +1,16 @@
-// Writes what a team has decoded into a slot. To be included after slots.glsl and team_values.glsl.
+// Writes a meshlet that a team has decoded into a slot. Include after slots.glsl and
+// team_values.glsl.
 
 uint team_value(uint element, uint vertex) {
   return team_values[TEAM_INDEX][min(element, MAX_ELEMENTS - 1u) * 64u + vertex];
 }
 
-// The attribute that begins at bit `place` of a vertex's.
+// Writes an attribute at bit `place` of the vertex's attributes.
 void put_attribute(uvec2 slot, Attribute a, uint place, uint vertex) {
   SlotWords words = SlotWords(slot);
   uint word = slot_attributes() + vertex * ATTRIBUTE_WORDS + (place >> 5);
   uint field = attribute_field(a);
-  uint pending = 0u;  // bits that do not fill a word yet
+  uint pending = 0u;  // bits of an incomplete word
   uint filled = 0u;
   for (uint c = 0u; c < attribute_elements(a); c++) {
     uint value = team_value(a.element + c, vertex);

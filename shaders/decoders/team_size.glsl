@@ -1,12 +1,12 @@
-// Sizes of the cooperative decoder (team_values.glsl); the includer has defined TEAM. To be
-// included before the prologue.
-#define GROUP 32u             // invocations of a workgroup
-#define TEAMS (GROUP / TEAM)  // meshlets of a workgroup
+// Sizes of the team decoder (team_values.glsl). The includer defines TEAM. Include before
+// serial_prologue.glsl.
+#define GROUP 32u             // threads per workgroup
+#define TEAMS (GROUP / TEAM)  // meshlets per workgroup
 layout(constant_id = 8) const uint STAGE_WORDS_OF_HOST = 32u;
-#define STAGE_WORDS \
-  STAGE_WORDS_OF_HOST    // of a meshlet's data that are copied to shared memory, at least 3
-#define STAGE_OWNERS 6u  // owners whose data are copied, too
-// Of a team: the owners' data, later the places of quotients' ends.
+// Words of a meshlet's data copied to shared memory, at least 3.
+#define STAGE_WORDS STAGE_WORDS_OF_HOST
+#define STAGE_OWNERS 6u  // owners of foreign references whose data are copied, too
+// Per team: the owners' data, later the ends of the quotients.
 #define SCRATCH_WORDS                                                   \
   (MAX_ELEMENTS * 64u > STAGE_OWNERS * STAGE_WORDS ? MAX_ELEMENTS * 64u \
                                                    : STAGE_OWNERS * STAGE_WORDS)

@@ -1,23 +1,21 @@
-// The cooperative decoder: a team of TEAM threads decodes the values of one meshlet (spec, appendix
-// A.7), GROUP / TEAM meshlets to a workgroup. Every value has a thread that finds its bits alone;
-// only the traversal of the interior is a chain, which a thread per component walks. The triangles
-// come from elsewhere: from decoder B of another shader, or from parallel_connectivity.glsl.
+// The team decoder: TEAM threads decode the values of one meshlet (spec, appendix A.7), a workgroup
+// decodes GROUP / TEAM meshlets. Each value's bits are found by one thread alone. Only the
+// traversal of the interior is sequential: one thread per element walks it. The triangles come from
+// the serial decoder of another shader or from parallel_connectivity.glsl.
 //
-// The includer has included serial_prologue.glsl, serial_decoder.glsl (whose header and mask
-// functions are used here) and serial_epilogue.glsl, defines TEAM and has workgroups of GROUP
-// invocations. It provides
-//   packed_triangle(t)              triangle t of the team's meshlet, packed as in
-//   serial_decoder.glsl connectivity_boundary()         mask of its boundary vertices
-//   connectivity_starts()           mask of the triangles that begin a component
-// and calls open_blob and group_streams(end) once, open_team(m), read_header(m) and read_symbols,
-// and then team_decode with all threads. It includes team_size.glsl before all others. Results:
-// team_values[TEAM_INDEX][element * 64 + local id], vertex_count, and `error`, the same for all
-// threads of a team.
+// The includer defines TEAM, includes team_size.glsl first, then serial_prologue.glsl,
+// serial_decoder.glsl and serial_epilogue.glsl, runs workgroups of GROUP threads, and provides
+//   packed_triangle(t)       triangle t of the team's meshlet, packed as in serial_decoder.glsl
+//   connectivity_boundary()  mask of its boundary vertices
+//   connectivity_starts()    mask of the triangles that begin a disk
+// It calls open_blob and group_streams(end) once, open_team(m), read_header(m), read_symbols, and
+// then team_decode with all threads. Results: team_values[TEAM_INDEX][element * 64 + local id],
+// vertex_count, and `error`, equal for all threads of a team.
 //
-// Code is written so that what is long is called from one place: a compiler that inlines everything
-// must still fit the instruction cache. Hostile bytes: every subscript is masked or bounded by a
-// checked count; every loop by 64, by the streams, or by the blob's end. Loops around barriers run
-// equally often in all teams.
+// Long functions are called from one place: compilers inline everything, and the code must fit the
+// instruction cache. Hostile bytes: every subscript is masked or bounded by a checked count, every
+// loop by 64, by the streams, or by the blob's end. Loops that contain barriers run equally often
+// in all teams.
 
 #include "decoders/sections.glsl"
 #define TEAM_INDEX (THREAD / TEAM)
@@ -28,34 +26,32 @@ shared uint team_error[TEAMS];
 shared uint team_traversal[TEAMS][64];   // packed triangles that introduce a vertex
 shared uint team_references[TEAMS][64];  // rank in the loop order | length << 8
 shared uint team_loop[TEAMS][16];        // boundary ids in loop order, four to a word
-shared uint team_begins[TEAMS][17];  // first local id of each component, four to a word; one more
-                                     // at the end
-shared mask64 team_ranks[TEAMS];     // ranks at which references start
-shared mask64 team_waiting[TEAMS];   // inner vertices of private references
-shared uint
-    team_seams[TEAMS][64];  // inner vertices of a stream's seams: id | reference << 8 | place << 16
+shared uint team_begins[TEAMS][17];      // first local id of each disk and the end, four to a word
+shared mask64 team_ranks[TEAMS];         // ranks at which references start
+shared mask64 team_waiting[TEAMS];       // inner vertices of private references
+// Inner vertices of a stream's seams: id | reference << 8 | place << 16.
+shared uint team_seams[TEAMS][64];
 shared uint team_codes[TEAMS][MAX_STREAMS];  // bit positions of the interior's codes
-shared uint team_low[TEAMS];                 // where section G begins
+shared uint team_low[TEAMS];                 // bit position of section G
 
-// The places of quotients' ends lie in the team's scratch memory.
+// The ends of the quotients lie in the team's scratch memory.
 uint ones_place() { return TEAMS * STAGE_WORDS + TEAM_INDEX * SCRATCH_WORDS; }
 
 uint loop_id(uint rank) {
   return bitfieldExtract(team_loop[TEAM_INDEX][(rank >> 2) & 15u], int(rank & 3u) * 8, 6);
 }
-uint disk_begin(uint component) {
-  return bitfieldExtract(team_begins[TEAM_INDEX][min(component, 64u) >> 2], int(component & 3u) * 8,
-                         7);
+uint disk_begin(uint disk) {
+  return bitfieldExtract(team_begins[TEAM_INDEX][min(disk, 64u) >> 2], int(disk & 3u) * 8, 7);
 }
 uint first_id(uint r) { return loop_id(team_references[TEAM_INDEX][r & 63u]); }
 uint reference_length_of(uint r) { return team_references[TEAM_INDEX][r & 63u] >> 8; }
 
-// --- components ---
+// --- disks ---
 
 mask64 team_boundary;
 uint team_disks;
 
-void find_components() {
+void find_disks() {
   mask64 starts = connectivity_starts();
   team_boundary = connectivity_boundary();
   team_disks = mask_count(starts);
@@ -67,10 +63,10 @@ void find_components() {
   for (uint t = MEMBER; t <= triangle_count; t += TEAM) {
     if (t < triangle_count && !mask_test(starts, t)) continue;
     mask64 before = mask_below(t);
-    uint component = mask_count(starts & before);
-    uint ids = pushed_vertices(before) + component;
+    uint disk = mask_count(starts & before);
+    uint ids = pushed_vertices(before) + disk;
     if (t == triangle_count) ids = vertex_count;
-    atomicOr(team_begins[TEAM_INDEX][component >> 2], min(ids, 64u) << 8u * (component & 3u));
+    atomicOr(team_begins[TEAM_INDEX][disk >> 2], min(ids, 64u) << 8u * (disk & 3u));
   }
   for (uint id = MEMBER; id < vertex_count; id += TEAM) {
     if (!mask_test(team_boundary, id)) continue;
@@ -79,7 +75,7 @@ void find_components() {
   }
 }
 
-// Loop `k` in the loop order: its first rank, and the one after its last.
+// First rank of loop k, and the rank after its last.
 uvec2 loop_ranks(uint k) {
   return uvec2(mask_count(team_boundary & mask_below(disk_begin(k))),
                mask_count(team_boundary & mask_below(disk_begin(k + 1u))));
@@ -87,9 +83,8 @@ uvec2 loop_ranks(uint k) {
 
 // --- staging ---
 
-// Data of the team's meshlet are in the first of its stage's slots, those of its foreign
-// references' owners in the others, as far as they go: a chain of dependent reads then costs the
-// latency of shared memory.
+// The first slot of a team's stage holds the data of its meshlet, the others those of the owners of
+// its first foreign references. Dependent reads then cost the latency of shared memory.
 void use_stage(uint slot, uint first) {
   stage_first = first;
   stage_place = slot == 0u
@@ -99,14 +94,16 @@ void use_stage(uint slot, uint first) {
 
 uint stage_slot(HEADER_IN h, uint r) { return 1u + mask_count(h.foreign_refs & mask_below(r)); }
 
-// First word of a meshlet's data; where the directory is malformed, which read_header reports, any.
+// First word of a meshlet's data; any word if the directory is malformed, which read_header
+// reports.
 uint first_word(uint m) {
-  uint group = group_table + 2u * (m >> 5);
-  uint offset = (load_memory(directory + m) & 0x1FFFFu) << ((load_memory(group + 1u) >> 16) & 15u);
+  uint group = group_table + BLOB_GROUP_WORDS * (m >> 5);
+  uint offset = (load_memory(directory + m) & OFFSET_MASK)
+                << ((load_memory(group + 1u) >> 16) & 15u);
   return (data_offset + load_memory(group) + offset) >> 2;
 }
 
-// Copies the team's own meshlet; a barrier must follow.
+// Copies the data of the team's own meshlet. A barrier must follow.
 void stage_own(uint m) {
   uint first = first_word(m);
   use_stage(0u, first);
@@ -114,7 +111,7 @@ void stage_own(uint m) {
     staged[stage_place + i] = load_memory(first + i);
 }
 
-// Copies the owners' data; a barrier must follow.
+// Copies the owners' data. A barrier must follow.
 void stage_owners(HEADER_IN h) {
   uint slots = min(mask_count(h.foreign_refs), STAGE_OWNERS);
   mask64 rest = h.foreign_refs;
@@ -130,13 +127,13 @@ void stage_owners(HEADER_IN h) {
 
 #define ITEM_REFERENCE 0u
 #define ITEM_CORNER 1u
-#define ITEM_SELF 2u  // finds where section G begins
+#define ITEM_SELF 2u  // finds section G
 
 void write_anchor(uint s, uint p, uint index, uint id) {
   uint n = stream_field(s, STREAM_ELEMENTS);
   uint bits = stream_field(s, STREAM_BITS);
   uint width = index > 0u ? width_field(p + n * bits) : 0u;
-  uint deltas = p + n * bits + 5u + (index - 1u) * n * width;
+  uint deltas = p + n * bits + WIDTH_BITS + (index - 1u) * n * width;
   for (uint c = 0u; c < n; c++) {
     uint value = load_bits(p + c * bits, bits);
     if (index > 0u) value += unzigzag(load_bits(deltas + c * width, width));
@@ -144,8 +141,8 @@ void write_anchor(uint s, uint p, uint index, uint id) {
   }
 }
 
-// Residuals of the inner vertices of reference r for stream s into their values; `low`,
-// `quotients`: bit positions of its codes.
+// Writes the residuals of the inner vertices of reference r for stream s in place of their values.
+// `low`, `quotients`: bit positions of the first low bits and quotient.
 void write_chain_residuals(uint s, uint r, bool backwards, uint code, uint widths, uint low,
                            uint quotients) {
   uint n = stream_field(s, STREAM_ELEMENTS);
@@ -162,7 +159,7 @@ void write_chain_residuals(uint s, uint r, bool backwards, uint code, uint width
       i++;
       id = loop_id(rank + (backwards ? length - i : i));
     }
-    uint width = rice ? code : width_field(widths + 5u * c);
+    uint width = rice ? code : width_field(widths + WIDTH_BITS * c);
     uint residual = load_bits(low, width);
     if (rice) residual |= next_quotient(unary) << width;
     low += width;
@@ -172,13 +169,13 @@ void write_chain_residuals(uint s, uint r, bool backwards, uint code, uint width
   if (max(low, rice ? unary.cursor : 0u) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
 }
 
-// What an item needs of the sections C to F of meshlet h: anchor `index` of streams [begin, end),
-// or the residuals of the chain whose owner has it as reference `reference`.
+// Reads an item's part of sections C to F of meshlet h: anchor `index` of streams [begin, end), or
+// the residuals of the chain that is `reference` of its owner.
 void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference, uint index,
                    uint begin, uint end) {
   bool chains = mask_any(h.owned_refs);
-  uint total = 0u;  // inner vertices of all owned references,
-  uint first = 0u;  //   and of those before `reference`
+  uint total = 0u;  // inner vertices of all owned references
+  uint first = 0u;  // and of those before `reference`
   uint lengths = h.lengths;
   for (mask64 rest = h.sized_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint r = mask_lsb(rest);
@@ -194,7 +191,7 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
     if (kind == ITEM_SELF) team_codes[TEAM_INDEX][s] = p;
     code_at(p, n, stream_field(s, STREAM_INTERIOR_BASE));
   }
-  uint count = team_disks;  // anchors, where the meshlet, then the team's own, has no references
+  uint count = team_disks;  // anchors, if h, then the team's own meshlet, has no references
   for (uint s = 0u; s < stream_total; s++) {
     uint n = stream_field(s, STREAM_ELEMENTS);
     if (h.references > 0u && (s == 0u || (h.flags & FLAG_SEAMS) != 0u))
@@ -202,7 +199,7 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
     if (kind == ITEM_CORNER && s >= begin && s < end)
       write_anchor(s, p, index, own.references == 0u ? disk_begin(j) & 63u : first_id(j));
     if (count > 0u) p += n * stream_field(s, STREAM_BITS);
-    if (count > 1u) p += 5u + (count - 1u) * n * width_field(p);
+    if (count > 1u) p += WIDTH_BITS + (count - 1u) * n * width_field(p);
   }
   if (kind == ITEM_CORNER || !chains) {
     if (kind == ITEM_SELF) team_low[TEAM_INDEX] = p;
@@ -211,14 +208,14 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
   uint codes = h.codes;
   uint low = p;
   uint quotients = p;
-  for (uint pass = 0u; pass < 2u;
-       pass++) {  // the quotients begin after the low bits of all streams
+  // Two passes: the quotients begin after the low bits of all streams.
+  for (uint pass = 0u; pass < 2u; pass++) {
     codes = h.codes;
     uint skipped = 0u;
     for (uint s = 0u; s < stream_total; s++) {
       uint n = stream_field(s, STREAM_ELEMENTS);
       uint code = code_at(codes, n, stream_field(s, STREAM_CHAIN_BASE));
-      uint widths = codes - 5u * n;
+      uint widths = codes - WIDTH_BITS * n;
       uint width = low_width(code, n, widths);
       code_at(codes, n, stream_field(s, STREAM_INTERIOR_BASE));
       if (pass == 0u) {
@@ -243,9 +240,8 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
   }
 }
 
-// One item: the length of reference j (measuring), or the residuals of reference j, or the value of
-// corner j, or the team's own meshlet. All need headers that references lead to, so that they share
-// this code.
+// One item: the length of reference j (measuring), the residuals of reference j, the value of
+// corner j, or the team's own meshlet. They share this code because all follow references.
 void read_boundary_item(HEADER_IN own, bool measuring, uint kind, uint j) {
   if (kind == ITEM_REFERENCE && !measuring &&
       (mask_test(own.private_refs, j) || reference_length_of(j) < 2u))
@@ -329,8 +325,8 @@ void predict_chains(HEADER_IN h) {
   }
 }
 
-// Ranks of the references, from their lengths; and the vertices of private ones, which wait for the
-// traversal.
+// Computes the ranks of the references from their lengths, and collects the inner vertices of
+// private ones, which wait for the traversal.
 void place_team_references(HEADER_IN h) {
   if (h.references > 0u && mask_count(h.loop_ends) != team_disks) error = ERROR_REFERENCES;
   for (uint r = MEMBER; r < h.references; r += TEAM) {
@@ -365,8 +361,7 @@ void place_team_references(HEADER_IN h) {
 void list_traversal() {
   mask64 waiting = team_waiting[TEAM_INDEX];
   mask64 starts = connectivity_starts();
-  mask64 roots =
-      mask_none();  // triangles whose gate introduces its a, before all others of the component
+  mask64 roots = mask_none();  // root triangles whose gate introduces its a
   mask64 introducing = symbol_c;
   if (mask_any(waiting)) {
     for (mask64 rest = starts; mask_any(rest); rest = mask_clear_lsb(rest)) {
@@ -376,7 +371,7 @@ void list_traversal() {
       roots = roots | mask_bit(t);
       waiting = waiting & ~mask_bit(a);
     }
-    // Every other waiting vertex is first met as the apex of a triangle that is not C.
+    // Every other waiting vertex first occurs as the apex of a triangle that is not C.
     for (uint t = 0u; t < triangle_count && mask_any(waiting); t++) {
       uint v = (packed_triangle(t) >> 16) & 63u;
       if (!mask_test(waiting, v)) continue;
@@ -403,7 +398,7 @@ void list_traversal() {
   }
 }
 
-// Inner vertices of the seams of stream s; lists them in reference order.
+// Lists the inner vertices of the seams of stream s in reference order; returns their number.
 uint list_seams(HEADER_IN h, uint s) {
   uint count = 0u;
   for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest)) {
@@ -417,11 +412,11 @@ uint list_seams(HEADER_IN h, uint s) {
   return min(count, 64u);
 }
 
-// Lists the places of the n ones from bit p on; a barrier must follow. A member takes every TEAM-th
-// word.
+// Lists the positions of n ones from bit p. Each thread takes every TEAM-th word. A barrier must
+// follow.
 void list_ones(uint p, uint n) {
-  uint found = 0u;  // ones before the words that the team looks at
-  uint empty = 0u;
+  uint found = 0u;  // ones before the team's current words
+  uint empty = 0u;  // zero words in a row
   for (uint w = p >> 5; found < n; w += TEAM) {
     uint mine = 0u;
     uint before = found;
@@ -446,9 +441,9 @@ void list_ones(uint p, uint n) {
   }
 }
 
-// Residuals of `count` values of stream s into the vertices' values: those of the seams, then of
-// the traversed vertices. ones: place of the first one's position in the list; begin: where the
-// quotients of the first stream begin.
+// Writes `count` residuals of stream s in place of values: the seams', then those of the traversed
+// vertices. ones: index of the stream's first quotient in the list; begin: bit position of the
+// first stream's quotients.
 void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seams, uint count,
                              uint ones, uint begin) {
   uint n = stream_field(s, STREAM_ELEMENTS);
@@ -461,8 +456,8 @@ void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seam
               63u;
     uint residual;
     if (code == CODE_FIXED) {
-      residual =
-          load_bits(low + i * step + low_width(code, c, widths), width_field(widths + 5u * c));
+      residual = load_bits(low + i * step + low_width(code, c, widths),
+                           width_field(widths + WIDTH_BITS * c));
     } else {
       uint quotient = staged[ones_place() + ones + item] -
                       (ones + item == 0u ? begin : staged[ones_place() + ones + item - 1u] + 1u);
@@ -473,7 +468,7 @@ void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seam
   }
 }
 
-// Adds the chord to the seams' residuals.
+// Adds the chord to the residuals of the seams.
 void predict_seams(HEADER_IN h, uint s, uint seams) {
   uint n = stream_field(s, STREAM_ELEMENTS);
   bool copies = stream_field(s, STREAM_PREDICTOR) == PREDICT_COPY;
@@ -494,9 +489,9 @@ void predict_seams(HEADER_IN h, uint s, uint seams) {
   }
 }
 
-// Adds the predictions to the residuals of the traversed vertices, one member of the team per
-// component. The predictors are (u (a + w b) + x o + y) >> z with a stream's own constants; where
-// there is nothing across the gate, u = 1 and x = y = 0.
+// Adds the predictions to the residuals of the traversed vertices, for one element. The predictors
+// are (u (a + w b) + x o + y) >> z with constants of the stream; without a triangle across the
+// gate, u = 1 and x = y = 0.
 void predict_element(uint s, uint c) {
   uint predictor = stream_field(s, STREAM_PREDICTOR);
   uint bits = bits_mask(s);
@@ -523,8 +518,7 @@ void predict_element(uint s, uint c) {
   }
 }
 
-// The stream that element `element` of the values belongs to, and its component, for the streams
-// that are decoded.
+// The decoded stream that an element of the values belongs to, and the element's number in it.
 uvec2 stream_of_element(uint element) {
   uint s = 0u;
   for (uint next = 1u; next < stream_end; next++)
@@ -532,7 +526,7 @@ uvec2 stream_of_element(uint element) {
   return uvec2(s, element - stream_field(s, STREAM_ELEMENT));
 }
 
-// Sections G and H. `sound`: false for a team that only keeps the others company at the barriers.
+// Sections G and H. A team that is not `sound` only takes part in the barriers.
 void decode_team_interior(HEADER_IN h, bool sound) {
   uint low = team_low[TEAM_INDEX];
   uint begin = low;  // of section H
@@ -544,12 +538,12 @@ void decode_team_interior(HEADER_IN h, bool sound) {
       count += reference_length_of(mask_lsb(rest)) - 1u;
     uint p = team_codes[TEAM_INDEX][s];
     uint code = code_at(p, n, stream_field(s, STREAM_INTERIOR_BASE));
-    begin += count * low_width(code, n, p - 5u * n);
+    begin += count * low_width(code, n, p - WIDTH_BITS * n);
     if (code != CODE_FIXED && s < stream_end) ones += count * n;
   }
   if (ones > MAX_ELEMENTS * 64u) error = ERROR_VERTICES;
   ones = min(ones, MAX_ELEMENTS * 64u);
-  barrier();  // the list of ones takes the place of the owners' data
+  barrier();  // the list of ones overwrites the owners' data
   if (sound) list_ones(begin, ones);
   uint listed = ones;
   ones = 0u;
@@ -560,10 +554,10 @@ void decode_team_interior(HEADER_IN h, bool sound) {
     uint seams = sound ? list_seams(h, s) : 0u;
     uint count = sound && error == ERROR_NONE ? min(seams + traversed_count, 64u) * n : 0u;
     barrier();
-    read_interior_residuals(s, code, p - 5u * n, low, seams, count,
+    read_interior_residuals(s, code, p - WIDTH_BITS * n, low, seams, count,
                             min(ones, listed - min(count, listed)), begin);
     if (code != CODE_FIXED) ones += count;
-    low += (seams + traversed_count) * low_width(code, n, p - 5u * n);
+    low += (seams + traversed_count) * low_width(code, n, p - WIDTH_BITS * n);
     barrier();
     predict_seams(h, s, seams);
     barrier();
@@ -581,7 +575,7 @@ void decode_team_interior(HEADER_IN h, bool sound) {
 
 // --- a whole meshlet ---
 
-// What a member has found wrong is known to its team after it.
+// Broadcasts any thread's error to its team. Contains a barrier.
 bool agree() {
   if (error != ERROR_NONE) atomicMax(team_error[TEAM_INDEX], error);
   barrier();
@@ -589,7 +583,7 @@ bool agree() {
   return error == ERROR_NONE;
 }
 
-// To be called first, for meshlet m, whose header may be read afterwards.
+// Call first, for meshlet m, before its header is read.
 void open_team(uint m) {
   error = ERROR_NONE;
   stage_own(m);
@@ -605,12 +599,12 @@ void open_team(uint m) {
   barrier();
 }
 
-// h: the meshlet's header; its symbols are read, and its triangles known. sound: false where there
-// is nothing to decode.
+// Decodes the values of the meshlet with header h, whose symbols and triangles are known. sound:
+// false if there is nothing to decode.
 void team_decode(Header h, bool sound) {
   if (!sound) error = ERROR_OFFSET;
   if (agree()) {
-    find_components();
+    find_disks();
     stage_owners(h);
   }
   sound = agree();

@@ -1,6 +1,6 @@
-// Values of meshlets, by a team of TEAM threads each: after connect.comp, or (PARALLEL) with the
-// triangles from the parallel decoder of connectivity; into plain buffers, or (STREAM) into slots
-// of the ring of path `stream`.
+// Values of meshlets by the team decoder, TEAM threads each. Triangles come from connect.comp, or
+// (PARALLEL) from the parallel connectivity. Writes plain buffers, or (STREAM) slots of the ring of
+// path `stream`.
 // variants: values8.comp=TEAM=8u values16.comp=TEAM=16u values32.comp=TEAM=32u values_parallel.comp=TEAM=32u,PARALLEL
 // variants: values_stream.comp=TEAM=32u,STREAM
 #version 460
@@ -52,7 +52,7 @@ void main() {
   bool sound = exists;
 #else
   bool sound = exists && (summaries.of[job_place] & 255u) > 0u;
-  if (TEAMS == 1u && !sound) return;  // there are no others to keep company at the barriers
+  if (TEAMS == 1u && !sound) return;  // no other team waits at the barriers
   team_triangles = job_triangles();
 #endif
   open_blob(job_blob(), job_blob_words());

@@ -12,17 +12,17 @@ FLAGS = ["-std=c++17", "-ffp-contract=off", "-pthread", f"-I{ROOT / 'codec'}"]
 
 
 def sources():
-    """The codec without bindings and fuzz targets, and the program that prints digests."""
+    """The codec without binding and fuzz target, and the program that prints digests."""
     codec = [
         path
-        for folder in ("format", "segment", "encode", "decode")
+        for folder in ("common", "format", "segment", "encode", "decode")
         for path in (ROOT / "codec" / folder).glob("*.cpp")
     ]
     return [*sorted(codec), ROOT / "tests" / "codec" / "native" / "encode_digest.cpp"]
 
 
 def digests(compiler, level, folder):
-    """What the program prints when built so, or None without the compiler."""
+    """The program's output with this compiler and level, or None without the compiler."""
     if shutil.which(compiler) is None:
         return None
     program = folder / f"digest_{compiler.strip('+')}{level}"

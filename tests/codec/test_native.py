@@ -1,4 +1,4 @@
-"""The C++ programs, built without Python: those of tests/native, and a short run of the fuzz target under sanitizers."""
+"""The C++ programs: tests/codec/native, and a short run of the fuzz target under sanitizers."""
 
 import subprocess
 

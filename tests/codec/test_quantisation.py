@@ -1,4 +1,4 @@
-"""The number side of attributes: grids, octahedral directions, weights, ordered bits; the native decoder agrees."""
+"""Quantisation: grids, octahedral directions, weights, ordered bits; the native decoder agrees."""
 
 import numpy as np
 import pytest

@@ -1,27 +1,98 @@
-// Constants that the host, the codec (C++) and the shaders (GLSL) share; nothing but #define NAME
-// integer, so that all three, and vk_backend/constants.py, can read this file. The blob is the one
-// of spec/EXT_meshlet_edgebreaker.md, appendices A.2 to A.4.
+// Facts of the format and of the scene on the GPU, for C++, GLSL and Python. Nothing but
+// `#define NAME integer`: vk_backend/constants.py reads this file as text.
 #ifndef CONSTANTS_H
 #define CONSTANTS_H
 
+// A meshlet. Ids of triangles are meshlet * MESHLET_TRIANGLES + triangle.
+#define MESHLET_TRIANGLES 64u
+#define MESHLET_VERTICES 64u
+
+// --- the blob (spec, appendices A.2 to A.4) ---
+
 #define BLOB_MAGIC 0x314D4245u  // "EBM1"
 #define BLOB_VERSION 1u
-#define BLOB_HEADER_BYTES 32u
-#define BLOB_STREAM_BYTES 28u
-#define BLOB_GROUP_BYTES 8u
-#define BLOB_GROUP_MESHLETS 32u
-#define BLOB_PADDING_BYTES 8u
 #define BLOB_MAX_BYTES 0x20000000u
-#define BLOB_OFFSET_BITS 17u  // of a directory entry; the number of triangles - 1 follows
-#define BLOB_TRIANGLE_BITS 6u
+#define BLOB_MAX_STREAMS 64u
+#define BLOB_PADDING_BYTES 8u  // zeros at the end: an unaligned 64-bit read stays inside
+
+// The header, by 32-bit word.
+#define BLOB_HEADER_BYTES 32u
+#define BLOB_HEADER_WORDS 8u
+#define BLOB_WORD_VERSION 1u  // version | streams << 8
+#define BLOB_WORD_TRIANGLES 2u
+#define BLOB_WORD_VERTICES 3u
+#define BLOB_WORD_MESHLETS 4u
+#define BLOB_WORD_BYTES 5u
+#define BLOB_WORD_DATA 6u  // offset of the data section, in bytes
+
+// A row of the stream table: kind | elements << 8 | bits << 16 | predictor << 24,
+// chain base | interior base << 8, step, four offsets.
+#define BLOB_STREAM_BYTES 28u
+#define BLOB_STREAM_WORDS 7u
+#define STREAM_MAX_ELEMENTS 4u
+#define STREAM_MAX_BITS 32u
+
+// A row of the group table: base, delta width | slot width << 8 | shift << 16.
+#define BLOB_GROUP_BYTES 8u
+#define BLOB_GROUP_WORDS 2u
+#define BLOB_GROUP_MESHLETS 32u
+#define GROUP_MAX_DELTA_WIDTH 24u
+#define GROUP_MAX_SLOT_WIDTH 6u
+#define GROUP_MAX_SHIFT 8u
+
+// A directory entry: offset, triangles - 1, references, flags. The widths are shift counts: no u.
+#define BLOB_OFFSET_BITS 17
+#define BLOB_TRIANGLE_BITS 6
+#define BLOB_REFERENCE_BITS 6
+#define MESHLET_MAX_REFERENCES 63u
+#define FLAG_LOOPS 1u    // more than one boundary loop
+#define FLAG_PRIVATE 2u  // some references are private
+#define FLAG_SEAMS 4u    // foreign references say which streams they share
 
 #define KIND_GRID 0u
 #define KIND_OCT 1u
 #define KIND_INTEGER 2u
 #define KIND_FLOAT32 3u
 #define KIND_SIGN 4u
+#define KINDS 5u
+#define GRID_MAX_BITS 24u
+#define OCT_MIN_BITS 2u
+#define OCT_MAX_BITS 16u
 
-#define MESHLET_TRIANGLES 64u  // at most; ids are meshlet * MESHLET_TRIANGLES + triangle
-#define MESHLET_VERTICES 64u
+#define PREDICT_PARALLELOGRAM 0u
+#define PREDICT_MEAN 1u
+#define PREDICT_COPY 2u
+#define PREDICT_DAMPED 3u
+#define PREDICTORS 4u
+#define PREDICT_MAX_BITS 24u  // streams of more bits use PREDICT_COPY
+
+// --- a meshlet's sections (spec, appendix A.5) ---
+
+#define LENGTH_WIDTH_BITS 3u  // the width of reference lengths
+#define LENGTH_MAX_WIDTH 6u
+#define CODE_BITS 3u    // 0 to 6: Rice parameter - the stream's base
+#define CODE_ESCAPE 7u  //   7: fixed widths follow, WIDTH_BITS for each element
+#define RICE_CODES 7u   // codes that are Rice parameters
+#define RICE_MAX 31u    // the largest Rice parameter
+#define WIDTH_BITS 5u   // a fixed width; WIDTH_ESCAPE means 32
+#define WIDTH_ESCAPE 31u
+#define MAX_QUOTIENT 16383u  // of a Rice code
+#define MAX_HOPS 8u          // references from a corner to the meshlet that stores it
+
+// --- inside the decoders ---
+
+#define CODE_FIXED 255u  // in place of a Rice parameter: fixed widths
+#define NO_VERTEX 255u   // no triangle across the gate
+#define NO_MESHLET 0xFFFFFFFFu
+
+#define ERROR_NONE 0u
+#define ERROR_OFFSET 1u      // a meshlet number or data offset lies outside the blob
+#define ERROR_CLERS 2u       // the symbols do not describe disks
+#define ERROR_VERTICES 3u    // more than 64 vertices
+#define ERROR_REFERENCES 4u  // masks overlap, or lengths do not sum to the boundary loop
+#define ERROR_OWNER 5u  // a reference leads to no owned reference of an earlier or the same meshlet
+#define ERROR_HOPS 6u   // a corner needs more than MAX_HOPS hops
+#define ERROR_CODE 7u   // Rice parameter above RICE_MAX
+#define ERROR_UNARY 8u  // data run past the end of the blob, or a quotient is above MAX_QUOTIENT
 
 #endif

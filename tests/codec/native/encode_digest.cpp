@@ -1,10 +1,10 @@
-// Encodes generated meshes and prints one digest of each blob: the same on every compiler and
-// optimisation level. Checks on the way that the number of threads makes no difference.
+// Encodes generated meshes and prints a digest per blob, equal for every compiler and optimisation
+// level. Checks that the number of threads makes no difference.
 #include <cstdio>
 #include <cstring>
 
 #include "encode/encoder.h"
-#include "segment/weld.h"
+#include "common/weld.h"
 
 using namespace meshlet;
 
@@ -16,7 +16,7 @@ struct Model {
   std::vector<uint32_t> position_ids, grid, normals;
 };
 
-// A small random generator, so that no library's distribution matters.
+// A random generator with the same numbers on every platform.
 struct Random {
   uint32_t state;
   uint32_t next() { return state = state * 1664525u + 1013904223u; }
@@ -27,23 +27,22 @@ void finish(Model& m) {
   const size_t count = m.positions.size() / 3;
   m.position_ids.resize(count);
   weld_rows(reinterpret_cast<const uint8_t*>(m.positions.data()), count, 12, m.position_ids.data());
-  for (float p : m.positions) m.grid.push_back(static_cast<uint32_t>(p));
+  for (float p : m.positions) m.grid.push_back(uint32_t(p));
   m.normals.assign(2 * count, 0);
-  for (size_t v = 0; v < count; ++v)
-    m.normals[2 * v] = m.grid[3 * v] / 256 % 16;  // seams where it jumps
+  for (size_t v = 0; v < count; v++)
+    m.normals[2 * v] = m.grid[3 * v] / 256 % 16;  // jumps make seams
 }
 
-// A bumpy height field of n x n vertices, with a column of vertices doubled as a seam.
+// A bumpy height field of n x n vertices.
 Model height_field(uint32_t n) {
   Model m;
   Random random{7};
-  for (uint32_t y = 0; y < n; ++y)
-    for (uint32_t x = 0; x < n; ++x)
-      m.positions.insert(
-          m.positions.end(),
-          {x * 31.0f, y * 31.0f, static_cast<float>(random.below(60) + (x * x + y * y) % 97)});
-  for (uint32_t y = 0; y + 1 < n; ++y)
-    for (uint32_t x = 0; x + 1 < n; ++x) {
+  for (uint32_t y = 0; y < n; y++)
+    for (uint32_t x = 0; x < n; x++)
+      m.positions.insert(m.positions.end(),
+                         {x * 31.0f, y * 31.0f, float(random.below(60) + (x * x + y * y) % 97)});
+  for (uint32_t y = 0; y + 1 < n; y++)
+    for (uint32_t x = 0; x + 1 < n; x++) {
       const uint32_t a = y * n + x;
       m.triangles.insert(m.triangles.end(), {a, a + 1, a + n, a + 1, a + n + 1, a + n});
     }
@@ -54,9 +53,9 @@ Model height_field(uint32_t n) {
 Model soup(uint32_t count) {
   Model m;
   Random random{11};
-  for (uint32_t v = 0; v < count; ++v)
-    for (int k = 0; k < 3; ++k) m.positions.push_back(static_cast<float>(random.below(40)));
-  for (uint32_t t = 0; t < 2 * count; ++t) {
+  for (uint32_t v = 0; v < count; v++)
+    for (int k = 0; k < 3; k++) m.positions.push_back(float(random.below(40)));
+  for (uint32_t t = 0; t < 2 * count; t++) {
     const uint32_t a = random.below(count), b = random.below(count), c = random.below(count);
     if (a != b && b != c && c != a) m.triangles.insert(m.triangles.end(), {a, b, c});
   }
@@ -66,9 +65,9 @@ Model soup(uint32_t count) {
 
 uint64_t digest(const Model& m, int threads) {
   std::vector<Stream> streams(2);
-  streams[0].components = 3;
+  streams[0].elements = 3;
   streams[0].bits = 12;
-  streams[1].components = 2;
+  streams[1].elements = 2;
   streams[1].bits = 8;
   for (Stream& s : streams) s.predictor = kChoosePredictor;
   VertexValues values{{m.grid.data(), m.normals.data()}, {3, 2}};

@@ -1,12 +1,12 @@
-// Brute-force check of the guarantees of generate_meshlets, and figures on the quality of a
-// partition. Shares no code with the partition itself.
+// Checks the guarantees of generate_meshlets by brute force and measures a partition. Shares no
+// code with the partition itself.
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
-#include "segment/segment.h"
+#include "segment/generate_meshlets.h"
 
 struct Mesh {
   std::vector<float> positions;
@@ -20,14 +20,14 @@ struct Mesh {
   }
 };
 
-// Empty when all guarantees hold, else what is wrong.
+// Returns an empty string if all guarantees hold, else the problem.
 std::string check_meshlets(const Mesh& mesh, const meshlet::GenerationOptions& options,
                            const meshlet::Meshlets& meshlets);
 
 // Sums over the meshlets of one or more meshes.
 struct Figures {
-  size_t triangles = 0, meshlets = 0, components = 0;
-  size_t vertices = 0, boundary_vertices = 0;  // vertices as the components count them
+  size_t triangles = 0, meshlets = 0, disks = 0;
+  size_t vertices = 0, boundary_vertices = 0;  // counted once per disk
   size_t references = 0,
          owned_chains = 0;  // runs of boundary edges with one meshlet on their other side
   size_t corners = 0, chain_vertices = 0;  // shared by the meshlets: ends of runs, vertices within

@@ -1,9 +1,8 @@
-// Tests of the stage "mesh -> meshlets".
-//   meshlet_generation_test              generated meshes, from orderly to hostile
-//   meshlet_generation_test FILE...      meshes from files; checks them and prints figures
-// Options, before files: --max-triangles N, --max-vertices N, --lambda X, --iterations N, --weight
-// paper|choe,
-// --fill X, --threads N, --no-check.
+// Tests of the segmentation, codec/segment.
+//   meshlet_generation_test              generated meshes, regular and hostile
+//   meshlet_generation_test FILE...      checks meshes from files and prints figures
+// Options, before files: --max-triangles N, --max-vertices N, --lambda X, --iterations N,
+// --weight paper|choe, --fill X, --threads N, --no-check.
 // File: little-endian uint32 primitive count, then per primitive uint32 vertex and triangle counts,
 // float32 positions, uint32 triangles.
 #include <algorithm>
@@ -18,7 +17,7 @@
 
 #include "segment/half_edges.h"
 #include "mesh_check.h"
-#include "segment/weld.h"
+#include "common/weld.h"
 
 namespace {
 
@@ -26,17 +25,17 @@ int failures = 0;
 
 void expect(bool holds, const std::string& what) {
   if (holds) return;
-  ++failures;
+  failures++;
   std::fprintf(stderr, "FAILED: %s\n", what.c_str());
 }
 
-// Same numbers everywhere, unlike the standard library's distributions.
+// The same numbers on every platform, unlike the standard library's distributions.
 class Random {
  public:
   explicit Random(uint64_t seed) : state_(seed * 2 + 1) {}
   uint32_t below(uint32_t bound) {
     state_ = state_ * 6364136223846793005u + 1442695040888963407u;
-    return static_cast<uint32_t>((state_ >> 33) % bound);
+    return uint32_t((state_ >> 33) % bound);
   }
 
  private:
@@ -52,7 +51,7 @@ void weld_positions(Mesh& mesh) {
 std::vector<Mesh> read_meshes(const char* path) {
   std::ifstream file(path, std::ios::binary);
   const auto read = [&](void* to, size_t bytes) {
-    file.read(static_cast<char*>(to), static_cast<std::streamsize>(bytes));
+    file.read(static_cast<char*>(to), std::streamsize(bytes));
     if (!file) std::fprintf(stderr, "%s: too short\n", path), std::exit(2);
   };
   uint32_t count;
@@ -61,8 +60,8 @@ std::vector<Mesh> read_meshes(const char* path) {
   for (Mesh& mesh : meshes) {
     uint32_t sizes[2];
     read(sizes, 8);
-    mesh.positions.resize(3 * size_t{sizes[0]});
-    mesh.triangles.resize(3 * size_t{sizes[1]});
+    mesh.positions.resize(3 * size_t(sizes[0]));
+    mesh.triangles.resize(3 * size_t(sizes[1]));
     read(mesh.positions.data(), 4 * mesh.positions.size());
     read(mesh.triangles.data(), 4 * mesh.triangles.size());
     weld_positions(mesh);
@@ -70,18 +69,17 @@ std::vector<Mesh> read_meshes(const char* path) {
   return meshes;
 }
 
-// Grid of n x n quads on a height field; columns wrap around when `wrap_u`, rows when `wrap_v` (a
-// torus when both).
+// Grid of n x n quads on a height field. wrap_u joins the columns, wrap_v the rows; both give a
+// torus.
 Mesh make_grid(uint32_t n, bool wrap_u, bool wrap_v) {
   Mesh mesh;
   const uint32_t columns = wrap_u ? n : n + 1, rows = wrap_v ? n : n + 1;
-  for (uint32_t j = 0; j < rows; ++j)
-    for (uint32_t i = 0; i < columns; ++i)
-      for (const uint32_t c : {i, j, (i * i + 3 * j) % 7})
-        mesh.positions.push_back(static_cast<float>(c));
+  for (uint32_t j = 0; j < rows; j++)
+    for (uint32_t i = 0; i < columns; i++)
+      for (const uint32_t c : {i, j, (i * i + 3 * j) % 7}) mesh.positions.push_back(float(c));
   const auto at = [&](uint32_t i, uint32_t j) { return j % rows * columns + i % columns; };
-  for (uint32_t j = 0; j < n; ++j)
-    for (uint32_t i = 0; i < n; ++i)
+  for (uint32_t j = 0; j < n; j++)
+    for (uint32_t i = 0; i < n; i++)
       for (const uint32_t v :
            {at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)})
         mesh.triangles.push_back(v);
@@ -89,25 +87,25 @@ Mesh make_grid(uint32_t n, bool wrap_u, bool wrap_v) {
 }
 
 void append(Mesh& mesh, const Mesh& other) {
-  const uint32_t base = static_cast<uint32_t>(mesh.vertex_count());
+  const uint32_t base = uint32_t(mesh.vertex_count());
   mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
   for (const uint32_t vertex : other.triangles) mesh.triangles.push_back(base + vertex);
 }
 
-// Triangles between random vertices, of which several share a position; some triangles occur again,
-// rotated or reversed.
+// Triangles between random vertices, several of which share a position. Some triangles are
+// repeated, rotated or reversed.
 Mesh make_soup(Random& random, uint32_t vertices, uint32_t triangles, uint32_t positions) {
   Mesh mesh;
-  for (uint32_t v = 0; v < vertices; ++v) {
+  for (uint32_t v = 0; v < vertices; v++) {
     const uint32_t place = random.below(positions);
     for (const uint32_t c : {place % 5, place / 5 % 5, place / 25})
-      mesh.positions.push_back(static_cast<float>(c));
+      mesh.positions.push_back(float(c));
   }
-  while (mesh.triangles.size() < 3 * size_t{triangles}) {
+  while (mesh.triangles.size() < 3 * size_t(triangles)) {
     uint32_t corner[3] = {random.below(vertices), random.below(vertices), random.below(vertices)};
     if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) continue;
     const uint32_t copies = random.below(8) == 0 ? 1 + random.below(3) : 1;
-    for (uint32_t i = 0; i < copies; ++i) {
+    for (uint32_t i = 0; i < copies; i++) {
       if (random.below(2)) std::swap(corner[0], corner[1]);
       mesh.triangles.insert(mesh.triangles.end(), corner, corner + 3);
     }
@@ -119,8 +117,8 @@ Mesh make_soup(Random& random, uint32_t vertices, uint32_t triangles, uint32_t p
 void tear(Mesh& mesh, Random& random, uint32_t odds) {
   for (uint32_t& vertex : mesh.triangles) {
     if (random.below(odds)) continue;
-    for (size_t c = 0; c < 3; ++c) mesh.positions.push_back(mesh.positions[3 * size_t{vertex} + c]);
-    vertex = static_cast<uint32_t>(mesh.vertex_count() - 1);
+    for (size_t c = 0; c < 3; c++) mesh.positions.push_back(mesh.positions[3 * size_t(vertex) + c]);
+    vertex = uint32_t(mesh.vertex_count() - 1);
   }
 }
 
@@ -147,18 +145,18 @@ void test_half_edges() {
   // 2-0.
   const std::vector<uint32_t> triangles{0, 1, 2, 2, 1, 3, 0, 1, 4, 0, 2, 5, 0, 2, 6};
   const std::vector<int32_t> match = meshlet::match_half_edges(triangles.data(), 5, nullptr, 7, 1);
-  for (int32_t h = 0; h < 15; ++h)
+  for (int32_t h = 0; h < 15; h++)
     expect(match[h] == (h == 1 ? 3 : h == 3 ? 1 : -1), "half-edge " + std::to_string(h));
-  // Vertices 4 and 5 lie where 0 and 1 do, so that 5-4 closes on 0-1.
+  // Vertices 4 and 5 have the positions of 0 and 1: 5-4 closes on 0-1.
   const std::vector<uint32_t> torn{0, 1, 2, 5, 4, 3}, ids{0, 1, 2, 3, 0, 1};
   expect(meshlet::match_half_edges(torn.data(), 2, ids.data(), 4, 1)[0] == 3,
          "half-edges joined by position");
   // A star: one vertex in very many triangles.
   std::vector<uint32_t> star;
-  for (uint32_t i = 0; i < 1000; ++i) star.insert(star.end(), {0, 1 + i, 1 + (i + 1) % 1000});
+  for (uint32_t i = 0; i < 1000; i++) star.insert(star.end(), {0, 1 + i, 1 + (i + 1) % 1000});
   const std::vector<int32_t> closed =
       meshlet::match_half_edges(star.data(), 1000, nullptr, 1001, 2);
-  for (int32_t i = 0; i < 1000; ++i) expect(closed[3 * i + 2] == (i + 1) % 1000 * 3, "star");
+  for (int32_t i = 0; i < 1000; i++) expect(closed[3 * i + 2] == (i + 1) % 1000 * 3, "star");
 }
 
 void test_weld() {
@@ -188,11 +186,11 @@ void test_shapes() {
 // A box of six separate grids whose rims share positions: every edge of the box is a seam.
 Mesh make_box(uint32_t n) {
   Mesh box;
-  for (uint32_t side = 0; side < 6; ++side) {
+  for (uint32_t side = 0; side < 6; side++) {
     Mesh face = make_grid(n, false, false);
-    for (size_t v = 0; v < face.vertex_count(); ++v) {
+    for (size_t v = 0; v < face.vertex_count(); v++) {
       float* p = face.positions.data() + 3 * v;
-      p[2] = side % 2 ? static_cast<float>(n) : 0;
+      p[2] = side % 2 ? float(n) : 0;
       std::rotate(p, p + side / 2, p + 3);
     }
     if (side % 2 == 0)
@@ -235,7 +233,7 @@ void test_limits() {
       meshlet::GenerationOptions options;
       options.max_triangles = triangles;
       options.max_vertices = vertices;
-      options.weight = triangles % 2 ? meshlet::Weight::choe : meshlet::Weight::paper;
+      options.weight = triangles % 2 ? meshlet::Weight::kChoe : meshlet::Weight::kPaper;
       check(make_grid(20, true, false),
             "limits " + std::to_string(triangles) + " " + std::to_string(vertices), options);
     }
@@ -244,7 +242,7 @@ void test_limits() {
 
 void test_hostile() {
   Random random(1);
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < 60; round++) {
     Mesh soup =
         make_soup(random, 4 + random.below(60), 1 + random.below(300), 1 + random.below(60));
     check(soup, "soup " + std::to_string(round));
@@ -254,7 +252,7 @@ void test_hostile() {
     check(torn, "torn grid " + std::to_string(round));
   }
   Mesh scraps;
-  for (int i = 0; i < 500; ++i) append(scraps, make_grid(1 + random.below(3), false, false));
+  for (int i = 0; i < 500; i++) append(scraps, make_grid(1 + random.below(3), false, false));
   const meshlet::Meshlets packed = check(scraps, "scraps");
   expect(packed.meshlet_begin.size() < packed.disk_begin.size() / 3, "scraps share meshlets");
 }
@@ -275,7 +273,7 @@ void report(const char* path, const meshlet::GenerationOptions& options, bool ch
     const auto start = std::chrono::steady_clock::now();
     const meshlet::Meshlets meshlets = meshlet::generate_meshlets(mesh.view(), options);
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    for (int i = 0; i < 4; ++i) histogram[i] += meshlets.histogram[i];
+    for (int i = 0; i < 4; i++) histogram[i] += meshlets.histogram[i];
     sum = checksum(meshlets, sum);
     iterations = std::max(iterations, meshlets.iterations_run);
     if (!checked) continue;
@@ -287,20 +285,18 @@ void report(const char* path, const meshlet::GenerationOptions& options, bool ch
   std::printf("%-18s %6.3f s, %d iterations, histogram %u %u %u %u, checksum %08x", name, seconds,
               iterations, histogram[0], histogram[1], histogram[2], histogram[3], sum);
   if (checked) {
-    const double meshlets = static_cast<double>(figures.meshlets);
-    const double triangles = static_cast<double>(figures.triangles);
-    // Rough cost of everything that a partition without boundaries would not have (bits as in the
-    // format's tables).
+    const double meshlets = double(figures.meshlets);
+    const double triangles = double(figures.triangles);
+    // Estimated bits of meshlet headers, references, chains and corners.
     const double cost = 45 * meshlets + 5.0 * figures.owned_chains +
                         11.0 * (figures.references - figures.owned_chains) +
                         4.0 * figures.chain_vertices + 24.0 * figures.corners;
     std::printf(
-        "\n    meshlets %zu, triangles %.2f, vertices %.2f, components %.2f, boundary %.3f, "
+        "\n    meshlets %zu, triangles %.2f, vertices %.2f, disks %.2f, boundary %.3f, "
         "references %.2f, "
         "corners %.2f, chain vertices %.2f, neighbours %.2f, index difference %.1f, cost %.3f b/t",
         figures.meshlets, triangles / meshlets, figures.vertices / meshlets,
-        figures.components / meshlets,
-        static_cast<double>(figures.boundary_vertices) / figures.vertices,
+        figures.disks / meshlets, double(figures.boundary_vertices) / figures.vertices,
         figures.references / meshlets, figures.corners / meshlets,
         figures.chain_vertices / meshlets, figures.neighbours / meshlets,
         figures.pairs ? figures.index_difference / figures.pairs : 0.0, cost / triangles);
@@ -314,7 +310,7 @@ int main(int argc, char** argv) {
   meshlet::GenerationOptions options;
   bool checked = true;
   int i = 1;
-  for (; i < argc && std::strncmp(argv[i], "--", 2) == 0; ++i) {
+  for (; i < argc && std::strncmp(argv[i], "--", 2) == 0; i++) {
     const std::string option = argv[i];
     if (option == "--no-check") {
       checked = false;
@@ -323,12 +319,12 @@ int main(int argc, char** argv) {
     const char* value = ++i < argc ? argv[i] : "";
     if (option == "--max-triangles") options.max_triangles = std::atoi(value);
     if (option == "--max-vertices") options.max_vertices = std::atoi(value);
-    if (option == "--lambda") options.lambda = static_cast<float>(std::atof(value));
+    if (option == "--lambda") options.lambda = float(std::atof(value));
     if (option == "--iterations") options.iterations = std::atoi(value);
-    if (option == "--fill") options.fill = static_cast<float>(std::atof(value));
+    if (option == "--fill") options.fill = float(std::atof(value));
     if (option == "--threads") options.threads = std::atoi(value);
     if (option == "--weight" && std::strcmp(value, "choe") == 0)
-      options.weight = meshlet::Weight::choe;
+      options.weight = meshlet::Weight::kChoe;
   }
   if (i == argc) {
     test_half_edges();
@@ -339,6 +335,6 @@ int main(int argc, char** argv) {
     test_limits();
     test_hostile();
   }
-  for (; i < argc; ++i) report(argv[i], options, checked);
+  for (; i < argc; i++) report(argv[i], options, checked);
   return failures ? 1 : 0;
 }

@@ -1,5 +1,5 @@
-// The parallel decoder of connectivity against the serial one: on the strings of random disks, and
-// on random strings, where both must stay within bounds.
+// Compares the parallel connectivity with the serial decoder on the symbols of random disks, and
+// checks on random symbols that it stays within bounds.
 #include <cstdio>
 
 #include "decode/serial_decoder.h"
@@ -7,7 +7,7 @@
 namespace meshlet {
 namespace {
 
-// The serial decoder with the parallel one beside it.
+// The serial decoder and the parallel connectivity, on the same symbols.
 struct BothDecoders : SerialDecoder {
 #define SHARED
 #define OR_MASK(target, mask) (target) |= (mask)
@@ -36,8 +36,8 @@ struct Random {
   }
 };
 
-// Appends the string of a random disk of `budget` triangles at most whose loop, gate included, has
-// `edges` edges; the outline decides which symbols are possible. Returns the number of triangles.
+// Appends the symbols of a random disk of at most `budget` triangles whose loop, with the gate, has
+// `edges` edges. The outline limits the choice of symbols.
 void random_disk(BothDecoders& d, Random& random, uint32_t edges, uint32_t budget) {
   auto put = [&](uint64_t* mask) {
     if (mask) *mask |= 1ull << d.triangle_count;

@@ -1,4 +1,4 @@
-// Many threads ask a small cache for random meshlets' payloads and check what they get; run under
+// Many threads request random entries of a small cache and check the payloads. Run under
 // ThreadSanitizer.
 #include <algorithm>
 #include <cstdio>
@@ -24,7 +24,7 @@ struct Payload {
 uint32_t words_of(uint32_t key) { return 8 + key % 57; }
 size_t bytes_of(uint32_t key) { return sizeof(Entry) + sizeof(Payload) + 4 * words_of(key); }
 
-Entry* produce(ThreadSlot& thread, Kind kind, uint32_t key) {
+Entry* produce(ThreadSlot& thread, EntryKind kind, uint32_t key) {
   Entry* entry = thread.scratch(kind, bytes_of(key));
   auto* payload = static_cast<Payload*>(entry->payload());
   *payload = {key, words_of(key)};
@@ -41,7 +41,8 @@ bool is_right(const void* data, uint32_t key) {
   return right;
 }
 
-// Half of the requests go to a few popular keys; both kinds are held at once, as shading does.
+// Half of the requests go to a few popular keys. Holds both kinds of entries at once, as shading
+// does.
 void ask(Table& table, uint32_t seed, std::atomic<uint32_t>& wrong, std::atomic<bool>& over) {
   ThreadSlot& thread = this_thread();
   uint32_t state = seed * 747796405u + 1;

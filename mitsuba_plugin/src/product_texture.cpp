@@ -1,4 +1,4 @@
-// The Mitsuba texture `meshlet_product`: two textures multiplied, as glTF does with vertex colours
+// The Mitsuba texture `meshlet_product`: the product of two textures, as of glTF's vertex colours
 // and base colours.
 #include <mitsuba/core/plugin.h>
 #include <mitsuba/core/properties.h>

@@ -1,17 +1,18 @@
-#include "segment/merging.h"
+#include "segment/pack_meshlets.h"
 
 #include <algorithm>
 
 namespace meshlet {
 namespace {
 
-// Twice as many groups in a row along the curve are packed together: best fit, largest first.
-constexpr size_t window = 32;
+// Half the number of consecutive groups along the curve that are packed together (best fit, largest
+// first).
+constexpr size_t kWindow = 32;
 
-// Roughly, a meshlet stores one vertex in this many relative to its first, with as many bits as its
-// box needs; joining pays as long as that grows by no more than max_spread bits.
-constexpr int32_t vertices_per_anchor = 16;
-constexpr int32_t max_spread = 20;
+// A meshlet stores about one vertex in this many relative to its first, with the bits that its box
+// needs. Joining pays if these bits grow by at most kMaxSpread.
+constexpr int32_t kVerticesPerAnchor = 16;
+constexpr int32_t kMaxSpread = 20;
 
 int32_t bit_width(int32_t value) {
   int32_t bits = 0;
@@ -21,22 +22,22 @@ int32_t bit_width(int32_t value) {
 
 Load join_loads(const Load& a, const Load& b) {
   Load joined{a.triangles + b.triangles, a.vertices + b.vertices, a.low, a.high};
-  for (size_t c = 0; c < 3; ++c) {
+  for (size_t c = 0; c < 3; c++) {
     joined.low[c] = std::min(a.low[c], b.low[c]);
     joined.high[c] = std::max(a.high[c], b.high[c]);
   }
   return joined;
 }
 
-// Bits that storing both relative to one vertex costs more than each relative to one of its own.
+// Extra bits of storing both relative to one vertex instead of each relative to its own.
 int32_t spread(const Load& a, const Load& b) {
   const Load joined = join_loads(a, b);
   int32_t bits = 0;
-  for (size_t c = 0; c < 3; ++c) {
+  for (size_t c = 0; c < 3; c++) {
     const int32_t width = bit_width(joined.high[c] - joined.low[c]);
     for (const Load* part : {&a, &b})
       bits += (width - bit_width(part->high[c] - part->low[c])) *
-              static_cast<int32_t>(1 + part->vertices / vertices_per_anchor);
+              int32_t(1 + part->vertices / kVerticesPerAnchor);
   }
   return bits;
 }
@@ -48,7 +49,7 @@ class Packer {
         max_triangles_(max_triangles),
         max_vertices_(max_vertices),
         parent_(loads.size()) {
-    for (uint32_t i = 0; i < parent_.size(); ++i) parent_[i] = i;
+    for (uint32_t i = 0; i < parent_.size(); i++) parent_[i] = i;
   }
 
   void join_contacts(std::vector<Contact>& contacts);
@@ -69,7 +70,7 @@ class Packer {
     parent_[b] = a;
     loads_[a] = join_loads(loads_[a], loads_[b]);
   }
-  // The larger share of a limit that the group takes.
+  // How full the group is: the larger of its shares of the two limits, scaled.
   uint32_t fill(uint32_t group) const {
     return std::max(loads_[group].triangles * max_vertices_,
                     loads_[group].vertices * max_triangles_);
@@ -98,8 +99,8 @@ void Packer::pack_window(std::vector<uint32_t>& groups) {
   std::vector<uint32_t> bins;
   for (const uint32_t group : groups) {
     size_t best = bins.size();
-    for (size_t i = 0; i < bins.size(); ++i) {
-      if (!fits(bins[i], group) || spread(loads_[bins[i]], loads_[group]) > max_spread) continue;
+    for (size_t i = 0; i < bins.size(); i++) {
+      if (!fits(bins[i], group) || spread(loads_[bins[i]], loads_[group]) > kMaxSpread) continue;
       if (best == bins.size() || fill(bins[i]) > fill(bins[best])) best = i;
     }
     if (best == bins.size()) {
@@ -117,11 +118,11 @@ void Packer::join_along(const std::vector<uint32_t>& curve_order) {
   for (const uint32_t item : curve_order) {
     if (find(item) != item) continue;
     groups.push_back(item);
-    if (groups.size() < 2 * window) continue;
+    if (groups.size() < 2 * kWindow) continue;
     pack_window(groups);
-    // The emptiest groups stay open for what follows.
-    if (groups.size() > window)
-      groups.erase(groups.begin(), groups.end() - static_cast<std::ptrdiff_t>(window));
+    // The emptiest groups stay open for the next ones.
+    if (groups.size() > kWindow)
+      groups.erase(groups.begin(), groups.end() - std::ptrdiff_t(kWindow));
   }
   pack_window(groups);
 }
@@ -129,7 +130,7 @@ void Packer::join_along(const std::vector<uint32_t>& curve_order) {
 std::vector<uint32_t> Packer::number_groups() {
   std::vector<uint32_t> group(parent_.size());
   uint32_t count = 0;
-  for (uint32_t i = 0; i < group.size(); ++i) {
+  for (uint32_t i = 0; i < group.size(); i++) {
     const uint32_t root = find(i);
     group[i] = root == i ? count++ : group[root];
   }

@@ -1,4 +1,4 @@
-#include "decode/statistics.h"
+#include "decode/bit_statistics.h"
 
 namespace meshlet {
 namespace {
@@ -7,12 +7,12 @@ uint64_t anchor_bits(SerialDecoder& d, uint32_t s) {
   uint64_t n = d.anchor_count[s];
   uint64_t first = d.stream_elements[s] * d.stream_bits[s];
   if (n <= 1) return n * first;
-  return first + 5 +
+  return first + WIDTH_BITS +
          (n - 1) * d.stream_elements[s] * d.width_field(uint32_t(d.anchor_position[s] + first));
 }
 
-// Bits of low and unary part of `count` vertices; the unary reader stands at the stream's first
-// code and moves past its last.
+// Bits of the low and unary parts of `count` vertices. Moves the unary reader from the stream's
+// first code past its last.
 uint64_t residual_bits(SerialDecoder& d, uint32_t s, uint32_t code, uint32_t widths,
                        uint32_t count) {
   uint64_t bits = uint64_t(count) * d.low_bits(s, code, widths);
@@ -21,7 +21,7 @@ uint64_t residual_bits(SerialDecoder& d, uint32_t s, uint32_t code, uint32_t wid
   return bits + (d.unary.cursor - begin);
 }
 
-void add_meshlet(SerialDecoder& d, Description& out) {
+void add_meshlet(SerialDecoder& d, BitStatistics& out) {
   SerialDecoder::Header h = d.opened;
   uint32_t splits = d.mask_count(d.symbol_s), r = d.mask_count(d.symbol_r),
            e = d.mask_count(d.symbol_e), c = d.mask_count(d.symbol_c);
@@ -29,10 +29,10 @@ void add_meshlet(SerialDecoder& d, Description& out) {
   const uint32_t counts[5] = {c, lefts, e, r, splits};
   for (int i = 0; i < 5; i++) out.symbols[i] += counts[i];
   out.connectivity += 2 * d.triangle_count + lefts + splits;
-  out.components += d.disk_count;
-  out.kinds[0] += d.mask_count(h.owned_refs);
-  out.kinds[1] += h.references ? d.mask_count(h.private_refs) : d.disk_count;
-  out.kinds[2] += d.mask_count(h.foreign_refs);
+  out.disks += d.disk_count;
+  out.owned_references += d.mask_count(h.owned_refs);
+  out.private_references += h.references ? d.mask_count(h.private_refs) : d.disk_count;
+  out.foreign_references += d.mask_count(h.foreign_refs);
   uint32_t low = 0;
   d.unary = d.seek_unary(d.chain_unary);
   for (uint32_t s = 0; s < d.stream_total; s++) {
@@ -50,11 +50,10 @@ void add_meshlet(SerialDecoder& d, Description& out) {
 
 }  // namespace
 
-Description describe(const uint8_t* data, size_t size) {
-  Decoder decoder(data, size);
-  Description out;
+BitStatistics count_bits(const uint8_t* data, size_t size) {
+  DecoderContext decoder(data, size);
+  BitStatistics out;
   out.streams.assign(decoder.header().streams.size(), 0);
-  out.kinds.assign(3, 0);
   for (uint32_t m = 0; m < decoder.header().meshlet_count; m++)
     add_meshlet(decoder.meshlet(m), out);
   out.references = 8 * uint64_t(size) - out.connectivity;

@@ -1,4 +1,4 @@
-// Numbers for meshlets such that neighbours have close ones.
+// Orders the nodes of a graph so that neighbours have close numbers.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@ struct Graph {
   std::vector<uint32_t> begin;
   std::vector<uint32_t> targets;
 
-  uint32_t size() const { return static_cast<uint32_t>(begin.size() - 1); }
+  uint32_t size() const { return uint32_t(begin.size() - 1); }
   uint32_t degree(uint32_t node) const { return begin[node + 1] - begin[node]; }
 };
 
-// The graph on nodes 0 .. node_count - 1 with these edges; repeated edges count once, every edge
-// goes both ways.
+// Builds the undirected graph of these edges on nodes 0 .. node_count - 1; repeated edges count
+// once.
 Graph build_graph(uint32_t node_count, const std::vector<std::pair<uint32_t, uint32_t>>& edges);
 
-// The nodes in Cuthill-McKee order: breadth first from a node at the rim of each connected part,
-// neighbours of small degree first.
+// Returns the nodes in Cuthill-McKee order: breadth first from a node at the rim of each connected
+// part, neighbours of small degree first.
 std::vector<uint32_t> cuthill_mckee(const Graph& graph);
 
 }  // namespace meshlet

@@ -1,4 +1,4 @@
-#include "api.h"
+#include "python_api.h"
 
 #include <cstring>
 #include <map>
@@ -12,7 +12,7 @@
 namespace meshlet_shape {
 namespace {
 
-// Filled by the Python reader while `read_parts` waits for it.
+// Filled by the Python reader inside read_parts.
 struct Request {
   std::vector<std::shared_ptr<const Blob>> blobs;
   std::vector<Part> parts;
@@ -25,7 +25,7 @@ Reader g_reader = nullptr;
 std::mutex g_models_mutex;
 std::map<uint64_t, const Model*> g_models;
 
-// As mitsuba_plugin.native declares them.
+// mitsuba_plugin/native.py declares the same structs.
 struct AttributeRow {
   char name[96];
   uint32_t stream, stored, skipped, components;
@@ -36,7 +36,7 @@ struct AttributeRow {
 struct StatisticsRow {
   uint64_t hits, misses, evictions, decoded, refused, resident_bytes, resident_entries, limit_bytes;
   uint64_t triangles, vertices, meshlets, compressed_bytes, table_bytes, decoded_bytes;
-  uint64_t cache;  // the same for shapes that share one
+  uint64_t cache;  // equal for shapes that share a cache
 };
 
 Attribute to_attribute(const AttributeRow& row) {
@@ -78,14 +78,14 @@ EXPORT void meshlet_set_reader(Reader reader) { g_reader = reader; }
 
 EXPORT void meshlet_fail(Request* request, const char* message) { request->error = message; }
 
-// Copies the bytes; returns the blob's number for meshlet_add_part.
+// Copies the bytes. Returns the blob's number for meshlet_add_part.
 EXPORT uint32_t meshlet_add_blob(Request* request, const uint8_t* data, uint64_t size) {
   request->blobs.push_back(std::make_shared<const Blob>(data, size));
   return uint32_t(request->blobs.size() - 1);
 }
 
-// rows: POSITION, NORMAL, TEXCOORD_0 (stream ~0 where there is none), then the others. matrix:
-// row-major 3 x 4.
+// rows: POSITION, NORMAL, TEXCOORD_0 (stream ~0 if missing), then the others. matrix: row-major 3
+// x 4.
 EXPORT void meshlet_add_part(Request* request, uint32_t blob, const float* matrix,
                              const AttributeRow* rows, uint32_t count) {
   Part part;
@@ -98,8 +98,8 @@ EXPORT void meshlet_add_part(Request* request, uint32_t blob, const float* matri
   request->parts.push_back(std::move(part));
 }
 
-// Of the shape with this cache_id; 0 when there is none (any more). Shapes of one cache group give
-// the group's cache.
+// Statistics of the shape with this cache_id, or of its cache group. Returns 0 if there is no such
+// shape.
 EXPORT int meshlet_statistics(uint64_t cache_id, StatisticsRow* row, int reset) {
   std::lock_guard lock(g_models_mutex);
   auto found = g_models.find(cache_id);
@@ -126,7 +126,7 @@ EXPORT int meshlet_statistics(uint64_t cache_id, StatisticsRow* row, int reset) 
   return 1;
 }
 
-// Writes up to `capacity` cache_ids of the shapes that exist; returns how many there are.
+// Writes up to `capacity` cache_ids of existing shapes; returns the number of shapes.
 EXPORT uint32_t meshlet_shapes(uint64_t* ids, uint32_t capacity) {
   std::lock_guard lock(g_models_mutex);
   uint32_t n = 0;
@@ -137,7 +137,7 @@ EXPORT uint32_t meshlet_shapes(uint64_t* ids, uint32_t capacity) {
   return n;
 }
 
-// Bytes that threads hold to decode into, whatever the limits: decoders and scratch memory.
+// Bytes of the threads' decoders and scratch memory, which no limit counts.
 EXPORT uint64_t meshlet_working_bytes() {
   return thread_slots() * decoder_bytes() + scratch_bytes();
 }

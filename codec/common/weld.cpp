@@ -1,4 +1,4 @@
-#include "segment/weld.h"
+#include "common/weld.h"
 
 #include <algorithm>
 #include <cstring>
@@ -21,42 +21,41 @@ uint64_t hash_row(const uint8_t* row, size_t stride) {
     hash = mix(hash, word);
   }
   uint64_t rest = 0;
-  for (int shift = 0; i < stride; ++i, shift += 8) rest |= static_cast<uint64_t>(row[i]) << shift;
+  for (int shift = 0; i < stride; ++i, shift += 8) rest |= uint64_t(row[i]) << shift;
   return mix(mix(hash, rest), 0);
 }
 
-// A slot of the open-addressing table: the first row that has these bytes.
+// A slot of the open-addressing table: the first row with these bytes.
 struct Slot {
   uint32_t hash;
   uint32_t row;
 };
-constexpr uint32_t empty = ~0u;
+constexpr uint32_t kEmpty = ~0u;
 
 }  // namespace
 
 uint32_t weld_rows(const uint8_t* rows, size_t count, size_t stride, uint32_t* remap) {
   size_t capacity = 16;
   while (capacity < 2 * count) capacity *= 2;
-  std::vector<Slot> table(capacity, Slot{0, empty});
-  // Hashes of a batch are known before its rows are looked up, so that the cache misses overlap.
-  constexpr size_t batch = 32;
-  uint64_t hashes[batch];
+  std::vector<Slot> table(capacity, Slot{0, kEmpty});
+  // Hash a whole batch before looking its rows up: the cache misses then overlap.
+  constexpr size_t kBatch = 32;
+  uint64_t hashes[kBatch];
   uint32_t unique = 0;
-  for (size_t first = 0; first < count; first += batch) {
-    const size_t size = std::min(batch, count - first);
-    for (size_t i = 0; i < size; ++i) {
+  for (size_t first = 0; first < count; first += kBatch) {
+    const size_t size = std::min(kBatch, count - first);
+    for (size_t i = 0; i < size; i++) {
       hashes[i] = hash_row(rows + (first + i) * stride, stride);
       __builtin_prefetch(&table[hashes[i] & (capacity - 1)]);
     }
-    for (size_t i = 0; i < size; ++i) {
-      const uint32_t row = static_cast<uint32_t>(first + i),
-                     hash = static_cast<uint32_t>(hashes[i] >> 32);
+    for (size_t i = 0; i < size; i++) {
+      const uint32_t row = uint32_t(first + i), hash = uint32_t(hashes[i] >> 32);
       size_t at = hashes[i] & (capacity - 1);
-      while (table[at].row != empty &&
+      while (table[at].row != kEmpty &&
              (table[at].hash != hash ||
               std::memcmp(rows + table[at].row * stride, rows + row * stride, stride) != 0))
         at = (at + 1) & (capacity - 1);
-      if (table[at].row == empty) {
+      if (table[at].row == kEmpty) {
         table[at] = {hash, row};
         remap[row] = unique++;
       } else {

@@ -1,0 +1,22 @@
+// Where a blob's bits go.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "decode/decoder_context.h"
+
+namespace meshlet {
+
+struct BitStatistics {
+  uint64_t connectivity = 0;              // section A, bits
+  uint64_t references = 0;                // header, tables, sections B and C, padding, bits
+  std::vector<uint64_t> streams;          // sections D to H, bits
+  uint64_t symbols[5] = {0, 0, 0, 0, 0};  // number of C, L, E, R, S
+  uint64_t disks = 0;
+  uint64_t owned_references = 0, private_references = 0, foreign_references = 0;
+};
+
+// Decodes every meshlet. The bits sum to the blob's size. Throws Malformed.
+BitStatistics count_bits(const uint8_t* data, size_t size);
+
+}  // namespace meshlet

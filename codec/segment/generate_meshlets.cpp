@@ -1,0 +1,296 @@
+#include "segment/generate_meshlets.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "segment/disks.h"
+#include "segment/half_edges.h"
+#include "segment/cuthill_mckee.h"
+#include "segment/pack_meshlets.h"
+#include "common/parallel.h"
+#include "segment/patches.h"
+#include "segment/meshlet_list.h"
+#include "segment/region_growing.h"
+#include "segment/region_refinement.h"
+
+namespace meshlet {
+namespace {
+
+// Triangles per patch: some hundred regions, and small enough for a core's own cache.
+constexpr size_t kPatchSize = 1 << 15;
+
+// Most sweeps of refinement over a patch.
+constexpr int kRefinementSweeps = 4;
+
+// Gain of joining two meshlets, per edge between them: an edge that disappears inside a disk, or a
+// seam that remains.
+constexpr uint32_t kInnerEdgeWeight = 4;
+constexpr uint32_t kSeamWeight = 1;
+
+// Groups of meshlets joined by one parallel task.
+constexpr size_t kGroupsPerPart = 256;
+
+// Cells along the mesh's longest side of the grid that packing compares extents on.
+constexpr float kGridCells = 4096;
+
+std::array<int32_t, 3> to_grid(Vec3 point) {
+  return {int32_t(point.x * kGridCells), int32_t(point.y * kGridCells),
+          int32_t(point.z * kGridCells)};
+}
+
+class Generator {
+ public:
+  Generator(const MeshView& mesh, const GenerationOptions& options)
+      : mesh_(mesh),
+        options_(options),
+        by_vertex_(match_half_edges(mesh.triangles, mesh.triangle_count, nullptr, mesh.vertex_count,
+                                    options.threads)),
+        by_position_(match_half_edges(mesh.triangles, mesh.triangle_count, mesh.position_ids,
+                                      mesh.vertex_count, options.threads)),
+        shapes_(measure_triangles(mesh, options.threads)) {}
+
+  Meshlets run();
+
+ private:
+  struct PatchResult {
+    MeshletList list;
+    std::array<uint32_t, 4> histogram{};
+    int iterations = 0;
+  };
+  PatchResult partition(size_t first, size_t last) const;
+  void add_meshlets(std::vector<uint32_t>& triangles, DiskCutter& cutter, MeshletList& list) const;
+  std::vector<uint32_t> split_off_half(std::vector<uint32_t>& triangles) const;
+  void keep_disks(const Disks& disks, DiskCutter& cutter, MeshletList& list) const;
+  std::vector<std::vector<uint32_t>> group_meshlets(const MeshletList& list) const;
+  MeshletList join_small(const MeshletList& list) const;
+  void join(const MeshletList& list, const std::vector<uint32_t>& meshlets, DiskCutter& cutter,
+            MeshletList& result) const;
+  std::vector<Contact> find_contacts(const MeshletList& list) const;
+  std::vector<Load> measure_loads(const MeshletList& list) const;
+  Meshlets join_patches(const std::vector<PatchResult>& results) const;
+
+  const MeshView mesh_;
+  const GenerationOptions& options_;
+  std::vector<int32_t> by_vertex_, by_position_;
+  TriangleShapes shapes_;
+  std::vector<uint32_t> order_, slot_;
+};
+
+Meshlets Generator::run() {
+  order_ = order_along_curve(shapes_.centres, options_.threads);
+  group_connected(by_vertex_, order_);
+  slot_.resize(order_.size());
+  for (size_t i = 0; i < order_.size(); i++) slot_[order_[i]] = uint32_t(i);
+  const size_t patches = (order_.size() + kPatchSize - 1) / kPatchSize;
+  std::vector<PatchResult> results(patches);
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<size_t> done{0};
+  parallel_for(options_.threads, patches, [&](size_t p) {
+    results[p] = partition(order_.size() * p / patches, order_.size() * (p + 1) / patches);
+    done++;
+    if (options_.progress && std::this_thread::get_id() == caller)
+      options_.progress(float(done) / float(patches + 1));
+  });
+  Meshlets meshlets = join_patches(results);
+  if (options_.progress) options_.progress(1.0f);
+  return meshlets;
+}
+
+Generator::PatchResult Generator::partition(size_t first, size_t last) const {
+  // Regions end at seams, whose vertices are doubled anyway. Joining small regions across seams
+  // later compresses better than regions that cross seams and are cut into disks.
+  Patch patch = extract_patch(order_, first, last, slot_, by_vertex_, shapes_);
+  PatchResult result;
+  const float mean = std::max(1.0f, options_.fill * float(options_.max_triangles));
+  result.iterations = grow_regions(patch, {mean, options_.max_triangles - 1, options_.lambda,
+                                           options_.weight, options_.iterations});
+  std::vector<uint32_t> sizes(size_t(patch.region_count), 0);
+  for (const int32_t region : patch.region) ++sizes[region];
+  for (const uint32_t size : sizes)
+    ++result.histogram[size < 32 ? 0 : size < 64 ? 1 : size < 72 ? 2 : 3];
+  refine_regions(patch, {options_.max_triangles, kRefinementSweeps});
+  std::vector<std::vector<uint32_t>> regions(size_t(patch.region_count));
+  for (size_t t = 0; t < patch.size(); t++) regions[patch.region[t]].push_back(patch.triangles[t]);
+  DiskCutter cutter(mesh_.triangles, by_vertex_.data());
+  for (std::vector<uint32_t>& region : regions) add_meshlets(region, cutter, result.list);
+  return result;
+}
+
+// Adds the triangles as one meshlet, or as several if one would exceed the limits.
+void Generator::add_meshlets(std::vector<uint32_t>& triangles, DiskCutter& cutter,
+                             MeshletList& list) const {
+  if (triangles.empty()) return;
+  if (triangles.size() <= size_t(options_.max_triangles)) {
+    Disks disks;
+    cutter.cut(triangles.data(), triangles.size(), disks);
+    if (disks.vertex_count <= size_t(options_.max_vertices)) return list.append_meshlet(disks);
+    if (disks.count() > 1) return keep_disks(disks, cutter, list);
+  }
+  std::vector<uint32_t> half = split_off_half(triangles);
+  add_meshlets(triangles, cutter, list);
+  add_meshlets(half, cutter, list);
+}
+
+// Adds a meshlet of the disks that fit together, largest first, then the other disks.
+void Generator::keep_disks(const Disks& disks, DiskCutter& cutter, MeshletList& list) const {
+  std::vector<uint32_t> by_size(disks.count());
+  for (uint32_t k = 0; k < by_size.size(); k++) by_size[k] = k;
+  std::stable_sort(by_size.begin(), by_size.end(), [&](uint32_t a, uint32_t b) {
+    return disks.begin[a + 1] - disks.begin[a] > disks.begin[b + 1] - disks.begin[b];
+  });
+  std::vector<uint32_t> kept, others;
+  size_t vertices = 0;
+  for (const uint32_t k : by_size) {
+    const bool fits = kept.empty() || vertices + disks.vertices[k] <= size_t(options_.max_vertices);
+    if (fits) vertices += disks.vertices[k];
+    std::vector<uint32_t>& part = fits ? kept : others;
+    part.insert(part.end(), disks.triangles.begin() + disks.begin[k],
+                disks.triangles.begin() + disks.begin[k + 1]);
+  }
+  add_meshlets(kept, cutter, list);
+  add_meshlets(others, cutter, list);
+}
+
+// Removes and returns half of the triangles: those nearest to the one farthest from the centre.
+std::vector<uint32_t> Generator::split_off_half(std::vector<uint32_t>& triangles) const {
+  Vec3 centre{0, 0, 0};
+  for (const uint32_t t : triangles) centre = centre + shapes_.centres[t];
+  centre = centre * (1.0f / float(triangles.size()));
+  const auto distance = [&](uint32_t t, Vec3 from) {
+    return dot(shapes_.centres[t] - from, shapes_.centres[t] - from);
+  };
+  uint32_t pole = triangles[0];
+  for (const uint32_t t : triangles)
+    if (distance(t, centre) > distance(pole, centre)) pole = t;
+  const Vec3 end = shapes_.centres[pole];
+  std::sort(triangles.begin(), triangles.end(), [&](uint32_t a, uint32_t b) {
+    const float da = distance(a, end), db = distance(b, end);
+    return da != db ? da < db : a < b;
+  });
+  const auto middle = triangles.begin() + std::ptrdiff_t(triangles.size() / 2);
+  std::vector<uint32_t> half(triangles.begin(), middle);
+  triangles.erase(triangles.begin(), middle);
+  return half;
+}
+
+std::vector<Contact> Generator::find_contacts(const MeshletList& list) const {
+  std::vector<uint32_t> meshlet_of(mesh_.triangle_count);
+  for (uint32_t m = 0; m < list.count(); m++)
+    for (uint32_t i = list.first_triangle(m); i < list.first_triangle(m + 1); i++)
+      meshlet_of[list.triangles[i]] = m;
+  std::vector<Contact> contacts;
+  for (size_t h = 0; h < by_position_.size(); h++) {
+    if (by_position_[h] < 0) continue;
+    const uint32_t a = meshlet_of[h / 3], b = meshlet_of[size_t(by_position_[h]) / 3];
+    if (a < b) contacts.push_back({a, b, by_vertex_[h] >= 0 ? kInnerEdgeWeight : kSeamWeight});
+  }
+  std::sort(contacts.begin(), contacts.end(), [](const Contact& x, const Contact& y) {
+    return x.a != y.a ? x.a < y.a : x.b != y.b ? x.b < y.b : x.weight < y.weight;
+  });
+  size_t count = 0;
+  for (const Contact& contact : contacts) {
+    if (count > 0 && contacts[count - 1].a == contact.a && contacts[count - 1].b == contact.b)
+      contacts[count - 1].weight += contact.weight;
+    else
+      contacts[count++] = contact;
+  }
+  contacts.resize(count);
+  return contacts;
+}
+
+std::vector<Load> Generator::measure_loads(const MeshletList& list) const {
+  std::vector<Load> loads(list.count());
+  for (uint32_t m = 0; m < list.count(); m++) {
+    const uint32_t first = list.first_triangle(m), last = list.first_triangle(m + 1);
+    Vec3 low = shapes_.centres[list.triangles[first]], high = low;
+    for (uint32_t i = first; i < last; i++) {
+      low = minimum(low, shapes_.centres[list.triangles[i]]);
+      high = maximum(high, shapes_.centres[list.triangles[i]]);
+    }
+    loads[m] = {last - first, list.vertices[m], to_grid(low), to_grid(high)};
+  }
+  return loads;
+}
+
+// Groups of meshlets to join, in an order that gives neighbours close numbers.
+std::vector<std::vector<uint32_t>> Generator::group_meshlets(const MeshletList& list) const {
+  const std::vector<Contact> contacts = find_contacts(list);
+  std::vector<Vec3> centres;
+  for (uint32_t m = 0; m < list.count(); m++)
+    centres.push_back(shapes_.centres[list.triangles[list.first_triangle(m)]]);
+  const std::vector<uint32_t> group =
+      pack_meshlets(measure_loads(list), contacts, order_along_curve(centres, options_.threads),
+                    uint32_t(options_.max_triangles), uint32_t(options_.max_vertices));
+
+  const uint32_t count = *std::max_element(group.begin(), group.end()) + 1;
+  std::vector<std::pair<uint32_t, uint32_t>> edges;
+  for (const Contact& contact : contacts)
+    if (group[contact.a] != group[contact.b])
+      edges.emplace_back(group[contact.a], group[contact.b]);
+  const std::vector<uint32_t> order = cuthill_mckee(build_graph(count, edges));
+
+  std::vector<uint32_t> place(count);
+  for (uint32_t i = 0; i < count; i++) place[order[i]] = i;
+  std::vector<std::vector<uint32_t>> groups(count);
+  for (uint32_t m = 0; m < list.count(); m++) groups[place[group[m]]].push_back(m);
+  return groups;
+}
+
+// Joins meshlets that fit into one.
+MeshletList Generator::join_small(const MeshletList& list) const {
+  const std::vector<std::vector<uint32_t>> groups = group_meshlets(list);
+  std::vector<MeshletList> parts((groups.size() + kGroupsPerPart - 1) / kGroupsPerPart);
+  parallel_for(options_.threads, parts.size(), [&](size_t p) {
+    DiskCutter cutter(mesh_.triangles, by_vertex_.data());
+    const size_t last = std::min(groups.size(), (p + 1) * kGroupsPerPart);
+    for (size_t g = p * kGroupsPerPart; g < last; g++) join(list, groups[g], cutter, parts[p]);
+  });
+  MeshletList joined;
+  for (const MeshletList& part : parts) joined.append(part);
+  return joined;
+}
+
+// Cuts the triangles of these meshlets into disks again: disks then grow across former borders.
+void Generator::join(const MeshletList& list, const std::vector<uint32_t>& meshlets,
+                     DiskCutter& cutter, MeshletList& result) const {
+  std::vector<uint32_t> triangles;
+  for (const uint32_t m : meshlets)
+    triangles.insert(triangles.end(), list.triangles.begin() + list.first_triangle(m),
+                     list.triangles.begin() + list.first_triangle(m + 1));
+  Disks disks;
+  cutter.cut(triangles.data(), triangles.size(), disks);
+  // In rare cases the new cut has more boundary vertices than the old ones together.
+  if (disks.vertex_count > size_t(options_.max_vertices))
+    result.append_joined(list, meshlets);
+  else
+    result.append_meshlet(disks);
+}
+
+Meshlets Generator::join_patches(const std::vector<PatchResult>& results) const {
+  const auto start = std::chrono::steady_clock::now();
+  Meshlets meshlets{};
+  MeshletList all;
+  for (const PatchResult& result : results) {
+    all.append(result.list);
+    for (size_t i = 0; i < 4; i++) meshlets.histogram[i] += result.histogram[i];
+    meshlets.iterations_run = std::max(meshlets.iterations_run, result.iterations);
+  }
+  all = join_small(all);
+  meshlets.triangles = std::move(all.triangles);
+  meshlets.disk_begin = std::move(all.disk_begin);
+  meshlets.meshlet_begin = std::move(all.meshlet_begin);
+  meshlets.join_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return meshlets;
+}
+
+}  // namespace
+
+Meshlets generate_meshlets(const MeshView& mesh, const GenerationOptions& options) {
+  return Generator(mesh, options).run();
+}
+
+}  // namespace meshlet

@@ -1,0 +1,59 @@
+// Segmentation: mesh to meshlets.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace meshlet {
+
+// triangles: at least one, below 2^31 / 3; three different vertex numbers each. position_ids[v] <
+// vertex_count is equal for two vertices if and only if their positions are bit-identical.
+// positions: three finite floats per vertex.
+struct MeshView {
+  const uint32_t* triangles;
+  size_t triangle_count;
+  const uint32_t* position_ids;
+  const float* positions;
+  size_t vertex_count;
+};
+
+// The weight that orders the attachment of triangles to regions: equation (1) of the paper, with
+// its penalty C(F) for full regions, or without, as in Choe et al.
+enum class Weight { kPaper, kChoe };
+
+struct GenerationOptions {
+  int max_triangles = 64;  // per meshlet, 1..64
+  int max_vertices = 64;   // per meshlet, 3..64
+  // Equation (1), above 1. Smaller: flatter meshlets; larger: more compact ones.
+  float lambda = 1.4f;
+  // Most rounds of attaching triangles and moving centres.
+  int iterations = 12;
+  Weight weight = Weight::kPaper;
+  int threads = 0;  // 0: one per processor; does not change the result
+  // Called on the calling thread with a fraction that never decreases.
+  std::function<void(float)> progress;
+  // Mean share of max_triangles in a region; sets the number of initial centres.
+  float fill = 0.96f;
+};
+
+// A meshlet is a range of disks, a disk a range of triangles.
+struct Meshlets {
+  std::vector<uint32_t> triangles;      // a permutation of the mesh's triangles
+  std::vector<uint32_t> disk_begin;     // disk k: triangles[disk_begin[k] .. disk_begin[k + 1])
+  std::vector<uint32_t> meshlet_begin;  // meshlet m: disks meshlet_begin[m] .. meshlet_begin[m + 1]
+  // Regions of < 32, < 64, < 72 and more triangles, before the limits are enforced.
+  uint32_t histogram[4];
+  int iterations_run;
+  double join_seconds;  // time spent on joining small meshlets
+};
+
+// Partitions the mesh into meshlets of disks. A disk is connected through edges of shared vertices
+// (equal positions do not suffice), has Euler characteristic 1, and one boundary loop of at least
+// three edges that passes each vertex once. A meshlet has at most max_triangles triangles and,
+// summed over its disks, max_vertices vertices. Meshlets that share an edge (by position) have
+// close numbers. The result depends on the mesh and the options only, not on `threads`.
+Meshlets generate_meshlets(const MeshView& mesh, const GenerationOptions& options);
+
+}  // namespace meshlet

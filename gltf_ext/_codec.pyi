@@ -1,0 +1,199 @@
+"""
+The native codec of EXT_meshlet_edgebreaker.
+
+Functions that take a blob raise ValueError, with one sentence, if it is malformed.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy
+import numpy.typing
+
+KIND_GRID: int = 0
+
+KIND_OCT: int = 1
+
+KIND_INTEGER: int = 2
+
+KIND_FLOAT32: int = 3
+
+KIND_SIGN: int = 4
+
+PREDICT_PARALLELOGRAM: int = 0
+
+PREDICT_MEAN: int = 1
+
+PREDICT_COPY: int = 2
+
+PREDICT_DAMPED: int = 3
+
+PREDICT_MAX_BITS: int = 24
+
+GRID_MAX_BITS: int = 24
+
+OCT_MIN_BITS: int = 2
+
+OCT_MAX_BITS: int = 16
+
+STREAM_MAX_ELEMENTS: int = 4
+
+STREAM_MAX_BITS: int = 32
+
+BLOB_MAX_STREAMS: int = 64
+
+MESHLET_TRIANGLES: int = 64
+
+MESHLET_VERTICES: int = 64
+
+DEFAULT_LAMBDA: float = 1.4
+
+DEFAULT_ITERATIONS: int = 12
+
+DEFAULT_FILL: float = 0.96
+
+def weld(rows: numpy.typing.NDArray[numpy.uint8]) -> tuple[numpy.typing.NDArray[numpy.uint32], int]:
+    """
+    Gives bit-identical rows one number, in order of first occurrence. rows: uint8[N, stride].
+    Returns (numbers: uint32[N], number of different rows).
+    """
+
+def encode(
+    triangles: numpy.typing.NDArray[numpy.uint32],
+    position_ids: numpy.typing.NDArray[numpy.uint32],
+    positions: numpy.typing.NDArray[numpy.float32],
+    streams: Sequence[Mapping[str, Any]],
+    values: Sequence[numpy.typing.NDArray[numpy.uint32]],
+    max_triangles: int = 64,
+    max_vertices: int = 64,
+    lambda_: float = 0.0,
+    iterations: int = 0,
+    fill: float = 0.0,
+    weight: str = "paper",
+    share_seams: bool = True,
+    threads: int = 0,
+    progress: Callable[[float], object] | None = None,
+) -> tuple[bytes, dict[str, Any]]:
+    """
+    Encodes one primitive.
+
+    triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], equal where
+    positions are. positions: float32[V, 3]. streams: dicts of kind, components (integers per
+    vertex), bits, step, offset, predictor (-1: the encoder chooses). values: uint32[V,
+    components] per stream. lambda_, iterations, fill: 0 means the default (DEFAULT_LAMBDA ..).
+    weight: 'paper' or 'choe'. share_seams: False only to measure its gain. threads: 0 means
+    one per processor. progress: called with a fraction from 0 to 1.
+
+    Returns (blob, {'meshlets', 'vertices', 'generation': {'histogram', 'iterations'},
+    'seconds': {stage: seconds}}); stages: grow, join, boundaries, predict, write. Raises
+    ValueError for bad arguments.
+    """
+
+def decode(
+    blob: bytes,
+) -> tuple[numpy.typing.NDArray[numpy.uint32], list[numpy.typing.NDArray[numpy.uint32]]]:
+    """Returns (triangles: uint32[T, 3], [uint32[V, components] per stream])."""
+
+def decode_values(
+    blob: bytes,
+) -> tuple[numpy.typing.NDArray[numpy.uint32], list[numpy.typing.NDArray[Any]]]:
+    """
+    Returns (triangles: uint32[T, 3], [values per stream]): uint32[V, components] for INTEGER,
+    float32[V, 3] unit vectors for OCT, float32[V, components] otherwise.
+    """
+
+def describe(blob: bytes) -> dict[str, Any]:
+    """
+    Returns counts, streams and numbers of bits; the entries of 'bits' sum to 8 * len(blob).
+    """
+
+def validate(blob: bytes) -> None:
+    """
+    Raises ValueError if the blob is malformed in any way. Decodes every meshlet alone, and so
+    finds errors that decode may accept.
+    """
+
+class StreamHeader:
+    """A row of a blob's stream table."""
+
+    @property
+    def kind(self) -> int:
+        """One of KIND_."""
+
+    @property
+    def elements(self) -> int:
+        """Integers per vertex, 1 to 4."""
+
+    @property
+    def bits(self) -> int:
+        """Bits per element, 1 to 32."""
+
+    @property
+    def predictor(self) -> int:
+        """One of PREDICT_."""
+
+    @property
+    def chain_base(self) -> int:
+        """Smallest Rice parameter of chains."""
+
+    @property
+    def interior_base(self) -> int:
+        """Smallest Rice parameter of interiors."""
+
+    @property
+    def step(self) -> float:
+        """GRID: value = offset + integer * step."""
+
+    @property
+    def offset(self) -> list[float]:
+        """One float per element."""
+
+class Header:
+    """The header and tables of a blob; see read_header."""
+
+    @property
+    def triangle_count(self) -> int: ...
+    @property
+    def vertex_count(self) -> int: ...
+    @property
+    def meshlet_count(self) -> int: ...
+    @property
+    def data_offset(self) -> int:
+        """Byte offset of the meshlets' data: the size of header and tables."""
+
+    @property
+    def streams(self) -> list[StreamHeader]: ...
+    @property
+    def meshlet_triangles(self) -> numpy.typing.NDArray[numpy.uint32]:
+        """uint32[meshlet_count]: number of triangles of each meshlet."""
+
+def read_header(blob: bytes) -> Header:
+    """Reads and checks header and tables; decodes nothing."""
+
+class Decoder:
+    """Decodes single meshlets of one blob. Not thread-safe."""
+
+    def __init__(self, blob: bytes) -> None: ...
+    @property
+    def triangle_count(self) -> int: ...
+    @property
+    def vertex_count(self) -> int: ...
+    @property
+    def meshlet_count(self) -> int: ...
+    @property
+    def streams(self) -> list[dict[str, Any]]:
+        """The stream table as dicts, as encode takes them."""
+
+    def decode_meshlet(
+        self, index: int
+    ) -> tuple[numpy.typing.NDArray[numpy.uint8], list[numpy.typing.NDArray[numpy.uint32]]]:
+        """
+        Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]). Raises
+        IndexError.
+        """
+
+    def decode_many(self, indices: numpy.typing.NDArray[numpy.uint32]) -> int:
+        """
+        Decodes the meshlets of these numbers (uint32[n]) without making arrays, for timing.
+        Returns the number of their triangles. Raises IndexError.
+        """

@@ -1,0 +1,56 @@
+"""_codec.read_header and the stage times of _codec.encode."""
+
+import numpy as np
+import pytest
+
+from gltf_ext import _codec
+from tests.helpers.environment import ROOT
+
+VECTORS = sorted((ROOT / "spec" / "vectors").glob("*.bin"))
+STAGES = ["grow", "join", "boundaries", "predict", "write"]
+
+
+def accepted(blob: bytes) -> bool:
+    try:
+        _codec.validate(blob)
+    except ValueError:
+        return False
+    return True
+
+
+def test_header_agrees_with_the_decoder():
+    blobs = [blob for blob in (path.read_bytes() for path in VECTORS) if accepted(blob)]
+    assert blobs
+    for blob in blobs:
+        header, decoder = _codec.read_header(blob), _codec.Decoder(blob)
+        assert header.triangle_count == decoder.triangle_count
+        assert header.vertex_count == decoder.vertex_count
+        assert header.meshlet_count == decoder.meshlet_count
+        sizes = [len(decoder.decode_meshlet(m)[0]) for m in range(header.meshlet_count)]
+        assert header.meshlet_triangles.dtype == np.uint32
+        assert header.meshlet_triangles.tolist() == sizes
+        for stream, row in zip(header.streams, decoder.streams):
+            assert (stream.kind, stream.elements, stream.bits, stream.predictor, stream.step) == (
+                row["kind"],
+                row["components"],
+                row["bits"],
+                row["predictor"],
+                row["step"],
+            )
+            assert stream.offset == row["offset"]
+            assert len(stream.offset) == stream.elements
+
+
+def test_header_of_a_damaged_blob():
+    with pytest.raises(ValueError, match="does not begin with EBM1"):
+        _codec.read_header(bytes(64))
+
+
+def test_encode_returns_the_seconds_of_its_stages():
+    triangles = np.array([[0, 1, 2]], np.uint32)
+    positions = np.eye(3, dtype=np.float32)
+    stream = {"kind": _codec.KIND_INTEGER, "components": 1, "bits": 1, "step": 1.0, "offset": [0]}
+    values = [np.array([[0], [1], [0]], np.uint32)]
+    _, stats = _codec.encode(triangles, triangles[0], positions, [stream], values)
+    assert list(stats["seconds"]) == STAGES
+    assert all(seconds >= 0 for seconds in stats["seconds"].values())
