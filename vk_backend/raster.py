@@ -13,17 +13,8 @@ from .device import Device, Timeline
 from .errors import VulkanError
 from .memory import Buffer, Image
 from .pipelines import MAX_GROUPS, ComputePipeline, push, stage
-from .scene import (
-    FRAME,
-    HAS_COLOR,
-    HAS_NORMAL,
-    HAS_TEXCOORD,
-    VERTEX_FLOATS,
-    Scene,
-    SceneBuffers,
-    address_words,
-    require_room,
-)
+from .scene import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, VERTEX_FLOATS, Scene
+from .scene_buffers import FRAME, SceneBuffers, address_words, require_room
 from .stream import RING, Ring
 from .textures import TextureArray, array_size, textures_layout
 

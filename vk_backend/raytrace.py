@@ -18,7 +18,8 @@ from .device import Device
 from .errors import VulkanError
 from .memory import STORAGE, Buffer
 from .pipelines import MAX_GROUPS, ComputePipeline, Timestamps, push, stage
-from .scene import FRAME, Primitive, Scene, SceneBuffers, require_room
+from .scene import Primitive, Scene
+from .scene_buffers import FRAME, SceneBuffers, require_room
 from .slots import SlotLayout
 from .textures import TextureArray, array_size, textures_layout
 

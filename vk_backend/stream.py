@@ -12,7 +12,8 @@ import vulkan as vk
 from .errors import VulkanError
 from .memory import Buffer
 from .pipelines import ComputePipeline
-from .scene import Scene, address_words
+from .scene import Scene
+from .scene_buffers import address_words
 from .slots import SlotLayout
 
 if TYPE_CHECKING:

@@ -87,7 +87,7 @@ def value_format(document: Document, primitive: pygltflib.Primitive, name: str) 
 def position_box(
     document: Document, primitive: pygltflib.Primitive
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """(low, high), float64[3] each, from the accessor's min and max; None if these are not valid."""
+    """(low, high), float64[3], from the accessor's min and max; None if these are not valid."""
     index = named_indices(primitive.attributes).get("POSITION")
     accessor = item(document.accessors, index, "the accessor of POSITION,")
     given = [accessor.min, accessor.max]
@@ -150,17 +150,17 @@ class Scene:
     lights: list[Light] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
-    def camera(self, number: int) -> Camera | None:
-        """A camera by its number in the order of the nodes; None if there are none and it is 0.
+    def camera(self, index: int) -> Camera | None:
+        """A camera by its index in the order of the nodes; None for 0 if there are none.
 
         Raises MeshletError.
         """
-        if 0 <= number < len(self.cameras):
-            return self.cameras[number]
-        if number == 0:
+        if 0 <= index < len(self.cameras):
+            return self.cameras[index]
+        if index == 0:
             return None
         raise MeshletError(
-            f"camera {number} does not exist",
+            f"camera {index} does not exist",
             f"there are {len(self.cameras) or 'none'}",
             options=("camera",),
         )
@@ -169,7 +169,7 @@ class Scene:
 def read_scene(document: Document) -> Scene:
     """The document's default scene; all root nodes if it has no scenes. Raises MeshletError."""
     scene = Scene()
-    for number, (node, matrix) in enumerate(placed(document)):
+    for place, (node, matrix) in enumerate(placed(document)):
         if not (np.abs(matrix) < MAX_SIZE).all():
             raise MeshletError(
                 f"a node's transform is not finite, or larger than {MAX_SIZE:g}",
@@ -180,10 +180,10 @@ def read_scene(document: Document) -> Scene:
             scene.cameras.append(read_camera(camera, matrix))
         light = member(node.extensions, LIGHTS).get("light")
         if light is not None:
-            scene.lights.append(_read_light(document, light, number, matrix))
+            scene.lights.append(_read_light(document, light, place, matrix))
         if node.mesh is not None:
             scene.warnings += _ignored(node)
-            scene.primitives += _placed_primitives(document, node.mesh, number, matrix)
+            scene.primitives += _placed_primitives(document, node.mesh, place, matrix)
     scene.warnings = list(dict.fromkeys(scene.warnings))
     return scene
 
@@ -205,9 +205,9 @@ def _ignored(node: pygltflib.Node) -> list[str]:
 def _placed_primitives(
     document: Document, mesh: int, node: int, matrix: np.ndarray
 ) -> Iterator[PlacedPrimitive]:
-    for number_, primitive in enumerate(item(document.meshes, mesh, "mesh").primitives):
+    for index, primitive in enumerate(item(document.meshes, mesh, "mesh").primitives):
         if primitive.mode in TRIANGLE_MODES:
-            yield PlacedPrimitive(node, mesh, number_, primitive.material, matrix)
+            yield PlacedPrimitive(node, mesh, index, primitive.material, matrix)
 
 
 def _read_light(document: Document, index: Any, node: int, matrix: np.ndarray) -> Light:

@@ -1,5 +1,5 @@
 // The scene as shaders see it, and how its integers become floats. Everything is reached through
-// buffer addresses; the host's mirror of the structures is vk_backend/scene.py, and
+// buffer addresses; the host's mirror of the structures is vk_backend/scene_buffers.py, and
 // tests/test_vulkan_scene.py compares the offsets of the two.
 #ifndef SCENE_GLSL
 #define SCENE_GLSL
@@ -134,7 +134,8 @@ float grid_value(float offset, uint q, float step, uint kind_bits, float scale) 
   precise float value = offset + scaled;
   if ((kind_bits & ATTRIBUTE_ROUND) != 0u) value = roundEven(value);
   precise float result = value * scale;
-  return result;
+  // Two integers of a normalised signed type stand for -1: max(c / 127, -1).
+  return scale != 1.0 ? max(result, -1.0) : result;
 }
 
 // Any attribute but an octahedral one; elements that the stream lacks are 0.

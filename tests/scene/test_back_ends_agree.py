@@ -125,11 +125,11 @@ def test_positions(read, dtype, flagged):
     reading = read(builder, **QUANTIZED)
     primitive = reading.vulkan.primitives[0]
     ours = primitive.decoded().positions
-    np.testing.assert_array_equal(
-        ours, reading.parameters()["vertex_positions"].reshape(-1, 3)
-    )
+    np.testing.assert_array_equal(ours, reading.parameters()["vertex_positions"].reshape(-1, 3))
     assert ours.min() == pytest.approx(max(limits.min / limits.max, -1) if flagged else limits.min)
-    assert (primitive.low <= ours.min(axis=0)).all() and (primitive.high >= ours.max(axis=0)).all()
+    np.testing.assert_allclose(
+        [primitive.low, primitive.high], [ours.min(axis=0), ours.max(axis=0)], rtol=1e-6
+    )
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
@@ -140,7 +140,7 @@ def test_colors_are_always_fractions(read, dtype, flagged):
     ours = reading.vulkan.primitives[0].decoded().colors
     parameters = reading.parameters()
     np.testing.assert_array_equal(ours[:, :3], parameters["vertex_color"].reshape(-1, 3))
-    np.testing.assert_array_equal(ours[:, 3], parameters["vertex_alpha"])
+    np.testing.assert_array_equal(ours[:, 3], parameters["vertex_vertex_alpha"])
     assert ours.max() == pytest.approx(1.0, abs=1e-6)
 
 
@@ -150,8 +150,8 @@ def test_colors_are_always_fractions(read, dtype, flagged):
 def test_instances(read):
     """Matrices, winding, and the scene that the file names as its default."""
     builder = sheet()
-    builder.mesh({"POSITION": builder.properties["meshes"][0]["primitives"][0]["attributes"]["POSITION"]},
-                 builder.properties["meshes"][0]["primitives"][0]["indices"])  # fmt: skip
+    positions, triangles = grid_mesh(9, 7)
+    builder.mesh({"POSITION": positions}, triangles)
     nodes = [
         {"mesh": 0},
         {"children": [2, 3], "rotation": [0, 0.6, 0, 0.8], "translation": [3, 0, 0]},

@@ -14,7 +14,7 @@ import gltf_ext
 from gltf_ext.errors import MeshletError
 from tests.helpers.gltf_builder import Builder, everything, glb_bytes, glb_json
 from tests.helpers.vulkan_scenes import zoo
-from vk_backend import build_shaders, raytrace
+from vk_backend import build_shaders, raytrace, scene_buffers
 from vk_backend import scene as scenes
 from vk_backend.build_shaders import OUTPUT
 from vk_backend.camera import Camera
@@ -55,7 +55,7 @@ def struct_offsets(module: str) -> set[tuple[int, ...]]:
     ],
 )
 def test_structures_lie_where_shaders_read_them(name, module):
-    dtype = getattr(scenes, name)
+    dtype = getattr(scene_buffers, name)
     assert tuple(dtype.fields[field][1] for field in dtype.names) in struct_offsets(module)
 
 
@@ -70,7 +70,7 @@ def test_the_ray_tracer_s_structures_lie_where_shaders_read_them():
 
 
 def test_the_ray_tracer_s_constants_are_the_shaders():
-    text = "\n".join(path.read_text() for path in build_shaders.SOURCES.glob("rt_*"))
+    text = "\n".join(path.read_text() for path in build_shaders.SOURCES.rglob("rt_*"))
     defined = dict(re.findall(r"^#define (\w+) (0x[0-9A-F]+|[0-9]+)u?\b", text, re.MULTILINE))
     names = (
         "CLASSES",
@@ -94,14 +94,14 @@ def test_the_ray_tracer_s_constants_are_the_shaders():
     assert (1 << int(defined["BOUNCE_BITS"], 0)) - 1 == raytrace.MOST_BOUNCES
     assert (
         f"local_size_x = {raytrace.BOXES_GROUP}"
-        in (build_shaders.SOURCES / "boxes.comp").read_text()
+        in (build_shaders.SOURCES / "raytrace" / "boxes.comp").read_text()
     )
 
 
 def test_arrays_have_the_shaders_strides():
     """std430: a structure's size is a multiple of its alignment, 16 for all that hold a vec4."""
     for name in ("ATTRIBUTE", "PRIMITIVE", "INSTANCE", "MATERIAL"):
-        assert getattr(scenes, name).itemsize % 16 == 0
+        assert getattr(scene_buffers, name).itemsize % 16 == 0
 
 
 def test_scene_is_the_file_s(zoo_path):
