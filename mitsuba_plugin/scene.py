@@ -14,12 +14,13 @@ import numpy as np
 
 from gltf_ext.compression.extension import EXTENSION
 from gltf_ext.compression.primitives import read_primitive
+from gltf_ext.compression.view_points import view_points
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.camera import Camera, unit
 from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.gltf.materials import read_material
-from gltf_ext.gltf.scene import Light, PlacedPrimitive, box_corners, position_box, read_scene
+from gltf_ext.gltf.scene import Light, PlacedPrimitive, read_scene
 from gltf_ext.gltf.scene import value_format as format_of
 
 from . import reader
@@ -221,17 +222,8 @@ class _Builder:
 
     def _default_camera(self) -> Camera:
         """Shows the whole scene from the front, a little above and to the right."""
-        corners = np.concatenate([self._corners(placed) for placed in self._source.primitives])
-        width, height = self._film["width"], self._film["height"]
-        return Camera.fit_box(corners.min(axis=0), corners.max(axis=0), width, height)
-
-    def _corners(self, placed: PlacedPrimitive) -> np.ndarray:
-        """float64[8, 3]: the primitive's box in world space."""
-        primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
-        box = position_box(self._document, primitive)
-        if box is None:
-            raise MeshletError("a POSITION accessor has no min and max", "export the model again")
-        return box_corners(*box) @ placed.matrix[:3, :3].T + placed.matrix[:3, 3]
+        points = view_points(self._document, self._source.primitives)
+        return Camera.fit_points(points, self._film["width"], self._film["height"])
 
     def _sensor(self, camera: Camera) -> dict[str, Any]:
         to_world = camera.to_world @ FLIP_CAMERA

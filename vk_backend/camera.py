@@ -12,11 +12,11 @@ from gltf_ext.gltf import camera as gltf_camera
 from gltf_ext.gltf.camera import DEFAULT_VIEW
 
 
-class Bounded(Protocol):
-    """A scene with a bounding box, float64[3] each."""
+class Shown(Protocol):
+    """A scene with points of its surface, float64[n, 3]."""
 
-    low: np.ndarray
-    high: np.ndarray
+    @property
+    def view_points(self) -> np.ndarray: ...
 
 
 @dataclass(frozen=True)
@@ -30,18 +30,19 @@ class Camera(gltf_camera.Camera):
 
     @staticmethod
     def fit(
-        scene: Bounded,
+        scene: Shown,
         width: int,
         height: int,
         view: Sequence[float] = DEFAULT_VIEW,
         *,
         orthographic: bool = False,
     ) -> Camera:
-        """The default view: from the front, a little above and to the right.
+        """The default view: the whole scene from the front, a little above and to the right.
 
         view: direction from the scene towards the camera.
         """
-        return Camera.fit_box(scene.low, scene.high, width, height, view, orthographic=orthographic)
+        points = scene.view_points
+        return Camera.fit_points(points, width, height, view, orthographic=orthographic)
 
     @property
     def eye(self) -> tuple[float, float, float, float]:

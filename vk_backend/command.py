@@ -97,6 +97,8 @@ def _check_output(output: Path, frames: int) -> None:
 
 def _camera(scene: Scene, options: argparse.Namespace) -> Camera:
     if not scene.cameras:
+        if options.frames > 1:  # the scene turns: no side of it may leave the picture
+            return Camera.fit_box(scene.low, scene.high, options.width, options.height)
         return Camera.fit(scene, options.width, options.height)
     if not 0 <= options.camera < len(scene.cameras):
         raise MeshletError(

@@ -24,6 +24,7 @@ from gltf_ext.compression.streams import (
     from_ordered_bits,
     streams_of,
 )
+from gltf_ext.compression.view_points import view_points
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
@@ -173,7 +174,8 @@ class Instance:
 class Scene:
     """The compressed primitives of a file, placed.
 
-    low, high: float64[3], bounding box in world space; warnings: features that are ignored.
+    low, high: float64[3], bounding box in world space; document, placed: the source of all
+    primitives, uncompressed ones too; warnings: features that are ignored.
     """
 
     path: str
@@ -184,7 +186,14 @@ class Scene:
     cameras: list[Camera]
     low: np.ndarray
     high: np.ndarray
+    document: Document
+    placed: list[PlacedPrimitive]
     warnings: list[str] = field(default_factory=list)
+
+    @cached_property
+    def view_points(self) -> np.ndarray:
+        """float64[n, 3]: points of all that the file shows. Raises MeshletError."""
+        return view_points(self.document, self.placed)
 
     @property
     def compressed_bytes(self) -> int:
@@ -264,6 +273,8 @@ class _Loader:
             [Camera.of(camera) for camera in source.cameras],
             low,
             high,
+            self._document,
+            source.primitives,
             list(dict.fromkeys(self._warnings + self._materials.warnings)),
         )
 

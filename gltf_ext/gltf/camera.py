@@ -17,6 +17,9 @@ DEFAULT_FIELD_OF_VIEW = 40.0  # degrees, of the smaller side
 LIGHT_OVER_SHOULDER = (-0.45, 0.75, 0.55)  # towards the light, in the camera's coordinates
 NEAREST = 1e-3  # near plane as a share of the far distance, if the file gives none
 SMALLEST_RADIUS = 1e-6  # of a scene that has no size
+FILLED = 0.85  # share of the tighter side of the picture that a fitted scene fills
+SLACK = 1.01  # of the planes around a fitted scene
+BISECTIONS = 50
 
 AnyCamera = TypeVar("AnyCamera", bound="Camera")
 
@@ -81,10 +84,71 @@ class Camera:
             options["yfov"] = float(yfov)
         return cls.look_at(center + unit(np.array(view)) * distance, center, **options)
 
+    @classmethod
+    def fit_points(
+        cls: type[AnyCamera],
+        points: np.ndarray,
+        width: int,
+        height: int,
+        view: Sequence[float] = DEFAULT_VIEW,
+        *,
+        orthographic: bool = False,
+    ) -> AnyCamera:
+        """A camera whose picture of the points fills FILLED of its tighter side, centred.
+
+        points: float64[n, 3], at least one; view: direction from the scene towards the camera.
+        """
+        direction = unit(np.array(view))
+        axes = cls.look_at(direction, np.zeros(3)).to_world[:3, :3]
+        local = points @ axes
+        low, high = local.min(axis=0), local.max(axis=0)
+        size = max(float(np.linalg.norm(high - low)), 2 * SMALLEST_RADIUS)
+        slopes = np.tan(np.radians(DEFAULT_FIELD_OF_VIEW) / 2) * np.array([width, height])
+        slopes /= min(width, height)
+        if orthographic:
+            center = (low + high) / 2
+            reach = np.maximum((high - low)[:2] / 2, size * 1e-3) / FILLED
+            options = {"xmag": float(max(reach[0], reach[1] * width / height))}
+            distance = high[2] + size
+        else:
+            distance, center = _fitted_place(local, slopes * FILLED)
+            distance = max(distance, high[2] + size * NEAREST)
+            options = {"yfov": float(2 * np.arctan(slopes[1]))}
+        far = (distance - low[2]) * SLACK
+        options["near"] = max((distance - high[2]) / SLACK - size * NEAREST, far * NEAREST)
+        options["far"] = far + size * NEAREST
+        eye = axes @ [center[0], center[1], distance]
+        return cls.look_at(eye, eye - direction, **options)
+
     def light_direction(self) -> tuple[float, float, float]:
         """Unit vector towards the default light, over the viewer's shoulder."""
         x, y, z = unit(self.to_world[:3, :3] @ LIGHT_OVER_SHOULDER)
         return float(x), float(y), float(z)
+
+
+def _fitted_place(local: np.ndarray, slopes: np.ndarray) -> tuple[float, np.ndarray]:
+    """(distance, centre): where a perspective camera along -z sees the points within the slopes.
+
+    local: float64[n, 3] in the camera's axes; slopes: tangents of half the angles that the points
+    fill at most, horizontally and vertically.
+    """
+    distance = -np.inf
+    for axis, slope in enumerate(slopes):
+        leaning = slope * local[:, 2]
+        right, left = (local[:, axis] + leaning).max(), (leaning - local[:, axis]).max()
+        distance = max(distance, (right + left) / (2 * slope))
+    depth = np.maximum(distance - local[:, 2], 1e-30)
+    center = np.zeros(2)
+    for axis in range(2):
+        low, high = local[:, axis].min(), local[:, axis].max()
+        for _ in range(BISECTIONS):  # as far to the right of the picture's middle as to the left
+            center[axis] = (low + high) / 2
+            places = (local[:, axis] - center[axis]) / depth
+            if places.max() + places.min() > 0:
+                low = center[axis]
+            else:
+                high = center[axis]
+    return float(distance), center
 
 
 def read_camera(camera: pygltflib.Camera, matrix: np.ndarray) -> Camera:

@@ -6,7 +6,6 @@ numbers become floats. Nothing here knows Mitsuba, Vulkan or the compression.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -183,7 +182,7 @@ def read_scene(document: Document) -> Scene:
             scene.lights.append(_read_light(document, light, place, matrix))
         if node.mesh is not None:
             scene.warnings += _ignored(node)
-            scene.primitives += _placed_primitives(document, node.mesh, place, matrix)
+            _add_primitives(scene, document, node.mesh, place, matrix)
     scene.warnings = list(dict.fromkeys(scene.warnings))
     return scene
 
@@ -202,12 +201,14 @@ def _ignored(node: pygltflib.Node) -> list[str]:
     return found
 
 
-def _placed_primitives(
-    document: Document, mesh: int, node: int, matrix: np.ndarray
-) -> Iterator[PlacedPrimitive]:
+def _add_primitives(
+    scene: Scene, document: Document, mesh: int, node: int, matrix: np.ndarray
+) -> None:
     for index, primitive in enumerate(item(document.meshes, mesh, "mesh").primitives):
-        if primitive.mode in TRIANGLE_MODES:
-            yield PlacedPrimitive(node, mesh, index, primitive.material, matrix)
+        if primitive.mode not in TRIANGLE_MODES:
+            scene.warnings.append(f"mesh {mesh} primitive {index} has no triangles: left out")
+            continue
+        scene.primitives.append(PlacedPrimitive(node, mesh, index, primitive.material, matrix))
 
 
 def _read_light(document: Document, index: Any, node: int, matrix: np.ndarray) -> Light:

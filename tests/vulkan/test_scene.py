@@ -18,6 +18,7 @@ from vk_backend import build_shaders, raytrace, scene_buffers
 from vk_backend import scene as scenes
 from vk_backend.build_shaders import OUTPUT
 from vk_backend.camera import Camera
+from vk_backend.command import _turn
 from vk_backend.scene import load_scene
 
 OP_MEMBER_DECORATE, OFFSET, OP_TYPE_STRUCT = 72, 35, 30
@@ -26,6 +27,15 @@ OP_MEMBER_DECORATE, OFFSET, OP_TYPE_STRUCT = 72, 35, 30
 @pytest.fixture(scope="module")
 def zoo_path(tmp_path_factory):
     return zoo(tmp_path_factory.mktemp("zoo") / "zoo.glb")
+
+
+def world_positions(scene) -> np.ndarray:
+    """float64[n, 3]: the vertices of all instances."""
+    points = []
+    for instance in scene.instances:
+        positions = scene.primitives[instance.primitive].decoded().positions.astype(np.float64)
+        points.append(positions @ instance.matrix[:3, :3].T + instance.matrix[:3, 3])
+    return np.concatenate(points)
 
 
 def struct_offsets(module: str) -> set[tuple[int, ...]]:
@@ -125,9 +135,7 @@ def test_scene_is_the_file_s(zoo_path):
     )
     assert scene.triangles == 3 * scene.primitives[0].triangles + scene.primitives[1].triangles
     assert scene.warnings == []
-    shown = np.concatenate([
-        scene.primitives[i.primitive].decoded().positions.astype(np.float64) @ i.matrix[:3, :3].T + i.matrix[:3, 3] for i in scene.instances
-    ])  # fmt: skip
+    shown = world_positions(scene)
     assert (scene.low <= shown.min(axis=0) + 1e-5).all() and (
         scene.high >= shown.max(axis=0) - 1e-5
     ).all()
@@ -204,15 +212,27 @@ def test_depth_and_distance_are_inverse(origin, yfov, near, far, orthographic, s
 
 @pytest.mark.parametrize("orthographic", [False, True])
 @pytest.mark.parametrize("shape", [(64, 48), (48, 64), (320, 20)])
-def test_fit_shows_everything(zoo_path, shape, orthographic):
+def test_fit_fills_the_tighter_side(zoo_path, shape, orthographic):
     scene = load_scene(zoo_path)
     camera = Camera.fit(scene, *shape, orthographic=orthographic)
-    corners = np.array(
-        [[(scene.low, scene.high)[i >> a & 1][a] for a in range(3)] + [1.0] for i in range(8)]
-    )
-    clip = corners @ camera.world_to_clip(*shape).T
+    points = world_positions(scene)
+    clip = np.column_stack([points, np.ones(len(points))]) @ camera.world_to_clip(*shape).T
     ndc = clip[:, :3] / clip[:, 3:]
-    assert (np.abs(ndc[:, :2]) <= 1).all() and (ndc[:, 2] >= 0).all() and (ndc[:, 2] <= 1).all()
+    low, high = ndc.min(axis=0), ndc.max(axis=0)
+    assert max(high[:2]) == pytest.approx(0.85, abs=1e-3)
+    np.testing.assert_allclose(low[:2], -high[:2], atol=1e-3)  # centred
+    assert low[2] >= 0 and high[2] <= 1
+
+
+@pytest.mark.parametrize("shape", [(64, 48), (48, 64)])
+def test_a_turn_keeps_everything_in_view(zoo_path, shape):
+    scene = load_scene(zoo_path)
+    camera = Camera.fit_box(scene.low, scene.high, *shape)
+    for turned in _turn(scene, camera, 5):
+        points = world_positions(scene)
+        clip = np.column_stack([points, np.ones(len(points))]) @ turned.world_to_clip(*shape).T
+        ndc = clip[:, :3] / clip[:, 3:]
+        assert (np.abs(ndc[:, :2]) <= 1).all() and (ndc[:, 2] >= 0).all() and (ndc[:, 2] <= 1).all()
 
 
 # --- what is not valid ---
