@@ -26,11 +26,15 @@ PRODUCT = "meshlet_product"  # the native texture that multiplies two others
 
 
 class Materials:
-    """The BSDFs and emitters of a document's materials; warnings: features that are ignored."""
+    """The BSDFs and emitters of a document's materials.
 
-    def __init__(self, document: Document):
+    two_sided: single-sided materials reflect light on their backs, too; warnings: features that are
+    ignored.
+    """
+
+    def __init__(self, document: Document, two_sided: bool = True):
         self.warnings: list[str] = []
-        self._document = document
+        self._document, self._two_sided = document, two_sided
         self._images: dict[int, np.ndarray | None] = {}
 
     def bsdf(self, index: int | None, has_colors: bool) -> dict[str, Any]:
@@ -52,7 +56,7 @@ class Materials:
         }
         transmissive = "spec_trans" in result
         result = self._with_normals(material, result)
-        if material.double_sided and not transmissive:
+        if (material.double_sided or self._two_sided) and not transmissive:
             result = {"type": "twosided", "bsdf": result}
         return self._with_alpha(material, result)
 

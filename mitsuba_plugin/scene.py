@@ -17,6 +17,7 @@ from gltf_ext.compression.primitives import read_primitive
 from gltf_ext.compression.view_points import view_points
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.camera import Camera, unit
+from gltf_ext.gltf.default_light import KEY, sky_radiance
 from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.gltf.materials import read_material
@@ -31,6 +32,7 @@ PLUGIN = "meshlet_edgebreaker"
 FLIP_CAMERA = np.diag([-1.0, 1.0, -1.0, 1.0])
 LEAST_NEAR_CLIP = 1e-5
 FAR_CLIP = 1e6  # of cameras without a far plane
+SKY_ROWS = 64  # of the environment map
 _group_numbers = itertools.count()
 
 
@@ -59,7 +61,10 @@ def scene_dict(path: str | os.PathLike[str], **options: Any) -> dict[str, Any]:
     shown whole.
     cache (0.25), cache_bytes, cache_policy: as the shape's, for all shapes together.
     decoded: ordinary meshes instead of compressed ones (False).
-    default_light: radiance from all around for files without KHR_lights_punctual, 0 for none (1).
+    two_sided: single-sided materials show their colour on both sides instead of a black back
+    (True). Paths meet these surfaces as solid: light does not pass through their backs.
+    default_light: strength of a sky and a key light over the viewer's shoulder, for files without
+    KHR_lights_punctual; 0 for none (1).
     """
     path = os.path.abspath(path)
     return _Builder(path, open_model(path), **options).result()
@@ -82,10 +87,11 @@ class _Builder:
         cache_bytes: int | None = None,
         cache_policy: str = "clock",
         decoded: bool = False,
+        two_sided: bool = True,
         default_light: float = 1.0,
     ):
         self._path, self._document = path, document
-        self._materials = Materials(document)
+        self._materials = Materials(document, two_sided)
         self._source = read_scene(document)
         pixels = "luminance" if "mono" in mi.variant() else "rgb"
         self._film = {"type": "hdrfilm", "width": width, "height": height, "pixel_format": pixels}
@@ -108,9 +114,10 @@ class _Builder:
         self._add_meshes()
         for light in self._source.lights:
             self._scene[f"light_{light.node}"] = _emitter(light)
-        if not self._source.lights and self._default_light > 0:
-            self._scene["default_light"] = {"type": "constant", "radiance": self._default_light}
         camera = self._source.camera(self._camera) or self._default_camera()
+        if not self._source.lights and self._default_light > 0:
+            self._scene["default_light"] = _sky(self._default_light)
+            self._scene["default_key_light"] = _key_light(camera, self._default_light)
         self._scene["sensor"] = self._sensor(camera)
         self._share_cache()
         for warning in [*self._source.warnings, *self._materials.warnings]:
@@ -240,6 +247,24 @@ class _Builder:
             sensor["type"] = "perspective"
             sensor["fov"], sensor["fov_axis"] = float(np.degrees(camera.yfov)), "y"
         return {**sensor, "to_world": mi.ScalarTransform4f(to_world)}
+
+
+def _sky(strength: float) -> dict[str, Any]:
+    """An environment map of the default sky, in Mitsuba's latitudes and longitudes."""
+    latitude = (np.arange(SKY_ROWS) + 0.5) * np.pi / SKY_ROWS
+    up = np.zeros((SKY_ROWS, 2 * SKY_ROWS, 3))
+    up[..., 1] = np.cos(latitude)[:, None]
+    radiance = strength * sky_radiance(up)
+    return {"type": "envmap", "bitmap": mi.Bitmap(radiance.astype(np.float32))}
+
+
+def _key_light(camera: Camera, strength: float) -> dict[str, Any]:
+    irradiance = [strength * np.pi * v for v in KEY]
+    return {
+        "type": "directional",
+        "direction": [-v for v in camera.light_direction()],
+        "irradiance": {"type": "rgb", "value": irradiance},
+    }
 
 
 def _emitter(light: Light) -> dict[str, Any]:

@@ -15,6 +15,7 @@
 #endif
 
 #include "raster/raster.glsl"
+#include "scene/default_light.glsl"
 
 #define SHADING_LIT 0u
 #define SHADING_ATTRIBUTES 1u  // for timing: as cheap as can be, but no attribute is without use
@@ -47,10 +48,6 @@ layout(location = 3) perprimitiveEXT flat in uint in_id;
 #endif
 
 layout(set = 0, binding = 0) uniform sampler2D textures[];
-
-const vec3 SKY = vec3(0.26, 0.29, 0.34);
-const vec3 GROUND = vec3(0.15, 0.13, 0.12);
-const vec3 SUN = vec3(0.72, 0.69, 0.64);
 
 vec3 world_position() {
   Frame frame = the_frame();
@@ -102,8 +99,7 @@ vec3 lit(Material material, vec3 base) {
   vec3 mirror = mix(vec3(0.04), base, material.metallic);
   float highlight =
       toward * pow(max(dot(normal, normalize(light + view)), 0.0), gloss) * min(gloss / 8.0, 4.0);
-  vec3 ambient = mix(GROUND, SKY, normal.y * 0.5 + 0.5);
-  return base * (ambient + SUN * toward) + mirror * SUN * highlight +
+  return base * (sky_light(normal) + KEY * toward) + mirror * KEY * highlight +
          material.emissive.rgb * textured(material, material.emissive_texture).rgb;
 }
 
@@ -124,6 +120,5 @@ void main() {
   vec3 color = (material.flags & MATERIAL_UNLIT) != 0u ? base.rgb : lit(material, base.rgb);
   if ((material.flags & MATERIAL_MASK) != 0u && base.a < material.alpha_cutoff) discard;
   if ((material.flags & MATERIAL_BLEND) != 0u && base.a < dither()) discard;
-  out_color =
-      vec4((material.flags & MATERIAL_UNLIT) != 0u ? color : color / (1.0 + 0.15 * color), 1.0);
+  out_color = vec4(color, 1.0);
 }
