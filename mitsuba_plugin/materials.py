@@ -95,17 +95,15 @@ class Materials:
         return {**parameters, "bitmap": bitmap, "raw": False}
 
     def _metallic_roughness(self, material: Material) -> dict[str, Any]:
-        metallic, roughness = material.metallic, material.roughness
+        metallic, roughness = material.metallic, max(material.roughness, LEAST_ROUGHNESS)
         found = self._image(material, material.metallic_roughness_texture)
         if found is None:
-            return {"metallic": metallic, "roughness": max(roughness, LEAST_ROUGHNESS)}
+            return {"metallic": metallic * mirror_share(roughness), "roughness": roughness}
         image, parameters = found
         channels = image.astype(np.float32) / 255
-        rough = np.maximum(channels[..., 1] * roughness, LEAST_ROUGHNESS)
-        return {
-            "metallic": _gray(parameters, channels[..., 2] * metallic),
-            "roughness": _gray(parameters, rough),
-        }
+        rough = np.maximum(channels[..., 1] * material.roughness, LEAST_ROUGHNESS)
+        metal = channels[..., 2] * metallic * mirror_share(rough)
+        return {"metallic": _gray(parameters, metal), "roughness": _gray(parameters, rough)}
 
     def _with_normals(self, material: Material, bsdf: dict[str, Any]) -> dict[str, Any]:
         found = self._image(material, material.normal_texture)
@@ -175,6 +173,16 @@ class Materials:
     def _warn(self, text: str) -> None:
         if text not in self.warnings:
             self.warnings.append(text)
+
+
+def mirror_share(roughness: Any) -> Any:
+    """Share of a metal's light that `principled` reflects as a metal; the rest is diffuse.
+
+    principled follows one reflection between the facets of a rough surface. The light of all
+    further ones is missing, and a white metal of roughness 1 (glTF's default material) is dark
+    grey. 1 - roughness^4, as in shaders/raster/surface.frag, gives it back in the base colour.
+    """
+    return 1.0 - roughness**4
 
 
 def _bitmap_parameters(use: TextureUse) -> dict[str, Any]:

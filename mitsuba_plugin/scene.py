@@ -32,7 +32,7 @@ PLUGIN = "meshlet_edgebreaker"
 FLIP_CAMERA = np.diag([-1.0, 1.0, -1.0, 1.0])
 LEAST_NEAR_CLIP = 1e-5
 FAR_CLIP = 1e6  # of cameras without a far plane
-SKY_ROWS = 64  # of the environment map
+SKY_ROWS = 64  # of the environment map of the default sky
 _group_numbers = itertools.count()
 
 
@@ -250,15 +250,16 @@ class _Builder:
 
 
 def _sky(strength: float) -> dict[str, Any]:
-    """An environment map of the default sky, in Mitsuba's latitudes and longitudes."""
+    """The default sky as an environment map."""
     latitude = (np.arange(SKY_ROWS) + 0.5) * np.pi / SKY_ROWS
-    up = np.zeros((SKY_ROWS, 2 * SKY_ROWS, 3))
-    up[..., 1] = np.cos(latitude)[:, None]
-    radiance = strength * sky_radiance(up)
+    directions = np.zeros((SKY_ROWS, 2 * SKY_ROWS, 3))
+    directions[..., 1] = np.cos(latitude)[:, None]  # only the height counts
+    radiance = strength * sky_radiance(directions)
     return {"type": "envmap", "bitmap": mi.Bitmap(radiance.astype(np.float32))}
 
 
 def _key_light(camera: Camera, strength: float) -> dict[str, Any]:
+    """The default key light, over the viewer's shoulder."""
     irradiance = [strength * np.pi * v for v in KEY]
     return {
         "type": "directional",

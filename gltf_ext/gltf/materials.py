@@ -73,14 +73,9 @@ class Material:
 
 
 def read_material(document: Document, index: int | None) -> Material:
-    """A material of the document, or for None the one of primitives without a material.
-
-    glTF's default is a white metal of full roughness, which renderers that follow a single
-    reflection show dark grey. Primitives without a material are a white dielectric here.
-    Raises MeshletError.
-    """
+    """A material of the document, glTF's default one for None. Raises MeshletError."""
     if index is None:
-        return Material(metallic=0.0)
+        return Material()
     source = item(document.materials, index, "material")
     pbr = source.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
     extensions = source.extensions or {}

@@ -96,7 +96,8 @@ vec3 lit(Material material, vec3 base) {
   float toward = max(dot(normal, light), 0.0);
   float roughness = clamp(material.roughness, 0.2, 1.0);
   float gloss = 2.0 / pow(roughness, 4.0);
-  vec3 mirror = mix(vec3(0.04), base, material.metallic);
+  // A rough metal spreads its light as a diffuse surface does, which `base` below stands for.
+  vec3 mirror = mix(vec3(0.04), base, material.metallic * (1.0 - pow(roughness, 4.0)));
   float highlight =
       toward * pow(max(dot(normal, normalize(light + view)), 0.0), gloss) * min(gloss / 8.0, 4.0);
   return base * (sky_light(normal) + KEY * toward) + mirror * KEY * highlight +
