@@ -123,7 +123,7 @@ class Materials:
     def _with_alpha(self, material: Material, bsdf: dict[str, Any]) -> dict[str, Any]:
         if material.alpha_mode == pygltflib.OPAQUE:
             return bsdf
-        alpha = np.array(material.base_color[3], np.float32)
+        alpha: np.ndarray = np.array(material.base_color[3], np.float32)
         parameters: dict[str, Any] = {}
         found = self._image(material, material.base_texture)
         if found is not None and found[0].shape[2] == 4:
@@ -190,7 +190,7 @@ def _bitmap_parameters(use: TextureUse) -> dict[str, Any]:
     if use.nearest:
         parameters["filter_type"] = "nearest"
     if (use.matrix, use.offset) != (TextureUse.matrix, TextureUse.offset):
-        to_uv = np.eye(3)
+        to_uv = np.eye(3, dtype=np.float32)
         to_uv[:2, :2] = np.reshape(use.matrix, (2, 2)).T
         to_uv[:2, 2] = use.offset
         parameters["to_uv"] = mi.ScalarTransform3f(to_uv)

@@ -46,7 +46,8 @@ def load_scene(path: str | os.PathLike[str], **options: Any) -> mi.Scene:
     try:
         document = open_model(path)
         with reader.keeping(path, document):
-            return mi.load_dict(_Builder(path, document, **options).result())
+            scene: mi.Scene = mi.load_dict(_Builder(path, document, **options).result())
+            return scene
     except MeshletError as error:
         error.path = error.path or str(path)
         raise
@@ -93,8 +94,13 @@ class _Builder:
         self._path, self._document = path, document
         self._materials = Materials(document, two_sided)
         self._source = read_scene(document)
-        pixels = "luminance" if "mono" in mi.variant() else "rgb"
-        self._film = {"type": "hdrfilm", "width": width, "height": height, "pixel_format": pixels}
+        pixels = "luminance" if "mono" in (mi.variant() or "") else "rgb"
+        self._film: dict[str, Any] = {
+            "type": "hdrfilm",
+            "width": width,
+            "height": height,
+            "pixel_format": pixels,
+        }
         self._spp, self._camera, self._decoded = spp, camera, decoded
         self._default_light = default_light
         self._cache = {
@@ -205,7 +211,8 @@ class _Builder:
             parameters["vertex_texcoords"] = _flat(texcoords)
         parameters.update()
         if "COLOR_0" in attributes:
-            result.add_attribute("vertex_color", 3, _flat(attributes["COLOR_0"][:, :3]))
+            colors: Any = _flat(attributes["COLOR_0"][:, :3])  # the stub asks for a sequence
+            result.add_attribute("vertex_color", 3, colors)
         return result
 
     def _share_cache(self) -> None:

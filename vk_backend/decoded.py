@@ -54,9 +54,8 @@ class Decoded:
         counts = self.meshlet_triangles
         first = np.repeat(np.cumsum(counts) - counts, counts)
         meshlet = np.repeat(np.arange(len(counts)), counts)
-        return (meshlet * CONSTANTS["MESHLET_TRIANGLES"] + np.arange(len(first)) - first).astype(
-            np.uint32
-        )
+        own = np.arange(len(first)) - first
+        return np.asarray(meshlet * CONSTANTS["MESHLET_TRIANGLES"] + own, np.uint32)
 
     def meshlets(self) -> tuple[np.ndarray, np.ndarray]:
         """(PLAIN_MESHLET[M], uint32 words) for the paths without compression.

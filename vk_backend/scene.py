@@ -104,7 +104,8 @@ def _unit_of_oct(integers: np.ndarray, bits: int) -> np.ndarray:
     z = np.float32(1.0) - np.abs(plane).sum(axis=1)
     plane -= np.copysign(np.maximum(-z, np.float32(0.0))[:, None], plane)
     vectors = np.column_stack([plane, z])
-    return vectors / np.sqrt((vectors * vectors).sum(axis=1, keepdims=True))
+    lengths: np.ndarray = np.sqrt((vectors * vectors).sum(axis=1, keepdims=True))
+    return np.asarray(vectors / lengths, np.float32)
 
 
 @dataclass

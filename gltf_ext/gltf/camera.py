@@ -74,7 +74,7 @@ class Camera:
         smaller = np.radians(DEFAULT_FIELD_OF_VIEW)
         yfov = smaller if height <= width else 2 * np.arctan(np.tan(smaller / 2) * height / width)
         distance = radius / np.sin(smaller / 2)
-        options = {
+        options: dict[str, Any] = {
             "near": max(distance - 1.01 * radius, distance * NEAREST),
             "far": distance + 1.01 * radius,
         }
@@ -108,7 +108,7 @@ class Camera:
         if orthographic:
             center = (low + high) / 2
             reach = np.maximum((high - low)[:2] / 2, size * 1e-3) / FILLED
-            options = {"xmag": float(max(reach[0], reach[1] * width / height))}
+            options: dict[str, Any] = {"xmag": float(max(reach[0], reach[1] * width / height))}
             distance = high[2] + size
         else:
             distance, center = _fitted_place(local, slopes * FILLED)

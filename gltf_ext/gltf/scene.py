@@ -61,10 +61,11 @@ class ValueFormat:
 
         glTF 2.0, section 3.6.2.2 (Accessor Data Types): max(c / 127, -1) for signed bytes.
         """
-        values = np.asarray(stored).astype(np.float32)
+        values: np.ndarray = np.asarray(stored).astype(np.float32)
         if not self.normalized:
             return values
-        return np.maximum(values * np.float32(self.scale), np.float32(-1.0))
+        values = np.maximum(values * np.float32(self.scale), np.float32(-1.0))
+        return values
 
 
 def value_format(document: Document, primitive: pygltflib.Primitive, name: str) -> ValueFormat:

@@ -105,7 +105,7 @@ def test02_like_decoded(variant, tmp_path):
 
 @pytest.mark.parametrize("variant", VARIANTS[:1])
 def test03_camera_and_lights(variant, tmp_path):
-    mi, plugin = require(variant)
+    _mi, plugin = require(variant)
 
     def change(properties):
         properties["cameras"] = [
@@ -150,7 +150,7 @@ def test03_camera_and_lights(variant, tmp_path):
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
 def test04_materials(variant, tmp_path):
-    mi, plugin = require(variant)
+    _mi, plugin = require(variant)
 
     def change(properties):
         properties["images"] = [{"uri": image_uri((255, 255, 255, 255))}]
@@ -178,7 +178,7 @@ def test04_materials(variant, tmp_path):
 
 
 def test05_cache_bytes(tmp_path):
-    mi, plugin = require("scalar_rgb")
+    _mi, plugin = require("scalar_rgb")
     s = plugin.load_scene(scene_file(tmp_path), width=32, height=24, cache_bytes=30_001)
     assert plugin.statistics(s)["limit_bytes"] == 30_001
 
@@ -186,7 +186,7 @@ def test05_cache_bytes(tmp_path):
 @pytest.mark.parametrize("variant", VARIANTS[:2])
 def test09_uncompressed_primitives(variant, tmp_path):
     """A primitive that the encoder left as it was is an ordinary mesh."""
-    mi, plugin = require(variant)
+    _mi, plugin = require(variant)
     values, triangles, _ = everything(columns=10, rows=8)
     builder = Builder()
     shown = {name: values[name] for name in ("POSITION", "NORMAL", "TEXCOORD_0")}

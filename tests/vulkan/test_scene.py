@@ -1,4 +1,4 @@
-"""The scene on the host: what shaders read is where they look for it, and means what the file says."""
+"""The scene on the host: its facts, its cameras, and the structures that the shaders read."""
 
 from __future__ import annotations
 
@@ -158,10 +158,10 @@ def test_integer_accessors_are_normalised(tmp_path):
     colors = (values["COLOR_0"] * 255).astype(np.uint8)
     places = (values["TEXCOORD_0"] * 0 + 0.5) * 65535
     builder = Builder()
+    attributes = {"COLOR_0": colors, "TEXCOORD_0": places.astype(np.uint16)}
     builder.mesh(
-        {"POSITION": values["POSITION"], "COLOR_0": colors, "TEXCOORD_0": places.astype(np.uint16)}, triangles,
-        normalized=("COLOR_0", "TEXCOORD_0"),
-    )  # fmt: skip
+        {"POSITION": values["POSITION"], **attributes}, triangles, normalized=tuple(attributes)
+    )
     gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "out.glb")
     decoded = load_scene(tmp_path / "out.glb").primitives[0].decoded()
     known = {tuple(row) for row in colors.tolist()}
@@ -275,13 +275,13 @@ def test_invalid_scenes_give_one_line(zoo_path, tmp_path, change, message):
 
 
 def test_positions_beyond_binary32_give_one_line(zoo_path, tmp_path):
-    """A step that is finite, and positions that are not: neither boxes nor cameras could be made of them."""
+    """A finite step with infinite positions, of which no boxes or cameras can be made."""
     primitive = load_scene(zoo_path).primitives[0]
     data = zoo_path.read_bytes()
     at = data.index(primitive.blob) + 32 + 28 * primitive.attributes["POSITION"].index + 8
     path = tmp_path / "vast.glb"
     path.write_bytes(data[:at] + np.float32(3e38).tobytes() + data[at + 4 :])
-    with pytest.raises(MeshletError, match="positions .* not finite, or larger than") as error:
+    with pytest.raises(MeshletError, match=r"positions .* not finite, or larger than") as error:
         load_scene(path)
     assert "\n" not in str(error.value)
 
