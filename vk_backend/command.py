@@ -16,10 +16,10 @@ import numpy as np
 from PIL import Image
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.default_light import sky_radiance
 from gltf_ext.gltf.document import write_files
 from gltf_ext.progress import progress_bar
 
+from .background import before_sky
 from .camera import Camera
 from .device import vk
 from .errors import VulkanError
@@ -63,7 +63,7 @@ def _render(options: argparse.Namespace) -> int:
         advance = stack.enter_context(progress_bar(output.name, True))
         for number, camera in enumerate(cameras, start=1):
             color, milliseconds = draw(camera)
-            pictures.append(_before_sky(color, camera))
+            pictures.append(before_sky(color, camera))
             times.append(milliseconds)
             if advance:
                 advance(number / len(cameras))
@@ -160,27 +160,6 @@ def _drawing(
         return picture.color, picture.milliseconds
 
     return trace, lambda: sum(tracer.resident_bytes().values())
-
-
-def _before_sky(color: np.ndarray, camera: Camera) -> np.ndarray:
-    """uint8[height, width, 4]: the picture before the default sky, opaque. color: the same shape."""
-    height, width = color.shape[:2]
-    x, y = np.meshgrid(
-        2 * (np.arange(width) + 0.5) / width - 1, 2 * (np.arange(height) + 0.5) / height - 1
-    )
-    places = np.stack([x, y, np.ones_like(x), np.ones_like(x)], axis=-1)
-    inverse = camera.clip_to_world(width, height)
-    if camera.yfov is None:
-        directions = np.broadcast_to(-camera.to_world[:3, 2], (height, width, 3))
-    else:
-        near = places * [1, 1, 0, 1] @ inverse.T
-        directions = near[..., :3] / near[..., 3:] - camera.to_world[:3, 3]
-    directions = directions / np.linalg.norm(directions, axis=-1, keepdims=True)
-    linear = np.clip(sky_radiance(directions), 0, 1)
-    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    sky = np.full_like(color, 255)
-    sky[..., :3] = np.rint(255 * encoded)
-    return np.where(color[..., 3:] > 0, color, sky)
 
 
 def _files(output: Path, pictures: list[np.ndarray]) -> dict[Path, list[bytes]]:

@@ -13,8 +13,9 @@ import numpy as np
 from gltf_ext import _codec
 from gltf_ext.compression.extension import EXTENSION, malformed, read_compressed
 from gltf_ext.compression.primitives import read_primitive
+from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.scene import PlacedPrimitive, value_format
+from gltf_ext.gltf.scene import MAX_SIZE, PlacedPrimitive, value_format
 
 MAX_MESHLETS = 2048  # decoded for a scene: 40 ms. Larger scenes show an evenly spread sample.
 MAX_POINTS = 1 << 18  # of a scene with many instances
@@ -27,7 +28,7 @@ def view_points(document: Document, placed: Sequence[PlacedPrimitive]) -> np.nda
     """
     places = dict.fromkeys((p.mesh, p.primitive) for p in placed)
     meshlets = max(MAX_MESHLETS // max(len(places), 1), 1)
-    local = {place: _primitive_points(document, *place, meshlets) for place in places}
+    local = {place: _checked(_primitive_points(document, *place, meshlets)) for place in places}
     share = max(MAX_POINTS // max(len(placed), 1), 8)
     points = []
     for p in placed:
@@ -35,6 +36,15 @@ def view_points(document: Document, placed: Sequence[PlacedPrimitive]) -> np.nda
         own = own[:: -(-len(own) // share)] if len(own) else own
         points.append(own @ p.matrix[:3, :3].T + p.matrix[:3, 3])
     return np.concatenate(points) if points else np.zeros((0, 3))
+
+
+def _checked(points: np.ndarray) -> np.ndarray:
+    if not (np.abs(points) < MAX_SIZE).all():
+        raise MeshletError(
+            f"positions are not finite, or larger than {MAX_SIZE:g}",
+            "export the file again, smaller",
+        )
+    return points
 
 
 def _primitive_points(document: Document, mesh: int, primitive: int, meshlets: int) -> np.ndarray:

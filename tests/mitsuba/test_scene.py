@@ -442,3 +442,14 @@ def test20_default_view_fills_the_picture(variant, size, tmp_path):
     assert max(shares) == pytest.approx(0.85, abs=0.05)
     assert rows[0] + rows[-1] == pytest.approx(size[1] - 1, abs=2)
     assert columns[0] + columns[-1] == pytest.approx(size[0] - 1, abs=2)
+
+
+@pytest.mark.parametrize("variant", VARIANTS[:1])
+def test21_default_material_is_not_dark(variant, tmp_path):
+    """glTF's default, a white metal of roughness 1, is nearly as bright as a white dielectric."""
+    _, plugin = require(variant)
+    metal, dielectric = (
+        center_color(plugin.load_scene(square_file(tmp_path, material), width=24, height=24))
+        for material in ({}, WHITE)
+    )
+    assert np.allclose(metal, dielectric, rtol=0.15)

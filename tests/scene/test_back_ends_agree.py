@@ -183,6 +183,20 @@ def refused_by_both(builder: Builder, folder: Path, message: str) -> None:
             load(folder / "compressed.glb")
 
 
+def test_vast_positions_are_refused_by_both(read):
+    """A finite step with infinite positions."""
+    from vk_backend.scene import load_scene
+
+    reading = read(sheet())
+    primitive = reading.vulkan.primitives[0]
+    data = reading.path.read_bytes()
+    step = data.index(primitive.blob) + 32 + 28 * primitive.attributes["POSITION"].index + 8
+    reading.path.write_bytes(data[:step] + np.float32(3e38).tobytes() + data[step + 4 :])
+    for load in (load_scene, reading.plugin.scene_dict):
+        with pytest.raises(gltf_ext.MeshletError, match="not finite, or larger than"):
+            load(reading.path)
+
+
 # --- cameras ---
 
 
