@@ -29,7 +29,6 @@ from .scene import Scene, load_scene
 from .stream import RING
 
 GIF_MILLISECONDS = 50  # that each picture of an animation stays
-GIF_BACKGROUND = (255, 255, 255)
 
 # A camera -> (uint8[height, width, 4], milliseconds on the GPU).
 Draw = Callable[[Camera], tuple[np.ndarray, float]]
@@ -182,12 +181,9 @@ def _png(picture: np.ndarray) -> bytes:
 
 
 def _animation(pictures: list[np.ndarray]) -> bytes:
-    """A .gif that repeats; what is not covered is white."""
-    file, frames = io.BytesIO(), []
-    for picture in map(Image.fromarray, pictures):
-        frame = Image.new("RGB", picture.size, GIF_BACKGROUND)
-        frame.paste(picture, mask=picture)
-        frames.append(frame)
+    """The bytes of a .gif that repeats."""
+    file = io.BytesIO()
+    frames = [Image.fromarray(picture).convert("RGB") for picture in pictures]
     frames[0].save(
         file, "GIF", save_all=True, append_images=frames[1:], duration=GIF_MILLISECONDS, loop=0
     )

@@ -29,7 +29,7 @@ NO_ELEMENT = CONSTANTS["NO_ELEMENT"]
 # plain: uncompressed meshlets over the vertices.
 NEEDS = frozenset({"blobs", "bounds", "vertices", "indices", "plain"})
 
-# The structures of shaders/scene.glsl (std430).
+# The structures of shaders/scene/scene.glsl (std430).
 ATTRIBUTE = np.dtype(
     [
         ("offset", "<f4", 4),
