@@ -1,4 +1,4 @@
-"""`gltf-meshlet render`: a picture of a compressed file, rendered without decompressing it."""
+"""The render command with Mitsuba: a picture of a compressed file."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
@@ -27,14 +28,15 @@ FORMATS = {
     ".exr": mi.Bitmap.FileFormat.OpenEXR,
     ".jpg": mi.Bitmap.FileFormat.JPEG,
 }
-PASS_SPP = 16  # the sampler spreads the samples of one pass evenly; more passes only for progress, and for memory,
-MAX_WAVEFRONT = 2**22  # since llvm_* variants hold all samples of a pass
+# Samples per pixel of a pass. The sampler stratifies within a pass; several passes show progress.
+PASS_SPP = 16
+MAX_WAVEFRONT = 2**22  # samples of a pass: llvm_* variants keep them all in memory
 
 
 def main(options: argparse.Namespace) -> int:
-    """Renders and writes the picture; returns the exit status 0. options: those of gltf_meshlet.render.
+    """Renders and writes a picture; returns the exit status, 0.
 
-    Raises MeshletError, OSError.
+    options: of gltf_meshlet.render. Raises MeshletError, OSError.
     """
     output = Path(options.output)
     suffix = output.suffix.lower()
@@ -51,7 +53,7 @@ def main(options: argparse.Namespace) -> int:
             picture = render(scene, options.width, options.height, options.spp, advance)
         seconds = {"load": loaded - start, "render": time.perf_counter() - loaded}
         content = _encoded(picture, suffix)
-    except RuntimeError as error:  # Mitsuba's and Dr.Jit's own
+    except RuntimeError as error:  # of Mitsuba and Dr.Jit
         raise MeshletError(str(error).strip().splitlines()[-1], path=options.input) from None
     write_files({output: [content]})
     _report(options, seconds, statistics(scene))
@@ -65,14 +67,15 @@ def _set_variant(variant: str) -> None:
     if variant.startswith("llvm") and not llvm.choose():
         raise MeshletError(
             f"{variant} needs LLVM {llvm.LEAST_VERSION} or newer",
-            f"Debian: apt install libllvm19; elsewhere set {llvm.VARIABLE}; or use --variant scalar_rgb",
+            f"Debian: apt install libllvm19; elsewhere set {llvm.VARIABLE}; "
+            "or use --variant scalar_rgb",
         )
-    mi.set_log_level(mi.LogLevel.Error)  # its warnings are about numbers of samples that it rounds
+    mi.set_log_level(mi.LogLevel.Error)  # it warns whenever it rounds the number of samples
     mi.set_variant(variant)
 
 
 def _encoded(picture: np.ndarray, suffix: str) -> bytes:
-    """A file's content: linear floats in .exr, 8-bit sRGB in the others."""
+    """The bytes of a picture file: linear floats in .exr, 8-bit sRGB in the others."""
     bitmap, stream = mi.Bitmap(picture), mi.MemoryStream()
     if suffix != ".exr":
         bitmap = bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True)
@@ -93,9 +96,11 @@ def _report(
         return
     asked = max(figures["hits"] + figures["misses"], 1)
     print(
-        f"{options.output}: {options.width} x {options.height}, {options.spp} samples per pixel in {seconds['render']:.1f} s; "
+        f"{options.output}: {options.width} x {options.height}, "
+        f"{options.spp} samples per pixel in {seconds['render']:.1f} s; "
         f"{figures['triangles']:,} triangles in {figures['compressed_bytes'] / 1e6:.2f} MB, "
-        f"cache {figures['resident_bytes'] / 1e6:.2f} MB, {100 * figures['hits'] / asked:.1f} % hits"
+        f"cache {figures['resident_bytes'] / 1e6:.2f} MB, "
+        f"{100 * figures['hits'] / asked:.1f} % hits"
     )
 
 
@@ -124,14 +129,17 @@ def render(
     spp: int,
     advance: Callable[[float], None] | None = None,
 ) -> np.ndarray:
-    """float32[height, width, 3]: the mean of passes with different seeds, after each of which advance(share done) is called."""
+    """float32[height, width, 3], linear: the mean of several passes with different seeds.
+
+    advance: called with the share done after each pass.
+    """
     passes = min(spp, max(spp // PASS_SPP, -(-width * height * spp // MAX_WAVEFRONT)))
     total = np.zeros(1, np.float32)
     for i in range(passes):
         first, last = spp * i // passes, spp * (i + 1) // passes
-        total = total + np.array(mi.render(scene, spp=last - first, seed=i)) * np.float32(
-            (last - first) / spp
-        )
+        seed: Any = i  # the stub asks for a Dr.Jit array
+        rendered = np.array(mi.render(scene, spp=last - first, seed=seed))
+        total = total + rendered * np.float32((last - first) / spp)
         if advance:
             advance(last / spp)
     return total

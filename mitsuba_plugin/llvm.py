@@ -1,4 +1,4 @@
-"""Which LLVM the `llvm_*` variants use: the newest that is installed, since older ones abort on Dr.Jit's code."""
+"""Chooses the newest installed LLVM for the `llvm_*` variants: old ones abort on Dr.Jit's code."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 import re
 from pathlib import Path
 
-VARIABLE = "DRJIT_LIBLLVM_PATH"  # Dr.Jit's own; a value that the user gave stays
+VARIABLE = "DRJIT_LIBLLVM_PATH"  # of Dr.Jit; never overwritten
 LEAST_VERSION = 17
 FOLDERS = (
     "/usr/lib/*-linux-gnu",
@@ -18,7 +18,7 @@ FOLDERS = (
 
 
 def choose() -> bool:
-    """Points Dr.Jit at LLVM 17 or newer, before its first use; False where there is none."""
+    """Points Dr.Jit at LLVM 17 or newer, before its first use; False if there is none."""
     if not os.environ.get(VARIABLE):
         found = [
             (version, path)

@@ -1,4 +1,4 @@
-"""glTF materials as Mitsuba BSDFs: metallic-roughness to `principled`, with its textures, alpha, normal map and emission."""
+"""glTF materials as Mitsuba BSDFs and emitters; metallic-roughness becomes `principled`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import numpy as np
 import pygltflib
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document, item
+from gltf_ext.gltf.document import Document
+from gltf_ext.gltf.json_values import member, number, numbers
+from gltf_ext.gltf.materials import Material, TextureUse, image_bytes, read_material
 
 WRAP = {
     pygltflib.REPEAT: "repeat",
@@ -18,226 +20,181 @@ WRAP = {
 }
 LEAST_ROUGHNESS = 0.03  # principled has no perfect mirror
 DEFAULT_IOR = 1.5
-DEFAULT_CUTOFF = 0.5
-
-
-UNLIT = "KHR_materials_unlit"
-PRODUCT = "meshlet_product"
-
-
-def texcoord_set(document: Document, index: int | None) -> int:
-    """The number n of the TEXCOORD_n that a material's textures use; Mitsuba's shapes have one, so the base colour's comes first."""
-    if index is None:
-        return 0
-    material = item(document.materials, index, "material")
-    pbr = material.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
-    infos = (
-        pbr.baseColorTexture,
-        material.normalTexture,
-        pbr.metallicRoughnessTexture,
-        material.emissiveTexture,
-    )
-    return next((_texcoord_set(info) for info in infos if info is not None), 0)
-
-
-def _texcoord_set(info) -> int:
-    return (
-        (info.extensions or {}).get("KHR_texture_transform", {}).get("texCoord", info.texCoord or 0)
-    )
+LEAST_IOR = 1.001
+WHITE = (1.0, 1.0, 1.0)
+PRODUCT = "meshlet_product"  # the native texture that multiplies two others
 
 
 class Materials:
-    """The BSDFs and emitters of a document's materials. warnings: what could not be carried over."""
+    """The BSDFs and emitters of a document's materials.
 
-    def __init__(self, document: Document):
+    two_sided: single-sided materials reflect light on their backs, too; warnings: features that are
+    ignored.
+    """
+
+    def __init__(self, document: Document, two_sided: bool = True):
         self.warnings: list[str] = []
-        self._document = document
-        self._images: dict[int, np.ndarray] = {}
-        self._texcoords = 0  # the set that the material in hand uses
+        self._document, self._two_sided = document, two_sided
+        self._images: dict[int, np.ndarray | None] = {}
 
     def bsdf(self, index: int | None, has_colors: bool) -> dict[str, Any]:
-        """A BSDF dictionary for a material (None: glTF's default); has_colors: the primitive has COLOR_0."""
-        material = (
-            pygltflib.Material()
-            if index is None
-            else item(self._document.materials, index, "material")
-        )
-        extensions = material.extensions or {}
-        self._texcoords = texcoord_set(self._document, index)
-        pbr = material.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
-        factor = _base_color_factor(pbr)
-        if UNLIT in extensions:
+        """A BSDF dictionary for a material; index: None for glTF's default material.
+
+        has_colors: the primitive has COLOR_0. Raises MeshletError.
+        """
+        material = read_material(self._document, index)
+        if material.unlit:
             if has_colors:
                 self._warn("vertex colours of an unlit material are left out")
-            black = {"type": "diffuse", "reflectance": _color(np.zeros(3))}
-            return self._with_alpha(material, pbr.baseColorTexture, factor[3], black)
+            black = {"type": "diffuse", "reflectance": _color((0.0, 0.0, 0.0))}
+            return self._with_alpha(material, black)
         result: dict[str, Any] = {
             "type": "principled",
-            "base_color": self._base_color(pbr.baseColorTexture, factor, has_colors),
+            "base_color": self._base_color(material, has_colors),
+            **self._metallic_roughness(material),
+            **_extension_parameters(material.extensions),
         }
-        result.update(self._metallic_roughness(pbr))
-        result.update(_extension_parameters(extensions))
-        if material.normalTexture is not None:
-            result = self._with_normals(material.normalTexture, result)
-        if material.doubleSided and "spec_trans" not in result:
+        transmissive = "spec_trans" in result
+        result = self._with_normals(material, result)
+        if (material.double_sided or self._two_sided) and not transmissive:
             result = {"type": "twosided", "bsdf": result}
-        return self._with_alpha(material, pbr.baseColorTexture, factor[3], result)
+        return self._with_alpha(material, result)
 
     def emission(self, index: int | None) -> dict[str, Any] | None:
-        """An area emitter for an emissive material."""
-        if index is None:
+        """An area emitter for a material that emits light, otherwise None. Raises MeshletError."""
+        material = read_material(self._document, index)
+        if material.unlit:  # shows its colour whatever the lights: it is an emitter
+            return {"type": "area", "radiance": self._plain_base_color(material)}
+        if not any(material.emissive):
             return None
-        material = item(self._document.materials, index, "material")
-        self._texcoords = texcoord_set(self._document, index)
-        if UNLIT in (
-            material.extensions or {}
-        ):  # it shows its colour whatever the lights: it is one
-            pbr = material.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
-            return {
-                "type": "area",
-                "radiance": self._base_color(pbr.baseColorTexture, _base_color_factor(pbr), False),
-            }
-        strength = (
-            (material.extensions or {})
-            .get("KHR_materials_emissive_strength", {})
-            .get("emissiveStrength", 1.0)
-        )
-        factor = np.array(material.emissiveFactor or (0, 0, 0), np.float64) * strength
-        if not factor.any():
-            return None
-        texture = material.emissiveTexture and self._image(material.emissiveTexture)
-        if texture is None:
-            return {"type": "area", "radiance": _color(factor)}
-        image, parameters = texture
-        return {
-            "type": "area",
-            "radiance": {
-                **parameters,
-                "bitmap": mi.Bitmap((_linear(image[..., :3]) * factor).astype(np.float32)),
-                "raw": False,
-            },
-        }
+        found = self._image(material, material.emissive_texture)
+        if found is None:
+            return {"type": "area", "radiance": _color(material.emissive)}
+        image, parameters = found
+        return {"type": "area", "radiance": _tinted(image, parameters, material.emissive)}
 
-    # --- parts of a material ---------------------------------------------------------------------------------------------
+    # --- parts of a material ---
 
-    def _base_color(self, info, factor: np.ndarray, has_colors: bool) -> dict[str, Any]:
-        color = self._plain_base_color(info, factor)
+    def _base_color(self, material: Material, has_colors: bool) -> dict[str, Any]:
+        color = self._plain_base_color(material)
         if not has_colors:
             return color
         vertex = {"type": "mesh_attribute", "name": "vertex_color"}
-        return vertex if color == _color(np.ones(3)) else {"type": PRODUCT, "a": vertex, "b": color}
+        return vertex if color == _color(WHITE) else {"type": PRODUCT, "a": vertex, "b": color}
 
-    def _plain_base_color(self, info, factor: np.ndarray) -> dict[str, Any]:
+    def _plain_base_color(self, material: Material) -> dict[str, Any]:
         """Without vertex colours."""
-        texture = info and self._image(info)
-        if texture is None:
-            return _color(factor[:3])
-        image, parameters = texture
-        if np.all(factor[:3] == 1):
-            return {
-                **parameters,
-                "bitmap": mi.Bitmap(np.ascontiguousarray(image[..., :3])),
-                "raw": False,
-            }
-        return {
-            **parameters,
-            "bitmap": mi.Bitmap((_linear(image[..., :3]) * factor[:3]).astype(np.float32)),
-            "raw": False,
-        }
+        factor = material.base_color[:3]
+        found = self._image(material, material.base_texture)
+        if found is None:
+            return _color(factor)
+        image, parameters = found
+        if factor != WHITE:
+            return _tinted(image, parameters, factor)
+        bitmap = mi.Bitmap(np.ascontiguousarray(image[..., :3]))
+        return {**parameters, "bitmap": bitmap, "raw": False}
 
-    def _metallic_roughness(self, pbr) -> dict[str, Any]:
-        metallic = 1.0 if pbr.metallicFactor is None else float(pbr.metallicFactor)
-        roughness = 1.0 if pbr.roughnessFactor is None else float(pbr.roughnessFactor)
-        texture = pbr.metallicRoughnessTexture and self._image(pbr.metallicRoughnessTexture)
-        if texture is None:
-            return {"metallic": metallic, "roughness": max(roughness, LEAST_ROUGHNESS)}
-        image, parameters = texture
+    def _metallic_roughness(self, material: Material) -> dict[str, Any]:
+        metallic, roughness = material.metallic, max(material.roughness, LEAST_ROUGHNESS)
+        found = self._image(material, material.metallic_roughness_texture)
+        if found is None:
+            return {"metallic": metallic * mirror_share(roughness), "roughness": roughness}
+        image, parameters = found
         channels = image.astype(np.float32) / 255
-        return {
-            "metallic": _gray(parameters, channels[..., 2] * metallic),
-            "roughness": _gray(
-                parameters, np.maximum(channels[..., 1] * roughness, LEAST_ROUGHNESS)
-            ),
-        }
+        rough = np.maximum(channels[..., 1] * material.roughness, LEAST_ROUGHNESS)
+        metal = channels[..., 2] * metallic * mirror_share(rough)
+        return {"metallic": _gray(parameters, metal), "roughness": _gray(parameters, rough)}
 
-    def _with_normals(self, info, bsdf: dict[str, Any]) -> dict[str, Any]:
-        texture = self._image(info)
-        if texture is None:
+    def _with_normals(self, material: Material, bsdf: dict[str, Any]) -> dict[str, Any]:
+        found = self._image(material, material.normal_texture)
+        if found is None:
             return bsdf
-        image, parameters = texture
-        scale = 1.0 if info.scale is None else float(info.scale)
+        image, parameters = found
         normals = image[..., :3].astype(np.float32) / 255
-        # Tangent space has v upwards in glTF while texture coordinates go down, as Mitsuba's dp_dv does.
+        # glTF's tangent space has v upwards; texture coordinates go down, as Mitsuba's dp_dv does.
         normals[..., 1] = 1 - normals[..., 1]
-        normals[..., :2] = (normals[..., :2] - 0.5) * scale + 0.5
+        normals[..., :2] = (normals[..., :2] - 0.5) * material.normal_scale + 0.5
         return {
             "type": "normalmap",
             "normalmap": {**parameters, "bitmap": mi.Bitmap(normals), "raw": True},
             "bsdf": bsdf,
         }
 
-    def _with_alpha(self, material, info, factor: float, bsdf: dict[str, Any]) -> dict[str, Any]:
-        mode = material.alphaMode or pygltflib.OPAQUE
-        if mode == pygltflib.OPAQUE:
+    def _with_alpha(self, material: Material, bsdf: dict[str, Any]) -> dict[str, Any]:
+        if material.alpha_mode == pygltflib.OPAQUE:
             return bsdf
-        cutoff = DEFAULT_CUTOFF if material.alphaCutoff is None else material.alphaCutoff
-        texture = info and self._image(info)
-        alpha = (
-            np.float32(factor)
-            if texture is None or texture[0].shape[2] < 4
-            else texture[0][..., 3].astype(np.float32) / 255 * np.float32(factor)
-        )
-        if mode == pygltflib.MASK:
-            alpha = (alpha >= cutoff).astype(np.float32)
-        opacity = _gray(texture[1], alpha) if alpha.ndim else float(alpha)
-        return bsdf if np.all(alpha == 1) else {"type": "mask", "opacity": opacity, "bsdf": bsdf}
+        alpha: np.ndarray = np.array(material.base_color[3], np.float32)
+        parameters: dict[str, Any] = {}
+        found = self._image(material, material.base_texture)
+        if found is not None and found[0].shape[2] == 4:
+            image, parameters = found
+            alpha = image[..., 3].astype(np.float32) / 255 * alpha
+        if material.alpha_mode == pygltflib.MASK:
+            alpha = (alpha >= material.alpha_cutoff).astype(np.float32)
+        if np.all(alpha == 1):
+            return bsdf
+        opacity = _gray(parameters, alpha) if alpha.ndim else float(alpha)
+        return {"type": "mask", "opacity": opacity, "bsdf": bsdf}
 
-    # --- images ----------------------------------------------------------------------------------------------------------
+    # --- images ---
 
-    def _image(self, info) -> tuple[np.ndarray, dict[str, Any]] | None:
-        """(uint8[height, width, 3 or 4], the bitmap's other parameters) of a texture reference; None when it cannot be read."""
-        transform = (info.extensions or {}).get("KHR_texture_transform", {})
-        if _texcoord_set(info) != self._texcoords:
+    def _image(
+        self, material: Material, use: TextureUse | None
+    ) -> tuple[np.ndarray, dict[str, Any]] | None:
+        """(uint8[height, width, 3 or 4], parameters of a `bitmap` texture) of a texture.
+
+        None, with a warning, if it cannot be used; None for no texture.
+        """
+        if use is None:
+            return None
+        if use.texcoord != material.texcoord:
             self._warn(
-                "a texture with other texture coordinates than its material's base colour is left out"
+                "a texture with other texture coordinates than its material's base colour "
+                "is left out"
             )
             return None
-        texture = item(self._document.textures, info.index, "texture")
-        if texture.source is None:
+        if use.image is None:
             self._warn("a texture without a plain image is left out")
             return None
-        image = self._decoded(texture.source)
-        if image is None:
-            return None
-        parameters: dict[str, Any] = {"type": "bitmap", "wrap_mode": "repeat"}
-        if texture.sampler is not None:
-            sampler = item(self._document.samplers, texture.sampler, "sampler")
-            parameters["wrap_mode"] = WRAP.get(sampler.wrapS, "repeat")
-            if sampler.magFilter == pygltflib.NEAREST:
-                parameters["filter_type"] = "nearest"
-        if transform:
-            parameters["to_uv"] = _texture_transform(transform)
-        return image, parameters
+        image = self._decoded(use.image)
+        return None if image is None else (image, _bitmap_parameters(use))
 
     def _decoded(self, index: int) -> np.ndarray | None:
+        """uint8[height, width, 3 or 4], or None with a warning."""
         if index not in self._images:
+            self._images[index] = None
             try:
-                image = item(self._document.images, index, "image")
-                data = (
-                    self._document.read_uri(image.uri)
-                    if image.uri is not None
-                    else bytes(self._document.bytes_of_view(image.bufferView))
-                )
-                bitmap = mi.Bitmap(_stream(data))
+                bitmap = mi.Bitmap(_stream(image_bytes(self._document, index)))
                 self._images[index] = _eight_bits(bitmap)
             except (MeshletError, RuntimeError) as error:
                 self._warn(f"image {index} is left out: {str(error).splitlines()[-1][:120]}")
-                self._images[index] = None
         return self._images[index]
 
     def _warn(self, text: str) -> None:
         if text not in self.warnings:
             self.warnings.append(text)
+
+
+def mirror_share(roughness: Any) -> Any:
+    """Share of a metal's light that `principled` reflects as a metal; the rest is diffuse.
+
+    principled follows one reflection between the facets of a rough surface. The light of all
+    further ones is missing, and a white metal of roughness 1 (glTF's default material) is dark
+    grey. 1 - roughness^4, as in shaders/raster/surface.frag, gives it back in the base colour.
+    """
+    return 1.0 - roughness**4
+
+
+def _bitmap_parameters(use: TextureUse) -> dict[str, Any]:
+    parameters: dict[str, Any] = {"type": "bitmap", "wrap_mode": WRAP.get(use.wrap[0], "repeat")}
+    if use.nearest:
+        parameters["filter_type"] = "nearest"
+    if (use.matrix, use.offset) != (TextureUse.matrix, TextureUse.offset):
+        to_uv = np.eye(3, dtype=np.float32)
+        to_uv[:2, :2] = np.reshape(use.matrix, (2, 2)).T
+        to_uv[:2, 2] = use.offset
+        parameters["to_uv"] = mi.ScalarTransform3f(to_uv)
+    return parameters
 
 
 def _stream(data: bytes) -> mi.MemoryStream:
@@ -248,6 +205,7 @@ def _stream(data: bytes) -> mi.MemoryStream:
 
 
 def _eight_bits(bitmap: mi.Bitmap) -> np.ndarray:
+    """uint8[height, width, 3 or 4]"""
     pixels = np.array(bitmap)
     pixels = pixels[..., None] if pixels.ndim == 2 else pixels
     if pixels.dtype == np.uint16:
@@ -258,60 +216,44 @@ def _eight_bits(bitmap: mi.Bitmap) -> np.ndarray:
 
 
 def _linear(srgb: np.ndarray) -> np.ndarray:
-    """uint8 sRGB -> linear float64."""
+    """float64 of uint8 sRGB."""
     value = srgb / 255.0
     return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
 
 
-def _base_color_factor(pbr: pygltflib.PbrMetallicRoughness) -> np.ndarray:
-    """float64[4]"""
-    return np.array(
-        pbr.baseColorFactor if pbr.baseColorFactor is not None else (1, 1, 1, 1), np.float64
-    )
+def _tinted(
+    image: np.ndarray, parameters: dict[str, Any], factor: tuple[float, ...]
+) -> dict[str, Any]:
+    """A texture of the image's colours times a linear factor."""
+    colors = (_linear(image[..., :3]) * np.array(factor)).astype(np.float32)
+    return {**parameters, "bitmap": mi.Bitmap(colors), "raw": False}
 
 
-def _color(rgb: np.ndarray) -> dict[str, Any]:
+def _color(rgb: tuple[float, ...]) -> dict[str, Any]:
     return {"type": "rgb", "value": [float(v) for v in rgb]}
 
 
 def _gray(parameters: dict[str, Any], values: np.ndarray) -> dict[str, Any]:
-    return {
-        **parameters,
-        "bitmap": mi.Bitmap(np.ascontiguousarray(values[..., None], np.float32)),
-        "raw": True,
-    }
-
-
-def _texture_transform(transform: dict[str, Any]) -> mi.ScalarTransform3f:
-    offset, angle, scale = (
-        transform.get("offset", (0, 0)),
-        transform.get("rotation", 0.0),
-        transform.get("scale", (1, 1)),
-    )
-    c, s = np.cos(angle), np.sin(angle)
-    matrix = (
-        np.array([[1, 0, offset[0]], [0, 1, offset[1]], [0, 0, 1]])
-        @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-        @ np.diag([*scale, 1])
-    )
-    return mi.ScalarTransform3f(matrix)
+    bitmap = mi.Bitmap(np.ascontiguousarray(values[..., None], np.float32))
+    return {**parameters, "bitmap": bitmap, "raw": True}
 
 
 def _extension_parameters(extensions: dict[str, Any]) -> dict[str, Any]:
-    """What principled has of the factors of glTF's material extensions; their textures are not read."""
+    """Parameters of principled for the factors of material extensions; textures are ignored."""
     result: dict[str, Any] = {}
     if "KHR_materials_ior" in extensions:
-        result["eta"] = max(float(extensions["KHR_materials_ior"].get("ior", DEFAULT_IOR)), 1.001)
-    transmission = float(
-        extensions.get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0)
-    )
-    if transmission > 0:
-        result["spec_trans"] = transmission
+        ior = number(member(extensions, "KHR_materials_ior").get("ior"), DEFAULT_IOR)
+        result["eta"] = max(ior, LEAST_IOR)
+    transmission = member(extensions, "KHR_materials_transmission")
+    if number(transmission.get("transmissionFactor"), 0.0) > 0:
+        result["spec_trans"] = number(transmission.get("transmissionFactor"), 0.0)
         result.setdefault("eta", DEFAULT_IOR)
-    clearcoat = extensions.get("KHR_materials_clearcoat", {})
-    if clearcoat.get("clearcoatFactor", 0.0) > 0:
-        result["clearcoat"] = float(clearcoat["clearcoatFactor"])
-        result["clearcoat_gloss"] = 1.0 - float(clearcoat.get("clearcoatRoughnessFactor", 0.0))
-    if any(extensions.get("KHR_materials_sheen", {}).get("sheenColorFactor", ())):
-        result["sheen"] = float(max(extensions["KHR_materials_sheen"]["sheenColorFactor"]))
+    clearcoat = member(extensions, "KHR_materials_clearcoat")
+    if number(clearcoat.get("clearcoatFactor"), 0.0) > 0:
+        result["clearcoat"] = number(clearcoat.get("clearcoatFactor"), 0.0)
+        roughness = number(clearcoat.get("clearcoatRoughnessFactor"), 0.0)
+        result["clearcoat_gloss"] = 1.0 - roughness
+    sheen = numbers(member(extensions, "KHR_materials_sheen").get("sheenColorFactor"), (0.0,) * 3)
+    if any(sheen):
+        result["sheen"] = max(sheen)
     return result

@@ -1,10 +1,11 @@
-"""The native part: loading it, giving it a reader for glTF files, and its figures."""
+"""The native library: loads it, reads glTF files for it, and returns its statistics."""
 
 from __future__ import annotations
 
 import ctypes
 import sys
 from pathlib import Path
+from typing import Any
 
 import mitsuba
 
@@ -62,13 +63,14 @@ READER = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_int, ctypes.c_int, cty
 
 
 def load() -> ctypes.CDLL:
-    """Load the shared library and register the shape and the texture for every variant it was built for."""
+    """Loads the library; registers its shape and texture for every variant it was built for."""
     library = ctypes.CDLL(str(_library_path()))
     library.meshlet_mitsuba_version.restype = ctypes.c_char_p
     built = library.meshlet_mitsuba_version().decode()
     if built != mitsuba.__version__:
         raise ImportError(
-            f"mitsuba_plugin was built for mitsuba {built}, this is {mitsuba.__version__}; build it again: {BUILD_COMMAND}"
+            f"mitsuba_plugin was built for mitsuba {built}, this is {mitsuba.__version__}; "
+            f"build it again: {BUILD_COMMAND}"
         )
     library.meshlet_set_reader.argtypes = [READER]
     library.meshlet_fail.argtypes = [ctypes.c_void_p, ctypes.c_char_p]
@@ -89,7 +91,7 @@ def load() -> ctypes.CDLL:
     library.meshlet_shapes.argtypes = [ctypes.POINTER(ctypes.c_uint64), ctypes.c_uint32]
     library.meshlet_shapes.restype = ctypes.c_uint32
     library.meshlet_working_bytes.restype = ctypes.c_uint64
-    library.meshlet_set_reader(_read)
+    library.meshlet_set_reader(_reader)
     library.meshlet_register(PLUGIN.encode())
     library.meshlet_register_product(PRODUCT.encode())
     return library
@@ -104,9 +106,8 @@ def _library_path() -> Path:
     return path
 
 
-@READER
 def _read(filename: bytes, mesh: int, primitive: int, request: int) -> None:
-    """Called by the native plugin, from any thread."""
+    """Adds the parts of a file to a request. The library calls it from any thread."""
     try:
         parts = reader.read_parts(
             filename.decode(), None if mesh < 0 else mesh, None if primitive < 0 else primitive
@@ -126,11 +127,15 @@ def _read(filename: bytes, mesh: int, primitive: int, request: int) -> None:
             library.meshlet_add_part(
                 request, blobs[id(part.blob)], matrix, (AttributeRow * len(rows))(*rows), len(rows)
             )
-    except Exception as error:  # nothing may pass through the native code
+    except Exception as error:  # exceptions must not reach the native code
         library.meshlet_fail(request, f"{error}".encode() or repr(error).encode())
 
 
+_reader = READER(_read)  # kept alive: the library holds only a pointer
+
+
 def _row(attribute: reader.Attribute | None, name: str = "", components: int = 0) -> AttributeRow:
+    """An attribute for the library; NO_STREAM if there is none, or one of another width."""
     if attribute is None or (components and attribute.components != components):
         return AttributeRow(name.encode(), NO_STREAM, components, 0, components, 1.0, 0.0, 0.0, 0)
     return AttributeRow(
@@ -146,13 +151,16 @@ def _row(attribute: reader.Attribute | None, name: str = "", components: int = 0
     )
 
 
-def statistics(shape=None, *, reset: bool = False) -> dict[str, int]:
-    """Figures of a shape's cache and geometry, of a scene's, or (None) of all shapes that exist; may be asked for while a render runs.
+def statistics(shape: Any = None, *, reset: bool = False) -> dict[str, int]:
+    """Counts and sizes of a shape, of a scene, or (None) of all existing shapes.
 
-    hits, misses, evictions; decoded: meshlets decoded while rendering; refused: decoded meshlets that did not enter the cache;
-    resident_bytes, resident_entries, limit_bytes: what the cache holds now, and may hold; triangles, vertices, meshlets;
-    compressed_bytes: the blobs; table_bytes: boxes, areas and the cache's tables; decoded_bytes: what the cache would hold if it held
-    everything; working_bytes: what all threads of the process need to decode, whatever the limit. Each cache counts once.
+    hits, misses, evictions: of the cache of decoded meshlets; decoded: meshlets decoded while
+    rendering; refused: decoded meshlets that did not enter the cache.
+    resident_bytes, resident_entries: content of the cache; limit_bytes: its limit.
+    triangles, vertices, meshlets; compressed_bytes: the blobs; table_bytes: boxes, areas and the
+    cache's tables; decoded_bytes: of all meshlets if they were in the cache; working_bytes: memory
+    that all threads of the process decode in, whatever the limit.
+    Shapes that share a cache count it once. May be called during a render; reset: zero the counts.
     """
     total = dict.fromkeys((*CACHE_FIGURES, *SHAPE_FIGURES), 0)
     caches: set[int] = set()
@@ -166,14 +174,13 @@ def statistics(shape=None, *, reset: bool = False) -> dict[str, int]:
     return total
 
 
-def _cache_ids(shape) -> list[int]:
+def _cache_ids(shape: Any) -> list[int]:
     if shape is None:
         room = (ctypes.c_uint64 * 65536)()
         return list(room[: library.meshlet_shapes(room, len(room))])
     parameters = mitsuba.traverse(shape)
-    return [
-        int(parameters[key]) for key in parameters.keys() if key.rpartition(".")[2] == "cache_id"
-    ]
+    names = list(dict(parameters))
+    return [int(parameters[name]) for name in names if name.rpartition(".")[2] == "cache_id"]
 
 
 library = load()

@@ -1,4 +1,4 @@
-"""From a glTF file to what the native shape takes: blobs, and which of their streams hold what."""
+"""From a glTF file to the native shape: blobs, placement, and the layout of their attributes."""
 
 from __future__ import annotations
 
@@ -10,26 +10,30 @@ import numpy as np
 
 from gltf_ext.compression.extension import (
     EXTENSION,
-    Compressed,
     read_compressed,
     require_compressed,
 )
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.nodes import placed
+from gltf_ext.gltf.materials import read_material
+from gltf_ext.gltf.scene import ValueFormat, read_scene, value_format
 
-from .materials import texcoord_set
-
-# What fits a row of api.cpp, and an answer of queries.h.
-MAX_NAME, MAX_COMPONENTS = 95, 4
-# glTF allows integers only with `normalized` here, but files forget it.
-ALWAYS_NORMALIZED = ("COLOR_", "NORMAL")
+MAX_NAME = 95  # bytes, of api.cpp's AttributeRow
+MAX_COMPONENTS = 4  # of an attribute, see queries.h
+# Attributes with a place of their own in the shape, and those that Mitsuba has no use for.
+OWN_PLACE = ("POSITION", "NORMAL", "TEXCOORD_0", "TANGENT")
+UNUSED = ("JOINTS_", "WEIGHTS_")
 
 
 @dataclass
 class Attribute:
-    """blob_decoder.h's Attribute: `components` of the `stored` ones, behind the first `skipped`; integers in [lowest, highest]; times scale."""
+    """An attribute in a blob, as part.h's struct.
+
+    stream: the first of its streams; stored: components in the blob; components: those used,
+    after the first `skipped`. Integers are rounded to [lowest, highest]; then all values are
+    multiplied by the scale.
+    """
 
     name: str
     stream: int
@@ -44,7 +48,10 @@ class Attribute:
 
 @dataclass
 class Part:
-    """One compressed primitive in its place. matrix: float64[4, 4]."""
+    """One compressed primitive in its place.
+
+    others: further attributes by Mitsuba's names; matrix: float64[4, 4], object to shape.
+    """
 
     blob: bytes
     position: Attribute
@@ -56,7 +63,7 @@ class Part:
 
 @contextmanager
 def keeping(path: str, document: Document) -> Iterator[None]:
-    """Within this context files are not opened again: `document` stands for what is at `path`."""
+    """Within this context the file at `path` is not read again: `document` is used instead."""
     _documents[path] = document
     try:
         yield
@@ -68,7 +75,10 @@ _documents: dict[str, Document] = {}
 
 
 def read_parts(path: str, mesh: int | None, primitive: int | None) -> list[Part]:
-    """The compressed primitives that the shape's parameters name; MeshletError when there are none."""
+    """The compressed primitives that the shape's parameters name: at least one.
+
+    mesh, primitive: indices in the document; None for all. Raises MeshletError, OSError.
+    """
     document = _documents.get(path) or open_model(path)
     if mesh is None:
         if primitive is not None:
@@ -84,9 +94,7 @@ def read_parts(path: str, mesh: int | None, primitive: int | None) -> list[Part]
             f"mesh {mesh} primitive {primitive} does not exist", f"there are {len(primitives)}"
         )
     numbers = range(len(primitives)) if primitive is None else [primitive]
-    parts = [
-        part_of(document, mesh, p) for p in numbers if EXTENSION in (primitives[p].extensions or {})
-    ]
+    parts = [part_of(document, mesh, p) for p in numbers if is_compressed(document, mesh, p)]
     if not parts:
         raise MeshletError(
             f"mesh {mesh} has no primitive with {EXTENSION} there",
@@ -97,22 +105,14 @@ def read_parts(path: str, mesh: int | None, primitive: int | None) -> list[Part]
 
 def _parts_of_scene(document: Document) -> list[Part]:
     require_compressed(document)
+    known: dict[tuple[int, int], Part] = {}
     parts: list[Part] = []
-    of_mesh: dict[int, list[Part]] = {}
-    for node, matrix in placed(document):
-        if node.mesh is None:
-            continue
-        if node.mesh not in of_mesh:
-            numbers = range(len(document.meshes[node.mesh].primitives))
-            of_mesh[node.mesh] = [
-                part_of(document, node.mesh, p)
-                for p in numbers
-                if EXTENSION in (document.meshes[node.mesh].primitives[p].extensions or {})
-            ]
-        for part in of_mesh[node.mesh]:
-            parts.append(
-                Part(part.blob, part.position, part.normal, part.texcoord, part.others, matrix)
-            )
+    for placed in read_scene(document).primitives:
+        place = placed.mesh, placed.primitive
+        if is_compressed(document, *place):
+            if place not in known:
+                known[place] = part_of(document, *place)
+            parts.append(replace(known[place], matrix=placed.matrix))
     if not parts:
         raise MeshletError(
             "no node of its scene shows a compressed primitive", "give mesh and primitive"
@@ -120,52 +120,48 @@ def _parts_of_scene(document: Document) -> list[Part]:
     return parts
 
 
+def is_compressed(document: Document, mesh: int, primitive: int) -> bool:
+    """Whether a primitive has the extension."""
+    return EXTENSION in (document.meshes[mesh].primitives[primitive].extensions or {})
+
+
 def part_of(document: Document, mesh: int, primitive: int) -> Part:
-    """One compressed primitive in its own coordinates."""
+    """One compressed primitive in its own coordinates. Raises MeshletError."""
     compressed = read_compressed(document, mesh, primitive)
-    normalized = {
-        name: bool(document.accessors[index].normalized)
-        for name, index in vars(document.meshes[mesh].primitives[primitive].attributes).items()
-        if index is not None
-    }
+    source = document.meshes[mesh].primitives[primitive]
     found = {
-        name: _attribute(compressed, name, normalized[name] or name.startswith(ALWAYS_NORMALIZED))
-        for name in compressed.attributes
+        name: _attribute(name, stream, value_format(document, source, name))
+        for name, (stream, _) in compressed.attributes.items()
     }
     others: dict[str, Attribute] = {}
     for name, attribute in found.items():
-        if name not in ("POSITION", "NORMAL", "TEXCOORD_0", "TANGENT") and not name.startswith(
-            ("JOINTS_", "WEIGHTS_")
-        ):
+        if name not in OWN_PLACE and not name.startswith(UNUSED):
             others.update(_as_mesh_attributes(name, attribute))
-    texcoord = (
-        f"TEXCOORD_{texcoord_set(document, document.meshes[mesh].primitives[primitive].material)}"
-    )
-    return Part(
-        compressed.blob, found["POSITION"], found.get("NORMAL"), found.get(texcoord), others
-    )
+    texcoord = found.get(f"TEXCOORD_{read_material(document, source.material).texcoord}")
+    return Part(compressed.blob, found["POSITION"], found.get("NORMAL"), texcoord, others)
 
 
-def _attribute(compressed: Compressed, name: str, normalized: bool) -> Attribute:
-    first, (dtype, components) = compressed.attributes[name]
-    if dtype.kind == "f":
-        return Attribute(name, first, components, 0, components)
-    limits = np.iinfo(dtype)
+def _attribute(name: str, stream: int, form: ValueFormat) -> Attribute:
+    lowest, highest = form.limits
     return Attribute(
         name,
-        first,
-        components,
+        stream,
+        form.components,
         0,
-        components,
-        1.0 / limits.max if normalized else 1.0,
-        float(limits.min),
-        float(limits.max),
-        True,
+        form.components,
+        form.scale,
+        lowest,
+        highest,
+        form.is_integer,
     )
 
 
 def _as_mesh_attributes(name: str, attribute: Attribute) -> dict[str, Attribute]:
-    """Mitsuba's names: COLOR_0 -> vertex_color and vertex_alpha, _TEMPERATURE -> vertex_temperature, COLOR_1 -> vertex_color_1."""
+    """The attribute under Mitsuba's names.
+
+    COLOR_0 becomes vertex_color and vertex_alpha, COLOR_1 vertex_color_1, _TEMPERATURE
+    vertex_temperature.
+    """
     plain = name.lower().lstrip("_")
     plain = plain[:-2] if plain.endswith("_0") else plain
     if name.startswith("COLOR_") and attribute.components == 4:
@@ -179,6 +175,7 @@ def _as_mesh_attributes(name: str, attribute: Attribute) -> dict[str, Attribute]
 def _renamed(
     name: str, attribute: Attribute, skipped: int, components: int
 ) -> dict[str, Attribute]:
+    """Empty if the native shape has no room for it."""
     if len(name.encode()) > MAX_NAME or components > MAX_COMPONENTS:
         return {}
     return {name: replace(attribute, name=name, skipped=skipped, components=components)}

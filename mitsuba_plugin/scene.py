@@ -5,60 +5,75 @@ from __future__ import annotations
 import itertools
 import os
 import warnings
-from collections import Counter
+from collections.abc import Iterator
+from itertools import groupby
 from typing import Any
 
 import mitsuba as mi
 import numpy as np
-import pygltflib
 
 from gltf_ext.compression.extension import EXTENSION
-from gltf_ext.compression.primitives import TRIANGLE_MODES, read_primitive
+from gltf_ext.compression.primitives import read_primitive
+from gltf_ext.compression.view_points import view_points
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.accessors import DTYPES
+from gltf_ext.gltf.camera import Camera, unit
+from gltf_ext.gltf.default_light import KEY, sky_radiance
 from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.gltf.nodes import placed
+from gltf_ext.gltf.materials import read_material
+from gltf_ext.gltf.scene import Light, PlacedPrimitive, read_scene
+from gltf_ext.gltf.scene import value_format as format_of
 
 from . import reader
-from .materials import Materials, texcoord_set
+from .materials import Materials
 
 PLUGIN = "meshlet_edgebreaker"
 # glTF cameras look along -z, Mitsuba's along +z with x to the left.
 FLIP_CAMERA = np.diag([-1.0, 1.0, -1.0, 1.0])
-DEFAULT_VIEW = (0.45, 0.35, 1.0)
-DEFAULT_FIELD_OF_VIEW = 40.0
+LEAST_NEAR_CLIP = 1e-5
+FAR_CLIP = 1e6  # of cameras without a far plane
+SKY_ROWS = 64  # of the environment map of the default sky
 _group_numbers = itertools.count()
 
 
-def load_scene(path: str | os.PathLike, **options: Any) -> mi.Scene:
+def load_scene(path: str | os.PathLike[str], **options: Any) -> mi.Scene:
     """A Mitsuba scene of a glTF file, ready for `mi.render`; options as for `scene_dict`.
 
-    Raises MeshletError for a file that is not valid. Everything that Mitsuba has no equivalent for is left out with a warning.
+    Raises OSError, and MeshletError for a file that is not valid. Features that Mitsuba lacks are
+    ignored with a warning.
     """
     path = os.path.abspath(path)
     try:
         document = open_model(path)
         with reader.keeping(path, document):
-            return mi.load_dict(_Builder(path, document, **options).result())
+            scene: mi.Scene = mi.load_dict(_Builder(path, document, **options).result())
+            return scene
     except MeshletError as error:
         error.path = error.path or str(path)
         raise
 
 
-def scene_dict(path: str | os.PathLike, **options: Any) -> dict[str, Any]:
-    """The dictionary that `load_scene` loads, to add to or to change.
+def scene_dict(path: str | os.PathLike[str], **options: Any) -> dict[str, Any]:
+    """The dictionary that `load_scene` loads, for changes before `mi.load_dict`.
 
-    width, height (800 x 600), spp (64), integrator (a dictionary; {"type": "path"}); camera: index of a node's camera in the order of
-    the scene's nodes (0; where there is none, the whole scene is in view); cache (0.25), cache_bytes, cache_policy: as the shape's, for
-    the sum of all shapes; decoded: ordinary meshes instead of compressed ones;
-    default_light (1): radiance from all around where the file has no KHR_lights_punctual, 0 for none.
+    width, height: pixels (800 x 600). spp: samples per pixel (64).
+    integrator: a dictionary ({"type": "path"}).
+    camera: index of a camera in the order of the scene's nodes (0); a file without cameras is
+    shown whole.
+    cache (0.25), cache_bytes, cache_policy: as the shape's, for all shapes together.
+    decoded: ordinary meshes instead of compressed ones (False).
+    two_sided: single-sided materials show their colour on both sides instead of a black back
+    (True). Paths meet these surfaces as solid: light does not pass through their backs.
+    default_light: strength of a sky and a key light over the viewer's shoulder, for files without
+    KHR_lights_punctual; 0 for none (1).
     """
     path = os.path.abspath(path)
     return _Builder(path, open_model(path), **options).result()
 
 
 class _Builder:
+    """Builds the dictionary of one document; options as for `scene_dict`."""
+
     def __init__(
         self,
         path: str,
@@ -67,106 +82,94 @@ class _Builder:
         width: int = 800,
         height: int = 600,
         spp: int = 64,
-        integrator: dict | None = None,
+        integrator: dict[str, Any] | None = None,
         camera: int = 0,
         cache: float = 0.25,
         cache_bytes: int | None = None,
         cache_policy: str = "clock",
         decoded: bool = False,
+        two_sided: bool = True,
         default_light: float = 1.0,
     ):
-        self._path, self._document, self._materials = path, document, Materials(document)
-        pixels = "luminance" if "mono" in mi.variant() else "rgb"
-        self._film = {"type": "hdrfilm", "width": width, "height": height, "pixel_format": pixels}
-        self._spp, self._integrator, self._camera, self._decoded = (
-            spp,
-            integrator or {"type": "path"},
-            camera,
-            decoded,
-        )
-        self._default_light, self._lit = default_light, False
+        self._path, self._document = path, document
+        self._materials = Materials(document, two_sided)
+        self._source = read_scene(document)
+        pixels = "luminance" if "mono" in (mi.variant() or "") else "rgb"
+        self._film: dict[str, Any] = {
+            "type": "hdrfilm",
+            "width": width,
+            "height": height,
+            "pixel_format": pixels,
+        }
+        self._spp, self._camera, self._decoded = spp, camera, decoded
+        self._default_light = default_light
         self._cache = {
             "cache": cache,
             "cache_policy": cache_policy,
             "cache_group": f"load_scene {next(_group_numbers)}",
         }
         self._cache_bytes = cache_bytes
-        self._scene: dict[str, Any] = {"type": "scene", "integrator": self._integrator}
-        self._cameras: list[dict[str, Any]] = []
-        self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
+        self._scene: dict[str, Any] = {
+            "type": "scene",
+            "integrator": integrator or {"type": "path"},
+        }
 
     def result(self) -> dict[str, Any]:
-        visible = list(placed(self._document))
-        uses = Counter(node.mesh for node, _ in visible if node.mesh is not None)
-        groups: dict[int, str] = {}
-        for number, (node, matrix) in enumerate(visible):
-            if node.mesh is not None:
-                self._add_mesh(number, node.mesh, matrix, uses[node.mesh] > 1, groups)
-            if node.camera is not None:
-                self._cameras.append(
-                    self._sensor(item(self._document.cameras, node.camera, "camera"), matrix)
-                )
-            light = (node.extensions or {}).get("KHR_lights_punctual", {}).get("light")
-            if light is not None:
-                self._add_light(number, light, matrix)
-        if not np.all(np.isfinite(self._low)):
+        if not self._source.primitives:
             raise MeshletError("its scene shows no triangles", "there is nothing to render")
-        if not self._lit and self._default_light > 0:
-            self._scene["default_light"] = {"type": "constant", "radiance": self._default_light}
-        if not 0 <= self._camera < max(len(self._cameras), 1):
-            raise MeshletError(
-                f"camera {self._camera} does not exist", f"there are {len(self._cameras) or 'none'}"
-            )
-        self._scene["sensor"] = (
-            self._cameras[self._camera] if self._cameras else self._default_sensor()
-        )
+        self._add_meshes()
+        for light in self._source.lights:
+            self._scene[f"light_{light.node}"] = _emitter(light)
+        camera = self._source.camera(self._camera) or self._default_camera()
+        if not self._source.lights and self._default_light > 0:
+            self._scene["default_light"] = _sky(self._default_light)
+            self._scene["default_key_light"] = _key_light(camera, self._default_light)
+        self._scene["sensor"] = self._sensor(camera)
         self._share_cache()
-        for warning in self._materials.warnings:
+        for warning in [*self._source.warnings, *self._materials.warnings]:
             warnings.warn(f"{self._path}: {warning}", stacklevel=4)
         return self._scene
 
-    # --- meshes ----------------------------------------------------------------------------------------------------------
+    # --- meshes ---
 
-    def _add_mesh(
-        self, number: int, mesh: int, matrix: np.ndarray, repeated: bool, groups: dict[int, str]
-    ) -> None:
-        primitives = item(self._document.meshes, mesh, "mesh").primitives
-        shown = [p for p, primitive in enumerate(primitives) if primitive.mode in TRIANGLE_MODES]
-        if not shown:
-            return
-        for p in shown:
-            self._extend_bounds(primitives[p], matrix)
-        # Mitsuba has no emitters in shape groups.
-        glowing = any(self._materials.emission(primitives[p].material) for p in shown)
-        if not repeated or glowing:
-            self._scene.update({f"node_{number}_{p}": self._shape(mesh, p, matrix) for p in shown})
-            return
-        if mesh not in groups:
-            groups[mesh] = f"mesh_{mesh}"
-            self._scene[groups[mesh]] = {
-                "type": "shapegroup",
-                **{f"primitive_{p}": self._shape(mesh, p, np.eye(4)) for p in shown},
-            }
-        self._scene[f"node_{number}"] = {
+    def _add_meshes(self) -> None:
+        nodes = [list(group) for _, group in groupby(self._source.primitives, lambda p: p.node)]
+        shown = [primitives[0].mesh for primitives in nodes]
+        for primitives in nodes:
+            # Mitsuba has no emitters in shape groups.
+            glowing = any(self._materials.emission(p.material) for p in primitives)
+            if shown.count(primitives[0].mesh) > 1 and not glowing:
+                self._add_instance(primitives)
+            else:
+                for p in primitives:
+                    self._scene[f"node_{p.node}_{p.primitive}"] = self._shape(p, p.matrix)
+
+    def _add_instance(self, primitives: list[PlacedPrimitive]) -> None:
+        """All primitives of a node, as an instance of their mesh's shape group."""
+        node, group = primitives[0].node, f"mesh_{primitives[0].mesh}"
+        if group not in self._scene:
+            members = {f"primitive_{p.primitive}": self._shape(p, np.eye(4)) for p in primitives}
+            self._scene[group] = {"type": "shapegroup", **members}
+        self._scene[f"node_{node}"] = {
             "type": "instance",
-            "group": {"type": "ref", "id": groups[mesh]},
-            "to_world": mi.ScalarTransform4f(matrix),
+            "group": {"type": "ref", "id": group},
+            "to_world": mi.ScalarTransform4f(primitives[0].matrix),
         }
 
-    def _shape(self, mesh: int, index: int, matrix: np.ndarray) -> dict[str, Any] | mi.Mesh:
-        primitive = self._document.meshes[mesh].primitives[index]
-        colors = getattr(primitive.attributes, "COLOR_0", None) is not None
-        inside: dict[str, Any] = {"bsdf": self._materials.bsdf(primitive.material, colors)}
-        emission = self._materials.emission(primitive.material)
+    def _shape(self, placed: PlacedPrimitive, matrix: np.ndarray) -> dict[str, Any] | mi.Mesh:
+        primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
+        has_colors = getattr(primitive.attributes, "COLOR_0", None) is not None
+        inside = {"bsdf": self._materials.bsdf(placed.material, has_colors)}
+        emission = self._materials.emission(placed.material)
         if emission:
             inside["emitter"] = emission
-        if EXTENSION not in (primitive.extensions or {}):
-            return self._plain_mesh(mesh, index, matrix, inside)
+        if not reader.is_compressed(self._document, placed.mesh, placed.primitive):
+            return self._plain_mesh(placed, matrix, inside)
         return {
             "type": PLUGIN,
             "filename": self._path,
-            "mesh": mesh,
-            "primitive": index,
+            "mesh": placed.mesh,
+            "primitive": placed.primitive,
             "to_world": mi.ScalarTransform4f(matrix),
             "decoded": self._decoded,
             **self._cache,
@@ -174,187 +177,132 @@ class _Builder:
         }
 
     def _plain_mesh(
-        self, mesh: int, index: int, matrix: np.ndarray, inside: dict[str, Any]
+        self, placed: PlacedPrimitive, matrix: np.ndarray, inside: dict[str, Any]
     ) -> mi.Mesh:
-        """A primitive that the encoder left as it was."""
-        source = read_primitive(self._document, mesh, index)[0]
-        attributes = source.attributes
-        texcoords = attributes.get(
-            f"TEXCOORD_{texcoord_set(self._document, self._document.meshes[mesh].primitives[index].material)}"
-        )
+        """A primitive that the encoder left uncompressed."""
+        source = read_primitive(self._document, placed.mesh, placed.primitive)[0]
+        primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
+        attributes = {
+            name: format_of(self._document, primitive, name).to_floats(values)
+            for name, values in source.attributes.items()
+        }
+        texcoord = read_material(self._document, placed.material).texcoord
+        texcoords = attributes.get(f"TEXCOORD_{texcoord}")
         properties = mi.Properties()
         for name, value in inside.items():
             properties[name] = mi.load_dict(value)
         result = mi.Mesh(
-            f"{mesh}_{index}",
+            f"{placed.mesh}_{placed.primitive}",
             len(attributes["POSITION"]),
             len(source.indices),
             properties,
             has_vertex_normals="NORMAL" in attributes,
             has_vertex_texcoords=texcoords is not None,
         )
+        positions = attributes["POSITION"] @ matrix[:3, :3].T + matrix[:3, 3]
         parameters = mi.traverse(result)
         parameters["faces"] = source.indices.astype(np.uint32).ravel()
-        parameters["vertex_positions"] = (
-            (attributes["POSITION"] @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32).ravel()
-        )
+        parameters["vertex_positions"] = _flat(positions)
         if "NORMAL" in attributes:
             normals = attributes["NORMAL"] @ np.linalg.inv(matrix[:3, :3])
-            parameters["vertex_normals"] = (
-                (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30))
-                .astype(np.float32)
-                .ravel()
-            )
+            lengths = np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+            parameters["vertex_normals"] = _flat(normals / lengths)
         if texcoords is not None:
-            parameters["vertex_texcoords"] = _as_float(texcoords).ravel()
+            parameters["vertex_texcoords"] = _flat(texcoords)
         parameters.update()
         if "COLOR_0" in attributes:
-            result.add_attribute("vertex_color", 3, _as_float(attributes["COLOR_0"][:, :3]).ravel())
+            colors: Any = _flat(attributes["COLOR_0"][:, :3])  # the stub asks for a sequence
+            result.add_attribute("vertex_color", 3, colors)
         return result
 
-    def _extend_bounds(self, primitive: pygltflib.Primitive, matrix: np.ndarray) -> None:
-        accessor = item(self._document.accessors, primitive.attributes.POSITION, "accessor")
-        if not accessor.min or not accessor.max or len(accessor.min) != 3 or len(accessor.max) != 3:
-            raise MeshletError("a POSITION accessor has no min and max", "export the model again")
-        corners = np.array(
-            [
-                [(accessor.min, accessor.max)[i >> axis & 1][axis] for axis in range(3)]
-                for i in range(8)
-            ],
-            np.float64,
-        )
-        if accessor.normalized:
-            corners /= np.iinfo(DTYPES[accessor.componentType]).max
-        corners = corners @ matrix[:3, :3].T + matrix[:3, 3]
-        self._low, self._high = (
-            np.minimum(self._low, corners.min(axis=0)),
-            np.maximum(self._high, corners.max(axis=0)),
-        )
-
     def _share_cache(self) -> None:
-        """A limit in bytes is for all shapes together: each brings along a share by its compressed size."""
+        """Divides a limit in bytes among the shapes by their compressed sizes."""
         if self._cache_bytes is None:
             return
-        shapes = [
-            shape
-            for value in self._scene.values()
-            for shape in ([value] if isinstance(value, dict) else []) + _members(value)
-            if shape.get("type") == PLUGIN
-        ]
+        shapes = list(_compressed_shapes(self._scene))
         sizes = [self._blob_bytes(shape) for shape in shapes]
         left = self._cache_bytes
-        for i, (shape, size) in enumerate(zip(shapes, sizes)):
-            share = (
-                left if i == len(shapes) - 1 else int(self._cache_bytes * size / max(sum(sizes), 1))
-            )
-            shape["cache_bytes"], left = share, left - share
+        for shape, size in zip(shapes, sizes):
+            share = int(self._cache_bytes * size / max(sum(sizes), 1))
+            shape["cache_bytes"] = left if shape is shapes[-1] else share
+            left -= shape["cache_bytes"]
 
     def _blob_bytes(self, shape: dict[str, Any]) -> int:
-        extension = (
-            self._document.meshes[shape["mesh"]]
-            .primitives[shape["primitive"]]
-            .extensions[EXTENSION]
-        )
-        return (
-            item(self._document.bufferViews, extension.get("bufferView"), "bufferView").byteLength
-            or 0
-        )
+        primitive = self._document.meshes[shape["mesh"]].primitives[shape["primitive"]]
+        view = primitive.extensions[EXTENSION].get("bufferView")
+        return item(self._document.bufferViews, view, "bufferView").byteLength or 0
 
-    # --- cameras and lights ----------------------------------------------------------------------------------------------
+    # --- cameras and lights ---
 
-    def _sensor(self, camera: pygltflib.Camera, matrix: np.ndarray) -> dict[str, Any]:
-        rigid = matrix.copy()
-        rigid[:3, :3] /= np.maximum(np.linalg.norm(rigid[:3, :3], axis=0), 1e-30)
-        to_world = rigid @ FLIP_CAMERA
-        if camera.type == "orthographic" and camera.orthographic is not None:
-            to_world = to_world @ np.diag(
-                [camera.orthographic.xmag or 1.0, camera.orthographic.xmag or 1.0, 1.0, 1.0]
-            )
-            return self._with_film(
-                {"type": "orthographic", "to_world": mi.ScalarTransform4f(to_world)}
-            )
-        if camera.perspective is None:
-            raise MeshletError(
-                "a camera has neither perspective nor orthographic",
-                "the file is not valid glTF; export it again",
-            )
-        return self._with_film(
-            {
-                "type": "perspective",
-                "fov": float(np.degrees(camera.perspective.yfov)),
-                "fov_axis": "y",
-                "near_clip": max(camera.perspective.znear or 0.01, 1e-5),
-                "far_clip": camera.perspective.zfar or 1e6,
-                "to_world": mi.ScalarTransform4f(to_world),
-            }
-        )
+    def _default_camera(self) -> Camera:
+        """Shows the whole scene from the front, a little above and to the right."""
+        points = view_points(self._document, self._source.primitives)
+        return Camera.fit_points(points, self._film["width"], self._film["height"])
 
-    def _default_sensor(self) -> dict[str, Any]:
-        """From the front, a little above and to the right, everything in view."""
-        center, radius = (
-            (self._low + self._high) / 2,
-            max(float(np.linalg.norm(self._high - self._low)) / 2, 1e-6),
-        )
-        direction = np.array(DEFAULT_VIEW) / np.linalg.norm(DEFAULT_VIEW)
-        distance = radius / np.sin(np.radians(DEFAULT_FIELD_OF_VIEW / 2))
-        return self._with_film(
-            {
-                "type": "perspective",
-                "fov": DEFAULT_FIELD_OF_VIEW,
-                "fov_axis": "smaller",
-                "near_clip": distance * 1e-3,
-                "far_clip": distance * 10,
-                "to_world": mi.ScalarTransform4f().look_at(
-                    origin=list(center + direction * distance), target=list(center), up=[0, 1, 0]
-                ),
-            }
-        )
-
-    def _with_film(self, sensor: dict[str, Any]) -> dict[str, Any]:
-        return {
-            **sensor,
+    def _sensor(self, camera: Camera) -> dict[str, Any]:
+        to_world = camera.to_world @ FLIP_CAMERA
+        sensor: dict[str, Any] = {
+            "near_clip": max(camera.near, LEAST_NEAR_CLIP),
+            "far_clip": camera.far if np.isfinite(camera.far) else max(FAR_CLIP, 2 * camera.near),
             "film": self._film,
             "sampler": {"type": "multijitter", "sample_count": self._spp},
         }
-
-    def _add_light(self, number: int, index: int, matrix: np.ndarray) -> None:
-        """KHR_lights_punctual; lux and candela are taken for Mitsuba's units."""
-        lights = (self._document.extensions or {}).get("KHR_lights_punctual", {}).get("lights", [])
-        light = item(lights, index, "light")
-        color = np.array(light.get("color", (1, 1, 1)), np.float64) * light.get("intensity", 1.0)
-        value = {"type": "rgb", "value": [float(v) for v in color]}
-        direction = -matrix[:3, 2] / max(float(np.linalg.norm(matrix[:3, 2])), 1e-30)
-        position = matrix[:3, 3]
-        if light.get("type") == "directional":
-            emitter = {"type": "directional", "direction": list(direction), "irradiance": value}
-        elif light.get("type") == "spot":
-            cone = light.get("spot", {})
-            outer, inner = cone.get("outerConeAngle", np.pi / 4), cone.get("innerConeAngle", 0.0)
-            up = [0, 0, 1] if abs(direction[1]) > 0.99 else [0, 1, 0]
-            emitter = {
-                "type": "spot",
-                "intensity": value,
-                "cutoff_angle": float(np.degrees(outer)),
-                "beam_width": float(np.degrees(inner)),
-                "to_world": mi.ScalarTransform4f().look_at(
-                    origin=list(position), target=list(position + direction), up=up
-                ),
-            }
+        if camera.yfov is None:
+            to_world = to_world @ np.diag([camera.xmag, camera.xmag, 1.0, 1.0])
+            sensor["type"] = "orthographic"
         else:
-            emitter = {"type": "point", "position": list(position), "intensity": value}
-        self._scene[f"light_{number}"] = emitter
-        self._lit = True
+            sensor["type"] = "perspective"
+            sensor["fov"], sensor["fov_axis"] = float(np.degrees(camera.yfov)), "y"
+        return {**sensor, "to_world": mi.ScalarTransform4f(to_world)}
 
 
-def _as_float(values: np.ndarray) -> np.ndarray:
-    """float32 of glTF's floats and normalised integers."""
-    scale = 1.0 if values.dtype.kind == "f" else 1.0 / np.iinfo(values.dtype).max
-    return np.ascontiguousarray(values * np.float32(scale), np.float32)
+def _sky(strength: float) -> dict[str, Any]:
+    """The default sky as an environment map."""
+    latitude = (np.arange(SKY_ROWS) + 0.5) * np.pi / SKY_ROWS
+    directions = np.zeros((SKY_ROWS, 2 * SKY_ROWS, 3))
+    directions[..., 1] = np.cos(latitude)[:, None]  # only the height counts
+    radiance = strength * sky_radiance(directions)
+    return {"type": "envmap", "bitmap": mi.Bitmap(radiance.astype(np.float32))}
 
 
-def _members(value: Any) -> list[dict[str, Any]]:
-    return (
-        [v for v in value.values() if isinstance(v, dict)]
-        if isinstance(value, dict) and value.get("type") == "shapegroup"
-        else []
-    )
+def _key_light(camera: Camera, strength: float) -> dict[str, Any]:
+    """The default key light, over the viewer's shoulder."""
+    irradiance = [strength * np.pi * v for v in KEY]
+    return {
+        "type": "directional",
+        "direction": [-v for v in camera.light_direction()],
+        "irradiance": {"type": "rgb", "value": irradiance},
+    }
+
+
+def _emitter(light: Light) -> dict[str, Any]:
+    """A light of KHR_lights_punctual; lux and candela are taken for Mitsuba's units."""
+    value = {"type": "rgb", "value": list(light.color)}
+    direction, position = unit(-light.matrix[:3, 2]), light.matrix[:3, 3]
+    if light.kind == "directional":
+        return {"type": "directional", "direction": list(direction), "irradiance": value}
+    if light.kind == "point":
+        return {"type": "point", "position": list(position), "intensity": value}
+    up = [0, 0, 1] if abs(direction[1]) > 0.99 else [0, 1, 0]
+    return {
+        "type": "spot",
+        "intensity": value,
+        "cutoff_angle": float(np.degrees(light.outer_cone)),
+        "beam_width": float(np.degrees(light.inner_cone)),
+        "to_world": mi.ScalarTransform4f().look_at(
+            origin=list(position), target=list(position + direction), up=up
+        ),
+    }
+
+
+def _flat(values: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(values, np.float32).ravel()
+
+
+def _compressed_shapes(entries: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """The dictionaries of compressed shapes, those in shape groups included."""
+    for value in entries.values():
+        if isinstance(value, dict) and value.get("type") == PLUGIN:
+            yield value
+        elif isinstance(value, dict) and value.get("type") == "shapegroup":
+            yield from _compressed_shapes(value)

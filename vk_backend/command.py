@@ -21,6 +21,7 @@ from gltf_ext.gltf.document import write_files
 from gltf_ext.progress import progress_bar
 
 from . import vk
+from .background import before_sky
 from .camera import Camera
 from .errors import VulkanError
 from .raster import PATHS
@@ -29,7 +30,6 @@ from .ring import RING
 from .scene import Scene, load_scene
 
 GIF_MILLISECONDS = 50  # per picture of an animation
-GIF_BACKGROUND = (255, 255, 255)
 
 # A camera -> (uint8[height, width, 4], milliseconds on the GPU).
 Draw = Callable[[Camera], tuple[np.ndarray, float]]
@@ -66,7 +66,7 @@ def _render(options: argparse.Namespace) -> int:
         advance = stack.enter_context(progress_bar(output.name, True))
         for number, camera in enumerate(cameras, start=1):
             color, milliseconds = draw(camera)
-            pictures.append(color)
+            pictures.append(before_sky(color, camera))
             times.append(milliseconds)
             if advance:
                 advance(number / len(cameras))
@@ -101,6 +101,8 @@ def _check_output(output: Path, frames: int) -> None:
 
 def _camera(scene: Scene, options: argparse.Namespace) -> Camera:
     if not scene.cameras:
+        if options.frames > 1:  # the scene turns: no side of it may leave the picture
+            return Camera.fit_box(scene.low, scene.high, options.width, options.height)
         return Camera.fit(scene, options.width, options.height)
     if not 0 <= options.camera < len(scene.cameras):
         raise MeshletError(
@@ -185,12 +187,9 @@ def _png(picture: np.ndarray) -> bytes:
 
 
 def _animation(pictures: list[np.ndarray]) -> bytes:
-    """A .gif that repeats, on a white background."""
-    file, frames = io.BytesIO(), []
-    for picture in map(Image.fromarray, pictures):
-        frame = Image.new("RGB", picture.size, GIF_BACKGROUND)
-        frame.paste(picture, mask=picture)
-        frames.append(frame)
+    """The bytes of a .gif that repeats."""
+    file = io.BytesIO()
+    frames = [Image.fromarray(picture).convert("RGB") for picture in pictures]
     frames[0].save(
         file, "GIF", save_all=True, append_images=frames[1:], duration=GIF_MILLISECONDS, loop=0
     )

@@ -1,4 +1,4 @@
-"""glTF materials for Vulkan: what shaders/surface.glsl shades with, and the images that its base colours come from."""
+"""Materials as the shaders take them, and the images of their textures."""
 
 from __future__ import annotations
 
@@ -9,17 +9,21 @@ import numpy as np
 import pygltflib
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document, item
+from gltf_ext.gltf import materials as gltf_materials
+from gltf_ext.gltf.document import Document
+from gltf_ext.gltf.materials import DEFAULT_CUTOFF, TextureUse, image_bytes, read_material
 
 from .constants import CONSTANTS
 
-DEFAULT_CUTOFF = 0.5
-MAX_PIXELS = 1 << 26  # of an image; larger ones are left out
+MAX_PIXELS = 1 << 26  # larger images are ignored, with a warning
 
 
 @dataclass(frozen=True)
 class Texture:
-    """An image as glTF's samplers say. pixels: uint8[height, width, 4], sRGB and alpha; wrap: glTF's wrapS, wrapT; nearest: not filtered."""
+    """An image and its sampler.
+
+    pixels: uint8[height, width, 4], sRGB and alpha; wrap: glTF's wrapS, wrapT; nearest: unfiltered.
+    """
 
     pixels: np.ndarray
     wrap: tuple[int, int] = (pygltflib.REPEAT, pygltflib.REPEAT)
@@ -28,9 +32,10 @@ class Texture:
 
 @dataclass(frozen=True)
 class Material:
-    """One material; colours are linear. texture, emissive_texture: index of a texture, or -1; flags: MATERIAL_ of constants.h.
+    """One material; colours are linear.
 
-    texcoord_matrix (two columns), texcoord_offset: where both textures are read.
+    flags: MATERIAL_ of format/constants.h; texture, emissive_texture: index of a texture, or -1;
+    texcoord_matrix (by columns), texcoord_offset: the transform that both textures share.
     """
 
     base_color: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
@@ -48,26 +53,12 @@ class Material:
     def double_sided(self) -> bool:
         return bool(self.flags & CONSTANTS["MATERIAL_DOUBLE_SIDED"])
 
-    def record(self, dtype: np.dtype) -> np.ndarray:
-        """scene.MATERIAL[()]"""
-        row = np.zeros((), dtype)
-        row["base_color"], row["emissive"][:3] = self.base_color, self.emissive
-        row["texcoord_matrix"], row["texcoord_offset"] = self.texcoord_matrix, self.texcoord_offset
-        row["metallic"], row["roughness"], row["alpha_cutoff"] = (
-            self.metallic,
-            self.roughness,
-            self.alpha_cutoff,
-        )
-        row["flags"], row["base_texture"], row["emissive_texture"] = (
-            self.flags,
-            self.texture,
-            self.emissive_texture,
-        )
-        return row
-
 
 class Materials:
-    """The materials of a document that its primitives ask for. records, textures: what was asked for; warnings: what was left out."""
+    """The materials of a document that its primitives use, and their textures.
+
+    records, textures: in the order of first use; warnings: features that are ignored.
+    """
 
     def __init__(self, document: Document):
         self.records: list[Material] = []
@@ -79,129 +70,87 @@ class Materials:
         self._textures: dict[int, int] = {}
 
     def index(self, number: int | None) -> tuple[int, int]:
-        """(index in records, n of the TEXCOORD_n of its texture) of a document's material, or of the default one for None."""
+        """(index in records, n of the TEXCOORD_n it reads) of a material; None: the default one."""
         if number not in self._known:
-            material, texcoord = self._read(number)
-            self._known[number] = len(self.records), texcoord
-            self.records.append(material)
+            source = read_material(self._document, number)
+            self._known[number] = len(self.records), source.texcoord
+            self.records.append(self._record(source))
         return self._known[number]
 
-    def _read(self, number: int | None) -> tuple[Material, int]:
-        if number is None:
-            return Material(), 0
-        source = item(self._document.materials, number, "material")
-        pbr = source.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
-        extensions = source.extensions or {}
-        texture, texcoord, matrix, offset = self._placed_texture(pbr.baseColorTexture)
-        emissive = self._placed_texture(source.emissiveTexture)
-        if texture < 0:
-            texcoord, matrix, offset = emissive[1:]
-        elif emissive[0] >= 0 and emissive[1:] != (texcoord, matrix, offset):
-            self.warnings.append("an emissive texture is read at the base colour texture's place")
-        flags = {
-            "MATERIAL_DOUBLE_SIDED": bool(source.doubleSided),
-            "MATERIAL_MASK": source.alphaMode == pygltflib.MASK,
-            "MATERIAL_BLEND": source.alphaMode == pygltflib.BLEND,
-            "MATERIAL_UNLIT": "KHR_materials_unlit" in extensions,
-        }
-        material = Material(
-            _numbers(pbr.baseColorFactor, (1.0,) * 4),
-            _numbers(source.emissiveFactor, (0.0,) * 3),
-            _number(pbr.metallicFactor, 1.0),
-            _number(pbr.roughnessFactor, 1.0),
-            _number(source.alphaCutoff, DEFAULT_CUTOFF),
-            sum(CONSTANTS[name] for name, on in flags.items() if on),
-            texture,
-            emissive[0],
+    def _record(self, source: gltf_materials.Material) -> Material:
+        base, emissive = self._texture(source.base_texture), self._texture(source.emissive_texture)
+        uses = (source.base_texture if base >= 0 else None, source.emissive_texture)
+        placed = next((use for use in uses if use is not None), None)
+        if emissive >= 0 and _placement(source.emissive_texture) != _placement(placed):
+            self.warnings.append(
+                "an emissive texture is read with the base colour texture's coordinates"
+            )
+        _, matrix, offset = _placement(placed)
+        return Material(
+            source.base_color,
+            source.emissive,
+            source.metallic,
+            source.roughness,
+            source.alpha_cutoff,
+            _flags(source),
+            base,
+            emissive,
             matrix,
             offset,
         )
-        return material, texcoord
 
-    def _placed_texture(self, info) -> tuple[int, int, tuple[float, ...], tuple[float, ...]]:
-        """(texture or -1, n of TEXCOORD_n, KHR_texture_transform's matrix by columns, its offset)."""
-        matrix, offset = Material.texcoord_matrix, Material.texcoord_offset
-        if info is None:
-            return -1, 0, matrix, offset
-        transform = (info.extensions or {}).get("KHR_texture_transform", {})
-        texcoord = info.texCoord or 0
-        if isinstance(transform, dict) and transform:
-            texcoord = transform.get("texCoord", texcoord)
-            angle, (u, v) = (
-                _number(transform.get("rotation"), 0.0),
-                _numbers(transform.get("scale"), (1.0, 1.0)),
-            )
-            c, s = float(np.cos(angle)), float(np.sin(angle))
-            matrix, offset = (
-                (c * u, -s * u, s * v, c * v),
-                _numbers(transform.get("offset"), (0.0, 0.0)),
-            )
-        if not isinstance(texcoord, int):
-            raise MeshletError(
-                "a texture's texCoord is not a number",
-                "the file is not valid glTF; export it again",
-            )
-        return self._texture(info.index), texcoord, matrix, offset
-
-    def _texture(self, number: int | None) -> int:
-        """Index in textures, or -1 with a warning."""
-        if number not in self._textures:
-            texture = item(self._document.textures, number, "texture")
-            pixels = None if texture.source is None else self._image(texture.source)
-            if texture.source is None:
+    def _texture(self, use: TextureUse | None) -> int:
+        """Index in textures, or -1 with a warning if its image cannot be used."""
+        if use is None:
+            return -1
+        if use.texture not in self._textures:
+            if use.image is None:
                 self.warnings.append("a texture without a plain image is left out")
-            self._textures[number] = len(self.textures) if pixels is not None else -1
+            pixels = None if use.image is None else self._image(use.image)
+            self._textures[use.texture] = len(self.textures) if pixels is not None else -1
             if pixels is not None:
-                self.textures.append(self._with_sampler(pixels, texture.sampler))
-        return self._textures[number]
-
-    def _with_sampler(self, pixels: np.ndarray, number: int | None) -> Texture:
-        if number is None:
-            return Texture(pixels)
-        sampler = item(self._document.samplers, number, "sampler")
-        wrap = sampler.wrapS or pygltflib.REPEAT, sampler.wrapT or pygltflib.REPEAT
-        return Texture(pixels, wrap, sampler.magFilter == pygltflib.NEAREST)
+                self.textures.append(Texture(pixels, use.wrap, use.nearest))
+        return self._textures[use.texture]
 
     def _image(self, number: int) -> np.ndarray | None:
         """uint8[height, width, 4], or None with a warning."""
         if number not in self._images:
+            self._images[number] = None
             try:
-                self._images[number] = self._decoded(item(self._document.images, number, "image"))
-            except (
-                MeshletError,
-                OSError,
-                ValueError,
-                SyntaxError,
-            ) as error:  # what Pillow's readers raise
+                self._images[number] = _decoded(image_bytes(self._document, number))
+            except (MeshletError, OSError, ValueError, SyntaxError) as error:  # Pillow's too
                 reason = str(error).splitlines()[0][:120] if str(error) else "it cannot be read"
                 self.warnings.append(f"image {number} is left out: {reason}")
-                self._images[number] = None
         return self._images[number]
 
-    def _decoded(self, image: pygltflib.Image) -> np.ndarray:
-        from PIL import Image
 
-        data = (
-            self._document.read_uri(image.uri)
-            if image.uri is not None
-            else bytes(self._document.bytes_of_view(image.bufferView))
-        )
-        with Image.open(io.BytesIO(data)) as opened:
-            if opened.width * opened.height > MAX_PIXELS:
-                raise MeshletError(f"it has {opened.width} x {opened.height} pixels")
-            if opened.mode.startswith("I;16"):
-                high = (np.asarray(opened) >> 8).astype(np.uint8)
-                opened = Image.fromarray(high)
-            return np.asarray(opened.convert("RGBA"))
+def _placement(
+    use: TextureUse | None,
+) -> tuple[int, tuple[float, ...], tuple[float, ...]]:
+    """(texture coordinate set, matrix, offset)."""
+    if use is None:
+        return 0, Material.texcoord_matrix, Material.texcoord_offset
+    return use.texcoord, use.matrix, use.offset
 
 
-def _number(value, default: float) -> float:
-    """A finite number, or the default."""
-    good = isinstance(value, (int, float)) and not isinstance(value, bool) and np.isfinite(value)
-    return float(value) if good else default
+def _flags(source: gltf_materials.Material) -> int:
+    flags = {
+        "MATERIAL_DOUBLE_SIDED": source.double_sided,
+        "MATERIAL_MASK": source.alpha_mode == pygltflib.MASK,
+        "MATERIAL_BLEND": source.alpha_mode == pygltflib.BLEND,
+        "MATERIAL_UNLIT": source.unlit,
+    }
+    return sum(CONSTANTS[name] for name, on in flags.items() if on)
 
 
-def _numbers(values, default: tuple[float, ...]) -> tuple[float, ...]:
-    if not isinstance(values, (list, tuple)) or len(values) != len(default):
-        return default
-    return tuple(_number(v, d) for v, d in zip(values, default))
+def _decoded(data: bytes) -> np.ndarray:
+    """uint8[height, width, 4] of an encoded image."""
+    from PIL import Image
+
+    with Image.open(io.BytesIO(data)) as opened:
+        if opened.width * opened.height > MAX_PIXELS:
+            raise MeshletError(f"it has {opened.width} x {opened.height} pixels")
+        if opened.mode.startswith("I;16"):
+            high = (np.asarray(opened) >> 8).astype(np.uint8)
+            return np.asarray(Image.fromarray(high).convert("RGBA"))
+        return np.asarray(opened.convert("RGBA"))

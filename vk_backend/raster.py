@@ -16,15 +16,8 @@ from .memory import Buffer
 from .pipelines import MAX_GROUPS, ComputePipeline, push, push_record
 from .raster_layout import BOUNDS_PUSH, RASTER_PUSH
 from .ring import RING, Ring
-from .scene import (
-    FRAME,
-    HAS_COLOR,
-    HAS_NORMAL,
-    HAS_TEXCOORD,
-    Scene,
-    SceneBuffers,
-    require_room,
-)
+from .scene import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, Scene
+from .scene_buffers import FRAME, SceneBuffers, require_room
 from .targets import Targets
 from .textures import TextureArray, array_size, textures_layout
 

@@ -17,7 +17,8 @@ from .errors import VulkanError
 from .memory import STORAGE, Buffer
 from .pipelines import MAX_GROUPS, ComputePipeline, Timestamps, push, push_record, stage
 from .raytrace_layout import BOXES_PUSH, CACHE_PUSH, CACHE_STATE, LISTS, RAYS_PUSH, ROUND, TRACED
-from .scene import FRAME, Primitive, Scene, SceneBuffers, require_room
+from .scene import Primitive, Scene
+from .scene_buffers import FRAME, SceneBuffers, require_room
 from .slot_layout import SlotLayout
 from .textures import TextureArray, array_size, textures_layout
 

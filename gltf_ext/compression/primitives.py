@@ -12,8 +12,7 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import read_accessor, store
 from gltf_ext.gltf.document import Document, named_indices
 from gltf_ext.gltf.draco import DRACO, decode_draco
-
-TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
+from gltf_ext.gltf.scene import TRIANGLE_MODES
 
 
 @dataclass(repr=False)

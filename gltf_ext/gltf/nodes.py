@@ -1,4 +1,4 @@
-"""glTF node hierarchies: which node is where."""
+"""The node hierarchy of a glTF scene, flattened."""
 
 from __future__ import annotations
 
@@ -14,17 +14,20 @@ MAX_PLACED = 1_000_000
 
 
 def placed(document: Document) -> Iterator[tuple[pygltflib.Node, np.ndarray]]:
-    """(node, world matrix float64[4, 4]) of every node in the default scene, or of all roots when there is no scene.
+    """(node, world matrix float64[4, 4]) of every node of the default scene, parents first.
 
-    Raises MeshletError for a node that is its own ancestor.
+    A document without scenes shows all its root nodes; one that names no default scene shows its
+    first. Raises MeshletError for a node that is its own ancestor.
     """
     if document.scenes:
         roots = item(document.scenes, document.scene or 0, "scene").nodes or []
     else:
-        children = {child for node in document.nodes for child in node.children or []}
-        roots = [i for i in range(len(document.nodes)) if i not in children]
-    # A node below several parents is not valid glTF, but common.
-    stack = [(index, np.eye(4), frozenset()) for index in reversed(roots)]
+        below = {child for node in document.nodes for child in node.children or []}
+        roots = [i for i in range(len(document.nodes)) if i not in below]
+    # Nodes with several parents are not valid glTF, but common: only cycles are refused.
+    stack: list[tuple[int, np.ndarray, frozenset[int]]] = [
+        (index, np.eye(4), frozenset()) for index in reversed(roots)
+    ]
     count = 0
     while stack:
         index, parent, ancestors = stack.pop()
@@ -35,7 +38,7 @@ def placed(document: Document) -> Iterator[tuple[pygltflib.Node, np.ndarray]]:
                 f"node {index} is its own ancestor, or there are too many nodes",
                 "the file is not valid glTF; export it again",
             )
-        matrix = parent @ local_matrix(node)
+        matrix: np.ndarray = parent @ local_matrix(node)
         yield node, matrix
         children = node.children or []
         stack += [(child, matrix, ancestors | {index}) for child in reversed(children)]
@@ -44,7 +47,7 @@ def placed(document: Document) -> Iterator[tuple[pygltflib.Node, np.ndarray]]:
 def local_matrix(node: pygltflib.Node) -> np.ndarray:
     """float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
     if node.matrix is not None and len(node.matrix) == 16:
-        return np.array(node.matrix, np.float64).reshape(4, 4).T
+        return np.reshape(np.array(node.matrix, np.float64), (4, 4), order="F")
     result = np.eye(4)
     rotation = _rotation(node.rotation) if node.rotation is not None else np.eye(3)
     result[:3, :3] = rotation * np.array(
@@ -55,8 +58,9 @@ def local_matrix(node: pygltflib.Node) -> np.ndarray:
     return result
 
 
-def _rotation(quaternion) -> np.ndarray:
-    x, y, z, w = np.array(quaternion, np.float64) / max(np.linalg.norm(quaternion), 1e-30)
+def _rotation(quaternion: list[float]) -> np.ndarray:
+    """float64[3, 3] of a quaternion x, y, z, w of any length."""
+    x, y, z, w = np.array(quaternion, np.float64) / max(float(np.linalg.norm(quaternion)), 1e-30)
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],

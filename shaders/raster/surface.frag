@@ -20,6 +20,7 @@
 #endif
 
 #include "raster/raster.glsl"
+#include "scene/default_light.glsl"
 
 layout(constant_id = 4) const uint SHADING = SHADING_LIT;
 
@@ -50,10 +51,6 @@ layout(location = 3) perprimitiveEXT flat in uint in_id;
 #endif
 
 layout(set = 0, binding = 0) uniform sampler2D textures[];
-
-const vec3 SKY = vec3(0.26, 0.29, 0.34);
-const vec3 GROUND = vec3(0.15, 0.13, 0.12);
-const vec3 SUN = vec3(0.72, 0.69, 0.64);
 
 vec3 world_position() {
   Frame frame = the_frame();
@@ -102,11 +99,11 @@ vec3 lit(Material material, vec3 base) {
   float toward = max(dot(normal, light), 0.0);
   float roughness = clamp(material.roughness, 0.2, 1.0);
   float gloss = 2.0 / pow(roughness, 4.0);
-  vec3 mirror = mix(vec3(0.04), base, material.metallic);
+  // A rough metal spreads its light as a diffuse surface does, which `base` below stands for.
+  vec3 mirror = mix(vec3(0.04), base, material.metallic * (1.0 - pow(roughness, 4.0)));
   float highlight =
       toward * pow(max(dot(normal, normalize(light + view)), 0.0), gloss) * min(gloss / 8.0, 4.0);
-  vec3 ambient = mix(GROUND, SKY, normal.y * 0.5 + 0.5);
-  return base * (ambient + SUN * toward) + mirror * SUN * highlight +
+  return base * (sky_light(normal) + KEY * toward) + mirror * KEY * highlight +
          material.emissive.rgb * textured(material, material.emissive_texture).rgb;
 }
 
@@ -127,6 +124,5 @@ void main() {
   vec3 color = (material.flags & MATERIAL_UNLIT) != 0u ? base.rgb : lit(material, base.rgb);
   if ((material.flags & MATERIAL_MASK) != 0u && base.a < material.alpha_cutoff) discard;
   if ((material.flags & MATERIAL_BLEND) != 0u && base.a < dither()) discard;
-  out_color =
-      vec4((material.flags & MATERIAL_UNLIT) != 0u ? color : color / (1.0 + 0.15 * color), 1.0);
+  out_color = vec4(color, 1.0);
 }

@@ -134,7 +134,8 @@ float grid_value(float offset, uint q, float step, uint kind_bits, float scale) 
   precise float value = offset + scaled;
   if ((kind_bits & ATTRIBUTE_ROUND) != 0u) value = roundEven(value);
   precise float result = value * scale;
-  return result;
+  // Two integers of a normalised signed type stand for -1: max(c / 127, -1).
+  return scale != 1.0 ? max(result, -1.0) : result;
 }
 
 // Dequantises any attribute that is not octahedral. Missing elements are 0.

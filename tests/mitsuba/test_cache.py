@@ -1,4 +1,4 @@
-"""The cache of decoded meshlets: its limit, its policies, its figures, threads."""
+"""The cache of decoded meshlets: limit, policies, statistics, threads."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test01_stress(sanitizer, tmp_path):
 @pytest.mark.parametrize("variant", VARIANTS[:2])
 @pytest.mark.parametrize("policy", ["counts", "clock"])
 def test02_limits(variant, policy, tmp_path):
-    """The same picture at every limit, which holds."""
+    """The cache stays within its limit; the picture does not depend on it."""
     _, plugin = require(variant)
     path, primitives = sheet(tmp_path)
     pictures = []
@@ -67,7 +67,7 @@ def test02_limits(variant, policy, tmp_path):
         if fraction == 1:
             assert (
                 figures["evictions"] == 0
-            )  # refused counts those that found another thread at the cache, too
+            )  # refused also counts meshlets that met another thread in the cache
     assert all(np.array_equal(pictures[0], other) for other in pictures[1:])
 
 
@@ -103,7 +103,7 @@ def test04_shared_cache(variant, tmp_path):
 
 
 def test05_counts_keep_what_is_popular(tmp_path):
-    """Rays at one corner, then everywhere, then there again: the corner's meshlets outlive the visit, and are evicted in the end."""
+    """Meshlets that many rays needed survive a look at everything else, but not for ever."""
     mi, plugin = require("scalar_rgb")
     path, primitives = sheet(tmp_path)
     shape = mi.load_dict(shapes_of(path, primitives, cache=0.15)["shape_0"])
@@ -126,7 +126,7 @@ def test05_counts_keep_what_is_popular(tmp_path):
 
 
 def test06_statistics_while_rendering(tmp_path):
-    mi, plugin = require("scalar_rgb")
+    _mi, plugin = require("scalar_rgb")
     path, primitives = sheet(tmp_path)
     s = scene(shapes_of(path, primitives), PATH, size=(256, 256))
     shape, seen, done = s.shapes()[0], [], threading.Event()
@@ -147,7 +147,7 @@ def test06_statistics_while_rendering(tmp_path):
 @pytest.mark.parametrize("variant", VARIANTS[:2])
 def test07_threads(variant, tmp_path):
     """One thread and many give the same picture."""
-    mi, _ = require(variant)
+    _mi, _ = require(variant)
     import drjit as dr
 
     path, primitives = sheet(tmp_path)
@@ -155,7 +155,7 @@ def test07_threads(variant, tmp_path):
     blocks = {
         **PATH,
         "block_size": 16,
-    }  # by default it depends on the threads, and the random numbers on it
+    }  # the default depends on the threads, and random numbers depend on it
     try:
         for count in (1, 4):
             dr.set_thread_count(count)
@@ -166,7 +166,7 @@ def test07_threads(variant, tmp_path):
 
 
 def test08_shapes_go_away(tmp_path):
-    mi, plugin = require("scalar_rgb")
+    mi, _plugin = require("scalar_rgb")
     path, primitives = sheet(tmp_path)
     shape = mi.load_dict(shapes_of(path, primitives)["shape_0"])
     cache_id = int(mi.traverse(shape)["cache_id"])

@@ -31,13 +31,17 @@ def image_uri(*colors) -> str:
     return "data:image/png;base64," + base64.b64encode(content.getvalue()).decode()
 
 
-def square_file(folder, material, image=None, attributes=None):
-    """A compressed square that faces the default camera, with one material; its textures show `image`."""
+def square_file(folder, material, image=None, attributes=None, reverse=False):
+    """A compressed square with one material, whose textures show `image`.
+
+    It faces the default camera, or with `reverse` turns its back to it.
+    """
     builder = Builder()
     positions, triangles = (
         np.float32([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]),
         np.uint32([[0, 1, 2], [0, 2, 3]]),
     )
+    triangles = triangles[:, ::-1] if reverse else triangles
     builder.mesh({"POSITION": positions, **(attributes or {})}, triangles)
     properties = builder.properties
     properties["materials"], properties["meshes"][0]["primitives"][0]["material"] = [material], 0
@@ -101,7 +105,7 @@ def test02_like_decoded(variant, tmp_path):
 
 @pytest.mark.parametrize("variant", VARIANTS[:1])
 def test03_camera_and_lights(variant, tmp_path):
-    mi, plugin = require(variant)
+    _mi, plugin = require(variant)
 
     def change(properties):
         properties["cameras"] = [
@@ -146,7 +150,7 @@ def test03_camera_and_lights(variant, tmp_path):
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
 def test04_materials(variant, tmp_path):
-    mi, plugin = require(variant)
+    _mi, plugin = require(variant)
 
     def change(properties):
         properties["images"] = [{"uri": image_uri((255, 255, 255, 255))}]
@@ -174,7 +178,7 @@ def test04_materials(variant, tmp_path):
 
 
 def test05_cache_bytes(tmp_path):
-    mi, plugin = require("scalar_rgb")
+    _mi, plugin = require("scalar_rgb")
     s = plugin.load_scene(scene_file(tmp_path), width=32, height=24, cache_bytes=30_001)
     assert plugin.statistics(s)["limit_bytes"] == 30_001
 
@@ -182,7 +186,7 @@ def test05_cache_bytes(tmp_path):
 @pytest.mark.parametrize("variant", VARIANTS[:2])
 def test09_uncompressed_primitives(variant, tmp_path):
     """A primitive that the encoder left as it was is an ordinary mesh."""
-    mi, plugin = require(variant)
+    _mi, plugin = require(variant)
     values, triangles, _ = everything(columns=10, rows=8)
     builder = Builder()
     shown = {name: values[name] for name in ("POSITION", "NORMAL", "TEXCOORD_0")}
@@ -385,3 +389,67 @@ def test08_files(name, model, tmp_path):
     path, _ = compressed(model(name), tmp_path)
     image = picture(plugin.load_scene(path, width=48, height=36), spp=4)
     assert np.isfinite(image).all() and image.std() > 0
+
+
+# --- first pictures ---
+
+
+def edge_color(scene) -> np.ndarray:
+    """The background at the middle of the left edge."""
+    image = picture(scene, spp=16)
+    height = image.shape[0]
+    return image[height // 2 - 2 : height // 2 + 2, :2].mean(axis=(0, 1))
+
+
+WHITE = {"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 1], "metallicFactor": 0}}
+
+
+@pytest.mark.parametrize("variant", VARIANTS[:2])
+def test18_white_model_before_quiet_background(variant, tmp_path):
+    """The default light leaves a white model brighter than the background, and not burnt out."""
+    _, plugin = require(variant)
+    s = plugin.load_scene(square_file(tmp_path, WHITE), width=48, height=24)
+    shown, background = center_color(s), edge_color(s)
+    assert (shown > 2 * background).all() and (shown < 1).all()
+    assert (background > 0.05).all() and (background < 0.35).all()
+    assert np.ptp(background) < 0.1  # grey
+
+
+@pytest.mark.parametrize("variant", VARIANTS[:2])
+def test19_backs_of_single_sided_surfaces(variant, tmp_path):
+    """They look as double-sided ones do, unless the caller wants them black."""
+    _, plugin = require(variant)
+
+    def back(material, **options):
+        path = square_file(tmp_path, material, reverse=True)
+        return center_color(plugin.load_scene(path, width=24, height=24, **options))
+
+    single, double = back(WHITE), back({**WHITE, "doubleSided": True})
+    assert np.allclose(single, double, rtol=1e-2) and (single > 0.2).all()
+    assert np.allclose(back(WHITE, two_sided=False), 0, atol=1e-4)
+
+
+@pytest.mark.parametrize("variant", VARIANTS[:1])
+@pytest.mark.parametrize("size", [(64, 48), (40, 60)])
+def test20_default_view_fills_the_picture(variant, size, tmp_path):
+    """85 % of the tighter side, in the middle; the background is the same everywhere."""
+    _, plugin = require(variant)
+    path = square_file(tmp_path, {**WHITE, "emissiveFactor": [1, 1, 1]})
+    s = plugin.load_scene(path, width=size[0], height=size[1], default_light=0)
+    lit = picture(s, spp=16).max(axis=2) > 0.5
+    rows, columns = np.flatnonzero(lit.any(axis=1)), np.flatnonzero(lit.any(axis=0))
+    shares = (np.ptp(columns) + 1) / size[0], (np.ptp(rows) + 1) / size[1]
+    assert max(shares) == pytest.approx(0.85, abs=0.05)
+    assert rows[0] + rows[-1] == pytest.approx(size[1] - 1, abs=2)
+    assert columns[0] + columns[-1] == pytest.approx(size[0] - 1, abs=2)
+
+
+@pytest.mark.parametrize("variant", VARIANTS[:1])
+def test21_default_material_is_not_dark(variant, tmp_path):
+    """glTF's default, a white metal of roughness 1, is nearly as bright as a white dielectric."""
+    _, plugin = require(variant)
+    metal, dielectric = (
+        center_color(plugin.load_scene(square_file(tmp_path, material), width=24, height=24))
+        for material in ({}, WHITE)
+    )
+    assert np.allclose(metal, dielectric, rtol=0.15)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.helpers.gltf_builder import Builder, everything
 from tests.helpers.mitsuba_reference import (
     AOVS,
     VARIANTS,
@@ -38,7 +37,8 @@ def compare_aovs(
 ) -> float:
     """Share of the pixels whose position, shading normal and texture coordinates agree.
 
-    Without texture coordinates Mitsuba gives the barycentric ones, which no float has to 1e-4 on a tiny triangle.
+    Without texture coordinates Mitsuba returns barycentric ones, which floats cannot hold to 1e-4
+    on a tiny triangle.
     """
     position, normal, uv = (
         np.abs(expected[..., s] - found[..., s]).max(axis=2)
@@ -88,7 +88,7 @@ def test02_xml(variant, tmp_path):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test03_surface_interaction(variant, tmp_path):
-    mi, _ = require(variant)
+    _mi, _ = require(variant)
     path, primitives = sheet(tmp_path)
     expected = scene(meshes_of(primitives), AOVS)
     found = scene(shapes_of(path, primitives, cache=0.1), AOVS)
@@ -159,7 +159,7 @@ def test07_custom_attributes(variant, tmp_path):
     attributes, corner = primitives[0].attributes, primitives[0].indices[100]
     center = attributes["POSITION"][corner].mean(axis=0)
     up = mi.load_dict({"type": "scene", "shape": shape}).ray_intersect(
-        mi.Ray3f(mi.Point3f(*[float(v) for v in center + [0, 0, 1]]), mi.Vector3f(0, 0, -1))
+        mi.Ray3f(mi.Point3f(*np.add(center, (0, 0, 1)).tolist()), mi.Vector3f(0, 0, -1))
     )
     assert float(np.ravel(shape.eval_attribute_1("vertex_heat", up))[0]) == pytest.approx(
         float(attributes["_HEAT"][corner].mean()), rel=1e-3, abs=10
@@ -292,7 +292,7 @@ def test11_masks_and_textures(variant, tmp_path):
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
 def test12_several_shapes(variant, tmp_path):
-    """Compressed shapes beside each other and beside Mitsuba's own, so that kernels call many of them."""
+    """Several compressed shapes and Mitsuba's own in one scene: kernels call many shapes."""
     mi, _ = require(variant)
     path, primitives = sheet(tmp_path)
     move = mi.ScalarTransform4f().translate
@@ -339,7 +339,7 @@ def test13_errors(tmp_path):
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
 def test14_decoded(variant, tmp_path):
-    """The ordinary mesh, which is all that cuda variants can have."""
+    """The ordinary mesh, the only form that cuda variants support."""
     mi, _ = require(variant)
     path, primitives = sheet(tmp_path)
     shape = mi.load_dict({**shapes_of(path, primitives)["shape_0"], "decoded": True})
@@ -396,7 +396,7 @@ def test30_no_cracks(name, model, tmp_path, request):
 
 
 def inner_point(mi, dr, reference) -> list[float]:
-    """A point that Mitsuba's own mesh encloses, as far from its surface as a few tries find."""
+    """The innermost of a few random points that Mitsuba's own mesh encloses."""
     random = np.random.default_rng(0)
     center, extents = (
         np.array(reference.bbox().center()).ravel(),

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vk_backend import build_shaders, raster_layout, raytrace_layout, scene
+from vk_backend import build_shaders, raster_layout, raytrace_layout, scene_buffers
 from vk_backend.reflection import (
     DECORATION_OFFSET,
     DECORATION_SPEC_ID,
@@ -22,12 +22,12 @@ from vk_backend.reflection import (
 
 # Structure of the shaders -> (dtype, members that the dtype leaves out).
 MIRRORS: dict[str, tuple[np.dtype, set[str]]] = {
-    "Attribute": (scene.ATTRIBUTE, set()),
-    "Primitive": (scene.PRIMITIVE, set()),
-    "Instance": (scene.INSTANCE, set()),
-    "Material": (scene.MATERIAL, set()),
-    "PlainMeshlet": (scene.PLAIN_MESHLET, set()),
-    "Frame": (scene.FRAME, set()),
+    "Attribute": (scene_buffers.ATTRIBUTE, set()),
+    "Primitive": (scene_buffers.PRIMITIVE, set()),
+    "Instance": (scene_buffers.INSTANCE, set()),
+    "Material": (scene_buffers.MATERIAL, set()),
+    "PlainMeshlet": (scene_buffers.PLAIN_MESHLET, set()),
+    "Frame": (scene_buffers.FRAME, set()),
     "RasterPush": (raster_layout.RASTER_PUSH, set()),
     "BoundsPush": (raster_layout.BOUNDS_PUSH, set()),
     "Push": (raster_layout.DECODE_PUSH, set()),

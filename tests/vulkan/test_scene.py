@@ -1,4 +1,4 @@
-"""The scene on the host: what shaders read is where they look for it, and means what the file says."""
+"""The scene on the host: its facts, its cameras, and the structures that the shaders read."""
 
 from __future__ import annotations
 
@@ -15,12 +15,22 @@ from tests.helpers.gltf_builder import Builder, everything, glb_bytes, glb_json
 from tests.helpers.vulkan_scenes import zoo
 from vk_backend import scene as scenes
 from vk_backend.camera import Camera
+from vk_backend.command import _turn
 from vk_backend.scene import load_scene
 
 
 @pytest.fixture(scope="module")
 def zoo_path(tmp_path_factory):
     return zoo(tmp_path_factory.mktemp("zoo") / "zoo.glb")
+
+
+def world_positions(scene) -> np.ndarray:
+    """float64[n, 3]: the vertices of all instances."""
+    points = []
+    for instance in scene.instances:
+        positions = scene.primitives[instance.primitive].decoded().positions.astype(np.float64)
+        points.append(positions @ instance.matrix[:3, :3].T + instance.matrix[:3, 3])
+    return np.concatenate(points)
 
 
 def test_scene_is_the_file_s(zoo_path):
@@ -44,9 +54,7 @@ def test_scene_is_the_file_s(zoo_path):
     )
     assert scene.triangles == 3 * scene.primitives[0].triangles + scene.primitives[1].triangles
     assert scene.warnings == []
-    shown = np.concatenate([
-        scene.primitives[i.primitive].decoded().positions.astype(np.float64) @ i.matrix[:3, :3].T + i.matrix[:3, 3] for i in scene.instances
-    ])  # fmt: skip
+    shown = world_positions(scene)
     assert (scene.low <= shown.min(axis=0) + 1e-5).all() and (
         scene.high >= shown.max(axis=0) - 1e-5
     ).all()
@@ -69,10 +77,10 @@ def test_integer_accessors_are_normalised(tmp_path):
     colors = (values["COLOR_0"] * 255).astype(np.uint8)
     places = (values["TEXCOORD_0"] * 0 + 0.5) * 65535
     builder = Builder()
+    attributes = {"COLOR_0": colors, "TEXCOORD_0": places.astype(np.uint16)}
     builder.mesh(
-        {"POSITION": values["POSITION"], "COLOR_0": colors, "TEXCOORD_0": places.astype(np.uint16)}, triangles,
-        normalized=("COLOR_0", "TEXCOORD_0"),
-    )  # fmt: skip
+        {"POSITION": values["POSITION"], **attributes}, triangles, normalized=tuple(attributes)
+    )
     gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "out.glb")
     decoded = load_scene(tmp_path / "out.glb").primitives[0].decoded()
     known = {tuple(row) for row in colors.tolist()}
@@ -123,15 +131,27 @@ def test_depth_and_distance_are_inverse(origin, yfov, near, far, orthographic, s
 
 @pytest.mark.parametrize("orthographic", [False, True])
 @pytest.mark.parametrize("shape", [(64, 48), (48, 64), (320, 20)])
-def test_fit_shows_everything(zoo_path, shape, orthographic):
+def test_fit_fills_the_tighter_side(zoo_path, shape, orthographic):
     scene = load_scene(zoo_path)
     camera = Camera.fit(scene, *shape, orthographic=orthographic)
-    corners = np.array(
-        [[(scene.low, scene.high)[i >> a & 1][a] for a in range(3)] + [1.0] for i in range(8)]
-    )
-    clip = corners @ camera.world_to_clip(*shape).T
+    points = world_positions(scene)
+    clip = np.column_stack([points, np.ones(len(points))]) @ camera.world_to_clip(*shape).T
     ndc = clip[:, :3] / clip[:, 3:]
-    assert (np.abs(ndc[:, :2]) <= 1).all() and (ndc[:, 2] >= 0).all() and (ndc[:, 2] <= 1).all()
+    low, high = ndc.min(axis=0), ndc.max(axis=0)
+    assert max(high[:2]) == pytest.approx(0.85, abs=1e-3)
+    np.testing.assert_allclose(low[:2], -high[:2], atol=1e-3)  # centred
+    assert low[2] >= 0 and high[2] <= 1
+
+
+@pytest.mark.parametrize("shape", [(64, 48), (48, 64)])
+def test_a_turn_keeps_everything_in_view(zoo_path, shape):
+    scene = load_scene(zoo_path)
+    camera = Camera.fit_box(scene.low, scene.high, *shape)
+    for turned in _turn(scene, camera, 5):
+        points = world_positions(scene)
+        clip = np.column_stack([points, np.ones(len(points))]) @ turned.world_to_clip(*shape).T
+        ndc = clip[:, :3] / clip[:, 3:]
+        assert (np.abs(ndc[:, :2]) <= 1).all() and (ndc[:, 2] >= 0).all() and (ndc[:, 2] <= 1).all()
 
 
 # --- what is not valid ---
@@ -174,13 +194,13 @@ def test_invalid_scenes_give_one_line(zoo_path, tmp_path, change, message):
 
 
 def test_positions_beyond_binary32_give_one_line(zoo_path, tmp_path):
-    """A step that is finite, and positions that are not: neither boxes nor cameras could be made of them."""
+    """A finite step with infinite positions, of which no boxes or cameras can be made."""
     primitive = load_scene(zoo_path).primitives[0]
     data = zoo_path.read_bytes()
     at = data.index(primitive.blob) + 32 + 28 * primitive.attributes["POSITION"].index + 8
     path = tmp_path / "vast.glb"
     path.write_bytes(data[:at] + np.float32(3e38).tobytes() + data[at + 4 :])
-    with pytest.raises(MeshletError, match="positions .* not finite, or larger than") as error:
+    with pytest.raises(MeshletError, match=r"positions .* not finite, or larger than") as error:
         load_scene(path)
     assert "\n" not in str(error.value)
 

@@ -1,0 +1,229 @@
+"""A glTF scene as plain data, read once for all back ends.
+
+Nodes become placed primitives, cameras and lights; `value_format` says how an attribute's stored
+numbers become floats. Nothing here knows Mitsuba, Vulkan or the compression.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pygltflib
+
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.accessors import accessor_format
+from gltf_ext.gltf.camera import Camera, read_camera
+from gltf_ext.gltf.document import Document, item, named_indices
+from gltf_ext.gltf.json_values import member, number, numbers
+from gltf_ext.gltf.nodes import placed
+
+MAX_SIZE = 1e15  # of coordinates: products of two must fit 32-bit floats
+LIGHTS = "KHR_lights_punctual"
+QUANTIZATION = "KHR_mesh_quantization"
+TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
+# Integers in these attributes are fractions even in files that forget to say `normalized`: glTF
+# and KHR_mesh_quantization allow nothing else.
+ALWAYS_NORMALIZED = ("COLOR_", "NORMAL", "TANGENT", "WEIGHTS_")
+
+
+@dataclass(frozen=True)
+class ValueFormat:
+    """How an attribute's stored components become floats.
+
+    dtype: of the accessor's components; normalized: integers stand for fractions of the largest.
+    """
+
+    dtype: np.dtype
+    components: int
+    normalized: bool
+
+    @property
+    def is_integer(self) -> bool:
+        return self.dtype.kind != "f"
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Smallest and largest integer; zeros for floats."""
+        if not self.is_integer:
+            return 0.0, 0.0
+        limits = np.iinfo(self.dtype)
+        return float(limits.min), float(limits.max)
+
+    @property
+    def scale(self) -> float:
+        """Factor from stored numbers to values, exact in float32."""
+        return float(np.float32(1.0 / self.limits[1])) if self.normalized else 1.0
+
+    def to_floats(self, stored: np.ndarray) -> np.ndarray:
+        """float32 values of stored components of any shape.
+
+        glTF 2.0, section 3.6.2.2 (Accessor Data Types): max(c / 127, -1) for signed bytes.
+        """
+        values: np.ndarray = np.asarray(stored).astype(np.float32)
+        if not self.normalized:
+            return values
+        values = np.maximum(values * np.float32(self.scale), np.float32(-1.0))
+        return values
+
+
+def value_format(document: Document, primitive: pygltflib.Primitive, name: str) -> ValueFormat:
+    """The format of one of the primitive's attributes. Raises MeshletError.
+
+    Integer texture coordinates are plain integers only if the file declares
+    KHR_mesh_quantization; glTF itself allows only normalised ones.
+    """
+    index = named_indices(primitive.attributes)[name]
+    accessor = item(document.accessors, index, f"the accessor of {name},")
+    dtype, components = accessor_format(accessor, name)
+    forgotten = name.startswith(ALWAYS_NORMALIZED) or (
+        name.startswith("TEXCOORD_") and QUANTIZATION not in (document.extensionsUsed or [])
+    )
+    normalized = dtype.kind != "f" and (bool(accessor.normalized) or forgotten)
+    return ValueFormat(dtype, components, normalized)
+
+
+def position_box(
+    document: Document, primitive: pygltflib.Primitive
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """(low, high), float64[3], from the accessor's min and max; None if these are not valid."""
+    index = named_indices(primitive.attributes).get("POSITION")
+    accessor = item(document.accessors, index, "the accessor of POSITION,")
+    given = [accessor.min, accessor.max]
+    if not all(bound is not None and len(bound) == 3 for bound in given):
+        return None
+    box = np.array(given, np.float64)
+    form = value_format(document, primitive, "POSITION")
+    if form.normalized:
+        box = np.maximum(box * form.scale, -1.0)
+    return (box[0], box[1]) if np.isfinite(box).all() and (box[0] <= box[1]).all() else None
+
+
+def box_corners(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """float64[8, 3]"""
+    return np.array([[(low, high)[i >> axis & 1][axis] for axis in range(3)] for i in range(8)])
+
+
+@dataclass(frozen=True)
+class PlacedPrimitive:
+    """A triangle primitive in its place.
+
+    node: number of the node in the order of the scene; mesh, primitive: its place in the document;
+    material: index of the document's material, or None; matrix: float64[4, 4], object to world.
+    """
+
+    node: int
+    mesh: int
+    primitive: int
+    material: int | None
+    matrix: np.ndarray
+
+    @property
+    def mirrored(self) -> bool:
+        """The matrix turns counter-clockwise triangles into clockwise ones."""
+        return is_mirrored(self.matrix)
+
+
+@dataclass(frozen=True)
+class Light:
+    """A light of KHR_lights_punctual; it shines along its node's -z axis.
+
+    kind: "directional" (color is in lux), "spot" or "point" (candela); color: linear, times the
+    intensity; inner_cone, outer_cone: a spot's, radians.
+    """
+
+    node: int
+    kind: str
+    color: tuple[float, ...]
+    matrix: np.ndarray
+    inner_cone: float = 0.0
+    outer_cone: float = np.pi / 4
+
+
+@dataclass
+class Scene:
+    """The default scene of a document; warnings: features that are ignored."""
+
+    primitives: list[PlacedPrimitive] = field(default_factory=list)
+    cameras: list[Camera] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    def camera(self, index: int) -> Camera | None:
+        """A camera by its index in the order of the nodes; None for 0 if there are none.
+
+        Raises MeshletError.
+        """
+        if 0 <= index < len(self.cameras):
+            return self.cameras[index]
+        if index == 0:
+            return None
+        raise MeshletError(
+            f"camera {index} does not exist",
+            f"there are {len(self.cameras) or 'none'}",
+            options=("camera",),
+        )
+
+
+def read_scene(document: Document) -> Scene:
+    """The document's default scene; all root nodes if it has no scenes. Raises MeshletError."""
+    scene = Scene()
+    for place, (node, matrix) in enumerate(placed(document)):
+        if not (np.abs(matrix) < MAX_SIZE).all():
+            raise MeshletError(
+                f"a node's transform is not finite, or larger than {MAX_SIZE:g}",
+                "export the file again, smaller",
+            )
+        if node.camera is not None:
+            camera = item(document.cameras, node.camera, "camera")
+            scene.cameras.append(read_camera(camera, matrix))
+        light = member(node.extensions, LIGHTS).get("light")
+        if light is not None:
+            scene.lights.append(_read_light(document, light, place, matrix))
+        if node.mesh is not None:
+            scene.warnings += _ignored(node)
+            _add_primitives(scene, document, node.mesh, place, matrix)
+    scene.warnings = list(dict.fromkeys(scene.warnings))
+    return scene
+
+
+def is_mirrored(matrix: np.ndarray) -> bool:
+    return bool(np.linalg.det(matrix[:3, :3]) < 0)
+
+
+def _ignored(node: pygltflib.Node) -> list[str]:
+    """Warnings about features of a node that no back end has."""
+    found = []
+    if node.skin is not None:
+        found.append("a skin is not applied: the mesh is shown in its bind pose")
+    if "EXT_mesh_gpu_instancing" in (node.extensions or {}):
+        found.append("EXT_mesh_gpu_instancing is not applied: the mesh is shown once")
+    return found
+
+
+def _add_primitives(
+    scene: Scene, document: Document, mesh: int, node: int, matrix: np.ndarray
+) -> None:
+    for index, primitive in enumerate(item(document.meshes, mesh, "mesh").primitives):
+        if primitive.mode not in TRIANGLE_MODES:
+            scene.warnings.append(f"mesh {mesh} primitive {index} has no triangles: left out")
+            continue
+        scene.primitives.append(PlacedPrimitive(node, mesh, index, primitive.material, matrix))
+
+
+def _read_light(document: Document, index: Any, node: int, matrix: np.ndarray) -> Light:
+    lights = member(document.extensions, LIGHTS).get("lights", [])
+    light = item(lights if isinstance(lights, list) else [], index, "light")
+    light = light if isinstance(light, dict) else {}
+    intensity = number(light.get("intensity"), 1.0)
+    kind = light.get("type")
+    cone = member(light, "spot")
+    return Light(
+        node,
+        kind if kind in ("directional", "spot") else "point",
+        tuple(v * intensity for v in numbers(light.get("color"), (1.0,) * 3)),
+        matrix,
+        number(cone.get("innerConeAngle"), 0.0),
+        number(cone.get("outerConeAngle"), np.pi / 4),
+    )

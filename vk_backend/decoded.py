@@ -1,0 +1,106 @@
+"""Uncompressed geometry: for the baseline paths, ray tracing of triangles, and tests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .constants import CONSTANTS
+
+# Bits of `Scene.attributes` and of the shaders' constant ATTRIBUTES.
+HAS_NORMAL = CONSTANTS["HAS_NORMAL"]
+HAS_TEXCOORD = CONSTANTS["HAS_TEXCOORD"]
+HAS_COLOR = CONSTANTS["HAS_COLOR"]
+# Floats of an uncompressed vertex beside its position.
+VERTEX_FLOATS = ((HAS_NORMAL, 3), (HAS_TEXCOORD, 2), (HAS_COLOR, 4))
+
+PLAIN_MESHLET = np.dtype([("first", "<u4"), ("counts", "<u4")])  # of shaders/scene/scene.glsl
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """An uncompressed primitive.
+
+    triangles: uint32[T, 3] in the order of the meshlets; positions: float32[V, 3];
+    normals: float32[V, 3] or None; texcoords: float32[V, 2] or None; colors: float32[V, 4] or None;
+    meshlet_triangles: int64[M], triangles of each meshlet.
+    """
+
+    triangles: np.ndarray
+    positions: np.ndarray
+    normals: np.ndarray | None
+    texcoords: np.ndarray | None
+    colors: np.ndarray | None
+    meshlet_triangles: np.ndarray
+
+    def vertices(self, attributes: int) -> np.ndarray:
+        """float32[V, n]: positions, and the attributes of these HAS_ bits.
+
+        Attributes that the primitive lacks are 0, colours 1.
+        """
+        count = len(self.positions)
+        columns = [self.positions]
+        if attributes & HAS_NORMAL:
+            columns.append(_or_constant(self.normals, count, 3, 0.0))
+        if attributes & HAS_TEXCOORD:
+            columns.append(_or_constant(self.texcoords, count, 2, 0.0))
+        if attributes & HAS_COLOR:
+            columns.append(_or_constant(self.colors, count, 4, 1.0))
+        return np.ascontiguousarray(np.concatenate(columns, axis=1), np.float32)
+
+    def ids(self) -> np.ndarray:
+        """uint32[T]: meshlet * 64 + number within the meshlet."""
+        counts = self.meshlet_triangles
+        first = np.repeat(np.cumsum(counts) - counts, counts)
+        meshlet = np.repeat(np.arange(len(counts)), counts)
+        own = np.arange(len(first)) - first
+        return np.asarray(meshlet * CONSTANTS["MESHLET_TRIANGLES"] + own, np.uint32)
+
+    def meshlets(self) -> tuple[np.ndarray, np.ndarray]:
+        """(PLAIN_MESHLET[M], uint32 words) for the paths without compression.
+
+        The words of a meshlet: its vertex numbers, then its triangles as a | b << 8 | v << 16.
+        """
+        counts = self.meshlet_triangles
+        meshlet = np.repeat(np.arange(len(counts), dtype=np.uint64), 3 * counts)
+        keys, local = np.unique(
+            meshlet << np.uint64(32) | self.triangles.ravel(), return_inverse=True
+        )
+        first_key = np.searchsorted(
+            keys, np.arange(len(counts) + 1, dtype=np.uint64) << np.uint64(32)
+        )
+        vertex_counts = np.diff(first_key)
+        corners = (local.reshape(-1, 3) - np.repeat(first_key[:-1], counts)[:, None]).astype(
+            np.uint32
+        )
+        rows = np.zeros(len(counts), PLAIN_MESHLET)
+        rows["first"] = np.cumsum(vertex_counts + counts) - (vertex_counts + counts)
+        rows["counts"] = vertex_counts | counts << 8
+        words = np.empty(len(keys) + len(corners), np.uint32)
+        triangles_before = np.repeat(np.cumsum(counts) - counts, vertex_counts)
+        words[np.arange(len(keys)) + triangles_before] = keys & np.uint64(0xFFFFFFFF)
+        vertices_before = np.repeat(first_key[1:], counts)  # those of the own meshlet included
+        packed = corners[:, 0] | corners[:, 1] << 8 | corners[:, 2] << 16
+        words[np.arange(len(corners)) + vertices_before] = packed
+        return rows, words
+
+
+def _or_constant(
+    values: np.ndarray | None, count: int, components: int, constant: float
+) -> np.ndarray:
+    return np.full((count, components), constant, np.float32) if values is None else values
+
+
+def meshlet_triangles(blob: bytes) -> np.ndarray:
+    """int64[M]: triangles of each meshlet, from the blob's directory."""
+    streams, meshlets = blob[5], int.from_bytes(blob[16:20], "little")
+    groups = -(-meshlets // CONSTANTS["BLOB_GROUP_MESHLETS"])
+    directory = (
+        CONSTANTS["BLOB_HEADER_BYTES"]
+        + CONSTANTS["BLOB_STREAM_BYTES"] * streams
+        + CONSTANTS["BLOB_GROUP_BYTES"] * groups
+    )
+    entries = np.frombuffer(blob, "<u4", meshlets, directory)
+    mask = (1 << CONSTANTS["BLOB_TRIANGLE_BITS"]) - 1
+    return (entries >> CONSTANTS["BLOB_OFFSET_BITS"] & mask).astype(np.int64) + 1

@@ -1,0 +1,301 @@
+"""A scene in GPU memory: the structures of shaders/scene/scene.glsl, and their buffers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from . import vk
+from .camera import Camera
+from .constants import CONSTANTS
+from .decoded import PLAIN_MESHLET
+from .device import Device
+from .errors import VulkanError
+from .materials import Material
+from .memory import STORAGE, Buffer
+from .scene import SHADED, Attribute, Instance, Primitive, Scene
+
+# Shared memory that a team decoder needs at most (shaders/decoders/team_size.glsl), in bytes: per
+# element of a vertex, per stream, and for the rest.
+TEAM_ELEMENT_BYTES = 512
+TEAM_STREAM_BYTES = 8
+TEAM_OTHER_BYTES = 4096
+NO_ELEMENT = CONSTANTS["NO_ELEMENT"]
+# Parts of a scene that a path may need:
+# blobs: the compressed bytes; bounds: room for the culling bounds; vertices, indices: uncompressed;
+# plain: uncompressed meshlets over the vertices.
+NEEDS = frozenset({"blobs", "bounds", "vertices", "indices", "plain"})
+
+# The structures of shaders/scene/scene.glsl (std430).
+ATTRIBUTE = np.dtype(
+    [
+        ("offset", "<f4", 4),
+        ("step", "<f4"),
+        ("element", "<u4"),
+        ("kind_bits", "<u4"),
+        ("scale", "<f4"),
+    ]
+)
+PRIMITIVE = np.dtype(
+    [
+        ("blob", "<u4", 2),
+        ("blob_words", "<u4"),
+        ("meshlets", "<u4"),
+        ("stream_end", "<u4"),
+        ("elements", "<u4"),
+        ("triangles", "<u4"),
+        ("vertices", "<u4"),
+        ("bounds", "<u4", 2),
+        ("vertex_data", "<u4", 2),
+        ("index_data", "<u4", 2),
+        ("plain_meshlets", "<u4", 2),
+        ("box_low", "<f4", 4),
+        ("box_size", "<f4", 4),
+        ("position", ATTRIBUTE),
+        ("normal", ATTRIBUTE),
+        ("texcoord", ATTRIBUTE),
+        ("color", ATTRIBUTE),
+    ]
+)
+# Matrices are stored column by column: numpy's [4, 4] transposed.
+INSTANCE = np.dtype(
+    [
+        ("object_to_world", "<f4", (4, 4)),
+        ("world_to_object", "<f4", (4, 4)),
+        ("primitive", "<u4"),
+        ("material", "<u4"),
+        ("id", "<u4"),
+        ("flags", "<u4"),
+    ]
+)
+MATERIAL = np.dtype(
+    [
+        ("base_color", "<f4", 4),
+        ("emissive", "<f4", 4),
+        ("texcoord_matrix", "<f4", 4),
+        ("texcoord_offset", "<f4", 2),
+        ("metallic", "<f4"),
+        ("roughness", "<f4"),
+        ("alpha_cutoff", "<f4"),
+        ("flags", "<u4"),
+        ("base_texture", "<i4"),
+        ("emissive_texture", "<i4"),
+    ]
+)
+FRAME = np.dtype(
+    [
+        ("world_to_clip", "<f4", (4, 4)),
+        ("clip_to_world", "<f4", (4, 4)),
+        ("eye", "<f4", 4),
+        ("light_direction", "<f4", 4),
+        ("primitives", "<u4", 2),
+        ("instances", "<u4", 2),
+        ("materials", "<u4", 2),
+        ("object_to_clip", "<u4", 2),
+        ("plain_words", "<u4", 2),
+        ("width", "<u4"),
+        ("height", "<u4"),
+    ]
+)
+
+
+def address_words(address: int) -> tuple[int, int]:
+    """A buffer address as the (low, high) words of a uvec2."""
+    return address & 0xFFFFFFFF, address >> 32
+
+
+class SceneBuffers:
+    """A scene's buffers for one path. needs: of NEEDS."""
+
+    def __init__(self, device: Device, scene: Scene, needs: Iterable[str]):
+        self.device, self.scene = device, scene
+        self._buffers: list[Buffer] = []
+        needs = frozenset(needs)
+        unknown = needs - NEEDS
+        if unknown:
+            raise ValueError(f"unknown needs: {', '.join(sorted(unknown))}")
+        self.primitives = np.array([_primitive_record(p) for p in scene.primitives], PRIMITIVE)
+        self.blobs: Any = None
+        self.index_buffer: Any = None
+        self.plain_words = 0  # address
+        if "blobs" in needs:
+            self._upload_blobs()
+        if "bounds" in needs:
+            self._reserve_bounds()
+        if "vertices" in needs:
+            self._upload_vertices()
+        if "indices" in needs:
+            self._upload_indices()
+        if "plain" in needs:
+            self._upload_plain()
+        self._upload_tables()
+
+    @property
+    def resident_bytes(self) -> int:
+        """Allocated bytes of all buffers; images do not count."""
+        return sum(buffer.allocated for buffer in self._buffers)
+
+    def index_range(self, primitive: int) -> tuple[int, int, int]:
+        """(first index, first vertex, indices) of a primitive in the index and vertex buffers."""
+        before, own = self.scene.primitives[:primitive], self.scene.primitives[primitive]
+        return (
+            3 * sum(p.triangles for p in before),
+            sum(p.vertices for p in before),
+            3 * own.triangles,
+        )
+
+    def free(self) -> None:
+        for buffer in self._buffers:
+            buffer.free()
+
+    def _new(self, data: np.ndarray | bytes | int, usage: int = 0) -> Buffer:
+        """A buffer with this content, or of this size with none."""
+        if isinstance(data, int):
+            size = data
+        else:
+            size = len(data) if isinstance(data, bytes) else data.nbytes
+        buffer = Buffer(self.device, size, STORAGE | usage)
+        self._buffers.append(buffer)
+        return buffer if isinstance(data, int) else buffer.write(data)
+
+    def _upload_blobs(self) -> None:
+        place: dict[bytes, int] = {}
+        size = 0
+        for p in self.scene.primitives:
+            if p.blob not in place:
+                place[p.blob], size = size, size + len(p.blob)
+        self.blobs = self._new(b"".join(place))
+        for row, p in zip(self.primitives, self.scene.primitives):
+            row["blob"] = address_words(self.blobs.address + place[p.blob])
+            row["blob_words"] = len(p.blob) // 4
+
+    def _reserve_bounds(self) -> None:
+        meshlets = np.array([p.meshlets for p in self.scene.primitives], np.int64)
+        sizes = meshlets * CONSTANTS["BOUNDS_BYTES"]
+        self.bounds = self._new(int(sizes.sum()))
+        for row, first in zip(self.primitives, np.cumsum(sizes) - sizes):
+            row["bounds"] = address_words(self.bounds.address + int(first))
+
+    def _upload_vertices(self) -> None:
+        arrays = [p.decoded().vertices(self.scene.attributes) for p in self.scene.primitives]
+        sizes = np.array([a.nbytes for a in arrays], np.int64)
+        self.vertices = self._new(np.concatenate(arrays), vk.VK_BUFFER_USAGE_VERTEX_BUFFER_BIT)
+        for row, first in zip(self.primitives, np.cumsum(sizes) - sizes):
+            row["vertex_data"] = address_words(self.vertices.address + int(first))
+
+    def _upload_indices(self) -> None:
+        arrays = [p.decoded().triangles.ravel() for p in self.scene.primitives]
+        counts = np.array([len(a) for a in arrays], np.int64)
+        self.index_buffer = self._new(
+            np.concatenate(arrays).astype(np.uint32), vk.VK_BUFFER_USAGE_INDEX_BUFFER_BIT
+        )
+        for row, first in zip(self.primitives, np.cumsum(counts) - counts):
+            row["index_data"] = address_words(self.index_buffer.address + 4 * int(first))
+
+    def _upload_plain(self) -> None:
+        made = [p.decoded().meshlets() for p in self.scene.primitives]
+        rows, before = [], 0
+        for meshlets, words in made:
+            meshlets = meshlets.copy()
+            meshlets["first"] += np.uint32(before)
+            rows.append(meshlets)
+            before += len(words)
+        counts = np.array([len(r) for r in rows], np.int64) * PLAIN_MESHLET.itemsize
+        self._plain_meshlets = self._new(np.concatenate(rows))
+        self.plain_words = self._new(np.concatenate([w for _, w in made])).address
+        for row, first in zip(self.primitives, np.cumsum(counts) - counts):
+            row["plain_meshlets"] = address_words(self._plain_meshlets.address + int(first))
+
+    def _upload_tables(self) -> None:
+        """Primitives, instances and materials, in this order in one buffer."""
+        instances = np.array(
+            [_instance_record(i, n) for n, i in enumerate(self.scene.instances)], INSTANCE
+        )
+        materials = np.array([_material_record(m) for m in self.scene.materials], MATERIAL)
+        parts = [self.primitives.tobytes(), instances.tobytes(), materials.tobytes()]
+        tables = self._new(b"".join(parts))
+        self.primitives_address = tables.address
+        self.instances_address = self.primitives_address + len(parts[0])
+        self.materials_address = self.instances_address + len(parts[1])
+
+    def frame_record(
+        self, camera: Camera, width: int, height: int, object_to_clip: int
+    ) -> np.ndarray:
+        """FRAME[()] for a camera; object_to_clip: address of the `object_to_clip_matrices`."""
+        row = np.zeros((), FRAME)
+        row["world_to_clip"] = camera.world_to_clip(width, height).T
+        row["clip_to_world"] = camera.clip_to_world(width, height).T
+        row["eye"], row["light_direction"] = camera.eye, (*camera.light_direction(), 0.0)
+        row["primitives"] = address_words(self.primitives_address)
+        row["instances"] = address_words(self.instances_address)
+        row["materials"] = address_words(self.materials_address)
+        row["object_to_clip"] = address_words(object_to_clip)
+        row["plain_words"] = address_words(self.plain_words)
+        row["width"], row["height"] = width, height
+        return row
+
+    def object_to_clip_matrices(self, camera: Camera, width: int, height: int) -> np.ndarray:
+        """float32[instances, 4, 4], column by column."""
+        world_to_clip = camera.world_to_clip(width, height)
+        return np.array([(world_to_clip @ i.matrix).T for i in self.scene.instances], np.float32)
+
+
+def _primitive_record(p: Primitive) -> np.ndarray:
+    row = np.zeros((), PRIMITIVE)
+    row["meshlets"], row["stream_end"], row["elements"] = p.meshlets, p.stream_end, p.elements
+    row["triangles"], row["vertices"] = p.triangles, p.vertices
+    row["box_low"][:3], row["box_size"][:3] = p.low, p.high - p.low
+    for role in SHADED:
+        row[role.lower()]["element"] = NO_ELEMENT
+        if role in p.attributes:
+            row[role.lower()] = _attribute_record(p.attributes[role])
+    return row
+
+
+def _attribute_record(a: Attribute) -> np.ndarray:
+    row = np.zeros((), ATTRIBUTE)
+    row["offset"][: len(a.stream.offset)] = a.stream.offset
+    row["step"], row["element"], row["scale"] = a.stream.step, a.element, a.scale
+    kind_bits = a.stream.kind | a.stream.bits << 8 | a.stream.components << 16
+    row["kind_bits"] = kind_bits | (CONSTANTS["ATTRIBUTE_ROUND"] if a.rounded else 0)
+    return row
+
+
+def _material_record(m: Material) -> np.ndarray:
+    row = np.zeros((), MATERIAL)
+    row["base_color"], row["emissive"][:3] = m.base_color, m.emissive
+    row["texcoord_matrix"], row["texcoord_offset"] = m.texcoord_matrix, m.texcoord_offset
+    row["metallic"], row["roughness"] = m.metallic, m.roughness
+    row["alpha_cutoff"], row["flags"] = m.alpha_cutoff, m.flags
+    row["base_texture"], row["emissive_texture"] = m.texture, m.emissive_texture
+    return row
+
+
+def _instance_record(instance: Instance, number: int) -> np.ndarray:
+    row = np.zeros((), INSTANCE)
+    row["object_to_world"] = instance.matrix.T
+    # The matrix of a flattened node has no inverse.
+    row["world_to_object"] = np.linalg.pinv(instance.matrix).T
+    row["primitive"], row["material"], row["id"] = instance.primitive, instance.material, number
+    row["flags"] = CONSTANTS["INSTANCE_MIRRORED"] if instance.mirrored else 0
+    return row
+
+
+def require_room(device: Device, scene: Scene, path: str, shared_bytes: int, advice: str) -> None:
+    """Raises VulkanError if a team decoder of the scene's blobs needs more shared memory.
+
+    shared_bytes: of a workgroup; advice: the remedy in the message.
+    """
+    needed = (
+        scene.max_elements * TEAM_ELEMENT_BYTES
+        + scene.max_streams * TEAM_STREAM_BYTES
+        + TEAM_OTHER_BYTES
+    )
+    if needed > shared_bytes:
+        raise VulkanError(
+            f"a vertex has {scene.max_elements} components up to the last one that is shown, "
+            f"too many for path {path} on {device.name}",
+            advice,
+        )
