@@ -1,18 +1,22 @@
 """The paper's own encoding, written and decoded; `python -m bench.paper` sets what it costs beside what the paper claims.
 
-A model is cut into meshlets of one edge-connected disk each. Runs of vertices between the same two meshlets (or one and nothing)
-are boundaries and stored once, both ends included, so that a corner is stored by every boundary that meets there. A boundary's
-ends have absolute positions; every other vertex of it has the difference from the one before, an interior vertex the difference
-from its gate. A component of a difference is written in its low m bits or, with its flag set, in all n; one m for the model is
-found by trying all, and m = n writes no flags. Of each such vertex come first the three flags, then the low blocks, then the high
-ones. Normals are spherical, texture coordinates absolute. Triangles are Edgebreaker symbols in fixed codes of 2 bits for C, R, E
-and 3 for L, S; the traversal starts at the first edge of the meshlet's first boundary.
+A model is cut into meshlets of one edge-connected disk each. Runs of vertices between the same two
+meshlets (or one and nothing) are boundaries and stored once, both ends included, so that a corner
+is stored by every boundary that meets there. A boundary's ends have absolute positions; every other
+vertex of it has the difference from the one before, an interior vertex the difference from its
+gate. A component of a difference is written in its low m bits or, with its flag set, in all n; one
+m for the model is found by trying all, and m = n writes no flags. Of each such vertex come first
+the three flags, then the low blocks, then the high ones. Normals are spherical, texture coordinates
+absolute. Triangles are Edgebreaker symbols in fixed codes of 2 bits for C, R, E and 3 for L, S; the
+traversal starts at the first edge of the meshlet's first boundary.
 
-The paper leaves open, and we chose: negative differences are interleaved with positive ones (0, -1, 1, -2, ...), so that small
-ones have leading zeros whatever their sign, which is smaller than two's complement; an interior vertex is predicted by the end
-of its gate; positions are on one grid for the mesh, for relative to each meshlet's box shared vertices would part; and the tables,
-which are 32-bit words: for each meshlet where its symbols, references and interior vertices start and its number of triangles,
-for each reference the boundary and its direction, for each boundary where it starts. The grids' floats are not part of the file.
+The paper leaves open, and we chose: negative differences are interleaved with positive ones (0, -1,
+1, -2, ...), so that small ones have leading zeros whatever their sign, which is smaller than two's
+complement; an interior vertex is predicted by the end of its gate; positions are on one grid for
+the mesh, for relative to each meshlet's box shared vertices would part; and the tables, which are
+32-bit words: for each meshlet where its symbols, references and interior vertices start and its
+number of triangles, for each reference the boundary and its direction, for each boundary where it
+starts. The grids' floats are not part of the file.
 """
 
 from __future__ import annotations
@@ -114,7 +118,8 @@ def clers(
 ) -> tuple[str, list[tuple[int, int]]]:
     """Edgebreaker symbols of a disk, and (vertex, end of its gate) for each C.
 
-    loop: the border's vertices along its triangles' edges; the traversal starts at the edge loop[0] -> loop[1].
+    loop: the border's vertices along its triangles' edges; the traversal starts at the edge loop[0]
+    -> loop[1].
     """
     apex = {edge: v for a, b, c in triangles for edge, v in (((a, b), c), ((b, c), a), ((c, a), b))}
     seen = set(loop)
@@ -152,7 +157,8 @@ def clers(
 def unfold(symbols: str) -> tuple[list[tuple[int, int, int]], list[tuple[int, int]], int]:
     """The inverse of `clers`: (triangles, (vertex, end of its gate) for each C, length of the loop).
 
-    Ids are the loop's, 0 being where the first gate starts, and after them the interior vertices in order.
+    Ids are the loop's, 0 being where the first gate starts, and after them the interior vertices in
+    order.
     """
     length = border_length(symbols, 0)
     triangles, interior = [], []
@@ -212,7 +218,8 @@ class Disk:
 class Mesh:
     """A part as the encoding takes it: integer positions [V][3], other attributes packed per vertex, disks and boundaries.
 
-    attributes: one integer per vertex, of attribute_bits bits; boundaries: indices of vertices, ends included.
+    attributes: one integer per vertex, of attribute_bits bits; boundaries: indices of vertices,
+    ends included.
     """
 
     positions: list[list[int]]
@@ -338,8 +345,9 @@ def _mates(disks: list[Disk]) -> dict[tuple[int, int], tuple[int, int]]:
 def _starts(disks: list[Disk], mates: dict) -> list[set[int]]:
     """Per disk: the places in its loop where a boundary starts.
 
-    Two edges belong to one boundary when their mates follow each other, backwards, in one loop and are not these edges, or when
-    neither has a mate. A loop of one boundary starts anywhere, and the loop around it at the same vertex.
+    Two edges belong to one boundary when their mates follow each other, backwards, in one loop and
+    are not these edges, or when neither has a mate. A loop of one boundary starts anywhere, and the
+    loop around it at the same vertex.
     """
     starts: list[set[int]] = [set() for _ in disks]
     for d, disk in enumerate(disks):
@@ -367,9 +375,10 @@ def _starts(disks: list[Disk], mates: dict) -> list[set[int]]:
 class Encoded:
     """A model in the paper's encoding.
 
-    data: the file; bits: of each of PARTS, their sum is 8 * len(data); counts: meshlets, references, boundaries, and vertices by how
-    they are stored (ends, inner of boundaries, interior); symbols: how many of each; m: the width of short differences;
-    difference_bits: what all differences take, flags included; complement_bits: what they would take in two's complement.
+    data: the file; bits: of each of PARTS, their sum is 8 * len(data); counts: meshlets,
+    references, boundaries, and vertices by how they are stored (ends, inner of boundaries,
+    interior); symbols: how many of each; m: the width of short differences; difference_bits: what
+    all differences take, flags included; complement_bits: what they would take in two's complement.
     """
 
     data: bytes

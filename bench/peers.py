@@ -1,15 +1,16 @@
 """The codecs that ours is measured against, each behind the same two functions, on the same integers.
 
-A model becomes Parts: its primitives with positions and texture coordinates in steps of the grids that our encoder uses, so that
-every codec is asked for steps of exactly one; normals are vectors, each codec has its own 8-bit form of them. Other attributes
-are left out (only colours occur).
+A model becomes Parts: its primitives with positions and texture coordinates in steps of the grids
+that our encoder uses, so that every codec is asked for steps of exactly one; normals are vectors,
+each codec has its own 8-bit form of them. Other attributes are left out (only colours occur).
 
     found, missing = available(); parts = read_parts(path); buffers = found[0].encode(parts); found[0].decode(buffers)
 
-Draco needs the Python package DracoPy, its own command draco_encoder on the PATH; gltfpack needs node and the npm package
-gltfpack in build/node or the folder that GLTF_MESHLET_NODE_MODULES names, its decoding the Python package meshoptimizer; Corto
-needs GLTF_MESHLET_CORTO, the path of its `corto` command, its decoding also the library libcortocodec_unity.so beside the command
-(both come out of Corto's CMake build).
+Draco needs the Python package DracoPy, its own command draco_encoder on the PATH; gltfpack needs
+node and the npm package gltfpack in build/node or the folder that GLTF_MESHLET_NODE_MODULES names,
+its decoding the Python package meshoptimizer; Corto needs GLTF_MESHLET_CORTO, the path of its
+`corto` command, its decoding also the library libcortocodec_unity.so beside the command (both come
+out of Corto's CMake build).
 """
 
 from __future__ import annotations
@@ -48,9 +49,10 @@ class PeerMissing(Exception):
 class Part:
     """One primitive for a codec, or decoded by it.
 
-    triangles: uint32[T, 3]; positions: float32[V, 3] in steps of the mesh's grid, 0 to 2^bits.position - 1; normals: float32[V, 3]
-    unit vectors or None; texcoords: float32[V, 2] in steps of the primitive's grid, 0 to 2^bits.texcoord - 1, or None. What a codec
-    decodes are whole steps.
+    triangles: uint32[T, 3]; positions: float32[V, 3] in steps of the mesh's grid, 0 to
+    2^bits.position - 1; normals: float32[V, 3] unit vectors or None; texcoords: float32[V, 2] in
+    steps of the primitive's grid, 0 to 2^bits.texcoord - 1, or None. What a codec decodes are whole
+    steps.
     """
 
     triangles: np.ndarray
@@ -266,7 +268,8 @@ def _steps(values) -> np.ndarray:
 class Corto:
     """ISTI's Corto through its command; decoding in this process through its C library. One buffer per part.
 
-    predictions: its normal modes to try, the smallest result counts ("border" drops differences and is inexact).
+    predictions: its normal modes to try, the smallest result counts ("border" drops differences and
+    is inexact).
     """
 
     name = "Corto"
@@ -274,7 +277,8 @@ class Corto:
     def __init__(self, predictions: tuple[str, ...] = ("delta", "estimated")):
         if not CORTO or not os.access(CORTO, os.X_OK):
             raise PeerMissing(
-                "Corto: build it (github.com/cnr-isti-vclab/corto) and set GLTF_MESHLET_CORTO to its corto command"
+                "Corto: build it (github.com/cnr-isti-vclab/corto) and set GLTF_MESHLET_CORTO to "
+                "its corto command"
             )
         self.predictions = predictions
         self.version = _corto_version(Path(CORTO))
@@ -360,7 +364,8 @@ def _corto_library(path: Path):
         library = ctypes.CDLL(str(path))
     except OSError:
         raise PeerMissing(
-            f"Corto: its decoding needs {path.name} beside the corto command (BUILD_CORTO_CODEC_UNITY=ON)"
+            f"Corto: its decoding needs {path.name} beside the corto command "
+            "(BUILD_CORTO_CODEC_UNITY=ON)"
         ) from None
     library.CreateDecoder.restype = ctypes.c_void_p
     library.CreateDecoder.argtypes = [ctypes.c_int, ctypes.c_char_p, ctypes.c_void_p]
@@ -400,7 +405,8 @@ def _corto_decode(library, buffer: bytes, texcoord_bits: int) -> Part:
 class Gltfpack:
     """meshoptimizer's gltfpack: KHR_mesh_quantization, or KHR_meshopt_compression on top of it. One .glb for all parts.
 
-    compressed: False writes plain quantised buffers; True the smallest meshopt compression (-cc, the KHR version of the codec).
+    compressed: False writes plain quantised buffers; True the smallest meshopt compression (-cc,
+    the KHR version of the codec).
     """
 
     def __init__(self, compressed: bool):
@@ -421,7 +427,7 @@ class Gltfpack:
             )
         with tempfile.TemporaryDirectory() as folder:
             source, target = Path(folder) / "in.glb", Path(folder) / "out.glb"
-            source.write_bytes(plain_glb(parts, bits))
+            source.write_bytes(parts_as_glb(parts, bits))
             options = [
                 "-vp",
                 str(bits.position),
@@ -466,11 +472,12 @@ class Gltfpack:
         return sum(view["byteLength"] for view in _geometry_views(_glb_chunks(buffer)[0]))
 
 
-def plain_glb(parts: list[Part], bits: Bits) -> bytes:
+def parts_as_glb(parts: list[Part], bits: Bits) -> bytes:
     """Parts as a .glb for gltfpack: positions in steps, texture coordinates in [0, 1], a mesh for each part.
 
-    The last mesh spans the whole position grid, so that gltfpack, which has one grid per file, takes steps of one. Materials
-    have a texture (of no pixels), for without one gltfpack drops texture coordinates.
+    The last mesh spans the whole position grid, so that gltfpack, which has one grid per file,
+    takes steps of one. Materials have a texture (of no pixels), for without one gltfpack drops
+    texture coordinates.
     """
     largest = 2.0**bits.position - 1
     span = Part(
@@ -489,10 +496,10 @@ def plain_glb(parts: list[Part], bits: Bits) -> bytes:
                 )
             ]
         )
-    return write_glb(meshes, textured=True)
+    return plain_glb(meshes, textured=True)
 
 
-def write_glb(
+def plain_glb(
     meshes: list[list[tuple[np.ndarray, dict[str, np.ndarray]]]], textured: bool = False
 ) -> bytes:
     """A .glb in float32 of meshes of primitives (triangles, attributes), each mesh in a node named "part N"."""
