@@ -49,7 +49,7 @@ def zigzag(difference: int) -> int:
 
 
 def fixed_cost(residuals: list[list[int]]) -> int:
-    """Bits: a code of 3, and per element a width of 5 and all residuals in the largest one's width."""
+    """Bits: a code of 3, and per element a width of 5 and the residuals in that width."""
     return 3 + sum(5 + len(column) * max(column).bit_length() for column in zip(*residuals))
 
 
@@ -163,7 +163,7 @@ def totals(path: Path, folder: Path, **options) -> tuple[dict, Path]:
 
 @contextmanager
 def encoder(predictor: int = -1, **options):
-    """Makes gltf_ext.compress use one predictor where allowed, and other options of _codec.encode."""
+    """Makes gltf_ext.compress use one predictor and other options of _codec.encode."""
     original = _codec.encode
 
     def changed(triangles, ids, positions, streams, values, **rest):

@@ -41,6 +41,10 @@ def _no_options(parser: argparse.ArgumentParser) -> None:
     pass
 
 
+def _any_options(options: argparse.Namespace) -> None:
+    pass
+
+
 def _always(options: argparse.Namespace) -> bool:
     return True
 
@@ -56,6 +60,7 @@ class Question:
     write_pages: writes the pages and pictures of a result and returns their paths
     packages: the packages whose versions a result keeps
     add_options: adds the question's own options
+    check: ends the program if it cannot measure with the options; runs first
     complete: False if the options measure only a part; such a result is printed, not written
     """
 
@@ -66,10 +71,11 @@ class Question:
     write_pages: Callable[[dict], list[Path]]
     packages: tuple[str, ...] = ("gltf-meshlet", "numpy")
     add_options: Callable[[argparse.ArgumentParser], None] = _no_options
+    check: Callable[[argparse.Namespace], None] = _any_options
     complete: Callable[[argparse.Namespace], bool] = _always
 
     def run(self) -> None:
-        """Answers the question as the command line says. Ends the program with one line on errors."""
+        """Answers the question with the command line's options. Errors end it with one line."""
         options = self._options()
         try:
             result = read_result(self.name) if options.pages_only else self._measured(options)
@@ -99,7 +105,8 @@ class Question:
         return parser.parse_args()
 
     def _measured(self, options: argparse.Namespace) -> dict:
-        # The origin first: a missing package ends the program before an hour of measuring.
+        # Checks and the origin first: a missing package must not end an hour of measuring.
+        self.check(options)
         return {**origin(f"bench.{self.name}", self.packages), **self.measure(options)}
 
 

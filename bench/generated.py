@@ -41,7 +41,7 @@ def write_generated(folder: Path) -> list[Path]:
 
 
 def torus(triangles: int) -> Part:
-    """A closed torus of about so many triangles (at least 64), with normals and texture coordinates.
+    """A closed torus of about so many triangles (at least 64), with normals and texcoords.
 
     Vertices are duplicated along the two circles where the texture coordinates wrap around.
     """

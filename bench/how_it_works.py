@@ -1,4 +1,4 @@
-"""How does the format work? One meshlet of a generated model in four panels: cut, walk, predict, store.
+"""How does the format work? One meshlet in four panels: cut, walk, predict, store.
 
 Writes docs/how_it_works.png. The model is bench/generated.py's torus at the default options; the
 meshlet is an ordinary one (see `choose`), decoded by spec/reference_decoder.py. All shapes and
@@ -13,6 +13,7 @@ import textwrap
 from collections import Counter
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import pairwise
 from pathlib import Path
 from unittest import mock
 
@@ -142,7 +143,7 @@ def compressed_model() -> Decoder:
 
 
 def choose(decoder: Decoder) -> Example:
-    """Of the meshlets that show everything and lie flat, the one whose bits per triangle are nearest to the model's."""
+    """The flat meshlet that shows everything with the most typical number of bits per triangle."""
     mean = 8 * len(decoder.file.data) / decoder.file.triangle_count
     candidates = [
         m for m in range(decoder.file.meshlet_count) if _shows_everything(decoder.file.meshlet(m))
@@ -202,7 +203,7 @@ def flatten(decoder: Decoder, m: int) -> Example:
 
 
 def section_bits(example: Example) -> dict[str, int]:
-    """Bits of each of SECTIONS, and of the directory entry with the padding before the next meshlet."""
+    """Bits of each of SECTIONS, and of the directory entry with the padding after the meshlet."""
     names: Counter = Counter()
 
     class CountingReader(reference_decoder.BitReader):
@@ -317,7 +318,7 @@ def draw_walk(axis, example: Example) -> None:
     _mesh(axis, example, [LETTERS[symbol][0] for symbol in example.meshlet.symbols], alpha=0.4)
     middles = example.flat[triangles].mean(axis=1)
     steps = np.stack([middles[:-1], middles[1:]], axis=1)
-    adjacent = np.array([len(set(s) & set(t)) == 2 for s, t in zip(triangles[:-1], triangles[1:])])
+    adjacent = np.array([len(set(s) & set(t)) == 2 for s, t in pairwise(triangles)])
     axis.add_collection(LineCollection(steps[adjacent], colors=INK, linewidths=1.0))
     axis.add_collection(
         LineCollection(steps[~adjacent], colors=INK, linewidths=1.0, linestyles=":")
@@ -356,7 +357,7 @@ def draw_walk(axis, example: Example) -> None:
 
 
 def draw_prediction(axis, example: Example) -> None:
-    """The flat meshlet with its border by kind of run, its anchors, and the prediction of one vertex inside."""
+    """The flat meshlet: its border by kind of run, its anchors, and one prediction inside."""
     decoder, meshlet, flat = example.decoder, example.meshlet, example.flat
     _mesh(axis, example, PALE)
     runs = decoder.boundary(meshlet)
@@ -422,7 +423,7 @@ def ordinary_prediction(example: Example) -> tuple[int, int, int, int, np.ndarra
 
 
 def draw_bits(axis, numbers: dict) -> None:
-    """Above: bars of the plain and the compressed meshlet. Below: the compressed one's sections, enlarged."""
+    """Above: bars of the plain and the compressed meshlet. Below: the sections of the latter."""
     triangles, raw, total = numbers["triangles"], numbers["raw"], numbers["total"]
     whole = axis.inset_axes((0.0, 0.74, 0.97, 0.26))
     colors = [color for color, _ in SECTIONS.values()] + [GRAY]

@@ -1,4 +1,4 @@
-"""Ray tracing with Mitsuba: our shape beside Mitsuba's own mesh, time and memory over the cache's size.
+"""Ray tracing with Mitsuba: time and memory over the cache's size, beside Mitsuba's own mesh.
 
 Writes the tables in docs/mitsuba.md and docs/mitsuba.png if all models and variants are measured;
 otherwise only prints.
@@ -250,7 +250,7 @@ def _time_rounds(settings: dict, name: str, scenes: list, rows: list[dict]) -> N
 
 
 def memory(settings: dict, path: str, variant: str) -> list[dict]:
-    """A row per cache size. Each scene gets a process of its own: leftovers of one do not count for the next."""
+    """A row per cache size. A process per scene: leftovers of one do not count for the next."""
     rows, compiled = [], set()
     for fraction in (None, *settings["fractions"]):
         # The first of each kind may have to compile kernels, which Dr.Jit keeps on disk.
@@ -263,7 +263,7 @@ def memory(settings: dict, path: str, variant: str) -> list[dict]:
 
 
 def growth(path: str, variant: str, fraction: float | None) -> dict:
-    """Bytes by which this process grows when it loads and renders a scene, and the shape's own account."""
+    """Bytes by which this process grows when it loads and renders a scene, and statistics."""
     _use(variant)
     import mitsuba as mi
 

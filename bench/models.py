@@ -102,7 +102,7 @@ def add_model_files(parser: argparse.ArgumentParser) -> None:
 
 
 def check_model_files(options: argparse.Namespace) -> None:
-    """Ends the program if the command line names no model. Call it before opening a device."""
+    """Ends the program if the command line names no model."""
     if not options.models and not options.subdivide:
         raise SystemExit("bench: name at least one model")
 

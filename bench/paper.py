@@ -13,7 +13,7 @@ from bench import figures, paper_encoding
 from bench.common import Question, markdown_table, origin_line, progress, write_page
 from bench.generated import write_generated
 from bench.models import PAPER_MODELS, real_models
-from bench.peers import Part, read_parts
+from bench.peers import DEFAULT_BITS, Part, read_parts
 from gltf_ext.compression.streams import Bits
 
 # Options of our encoder that give about the paper's number of meshlets (43 triangles each on the
@@ -50,7 +50,7 @@ def measure(options: argparse.Namespace) -> dict:
     return {"claims": CLAIMS, "without_texcoords": without_texcoords, "rows": rows}
 
 
-def measure_model(name: str, parts: list[Part], meshlets: str, bits: Bits = Bits()) -> dict:
+def measure_model(name: str, parts: list[Part], meshlets: str, bits: Bits = DEFAULT_BITS) -> dict:
     """The encoding of one model; meshlets: a key of FILLS. Ends the program if decoding fails."""
     meshes = [paper_encoding.mesh_of(part, bits, FILLS[meshlets]) for part in parts]
     encoded = paper_encoding.encode_meshes(meshes, bits)

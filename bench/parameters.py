@@ -1,4 +1,4 @@
-"""Which parameters? Size and speed over the options of compress, one at a time, the others at their defaults.
+"""Which parameters? Size and speed over one option of compress at a time.
 
 Writes docs/parameters.md and docs/parameters.png.
 """

@@ -277,6 +277,7 @@ def report(result: dict) -> str:
         whole.append(
             [model["model"], f"{model['triangles']:,}", f"{side:.4g}", f"{default['ratio']:.2f}"]
         )
+    points, pixels = f"{SAMPLES:,}", f"{WIDTH} x {HEIGHT}"
     return f"""# Quality
 
 {origin_line(result)}
@@ -286,10 +287,10 @@ With normals at 8 + 8 and texture coordinates at 12 bits, and positions at the n
 after the model's name. Errors of
 vertices, and distances between the two surfaces, in percent of the bounding box's longest side; \
 the absolute error in model units. The
-surface distance is taken at {
-        SAMPLES:,} points all over each surface and at as many of its vertices, to the other surface: the largest is
-the (sampled) Hausdorff distance. Rendered: {WIDTH} x {
-        HEIGHT
+surface distance is taken at {points} points all over each surface and at as many of its \
+vertices, to the other surface: the largest is
+the (sampled) Hausdorff distance. Rendered: {
+        pixels
     } pixels of the whole model against the original's, peak signal to noise in dB
 and the largest difference of a pixel, of 255; normals at 8 bits bound how alike pictures can get. \
 Then bits per triangle of the

@@ -76,7 +76,7 @@ class Standing:
 
     @property
     def times(self) -> float:
-        """How many times better ours is, the median over the models; below 1 the other is better."""
+        """How many times better ours is, the median over models; below 1 the other is better."""
         return statistics.median(self._ratios)
 
     @property

@@ -1,4 +1,4 @@
-"""How fast? Encoding and decoding over size, beside the peers, on one thread and on all, with peak memory.
+"""How fast? Encoding and decoding over size beside the peers, on one thread and all; peak memory.
 
 Writes docs/speed.md and docs/speed.png. The series of models is generated; bunny and dragon, and
 decoding of the paper's models, are added if they are in the models' folder. The page names the
@@ -121,17 +121,14 @@ def installed_peers() -> tuple[list, list[str]]:
 
     Draco at its default and its fastest level, Corto, gltfpack.
     """
-    found, missing = [], []
-    for make in (
-        lambda: peers.Draco(7),
-        lambda: peers.Draco(0),
-        lambda: peers.Corto(("delta",)),
-        lambda: peers.Gltfpack(True),
-    ):
-        try:
-            found.append(make())
-        except peers.PeerMissing as error:
-            missing.append(str(error))
+    found, missing = peers.available(
+        [
+            lambda: peers.Draco(7),
+            lambda: peers.Draco(0),
+            lambda: peers.Corto(("delta",)),
+            lambda: peers.Gltfpack(True),
+        ]
+    )
     if importlib.util.find_spec("meshoptimizer") is None:
         found = [peer for peer in found if not isinstance(peer, peers.Gltfpack)]
         missing.append("meshopt-compressed glTF: decoding needs pip install --pre meshoptimizer")
@@ -244,16 +241,14 @@ def measure_model(name: str, path: Path, scratch: Path, found: list) -> dict:
         "encode": encoded,
         "decode": decoded,
         "one_meshlet_microseconds": spread(measured["meshlet_microseconds"]),
-        "command": _command(path, scratch, repetitions),
+        "command": measure_command(path, scratch, repetitions),
         "memory": {
             "encode": {
-                codec: _peak_memory(
-                    "encode", codec, primitives if codec == OURS else parts, scratch
-                )
+                codec: peak_memory("encode", codec, primitives if codec == OURS else parts, scratch)
                 for codec in (OURS, *_libraries(found))
             },
             "decode": {
-                codec: _peak_memory("decode", codec, buffers[codec], scratch) for codec in buffers
+                codec: peak_memory("decode", codec, buffers[codec], scratch) for codec in buffers
             },
         },
         "stages": {
@@ -359,7 +354,7 @@ sys.exit(status)
 """
 
 
-def _command(path: Path, scratch: Path, repetitions: int) -> dict:
+def measure_command(path: Path, scratch: Path, repetitions: int) -> dict:
     """`gltf-meshlet compress` as a user runs it: seconds and peak memory of the whole process."""
     command = [
         sys.executable,
@@ -390,7 +385,7 @@ def _libraries(found: list) -> list[str]:
     return [peer.name for peer in found if isinstance(peer, peers.Draco)]
 
 
-def _peak_memory(task: str, codec: str, given: list, scratch: Path) -> int:
+def peak_memory(task: str, codec: str, given: list, scratch: Path) -> int:
     """The growth of a new process in bytes, from the loaded input to the peak of one task."""
     path = scratch / "input.pickle"
     path.write_bytes(pickle.dumps(given))
@@ -398,7 +393,7 @@ def _peak_memory(task: str, codec: str, given: list, scratch: Path) -> int:
 
 
 def peak_growth(task: str, codec: str, given: str) -> int:
-    """Runs in the new process of _peak_memory. given: a file of pickled input."""
+    """Runs in the new process of peak_memory. given: a file of pickled input."""
     data = pickle.loads(Path(given).read_bytes())
     installed = [] if codec == OURS else installed_peers()[0]
     peer = next((peer for peer in installed if peer.name == codec), None)

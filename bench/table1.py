@@ -1,4 +1,4 @@
-"""The paper's Table 1: regions of the Stanford Dragon by triangles, before halving, with and without C(N).
+"""The paper's Table 1: sizes of the Stanford Dragon's regions, with and without C(N).
 
 Writes docs/table1.md. C(N) is the paper's penalty for full regions.
 """

@@ -21,7 +21,6 @@ WARM_UP = 600  # milliseconds of work before the timed runs: an idle GPU has a l
 
 def measure(options: argparse.Namespace) -> dict:
     """All models with all methods."""
-    check_model_files(options)
     from vk_backend.compute_decoder import METHODS
     from vk_backend.device import Device
 
@@ -95,6 +94,7 @@ QUESTION = Question(
     write_pages,
     packages=("numpy", "vulkan"),
     add_options=add_options,
+    check=check_model_files,
 )
 
 

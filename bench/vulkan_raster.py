@@ -86,7 +86,6 @@ def check_pictures(device, drawings: dict, targets) -> None:
 
 def measure(options: argparse.Namespace) -> dict:
     """All models, with and without culling."""
-    check_model_files(options)
     from vk_backend.renderer import Renderer
     from vk_backend.statistics import capture_statistics
     from vk_backend.stream import RING
@@ -195,7 +194,7 @@ def ratios(rows: list[dict]) -> list[dict]:
     for key in dict.fromkeys((r["model"], r["culling"]) for r in rows):
         of = {r["path"]: r for r in rows if (r["model"], r["culling"]) == key}
         row = {"model": key[0], "culling": key[1]}
-        for (path, over), limit in TARGETS.items():
+        for path, over in TARGETS:
             if path in of and over in of:
                 row[f"{path}/{over}"] = round(
                     of[path]["milliseconds"]["median"] / of[over]["milliseconds"]["median"], 3
@@ -306,6 +305,7 @@ QUESTION = Question(
     write_pages,
     packages=("numpy", "vulkan"),
     add_options=add_options,
+    check=check_model_files,
 )
 
 

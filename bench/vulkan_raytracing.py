@@ -1,4 +1,4 @@
-"""Ray tracing on the GPU: time and memory over the cache's size, beside the same model uncompressed.
+"""Ray tracing on the GPU: time and memory over the cache's size, beside the uncompressed model.
 
 Needs a GPU and the names of models: python -m bench vulkan_raytracing MODEL.glb ... Writes the
 table in docs/vulkan-raytracing.md and docs/vulkan-raytracing.png.
@@ -68,7 +68,6 @@ def configurations(options: argparse.Namespace) -> list[dict]:
 
 def measure(options: argparse.Namespace) -> dict:
     """All models in all configurations."""
-    check_model_files(options)
     from vk_backend.device import Device
     from vk_backend.statistics import capture_statistics
 
@@ -168,7 +167,7 @@ def label(row: dict) -> str:
 
 
 def summary(result: dict) -> str:
-    """A line per row, with its ratios to rt-triangles, and the steps of a frame if they were timed."""
+    """A line per row with its ratios to rt-triangles, and the timed steps of a frame."""
     lines = []
     for model in dict.fromkeys(row["model"] for row in result["rows"]):
         for bounces in BOUNCES:
@@ -354,6 +353,7 @@ QUESTION = Question(
     write_pages,
     packages=("numpy", "vulkan"),
     add_options=add_options,
+    check=check_model_files,
 )
 
 
