@@ -631,7 +631,7 @@ def malformed_vectors() -> dict[str, bytes]:
         "meshlet_count_huge": put_bytes(simple, 16, "I", 0xFFFFFFFF),
         "data_offset": put_bytes(simple, 24, "I", table_offsets(simple)["directory"]),
         "stream_kind": put_bytes(simple, 32, "B", 5),
-        "stream_elements": put_bytes(simple, 33, "B", 5),
+        "stream_components": put_bytes(simple, 33, "B", 5),
         "stream_bits": put_bytes(put_bytes(simple, 34, "B", 33), 35, "B", COPY),
         "stream_grid_bits": put_bytes(put_bytes(simple, 34, "B", 25), 35, "B", COPY),
         "stream_predictor": put_bytes(simple, 35, "B", 4),

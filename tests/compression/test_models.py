@@ -122,7 +122,7 @@ def khronos():
     def validate(files):
         command = [
             "node",
-            str(ROOT / "tests" / "validator.mjs"),
+            str(ROOT / "tests" / "helpers" / "validator.mjs"),
             str(NODE_MODULES),
             *map(str, files),
         ]
