@@ -125,7 +125,7 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
     traversed = {name: [] for name in PREDICTORS}
     chains = {"chord": [], "previous": []}
     kinds, hops, symbols = Counter(), Counter(), Counter()
-    meshlets = components = 0
+    meshlets = disks = 0
     for blob in blobs:
         decoder = Decoder(blob)
         for m in range(decoder.file.meshlet_count):
@@ -139,7 +139,7 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
             kinds.update(reference.kind for reference in meshlet.references)
             hops.update(count_hops(decoder, meshlet, j) for j in range(len(meshlet.references)))
             symbols.update(meshlet.symbols)
-            components += len(meshlet.loops)
+            disks += len(meshlet.loops)
             meshlets += 1
     total = sum(symbols.values())
     return {
@@ -151,7 +151,7 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
             kind: kinds[kind] / meshlets for kind in (OWNED, FOREIGN, PRIVATE)
         },
         "corners_by_hops": {str(n): hops[n] / sum(hops.values()) for n in sorted(hops)},
-        "components_per_meshlet": components / meshlets,
+        "components_per_meshlet": disks / meshlets,
     }
 
 

@@ -166,7 +166,7 @@ def _shows_everything(meshlet: Meshlet) -> bool:
     return (
         set(meshlet.symbols) == set(LETTERS)
         and {reference.kind for reference in meshlet.references} == set(RUNS)
-        and len(meshlet.connectivity.components) == 1
+        and len(meshlet.connectivity.disks) == 1
         and not meshlet.entry.has_seams
         and all(reference.owner != meshlet.index for reference in foreign)
     )
@@ -234,11 +234,10 @@ def raw_bits(example: Example) -> int:
     decoder, meshlet = example.decoder, example.meshlet
     runs = [decoder.boundary(decoder.file.meshlet(m)) for m in range(meshlet.index + 1)]
     vertices = meshlet.connectivity.vertex_count - len(decoder.alias(meshlet, runs))
-    components = sum(
-        3 if stream.kind == reference_decoder.OCT else stream.components
-        for stream in meshlet.streams
+    elements = sum(
+        3 if stream.kind == reference_decoder.OCT else stream.elements for stream in meshlet.streams
     )
-    return 32 * components * vertices + 8 * INDEX_BYTES_PER_TRIANGLE * meshlet.entry.triangle_count
+    return 32 * elements * vertices + 8 * INDEX_BYTES_PER_TRIANGLE * meshlet.entry.triangle_count
 
 
 def figures(example: Example) -> dict:

@@ -275,22 +275,22 @@ def _disks(blob: bytes, triangles: np.ndarray) -> list[Disk]:
         whole = triangles[begin : begin + len(local)]
         begin += len(local)
         names = dict(zip(local.ravel().tolist(), whole.ravel().tolist()))
-        for component in _components([tuple(t) for t in local.tolist()]):
-            ids = {v: i for i, v in enumerate(dict.fromkeys(v for t in component for v in t))}
-            renamed = [tuple(ids[v] for v in t) for t in component]
+        for disk in _split_disks([tuple(t) for t in local.tolist()]):
+            ids = {v: i for i, v in enumerate(dict.fromkeys(v for t in disk for v in t))}
+            renamed = [tuple(ids[v] for v in t) for t in disk]
             disks.append(Disk(renamed, _border(renamed), [names[v] for v in ids]))
     return disks
 
 
-def _components(triangles: list[tuple]) -> list[list[tuple]]:
+def _split_disks(triangles: list[tuple]) -> list[list[tuple]]:
     """Splits triangles in traversal order into disks: a new disk shares no vertex with the last."""
-    components, seen = [], set()
+    disks, seen = [], set()
     for triangle in triangles:
         if seen.isdisjoint(triangle):
-            components.append([])
-        components[-1].append(triangle)
+            disks.append([])
+        disks[-1].append(triangle)
         seen.update(triangle)
-    return components
+    return disks
 
 
 def _border(triangles: list[tuple]) -> list[int]:

@@ -40,8 +40,8 @@ def measure_model(device, path: Path, method: str) -> dict:
     from vk_backend.compute_decoder import GpuDecoder, stream_elements
 
     primitive = max(require_compressed(open_model(path)), key=lambda p: p.triangle_count)
-    components = stream_elements(primitive.blob)
-    decoder = GpuDecoder(device, method, len(components), sum(components))
+    elements = stream_elements(primitive.blob)
+    decoder = GpuDecoder(device, method, len(elements), sum(elements))
     once = decoder.decode(primitive.blob, repeat=10).milliseconds.min()
     decoded = decoder.decode(primitive.blob, repeat=REPEAT + min(int(WARM_UP / once), 5000))
     if decoded.errors.any():

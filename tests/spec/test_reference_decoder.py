@@ -19,7 +19,7 @@ from spec.blob_writer import (
     Reference,
     Stream,
     random_blob,
-    random_components,
+    random_disks,
     write_blob,
 )
 from spec.reference_decoder import decode_blob, decode_meshlet, decode_parallel, decode_serial
@@ -64,21 +64,21 @@ def textbook_edgebreaker(symbols: str):
 def test_connectivity_decoders_agree(smallest_loop):
     rng = random.Random(smallest_loop)
     for _ in range(300):
-        symbols = "".join(random_components(rng, smallest_loop))
+        symbols = "".join(random_disks(rng, smallest_loop))
         triangles, loops = textbook_edgebreaker(symbols)
         connectivity = decode_serial(symbols)
         assert connectivity.triangles == triangles
-        assert [component.loop for component in connectivity.components] == loops
+        assert [disk.loop for disk in connectivity.disks] == loops
         assert decode_parallel(symbols) == triangles
 
 
 def test_opposite_is_the_triangle_beyond_the_gate():
     rng = random.Random(5)
     for _ in range(100):
-        connectivity = decode_serial("".join(random_components(rng)))
+        connectivity = decode_serial("".join(random_disks(rng)))
         for t, (a, b, _) in enumerate(connectivity.triangles):
             o = connectivity.opposite[t]
-            roots = [component.triangle_begin for component in connectivity.components]
+            roots = [disk.triangle_begin for disk in connectivity.disks]
             assert (o is None) == (t in roots)
             if o is not None:
                 assert any({a, b, o} == set(triangle) for triangle in connectivity.triangles[:t])
@@ -127,7 +127,7 @@ def test_every_random_symbol_string_is_decoded_or_refused():
 
 
 def one_stream(**changes) -> list[Stream]:
-    return [Stream(**{"components": 1, "bits": 8, **changes})]
+    return [Stream(**{"elements": 1, "bits": 8, **changes})]
 
 
 def private_meshlet(symbols, anchor, interior):
@@ -298,10 +298,10 @@ def test_dequantise():
         return reference_decoder.Stream(**fields)
 
     grid = reference_decoder.dequantise(
-        stream(kind=GRID, components=2, bits=8), np.array([[0, 1], [2, 3]], np.uint32)
+        stream(kind=GRID, elements=2, bits=8), np.array([[0, 1], [2, 3]], np.uint32)
     )
     assert grid.dtype == np.float32 and grid.tolist() == [[1.0, 2.5], [2.0, 3.5]]
-    octahedral = stream(kind=reference_decoder.OCT, components=2, bits=8)
+    octahedral = stream(kind=reference_decoder.OCT, elements=2, bits=8)
     corners = reference_decoder.dequantise(
         octahedral, np.array([[0, 0], [255, 255], [255, 0]], np.uint32)
     )
@@ -310,9 +310,9 @@ def test_dequantise():
     bits = values.view(np.uint32)
     ordered = np.where(bits >> 31, ~bits, bits | np.uint32(0x80000000)).astype(np.uint32)
     assert np.array_equal(np.argsort(ordered, kind="stable"), [5, 1, 3, 2, 0, 4])
-    lossless = stream(kind=reference_decoder.FLOAT32, components=1, bits=32)
+    lossless = stream(kind=reference_decoder.FLOAT32, elements=1, bits=32)
     assert np.array_equal(reference_decoder.dequantise(lossless, ordered).view(np.uint32), bits)
-    sign = stream(kind=reference_decoder.SIGN, components=1, bits=1)
+    sign = stream(kind=reference_decoder.SIGN, elements=1, bits=1)
     assert reference_decoder.dequantise(sign, np.array([[0], [1]], np.uint32)).tolist() == [
         [-1.0],
         [1.0],

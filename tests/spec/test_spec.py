@@ -108,7 +108,7 @@ def test_compressed_files_follow_the_document(validator, tmp_path):
             assert gltf.accessors[index].bufferView is None
         assert {gltf.accessors[index].count for index in names.values()} == {decoder.vertex_count}
         assert (
-            decoder.streams[0].kind == reference_decoder.GRID and decoder.streams[0].components == 3
+            decoder.streams[0].kind == reference_decoder.GRID and decoder.streams[0].elements == 3
         )
 
 

@@ -119,7 +119,7 @@ def test_vectors_cover_the_format():
             meshlet = file.meshlet(m)
             seen |= set(meshlet.symbols) | {reference.kind for reference in meshlet.references}
             seen |= {
-                ("components", min(len(meshlet.loops), 2)),
+                ("disks", min(len(meshlet.loops), 2)),
                 ("no references", meshlet.entry.reference_count == 0),
             }
             seen |= {("seams", meshlet.entry.has_seams), ("loops", meshlet.entry.has_loops)}
@@ -143,8 +143,8 @@ def test_vectors_cover_the_format():
         "foreign",
         "private",
         "groups",
-        ("components", 1),
-        ("components", 2),
+        ("disks", 1),
+        ("disks", 2),
         *both,
     }
     expected |= {("kind", kind) for kind in range(5)} | {

@@ -166,7 +166,7 @@ def test_streams_of_every_shape(device, monkeypatch, name):
 
     streams = SHAPES[name]
     monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
-    decoder = GpuDecoder(device, "passes", len(streams), sum(s.components for s in streams))
+    decoder = GpuDecoder(device, "passes", len(streams), sum(s.elements for s in streams))
     random, sound = Random(1), 0
     for _ in range(4):
         blob = blob_writer.random_blob(random, 12)  # some of its corners take too many hops
