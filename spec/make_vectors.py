@@ -313,7 +313,7 @@ def filled_hole() -> bytes:
 
 
 def extreme_codes(quotient: int = 16383) -> bytes:
-    """Rice parameter 31, width 32, quotient 16383, a width above the stream's bits, residuals that wrap."""
+    """Rice parameter 31, width 32, the largest quotient, a width above the bits, wrap-around."""
     streams = [
         blob_writer.Stream(bits=24, elements=1, interior_base=25),
         blob_writer.Stream(bits=32, elements=1, kind=INTEGER, predictor=COPY),

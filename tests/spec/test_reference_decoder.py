@@ -1,4 +1,4 @@
-"""The reference decoder against textbook Edgebreaker, against itself, and on blobs worked out by hand."""
+"""The reference decoder beside textbook Edgebreaker, and on blobs worked out by hand."""
 
 import random
 
@@ -26,7 +26,10 @@ from spec.reference_decoder import decode_blob, decode_meshlet, decode_parallel,
 
 
 def textbook_edgebreaker(symbols: str):
-    """Recursive Edgebreaker: each part returns its boundary from b to a as a list. -> triangles (a, b, v), loops."""
+    """Recursive Edgebreaker; returns (triangles (a, b, v), loops).
+
+    Each part returns its boundary from b to a.
+    """
     triangles: list = [None] * len(symbols)
     vertices = iter(range(3 * len(symbols)))
     position = 0
@@ -145,10 +148,17 @@ def test_single_triangle():
 
 
 @pytest.mark.parametrize(
-    ("predictor", "last"), [(PARALLELOGRAM, 14 + 12 - 10), (MEAN, (14 + 12) >> 1), (COPY, 14), (DAMPED, (3 * (14 + 12) - 2 * 10 + 2) >> 2)]
-)  # fmt: skip
+    ("predictor", "last"),
+    [
+        (PARALLELOGRAM, 14 + 12 - 10),
+        (MEAN, (14 + 12) >> 1),
+        (COPY, 14),
+        (DAMPED, (3 * (14 + 12) - 2 * 10 + 2) >> 2),
+    ],
+)
 def test_quad_predictors(predictor, last):
-    # R then E: triangles (3, 0, 1) and (3, 1, 2); values b = 10, a = 14, v = 12, and the last one as predicted
+    # R then E: triangles (3, 0, 1) and (3, 1, 2); values b = 10, a = 14, v = 12, and the last one
+    # as predicted
     apex = {PARALLELOGRAM: 0, MEAN: 0, COPY: 3, DAMPED: 0}[
         predictor
     ]  # zigzag residual: the mean 12 or a = 14 with -2
@@ -165,7 +175,7 @@ def test_values_wrap_to_their_bits():
 
 
 def strip_of_two(length: int, share=(), streams=None) -> bytes:
-    """Two fans that meet along a run of ``length`` edges: owned by the first, foreign in the second."""
+    """Two fans that meet along a run of `length` edges; the first owns it."""
     symbols = "R" * (length - 1) + "E"
     count = len(streams)
     rest = length + 2 - length
@@ -232,7 +242,7 @@ def test_seam_keeps_own_values_for_the_stream():
 
 
 def decode_or_hops(decoder, m):
-    """Values of meshlet ``m``; None when its random references wind through more than eight corners."""
+    """Values of meshlet m; None if a corner takes more than eight hops."""
     try:
         return decoder.meshlet(m)[1]
     except ValueError as error:
@@ -241,7 +251,7 @@ def decode_or_hops(decoder, m):
 
 
 def test_random_blobs_share_values_exactly():
-    """Whatever the residuals: where a run and the values at its ends are shared, both meshlets get the same integers."""
+    """Two meshlets get the same integers along a run if they share it and its corners."""
     rng = random.Random(3)
     shared = 0
     for _ in range(30):
@@ -263,10 +273,8 @@ def test_random_blobs_share_values_exactly():
                     if reference.shares(s):
                         ours = [meshlet_values[s][v] for v in runs[m][j]]
                         theirs = [values[owner.index][s][v] for v in runs[owner.index][k]][::-1]
-                        if (ours[0], ours[-1]) == (
-                            theirs[0],
-                            theirs[-1],
-                        ):  # an encoder sees to that
+                        # Random blobs need not share the corners; encoders take care of that.
+                        if (ours[0], ours[-1]) == (theirs[0], theirs[-1]):
                             assert ours == theirs
                             shared += len(ours) - 2
     assert shared > 100

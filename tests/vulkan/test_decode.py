@@ -25,7 +25,7 @@ FULL = ("team8", "team16")
 
 @pytest.fixture(scope="module")
 def device(request):
-    require_vulkan(request)
+    require_vulkan()
     from vk_backend.device import Device
 
     with Device(validation=True) as device:

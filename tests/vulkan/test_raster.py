@@ -24,7 +24,7 @@ DEPTH_ROUNDING, COLOR_ROUNDING = 2e-5, 2
 
 @pytest.fixture(scope="module")
 def renderer(request):
-    yield from open_renderer(request)
+    yield from open_renderer()
 
 
 @pytest.fixture(scope="module")
