@@ -804,7 +804,7 @@ them: see [the models](#the-models).
 ## The models
 
 {"".join(f"* {name}: {what}{chr(10)}" for name, what in PAPER_MODELS.items())}* torus, \
-generated_*: see bench/generated.py and bench/size.py
+generated_*: see bench/generated.py
 * beast: a character; chinesedragon, igea: scans of sculptures; engine: a CAD model of many parts \
 with hard edges
 * DamagedHelmet: a sample of glTF with textures

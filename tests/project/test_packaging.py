@@ -145,6 +145,25 @@ exit {make_status}
     assert (tmp_path / "asked").read_text() == "test\n"
 
 
+def test_readme_of_the_tests_names_every_folder():
+    table = (ROOT / "tests" / "README.md").read_text()
+    named = set(re.findall(r"^\| `(\w+)/` \|", table, re.M))
+    folders = {path.parent.name for path in (ROOT / "tests").glob("*/*.py")}
+    assert named == folders
+
+
+def test_no_test_imports_another_or_a_measurement():
+    for path in (ROOT / "tests").glob("*/*.py"):
+        imported = re.findall(
+            r"^\s*(?:from|import) ((?:tests|bench)\b[\w.]*)", path.read_text(), re.M
+        )
+        for module in imported:
+            allowed = module.startswith("tests.helpers") or (
+                path.parent.name == "bench" and module.startswith("bench")
+            )
+            assert allowed, f"{path.relative_to(ROOT)} imports {module}"
+
+
 def test_readme_shows_the_commands_and_its_links_resolve():
     text = (ROOT / "README.md").read_text()
     for command in ("make demo", "make test", "gltf-meshlet compress", "gltf-meshlet verify"):
