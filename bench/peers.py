@@ -123,7 +123,7 @@ def _part(primitive: Primitive, grid, bits: Bits) -> Part:
         largest = {"POSITION": 2**bits.position, "TEXCOORD_0": 2**bits.texcoord}[name] - 1
         return np.ascontiguousarray(
             steps.clip(0, largest), np.float32
-        )  # only rounding leads beyond
+        )  # rounding may exceed the grid
 
     return Part(
         primitive.indices,
@@ -401,7 +401,7 @@ def _corto_decode(library, buffer: bytes, texcoord_bits: int) -> Part:
         np.empty((vertex_count, 4), np.float32),
     )
     triangles = np.empty((triangle_count, 3), np.uint32)
-    normals.fill(np.nan)  # what the buffer lacks stays so
+    normals.fill(np.nan)  # attributes that the buffer lacks stay NaN
     texcoords.fill(np.nan)
     library.DecodeMesh(
         decoder,

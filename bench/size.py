@@ -54,10 +54,9 @@ SECTIONS = (
     "interior",
     "directory and headers",
 )
-# Draco and Corto must be unpacked before they are drawn: what they take on the GPU is the raw
-# model.
+# These must be unpacked before they are drawn: on the GPU they take as much as the raw model.
 UNPACKED = ("Draco", "draco_encoder", "Corto")
-CHECK = "draco_encoder"  # only shows that DracoPy's sizes are Draco's
+CHECK = "draco_encoder"  # checks that DracoPy's sizes are Draco's
 
 
 # --- measurements ---

@@ -24,11 +24,14 @@ def measure(options: argparse.Namespace) -> dict:
     from vk_backend.compute_decoder import METHODS
     from vk_backend.device import Device
 
+    methods = options.methods or list(METHODS)
+    if not set(methods) <= set(METHODS):
+        raise SystemExit(f"bench: the decoders are {', '.join(METHODS)}")
     with tempfile.TemporaryDirectory() as folder, Device(options.device) as device:
         rows = [
             measure_model(device, path, method)
             for path in model_files(options, Path(folder))
-            for method in options.methods or METHODS
+            for method in methods
         ]
         return {"rows": rows, "device": {"name": device.name, "driver": device.driver}}
 

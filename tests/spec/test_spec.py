@@ -14,7 +14,7 @@ from spec import make_vectors, reference_decoder
 from spec.make_vectors import EXAMPLE_BEGIN, EXAMPLE_END, ROOT, SPECIFICATION
 
 SCHEMA = ROOT / "spec" / "schema" / "mesh.primitive.EXT_meshlet_edgebreaker.schema.json"
-# What the schema takes from the glTF 2.0 schemas.
+# The parts of the glTF 2.0 schemas that ours refers to.
 GLTF_SCHEMAS = {
     "glTFProperty.schema.json": {
         "type": "object",
