@@ -1,1 +1,1 @@
-"""Measurements: each module is one question; `python -m bench` lists them, `python -m bench NAME` answers one."""
+"""Measurements: each module with a `main` answers one question. See README.md."""

@@ -1,9 +1,9 @@
-"""python -m bench: the questions that can be measured; python -m bench NAME [OPTION ...]: answers one."""
+"""python -m bench: lists the questions; python -m bench NAME [OPTION ...]: answers one."""
 
 from __future__ import annotations
 
 import ast
-import runpy
+import importlib
 import sys
 from pathlib import Path
 
@@ -11,7 +11,7 @@ FOLDER = Path(__file__).resolve().parent
 
 
 def questions() -> dict[str, str]:
-    """Module name -> first line of its docstring, for every module that runs on its own; none is imported."""
+    """Module name -> first line of its docstring, for each module with a `main`. Imports none."""
     found = {}
     for path in sorted(FOLDER.glob("[!_]*.py")):
         tree = ast.parse(path.read_text())
@@ -21,7 +21,7 @@ def questions() -> dict[str, str]:
 
 
 def main() -> int:
-    """Runs what is named on the command line; returns an exit status."""
+    """Answers the question named on the command line; returns the exit status."""
     known = questions()
     if len(sys.argv) < 2 or sys.argv[1] in ("-h", "--help"):
         width = max(map(len, known))
@@ -34,7 +34,7 @@ def main() -> int:
         return 2
     sys.argv = [f"bench {name}", *sys.argv[2:]]
     try:
-        runpy.run_module(f"bench.{name}", run_name="__main__", alter_sys=True)
+        importlib.import_module(f"bench.{name}").main()
     except KeyboardInterrupt:
         return 130
     return 0

@@ -1,14 +1,14 @@
-"""What each choice of the format is worth, on real models.
+"""How many bits does each choice of the format save, on real models?
 
-python -m bench.choices: writes bench/results/choices.json and docs/choices.md, which the specification's rationale refers to.
-
-Predictors and codes are compared on the meshlets that the encoder makes: the reference decoder gives every vertex and its
-neighbours, and each alternative is charged its residuals and the fields that say how they are coded, for each meshlet on its own.
-Choices that the encoder can leave out are compared by the sizes of whole files. What users choose is bench.parameters' question.
+Writes docs/choices.md, which the specification's rationale cites. Predictors and codes are compared
+on the encoder's meshlets: the reference decoder gives every vertex and its neighbours, and each
+alternative pays for its residuals and its code fields, meshlet by meshlet. Choices that the encoder
+can switch off are compared by whole files. For options of `compress` see bench.parameters.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
 import tempfile
 from collections import Counter
@@ -16,7 +16,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import gltf_ext
-from bench.common import ROOT, markdown_table, models, origin, origin_line, write_result
+from bench.common import Question, markdown_table, origin_line, progress, write_page
+from bench.models import real_models
 from bench.size import section_bits
 from gltf_ext import _codec
 from gltf_ext.compression.extension import require_compressed
@@ -48,16 +49,17 @@ def zigzag(difference: int) -> int:
 
 
 def fixed_cost(residuals: list[list[int]]) -> int:
-    """A code of 3 bits, and per component a width of 5 bits and all residuals in the largest one's width."""
+    """Bits: a code of 3, and per element a width of 5 and the residuals in that width."""
     return 3 + sum(5 + len(column) * max(column).bit_length() for column in zip(*residuals))
 
 
 def rice_cost(residuals: list[list[int]], k: int) -> int:
+    """Bits: a code of 3, and per residual a unary quotient and k low bits."""
     return 3 + sum((u >> k) + 1 + k for vertex in residuals for u in vertex)
 
 
 def class_costs(meshlets: list[list[list[int]]]) -> dict[str, float]:
-    """Bits per vertex of one class of residuals (per meshlet, per vertex, per component), for each way to code them."""
+    """Bits per vertex of one class of residuals, [meshlet][vertex][element], for each code."""
     meshlets = [residuals for residuals in meshlets if residuals]
     count = sum(map(len, meshlets))
     fixed = [fixed_cost(residuals) for residuals in meshlets]
@@ -80,7 +82,7 @@ def class_costs(meshlets: list[list[list[int]]]) -> dict[str, float]:
 
 
 def traversed_residuals(decoder: Decoder, m: int, values, runs, predictor: int) -> list[list[int]]:
-    """Of the traversed vertices of stream 0, by one predictor."""
+    """Residuals of stream 0's traversed vertices by one predictor."""
     residuals = []
     for v, a, b, o in decoder.traversed(decoder.file.meshlet(m), runs):
         prediction = decoder.predict(
@@ -91,7 +93,7 @@ def traversed_residuals(decoder: Decoder, m: int, values, runs, predictor: int) 
 
 
 def chain_residuals(meshlet, values, runs, chord: bool) -> list[list[int]]:
-    """Of the inner vertices of owned references of stream 0: against the chord, or against the vertex before."""
+    """Residuals of stream 0 inside owned references, from the chord or the previous vertex."""
     residuals = []
     for reference, run in zip(meshlet.references, runs):
         if reference.kind != OWNED:
@@ -119,11 +121,11 @@ def count_hops(decoder: Decoder, meshlet, j: int) -> int:
 
 
 def measure_meshlets(blobs: list[bytes]) -> dict:
-    """Figures per vertex and per meshlet of the given primitives."""
+    """Figures per vertex and per meshlet of some blobs."""
     traversed = {name: [] for name in PREDICTORS}
     chains = {"chord": [], "previous": []}
     kinds, hops, symbols = Counter(), Counter(), Counter()
-    meshlets = components = 0
+    meshlets = disks = 0
     for blob in blobs:
         decoder = Decoder(blob)
         for m in range(decoder.file.meshlet_count):
@@ -137,7 +139,7 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
             kinds.update(reference.kind for reference in meshlet.references)
             hops.update(count_hops(decoder, meshlet, j) for j in range(len(meshlet.references)))
             symbols.update(meshlet.symbols)
-            components += len(meshlet.loops)
+            disks += len(meshlet.loops)
             meshlets += 1
     total = sum(symbols.values())
     return {
@@ -149,7 +151,7 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
             kind: kinds[kind] / meshlets for kind in (OWNED, FOREIGN, PRIVATE)
         },
         "corners_by_hops": {str(n): hops[n] / sum(hops.values()) for n in sorted(hops)},
-        "components_per_meshlet": components / meshlets,
+        "components_per_meshlet": disks / meshlets,
     }
 
 
@@ -161,7 +163,7 @@ def totals(path: Path, folder: Path, **options) -> tuple[dict, Path]:
 
 @contextmanager
 def encoder(predictor: int = -1, **options):
-    """Makes gltf_ext.compress encode with one predictor for all streams that allow it, and with other options of _codec.encode."""
+    """Makes gltf_ext.compress use one predictor and other options of _codec.encode."""
     original = _codec.encode
 
     def changed(triangles, ids, positions, streams, values, **rest):
@@ -192,7 +194,23 @@ def measure_switched(path: Path) -> dict:
     return {"model": path.stem, "bits": bits}
 
 
-def measure(path: Path) -> dict:
+def measure(options: argparse.Namespace) -> dict:
+    """Figures of single meshlets, and of whole files with choices switched off."""
+    paths = {path.stem: path for path in real_models()}
+    rows, switched = [], []
+    for name, path in paths.items():
+        if name in NAMES:
+            rows.append(measure_model(path))
+            progress(name)
+    for name, path in paths.items():
+        if name in NAMES_SWITCHED:
+            switched.append(measure_switched(path))
+            progress(f"{name}, choices switched off")
+    return {"options": OPTIONS, "models": rows, "switched": switched}
+
+
+def measure_model(path: Path) -> dict:
+    """One model at the usual options."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         whole, output = totals(path, folder)
@@ -211,7 +229,10 @@ def measure(path: Path) -> dict:
 
 
 def boundary_bits(blobs: list[bytes], triangles: int, figures: dict) -> dict[str, float]:
-    """Bits per triangle for the vertices of boundaries: as stored, and if every meshlet stored all of its own at the same cost each."""
+    """Bits per triangle for boundary vertices: shared, and if every meshlet stored all of its own.
+
+    The second assumes the same cost per vertex as now.
+    """
     sections = sum((section_bits(blob) for blob in blobs), Counter())
     kinds = figures["references_per_meshlet"]
     chains = sections["chains"] * (kinds[OWNED] + kinds[FOREIGN]) / kinds[OWNED]
@@ -226,6 +247,7 @@ def boundary_bits(blobs: list[bytes], triangles: int, figures: dict) -> dict[str
 
 
 def figures(values, digits: int = 2) -> list[str]:
+    """Numbers as text."""
     return [f"{value:.{digits}f}" for value in values]
 
 
@@ -233,9 +255,13 @@ def report(result: dict) -> str:
     """docs/choices.md."""
     rows = result["models"]
     connectivity = [
-        [row["model"], *figures((100 * row["symbols"][s] for s in "CLERS"), 1),
-         *figures((row["bits_per_triangle"]["connectivity"], row["entropy"]))] for row in rows
-    ]  # fmt: skip
+        [
+            row["model"],
+            *figures((100 * row["symbols"][s] for s in "CLERS"), 1),
+            *figures((row["bits_per_triangle"]["connectivity"], row["entropy"])),
+        ]
+        for row in rows
+    ]
     codes = ("fixed", "rice, one k for the model", "rice", "either")
     traversed = [
         [f"{row['model']}, {name}", *figures((row["traversed"][name][code] for code in codes), 1)]
@@ -247,12 +273,24 @@ def report(result: dict) -> str:
         for row in rows
         for name, costs in row["chains"].items()
     ]
-    boundary = [
-        [row["model"], *figures(row["references_per_meshlet"].values()), *figures((row["components_per_meshlet"],)),
-         *figures((row["reference_bits_per_meshlet"],), 1),
-         *figures((100 * row["corners_by_hops"].get(n, 0) for n in ("0", "1", "2")), 1),
-         *figures((100 * sum(share for n, share in row["corners_by_hops"].items() if int(n) > 2),), 1)] for row in rows
-    ]  # fmt: skip
+    boundary = []
+    for row in rows:
+        hops = row["corners_by_hops"]
+        more_hops = sum(share for n, share in hops.items() if int(n) > 2)
+        boundary.append(
+            [
+                row["model"],
+                *figures(row["references_per_meshlet"].values()),
+                *figures((row["components_per_meshlet"],)),
+                *figures((row["reference_bits_per_meshlet"],), 1),
+                *figures((100 * hops.get(n, 0) for n in ("0", "1", "2")), 1),
+                *figures((100 * more_hops,), 1),
+            ]
+        )
+    boundary_headings = [
+        *("model", "owned", "foreign", "private", "components", "bits"),
+        *("stored", "1 hop", "2 hops", "more"),
+    ]
     sharing = []
     for row in rows:
         shared, alone = row["boundary_bits_per_triangle"].values()
@@ -266,53 +304,58 @@ Positions 12, normals 8 + 8, texture coordinates 12 bits.
 
 ## Connectivity
 
-Share of each symbol in percent; bits per triangle as stored (2 for C, R, E; 3 for L, S) and the entropy of the symbols.
+Share of each symbol in percent; bits per triangle as stored (2 for C, R, E; 3 for L, S) and the \
+entropy of the symbols.
 
 {markdown_table(["model", *"CLERS", "stored", "entropy"], connectivity)}
 ## Positions of traversed vertices
 
-Bits per vertex (three components, codes included): fixed widths per meshlet, one Rice parameter for the model, one of seven Rice
+Bits per vertex (three components, codes included): fixed widths per meshlet, one Rice parameter \
+for the model, one of seven Rice
 parameters per meshlet, and the better of fixed and Rice per meshlet, which is what the format does.
 
 {markdown_table(["model, predictor", "fixed", "one k", "k per meshlet", "either"], traversed)}
 ## Positions of chain vertices
 
-The same for the vertices between two corners of an owned run: predicted from the chord between the corners, or from the vertex before.
+The same for the vertices between two corners of an owned run: predicted from the chord between \
+the corners, or from the vertex before.
 
 {markdown_table(["model, predictor", "fixed", "one k", "k per meshlet", "either"], chains)}
 ## Boundaries
 
-References and components per meshlet, bits per meshlet of references, header and tables, and where corners are found: percent
+References and components per meshlet, bits per meshlet of references, header and tables, and \
+where corners are found: percent
 stored in the meshlet itself and after one, two and more hops.
 
-{markdown_table(["model", "owned", "foreign", "private", "components", "bits", "stored", "1 hop", "2 hops", "more"], boundary)}
+{markdown_table(boundary_headings, boundary)}
 ## Sharing boundaries
 
-Bits per triangle of the vertices on boundaries between meshlets, corners and chains, all attributes: as they are, each stored by one
-meshlet; about what they would be if every meshlet stored all of its own, at the same bits for each; and how much larger the
+Bits per triangle of the vertices on boundaries between meshlets, corners and chains, all \
+attributes: as they are, each stored by one
+meshlet; about what they would be if every meshlet stored all of its own, at the same bits for \
+each; and how much larger the
 file would be, in percent.
 
 {markdown_table(["model", "shared", "each its own", "larger by, %"], sharing)}
 ## Choices switched off
 
-Bits per triangle of whole files: as they are (the encoder chooses a predictor for each stream), with both sides of every seam
+Bits per triangle of whole files: as they are (the encoder chooses a predictor for each stream), \
+with both sides of every seam
 stored in full, and with one predictor for everything.
 
 {markdown_table(["model", *result["switched"][0]["bits"]], switched)}"""
 
 
+def write_pages(result: dict) -> list[Path]:
+    """docs/choices.md."""
+    return [write_page("choices", report(result))]
+
+
+QUESTION = Question("choices", __doc__, measure, report, write_pages)
+
+
 def main() -> None:
-    result = {**origin("bench.choices"), "options": OPTIONS, "models": [], "switched": []}
-    for path in models():
-        if path.stem in NAMES:
-            result["models"].append(measure(path))
-            print(path.stem, flush=True)
-    result["switched"] = [
-        measure_switched(path) for path in models() if path.stem in NAMES_SWITCHED
-    ]
-    write_result("choices", result)
-    (ROOT / "docs" / "choices.md").write_text(report(result))
-    print(report(result))
+    QUESTION.run()
 
 
 if __name__ == "__main__":

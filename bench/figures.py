@@ -1,18 +1,20 @@
 """The paper's Figures 3 and 7 for our models, drawn from the committed measurements.
 
-python -m bench.figures: reads bench/results/size.json and paper.json, writes docs/figure3.png and docs/figure7.png. Each picture
-carries a digest of the figures that it shows, so that a test finds a picture that is out of date.
+Reads bench/results/size.json and paper.json; writes docs/figure3.png and docs/figure7.png. Each
+picture carries a digest of its figures, so that a test finds an outdated picture.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+from pathlib import Path
 
-from bench.common import PAPER_MODELS, ROOT, read_result
+from bench.common import DOCS, progress, pyplot, read_result
+from bench.models import PAPER_MODELS
 
 DIGEST = "Figures"  # the PNG's text field
-# The same five parts of both encodings: (label, colour, the paper's part, our section or sections)
+# The same five parts of both encodings: (label, colour, parts of the paper's, sections of ours)
 FIGURE3 = (
     ("triangles", "#4477aa", ("connectivity",), ("connectivity",)),
     ("meshlets and references", "#66ccee", ("meshlets, references, boundaries", "header"),
@@ -33,7 +35,7 @@ COLORS = {
 
 
 def figure3(size: dict, paper: dict) -> dict:
-    """Percent of raw by part: {"model": {"the paper's encoding": [...], "ours": [...]}}, in the order of FIGURE3."""
+    """Percent of raw by model and encoding: a list in the order of FIGURE3."""
     ours = {row["model"]: row for row in size["models"]}
     theirs = {row["model"]: row for row in paper["rows"] if row["meshlets_of"] == "ours"}
     bars = {}
@@ -64,11 +66,12 @@ def figure7(size: dict) -> dict:
 
 
 def digest(bars: dict) -> str:
+    """The fingerprint of a picture's figures."""
     return hashlib.sha256(json.dumps(bars, sort_keys=True).encode()).hexdigest()
 
 
-def draw_figure3(size: dict, paper: dict) -> None:
-    """docs/figure3.png."""
+def draw_figure3(size: dict, paper: dict) -> Path:
+    """Draws docs/figure3.png."""
     bars = figure3(size, paper)
     figure, axis = _axes()
     for place, encodings in enumerate(bars.values()):
@@ -95,11 +98,11 @@ def draw_figure3(size: dict, paper: dict) -> None:
     axis.set_title(
         "Compressed data in percent of raw, at most 64 triangles per meshlet", loc="left"
     )
-    _finish(figure, axis, bars, "figure3")
+    return _finish(figure, axis, bars, "figure3")
 
 
-def draw_figure7(size: dict) -> None:
-    """docs/figure7.png."""
+def draw_figure7(size: dict) -> Path:
+    """Draws docs/figure7.png."""
     bars = figure7(size)
     figure, axis = _axes()
     names = [name for name in COLORS if any(name in codecs for codecs in bars.values())]
@@ -115,35 +118,39 @@ def draw_figure7(size: dict) -> None:
         for place, value in zip(places, values):
             axis.text(place, value, f"{value:.0f}", ha="center", va="bottom", fontsize=7)
     axis.set_title("Compressed size in percent of raw", loc="left")
-    _finish(figure, axis, bars, "figure7")
+    return _finish(figure, axis, bars, "figure7")
 
 
 def _axes():
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    return pyplot.subplots(figsize=(11, 5), dpi=100)
+    return pyplot().subplots(figsize=(11, 5), dpi=100)
 
 
-def _finish(figure, axis, bars: dict, name: str) -> None:
+def _finish(figure, axis, bars: dict, name: str) -> Path:
     axis.set_xticks(range(len(bars)), bars)
     axis.set_ylabel("percent of raw")
     axis.margins(y=0.12)
     axis.spines[["top", "right"]].set_visible(False)
     axis.legend(ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.08), frameon=False)
     figure.tight_layout()
-    figure.savefig(ROOT / "docs" / f"{name}.png", metadata={DIGEST: digest(bars)})
+    path = DOCS / f"{name}.png"
+    figure.savefig(path, metadata={DIGEST: digest(bars)})
+    return path
+
+
+def draw_all() -> list[Path]:
+    """Draws the figures whose results exist; returns their paths."""
+    size, paper = read_result("size"), read_result("paper")
+    drawn = []
+    if size and figure7(size):
+        drawn.append(draw_figure7(size))
+    if size and paper and figure3(size, paper):
+        drawn.append(draw_figure3(size, paper))
+    return drawn
 
 
 def main() -> None:
-    """Draws what there are measurements for; nothing of models other than the paper's."""
-    size, paper = read_result("size"), read_result("paper")
-    if size and figure7(size):
-        draw_figure7(size)
-    if size and paper and figure3(size, paper):
-        draw_figure3(size, paper)
+    for path in draw_all():
+        progress(f"wrote {path.name}")
 
 
 if __name__ == "__main__":

@@ -1,27 +1,49 @@
-"""A generated model of any size, so that measurements over size need no downloads: a lumpy torus, like a scan of one.
+"""Generated models, so that measurements over size need no downloads. The same on every run.
 
-Corners are moved off their grid and diagonals turned at random, so that vertices have four to eight neighbours; the same
-on every run.
+The torus is lumpy like a scan of one: corners are moved off their grid and diagonals turned at
+random, so that vertices have four to eight neighbours.
 """
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
+from gltf_meshlet.demo import model as demo_model
 from gltf_meshlet.demo.model import Part
 
-OCTAVES = (
-    7  # of the displacement, each of twice the frequency and half the height of the one before
-)
-HEIGHT = 0.16  # of the first octave, of a tube of radius 1
-RADIUS = 2.2  # of the torus's own circle
-JITTER = 0.3  # of a cell, to each side
+# File names and descriptions of the models that `write_generated` makes.
+GENERATED = {
+    "generated_torus": "a lumpy torus of 100,000 triangles",
+    "generated_demo": "the model of `make demo`",
+    "generated_boxes": "2,000 boxes that share no vertex, hard edges: the paper's named weakness",
+}
+BOXES = 2000
+
+# The torus: its tube has radius 1.
+RADIUS = 2.2  # of the circle that the tube follows
+OCTAVES = 7  # of the displacement; each has twice the frequency and half the height of the last
+HEIGHT = 0.16  # of the first octave
+JITTER = 0.3  # of a grid cell, to each side
+
+
+def write_generated(folder: Path) -> list[Path]:
+    """Writes one .glb for each of GENERATED into a folder; returns their paths."""
+    contents = {
+        "generated_torus": [torus(100_000)],
+        "generated_demo": demo_model.generate(),
+        "generated_boxes": [boxes(BOXES)],
+    }
+    for name, parts in contents.items():
+        demo_model.write_glb(parts, folder / f"{name}.glb")
+    return [folder / f"{name}.glb" for name in GENERATED]
 
 
 def torus(triangles: int) -> Part:
-    """About as many triangles (at least 64) as asked for, with normals and texture coordinates.
+    """A closed torus of about so many triangles (at least 64), with normals and texcoords.
 
-    The surface is closed; vertices along the two circles where the texture coordinates wrap round are double.
+    Vertices are duplicated along the two circles where the texture coordinates wrap around.
     """
     around = max(4, round((triangles / 4) ** 0.5))
     along = max(8, round(triangles / 2 / around))
@@ -29,7 +51,7 @@ def torus(triangles: int) -> Part:
     cell = np.stack(np.meshgrid(np.arange(along), np.arange(around), indexing="ij"), axis=-1)
     place = ((cell + random.uniform(-JITTER, JITTER, cell.shape)) / (along, around)).reshape(-1, 2)
     positions, normals = _surface(place)
-    # One row and one column more than there are cells: the texture coordinates end at the circles where positions begin again.
+    # One more row and column than cells: positions wrap around, texture coordinates do not.
     wrapped = np.arange(along + 1)[:, None] % along * around + np.arange(around + 1) % around
     turns = np.stack(
         np.broadcast_arrays(
@@ -52,8 +74,40 @@ def torus(triangles: int) -> Part:
     )
 
 
+def boxes(count: int) -> Part:
+    """Boxes of random size and place; each has 12 triangles and 24 vertices, 4 per side."""
+    random = np.random.default_rng(3)
+    square = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    sides = [
+        np.roll([[sign, u, v] for u, v in square], axis, axis=1)
+        for axis in range(3)
+        for sign in (-1, 1)
+    ]
+    corners, normals = (
+        np.concatenate(sides),
+        np.repeat([side.sum(axis=0) / 4 for side in sides], 4, axis=0),
+    )
+    quad, flipped = np.array([[0, 1, 2], [0, 2, 3]]), np.array([[0, 2, 1], [0, 3, 2]])
+    box = np.concatenate([(quad if side % 2 else flipped) + 4 * side for side in range(6)])
+    place, size = random.uniform(-1, 1, (count, 1, 3)), random.uniform(0.002, 0.02, (count, 1, 3))
+    positions = (place + corners * size).reshape(-1, 3)
+    texcoords = np.tile(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), (6 * count, 1))
+    triangles = (box + 24 * np.arange(count)[:, None, None]).reshape(-1, 3)
+    return Part(
+        "boxes",
+        "boxes",
+        (0.6, 0.6, 0.6),
+        0.0,
+        0.6,
+        positions.astype(np.float32),
+        np.tile(normals, (count, 1)).astype(np.float32),
+        texcoords.astype(np.float32),
+        triangles.astype(np.uint32),
+    )
+
+
 def _diagonals(corners: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Two triangles for each cell of a grid of vertex numbers, divided one way or the other: uint32[T, 3]."""
+    """Splits each cell of a grid of vertex ids along a random diagonal; returns uint32[T, 3]."""
     a, b, c, d = (
         corners[:-1, :-1].ravel(),
         corners[1:, :-1].ravel(),
@@ -88,7 +142,7 @@ def _surface(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _displacement(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Height over the tube, and its derivatives by u and by v."""
+    """Height over the tube, and its derivatives with respect to u and v."""
     random = np.random.default_rng(2)
     height, along, around = (np.zeros_like(u) for _ in range(3))
     for octave in range(OCTAVES):

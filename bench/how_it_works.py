@@ -1,26 +1,30 @@
-"""How does the format work? One meshlet of a generated model in four pictures: cut, walked over, predicted, stored.
+"""How does the format work? One meshlet in four panels: cut, walk, predict, store.
 
-python -m bench how_it_works: writes docs/how_it_works.png. The model is bench/generated.py's, compressed with the default options;
-the meshlet is an ordinary one (see choose), decoded by spec/reference_decoder.py. What is drawn and the figures come from the
-compressed bytes; the picture carries a digest of the figures, so that a test finds it when it is out of date.
+Writes docs/how_it_works.png. The model is bench/generated.py's torus at the default options; the
+meshlet is an ordinary one (see `choose`), decoded by spec/reference_decoder.py. All shapes and
+figures come from the compressed bytes. The picture carries a digest of its figures, so that a test
+finds an outdated picture.
 """
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 import textwrap
 from collections import Counter
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import pairwise
 from pathlib import Path
 from unittest import mock
 
-import matplotlib
 import numpy as np
+from matplotlib import patheffects
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 import gltf_ext
-from bench.common import ROOT
+from bench.common import DOCS, progress, pyplot
 from bench.figures import DIGEST, digest
 from bench.generated import torus
 from gltf_ext.compression.extension import require_compressed
@@ -33,32 +37,31 @@ from gltf_meshlet.demo.rasterizer import LIGHT, Camera, Mesh, render
 from spec import reference_decoder
 from spec.reference_decoder import FOREIGN, OWNED, PRIVATE, Decoder, Meshlet, dequantise
 
-matplotlib.use("Agg")
-from matplotlib import patheffects, pyplot  # noqa: E402  (the backend must be chosen first)
-from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
-from matplotlib.lines import Line2D  # noqa: E402
-from matplotlib.patches import Patch  # noqa: E402
+TRIANGLES = 6000  # few, so that meshlets look large
+TITLES = ("Cut", "Walk", "Predict", "Store")
 
-TRIANGLES = 6000  # of the model: few, so that its meshlets are large in the picture
+# Layout
 SIZE, DPI = (16, 6.6), 100  # inches, pixels per inch
-BOTTOM, TOP, WIDTH = 0.39, 0.92, 0.24  # of the panels, as shares of the picture's height and width
-LINE = 0.222 / SIZE[1]  # of text, as a share of the picture's height
+BOTTOM, TOP, WIDTH = 0.39, 0.92, 0.24  # the panels, in shares of the picture's height and width
+LINE = 0.222 / SIZE[1]  # height of a text line, in shares of the picture's height
 LETTERS_PER_LINE = 44
 TITLE, TEXT, SMALL = 17, 12.5, 12  # points
-TITLES = ("Cut", "Walk", "Predict", "Store")
-DISTANCE, VIEW = 3.0, 18.5  # of the eye, in widths of the model; degrees
 
-# Okabe and Ito's colours, which the colour-blind can tell apart
-BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW = (
-    "#0072b2",
-    "#e69f00",
-    "#009e73",
-    "#d55e00",
-    "#cc79a7",
-    "#56b4e9",
-    "#f0e442",
-)
-INK, GRAY, PALE = "#222222", "#aaaaaa", "#f2f2f2"
+# Camera
+DISTANCE = 3.0  # from the eye to the model, in widths of the model
+VIEW = 18.5  # field of view in degrees
+
+# The colours of Okabe and Ito, which colour-blind readers can tell apart
+BLUE = "#0072b2"
+ORANGE = "#e69f00"
+GREEN = "#009e73"
+RED = "#d55e00"
+PURPLE = "#cc79a7"
+SKY = "#56b4e9"
+YELLOW = "#f0e442"
+INK = "#222222"
+GRAY = "#aaaaaa"
+PALE = "#f2f2f2"
 HIGHLIGHT = (0.03, 0.03, 0.03)  # linear RGB
 LETTERS = {
     "C": (SKY, "a new vertex inside: goes right"),
@@ -90,7 +93,7 @@ GUESS = {
     "linestyle": "none",
 }
 HALO = patheffects.withStroke(linewidth=2.5, foreground="white")
-# The label and colour of each part of a meshlet's bits, and how the names of its fields start
+# Parts of a meshlet's bits: label, colour and the first words of their fields' names
 SECTIONS = {
     "the letters": (INK, ("p0", "p1", "px")),
     "whose borders": (
@@ -113,8 +116,9 @@ DIRECTORY = "address, padding"
 class Example:
     """One meshlet, decoded.
 
-    flat: float64[V, 2], its points seen from outside, straight onto the plane they are nearest to;
-    axes: float64[3, 3], rows: the flat picture's right and up, and towards the viewer; center: float64[3], the points' mean.
+    flat: float64[V, 2], the points projected onto their least-squares plane, seen from outside
+    axes: float64[3, 3], rows: right, up, and towards the viewer
+    center: float64[3], the mean of the points
     """
 
     decoder: Decoder
@@ -124,7 +128,7 @@ class Example:
     center: np.ndarray
 
     def flattened(self, points: np.ndarray) -> np.ndarray:
-        """Points [..., 3] in the flat picture: [..., 2]."""
+        """Projects points [..., 3] onto the plane: [..., 2]."""
         return (points - self.center) @ self.axes[:2].T
 
 
@@ -139,7 +143,7 @@ def compressed_model() -> Decoder:
 
 
 def choose(decoder: Decoder) -> Example:
-    """Of the meshlets that show everything and lie flat, the one whose bits per triangle are nearest to the model's."""
+    """The flat meshlet that shows everything with the most typical number of bits per triangle."""
     mean = 8 * len(decoder.file.data) / decoder.file.triangle_count
     candidates = [
         m for m in range(decoder.file.meshlet_count) if _shows_everything(decoder.file.meshlet(m))
@@ -147,7 +151,8 @@ def choose(decoder: Decoder) -> Example:
     examples = [example for m in candidates if _lies_flat(example := flatten(decoder, m))]
     if not examples:
         raise SystemExit(
-            "bench: no meshlet of the model has every letter and kind of border and lies flat; change TRIANGLES"
+            "bench: no meshlet of the model has every letter and kind of border and lies flat; "
+            "change TRIANGLES"
         )
     return min(
         examples,
@@ -156,19 +161,19 @@ def choose(decoder: Decoder) -> Example:
 
 
 def _shows_everything(meshlet: Meshlet) -> bool:
-    """All five letters and all three kinds of runs in one component, but no seams and no runs shared with itself."""
+    """All five letters and all kinds of runs in one disk, no seams, no runs shared with itself."""
     foreign = [reference for reference in meshlet.references if reference.kind == FOREIGN]
     return (
         set(meshlet.symbols) == set(LETTERS)
         and {reference.kind for reference in meshlet.references} == set(RUNS)
-        and len(meshlet.connectivity.components) == 1
+        and len(meshlet.connectivity.disks) == 1
         and not meshlet.entry.has_seams
         and all(reference.owner != meshlet.index for reference in foreign)
     )
 
 
 def _lies_flat(example: Example) -> bool:
-    """True when no triangle is turned over in the flat picture, and the light falls on it."""
+    """True if no triangle flips in the projection and the light falls on the meshlet."""
     a, b, c = example.flat[np.array(example.meshlet.connectivity.triangles)].transpose(1, 2, 0)
     areas = (b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0]
     return bool(areas.min() > 0 and example.axes[2] @ LIGHT > 0.5 * np.linalg.norm(LIGHT))
@@ -184,7 +189,7 @@ def decoded(decoder: Decoder, m: int) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 
 def flatten(decoder: Decoder, m: int) -> Example:
-    """Meshlet m on the plane that its points are nearest to, y up as far as the plane allows."""
+    """Projects meshlet m onto its least-squares plane, with y as far up as the plane allows."""
     triangles, points, _ = decoded(decoder, m)
     center = points.mean(axis=0)
     corners = points[triangles]
@@ -198,7 +203,7 @@ def flatten(decoder: Decoder, m: int) -> Example:
 
 
 def section_bits(example: Example) -> dict[str, int]:
-    """Bits of each of SECTIONS, and of the meshlet's directory entry with the unused bits up to the next meshlet."""
+    """Bits of each of SECTIONS, and of the directory entry with the padding after the meshlet."""
     names: Counter = Counter()
 
     class CountingReader(reference_decoder.BitReader):
@@ -208,8 +213,8 @@ def section_bits(example: Example) -> dict[str, int]:
 
     file, m = example.decoder.file, example.meshlet.index
     with mock.patch.object(reference_decoder, "BitReader", CountingReader):
-        Meshlet(file, m)  # sections A to F; the decoder knows them already and reads only
-        example.decoder.meshlet(m)  # G and H
+        Meshlet(file, m)  # reads sections A to F again; the decoder keeps them
+        example.decoder.meshlet(m)  # reads G and H
     bits = {
         label: sum(n for name, n in names.items() if name.startswith(starts))
         for label, (_, starts) in SECTIONS.items()
@@ -222,15 +227,17 @@ def section_bits(example: Example) -> dict[str, int]:
 
 
 def raw_bits(example: Example) -> int:
-    """What the same triangles take as plain glTF: 32 bits per component of each vertex that is not another meshlet's, 3 indices."""
+    """Bits of the same triangles as plain glTF: 3 indices each, and 32 bits per vertex component.
+
+    Vertices of earlier meshlets do not count again.
+    """
     decoder, meshlet = example.decoder, example.meshlet
     runs = [decoder.boundary(decoder.file.meshlet(m)) for m in range(meshlet.index + 1)]
     vertices = meshlet.connectivity.vertex_count - len(decoder.alias(meshlet, runs))
-    components = sum(
-        3 if stream.kind == reference_decoder.OCT else stream.components
-        for stream in meshlet.streams
+    elements = sum(
+        3 if stream.kind == reference_decoder.OCT else stream.elements for stream in meshlet.streams
     )
-    return 32 * components * vertices + 8 * INDEX_BYTES_PER_TRIANGLE * meshlet.entry.triangle_count
+    return 32 * elements * vertices + 8 * INDEX_BYTES_PER_TRIANGLE * meshlet.entry.triangle_count
 
 
 def figures(example: Example) -> dict:
@@ -253,10 +260,10 @@ def figures(example: Example) -> dict:
 
 
 def draw(path: Path) -> dict:
-    """Writes the picture, 1600 pixels wide; returns the figures in it."""
+    """Writes the picture, 1600 pixels wide; returns its figures."""
     example = choose(compressed_model())
     numbers = figures(example)
-    figure = pyplot.figure(figsize=SIZE, dpi=DPI)
+    figure = pyplot().figure(figsize=SIZE, dpi=DPI)
     panels = [figure.add_axes((0.005 + 0.25 * k, BOTTOM, WIDTH, TOP - BOTTOM)) for k in range(4)]
     for k, (panel, title) in enumerate(zip(panels, TITLES)):
         panel.set_axis_off()
@@ -272,7 +279,7 @@ def draw(path: Path) -> dict:
 
 
 def draw_model(axis, example: Example, numbers: dict) -> None:
-    """The model in the colours of its meshlets, the example's darkest."""
+    """The model with coloured meshlets; the example is the dark one."""
     decoder = example.decoder
     triangles, points, normals = zip(
         *(decoded(decoder, m) for m in range(decoder.file.meshlet_count))
@@ -298,7 +305,8 @@ def draw_model(axis, example: Example, numbers: dict) -> None:
     )
     _caption(
         axis,
-        f"The mesh is cut into meshlets of at most 64 triangles, here {numbers['meshlets']}. Each is decoded on its own, when "
+        f"The mesh is cut into meshlets of at most 64 triangles, here {numbers['meshlets']}. Each "
+        "is decoded on its own, when "
         f"it is needed. The dark one, of {numbers['triangles']} triangles, is what follows.",
     )
 
@@ -309,7 +317,7 @@ def draw_walk(axis, example: Example) -> None:
     _mesh(axis, example, [LETTERS[symbol][0] for symbol in example.meshlet.symbols], alpha=0.4)
     middles = example.flat[triangles].mean(axis=1)
     steps = np.stack([middles[:-1], middles[1:]], axis=1)
-    adjacent = np.array([len(set(s) & set(t)) == 2 for s, t in zip(triangles[:-1], triangles[1:])])
+    adjacent = np.array([len(set(s) & set(t)) == 2 for s, t in pairwise(triangles)])
     axis.add_collection(LineCollection(steps[adjacent], colors=INK, linewidths=1.0))
     axis.add_collection(
         LineCollection(steps[~adjacent], colors=INK, linewidths=1.0, linestyles=":")
@@ -348,7 +356,7 @@ def draw_walk(axis, example: Example) -> None:
 
 
 def draw_prediction(axis, example: Example) -> None:
-    """The flat meshlet with its border by kind of run, its anchors, and the prediction of one vertex inside."""
+    """The flat meshlet: its border by kind of run, its anchors, and one prediction inside."""
     decoder, meshlet, flat = example.decoder, example.meshlet, example.flat
     _mesh(axis, example, PALE)
     runs = decoder.boundary(meshlet)
@@ -385,16 +393,17 @@ def draw_prediction(axis, example: Example) -> None:
     ]
     _caption(
         axis,
-        "Vertices are guessed: along a border from its corners, inside by making the yellow triangle a "
+        "Vertices are guessed: along a border from its corners, inside by making the yellow "
+        "triangle a "
         "parallelogram. Only the differences are stored.",
         legend,
     )
 
 
 def ordinary_prediction(example: Example) -> tuple[int, int, int, int, np.ndarray]:
-    """(v, a, b, o, predicted): of the vertices predicted from others inside, one whose difference is longer than three quarters of them.
+    """(v, a, b, o, predicted) of a vertex inside with a fairly long residual, the upper quartile.
 
-    predicted: float64[2], in the flat picture.
+    predicted: float64[2], projected.
     """
     decoder, meshlet = example.decoder, example.meshlet
     stream, values = meshlet.streams[0], decoder.meshlet(meshlet.index)[1][0]
@@ -413,7 +422,7 @@ def ordinary_prediction(example: Example) -> tuple[int, int, int, int, np.ndarra
 
 
 def draw_bits(axis, numbers: dict) -> None:
-    """Bars: the meshlet as plain glTF and compressed, to scale; below, the sections of the compressed one, to a scale of their own."""
+    """Above: bars of the plain and the compressed meshlet. Below: the sections of the latter."""
     triangles, raw, total = numbers["triangles"], numbers["raw"], numbers["total"]
     whole = axis.inset_axes((0.0, 0.74, 0.97, 0.26))
     colors = [color for color, _ in SECTIONS.values()] + [GRAY]
@@ -444,14 +453,15 @@ def draw_bits(axis, numbers: dict) -> None:
         inset.set_axis_off()
     _caption(
         axis,
-        "Positions, normals and texture coordinates. Small differences take few bits: the low bits and the quotients "
+        "Positions, normals and texture coordinates. Small differences take few bits: the low "
+        "bits and the quotients "
         "of a Rice code, kept apart so that each GPU lane finds its own. "
         f"The whole model: {numbers['mean']:.1f} bits per triangle.",
     )
 
 
 def _mesh(axis, example: Example, colors, alpha: float = 1.0) -> None:
-    """The flat triangles, filled, in the middle of the axis."""
+    """The projected triangles, filled, in the middle of the axis."""
     corners = example.flat[np.array(example.meshlet.connectivity.triangles)]
     axis.add_collection(PolyCollection(corners, facecolors=colors, edgecolors="none", alpha=alpha))
     axis.add_collection(PolyCollection(corners, facecolors="none", edgecolors=GRAY, linewidths=0.8))
@@ -463,7 +473,7 @@ def _mesh(axis, example: Example, colors, alpha: float = 1.0) -> None:
 
 
 def _caption(axis, text: str, legend: list | None = None) -> None:
-    """Words below an axis, and below them a legend: (handle, words) of each line."""
+    """Text below an axis, and below it a legend of (handle, words) lines."""
     left = axis.get_position(True).x0
     lines = textwrap.wrap(text, LETTERS_PER_LINE)
     axis.figure.text(
@@ -485,29 +495,18 @@ def _caption(axis, text: str, legend: list | None = None) -> None:
 
 
 def _save(figure, path: Path, numbers: dict) -> None:
-    """A PNG with the digest of its figures."""
+    """Saves a PNG with the digest of its figures."""
     content = BytesIO()
     figure.savefig(
         content, format="png", metadata={DIGEST: digest(numbers)}, pil_kwargs={"optimize": True}
     )
-    pyplot.close(figure)
     write_files({path: [content.getvalue()]})
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        prog="python -m bench how_it_works", description=__doc__.splitlines()[0]
-    )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=ROOT / "docs" / "how_it_works.png",
-        help="the picture to write",
-    )
-    numbers = draw(parser.parse_args().output)
-    print(
-        f"meshlet {numbers['meshlet']}: {numbers['raw']:,} bits raw, {numbers['total']:,} compressed"
-    )
+    path = DOCS / "how_it_works.png"
+    draw(path)
+    progress(f"wrote {path.name}")
 
 
 if __name__ == "__main__":

@@ -1,14 +1,14 @@
-"""The Mitsuba shape against Mitsuba's own mesh of the same decompressed file: time and memory over the size of the cache.
+"""Ray tracing with Mitsuba: time and memory over the cache's size, beside Mitsuba's own mesh.
 
-    python -m bench.mitsuba [--models bunny ...] [--variants ...] [--fractions ...] [--spp 16] [--repeats 2] [--width 1280] [--height 720]
+Writes the tables in docs/mitsuba.md and docs/mitsuba.png if all models and variants are measured;
+otherwise only prints.
 
-Each model and variant runs in a process of its own, one after the other, with nothing else in it. Times are of rendering with a warm
-cache and compiled kernels; what loading, building and the first render take beyond that is reported beside them. Rounds go through
-Mitsuba's own mesh and all sizes of the cache, so that a ratio is of two renders shortly after each other; the median of the rounds
-counts. Without any cache a fraction of the samples is enough, for the mesh that is compared with too. Memory is what the process grows
-by from before a scene is loaded to after it was rendered, the same for both.
-
-A run of all models and variants writes bench/results/mitsuba.json, the table in docs/mitsuba.md and docs/mitsuba.png; others print.
+Each model and variant runs alone, in a process of its own. Times are of rendering with a warm cache
+and compiled kernels; the cost of loading, building and the first render is reported separately.
+Each round renders Mitsuba's own mesh and all cache sizes, so that a ratio compares two renders
+shortly after each other; the median of the rounds counts. Renders without a cache are slow: they
+and the mesh they are compared with get fewer samples. Memory is the growth of the process from
+before a scene is loaded to after it was rendered.
 """
 
 from __future__ import annotations
@@ -16,11 +16,8 @@ from __future__ import annotations
 import argparse
 import ctypes
 import gc
-import json
 import os
 import statistics
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -29,138 +26,77 @@ import numpy as np
 
 import gltf_ext
 from bench import common
+from bench.common import call_in_process, progress
+from bench.models import real_model
 
 MODELS = ("bunny", "sponza_like", "dragon")
 VARIANTS = ("scalar_rgb", "llvm_ad_rgb")
 FRACTIONS = (1.0, 0.5, 0.25, 0.1, 0.0)
 POLICIES = ("clock", "counts")  # the default first
 COMPARED = (0.25, 0.1)  # fractions at which the policies are compared
-UNCACHED_SHARE = 8  # without any cache, one of so many samples is rendered
+UNCACHED_SHARE = 8  # without a cache, one of so many samples is rendered
 INTEGRATORS = {"depth": {"type": "depth"}, "path": {"type": "path", "max_depth": 3}}
 VIEW = (0.3, 0.4, 1.0)
 WARM_SPP = 2
 
 
-def main() -> None:
-    options = _options()
-    if options.child:
-        print(json.dumps(_child(options, *options.child)))
-        return
-    result = {
-        **common.origin("bench.mitsuba", ("mitsuba", "drjit", "numpy")),
-        "width": options.width,
-        "height": options.height,
-        "spp": options.spp,
-        "repeats": options.repeats,
-        "runs": [],
+def measure(options: argparse.Namespace) -> dict:
+    """All models and variants."""
+    settings = {
+        name: getattr(options, name) for name in ("fractions", "spp", "repeats", "width", "height")
     }
+    runs = []
     with tempfile.TemporaryDirectory() as folder:
         for model in options.models:
+            path = str(_prepared(model, Path(folder)))
             for variant in options.variants:
-                for task in ("time", "memory"):
-                    _progress(f"{model}, {variant}: {task}")
-                    rows = _measured(options, task, str(_prepared(model, Path(folder))), variant)
-                    result["runs"].append(
-                        {"model": model, "variant": variant, "task": task, "rows": rows}
-                    )
-    tables = (_table, _memory_table, _policy_table, _start_table)
-    text = "\n".join(table(result) for table in tables)
-    print(text)
-    if (tuple(options.models), tuple(options.variants), tuple(options.fractions)) != (
-        MODELS,
-        VARIANTS,
-        FRACTIONS,
-    ):
-        return
-    common.write_result("mitsuba", result)
-    _plot(result, common.ROOT / "docs" / "mitsuba.png")
-    common.replace_block(
-        common.ROOT / "docs" / "mitsuba.md",
-        "measurements",
-        text + "\n" + common.origin_line(result),
-    )
+                for task, function in (("time", "times"), ("memory", "memory")):
+                    progress(f"{model}, {variant}: {task}")
+                    rows = call_in_process("bench.mitsuba", function, settings, path, variant)
+                    run = {"model": model, "variant": variant, "task": task, "rows": rows}
+                    runs.append(run)
+    kept = ("width", "height", "spp", "repeats")
+    return {**{name: settings[name] for name in kept}, "runs": runs}
 
 
-def _options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--models", nargs="+", default=MODELS, help="names of files in the models' folder"
     )
-    parser.add_argument("--variants", nargs="+", default=VARIANTS)
+    parser.add_argument("--variants", nargs="+", default=VARIANTS, help="Mitsuba's variants")
     parser.add_argument(
         "--fractions", nargs="+", type=float, default=FRACTIONS, help="sizes of the cache, 0 to 1"
     )
     parser.add_argument("--spp", type=int, default=16, help="samples per pixel")
     parser.add_argument(
-        "--repeats", type=int, default=2, help="rounds of timing, of which the median counts"
+        "--repeats", type=int, default=2, help="rounds of timing; their median counts"
     )
     parser.add_argument("--width", type=int, default=1280)
     parser.add_argument("--height", type=int, default=720)
-    parser.add_argument("--child", nargs=3, help=argparse.SUPPRESS)
-    return parser.parse_args()
 
 
-_START = time.perf_counter()
-
-
-def _progress(text: str) -> None:
-    print(f"{time.perf_counter() - _START:6.0f} s  {text}", file=sys.stderr, flush=True)
+def is_complete(options: argparse.Namespace) -> bool:
+    """True if nothing is left out."""
+    chosen = (tuple(options.models), tuple(options.variants), tuple(options.fractions))
+    return chosen == (MODELS, VARIANTS, FRACTIONS)
 
 
 def _prepared(model: str, folder: Path) -> Path:
     """Compresses and decompresses the model; returns the compressed file."""
     compressed = folder / f"{model}.glb"
-    if not compressed.exists():
-        if not (common.MODELS / f"{model}.glb").is_file():
-            raise SystemExit(
-                f"bench.mitsuba: there is no {model}.glb in {common.MODELS}; set GLTF_MESHLET_MODELS"
-            )
-        gltf_ext.compress(common.MODELS / f"{model}.glb", compressed)
-        gltf_ext.decompress(compressed, folder / f"{model}.plain.glb")
+    gltf_ext.compress(real_model(model), compressed)
+    gltf_ext.decompress(compressed, folder / f"{model}.plain.glb")
     return compressed
 
 
-def _measured(options: argparse.Namespace, task: str, path: str, variant: str) -> list[dict]:
-    command = [
-        sys.executable,
-        "-m",
-        "bench.mitsuba",
-        "--child",
-        task,
-        path,
-        variant,
-        "--spp",
-        str(options.spp),
-        "--width",
-        str(options.width),
-        "--height",
-        str(options.height),
-        "--repeats",
-        str(options.repeats),
-        "--fractions",
-        *map(str, options.fractions),
-    ]
-    return _last_line(command)
+# --- in a process of its own ---
 
 
-def _last_line(command: list[str]) -> list | dict:
-    """The JSON that a process prints last; what it has to say beside passes through."""
-    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, cwd=common.ROOT)
-    if done.returncode:
-        raise SystemExit(f"bench.mitsuba: a measurement failed: {' '.join(command)}")
-    return json.loads(done.stdout.splitlines()[-1])
-
-
-# --- in the child ---
-
-
-def _child(options: argparse.Namespace, task: str, path: str, variant: str) -> list[dict]:
+def _use(variant: str) -> None:
     import mitsuba as mi
 
     mi.set_variant(variant)
     import mitsuba_plugin  # noqa: F401  registers the shape
-
-    return (_times if task == "time" else _memory)(options, path)
 
 
 def _shapes(path: str, fraction: float | None, policy: str = POLICIES[0]) -> dict:
@@ -249,29 +185,30 @@ def _render(scene, spp: int, seed: int) -> float:
     return time.perf_counter() - start
 
 
-def _settings(options: argparse.Namespace) -> list[tuple[float | None, str | None]]:
-    """(fraction, policy): the native mesh, the default policy at all fractions, the others at some."""
-    others = [(f, p) for p in POLICIES[1:] for f in COMPARED if f in options.fractions]
-    return [(None, None), *((f, POLICIES[0]) for f in options.fractions), *others]
+def _cache_settings(fractions: list[float]) -> list[tuple[float | None, str | None]]:
+    """(fraction, policy): the native mesh, the default policy at all fractions, others at some."""
+    others = [(f, p) for p in POLICIES[1:] for f in COMPARED if f in fractions]
+    return [(None, None), *((f, POLICIES[0]) for f in fractions), *others]
 
 
-def _times(options: argparse.Namespace, path: str) -> list[dict]:
-    """A row for each setting: seconds (`depth`, `path`), their ratios to the native mesh's, the cache's hits."""
+def times(settings: dict, path: str, variant: str) -> list[dict]:
+    """A row per cache setting: seconds, ratios to the native mesh's seconds, the cache's hits."""
+    _use(variant)
     rows, shapes = [], []
-    for fraction, policy in _settings(options):
+    for fraction, policy in _cache_settings(settings["fractions"]):
         start = time.perf_counter()
         shapes.append(_shapes(path, fraction, policy))
         rows.append({"fraction": fraction, "policy": policy, "load": time.perf_counter() - start})
     for name, integrator in INTEGRATORS.items():
-        scenes = [_built(options, name, integrator, s, row) for s, row in zip(shapes, rows)]
-        _time_rounds(options, name, scenes, rows)
+        scenes = [_built(settings, name, integrator, s, row) for s, row in zip(shapes, rows)]
+        _time_rounds(settings, name, scenes, rows)
     return rows
 
 
-def _built(options: argparse.Namespace, name: str, integrator: dict, shapes: dict, row: dict):
-    """The scene, its cache warm and its kernels compiled; notes in the row what that took."""
+def _built(settings: dict, name: str, integrator: dict, shapes: dict, row: dict):
+    """A scene with a warm cache and compiled kernels; adds the seconds this took to the row."""
     start = time.perf_counter()
-    scene = _scene(shapes, integrator, (options.width, options.height))
+    scene = _scene(shapes, integrator, (settings["width"], settings["height"]))
     row[f"{name}_build"] = time.perf_counter() - start
     cold = _render(scene, 1, 0)
     row[f"{name}_first"] = cold - _render(scene, 1, 0)
@@ -280,24 +217,26 @@ def _built(options: argparse.Namespace, name: str, integrator: dict, shapes: dic
     return scene
 
 
-def _time_rounds(options: argparse.Namespace, name: str, scenes: list, rows: list[dict]) -> None:
+def _time_rounds(settings: dict, name: str, scenes: list, rows: list[dict]) -> None:
+    """Renders all scenes in turns; adds their times to the rows. The first is the native mesh."""
     import mitsuba_plugin
 
-    few = max(1, options.spp // UNCACHED_SHARE)
+    all_samples, repeats = settings["spp"], settings["repeats"]
+    few = max(1, all_samples // UNCACHED_SHARE)
     seconds: list[list[float]] = [[] for _ in rows]
     ratios: list[list[float]] = [[] for _ in rows]
     mitsuba_plugin.statistics(reset=True)
-    for seed in range(options.repeats):
-        _progress(f"  {name}, round {seed + 1} of {options.repeats}")
-        native = _render(scenes[0], options.spp, seed)
+    for seed in range(repeats):
+        progress(f"  {name}, round {seed + 1} of {repeats}")
+        native = _render(scenes[0], all_samples, seed)
         native_few = _render(scenes[0], few, seed)
         for row, scene, own, to_native in zip(rows, scenes, seconds, ratios):
             if row["fraction"] is None:
                 own.append(native)
                 continue
-            spp, base = (options.spp, native) if row["fraction"] else (few, native_few)
+            spp, base = (all_samples, native) if row["fraction"] else (few, native_few)
             time_taken = _render(scene, spp, seed)
-            own.append(time_taken * options.spp / spp)
+            own.append(time_taken * all_samples / spp)
             to_native.append(time_taken / base)
     for row, scene, own, to_native in zip(rows, scenes, seconds, ratios):
         row[name] = statistics.median(own)
@@ -310,42 +249,37 @@ def _time_rounds(options: argparse.Namespace, name: str, scenes: list, rows: lis
         row[f"{name}_hit_share"] = figures["hits"] / max(figures["hits"] + figures["misses"], 1)
 
 
-def _memory(options: argparse.Namespace, path: str) -> list[dict]:
-    """Each scene is rendered in a process of its own, so that what one leaves behind does not count for the next."""
-    import mitsuba as mi
-
-    code = "import sys, json; from bench import mitsuba as b; print(json.dumps(b.grown(*sys.argv[1:4])))"
+def memory(settings: dict, path: str, variant: str) -> list[dict]:
+    """A row per cache size. A process per scene: leftovers of one do not count for the next."""
     rows, compiled = [], set()
-    for fraction in (None, *options.fractions):
-        command = [sys.executable, "-c", code, path, mi.variant(), str(fraction)]
-        if (
-            fraction is None
-        ) not in compiled:  # the first may have to compile kernels, which Dr.Jit keeps on disk
-            _last_line(command)
+    for fraction in (None, *settings["fractions"]):
+        # The first of each kind may have to compile kernels, which Dr.Jit keeps on disk.
+        if (fraction is None) not in compiled:
+            call_in_process("bench.mitsuba", "growth", path, variant, fraction)
             compiled.add(fraction is None)
-        rows.append({"fraction": fraction, **_last_line(command)})
+        grown = call_in_process("bench.mitsuba", "growth", path, variant, fraction)
+        rows.append({"fraction": fraction, **grown})
     return rows
 
 
-def grown(path: str, variant: str, fraction: str) -> dict:
-    """Bytes by which this process grows when it loads and renders the scene, and the shape's own account."""
+def growth(path: str, variant: str, fraction: float | None) -> dict:
+    """Bytes by which this process grows when it loads and renders a scene, and statistics."""
+    _use(variant)
     import mitsuba as mi
 
-    mi.set_variant(variant)
     import mitsuba_plugin
 
     size = (320, 180)
     warm = {"ball": {"type": "sphere"}, "cube": mi.load_dict({"type": "cube"})}
     _render(_scene(warm, INTEGRATORS["path"], size), 1, 0)
-    share = None if fraction == "None" else float(fraction)
-    _places(path)  # what reading glTF leaves behind is not the scene's
+    _places(path)  # leftovers of reading glTF do not count for the scene
     before = _resident()
-    shapes = _shapes(path, share)
+    shapes = _shapes(path, fraction)
     scene = _scene(shapes, INTEGRATORS["path"], size)
     for seed in range(4):
         _render(scene, 4, seed)
     after = _resident()
-    figures = mitsuba_plugin.statistics(scene) if share is not None else {}
+    figures = mitsuba_plugin.statistics(scene) if fraction is not None else {}
     return {"bytes": after - before, **figures}
 
 
@@ -359,13 +293,12 @@ def _resident() -> int:
 
 
 def _rows(result: dict):
-    """(model, variant, fraction, times, memory) with the native mesh's first (fraction None)."""
+    """(model, variant, fraction, row of times, row of memory); the native mesh (None) first."""
     runs = {(r["model"], r["variant"], r["task"]): r["rows"] for r in result["runs"]}
     for model, variant in dict.fromkeys((r["model"], r["variant"]) for r in result["runs"]):
-        for times, memory in zip(
-            runs[model, variant, "time"], runs[model, variant, "memory"]
-        ):  # which has no other policies
-            yield model, variant, times["fraction"], times, memory
+        # The rows of memory have the default policy only; zip drops the times of the others.
+        for timed, grown in zip(runs[model, variant, "time"], runs[model, variant, "memory"]):
+            yield model, variant, timed["fraction"], timed, grown
 
 
 def _name(model: str, variant: str, fraction: float | None) -> str:
@@ -409,7 +342,7 @@ MEMORY_PARTS = {
 
 
 def _memory_table(result: dict) -> str:
-    """What the memory of the compressed scenes consists of, by the shape's own account; the rest is Embree's and Mitsuba's."""
+    """The memory of the compressed scenes by use; the rest is Embree's and Mitsuba's."""
     rows = []
     for model, variant, fraction, _, memory in _rows(result):
         if fraction is None:
@@ -425,7 +358,7 @@ def _memory_table(result: dict) -> str:
 
 
 def _start_table(result: dict) -> str:
-    """What comes before the first picture."""
+    """The time before the first picture."""
     rows = [
         [
             _name(model, variant, fraction),
@@ -472,15 +405,10 @@ def _policy_table(result: dict) -> str:
     )
 
 
-def _plot(result: dict, path: Path) -> None:
-    """Time (above) and memory (below) over the size of the cache, one column for each model."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
+def save_plot(result: dict, path: Path) -> Path:
+    """Time (above) and memory (below) over the size of the cache, one column per model."""
     models = list(dict.fromkeys(run["model"] for run in result["runs"]))
-    figure, axes = pyplot.subplots(
+    figure, axes = common.pyplot().subplots(
         2,
         len(models),
         figsize=(4 * len(models), 7),
@@ -519,7 +447,36 @@ def _plot(result: dict, path: Path) -> None:
     for ax in axes[:, 0]:
         ax.legend(fontsize=7)
     figure.savefig(path, dpi=110)
-    pyplot.close(figure)
+    return path
+
+
+def summary(result: dict) -> str:
+    """The tables to print and to show in docs/mitsuba.md."""
+    tables = (_table, _memory_table, _policy_table, _start_table)
+    return "\n".join(table(result) for table in tables)
+
+
+def write_pages(result: dict) -> list[Path]:
+    """The tables in docs/mitsuba.md, and docs/mitsuba.png."""
+    text = summary(result) + "\n" + common.origin_line(result)
+    page = common.replace_block(common.DOCS / "mitsuba.md", "measurements", text)
+    return [save_plot(result, common.DOCS / "mitsuba.png"), page]
+
+
+QUESTION = common.Question(
+    "mitsuba",
+    __doc__,
+    measure,
+    summary,
+    write_pages,
+    packages=("mitsuba", "drjit", "numpy"),
+    add_options=add_options,
+    complete=is_complete,
+)
+
+
+def main() -> None:
+    QUESTION.run()
 
 
 if __name__ == "__main__":

@@ -1,41 +1,57 @@
 """The paper's own encoding on our models, beside what the paper claims of it.
 
-python -m bench.paper: writes bench/results/paper.json, docs/paper.md and docs/figure3.png. Every model is encoded, decoded again
-and compared.
+Writes docs/paper.md and docs/figure3.png. Every model is encoded, decoded again and compared.
 """
 
 from __future__ import annotations
 
+import argparse
 import tempfile
 from pathlib import Path
 
 from bench import figures, paper_encoding
-from bench.common import (
-    PAPER_MODELS,
-    ROOT,
-    markdown_table,
-    models,
-    origin,
-    origin_line,
-    write_result,
-)
-from bench.peers import Part, read_parts
-from bench.size import generate
+from bench.common import Question, markdown_table, origin_line, progress, write_page
+from bench.generated import write_generated
+from bench.models import PAPER_MODELS, real_models
+from bench.peers import DEFAULT_BITS, Part, read_parts
 from gltf_ext.compression.streams import Bits
 
-# The paper's own number of meshlets (43 triangles each on the dragon), and ours, which are fuller.
+# Options of our encoder that give about the paper's number of meshlets (43 triangles each on the
+# dragon), and our defaults.
 FILLS = {"the paper's": 0.68, "ours": 0.0}
 CLAIMS = {
     "symbols": {"C": "24-29", "R": "34-42", "E": "12-17", "L": "5-12", "S": "9-14"},
-    "connectivity": "2.19-2.22", "boundaries_per_meshlet": "2.9", "references_per_meshlet": "5.5", "extra_bits_per_meshlet": "about 400",
-    "index_bits_per_triangle": "11.63", "difference_gain": "1.23-1.34", "vertex_ratio_once": "3.7", "vertex_ratio": "3.1",
-    "ratio": "4.26-4.35", "connectivity_share": "under 5",
-}  # fmt: skip
+    "connectivity": "2.19-2.22",
+    "boundaries_per_meshlet": "2.9",
+    "references_per_meshlet": "5.5",
+    "extra_bits_per_meshlet": "about 400",
+    "index_bits_per_triangle": "11.63",
+    "difference_gain": "1.23-1.34",
+    "vertex_ratio_once": "3.7",
+    "vertex_ratio": "3.1",
+    "ratio": "4.26-4.35",
+    "connectivity_share": "under 5",
+}
 INDEX_BITS = 96  # of a triangle in the raw model
 
 
-def measure(name: str, parts: list[Part], meshlets: str, bits: Bits = Bits()) -> dict:
-    """The encoding of one model; meshlets: a key of FILLS. Ends the program when decoding does not give the model again."""
+def measure(options: argparse.Namespace) -> dict:
+    """All models, with meshlets as full as the paper's and as ours."""
+    rows: list[dict] = []
+    without_texcoords = []
+    with tempfile.TemporaryDirectory() as folder:
+        for path in [*real_models(), *write_generated(Path(folder))]:
+            parts = read_parts(path)
+            if any(part.texcoords is None for part in parts):
+                without_texcoords.append(path.stem)
+            for meshlets in FILLS:
+                rows.append(measure_model(path.stem, parts, meshlets))
+                progress(f"{path.stem}, meshlets as {meshlets}: {rows[-1]['ratio']:.2f}")
+    return {"claims": CLAIMS, "without_texcoords": without_texcoords, "rows": rows}
+
+
+def measure_model(name: str, parts: list[Part], meshlets: str, bits: Bits = DEFAULT_BITS) -> dict:
+    """The encoding of one model; meshlets: a key of FILLS. Ends the program if decoding fails."""
     meshes = [paper_encoding.mesh_of(part, bits, FILLS[meshlets]) for part in parts]
     encoded = paper_encoding.encode_meshes(meshes, bits)
     decoded = paper_encoding.decode(encoded.data)
@@ -59,7 +75,7 @@ def measure(name: str, parts: list[Part], meshlets: str, bits: Bits = Bits()) ->
 
 
 def stated_figures(encoded: paper_encoding.Encoded, raw_bytes: int) -> dict:
-    """What the paper states figures of."""
+    """The figures that the paper states."""
     counts, bits = encoded.counts, encoded.bits
     triangles, meshlets = counts["triangles"], counts["meshlets"]
     tables = bits["meshlets, references, boundaries"]
@@ -106,13 +122,19 @@ def report(result: dict) -> str:
     return f"""# The paper's encoding
 
 {origin_line(result)}
-The encoding of [the paper](../README.md#the-paper) that this project starts from, written and decoded again by
-`bench/paper_encoding.py`, which says where the paper leaves a choice open and what we chose; positions 12, normals 8 + 8,
-texture coordinates 12 bits. Every model below came back from its bytes with the same triangles and integers. Meshlets are our encoder's; where one of ours holds several
+The encoding of [the paper](../README.md#the-paper) that this project starts from, written and \
+decoded again by
+`bench/paper_encoding.py`, which says where the paper leaves a choice open and what we chose; \
+positions 12, normals 8 + 8,
+texture coordinates 12 bits. Every model below came back from its bytes with the same triangles \
+and integers. Meshlets are \
+our encoder's; where one of ours holds several
 disks, each is a meshlet here.
-The paper's claims stand in the first row of each table. Its models have normals and texture coordinates; these of ours lack texture
+The paper's claims stand in the first row of each table. Its models have normals and texture \
+coordinates; these of ours lack texture
 coordinates, wholly or in part, and have less raw data per vertex: {_without(result)}.
-Which of two forms of a negative difference the paper means, it does not say. The encoding takes the smaller one (0, -1, 1, -2, ...);
+Which of two forms of a negative difference the paper means, it does not say. The encoding takes \
+the smaller one (0, -1, 1, -2, ...);
 the columns on two's complement say what the other would give.
 
 {sections}
@@ -120,8 +142,10 @@ the columns on two's complement say what the other would give.
 
 ![Compressed data in percent of raw, by part](figure3.png)
 
-*Figure 3 of the paper for our models, beside our format on the same meshlets. The paper finds that uncompressed attributes of
-boundaries take almost as much as everything compressed; here the ends of boundaries are {_ends_share(result)} of its encoding.*
+*Figure 3 of the paper for our models, beside our format on the same meshlets. The paper finds \
+that uncompressed attributes of
+boundaries take almost as much as everything compressed; here the ends of boundaries are \
+{_ends_share(result)} of its encoding.*
 
 ## The paper's models
 
@@ -141,27 +165,33 @@ def _tables(result: dict, whose: str) -> str:
     def column(heading: str, claim: str, key: str, form: str = ".2f", factor: float = 1) -> tuple:
         return heading, claim, lambda row: f"{factor * row[key]:{form}}"
 
+    def claimed_column(heading: str, key: str, form: str = ".2f", factor: float = 1) -> tuple:
+        return column(heading, claims[key], key, form, factor)
+
+    def connectivity_bits(row: dict) -> str:
+        return f"{row['bits_per_triangle']['connectivity']:.2f}"
+
     symbols = [
         (f"{s} %", claims["symbols"][s], lambda row, s=s: f"{100 * row['symbols'][s]:.1f}")
         for s in "CRELS"
     ]
     connectivity = table([
-        column("triangles per meshlet", "at most 64", "triangles_per_meshlet", ".1f"),
+        ("triangles per meshlet", "at most 64", lambda row: f"{row['triangles_per_meshlet']:.1f}"),
         *symbols,
-        ("symbols, bits per triangle", claims["connectivity"], lambda row: f"{row['bits_per_triangle']['connectivity']:.2f}"),
-        column("% of the file", claims["connectivity_share"], "connectivity_share", ".1f", 100),
-        column("boundaries per meshlet", claims["boundaries_per_meshlet"], "boundaries_per_meshlet"),
-        column("references per meshlet", claims["references_per_meshlet"], "references_per_meshlet"),
-        column("tables, bits per meshlet", claims["extra_bits_per_meshlet"], "extra_bits_per_meshlet", ".0f"),
-        column("symbols and tables, bits per triangle", claims["index_bits_per_triangle"], "index_bits_per_triangle"),
+        ("symbols, bits per triangle", claims["connectivity"], connectivity_bits),
+        claimed_column("% of the file", "connectivity_share", ".1f", 100),
+        claimed_column("boundaries per meshlet", "boundaries_per_meshlet"),
+        claimed_column("references per meshlet", "references_per_meshlet"),
+        claimed_column("tables, bits per meshlet", "extra_bits_per_meshlet", ".0f"),
+        claimed_column("symbols and tables, bits per triangle", "index_bits_per_triangle"),
     ])  # fmt: skip
     vertices = table([
         column("m", "", "m", "d"),
-        column("differences: times smaller", claims["difference_gain"], "difference_gain"),
+        claimed_column("differences: times smaller", "difference_gain"),
         column("in two's complement", claims["difference_gain"], "difference_gain_complement"),
         column("vertices written once: bits", "about 69", "vertex_bits_once", ".1f"),
-        column("times smaller", claims["vertex_ratio_once"], "vertex_ratio_once"),
-        column("with both ends of boundaries", claims["vertex_ratio"], "vertex_ratio"),
+        claimed_column("times smaller", "vertex_ratio_once"),
+        claimed_column("with both ends of boundaries", "vertex_ratio"),
         ("all: times smaller", claims["ratio"], lambda row: f"**{row['ratio']:.2f}**"),
         column("all, in two's complement", claims["ratio"], "ratio_complement"),
     ])  # fmt: skip
@@ -169,7 +199,7 @@ def _tables(result: dict, whose: str) -> str:
 
 
 def _ends_share(result: dict) -> str:
-    """Smallest to largest share of the ends of boundaries among the paper's models."""
+    """Smallest to largest share of boundary ends in the files of the paper's models."""
     shares = [
         100 * row["bits_per_triangle"]["boundary ends"] / sum(row["bits_per_triangle"].values())
         for row in result["rows"]
@@ -186,22 +216,27 @@ def _stand_ins() -> str:
     return "".join(f"* {name}: {what}\n" for name, what in PAPER_MODELS.items())
 
 
+def summary(result: dict) -> str:
+    """The ratios to print."""
+    return markdown_table(
+        ["model, meshlets as full as", "times smaller"],
+        [
+            [f"{row['model']}, {row['meshlets_of']}", f"{row['ratio']:.2f}"]
+            for row in result["rows"]
+        ],
+    )
+
+
+def write_pages(result: dict) -> list[Path]:
+    """docs/paper.md and the pictures of sizes."""
+    return [*figures.draw_all(), write_page("paper", report(result))]
+
+
+QUESTION = Question("paper", __doc__, measure, summary, write_pages)
+
+
 def main() -> None:
-    result = {**origin("bench.paper"), "claims": CLAIMS, "without_texcoords": [], "rows": []}
-    with tempfile.TemporaryDirectory() as folder:
-        for path in [*models(), *generate(Path(folder))]:
-            parts = read_parts(path)
-            if any(part.texcoords is None for part in parts):
-                result["without_texcoords"].append(path.stem)
-            for meshlets in FILLS:
-                result["rows"].append(measure(path.stem, parts, meshlets))
-                print(
-                    f"{path.stem}, meshlets as {meshlets}: {result['rows'][-1]['ratio']:.2f}",
-                    flush=True,
-                )
-    write_result("paper", result)
-    figures.main()
-    (ROOT / "docs" / "paper.md").write_text(report(result))
+    QUESTION.run()
 
 
 if __name__ == "__main__":

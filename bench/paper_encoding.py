@@ -1,18 +1,22 @@
-"""The paper's own encoding, written and decoded; `python -m bench.paper` sets what it costs beside what the paper claims.
+"""The paper's encoding: encoder and decoder. `python -m bench paper` measures it.
 
-A model is cut into meshlets of one edge-connected disk each. Runs of vertices between the same two meshlets (or one and nothing)
-are boundaries and stored once, both ends included, so that a corner is stored by every boundary that meets there. A boundary's
-ends have absolute positions; every other vertex of it has the difference from the one before, an interior vertex the difference
-from its gate. A component of a difference is written in its low m bits or, with its flag set, in all n; one m for the model is
-found by trying all, and m = n writes no flags. Of each such vertex come first the three flags, then the low blocks, then the high
-ones. Normals are spherical, texture coordinates absolute. Triangles are Edgebreaker symbols in fixed codes of 2 bits for C, R, E
-and 3 for L, S; the traversal starts at the first edge of the meshlet's first boundary.
+A model is cut into meshlets of one edge-connected disk each. Runs of vertices between the same two
+meshlets (or one and nothing) are boundaries and stored once, both ends included, so that a corner
+is stored by every boundary that meets there. A boundary's ends have absolute positions; every other
+vertex of it has the difference from the one before, an interior vertex the difference from its
+gate. A component of a difference is written in its low m bits or, with its flag set, in all n; one
+m for the model is found by trying all, and m = n writes no flags. Of each such vertex come first
+the three flags, then the low blocks, then the high ones. Normals are spherical, texture coordinates
+absolute. Triangles are Edgebreaker symbols in fixed codes of 2 bits for C, R, E and 3 for L, S; the
+traversal starts at the first edge of the meshlet's first boundary.
 
-The paper leaves open, and we chose: negative differences are interleaved with positive ones (0, -1, 1, -2, ...), so that small
-ones have leading zeros whatever their sign, which is smaller than two's complement; an interior vertex is predicted by the end
-of its gate; positions are on one grid for the mesh, for relative to each meshlet's box shared vertices would part; and the tables,
-which are 32-bit words: for each meshlet where its symbols, references and interior vertices start and its number of triangles,
-for each reference the boundary and its direction, for each boundary where it starts. The grids' floats are not part of the file.
+The paper leaves open, and we chose: negative differences are interleaved with positive ones (0, -1,
+1, -2, ...), so that small ones have leading zeros whatever their sign, which is smaller than two's
+complement; an interior vertex is predicted by the end of its gate; positions are on one grid for
+the mesh, for relative to each meshlet's box shared vertices would part; and the tables, which are
+32-bit words: for each meshlet where its symbols, references and interior vertices start and its
+number of triangles, for each reference the boundary and its direction, for each boundary where it
+starts. The grids' floats are not part of the file.
 """
 
 from __future__ import annotations
@@ -21,28 +25,22 @@ import struct
 from collections import Counter
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
-from bench.peers import Part
+from bench.peers import DEFAULT_BITS, Part
 from gltf_ext import _codec
 from gltf_ext.compression.primitives import position_ids
 from gltf_ext.compression.streams import GRID, INTEGER, Bits
 
 SYMBOLS = "CRELS"
-CODES = {
-    "C": (0, 2),
-    "R": (1, 2),
-    "E": (2, 2),
-    "L": (3, 3),
-    "S": (7, 3),
-}  # (value, bits), lowest bit first
-HEADER = struct.Struct(
-    "<4s4B2I"
-)  # magic, n, m, bits of a normal and of a texture coordinate, parts, bytes of tables
-PART = struct.Struct(
-    "<5I"
-)  # kinds of attributes, meshlets, references, boundaries, bits before its first bit
+# (value, bits), lowest bit first
+CODES = {"C": (0, 2), "R": (1, 2), "E": (2, 2), "L": (3, 3), "S": (7, 3)}
+# magic, n, m, bits of a normal and of a texture coordinate, parts, bytes of tables
+HEADER = struct.Struct("<4s4B2I")
+# kinds of attributes, meshlets, references, boundaries, bits before its first bit
+PART = struct.Struct("<5I")
 MESHLET_WORDS = 4
 MAGIC = b"NFR1"
 PARTS = (
@@ -114,7 +112,8 @@ def clers(
 ) -> tuple[str, list[tuple[int, int]]]:
     """Edgebreaker symbols of a disk, and (vertex, end of its gate) for each C.
 
-    loop: the border's vertices along its triangles' edges; the traversal starts at the edge loop[0] -> loop[1].
+    loop: the border's vertices along its triangles' edges; the traversal starts at the edge loop[0]
+    -> loop[1].
     """
     apex = {edge: v for a, b, c in triangles for edge, v in (((a, b), c), ((b, c), a), ((c, a), b))}
     seen = set(loop)
@@ -150,9 +149,10 @@ def clers(
 
 
 def unfold(symbols: str) -> tuple[list[tuple[int, int, int]], list[tuple[int, int]], int]:
-    """The inverse of `clers`: (triangles, (vertex, end of its gate) for each C, length of the loop).
+    """The inverse of `clers`: (triangles, (vertex, end of its gate) per C, length of the loop).
 
-    Ids are the loop's, 0 being where the first gate starts, and after them the interior vertices in order.
+    Ids are the loop's, 0 being where the first gate starts, and after them the interior vertices in
+    order.
     """
     length = border_length(symbols, 0)
     triangles, interior = [], []
@@ -181,7 +181,10 @@ def unfold(symbols: str) -> tuple[list[tuple[int, int, int]], list[tuple[int, in
 
 
 def border_length(symbols: str, begin: int) -> int:
-    """Edges around the part that symbol `begin` starts: E closes three, R and L one, C opens one, S doubles one."""
+    """Counts the edges around the part that symbol `begin` starts.
+
+    E closes three, R and L close one, C opens one, S doubles one.
+    """
     length, open_parts = 0, 1
     for t in range(begin, len(symbols)):
         symbol = symbols[t]
@@ -197,7 +200,7 @@ def border_length(symbols: str, begin: int) -> int:
 
 @dataclass
 class Disk:
-    """A meshlet: local triangles, the border's local vertices in order, and each local vertex's index in the mesh.
+    """A meshlet: local triangles, its border in order, and the mesh's index of each local vertex.
 
     references: (boundary, reversed) along the loop, whose first vertex is the first reference's.
     """
@@ -210,9 +213,10 @@ class Disk:
 
 @dataclass
 class Mesh:
-    """A part as the encoding takes it: integer positions [V][3], other attributes packed per vertex, disks and boundaries.
+    """Input of the encoder: integer positions [V][3], other attributes packed, disks, boundaries.
 
-    attributes: one integer per vertex, of attribute_bits bits; boundaries: indices of vertices, ends included.
+    attributes: one integer per vertex, of attribute_bits bits; boundaries: indices of vertices,
+    ends included.
     """
 
     positions: list[list[int]]
@@ -232,7 +236,7 @@ def spherical(normals: np.ndarray, bits: int) -> np.ndarray:
 
 
 def quantised(part: Part, bits: Bits) -> tuple[list[dict], list[np.ndarray]]:
-    """(stream table rows for _codec.encode, integers) of a part: positions, normals, texture coordinates."""
+    """(stream table rows for _codec.encode, integers): positions, normals, texture coordinates."""
     arrays = [(GRID, bits.position, np.rint(part.positions))]
     if part.normals is not None:
         arrays.append((INTEGER, bits.normal, spherical(part.normals, bits.normal)))
@@ -263,7 +267,7 @@ def mesh_of(part: Part, bits: Bits, fill: float) -> Mesh:
 
 
 def _disks(blob: bytes, triangles: np.ndarray) -> list[Disk]:
-    """Every component of every meshlet of a blob; `triangles` are the whole blob's, in the same order."""
+    """All disks of all meshlets of a blob; `triangles` are the blob's, in the same order."""
     decoder = _codec.Decoder(blob)
     disks, begin = [], 0
     for m in range(decoder.meshlet_count):
@@ -271,22 +275,22 @@ def _disks(blob: bytes, triangles: np.ndarray) -> list[Disk]:
         whole = triangles[begin : begin + len(local)]
         begin += len(local)
         names = dict(zip(local.ravel().tolist(), whole.ravel().tolist()))
-        for component in _components([tuple(t) for t in local.tolist()]):
-            ids = {v: i for i, v in enumerate(dict.fromkeys(v for t in component for v in t))}
-            renamed = [tuple(ids[v] for v in t) for t in component]
+        for disk in _split_disks([tuple(t) for t in local.tolist()]):
+            ids = {v: i for i, v in enumerate(dict.fromkeys(v for t in disk for v in t))}
+            renamed = [tuple(ids[v] for v in t) for t in disk]
             disks.append(Disk(renamed, _border(renamed), [names[v] for v in ids]))
     return disks
 
 
-def _components(triangles: list[tuple]) -> list[list[tuple]]:
-    """Triangles in traversal order, so that each shares vertices with one before it or starts a component."""
-    components, seen = [], set()
+def _split_disks(triangles: list[tuple]) -> list[list[tuple]]:
+    """Splits triangles in traversal order into disks: a new disk shares no vertex with the last."""
+    disks, seen = [], set()
     for triangle in triangles:
         if seen.isdisjoint(triangle):
-            components.append([])
-        components[-1].append(triangle)
+            disks.append([])
+        disks[-1].append(triangle)
         seen.update(triangle)
-    return components
+    return disks
 
 
 def _border(triangles: list[tuple]) -> list[int]:
@@ -338,8 +342,9 @@ def _mates(disks: list[Disk]) -> dict[tuple[int, int], tuple[int, int]]:
 def _starts(disks: list[Disk], mates: dict) -> list[set[int]]:
     """Per disk: the places in its loop where a boundary starts.
 
-    Two edges belong to one boundary when their mates follow each other, backwards, in one loop and are not these edges, or when
-    neither has a mate. A loop of one boundary starts anywhere, and the loop around it at the same vertex.
+    Two edges belong to one boundary when their mates follow each other, backwards, in one loop and
+    are not these edges, or when neither has a mate. A loop of one boundary starts anywhere, and the
+    loop around it at the same vertex.
     """
     starts: list[set[int]] = [set() for _ in disks]
     for d, disk in enumerate(disks):
@@ -348,11 +353,13 @@ def _starts(disks: list[Disk], mates: dict) -> list[set[int]]:
             before, after = mates.get((d, i - 1 if i else length - 1)), mates.get((d, i))
             if before is None and after is None:
                 continue
-            if before is None or after is None or before == (d, i):
+            at_seam_end = before is None or after is None or before == (d, i)
+            if at_seam_end or after != (
+                before[0],
+                (before[1] or len(disks[before[0]].loop)) - 1,
+            ):
                 starts[d].add(i)
-            elif after != (before[0], (before[1] or len(disks[before[0]].loop)) - 1):
-                starts[d].add(i)
-    for d, disk in enumerate(disks):
+    for d in range(len(disks)):
         if not starts[d]:
             starts[d].add(0)
             if mate := mates.get((d, 0)):
@@ -367,9 +374,10 @@ def _starts(disks: list[Disk], mates: dict) -> list[set[int]]:
 class Encoded:
     """A model in the paper's encoding.
 
-    data: the file; bits: of each of PARTS, their sum is 8 * len(data); counts: meshlets, references, boundaries, and vertices by how
-    they are stored (ends, inner of boundaries, interior); symbols: how many of each; m: the width of short differences;
-    difference_bits: what all differences take, flags included; complement_bits: what they would take in two's complement.
+    data: the file; bits: of each of PARTS, their sum is 8 * len(data); counts: meshlets,
+    references, boundaries, and vertices by how they are stored (ends, inner of boundaries,
+    interior); symbols: how many of each; m: the width of short differences; difference_bits: what
+    all differences take, flags included; complement_bits: what they would take in two's complement.
     """
 
     data: bytes
@@ -383,7 +391,7 @@ class Encoded:
 
 @dataclass
 class _Traversed:
-    """A mesh's symbols per disk, and for each disk and each boundary (vertex, its difference) of what has one."""
+    """A mesh's symbols per disk, and (vertex, difference) per disk and per boundary."""
 
     symbols: list[str]
     interior: list[list[tuple[int, list[int]]]]
@@ -402,11 +410,11 @@ def _traverse(mesh: Mesh, n: int) -> _Traversed:
     return _Traversed(
         symbols,
         interior,
-        [[difference(v, u) for u, v in zip(run, run[1:-1])] for run in mesh.boundaries],
+        [[difference(v, u) for u, v in pairwise(run[:-1])] for run in mesh.boundaries],
     )
 
 
-def encode(parts: list[Part], bits: Bits = Bits(), fill: float = 0.0) -> Encoded:
+def encode(parts: list[Part], bits: Bits = DEFAULT_BITS, fill: float = 0.0) -> Encoded:
     """A model in the paper's encoding, with one m for all its parts; fill: see `mesh_of`."""
     return encode_meshes([mesh_of(part, bits, fill) for part in parts], bits)
 
@@ -459,7 +467,7 @@ def encode_meshes(meshes: list[Mesh], bits: Bits) -> Encoded:
 
 
 def best_m(lengths: Counter, n: int) -> int:
-    """The width that takes the fewest bits, of several the largest; lengths as in `difference_bits`."""
+    """The width with the fewest bits, the largest of equals; lengths as in `difference_bits`."""
     return min(range(1, n + 1), key=lambda m: (difference_bits(lengths, n, m), -m))
 
 
@@ -473,7 +481,7 @@ def difference_bits(lengths: Counter, n: int, m: int) -> int:
 def _write_part(
     stream: BitWriter, mesh: Mesh, t: _Traversed, n: int, m: int, spent: Counter
 ) -> list[int]:
-    """Writes a part's bits, adds to what was spent on each of PARTS, and returns the words of its tables."""
+    """Writes a part's bits, adds them up by PARTS, and returns the words of its tables."""
     origin = stream.position
 
     def end(v: int) -> None:
@@ -516,7 +524,7 @@ def _write_part(
 
 
 def write_difference(stream: BitWriter, difference: list[int], n: int, m: int) -> None:
-    """Flags of all components, their low blocks, then the high blocks of those that need one; for m = n only the values."""
+    """Writes all flags, all low blocks, then the needed high blocks; only values if m = n."""
     if m < n:
         for u in difference:
             stream.write(u >> m != 0, 1)
@@ -563,7 +571,7 @@ def decode(data: bytes) -> list[list[DecodedMeshlet]]:
 
 
 class _PartReader:
-    """Decodes single meshlets of one part: only its own bits and those of its boundaries are read."""
+    """Decodes single meshlets of a part; reads only their own bits and their boundaries'."""
 
     def __init__(self, data: bytes, origin: int, n: int, m: int, attribute_bits: int):
         self.data, self.origin, self.n, self.m, self.attribute_bits = (
@@ -597,7 +605,7 @@ class _PartReader:
                 f"meshlet {index}: its boundaries have {len(vertices)} edges instead of {length}"
             )
         reader = BitReader(self.data, self.origin + interior_start)
-        for v, gate_end in interior:
+        for _, gate_end in interior:
             vertices.append(self._moved(reader, vertices[gate_end]))
         return DecodedMeshlet(triangles, vertices)
 
@@ -636,7 +644,10 @@ def read_difference(reader: BitReader, n: int, m: int) -> list[int]:
 
 
 def soup(mesh: Mesh) -> list[tuple]:
-    """A mesh's triangles as sorted triples of vertices (x, y, z, packed other attributes), rotated so that they compare."""
+    """A mesh's triangles as sorted triples of vertices (x, y, z, packed other attributes).
+
+    Each triple starts with its smallest vertex, so that soups compare.
+    """
     corners = [(*position, packed) for position, packed in zip(mesh.positions, mesh.attributes)]
     return sorted(
         _rotated([corners[disk.vertices[v]] for v in t])

@@ -1,6 +1,6 @@
-"""Which parameters? Size and speed over the options of compress, one at a time, the others at their defaults.
+"""Which parameters? Size and speed over one option of compress at a time.
 
-python -m bench.parameters: writes bench/results/parameters.json, docs/parameters.md and docs/parameters.png.
+Writes docs/parameters.md and docs/parameters.png.
 """
 
 from __future__ import annotations
@@ -11,18 +11,26 @@ import time
 from pathlib import Path
 
 import gltf_ext
-from bench.common import MODELS, ROOT, markdown_table, origin, origin_line, spread, write_result
-from bench.generated import torus
+from bench.common import (
+    DOCS,
+    Question,
+    markdown_table,
+    origin_line,
+    progress,
+    pyplot,
+    spread,
+    write_page,
+)
+from bench.models import add_model_names, torus_and_named
 from bench.speed import native
 from gltf_ext.compression.compressor import Options
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.gltf.importers import open_model
-from gltf_meshlet.demo.model import write_glb
 
 NAMES = ("bunny", "engine", "sponza_like")
 GENERATED = 60_000  # triangles of the generated model
 REPETITIONS = 3  # of compress
-# _codec.encode's defaults, which compress leaves to it.
+# The defaults of _codec.encode, which compress does not set.
 ENCODER_DEFAULTS = {"lambda_": 1.4, "fill": 0.96, "iterations": 12}
 DEFAULTS = {
     **{
@@ -52,13 +60,28 @@ TITLES = {
     ),
     "weight": (
         "Weight",
-        "`--weight`: with the penalty of [the paper](../README.md#the-paper) for full regions, or without, as Choe et al. have it.",
+        "`--weight`: with the penalty of [the paper](../README.md#the-paper) for full regions, or "
+        "without, as Choe et al. have it.",
     ),
     "position_bits": ("Position grid", "`-vp`: bits of a position along the longest side."),
 }
 
 
-def measure(path: Path, folder: Path, **options) -> dict:
+def measure(options: argparse.Namespace) -> dict:
+    """All values of all options, on all models."""
+    rows = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for model, path in torus_and_named(options.models, GENERATED, folder).items():
+            for option, values in VALUES.items():
+                for value in values:
+                    measured = measure_options(path, folder, **{option: value})
+                    rows.append({"model": model, "option": option, "value": value, **measured})
+                progress(f"{model}, {option}")
+    return {"rows": rows}
+
+
+def measure_options(path: Path, folder: Path, **options) -> dict:
     """Size, and times on this machine, with some options of compress."""
     output, seconds = folder / "out.glb", []
     for _ in range(REPETITIONS):
@@ -115,9 +138,12 @@ def report(result: dict) -> str:
     return f"""# Parameters
 
 {origin_line(result)}
-One option of `compress` at a time, the others at their defaults. Bits per triangle include everything; compress is the whole call with
-files on all threads; decoding is the C++ call for the whole model on one thread, and for one meshlet by its number on average.
-{_noise(result)}What the choices are worth that the format makes for everybody is in [choices.md](choices.md).
+One option of `compress` at a time, the others at their defaults. Bits per triangle include \
+everything; compress is the whole call with
+files on all threads; decoding is the C++ call for the whole model on one thread, and for one \
+meshlet by its number on average.
+{_noise(result)}What the choices are worth that the format makes for everybody is in \
+[choices.md](choices.md).
 
 ![Ratio and decode speed over the options](parameters.png)
 
@@ -125,10 +151,10 @@ files on all threads; decoding is the C++ call for the whole model on one thread
 
 
 def _noise(result: dict) -> str:
-    """How far the rows of the defaults, which are measured once for each option, lie apart in each model."""
+    """How far repeated measurements of the defaults, one per option, lie apart in each model."""
 
     def span(key: str) -> float:
-        """Slowest over fastest, at most."""
+        """The largest ratio of slowest to fastest."""
         times: dict[str, list[float]] = {}
         for row in result["rows"]:
             if row["value"] == DEFAULTS[row["option"]]:
@@ -138,8 +164,10 @@ def _noise(result: dict) -> str:
     decode, meshlet, compress = (
         f"{span(key):.2f}" for key in ("decode_seconds", "meshlet_microseconds", "compress_seconds")
     )
-    return f"""Times are no more than a hint: the rows of the defaults are the same file, measured anew for each option, and lie up to
-{decode} times apart in decoding, {meshlet} in decoding one meshlet and {compress} in compressing. Smaller differences mean nothing.
+    return f"""Times are no more than a hint: the rows of the defaults are the same file, measured \
+anew for each option, and lie up to
+{decode} times apart in decoding, {meshlet} in decoding one meshlet and {compress} in compressing. \
+Smaller differences mean nothing.
 """
 
 
@@ -157,12 +185,10 @@ def _figures(row: dict) -> list[str]:
     ]
 
 
-def save_plot(result: dict, path: Path) -> None:
-    """Ratio, and decode speed, over each option that is a number."""
-    from matplotlib import pyplot
-
+def save_plot(result: dict, path: Path) -> Path:
+    """Ratio and decode speed over each numeric option."""
     options = [option for option in VALUES if option != "weight"]
-    figure, axes = pyplot.subplots(
+    figure, axes = pyplot().subplots(
         2, len(options), figsize=(3.6 * len(options), 6.4), dpi=100, sharex="col"
     )
     for column, option in enumerate(options):
@@ -191,47 +217,27 @@ def save_plot(result: dict, path: Path) -> None:
     axes[0, 0].legend(frameon=False, fontsize=8)
     figure.tight_layout()
     figure.savefig(path)
-    pyplot.close(figure)
+    return path
+
+
+def write_pages(result: dict) -> list[Path]:
+    """docs/parameters.md and docs/parameters.png."""
+    return [save_plot(result, DOCS / "parameters.png"), write_page("parameters", report(result))]
+
+
+QUESTION = Question(
+    "parameters",
+    __doc__,
+    measure,
+    report,
+    write_pages,
+    packages=("gltf-meshlet", "numpy", "matplotlib"),
+    add_options=lambda parser: add_model_names(parser, NAMES),
+)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        prog="python -m bench parameters", description=__doc__.splitlines()[0]
-    )
-    parser.add_argument(
-        "--models",
-        nargs="*",
-        default=NAMES,
-        help="real models to measure besides the generated one",
-    )
-    names = parser.parse_args().models
-    result = {**origin("bench.parameters", ("gltf-meshlet", "numpy", "matplotlib")), "rows": []}
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        write_glb([torus(GENERATED)], folder / "torus.glb")
-        paths = {"torus": folder / "torus.glb", **{name: MODELS / f"{name}.glb" for name in names}}
-        missing = [name for name, path in paths.items() if not path.exists()]
-        if missing:
-            raise SystemExit(
-                f"bench: no {missing[0]}.glb; set GLTF_MESHLET_MODELS to a folder of models, or choose with --models"
-            )
-        for model, path in paths.items():
-            for option, values in VALUES.items():
-                for value in values:
-                    result["rows"].append(
-                        {
-                            "model": model,
-                            "option": option,
-                            "value": value,
-                            **measure(path, folder, **{option: value}),
-                        }
-                    )
-                print(f"{model}, {option}", flush=True)
-    write_result("parameters", result)
-    save_plot(result, ROOT / "docs" / "parameters.png")
-    text = report(result)
-    (ROOT / "docs" / "parameters.md").write_text(text)
-    print(text)
+    QUESTION.run()
 
 
 if __name__ == "__main__":

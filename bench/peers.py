@@ -1,15 +1,19 @@
-"""The codecs that ours is measured against, each behind the same two functions, on the same integers.
+"""The other codecs, behind one interface and on the same integers as ours.
 
-A model becomes Parts: its primitives with positions and texture coordinates in steps of the grids that our encoder uses, so that
-every codec is asked for steps of exactly one; normals are vectors, each codec has its own 8-bit form of them. Other attributes
-are left out (only colours occur).
+A model becomes Parts: its primitives with positions and texture coordinates in steps of the grids
+that our encoder uses, so that every codec is asked for steps of exactly one; normals are vectors,
+each codec has its own 8-bit form of them. Other attributes are left out (only colours occur).
 
-    found, missing = available(); parts = read_parts(path); buffers = found[0].encode(parts); found[0].decode(buffers)
+    found, missing = available()
+    parts = read_parts(path)
+    buffers = found[0].encode(parts)
+    decoded = found[0].decode(buffers)
 
-Draco needs the Python package DracoPy, its own command draco_encoder on the PATH; gltfpack needs node and the npm package
-gltfpack in build/node or the folder that GLTF_MESHLET_NODE_MODULES names, its decoding the Python package meshoptimizer; Corto
-needs GLTF_MESHLET_CORTO, the path of its `corto` command, its decoding also the library libcortocodec_unity.so beside the command
-(both come out of Corto's CMake build).
+Draco needs the Python package DracoPy, its own command draco_encoder on the PATH; gltfpack needs
+node and the npm package gltfpack in build/node or the folder that GLTF_MESHLET_NODE_MODULES names,
+its decoding the Python package meshoptimizer; Corto needs GLTF_MESHLET_CORTO, the path of its
+`corto` command, its decoding also the library libcortocodec_unity.so beside the command (both come
+out of Corto's CMake build).
 """
 
 from __future__ import annotations
@@ -37,6 +41,8 @@ NODE_MODULES = Path(
     os.environ.get("GLTF_MESHLET_NODE_MODULES") or ROOT / "build" / "node" / "node_modules"
 )
 CORTO = os.environ.get("GLTF_MESHLET_CORTO", "")
+DEFAULT_BITS = Bits()
+# The attributes that all codecs know, and their numbers of components.
 ATTRIBUTES = {"POSITION": 3, "NORMAL": 3, "TEXCOORD_0": 2}
 
 
@@ -48,9 +54,10 @@ class PeerMissing(Exception):
 class Part:
     """One primitive for a codec, or decoded by it.
 
-    triangles: uint32[T, 3]; positions: float32[V, 3] in steps of the mesh's grid, 0 to 2^bits.position - 1; normals: float32[V, 3]
-    unit vectors or None; texcoords: float32[V, 2] in steps of the primitive's grid, 0 to 2^bits.texcoord - 1, or None. What a codec
-    decodes are whole steps.
+    triangles: uint32[T, 3]; positions: float32[V, 3] in steps of the mesh's grid, 0 to
+    2^bits.position - 1; normals: float32[V, 3] unit vectors or None; texcoords: float32[V, 2] in
+    steps of the primitive's grid, 0 to 2^bits.texcoord - 1, or None. What a codec decodes are whole
+    steps.
     """
 
     triangles: np.ndarray
@@ -69,7 +76,7 @@ class Part:
 
 
 def read_primitives(path: Path) -> list[Primitive]:
-    """The welded triangle primitives of a model with the attributes that all codecs know, empty ones left out."""
+    """A model's welded triangle primitives, without empty ones and with ATTRIBUTES only."""
     document = open_model(path)
     primitives = []
     for mesh, index, _ in triangle_primitives(document):
@@ -85,12 +92,12 @@ def read_primitives(path: Path) -> list[Primitive]:
     return primitives
 
 
-def read_parts(path: Path, bits: Bits = Bits()) -> list[Part]:
-    """A model's primitives on the grids that gltf_ext.compress would give them: one position grid per mesh."""
+def read_parts(path: Path, bits: Bits = DEFAULT_BITS) -> list[Part]:
+    """A model's primitives on the grids of gltf_ext.compress: one position grid per mesh."""
     return parts_of(read_primitives(path), bits)
 
 
-def parts_of(primitives: list[Primitive], bits: Bits = Bits()) -> list[Part]:
+def parts_of(primitives: list[Primitive], bits: Bits = DEFAULT_BITS) -> list[Part]:
     """Primitives on one position grid per mesh and one texture coordinate grid each."""
     boxes: dict[int, list[np.ndarray]] = {}
     for primitive in primitives:
@@ -116,7 +123,7 @@ def _part(primitive: Primitive, grid, bits: Bits) -> Part:
         largest = {"POSITION": 2**bits.position, "TEXCOORD_0": 2**bits.texcoord}[name] - 1
         return np.ascontiguousarray(
             steps.clip(0, largest), np.float32
-        )  # only rounding leads beyond
+        )  # rounding may exceed the grid
 
     return Part(
         primitive.indices,
@@ -140,17 +147,24 @@ class Draco:
         self._module, self.level, self.name = DracoPy, level, f"Draco, level {level}"
         self.version = f"DracoPy {importlib.metadata.version('DracoPy')}"
 
-    def encode(self, parts: list[Part], bits: Bits = Bits()) -> list[bytes]:
+    def encode(self, parts: list[Part], bits: Bits = DEFAULT_BITS) -> list[bytes]:
         return [self._encode(part, bits) for part in parts]
 
     def _encode(self, part: Part, bits: Bits) -> bytes:
         texcoords = None if part.texcoords is None else part.texcoords.astype(np.float64)
         normals = None if part.normals is None else part.normals.astype(np.float64)
         return self._module.encode(
-            part.positions.astype(np.float64), part.triangles, compression_level=self.level,
-            quantization_bits=bits.position, quantization_range=2**bits.position - 1, quantization_origin=[0.0, 0.0, 0.0],
-            normals=normals, normal_quantization_bits=bits.normal, tex_coord=texcoords, tex_coord_quantization_bits=bits.texcoord,
-        )  # fmt: skip
+            part.positions.astype(np.float64),
+            part.triangles,
+            compression_level=self.level,
+            quantization_bits=bits.position,
+            quantization_range=2**bits.position - 1,
+            quantization_origin=[0.0, 0.0, 0.0],
+            normals=normals,
+            normal_quantization_bits=bits.normal,
+            tex_coord=texcoords,
+            tex_coord_quantization_bits=bits.texcoord,
+        )
 
     def decode(self, buffers: list[bytes]) -> list[Part]:
         parts = []
@@ -175,14 +189,14 @@ class Draco:
         return sum(map(len, buffers))
 
     def resident_bytes(self, parts: list[Part], buffers: list[bytes]) -> int:
-        """It has to be unpacked before it is drawn: floats and 32-bit indices, which is what its decoder gives."""
+        """Unpacked before drawing, to floats and 32-bit indices."""
         return sum(part.raw_bytes for part in parts)
 
 
 class DracoCommand(Draco):
-    """Draco's own command draco_encoder, a check of what DracoPy gives; only for parts that span their mesh's grid.
+    """Draco's command draco_encoder, a check of DracoPy.
 
-    The command quantises over each part's own box and has no option for another.
+    It quantises over each part's own box, so it takes only parts that span their mesh's grid.
     """
 
     def __init__(self, level: int = 7):
@@ -220,7 +234,7 @@ class DracoCommand(Draco):
 
 
 def _draco_command_version(command: str) -> str:
-    """Of the Debian package, or the number in the name of the file that the command is a link to."""
+    """The version of the Debian package, or the number in the name of the linked file."""
     package = subprocess.run(
         ["dpkg-query", "-W", "-f", "${Version}", "draco"], capture_output=True, text=True
     )
@@ -264,9 +278,10 @@ def _steps(values) -> np.ndarray:
 
 
 class Corto:
-    """ISTI's Corto through its command; decoding in this process through its C library. One buffer per part.
+    """ISTI's Corto: encodes with its command, decodes with its C library. One buffer per part.
 
-    predictions: its normal modes to try, the smallest result counts ("border" drops differences and is inexact).
+    predictions: its normal modes to try, the smallest result counts ("border" drops differences and
+    is inexact).
     """
 
     name = "Corto"
@@ -274,16 +289,19 @@ class Corto:
     def __init__(self, predictions: tuple[str, ...] = ("delta", "estimated")):
         if not CORTO or not os.access(CORTO, os.X_OK):
             raise PeerMissing(
-                "Corto: build it (github.com/cnr-isti-vclab/corto) and set GLTF_MESHLET_CORTO to its corto command"
+                "Corto: build it (github.com/cnr-isti-vclab/corto) and set GLTF_MESHLET_CORTO to "
+                "its corto command"
             )
         self.predictions = predictions
         self.version = _corto_version(Path(CORTO))
 
-    def encode(self, parts: list[Part], bits: Bits = Bits()) -> list[bytes]:
+    def encode(self, parts: list[Part], bits: Bits = DEFAULT_BITS) -> list[bytes]:
         return self.encode_timed(parts, bits)[0]
 
-    def encode_timed(self, parts: list[Part], bits: Bits = Bits()) -> tuple[list[bytes], float]:
-        """(buffers, seconds): the seconds that the command itself states, to its resolution of a millisecond, loading left out."""
+    def encode_timed(
+        self, parts: list[Part], bits: Bits = DEFAULT_BITS
+    ) -> tuple[list[bytes], float]:
+        """(buffers, seconds): the command's own report without loading, in whole milliseconds."""
         buffers, seconds = [], 0.0
         for part in parts:
             tries = [self._encode(part, bits, prediction) for prediction in self.predictions]
@@ -322,12 +340,15 @@ class Corto:
         return sum(map(len, buffers))
 
     def resident_bytes(self, parts: list[Part], buffers: list[bytes]) -> int:
-        """It has to be unpacked before it is drawn: floats and 32-bit indices, which is what its decoder gives."""
+        """Unpacked before drawing, to floats and 32-bit indices."""
         return sum(part.raw_bytes for part in parts)
 
 
 def ply(part: Part, bits: Bits) -> bytes:
-    """Binary PLY. Values are rounded here, for Corto cuts them off; texture coordinates are in units of 2^bits steps, its own."""
+    """Binary PLY for Corto.
+
+    Values are rounded, because Corto truncates; texture coordinates are in units of 2^bits steps.
+    """
     columns = [("xyz", np.rint(part.positions))]
     if part.normals is not None:
         columns.append((("nx", "ny", "nz"), part.normals))
@@ -360,7 +381,8 @@ def _corto_library(path: Path):
         library = ctypes.CDLL(str(path))
     except OSError:
         raise PeerMissing(
-            f"Corto: its decoding needs {path.name} beside the corto command (BUILD_CORTO_CODEC_UNITY=ON)"
+            f"Corto: its decoding needs {path.name} beside the corto command "
+            "(BUILD_CORTO_CODEC_UNITY=ON)"
         ) from None
     library.CreateDecoder.restype = ctypes.c_void_p
     library.CreateDecoder.argtypes = [ctypes.c_int, ctypes.c_char_p, ctypes.c_void_p]
@@ -379,7 +401,7 @@ def _corto_decode(library, buffer: bytes, texcoord_bits: int) -> Part:
         np.empty((vertex_count, 4), np.float32),
     )
     triangles = np.empty((triangle_count, 3), np.uint32)
-    normals.fill(np.nan)  # what the buffer lacks stays so
+    normals.fill(np.nan)  # attributes that the buffer lacks stay NaN
     texcoords.fill(np.nan)
     library.DecodeMesh(
         decoder,
@@ -398,9 +420,12 @@ def _corto_decode(library, buffer: bytes, texcoord_bits: int) -> Part:
 
 
 class Gltfpack:
-    """meshoptimizer's gltfpack: KHR_mesh_quantization, or KHR_meshopt_compression on top of it. One .glb for all parts.
+    """meshoptimizer's gltfpack: KHR_mesh_quantization, and KHR_meshopt_compression on top.
 
-    compressed: False writes plain quantised buffers; True the smallest meshopt compression (-cc, the KHR version of the codec).
+    One .glb holds all parts.
+
+    compressed: False writes plain quantised buffers; True the smallest meshopt compression (-cc,
+    the KHR version of the codec).
     """
 
     def __init__(self, compressed: bool):
@@ -413,7 +438,7 @@ class Gltfpack:
             "gltfpack " + json.loads(self._script.with_name("package.json").read_text())["version"]
         )
 
-    def encode(self, parts: list[Part], bits: Bits = Bits()) -> list[bytes]:
+    def encode(self, parts: list[Part], bits: Bits = DEFAULT_BITS) -> list[bytes]:
         """Every part as a node of its own, so that nothing is merged or dropped."""
         if bits.position > 16:
             raise ValueError(
@@ -421,7 +446,7 @@ class Gltfpack:
             )
         with tempfile.TemporaryDirectory() as folder:
             source, target = Path(folder) / "in.glb", Path(folder) / "out.glb"
-            source.write_bytes(plain_glb(parts, bits))
+            source.write_bytes(parts_as_glb(parts, bits))
             options = [
                 "-vp",
                 str(bits.position),
@@ -466,11 +491,12 @@ class Gltfpack:
         return sum(view["byteLength"] for view in _geometry_views(_glb_chunks(buffer)[0]))
 
 
-def plain_glb(parts: list[Part], bits: Bits) -> bytes:
-    """Parts as a .glb for gltfpack: positions in steps, texture coordinates in [0, 1], a mesh for each part.
+def parts_as_glb(parts: list[Part], bits: Bits) -> bytes:
+    """Parts as a .glb for gltfpack, a mesh each: positions in steps, texture coordinates in [0, 1].
 
-    The last mesh spans the whole position grid, so that gltfpack, which has one grid per file, takes steps of one. Materials
-    have a texture (of no pixels), for without one gltfpack drops texture coordinates.
+    The last mesh spans the whole position grid, so that gltfpack, which has one grid per file,
+    takes steps of one. Materials have a texture (of no pixels), for without one gltfpack drops
+    texture coordinates.
     """
     largest = 2.0**bits.position - 1
     span = Part(
@@ -489,13 +515,13 @@ def plain_glb(parts: list[Part], bits: Bits) -> bytes:
                 )
             ]
         )
-    return write_glb(meshes, textured=True)
+    return plain_glb(meshes, textured=True)
 
 
-def write_glb(
+def plain_glb(
     meshes: list[list[tuple[np.ndarray, dict[str, np.ndarray]]]], textured: bool = False
 ) -> bytes:
-    """A .glb in float32 of meshes of primitives (triangles, attributes), each mesh in a node named "part N"."""
+    """A float32 .glb of meshes of primitives (triangles, attributes), in nodes named "part N"."""
     binary, document = (
         bytearray(),
         {
@@ -640,10 +666,11 @@ def _gltf_part(document: dict, views: list[bytes], primitive: dict) -> Part:
     )
 
 
-# --- which are here ---
+# --- installed codecs ---
 
 
-def _makers() -> list:
+def all_makers() -> list:
+    """A function per codec that makes it; it raises PeerMissing if the codec is not installed."""
     return [
         lambda: Draco(7),
         lambda: Draco(10),
@@ -654,10 +681,10 @@ def _makers() -> list:
     ]
 
 
-def available() -> tuple[list, list[str]]:
-    """(the codecs that are installed, a line for each that is not: what to install)."""
+def available(makers: list | None = None) -> tuple[list, list[str]]:
+    """(the installed codecs, a line per missing one: what to install). Default: all_makers()."""
     found, missing = [], []
-    for make in _makers():
+    for make in all_makers() if makers is None else makers:
         try:
             found.append(make())
         except PeerMissing as error:

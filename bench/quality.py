@@ -1,10 +1,11 @@
 """How exact? Errors, surface distance, rendered difference and size at 8 to 16 bits.
 
-python -m bench.quality: writes bench/results/quality.json, docs/quality.md, docs/quality.png (errors over bits) and
-docs/quality_models.png (a model at each setting).
+Writes docs/quality.md, docs/quality.png (errors over bits) and docs/quality_models.png (a model at
+each setting).
 
-Attribute errors are those of `verify`, which pairs each original vertex with its decoded one. The surface distance knows nothing of
-vertices: points all over one surface, and vertices, are measured to the other surface, both ways. Needs scipy and matplotlib.
+Attribute errors are those of `verify`, which pairs each original vertex with its decoded one. The
+surface distance does not pair vertices: it measures points on one surface, and its vertices, to the
+other surface, both ways. Needs scipy and matplotlib.
 """
 
 from __future__ import annotations
@@ -17,33 +18,40 @@ import numpy as np
 from trimesh import Trimesh
 
 import gltf_ext
-from bench.common import MODELS, ROOT, markdown_table, origin, origin_line, write_result
-from bench.generated import torus
+from bench.common import (
+    DOCS,
+    Question,
+    markdown_table,
+    origin_line,
+    progress,
+    pyplot,
+    write_page,
+)
+from bench.models import add_model_names, torus_and_named
 from gltf_ext.compression.compressor import Options
 from gltf_ext.compression.primitives import Primitive
-from gltf_meshlet.demo.model import write_glb
 from gltf_meshlet.demo.rasterizer import Camera, Mesh, render
 
 NAMES = ("bunny", "suzanne", "DamagedHelmet")
 GENERATED = 60_000  # triangles of the generated model
 PICTURED = "bunny"
 BITS = (8, 10, 12, 14, 16)
-TEXELS = 4096  # of the texture's side
-SAMPLES = 20_000  # points all over a surface, and at most as many of its vertices
-CHUNK = 5_000  # points searched for at a time: bounds the memory
+TEXELS = 4096  # along a side of the texture
+SAMPLES = 20_000  # random points on a surface, and at most as many of its vertices
+CHUNK = 5_000  # points per nearest-triangle search: bounds the memory
 WIDTH, HEIGHT = 640, 480  # of the rendered difference
 COLOR = (0.62, 0.60, 0.56)
-SKY = 255  # white behind the model
+SKY = 255  # a white background
 
 
 # --- distance between surfaces ---
 
 
 class Surface:
-    """A triangle mesh that tells how far points are from it. positions: float[V, 3]; triangles: int[T, 3]."""
+    """Measures distances to a triangle mesh. positions: float[V, 3]; triangles: int[T, 3]."""
 
     def __init__(self, positions: np.ndarray, triangles: np.ndarray):
-        from scipy.spatial import cKDTree  # here, so that the page can be written without it
+        from scipy.spatial import cKDTree  # imported late: --pages-only does not need it
 
         mesh = Trimesh(positions, triangles, process=False)
         self._corners, centres = mesh.triangles, mesh.triangles.mean(axis=1)
@@ -51,7 +59,7 @@ class Surface:
         self.points = np.concatenate([mesh.sample(SAMPLES, seed=1), positions[vertices]])
         self._radius = np.linalg.norm(self._corners - centres[:, None], axis=2).max(axis=1)
         self._all = cKDTree(centres)
-        # A tree for each octave of sizes, so that a few large triangles do not make every search a wide one.
+        # One tree per octave of triangle sizes: a few large triangles must not widen every search.
         octave = np.floor(np.log2(np.maximum(self._radius, 1e-30)))
         self._octaves = [(2.0 ** (o + 1), np.flatnonzero(octave == o)) for o in np.unique(octave)]
         self._octaves = [
@@ -60,13 +68,14 @@ class Surface:
         self._centres = centres
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """From points [n, 3] to the surface, exactly: float[n]."""
+        """Exact distances from points [n, 3] to the surface: float[n]."""
         return np.concatenate(
             [self._some_distances(points[i : i + CHUNK]) for i in range(0, len(points), CHUNK)]
         )
 
     def _some_distances(self, points: np.ndarray) -> np.ndarray:
-        # To the triangle with the nearest centre; only those can be nearer whose bounding sphere is.
+        # Start with the triangle of the nearest centre; only triangles whose bounding sphere is
+        # nearer can beat it.
         best = self._to_triangles(points, self._all.query(points)[1])
         for radius, faces, tree in self._octaves:
             near = tree.query_ball_point(points, best + radius)
@@ -85,7 +94,10 @@ class Surface:
 
 
 def distances_to_triangles(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """From points [n, 3] to one triangle each, [n, 3, 3]: float[n]; triangles without an area are their edges."""
+    """Distances from points [n, 3] to one triangle each, [n, 3, 3]: float[n].
+
+    A triangle without an area counts as its edges.
+    """
     inside = np.ones(len(points), bool)
     best = np.full(len(points), np.inf)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -124,7 +136,10 @@ def joined(primitives: list[Primitive]) -> Mesh:
 
 
 def camera_on(positions: np.ndarray, closer: float = 1.0, lift: float = 0.0) -> Camera:
-    """A camera that shows the whole box, or a part of it from closer; lift moves what it looks at, in halves of the box's height."""
+    """A camera that shows the bounding box, `closer` times as near.
+
+    lift moves the target up, in halves of the box's height.
+    """
     low, high = positions.min(axis=0), positions.max(axis=0)
     radius = float(np.linalg.norm(high - low)) / 2
     target = (low + high) / 2 + [0.0, lift * (high - low)[1] / 2, 0.0]
@@ -133,13 +148,13 @@ def camera_on(positions: np.ndarray, closer: float = 1.0, lift: float = 0.0) -> 
 
 
 def on_white(picture: np.ndarray) -> np.ndarray:
-    """uint8 [height, width, 4] over white: float [height, width, 3]."""
+    """Composites RGBA, uint8[height, width, 4], over white: float[height, width, 3]."""
     alpha = picture[..., 3:] / 255.0
     return picture[..., :3] * alpha + SKY * (1 - alpha)
 
 
 def rendered_difference(before: np.ndarray, after: np.ndarray) -> dict:
-    """Of two pictures on white, of 255: PSNR in dB (None where they are equal), mean and largest difference."""
+    """PSNR in dB (None if equal), mean and largest difference of two pictures of 0 to 255."""
     difference = np.abs(after - before)
     mean_square = float(np.square(difference).mean())
     return {
@@ -152,7 +167,15 @@ def rendered_difference(before: np.ndarray, after: np.ndarray) -> dict:
 # --- measurements ---
 
 
-def measure(name: str, path: Path, folder: Path) -> dict:
+def measure(options: argparse.Namespace) -> dict:
+    """All models."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        paths = torus_and_named(options.models, GENERATED, folder)
+        return {"models": [measure_model(name, path, folder) for name, path in paths.items()]}
+
+
+def measure_model(name: str, path: Path, folder: Path) -> dict:
     """All settings of one model."""
     originals = gltf_ext.load(path)
     mesh = joined(originals)
@@ -182,7 +205,7 @@ def measure(name: str, path: Path, folder: Path) -> dict:
                 ),
             }
         )
-        print(f"{name}, {bits} bits", flush=True)
+        progress(f"{name}, {bits} bits")
     return {
         "model": name,
         "triangles": len(mesh.triangles),
@@ -192,11 +215,9 @@ def measure(name: str, path: Path, folder: Path) -> dict:
 
 
 def attribute_errors(verified: dict, originals: list[Primitive]) -> dict:
-    """Largest and rms errors: positions in model units, normals in degrees, texture coordinates in texels."""
+    """Largest and rms errors: positions in model units, normals in degrees, texcoords in texels."""
     if not verified["ok"]:
-        raise SystemExit(
-            f"bench: the file is not what it should be: {'; '.join(verified['problems'])}"
-        )
+        raise SystemExit(f"bench: verify failed: {'; '.join(verified['problems'])}")
     errors = {
         "POSITION": {
             "max": verified["max_error"]["POSITION"],
@@ -204,7 +225,7 @@ def attribute_errors(verified: dict, originals: list[Primitive]) -> dict:
         }
     }
     if "NORMAL" in verified["max_error"]:
-        rms = verified["rms_error"]["NORMAL"]  # of unit vectors: a chord
+        rms = verified["rms_error"]["NORMAL"]  # a chord between unit vectors
         errors["NORMAL"] = {
             "max": verified["max_error_degrees"]["NORMAL"],
             "rms": float(np.degrees(2 * np.arcsin(rms / 2))),
@@ -256,19 +277,23 @@ def report(result: dict) -> str:
         whole.append(
             [model["model"], f"{model['triangles']:,}", f"{side:.4g}", f"{default['ratio']:.2f}"]
         )
+    points, pixels = f"{SAMPLES:,}", f"{WIDTH} x {HEIGHT}"
     return f"""# Quality
 
 {origin_line(result)}
 ## Positions
 
-With normals at 8 + 8 and texture coordinates at 12 bits, and positions at the number of bits after the model's name. Errors of
-vertices, and distances between the two surfaces, in percent of the bounding box's longest side; the absolute error in model units. The
-surface distance is taken at {
-        SAMPLES:,} points all over each surface and at as many of its vertices, to the other surface: the largest is
-the (sampled) Hausdorff distance. Rendered: {WIDTH} x {
-        HEIGHT
+With normals at 8 + 8 and texture coordinates at 12 bits, and positions at the number of bits \
+after the model's name. Errors of
+vertices, and distances between the two surfaces, in percent of the bounding box's longest side; \
+the absolute error in model units. The
+surface distance is taken at {points} points all over each surface and at as many of its \
+vertices, to the other surface: the largest is
+the (sampled) Hausdorff distance. Rendered: {
+        pixels
     } pixels of the whole model against the original's, peak signal to noise in dB
-and the largest difference of a pixel, of 255; normals at 8 bits bound how alike pictures can get. Then bits per triangle of the
+and the largest difference of a pixel, of 255; normals at 8 bits bound how alike pictures can get. \
+Then bits per triangle of the
 positions, and the ratio of the whole file.
 
 {
@@ -298,7 +323,8 @@ positions, and the ratio of the whole file.
 
 ## Normals and texture coordinates
 
-All attributes at the number of bits after the model's name (normals: each of two components). Angles in degrees; distances in texels of
+All attributes at the number of bits after the model's name (normals: each of two components). \
+Angles in degrees; distances in texels of
 a texture of {TEXELS} x {TEXELS}; each with its bits per triangle; and the ratio of the whole file.
 
 {
@@ -330,11 +356,9 @@ def _share(totals: dict, part: str) -> str:
     return f"{bits:.2f}" if bits else ""
 
 
-def save_plot(result: dict, path: Path) -> None:
-    """Errors over bits, and the ratio beside them."""
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(1, 4, figsize=(15, 3.8), dpi=100)
+def save_plot(result: dict, path: Path) -> Path:
+    """Errors and ratio over bits."""
+    figure, axes = pyplot().subplots(1, 4, figsize=(15, 3.8), dpi=100)
     for model in result["models"]:
         rows, side = model["rows"], model["longest_side"]
         series = (
@@ -363,25 +387,22 @@ def save_plot(result: dict, path: Path) -> None:
     axes[0].legend(frameon=False)
     figure.tight_layout()
     figure.savefig(path)
-    pyplot.close(figure)
+    return path
 
 
-def save_pictures(original: Path, name: str, folder: Path, result: dict, path: Path) -> None:
-    """The original and each setting, whole and from closer, with sizes."""
-    from matplotlib import pyplot
-
-    model = next(model for model in result["models"] if model["model"] == name)
-    raw = model["rows"][0]["compressed_bytes"] * model["rows"][0]["ratio"]
-    before = joined(gltf_ext.load(original))
-    drawn = [(f"original\n{raw / 1e6:.3f} MB", before)]
-    for row in model["rows"]:
-        default = ", the default" if row["bits"] == Options().position_bits else ""
-        title = f"{row['bits']} bits{default}\n{row['compressed_bytes'] / 1e6:.3f} MB, {row['ratio']:.1f} times smaller"
-        drawn.append((title, joined(gltf_ext.load(folder / f"{name}-{row['bits']}.glb"))))
+def save_pictures(result: dict, path: Path) -> Path:
+    """The original and each setting with sizes, whole and close up; compresses the model again."""
+    models = {model["model"]: model for model in result["models"]}
+    name = PICTURED if PICTURED in models else "torus"
+    with tempfile.TemporaryDirectory() as folder:
+        names = [name] if name != "torus" else []
+        original = torus_and_named(names, GENERATED, Path(folder))[name]
+        drawn = _titled_meshes(original, models[name]["rows"], Path(folder) / "out.glb")
+    before = drawn[0][1]
     views = camera_on(before.positions), camera_on(before.positions, closer=5, lift=0.8)
     size = 330
     height = len(views) * size + 46  # the pictures and the titles above them, in pixels
-    figure, axes = pyplot.subplots(
+    figure, axes = pyplot().subplots(
         len(views), len(drawn), dpi=100, figsize=(len(drawn) * size / 100, height / 100)
     )
     figure.subplots_adjust(0, 0, 1, len(views) * size / height, wspace=0.01, hspace=0.01)
@@ -393,42 +414,43 @@ def save_pictures(original: Path, name: str, folder: Path, result: dict, path: P
             )
             axis.set_axis_off()
     figure.savefig(path)
-    pyplot.close(figure)
+    return path
+
+
+def _titled_meshes(original: Path, rows: list[dict], output: Path) -> list[tuple[str, Mesh]]:
+    """The original and its decoded meshes at all settings, each with its title."""
+    raw = rows[0]["compressed_bytes"] * rows[0]["ratio"]
+    drawn = [(f"original\n{raw / 1e6:.3f} MB", joined(gltf_ext.load(original)))]
+    for row in rows:
+        default = ", the default" if row["bits"] == Options().position_bits else ""
+        size = f"{row['compressed_bytes'] / 1e6:.3f} MB, {row['ratio']:.1f} times smaller"
+        gltf_ext.compress(original, output, position_bits=row["bits"])
+        drawn.append((f"{row['bits']} bits{default}\n{size}", joined(gltf_ext.load(output))))
+    return drawn
+
+
+def write_pages(result: dict) -> list[Path]:
+    """docs/quality.md, docs/quality.png and docs/quality_models.png."""
+    return [
+        save_plot(result, DOCS / "quality.png"),
+        write_page("quality", report(result)),
+        save_pictures(result, DOCS / "quality_models.png"),
+    ]
+
+
+QUESTION = Question(
+    "quality",
+    __doc__,
+    measure,
+    report,
+    write_pages,
+    packages=("gltf-meshlet", "numpy", "matplotlib", "scipy", "trimesh"),
+    add_options=lambda parser: add_model_names(parser, NAMES),
+)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        prog="python -m bench quality", description=__doc__.splitlines()[0]
-    )
-    parser.add_argument(
-        "--models",
-        nargs="*",
-        default=NAMES,
-        help="real models to measure besides the generated one",
-    )
-    names = parser.parse_args().models
-    result = {
-        **origin("bench.quality", ("gltf-meshlet", "numpy", "matplotlib", "scipy", "trimesh")),
-        "models": [],
-    }
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        write_glb([torus(GENERATED)], folder / "torus.glb")
-        paths = {"torus": folder / "torus.glb", **{name: MODELS / f"{name}.glb" for name in names}}
-        missing = [name for name, path in paths.items() if not path.exists()]
-        if missing:
-            raise SystemExit(
-                f"bench: no {missing[0]}.glb; set GLTF_MESHLET_MODELS to a folder of models, or choose with --models"
-            )
-        result["models"] = [measure(name, path, folder) for name, path in paths.items()]
-        write_result("quality", result)
-        pictured = PICTURED if PICTURED in paths else "torus"
-        save_pictures(
-            paths[pictured], pictured, folder, result, ROOT / "docs" / "quality_models.png"
-        )
-    save_plot(result, ROOT / "docs" / "quality.png")
-    (ROOT / "docs" / "quality.md").write_text(report(result))
-    print(report(result))
+    QUESTION.run()
 
 
 if __name__ == "__main__":

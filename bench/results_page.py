@@ -1,7 +1,7 @@
 """Where do we stand? One page from all committed measurements.
 
-python -m bench.results_page: reads bench/results/*.json, measures nothing; writes docs/results.md and docs/figure8.png and,
-where README.md has <!-- begin results --> and <!-- end results -->, the table between them.
+Reads bench/results/*.json and measures nothing. Writes docs/results.md, docs/figure8.png and, if
+README.md has the lines <!-- begin results --> and <!-- end results -->, the table between them.
 """
 
 from __future__ import annotations
@@ -14,19 +14,24 @@ from pathlib import Path
 
 from bench import figures
 from bench.common import (
-    PAPER_MODELS,
-    ROOT,
+    DOCS,
+    README,
     best_in_bold,
+    has_block,
     markdown_table,
     origin_line,
+    progress,
+    pyplot,
     read_result,
     replace_block,
+    write_page,
 )
 from bench.mitsuba import INTEGRATORS
+from bench.models import PAPER_MODELS
 
 OURS, PAPER = "ours", "the paper's encoding"
 CLAIMED_RATIO = (4.26, 4.35)  # section 7 of the paper, of its models
-EVEN = 0.02  # figures this close count as even
+EVEN = 0.02  # a ratio this close to 1 counts as even
 NAMES = (
     "size",
     "paper",
@@ -40,7 +45,7 @@ NAMES = (
     "parameters",
     "choices",
 )
-Results = dict[str, dict]  # by name, of what has been measured
+Results = dict[str, dict]  # by name; without the questions that are not measured
 
 
 # --- where we stand ---
@@ -48,11 +53,16 @@ Results = dict[str, dict]  # by name, of what has been measured
 
 @dataclass(frozen=True)
 class Standing:
-    """One comparison: ours and another's figure for each of some models.
+    """One comparison: our figure and another's for some models.
 
-    what: the question, with its unit; larger_wins: or the smaller one does; form: how figures are written; note: the models, in
-    words; headline: whether README.md shows it; their_range: what stands for theirs where that is a claim. The pairs are (ours,
-    theirs), one per model.
+    what: the question, with its unit
+    other: the name of the other
+    pairs: (ours, theirs) per model
+    larger_wins: False if the smaller figure wins
+    form: the format of figures
+    note: the models, in words
+    headline: True if README.md shows it
+    their_range: replaces their figures if those are a claim
     """
 
     what: str
@@ -66,7 +76,7 @@ class Standing:
 
     @property
     def times(self) -> float:
-        """How many times better ours is, in the median over the models; below 1 the other is better."""
+        """How many times better ours is, the median over models; below 1 the other is better."""
         return statistics.median(self._ratios)
 
     @property
@@ -103,7 +113,7 @@ class Standing:
 
 
 def standings(results: Results) -> list[Standing]:
-    """Everything that has been measured."""
+    """All comparisons that the results allow."""
     makers: dict[str, Callable[[dict], Iterable[Standing]]] = {
         "size": _size_standings,
         "speed": _speed_standings,
@@ -150,8 +160,8 @@ def _size_standings(result: dict) -> Iterable[Standing]:
 
 
 def _models(names: Iterable[str]) -> str:
-    """How many of the paper's models, or what stands in for them, and which others."""
-    counts = Counter(iter(names))  # not the values of a dict
+    """The number of the paper's models (or their stand-ins), and the names of the others."""
+    counts = Counter(iter(names))  # iter: Counter would take the values of a dict as counts
     ours = [
         f"{count} {name}" if count > 1 else name
         for name, count in counts.items()
@@ -173,10 +183,8 @@ def _speed_standings(result: dict) -> Iterable[Standing]:
     ):
         note = _models(row["model"] for row in models)
         for other in (codec for codec in models[0][task] if codec != OURS):
-            if (
-                task == "encode" and "meshopt" in other
-            ):  # a command with files: not the same question
-                continue
+            if task == "encode" and "meshopt" in other:
+                continue  # timed as a command with files: not the same question
             pairs = [
                 tuple(
                     row["triangles"] / row[task][codec]["seconds"]["median"] / 1e6
@@ -195,7 +203,7 @@ def _milliseconds(row: dict) -> float:
 
 
 def _megabytes(row: dict) -> float:
-    """Resident on the GPU: one number, or a number for each part."""
+    """Megabytes resident on the GPU; a result has their number or a number per part."""
     resident = row["resident_bytes"]
     return (sum(resident.values()) if isinstance(resident, dict) else resident) / 1e6
 
@@ -203,7 +211,7 @@ def _megabytes(row: dict) -> float:
 def _paired(
     ours: list[dict], theirs: list[dict], value: Callable[[dict], float]
 ) -> dict[str, tuple[float, float]]:
-    """A figure of ours and of theirs for each model that both have."""
+    """(ours, theirs) for each model that both have."""
     others = {row["model"]: value(row) for row in theirs}
     return {
         row["model"]: (value(row), others[row["model"]]) for row in ours if row["model"] in others
@@ -278,12 +286,15 @@ def _raytracing_standings(result: dict) -> Iterable[Standing]:
 
 
 def _share(cache) -> float | None:
-    """A cache as a share, also where it is given in percent."""
+    """The cache's size as a share; older results give percent."""
     return cache / 100 if isinstance(cache, (int, float)) and cache > 1 else cache
 
 
 def mitsuba_rows(result: dict, task: str) -> dict[tuple[str, str], dict[float | None, dict]]:
-    """Of one task ("time", "memory"): by model and variant, rows by the cache's share (None: Mitsuba's own mesh), of the default policy."""
+    """Rows of one task ("time", "memory"), by model and variant and then by the cache's share.
+
+    Share None is Mitsuba's own mesh. Only rows of the default policy.
+    """
     rows: dict[tuple[str, str], dict] = {}
     for run in result["runs"]:
         if run["task"] == task:
@@ -294,7 +305,7 @@ def mitsuba_rows(result: dict, task: str) -> dict[tuple[str, str], dict[float | 
 
 
 def _times_native(row: dict, native: dict, integrator: str) -> float:
-    """Time over that of Mitsuba's own mesh: the median of the rounds' ratios where they are kept."""
+    """Time over that of Mitsuba's own mesh: the median ratio of the rounds if the result has it."""
     return row.get(f"{integrator}_ratio", row[integrator] / native[integrator])
 
 
@@ -346,7 +357,7 @@ def standing_table(results: Results) -> str:
 
 
 def figure8(results: Results) -> dict[str, dict[str, float]]:
-    """Milliseconds by model and method: means on the CPU, medians on the GPU; empty without either."""
+    """Milliseconds by model and method: means on the CPU, medians on the GPU; may be empty."""
     bars: dict[str, dict[str, float]] = {}
     for row in results.get("speed", {}).get("paper_models", []):
         decode = row["decode"]
@@ -382,7 +393,12 @@ def _figure8_table(bars: dict[str, dict[str, float]]) -> str:
 
 @dataclass(frozen=True)
 class Section:
-    """One question. name: its result; pages, pictures: below docs; text: what a reader should see first."""
+    """One question on the page.
+
+    name: of its result
+    pages, pictures: file names in docs
+    text: makes the text and table from the result
+    """
 
     title: str
     name: str
@@ -421,7 +437,8 @@ def _paper_text(result: dict) -> str:
                 [f"{row['model']}, {row['meshlets_of']}", *(f"{stated[key]:.2f}" for key in keys)]
             )
     return (
-        "The paper's encoding, written and decoded again, beside what the paper states for its own models.\n\n"
+        "The paper's encoding, written and decoded again, "
+        "beside what the paper states for its own models.\n\n"
         + markdown_table(
             [
                 "model, meshlets as full as",
@@ -471,11 +488,14 @@ def _speed_text(result: dict) -> str:
     series = [row for row in models if row["model"] == "torus"]
     first, last = series[0], series[-1]
     growth = (
-        f"From {first['triangles']:,} to {last['triangles']:,} triangles, {last['triangles'] / first['triangles']:.0f} times "
-        f"as many, encoding takes {_growth(first, last, 'encode'):.0f} and decoding {_growth(first, last, 'decode'):.0f} times as long.\n"
+        f"From {first['triangles']:,} to {last['triangles']:,} triangles, "
+        f"{last['triangles'] / first['triangles']:.0f} times as many, encoding takes "
+        f"{_growth(first, last, 'encode'):.0f} and decoding "
+        f"{_growth(first, last, 'decode'):.0f} times as long.\n"
     )
     return (
-        """Million triangles per second: decoding from Python on one thread, to floats (meshopt: to integers), the fastest of
+        """Million triangles per second: decoding from Python on one thread, to floats (meshopt: \
+to integers), the fastest of
 each row in bold; encoding on all threads; and the peak memory of the whole command.\n\n"""
         + markdown_table(
             [
@@ -524,8 +544,8 @@ def _quality_text(result: dict) -> str:
         "ratio",
     ]
     return (
-        "Largest errors at so many bits; the picture and the ratio are for positions at so many bits, the rest at the defaults.\n\n"
-        + markdown_table(headings, rows)
+        "Largest errors at so many bits; the picture and the ratio are for positions "
+        "at so many bits, the rest at the defaults.\n\n" + markdown_table(headings, rows)
     )
 
 
@@ -538,7 +558,8 @@ def _gpu_text(result: dict) -> str:
     models = dict.fromkeys(row["model"] for row in result["rows"])
     variants = dict.fromkeys(variant for variant, _ in cells)
     return (
-        f"Milliseconds per frame of {_pixels(result)} pixels, medians, and bytes resident on the GPU.\n\n"
+        f"Milliseconds per frame of {_pixels(result)} pixels, medians, "
+        "and bytes resident on the GPU.\n\n"
         + markdown_table(
             ["path", *models],
             [
@@ -550,7 +571,10 @@ def _gpu_text(result: dict) -> str:
 
 
 def _raster_text(result: dict) -> str:
-    return f"Lit and with culling is how `gltf-meshlet render` draws; unlit is the cheapest shader that reads all attributes.\n{_gpu_text(result)}"
+    return (
+        "Lit and with culling is how `gltf-meshlet render` draws; "
+        f"unlit is the cheapest shader that reads all attributes.\n{_gpu_text(result)}"
+    )
 
 
 def _gpu_decode_text(result: dict) -> str:
@@ -562,7 +586,8 @@ def _gpu_decode_text(result: dict) -> str:
     models = {row["model"]: row["triangles"] for row in result["rows"]}
     methods = dict.fromkeys(method for method, _ in cells)
     return (
-        "Billion triangles per second in compute shaders, all attributes to integers in plain buffers; of several parts the largest.\n\n"
+        "Billion triangles per second in compute shaders, all attributes to integers "
+        "in plain buffers; of several parts the largest.\n\n"
         + markdown_table(
             ["method", *(f"{model} ({count:,})" for model, count in models.items())],
             [[method, *(cells.get((method, model), "") for model in models)] for method in methods],
@@ -571,7 +596,7 @@ def _gpu_decode_text(result: dict) -> str:
 
 
 def _variant(row: dict) -> str:
-    """A row's path with what else distinguishes it."""
+    """A row's path and settings, in words."""
     parts = [row["path"]]
     if "culling" in row:
         parts.append("lit, culling" if row["culling"] else "unlit, no culling")
@@ -601,8 +626,8 @@ def _mitsuba_text(result: dict) -> str:
                 ]
             )
     return (
-        f"Time and memory over those of Mitsuba's own mesh, with so much of the geometry cached; {result['width']} x {result['height']} "
-        f"pixels, {result['spp']} samples each.\n\n"
+        "Time and memory over those of Mitsuba's own mesh, with so much of the geometry cached; "
+        f"{result['width']} x {result['height']} pixels, {result['spp']} samples each.\n\n"
         + markdown_table(["model, variant, cache", *INTEGRATORS, "memory"], rows)
     )
 
@@ -618,7 +643,8 @@ def _parameters_text(result: dict) -> str:
         dict.fromkeys(row["value"] for row in rows),
     )
     return (
-        "Ratio, and million triangles decoded per second on one thread, by the largest number of triangles in a meshlet.\n\n"
+        "Ratio, and million triangles decoded per second on one thread, "
+        "by the largest number of triangles in a meshlet.\n\n"
         + markdown_table(
             ["model", *map(str, values)],
             [[model, *(cells[model, value] for value in values)] for model in models],
@@ -632,7 +658,8 @@ def _choices_text(result: dict) -> str:
         (row["model"], row["bits_per_triangle"]["total"], row["boundary_bits_per_triangle"])
         for row in result["models"]
     ]
-    return f"""Bits per triangle of whole files as they are, and with single choices of the format switched off.
+    return f"""Bits per triangle of whole files as they are, and with single choices of the format \
+switched off.
 
 {
         markdown_table(
@@ -643,7 +670,8 @@ def _choices_text(result: dict) -> str:
             ],
         )
     }
-The same if every meshlet stored all vertices of its boundaries, computed from the bits that they take now.
+The same if every meshlet stored all vertices of its boundaries, computed from the bits that they \
+take now.
 
 {
         markdown_table(
@@ -688,17 +716,16 @@ def _section(section: Section, results: Results) -> str:
     if section.name not in results:
         return f"{heading}Not measured yet; `python -m bench {section.name}` does it.\n"
     result = results[section.name]
-    docs = ROOT / "docs"
     pictures = "".join(
-        f"\n![{section.title}]({name})\n" for name in section.pictures if (docs / name).exists()
+        f"\n![{section.title}]({name})\n" for name in section.pictures if (DOCS / name).exists()
     )
-    pages = [f"[{name}]({name})" for name in section.pages if (docs / name).exists()]
+    pages = [f"[{name}]({name})" for name in section.pages if (DOCS / name).exists()]
     more = f" All of it: {', '.join(pages)}." if pages else ""
     return f"{heading}{section.text(result)}{pictures}\n{measured_line(result)}{more}\n"
 
 
 def measured_line(result: dict) -> str:
-    """What was run, when, where and with which versions; the parts that a result has."""
+    """One sentence: command, date, machine and versions, as far as the result has them."""
     result = {**result, "script": result["script"].removeprefix("python -m ")}
     machine = result.get("machine", {})
     if (
@@ -744,8 +771,10 @@ def report(results: Results) -> str:
     figure = (
         f"""## The paper's Figures 8 and 9
 
-Milliseconds to decode a model, loading left out: on the CPU to arrays, on the GPU while a frame is drawn, unlit and without culling.
-The paper decodes in the shaders that draw, as path `mesh` does; `stream`, the default, decodes in compute shaders.
+Milliseconds to decode a model, loading left out: on the CPU to arrays, on the GPU while a frame \
+is drawn, unlit and without culling.
+The paper decodes in the shaders that draw, as path `mesh` does; `stream`, the default, decodes in \
+compute shaders.
 
 {_figure8_table(bars)}
 ![Milliseconds to decode](figure8.png)
@@ -756,30 +785,42 @@ The paper decodes in the shaders that draw, as path `mesh` does; `stream`, the d
     )
     return f"""# Results
 
-Written by `python -m bench results_page` from the measurements in bench/results; nothing here is typed in but the own claims of
+Written by `python -m bench results_page` from the measurements in bench/results; nothing here is \
+typed in but the own claims of
 [the paper](../README.md#the-paper) that the project starts from.
 `python -m bench` lists the questions, and `python -m bench NAME` answers one again on your machine.
 
 ## Where we stand
 
-Median, and lowest to highest, over the models; what is better, and how many times, in the median of the models' own ratios. Where
-another is better, its name is in bold. Draco and Corto make files that have to be unpacked before they are drawn: on the GPU they
-are as large as the uncompressed model. "Of the paper's" are its models, or what stands in for them: see [the models](#the-models).
+Median, and lowest to highest, over the models; what is better, and how many times, in the median \
+of the models' own ratios. Where
+another is better, its name is in bold. Draco and Corto make files that have to be unpacked before \
+they are drawn: on the GPU they
+are as large as the uncompressed model. "Of the paper's" are its models, or what stands in for \
+them: see [the models](#the-models).
 
 {standing_table(results)}
 {figure}{sections}
 ## The models
 
-{"".join(f"* {name}: {what}{chr(10)}" for name, what in PAPER_MODELS.items())}* torus, generated_*: see bench/generated.py and bench/size.py
-* beast: a character; chinesedragon, igea: scans of sculptures; engine: a CAD model of many parts with hard edges
+{"".join(f"* {name}: {what}{chr(10)}" for name, what in PAPER_MODELS.items())}* torus, \
+generated_*: see bench/generated.py
+* beast: a character; chinesedragon, igea: scans of sculptures; engine: a CAD model of many parts \
+with hard edges
 * DamagedHelmet: a sample of glTF with textures
-* dragon_x4: dragon with every triangle cut in four and normals made anew; `--subdivide` of the measurements on the GPU makes it
+* dragon_x4: dragon with every triangle cut in four and normals made anew; `--subdivide` of the \
+measurements on the GPU makes it
 
-Real models are not part of this repository, since several come without a licence to pass them on; `GLTF_MESHLET_MODELS` names the
-folder that they are in. They were made from files of public repositories: suzanne, igea and beast from
-alecjacobson/common-3d-test-models, bunny from google/draco, dragon from horinoh/VKDX, materialball and sponza_like from
-gkjohnson/3d-demo-data, bistro_like from there and from SaschaWillems/Vulkan-Assets, chinesedragon from the latter, engine from
-assimp/assimp, DamagedHelmet from donmccurdy/glTF-Transform. suzanne was subdivided, bunny simplified, dragon smoothed within the steps of its
+Real models are not part of this repository, since several come without a licence to pass them on; \
+`GLTF_MESHLET_MODELS` names the
+folder that they are in. They were made from files of public repositories: suzanne, igea and beast \
+from
+alecjacobson/common-3d-test-models, bunny from google/draco, dragon from horinoh/VKDX, \
+materialball and sponza_like from
+gkjohnson/3d-demo-data, bistro_like from there and from SaschaWillems/Vulkan-Assets, chinesedragon \
+from the latter, engine from
+assimp/assimp, DamagedHelmet from donmccurdy/glTF-Transform. suzanne was subdivided, bunny \
+simplified, dragon smoothed within the steps of its
 coarse positions; these and the composites are published nowhere.
 """
 
@@ -787,7 +828,8 @@ coarse positions; these and the composites are published nowhere.
 def readme_block(results: Results) -> str:
     """The rows of the table that README.md shows."""
     rows = [standing.row() for standing in standings(results) if standing.headline]
-    written = """Written by `python -m bench results_page`; [docs/results.md](docs/results.md) has the rest, and
+    written = """Written by `python -m bench results_page`; [docs/results.md](docs/results.md) has \
+the rest, and
 [what stands in](docs/results.md#the-models) for models of the paper's."""
     gpus = dict.fromkeys(
         result["device"]["name"] for result in results.values() if "device" in result
@@ -797,18 +839,17 @@ def readme_block(results: Results) -> str:
         for result in results.values()
         if "device" not in result
     )
-    return f"{markdown_table(STANDING_HEADINGS, rows)}\nGPU: {', '.join(gpus)}; CPU: {', '.join(cpus)}. {written}\n"
+    machines = f"GPU: {', '.join(gpus)}; CPU: {', '.join(cpus)}."
+    return f"{markdown_table(STANDING_HEADINGS, rows)}\n{machines} {written}\n"
 
 
 # --- pictures ---
 
 
 def save_figure8(bars: dict[str, dict[str, float]], path: Path) -> None:
-    """Bars on a logarithmic scale, a group for each model."""
-    from matplotlib import pyplot
-
+    """Bars on a logarithmic scale, a group per model."""
     methods = list(dict.fromkeys(method for of_model in bars.values() for method in of_model))
-    figure, axis = pyplot.subplots(figsize=(10, 4.2), dpi=100)
+    figure, axis = pyplot().subplots(figsize=(10, 4.2), dpi=100)
     width = 0.8 / len(methods)
     for k, method in enumerate(methods):
         places = [place for place, of_model in enumerate(bars.values()) if method in of_model]
@@ -827,7 +868,6 @@ def save_figure8(bars: dict[str, dict[str, float]], path: Path) -> None:
     axis.spines[["top", "right"]].set_visible(False)
     figure.tight_layout()
     figure.savefig(path, metadata={figures.DIGEST: figures.digest(bars)})
-    pyplot.close(figure)
 
 
 def read_all() -> Results:
@@ -838,12 +878,12 @@ def main() -> None:
     results = read_all()
     bars = figure8(results)
     if bars:
-        save_figure8(bars, ROOT / "docs" / "figure8.png")
-    (ROOT / "docs" / "results.md").write_text(report(results))
-    readme = ROOT / "README.md"
-    if "<!-- begin results -->\n" in readme.read_text():
-        replace_block(readme, "results", readme_block(results))
+        save_figure8(bars, DOCS / "figure8.png")
+    write_page("results", report(results))
+    if has_block(README, "results"):
+        replace_block(README, "results", readme_block(results))
     print(standing_table(results))
+    progress("wrote docs/results.md")
 
 
 if __name__ == "__main__":

@@ -1,40 +1,38 @@
-"""How small? Ours, the paper's encoding, Draco, Corto and glTF with quantisation and meshopt compression, at equal steps.
+"""How small? Our files beside the paper's encoding, Draco, Corto and meshopt, at equal precision.
 
-python -m bench.size: writes bench/results/size.json, docs/size.md, docs/figure3.png, docs/figure7.png and the table in README.md.
-
-All get the same primitives with positions, normals and texture coordinates (colours are left out), and the same grids; see
-bench/peers.py, which also says what has to be installed. A codec that is not there is named in the result and its column left out.
+Writes docs/size.md, docs/figure3.png, docs/figure7.png and the table in README.md. All codecs get
+the same primitives with positions, normals and texture coordinates (no colours) on the same grids;
+bench/peers.py says what to install. The result names each codec that is missing; its column stays
+empty.
 """
 
 from __future__ import annotations
 
+import argparse
 import tempfile
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
-
 import gltf_ext
 from bench import figures, paper_encoding, peers
 from bench.common import (
-    OTHER_MODELS,
-    PAPER_MODELS,
-    ROOT,
+    README,
+    Question,
     best_in_bold,
+    has_block,
     markdown_table,
-    models,
-    origin,
     origin_line,
+    progress,
     replace_block,
-    write_result,
-)  # fmt: skip
-from bench.generated import torus
+    write_page,
+)
+from bench.generated import GENERATED, write_generated
+from bench.models import OTHER_MODELS, PAPER_MODELS, real_models
 from gltf_ext import _codec
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.compression.streams import Bits
 from gltf_ext.gltf.importers import open_model
-from gltf_meshlet.demo import model as demo_model
 from spec.reference_decoder import BlobFile, Meshlet
 
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
@@ -56,69 +54,16 @@ SECTIONS = (
     "interior",
     "directory and headers",
 )
-GENERATED = {
-    "generated_torus": "a lumpy torus of 100,000 triangles",
-    "generated_demo": "the model of `make demo`",
-    "generated_boxes": "2,000 boxes that share no vertex, hard edges: the paper's named weakness",
-}
-BOXES = 2000
-# Draco and Corto must be unpacked before they are drawn: what they take on the GPU is the raw model.
+# These must be unpacked before they are drawn: on the GPU they take as much as the raw model.
 UNPACKED = ("Draco", "draco_encoder", "Corto")
-CHECK = "draco_encoder"  # only shows that DracoPy's sizes are Draco's
-
-
-# --- generated models ---
-
-
-def generate(folder: Path) -> list[Path]:
-    """The generated models, written into a folder: one .glb for each of GENERATED."""
-    contents = {
-        "generated_torus": [torus(100_000)],
-        "generated_demo": demo_model.generate(),
-        "generated_boxes": [boxes(BOXES)],
-    }
-    for name, parts in contents.items():
-        demo_model.write_glb(parts, folder / f"{name}.glb")
-    return [folder / f"{name}.glb" for name in GENERATED]
-
-
-def boxes(count: int) -> demo_model.Part:
-    """Boxes of random size and place, each side with vertices of its own: 12 triangles and 24 vertices each."""
-    random = np.random.default_rng(3)
-    square = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-    sides = [
-        np.roll([[sign, u, v] for u, v in square], axis, axis=1)
-        for axis in range(3)
-        for sign in (-1, 1)
-    ]
-    corners, normals = (
-        np.concatenate(sides),
-        np.repeat([side.sum(axis=0) / 4 for side in sides], 4, axis=0),
-    )
-    quad, flipped = np.array([[0, 1, 2], [0, 2, 3]]), np.array([[0, 2, 1], [0, 3, 2]])
-    box = np.concatenate([(quad if side % 2 else flipped) + 4 * side for side in range(6)])
-    place, size = random.uniform(-1, 1, (count, 1, 3)), random.uniform(0.002, 0.02, (count, 1, 3))
-    positions = (place + corners * size).reshape(-1, 3)
-    texcoords = np.tile(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), (6 * count, 1))
-    triangles = (box + 24 * np.arange(count)[:, None, None]).reshape(-1, 3)
-    return demo_model.Part(
-        "boxes",
-        "boxes",
-        (0.6, 0.6, 0.6),
-        0.0,
-        0.6,
-        positions.astype(np.float32),
-        np.tile(normals, (count, 1)).astype(np.float32),
-        texcoords.astype(np.float32),
-        triangles.astype(np.uint32),
-    )
+CHECK = "draco_encoder"  # checks that DracoPy's sizes are Draco's
 
 
 # --- measurements ---
 
 
-class _Sections(Meshlet):
-    """A meshlet that keeps how many bits its sections B to E/F take instead of the residuals."""
+class MeshletSections(Meshlet):
+    """Counts the bits of a meshlet's sections B to E/F; skips the residuals."""
 
     def __init__(self, file: BlobFile, index: int):
         self.bits = Counter()
@@ -140,7 +85,7 @@ class _Sections(Meshlet):
         return self._count("anchors", reader, super()._read_anchors, s)
 
     def read_residuals(self, reader, name, codes, counts):
-        """Steps over the low bits, then over as many ones as there are quotients."""
+        """Skips the low bits, then as many ones as there are quotients."""
         begin = reader.position
         reader.position += sum(n * sum(code.widths) for code, n in zip(codes, counts))
         for _ in range(
@@ -151,18 +96,37 @@ class _Sections(Meshlet):
 
 
 def section_bits(blob: bytes) -> Counter:
-    """Bits of each of SECTIONS in a blob, which they add up to; chains are the inner vertices of boundaries, interior the rest."""
+    """Bits of each of SECTIONS in a blob; they add up to its length.
+
+    "chains" are the inner vertices of boundaries, "interior" all vertices inside.
+    """
     file, described = BlobFile(blob), _codec.describe(blob)["bits"]
     bits = Counter(connectivity=described["connectivity"])
     for m in range(file.meshlet_count):
-        bits.update(_Sections(file, m).bits)
+        bits.update(MeshletSections(file, m).bits)
     bits["interior"] = sum(described["streams"]) - bits["anchors"] - bits["chains"]
     bits["directory and headers"] = 8 * len(blob) - bits.total()
     return bits
 
 
-def measure(path: Path, codecs: list) -> dict:
-    """One model in every codec: inspect's totals of ours, and bytes of all."""
+def measure(options: argparse.Namespace) -> dict:
+    """All models in all codecs."""
+    codecs, missing = peers.available()
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for path in [*real_models(), *write_generated(Path(folder))]:
+            rows.append(measure_model(path, codecs))
+            progress(f"{path.stem}: {rows[-1]['ratio']:.2f}")
+    return {
+        "options": OPTIONS,
+        "codecs": {codec.name: codec.version for codec in codecs},
+        "missing": missing,
+        "models": rows,
+    }
+
+
+def measure_model(path: Path, codecs: list) -> dict:
+    """One model in every codec: inspect's totals of ours, and the bytes of all."""
     primitives = peers.read_primitives(path)
     parts = peers.parts_of(primitives, _bits())
     row = {"model": path.stem, **measure_ours(primitives)}
@@ -174,7 +138,7 @@ def measure(path: Path, codecs: list) -> dict:
     for codec in codecs:
         try:
             buffers = codec.encode(parts, _bits())
-        except ValueError:  # not possible with this codec
+        except ValueError:  # this codec cannot hold this model
             continue
         sizes[codec.name] = {
             "file_bytes": codec.file_bytes(buffers),
@@ -190,13 +154,13 @@ def measure(path: Path, codecs: list) -> dict:
 
 
 def measure_ours(primitives: list[Primitive]) -> dict:
-    """inspect's totals, with sections (bits per triangle) and resident_bytes."""
+    """inspect's totals, with `sections` (bits per triangle) and `resident_bytes`."""
     meshes: dict[int, list] = {}
     for primitive in primitives:
         meshes.setdefault(primitive.mesh, []).append((primitive.indices, primitive.attributes))
     with tempfile.TemporaryDirectory() as folder:
         source, output = Path(folder) / "in.glb", Path(folder) / "out.glb"
-        source.write_bytes(peers.write_glb(list(meshes.values())))
+        source.write_bytes(peers.plain_glb(list(meshes.values())))
         gltf_ext.compress(source, output, **OPTIONS)
         totals = gltf_ext.inspect(output)["totals"]
         blobs = [compressed.blob for compressed in require_compressed(open_model(output))]
@@ -222,7 +186,7 @@ def names_of(result: dict) -> list[str]:
 
 
 def ratios(result: dict, key: str, names: list[str]) -> str:
-    """Times smaller than raw, the best of each row in bold."""
+    """How many times smaller than raw; the best of each row is bold."""
     return markdown_table(
         ["model", *names],
         [
@@ -280,7 +244,7 @@ def attribute_table(rows: list[dict]) -> str:
 
 
 def smaller_than_ours(result: dict, key: str, names: list[str]) -> str:
-    """Which codecs are smaller than ours, and where, in words."""
+    """The codecs that are smaller than ours and their models, in words."""
     found, of_all = [], f"of {len(result['models'])} models"
     for name in names[1:]:
         models = [
@@ -296,7 +260,7 @@ def smaller_than_ours(result: dict, key: str, names: list[str]) -> str:
     return "; ".join(found) or "none"
 
 
-def summary(rows: list[dict]) -> str:
+def short_table(rows: list[dict]) -> str:
     return markdown_table(
         ["model", "triangles", "raw", "compressed", "ratio", "bits per triangle"],
         [
@@ -332,9 +296,12 @@ def report(result: dict) -> str:
     return f"""# Size
 
 {origin_line(result)}
-Positions 12, normals 8 + 8, texture coordinates 12 bits, and the same position grid for every codec: one per mesh. Raw: source
-vertices after welding identical ones, 4 bytes per float, plus 12 bytes per triangle; colours are left out. Ours: all bytes
-of the extension, its JSON included; the others: their buffers without any JSON. Draco leaves out the few triangles that
+Positions 12, normals 8 + 8, texture coordinates 12 bits, and the same position grid for every \
+codec: one per mesh. Raw: source
+vertices after welding identical ones, 4 bytes per float, plus 12 bytes per triangle; colours are \
+left out. Ours: all bytes
+of the extension, its JSON included; the others: their buffers without any JSON. Draco leaves out \
+the few triangles that
 collapse on the grid, the others keep them.
 
 {versions}{missing}
@@ -342,24 +309,29 @@ collapse on the grid, the others keep them.
 
 How many times smaller than raw; the smallest file is in bold.
 Smaller than ours: {smaller_than_ours(result, "ratio", names)}.
-Draco and Corto are made for this: they have to be unpacked as a whole before anything is drawn. Quantised glTF takes 8 bytes
+Draco and Corto are made for this: they have to be unpacked as a whole before anything is drawn. \
+Quantised glTF takes 8 bytes
 per position; its normals are 3 x 8 bits, with meshopt compression octahedral.
 
 {ratios(result, "ratio", names)}
 ![Compressed size in percent of raw](figure7.png)
 
-*Figure 7 of [the paper](../README.md#the-paper) for our models; of its six, three are represented by others, named below.*
+*Figure 7 of [the paper](../README.md#the-paper) for our models; of its six, three are represented \
+by others, named below.*
 
 ## On the GPU
 
-How many times smaller than raw is what stays in memory while drawing: ours and the paper's encoding are drawn as they are in the
-file. Meshopt compression unpacks to quantised glTF. Draco and Corto unpack to the raw model (1.00), or at best to quantised glTF.
+How many times smaller than raw is what stays in memory while drawing: ours and the paper's \
+encoding are drawn as they are in the
+file. Meshopt compression unpacks to quantised glTF. Draco and Corto unpack to the raw model \
+(1.00), or at best to quantised glTF.
 Smaller than ours: {smaller_than_ours(result, "resident_ratio", resident)}.
 
 {ratios(result, "resident_ratio", resident)}
 ## Where our bits go
 
-Bits per triangle, by section of the format: anchors are vertices where boundaries meet, chains those along boundaries between
+Bits per triangle, by section of the format: anchors are vertices where boundaries meet, chains \
+those along boundaries between
 them, interior all others.
 
 {part_table(result["models"])}
@@ -381,27 +353,27 @@ In memory while drawing:
 
 def readme_block(result: dict) -> str:
     real = [row for row in result["models"] if row["model"] not in GENERATED]
-    return f"{summary(real)}\n{origin_line(result)}"
+    return f"{short_table(real)}\n{origin_line(result)}"
+
+
+def write_pages(result: dict) -> list[Path]:
+    """docs/size.md, the pictures of sizes and the table in README.md, if it has a place for it."""
+    written = [*figures.draw_all(), write_page("size", report(result))]
+    if has_block(README, "size"):
+        written.append(replace_block(README, "size", readme_block(result)))
+    return written
+
+
+def summary(result: dict) -> str:
+    """The table to print."""
+    return short_table(result["models"])
+
+
+QUESTION = Question("size", __doc__, measure, summary, write_pages)
 
 
 def main() -> None:
-    codecs, missing = peers.available()
-    result = {
-        **origin("bench.size"),
-        "options": OPTIONS,
-        "codecs": {codec.name: codec.version for codec in codecs},
-        "missing": missing,
-        "models": [],
-    }
-    with tempfile.TemporaryDirectory() as folder:
-        for path in [*models(), *generate(Path(folder))]:
-            result["models"].append(measure(path, codecs))
-            print(f"{path.stem}: {result['models'][-1]['ratio']:.2f}", flush=True)
-    write_result("size", result)
-    figures.main()
-    (ROOT / "docs" / "size.md").write_text(report(result))
-    if "<!-- begin size -->" in (ROOT / "README.md").read_text():
-        replace_block(ROOT / "README.md", "size", readme_block(result))
+    QUESTION.run()
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""How fast? Encoding and decoding over size, beside the peers, on one thread and on all, with peak memory and stages.
+"""How fast? Encoding and decoding over size beside the peers, on one thread and all; peak memory.
 
-python -m bench.speed: writes bench/results/speed.json, docs/speed.md and docs/speed.png. The series is generated; bunny and dragon, and
-decoding of the paper's models, are measured too where GLTF_MESHLET_MODELS has them. Peers that are not installed are named in the page
-(see bench/peers.py).
+Writes docs/speed.md and docs/speed.png. The series of models is generated; bunny and dragon, and
+decoding of the paper's models, are added if they are in the models' folder. The page names the
+peers that are missing (see bench/peers.py).
 """
 
 from __future__ import annotations
@@ -26,17 +26,19 @@ import numpy as np
 
 from bench import peers
 from bench.common import (
-    MODELS,
-    PAPER_MODELS,
-    ROOT,
+    DOCS,
+    Question,
     best_in_bold,
+    call_in_process,
     markdown_table,
-    origin,
     origin_line,
+    progress,
+    pyplot,
     spread,
-    write_result,
+    write_page,
 )
 from bench.generated import torus
+from bench.models import MODELS, PAPER_MODELS
 from gltf_ext import _codec
 from gltf_ext.compression.primitives import Primitive, position_ids, weld
 from gltf_ext.compression.streams import Bits, plan_primitive, position_grid
@@ -46,7 +48,8 @@ from tools import native_build
 SERIES = (10_000, 30_000, 100_000, 300_000, 1_000_000, 3_500_000)
 REAL = ("bunny", "dragon")
 REPETITIONS = 5
-LARGE, LARGE_REPETITIONS = 500_000, 3  # triangles; so that a run stays within minutes
+# Above so many triangles fewer repetitions keep the run within minutes.
+LARGE, LARGE_REPETITIONS = 500_000, 3
 OURS = "ours"
 # Names in the results of the stages that _codec.encode times.
 ENCODER_STAGES = {
@@ -118,19 +121,19 @@ def _encode_one(source: Primitive, grid, threads: int, watch: Stopwatch) -> byte
 # --- peers ---
 
 
-def peers_here() -> tuple[list, list[str]]:
-    """(the peers that are installed, a line for each that is not): Draco at its default and its fastest level, Corto, gltfpack."""
-    found, missing = [], []
-    for make in (
-        lambda: peers.Draco(7),
-        lambda: peers.Draco(0),
-        lambda: peers.Corto(("delta",)),
-        lambda: peers.Gltfpack(True),
-    ):
-        try:
-            found.append(make())
-        except peers.PeerMissing as error:
-            missing.append(str(error))
+def installed_peers() -> tuple[list, list[str]]:
+    """(the installed peers, a line for each missing one).
+
+    Draco at its default and its fastest level, Corto, gltfpack.
+    """
+    found, missing = peers.available(
+        [
+            lambda: peers.Draco(7),
+            lambda: peers.Draco(0),
+            lambda: peers.Corto(("delta",)),
+            lambda: peers.Gltfpack(True),
+        ]
+    )
     if importlib.util.find_spec("meshoptimizer") is None:
         found = [peer for peer in found if not isinstance(peer, peers.Gltfpack)]
         missing.append("meshopt-compressed glTF: decoding needs pip install --pre meshoptimizer")
@@ -138,7 +141,7 @@ def peers_here() -> tuple[list, list[str]]:
 
 
 def bare_decoder(peer, buffers: list[bytes]) -> Callable[[], object]:
-    """The peer's decoding alone, without what peers.py does to compare its results with the original."""
+    """A function that only decodes, without the conversions of peers.py."""
     if isinstance(peer, peers.Draco):
         import DracoPy
 
@@ -162,9 +165,15 @@ def _corto_decoder(buffers: list[bytes]) -> Callable[[], None]:
         counts = np.zeros(2, np.float32)
         library.DestroyDecoder(library.CreateDecoder(len(buffer), buffer, counts.ctypes.data))
         triangles, vertices = map(int, counts)
-        outputs.append([np.zeros((rows, columns), kind) for rows, columns, kind in (
-            (vertices, 3, np.float32), (triangles, 3, np.uint32), (vertices, 3, np.float32), (vertices, 4, np.float32),
-            (vertices, 2, np.float32))])  # fmt: skip
+        outputs.append(
+            [
+                np.zeros((vertices, 3), np.float32),  # positions
+                np.zeros((triangles, 3), np.uint32),
+                np.zeros((vertices, 3), np.float32),  # normals
+                np.zeros((vertices, 4), np.float32),  # colours
+                np.zeros((vertices, 2), np.float32),  # texture coordinates
+            ]
+        )
 
     def decode() -> None:
         for buffer, arrays in zip(buffers, outputs):
@@ -177,7 +186,10 @@ def _corto_decoder(buffers: list[bytes]) -> Callable[[], None]:
 
 
 def timed_encode(peer, parts: list) -> tuple[list[bytes], float]:
-    """(buffers, seconds); Corto states its own time, without reading and writing files, gltfpack is timed as the command that it is."""
+    """(buffers, seconds); gltfpack's seconds are of its whole command.
+
+    Corto's command reports its own time without reading and writing files.
+    """
     if isinstance(peer, peers.Corto):
         return peer.encode_timed(parts)
     start = time.perf_counter()
@@ -188,7 +200,32 @@ def timed_encode(peer, parts: list) -> tuple[list[bytes], float]:
 # --- one model ---
 
 
-def measure(name: str, path: Path, scratch: Path, found: list) -> dict:
+def measure(options: argparse.Namespace) -> dict:
+    """All models."""
+    found, missing = installed_peers()
+    models, paper_models = [], []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for model, path in inputs(options.largest, folder):
+            row = measure_model(model, path, folder, found)
+            models.append(row)
+            progress(f"{model}, {row['triangles']:,} triangles")
+        for model in PAPER_MODELS:
+            path = MODELS / f"{model}.glb"
+            if path.exists():
+                paper_models.append(measure_decoding(path, folder, found))
+                progress(f"{model}, decoding")
+    return {
+        "repetitions": REPETITIONS,
+        "large": {"triangles": LARGE, "repetitions": LARGE_REPETITIONS},
+        "peers": {peer.name: peer.version for peer in found},
+        "missing": missing,
+        "models": models,
+        "paper_models": paper_models,
+    }
+
+
+def measure_model(name: str, path: Path, scratch: Path, found: list) -> dict:
     """Everything about one model; the codecs take turns."""
     primitives = peers.read_primitives(path)
     parts = peers.parts_of(primitives)
@@ -209,16 +246,14 @@ def measure(name: str, path: Path, scratch: Path, found: list) -> dict:
         "encode": encoded,
         "decode": decoded,
         "one_meshlet_microseconds": spread(measured["meshlet_microseconds"]),
-        "command": _command(path, scratch, repetitions),
+        "command": measure_command(path, scratch, repetitions),
         "memory": {
             "encode": {
-                codec: _peak_memory(
-                    "encode", codec, primitives if codec == OURS else parts, scratch
-                )
+                codec: peak_memory("encode", codec, primitives if codec == OURS else parts, scratch)
                 for codec in (OURS, *_libraries(found))
             },
             "decode": {
-                codec: _peak_memory("decode", codec, buffers[codec], scratch) for codec in buffers
+                codec: peak_memory("decode", codec, buffers[codec], scratch) for codec in buffers
             },
         },
         "stages": {
@@ -232,7 +267,7 @@ def measure(name: str, path: Path, scratch: Path, found: list) -> dict:
 def _encoding(
     primitives: list[Primitive], parts: list, found: list, repetitions: int
 ) -> tuple[dict[str, dict], dict[str, dict]]:
-    """(for each codec its seconds, bytes and buffers; seconds of our encoder's stages on one thread)."""
+    """(seconds, bytes and buffers by codec; seconds of our encoder's stages on one thread)."""
     seconds: dict[str, list[float]] = {
         OURS: [],
         "all threads": [],
@@ -280,7 +315,7 @@ def _decoding(buffers: dict[str, list[bytes]], found: list, repetitions: int) ->
 
 
 def measure_decoding(path: Path, scratch: Path, found: list) -> dict:
-    """Decoding alone, of a model of the paper's Figures 8 and 9."""
+    """Only the decoding times, of a model of the paper's Figures 8 and 9."""
     primitives = peers.read_primitives(path)
     parts = peers.parts_of(primitives)
     buffers = {
@@ -306,7 +341,7 @@ def _programs() -> Path:
 
 
 def native(program: str, blobs: list[bytes], scratch: Path) -> dict:
-    """What a program of bench/native prints for the blobs."""
+    """Runs a program of bench/native on the blobs; returns the JSON that it prints."""
     files = [scratch / f"{number}.blob" for number in range(len(blobs))]
     for file, blob in zip(files, blobs):
         file.write_bytes(blob)
@@ -314,7 +349,7 @@ def native(program: str, blobs: list[bytes], scratch: Path) -> dict:
     return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
 
 
-# Run by a small process of its own: Linux counts the memory of the process that starts a program to the program's peak.
+# Started by a small process: Linux counts the memory of the starting process to a program's peak.
 LAUNCHER = """
 import resource, subprocess, sys, time
 start = time.perf_counter()
@@ -324,7 +359,7 @@ sys.exit(status)
 """
 
 
-def _command(path: Path, scratch: Path, repetitions: int) -> dict:
+def measure_command(path: Path, scratch: Path, repetitions: int) -> dict:
     """`gltf-meshlet compress` as a user runs it: seconds and peak memory of the whole process."""
     command = [
         sys.executable,
@@ -332,7 +367,7 @@ def _command(path: Path, scratch: Path, repetitions: int) -> dict:
         LAUNCHER,
         sys.executable,
         "-m",
-        "gltf_ext",
+        "gltf_meshlet",
         "compress",
         path,
         scratch / "out.glb",
@@ -351,22 +386,22 @@ def _command(path: Path, scratch: Path, repetitions: int) -> dict:
 
 
 def _libraries(found: list) -> list[str]:
-    """The peers that encode within the process that calls them; the others are commands."""
+    """The peers that encode in the calling process; the others are commands."""
     return [peer.name for peer in found if isinstance(peer, peers.Draco)]
 
 
-def _peak_memory(task: str, codec: str, given: list, scratch: Path) -> int:
-    """Bytes by which a process grows from before one encoding or decoding, its input loaded, to its peak."""
+def peak_memory(task: str, codec: str, given: list, scratch: Path) -> int:
+    """The growth of a new process in bytes, from the loaded input to the peak of one task."""
     path = scratch / "input.pickle"
     path.write_bytes(pickle.dumps(given))
-    command = [sys.executable, "-m", "bench.speed", "--child", task, codec, path]
-    return int(subprocess.run(command, check=True, stdout=subprocess.PIPE, cwd=ROOT).stdout)
+    return call_in_process("bench.speed", "peak_growth", task, codec, str(path))
 
 
-def child(task: str, codec: str, given: str) -> int:
-    """What _peak_memory measures."""
+def peak_growth(task: str, codec: str, given: str) -> int:
+    """Runs in the new process of peak_memory. given: a file of pickled input."""
     data = pickle.loads(Path(given).read_bytes())
-    peer = None if codec == OURS else next(peer for peer in peers_here()[0] if peer.name == codec)
+    installed = [] if codec == OURS else installed_peers()[0]
+    peer = next((peer for peer in installed if peer.name == codec), None)
     if task == "encode":
         run = (
             (lambda: encode_ours(data, 0, Stopwatch()))
@@ -380,14 +415,14 @@ def child(task: str, codec: str, given: str) -> int:
             else bare_decoder(peer, data)
         )
     with _growth() as grown:
-        kept = run()  # noqa: F841  what is returned counts
+        kept = run()  # noqa: F841  the returned arrays count
     return grown[0]
 
 
 @contextmanager
 def _growth() -> Iterator[list[int]]:
-    """A list that gets, at the end, the bytes from the resident size before to the peak since (Linux)."""
-    Path("/proc/self/clear_refs").write_text("5")  # the peak starts anew from here
+    """Yields a list whose item is, at the end, the peak's growth in bytes (Linux)."""
+    Path("/proc/self/clear_refs").write_text("5")  # reset the peak
     before, grown = _status("VmRSS"), [0]
     yield grown
     grown[0] = _status("VmHWM") - before
@@ -474,13 +509,30 @@ def report(result: dict) -> str:
                 f"{peak / row['triangles']:.0f}",
             ]
         )
+    decode_headings = [
+        *("model", "triangles"),
+        *("ours, native", "ours, from Python", "ours, meshlets alone, all threads"),
+    ]
+    times_headings = [
+        "model",
+        "triangles",
+        *(f"against {codec}" for codec in others),
+        "one meshlet",
+    ]
+    memory_headings = ["model", "triangles", *(f"{task}, {codec}" for task, codec in measured)]
+    command_headings = [
+        *("model", "triangles", "seconds", "million triangles per second"),
+        *("peak, MB", "bytes per triangle"),
+    ]
     build = "with AVX2" if models[0]["stages"]["decode_avx2"] else "without AVX2"
     missing = "".join(f"\nNot measured here: {line}." for line in result["missing"])
     return f"""# Speed
 
 {origin_line(result)}
-Positions 12, normals 8 + 8, texture coordinates 12 bits for all. Medians of {result["repetitions"]} runs
-({result["large"]["repetitions"]} above {result["large"]["triangles"]:,} triangles) in which the codecs take turns; the JSON file has the lowest and
+Positions 12, normals 8 + 8, texture coordinates 12 bits for all. Medians of \
+{result["repetitions"]} runs
+({result["large"]["repetitions"]} above {result["large"]["triangles"]:,} triangles) in which the \
+codecs take turns; the JSON file has the lowest and
 highest too. Models called torus are generated.
 Peers: {_versions(result)}.{missing}
 
@@ -488,26 +540,34 @@ Peers: {_versions(result)}.{missing}
 
 ## Decoding, million triangles per second
 
-To float arrays, all attributes, on one thread. Native: the C++ call, into memory allocated before; from Python: with numpy arrays as
-result, as the peers give them (Corto: into arrays allocated before; meshopt: integers, as they are drawn). All threads: every
-meshlet decoded on its own, without the others that it shares vertices with, by {result["machine"]["cores"]} threads: the way of a
+To float arrays, all attributes, on one thread. Native: the C++ call, into memory allocated \
+before; from Python: with numpy arrays as
+result, as the peers give them (Corto: into arrays allocated before; meshopt: integers, as they \
+are drawn). All threads: every
+meshlet decoded on its own, without the others that it shares vertices with, by \
+{result["machine"]["cores"]} threads: the way of a
 renderer. The peers decode a mesh on one thread only. The fastest of each row in bold.
-Ours from Python and the peers take turns, so that their ratios within a table hold. Native, all threads, and the next table are measured
+Ours from Python and the peers take turns, so that their ratios within a table hold. Native, all \
+threads, and the next table are measured
 later, on a machine whose speed varies{_variation(result)}: they do not compare that closely.
 
-{markdown_table(["model", "triangles", "ours, native", "ours, from Python", "ours, meshlets alone, all threads", *others], decode)}
-The models of Figures 8 and 9 of [the paper](../README.md#the-paper), or what stands in for them: milliseconds, means of
+{markdown_table([*decode_headings, *others], decode)}
+The models of Figures 8 and 9 of [the paper](../README.md#the-paper), or what stands in for them: \
+milliseconds, means of
 {result["repetitions"]} runs as there, one thread.
 
 {_paper_table(result, others)}
-How many times as fast ours decodes on one thread, from Python, as each peer; below 1 the peer is faster. Last: microseconds for one
+How many times as fast ours decodes on one thread, from Python, as each peer; below 1 the peer is \
+faster. Last: microseconds for one
 meshlet by its number, in random order.
 
-{markdown_table(["model", "triangles", *(f"against {codec}" for codec in others), "one meshlet"], times)}
+{markdown_table(times_headings, times)}
 ## Encoding, million triangles per second
 
-From arrays to bytes in memory, welding and quantisation included. Corto's time is what its command states, for one of its two normal
-modes; gltfpack's is its whole command with files. All peers use one thread. The fastest of each row in bold.
+From arrays to bytes in memory, welding and quantisation included. Corto's time is what its \
+command states, for one of its two normal
+modes; gltfpack's is its whole command with files. All peers use one thread. The fastest of each \
+row in bold.
 
 {markdown_table(["model", "triangles", "ours, one thread", "ours, all threads", *others], encode)}
 Raw bytes (4 per float component and index) over encoded bytes of what was encoded:
@@ -515,15 +575,17 @@ Raw bytes (4 per float component and index) over encoded bytes of what was encod
 {markdown_table(["model", "triangles", *codecs], sizes)}
 ## Peak memory, MB
 
-What a process grows by while it encodes (ours on all threads) or decodes, its input loaded before, its result included (Corto decodes
-into arrays from before). The encoders of Corto and gltfpack are commands that load files, and are left out.
+What a process grows by while it encodes (ours on all threads) or decodes, its input loaded \
+before, its result included (Corto decodes
+into arrays from before). The encoders of Corto and gltfpack are commands that load files, and are \
+left out.
 
-{markdown_table(["model", "triangles", *(f"{task}, {codec}" for task, codec in measured)], memory)}
+{markdown_table(memory_headings, memory)}
 ## `gltf-meshlet compress` as a whole process
 
 All threads, starting and files included; peak memory of the process, and bytes of it per triangle.
 
-{markdown_table(["model", "triangles", "seconds", "million triangles per second", "peak, MB", "bytes per triangle"], command)}
+{markdown_table(command_headings, command)}
 ## Where the time goes
 
 Percent of encoding on one thread:
@@ -535,7 +597,7 @@ Percent of decoding a whole model on one thread ({build}):
 
 
 def _variation(result: dict) -> str:
-    """By how much two measurements of the same decoding differ; empty where nothing is measured twice."""
+    """How much two measurements of the same decoding differ; empty if nothing is measured twice."""
     again = {row["model"]: row["decode"] for row in result["paper_models"]}
     ratios = [
         again[row["model"]][codec][key]["median"] / of_codec[key]["median"]
@@ -546,14 +608,15 @@ def _variation(result: dict) -> str:
         if key in of_codec
     ]
     return (
-        f" (what is measured twice differs by up to {max(max(ratio, 1 / ratio) for ratio in ratios):.2f} times)"
+        " (what is measured twice differs by up to "
+        f"{max(max(ratio, 1 / ratio) for ratio in ratios):.2f} times)"
         if ratios
         else ""
     )
 
 
 def ratio(row: dict, codec: str) -> float:
-    """How many times as fast ours decodes a model as a peer, both from Python on one thread."""
+    """The speed of our decoding over a peer's, both from Python on one thread."""
     return row["decode"][codec]["seconds"]["median"] / row["decode"][OURS]["seconds"]["median"]
 
 
@@ -598,13 +661,11 @@ def _stage_table(models: list[dict], task: str) -> str:
     return markdown_table(["model", "triangles", *stages], rows)
 
 
-def save_plot(result: dict, path: Path) -> None:
-    """Seconds to encode and to decode, and peak memory of encoding, over triangles, of the generated series."""
-    from matplotlib import pyplot
-
+def save_plot(result: dict, path: Path) -> Path:
+    """Seconds and peak memory of decoding and encoding over triangles, of the generated series."""
     series = [row for row in result["models"] if row["model"] == "torus"]
     triangles = [row["triangles"] for row in series]
-    figure, axes = pyplot.subplots(1, 4, figsize=(17, 4.2), dpi=100)
+    figure, axes = pyplot().subplots(1, 4, figsize=(17, 4.2), dpi=100)
     for codec in series[0]["encode"]:
         panels = (
             [row["decode"][codec]["seconds"]["median"] for row in series],
@@ -638,11 +699,11 @@ def save_plot(result: dict, path: Path) -> None:
     figure.tight_layout(rect=(0, 0.07, 1, 1))
     figure.legend(handles, labels, frameon=False, ncols=len(labels), loc="lower center")
     figure.savefig(path)
-    pyplot.close(figure)
+    return path
 
 
 def inputs(largest: int, folder: Path) -> Iterator[tuple[str, Path]]:
-    """(name, path) of the models, each generated when it is its turn."""
+    """(name, path) of the models; each is generated just before its turn."""
     for triangles in SERIES:
         if triangles <= largest:
             path = folder / "torus.glb"
@@ -656,50 +717,34 @@ def inputs(largest: int, folder: Path) -> Iterator[tuple[str, Path]]:
             print(f"no {name}.glb: set GLTF_MESHLET_MODELS to measure it too", file=sys.stderr)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        prog="python -m bench speed", description=__doc__.splitlines()[0]
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--largest",
         type=int,
         default=max(SERIES),
-        help="leave out generated models of more triangles",
+        metavar="TRIANGLES",
+        help="skip larger generated models (default: %(default)s)",
     )
-    parser.add_argument("--child", nargs=3, help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.child:
-        print(child(*options.child))
-        return
-    found, missing = peers_here()
-    result = {
-        **origin("bench.speed", ("gltf-meshlet", "numpy", "matplotlib")),
-        "repetitions": REPETITIONS,
-        "large": {"triangles": LARGE, "repetitions": LARGE_REPETITIONS},
-        "peers": {peer.name: peer.version for peer in found},
-        "missing": missing,
-        "models": [],
-        "paper_models": [],
-    }
-    with tempfile.TemporaryDirectory() as folder:
-        for name, path in inputs(options.largest, Path(folder)):
-            start = time.perf_counter()
-            row = measure(name, path, Path(folder), found)
-            result["models"].append(row)
-            print(
-                f"{name}, {row['triangles']:,} triangles: {time.perf_counter() - start:.0f} s",
-                flush=True,
-            )
-        for name in PAPER_MODELS:
-            path = MODELS / f"{name}.glb"
-            if path.exists():
-                result["paper_models"].append(measure_decoding(path, Path(folder), found))
-                print(f"{name}, decoding", flush=True)
-    write_result("speed", result)
-    save_plot(result, ROOT / "docs" / "speed.png")
-    text = report(result)
-    (ROOT / "docs" / "speed.md").write_text(text)
-    print(text)
+
+
+def write_pages(result: dict) -> list[Path]:
+    """docs/speed.md and docs/speed.png."""
+    return [save_plot(result, DOCS / "speed.png"), write_page("speed", report(result))]
+
+
+QUESTION = Question(
+    "speed",
+    __doc__,
+    measure,
+    report,
+    write_pages,
+    packages=("gltf-meshlet", "numpy", "matplotlib"),
+    add_options=add_options,
+)
+
+
+def main() -> None:
+    QUESTION.run()
 
 
 if __name__ == "__main__":

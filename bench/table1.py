@@ -1,24 +1,34 @@
-"""The paper's Table 1: regions of the Stanford Dragon by triangles, before halving, with and without the size penalty C(N).
+"""The paper's Table 1: sizes of the Stanford Dragon's regions, with and without C(N).
 
-python -m bench.table1: writes bench/results/table1.json and docs/table1.md.
+Writes docs/table1.md. C(N) is the paper's penalty for full regions.
 """
 
 from __future__ import annotations
 
+import argparse
 import tempfile
 from pathlib import Path
 
 import gltf_ext
-from bench.common import MODELS, ROOT, markdown_table, origin, origin_line, write_result
+from bench.common import Question, markdown_table, origin_line, write_page
+from bench.models import real_model
 
-# The default aims at regions nearly full, so that the penalty has work to do; 0.68 gives about the paper's number of regions.
+# With the default, regions are nearly full and the penalty matters; 0.68 gives about the paper's
+# number of regions.
 FILLS = (None, 0.68)
 WEIGHTS = {"paper": "equation (1) with C(N)", "choe": "without C(N), as Choe et al."}
 CLAIMED = {"paper": (1276, 18474, 216, 23), "choe": (1285, 18435, 232, 38)}
 
 
-def measure(model: Path, weight: str, fill: float | None) -> dict:
-    """The histogram, and what the file made from these regions comes to."""
+def measure(options: argparse.Namespace) -> dict:
+    """All combinations of weight and fill."""
+    model = real_model("dragon")
+    rows = [measure_regions(model, weight, fill) for fill in FILLS for weight in WEIGHTS]
+    return {"claimed": CLAIMED, "rows": rows}
+
+
+def measure_regions(model: Path, weight: str, fill: float | None) -> dict:
+    """The histogram of the regions, and the number of meshlets and ratio of the finished file."""
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "out.glb"
         report = gltf_ext.compress(model, output, weight=weight, fill=fill)
@@ -32,8 +42,8 @@ def measure(model: Path, weight: str, fill: float | None) -> dict:
     }
 
 
-def report(result: dict) -> str:
-    """docs/table1.md."""
+def table(result: dict) -> str:
+    """The paper's histogram and ours."""
     rows = [
         [f"the paper's, {WEIGHTS[weight]}", *map(str, bins), "", ""]
         for weight, bins in CLAIMED.items()
@@ -48,24 +58,34 @@ def report(result: dict) -> str:
                 f"{row['ratio']:.2f}",
             ]
         )
+    headings = ["weight", "[0, 32)", "[32, 64)", "[64, 72)", "72 and more", "meshlets", "ratio"]
+    return markdown_table(headings, rows)
+
+
+def report(result: dict) -> str:
+    """docs/table1.md."""
     return f"""# Meshlets by number of triangles, before halving
 
 {origin_line(result)}
-The Stanford Dragon of 871,306 triangles, as in Table 1 of [the paper](../README.md#the-paper); Choe et al. are named there too.
-Fill is the region size that the initial centres are spread for, as a share of 64. The last two columns are
+The Stanford Dragon of 871,306 triangles, as in Table 1 of [the paper](../README.md#the-paper); \
+Choe et al. are named there too.
+Fill is the region size that the initial centres are spread for, as a share of 64. The last two \
+columns are
 for the finished file, after refinement, halving and packing.
 
-{markdown_table(["weight", "[0, 32)", "[32, 64)", "[64, 72)", "72 and more", "meshlets", "ratio"], rows)}"""
+{table(result)}"""
+
+
+def write_pages(result: dict) -> list[Path]:
+    """docs/table1.md."""
+    return [write_page("table1", report(result))]
+
+
+QUESTION = Question("table1", __doc__, measure, table, write_pages)
 
 
 def main() -> None:
-    model = MODELS / "dragon.glb"
-    if not model.exists():
-        raise SystemExit("bench: no dragon.glb; set GLTF_MESHLET_MODELS to a folder of models")
-    rows = [measure(model, weight, fill) for fill in FILLS for weight in WEIGHTS]
-    result = {**origin("bench.table1"), "claimed": CLAIMED, "rows": rows}
-    write_result("table1", result)
-    (ROOT / "docs" / "table1.md").write_text(report(result))
+    QUESTION.run()
 
 
 if __name__ == "__main__":

@@ -1,31 +1,30 @@
-"""Drawing compressed meshlets with Vulkan: frame time and memory of all paths, beside the same model uncompressed.
+"""Drawing on the GPU: frame time and memory of all paths, beside the same model uncompressed.
 
-    python -m bench.vulkan_raster MODEL.glb ...      writes bench/results/vulkan_raster.json and, with matplotlib, docs/vulkan-raster.png
+Needs a GPU and the names of models: python -m bench vulkan_raster MODEL.glb ... Writes
+docs/vulkan-raster.png.
 
-The whole model is in view. Times are the GPU's, from before the picture is cleared, and before anything is decoded, to after the last
-fragment; all paths take turns frame by frame. Without culling the fragment shader is the cheapest one that uses every attribute; with
-culling it is the lit one.
+The whole model is in view. A frame's time is the GPU's own, from clearing and decoding to the last
+fragment; all paths take turns frame by frame. Without culling the fragment shader is the cheapest
+that uses every attribute; with culling it is lit.
 """
 
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
 
-from bench.common import ROOT, markdown_table, origin, percentiles, write_result
-from bench.gpu_models import add_models, models_of, parsed
+from bench.common import DOCS, Question, markdown_table, percentiles, progress, pyplot
+from bench.models import add_model_files, check_model_files, model_files
 from gltf_ext.errors import MeshletError
 
 PATHS = ("vertex", "mesh-plain", "stream", "mesh", "mesh-only", "geometry")
 WIDTH, HEIGHT = 1920, 1080
 WARM_UP, FRAMES = 5, 40
-BAR = 0.85 / len(PATHS)  # of the plot: width of a path
-# What the project aims at without culling: this path's time over that one's, at most.
+BAR = 0.85 / len(PATHS)  # the width of a bar in the plot
+# The project's goals without culling: the largest ratio of one path's time to another's.
 TARGETS = {
     ("stream", "mesh-plain"): 1.5,
     ("stream", "vertex"): 2.0,
@@ -34,17 +33,18 @@ TARGETS = {
     ("mesh", "geometry"): 1 / 2.5,
 }
 RESIDENT_SHARE, RESIDENT_BYTES = 1.05, 65536
-ROUNDING, TIES = (
-    2,
-    1e-3,
-)  # of colours; share of the pixels in which triangles at the same depth may take turns
+ROUNDING = 2  # difference of colours that counts as equal, of 255
+TIES = 1e-3  # share of pixels that may differ: triangles at the same depth
 
 
 # --- models ---
 
 
 def vertex_bytes_with_short_indices(scene) -> int:
-    """What path vertex would take with 16-bit indices: cut into draws of at most 65,535 vertices, those on the cuts stored twice."""
+    """Bytes that path vertex would take with 16-bit indices.
+
+    The model is cut into draws of at most 65,535 vertices; vertices on the cuts are duplicated.
+    """
     vertices = triangles = 0
     for primitive in scene.primitives:
         rows, words = primitive.decoded().meshlets()
@@ -66,24 +66,54 @@ def vertex_bytes_with_short_indices(scene) -> int:
 
 
 def check_pictures(device, drawings: dict, targets) -> None:
-    """What draws another picture than the first path is not measured."""
+    """Ends the program if a path draws another picture than the first one."""
     pictures = {}
     for name, drawing in drawings.items():
         layout = targets.color.layout
         drawing.run()
         pictures[name] = targets.color.read(np.uint8, 4).astype(np.int16)
         with device.commands() as commands:
-            targets.color.to_layout(commands, layout)  # as the recorded frames find it
+            targets.color.to_layout(commands, layout)  # the layout that recorded frames expect
     first, reference = next(iter(pictures.items()))
     for name, picture in pictures.items():
         different = (np.abs(picture - reference) > ROUNDING).any(axis=2).mean()
         if different > TIES:
             raise SystemExit(
-                f"bench: {name} draws another picture than {first}: {different:.1%} of the pixels differ"
+                f"bench: {name} draws another picture than {first}: "
+                f"{different:.1%} of the pixels differ"
             )
 
 
-def measure(
+def measure(options: argparse.Namespace) -> dict:
+    """All models, with and without culling."""
+    from vk_backend.renderer import Renderer
+    from vk_backend.pipeline_statistics import capture_statistics
+    from vk_backend.ring import RING
+
+    stream = {"ring": RING if options.ring is None else options.ring, "overlap": options.overlap}
+    rows: list[dict] = []
+    with tempfile.TemporaryDirectory() as folder, Renderer(options.device) as renderer:
+        statistics = options.statistics and capture_statistics(renderer.device)
+        device = {"name": renderer.device.name, "driver": renderer.device.driver}
+        files = model_files(options, Path(folder))
+        progress(f"{device['name']}, driver {device['driver']}; models are ready")
+        for path in files:
+            for culling in (False, True):
+                rows += measure_model(
+                    renderer, path, options.paths, culling, options.frames, statistics, stream
+                )
+                progress(f"{path.stem}, culling {'on' if culling else 'off'}")
+    return {
+        "device": device,
+        "width": WIDTH,
+        "height": HEIGHT,
+        "frames": options.frames,
+        "rows": rows,
+        "ratios": ratios(rows),
+    }
+
+
+def measure_model(
     renderer,
     path: Path,
     paths: list[str],
@@ -92,12 +122,12 @@ def measure(
     statistics: bool,
     stream: dict,
 ) -> list[dict]:
-    """A row for each of `paths` that the device has. stream: `ring` and `overlap` of path stream."""
+    """A row for each of `paths` that the device supports. stream: options of path stream."""
     from vk_backend.camera import Camera
-    from vk_backend.pipeline_statistics import pipeline_statistics
+    from vk_backend.targets import Targets
     from vk_backend.renderer import TimedDrawing
     from vk_backend.scene import load_scene
-    from vk_backend.targets import Targets
+    from vk_backend.pipeline_statistics import pipeline_statistics
 
     scene = load_scene(path)
     camera = Camera.fit(scene, WIDTH, HEIGHT)
@@ -116,7 +146,7 @@ def measure(
                 **stream,
             )
         except MeshletError as error:
-            print(f"  {name} is left out: {error}", file=sys.stderr)
+            progress(f"  skips {name}: {error}")
     check_pictures(renderer.device, drawings, targets)
     times: dict[str, list[float]] = {name: [] for name in drawings}
     for frame in range(WARM_UP + frames):
@@ -159,12 +189,12 @@ def measure(
 
 
 def ratios(rows: list[dict]) -> list[dict]:
-    """Per model and culling: the targets' ratios of medians, and whether memory keeps to its limit."""
+    """Per model and culling: ratios of median times, and of memory to its limit."""
     found = []
     for key in dict.fromkeys((r["model"], r["culling"]) for r in rows):
         of = {r["path"]: r for r in rows if (r["model"], r["culling"]) == key}
         row = {"model": key[0], "culling": key[1]}
-        for (path, over), limit in TARGETS.items():
+        for path, over in TARGETS:
             if path in of and over in of:
                 row[f"{path}/{over}"] = round(
                     of[path]["milliseconds"]["median"] / of[over]["milliseconds"]["median"], 3
@@ -177,7 +207,7 @@ def ratios(rows: list[dict]) -> list[dict]:
 
 
 def table(rows: list[dict], culling: bool) -> str:
-    """Markdown: a line per model, its time and memory by each path."""
+    """A row per model: time and memory by path."""
     lines = []
     for model in dict.fromkeys(r["model"] for r in rows):
         of = {r["path"]: r for r in rows if r["model"] == model and r["culling"] == culling}
@@ -192,17 +222,10 @@ def table(rows: list[dict], culling: bool) -> str:
     return markdown_table(["model", "triangles", *(f"{p}, ms / MB" for p in PATHS)], lines)
 
 
-def plot(result: dict, output: Path) -> bool:
-    """Bars of frame times, and of memory; False where matplotlib is missing."""
-    try:
-        import matplotlib
-    except ImportError:
-        return False
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
+def save_plot(result: dict, path: Path) -> Path:
+    """Bars of frame times and of memory."""
     models = list(dict.fromkeys(r["model"] for r in result["rows"]))
-    figure, axes = pyplot.subplots(
+    figure, axes = pyplot().subplots(
         3, 1, figsize=(1.2 + 1.6 * len(models), 9), sharex=True, layout="constrained"
     )
     panels = (
@@ -211,13 +234,13 @@ def plot(result: dict, output: Path) -> bool:
         ("MB on the device", lambda r: None if r["culling"] else r["resident_bytes"] / 1e6),
     )
     for axis, (label, value) in zip(axes, panels):
-        for offset, path in enumerate(PATHS):
+        for offset, name in enumerate(PATHS):
             values = [
                 next(
                     (
                         value(r)
                         for r in result["rows"]
-                        if r["model"] == m and r["path"] == path and value(r) is not None
+                        if r["model"] == m and r["path"] == name and value(r) is not None
                     ),
                     np.nan,
                 )
@@ -227,99 +250,67 @@ def plot(result: dict, output: Path) -> bool:
                 np.arange(len(models)) + BAR * (offset - (len(PATHS) - 1) / 2),
                 values,
                 0.94 * BAR,
-                label=path,
+                label=name,
             )
         axis.set_yscale("log")
         axis.set_ylabel(label)
     axes[-1].set_xticks(np.arange(len(models)), models)
     axes[0].legend(ncols=len(PATHS), fontsize=8)
     axes[0].set_title(f"{result['device']['name']}, {WIDTH} x {HEIGHT}")
-    figure.savefig(output, dpi=110)
-    return True
+    figure.savefig(path, dpi=110)
+    return path
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        prog="python -m bench.vulkan_raster", description=__doc__.split("\n")[0]
-    )
-    add_models(parser)
+def summary(result: dict) -> str:
+    """The tables and ratios to print."""
+    tables = [
+        f"culling {'on' if culling else 'off'}\n\n{table(result['rows'], culling)}"
+        for culling in (False, True)
+    ]
+    return "\n".join([*tables, *map(str, result["ratios"])])
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    add_model_files(parser)
     parser.add_argument(
         "--paths", nargs="+", choices=PATHS, default=list(PATHS), help="(default: all)"
     )
+    parser.add_argument("--device", help="number or part of the name (default: the first GPU)")
     parser.add_argument(
-        "--device", help="its number, or a part of its name (default: the first GPU)"
-    )
-    parser.add_argument(
-        "--ring",
-        type=int,
-        metavar="N",
-        help="slots of path stream, at most (default: the renderer's)",
+        "--ring", type=int, metavar="N", help="most slots of path stream (default: the renderer's)"
     )
     parser.add_argument(
         "--overlap",
         action=argparse.BooleanOptionalAction,
-        help="path stream decodes on another queue than it draws on (default: as the renderer does)",
+        help="path stream decodes on a second queue (default: the renderer's choice)",
     )
     parser.add_argument(
         "--frames", type=int, default=FRAMES, help="timed frames of each path (default %(default)s)"
     )
     parser.add_argument(
-        "--statistics",
-        action="store_true",
-        help="keep what the driver says about registers and memory of each shader",
+        "--statistics", action="store_true", help="keep the driver's statistics of each shader"
     )
-    parser.add_argument("--no-write", action="store_true", help="print only")
-    options = parsed(parser)
-    try:
-        run(options)
-    except (MeshletError, OSError) as error:
-        sys.exit(f"bench.vulkan_raster: {error}")
 
 
-def run(options: argparse.Namespace) -> None:
-    """Measures, prints and writes."""
-    from vk_backend.pipeline_statistics import capture_statistics
-    from vk_backend.renderer import Renderer
-    from vk_backend.ring import RING
+def write_pages(result: dict) -> list[Path]:
+    """docs/vulkan-raster.png; the tables are on docs/results.md (python -m bench results_page)."""
+    return [save_plot(result, DOCS / "vulkan-raster.png")]
 
-    stream = {"ring": RING if options.ring is None else options.ring, "overlap": options.overlap}
-    rows: list[dict] = []
-    with tempfile.TemporaryDirectory() as folder, Renderer(options.device) as renderer:
-        statistics = options.statistics and capture_statistics(renderer.device)
-        device = {"name": renderer.device.name, "driver": renderer.device.driver}
-        start = time.perf_counter()
-        files = models_of(options, Path(folder))
-        print(
-            f"{device['name']}, driver {device['driver']}; models ready after {time.perf_counter() - start:.0f} s",
-            file=sys.stderr,
-        )
-        for path in files:
-            for culling in (False, True):
-                rows += measure(
-                    renderer, path, options.paths, culling, options.frames, statistics, stream
-                )
-                print(
-                    f"{path.stem}, culling {'on' if culling else 'off'}: {time.perf_counter() - start:.0f} s",
-                    file=sys.stderr,
-                    flush=True,
-                )
-    result = origin("bench.vulkan_raster", ("numpy", "vulkan"))
-    result.update(
-        device=device,
-        width=WIDTH,
-        height=HEIGHT,
-        frames=options.frames,
-        rows=rows,
-        ratios=ratios(rows),
-    )
-    for culling in (False, True):
-        print(f"culling {'on' if culling else 'off'}\n\n{table(rows, culling)}")
-    for row in result["ratios"]:
-        print(row)
-    if not options.no_write:
-        print(f"wrote {write_result('vulkan_raster', result).relative_to(ROOT)}")
-        if plot(result, ROOT / "docs" / "vulkan-raster.png"):
-            print("wrote docs/vulkan-raster.png")
+
+QUESTION = Question(
+    "vulkan_raster",
+    __doc__,
+    measure,
+    summary,
+    write_pages,
+    packages=("numpy", "vulkan"),
+    add_options=add_options,
+    check=check_model_files,
+)
+
+
+def main() -> None:
+    QUESTION.run()
 
 
 if __name__ == "__main__":

@@ -1,50 +1,50 @@
-"""Ray tracing compressed meshlets with Vulkan: time and memory over the size of the cache, beside the same model uncompressed.
+"""Ray tracing on the GPU: time and memory over the cache's size, beside the uncompressed model.
 
-    python -m bench.vulkan_raytracing MODEL.glb ...      writes bench/results/vulkan_raytracing.json and the table and plot of docs
+Needs a GPU and the names of models: python -m bench vulkan_raytracing MODEL.glb ... Writes the
+table in docs/vulkan-raytracing.md and docs/vulkan-raytracing.png.
 
-921,600 rays a frame (1280 x 720) with nothing but what they hit first, and the same with two diffuse bounces and a shadow ray at every hit.
-The camera goes round the model by half a degree a frame, a sixth of a turn, so that the cache has to follow; a frame's time is that of the
-GPU and includes choosing what the cache holds and decoding what it lacks. All configurations take turns frame by frame; those that are slow
-take fewer.
+A frame traces 921,600 camera rays (1280 x 720) to their first hit, or adds two diffuse bounces and
+a shadow ray at every hit. The camera turns around the model by half a degree a frame, a sixth of a
+turn in all, so that the cache has to follow. A frame's time is the GPU's own and includes eviction
+and decoding. All configurations take turns frame by frame; slow ones get fewer frames.
 """
 
 from __future__ import annotations
 
 import argparse
 import itertools
-import sys
 import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
 
-from bench.common import ROOT, markdown_table, origin, percentiles, replace_block, write_result
-from bench.gpu_models import add_models, models_of, parsed
+from bench.common import (
+    DOCS,
+    Question,
+    markdown_table,
+    percentiles,
+    progress,
+    pyplot,
+    replace_block,
+)
+from bench.models import add_model_files, check_model_files, model_files
 
 WIDTH, HEIGHT = 1280, 720
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
 STEP = 0.5  # degrees between frames
-WARM_UP, FRAMES = 24, 120  # a cache that has followed for a while, through a sixth of a turn
-CLOCKS = 0.7  # seconds of work before the first frames, in which the GPU comes to its clock rate
-SLOW, LEAST_FRAMES = (
-    1200,
-    12,
-)  # a configuration that has taken so many milliseconds is measured in no more frames, once it has these
+WARM_UP = 24  # untimed frames, so that the cache follows the camera
+FRAMES = 120  # timed frames
+CLOCKS = 0.7  # seconds of work before the first frame: an idle GPU has a low clock rate
+# A configuration gets no more frames once it has LEAST_FRAMES and has taken SLOW milliseconds.
+SLOW, LEAST_FRAMES = 1200, 12
 BOUNCES = (0, 2)
-TUNED = (
-    "scratch",
-    "rounds",
-    "strips",
-    "predict",
-    "bounds",
-    "paths",
-    "ahead",
-)  # parameters and options; None: what RayTracer chooses
+# Options of RayTracer that the command line can set; None keeps RayTracer's default.
+TUNED = ("scratch", "rounds", "strips", "predict", "bounds", "paths", "ahead")
 
 
 def turntable(scene, width: int, height: int, degrees: float):
-    """The default camera, turned about the vertical through the scene's centre."""
+    """The default camera, turned about the vertical axis through the scene's centre."""
     from vk_backend.camera import DEFAULT_VIEW, Camera
 
     angle = np.radians(degrees)
@@ -54,6 +54,7 @@ def turntable(scene, width: int, height: int, degrees: float):
 
 
 def configurations(options: argparse.Namespace) -> list[dict]:
+    """All combinations of path, cache size and options; rt-triangles last."""
     rows = []
     for group in options.group:
         for values in itertools.product(*(getattr(options, name) for name in TUNED)):
@@ -65,8 +66,28 @@ def configurations(options: argparse.Namespace) -> list[dict]:
     return [*rows, {"path": "rt-triangles", "cache": None, "group": None}]
 
 
-def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[dict]:
-    """Rows of one model."""
+def measure(options: argparse.Namespace) -> dict:
+    """All models in all configurations."""
+    from vk_backend.device import Device
+    from vk_backend.pipeline_statistics import capture_statistics
+
+    rows: list[dict] = []
+    with Device(options.device) as device, tempfile.TemporaryDirectory() as folder:
+        if options.statistics and not capture_statistics(device):
+            progress("the driver keeps no statistics of shaders")
+        for path in model_files(options, Path(folder)):
+            rows += measure_model(device, path, path.stem, options)
+        return {
+            "device": {"name": device.name, "driver": device.driver},
+            "width": options.width,
+            "height": options.height,
+            "frames": options.frames,
+            "rows": rows,
+        }
+
+
+def measure_model(device, path: Path, name: str, options: argparse.Namespace) -> list[dict]:
+    """The rows of one model."""
     from vk_backend.raytrace import RayTracer
     from vk_backend.scene import load_scene
 
@@ -78,7 +99,6 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
             for key in ("cache", "group", *TUNED)
             if configuration.get(key) is not None
         }
-        began = time.perf_counter()
         tracers.append(
             RayTracer(
                 device, scene, configuration["path"], samples=1, marked=options.steps, **settings
@@ -87,11 +107,7 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
         rows.append({"model": name, "triangles": scene.triangles, **configuration})
         if options.statistics:
             print_statistics(device, tracers[-1])
-        print(
-            f"{name}: {label(configuration)} set up in {time.perf_counter() - began:.1f} s",
-            file=sys.stderr,
-            flush=True,
-        )
+        progress(f"{name}: {label(configuration)} is ready")
     result = []
     cameras = [
         turntable(scene, options.width, options.height, STEP * i)
@@ -132,18 +148,17 @@ def measure(device, path: Path, name: str, options: argparse.Namespace) -> list[
 
 
 def print_statistics(device, tracer) -> None:
+    """Prints the driver's statistics of all shaders, such as registers and stack."""
     from vk_backend.pipeline_statistics import pipeline_statistics
 
     for pipeline in tracer.pipelines:
         for executable, found in pipeline_statistics(device, pipeline).items():
-            print(
-                f"  {executable}: "
-                + ", ".join(f"{name} {value:g}" for name, value in found.items()),
-                file=sys.stderr,
-            )
+            values = ", ".join(f"{name} {value:g}" for name, value in found.items())
+            progress(f"  {executable}: {values}")
 
 
 def label(row: dict) -> str:
+    """A configuration in words."""
     share = "" if row["cache"] is None else f" cache {row['cache']:.0%}"
     more = "".join(
         f" {name} {row[name]}" for name in ("group", *TUNED) if row.get(name) is not None
@@ -151,42 +166,50 @@ def label(row: dict) -> str:
     return f"{row['path']}{share}{more}"
 
 
-def print_table(rows: list[dict]) -> None:
-    for model in dict.fromkeys(r["model"] for r in rows):
+def summary(result: dict) -> str:
+    """A line per row with its ratios to rt-triangles, and the timed steps of a frame."""
+    lines = []
+    for model in dict.fromkeys(row["model"] for row in result["rows"]):
         for bounces in BOUNCES:
-            mine = [r for r in rows if r["model"] == model and r["bounces"] == bounces]
-            base = mine[-1]  # rt-triangles
-            for row in mine:
-                times, size = row["milliseconds"], sum(row["resident_bytes"].values())
-                ratio = times["median"] / base["milliseconds"]["median"]
-                memory = size / sum(base["resident_bytes"].values())
-                waiting = row.get("statistics", {}).get("waiting")
-                waits = f" waiting {' '.join(map(str, waiting))}" if waiting else ""
-                print(
-                    f"{model:14} bounces {bounces} {label(row):44} {times['median']:8.3f} ms ({times['low']:.3f} to {times['high']:.3f})"
-                    f" {ratio:6.2f}x  {size / 1e6:8.2f} MB {memory:5.2f}x{waits}"
-                )
-                if row.get("steps"):
-                    print(
-                        "  microseconds: "
-                        + ", ".join(f"{name} {1e3 * ms:.0f}" for name, ms in row["steps"].items())
-                    )
+            rows = [r for r in result["rows"] if (r["model"], r["bounces"]) == (model, bounces)]
+            base = rows[-1]  # rt-triangles
+            for row in rows:
+                lines += _row_lines(row, base)
+    return "\n".join(lines)
+
+
+def _row_lines(row: dict, base: dict) -> list[str]:
+    times = row["milliseconds"]
+    size, base_size = (sum(r["resident_bytes"].values()) for r in (row, base))
+    waiting = row.get("statistics", {}).get("waiting")
+    waits = f" waiting {' '.join(map(str, waiting))}" if waiting else ""
+    lines = [
+        f"{row['model']:14} bounces {row['bounces']} {label(row):44} "
+        f"{times['median']:8.3f} ms ({times['low']:.3f} to {times['high']:.3f}) "
+        f"{times['median'] / base['milliseconds']['median']:6.2f}x  "
+        f"{size / 1e6:8.2f} MB {size / base_size:5.2f}x{waits}"
+    ]
+    if row.get("steps"):
+        steps = ", ".join(f"{name} {1e3 * ms:.0f}" for name, ms in row["steps"].items())
+        lines.append(f"  microseconds: {steps}")
+    return lines
 
 
 def cell(row: dict, rows: list[dict]) -> str:
-    """A row's time with its spread, and as a multiple of rt-triangles and of a full cache, if there was one among the rows."""
+    """A row's time with its spread, and its ratios to rt-triangles and to a full cache."""
     others = [r for r in rows if (r["model"], r["bounces"]) == (row["model"], row["bounces"])]
     base = next(r for r in others if r["path"] == "rt-triangles")
     full = [r for r in others if r["path"] == "rt" and r["cache"] == 1]
     times, median = row["milliseconds"], row["milliseconds"]["median"]
-    text = f"{median:.3f} ({times['low']:.3f} to {times['high']:.3f}), {median / base['milliseconds']['median']:.2f}x"
+    ratio = median / base["milliseconds"]["median"]
+    text = f"{median:.3f} ({times['low']:.3f} to {times['high']:.3f}), {ratio:.2f}x"
     if row["path"] != "rt" or row["cache"] == 1 or not full:
         return text
     return f"{text}, {median / full[0]['milliseconds']['median']:.2f} of full"
 
 
-def document(result: dict) -> None:
-    """Puts the table into docs/vulkan-raytracing.md."""
+def block(result: dict) -> str:
+    """The table in docs/vulkan-raytracing.md."""
     lines = []
     for row in (r for r in result["rows"] if r["bounces"] == BOUNCES[0]):
         same = [
@@ -199,13 +222,9 @@ def document(result: dict) -> None:
         )
         size, base_size = (sum(r["resident_bytes"].values()) for r in (row, base))
         found = row.get("statistics")
-        slots = (
-            f"{found['slots'] / found['meshlets']:.0%}"
-            if found
-            else "100%"
-            if row["path"] == "rt"
-            else ""
-        )
+        slots = "100%" if row["path"] == "rt" else ""
+        if found:
+            slots = f"{found['slots'] / found['meshlets']:.0%}"
         memory = f"{size / 1e6:.2f} MB, {size / base_size:.2f}x"
         lines.append(
             [
@@ -227,27 +246,22 @@ def document(result: dict) -> None:
     )
     device = f"{result['device']['name']}, driver {result['device']['driver']}"
     size = (
-        f"{result['width']} x {result['height']} pixels, {frames}: median (10 % to 90 %), ratio to rt-triangles, and where the cache is"
-        " not full to a full one; slots: the share of the meshlets that have one, scratch included"
+        f"{result['width']} x {result['height']} pixels, {frames}: median (10 % to 90 %), "
+        "ratio to rt-triangles, and where the cache is not full to a full one; "
+        "slots: the share of the meshlets that have one, scratch included"
     )
-    text = (
+    return (
         markdown_table(headings, lines)
         + f"\n{size}. Measured by `{result['script']}` on {result['date'][:10]}, {device}.\n"
     )
-    replace_block(ROOT / "docs" / "vulkan-raytracing.md", "measurements", text)
 
 
-def plot(rows: list[dict], path: Path) -> bool:
-    """The paper's Figure 5: time over the share of meshlets in the cache. False where matplotlib is not installed."""
-    try:
-        import matplotlib
-    except ImportError:
-        return False
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+def save_plot(rows: list[dict], path: Path) -> Path:
+    """The paper's Figure 5: time over the share of meshlets in the cache."""
+    plots = pyplot()
     from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
-    figure, axes = plt.subplots(1, len(BOUNCES), figsize=(12, 4.2), layout="constrained")
+    figure, axes = plots.subplots(1, len(BOUNCES), figsize=(12, 4.2), layout="constrained")
     for axis, bounces in zip(axes, BOUNCES):
         for color, model in enumerate(dict.fromkeys(r["model"] for r in rows)):
             mine = [r for r in rows if r["model"] == model and r["bounces"] == bounces]
@@ -281,118 +295,70 @@ def plot(rows: list[dict], path: Path) -> bool:
         title_fontsize=8,
     )
     figure.savefig(path, dpi=110)
-    plt.close(figure)
-    return True
+    return path
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    add_models(parser)
-    parser.add_argument("--device", help="number or part of the name")
+def add_options(parser: argparse.ArgumentParser) -> None:
+    add_model_files(parser)
+    parser.add_argument("--device", help="number or part of the name (default: the first GPU)")
     parser.add_argument("--width", type=int, default=WIDTH)
     parser.add_argument("--height", type=int, default=HEIGHT)
     parser.add_argument(
         "--frames",
         type=int,
         default=FRAMES,
-        help="measured frames of each configuration (default %(default)s)",
-    )
-    parser.add_argument(
-        "--group", type=int, nargs="+", default=[4], help="triangles behind one box (default 4)"
-    )
-    parser.add_argument(
-        "--scratch",
-        type=float,
-        nargs="+",
-        default=[None],
-        help="slots for what paths wait for, shares of the meshlets",
-    )
-    parser.add_argument(
-        "--rounds", type=int, nargs="+", default=[None], help="how often paths that wait may go on"
-    )
-    parser.add_argument(
-        "--strips",
-        type=int,
-        nargs="+",
-        default=[None],
-        help="parts of the picture that are traced one after the other",
-    )
-    parser.add_argument(
-        "--predict",
-        type=int,
-        choices=(0, 1),
-        nargs="+",
-        default=[None],
-        help="1: meshlets near those that rays needed are decoded ahead",
-    )
-    parser.add_argument(
-        "--bounds",
-        type=int,
-        choices=(0, 1),
-        nargs="+",
-        default=[None],
-        help="0: no boxes around meshlets for paths that wait",
-    )
-    parser.add_argument(
-        "--paths",
-        type=float,
-        nargs="+",
-        default=[None],
-        help="records of paths that wait, a share of the pixels; 0: all start again",
-    )
-    parser.add_argument(
-        "--ahead",
-        type=float,
-        nargs="+",
-        default=[None],
-        help="rays that look ahead to where the camera will be, a share of the pixels",
+        help="timed frames of each configuration (default %(default)s)",
     )
     parser.add_argument(
         "--steps",
         action="store_true",
-        help="also the median time of each step of a frame, which takes a little longer",
+        help="also the median time of each step of a frame, which costs a little time",
     )
     parser.add_argument(
         "--statistics",
         action="store_true",
-        help="also what the driver tells about the shaders: registers, stack",
+        help="also the driver's statistics of the shaders: registers, stack",
     )
-    parser.add_argument(
-        "--cache",
-        type=float,
-        nargs="+",
-        default=list(SHARES),
-        help="shares of the meshlets (default %(default)s)",
-    )
-    parser.add_argument(
-        "--output",
-        default="vulkan_raytracing",
-        help="name of the result (default %(default)s); -: only print",
-    )
-    options = parsed(parser)
-    from vk_backend.device import Device
-    from vk_backend.pipeline_statistics import capture_statistics
+    _add_swept_options(parser)
 
-    rows: list[dict] = []
-    with Device(options.device) as device, tempfile.TemporaryDirectory() as folder:
-        if options.statistics and not capture_statistics(device):
-            print("the driver keeps no statistics of shaders", file=sys.stderr)
-        for model in models_of(options, Path(folder)):
-            rows += measure(device, model, model.stem, options)
-            print_table([r for r in rows if r["model"] == model.stem])
-            sys.stdout.flush()
-        result = origin("bench.vulkan_raytracing", ("numpy", "vulkan"))
-        result["device"] = {"name": device.name, "driver": device.driver}
-    result.update(
-        {"width": options.width, "height": options.height, "frames": options.frames, "rows": rows}
-    )
-    if options.output != "-":
-        write_result(options.output, result)
-        document(result)
-        if not plot(rows, ROOT / "docs" / "vulkan-raytracing.png"):
-            print("no plot: matplotlib is not installed", file=sys.stderr)
+
+def _add_swept_options(parser: argparse.ArgumentParser) -> None:
+    """Options of RayTracer; all combinations of their values are measured."""
+
+    def add(name: str, kind: type, about: str, default: tuple = (None,), **more) -> None:
+        parser.add_argument(name, type=kind, nargs="+", default=list(default), help=about, **more)
+
+    add("--cache", float, "shares of the meshlets (default %(default)s)", SHARES)
+    add("--group", int, "triangles in one box (default 4)", (4,))
+    add("--scratch", float, "slots for meshlets that paths wait for, a share of the meshlets")
+    add("--rounds", int, "how often waiting paths are resumed")
+    add("--strips", int, "parts of the picture that are traced one after the other")
+    add("--predict", int, "1: decode meshlets ahead that are near requested ones", choices=(0, 1))
+    add("--bounds", int, "0: no boxes around meshlets for waiting paths", choices=(0, 1))
+    add("--paths", float, "records of waiting paths, a share of the pixels; 0: all start again")
+    add("--ahead", float, "prefetch rays for the next camera, a share of the pixels")
+
+
+def write_pages(result: dict) -> list[Path]:
+    """The table in docs/vulkan-raytracing.md, and docs/vulkan-raytracing.png."""
+    page = replace_block(DOCS / "vulkan-raytracing.md", "measurements", block(result))
+    return [save_plot(result["rows"], DOCS / "vulkan-raytracing.png"), page]
+
+
+QUESTION = Question(
+    "vulkan_raytracing",
+    __doc__,
+    measure,
+    summary,
+    write_pages,
+    packages=("numpy", "vulkan"),
+    add_options=add_options,
+    check=check_model_files,
+)
+
+
+def main() -> None:
+    QUESTION.run()
 
 
 if __name__ == "__main__":

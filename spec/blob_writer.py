@@ -1,25 +1,31 @@
 """Writes blobs of EXT_meshlet_edgebreaker field by field, without a mesh: for tests of decoders.
 
-Nothing is checked, so that blobs can be as hostile as a test wants. ``random_blob`` makes valid blobs with random contents,
-which all decoders must decode to the same integers.
+It checks nothing, so that a test can write hostile blobs. `random_blob` makes valid blobs with
+random contents, which all decoders must decode to the same integers.
 """
 
 from __future__ import annotations
 
 import random
 import struct
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 OWNED, FOREIGN, PRIVATE = "owned", "foreign", "private"
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
 PARALLELOGRAM, MEAN, COPY, DAMPED = range(4)
 SYMBOL_CODES = {"R": 0, "E": 1, "C": 2, "L": 3, "S": 3}
+Chain = tuple[int, int, int]  # an owned reference: owner, slot, length
+Code = int | list[int]  # a Rice code 0 to 6, or fixed widths
 
 
 @dataclass
 class Stream:
+    """An entry of the stream table."""
+
     kind: int = GRID
-    components: int = 3
+    elements: int = 3
     bits: int = 12
     predictor: int = PARALLELOGRAM
     chain_base: int = 0
@@ -29,36 +35,51 @@ class Stream:
 
     def pack(self) -> bytes:
         return struct.pack(
-            "<6BH5f", self.kind, self.components, self.bits, self.predictor, self.chain_base, self.interior_base, 0, self.step,
+            "<6BH5f",
+            self.kind,
+            self.elements,
+            self.bits,
+            self.predictor,
+            self.chain_base,
+            self.interior_base,
+            0,
+            self.step,
             *self.offset,
-        )  # fmt: skip
+        )
 
 
 @dataclass
 class Reference:
+    """A reference. share: share bits of streams 1 and up; empty if all are shared."""
+
     kind: str
     length: int
     delta: int = 0
     slot: int = 0
-    share: tuple[bool, ...] = ()  # of streams 1 and up; empty: all shared
+    share: tuple[bool, ...] = ()
 
     def own(self, s: int) -> bool:
+        """True if the meshlet itself stores the run's values of stream s."""
         return self.kind != FOREIGN or (s > 0 and bool(self.share) and not self.share[s - 1])
 
 
 @dataclass
 class Meshlet:
-    """``loops`` empty means R = 0. Per stream: a code is a Rice code 0..6 or a list of widths; residuals are unsigned."""
+    """The contents of sections A to H; lists are per stream.
+
+    loops: references per loop; empty if R = 0
+    anchors: the first one as it is, the others as zigzag differences
+    chain_codes, interior_codes: a Rice code 0 to 6, or a list of fixed widths
+    chain, interior: unsigned residuals, [vertex][element]
+    """
 
     symbols: str
     loops: list[list[Reference]] = field(default_factory=list)
-    anchors: list[list[list[int]]] = field(
-        default_factory=list
-    )  # first one as is, the others as zigzag differences
+    anchors: list[list[list[int]]] = field(default_factory=list)
     anchor_widths: list[int] = field(default_factory=list)
-    chain_codes: list = field(default_factory=list)
+    chain_codes: list[Code] = field(default_factory=list)
     chain: list[list[list[int]]] = field(default_factory=list)
-    interior_codes: list = field(default_factory=list)
+    interior_codes: list[Code] = field(default_factory=list)
     interior: list[list[list[int]]] = field(default_factory=list)
 
     @property
@@ -67,7 +88,9 @@ class Meshlet:
 
 
 class BitWriter:
-    def __init__(self):
+    """Collects bit fields, least significant bit first."""
+
+    def __init__(self) -> None:
         self.bits = 0
         self.count = 0
 
@@ -75,7 +98,7 @@ class BitWriter:
         self.bits |= (value & ((1 << width) - 1)) << self.count
         self.count += width
 
-    def put_flags(self, flags) -> None:
+    def put_flags(self, flags: Iterable[bool | int]) -> None:
         for flag in flags:
             self.put(int(flag), 1)
 
@@ -86,7 +109,7 @@ class BitWriter:
         return self.bits.to_bytes((self.count + 7) // 8, "little")
 
 
-def _put_code(writer: BitWriter, code) -> None:
+def _put_code(writer: BitWriter, code: Code) -> None:
     if isinstance(code, int):
         writer.put(code, 3)
         return
@@ -95,9 +118,16 @@ def _put_code(writer: BitWriter, code) -> None:
         writer.put_width(width)
 
 
-def _put_residuals(writer: BitWriter, streams, codes, bases, residuals) -> None:
+def _put_residuals(
+    writer: BitWriter,
+    streams: list[Stream],
+    codes: list[Code],
+    bases: list[int],
+    residuals: list[list[list[int]]],
+) -> None:
+    """All low bits, then all quotients."""
     for stream, code, base, vertices in zip(streams, codes, bases, residuals):
-        widths = [base + code] * stream.components if isinstance(code, int) else code
+        widths = [base + code] * stream.elements if isinstance(code, int) else code
         for vertex in vertices:
             for u, width in zip(vertex, widths):
                 writer.put(u, width)
@@ -130,7 +160,7 @@ def meshlet_bytes(
             for loop in meshlet.loops
             for r in loop
             if r.kind == OWNED or (r.kind == PRIVATE and len(loop) > 1)
-        ]  # fmt: skip
+        ]
         length_width = max(lengths, default=0).bit_length()
         writer.put(length_width, 3)
         for length in lengths:
@@ -225,16 +255,16 @@ def write_blob(
     return header + tables + data
 
 
-# ------------------------------------------------------------------------------------------------------- random blobs
+# --- random blobs ---
 
 
 def net_growth(symbols: str) -> int:
-    """Number of boundary edges besides the root gate, of one component."""
+    """The number of boundary edges of a disk, without the root gate."""
     return sum({"E": 2, "R": 1, "L": 1, "C": -1, "S": 0}[symbol] for symbol in symbols)
 
 
 def random_disk(rng: random.Random, triangle_count: int, smallest_loop: int = 3) -> str:
-    """Random CLERS symbols of one disk, every part of which has a boundary of at least ``smallest_loop`` vertices."""
+    """Random CLERS symbols of a disk; all parts have at least `smallest_loop` boundary vertices."""
     if triangle_count == 1:
         return "E"
     if triangle_count > 2 and rng.random() < 0.25:
@@ -250,8 +280,8 @@ def random_disk(rng: random.Random, triangle_count: int, smallest_loop: int = 3)
     return rng.choice("RL") + rest
 
 
-def random_components(rng: random.Random, smallest_loop: int = 3) -> list[str]:
-    """Disks that fit into one meshlet together."""
+def random_disks(rng: random.Random, smallest_loop: int = 3) -> list[str]:
+    """Random disks that fit into one meshlet together."""
     while True:
         sizes = (
             [rng.randint(1, 64)]
@@ -266,10 +296,11 @@ def random_components(rng: random.Random, smallest_loop: int = 3) -> list[str]:
 
 
 def random_streams(rng: random.Random) -> list[Stream]:
+    """One to five streams of random kinds; the first is a grid."""
     streams = [Stream(bits=rng.randint(4, 24), predictor=rng.randint(0, 3))]
     for _ in range(rng.randint(0, 4)):
         kind = rng.randint(0, 4)
-        components = {OCT: 2, SIGN: 1}.get(kind, rng.randint(1, 4))
+        elements = {OCT: 2, SIGN: 1}.get(kind, rng.randint(1, 4))
         bits = {
             GRID: rng.randint(1, 24),
             OCT: rng.randint(2, 16),
@@ -279,16 +310,26 @@ def random_streams(rng: random.Random) -> list[Stream]:
         }[kind]
         predictor = rng.randint(0, 3) if bits <= 24 else COPY
         streams.append(
-            Stream(kind, components, bits, predictor, rng.randint(0, 25), rng.randint(0, 25))
+            Stream(kind, elements, bits, predictor, rng.randint(0, 25), rng.randint(0, 25))
         )
     return streams
 
 
-def _random_loop(rng, length, m, slots, stream_count, chains) -> list[Reference]:
-    """Splits a loop of ``length`` edges at random. ``chains`` holds (owner, slot, length) of all owned references so far."""
+def _random_loop(
+    rng: random.Random,
+    length: int,
+    m: int,
+    slots: int,
+    stream_count: int,
+    chains: list[Chain],
+) -> list[Reference]:
+    """Splits a loop of `length` edges of meshlet m into random references.
+
+    slots: owned references of the meshlet so far; chains: those of all meshlets, which grow.
+    """
     loop = []
     while length:
-        same_meshlet = rng.random() < 0.05  # more would wind most corners beyond eight hops
+        same_meshlet = rng.random() < 0.05  # with more, most corners would take over eight hops
         fitting = [
             chain
             for chain in chains
@@ -313,26 +354,28 @@ def _random_loop(rng, length, m, slots, stream_count, chains) -> list[Reference]
     return loop
 
 
-def _random_residuals(rng, stream: Stream, base: int, count: int):
-    """(code, residuals) of ``count`` vertices."""
+def _random_residuals(
+    rng: random.Random, stream: Stream, base: int, count: int
+) -> tuple[Code, list[list[int]]]:
+    """(code, residuals) of `count` vertices."""
     if rng.random() < 0.5:
         code = rng.randint(0, 6)
         return code, [
             [
                 rng.getrandbits(rng.randint(0, min(32, base + code + 4)))
-                for _ in range(stream.components)
+                for _ in range(stream.elements)
             ]
             for _ in range(count)
         ]
-    code = [rng.choice([*range(20), 32]) for _ in range(stream.components)]
-    return code, [[rng.getrandbits(width) for width in code] for _ in range(count)]
+    widths = [rng.choice([*range(20), 32]) for _ in range(stream.elements)]
+    return widths, [[rng.getrandbits(width) for width in widths] for _ in range(count)]
 
 
 def random_meshlet(
-    rng: random.Random, m: int, streams: list[Stream], chains: list[tuple[int, int, int]]
+    rng: random.Random, m: int, streams: list[Stream], chains: list[Chain]
 ) -> Meshlet:
-    """A meshlet of valid structure, whose foreign references point at ``chains``, to which it adds its own."""
-    disks = random_components(rng)
+    """A valid meshlet m without anchors. It refers to `chains` and adds its own."""
+    disks = random_disks(rng)
     meshlet = Meshlet("".join(disks))
     loop_lengths = [net_growth(disk) + 1 for disk in disks]
     if rng.random() < 0.9:
@@ -364,8 +407,20 @@ def random_meshlet(
     return meshlet
 
 
-def corners(meshlet: Meshlet):
-    """(before, j) for each corner j: the references that meet there. Loops of private references when R = 0."""
+class Corner(NamedTuple):
+    """Corner j: the references that end and start there, and whether they own a stream's values.
+
+    With R = 0 each loop is one private reference.
+    """
+
+    before: int
+    j: int
+    own_before: Callable[[int], bool]
+    own: Callable[[int], bool]
+
+
+def corners(meshlet: Meshlet) -> Iterator[Corner]:
+    """The corners of a meshlet in order."""
     loops = meshlet.loops or [
         [Reference(PRIVATE, 1)]
         for _ in range(meshlet.symbols.count("E") - meshlet.symbols.count("S"))
@@ -373,17 +428,17 @@ def corners(meshlet: Meshlet):
     first = 0
     for loop in loops:
         for i in range(len(loop)):
-            yield first + (i - 1) % len(loop), first + i, loop[i - 1].own, loop[i].own
+            yield Corner(first + (i - 1) % len(loop), first + i, loop[i - 1].own, loop[i].own)
         first += len(loop)
 
 
 def shared_corners(meshlets: list[Meshlet], s: int) -> dict[tuple[int, int], tuple[int, int]]:
-    """(meshlet, corner) -> one representative of all corners that references make equal in stream ``s``."""
+    """(meshlet, corner) -> a representative of all corners with the same value in stream s."""
     parent = {
         (m, j): (m, j) for m, meshlet in enumerate(meshlets) for _, j, _, _ in corners(meshlet)
     }
 
-    def find(corner):
+    def find(corner: tuple[int, int]) -> tuple[int, int]:
         while parent[corner] != corner:
             corner = parent[corner]
         return corner
@@ -410,7 +465,7 @@ def _set_random_anchors(rng: random.Random, streams: list[Stream], meshlets: lis
         values = {
             name: [
                 (near + rng.getrandbits(spread)) % (1 << stream.bits)
-                for _ in range(stream.components)
+                for _ in range(stream.elements)
             ]
             for name in set(names.values())
         }
@@ -434,9 +489,12 @@ def _set_random_anchors(rng: random.Random, streams: list[Stream], meshlets: lis
 
 
 def random_blob(rng: random.Random, meshlet_count: int, vertex_count: int = 3) -> bytes:
-    """A valid blob, except that corners may take too many hops; its header claims ``vertex_count`` vertices (only decoding tells)."""
+    """A random blob, valid except for corners with too many hops and the vertex count.
+
+    The number of vertices follows only from decoding; the header gets `vertex_count`.
+    """
     streams = random_streams(rng)
-    chains: list[tuple[int, int, int]] = []
+    chains: list[Chain] = []
     meshlets = [random_meshlet(rng, m, streams, chains) for m in range(meshlet_count)]
     _set_random_anchors(rng, streams, meshlets)
     return write_blob(streams, meshlets, vertex_count)

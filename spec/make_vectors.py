@@ -2,9 +2,9 @@
 
     python -m spec.make_vectors
 
-``valid_NAME.bin`` is a blob and ``valid_NAME.json`` what it decodes to; ``malformed_NAME.bin`` has to be refused, for the reason
-in ``malformed.json``. Most blobs come from the encoder; a few, marked as hand-made, from ``blob_writer``, because no encoder
-would write them. Every decoder has to agree on all of them.
+valid_NAME.bin is a blob and valid_NAME.json its decoded triangles and integers. Decoders must
+refuse malformed_NAME.bin; malformed.json has the reasons. Most blobs come from the encoder.
+The hand-made ones come from blob_writer, because no encoder would write them.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ EXAMPLE_BEGIN = "<!-- worked example: begin -->\n"
 EXAMPLE_END = "<!-- worked example: end -->\n"
 
 
-# ------------------------------------------------------------------------------------------------------ encoded meshes
+# --- encoded meshes ---
 
 
 def position_stream(bits: int = 12, predictor: int = -1) -> dict:
@@ -68,7 +68,10 @@ def stream(kind: int, components: int, bits: int, predictor: int = -1) -> dict:
 
 
 def encode(triangles, positions, streams=None, values=(), max_triangles: int = 64) -> bytes:
-    """Encodes integer positions [V, 3], which vertices may share, and the values of further streams."""
+    """Encodes integer positions [V, 3] and the values of further streams.
+
+    Vertices may have equal positions.
+    """
     positions = np.asarray(positions, np.uint32)
     _, position_ids = np.unique(positions, axis=0, return_inverse=True)
     blob, _ = _codec.encode(
@@ -122,7 +125,7 @@ def worked_example() -> bytes:
 
 
 def tube(columns: int, rows: int):
-    """A tube whose first and last column of vertices coincide in position but not in texture coordinate."""
+    """A tube whose first and last column share positions, but not texture coordinates."""
     angle = 2 * np.pi * (np.arange((columns + 1) * (rows + 1)) % (columns + 1) % columns) / columns
     y, x = np.divmod(np.arange((columns + 1) * (rows + 1)), columns + 1)
     positions = np.stack(
@@ -148,7 +151,8 @@ def several_components() -> bytes:
     for part in range(5):
         first = len(positions)
         triangles += [[first + v for v in t] for t in grid_triangles(part + 1, 1)]
-        positions += (grid_positions(part + 1, 1) + [0, 300 * part, 0]).tolist()
+        offset = np.array([0, 300 * part, 0])
+        positions += (grid_positions(part + 1, 1) + offset).tolist()
     return encode(triangles, positions)
 
 
@@ -190,7 +194,7 @@ def every_kind() -> bytes:
 
 
 def rice_and_fixed_codes() -> bytes:
-    """Smooth positions (Rice) beside a stream of equal, and one of large noisy values (fixed widths)."""
+    """Smooth positions (Rice codes), a constant stream and a noisy one (fixed widths)."""
     positions = grid_positions(11, 8)
     rng = random.Random(1)
     noise = np.array([[rng.getrandbits(20)] for _ in positions])
@@ -204,7 +208,10 @@ def several_groups() -> bytes:
 
 
 def awkward_topology() -> bytes:
-    """Three triangles on one edge, a vertex between two fans, a triangle twice, one with reversed winding, collapsed ones."""
+    """Non-manifold: three triangles on an edge, a vertex between two fans, and bad triangles.
+
+    One triangle occurs twice and once with reversed winding, one is collapsed.
+    """
     positions = [
         [0, 0, 0],
         [50, 0, 0],
@@ -231,25 +238,28 @@ def awkward_topology() -> bytes:
     return encode(triangles, positions)
 
 
-# ---------------------------------------------------------------------------------------------------- hand-made blobs
+# --- hand-made blobs ---
 
 
 def fixed_meshlet(symbols, loops, streams, anchors, inner, interior) -> blob_writer.Meshlet:
-    """All residuals in fixed width 6: ``anchors``, ``inner`` (of owned references), ``interior`` are counts per stream."""
+    """A meshlet with all residuals in fixed width 6.
+
+    anchors, inner (vertices in owned references) and interior are counts per stream.
+    """
     count = len(streams)
     numbers = iter(range(1, 10000))
 
     def values(n, stream, limit):
-        return [[next(numbers) % limit for _ in range(stream.components)] for _ in range(n)]
+        return [[next(numbers) % limit for _ in range(stream.elements)] for _ in range(n)]
 
     return blob_writer.Meshlet(
         symbols,
         loops,
         [values(n, s, 64) for n, s in zip(anchors, streams)],
         [6] * count,
-        [[6] * s.components for s in streams],
+        [[6] * s.elements for s in streams],
         [values(n, s, 64) for n, s in zip(inner, streams)],
-        [[6] * s.components for s in streams],
+        [[6] * s.elements for s in streams],
         [values(n, s, 64) for n, s in zip(interior, streams)],
     )
 
@@ -259,7 +269,10 @@ def reference(kind, length, delta=0, slot=0, share=()) -> blob_writer.Reference:
 
 
 def hop_chain(hops: int) -> bytes:
-    """Triangles around a vertex: each one's first edge is its predecessor's, so that corner 1 of the last is ``hops`` away."""
+    """Triangles around a vertex; each takes its first edge from the one before.
+
+    So the anchor of the last triangle's corner 1 is `hops` hops away.
+    """
     streams = [blob_writer.Stream(bits=12)]
     meshlets = [
         fixed_meshlet(
@@ -282,10 +295,13 @@ def eight_hops() -> bytes:
 
 
 def filled_hole() -> bytes:
-    """A loop of one owned reference, and a meshlet whose whole loop is that reference backwards, apart in stream 1."""
+    """A loop of one owned reference, and a meshlet whose loop is that reference backwards.
+
+    Stream 1 is not shared.
+    """
     streams = [
         blob_writer.Stream(bits=12),
-        blob_writer.Stream(bits=10, components=2, predictor=MEAN),
+        blob_writer.Stream(bits=10, elements=2, predictor=MEAN),
     ]
     meshlets = [
         fixed_meshlet("CRRE", [[reference(OWNED, 4)]], streams, [1, 1], [3, 3], [1, 1]),
@@ -297,11 +313,11 @@ def filled_hole() -> bytes:
 
 
 def extreme_codes(quotient: int = 16383) -> bytes:
-    """Rice parameter 31, width 32, quotient 16383, a width above the stream's bits, residuals that wrap."""
+    """Rice parameter 31, width 32, the largest quotient, a width above the bits, wrap-around."""
     streams = [
-        blob_writer.Stream(bits=24, components=1, interior_base=25),
-        blob_writer.Stream(bits=32, components=1, kind=INTEGER, predictor=COPY),
-        blob_writer.Stream(bits=3, components=1, kind=INTEGER, predictor=PARALLELOGRAM),
+        blob_writer.Stream(bits=24, elements=1, interior_base=25),
+        blob_writer.Stream(bits=32, elements=1, kind=INTEGER, predictor=COPY),
+        blob_writer.Stream(bits=3, elements=1, kind=INTEGER, predictor=PARALLELOGRAM),
     ]
     meshlet = blob_writer.Meshlet(
         "SEE",
@@ -330,7 +346,7 @@ def two_vertex_loop() -> bytes:
 
 
 def collapsed_by_aliases() -> bytes:
-    """A run of a boundary that meets another one of the same meshlet: each triangle has two local vertices that are one."""
+    """A meshlet that meets itself: each triangle has two local vertices that are one."""
     streams = [blob_writer.Stream(bits=8)]
     loop = [
         reference(PRIVATE, 1),
@@ -346,7 +362,7 @@ def collapsed_by_aliases() -> bytes:
 
 def redundant_masks() -> bytes:
     """A private mask of zeros, and share bits that are all one."""
-    streams = [blob_writer.Stream(bits=12), blob_writer.Stream(bits=10, components=2)]
+    streams = [blob_writer.Stream(bits=12), blob_writer.Stream(bits=10, elements=2)]
     loop = [reference(OWNED, 1), reference(OWNED, 1), reference(OWNED, 1)]
     meshlets = [
         fixed_meshlet("E", [loop], streams, [3, 3], [0, 0], [0, 0]),
@@ -361,7 +377,7 @@ def redundant_masks() -> bytes:
 
 
 def unused_bytes() -> bytes:
-    """The worked example with bytes that belong to nothing, and an offset of an element that its stream 1 lacks."""
+    """The worked example with unused bytes, and an offset of an element that stream 1 lacks."""
     blob = worked_example()
     tables = table_offsets(blob)
     begin = struct.unpack_from("<I", blob, 24)[0]
@@ -380,8 +396,8 @@ def unused_bytes() -> bytes:
 
 
 def data_within_data() -> bytes:
-    """Meshlet 1 starts at the second byte of meshlet 0, after its two planes; the bits are such that both are valid."""
-    streams = [blob_writer.Stream(bits=8, components=1)]
+    """Meshlet 1 starts at the second byte of meshlet 0, after its two planes; both are valid."""
+    streams = [blob_writer.Stream(bits=8, elements=1)]
     meshlet = blob_writer.Meshlet("E", [], [[[0b01000_111]]], [0], [], [[]], [[9]], [[[3], [6]]])
     return patch_directory(blob_writer.write_blob(streams, [meshlet, meshlet], 6), 1, 0, 17, 1)
 
@@ -402,7 +418,7 @@ def with_vertex_count(blob: bytes, count: int) -> bytes:
 
 
 def count_vertices(blob: bytes) -> int:
-    """The vertex count that the header of a blob should have. Raises ValueError when a corner takes too many hops."""
+    """The correct vertex count of a blob. Raises ValueError if a corner takes too many hops."""
     decoder = reference_decoder.Decoder(blob)
     runs: list = []
     count = 0
@@ -465,7 +481,8 @@ VALID = {
     ),
     "unused_bytes": (
         unused_bytes,
-        "hand-made: unused bytes around the meshlets' data, an offset of an element that the stream lacks",
+        "hand-made: unused bytes around the meshlets' data, "
+        "an offset of an element that the stream lacks",
     ),
     "data_within_data": (
         data_within_data,
@@ -478,7 +495,7 @@ VALID = {
 }
 
 
-# ------------------------------------------------------------------------------------------------------- fields of blobs
+# --- fields of blobs ---
 
 
 @dataclass(frozen=True)
@@ -492,7 +509,7 @@ class Field:
 
 
 def meshlet_fields(blob: bytes, m: int) -> list[Field]:
-    """The fields of meshlet ``m`` in the order of the blob, as the reference decoder reads them."""
+    """The fields of meshlet m in the order in which the reference decoder reads them."""
     fields = []
 
     class TracingReader(reference_decoder.BitReader):
@@ -510,6 +527,9 @@ def meshlet_fields(blob: bytes, m: int) -> list[Field]:
     return fields
 
 
+# The next functions return a changed copy of a blob.
+
+
 def put_bits(blob: bytes, position: int, width: int, value: int) -> bytes:
     bits = int.from_bytes(blob, "little")
     mask = ((1 << width) - 1) << position
@@ -522,7 +542,7 @@ def put_bytes(blob: bytes, at: int, form: str, value) -> bytes:
 
 
 def patch(blob: bytes, m: int, name: str, value: int, occurrence: int = 0) -> bytes:
-    """``blob`` with another value in one field of meshlet ``m``."""
+    """The blob with another value in one field of meshlet m."""
     field = [field for field in meshlet_fields(blob, m) if field.name == name][occurrence]
     return put_bits(blob, field.position, field.width, value)
 
@@ -532,26 +552,29 @@ def patch_directory(blob: bytes, m: int, position: int, width: int, value: int) 
 
 
 def table_offsets(blob: bytes) -> dict[str, int]:
-    """First bytes of the tables."""
+    """The first byte of each table."""
     stream_count = blob[5]
     meshlet_count = struct.unpack_from("<I", blob, 16)[0]
     groups = 32 + 28 * stream_count
     return {"streams": 32, "groups": groups, "directory": groups + 8 * -(-meshlet_count // 32)}
 
 
-# ---------------------------------------------------------------------------------------------------- malformed blobs
+# --- malformed blobs ---
 
 
 def symbols_only(symbols: str) -> bytes:
-    """One meshlet without references, whatever its symbols; all residuals 0."""
+    """One meshlet of the given symbols without references; all residuals are 0."""
     streams = [blob_writer.Stream()]
     meshlet = blob_writer.Meshlet(symbols, [], [[[0, 0, 0]]], [0], [], [[]], [[0, 0, 0]], [[]])
     return blob_writer.write_blob(streams, [meshlet], 3)
 
 
 def two_meshlets() -> bytes:
-    """Two components and one, with owned, foreign and private references, loop-end mask and share bits."""
-    streams = [blob_writer.Stream(), blob_writer.Stream(components=2)]
+    """Two meshlets, of two disks and one.
+
+    They have owned, foreign and private references, a loop-end mask and share bits.
+    """
+    streams = [blob_writer.Stream(), blob_writer.Stream(elements=2)]
     loops = [
         [reference(OWNED, 1), reference(PRIVATE, 2)],
         [reference(OWNED, 2), reference(PRIVATE, 1), reference(OWNED, 1)],
@@ -565,7 +588,7 @@ def two_meshlets() -> bytes:
 
 
 def unused_rice_parameter() -> bytes:
-    """A triangle whose chains have no inner vertices, but a chain code."""
+    """A triangle whose chains have a code, but no inner vertices."""
     streams = [blob_writer.Stream(chain_base=31)]
     meshlet = fixed_meshlet(
         "E",
@@ -580,14 +603,14 @@ def unused_rice_parameter() -> bytes:
 
 
 def circle() -> bytes:
-    """Four boundary edges of one meshlet, three of which claim to be the first one: corners that lead to themselves."""
+    """A meshlet with three edges that refer to its first: hops from a corner form a cycle."""
     streams = [blob_writer.Stream()]
     loop = [reference(OWNED, 1), *(reference(FOREIGN, 1) for _ in range(3))]
     return blob_writer.write_blob(streams, [fixed_meshlet("RE", [loop], streams, [0], [0], [0])], 4)
 
 
 def inconsistent() -> bytes:
-    """A closed foreign run whose owner's run is open: its one corner would have to be equal to two different ones."""
+    """A closed foreign run of an open owned run: one corner would equal two different ones."""
     streams = [blob_writer.Stream()]
     meshlets = [
         fixed_meshlet("RE", [[reference(OWNED, 3), reference(OWNED, 1)]], streams, [2], [2], [0]),
@@ -680,7 +703,7 @@ def malformed_vectors() -> dict[str, bytes]:
     }
 
 
-# ------------------------------------------------------------------------------------------------------ worked example
+# --- worked example ---
 
 SECTIONS = {
     "p0": "A",
@@ -744,9 +767,8 @@ def table_rows(blob: bytes, at: int, part: str, fields) -> list[str]:
     for form, name in fields:
         size = struct.calcsize(form)
         (value,) = struct.unpack_from("<" + form, blob, at)
-        rows.append(
-            f"| {at} | `{blob[at : at + size].hex(' ')}` | {part}: {name} | {hex(value) if name == 'magic' else value} |"
-        )
+        shown = hex(value) if name == "magic" else value
+        rows.append(f"| {at} | `{blob[at : at + size].hex(' ')}` | {part}: {name} | {shown} |")
         at += size
     return rows
 
@@ -756,17 +778,21 @@ def directory_row(blob: bytes, at: int, m: int) -> str:
     flags = [
         name for bit, name in ((29, "LOOPS"), (30, "PRIVATE"), (31, "SEAMS")) if word >> bit & 1
     ]
-    text = f"offset {word & 0x1FFFF}, T = {(word >> 17 & 63) + 1}, R = {word >> 23 & 63}, flags: {', '.join(flags) or 'none'}"
+    text = (
+        f"offset {word & 0x1FFFF}, T = {(word >> 17 & 63) + 1}, R = {word >> 23 & 63}, "
+        f"flags: {', '.join(flags) or 'none'}"
+    )
     return f"| {at} | `{blob[at : at + 4].hex(' ')}` | directory, meshlet {m} | {text} |"
 
 
 def unary_values(bits: list[int]) -> list[int]:
+    """The lengths of the runs of 0 bits before each 1 bit."""
     zeros = "".join(map(str, bits)).split("1")[:-1]
     return [len(run) for run in zeros]
 
 
 def meshlet_rows(blob: bytes, m: int) -> list[str]:
-    """One row per run of fields of the same name."""
+    """One row per run of fields with the same name."""
     runs: list[list[Field]] = []
     for field in meshlet_fields(blob, m):
         if field.width:
@@ -780,7 +806,11 @@ def meshlet_rows(blob: bytes, m: int) -> list[str]:
         section = next(
             section for prefix, section in SECTIONS.items() if first.name.startswith(prefix)
         )
-        widths = f"{first.width}" if len(run) == 1 else f"{len(run)} × {first.width}"
+        widths = (
+            f"{first.width}"
+            if len(run) == 1
+            else f"{len(run)} \N{MULTIPLICATION SIGN} {first.width}"
+        )
         if first.name.startswith("quotients"):
             values = unary_values(values)
             widths = f"{len(run)}"
@@ -790,13 +820,14 @@ def meshlet_rows(blob: bytes, m: int) -> list[str]:
         if len({field.width for field in run}) > 1:
             widths = " + ".join(str(field.width) for field in run)
         rows.append(
-            f"| {first.position >> 3} | {first.position & 7} | {widths} | {section} | {first.name} | {shown} |"
+            f"| {first.position >> 3} | {first.position & 7} | {widths} "
+            f"| {section} | {first.name} | {shown} |"
         )
     return rows
 
 
 def hops_text(decoder: reference_decoder.Decoder, m: int) -> str:
-    """The hops from each corner that meshlet ``m`` does not store. All streams take the same ones: the example has no seams."""
+    """The hops from each corner that meshlet m does not store; the same for all streams."""
     meshlet = decoder.file.meshlet(m)
     assert not meshlet.entry.has_seams
     paths = []
@@ -812,7 +843,7 @@ def hops_text(decoder: reference_decoder.Decoder, m: int) -> str:
 
 
 def local_table(blob: bytes, m: int, numbers: dict[int, int]) -> list[str]:
-    """``numbers``: local id -> vertex number."""
+    """Triangles, hops, aliases and values of meshlet m. numbers: local id -> vertex number."""
     decoder = reference_decoder.Decoder(blob)
     triangles, values = decoder.meshlet(m)
     symbols = decoder.file.meshlet(m).symbols
@@ -856,7 +887,8 @@ def worked_example_text(blob: bytes) -> str:
     offsets = table_offsets(blob)
     meshlet_count = struct.unpack_from("<I", blob, 16)[0]
     lines = [
-        f"{len(decoded.triangles)} triangles, {len(decoded.values[0])} vertices, {meshlet_count} meshlets, {len(blob)} bytes:",
+        f"{len(decoded.triangles)} triangles, {len(decoded.values[0])} vertices, "
+        f"{meshlet_count} meshlets, {len(blob)} bytes:",
         "",
         "```",
     ]
@@ -899,10 +931,11 @@ def replace_example(document: str, text: str) -> str:
     return before + EXAMPLE_BEGIN + "\n" + text + "\n" + EXAMPLE_END + rest.split(EXAMPLE_END)[1]
 
 
-# ---------------------------------------------------------------------------------------------------------------- files
+# --- files ---
 
 
 def description(blob: bytes, text: str) -> dict:
+    """The contents of a valid vector's JSON."""
     decoded = reference_decoder.decode_blob(blob)
     return {
         "description": text,
@@ -912,7 +945,7 @@ def description(blob: bytes, text: str) -> dict:
 
 
 def refusal(blob: bytes) -> str:
-    """Why the reference decoder refuses a blob."""
+    """The reference decoder's reason to refuse a blob."""
     try:
         reference_decoder.decode_blob(blob)
     except ValueError as error:

@@ -1,16 +1,17 @@
 """Reference decoder of EXT_meshlet_edgebreaker blobs, in plain Python.
 
-Written from ``spec/EXT_meshlet_edgebreaker.md`` (Appendix A) alone and meant to be read beside it: names, section letters and
-order follow the specification, and clarity comes before speed. It is the independent check of the native decoder; programs
-should use :mod:`gltf_ext._codec`.
+Written from Appendix A of spec/EXT_meshlet_edgebreaker.md alone; read it beside that text. Names,
+section letters and order are the specification's, and clarity comes before speed. It checks the
+C++ decoder and shares no code with it. Programs should use `gltf_ext` instead.
 
-Everything here works on integers. Each malformed blob raises ``ValueError`` with one sentence that says what is wrong.
+All values are integers. A malformed blob raises ValueError with one sentence that names the error.
 """
 
 from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -35,16 +36,21 @@ PARALLELOGRAM, MEAN, COPY, DAMPED = range(4)
 OWNED, FOREIGN, PRIVATE = "owned", "foreign", "private"
 
 
+Triangle = tuple[int, int, int]  # local ids a, b, v
+Value = list[int]  # the elements of one vertex in one stream
+Shares = Callable[["Reference"], bool]
+
+
 def _require(condition: bool, message: str) -> None:
     if not condition:
         raise ValueError(message)
 
 
-# ---------------------------------------------------------------------------------------------------------------- bits
+# --- bits ---
 
 
 class BitReader:
-    """Reads little-endian bit fields from ``position`` (in bits) on; nothing at or beyond ``end`` (in bits) is data."""
+    """Reads little-endian bit fields of `data` from bit `position` up to bit `end`."""
 
     def __init__(self, data: bytes, position: int, end: int):
         self.data = data
@@ -52,7 +58,7 @@ class BitReader:
         self.end = end
 
     def read(self, width: int, name: str) -> int:
-        """The next ``width`` bits, least significant bit first. ``name`` says which field this is."""
+        """The next `width` bits, least significant first. `name` is the field's, for errors."""
         stop = self.position + width
         _require(stop <= self.end, f"the field '{name}' runs past the end of the blob's data.")
         window = int.from_bytes(self.data[self.position >> 3 : (stop + 7) >> 3], "little")
@@ -61,17 +67,17 @@ class BitReader:
         return value
 
     def read_flags(self, count: int, name: str) -> list[bool]:
-        """``count`` single bits, the first one first."""
+        """The next `count` single bits."""
         bits = self.read(count, name)
         return [bool(bits >> i & 1) for i in range(count)]
 
     def read_width(self, name: str) -> int:
-        """A width of 0..30 or 32 bits in a 5-bit field, in which 31 stands for 32."""
+        """A width of 0 to 30 or 32 bits, stored in 5 bits; 31 means 32."""
         width = self.read(5, name)
         return 32 if width == 31 else width
 
     def read_unary(self, name: str) -> int:
-        """The number of zeros before the next one."""
+        """The number of 0 bits before the next 1 bit."""
         quotient = 0
         while not self.read(1, name):
             quotient += 1
@@ -84,44 +90,52 @@ def unzigzag(u: int) -> int:
     return (u >> 1) ^ -(u & 1)
 
 
-# -------------------------------------------------------------------------------------------------------- connectivity
+# --- connectivity ---
 
 
 @dataclass
-class Component:
-    """One disk: its vertices are the ids ``first .. end - 1``, its triangles ``triangle_begin .. triangle_end - 1``."""
+class Disk:
+    """A connected component of a meshlet's triangles.
+
+    Its vertices are the local ids first to end - 1, its triangles triangle_begin to
+    triangle_end - 1. loop: the boundary vertices, from the root gate's b to its a.
+    """
 
     first: int
     end: int
     triangle_begin: int
     triangle_end: int
-    loop: list[int]  # boundary vertices, from the root gate's b to its a
+    loop: list[int]
 
 
 @dataclass
 class Connectivity:
-    """Triangles (a, b, v) with gate a -> b and apex v; ``opposite[t]`` is the vertex beyond t's gate, None at a root."""
+    """Triangles (a, b, v) with gate a -> b and apex v, in the order of their symbols.
 
-    triangles: list[tuple[int, int, int]]
+    opposite[t] is the vertex on the other side of triangle t's gate, None at a root.
+    """
+
+    triangles: list[Triangle]
     opposite: list[int | None]
-    components: list[Component]
+    disks: list[Disk]
     vertex_count: int
 
 
 def decode_serial(symbols: str) -> Connectivity:
-    """Decoder B: the serial decoder, with stacks where the specification has bit masks.
+    """The serial decoder, with lists where the specification has bit masks.
 
-    ``symbols``: one of C, L, E, R, S per triangle. Raises ValueError when they do not describe disks.
+    symbols: one of C, L, E, R, S per triangle. Raises ValueError if they do not describe disks.
     """
     apex = [0] * len(symbols)
-    stack: list[int] = []  # vertices not popped yet; what remains at the end is the boundary
+    stack: list[int] = []  # vertices not popped yet; at the end they are the boundary
     pending: list[int] = []  # triangles that wait for the end of their right part
-    firsts: list[int] = []  # per component: the root gate's b,
-    roots: list[int] = []  # its a
-    begins: list[int] = []  # and its first triangle
+    # Per disk: the root gate's b, the root gate's a, the first triangle.
+    firsts: list[int] = []
+    roots: list[int] = []
+    begins: list[int] = []
     vertex_count = 0
     t = 0
-    fresh = True  # a new component starts; otherwise the left part of an S
+    fresh = True  # the next symbol starts a disk; otherwise it starts the left part of an S
 
     def push() -> int:
         nonlocal vertex_count
@@ -155,7 +169,7 @@ def decode_serial(symbols: str) -> Connectivity:
                 stack.pop()
             elif symbols[u] == "L":
                 push()
-            else:  # S: its right part is done, its left part comes next
+            else:  # S: the right part is done, the left part comes next
                 fresh = False
                 break
         if fresh:
@@ -165,20 +179,29 @@ def decode_serial(symbols: str) -> Connectivity:
     return _assemble(symbols, apex, stack, firsts, roots, begins, vertex_count)
 
 
-def _assemble(symbols, apex, boundary, firsts, roots, begins, vertex_count) -> Connectivity:
-    """Second pass of decoder B: gates from apices."""
-    first_ends = firsts[1:] + [vertex_count]
-    triangle_ends = begins[1:] + [len(symbols)]
-    components = [
-        Component(first, end, begin, triangle_end, [v for v in boundary if first <= v < end])
+def _assemble(
+    symbols: str,
+    apex: list[int],
+    boundary: list[int],
+    firsts: list[int],
+    roots: list[int],
+    begins: list[int],
+    vertex_count: int,
+) -> Connectivity:
+    """The second pass of the serial decoder: finds the gates from the apices."""
+    first_ends = [*firsts[1:], vertex_count]
+    triangle_ends = [*begins[1:], len(symbols)]
+    disks = [
+        Disk(first, end, begin, triangle_end, [v for v in boundary if first <= v < end])
         for first, end, begin, triangle_end in zip(firsts, first_ends, begins, triangle_ends)
     ]
-    triangles: list[tuple[int, int, int]] = []
+    triangles: list[Triangle] = []
     opposite: list[int | None] = []
-    for component, root in zip(components, roots):
-        a, b, o = root, component.first, None
+    for disk, root in zip(disks, roots):
+        a, b = root, disk.first
+        o: int | None = None
         splits: list[int] = []
-        for t in range(component.triangle_begin, component.triangle_end):
+        for t in range(disk.triangle_begin, disk.triangle_end):
             v = apex[t]
             _require(
                 len({a, b, v}) == 3, "the CLERS symbols make a triangle with a repeated vertex."
@@ -194,14 +217,14 @@ def _assemble(symbols, apex, boundary, firsts, roots, begins, vertex_count) -> C
                     splits.append(t)
             elif splits:  # E: continue with the left part of the last S
                 a, o, b = triangles[splits.pop()]
-    return Connectivity(triangles, opposite, components, vertex_count)
+    return Connectivity(triangles, opposite, disks, vertex_count)
 
 
-def decode_parallel(symbols: str) -> list[tuple[int, int, int]]:
-    """Decoder D: each triangle on its own, in O(1), after a few shared tables. Same triangles as :func:`decode_serial`.
+def decode_parallel(symbols: str) -> list[Triangle]:
+    """The parallel decoder: one thread per triangle, after a few shared tables.
 
-    ``symbols`` must be valid (``decode_serial`` accepts them). On a GPU every list comprehension here is one step of all threads,
-    every prefix is a population count of a mask or a scan.
+    symbols must be valid; the triangles are those of `decode_serial`. On a GPU each comprehension
+    is one step of all threads, and each prefix sum is a population count of a mask or a scan.
     """
     count = len(symbols)
     threads = range(count)
@@ -211,20 +234,20 @@ def decode_parallel(symbols: str) -> list[tuple[int, int, int]]:
 
     disk_count = before(count, "E") - before(count, "S")
     depth = [before(t, "S") - before(t, "E") + disk_count for t in range(count + 1)]
-    # 1. closing[t]: the E that closes the part which triangle t opens
+    # 1. closing[t]: the E that closes the part that triangle t opens
     level: dict[int, list[int]] = {}
     for t in threads:
         if symbols[t] == "E":
             level.setdefault(depth[t + 1], []).append(t)
     closing = [next(q for q in level[depth[t] - 1] if q >= t) for t in threads]
-    # a component ends where the depth falls below all before it
+    # a disk ends at the first E that takes the depth below all earlier values
     ends = [level[k][0] for k in range(disk_count)]
     # 2. C and L are written to the string when their right part closes: count them at the closing E
     late = [0] * count
     for t in threads:
         if symbols[t] in "CL":
             late[closing[t]] += 1
-    # 3. where the part of t starts and ends in the string of + and -, and where its apex stands
+    # 3. the part of t starts, ends and has its apex at these positions of the string of + and -
     start = [
         before(t, "R")
         + 2 * before(t, "E")
@@ -241,7 +264,7 @@ def decode_parallel(symbols: str) -> list[tuple[int, int, int]]:
             middle.append(end[t] - 1)
         else:
             middle.append(start[t] + closing[t + 1] - t + 1)
-    # 4. the string: - where a C ends, + elsewhere; and the height of each +
+    # 4. the string: - at the end of a C, + elsewhere; and the height of each +
     length = max(end) + 1
     pops = {end[t] for t in threads if symbols[t] == "C"}
     popped = [sum(p <= j for p in pops) for j in range(length)]
@@ -255,15 +278,18 @@ def decode_parallel(symbols: str) -> list[tuple[int, int, int]]:
     return [(vertex(end[t]), vertex(start[t]), vertex(middle[t])) for t in threads]
 
 
-# ------------------------------------------------------------------------------------------------------------ the blob
+# --- the blob ---
 
 
 @dataclass
 class Stream:
-    """One entry of the stream table: ``components`` integers of ``bits`` bits per vertex and how to read them as values."""
+    """One entry of the stream table: an attribute with 1 to 4 elements of `bits` bits per vertex.
+
+    elements: the field "components" of the stream table.
+    """
 
     kind: int
-    components: int
+    elements: int
     bits: int
     predictor: int
     chain_base: int
@@ -278,7 +304,7 @@ class Stream:
 
 @dataclass
 class Entry:
-    """What the directory and the group table say about one meshlet."""
+    """The directory entry of one meshlet, with its group's fields."""
 
     position: int  # first bit of its data
     triangle_count: int
@@ -292,7 +318,7 @@ class Entry:
 
 @dataclass
 class Blob:
-    """A decoded blob: ``triangles`` uint32[T, 3] and, per stream, ``values`` uint32[V, components]."""
+    """A decoded blob: triangles uint32[T, 3] and, per stream, values uint32[V, elements]."""
 
     triangles: np.ndarray
     values: list[np.ndarray]
@@ -371,12 +397,12 @@ class BlobFile:
 
     def _stream(self, index: int) -> Stream:
         at = HEADER_BYTES + STREAM_BYTES * index
-        kind, components, bits, predictor, chain_base, interior_base, reserved, step, *offset = (
+        kind, elements, bits, predictor, chain_base, interior_base, reserved, step, *offset = (
             struct.unpack_from("<6BH5f", self.data, at)
         )
         where = f"Stream {index}"
         _require(kind <= SIGN, f"{where} has the unknown kind {kind}.")
-        _require(1 <= components <= 4, f"{where} has {components} components instead of 1 to 4.")
+        _require(1 <= elements <= 4, f"{where} has {elements} components instead of 1 to 4.")
         _require(1 <= bits <= 32, f"{where} has {bits} bits per component instead of 1 to 32.")
         _require(predictor <= DAMPED, f"{where} has the unknown predictor {predictor}.")
         _require(
@@ -396,23 +422,23 @@ class BlobFile:
             f"{where} has a step or offset that is not finite.",
         )
         _require(
-            kind != OCT or (components == 2 and 2 <= bits <= 16),
+            kind != OCT or (elements == 2 and 2 <= bits <= 16),
             f"{where} is OCT without 2 components of 2 to 16 bits.",
         )
         _require(kind != FLOAT32 or bits == 32, f"{where} is FLOAT32 without 32 bits.")
         _require(
-            kind != SIGN or (components == 1 and bits == 1),
+            kind != SIGN or (elements == 1 and bits == 1),
             f"{where} is SIGN without 1 component of 1 bit.",
         )
         return Stream(
             kind,
-            components,
+            elements,
             bits,
             predictor,
             chain_base,
             interior_base,
             step,
-            tuple(offset[:components]),
+            tuple(offset[:elements]),
         )
 
     def _group(self, index: int) -> tuple[int, int, int, int, int]:
@@ -426,7 +452,7 @@ class BlobFile:
         )
 
     def _check_directory(self) -> int:
-        """The sum of all triangle counts."""
+        """Checks the meshlets' places; returns the sum of their triangle counts."""
         triangle_count = 0
         end = self.data_offset
         for m in range(self.meshlet_count):
@@ -457,7 +483,7 @@ class BlobFile:
         )
 
     def meshlet(self, m: int) -> Meshlet:
-        """Meshlet ``m`` as far as its own data describes it (sections A to F)."""
+        """Meshlet m, as far as its own data describe it (sections A to F)."""
         if m not in self._meshlets:
             try:
                 self._meshlets[m] = Meshlet(self, m)
@@ -466,22 +492,28 @@ class BlobFile:
         return self._meshlets[m]
 
 
-# ----------------------------------------------------------------------------------------------------------- a meshlet
+# --- a meshlet ---
 
 
 @dataclass
 class Reference:
-    """A run of ``length`` boundary edges: stored here (owned), by ``slot`` of meshlet ``owner`` (foreign), or shared with none."""
+    """A run of `length` boundary edges of a meshlet's loop number `loop`.
+
+    OWNED: stored in this meshlet, for others to refer to
+    FOREIGN: stored by meshlet `owner`, as its owned reference number `slot`; share: per stream,
+    whether the values are the owner's; length is 0, because the owner stores it
+    PRIVATE: shared with no other reference
+    """
 
     kind: str
     loop: int
-    length: int | None = None  # of a foreign reference: its owner's
+    length: int = 0
     owner: int = 0
     slot: int = 0
-    share: list[bool] = field(default_factory=list)  # foreign only, per stream
+    share: list[bool] = field(default_factory=list)
 
     def shares(self, s: int) -> bool:
-        """True when the run's values of stream ``s`` are read from the owner."""
+        """True if the owner stores the run's values of stream s."""
         return self.kind == FOREIGN and self.share[s]
 
     def shares_all(self) -> bool:
@@ -490,14 +522,14 @@ class Reference:
 
 @dataclass
 class Code:
-    """How one stream's residuals of one class are stored: Rice with parameter ``k``, or fixed ``widths`` when k is None."""
+    """The code of a stream's residuals: Rice with parameter k, or fixed widths if k is None."""
 
     k: int | None
     widths: list[int]
 
 
 class Meshlet:
-    """Sections A to F of one meshlet, and where section G starts."""
+    """Sections A to F of one meshlet; `reader` stands at section G."""
 
     def __init__(self, file: BlobFile, m: int):
         self.index = m
@@ -508,7 +540,7 @@ class Meshlet:
         self.connectivity = decode_serial(self.symbols)
         self.references = self._read_references(reader)
         self.owned = [j for j, reference in enumerate(self.references) if reference.kind == OWNED]
-        self.loops = [[] for _ in self.connectivity.components]
+        self.loops: list[list[int]] = [[] for _ in self.connectivity.disks]
         for j, reference in enumerate(self.references):
             self.loops[reference.loop].append(j)
         self._read_codes(reader)
@@ -538,17 +570,14 @@ class Meshlet:
 
     def _read_references(self, reader: BitReader) -> list[Reference]:
         entry = self.entry
-        components = self.connectivity.components
+        disks = self.connectivity.disks
         count = entry.reference_count
         if count == 0:  # every loop is one private reference
             _require(
                 not (entry.has_loops or entry.has_private or entry.has_seams),
                 "a meshlet without references has a flag set.",
             )
-            return [
-                Reference(PRIVATE, loop, len(component.loop))
-                for loop, component in enumerate(components)
-            ]
+            return [Reference(PRIVATE, loop, len(disk.loop)) for loop, disk in enumerate(disks)]
         foreign = reader.read_flags(count, "foreign mask")
         last = (
             reader.read_flags(count, "loop-end mask")
@@ -558,7 +587,7 @@ class Meshlet:
         private = reader.read_flags(count, "private mask") if entry.has_private else [False] * count
         _require(last[-1], "the last reference does not end a loop.")
         _require(
-            sum(last) == len(components), "the references' loops are not as many as the components."
+            sum(last) == len(disks), "the references' loops are not as many as the components."
         )
         _require(
             not any(f and p for f, p in zip(foreign, private)),
@@ -575,7 +604,7 @@ class Meshlet:
             if reference.kind == OWNED or (reference.kind == PRIVATE and not alone):
                 reference.length = reader.read(length_width, "length - 1") + 1
             elif reference.kind == PRIVATE:
-                reference.length = len(components[reference.loop].loop)
+                reference.length = len(disks[reference.loop].loop)
         for reference in references:
             if reference.kind == FOREIGN:
                 delta = reader.read(entry.delta_width, "delta")
@@ -589,61 +618,62 @@ class Meshlet:
         return references
 
     def next(self, j: int) -> int:
-        """The reference that follows reference ``j`` in its loop."""
+        """The reference after reference j in its loop."""
         loop = self.loops[self.references[j].loop]
         return loop[(loop.index(j) + 1) % len(loop)]
 
     def previous(self, j: int) -> int:
+        """The reference before reference j in its loop."""
         loop = self.loops[self.references[j].loop]
         return loop[loop.index(j) - 1]
 
     # --- C
 
     def _read_codes(self, reader: BitReader) -> None:
-        self.chain_codes = []
-        self.interior_codes = []
+        self.chain_codes: list[Code] = []
+        self.interior_codes: list[Code] = []
         for s, stream in enumerate(self.streams):
             if self.owned:
                 self.chain_codes.append(
                     self._read_code(
-                        reader, f"chain, stream {s}", stream.chain_base, stream.components
+                        reader, f"chain, stream {s}", stream.chain_base, stream.elements
                     )
                 )
             else:
-                self.chain_codes.append(Code(None, [0] * stream.components))
+                self.chain_codes.append(Code(None, [0] * stream.elements))
             self.interior_codes.append(
                 self._read_code(
-                    reader, f"interior, stream {s}", stream.interior_base, stream.components
+                    reader, f"interior, stream {s}", stream.interior_base, stream.elements
                 )
             )
 
     @staticmethod
-    def _read_code(reader: BitReader, name: str, base: int, components: int) -> Code:
+    def _read_code(reader: BitReader, name: str, base: int, elements: int) -> Code:
         code = reader.read(3, f"code of {name}")
         if code == 7:
-            return Code(None, [reader.read_width(f"width of {name}") for _ in range(components)])
+            return Code(None, [reader.read_width(f"width of {name}") for _ in range(elements)])
         _require(base + code <= 31, "a Rice parameter is larger than 31.")
-        return Code(base + code, [base + code] * components)
+        return Code(base + code, [base + code] * elements)
 
     # --- D
 
     def stores_corner(self, j: int, s: int) -> bool:
-        """True when the corner at which reference ``j`` starts is an anchor of stream ``s``."""
+        """True if the corner at the start of reference j is an anchor of stream s."""
         return not (self.references[j].shares(s) or self.references[self.previous(j)].shares(s))
 
-    def _read_anchors(self, reader: BitReader, s: int) -> dict[int, list[int]]:
-        """Anchors of stream ``s``, by the reference that starts there."""
+    def _read_anchors(self, reader: BitReader, s: int) -> dict[int, Value]:
+        """The anchors of stream s, by the reference that starts there."""
         stream = self.streams[s]
-        components = range(stream.components)
-        anchors: dict[int, list[int]] = {}
-        first: list[int] | None = None
+        elements = range(stream.elements)
+        anchors: dict[int, Value] = {}
+        first: Value | None = None
         width = 0
         for j in range(len(self.references)):
             if not self.stores_corner(j, s):
                 continue
             if first is None:
                 first = anchors[j] = [
-                    reader.read(stream.bits, f"first anchor, stream {s}") for _ in components
+                    reader.read(stream.bits, f"first anchor, stream {s}") for _ in elements
                 ]
                 continue
             if len(anchors) == 1:
@@ -651,7 +681,7 @@ class Meshlet:
             anchors[j] = [
                 (first[c] + unzigzag(reader.read(width, f"further anchors, stream {s}")))
                 & stream.mask
-                for c in components
+                for c in elements
             ]
         return anchors
 
@@ -660,8 +690,11 @@ class Meshlet:
     @staticmethod
     def read_residuals(
         reader: BitReader, name: str, codes: list[Code], counts: list[int]
-    ) -> list[list[list[int]]]:
-        """Signed residuals [stream][vertex][component] of ``counts[s]`` vertices of each stream s: low bits, then quotients."""
+    ) -> list[list[Value]]:
+        """Signed residuals [stream][vertex][element] of counts[s] vertices of each stream s.
+
+        All low bits come first, then all quotients.
+        """
         residuals = [
             [
                 [reader.read(width, f"low bits of {name}, stream {s}") for width in code.widths]
@@ -681,11 +714,11 @@ class Meshlet:
         return residuals
 
 
-# -------------------------------------------------------------------------------------------------------------- values
+# --- values ---
 
 
 class Decoder:
-    """Values of meshlets; follows references to their owners."""
+    """Decodes the values of meshlets; follows references to their owners."""
 
     def __init__(self, data: bytes):
         self.file = BlobFile(data)
@@ -700,95 +733,98 @@ class Decoder:
         return owner, owner.owned[reference.slot]
 
     def length(self, reference: Reference) -> int:
+        """The number of edges of a reference's run."""
         if reference.kind != FOREIGN:
             return reference.length
         owner, k = self.owned_reference(reference)
         return owner.references[k].length
 
     def boundary(self, meshlet: Meshlet) -> list[list[int]]:
-        """Per reference: the local ids along it, from its first corner to its last, both included."""
+        """Per reference: the local ids along its run, with the corners at both ends."""
         runs = []
-        for component, members in zip(meshlet.connectivity.components, meshlet.loops):
+        for disk, members in zip(meshlet.connectivity.disks, meshlet.loops):
             lengths = [self.length(meshlet.references[j]) for j in members]
             _require(
-                sum(lengths) == len(component.loop),
+                sum(lengths) == len(disk.loop),
                 f"Meshlet {meshlet.index}: the references' lengths do not add up to the loop.",
             )
-            around = component.loop + component.loop[:1]
+            around = disk.loop + disk.loop[:1]
             begin = 0
             for length in lengths:
                 runs.append(around[begin : begin + length + 1])
                 begin += length
         return runs
 
-    def hop(self, meshlet: Meshlet, j: int, shares) -> tuple[Meshlet, int] | None:
-        """From the corner where reference ``j`` starts to the same corner in an adjacent owner.
+    def hop(self, meshlet: Meshlet, j: int, shares: Shares) -> tuple[Meshlet, int] | None:
+        """Steps from the corner at the start of reference j to the same corner in an owner.
 
-        ``shares(reference)`` says which references may be followed; of two, the one with the smaller owner, on a tie j itself.
-        Returns None when there is none.
+        Follows one of the two references at the corner for which shares(reference) is true: the
+        one with the smaller owner, on a tie j itself. Returns None if there is none.
         """
         candidates = [i for i in (j, meshlet.previous(j)) if shares(meshlet.references[i])]
         if not candidates:
             return None
         i = min(candidates, key=lambda i: meshlet.references[i].owner)
         owner, k = self.owned_reference(meshlet.references[i])
-        # a foreign run is the owner's run backwards: where ours starts, the owner's ends
+        # A foreign run is the owner's run backwards: the owner's ends at our start.
         return (owner, owner.next(k)) if i == j else (owner, k)
 
-    def resolve_corner(self, meshlet: Meshlet, j: int, shares) -> tuple[Meshlet, int]:
-        """The corner at the end of all hops from the corner where reference ``j`` starts."""
+    def resolve_corner(self, meshlet: Meshlet, j: int, shares: Shares) -> tuple[Meshlet, int]:
+        """Follows all hops from the corner at the start of reference j."""
         hops = 0
         here = meshlet, j
         while (there := self.hop(*here, shares)) is not None:
             hops += 1
             _require(
                 hops <= MAX_HOPS,
-                f"Meshlet {meshlet.index}: a corner is more than {MAX_HOPS} hops away from its anchor.",
+                f"Meshlet {meshlet.index}: a corner is more than {MAX_HOPS} hops away "
+                "from its anchor.",
             )
             here = there
         return here
 
-    def corner(self, meshlet: Meshlet, j: int, s: int) -> list[int]:
-        """The value of stream ``s`` at the corner where reference ``j`` starts."""
+    def corner(self, meshlet: Meshlet, j: int, s: int) -> Value:
+        """The value of stream s at the corner at the start of reference j."""
         home, k = self.resolve_corner(meshlet, j, lambda reference: reference.shares(s))
         return home.anchors[s][k]
 
     @staticmethod
-    def chain(
-        stream: Stream, start: list[int], end: list[int], residuals: list[list[int]]
-    ) -> list[list[int]]:
-        """The inner vertices of a run from ``start`` to ``end``, predicted from the chord between these corners."""
+    def chain(stream: Stream, start: Value, end: Value, residuals: list[Value]) -> list[Value]:
+        """The inner vertices of a run, predicted from the chord between its corners."""
         n = len(residuals) + 1
         values = []
         for i, residual in enumerate(residuals, start=1):
             if stream.predictor == COPY:
                 prediction = start
             else:
-                prediction = [
-                    a + ((b - a) * i + (n >> 1)) // n for a, b in zip(start, end)
-                ]  # // is floor
+                # // rounds down, also negative numbers
+                prediction = [a + ((b - a) * i + (n >> 1)) // n for a, b in zip(start, end)]
             values.append([(p + r) & stream.mask for p, r in zip(prediction, residual)])
         return values
 
     @staticmethod
-    def owned_residuals(meshlet: Meshlet, j: int, s: int) -> list[list[int]]:
-        """The residuals of the owned reference ``j``."""
+    def owned_residuals(meshlet: Meshlet, j: int, s: int) -> list[Value]:
+        """The residuals of the owned reference j in stream s."""
         begin = sum(meshlet.references[i].length - 1 for i in meshlet.owned if i < j)
         return meshlet.chain_residuals[s][begin : begin + meshlet.references[j].length - 1]
 
     def traversed(
         self, meshlet: Meshlet, runs: list[list[int]]
     ) -> list[tuple[int, int, int, int | None]]:
-        """(v, a, b, o) for each vertex v that the traversal predicts, in its order: from the gate a -> b and o beyond it."""
-        known = set()  # corners, and the inner vertices of owned and foreign references
+        """(v, a, b, o) per vertex v that the traversal predicts, in its order.
+
+        a -> b is the gate and o the vertex on its other side.
+        """
+        known: set[int] = set()  # corners, and inner vertices of owned and foreign references
         for reference, run in zip(meshlet.references, runs):
             known.update(run[:1] if reference.kind == PRIVATE else run[:-1])
         order = []
-        for component in meshlet.connectivity.components:
-            visits = [
-                (component.loop[-1], component.first, component.first, None)
-            ]  # the root's a, predicted by its b
-            for t in range(component.triangle_begin, component.triangle_end):
+        for disk in meshlet.connectivity.disks:
+            # the root gate's a is predicted by its b
+            visits: list[tuple[int, int, int, int | None]] = [
+                (disk.loop[-1], disk.first, disk.first, None)
+            ]
+            for t in range(disk.triangle_begin, disk.triangle_end):
                 a, b, v = meshlet.connectivity.triangles[t]
                 visits.append((v, a, b, meshlet.connectivity.opposite[t]))
             for visit in visits:
@@ -798,8 +834,8 @@ class Decoder:
         return order
 
     @staticmethod
-    def predict(predictor: int, a: list[int], b: list[int], o: list[int] | None) -> list[int]:
-        """The prediction beyond the gate a -> b, per component; ``o`` is None when nothing lies on the gate's other side."""
+    def predict(predictor: int, a: Value, b: Value, o: Value | None) -> Value:
+        """Predicts the apex of the gate a -> b; o: the vertex on its other side, None at a root."""
         if predictor == COPY:
             return a
         if predictor == MEAN or o is None:
@@ -808,8 +844,8 @@ class Decoder:
             return [(3 * (x + y) - 2 * z + 2) >> 2 for x, y, z in zip(a, b, o)]
         return [x + y - z for x, y, z in zip(a, b, o)]
 
-    def meshlet(self, m: int) -> tuple[list[tuple[int, int, int]], list[list[list[int]]]]:
-        """Triangles of meshlet ``m`` and its values [stream][local id][component]."""
+    def meshlet(self, m: int) -> tuple[list[Triangle], list[list[Value]]]:
+        """The triangles of meshlet m and its values [stream][local id][element]."""
         meshlet = self.file.meshlet(m)
         runs = self.boundary(meshlet)
         order = self.traversed(meshlet, runs)
@@ -829,18 +865,27 @@ class Decoder:
         ]
         return meshlet.connectivity.triangles, values
 
-    def _stream_values(self, meshlet, s, runs, seams, order, residuals) -> list[list[int]]:
+    def _stream_values(
+        self,
+        meshlet: Meshlet,
+        s: int,
+        runs: list[list[int]],
+        seams: list[int],
+        order: list[tuple[int, int, int, int | None]],
+        residuals: list[Value],
+    ) -> list[Value]:
+        """The values of stream s, [local id]. seams: foreign references that it does not share."""
         stream = meshlet.streams[s]
-        values: list[list[int]] = [[]] * meshlet.connectivity.vertex_count
+        values: list[Value] = [[]] * meshlet.connectivity.vertex_count
         rest = iter(residuals)
         for j, run in enumerate(runs):
             values[run[0]] = self.corner(meshlet, j, s)
         for j, (reference, run) in enumerate(zip(meshlet.references, runs)):
             start, end = values[run[0]], values[run[-1]]
-            inner: list[list[int]] = []
+            inner: list[Value] = []
             if reference.kind == OWNED:
                 inner = self.chain(stream, start, end, self.owned_residuals(meshlet, j, s))
-            elif reference.shares(s):  # in the owner's direction, which is the opposite of ours
+            elif reference.shares(s):  # the owner's direction is the opposite of ours
                 inner = self.chain(
                     stream, end, start, self.owned_residuals(*self.owned_reference(reference), s)
                 )[::-1]
@@ -856,11 +901,11 @@ class Decoder:
         return values
 
     def check_shared(
-        self, meshlet: Meshlet, runs: list[list[list[int]]], local: list[list[list[list[int]]]]
+        self, meshlet: Meshlet, runs: list[list[list[int]]], local: list[list[list[Value]]]
     ) -> None:
-        """Refuses a meshlet whose shared vertices have other values than their owners give them.
+        """Raises ValueError if shared vertices have other values than in their owner.
 
-        ``runs[m]`` is :meth:`boundary` and ``local[m]`` the values of meshlet m, known up to this meshlet.
+        runs[m] is `boundary` and local[m] the values of meshlet m, up to this meshlet.
         """
         for reference, run in zip(meshlet.references, runs[meshlet.index]):
             for s in range(len(meshlet.streams)):
@@ -870,13 +915,14 @@ class Decoder:
                     theirs = [local[owner.index][s][v] for v in reversed(runs[owner.index][k])]
                     _require(
                         ours == theirs,
-                        f"Meshlet {meshlet.index}: a shared vertex has other values than its owner gives it.",
+                        f"Meshlet {meshlet.index}: a shared vertex has other values "
+                        "than its owner gives it.",
                     )
 
     def alias(self, meshlet: Meshlet, runs: list[list[list[int]]]) -> dict[int, tuple[int, int]]:
-        """Local ids of ``meshlet`` that are no vertices of their own -> (meshlet, local id) of the vertex that they name.
+        """Local id -> (meshlet, local id) for each vertex that an earlier meshlet also has.
 
-        ``runs[m]`` is :meth:`boundary` of meshlet m, known up to this meshlet.
+        runs[m] is `boundary` of meshlet m, up to this meshlet.
         """
         names = {}
         for j, reference in enumerate(meshlet.references):
@@ -894,8 +940,9 @@ class Decoder:
 def decode_meshlet(data: bytes, index: int) -> tuple[np.ndarray, list[np.ndarray]]:
     """Decodes one meshlet.
 
-    Returns its triangles, uint8[t, 3] of local ids, and per stream the values of its local vertices, uint32[v, components].
-    Raises ValueError when the blob is malformed and IndexError when there is no such meshlet.
+    Returns its triangles, uint8[t, 3] of local ids, and per stream the values of its local
+    vertices, uint32[v, elements]. Raises ValueError if the blob is malformed and IndexError if it
+    has no such meshlet.
     """
     decoder = Decoder(data)
     if not 0 <= index < decoder.file.meshlet_count:
@@ -907,14 +954,14 @@ def decode_meshlet(data: bytes, index: int) -> tuple[np.ndarray, list[np.ndarray
 
 
 def decode_blob(data: bytes) -> Blob:
-    """Decodes all meshlets of a blob and joins them. Raises ValueError when the blob is malformed."""
+    """Decodes all meshlets of a blob and joins them. Raises ValueError if the blob is malformed."""
     decoder = Decoder(data)
     file = decoder.file
     triangles: list[list[int]] = []
-    values: list[list[list[int]]] = [[] for _ in file.streams]
-    local: list[list[list[list[int]]]] = []  # per meshlet: its values
-    numbers: list[list[int]] = []  # per meshlet and local id: the vertex number
-    runs: list[list[list[int]]] = []
+    values: list[list[Value]] = [[] for _ in file.streams]
+    local: list[list[list[Value]]] = []  # [meshlet][stream][local id]
+    numbers: list[list[int]] = []  # [meshlet][local id]: the vertex number
+    runs: list[list[list[int]]] = []  # [meshlet][reference]: local ids
     vertex_count = 0
     for m in range(file.meshlet_count):
         local_triangles, local_values = decoder.meshlet(m)
@@ -943,15 +990,22 @@ def decode_blob(data: bytes) -> Blob:
 
 
 def dequantise(stream: Stream, integers: np.ndarray) -> np.ndarray:
-    """Values of a stream's integers, uint32[V, components]: float32, [V, 3] for OCT; the integers themselves for INTEGER."""
+    """The values of a stream's integers, uint32[V, elements].
+
+    Returns float32[V, elements], float32[V, 3] for OCT, and the integers themselves for INTEGER.
+    """
     if stream.kind == GRID:
-        return (np.array(stream.offset) + integers * np.float64(stream.step)).astype(np.float32)
+        values: np.ndarray = np.array(stream.offset) + integers * np.float64(stream.step)
+        return values.astype(np.float32)
     if stream.kind == OCT:
         x, y = (integers / np.float64((1 << stream.bits) - 1) * 2 - 1).T
         z = 1 - np.abs(x) - np.abs(y)
         fold = np.maximum(-z, 0)
-        vectors = np.stack([x - np.copysign(fold, x), y - np.copysign(fold, y), z], axis=1)
-        return (vectors / np.linalg.norm(vectors, axis=1, keepdims=True)).astype(np.float32)
+        vectors: np.ndarray = np.stack(
+            [x - np.copysign(fold, x), y - np.copysign(fold, y), z], axis=1
+        )
+        vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
+        return vectors.astype(np.float32)
     if stream.kind == FLOAT32:
         positive = integers >= 0x80000000
         return (

@@ -1,7 +1,7 @@
 """Options and fixtures of all tests.
 
-`pytest` uses generated models and the small real ones, and skips, with a reason, when their folder is missing.
-`pytest --full` uses all of them, and fails without.
+`pytest` uses generated models and the small real ones, and skips tests, with a reason, if their
+files are missing. `pytest --full` uses all models and fails instead.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     environment.full = config.getoption("--full")
     config.addinivalue_line("markers", "full: needs large models or much time; only with --full")
+    config.addinivalue_line("markers", "missing(reason): its files are not on this machine")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -30,9 +31,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
                 test.add_marker(pytest.mark.skip(reason="only with --full (make test-full)"))
 
 
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    marker = item.get_closest_marker("missing")
+    if marker is not None:
+        environment.missing(*marker.args)
+
+
 @pytest.fixture
 def model() -> Callable[[str], Path]:
-    """A function from a model's name ("nasty/Box.glb") to its path; skips when it is not there, fails with --full."""
+    """Returns the path of a model by its name ("nasty/Box.glb"); reports it missing if it is."""
 
     def find(name: str) -> Path:
         path = environment.MODELS / name

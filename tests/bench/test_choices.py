@@ -1,23 +1,17 @@
-"""bench.choices: the committed page is what the script makes of the committed figures, and the figures are plausible."""
+"""bench.choices: costs by hand, and figures of small blobs."""
 
-import json
 import random
 from collections import Counter
 
 import pytest
 
-from bench import choices, common
+from bench import choices
 from spec import make_vectors
 
 
-def test_page_matches_its_measurements():
-    measured = json.loads((common.RESULTS / "choices.json").read_text())
-    assert measured["script"] == "bench.choices"
-    assert (common.ROOT / "docs" / "choices.md").read_text() == choices.report(measured)
-
-
 def test_costs_of_a_class_by_hand():
-    # one meshlet, two vertices of one component: width 4 for both, or Rice with k = 2: 2 low bits and unary 0 and 2
+    # One meshlet, two vertices of one element: width 4 for both,
+    # or Rice with k = 2: 2 low bits and the unary quotients 0 and 2.
     costs = choices.class_costs([[[1], [9]], []])
     assert costs["fixed"] == (3 + 5 + 2 * 4) / 2
     assert costs["rice"] == (3 + (1 + 2) + (3 + 2)) / 2
@@ -44,7 +38,8 @@ def test_measured_blobs():
 
 
 def test_sharing_boundaries_by_hand(monkeypatch):
-    # a chain of 60 bits owned by one meshlet and referred to by one other; corners of 30 bits, a third of which each meshlet stores
+    # A chain of 60 bits that one meshlet owns and another references;
+    # corners of 30 bits, of which each meshlet stores a third.
     monkeypatch.setattr(
         choices, "section_bits", lambda blob: Counter(chains=60, anchors=30, interior=1000)
     )

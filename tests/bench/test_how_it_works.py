@@ -1,4 +1,4 @@
-"""The picture of README.md's "How it works": it is drawn, its figures add up, and the committed one shows today's."""
+"""The picture "How it works": its figures add up, and the committed picture shows them."""
 
 import pytest
 from PIL import Image
@@ -20,7 +20,7 @@ def test_picture_is_drawn(drawn):
 
 
 def test_bits_add_up(drawn):
-    """The sections are all of the meshlet's bytes in the file and its directory entry; the letters take 2 or 3 bits each."""
+    """The sections are the meshlet's bytes and directory entry; a letter takes 2 or 3 bits."""
     numbers = drawn[1]
     sections, symbols = numbers["sections"], numbers["symbols"]
     file = how_it_works.compressed_model().file

@@ -1,7 +1,8 @@
-"""bench.paper_encoding: what is written decodes to the same triangles and integers, and is laid out as the paper says."""
+"""bench.paper_encoding: decodes to the same triangles and integers, in the paper's layout."""
 
 import random
 from collections import Counter
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench import paper_encoding as pe
-from bench import peers, size
-from bench.generated import torus
+from bench import peers
+from bench.generated import boxes, torus
 from gltf_ext.compression.streams import Bits
 from gltf_meshlet.demo import model as demo_model
 
@@ -95,7 +96,7 @@ def test_small_differences_of_either_sign_are_small():
 
 
 def test_layout_of_a_difference():
-    """The paper's Figure 2: flags of all components, then low blocks, then the high blocks of those that need one."""
+    """The paper's Figure 2: all flags, then the low blocks, then the needed high blocks."""
     writer = pe.BitWriter()
     pe.write_difference(writer, [0x3, 0x25, 0x0], 8, 4)
     assert writer.position == 3 + 3 * 4 + 4
@@ -123,7 +124,7 @@ def test_m_is_the_best_of_all():
 
 
 def random_disk(rng: random.Random, triangle_count: int) -> tuple[list[tuple], list[int]]:
-    """Triangles and border of a disk, grown by gluing triangles to edges and into corners of its border."""
+    """Triangles and border of a disk, grown by gluing triangles to its border."""
     triangles, border, edges, vertices = [(0, 1, 2)], [0, 1, 2], {(0, 1), (1, 2), (2, 0)}, 3
     while len(triangles) < triangle_count:
         i = rng.randrange(len(border))
@@ -196,7 +197,7 @@ def test_demo_parts_come_back(tmp_path, fill):
 
 def test_generated_models_come_back(tmp_path):
     check(parts_from_demo([torus(5000)], tmp_path))
-    encoded = check(parts_from_demo([size.boxes(30)], tmp_path))
+    encoded = check(parts_from_demo([boxes(30)], tmp_path))
     assert encoded.counts["meshlets"] == 6 * 30  # a disk for every side
 
 
@@ -215,7 +216,7 @@ TETRAHEDRON = trimesh.Trimesh(
     ],
 )
 def test_closed_surfaces_come_back(mesh):
-    """In one meshlet such a surface is cut open: both sides of a boundary are the same meshlet's."""
+    """One meshlet cuts such a surface open: both sides of a boundary belong to it."""
     check([part_from_trimesh(mesh)])
 
 
@@ -241,7 +242,7 @@ def test_triangles_that_collapse_on_the_grid_come_back():
 
 def test_boundaries_are_stored_once():
     mesh = pe.mesh_of(part_from_trimesh(trimesh.creation.icosphere(4)), BITS, 0.0)
-    edges = Counter(frozenset(edge) for run in mesh.boundaries for edge in zip(run, run[1:]))
+    edges = Counter(frozenset(edge) for run in mesh.boundaries for edge in pairwise(run))
     assert set(edges.values()) == {1}
     sides = sum(len(disk.loop) for disk in mesh.disks)
     assert sides == 2 * len(edges)  # the surface is closed: every edge of a loop has two sides
@@ -249,7 +250,7 @@ def test_boundaries_are_stored_once():
 
 
 def test_a_meshlet_that_closes_on_itself_stores_each_edge_once():
-    """A tetrahedron unfolded: its three flaps' tips are one vertex, and the loop's edges meet in pairs."""
+    """An unfolded tetrahedron: the flaps' tips are one vertex, the loop's edges meet in pairs."""
     triangles, loop = [(0, 1, 2), (1, 0, 3), (2, 1, 4), (0, 2, 5)], [0, 3, 1, 4, 2, 5]
     disk = pe.Disk(triangles, loop, [0, 1, 2, 3, 3, 3])
     boundaries = pe._boundaries([disk])
@@ -261,7 +262,7 @@ def test_a_meshlet_that_closes_on_itself_stores_each_edge_once():
 
 
 def test_meshlets_that_share_a_whole_loop_start_at_the_same_vertex():
-    """A pillow: two squares sewn together all around, with other diagonals, their loops listed from other corners."""
+    """A pillow: two squares sewn together, with different diagonals and first corners."""
     front = pe.Disk([(0, 1, 2), (0, 2, 3)], [1, 2, 3, 0], [0, 1, 2, 3])
     back = pe.Disk([(0, 3, 1), (1, 3, 2)], [2, 1, 0, 3], [0, 1, 2, 3])
     boundaries = pe._boundaries([front, back])

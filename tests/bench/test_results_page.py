@@ -1,15 +1,27 @@
-"""docs/results.md and the other pages are what their scripts make of the committed measurements."""
+"""Pages and pictures are made of the committed results; the skeleton of all measurements."""
 
 import importlib
+import json
+import re
+from pathlib import Path
 
 import pytest
 from PIL import Image
 
 from bench import __main__ as bench_main
-from bench import common, figures, results_page
+from bench import common, figures, mitsuba, results_page, size, vulkan_raytracing
 from bench.results_page import Standing
 
-PAGES = ("quality", "parameters")  # those of other questions are tested with them
+# Questions with a page of their own, and questions with a block in a page.
+PAGES = ("size", "paper", "table1", "speed", "quality", "parameters", "choices")
+BLOCKS = {
+    "mitsuba.md": lambda result: mitsuba.summary(result) + "\n" + common.origin_line(result),
+    "vulkan-raytracing.md": vulkan_raytracing.block,
+}
+README_BLOCKS = {
+    "size": lambda: size.readme_block(common.read_result("size")),
+    "results": lambda: results_page.readme_block(results_page.read_all()),
+}
 
 
 def test_page_is_what_the_script_makes():
@@ -18,20 +30,40 @@ def test_page_is_what_the_script_makes():
     )
 
 
-def test_readme_has_the_headlines():
-    readme = (common.ROOT / "README.md").read_text()
-    if "<!-- begin results -->\n" not in readme:
-        pytest.skip("README.md has no place for the results")
-    assert results_page.readme_block(results_page.read_all()) in readme
+def block_in(text: str, name: str) -> str:
+    return text.split(f"<!-- begin {name} -->\n")[1].split(f"<!-- end {name} -->")[0]
+
+
+def test_readme_shows_the_committed_results():
+    """Each block of README.md is what a script makes; an unknown block fails."""
+    readme = common.README.read_text()
+    assert "(docs/results.md" in readme
+    for name in re.findall(r"<!-- begin ([\w-]+) -->", readme):
+        assert block_in(readme, name) == README_BLOCKS[name](), f"block {name} of README.md"
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_measurement_has_its_page(name):
-    measured = common.read_result(name)
-    assert measured["script"] == f"bench.{name}"
-    assert (common.ROOT / "docs" / f"{name}.md").read_text() == importlib.import_module(
-        f"bench.{name}"
-    ).report(measured)
+def test_page_is_made_of_its_result(name):
+    result = common.read_result(name)
+    assert result["script"] == f"bench.{name}"
+    assert {"date", "commit", "machine", "versions"} <= result.keys()
+    text = (common.DOCS / f"{name}.md").read_text()
+    assert text == importlib.import_module(f"bench.{name}").report(result)
+    assert f"`python -m bench.{name}`" in text
+
+
+@pytest.mark.parametrize("page", BLOCKS)
+def test_block_is_made_of_its_result(page):
+    result = common.read_result(page.removesuffix(".md").replace("-", "_"))
+    assert block_in((common.DOCS / page).read_text(), "measurements") == BLOCKS[page](result)
+
+
+def test_block_replacement_keeps_the_rest(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("a\n<!-- begin x -->\nold\n<!-- end x -->\nb\n")
+    assert common.has_block(page, "x") and not common.has_block(page, "y")
+    common.replace_block(page, "x", "new\n")
+    assert page.read_text() == "a\n<!-- begin x -->\nnew\n<!-- end x -->\nb\n"
 
 
 def test_picture_of_figure8_is_of_these_measurements():
@@ -198,8 +230,87 @@ def test_best_of_a_row():
 
 def test_every_question_says_what_it_asks():
     questions = bench_main.questions()
-    assert {"size", "speed", "quality", "parameters", "choices", "results_page"} <= questions.keys()
-    assert all(questions.values())
+    assert {*PAGES, "mitsuba", "vulkan_decode", "results_page"} <= questions.keys()
+    assert all(line.endswith((".", "?")) for line in questions.values())
+
+
+def test_readme_of_the_folder_names_every_file():
+    readme = (common.ROOT / "bench" / "README.md").read_text()
+    for path in (common.ROOT / "bench").glob("[!_]*.py"):
+        assert f"`{path.name}`" in readme
+
+
+# --- the skeleton ---
+
+
+@pytest.fixture
+def question(tmp_path, monkeypatch):
+    """A question whose results and page lie in tmp_path, and the list of its measurements."""
+    monkeypatch.setattr(common, "ROOT", tmp_path)
+    monkeypatch.setattr(common, "RESULTS", tmp_path / "results")
+    monkeypatch.setattr(common, "DOCS", tmp_path)
+    measured = []
+
+    def measure(options):
+        measured.append(options)
+        return {"answer": options.answer}
+
+    question = common.Question(
+        "ultimate",
+        "The first line.\nThe second.",
+        measure,
+        lambda result: f"answer {result['answer']}",
+        lambda result: [common.write_page("ultimate", str(result["answer"]))],
+        add_options=lambda parser: parser.add_argument("--answer", type=int, default=42),
+        complete=lambda options: options.answer >= 0,
+    )
+    return question, measured
+
+
+def run(question, monkeypatch, *arguments):
+    monkeypatch.setattr("sys.argv", ["bench", *arguments])
+    question.run()
+
+
+def test_a_question_writes_result_and_page(question, monkeypatch, tmp_path, capsys):
+    run(question[0], monkeypatch)
+    result = json.loads((tmp_path / "results" / "ultimate.json").read_text())
+    assert result["answer"] == 42 and result["script"] == "bench.ultimate"
+    assert (tmp_path / "ultimate.md").read_text() == "42"
+    assert capsys.readouterr().out == "answer 42\n"
+
+
+@pytest.mark.parametrize("arguments", [["--no-write"], ["--answer", "-1"]])
+def test_a_part_is_only_printed(question, monkeypatch, tmp_path, arguments):
+    run(question[0], monkeypatch, *arguments)
+    assert len(question[1]) == 1 and list(tmp_path.iterdir()) == []
+
+
+def test_pages_can_be_written_without_measuring(question, monkeypatch, tmp_path):
+    common.write_result("ultimate", {"answer": 7})
+    run(question[0], monkeypatch, "--pages-only")
+    assert question[1] == [] and (tmp_path / "ultimate.md").read_text() == "7"
+
+
+def test_pages_without_a_result_are_an_error_of_one_line(question, monkeypatch):
+    with pytest.raises(SystemExit, match=r"^bench ultimate: bench/results/ultimate.json is miss"):
+        run(question[0], monkeypatch, "--pages-only")
+
+
+def test_errors_of_a_measurement_are_one_line(question, monkeypatch):
+    def fail(options):
+        raise OSError("no such file")
+
+    object.__setattr__(question[0], "measure", fail)
+    with pytest.raises(SystemExit, match=r"^bench ultimate: no such file$"):
+        run(question[0], monkeypatch)
+
+
+def test_functions_run_in_a_process_of_their_own():
+    folder = common.call_in_process("os.path", "join", "a", "b")
+    assert Path(folder) == Path("a/b")
+    with pytest.raises(SystemExit, match=r"os\.chdir failed"):
+        common.call_in_process("os", "chdir", "/no such folder")
 
 
 def test_unknown_question_is_one_line(monkeypatch, capsys):
@@ -210,6 +321,6 @@ def test_unknown_question_is_one_line(monkeypatch, capsys):
 
 def test_missing_package_is_one_line():
     with pytest.raises(
-        SystemExit, match="^bench: no-such-package is not installed; pip install no-such-package$"
+        SystemExit, match=r"^bench: no-such-package is not installed; pip install no-such-package$"
     ):
         common.origin("bench.speed", ("no-such-package",))

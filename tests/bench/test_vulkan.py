@@ -1,4 +1,4 @@
-"""What bench/vulkan_raster.py and bench/gpu_models.py compute besides times."""
+"""bench.models and bench.vulkan_raster: subdivided models, memory and ratios."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from bench import gpu_models, vulkan_raster
+from bench import models, vulkan_decode, vulkan_raster, vulkan_raytracing
 from bench.generated import torus
 from gltf_ext.compression.primitives import Primitive
 from gltf_meshlet.demo.model import write_glb
@@ -18,7 +18,7 @@ from vk_backend.scene import load_scene
 
 def test_halved_edges_make_four_triangles_on_the_same_surface():
     positions, triangles = ball(16, 10)
-    fine = gpu_models.halved(Primitive(0, 0, triangles, {"POSITION": positions}))
+    fine = models.halved(Primitive(0, 0, triangles, {"POSITION": positions}))
     points, normals = fine.attributes["POSITION"], fine.attributes["NORMAL"]
     edges = {tuple(sorted(e)) for t in triangles.tolist() for e in zip(t, t[1:] + t[:1])}
     assert fine.indices.shape == (4 * len(triangles), 3) and len(points) == len(positions) + len(
@@ -40,7 +40,7 @@ def test_models_are_compressed_and_subdivided(tmp_path):
         models=[tmp_path / "torus.glb"], subdivide=[tmp_path / "torus.glb"]
     )
     (tmp_path / "made").mkdir()
-    plain, fine = gpu_models.models_of(options, tmp_path / "made")
+    plain, fine = models.model_files(options, tmp_path / "made")
     assert [path.name for path in (plain, fine)] == ["torus.glb", "torus_x4.glb"]
     assert (
         gltf_ext.inspect(fine)["totals"]["triangles"]
@@ -48,13 +48,11 @@ def test_models_are_compressed_and_subdivided(tmp_path):
     )
 
 
-def test_a_measurement_without_models_ends_before_it_begins(monkeypatch, capsys):
-    parser = argparse.ArgumentParser()
-    gpu_models.add_models(parser)
+@pytest.mark.parametrize("module", [vulkan_decode, vulkan_raster, vulkan_raytracing])
+def test_a_measurement_without_models_ends_before_it_begins(monkeypatch, module):
     monkeypatch.setattr("sys.argv", ["bench"])
-    with pytest.raises(SystemExit) as ended:
-        gpu_models.parsed(parser)
-    assert ended.value.code == 2 and "name at least one model" in capsys.readouterr().err
+    with pytest.raises(SystemExit, match=r"^bench: name at least one model$"):
+        module.main()
 
 
 def test_short_indices_of_a_small_model_need_no_cut(tmp_path):
@@ -71,9 +69,13 @@ def test_short_indices_of_a_small_model_need_no_cut(tmp_path):
 def test_ratios_are_of_medians_in_one_run():
     def row(path, median):
         return {
-            "model": "m", "culling": False, "path": path, "milliseconds": {"median": median}, "resident_bytes": 130_000,
+            "model": "m",
+            "culling": False,
+            "path": path,
+            "milliseconds": {"median": median},
+            "resident_bytes": 130_000,
             "compressed_bytes": 100_000,
-        }  # fmt: skip
+        }
 
     rows = [row("vertex", 1.0), row("mesh-plain", 2.0), row("mesh", 3.0), row("geometry", 9.0)]
     assert vulkan_raster.ratios(rows) == [

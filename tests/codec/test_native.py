@@ -1,24 +1,20 @@
-"""The C++ programs: tests/codec/native, and a short run of the fuzz target under sanitizers."""
+"""The C++ tests in native/, and a short run of the fuzz target under sanitizers."""
 
 import subprocess
 
 import pytest
 
+from tests.helpers import environment
 from tests.helpers.environment import ROOT
-from tools import native_build
+from tests.helpers.native import program_of
 
 PROGRAMS = sorted(path.stem for path in (ROOT / "tests" / "codec" / "native").glob("*_test.cpp"))
 FEW_MUTATIONS, ALL_MUTATIONS = "10000", "100000"
 
 
 def run(option: str, program: str, *arguments: str) -> None:
-    try:
-        folder = native_build.build(option)
-    except FileNotFoundError as error:
-        pytest.skip(str(error))
-    result = subprocess.run(
-        [folder / program, *arguments], cwd=ROOT, capture_output=True, text=True, timeout=600
-    )
+    command = [program_of(option, program), *arguments]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=600)
     assert result.returncode == 0, result.stderr
 
 
@@ -27,10 +23,6 @@ def test_native(program):
     run("MESHLET_NATIVE_TESTS", program)
 
 
-def test_decoder_survives_damaged_blobs(request):
-    run(
-        "MESHLET_FUZZ",
-        "fuzz_decoder",
-        "spec/vectors",
-        ALL_MUTATIONS if request.config.getoption("--full") else FEW_MUTATIONS,
-    )
+def test_decoder_survives_damaged_blobs():
+    mutations = ALL_MUTATIONS if environment.full else FEW_MUTATIONS
+    run("MESHLET_FUZZ", "fuzz_decoder", "spec/vectors", mutations)

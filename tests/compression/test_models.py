@@ -1,13 +1,19 @@
 """Real models: floors on the ratio, and everything that is hard or broken."""
 
 import json
-import shutil
 import subprocess
 
 import pytest
 
 import gltf_ext
-from tests.helpers.environment import MODELS, NODE_MODULES, ROOT
+from tests.helpers.environment import (
+    MODELS,
+    NODE_MODULES,
+    ROOT,
+    need_npm_package,
+    need_package,
+    parameters_or_missing,
+)
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, grid_mesh
 
 SMALL_BYTES = 300_000  # of the hard models, those that are not only for --full
@@ -77,8 +83,9 @@ def test_the_hard_models_are_there():
 
 @pytest.mark.parametrize(
     "path",
-    [pytest.param(p, marks=marks(p), id=p.stem) for p in HARD]
-    or [pytest.param(None, marks=pytest.mark.skip(reason=f"no models in {MODELS}"))],
+    parameters_or_missing(
+        (pytest.param(p, marks=marks(p), id=p.stem) for p in HARD), f"no models in {MODELS}/nasty"
+    ),
 )
 @pytest.mark.parametrize(
     "options",
@@ -88,7 +95,7 @@ def test_the_hard_models_are_there():
 def test_hard_models_compress_or_are_refused(path, options, tmp_path):
     output = tmp_path / "out.glb"
     if "draco" in path.stem.lower():
-        pytest.importorskip("DracoPy")
+        need_package("DracoPy")
     if path.stem in REFUSED:
         with pytest.raises(gltf_ext.MeshletError, match=REFUSED[path.stem]):
             gltf_ext.compress(path, output, **options)
@@ -114,10 +121,7 @@ def test_hard_models_compress_or_are_refused(path, options, tmp_path):
 @pytest.fixture(scope="module")
 def khronos():
     """A function from files to {file: {"errors", "warnings"}} by the Khronos validator."""
-    if shutil.which("node") is None or not (NODE_MODULES / "gltf-validator").is_dir():
-        pytest.skip(
-            "needs node and the npm package gltf-validator (make installs it into build/node)"
-        )
+    need_npm_package("gltf-validator")
 
     def validate(files):
         command = [
@@ -172,11 +176,14 @@ def test_khronos_validator_on_shared_and_plain(khronos, tmp_path):
 
 @pytest.mark.parametrize(
     "path",
-    [
-        pytest.param(p, marks=marks(p), id=p.stem)
-        for p in HARD
-        if p.stem not in REFUSED and "draco" not in p.stem.lower()
-    ],
+    parameters_or_missing(
+        (
+            pytest.param(p, marks=marks(p), id=p.stem)
+            for p in HARD
+            if p.stem not in REFUSED and "draco" not in p.stem.lower()
+        ),
+        f"no models in {MODELS}/nasty",
+    ),
 )
 def test_khronos_validator_on_hard_models(khronos, path, tmp_path):
     assert_no_new_errors(khronos, path, tmp_path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 9: "MAT3", 16: "MAT4"}
 
 
 class Builder:
-    """Collects accessors and meshes; `write` makes a .glb or, with a .gltf name, JSON with a data: uri."""
+    """Collects accessors and meshes; `write` makes a .glb, or a .gltf with a data: URI."""
 
     def __init__(self) -> None:
         self.binary = bytearray()
@@ -72,13 +73,16 @@ class Builder:
         self,
         attributes: dict[str, np.ndarray | int],
         indices: np.ndarray | int | None = None,
-        targets=(),
-        normalized=(),
+        targets: Sequence[dict[str, np.ndarray | int]] = (),
+        normalized: Collection[str] = (),
         **more: Any,
     ) -> dict:
-        """A mesh of one primitive, which is returned; arrays become accessors, integers are accessors that exist."""
+        """Adds a mesh of one primitive and returns the primitive.
 
-        def group(arrays):
+        Arrays become accessors; integers are indices of existing accessors.
+        """
+
+        def group(arrays: dict[str, np.ndarray | int]) -> dict[str, int]:
             return {
                 name: v
                 if isinstance(v, int)
@@ -143,7 +147,8 @@ def everything(
 ) -> tuple[dict[str, np.ndarray], np.ndarray, list[dict[str, np.ndarray]]]:
     """A sheet with every kind of attribute and two morph targets: (attributes, triangles, targets).
 
-    _ID numbers the vertices and survives compression exactly, so tests can match vertices without trusting `verify`.
+    _ID numbers the vertices and survives compression exactly, so tests can match vertices without
+    trusting `verify`.
     """
     random = np.random.default_rng(seed)
     positions, triangles = grid_mesh(columns, rows)

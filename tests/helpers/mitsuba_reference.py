@@ -1,9 +1,11 @@
-"""What the Mitsuba plugin is compared with: Mitsuba's own triangle meshes of the decompressed file."""
+"""References for the Mitsuba plugin: Mitsuba's own triangle meshes of the decompressed file."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -14,8 +16,8 @@ from tests.helpers.gltf_builder import Builder, everything
 VARIANTS = ("scalar_rgb", "llvm_ad_rgb", "scalar_spectral", "llvm_ad_spectral")
 
 
-def require(variant: str):
-    """(mitsuba, mitsuba_plugin) with the variant set; skips the test, or with --full fails it, where they are missing."""
+def require(variant: str) -> tuple[ModuleType, ModuleType]:
+    """(mitsuba, mitsuba_plugin) with the variant set; reports them missing if they are."""
     try:
         import mitsuba as mi
 
@@ -31,6 +33,7 @@ def require(variant: str):
 
 
 def llvm_found() -> bool:
+    """True if Dr.Jit finds an LLVM that it can use."""
     from mitsuba_plugin import llvm
 
     return llvm.choose()
@@ -41,7 +44,7 @@ def mesh_of(
     matrix: np.ndarray | None = None,
     normals: bool = True,
     properties: dict | None = None,
-):
+) -> Any:
     """A decoded primitive as a mi.Mesh; COLOR_0's first three components become vertex_color."""
     import mitsuba as mi
 
@@ -90,7 +93,7 @@ def compressed(source: Path, folder: Path) -> tuple[Path, list[gltf_ext.Primitiv
     return target, gltf_ext.load(plain)
 
 
-def shapes_of(path: Path, primitives, **options) -> dict:
+def shapes_of(path: Path, primitives: list[gltf_ext.Primitive], **options: Any) -> dict:
     """Scene entries: one compressed shape for each primitive."""
     return {
         f"shape_{i}": {
@@ -104,7 +107,8 @@ def shapes_of(path: Path, primitives, **options) -> dict:
     }
 
 
-def meshes_of(primitives, **options) -> dict:
+def meshes_of(primitives: list[gltf_ext.Primitive], **options: Any) -> dict:
+    """Scene entries: one of Mitsuba's own meshes for each primitive."""
     return {f"shape_{i}": mesh_of(p, **options) for i, p in enumerate(primitives)}
 
 
@@ -113,7 +117,7 @@ def scene(
     integrator: dict,
     size: tuple[int, int] = (64, 64),
     spp: int = 1,
-    view=(0.3, 0.4, 1.0),
+    view: tuple[float, float, float] = (0.3, 0.4, 1.0),
     light: bool = True,
 ):
     """A scene that shows all of the shapes."""
@@ -152,14 +156,19 @@ AOVS = {
 }
 
 
-def picture(scene, **options) -> np.ndarray:
+def picture(scene: Any, **options: Any) -> np.ndarray:
+    """Renders a scene; float32[height, width, channels]."""
     import mitsuba as mi
 
     return np.array(mi.render(scene, **options))
 
 
-def sheet(folder, attributes=("POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"), name="sheet"):
-    """A compressed generated sheet and its decompressed primitives. Its normals are the surface's."""
+def sheet(
+    folder: Path,
+    attributes: tuple[str, ...] = ("POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"),
+    name: str = "sheet",
+) -> tuple[Path, list[gltf_ext.Primitive]]:
+    """A compressed sheet and its decompressed primitives. Normals are those of the surface."""
     values, triangles, _ = everything(columns=40, rows=30)
     x, y = values["POSITION"][:, 0], values["POSITION"][:, 1]
     slope = np.stack(

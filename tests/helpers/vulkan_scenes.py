@@ -1,17 +1,22 @@
-"""What the tests of the Vulkan renderer share: a device or a reason to skip, and a small scene that has a bit of everything."""
+"""For tests of the Vulkan back end: a renderer, and small compressed scenes."""
 
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pytest
 from PIL import Image
 
 import gltf_ext
 from gltf_ext.errors import MeshletError
+from tests.helpers.environment import missing
 from tests.helpers.gltf_builder import Builder, grid_mesh
+
+if TYPE_CHECKING:
+    from vk_backend.renderer import Renderer
 
 UNLIT = {"KHR_materials_unlit": {}}
 # 2 x 2 texels, opaque red, green, blue and transparent white.
@@ -20,19 +25,19 @@ TEXELS = np.array(
 )
 
 
-def require_vulkan(request: pytest.FixtureRequest) -> None:
-    """Skips, or with --full fails, where there is no package, driver or validation layer."""
+def require_vulkan() -> None:
+    """Reports a missing package, driver or validation layer."""
     try:
         from vk_backend.device import Device
 
         Device(validation=True).close()
     except MeshletError as error:
-        (pytest.fail if request.config.getoption("--full") else pytest.skip)(str(error))
+        missing(str(error))
 
 
-def open_renderer(request: pytest.FixtureRequest):
-    """A Renderer with the validation layer, for a fixture: closed, and checked for what the layer said, afterwards."""
-    require_vulkan(request)
+def open_renderer() -> Iterator[Renderer]:
+    """For a fixture: yields a Renderer with the validation layer, which must stay silent."""
+    require_vulkan()
     from vk_backend.renderer import Renderer
 
     with Renderer(validation=True) as renderer:
@@ -43,7 +48,7 @@ def open_renderer(request: pytest.FixtureRequest):
 
 
 def ball(columns: int = 40, rows: int = 24) -> tuple[np.ndarray, np.ndarray]:
-    """A closed unit sphere, outside in front: (positions float32[V, 3], triangles uint32[T, 3])."""
+    """A closed unit sphere that faces outwards: (float32[V, 3], uint32[T, 3])."""
     around, up = np.meshgrid(
         np.arange(columns) * 2 * np.pi / columns, np.linspace(-np.pi / 2, np.pi / 2, rows)[1:-1]
     )
@@ -67,14 +72,18 @@ def ball(columns: int = 40, rows: int = 24) -> tuple[np.ndarray, np.ndarray]:
 
 
 def png(pixels: np.ndarray) -> bytes:
+    """Encodes uint8[height, width, channels]."""
     file = io.BytesIO()
     Image.fromarray(pixels).save(file, "PNG")
     return file.getvalue()
 
 
 def zoo(path: Path) -> Path:
-    """Compressed: a coloured ball seen three times (one of them mirrored, one turned and stretched) before a textured sheet, with a
-    perspective and an orthographic camera."""
+    """Writes a compressed scene with two cameras, one of each kind.
+
+    A coloured ball occurs three times (once mirrored, once turned and stretched) before a textured
+    sheet.
+    """
     builder = Builder()
     positions, triangles = ball()
     colors = np.clip(
@@ -131,7 +140,7 @@ def zoo(path: Path) -> Path:
 
 
 def one_sheet(path: Path, material: dict, **attributes: np.ndarray) -> Path:
-    """Compressed: the square [-1, 1]² of 8 x 8 cells facing +z, with one material, seen by an orthographic camera that it fills."""
+    """Writes a compressed square [-1, 1]² of 8 x 8 cells that faces +z and fills its camera."""
     side = np.linspace(-1, 1, 9)
     x, y = np.meshgrid(side, side)
     positions = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3).astype(np.float32)

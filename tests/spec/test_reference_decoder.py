@@ -1,4 +1,4 @@
-"""The reference decoder against textbook Edgebreaker, against itself, and on blobs worked out by hand."""
+"""The reference decoder beside textbook Edgebreaker, and on blobs worked out by hand."""
 
 import random
 
@@ -19,14 +19,17 @@ from spec.blob_writer import (
     Reference,
     Stream,
     random_blob,
-    random_components,
+    random_disks,
     write_blob,
 )
 from spec.reference_decoder import decode_blob, decode_meshlet, decode_parallel, decode_serial
 
 
 def textbook_edgebreaker(symbols: str):
-    """Recursive Edgebreaker: each part returns its boundary from b to a as a list. -> triangles (a, b, v), loops."""
+    """Recursive Edgebreaker; returns (triangles (a, b, v), loops).
+
+    Each part returns its boundary from b to a.
+    """
     triangles: list = [None] * len(symbols)
     vertices = iter(range(3 * len(symbols)))
     position = 0
@@ -64,21 +67,21 @@ def textbook_edgebreaker(symbols: str):
 def test_connectivity_decoders_agree(smallest_loop):
     rng = random.Random(smallest_loop)
     for _ in range(300):
-        symbols = "".join(random_components(rng, smallest_loop))
+        symbols = "".join(random_disks(rng, smallest_loop))
         triangles, loops = textbook_edgebreaker(symbols)
         connectivity = decode_serial(symbols)
         assert connectivity.triangles == triangles
-        assert [component.loop for component in connectivity.components] == loops
+        assert [disk.loop for disk in connectivity.disks] == loops
         assert decode_parallel(symbols) == triangles
 
 
 def test_opposite_is_the_triangle_beyond_the_gate():
     rng = random.Random(5)
     for _ in range(100):
-        connectivity = decode_serial("".join(random_components(rng)))
+        connectivity = decode_serial("".join(random_disks(rng)))
         for t, (a, b, _) in enumerate(connectivity.triangles):
             o = connectivity.opposite[t]
-            roots = [component.triangle_begin for component in connectivity.components]
+            roots = [disk.triangle_begin for disk in connectivity.disks]
             assert (o is None) == (t in roots)
             if o is not None:
                 assert any({a, b, o} == set(triangle) for triangle in connectivity.triangles[:t])
@@ -127,7 +130,7 @@ def test_every_random_symbol_string_is_decoded_or_refused():
 
 
 def one_stream(**changes) -> list[Stream]:
-    return [Stream(**{"components": 1, "bits": 8, **changes})]
+    return [Stream(**{"elements": 1, "bits": 8, **changes})]
 
 
 def private_meshlet(symbols, anchor, interior):
@@ -145,10 +148,17 @@ def test_single_triangle():
 
 
 @pytest.mark.parametrize(
-    ("predictor", "last"), [(PARALLELOGRAM, 14 + 12 - 10), (MEAN, (14 + 12) >> 1), (COPY, 14), (DAMPED, (3 * (14 + 12) - 2 * 10 + 2) >> 2)]
-)  # fmt: skip
+    ("predictor", "last"),
+    [
+        (PARALLELOGRAM, 14 + 12 - 10),
+        (MEAN, (14 + 12) >> 1),
+        (COPY, 14),
+        (DAMPED, (3 * (14 + 12) - 2 * 10 + 2) >> 2),
+    ],
+)
 def test_quad_predictors(predictor, last):
-    # R then E: triangles (3, 0, 1) and (3, 1, 2); values b = 10, a = 14, v = 12, and the last one as predicted
+    # R then E: triangles (3, 0, 1) and (3, 1, 2); values b = 10, a = 14, v = 12, and the last one
+    # as predicted
     apex = {PARALLELOGRAM: 0, MEAN: 0, COPY: 3, DAMPED: 0}[
         predictor
     ]  # zigzag residual: the mean 12 or a = 14 with -2
@@ -165,7 +175,7 @@ def test_values_wrap_to_their_bits():
 
 
 def strip_of_two(length: int, share=(), streams=None) -> bytes:
-    """Two fans that meet along a run of ``length`` edges: owned by the first, foreign in the second."""
+    """Two fans that meet along a run of `length` edges; the first owns it."""
     symbols = "R" * (length - 1) + "E"
     count = len(streams)
     rest = length + 2 - length
@@ -232,7 +242,7 @@ def test_seam_keeps_own_values_for_the_stream():
 
 
 def decode_or_hops(decoder, m):
-    """Values of meshlet ``m``; None when its random references wind through more than eight corners."""
+    """Values of meshlet m; None if a corner takes more than eight hops."""
     try:
         return decoder.meshlet(m)[1]
     except ValueError as error:
@@ -241,7 +251,7 @@ def decode_or_hops(decoder, m):
 
 
 def test_random_blobs_share_values_exactly():
-    """Whatever the residuals: where a run and the values at its ends are shared, both meshlets get the same integers."""
+    """Two meshlets get the same integers along a run if they share it and its corners."""
     rng = random.Random(3)
     shared = 0
     for _ in range(30):
@@ -263,10 +273,8 @@ def test_random_blobs_share_values_exactly():
                     if reference.shares(s):
                         ours = [meshlet_values[s][v] for v in runs[m][j]]
                         theirs = [values[owner.index][s][v] for v in runs[owner.index][k]][::-1]
-                        if (ours[0], ours[-1]) == (
-                            theirs[0],
-                            theirs[-1],
-                        ):  # an encoder sees to that
+                        # Random blobs need not share the corners; encoders take care of that.
+                        if (ours[0], ours[-1]) == (theirs[0], theirs[-1]):
                             assert ours == theirs
                             shared += len(ours) - 2
     assert shared > 100
@@ -298,10 +306,10 @@ def test_dequantise():
         return reference_decoder.Stream(**fields)
 
     grid = reference_decoder.dequantise(
-        stream(kind=GRID, components=2, bits=8), np.array([[0, 1], [2, 3]], np.uint32)
+        stream(kind=GRID, elements=2, bits=8), np.array([[0, 1], [2, 3]], np.uint32)
     )
     assert grid.dtype == np.float32 and grid.tolist() == [[1.0, 2.5], [2.0, 3.5]]
-    octahedral = stream(kind=reference_decoder.OCT, components=2, bits=8)
+    octahedral = stream(kind=reference_decoder.OCT, elements=2, bits=8)
     corners = reference_decoder.dequantise(
         octahedral, np.array([[0, 0], [255, 255], [255, 0]], np.uint32)
     )
@@ -310,9 +318,9 @@ def test_dequantise():
     bits = values.view(np.uint32)
     ordered = np.where(bits >> 31, ~bits, bits | np.uint32(0x80000000)).astype(np.uint32)
     assert np.array_equal(np.argsort(ordered, kind="stable"), [5, 1, 3, 2, 0, 4])
-    lossless = stream(kind=reference_decoder.FLOAT32, components=1, bits=32)
+    lossless = stream(kind=reference_decoder.FLOAT32, elements=1, bits=32)
     assert np.array_equal(reference_decoder.dequantise(lossless, ordered).view(np.uint32), bits)
-    sign = stream(kind=reference_decoder.SIGN, components=1, bits=1)
+    sign = stream(kind=reference_decoder.SIGN, elements=1, bits=1)
     assert reference_decoder.dequantise(sign, np.array([[0], [1]], np.uint32)).tolist() == [
         [-1.0],
         [1.0],

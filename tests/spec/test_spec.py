@@ -2,6 +2,7 @@
 
 import json
 import re
+from itertools import pairwise
 
 import jsonschema
 import pygltflib
@@ -13,7 +14,7 @@ from spec import make_vectors, reference_decoder
 from spec.make_vectors import EXAMPLE_BEGIN, EXAMPLE_END, ROOT, SPECIFICATION
 
 SCHEMA = ROOT / "spec" / "schema" / "mesh.primitive.EXT_meshlet_edgebreaker.schema.json"
-# What the schema takes from the glTF 2.0 schemas.
+# The parts of the glTF 2.0 schemas that ours refers to.
 GLTF_SCHEMAS = {
     "glTFProperty.schema.json": {
         "type": "object",
@@ -108,7 +109,7 @@ def test_compressed_files_follow_the_document(validator, tmp_path):
             assert gltf.accessors[index].bufferView is None
         assert {gltf.accessors[index].count for index in names.values()} == {decoder.vertex_count}
         assert (
-            decoder.streams[0].kind == reference_decoder.GRID and decoder.streams[0].components == 3
+            decoder.streams[0].kind == reference_decoder.GRID and decoder.streams[0].elements == 3
         )
 
 
@@ -143,7 +144,7 @@ def test_worked_example_is_up_to_date():
 
 
 def test_worked_example_accounts_for_every_bit():
-    """Tables and fields follow one another without gaps: each meshlet's data ends in the byte before the next one's."""
+    """Tables and fields have no gaps; a meshlet's data end in the byte before the next one's."""
     blob = make_vectors.worked_example()
     end = 0
     meshlet_count = int.from_bytes(blob[16:20], "little")
@@ -151,20 +152,20 @@ def test_worked_example_accounts_for_every_bit():
         fields = make_vectors.meshlet_fields(blob, m)
         if m:
             assert fields[0].position == -(-end // 8) * 8
-        for field, following in zip(fields, fields[1:]):
+        for field, following in pairwise(fields):
             assert field.position + field.width == following.position
         end = fields[-1].position + fields[-1].width
     assert len(blob) == -(-end // 32) * 4 + 8
 
 
 def test_fields_have_the_same_names_in_the_text_and_in_the_worked_example():
-    text = SPECIFICATION.read_text().replace("−", "-")
+    text = SPECIFICATION.read_text().replace("\N{MINUS SIGN}", "-")
     text = text[text.index("### A.5") : text.index("### A.6")]
     assert [name for name in make_vectors.SECTIONS if name not in text] == []
 
 
 def test_limits_are_those_of_the_reference_decoder():
-    """The document's limits, read from its text, are the constants of the decoder written from it."""
+    """The limits in the text are the constants of the decoder."""
     text = SPECIFICATION.read_text()
     assert f"A quotient is at most {reference_decoder.MAX_QUOTIENT}" in text
     assert f"not stored after {reference_decoder.MAX_HOPS} hops is malformed" in text

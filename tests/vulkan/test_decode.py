@@ -26,7 +26,7 @@ FULL = ("team8", "team16")
 
 @pytest.fixture(scope="module")
 def device(request):
-    require_vulkan(request)
+    require_vulkan()
     from vk_backend.device import Device
 
     with Device(validation=True) as device:
@@ -170,7 +170,7 @@ def test_streams_of_every_shape(device, monkeypatch, name):
 
     streams = SHAPES[name]
     monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
-    decoder = GpuDecoder(device, "passes", len(streams), sum(s.components for s in streams))
+    decoder = GpuDecoder(device, "passes", len(streams), sum(s.elements for s in streams))
     random, sound = Random(1), 0
     for _ in range(4):
         blob = blob_writer.random_blob(random, 12)  # rejected if a corner takes too many hops

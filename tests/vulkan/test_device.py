@@ -17,7 +17,7 @@ from tests.helpers.vulkan_scenes import ball, require_vulkan, zoo
 
 @pytest.fixture(autouse=True)
 def vulkan(request):
-    require_vulkan(request)
+    require_vulkan()
 
 
 def test_choice_by_number_and_name():

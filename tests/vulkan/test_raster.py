@@ -24,7 +24,7 @@ COLOR_ROUNDING = 2  # of 255
 
 @pytest.fixture(scope="module")
 def renderer(request):
-    yield from open_renderer(request)
+    yield from open_renderer()
 
 
 @pytest.fixture(scope="module")

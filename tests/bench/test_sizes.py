@@ -1,4 +1,4 @@
-"""The committed tables and pictures are what their scripts make of the committed measurements, and the sizes are today's."""
+"""bench.size, bench.paper and bench.peers: pictures show their results, sizes are reproducible."""
 
 import shutil
 
@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from bench import common, figures, paper, peers, size, table1
-from bench.generated import torus
+import gltf_ext
+from bench import common, figures, paper, peers, size
+from bench.generated import torus, write_generated
 from gltf_ext import _codec
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.streams import Bits
@@ -15,54 +16,30 @@ from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo import model as demo_model
 from spec.reference_decoder import BlobFile, Meshlet
 
-DOCS = common.ROOT / "docs"
 RECOMPUTED = ("suzanne", "DamagedHelmet")
-TIES = 0.02  # share of grid points that codecs may round differently: coordinates halfway between two steps
+# Share of grid points that codecs may round differently: coordinates halfway between two steps.
+TIES = 0.02
 
 
-# --- pages, pictures and their measurements ---
-
-
-@pytest.mark.parametrize(("name", "module"), [("size", size), ("paper", paper), ("table1", table1)])
-def test_page_is_made_of_its_measurements(name, module):
-    measured = common.read_result(name)
-    assert measured["script"] == f"bench.{name}"
-    assert {"date", "commit", "machine", "versions"} <= measured.keys()
-    text = (DOCS / f"{name}.md").read_text()
-    assert text == module.report(measured)
-    assert f"`python -m bench.{name}`" in text
-
-
-def test_readme_shows_the_same_sizes():
-    readme = (common.ROOT / "README.md").read_text()
-    if "<!-- begin size -->" not in readme:
-        pytest.skip("README.md has no table of sizes")
-    assert size.readme_block(common.read_result("size")) in readme
+# --- pictures and their results ---
 
 
 @pytest.mark.parametrize("name", ["figure3", "figure7"])
 def test_picture_shows_its_measurements(name):
     sizes, encodings = common.read_result("size"), common.read_result("paper")
     bars = figures.figure3(sizes, encodings) if name == "figure3" else figures.figure7(sizes)
-    with Image.open(DOCS / f"{name}.png") as picture:
+    with Image.open(common.DOCS / f"{name}.png") as picture:
         assert picture.text[figures.DIGEST] == figures.digest(bars)
 
 
-def test_speed_table_matches_its_measurements():
-    speed = pytest.importorskip("bench.speed", reason="DracoPy is not installed")
-    measured = common.read_result("speed")
-    assert measured["script"] == "bench.speed"
-    assert (DOCS / "speed.md").read_text() == speed.report(measured)
-
-
-def test_block_replacement_keeps_the_rest(tmp_path):
-    page = tmp_path / "page.md"
-    page.write_text("a\n<!-- begin x -->\nold\n<!-- end x -->\nb\n")
-    common.replace_block(page, "x", "new\n")
-    assert page.read_text() == "a\n<!-- begin x -->\nnew\n<!-- end x -->\nb\n"
-
-
 # --- sizes ---
+
+
+def compressed_demo(folder):
+    """Writes parts of the demo's model to in.glb; returns their compressed file."""
+    demo_model.write_glb(demo_model.generate()[2:], folder / "in.glb")
+    gltf_ext.compress(folder / "in.glb", folder / "out.glb")
+    return folder / "out.glb"
 
 
 def test_size_rows_add_up():
@@ -96,7 +73,7 @@ def test_sizes_are_todays(model, name):
         for codec in peers.available()[0]
         if committed["codecs"].get(codec.name) == codec.version
     ]
-    today = size.measure(model(f"{name}.glb"), here)
+    today = size.measure_model(model(f"{name}.glb"), here)
     expected = {codec: row["codecs"][codec] for codec in today["codecs"]}
     assert today == {**row, "codecs": expected}
     assert {size.OURS, size.PAPER} <= today["codecs"].keys()
@@ -106,8 +83,8 @@ def test_generated_sizes_are_todays(tmp_path):
     row = next(
         row for row in common.read_result("size")["models"] if row["model"] == "generated_boxes"
     )
-    path = next(path for path in size.generate(tmp_path) if path.stem == "generated_boxes")
-    today = size.measure(path, [])
+    path = next(path for path in write_generated(tmp_path) if path.stem == "generated_boxes")
+    today = size.measure_model(path, [])
     assert today == {**row, "codecs": {codec: row["codecs"][codec] for codec in today["codecs"]}}
 
 
@@ -118,17 +95,15 @@ def test_the_papers_encoding_is_todays(model, name):
         for row in common.read_result("paper")["rows"]
         if row["model"] == name and row["meshlets_of"] == "ours"
     )
-    assert paper.measure(name, peers.read_parts(model(f"{name}.glb")), "ours") == row
+    assert paper.measure_model(name, peers.read_parts(model(f"{name}.glb")), "ours") == row
 
 
 def test_sections_end_where_the_reference_decoder_does(tmp_path):
     """The sections that are stepped over are as long as those that are read."""
-    demo_model.write_glb(demo_model.generate()[2:], tmp_path / "in.glb")
-    size.gltf_ext.compress(tmp_path / "in.glb", tmp_path / "out.glb")
-    for compressed in require_compressed(open_model(tmp_path / "out.glb")):
+    for compressed in require_compressed(open_model(compressed_demo(tmp_path))):
         file = BlobFile(compressed.blob)
         for m in range(file.meshlet_count):
-            read, stepped = Meshlet(file, m), size._Sections(file, m)
+            read, stepped = Meshlet(file, m), size.MeshletSections(file, m)
             assert stepped.reader.position == read.reader.position
         bits = size.section_bits(compressed.blob)
         assert bits.total() == 8 * len(compressed.blob) and min(bits.values()) >= 0
@@ -160,7 +135,7 @@ def torus_parts(tmp_path_factory) -> list[peers.Part]:
 
 @pytest.mark.parametrize("maker", codecs())
 def test_codecs_keep_triangles_and_steps(maker, torus_parts):
-    """What comes back has as many triangles, and the same whole steps but for ties; normals are close."""
+    """Decoding gives as many triangles and the same steps except for ties; normals are close."""
     try:
         codec = maker()
         decoded = codec.decode(codec.encode(torus_parts))
@@ -199,16 +174,15 @@ def test_codecs_report_what_they_write(maker, torus_parts):
 
 
 def test_quantised_gltf_takes_two_bytes_per_component(torus_parts):
-    """8 bytes of position, 4 of normal, 4 of texture coordinates per vertex, 2 per index: nothing is hidden in its JSON."""
+    """A vertex has 8 bytes of position, 4 of normal and 4 of texcoord, an index 2."""
     try:
         codec = peers.Gltfpack(False)
     except peers.PeerMissing as missing:
         pytest.skip(str(missing))
     part = torus_parts[0]
     plain = 16 * len(part.positions) + 6 * len(part.triangles)
-    assert (
-        plain <= codec.file_bytes(codec.encode(torus_parts)) <= plain + 64
-    )  # the node that spans the grid
+    spanning_node = 64  # bytes of the node that spans the grid, at most
+    assert plain <= codec.file_bytes(codec.encode(torus_parts)) <= plain + spanning_node
 
 
 def test_missing_codecs_say_what_to_install(monkeypatch, tmp_path):
@@ -224,12 +198,9 @@ def test_missing_codecs_say_what_to_install(monkeypatch, tmp_path):
 
 def test_parts_have_the_encoders_steps(tmp_path):
     """A part's rounded positions are the integers that our file decodes to."""
-    demo_model.write_glb(demo_model.generate()[2:], tmp_path / "in.glb")
-    size.gltf_ext.compress(tmp_path / "in.glb", tmp_path / "out.glb")
+    blobs = require_compressed(open_model(compressed_demo(tmp_path)))
     parts = peers.read_parts(tmp_path / "in.glb")
-    for part, compressed in zip(
-        parts, require_compressed(open_model(tmp_path / "out.glb")), strict=True
-    ):
+    for part, compressed in zip(parts, blobs, strict=True):
         ours = _codec.decode(compressed.blob)[1][0]
         rounded = set(map(tuple, np.rint(part.positions).astype(int).tolist()))
         assert len(rounded ^ set(map(tuple, ours.tolist()))) <= TIES * len(rounded)

@@ -1,0 +1,165 @@
+"""The models that are measured: real ones by name, files named on the command line, generated ones.
+
+Real models lie in the folder that GLTF_MESHLET_MODELS names, by default shared/models beside the
+repository.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+import numpy as np
+
+import gltf_ext
+from bench.common import ROOT
+from bench.generated import torus
+from gltf_ext.compression.extension import compressed_primitives
+from gltf_ext.compression.primitives import Primitive
+from gltf_ext.gltf.importers import open_model
+from gltf_meshlet.demo.model import write_glb
+
+MODELS = Path(os.environ.get("GLTF_MESHLET_MODELS") or ROOT.parent / "shared" / "models")
+
+# The six models of the paper's comparison and what we have for them.
+PAPER_MODELS = {
+    "suzanne": "Suzanne, with the paper's counts",
+    "bunny": "Stanford Bunny, the paper's number of triangles, an atlas with more seams",
+    "materialball": "a shader ball, stands in for Material Ball",
+    "sponza_like": "a composite, stands in for Sponza",
+    "dragon": "Stanford Dragon, the paper's number of triangles, no texture coordinates",
+    "bistro_like": "a composite, stands in for the Bistro interior",
+}
+OTHER_MODELS = {
+    "beast": "a character, texture coordinates with seams",
+    "chinesedragon": "a closed statue, texture coordinates on its small second part only",
+    "DamagedHelmet": "a hard-edged sample model of few triangles",
+    "engine": "a CAD engine of 34 parts, hard edges",
+    "igea": "a closed scan",
+}
+
+
+# --- real models ---
+
+
+def real_models() -> list[Path]:
+    """All real models, by name. Ends the program if there are none."""
+    found = sorted(MODELS.glob("*.glb"), key=lambda path: path.name.lower())
+    if not found:
+        raise SystemExit(
+            f"bench: no .glb files in {os.path.relpath(MODELS)}; "
+            "set GLTF_MESHLET_MODELS to a folder of models"
+        )
+    return found
+
+
+def real_model(name: str) -> Path:
+    """The file of one real model. Ends the program if it is missing."""
+    path = MODELS / f"{name}.glb"
+    if not path.is_file():
+        raise SystemExit(
+            f"bench: no {name}.glb in {os.path.relpath(MODELS)}; "
+            "set GLTF_MESHLET_MODELS to a folder of models"
+        )
+    return path
+
+
+def add_model_names(parser: argparse.ArgumentParser, names: tuple[str, ...]) -> None:
+    """The option --models, for `torus_and_named`; `names` is its default."""
+    parser.add_argument(
+        "--models",
+        nargs="*",
+        default=names,
+        metavar="NAME",
+        help="real models besides the generated one (default: %(default)s)",
+    )
+
+
+def torus_and_named(names: list[str], triangles: int, folder: Path) -> dict[str, Path]:
+    """Files by name: a torus of about so many triangles, written to `folder`, and real models."""
+    paths = {name: real_model(name) for name in names}
+    write_glb([torus(triangles)], folder / "torus.glb")
+    return {"torus": folder / "torus.glb", **paths}
+
+
+# --- files named on the command line, for measurements on a GPU ---
+
+
+def add_model_files(parser: argparse.ArgumentParser) -> None:
+    """The arguments that name files, for `model_files`."""
+    parser.add_argument(
+        "models", nargs="*", type=Path, help=".glb files; uncompressed ones are compressed first"
+    )
+    parser.add_argument(
+        "--subdivide",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="MODEL",
+        help="also measure this model with four times its triangles",
+    )
+
+
+def check_model_files(options: argparse.Namespace) -> None:
+    """Ends the program if the command line names no model."""
+    if not options.models and not options.subdivide:
+        raise SystemExit("bench: name at least one model")
+
+
+def model_files(options: argparse.Namespace, folder: Path) -> list[Path]:
+    """Compressed files of the models; new ones are written to `folder`."""
+    return [compressed(path, folder) for path in options.models] + [
+        subdivided(path, folder) for path in options.subdivide
+    ]
+
+
+def compressed(path: Path, folder: Path) -> Path:
+    """The file itself if it is compressed, otherwise a compressed copy in `folder`."""
+    if compressed_primitives(open_model(path)):
+        return path
+    output = folder / f"{path.stem}.glb"
+    gltf_ext.compress(path, output)
+    return output
+
+
+def subdivided(path: Path, folder: Path) -> Path:
+    """A compressed model of the file's first primitive with four times its triangles."""
+    import trimesh
+
+    fine = halved(gltf_ext.load(path)[0])
+    mesh = trimesh.Trimesh(
+        fine.attributes["POSITION"],
+        fine.indices,
+        vertex_normals=fine.attributes["NORMAL"],
+        process=False,
+    )
+    raw, output = folder / "raw.glb", folder / f"{path.stem}_x4.glb"
+    raw.write_bytes(mesh.export(file_type="glb", include_normals=True))
+    gltf_ext.compress(raw, output)
+    return output
+
+
+def halved(primitive: Primitive) -> Primitive:
+    """Splits every edge in two and every triangle in four; normals are smooth."""
+    triangles = primitive.indices.astype(np.int64)
+    positions = primitive.attributes["POSITION"].astype(np.float64)
+    edges = np.sort(
+        np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1
+    )
+    unique, place = np.unique(edges[:, 0] * len(positions) + edges[:, 1], return_inverse=True)
+    a, b = np.divmod(unique, len(positions))
+    ab, bc, ca = place.reshape(3, -1) + len(positions)
+    p, q, r = triangles.T
+    fine = np.concatenate(
+        [np.column_stack(c) for c in ((p, ab, ca), (ab, q, bc), (ca, bc, r), (ab, bc, ca))]
+    )
+    points = np.concatenate([positions, (positions[a] + positions[b]) / 2])
+    corners = points[fine]
+    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.column_stack(
+        [np.bincount(fine.ravel(), np.repeat(faces[:, c], 3), len(points)) for c in range(3)]
+    )
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    attributes = {"POSITION": points.astype(np.float32), "NORMAL": normals.astype(np.float32)}
+    return Primitive(0, 0, fine.astype(np.uint32), attributes)

@@ -1,0 +1,22 @@
+"""The C++ programs behind the options of CMakeLists.txt, built on demand."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+from tests.helpers.environment import missing
+from tools import native_build
+
+
+@functools.cache
+def _folder_of(option: str) -> Path:
+    return native_build.build(option)
+
+
+def program_of(option: str, program: str) -> Path:
+    """Builds the programs of MESHLET_NATIVE_TESTS or MESHLET_FUZZ; returns the path of one."""
+    try:
+        return _folder_of(option) / program
+    except FileNotFoundError as error:
+        missing(str(error))
