@@ -1,7 +1,6 @@
 """Where do we stand? One page from all committed measurements.
 
-Reads bench/results/*.json and measures nothing. Writes docs/results.md, docs/figure8.png and, if
-README.md has the lines <!-- begin results --> and <!-- end results -->, the table between them.
+Reads bench/results/*.json and measures nothing. Writes docs/results.md and docs/figure8.png.
 """
 
 from __future__ import annotations
@@ -15,15 +14,12 @@ from pathlib import Path
 from bench import figures
 from bench.common import (
     DOCS,
-    README,
     best_in_bold,
-    has_block,
     markdown_table,
     origin_line,
     progress,
     pyplot,
     read_result,
-    replace_block,
     write_page,
 )
 from bench.mitsuba import INTEGRATORS
@@ -61,7 +57,7 @@ class Standing:
     larger_wins: False if the smaller figure wins
     form: the format of figures
     note: the models, in words
-    headline: True if README.md shows it
+    headline: True for the first table of the page
     their_range: replaces their figures if those are a claim
     """
 
@@ -349,8 +345,8 @@ def _mitsuba_standings(result: dict) -> Iterable[Standing]:
 STANDING_HEADINGS = ["", "ours", "beside", "theirs", "better", "measured on"]
 
 
-def standing_table(results: Results) -> str:
-    return markdown_table(STANDING_HEADINGS, [standing.row() for standing in standings(results)])
+def standing_table(found: Iterable[Standing]) -> str:
+    return markdown_table(STANDING_HEADINGS, [standing.row() for standing in found])
 
 
 # --- the paper's Figures 8 and 9 ---
@@ -765,6 +761,10 @@ def _flat(value) -> str:
 def report(results: Results) -> str:
     """docs/results.md."""
     sections = "\n".join(_section(section, results) for section in SECTIONS)
+    headlines, others = (
+        standing_table(s for s in standings(results) if s.headline == shown)
+        for shown in (True, False)
+    )
     bars = figure8(results)
     figure = (
         f"""## The paper's Figures 8 and 9
@@ -793,7 +793,10 @@ median of the ratios per model. If a peer is better, its name is in bold. Draco 
 be unpacked before drawing: on the GPU they are as large as the uncompressed model. Models "of the
 paper's" are those of the paper or their stand-ins, see [the models](#the-models).
 
-{standing_table(results)}
+{headlines}
+### Further comparisons
+
+{others}
 {figure}{sections}
 ## The models
 
@@ -816,24 +819,6 @@ assimp/assimp, DamagedHelmet from donmccurdy/glTF-Transform. suzanne was subdivi
 simplified, dragon smoothed within the steps of its coarse positions; these three and the composites
 are not published.
 """
-
-
-def readme_block(results: Results) -> str:
-    """The rows of the table that README.md shows."""
-    rows = [standing.row() for standing in standings(results) if standing.headline]
-    written = """Written by `python -m bench results_page`; [docs/results.md](docs/results.md) has \
-the rest, and
-[what stands in](docs/results.md#the-models) for models of the paper's."""
-    gpus = dict.fromkeys(
-        result["device"]["name"] for result in results.values() if "device" in result
-    )
-    cpus = dict.fromkeys(
-        "{cpu}, {cores} cores".format(**result["machine"])
-        for result in results.values()
-        if "device" not in result
-    )
-    machines = f"GPU: {', '.join(gpus)}; CPU: {', '.join(cpus)}."
-    return f"{markdown_table(STANDING_HEADINGS, rows)}\n{machines} {written}\n"
 
 
 # --- pictures ---
@@ -873,9 +858,7 @@ def main() -> None:
     if bars:
         save_figure8(bars, DOCS / "figure8.png")
     write_page("results", report(results))
-    if has_block(README, "results"):
-        replace_block(README, "results", readme_block(results))
-    print(standing_table(results))
+    print(standing_table(standings(results)))
     progress("wrote docs/results.md")
 
 

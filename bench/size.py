@@ -1,6 +1,6 @@
 """How small? Our files beside the paper's encoding, Draco, Corto and meshopt, at equal precision.
 
-Writes docs/size.md, docs/figure3.png, docs/figure7.png and the table in README.md. All codecs get
+Writes docs/size.md, docs/figure3.png, figure7.png and peers.png. All codecs get
 the same primitives with positions, normals and texture coordinates (no colours) on the same grids;
 bench/peers.py says what to install. The result names each codec that is missing; its column stays
 empty.
@@ -16,14 +16,11 @@ from pathlib import Path
 import gltf_ext
 from bench import figures, paper_encoding, peers
 from bench.common import (
-    README,
     Question,
     best_in_bold,
-    has_block,
     markdown_table,
     origin_line,
     progress,
-    replace_block,
     write_page,
 )
 from bench.generated import GENERATED, write_generated
@@ -352,17 +349,9 @@ In memory while drawing:
 {described}"""
 
 
-def readme_block(result: dict) -> str:
-    real = [row for row in result["models"] if row["model"] not in GENERATED]
-    return f"{short_table(real)}\n{origin_line(result)}"
-
-
 def write_pages(result: dict) -> list[Path]:
-    """docs/size.md, the pictures of sizes and the table in README.md, if it has a place for it."""
-    written = [*figures.draw_all(), write_page("size", report(result))]
-    if has_block(README, "size"):
-        written.append(replace_block(README, "size", readme_block(result)))
-    return written
+    """docs/size.md and the charts of sizes."""
+    return [*figures.draw_all(), write_page("size", report(result))]
 
 
 def summary(result: dict) -> str:

@@ -10,7 +10,8 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 
 
 def test_readme_shows_the_chart_of_the_peers():
-    assert "](docs/peers.png)" in (ROOT / "README.md").read_text()
+    readme = (ROOT / "README.md").read_text()
+    assert "](docs/peers.png)" in readme and "](docs/results.md)" in readme
     bars = figures.peers(common.read_result("size"))
     assert set(bars) == set(figures.PEERS)
     with Image.open(ROOT / "docs" / "peers.png") as picture:
