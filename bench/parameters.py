@@ -162,10 +162,9 @@ def _noise(result: dict) -> str:
     decode, meshlet, compress = (
         f"{span(key):.2f}" for key in ("decode_seconds", "meshlet_microseconds", "compress_seconds")
     )
-    return f"""Times are rough: the default rows are the same file, measured again for each option,
-and differ by up to {decode} times in decoding, {meshlet} in decoding one meshlet and {compress} in \
-compressing. Ignore
-smaller differences.
+    return f"""Times are rough: the default rows are the same file, measured again per option,
+and differ by up to {decode} times in decoding, {meshlet} in decoding one meshlet and \
+{compress} in compressing. Ignore smaller differences.
 """
 
 

@@ -21,7 +21,7 @@ def test_readme_shows_the_chart_of_the_peers():
 def test_readme_claims_a_tenth_of_the_raw_size():
     """The first paragraph rounds the chart's figures."""
     readme = (ROOT / "README.md").read_text()
-    assert "in about a\ntenth of the raw size" in readme
+    assert "in about a tenth of the raw size" in " ".join(readme.split())
     as_file, on_gpu = figures.peers(common.read_result("size"))["ours"]
     assert 9.5 <= as_file < 12 and 9.5 <= on_gpu < 12
 

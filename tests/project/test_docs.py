@@ -79,6 +79,19 @@ def test_every_picture_is_shown():
     assert {path.name for path in ROOT.glob("docs/*.png")} <= shown
 
 
+PATH = re.compile(
+    r"`((?:bench|codec|docs|gltf_ext|gltf_meshlet|mitsuba_plugin|shaders|spec|tests|tools|vk_backend)"
+    r"/[^`\s]*)`"
+)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=page_name)
+def test_paths_in_backticks_exist(page):
+    """Files and folders of the repository; * matches any name, NAME stands for one."""
+    for path in PATH.findall(page.read_text()):
+        assert list(ROOT.glob(path.replace("NAME", "*").rstrip("/"))), path
+
+
 # --- commands ---
 
 
