@@ -117,6 +117,12 @@ def test_make_targets_exist(page):
     assert set(named) <= targets, sorted(set(named) - targets)
 
 
+def test_readme_shows_how_to_start():
+    readme = (ROOT / "README.md").read_text()
+    shown = ["make demo", "make test", *(f"gltf-meshlet {name} " for name in COMMANDS[:-1])]
+    assert [command for command in shown if f"\n{command}" not in readme] == []
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_manual_has_every_flag_of_a_command_and_no_other(command, capsys):
     manual = (ROOT / "docs" / "cli.md").read_text()

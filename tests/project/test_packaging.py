@@ -1,4 +1,4 @@
-"""What a newcomer meets first: installation, the Makefile, the README, import time."""
+"""Installation, the Makefile, import time."""
 
 import importlib.metadata
 import os
@@ -118,27 +118,3 @@ def test_ci_runs_the_tests():
     script = ROOT / ".ci" / "run"
     assert os.access(script, os.X_OK)
     assert "make test" in script.read_text()
-
-
-def test_readme_shows_the_commands_and_its_links_resolve():
-    text = (ROOT / "README.md").read_text()
-    for command in ("make demo", "make test", "gltf-meshlet compress", "gltf-meshlet verify"):
-        assert command in text
-    for target in re.findall(r"\]\(([^)#]+)\)", text):
-        assert target.startswith("https://") or (ROOT / target).exists(), target
-
-
-def test_readme_names_no_option_that_does_not_exist():
-    usage = run(Path(sys.executable).with_name("gltf-meshlet"), "compress", "-h").stdout
-    options = re.findall(
-        r"(?:gltf-meshlet compress .*|^\| `.*`.*)$", (ROOT / "README.md").read_text(), re.M
-    )
-    for option in re.findall(r"(?<=[ `])--?[a-z][a-z-]*", " ".join(options)):
-        assert option in usage, option
-
-
-def test_readme_python_example_is_valid():
-    for block in re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S):
-        compile(block, "README.md", "exec")
-        for name in re.findall(r"gltf_ext\.(\w+)\(", block):
-            assert hasattr(gltf_ext, name), name
