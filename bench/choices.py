@@ -288,7 +288,7 @@ def report(result: dict) -> str:
             ]
         )
     boundary_headings = [
-        *("model", "owned", "foreign", "private", "components", "bits"),
+        *("model", "owned", "foreign", "private", "disks", "bits"),
         *("stored", "1 hop", "2 hops", "more"),
     ]
     sharing = []
@@ -297,51 +297,47 @@ def report(result: dict) -> str:
         larger = 100 * (alone - shared) / row["bits_per_triangle"]["total"]
         sharing.append([row["model"], *figures((shared, alone)), *figures((larger,), 1)])
     switched = [[row["model"], *figures(row["bits"].values())] for row in result["switched"]]
-    return f"""# What the choices of the format are worth
+    return f"""# What each choice of the format is worth
 
 {origin_line(result)}
-Positions 12, normals 8 + 8, texture coordinates 12 bits.
+Positions have 12 bits, normals 8 + 8, texture coordinates 12.
 
 ## Connectivity
 
-Share of each symbol in percent; bits per triangle as stored (2 for C, R, E; 3 for L, S) and the \
-entropy of the symbols.
+Share of each symbol in percent, bits per triangle as stored (2 for C, R, E; 3 for L, S),
+and entropy of the symbols.
 
 {markdown_table(["model", *"CLERS", "stored", "entropy"], connectivity)}
 ## Positions of traversed vertices
 
-Bits per vertex (three components, codes included): fixed widths per meshlet, one Rice parameter \
-for the model, one of seven Rice
-parameters per meshlet, and the better of fixed and Rice per meshlet, which is what the format does.
+Bits per vertex (three elements, codes included) with fixed widths per meshlet, with one Rice
+parameter k for the model, with one of seven Rice parameters per meshlet, and with the better of
+fixed and Rice per meshlet, as in the format.
 
 {markdown_table(["model, predictor", "fixed", "one k", "k per meshlet", "either"], traversed)}
 ## Positions of chain vertices
 
-The same for the vertices between two corners of an owned run: predicted from the chord between \
-the corners, or from the vertex before.
+The same for the vertices between two corners of an owned run, predicted from the chord between
+the corners or from the previous vertex.
 
 {markdown_table(["model, predictor", "fixed", "one k", "k per meshlet", "either"], chains)}
 ## Boundaries
 
-References and components per meshlet, bits per meshlet of references, header and tables, and \
-where corners are found: percent
-stored in the meshlet itself and after one, two and more hops.
+References and disks per meshlet; bits per meshlet of references, header and tables; and where
+corner values are stored: percent in the meshlet itself, and after one, two and more hops.
 
 {markdown_table(boundary_headings, boundary)}
 ## Sharing boundaries
 
-Bits per triangle of the vertices on boundaries between meshlets, corners and chains, all \
-attributes: as they are, each stored by one
-meshlet; about what they would be if every meshlet stored all of its own, at the same bits for \
-each; and how much larger the
-file would be, in percent.
+Bits per triangle of boundary vertices (corners and chains, all attributes): as they are, each
+stored by one meshlet; an estimate if every meshlet stored all of its own, with the same bits for
+each; and how much larger the file would be, in percent.
 
-{markdown_table(["model", "shared", "each its own", "larger by, %"], sharing)}
+{markdown_table(["model", "shared", "stored by each", "larger by, %"], sharing)}
 ## Choices switched off
 
-Bits per triangle of whole files: as they are (the encoder chooses a predictor for each stream), \
-with both sides of every seam
-stored in full, and with one predictor for everything.
+Bits per triangle of whole files: as they are (the encoder chooses a predictor for each stream),
+with both sides of every seam stored, and with one predictor for all streams.
 
 {markdown_table(["model", *result["switched"][0]["bits"]], switched)}"""
 

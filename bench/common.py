@@ -28,10 +28,9 @@ from gltf_ext.errors import MeshletError
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
-README = ROOT / "README.md"
 RESULTS = ROOT / "bench" / "results"
 # The measurements write these themselves: changes there do not make a commit "-dirty".
-WRITTEN_BY_MEASUREMENTS = (":!docs", ":!bench/results", ":!README.md")
+WRITTEN_BY_MEASUREMENTS = (":!docs", ":!bench/results")
 
 
 # --- a question ---
@@ -238,19 +237,10 @@ def write_page(name: str, text: str) -> Path:
 
 def replace_block(path: Path, name: str, text: str) -> Path:
     """Replaces the lines of a Markdown file between <!-- begin NAME --> and <!-- end NAME -->."""
-    begin, end = _markers(name)
+    begin, end = f"<!-- begin {name} -->\n", f"<!-- end {name} -->"
     before, rest = path.read_text().split(begin)
     path.write_text(before + begin + text + end + rest.split(end, 1)[1])
     return path
-
-
-def has_block(path: Path, name: str) -> bool:
-    """True if a Markdown file has a place for the block."""
-    return _markers(name)[0] in path.read_text()
-
-
-def _markers(name: str) -> tuple[str, str]:
-    return f"<!-- begin {name} -->\n", f"<!-- end {name} -->"
 
 
 def markdown_table(headings: list[str], rows: list[list[str]]) -> str:

@@ -1,13 +1,14 @@
-"""The paper's Figures 3 and 7 for our models, drawn from the committed measurements.
+"""Charts of size: the paper's Figures 3 and 7 for our models, and the README's chart of the peers.
 
-Reads bench/results/size.json and paper.json; writes docs/figure3.png and docs/figure7.png. Each
-picture carries a digest of its figures, so that a test finds an outdated picture.
+Reads bench/results/size.json and paper.json; writes docs/figure3.png, figure7.png and peers.png.
+Each picture carries a digest of its figures, so that a test finds an outdated picture.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import statistics
 from pathlib import Path
 
 from bench.common import DOCS, progress, pyplot, read_result
@@ -32,6 +33,20 @@ COLORS = {
     "quantised glTF": "#bbbbbb",
     "meshopt-compressed glTF": "#666666",
 }
+
+# The README's chart: each codec, and what a renderer does with its files.
+PEERS = {
+    "ours": "drawn as it is in the file",
+    "meshopt-compressed glTF": "unpacks to quantised glTF",
+    "quantised glTF": "drawn as it is in the file",
+    "Draco, level 7": "unpacks to floats",
+    "Corto": "unpacks to floats",
+}
+# Its two bars per codec: (key in size.json, label, colour)
+PEER_BARS = (
+    ("ratio", "as a file", "#99bbdd"),
+    ("resident_ratio", "in GPU memory while drawing", "#228833"),
+)
 
 
 def figure3(size: dict, paper: dict) -> dict:
@@ -62,6 +77,19 @@ def figure7(size: dict) -> dict:
         for model in PAPER_MODELS
         for row in size["models"]
         if row["model"] == model
+    }
+
+
+def peers(size: dict) -> dict:
+    """Times smaller than raw by codec, in the order of PEER_BARS: medians of the paper's models."""
+    rows = [row["codecs"] for row in size["models"] if row["model"] in PAPER_MODELS]
+    return {
+        codec: [
+            statistics.median(codecs[codec][key] for codecs in rows if codec in codecs)
+            for key, *_ in PEER_BARS
+        ]
+        for codec in PEERS
+        if any(codec in codecs for codecs in rows)
     }
 
 
@@ -121,8 +149,30 @@ def draw_figure7(size: dict) -> Path:
     return _finish(figure, axis, bars, "figure7")
 
 
-def _axes():
-    return pyplot().subplots(figsize=(11, 5), dpi=100)
+def draw_peers(size: dict) -> Path:
+    """Draws docs/peers.png."""
+    bars = peers(size)
+    figure, axis = _axes(figsize=(9, 3.9))
+    height = 0.38
+    for k, (_, label, color) in enumerate(PEER_BARS):
+        places = [place + height * k for place in range(len(bars))]
+        values = [of_codec[k] for of_codec in bars.values()]
+        drawn = axis.barh(places, values, height - 0.02, color=color, label=label)
+        axis.bar_label(drawn, [f"{value:.1f}" for value in values], padding=3)
+    axis.set_yticks(
+        [place + height / 2 for place in range(len(bars))],
+        [f"{codec}\n({PEERS[codec]})" for codec in bars],
+    )
+    axis.invert_yaxis()
+    axis.set_xlabel(f"times smaller than raw floats (median of {len(PAPER_MODELS)} models)")
+    axis.margins(x=0.08)
+    axis.spines[["top", "right"]].set_visible(False)
+    axis.legend(frameon=False, loc="center right")
+    return _save(figure, bars, "peers")
+
+
+def _axes(figsize=(11, 5)):
+    return pyplot().subplots(figsize=figsize, dpi=100)
 
 
 def _finish(figure, axis, bars: dict, name: str) -> Path:
@@ -131,6 +181,10 @@ def _finish(figure, axis, bars: dict, name: str) -> Path:
     axis.margins(y=0.12)
     axis.spines[["top", "right"]].set_visible(False)
     axis.legend(ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.08), frameon=False)
+    return _save(figure, bars, name)
+
+
+def _save(figure, bars: dict, name: str) -> Path:
     figure.tight_layout()
     path = DOCS / f"{name}.png"
     figure.savefig(path, metadata={DIGEST: digest(bars)})
@@ -142,7 +196,7 @@ def draw_all() -> list[Path]:
     size, paper = read_result("size"), read_result("paper")
     drawn = []
     if size and figure7(size):
-        drawn.append(draw_figure7(size))
+        drawn += [draw_figure7(size), draw_peers(size)]
     if size and paper and figure3(size, paper):
         drawn.append(draw_figure3(size, paper))
     return drawn

@@ -71,9 +71,9 @@ LETTERS = {
     "E": (RED, "nothing new on either side: ends"),
 }
 RUNS = {
-    OWNED: (BLUE, "border stored here"),
-    FOREIGN: (ORANGE, "border read from a neighbour"),
-    PRIVATE: (PURPLE, "border that both sides store"),
+    OWNED: (BLUE, "boundary stored here"),
+    FOREIGN: (ORANGE, "boundary read from a neighbour"),
+    PRIVATE: (PURPLE, "boundary that both sides store"),
 }
 ANCHOR = {
     "marker": "s",
@@ -95,16 +95,16 @@ GUESS = {
 HALO = patheffects.withStroke(linewidth=2.5, foreground="white")
 # Parts of a meshlet's bits: label, colour and the first words of their fields' names
 SECTIONS = {
-    "the letters": (INK, ("p0", "p1", "px")),
-    "whose borders": (
+    "symbols": (INK, ("p0", "p1", "px")),
+    "references": (
         ORANGE,
         ("foreign mask", "loop-end mask", "private mask", "length", "delta", "slot", "share bits"),
     ),
     "choice of codes": (GRAY, ("code of", "width of chain", "width of interior")),
     "anchors": (BLUE, ("first anchor", "further anchors", "width of anchors")),
-    "rest of border": (BLUE, ("low bits of chain", "quotients of chain")),
-    "inside: low bits": (GREEN, ("low bits of interior",)),
-    "inside: quotients": (GREEN, ("quotients of interior",)),
+    "chains": (BLUE, ("low bits of chain", "quotients of chain")),
+    "interior: low bits": (GREEN, ("low bits of interior",)),
+    "interior: quotients": (GREEN, ("quotients of interior",)),
 }
 DIRECTORY = "address, padding"
 
@@ -307,7 +307,7 @@ def draw_model(axis, example: Example, numbers: dict) -> None:
         axis,
         f"The mesh is cut into meshlets of at most 64 triangles, here {numbers['meshlets']}. Each "
         "is decoded on its own, when "
-        f"it is needed. The dark one, of {numbers['triangles']} triangles, is what follows.",
+        f"it is needed. The dark one has {numbers['triangles']} triangles: see the next panels.",
     )
 
 
@@ -350,7 +350,8 @@ def draw_walk(axis, example: Example) -> None:
     )
     _caption(
         axis,
-        "A walk over the triangles, from the circle on: 2 or 3 bits for each say how it goes on.",
+        "A walk over the triangles starts at the circle. One symbol of 2 or 3 bits per triangle "
+        "says where it goes next.",
         legend,
     )
 
@@ -389,13 +390,12 @@ def draw_prediction(axis, example: Example) -> None:
     legend += [
         (Line2D([], [], **ANCHOR), "corner stored here (anchor)"),
         (Line2D([], [], **CORNER), "corner read from a neighbour"),
-        (Line2D([], [], **GUESS), "guess; the arrow is stored"),
+        (Line2D([], [], **GUESS), "prediction; the arrow is stored"),
     ]
     _caption(
         axis,
-        "Vertices are guessed: along a border from its corners, inside by making the yellow "
-        "triangle a "
-        "parallelogram. Only the differences are stored.",
+        "Vertices are predicted: along a boundary from its corners, inside by completing the "
+        "yellow triangle to a parallelogram. Only the differences are stored.",
         legend,
     )
 
@@ -453,9 +453,8 @@ def draw_bits(axis, numbers: dict) -> None:
         inset.set_axis_off()
     _caption(
         axis,
-        "Positions, normals and texture coordinates. Small differences take few bits: the low "
-        "bits and the quotients "
-        "of a Rice code, kept apart so that each GPU lane finds its own. "
+        "Positions, normals and texture coordinates. Small differences take few bits: low bits "
+        "and quotients of a Rice code, stored apart so that each GPU thread finds its own. "
         f"The whole model: {numbers['mean']:.1f} bits per triangle.",
     )
 

@@ -122,30 +122,26 @@ def report(result: dict) -> str:
     return f"""# The paper's encoding
 
 {origin_line(result)}
-The encoding of [the paper](../README.md#the-paper) that this project starts from, written and \
-decoded again by
-`bench/paper_encoding.py`, which says where the paper leaves a choice open and what we chose; \
-positions 12, normals 8 + 8,
-texture coordinates 12 bits. Every model below came back from its bytes with the same triangles \
-and integers. Meshlets are \
-our encoder's; where one of ours holds several
-disks, each is a meshlet here.
-The paper's claims stand in the first row of each table. Its models have normals and texture \
-coordinates; these of ours lack texture
-coordinates, wholly or in part, and have less raw data per vertex: {_without(result)}.
-Which of two forms of a negative difference the paper means, it does not say. The encoding takes \
-the smaller one (0, -1, 1, -2, ...);
-the columns on two's complement say what the other would give.
+The encoding of [the paper](../README.md#the-paper), implemented in `bench/paper_encoding.py`, which
+also lists the choices that the paper leaves open. Positions have 12 bits, normals 8 + 8, texture
+coordinates 12. Each model was encoded and decoded again to the same triangles and integers.
+
+* The first row of each table is the paper's claim.
+* Meshlets are made by our encoder. If a meshlet of ours has several disks, each disk is a meshlet
+  here.
+* The paper's models have normals and texture coordinates. These of ours lack texture coordinates,
+  at least in part, and so have less raw data per vertex: {_without(result)}.
+* The paper does not say how it writes negative differences. We use the smaller form, zigzag (0, -1,
+  1, -2, ...); other columns give the result for two's complement.
 
 {sections}
 ## Where the data is
 
 ![Compressed data in percent of raw, by part](figure3.png)
 
-*Figure 3 of the paper for our models, beside our format on the same meshlets. The paper finds \
-that uncompressed attributes of
-boundaries take almost as much as everything compressed; here the ends of boundaries are \
-{_ends_share(result)} of its encoding.*
+*Figure 3 of the paper for our models, and our format on the same meshlets. In the paper,
+uncompressed attributes of boundaries take almost as much as all compressed data; here the ends of
+boundaries take {_ends_share(result)} of its encoding.*
 
 ## The paper's models
 

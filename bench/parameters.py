@@ -48,20 +48,20 @@ VALUES = {
     "position_bits": (8, 10, 12, 14, 16, 18, 20),
 }
 TITLES = {
-    "max_triangles": ("Meshlet size", "`--max-triangles`: most triangles in a meshlet."),
+    "max_triangles": ("Meshlet size", "`--max-triangles`: triangles per meshlet, at most."),
     "lambda_": (
         "Shape of meshlets",
-        "`--lambda`: the larger, the more compact the regions, the smaller, the more planar.",
+        "`--lambda`: large values make regions compact, small values planar.",
     ),
-    "fill": ("Fill", "`--fill`: what regions are spread for, as a share of the largest meshlet."),
+    "fill": ("Fill", "`--fill`: target size of regions, as a share of the largest meshlet."),
     "iterations": (
         "Iterations",
-        "`--iterations`: most rounds of growing regions and moving their centres.",
+        "`--iterations`: rounds of growing regions and moving their centres, at most.",
     ),
     "weight": (
         "Weight",
-        "`--weight`: with the penalty of [the paper](../README.md#the-paper) for full regions, or "
-        "without, as Choe et al. have it.",
+        "`--weight`: with [the paper's](../README.md#the-paper) penalty for full regions, or "
+        "without, as Choe et al.",
     ),
     "position_bits": ("Position grid", "`-vp`: bits of a position along the longest side."),
 }
@@ -138,12 +138,10 @@ def report(result: dict) -> str:
     return f"""# Parameters
 
 {origin_line(result)}
-One option of `compress` at a time, the others at their defaults. Bits per triangle include \
-everything; compress is the whole call with
-files on all threads; decoding is the C++ call for the whole model on one thread, and for one \
-meshlet by its number on average.
-{_noise(result)}What the choices are worth that the format makes for everybody is in \
-[choices.md](choices.md).
+One option of `compress` changes at a time; the others keep their defaults. Bits per triangle
+include everything. "compress" is the whole call on all threads, including files. "decode" is the
+C++ call for the whole model on one thread, "one meshlet" the mean for a single meshlet.
+{_noise(result)}[choices.md](choices.md) measures the choices that are fixed in the format.
 
 ![Ratio and decode speed over the options](parameters.png)
 
@@ -164,10 +162,9 @@ def _noise(result: dict) -> str:
     decode, meshlet, compress = (
         f"{span(key):.2f}" for key in ("decode_seconds", "meshlet_microseconds", "compress_seconds")
     )
-    return f"""Times are no more than a hint: the rows of the defaults are the same file, measured \
-anew for each option, and lie up to
-{decode} times apart in decoding, {meshlet} in decoding one meshlet and {compress} in compressing. \
-Smaller differences mean nothing.
+    return f"""Times are rough: the default rows are the same file, measured again per option,
+and differ by up to {decode} times in decoding, {meshlet} in decoding one meshlet and \
+{compress} in compressing. Ignore smaller differences.
 """
 
 

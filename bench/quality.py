@@ -283,18 +283,16 @@ def report(result: dict) -> str:
 {origin_line(result)}
 ## Positions
 
-With normals at 8 + 8 and texture coordinates at 12 bits, and positions at the number of bits \
-after the model's name. Errors of
-vertices, and distances between the two surfaces, in percent of the bounding box's longest side; \
-the absolute error in model units. The
-surface distance is taken at {points} points all over each surface and at as many of its \
-vertices, to the other surface: the largest is
-the (sampled) Hausdorff distance. Rendered: {
-        pixels
-    } pixels of the whole model against the original's, peak signal to noise in dB
-and the largest difference of a pixel, of 255; normals at 8 bits bound how alike pictures can get. \
-Then bits per triangle of the
-positions, and the ratio of the whole file.
+Positions have the number of bits after the model's name, normals 8 + 8, texture coordinates 12.
+Columns:
+
+* error of vertices: largest and RMS in percent of the bounding box's longest side, largest in model
+  units;
+* distance between the two surfaces, in percent: sampled at {points} points and as many vertices
+  of each. The largest is the (sampled) Hausdorff distance;
+* rendered picture of {pixels} pixels against the original's: PSNR, and the largest
+  difference of a pixel, of 255. Normals of 8 bits limit both;
+* bits per triangle of the positions, and ratio of the whole file.
 
 {
         markdown_table(
@@ -317,15 +315,13 @@ positions, and the ratio of the whole file.
 
 ![{PICTURED} at {len(BITS)} settings](quality_models.png)
 
-{PICTURED}: the original, and with positions at {
-        ", ".join(map(str, BITS))
-    } bits, whole and from closer.
+{PICTURED}: original, and positions of {", ".join(map(str, BITS))} bits; whole, and close up.
 
 ## Normals and texture coordinates
 
-All attributes at the number of bits after the model's name (normals: each of two components). \
-Angles in degrees; distances in texels of
-a texture of {TEXELS} x {TEXELS}; each with its bits per triangle; and the ratio of the whole file.
+All attributes have the number of bits after the model's name (normals: each of two elements).
+Errors of normals are in degrees, of texture coordinates in texels of a {TEXELS} x {TEXELS} texture.
+"bits" are bits per triangle; the ratio is of the whole file.
 
 {
         markdown_table(

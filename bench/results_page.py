@@ -1,7 +1,6 @@
 """Where do we stand? One page from all committed measurements.
 
-Reads bench/results/*.json and measures nothing. Writes docs/results.md, docs/figure8.png and, if
-README.md has the lines <!-- begin results --> and <!-- end results -->, the table between them.
+Reads bench/results/*.json and measures nothing. Writes docs/results.md and docs/figure8.png.
 """
 
 from __future__ import annotations
@@ -15,15 +14,12 @@ from pathlib import Path
 from bench import figures
 from bench.common import (
     DOCS,
-    README,
     best_in_bold,
-    has_block,
     markdown_table,
     origin_line,
     progress,
     pyplot,
     read_result,
-    replace_block,
     write_page,
 )
 from bench.mitsuba import INTEGRATORS
@@ -61,7 +57,7 @@ class Standing:
     larger_wins: False if the smaller figure wins
     form: the format of figures
     note: the models, in words
-    headline: True if README.md shows it
+    headline: True for the first table of the page
     their_range: replaces their figures if those are a claim
     """
 
@@ -349,8 +345,8 @@ def _mitsuba_standings(result: dict) -> Iterable[Standing]:
 STANDING_HEADINGS = ["", "ours", "beside", "theirs", "better", "measured on"]
 
 
-def standing_table(results: Results) -> str:
-    return markdown_table(STANDING_HEADINGS, [standing.row() for standing in standings(results)])
+def standing_table(found: Iterable[Standing]) -> str:
+    return markdown_table(STANDING_HEADINGS, [standing.row() for standing in found])
 
 
 # --- the paper's Figures 8 and 9 ---
@@ -415,7 +411,7 @@ def _size_text(result: dict) -> str:
         for model, codecs in rows.items()
     ]
     return (
-        "Times smaller than raw, as files; the largest of each row in bold.\n\n"
+        "How many times smaller than raw, as files. The smallest file of each row is in bold.\n\n"
         + markdown_table(["model", *names], cells)
     )
 
@@ -437,8 +433,7 @@ def _paper_text(result: dict) -> str:
                 [f"{row['model']}, {row['meshlets_of']}", *(f"{stated[key]:.2f}" for key in keys)]
             )
     return (
-        "The paper's encoding, written and decoded again, "
-        "beside what the paper states for its own models.\n\n"
+        "The paper's encoding on our models, and the paper's claims for its own.\n\n"
         + markdown_table(
             [
                 "model, meshlets as full as",
@@ -462,7 +457,7 @@ def _table1_text(result: dict) -> str:
         fill = "default fill" if row["fill"] is None else f"fill {row['fill']}"
         rows.append([f"ours, weight `{row['weight']}`, {fill}", *map(str, row["histogram"])])
     return (
-        "Regions of the Stanford Dragon by triangles, before they are halved.\n\n"
+        "Regions of the Stanford Dragon by number of triangles, before halving.\n\n"
         + markdown_table(["", "[0, 32)", "[32, 64)", "[64, 72)", "72 and more"], rows)
     )
 
@@ -494,9 +489,9 @@ def _speed_text(result: dict) -> str:
         f"{_growth(first, last, 'decode'):.0f} times as long.\n"
     )
     return (
-        """Million triangles per second: decoding from Python on one thread, to floats (meshopt: \
-to integers), the fastest of
-each row in bold; encoding on all threads; and the peak memory of the whole command.\n\n"""
+        """Million triangles per second: decoding from Python on one thread to floats (meshopt: to
+integers), the fastest of each row in bold; and encoding on all threads. Last column: peak memory
+of the whole command.\n\n"""
         + markdown_table(
             [
                 "model, triangles",
@@ -544,8 +539,8 @@ def _quality_text(result: dict) -> str:
         "ratio",
     ]
     return (
-        "Largest errors at so many bits; the picture and the ratio are for positions "
-        "at so many bits, the rest at the defaults.\n\n" + markdown_table(headings, rows)
+        "Largest errors for each number of bits. Picture and ratio are for positions of that many "
+        "bits, the rest at the defaults.\n\n" + markdown_table(headings, rows)
     )
 
 
@@ -558,8 +553,7 @@ def _gpu_text(result: dict) -> str:
     models = dict.fromkeys(row["model"] for row in result["rows"])
     variants = dict.fromkeys(variant for variant, _ in cells)
     return (
-        f"Milliseconds per frame of {_pixels(result)} pixels, medians, "
-        "and bytes resident on the GPU.\n\n"
+        f"Milliseconds per frame of {_pixels(result)} pixels (medians), and memory on the GPU.\n\n"
         + markdown_table(
             ["path", *models],
             [
@@ -572,8 +566,8 @@ def _gpu_text(result: dict) -> str:
 
 def _raster_text(result: dict) -> str:
     return (
-        "Lit and with culling is how `gltf-meshlet render` draws; "
-        f"unlit is the cheapest shader that reads all attributes.\n{_gpu_text(result)}"
+        "`gltf-meshlet render` draws lit and with culling; unlit is the cheapest shader that reads "
+        f"all attributes.\n{_gpu_text(result)}"
     )
 
 
@@ -586,8 +580,8 @@ def _gpu_decode_text(result: dict) -> str:
     models = {row["model"]: row["triangles"] for row in result["rows"]}
     methods = dict.fromkeys(method for method, _ in cells)
     return (
-        "Billion triangles per second in compute shaders, all attributes to integers "
-        "in plain buffers; of several parts the largest.\n\n"
+        "Billion triangles per second in compute shaders, all attributes to integers in plain "
+        "buffers. Of a model with several parts, the largest.\n\n"
         + markdown_table(
             ["method", *(f"{model} ({count:,})" for model, count in models.items())],
             [[method, *(cells.get((method, model), "") for model in models)] for method in methods],
@@ -626,7 +620,7 @@ def _mitsuba_text(result: dict) -> str:
                 ]
             )
     return (
-        "Time and memory over those of Mitsuba's own mesh, with so much of the geometry cached; "
+        "Time and memory relative to Mitsuba's own mesh, by share of the geometry that is cached; "
         f"{result['width']} x {result['height']} pixels, {result['spp']} samples each.\n\n"
         + markdown_table(["model, variant, cache", *INTEGRATORS, "memory"], rows)
     )
@@ -643,8 +637,8 @@ def _parameters_text(result: dict) -> str:
         dict.fromkeys(row["value"] for row in rows),
     )
     return (
-        "Ratio, and million triangles decoded per second on one thread, "
-        "by the largest number of triangles in a meshlet.\n\n"
+        "Ratio, and million triangles decoded per second on one thread, by the maximum number of "
+        "triangles per meshlet.\n\n"
         + markdown_table(
             ["model", *map(str, values)],
             [[model, *(cells[model, value] for value in values)] for model in models],
@@ -658,7 +652,7 @@ def _choices_text(result: dict) -> str:
         (row["model"], row["bits_per_triangle"]["total"], row["boundary_bits_per_triangle"])
         for row in result["models"]
     ]
-    return f"""Bits per triangle of whole files as they are, and with single choices of the format \
+    return f"""Bits per triangle of whole files: as they are, and with single choices of the format
 switched off.
 
 {
@@ -670,8 +664,8 @@ switched off.
             ],
         )
     }
-The same if every meshlet stored all vertices of its boundaries, computed from the bits that they \
-take now.
+An estimate for meshlets that store all of their boundary vertices, from the bits that these take
+now.
 
 {
         markdown_table(
@@ -707,14 +701,14 @@ SECTIONS = (
         "Ray tracing with Mitsuba", "mitsuba", ("mitsuba.md",), ("mitsuba.png",), _mitsuba_text
     ),
     Section("Parameters", "parameters", ("parameters.md",), ("parameters.png",), _parameters_text),
-    Section("What the choices are worth", "choices", ("choices.md",), (), _choices_text),
+    Section("What each choice is worth", "choices", ("choices.md",), (), _choices_text),
 )
 
 
 def _section(section: Section, results: Results) -> str:
     heading = f"## {section.title}\n\n"
     if section.name not in results:
-        return f"{heading}Not measured yet; `python -m bench {section.name}` does it.\n"
+        return f"{heading}Not measured yet: run `python -m bench {section.name}`.\n"
     result = results[section.name]
     pictures = "".join(
         f"\n![{section.title}]({name})\n" for name in section.pictures if (DOCS / name).exists()
@@ -767,14 +761,17 @@ def _flat(value) -> str:
 def report(results: Results) -> str:
     """docs/results.md."""
     sections = "\n".join(_section(section, results) for section in SECTIONS)
+    headlines, others = (
+        standing_table(s for s in standings(results) if s.headline == shown)
+        for shown in (True, False)
+    )
     bars = figure8(results)
     figure = (
         f"""## The paper's Figures 8 and 9
 
-Milliseconds to decode a model, loading left out: on the CPU to arrays, on the GPU while a frame \
-is drawn, unlit and without culling.
-The paper decodes in the shaders that draw, as path `mesh` does; `stream`, the default, decodes in \
-compute shaders.
+Milliseconds to decode a model, without loading: on the CPU to arrays, on the GPU while drawing a
+frame, unlit and without culling. The paper decodes in the shaders that draw, as path `mesh` does.
+The default path, `stream`, decodes in compute shaders.
 
 {_figure8_table(bars)}
 ![Milliseconds to decode](figure8.png)
@@ -785,21 +782,21 @@ compute shaders.
     )
     return f"""# Results
 
-Written by `python -m bench results_page` from the measurements in bench/results; nothing here is \
-typed in but the own claims of
-[the paper](../README.md#the-paper) that the project starts from.
-`python -m bench` lists the questions, and `python -m bench NAME` answers one again on your machine.
+Written by `python -m bench results_page` from the measurements in bench/results. Only the claims of
+[the paper](../README.md#the-paper) are copied by hand. `python -m bench` lists the measurements,
+and `python -m bench NAME` repeats one on your machine.
 
 ## Where we stand
 
-Median, and lowest to highest, over the models; what is better, and how many times, in the median \
-of the models' own ratios. Where
-another is better, its name is in bold. Draco and Corto make files that have to be unpacked before \
-they are drawn: on the GPU they
-are as large as the uncompressed model. "Of the paper's" are its models, or what stands in for \
-them: see [the models](#the-models).
+Each row gives medians over the models, with minimum and maximum, and who is better by how much: the
+median of the ratios per model. If a peer is better, its name is in bold. Draco and Corto files must
+be unpacked before drawing: on the GPU they are as large as the uncompressed model. Models "of the
+paper's" are those of the paper or their stand-ins, see [the models](#the-models).
 
-{standing_table(results)}
+{headlines}
+### Further comparisons
+
+{others}
 {figure}{sections}
 ## The models
 
@@ -808,39 +805,20 @@ generated_*: see bench/generated.py
 * beast: a character; chinesedragon, igea: scans of sculptures; engine: a CAD model of many parts \
 with hard edges
 * DamagedHelmet: a sample of glTF with textures
-* dragon_x4: dragon with every triangle cut in four and normals made anew; `--subdivide` of the \
-measurements on the GPU makes it
+* dragon_x4: dragon with each triangle split into four and new normals; made by `--subdivide` of the
+  GPU measurements
 
-Real models are not part of this repository, since several come without a licence to pass them on; \
-`GLTF_MESHLET_MODELS` names the
-folder that they are in. They were made from files of public repositories: suzanne, igea and beast \
-from
+The models are not part of this repository, because several have no licence to redistribute them.
+`GLTF_MESHLET_MODELS` names the folder that holds them. They were made from files of public
+repositories: suzanne, igea and beast from
 alecjacobson/common-3d-test-models, bunny from google/draco, dragon from horinoh/VKDX, \
 materialball and sponza_like from
 gkjohnson/3d-demo-data, bistro_like from there and from SaschaWillems/Vulkan-Assets, chinesedragon \
 from the latter, engine from
-assimp/assimp, DamagedHelmet from donmccurdy/glTF-Transform. suzanne was subdivided, bunny \
-simplified, dragon smoothed within the steps of its
-coarse positions; these and the composites are published nowhere.
+assimp/assimp, DamagedHelmet from donmccurdy/glTF-Transform. suzanne was subdivided, bunny
+simplified, dragon smoothed within the steps of its coarse positions; these three and the composites
+are not published.
 """
-
-
-def readme_block(results: Results) -> str:
-    """The rows of the table that README.md shows."""
-    rows = [standing.row() for standing in standings(results) if standing.headline]
-    written = """Written by `python -m bench results_page`; [docs/results.md](docs/results.md) has \
-the rest, and
-[what stands in](docs/results.md#the-models) for models of the paper's."""
-    gpus = dict.fromkeys(
-        result["device"]["name"] for result in results.values() if "device" in result
-    )
-    cpus = dict.fromkeys(
-        "{cpu}, {cores} cores".format(**result["machine"])
-        for result in results.values()
-        if "device" not in result
-    )
-    machines = f"GPU: {', '.join(gpus)}; CPU: {', '.join(cpus)}."
-    return f"{markdown_table(STANDING_HEADINGS, rows)}\n{machines} {written}\n"
 
 
 # --- pictures ---
@@ -880,9 +858,7 @@ def main() -> None:
     if bars:
         save_figure8(bars, DOCS / "figure8.png")
     write_page("results", report(results))
-    if has_block(README, "results"):
-        replace_block(README, "results", readme_block(results))
-    print(standing_table(results))
+    print(standing_table(standings(results)))
     progress("wrote docs/results.md")
 
 

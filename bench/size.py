@@ -1,6 +1,6 @@
 """How small? Our files beside the paper's encoding, Draco, Corto and meshopt, at equal precision.
 
-Writes docs/size.md, docs/figure3.png, docs/figure7.png and the table in README.md. All codecs get
+Writes docs/size.md, docs/figure3.png, figure7.png and peers.png. All codecs get
 the same primitives with positions, normals and texture coordinates (no colours) on the same grids;
 bench/peers.py says what to install. The result names each codec that is missing; its column stays
 empty.
@@ -16,14 +16,11 @@ from pathlib import Path
 import gltf_ext
 from bench import figures, paper_encoding, peers
 from bench.common import (
-    README,
     Question,
     best_in_bold,
-    has_block,
     markdown_table,
     origin_line,
     progress,
-    replace_block,
     write_page,
 )
 from bench.generated import GENERATED, write_generated
@@ -296,46 +293,46 @@ def report(result: dict) -> str:
     return f"""# Size
 
 {origin_line(result)}
-Positions 12, normals 8 + 8, texture coordinates 12 bits, and the same position grid for every \
-codec: one per mesh. Raw: source
-vertices after welding identical ones, 4 bytes per float, plus 12 bytes per triangle; colours are \
-left out. Ours: all bytes
-of the extension, its JSON included; the others: their buffers without any JSON. Draco leaves out \
-the few triangles that
-collapse on the grid, the others keep them.
+Positions have 12 bits, normals 8 + 8, texture coordinates 12. All codecs use the same position
+grid, one per mesh.
+
+* Raw: source vertices after welding identical ones, 4 bytes per float, plus 12 bytes per triangle,
+  without colours.
+* Ours: all bytes of the extension, its JSON included. The others: their buffers without JSON.
+* Draco drops the few triangles that collapse on the grid; the others keep them.
+
+Versions:
 
 {versions}{missing}
 ## Files
 
-How many times smaller than raw; the smallest file is in bold.
+How many times smaller than raw. The smallest file is in bold.
 Smaller than ours: {smaller_than_ours(result, "ratio", names)}.
-Draco and Corto are made for this: they have to be unpacked as a whole before anything is drawn. \
-Quantised glTF takes 8 bytes
-per position; its normals are 3 x 8 bits, with meshopt compression octahedral.
+Draco and Corto are made for small files: they must be unpacked as a whole before anything is drawn.
+Quantised glTF takes 8 bytes per position; its normals have 3 x 8 bits, or are octahedral with
+meshopt compression.
 
 {ratios(result, "ratio", names)}
 ![Compressed size in percent of raw](figure7.png)
 
-*Figure 7 of [the paper](../README.md#the-paper) for our models; of its six, three are represented \
-by others, named below.*
+*Figure 7 of [the paper](../README.md#the-paper) for our models; three of its six are
+replaced by others, see the end of the page.*
 
 ## On the GPU
 
-How many times smaller than raw is what stays in memory while drawing: ours and the paper's \
-encoding are drawn as they are in the
-file. Meshopt compression unpacks to quantised glTF. Draco and Corto unpack to the raw model \
-(1.00), or at best to quantised glTF.
+How many times smaller than raw the data is that stays in memory while drawing. Ours and the paper's
+encoding are drawn from the bytes of the file. Meshopt compression unpacks to quantised glTF. Draco
+and Corto unpack to the raw model (1.00), or at best to quantised glTF.
 Smaller than ours: {smaller_than_ours(result, "resident_ratio", resident)}.
 
 {ratios(result, "resident_ratio", resident)}
 ## Where our bits go
 
-Bits per triangle, by section of the format: anchors are vertices where boundaries meet, chains \
-those along boundaries between
-them, interior all others.
+Bits per triangle, by section of the format. Anchors are vertices where boundaries meet, chains the
+boundary vertices between them, interior all others.
 
 {part_table(result["models"])}
-The same by what they describe:
+The same by kind of data:
 
 {attribute_table(result["models"])}
 ## Bytes
@@ -351,17 +348,9 @@ In memory while drawing:
 {described}"""
 
 
-def readme_block(result: dict) -> str:
-    real = [row for row in result["models"] if row["model"] not in GENERATED]
-    return f"{short_table(real)}\n{origin_line(result)}"
-
-
 def write_pages(result: dict) -> list[Path]:
-    """docs/size.md, the pictures of sizes and the table in README.md, if it has a place for it."""
-    written = [*figures.draw_all(), write_page("size", report(result))]
-    if has_block(README, "size"):
-        written.append(replace_block(README, "size", readme_block(result)))
-    return written
+    """docs/size.md and the charts of sizes."""
+    return [*figures.draw_all(), write_page("size", report(result))]
 
 
 def summary(result: dict) -> str:

@@ -529,61 +529,59 @@ def report(result: dict) -> str:
     return f"""# Speed
 
 {origin_line(result)}
-Positions 12, normals 8 + 8, texture coordinates 12 bits for all. Medians of \
-{result["repetitions"]} runs
-({result["large"]["repetitions"]} above {result["large"]["triangles"]:,} triangles) in which the \
-codecs take turns; the JSON file has the lowest and
-highest too. Models called torus are generated.
+Positions have 12 bits, normals 8 + 8, texture coordinates 12. Medians of {result["repetitions"]}
+runs ({result["large"]["repetitions"]} above {result["large"]["triangles"]:,} triangles), in which
+the codecs take turns; bench/results/speed.json also has minimum and maximum. Models named torus are
+generated.
 Peers: {_versions(result)}.{missing}
 
 ![Speed and memory over size](speed.png)
 
 ## Decoding, million triangles per second
 
-To float arrays, all attributes, on one thread. Native: the C++ call, into memory allocated \
-before; from Python: with numpy arrays as
-result, as the peers give them (Corto: into arrays allocated before; meshopt: integers, as they \
-are drawn). All threads: every
-meshlet decoded on its own, without the others that it shares vertices with, by \
-{result["machine"]["cores"]} threads: the way of a
-renderer. The peers decode a mesh on one thread only. The fastest of each row in bold.
-Ours from Python and the peers take turns, so that their ratios within a table hold. Native, all \
-threads, and the next table are measured
-later, on a machine whose speed varies{_variation(result)}: they do not compare that closely.
+All attributes, to float arrays, on one thread unless the column says otherwise. The fastest of each
+row is in bold.
+
+* Native: the C++ call, into preallocated memory.
+* From Python: into new numpy arrays, as the peers do. (Corto: into preallocated arrays. Meshopt: to
+  integers, which is its form for drawing.)
+* All threads: each meshlet alone, as a renderer decodes, on {result["machine"]["cores"]} threads.
+  The peers decode a mesh on one thread only.
+
+Ours from Python and the peers take turns, so their ratios within a table are reliable. Native, all
+threads and the next table are measured later, and the machine's speed varies{_variation(result)}:
+compare those roughly.
 
 {markdown_table([*decode_headings, *others], decode)}
-The models of Figures 8 and 9 of [the paper](../README.md#the-paper), or what stands in for them: \
-milliseconds, means of
-{result["repetitions"]} runs as there, one thread.
+The models of Figures 8 and 9 of [the paper](../README.md#the-paper), or their
+[stand-ins](results.md#the-models): milliseconds on one thread, means of {result["repetitions"]}
+runs as in the paper.
 
 {_paper_table(result, others)}
-How many times as fast ours decodes on one thread, from Python, as each peer; below 1 the peer is \
-faster. Last: microseconds for one
-meshlet by its number, in random order.
+Our decoding speed over each peer's, on one thread, from Python; below 1 the peer is faster. Last
+column: microseconds to decode one meshlet, in random order.
 
 {markdown_table(times_headings, times)}
 ## Encoding, million triangles per second
 
-From arrays to bytes in memory, welding and quantisation included. Corto's time is what its \
-command states, for one of its two normal
-modes; gltfpack's is its whole command with files. All peers use one thread. The fastest of each \
-row in bold.
+From arrays to bytes in memory, including welding and quantisation. Corto's time is the one that its
+command prints, for one of its two normal modes. gltfpack's is the whole command, including files.
+All peers use one thread. The fastest of each row is in bold.
 
 {markdown_table(["model", "triangles", "ours, one thread", "ours, all threads", *others], encode)}
-Raw bytes (4 per float component and index) over encoded bytes of what was encoded:
+Compression ratio of these encodings; raw is 4 bytes per float and per index:
 
 {markdown_table(["model", "triangles", *codecs], sizes)}
 ## Peak memory, MB
 
-What a process grows by while it encodes (ours on all threads) or decodes, its input loaded \
-before, its result included (Corto decodes
-into arrays from before). The encoders of Corto and gltfpack are commands that load files, and are \
-left out.
+Growth of the process while it encodes (ours on all threads) or decodes. The input is loaded before,
+the result is included (except Corto's, which decodes into preallocated arrays). The encoders of
+Corto and gltfpack are commands that load files and are not measured.
 
 {markdown_table(memory_headings, memory)}
 ## `gltf-meshlet compress` as a whole process
 
-All threads, starting and files included; peak memory of the process, and bytes of it per triangle.
+On all threads, including start-up and files. Peak memory is that of the whole process.
 
 {markdown_table(command_headings, command)}
 ## Where the time goes
@@ -608,7 +606,7 @@ def _variation(result: dict) -> str:
         if key in of_codec
     ]
     return (
-        " (what is measured twice differs by up to "
+        " (repeated measurements differ by up to "
         f"{max(max(ratio, 1 / ratio) for ratio in ratios):.2f} times)"
         if ratios
         else ""

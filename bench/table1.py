@@ -67,11 +67,10 @@ def report(result: dict) -> str:
     return f"""# Meshlets by number of triangles, before halving
 
 {origin_line(result)}
-The Stanford Dragon of 871,306 triangles, as in Table 1 of [the paper](../README.md#the-paper); \
-Choe et al. are named there too.
-Fill is the region size that the initial centres are spread for, as a share of 64. The last two \
-columns are
-for the finished file, after refinement, halving and packing.
+Regions of the Stanford Dragon (871,306 triangles) by size, as in Table 1 of [the
+paper](../README.md#the-paper), which also cites Choe et al. Fill is the region size that the
+initial centres are placed for, as a share of 64. The last two columns describe the finished file,
+after refinement, halving and merging.
 
 {table(result)}"""
 

@@ -26,7 +26,7 @@ def test_bits_add_up(drawn):
     file = how_it_works.compressed_model().file
     span = file.entry(numbers["meshlet"] + 1).position - file.entry(numbers["meshlet"]).position
     assert sum(sections.values()) == numbers["total"] == 32 + span
-    assert sections["the letters"] == sum(3 if symbol in "LS" else 2 for symbol in symbols)
+    assert sections["symbols"] == sum(3 if symbol in "LS" else 2 for symbol in symbols)
     assert 32 <= sections[how_it_works.DIRECTORY] < 40
     assert min(sections.values()) > 0 and numbers["raw"] > numbers["total"]
 

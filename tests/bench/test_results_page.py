@@ -2,14 +2,13 @@
 
 import importlib
 import json
-import re
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
 from bench import __main__ as bench_main
-from bench import common, figures, mitsuba, results_page, size, vulkan_raytracing
+from bench import common, figures, mitsuba, results_page, vulkan_raytracing
 from bench.results_page import Standing
 
 # Questions with a page of their own, and questions with a block in a page.
@@ -17,10 +16,6 @@ PAGES = ("size", "paper", "table1", "speed", "quality", "parameters", "choices")
 BLOCKS = {
     "mitsuba.md": lambda result: mitsuba.summary(result) + "\n" + common.origin_line(result),
     "vulkan-raytracing.md": vulkan_raytracing.block,
-}
-README_BLOCKS = {
-    "size": lambda: size.readme_block(common.read_result("size")),
-    "results": lambda: results_page.readme_block(results_page.read_all()),
 }
 
 
@@ -32,14 +27,6 @@ def test_page_is_what_the_script_makes():
 
 def block_in(text: str, name: str) -> str:
     return text.split(f"<!-- begin {name} -->\n")[1].split(f"<!-- end {name} -->")[0]
-
-
-def test_readme_shows_the_committed_results():
-    """Each block of README.md is what a script makes; an unknown block fails."""
-    readme = common.README.read_text()
-    assert "(docs/results.md" in readme
-    for name in re.findall(r"<!-- begin ([\w-]+) -->", readme):
-        assert block_in(readme, name) == README_BLOCKS[name](), f"block {name} of README.md"
 
 
 @pytest.mark.parametrize("name", PAGES)
@@ -61,7 +48,6 @@ def test_block_is_made_of_its_result(page):
 def test_block_replacement_keeps_the_rest(tmp_path):
     page = tmp_path / "page.md"
     page.write_text("a\n<!-- begin x -->\nold\n<!-- end x -->\nb\n")
-    assert common.has_block(page, "x") and not common.has_block(page, "y")
     common.replace_block(page, "x", "new\n")
     assert page.read_text() == "a\n<!-- begin x -->\nnew\n<!-- end x -->\nb\n"
 

@@ -1,4 +1,4 @@
-"""A newcomer's first steps: installation, the Makefile, the README, the CI script."""
+"""Installation, the Makefile, import time."""
 
 import importlib.metadata
 import os
@@ -116,77 +116,7 @@ def test_the_wheel_has_all_packages_and_what_builds_the_plugin(tmp_path):
     )
 
 
-REPORT = '<testsuites><testsuite tests="{tests}" skipped="{skipped}"/></testsuites>'
-
-
-@pytest.mark.parametrize(
-    ("make_status", "tests", "skipped", "succeeds"),
-    [(0, 3, 1, True), (0, 3, 3, False), (0, 0, 0, False), (1, 3, 0, False)],
-    ids=["tests ran", "all skipped", "no tests", "tests failed"],
-)
-def test_ci_fails_unless_tests_ran_and_passed(tmp_path, make_status, tests, skipped, succeeds):
-    """Runs the CI script with a `make` that only writes a report."""
-    (tmp_path / ".ci").mkdir()
-    shutil.copy(ROOT / ".ci" / "run", tmp_path / ".ci" / "run")
-    (tmp_path / ".venv" / "bin").mkdir(parents=True)
-    (tmp_path / ".venv" / "bin" / "python").symlink_to(sys.executable)
-    report = REPORT.format(tests=tests, skipped=skipped)
-    make = tmp_path / "make"
-    make.write_text(f"""#!/bin/sh
-echo "$@" > asked
-mkdir -p build
-echo '{report}' > build/test-results.xml
-exit {make_status}
-""")
-    make.chmod(0o755)
-    path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
-    result = run(tmp_path / ".ci" / "run", env={**os.environ, "PATH": path})
-    assert (result.returncode == 0) == succeeds, result.stderr
-    assert (tmp_path / "asked").read_text() == "test\n"
-
-
-def test_readme_of_the_tests_names_every_folder():
-    table = (ROOT / "tests" / "README.md").read_text()
-    named = set(re.findall(r"^\| `(\w+)/` \|", table, re.M))
-    folders = {path.parent.name for path in (ROOT / "tests").glob("*/*.py")}
-    assert named == folders
-
-
-def test_no_test_imports_another_or_a_measurement():
-    for path in (ROOT / "tests").glob("*/*.py"):
-        imported = re.findall(
-            r"^\s*(?:from|import) ((?:tests|bench)\b[\w.]*)", path.read_text(), re.M
-        )
-        for module in imported:
-            allowed = module.startswith("tests.helpers") or (
-                path.parent.name == "bench" and module.startswith("bench")
-            )
-            assert allowed, f"{path.relative_to(ROOT)} imports {module}"
-
-
-def test_readme_shows_the_commands_and_its_links_resolve():
-    text = (ROOT / "README.md").read_text()
-    for command in ("make demo", "make test", "gltf-meshlet compress", "gltf-meshlet verify"):
-        assert command in text
-    for target in re.findall(r"\]\(([^)#]+)\)", text):
-        assert target.startswith("https://") or (ROOT / target).exists(), target
-
-
-def test_readme_names_no_option_that_does_not_exist():
-    usage = run(Path(sys.executable).with_name("gltf-meshlet"), "compress", "-h").stdout
-    options = re.findall(
-        r"(?:gltf-meshlet compress .*|^\| `.*`.*)$", (ROOT / "README.md").read_text(), re.M
-    )
-    named = re.findall(r"(?<=[ `])--?[a-z][a-z-]*", " ".join(options))
-    assert named
-    for option in named:
-        assert option in usage, option
-
-
-def test_readme_python_example_is_valid():
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
-    assert blocks
-    for block in blocks:
-        compile(block, "README.md", "exec")
-        for name in re.findall(r"gltf_ext\.(\w+)\(", block):
-            assert hasattr(gltf_ext, name), name
+def test_ci_runs_the_tests():
+    script = ROOT / ".ci" / "run"
+    assert os.access(script, os.X_OK)
+    assert "make test" in script.read_text()

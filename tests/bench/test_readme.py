@@ -1,0 +1,34 @@
+"""README.md's chart of the peers shows today's measurements."""
+
+from pathlib import Path
+
+from PIL import Image
+
+from bench import common, figures
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+
+
+def test_readme_shows_the_chart_of_the_peers():
+    readme = (ROOT / "README.md").read_text()
+    assert "](docs/peers.png)" in readme and "](docs/results.md)" in readme
+    bars = figures.peers(common.read_result("size"))
+    assert set(bars) == set(figures.PEERS)
+    with Image.open(ROOT / "docs" / "peers.png") as picture:
+        assert picture.text[figures.DIGEST] == figures.digest(bars)
+
+
+def test_readme_claims_a_tenth_of_the_raw_size():
+    """The first paragraph rounds the chart's figures."""
+    readme = (ROOT / "README.md").read_text()
+    assert "in about a tenth of the raw size" in " ".join(readme.split())
+    as_file, on_gpu = figures.peers(common.read_result("size"))["ours"]
+    assert 9.5 <= as_file < 12 and 9.5 <= on_gpu < 12
+
+
+def test_peers_are_medians_over_the_papers_models():
+    def row(model, ratio):
+        return {"model": model, "codecs": {"ours": {"ratio": ratio, "resident_ratio": 2 * ratio}}}
+
+    models = [row("bunny", 1), row("dragon", 2), row("suzanne", 9), row("igea", 100)]
+    assert figures.peers({"models": models}) == {"ours": [2, 4]}
