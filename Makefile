@@ -76,8 +76,8 @@ clean:  ## remove everything that make made here
 	@$(PIP) $(BUILD_TOOLS) || { echo "make: cannot install $(BUILD_TOOLS); is a Python package index reachable?"; exit 1; }
 	@touch $@
 
-# An editable install: Python edits count at once, C++ edits through this rule.
-.venv/installed: .venv/build-tools $(NATIVE)
+# An editable install: Python edits count at once, C++ edits and the version through this rule.
+.venv/installed: .venv/build-tools gltf_ext/__init__.py $(NATIVE)
 	@$(PIP) --no-build-isolation --editable ".[test]" \
 	  || { echo "make: cannot install the project; needs a C++17 compiler (Debian: apt install g++) and a Python package index"; exit 1; }
 	@touch $@
