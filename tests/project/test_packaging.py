@@ -1,20 +1,14 @@
-"""Installation, the Makefile, wheels, continuous integration, the README and import time."""
+"""Installation, the Makefile, the README and import time."""
 
 import importlib.metadata
 import os
 import re
-import shutil
 import subprocess
 import sys
-import zipfile
 from pathlib import Path
-
-import pytest
-import trimesh
 
 import gltf_ext
 from tests.helpers.environment import ROOT
-from tools import build_wheels
 
 
 def run(*command, **options):
@@ -76,131 +70,6 @@ def test_system_packages_are_named_not_installed(tmp_path):
     assert line.startswith("make: ")
     assert "apt install" in line
     assert "glslang-tools spirv-tools" in line
-
-
-def test_unformatted_native_source_is_reported_and_formatted(tmp_path):
-    pytest.importorskip("clang_format", reason="clang-format is not installed; make lint")
-    source = tmp_path / "a.comp"
-    source.write_text("void main( ) { int  i=0 ; }\n")
-    command = (sys.executable, ROOT / "tools" / "format_native.py")
-    result = run(*command, "--check", source)
-    assert result.returncode == 1
-    assert "a.comp: not formatted; run make format" in result.stdout
-    assert run(*command, source).returncode == 0
-    assert source.read_text() == "void main() { int i = 0; }\n"
-    assert run(*command, "--check", source).returncode == 0
-
-
-@pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    """A wheel for this Python, not repaired, built from a copy of the project."""
-    folder = tmp_path_factory.mktemp("wheel")
-    ignored = (".venv", "build", "dist", ".git", "demo-output", "__pycache__")
-    source = folder / "source"
-    shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(*ignored))
-    command = (sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation")
-    result = run(*command, "-w", folder, source)
-    assert result.returncode == 0, result.stderr
-    (path,) = folder.glob("*.whl")
-    return path
-
-
-@pytest.mark.full
-def test_wheel_contains_all_packages_and_the_sources_of_the_plugin(wheel):
-    names = set(zipfile.ZipFile(wheel).namelist())
-    sources = {
-        f"mitsuba_plugin/codec/{path.relative_to(ROOT / 'codec')}"
-        for path in (ROOT / "codec").glob("*/*.h")
-    }
-    assert {
-        "gltf_meshlet/render.py",
-        "mitsuba_plugin/build.py",
-        "mitsuba_plugin/src/shape.cpp",
-        "mitsuba_plugin/codec/decode/serial_decoder.glsl",
-        *sources,
-    } <= names
-    assert any(name.startswith("vk_backend/") and name.endswith(".spv") for name in names)
-    assert not any(name.startswith(("tests", "bench", "codec")) for name in names)
-    assert [name for name in names if name.endswith(".so") and "_codec" not in name] == []
-
-
-@pytest.mark.full
-def test_wheel_works_without_a_compiler(wheel, tmp_path):
-    """An empty environment, and a PATH with nothing but its own programs."""
-    venv = tmp_path / "venv"
-    assert run(sys.executable, "-m", "venv", venv).returncode == 0
-    environment = {**os.environ, "PATH": str(venv / "bin")}
-    environment.pop("PYTHONPATH", None)
-    installed = run(venv / "bin" / "pip", "install", "-q", wheel, env=environment)
-    assert installed.returncode == 0, installed.stderr
-    trimesh.creation.torus(2.0, 0.5).export(tmp_path / "torus.obj")
-    command = venv / "bin" / "gltf-meshlet"
-    for arguments in (
-        ("compress", "torus.obj", "torus.glb"),
-        ("inspect", "torus.glb"),
-        ("verify", "torus.obj", "torus.glb"),
-    ):
-        result = subprocess.run(
-            [command, *arguments], capture_output=True, text=True, cwd=tmp_path, env=environment
-        )
-        assert result.returncode == 0, result.stderr
-
-
-def test_wheels_that_cannot_be_built_are_named(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(build_wheels, "find_python", lambda version: None)
-    assert build_wheels.main([str(tmp_path)]) == 1
-    lines = capsys.readouterr().err.splitlines()
-    assert lines == [
-        "no wheel for cp311: python3.11 is not installed",
-        "no wheel for cp312-abi3: python3.12 or python3.13 or python3.14 is not installed",
-    ]
-
-
-def test_find_python_skips_programs_that_do_not_run(monkeypatch, tmp_path):
-    shim = tmp_path / "python3.99"
-    shim.write_text("#!/bin/sh\nexit 127\n")
-    shim.chmod(0o755)
-    monkeypatch.setenv("PATH", str(tmp_path))
-    assert build_wheels.find_python((3, 99)) is None
-    assert build_wheels.find_python(sys.version_info[:2]) == sys.executable
-
-
-@pytest.mark.parametrize(
-    ("make", "status", "output"),
-    [
-        ('echo \'<testsuite tests="5" skipped="2"/>\' > build/test-results.xml', 0, "3 tests ran"),
-        ('echo \'<testsuite tests="5" skipped="5"/>\' > build/test-results.xml', 1, "no test ran"),
-        ("exit 2", 2, ""),
-        (":", 1, "test-results.xml"),
-    ],
-    ids=["passes", "all skipped", "fails", "writes nothing"],
-)
-def test_ci_fails_if_tests_fail_or_none_runs(make, status, output, tmp_path):
-    """.ci/run in a copy, with a program in place of make. A result of an earlier run is there."""
-    (tmp_path / ".ci").mkdir()
-    shutil.copy(ROOT / ".ci" / "run", tmp_path / ".ci")
-    (tmp_path / ".venv" / "bin").mkdir(parents=True)
-    (tmp_path / ".venv" / "bin" / "python").symlink_to(sys.executable)
-    (tmp_path / "build").mkdir()
-    (tmp_path / "build" / "test-results.xml").write_text('<testsuite tests="9" skipped="0"/>')
-    fake = tmp_path / "bin" / "make"
-    fake.parent.mkdir()
-    fake.write_text(f'#!/bin/sh\ntest "$*" = test && test "$CI" = true || exit 3\n{make}\n')
-    fake.chmod(0o755)
-    environment = {**os.environ, "PATH": f"{fake.parent}{os.pathsep}{os.environ['PATH']}"}
-    result = subprocess.run(
-        [tmp_path / ".ci" / "run"], capture_output=True, text=True, env=environment
-    )
-    assert result.returncode == status, result.stderr
-    assert output in result.stdout + result.stderr
-
-
-def test_workflow_runs_targets_that_exist():
-    text = (ROOT / ".github" / "workflows" / "test.yml").read_text()
-    targets = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(), re.M).group(1).split()
-    called = re.findall(r"run: make (\S+)", text)
-    assert {"lint", "wheel"} <= set(called) <= set(targets)
-    assert "run: .ci/run" in text
 
 
 def test_readme_shows_the_commands_and_its_links_resolve():
