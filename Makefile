@@ -31,7 +31,7 @@ test-full: lint .venv/installed .venv/mitsuba .venv/extras  ## all tests on all 
 lint: .venv/lint  ## check format (Python, C++, GLSL), ruff's rules and types; changes nothing
 	@failed=; \
 	$(BIN)/ruff format --check --quiet . || { echo "make lint: run make format"; failed=1; }; \
-	$(BIN)/ruff check --quiet . || failed=1; \
+	$(BIN)/ruff check --quiet --output-format concise . || failed=1; \
 	$(BIN)/python tools/format_native.py --check || failed=1; \
 	$(BIN)/mypy --no-error-summary || failed=1; \
 	test -z "$$failed"
@@ -58,7 +58,7 @@ figures: .venv/installed .venv/mitsuba  ## render README's pictures again
 	@$(BIN)/gltf-meshlet demo build/demo && cp $(PICTURES:%=build/demo/%.png) docs/
 
 docs: .venv/docs  ## build the documentation's site in build/site; a broken link fails
-	@$(BIN)/mkdocs build --quiet --strict --site-dir build/site && echo "build/site/index.html"
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict --site-dir build/site && echo "build/site/index.html"
 
 wheel: .venv/wheel  ## wheels in dist that install without a compiler
 	@$(BIN)/python tools/build_wheels.py

@@ -31,6 +31,9 @@ EXTRA = "pip install 'gltf-meshlet[mitsuba]'"
 HASWELL = {"avx2", "bmi1", "bmi2", "fma"}  # Mitsuba's wheel is compiled for these
 KEPT = 4  # libraries per Mitsuba and Python; each edit of the C++ sources makes one of about 1 MB
 
+# Messages of this process's failed compilations: importing again must not compile again.
+_failed: dict[Path, str] = {}
+
 
 def library() -> Path:
     """The native library for this Python and its Mitsuba; compiles it if the cache has none.
@@ -44,9 +47,14 @@ def library() -> Path:
         with contextlib.suppress(OSError):
             os.utime(path)  # _prune() removes the least recently used
         return path
+    if path in _failed:
+        raise ImportError(_failed[path])
     try:
         cache.mkdir(parents=True, exist_ok=True)
         _compile_once(path, environment)
+    except ImportError as error:
+        _failed[path] = str(error)
+        raise
     except OSError as error:
         raise ImportError(
             f"cannot write the Mitsuba plugin's library: {error}; "

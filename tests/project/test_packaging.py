@@ -26,6 +26,12 @@ def test_package_version_is_the_installed_one():
     assert gltf_ext.__version__ == importlib.metadata.version("gltf-meshlet")
 
 
+def test_changelog_starts_with_the_version():
+    text = (ROOT / "CHANGELOG.md").read_text()
+    latest = text[text.index("## [") :].split("\n## [")[0]
+    assert gltf_ext.__version__ in latest
+
+
 def test_importing_the_package_is_light():
     heavy = ("trimesh", "matplotlib", "DracoPy")
     code = f"import sys, gltf_ext; print([name for name in {heavy} if name in sys.modules])"

@@ -134,6 +134,18 @@ def test_failed_compilation_is_one_line_with_the_log(tmp_path):
     assert not list(log.parent.glob("CMakeCache.txt"))  # another CXX counts next time
 
 
+def test_failed_compilation_is_not_repeated_by_one_process(plugin, monkeypatch):
+    def fail(folder, advance):
+        plugin.compiled += 1
+        plugin.module._fail("no luck")
+
+    monkeypatch.setattr(plugin.module, "_compile", fail)
+    for _ in range(2):
+        with pytest.raises(ImportError, match="cannot be compiled: no luck"):
+            plugin.module.library()
+    assert plugin.compiled == 1
+
+
 def test_cache_that_cannot_be_written_is_one_line(plugin, monkeypatch, tmp_path):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
