@@ -66,8 +66,10 @@ def build(python: str, folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as temporary:
         raw, repaired = Path(temporary, "raw"), Path(temporary, "repaired")
-        _run(python, "-m", "pip", "wheel", "-q", "--no-deps", "--disable-pip-version-check",
-             "-w", raw, ROOT)  # fmt: skip
+        # Not in the editable install's build folder, whose nanobind and cmake are others.
+        settings = f"--config-settings=build-dir={temporary}/build"
+        pip = (python, "-m", "pip", "--disable-pip-version-check")
+        _run(*pip, "wheel", "-q", "--no-deps", settings, "-w", raw, ROOT)
         (wheel,) = raw.iterdir()
         _run(sys.executable, "-m", "auditwheel", "repair", "-w", repaired, wheel)
         (wheel,) = repaired.iterdir()
