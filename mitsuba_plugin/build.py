@@ -1,101 +1,241 @@
-"""Builds the native library for the mitsuba of the Python that runs this: python mitsuba_plugin/build.py [FOLDER]
+"""Compiles the plugin's native library on first use and keeps it in the user's cache folder.
 
-FOLDER keeps what a later build can use again. Run as a file, since the package cannot be imported without its library.
+`import mitsuba_plugin` does this by itself; `python mitsuba_plugin/build.py` does it ahead of time.
+The library cannot be part of a wheel: it is compiled against the C++ classes of one Mitsuba.
 """
 
 from __future__ import annotations
 
-import argparse
+import contextlib
+import fcntl
+import hashlib
+import importlib.metadata
 import importlib.util
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from itertools import takewhile
 from pathlib import Path
+from typing import NoReturn, TextIO
 
+from gltf_ext.progress import progress_bar
+
+LIBRARY = "meshlet_edgebreaker.so"
 HERE = Path(__file__).resolve().parent
-NEEDED = ("mitsuba", "drjit", "nanobind")
-HASWELL = {"avx2", "bmi1", "bmi2", "fma"}  # what the wheel's code is compiled for
+EXTRA = "pip install 'gltf-meshlet[mitsuba]'"
+HASWELL = {"avx2", "bmi1", "bmi2", "fma"}  # Mitsuba's wheel is compiled for these
+KEPT = 4  # libraries per Mitsuba and Python; each edit of the C++ sources makes one of about 1 MB
+
+# Messages of this process's failed compilations: importing again must not compile again.
+_failed: dict[Path, str] = {}
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Builds and installs into this package; returns the exit status, 1 after one line on stderr."""
-    parser = argparse.ArgumentParser(
-        prog="build.py", description="Build the Mitsuba plugin's native library."
-    )
-    parser.add_argument(
-        "folder",
-        metavar="FOLDER",
-        nargs="?",
-        help="build here, and keep it (default: a temporary folder)",
-    )
-    folder = parser.parse_args(arguments).folder
-    problem = _obstacle()
-    if problem is None:
-        with tempfile.TemporaryDirectory() as temporary:
-            problem = _build(Path(folder or temporary).resolve(), keep=folder is not None)
-    if problem:
-        print(f"mitsuba_plugin cannot be built: {problem}", file=sys.stderr)
-        return 1
-    return 0
+def library() -> Path:
+    """The native library for this Python and its Mitsuba; compiles it if the cache has none.
+
+    Raises ImportError with one line: what is missing, or the compiler's error and the log's path.
+    """
+    environment = _environment()
+    cache = cache_folder()
+    path = cache / f"{environment}-{_digest()}" / LIBRARY
+    if path.is_file():
+        with contextlib.suppress(OSError):
+            os.utime(path)  # _prune() removes the least recently used
+        return path
+    if path in _failed:
+        raise ImportError(_failed[path])
+    try:
+        cache.mkdir(parents=True, exist_ok=True)
+        _compile_once(path, environment)
+    except ImportError as error:
+        _failed[path] = str(error)
+        raise
+    except OSError as error:
+        raise ImportError(
+            f"cannot write the Mitsuba plugin's library: {error}; "
+            "set XDG_CACHE_HOME to a folder that is writable"
+        ) from None
+    return path
 
 
-def _obstacle() -> str | None:
-    """What is known to be in the way before anything is compiled."""
+def cache_folder() -> Path:
+    """The user's cache folder for compiled libraries. Safe to delete at any time."""
+    base = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(base) if os.path.isabs(base) else Path.home() / ".cache") / "gltf-meshlet"
+
+
+def _environment() -> str:
+    """Versions that the library's binary interface depends on, as a file name."""
+    try:
+        versions = [f"{name}-{importlib.metadata.version(name)}" for name in ("mitsuba", "drjit")]
+    except importlib.metadata.PackageNotFoundError as error:
+        raise ImportError(f"{error.name} is not installed; {EXTRA}") from None
+    return "-".join([*versions, str(sys.implementation.cache_tag), platform.machine()])
+
+
+def _digest() -> str:
+    """SHA-256 of the sources' names and contents, 16 hexadecimal digits."""
+    total = hashlib.sha256()
+    for name, path in sorted(_sources().items()):
+        total.update(f"{name}\0{path.stat().st_size}\0".encode())
+        total.update(path.read_bytes())
+    return total.hexdigest()[:16]
+
+
+def _sources() -> dict[str, Path]:
+    """Everything that the library is compiled from; names are alike in a wheel and a checkout."""
+    codec = _codec()
+    files = [HERE / "CMakeLists.txt", *(HERE / "src").iterdir()]
+    found = {f"plugin/{path.name}": path for path in files}
+    for path in (codec / "CMakeLists.txt", *codec.glob("*/*")):
+        if path.suffix in (".h", ".cpp", ".glsl", ".txt"):
+            name = path.relative_to(codec).as_posix()
+            if not name.startswith(("python/", "fuzz/")):  # a wheel lacks these
+                found[f"codec/{name}"] = path
+    return found
+
+
+def _codec() -> Path:
+    """The codec's sources: inside the package in a wheel, beside it in a checkout."""
+    packaged = HERE / "codec"
+    return packaged if packaged.is_dir() else HERE.parent / "codec"
+
+
+def _compile_once(path: Path, environment: str) -> None:
+    """Compiles to `path`; of concurrent processes, one compiles and the others wait for it."""
+    checkout = _codec().parent != HERE and os.access(HERE.parent, os.W_OK)
+    # A checkout keeps its object files: after an edit only the changed ones are compiled.
+    folder = HERE.parent / "build" / "mitsuba" / environment if checkout else path.parent / "build"
+    folder.mkdir(parents=True, exist_ok=True)
+    with _locked(folder.with_name(f"{folder.name}.lock")):
+        if path.is_file():
+            return
+        _check_machine()
+        version = importlib.metadata.version("mitsuba")
+        _say(f"compiling the Mitsuba plugin for Mitsuba {version}, once; this takes about a minute")
+        with progress_bar("Mitsuba plugin", True) as advance:
+            built = _compile(folder, advance)
+        _publish(built, path)
+        if not checkout:
+            shutil.rmtree(folder, ignore_errors=True)
+        _prune(environment)
+
+
+@contextlib.contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    with path.open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            _say("waiting for another process, which compiles the Mitsuba plugin")
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield  # closing the file unlocks it
+
+
+def _publish(built: Path, path: Path) -> None:
+    """Copies, then renames: a reader finds the whole library or none."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=path.parent)
+    os.close(handle)
+    shutil.copy(built, temporary)
+    os.replace(temporary, path)
+
+
+def _prune(environment: str) -> None:
+    """Removes all but the most recently used libraries of this Mitsuba and Python."""
+    found = cache_folder().glob(f"{environment}-*/{LIBRARY}")
+    for path in sorted(found, key=lambda path: path.stat().st_mtime)[:-KEPT]:
+        shutil.rmtree(path.parent, ignore_errors=True)
+
+
+def _check_machine() -> None:
+    """Raises ImportError if the compilation cannot succeed here."""
     if platform.machine() not in ("x86_64", "AMD64"):
-        return f"it needs an x86-64 processor, this is {platform.machine()}"
+        _fail(f"it needs an x86-64 processor, this is {platform.machine()}")
     cpuinfo = Path("/proc/cpuinfo")
-    if cpuinfo.exists() and not HASWELL <= set(cpuinfo.read_text().split()):
-        return "it needs a processor with AVX2"
-    missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
-    if missing:
-        return f"{', '.join(missing)} not installed; pip install 'gltf-meshlet[mitsuba]'"
-    if shutil.which("cmake", path=_path()) is None:
-        return "cmake is not installed; pip install 'gltf-meshlet[mitsuba]'"
-    return None
+    if cpuinfo.exists() and not HASWELL.issubset(cpuinfo.read_text().split()):
+        _fail("it needs a processor with AVX2")
+    if importlib.util.find_spec("nanobind") is None:
+        _fail(f"nanobind is not installed; {EXTRA}")
+    if not _has_program("cmake"):
+        _fail(f"cmake is not installed; {EXTRA}")
+    if not os.environ.get("CXX") and not any(map(_has_program, ("c++", "g++", "clang++"))):
+        _fail("there is no C++ compiler; install GCC 12 or newer (Debian: apt install g++)")
+
+
+def _fail(reason: str) -> NoReturn:
+    raise ImportError(f"the Mitsuba plugin cannot be compiled: {reason}")
+
+
+def _has_program(name: str) -> bool:
+    return shutil.which(name, path=_path()) is not None
 
 
 def _path() -> str:
-    """Programs that pip installed beside this Python come first."""
+    """PATH, after the programs that pip installed beside this Python."""
     return os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
 
 
-def _build(folder: Path, keep: bool) -> str | None:
-    """Configures, compiles and installs; returns what went wrong."""
-    folder.mkdir(parents=True, exist_ok=True)
-    generator = ["-G", "Ninja"] if shutil.which("ninja", path=_path()) else []
-    commands = (
-        ["cmake", "-S", HERE, "-B", folder, *generator, f"-DPython_EXECUTABLE={sys.executable}"],
-        ["cmake", "--build", folder, "--parallel"],
-        ["cmake", "--install", folder, "--prefix", HERE],
-    )
+def _compile(folder: Path, advance: Callable[[float], None] | None) -> Path:
+    """Configures and compiles in `folder`; returns the library. Raises ImportError."""
+    configure = ["cmake", "-S", str(HERE), "-B", str(folder)]
+    configure += ["-G", "Ninja"] if _has_program("ninja") else []
+    configure += [f"-DPython_EXECUTABLE={sys.executable}"]
+    build = ["cmake", "--build", str(folder), "--parallel", str(os.cpu_count() or 1)]
     log = folder / "build.log"
     with log.open("w") as output:
-        for command in commands:
-            try:
-                subprocess.run(
-                    command,
-                    check=True,
-                    stdout=output,
-                    stderr=subprocess.STDOUT,
-                    env={**os.environ, "PATH": _path()},
-                )
-            except subprocess.CalledProcessError:
-                break
-        else:
-            return None
-    cause = next(
-        (
-            line.strip()
-            for line in log.read_text(errors="replace").splitlines()
-            if "error" in line.lower()
-        ),
-        "no cause given",
-    )
-    return f"{cause[:200]}; it needs GCC 12 or newer" + (f"; all of it is in {log}" if keep else "")
+        built = _run(configure, output) and _run(build, output, advance)
+    if not built:
+        # CMake would keep the compiler that it found, also if CXX names another one next time.
+        (folder / "CMakeCache.txt").unlink(missing_ok=True)
+        cause = _cause(log.read_text(errors="replace"))
+        _fail(f"{cause}; it needs GCC 12 or newer; log: {log}")
+    return folder / LIBRARY
+
+
+def _run(
+    command: Sequence[str],
+    output: TextIO,
+    advance: Callable[[float], None] | None = None,
+) -> bool:
+    """Runs a command, its output into the log; True if it succeeds."""
+    environment = {**os.environ, "PATH": _path()}
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment
+    ) as process:
+        assert process.stdout is not None
+        for data in process.stdout:
+            line = data.decode(errors="replace")
+            output.write(line)
+            step = re.match(r"\[(\d+)/(\d+)\]", line)  # Ninja's
+            if step and advance:
+                advance(int(step[1]) / int(step[2]))
+    return process.returncode == 0
+
+
+def _cause(log: str) -> str:
+    """The log's first error, at most 200 characters."""
+    lines = log.splitlines()
+    for i, line in enumerate(lines):
+        if line.startswith("CMake Error"):  # the message follows, indented
+            message = takewhile(lambda text: not text or text[0] == " ", lines[i + 1 :])
+            return " ".join(" ".join(message).split())[:200]
+        if re.search(r"\berror\b", line, re.IGNORECASE):
+            return line.strip()[:200]
+    return "no error in the log"
+
+
+def _say(text: str) -> None:
+    print(f"gltf-meshlet: {text}", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        library()
+    except ImportError as error:
+        sys.exit(f"gltf-meshlet: {error}")

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import ctypes
-import sys
-from pathlib import Path
 from typing import Any
 
 import mitsuba
 
-from . import reader
+from . import build, reader
 from .materials import PRODUCT
 
 PLUGIN = "meshlet_edgebreaker"
 NO_STREAM = 2**32 - 1
-BUILD_COMMAND = f"{sys.executable} {Path(__file__).with_name('build.py')}"
 
 
 class AttributeRow(ctypes.Structure):
@@ -63,14 +60,20 @@ READER = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_int, ctypes.c_int, cty
 
 
 def load() -> ctypes.CDLL:
-    """Loads the library; registers its shape and texture for every variant it was built for."""
-    library = ctypes.CDLL(str(_library_path()))
+    """Loads the library; registers the shape and the texture for each variant it has.
+
+    Compiles it on first use. Raises ImportError with one line.
+    """
+    path = build.library()
+    try:
+        library = ctypes.CDLL(str(path))
+    except OSError as error:
+        raise ImportError(f"cannot load the Mitsuba plugin: {error}; delete {path}") from None
     library.meshlet_mitsuba_version.restype = ctypes.c_char_p
     built = library.meshlet_mitsuba_version().decode()
     if built != mitsuba.__version__:
         raise ImportError(
-            f"mitsuba_plugin was built for mitsuba {built}, this is {mitsuba.__version__}; "
-            f"build it again: {BUILD_COMMAND}"
+            f"{path} was compiled for Mitsuba {built}, this is {mitsuba.__version__}; delete it"
         )
     library.meshlet_set_reader.argtypes = [READER]
     library.meshlet_fail.argtypes = [ctypes.c_void_p, ctypes.c_char_p]
@@ -95,15 +98,6 @@ def load() -> ctypes.CDLL:
     library.meshlet_register(PLUGIN.encode())
     library.meshlet_register_product(PRODUCT.encode())
     return library
-
-
-def _library_path() -> Path:
-    path = Path(__file__).parent / "plugins" / f"{PLUGIN}.so"
-    if not path.is_file():
-        raise ImportError(
-            f"mitsuba_plugin's native library is not built; build it: {BUILD_COMMAND}"
-        )
-    return path
 
 
 def _read(filename: bytes, mesh: int, primitive: int, request: int) -> None:

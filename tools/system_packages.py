@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Installs what rendering needs and pip does not have: LLVM, a Vulkan driver with mesh shaders, shader tools.
+"""Installs system packages for rendering: LLVM, a Vulkan driver with mesh shaders, shader tools.
 
-Called by the Makefile. On Debian and Ubuntu, as root, missing packages are installed; elsewhere one line says what is
-missing. A working GPU driver is left as it is. GLTF_MESHLET_SYSTEM_PACKAGES=no installs nothing. The exit status is
-always 0, since everything else works without.
+The Makefile calls this. As root on Debian or Ubuntu it installs the missing packages; elsewhere it
+names them in one line. It never replaces a GPU driver. GLTF_MESHLET_SYSTEM_PACKAGES=no installs
+nothing. The exit status is always 0: everything else works without these packages.
 """
 
 import ctypes.util
@@ -15,9 +15,9 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
-LEAST_LLVM = 17  # older ones abort on code that Dr.Jit generates
-DRIVER = "mesa-vulkan-drivers"  # has lavapipe, Vulkan on the CPU
-BACKPORTS = {"bookworm": "bookworm-backports"}  # releases whose own Mesa has no mesh shaders
+LEAST_LLVM = 17  # older versions abort on code that Dr.Jit generates
+DRIVER = "mesa-vulkan-drivers"  # contains lavapipe, Vulkan on the CPU
+BACKPORTS = {"bookworm": "bookworm-backports"}  # releases whose Mesa lacks mesh shaders
 LAYERS = (
     "/usr/share/vulkan/explicit_layer.d",
     "/usr/local/share/vulkan/explicit_layer.d",
@@ -25,10 +25,9 @@ LAYERS = (
 )
 KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
 SOURCES = Path("/etc/apt/sources.list.d/gltf-meshlet-temporary.list")
-UPDATE_SECONDS, DOWNLOAD_SECONDS = (
-    120,
-    600,
-)  # a network that does not answer must not stop the build
+# A network that does not answer must not stop the build.
+UPDATE_SECONDS = 120
+DOWNLOAD_SECONDS = 600
 APT = ("apt-get", "-qq", "-y", "--no-install-recommends", "-o", "DPkg::Lock::Timeout=60",
        "-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=20")  # fmt: skip
 
@@ -43,14 +42,15 @@ def main() -> None:
         or os.geteuid() != 0
         or not shutil.which("apt-get")
     ):
-        say(f"missing for some renderers (their tests are skipped), in Debian's names: {hint}")
+        say(f"some renderers lack system packages, their tests are skipped; Debian: {hint}")
         return
     say(f"installing Debian packages: {' '.join(packages)}")
     try:
         install(packages)
     except (subprocess.SubprocessError, OSError) as error:
         say(
-            f"cannot install ({reason(error)}); some renderers do without, their tests are skipped; try: {hint}"
+            f"cannot install system packages ({reason(error)}); some renderers lack them, "
+            f"their tests are skipped; try: {hint}"
         )
 
 
@@ -58,11 +58,11 @@ def say(text: str) -> None:
     print(f"make: {text}", flush=True)
 
 
-# --- what is missing ---
+# --- finding missing packages ---
 
 
 def missing() -> list[str]:
-    """Names of Debian packages."""
+    """Debian's names of the packages that this machine lacks."""
     packages = [] if has_llvm() else ["libllvm19"]
     packages += [
         p
@@ -79,6 +79,7 @@ def missing() -> list[str]:
 
 
 def has_llvm() -> bool:
+    """True if an LLVM that Dr.Jit can use is installed."""
     folders = (Path("/usr/lib"), Path("/usr/lib64"), *Path("/usr/lib").glob("*-linux-gnu"))
     names = (library.name for folder in folders for library in folder.glob("libLLVM*.so.*"))
     versions = (re.match(r"libLLVM(?:-(\d+)\.so|\.so\.(\d+))", name) for name in names)
@@ -86,14 +87,14 @@ def has_llvm() -> bool:
 
 
 def has_vulkan_driver() -> bool:
-    """A device with mesh shaders, or a GPU, whose driver is not for us to choose."""
+    """True with any GPU, whose driver is the user's choice, or a CPU device with mesh shaders."""
     if Path("/proc/driver/nvidia").exists():
         return True
     try:
         import vulkan as vk
-    except OSError:  # there is no loader, so no driver can have been in use
+    except OSError:  # no Vulkan loader
         return False
-    except ImportError:  # without the package nothing here could use a driver
+    except ImportError:  # without the Python package a driver is of no use
         return True
     try:
         application = vk.VkApplicationInfo(
@@ -130,7 +131,7 @@ def install(packages: list[str]) -> None:
 
 
 def apt_install(arguments: list[str]) -> None:
-    # What takes long can be stopped; unpacking cannot.
+    # Only the download has a timeout: interrupting the unpacking would break the system.
     apt("install", "--download-only", *arguments, seconds=DOWNLOAD_SECONDS)
     apt("install", *arguments, seconds=None)
 
@@ -155,7 +156,7 @@ def codename() -> str:
 
 @contextmanager
 def temporary_source(release: str | None):
-    """For as long as we install, apt knows `release` of the mirror that it uses."""
+    """Adds `release` of apt's own mirror to its sources for the duration."""
     known = subprocess.run(
         ["apt-get", "indextargets", "--format", "$(CODENAME) $(REPO_URI)"],
         capture_output=True,
@@ -175,6 +176,7 @@ def temporary_source(release: str | None):
 
 
 def reason(error: Exception) -> str:
+    """The error in one line."""
     if isinstance(error, subprocess.TimeoutExpired):
         return f"no answer for {error.timeout:.0f} s"
     lines = (getattr(error, "stderr", None) or str(error)).strip().splitlines()

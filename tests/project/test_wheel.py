@@ -1,0 +1,91 @@
+"""Wheels: what they contain, and that they work where there is no compiler."""
+
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+
+import pytest
+import trimesh
+
+from tests.helpers.environment import ROOT
+from tools import build_wheels
+
+
+def run(*command, **options):
+    return subprocess.run(command, capture_output=True, text=True, **options)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """A wheel for this Python, not repaired, built from a copy of the project."""
+    folder = tmp_path_factory.mktemp("wheel")
+    ignored = (".venv", "build", "dist", ".git", "demo-output", "__pycache__")
+    source = folder / "source"
+    shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(*ignored))
+    command = (sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation")
+    result = run(*command, "-w", folder, source)
+    assert result.returncode == 0, result.stderr
+    (path,) = folder.glob("*.whl")
+    return path
+
+
+@pytest.mark.full
+def test_wheel_contains_all_packages_and_the_sources_of_the_plugin(wheel):
+    names = set(zipfile.ZipFile(wheel).namelist())
+    sources = {
+        f"mitsuba_plugin/codec/{path.relative_to(ROOT / 'codec')}"
+        for path in (ROOT / "codec").glob("*/*.h")
+    }
+    assert {
+        "gltf_meshlet/cli.py",
+        "mitsuba_plugin/build.py",
+        "mitsuba_plugin/src/shape.cpp",
+        "mitsuba_plugin/codec/decode/serial_decoder.glsl",
+        *sources,
+    } <= names
+    assert any(name.startswith("vk_backend/") and name.endswith(".spv") for name in names)
+    assert not any(name.startswith(("tests", "bench", "codec")) for name in names)
+    assert [name for name in names if name.endswith(".so") and "_codec" not in name] == []
+
+
+@pytest.mark.full
+def test_wheel_works_without_a_compiler(wheel, tmp_path):
+    """An empty environment, and a PATH with nothing but its own programs."""
+    venv = tmp_path / "venv"
+    assert run(sys.executable, "-m", "venv", venv).returncode == 0
+    environment = {**os.environ, "PATH": str(venv / "bin")}
+    environment.pop("PYTHONPATH", None)
+    installed = run(venv / "bin" / "pip", "install", "-q", wheel, env=environment)
+    assert installed.returncode == 0, installed.stderr
+    trimesh.creation.torus(2.0, 0.5).export(tmp_path / "torus.obj")
+    command = venv / "bin" / "gltf-meshlet"
+    for arguments in (
+        ("compress", "torus.obj", "torus.glb"),
+        ("inspect", "torus.glb"),
+        ("verify", "torus.obj", "torus.glb"),
+    ):
+        result = subprocess.run(
+            [command, *arguments], capture_output=True, text=True, cwd=tmp_path, env=environment
+        )
+        assert result.returncode == 0, result.stderr
+
+
+def test_wheels_that_cannot_be_built_are_named(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(build_wheels, "find_python", lambda version: None)
+    assert build_wheels.main([str(tmp_path)]) == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert lines == [
+        "no wheel for cp311: python3.11 is not installed",
+        "no wheel for cp312-abi3: python3.12 or python3.13 or python3.14 is not installed",
+    ]
+
+
+def test_find_python_skips_programs_that_do_not_run(monkeypatch, tmp_path):
+    shim = tmp_path / "python3.99"
+    shim.write_text("#!/bin/sh\nexit 127\n")
+    shim.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert build_wheels.find_python((3, 99)) is None
+    assert build_wheels.find_python(sys.version_info[:2]) == sys.executable
