@@ -61,6 +61,7 @@ class BitWriter {
     while (count_ & 7) put(0, 8 - (count_ & 7));
     while (bytes_.size() % bytes) put(0, 8);
   }
+  uint64_t bit_count() const { return count_; }
   const std::vector<uint8_t>& bytes() const { return bytes_; }
 
  private:

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "decode/statistics.h"
 #include "format/blob.h"
 #include "encode/boundaries.h"
 #include "segment/segment.h"
@@ -22,6 +23,7 @@ struct EncoderStats {
   uint32_t vertices = 0;  // decoded
   uint32_t histogram[4] = {0, 0, 0, 0};
   int iterations = 0;
+  Description description;  // equal to describe() of the blob, without decoding it
 };
 
 // Encodes one primitive. streams: kind, components, bits, step, offset, and predictor or

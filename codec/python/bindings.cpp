@@ -46,6 +46,30 @@ nb::dict stream_dict(const Stream& s) {
   return d;
 }
 
+nb::dict description_dict(const BlobHeader& h, const Description& d) {
+  nb::dict out, bits, symbols, references;
+  nb::list streams, stream_bits;
+  for (const Stream& s : h.streams) streams.append(stream_dict(s));
+  for (uint64_t b : d.streams) stream_bits.append(b);
+  bits["connectivity"] = d.connectivity;
+  bits["references"] = d.references;
+  bits["streams"] = stream_bits;
+  const char* names[5] = {"C", "L", "E", "R", "S"};
+  for (int i = 0; i < 5; i++) symbols[names[i]] = d.symbols[i];
+  references["owned"] = d.kinds[0];
+  references["private"] = d.kinds[1];
+  references["foreign"] = d.kinds[2];
+  out["triangles"] = h.triangle_count;
+  out["vertices"] = h.vertex_count;
+  out["meshlets"] = h.meshlet_count;
+  out["components"] = d.components;
+  out["streams"] = streams;
+  out["bits"] = bits;
+  out["symbols"] = symbols;
+  out["references"] = references;
+  return out;
+}
+
 int integer(const nb::dict& d, const char* key) {
   if (!d.contains(key))
     throw nb::value_error((std::string("a stream lacks '") + key + "'").c_str());
@@ -145,12 +169,11 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
     nb::gil_scoped_release release;
     blob = encode(mesh, streams, all, options, stats);
   }
-  nb::dict generation, out;
+  nb::dict out = description_dict(read_blob_header(blob.data(), blob.size()), stats.description);
+  nb::dict generation;
   generation["histogram"] = nb::make_tuple(stats.histogram[0], stats.histogram[1],
                                            stats.histogram[2], stats.histogram[3]);
   generation["iterations"] = stats.iterations;
-  out["meshlets"] = stats.meshlets;
-  out["vertices"] = stats.vertices;
   out["generation"] = generation;
   return nb::make_tuple(nb::bytes(blob.data(), blob.size()), out);
 }
@@ -234,29 +257,7 @@ class OpenBlob {
 
 nb::dict describe_blob(const nb::bytes& blob) {
   const uint8_t* data = static_cast<const uint8_t*>(blob.data());
-  BlobHeader h = read_blob_header(data, blob.size());
-  Description d = describe(data, blob.size());
-  nb::dict out, bits, symbols, references;
-  nb::list streams, stream_bits;
-  for (const Stream& s : h.streams) streams.append(stream_dict(s));
-  for (uint64_t b : d.streams) stream_bits.append(b);
-  bits["connectivity"] = d.connectivity;
-  bits["references"] = d.references;
-  bits["streams"] = stream_bits;
-  const char* names[5] = {"C", "L", "E", "R", "S"};
-  for (int i = 0; i < 5; i++) symbols[names[i]] = d.symbols[i];
-  references["owned"] = d.kinds[0];
-  references["private"] = d.kinds[1];
-  references["foreign"] = d.kinds[2];
-  out["triangles"] = h.triangle_count;
-  out["vertices"] = h.vertex_count;
-  out["meshlets"] = h.meshlet_count;
-  out["components"] = d.components;
-  out["streams"] = streams;
-  out["bits"] = bits;
-  out["symbols"] = symbols;
-  out["references"] = references;
-  return out;
+  return description_dict(read_blob_header(data, blob.size()), describe(data, blob.size()));
 }
 
 void validate(const nb::bytes& blob) {
@@ -292,7 +293,7 @@ NB_MODULE(_codec, m) {
         "values: uint32[V, components] per stream. lambda_, iterations and fill: 0 takes the "
         "default. share_seams: off only to measure what it gives. threads: "
         "0 is one per processor.\n"
-        "Returns (blob: bytes, stats: dict).");
+        "Returns (blob: bytes, stats: dict), stats as describe has them, with 'generation'.");
   m.def(
       "decode", [](const nb::bytes& blob) { return decode_blob(blob, false); }, "blob"_a,
       "Returns (triangles: uint32[T, 3], [uint32[V, components] per stream]).");
