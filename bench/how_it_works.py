@@ -25,7 +25,7 @@ from bench.figures import DIGEST, digest
 from bench.generated import torus
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.inspection import INDEX_BYTES_PER_TRIANGLE
-from gltf_ext.gltf.document import write_files
+from gltf_ext.files import write_files
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo import model as demo_model
 from gltf_meshlet.demo.plots import meshlet_colors

@@ -14,8 +14,8 @@ import gltf_ext
 from bench.common import MODELS, ROOT, markdown_table, origin, origin_line, spread, write_result
 from bench.generated import torus
 from bench.speed import native
-from gltf_ext.compression.compressor import Options
 from gltf_ext.compression.extension import require_compressed
+from gltf_ext.compression.options import Options
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo.model import write_glb
 

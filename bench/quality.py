@@ -19,7 +19,7 @@ from trimesh import Trimesh
 import gltf_ext
 from bench.common import MODELS, ROOT, markdown_table, origin, origin_line, write_result
 from bench.generated import torus
-from gltf_ext.compression.compressor import Options
+from gltf_ext.compression.options import Options
 from gltf_ext.compression.primitives import Primitive
 from gltf_meshlet.demo.model import write_glb
 from gltf_meshlet.demo.rasterizer import Camera, Mesh, render

@@ -15,7 +15,7 @@ import mitsuba as mi
 import numpy as np
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import write_files
+from gltf_ext.files import write_files
 from gltf_ext.progress import progress_bar
 
 from . import llvm

@@ -16,7 +16,7 @@ import numpy as np
 from PIL import Image
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import write_files
+from gltf_ext.files import write_files
 from gltf_ext.progress import progress_bar
 
 from .camera import Camera

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pygltflib
 
-from gltf_ext.gltf.document import write_files
+from gltf_ext.files import write_files
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  (the backend must be chosen first)
 from PIL import Image  # noqa: E402
 
-from gltf_ext.gltf.document import write_files  # noqa: E402
+from gltf_ext.files import write_files  # noqa: E402
 from gltf_meshlet.demo.rasterizer import Camera, Mesh, render  # noqa: E402
 
 PARTS = {  # inspect's keys, the label and the colour of each

@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 import mitsuba_plugin
-from gltf_ext.gltf.document import write_files
+from gltf_ext.files import write_files
 from gltf_ext.progress import progress_bar
 from gltf_meshlet.demo.rasterizer import Camera
 from mitsuba_plugin import llvm

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_ext.gltf.document import parse_glb
+from gltf_ext.gltf.container import parse_glb
 from tests.helpers.gltf_builder import Builder, glb_bytes, glb_json, grid_mesh
 
 UNTOUCHED = (

@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 import gltf_ext
+import gltf_ext.trimesh_handler
 from tests.helpers.gltf_builder import Builder, everything, grid_mesh
 
 
@@ -129,12 +130,12 @@ def test_trimesh_loads_the_decoded_values(compressed):
 @pytest.mark.parametrize(
     "imports",
     [
-        "import gltf_ext, trimesh",
-        "import trimesh, gltf_ext",
-        "import trimesh.exchange.gltf, gltf_ext, gltf_ext.trimesh_handler",
+        "import gltf_ext, trimesh, gltf_ext.trimesh_handler",
+        "import gltf_ext.trimesh_handler, trimesh",
+        "import trimesh, gltf_ext.trimesh_handler",
     ],
 )
-def test_import_order_does_not_matter(compressed, imports):
+def test_the_order_of_imports_does_not_matter(compressed, imports):
     code = f"{imports}\nprint(trimesh.load_scene({str(compressed)!r}).area)"
     area = float(
         subprocess.run(
@@ -142,3 +143,14 @@ def test_import_order_does_not_matter(compressed, imports):
         ).stdout
     )
     assert area == pytest.approx(trimesh.load_scene(compressed).area) and area > 1
+
+
+@pytest.mark.parametrize("imports", ["import trimesh, gltf_ext", "import gltf_ext, trimesh"])
+def test_only_the_handlers_import_registers(imports):
+    code = (
+        f"import sys\nbefore = list(sys.meta_path)\n{imports}\n"
+        "import trimesh.exchange.gltf.extensions as e\n"
+        "print(e._handlers['primitive_preprocess'], sys.meta_path == before)"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "EXT_meshlet_edgebreaker" not in result.stdout and "True" in result.stdout, result
