@@ -94,7 +94,8 @@ def _warn(path: str, warnings: list[str]) -> None:
 
 
 def _compress(options: argparse.Namespace) -> int:
-    given = {option.name: getattr(options, option.name) for option in OPTIONS if option.flag}
+    values = {option.name: getattr(options, option.name) for option in OPTIONS if option.flag}
+    given = {name: value for name, value in values.items() if value is not None}
     report = gltf_ext.compress(options.input, options.output, progress=True, **given)
     _warn(options.input, report_text.compress_warnings(report))
     print(report_text.compress_summary(report))
@@ -258,16 +259,12 @@ def _add_render(commands: _Commands) -> None:
     command = commands.add(
         "render", render_command.run, "draw a picture of a file without decompressing it"
     )
-    command.add_argument(
-        "input", metavar="SCENE", help="file that compress wrote, or any model"
-    )
+    command.add_argument("input", metavar="SCENE", help="file that compress wrote, or any model")
     render_command.add_arguments(command)
 
 
 def _add_demo(commands: _Commands) -> None:
-    command = commands.add(
-        "demo", _demo, "compress a generated model, verify it and draw pictures"
-    )
+    command = commands.add("demo", _demo, "compress a generated model, verify it and draw pictures")
     command.add_argument(
         "output",
         metavar="FOLDER",

@@ -1,8 +1,8 @@
-"""`gltf-meshlet render`: its options, and which renderer they go to.
+"""`gltf-meshlet render`: its options, and the back end that they go to.
 
-A renderer is a module with `main(options) -> exit status` that raises MeshletError and OSError; it is imported when it is
-asked for, since neither is needed for anything else here. It reads `options.input`, which is compressed, and speaks of
-`options.source`, what the user named.
+A back end is a module with `main(options) -> exit status` that raises MeshletError and OSError. It
+reads `options.input`, which is compressed, and names `options.source`, the user's file, in messages.
+It is imported on use: no other command needs its packages.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from __future__ import annotations
 import argparse
 import importlib
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import MeshletError, blaming
 
-RENDERERS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
+BACKENDS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
 PATHS = (
     "stream",
     "mesh",
@@ -29,8 +29,8 @@ PATHS = (
     "rt-plain",
     "rt-triangles",
 )
-# The options that one renderer alone has, and what they are where they are not given.
-OWN_OPTIONS = {
+# Options of a single back end, and their defaults.
+OWN_OPTIONS: dict[str, dict[str, Any]] = {
     "mitsuba": {"variant": "scalar_rgb", "spp": 64},
     "vulkan": {
         "path": None,
@@ -41,20 +41,32 @@ OWN_OPTIONS = {
         "validate": False,
     },
 }
-# Of the GPU's paths, those that have an option; None: the path is left to the device, which takes none with rays.
-PATHS_WITH = {
+# The Vulkan paths that have an option. None: the device chooses the path, never one of rt.
+PATHS_WITH: dict[str, tuple[str | None, ...]] = {
     "cache": ("rt",),
     "cache_bytes": ("rt",),
     "bounces": ("rt", "rt-plain", "rt-triangles"),
     "ring": ("stream", None),
 }
-# Misses cost a GPU far more than a CPU, and a full cache is still a third of what uncompressed triangles take there.
+# Misses cost a GPU far more than a CPU. There, all decoded meshlets take a third of the memory of
+# uncompressed triangles.
 CACHE = {"mitsuba": 0.25, "vulkan": 1.0}
 LARGEST_SIDE = 16384  # pixels
+# Smallest values of the options that count.
+LEAST = {"spp": 1, "frames": 1, "bounces": 0, "ring": 1}
 
 
 def add_arguments(command: argparse.ArgumentParser) -> None:
-    """The options of `render`; its input is there already."""
+    """Adds the options of `render`, but not its input."""
+    _add_shared(command)
+    mitsuba, vulkan = (
+        command.add_argument_group(f"with --backend {backend}") for backend in BACKENDS
+    )
+    _add_mitsuba(mitsuba)
+    _add_vulkan(vulkan)
+
+
+def _add_shared(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o",
         "--output",
@@ -64,7 +76,7 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--backend",
-        choices=RENDERERS,
+        choices=BACKENDS,
         default="mitsuba",
         help="path tracing on the CPU, or the GPU (default %(default)s)",
     )
@@ -75,56 +87,67 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
         "--height", type=int, default=600, metavar="N", help="pixels (default %(default)s)"
     )
     command.add_argument(
-        "--camera", type=int, default=0, metavar="N",
-        help="which of the file's cameras (default %(default)s); where there is none, everything is in view",
-    )  # fmt: skip
+        "--camera",
+        type=int,
+        default=0,
+        metavar="N",
+        help="number of the file's camera (default %(default)s); a file without cameras is "
+        "shown as a whole",
+    )
+    caches = ", ".join(f"{share} with {backend}" for backend, share in CACHE.items())
     command.add_argument(
-        "--cache", type=float, metavar="X",
-        help="share of the decoded geometry that may stay in memory, 0 to 1; with --path rt what stays for certain: slots for two "
-        "thirds of the rest come on top (default " + ", ".join(f"{share} with {backend}" for backend, share in CACHE.items()) + ")",
-    )  # fmt: skip
+        "--cache",
+        type=float,
+        metavar="X",
+        help="share of the decoded geometry that may stay in memory, 0 to 1; with --path rt the "
+        f"share that always stays: slots for two thirds of the rest are added (default {caches})",
+    )
     command.add_argument("--cache-bytes", type=int, metavar="N", help="the same in bytes")
     command.add_argument("--json", action="store_true", help="print JSON instead of the line")
-    mitsuba, vulkan = (
-        command.add_argument_group(f"with --backend {backend}") for backend in RENDERERS
-    )
-    mitsuba.add_argument(
+
+
+def _add_mitsuba(group: argparse._ArgumentGroup) -> None:
+    defaults = OWN_OPTIONS["mitsuba"]
+    group.add_argument(
         "--variant",
         metavar="NAME",
-        help=f"of Mitsuba: scalar_* or llvm_* (default {OWN_OPTIONS['mitsuba']['variant']}); llvm_* needs LLVM",
+        help=f"of Mitsuba: scalar_* or llvm_*, which needs LLVM (default {defaults['variant']})",
     )
-    mitsuba.add_argument(
-        "--spp",
-        type=int,
-        metavar="N",
-        help=f"samples per pixel (default {OWN_OPTIONS['mitsuba']['spp']})",
+    group.add_argument(
+        "--spp", type=int, metavar="N", help=f"samples per pixel (default {defaults['spp']})"
     )
-    vulkan.add_argument(
+
+
+def _add_vulkan(group: argparse._ArgumentGroup) -> None:
+    defaults = OWN_OPTIONS["vulkan"]
+    group.add_argument(
         "--path",
         choices=PATHS,
-        help="how it is decoded and drawn; rt*: with ray tracing (default: what suits the device)",
+        help="how to decode and draw; rt*: with ray tracing (default: the best for the device)",
     )
-    vulkan.add_argument(
-        "--device",
-        metavar="DEVICE",
-        help="its number, or a part of its name (default: the first GPU)",
+    group.add_argument(
+        "--device", metavar="DEVICE", help="number, or a part of the name (default: the first GPU)"
     )
-    vulkan.add_argument(
+    group.add_argument(
         "--ring",
         type=int,
         metavar="N",
-        help="meshlets that path stream has decoded at a time, at most (default: 8192)",
+        help="most meshlets that path stream keeps decoded at a time (default 8192)",
     )
-    vulkan.add_argument(
-        "--bounces", type=int, metavar="N", help="diffuse bounces of the rt paths (default 0)"
+    group.add_argument(
+        "--bounces",
+        type=int,
+        metavar="N",
+        help=f"diffuse bounces of the rt paths (default {defaults['bounces']})",
     )
-    vulkan.add_argument(
+    group.add_argument(
         "--frames",
         type=int,
         metavar="N",
-        help="frames of a turn round the scene: numbered pictures, or one .gif (default 1)",
+        help="frames of a turn around the scene: numbered pictures, or one .gif "
+        f"(default {defaults['frames']})",
     )
-    vulkan.add_argument(
+    group.add_argument(
         "--validate", action="store_true", default=None, help="with the Vulkan validation layer"
     )
 
@@ -132,43 +155,57 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Renders; returns the exit status. Raises MeshletError, OSError."""
     _check(options)
-    renderer = _renderer(options.backend)
+    backend = _backend(options.backend)
     with _compressed(options.input) as path:
+        passed_on = argparse.Namespace(**{**vars(options), "input": path, "source": options.input})
         try:
-            return renderer.main(
-                argparse.Namespace(**{**vars(options), "input": path, "source": options.input})
-            )
+            status: int = backend.main(passed_on)
+            return status
         except MeshletError as error:
             error.path = options.input if error.path == path else error.path
             raise
 
 
 def _check(options: argparse.Namespace) -> None:
-    """What no renderer can do is refused; options that were not given get their values."""
+    """Raises MeshletError for options that no back end can take; fills in defaults."""
     for name in ("width", "height"):
         if not 1 <= getattr(options, name) <= LARGEST_SIDE:
-            raise MeshletError(
-                f"{name} is {getattr(options, name)}", f"use 1 to {LARGEST_SIDE}", options=(name,)
-            )
+            raise _out_of_range(options, name, f"1 to {LARGEST_SIDE}")
+    _check_path(options)
+    if options.cache is None:
+        options.cache = CACHE[options.backend]
+    if not 0 <= options.cache <= 1:
+        raise _out_of_range(options, "cache", "0 to 1")
+    if options.cache_bytes is not None and options.cache_bytes < 0:
+        raise _out_of_range(options, "cache_bytes", "0 or more")
+    _fill_own_options(options)
+    for name, least in LEAST.items():
+        value = getattr(options, name)
+        if value is not None and value < least:
+            raise _out_of_range(options, name, f"{least} or more")
+    if not Path(options.output).absolute().parent.is_dir():
+        raise MeshletError("its folder does not exist", "create it first", options.output)
+
+
+def _out_of_range(options: argparse.Namespace, name: str, values: str) -> MeshletError:
+    return MeshletError(f"{name} is {getattr(options, name)}", f"use {values}", options=(name,))
+
+
+def _check_path(options: argparse.Namespace) -> None:
+    """Raises MeshletError for an option that the Vulkan path does not have."""
+    if options.backend != "vulkan":
+        return
     for name, paths in PATHS_WITH.items():
-        if (
-            options.backend == "vulkan"
-            and getattr(options, name) is not None
-            and options.path not in paths
-        ):
+        if getattr(options, name) is not None and options.path not in paths:
             raise MeshletError(
                 f"{name} is for --path {' or '.join(filter(None, paths))}",
                 "leave it out or change --path",
                 options=(name,),
             )
-    if options.cache is None:
-        options.cache = CACHE[options.backend]
-    if not 0 <= options.cache <= 1:
-        raise MeshletError(f"cache is {options.cache}", "use 0 to 1", options=("cache",))
-    if options.cache_bytes is not None and options.cache_bytes < 0:
-        raise MeshletError(
-            f"cache_bytes is {options.cache_bytes}", "use 0 or more", options=("cache_bytes",)
-        )
+
+
+def _fill_own_options(options: argparse.Namespace) -> None:
+    """Sets the defaults. Raises MeshletError for an option of another back end."""
     for backend, defaults in OWN_OPTIONS.items():
         for name, default in defaults.items():
             if getattr(options, name) is None:
@@ -179,56 +216,45 @@ def _check(options: argparse.Namespace) -> None:
                     "leave it out or change --backend",
                     options=(name,),
                 )
-    for name, least in (("spp", 1), ("frames", 1), ("bounces", 0), ("ring", 1)):
-        if getattr(options, name) is not None and getattr(options, name) < least:
-            raise MeshletError(
-                f"{name} is {getattr(options, name)}", f"use {least} or more", options=(name,)
-            )
-    if not Path(options.output).absolute().parent.is_dir():
-        raise MeshletError("its folder does not exist", "create it first", options.output)
 
 
-def _renderer(backend: str):
+def _backend(name: str) -> Any:
+    """The back end's module. Raises MeshletError when it cannot be imported."""
     try:
-        return importlib.import_module(RENDERERS[backend])
+        return importlib.import_module(BACKENDS[name])
     except ModuleNotFoundError as error:
         raise MeshletError(
-            f"--backend {backend} needs the package {error.name}",
-            f"pip install 'gltf-meshlet[{backend}]'",
+            f"--backend {name} needs the package {error.name}",
+            f"pip install 'gltf-meshlet[{name}]'",
         ) from None
-    except ImportError as error:  # what is wrong, and what to do, in the renderer's own words
+    except ImportError as error:  # its message says what to do
         raise MeshletError(str(error)) from None
 
 
 @contextmanager
 def _compressed(path: str) -> Iterator[str]:
-    """The file, or a compressed copy of one that is not compressed."""
-    from gltf_ext.compression.compressor import compress
+    """The file itself if it is compressed, else a temporary compressed copy."""
+    import tempfile
+
+    import gltf_ext
 
     if _is_compressed(path):
         yield path
         return
     print(
-        f"gltf-meshlet: {path}: is not compressed; rendering a copy compressed with the default bits",
+        f"gltf-meshlet: {path}: is not compressed; "
+        "rendering a copy compressed with the default bits",
         file=sys.stderr,
     )
     with tempfile.TemporaryDirectory() as folder:
         copy = str(Path(folder) / f"{Path(path).stem}.glb")
-        compress(path, copy, progress=True)
+        gltf_ext.compress(path, copy, progress=True)
         yield copy
 
 
 def _is_compressed(path: str) -> bool:
-    from gltf_ext.compression.extension import EXTENSION
+    from gltf_ext.compression.extension import has_compressed
     from gltf_ext.gltf.importers import open_model
 
-    try:
-        meshes = open_model(path).meshes
-    except MeshletError as error:
-        error.path = error.path or path
-        raise
-    return any(
-        EXTENSION in (primitive.extensions or {})
-        for mesh in meshes
-        for primitive in mesh.primitives
-    )
+    with blaming(path):
+        return has_compressed(open_model(path))

@@ -182,7 +182,5 @@ def verify_json(report: Report) -> Report:
     bounds = report["error_over_bound"].items()
     return {
         **report,
-        "error_over_bound": {
-            name: None if value == math.inf else value for name, value in bounds
-        },
+        "error_over_bound": {name: None if value == math.inf else value for name, value in bounds},
     }

@@ -32,7 +32,7 @@ MAX_WAVEFRONT = 2**22  # since llvm_* variants hold all samples of a pass
 
 
 def main(options: argparse.Namespace) -> int:
-    """Renders and writes the picture; returns the exit status 0. options: those of gltf_meshlet.render.
+    """Renders and writes the picture; returns the exit status 0. options: those of gltf_meshlet.render_command.
 
     Raises MeshletError, OSError.
     """

@@ -35,7 +35,7 @@ Draw = Callable[[Camera], tuple[np.ndarray, float]]
 
 
 def main(options: argparse.Namespace) -> int:
-    """Renders and writes the pictures; returns the exit status 0. options: those of gltf_meshlet.render. Raises MeshletError, OSError."""
+    """Renders and writes the pictures; returns the exit status 0. options: those of gltf_meshlet.render_command. Raises MeshletError, OSError."""
     try:
         return _render(options)
     except vk.VkError as error:  # what the driver refuses, and nothing above has a better word for

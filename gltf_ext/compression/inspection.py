@@ -16,9 +16,8 @@ from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
 
 INDEX_BYTES_PER_TRIANGLE = 12
-PARTS = ("connectivity", "references_and_headers", "positions", "normals", "texcoords", "other")
 PART_OF = {"POSITION": "positions", "NORMAL": "normals", "TEXCOORD": "texcoords"}
-# Parts as people read them.
+# The parts of a blob, as people read them.
 PART_LABELS = {
     "connectivity": "connectivity",
     "references_and_headers": "references and headers",
@@ -161,7 +160,7 @@ def _figures(described: dict[str, Any]) -> dict[str, Any]:
     """Ratios and shares from the counts of one primitive, or of all together."""
     triangles = described["triangles"]
     compressed = described["blob_bytes"] + described["json_bytes"]
-    bits = {part: described["part_bits"][part] for part in PARTS}
+    bits = {part: described["part_bits"][part] for part in PART_LABELS}
     bits["references_and_headers"] += 8 * described["json_bytes"]
     symbols = described["symbol_counts"]
     symbol_total = max(sum(symbols.values()), 1)

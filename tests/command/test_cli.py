@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_meshlet import render as rendering
+from gltf_meshlet import render_command
 from gltf_meshlet.cli import main
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
 
@@ -217,7 +217,7 @@ def test_a_full_disk_leaves_nothing(original, tmp_path, capsys, monkeypatch):
 
 def run(*arguments, code=None):
     command = (
-        [sys.executable, "-m", "gltf_ext.cli", *map(str, arguments)]
+        [sys.executable, "-m", "gltf_meshlet.cli", *map(str, arguments)]
         if code is None
         else [sys.executable, "-c", code]
     )
@@ -247,7 +247,7 @@ def test_import_is_light():
 
 
 def test_closed_pipe_is_no_traceback(compressed):
-    shell = f"{sys.executable} -m gltf_ext.cli inspect {compressed} --json | true"
+    shell = f"{sys.executable} -m gltf_meshlet.cli inspect {compressed} --json | true"
     assert subprocess.run(shell, shell=True, capture_output=True, text=True).stderr == ""
 
 
@@ -267,7 +267,7 @@ def test_a_coarse_step_warns_of_small_meshes(tmp_path, capsys):
 
 def test_python_m():
     result = subprocess.run(
-        [sys.executable, "-m", "gltf_ext", "--version"], capture_output=True, text=True
+        [sys.executable, "-m", "gltf_meshlet", "--version"], capture_output=True, text=True
     )
     assert result.stdout == f"gltf-meshlet {gltf_ext.__version__}\n"
 
@@ -277,7 +277,7 @@ def test_an_early_interruption_is_silent():
 import sys
 class Interrupt:
     def find_spec(self, name, path, target=None):
-        if name == "gltf_ext.cli":
+        if name == "gltf_meshlet.cli":
             raise KeyboardInterrupt
 sys.meta_path.insert(0, Interrupt())
 from gltf_meshlet.__main__ import main
@@ -296,7 +296,7 @@ def test_odd_file_names(original, tmp_path, name):
         ["validate", tmp_path / name],
         ["inspect", tmp_path / ("no" + name)],
     ):
-        command = [sys.executable, "-m", "gltf_ext", *map(str, arguments)]
+        command = [sys.executable, "-m", "gltf_meshlet", *map(str, arguments)]
         result = subprocess.run(command, capture_output=True, text=True, env=environment)
         assert "Traceback" not in result.stderr and result.returncode == (
             2 if "no" + name in command[-1] else 0
@@ -312,7 +312,7 @@ def test_output_is_a_folder(original, tmp_path, capsys):
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
 def test_full_standard_output(compressed):
     with open("/dev/full", "w") as full:
-        command = [sys.executable, "-m", "gltf_ext", "inspect", str(compressed)]
+        command = [sys.executable, "-m", "gltf_meshlet", "inspect", str(compressed)]
         result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
     assert result.returncode == 2
     assert (
@@ -402,7 +402,7 @@ def rendered(monkeypatch):
     fake = types.SimpleNamespace(
         main=lambda options: asked.append((options, gltf_ext.inspect(options.input))) or 0
     )
-    monkeypatch.setattr(rendering, "_renderer", lambda backend: fake)
+    monkeypatch.setattr(render_command, "_backend", lambda backend: fake)
     return asked
 
 

@@ -102,7 +102,7 @@ def test_the_wheel_has_all_packages_and_what_builds_the_plugin(tmp_path):
         for path in (ROOT / "codec").glob("*/*.h")
     }
     assert {
-        "gltf_meshlet/render.py",
+        "gltf_meshlet/render_command.py",
         "mitsuba_plugin/build.py",
         "mitsuba_plugin/src/shape.cpp",
         *sources,
