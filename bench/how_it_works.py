@@ -29,7 +29,7 @@ from gltf_ext.files import write_files
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo import model as demo_model
 from gltf_meshlet.demo.plots import meshlet_colors
-from gltf_meshlet.demo.rasterizer import LIGHT, Camera, Mesh, render
+from gltf_meshlet.demo.rasterizer import LIGHT, Camera, Mesh, rasterize
 from spec import reference_decoder
 from spec.reference_decoder import FOREIGN, OWNED, PRIVATE, Decoder, Meshlet, dequantise
 
@@ -294,7 +294,7 @@ def draw_model(axis, example: Example, numbers: dict) -> None:
         towards
     )
     axis.imshow(
-        render(mesh, Camera(tuple(eye), tuple(center), VIEW), 384, 384), interpolation="none"
+        rasterize(mesh, Camera(tuple(eye), tuple(center), VIEW), 384, 384), interpolation="none"
     )
     _caption(
         axis,

@@ -11,7 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from bench.common import ROOT
+ROOT = Path(__file__).resolve().parent.parent
 
 
 def build(option: str) -> Path:
