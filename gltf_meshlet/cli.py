@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import argparse
 import errno
+import io
 import json
 import os
 import sys
 from collections.abc import Callable
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import gltf_ext
-from gltf_ext.compression.options import FLAGS, OPTIONS, Option
 from gltf_ext.errors import MeshletError
-from gltf_meshlet import render_command, report_text
+from gltf_meshlet import report_text
+
+if TYPE_CHECKING:
+    from gltf_ext.compression.options import Option
 
 PROGRAM = "gltf-meshlet"
 DIFFERENT, FAILED, INTERRUPTED = 1, 2, 130  # exit statuses
@@ -39,7 +42,8 @@ def main(arguments: list[str] | None = None) -> int:
     Returns the exit status: 0, 1 when verify finds a difference, 2 for errors, 130 for Ctrl-C.
     """
     for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]  # TextIOWrapper
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     options = _parser().parse_args(arguments)
     try:
         status: int = options.run(options)
@@ -74,6 +78,8 @@ def _discard_output() -> None:
 
 def _with_flags(error: MeshletError) -> str:
     """The message with the command line's names of options."""
+    from gltf_ext.compression.options import FLAGS
+
     message = error.message
     for name in error.options:
         message = message.replace(name, FLAGS.get(name, "--" + name.replace("_", "-")), 1)
@@ -94,6 +100,8 @@ def _warn(path: str, warnings: list[str]) -> None:
 
 
 def _compress(options: argparse.Namespace) -> int:
+    from gltf_ext.compression.options import OPTIONS
+
     values = {option.name: getattr(options, option.name) for option in OPTIONS if option.flag}
     given = {name: value for name, value in values.items() if value is not None}
     report = gltf_ext.compress(options.input, options.output, progress=True, **given)
@@ -139,6 +147,12 @@ def _validate(options: argparse.Namespace) -> int:
     return 0
 
 
+def _render(options: argparse.Namespace) -> int:
+    from gltf_meshlet import render_command
+
+    return render_command.run(options)
+
+
 def _demo(options: argparse.Namespace) -> int:
     from gltf_meshlet.demo import run
 
@@ -151,11 +165,28 @@ COMPRESSED_HELP = "file that compress wrote"
 JSON_HELP = "print JSON instead of the table"
 
 
+AddArguments = Callable[[argparse.ArgumentParser], None]
+
+
 class _Parser(argparse.ArgumentParser):
-    """Prints usage errors in one line."""
+    """Prints usage errors in one line, and adds the arguments of a command when it is used.
+
+    The arguments of all commands would double the time that any command takes to start.
+    """
+
+    def __init__(self, add_arguments: AddArguments | None = None, **keywords: Any) -> None:
+        super().__init__(**keywords)
+        self._add_arguments = add_arguments
+
+    def complete(self) -> None:
+        """Adds the arguments."""
+        if self._add_arguments is not None:
+            self._add_arguments(self)
+            self._add_arguments = None
 
     def parse_known_args(self, *arguments: Any, **keywords: Any) -> Any:
         """Refuses unknown arguments here, so that the error names the help of the command."""
+        self.complete()
         options, unknown = super().parse_known_args(*arguments, **keywords)
         if unknown:
             self.error(f"unrecognized arguments: {' '.join(unknown)}")
@@ -165,40 +196,27 @@ class _Parser(argparse.ArgumentParser):
         self.exit(FAILED, f"{self.prog}: {message}; see {self.prog} --help\n")
 
 
-class _Commands:
-    """Adds the commands to the parser."""
-
-    def __init__(self, parser: argparse.ArgumentParser) -> None:
-        self._parsers = parser.add_subparsers(required=True, metavar="COMMAND")
-
-    def add(self, name: str, run: Command, help: str) -> argparse.ArgumentParser:
-        description = help[0].upper() + help[1:] + "."
-        command: argparse.ArgumentParser = self._parsers.add_parser(
-            name, help=help, description=description
-        )
-        command.set_defaults(run=run)
-        return command
-
-
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> _Parser:
     parser = _Parser(
         prog=PROGRAM,
         description="Triangle meshlets compressed with the glTF extension EXT_meshlet_edgebreaker.",
     )
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {gltf_ext.__version__}")
-    commands = _Commands(parser)
-    _add_compress(commands)
-    _add_decompress(commands)
-    _add_inspect(commands)
-    _add_verify(commands)
-    _add_validate(commands)
-    _add_render(commands)
-    _add_demo(commands)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    for name, run, add_arguments, help in COMMANDS:
+        command = commands.add_parser(
+            name,
+            help=help,
+            description=help[0].upper() + help[1:] + ".",
+            add_arguments=add_arguments,
+        )
+        command.set_defaults(run=run)
     return parser
 
 
-def _add_compress(commands: _Commands) -> None:
-    command = commands.add("compress", _compress, "compress a model into a .glb")
+def _add_compress(command: argparse.ArgumentParser) -> None:
+    from gltf_ext.compression.options import OPTIONS
+
     command.add_argument("input", metavar="IN", help=".glb .gltf .obj .ply .stl")
     command.add_argument("output", metavar="OUT.glb", help="file to write")
     for option in OPTIONS:
@@ -219,16 +237,12 @@ def _add_option(command: argparse.ArgumentParser, option: Option) -> None:
         )
 
 
-def _add_decompress(commands: _Commands) -> None:
-    command = commands.add("decompress", _decompress, "write a compressed file as a plain .glb")
+def _add_decompress(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", metavar="IN", help=COMPRESSED_HELP)
     command.add_argument("output", metavar="OUT.glb", help="file to write")
 
 
-def _add_inspect(commands: _Commands) -> None:
-    command = commands.add(
-        "inspect", _inspect, "show the contents of a compressed file and where its bits go"
-    )
+def _add_inspect(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", metavar="IN", help=COMPRESSED_HELP)
     command.add_argument("--json", action="store_true", help=JSON_HELP)
     shown = report_text.SHOWN_PRIMITIVES
@@ -237,34 +251,24 @@ def _add_inspect(commands: _Commands) -> None:
     )
 
 
-def _add_verify(commands: _Commands) -> None:
-    command = commands.add(
-        "verify",
-        _verify,
-        "compare a compressed file with its original; exit status 1 when it differs",
-    )
+def _add_verify(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", metavar="ORIGINAL", help="the original")
     command.add_argument("compressed", metavar="COMPRESSED", help=COMPRESSED_HELP)
     command.add_argument("--json", action="store_true", help=JSON_HELP)
 
 
-def _add_validate(commands: _Commands) -> None:
-    command = commands.add(
-        "validate", _validate, "check a compressed file's structure and decode all of it"
-    )
+def _add_validate(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", metavar="FILE", help=COMPRESSED_HELP)
 
 
-def _add_render(commands: _Commands) -> None:
-    command = commands.add(
-        "render", render_command.run, "draw a picture of a file without decompressing it"
-    )
+def _add_render(command: argparse.ArgumentParser) -> None:
+    from gltf_meshlet import render_command
+
     command.add_argument("input", metavar="SCENE", help="file that compress wrote, or any model")
     render_command.add_arguments(command)
 
 
-def _add_demo(commands: _Commands) -> None:
-    command = commands.add("demo", _demo, "compress a generated model, verify it and draw pictures")
+def _add_demo(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "output",
         metavar="FOLDER",
@@ -272,6 +276,32 @@ def _add_demo(commands: _Commands) -> None:
         default="demo-output",
         help="where to save (default %(default)s)",
     )
+
+
+COMMANDS: tuple[tuple[str, Command, AddArguments, str], ...] = (
+    ("compress", _compress, _add_compress, "compress a model into a .glb"),
+    ("decompress", _decompress, _add_decompress, "write a compressed file as a plain .glb"),
+    (
+        "inspect",
+        _inspect,
+        _add_inspect,
+        "show the contents of a compressed file and where its bits go",
+    ),
+    (
+        "verify",
+        _verify,
+        _add_verify,
+        "compare a compressed file with its original; exit status 1 when it differs",
+    ),
+    (
+        "validate",
+        _validate,
+        _add_validate,
+        "check a compressed file's structure and decode all of it",
+    ),
+    ("render", _render, _add_render, "draw a picture of a file without decompressing it"),
+    ("demo", _demo, _add_demo, "compress a generated model, verify it and draw pictures"),
+)
 
 
 if __name__ == "__main__":

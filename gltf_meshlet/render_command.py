@@ -1,8 +1,8 @@
 """`gltf-meshlet render`: its options, and the back end that they go to.
 
-A back end is a module with `main(options) -> exit status` that raises MeshletError and OSError. It
-reads `options.input`, which is compressed, and names `options.source`, the user's file, in messages.
-It is imported on use: no other command needs its packages.
+A back end is a module with `main(options) -> exit status` that raises MeshletError and OSError.
+`options.input` is compressed; messages name `options.source`, the user's file. The module is
+imported on use: no other command needs its packages.
 """
 
 from __future__ import annotations

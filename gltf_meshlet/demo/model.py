@@ -86,7 +86,7 @@ def _knot_curve(t: np.ndarray) -> np.ndarray:
 
 
 def _planet(cells: int = 36) -> Shape:
-    """A displaced sphere, projected from a cube; each side of the cube is an island of the atlas."""
+    """A displaced sphere made from a cube; each side of the cube is an island of the atlas."""
     steps = np.arange(cells + 1)
     i, j = np.meshgrid(steps, steps, indexing="ij")
     far, near = np.full_like(i, cells), np.zeros_like(i)

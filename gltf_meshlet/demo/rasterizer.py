@@ -23,7 +23,7 @@ SUN = np.array([0.85, 0.82, 0.76])
 
 @dataclass(frozen=True)
 class Camera:
-    """A perspective camera: eye and target [3] in model units, vertical field of view in degrees."""
+    """A perspective camera. eye, target: in model units; field_of_view: vertical, in degrees."""
 
     eye: tuple[float, float, float]
     target: tuple[float, float, float]

@@ -1,4 +1,4 @@
-"""The command line as users meet it: output, exit statuses, one-line errors, nothing half-written, silence in pipes."""
+"""The command line: output, exit statuses, one-line errors, complete files, silence in pipes."""
 
 import errno
 import json
@@ -47,8 +47,9 @@ def test_compress_prints_sizes(original, tmp_path, capsys):
     )
     line = capsys.readouterr().out
     assert re.fullmatch(
-        r"in\.glb \([\d.]+ kB\) -> out\.glb \([\d.]+ kB\), [\d.]+ times smaller; geometry [\d.]+ times smaller than "
-        r"raw floats, [\d.]+ bits per triangle, 722 triangles in \d+ meshlets \([\d.]+ on average\)\n",
+        r"in\.glb \([\d.]+ kB\) -> out\.glb \([\d.]+ kB\), [\d.]+ times smaller; "
+        r"geometry [\d.]+ times smaller than raw floats, [\d.]+ bits per triangle, "
+        r"722 triangles in \d+ meshlets \([\d.]+ on average\)\n",
         line,
     )
 
@@ -240,10 +241,23 @@ def test_version_and_help():
 
 
 def test_import_is_light():
-    result = run(
-        code="import sys, gltf_ext; print(*[m for m in ('numpy', 'trimesh', 'pygltflib', 'tqdm') if m in sys.modules])"
-    )
+    heavy = ("numpy", "trimesh", "pygltflib", "tqdm", "matplotlib", "DracoPy")
+    result = run(code=f"import sys, gltf_ext; print(*[m for m in {heavy} if m in sys.modules])")
     assert result.stdout == "\n", result.stderr
+
+
+def test_the_command_line_starts_without_the_options_of_all_commands():
+    heavy = ("numpy", "trimesh", "pygltflib", "dataclasses", "gltf_meshlet.render_command")
+    code = f"""
+import sys
+from gltf_meshlet.cli import main
+try:
+    main(["--version"])
+finally:
+    print(*[m for m in {heavy} if m in sys.modules])
+"""
+    result = run(code=code)
+    assert result.stdout == f"gltf-meshlet {gltf_ext.__version__}\n\n", result.stderr
 
 
 def test_closed_pipe_is_no_traceback(compressed):
@@ -382,7 +396,7 @@ def test_an_empty_file(tmp_path, capsys):
 
 def test_python_errors_name_the_file_and_the_option(tmp_path):
     (tmp_path / "a.glb").write_bytes(b"glTF nonsense")
-    with pytest.raises(gltf_ext.MeshletError, match="a.glb: "):
+    with pytest.raises(gltf_ext.MeshletError, match=r"a\.glb: "):
         gltf_ext.load(tmp_path / "a.glb")
     with pytest.raises(gltf_ext.MeshletError, match="position_bits is '12'; use 4 to 24"):
         gltf_ext.compress("a.glb", "b.glb", position_bits="12")
@@ -392,12 +406,12 @@ def test_python_errors_name_the_file_and_the_option(tmp_path):
         gltf_ext.compress("a.glb", "b.glb", vp=12)
 
 
-# --- render: what no renderer is needed for ---
+# --- render, without a back end ---
 
 
 @pytest.fixture
 def rendered(monkeypatch):
-    """What a renderer was asked for, in place of the renderers."""
+    """A list of the (options, inspected input) that a fake back end gets."""
     asked = []
     fake = types.SimpleNamespace(
         main=lambda options: asked.append((options, gltf_ext.inspect(options.input))) or 0

@@ -4,12 +4,14 @@ import pytest
 
 import gltf_ext
 from gltf_ext import _codec
+from gltf_ext.compression.primitives import position_ids, weld
+from gltf_ext.compression.streams import Bits, plan_primitive, position_grid
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, grid_mesh
 
 
 @pytest.fixture
 def original(tmp_path):
-    """Every kind of attribute, a mesh without seams, and one mesh used three times."""
+    """Every kind of attribute, a mesh without seams, one used three times, and a triangle soup."""
     builder = Builder()
     attributes, triangles, targets = everything()
     builder.mesh(attributes, triangles, targets, NORMALIZED)
@@ -18,7 +20,7 @@ def original(tmp_path):
     shared, indices = builder.accessor(positions * 2), builder.accessor(plain.reshape(-1, 1))
     for _ in range(3):
         builder.mesh({"POSITION": shared}, indices)
-    # Triangles without a common vertex: many disks in a meshlet, alone in their loops.
+    # Many disks per meshlet, each with private vertices only.
     soup = positions[plain[:90]].reshape(-1, 3) + 0.001
     builder.mesh({"POSITION": soup[::-1].copy(), "NORMAL": soup})
     return builder.write(tmp_path / "in.glb")
@@ -47,12 +49,8 @@ def test_compress_does_not_decode(original, tmp_path, monkeypatch):
 
 
 def test_the_encoders_statistics_are_those_of_the_blob(original):
-    for primitive in gltf_ext.load(original):
-        positions = primitive.attributes["POSITION"]
-        from gltf_ext.compression.primitives import position_ids, weld
-        from gltf_ext.compression.streams import Bits, plan_primitive, position_grid
-
-        primitive = weld(primitive)[0]
+    for loaded in gltf_ext.load(original):
+        primitive, _ = weld(loaded)
         positions = primitive.attributes["POSITION"]
         grid = position_grid(positions.min(axis=0), positions.max(axis=0), 14, None)
         plan = plan_primitive(primitive.attributes, primitive.targets, grid, Bits(), "here")

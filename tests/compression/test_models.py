@@ -1,4 +1,4 @@
-"""Real models: floors on the ratio, and everything that is hard or broken."""
+"""Real models: lower bounds of the ratio; models that are hard or broken."""
 
 import json
 import shutil
@@ -36,7 +36,7 @@ LARGE = (
 MEAN_TRIANGLES_FLOOR = {"bunny": 51, "suzanne": 51, "dragon": 51, "igea": 51}
 
 HARD = sorted(MODELS.glob("nasty/*.glb"))
-# Why these cannot be compressed.
+# Models that cannot be compressed, and a word of the error.
 REFUSED = {
     "AllIndicesOutOfRange": "vertices",
     "IndexOutOfRange": "vertices",
@@ -113,7 +113,7 @@ def test_hard_models_compress_or_are_refused(path, options, tmp_path):
 
 @pytest.fixture(scope="module")
 def khronos():
-    """A function from files to {file: {"errors", "warnings"}} by the Khronos validator."""
+    """A function from files to {file: {"errors", "warnings"}}."""
     if shutil.which("node") is None or not (NODE_MODULES / "gltf-validator").is_dir():
         pytest.skip(
             "needs node and the npm package gltf-validator (make installs it into build/node)"
@@ -134,7 +134,7 @@ def khronos():
 
 
 def assert_no_new_errors(khronos, original, folder):
-    """Compressed, with fallback and decompressed: no errors when the original has none."""
+    """All outputs are valid if the original is."""
     outputs = [folder / "out.glb", folder / "fallback.glb", folder / "plain.glb"]
     gltf_ext.compress(original, outputs[0])
     gltf_ext.compress(original, outputs[1], fallback=True)

@@ -27,13 +27,11 @@ def test_the_docstring_names_every_option():
 
 
 def test_the_command_line_has_every_option_but_progress():
-    parser = cli._parser()
-    (commands,) = (
-        action for action in parser._actions if isinstance(action, argparse._SubParsersAction)
-    )
-    flags = {
-        flag for action in commands.choices["compress"]._actions for flag in action.option_strings
-    }
+    actions = cli._parser()._actions
+    (commands,) = (a for a in actions if isinstance(a, argparse._SubParsersAction))
+    command = commands.choices["compress"]
+    command.complete()
+    flags = {flag for action in command._actions for flag in action.option_strings}
     assert flags - {"-h", "--help"} == {o.flag for o in OPTIONS if o.name != "progress"}
 
 

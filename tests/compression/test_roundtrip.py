@@ -1,4 +1,4 @@
-"""compress, then load: the same triangles, and every attribute as exact as promised, checked through _ID."""
+"""compress, then load: the same triangles, and attributes within bounds. _ID matches vertices."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Models that are not glTF, and trimesh reading what we write."""
+"""Models of other formats, and trimesh as a reader of compressed files."""
 
 import subprocess
 import sys
@@ -30,7 +30,8 @@ def test_formats(sphere, tmp_path, suffix):
 
 def test_obj_with_normals_and_texture_coordinates(tmp_path):
     (tmp_path / "in.obj").write_text(
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\nvn 0 0 1\nf 1/1/1 2/2/1 4/4/1 3/3/1\n"
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\nvn 0 0 1\n"
+        "f 1/1/1 2/2/1 4/4/1 3/3/1\n"
     )
     gltf_ext.compress(tmp_path / "in.obj", tmp_path / "out.glb")
     (primitive,) = gltf_ext.load(tmp_path / "out.glb")
@@ -79,7 +80,8 @@ def test_unreadable_models_are_refused(tmp_path, name, content):
         ("a.stl", bytes(80) + (9).to_bytes(4, "little") + bytes(60), "is cut off"),
         (
             "a.ply",
-            b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+            b"ply\nformat ascii 1.0\nelement vertex 1\n"
+            b"property float x\nproperty float y\nproperty float z\n"
             b"end_header\n0 0 0\n",
             "holds no triangles",
         ),
