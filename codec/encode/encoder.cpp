@@ -111,7 +111,8 @@ class Encoder {
                  uint32_t base, uint32_t code) const;
   void write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base,
                    uint32_t code) const;
-  std::vector<uint8_t> write_meshlet(SerialDecoder& context, uint32_t m, uint32_t* stream_bits) const;
+  std::vector<uint8_t> write_meshlet(SerialDecoder& context, uint32_t m,
+                                     uint32_t* stream_bits) const;
   uint32_t flags(const Plan& plan) const;
   uint32_t count_vertices() const;
   Description description(const std::vector<uint32_t>& stream_bits, size_t blob_bytes) const;
@@ -544,7 +545,7 @@ std::vector<uint8_t> Encoder::write_meshlet(SerialDecoder& context, uint32_t m,
     interior_codes[s] = write_code(out, all[s].interior, streams_[s], streams_[s].interior_base);
   }
   uint64_t counted = out.bit_count();
-  auto count_for = [&](uint32_t s) {  // what has been written since the last call is stream s's
+  auto count_for = [&](uint32_t s) {  // adds the bits since the last call to stream s
     stream_bits[s] += uint32_t(out.bit_count() - counted);
     counted = out.bit_count();
   };

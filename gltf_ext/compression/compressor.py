@@ -109,7 +109,7 @@ def compress(
         totals, fallback_files, primitives: as `inspect` of the output has them.
         generation: "histogram" counts the regions of [0, 32), [32, 64), [64, 72) and 72 or more
             triangles, before large ones are split; "iterations" is the most of any primitive.
-        dropped: counts of what is not in the output.
+        dropped: counts of vertices and triangles left out.
         kept: primitives left uncompressed: mesh, primitive and reason.
         warnings: one line each.
 

@@ -1,8 +1,8 @@
 """The options of `compress`, declared once.
 
 The command line's arguments, the docstring of `compress` and the table in docs/options.md come from
-here: tools/option_docs.py writes the last two, and a test compares them. Imports nothing heavy: the
-command line reads this for every command.
+here: tools/option_docs.py writes the last two, and a test compares them. Imports nothing heavy, so
+that `compress --help` is quick.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ class Option:
     """How an option is shown and checked.
 
     Attributes:
-        flag: on the command line; empty for what only Python has.
+        flag: on the command line; empty for an option that only Python has.
         help: one phrase, without limits and default.
         type: int, float, str or bool; a bool is a switch.
         limits: smallest and largest value, both allowed; None: any number above zero.
         choices: for a str.
-        default: as shown; what None means is decided later, by the encoder or by another option.
+        default: as shown; the value may be None if the encoder has the default.
         name: the keyword argument; set when the option is listed.
     """
 

@@ -57,7 +57,7 @@ class Primitive:
 
 @dataclass
 class Dropped:
-    """Counts of what is left out of primitives.
+    """Counts of vertices and triangles left out of primitives.
 
     incomplete_triangles: primitives whose indices end in one or two corners of a triangle.
     """

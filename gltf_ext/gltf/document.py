@@ -59,8 +59,8 @@ class NewBytes:
 class Document:
     """A glTF document with its buffers.
 
-    pygltflib holds the objects; names and defaults are its own. The rest of pygltflib, which reads
-    and writes files, is not used: see json_objects.py.
+    The objects are pygltflib's. Its functions that read and write files are not used, since they
+    lose properties: see json_objects.py.
 
     Attributes:
         root: the pygltflib object of the whole file.

@@ -1,4 +1,4 @@
-"""compress reports what inspect finds in its output, without decoding what it has written."""
+"""compress reports what inspect finds in its output, without decoding that output."""
 
 import pytest
 

@@ -10,6 +10,7 @@ import pytest
 import gltf_ext
 from gltf_ext.compression.options import OPTIONS, Options
 from gltf_meshlet import cli
+from tests.helpers.gltf_builder import Builder, grid_mesh
 from tools.option_docs import BLOCKS, written
 
 
@@ -41,6 +42,21 @@ def test_shown_defaults_are_the_defaults():
         value = getattr(options, option.name)
         if value is not None and not isinstance(value, bool):
             assert option.default == str(value), option.name
+
+
+def test_shown_defaults_are_the_encoders(tmp_path):
+    """lambda_, iterations and fill are left to the encoder."""
+    positions, triangles = grid_mesh(40, 40)
+    builder = Builder()
+    builder.mesh({"POSITION": positions}, triangles)
+    original = builder.write(tmp_path / "in.glb")
+    outputs = []
+    shown = {o.name: o.type(o.default) for o in OPTIONS if o.default and o.type in (int, float)}
+    assert {"lambda_", "iterations", "fill"} <= shown.keys()
+    for options in ({}, shown, {**shown, "lambda_": 3.0}):
+        gltf_ext.compress(original, tmp_path / "out.glb", **options)
+        outputs.append((tmp_path / "out.glb").read_bytes())
+    assert outputs[0] == outputs[1] != outputs[2]
 
 
 @pytest.mark.parametrize("option", [o for o in OPTIONS if o.limits], ids=lambda o: o.name)
