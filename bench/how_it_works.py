@@ -29,11 +29,11 @@ from bench.figures import DIGEST, digest
 from bench.generated import torus
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.inspection import INDEX_BYTES_PER_TRIANGLE
-from gltf_ext.gltf.document import write_files
+from gltf_ext.files import write_files
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo import model as demo_model
 from gltf_meshlet.demo.plots import meshlet_colors
-from gltf_meshlet.demo.rasterizer import LIGHT, Camera, Mesh, render
+from gltf_meshlet.demo.rasterizer import LIGHT, Camera, Mesh, rasterize
 from spec import reference_decoder
 from spec.reference_decoder import FOREIGN, OWNED, PRIVATE, Decoder, Meshlet, dequantise
 
@@ -301,7 +301,7 @@ def draw_model(axis, example: Example, numbers: dict) -> None:
         towards
     )
     axis.imshow(
-        render(mesh, Camera(tuple(eye), tuple(center), VIEW), 384, 384), interpolation="none"
+        rasterize(mesh, Camera(tuple(eye), tuple(center), VIEW), 384, 384), interpolation="none"
     )
     _caption(
         axis,

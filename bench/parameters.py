@@ -23,8 +23,8 @@ from bench.common import (
 )
 from bench.models import add_model_names, torus_and_named
 from bench.speed import native
-from gltf_ext.compression.compressor import Options
 from gltf_ext.compression.extension import require_compressed
+from gltf_ext.compression.options import Options
 from gltf_ext.gltf.importers import open_model
 
 NAMES = ("bunny", "engine", "sponza_like")

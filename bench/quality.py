@@ -28,9 +28,9 @@ from bench.common import (
     write_page,
 )
 from bench.models import add_model_names, torus_and_named
-from gltf_ext.compression.compressor import Options
+from gltf_ext.compression.options import Options
 from gltf_ext.compression.primitives import Primitive
-from gltf_meshlet.demo.rasterizer import Camera, Mesh, render
+from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
 
 NAMES = ("bunny", "suzanne", "DamagedHelmet")
 GENERATED = 60_000  # triangles of the generated model
@@ -182,7 +182,7 @@ def measure_model(name: str, path: Path, folder: Path) -> dict:
     surface = Surface(mesh.positions, mesh.triangles)
     box = np.ptp(mesh.positions, axis=0)
     camera = camera_on(mesh.positions)
-    picture = on_white(render(mesh, camera, WIDTH, HEIGHT))
+    picture = on_white(rasterize(mesh, camera, WIDTH, HEIGHT))
     rows = []
     for bits in BITS:
         output = folder / f"{name}-{bits}.glb"
@@ -201,7 +201,7 @@ def measure_model(name: str, path: Path, folder: Path) -> dict:
                 "errors": attribute_errors(gltf_ext.verify(path, all_bits), originals),
                 "surface": surface_distance(surface, Surface(decoded.positions, decoded.triangles)),
                 "rendered": rendered_difference(
-                    picture, on_white(render(decoded, camera, WIDTH, HEIGHT))
+                    picture, on_white(rasterize(decoded, camera, WIDTH, HEIGHT))
                 ),
             }
         )
@@ -406,7 +406,7 @@ def save_pictures(result: dict, path: Path) -> Path:
         axes[0, column].set_title(title, fontsize=11)
         for axis, view in zip(axes[:, column], views):
             axis.imshow(
-                on_white(render(mesh, view, size, size)).astype(np.uint8), interpolation="none"
+                on_white(rasterize(mesh, view, size, size)).astype(np.uint8), interpolation="none"
             )
             axis.set_axis_off()
     figure.savefig(path)

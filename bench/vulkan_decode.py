@@ -21,8 +21,8 @@ WARM_UP = 600  # milliseconds of work before the timed runs: an idle GPU has a l
 
 def measure(options: argparse.Namespace) -> dict:
     """All models with all methods."""
-    from vk_backend.gpu_decoder import METHODS
     from vk_backend.device import Device
+    from vk_backend.gpu_decoder import METHODS
 
     methods = options.methods or list(METHODS)
     if not set(methods) <= set(METHODS):

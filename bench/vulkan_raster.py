@@ -86,8 +86,8 @@ def check_pictures(device, drawings: dict, targets) -> None:
 
 def measure(options: argparse.Namespace) -> dict:
     """All models, with and without culling."""
-    from vk_backend.renderer import Renderer
     from vk_backend.pipeline_statistics import capture_statistics
+    from vk_backend.renderer import Renderer
     from vk_backend.ring import RING
 
     stream = {"ring": RING if options.ring is None else options.ring, "overlap": options.overlap}
@@ -124,10 +124,10 @@ def measure_model(
 ) -> list[dict]:
     """A row for each of `paths` that the device supports. stream: options of path stream."""
     from vk_backend.camera import Camera
-    from vk_backend.targets import Targets
+    from vk_backend.pipeline_statistics import pipeline_statistics
     from vk_backend.renderer import TimedDrawing
     from vk_backend.scene import load_scene
-    from vk_backend.pipeline_statistics import pipeline_statistics
+    from vk_backend.targets import Targets
 
     scene = load_scene(path)
     camera = Camera.fit(scene, WIDTH, HEIGHT)

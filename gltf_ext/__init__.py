@@ -1,41 +1,59 @@
-"""Triangle meshlets compressed with EXT_meshlet_edgebreaker: glTF extension, codec and command line.
+"""Triangle meshlets compressed with the glTF extension EXT_meshlet_edgebreaker.
 
-Importing this package is cheap and lets trimesh, whenever it is imported, load compressed files.
+Importing this package is cheap: each function loads its module on first use. To let trimesh load
+compressed files, `import gltf_ext.trimesh_handler`.
 """
 
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from . import trimesh_handler
+if TYPE_CHECKING:
+    from gltf_ext.compression.compressor import compress
+    from gltf_ext.compression.decompressor import decompress
+    from gltf_ext.compression.inspection import inspect
+    from gltf_ext.compression.loading import MeshletDecoder, decoders, load
+    from gltf_ext.compression.primitives import Primitive
+    from gltf_ext.compression.validation import validate
+    from gltf_ext.compression.verification import verify
+    from gltf_ext.errors import MeshletError
 
 __version__ = "0.2.0.dev0"
+__all__ = [
+    "MeshletDecoder",
+    "MeshletError",
+    "Primitive",
+    "compress",
+    "decoders",
+    "decompress",
+    "inspect",
+    "load",
+    "validate",
+    "verify",
+]
 
-_HOME = {
+_MODULES = {
+    "MeshletDecoder": "compression.loading",
+    "MeshletError": "errors",
+    "Primitive": "compression.primitives",
     "compress": "compression.compressor",
+    "decoders": "compression.loading",
     "decompress": "compression.decompressor",
     "inspect": "compression.inspection",
-    "verify": "compression.verification",
-    "validate": "compression.validation",
     "load": "compression.loading",
-    "decoders": "compression.loading",
-    "MeshletDecoder": "compression.loading",
-    "Primitive": "compression.primitives",
-    "MeshletError": "errors",
+    "validate": "compression.validation",
+    "verify": "compression.verification",
 }
-__all__ = sorted(_HOME)
-
-trimesh_handler.register()
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(f".{_HOME[name]}", __name__), name)
+    value = getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_HOME])
+    return sorted([*globals(), *_MODULES])

@@ -84,8 +84,8 @@ def encode(
     weight: 'paper' or 'choe'. share_seams: False only to measure its gain. threads: 0 means
     one per processor. progress: called with a fraction from 0 to 1.
 
-    Returns (blob, {'meshlets', 'vertices', 'generation': {'histogram', 'iterations'},
-    'seconds': {stage: seconds}}); stages: grow, join, boundaries, predict, write. Raises
+    Returns (blob, statistics): those of describe, 'generation': {'histogram', 'iterations'} and
+    'seconds': {stage: seconds}; stages: grow, join, boundaries, predict, write. Raises
     ValueError for bad arguments.
     """
 

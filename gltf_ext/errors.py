@@ -1,20 +1,41 @@
-"""The one exception that callers of this package have to expect."""
+"""The exception that callers of this package have to expect."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class MeshletError(ValueError):
-    """Something is wrong with a file or an option; str() is one line: the file, what is wrong; what to do.
+    """A file or an option is wrong. str() is one line: the file, what is wrong; what to do.
 
-    path: the file at fault, when known; message: the line without it; options: names of the options at fault.
+    Attributes:
+        path: the file at fault, when known.
+        message: the line without the path.
+        options: names of the options at fault.
     """
 
     def __init__(
-        self, what: str, remedy: str = "", path: str | None = None, options: tuple[str, ...] = ()
-    ):
-        self.message = "; ".join(part for part in (what, remedy) if part)
+        self,
+        problem: str,
+        remedy: str = "",
+        path: str | None = None,
+        options: tuple[str, ...] = (),
+    ) -> None:
+        self.message = "; ".join(part for part in (problem, remedy) if part)
         super().__init__(self.message)
         self.path, self.options = path, options
 
     def __str__(self) -> str:
         return f"{self.path}: {self.message}" if self.path else self.message
+
+
+@contextmanager
+def blaming(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Sets the path of any MeshletError raised inside that does not name a file yet."""
+    try:
+        yield
+    except MeshletError as error:
+        error.path = error.path or str(path)
+        raise

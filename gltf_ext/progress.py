@@ -8,10 +8,12 @@ from contextlib import contextmanager
 
 BAR_DELAY = 1.0  # seconds before the bar appears
 
+Advance = Callable[[float], None]  # takes the share of the work done so far, 0 to 1
+
 
 @contextmanager
-def progress_bar(title: str, enabled: bool) -> Iterator[Callable[[float], None] | None]:
-    """Yields a function that takes the share of the work done so far (0 to 1), or None when no bar is wanted."""
+def progress_bar(title: str, enabled: bool) -> Iterator[Advance | None]:
+    """Yields the function that moves the bar, or None when there is no bar."""
     if not enabled or not sys.stderr.isatty():
         yield None
         return

@@ -1,59 +1,26 @@
-"""Lets trimesh load compressed primitives, whichever of the two packages is imported first."""
+"""Importing this module lets trimesh load files with EXT_meshlet_edgebreaker.
+
+It imports trimesh and registers a handler of scope "primitive_preprocess"; the order of other
+imports does not matter. Needs trimesh 4.11, the first version with a registry of handlers.
+"""
 
 from __future__ import annotations
 
-import importlib.abc
-import importlib.machinery
 import math
-import sys
 from typing import Any
 
-EXTENSIONS_MODULE = "trimesh.exchange.gltf.extensions"
-EXTENSION = "EXT_meshlet_edgebreaker"
+from trimesh.exchange.gltf.extensions import register_handler
 
-
-def register() -> None:
-    """Register the handler now when trimesh's registry is loaded, else as soon as it will be."""
-    module = sys.modules.get(EXTENSIONS_MODULE)
-    if module is not None:
-        _register_with(module)
-    elif not any(isinstance(finder, _Finder) for finder in sys.meta_path):
-        sys.meta_path.insert(0, _Finder())
-
-
-def _register_with(module: Any) -> None:
-    module.register_handler(EXTENSION, scope="primitive_preprocess")(decode_into_accessors)
-
-
-class _Finder(importlib.abc.MetaPathFinder):
-    """Finds trimesh's registry module once, as the other finders do, and registers after it has run."""
-
-    def find_spec(
-        self, name: str, path: Any, target: Any = None
-    ) -> importlib.machinery.ModuleSpec | None:
-        if name != EXTENSIONS_MODULE:
-            return None
-        sys.meta_path.remove(self)
-        spec = importlib.machinery.PathFinder.find_spec(name, path)
-        if spec is not None and spec.loader is not None:
-            run = spec.loader.exec_module
-
-            def exec_module(module: Any) -> None:
-                run(module)
-                _register_with(module)
-
-            spec.loader.exec_module = exec_module  # type: ignore[method-assign]
-        return spec
+from gltf_ext import _codec
+from gltf_ext.compression.extension import EXTENSION
+from gltf_ext.compression.streams import Stream, streams_of, to_accessor
 
 
 def decode_into_accessors(context: dict[str, Any]) -> None:
-    """Handler of scope "primitive_preprocess": replaces the primitive's zero-filled accessors by the decoded arrays.
+    """Replaces the zeros in the primitive's accessors by the decoded arrays.
 
-    A ValueError raised here becomes trimesh's warning.
+    context: trimesh's PrimitivePreprocessContext. trimesh turns a ValueError into a warning.
     """
-    from gltf_ext import _codec
-    from gltf_ext.compression.streams import Stream, streams_of, to_accessor
-
     extension, primitive, accessors = context["data"], context["primitive"], context["accessors"]
     blob = bytes(context["views"][extension["bufferView"]])
     streams = [Stream.from_row(row) for row in _codec.Decoder(blob).streams]
@@ -66,8 +33,10 @@ def decode_into_accessors(context: dict[str, Any]) -> None:
         for name, first in first_streams.items():
             placeholder = accessors[indices[name]]
             components = math.prod(placeholder.shape[1:])
-            decoded = to_accessor(
-                [values[s] for s in streams_of(first, components, streams)], placeholder.dtype
-            )
+            used = [values[s] for s in streams_of(first, components, streams)]
+            decoded = to_accessor(used, placeholder.dtype)
             accessors[indices[name]] = decoded.reshape(placeholder.shape)
     accessors[primitive["indices"]] = triangles.reshape(-1)
+
+
+register_handler(EXTENSION, scope="primitive_preprocess")(decode_into_accessors)

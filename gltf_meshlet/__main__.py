@@ -1,4 +1,4 @@
-"""Where the command line starts: imports take a while, and Ctrl-C during them is no error either."""
+"""Starts the command line. Ctrl-C exits silently, even during the slow imports."""
 
 import sys
 

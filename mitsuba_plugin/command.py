@@ -16,7 +16,7 @@ import mitsuba as mi
 import numpy as np
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import write_files
+from gltf_ext.files import write_files
 from gltf_ext.progress import progress_bar
 
 from . import llvm
@@ -36,7 +36,7 @@ MAX_WAVEFRONT = 2**22  # samples of a pass: llvm_* variants keep them all in mem
 def main(options: argparse.Namespace) -> int:
     """Renders and writes a picture; returns the exit status, 0.
 
-    options: of gltf_meshlet.render. Raises MeshletError, OSError.
+    options: of gltf_meshlet.render_command. Raises MeshletError, OSError.
     """
     output = Path(options.output)
     suffix = output.suffix.lower()

@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import write_files
+from gltf_ext.files import write_files
 from gltf_ext.progress import progress_bar
 
 from . import vk
@@ -38,7 +38,7 @@ Draw = Callable[[Camera], tuple[np.ndarray, float]]
 def main(options: argparse.Namespace) -> int:
     """Renders and writes the pictures; returns the exit status 0.
 
-    options: those of gltf_meshlet.render. Raises MeshletError or OSError; then it writes nothing.
+    options: those of gltf_meshlet.render_command. Raises MeshletError or OSError; then it writes nothing.
     """
     try:
         return _render(options)

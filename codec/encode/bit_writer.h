@@ -39,6 +39,7 @@ class BitWriter {
   }
 
   const std::vector<uint8_t>& bytes() const { return bytes_; }
+  uint64_t bit_count() const { return count_; }
 
  private:
   std::vector<uint8_t> bytes_;

@@ -115,9 +115,11 @@ class Encoder {
                  uint32_t base, uint32_t code) const;
   void write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base,
                    uint32_t code) const;
-  std::vector<uint8_t> write_meshlet(SerialDecoder& context, uint32_t m) const;
+  std::vector<uint8_t> write_meshlet(SerialDecoder& context, uint32_t m,
+                                     uint32_t* stream_bits) const;
   uint32_t flags(const Plan& plan) const;
   uint32_t count_vertices() const;
+  BitStatistics bit_statistics(const std::vector<uint32_t>& stream_bits, size_t blob_bytes) const;
   std::vector<uint8_t> assemble(const std::vector<std::vector<uint8_t>>& bytes) const;
 
   template <class Body>  // body(context, m) for every `stride`-th meshlet
@@ -521,7 +523,9 @@ void Encoder::write_unary(BitWriter& out, const std::vector<uint32_t>& residuals
   for (uint32_t u : residuals) out.put_unary(u >> (base + code));
 }
 
-std::vector<uint8_t> Encoder::write_meshlet(SerialDecoder& context, uint32_t m) const {
+// Adds the bits of the anchors and residuals of each stream to stream_bits.
+std::vector<uint8_t> Encoder::write_meshlet(SerialDecoder& context, uint32_t m,
+                                            uint32_t* stream_bits) const {
   const Plan& plan = plans_[m];
   const Symbols& y = plan.symbols;
   uint64_t x = ~(y.r | y.e | y.c) & SerialDecoder::mask_below(y.count);
@@ -541,15 +545,31 @@ std::vector<uint8_t> Encoder::write_meshlet(SerialDecoder& context, uint32_t m) 
     if (chains) chain_codes[s] = write_code(out, all[s].chain, streams_[s], streams_[s].chain_base);
     interior_codes[s] = write_code(out, all[s].interior, streams_[s], streams_[s].interior_base);
   }
-  for (uint32_t s = 0; s < streams_.size(); s++) write_anchors(out, plan, s);
-  for (uint32_t s = 0; s < streams_.size(); s++)
+  uint64_t counted = out.bit_count();
+  auto count_for = [&](uint32_t s) {  // adds the bits since the last call to stream s
+    stream_bits[s] += uint32_t(out.bit_count() - counted);
+    counted = out.bit_count();
+  };
+  for (uint32_t s = 0; s < streams_.size(); s++) {
+    write_anchors(out, plan, s);
+    count_for(s);
+  }
+  for (uint32_t s = 0; s < streams_.size(); s++) {
     write_low(out, all[s].chain, streams_[s], streams_[s].chain_base, chain_codes[s]);
-  for (uint32_t s = 0; s < streams_.size(); s++)
+    count_for(s);
+  }
+  for (uint32_t s = 0; s < streams_.size(); s++) {
     write_unary(out, all[s].chain, streams_[s].chain_base, chain_codes[s]);
-  for (uint32_t s = 0; s < streams_.size(); s++)
+    count_for(s);
+  }
+  for (uint32_t s = 0; s < streams_.size(); s++) {
     write_low(out, all[s].interior, streams_[s], streams_[s].interior_base, interior_codes[s]);
-  for (uint32_t s = 0; s < streams_.size(); s++)
+    count_for(s);
+  }
+  for (uint32_t s = 0; s < streams_.size(); s++) {
     write_unary(out, all[s].interior, streams_[s].interior_base, interior_codes[s]);
+    count_for(s);
+  }
   out.align(1);
   return out.bytes();
 }
@@ -569,6 +589,34 @@ uint32_t Encoder::count_vertices() const {
     }
   }
   return count;
+}
+
+// stream_bits: of each stream in each meshlet, meshlet after meshlet.
+BitStatistics Encoder::bit_statistics(const std::vector<uint32_t>& stream_bits,
+                                      size_t blob_bytes) const {
+  BitStatistics out;
+  out.streams.assign(streams_.size(), 0);
+  for (size_t i = 0; i < stream_bits.size(); i++)
+    out.streams[i % streams_.size()] += stream_bits[i];
+  out.disks = meshlets_.disk_begin.size() - 1;
+  for (const Plan& plan : plans_) {
+    const Symbols& y = plan.symbols;
+    const uint32_t c = SerialDecoder::mask_count(y.c), e = SerialDecoder::mask_count(y.e),
+                   r = SerialDecoder::mask_count(y.r), s = SerialDecoder::mask_count(y.s);
+    const uint32_t counts[5] = {c, y.count - c - e - r - s, e, r, s};
+    for (int i = 0; i < 5; i++) out.symbols[i] += counts[i];
+    out.connectivity += 3 * y.count - c - e - r;  // 2 bits per triangle, a third for L and S
+    for (const Plan::Ref& ref : plan.refs) {
+      switch (ref.reference.kind) {
+        case ReferenceKind::kOwned: out.owned_references++; break;
+        case ReferenceKind::kPrivate: out.private_references++; break;
+        case ReferenceKind::kForeign: out.foreign_references++; break;
+      }
+    }
+  }
+  out.references = 8 * uint64_t(blob_bytes) - out.connectivity;
+  for (uint64_t bits : out.streams) out.references -= bits;
+  return out;
 }
 
 std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& bytes) const {
@@ -656,13 +704,16 @@ std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
   number_slots();
   measure_groups();
   std::vector<std::vector<uint8_t>> bytes(meshlet_count_);
-  for_meshlets(1,
-               [&](SerialDecoder& context, uint32_t m) { bytes[m] = write_meshlet(context, m); });
+  std::vector<uint32_t> stream_bits(size_t(meshlet_count_) * streams_.size(), 0);
+  for_meshlets(1, [&](SerialDecoder& context, uint32_t m) {
+    bytes[m] = write_meshlet(context, m, &stream_bits[size_t(m) * streams_.size()]);
+  });
   std::vector<uint8_t> blob = assemble(bytes);
   stats.meshlets = meshlet_count_;
   stats.iterations = meshlets_.iterations_run;
   std::copy(meshlets_.histogram, meshlets_.histogram + 4, stats.histogram);
   stats.vertices = count_vertices();
+  stats.bits = bit_statistics(stream_bits, blob.size());
   progress(1.0f);
   end_stage("write");
   return blob;

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "decode/bit_statistics.h"
 #include "encode/boundaries.h"
 #include "format/blob.h"
 #include "segment/generate_meshlets.h"
@@ -25,6 +26,7 @@ struct EncoderStats {
   int iterations = 0;                    // rounds of region growing
   // (stage, seconds) in the order of the stages: grow, join, boundaries, predict, write.
   std::vector<std::pair<const char*, double>> stage_seconds;
+  BitStatistics bits;  // equal to count_bits of the blob, without decoding it
 };
 
 // Encodes one primitive of at least one triangle. Triangles repeat no index. Stream 0 is the

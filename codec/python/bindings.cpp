@@ -50,6 +50,30 @@ nb::dict stream_dict(const Stream& s) {
   return d;
 }
 
+nb::dict description_dict(const BlobHeader& h, const BitStatistics& d) {
+  nb::dict out, bits, symbols, references;
+  nb::list streams, stream_bits;
+  for (const Stream& s : h.streams) streams.append(stream_dict(s));
+  for (uint64_t b : d.streams) stream_bits.append(b);
+  bits["connectivity"] = d.connectivity;
+  bits["references"] = d.references;
+  bits["streams"] = stream_bits;
+  const char* names[5] = {"C", "L", "E", "R", "S"};
+  for (int i = 0; i < 5; i++) symbols[names[i]] = d.symbols[i];
+  references["owned"] = d.owned_references;
+  references["private"] = d.private_references;
+  references["foreign"] = d.foreign_references;
+  out["triangles"] = h.triangle_count;
+  out["vertices"] = h.vertex_count;
+  out["meshlets"] = h.meshlet_count;
+  out["components"] = d.disks;
+  out["streams"] = streams;
+  out["bits"] = bits;
+  out["symbols"] = symbols;
+  out["references"] = references;
+  return out;
+}
+
 int integer(const nb::dict& d, const char* key) {
   if (!d.contains(key))
     throw nb::value_error((std::string("a stream lacks '") + key + "'").c_str());
@@ -149,12 +173,11 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
     nb::gil_scoped_release release;
     blob = encode(mesh, streams, all, options, stats);
   }
-  nb::dict generation, seconds, out;
+  nb::dict out = description_dict(read_blob_header(blob.data(), blob.size()), stats.bits);
+  nb::dict generation, seconds;
   generation["histogram"] = nb::make_tuple(stats.histogram[0], stats.histogram[1],
                                            stats.histogram[2], stats.histogram[3]);
   generation["iterations"] = stats.iterations;
-  out["meshlets"] = stats.meshlets;
-  out["vertices"] = stats.vertices;
   for (const auto& [stage, time] : stats.stage_seconds) seconds[stage] = time;
   out["generation"] = generation;
   out["seconds"] = seconds;
@@ -256,29 +279,8 @@ nb::object meshlet_triangles(const HeaderView& view) {
 }
 
 nb::dict describe_blob(const nb::bytes& blob) {
-  BlobHeader h = read_blob_header(bytes_of(blob), blob.size());
-  BitStatistics d = count_bits(bytes_of(blob), blob.size());
-  nb::dict out, bits, symbols, references;
-  nb::list streams, stream_bits;
-  for (const Stream& s : h.streams) streams.append(stream_dict(s));
-  for (uint64_t b : d.streams) stream_bits.append(b);
-  bits["connectivity"] = d.connectivity;
-  bits["references"] = d.references;
-  bits["streams"] = stream_bits;
-  const char* names[5] = {"C", "L", "E", "R", "S"};
-  for (int i = 0; i < 5; i++) symbols[names[i]] = d.symbols[i];
-  references["owned"] = d.owned_references;
-  references["private"] = d.private_references;
-  references["foreign"] = d.foreign_references;
-  out["triangles"] = h.triangle_count;
-  out["vertices"] = h.vertex_count;
-  out["meshlets"] = h.meshlet_count;
-  out["components"] = d.disks;
-  out["streams"] = streams;
-  out["bits"] = bits;
-  out["symbols"] = symbols;
-  out["references"] = references;
-  return out;
+  return description_dict(read_blob_header(bytes_of(blob), blob.size()),
+                          count_bits(bytes_of(blob), blob.size()));
 }
 
 void validate(const nb::bytes& blob) { DecoderContext(bytes_of(blob), blob.size()).validate(); }
@@ -360,8 +362,9 @@ NB_MODULE(_codec, m) {
       "..).\n"
       "weight: 'paper' or 'choe'. share_seams: False only to measure its gain. threads: 0 means\n"
       "one per processor. progress: called with a fraction from 0 to 1.\n\n"
-      "Returns (blob, {'meshlets', 'vertices', 'generation': {'histogram', 'iterations'},\n"
-      "'seconds': {stage: seconds}}); stages: grow, join, boundaries, predict, write. Raises\n"
+      "Returns (blob, statistics): those of describe, 'generation': {'histogram', 'iterations'} "
+      "and\n"
+      "'seconds': {stage: seconds}; stages: grow, join, boundaries, predict, write. Raises\n"
       "ValueError for bad arguments.");
 
   m.def(

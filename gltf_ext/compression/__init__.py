@@ -1,1 +1,1 @@
-"""Compressing, decompressing and inspecting the primitives of a glTF document."""
+"""Compresses, decompresses, inspects and verifies the primitives of a glTF document."""

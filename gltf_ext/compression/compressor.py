@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -13,14 +12,18 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import EXTENSION, read_compressed
+from gltf_ext.compression.extension import (
+    EXTENSION,
+    read_compressed,
+    read_triangles,
+)
 from gltf_ext.compression.inspection import inspect_document
+from gltf_ext.compression.options import MIN_POSITION_BITS, Options
 from gltf_ext.compression.primitives import (
     Dropped,
     Primitive,
     check_finite,
     position_ids,
-    read_primitive,
     store_primitive,
     triangle_primitives,
     weld,
@@ -34,27 +37,19 @@ from gltf_ext.compression.streams import (
     plan_primitive,
     position_grid,
 )
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import MeshletError, blaming
+from gltf_ext.files import check_output, refuse_overwriting, write_files
 from gltf_ext.gltf.accessors import bounds, described_by, index_accessor, set_bounds
 from gltf_ext.gltf.buffer_layout import pack, unknown_index_holders
-from gltf_ext.gltf.document import (
-    Document,
-    check_output,
-    copied,
-    glb_parts,
-    named_indices,
-    refuse_overwriting,
-    write_files,
-)
+from gltf_ext.gltf.container import glb_parts
+from gltf_ext.gltf.document import Document, copied, named_indices
 from gltf_ext.gltf.draco import DRACO
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.progress import progress_bar
+from gltf_ext.progress import Advance, progress_bar
 
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
-LARGEST_NUMBER = 1e9
-MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
-# Extensions of a primitive that describe the order of its triangles or vertices, which compression changes.
+# Extensions of a primitive that rely on the order of its triangles or vertices, which changes.
 ORDER_DEPENDENT = (
     "FB_ngon_encoding",
     "CESIUM_primitive_outline",
@@ -63,150 +58,86 @@ ORDER_DEPENDENT = (
 )
 
 
-@dataclass(frozen=True)
-class Options:
-    """Options of `compress`; see there."""
-
-    position_bits: int | None = None
-    normal_bits: int = 8
-    texcoord_bits: int = 12
-    color_bits: int = 8
-    weight_bits: int = 8
-    step: float | None = None
-    grid: str = "mesh"
-    max_triangles: int = 64
-    lambda_: float | None = None
-    iterations: int | None = None
-    fill: float | None = None
-    weight: str = "paper"
-    fallback: bool = False
-    threads: int = 0
-    progress: bool = False
-
-    def __post_init__(self) -> None:
-        if self.step is not None and self.position_bits is not None:
-            raise MeshletError(
-                "step and position_bits both set the position step",
-                "give one",
-                options=("step", "position_bits"),
-            )
-        if self.position_bits is None:
-            object.__setattr__(self, "position_bits", DEFAULT_POSITION_BITS)
-        for name, low, high in (
-            ("position_bits", MIN_POSITION_BITS, 24),
-            ("normal_bits", 4, 16),
-            ("texcoord_bits", 4, 16),
-            ("color_bits", 4, 16),
-            ("weight_bits", 4, 16),
-            ("max_triangles", 16, 64),
-            ("threads", 0, 1024),
-        ):
-            value = getattr(self, name)
-            if not isinstance(value, (int, np.integer)) or not low <= value <= high:
-                raise MeshletError(f"{name} is {value!r}", f"use {low} to {high}", options=(name,))
-        for name, choices in (("grid", ("mesh", "scene")), ("weight", ("paper", "choe"))):
-            if getattr(self, name) not in choices:
-                raise MeshletError(
-                    f"{name} is {getattr(self, name)!r}",
-                    f"use {' or '.join(choices)}",
-                    options=(name,),
-                )
-        if self.fill is not None and not (_is_number(self.fill) and 0.25 <= self.fill <= 1.0):
-            raise MeshletError(f"fill is {self.fill!r}", "use 0.25 to 1", options=("fill",))
-        for name in ("step", "lambda_", "iterations"):
-            value = getattr(self, name)
-            if value is not None and not (_is_number(value) and 0 < value <= LARGEST_NUMBER):
-                raise MeshletError(
-                    f"{name} is {value!r}",
-                    f"use a number above 0 and up to {LARGEST_NUMBER:g}",
-                    options=(name,),
-                )
-
-    @property
-    def bits(self) -> Bits:
-        return Bits(
-            self.position_bits,
-            self.normal_bits,
-            self.texcoord_bits,
-            self.color_bits,
-            self.weight_bits,
-        )
-
-    @property
-    def encoder(self) -> dict[str, Any]:
-        """Keyword arguments of _codec.encode."""
-        given = {"lambda_": self.lambda_, "iterations": self.iterations, "fill": self.fill}
-        return {
-            "max_triangles": self.max_triangles,
-            "weight": self.weight,
-            "threads": self.threads,
-            **{name: value for name, value in given.items() if value is not None},
-        }
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float, np.integer, np.floating))
-
-
-def _checked(options: dict[str, Any]) -> Options:
-    unknown = sorted(set(options) - {option.name for option in fields(Options)})
-    if unknown:
-        raise MeshletError(
-            f"{unknown[0]} is not an option of compress", "see help(gltf_ext.compress)"
-        )
-    return Options(**options)
-
-
 @dataclass
 class Job:
-    """A distinct primitive to encode and the document's primitives that it stands for."""
+    """A distinct primitive to encode.
+
+    Attributes:
+        users: the document's primitives that it stands for.
+        grid: of its positions; None if they are integers.
+        reason_kept: why it is not compressed; empty if it is.
+        statistics: of its blob, as _codec.describe gives them, and "generation".
+    """
 
     source: Primitive
     users: list[pygltflib.Primitive]
     dropped: Dropped
     grid: Grid | None = None
     reason_kept: str = ""
-    generation: dict = field(default_factory=dict)
+    statistics: dict[str, Any] = field(default_factory=dict)
 
 
-def compress(input: str | os.PathLike, output: str | os.PathLike, **options: Any) -> dict[str, Any]:
+def compress(
+    input: str | os.PathLike[str], output: str | os.PathLike[str], **options: Any
+) -> dict[str, Any]:
     """Compress a .glb, .gltf, .obj, .ply or .stl file into a .glb with EXT_meshlet_edgebreaker.
 
-    Options: position_bits (4 to 24), normal_bits, texcoord_bits, color_bits, weight_bits (4 to 16): bits per
-    component (position_bits 12, unless a step is given); step: position step in model units; grid: "mesh" or "scene", what shares one
-    position grid; max_triangles (16 to 64) per meshlet; lambda_, iterations, fill, weight ("paper" or "choe"): meshlet
-    generation; fallback: also write plain buffers (into OUTPUT's name with .fallback.bin) for readers without the
-    extension; threads: 0 for one per processor, the result is the same; progress: draw a bar on a terminal.
+    Options:
+        position_bits: bits of a position along the longest side (4 to 24, default 12).
+        normal_bits: bits of each of the two elements of a normal or tangent (4 to 16, default 8).
+        texcoord_bits: bits of each texture coordinate (4 to 16, default 12).
+        color_bits: bits of each colour component that is not stored in 8 bits (4 to 16, default 8).
+        weight_bits: bits of each float skin weight (4 to 16, default 8).
+        step: position step in model units, instead of bits: 0.001 is 1 mm if units are metres.
+        grid: "mesh" or "scene": one position grid per mesh, or one for the whole scene (default
+            mesh).
+        max_triangles: most triangles in a meshlet (16 to 64, default 64).
+        lambda_: above 1; small values give planar meshlets, large ones compact meshlets (default
+            1.4).
+        iterations: most rounds of meshlet generation (default 12).
+        fill: mean size of the meshlets to generate, as a share of the largest (0.25 to 1, default
+            0.96).
+        weight: "paper" or "choe": meshlet generation with the paper's size penalty, or without, as
+            Choe et al. (default paper).
+        fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
+        threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to
+            1024, default 0).
+        progress: draw a progress bar on a terminal.
 
-    Returns a report: input, output, input_bytes, output_bytes, fallback_bytes, totals, fallback_files and primitives as `inspect` has them,
-    generation (summed histogram of regions by triangles before halving, largest number of iterations),
-    dropped (counts of what is not in the result), kept (primitives left as they were, with the reason), warnings.
-    Raises MeshletError when the input cannot be compressed, OSError when a file cannot be read or written.
+    Returns a report:
+        input, output, input_bytes, output_bytes, fallback_bytes.
+        totals, fallback_files, primitives: as `inspect` of the output has them.
+        generation: "histogram" counts the regions of [0, 32), [32, 64), [64, 72) and 72 or more
+            triangles, before large ones are split; "iterations" is the most of any primitive.
+        dropped: counts of vertices and triangles left out.
+        kept: primitives left uncompressed: mesh, primitive and reason.
+        warnings: one line each.
+
+    Raises MeshletError when the input cannot be compressed, OSError when a file cannot be read or
+    written.
     """
-    settings, output = _checked(options), Path(output)
+    settings, output = Options.of(options), Path(output)
     check_output(output, input)
     fallback_path = output.with_name(output.stem + ".fallback.bin")
-    try:
+    with blaming(input):
         document = open_model(input)
         read = [Path(input), *document.files()]
-        report = _compress_document(document, settings, Path(input).name)
+        jobs = _encode_all(document, settings, Path(input).name)
+        changes = _finish_document(document, jobs, settings)
         binary, fallback = pack(document)
         if fallback:
             document.buffers[1].uri = quote(os.fsencode(fallback_path.name))
-        report = {**inspect_document(document), **report}
+        contents = inspect_document(document, _statistics_by_view(jobs))
         parts = glb_parts(document, binary)
-    except MeshletError as error:
-        error.path = error.path or str(input)
-        raise
     input_bytes = os.path.getsize(input)
-    contents = {fallback_path: fallback, output: parts} if fallback else {output: parts}
-    refuse_overwriting(read, list(contents))
-    write_files(contents)
+    files = {fallback_path: fallback, output: parts} if fallback else {output: parts}
+    refuse_overwriting(read, list(files))
+    write_files(files)
     output_bytes = sum(map(len, parts))
     if output_bytes >= input_bytes:
-        report["warnings"].append("the file grew; the original is smaller")
+        changes["warnings"].append("the file grew; the original is smaller")
     if not fallback and fallback_path.exists():
-        report["warnings"].append(
+        changes["warnings"].append(
             f"{fallback_path.name} is not part of this result; delete it if nothing needs it"
         )
     return {
@@ -215,36 +146,57 @@ def compress(input: str | os.PathLike, output: str | os.PathLike, **options: Any
         "input_bytes": input_bytes,
         "output_bytes": output_bytes,
         "fallback_bytes": sum(map(len, fallback)),
-        **report,
+        **contents,
+        **changes,
     }
 
 
-def _compress_document(document: Document, options: Options, title: str) -> dict[str, Any]:
-    warnings = [*document.import_warnings, *_lossy_before(document)]
+def _statistics_by_view(jobs: list[Job]) -> dict[int, dict[str, Any]]:
+    """Buffer view of a blob -> its statistics. Call after `pack`, which renumbers the views."""
+    return {
+        job.users[0].extensions[EXTENSION]["bufferView"]: job.statistics
+        for job in jobs
+        if not job.reason_kept
+    }
+
+
+def _encode_all(document: Document, options: Options, title: str) -> list[Job]:
+    """Encodes every triangle primitive and points the document's primitives at the blobs.
+
+    Raises MeshletError when none can be compressed.
+    """
     jobs = _jobs(document, options)
     if not jobs:
         raise MeshletError("holds no triangles", "there is nothing to compress")
+    total = max(sum(len(job.source.indices) for job in jobs), 1)
+    done = 0
     with progress_bar(title, options.progress) as advance:
-        done, total = 0.0, sum(len(job.source.indices) for job in jobs)
         for job in jobs:
-            share = len(job.source.indices) / max(total, 1)
-            _encode_job(
-                document,
-                job,
-                options,
-                advance and (lambda f, base=done, share=share: advance(base + share * f)),
-            )
-            done += share
-    warnings += _coarse_grids(jobs)
-    encoded = [job for job in jobs if not job.reason_kept]
-    if not encoded:
+            count = len(job.source.indices)
+            part = _part_of(advance, done / total, count / total) if advance else None
+            _encode_job(document, job, options, part)
+            done += count
+    if all(job.reason_kept for job in jobs):
         raise MeshletError(
             f"none of its triangle primitives can be compressed ({jobs[0].reason_kept})",
             "there is nothing to compress",
         )
+    return jobs
+
+
+def _part_of(advance: Advance, start: float, share: float) -> Advance:
+    """Progress of a part of the work."""
+    return lambda fraction: advance(start + share * fraction)
+
+
+def _finish_document(document: Document, jobs: list[Job], options: Options) -> dict[str, Any]:
+    """Brings images and lists of extensions in order; returns the report on the changes."""
+    encoded = [job for job in jobs if not job.reason_kept]
+    warnings = [*document.import_warnings, *_lossy_before(document), *_coarse_grids(jobs)]
     document.forget_extension(EXTENSION)
     document.use_extension(EXTENSION, required=not options.fallback)
-    warnings += embed_images(document) + _settle_extensions(document, encoded)
+    warnings += embed_images(document)
+    warnings += _settle_extensions(document, encoded)
     dropped = Dropped()
     for job in jobs:
         dropped.add(job.dropped)
@@ -263,21 +215,22 @@ def _compress_document(document: Document, options: Options, title: str) -> dict
 
 def _lossy_before(document: Document) -> list[str]:
     found = [name for name in LOSSY_BEFORE if name in document.extensionsUsed]
-    return (
-        [
-            f"the input is already quantised ({', '.join(found)}): errors add up; compress the original if there is one"
-        ]
-        if found
-        else []
-    )
+    if not found:
+        return []
+    return [
+        f"the input is already quantised ({', '.join(found)}): errors add up; "
+        "compress the original if there is one"
+    ]
 
 
 # --- collecting ---
 
+Identity = tuple[Any, ...]  # equal for primitives with the same data
+
 
 def _jobs(document: Document, options: Options) -> list[Job]:
     """One job per distinct primitive (same indices, attributes and targets) and position grid."""
-    sources: dict[tuple, tuple[Primitive, Dropped]] = {}
+    sources: dict[Identity, tuple[Primitive, Dropped]] = {}
     places = []
     for mesh, index, primitive in triangle_primitives(document):
         identity = _identity(primitive)
@@ -285,18 +238,16 @@ def _jobs(document: Document, options: Options) -> list[Job]:
             sources[identity] = _source(document, mesh, index)
         places.append((mesh if options.grid == "mesh" else None, primitive, identity))
     grids = _grids([(group, sources[identity][0]) for group, _, identity in places], options)
-    jobs: dict[tuple, Job] = {}
+    jobs: dict[tuple[Identity, Grid | None], Job] = {}
     for group, primitive, identity in places:
         source, dropped = sources[identity]
-        job = jobs.setdefault(
-            (identity, grids.get(group)), Job(source, [], dropped, grids.get(group))
-        )
+        grid = grids.get(group)
+        job = jobs.setdefault((identity, grid), Job(source, [], dropped, grid))
         job.users.append(primitive)
     return list(jobs.values())
 
 
-def _identity(primitive: pygltflib.Primitive) -> tuple:
-    """Equal for primitives with the same data."""
+def _identity(primitive: pygltflib.Primitive) -> Identity:
     compression = [repr((primitive.extensions or {}).get(name)) for name in (EXTENSION, DRACO)]
     groups = [primitive.attributes, *primitive.targets]
     return (
@@ -308,10 +259,7 @@ def _identity(primitive: pygltflib.Primitive) -> tuple:
 
 
 def _source(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
-    if EXTENSION in (document.meshes[mesh].primitives[index].extensions or {}):
-        source, dropped = read_compressed(document, mesh, index).decode(), Dropped()
-    else:
-        source, dropped = read_primitive(document, mesh, index)
+    source, dropped = read_triangles(document, mesh, index)
     source, more = weld(source)
     dropped.add(more)
     check_finite(source)
@@ -333,59 +281,70 @@ def _grids(grouped: list[tuple[int | None, Primitive]], options: Options) -> dic
 
 
 def _grid(low: np.ndarray, high: np.ndarray, options: Options) -> Grid:
-    grid = position_grid(low, high, options.position_bits, options.step)
+    grid = position_grid(low, high, _bits(options).position, options.step)
     if options.step is not None and _is_coarse(low, high, grid):
         extent = float((high - low).max())
         raise MeshletError(
-            f"step {options.step:g} leaves fewer than {MIN_POSITION_BITS} bits for positions in a box of {extent:g}",
+            f"step {options.step:g} leaves fewer than {MIN_POSITION_BITS} bits for positions "
+            f"in a box of {extent:g}",
             f"use a step of at most {extent / 2 ** (MIN_POSITION_BITS - 1):.3g}",
         )
     return grid
 
 
 def _is_coarse(low: np.ndarray, high: np.ndarray, grid: Grid) -> bool:
-    """Whether a box with an extent spans fewer steps than the fewest position bits can number."""
-    return 0.0 < (high - low).max() < (2 ** (MIN_POSITION_BITS - 1) - 0.5) * grid.step
+    """Whether a box that is not a point spans fewer steps than MIN_POSITION_BITS can number."""
+    extent = float((high - low).max())
+    return 0.0 < extent < (2.0 ** (MIN_POSITION_BITS - 1) - 0.5) * grid.step
 
 
 def _coarse_grids(jobs: list[Job]) -> list[str]:
-    """Warnings for meshes that are small on a grid that they share."""
-    boxes: dict[int, list] = {}
+    """Warnings for meshes that are small on the grid that they share."""
+    boxes: dict[int, list[tuple[np.ndarray, np.ndarray, Grid]]] = {}
     for job in jobs:
         if job.grid is not None and len(job.source.indices):
-            boxes.setdefault(job.source.mesh, []).append(
-                (*bounds(job.source.attributes["POSITION"]), job.grid)
+            low, high = bounds(job.source.attributes["POSITION"])
+            boxes.setdefault(job.source.mesh, []).append((low, high, job.grid))
+    warnings = []
+    for mesh, parts in boxes.items():
+        low = np.min([low for low, _, _ in parts], axis=0)
+        high = np.max([high for _, high, _ in parts], axis=0)
+        if _is_coarse(low, high, parts[0][2]):
+            warnings.append(
+                f"mesh {mesh}: fewer than {MIN_POSITION_BITS} bits are left for its positions; "
+                "use --grid mesh or a smaller step"
             )
-    return [
-        f"mesh {mesh}: fewer than {MIN_POSITION_BITS} bits are left for its positions; use --grid mesh or a smaller step"
-        for mesh, parts in boxes.items()
-        if _is_coarse(
-            np.min([p[0] for p in parts], axis=0),
-            np.max([p[1] for p in parts], axis=0),
-            parts[0][2],
-        )
-    ]
+    return warnings
 
 
 # --- encoding ---
 
 
-def _encode_job(
-    document: Document, job: Job, options: Options, progress: Callable[[float], None] | None
-) -> None:
+def _bits(options: Options) -> Bits:
+    assert options.position_bits is not None  # Options sets it
+    return Bits(
+        options.position_bits,
+        options.normal_bits,
+        options.texcoord_bits,
+        options.color_bits,
+        options.weight_bits,
+    )
+
+
+def _encode_job(document: Document, job: Job, options: Options, progress: Advance | None) -> None:
     source = job.source
     if not len(source.indices):
         job.reason_kept = "every triangle is degenerate"
         return
     where = f"mesh {source.mesh} primitive {source.primitive}"
-    plan = plan_primitive(source.attributes, source.targets, job.grid, options.bits, where)
+    plan = plan_primitive(source.attributes, source.targets, job.grid, _bits(options), where)
     if len(plan.streams) > MAX_STREAMS:
         job.reason_kept = (
             f"it takes {len(plan.streams)} streams, at most {MAX_STREAMS} are possible"
         )
         return
     positions = source.attributes["POSITION"]
-    blob, stats = _codec.encode(
+    blob, job.statistics = _codec.encode(
         np.ascontiguousarray(source.indices),
         position_ids(positions),
         np.ascontiguousarray(positions, np.float32),
@@ -394,14 +353,12 @@ def _encode_job(
         progress=progress,
         **options.encoder,
     )
-    job.generation = stats["generation"]
-    _replace(document, job, plan, blob, stats["vertices"], options.fallback)
+    _replace(document, job, plan, blob, options.fallback)
 
 
-def _replace(
-    document: Document, job: Job, plan: Plan, blob: bytes, vertex_count: int, fallback: bool
-) -> None:
-    """Point the job's primitives at the blob, with accessors that describe the decoded data."""
+def _replace(document: Document, job: Job, plan: Plan, blob: bytes, fallback: bool) -> None:
+    """Points the job's primitives at the blob, with accessors that describe the decoded data."""
+    vertex_count: int = job.statistics["vertices"]
     extension: dict[str, Any] = {
         "bufferView": document.add_view(blob),
         "attributes": plan.attributes,
@@ -413,15 +370,8 @@ def _replace(
     first = job.users[0]
     groups = [(first.attributes, plan.attributes), *zip(first.targets, plan.targets)]
     described = [
-        pygltflib.Attributes(
-            **{
-                name: _describe(
-                    document, index, streams[name], plan, name == "POSITION", vertex_count
-                )
-                for name, index in named_indices(group).items()
-            }
-        )
-        for group, streams in groups
+        _described(document, group, first_streams, plan, vertex_count)
+        for group, first_streams in groups
     ]
     document.accessors.append(index_accessor(3 * len(job.source.indices), vertex_count))
     indices = len(document.accessors) - 1
@@ -433,26 +383,28 @@ def _replace(
         _store_fallback(document, first)
 
 
-def _describe(
+def _described(
     document: Document,
-    source: int,
-    first_stream: int,
+    attributes: pygltflib.Attributes,
+    first_streams: dict[str, int],
     plan: Plan,
-    with_bounds: bool,
     vertex_count: int,
-) -> int:
-    """Append an accessor for an attribute's decoded data, of the source accessor's type; returns its index."""
-    accessor = described_by(document.accessors[source], vertex_count)
-    if with_bounds:
-        stream, values = plan.streams[first_stream], plan.values[first_stream]
-        low, high = (dequantise(v[None], stream)[0] for v in bounds(values))
-        set_bounds(accessor, low, high)
-    document.accessors.append(accessor)
-    return len(document.accessors) - 1
+) -> pygltflib.Attributes:
+    """The attributes with new accessors for their decoded data, of the old accessors' types."""
+    result = {}
+    for name, old in named_indices(attributes).items():
+        accessor = described_by(document.accessors[old], vertex_count)
+        if name == "POSITION":
+            stream, values = plan.streams[first_streams[name]], plan.values[first_streams[name]]
+            low, high = (dequantise(v[None], stream)[0] for v in bounds(values))
+            set_bounds(accessor, low, high)
+        document.accessors.append(accessor)
+        result[name] = len(document.accessors) - 1
+    return pygltflib.Attributes(**result)
 
 
 def _store_fallback(document: Document, primitive: pygltflib.Primitive) -> None:
-    """Plain buffer views of the decoded data, marked for the fallback buffer."""
+    """Adds plain buffer views of the decoded data for the fallback buffer."""
     mesh, index = next(
         (m, p) for m, p, candidate in triangle_primitives(document) if candidate is primitive
     )
@@ -464,7 +416,7 @@ def _store_fallback(document: Document, primitive: pygltflib.Primitive) -> None:
 
 
 def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
-    """Keep extensionsUsed and extensionsRequired right; returns warnings."""
+    """Corrects extensionsUsed and extensionsRequired; returns warnings."""
     users = [user for job in encoded for user in job.users]
     for user in users:
         user.extensions.pop(DRACO, None)
@@ -476,7 +428,8 @@ def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
                 f"{name} describes the order of triangles, which changes; it is dropped"
             )
             document.forget_extension(name)
-    if not any(DRACO in (p.extensions or {}) for mesh in document.meshes for p in mesh.primitives):
+    primitives = [p for mesh in document.meshes for p in mesh.primitives]
+    if not any(DRACO in (p.extensions or {}) for p in primitives):
         document.forget_extension(DRACO)
     unknown = unknown_index_holders(document)
     if unknown:
@@ -488,8 +441,9 @@ def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
 
 
 def _generation(jobs: list[Job]) -> dict[str, Any]:
-    histograms = [job.generation["histogram"] for job in jobs]
+    """The histograms summed, and the largest number of iterations."""
+    generations = [job.statistics["generation"] for job in jobs]
     return {
-        "histogram": [sum(column) for column in zip(*histograms)],
-        "iterations": max(job.generation["iterations"] for job in jobs),
+        "histogram": [sum(column) for column in zip(*(g["histogram"] for g in generations))],
+        "iterations": max(g["iterations"] for g in generations),
     }

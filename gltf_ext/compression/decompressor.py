@@ -10,34 +10,30 @@ import pygltflib
 
 from gltf_ext.compression.extension import EXTENSION, Compressed, require_compressed
 from gltf_ext.compression.primitives import store_primitive
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import blaming
+from gltf_ext.files import check_output, refuse_overwriting, write_files
 from gltf_ext.gltf.accessors import bounds, described_by, index_accessor, set_bounds
 from gltf_ext.gltf.buffer_layout import pack
-from gltf_ext.gltf.document import (
-    Document,
-    check_output,
-    copied,
-    glb_parts,
-    named_indices,
-    refuse_overwriting,
-    write_files,
-)
+from gltf_ext.gltf.container import glb_parts
+from gltf_ext.gltf.document import Document, copied, named_indices
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.progress import progress_bar
+from gltf_ext.progress import Advance, progress_bar
 
 
 def decompress(
-    input: str | os.PathLike, output: str | os.PathLike, *, progress: bool = False
+    input: str | os.PathLike[str], output: str | os.PathLike[str], *, progress: bool = False
 ) -> dict[str, Any]:
     """Write a compressed .glb or .gltf as a plain .glb without the extension.
 
-    Returns input, output, input_bytes, output_bytes, triangles and warnings. Raises MeshletError when the input
-    is malformed or not compressed, OSError when a file cannot be read or written.
+    progress: draw a progress bar on a terminal.
+
+    Returns input, output, input_bytes, output_bytes, triangles and warnings. Raises MeshletError
+    when the input is malformed or not compressed, OSError when a file cannot be read or written.
     """
     output = Path(output)
     check_output(output, input)
-    try:
+    with blaming(input):
         document = open_model(input)
         refuse_overwriting(document.files(), [output])
         compressed = require_compressed(document)
@@ -46,9 +42,6 @@ def decompress(
         document.forget_extension(EXTENSION)
         warnings = embed_images(document)
         parts = glb_parts(document, pack(document)[0])
-    except MeshletError as error:
-        error.path = error.path or str(input)
-        raise
     input_bytes = os.path.getsize(input)
     write_files({output: parts})
     return {
@@ -61,9 +54,9 @@ def decompress(
     }
 
 
-def _expand_all(document: Document, compressed: list[Compressed], advance) -> None:
-    """Primitives that share a blob and accessors are decoded once and go on sharing."""
-    expanded: dict[tuple, pygltflib.Primitive] = {}
+def _expand_all(document: Document, compressed: list[Compressed], advance: Advance | None) -> None:
+    """Decodes every primitive; those that share a blob and accessors once, and still share."""
+    expanded: dict[tuple[Any, ...], pygltflib.Primitive] = {}
     for number, primitive in enumerate(compressed):
         user = document.meshes[primitive.mesh].primitives[primitive.primitive]
         key = (
@@ -73,11 +66,8 @@ def _expand_all(document: Document, compressed: list[Compressed], advance) -> No
         )
         if key in expanded:
             first = expanded[key]
-            user.indices, user.attributes, user.targets = (
-                first.indices,
-                copied(first.attributes),
-                list(map(copied, first.targets)),
-            )
+            user.indices, user.attributes = first.indices, copied(first.attributes)
+            user.targets = list(map(copied, first.targets))
         else:
             _expand(document, primitive)
             expanded[key] = user
@@ -87,7 +77,7 @@ def _expand_all(document: Document, compressed: list[Compressed], advance) -> No
 
 
 def _expand(document: Document, compressed: Compressed) -> None:
-    """Fresh accessors for one primitive, so that nothing else that may share the old ones changes."""
+    """Decodes one primitive into new accessors: the old ones may have other users."""
     primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
     decoded = compressed.decode()
     document.accessors.append(index_accessor(decoded.indices.size, decoded.vertex_count))

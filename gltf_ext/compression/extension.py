@@ -1,4 +1,4 @@
-"""The JSON side of EXT_meshlet_edgebreaker: from a primitive's extension object to its decoded arrays."""
+"""Reads EXT_meshlet_edgebreaker: from a primitive's extension object to its decoded arrays."""
 
 from __future__ import annotations
 
@@ -9,22 +9,25 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
-from gltf_ext.compression.primitives import Primitive
+from gltf_ext.compression.primitives import Dropped, Primitive, read_primitive
 from gltf_ext.compression.streams import GRID, Stream, streams_of, to_accessor
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.accessors import accessor_format
-from gltf_ext.gltf.document import Document, item, minified, named_indices
+from gltf_ext.gltf.accessors import Format, accessor_format
+from gltf_ext.gltf.document import Document, item, named_indices
+from gltf_ext.gltf.json_objects import minified
 
 EXTENSION = "EXT_meshlet_edgebreaker"
-Format = tuple[np.dtype, int]  # component type and number of components of an accessor
 
 
 @dataclass
 class Compressed:
     """One compressed primitive of a document.
 
-    attributes, targets: name -> (first stream, accessor format); source_vertices: vertices before the encoder
-    duplicated any; name: the mesh's name, for people.
+    Attributes:
+        mesh, primitive: its place in the document; name: the mesh's name.
+        object: the extension's JSON object.
+        view, blob: the buffer view of the compressed bytes, and the bytes.
+        attributes, targets: name -> (first stream, accessor format).
     """
 
     mesh: int
@@ -41,14 +44,17 @@ class Compressed:
 
     @property
     def where(self) -> str:
+        """Its place, for errors."""
         return f"mesh {self.mesh} primitive {self.primitive}"
 
     @property
     def source_vertices(self) -> int:
-        return self.object.get("sourceVertices", self.vertex_count)
+        """Vertices before the encoder duplicated any."""
+        return int(self.object.get("sourceVertices", self.vertex_count))
 
     @property
     def json_bytes(self) -> int:
+        """Size of the extension's JSON object."""
         return len(minified(self.object))
 
     @property
@@ -63,7 +69,7 @@ class Compressed:
         ]
 
     def decode(self) -> Primitive:
-        """All triangles and attributes, in the accessors' component types."""
+        """All triangles and attributes, in the accessors' component types. Raises MeshletError."""
         triangles, values = decode_blob(self.blob, self.where)
 
         def arrays(group: dict[str, tuple[int, Format]]) -> dict[str, np.ndarray]:
@@ -84,29 +90,44 @@ class Compressed:
 
 
 def decode_blob(blob: bytes, where: str) -> tuple[np.ndarray, list[np.ndarray]]:
-    """(triangles, dequantised values per stream); MeshletError for malformed bytes."""
+    """(triangles uint32[T, 3], dequantised values of each stream). Raises MeshletError."""
     try:
-        return _codec.decode_values(blob)
+        triangles, values = _codec.decode_values(blob)
+        return triangles, values
     except ValueError as error:
         raise malformed(where, error) from None
 
 
 def malformed(where: str, reason: Any) -> MeshletError:
+    """The error for a compressed primitive that breaks the specification."""
     return MeshletError(f"{where}: {reason}", "the file is damaged; compress the original again")
 
 
+def is_compressed(primitive: pygltflib.Primitive) -> bool:
+    """Whether the primitive has the extension."""
+    return EXTENSION in (primitive.extensions or {})
+
+
+def has_compressed(document: Document) -> bool:
+    """Whether any primitive has the extension."""
+    return any(is_compressed(p) for mesh in document.meshes for p in mesh.primitives)
+
+
 def compressed_primitives(document: Document) -> list[Compressed]:
-    """Every primitive with the extension, in order of (mesh, primitive); objects and headers are checked."""
+    """Every primitive with the extension, in order of (mesh, primitive).
+
+    Checks objects and headers. Raises MeshletError.
+    """
     return [
         read_compressed(document, m, p)
         for m, mesh in enumerate(document.meshes)
         for p, primitive in enumerate(mesh.primitives)
-        if EXTENSION in (primitive.extensions or {})
+        if is_compressed(primitive)
     ]
 
 
 def require_compressed(document: Document) -> list[Compressed]:
-    """The compressed primitives; an error when there is none."""
+    """The compressed primitives. Raises MeshletError when there is none."""
     compressed = compressed_primitives(document)
     if not compressed:
         raise MeshletError(
@@ -116,8 +137,18 @@ def require_compressed(document: Document) -> list[Compressed]:
     return compressed
 
 
+def read_triangles(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
+    """Any triangle primitive as arrays: decoded if it is compressed. Raises MeshletError."""
+    if is_compressed(document.meshes[mesh].primitives[index]):
+        return read_compressed(document, mesh, index).decode(), Dropped()
+    return read_primitive(document, mesh, index)
+
+
 def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
-    """The compressed primitive at this place; every index, count and type of its JSON is checked."""
+    """The compressed primitive at this place. Raises MeshletError.
+
+    Checks every index, count and type of its JSON.
+    """
     primitive = document.meshes[mesh].primitives[index]
     where = f"mesh {mesh} primitive {index}"
     extension = primitive.extensions[EXTENSION]
@@ -137,7 +168,8 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
         view = item(document.bufferViews, extension["bufferView"], "bufferView")
         if view.byteStride is not None or view.target is not None or (view.byteOffset or 0) % 4:
             raise ValueError(
-                "its buffer view has a byteStride, a target or an offset that is not a multiple of 4"
+                "its buffer view has a byteStride, a target or an offset "
+                "that is not a multiple of 4"
             )
         blob = bytes(document.bytes_of_view(extension["bufferView"]))
         decoder = _codec.Decoder(blob)
@@ -179,8 +211,12 @@ def _is_index(value: Any) -> bool:
 
 
 def _check_object(
-    extension: Any, formats: dict, target_formats: list[dict], primitive: pygltflib.Primitive
+    extension: Any,
+    formats: dict[str, Format],
+    target_formats: list[dict[str, Format]],
+    primitive: pygltflib.Primitive,
 ) -> None:
+    """Raises ValueError unless the object names a view, and a stream for each attribute."""
     if primitive.mode != pygltflib.TRIANGLES or primitive.indices is None:
         raise ValueError("a compressed primitive must have mode 4 and indices")
     if not isinstance(extension, dict) or not _is_index(extension.get("bufferView")):
@@ -204,7 +240,7 @@ def _check_object(
 
 
 def _check_streams(compressed: Compressed) -> None:
-    """Positions are on a grid, and each stream belongs to exactly one attribute."""
+    """Raises ValueError unless positions are on a grid and each stream has one attribute."""
     if (compressed.streams[0].kind, compressed.streams[0].components) != (GRID, 3):
         raise ValueError("the first stream is not a grid of 3 components")
     used = sorted(s for _, streams, _ in compressed.named_streams for s in streams)
@@ -215,12 +251,13 @@ def _check_streams(compressed: Compressed) -> None:
 def _check_counts(
     document: Document, primitive: pygltflib.Primitive, compressed: Compressed
 ) -> None:
-    """The accessors describe the decoded data."""
+    """Raises ValueError unless the accessors have the counts of the decoded data."""
     indices = item(document.accessors, primitive.indices, "the accessor of indices")
     dtype, components = accessor_format(indices, "indices")
     if indices.count != 3 * compressed.triangle_count or components != 1:
         raise ValueError(
-            f"its indices accessor has {indices.count} elements instead of {3 * compressed.triangle_count}"
+            f"its indices accessor has {indices.count} elements "
+            f"instead of {3 * compressed.triangle_count}"
         )
     if dtype.kind != "u" or compressed.vertex_count - 1 > np.iinfo(dtype).max:
         raise ValueError("its indices accessor's component type cannot hold its indices")

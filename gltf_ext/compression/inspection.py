@@ -1,79 +1,108 @@
-"""inspect: what a compressed file holds and where its bits go."""
+"""inspect: the contents of a compressed file, and where its bits go."""
 
 from __future__ import annotations
 
 import os
-from collections import Counter, defaultdict
+from collections import Counter
+from collections.abc import Mapping
 from typing import Any
 from urllib.parse import unquote_to_bytes
 
 from gltf_ext import _codec
 from gltf_ext.compression.extension import Compressed, malformed, require_compressed
 from gltf_ext.compression.streams import OCT, semantic
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import blaming
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
 
 INDEX_BYTES_PER_TRIANGLE = 12
-PARTS = ("connectivity", "references_and_headers", "positions", "normals", "texcoords", "other")
 PART_OF = {"POSITION": "positions", "NORMAL": "normals", "TEXCOORD": "texcoords"}
+# The parts of a blob, as people read them.
+PART_LABELS = {
+    "connectivity": "connectivity",
+    "references_and_headers": "references and headers",
+    "positions": "positions",
+    "normals": "normals",
+    "texcoords": "texture coordinates",
+    "other": "other attributes",
+}
+SUMMED = (
+    "triangles",
+    "vertices",
+    "source_vertices",
+    "meshlets",
+    "components",
+    "raw_bytes",
+    "blob_bytes",
+    "json_bytes",
+)
+# Counts that the report does not show.
+INTERNAL = ("part_bits", "symbol_counts", "blob_bytes", "json_bytes")
+
+Statistics = Mapping[str, Any]  # of a blob, as _codec.describe gives them
 
 
-def inspect(path: str | os.PathLike) -> dict[str, Any]:
-    """Statistics of a compressed file: {"file", "file_bytes", "totals", "primitives"}.
+def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Statistics of a compressed file.
 
-    totals has triangles, vertices (decoded), source_vertices (after welding), meshlets, raw_bytes (source vertices at
-    the accessors' component sizes plus 12 bytes per triangle), compressed_bytes (the extension's buffer views and
-    JSON objects), ratio, mean_triangles_per_meshlet, bits_per_triangle (parts and their total), symbols (shares of C,
-    L, E, R, S). Primitives that share a buffer view count once. primitives has the same for each, with mesh,
-    primitive, name and streams; a direction has no step (None). fallback_files has the bytes of each file
-    with plain buffers for other readers. Raises MeshletError, OSError.
+    Returns:
+        file, file_bytes.
+        totals: primitives that share a buffer view count once.
+            triangles, vertices (decoded), source_vertices (after welding), meshlets.
+            components: connected components of the meshlets' triangles.
+            raw_bytes: source vertices at the accessors' component sizes, and 12 per triangle.
+            compressed_bytes: the extension's buffer views and JSON objects.
+            ratio: raw_bytes / compressed_bytes.
+            mean_triangles_per_meshlet.
+            bits_per_triangle: of each part, and "total".
+            symbols: shares of C, L, E, R and S.
+        fallback_files: name -> bytes of each file of plain buffers for other readers.
+        primitives: the same as totals for each, with mesh, primitive, name and attributes: bits
+            and step of each stream (None for a direction) and bits per vertex. Another user of a
+            buffer view has only its place and "shares_buffer_view_of".
+
+    Raises MeshletError when the file is malformed or not compressed, OSError when it cannot be
+    read.
     """
-    try:
-        return {
-            "file": str(path),
-            "file_bytes": os.path.getsize(path),
-            **inspect_document(open_model(path)),
-        }
-    except MeshletError as error:
-        error.path = error.path or str(path)
-        raise
+    file_bytes = os.path.getsize(path)
+    with blaming(path):
+        contents = inspect_document(open_model(path), {})
+    return {"file": str(path), "file_bytes": file_bytes, **contents}
 
 
-def inspect_document(document: Document) -> dict[str, Any]:
-    """`inspect` for a document in memory: {"totals", "primitives"}."""
+def inspect_document(
+    document: Document, statistics_by_view: Mapping[int, Statistics]
+) -> dict[str, Any]:
+    """totals, fallback_files and primitives of `inspect`, for a document in memory.
+
+    statistics_by_view: known statistics of the blobs in these buffer views. Decodes all others.
+    """
     counted: dict[int, dict[str, Any]] = {}
     primitives = []
-    for compressed in require_compressed(document):
-        if compressed.view in counted:
-            # Another user of the same bytes adds its JSON object only.
-            counted[compressed.view]["json_bytes"] += compressed.json_bytes
-            primitives.append(
-                {
-                    **_place(compressed),
-                    "shares_buffer_view_of": [
-                        counted[compressed.view]["mesh"],
-                        counted[compressed.view]["primitive"],
-                    ],
-                }
-            )
-        else:
-            primitives.append(_describe(compressed))
-            counted[compressed.view] = primitives[-1]
+    all_compressed = require_compressed(document)
+    for compressed in all_compressed:
+        first = counted.get(compressed.view)
+        if first is None:
+            statistics = statistics_by_view.get(compressed.view) or _statistics(compressed)
+            counted[compressed.view] = _describe(compressed, statistics)
+            primitives.append(counted[compressed.view])
+            continue
+        # Another user of the same bytes adds its JSON object only.
+        first["json_bytes"] += compressed.json_bytes
+        sharing = {"shares_buffer_view_of": [first["mesh"], first["primitive"]]}
+        primitives.append({**_place(compressed), **sharing})
     for described in counted.values():
         described.update(_figures(described))
     return {
         "totals": _totals(list(counted.values())),
-        "fallback_files": _fallback_files(document),
+        "fallback_files": _fallback_files(document, all_compressed),
         "primitives": [_public(p) for p in primitives],
     }
 
 
-def _fallback_files(document: Document) -> dict[str, int]:
-    """Name and size of the files that hold plain buffers for readers without the extension."""
-    used = {
-        document.bufferViews[compressed.view].buffer for compressed in require_compressed(document)
-    }
+def _fallback_files(document: Document, all_compressed: list[Compressed]) -> dict[str, int]:
+    """Name -> bytes of the files that hold plain buffers for readers without the extension."""
+    used = {document.bufferViews[compressed.view].buffer for compressed in all_compressed}
     return {
         os.fsdecode(unquote_to_bytes(buffer.uri)): buffer.byteLength
         for index, buffer in enumerate(document.buffers)
@@ -85,57 +114,56 @@ def _place(compressed: Compressed) -> dict[str, Any]:
     return {"mesh": compressed.mesh, "primitive": compressed.primitive, "name": compressed.name}
 
 
-def _describe(compressed: Compressed) -> dict[str, Any]:
+def _statistics(compressed: Compressed) -> Statistics:
     try:
-        description = _codec.describe(compressed.blob)
+        statistics: Statistics = _codec.describe(compressed.blob)
+        return statistics
     except ValueError as error:
         raise malformed(compressed.where, error) from None
+
+
+def _describe(compressed: Compressed, statistics: Statistics) -> dict[str, Any]:
+    """The counts of one primitive."""
+    all_bits = statistics["bits"]
     part_bits = Counter(
-        {
-            "connectivity": description["bits"]["connectivity"],
-            "references_and_headers": description["bits"]["references"],
-        }
+        connectivity=all_bits["connectivity"], references_and_headers=all_bits["references"]
     )
-    streams, vertex_bytes = {}, 0
+    attributes, vertex_bytes = {}, 0
     for name, indices, (dtype, components) in compressed.named_streams:
-        bits = sum(description["bits"]["streams"][s] for s in indices)
+        bits = sum(all_bits["streams"][s] for s in indices)
         part_bits[PART_OF.get(semantic(name), "other")] += bits
         vertex_bytes += dtype.itemsize * components
-        streams[name] = {
-            "bits_per_component": [compressed.streams[s].bits for s in indices],
+        streams = [compressed.streams[s] for s in indices]
+        attributes[name] = {
+            "bits_per_component": [stream.bits for stream in streams],
             "bits_per_vertex": bits / compressed.vertex_count,
-            "step": [
-                None if compressed.streams[s].kind == OCT else compressed.streams[s].step
-                for s in indices
-            ],
+            "step": [None if stream.kind == OCT else stream.step for stream in streams],
         }
+    index_bytes = INDEX_BYTES_PER_TRIANGLE * compressed.triangle_count
     return {
         **_place(compressed),
         "triangles": compressed.triangle_count,
         "vertices": compressed.vertex_count,
         "source_vertices": compressed.source_vertices,
-        "meshlets": description["meshlets"],
-        "components": description["components"],
-        "raw_bytes": vertex_bytes * compressed.source_vertices
-        + INDEX_BYTES_PER_TRIANGLE * compressed.triangle_count,
+        "meshlets": statistics["meshlets"],
+        "components": statistics["components"],
+        "raw_bytes": vertex_bytes * compressed.source_vertices + index_bytes,
         "blob_bytes": len(compressed.blob),
         "json_bytes": compressed.json_bytes,
-        "attributes": streams,
+        "attributes": attributes,
         "part_bits": part_bits,
-        "symbol_counts": description["symbols"],
+        "symbol_counts": statistics["symbols"],
     }
 
 
 def _figures(described: dict[str, Any]) -> dict[str, Any]:
-    """What follows from the counts of a primitive, or of all together."""
+    """Ratios and shares from the counts of one primitive, or of all together."""
     triangles = described["triangles"]
     compressed = described["blob_bytes"] + described["json_bytes"]
-    bits = {
-        part: described["part_bits"][part]
-        + (8 * described["json_bytes"] if part == "references_and_headers" else 0)
-        for part in PARTS
-    }
+    bits = {part: described["part_bits"][part] for part in PART_LABELS}
+    bits["references_and_headers"] += 8 * described["json_bytes"]
     symbols = described["symbol_counts"]
+    symbol_total = max(sum(symbols.values()), 1)
     return {
         "compressed_bytes": compressed,
         "ratio": described["raw_bytes"] / compressed,
@@ -144,36 +172,19 @@ def _figures(described: dict[str, Any]) -> dict[str, Any]:
             **{part: b / triangles for part, b in bits.items()},
             "total": 8 * compressed / triangles,
         },
-        "symbols": {s: n / max(sum(symbols.values()), 1) for s, n in symbols.items()},
+        "symbols": {symbol: count / symbol_total for symbol, count in symbols.items()},
     }
 
 
 def _totals(described: list[dict[str, Any]]) -> dict[str, Any]:
-    summed: dict[str, Any] = {
-        name: sum(d[name] for d in described)
-        for name in (
-            "triangles",
-            "vertices",
-            "source_vertices",
-            "meshlets",
-            "components",
-            "raw_bytes",
-            "blob_bytes",
-            "json_bytes",
-        )
-    }
+    summed: dict[str, Any] = {name: sum(d[name] for d in described) for name in SUMMED}
     for name in ("part_bits", "symbol_counts"):
-        counts: dict[str, int] = defaultdict(int)
+        counts: Counter[str] = Counter()
         for d in described:
-            for key, value in d[name].items():
-                counts[key] += value
+            counts.update(d[name])
         summed[name] = counts
     return _public({**summed, **_figures(summed)})
 
 
 def _public(described: dict[str, Any]) -> dict[str, Any]:
-    return {
-        name: value
-        for name, value in described.items()
-        if name not in ("part_bits", "symbol_counts", "blob_bytes", "json_bytes")
-    }
+    return {name: value for name, value in described.items() if name not in INTERNAL}

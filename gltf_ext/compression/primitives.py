@@ -1,4 +1,4 @@
-"""Triangle primitives of a document as arrays: any mode to a triangle list, identical vertices welded."""
+"""Triangle primitives of a document as arrays: lists, strips and fans, welded on request."""
 
 from __future__ import annotations
 
@@ -19,8 +19,11 @@ from gltf_ext.gltf.scene import TRIANGLE_MODES
 class Primitive:
     """One triangle primitive.
 
-    mesh, primitive: its place in the document; indices: uint32[T, 3]; attributes: name -> [V, components] in the
-    accessor's component type; targets: the same for each morph target's deltas.
+    Attributes:
+        mesh, primitive: its place in the document.
+        indices: uint32[T, 3].
+        attributes: name -> [V, components] in the accessor's component type.
+        targets: the same for the deltas of each morph target.
     """
 
     mesh: int
@@ -31,8 +34,9 @@ class Primitive:
 
     def __repr__(self) -> str:
         return (
-            f"Primitive(mesh={self.mesh}, primitive={self.primitive}, triangles={len(self.indices)}, "
-            f"vertices={self.vertex_count}, attributes={sorted(self.attributes)}, targets={len(self.targets)})"
+            f"Primitive(mesh={self.mesh}, primitive={self.primitive}, "
+            f"triangles={len(self.indices)}, vertices={self.vertex_count}, "
+            f"attributes={sorted(self.attributes)}, targets={len(self.targets)})"
         )
 
     @property
@@ -41,20 +45,21 @@ class Primitive:
 
     @property
     def arrays(self) -> list[tuple[str, np.ndarray]]:
-        """(name, values) of every attribute and target, in a fixed order; targets as "targets[i].NAME"."""
-        return [
-            *self.attributes.items(),
-            *(
-                (f"targets[{i}].{name}", v)
-                for i, t in enumerate(self.targets)
-                for name, v in t.items()
-            ),
+        """(name, values) of every attribute, then of the targets as "targets[i].NAME"."""
+        targets = [
+            (f"targets[{i}].{name}", values)
+            for i, target in enumerate(self.targets)
+            for name, values in target.items()
         ]
+        return [*self.attributes.items(), *targets]
 
 
 @dataclass
 class Dropped:
-    """What is left out of a primitive; incomplete_triangles counts primitives that end in one."""
+    """Counts of vertices and triangles left out of primitives.
+
+    incomplete_triangles: primitives whose indices end in one or two corners of a triangle.
+    """
 
     degenerate_triangles: int = 0
     incomplete_triangles: int = 0
@@ -67,7 +72,7 @@ class Dropped:
 
 
 def triangle_primitives(document: Document) -> list[tuple[int, int, pygltflib.Primitive]]:
-    """(mesh, primitive, object) of each primitive of triangles, strips and fans included."""
+    """(mesh, primitive, object) of each primitive that is a list, strip or fan of triangles."""
     return [
         (m, p, primitive)
         for m, mesh in enumerate(document.meshes)
@@ -77,7 +82,10 @@ def triangle_primitives(document: Document) -> list[tuple[int, int, pygltflib.Pr
 
 
 def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
-    """A source primitive, every count and index checked; its triangles are as in the file."""
+    """A primitive that is not compressed with our extension; its triangles are as in the file.
+
+    Checks every count and index. Raises MeshletError.
+    """
     primitive = document.meshes[mesh].primitives[index]
     where = f"mesh {mesh} primitive {index}"
     names = named_indices(primitive.attributes)
@@ -106,19 +114,20 @@ def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive
         for t, target in enumerate(primitive.targets)
     ]
     _check_widths(attributes, targets, where)
-    indices = (
-        decoded["indices"]
-        if "indices" in decoded
-        else _read_indices(document, primitive, count, where)
-    )
+    indices = decoded.get("indices")
+    if indices is None:
+        indices = _read_indices(document, primitive, count, where)
     triangles = _triangles(indices, primitive.mode)
-    dropped = Dropped(
-        incomplete_triangles=int(primitive.mode == pygltflib.TRIANGLES and len(indices) % 3 != 0)
+    incomplete = primitive.mode == pygltflib.TRIANGLES and len(indices) % 3 != 0
+    return (
+        Primitive(mesh, index, triangles, attributes, targets),
+        Dropped(incomplete_triangles=int(incomplete)),
     )
-    return Primitive(mesh, index, triangles, attributes, targets), dropped
 
 
-def _check_widths(attributes: dict, targets: list[dict], where: str) -> None:
+def _check_widths(
+    attributes: dict[str, np.ndarray], targets: list[dict[str, np.ndarray]], where: str
+) -> None:
     for name, values in attributes.items():
         _check_width(name, values, 4 if name == "TANGENT" else 3, where)
     for target in targets:
@@ -154,7 +163,7 @@ def _read_indices(
 
 
 def _triangles(indices: np.ndarray, mode: int) -> np.ndarray:
-    """uint32[T, 3] from the indices of a list, strip or fan; the winding of strips alternates."""
+    """uint32[T, 3] from the indices of a list, strip or fan. The winding of strips alternates."""
     if mode == pygltflib.TRIANGLES:
         return indices[: len(indices) // 3 * 3].reshape(-1, 3)
     count = max(len(indices) - 2, 0)
@@ -165,9 +174,9 @@ def _triangles(indices: np.ndarray, mode: int) -> np.ndarray:
 
 
 def weld(primitive: Primitive) -> tuple[Primitive, Dropped]:
-    """Merge vertices that are bit-identical in all attributes and targets.
+    """Merges vertices that are bit-identical in all attributes and targets.
 
-    Drops unreferenced vertices, and triangles with a repeated vertex.
+    Drops unreferenced vertices, and triangles with a repeated vertex. May change the argument.
     """
     dropped = Dropped()
     primitive, dropped.unreferenced_vertices = _without_unreferenced(primitive)
@@ -184,7 +193,7 @@ def weld(primitive: Primitive) -> tuple[Primitive, Dropped]:
     dropped.degenerate_triangles = int(degenerate.sum())
     if dropped.degenerate_triangles:
         primitive.indices = primitive.indices[~degenerate]
-        # Vertices that only degenerate triangles used.
+        # Only degenerate triangles used these vertices.
         primitive, unreferenced = _without_unreferenced(primitive)
         dropped.unreferenced_vertices += unreferenced
     return primitive, dropped
@@ -226,24 +235,26 @@ def _rows(arrays: list[np.ndarray]) -> np.ndarray:
 
 
 def position_ids(positions: np.ndarray) -> np.ndarray:
-    """One id per distinct position (uint32[V]); negative zero equals zero."""
+    """uint32[V]: one id per distinct position. Negative zero equals zero."""
     values = np.ascontiguousarray(positions)
     if values.dtype.kind == "f":
         values = values + np.float32(0)
-    return _codec.weld(_rows([values]))[0]
+    ids: np.ndarray = _codec.weld(_rows([values]))[0]
+    return ids
 
 
 def check_finite(primitive: Primitive) -> None:
-    """Refuse NaN and infinities in everything that is quantised; custom attributes may hold them."""
+    """Raises MeshletError for NaN and infinity, except in custom attributes: they are lossless."""
     for name, values in primitive.arrays:
         if values.dtype.kind != "f" or name.rpartition(".")[2].startswith("_"):
             continue
         with np.errstate(invalid="ignore"):
-            # Finite iff all values are: finite float32 values cannot overflow a float64 sum.
+            # Finite only if all values are: float32 values cannot overflow a float64 sum.
             total = values.sum(dtype=np.float64)
         if not np.isfinite(total):
             raise MeshletError(
-                f"{name} of mesh {primitive.mesh} primitive {primitive.primitive} has a NaN or infinite value",
+                f"{name} of mesh {primitive.mesh} primitive {primitive.primitive} "
+                "has a NaN or infinite value",
                 "repair the model first",
             )
 
@@ -251,7 +262,10 @@ def check_finite(primitive: Primitive) -> None:
 def store_primitive(
     document: Document, primitive: pygltflib.Primitive, decoded: Primitive, fallback: bool
 ) -> None:
-    """Give the primitive's accessors buffer views with the decoded data, in the fallback buffer or the binary chunk."""
+    """Gives the primitive's accessors buffer views with the decoded data.
+
+    fallback: see Document.add_view.
+    """
     accessors = document.accessors
     store(
         document,

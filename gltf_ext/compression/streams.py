@@ -1,27 +1,30 @@
 """glTF attributes <-> quantised streams.
 
-Values are in the accessor's stored units: float components as they are, integer components as stored (before
-`normalized` divides them). One attribute takes consecutive streams of at most four components each; an OCT stream
-stands for three components. What each attribute becomes:
+Values are in the accessor's stored units: floats as they are, integers before `normalized` divides
+them. One attribute takes consecutive streams of at most four components each; an OCT stream stands
+for three components. Streams of each attribute:
 
-| attribute                  | float accessor                                             | integer accessor      |
-| -------------------------- | ---------------------------------------------------------- | --------------------- |
-| POSITION                   | GRID, the mesh's (or file's) step                          | exact                 |
-| NORMAL; TANGENT            | OCT; OCT, then SIGN                                        | exact                 |
-| TEXCOORD_n                 | GRID, one step for both components                         | exact                 |
-| COLOR_n                    | GRID over [0, 1]                                           | 8 bits exact, 16 GRID |
-| WEIGHTS_n                  | GRID, step 1 / (2^bits - 1), sums kept                     | exact                 |
-| JOINTS_n, others           | FLOAT32, lossless                                          | exact                 |
-| morph target, POSITION     | GRID, the position step                                    | exact                 |
-| morph target, others       | GRID, one step, bits of the attribute it moves             | exact                 |
+| attribute              | float accessor                                 | integer accessor      |
+| ---------------------- | ---------------------------------------------- | --------------------- |
+| POSITION               | GRID, the mesh's (or file's) step              | exact                 |
+| NORMAL; TANGENT        | OCT; OCT, then SIGN                            | exact                 |
+| TEXCOORD_n             | GRID, one step for both components             | exact                 |
+| COLOR_n                | GRID over [0, 1]                               | 8 bits exact, 16 GRID |
+| WEIGHTS_n              | GRID, step 1 / (2^bits - 1), sums kept         | exact                 |
+| JOINTS_n, others       | FLOAT32, lossless                              | exact                 |
+| morph target, POSITION | GRID, the position step                        | exact                 |
+| morph target, others   | GRID, one step, bits of the attribute it moves | exact                 |
 
-Directions lose their length. "Exact" is INTEGER for unsigned components, GRID with step 1 for signed ones and for
-positions, whatever the bits asked for.
+Directions lose their length. "Exact" is INTEGER for unsigned components, and GRID with step 1 for
+signed ones and for positions; the options for bits do not apply to it.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -33,12 +36,14 @@ MAX_GRID_BITS = 24
 MAX_STREAMS = 64
 # Skin weights whose sum differs from one by less than this are taken to sum to one.
 WEIGHT_SUM_TOLERANCE = 1e-3
-SMALLEST_STEP = float(np.finfo(np.float32).tiny)  # smaller ones are flushed to zero by GPUs
+SMALLEST_STEP = float(np.finfo(np.float32).tiny)  # GPUs flush smaller ones to zero
+
+Quantised = tuple["Stream", np.ndarray]  # a stream, and its values uint32[V, components]
 
 
 @dataclass(frozen=True)
 class Bits:
-    """Bits per component for what is quantised."""
+    """Bits per component of the attributes that are quantised."""
 
     position: int = 12
     normal: int = 8
@@ -47,6 +52,7 @@ class Bits:
     weight: int = 8
 
     def of(self, semantic: str) -> int:
+        """Bits of a morph target's deltas of this semantic."""
         return {
             "NORMAL": self.normal,
             "TANGENT": self.normal,
@@ -57,7 +63,7 @@ class Bits:
 
 @dataclass(frozen=True)
 class Stream:
-    """One row of the blob's stream table; see the specification for kind, bits, step and offset."""
+    """One row of the blob's stream table (appendix A.3 of the specification)."""
 
     kind: int
     components: int
@@ -71,7 +77,8 @@ class Stream:
         """Accessor components that the stream stands for."""
         return 3 if self.kind == OCT else self.components
 
-    def table_row(self) -> dict:
+    def table_row(self) -> dict[str, Any]:
+        """The row as _codec.encode takes it."""
         offset = list(self.offset) or [0.0] * self.components
         return {
             "kind": self.kind,
@@ -83,7 +90,8 @@ class Stream:
         }
 
     @staticmethod
-    def from_row(row: dict) -> Stream:
+    def from_row(row: dict[str, Any]) -> Stream:
+        """The stream of a row as _codec.Decoder.streams has it."""
         components = int(row["components"])
         return Stream(
             int(row["kind"]),
@@ -97,7 +105,7 @@ class Stream:
 
 @dataclass(frozen=True)
 class Grid:
-    """The position grid: value = offset[c] + q * step, both exactly representable as float32."""
+    """The position grid: value = offset[c] + q * step. Offset and step are exact in float32."""
 
     offset: tuple[float, float, float]
     step: float
@@ -112,16 +120,22 @@ def semantic(name: str) -> str:
 
 
 def position_grid(low: np.ndarray, high: np.ndarray, bits: int, step: float | None) -> Grid:
-    """The grid of a box: step given, or its longest side / (2^bits - 1). low, high: float[3]."""
+    """The grid of a box low..high (float[3] each).
+
+    Its step is `step`, or the longest side / (2^bits - 1). Raises MeshletError for a step that
+    needs more than 24 bits.
+    """
     extent = float(np.max(np.asarray(high, np.float64) - low))
     chosen = _step(extent, bits) if step is None else max(float(np.float32(step)), SMALLEST_STEP)
     cells = extent / chosen
     if np.rint(cells) >= 2**MAX_GRID_BITS:
         raise MeshletError(
-            f"step {step:g} needs more than {MAX_GRID_BITS} bits for a box of {extent:g}",
+            f"step {chosen if step is None else step:g} needs more than {MAX_GRID_BITS} bits "
+            f"for a box of {extent:g}",
             f"use a step of at least {extent / (2**MAX_GRID_BITS - 1):.3g}",
         )
-    return Grid(tuple(float(v) for v in low), chosen)
+    x, y, z = (float(v) for v in low)
+    return Grid((x, y, z), chosen)
 
 
 def _step(extent: float, bits: int) -> float:
@@ -151,23 +165,23 @@ def grid_values(values: np.ndarray, stream: Stream) -> np.ndarray:
     return result
 
 
-def _fit_bits(name: str, stream: Stream, values: np.ndarray) -> tuple[Stream, np.ndarray]:
-    """The stream with the bits its quantised values need."""
+def _fit_bits(name: str, stream: Stream, values: np.ndarray) -> Quantised:
+    """Quantises the values; the stream gets the bits that they need. Raises MeshletError."""
     quantised = grid_values(values, stream)
     bits = _needed_bits(quantised.max())
     if bits > MAX_GRID_BITS:
         raise MeshletError(
-            f"{name} needs {bits} bits at step {stream.step:g}, at most {MAX_GRID_BITS} are possible",
+            f"{name} needs {bits} bits at step {stream.step:g}, "
+            f"at most {MAX_GRID_BITS} are possible",
             "use fewer bits or a larger step",
         )
     return replace(stream, bits=bits), quantised
 
 
-def _exact(name: str, values: np.ndarray) -> tuple[Stream, np.ndarray]:
+def _exact(name: str, values: np.ndarray) -> Quantised:
     if values.dtype.kind == "u" and name != "POSITION":
-        return Stream(INTEGER, values.shape[1], _needed_bits(values.max())), values.astype(
-            np.uint32
-        )
+        stream = Stream(INTEGER, values.shape[1], _needed_bits(values.max()))
+        return stream, values.astype(np.uint32)
     low = tuple(float(v) for v in values.min(axis=0))
     return _fit_bits(name, Stream(GRID, values.shape[1], 1, 1.0, low), values)
 
@@ -182,34 +196,31 @@ def _unit_range(values: np.ndarray, bits: int, full_scale: float) -> Stream:
     """[0, full_scale] in 2^bits - 1 steps; the values' own range when they leave it."""
     if values.min() < 0.0 or values.max() > full_scale:
         return _own_range(values, bits)
-    return Stream(
-        GRID,
-        values.shape[1],
-        bits,
-        float(np.float32(full_scale / (2**bits - 1))),
-        (0.0,) * values.shape[1],
-    )
+    components = values.shape[1]
+    step = float(np.float32(full_scale / (2**bits - 1)))
+    return Stream(GRID, components, bits, step, (0.0,) * components)
 
 
 def _delta_range(name: str, values: np.ndarray, step: float) -> Stream:
-    """A grid on which zero decodes to exactly zero: the offset is minus a power of two times the step."""
+    """A grid on which zero decodes to exactly zero: -offset is a power of two times the step."""
     lowest = np.rint(values.min(axis=0).astype(np.float64) / step)
     highest = np.rint(values.max(axis=0).astype(np.float64) / step)
     below = [2 ** int(-k - 1).bit_length() if k < 0 else 0 for k in lowest]
-    if (
-        max(highest + below) >= 2**MAX_GRID_BITS
-    ):  # no room for the power of two: zero decodes to within rounding
+    if max(highest + below) >= 2**MAX_GRID_BITS:
+        # No room for the power of two: zero decodes to within rounding.
         below = [int(-k) for k in lowest]
-    return Stream(
-        GRID, values.shape[1], 1, step, tuple(float(np.float32(-b * step)) for b in below)
-    )
+    offset = tuple(float(np.float32(-b * step)) for b in below)
+    return Stream(GRID, values.shape[1], 1, step, offset)
 
 
 # --- octahedral normals ---
 
 
 def octahedral(vectors: np.ndarray, bits: int) -> np.ndarray:
-    """Directions float[V, 3] (any length; zero becomes +z) -> uint32[V, 2]."""
+    """Directions float[V, 3] of any length -> uint32[V, 2]. Zero becomes +z.
+
+    Cigolle et al., "A Survey of Efficient Representations for Independent Unit Vectors", 2014.
+    """
     x, y, z = (vectors[:, c].astype(np.float64) for c in range(3))
     length = np.abs(x) + np.abs(y) + np.abs(z)
     zero = length == 0.0
@@ -238,13 +249,14 @@ def octahedral_directions(quantised: np.ndarray, bits: int) -> np.ndarray:
     y = np.where(lower, (1.0 - np.abs(x)) * np.where(y < 0.0, -1.0, 1.0), y)
     x = np.where(lower, unfolded, x)
     vectors = np.stack([x, y, z], axis=1)
-    return (vectors / np.linalg.norm(vectors, axis=1, keepdims=True)).astype(np.float32)
+    unit: np.ndarray = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return unit.astype(np.float32)
 
 
 def octahedral_bound(bits: int) -> float:
-    """Largest angle in radians that a direction is off: half a cell, stretched most (3 sqrt 2) at a face's centre."""
-    half_cell = 1.0 / (2**bits - 1)
-    return 3.0 * np.sqrt(2.0) * half_cell * (1.0 + 2.0 * half_cell)
+    """Largest angular error in radians: half a cell, stretched 3 sqrt 2 at a face's centre."""
+    half_cell = 1.0 / (2.0**bits - 1.0)
+    return 3.0 * math.sqrt(2.0) * half_cell * (1.0 + 2.0 * half_cell)
 
 
 # --- other kinds ---
@@ -257,11 +269,9 @@ def ordered_bits(values: np.ndarray) -> np.ndarray:
 
 
 def from_ordered_bits(quantised: np.ndarray) -> np.ndarray:
-    return (
-        np.where(quantised >> 31, quantised ^ np.uint32(0x80000000), ~quantised)
-        .astype(np.uint32)
-        .view(np.float32)
-    )
+    """The inverse of ordered_bits."""
+    bits = np.where(quantised >> 31, quantised ^ np.uint32(0x80000000), ~quantised)
+    return bits.astype(np.uint32).view(np.float32)
 
 
 def _sign(values: np.ndarray) -> np.ndarray:
@@ -271,8 +281,8 @@ def _sign(values: np.ndarray) -> np.ndarray:
 def quantised_weights(sets: list[np.ndarray], bits: int) -> list[np.ndarray]:
     """Skin weights float[V, 4] per set -> uint32[V, 4] per set.
 
-    Where a vertex's weights sum to one over all sets, its integers sum to 2^bits - 1: round down, then give what is
-    missing to the largest remainders. Zero weights stay zero.
+    If a vertex's weights sum to one over all sets, its integers sum to 2^bits - 1: all are rounded
+    down, then those with the largest remainders up. Zero weights stay zero.
     """
     levels = 2**bits - 1
     weights = np.concatenate(sets, axis=1).astype(np.float64)
@@ -286,10 +296,8 @@ def quantised_weights(sets: list[np.ndarray], bits: int) -> list[np.ndarray]:
     rank = np.argsort(by_remainder, axis=1, kind="stable")
     result[sums_to_one] = floor + (rank < missing[:, None])
     splits = np.cumsum([s.shape[1] for s in sets])[:-1]
-    return [
-        np.ascontiguousarray(part)
-        for part in np.split(result.astype(np.int64).astype(np.uint32), splits, axis=1)
-    ]
+    integers = result.astype(np.int64).astype(np.uint32)
+    return [np.ascontiguousarray(part) for part in np.split(integers, splits, axis=1)]
 
 
 # --- planning, quantising and decoding whole primitives ---
@@ -297,10 +305,12 @@ def quantised_weights(sets: list[np.ndarray], bits: int) -> list[np.ndarray]:
 
 @dataclass
 class Plan:
-    """What one primitive becomes.
+    """The streams of one primitive, ready to encode.
 
-    streams: the stream table; values: uint32[V, components] per stream; attributes, targets: index of the first
-    stream of each attribute, as the extension's JSON object has them.
+    Attributes:
+        streams: the stream table.
+        values: uint32[V, components] of each stream.
+        attributes, targets: name -> index of the first stream, as in the extension's JSON object.
     """
 
     streams: list[Stream] = field(default_factory=list)
@@ -308,7 +318,8 @@ class Plan:
     attributes: dict[str, int] = field(default_factory=dict)
     targets: list[dict[str, int]] = field(default_factory=list)
 
-    def add(self, streams: list[tuple[Stream, np.ndarray]]) -> int:
+    def add(self, streams: list[Quantised]) -> int:
+        """Appends the streams of an attribute; returns the index of the first."""
         first = len(self.streams)
         self.streams += [stream for stream, _ in streams]
         self.values += [values for _, values in streams]
@@ -322,9 +333,9 @@ def plan_primitive(
     bits: Bits,
     where: str,
 ) -> Plan:
-    """Quantise all attributes and morph-target deltas, [V, components] arrays.
+    """Quantises all attributes and morph-target deltas, [V, components] arrays.
 
-    grid: for float positions; where: the primitive's place, for errors.
+    grid: for float positions; where: the primitive's place, for errors. Raises MeshletError.
     """
     plan = Plan()
     try:
@@ -333,20 +344,23 @@ def plan_primitive(
                 _attribute_streams(name, attributes[name], grid, bits, attributes)
             )
         for target in targets:
-            plan.targets.append(
-                {
-                    name: plan.add(_target_streams(name, values, grid, bits))
-                    for name, values in target.items()
-                }
-            )
+            first_streams = {
+                name: plan.add(_target_streams(name, values, grid, bits))
+                for name, values in target.items()
+            }
+            plan.targets.append(first_streams)
     except MeshletError as error:
         raise MeshletError(f"{where}: {error}") from None
     return plan
 
 
 def _attribute_streams(
-    name: str, values: np.ndarray, grid: Grid | None, bits: Bits, attributes: dict
-) -> list[tuple[Stream, np.ndarray]]:
+    name: str,
+    values: np.ndarray,
+    grid: Grid | None,
+    bits: Bits,
+    attributes: dict[str, np.ndarray],
+) -> list[Quantised]:
     kind, is_float, width = semantic(name), values.dtype.kind == "f", values.shape[1]
     if kind == "COLOR" and values.dtype == np.uint16:
         stream = _unit_range(values, bits.color, np.iinfo(np.uint16).max)
@@ -354,6 +368,7 @@ def _attribute_streams(
     if not is_float:
         return _chunks(values, lambda part: _exact(name, part))
     if name == "POSITION":
+        assert grid is not None  # the caller has one for float positions
         return [_fit_bits(name, Stream(GRID, 3, 1, grid.step, grid.offset), values)]
     if name in ("NORMAL", "TANGENT") and width == (3 if name == "NORMAL" else 4):
         return _direction_streams(values, bits.normal)
@@ -368,7 +383,7 @@ def _attribute_streams(
     return _chunks(values, lambda part: (Stream(FLOAT32, part.shape[1], 32), ordered_bits(part)))
 
 
-def _chunks(values: np.ndarray, encode) -> list[tuple[Stream, np.ndarray]]:
+def _chunks(values: np.ndarray, encode: Callable[[np.ndarray], Quantised]) -> list[Quantised]:
     """Streams of at most four components each."""
     return [
         encode(values[:, c : c + MAX_STREAM_COMPONENTS])
@@ -376,7 +391,7 @@ def _chunks(values: np.ndarray, encode) -> list[tuple[Stream, np.ndarray]]:
     ]
 
 
-def _direction_streams(values: np.ndarray, bits: int) -> list[tuple[Stream, np.ndarray]]:
+def _direction_streams(values: np.ndarray, bits: int) -> list[Quantised]:
     streams = [(Stream(OCT, 2, bits), octahedral(values, bits))]
     if values.shape[1] == 4:
         streams.append((Stream(SIGN, 1, 1), _sign(values[:, 3:])))
@@ -388,40 +403,43 @@ def _float_weights(attributes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def _weight_stream(
-    name: str, values: np.ndarray, bits: int, attributes: dict
-) -> tuple[Stream, np.ndarray]:
+    name: str, values: np.ndarray, bits: int, attributes: dict[str, np.ndarray]
+) -> Quantised:
     stream = _unit_range(values, bits, 1.0)
     return stream, _weight_values(name, values, stream, attributes)
 
 
-def _weight_values(name: str, values: np.ndarray, stream: Stream, attributes: dict) -> np.ndarray:
-    """The weights of one set, rounded together with the other sets when all are on the same unit grid."""
+def _weight_values(
+    name: str, values: np.ndarray, stream: Stream, attributes: dict[str, np.ndarray]
+) -> np.ndarray:
+    """The weights of one set, rounded together with the other sets if all are in [0, 1]."""
     sets = _float_weights(attributes)
     if any(w.min() < 0.0 or w.max() > 1.0 for w in sets.values()):
         return grid_values(values, stream)
-    bits = round(np.log2(1.0 / stream.step + 1.0))
+    bits = round(math.log2(1.0 / stream.step + 1.0))
     return dict(zip(sets, quantised_weights(list(sets.values()), bits)))[name]
 
 
 def _target_streams(
     name: str, values: np.ndarray, grid: Grid | None, bits: Bits
-) -> list[tuple[Stream, np.ndarray]]:
+) -> list[Quantised]:
     if values.dtype.kind != "f":
         return _chunks(values, lambda part: _exact(name, part))
     if name == "POSITION" and grid is not None:
         step = grid.step
     else:
-        step = _step(
-            float(np.max(values.max(axis=0).astype(np.float64) - values.min(axis=0))),
-            bits.of(semantic(name)),
-        )
+        extent = np.max(values.max(axis=0).astype(np.float64) - values.min(axis=0))
+        step = _step(float(extent), bits.of(semantic(name)))
     return _chunks(values, lambda part: _fit_bits(name, _delta_range(name, part, step), part))
 
 
 def quantise_like(
     name: str, values: np.ndarray, streams: list[Stream], attributes: dict[str, np.ndarray]
 ) -> list[np.ndarray]:
-    """An attribute's values on the grids of existing streams, as `plan_primitive` would quantise them there."""
+    """An attribute's values as `plan_primitive` would quantise them for existing streams.
+
+    attributes: all of the primitive's, since sets of skin weights are rounded together.
+    """
     result, c = [], 0
     for stream in streams:
         part = values[:, c : c + stream.width]
@@ -446,11 +464,13 @@ def quantise_like(
 
 
 def dequantise(quantised: np.ndarray, stream: Stream) -> np.ndarray:
-    """uint32[V, components] -> float32[V, width], or uint32 for INTEGER; what the native decoder's float path gives."""
+    """uint32[V, components] -> float32[V, width], or uint32 for INTEGER.
+
+    Gives the same values as _codec.decode_values.
+    """
     if stream.kind == GRID:
-        return (np.array(stream.offset) + quantised.astype(np.float64) * stream.step).astype(
-            np.float32
-        )
+        values: np.ndarray = np.array(stream.offset) + quantised.astype(np.float64) * stream.step
+        return values.astype(np.float32)
     if stream.kind == OCT:
         return octahedral_directions(quantised, stream.bits)
     if stream.kind == FLOAT32:
@@ -461,7 +481,10 @@ def dequantise(quantised: np.ndarray, stream: Stream) -> np.ndarray:
 
 
 def streams_of(first: int, components: int, streams: list[Stream]) -> range:
-    """The consecutive streams, starting at `first`, that fill an accessor's components; ValueError when they do not."""
+    """The consecutive streams, from `first` on, that fill an accessor's components.
+
+    Raises ValueError when they do not.
+    """
     index, filled = first, 0
     while filled < components:
         if not 0 <= index < len(streams):
@@ -476,7 +499,10 @@ def streams_of(first: int, components: int, streams: list[Stream]) -> range:
 
 
 def to_accessor(parts: list[np.ndarray], dtype: np.dtype) -> np.ndarray:
-    """Dequantised streams side by side in the accessor's component type: [V, components], C-contiguous."""
+    """Dequantised streams side by side in the accessor's component type.
+
+    Returns [V, components], C-contiguous.
+    """
     values = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
     if dtype.kind != "f" and values.dtype.kind == "f":
         limits = np.iinfo(dtype)

@@ -1,28 +1,34 @@
-"""validate: is a file well-formed, as far as the container and this extension go?"""
+"""validate: checks the container and this extension of a file."""
 
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import EXTENSION, compressed_primitives, read_compressed
+from gltf_ext.compression.extension import (
+    EXTENSION,
+    compressed_primitives,
+    is_compressed,
+    read_compressed,
+)
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import bounds, read_accessor
-from gltf_ext.gltf.buffer_layout import map_accessors, map_views
+from gltf_ext.gltf.buffer_layout import Renumber, map_accessors, map_views
 from gltf_ext.gltf.document import Document, item, named_indices
 from gltf_ext.gltf.importers import open_model
 
 
-def validate(path: str | os.PathLike) -> list[str]:
+def validate(path: str | os.PathLike[str]) -> list[str]:
     """Problems of a .glb or .gltf file, one line each; an empty list when there are none.
 
-    Checks the container, the types of all JSON properties, every reference to accessors and buffer views, every
-    extension object with its accessors, decodes every blob, and compares bounds and fallback with the result.
-    Raises OSError when the file cannot be read.
+    Checks the container, the types of all JSON properties, every reference to accessors and buffer
+    views, and every extension object with its accessors. Decodes every blob and compares bounds
+    and fallback with the result. Raises OSError when the file cannot be read.
     """
     try:
         document = open_model(path)
@@ -35,21 +41,19 @@ def validate(path: str | os.PathLike) -> list[str]:
     compressed = 0
     for m, mesh in enumerate(document.meshes):
         for p, primitive in enumerate(mesh.primitives):
-            if EXTENSION in (primitive.extensions or {}):
+            if is_compressed(primitive):
                 compressed += 1
                 problems += _blob_problems(document, m, p)
-    problems = list(dict.fromkeys(problems))  # one for a buffer that many views read
-    return (
-        problems
-        if compressed or problems
-        else [
-            f"has no primitive with {EXTENSION}; compress it first: gltf-meshlet compress IN OUT.glb"
-        ]
-    )
+    if not compressed and not problems:
+        problems.append(
+            f"has no primitive with {EXTENSION}; "
+            "compress it first: gltf-meshlet compress IN OUT.glb"
+        )
+    return list(dict.fromkeys(problems))  # many views may read one damaged buffer
 
 
 def _lost_fallback(document: Document) -> list[str]:
-    """Buffers that cannot be read, when all compressed data can be."""
+    """Problems of buffers that cannot be read although all compressed data can be."""
     try:
         users = compressed_primitives(document)
         for compressed in users:
@@ -67,12 +71,9 @@ def _lost_fallback(document: Document) -> list[str]:
 
 
 def _broken_references(document: Document) -> list[str]:
-    problems = []
-    for mapper, items, kind in (
-        (map_accessors, document.accessors, "accessor"),
-        (map_views, document.bufferViews, "bufferView"),
-    ):
+    problems: list[str] = []
 
+    def checker(items: list[Any], kind: str) -> Renumber:
         def check(index: int) -> int:
             try:
                 item(items, index, kind)
@@ -80,7 +81,10 @@ def _broken_references(document: Document) -> list[str]:
                 problems.append(error.message)
             return index
 
-        mapper(document, check)
+        return check
+
+    map_accessors(document, checker(document.accessors, "accessor"))
+    map_views(document, checker(document.bufferViews, "bufferView"))
     for index in range(len(document.bufferViews)):
         try:
             document.bytes_of_view(index)
@@ -90,9 +94,8 @@ def _broken_references(document: Document) -> list[str]:
 
 
 def _extension_lists(document: Document) -> list[str]:
-    users = [
-        p for mesh in document.meshes for p in mesh.primitives if EXTENSION in (p.extensions or {})
-    ]
+    """Problems of extensionsUsed and extensionsRequired."""
+    users = [p for mesh in document.meshes for p in mesh.primitives if is_compressed(p)]
     if not users:
         return []
     problems = [] if EXTENSION in document.extensionsUsed else [f"extensionsUsed lacks {EXTENSION}"]
@@ -105,6 +108,7 @@ def _extension_lists(document: Document) -> list[str]:
 
 
 def _blob_problems(document: Document, mesh: int, index: int) -> list[str]:
+    """Problems of one compressed primitive."""
     try:
         compressed = read_compressed(document, mesh, index)
         _codec.validate(compressed.blob)
@@ -124,7 +128,7 @@ def _blob_problems(document: Document, mesh: int, index: int) -> list[str]:
 def _accessor_problems(
     document: Document, primitive: pygltflib.Primitive, decoded: Primitive
 ) -> list[str]:
-    """Accessors describe the decoded data: the bounds of POSITION, and the fallback's values where there is one."""
+    """Compares the bounds of POSITION and the values of the fallback with the decoded data."""
     problems = []
     position = document.accessors[named_indices(primitive.attributes)["POSITION"]]
     for name, expected in zip(("min", "max"), bounds(decoded.attributes["POSITION"])):
@@ -137,8 +141,9 @@ def _accessor_problems(
     ]
     for accessors, arrays in groups:
         for name, accessor in accessors.items():
-            if document.accessors[accessor].bufferView is not None and not np.array_equal(
-                read_accessor(document, accessor, name), arrays[name], equal_nan=True
-            ):
+            if document.accessors[accessor].bufferView is None:
+                continue
+            stored = read_accessor(document, accessor, name)
+            if not np.array_equal(stored, arrays[name], equal_nan=True):
                 problems.append(f"the fallback of {name} is not the decoded data")
     return problems

@@ -1,1 +1,1 @@
-"""Reading and writing glTF files. Knows nothing about compression."""
+"""Reads and writes glTF files. Knows nothing about compression."""

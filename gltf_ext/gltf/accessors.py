@@ -17,12 +17,14 @@ DTYPES: dict[int, np.dtype] = {
     pygltflib.FLOAT: np.dtype("<f4"),
 }
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-# A file without bytes for it may ask for at most this many zeros.
+# An accessor without bytes may claim any count: refuse to allocate more zeros than these.
 MAX_ZERO_ELEMENTS = 2**24
 
+Format = tuple[np.dtype, int]  # component type and number of components
 
-def accessor_format(accessor: pygltflib.Accessor, name: str) -> tuple[np.dtype, int]:
-    """(component dtype, components) of an accessor; name is for the error."""
+
+def accessor_format(accessor: pygltflib.Accessor, name: str) -> Format:
+    """The format of an accessor. Raises MeshletError, naming `name`, for one that glTF lacks."""
     if accessor.componentType not in DTYPES or accessor.type not in COMPONENTS:
         raise MeshletError(
             f"{name} has component type {accessor.componentType} and type {accessor.type}",
@@ -39,104 +41,87 @@ def accessor_format(accessor: pygltflib.Accessor, name: str) -> tuple[np.dtype, 
 def read_accessor(
     document: Document, index: int, name: str, count: int | None = None
 ) -> np.ndarray:
-    """The accessor's elements [count, components], a read-only view of the file where possible.
+    """The elements of an accessor, [count, components]: a read-only view of the file if possible.
 
     name: what the accessor holds, for errors; count: the count it must have.
+    Raises MeshletError.
     """
     accessor = item(document.accessors, index, f"the accessor of {name},")
-    dtype, components = accessor_format(accessor, name)
+    form = accessor_format(accessor, name)
     if accessor.count is None or accessor.count < 0:
         raise MeshletError(f"{name} has no valid count", DAMAGED)
     if count is not None and accessor.count != count:
         raise MeshletError(
             f"{name} has {accessor.count} elements instead of {count}", "export the model again"
         )
+    values = _base_values(document, accessor, form, name)
+    if accessor.sparse is None:
+        return values
+    return _with_sparse(document, values, accessor.sparse, name)
+
+
+def _base_values(
+    document: Document, accessor: pygltflib.Accessor, form: Format, name: str
+) -> np.ndarray:
+    """The values before sparse ones replace some: zeros if there is no buffer view."""
+    dtype, components = form
     if accessor.bufferView is not None:
-        values = _strided(
-            document,
-            accessor.bufferView,
-            accessor.byteOffset,
-            accessor.count,
-            dtype,
-            components,
-            name,
-        )
-    elif accessor.count * components <= MAX_ZERO_ELEMENTS:
-        values = np.zeros((accessor.count, components), dtype)
-    else:
+        return _strided(document, accessor, accessor.count, form, name)
+    if accessor.count * components > MAX_ZERO_ELEMENTS:
         raise MeshletError(f"{name} has {accessor.count} elements but no bytes", DAMAGED)
-    return (
-        values if accessor.sparse is None else _with_sparse(document, values, accessor.sparse, name)
-    )
+    return np.zeros((accessor.count, components), dtype)
 
 
 def _strided(
     document: Document,
-    view_index: int,
-    offset: int | None,
+    holder: pygltflib.Accessor | pygltflib.SparseAccessor,
     count: int,
-    dtype: np.dtype,
-    components: int,
+    form: Format,
     name: str,
 ) -> np.ndarray:
-    data = document.bytes_of_view(view_index)
-    size, offset = dtype.itemsize * components, offset or 0
-    stride = document.bufferViews[view_index].byteStride or size
-    if (
-        offset < 0
-        or stride < size
-        or offset + (stride * (count - 1) + size if count else 0) > len(data)
-    ):
-        raise MeshletError(f"{name} reaches beyond bufferView {view_index}", DAMAGED)
+    """`count` elements at the buffer view and offset of an accessor or a part of a sparse one."""
+    dtype, components = form
+    data = document.bytes_of_view(holder.bufferView)
+    size, offset = dtype.itemsize * components, holder.byteOffset or 0
+    stride = document.bufferViews[holder.bufferView].byteStride or size
+    end = offset + (stride * (count - 1) + size if count else 0)
+    if offset < 0 or stride < size or end > len(data):
+        raise MeshletError(f"{name} reaches beyond bufferView {holder.bufferView}", DAMAGED)
     if not count:
         return np.zeros((0, components), dtype)
-    return np.ndarray((count, components), dtype, data, offset, (stride, dtype.itemsize))
+    strides = (stride, dtype.itemsize)
+    values: np.ndarray = np.ndarray((count, components), dtype, data, offset, strides)
+    return values
 
 
 def _with_sparse(
     document: Document, values: np.ndarray, sparse: pygltflib.Sparse, name: str
 ) -> np.ndarray:
-    what = f"the sparse part of {name}"
-    if (
-        sparse.indices is None
-        or sparse.values is None
-        or not 0 <= (sparse.count or 0) <= len(values)
-    ):
-        raise MeshletError(f"{what} is incomplete or too long", DAMAGED)
-    index_type = DTYPES.get(sparse.indices.componentType)
+    """A copy of the values in which the sparse ones replace theirs."""
+    name = f"the sparse part of {name}"
+    indices, replacements = sparse.indices, sparse.values
+    count = sparse.count or 0
+    if indices is None or replacements is None or not 0 <= count <= len(values):
+        raise MeshletError(f"{name} is incomplete or too long", DAMAGED)
+    index_type = DTYPES.get(indices.componentType)
     if (
         index_type is None
         or index_type.kind != "u"
-        or sparse.indices.bufferView is None
-        or sparse.values.bufferView is None
+        or indices.bufferView is None
+        or replacements.bufferView is None
     ):
-        raise MeshletError(f"{what} has no valid indices", DAMAGED)
-    rows = _strided(
-        document,
-        sparse.indices.bufferView,
-        sparse.indices.byteOffset,
-        sparse.count,
-        index_type,
-        1,
-        what,
-    )[:, 0]
+        raise MeshletError(f"{name} has no valid indices", DAMAGED)
+    rows = _strided(document, indices, count, (index_type, 1), name)[:, 0]
     if len(rows) and rows.max() >= len(values):
-        raise MeshletError(f"{what} has an index out of range", DAMAGED)
-    result = values.copy()
-    result[rows] = _strided(
-        document,
-        sparse.values.bufferView,
-        sparse.values.byteOffset,
-        sparse.count,
-        values.dtype,
-        values.shape[1],
-        what,
-    )
+        raise MeshletError(f"{name} has an index out of range", DAMAGED)
+    result: np.ndarray = values.copy()
+    form = values.dtype, values.shape[1]
+    result[rows] = _strided(document, replacements, count, form, name)
     return result
 
 
 def described_by(accessor: pygltflib.Accessor, count: int) -> pygltflib.Accessor:
-    """A new accessor of the same type, name and extras, for `count` elements, without a buffer view."""
+    """A new accessor of the same type, name and extras: `count` elements, no buffer view."""
     return pygltflib.Accessor(
         componentType=accessor.componentType,
         type=accessor.type,
@@ -148,7 +133,10 @@ def described_by(accessor: pygltflib.Accessor, count: int) -> pygltflib.Accessor
 
 
 def index_accessor(index_count: int, vertex_count: int) -> pygltflib.Accessor:
-    """An accessor for triangle indices; the largest 16-bit value is reserved for primitive restart."""
+    """An accessor for triangle indices, of 16 bits if the vertices allow it.
+
+    The largest 16-bit value is reserved for primitive restart.
+    """
     wide = vertex_count > np.iinfo(np.uint16).max
     return pygltflib.Accessor(
         componentType=pygltflib.UNSIGNED_INT if wide else pygltflib.UNSIGNED_SHORT,
@@ -158,6 +146,7 @@ def index_accessor(index_count: int, vertex_count: int) -> pygltflib.Accessor:
 
 
 def set_bounds(accessor: pygltflib.Accessor, low: np.ndarray, high: np.ndarray) -> None:
+    """Sets min and max."""
     accessor.min, accessor.max = ([v.item() for v in bound] for bound in (low, high))
 
 
@@ -173,7 +162,10 @@ def store(
     target: int,
     fallback: bool,
 ) -> None:
-    """Give the accessor a buffer view of its own with these values; vertex attributes are padded to 4 bytes."""
+    """Gives the accessor a buffer view of its own with these values, [count, components].
+
+    Rows of vertex attributes are padded to 4 bytes. fallback: see Document.add_view.
+    """
     values = np.ascontiguousarray(values, DTYPES[accessor.componentType])
     size = values.dtype.itemsize * values.shape[1]
     stride = size + -size % 4 if target == pygltflib.ARRAY_BUFFER else size
@@ -181,6 +173,8 @@ def store(
     if stride != size:
         rows = np.pad(rows, ((0, 0), (0, stride - size)))
     accessor.bufferView = document.add_view(
-        rows.reshape(-1), target=target, byteStride=stride if stride != size else None
+        rows.reshape(-1).data,
+        fallback=fallback,
+        target=target,
+        byteStride=stride if stride != size else None,
     )
-    document.bufferViews[-1].fallback = fallback

@@ -1,4 +1,4 @@
-"""Dropping what nothing refers to any more, renumbering the rest, and laying out the buffers."""
+"""Drops unused accessors and buffer views, renumbers the rest, and lays out the buffers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gltf_ext.gltf.accessors import accessor_format
 from gltf_ext.gltf.document import Document, item
 
 Renumber = Callable[[int], int]
-# Extensions known to hold no accessor or buffer view indices other than under "bufferView" and the keys below.
+# Extensions whose accessor and buffer view indices are all found by map_accessors and map_views.
 SAFE_PREFIXES = (
     "KHR_materials_",
     "KHR_texture_",
@@ -40,12 +40,14 @@ METADATA_VIEW_KEYS = ("values", "arrayOffsets", "stringOffsets")
 BLOB_ALIGNMENT = 4
 METADATA_ALIGNMENT = 8
 
+Pieces = list[bytes | memoryview]
 
-def pack(document: Document) -> tuple[list, list]:
-    """Renumber accessors and buffer views and lay them out; returns (binary chunk, fallback buffer) as lists of pieces.
 
-    Buffer views whose `fallback` attribute is set go to buffer 1, everything else to buffer 0, the binary chunk.
-    When an extension that this package does not know holds integers, nothing old is dropped or renumbered.
+def pack(document: Document) -> tuple[Pieces, Pieces]:
+    """Drops unused data and lays out the buffers: (pieces of the binary chunk, of the fallback).
+
+    Views added with `fallback` go to buffer 1, all others to buffer 0, the binary chunk. If an
+    extension unknown to this package holds integers, nothing old is dropped or renumbered.
     """
     if not unknown_index_holders(document):
         _drop_unused(document)
@@ -53,11 +55,11 @@ def pack(document: Document) -> tuple[list, list]:
 
 
 def unknown_index_holders(document: Document) -> list[str]:
-    """Names of extensions in use that may hold accessor or buffer view indices in places unknown here."""
+    """Names of unknown extensions in use that hold integers, which may be indices."""
     return sorted(
         {
             name
-            for name, value in _extensions(document)
+            for name, value in _extensions(document.root)
             if not name.startswith(SAFE_PREFIXES) and _holds_integer(value)
         }
     )
@@ -75,31 +77,27 @@ def _holds_integer(value: Any) -> bool:
 
 
 def _extensions(value: Any) -> Iterator[tuple[str, Any]]:
-    """(name, object) of every extension anywhere in the document, extensions inside extensions included."""
+    """(name, object) of every extension in JSON or pygltflib objects, nested ones included."""
     if isinstance(value, list):
-        for v in value:
-            if not isinstance(v, (int, float, str)):
-                yield from _extensions(v)
+        children = value
     elif isinstance(value, dict):
         inner = value.get("extensions")
         if isinstance(inner, dict):
             yield from inner.items()
-        for key, v in value.items():
-            if key != "extras":
-                yield from _extensions(v)
+        children = [child for key, child in value.items() if key != "extras"]
     elif dataclasses.is_dataclass(value):
-        yield from (value.extensions or {}).items()
-        for key, v in vars(value).items():
-            if (
-                v
-                and key not in ("extras", "source_properties")
-                and not isinstance(v, (int, float, str))
-            ):
-                yield from _extensions(v)
+        properties = vars(value)
+        yield from (properties["extensions"] or {}).items()
+        children = [child for key, child in properties.items() if key != "extras"]
+    else:
+        return
+    for child in children:
+        if child and not isinstance(child, (int, float, str)):
+            yield from _extensions(child)
 
 
 def map_accessors(document: Document, renumber: Renumber) -> None:
-    """Replace every accessor index by renumber(index)."""
+    """Replaces every accessor index by renumber(index)."""
     for mesh in document.meshes:
         for primitive in mesh.primitives:
             for attributes in [primitive.attributes, *primitive.targets]:
@@ -111,7 +109,7 @@ def map_accessors(document: Document, renumber: Renumber) -> None:
             _map_field(sampler, "output", renumber)
     for skin in document.skins:
         _map_field(skin, "inverseBindMatrices", renumber)
-    for name, value in _extensions(document):
+    for name, value in _extensions(document.root):
         if (
             name == "EXT_mesh_gpu_instancing"
             and isinstance(value, dict)
@@ -121,7 +119,7 @@ def map_accessors(document: Document, renumber: Renumber) -> None:
 
 
 def map_views(document: Document, renumber: Renumber) -> None:
-    """Replace every buffer view index by renumber(index)."""
+    """Replaces every buffer view index by renumber(index)."""
     for accessor in document.accessors:
         _map_field(accessor, "bufferView", renumber)
         if accessor.sparse is not None:
@@ -130,8 +128,10 @@ def map_views(document: Document, renumber: Renumber) -> None:
                     _map_field(part, "bufferView", renumber)
     for image in document.images:
         _map_field(image, "bufferView", renumber)
-    for name, value in list(_extensions(document)):
-        keys = ("bufferView",) + METADATA_VIEW_KEYS * (name == "EXT_structural_metadata")
+    for name, value in list(_extensions(document.root)):
+        keys: tuple[str, ...] = ("bufferView",)
+        if name == "EXT_structural_metadata":
+            keys += METADATA_VIEW_KEYS
         _map_keys(value, keys, renumber)
 
 
@@ -141,14 +141,14 @@ def _map_field(owner: Any, field: str, renumber: Renumber) -> None:
         setattr(owner, field, renumber(value))
 
 
-def _map_values(attributes: dict, renumber: Renumber) -> None:
+def _map_values(attributes: dict[str, Any], renumber: Renumber) -> None:
     for name, index in attributes.items():
         if index is not None:
             attributes[name] = renumber(index)
 
 
 def _map_keys(value: Any, keys: tuple[str, ...], renumber: Renumber) -> None:
-    """Integers under these keys, not descending into extensions, which `_extensions` visits by themselves."""
+    """Renumbers integers under these keys. Skips nested extensions: `_extensions` lists them."""
     if isinstance(value, list):
         for v in value:
             _map_keys(v, keys, renumber)
@@ -163,9 +163,11 @@ def _map_keys(value: Any, keys: tuple[str, ...], renumber: Renumber) -> None:
 # --- dropping ---
 
 
-def _collect(
-    document: Document, mapper: Callable[[Document, Renumber], None], items: list, kind: str
-) -> set[int]:
+Mapper = Callable[[Document, Renumber], None]
+
+
+def _keep(document: Document, mapper: Mapper, items: list[Any], kind: str) -> list[Any]:
+    """The items in use, in their order, with every reference renumbered."""
     used: set[int] = set()
 
     def note(index: int) -> int:
@@ -174,17 +176,10 @@ def _collect(
         return index
 
     mapper(document, note)
-    return used
-
-
-def _keep(
-    document: Document, mapper: Callable[[Document, Renumber], None], items: list, kind: str
-) -> list:
-    """The items in use, in their order, with every reference renumbered."""
-    used = sorted(_collect(document, mapper, items, kind))
-    new_index = {old: new for new, old in enumerate(used)}
+    kept = sorted(used)
+    new_index = {old: new for new, old in enumerate(kept)}
     mapper(document, new_index.__getitem__)
-    return [items[old] for old in used]
+    return [items[old] for old in kept]
 
 
 def _drop_unused(document: Document) -> None:
@@ -196,68 +191,73 @@ def _drop_unused(document: Document) -> None:
 
 
 def _trim_views(document: Document) -> None:
-    """Give accessors that are left in old buffer views only the bytes they still need."""
-    readers = defaultdict(list)
+    """Cuts old buffer views down to the bytes that the remaining accessors need."""
+    readers: dict[int, list[pygltflib.Accessor]] = defaultdict(list)
     for accessor in document.accessors:
-        if (
-            accessor.bufferView is not None
-            and getattr(item(document.bufferViews, accessor.bufferView, "bufferView"), "data", None)
-            is None
-        ):
-            readers[accessor.bufferView].append(accessor)
-    kept = set(map(id, (a for group in readers.values() for a in group)))
-    others = _views_of_others(document, kept)
+        if accessor.bufferView is not None:
+            view = item(document.bufferViews, accessor.bufferView, "bufferView")
+            if document.new_bytes(view) is None:
+                readers[accessor.bufferView].append(accessor)
+    others = _views_of_others(document, readers)
     for index, accessors in readers.items():
         if index not in others:
             _split_view(document, index, accessors)
 
 
-def _views_of_others(document: Document, kept: set[int]) -> set[int]:
-    """Buffer views that something else than these accessors' main data refers to."""
-    counted: dict[int, int] = defaultdict(int)
+def _views_of_others(document: Document, readers: dict[int, list[pygltflib.Accessor]]) -> set[int]:
+    """Buffer views with references other than these accessors' own: images, sparse parts, ..."""
+    references: dict[int, int] = defaultdict(int)
 
     def count(index: int) -> int:
-        counted[index] += 1
+        references[index] += 1
         return index
 
     map_views(document, count)
-    for accessor in document.accessors:
-        if id(accessor) in kept:
-            counted[accessor.bufferView] -= 1
-    return {index for index, references in counted.items() if references > 0}
+    return {index for index, n in references.items() if n > len(readers.get(index, ()))}
+
+
+@dataclasses.dataclass
+class _Run:
+    """Bytes start..end of a buffer view, and the accessors that read them."""
+
+    start: int
+    end: int
+    accessors: list[pygltflib.Accessor]
 
 
 def _split_view(document: Document, index: int, accessors: list[pygltflib.Accessor]) -> None:
-    """Replace a buffer view by one view per run of bytes that its accessors cover, when that is shorter."""
+    """Replaces a buffer view by one view per run of used bytes, if that drops any byte."""
     view, data = document.bufferViews[index], document.bytes_of_view(index)
     spans = sorted(
-        (_span(a, view, len(data)) + (i,) for i, a in enumerate(accessors)), key=lambda s: s[:2]
+        ((*_span(accessor, view, len(data)), accessor) for accessor in accessors),
+        key=lambda span: span[:2],
     )
-    runs: list[list] = []
-    for start, end, i in spans:
+    runs: list[_Run] = []
+    for start, end, accessor in spans:
         start -= start % BLOB_ALIGNMENT
-        if runs and start < runs[-1][1]:
-            runs[-1][1] = max(runs[-1][1], end)
-            runs[-1][2].append(i)
+        if runs and start < runs[-1].end:
+            runs[-1].end = max(runs[-1].end, end)
+            runs[-1].accessors.append(accessor)
         else:
-            runs.append([start, end, [i]])
-    if sum(end - start for start, end, _ in runs) == len(data):
+            runs.append(_Run(start, end, [accessor]))
+    if sum(run.end - run.start for run in runs) == len(data):
         return
-    for start, end, members in runs:
+    for run in runs:
         new = document.add_view(
-            data[start:end], byteStride=view.byteStride, target=view.target, name=view.name
+            data[run.start : run.end],
+            byteStride=view.byteStride,
+            target=view.target,
+            name=view.name,
         )
-        for i in members:
-            accessors[i].bufferView, accessors[i].byteOffset = (
-                new,
-                (accessors[i].byteOffset or 0) - start,
-            )
+        for accessor in run.accessors:
+            accessor.bufferView = new
+            accessor.byteOffset = (accessor.byteOffset or 0) - run.start
 
 
 def _span(
     accessor: pygltflib.Accessor, view: pygltflib.BufferView, available: int
 ) -> tuple[int, int]:
-    """First and one past the last byte of an accessor in its view; the whole view when it is not valid."""
+    """(first byte, one past the last) of an accessor in its view; all of it if it is not valid."""
     try:
         dtype, components = accessor_format(accessor, "an accessor")
     except MeshletError:
@@ -270,26 +270,26 @@ def _span(
 # --- layout ---
 
 
-def _lay_out(document: Document) -> tuple[list, list]:
-    alignment = (
-        METADATA_ALIGNMENT
-        if "EXT_structural_metadata" in document.extensionsUsed
-        else BLOB_ALIGNMENT
-    )
-    pieces: list[list] = [[], []]
-    lengths = [0, 0]
+def _lay_out(document: Document) -> tuple[Pieces, Pieces]:
+    """Places the views one after the other in their buffers and replaces the list of buffers."""
+    alignment = BLOB_ALIGNMENT
+    if "EXT_structural_metadata" in document.extensionsUsed:
+        alignment = METADATA_ALIGNMENT
     data = [document.bytes_of_view(i) for i in range(len(document.bufferViews))]
+    pieces: tuple[Pieces, Pieces] = ([], [])
+    lengths = [0, 0]
     for view, content in zip(document.bufferViews, data):
-        target = int(getattr(view, "fallback", False))
-        padding = -lengths[target] % alignment
-        pieces[target] += [bytes(padding), content]
-        view.buffer, view.byteOffset = target, lengths[target] + padding
-        lengths[target] += padding + len(content)
+        new = document.new_bytes(view)
+        buffer = 1 if new is not None and new.fallback else 0
+        padding = -lengths[buffer] % alignment
+        pieces[buffer].extend([bytes(padding), content])
+        view.buffer, view.byteOffset = buffer, lengths[buffer] + padding
+        lengths[buffer] += padding + len(content)
     first = document.buffers[0] if document.buffers else pygltflib.Buffer()
     first.uri = None
     document.buffers = []
-    for buffer, length in zip((first, pygltflib.Buffer()), lengths):
+    for holder, length in zip((first, pygltflib.Buffer()), lengths):
         if length:
-            buffer.byteLength = length
-            document.buffers.append(buffer)
-    return pieces[0], pieces[1]
+            holder.byteLength = length
+            document.buffers.append(holder)
+    return pieces

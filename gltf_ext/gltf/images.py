@@ -1,4 +1,4 @@
-"""Bringing images into the binary chunk."""
+"""Moves images into the binary chunk."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ SIGNATURES = (
 
 
 def embed_images(document: Document) -> list[str]:
-    """Move images behind data: uris and relative paths into buffer views; returns warnings for those that stay."""
+    """Moves images behind data: uris and relative paths into buffer views.
+
+    Returns a warning for each image that stays where it is.
+    """
     warnings = []
     for image in document.images:
         if image.uri is not None:

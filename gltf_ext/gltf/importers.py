@@ -1,22 +1,27 @@
-"""Opening a model of any supported format as a glTF document."""
+"""Opens a model of any supported format as a glTF document."""
 
 from __future__ import annotations
 
 import logging
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import EMPTY, EXPORT_AGAIN, Document, parse_glb, read_document
+from gltf_ext.gltf.container import EMPTY, EXPORT_AGAIN, parse_glb, read_document
+from gltf_ext.gltf.document import Document
 
 GLTF_SUFFIXES = (".glb", ".gltf")
-STL_HEADER, STL_TRIANGLE = 84, 50  # bytes of a binary .stl
 MESH_SUFFIXES = (".obj", ".ply", ".stl")
+# Bytes of a binary .stl.
+STL_HEADER = 84
+STL_TRIANGLE = 50
 
 
-def open_model(path: str | os.PathLike) -> Document:
-    """A document from a .glb, .gltf, .obj, .ply or .stl file."""
+def open_model(path: str | os.PathLike[str]) -> Document:
+    """A document from a .glb, .gltf, .obj, .ply or .stl file. Raises MeshletError, OSError."""
     suffix = Path(path).suffix.lower()
     if suffix in GLTF_SUFFIXES:
         return read_document(path)
@@ -29,37 +34,55 @@ def open_model(path: str | os.PathLike) -> Document:
 
 
 def _import_mesh(path: Path) -> Document:
-    """Through trimesh, whose own vertex merging is switched off: identical vertices are welded later."""
-    import trimesh
-
-    content = path.read_bytes()
-    if not content:
-        raise MeshletError(EMPTY, EXPORT_AGAIN)
-    if path.suffix.lower() == ".stl" and _is_cut_off(content):
-        raise MeshletError("is cut off", "get it again")
-    if path.suffix.lower() == ".obj" and b"\0" in content:
-        raise MeshletError("is not a text .obj", EXPORT_AGAIN)
-    logger, level = logging.getLogger("trimesh"), logging.getLogger("trimesh").level
-    logger.setLevel(logging.ERROR)
+    """Through trimesh, without its vertex merging: identical vertices are welded later."""
+    content, suffix = path.read_bytes(), path.suffix.lower()
+    _check_content(content, suffix)
     try:
-        scene = trimesh.load_scene(path, process=False)
-        if not any(
-            isinstance(g, trimesh.Trimesh) and len(g.faces) for g in scene.geometry.values()
-        ):
-            raise MeshletError("holds no triangles", "there is nothing to compress")
-        document = parse_glb(scene.export(file_type="glb"), path.parent)
+        with _only_errors_logged():
+            glb = _through_trimesh(path)
+        document = parse_glb(glb, path.parent)
     except (MeshletError, MemoryError):
         raise
     except Exception:  # trimesh's readers raise anything
         raise MeshletError(
-            f"cannot be read as {path.suffix.lower()}: it is damaged or cut off", EXPORT_AGAIN
+            f"cannot be read as {suffix}: it is damaged or cut off", EXPORT_AGAIN
         ) from None
+    if suffix == ".obj":
+        document.import_warnings = _missing_materials(path.parent, content)
+    return document
+
+
+def _check_content(content: bytes, suffix: str) -> None:
+    """Refuses damage that trimesh would read without an error."""
+    if not content:
+        raise MeshletError(EMPTY, EXPORT_AGAIN)
+    if suffix == ".stl" and _is_cut_off(content):
+        raise MeshletError("is cut off", "get it again")
+    if suffix == ".obj" and b"\0" in content:
+        raise MeshletError("is not a text .obj", EXPORT_AGAIN)
+
+
+def _through_trimesh(path: Path) -> bytes:
+    """The file as a .glb."""
+    import trimesh
+
+    scene = trimesh.load_scene(path, process=False)
+    meshes = (g for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh))
+    if not any(len(mesh.faces) for mesh in meshes):
+        raise MeshletError("holds no triangles", "there is nothing to compress")
+    glb: bytes = scene.export(file_type="glb")
+    return glb
+
+
+@contextmanager
+def _only_errors_logged() -> Iterator[None]:
+    logger = logging.getLogger("trimesh")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
     finally:
         logger.setLevel(level)
-    document.import_warnings = (
-        _missing_materials(path.parent, content) if path.suffix.lower() == ".obj" else ()
-    )
-    return document
 
 
 def _is_cut_off(stl: bytes) -> bool:
@@ -69,7 +92,7 @@ def _is_cut_off(stl: bytes) -> bool:
 
 
 def _missing_materials(folder: Path, content: bytes) -> tuple[str, ...]:
-    """Warnings for material libraries and textures that an .obj names and that are not there."""
+    """Warnings for material libraries and textures that an .obj names and that do not exist."""
     libraries = _named_files(rb"mtllib", folder, content)
     textures = [
         texture

@@ -1,8 +1,8 @@
-"""The demo's model: generated here, the same on every run, so that nothing has to be downloaded.
+"""The demo's model, generated: the same on every run and machine, and nothing to download.
 
-Five primitives in three meshes, chosen to exercise a codec: a ridged torus knot (smooth, wrap-around uv seams),
-a displaced sphere unfolded into a six-part atlas, a gear (hard edges everywhere), and a turned plinth with its
-inlay. Units are metres, y is up.
+Five primitives in three meshes, chosen to exercise a codec: a ridged torus knot (smooth, with
+wrap-around uv seams), a displaced sphere unfolded into a six-part atlas, a gear (hard edges
+everywhere), and a turned plinth with its inlay. Units are metres, y is up.
 """
 
 from __future__ import annotations
@@ -13,15 +13,20 @@ from pathlib import Path
 import numpy as np
 import pygltflib
 
-from gltf_ext.gltf.document import write_files
+from gltf_ext.files import write_files
 
 
 @dataclass(frozen=True)
 class Part:
     """One glTF primitive with its material.
 
-    positions, normals: float32[V, 3]; texcoords: float32[V, 2]; triangles: uint32[T, 3], counter-clockwise.
-    mesh: the name of the glTF mesh it belongs to; color: linear RGB in [0, 1]; metallic, roughness: in [0, 1].
+    Attributes:
+        mesh: the name of the glTF mesh it belongs to.
+        color: linear RGB in [0, 1].
+        metallic, roughness: in [0, 1].
+        positions, normals: float32[V, 3].
+        texcoords: float32[V, 2].
+        triangles: uint32[T, 3], counter-clockwise.
     """
 
     name: str
@@ -35,8 +40,12 @@ class Part:
     triangles: np.ndarray
 
 
+# (positions, normals, texcoords, triangles), as Part has them.
+Shape = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+
 def generate() -> list[Part]:
-    """The demo's five parts, each mesh's parts next to each other."""
+    """The five parts; the parts of a mesh are neighbours."""
     brass, ceramic, steel = (0.80, 0.55, 0.25), (0.16, 0.42, 0.60), (0.55, 0.57, 0.60)
     return [
         Part("knot", "sculpture", brass, 1.0, 0.35, *_knot()),
@@ -47,10 +56,10 @@ def generate() -> list[Part]:
     ]
 
 
-# ---- shapes: each returns (positions, normals, texcoords, triangles) as Part holds them
+# --- shapes ---
 
 
-def _knot(along: int = 480, around: int = 32):
+def _knot(along: int = 480, around: int = 32) -> Shape:
     """A (2, 3) torus knot whose tube carries five twisted ridges."""
     t = np.arange(along)[:, None] * (2 * np.pi / along)
     center = _knot_curve(t)
@@ -69,21 +78,21 @@ def _knot(along: int = 480, around: int = 32):
     return _smooth_part(standing, wrapped, _unit_grid(along, around))
 
 
-def _knot_curve(t):
+def _knot_curve(t: np.ndarray) -> np.ndarray:
     swing = 1 + 0.42 * np.cos(3 * t)
     return np.concatenate(
         [swing * np.cos(2 * t), 0.42 * np.sin(3 * t), swing * np.sin(2 * t)], axis=1
     )
 
 
-def _planet(cells: int = 36):
-    """A cube projected to a sphere, displaced; each side of the cube is one island of the uv atlas."""
+def _planet(cells: int = 36) -> Shape:
+    """A displaced sphere made from a cube; each side of the cube is an island of the atlas."""
     steps = np.arange(cells + 1)
     i, j = np.meshgrid(steps, steps, indexing="ij")
     far, near = np.full_like(i, cells), np.zeros_like(i)
     sides = [(far, i, j), (j, far, i), (i, j, far), (near, j, i), (i, near, j), (j, i, near)]
     lattice = np.stack([np.stack(side, axis=-1) for side in sides]).reshape(-1, 3)
-    # Points on the cube's edges lie on two or three sides: evaluated once, so that the seams match bit for bit.
+    # Points on the cube's edges lie on two or three sides: compute them once, so that seams match.
     unique, index = np.unique(lattice, axis=0, return_inverse=True)
     direction = _unit(np.tan((unique / cells - 0.5) * (np.pi / 2)))
     x, y, z = direction.T
@@ -99,8 +108,8 @@ def _planet(cells: int = 36):
     return _smooth_part(points, vertices, np.concatenate(islands))
 
 
-def _gear(teeth: int = 18, rings: int = 6):
-    """A spur gear with a bore: flat faces and flanks whose vertices are split along every hard edge."""
+def _gear(teeth: int = 18, rings: int = 6) -> Shape:
+    """A spur gear with a bore. Its vertices are split along every hard edge."""
     # (share of the tooth's angle, radius): root, flank, tip, flank
     tooth = np.array(
         [
@@ -136,8 +145,8 @@ def _gear(teeth: int = 18, rings: int = 6):
     return _finish(positions @ tilt.T + [0.80, 0.44, 0.72], normals @ tilt.T, texcoords, triangles)
 
 
-def _gear_face(disc, height):
-    """A flat ring of the gear at a height: disc is [rings + 1, n, 2], innermost first for the face that looks up."""
+def _gear_face(disc: np.ndarray, height: float) -> Shape:
+    """A flat ring of the gear at a height. disc: [rings + 1, n, 2], innermost first for the top."""
     rings, count = disc.shape[0] - 1, disc.shape[1]
     points = np.stack(
         [disc[..., 0], np.full(disc.shape[:2], height), -disc[..., 1]], axis=-1
@@ -147,8 +156,8 @@ def _gear_face(disc, height):
     return points, normals, disc.reshape(-1, 2) + 0.5, _quads(closed)
 
 
-def _wall(start, end, bottom, top, levels: int = 4):
-    """Upright rectangles from start[i] to end[i] ([n, 2] each), every one with vertices of its own."""
+def _wall(start: np.ndarray, end: np.ndarray, bottom: float, top: float, levels: int = 4) -> Shape:
+    """Upright rectangles from start[i] to end[i], [n, 2] each, that share no vertices."""
     height = np.linspace(bottom, top, levels + 1)
     ends = np.stack([start, end], axis=1)
     points = np.empty((len(start), 2, levels + 1, 3))
@@ -158,14 +167,14 @@ def _wall(start, end, bottom, top, levels: int = 4):
     outward = _unit(np.stack([along[:, 1], 0 * along[:, 0], along[:, 0]], axis=1))
     normals = np.broadcast_to(outward[:, None, None], points.shape).reshape(-1, 3)
     share = (np.arange(len(start))[:, None] + [0, 1]) / len(start)
-    texcoords = np.empty(points.shape[:-1] + (2,))
+    texcoords = np.empty((*points.shape[:-1], 2))
     texcoords[..., 0], texcoords[..., 1] = share[..., None], (height - bottom) / (top - bottom)
     cell = _quads(np.arange(2 * (levels + 1)).reshape(2, levels + 1))
     triangles = (cell + np.arange(len(start))[:, None, None] * (2 * (levels + 1))).reshape(-1, 3)
     return points.reshape(-1, 3), normals, texcoords.reshape(-1, 2), triangles
 
 
-def _plinth(around: int = 144):
+def _plinth(around: int = 144) -> Shape:
     """A lathe: straight profile segments are smooth around the axis and meet in hard edges."""
     profile = np.array(
         [
@@ -184,12 +193,12 @@ def _plinth(around: int = 144):
     return _finish(*_merge(pieces))
 
 
-def _inlay(around: int = 144):
+def _inlay(around: int = 144) -> Shape:
     return _finish(*_lathe(np.array((0.0, 0.0)), np.array((1.0, 0.0)), around))
 
 
-def _lathe(start, end, around):
-    """The surface of revolution of one straight segment; (radius, height) at both ends, outside to its left."""
+def _lathe(start: np.ndarray, end: np.ndarray, around: int) -> Shape:
+    """The surface of revolution of a segment (radius, height)..(radius, height), outside left."""
     length = np.hypot(*(end - start))
     rows = max(2, int(np.ceil(length / 0.07)))
     share = np.linspace(0, 1, rows + 1)[:, None]
@@ -210,11 +219,11 @@ def _lathe(start, end, around):
     )
 
 
-# ---- building blocks
+# --- building blocks ---
 
 
-def _smooth_part(points, grids, texcoords):
-    """A part over shared points: grids [..., n, m] index them; normals are averaged across all seams."""
+def _smooth_part(points: np.ndarray, grids: np.ndarray, texcoords: np.ndarray) -> Shape:
+    """A part with normals averaged across seams. grids: [..., n, m] indices into the points."""
     grids = grids.reshape(-1, *grids.shape[-2:])
     corners = np.arange(grids.size).reshape(grids.shape)
     triangles = np.concatenate([_quads(grid) for grid in corners])
@@ -224,48 +233,48 @@ def _smooth_part(points, grids, texcoords):
     return _finish(points[vertices], normals[vertices], texcoords, triangles)
 
 
-def _quads(grid):
+def _quads(grid: np.ndarray) -> np.ndarray:
     """Two triangles for every cell of an [n, m] grid of vertex ids."""
-    a, b, c, d = (
-        grid[:-1, :-1].ravel(),
-        grid[1:, :-1].ravel(),
-        grid[1:, 1:].ravel(),
-        grid[:-1, 1:].ravel(),
-    )
+    a, b = grid[:-1, :-1].ravel(), grid[1:, :-1].ravel()
+    c, d = grid[1:, 1:].ravel(), grid[:-1, 1:].ravel()
     return np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3)
 
 
-def _unit_grid(rows, columns):
+def _unit_grid(rows: int, columns: int) -> np.ndarray:
     u, v = np.meshgrid(np.linspace(0, 1, rows + 1), np.linspace(0, 1, columns + 1), indexing="ij")
     return np.stack([u, v], axis=-1).reshape(-1, 2)
 
 
-def _averaged_normals(points, triangles):
+def _averaged_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     a, b, c = (points[triangles[:, k]] for k in range(3))
     face = np.cross(b - a, c - a)
-    total = np.stack(
-        [
-            sum(np.bincount(triangles[:, k], face[:, axis], len(points)) for k in range(3))
-            for axis in range(3)
-        ],
-        axis=1,
-    )
+    total = np.zeros((len(points), 3))
+    for k in range(3):
+        for axis in range(3):
+            total[:, axis] += np.bincount(triangles[:, k], face[:, axis], len(points))
     return _unit(total)
 
 
-def _without_collapsed(points, normals, texcoords, triangles):
+def _without_collapsed(
+    points: np.ndarray, normals: np.ndarray, texcoords: np.ndarray, triangles: np.ndarray
+) -> Shape:
     """Drops the triangles that a lathe's axis collapses to a line."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     return points, normals, texcoords, triangles[np.any(np.cross(b - a, c - a) != 0, axis=1)]
 
 
-def _merge(pieces):
+def _merge(pieces: list[Shape]) -> Shape:
     offsets = np.cumsum([0] + [len(piece[0]) for piece in pieces[:-1]])
-    joined = [np.concatenate([piece[k] for piece in pieces]) for k in range(3)]
-    return *joined, np.concatenate([piece[3] + offset for piece, offset in zip(pieces, offsets)])
+    positions, normals, texcoords = (
+        np.concatenate([piece[k] for piece in pieces]) for k in range(3)
+    )
+    triangles = np.concatenate([piece[3] + offset for piece, offset in zip(pieces, offsets)])
+    return positions, normals, texcoords, triangles
 
 
-def _finish(points, normals, texcoords, triangles):
+def _finish(
+    points: np.ndarray, normals: np.ndarray, texcoords: np.ndarray, triangles: np.ndarray
+) -> Shape:
     return (
         _grid_aligned(points).astype(np.float32),
         _unit(_grid_aligned(normals)).astype(np.float32),
@@ -274,16 +283,18 @@ def _finish(points, normals, texcoords, triangles):
     )
 
 
-def _grid_aligned(values):
-    """Rounded to 2^-18: the last bits of sine and cosine differ between machines, the model must not."""
-    return np.round(np.asarray(values) * 2.0**18) / 2.0**18
+def _grid_aligned(values: np.ndarray) -> np.ndarray:
+    """Rounds to 2^-18: the last bits of sine and cosine differ between machines."""
+    rounded: np.ndarray = np.round(np.asarray(values) * 2.0**18) / 2.0**18
+    return rounded
 
 
-def _unit(vectors):
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    unit: np.ndarray = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return unit
 
 
-def _rotation(axis, angle):
+def _rotation(axis: int, angle: float) -> np.ndarray:
     """Turns about axis 0, 1 or 2, counter-clockwise seen from its tip."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     matrix = np.eye(3)
@@ -292,11 +303,11 @@ def _rotation(axis, angle):
     return matrix
 
 
-# ---- file
+# --- file ---
 
 
 def write_glb(parts: list[Part], path: str | Path) -> None:
-    """Writes parts as a .glb with 32-bit indices, one node per mesh and one material per part."""
+    """Writes parts as a .glb: 32-bit indices, one node per mesh, one material per part."""
     gltf = pygltflib.GLTF2(scene=0, scenes=[pygltflib.Scene(nodes=[])])
     blob = bytearray()
     meshes: dict[str, pygltflib.Mesh] = {}
@@ -334,8 +345,10 @@ def write_glb(parts: list[Part], path: str | Path) -> None:
     write_files({Path(path): gltf.save_to_bytes()})
 
 
-def _accessor(gltf, blob, array, bounds: bool = False) -> int:
-    """Appends array ([n, components] of float32 or uint32) to blob; returns its accessor's index."""
+def _accessor(
+    gltf: pygltflib.GLTF2, blob: bytearray, array: np.ndarray, bounds: bool = False
+) -> int:
+    """Appends an array [n, components] of float32 or uint32; returns its accessor's index."""
     indices = array.dtype == np.uint32
     gltf.bufferViews.append(
         pygltflib.BufferView(

@@ -1,4 +1,4 @@
-"""Pictures of what compression did: meshlets in colour, original beside decompressed, and where the bits went.
+"""Pictures of a compressed model: meshlets, original beside decompressed, sizes of the parts.
 
 Needs matplotlib (the "demo" extra).
 """
@@ -7,40 +7,44 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
 
 matplotlib.use("Agg")
-from matplotlib import pyplot  # noqa: E402  (the backend must be chosen first)
-from PIL import Image  # noqa: E402
+from matplotlib import pyplot
+from PIL import Image
 
-from gltf_ext.gltf.document import write_files  # noqa: E402
-from gltf_meshlet.demo.rasterizer import Camera, Mesh, render  # noqa: E402
+from gltf_ext.compression.inspection import PART_LABELS
+from gltf_ext.files import write_files
+from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
 
-PARTS = {  # inspect's keys, the label and the colour of each
-    "connectivity": ("connectivity", "#4477aa"),
-    "references_and_headers": ("references and headers", "#66ccee"),
-    "positions": ("positions", "#228833"),
-    "normals": ("normals", "#ccbb44"),
-    "texcoords": ("texture coordinates", "#ee6677"),
-    "other": ("other", "#aa3377"),
+PART_COLORS = {
+    "connectivity": "#4477aa",
+    "references_and_headers": "#66ccee",
+    "positions": "#228833",
+    "normals": "#ccbb44",
+    "texcoords": "#ee6677",
+    "other": "#aa3377",
 }
 RAW_COLOR, COMPRESSED_COLOR = "#bbbbbb", "#333333"
 PALETTE_SIZE = 256
 
 
 def meshlet_colors(meshlets: np.ndarray) -> np.ndarray:
-    """Colours float[T, 3] (linear RGB) for meshlet numbers int[T]; successive numbers look different."""
+    """Linear RGB float[T, 3] for meshlet numbers int[T]. Successive numbers get different hues."""
+    # Multiples of the golden ratio and of the plastic number spread evenly over [0, 1).
     hue = meshlets * 0.61803398875 % 1
     value = 0.55 + 0.3 * (meshlets * 0.7548776662 % 1)
     wheel = np.clip(np.abs((hue[:, None] + [0, 2 / 3, 1 / 3]) % 1 * 6 - 3) - 1, 0, 1)
-    return value[:, None] * (0.45 + 0.55 * wheel)
+    colors: np.ndarray = value[:, None] * (0.45 + 0.55 * wheel)
+    return colors
 
 
 def save_picture(path: str | Path, mesh: Mesh, camera: Camera, width: int, height: int) -> None:
-    """Writes a PNG of the mesh on white, with a palette so that the file stays small."""
-    picture = _on_white(render(mesh, camera, width, height))
+    """Writes a PNG of the mesh on white, with a palette to keep the file small."""
+    picture = _on_white(rasterize(mesh, camera, width, height))
     content = BytesIO()
     picture.quantize(PALETTE_SIZE, method=Image.Quantize.MAXCOVERAGE).save(content, "png")
     write_files({Path(path): [content.getvalue()]})
@@ -49,7 +53,10 @@ def save_picture(path: str | Path, mesh: Mesh, camera: Camera, width: int, heigh
 def save_comparison(
     path: str | Path, pictures: list[tuple[str, Mesh]], camera: Camera, width: int, height: int
 ) -> None:
-    """Writes a PNG of two meshes seen by one camera, width x height pixels each, and of where the pictures differ."""
+    """Writes a PNG of two meshes seen by one camera, and of the difference of the pictures.
+
+    width, height: pixels of each picture.
+    """
     dpi, title_height = 100, 44
     figure, axes = pyplot.subplots(
         1,
@@ -59,7 +66,7 @@ def save_comparison(
         figsize=(width * (len(pictures) + 1) / dpi, (height + title_height) / dpi),
     )
     figure.subplots_adjust(0, 0, 1, height / (height + title_height), wspace=0)
-    drawn = [_on_white(render(mesh, camera, width, height)) for _, mesh in pictures]
+    drawn = [_on_white(rasterize(mesh, camera, width, height)) for _, mesh in pictures]
     for axis, (title, _), picture in zip(axes[0], pictures, drawn):
         axis.imshow(picture, interpolation="none")
         axis.set_title(title, fontsize=13)
@@ -69,7 +76,7 @@ def save_comparison(
     _save_figure(figure, path)
 
 
-def _draw_difference(figure, axis, before: np.ndarray, after: np.ndarray) -> None:
+def _draw_difference(figure: Any, axis: Any, before: np.ndarray, after: np.ndarray) -> None:
     """A heat map of the largest difference of each pixel's channels, of 255."""
     difference = np.abs(after - before).max(axis=2)
     heat = axis.imshow(
@@ -79,8 +86,8 @@ def _draw_difference(figure, axis, before: np.ndarray, after: np.ndarray) -> Non
     figure.colorbar(heat, ax=axis, fraction=0.04, pad=0.01, shrink=0.8, location="left")
 
 
-def save_size_breakdown(path: str | Path, name: str, totals: dict) -> None:
-    """Writes a PNG with the compressed size split into its parts, above it beside the raw size.
+def save_size_breakdown(path: str | Path, name: str, totals: dict[str, Any]) -> None:
+    """Writes a PNG of the raw and the compressed size, and of the parts of the latter.
 
     totals: inspect's "totals" (raw_bytes, compressed_bytes, ratio, bits_per_triangle).
     """
@@ -98,9 +105,11 @@ def save_size_breakdown(path: str | Path, name: str, totals: dict) -> None:
     whole.set_xlabel("MB")
     whole.margins(x=0.12)
     start = 0.0
-    for part, (label, color) in PARTS.items():
+    for part, color in PART_COLORS.items():
         if bits[part]:
-            split.barh([0], [bits[part]], left=start, color=color, height=0.6, label=label)
+            split.barh(
+                [0], [bits[part]], left=start, color=color, height=0.6, label=PART_LABELS[part]
+            )
             if bits[part] > 0.04 * bits["total"]:
                 split.text(start + bits[part] / 2, 0, f"{bits[part]:.1f}", ha="center", va="center")
             start += bits[part]
@@ -120,7 +129,7 @@ def _on_white(picture: np.ndarray) -> Image.Image:
     return white.convert("RGB")
 
 
-def _save_figure(figure, path) -> None:
+def _save_figure(figure: Any, path: str | Path) -> None:
     content = BytesIO()
     figure.savefig(content, format="png")
     pyplot.close(figure)

@@ -1,4 +1,6 @@
-"""The demo's model in a studio, rendered by Mitsuba: the compressed file by the plugin, the original as Mitsuba's own mesh.
+"""Renders the demo's model in a studio with Mitsuba.
+
+The plugin renders the compressed file; the original becomes a mesh of Mitsuba's own.
 
 Needs the "mitsuba" extra and the plugin; importing this raises ImportError without.
 """
@@ -7,37 +9,37 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 import mitsuba_plugin
-from gltf_ext.gltf.document import write_files
+from gltf_ext.files import write_files
 from gltf_ext.progress import progress_bar
 from gltf_meshlet.demo.rasterizer import Camera
 from mitsuba_plugin import llvm
 from mitsuba_plugin.command import render
 
-FLOOR = -0.36  # where the plinth ends
+FLOOR = -0.36  # the height of the plinth's bottom
 FLOOR_COLOR = (0.62, 0.62, 0.64)
-# Towards each lamp, its angular radius in degrees and its radiance: a large soft one from the left, a warm one, a cool rim light.
+# Direction towards the lamp, angular radius in degrees, radiance.
 LAMPS = (
-    ((-0.7, 0.9, 0.55), 24.0, (7.6, 7.6, 7.3)),
-    ((1.0, 0.35, 0.5), 14.0, (4.6, 3.7, 2.8)),
-    ((0.35, 0.55, -1.0), 18.0, (3.6, 4.2, 5.2)),
+    ((-0.7, 0.9, 0.55), 24.0, (7.6, 7.6, 7.3)),  # large and soft, from the left
+    ((1.0, 0.35, 0.5), 14.0, (4.6, 3.7, 2.8)),  # warm
+    ((0.35, 0.55, -1.0), 18.0, (3.6, 4.2, 5.2)),  # cool rim light
 )
-SKY, HORIZON = (
-    (0.30, 0.32, 0.36),
-    (0.12, 0.12, 0.13),
-)  # radiance of everything else, upwards and sideways
+# Radiance between the lamps.
+SKY = (0.30, 0.32, 0.36)  # straight up
+HORIZON = (0.12, 0.12, 0.13)
 SOFT_EDGE = 6.0  # degrees over which a lamp fades
-ROWS = 128
+ROWS = 128  # of the environment map
 CAPTION_HEIGHT, CAPTION_SIZE = 40, 18  # pixels
 
 
 def picture(path: Path, camera: Camera, width: int, height: int, spp: int) -> np.ndarray:
-    """uint8[height, width, 3] of a file's scene; compressed primitives are not decompressed for it."""
+    """uint8[height, width, 3] of a file's scene, without decompressing it first."""
     mi.set_log_level(mi.LogLevel.Error)
     mi.set_variant("llvm_ad_rgb" if llvm.choose() else "scalar_rgb")
     scene = mitsuba_plugin.scene_dict(
@@ -48,9 +50,14 @@ def picture(path: Path, camera: Camera, width: int, height: int, spp: int) -> np
         integrator={"type": "path", "max_depth": 5},
     )
     scene["sensor"].update(
-        fov=camera.field_of_view, fov_axis="y", near_clip=0.1, far_clip=100.0,
-        to_world=mi.ScalarTransform4f().look_at(origin=list(camera.eye), target=list(camera.target), up=[0, 1, 0]),
-    )  # fmt: skip
+        fov=camera.field_of_view,
+        fov_axis="y",
+        near_clip=0.1,
+        far_clip=100.0,
+        to_world=mi.ScalarTransform4f().look_at(
+            origin=list(camera.eye), target=list(camera.target), up=[0, 1, 0]
+        ),
+    )
     with progress_bar(path.name, True) as advance:
         linear = render(mi.load_dict({**scene, **_studio()}), width, height, spp, advance)
     return np.array(
@@ -58,8 +65,8 @@ def picture(path: Path, camera: Camera, width: int, height: int, spp: int) -> np
     )
 
 
-def _studio() -> dict:
-    """Floor and lights. One picture of all lights around is less noisy than lamps that are sampled in turn."""
+def _studio() -> dict[str, Any]:
+    """Floor and lights. One environment map is less noisy than lamps sampled in turn."""
     floor = mi.ScalarTransform4f().translate([0, FLOOR, 0]).rotate([1, 0, 0], -90).scale(40)
     return {
         "floor": {
@@ -72,7 +79,7 @@ def _studio() -> dict:
 
 
 def _lights() -> np.ndarray:
-    """float32[ROWS, 2 ROWS, 3]: radiance from each direction, in Mitsuba's layout of longitude and latitude."""
+    """float32[ROWS, 2 ROWS, 3]: radiance, in Mitsuba's layout of longitude and latitude."""
     latitude = (np.arange(ROWS)[:, None] + 0.5) * np.pi / ROWS
     longitude = (np.arange(2 * ROWS) + 0.5) * np.pi / ROWS
     up = np.broadcast_to(np.cos(latitude), (ROWS, 2 * ROWS))
@@ -85,7 +92,8 @@ def _lights() -> np.ndarray:
             np.arccos(np.clip(direction @ np.divide(towards, np.linalg.norm(towards)), -1, 1))
         )
         light += np.clip((radius - angle) / SOFT_EDGE, 0, 1)[..., None] * radiance
-    return light.astype(np.float32)
+    radiance_map: np.ndarray = light.astype(np.float32)
+    return radiance_map
 
 
 def save(path: Path, pixels: np.ndarray) -> None:

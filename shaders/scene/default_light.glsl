@@ -14,8 +14,8 @@ vec3 sky_radiance(vec3 direction) {
   return 0.5 * (SKY + GROUND) + 0.75 * direction.y * (SKY - GROUND);
 }
 
-// Reflected light of the whole sky, for a white diffuse surface. Ray tracing needs exact arithmetic:
-// no mix (raytrace/rt_exact.glsl).
+// Reflected light of the whole sky, for a white diffuse surface. Ray tracing needs exact
+// arithmetic: no mix (raytrace/rt_exact.glsl).
 vec3 sky_light(vec3 normal) { return GROUND + (SKY - GROUND) * (normal.y * 0.5 + 0.5); }
 
 #endif

@@ -1,4 +1,4 @@
-"""The command line as users meet it: output, exit statuses, one-line errors, nothing half-written, silence in pipes."""
+"""The command line: output, exit statuses, one-line errors, complete files, silence in pipes."""
 
 import errno
 import json
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_meshlet import render as rendering
+from gltf_meshlet import render_command
 from gltf_meshlet.cli import main
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
 
@@ -47,8 +47,9 @@ def test_compress_prints_sizes(original, tmp_path, capsys):
     )
     line = capsys.readouterr().out
     assert re.fullmatch(
-        r"in\.glb \([\d.]+ kB\) -> out\.glb \([\d.]+ kB\), [\d.]+ times smaller; geometry [\d.]+ times smaller than "
-        r"raw floats, [\d.]+ bits per triangle, 722 triangles in \d+ meshlets \([\d.]+ on average\)\n",
+        r"in\.glb \([\d.]+ kB\) -> out\.glb \([\d.]+ kB\), [\d.]+ times smaller; "
+        r"geometry [\d.]+ times smaller than raw floats, [\d.]+ bits per triangle, "
+        r"722 triangles in \d+ meshlets \([\d.]+ on average\)\n",
         line,
     )
 
@@ -217,7 +218,7 @@ def test_a_full_disk_leaves_nothing(original, tmp_path, capsys, monkeypatch):
 
 def run(*arguments, code=None):
     command = (
-        [sys.executable, "-m", "gltf_ext.cli", *map(str, arguments)]
+        [sys.executable, "-m", "gltf_meshlet.cli", *map(str, arguments)]
         if code is None
         else [sys.executable, "-c", code]
     )
@@ -240,14 +241,27 @@ def test_version_and_help():
 
 
 def test_import_is_light():
-    result = run(
-        code="import sys, gltf_ext; print(*[m for m in ('numpy', 'trimesh', 'pygltflib', 'tqdm') if m in sys.modules])"
-    )
+    heavy = ("numpy", "trimesh", "pygltflib", "tqdm", "matplotlib", "DracoPy")
+    result = run(code=f"import sys, gltf_ext; print(*[m for m in {heavy} if m in sys.modules])")
     assert result.stdout == "\n", result.stderr
 
 
+def test_the_command_line_starts_without_the_options_of_all_commands():
+    heavy = ("numpy", "trimesh", "pygltflib", "dataclasses", "gltf_meshlet.render_command")
+    code = f"""
+import sys
+from gltf_meshlet.cli import main
+try:
+    main(["--version"])
+finally:
+    print(*[m for m in {heavy} if m in sys.modules])
+"""
+    result = run(code=code)
+    assert result.stdout == f"gltf-meshlet {gltf_ext.__version__}\n\n", result.stderr
+
+
 def test_closed_pipe_is_no_traceback(compressed):
-    shell = f"{sys.executable} -m gltf_ext.cli inspect {compressed} --json | true"
+    shell = f"{sys.executable} -m gltf_meshlet.cli inspect {compressed} --json | true"
     assert subprocess.run(shell, shell=True, capture_output=True, text=True).stderr == ""
 
 
@@ -267,7 +281,7 @@ def test_a_coarse_step_warns_of_small_meshes(tmp_path, capsys):
 
 def test_python_m():
     result = subprocess.run(
-        [sys.executable, "-m", "gltf_ext", "--version"], capture_output=True, text=True
+        [sys.executable, "-m", "gltf_meshlet", "--version"], capture_output=True, text=True
     )
     assert result.stdout == f"gltf-meshlet {gltf_ext.__version__}\n"
 
@@ -277,7 +291,7 @@ def test_an_early_interruption_is_silent():
 import sys
 class Interrupt:
     def find_spec(self, name, path, target=None):
-        if name == "gltf_ext.cli":
+        if name == "gltf_meshlet.cli":
             raise KeyboardInterrupt
 sys.meta_path.insert(0, Interrupt())
 from gltf_meshlet.__main__ import main
@@ -296,7 +310,7 @@ def test_odd_file_names(original, tmp_path, name):
         ["validate", tmp_path / name],
         ["inspect", tmp_path / ("no" + name)],
     ):
-        command = [sys.executable, "-m", "gltf_ext", *map(str, arguments)]
+        command = [sys.executable, "-m", "gltf_meshlet", *map(str, arguments)]
         result = subprocess.run(command, capture_output=True, text=True, env=environment)
         assert "Traceback" not in result.stderr and result.returncode == (
             2 if "no" + name in command[-1] else 0
@@ -312,7 +326,7 @@ def test_output_is_a_folder(original, tmp_path, capsys):
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
 def test_full_standard_output(compressed):
     with open("/dev/full", "w") as full:
-        command = [sys.executable, "-m", "gltf_ext", "inspect", str(compressed)]
+        command = [sys.executable, "-m", "gltf_meshlet", "inspect", str(compressed)]
         result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
     assert result.returncode == 2
     assert (
@@ -382,7 +396,7 @@ def test_an_empty_file(tmp_path, capsys):
 
 def test_python_errors_name_the_file_and_the_option(tmp_path):
     (tmp_path / "a.glb").write_bytes(b"glTF nonsense")
-    with pytest.raises(gltf_ext.MeshletError, match="a.glb: "):
+    with pytest.raises(gltf_ext.MeshletError, match=r"a\.glb: "):
         gltf_ext.load(tmp_path / "a.glb")
     with pytest.raises(gltf_ext.MeshletError, match="position_bits is '12'; use 4 to 24"):
         gltf_ext.compress("a.glb", "b.glb", position_bits="12")
@@ -392,17 +406,17 @@ def test_python_errors_name_the_file_and_the_option(tmp_path):
         gltf_ext.compress("a.glb", "b.glb", vp=12)
 
 
-# --- render: what no renderer is needed for ---
+# --- render, without a back end ---
 
 
 @pytest.fixture
 def rendered(monkeypatch):
-    """What a renderer was asked for, in place of the renderers."""
+    """A list of the (options, inspected input) that a fake back end gets."""
     asked = []
     fake = types.SimpleNamespace(
         main=lambda options: asked.append((options, gltf_ext.inspect(options.input))) or 0
     )
-    monkeypatch.setattr(rendering, "_renderer", lambda backend: fake)
+    monkeypatch.setattr(render_command, "_backend", lambda backend: fake)
     return asked
 
 

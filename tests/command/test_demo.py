@@ -9,7 +9,7 @@ from PIL import Image
 import gltf_ext
 from gltf_meshlet.demo import model as demo_model
 from gltf_meshlet.demo import run as demo
-from gltf_meshlet.demo.rasterizer import Camera, Mesh, render
+from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
 from tests.helpers.mitsuba_reference import require
 
 
@@ -57,7 +57,7 @@ def test_rasterizer_draws_the_nearer_of_two_squares():
     triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
     colors = np.array([[1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0]], float)
     mesh = Mesh(positions, np.tile([0.0, 0.0, 1.0], (8, 1)), triangles, colors)
-    picture = render(mesh, Camera(eye=(0, 0, 6), target=(0, 0, 0), field_of_view=30), 90, 60)
+    picture = rasterize(mesh, Camera(eye=(0, 0, 6), target=(0, 0, 0), field_of_view=30), 90, 60)
     assert picture.shape == (60, 90, 4)
     assert picture[30, 45, 1] > 0 and picture[30, 45, 0] == 0, "the green square is in front"
     assert picture[30, 45 + 15, 0] > 0 and picture[30, 45 + 15, 1] == 0, (
@@ -99,9 +99,8 @@ def test_demo_renders_the_compressed_file_like_the_original(tmp_path, parts, mon
     original, compressed = tmp_path / "original.glb", tmp_path / "compressed.glb"
     demo_model.write_glb(parts, original)
     gltf_ext.compress(original, compressed)
-    names = demo._save_renders(
-        tmp_path, original, compressed, gltf_ext.inspect(compressed)["totals"]
-    )
+    files = demo.Files(original, compressed, tmp_path / "none.glb")
+    names = demo._save_renders(tmp_path, files, gltf_ext.inspect(compressed)["totals"])
     before, after, both = (np.asarray(Image.open(tmp_path / name), float) for name in names)
     assert before.shape == after.shape == (48, 64, 3) and both.shape[1] == 128
     assert before.std() > 20 and np.abs(before.mean() - after.mean()) < 2
@@ -110,8 +109,9 @@ def test_demo_renders_the_compressed_file_like_the_original(tmp_path, parts, mon
 
 def test_demo_without_mitsuba_is_one_line(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "gltf_meshlet.demo.studio", None)
-    monkeypatch.delattr(gltf_ext, "demo_studio", raising=False)
-    assert demo._save_renders(tmp_path, tmp_path / "a.glb", tmp_path / "b.glb", {}) == []
+    monkeypatch.delattr("gltf_meshlet.demo.studio", raising=False)
+    files = demo.Files(*(tmp_path / f"{name}.glb" for name in "abc"))
+    assert demo._save_renders(tmp_path, files, {}) == []
     assert len(capsys.readouterr().out.splitlines()) == 1
 
 

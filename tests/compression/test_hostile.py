@@ -1,4 +1,4 @@
-"""Damaged files: every truncation and many mutations end in success or in MeshletError, nothing else."""
+"""Damaged files: every truncation and many mutations succeed or raise MeshletError."""
 
 import json
 import random
@@ -42,7 +42,7 @@ REPLACEMENTS = [
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
-    """(originals, compressed) as bytes: a tiny model, and one with everything in little."""
+    """(original, compressed) as bytes of a tiny model and of one with every attribute."""
     folder = tmp_path_factory.mktemp("hostile")
     positions, triangles = grid_mesh(3, 3)
     tiny = Builder()
@@ -95,7 +95,7 @@ def test_every_truncation(files, tmp_path):
             assert (
                 try_everything(tmp_path / "cut.glb", tmp_path / "out.glb", tmp_path / "whole.glb")
                 <= 1
-            ), "only validate may answer"
+            ), "only validate may succeed"
             assert gltf_ext.validate(tmp_path / "cut.glb")
 
 

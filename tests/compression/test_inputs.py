@@ -1,4 +1,4 @@
-"""Any input: primitive modes, index types, sparse, interleaved and shared accessors, degenerates, refusals by name."""
+"""Inputs: primitive modes, index types, kinds of accessors, degenerate triangles, refusals."""
 
 import base64
 import json
@@ -16,7 +16,7 @@ def folder(tmp_path):
 
 
 def compressed(builder, folder, **options):
-    """(report, output path) after checking that the result verifies, validates and decompresses."""
+    """Compresses, verifies, validates and decompresses; returns (report, output path)."""
     original, output = builder.write(folder / "in.glb"), folder / "out.glb"
     report = gltf_ext.compress(original, output, **options)
     verified = gltf_ext.verify(original, output)
@@ -28,7 +28,7 @@ def compressed(builder, folder, **options):
 
 
 def triangle_corners(primitive):
-    """Sorted corner positions of all triangles, each turned to start with its smallest corner."""
+    """Sorted corner positions of all triangles, each rotated to start with its smallest corner."""
     corners = primitive.attributes["POSITION"].round(2)[primitive.indices].tolist()
     return sorted(min(c[k:] + c[:k] for k in range(3)) for c in corners)
 
@@ -148,7 +148,7 @@ def test_triangles_that_the_grid_collapses_are_kept(folder):
 
 
 def test_non_manifold(folder):
-    """Three sheets at one edge, two cones at one vertex, and a triangle turned against its neighbours."""
+    """Three sheets at one edge, two cones at one vertex, and a triangle of opposite winding."""
     positions = np.random.default_rng(0).random((20, 3)).astype(np.float32)
     triangles = np.array(
         [

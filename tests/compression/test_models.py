@@ -1,4 +1,4 @@
-"""Real models: floors on the ratio, and everything that is hard or broken."""
+"""Real models: lower bounds of the ratio; models that are hard or broken."""
 
 import json
 import subprocess
@@ -42,7 +42,7 @@ LARGE = (
 MEAN_TRIANGLES_FLOOR = {"bunny": 51, "suzanne": 51, "dragon": 51, "igea": 51}
 
 HARD = sorted(MODELS.glob("nasty/*.glb"))
-# Why these cannot be compressed.
+# Models that cannot be compressed, and a word of the error.
 REFUSED = {
     "AllIndicesOutOfRange": "vertices",
     "IndexOutOfRange": "vertices",
@@ -138,7 +138,7 @@ def khronos():
 
 
 def assert_no_new_errors(khronos, original, folder):
-    """Compressed, with fallback and decompressed: no errors when the original has none."""
+    """All outputs are valid if the original is."""
     outputs = [folder / "out.glb", folder / "fallback.glb", folder / "plain.glb"]
     gltf_ext.compress(original, outputs[0])
     gltf_ext.compress(original, outputs[1], fallback=True)

@@ -1,4 +1,4 @@
-"""compress, then load: the same triangles, and every attribute as exact as promised, checked through _ID."""
+"""compress, then load: the same triangles, and attributes within bounds. _ID matches vertices."""
 
 import json
 
@@ -125,7 +125,7 @@ def test_verify_agrees(files):
     assert report["ok"] and report["triangles_equal"] and report["errors_within_bits"], report[
         "problems"
     ]
-    assert report["max_error"]["_HEAT"] == 0 and 0 < report["max_error"]["POSITION"]
+    assert report["max_error"]["_HEAT"] == 0 and report["max_error"]["POSITION"] > 0
     assert set(report["max_error_degrees"]) == {"NORMAL", "TANGENT"}
     assert json.loads(json.dumps(report)) == report
 

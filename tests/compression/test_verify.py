@@ -1,4 +1,4 @@
-"""verify and validate must notice what is wrong, not only nod."""
+"""verify and validate find differences and damage."""
 
 import struct
 
@@ -38,7 +38,7 @@ def verified(case, attributes=None, triangles=None, targets=None):
 
 
 def nudged(value):
-    """A value that no longer rounds to the same integer, whatever the bits."""
+    """A value that rounds to another integer with any number of bits."""
     if value.dtype.kind == "f":
         return -value if abs(value) > 0.05 else value + np.float32(0.2)
     return value.dtype.type(
@@ -101,7 +101,7 @@ def test_other_model_is_noticed(case, tmp_path):
 
 
 def test_wrong_step_is_noticed(case):
-    """Same integers, but the blob's stream table claims a step that is 1 % too large."""
+    """The same integers, but the step in the stream table is 1 % too large."""
     folder = case[0]
     data = bytearray((folder / "out.glb").read_bytes())
     properties = glb_json(folder / "out.glb")
@@ -138,7 +138,7 @@ def test_multiset_difference_counts():
 
 
 def changed_json(folder, change):
-    """The compressed file with its JSON changed in place by change(properties, primitive, extension)."""
+    """A copy of the compressed file whose JSON change(properties, primitive, extension) edits."""
     path = folder / "out.glb"
     properties = glb_json(path)
     primitive = properties["meshes"][0]["primitives"][0]

@@ -1,4 +1,4 @@
-"""What the compressor does not touch stays as it was; references stay right; containers are checked."""
+"""Documents: unrelated properties are kept, references follow, containers are checked."""
 
 import json
 import struct
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_ext.gltf.document import parse_glb
+from gltf_ext.gltf.container import parse_glb
 from tests.helpers.gltf_builder import Builder, glb_bytes, glb_json, grid_mesh
 
 UNTOUCHED = (
@@ -28,7 +28,7 @@ UNTOUCHED = (
 
 @pytest.fixture
 def rich(tmp_path):
-    """A file that uses most of glTF, with the data that must survive named by its first bytes."""
+    """A file that uses most of glTF, and the index of an unused accessor."""
     positions, triangles = grid_mesh(12, 12)
     builder = Builder()
     unused = builder.accessor(np.zeros((50, 3), np.float32))
@@ -126,7 +126,7 @@ def test_everything_else_is_kept(rich, tmp_path, plain):
 
 
 def test_references_follow_their_data(rich, tmp_path):
-    original, unused = rich
+    original, _ = rich
     output = tmp_path / "out.glb"
     gltf_ext.compress(original, output)
     before, after = glb_json(original), glb_json(output)

@@ -1,4 +1,4 @@
-"""Models that are not glTF, and trimesh reading what we write."""
+"""Models of other formats, and trimesh as a reader of compressed files."""
 
 import subprocess
 import sys
@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 import gltf_ext
+import gltf_ext.trimesh_handler
 from tests.helpers.gltf_builder import Builder, everything, grid_mesh
 
 
@@ -29,7 +30,8 @@ def test_formats(sphere, tmp_path, suffix):
 
 def test_obj_with_normals_and_texture_coordinates(tmp_path):
     (tmp_path / "in.obj").write_text(
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\nvn 0 0 1\nf 1/1/1 2/2/1 4/4/1 3/3/1\n"
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\nvn 0 0 1\n"
+        "f 1/1/1 2/2/1 4/4/1 3/3/1\n"
     )
     gltf_ext.compress(tmp_path / "in.obj", tmp_path / "out.glb")
     (primitive,) = gltf_ext.load(tmp_path / "out.glb")
@@ -78,7 +80,8 @@ def test_unreadable_models_are_refused(tmp_path, name, content):
         ("a.stl", bytes(80) + (9).to_bytes(4, "little") + bytes(60), "is cut off"),
         (
             "a.ply",
-            b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+            b"ply\nformat ascii 1.0\nelement vertex 1\n"
+            b"property float x\nproperty float y\nproperty float z\n"
             b"end_header\n0 0 0\n",
             "holds no triangles",
         ),
@@ -129,12 +132,12 @@ def test_trimesh_loads_the_decoded_values(compressed):
 @pytest.mark.parametrize(
     "imports",
     [
-        "import gltf_ext, trimesh",
-        "import trimesh, gltf_ext",
-        "import trimesh.exchange.gltf, gltf_ext, gltf_ext.trimesh_handler",
+        "import gltf_ext, trimesh, gltf_ext.trimesh_handler",
+        "import gltf_ext.trimesh_handler, trimesh",
+        "import trimesh, gltf_ext.trimesh_handler",
     ],
 )
-def test_import_order_does_not_matter(compressed, imports):
+def test_the_order_of_imports_does_not_matter(compressed, imports):
     code = f"{imports}\nprint(trimesh.load_scene({str(compressed)!r}).area)"
     area = float(
         subprocess.run(
@@ -142,3 +145,14 @@ def test_import_order_does_not_matter(compressed, imports):
         ).stdout
     )
     assert area == pytest.approx(trimesh.load_scene(compressed).area) and area > 1
+
+
+@pytest.mark.parametrize("imports", ["import trimesh, gltf_ext", "import gltf_ext, trimesh"])
+def test_only_the_handlers_import_registers(imports):
+    code = (
+        f"import sys\nbefore = list(sys.meta_path)\n{imports}\n"
+        "import trimesh.exchange.gltf.extensions as e\n"
+        "print(e._handlers['primitive_preprocess'], sys.meta_path == before)"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "EXT_meshlet_edgebreaker" not in result.stdout and "True" in result.stdout, result

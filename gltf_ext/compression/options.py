@@ -1,0 +1,205 @@
+"""The options of `compress`, declared once.
+
+The command line's arguments, the docstring of `compress` and the table in docs/options.md come from
+here: tools/option_docs.py writes the last two, and a test compares them. Imports nothing heavy, so
+that `compress --help` is quick.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import numbers
+from dataclasses import dataclass
+from typing import Any
+
+from gltf_ext.errors import MeshletError
+
+MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
+LARGEST_NUMBER = 1e9
+
+
+@dataclass(frozen=True)
+class Option:
+    """How an option is shown and checked.
+
+    Attributes:
+        flag: on the command line; empty for an option that only Python has.
+        help: one phrase, without limits and default.
+        type: int, float, str or bool; a bool is a switch.
+        limits: smallest and largest value, both allowed; None: any number above zero.
+        choices: for a str.
+        default: as shown; the value may be None if the encoder has the default.
+        name: the keyword argument; set when the option is listed.
+    """
+
+    flag: str
+    help: str
+    type: type = int
+    limits: tuple[float, float] | None = None
+    choices: tuple[str, ...] = ()
+    default: str = ""
+    name: str = ""
+
+    @property
+    def metavar(self) -> str | None:
+        if self.type is bool:
+            return None
+        if self.choices:
+            return self.flag.strip("-").upper()
+        if self.name.endswith("_bits"):
+            return "BITS"
+        return "N" if self.type is int else "X"
+
+    @property
+    def text(self) -> str:
+        """The help with limits and default."""
+        default = f"default {self.default}" if self.default else ""
+        details = ", ".join(part for part in (self.range, default) if part)
+        return f"{self.help} ({details})" if details else self.help
+
+    @property
+    def range(self) -> str:
+        """The limits in words; empty for none."""
+        return f"{self.limits[0]:g} to {self.limits[1]:g}" if self.limits else ""
+
+    def check(self, value: Any) -> None:
+        """Raises MeshletError for a value that the option cannot have."""
+        remedy = ""
+        if self.choices:
+            if value not in self.choices:
+                remedy = f"use {' or '.join(self.choices)}"
+        elif self.limits:
+            low, high = self.limits
+            if not self._is_number(value) or not low <= value <= high:
+                remedy = f"use {self.range}"
+        elif self.type is not bool and not (self._is_number(value) and 0 < value <= LARGEST_NUMBER):
+            remedy = f"use a number above 0 and up to {LARGEST_NUMBER:g}"
+        if remedy:
+            raise MeshletError(f"{self.name} is {value!r}", remedy, options=(self.name,))
+
+    def _is_number(self, value: Any) -> bool:
+        return isinstance(value, numbers.Integral if self.type is int else numbers.Real)
+
+
+def _declared(value: Any, flag: str, help: str, **more: Any) -> Any:
+    """A field with its Option; `value` is the default."""
+    if value is not None and not isinstance(value, bool):
+        more.setdefault("default", str(value))
+    return dataclasses.field(default=value, metadata={"option": Option(flag, help, **more)})
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of `compress`. Raises MeshletError for a value out of its limits."""
+
+    position_bits: int | None = _declared(
+        None,
+        "-vp",
+        "bits of a position along the longest side",
+        limits=(MIN_POSITION_BITS, 24),
+        default=str(DEFAULT_POSITION_BITS),
+    )
+    normal_bits: int = _declared(
+        8, "-vn", "bits of each of the two elements of a normal or tangent", limits=(4, 16)
+    )
+    texcoord_bits: int = _declared(12, "-vt", "bits of each texture coordinate", limits=(4, 16))
+    color_bits: int = _declared(
+        8, "-vc", "bits of each colour component that is not stored in 8 bits", limits=(4, 16)
+    )
+    weight_bits: int = _declared(8, "-vw", "bits of each float skin weight", limits=(4, 16))
+    step: float | None = _declared(
+        None,
+        "--step",
+        "position step in model units, instead of bits: 0.001 is 1 mm if units are metres",
+        type=float,
+    )
+    grid: str = _declared(
+        "mesh",
+        "--grid",
+        "one position grid per mesh, or one for the whole scene",
+        type=str,
+        choices=("mesh", "scene"),
+    )
+    max_triangles: int = _declared(
+        64, "--max-triangles", "most triangles in a meshlet", limits=(16, 64)
+    )
+    lambda_: float | None = _declared(
+        None,
+        "--lambda",
+        "above 1; small values give planar meshlets, large ones compact meshlets",
+        type=float,
+        default="1.4",
+    )
+    iterations: int | None = _declared(
+        None, "--iterations", "most rounds of meshlet generation", default="12"
+    )
+    fill: float | None = _declared(
+        None,
+        "--fill",
+        "mean size of the meshlets to generate, as a share of the largest",
+        type=float,
+        limits=(0.25, 1.0),
+        default="0.96",
+    )
+    weight: str = _declared(
+        "paper",
+        "--weight",
+        "meshlet generation with the paper's size penalty, or without, as Choe et al.",
+        type=str,
+        choices=("paper", "choe"),
+    )
+    fallback: bool = _declared(
+        False,
+        "--fallback",
+        "also write plain buffers into OUT.fallback.bin, for readers without the extension",
+        type=bool,
+    )
+    threads: int = _declared(
+        0,
+        "--threads",
+        "number of threads, 0 for one per processor; the bytes are the same for any",
+        limits=(0, 1024),
+    )
+    progress: bool = _declared(False, "", "draw a progress bar on a terminal", type=bool)
+
+    def __post_init__(self) -> None:
+        if self.step is not None and self.position_bits is not None:
+            raise MeshletError(
+                "step and position_bits both set the position step",
+                "give one",
+                options=("step", "position_bits"),
+            )
+        if self.position_bits is None:
+            object.__setattr__(self, "position_bits", DEFAULT_POSITION_BITS)
+        for option in OPTIONS:
+            value = getattr(self, option.name)
+            if value is not None:
+                option.check(value)
+
+    @classmethod
+    def of(cls, given: dict[str, Any]) -> Options:
+        """Options from keyword arguments. Raises MeshletError for an unknown name too."""
+        unknown = sorted(set(given) - {option.name for option in OPTIONS})
+        if unknown:
+            raise MeshletError(
+                f"{unknown[0]} is not an option of compress", "see help(gltf_ext.compress)"
+            )
+        return cls(**given)
+
+    @property
+    def encoder(self) -> dict[str, Any]:
+        """Keyword arguments of _codec.encode; it has its own defaults for those left out."""
+        given = {"lambda_": self.lambda_, "iterations": self.iterations, "fill": self.fill}
+        return {
+            "max_triangles": self.max_triangles,
+            "weight": self.weight,
+            "threads": self.threads,
+            **{name: value for name, value in given.items() if value is not None},
+        }
+
+
+OPTIONS: tuple[Option, ...] = tuple(
+    dataclasses.replace(field.metadata["option"], name=field.name)
+    for field in dataclasses.fields(Options)
+)
+FLAGS = {option.name: option.flag for option in OPTIONS if option.flag}

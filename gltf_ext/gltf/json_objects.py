@@ -1,0 +1,188 @@
+"""JSON <-> pygltflib objects, without losing or inventing a property.
+
+pygltflib fills in defaults, drops unknown properties and empty objects inside extras, and crashes
+on unexpected types. `from_json` checks the types against pygltflib's own annotations and remembers
+the JSON of each object; `to_json` writes what was there and what has been set since.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import typing
+from collections.abc import Callable
+from functools import cache
+from typing import Any, Generic, TypeVar
+
+import pygltflib
+
+from gltf_ext.errors import MeshletError
+
+NOT_VALID = "the file is not valid glTF; export it again"
+# Written even when they equal pygltflib's default.
+REQUIRED = {"asset", "version"}
+TYPE_NAMES = {list: "an array", dict: "an object", str: "a string", bool: "a boolean"}
+
+Value = TypeVar("Value")
+
+
+class ObjectMap(Generic[Value]):
+    """Values attached to objects that have no hash.
+
+    Keeps the objects alive: an id is unique only as long as its object lives.
+    """
+
+    def __init__(self) -> None:
+        self._entries: dict[int, tuple[object, Value]] = {}
+
+    def __setitem__(self, owner: object, value: Value) -> None:
+        self._entries[id(owner)] = owner, value
+
+    def get(self, owner: object) -> Value | None:
+        entry = self._entries.get(id(owner))
+        return None if entry is None else entry[1]
+
+
+Sources = ObjectMap[dict[str, Any]]  # the JSON that each object was read from
+Decode = Callable[[Any, str, Sources], Any]  # (JSON, its place for errors, sources) -> value
+
+
+# --- reading ---
+
+
+def from_json(cls: type, properties: Any, where: str, sources: Sources) -> Any:
+    """A pygltflib object of class `cls`. `sources` gets its JSON, and that of all objects in it.
+
+    where: the object's place in the file, for errors. Raises MeshletError for a wrong type.
+    """
+    _check(properties, dict, where)
+    decoders = _field_decoders(cls)
+    given = {}
+    for name, value in properties.items():
+        if name == "extensions":
+            _check(value, dict, f"{where}.extensions")
+        if name in decoders and value is not None:
+            given[name] = decoders[name](value, f"{where}.{name}", sources)
+    result = cls(**given)
+    sources[result] = properties
+    return result
+
+
+@cache
+def _field_decoders(cls: type) -> dict[str, Decode]:
+    hints = typing.get_type_hints(cls)
+    return {field.name: _decoder(hints[field.name]) for field in dataclasses.fields(cls)}
+
+
+def _decoder(hint: Any) -> Decode:
+    """Checks and converts a value for a type annotation of pygltflib."""
+    arguments = typing.get_args(hint)
+    if typing.get_origin(hint) is typing.Union:
+        return _decoder(arguments[0])
+    if typing.get_origin(hint) is list:
+        decode_item = _decoder(arguments[0])
+        return lambda value, where, sources: [
+            decode_item(v, f"{where}[{i}]", sources)
+            for i, v in enumerate(_check(value, list, where))
+        ]
+    if hint is pygltflib.Attributes:
+        return _attributes
+    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
+        return lambda value, where, sources: from_json(hint, value, where, sources)
+    if hint is int:
+        return lambda value, where, sources: _integer(value, where)
+    if hint is float:
+        return lambda value, where, sources: _number(value, where)
+    if hint in (str, bool):
+        return lambda value, where, sources: _check(value, hint, where)
+    return lambda value, where, sources: value
+
+
+def _check(value: Any, kind: type, where: str) -> Any:
+    if not isinstance(value, kind):
+        raise MeshletError(f"{where} is not {TYPE_NAMES[kind]}", NOT_VALID)
+    return value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _integer(value: Any, where: str) -> int:
+    if not _is_number(value) or not _is_whole(value):
+        raise MeshletError(f"{where} is not an integer", NOT_VALID)
+    return int(value)
+
+
+def _is_whole(value: int | float) -> bool:
+    return isinstance(value, int) or (math.isfinite(value) and value.is_integer())
+
+
+def _number(value: Any, where: str) -> int | float:
+    if not _is_number(value):
+        raise MeshletError(f"{where} is not a number", NOT_VALID)
+    number: int | float = value
+    return number
+
+
+def _attributes(properties: Any, where: str, sources: Sources) -> pygltflib.Attributes:
+    _check(properties, dict, where)
+    return pygltflib.Attributes(
+        **{name: _integer(index, f"{where}.{name}") for name, index in properties.items()}
+    )
+
+
+# --- writing ---
+
+
+def to_json(value: Any, sources: Sources) -> Any:
+    """JSON of a pygltflib object, of a list of them, or of plain JSON."""
+    if isinstance(value, pygltflib.Attributes):
+        return named_indices(value)
+    if isinstance(value, list):
+        return [to_json(v, sources) for v in value]
+    if not dataclasses.is_dataclass(value):
+        return value
+    source = sources.get(value) or {}
+    cls: Any = type(value)
+    defaults = _defaults(cls)
+    result = {name: v for name, v in source.items() if name not in defaults}
+    for name, default in defaults.items():
+        current = getattr(value, name)
+        is_empty = current is None or current in ([], {})
+        is_invented = current == default and name not in source and name not in REQUIRED
+        if not is_empty and not is_invented:
+            result[name] = to_json(current, sources)
+    return result
+
+
+@cache
+def _defaults(cls: Any) -> dict[str, Any]:
+    return {
+        field.name: field.default
+        if field.default_factory is dataclasses.MISSING
+        else field.default_factory()
+        for field in dataclasses.fields(cls)
+    }
+
+
+def minified(value: Any) -> bytes:
+    """JSON as it is written into files. Raises ValueError for NaN and infinity."""
+    try:
+        text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+        return text.encode()
+    except UnicodeEncodeError:  # lone surrogates, which only an escape can hold
+        return json.dumps(value, separators=(",", ":"), allow_nan=False).encode()
+
+
+def named_indices(attributes: pygltflib.Attributes | None) -> dict[str, int]:
+    """Attribute name -> accessor index."""
+    if not attributes:
+        return {}
+    return {name: index for name, index in vars(attributes).items() if index is not None}
+
+
+def copied(attributes: pygltflib.Attributes) -> pygltflib.Attributes:
+    """Renumbering changes attributes in place, so no two primitives may share one object."""
+    return pygltflib.Attributes(**named_indices(attributes))

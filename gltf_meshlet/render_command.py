@@ -1,0 +1,260 @@
+"""`gltf-meshlet render`: its options, and the back end that they go to.
+
+A back end is a module with `main(options) -> exit status` that raises MeshletError and OSError.
+`options.input` is compressed; messages name `options.source`, the user's file. The module is
+imported on use: no other command needs its packages.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from gltf_ext.errors import MeshletError, blaming
+
+BACKENDS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
+PATHS = (
+    "stream",
+    "mesh",
+    "mesh-only",
+    "geometry",
+    "vertex",
+    "mesh-plain",
+    "rt",
+    "rt-plain",
+    "rt-triangles",
+)
+# Options of a single back end, and their defaults.
+OWN_OPTIONS: dict[str, dict[str, Any]] = {
+    "mitsuba": {"variant": "scalar_rgb", "spp": 64},
+    "vulkan": {
+        "path": None,
+        "device": None,
+        "ring": None,
+        "bounces": 0,
+        "frames": 1,
+        "validate": False,
+    },
+}
+# The Vulkan paths that have an option. None: the device chooses the path, never one of rt.
+PATHS_WITH: dict[str, tuple[str | None, ...]] = {
+    "cache": ("rt",),
+    "cache_bytes": ("rt",),
+    "bounces": ("rt", "rt-plain", "rt-triangles"),
+    "ring": ("stream", None),
+}
+# Misses cost a GPU far more than a CPU. There, all decoded meshlets take a third of the memory of
+# uncompressed triangles.
+CACHE = {"mitsuba": 0.25, "vulkan": 1.0}
+LARGEST_SIDE = 16384  # pixels
+# Smallest values of the options that count.
+LEAST = {"spp": 1, "frames": 1, "bounces": 0, "ring": 1}
+
+
+def add_arguments(command: argparse.ArgumentParser) -> None:
+    """Adds the options of `render`, but not its input."""
+    _add_shared(command)
+    mitsuba, vulkan = (
+        command.add_argument_group(f"with --backend {backend}") for backend in BACKENDS
+    )
+    _add_mitsuba(mitsuba)
+    _add_vulkan(vulkan)
+
+
+def _add_shared(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "-o",
+        "--output",
+        metavar="OUT",
+        required=True,
+        help="picture to write: .png, with Mitsuba .exr and .jpg too",
+    )
+    command.add_argument(
+        "--backend",
+        choices=BACKENDS,
+        default="mitsuba",
+        help="path tracing on the CPU, or the GPU (default %(default)s)",
+    )
+    command.add_argument(
+        "--width", type=int, default=800, metavar="N", help="pixels (default %(default)s)"
+    )
+    command.add_argument(
+        "--height", type=int, default=600, metavar="N", help="pixels (default %(default)s)"
+    )
+    command.add_argument(
+        "--camera",
+        type=int,
+        default=0,
+        metavar="N",
+        help="number of the file's camera (default %(default)s); a file without cameras is "
+        "shown as a whole",
+    )
+    caches = ", ".join(f"{share} with {backend}" for backend, share in CACHE.items())
+    command.add_argument(
+        "--cache",
+        type=float,
+        metavar="X",
+        help="share of the decoded geometry that may stay in memory, 0 to 1; with --path rt the "
+        f"share that always stays: slots for two thirds of the rest are added (default {caches})",
+    )
+    command.add_argument("--cache-bytes", type=int, metavar="N", help="the same in bytes")
+    command.add_argument("--json", action="store_true", help="print JSON instead of the line")
+
+
+def _add_mitsuba(group: argparse._ArgumentGroup) -> None:
+    defaults = OWN_OPTIONS["mitsuba"]
+    group.add_argument(
+        "--variant",
+        metavar="NAME",
+        help=f"of Mitsuba: scalar_* or llvm_*, which needs LLVM (default {defaults['variant']})",
+    )
+    group.add_argument(
+        "--spp", type=int, metavar="N", help=f"samples per pixel (default {defaults['spp']})"
+    )
+
+
+def _add_vulkan(group: argparse._ArgumentGroup) -> None:
+    defaults = OWN_OPTIONS["vulkan"]
+    group.add_argument(
+        "--path",
+        choices=PATHS,
+        help="how to decode and draw; rt*: with ray tracing (default: the best for the device)",
+    )
+    group.add_argument(
+        "--device", metavar="DEVICE", help="number, or a part of the name (default: the first GPU)"
+    )
+    group.add_argument(
+        "--ring",
+        type=int,
+        metavar="N",
+        help="most meshlets that path stream keeps decoded at a time (default 8192)",
+    )
+    group.add_argument(
+        "--bounces",
+        type=int,
+        metavar="N",
+        help=f"diffuse bounces of the rt paths (default {defaults['bounces']})",
+    )
+    group.add_argument(
+        "--frames",
+        type=int,
+        metavar="N",
+        help="frames of a turn around the scene: numbered pictures, or one .gif "
+        f"(default {defaults['frames']})",
+    )
+    group.add_argument(
+        "--validate", action="store_true", default=None, help="with the Vulkan validation layer"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Renders; returns the exit status. Raises MeshletError, OSError."""
+    _check(options)
+    backend = _backend(options.backend)
+    with _compressed(options.input) as path:
+        passed_on = argparse.Namespace(**{**vars(options), "input": path, "source": options.input})
+        try:
+            status: int = backend.main(passed_on)
+            return status
+        except MeshletError as error:
+            error.path = options.input if error.path == path else error.path
+            raise
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Raises MeshletError for options that no back end can take; fills in defaults."""
+    for name in ("width", "height"):
+        if not 1 <= getattr(options, name) <= LARGEST_SIDE:
+            raise _out_of_range(options, name, f"1 to {LARGEST_SIDE}")
+    _check_path(options)
+    if options.cache is None:
+        options.cache = CACHE[options.backend]
+    if not 0 <= options.cache <= 1:
+        raise _out_of_range(options, "cache", "0 to 1")
+    if options.cache_bytes is not None and options.cache_bytes < 0:
+        raise _out_of_range(options, "cache_bytes", "0 or more")
+    _fill_own_options(options)
+    for name, least in LEAST.items():
+        value = getattr(options, name)
+        if value is not None and value < least:
+            raise _out_of_range(options, name, f"{least} or more")
+    if not Path(options.output).absolute().parent.is_dir():
+        raise MeshletError("its folder does not exist", "create it first", options.output)
+
+
+def _out_of_range(options: argparse.Namespace, name: str, values: str) -> MeshletError:
+    return MeshletError(f"{name} is {getattr(options, name)}", f"use {values}", options=(name,))
+
+
+def _check_path(options: argparse.Namespace) -> None:
+    """Raises MeshletError for an option that the Vulkan path does not have."""
+    if options.backend != "vulkan":
+        return
+    for name, paths in PATHS_WITH.items():
+        if getattr(options, name) is not None and options.path not in paths:
+            raise MeshletError(
+                f"{name} is for --path {' or '.join(filter(None, paths))}",
+                "leave it out or change --path",
+                options=(name,),
+            )
+
+
+def _fill_own_options(options: argparse.Namespace) -> None:
+    """Sets the defaults. Raises MeshletError for an option of another back end."""
+    for backend, defaults in OWN_OPTIONS.items():
+        for name, default in defaults.items():
+            if getattr(options, name) is None:
+                setattr(options, name, default)
+            elif backend != options.backend:
+                raise MeshletError(
+                    f"{name} is for --backend {backend}",
+                    "leave it out or change --backend",
+                    options=(name,),
+                )
+
+
+def _backend(name: str) -> Any:
+    """The back end's module. Raises MeshletError when it cannot be imported."""
+    try:
+        return importlib.import_module(BACKENDS[name])
+    except ModuleNotFoundError as error:
+        raise MeshletError(
+            f"--backend {name} needs the package {error.name}",
+            f"pip install 'gltf-meshlet[{name}]'",
+        ) from None
+    except ImportError as error:  # its message says what to do
+        raise MeshletError(str(error)) from None
+
+
+@contextmanager
+def _compressed(path: str) -> Iterator[str]:
+    """The file itself if it is compressed, else a temporary compressed copy."""
+    import tempfile
+
+    import gltf_ext
+
+    if _is_compressed(path):
+        yield path
+        return
+    print(
+        f"gltf-meshlet: {path}: is not compressed; "
+        "rendering a copy compressed with the default bits",
+        file=sys.stderr,
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        copy = str(Path(folder) / f"{Path(path).stem}.glb")
+        gltf_ext.compress(path, copy, progress=True)
+        yield copy
+
+
+def _is_compressed(path: str) -> bool:
+    from gltf_ext.compression.extension import has_compressed
+    from gltf_ext.gltf.importers import open_model
+
+    with blaming(path):
+        return has_compressed(open_model(path))

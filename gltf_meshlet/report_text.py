@@ -1,0 +1,186 @@
+"""The reports of gltf_ext as the command line prints them."""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import Any
+
+SHOWN_PRIMITIVES = 10
+LABEL_WIDTH, NAME_WIDTH = 26, 20  # characters
+
+Report = dict[str, Any]
+
+
+def size(count: int) -> str:
+    """Bytes in the unit that fits."""
+    for unit, factor in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if count >= factor:
+            return f"{count / factor:.{1 if unit == 'kB' else 2}f} {unit}"
+    return f"{count} B"
+
+
+def counted(count: int, noun: str) -> str:
+    """1 triangle, 2 triangles"""
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
+def sizes(report: Report) -> str:
+    """in.obj (1 MB) -> out.glb (9 kB), of a report of compress or decompress."""
+    before, after = (
+        f"{os.path.basename(report[which])} ({size(report[which + '_bytes'])})"
+        for which in ("input", "output")
+    )
+    fallback = (f"{name} ({size(n)})" for name, n in report.get("fallback_files", {}).items())
+    return f"{before} -> {' + '.join([after, *fallback])}"
+
+
+# --- compress ---
+
+
+def compress_summary(report: Report) -> str:
+    """One line on the result of compress."""
+    totals = report["totals"]
+    return (
+        f"{sizes(report)}, {report['input_bytes'] / report['output_bytes']:.2f} times smaller; "
+        f"geometry {totals['ratio']:.2f} times smaller than raw floats, "
+        f"{totals['bits_per_triangle']['total']:.2f} bits per triangle, "
+        f"{counted(totals['triangles'], 'triangle')} in {counted(totals['meshlets'], 'meshlet')} "
+        f"({totals['mean_triangles_per_meshlet']:.1f} on average)"
+    )
+
+
+def compress_warnings(report: Report) -> list[str]:
+    """The report's warnings, and what is not in the result or not compressed."""
+    kinds = (
+        ("degenerate_triangles", "degenerate triangles are dropped"),
+        ("incomplete_triangles", "primitives end in an incomplete triangle, which is dropped"),
+    )
+    dropped = report["dropped"]
+    return [
+        *report["warnings"],
+        *(f"{dropped[name]:,} {text}" for name, text in kinds if dropped[name]),
+        *(
+            f"mesh {kept['mesh']} primitive {kept['primitive']} is left as it is: {kept['reason']}"
+            for kept in report["kept"]
+        ),
+    ]
+
+
+# --- inspect ---
+
+
+def inspect_table(report: Report, all_primitives: bool) -> str:
+    """Totals in rows, then a line for each primitive, or for the largest."""
+    primitives = report["primitives"]
+    shown = primitives if all_primitives else _largest(primitives)
+    lines = [
+        f"{report['file']} ({size(report['file_bytes'])})",
+        *(f"{label:{LABEL_WIDTH}}{value}" for label, value in _inspect_rows(report)),
+        *map(_primitive_line, shown),
+    ]
+    if len(shown) < len(primitives):
+        lines.append(
+            f"the {len(shown)} largest of {len(primitives):,} primitives; --all shows every one"
+        )
+    return "\n".join(lines)
+
+
+def _inspect_rows(report: Report) -> list[tuple[str, str]]:
+    totals = report["totals"]
+    bits = totals["bits_per_triangle"]
+    symbols = (f"{symbol} {100 * share:.1f} %" for symbol, share in totals["symbols"].items())
+    fallback = report["fallback_files"].items()
+    mean = f"{totals['mean_triangles_per_meshlet']:.2f} triangles on average"
+    distinct = f"{totals['source_vertices']:,} distinct in the source"
+    return [
+        ("triangles", f"{totals['triangles']:,}"),
+        ("vertices", f"{totals['vertices']:,} ({distinct})"),
+        ("meshlets", f"{totals['meshlets']:,}, {mean}"),
+        ("raw", f"{totals['raw_bytes']:,} bytes"),
+        ("compressed", f"{totals['compressed_bytes']:,} bytes"),
+        ("ratio", f"{totals['ratio']:.2f}"),
+        ("bits per triangle", f"{bits['total']:.3f}"),
+        *((f"  {label}", f"{value:.3f}") for label, value in labelled_parts(bits)),
+        ("symbols", ", ".join(symbols)),
+        *(("fallback", f"{count:,} bytes in {name}") for name, count in fallback),
+    ]
+
+
+def labelled_parts(bits_per_triangle: dict[str, float]) -> list[tuple[str, float]]:
+    """(label, bits) of each part that takes any."""
+    from gltf_ext.compression.inspection import PART_LABELS
+
+    return [
+        (label, bits_per_triangle[part])
+        for part, label in PART_LABELS.items()
+        if bits_per_triangle[part]
+    ]
+
+
+def _largest(primitives: list[Report]) -> list[Report]:
+    """The primitives with most triangles, in the file's order."""
+    by_size = sorted(
+        range(len(primitives)), key=lambda index: -primitives[index].get("triangles", 0)
+    )
+    return [primitives[index] for index in sorted(by_size[:SHOWN_PRIMITIVES])]
+
+
+def _primitive_line(primitive: Report) -> str:
+    place = f"mesh {primitive['mesh']} primitive {primitive['primitive']}"
+    if primitive["name"]:
+        place += f" ({primitive['name']})"
+    if "shares_buffer_view_of" in primitive:
+        mesh, index = primitive["shares_buffer_view_of"]
+        return f"{place}: the same data as mesh {mesh} primitive {index}"
+    attributes = ", ".join(
+        f"{name} {'+'.join(map(str, attribute['bits_per_component']))}"
+        for name, attribute in primitive["attributes"].items()
+    )
+    return (
+        f"{place}: {counted(primitive['triangles'], 'triangle')}, "
+        f"{counted(primitive['meshlets'], 'meshlet')}, ratio {primitive['ratio']:.2f}, "
+        f"{primitive['bits_per_triangle']['total']:.2f} bits per triangle; bits: {attributes}; "
+        f"position step {primitive['attributes']['POSITION']['step'][0]:.3g}"
+    )
+
+
+# --- verify ---
+
+
+def verify_text(report: Report) -> str:
+    """The verdict, a line for each attribute, and the problems."""
+    counts = (
+        f"{_verdict(report)}: {counted(report['triangles'], 'triangle')}, "
+        f"{report['missing_triangles']:,} missing, {report['extra_triangles']:,} extra"
+    )
+    if report["collapsed_triangles"]:
+        counts += f", {report['collapsed_triangles']:,} collapsed by the grid"
+    attributes = [f"{name:{NAME_WIDTH}} {_error(report, name)}" for name in report["max_error"]]
+    return "\n".join([counts, *attributes, *report["problems"]])
+
+
+def _verdict(report: Report) -> str:
+    if not report["triangles_equal"]:
+        return "NOT THE SAME"
+    return "the same triangles, " + ("within the bits" if report["ok"] else "BEYOND THE BITS")
+
+
+def _error(report: Report, name: str) -> str:
+    largest, rms = report["max_error"][name], report["rms_error"][name]
+    if largest is None:
+        return "not compared"
+    degrees = report["max_error_degrees"].get(name)
+    if degrees is not None:
+        return f"largest error {degrees:.3g} degrees, RMS {math.degrees(rms):.3g} degrees"
+    percent = report["max_error_percent"][name]
+    return f"largest error {largest:.3g} ({percent:.3g} % of the box's diagonal), RMS {rms:.3g}"
+
+
+def verify_json(report: Report) -> Report:
+    """The report without infinity, which JSON lacks: None instead."""
+    bounds = report["error_over_bound"].items()
+    return {
+        **report,
+        "error_over_bound": {name: None if value == math.inf else value for name, value in bounds},
+    }

@@ -1,0 +1,81 @@
+"""The options of compress: one declaration for Python, the command line and the documentation."""
+
+import argparse
+import inspect
+import re
+
+import numpy as np
+import pytest
+
+import gltf_ext
+from gltf_ext.compression.options import OPTIONS, Options
+from gltf_meshlet import cli
+from tests.helpers.gltf_builder import Builder, grid_mesh
+from tools.option_docs import BLOCKS, written
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block[0].name)
+def test_documentation_is_current(block):
+    path, before, after, contents = block
+    text = path.read_text()
+    assert text == written(text, before, after, contents()), "run python -m tools.option_docs"
+
+
+def test_the_docstring_names_every_option():
+    text = inspect.getdoc(gltf_ext.compress)
+    named = re.findall(r"^    (\w+): ", text.partition("Options:")[2].partition("Returns")[0], re.M)
+    assert named == [option.name for option in OPTIONS]
+
+
+def test_the_command_line_has_every_option_but_progress():
+    actions = cli._parser()._actions
+    (commands,) = (a for a in actions if isinstance(a, argparse._SubParsersAction))
+    command = commands.choices["compress"]
+    command.complete()
+    flags = {flag for action in command._actions for flag in action.option_strings}
+    assert flags - {"-h", "--help"} == {o.flag for o in OPTIONS if o.name != "progress"}
+
+
+def test_shown_defaults_are_the_defaults():
+    options = Options()
+    for option in OPTIONS:
+        value = getattr(options, option.name)
+        if value is not None and not isinstance(value, bool):
+            assert option.default == str(value), option.name
+
+
+def test_shown_defaults_are_the_encoders(tmp_path):
+    """lambda_, iterations and fill are left to the encoder."""
+    positions, triangles = grid_mesh(40, 40)
+    builder = Builder()
+    builder.mesh({"POSITION": positions}, triangles)
+    original = builder.write(tmp_path / "in.glb")
+    outputs = []
+    shown = {o.name: o.type(o.default) for o in OPTIONS if o.default and o.type in (int, float)}
+    assert {"lambda_", "iterations", "fill"} <= shown.keys()
+    for options in ({}, shown, {**shown, "lambda_": 3.0}):
+        gltf_ext.compress(original, tmp_path / "out.glb", **options)
+        outputs.append((tmp_path / "out.glb").read_bytes())
+    assert outputs[0] == outputs[1] != outputs[2]
+
+
+@pytest.mark.parametrize("option", [o for o in OPTIONS if o.limits], ids=lambda o: o.name)
+def test_limits(option):
+    low, high = option.limits
+    for value in (low, high):
+        Options(**{option.name: option.type(value)})
+    for value in (low - 1, high + 1, "4", None if option.name == "threads" else np.nan):
+        if value is not None:
+            with pytest.raises(gltf_ext.MeshletError, match=f"{option.name} is .*; use {low:g} to"):
+                Options(**{option.name: value})
+
+
+@pytest.mark.parametrize("values", [{"iterations": 2.5}, {"iterations": 0}, {"lambda_": -1.0}])
+def test_numbers_above_zero(values):
+    with pytest.raises(gltf_ext.MeshletError, match="use a number above 0"):
+        Options(**values)
+
+
+def test_numpy_numbers_are_numbers():
+    options = Options(position_bits=np.int64(9), step=None, lambda_=np.float32(2))
+    assert options.position_bits == 9 and options.encoder["lambda_"] == 2
