@@ -1,6 +1,6 @@
 """The options of `compress`, declared once.
 
-The command line's arguments, the docstring of `compress` and the table in docs/options.md come from
+The command line's arguments, the docstring of `compress` and the table in docs/cli.md come from
 here: tools/option_docs.py writes the last two, and a test compares them. Imports nothing heavy, so
 that `compress --help` is quick.
 """
