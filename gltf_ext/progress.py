@@ -26,4 +26,8 @@ def progress_bar(title: str, enabled: bool) -> Iterator[Advance | None]:
         leave=False,
         bar_format="{desc} {percentage:3.0f}%|{bar}|",
     ) as bar:
-        yield lambda fraction: bar.update(fraction - bar.n)
+
+        def advance(fraction: float) -> None:
+            bar.update(fraction - bar.n)
+
+        yield advance

@@ -38,7 +38,8 @@ Draw = Callable[[Camera], tuple[np.ndarray, float]]
 def main(options: argparse.Namespace) -> int:
     """Renders and writes the pictures; returns the exit status 0.
 
-    options: those of gltf_meshlet.render_command. Raises MeshletError or OSError; then it writes nothing.
+    options: those of gltf_meshlet.render_command. Raises MeshletError or OSError; then it writes
+    nothing.
     """
     try:
         return _render(options)

@@ -9,7 +9,8 @@ import numpy as np
 import pygltflib
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import NOT_VALID, Document, item
+from gltf_ext.gltf.document import Document, item
+from gltf_ext.gltf.json_objects import NOT_VALID
 from gltf_ext.gltf.json_values import member, number, numbers
 
 DEFAULT_CUTOFF = 0.5
