@@ -100,7 +100,7 @@ def measure(
     from vk_backend.statistics import pipeline_statistics
 
     scene = load_scene(path)
-    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    camera = Camera.fit_box(scene.low, scene.high, WIDTH, HEIGHT)
     targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
     drawings: dict[str, TimedDrawing] = {}
     for name in paths:
