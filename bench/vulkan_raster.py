@@ -130,7 +130,7 @@ def measure_model(
     from vk_backend.targets import Targets
 
     scene = load_scene(path)
-    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    camera = Camera.fit_box(scene.low, scene.high, WIDTH, HEIGHT)
     targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
     drawings: dict[str, TimedDrawing] = {}
     for name in paths:

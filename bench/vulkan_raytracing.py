@@ -44,13 +44,13 @@ TUNED = ("scratch", "rounds", "strips", "predict", "bounds", "paths", "ahead")
 
 
 def turntable(scene, width: int, height: int, degrees: float):
-    """The default camera, turned about the vertical axis through the scene's centre."""
+    """A camera around the scene's box, turned about the vertical axis through its centre."""
     from vk_backend.camera import DEFAULT_VIEW, Camera
 
     angle = np.radians(degrees)
     x, y, z = DEFAULT_VIEW
     view = (x * np.cos(angle) + z * np.sin(angle), y, z * np.cos(angle) - x * np.sin(angle))
-    return Camera.fit(scene, width, height, view)
+    return Camera.fit_box(scene.low, scene.high, width, height, view)
 
 
 def configurations(options: argparse.Namespace) -> list[dict]:

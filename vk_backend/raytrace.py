@@ -424,7 +424,7 @@ class RayTracer:
 
     def _build(self) -> None:
         """Builds the acceleration structures: a bottom level per primitive, one top level."""
-        start = Camera.fit(self.scene, 1, 1)
+        start = Camera.fit_box(self.scene.low, self.scene.high, 1, 1)
         self._frame.write(self.buffers.frame_record(start, 1, 1, 0).tobytes())
         temporary: list[Buffer] = []
         geometries = (

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import EXTENSION, malformed, read_compressed
+from gltf_ext.compression.extension import EXTENSION, Compressed, malformed, read_compressed
 from gltf_ext.compression.primitives import read_primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
@@ -27,41 +27,63 @@ def view_points(document: Document, placed: Sequence[PlacedPrimitive]) -> np.nda
 
     Raises MeshletError.
     """
-    places = dict.fromkeys((p.mesh, p.primitive) for p in placed)
-    meshlets = max(MAX_MESHLETS // max(len(places), 1), 1)
-    local = {place: _checked(_primitive_points(document, *place, meshlets)) for place in places}
-    share = max(MAX_POINTS // max(len(placed), 1), 8)
-    points = []
+    places = list(dict.fromkeys((p.mesh, p.primitive) for p in placed))
+    compressed = {
+        (mesh, primitive): read_compressed(document, mesh, primitive)
+        for mesh, primitive in places
+        if EXTENSION in (document.meshes[mesh].primitives[primitive].extensions or {})
+    }
+    decoders = {place: _codec.Decoder(found.blob) for place, found in compressed.items()}
+    meshlets = sum(decoder.meshlet_count for decoder in decoders.values())
+    step = max(-(-meshlets // MAX_MESHLETS), 1)
+    local = {}
+    for place in places:
+        if place in compressed:
+            points = _meshlet_positions(document, compressed[place], decoders[place], step)
+        else:
+            points = _plain_positions(document, *place)
+        if not (np.abs(points) < MAX_SIZE).all():
+            raise MeshletError(
+                f"positions are not finite, or larger than {MAX_SIZE:g}",
+                "export the file again, smaller",
+            )
+        local[place] = points
+    return _in_world(placed, local)
+
+
+def _in_world(
+    placed: Sequence[PlacedPrimitive], local: dict[tuple[int, int], np.ndarray]
+) -> np.ndarray:
+    """At most about MAX_POINTS points of all instances, the extremes of each among them."""
+    total = sum(len(local[p.mesh, p.primitive]) for p in placed)
+    step = max(-(-total // MAX_POINTS), 1)
+    points = [np.zeros((0, 3))]
     for p in placed:
         own = local[p.mesh, p.primitive]
-        own = own[:: -(-len(own) // share)] if len(own) else own
+        if step > 1 and len(own):
+            own = np.concatenate([own[::step], own[own.argmin(axis=0)], own[own.argmax(axis=0)]])
         points.append(own @ p.matrix[:3, :3].T + p.matrix[:3, 3])
-    return np.concatenate(points) if points else np.zeros((0, 3))
+    return np.concatenate(points)
 
 
-def _checked(points: np.ndarray) -> np.ndarray:
-    if not (np.abs(points) < MAX_SIZE).all():
-        raise MeshletError(
-            f"positions are not finite, or larger than {MAX_SIZE:g}",
-            "export the file again, smaller",
-        )
-    return points
-
-
-def _primitive_points(document: Document, mesh: int, primitive: int, meshlets: int) -> np.ndarray:
-    """float64[n, 3] vertices in the primitive's coordinates, of at most so many meshlets."""
+def _plain_positions(document: Document, mesh: int, primitive: int) -> np.ndarray:
+    """float64[n, 3]: the vertices of an uncompressed primitive, in its coordinates."""
     source = document.meshes[mesh].primitives[primitive]
-    form = value_format(document, source, "POSITION")
-    if EXTENSION not in (source.extensions or {}):
-        stored = read_primitive(document, mesh, primitive)[0].attributes["POSITION"]
-        return form.to_floats(stored).astype(np.float64)
-    compressed = read_compressed(document, mesh, primitive)
+    stored = read_primitive(document, mesh, primitive)[0].attributes["POSITION"]
+    return value_format(document, source, "POSITION").to_floats(stored).astype(np.float64)
+
+
+def _meshlet_positions(
+    document: Document, compressed: Compressed, decoder: _codec.Decoder, step: int
+) -> np.ndarray:
+    """float64[n, 3]: the vertices of every `step`th meshlet, in the primitive's coordinates."""
     stream = compressed.streams[0]
-    decoder = _codec.Decoder(compressed.blob)
-    chosen = range(0, decoder.meshlet_count, -(-decoder.meshlet_count // meshlets))
+    chosen = range(0, decoder.meshlet_count, step)
     try:
         integers = np.concatenate([decoder.decode_meshlet(i)[1][0] for i in chosen])
     except ValueError as error:
         raise malformed(compressed.where, error) from None
     values = np.array(stream.offset) + integers.astype(np.float64) * stream.step
+    source = document.meshes[compressed.mesh].primitives[compressed.primitive]
+    form = value_format(document, source, "POSITION")
     return form.to_floats(np.rint(values) if form.is_integer else values).astype(np.float64)

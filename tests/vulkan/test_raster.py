@@ -65,7 +65,7 @@ def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkey
 
     gltf_ext.compress(model("bunny.glb"), tmp_path / "bunny.glb")
     scene = load_scene(tmp_path / "bunny.glb")
-    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    camera = Camera.fit_box(scene.low, scene.high, WIDTH, HEIGHT)
     whole = renderer.render(scene, camera, path, WIDTH, HEIGHT)
     monkeypatch.setattr(raster, "MAX_GROUPS", 7)
     # Another ring, so that nothing of the first picture is left in its slots.
@@ -96,7 +96,7 @@ def _compare(renderer, source, folder, path):
 
     gltf_ext.compress(source, folder / "model.glb")
     scene = load_scene(folder / "model.glb")
-    camera = Camera.fit(scene, 2 * WIDTH, 2 * HEIGHT)
+    camera = Camera.fit_box(scene.low, scene.high, 2 * WIDTH, 2 * HEIGHT)
     reference = renderer.render(scene, camera, "vertex", 2 * WIDTH, 2 * HEIGHT)
     assert_same(renderer.render(scene, camera, path, 2 * WIDTH, 2 * HEIGHT), reference)
 
@@ -253,7 +253,7 @@ def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits)
         builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb", position_bits=position_bits
     )
     scene = load_scene(tmp_path / "sheet.glb")
-    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    camera = Camera.fit_box(scene.low, scene.high, WIDTH, HEIGHT)
     reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
     assert reference.covered.any()
     assert_same(renderer.render(scene, camera, "stream", WIDTH, HEIGHT), reference)
@@ -296,7 +296,7 @@ def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypa
     del found["POSITION"]
     assert found == {"NORMAL": bits, "TEXCOORD": bits, "COLOR": bits}
     assert SlotLayout.of(scene).attribute_words == words
-    camera = Camera.fit(scene, WIDTH, HEIGHT)
+    camera = Camera.fit_box(scene.low, scene.high, WIDTH, HEIGHT)
     reference = renderer.render(scene, camera, "vertex", WIDTH, HEIGHT)
     assert (
         reference.covered.any()
@@ -602,7 +602,7 @@ def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
     )
     gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
     scene = load_scene(tmp_path / "sheet.glb")
-    camera = Camera.fit(scene, 16, 16)
+    camera = Camera.fit_box(scene.low, scene.high, 16, 16)
     for path in ("stream", "mesh", "mesh-only"):
         with pytest.raises(
             MeshletError,
@@ -624,7 +624,7 @@ def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
     gltf_ext.compress(model("bunny.glb"), tmp_path / "bunny.glb")
     scene = load_scene(tmp_path / "bunny.glb")
     for path in ("mesh", "mesh-only"):
-        renderer.render(scene, Camera.fit(scene, 16, 16), path, 16, 16)
+        renderer.render(scene, Camera.fit_box(scene.low, scene.high, 16, 16), path, 16, 16)
         assert (
             scene.compressed_bytes
             < renderer.resident_bytes

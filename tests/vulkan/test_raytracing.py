@@ -138,7 +138,7 @@ def camera_of(scene, turn: float = 0.0):
     from vk_backend.camera import Camera
 
     view = (0.45 * np.cos(turn) + np.sin(turn), 0.35, np.cos(turn) - 0.45 * np.sin(turn))
-    return Camera.fit(scene, WIDTH, HEIGHT, view)
+    return Camera.fit_box(scene.low, scene.high, WIDTH, HEIGHT, view)
 
 
 def rays_of(camera) -> tuple[np.ndarray, np.ndarray]:
