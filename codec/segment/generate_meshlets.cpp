@@ -9,7 +9,7 @@
 #include "segment/disks.h"
 #include "segment/half_edges.h"
 #include "segment/cuthill_mckee.h"
-#include "segment/pack_meshlets.h"
+#include "segment/join_meshlets.h"
 #include "common/parallel.h"
 #include "segment/patches.h"
 #include "segment/meshlet_list.h"
@@ -222,7 +222,7 @@ std::vector<std::vector<uint32_t>> Generator::group_meshlets(const MeshletList& 
   for (uint32_t m = 0; m < list.count(); m++)
     centres.push_back(shapes_.centres[list.triangles[list.first_triangle(m)]]);
   const std::vector<uint32_t> group =
-      pack_meshlets(measure_loads(list), contacts, order_along_curve(centres, options_.threads),
+      join_meshlets(measure_loads(list), contacts, order_along_curve(centres, options_.threads),
                     uint32_t(options_.max_triangles), uint32_t(options_.max_vertices));
 
   const uint32_t count = *std::max_element(group.begin(), group.end()) + 1;

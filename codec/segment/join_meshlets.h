@@ -22,7 +22,7 @@ struct Contact {
 // contact, meshlets that are close on a space-filling curve (curve_order: a permutation of the
 // meshlets), as long as values stored relative to one of their vertices do not grow much. Returns
 // the group of each meshlet, numbered from 0 by smallest member.
-std::vector<uint32_t> pack_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts,
+std::vector<uint32_t> join_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts,
                                     const std::vector<uint32_t>& curve_order,
                                     uint32_t max_triangles, uint32_t max_vertices);
 

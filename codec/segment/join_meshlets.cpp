@@ -1,4 +1,4 @@
-#include "segment/pack_meshlets.h"
+#include "segment/join_meshlets.h"
 
 #include <algorithm>
 
@@ -139,7 +139,7 @@ std::vector<uint32_t> Packer::number_groups() {
 
 }  // namespace
 
-std::vector<uint32_t> pack_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts,
+std::vector<uint32_t> join_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts,
                                     const std::vector<uint32_t>& curve_order,
                                     uint32_t max_triangles, uint32_t max_vertices) {
   Packer packer(loads, max_triangles, max_vertices);
