@@ -34,7 +34,15 @@ API = {
         "MeshletError",
     ),
     "mitsuba_plugin": ("load_scene", "scene_dict", "statistics"),
-    "vk_backend": ("load_scene", "Camera", "Renderer", "Picture", "VulkanError"),
+    "vk_backend": (
+        "load_scene",
+        "Camera",
+        "Renderer",
+        "RayTracer",
+        "GpuDecoder",
+        "Picture",
+        "VulkanError",
+    ),
 }
 # A link or an image: "](", then the target up to ")" or "#".
 LINK = re.compile(r"(\]\()(?!https?://|mailto:|#)([^)#\s]+)")

@@ -37,7 +37,7 @@ def test_what_is_timed_is_what_compress_writes(small, tmp_path):
 def test_every_stage_of_the_encoder_is_timed(small):
     watch = speed.Stopwatch()
     speed.encode_ours(gltf_ext.load(small), 1, watch)
-    assert list(watch.seconds) == ["weld", "quantise", speed.GROWING, *speed.ENCODER_STAGES]
+    assert list(watch.seconds) == ["weld", "quantise", *speed.ENCODER_STAGES.values()]
     assert all(seconds > 0 for seconds in watch.seconds.values())
 
 

@@ -21,9 +21,9 @@ ROUNDING = 12  # of 255: noise, and light between the parts of the model, which 
 
 
 @pytest.fixture(scope="module")
-def pictures(request, tmp_path_factory):
+def pictures(tmp_path_factory):
     """uint8[height, width, 3] by back end: a matt grey ellipsoid."""
-    require_vulkan(request)
+    require_vulkan()
     require("scalar_rgb")
     folder = tmp_path_factory.mktemp("pictures")
     builder = Builder()
