@@ -122,19 +122,17 @@ def test_hard_models_compress_or_are_refused(path, options, tmp_path):
 def khronos():
     """A function from files to {file: {"errors", "warnings"}} by the Khronos validator."""
     need_npm_package("gltf-validator")
+    command = ["node", ROOT / "tests" / "helpers" / "validator.mjs", NODE_MODULES]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen(command, text=True, **pipes) as process:
 
-    def validate(files):
-        command = [
-            "node",
-            str(ROOT / "tests" / "helpers" / "validator.mjs"),
-            str(NODE_MODULES),
-            *map(str, files),
-        ]
-        return json.loads(
-            subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        )
+        def validate(files):
+            process.stdin.write(json.dumps([str(file) for file in files]) + "\n")
+            process.stdin.flush()
+            return json.loads(process.stdout.readline())
 
-    return validate
+        yield validate
+        process.stdin.close()
 
 
 def assert_no_new_errors(khronos, original, folder):

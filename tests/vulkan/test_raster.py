@@ -56,7 +56,15 @@ def test_paths_agree(renderer, scene, path, camera):
     assert (reference.ids[~reference.covered] == NO_ID).all()
 
 
-@pytest.mark.parametrize("path", [p for p in PATHS if p != "geometry"])
+# Paths `mesh` and `mesh-only` cut draws as `mesh-plain` does, and decode the large model slowly.
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(p, marks=[pytest.mark.full] * (p in ("mesh", "mesh-only")))
+        for p in PATHS
+        if p != "geometry"
+    ],
+)
 def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkeypatch):
     """A draw has at most MAX_GROUPS workgroups."""
     from vk_backend import raster
@@ -239,8 +247,16 @@ def test_a_timed_frame_can_be_run_again(renderer, scene, overlap):
 ALL_SHOWN = ("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0")
 
 
-@pytest.mark.parametrize("names", [ALL_SHOWN, ()], ids=["all attributes", "positions"])
-@pytest.mark.parametrize("position_bits", [16, 23])
+# Each row compiles the shaders anew, up to 20 s in a software driver.
+@pytest.mark.parametrize(
+    ("position_bits", "names"),
+    [
+        pytest.param(23, ALL_SHOWN, id="23 bits, all attributes"),
+        pytest.param(16, (), id="16 bits, positions"),
+        pytest.param(16, ALL_SHOWN, id="16 bits, all attributes", marks=pytest.mark.full),
+        pytest.param(23, (), id="23 bits, positions", marks=pytest.mark.full),
+    ],
+)
 def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits):
     """With positions too fine for a slot's integers, unused streams in between, positions only."""
     from vk_backend.camera import Camera
@@ -260,7 +276,11 @@ def test_slots_hold_what_shading_needs(renderer, tmp_path, names, position_bits)
 
 
 @pytest.mark.parametrize(
-    ("bits", "words"), [(32, 3 + 2 + 4), (20, 2 + 2 + 4)], ids=["float32", "20 bits"]
+    ("bits", "words"),
+    [
+        pytest.param(32, 3 + 2 + 4, id="float32"),
+        pytest.param(20, 2 + 2 + 4, id="20 bits", marks=pytest.mark.full),
+    ],
 )
 def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypatch, bits, words):
     """Other encoders may write wide normals, texture coordinates and colours."""

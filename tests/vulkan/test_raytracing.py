@@ -407,10 +407,16 @@ def fine_film(device, fine_scene):
     return film
 
 
+# The cases for --full vary the settings of the others.
 @pytest.mark.parametrize(
     "settings, outcome",
     [
-        pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 1.0}, GO_ON, id="all go on"),
+        pytest.param(
+            {"cache": 0.0, "scratch": 0.5, "paths": 1.0},
+            GO_ON,
+            id="all go on",
+            marks=pytest.mark.full,
+        ),
         pytest.param(
             {"cache_bytes": 0, "scratch": 0.003, "paths": 0.05, "rounds": 2, "strips": 1},
             None,
@@ -429,19 +435,37 @@ def fine_film(device, fine_scene):
             id="strips, no bounds",
         ),
         pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 0.0}, RESTART, id="all start again"),
-        pytest.param({"cache": 0.0, "scratch": 0.5, "paths": 0.02}, BOTH, id="some start again"),
         pytest.param(
-            {"cache": 0.0, "scratch": 0.5, "paths": 1.0, "bounds": False}, GO_ON, id="no bounds"
+            {"cache": 0.0, "scratch": 0.5, "paths": 0.02},
+            BOTH,
+            id="some start again",
+            marks=pytest.mark.full,
         ),
         pytest.param(
-            {"cache": 0.0, "scratch": 0.06, "paths": 0.05, "rounds": 3}, None, id="few slots"
+            {"cache": 0.0, "scratch": 0.5, "paths": 1.0, "bounds": False},
+            GO_ON,
+            id="no bounds",
+            marks=pytest.mark.full,
         ),
-        pytest.param({"cache": 0.1, "scratch": 0.2, "ahead": 0.3}, None, id="10 %"),
+        pytest.param(
+            {"cache": 0.0, "scratch": 0.06, "paths": 0.05, "rounds": 3},
+            None,
+            id="few slots",
+            marks=pytest.mark.full,
+        ),
+        pytest.param(
+            {"cache": 0.1, "scratch": 0.2, "ahead": 0.3}, None, id="10 %", marks=pytest.mark.full
+        ),
         pytest.param({"cache": 0.25, "scratch": 0.2, "predict": False}, None, id="25 %"),
-        pytest.param({"cache": 0.5, "scratch": 0.1}, None, id="50 %"),
-        pytest.param({"cache": 0.7, "scratch": 0.1}, None, id="few missing"),
+        pytest.param({"cache": 0.5, "scratch": 0.1}, None, id="50 %", marks=pytest.mark.full),
         pytest.param(
-            {"cache": 0.7, "scratch": 0.1, "predict": False}, None, id="few missing, nothing ahead"
+            {"cache": 0.7, "scratch": 0.1}, None, id="few missing", marks=pytest.mark.full
+        ),
+        pytest.param(
+            {"cache": 0.7, "scratch": 0.1, "predict": False},
+            None,
+            id="few missing, nothing ahead",
+            marks=pytest.mark.full,
         ),
     ],
 )
