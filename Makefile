@@ -9,7 +9,8 @@ NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
 PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsuba_plugin/src/*)
-PYTEST := $(BIN)/python -m pytest -q --junitxml=build/test-results.xml
+# A process per core; a file of tests stays in one process, which compiles its shaders once.
+PYTEST := $(BIN)/python -m pytest -q -n auto --dist loadfile --junitxml=build/test-results.xml
 MEASUREMENTS := size paper table1 speed quality parameters choices mitsuba figures how_it_works \
   results_page
 PICTURES := meshlets comparison size render_comparison

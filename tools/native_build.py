@@ -5,6 +5,7 @@ python -m tools.native_build OPTION: prints the folder of the programs.
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
 import subprocess
@@ -27,11 +28,14 @@ def build(option: str) -> Path:
     )
     if cmake is None:
         raise FileNotFoundError("cmake is not installed; pip install cmake")
-    for command in (
-        [cmake, "-S", ROOT, "-B", folder, "-DMESHLET_PYTHON=OFF", f"-D{option}=ON"],
-        [cmake, "--build", folder, "--parallel"],
-    ):
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / ".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # tests in several processes share the folder
+        for command in (
+            [cmake, "-S", ROOT, "-B", folder, "-DMESHLET_PYTHON=OFF", f"-D{option}=ON"],
+            [cmake, "--build", folder, "--parallel"],
+        ):
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return folder
 
 
