@@ -1,0 +1,43 @@
+// Decodes a buffer view: one blob, or several back to back (pages).
+#pragma once
+#include <vector>
+
+#include "decode/decoder_context.h"
+
+namespace meshlet {
+
+// One blob of a view. Its vertices and triangles follow those of the blobs before it.
+struct ViewBlob {
+  const uint8_t* data;
+  size_t size;
+  BlobHeader header;
+  uint64_t first_vertex, first_triangle, first_meshlet;
+};
+
+// A view, open for decoding. Borrows the bytes.
+class ViewDecoder {
+ public:
+  // Reads all headers. Throws Malformed unless the blobs fill the view, have the same streams
+  // (predictors and bases may differ), and sum to counts below 2^32.
+  ViewDecoder(const uint8_t* data, size_t size);
+
+  const std::vector<ViewBlob>& blobs() const { return blobs_; }
+  const std::vector<Stream>& streams() const { return blobs_.front().header.streams; }
+  uint64_t triangle_count() const { return triangle_count_; }
+  uint64_t vertex_count() const { return vertex_count_; }
+  uint64_t meshlet_count() const { return meshlet_count_; }
+
+  // As DecoderContext's, for all blobs, a blob on each thread. threads: 0 is one per processor.
+  void decode(uint32_t* triangles, uint32_t* const* integers, void* const* values,
+              int threads) const;
+  void validate(int threads) const;
+
+ private:
+  void decode_one(const ViewBlob& blob, uint32_t* triangles, uint32_t* const* integers,
+                  void* const* values) const;
+
+  std::vector<ViewBlob> blobs_;
+  uint64_t triangle_count_ = 0, vertex_count_ = 0, meshlet_count_ = 0;
+};
+
+}  // namespace meshlet
