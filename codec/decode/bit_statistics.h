@@ -14,6 +14,8 @@ struct BitStatistics {
   uint64_t symbols[5] = {0, 0, 0, 0, 0};  // number of C, L, E, R, S
   uint64_t disks = 0;
   uint64_t owned_references = 0, private_references = 0, foreign_references = 0;
+
+  void add(const BitStatistics& other);
 };
 
 // Decodes every meshlet. The bits sum to the blob's size. Throws Malformed.

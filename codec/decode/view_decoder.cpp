@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <string>
 
-#include "common/parallel.h"
-
 namespace meshlet {
 namespace {
 
@@ -56,35 +54,29 @@ ViewDecoder::ViewDecoder(const uint8_t* data, size_t size) {
     throw Malformed("the blobs have more vertices or indices than 32 bits can count");
 }
 
-void ViewDecoder::decode_one(const ViewBlob& blob, uint32_t* triangles, uint32_t* const* integers,
-                             void* const* values) const {
+void ViewDecoder::decode(size_t number, uint32_t* triangles, uint32_t* const* integers,
+                         void* const* values) const {
+  const ViewBlob& blob = blobs_[number];
+  const size_t first_vertex = size_t(blob.first_vertex);
   std::vector<uint32_t*> blob_integers;
   std::vector<void*> blob_values;
   for (size_t s = 0; s < streams().size(); s++) {
-    const size_t v = size_t(blob.first_vertex);
-    uint32_t* const to_integers = integers ? integers[s] : nullptr;
-    uint32_t* const to_values = values ? static_cast<uint32_t*>(values[s]) : nullptr;
-    blob_integers.push_back(to_integers ? to_integers + v * streams()[s].elements : nullptr);
-    // Floats and integers have the same size.
-    blob_values.push_back(to_values ? to_values + v * value_count(streams()[s]) : nullptr);
+    uint32_t* const all_integers = integers[s];
+    uint32_t* const all_values = static_cast<uint32_t*>(values[s]);  // floats have the same size
+    blob_integers.push_back(all_integers ? all_integers + first_vertex * streams()[s].elements
+                                         : nullptr);
+    blob_values.push_back(all_values ? all_values + first_vertex * value_count(streams()[s])
+                                     : nullptr);
   }
   uint32_t* const first = triangles + 3 * size_t(blob.first_triangle);
   DecoderContext(blob.data, blob.size).decode(first, blob_integers.data(), blob_values.data());
-  if (blob.first_vertex == 0) return;
+  if (first_vertex == 0) return;
   uint32_t* const last = first + 3 * size_t(blob.header.triangle_count);
-  for (uint32_t* index = first; index < last; index++) *index += uint32_t(blob.first_vertex);
+  for (uint32_t* index = first; index < last; index++) *index += uint32_t(first_vertex);
 }
 
-void ViewDecoder::decode(uint32_t* triangles, uint32_t* const* integers, void* const* values,
-                         int threads) const {
-  parallel_for(threads, blobs_.size(),
-               [&](size_t b) { decode_one(blobs_[b], triangles, integers, values); });
-}
-
-void ViewDecoder::validate(int threads) const {
-  parallel_for(threads, blobs_.size(), [&](size_t b) {
-    DecoderContext(blobs_[b].data, blobs_[b].size).validate();
-  });
+void ViewDecoder::validate(size_t number) const {
+  DecoderContext(blobs_[number].data, blobs_[number].size).validate();
 }
 
 }  // namespace meshlet

@@ -27,15 +27,13 @@ class ViewDecoder {
   uint64_t vertex_count() const { return vertex_count_; }
   uint64_t meshlet_count() const { return meshlet_count_; }
 
-  // As DecoderContext's, for all blobs, a blob on each thread. threads: 0 is one per processor.
-  void decode(uint32_t* triangles, uint32_t* const* integers, void* const* values,
-              int threads) const;
-  void validate(int threads) const;
+  // As DecoderContext's, for one blob, into the whole view's arrays. Several threads may decode
+  // different blobs.
+  void decode(size_t blob, uint32_t* triangles, uint32_t* const* integers,
+              void* const* values) const;
+  void validate(size_t blob) const;
 
  private:
-  void decode_one(const ViewBlob& blob, uint32_t* triangles, uint32_t* const* integers,
-                  void* const* values) const;
-
   std::vector<ViewBlob> blobs_;
   uint64_t triangle_count_ = 0, vertex_count_ = 0, meshlet_count_ = 0;
 };

@@ -80,8 +80,8 @@ void check_meshlets(const MeshView& mesh, const Meshlets& meshlets, int threads)
   for (uint32_t k = 0; k + 1 < meshlets.disk_begin.size(); k++)
     for (uint32_t i = meshlets.disk_begin[k]; i < meshlets.disk_begin[k + 1]; i++)
       disk_of[meshlets.triangles[i]] = k;
-  const std::vector<int32_t> opposite = match_half_edges(
-      mesh.triangles, mesh.triangle_count, nullptr, mesh.vertex_count, threads);
+  const std::vector<int32_t> opposite =
+      match_half_edges(mesh.triangles, mesh.triangle_count, nullptr, mesh.vertex_count, threads);
   for (size_t m = 0; m + 1 < meshlets.meshlet_begin.size(); m++) {
     const uint32_t first = meshlets.meshlet_begin[m], last = meshlets.meshlet_begin[m + 1];
     const size_t count = meshlets.disk_begin[last] - meshlets.disk_begin[first];
