@@ -69,14 +69,52 @@ void ViewDecoder::decode(size_t number, uint32_t* triangles, uint32_t* const* in
                                      : nullptr);
   }
   uint32_t* const first = triangles + 3 * size_t(blob.first_triangle);
-  DecoderContext(blob.data, blob.size).decode(first, blob_integers.data(), blob_values.data());
+  try {
+    DecoderContext(blob.data, blob.size).decode(first, blob_integers.data(), blob_values.data());
+  } catch (const Malformed& error) {
+    throw Malformed(named(number, error.what()));
+  }
   if (first_vertex == 0) return;
   uint32_t* const last = first + 3 * size_t(blob.header.triangle_count);
   for (uint32_t* index = first; index < last; index++) *index += uint32_t(first_vertex);
 }
 
 void ViewDecoder::validate(size_t number) const {
-  DecoderContext(blobs_[number].data, blobs_[number].size).validate();
+  try {
+    DecoderContext(blobs_[number].data, blobs_[number].size).validate();
+  } catch (const Malformed& error) {
+    throw Malformed(named(number, error.what()));
+  }
+}
+
+std::string ViewDecoder::named(size_t blob, const char* problem) const {
+  return blobs_.size() == 1 ? problem : "blob " + std::to_string(blob) + ": " + problem;
+}
+
+size_t ViewDecoder::blob_of_meshlet(uint64_t m) const {
+  const auto after = [](uint64_t number, const ViewBlob& blob) {
+    return number < blob.first_meshlet;
+  };
+  return size_t(std::upper_bound(blobs_.begin(), blobs_.end(), m, after) - blobs_.begin()) - 1;
+}
+
+SerialDecoder& ViewMeshlets::meshlet(uint64_t m) {
+  const size_t number = view_.blob_of_meshlet(m);
+  const ViewBlob& blob = view_.blobs()[number];
+  if (number != blob_) {
+    decoder_->data = blob.data;
+    decoder_->size = uint32_t(blob.size);
+    decoder_->load_streams(0, uint32_t(blob.header.streams.size()));
+    blob_ = number;
+  }
+  const uint32_t local = uint32_t(m - blob.first_meshlet);
+  decoder_->decode_meshlet(local);
+  if (decoder_->error != ERROR_NONE) {
+    const std::string problem =
+        "meshlet " + std::to_string(local) + ": " + error_text(decoder_->error);
+    throw Malformed(view_.named(number, problem.c_str()));
+  }
+  return *decoder_;
 }
 
 }  // namespace meshlet

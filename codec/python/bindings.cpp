@@ -253,23 +253,23 @@ nb::list split_view(const nb::bytes& bytes) {
   return out;
 }
 
-// A DecoderContext that owns its bytes.
-class OpenBlob {
+// A view that owns its bytes, open for decoding single meshlets.
+class OpenView {
  public:
-  explicit OpenBlob(nb::bytes blob)
-      : blob_(std::move(blob)), decoder_(bytes_of(blob_), blob_.size()) {}
+  explicit OpenView(nb::bytes bytes)
+      : bytes_(std::move(bytes)), view_(bytes_of(bytes_), bytes_.size()), meshlets_(view_) {}
 
-  const BlobHeader& header() const { return decoder_.header(); }
+  const ViewDecoder& view() const { return view_; }
 
   nb::list streams() const {
     nb::list out;
-    for (const Stream& s : header().streams) out.append(stream_dict(s));
+    for (const Stream& s : view_.streams()) out.append(stream_dict(s));
     return out;
   }
 
-  nb::tuple decode_meshlet(uint32_t m) {
-    if (m >= header().meshlet_count) throw nb::index_error("no such meshlet");
-    SerialDecoder& d = decoder_.meshlet(m);
+  nb::tuple decode_meshlet(uint64_t m) {
+    if (m >= view_.meshlet_count()) throw nb::index_error("no such meshlet");
+    SerialDecoder& d = meshlets_.meshlet(m);
     uint8_t* triangles;
     nb::object triangle_array = new_array(d.triangle_count, 3, triangles);
     for (uint32_t i = 0; i < 3 * d.triangle_count; i++)
@@ -289,15 +289,16 @@ class OpenBlob {
     nb::gil_scoped_release release;
     uint64_t triangles = 0;
     for (size_t i = 0; i < numbers.shape(0); i++) {
-      if (numbers.data()[i] >= header().meshlet_count) throw nb::index_error("no such meshlet");
-      triangles += decoder_.meshlet(numbers.data()[i]).triangle_count;
+      if (numbers.data()[i] >= view_.meshlet_count()) throw nb::index_error("no such meshlet");
+      triangles += meshlets_.meshlet(numbers.data()[i]).triangle_count;
     }
     return triangles;
   }
 
  private:
-  nb::bytes blob_;
-  DecoderContext decoder_;
+  nb::bytes bytes_;
+  ViewDecoder view_;
+  ViewMeshlets meshlets_;  // borrows view_: never moved
 };
 
 // The header and tables of a blob, without its data.
@@ -446,9 +447,8 @@ NB_MODULE(_codec, m) {
         nb::sig("def describe(view: bytes) -> dict[str, typing.Any]"),
         "Returns counts, streams and numbers of bits; the entries of 'bits' sum to 8 * len(view).");
   m.def("validate", &validate, "view"_a, "threads"_a = 0,
-        "Raises ValueError if a blob of the view is malformed in any way. Decodes every meshlet "
-        "alone, and so\n"
-        "finds errors that decode may accept.");
+        "Raises ValueError if a blob of the view is malformed in any way. Decodes every meshlet\n"
+        "alone, and so finds errors that decode may accept.");
 
   nb::class_<Stream>(m, "StreamHeader", "A row of a blob's stream table.")
       .def_ro("kind", &Stream::kind, "One of KIND_.")
@@ -473,22 +473,24 @@ NB_MODULE(_codec, m) {
   m.def("read_header", &read_header, "blob"_a,
         "Reads and checks header and tables; decodes nothing.");
 
-  nb::class_<OpenBlob>(m, "Decoder", "Decodes single meshlets of one blob. Not thread-safe.")
-      .def(nb::init<nb::bytes>(), "blob"_a)
-      .def_prop_ro("triangle_count", [](const OpenBlob& b) { return b.header().triangle_count; })
-      .def_prop_ro("vertex_count", [](const OpenBlob& b) { return b.header().vertex_count; })
-      .def_prop_ro("meshlet_count", [](const OpenBlob& b) { return b.header().meshlet_count; })
-      .def_prop_ro("streams", &OpenBlob::streams,
+  nb::class_<OpenView>(m, "Decoder",
+                       "Decodes single meshlets of a view, numbered on through its blobs. Not "
+                       "thread-safe.")
+      .def(nb::init<nb::bytes>(), "view"_a)
+      .def_prop_ro("triangle_count", [](const OpenView& o) { return o.view().triangle_count(); })
+      .def_prop_ro("vertex_count", [](const OpenView& o) { return o.view().vertex_count(); })
+      .def_prop_ro("meshlet_count", [](const OpenView& o) { return o.view().meshlet_count(); })
+      .def_prop_ro("streams", &OpenView::streams,
                    nb::sig("def streams(self) -> list[dict[str, typing.Any]]"),
                    "The stream table as dicts, as encode takes them.")
       .def(
-          "decode_meshlet", &OpenBlob::decode_meshlet, "index"_a,
+          "decode_meshlet", &OpenView::decode_meshlet, "index"_a,
           nb::sig(
               "def decode_meshlet(self, index: int) -> "
               "tuple[numpy.typing.NDArray[numpy.uint8], list[numpy.typing.NDArray[numpy.uint32]]]"),
           "Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]). Raises\n"
           "IndexError.")
-      .def("decode_many", &OpenBlob::decode_many, "indices"_a,
+      .def("decode_many", &OpenView::decode_many, "indices"_a,
            nb::sig("def decode_many(self, indices: numpy.typing.NDArray[numpy.uint32]) -> int"),
            "Decodes the meshlets of these numbers (uint32[n]) without making arrays, for timing.\n"
            "Returns the number of their triangles. Raises IndexError.");
