@@ -160,7 +160,7 @@ def measure_ours(primitives: list[Primitive]) -> dict:
         source.write_bytes(peers.plain_glb(list(meshes.values())))
         gltf_ext.compress(source, output, **OPTIONS)
         totals = gltf_ext.inspect(output)["totals"]
-        blobs = [compressed.blob for compressed in require_compressed(open_model(output))]
+        blobs = [b for p in require_compressed(open_model(output)) for b in p.blobs]
     bits = sum((section_bits(blob) for blob in blobs), Counter())
     bits["directory and headers"] += 8 * (totals["compressed_bytes"] - sum(map(len, blobs)))
     return {
