@@ -126,8 +126,8 @@ def describe(view: bytes) -> dict[str, Any]:
 
 def validate(view: bytes, threads: int = 0) -> None:
     """
-    Raises ValueError if a blob of the view is malformed in any way. Decodes every meshlet alone, and so
-    finds errors that decode may accept.
+    Raises ValueError if a blob of the view is malformed in any way. Decodes every meshlet
+    alone, and so finds errors that decode may accept.
     """
 
 class StreamHeader:

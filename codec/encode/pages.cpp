@@ -248,7 +248,7 @@ class PageMaker {
     }
   }
 
-  // Keeps the pages before the first one that is not full, unless that is the last of all.
+  // Keeps the pages that are full, and the last of all.
   std::vector<Page> accept(std::vector<Page> pages) {
     double rates = 0;
     for (Page& page : pages) {
@@ -256,14 +256,15 @@ class PageMaker {
       rates += rate_of(page);
     }
     rate_ = rates / double(pages.size());
-    size_t kept = 0;
-    while (kept < pages.size() && (full(pages[kept]) || (kept + 1 == pages.size() && done())))
-      kept++;
-    at_once_ = kept == pages.size() ? std::min(2 * at_once_, kMostAtOnce) : 1;
-    for (size_t p = kept; p < pages.size(); p++)
-      for (uint32_t m : pages[p].meshlets) growth_.release(m, true);
-    pages.resize(kept);
-    return pages;
+    std::vector<Page> kept;
+    for (size_t p = 0; p < pages.size(); p++) {
+      if (full(pages[p]) || (p + 1 == pages.size() && done()))
+        kept.push_back(std::move(pages[p]));
+      else
+        for (uint32_t m : pages[p].meshlets) growth_.release(m, true);
+    }
+    at_once_ = kept.size() == pages.size() ? std::min(2 * at_once_, kMostAtOnce) : 1;
+    return kept;
   }
 
   static std::vector<uint32_t> first_meshlets(const Page& page) {

@@ -7,10 +7,10 @@
 
 namespace meshlet {
 
-// Encodes the mesh as pages: blobs of at most `page_bytes` that hold consecutive meshlets. Each
-// page but the last is as full as whole meshlets allow; a meshlet that is larger than a page has a
-// page of its own. References never leave a page: vertices on borders between pages are stored in
-// each of them, with equal integers. Otherwise as `encode`.
+// Encodes the mesh as pages: blobs of at most `page_bytes` that hold neighbouring meshlets. Each
+// page but the last is at least 94 % full, or has no room for another meshlet of its mean size; a
+// meshlet that is larger than a page has a page of its own. References never leave a page: vertices
+// on borders between pages are stored in each of them, with equal integers. Otherwise as `encode`.
 std::vector<std::vector<uint8_t>> encode_pages(const MeshView& mesh,
                                                const std::vector<Stream>& streams,
                                                const VertexValues& values,
