@@ -50,18 +50,6 @@ void add_meshlet(SerialDecoder& d, BitStatistics& out) {
 
 }  // namespace
 
-void BitStatistics::add(const BitStatistics& other) {
-  connectivity += other.connectivity;
-  references += other.references;
-  streams.resize(other.streams.size());
-  for (size_t s = 0; s < streams.size(); s++) streams[s] += other.streams[s];
-  for (int i = 0; i < 5; i++) symbols[i] += other.symbols[i];
-  disks += other.disks;
-  owned_references += other.owned_references;
-  private_references += other.private_references;
-  foreign_references += other.foreign_references;
-}
-
 BitStatistics count_bits(const uint8_t* data, size_t size) {
   DecoderContext decoder(data, size);
   BitStatistics out;
