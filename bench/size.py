@@ -151,7 +151,7 @@ def measure_model(path: Path, codecs: list) -> dict:
 
 
 def measure_ours(primitives: list[Primitive]) -> dict:
-    """inspect's totals without `blobs`, with `sections` (bits per triangle) and `resident_bytes`."""
+    """inspect's totals without `blobs`; `sections` (bits per triangle) and `resident_bytes`."""
     meshes: dict[int, list] = {}
     for primitive in primitives:
         meshes.setdefault(primitive.mesh, []).append((primitive.indices, primitive.attributes))
