@@ -214,7 +214,7 @@ def measure_model(path: Path) -> dict:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         whole, output = totals(path, folder)
-        blobs = [compressed.blob for compressed in require_compressed(open_model(output))]
+        blobs = [b for p in require_compressed(open_model(output)) for b in p.blobs]
         figures = measure_meshlets(blobs)
         return {
             "model": path.stem,

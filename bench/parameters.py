@@ -91,7 +91,7 @@ def measure_options(path: Path, folder: Path, **options) -> dict:
     totals = gltf_ext.inspect(output)["totals"]
     timed = native(
         "decode_speed",
-        [compressed.blob for compressed in require_compressed(open_model(output))],
+        [b for p in require_compressed(open_model(output)) for b in p.blobs],
         folder,
     )
     return {

@@ -41,11 +41,15 @@ def sizes(report: Report) -> str:
 def compress_summary(report: Report) -> str:
     """One line on the result of compress."""
     totals = report["totals"]
+    places = counted(totals["meshlets"], "meshlet")
+    distinct = [p for p in report["primitives"] if "shares_buffer_view_of" not in p]
+    if totals["blobs"] > len(distinct):
+        places += f" and {counted(totals['blobs'], 'page')}"
     return (
         f"{sizes(report)}, {report['input_bytes'] / report['output_bytes']:.2f} times smaller; "
         f"geometry {totals['ratio']:.2f} times smaller than raw floats, "
         f"{totals['bits_per_triangle']['total']:.2f} bits per triangle, "
-        f"{counted(totals['triangles'], 'triangle')} in {counted(totals['meshlets'], 'meshlet')} "
+        f"{counted(totals['triangles'], 'triangle')} in {places} "
         f"({totals['mean_triangles_per_meshlet']:.1f} on average)"
     )
 
@@ -97,6 +101,7 @@ def _inspect_rows(report: Report) -> list[tuple[str, str]]:
         ("triangles", f"{totals['triangles']:,}"),
         ("vertices", f"{totals['vertices']:,} ({distinct})"),
         ("meshlets", f"{totals['meshlets']:,}, {mean}"),
+        ("blobs", f"{totals['blobs']:,}"),
         ("raw", f"{totals['raw_bytes']:,} bytes"),
         ("compressed", f"{totals['compressed_bytes']:,} bytes"),
         ("ratio", f"{totals['ratio']:.2f}"),
@@ -137,9 +142,10 @@ def _primitive_line(primitive: Report) -> str:
         f"{name} {'+'.join(map(str, attribute['bits_per_component']))}"
         for name, attribute in primitive["attributes"].items()
     )
+    pages = f"{counted(primitive['blobs'], 'page')}, " if primitive["blobs"] > 1 else ""
     return (
         f"{place}: {counted(primitive['triangles'], 'triangle')}, "
-        f"{counted(primitive['meshlets'], 'meshlet')}, ratio {primitive['ratio']:.2f}, "
+        f"{counted(primitive['meshlets'], 'meshlet')}, {pages}ratio {primitive['ratio']:.2f}, "
         f"{primitive['bits_per_triangle']['total']:.2f} bits per triangle; bits: {attributes}; "
         f"position step {primitive['attributes']['POSITION']['step'][0]:.3g}"
     )

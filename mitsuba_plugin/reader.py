@@ -48,7 +48,7 @@ class Attribute:
 
 @dataclass
 class Part:
-    """One compressed primitive in its place.
+    """One blob of a compressed primitive in its place.
 
     others: further attributes by Mitsuba's names; matrix: float64[4, 4], object to shape.
     """
@@ -94,7 +94,12 @@ def read_parts(path: str, mesh: int | None, primitive: int | None) -> list[Part]
             f"mesh {mesh} primitive {primitive} does not exist", f"there are {len(primitives)}"
         )
     numbers = range(len(primitives)) if primitive is None else [primitive]
-    parts = [part_of(document, mesh, p) for p in numbers if is_compressed(document, mesh, p)]
+    parts = [
+        part
+        for p in numbers
+        if is_compressed(document, mesh, p)
+        for part in parts_of(document, mesh, p)
+    ]
     if not parts:
         raise MeshletError(
             f"mesh {mesh} has no primitive with {EXTENSION} there",
@@ -105,14 +110,14 @@ def read_parts(path: str, mesh: int | None, primitive: int | None) -> list[Part]
 
 def _parts_of_scene(document: Document) -> list[Part]:
     require_compressed(document)
-    known: dict[tuple[int, int], Part] = {}
+    known: dict[tuple[int, int], list[Part]] = {}
     parts: list[Part] = []
     for placed in read_scene(document).primitives:
         place = placed.mesh, placed.primitive
         if is_compressed(document, *place):
             if place not in known:
-                known[place] = part_of(document, *place)
-            parts.append(replace(known[place], matrix=placed.matrix))
+                known[place] = parts_of(document, *place)
+            parts += [replace(part, matrix=placed.matrix) for part in known[place]]
     if not parts:
         raise MeshletError(
             "no node of its scene shows a compressed primitive", "give mesh and primitive"
@@ -125,8 +130,11 @@ def is_compressed(document: Document, mesh: int, primitive: int) -> bool:
     return EXTENSION in (document.meshes[mesh].primitives[primitive].extensions or {})
 
 
-def part_of(document: Document, mesh: int, primitive: int) -> Part:
-    """One compressed primitive in its own coordinates. Raises MeshletError."""
+def parts_of(document: Document, mesh: int, primitive: int) -> list[Part]:
+    """One compressed primitive in its own coordinates: a part for each of its blobs, in order.
+
+    Raises MeshletError.
+    """
     compressed = read_compressed(document, mesh, primitive)
     source = document.meshes[mesh].primitives[primitive]
     found = {
@@ -138,7 +146,10 @@ def part_of(document: Document, mesh: int, primitive: int) -> Part:
         if name not in OWN_PLACE and not name.startswith(UNUSED):
             others.update(_as_mesh_attributes(name, attribute))
     texcoord = found.get(f"TEXCOORD_{read_material(document, source.material).texcoord}")
-    return Part(compressed.blob, found["POSITION"], found.get("NORMAL"), texcoord, others)
+    return [
+        Part(blob, found["POSITION"], found.get("NORMAL"), texcoord, others)
+        for blob in compressed.blobs
+    ]
 
 
 def _attribute(name: str, stream: int, form: ValueFormat) -> Attribute:

@@ -211,6 +211,7 @@ class RayTracer:
             self._number_triangles(ids)
         floats = np.ascontiguousarray(hits[..., 2:]).view(np.float32)
         color = self._colors.read(np.uint8).reshape(height, width, 4)
+        ids = self.scene.whole_ids(ids)
         return TracedPicture(color, ids, floats[..., 0], floats[..., 1:], milliseconds)
 
     def frames(self, cameras: Sequence[Camera], width: int, height: int) -> Iterator[TracedPicture]:

@@ -216,15 +216,18 @@ class TimedDrawing:
 
 
 def _meshlet_ids(scene: Scene, drawing: Drawing, ids: np.ndarray) -> np.ndarray:
-    """Replaces triangle numbers of path vertex, which count through all meshlets of a primitive."""
+    """The ids of whole instances and primitives, as `Picture` has them.
+
+    Path vertex numbers triangles through all meshlets of a primitive.
+    """
     if not drawing.buffers.index_buffer:
-        return ids
+        return scene.whole_ids(ids)
     ids = ids.copy()
     for number, instance in enumerate(scene.instances):
         drawn = ids[..., 0] == number
         if drawn.any():
             ids[drawn, 1] = scene.primitives[instance.primitive].decoded().ids()[ids[drawn, 1]]
-    return ids
+    return scene.whole_ids(ids)
 
 
 __all__ = ["NO_ID", "Picture", "Renderer", "TimedDrawing"]

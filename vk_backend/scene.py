@@ -110,10 +110,11 @@ def _unit_of_oct(integers: np.ndarray, bits: int) -> np.ndarray:
 
 @dataclass
 class Primitive:
-    """One compressed primitive of the file.
+    """One compressed primitive of the file, or one of its pages.
 
     stream_end: shading needs only streams before this one; attributes: by role, see ROLES;
-    low, high: float64[3], the bounding box of its positions.
+    low, high: float64[3], the bounding box of the whole primitive's positions; first_meshlet:
+    number of meshlets in the pages before this one.
     """
 
     where: str
@@ -126,6 +127,7 @@ class Primitive:
     attributes: dict[str, Attribute]
     low: np.ndarray
     high: np.ndarray
+    first_meshlet: int = 0
 
     @property
     def elements(self) -> int:
@@ -157,14 +159,16 @@ class Primitive:
 
 @dataclass(frozen=True)
 class Instance:
-    """A primitive in its place.
+    """A primitive, or one of its pages, in its place.
 
-    primitive, material: indices in the Scene; matrix: float64[4, 4], object to world.
+    primitive, material: indices in the Scene; matrix: float64[4, 4], object to world; page: its
+    number. The pages of an instance follow each other.
     """
 
     primitive: int
     material: int
     matrix: np.ndarray
+    page: int = 0
 
     @property
     def mirrored(self) -> bool:
@@ -195,6 +199,23 @@ class Scene:
     def view_points(self) -> np.ndarray:
         """float64[n, 3]: points of all that the file shows. Raises MeshletError."""
         return view_points(self.document, self.placed)
+
+    def whole_ids(self, ids: np.ndarray) -> np.ndarray:
+        """uint32[..., 2] ids (instance, meshlet * 64 + triangle) as without pages.
+
+        Instances and meshlets are numbered as if each primitive were one blob. Pixels without a
+        surface keep their id.
+        """
+        if not any(instance.page for instance in self.instances):
+            return ids
+        numbers = np.cumsum([instance.page == 0 for instance in self.instances]) - 1
+        first = np.array([self.primitives[i.primitive].first_meshlet for i in self.instances])
+        drawn = ids[..., 0] < len(self.instances)
+        own = ids[drawn]
+        result = ids.copy()
+        result[drawn, 0] = numbers[own[:, 0]]
+        result[drawn, 1] = own[:, 1] + first[own[:, 0]] * CONSTANTS["MESHLET_TRIANGLES"]
+        return result
 
     @property
     def compressed_bytes(self) -> int:
@@ -250,7 +271,7 @@ class _Loader:
     def __init__(self, path: str, document: Document):
         self._path, self._document = path, document
         self._materials = Materials(document)
-        self._indices: dict[tuple[int, int], int] = {}
+        self._indices: dict[tuple[int, int], range] = {}
         self._primitives: list[Primitive] = []
         self._warnings: list[str] = []
 
@@ -258,7 +279,12 @@ class _Loader:
         require_compressed(self._document)
         source = read_scene(self._document)
         self._warnings += source.warnings
-        instances = [self._instance(p) for p in source.primitives if self._is_compressed(p)]
+        instances = [
+            instance
+            for p in source.primitives
+            if self._is_compressed(p)
+            for instance in self._instances(p)
+        ]
         if not instances:
             raise MeshletError(
                 "no node of its scene shows a compressed primitive",
@@ -289,18 +315,23 @@ class _Loader:
         )
         return False
 
-    def _instance(self, placed: PlacedPrimitive) -> Instance:
+    def _instances(self, placed: PlacedPrimitive) -> list[Instance]:
+        """A placed primitive: an instance for each of its pages."""
         material, texcoord = self._materials.index(placed.material)
         place = placed.mesh, placed.primitive
         if place not in self._indices:
             compressed = read_compressed(self._document, *place)
             if compressed.targets:
                 self._warnings.append("morph targets are not applied")
-            self._indices[place] = len(self._primitives)
-            self._primitives.append(self._primitive(compressed, texcoord))
-        return Instance(self._indices[place], material, placed.matrix)
+            first = len(self._primitives)
+            self._primitives += self._pages(compressed, texcoord)
+            self._indices[place] = range(first, len(self._primitives))
+        return [
+            Instance(primitive, material, placed.matrix, page)
+            for page, primitive in enumerate(self._indices[place])
+        ]
 
-    def _primitive(self, compressed: Compressed, texcoord: int) -> Primitive:
+    def _pages(self, compressed: Compressed, texcoord: int) -> list[Primitive]:
         names = dict(zip(ROLES, ("POSITION", "NORMAL", f"TEXCOORD_{texcoord}", "COLOR_0")))
         attributes = {}
         for role, name in names.items():
@@ -308,18 +339,26 @@ class _Loader:
             if attribute is not None:
                 attributes[role] = attribute
         low, high = self._box(compressed, attributes["POSITION"])
-        return Primitive(
-            compressed.where,
-            compressed.blob,
-            compressed.streams,
-            compressed.triangle_count,
-            compressed.vertex_count,
-            _codec.Decoder(compressed.blob).meshlet_count,
-            1 + max(a.index for a in attributes.values()),
-            attributes,
-            low,
-            high,
-        )
+        pages: list[Primitive] = []
+        first_meshlet = 0
+        for blob in compressed.blobs:
+            decoder = _codec.Decoder(blob)
+            page = Primitive(
+                compressed.where,
+                blob,
+                compressed.streams,
+                decoder.triangle_count,
+                decoder.vertex_count,
+                decoder.meshlet_count,
+                1 + max(a.index for a in attributes.values()),
+                attributes,
+                low,
+                high,
+                first_meshlet,
+            )
+            pages.append(page)
+            first_meshlet += page.meshlets
+        return pages
 
     def _attribute(self, compressed: Compressed, role: str, name: str) -> Attribute | None:
         """None, with a warning, for a form that the shaders do not have."""

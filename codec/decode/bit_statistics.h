@@ -14,6 +14,19 @@ struct BitStatistics {
   uint64_t symbols[5] = {0, 0, 0, 0, 0};  // number of C, L, E, R, S
   uint64_t disks = 0;
   uint64_t owned_references = 0, private_references = 0, foreign_references = 0;
+
+  // Inline: the encoder needs it, too, without the decoder.
+  void add(const BitStatistics& other) {
+    connectivity += other.connectivity;
+    references += other.references;
+    streams.resize(other.streams.size());
+    for (size_t s = 0; s < streams.size(); s++) streams[s] += other.streams[s];
+    for (int i = 0; i < 5; i++) symbols[i] += other.symbols[i];
+    disks += other.disks;
+    owned_references += other.owned_references;
+    private_references += other.private_references;
+    foreign_references += other.foreign_references;
+  }
 };
 
 // Decodes every meshlet. The bits sum to the blob's size. Throws Malformed.

@@ -68,11 +68,31 @@ void decode_apexes(SerialDecoder& context, const Symbols& symbols) {
   context.decode_apexes();
 }
 
+// Appends the time between two ends of stages to the statistics.
+class StageClock {
+ public:
+  explicit StageClock(EncoderStats& stats) : stats_(stats) {}
+  void end_stage(const char* stage) {
+    const Clock::time_point now = Clock::now();
+    stats_.stage_seconds.emplace_back(stage, std::chrono::duration<double>(now - last_).count());
+    last_ = now;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  EncoderStats& stats_;
+  Clock::time_point last_ = Clock::now();
+};
+
 class Encoder {
  public:
-  Encoder(const MeshView& mesh, std::vector<Stream> streams, const VertexValues& values,
-          const EncodeOptions& options)
-      : mesh_(mesh), streams_(std::move(streams)), values_(values), options_(options) {}
+  Encoder(const MeshView& mesh, const Meshlets& meshlets, std::vector<Stream> streams,
+          const VertexValues& values, const EncodeOptions& options)
+      : mesh_(mesh),
+        streams_(std::move(streams)),
+        values_(values),
+        options_(options),
+        meshlets_(meshlets) {}
 
   std::vector<uint8_t> encode(EncoderStats& stats);
 
@@ -140,7 +160,7 @@ class Encoder {
   std::vector<Stream> streams_;
   const VertexValues& values_;
   EncodeOptions options_;
-  Meshlets meshlets_;
+  const Meshlets& meshlets_;
   std::vector<int32_t> opposite_;
   Boundaries boundaries_;
   uint32_t meshlet_count_ = 0;
@@ -668,23 +688,11 @@ std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& 
 }
 
 std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
-  using Clock = std::chrono::steady_clock;
-  Clock::time_point last = Clock::now();
-  auto end_stage = [&](const char* stage) {
-    const Clock::time_point now = Clock::now();
-    stats.stage_seconds.emplace_back(stage, std::chrono::duration<double>(now - last).count());
-    last = now;
-  };
+  StageClock clock(stats);
   auto progress = [&](float f) {
     if (options_.progress) options_.progress(f);
   };
-  GenerationOptions generation = options_;
-  if (options_.progress) generation.progress = [&](float f) { progress(0.6f * f); };
-  meshlets_ = generate_meshlets(mesh_, generation);
   meshlet_count_ = uint32_t(meshlets_.meshlet_begin.size() - 1);
-  end_stage("grow");
-  stats.stage_seconds.back().second -= meshlets_.join_seconds;
-  stats.stage_seconds.emplace_back("join", meshlets_.join_seconds);
   opposite_ = match_half_edges(mesh_.triangles, mesh_.triangle_count, nullptr, mesh_.vertex_count,
                                options_.threads);
   {
@@ -694,12 +702,12 @@ std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
     boundaries_ = find_boundaries(mesh_, meshlets_, opposite_, by_position, values_,
                                   options_.share_seams, options_.threads);
   }
-  progress(0.7f);
-  end_stage("boundaries");
+  progress(0.25f);
+  clock.end_stage("boundaries");
   choose_predictors();
   plan_all();
-  progress(0.9f);
-  end_stage("predict");
+  progress(0.75f);
+  clock.end_stage("predict");
   choose_bases();
   number_slots();
   measure_groups();
@@ -710,20 +718,16 @@ std::vector<uint8_t> Encoder::encode(EncoderStats& stats) {
   });
   std::vector<uint8_t> blob = assemble(bytes);
   stats.meshlets = meshlet_count_;
-  stats.iterations = meshlets_.iterations_run;
-  std::copy(meshlets_.histogram, meshlets_.histogram + 4, stats.histogram);
   stats.vertices = count_vertices();
   stats.bits = bit_statistics(stream_bits, blob.size());
   progress(1.0f);
-  end_stage("write");
+  clock.end_stage("write");
   return blob;
 }
 
 }  // namespace
 
-std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams,
-                            const VertexValues& values, const EncodeOptions& options,
-                            EncoderStats& stats) {
+void check_input(const MeshView& mesh, const std::vector<Stream>& streams) {
   if (mesh.triangle_count == 0)
     throw std::invalid_argument("a primitive without triangles cannot be encoded");
   if (mesh.triangle_count > (1u << 30) / 3)
@@ -736,7 +740,41 @@ std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams,
     std::string problem = stream_problem(known);
     if (!problem.empty()) throw std::invalid_argument(problem);
   }
-  return Encoder(mesh, std::move(streams), values, options).encode(stats);
+}
+
+Meshlets generate_for_encoder(const MeshView& mesh, const EncodeOptions& options, float share,
+                              EncoderStats& stats) {
+  StageClock clock(stats);
+  GenerationOptions generation = options;
+  if (options.progress) generation.progress = [&](float f) { options.progress(share * f); };
+  Meshlets meshlets = generate_meshlets(mesh, generation);
+  clock.end_stage("grow");
+  stats.stage_seconds.back().second -= meshlets.join_seconds;
+  stats.stage_seconds.emplace_back("join", meshlets.join_seconds);
+  stats.iterations = meshlets.iterations_run;
+  std::copy(meshlets.histogram, meshlets.histogram + 4, stats.histogram);
+  return meshlets;
+}
+
+std::vector<uint8_t> encode_meshlets(const MeshView& mesh, const Meshlets& meshlets,
+                                     std::vector<Stream> streams, const VertexValues& values,
+                                     const EncodeOptions& options, EncoderStats& stats) {
+  check_input(mesh, streams);
+  return Encoder(mesh, meshlets, std::move(streams), values, options).encode(stats);
+}
+
+std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams,
+                            const VertexValues& values, const EncodeOptions& options,
+                            EncoderStats& stats) {
+  constexpr float kGenerationShare = 0.6f;  // of the progress
+  check_input(mesh, streams);
+  const Meshlets meshlets = generate_for_encoder(mesh, options, kGenerationShare, stats);
+  EncodeOptions rest = options;
+  if (options.progress)
+    rest.progress = [&](float f) {
+      options.progress(kGenerationShare + (1 - kGenerationShare) * f);
+    };
+  return Encoder(mesh, meshlets, std::move(streams), values, rest).encode(stats);
 }
 
 }  // namespace meshlet

@@ -38,4 +38,15 @@ std::vector<uint8_t> encode(const MeshView& mesh, std::vector<Stream> streams,
                             const VertexValues& values, const EncodeOptions& options,
                             EncoderStats& stats);
 
+// The first half of `encode`: makes the meshlets and notes in `stats` how. `share`: of the
+// progress.
+Meshlets generate_for_encoder(const MeshView& mesh, const EncodeOptions& options, float share,
+                              EncoderStats& stats);
+
+// Encodes given meshlets, in their order, as one blob. They must be as generate_meshlets makes
+// them: check_meshlets (segment/check_meshlets.h) checks those of a caller. Otherwise as `encode`.
+std::vector<uint8_t> encode_meshlets(const MeshView& mesh, const Meshlets& meshlets,
+                                     std::vector<Stream> streams, const VertexValues& values,
+                                     const EncodeOptions& options, EncoderStats& stats);
+
 }  // namespace meshlet

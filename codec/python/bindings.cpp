@@ -2,17 +2,24 @@
 // python -m nanobind.stubgen -m gltf_ext._codec -o gltf_ext/_codec.pyi
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
+#include <tuple>
 
-#include "decode/decoder_context.h"
-#include "decode/bit_statistics.h"
-#include "encode/encoder.h"
+#include "common/parallel.h"
 #include "common/weld.h"
+#include "decode/bit_statistics.h"
+#include "decode/decoder_context.h"
+#include "decode/view_decoder.h"
+#include "encode/encoder.h"
+#include "encode/pages.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -50,10 +57,11 @@ nb::dict stream_dict(const Stream& s) {
   return d;
 }
 
-nb::dict description_dict(const BlobHeader& h, const BitStatistics& d) {
+// The streams are those of the first blob: predictors and bases of others may differ.
+nb::dict description_dict(const ViewDecoder& view, const BitStatistics& d) {
   nb::dict out, bits, symbols, references;
   nb::list streams, stream_bits;
-  for (const Stream& s : h.streams) streams.append(stream_dict(s));
+  for (const Stream& s : view.streams()) streams.append(stream_dict(s));
   for (uint64_t b : d.streams) stream_bits.append(b);
   bits["connectivity"] = d.connectivity;
   bits["references"] = d.references;
@@ -63,9 +71,10 @@ nb::dict description_dict(const BlobHeader& h, const BitStatistics& d) {
   references["owned"] = d.owned_references;
   references["private"] = d.private_references;
   references["foreign"] = d.foreign_references;
-  out["triangles"] = h.triangle_count;
-  out["vertices"] = h.vertex_count;
-  out["meshlets"] = h.meshlet_count;
+  out["blobs"] = view.blobs().size();
+  out["triangles"] = view.triangle_count();
+  out["vertices"] = view.vertex_count();
+  out["meshlets"] = view.meshlet_count();
   out["components"] = d.disks;
   out["streams"] = streams;
   out["bits"] = bits;
@@ -137,11 +146,19 @@ VertexValues vertex_values(const std::vector<Stream>& streams, const std::vector
   return out;
 }
 
+// (triangles, disk_begin, meshlet_begin) as in Meshlets, and page_begin as in encode_given.
+using GivenMeshlets = std::tuple<Ids, Ids, Ids, Ids>;
+
+std::vector<uint32_t> vector_of(const Ids& numbers) {
+  return std::vector<uint32_t>(numbers.data(), numbers.data() + numbers.shape(0));
+}
+
 nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
                            const Points& positions, const std::vector<nb::dict>& stream_dicts,
                            const std::vector<Values>& values, int max_triangles, int max_vertices,
                            float lambda, int iterations, float fill, const std::string& weight,
-                           bool share_seams, int threads, nb::object progress) {
+                           bool share_seams, int threads, nb::object progress, size_t page_bytes,
+                           const std::optional<GivenMeshlets>& given) {
   size_t vertices = positions.shape(0);
   check_mesh(triangles, position_ids, vertices);
   std::vector<Stream> streams;
@@ -167,13 +184,27 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
     };
   MeshView mesh{triangles.data(), triangles.shape(0), position_ids.data(), positions.data(),
                 vertices};
+  if (given && page_bytes) throw nb::value_error("meshlets and page_bytes exclude each other");
   EncoderStats stats;
-  std::vector<uint8_t> blob;
+  std::vector<std::vector<uint8_t>> blobs;
   {
     nb::gil_scoped_release release;
-    blob = encode(mesh, streams, all, options, stats);
+    if (given) {
+      const auto& [order, disk_begin, meshlet_begin, page_begin] = *given;
+      Meshlets meshlets{};
+      meshlets.triangles = vector_of(order);
+      meshlets.disk_begin = vector_of(disk_begin);
+      meshlets.meshlet_begin = vector_of(meshlet_begin);
+      blobs = encode_given(mesh, meshlets, vector_of(page_begin), streams, all, options, stats);
+    } else if (page_bytes) {
+      blobs = encode_pages(mesh, streams, all, options, page_bytes, stats);
+    } else {
+      blobs.push_back(encode(mesh, streams, all, options, stats));
+    }
   }
-  nb::dict out = description_dict(read_blob_header(blob.data(), blob.size()), stats.bits);
+  std::vector<uint8_t> view;
+  for (const std::vector<uint8_t>& blob : blobs) view.insert(view.end(), blob.begin(), blob.end());
+  nb::dict out = description_dict(ViewDecoder(view.data(), view.size()), stats.bits);
   nb::dict generation, seconds;
   generation["histogram"] = nb::make_tuple(stats.histogram[0], stats.histogram[1],
                                            stats.histogram[2], stats.histogram[3]);
@@ -181,54 +212,64 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
   for (const auto& [stage, time] : stats.stage_seconds) seconds[stage] = time;
   out["generation"] = generation;
   out["seconds"] = seconds;
-  return nb::make_tuple(nb::bytes(blob.data(), blob.size()), out);
+  return nb::make_tuple(nb::bytes(view.data(), view.size()), out);
 }
 
-nb::tuple decode_blob(const nb::bytes& blob, bool as_values) {
-  DecoderContext decoder(bytes_of(blob), blob.size());
-  const BlobHeader& h = decoder.header();
+nb::tuple decode_view(const nb::bytes& bytes, int threads, bool as_values) {
+  const ViewDecoder view(bytes_of(bytes), bytes.size());
+  const std::vector<Stream>& streams = view.streams();
+  const size_t vertices = size_t(view.vertex_count());
   uint32_t* triangles;
-  nb::object triangle_array = new_array(h.triangle_count, 3, triangles);
-  std::vector<uint32_t*> integers(h.streams.size(), nullptr);
-  std::vector<void*> values(h.streams.size(), nullptr);
+  nb::object triangle_array = new_array(size_t(view.triangle_count()), 3, triangles);
+  std::vector<uint32_t*> integers(streams.size(), nullptr);
+  std::vector<void*> values(streams.size(), nullptr);
   nb::list arrays;
-  for (size_t s = 0; s < h.streams.size(); s++) {
+  for (size_t s = 0; s < streams.size(); s++) {
     if (!as_values) {
-      arrays.append(new_array(h.vertex_count, h.streams[s].elements, integers[s]));
-    } else if (h.streams[s].kind == kInteger) {
+      arrays.append(new_array(vertices, streams[s].elements, integers[s]));
+    } else if (streams[s].kind == kInteger) {
       uint32_t* data;
-      arrays.append(new_array(h.vertex_count, h.streams[s].elements, data));
+      arrays.append(new_array(vertices, streams[s].elements, data));
       values[s] = data;
     } else {
       float* data;
-      arrays.append(new_array(h.vertex_count, value_count(h.streams[s]), data));
+      arrays.append(new_array(vertices, value_count(streams[s]), data));
       values[s] = data;
     }
   }
   {
     nb::gil_scoped_release release;
-    decoder.decode(triangles, integers.data(), values.data());
+    parallel_for(threads, view.blobs().size(),
+                 [&](size_t b) { view.decode(b, triangles, integers.data(), values.data()); });
   }
   return nb::make_tuple(triangle_array, arrays);
 }
 
-// A DecoderContext that owns its bytes.
-class OpenBlob {
- public:
-  explicit OpenBlob(nb::bytes blob)
-      : blob_(std::move(blob)), decoder_(bytes_of(blob_), blob_.size()) {}
+nb::list split_view(const nb::bytes& bytes) {
+  const ViewDecoder view(bytes_of(bytes), bytes.size());
+  nb::list out;
+  for (const ViewBlob& blob : view.blobs())
+    out.append(nb::make_tuple(blob.data - bytes_of(bytes), blob.size));
+  return out;
+}
 
-  const BlobHeader& header() const { return decoder_.header(); }
+// A view that owns its bytes, open for decoding single meshlets.
+class OpenView {
+ public:
+  explicit OpenView(nb::bytes bytes)
+      : bytes_(std::move(bytes)), view_(bytes_of(bytes_), bytes_.size()), meshlets_(view_) {}
+
+  const ViewDecoder& view() const { return view_; }
 
   nb::list streams() const {
     nb::list out;
-    for (const Stream& s : header().streams) out.append(stream_dict(s));
+    for (const Stream& s : view_.streams()) out.append(stream_dict(s));
     return out;
   }
 
-  nb::tuple decode_meshlet(uint32_t m) {
-    if (m >= header().meshlet_count) throw nb::index_error("no such meshlet");
-    SerialDecoder& d = decoder_.meshlet(m);
+  nb::tuple decode_meshlet(uint64_t m) {
+    if (m >= view_.meshlet_count()) throw nb::index_error("no such meshlet");
+    SerialDecoder& d = meshlets_.meshlet(m);
     uint8_t* triangles;
     nb::object triangle_array = new_array(d.triangle_count, 3, triangles);
     for (uint32_t i = 0; i < 3 * d.triangle_count; i++)
@@ -248,15 +289,16 @@ class OpenBlob {
     nb::gil_scoped_release release;
     uint64_t triangles = 0;
     for (size_t i = 0; i < numbers.shape(0); i++) {
-      if (numbers.data()[i] >= header().meshlet_count) throw nb::index_error("no such meshlet");
-      triangles += decoder_.meshlet(numbers.data()[i]).triangle_count;
+      if (numbers.data()[i] >= view_.meshlet_count()) throw nb::index_error("no such meshlet");
+      triangles += meshlets_.meshlet(numbers.data()[i]).triangle_count;
     }
     return triangles;
   }
 
  private:
-  nb::bytes blob_;
-  DecoderContext decoder_;
+  nb::bytes bytes_;
+  ViewDecoder view_;
+  ViewMeshlets meshlets_;  // borrows view_: never moved
 };
 
 // The header and tables of a blob, without its data.
@@ -278,12 +320,18 @@ nb::object meshlet_triangles(const HeaderView& view) {
   return array.attr("reshape")(-1);
 }
 
-nb::dict describe_blob(const nb::bytes& blob) {
-  return description_dict(read_blob_header(bytes_of(blob), blob.size()),
-                          count_bits(bytes_of(blob), blob.size()));
+nb::dict describe_view(const nb::bytes& bytes) {
+  const ViewDecoder view(bytes_of(bytes), bytes.size());
+  BitStatistics bits;
+  for (const ViewBlob& blob : view.blobs()) bits.add(count_bits(blob.data, blob.size));
+  return description_dict(view, bits);
 }
 
-void validate(const nb::bytes& blob) { DecoderContext(bytes_of(blob), blob.size()).validate(); }
+void validate(const nb::bytes& bytes, int threads) {
+  const ViewDecoder view(bytes_of(bytes), bytes.size());
+  nb::gil_scoped_release release;
+  parallel_for(threads, view.blobs().size(), [&](size_t b) { view.validate(b); });
+}
 
 }  // namespace
 }  // namespace meshlet
@@ -341,7 +389,7 @@ NB_MODULE(_codec, m) {
       "encode", &encode_primitive, "triangles"_a, "position_ids"_a, "positions"_a, "streams"_a,
       "values"_a, "max_triangles"_a = 64, "max_vertices"_a = 64, "lambda_"_a = 0.0f,
       "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true,
-      "threads"_a = 0, "progress"_a = nb::none(),
+      "threads"_a = 0, "progress"_a = nb::none(), "page_bytes"_a = 0, "meshlets"_a = nb::none(),
       nb::sig(
           "def encode(triangles: numpy.typing.NDArray[numpy.uint32], position_ids: "
           "numpy.typing.NDArray[numpy.uint32], "
@@ -351,7 +399,10 @@ NB_MODULE(_codec, m) {
           "int = 64, "
           "max_vertices: int = 64, lambda_: float = 0.0, iterations: int = 0, "
           "fill: float = 0.0, weight: str = 'paper', share_seams: bool = True, "
-          "threads: int = 0, progress: collections.abc.Callable[[float], object] | None = None) "
+          "threads: int = 0, progress: collections.abc.Callable[[float], object] | None = None, "
+          "page_bytes: int = 0, meshlets: tuple[numpy.typing.NDArray[numpy.uint32], "
+          "numpy.typing.NDArray[numpy.uint32], numpy.typing.NDArray[numpy.uint32], "
+          "numpy.typing.NDArray[numpy.uint32]] | None = None) "
           "-> tuple[bytes, dict[str, typing.Any]]"),
       "Encodes one primitive.\n\n"
       "triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], equal "
@@ -361,30 +412,43 @@ NB_MODULE(_codec, m) {
       "components] per stream. lambda_, iterations, fill: 0 means the default (DEFAULT_LAMBDA "
       "..).\n"
       "weight: 'paper' or 'choe'. share_seams: False only to measure its gain. threads: 0 means\n"
-      "one per processor. progress: called with a fraction from 0 to 1.\n\n"
-      "Returns (blob, statistics): those of describe, 'generation': {'histogram', 'iterations'} "
+      "one per processor. progress: called with a fraction from 0 to 1. page_bytes: 0 for one "
+      "blob,\n"
+      "else pages, blobs of at most so many bytes. meshlets: those of the caller, as uint32 "
+      "arrays\n"
+      "(triangles, disk begins, meshlet begins, page begins; each of the begins ends with the\n"
+      "number of its items).\n\n"
+      "Returns (view, statistics): those of describe, 'generation': {'histogram', 'iterations'} "
       "and\n"
       "'seconds': {stage: seconds}; stages: grow, join, boundaries, predict, write. Raises\n"
       "ValueError for bad arguments.");
 
   m.def(
-      "decode", [](const nb::bytes& blob) { return decode_blob(blob, false); }, "blob"_a,
-      nb::sig("def decode(blob: bytes) -> tuple[numpy.typing.NDArray[numpy.uint32], "
-              "list[numpy.typing.NDArray[numpy.uint32]]]"),
+      "decode",
+      [](const nb::bytes& view, int threads) { return decode_view(view, threads, false); },
+      "view"_a, "threads"_a = 0,
+      nb::sig(
+          "def decode(view: bytes, threads: int = 0) -> tuple[numpy.typing.NDArray[numpy.uint32], "
+          "list[numpy.typing.NDArray[numpy.uint32]]]"),
+      "Decodes a view: one blob or several, one on each thread (0: one thread per processor).\n"
       "Returns (triangles: uint32[T, 3], [uint32[V, components] per stream]).");
   m.def(
-      "decode_values", [](const nb::bytes& blob) { return decode_blob(blob, true); }, "blob"_a,
-      nb::sig("def decode_values(blob: bytes) -> tuple[numpy.typing.NDArray[numpy.uint32], "
+      "decode_values",
+      [](const nb::bytes& view, int threads) { return decode_view(view, threads, true); }, "view"_a,
+      "threads"_a = 0,
+      nb::sig("def decode_values(view: bytes, threads: int = 0) -> "
+              "tuple[numpy.typing.NDArray[numpy.uint32], "
               "list[numpy.typing.NDArray[typing.Any]]]"),
       "Returns (triangles: uint32[T, 3], [values per stream]): uint32[V, components] for INTEGER,\n"
       "float32[V, 3] unit vectors for OCT, float32[V, components] otherwise.");
-  m.def("describe", &describe_blob, "blob"_a,
-        nb::sig("def describe(blob: bytes) -> dict[str, typing.Any]"),
-        "Returns counts, streams and numbers of bits; the entries of 'bits' sum to 8 * len(blob).");
-  m.def(
-      "validate", &validate, "blob"_a,
-      "Raises ValueError if the blob is malformed in any way. Decodes every meshlet alone, and so\n"
-      "finds errors that decode may accept.");
+  m.def("split", &split_view, "view"_a, nb::sig("def split(view: bytes) -> list[tuple[int, int]]"),
+        "Returns (offset, size) of each blob of a view. Checks all headers.");
+  m.def("describe", &describe_view, "view"_a,
+        nb::sig("def describe(view: bytes) -> dict[str, typing.Any]"),
+        "Returns counts, streams and numbers of bits; the entries of 'bits' sum to 8 * len(view).");
+  m.def("validate", &validate, "view"_a, "threads"_a = 0,
+        "Raises ValueError if a blob of the view is malformed in any way. Decodes every meshlet\n"
+        "alone, and so finds errors that decode may accept.");
 
   nb::class_<Stream>(m, "StreamHeader", "A row of a blob's stream table.")
       .def_ro("kind", &Stream::kind, "One of KIND_.")
@@ -409,22 +473,24 @@ NB_MODULE(_codec, m) {
   m.def("read_header", &read_header, "blob"_a,
         "Reads and checks header and tables; decodes nothing.");
 
-  nb::class_<OpenBlob>(m, "Decoder", "Decodes single meshlets of one blob. Not thread-safe.")
-      .def(nb::init<nb::bytes>(), "blob"_a)
-      .def_prop_ro("triangle_count", [](const OpenBlob& b) { return b.header().triangle_count; })
-      .def_prop_ro("vertex_count", [](const OpenBlob& b) { return b.header().vertex_count; })
-      .def_prop_ro("meshlet_count", [](const OpenBlob& b) { return b.header().meshlet_count; })
-      .def_prop_ro("streams", &OpenBlob::streams,
+  nb::class_<OpenView>(m, "Decoder",
+                       "Decodes single meshlets of a view, numbered on through its blobs. Not "
+                       "thread-safe.")
+      .def(nb::init<nb::bytes>(), "view"_a)
+      .def_prop_ro("triangle_count", [](const OpenView& o) { return o.view().triangle_count(); })
+      .def_prop_ro("vertex_count", [](const OpenView& o) { return o.view().vertex_count(); })
+      .def_prop_ro("meshlet_count", [](const OpenView& o) { return o.view().meshlet_count(); })
+      .def_prop_ro("streams", &OpenView::streams,
                    nb::sig("def streams(self) -> list[dict[str, typing.Any]]"),
                    "The stream table as dicts, as encode takes them.")
       .def(
-          "decode_meshlet", &OpenBlob::decode_meshlet, "index"_a,
+          "decode_meshlet", &OpenView::decode_meshlet, "index"_a,
           nb::sig(
               "def decode_meshlet(self, index: int) -> "
               "tuple[numpy.typing.NDArray[numpy.uint8], list[numpy.typing.NDArray[numpy.uint32]]]"),
           "Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]). Raises\n"
           "IndexError.")
-      .def("decode_many", &OpenBlob::decode_many, "indices"_a,
+      .def("decode_many", &OpenView::decode_many, "indices"_a,
            nb::sig("def decode_many(self, indices: numpy.typing.NDArray[numpy.uint32]) -> int"),
            "Decodes the meshlets of these numbers (uint32[n]) without making arrays, for timing.\n"
            "Returns the number of their triangles. Raises IndexError.");

@@ -66,7 +66,7 @@ class Job:
         users: the document's primitives that it stands for.
         grid: of its positions; None if they are integers.
         reason_kept: why it is not compressed; empty if it is.
-        statistics: of its blob, as _codec.describe gives them, and "generation".
+        statistics: of its blobs, as _codec.describe gives them, and "generation".
     """
 
     source: Primitive
@@ -99,6 +99,8 @@ def compress(
             0.96).
         weight: "paper" or "choe": meshlet generation with the paper's size penalty, or without, as
             Choe et al. (default paper).
+        page_bytes: largest size of a page, a blob of neighbouring meshlets that decodes alone; 0
+            for one blob per primitive, else at least 4096 (0 to 268435456, default 0).
         fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
         threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to
             1024, default 0).
@@ -152,7 +154,7 @@ def compress(
 
 
 def _statistics_by_view(jobs: list[Job]) -> dict[int, dict[str, Any]]:
-    """Buffer view of a blob -> its statistics. Call after `pack`, which renumbers the views."""
+    """Buffer view -> statistics of its blobs. Call after `pack`, which renumbers the views."""
     return {
         job.users[0].extensions[EXTENSION]["bufferView"]: job.statistics
         for job in jobs
@@ -344,7 +346,7 @@ def _encode_job(document: Document, job: Job, options: Options, progress: Advanc
         )
         return
     positions = source.attributes["POSITION"]
-    blob, job.statistics = _codec.encode(
+    view, job.statistics = _codec.encode(
         np.ascontiguousarray(source.indices),
         position_ids(positions),
         np.ascontiguousarray(positions, np.float32),
@@ -353,14 +355,14 @@ def _encode_job(document: Document, job: Job, options: Options, progress: Advanc
         progress=progress,
         **options.encoder,
     )
-    _replace(document, job, plan, blob, options.fallback)
+    _replace(document, job, plan, view, options.fallback)
 
 
-def _replace(document: Document, job: Job, plan: Plan, blob: bytes, fallback: bool) -> None:
-    """Points the job's primitives at the blob, with accessors that describe the decoded data."""
+def _replace(document: Document, job: Job, plan: Plan, view: bytes, fallback: bool) -> None:
+    """Points the job's primitives at the view, with accessors that describe the decoded data."""
     vertex_count: int = job.statistics["vertices"]
     extension: dict[str, Any] = {
-        "bufferView": document.add_view(blob),
+        "bufferView": document.add_view(view),
         "attributes": plan.attributes,
     }
     if plan.targets:

@@ -26,7 +26,8 @@ class Compressed:
     Attributes:
         mesh, primitive: its place in the document; name: the mesh's name.
         object: the extension's JSON object.
-        view, blob: the buffer view of the compressed bytes, and the bytes.
+        view, blob: the buffer view of the compressed bytes, and the bytes: one blob, or several
+            back to back (pages).
         attributes, targets: name -> (first stream, accessor format).
     """
 
@@ -46,6 +47,12 @@ class Compressed:
     def where(self) -> str:
         """Its place, for errors."""
         return f"mesh {self.mesh} primitive {self.primitive}"
+
+    @property
+    def blobs(self) -> list[bytes]:
+        """The blobs of the view. Each decodes alone; their vertices and meshlets follow on."""
+        places = _codec.split(self.blob)
+        return [self.blob[start : start + size] for start, size in places]
 
     @property
     def source_vertices(self) -> int:

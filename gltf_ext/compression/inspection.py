@@ -31,6 +31,7 @@ SUMMED = (
     "vertices",
     "source_vertices",
     "meshlets",
+    "blobs",
     "components",
     "raw_bytes",
     "blob_bytes",
@@ -39,7 +40,7 @@ SUMMED = (
 # Counts that the report does not show.
 INTERNAL = ("part_bits", "symbol_counts", "blob_bytes", "json_bytes")
 
-Statistics = Mapping[str, Any]  # of a blob, as _codec.describe gives them
+Statistics = Mapping[str, Any]  # of a view, as _codec.describe gives them
 
 
 def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -49,6 +50,7 @@ def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
         file, file_bytes.
         totals: primitives that share a buffer view count once.
             triangles, vertices (decoded), source_vertices (after welding), meshlets.
+            blobs: parts that decode alone: one for each primitive, or its pages.
             components: connected components of the meshlets' triangles.
             raw_bytes: source vertices at the accessors' component sizes, and 12 per triangle.
             compressed_bytes: the extension's buffer views and JSON objects.
@@ -75,7 +77,7 @@ def inspect_document(
 ) -> dict[str, Any]:
     """totals, fallback_files and primitives of `inspect`, for a document in memory.
 
-    statistics_by_view: known statistics of the blobs in these buffer views. Decodes all others.
+    statistics_by_view: known statistics of these buffer views. Decodes all others.
     """
     counted: dict[int, dict[str, Any]] = {}
     primitives = []
@@ -146,6 +148,7 @@ def _describe(compressed: Compressed, statistics: Statistics) -> dict[str, Any]:
         "vertices": compressed.vertex_count,
         "source_vertices": compressed.source_vertices,
         "meshlets": statistics["meshlets"],
+        "blobs": statistics["blobs"],
         "components": statistics["components"],
         "raw_bytes": vertex_bytes * compressed.source_vertices + index_bytes,
         "blob_bytes": len(compressed.blob),

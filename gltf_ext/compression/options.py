@@ -15,6 +15,8 @@ from typing import Any
 from gltf_ext.errors import MeshletError
 
 MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
+# A page of fewer bytes holds less than about ten meshlets, and mostly borders.
+MIN_PAGE_BYTES, MAX_PAGE_BYTES = 4096, 1 << 28
 LARGEST_NUMBER = 1e9
 
 
@@ -60,7 +62,9 @@ class Option:
     @property
     def range(self) -> str:
         """The limits in words; empty for none."""
-        return f"{self.limits[0]:g} to {self.limits[1]:g}" if self.limits else ""
+        if not self.limits:
+            return ""
+        return " to ".join(str(n) if isinstance(n, int) else f"{n:g}" for n in self.limits)
 
     def check(self, value: Any) -> None:
         """Raises MeshletError for a value that the option cannot have."""
@@ -148,6 +152,13 @@ class Options:
         type=str,
         choices=("paper", "choe"),
     )
+    page_bytes: int = _declared(
+        0,
+        "--page-bytes",
+        "largest size of a page, a blob of neighbouring meshlets that decodes alone; 0 for one "
+        f"blob per primitive, else at least {MIN_PAGE_BYTES}",
+        limits=(0, MAX_PAGE_BYTES),
+    )
     fallback: bool = _declared(
         False,
         "--fallback",
@@ -175,6 +186,12 @@ class Options:
             value = getattr(self, option.name)
             if value is not None:
                 option.check(value)
+        if 0 < self.page_bytes < MIN_PAGE_BYTES:
+            raise MeshletError(
+                f"page_bytes is {self.page_bytes}",
+                f"use 0 or at least {MIN_PAGE_BYTES}",
+                options=("page_bytes",),
+            )
 
     @classmethod
     def of(cls, given: dict[str, Any]) -> Options:
@@ -194,6 +211,7 @@ class Options:
             "max_triangles": self.max_triangles,
             "weight": self.weight,
             "threads": self.threads,
+            "page_bytes": self.page_bytes,
             **{name: value for name, value in given.items() if value is not None},
         }
 

@@ -37,7 +37,7 @@ class Context {
   SerialDecoder& decode(const Blob& blob, uint32_t m, uint32_t first, uint32_t end) {
     if (blob_ != blob.id) {
       blob_ = 0;
-      header_ = meshlet::read_blob_header(blob.bytes.data(), blob.bytes.size());
+      header_ = &blob.header();
       decoder_.data = blob.bytes.data();
       decoder_.size = uint32_t(blob.bytes.size());
       blob_ = blob.id;
@@ -55,7 +55,7 @@ class Context {
   void read(const Attribute& a, uint32_t id, float* out) const {
     float stored[kMaxStored];
     for (uint32_t s = a.stream, done = 0; done < a.stored; s++) {
-      const Stream& stream = header_.streams[s];
+      const Stream& stream = header_->streams[s];
       read_stream(stream, &decoder_.values[decoder_.stream_element[s] * 64u + id], stored + done);
       done += value_count(stream);
     }
@@ -64,7 +64,7 @@ class Context {
 
   // Reads the positions of all vertices: out[axis][id].
   void read_positions(const Attribute& a, float (*out)[64]) const {
-    const Stream& stream = header_.streams[a.stream];
+    const Stream& stream = header_->streams[a.stream];
     if (stream.kind != meshlet::kGrid || a.integer || stream.elements != 3) {
       for (uint32_t id = 0; id < 64; id++) {
         float p[3] = {};
@@ -99,7 +99,7 @@ class Context {
   }
 
   SerialDecoder decoder_{};
-  BlobHeader header_;
+  const BlobHeader* header_ = nullptr;  // of the open blob
   uint64_t blob_ = 0;
   uint32_t first_ = 0, end_ = 0;
 };
@@ -163,6 +163,11 @@ std::atomic<uint64_t> g_next_blob{1};
 Blob::Blob(const uint8_t* data, size_t size)
     : bytes(data, data + size), id(g_next_blob.fetch_add(1)) {}
 
+const BlobHeader& Blob::header() const {
+  std::call_once(read_, [&] { header_ = meshlet::read_blob_header(bytes.data(), bytes.size()); });
+  return header_;
+}
+
 Vec3 Affine::point(Vec3 p) const {
   return {dot(load(m[0]), p) + m[0][3], dot(load(m[1]), p) + m[1][3], dot(load(m[2]), p) + m[2][3]};
 }
@@ -194,7 +199,7 @@ Affine Affine::operator*(const Affine& b) const {
 }
 
 BlobFacts check_part(Part& part) {
-  BlobHeader header = meshlet::read_blob_header(part.blob->bytes.data(), part.blob->bytes.size());
+  const BlobHeader& header = part.blob->header();
   if (!part.position.exists() || part.position.components != 3)
     throw std::runtime_error("POSITION does not have 3 components");
   if ((part.normal.exists() && part.normal.components != 3) ||

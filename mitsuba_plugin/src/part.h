@@ -1,20 +1,30 @@
 // The plugin's interface to the codec: compressed primitives, and their meshlets as floats.
 #pragma once
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "cache.h"
+#include "format/blob.h"
 #include "triangles.h"
 
 namespace meshlet_shape {
 
-// The bytes of a compressed primitive.
-struct Blob {
+// The bytes of a compressed primitive, or of one of its pages.
+class Blob {
+ public:
   Blob(const uint8_t* data, size_t size);
+
+  // Read once, by whichever thread needs it first. Throws std::runtime_error if it is malformed.
+  const meshlet::BlobHeader& header() const;
 
   const std::vector<uint8_t> bytes;
   const uint64_t id;  // unique in the process
+
+ private:
+  mutable std::once_flag read_;
+  mutable meshlet::BlobHeader header_;
 };
 
 constexpr uint32_t kNoStream = ~0u;

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "encode/encoder.h"
+#include "encode/pages.h"
 #include "common/weld.h"
 
 using namespace meshlet;
@@ -63,6 +64,9 @@ Model soup(uint32_t count) {
   return m;
 }
 
+constexpr size_t kPageBytes = 4096;
+
+// Of its pages and of it as one blob.
 uint64_t digest(const Model& m, int threads) {
   std::vector<Stream> streams(2);
   streams[0].elements = 3;
@@ -76,9 +80,12 @@ uint64_t digest(const Model& m, int threads) {
   EncoderStats stats;
   MeshView view{m.triangles.data(), m.triangles.size() / 3, m.position_ids.data(),
                 m.positions.data(), m.positions.size() / 3};
+  std::vector<std::vector<uint8_t>> blobs =
+      encode_pages(view, streams, values, options, kPageBytes, stats);
+  blobs.push_back(encode(view, streams, values, options, stats));
   uint64_t hash = 14695981039346656037ull;
-  for (uint8_t byte : encode(view, streams, values, options, stats))
-    hash = (hash ^ byte) * 1099511628211ull;
+  for (const std::vector<uint8_t>& blob : blobs)
+    for (uint8_t byte : blob) hash = (hash ^ byte) * 1099511628211ull;
   return hash;
 }
 

@@ -1,0 +1,176 @@
+#include "encode/page_growth.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <utility>
+
+#include "segment/half_edges.h"
+
+namespace meshlet {
+namespace {
+
+constexpr uint32_t kNone = ~0u;
+
+// Index of a point with coordinates of 10 bits on a Hilbert curve through the cube (J. Skilling,
+// Programming the Hilbert curve, AIP Conference Proceedings 707, 2004).
+uint32_t hilbert_index(std::array<uint32_t, 3> x) {
+  constexpr uint32_t kBits = 10;
+  for (uint32_t q = 1u << (kBits - 1); q > 1; q >>= 1) {
+    for (uint32_t& coordinate : x) {
+      const uint32_t swapped = coordinate & q ? 0 : (x[0] ^ coordinate) & (q - 1);
+      x[0] ^= coordinate & q ? q - 1 : swapped;
+      coordinate ^= swapped;
+    }
+  }
+  x[1] ^= x[0];
+  x[2] ^= x[1];
+  uint32_t t = 0;
+  for (uint32_t q = 1u << (kBits - 1); q > 1; q >>= 1)
+    if (x[2] & q) t ^= q - 1;
+  uint32_t index = 0;
+  for (uint32_t bit = kBits; bit-- > 0;)
+    for (uint32_t coordinate : x) index = index << 1 | ((coordinate ^ t) >> bit & 1);
+  return index;
+}
+
+// The meshlets along a Hilbert curve through their centres.
+std::vector<uint32_t> along_hilbert_curve(const MeshView& mesh, const Meshlets& meshlets) {
+  const size_t count = meshlets.meshlet_begin.size() - 1;
+  std::vector<std::array<float, 3>> centres(count);
+  std::array<float, 3> low, high;
+  low.fill(std::numeric_limits<float>::max());
+  high.fill(std::numeric_limits<float>::lowest());
+  for (size_t m = 0; m < count; m++) {
+    const uint32_t begin = meshlets.disk_begin[meshlets.meshlet_begin[m]];
+    const uint32_t end = meshlets.disk_begin[meshlets.meshlet_begin[m + 1]];
+    for (int c = 0; c < 3; c++) {
+      double sum = 0;
+      for (uint32_t i = begin; i < end; i++)
+        for (int k = 0; k < 3; k++)
+          sum +=
+              mesh.positions[3 * size_t(mesh.triangles[3 * size_t(meshlets.triangles[i]) + k]) + c];
+      centres[m][c] = float(sum / (3.0 * (end - begin)));
+      low[c] = std::min(low[c], centres[m][c]);
+      high[c] = std::max(high[c], centres[m][c]);
+    }
+  }
+  const float size = std::max(
+      {high[0] - low[0], high[1] - low[1], high[2] - low[2], std::numeric_limits<float>::min()});
+  std::vector<std::pair<uint32_t, uint32_t>> keyed(count);
+  for (uint32_t m = 0; m < count; m++) {
+    std::array<uint32_t, 3> cell;
+    for (int c = 0; c < 3; c++) cell[c] = uint32_t((centres[m][c] - low[c]) / size * 1023.0f);
+    keyed[m] = {hilbert_index(cell), m};
+  }
+  std::sort(keyed.begin(), keyed.end());
+  std::vector<uint32_t> order;
+  for (const auto& [index, m] : keyed) order.push_back(m);
+  return order;
+}
+
+}  // namespace
+
+PageGrowth::PageGrowth(const MeshView& mesh, const Meshlets& meshlets, int threads)
+    : at_place_(along_hilbert_curve(mesh, meshlets)) {
+  const size_t count = at_place_.size();
+  link(mesh, meshlets, threads);
+  page_edges_.assign(count, 0);
+  finished_edges_.assign(count, 0);
+  is_free_.assign(count, true);
+  place_.resize(count);
+  for (uint32_t place = 0; place < count; place++) {
+    place_[at_place_[place]] = place;
+    free_.insert(free_.end(), place);
+  }
+}
+
+// Counts the edges that each pair of meshlets shares, by position.
+void PageGrowth::link(const MeshView& mesh, const Meshlets& meshlets, int threads) {
+  const size_t count = at_place_.size();
+  std::vector<uint32_t> owner(mesh.triangle_count);
+  const auto begin = [&](size_t m) { return meshlets.disk_begin[meshlets.meshlet_begin[m]]; };
+  for (uint32_t m = 0; m < count; m++)
+    for (uint32_t i = begin(m); i < begin(m + 1); i++) owner[meshlets.triangles[i]] = m;
+  const std::vector<int32_t> opposite = match_half_edges(
+      mesh.triangles, mesh.triangle_count, mesh.position_ids, mesh.vertex_count, threads);
+  std::vector<uint32_t> across;
+  first_neighbour_.push_back(0);
+  for (uint32_t m = 0; m < count; m++) {
+    across.clear();
+    for (uint32_t i = begin(m); i < begin(m + 1); i++) {
+      for (uint32_t k = 0; k < 3; k++) {
+        const int32_t other = opposite[3 * size_t(meshlets.triangles[i]) + k];
+        if (other >= 0 && owner[uint32_t(other) / 3] != m)
+          across.push_back(owner[uint32_t(other) / 3]);
+      }
+    }
+    edges_.push_back(std::max(uint32_t(across.size()), 1u));
+    std::sort(across.begin(), across.end());
+    for (size_t i = 0; i < across.size(); i++) {
+      if (i == 0 || across[i] != across[i - 1]) neighbours_.push_back({across[i], 0});
+      neighbours_.back().edges++;
+    }
+    first_neighbour_.push_back(uint32_t(neighbours_.size()));
+  }
+}
+
+void PageGrowth::start() {
+  for (uint32_t m : touched_) page_edges_[m] = 0;
+  touched_.clear();
+  candidates_ = Queue();
+  seeding_ = true;
+}
+
+uint32_t PageGrowth::next(Queue& queue, double (PageGrowth::*score)(uint32_t) const) {
+  while (!queue.empty()) {
+    const Candidate best = queue.top();
+    queue.pop();
+    if (is_free_[best.meshlet] && best.score == (this->*score)(best.meshlet)) return best.meshlet;
+  }
+  return kNone;
+}
+
+// A free meshlet near the last one, or the first.
+uint32_t PageGrowth::next_on_curve() const {
+  const auto after = seeding_ ? free_.begin() : free_.lower_bound(place_[last_]);
+  return at_place_[after != free_.end() ? *after : *free_.rbegin()];
+}
+
+uint32_t PageGrowth::add() {
+  uint32_t m =
+      seeding_ ? next(seeds_, &PageGrowth::seed_score) : next(candidates_, &PageGrowth::score);
+  if (m == kNone) m = next_on_curve();
+  seeding_ = false;
+  is_free_[m] = false;
+  free_.erase(place_[m]);
+  last_ = m;
+  for (uint32_t i = first_neighbour_[m]; i < first_neighbour_[m + 1]; i++) {
+    const uint32_t other = neighbours_[i].meshlet;
+    if (page_edges_[other] == 0) touched_.push_back(other);
+    page_edges_[other] += neighbours_[i].edges;
+    if (is_free_[other]) candidates_.push({score(other), age_++, other});
+  }
+  return m;
+}
+
+void PageGrowth::finish(const std::vector<uint32_t>& kept) {
+  for (uint32_t m : kept) count_finished(m, true);
+}
+
+void PageGrowth::release(uint32_t m, bool finished) {
+  is_free_[m] = true;
+  free_.insert(place_[m]);
+  seeds_.push({seed_score(m), age_++, m});
+  if (finished) count_finished(m, false);
+}
+
+void PageGrowth::count_finished(uint32_t m, bool finished) {
+  for (uint32_t i = first_neighbour_[m]; i < first_neighbour_[m + 1]; i++) {
+    const uint32_t other = neighbours_[i].meshlet;
+    finished_edges_[other] += finished ? neighbours_[i].edges : 0u - neighbours_[i].edges;
+    if (is_free_[other]) seeds_.push({seed_score(other), age_++, other});
+  }
+}
+
+}  // namespace meshlet

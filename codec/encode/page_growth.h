@@ -1,0 +1,71 @@
+// Groups meshlets into pages with short borders.
+#pragma once
+#include <cstdint>
+#include <queue>
+#include <set>
+#include <vector>
+
+#include "segment/generate_meshlets.h"
+
+namespace meshlet {
+
+// Grows pages, one after another: each step adds the free meshlet that shares most of its border
+// with the page, so that pages are compact; borders with finished pages count half, so that no
+// fragments stay behind. Depends on the mesh and the meshlets only.
+class PageGrowth {
+ public:
+  PageGrowth(const MeshView& mesh, const Meshlets& meshlets, int threads);
+
+  bool any_free() const { return !free_.empty(); }
+
+  // Starts a page. A page that was not finished is given up: release its meshlets first.
+  void start();
+  // Adds a free meshlet to the page and returns its number. At least one must be free.
+  uint32_t add();
+  // Ends the page with these meshlets, all added since start().
+  void finish(const std::vector<uint32_t>& kept);
+
+  // Makes an added meshlet free again, or (finished) one of a finished page.
+  void release(uint32_t m, bool finished);
+
+ private:
+  struct Neighbour {
+    uint32_t meshlet, edges;
+  };
+  // The candidate of the highest score comes first, of equal ones the oldest.
+  struct Candidate {
+    double score;
+    uint64_t age;
+    uint32_t meshlet;
+    bool operator<(const Candidate& other) const {
+      return score != other.score ? score < other.score : age > other.age;
+    }
+  };
+  using Queue = std::priority_queue<Candidate>;
+
+  void link(const MeshView& mesh, const Meshlets& meshlets, int threads);
+  double score(uint32_t m) const {
+    return double(2u * page_edges_[m] + finished_edges_[m]) / edges_[m];
+  }
+  double seed_score(uint32_t m) const { return double(finished_edges_[m]) / edges_[m]; }
+  // The next free one in `queue` whose score is current, or kNone.
+  uint32_t next(Queue& queue, double (PageGrowth::*score)(uint32_t) const);
+  uint32_t next_on_curve() const;
+  void count_finished(uint32_t m, bool finished);
+
+  std::vector<uint32_t> first_neighbour_;  // of meshlet m: neighbours_[first_neighbour_[m] ..]
+  std::vector<Neighbour> neighbours_;
+  std::vector<uint32_t> edges_;           // shared with any meshlet; at least 1
+  std::vector<uint32_t> page_edges_;      // shared with the page
+  std::vector<uint32_t> finished_edges_;  // shared with finished pages
+  std::vector<uint32_t> touched_;         // whose page_edges_ are not 0
+  std::vector<bool> is_free_;
+  std::vector<uint32_t> place_, at_place_;  // on the Hilbert curve, and back
+  std::set<uint32_t> free_;                 // places of the free ones
+  Queue candidates_, seeds_;
+  uint64_t age_ = 0;
+  uint32_t last_ = 0;  // added
+  bool seeding_ = false;
+};
+
+}  // namespace meshlet
