@@ -893,6 +893,9 @@ struct Triple {
 };
 
 // Stream 0's integers of a vertex of the meshlet.
+#ifdef OWN_GRID_POSITION
+Triple grid_position(uint id);  // defined by the includer
+#else
 Triple grid_position(uint id) {
   Triple p;
   p.x = values[id];
@@ -900,6 +903,7 @@ Triple grid_position(uint id) {
   p.z = values[128u + id];
   return p;
 }
+#endif
 
 INLINE Triple shifted(Triple v, uint n) {
   v.x = shift_right(v.x, n);
@@ -928,23 +932,30 @@ uint excess(uint x, uint y) { return x > y ? x - y : 0u; }
 uint normals[256];  // the sum at a vertex of its triangles' normals: normals[4 * local id + axis]
 #endif
 
+// Cross product of a packed triangle's edges. h: low bits of the positions that it ignores.
+INLINE Triple triangle_normal(uint triangle, uint h) {
+  Triple a = shifted(grid_position(triangle & 63u), h);
+  Triple e = difference(shifted(grid_position((triangle >> 8) & 63u), h), a);
+  Triple f = difference(shifted(grid_position((triangle >> 16) & 63u), h), a);
+  Triple n;
+  n.x = e.y * f.z - e.z * f.y;
+  n.y = e.z * f.x - e.x * f.z;
+  n.z = e.x * f.y - e.y * f.x;
+  return n;
+}
+
 // Fills `normals`. Needs the values of stream 0.
 void sum_normals() {
   uint h = excess(stream_bits[0], GEO_POSITION_BITS);
   for (uint i = 0u; i < 4u * vertex_count; i++) NORMALS(i) = 0u;
   for (uint t = 0u; t < triangle_count; t++) {
     uint triangle = TRIANGLE(t);
-    Triple a = shifted(grid_position(triangle & 255u), h);
-    Triple e = difference(shifted(grid_position((triangle >> 8) & 255u), h), a);
-    Triple f = difference(shifted(grid_position((triangle >> 16) & 255u), h), a);
-    uint x = e.y * f.z - e.z * f.y;
-    uint y = e.z * f.x - e.x * f.z;
-    uint z = e.x * f.y - e.y * f.x;
+    Triple n = triangle_normal(triangle, h);
     for (uint k = 0u; k < 3u; k++) {
       uint i = 4u * ((triangle >> (8u * k)) & 255u);
-      NORMALS(i) += x;
-      NORMALS(i + 1u) += y;
-      NORMALS(i + 2u) += z;
+      NORMALS(i) += n.x;
+      NORMALS(i + 1u) += n.y;
+      NORMALS(i + 2u) += n.z;
     }
   }
 }

@@ -11,6 +11,9 @@ layout(buffer_reference, std430, buffer_reference_align = 4) buffer Summaries { 
 struct Connected {
   uvec2 boundary;  // mask of the boundary vertices
   uvec2 starts;    // mask of the triangles that begin a disk
+  uvec2 closing;   // masks of the symbols C, E and S
+  uvec2 ends;
+  uvec2 splits;
   // Mask of the ranks along the boundary at which references begin; written by lengths.comp.
   uvec2 references;
 };

@@ -16,14 +16,14 @@ void main() {
   uint base = member * 192u;
   for (uint i = part; i < 192u; i += PER_MESHLET) group_normals[base + i] = 0u;
   barrier();
-  uint shift = geo_shift(stream_field(0u, STREAM_BITS));
   for (uint t = part; t < (summary & 127u); t += PER_MESHLET) {
     uint triangle = Integers(job_triangles()).at[t & 63u];
-    ivec3 normal = geo_triangle(point_of(triangle & 63u), point_of((triangle >> 8) & 63u),
-                                point_of((triangle >> 16) & 63u), shift);
+    Triple normal = triangle_normal(triangle, geo_shift());
     for (uint corner = 0u; corner < 3u; corner++) {
       uint place = base + 3u * ((triangle >> (8u * corner)) & 63u);
-      for (uint c = 0u; c < 3u; c++) atomicAdd(group_normals[place + c], uint(normal[c]));
+      atomicAdd(group_normals[place], normal.x);
+      atomicAdd(group_normals[place + 1u], normal.y);
+      atomicAdd(group_normals[place + 2u], normal.z);
     }
   }
   barrier();
@@ -36,9 +36,9 @@ void main() {
     bool all = stream_field(s, STREAM_PREDICTOR) == PREDICT_GEO_ALL;
     if (mask_test(all ? the_boundary & ~waiting : the_boundary, id)) continue;
     uint place = base + 3u * id;
-    uvec2 point = geo_oct(
-        ivec3(group_normals[place], group_normals[place + 1u], group_normals[place + 2u]),
-        stream_field(s, STREAM_BITS) & 31u);
-    put_vertex(s, id, put_field(0u, point.x) | put_field(place_field(s, PLACE_FIELD), point.y));
+    OctPair point =
+        octahedral_prediction(group_normals[place], group_normals[place + 1u],
+                              group_normals[place + 2u], stream_field(s, STREAM_BITS) & 31u);
+    put_vertex(s, id, put_field(0u, point.u) | put_field(place_field(s, PLACE_FIELD), point.v));
   }
 }

@@ -22,9 +22,9 @@ void read_traversed(uint s, uint triangle) {
   // geo.comp has written the predictions of GEO.
   bool predicted = predictor == PREDICT_GEO_ALL ||
                    (predictor == PREDICT_GEO && !mask_test(the_boundary, v));
-  uint weights = 0u;
-  if (predictor == PREDICT_AFFINE && across)
-    weights = affine_weights(point_of(a), point_of(b), point_of(o), point_of(v));
+  Weights weights;
+  weights.exist = false;
+  if (predictor == PREDICT_AFFINE) weights = traversed_weights(triangle);
   bool vectors = is_packed(s);
   uint field = place_field(s, PLACE_FIELD);
   uint mask = bits_mask(s);
@@ -38,7 +38,7 @@ void read_traversed(uint s, uint triangle) {
     uvec3 known = vectors ? uvec3(get_field(from, at, field), get_field(to, at, field),
                                   get_field(beyond, at, field))
                           : uvec3(value_at(s, c, a), value_at(s, c, b), value_at(s, c, o));
-    uint prediction = weights != 0u ? affine_apply(weights, known.x, known.y, known.z)
+    uint prediction = weights.exist ? affine_point(weights, known.x, known.y, known.z)
                       : predicted  ? get_field(point, at, field)
                                    : traversed_prediction(predictor, known.x, known.y, known.z,
                                                           across);

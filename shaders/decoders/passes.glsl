@@ -13,12 +13,12 @@
 #define GROUP 64u
 #define GROUP_MESHLETS (GROUP / PER_MESHLET)
 #include "decoders/serial_prologue.glsl"
+#define OWN_GRID_POSITION
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
 #include "decoders/sections.glsl"
 #include "decoders/decode_push.glsl"
 #include "decoders/packed_values.glsl"
-#include "decoders/predictors.glsl"
 
 layout(local_size_x = GROUP) in;
 
@@ -46,6 +46,9 @@ bool open_pass() {
   the_boundary = connected.boundary;
   the_starts = connected.starts;
   the_references = connected.references;
+  symbol_c = connected.closing;
+  symbol_e = connected.ends;
+  symbol_s = connected.splits;
   error = ERROR_NONE;
   uint summary = Summaries(push.summaries).of[job_place];
   present = member < GROUP_MESHLETS && number < push.meshlets;
@@ -54,7 +57,7 @@ bool open_pass() {
 
 Header open_header() {
   Header h = read_header(job_meshlet);
-  read_symbols(h.begin, h.triangles);
+  triangle_count = h.triangles;
   return h;
 }
 
@@ -221,10 +224,12 @@ uint next_residual(uint c) {
   if (residual_code == CODE_FIXED)
     return unzigzag(take_low(get_field(residual_widths, 6u * c, 6u)));
   uint q = next_quotient(unary);
-  uint k = residual_code & 31u;
+  uint k = residual_code & CODE_MAX_PARAMETER;
   if (!is_exponential(residual_code)) return unzigzag(take_low(k) | q << k);
-  if (k + q > 31u) error = ERROR_CODE;
-  q = min(q, 31u - k);
+  if (q > 31u || k + q > 32u) {
+    error = ERROR_CODE;
+    q = 0u;
+  }
   return unzigzag((((1u << q) - 1u) << k) + take_low(k + q));
 }
 
@@ -235,12 +240,13 @@ void check_residuals() {
 
 // --- chains ---
 
-ivec3 point_of(uint id) {
-  if (!is_packed(0u)) return ivec3(value_at(0u, 0u, id), value_at(0u, 1u, id), value_at(0u, 2u, id));
+Triple grid_position(uint id) {
+  if (!is_packed(0u))
+    return Triple(value_at(0u, 0u, id), value_at(0u, 1u, id), value_at(0u, 2u, id));
   uvec2 fields = vertex_at(0u, id);
   uint field = place_field(0u, PLACE_FIELD);
-  return ivec3(get_field(fields, 0u, field), get_field(fields, field, field),
-               get_field(fields, 2u * field, field));
+  return Triple(get_field(fields, 0u, field), get_field(fields, field, field),
+                get_field(fields, 2u * field, field));
 }
 
 struct Chain {
@@ -276,14 +282,10 @@ void read_chain(Chain chain, uint s) {
   for (mask64 rest = chain.inner; mask_any(rest) && error == ERROR_NONE; left--) {
     uint id = (chain.backwards ? mask_msb(rest) : mask_lsb(rest)) & 63u;
     rest = rest & ~mask_bit(id);
-    uint weights = 0u;
-    if (predictor == PREDICT_AFFINE) {
-      ivec3 begin = point_of(a);
-      ivec3 end = point_of(chain.to);
-      ivec3 point = point_of(id);
-      if (a != chain.from) weights = affine_weights(begin, end, point_of(o), point);
-      if (weights == 0u) weights = projected_weights(begin, end, point);
-    }
+    Weights weights;
+    weights.exist = false;
+    if (predictor == PREDICT_AFFINE)
+      weights = chain_weights(pack4(id, a, chain.to, a == chain.from ? NO_VERTEX : o));
     uvec2 fields = uvec2(0u);
     for (uint c = 0u; c < n; c++) {
       uint at = c * field;
@@ -292,8 +294,7 @@ void read_chain(Chain chain, uint s) {
       if (predictor != PREDICT_COPY) {
         uint last = vectors ? get_field(to, at, field) : value_at(s, c, chain.to);
         uint before = vectors ? get_field(beyond, at, field) : value_at(s, c, o);
-        point = weights != 0u ? affine_apply(weights, prev, last, before)
-                              : toward(prev, last, max(left, 1u));
+        point = affine_chain_point(weights, prev, last, before, max(left, 1u));
       }
       uint value = (point + next_residual(c)) & mask;
       if (vectors)

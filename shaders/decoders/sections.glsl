@@ -59,7 +59,9 @@ bool any_stream_predicts(uint predictors) {
 // --- small parts ---
 
 // A code: a Rice parameter, CODE_EXPONENTIAL + exp-Golomb parameter, or CODE_FIXED.
-bool is_exponential(uint code) { return (code & ~31u) == CODE_EXPONENTIAL; }
+bool is_exponential(uint code) {
+  return (code & ~CODE_MAX_PARAMETER) == CODE_EXPONENTIAL;
+}
 
 // Reads the code at bit p and moves p past it.
 uint code_at(inout uint p, uint elements, uint base) {
@@ -85,22 +87,7 @@ uint fixed_width(uint elements, uint widths) {
 // Size of the low part of n values (a multiple of `elements`) whose unary parts have `zeros` zeros.
 uint low_size(uint code, uint elements, uint widths, uint n, uint zeros) {
   if (code == CODE_FIXED) return n / elements * fixed_width(elements, widths);
-  return n * (code & 31u) + (is_exponential(code) ? zeros : 0u);
-}
-
-// The value with quotient q whose low bits begin at bit `low`; moves `low` past them.
-uint coded_value(uint code, uint q, inout uint low) {
-  uint k = code & 31u;
-  if (!is_exponential(code)) {
-    uint bits = load_bits(low, k);
-    low += k;
-    return q << k | bits;
-  }
-  if (k + q > 31u) error = ERROR_CODE;
-  q = min(q, 31u - k);
-  uint bits = load_bits(low, k + q);
-  low += k + q;
-  return (((1u << q) - 1u) << k) + bits;
+  return n * (code & CODE_MAX_PARAMETER) + (is_exponential(code) ? zeros : 0u);
 }
 
 // The bit position after the n-th one from bit p.
@@ -126,9 +113,18 @@ uint after_ones(uint p, uint n) {
 // Number of vertices that the symbols of some triangles push, without the first of each disk: one
 // for R and L, two for E.
 uint pushed_vertices(mask64 some) {
-  mask64 ends = symbol_e & some;
-  mask64 lefts = mask_below(triangle_count) & some & ~(symbol_r | symbol_e | symbol_c | symbol_s);
-  return mask_count((symbol_r & some) | lefts) + 2u * mask_count(ends);
+  return mask_count(some & ~(symbol_c | symbol_s)) + mask_count(some & symbol_e);
 }
 
 uint owner_of(HEADER_IN h, uint r) { return entry_owner(h, entry_position(h, r)); }
+
+// Weights of AFFINE in one word: 12 bits each, or 0 if there are none.
+#define WEIGHTS_EXIST 0x80000000u
+uint pack_weights(Weights w) {
+  return w.exist ? (w.s & 0xFFFu) | (w.u & 0xFFFu) << 12 | WEIGHTS_EXIST : 0u;
+}
+Weights unpack_weights(uint word) {
+  return Weights(true, uint(bitfieldExtract(int(word), 0, 12)),
+                 uint(bitfieldExtract(int(word), 12, 12)));
+}
+uint geo_shift() { return excess(stream_field(0u, STREAM_BITS), GEO_POSITION_BITS); }

@@ -22,7 +22,22 @@ void skip_unary(inout UnaryReader reader, uint n) {
   for (uint i = 0u; i < n && error == ERROR_NONE; i++) next_quotient(reader);
 }
 
-void read_rice(uint n, uint k, uint low) {
+// The value of a code with quotient q whose low bits begin at bit `low`; moves `low` past them.
+uint coded_value(uint code, uint q, inout uint low) {
+  uint k = code & CODE_MAX_PARAMETER;
+  bool exponential = (code & CODE_EXPONENTIAL) != 0u;
+  if (exponential && (q > 31u || k + q > 32u)) {
+    error = ERROR_CODE;
+    q = 0u;
+  }
+  uint width = exponential ? k + q : k;
+  uint bits = load_bits(low, width);
+  low += width;
+  return ((exponential ? (1u << q) - 1u : q) << k) + bits;
+}
+
+void read_codes(uint n, uint code) {
   for (uint i = 0u; i < n && error == ERROR_NONE; i++)
-    residuals[i] = unzigzag((next_quotient(unary) << k) | load_inside(low + i * k, k));
+    residuals[i] = unzigzag(coded_value(code, next_quotient(unary), low_cursor));
+  if (low_cursor > 8u * (byte_length - BLOB_PADDING_BYTES)) error = ERROR_UNARY;
 }

@@ -10,8 +10,8 @@
 //   packed_triangle(t)       triangle t of the team's meshlet, packed as in serial_decoder.glsl
 //   connectivity_boundary()  mask of its boundary vertices
 //   connectivity_starts()    mask of the triangles that begin a disk
-// It calls open_blob and group_streams(end) once, open_team(m), read_header(m), read_symbols, and
-// then team_decode with all threads. Results: team_values[TEAM_INDEX][element * 64 + local id],
+// It calls open_blob and group_streams(end) once, open_team(m), read_header(m),
+// read_team_symbols(h), and then team_decode with all threads. Results: team_values[TEAM_INDEX][element * 64 + local id],
 // vertex_count, and `error`, equal for all threads of a team.
 //
 // Long functions are called from one place: compilers inline everything, and the code must fit the
@@ -20,12 +20,12 @@
 // in all teams.
 
 #include "decoders/sections.glsl"
-#include "decoders/predictors.glsl"
 #define TEAM_INDEX (THREAD / TEAM)
 #define MEMBER (THREAD % TEAM)
 
 shared uint team_values[TEAMS][MAX_ELEMENTS * 64u];
 shared uint team_error[TEAMS];
+shared mask64 team_symbols[TEAMS][4];  // R, C, E, S
 shared uint team_traversal[TEAMS][64];   // packed triangles that introduce a vertex
 shared uint team_references[TEAMS][64];  // rank in the loop order | length << 8
 shared uint team_loop[TEAMS][16];        // boundary ids in loop order, four to a word
@@ -534,9 +534,9 @@ bool runs_backwards(HEADER_IN h, uint r, uint s) {
   return mask_test(h.foreign_refs & ~seam_references(h, s), r);
 }
 
-ivec3 point_of(uint id) {
-  return ivec3(team_values[TEAM_INDEX][id], team_values[TEAM_INDEX][64u + id],
-               team_values[TEAM_INDEX][128u + id]);
+Triple grid_position(uint id) {
+  return Triple(team_values[TEAM_INDEX][id], team_values[TEAM_INDEX][64u + id],
+                team_values[TEAM_INDEX][128u + id]);
 }
 
 // The weights of AFFINE stream s into team_seams: of inner vertices of chains, or of traversed
@@ -544,9 +544,7 @@ ivec3 point_of(uint id) {
 void find_weights(HEADER_IN h, uint s, bool chains) {
   uint items = chains ? (h.references > 0u ? mask_count(team_boundary) : 0u) : traversed_count;
   for (uint item = MEMBER; item < items; item += TEAM) {
-    uint weights = 0u;
-    uint triangle = team_traversal[TEAM_INDEX][item & 63u];
-    bool affine = triangle < NO_VERTEX << 24;
+    uint step = 0u;
     if (chains) {
       uint r = (mask_count(team_ranks[TEAM_INDEX] & mask_below(item + 1u)) - 1u) & 63u;
       uint length = reference_length_of(r);
@@ -554,16 +552,22 @@ void find_weights(HEADER_IN h, uint s, bool chains) {
       uint i = item - (team_references[TEAM_INDEX][r] & 63u);
       if (i == 0u || i >= length || mask_test(h.private_refs, r)) continue;
       if (backwards) i = length - i;
-      affine = i >= 2u;
-      triangle = pack4(run_id(h, r, backwards, i - 1u), run_id(h, r, backwards, length),
-                       run_id(h, r, backwards, i), run_id(h, r, backwards, i - min(i, 2u)));
+      step = pack4(run_id(h, r, backwards, i), run_id(h, r, backwards, i - 1u),
+                   run_id(h, r, backwards, length),
+                   i < 2u ? NO_VERTEX : run_id(h, r, backwards, i - 2u));
+    } else {
+      // As a step: v, a, b, o.
+      uint triangle = team_traversal[TEAM_INDEX][item];
+      step = ((triangle >> 16) & 255u) | (triangle & 0xFFFFu) << 8 | (triangle & 0xFF000000u);
     }
-    ivec3 a = point_of(triangle & 63u);
-    ivec3 b = point_of((triangle >> 8) & 63u);
-    ivec3 v = point_of((triangle >> 16) & 63u);
-    if (affine) weights = affine_weights(a, b, point_of((triangle >> 24) & 63u), v);
-    if (chains && weights == 0u) weights = projected_weights(a, b, v);
-    team_seams[TEAM_INDEX][item & 63u] = weights;
+    Weights w;
+    w.exist = false;
+    uint v = step & 63u;
+    uint a = (step >> 8) & 63u;
+    uint b = (step >> 16) & 63u;
+    if (step >> 24 != NO_VERTEX) w = affine_weights(a, b, (step >> 24) & 63u, v);
+    if (chains && !w.exist) w = line_weights(a, b, v);
+    team_seams[TEAM_INDEX][item & 63u] = pack_weights(w);
   }
 }
 
@@ -577,7 +581,7 @@ uvec2 stream_of_element(uint element) {
 
 // Turns the residuals of the chains of elements [first, end) into values, a thread for each element
 // of each reference.
-void predict_chains(HEADER_IN h, uint first, uint end) {
+void predict_team_chains(HEADER_IN h, uint first, uint end) {
   uint elements = max(end - first, 1u);
   for (uint item = MEMBER; item < h.references * elements; item += TEAM) {
     uint r = item / elements;
@@ -599,7 +603,7 @@ void predict_chains(HEADER_IN h, uint first, uint end) {
       uint weights = predictor == PREDICT_AFFINE ? team_seams[TEAM_INDEX][place & 63u] : 0u;
       uint point = prev;
       if (weights != 0u)
-        point = affine_apply(weights, prev, last, before);
+        point = affine_point(unpack_weights(weights), prev, last, before);
       else if (predictor != PREDICT_COPY)
         point = toward(prev, last, left);
       before = prev;
@@ -644,42 +648,43 @@ void predict_element(uint s, uint c) {
     uint point = across ? factor * sum + factor_o * o + rounding : sum;
     point = uint(int(point) >> (across ? shift : shift_mean));
     uint weights = affine ? team_seams[TEAM_INDEX][i] : 0u;
-    if (weights != 0u) point = affine_apply(weights, a, b, o);
+    if (weights != 0u) point = affine_point(unpack_weights(weights), a, b, o);
     team_values[TEAM_INDEX][v] = (point + team_values[TEAM_INDEX][v]) & bits;
   }
 }
 
 // Sums the triangles' cross products at their vertices in the scratch memory.
-void sum_normals(bool sound) {
+void sum_team_normals(bool sound) {
   barrier();
   for (uint i = MEMBER; i < 192u; i += TEAM) staged[ones_place() + i] = 0u;
   barrier();
-  uint shift = geo_shift(stream_field(0u, STREAM_BITS));
   for (uint t = MEMBER; t < triangle_count && sound; t += TEAM) {
     uint triangle = packed_triangle(t);
-    ivec3 normal = geo_triangle(point_of(triangle & 63u), point_of((triangle >> 8) & 63u),
-                                point_of((triangle >> 16) & 63u), shift);
+    Triple normal = triangle_normal(triangle, geo_shift());
     for (uint corner = 0u; corner < 3u; corner++) {
       uint place = ones_place() + 3u * ((triangle >> (8u * corner)) & 63u);
-      for (uint c = 0u; c < 3u; c++) atomicAdd(staged[place + c], uint(normal[c]));
+      atomicAdd(staged[place], normal.x);
+      atomicAdd(staged[place + 1u], normal.y);
+      atomicAdd(staged[place + 2u], normal.z);
     }
   }
   barrier();
 }
 
 // Adds the predictions of GEO to the residuals of stream s.
-void predict_geo(uint s) {
+void predict_team_geo(uint s) {
   uint bits = stream_field(s, STREAM_BITS);
   bool all = stream_field(s, STREAM_PREDICTOR) == PREDICT_GEO_ALL;
   for (uint i = MEMBER; i < traversed_count; i += TEAM) {
     uint id = bitfieldExtract(team_traversal[TEAM_INDEX][i], 16, 6);
     if (!all && mask_test(team_boundary, id)) continue;
     uint place = ones_place() + 3u * id;
-    uvec2 point =
-        geo_oct(ivec3(staged[place], staged[place + 1u], staged[place + 2u]), bits & 31u);
+    OctPair point =
+        octahedral_prediction(staged[place], staged[place + 1u], staged[place + 2u], bits & 31u);
     for (uint c = 0u; c < 2u; c++) {
       uint v = value_element(s, c) + id;
-      team_values[TEAM_INDEX][v] = (point[c] + team_values[TEAM_INDEX][v]) & bits_mask(s);
+      team_values[TEAM_INDEX][v] =
+          ((c == 0u ? point.u : point.v) + team_values[TEAM_INDEX][v]) & bits_mask(s);
     }
   }
 }
@@ -699,7 +704,7 @@ void predict(HEADER_IN h, bool sound) {
     }
     uint first = stream_field(begin, STREAM_ELEMENT);
     uint after = stream_field(end - 1u, STREAM_ELEMENT) + stream_field(end - 1u, STREAM_ELEMENTS);
-    if (geo && begin == 1u) sum_normals(sound);
+    if (geo && begin == 1u) sum_team_normals(sound);
     for (uint stage = 0u; stage < 2u; stage++) {
       barrier();
       if (affine < MAX_STREAMS) {
@@ -707,12 +712,12 @@ void predict(HEADER_IN h, bool sound) {
         barrier();
       }
       if (stage == 0u) {
-        if (sound) predict_chains(h, first, after);
+        if (sound) predict_team_chains(h, first, after);
         continue;
       }
       if (geo) {
         for (uint s = begin; s < end && sound; s++)
-          if (uses_geo(stream_field(s, STREAM_PREDICTOR))) predict_geo(s);
+          if (uses_geo(stream_field(s, STREAM_PREDICTOR))) predict_team_geo(s);
         barrier();
       }
       for (uint element = first + MEMBER; element < after && sound; element += TEAM) {
@@ -744,10 +749,48 @@ void open_team(uint m) {
   }
   if (MEMBER == 0u) {
     team_error[TEAM_INDEX] = ERROR_NONE;
+    for (uint i = 0u; i < 4u; i++) team_symbols[TEAM_INDEX][i] = mask_none();
     team_ranks[TEAM_INDEX] = mask_none();
     team_waiting[TEAM_INDEX] = mask_none();
   }
   barrier();
+}
+
+// Reads the symbols of meshlet h: each thread finds those of its triangles by counting bits.
+// Contains a barrier.
+void read_team_symbols(HEADER_IN h) {
+  Planes planes = load_planes(h.begin, h.triangles);
+  triangle_count = h.triangles;
+  // By the number of planes that the symbol has ones in: R, first, second, third, S.
+  uint kinds = h.table == 0u ? 0x34210u : 0x32140u;
+  for (uint t = MEMBER; t < triangle_count; t += TEAM) {
+    uint place = t;  // the symbol's bit in its last plane
+    uint ones = 0u;
+    if (mask_test(planes.p0, t)) {
+      place = mask_count(planes.p0 & mask_below(t));
+      ones = 1u;
+      if (mask_test(planes.p1, place)) {
+        place = mask_count(planes.p1 & mask_below(place));
+        ones = 2u;
+        if (mask_test(planes.p2, place)) {
+          place = mask_count(planes.p2 & mask_below(place));
+          ones = mask_test(planes.p3, place) ? 4u : 3u;
+        }
+      }
+    }
+    uint kind = t + 1u == triangle_count ? 2u : bitfieldExtract(kinds, int(4u * ones), 4);
+    mask64 bit = mask_bit(t);
+    if (kind == 4u) continue;  // L
+    if (t < 32u)
+      atomicOr(team_symbols[TEAM_INDEX][kind].x, bit.x);
+    else
+      atomicOr(team_symbols[TEAM_INDEX][kind].y, bit.y);
+  }
+  barrier();
+  symbol_r = team_symbols[TEAM_INDEX][0];
+  symbol_c = team_symbols[TEAM_INDEX][1];
+  symbol_e = team_symbols[TEAM_INDEX][2];
+  symbol_s = team_symbols[TEAM_INDEX][3];
 }
 
 // Decodes the values of the meshlet with header h, whose symbols and triangles are known. sound:
