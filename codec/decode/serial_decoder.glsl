@@ -25,6 +25,9 @@
 //                               `error` past the blob's end, after more than MAX_QUOTIENT zeros in
 //                               a row, and if k and the zeros of an exp-Golomb code exceed
 //                               CODE_MAX_PARAMETER together.
+//   sum_codes(n, elements, code)
+//                               reads n x elements codes like read_codes and leaves the sum of each
+//                               element in residuals[0 .. elements - 1]
 //   choose(condition, a, b)     condition ? a : b for uint and mask64, without a branch: for
 //                               conditions that no branch predictor learns
 //   divide(x, n)                x / n for 0 < n <= 64 and x < n << 25
@@ -44,6 +47,10 @@
 // than 64 x MAX_ELEMENTS steps, except the unary reader's, which ends at the blob's end.
 
 #include "format/constants.h"
+
+#ifndef RESIDUALS
+#define RESIDUALS 256u  // of a list; 4 are enough if nothing calls read_residuals
+#endif
 
 uint error;
 
@@ -340,7 +347,7 @@ uint chain_total;  // inner vertices of all owned references
 
 UnaryReader unary;    // the next list's unary parts
 uint low_cursor;      // and bit position of its low bits
-uint residuals[256];  // of one list, vertex by vertex
+uint residuals[RESIDUALS];  // of one list, vertex by vertex
 
 uint part_first(uint part) { return part; }
 uint part_end(uint part) { return part == 0u ? 1u : stream_total; }
@@ -1204,11 +1211,11 @@ void read_anchor(uint index, uint vertex, uint begin, uint end) {
       }
       uint elements = stream_elements[s];
       uint bits = stream_bits[s];
-      read_codes(index * elements, anchor_code(s));
+      sum_codes(index, elements, anchor_code(s));
       skip_codes(excess(anchor_count[s], index + 1u) * elements, anchor_code(s));
       for (uint c = 0u; c < elements; c++) {
         uint value = load_bits(anchor_position[s] + c * bits, bits);
-        for (uint i = 0u; i < index; i++) value += residuals[i * elements + c];
+        value += residuals[c];
         values[(stream_element[s] + c) * 64u + vertex] = value & stream_mask[s];
       }
     }
