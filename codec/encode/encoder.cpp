@@ -506,8 +506,7 @@ void Encoder::choose_bases() {
       std::lock_guard<std::mutex> lock(mutex);
       for (uint32_t b = 0; b < kBases; b++) {
         const uint64_t bits[3] = {
-            b == ANCHOR_BASE_RICE ? anchor.rice[b] : anchor.exponential[b],
-            chain.of_field(chain.best_field(b), b), interior.of_field(interior.best_field(b), b)};
+            anchor.exponential[b], chain.of_field(chain.best_field(b), b), interior.of_field(interior.best_field(b), b)};
         for (size_t list = 0; list < 3; list++)
           totals[s][list][b] = std::min(totals[s][list][b] + bits[list], kImpossible);
       }

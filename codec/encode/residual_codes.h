@@ -34,7 +34,7 @@ inline Code code_of_field(uint32_t field, uint32_t base) {
 }
 
 inline Code anchor_code(uint32_t base) {
-  return {base == ANCHOR_BASE_RICE ? Code::kRice : Code::kExponential, base, {}};
+  return {Code::kExponential, base, {}};
 }
 
 inline Code fixed_code(const std::vector<uint32_t>& residuals, uint32_t elements) {
@@ -61,7 +61,7 @@ inline uint64_t rice_bits(const std::vector<uint32_t>& residuals, uint32_t k) {
 inline uint64_t exponential_bits(const std::vector<uint32_t>& residuals, uint32_t k) {
   uint64_t bits = 0;
   for (uint32_t u : residuals) {
-    if (uint64_t(u) + (1ull << k) > 0xFFFFFFFFu) return kImpossible;
+    if (k == 0 && u == 0xFFFFFFFFu) return kImpossible;  // a quotient of 32
     bits += 2 * bit_length((u >> k) + 1) - 1 + k;
   }
   return bits;
