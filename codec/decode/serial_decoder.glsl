@@ -23,8 +23,8 @@
 //                               bits, at bit `low_cursor` into `residuals`, un-zigzagged, and moves
 //                               both behind them. `code`: a parameter k, + CODE_EXPONENTIAL. Sets
 //                               `error` past the blob's end, after more than MAX_QUOTIENT zeros in
-//                               a row, and if k and the zeros of an exp-Golomb code exceed
-//                               CODE_MAX_PARAMETER together.
+//                               a row, and if an exp-Golomb value has more than
+//                               EXPONENTIAL_MAX_QUOTIENT zeros or EXPONENTIAL_MAX_BITS low bits.
 //   sum_codes(n, elements, code)
 //                               reads n x elements codes like read_codes and leaves the sum of each
 //                               element in residuals[0 .. elements - 1]
@@ -374,10 +374,7 @@ uint read_code(uint s, uint base) {
 }
 
 // The code of further anchors.
-uint anchor_code(uint s) {
-  uint base = stream_anchor_base[s];
-  return base == ANCHOR_BASE_RICE ? base : base + CODE_EXPONENTIAL;
-}
+uint anchor_code(uint s) { return stream_anchor_base[s] + CODE_EXPONENTIAL; }
 
 // Bits of one vertex of stream s under a fixed code.
 uint fixed_bits(uint s, uint widths) {

@@ -219,7 +219,7 @@ struct SerialDecoder {
   void read_exponential(uint n, uint k, uint low, const uint* ends) {
     for (uint i = 0; i < n; i++) {
       const uint zeros = ends[i + 1] - ends[i] - 1u;
-      if (k + zeros > CODE_MAX_PARAMETER) {
+      if (zeros > EXPONENTIAL_MAX_QUOTIENT || k + zeros > EXPONENTIAL_MAX_BITS) {
         error = ERROR_CODE;
         return;
       }

@@ -73,13 +73,16 @@ struct Group {
   }
 };
 
-void check_group(const Group& g, uint64_t end) {
+void check_group(const uint8_t* data, const Group& g, uint64_t end) {
   require((g.fields >> GROUP_DELTA_SHIFT & 31u) <= GROUP_MAX_DELTA_WIDTH &&
               (g.fields >> GROUP_SLOT_SHIFT & 7u) <= GROUP_MAX_SLOT_WIDTH &&
               (g.fields >> GROUP_REFERENCE_SHIFT & 7u) <= GROUP_MAX_REFERENCE_WIDTH &&
               g.fields >> GROUP_BITS == 0,
           "a group table entry is out of range");
   require(g.data_begin() <= end, "a group's entries lie outside the blob");
+  const uint64_t entries_end = 8ull * g.base + uint64_t(g.meshlets) * g.entry_width();
+  require(bits_at(data, entries_end, uint32_t(8 * g.data_begin() - entries_end)) == 0,
+          "the padding of a group's entries is not 0");
 }
 
 // The triangles sum to the header's count; meshlets lie in order and inside the blob.
@@ -89,7 +92,7 @@ void check_groups(const uint8_t* data, size_t size, const BlobHeader& h) {
   for (uint32_t g = 0; g < group_count(h.meshlet_count); g++) {
     const Group group(data, h, g);
     require(group.base >= least, "meshlets overlap or are out of order");
-    check_group(group, end);
+    check_group(data, group, end);
     least = group.data_begin();
     for (uint32_t i = 0; i < group.meshlets; i++) {
       const uint32_t start = group.start(data, i);

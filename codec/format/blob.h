@@ -43,7 +43,7 @@ struct Stream {
   uint8_t predictor = kParallelogram;
   uint8_t chain_base = 0;     // smallest Rice parameter of chains
   uint8_t interior_base = 0;  // smallest Rice parameter of interiors
-  uint8_t anchor_base = 0;    // exp-Golomb parameter of further anchors; 31: Rice's
+  uint8_t anchor_base = 0;    // exp-Golomb parameter of further anchors
   float step = 1.0f;          // GRID: value = offset + integer * step
   float offset[4] = {0, 0, 0, 0};
 };

@@ -88,7 +88,8 @@
 #define CODE_FIRST_EXPONENTIAL 4u
 #define CODE_ESCAPE 7u
 #define CODE_MAX_PARAMETER 31u
-#define ANCHOR_BASE_RICE 31u  // an anchor base that stands for Rice with this parameter
+#define EXPONENTIAL_MAX_QUOTIENT 31u  // of an exp-Golomb value; its low bits are at most
+#define EXPONENTIAL_MAX_BITS 32u
 #define WIDTH_BITS 5u   // a fixed width; WIDTH_ESCAPE means 32
 #define WIDTH_ESCAPE 31u
 #define MAX_QUOTIENT 16383u  // of a Rice code

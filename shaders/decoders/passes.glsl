@@ -226,7 +226,7 @@ uint next_residual(uint c) {
   uint q = next_quotient(unary);
   uint k = residual_code & CODE_MAX_PARAMETER;
   if (!is_exponential(residual_code)) return unzigzag(take_low(k) | q << k);
-  if (q > 31u || k + q > 32u) {
+  if (q > EXPONENTIAL_MAX_QUOTIENT || k + q > EXPONENTIAL_MAX_BITS) {
     error = ERROR_CODE;
     q = 0u;
   }

@@ -44,7 +44,7 @@ void skip_unary(inout UnaryReader reader, uint n) {
 uint coded_value(uint code, uint q, inout uint low) {
   uint k = code & CODE_MAX_PARAMETER;
   bool exponential = (code & CODE_EXPONENTIAL) != 0u;
-  if (exponential && (q > 31u || k + q > 32u)) {
+  if (exponential && (q > EXPONENTIAL_MAX_QUOTIENT || k + q > EXPONENTIAL_MAX_BITS)) {
     error = ERROR_CODE;
     q = 0u;
   }
