@@ -19,9 +19,12 @@ void main() {
   Header h = open_header();
   bool chains = mask_any(h.owned_refs);
   uint total = chain_vertices(h, 64u).x;
-  uint traversed = traversed_vertices(h);
+  uint traversed = h.references > 0u
+                       ? traversed_vertices(h)
+                       : h.closing + mask_count(the_boundary) - mask_count(the_starts);
   uint row = job_meshlet * stream_total;
   Sections table = Sections(push.sections);
+  uint count = mask_count(the_starts);  // of anchors
   uint p = h.codes;
   // Part 0 is stream 0, part 1 the others.
   for (uint part = 0u; part < 2u && part < stream_total && error == ERROR_NONE; part++) {
@@ -29,7 +32,6 @@ void main() {
     uint firsts = 0u;  // bits of the first anchors
     uint ones = 0u;    // values with a unary part: anchors and chains,
     uint later = 0u;   //   and the interior
-    uint count = mask_count(the_starts);
     for (uint s = part; s < end; s++) {
       uint n = stream_field(s, STREAM_ELEMENTS);
       uint chain_code = chains ? code_at(p, n, stream_base(s, BASE_CHAIN)) : 0u;

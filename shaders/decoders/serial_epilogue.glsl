@@ -32,7 +32,7 @@ void skip_unary(inout UnaryReader reader, uint n) {
     n -= ones;
     words = ones > 0u ? 0u : words + 1u;
     reader.base += 32u;
-    if ((reader.base >> 5) >= blob_word_total || words > MAX_QUOTIENT / 32u) {
+    if ((reader.base >> 5) >= blob_word_total || words > MAX_QUOTIENT / 32u + 1u) {
       error = ERROR_UNARY;
       return;
     }
