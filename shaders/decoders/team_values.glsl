@@ -194,7 +194,9 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
     uint later = 0u;   //   and the interior
     uint interior_code = 0u;  // of the last stream
     uint interior_widths = 0u;
-    uint inner = kind == ITEM_SELF ? traversed_count : part == 0u ? traversed_vertices(h) : 0u;
+    uint inner = h.meshlet == own.meshlet ? traversed_count
+                 : part == 0u             ? traversed_vertices(h)
+                                          : 0u;
     uint count = team_disks;  // anchors, if h, then the team's own meshlet, has no references
     for (uint i = 0u; i < streams; i++) {
       uint s = part + i;
