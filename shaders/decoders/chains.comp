@@ -1,4 +1,4 @@
-// The fifth pass, after corners.comp: the values of the chains between corners.
+// The fifth pass, after corners.comp: the values of the chains between corners, and those of seams.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -6,6 +6,59 @@
 
 #define PER_MESHLET 8u
 #include "decoders/passes.glsl"
+
+struct Chain {
+  uint steps;  // its length in edges
+  uint from;   // local ids of its ends, in the direction of its residuals
+  uint to;
+  mask64 inner;    // local ids between the ends
+  bool backwards;  // against the loop's direction
+};
+
+// Reads the values of a chain's inner vertices for stream s: predicted toward the chain's end, plus
+// residuals.
+void read_chain(Chain chain, uint s) {
+  uint n = stream_field(s, STREAM_ELEMENTS);
+  uint predictor = stream_field(s, STREAM_PREDICTOR);
+  bool vectors = is_packed(s);
+  uint field = place_field(s, PLACE_FIELD);
+  uint mask = bits_mask(s);
+  uint a = chain.from;  // the vertex before, and the one before that
+  uint o = chain.from;
+  uvec2 from = vectors ? vertex_at(s, chain.from) : uvec2(0u);
+  uvec2 to = vectors ? vertex_at(s, chain.to) : uvec2(0u);
+  uvec2 beyond = from;
+  uint left = chain.steps;
+  for (mask64 rest = chain.inner; mask_any(rest) && error == ERROR_NONE; left--) {
+    uint id = (chain.backwards ? mask_msb(rest) : mask_lsb(rest)) & 63u;
+    rest = rest & ~mask_bit(id);
+    Weights weights;
+    weights.exist = false;
+    if (predictor == PREDICT_AFFINE)
+      weights = chain_weights(pack4(id, a, chain.to, a == chain.from ? NO_VERTEX : o));
+    uvec2 fields = uvec2(0u);
+    for (uint c = 0u; c < n; c++) {
+      uint at = c * field;
+      uint prev = vectors ? get_field(from, at, field) : value_at(s, c, a);
+      uint point = prev;
+      if (predictor != PREDICT_COPY) {
+        uint last = vectors ? get_field(to, at, field) : value_at(s, c, chain.to);
+        uint before = vectors ? get_field(beyond, at, field) : value_at(s, c, o);
+        point = affine_chain_point(weights, prev, last, before, max(left, 1u));
+      }
+      uint value = (point + next_residual(c)) & mask;
+      if (vectors)
+        fields |= put_field(at, value);
+      else
+        put_value(s, c, id, value);
+    }
+    if (vectors) put_vertex(s, id, fields);
+    beyond = from;
+    from = fields;
+    o = a;
+    a = id;
+  }
+}
 
 void read_chains(HEADER_IN h, uint r) {
   Run run = run_of(r);
@@ -15,13 +68,23 @@ void read_chains(HEADER_IN h, uint r) {
   Header owner = read_header(foreign ? entry_owner(h, entry) : h.meshlet);
   uint reference = foreign ? slot_reference(owner, entry_slot(h, entry)) & 63u : r;
   uint first = chain_vertices(owner, reference).y;
-  Chain chain = chain_of(h, r, run, foreign);
+  uint begin = id_at(run.rank);
+  uint end = last_id(h, r, run);
+  mask64 inner =
+      the_boundary & ~mask_below(begin + 1u) & mask_below(id_at(run.rank + run.steps - 1u) + 1u);
   for (uint s = 0u; s < stream_end && error == ERROR_NONE; s++) {
-    if (foreign && mask_test(seam_references(h, s), r)) continue;
-    StreamSections sections = sections_of(owner.meshlet, s);
-    seek_residuals(s, sections.codes & 255u, sections.chain_unary, sections.chain_low,
-                   first * stream_field(s, STREAM_ELEMENTS));
-    read_chain(chain, s);
+    // A seam's values lie before those of its own meshlet's interior.
+    mask64 seams = seam_references(h, s);
+    bool seam = mask_test(seams, r);
+    bool backwards = foreign && !seam;
+    StreamSections sections = sections_of(seam ? h.meshlet : owner.meshlet, s);
+    uint before = seam ? inner_vertices(seams & mask_below(r)) : first;
+    seek_residuals(s, seam ? (sections.codes >> 8) & 255u : sections.codes & 255u,
+                   seam ? sections.interior_unary : sections.chain_unary,
+                   seam ? sections.interior_low : sections.chain_low,
+                   before * stream_field(s, STREAM_ELEMENTS));
+    read_chain(Chain(run.steps, backwards ? end : begin, backwards ? begin : end, inner, backwards),
+               s);
     check_residuals();
   }
 }

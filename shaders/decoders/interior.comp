@@ -82,12 +82,7 @@ void main() {
   Header h = open_header();
   StreamSections sections = sections_of(h.meshlet, s);
   seek_residuals(s, (sections.codes >> 8) & 255u, sections.interior_unary, sections.interior_low,
-                 0u);
-  for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest)) {
-    uint r = mask_lsb(rest);
-    Run run = run_of(r);
-    if (run.steps > 1u) read_chain(chain_of(h, r, run, false), s);
-  }
+                 inner_vertices(seam_references(h, s)) * stream_field(s, STREAM_ELEMENTS));
   read_all_traversed(s, waiting_vertices(h));
   check_residuals();
   close_pass();

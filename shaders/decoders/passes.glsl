@@ -125,10 +125,10 @@ uint anchors_of(HEADER_IN h, uint s, uint count) {
   return mask_count(stored_corners(h, seam_references(h, s)));
 }
 
-// Number of inner vertices of the seams of stream s.
-uint seam_vertices_of(HEADER_IN h, uint s) {
+// Number of inner vertices of some references.
+uint inner_vertices(mask64 some) {
   uint count = 0u;
-  for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest))
+  for (mask64 rest = some; mask_any(rest); rest = mask_clear_lsb(rest))
     count += run_of(mask_lsb(rest)).steps - 1u;
   return count;
 }
@@ -238,74 +238,16 @@ void check_residuals() {
     error = ERROR_UNARY;
 }
 
-// --- chains ---
+// --- positions ---
 
+// Three packed elements of stream 0 have 21 bits each: more do not fit, and less are widened.
 Triple grid_position(uint id) {
-  if (!is_packed(0u))
-    return Triple(value_at(0u, 0u, id), value_at(0u, 1u, id), value_at(0u, 2u, id));
-  uvec2 fields = vertex_at(0u, id);
-  uint field = place_field(0u, PLACE_FIELD);
-  return Triple(get_field(fields, 0u, field), get_field(fields, field, field),
-                get_field(fields, 2u * field, field));
-}
-
-struct Chain {
-  uint steps;  // its length in edges
-  uint from;   // local ids of its ends, in the direction of its residuals
-  uint to;
-  mask64 inner;    // local ids between the ends
-  bool backwards;  // against the loop's direction
-};
-
-Chain chain_of(HEADER_IN h, uint r, Run run, bool backwards) {
-  uint begin = id_at(run.rank);
-  uint end = last_id(h, r, run);
-  mask64 inner =
-      the_boundary & ~mask_below(begin + 1u) & mask_below(id_at(run.rank + run.steps - 1u) + 1u);
-  return Chain(run.steps, backwards ? end : begin, backwards ? begin : end, inner, backwards);
-}
-
-// Reads the values of a chain's inner vertices for stream s: predicted toward the chain's end, plus
-// residuals.
-void read_chain(Chain chain, uint s) {
-  uint n = stream_field(s, STREAM_ELEMENTS);
-  uint predictor = stream_field(s, STREAM_PREDICTOR);
-  bool vectors = is_packed(s);
-  uint field = place_field(s, PLACE_FIELD);
-  uint mask = bits_mask(s);
-  uint a = chain.from;  // the vertex before, and the one before that
-  uint o = chain.from;
-  uvec2 from = vectors ? vertex_at(s, chain.from) : uvec2(0u);
-  uvec2 to = vectors ? vertex_at(s, chain.to) : uvec2(0u);
-  uvec2 beyond = from;
-  uint left = chain.steps;
-  for (mask64 rest = chain.inner; mask_any(rest) && error == ERROR_NONE; left--) {
-    uint id = (chain.backwards ? mask_msb(rest) : mask_lsb(rest)) & 63u;
-    rest = rest & ~mask_bit(id);
-    Weights weights;
-    weights.exist = false;
-    if (predictor == PREDICT_AFFINE)
-      weights = chain_weights(pack4(id, a, chain.to, a == chain.from ? NO_VERTEX : o));
-    uvec2 fields = uvec2(0u);
-    for (uint c = 0u; c < n; c++) {
-      uint at = c * field;
-      uint prev = vectors ? get_field(from, at, field) : value_at(s, c, a);
-      uint point = prev;
-      if (predictor != PREDICT_COPY) {
-        uint last = vectors ? get_field(to, at, field) : value_at(s, c, chain.to);
-        uint before = vectors ? get_field(beyond, at, field) : value_at(s, c, o);
-        point = affine_chain_point(weights, prev, last, before, max(left, 1u));
-      }
-      uint value = (point + next_residual(c)) & mask;
-      if (vectors)
-        fields |= put_field(at, value);
-      else
-        put_value(s, c, id, value);
-    }
-    if (vectors) put_vertex(s, id, fields);
-    beyond = from;
-    from = fields;
-    o = a;
-    a = id;
+  uint word = word_of(0u, id);
+  if (!is_packed(0u)) {
+    Integers words = Integers(the_values);
+    return Triple(words.at[word], words.at[word + 1u], words.at[word + 2u]);
   }
+  uvec2 fields = Pairs(the_values).at[word >> 1];
+  return Triple(fields.x & 0x1FFFFFu, ((fields.x >> 21) | (fields.y << 11)) & 0x1FFFFFu,
+                (fields.y >> 10) & 0x1FFFFFu);
 }

@@ -40,7 +40,7 @@ void main() {
       table.of[row + s].interior_unary = p - WIDTH_BITS * n;
       table.of[row + s].codes = chain_code | interior_code << 8;
       if (chain_code != CODE_FIXED) ones += total * n;
-      uint seams = live ? seam_vertices_of(h, s) : 0u;
+      uint seams = live ? inner_vertices(seam_references(h, s)) : 0u;
       table.of[row + s].interior_low = traversed + seams;
       if (interior_code != CODE_FIXED) later += (traversed + seams) * n;
       count = anchors_of(h, s, count);

@@ -35,6 +35,7 @@ shared mask64 team_waiting[TEAMS];       // inner vertices of private references
 // Inner vertices of a stream's seams: id | reference << 8 | place << 16. Later weights of AFFINE:
 // by rank along the boundary, then by place in the traversal.
 shared uint team_seams[TEAMS][64];
+shared mask64 team_seam_refs[TEAMS][MAX_STREAMS];
 shared uint team_codes[TEAMS][MAX_STREAMS];  // bit positions of the interior's codes
 // Bit positions of the interior's unary parts and low bits: of stream 0, and of the others.
 shared uint team_unary[TEAMS][2];
@@ -52,6 +53,14 @@ uint disk_begin(uint disk) {
 }
 uint first_id(uint r) { return loop_id(team_references[TEAM_INDEX][r & 63u]); }
 uint reference_length_of(uint r) { return team_references[TEAM_INDEX][r & 63u] >> 8; }
+
+// Number of inner vertices of the seams of stream s.
+uint seam_vertices_of(uint s) {
+  uint count = 0u;
+  for (mask64 rest = team_seam_refs[TEAM_INDEX][s]; mask_any(rest); rest = mask_clear_lsb(rest))
+    count += reference_length_of(mask_lsb(rest)) - 1u;
+  return count;
+}
 
 // --- disks ---
 
@@ -204,9 +213,7 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
       if (chains && code_at(p, n, stream_base(s, BASE_CHAIN)) != CODE_FIXED) ones += total * n;
       if (kind == ITEM_SELF) team_codes[TEAM_INDEX][s] = p;
       uint seams = 0u;
-      if (kind == ITEM_SELF)
-        for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest))
-          seams += reference_length_of(mask_lsb(rest)) - 1u;
+      if (kind == ITEM_SELF) seams = seam_vertices_of(s);
       interior_code = code_at(p, n, stream_base(s, BASE_INTERIOR));
       interior_widths = p - WIDTH_BITS * n;
       if (interior_code != CODE_FIXED) later += (inner + seams) * n;
@@ -224,7 +231,7 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
       uint s = part + list - (is_chain ? streams : 0u);
       uint n = stream_field(s, STREAM_ELEMENTS);
       uint bits = stream_field(s, STREAM_BITS);
-      uint code = CODE_EXPONENTIAL + stream_base(s, BASE_ANCHOR);
+      uint code = CODE_EXPONENTIAL | stream_base(s, BASE_ANCHOR);
       uint widths = 0u;
       uint items = 0u;   // values of the list,
       uint before = 0u;  //   those before the item's,
@@ -236,7 +243,7 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
         code_at(codes, n, stream_base(s, BASE_INTERIOR));
         items = total * n;
         if (kind == ITEM_REFERENCE && s < stream_end &&
-            !mask_test(own.foreign_refs & seam_references(own, s), j)) {
+            !mask_test(team_seam_refs[TEAM_INDEX][s], j)) {
           before = first * n;
           mine = (max(reference_length_of(j), 1u) - 1u) * n;
         }
@@ -252,15 +259,15 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
         }
         if (count > 0u) anchors += n * bits;
       }
-      bool fixed_code = code == CODE_FIXED;
-      if (mine > 0u) {
-        uint from = after_ones(quotients, fixed_code ? 0u : before);
-        read_values(s, mine, id, j, mask_test(own.foreign_refs, j), code, widths,
-                    low + low_size(code, n, widths, before, from - quotients - before), from);
+      // Over the values before the item's, then over the rest of the list.
+      for (uint rest = 0u; rest < 2u; rest++) {
+        uint skipped = rest == 0u ? before : items - before;
+        uint next = code == CODE_FIXED ? quotients : after_ones(quotients, skipped);
+        low += low_size(code, n, widths, skipped, next - quotients - skipped);
+        quotients = next;
+        if (rest == 0u && mine > 0u)
+          read_values(s, mine, id, j, mask_test(own.foreign_refs, j), code, widths, low, quotients);
       }
-      uint next = after_ones(quotients, fixed_code ? 0u : items);
-      low += low_size(code, n, widths, items, next - quotients - items);
-      quotients = next;
     }
     quotients = low;
     low = after_ones(quotients, later);
@@ -404,9 +411,9 @@ void list_traversal() {
 }
 
 // Lists the inner vertices of the seams of stream s in reference order; returns their number.
-uint list_seams(HEADER_IN h, uint s) {
+uint list_seams(uint s) {
   uint count = 0u;
-  for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest)) {
+  for (mask64 rest = team_seam_refs[TEAM_INDEX][s]; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint r = mask_lsb(rest);
     uint length = reference_length_of(r);
     uint rank = team_references[TEAM_INDEX][r] & 63u;
@@ -477,7 +484,7 @@ void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seam
 
 // Reads the interior's residuals of all decoded streams. A team that is not `sound` only takes part
 // in the barriers.
-void read_interior(HEADER_IN h, bool sound) {
+void read_interior(bool sound) {
   barrier();  // the list of ones overwrites the owners' data
   uint listed = 0u;
   for (uint part = 0u; part < 2u && part < stream_end; part++) {
@@ -489,9 +496,7 @@ void read_interior(HEADER_IN h, bool sound) {
       uint n = stream_field(s, STREAM_ELEMENTS);
       uint p = team_codes[TEAM_INDEX][s];
       if (code_at(p, n, stream_base(s, BASE_INTERIOR)) == CODE_FIXED) continue;
-      ones += traversed_count * n;
-      for (mask64 rest = seam_references(h, s); mask_any(rest); rest = mask_clear_lsb(rest))
-        ones += (reference_length_of(mask_lsb(rest)) - 1u) * n;
+      ones += (traversed_count + seam_vertices_of(s)) * n;
     }
     if (listed + ones > MAX_ELEMENTS * 64u) error = ERROR_VERTICES;
     ones = min(ones, MAX_ELEMENTS * 64u - listed);
@@ -502,7 +507,7 @@ void read_interior(HEADER_IN h, bool sound) {
       uint p = team_codes[TEAM_INDEX][s];
       uint code = code_at(p, n, stream_base(s, BASE_INTERIOR));
       uint widths = p - WIDTH_BITS * n;
-      uint seams = sound ? list_seams(h, s) : 0u;
+      uint seams = sound ? list_seams(s) : 0u;
       uint count = sound && error == ERROR_NONE ? min(seams + traversed_count, 64u) * n : 0u;
       barrier();
       count = code == CODE_FIXED ? count : min(count, all - listed);
@@ -533,7 +538,7 @@ uint run_id(HEADER_IN h, uint r, bool backwards, uint i) {
 
 // Shared foreign chains run in their owner's direction; seams run in this meshlet's.
 bool runs_backwards(HEADER_IN h, uint r, uint s) {
-  return mask_test(h.foreign_refs & ~seam_references(h, s), r);
+  return mask_test(h.foreign_refs & ~team_seam_refs[TEAM_INDEX][s], r);
 }
 
 Triple grid_position(uint id) {
@@ -802,6 +807,8 @@ void team_decode(Header h, bool sound) {
   if (agree()) {
     find_disks();
     stage_owners(h);
+    for (uint s = MEMBER; s < stream_total; s += TEAM)
+      team_seam_refs[TEAM_INDEX][s] = seam_references(h, s);
   }
   sound = agree();
   uint corners = h.references == 0u ? team_disks : h.references;
@@ -819,7 +826,7 @@ void team_decode(Header h, bool sound) {
     barrier();
     if (measuring && sound) list_traversal();
   }
-  read_interior(h, sound);
+  read_interior(sound);
   sound = agree();
   predict(h, sound);
   barrier();
