@@ -35,8 +35,8 @@
 //
 // Optional: WEIGH_TRAVERSED() and WEIGH_CHAINS() compute the AFFINE weights of all traversed or
 // listed chain vertices before TRAVERSED_WEIGHTS(i) and CHAIN_WEIGHTS(j) return them;
-// OCTAHEDRAL_PREDICTIONS(bits) and OCTAHEDRAL_PREDICTION(i, v, bits) do so for GEO; SUM_NORMALS fills
-// the normals. Otherwise this file computes them one by one.
+// OCTAHEDRAL_PREDICTIONS(bits) and OCTAHEDRAL_PREDICTION(i, v, bits) do so for GEO; SUM_NORMALS
+// fills the normals. Otherwise this file computes them one by one.
 //
 // Optional: APEX(t), SET_APEX(t, v) and TRIANGLE(t) name storage for apices and packed triangles;
 // otherwise this file declares arrays.
@@ -1112,7 +1112,7 @@ uint affine_chain_point(Weights w, uint before, uint end, uint earlier, uint lef
 #define WEIGH_TRAVERSED()
 #define TRAVERSED_WEIGHTS(i) traversed_weights(traversed[i])
 #define OCTAHEDRAL_PREDICTIONS(bits)
-#define OCTAHEDRAL_PREDICTION(i, v, bits)                                               \
+#define OCTAHEDRAL_PREDICTION(i, v, bits) \
   octahedral_prediction(NORMALS(4u * v), NORMALS(4u * v + 1u), NORMALS(4u * v + 2u), bits)
 #define SUM_NORMALS sum_normals
 #endif
@@ -1434,9 +1434,8 @@ void predict_affine(uint s, uint first) {
       uint at_a = values[a + 64u * c];
       uint at_b = values[b + 64u * c];
       uint at_o = values[o + 64u * c];
-      uint point = w.exist
-                       ? affine_point(w, at_a, at_b, at_o)
-                       : traversed_prediction(PREDICT_PARALLELOGRAM, at_a, at_b, at_o, across);
+      uint point = w.exist ? affine_point(w, at_a, at_b, at_o)
+                           : traversed_prediction(PREDICT_PARALLELOGRAM, at_a, at_b, at_o, across);
       values[v + 64u * c] = (point + residuals[at + c]) & stream_mask[s];
     }
     at += elements;

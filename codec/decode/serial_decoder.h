@@ -178,8 +178,7 @@ struct SerialDecoder {
   __attribute__((noinline)) bool refill() {
     while (window == 0) {
       window_base += 64u;
-      if ((window_base >> 3) + 8u > size ||
-          window_base - ends[ends_count] > MAX_QUOTIENT + 65u) {
+      if ((window_base >> 3) + 8u > size || window_base - ends[ends_count] > MAX_QUOTIENT + 65u) {
         error = ERROR_UNARY;
         return false;
       }
@@ -281,8 +280,8 @@ struct SerialDecoder {
       __m256i at = _mm256_add_epi32(_mm256_sub_epi32(before, index), start);
       at = _mm256_add_epi32(at, _mm256_mullo_epi32(index, parameter));
       at = _mm256_min_epu32(at, limit);
-      __m256i word = _mm256_i32gather_epi32(reinterpret_cast<const int*>(data),
-                                            _mm256_srli_epi32(at, 3), 1);
+      __m256i word =
+          _mm256_i32gather_epi32(reinterpret_cast<const int*>(data), _mm256_srli_epi32(at, 3), 1);
       word = _mm256_srlv_epi32(word, _mm256_and_si256(at, _mm256_set1_epi32(7)));
       const __m256i power = _mm256_sllv_epi32(one, width);
       const __m256i bits = _mm256_and_si256(word, _mm256_sub_epi32(power, one));
@@ -400,8 +399,8 @@ struct SerialDecoder {
     }
     if (bits > 15u) {  // numbers of 32 bits
       for (uint i = 0; i < count; i++)
-        octahedral[i] = octahedral_prediction(uint(normal[0][i]), uint(normal[1][i]),
-                                              uint(normal[2][i]), bits);
+        octahedral[i] =
+            octahedral_prediction(uint(normal[0][i]), uint(normal[1][i]), uint(normal[2][i]), bits);
       return;
     }
     for (uint i = count; i % kBatch > 0; i++) normal[0][i] = normal[1][i] = normal[2][i] = 0;
