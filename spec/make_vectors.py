@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import random
 import struct
+import textwrap
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -1087,29 +1088,35 @@ def malformed_vectors() -> dict[str, bytes]:
 # --- worked example ---
 
 SECTIONS = {
-    "p0": "A",
-    "p1": "A",
-    "px": "A",
-    "foreign mask": "B",
-    "loop-end mask": "B",
-    "private mask": "B",
-    "length width": "B",
-    "length - 1": "B",
-    "delta": "B",
-    "slot": "B",
-    "share bits": "B",
-    "code of": "C",
-    "width of chain": "C",
-    "width of interior": "C",
-    "first anchor": "D",
-    "width of anchors": "D",
-    "further anchors": "D",
-    "low bits of chain": "E",
-    "quotients of chain": "F",
-    "low bits of interior": "G",
-    "quotients of interior": "H",
+    "T - 1": "Head",
+    "refs": "Head",
+    "LOOPS": "Head",
+    "PRIVATE": "Head",
+    "SEAMS": "Head",
+    "p0": "Symbols",
+    "p1": "Symbols",
+    "p2": "Symbols",
+    "p3": "Symbols",
+    "foreign mask": "References",
+    "loop-end mask": "References",
+    "private mask": "References",
+    "length width": "References",
+    "length - 1": "References",
+    "delta": "References",
+    "slot": "References",
+    "share bits": "References",
+    "code of": "Codes",
+    "width of chain": "Codes",
+    "width of interior": "Codes",
+    "first anchor": "Anchors",
+    "unary of further anchors": "Anchors",
+    "unary of chain": "Chains",
+    "low of further anchors": "Anchors",
+    "low of chain": "Chains",
+    "unary of interior": "Interior",
+    "low of interior": "Interior",
 }
-MASKS = ("p0", "p1", "px", "foreign mask", "loop-end mask", "private mask", "share bits")
+MASKS = ("p0", "p1", "p2", "p3", "foreign mask", "loop-end mask", "private mask", "share bits")
 HEADER_FIELDS = (
     ("I", "magic"),
     ("B", "version"),
@@ -1125,21 +1132,31 @@ HEADER_FIELDS = (
 )
 STREAM_FIELDS = (
     ("B", "kind"),
-    ("B", "components"),
+    ("B", "elements"),
     ("B", "bits"),
     ("B", "predictor"),
     ("B", "chain base"),
     ("B", "interior base"),
-    ("H", "reserved"),
+    ("B", "anchor base"),
+    ("B", "reserved"),
     ("f", "step"),
     *(("f", f"offset[{c}]") for c in range(4)),
 )
 GROUP_FIELDS = (
     ("I", "base"),
-    ("B", "delta width"),
-    ("B", "slot width"),
-    ("B", "offset shift"),
-    ("B", "reserved"),
+    ("H", "stride"),
+    ("H", "bias"),
+)
+GROUP_BITS = (
+    (5, "entry width"),
+    (5, "delta width"),
+    (3, "slot width"),
+    (3, "reference width"),
+    (1, "LOOPS"),
+    (1, "PRIVATE"),
+    (1, "SEAMS"),
+    (1, "symbol table"),
+    (12, "reserved"),
 )
 
 
@@ -1154,16 +1171,28 @@ def table_rows(blob: bytes, at: int, part: str, fields) -> list[str]:
     return rows
 
 
-def directory_row(blob: bytes, at: int, m: int) -> str:
-    (word,) = struct.unpack_from("<I", blob, at)
-    flags = [
-        name for bit, name in ((29, "LOOPS"), (30, "PRIVATE"), (31, "SEAMS")) if word >> bit & 1
-    ]
-    text = (
-        f"offset {word & 0x1FFFF}, T = {(word >> 17 & 63) + 1}, R = {word >> 23 & 63}, "
-        f"flags: {', '.join(flags) or 'none'}"
+def group_rows(blob: bytes, g: int) -> list[str]:
+    """Rows of an entry of the group table, and of the entries of its meshlets."""
+    at = table_offsets(blob)["groups"] + 12 * g
+    rows = table_rows(blob, at, f"group {g}", GROUP_FIELDS)
+    (word,) = struct.unpack_from("<I", blob, at + 8)
+    values = []
+    for width, name in GROUP_BITS:
+        values.append(f"{name} {word & (1 << width) - 1}")
+        word >>= width
+    rows.append(f"| {at + 8} | `{blob[at + 8 : at + 12].hex(' ')}` | group {g} | {', '.join(values)} |")
+    file = reference_decoder.BlobFile(blob)
+    group = file.groups[g]
+    places = range(32 * g, min(32 * g + 32, file.meshlet_count))
+    first = file.starts[places[0]]
+    reader = reference_decoder.BitReader(blob, 8 * group.base, 8 * first)
+    entries = ", ".join(str(reader.read(group.entry_width, "entry")) for _ in places)
+    shown = ", ".join(f"{file.starts[m]} to {file.ends[m] - 1}" for m in places)
+    rows.append(
+        f"| {group.base} | `{blob[group.base : first].hex(' ')}` | entries of group {g} "
+        f"| {entries}: meshlets in bytes {shown} |"
     )
-    return f"| {at} | `{blob[at : at + 4].hex(' ')}` | directory, meshlet {m} | {text} |"
+    return rows
 
 
 def unary_values(bits: list[int]) -> list[int]:
@@ -1192,7 +1221,7 @@ def meshlet_rows(blob: bytes, m: int) -> list[str]:
             if len(run) == 1
             else f"{len(run)} \N{MULTIPLICATION SIGN} {first.width}"
         )
-        if first.name.startswith("quotients"):
+        if first.name.startswith("unary of"):
             values = unary_values(values)
             widths = f"{len(run)}"
         shown = ", ".join(map(str, values))
@@ -1210,7 +1239,7 @@ def meshlet_rows(blob: bytes, m: int) -> list[str]:
 def hops_text(decoder: reference_decoder.Decoder, m: int) -> str:
     """The hops from each corner that meshlet m does not store; the same for all streams."""
     meshlet = decoder.file.meshlet(m)
-    assert not meshlet.entry.has_seams
+    assert not meshlet.has_seams
     paths = []
     for j, run in enumerate(decoder.boundary(meshlet)):
         path = f"corner {j} (local id {run[0]})"
@@ -1234,11 +1263,10 @@ def local_table(blob: bytes, m: int, numbers: dict[int, int]) -> list[str]:
     aliases_text = ", ".join(
         f"{v} of {w} of meshlet {owner}" for v, (owner, w) in sorted(aliases.items())
     )
-    rows = [
-        f"Symbols {' '.join(symbols)}, triangles (a, b, v): {', '.join(map(str, triangles))}.",
-        "",
-    ]
-    rows += [f"Hops: {hops_text(decoder, m)}. Aliases, by local ids: {aliases_text or 'none'}.", ""]
+    shown = ", ".join(map(str, triangles))
+    rows = [*wrap(f"Symbols {' '.join(symbols)}, triangles (a, b, v): {shown}."), ""]
+    rows += wrap(f"Hops: {hops_text(decoder, m)}. Aliases, by local ids: {aliases_text or 'none'}.")
+    rows.append("")
     rows += [
         "| local id | vertex | " + " | ".join(f"stream {s}" for s in range(len(values))) + " |",
         "| --- | --- |" + " --- |" * len(values),
@@ -1250,6 +1278,11 @@ def local_table(blob: bytes, m: int, numbers: dict[int, int]) -> list[str]:
             + " |"
         )
     return rows
+
+
+def wrap(text: str) -> list[str]:
+    """The lines of a paragraph."""
+    return textwrap.wrap(text, 158, break_on_hyphens=False)
 
 
 def vertex_numbers(blob: bytes, triangles: list) -> list[dict[int, int]]:
@@ -1286,8 +1319,7 @@ def worked_example_text(blob: bytes) -> str:
     for s in range(blob[5]):
         lines += table_rows(blob, offsets["streams"] + 28 * s, f"stream {s}", STREAM_FIELDS)
     for g in range(-(-meshlet_count // 32)):
-        lines += table_rows(blob, offsets["groups"] + 8 * g, f"group {g}", GROUP_FIELDS)
-    lines += [directory_row(blob, offsets["directory"] + 4 * m, m) for m in range(meshlet_count)]
+        lines += group_rows(blob, g)
     numbers = vertex_numbers(blob, decoded.triangles.tolist())
     for m in range(meshlet_count):
         lines += ["", f"Meshlet {m} (masks are written first bit first):", ""]
@@ -1298,12 +1330,8 @@ def worked_example_text(blob: bytes) -> str:
             "",
         ]
         lines += local_table(blob, m, numbers[m])
-    lines += [
-        "",
-        "Decoded triangles, in vertex numbers: "
-        + ", ".join(str(tuple(t)) for t in decoded.triangles.tolist())
-        + ".",
-    ]
+    triangles = ", ".join(str(tuple(t)) for t in decoded.triangles.tolist())
+    lines += ["", *wrap(f"Decoded triangles, in vertex numbers: {triangles}.")]
     return "\n".join(lines) + "\n"
 
 

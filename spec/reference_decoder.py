@@ -654,7 +654,7 @@ class Meshlet:
         """Counts and flags."""
         group = self.group
         self.triangle_count = reader.read(6, "T - 1") + 1
-        self.reference_count = reader.read(group.reference_width, "R")
+        self.reference_count = reader.read(group.reference_width, "refs")
         self.has_loops = group.has_loops and bool(reader.read(1, "LOOPS"))
         self.has_private = group.has_private and bool(reader.read(1, "PRIVATE"))
         self.has_seams = group.has_seams and bool(reader.read(1, "SEAMS"))
