@@ -56,6 +56,7 @@ struct SerialDecoder {
 #else
   static uint mask_msb(mask64 m) { return m ? 63u ^ uint(__builtin_clzll(m)) : 127u; }
 #endif
+  static uint bit_length(uint x) { return x ? 32u - uint(__builtin_clz(x)) : 0u; }
   static bool mask_test(mask64 m, uint i) { return (m >> (i & 63u)) & 1u; }
   static bool mask_any(mask64 m) { return m != 0; }
   static uint mask_count(mask64 m) { return uint(__builtin_popcountll(m)); }
@@ -176,11 +177,27 @@ struct SerialDecoder {
     unary = reader;
   }
 
-  void read_rice(uint n, uint k, uint low) {
+  static uint unzigzagged(uint u) { return (u >> 1) ^ (0u - (u & 1u)); }
+
+  void read_codes(uint n, uint code) {
     uint ends[1 + 256 + kGroup];  // n <= 64 vertices x 4 elements; ends[0]: the one before
+    const uint k = code & CODE_MAX_PARAMETER, low = low_cursor;
+    if (n == 0) return;
     ends[0] = unary.cursor - 1u;
     read_ends(n, ends + 1);
     if (error != ERROR_NONE) return;
+    const uint zeros = ends[n] - ends[0] - n;
+    const bool exponential = (code & CODE_EXPONENTIAL) != 0;
+    low_cursor = low + n * k + (exponential ? zeros : 0u);
+    if (low_cursor > 8u * (byte_length - BLOB_PADDING_BYTES))
+      error = ERROR_UNARY;
+    else if (exponential)
+      read_exponential(n, k, low, ends);
+    else
+      read_rice(n, k, low, ends);
+  }
+
+  void read_rice(uint n, uint k, uint low, const uint* ends) {
     uint i = 0;
 #ifdef __AVX2__
     for (; k <= 7u && i < n; i += 8, low += 8 * k) {
@@ -190,7 +207,19 @@ struct SerialDecoder {
     }
 #endif
     for (; i < n; i++, low += k)
-      residuals[i] = unzigzag((ends[i + 1] - ends[i] - 1u) << k | load_inside(low, k));
+      residuals[i] = unzigzagged((ends[i + 1] - ends[i] - 1u) << k | load_inside(low, k));
+  }
+
+  void read_exponential(uint n, uint k, uint low, const uint* ends) {
+    for (uint i = 0; i < n; i++) {
+      const uint zeros = ends[i + 1] - ends[i] - 1u;
+      if (zeros > EXPONENTIAL_MAX_QUOTIENT || k + zeros > EXPONENTIAL_MAX_BITS) {
+        error = ERROR_CODE;
+        return;
+      }
+      residuals[i] = unzigzagged((((1u << zeros) - 1u) << k) + load_inside(low, k + zeros));
+      low += k + zeros;
+    }
   }
 #ifdef __AVX2__
   // Residuals i .. i + 7 from the ends of their quotients and their low bits.
