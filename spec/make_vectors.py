@@ -3,8 +3,8 @@
     python -m spec.make_vectors
 
 valid_NAME.bin is a blob and valid_NAME.json its decoded triangles and integers; view_NAME is the
-same for a buffer view of several blobs. Decoders must refuse malformed_NAME.bin; malformed.json
-has the reasons. Most blobs come from the encoder. The hand-made ones come from blob_writer,
+same for a buffer view of several blobs. gltf_NAME.glb is a file and gltf_NAME.json the components
+of its accessors. Decoders must refuse malformed_NAME.bin; malformed.json has the reasons. Most blobs come from the encoder. The hand-made ones come from blob_writer,
 because no encoder would write them.
 """
 
@@ -126,7 +126,7 @@ def tetrahedron() -> bytes:
 def worked_example() -> bytes:
     positions = grid_positions(4, 2, 20)
     texcoords = positions[:, :2] + [7, 3]
-    streams = [position_stream(8), stream(GRID, 2, 8, COPY)]
+    streams = [position_stream(8), stream(GRID, 2, 8, AFFINE)]
     return encode(grid_triangles(4, 2), positions, streams, [texcoords], max_triangles=8)
 
 
@@ -197,6 +197,45 @@ def every_kind() -> bytes:
     ]
     values = [normals, (i % 5 == 0)[:, None], joints, floats[:, None]]
     return encode(grid_triangles(6, 6), positions, streams, values, max_triangles=40)
+
+
+def octahedral_integers(normals: np.ndarray, bits: int) -> np.ndarray:
+    """The encoder's rule of appendix B."""
+    n = normals / np.abs(normals).sum(axis=1, keepdims=True)
+    x, y = n[:, 0], n[:, 1]
+    below = n[:, 2] < 0
+    fold_x = (1 - np.abs(y)) * np.where(x < 0, -1, 1)
+    fold_y = (1 - np.abs(x)) * np.where(y < 0, -1, 1)
+    grid = np.stack([np.where(below, fold_x, x), np.where(below, fold_y, y)], axis=1)
+    return np.rint((grid + 1) / 2 * ((1 << bits) - 2))
+
+
+def normals_and_texcoords() -> bytes:
+    """Half a sphere."""
+    columns, rows = 12, 9
+    y, x = np.divmod(np.arange((columns + 1) * (rows + 1)), columns + 1)
+    longitude, latitude = np.pi * x / columns, np.pi * (y + 0.5) / (rows + 1)
+    normals = np.stack(
+        [
+            np.sin(latitude) * np.cos(longitude),
+            np.cos(latitude),
+            np.sin(latitude) * np.sin(longitude),
+        ],
+        axis=1,
+    )
+    streams = [
+        position_stream(),
+        stream(OCT, 2, 10, GEO),
+        stream(OCT, 2, 8, GEO_ALL),
+        stream(GRID, 2, 12, AFFINE),
+    ]
+    values = [
+        octahedral_integers(normals, 10),
+        octahedral_integers(normals, 8),
+        np.stack([x * 300, y * 400], axis=1),
+    ]
+    positions = np.rint(2000 + 1900 * normals)
+    return encode(grid_triangles(columns, rows), positions, streams, values, max_triangles=40)
 
 
 def rice_and_fixed_codes() -> bytes:
@@ -617,6 +656,145 @@ def pages() -> bytes:
     return b"".join(with_vertex_count(blob, count_vertices(blob)) for blob in blobs)
 
 
+# --- whole files ---
+
+BYTE, UNSIGNED_BYTE, SHORT, UNSIGNED_SHORT, FLOAT = 5120, 5121, 5122, 5123, 5126
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4}
+
+
+@dataclass(frozen=True)
+class Attribute:
+    """An attribute of a file: its accessor, and the index of its first stream."""
+
+    name: str
+    kind: str
+    component_type: int
+    stream: int
+    normalized: bool = False
+
+
+def components(view: bytes, attribute: Attribute) -> np.ndarray:
+    return reference_decoder.accessor_components(
+        reference_decoder.decode_view(view),
+        attribute.stream,
+        attribute.component_type,
+        WIDTHS[attribute.kind],
+    )
+
+
+def accessor(view: bytes, attribute: Attribute) -> dict:
+    values = components(view, attribute)
+    result = {
+        "componentType": attribute.component_type,
+        "count": len(values),
+        "type": attribute.kind,
+    }
+    if attribute.normalized:
+        result["normalized"] = True
+    if attribute.name == "POSITION":
+        result["min"] = values.min(axis=0).tolist()
+        result["max"] = values.max(axis=0).tolist()
+    return result
+
+
+def glb(view: bytes, attributes: list[Attribute], targets: list[list[Attribute]]) -> bytes:
+    """A binary glTF file with one primitive."""
+    decoded = reference_decoder.decode_view(view)
+    accessors = [{"componentType": 5125, "count": decoded.triangles.size, "type": "SCALAR"}]
+
+    def add(group: list[Attribute]) -> dict[str, int]:
+        first = len(accessors)
+        accessors.extend(accessor(view, attribute) for attribute in group)
+        return {attribute.name: first + i for i, attribute in enumerate(group)}
+
+    def streams(group: list[Attribute]) -> dict[str, int]:
+        return {attribute.name: attribute.stream for attribute in group}
+
+    extension = {"bufferView": 0, "attributes": streams(attributes)}
+    primitive = {"mode": 4, "indices": 0, "attributes": add(attributes)}
+    if targets:
+        extension["targets"] = [streams(target) for target in targets]
+        primitive["targets"] = [add(target) for target in targets]
+    primitive["extensions"] = {"EXT_meshlet_edgebreaker": extension}
+    names = ["EXT_meshlet_edgebreaker"]
+    if any(a.component_type != FLOAT for a in attributes if a.name == "POSITION"):
+        names.append("KHR_mesh_quantization")
+    document = {
+        "asset": {"version": "2.0"},
+        "extensionsUsed": names,
+        "extensionsRequired": names,
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [primitive]}],
+        "accessors": accessors,
+        "buffers": [{"byteLength": len(view)}],
+        "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": len(view)}],
+    }
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<2I", len(text), 0x4E4F534A) + text
+    chunks += struct.pack("<2I", len(view), 0x004E4942) + view
+    return struct.pack("<3I", 0x46546C67, 2, 12 + len(chunks)) + chunks
+
+
+def attributes_view() -> bytes:
+    """Two meshlets of five triangles, with twelve streams."""
+    streams = [
+        blob_writer.Stream(bits=12, step=0.25, offset=(-100.0, 0.1, 7.0, 0.0)),
+        blob_writer.Stream(OCT, 2, 8, GEO),  # NORMAL
+        blob_writer.Stream(OCT, 2, 10, COPY),  # TANGENT x, y, z
+        blob_writer.Stream(SIGN, 1, 1, COPY),  # TANGENT w
+        blob_writer.Stream(GRID, 2, 12, AFFINE, step=0.5, offset=(0.0, 20.0, 0.0, 0.0)),
+        blob_writer.Stream(INTEGER, 4, 4),  # JOINTS_0
+        blob_writer.Stream(INTEGER, 4, 8),  # WEIGHTS_0
+        blob_writer.Stream(GRID, 2, 10, step=0.125),  # _MATRIX, first column
+        blob_writer.Stream(GRID, 2, 10, step=0.375),  # _MATRIX, second column
+        blob_writer.Stream(INTEGER, 1, 32, COPY),  # _ID, above 2^24
+        blob_writer.Stream(FLOAT32, 1, 32, COPY),  # _EXACT
+        blob_writer.Stream(GRID, 3, 10, step=0.25, offset=(-8.0, -8.0, -8.0, 0.0)),  # target
+    ]
+    count = len(streams)
+    loop = [reference(OWNED, 2), reference(PRIVATE, 5)]
+    meshlets = [
+        fixed_meshlet("RRRRE", [loop], streams, [2] * count, [1] * count, [4] * count)
+        for _ in range(2)
+    ]
+    for m, meshlet in enumerate(meshlets):
+        meshlet.anchors[4][0] = [301, 402]  # so that no value is negative
+        meshlet.anchors[9][0] = [0xFF000001 - m]
+        meshlet.anchors[10][0] = [0xBFC00000 + m]
+    return blob_writer.write_blob(streams, meshlets, 14)
+
+
+ATTRIBUTES = [
+    Attribute("POSITION", "VEC3", FLOAT, 0),
+    Attribute("NORMAL", "VEC3", FLOAT, 1),
+    Attribute("TANGENT", "VEC4", FLOAT, 2),
+    Attribute("TEXCOORD_0", "VEC2", UNSIGNED_SHORT, 4, True),
+    Attribute("JOINTS_0", "VEC4", UNSIGNED_BYTE, 5),
+    Attribute("WEIGHTS_0", "VEC4", UNSIGNED_BYTE, 6, True),
+    Attribute("_MATRIX", "MAT2", FLOAT, 7),
+    Attribute("_ID", "SCALAR", FLOAT, 9),
+    Attribute("_EXACT", "SCALAR", FLOAT, 10),
+]
+GLTF = {
+    "attributes": (
+        attributes_view,
+        ATTRIBUTES,
+        [[Attribute("POSITION", "VEC3", FLOAT, 11)]],
+        "a TANGENT and a MAT2 of two streams each, a morph target, values that are rounded to "
+        "integers (half-way cases to even), integers above 2^24 as floats",
+    ),
+    "pages": (
+        pages,
+        [Attribute("POSITION", "VEC3", FLOAT, 0), Attribute("NORMAL", "VEC3", FLOAT, 1)],
+        [],
+        "a view of three blobs",
+    ),
+}
+
+
 VALID = {
     "one_triangle": (one_triangle, "one triangle"),
     "quad": (quad, "two triangles in one meshlet without references"),
@@ -642,6 +820,10 @@ VALID = {
         "PARALLELOGRAM, MEAN, COPY, DAMPED, and a stream of 32 bits",
     ),
     "every_kind": (every_kind, "GRID, OCT, SIGN, INTEGER, FLOAT32"),
+    "normals_and_texcoords": (
+        normals_and_texcoords,
+        "half a sphere with GEO, GEO_ALL and AFFINE in several meshlets",
+    ),
     "rice_and_fixed_codes": (rice_and_fixed_codes, "Rice and fixed codes, for chains and interior"),
     "several_groups": (several_groups, "more than 32 meshlets"),
     "awkward_topology": (
@@ -1372,6 +1554,18 @@ def vector_files() -> dict[str, bytes]:
             files[f"{kind}_{name}.json"] = (
                 json.dumps(description(data, text), separators=(",", ":")) + "\n"
             ).encode()
+    for name, (make, attributes, targets, text) in GLTF.items():
+        view = make()
+        files[f"gltf_{name}.glb"] = glb(view, attributes, targets)
+        expected = {
+            "description": text,
+            "indices": reference_decoder.decode_view(view).triangles.reshape(-1).tolist(),
+            "attributes": {a.name: components(view, a).tolist() for a in attributes},
+            "targets": [{a.name: components(view, a).tolist() for a in t} for t in targets],
+        }
+        files[f"gltf_{name}.json"] = (
+            json.dumps(expected, separators=(",", ":"), allow_nan=False) + "\n"
+        ).encode()
     reasons = {}
     for name, blob in malformed_vectors().items():
         files[f"malformed_{name}.bin"] = blob

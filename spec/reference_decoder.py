@@ -32,6 +32,7 @@ MAX_QUOTIENT = 16383
 MAX_PREDICTED_BITS = 24
 MAX_WORD = 0xFFFFFFFF
 MAX_BYTES = 1 << 29
+FLOAT_COMPONENTS = 5126  # glTF's number of the component type float
 
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
 PARALLELOGRAM, MEAN, COPY, DAMPED, GEO, GEO_ALL, AFFINE = range(7)
@@ -1172,3 +1173,26 @@ def dequantise(stream: Stream, integers: np.ndarray) -> np.ndarray:
     if stream.kind == SIGN:
         return (2.0 * integers - 1.0).astype(np.float32)
     return integers
+
+
+def accessor_components(blob: Blob, stream: int, component_type: int, width: int) -> np.ndarray:
+    """The components of an accessor, [V, width], from the streams from number `stream` on.
+
+    component_type: glTF's number. Returns float32 for 5126, else int64. Raises ValueError if the
+    streams do not fit the accessor.
+    """
+    columns: list[np.ndarray] = []
+    while sum(column.shape[1] for column in columns) < width:
+        _require(stream < len(blob.streams), "The attribute needs more streams than there are.")
+        kind = blob.streams[stream].kind
+        values = dequantise(blob.streams[stream], blob.values[stream])
+        if component_type == FLOAT_COMPONENTS:
+            values = values.astype(np.float32)
+        else:
+            _require(kind not in (OCT, SIGN), "An OCT or SIGN stream needs a float accessor.")
+            values = np.rint(values.astype(np.float64)).astype(np.int64)  # half-way cases to even
+        columns.append(values)
+        stream += 1
+    components = np.concatenate(columns, axis=1)
+    _require(components.shape[1] == width, "The attribute's streams overfill its accessor.")
+    return components
