@@ -4,8 +4,9 @@
 
 valid_NAME.bin is a blob and valid_NAME.json its decoded triangles and integers; view_NAME is the
 same for a buffer view of several blobs. gltf_NAME.glb is a file and gltf_NAME.json the components
-of its accessors. Decoders must refuse malformed_NAME.bin; malformed.json has the reasons. Most blobs come from the encoder. The hand-made ones come from blob_writer,
-because no encoder would write them.
+of its accessors. Decoders must refuse malformed_NAME.bin; malformed.json has the reasons. Most
+blobs come from the encoder. The hand-made ones come from blob_writer, because no encoder would
+write them.
 """
 
 from __future__ import annotations
@@ -153,7 +154,8 @@ def seams_between_meshlets() -> bytes:
 
 
 def several_components() -> bytes:
-    triangles, positions = [], []
+    triangles: list[list[int]] = []
+    positions: list[list[int]] = []
     for part in range(5):
         first = len(positions)
         triangles += [[first + v for v in t] for t in grid_triangles(part + 1, 1)]
@@ -644,15 +646,16 @@ def count_vertices(blob: bytes) -> int:
 
 def pages() -> bytes:
     """Three blobs: predictors, bases, sizes and meshlet counts differ, the streams do not."""
-    blobs = []
-    for symbols, predictor in (("RE", PARALLELOGRAM), ("E", DAMPED), ("CRRE", MEAN)):
+    blobs: list[bytes] = []
+    kinds = (("RE", PARALLELOGRAM), ("E", DAMPED), ("CRRE", MEAN))
+    for meshlet_count, (symbols, predictor) in enumerate(kinds, start=1):
         streams = [
             blob_writer.Stream(bits=12, predictor=predictor, step=0.5, offset=(1.0, 2.0, 3.0, 0.0)),
             blob_writer.Stream(OCT, 2, 8, GEO if predictor == MEAN else COPY, 1, 2, 3),
         ]
         vertices = symbols.count("R") + 2 * symbols.count("E") + 1
         meshlet = fixed_meshlet(symbols, [], streams, [1, 1], [0, 0], [vertices - 1] * 2)
-        blobs.append(blob_writer.write_blob(streams, [meshlet] * len(blobs + [0]), 3))
+        blobs.append(blob_writer.write_blob(streams, [meshlet] * meshlet_count, 3))
     return b"".join(with_vertex_count(blob, count_vertices(blob)) for blob in blobs)
 
 
@@ -1158,11 +1161,7 @@ def malformed_groups() -> dict[str, bytes]:
     """Name -> a blob with one thing wrong in its group table or entries."""
     pair = two_meshlets()
     groups = many_meshlets()
-    base, second = (
-        struct.unpack_from("<I", groups, table_offsets(groups)["groups"] + 12 * g)[0]
-        for g in range(2)
-    )
-    (word,) = struct.unpack_from("<I", groups, table_offsets(groups)["groups"] + 8)
+    (base,) = struct.unpack_from("<I", groups, table_offsets(groups)["groups"])
     return {
         "group_delta_width": patch_group(pair, 64 + 5, 5, 25),
         "group_slot_width": patch_group(pair, 64 + 10, 3, 7),
@@ -1172,9 +1171,7 @@ def malformed_groups() -> dict[str, bytes]:
         "group_base_in_tables": patch_group(pair, 0, 32, 32),
         "group_entries_outside": patch_group(pair, 0, 32, len(pair) - 8),
         "group_within_a_group": patch_group(groups, 0, 32, base + 1, g=1),
-        "group_base_in_the_last_meshlet": patch_group(
-            groups, 0, 32, last_start(groups, 31), g=1
-        ),
+        "group_base_in_the_last_meshlet": patch_group(groups, 0, 32, last_start(groups, 31), g=1),
         "group_entry_padding": put_bits(
             uneven_meshlets(), 8 * entries_end(uneven_meshlets()) - 1, 1, 1
         ),
@@ -1362,7 +1359,9 @@ def group_rows(blob: bytes, g: int) -> list[str]:
     for width, name in GROUP_BITS:
         values.append(f"{name} {word & (1 << width) - 1}")
         word >>= width
-    rows.append(f"| {at + 8} | `{blob[at + 8 : at + 12].hex(' ')}` | group {g} | {', '.join(values)} |")
+    rows.append(
+        f"| {at + 8} | `{blob[at + 8 : at + 12].hex(' ')}` | group {g} | {', '.join(values)} |"
+    )
     file = reference_decoder.BlobFile(blob)
     group = file.groups[g]
     places = range(32 * g, min(32 * g + 32, file.meshlet_count))
