@@ -15,7 +15,7 @@ import json
 import random
 import struct
 import textwrap
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from unittest import mock
@@ -74,10 +74,12 @@ def stream(kind: int, components: int, bits: int, predictor: int = -1) -> dict:
     }
 
 
-def encode(triangles, positions, streams=None, values=(), max_triangles: int = 64) -> bytes:
+def encode(
+    triangles, positions, streams=None, values=(), max_triangles: int = 64, page_bytes: int = 0
+) -> bytes:
     """Encodes integer positions [V, 3] and the values of further streams.
 
-    Vertices may have equal positions.
+    Vertices may have equal positions. page_bytes: of each blob but the last; 0 for one blob.
     """
     positions = np.asarray(positions, np.uint32)
     _, position_ids = np.unique(positions, axis=0, return_inverse=True)
@@ -88,6 +90,7 @@ def encode(triangles, positions, streams=None, values=(), max_triangles: int = 6
         streams or [position_stream()],
         [positions, *(np.ascontiguousarray(v, np.uint32) for v in values)],
         max_triangles=max_triangles,
+        page_bytes=page_bytes,
     )
     return blob
 
@@ -129,6 +132,15 @@ def worked_example() -> bytes:
     texcoords = positions[:, :2] + [7, 3]
     streams = [position_stream(8), stream(GRID, 2, 8, AFFINE)]
     return encode(grid_triangles(4, 2), positions, streams, [texcoords], max_triangles=8)
+
+
+def encoded_pages() -> bytes:
+    """A sheet with texture coordinates in blobs of 512 bytes."""
+    positions = grid_positions(16, 12)
+    streams = [position_stream(), stream(GRID, 2, 12, AFFINE)]
+    return encode(
+        grid_triangles(16, 12), positions, streams, [positions[:, :2]], 24, page_bytes=512
+    )
 
 
 def tube(columns: int, rows: int):
@@ -734,6 +746,11 @@ def glb(view: bytes, attributes: list[Attribute], targets: list[list[Attribute]]
         "buffers": [{"byteLength": len(view)}],
         "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": len(view)}],
     }
+    return pack_glb(document, view)
+
+
+def pack_glb(document: dict, view: bytes) -> bytes:
+    """A binary glTF file of a document and its buffer."""
     text = json.dumps(document, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
     chunks = struct.pack("<2I", len(text), 0x4E4F534A) + text
@@ -903,6 +920,10 @@ VALID = {
 
 VIEWS = {
     "pages": (pages, "hand-made: a view of three blobs; predictors and bases differ"),
+    "encoded_pages": (
+        encoded_pages,
+        "a sheet in blobs of at most 512 bytes; vertices on their borders repeat",
+    ),
 }
 # Malformed vectors that only a validator has to refuse (A.9 of the specification).
 VALIDATORS_ONLY = ("nine_hops", "inconsistent", "data_within_data")
@@ -1543,6 +1564,40 @@ def refusal(view: bytes) -> str:
     raise AssertionError("the reference decoder accepts a blob that should be malformed")
 
 
+# Name -> stream 1, and the attribute that it does not fit.
+MALFORMED_GLTF = {
+    "oct_in_integers": (
+        blob_writer.Stream(OCT, 2, 8),
+        Attribute("NORMAL", "VEC3", BYTE, 1, True),
+    ),
+    "sign_in_integers": (blob_writer.Stream(SIGN, 1, 1), Attribute("_SIGN", "SCALAR", BYTE, 1)),
+    "too_many_elements": (blob_writer.Stream(elements=4), Attribute("_X", "VEC3", FLOAT, 1)),
+    "too_few_streams": (blob_writer.Stream(elements=3), Attribute("_X", "VEC4", FLOAT, 1)),
+}
+
+
+def malformed_gltf(name: str) -> tuple[bytes, str]:
+    """A file whose accessors do not fit its streams, and the reason to refuse it."""
+    stream, wrong = MALFORMED_GLTF[name]
+    view = with_streams(stream)
+    # The accessor of the position stands in for the wrong one.
+    file = glb(view, [ATTRIBUTES[0], replace(ATTRIBUTES[0], name=wrong.name)], [])
+    (length,) = struct.unpack_from("<I", file, 12)
+    document = json.loads(file[20 : 20 + length])
+    primitive = document["meshes"][0]["primitives"][0]
+    index = primitive["attributes"][wrong.name]
+    document["accessors"][index].update(componentType=wrong.component_type, type=wrong.kind)
+    if wrong.normalized:
+        document["accessors"][index]["normalized"] = True
+    extension = primitive["extensions"]["EXT_meshlet_edgebreaker"]
+    extension["attributes"][wrong.name] = wrong.stream
+    try:
+        components(view, wrong)
+    except ValueError as error:
+        return pack_glb(document, view), str(error)
+    raise AssertionError("the reference decoder accepts an accessor that should be malformed")
+
+
 def vector_files() -> dict[str, bytes]:
     """File name -> contents."""
     files = {}
@@ -1572,6 +1627,10 @@ def vector_files() -> dict[str, bytes]:
             "reason": refusal(blob),
             "validators_only": name in VALIDATORS_ONLY,
         }
+    for name in MALFORMED_GLTF:
+        file = f"malformed_gltf_{name}.glb"
+        files[file], reason = malformed_gltf(name)
+        reasons[file] = {"reason": reason, "validators_only": False}
     files["malformed.json"] = (json.dumps(reasons, indent=1) + "\n").encode()
     return files
 

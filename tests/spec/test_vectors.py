@@ -18,6 +18,7 @@ VALID = sorted(path.stem for path in FOLDER.glob("valid_*.bin"))
 VIEWS = sorted(path.stem for path in FOLDER.glob("view_*.bin"))
 FILES = sorted(path.stem for path in FOLDER.glob("gltf_*.glb"))
 MALFORMED = sorted(path.name for path in FOLDER.glob("malformed_*.bin"))
+MALFORMED_FILES = sorted(path.name for path in FOLDER.glob("malformed_*.glb"))
 
 
 # Errors that only validators have to find: `decode` copies shared vertices from earlier meshlets
@@ -66,7 +67,8 @@ def test_there_are_vectors():
     assert {name.removeprefix("valid_") for name in VALID} == set(make_vectors.VALID)
     assert {name.removeprefix("view_") for name in VIEWS} == set(make_vectors.VIEWS)
     assert {name.removeprefix("gltf_") for name in FILES} == set(make_vectors.GLTF)
-    assert sorted(json.loads((FOLDER / "malformed.json").read_text())) == MALFORMED
+    reasons = json.loads((FOLDER / "malformed.json").read_text())
+    assert sorted(reasons) == sorted(MALFORMED + MALFORMED_FILES)
     assert len(MALFORMED) > 50
 
 
@@ -144,6 +146,7 @@ def accessor_values(gltf: pygltflib.GLTF2, index: int) -> np.ndarray:
 def test_files(name, tmp_path):
     """Whole files decompress to the expected components."""
     expected = json.loads((FOLDER / f"{name}.json").read_text())
+    assert gltf_ext.validate(FOLDER / f"{name}.glb") == []
     gltf_ext.decompress(FOLDER / f"{name}.glb", tmp_path / "out.glb")
     gltf = pygltflib.GLTF2().load(tmp_path / "out.glb")
     primitive = gltf.meshes[0].primitives[0]
@@ -165,6 +168,27 @@ def test_malformed(name):
     assert make_vectors.refusal(view) == expected["reason"]
     assert not is_valid(view)
     assert expected["validators_only"] or answer(_codec.decode, view) is None
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(
+            name,
+            marks=pytest.mark.xfail(
+                "in_integers" in name, reason="gltf_ext does not check it yet", strict=False
+            ),
+        )
+        for name in MALFORMED_FILES
+    ],
+)
+def test_malformed_files(name):
+    problems = []
+    try:
+        problems = gltf_ext.validate(FOLDER / name)
+    except gltf_ext.MeshletError as error:
+        problems = [error]
+    assert problems
 
 
 def test_regenerating_gives_the_same_bytes():
