@@ -25,6 +25,9 @@
 //                               `error` past the blob's end, after more than MAX_QUOTIENT zeros in
 //                               a row, and if an exp-Golomb value has more than
 //                               EXPONENTIAL_MAX_QUOTIENT zeros or EXPONENTIAL_MAX_BITS low bits.
+//   sum_codes(n, elements, code)
+//                               reads n x elements codes like read_codes and leaves the sum of each
+//                               element in residuals[0 .. elements - 1]
 //   choose(condition, a, b)     condition ? a : b for uint and mask64, without a branch: for
 //                               conditions that no branch predictor learns
 //   divide(x, n)                x / n for 0 < n <= 64 and x < n << 25
@@ -49,6 +52,10 @@
 // than 64 x MAX_ELEMENTS steps, except the unary reader's, which ends at the blob's end.
 
 #include "format/constants.h"
+
+#ifndef RESIDUALS
+#define RESIDUALS 256u  // of a list; 4 are enough if nothing calls read_residuals
+#endif
 
 uint error;
 
@@ -345,7 +352,7 @@ uint chain_total;  // inner vertices of all owned references
 
 UnaryReader unary;    // the next list's unary parts
 uint low_cursor;      // and bit position of its low bits
-uint residuals[256];  // of one list, vertex by vertex
+uint residuals[RESIDUALS];  // of one list, vertex by vertex
 
 uint part_first(uint part) { return part; }
 uint part_end(uint part) { return part == 0u ? 1u : stream_total; }
@@ -898,6 +905,9 @@ struct Triple {
 };
 
 // Stream 0's integers of a vertex of the meshlet.
+#ifdef OWN_GRID_POSITION
+Triple grid_position(uint id);  // defined by the includer
+#else
 Triple grid_position(uint id) {
   Triple p;
   p.x = values[id];
@@ -905,6 +915,7 @@ Triple grid_position(uint id) {
   p.z = values[128u + id];
   return p;
 }
+#endif
 
 INLINE Triple shifted(Triple v, uint n) {
   v.x = shift_right(v.x, n);
@@ -933,23 +944,30 @@ uint excess(uint x, uint y) { return x > y ? x - y : 0u; }
 uint normals[256];  // the sum at a vertex of its triangles' normals: normals[4 * local id + axis]
 #endif
 
+// Cross product of a packed triangle's edges. h: low bits of the positions that it ignores.
+INLINE Triple triangle_normal(uint triangle, uint h) {
+  Triple a = shifted(grid_position(triangle & 63u), h);
+  Triple e = difference(shifted(grid_position((triangle >> 8) & 63u), h), a);
+  Triple f = difference(shifted(grid_position((triangle >> 16) & 63u), h), a);
+  Triple n;
+  n.x = e.y * f.z - e.z * f.y;
+  n.y = e.z * f.x - e.x * f.z;
+  n.z = e.x * f.y - e.y * f.x;
+  return n;
+}
+
 // Fills `normals`. Needs the values of stream 0.
 void sum_normals() {
   uint h = excess(stream_bits[0], GEO_POSITION_BITS);
   for (uint i = 0u; i < 4u * vertex_count; i++) NORMALS(i) = 0u;
   for (uint t = 0u; t < triangle_count; t++) {
     uint triangle = TRIANGLE(t);
-    Triple a = shifted(grid_position(triangle & 255u), h);
-    Triple e = difference(shifted(grid_position((triangle >> 8) & 255u), h), a);
-    Triple f = difference(shifted(grid_position((triangle >> 16) & 255u), h), a);
-    uint x = e.y * f.z - e.z * f.y;
-    uint y = e.z * f.x - e.x * f.z;
-    uint z = e.x * f.y - e.y * f.x;
+    Triple n = triangle_normal(triangle, h);
     for (uint k = 0u; k < 3u; k++) {
       uint i = 4u * ((triangle >> (8u * k)) & 255u);
-      NORMALS(i) += x;
-      NORMALS(i + 1u) += y;
-      NORMALS(i + 2u) += z;
+      NORMALS(i) += n.x;
+      NORMALS(i + 1u) += n.y;
+      NORMALS(i + 2u) += n.z;
     }
   }
 }
@@ -1210,11 +1228,11 @@ void read_anchor(uint index, uint vertex, uint begin, uint end) {
       }
       uint elements = stream_elements[s];
       uint bits = stream_bits[s];
-      read_codes(index * elements, anchor_code(s));
+      sum_codes(index, elements, anchor_code(s));
       skip_codes(excess(anchor_count[s], index + 1u) * elements, anchor_code(s));
       for (uint c = 0u; c < elements; c++) {
         uint value = load_bits(anchor_position[s] + c * bits, bits);
-        for (uint i = 0u; i < index; i++) value += residuals[i * elements + c];
+        value += residuals[c];
         values[(stream_element[s] + c) * 64u + vertex] = value & stream_mask[s];
       }
     }

@@ -234,6 +234,12 @@ struct SerialDecoder {
       read_rice(n, k, low, list);
   }
 
+  void sum_codes(uint n, uint elements, uint code) {
+    for (uint c = 0; c < elements; c++) residuals[c] = 0;  // if n is 0
+    read_codes(n * elements, code);
+    for (uint i = elements; i < n * elements; i++) residuals[i % elements] += residuals[i];
+  }
+
   void read_rice(uint n, uint k, uint low, const uint* list) {
     uint i = 0;
 #ifdef __AVX2__

@@ -1,49 +1,26 @@
 // Positions only, for shaders short of registers and local memory. The steps are those of
 // serial_decoder.glsl, but chains and interior go vertex by vertex instead of through lists. Other
-// streams are skipped only if position data follow.
+// streams are never touched: stream 0 comes first.
 //
-// Include after serial_epilogue.glsl; call load_streams(0u, 1u) on an open blob first. Results are
-// those of decode_meshlet, except that errors in other streams go unnoticed.
+// Define RESIDUALS as 4u before serial_decoder.glsl. Include after serial_epilogue.glsl; call
+// load_streams(0u, 1u) on an open blob first. Results are those of decode_meshlet, except that
+// errors in other streams go unnoticed.
 
-uint low_cursor;   // bit position of the next residual's low bits
-uvec3 low_widths;  // number of low bits of each coordinate
-bool has_quotients;
+uint position_code;     // of the open list
+uvec3 position_widths;  // under a fixed code
 
-// Skips n quotients, a word at a time.
-void skip_quotients(uint n) {
-  uint words = 0u;
-  while (n > 0u) {
-    uint ones = uint(bitCount(unary.window));
-    if (n <= ones) {
-      for (; n > 1u; n--) unary.window &= unary.window - 1u;
-      unary.cursor = unary.base + uint(findLSB(unary.window)) + 1u;
-      unary.window &= unary.window - 1u;
-      return;
-    }
-    n -= ones;
-    words = ones > 0u ? 0u : words + 1u;
-    unary.base += 32u;
-    if ((unary.base >> 5) >= blob_word_total || words > MAX_QUOTIENT / 32u) {
-      error = ERROR_UNARY;
-      return;
-    }
-    unary.window = load_word(unary.base >> 5);
-  }
-}
-
-// Selects the code of the position residuals that begin at bit `low`.
-void open_residuals(uint code, uint widths, uint low) {
-  has_quotients = code != CODE_FIXED;
-  low_widths = has_quotients ? uvec3(code)
-                             : uvec3(width_field(widths), width_field(widths + WIDTH_BITS),
-                                     width_field(widths + 2u * WIDTH_BITS));
-  low_cursor = low;
+void open_positions(uint code, uint widths) {
+  position_code = code;
+  if (code == CODE_FIXED)
+    position_widths = uvec3(width_field(widths), width_field(widths + WIDTH_BITS),
+                            width_field(widths + 2u * WIDTH_BITS));
 }
 
 uint next_residual(uint width) {
+  if (position_code != CODE_FIXED)
+    return unzigzag(coded_value(position_code, next_quotient(unary), low_cursor));
   uint residual = load_bits(low_cursor, width);
   low_cursor += width;
-  if (has_quotients) residual |= next_quotient(unary) << width;
   return unzigzag(residual);
 }
 
@@ -51,9 +28,29 @@ uvec3 position_of(uint v) { return uvec3(values[v], values[v + 64u], values[v + 
 
 void put_position(uint v, uvec3 prediction) {
   uint bits = stream_mask[0];
-  values[v] = (prediction.x + next_residual(low_widths.x)) & bits;
-  values[v + 64u] = (prediction.y + next_residual(low_widths.y)) & bits;
-  values[v + 128u] = (prediction.z + next_residual(low_widths.z)) & bits;
+  values[v] = (prediction.x + next_residual(position_widths.x)) & bits;
+  values[v + 64u] = (prediction.y + next_residual(position_widths.y)) & bits;
+  values[v + 128u] = (prediction.z + next_residual(position_widths.z)) & bits;
+}
+
+void put_anchors(HEADER_IN h) {
+  mask64 stored = h.references == 0u ? mask_none() : stored_corners(h, mask_none());
+  uint bits = stream_bits[0];
+  uint p = anchor_position[0];
+  uvec3 before = uvec3(load_bits(p, bits), load_bits(p + bits, bits), load_bits(p + 2u * bits, bits));
+  open_positions(anchor_code(0u), 0u);
+  for (uint i = 0u; i < anchor_count[0] && error == ERROR_NONE; i++) {
+    uint v = h.references == 0u ? disk_first[i] : loop_vertex[reference_rank[mask_lsb(stored) & 63u]];
+    stored = mask_clear_lsb(stored);
+    if (i > 0u) {
+      put_position(v, before);
+      before = position_of(v);
+    } else {
+      values[v] = before.x;
+      values[v + 64u] = before.y;
+      values[v + 128u] = before.z;
+    }
+  }
 }
 
 // The inner vertices of reference r. A foreign chain runs backwards, in its owner's direction.
@@ -62,13 +59,17 @@ void put_chain(uint r, bool backwards) {
   uint rank = reference_rank[r];
   uvec3 start = position_of(loop_vertex[rank]);
   uvec3 end = position_of(reference_end[r]);
-  uvec3 a = backwards ? end : start;
-  uvec3 b = backwards ? start : end;
+  uvec3 before = backwards ? end : start;
+  uvec3 last = backwards ? start : end;
   bool copies = stream_predictor[0] == PREDICT_COPY;
-  for (uint i = 1u; i < n && error == ERROR_NONE; i++) {
-    uvec3 point =
-        copies ? a : uvec3(chord(a.x, b.x, i, n), chord(a.y, b.y, i, n), chord(a.z, b.z, i, n));
-    put_position(loop_vertex[rank + (backwards ? n - i : i)], point);
+  for (uint left = n; left > 1u && error == ERROR_NONE; left--) {
+    uint v = loop_vertex[rank + (backwards ? left - 1u : n + 1u - left)];
+    uvec3 point = before;
+    if (!copies)
+      point = uvec3(toward(before.x, last.x, left), toward(before.y, last.y, left),
+                    toward(before.z, last.z, left));
+    put_position(v, point);
+    before = position_of(v);
   }
 }
 
@@ -78,31 +79,17 @@ void put_foreign_chains(HEADER_IN h) {
     uint r = mask_lsb(rest);
     if (reference_length[r] < 2u) continue;
     visit(reference_owner[r]);
-    locate_visited();
+    locate_visited(0u);
     uint other = slot_reference(visited, reference_slot[r]);
     uint first = 0u;
     for (mask64 earlier = visited.owned_refs & mask_below(other); mask_any(earlier);
          earlier = mask_clear_lsb(earlier))
       first += stored_length(visited, mask_lsb(earlier)) - 1u;
-    open_residuals(chain_code[0], chain_widths[0],
-                   chain_low[0] + first * low_bits(0u, chain_code[0], chain_widths[0]));
-    unary = seek_unary(chain_unary);
-    if (has_quotients) skip_quotients(3u * first);
+    skip_anchors(0u);
+    skip_residuals(0u, first, chain_code[0], chain_widths[0]);
+    open_positions(chain_code[0], chain_widths[0]);
     put_chain(r, true);
   }
-}
-
-// Leaves the unary reader behind section F.
-void put_own_chains(HEADER_IN h) {
-  unary = seek_unary(chain_unary);
-  if (chain_total == 0u) return;
-  open_residuals(chain_code[0], chain_widths[0], chain_low[0]);
-  for (mask64 rest = h.owned_refs; mask_any(rest); rest = mask_clear_lsb(rest))
-    put_chain(mask_lsb(rest), false);
-  uint others = 0u;
-  for (uint s = 1u; s < stream_total; s++)
-    if (chain_code[s] != CODE_FIXED) others += chain_total * stream_elements[s];
-  if (error == ERROR_NONE) skip_quotients(others);
 }
 
 void put_traversed(uint v, uint a, uint b, uint o) {
@@ -119,12 +106,8 @@ void put_traversed(uint v, uint a, uint b, uint o) {
 // `waiting`: boundary vertices that get their values in the traversal.
 void put_interior(mask64 waiting) {
   uint count = mask_count(symbol_c) + mask_count(waiting);
-  uint low = unary.cursor;
-  uint end = low;
-  for (uint s = 0u; s < stream_total; s++)
-    end += (count + seam_vertices(s)) * low_bits(s, interior_code[s], interior_widths[s]);
-  unary = seek_unary(end);
-  open_residuals(interior_code[0], interior_widths[0], low);
+  open_lists(low_cursor, unary_count(0u, count, interior_code[0]));
+  open_positions(interior_code[0], interior_widths[0]);
   for (uint t = 0u; t < triangle_count && error == ERROR_NONE; t++) {
     uint triangle = triangles[t];
     uint a = triangle & 255u;
@@ -137,7 +120,7 @@ void put_interior(mask64 waiting) {
     if (mask_test(symbol_c, t) || mask_test(waiting, v)) put_traversed(v, a, b, triangle >> 24);
     waiting = waiting & ~mask_bit(v);
   }
-  if (mask_any(waiting) || max(unary.cursor, low_cursor) > 8u * (byte_length - 8u))
+  if (mask_any(waiting) || max(unary.cursor, low_cursor) > 8u * (byte_length - BLOB_PADDING_BYTES))
     error = ERROR_UNARY;
 }
 
@@ -149,9 +132,11 @@ void decode_positions(uint m) {
     if (error == ERROR_NONE) put_foreign_chains(opened);
   }
   if (error != ERROR_NONE) return;
-  find_sections(opened, disk_count);
+  open_part(opened, 0u, opened.codes, disk_count);
   if (error != ERROR_NONE) return;
-  read_own_anchors(opened);
-  put_own_chains(opened);
+  put_anchors(opened);
+  open_positions(chain_code[0], chain_widths[0]);
+  for (mask64 rest = opened.owned_refs; mask_any(rest); rest = mask_clear_lsb(rest))
+    put_chain(mask_lsb(rest), false);
   if (error == ERROR_NONE) put_interior(boundary & ~known_vertices(opened));
 }
