@@ -28,6 +28,12 @@ PREDICT_COPY: int = 2
 
 PREDICT_DAMPED: int = 3
 
+PREDICT_GEO: int = 4
+
+PREDICT_GEO_ALL: int = 5
+
+PREDICT_AFFINE: int = 6
+
 PREDICT_MAX_BITS: int = 24
 
 GRID_MAX_BITS: int = 24
@@ -73,6 +79,14 @@ def encode(
     share_seams: bool = True,
     threads: int = 0,
     progress: Callable[[float], object] | None = None,
+    page_bytes: int = 0,
+    meshlets: tuple[
+        numpy.typing.NDArray[numpy.uint32],
+        numpy.typing.NDArray[numpy.uint32],
+        numpy.typing.NDArray[numpy.uint32],
+        numpy.typing.NDArray[numpy.uint32],
+    ]
+    | None = None,
 ) -> tuple[bytes, dict[str, Any]]:
     """
     Encodes one primitive.
@@ -82,34 +96,43 @@ def encode(
     vertex), bits, step, offset, predictor (-1: the encoder chooses). values: uint32[V,
     components] per stream. lambda_, iterations, fill: 0 means the default (DEFAULT_LAMBDA ..).
     weight: 'paper' or 'choe'. share_seams: False only to measure its gain. threads: 0 means
-    one per processor. progress: called with a fraction from 0 to 1.
+    one per processor. progress: called with a fraction from 0 to 1. page_bytes: 0 for one blob,
+    else pages, blobs of at most so many bytes. meshlets: those of the caller, as uint32 arrays
+    (triangles, disk begins, meshlet begins, page begins; each of the begins ends with the
+    number of its items).
 
-    Returns (blob, statistics): those of describe, 'generation': {'histogram', 'iterations'} and
+    Returns (view, statistics): those of describe, 'generation': {'histogram', 'iterations'} and
     'seconds': {stage: seconds}; stages: grow, join, boundaries, predict, write. Raises
     ValueError for bad arguments.
     """
 
 def decode(
-    blob: bytes,
+    view: bytes, threads: int = 0
 ) -> tuple[numpy.typing.NDArray[numpy.uint32], list[numpy.typing.NDArray[numpy.uint32]]]:
-    """Returns (triangles: uint32[T, 3], [uint32[V, components] per stream])."""
+    """
+    Decodes a view: one blob or several, one on each thread (0: one thread per processor).
+    Returns (triangles: uint32[T, 3], [uint32[V, components] per stream]).
+    """
 
 def decode_values(
-    blob: bytes,
+    view: bytes, threads: int = 0
 ) -> tuple[numpy.typing.NDArray[numpy.uint32], list[numpy.typing.NDArray[Any]]]:
     """
     Returns (triangles: uint32[T, 3], [values per stream]): uint32[V, components] for INTEGER,
     float32[V, 3] unit vectors for OCT, float32[V, components] otherwise.
     """
 
-def describe(blob: bytes) -> dict[str, Any]:
+def split(view: bytes) -> list[tuple[int, int]]:
+    """Returns (offset, size) of each blob of a view. Checks all headers."""
+
+def describe(view: bytes) -> dict[str, Any]:
     """
-    Returns counts, streams and numbers of bits; the entries of 'bits' sum to 8 * len(blob).
+    Returns counts, streams and numbers of bits; the entries of 'bits' sum to 8 * len(view).
     """
 
-def validate(blob: bytes) -> None:
+def validate(view: bytes, threads: int = 0) -> None:
     """
-    Raises ValueError if the blob is malformed in any way. Decodes every meshlet alone, and so
+    Raises ValueError if a blob of the view is malformed in any way. Decodes every meshlet alone, and so
     finds errors that decode may accept.
     """
 
@@ -139,6 +162,10 @@ class StreamHeader:
     @property
     def interior_base(self) -> int:
         """Smallest Rice parameter of interiors."""
+
+    @property
+    def anchor_base(self) -> int:
+        """Exp-Golomb parameter of further anchors."""
 
     @property
     def step(self) -> float:

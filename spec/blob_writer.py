@@ -421,8 +421,11 @@ def random_streams(rng: random.Random) -> list[Stream]:
         elif kind != SIGN:
             choices += [AFFINE] * 4
         predictor = rng.choice(choices) if bits <= 24 else COPY
-        bases = [rng.randint(0, 25), rng.randint(0, 25), rng.randint(bits == 32, 25)]
-        streams.append(Stream(kind, elements, bits, predictor, *bases))
+        chain_base, interior_base = rng.randint(0, 25), rng.randint(0, 25)
+        anchor_base = rng.randint(bits == 32, 25)
+        streams.append(
+            Stream(kind, elements, bits, predictor, chain_base, interior_base, anchor_base)
+        )
     return streams
 
 

@@ -3,9 +3,10 @@
     python -m spec.make_vectors
 
 valid_NAME.bin is a blob and valid_NAME.json its decoded triangles and integers; view_NAME is the
-same for a buffer view of several blobs. Decoders must refuse malformed_NAME.bin; malformed.json
-has the reasons. Most blobs come from the encoder. The hand-made ones come from blob_writer,
-because no encoder would write them.
+same for a buffer view of several blobs. gltf_NAME.glb is a file and gltf_NAME.json the components
+of its accessors. Decoders must refuse malformed_NAME.bin; malformed.json has the reasons. Most
+blobs come from the encoder. The hand-made ones come from blob_writer, because no encoder would
+write them.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from __future__ import annotations
 import json
 import random
 import struct
-from dataclasses import dataclass
+import textwrap
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from unittest import mock
@@ -72,10 +74,12 @@ def stream(kind: int, components: int, bits: int, predictor: int = -1) -> dict:
     }
 
 
-def encode(triangles, positions, streams=None, values=(), max_triangles: int = 64) -> bytes:
+def encode(
+    triangles, positions, streams=None, values=(), max_triangles: int = 64, page_bytes: int = 0
+) -> bytes:
     """Encodes integer positions [V, 3] and the values of further streams.
 
-    Vertices may have equal positions.
+    Vertices may have equal positions. page_bytes: of each blob but the last; 0 for one blob.
     """
     positions = np.asarray(positions, np.uint32)
     _, position_ids = np.unique(positions, axis=0, return_inverse=True)
@@ -86,6 +90,7 @@ def encode(triangles, positions, streams=None, values=(), max_triangles: int = 6
         streams or [position_stream()],
         [positions, *(np.ascontiguousarray(v, np.uint32) for v in values)],
         max_triangles=max_triangles,
+        page_bytes=page_bytes,
     )
     return blob
 
@@ -125,8 +130,17 @@ def tetrahedron() -> bytes:
 def worked_example() -> bytes:
     positions = grid_positions(4, 2, 20)
     texcoords = positions[:, :2] + [7, 3]
-    streams = [position_stream(8), stream(GRID, 2, 8, COPY)]
+    streams = [position_stream(8), stream(GRID, 2, 8, AFFINE)]
     return encode(grid_triangles(4, 2), positions, streams, [texcoords], max_triangles=8)
+
+
+def encoded_pages() -> bytes:
+    """A sheet with texture coordinates in blobs of 512 bytes."""
+    positions = grid_positions(16, 12)
+    streams = [position_stream(), stream(GRID, 2, 12, AFFINE)]
+    return encode(
+        grid_triangles(16, 12), positions, streams, [positions[:, :2]], 24, page_bytes=512
+    )
 
 
 def tube(columns: int, rows: int):
@@ -152,7 +166,8 @@ def seams_between_meshlets() -> bytes:
 
 
 def several_components() -> bytes:
-    triangles, positions = [], []
+    triangles: list[list[int]] = []
+    positions: list[list[int]] = []
     for part in range(5):
         first = len(positions)
         triangles += [[first + v for v in t] for t in grid_triangles(part + 1, 1)]
@@ -196,6 +211,45 @@ def every_kind() -> bytes:
     ]
     values = [normals, (i % 5 == 0)[:, None], joints, floats[:, None]]
     return encode(grid_triangles(6, 6), positions, streams, values, max_triangles=40)
+
+
+def octahedral_integers(normals: np.ndarray, bits: int) -> np.ndarray:
+    """The encoder's rule of appendix B."""
+    n = normals / np.abs(normals).sum(axis=1, keepdims=True)
+    x, y = n[:, 0], n[:, 1]
+    below = n[:, 2] < 0
+    fold_x = (1 - np.abs(y)) * np.where(x < 0, -1, 1)
+    fold_y = (1 - np.abs(x)) * np.where(y < 0, -1, 1)
+    grid = np.stack([np.where(below, fold_x, x), np.where(below, fold_y, y)], axis=1)
+    return np.rint((grid + 1) / 2 * ((1 << bits) - 2))
+
+
+def normals_and_texcoords() -> bytes:
+    """Half a sphere."""
+    columns, rows = 12, 9
+    y, x = np.divmod(np.arange((columns + 1) * (rows + 1)), columns + 1)
+    longitude, latitude = np.pi * x / columns, np.pi * (y + 0.5) / (rows + 1)
+    normals = np.stack(
+        [
+            np.sin(latitude) * np.cos(longitude),
+            np.cos(latitude),
+            np.sin(latitude) * np.sin(longitude),
+        ],
+        axis=1,
+    )
+    streams = [
+        position_stream(),
+        stream(OCT, 2, 10, GEO),
+        stream(OCT, 2, 8, GEO_ALL),
+        stream(GRID, 2, 12, AFFINE),
+    ]
+    values = [
+        octahedral_integers(normals, 10),
+        octahedral_integers(normals, 8),
+        np.stack([x * 300, y * 400], axis=1),
+    ]
+    positions = np.rint(2000 + 1900 * normals)
+    return encode(grid_triangles(columns, rows), positions, streams, values, max_triangles=40)
 
 
 def rice_and_fixed_codes() -> bytes:
@@ -604,16 +658,161 @@ def count_vertices(blob: bytes) -> int:
 
 def pages() -> bytes:
     """Three blobs: predictors, bases, sizes and meshlet counts differ, the streams do not."""
-    blobs = []
-    for symbols, predictor in (("RE", PARALLELOGRAM), ("E", DAMPED), ("CRRE", MEAN)):
+    blobs: list[bytes] = []
+    kinds = (("RE", PARALLELOGRAM), ("E", DAMPED), ("CRRE", MEAN))
+    for meshlet_count, (symbols, predictor) in enumerate(kinds, start=1):
         streams = [
             blob_writer.Stream(bits=12, predictor=predictor, step=0.5, offset=(1.0, 2.0, 3.0, 0.0)),
             blob_writer.Stream(OCT, 2, 8, GEO if predictor == MEAN else COPY, 1, 2, 3),
         ]
         vertices = symbols.count("R") + 2 * symbols.count("E") + 1
         meshlet = fixed_meshlet(symbols, [], streams, [1, 1], [0, 0], [vertices - 1] * 2)
-        blobs.append(blob_writer.write_blob(streams, [meshlet] * len(blobs + [0]), 3))
+        blobs.append(blob_writer.write_blob(streams, [meshlet] * meshlet_count, 3))
     return b"".join(with_vertex_count(blob, count_vertices(blob)) for blob in blobs)
+
+
+# --- whole files ---
+
+BYTE, UNSIGNED_BYTE, SHORT, UNSIGNED_SHORT, FLOAT = 5120, 5121, 5122, 5123, 5126
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4}
+
+
+@dataclass(frozen=True)
+class Attribute:
+    """An attribute of a file: its accessor, and the index of its first stream."""
+
+    name: str
+    kind: str
+    component_type: int
+    stream: int
+    normalized: bool = False
+
+
+def components(view: bytes, attribute: Attribute) -> np.ndarray:
+    return reference_decoder.accessor_components(
+        reference_decoder.decode_view(view),
+        attribute.stream,
+        attribute.component_type,
+        WIDTHS[attribute.kind],
+    )
+
+
+def accessor(view: bytes, attribute: Attribute) -> dict:
+    values = components(view, attribute)
+    result = {
+        "componentType": attribute.component_type,
+        "count": len(values),
+        "type": attribute.kind,
+    }
+    if attribute.normalized:
+        result["normalized"] = True
+    if attribute.name == "POSITION":
+        result["min"] = values.min(axis=0).tolist()
+        result["max"] = values.max(axis=0).tolist()
+    return result
+
+
+def glb(view: bytes, attributes: list[Attribute], targets: list[list[Attribute]]) -> bytes:
+    """A binary glTF file with one primitive."""
+    decoded = reference_decoder.decode_view(view)
+    accessors = [{"componentType": 5125, "count": decoded.triangles.size, "type": "SCALAR"}]
+
+    def add(group: list[Attribute]) -> dict[str, int]:
+        first = len(accessors)
+        accessors.extend(accessor(view, attribute) for attribute in group)
+        return {attribute.name: first + i for i, attribute in enumerate(group)}
+
+    def streams(group: list[Attribute]) -> dict[str, int]:
+        return {attribute.name: attribute.stream for attribute in group}
+
+    extension = {"bufferView": 0, "attributes": streams(attributes)}
+    primitive = {"mode": 4, "indices": 0, "attributes": add(attributes)}
+    if targets:
+        extension["targets"] = [streams(target) for target in targets]
+        primitive["targets"] = [add(target) for target in targets]
+    primitive["extensions"] = {"EXT_meshlet_edgebreaker": extension}
+    names = ["EXT_meshlet_edgebreaker"]
+    if any(a.component_type != FLOAT for a in attributes if a.name == "POSITION"):
+        names.append("KHR_mesh_quantization")
+    document = {
+        "asset": {"version": "2.0"},
+        "extensionsUsed": names,
+        "extensionsRequired": names,
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [primitive]}],
+        "accessors": accessors,
+        "buffers": [{"byteLength": len(view)}],
+        "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": len(view)}],
+    }
+    return pack_glb(document, view)
+
+
+def pack_glb(document: dict, view: bytes) -> bytes:
+    """A binary glTF file of a document and its buffer."""
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<2I", len(text), 0x4E4F534A) + text
+    chunks += struct.pack("<2I", len(view), 0x004E4942) + view
+    return struct.pack("<3I", 0x46546C67, 2, 12 + len(chunks)) + chunks
+
+
+def attributes_view() -> bytes:
+    """Two meshlets of five triangles, with twelve streams."""
+    streams = [
+        blob_writer.Stream(bits=12, step=0.25, offset=(-100.0, 0.1, 7.0, 0.0)),
+        blob_writer.Stream(OCT, 2, 8, GEO),  # NORMAL
+        blob_writer.Stream(OCT, 2, 10, COPY),  # TANGENT x, y, z
+        blob_writer.Stream(SIGN, 1, 1, COPY),  # TANGENT w
+        blob_writer.Stream(GRID, 2, 12, AFFINE, step=0.5, offset=(0.0, 20.0, 0.0, 0.0)),
+        blob_writer.Stream(INTEGER, 4, 4),  # JOINTS_0
+        blob_writer.Stream(INTEGER, 4, 8),  # WEIGHTS_0
+        blob_writer.Stream(GRID, 2, 10, step=0.125),  # _MATRIX, first column
+        blob_writer.Stream(GRID, 2, 10, step=0.375),  # _MATRIX, second column
+        blob_writer.Stream(INTEGER, 1, 32, COPY),  # _ID, above 2^24
+        blob_writer.Stream(FLOAT32, 1, 32, COPY),  # _EXACT
+        blob_writer.Stream(GRID, 3, 10, step=0.25, offset=(-8.0, -8.0, -8.0, 0.0)),  # target
+    ]
+    count = len(streams)
+    loop = [reference(OWNED, 2), reference(PRIVATE, 5)]
+    meshlets = [
+        fixed_meshlet("RRRRE", [loop], streams, [2] * count, [1] * count, [4] * count)
+        for _ in range(2)
+    ]
+    for m, meshlet in enumerate(meshlets):
+        meshlet.anchors[4][0] = [301, 402]  # so that no value is negative
+        meshlet.anchors[9][0] = [0xFF000001 - m]
+        meshlet.anchors[10][0] = [0xBFC00000 + m]
+    return blob_writer.write_blob(streams, meshlets, 14)
+
+
+ATTRIBUTES = [
+    Attribute("POSITION", "VEC3", FLOAT, 0),
+    Attribute("NORMAL", "VEC3", FLOAT, 1),
+    Attribute("TANGENT", "VEC4", FLOAT, 2),
+    Attribute("TEXCOORD_0", "VEC2", UNSIGNED_SHORT, 4, True),
+    Attribute("JOINTS_0", "VEC4", UNSIGNED_BYTE, 5),
+    Attribute("WEIGHTS_0", "VEC4", UNSIGNED_BYTE, 6, True),
+    Attribute("_MATRIX", "MAT2", FLOAT, 7),
+    Attribute("_ID", "SCALAR", FLOAT, 9),
+    Attribute("_EXACT", "SCALAR", FLOAT, 10),
+]
+GLTF = {
+    "attributes": (
+        attributes_view,
+        ATTRIBUTES,
+        [[Attribute("POSITION", "VEC3", FLOAT, 11)]],
+        "a TANGENT and a MAT2 of two streams each, a morph target, values that are rounded to "
+        "integers (half-way cases to even), integers above 2^24 as floats",
+    ),
+    "pages": (
+        pages,
+        [Attribute("POSITION", "VEC3", FLOAT, 0), Attribute("NORMAL", "VEC3", FLOAT, 1)],
+        [],
+        "a view of three blobs",
+    ),
+}
 
 
 VALID = {
@@ -641,6 +840,10 @@ VALID = {
         "PARALLELOGRAM, MEAN, COPY, DAMPED, and a stream of 32 bits",
     ),
     "every_kind": (every_kind, "GRID, OCT, SIGN, INTEGER, FLOAT32"),
+    "normals_and_texcoords": (
+        normals_and_texcoords,
+        "half a sphere with GEO, GEO_ALL and AFFINE in several meshlets",
+    ),
     "rice_and_fixed_codes": (rice_and_fixed_codes, "Rice and fixed codes, for chains and interior"),
     "several_groups": (several_groups, "more than 32 meshlets"),
     "awkward_topology": (
@@ -717,6 +920,10 @@ VALID = {
 
 VIEWS = {
     "pages": (pages, "hand-made: a view of three blobs; predictors and bases differ"),
+    "encoded_pages": (
+        encoded_pages,
+        "a sheet in blobs of at most 512 bytes; vertices on their borders repeat",
+    ),
 }
 # Malformed vectors that only a validator has to refuse (A.9 of the specification).
 VALIDATORS_ONLY = ("nine_hops", "inconsistent", "data_within_data")
@@ -975,11 +1182,7 @@ def malformed_groups() -> dict[str, bytes]:
     """Name -> a blob with one thing wrong in its group table or entries."""
     pair = two_meshlets()
     groups = many_meshlets()
-    base, second = (
-        struct.unpack_from("<I", groups, table_offsets(groups)["groups"] + 12 * g)[0]
-        for g in range(2)
-    )
-    (word,) = struct.unpack_from("<I", groups, table_offsets(groups)["groups"] + 8)
+    (base,) = struct.unpack_from("<I", groups, table_offsets(groups)["groups"])
     return {
         "group_delta_width": patch_group(pair, 64 + 5, 5, 25),
         "group_slot_width": patch_group(pair, 64 + 10, 3, 7),
@@ -989,9 +1192,7 @@ def malformed_groups() -> dict[str, bytes]:
         "group_base_in_tables": patch_group(pair, 0, 32, 32),
         "group_entries_outside": patch_group(pair, 0, 32, len(pair) - 8),
         "group_within_a_group": patch_group(groups, 0, 32, base + 1, g=1),
-        "group_base_in_the_last_meshlet": patch_group(
-            groups, 0, 32, last_start(groups, 31), g=1
-        ),
+        "group_base_in_the_last_meshlet": patch_group(groups, 0, 32, last_start(groups, 31), g=1),
         "group_entry_padding": put_bits(
             uneven_meshlets(), 8 * entries_end(uneven_meshlets()) - 1, 1, 1
         ),
@@ -1087,29 +1288,35 @@ def malformed_vectors() -> dict[str, bytes]:
 # --- worked example ---
 
 SECTIONS = {
-    "p0": "A",
-    "p1": "A",
-    "px": "A",
-    "foreign mask": "B",
-    "loop-end mask": "B",
-    "private mask": "B",
-    "length width": "B",
-    "length - 1": "B",
-    "delta": "B",
-    "slot": "B",
-    "share bits": "B",
-    "code of": "C",
-    "width of chain": "C",
-    "width of interior": "C",
-    "first anchor": "D",
-    "width of anchors": "D",
-    "further anchors": "D",
-    "low bits of chain": "E",
-    "quotients of chain": "F",
-    "low bits of interior": "G",
-    "quotients of interior": "H",
+    "T - 1": "Head",
+    "refs": "Head",
+    "LOOPS": "Head",
+    "PRIVATE": "Head",
+    "SEAMS": "Head",
+    "p0": "Symbols",
+    "p1": "Symbols",
+    "p2": "Symbols",
+    "p3": "Symbols",
+    "foreign mask": "References",
+    "loop-end mask": "References",
+    "private mask": "References",
+    "length width": "References",
+    "length - 1": "References",
+    "delta": "References",
+    "slot": "References",
+    "share bits": "References",
+    "code of": "Codes",
+    "width of chain": "Codes",
+    "width of interior": "Codes",
+    "first anchor": "Anchors",
+    "unary of further anchors": "Anchors",
+    "unary of chain": "Chains",
+    "low of further anchors": "Anchors",
+    "low of chain": "Chains",
+    "unary of interior": "Interior",
+    "low of interior": "Interior",
 }
-MASKS = ("p0", "p1", "px", "foreign mask", "loop-end mask", "private mask", "share bits")
+MASKS = ("p0", "p1", "p2", "p3", "foreign mask", "loop-end mask", "private mask", "share bits")
 HEADER_FIELDS = (
     ("I", "magic"),
     ("B", "version"),
@@ -1125,21 +1332,31 @@ HEADER_FIELDS = (
 )
 STREAM_FIELDS = (
     ("B", "kind"),
-    ("B", "components"),
+    ("B", "elements"),
     ("B", "bits"),
     ("B", "predictor"),
     ("B", "chain base"),
     ("B", "interior base"),
-    ("H", "reserved"),
+    ("B", "anchor base"),
+    ("B", "reserved"),
     ("f", "step"),
     *(("f", f"offset[{c}]") for c in range(4)),
 )
 GROUP_FIELDS = (
     ("I", "base"),
-    ("B", "delta width"),
-    ("B", "slot width"),
-    ("B", "offset shift"),
-    ("B", "reserved"),
+    ("H", "stride"),
+    ("H", "bias"),
+)
+GROUP_BITS = (
+    (5, "entry width"),
+    (5, "delta width"),
+    (3, "slot width"),
+    (3, "reference width"),
+    (1, "LOOPS"),
+    (1, "PRIVATE"),
+    (1, "SEAMS"),
+    (1, "symbol table"),
+    (12, "reserved"),
 )
 
 
@@ -1154,16 +1371,30 @@ def table_rows(blob: bytes, at: int, part: str, fields) -> list[str]:
     return rows
 
 
-def directory_row(blob: bytes, at: int, m: int) -> str:
-    (word,) = struct.unpack_from("<I", blob, at)
-    flags = [
-        name for bit, name in ((29, "LOOPS"), (30, "PRIVATE"), (31, "SEAMS")) if word >> bit & 1
-    ]
-    text = (
-        f"offset {word & 0x1FFFF}, T = {(word >> 17 & 63) + 1}, R = {word >> 23 & 63}, "
-        f"flags: {', '.join(flags) or 'none'}"
+def group_rows(blob: bytes, g: int) -> list[str]:
+    """Rows of an entry of the group table, and of the entries of its meshlets."""
+    at = table_offsets(blob)["groups"] + 12 * g
+    rows = table_rows(blob, at, f"group {g}", GROUP_FIELDS)
+    (word,) = struct.unpack_from("<I", blob, at + 8)
+    values = []
+    for width, name in GROUP_BITS:
+        values.append(f"{name} {word & (1 << width) - 1}")
+        word >>= width
+    rows.append(
+        f"| {at + 8} | `{blob[at + 8 : at + 12].hex(' ')}` | group {g} | {', '.join(values)} |"
     )
-    return f"| {at} | `{blob[at : at + 4].hex(' ')}` | directory, meshlet {m} | {text} |"
+    file = reference_decoder.BlobFile(blob)
+    group = file.groups[g]
+    places = range(32 * g, min(32 * g + 32, file.meshlet_count))
+    first = file.starts[places[0]]
+    reader = reference_decoder.BitReader(blob, 8 * group.base, 8 * first)
+    entries = ", ".join(str(reader.read(group.entry_width, "entry")) for _ in places)
+    shown = ", ".join(f"{file.starts[m]} to {file.ends[m] - 1}" for m in places)
+    rows.append(
+        f"| {group.base} | `{blob[group.base : first].hex(' ')}` | entries of group {g} "
+        f"| {entries}: meshlets in bytes {shown} |"
+    )
+    return rows
 
 
 def unary_values(bits: list[int]) -> list[int]:
@@ -1192,7 +1423,7 @@ def meshlet_rows(blob: bytes, m: int) -> list[str]:
             if len(run) == 1
             else f"{len(run)} \N{MULTIPLICATION SIGN} {first.width}"
         )
-        if first.name.startswith("quotients"):
+        if first.name.startswith("unary of"):
             values = unary_values(values)
             widths = f"{len(run)}"
         shown = ", ".join(map(str, values))
@@ -1210,7 +1441,7 @@ def meshlet_rows(blob: bytes, m: int) -> list[str]:
 def hops_text(decoder: reference_decoder.Decoder, m: int) -> str:
     """The hops from each corner that meshlet m does not store; the same for all streams."""
     meshlet = decoder.file.meshlet(m)
-    assert not meshlet.entry.has_seams
+    assert not meshlet.has_seams
     paths = []
     for j, run in enumerate(decoder.boundary(meshlet)):
         path = f"corner {j} (local id {run[0]})"
@@ -1234,11 +1465,10 @@ def local_table(blob: bytes, m: int, numbers: dict[int, int]) -> list[str]:
     aliases_text = ", ".join(
         f"{v} of {w} of meshlet {owner}" for v, (owner, w) in sorted(aliases.items())
     )
-    rows = [
-        f"Symbols {' '.join(symbols)}, triangles (a, b, v): {', '.join(map(str, triangles))}.",
-        "",
-    ]
-    rows += [f"Hops: {hops_text(decoder, m)}. Aliases, by local ids: {aliases_text or 'none'}.", ""]
+    shown = ", ".join(map(str, triangles))
+    rows = [*wrap(f"Symbols {' '.join(symbols)}, triangles (a, b, v): {shown}."), ""]
+    rows += wrap(f"Hops: {hops_text(decoder, m)}. Aliases, by local ids: {aliases_text or 'none'}.")
+    rows.append("")
     rows += [
         "| local id | vertex | " + " | ".join(f"stream {s}" for s in range(len(values))) + " |",
         "| --- | --- |" + " --- |" * len(values),
@@ -1250,6 +1480,11 @@ def local_table(blob: bytes, m: int, numbers: dict[int, int]) -> list[str]:
             + " |"
         )
     return rows
+
+
+def wrap(text: str) -> list[str]:
+    """The lines of a paragraph."""
+    return textwrap.wrap(text, 158, break_on_hyphens=False)
 
 
 def vertex_numbers(blob: bytes, triangles: list) -> list[dict[int, int]]:
@@ -1286,8 +1521,7 @@ def worked_example_text(blob: bytes) -> str:
     for s in range(blob[5]):
         lines += table_rows(blob, offsets["streams"] + 28 * s, f"stream {s}", STREAM_FIELDS)
     for g in range(-(-meshlet_count // 32)):
-        lines += table_rows(blob, offsets["groups"] + 8 * g, f"group {g}", GROUP_FIELDS)
-    lines += [directory_row(blob, offsets["directory"] + 4 * m, m) for m in range(meshlet_count)]
+        lines += group_rows(blob, g)
     numbers = vertex_numbers(blob, decoded.triangles.tolist())
     for m in range(meshlet_count):
         lines += ["", f"Meshlet {m} (masks are written first bit first):", ""]
@@ -1298,12 +1532,8 @@ def worked_example_text(blob: bytes) -> str:
             "",
         ]
         lines += local_table(blob, m, numbers[m])
-    lines += [
-        "",
-        "Decoded triangles, in vertex numbers: "
-        + ", ".join(str(tuple(t)) for t in decoded.triangles.tolist())
-        + ".",
-    ]
+    triangles = ", ".join(str(tuple(t)) for t in decoded.triangles.tolist())
+    lines += ["", *wrap(f"Decoded triangles, in vertex numbers: {triangles}.")]
     return "\n".join(lines) + "\n"
 
 
@@ -1334,6 +1564,40 @@ def refusal(view: bytes) -> str:
     raise AssertionError("the reference decoder accepts a blob that should be malformed")
 
 
+# Name -> stream 1, and the attribute that it does not fit.
+MALFORMED_GLTF = {
+    "oct_in_integers": (
+        blob_writer.Stream(OCT, 2, 8),
+        Attribute("NORMAL", "VEC3", BYTE, 1, True),
+    ),
+    "sign_in_integers": (blob_writer.Stream(SIGN, 1, 1), Attribute("_SIGN", "SCALAR", BYTE, 1)),
+    "too_many_elements": (blob_writer.Stream(elements=4), Attribute("_X", "VEC3", FLOAT, 1)),
+    "too_few_streams": (blob_writer.Stream(elements=3), Attribute("_X", "VEC4", FLOAT, 1)),
+}
+
+
+def malformed_gltf(name: str) -> tuple[bytes, str]:
+    """A file whose accessors do not fit its streams, and the reason to refuse it."""
+    stream, wrong = MALFORMED_GLTF[name]
+    view = with_streams(stream)
+    # The accessor of the position stands in for the wrong one.
+    file = glb(view, [ATTRIBUTES[0], replace(ATTRIBUTES[0], name=wrong.name)], [])
+    (length,) = struct.unpack_from("<I", file, 12)
+    document = json.loads(file[20 : 20 + length])
+    primitive = document["meshes"][0]["primitives"][0]
+    index = primitive["attributes"][wrong.name]
+    document["accessors"][index].update(componentType=wrong.component_type, type=wrong.kind)
+    if wrong.normalized:
+        document["accessors"][index]["normalized"] = True
+    extension = primitive["extensions"]["EXT_meshlet_edgebreaker"]
+    extension["attributes"][wrong.name] = wrong.stream
+    try:
+        components(view, wrong)
+    except ValueError as error:
+        return pack_glb(document, view), str(error)
+    raise AssertionError("the reference decoder accepts an accessor that should be malformed")
+
+
 def vector_files() -> dict[str, bytes]:
     """File name -> contents."""
     files = {}
@@ -1344,6 +1608,18 @@ def vector_files() -> dict[str, bytes]:
             files[f"{kind}_{name}.json"] = (
                 json.dumps(description(data, text), separators=(",", ":")) + "\n"
             ).encode()
+    for name, (make, attributes, targets, text) in GLTF.items():
+        view = make()
+        files[f"gltf_{name}.glb"] = glb(view, attributes, targets)
+        expected = {
+            "description": text,
+            "indices": reference_decoder.decode_view(view).triangles.reshape(-1).tolist(),
+            "attributes": {a.name: components(view, a).tolist() for a in attributes},
+            "targets": [{a.name: components(view, a).tolist() for a in t} for t in targets],
+        }
+        files[f"gltf_{name}.json"] = (
+            json.dumps(expected, separators=(",", ":"), allow_nan=False) + "\n"
+        ).encode()
     reasons = {}
     for name, blob in malformed_vectors().items():
         files[f"malformed_{name}.bin"] = blob
@@ -1351,6 +1627,10 @@ def vector_files() -> dict[str, bytes]:
             "reason": refusal(blob),
             "validators_only": name in VALIDATORS_ONLY,
         }
+    for name in MALFORMED_GLTF:
+        file = f"malformed_gltf_{name}.glb"
+        files[file], reason = malformed_gltf(name)
+        reasons[file] = {"reason": reason, "validators_only": False}
     files["malformed.json"] = (json.dumps(reasons, indent=1) + "\n").encode()
     return files
 

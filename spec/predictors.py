@@ -58,9 +58,7 @@ def apex(
     if predictor == MEAN or o is None:
         return [(x + y) >> 1 for x, y in zip(values[a], values[b])]
     if predictor == DAMPED:
-        return [
-            (3 * (x + y) - 2 * z + 2) >> 2 for x, y, z in zip(values[a], values[b], values[o])
-        ]
+        return [(3 * (x + y) - 2 * z + 2) >> 2 for x, y, z in zip(values[a], values[b], values[o])]
     if predictor == AFFINE:
         weights = affine_weights(positions[a], positions[b], positions[o], positions[v])
         if weights is not None:
@@ -113,11 +111,7 @@ def affine_weights(a: Point, b: Point, o: Point, v: Point) -> tuple[int, int] | 
     e, f, r = ([x >> h for x in vector] for vector in (e, f, r))
     products = [_dot(e, e), _dot(e, f), _dot(f, f), _dot(r, e), _dot(r, f)]
     n = _largest_length(products)
-    if n > 15:
-        products = [x >> n - 15 for x in products]
-    else:
-        products = [x << 15 - n for x in products]
-    ee, ef, ff, re, rf = products
+    ee, ef, ff, re, rf = (x >> n - 15 if n > 15 else x << 15 - n for x in products)
     p = ee * ff
     d = p - ef * ef
     if d <= p >> 5 or d >> 8 == 0:
@@ -129,9 +123,7 @@ def affine_weights(a: Point, b: Point, o: Point, v: Point) -> tuple[int, int] | 
 
 def affine_apply(a: Value, b: Value, o: Value, s: int, u: int) -> Value:
     """a + S (b - a) + U (o - a), rounded."""
-    return [
-        x + (_signed(s * (y - x) + u * (z - x) + 128) >> 8) for x, y, z in zip(a, b, o)
-    ]
+    return [x + (_signed(s * (y - x) + u * (z - x) + 128) >> 8) for x, y, z in zip(a, b, o)]
 
 
 def affine_chain(values: list[Value], positions: list[Value], i: int) -> Value:

@@ -32,6 +32,7 @@ MAX_QUOTIENT = 16383
 MAX_PREDICTED_BITS = 24
 MAX_WORD = 0xFFFFFFFF
 MAX_BYTES = 1 << 29
+FLOAT_COMPONENTS = 5126  # glTF's number of the component type float
 
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
 PARALLELOGRAM, MEAN, COPY, DAMPED, GEO, GEO_ALL, AFFINE = range(7)
@@ -407,10 +408,19 @@ class BlobFile:
 
     def _stream(self, index: int) -> Stream:
         at = HEADER_BYTES + STREAM_BYTES * index
-        kind, elements, bits, predictor, *bases, reserved, step, o0, o1, o2, o3 = (
-            struct.unpack_from("<8B5f", self.data, at)
-        )
-        offset = (o0, o1, o2, o3)
+        (
+            kind,
+            elements,
+            bits,
+            predictor,
+            chain_base,
+            interior_base,
+            anchor_base,
+            reserved,
+            step,
+            *offset,
+        ) = struct.unpack_from("<8B5f", self.data, at)
+        bases = chain_base, interior_base, anchor_base
         where = f"Stream {index}"
         _require(kind <= SIGN, f"{where} has the unknown kind {kind}.")
         _require(1 <= elements <= 4, f"{where} has {elements} elements instead of 1 to 4.")
@@ -439,7 +449,7 @@ class BlobFile:
             kind != SIGN or (elements == 1 and bits == 1),
             f"{where} is SIGN without 1 element of 1 bit.",
         )
-        return Stream(kind, elements, bits, predictor, *bases, step, offset)
+        return Stream(kind, elements, bits, predictor, *bases, step, tuple(offset))
 
     def _check_predictors(self) -> None:
         """GEO, GEO_ALL and AFFINE predict from the positions of stream 0."""
@@ -654,7 +664,7 @@ class Meshlet:
         """Counts and flags."""
         group = self.group
         self.triangle_count = reader.read(6, "T - 1") + 1
-        self.reference_count = reader.read(group.reference_width, "R")
+        self.reference_count = reader.read(group.reference_width, "refs")
         self.has_loops = group.has_loops and bool(reader.read(1, "LOOPS"))
         self.has_private = group.has_private and bool(reader.read(1, "PRIVATE"))
         self.has_seams = group.has_seams and bool(reader.read(1, "SEAMS"))
@@ -693,9 +703,7 @@ class Meshlet:
         )
         private = reader.read_flags(count, "private mask") if self.has_private else [False] * count
         _require(last[-1], "the last reference does not end a loop.")
-        _require(
-            sum(last) == len(disks), "the references' loops are not as many as the disks."
-        )
+        _require(sum(last) == len(disks), "the references' loops are not as many as the disks.")
         _require(
             not any(f and p for f, p in zip(foreign, private)),
             "a reference is both private and foreign.",
@@ -769,7 +777,9 @@ class Meshlet:
                 max(len(anchors) - 1, 0),
             )
             for s, anchors in zip(streams, corners)
-        ] + [Part("chain", s, self.streams[s].elements, self.chain_codes[s], inner) for s in streams]
+        ] + [
+            Part("chain", s, self.streams[s].elements, self.chain_codes[s], inner) for s in streams
+        ]
         residuals = read_parts(reader, parts)
         for s, anchors, value, differences in zip(streams, corners, firsts, residuals):
             values = {}
@@ -944,9 +954,7 @@ class Decoder:
             residuals = meshlet.read_interior(reader, others, counts)
         except ValueError as error:
             raise ValueError(f"Meshlet {m}: {error}") from None
-        positions = self._stream_values(
-            meshlet, 0, runs, [], order, meshlet.position_residuals, []
-        )
+        positions = self._stream_values(meshlet, 0, runs, [], order, meshlet.position_residuals, [])
         values = [positions] + [
             self._stream_values(meshlet, s, runs, of_stream, order, interior, positions)
             for s, of_stream, interior in zip(others, seams, residuals)
@@ -988,7 +996,7 @@ class Decoder:
             for v, value in zip(run, inner):
                 values[v] = value
         boundary = {v for disk in meshlet.connectivity.disks for v in disk.loop}
-        normals = {}
+        normals: list[list[int]] = []
         if stream.predictor in (GEO, GEO_ALL):
             normals = predictors.normals(
                 meshlet.connectivity.triangles, positions, meshlet.streams[0].bits
@@ -1094,7 +1102,7 @@ def decode_blob(data: bytes) -> Blob:
 
 def split_view(view: bytes) -> list[bytes]:
     """The blobs of a buffer view, back to back. The last one takes the rest, whatever it says."""
-    blobs = []
+    blobs: list[bytes] = []
     at = 0
     while at < len(view) or not blobs:
         rest = len(view) - at
@@ -1172,3 +1180,26 @@ def dequantise(stream: Stream, integers: np.ndarray) -> np.ndarray:
     if stream.kind == SIGN:
         return (2.0 * integers - 1.0).astype(np.float32)
     return integers
+
+
+def accessor_components(blob: Blob, stream: int, component_type: int, width: int) -> np.ndarray:
+    """The components of an accessor, [V, width], from the streams from number `stream` on.
+
+    component_type: glTF's number. Returns float32 for 5126, else int64. Raises ValueError if the
+    streams do not fit the accessor.
+    """
+    columns: list[np.ndarray] = []
+    while sum(column.shape[1] for column in columns) < width:
+        _require(stream < len(blob.streams), "The attribute needs more streams than there are.")
+        kind = blob.streams[stream].kind
+        values = dequantise(blob.streams[stream], blob.values[stream])
+        if component_type == FLOAT_COMPONENTS:
+            values = values.astype(np.float32)
+        else:
+            _require(kind not in (OCT, SIGN), "An OCT or SIGN stream needs a float accessor.")
+            values = np.rint(values.astype(np.float64)).astype(np.int64)  # half-way cases to even
+        columns.append(values)
+        stream += 1
+    components = np.concatenate(columns, axis=1)
+    _require(components.shape[1] == width, "The attribute's streams overfill its accessor.")
+    return components

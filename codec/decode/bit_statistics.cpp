@@ -20,8 +20,7 @@ void add_part(SerialDecoder& d, uint32_t part, uint32_t p, BitStatistics& out) {
     if (d.anchor_count[s] > 0) out.streams[s] += d.stream_elements[s] * d.stream_bits[s];
     out.streams[s] += bits_of(d, [&] { d.skip_anchors(s); });
   }
-  for (uint32_t s = first; s < end; s++)
-    out.streams[s] += bits_of(d, [&] { d.skip_chains(h, s); });
+  for (uint32_t s = first; s < end; s++) out.streams[s] += bits_of(d, [&] { d.skip_chains(h, s); });
   uint32_t codes = 0;
   for (uint32_t s = first; s < end; s++)
     codes += d.unary_count(s, d.interior_vertices(s), d.interior_code[s]);

@@ -85,10 +85,9 @@ void History::allocate() {
   uint32_t reach = 0, size = 1;
   for (uint32_t m = 0; m < meshlets_; m += BLOB_GROUP_MESHLETS)
     reach = d_.max(
-        reach,
-        d_.load_word(d_.group_table + BLOB_GROUP_WORDS * (m / BLOB_GROUP_MESHLETS) + 2) >>
-                GROUP_DELTA_SHIFT &
-            31u);
+        reach, d_.load_word(d_.group_table + BLOB_GROUP_WORDS * (m / BLOB_GROUP_MESHLETS) + 2) >>
+                       GROUP_DELTA_SHIFT &
+                   31u);
   while (size < meshlets_ && size < (1u << reach)) size *= 2;
   d_.ring_mask = size - 1;
   ring_ = new Kept[size]();

@@ -36,6 +36,11 @@
 //   FOREIGN_LENGTH(owner, slot) read_foreign_length, or a table with the same answers
 //   MAX_STREAMS, MAX_ELEMENTS   capacity: streams of the blob, and the sum of their elements
 //
+// Optional: WEIGH_TRAVERSED() and WEIGH_CHAINS() compute the AFFINE weights of all traversed or
+// listed chain vertices before TRAVERSED_WEIGHTS(i) and CHAIN_WEIGHTS(j) return them;
+// OCTAHEDRAL_PREDICTIONS(bits) and OCTAHEDRAL_PREDICTION(i, v, bits) do so for GEO; SUM_NORMALS
+// fills the normals. Otherwise this file computes them one by one.
+//
 // Optional: APEX(t), SET_APEX(t, v) and TRIANGLE(t) name storage for apices and packed triangles;
 // otherwise this file declares arrays.
 //
@@ -434,7 +439,8 @@ void open_lists(uint p, uint n) {
   unary = seek_unary(p);
 }
 
-// Begins to read the further anchors and chains of the part at bit p. `loops`: the meshlet's number
+// Begins to read the further anchors and chains of the part at bit p. Part 1 expects that part 0
+// was opened before. `loops`: the meshlet's number
 // of disks; needed only if it has no references.
 void open_part(HEADER_IN h, uint part, uint p, uint loops) {
   bool chains = mask_any(h.owned_refs);
@@ -451,9 +457,11 @@ void open_part(HEADER_IN h, uint part, uint p, uint loops) {
     interior_code[s] = small_uint(read_code(s, stream_interior_base[s]));
   }
   p = code_cursor;
-  chain_total = 0u;
-  for (mask64 rest = h.owned_refs; mask_any(rest); rest = mask_clear_lsb(rest))
-    chain_total += stored_length(h, mask_lsb(rest)) - 1u;
+  if (part == 0u) {
+    chain_total = 0u;
+    for (mask64 rest = h.owned_refs; mask_any(rest); rest = mask_clear_lsb(rest))
+      chain_total += stored_length(h, mask_lsb(rest)) - 1u;
+  }
   uint count = loops;
   uint codes = 0u;
   for (uint s = first; s < end; s++) {
@@ -1116,13 +1124,25 @@ uint affine_chain_point(Weights w, uint before, uint end, uint earlier, uint lef
   return w.exist ? affine_point(w, before, end, earlier) : toward(before, end, left);
 }
 
+#ifndef WEIGH_CHAINS
+#define WEIGH_CHAINS()
+#define CHAIN_WEIGHTS(j) chain_weights(chain_step[j])
+#define WEIGH_TRAVERSED()
+#define TRAVERSED_WEIGHTS(i) traversed_weights(traversed[i])
+#define OCTAHEDRAL_PREDICTIONS(bits)
+#define OCTAHEDRAL_PREDICTION(i, v, bits) \
+  octahedral_prediction(NORMALS(4u * v), NORMALS(4u * v + 1u), NORMALS(4u * v + 2u), bits)
+#define SUM_NORMALS sum_normals
+#endif
+
 void predict_affine_chains(uint s) {
+  WEIGH_CHAINS();
   index_uint base = stream_element[s] * 64u;
   uint elements = stream_elements[s];
   uint from = 0u;
   for (uint j = 0u; j < chain_count; j++) {
     uint step = chain_step[j];
-    Weights w = chain_weights(step);
+    Weights w = CHAIN_WEIGHTS(j);
     index_uint v = base + (step & 255u);
     index_uint before = base + ((step >> 8) & 255u);
     index_uint end = base + ((step >> 16) & 255u);
@@ -1383,13 +1403,13 @@ void predict_geo(uint s, uint first, bool all) {
   index_uint base = stream_element[s] * 64u;
   uint at = 2u * first;
   uint bits = stream_mask[s];
+  OCTAHEDRAL_PREDICTIONS(stream_bits[s]);
   for (uint i = 0u; i < traversed_count; i++) {
     uint triangle = traversed[i];
     uint v = (triangle >> 16) & 255u;
     OctPair q;
     if (all || !mask_test(boundary, v)) {
-      q = octahedral_prediction(NORMALS(4u * v), NORMALS(4u * v + 1u), NORMALS(4u * v + 2u),
-                                stream_bits[s]);
+      q = OCTAHEDRAL_PREDICTION(i, v, stream_bits[s]);
     } else {
       index_uint a = base + (triangle & 255u);
       index_uint b = base + ((triangle >> 8) & 255u);
@@ -1419,10 +1439,11 @@ void predict_affine(uint s, uint first) {
   index_uint base = stream_element[s] * 64u;
   uint elements = stream_elements[s];
   uint at = elements * first;
+  WEIGH_TRAVERSED();
   for (uint i = 0u; i < traversed_count; i++) {
     uint triangle = traversed[i];
     bool across = triangle >> 24 != NO_VERTEX;
-    Weights w = traversed_weights(triangle);
+    Weights w = TRAVERSED_WEIGHTS(i);
     index_uint a = base + (triangle & 255u);
     index_uint b = base + ((triangle >> 8) & 255u);
     index_uint v = base + ((triangle >> 16) & 255u);
@@ -1431,9 +1452,8 @@ void predict_affine(uint s, uint first) {
       uint at_a = values[a + 64u * c];
       uint at_b = values[b + 64u * c];
       uint at_o = values[o + 64u * c];
-      uint point = w.exist
-                       ? affine_point(w, at_a, at_b, at_o)
-                       : traversed_prediction(PREDICT_PARALLELOGRAM, at_a, at_b, at_o, across);
+      uint point = w.exist ? affine_point(w, at_a, at_b, at_o)
+                           : traversed_prediction(PREDICT_PARALLELOGRAM, at_a, at_b, at_o, across);
       values[v + 64u * c] = (point + residuals[at + c]) & stream_mask[s];
     }
     at += elements;
@@ -1513,6 +1533,7 @@ Header opened;  // of the meshlet decoded last
 // in place and list them in provided_refs.
 void open_meshlet(uint m) {
   error = ERROR_NONE;
+  unary = seek_unary(0u);  // forget what the includer may know of the last meshlet's lists
   triangle_count = 0u;
   vertex_count = 0u;
   provided_refs = mask_none();
@@ -1547,7 +1568,7 @@ void read_own() {
     read_own_boundary(opened, part);
     read_own_interior(part);
     if (error != ERROR_NONE) return;
-    if (part == 0u && needs_normals) sum_normals();
+    if (part == 0u && needs_normals) SUM_NORMALS();
     p = low_cursor;
   }
 }

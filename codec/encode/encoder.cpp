@@ -212,9 +212,8 @@ Elements predict_traversed(SerialDecoder& context, uint32_t s, uint32_t triangle
       across ? context.values + 64 * context.stream_element[s] + (triangle >> 24) : a;
   Elements out{};
   for (uint32_t c = 0; c < context.stream_elements[s]; c++, a += 64, b += 64, o += 64)
-    out.of[c] = weights.exist
-                    ? context.affine_point(weights, *a, *b, *o)
-                    : context.traversed_prediction(predictor, *a, *b, *o, across);
+    out.of[c] = weights.exist ? context.affine_point(weights, *a, *b, *o)
+                              : context.traversed_prediction(predictor, *a, *b, *o, across);
   return out;
 }
 
@@ -224,8 +223,9 @@ Elements predict_chain(SerialDecoder& context, uint32_t s, uint32_t j) {
   const uint32_t predictor = context.stream_predictor[s];
   const uint32_t* before = context.values + 64 * context.stream_element[s] + (step >> 8 & 255u);
   const uint32_t* end = context.values + 64 * context.stream_element[s] + (step >> 16 & 255u);
-  const uint32_t* earlier =
-      step >> 24 == NO_VERTEX ? before : context.values + 64 * context.stream_element[s] + (step >> 24);
+  const uint32_t* earlier = step >> 24 == NO_VERTEX
+                                ? before
+                                : context.values + 64 * context.stream_element[s] + (step >> 24);
   SerialDecoder::Weights weights{};
   if (predictor == PREDICT_AFFINE) weights = context.chain_weights(step);
   Elements out{};
@@ -412,8 +412,8 @@ std::vector<uint32_t> Encoder::anchor_residuals(const std::vector<uint32_t>& anc
   std::vector<uint32_t> out;
   for (size_t i = 1; i < anchors.size(); i++)
     for (uint32_t c = 0; c < streams_[s].elements; c++)
-      out.push_back(zigzag(value(s, anchors[i], c) - value(s, anchors[i - 1], c),
-                           streams_[s].bits));
+      out.push_back(
+          zigzag(value(s, anchors[i], c) - value(s, anchors[i - 1], c), streams_[s].bits));
   return out;
 }
 
@@ -505,8 +505,8 @@ void Encoder::choose_bases() {
       const CodeSizes interior(r.interior, streams_[s].elements);
       std::lock_guard<std::mutex> lock(mutex);
       for (uint32_t b = 0; b < kBases; b++) {
-        const uint64_t bits[3] = {
-            anchor.exponential[b], chain.of_field(chain.best_field(b), b), interior.of_field(interior.best_field(b), b)};
+        const uint64_t bits[3] = {anchor.exponential[b], chain.of_field(chain.best_field(b), b),
+                                  interior.of_field(interior.best_field(b), b)};
         for (size_t list = 0; list < 3; list++)
           totals[s][list][b] = std::min(totals[s][list][b] + bits[list], kImpossible);
       }
@@ -611,7 +611,8 @@ Code Encoder::write_code(BitWriter& out, const std::vector<uint32_t>& residuals,
   out.put(field, CODE_BITS);
   if (field != CODE_ESCAPE) return code_of_field(field, base);
   const Code code = fixed_code(residuals, elements);
-  for (uint32_t c = 0; c < elements; c++) out.put(std::min(code.widths[c], WIDTH_ESCAPE), WIDTH_BITS);
+  for (uint32_t c = 0; c < elements; c++)
+    out.put(std::min(code.widths[c], WIDTH_ESCAPE), WIDTH_BITS);
   return code;
 }
 

@@ -23,7 +23,7 @@ inline uint32_t bit_length(uint32_t u) { return u ? 32u - uint32_t(__builtin_clz
 struct Code {
   enum Kind { kRice, kExponential, kFixed };
   Kind kind = kRice;
-  uint32_t k = 0;         // parameter of kRice and kExponential
+  uint32_t k = 0;                     // parameter of kRice and kExponential
   uint32_t widths[4] = {0, 0, 0, 0};  // kFixed: per element
 };
 
@@ -33,9 +33,7 @@ inline Code code_of_field(uint32_t field, uint32_t base) {
   return {Code::kExponential, std::max(base, 1u) - 1 + field - CODE_FIRST_EXPONENTIAL, {}};
 }
 
-inline Code anchor_code(uint32_t base) {
-  return {Code::kExponential, base, {}};
-}
+inline Code anchor_code(uint32_t base) { return {Code::kExponential, base, {}}; }
 
 inline Code fixed_code(const std::vector<uint32_t>& residuals, uint32_t elements) {
   Code code{Code::kFixed, 0, {}};
@@ -95,8 +93,7 @@ struct CodeSizes {
     }
     fixed = WIDTH_BITS * elements;
     const Code code = fixed_code(residuals, elements);
-    for (uint32_t c = 0; c < elements; c++)
-      fixed += code.widths[c] * (residuals.size() / elements);
+    for (uint32_t c = 0; c < elements; c++) fixed += code.widths[c] * (residuals.size() / elements);
   }
 
   uint64_t of_field(uint32_t field, uint32_t base) const {
@@ -118,8 +115,8 @@ struct CodeSizes {
   uint64_t least() const {
     const uint64_t* end = rice + CODE_MAX_PARAMETER + 1;
     const uint64_t* exponential_end = exponential + CODE_MAX_PARAMETER + 1;
-    return std::min({*std::min_element(rice, end),
-                     *std::min_element(exponential, exponential_end), fixed});
+    return std::min(
+        {*std::min_element(rice, end), *std::min_element(exponential, exponential_end), fixed});
   }
 };
 

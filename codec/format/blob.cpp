@@ -102,7 +102,8 @@ void check_groups(const uint8_t* data, size_t size, const BlobHeader& h) {
       least = start + 1ull;
     }
   }
-  require(triangles == h.triangle_count, "the meshlets' triangle counts do not sum to the header's");
+  require(triangles == h.triangle_count,
+          "the meshlets' triangle counts do not sum to the header's");
 }
 
 }  // namespace
@@ -223,7 +224,7 @@ void write_blob_header(const BlobHeader& h, std::vector<uint8_t>& blob) {
   put_word(h.data_offset);
   put_word(0);
   for (const Stream& s : h.streams) {
-    const uint8_t shape[8] = {s.kind,       s.elements,      s.bits, s.predictor,
+    const uint8_t shape[8] = {s.kind,       s.elements,      s.bits,        s.predictor,
                               s.chain_base, s.interior_base, s.anchor_base, 0};
     put(shape, 8);
     put(&s.step, 4);

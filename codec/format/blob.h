@@ -70,7 +70,8 @@ uint32_t data_offset(uint32_t streams, uint32_t meshlets);
 // Returns a sentence about a stream that the format does not allow, or an empty string.
 std::string stream_problem(const Stream& stream);
 
-// Returns a sentence about the streams of a blob that the format does not allow, or an empty string.
+// Returns a sentence about the streams of a blob that the format does not allow, or an empty
+// string.
 std::string streams_problem(const std::vector<Stream>& streams);
 
 // Reads and checks header and tables of an untrusted blob: the tables lie inside it, meshlets

@@ -461,8 +461,7 @@ NB_MODULE(_codec, m) {
       .def_ro("predictor", &Stream::predictor, "One of PREDICT_.")
       .def_ro("chain_base", &Stream::chain_base, "Smallest Rice parameter of chains.")
       .def_ro("interior_base", &Stream::interior_base, "Smallest Rice parameter of interiors.")
-      .def_ro("anchor_base", &Stream::anchor_base,
-              "Exp-Golomb parameter of further anchors.")
+      .def_ro("anchor_base", &Stream::anchor_base, "Exp-Golomb parameter of further anchors.")
       .def_ro("step", &Stream::step, "GRID: value = offset + integer * step.")
       .def_prop_ro("offset", &offsets_of, "One float per element.");
   nb::class_<HeaderView>(m, "Header", "The header and tables of a blob; see read_header.")
