@@ -23,7 +23,8 @@ enum class BlobProblem {
   kMalformedMeshlet,
   kTooManyVertices,
   kTooFewVertices,
-  kInconsistent
+  kInconsistent,
+  kOverlap
 };
 
 struct BlobResult {

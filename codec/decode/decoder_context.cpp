@@ -22,7 +22,7 @@ const char* error_text(uint32_t error) {
     case ERROR_REFERENCES: return "a meshlet's references do not fit its boundary";
     case ERROR_OWNER: return "a reference leads to no owned boundary of an earlier meshlet";
     case ERROR_HOPS: return "a corner is more than 8 references away";
-    case ERROR_CODE: return "a Rice parameter is above 31";
+    case ERROR_CODE: return "a code's parameter is above 31, or an exp-Golomb value too long";
     case ERROR_UNARY: return "a meshlet's residuals run past the end of the blob";
     default: return "malformed";
   }
@@ -57,6 +57,8 @@ void check(const BlobResult& result) {
     case BlobProblem::kMalformedMeshlet: throw_malformed(result.meshlet, error_text(result.error));
     case BlobProblem::kInconsistent:
       throw_malformed(result.meshlet, "a shared vertex differs from its owner's");
+    case BlobProblem::kOverlap:
+      throw_malformed(result.meshlet, "its data run past the start of the next meshlet");
     case BlobProblem::kTooManyVertices:
       throw Malformed("the blob has more vertices than its header says");
     case BlobProblem::kTooFewVertices:
