@@ -438,6 +438,9 @@ BlobResult run(const BlobJob& job, BlobResult (*pass)(const BlobJob&, SerialDeco
 
 }  // namespace
 
+void decode_one(void* decoder, uint32_t meshlet) {
+  static_cast<SerialDecoder*>(decoder)->decode_meshlet(meshlet);
+}
 BlobResult decode_blob(const BlobJob& job) { return run(job, decode); }
 BlobResult validate_blob(const BlobJob& job) { return run(job, validate); }
 

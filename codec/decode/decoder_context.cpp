@@ -4,6 +4,7 @@ namespace meshlet {
 
 #ifdef MESHLET_AVX2
 namespace avx2 {
+void decode_one(void* decoder, uint32_t meshlet);
 BlobResult decode_blob(const BlobJob& job);
 
 // Does the processor have the instruction sets of MESHLET_AVX2_OPTIONS (codec/CMakeLists.txt)?
@@ -44,7 +45,12 @@ DecoderContext::DecoderContext(const uint8_t* data, size_t size)
 }
 
 SerialDecoder& DecoderContext::meshlet(uint32_t m) {
-  decoder_->decode_meshlet(m);
+#ifdef MESHLET_AVX2
+  if (avx2::supported())
+    avx2::decode_one(decoder_.get(), m);
+  else
+#endif
+    decode_one(decoder_.get(), m);
   if (decoder_->error != ERROR_NONE) throw_malformed(m, error_text(decoder_->error));
   return *decoder_;
 }

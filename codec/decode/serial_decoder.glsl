@@ -800,7 +800,12 @@ void locate_visited(uint part) {
   }
   uint p = visited.codes;
   if (part > 0u) {
-    open_part(visited, 0u, p, 0u);
+    if (located == visited.meshlet) {  // part 0 is open
+      unary = seek_unary(opened_position);
+      low_cursor = opened_low;
+    } else {
+      open_part(visited, 0u, p, 0u);
+    }
     skip_part(visited);
     p = low_cursor;
   }

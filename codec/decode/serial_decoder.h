@@ -161,7 +161,7 @@ struct SerialDecoder {
   uint ends_begin = 0, ends_count = 0;
   uint window_base = 0;
   mask64 window = 0;
-  uint ends[1 + kMaxEnds + kGroup];
+  uint ends[1 + kMaxEnds + 8];  // room for a group; the same size in all builds
 
   UnaryReader seek_unary(uint p) {
     if (p != ends_begin || p == 0) {
