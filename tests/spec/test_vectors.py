@@ -104,6 +104,16 @@ def test_values(name):
             assert ours.tobytes() == np.ascontiguousarray(expected).tobytes()
 
 
+@pytest.mark.parametrize("name", make_vectors.WITH_COMPONENTS)
+def test_components(name):
+    """The values in the JSON are binary32, and ours within the bounds of appendix B."""
+    expected = json.loads((FOLDER / f"valid_{name}.json").read_text())["components"]
+    values = _codec.decode_values((FOLDER / f"valid_{name}.bin").read_bytes())[1]
+    for ours, theirs in zip(values, expected, strict=True):
+        assert np.array_equal(np.array(theirs, np.float32), np.array(theirs))
+        assert np.abs(ours.astype(np.float64) - theirs).max() <= 2.0**-20
+
+
 def test_axes_are_exact():
     view = (FOLDER / "valid_oct_axes.bin").read_bytes()
     axes = {tuple(sign * row) for row in np.eye(3) for sign in (1, -1)}
