@@ -163,7 +163,7 @@ def exp_golomb(u: int, k: int) -> tuple[int, int]:
 
 
 @dataclass
-class _Part:
+class _ResidualList:
     """Residuals of one stream in one code. exponential and k mean nothing with widths."""
 
     residuals: list[list[int]]
@@ -172,7 +172,7 @@ class _Part:
     widths: list[int] | None = None
 
     @classmethod
-    def of_code(cls, residuals: list[list[int]], code: Code, base: int) -> _Part:
+    def of_code(cls, residuals: list[list[int]], code: Code, base: int) -> _ResidualList:
         if not isinstance(code, int):
             return cls(residuals, widths=code)
         if code < 4:
@@ -197,12 +197,12 @@ class _Part:
                     writer.put(u, self.k)
 
 
-def _put_parts(writer: BitWriter, parts: list[_Part]) -> None:
-    """All unary parts, then all low parts."""
-    for part in parts:
-        part.put_unary(writer)
-    for part in parts:
-        part.put_low(writer)
+def _put_lists(writer: BitWriter, lists: list[_ResidualList]) -> None:
+    """All unary parts, then all low bits."""
+    for residuals in lists:
+        residuals.put_unary(writer)
+    for residuals in lists:
+        residuals.put_low(writer)
 
 
 def put_symbols(writer: BitWriter, symbols: str, second_table: bool) -> None:
@@ -267,17 +267,19 @@ def _put_streams(
     for s in part:
         for value in (value for anchor in meshlet.anchors[s][:1] for value in anchor):
             writer.put(value, streams[s].bits)
-    parts = [_Part(meshlet.anchors[s][1:], streams[s].anchor_base, True) for s in part]
+    lists = [_ResidualList(meshlet.anchors[s][1:], streams[s].anchor_base, True) for s in part]
     if owns:
-        parts += [
-            _Part.of_code(meshlet.chain[s], meshlet.chain_codes[s], streams[s].chain_base)
+        lists += [
+            _ResidualList.of_code(meshlet.chain[s], meshlet.chain_codes[s], streams[s].chain_base)
             for s in part
         ]
-    _put_parts(writer, parts)
-    _put_parts(
+    _put_lists(writer, lists)
+    _put_lists(
         writer,
         [
-            _Part.of_code(meshlet.interior[s], meshlet.interior_codes[s], streams[s].interior_base)
+            _ResidualList.of_code(
+                meshlet.interior[s], meshlet.interior_codes[s], streams[s].interior_base
+            )
             for s in part
         ],
     )

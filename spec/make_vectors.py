@@ -925,6 +925,8 @@ VIEWS = {
         "a sheet in blobs of at most 512 bytes; vertices on their borders repeat",
     ),
 }
+# Vectors whose JSON has the dequantised values, too.
+WITH_COMPONENTS = ("every_kind", "oct_axes")
 # Malformed vectors that only a validator has to refuse (A.9 of the specification).
 VALIDATORS_ONLY = ("nine_hops", "inconsistent", "data_within_data")
 
@@ -1545,14 +1547,20 @@ def replace_example(document: str, text: str) -> str:
 # --- files ---
 
 
-def description(view: bytes, text: str) -> dict:
-    """The contents of a valid vector's JSON."""
+def description(view: bytes, text: str, components: bool = False) -> dict:
+    """The contents of a valid vector's JSON. components: also the dequantised values."""
     decoded = reference_decoder.decode_view(view)
-    return {
+    result = {
         "description": text,
         "triangles": decoded.triangles.tolist(),
         "values": [values.tolist() for values in decoded.values],
     }
+    if components:
+        result["components"] = [
+            reference_decoder.dequantise(stream, integers).tolist()
+            for stream, integers in zip(decoded.streams, decoded.values)
+        ]
+    return result
 
 
 def refusal(view: bytes) -> str:
@@ -1606,7 +1614,12 @@ def vector_files() -> dict[str, bytes]:
             data = make()
             files[f"{kind}_{name}.bin"] = data
             files[f"{kind}_{name}.json"] = (
-                json.dumps(description(data, text), separators=(",", ":")) + "\n"
+                json.dumps(
+                    description(data, text, name in WITH_COMPONENTS),
+                    separators=(",", ":"),
+                    allow_nan=False,
+                )
+                + "\n"
             ).encode()
     for name, (make, attributes, targets, text) in GLTF.items():
         view = make()

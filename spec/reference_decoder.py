@@ -576,8 +576,9 @@ class Code:
     widths: list[int] = field(default_factory=list)
 
     def read_unary(self, reader: BitReader, name: str) -> int:
-        """The quotient of a value of a Rice or exp-Golomb code."""
-        assert self.k is not None
+        """The quotient of a value; 0 if the code is fixed, which has no unary part."""
+        if self.k is None:
+            return 0
         most = min(31, 32 - self.k) if self.exponential else MAX_QUOTIENT
         return reader.read_unary(name, most)
 
@@ -592,7 +593,7 @@ class Code:
 
 
 @dataclass
-class Part:
+class ResidualList:
     """A list of residuals: `count` vertices of stream s in one code."""
 
     name: str
@@ -602,26 +603,23 @@ class Part:
     count: int
 
 
-def read_parts(reader: BitReader, parts: list[Part]) -> list[list[Value]]:
-    """Signed residuals [part][vertex][element]: the unary parts of all lists, then their rest."""
+def read_lists(reader: BitReader, lists: list[ResidualList]) -> list[list[Value]]:
+    """Signed residuals [list][vertex][element]: the unary parts of all lists, then the low bits."""
     quotients: list[list[Value]] = []
-    for part in parts:
-        name = f"unary of {part.name}, stream {part.s}"
+    for of in lists:
+        name = f"unary of {of.name}, stream {of.s}"
         quotients.append(
             [
-                [
-                    0 if part.code.k is None else part.code.read_unary(reader, name)
-                    for _ in range(part.elements)
-                ]
-                for _ in range(part.count)
+                [of.code.read_unary(reader, name) for _ in range(of.elements)]
+                for _ in range(of.count)
             ]
         )
     residuals = []
-    for part, vertices in zip(parts, quotients):
-        name = f"low of {part.name}, stream {part.s}"
+    for of, vertices in zip(lists, quotients):
+        name = f"low of {of.name}, stream {of.s}"
         residuals.append(
             [
-                [unzigzag(part.code.read_low(reader, name, q, c)) for c, q in enumerate(vertex)]
+                [unzigzag(of.code.read_low(reader, name, q, c)) for c, q in enumerate(vertex)]
                 for vertex in vertices
             ]
         )
@@ -747,56 +745,59 @@ class Meshlet:
     def _read_part(self, reader: BitReader, streams: list[int]) -> None:
         """Codes, anchors and chains of stream 0, or of all others."""
         for s in streams:
-            stream = self.streams[s]
-            code = Code(widths=[0] * stream.elements)
-            if self.owned:
-                code = self._read_code(reader, f"chain, stream {s}", stream.chain_base, stream)
-            self.chain_codes.append(code)
-            self.interior_codes.append(
-                self._read_code(reader, f"interior, stream {s}", stream.interior_base, stream)
-            )
-        corners = [
-            [j for j in range(len(self.references)) if self.stores_corner(j, s)] for s in streams
-        ]
-        firsts = [
-            [
-                reader.read(self.streams[s].bits, f"first anchor, stream {s}")
-                for _ in range(self.streams[s].elements)
-            ]
-            if anchors
-            else []
-            for s, anchors in zip(streams, corners)
-        ]
-        inner = sum(self.references[j].length - 1 for j in self.owned)
-        parts = [
-            Part(
+            self._read_codes(reader, s)
+        corners = {
+            s: [j for j in range(len(self.references)) if self.stores_corner(j, s)] for s in streams
+        }
+        firsts = {s: self._read_first_anchor(reader, s) for s in streams if corners[s]}
+        anchors = [
+            ResidualList(
                 "further anchors",
                 s,
                 self.streams[s].elements,
                 Code(self.streams[s].anchor_base, exponential=True),
-                max(len(anchors) - 1, 0),
+                max(len(corners[s]) - 1, 0),
             )
-            for s, anchors in zip(streams, corners)
-        ] + [
-            Part("chain", s, self.streams[s].elements, self.chain_codes[s], inner) for s in streams
+            for s in streams
         ]
-        residuals = read_parts(reader, parts)
-        for s, anchors, value, differences in zip(streams, corners, firsts, residuals):
+        inner = sum(self.references[j].length - 1 for j in self.owned)
+        chains = [
+            ResidualList("chain", s, self.streams[s].elements, self.chain_codes[s], inner)
+            for s in streams
+        ]
+        residuals = read_lists(reader, anchors + chains)
+        for s, differences in zip(streams, residuals):
             values = {}
-            for j, difference in zip(anchors, [[0] * len(value), *differences]):
+            value = firsts.get(s, [])
+            for j, difference in zip(corners[s], [[0] * len(value), *differences]):
                 value = [(v + d) & self.streams[s].mask for v, d in zip(value, difference)]
                 values[j] = value
             self.anchors.append(values)
         self.chain_residuals += residuals[len(streams) :]
 
+    def _read_codes(self, reader: BitReader, s: int) -> None:
+        """The codes of stream s. Without an owned reference, chains have none and are empty."""
+        stream = self.streams[s]
+        chain = Code(widths=[0] * stream.elements)
+        if self.owned:
+            chain = self._read_code(reader, f"chain, stream {s}", stream.chain_base, stream)
+        self.chain_codes.append(chain)
+        interior = self._read_code(reader, f"interior, stream {s}", stream.interior_base, stream)
+        self.interior_codes.append(interior)
+
+    def _read_first_anchor(self, reader: BitReader, s: int) -> Value:
+        stream = self.streams[s]
+        name = f"first anchor, stream {s}"
+        return [reader.read(stream.bits, name) for _ in range(stream.elements)]
+
     def read_interior(
         self, reader: BitReader, streams: list[int], counts: list[int]
     ) -> list[list[Value]]:
         """Signed residuals [stream][vertex][element] of the interior of the given streams."""
-        return read_parts(
+        return read_lists(
             reader,
             [
-                Part("interior", s, self.streams[s].elements, self.interior_codes[s], count)
+                ResidualList("interior", s, self.streams[s].elements, self.interior_codes[s], count)
                 for s, count in zip(streams, counts)
             ],
         )
