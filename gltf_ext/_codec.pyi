@@ -151,11 +151,11 @@ class StreamHeader:
 
     @property
     def chain_base(self) -> int:
-        """Smallest Rice parameter of chains."""
+        """Base of the parameters of chains' codes."""
 
     @property
     def interior_base(self) -> int:
-        """Smallest Rice parameter of interiors."""
+        """Base of the parameters of interiors' codes."""
 
     @property
     def step(self) -> float:

@@ -350,8 +350,8 @@ uint anchor_position[MAX_STREAMS];  // bit position of the first anchor
 small_uint anchor_count[MAX_STREAMS];
 uint chain_total;  // inner vertices of all owned references
 
-UnaryReader unary;    // the next list's unary parts
-uint low_cursor;      // and bit position of its low bits
+UnaryReader unary;          // the next list's unary parts
+uint low_cursor;            // and bit position of its low bits
 uint residuals[RESIDUALS];  // of one list, vertex by vertex
 
 uint part_first(uint part) { return part; }
@@ -1440,12 +1440,13 @@ Weights traversed_weights(uint triangle) {
   return w;
 }
 
-void predict_affine(uint s, uint first) {
+INLINE void predict_affine_elements(uint s, uint first, uint elements) {
   index_uint base = stream_element[s] * 64u;
-  uint elements = stream_elements[s];
-  uint at = elements * first;
+  index_uint at = elements * first;
+  uint bits = stream_mask[s];
+  uint count = traversed_count;
   WEIGH_TRAVERSED();
-  for (uint i = 0u; i < traversed_count; i++) {
+  for (uint i = 0u; i < count; i++) {
     uint triangle = traversed[i];
     bool across = triangle >> 24 != NO_VERTEX;
     Weights w = TRAVERSED_WEIGHTS(i);
@@ -1457,12 +1458,19 @@ void predict_affine(uint s, uint first) {
       uint at_a = values[a + 64u * c];
       uint at_b = values[b + 64u * c];
       uint at_o = values[o + 64u * c];
-      uint point = w.exist ? affine_point(w, at_a, at_b, at_o)
-                           : traversed_prediction(PREDICT_PARALLELOGRAM, at_a, at_b, at_o, across);
-      values[v + 64u * c] = (point + residuals[at + c]) & stream_mask[s];
+      uint parallelogram = traversed_prediction(PREDICT_PARALLELOGRAM, at_a, at_b, at_o, across);
+      uint point = choose(w.exist, affine_point(w, at_a, at_b, at_o), parallelogram);
+      values[v + 64u * c] = (point + residuals[at + c]) & bits;
     }
     at += elements;
   }
+}
+
+void predict_affine(uint s, uint first) {
+  if (stream_elements[s] == 2u)
+    predict_affine_elements(s, first, 2u);
+  else
+    predict_affine_elements(s, first, stream_elements[s]);
 }
 
 // Constants instead of variables for the common cases.

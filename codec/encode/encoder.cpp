@@ -728,8 +728,9 @@ BitStatistics Encoder::bit_statistics(const std::vector<uint32_t>& stream_bits,
     for (int i = 0; i < 5; i++) out.symbols[i] += counts[i];
     const bool table = groups_[m / BLOB_GROUP_MESHLETS].table;
     // 1 bit for R, 2 to 4 for the others, none for the last E.
-    out.connectivity += r + 2 * c + 3 * (e - 1) + 4 * (counts[1] + s);
-    if (table) out.connectivity += c + e - 1 - 2 * counts[1];
+    const uint32_t l = counts[1], stored_e = e - 1;
+    out.connectivity += table ? r + 2 * l + 3 * c + 4 * (stored_e + s)
+                              : r + 2 * c + 3 * stored_e + 4 * (l + s);
     for (const Plan::Ref& ref : plan.refs) {
       switch (ref.reference.kind) {
         case ReferenceKind::kOwned: out.owned_references++; break;

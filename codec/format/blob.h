@@ -41,8 +41,8 @@ struct Stream {
   uint8_t elements = 1;  // integers per vertex, 1 to 4
   uint8_t bits = 1;      // per element, 1 to 32
   uint8_t predictor = kParallelogram;
-  uint8_t chain_base = 0;     // smallest Rice parameter of chains
-  uint8_t interior_base = 0;  // smallest Rice parameter of interiors
+  uint8_t chain_base = 0;     // of the parameters of chains' codes
+  uint8_t interior_base = 0;  // of the parameters of interiors' codes
   uint8_t anchor_base = 0;    // exp-Golomb parameter of further anchors
   float step = 1.0f;          // GRID: value = offset + integer * step
   float offset[4] = {0, 0, 0, 0};

@@ -459,8 +459,9 @@ NB_MODULE(_codec, m) {
       .def_ro("elements", &Stream::elements, "Integers per vertex, 1 to 4.")
       .def_ro("bits", &Stream::bits, "Bits per element, 1 to 32.")
       .def_ro("predictor", &Stream::predictor, "One of PREDICT_.")
-      .def_ro("chain_base", &Stream::chain_base, "Smallest Rice parameter of chains.")
-      .def_ro("interior_base", &Stream::interior_base, "Smallest Rice parameter of interiors.")
+      .def_ro("chain_base", &Stream::chain_base, "Base of the parameters of chains' codes.")
+      .def_ro("interior_base", &Stream::interior_base,
+              "Base of the parameters of interiors' codes.")
       .def_ro("anchor_base", &Stream::anchor_base, "Exp-Golomb parameter of further anchors.")
       .def_ro("step", &Stream::step, "GRID: value = offset + integer * step.")
       .def_prop_ro("offset", &offsets_of, "One float per element.");
