@@ -729,8 +729,8 @@ BitStatistics Encoder::bit_statistics(const std::vector<uint32_t>& stream_bits,
     const bool table = groups_[m / BLOB_GROUP_MESHLETS].table;
     // 1 bit for R, 2 to 4 for the others, none for the last E.
     const uint32_t l = counts[1], stored_e = e - 1;
-    out.connectivity += table ? r + 2 * l + 3 * c + 4 * (stored_e + s)
-                              : r + 2 * c + 3 * stored_e + 4 * (l + s);
+    out.connectivity +=
+        table ? r + 2 * l + 3 * c + 4 * (stored_e + s) : r + 2 * c + 3 * stored_e + 4 * (l + s);
     for (const Plan::Ref& ref : plan.refs) {
       switch (ref.reference.kind) {
         case ReferenceKind::kOwned: out.owned_references++; break;

@@ -55,10 +55,9 @@ uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
     bool follow_before = mask_test(shared_refs, before);
     if (!follow && !follow_before) {
       uint end = apart ? s + 1u : stream_end;
-      read_anchor_of(
-          h.meshlet,
-          h.references == 0u ? j : mask_count(stored_corners(h, seams) & mask_below(j)), s, end,
-          id);
+      read_anchor_of(h.meshlet,
+                     h.references == 0u ? j : mask_count(stored_corners(h, seams) & mask_below(j)),
+                     s, end, id);
       return end;
     }
     if (follow && follow_before) follow = owner_of(h, before) >= owner_of(h, j);

@@ -20,8 +20,8 @@ void read_traversed(uint s, uint triangle) {
   uint o = (triangle >> 24) & 63u;
   bool across = triangle >> 24 != NO_VERTEX;
   // geo.comp has written the predictions of GEO.
-  bool predicted = predictor == PREDICT_GEO_ALL ||
-                   (predictor == PREDICT_GEO && !mask_test(the_boundary, v));
+  bool predicted =
+      predictor == PREDICT_GEO_ALL || (predictor == PREDICT_GEO && !mask_test(the_boundary, v));
   Weights weights;
   weights.exist = false;
   if (predictor == PREDICT_AFFINE) weights = traversed_weights(triangle);
@@ -39,9 +39,9 @@ void read_traversed(uint s, uint triangle) {
                                   get_field(beyond, at, field))
                           : uvec3(value_at(s, c, a), value_at(s, c, b), value_at(s, c, o));
     uint prediction = weights.exist ? affine_point(weights, known.x, known.y, known.z)
-                      : predicted  ? get_field(point, at, field)
-                                   : traversed_prediction(predictor, known.x, known.y, known.z,
-                                                          across);
+                      : predicted
+                          ? get_field(point, at, field)
+                          : traversed_prediction(predictor, known.x, known.y, known.z, across);
     uint value = (prediction + next_residual(c)) & mask;
     if (vectors)
       fields |= put_field(at, value);

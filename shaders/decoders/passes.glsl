@@ -24,8 +24,8 @@ layout(local_size_x = GROUP) in;
 
 // --- the thread's meshlet ---
 
-uint member;  // number of the meshlet in the workgroup
-uint part;    // number of the thread among those of the meshlet
+uint member;   // number of the meshlet in the workgroup
+uint part;     // number of the thread among those of the meshlet
 bool present;  // there is such a meshlet
 mask64 the_boundary;
 mask64 the_starts;

@@ -1,6 +1,6 @@
-// The third pass, after lengths.comp: where each stream's values lie in a meshlet's data, one thread
-// per meshlet. Needs no triangles: other meshlets look up their boundaries here even if this one is
-// malformed.
+// The third pass, after lengths.comp: where each stream's values lie in a meshlet's data, one
+// thread per meshlet. Needs no triangles: other meshlets look up their boundaries here even if this
+// one is malformed.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require

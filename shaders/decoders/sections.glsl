@@ -59,9 +59,7 @@ bool any_stream_predicts(uint predictors) {
 // --- small parts ---
 
 // A code: a Rice parameter, CODE_EXPONENTIAL + exp-Golomb parameter, or CODE_FIXED.
-bool is_exponential(uint code) {
-  return (code & ~CODE_MAX_PARAMETER) == CODE_EXPONENTIAL;
-}
+bool is_exponential(uint code) { return (code & ~CODE_MAX_PARAMETER) == CODE_EXPONENTIAL; }
 
 // Reads the code at bit p and moves p past it.
 uint code_at(inout uint p, uint elements, uint base) {

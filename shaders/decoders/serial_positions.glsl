@@ -128,7 +128,9 @@ void put_boundary(uint kind, uint r, uint wanted) {
 void put_boundaries(HEADER_IN h) {
   uint references = mask_any(h.foreign_refs) ? h.references : 0u;
   for (uint i = 0u; i <= 2u * references && error == ERROR_NONE; i++) {
-    uint kind = i == 2u * references ? OWN_BOUNDARY : i < references ? FOREIGN_CORNER : FOREIGN_CHAIN;
+    uint kind = i == 2u * references ? OWN_BOUNDARY
+                : i < references     ? FOREIGN_CORNER
+                                     : FOREIGN_CHAIN;
     uint r = i < references ? i : i - references;
     uint wanted = 0u;
     if (kind == OWN_BOUNDARY) {

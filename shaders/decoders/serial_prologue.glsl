@@ -60,9 +60,7 @@ uint scatter_word(uint bits, uint m) {
 }
 uvec2 mask_scatter(uvec2 bits, uvec2 m) {
   uint low = uint(bitCount(m.x));
-  uint next = low == 0u    ? bits.x
-              : low == 32u ? bits.y
-                           : (bits.x >> low) | (bits.y << (32u - low));
+  uint next = low == 0u ? bits.x : low == 32u ? bits.y : (bits.x >> low) | (bits.y << (32u - low));
   return uvec2(scatter_word(bits.x, m.x), scatter_word(next, m.y));
 }
 

@@ -11,8 +11,9 @@
 //   connectivity_boundary()  mask of its boundary vertices
 //   connectivity_starts()    mask of the triangles that begin a disk
 // It calls open_blob and group_streams(end) once, open_team(m), read_header(m),
-// read_team_symbols(h), and then team_decode with all threads. Results: team_values[TEAM_INDEX][element * 64 + local id],
-// vertex_count, and `error`, equal for all threads of a team.
+// read_team_symbols(h), and then team_decode with all threads. Results:
+// team_values[TEAM_INDEX][element * 64 + local id], vertex_count, and `error`, equal for all
+// threads of a team.
 //
 // Long functions are called from one place: compilers inline everything, and the code must fit the
 // instruction cache. Hostile bytes: every subscript is masked or bounded by a checked count, every
@@ -25,7 +26,7 @@
 
 shared uint team_values[TEAMS][MAX_ELEMENTS * 64u];
 shared uint team_error[TEAMS];
-shared mask64 team_symbols[TEAMS][4];  // R, C, E, S
+shared mask64 team_symbols[TEAMS][4];    // R, C, E, S
 shared uint team_traversal[TEAMS][64];   // packed triangles that introduce a vertex
 shared uint team_references[TEAMS][64];  // rank in the loop order | length << 8
 shared uint team_loop[TEAMS][16];        // boundary ids in loop order, four to a word
@@ -198,9 +199,9 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
   for (uint part = 0u; part < parts && error == ERROR_NONE; part++) {
     uint streams = part == 0u ? 1u : stream_total - 1u;
     uint codes = p;
-    uint firsts = 0u;  // bits of the first anchors
-    uint ones = 0u;    // values with a unary part: anchors and chains,
-    uint later = 0u;   //   and the interior
+    uint firsts = 0u;         // bits of the first anchors
+    uint ones = 0u;           // values with a unary part: anchors and chains,
+    uint later = 0u;          //   and the interior
     uint interior_code = 0u;  // of the last stream
     uint interior_widths = 0u;
     uint inner = h.meshlet == own.meshlet ? traversed_count
@@ -468,11 +469,10 @@ void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seam
               63u;
     uint residual;
     if (code == CODE_FIXED) {
-      residual = load_bits(low + i * step + fixed_width(c, widths),
-                           width_field(widths + WIDTH_BITS * c));
+      residual =
+          load_bits(low + i * step + fixed_width(c, widths), width_field(widths + WIDTH_BITS * c));
     } else {
-      uint from =
-          item == 0u ? unary_begin : staged[ones_place() + ones + item - 1u] + 1u;
+      uint from = item == 0u ? unary_begin : staged[ones_place() + ones + item - 1u] + 1u;
       uint quotient = staged[ones_place() + ones + item] - from;
       if (quotient > MAX_QUOTIENT) error = ERROR_UNARY;
       uint at = low + item * (code & 31u) + (is_exponential(code) ? from - unary_begin - item : 0u);

@@ -138,18 +138,7 @@ def accessor_values(gltf: pygltflib.GLTF2, index: int) -> np.ndarray:
     return np.frombuffer(b"".join(rows), dtype).reshape(accessor.count, width)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(
-            name,
-            marks=pytest.mark.xfail(
-                name == "gltf_pages", reason="gltf_ext reads one blob per view", strict=False
-            ),
-        )
-        for name in FILES
-    ],
-)
+@pytest.mark.parametrize("name", FILES)
 def test_files(name, tmp_path):
     """Whole files decompress to the expected components."""
     expected = json.loads((FOLDER / f"{name}.json").read_text())
@@ -176,18 +165,7 @@ def test_malformed(name):
     assert expected["validators_only"] or answer(_codec.decode, view) is None
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(
-            name,
-            marks=pytest.mark.xfail(
-                "in_integers" in name, reason="gltf_ext does not check it yet", strict=False
-            ),
-        )
-        for name in MALFORMED_FILES
-    ],
-)
+@pytest.mark.parametrize("name", MALFORMED_FILES)
 def test_malformed_files(name):
     problems = []
     try:
