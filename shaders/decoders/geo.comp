@@ -27,6 +27,7 @@ void main() {
     }
   }
   barrier();
+  if (!live) return;
   uint vertices = (summary >> 8) & 127u;
   mask64 waiting = waiting_vertices(open_header());
   for (uint item = part; item < vertices * stream_end; item += PER_MESHLET) {

@@ -108,7 +108,8 @@ struct Run {
 Run run_of(uint r) {
   uint rank = nth_bit(the_references, r);
   mask64 later = the_references & ~mask_below(rank + 1u);
-  return Run(rank, (mask_any(later) ? mask_lsb(later) : mask_count(the_boundary)) - rank);
+  uint end = mask_any(later) ? mask_lsb(later) : mask_count(the_boundary);
+  return Run(rank, min(end - rank, 64u));  // the masks of a malformed meshlet may be any
 }
 
 // Id of the last vertex of reference r.

@@ -37,12 +37,12 @@
 #define BLOB_GROUP_BYTES 12u
 #define BLOB_GROUP_WORDS 3u
 #define BLOB_GROUP_MESHLETS 32u
-#define GROUP_ENTRY_SHIFT 0      // width of the entries
-#define GROUP_DELTA_SHIFT 5      // width of references' owner deltas
-#define GROUP_SLOT_SHIFT 10      // width of references' slots
+#define GROUP_ENTRY_SHIFT 0       // width of the entries
+#define GROUP_DELTA_SHIFT 5       // width of references' owner deltas
+#define GROUP_SLOT_SHIFT 10       // width of references' slots
 #define GROUP_REFERENCE_SHIFT 13  // width of the reference counts
-#define GROUP_FLAGS_SHIFT 16     // FLAG_ bits that the group's meshlets store
-#define GROUP_TABLE_SHIFT 19     // the connectivity table
+#define GROUP_FLAGS_SHIFT 16      // FLAG_ bits that the group's meshlets store
+#define GROUP_TABLE_SHIFT 19      // the connectivity table
 #define GROUP_BITS 20
 #define GROUP_MAX_DELTA_WIDTH 24u
 #define GROUP_MAX_SLOT_WIDTH 6u
@@ -74,7 +74,7 @@
 #define PREDICT_GEO_ALL 5u  //   also for vertices on the boundary
 #define PREDICT_AFFINE 6u   // as the position lies to the triangle across the gate
 #define PREDICTORS 7u
-#define PREDICT_MAX_BITS 24u  // streams of more bits use PREDICT_COPY
+#define PREDICT_MAX_BITS 24u       // streams of more bits use PREDICT_COPY
 #define GEO_POSITION_BITS 13u      // GEO drops lower bits of positions
 #define AFFINE_WEIGHT_LIMIT 1024u  // weights, in 1/256, stay below
 
@@ -90,7 +90,7 @@
 #define CODE_MAX_PARAMETER 31u
 #define EXPONENTIAL_MAX_QUOTIENT 31u  // of an exp-Golomb value; its low bits are at most
 #define EXPONENTIAL_MAX_BITS 32u
-#define WIDTH_BITS 5u   // a fixed width; WIDTH_ESCAPE means 32
+#define WIDTH_BITS 5u  // a fixed width; WIDTH_ESCAPE means 32
 #define WIDTH_ESCAPE 31u
 #define MAX_QUOTIENT 16383u  // of a Rice code
 #define MAX_HOPS 8u          // references from a corner to the meshlet that stores it
@@ -99,7 +99,7 @@
 
 #define CODE_EXPONENTIAL 32u  // added to an exp-Golomb parameter; Rice parameters stand alone
 #define CODE_FIXED 255u       // fixed widths
-#define NO_VERTEX 255u   // no triangle across the gate
+#define NO_VERTEX 255u        // no triangle across the gate
 #define NO_MESHLET 0xFFFFFFFFu
 
 #define ERROR_NONE 0u
