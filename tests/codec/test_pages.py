@@ -186,7 +186,7 @@ def test_pages_follow_on(view):
 
 
 def test_a_page_decodes_without_the_others(view):
-    """The data of their meshlets are overwritten by noise."""
+    """The data of their meshlets, but for their sizes, are overwritten by noise."""
     random = np.random.default_rng(1)
     places, pages = _codec.split(view), pages_of(view)
     whole, first = _codec.Decoder(view), 0
@@ -196,7 +196,7 @@ def test_a_page_decodes_without_the_others(view):
             if number != kept:
                 file = BlobFile(pages[number])
                 for begin, end in zip(file.starts, file.ends):
-                    noise[start + begin : start + end] = random.bytes(end - begin)
+                    noise[start + begin + 1 : start + end] = random.bytes(end - begin - 1)
         noisy, own = _codec.Decoder(bytes(noise)), _codec.Decoder(page)
         for m in range(own.meshlet_count):
             found = [
