@@ -205,26 +205,26 @@ def totals(path: Path, folder: Path, **options) -> tuple[dict, Path]:
     return gltf_ext.inspect(output)["totals"], output
 
 
-Stream = Mapping[str, Any]  # a row of the stream table, for _codec.encode
-Chooser = Callable[[int, Stream], int]
+Row = Mapping[str, Any]  # of the stream table, for _codec.encode
+Chooser = Callable[[int, Row], int]
 
 
 def one_for_all(predictor: int) -> Chooser:
     """The predictor for every stream that allows it; of the others the encoder chooses."""
 
-    def choose(s: int, stream: Stream) -> int:
-        return predictor if is_allowed(predictor, s, stream) else CHOOSE
+    def choose(s: int, row: Row) -> int:
+        return predictor if is_allowed(predictor, s, row) else CHOOSE
 
     return choose
 
 
-def is_allowed(predictor: int, s: int, stream: Stream) -> bool:
+def is_allowed(predictor: int, s: int, row: Row) -> bool:
     """True if stream s may have the predictor; stream 0 has positions."""
     if predictor in (GEO, GEO_ALL):
-        return s > 0 and stream["kind"] == OCT
-    if predictor == AFFINE and (s == 0 or stream["kind"] in (OCT, SIGN)):
+        return s > 0 and row["kind"] == OCT
+    if predictor == AFFINE and (s == 0 or row["kind"] in (OCT, SIGN)):
         return False
-    return stream["bits"] <= MAX_PREDICTED_BITS
+    return row["bits"] <= MAX_PREDICTED_BITS
 
 
 @contextmanager
@@ -433,8 +433,8 @@ Bits per triangle of whole files:
 * as they are: the encoder chooses a predictor for each stream;
 * with both sides of every seam stored;
 * without the predictors from positions: each stream has the best of the other four;
-* with one predictor for all streams that allow it. GEO and GEO_ALL are for normals, AFFINE is for
-  texture coordinates and colours; the encoder chooses the others' predictors.
+* with one predictor for all streams that allow it. GEO and GEO_ALL are only for normals, AFFINE is
+  for all but positions and normals; the encoder chooses the predictors of the other streams.
 
 {markdown_table(["model", *result["switched"][0]["bits"]], switched)}"""
 

@@ -27,6 +27,7 @@ import gltf_ext
 from bench.common import DOCS, progress, pyplot
 from bench.figures import DIGEST, digest
 from bench.generated import torus
+from bench.size import FIELDS
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.inspection import INDEX_BYTES_PER_TRIANGLE
 from gltf_ext.files import write_files
@@ -96,14 +97,11 @@ HALO = patheffects.withStroke(linewidth=2.5, foreground="white")
 # Parts of a meshlet's bits: label, colour and the first words of their fields' names
 SECTIONS = {
     "head": (GRAY, ("T - 1", "refs", "LOOPS", "PRIVATE", "SEAMS")),
-    "symbols": (INK, ("p0", "p1", "p2", "p3")),
-    "references": (
-        ORANGE,
-        ("foreign mask", "loop-end mask", "private mask", "length", "delta", "slot", "share bits"),
-    ),
-    "choice of codes": (GRAY, ("code of", "width of chain", "width of interior")),
-    "anchors": (BLUE, ("first anchor", "unary of further anchors", "low of further anchors")),
-    "chains": (BLUE, ("unary of chain", "low of chain")),
+    "symbols": (INK, FIELDS["connectivity"]),
+    "references": (ORANGE, FIELDS["references"]),
+    "choice of codes": (GRAY, FIELDS["codes"]),
+    "anchors": (BLUE, FIELDS["anchors"]),
+    "chains": (BLUE, FIELDS["chains"]),
     "interior: unary": (GREEN, ("unary of interior",)),
     "interior: low bits": (GREEN, ("low of interior",)),
 }
