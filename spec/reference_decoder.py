@@ -989,6 +989,59 @@ def decode_blob(data: bytes) -> Blob:
     )
 
 
+def split_view(view: bytes) -> list[bytes]:
+    """The blobs of a buffer view, back to back. The last one takes the rest, whatever it says."""
+    blobs: list[bytes] = []
+    at = 0
+    while at < len(view) or not blobs:
+        rest = len(view) - at
+        length = rest
+        if rest >= HEADER_BYTES:
+            (length,) = struct.unpack_from("<I", view, at + 20)
+        if length < HEADER_BYTES or length % 4 or length > rest:
+            length = rest
+        blobs.append(view[at : at + length])
+        at += length
+    return blobs
+
+
+def _content(stream: Stream) -> tuple[object, ...]:
+    """The fields in which all blobs of a view agree."""
+    return stream.kind, stream.elements, stream.bits, stream.step, stream.offset
+
+
+def decode_view(view: bytes) -> Blob:
+    """Decodes a buffer view of one or several blobs; vertex numbers go on from blob to blob.
+
+    Raises ValueError if a blob is malformed, or if the blobs do not go together.
+    """
+    blobs: list[Blob] = []
+    for number, data in enumerate(split_view(view)):
+        try:
+            blobs.append(decode_blob(data))
+        except ValueError as error:
+            raise ValueError(f"Blob {number}: {error}" if number else str(error)) from None
+        _require(
+            list(map(_content, blobs[-1].streams)) == list(map(_content, blobs[0].streams)),
+            f"Blob {number} has other streams than the first blob.",
+        )
+    triangles = []
+    vertex_count = 0
+    for blob in blobs:
+        triangles.append(blob.triangles + np.uint32(vertex_count))
+        vertex_count += len(blob.values[0])
+    _require(vertex_count < 1 << 32, "The blobs have more vertices than 32 bits can count.")
+    _require(
+        3 * sum(map(len, triangles)) < 1 << 32,
+        "The blobs have more indices than 32 bits can count.",
+    )
+    return Blob(
+        np.concatenate(triangles),
+        [np.concatenate(values) for values in zip(*(blob.values for blob in blobs))],
+        blobs[0].streams,
+    )
+
+
 def dequantise(stream: Stream, integers: np.ndarray) -> np.ndarray:
     """The values of a stream's integers, uint32[V, elements].
 

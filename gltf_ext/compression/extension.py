@@ -10,7 +10,7 @@ import pygltflib
 
 from gltf_ext import _codec
 from gltf_ext.compression.primitives import Dropped, Primitive, read_primitive
-from gltf_ext.compression.streams import GRID, Stream, streams_of, to_accessor
+from gltf_ext.compression.streams import GRID, OCT, SIGN, Stream, streams_of, to_accessor
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import Format, accessor_format
 from gltf_ext.gltf.document import Document, item, named_indices
@@ -247,12 +247,16 @@ def _check_object(
 
 
 def _check_streams(compressed: Compressed) -> None:
-    """Raises ValueError unless positions are on a grid and each stream has one attribute."""
+    """Raises ValueError unless positions are on a grid, each stream has one attribute, and unit
+    vectors and signs have float accessors."""
     if (compressed.streams[0].kind, compressed.streams[0].components) != (GRID, 3):
         raise ValueError("the first stream is not a grid of 3 components")
     used = sorted(s for _, streams, _ in compressed.named_streams for s in streams)
     if used != list(range(len(compressed.streams))):
         raise ValueError("the streams are not each used by one attribute")
+    for name, streams, (dtype, _) in compressed.named_streams:
+        if dtype.kind != "f" and any(compressed.streams[s].kind in (OCT, SIGN) for s in streams):
+            raise ValueError(f"{name} has integers, but a stream of unit vectors or signs")
 
 
 def _check_counts(

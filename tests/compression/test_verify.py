@@ -171,6 +171,9 @@ CHANGES = {
     "index type": lambda p, m, e: p["accessors"][m["indices"]].update(componentType=5126),
     "vertex count": lambda p, m, e: p["accessors"][m["attributes"]["NORMAL"]].update(count=3),
     "accessor type": lambda p, m, e: p["accessors"][m["attributes"]["NORMAL"]].update(type="VEC2"),
+    "integers of unit vectors": lambda p, m, e: p["accessors"][m["attributes"]["NORMAL"]].update(
+        componentType=5120
+    ),
     "byteStride": lambda p, m, e: p["bufferViews"][e["bufferView"]].update(byteStride=4),
     "target": lambda p, m, e: p["bufferViews"][e["bufferView"]].update(target=34962),
     "not aligned": lambda p, m, e: p["bufferViews"][e["bufferView"]].update(byteOffset=2),
