@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gltf_ext import _codec
+
 from .constants import CONSTANTS
 
 # Bits of `Scene.attributes` and of the shaders' constant ATTRIBUTES.
@@ -93,14 +95,5 @@ def _or_constant(
 
 
 def meshlet_triangles(blob: bytes) -> np.ndarray:
-    """int64[M]: triangles of each meshlet, from the blob's directory."""
-    streams, meshlets = blob[5], int.from_bytes(blob[16:20], "little")
-    groups = -(-meshlets // CONSTANTS["BLOB_GROUP_MESHLETS"])
-    directory = (
-        CONSTANTS["BLOB_HEADER_BYTES"]
-        + CONSTANTS["BLOB_STREAM_BYTES"] * streams
-        + CONSTANTS["BLOB_GROUP_BYTES"] * groups
-    )
-    entries = np.frombuffer(blob, "<u4", meshlets, directory)
-    mask = (1 << CONSTANTS["BLOB_TRIANGLE_BITS"]) - 1
-    return (entries >> CONSTANTS["BLOB_OFFSET_BITS"] & mask).astype(np.int64) + 1
+    """int64[M]: triangles of each meshlet."""
+    return _codec.read_header(blob).meshlet_triangles.astype(np.int64)

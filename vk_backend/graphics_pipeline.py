@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from . import vk
+from .decoded import VERTEX_FLOATS
 from .device import Device
 from .pipelines import stage
-from .scene import VERTEX_FLOATS
 from .targets import COLOR_FORMAT, DEPTH_FORMAT, IDS_FORMAT
 from .textures import textures_layout
 

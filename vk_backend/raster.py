@@ -10,13 +10,14 @@ import numpy as np
 from . import vk
 from .camera import Camera
 from .constants import CONSTANTS
+from .decoded import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD
 from .device import Device
 from .graphics_pipeline import FRAGMENT, GEOMETRY, MESH, TASK, VERTEX, Modules, graphics_pipeline
 from .memory import Buffer
 from .pipelines import MAX_GROUPS, ComputePipeline, push, push_record
 from .raster_layout import BOUNDS_PUSH, RASTER_PUSH
 from .ring import RING, Ring
-from .scene import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD, Scene
+from .scene import Scene
 from .scene_buffers import FRAME, SceneBuffers, require_room
 from .targets import Targets
 from .textures import TextureArray, array_size, textures_layout

@@ -212,7 +212,7 @@ class Scene:
         first = np.array([self.primitives[i.primitive].first_meshlet for i in self.instances])
         drawn = ids[..., 0] < len(self.instances)
         own = ids[drawn]
-        result = ids.copy()
+        result: np.ndarray = ids.copy()
         result[drawn, 0] = numbers[own[:, 0]]
         result[drawn, 1] = own[:, 1] + first[own[:, 0]] * CONSTANTS["MESHLET_TRIANGLES"]
         return result
