@@ -80,7 +80,8 @@ def _encoded(picture: np.ndarray, suffix: str) -> bytes:
     if suffix != ".exr":
         bitmap = bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True)
     bitmap.write(stream, FORMATS[suffix])
-    return stream.raw_buffer()
+    data: bytes = stream.raw_buffer()
+    return data
 
 
 def _report(
