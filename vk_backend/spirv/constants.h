@@ -1,4 +1,4 @@
-// Facts of the format and of the scene on the GPU, for C++, GLSL and Python. Nothing but
+// Facts of the format, for C++, GLSL and Python. Nothing but
 // `#define NAME integer`: vk_backend/constants.py reads this file as text.
 #ifndef CONSTANTS_H
 #define CONSTANTS_H
