@@ -12,8 +12,10 @@ import argparse
 import math
 import tempfile
 from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import gltf_ext
 from bench.common import Question, markdown_table, origin_line, progress, write_page
@@ -22,23 +24,33 @@ from bench.size import section_bits
 from gltf_ext import _codec
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.gltf.importers import open_model
+from spec import predictors
 from spec.reference_decoder import (
+    AFFINE,
     COPY,
     DAMPED,
     FOREIGN,
+    GEO,
+    GEO_ALL,
+    MAX_PREDICTED_BITS,
     MEAN,
+    OCT,
     OWNED,
     PARALLELOGRAM,
     PRIVATE,
+    SIGN,
     Decoder,
 )
 
 NAMES = ("bunny", "beast", "igea", "engine")
 NAMES_SWITCHED = (*NAMES, "dragon", "DamagedHelmet", "sponza_like")
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
+# Predictors of any stream, and those that predict other streams from the positions.
 PREDICTORS = {"parallelogram": PARALLELOGRAM, "mean": MEAN, "copy": COPY, "damped": DAMPED}
-RICE_CODES = 7
-MASK = 0xFFFFFFFF
+GEOMETRIC = {"GEO": GEO, "GEO_ALL": GEO_ALL, "AFFINE": AFFINE}
+CHOOSE = -1  # in place of a predictor: the encoder chooses
+PARAMETERS = range(32)
+RICE_CODES, EXPONENTIAL_CODES = 4, 3  # parameters that a meshlet can choose from
 
 
 # --- costs in bits ---
@@ -58,23 +70,39 @@ def rice_cost(residuals: list[list[int]], k: int) -> int:
     return 3 + sum((u >> k) + 1 + k for vertex in residuals for u in vertex)
 
 
+def exponential_cost(residuals: list[list[int]], k: int) -> int:
+    """Bits: a code of 3, and per residual the exp-Golomb code of parameter k."""
+    return 3 + sum(2 * ((u >> k) + 1).bit_length() - 1 + k for vertex in residuals for u in vertex)
+
+
 def class_costs(meshlets: list[list[list[int]]]) -> dict[str, float]:
-    """Bits per vertex of one class of residuals, [meshlet][vertex][element], for each code."""
+    """Bits per vertex of one class of residuals, [meshlet][vertex][element], for each code.
+
+    "rice" and "exp-Golomb": with the format's number of parameters to choose from per meshlet.
+    "all": the format's choice, Rice, exp-Golomb or fixed per meshlet, with one base for the model.
+    """
     meshlets = [residuals for residuals in meshlets if residuals]
     count = sum(map(len, meshlets))
     fixed = [fixed_cost(residuals) for residuals in meshlets]
-    rice = [[rice_cost(residuals, k) for k in range(32)] for residuals in meshlets]
-    base = min(
-        range(32 - RICE_CODES + 1),
-        key=lambda b: sum(min(f, *r[b : b + RICE_CODES]) for f, r in zip(fixed, rice)),
-    )
-    best = [min(r[base : base + RICE_CODES]) for r in rice]
-    model_wide = min(sum(r[k] - 3 for r in rice) for k in range(32))
+    rice = [[rice_cost(residuals, k) for k in PARAMETERS] for residuals in meshlets]
+    exponential = [[exponential_cost(residuals, k) for k in PARAMETERS] for residuals in meshlets]
+
+    def best_rice(base: int) -> list[int]:
+        return [min(of_k[base : base + RICE_CODES]) for of_k in rice]
+
+    def best_exponential(first: int) -> list[int]:
+        return [min(of_k[first : first + EXPONENTIAL_CODES]) for of_k in exponential]
+
+    def best(base: int) -> list[int]:
+        exponentials = best_exponential(max(base, 1) - 1)
+        return [min(costs) for costs in zip(fixed, best_rice(base), exponentials)]
+
     return {
         "fixed": sum(fixed) / count,
-        "rice, one k for the model": model_wide / count,
-        "rice": sum(best) / count,
-        "either": sum(map(min, fixed, best)) / count,
+        "rice, one k": min(sum(of_k[k] - 3 for of_k in rice) for k in PARAMETERS) / count,
+        "rice": min(sum(best_rice(base)) for base in PARAMETERS) / count,
+        "exp-Golomb": min(sum(best_exponential(first)) for first in PARAMETERS[:-1]) / count,
+        "all": min(sum(best(base)) for base in PARAMETERS) / count,
     }
 
 
@@ -85,27 +113,42 @@ def traversed_residuals(decoder: Decoder, m: int, values, runs, predictor: int) 
     """Residuals of stream 0's traversed vertices by one predictor."""
     residuals = []
     for v, a, b, o in decoder.traversed(decoder.file.meshlet(m), runs):
-        prediction = decoder.predict(
-            predictor, values[a], values[b], None if o is None else values[o]
-        )
+        prediction = values[b]  # of the root gate's a
+        if a != b:
+            prediction = predictors.apex(predictor, values, values, a, b, o, v)
         residuals.append([zigzag(x - p) for x, p in zip(values[v], prediction)])
     return residuals
 
 
-def chain_residuals(meshlet, values, runs, chord: bool) -> list[list[int]]:
-    """Residuals of stream 0 inside owned references, from the chord or the previous vertex."""
+def toward(run: list[list[int]], i: int) -> list[int]:
+    """The format's prediction of vertex i: a step from the one before it toward the end."""
+    return predictors.toward(run[i - 1], run[-1], len(run) - i)
+
+
+def chord(run: list[list[int]], i: int) -> list[int]:
+    """Vertex i of equal steps on the line between the two ends."""
+    n = len(run) - 1
+    return [a + (i * (b - a) + n // 2) // n for a, b in zip(run[0], run[-1])]
+
+
+def previous(run: list[list[int]], i: int) -> list[int]:
+    """The vertex before vertex i."""
+    return run[i - 1]
+
+
+CHAINS = {"toward the end": toward, "chord": chord, "previous": previous}
+
+
+def chain_residuals(meshlet, values, runs, predict) -> list[list[int]]:
+    """Residuals of stream 0 inside owned references. predict: one of CHAINS."""
     residuals = []
     for reference, run in zip(meshlet.references, runs):
         if reference.kind != OWNED:
             continue
         points = [values[v] for v in run]
-        predictions = (
-            Decoder.chain(meshlet.streams[0], points[0], points[-1], [[0] * 3] * (len(run) - 2))
-            if chord
-            else points
-        )
-        for point, prediction in zip(points[1:-1], predictions):
-            residuals.append([zigzag(x - p) for x, p in zip(point, prediction)])
+        for i in range(1, len(points) - 1):
+            prediction = predict(points, i)
+            residuals.append([zigzag(x - p) for x, p in zip(points[i], prediction)])
     return residuals
 
 
@@ -123,8 +166,8 @@ def count_hops(decoder: Decoder, meshlet, j: int) -> int:
 def measure_meshlets(blobs: list[bytes]) -> dict:
     """Figures per vertex and per meshlet of some blobs."""
     traversed = {name: [] for name in PREDICTORS}
-    chains = {"chord": [], "previous": []}
-    kinds, hops, symbols = Counter(), Counter(), Counter()
+    chains = {name: [] for name in CHAINS}
+    kinds, hops, symbols, stored = Counter(), Counter(), Counter(), Counter()
     meshlets = disks = 0
     for blob in blobs:
         decoder = Decoder(blob)
@@ -134,17 +177,18 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
             runs = decoder.boundary(meshlet)
             for name, predictor in PREDICTORS.items():
                 traversed[name].append(traversed_residuals(decoder, m, values, runs, predictor))
-            for name in chains:
-                chains[name].append(chain_residuals(meshlet, values, runs, name == "chord"))
+            for name, predict in CHAINS.items():
+                chains[name].append(chain_residuals(meshlet, values, runs, predict))
             kinds.update(reference.kind for reference in meshlet.references)
             hops.update(count_hops(decoder, meshlet, j) for j in range(len(meshlet.references)))
             symbols.update(meshlet.symbols)
+            stored.update(meshlet.symbols[:-1])  # the last one is always E
             disks += len(meshlet.loops)
             meshlets += 1
     total = sum(symbols.values())
     return {
         "symbols": {symbol: symbols[symbol] / total for symbol in "CLERS"},
-        "entropy": -sum(n / total * math.log2(n / total) for n in symbols.values()),
+        "entropy": -sum(n * math.log2(n / stored.total()) for n in stored.values()) / total,
         "traversed": {name: class_costs(residuals) for name, residuals in traversed.items()},
         "chains": {name: class_costs(residuals) for name, residuals in chains.items()},
         "references_per_meshlet": {
@@ -161,18 +205,49 @@ def totals(path: Path, folder: Path, **options) -> tuple[dict, Path]:
     return gltf_ext.inspect(output)["totals"], output
 
 
+Row = Mapping[str, Any]  # of the stream table, for _codec.encode
+Chooser = Callable[[int, Row], int]
+
+
+def one_for_all(predictor: int) -> Chooser:
+    """The predictor for every stream that allows it; of the others the encoder chooses."""
+
+    def choose(s: int, row: Row) -> int:
+        return predictor if is_allowed(predictor, s, row) else CHOOSE
+
+    return choose
+
+
+def is_allowed(predictor: int, s: int, row: Row) -> bool:
+    """True if stream s may have the predictor; stream 0 has positions."""
+    if predictor in (GEO, GEO_ALL):
+        return s > 0 and row["kind"] == OCT
+    if predictor == AFFINE and (s == 0 or row["kind"] in (OCT, SIGN)):
+        return False
+    return row["bits"] <= MAX_PREDICTED_BITS
+
+
 @contextmanager
-def encoder(predictor: int = -1, **options):
-    """Makes gltf_ext.compress use one predictor and other options of _codec.encode."""
+def encoder(choose: Chooser | None = None, cheapest_of: Sequence[int] = (), **options):
+    """Makes gltf_ext.compress use other predictors and other options of _codec.encode.
+
+    choose: (number of a stream, its row of the table) -> predictor
+    cheapest_of: instead, each stream gets the one of these with the fewest bits
+    """
     original = _codec.encode
 
-    def changed(triangles, ids, positions, streams, values, **rest):
-        streams = [
-            {**stream, "predictor": predictor if stream["bits"] <= 24 else -1} for stream in streams
-        ]
-        return original(triangles, ids, positions, streams, values, **rest, **options)
+    def encode(triangles, ids, positions, streams, values, **rest):
+        def with_predictors(choose: Chooser):
+            rows = [{**row, "predictor": choose(s, row)} for s, row in enumerate(streams)]
+            return original(triangles, ids, positions, rows, values, **rest, **options)
 
-    _codec.encode = changed
+        if cheapest_of:
+            bits = {p: with_predictors(one_for_all(p))[1]["bits"]["streams"] for p in cheapest_of}
+            best = [min(bits, key=lambda p: bits[p][s]) for s in range(len(streams))]
+            return with_predictors(lambda s, row: one_for_all(best[s])(s, row))
+        return with_predictors(choose or one_for_all(CHOOSE))
+
+    _codec.encode = encode
     try:
         yield
     finally:
@@ -181,10 +256,12 @@ def encoder(predictor: int = -1, **options):
 
 def measure_switched(path: Path) -> dict:
     """Bits per triangle of whole files with single choices switched off."""
+    every = {**PREDICTORS, **GEOMETRIC}
     cases = {
         "as is": {},
         "seams stored twice": {"share_seams": False},
-        **{name: {"predictor": p} for name, p in PREDICTORS.items()},
+        "no GEO, no AFFINE": {"cheapest_of": tuple(PREDICTORS.values())},
+        **{name: {"choose": one_for_all(p)} for name, p in every.items()},
     }
     bits = {}
     with tempfile.TemporaryDirectory() as name:
@@ -251,6 +328,11 @@ def figures(values, digits: int = 2) -> list[str]:
     return [f"{value:.{digits}f}" for value in values]
 
 
+def plain_bits(symbols: dict[str, float]) -> float:
+    """Bits per symbol of the code that the format does not use: 2 for C, R, E and 3 for L, S."""
+    return sum(share * (3 if symbol in "LS" else 2) for symbol, share in symbols.items())
+
+
 def report(result: dict) -> str:
     """docs/choices.md."""
     rows = result["models"]
@@ -258,15 +340,16 @@ def report(result: dict) -> str:
         [
             row["model"],
             *figures((100 * row["symbols"][s] for s in "CLERS"), 1),
+            *figures((plain_bits(row["symbols"]),)),
             *figures((row["bits_per_triangle"]["connectivity"], row["entropy"])),
         ]
         for row in rows
     ]
-    codes = ("fixed", "rice, one k for the model", "rice", "either")
+    codes = list(rows[0]["traversed"]["parallelogram"])
     traversed = [
-        [f"{row['model']}, {name}", *figures((row["traversed"][name][code] for code in codes), 1)]
+        [f"{row['model']}, {name}", *figures((costs[code] for code in codes), 1)]
         for row in rows
-        for name in PREDICTORS
+        for name, costs in row["traversed"].items()
     ]
     chains = [
         [f"{row['model']}, {name}", *figures((costs[code] for code in codes), 1)]
@@ -304,27 +387,36 @@ Positions have 12 bits, normals 8 + 8, texture coordinates 12.
 
 ## Connectivity
 
-Share of each symbol in percent, bits per triangle as stored (2 for C, R, E; 3 for L, S),
-and entropy of the symbols.
+Share of each symbol in percent. Bits per triangle in the paper's code (2 for C, R, E; 3 for L, S)
+and as stored: 1 for R, 2 to 4 for the others in one of two orders per group of meshlets, none for
+the last E of a meshlet. Last, the entropy of the stored symbols.
 
-{markdown_table(["model", *"CLERS", "stored", "entropy"], connectivity)}
+{markdown_table(["model", *"CLERS", "paper's code", "stored", "entropy"], connectivity)}
 ## Positions of traversed vertices
 
-Bits per vertex (three elements, codes included) with fixed widths per meshlet, with one Rice
-parameter k for the model, with one of seven Rice parameters per meshlet, and with the better of
-fixed and Rice per meshlet, as in the format.
+Bits per vertex (three elements, codes included) in these codes:
 
-{markdown_table(["model, predictor", "fixed", "one k", "k per meshlet", "either"], traversed)}
+* fixed: widths per meshlet,
+* rice, one k: one Rice parameter for the model,
+* rice: the best of four neighbouring Rice parameters per meshlet,
+* exp-Golomb: the best of three neighbouring exp-Golomb parameters per meshlet,
+* all: the best of fixed, rice and exp-Golomb per meshlet, as in the format.
+
+The format has three more predictors: GEO, GEO_ALL and AFFINE predict other streams from the
+positions. The last table has their gain.
+
+{markdown_table(["model, predictor", *codes], traversed)}
 ## Positions of chain vertices
 
-The same for the vertices between two corners of an owned run, predicted from the chord between
-the corners or from the previous vertex.
+The same for the vertices between two corners of an owned run: predicted by a step from the vertex
+before toward the run's end, as in the format, from the chord between the corners, or from the
+vertex before alone.
 
-{markdown_table(["model, predictor", "fixed", "one k", "k per meshlet", "either"], chains)}
+{markdown_table(["model, predictor", *codes], chains)}
 ## Boundaries
 
-References and disks per meshlet; bits per meshlet of references, header and tables; and where
-corner values are stored: percent in the meshlet itself, and after one, two and more hops.
+References and disks per meshlet; bits per meshlet of references, codes, headers and tables; and
+where corner values are stored: percent in the meshlet itself, and after one, two and more hops.
 
 {markdown_table(boundary_headings, boundary)}
 ## Sharing boundaries
@@ -336,8 +428,13 @@ each; and how much larger the file would be, in percent.
 {markdown_table(["model", "shared", "stored by each", "larger by, %"], sharing)}
 ## Choices switched off
 
-Bits per triangle of whole files: as they are (the encoder chooses a predictor for each stream),
-with both sides of every seam stored, and with one predictor for all streams.
+Bits per triangle of whole files:
+
+* as they are: the encoder chooses a predictor for each stream;
+* with both sides of every seam stored;
+* without the predictors from positions: each stream has the best of the other four;
+* with one predictor for all streams that allow it. GEO and GEO_ALL are only for normals, AFFINE is
+  for all but positions and normals; the encoder chooses the predictors of the other streams.
 
 {markdown_table(["model", *result["switched"][0]["bits"]], switched)}"""
 

@@ -19,7 +19,7 @@ DIGEST = "Figures"  # the PNG's text field
 FIGURE3 = (
     ("triangles", "#4477aa", ("connectivity",), ("connectivity",)),
     ("meshlets and references", "#66ccee", ("meshlets, references, boundaries", "header"),
-     ("references", "codes", "directory and headers")),
+     ("references", "codes", "headers and tables")),
     ("corners of boundaries", "#aa3377", ("boundary ends",), ("anchors",)),
     ("other vertices of boundaries", "#ccbb44", ("boundary inner vertices",), ("chains",)),
     ("other vertices of meshlets", "#ee7733", ("interior vertices",), ("interior",)),

@@ -27,6 +27,7 @@ import gltf_ext
 from bench.common import DOCS, progress, pyplot
 from bench.figures import DIGEST, digest
 from bench.generated import torus
+from bench.size import FIELDS
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.inspection import INDEX_BYTES_PER_TRIANGLE
 from gltf_ext.files import write_files
@@ -34,7 +35,7 @@ from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo import model as demo_model
 from gltf_meshlet.demo.plots import meshlet_colors
 from gltf_meshlet.demo.rasterizer import LIGHT, Camera, Mesh, rasterize
-from spec import reference_decoder
+from spec import predictors, reference_decoder
 from spec.reference_decoder import FOREIGN, OWNED, PRIVATE, Decoder, Meshlet, dequantise
 
 TRIANGLES = 6000  # few, so that meshlets look large
@@ -95,18 +96,16 @@ GUESS = {
 HALO = patheffects.withStroke(linewidth=2.5, foreground="white")
 # Parts of a meshlet's bits: label, colour and the first words of their fields' names
 SECTIONS = {
-    "symbols": (INK, ("p0", "p1", "px")),
-    "references": (
-        ORANGE,
-        ("foreign mask", "loop-end mask", "private mask", "length", "delta", "slot", "share bits"),
-    ),
-    "choice of codes": (GRAY, ("code of", "width of chain", "width of interior")),
-    "anchors": (BLUE, ("first anchor", "further anchors", "width of anchors")),
-    "chains": (BLUE, ("low bits of chain", "quotients of chain")),
-    "interior: low bits": (GREEN, ("low bits of interior",)),
-    "interior: quotients": (GREEN, ("quotients of interior",)),
+    "head": (GRAY, ("T - 1", "refs", "LOOPS", "PRIVATE", "SEAMS")),
+    "symbols": (INK, FIELDS["connectivity"]),
+    "references": (ORANGE, FIELDS["references"]),
+    "choice of codes": (GRAY, FIELDS["codes"]),
+    "anchors": (BLUE, FIELDS["anchors"]),
+    "chains": (BLUE, FIELDS["chains"]),
+    "interior: unary": (GREEN, ("unary of interior",)),
+    "interior: low bits": (GREEN, ("low of interior",)),
 }
-DIRECTORY = "address, padding"
+PLACE = "entry, padding"  # the meshlet's entry in its group, and the unused bits at its end
 
 
 # --- the meshlet ---
@@ -156,7 +155,7 @@ def choose(decoder: Decoder) -> Example:
         )
     return min(
         examples,
-        key=lambda e: abs(sum(section_bits(e).values()) / e.meshlet.entry.triangle_count - mean),
+        key=lambda e: abs(sum(section_bits(e).values()) / e.meshlet.triangle_count - mean),
     )
 
 
@@ -167,7 +166,7 @@ def _shows_everything(meshlet: Meshlet) -> bool:
         set(meshlet.symbols) == set(LETTERS)
         and {reference.kind for reference in meshlet.references} == set(RUNS)
         and len(meshlet.connectivity.disks) == 1
-        and not meshlet.entry.has_seams
+        and not meshlet.has_seams
         and all(reference.owner != meshlet.index for reference in foreign)
     )
 
@@ -203,7 +202,7 @@ def flatten(decoder: Decoder, m: int) -> Example:
 
 
 def section_bits(example: Example) -> dict[str, int]:
-    """Bits of each of SECTIONS, and of the directory entry with the padding after the meshlet."""
+    """Bits of each of SECTIONS, and of PLACE."""
     names: Counter = Counter()
 
     class CountingReader(reference_decoder.BitReader):
@@ -213,16 +212,15 @@ def section_bits(example: Example) -> dict[str, int]:
 
     file, m = example.decoder.file, example.meshlet.index
     with mock.patch.object(reference_decoder, "BitReader", CountingReader):
-        Meshlet(file, m)  # reads sections A to F again; the decoder keeps them
-        example.decoder.meshlet(m)  # reads G and H
+        Meshlet(file, m)  # reads all but the interior of streams 1 ... again
+        example.decoder.meshlet(m)  # reads that interior; the decoder keeps the rest
     bits = {
         label: sum(n for name, n in names.items() if name.startswith(starts))
         for label, (_, starts) in SECTIONS.items()
     }
-    end = file.entry(m + 1).position if m + 1 < file.meshlet_count else 8 * file.end
-    bits[DIRECTORY] = (
-        8 * reference_decoder.DIRECTORY_BYTES + end - file.entry(m).position - names.total()
-    )
+    data = 8 * (file.ends[m] - file.starts[m])
+    group = file.groups[m // reference_decoder.MESHLETS_PER_GROUP]
+    bits[PLACE] = group.entry_width + data - names.total()
     return bits
 
 
@@ -237,7 +235,7 @@ def raw_bits(example: Example) -> int:
     elements = sum(
         3 if stream.kind == reference_decoder.OCT else stream.elements for stream in meshlet.streams
     )
-    return 32 * elements * vertices + 8 * INDEX_BYTES_PER_TRIANGLE * meshlet.entry.triangle_count
+    return 32 * elements * vertices + 8 * INDEX_BYTES_PER_TRIANGLE * meshlet.triangle_count
 
 
 def figures(example: Example) -> dict:
@@ -247,7 +245,7 @@ def figures(example: Example) -> dict:
     return {
         "meshlet": example.meshlet.index,
         "meshlets": file.meshlet_count,
-        "triangles": example.meshlet.entry.triangle_count,
+        "triangles": example.meshlet.triangle_count,
         "symbols": example.meshlet.symbols,
         "raw": raw,
         "sections": sections,
@@ -350,7 +348,7 @@ def draw_walk(axis, example: Example) -> None:
     )
     _caption(
         axis,
-        "A walk over the triangles starts at the circle. One symbol of 2 or 3 bits per triangle "
+        "A walk over the triangles starts at the circle. One symbol of 1 to 4 bits per triangle "
         "says where it goes next.",
         legend,
     )
@@ -394,8 +392,8 @@ def draw_prediction(axis, example: Example) -> None:
     ]
     _caption(
         axis,
-        "Vertices are predicted: along a boundary from its corners, inside by completing the "
-        "yellow triangle to a parallelogram. Only the differences are stored.",
+        "Positions are predicted: along a boundary by steps toward its end, inside by completing "
+        "the yellow triangle to a parallelogram. Only the differences are stored.",
         legend,
     )
 
@@ -412,7 +410,7 @@ def ordinary_prediction(example: Example) -> tuple[int, int, int, int, np.ndarra
     found = []
     for v, a, b, o in order:
         if inside >= {a, b, o}:
-            predicted = np.array(decoder.predict(stream.predictor, values[a], values[b], values[o]))
+            predicted = np.array(predictors.apex(stream.predictor, values, values, a, b, o, v))
             found.append(
                 (v, a, b, o, example.flattened(dequantise(stream, predicted).astype(np.float64)))
             )
@@ -453,8 +451,8 @@ def draw_bits(axis, numbers: dict) -> None:
         inset.set_axis_off()
     _caption(
         axis,
-        "Positions, normals and texture coordinates. Small differences take few bits: low bits "
-        "and quotients of a Rice code, stored apart so that each GPU thread finds its own. "
+        "Positions, normals and texture coordinates. Small differences take few bits. Each has a "
+        "unary part and low bits, stored apart so that each GPU thread finds its own. "
         f"The whole model: {numbers['mean']:.1f} bits per triangle.",
     )
 

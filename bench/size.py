@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import gltf_ext
@@ -30,7 +31,7 @@ from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.compression.streams import Bits
 from gltf_ext.gltf.importers import open_model
-from spec.reference_decoder import BlobFile, Meshlet
+from spec.reference_decoder import BitReader, BlobFile, Meshlet
 
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
 OURS, PAPER = "ours", "the paper's encoding"
@@ -42,15 +43,20 @@ PARTS = {
     "texcoords": "uv",
     "total": "all",
 }
-SECTIONS = (
-    "connectivity",
-    "references",
-    "codes",
-    "anchors",
-    "chains",
-    "interior",
-    "directory and headers",
-)
+# Sections of a meshlet: label, and the first words of their fields' names
+FIELDS = {
+    "connectivity": ("p0", "p1", "p2", "p3"),
+    "references": (
+        *("foreign mask", "loop-end mask", "private mask"),
+        *("length", "delta", "slot", "share bits"),
+    ),
+    "codes": ("code of", "width of"),
+    "anchors": ("first anchor", "unary of further anchors", "low of further anchors"),
+    "chains": ("unary of chain", "low of chain"),
+    "interior": ("unary of interior", "low of interior"),
+}
+TABLES = "headers and tables"  # of blobs and groups, with heads of meshlets, entries and padding
+SECTIONS = (*FIELDS, TABLES)
 # These must be unpacked before they are drawn: on the GPU they take as much as the raw model.
 UNPACKED = ("Draco", "draco_encoder", "Corto")
 CHECK = "draco_encoder"  # checks that DracoPy's sizes are Draco's
@@ -59,50 +65,61 @@ CHECK = "draco_encoder"  # checks that DracoPy's sizes are Draco's
 # --- measurements ---
 
 
-class MeshletSections(Meshlet):
-    """Counts the bits of a meshlet's sections B to E/F; skips the residuals."""
+class SectionReader(BitReader):
+    """Adds the bits that it reads to their section in `bits`."""
 
-    def __init__(self, file: BlobFile, index: int):
-        self.bits = Counter()
-        super().__init__(file, index)
+    def __init__(self, reader: BitReader, bits: Counter):
+        super().__init__(reader.data, reader.position, reader.end)
+        self.bits = bits
 
-    def _count(self, section: str, reader, read, *arguments):
-        begin = reader.position
-        result = read(reader, *arguments)
-        self.bits[section] += reader.position - begin
-        return result
+    def read(self, width: int, name: str) -> int:
+        self.bits[section_of(name)] += width
+        return super().read(width, name)
 
-    def _read_references(self, reader):
-        return self._count("references", reader, super()._read_references)
+    def read_unary(self, name: str, most: int) -> int:
+        """As the base class, but 64 bits at a time: the padding of a blob lets it read so many."""
+        begin = self.position
+        while True:
+            at = self.position >> 3
+            window = int.from_bytes(self.data[at : at + 8], "little") >> (self.position & 7)
+            if window:
+                self.position += (window & -window).bit_length()
+                break
+            self.position = 8 * (at + 8)
+        self.bits[section_of(name)] += self.position - begin
+        return self.position - begin - 1
 
-    def _read_codes(self, reader):
-        return self._count("codes", reader, super()._read_codes)
 
-    def _read_anchors(self, reader, s):
-        return self._count("anchors", reader, super()._read_anchors, s)
+class SectionFile(BlobFile):
+    """A blob whose meshlets add their bits to `bits` as they are read."""
 
-    def read_residuals(self, reader, name, codes, counts):
-        """Skips the low bits, then as many ones as there are quotients."""
-        begin = reader.position
-        reader.position += sum(n * sum(code.widths) for code, n in zip(codes, counts))
-        for _ in range(
-            sum(n * len(code.widths) for code, n in zip(codes, counts) if code.k is not None)
-        ):
-            reader.read_unary(name)
-        self.bits["chains"] += reader.position - begin
+    def __init__(self, data: bytes):
+        self.bits: Counter = Counter()
+        super().__init__(data)
+        self.bits.clear()  # of the check of the triangle count
+
+    def reader(self, m: int) -> SectionReader:
+        return SectionReader(super().reader(m), self.bits)
+
+
+@cache
+def section_of(field: str) -> str:
+    """The section of a field that the reference decoder reads."""
+    return next((s for s, starts in FIELDS.items() if field.startswith(starts)), TABLES)
 
 
 def section_bits(blob: bytes) -> Counter:
     """Bits of each of SECTIONS in a blob; they add up to its length.
 
-    "chains" are the inner vertices of boundaries, "interior" all vertices inside.
+    "chains" are the inner vertices of boundaries, "interior" all vertices inside. The reference
+    decoder reads the rest; all bits of streams are known from the C++ decoder.
     """
-    file, described = BlobFile(blob), _codec.describe(blob)["bits"]
-    bits = Counter(connectivity=described["connectivity"])
+    file, described = SectionFile(blob), _codec.describe(blob)["bits"]
     for m in range(file.meshlet_count):
-        bits.update(MeshletSections(file, m).bits)
+        Meshlet(file, m)
+    bits = Counter({section: file.bits[section] for section in FIELDS})
     bits["interior"] = sum(described["streams"]) - bits["anchors"] - bits["chains"]
-    bits["directory and headers"] = 8 * len(blob) - bits.total()
+    bits[TABLES] = 8 * len(blob) - bits.total()
     return bits
 
 
@@ -163,7 +180,7 @@ def measure_ours(primitives: list[Primitive]) -> dict:
         del totals["blobs"]  # one for each primitive
         blobs = [b for p in require_compressed(open_model(output)) for b in p.blobs]
     bits = sum((section_bits(blob) for blob in blobs), Counter())
-    bits["directory and headers"] += 8 * (totals["compressed_bytes"] - sum(map(len, blobs)))
+    bits[TABLES] += 8 * (totals["compressed_bytes"] - sum(map(len, blobs)))
     return {
         **totals,
         "sections": {section: bits[section] / totals["triangles"] for section in SECTIONS},
@@ -330,7 +347,8 @@ Smaller than ours: {smaller_than_ours(result, "resident_ratio", resident)}.
 ## Where our bits go
 
 Bits per triangle, by section of the format. Anchors are vertices where boundaries meet, chains the
-boundary vertices between them, interior all others.
+boundary vertices between them, interior all others. Headers and tables are those of blobs and of
+groups of 32 meshlets, the heads and entries of meshlets, padding, and the extension's JSON.
 
 {part_table(result["models"])}
 The same by kind of data:

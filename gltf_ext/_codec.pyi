@@ -28,6 +28,12 @@ PREDICT_COPY: int = 2
 
 PREDICT_DAMPED: int = 3
 
+PREDICT_GEO: int = 4
+
+PREDICT_GEO_ALL: int = 5
+
+PREDICT_AFFINE: int = 6
+
 PREDICT_MAX_BITS: int = 24
 
 GRID_MAX_BITS: int = 24
@@ -151,11 +157,15 @@ class StreamHeader:
 
     @property
     def chain_base(self) -> int:
-        """Smallest Rice parameter of chains."""
+        """Base of the parameters of chains' codes."""
 
     @property
     def interior_base(self) -> int:
-        """Smallest Rice parameter of interiors."""
+        """Base of the parameters of interiors' codes."""
+
+    @property
+    def anchor_base(self) -> int:
+        """Exp-Golomb parameter of further anchors."""
 
     @property
     def step(self) -> float:

@@ -9,15 +9,16 @@ from __future__ import annotations
 import random
 import struct
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 OWNED, FOREIGN, PRIVATE = "owned", "foreign", "private"
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
-PARALLELOGRAM, MEAN, COPY, DAMPED = range(4)
-SYMBOL_CODES = {"R": 0, "E": 1, "C": 2, "L": 3, "S": 3}
+PARALLELOGRAM, MEAN, COPY, DAMPED, GEO, GEO_ALL, AFFINE = range(7)
+MESHLETS_PER_GROUP = 32
 Chain = tuple[int, int, int]  # an owned reference: owner, slot, length
-Code = int | list[int]  # a Rice code 0 to 6, or fixed widths
+Code = int | list[int]  # a code 0 to 6 (Rice to 3, then exp-Golomb), or fixed widths
 
 
 @dataclass
@@ -30,18 +31,20 @@ class Stream:
     predictor: int = PARALLELOGRAM
     chain_base: int = 0
     interior_base: int = 0
+    anchor_base: int = 0
     step: float = 1.0
     offset: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
 
     def pack(self) -> bytes:
         return struct.pack(
-            "<6BH5f",
+            "<8B5f",
             self.kind,
             self.elements,
             self.bits,
             self.predictor,
             self.chain_base,
             self.interior_base,
+            self.anchor_base,
             0,
             self.step,
             *self.offset,
@@ -65,18 +68,17 @@ class Reference:
 
 @dataclass
 class Meshlet:
-    """The contents of sections A to H; lists are per stream.
+    """The contents of a meshlet; lists are per stream.
 
     loops: references per loop; empty if R = 0
-    anchors: the first one as it is, the others as zigzag differences
-    chain_codes, interior_codes: a Rice code 0 to 6, or a list of fixed widths
+    anchors: the first one as it is, the others as zigzag differences to the anchor before
+    chain_codes, interior_codes: a code 0 to 6, or a list of fixed widths
     chain, interior: unsigned residuals, [vertex][element]
     """
 
     symbols: str
     loops: list[list[Reference]] = field(default_factory=list)
     anchors: list[list[list[int]]] = field(default_factory=list)
-    anchor_widths: list[int] = field(default_factory=list)
     chain_codes: list[Code] = field(default_factory=list)
     chain: list[list[list[int]]] = field(default_factory=list)
     interior_codes: list[Code] = field(default_factory=list)
@@ -85,6 +87,41 @@ class Meshlet:
     @property
     def references(self) -> list[Reference]:
         return [reference for loop in self.loops for reference in loop]
+
+
+@dataclass
+class Layout:
+    """How write_blob lays out a group of meshlets.
+
+    loops, private, seams: whether meshlets have these flags; None: if one needs them
+    stride: None for the mean size; second_table: the table of section A
+    before, after: unused bytes before the group's entries, and after each meshlet's data
+    """
+
+    delta_width: int = 6
+    slot_width: int = 6
+    reference_width: int = 6
+    loops: bool | None = None
+    private: bool | None = None
+    seams: bool | None = None
+    second_table: bool = False
+    stride: int | None = None
+    extra_entry_width: int = 0
+    before: bytes = b""
+    after: bytes = b""
+
+    def complete(self, meshlets: list[Meshlet]) -> Layout:
+        """Sets the flags that are None."""
+
+        def needed(flag: bool | None, has: Callable[[Meshlet], bool]) -> bool:
+            return any(map(has, meshlets)) if flag is None else flag
+
+        return replace(
+            self,
+            loops=needed(self.loops, has_loops),
+            private=needed(self.private, has_private),
+            seams=needed(self.seams, has_seams),
+        )
 
 
 class BitWriter:
@@ -118,35 +155,77 @@ def _put_code(writer: BitWriter, code: Code) -> None:
         writer.put_width(width)
 
 
-def _put_residuals(
-    writer: BitWriter,
-    streams: list[Stream],
-    codes: list[Code],
-    bases: list[int],
-    residuals: list[list[list[int]]],
-) -> None:
-    """All low bits, then all quotients."""
-    for stream, code, base, vertices in zip(streams, codes, bases, residuals):
-        widths = [base + code] * stream.elements if isinstance(code, int) else code
-        for vertex in vertices:
-            for u, width in zip(vertex, widths):
-                writer.put(u, width)
-    for code, base, vertices in zip(codes, bases, residuals):
-        if isinstance(code, int):
-            for vertex in vertices:
-                for u in vertex:
-                    writer.put(1 << (u >> base + code), (u >> base + code) + 1)
+def exp_golomb(u: int, k: int) -> tuple[int, int]:
+    """(quotient, low bits) of u; the low part has k + quotient bits."""
+    x = u + (1 << k)
+    q = x.bit_length() - 1 - k
+    return q, x & ((1 << (k + q)) - 1)
 
 
-def meshlet_bytes(
-    streams: list[Stream], meshlet: Meshlet, delta_width: int, slot_width: int
-) -> bytes:
-    """Sections A to H."""
+@dataclass
+class _ResidualList:
+    """Residuals of one stream in one code. exponential and k mean nothing with widths."""
+
+    residuals: list[list[int]]
+    k: int = 0
+    exponential: bool = False
+    widths: list[int] | None = None
+
+    @classmethod
+    def of_code(cls, residuals: list[list[int]], code: Code, base: int) -> _ResidualList:
+        if not isinstance(code, int):
+            return cls(residuals, widths=code)
+        if code < 4:
+            return cls(residuals, base + code)
+        return cls(residuals, max(base, 1) - 1 + code - 4, True)
+
+    def put_unary(self, writer: BitWriter) -> None:
+        if self.widths is None:
+            for u in (u for vertex in self.residuals for u in vertex):
+                q = exp_golomb(u, self.k)[0] if self.exponential else u >> self.k
+                writer.put(1 << q, q + 1)
+
+    def put_low(self, writer: BitWriter) -> None:
+        for vertex in self.residuals:
+            for c, u in enumerate(vertex):
+                if self.widths is not None:
+                    writer.put(u, self.widths[c])
+                elif self.exponential:
+                    q, low = exp_golomb(u, self.k)
+                    writer.put(low, self.k + q)
+                else:
+                    writer.put(u, self.k)
+
+
+def _put_lists(writer: BitWriter, lists: list[_ResidualList]) -> None:
+    """All unary parts, then all low bits."""
+    for residuals in lists:
+        residuals.put_unary(writer)
+    for residuals in lists:
+        residuals.put_low(writer)
+
+
+def put_symbols(writer: BitWriter, symbols: str, second_table: bool) -> None:
+    """Section A."""
+    rest = symbols[:-1]
+    for symbol in "RLCE" if second_table else "RCEL":
+        writer.put_flags(other != symbol for other in rest)
+        rest = rest.replace(symbol, "")
+
+
+def meshlet_bytes(streams: list[Stream], meshlet: Meshlet, layout: Layout) -> bytes:
+    """The data of a meshlet. The layout is complete."""
     writer = BitWriter()
-    codes = [SYMBOL_CODES[symbol] for symbol in meshlet.symbols]
-    writer.put_flags(code & 1 for code in codes)
-    writer.put_flags(code >> 1 for code in codes)
-    writer.put_flags(symbol == "S" for symbol in meshlet.symbols if symbol in "LS")
+    writer.put(len(meshlet.symbols) - 1, 6)
+    writer.put(len(meshlet.references), layout.reference_width)
+    for group_flag, has in (
+        (layout.loops, has_loops),
+        (layout.private, has_private),
+        (layout.seams, has_seams),
+    ):
+        if group_flag:
+            writer.put(has(meshlet), 1)
+    put_symbols(writer, meshlet.symbols, layout.second_table)
     references = meshlet.references
     if references:
         seams = has_seams(meshlet)
@@ -167,37 +246,47 @@ def meshlet_bytes(
             writer.put(length, length_width)
         for r in references:
             if r.kind == FOREIGN:
-                writer.put(r.delta, delta_width)
-                writer.put(r.slot, slot_width)
+                writer.put(r.delta, layout.delta_width)
+                writer.put(r.slot, layout.slot_width)
                 if seams:
                     writer.put_flags(r.share or [True] * (len(streams) - 1))
-    owns = any(r.kind == OWNED for r in references)
-    for s in range(len(streams)):
+    for part in ([0], list(range(1, len(streams)))):
+        _put_streams(writer, streams, meshlet, part)
+    return writer.to_bytes()
+
+
+def _put_streams(
+    writer: BitWriter, streams: list[Stream], meshlet: Meshlet, part: list[int]
+) -> None:
+    """Codes, anchors, chains and interior of stream 0, or of all others."""
+    owns = any(r.kind == OWNED for r in meshlet.references)
+    for s in part:
         if owns:
             _put_code(writer, meshlet.chain_codes[s])
         _put_code(writer, meshlet.interior_codes[s])
-    for s, stream in enumerate(streams):
-        for n, anchor in enumerate(meshlet.anchors[s]):
-            if n == 1:
-                writer.put_width(meshlet.anchor_widths[s])
-            for value in anchor:
-                writer.put(value, stream.bits if n == 0 else meshlet.anchor_widths[s])
+    for s in part:
+        for value in (value for anchor in meshlet.anchors[s][:1] for value in anchor):
+            writer.put(value, streams[s].bits)
+    lists = [_ResidualList(meshlet.anchors[s][1:], streams[s].anchor_base, True) for s in part]
     if owns:
-        _put_residuals(
-            writer,
-            streams,
-            meshlet.chain_codes,
-            [stream.chain_base for stream in streams],
-            meshlet.chain,
-        )
-    _put_residuals(
+        lists += [
+            _ResidualList.of_code(meshlet.chain[s], meshlet.chain_codes[s], streams[s].chain_base)
+            for s in part
+        ]
+    _put_lists(writer, lists)
+    _put_lists(
         writer,
-        streams,
-        meshlet.interior_codes,
-        [stream.interior_base for stream in streams],
-        meshlet.interior,
+        [
+            _ResidualList.of_code(
+                meshlet.interior[s], meshlet.interior_codes[s], streams[s].interior_base
+            )
+            for s in part
+        ],
     )
-    return writer.to_bytes()
+
+
+def has_loops(meshlet: Meshlet) -> bool:
+    return len(meshlet.loops) > 1
 
 
 def has_private(meshlet: Meshlet) -> bool:
@@ -208,36 +297,50 @@ def has_seams(meshlet: Meshlet) -> bool:
     return any(r.share and not all(r.share) for r in meshlet.references)
 
 
+def group_bytes(
+    streams: list[Stream], meshlets: list[Meshlet], layout: Layout, at: int
+) -> tuple[bytes, bytes]:
+    """(entry of the group table, data) of a group whose data start at byte `at` of the blob."""
+    layout = layout.complete(meshlets)
+    sections = [meshlet_bytes(streams, meshlet, layout) + layout.after for meshlet in meshlets]
+    starts = [sum(map(len, sections[:i])) for i in range(len(sections))]
+    stride = layout.stride
+    if stride is None:
+        stride = sum(map(len, sections)) // len(sections)
+    deviations = [start - stride * i for i, start in enumerate(starts)]
+    bias = -min(deviations)
+    width = max(deviation + bias for deviation in deviations).bit_length()
+    width += layout.extra_entry_width
+    writer = BitWriter()
+    for deviation in deviations:
+        writer.put(deviation + bias, width)
+    word = width | layout.delta_width << 5 | layout.slot_width << 10
+    word |= layout.reference_width << 13 | bool(layout.loops) << 16 | bool(layout.private) << 17
+    word |= bool(layout.seams) << 18 | layout.second_table << 19
+    table = struct.pack("<IHHI", at + len(layout.before), stride, bias, word)
+    return table, layout.before + writer.to_bytes() + b"".join(sections)
+
+
 def write_blob(
     streams: list[Stream],
     meshlets: list[Meshlet],
     vertex_count: int,
-    delta_width: int = 6,
-    slot_width: int = 6,
+    layout: Layout | Callable[[int], Layout] | None = None,
 ) -> bytes:
-    """A whole blob."""
-    data = b""
-    directory = []
-    bases = []
-    for m, meshlet in enumerate(meshlets):
-        if m % 32 == 0:
-            bases.append(len(data))
-        references = len(meshlet.references)
-        directory.append(
-            len(data) - bases[-1]
-            | len(meshlet.symbols) - 1 << 17
-            | references << 23
-            | (references > 0 and len(meshlet.loops) > 1) << 29
-            | has_private(meshlet) << 30
-            | has_seams(meshlet) << 31
-        )
-        data += meshlet_bytes(streams, meshlet, delta_width, slot_width)
+    """A whole blob. layout: of all groups, or a function of a group's number."""
+    groups = [
+        meshlets[m : m + MESHLETS_PER_GROUP] for m in range(0, len(meshlets), MESHLETS_PER_GROUP)
+    ]
     tables = b"".join(stream.pack() for stream in streams)
-    tables += b"".join(struct.pack("<I4B", base, delta_width, slot_width, 0, 0) for base in bases)
-    tables += struct.pack(f"<{len(directory)}I", *directory)
-    data += bytes(-len(data) % 4 + 8)
+    data_offset = 32 + len(tables) + 12 * len(groups)
+    data = b""
+    for g, group in enumerate(groups):
+        of_group = layout(g) if callable(layout) else layout or Layout()
+        entry, of_meshlets = group_bytes(streams, group, of_group, data_offset + len(data))
+        tables += entry
+        data += of_meshlets
+    data += bytes(-(data_offset + len(data)) % 4 + 8)
     triangle_count = sum(len(meshlet.symbols) for meshlet in meshlets)
-    data_offset = 32 + len(tables)
     header = struct.pack(
         "<I4B6I",
         0x314D4245,
@@ -296,8 +399,14 @@ def random_disks(rng: random.Random, smallest_loop: int = 3) -> list[str]:
 
 
 def random_streams(rng: random.Random) -> list[Stream]:
-    """One to five streams of random kinds; the first is a grid."""
-    streams = [Stream(bits=rng.randint(4, 24), predictor=rng.randint(0, 3))]
+    """One to five streams of random kinds and predictors; the first is a grid of positions."""
+    streams = [
+        Stream(
+            bits=rng.randint(4, 24),
+            predictor=rng.randint(PARALLELOGRAM, DAMPED),
+            anchor_base=rng.randint(0, 20),
+        )
+    ]
     for _ in range(rng.randint(0, 4)):
         kind = rng.randint(0, 4)
         elements = {OCT: 2, SIGN: 1}.get(kind, rng.randint(1, 4))
@@ -308,11 +417,36 @@ def random_streams(rng: random.Random) -> list[Stream]:
             FLOAT32: 32,
             SIGN: 1,
         }[kind]
-        predictor = rng.randint(0, 3) if bits <= 24 else COPY
+        choices = [PARALLELOGRAM, MEAN, COPY, DAMPED]
+        if kind == OCT:
+            choices += [GEO, GEO, GEO_ALL, GEO_ALL]
+        elif kind != SIGN:
+            choices += [AFFINE] * 4
+        predictor = rng.choice(choices) if bits <= 24 else COPY
+        chain_base, interior_base = rng.randint(0, 25), rng.randint(0, 25)
+        anchor_base = rng.randint(bits == 32, 25)
         streams.append(
-            Stream(kind, elements, bits, predictor, rng.randint(0, 25), rng.randint(0, 25))
+            Stream(kind, elements, bits, predictor, chain_base, interior_base, anchor_base)
         )
     return streams
+
+
+def random_layout(rng: random.Random) -> Layout:
+    """A random layout that fits every meshlet."""
+
+    def flag() -> bool | None:
+        return True if rng.random() < 0.3 else None
+
+    return Layout(
+        loops=flag(),
+        private=flag(),
+        seams=flag(),
+        second_table=rng.random() < 0.5,
+        stride=rng.randint(0, 60) if rng.random() < 0.2 else None,
+        extra_entry_width=rng.choice([0, 0, 0, 1, 5]),
+        before=rng.randbytes(rng.choice([0, 0, 0, 1, 6])),
+        after=rng.randbytes(rng.choice([0, 0, 0, 1, 2])),
+    )
 
 
 def _random_loop(
@@ -358,15 +492,14 @@ def _random_residuals(
     rng: random.Random, stream: Stream, base: int, count: int
 ) -> tuple[Code, list[list[int]]]:
     """(code, residuals) of `count` vertices."""
-    if rng.random() < 0.5:
+    if rng.random() < 0.6:
         code = rng.randint(0, 6)
-        return code, [
-            [
-                rng.getrandbits(rng.randint(0, min(32, base + code + 4)))
-                for _ in range(stream.elements)
-            ]
-            for _ in range(count)
-        ]
+        longest = min(32, base + code + 4) if code < 4 else 31
+
+        def residual() -> int:
+            return rng.getrandbits(rng.randint(0, longest))
+
+        return code, [[residual() for _ in range(stream.elements)] for _ in range(count)]
     widths = [rng.choice([*range(20), 32]) for _ in range(stream.elements)]
     return widths, [[rng.getrandbits(width) for width in widths] for _ in range(count)]
 
@@ -477,15 +610,13 @@ def _set_random_anchors(rng: random.Random, streams: list[Stream], meshlets: lis
                 if own_before(s) and own(s)
             ]
             differences = [
-                [(v - f + half) % (2 * half) - half for v, f in zip(anchor, anchors[0])]
-                for anchor in anchors
+                [(v - p + half) % (2 * half) - half for v, p in zip(anchor, before)]
+                for before, anchor in pairwise(anchors)
             ]
             zigzag = [
                 [2 * d if d >= 0 else -2 * d - 1 for d in difference] for difference in differences
             ]
-            width = max((u for anchor in zigzag for u in anchor), default=0).bit_length()
-            meshlet.anchor_widths.append(width if width < 31 else 32)
-            meshlet.anchors.append(anchors[:1] + zigzag[1:])
+            meshlet.anchors.append(anchors[:1] + zigzag)
 
 
 def random_blob(rng: random.Random, meshlet_count: int, vertex_count: int = 3) -> bytes:
@@ -497,4 +628,4 @@ def random_blob(rng: random.Random, meshlet_count: int, vertex_count: int = 3) -
     chains: list[Chain] = []
     meshlets = [random_meshlet(rng, m, streams, chains) for m in range(meshlet_count)]
     _set_random_anchors(rng, streams, meshlets)
-    return write_blob(streams, meshlets, vertex_count)
+    return write_blob(streams, meshlets, vertex_count, lambda g: random_layout(rng))

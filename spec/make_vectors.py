@@ -2,9 +2,11 @@
 
     python -m spec.make_vectors
 
-valid_NAME.bin is a blob and valid_NAME.json its decoded triangles and integers. Decoders must
-refuse malformed_NAME.bin; malformed.json has the reasons. Most blobs come from the encoder.
-The hand-made ones come from blob_writer, because no encoder would write them.
+valid_NAME.bin is a blob and valid_NAME.json its decoded triangles and integers; view_NAME is the
+same for a buffer view of several blobs. gltf_NAME.glb is a file and gltf_NAME.json the components
+of its accessors. Decoders must refuse malformed_NAME.bin; malformed.json has the reasons. Most
+blobs come from the encoder. The hand-made ones come from blob_writer, because no encoder would
+write them.
 """
 
 from __future__ import annotations
@@ -12,7 +14,9 @@ from __future__ import annotations
 import json
 import random
 import struct
-from dataclasses import dataclass
+import textwrap
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from unittest import mock
 
@@ -21,10 +25,13 @@ import numpy as np
 from gltf_ext import _codec
 from spec import blob_writer, reference_decoder
 from spec.blob_writer import (
+    AFFINE,
     COPY,
     DAMPED,
     FLOAT32,
     FOREIGN,
+    GEO,
+    GEO_ALL,
     GRID,
     INTEGER,
     MEAN,
@@ -67,10 +74,12 @@ def stream(kind: int, components: int, bits: int, predictor: int = -1) -> dict:
     }
 
 
-def encode(triangles, positions, streams=None, values=(), max_triangles: int = 64) -> bytes:
+def encode(
+    triangles, positions, streams=None, values=(), max_triangles: int = 64, page_bytes: int = 0
+) -> bytes:
     """Encodes integer positions [V, 3] and the values of further streams.
 
-    Vertices may have equal positions.
+    Vertices may have equal positions. page_bytes: of each blob but the last; 0 for one blob.
     """
     positions = np.asarray(positions, np.uint32)
     _, position_ids = np.unique(positions, axis=0, return_inverse=True)
@@ -81,6 +90,7 @@ def encode(triangles, positions, streams=None, values=(), max_triangles: int = 6
         streams or [position_stream()],
         [positions, *(np.ascontiguousarray(v, np.uint32) for v in values)],
         max_triangles=max_triangles,
+        page_bytes=page_bytes,
     )
     return blob
 
@@ -120,8 +130,17 @@ def tetrahedron() -> bytes:
 def worked_example() -> bytes:
     positions = grid_positions(4, 2, 20)
     texcoords = positions[:, :2] + [7, 3]
-    streams = [position_stream(8), stream(GRID, 2, 8, COPY)]
+    streams = [position_stream(8), stream(GRID, 2, 8, AFFINE)]
     return encode(grid_triangles(4, 2), positions, streams, [texcoords], max_triangles=8)
+
+
+def encoded_pages() -> bytes:
+    """A sheet with texture coordinates in blobs of 512 bytes."""
+    positions = grid_positions(16, 12)
+    streams = [position_stream(), stream(GRID, 2, 12, AFFINE)]
+    return encode(
+        grid_triangles(16, 12), positions, streams, [positions[:, :2]], 24, page_bytes=512
+    )
 
 
 def tube(columns: int, rows: int):
@@ -147,7 +166,8 @@ def seams_between_meshlets() -> bytes:
 
 
 def several_components() -> bytes:
-    triangles, positions = [], []
+    triangles: list[list[int]] = []
+    positions: list[list[int]] = []
     for part in range(5):
         first = len(positions)
         triangles += [[first + v for v in t] for t in grid_triangles(part + 1, 1)]
@@ -191,6 +211,45 @@ def every_kind() -> bytes:
     ]
     values = [normals, (i % 5 == 0)[:, None], joints, floats[:, None]]
     return encode(grid_triangles(6, 6), positions, streams, values, max_triangles=40)
+
+
+def octahedral_integers(normals: np.ndarray, bits: int) -> np.ndarray:
+    """The encoder's rule of appendix B."""
+    n = normals / np.abs(normals).sum(axis=1, keepdims=True)
+    x, y = n[:, 0], n[:, 1]
+    below = n[:, 2] < 0
+    fold_x = (1 - np.abs(y)) * np.where(x < 0, -1, 1)
+    fold_y = (1 - np.abs(x)) * np.where(y < 0, -1, 1)
+    grid = np.stack([np.where(below, fold_x, x), np.where(below, fold_y, y)], axis=1)
+    return np.rint((grid + 1) / 2 * ((1 << bits) - 2))
+
+
+def normals_and_texcoords() -> bytes:
+    """Half a sphere."""
+    columns, rows = 12, 9
+    y, x = np.divmod(np.arange((columns + 1) * (rows + 1)), columns + 1)
+    longitude, latitude = np.pi * x / columns, np.pi * (y + 0.5) / (rows + 1)
+    normals = np.stack(
+        [
+            np.sin(latitude) * np.cos(longitude),
+            np.cos(latitude),
+            np.sin(latitude) * np.sin(longitude),
+        ],
+        axis=1,
+    )
+    streams = [
+        position_stream(),
+        stream(OCT, 2, 10, GEO),
+        stream(OCT, 2, 8, GEO_ALL),
+        stream(GRID, 2, 12, AFFINE),
+    ]
+    values = [
+        octahedral_integers(normals, 10),
+        octahedral_integers(normals, 8),
+        np.stack([x * 300, y * 400], axis=1),
+    ]
+    positions = np.rint(2000 + 1900 * normals)
+    return encode(grid_triangles(columns, rows), positions, streams, values, max_triangles=40)
 
 
 def rice_and_fixed_codes() -> bytes:
@@ -246,7 +305,6 @@ def fixed_meshlet(symbols, loops, streams, anchors, inner, interior) -> blob_wri
 
     anchors, inner (vertices in owned references) and interior are counts per stream.
     """
-    count = len(streams)
     numbers = iter(range(1, 10000))
 
     def values(n, stream, limit):
@@ -255,8 +313,7 @@ def fixed_meshlet(symbols, loops, streams, anchors, inner, interior) -> blob_wri
     return blob_writer.Meshlet(
         symbols,
         loops,
-        [values(n, s, 64) for n, s in zip(anchors, streams)],
-        [6] * count,
+        [values(n, s, min(64, 1 << s.bits)) for n, s in zip(anchors, streams)],
         [[6] * s.elements for s in streams],
         [values(n, s, 64) for n, s in zip(inner, streams)],
         [[6] * s.elements for s in streams],
@@ -312,10 +369,10 @@ def filled_hole() -> bytes:
     return blob_writer.write_blob(streams, meshlets, 9)
 
 
-def extreme_codes(quotient: int = 16383) -> bytes:
+def extreme_codes(quotient: int = 16383, base: int = 28) -> bytes:
     """Rice parameter 31, width 32, the largest quotient, a width above the bits, wrap-around."""
     streams = [
-        blob_writer.Stream(bits=24, elements=1, interior_base=25),
+        blob_writer.Stream(bits=24, elements=1, interior_base=base),
         blob_writer.Stream(bits=32, elements=1, kind=INTEGER, predictor=COPY),
         blob_writer.Stream(bits=3, elements=1, kind=INTEGER, predictor=PARALLELOGRAM),
     ]
@@ -323,10 +380,9 @@ def extreme_codes(quotient: int = 16383) -> bytes:
         "SEE",
         [],
         [[[0xFFFFFF]], [[0xFFFFFFFF]], [[7]]],
-        [0, 0, 0],
         [],
         [[], [], []],
-        [6, [32], 0],
+        [3, [32], 0],
         [
             [[0xFFFFFFFF], [0x80000001], [3], [0]],
             [[0xFFFFFFFE], [1], [2], [0]],
@@ -334,6 +390,194 @@ def extreme_codes(quotient: int = 16383) -> bytes:
         ],
     )
     return blob_writer.write_blob(streams, [meshlet], 5)
+
+
+def exp_golomb_codes() -> bytes:
+    """Codes 4 to 6 with the bases 0, 1, 12 and 29: the largest parameter and the largest values."""
+    streams = [
+        blob_writer.Stream(bits=24, elements=1),
+        *(
+            blob_writer.Stream(INTEGER, 1, 32, COPY, interior_base=base, chain_base=base)
+            for base in (0, 1, 12, 29)
+        ),
+    ]
+    loop = [reference(OWNED, 4)]
+    most = [0, 0xFFFFFFFE, 0xFFFFFFFE, 0xFFFFFFFF, 0xFFFFFFFF]
+    meshlets = []
+    for code in (4, 5, 6):
+        residuals = [[[0], [1], [[5, 200, 70000][code - 4]], [m]] for m in most]
+        meshlets.append(
+            blob_writer.Meshlet(
+                "CRRE",
+                [loop],
+                [[[3 * code + s]] for s in range(5)],
+                [code] * 5,
+                [r[1:] for r in residuals],
+                [code] * 5,
+                [r[2:3] for r in residuals],
+            )
+        )
+    return blob_writer.write_blob(streams, meshlets, 15)
+
+
+def anchors_after_anchors(quotient: int = 0, base: int = 31) -> bytes:
+    """Four anchors by anchor bases 0, 1 and `base`; in 32 bits, a difference of 2^31."""
+    streams = [
+        blob_writer.Stream(bits=12, anchor_base=0),
+        blob_writer.Stream(INTEGER, 2, 32, COPY, anchor_base=1),
+        blob_writer.Stream(INTEGER, 1, 24, anchor_base=base),
+    ]
+    loop = [reference(OWNED, 1) for _ in range(4)]
+    meshlet = blob_writer.Meshlet(
+        "RE",
+        [loop],
+        [
+            [[5, 4000, 7], [2, 7, 0], [1, 190, 8191], [0, 1, 2]],
+            [[0, 1], [0xFFFFFFFF, 0xFFFFFFFE], [0xFFFFFFFF, 1], [0, 2]],
+            [[0xABCDEF], [0x7FFFFFFF], [7 + (quotient << base)], [0xFFFFFFFF]],
+        ],
+        [0, 0, 0],
+        [[], [], []],
+        [0, 0, 0],
+        [[], [], []],
+    )
+    return blob_writer.write_blob(streams, [meshlet], 4)
+
+
+def random_mesh(
+    rng: random.Random, streams: list[blob_writer.Stream], meshlets: int
+) -> list[blob_writer.Meshlet]:
+    """Random meshlets with small residuals, so that neighbours lie close together."""
+    result = []
+    for _ in range(meshlets):
+        symbols = "".join(blob_writer.random_disks(rng)[:1])
+        edges = blob_writer.net_growth(symbols) + 1
+        vertices = symbols.count("R") + 2 * symbols.count("E") + symbols.count("L") + 1
+        run = rng.randint(1, edges - 1)
+        loop = [reference(OWNED, run), reference(PRIVATE, edges - run)]
+
+        def residuals(n, s, limit):
+            return [[rng.randrange(limit) for _ in range(s.elements)] for _ in range(n)]
+
+        result.append(
+            blob_writer.Meshlet(
+                symbols,
+                [loop],
+                [residuals(2, s, 1 << min(8, s.bits)) for s in streams],
+                [rng.randint(0, 6) for _ in streams],
+                [residuals(run - 1, s, 1 << s.bits // 2) for s in streams],
+                [rng.randint(0, 6) for _ in streams],
+                [residuals(vertices - run - 1, s, 1 << s.bits // 2) for s in streams],
+            )
+        )
+    return result
+
+
+def predicted_from_positions(position_bits: int, *kinds: tuple[int, int, int, int]) -> bytes:
+    """Streams (kind, elements, bits, predictor) with GEO, GEO_ALL or AFFINE."""
+    streams = [
+        blob_writer.Stream(
+            bits=position_bits, chain_base=3, interior_base=position_bits // 3, anchor_base=6
+        ),
+        *(
+            blob_writer.Stream(kind, elements, bits, predictor, 2, 2, 4)
+            for kind, elements, bits, predictor in kinds
+        ),
+    ]
+    rng = random.Random(position_bits)
+    blob = blob_writer.write_blob(streams, random_mesh(rng, streams, 10), 3)
+    return with_vertex_count(blob, count_vertices(blob))
+
+
+def geo() -> bytes:
+    return predicted_from_positions(12, (OCT, 2, 8, GEO), (OCT, 2, 8, GEO_ALL))
+
+
+def geo_of_wide_positions() -> bytes:
+    return predicted_from_positions(24, (OCT, 2, 16, GEO), (OCT, 2, 2, GEO_ALL))
+
+
+def geo_of_narrow_positions() -> bytes:
+    return predicted_from_positions(3, (OCT, 2, 12, GEO), (OCT, 2, 12, GEO_ALL))
+
+
+def affine() -> bytes:
+    return predicted_from_positions(12, (GRID, 2, 12, AFFINE), (INTEGER, 4, 8, AFFINE))
+
+
+def affine_of_wide_positions() -> bytes:
+    return predicted_from_positions(24, (GRID, 2, 24, AFFINE), (INTEGER, 1, 24, AFFINE))
+
+
+def affine_of_narrow_positions() -> bytes:
+    return predicted_from_positions(3, (GRID, 2, 12, AFFINE), (INTEGER, 1, 1, AFFINE))
+
+
+def flat_positions() -> bytes:
+    """All positions are equal: no normal, no affine frame."""
+    streams = [
+        blob_writer.Stream(bits=10),
+        blob_writer.Stream(OCT, 2, 10, GEO),
+        blob_writer.Stream(OCT, 2, 10, GEO_ALL),
+        blob_writer.Stream(GRID, 2, 10, AFFINE),
+    ]
+    loop = [reference(OWNED, 3), reference(PRIVATE, 4)]
+    meshlet = fixed_meshlet("CRRRRRE", [loop], streams, [2] * 4, [2] * 4, [4] * 4)
+    meshlet.anchors[0] = [[500, 300, 100], [0, 0, 0]]
+    meshlet.chain[0] = [[0, 0, 0]] * 2
+    meshlet.interior[0] = [[0, 0, 0]] * 4
+    return blob_writer.write_blob(streams, [meshlet], 8)
+
+
+def oct_axes() -> bytes:
+    """The six axes and the corners of the octahedral grid, at 2, 8 and 16 bits."""
+    streams = [
+        blob_writer.Stream(bits=8),
+        *(blob_writer.Stream(OCT, 2, bits, COPY, anchor_base=bits) for bits in (2, 8, 16)),
+    ]
+
+    def anchors(stream):
+        m = (1 << stream.bits) - 2
+        grid = [(x, y) for y in (0, m // 2, m) for x in (0, m // 2, m)]
+        rows = [list(grid[0])]
+        for before, here in pairwise(grid):
+            differences = [b - a for a, b in zip(before, here)]
+            rows.append([2 * d if d >= 0 else -2 * d - 1 for d in differences])
+        return rows
+
+    symbols = "RRRRRRE"
+    loop = [reference(OWNED, 1) for _ in range(9)]
+    meshlet = fixed_meshlet(symbols, [loop], streams, [9] * 4, [0] * 4, [0] * 4)
+    for s, stream in enumerate(streams[1:], start=1):
+        meshlet.anchors[s] = anchors(stream)
+    return blob_writer.write_blob(streams, [meshlet], 9)
+
+
+def small_meshlets(count: int, streams: list[blob_writer.Stream]) -> list[blob_writer.Meshlet]:
+    """Meshlets without references, of 1 to 5 triangles."""
+    symbols = ("E", "RE", "CRE", "SEE", "LRSEE")
+    meshlets = []
+    for m in range(count):
+        text = symbols[m * m % 5]
+        vertices = text.count("R") + 2 * text.count("E") + text.count("L") + 1
+        meshlets.append(fixed_meshlet(text, [], streams, [1], [0], [vertices - 1]))
+    return meshlets
+
+
+def group_tables() -> bytes:
+    """Five groups: both tables of section A, all strides, biases, entry widths and flags."""
+    streams = [blob_writer.Stream(bits=10)]
+    meshlets = small_meshlets(4 * 32 + 7, streams)
+    meshlets[32:64] = [meshlets[0]] * 32  # all of one size: entries of no bits
+    layouts = [
+        blob_writer.Layout(0, 0, 0),
+        blob_writer.Layout(0, 0, 0, second_table=True),
+        blob_writer.Layout(24, 6, 6, True, True, True, stride=0),
+        blob_writer.Layout(3, 2, 1, None, True, None, True, stride=1500),
+        blob_writer.Layout(3, 2, 1, None, True, None, extra_entry_width=20),
+    ]
+    blob = blob_writer.write_blob(streams, meshlets, 3, lambda g: layouts[g])
+    return with_vertex_count(blob, count_vertices(blob))
 
 
 def two_vertex_loop() -> bytes:
@@ -377,29 +621,11 @@ def redundant_masks() -> bytes:
 
 
 def unused_bytes() -> bytes:
-    """The worked example with unused bytes, and an offset of an element that stream 1 lacks."""
-    blob = worked_example()
-    tables = table_offsets(blob)
-    begin = struct.unpack_from("<I", blob, 24)[0]
-    starts = [
-        begin + (struct.unpack_from("<I", blob, tables["directory"] + 4 * m)[0] & 0x1FFFF)
-        for m in range(3)
-    ]
-    parts = [blob[a:b] for a, b in zip(starts, [*starts[1:], len(blob) - 8])]
-    data = b"".join(b"\xff\x5a\xa5" + part for part in parts) + b"\xc3" * 8
-    data += b"\xff" * (-(begin + len(data)) % 4) + bytes(8)
-    blob = put_bytes(blob[:begin] + data, 20, "I", begin + len(data))
-    blob = put_bytes(blob, tables["groups"], "I", 3)
-    for m in range(3):
-        blob = patch_directory(blob, m, 0, 17, starts[m] - begin + 3 * m)
-    return put_bytes(blob, tables["streams"] + 28 + 12 + 4 * 3, "f", -7.5)
-
-
-def data_within_data() -> bytes:
-    """Meshlet 1 starts at the second byte of meshlet 0, after its two planes; both are valid."""
-    streams = [blob_writer.Stream(bits=8, elements=1)]
-    meshlet = blob_writer.Meshlet("E", [], [[[0b01000_111]]], [0], [], [[]], [[9]], [[[3], [6]]])
-    return patch_directory(blob_writer.write_blob(streams, [meshlet, meshlet], 6), 1, 0, 17, 1)
+    """Unused bytes before the entries of both groups, and after each meshlet's data."""
+    streams = [blob_writer.Stream(bits=10, elements=2, offset=(0.0, 0.0, 0.0, -7.5))]
+    layout = blob_writer.Layout(before=b"\xff\x5a\xa5", after=b"\xc3\xff")
+    blob = blob_writer.write_blob(streams, small_meshlets(35, streams), 3, layout)
+    return with_vertex_count(blob, count_vertices(blob))
 
 
 def random_structures() -> bytes:
@@ -430,6 +656,165 @@ def count_vertices(blob: bytes) -> int:
     return count
 
 
+def pages() -> bytes:
+    """Three blobs: predictors, bases, sizes and meshlet counts differ, the streams do not."""
+    blobs: list[bytes] = []
+    kinds = (("RE", PARALLELOGRAM), ("E", DAMPED), ("CRRE", MEAN))
+    for meshlet_count, (symbols, predictor) in enumerate(kinds, start=1):
+        streams = [
+            blob_writer.Stream(bits=12, predictor=predictor, step=0.5, offset=(1.0, 2.0, 3.0, 0.0)),
+            blob_writer.Stream(OCT, 2, 8, GEO if predictor == MEAN else COPY, 1, 2, 3),
+        ]
+        vertices = symbols.count("R") + 2 * symbols.count("E") + 1
+        meshlet = fixed_meshlet(symbols, [], streams, [1, 1], [0, 0], [vertices - 1] * 2)
+        blobs.append(blob_writer.write_blob(streams, [meshlet] * meshlet_count, 3))
+    return b"".join(with_vertex_count(blob, count_vertices(blob)) for blob in blobs)
+
+
+# --- whole files ---
+
+BYTE, UNSIGNED_BYTE, SHORT, UNSIGNED_SHORT, FLOAT = 5120, 5121, 5122, 5123, 5126
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4}
+
+
+@dataclass(frozen=True)
+class Attribute:
+    """An attribute of a file: its accessor, and the index of its first stream."""
+
+    name: str
+    kind: str
+    component_type: int
+    stream: int
+    normalized: bool = False
+
+
+def components(view: bytes, attribute: Attribute) -> np.ndarray:
+    return reference_decoder.accessor_components(
+        reference_decoder.decode_view(view),
+        attribute.stream,
+        attribute.component_type,
+        WIDTHS[attribute.kind],
+    )
+
+
+def accessor(view: bytes, attribute: Attribute) -> dict:
+    values = components(view, attribute)
+    result = {
+        "componentType": attribute.component_type,
+        "count": len(values),
+        "type": attribute.kind,
+    }
+    if attribute.normalized:
+        result["normalized"] = True
+    if attribute.name == "POSITION":
+        result["min"] = values.min(axis=0).tolist()
+        result["max"] = values.max(axis=0).tolist()
+    return result
+
+
+def glb(view: bytes, attributes: list[Attribute], targets: list[list[Attribute]]) -> bytes:
+    """A binary glTF file with one primitive."""
+    decoded = reference_decoder.decode_view(view)
+    accessors = [{"componentType": 5125, "count": decoded.triangles.size, "type": "SCALAR"}]
+
+    def add(group: list[Attribute]) -> dict[str, int]:
+        first = len(accessors)
+        accessors.extend(accessor(view, attribute) for attribute in group)
+        return {attribute.name: first + i for i, attribute in enumerate(group)}
+
+    def streams(group: list[Attribute]) -> dict[str, int]:
+        return {attribute.name: attribute.stream for attribute in group}
+
+    extension = {"bufferView": 0, "attributes": streams(attributes)}
+    primitive = {"mode": 4, "indices": 0, "attributes": add(attributes)}
+    if targets:
+        extension["targets"] = [streams(target) for target in targets]
+        primitive["targets"] = [add(target) for target in targets]
+    primitive["extensions"] = {"EXT_meshlet_edgebreaker": extension}
+    names = ["EXT_meshlet_edgebreaker"]
+    if any(a.component_type != FLOAT for a in attributes if a.name == "POSITION"):
+        names.append("KHR_mesh_quantization")
+    document = {
+        "asset": {"version": "2.0"},
+        "extensionsUsed": names,
+        "extensionsRequired": names,
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [primitive]}],
+        "accessors": accessors,
+        "buffers": [{"byteLength": len(view)}],
+        "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": len(view)}],
+    }
+    return pack_glb(document, view)
+
+
+def pack_glb(document: dict, view: bytes) -> bytes:
+    """A binary glTF file of a document and its buffer."""
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<2I", len(text), 0x4E4F534A) + text
+    chunks += struct.pack("<2I", len(view), 0x004E4942) + view
+    return struct.pack("<3I", 0x46546C67, 2, 12 + len(chunks)) + chunks
+
+
+def attributes_view() -> bytes:
+    """Two meshlets of five triangles, with twelve streams."""
+    streams = [
+        blob_writer.Stream(bits=12, step=0.25, offset=(-100.0, 0.1, 7.0, 0.0)),
+        blob_writer.Stream(OCT, 2, 8, GEO),  # NORMAL
+        blob_writer.Stream(OCT, 2, 10, COPY),  # TANGENT x, y, z
+        blob_writer.Stream(SIGN, 1, 1, COPY),  # TANGENT w
+        blob_writer.Stream(GRID, 2, 12, AFFINE, step=0.5, offset=(0.0, 20.0, 0.0, 0.0)),
+        blob_writer.Stream(INTEGER, 4, 4),  # JOINTS_0
+        blob_writer.Stream(INTEGER, 4, 8),  # WEIGHTS_0
+        blob_writer.Stream(GRID, 2, 10, step=0.125),  # _MATRIX, first column
+        blob_writer.Stream(GRID, 2, 10, step=0.375),  # _MATRIX, second column
+        blob_writer.Stream(INTEGER, 1, 32, COPY),  # _ID, above 2^24
+        blob_writer.Stream(FLOAT32, 1, 32, COPY),  # _EXACT
+        blob_writer.Stream(GRID, 3, 10, step=0.25, offset=(-8.0, -8.0, -8.0, 0.0)),  # target
+    ]
+    count = len(streams)
+    loop = [reference(OWNED, 2), reference(PRIVATE, 5)]
+    meshlets = [
+        fixed_meshlet("RRRRE", [loop], streams, [2] * count, [1] * count, [4] * count)
+        for _ in range(2)
+    ]
+    for m, meshlet in enumerate(meshlets):
+        meshlet.anchors[4][0] = [301, 402]  # so that no value is negative
+        meshlet.anchors[9][0] = [0xFF000001 - m]
+        meshlet.anchors[10][0] = [0xBFC00000 + m]
+    return blob_writer.write_blob(streams, meshlets, 14)
+
+
+ATTRIBUTES = [
+    Attribute("POSITION", "VEC3", FLOAT, 0),
+    Attribute("NORMAL", "VEC3", FLOAT, 1),
+    Attribute("TANGENT", "VEC4", FLOAT, 2),
+    Attribute("TEXCOORD_0", "VEC2", UNSIGNED_SHORT, 4, True),
+    Attribute("JOINTS_0", "VEC4", UNSIGNED_BYTE, 5),
+    Attribute("WEIGHTS_0", "VEC4", UNSIGNED_BYTE, 6, True),
+    Attribute("_MATRIX", "MAT2", FLOAT, 7),
+    Attribute("_ID", "SCALAR", FLOAT, 9),
+    Attribute("_EXACT", "SCALAR", FLOAT, 10),
+]
+GLTF = {
+    "attributes": (
+        attributes_view,
+        ATTRIBUTES,
+        [[Attribute("POSITION", "VEC3", FLOAT, 11)]],
+        "a TANGENT and a MAT2 of two streams each, a morph target, values that are rounded to "
+        "integers (half-way cases to even), integers above 2^24 as floats",
+    ),
+    "pages": (
+        pages,
+        [Attribute("POSITION", "VEC3", FLOAT, 0), Attribute("NORMAL", "VEC3", FLOAT, 1)],
+        [],
+        "a view of three blobs",
+    ),
+}
+
+
 VALID = {
     "one_triangle": (one_triangle, "one triangle"),
     "quad": (quad, "two triangles in one meshlet without references"),
@@ -455,6 +840,10 @@ VALID = {
         "PARALLELOGRAM, MEAN, COPY, DAMPED, and a stream of 32 bits",
     ),
     "every_kind": (every_kind, "GRID, OCT, SIGN, INTEGER, FLOAT32"),
+    "normals_and_texcoords": (
+        normals_and_texcoords,
+        "half a sphere with GEO, GEO_ALL and AFFINE in several meshlets",
+    ),
     "rice_and_fixed_codes": (rice_and_fixed_codes, "Rice and fixed codes, for chains and interior"),
     "several_groups": (several_groups, "more than 32 meshlets"),
     "awkward_topology": (
@@ -470,6 +859,44 @@ VALID = {
         extreme_codes,
         "hand-made: Rice parameter 31, quotient 16383, width 32, width above the stream's bits",
     ),
+    "exp_golomb_codes": (
+        exp_golomb_codes,
+        "hand-made: codes 4 to 6 of chains and interior, their largest parameters and values",
+    ),
+    "anchors_after_anchors": (
+        anchors_after_anchors,
+        "hand-made: further anchors with the anchor bases 0, 1 and 31, a difference of 2^31",
+    ),
+    "geo": (geo, "hand-made: GEO and GEO_ALL from positions of 12 bits"),
+    "geo_of_wide_positions": (
+        geo_of_wide_positions,
+        "hand-made: GEO and GEO_ALL from positions of 24 bits, which are shifted",
+    ),
+    "geo_of_narrow_positions": (
+        geo_of_narrow_positions,
+        "hand-made: GEO and GEO_ALL from positions of 3 bits, with triangles that have no normal",
+    ),
+    "affine": (affine, "hand-made: AFFINE from positions of 12 bits"),
+    "affine_of_wide_positions": (
+        affine_of_wide_positions,
+        "hand-made: AFFINE from positions of 24 bits, values that wrap",
+    ),
+    "affine_of_narrow_positions": (
+        affine_of_narrow_positions,
+        "hand-made: AFFINE from positions of 3 bits; most frames are degenerate",
+    ),
+    "flat_positions": (
+        flat_positions,
+        "hand-made: all positions are equal, so that GEO has no normal and AFFINE no frame",
+    ),
+    "oct_axes": (
+        oct_axes,
+        "hand-made: the six axes on octahedral grids of 2, 8 and 16 bits; they decode exactly",
+    ),
+    "group_tables": (
+        group_tables,
+        "hand-made: groups with all kinds of strides, biases, entry widths, flags and tables",
+    ),
     "two_vertex_loop": (two_vertex_loop, "hand-made: a boundary of two vertices"),
     "collapsed_by_aliases": (
         collapsed_by_aliases,
@@ -481,18 +908,27 @@ VALID = {
     ),
     "unused_bytes": (
         unused_bytes,
-        "hand-made: unused bytes around the meshlets' data, "
+        "hand-made: unused bytes before groups and after the meshlets' data, "
         "an offset of an element that the stream lacks",
-    ),
-    "data_within_data": (
-        data_within_data,
-        "hand-made: sections of a meshlet that extend into the bytes of the next",
     ),
     "random_structures": (
         random_structures,
         "hand-made: random connectivity, references, codes and residuals",
     ),
 }
+
+
+VIEWS = {
+    "pages": (pages, "hand-made: a view of three blobs; predictors and bases differ"),
+    "encoded_pages": (
+        encoded_pages,
+        "a sheet in blobs of at most 512 bytes; vertices on their borders repeat",
+    ),
+}
+# Vectors whose JSON has the dequantised values, too.
+WITH_COMPONENTS = ("every_kind", "oct_axes")
+# Malformed vectors that only a validator has to refuse (A.9 of the specification).
+VALIDATORS_ONLY = ("nine_hops", "inconsistent", "data_within_data")
 
 
 # --- fields of blobs ---
@@ -547,16 +983,14 @@ def patch(blob: bytes, m: int, name: str, value: int, occurrence: int = 0) -> by
     return put_bits(blob, field.position, field.width, value)
 
 
-def patch_directory(blob: bytes, m: int, position: int, width: int, value: int) -> bytes:
-    return put_bits(blob, 8 * (table_offsets(blob)["directory"] + 4 * m) + position, width, value)
+def patch_group(blob: bytes, position: int, width: int, value: int, g: int = 0) -> bytes:
+    """The blob with another value in bits of an entry of the group table."""
+    return put_bits(blob, 8 * (table_offsets(blob)["groups"] + 12 * g) + position, width, value)
 
 
 def table_offsets(blob: bytes) -> dict[str, int]:
     """The first byte of each table."""
-    stream_count = blob[5]
-    meshlet_count = struct.unpack_from("<I", blob, 16)[0]
-    groups = 32 + 28 * stream_count
-    return {"streams": 32, "groups": groups, "directory": groups + 8 * -(-meshlet_count // 32)}
+    return {"streams": 32, "groups": 32 + 28 * blob[5]}
 
 
 # --- malformed blobs ---
@@ -565,8 +999,29 @@ def table_offsets(blob: bytes) -> dict[str, int]:
 def symbols_only(symbols: str) -> bytes:
     """One meshlet of the given symbols without references; all residuals are 0."""
     streams = [blob_writer.Stream()]
-    meshlet = blob_writer.Meshlet(symbols, [], [[[0, 0, 0]]], [0], [], [[]], [[0, 0, 0]], [[]])
+    meshlet = blob_writer.Meshlet(symbols, [], [[[0, 0, 0]]], [], [[]], [[0, 0, 0]], [[]])
     return blob_writer.write_blob(streams, [meshlet], 3)
+
+
+def two_triangles(**changes) -> bytes:
+    """A meshlet without references. changes: fields of its stream."""
+    streams = [blob_writer.Stream(**changes)]
+    return blob_writer.write_blob(streams, [fixed_meshlet("RE", [], streams, [1], [0], [3])], 4)
+
+
+def with_streams(*further: blob_writer.Stream, first: blob_writer.Stream | None = None) -> bytes:
+    """Two triangles with further streams, which need not be valid."""
+    streams = [first or blob_writer.Stream(), *further]
+    n = len(streams)
+    meshlet = fixed_meshlet("RE", [], streams, [1] * n, [0] * n, [3] * n)
+    return blob_writer.write_blob(streams, [meshlet], 4)
+
+
+def many_meshlets() -> bytes:
+    """Two groups."""
+    streams = [blob_writer.Stream(bits=10)]
+    blob = blob_writer.write_blob(streams, small_meshlets(34, streams), 3)
+    return with_vertex_count(blob, count_vertices(blob))
 
 
 def two_meshlets() -> bytes:
@@ -587,19 +1042,42 @@ def two_meshlets() -> bytes:
     return blob_writer.write_blob(streams, meshlets, 12)
 
 
-def unused_rice_parameter() -> bytes:
-    """A triangle whose chains have a code, but no inner vertices."""
+def unused_parameter(code: int) -> bytes:
+    """A triangle whose chains have a code of parameter 32, but no inner vertices."""
     streams = [blob_writer.Stream(chain_base=31)]
-    meshlet = fixed_meshlet(
-        "E",
-        [[reference(OWNED, 1), reference(OWNED, 1), reference(PRIVATE, 1)]],
-        streams,
-        [3],
-        [0],
-        [0],
-    )
-    meshlet.chain_codes = [1]
+    loop = [reference(OWNED, 1), reference(OWNED, 1), reference(PRIVATE, 1)]
+    meshlet = fixed_meshlet("E", [loop], streams, [3], [0], [0])
+    meshlet.chain_codes = [code]
     return blob_writer.write_blob(streams, [meshlet], 3)
+
+
+def exp_golomb_quotient(k: int, quotient: int) -> bytes:
+    """A value with a quotient that is too large for its code; its low bits follow."""
+    streams = [blob_writer.Stream(INTEGER, 1, 32, COPY, interior_base=k + 1)]
+    residuals = [[(1 << k + quotient) - (1 << k)], [0]]
+    meshlet = blob_writer.Meshlet("E", [], [[[1]]], [], [[]], [4], [residuals])
+    return blob_writer.write_blob(streams, [meshlet], 3)
+
+
+def flags_without_references(name: str) -> bytes:
+    streams = [blob_writer.Stream()]
+    meshlet = fixed_meshlet("RE", [], streams, [1], [0], [3])
+    layout = blob_writer.Layout(loops=True, private=True, seams=True)
+    return patch(blob_writer.write_blob(streams, [meshlet], 4, layout), 0, name, 1)
+
+
+def data_within_data() -> bytes:
+    """Meshlet 1 starts at the second byte of meshlet 0; both decode if nobody checks the end.
+
+    Each is a triangle: 6 bits of T - 1, a code 0, an anchor of 8 bits, and two residuals 0.
+    """
+    streams = [blob_writer.Stream(bits=8, elements=1)]
+    meshlet = blob_writer.Meshlet("E", [], [[[0]]], [], [[]], [0], [[[0], [0]]])
+    blob = blob_writer.write_blob(streams, [meshlet] * 2, 6, blob_writer.Layout(reference_width=0))
+    (base,) = struct.unpack_from("<I", blob, table_offsets(blob)["groups"])
+    data = 1 << 17 | 1 << 18 | 1 << 25 | 1 << 26
+    blob = blob[:base] + data.to_bytes(6, "little") + blob[base + 6 :]
+    return patch_group(blob, 32, 16, 1)
 
 
 def circle() -> bytes:
@@ -619,29 +1097,34 @@ def inconsistent() -> bytes:
     return blob_writer.write_blob(streams, meshlets, 4)
 
 
-def without_last_quotient(blob: bytes) -> bytes:
-    last = [
-        field for field in meshlet_fields(blob, 0) if field.name.startswith("quotients of interior")
-    ][-1]
+def unary_runs_out() -> bytes:
+    """The last bit of the only meshlet is not the one that ends its last unary part."""
+    streams = [blob_writer.Stream(elements=1)]
+    meshlet = blob_writer.Meshlet("E", [], [[[1]]], [], [[]], [0], [[[3], [5]]])
+    blob = blob_writer.write_blob(streams, [meshlet], 3)
+    last = [field for field in meshlet_fields(blob, 0) if field.name.startswith("unary of")][-1]
     return put_bits(blob, last.position, 1, 0)
 
 
-def malformed_vectors() -> dict[str, bytes]:
-    """Name -> a blob with one thing wrong."""
-    simple = quad()
-    example = worked_example()
-    pair = two_meshlets()
-    extreme = extreme_codes()
-    groups = table_offsets(example)["groups"]
+def anchors_run_out() -> bytes:
+    """An anchor base of 0 that is changed to 20."""
+    streams = [blob_writer.Stream()]
+    meshlet = fixed_meshlet("E", [[reference(OWNED, 1)] * 3], streams, [3], [0], [0])
+    return put_bytes(blob_writer.write_blob(streams, [meshlet], 3), 32 + 6, "B", 20)
+
+
+def malformed_header() -> dict[str, bytes]:
+    """Name -> a blob with one thing wrong in its header or its length."""
+    simple = two_triangles()
     return {
         "empty": b"",
         "header_only": simple[:32],
-        "truncated": example[:-4],
-        "longer_than_it_says": example + bytes(4),
-        "length_not_a_multiple_of_four": put_bytes(example + b"\0", 20, "I", len(example) + 1),
-        "padding_not_zero": example[:-1] + b"\1",
+        "truncated": simple[:-4],
+        "longer_than_it_says": simple + bytes(4),
+        "length_not_a_multiple_of_four": put_bytes(simple + b"\0", 20, "I", len(simple) + 1),
+        "padding_not_zero": simple[:-1] + b"\1",
         "magic": put_bytes(simple, 0, "I", 0x324D4245),
-        "version": put_bytes(simple, 4, "B", 2),
+        "version": put_bytes(simple, 4, "B", 3),
         "no_stream": put_bytes(simple, 5, "B", 0),
         "too_many_streams": put_bytes(simple, 5, "B", 65),
         "flags": put_bytes(simple, 6, "B", 1),
@@ -652,31 +1135,101 @@ def malformed_vectors() -> dict[str, bytes]:
         "vertex_count_impossible": with_vertex_count(simple, 0xFFFFFFFF),
         "no_meshlet": put_bytes(simple, 16, "I", 0),
         "meshlet_count_huge": put_bytes(simple, 16, "I", 0xFFFFFFFF),
-        "data_offset": put_bytes(simple, 24, "I", table_offsets(simple)["directory"]),
+        "data_offset": put_bytes(simple, 24, "I", table_offsets(simple)["groups"]),
+    }
+
+
+def malformed_streams() -> dict[str, bytes]:
+    """Name -> a blob with one thing wrong in its stream table."""
+    simple = two_triangles()
+    wide = blob_writer.Stream(INTEGER, 1, 32, COPY)
+    return {
         "stream_kind": put_bytes(simple, 32, "B", 5),
-        "stream_components": put_bytes(simple, 33, "B", 5),
+        "stream_elements": put_bytes(simple, 33, "B", 5),
         "stream_bits": put_bytes(put_bytes(simple, 34, "B", 33), 35, "B", COPY),
         "stream_grid_bits": put_bytes(put_bytes(simple, 34, "B", 25), 35, "B", COPY),
-        "stream_predictor": put_bytes(simple, 35, "B", 4),
-        "stream_wide_predictor": put_bytes(extreme, 32 + 28 + 3, "B", MEAN),
+        "stream_predictor": put_bytes(simple, 35, "B", 7),
+        "stream_wide_predictor": put_bytes(with_streams(wide), 32 + 28 + 3, "B", MEAN),
+        "stream_wide_affine": put_bytes(with_streams(wide), 32 + 28 + 3, "B", AFFINE),
         "stream_chain_base": put_bytes(simple, 36, "B", 32),
         "stream_interior_base": put_bytes(simple, 37, "B", 32),
-        "stream_reserved": put_bytes(simple, 38, "H", 1),
+        "stream_anchor_base": put_bytes(simple, 38, "B", 32),
+        "stream_reserved": put_bytes(simple, 39, "B", 1),
         "stream_step": put_bytes(simple, 40, "f", float("nan")),
         "stream_offset": put_bytes(simple, 44, "f", float("inf")),
         "stream_offset_unused": put_bytes(simple, 56, "f", float("inf")),
-        "stream_oct_components": put_bytes(simple, 32, "B", OCT),
+        "stream_oct_elements": put_bytes(simple, 32, "B", OCT),
+        "stream_oct_bits": with_streams(blob_writer.Stream(OCT, 2, 17)),
         "stream_float_bits": put_bytes(simple, 32, "B", FLOAT32),
         "stream_sign_bits": put_bytes(simple, 32, "B", SIGN),
-        "group_delta_width": put_bytes(example, groups + 4, "B", 25),
-        "group_slot_width": put_bytes(example, groups + 5, "B", 7),
-        "group_offset_shift": put_bytes(example, groups + 6, "B", 9),
-        "group_reserved": put_bytes(example, groups + 7, "B", 1),
-        "group_base": put_bytes(example, groups, "I", 0xFFFFFFFF),
-        "meshlet_outside": patch_directory(example, 1, 0, 17, 0x1FFFF),
-        "meshlets_overlap": patch_directory(example, 1, 0, 17, 0),
-        "flags_without_references": patch_directory(simple, 0, 29, 3, 1),
-        "symbols_without_e": symbols_only("R"),
+        "stream_0_geo": with_streams(first=blob_writer.Stream(OCT, 2, 8, GEO)),
+        "stream_0_affine": two_triangles(predictor=AFFINE),
+        "stream_geo_of_grid": with_streams(blob_writer.Stream(GRID, 2, 8, GEO)),
+        "stream_geo_all_of_grid": with_streams(blob_writer.Stream(GRID, 2, 8, GEO_ALL)),
+        "stream_affine_of_oct": with_streams(blob_writer.Stream(OCT, 2, 8, AFFINE)),
+        "stream_affine_of_sign": with_streams(blob_writer.Stream(SIGN, 1, 1, AFFINE)),
+        "stream_geo_without_grid": with_streams(
+            blob_writer.Stream(OCT, 2, 8, GEO), first=blob_writer.Stream(INTEGER)
+        ),
+        "stream_geo_all_without_three": with_streams(
+            blob_writer.Stream(OCT, 2, 8, GEO_ALL), first=blob_writer.Stream(elements=2)
+        ),
+        "stream_affine_without_grid": with_streams(
+            blob_writer.Stream(GRID, 2, 8, AFFINE), first=blob_writer.Stream(INTEGER)
+        ),
+    }
+
+
+def malformed_groups() -> dict[str, bytes]:
+    """Name -> a blob with one thing wrong in its group table or entries."""
+    pair = two_meshlets()
+    groups = many_meshlets()
+    (base,) = struct.unpack_from("<I", groups, table_offsets(groups)["groups"])
+    return {
+        "group_delta_width": patch_group(pair, 64 + 5, 5, 25),
+        "group_slot_width": patch_group(pair, 64 + 10, 3, 7),
+        "group_reference_width": patch_group(pair, 64 + 13, 3, 7),
+        "group_reserved": patch_group(pair, 64 + 20, 12, 1),
+        "group_base_outside": patch_group(pair, 0, 32, 0xFFFFFFFF),
+        "group_base_in_tables": patch_group(pair, 0, 32, 32),
+        "group_entries_outside": patch_group(pair, 0, 32, len(pair) - 8),
+        "group_within_a_group": patch_group(groups, 0, 32, base + 1, g=1),
+        "group_base_in_the_last_meshlet": patch_group(groups, 0, 32, last_start(groups, 31), g=1),
+        "group_entry_padding": put_bits(
+            uneven_meshlets(), 8 * entries_end(uneven_meshlets()) - 1, 1, 1
+        ),
+        "meshlet_before_its_group": patch_group(pair, 48, 16, 1),
+        "meshlet_outside": patch_group(pair, 32, 16, 0xFFFF),
+        "meshlets_overlap": patch_group(data_within_data(), 32, 16, 0),
+        "data_within_data": data_within_data(),
+    }
+
+
+def last_start(blob: bytes, m: int) -> int:
+    return reference_decoder.BlobFile(blob).starts[m]
+
+
+def uneven_meshlets() -> bytes:
+    """Meshlets whose entries do not fill a byte."""
+    streams = [blob_writer.Stream(bits=10)]
+    meshlets = [
+        fixed_meshlet(symbols, [], streams, [1], [0], [len(symbols) + 1])
+        for symbols in ("E", "RE", "E")
+    ]
+    return blob_writer.write_blob(streams, meshlets, 10, blob_writer.Layout(stride=1))
+
+
+def entries_end(blob: bytes) -> int:
+    return reference_decoder.BlobFile(blob).starts[0]
+
+
+def malformed_meshlets() -> dict[str, bytes]:
+    """Name -> a blob with one thing wrong in a meshlet's data."""
+    pair = two_meshlets()
+    return {
+        "loops_without_references": flags_without_references("LOOPS"),
+        "private_without_references": flags_without_references("PRIVATE"),
+        "seams_without_references": flags_without_references("SEAMS"),
         "symbols_end_within_s": symbols_only("SE"),
         "symbols_repeat_a_vertex": symbols_only("RCCE"),
         "symbols_empty_stack": symbols_only("CCCCE"),
@@ -691,44 +1244,81 @@ def malformed_vectors() -> dict[str, bytes]:
         "foreign_length": patch(pair, 1, "slot", 2),
         "owner_before_the_first": patch(pair, 1, "delta", 2),
         "slot": patch(pair, 1, "slot", 3),
-        "rice_parameter": put_bytes(extreme, 32 + 5, "B", 26),
-        "rice_parameter_unused": unused_rice_parameter(),
+        "rice_parameter": extreme_codes(base=29),
+        "rice_parameter_unused": unused_parameter(1),
+        "exp_golomb_parameter_unused": unused_parameter(6),
         "quotient": extreme_codes(quotient=16384),
-        "quotients_run_out": without_last_quotient(extreme),
+        "exp_golomb_quotient": exp_golomb_quotient(0, 32),
+        "exp_golomb_quotient_and_parameter": exp_golomb_quotient(5, 28),
+        "anchor_quotient": anchors_after_anchors(quotient=3),
+        "unary_runs_out": unary_runs_out(),
         "low_bits_run_out": patch(pair, 1, "width of interior, stream 1", 31),
-        "anchors_run_out": patch(pair, 1, "width of anchors, stream 1", 31),
+        "anchors_run_out": anchors_run_out(),
         "nine_hops": hop_chain(9),
         "hops_in_a_circle": circle(),
         "inconsistent": inconsistent(),
     }
 
 
+def malformed_views() -> dict[str, bytes]:
+    """Name -> a view of two blobs with one thing wrong."""
+    first = two_triangles()
+    return {
+        "view_step": first + two_triangles(step=2.0),
+        "view_offset_unused": first + two_triangles(offset=(0.0, 0.0, 0.0, 1.0)),
+        "view_bits": first + two_triangles(bits=13),
+        "view_elements": first + two_triangles(elements=2),
+        "view_kind": first + two_triangles(kind=INTEGER),
+        "view_stream_count": first + with_streams(blob_writer.Stream()),
+        "view_second_blob": first + put_bytes(first, 0, "I", 0),
+        "view_gap": first + bytes(4) + first,
+        "view_truncated": first + first[:-4],
+    }
+
+
+def malformed_vectors() -> dict[str, bytes]:
+    """Name -> a blob or view with one thing wrong."""
+    return {
+        **malformed_header(),
+        **malformed_streams(),
+        **malformed_groups(),
+        **malformed_meshlets(),
+        **malformed_views(),
+    }
+
+
 # --- worked example ---
 
 SECTIONS = {
-    "p0": "A",
-    "p1": "A",
-    "px": "A",
-    "foreign mask": "B",
-    "loop-end mask": "B",
-    "private mask": "B",
-    "length width": "B",
-    "length - 1": "B",
-    "delta": "B",
-    "slot": "B",
-    "share bits": "B",
-    "code of": "C",
-    "width of chain": "C",
-    "width of interior": "C",
-    "first anchor": "D",
-    "width of anchors": "D",
-    "further anchors": "D",
-    "low bits of chain": "E",
-    "quotients of chain": "F",
-    "low bits of interior": "G",
-    "quotients of interior": "H",
+    "T - 1": "Head",
+    "refs": "Head",
+    "LOOPS": "Head",
+    "PRIVATE": "Head",
+    "SEAMS": "Head",
+    "p0": "Symbols",
+    "p1": "Symbols",
+    "p2": "Symbols",
+    "p3": "Symbols",
+    "foreign mask": "References",
+    "loop-end mask": "References",
+    "private mask": "References",
+    "length width": "References",
+    "length - 1": "References",
+    "delta": "References",
+    "slot": "References",
+    "share bits": "References",
+    "code of": "Codes",
+    "width of chain": "Codes",
+    "width of interior": "Codes",
+    "first anchor": "Anchors",
+    "unary of further anchors": "Anchors",
+    "unary of chain": "Chains",
+    "low of further anchors": "Anchors",
+    "low of chain": "Chains",
+    "unary of interior": "Interior",
+    "low of interior": "Interior",
 }
-MASKS = ("p0", "p1", "px", "foreign mask", "loop-end mask", "private mask", "share bits")
+MASKS = ("p0", "p1", "p2", "p3", "foreign mask", "loop-end mask", "private mask", "share bits")
 HEADER_FIELDS = (
     ("I", "magic"),
     ("B", "version"),
@@ -744,21 +1334,31 @@ HEADER_FIELDS = (
 )
 STREAM_FIELDS = (
     ("B", "kind"),
-    ("B", "components"),
+    ("B", "elements"),
     ("B", "bits"),
     ("B", "predictor"),
     ("B", "chain base"),
     ("B", "interior base"),
-    ("H", "reserved"),
+    ("B", "anchor base"),
+    ("B", "reserved"),
     ("f", "step"),
     *(("f", f"offset[{c}]") for c in range(4)),
 )
 GROUP_FIELDS = (
     ("I", "base"),
-    ("B", "delta width"),
-    ("B", "slot width"),
-    ("B", "offset shift"),
-    ("B", "reserved"),
+    ("H", "stride"),
+    ("H", "bias"),
+)
+GROUP_BITS = (
+    (5, "entry width"),
+    (5, "delta width"),
+    (3, "slot width"),
+    (3, "reference width"),
+    (1, "LOOPS"),
+    (1, "PRIVATE"),
+    (1, "SEAMS"),
+    (1, "symbol table"),
+    (12, "reserved"),
 )
 
 
@@ -773,16 +1373,30 @@ def table_rows(blob: bytes, at: int, part: str, fields) -> list[str]:
     return rows
 
 
-def directory_row(blob: bytes, at: int, m: int) -> str:
-    (word,) = struct.unpack_from("<I", blob, at)
-    flags = [
-        name for bit, name in ((29, "LOOPS"), (30, "PRIVATE"), (31, "SEAMS")) if word >> bit & 1
-    ]
-    text = (
-        f"offset {word & 0x1FFFF}, T = {(word >> 17 & 63) + 1}, R = {word >> 23 & 63}, "
-        f"flags: {', '.join(flags) or 'none'}"
+def group_rows(blob: bytes, g: int) -> list[str]:
+    """Rows of an entry of the group table, and of the entries of its meshlets."""
+    at = table_offsets(blob)["groups"] + 12 * g
+    rows = table_rows(blob, at, f"group {g}", GROUP_FIELDS)
+    (word,) = struct.unpack_from("<I", blob, at + 8)
+    values = []
+    for width, name in GROUP_BITS:
+        values.append(f"{name} {word & (1 << width) - 1}")
+        word >>= width
+    rows.append(
+        f"| {at + 8} | `{blob[at + 8 : at + 12].hex(' ')}` | group {g} | {', '.join(values)} |"
     )
-    return f"| {at} | `{blob[at : at + 4].hex(' ')}` | directory, meshlet {m} | {text} |"
+    file = reference_decoder.BlobFile(blob)
+    group = file.groups[g]
+    places = range(32 * g, min(32 * g + 32, file.meshlet_count))
+    first = file.starts[places[0]]
+    reader = reference_decoder.BitReader(blob, 8 * group.base, 8 * first)
+    entries = ", ".join(str(reader.read(group.entry_width, "entry")) for _ in places)
+    shown = ", ".join(f"{file.starts[m]} to {file.ends[m] - 1}" for m in places)
+    rows.append(
+        f"| {group.base} | `{blob[group.base : first].hex(' ')}` | entries of group {g} "
+        f"| {entries}: meshlets in bytes {shown} |"
+    )
+    return rows
 
 
 def unary_values(bits: list[int]) -> list[int]:
@@ -811,7 +1425,7 @@ def meshlet_rows(blob: bytes, m: int) -> list[str]:
             if len(run) == 1
             else f"{len(run)} \N{MULTIPLICATION SIGN} {first.width}"
         )
-        if first.name.startswith("quotients"):
+        if first.name.startswith("unary of"):
             values = unary_values(values)
             widths = f"{len(run)}"
         shown = ", ".join(map(str, values))
@@ -829,7 +1443,7 @@ def meshlet_rows(blob: bytes, m: int) -> list[str]:
 def hops_text(decoder: reference_decoder.Decoder, m: int) -> str:
     """The hops from each corner that meshlet m does not store; the same for all streams."""
     meshlet = decoder.file.meshlet(m)
-    assert not meshlet.entry.has_seams
+    assert not meshlet.has_seams
     paths = []
     for j, run in enumerate(decoder.boundary(meshlet)):
         path = f"corner {j} (local id {run[0]})"
@@ -853,11 +1467,10 @@ def local_table(blob: bytes, m: int, numbers: dict[int, int]) -> list[str]:
     aliases_text = ", ".join(
         f"{v} of {w} of meshlet {owner}" for v, (owner, w) in sorted(aliases.items())
     )
-    rows = [
-        f"Symbols {' '.join(symbols)}, triangles (a, b, v): {', '.join(map(str, triangles))}.",
-        "",
-    ]
-    rows += [f"Hops: {hops_text(decoder, m)}. Aliases, by local ids: {aliases_text or 'none'}.", ""]
+    shown = ", ".join(map(str, triangles))
+    rows = [*wrap(f"Symbols {' '.join(symbols)}, triangles (a, b, v): {shown}."), ""]
+    rows += wrap(f"Hops: {hops_text(decoder, m)}. Aliases, by local ids: {aliases_text or 'none'}.")
+    rows.append("")
     rows += [
         "| local id | vertex | " + " | ".join(f"stream {s}" for s in range(len(values))) + " |",
         "| --- | --- |" + " --- |" * len(values),
@@ -869,6 +1482,11 @@ def local_table(blob: bytes, m: int, numbers: dict[int, int]) -> list[str]:
             + " |"
         )
     return rows
+
+
+def wrap(text: str) -> list[str]:
+    """The lines of a paragraph."""
+    return textwrap.wrap(text, 158, break_on_hyphens=False)
 
 
 def vertex_numbers(blob: bytes, triangles: list) -> list[dict[int, int]]:
@@ -905,8 +1523,7 @@ def worked_example_text(blob: bytes) -> str:
     for s in range(blob[5]):
         lines += table_rows(blob, offsets["streams"] + 28 * s, f"stream {s}", STREAM_FIELDS)
     for g in range(-(-meshlet_count // 32)):
-        lines += table_rows(blob, offsets["groups"] + 8 * g, f"group {g}", GROUP_FIELDS)
-    lines += [directory_row(blob, offsets["directory"] + 4 * m, m) for m in range(meshlet_count)]
+        lines += group_rows(blob, g)
     numbers = vertex_numbers(blob, decoded.triangles.tolist())
     for m in range(meshlet_count):
         lines += ["", f"Meshlet {m} (masks are written first bit first):", ""]
@@ -917,12 +1534,8 @@ def worked_example_text(blob: bytes) -> str:
             "",
         ]
         lines += local_table(blob, m, numbers[m])
-    lines += [
-        "",
-        "Decoded triangles, in vertex numbers: "
-        + ", ".join(str(tuple(t)) for t in decoded.triangles.tolist())
-        + ".",
-    ]
+    triangles = ", ".join(str(tuple(t)) for t in decoded.triangles.tolist())
+    lines += ["", *wrap(f"Decoded triangles, in vertex numbers: {triangles}.")]
     return "\n".join(lines) + "\n"
 
 
@@ -934,38 +1547,103 @@ def replace_example(document: str, text: str) -> str:
 # --- files ---
 
 
-def description(blob: bytes, text: str) -> dict:
-    """The contents of a valid vector's JSON."""
-    decoded = reference_decoder.decode_blob(blob)
-    return {
+def description(view: bytes, text: str, components: bool = False) -> dict:
+    """The contents of a valid vector's JSON. components: also the dequantised values."""
+    decoded = reference_decoder.decode_view(view)
+    result = {
         "description": text,
         "triangles": decoded.triangles.tolist(),
         "values": [values.tolist() for values in decoded.values],
     }
+    if components:
+        result["components"] = [
+            reference_decoder.dequantise(stream, integers).tolist()
+            for stream, integers in zip(decoded.streams, decoded.values)
+        ]
+    return result
 
 
-def refusal(blob: bytes) -> str:
-    """The reference decoder's reason to refuse a blob."""
+def refusal(view: bytes) -> str:
+    """The reference decoder's reason to refuse a blob or a view."""
     try:
-        reference_decoder.decode_blob(blob)
+        reference_decoder.decode_view(view)
     except ValueError as error:
         return str(error)
     raise AssertionError("the reference decoder accepts a blob that should be malformed")
 
 
+# Name -> stream 1, and the attribute that it does not fit.
+MALFORMED_GLTF = {
+    "oct_in_integers": (
+        blob_writer.Stream(OCT, 2, 8),
+        Attribute("NORMAL", "VEC3", BYTE, 1, True),
+    ),
+    "sign_in_integers": (blob_writer.Stream(SIGN, 1, 1), Attribute("_SIGN", "SCALAR", BYTE, 1)),
+    "too_many_elements": (blob_writer.Stream(elements=4), Attribute("_X", "VEC3", FLOAT, 1)),
+    "too_few_streams": (blob_writer.Stream(elements=3), Attribute("_X", "VEC4", FLOAT, 1)),
+}
+
+
+def malformed_gltf(name: str) -> tuple[bytes, str]:
+    """A file whose accessors do not fit its streams, and the reason to refuse it."""
+    stream, wrong = MALFORMED_GLTF[name]
+    view = with_streams(stream)
+    # The accessor of the position stands in for the wrong one.
+    file = glb(view, [ATTRIBUTES[0], replace(ATTRIBUTES[0], name=wrong.name)], [])
+    (length,) = struct.unpack_from("<I", file, 12)
+    document = json.loads(file[20 : 20 + length])
+    primitive = document["meshes"][0]["primitives"][0]
+    index = primitive["attributes"][wrong.name]
+    document["accessors"][index].update(componentType=wrong.component_type, type=wrong.kind)
+    if wrong.normalized:
+        document["accessors"][index]["normalized"] = True
+    extension = primitive["extensions"]["EXT_meshlet_edgebreaker"]
+    extension["attributes"][wrong.name] = wrong.stream
+    try:
+        components(view, wrong)
+    except ValueError as error:
+        return pack_glb(document, view), str(error)
+    raise AssertionError("the reference decoder accepts an accessor that should be malformed")
+
+
 def vector_files() -> dict[str, bytes]:
     """File name -> contents."""
     files = {}
-    for name, (make, text) in VALID.items():
-        blob = make()
-        files[f"valid_{name}.bin"] = blob
-        files[f"valid_{name}.json"] = (
-            json.dumps(description(blob, text), separators=(",", ":")) + "\n"
+    for kind, vectors in (("valid", VALID), ("view", VIEWS)):
+        for name, (make, text) in vectors.items():
+            data = make()
+            files[f"{kind}_{name}.bin"] = data
+            files[f"{kind}_{name}.json"] = (
+                json.dumps(
+                    description(data, text, name in WITH_COMPONENTS),
+                    separators=(",", ":"),
+                    allow_nan=False,
+                )
+                + "\n"
+            ).encode()
+    for name, (make, attributes, targets, text) in GLTF.items():
+        view = make()
+        files[f"gltf_{name}.glb"] = glb(view, attributes, targets)
+        expected = {
+            "description": text,
+            "indices": reference_decoder.decode_view(view).triangles.reshape(-1).tolist(),
+            "attributes": {a.name: components(view, a).tolist() for a in attributes},
+            "targets": [{a.name: components(view, a).tolist() for a in t} for t in targets],
+        }
+        files[f"gltf_{name}.json"] = (
+            json.dumps(expected, separators=(",", ":"), allow_nan=False) + "\n"
         ).encode()
     reasons = {}
     for name, blob in malformed_vectors().items():
         files[f"malformed_{name}.bin"] = blob
-        reasons[f"malformed_{name}.bin"] = refusal(blob)
+        reasons[f"malformed_{name}.bin"] = {
+            "reason": refusal(blob),
+            "validators_only": name in VALIDATORS_ONLY,
+        }
+    for name in MALFORMED_GLTF:
+        file = f"malformed_gltf_{name}.glb"
+        files[file], reason = malformed_gltf(name)
+        reasons[file] = {"reason": reason, "validators_only": False}
     files["malformed.json"] = (json.dumps(reasons, indent=1) + "\n").encode()
     return files
 

@@ -1,8 +1,8 @@
 """Reference decoder of EXT_meshlet_edgebreaker blobs, in plain Python.
 
-Written from Appendix A of spec/EXT_meshlet_edgebreaker.md alone; read it beside that text. Names,
-section letters and order are the specification's, and clarity comes before speed. It checks the
-C++ decoder and shares no code with it. Programs should use `gltf_ext` instead.
+Written from Appendix A of spec/EXT_meshlet_edgebreaker.md alone; read it beside that text. Names
+and order are the specification's, and clarity comes before speed. It checks the C++ decoder and
+shares no code with it. Programs should use `gltf_ext` instead.
 
 All values are integers. A malformed blob raises ValueError with one sentence that names the error.
 """
@@ -16,28 +16,32 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from spec import predictors
+
 MAGIC = 0x314D4245
 VERSION = 1
 HEADER_BYTES = 32
 STREAM_BYTES = 28
-GROUP_BYTES = 8
-DIRECTORY_BYTES = 4
+GROUP_BYTES = 12
 PADDING_BYTES = 8
 MESHLETS_PER_GROUP = 32
 MAX_STREAMS = 64
 MAX_VERTICES = 64
 MAX_HOPS = 8
 MAX_QUOTIENT = 16383
-MAX_CHORD_BITS = 24
+MAX_PREDICTED_BITS = 24
+MAX_WORD = 0xFFFFFFFF
 MAX_BYTES = 1 << 29
+FLOAT_COMPONENTS = 5126  # glTF's number of the component type float
 
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
-PARALLELOGRAM, MEAN, COPY, DAMPED = range(4)
+PARALLELOGRAM, MEAN, COPY, DAMPED, GEO, GEO_ALL, AFFINE = range(7)
 OWNED, FOREIGN, PRIVATE = "owned", "foreign", "private"
 
 
 Triangle = tuple[int, int, int]  # local ids a, b, v
 Value = list[int]  # the elements of one vertex in one stream
+Visit = tuple[int, int, int, int | None]  # v, a, b, o of a traversed vertex
 Shares = Callable[["Reference"], bool]
 
 
@@ -60,7 +64,7 @@ class BitReader:
     def read(self, width: int, name: str) -> int:
         """The next `width` bits, least significant first. `name` is the field's, for errors."""
         stop = self.position + width
-        _require(stop <= self.end, f"the field '{name}' runs past the end of the blob's data.")
+        _require(stop <= self.end, f"the field '{name}' runs past the end of the meshlet's data.")
         window = int.from_bytes(self.data[self.position >> 3 : (stop + 7) >> 3], "little")
         value = (window >> (self.position & 7)) & ((1 << width) - 1)
         self.position = stop
@@ -76,12 +80,12 @@ class BitReader:
         width = self.read(5, name)
         return 32 if width == 31 else width
 
-    def read_unary(self, name: str) -> int:
-        """The number of 0 bits before the next 1 bit."""
+    def read_unary(self, name: str, most: int) -> int:
+        """The number of 0 bits before the next 1 bit, at most `most`."""
         quotient = 0
         while not self.read(1, name):
             quotient += 1
-            _require(quotient <= MAX_QUOTIENT, f"a Rice quotient is larger than {MAX_QUOTIENT}.")
+            _require(quotient <= most, f"a quotient in '{name}' is larger than {most}.")
         return quotient
 
 
@@ -95,7 +99,7 @@ def unzigzag(u: int) -> int:
 
 @dataclass
 class Disk:
-    """A connected component of a meshlet's triangles.
+    """A disk: an edge-connected part of a meshlet.
 
     Its vertices are the local ids first to end - 1, its triangles triangle_begin to
     triangle_end - 1. loop: the boundary vertices, from the root gate's b to its a.
@@ -283,10 +287,7 @@ def decode_parallel(symbols: str) -> list[Triangle]:
 
 @dataclass
 class Stream:
-    """One entry of the stream table: an attribute with 1 to 4 elements of `bits` bits per vertex.
-
-    elements: the field "components" of the stream table.
-    """
+    """One entry of the stream table: 1 to 4 elements of `bits` bits per vertex."""
 
     kind: int
     elements: int
@@ -294,8 +295,14 @@ class Stream:
     predictor: int
     chain_base: int
     interior_base: int
+    anchor_base: int
     step: float
     offset: tuple[float, ...]
+
+    @property
+    def content(self) -> tuple:
+        """The fields that all blobs of a view have in common."""
+        return self.kind, self.elements, self.bits, self.step, self.offset
 
     @property
     def mask(self) -> int:
@@ -303,17 +310,20 @@ class Stream:
 
 
 @dataclass
-class Entry:
-    """The directory entry of one meshlet, with its group's fields."""
+class Group:
+    """One entry of the group table: up to 32 meshlets."""
 
-    position: int  # first bit of its data
-    triangle_count: int
-    reference_count: int
+    base: int
+    stride: int
+    bias: int
+    entry_width: int
+    delta_width: int
+    slot_width: int
+    reference_width: int
     has_loops: bool
     has_private: bool
     has_seams: bool
-    delta_width: int
-    slot_width: int
+    second_table: bool  # (first, second, third) of section A are (L, C, E), else (C, E, L)
 
 
 @dataclass
@@ -377,45 +387,54 @@ class BlobFile:
         )
         group_count = -(-self.meshlet_count // MESHLETS_PER_GROUP)
         self.group_table = HEADER_BYTES + STREAM_BYTES * stream_count
-        self.directory = self.group_table + GROUP_BYTES * group_count
         _require(
-            self.data_offset == self.directory + DIRECTORY_BYTES * self.meshlet_count,
+            self.data_offset == self.group_table + GROUP_BYTES * group_count,
             "The header's data offset does not follow from its counts.",
         )
         _require(
             self.data_offset <= byte_length - PADDING_BYTES, "The blob is too short for its tables."
         )
         self.streams = [self._stream(s) for s in range(stream_count)]
-        for group in range(group_count):
-            self._check_group(group)
+        self._check_predictors()
+        self.groups = [self._group(g) for g in range(group_count)]
         self.end = byte_length - PADDING_BYTES
+        self._read_places()
         _require(
-            self._check_directory() == self.triangle_count,
+            sum(self.reader(m).read(6, "T - 1") + 1 for m in range(self.meshlet_count))
+            == self.triangle_count,
             "The meshlets' triangles do not add up to the header's triangle count.",
         )
         self._meshlets: dict[int, Meshlet] = {}
 
     def _stream(self, index: int) -> Stream:
         at = HEADER_BYTES + STREAM_BYTES * index
-        kind, elements, bits, predictor, chain_base, interior_base, reserved, step, *offset = (
-            struct.unpack_from("<6BH5f", self.data, at)
-        )
+        (
+            kind,
+            elements,
+            bits,
+            predictor,
+            chain_base,
+            interior_base,
+            anchor_base,
+            reserved,
+            step,
+            *offset,
+        ) = struct.unpack_from("<8B5f", self.data, at)
+        bases = chain_base, interior_base, anchor_base
         where = f"Stream {index}"
         _require(kind <= SIGN, f"{where} has the unknown kind {kind}.")
-        _require(1 <= elements <= 4, f"{where} has {elements} components instead of 1 to 4.")
-        _require(1 <= bits <= 32, f"{where} has {bits} bits per component instead of 1 to 32.")
-        _require(predictor <= DAMPED, f"{where} has the unknown predictor {predictor}.")
+        _require(1 <= elements <= 4, f"{where} has {elements} elements instead of 1 to 4.")
+        _require(1 <= bits <= 32, f"{where} has {bits} bits per element instead of 1 to 32.")
+        _require(predictor <= AFFINE, f"{where} has the unknown predictor {predictor}.")
         _require(
-            bits <= MAX_CHORD_BITS or predictor == COPY,
-            f"{where} has more than {MAX_CHORD_BITS} bits, which needs COPY.",
+            bits <= MAX_PREDICTED_BITS or predictor == COPY,
+            f"{where} has more than {MAX_PREDICTED_BITS} bits, which needs COPY.",
         )
-        _require(
-            chain_base <= 31 and interior_base <= 31, f"{where} has a Rice parameter base above 31."
-        )
+        _require(max(bases) <= 31, f"{where} has a base above 31.")
         _require(reserved == 0, f"{where} has a reserved field that is not zero.")
         _require(
-            kind != GRID or bits <= MAX_CHORD_BITS,
-            f"{where} is GRID with more than {MAX_CHORD_BITS} bits.",
+            kind != GRID or bits <= MAX_PREDICTED_BITS,
+            f"{where} is GRID with more than {MAX_PREDICTED_BITS} bits.",
         )
         _require(
             all(map(math.isfinite, [step, *offset])),
@@ -423,64 +442,92 @@ class BlobFile:
         )
         _require(
             kind != OCT or (elements == 2 and 2 <= bits <= 16),
-            f"{where} is OCT without 2 components of 2 to 16 bits.",
+            f"{where} is OCT without 2 elements of 2 to 16 bits.",
         )
         _require(kind != FLOAT32 or bits == 32, f"{where} is FLOAT32 without 32 bits.")
         _require(
             kind != SIGN or (elements == 1 and bits == 1),
-            f"{where} is SIGN without 1 component of 1 bit.",
+            f"{where} is SIGN without 1 element of 1 bit.",
         )
-        return Stream(
-            kind,
-            elements,
-            bits,
-            predictor,
-            chain_base,
-            interior_base,
-            step,
-            tuple(offset[:elements]),
+        return Stream(kind, elements, bits, predictor, *bases, step, tuple(offset))
+
+    def _check_predictors(self) -> None:
+        """GEO, GEO_ALL and AFFINE predict from the positions of stream 0."""
+        first = self.streams[0]
+        for s, stream in enumerate(self.streams):
+            if stream.predictor < GEO:
+                continue
+            _require(
+                s > 0 and first.kind == GRID and first.elements == 3,
+                f"Stream {s} is predicted from stream 0, which is no other stream of positions.",
+            )
+            if stream.predictor == AFFINE:
+                fits = stream.kind not in (OCT, SIGN)
+            else:
+                fits = stream.kind == OCT
+            _require(fits, f"Stream {s} has a predictor that does not go with its kind.")
+
+    def _group(self, index: int) -> Group:
+        base, place, word = struct.unpack_from("<3I", self.data, self.group_table + 12 * index)
+        group = Group(
+            base=base,
+            stride=place & 0xFFFF,
+            bias=place >> 16,
+            entry_width=word & 31,
+            delta_width=word >> 5 & 31,
+            slot_width=word >> 10 & 7,
+            reference_width=word >> 13 & 7,
+            has_loops=bool(word >> 16 & 1),
+            has_private=bool(word >> 17 & 1),
+            has_seams=bool(word >> 18 & 1),
+            second_table=bool(word >> 19 & 1),
         )
-
-    def _group(self, index: int) -> tuple[int, int, int, int, int]:
-        return struct.unpack_from("<I4B", self.data, self.group_table + GROUP_BYTES * index)
-
-    def _check_group(self, index: int) -> None:
-        _, delta_width, slot_width, offset_shift, reserved = self._group(index)
         _require(
-            delta_width <= 24 and slot_width <= 6 and offset_shift <= 8 and reserved == 0,
+            group.delta_width <= 24
+            and group.slot_width <= 6
+            and group.reference_width <= 6
+            and word >> 20 == 0,
             f"Group {index} of the group table has a field out of range.",
         )
+        return group
 
-    def _check_directory(self) -> int:
-        """Checks the meshlets' places; returns the sum of their triangle counts."""
-        triangle_count = 0
-        end = self.data_offset
-        for m in range(self.meshlet_count):
-            entry = self.entry(m)
-            start = entry.position // 8
+    def _read_places(self) -> None:
+        """Sets starts and ends: the first byte of each meshlet's data, and the one after it."""
+        self.starts: list[int] = []
+        self.ends: list[int] = []
+        least = self.data_offset  # the least place of what comes next
+        for g, group in enumerate(self.groups):
+            count = min(MESHLETS_PER_GROUP, self.meshlet_count - MESHLETS_PER_GROUP * g)
+            data = group.base + (count * group.entry_width + 7) // 8
             _require(
-                start >= end,
-                f"The data of meshlet {m} would start within the data of the meshlet before it.",
+                least <= group.base and data <= self.end,
+                f"The entries of group {g} lie outside the blob or in the data before them.",
             )
-            end = start + (2 * entry.triangle_count + 7) // 8  # at least its two planes
-            _require(end <= self.end, f"The data of meshlet {m} would lie outside the blob.")
-            triangle_count += entry.triangle_count
-        return triangle_count
+            if g:
+                self.ends.append(group.base)
+            entries = BitReader(self.data, 8 * group.base, 8 * data)
+            least = data
+            for i in range(count):
+                entry = entries.read(group.entry_width, "entry")
+                start = (data + group.stride * i - group.bias + entry) & MAX_WORD
+                _require(
+                    least <= start < self.end,
+                    f"Meshlet {MESHLETS_PER_GROUP * g + i} starts outside the blob or "
+                    "in the data before it.",
+                )
+                least = start + 1  # each meshlet has at least one byte
+                self.starts.append(start)
+                if i:
+                    self.ends.append(start)
+            _require(
+                entries.read(8 * data - entries.position, "padding of entries") == 0,
+                f"The padding of the entries of group {g} is not zero.",
+            )
+        self.ends.append(self.end)
 
-    def entry(self, m: int) -> Entry:
-        base, delta_width, slot_width, offset_shift, _ = self._group(m // MESHLETS_PER_GROUP)
-        (word,) = struct.unpack_from("<I", self.data, self.directory + DIRECTORY_BYTES * m)
-        start = self.data_offset + base + ((word & 0x1FFFF) << offset_shift)
-        return Entry(
-            position=8 * start,
-            triangle_count=(word >> 17 & 63) + 1,
-            reference_count=word >> 23 & 63,
-            has_loops=bool(word >> 29 & 1),
-            has_private=bool(word >> 30 & 1),
-            has_seams=bool(word >> 31),
-            delta_width=delta_width,
-            slot_width=slot_width,
-        )
+    def reader(self, m: int) -> BitReader:
+        """Stands at the first bit of meshlet m and ends with its data."""
+        return BitReader(self.data, 8 * self.starts[m], 8 * self.ends[m])
 
     def meshlet(self, m: int) -> Meshlet:
         """Meshlet m, as far as its own data describe it (sections A to F)."""
@@ -522,20 +569,75 @@ class Reference:
 
 @dataclass
 class Code:
-    """The code of a stream's residuals: Rice with parameter k, or fixed widths if k is None."""
+    """The code of a list: Rice or exp-Golomb with parameter k, or fixed widths if k is None."""
 
-    k: int | None
-    widths: list[int]
+    k: int | None = None
+    exponential: bool = False
+    widths: list[int] = field(default_factory=list)
+
+    def read_unary(self, reader: BitReader, name: str) -> int:
+        """The quotient of a value; 0 if the code is fixed, which has no unary part."""
+        if self.k is None:
+            return 0
+        most = min(31, 32 - self.k) if self.exponential else MAX_QUOTIENT
+        return reader.read_unary(name, most)
+
+    def read_low(self, reader: BitReader, name: str, quotient: int, c: int) -> int:
+        """The rest of element c of a value, modulo 2^32. quotient: 0 if fixed."""
+        if self.k is None:
+            return reader.read(self.widths[c], name)
+        if self.exponential:
+            low = reader.read(self.k + quotient, name)
+            return (((1 << quotient) - 1) << self.k) + low & MAX_WORD
+        return (quotient << self.k | reader.read(self.k, name)) & MAX_WORD
+
+
+@dataclass
+class ResidualList:
+    """A list of residuals: `count` vertices of stream s in one code."""
+
+    name: str
+    s: int
+    elements: int
+    code: Code
+    count: int
+
+
+def read_lists(reader: BitReader, lists: list[ResidualList]) -> list[list[Value]]:
+    """Signed residuals [list][vertex][element]: the unary parts of all lists, then the low bits."""
+    quotients: list[list[Value]] = []
+    for of in lists:
+        name = f"unary of {of.name}, stream {of.s}"
+        quotients.append(
+            [
+                [of.code.read_unary(reader, name) for _ in range(of.elements)]
+                for _ in range(of.count)
+            ]
+        )
+    residuals = []
+    for of, vertices in zip(lists, quotients):
+        name = f"low of {of.name}, stream {of.s}"
+        residuals.append(
+            [
+                [unzigzag(of.code.read_low(reader, name, q, c)) for c, q in enumerate(vertex)]
+                for vertex in vertices
+            ]
+        )
+    return residuals
 
 
 class Meshlet:
-    """Sections A to F of one meshlet; `reader` stands at section G."""
+    """A meshlet without the interior of streams 1 and up, at which `reader` stands.
+
+    That list has the inner vertices of seams, whose lengths are in other meshlets.
+    """
 
     def __init__(self, file: BlobFile, m: int):
         self.index = m
         self.streams = file.streams
-        self.entry = file.entry(m)
-        reader = BitReader(file.data, self.entry.position, 8 * file.end)
+        self.group = file.groups[m // MESHLETS_PER_GROUP]
+        reader = file.reader(m)
+        self._read_head(reader)
         self.symbols = self._read_symbols(reader)
         self.connectivity = decode_serial(self.symbols)
         self.references = self._read_references(reader)
@@ -543,52 +645,63 @@ class Meshlet:
         self.loops: list[list[int]] = [[] for _ in self.connectivity.disks]
         for j, reference in enumerate(self.references):
             self.loops[reference.loop].append(j)
-        self._read_codes(reader)
-        self.anchors = [self._read_anchors(reader, s) for s in range(len(self.streams))]
-        inner = sum(self.references[j].length - 1 for j in self.owned)
-        self.chain_residuals = self.read_residuals(
-            reader, "chain", self.chain_codes, [inner] * len(self.streams)
+        # The traversed vertices: interior ones, each from a C, and inner ones of private runs.
+        self.traversed_count = self.symbols.count("C") + sum(
+            reference.length - 1 for reference in self.references if reference.kind == PRIVATE
         )
+        self.chain_codes: list[Code] = []
+        self.interior_codes: list[Code] = []
+        self.anchors: list[dict[int, Value]] = []
+        self.chain_residuals: list[list[Value]] = []
+        self._read_part(reader, [0])
+        self.position_residuals = self.read_interior(reader, [0], [self.traversed_count])[0]
+        self._read_part(reader, list(range(1, len(self.streams))))
         self.reader = reader
+
+    def _read_head(self, reader: BitReader) -> None:
+        """Counts and flags."""
+        group = self.group
+        self.triangle_count = reader.read(6, "T - 1") + 1
+        self.reference_count = reader.read(group.reference_width, "refs")
+        self.has_loops = group.has_loops and bool(reader.read(1, "LOOPS"))
+        self.has_private = group.has_private and bool(reader.read(1, "PRIVATE"))
+        self.has_seams = group.has_seams and bool(reader.read(1, "SEAMS"))
 
     # --- A
 
     def _read_symbols(self, reader: BitReader) -> str:
-        count = self.entry.triangle_count
-        p0 = reader.read_flags(count, "p0")
-        p1 = reader.read_flags(count, "p1")
-        px = iter(reader.read_flags(sum(low and high for low, high in zip(p0, p1)), "px"))
-        symbols = ""
-        for low, high in zip(p0, p1):
-            if low and high:
-                symbols += "S" if next(px) else "L"
-            else:
-                symbols += "REC"[low + 2 * high]
-        return symbols
+        """Each plane has a bit per one of the plane before it."""
+        first, second, third = "LCE" if self.group.second_table else "CEL"
+        count = self.triangle_count - 1
+        symbols = ["R"] * count
+        places = list(range(count))  # the triangles that the next plane tells apart
+        for plane, zero in enumerate(["R", first, second, third]):
+            bits = reader.read_flags(len(places), f"p{plane}")
+            for t, bit in zip(places, bits):
+                symbols[t] = "S" if bit else zero
+            places = [t for t, bit in zip(places, bits) if bit]
+        return "".join(symbols) + "E"
 
     # --- B
 
     def _read_references(self, reader: BitReader) -> list[Reference]:
-        entry = self.entry
         disks = self.connectivity.disks
-        count = entry.reference_count
+        count = self.reference_count
         if count == 0:  # every loop is one private reference
             _require(
-                not (entry.has_loops or entry.has_private or entry.has_seams),
+                not (self.has_loops or self.has_private or self.has_seams),
                 "a meshlet without references has a flag set.",
             )
             return [Reference(PRIVATE, loop, len(disk.loop)) for loop, disk in enumerate(disks)]
         foreign = reader.read_flags(count, "foreign mask")
         last = (
             reader.read_flags(count, "loop-end mask")
-            if entry.has_loops
+            if self.has_loops
             else [False] * (count - 1) + [True]
         )
-        private = reader.read_flags(count, "private mask") if entry.has_private else [False] * count
+        private = reader.read_flags(count, "private mask") if self.has_private else [False] * count
         _require(last[-1], "the last reference does not end a loop.")
-        _require(
-            sum(last) == len(disks), "the references' loops are not as many as the components."
-        )
+        _require(sum(last) == len(disks), "the references' loops are not as many as the disks.")
         _require(
             not any(f and p for f, p in zip(foreign, private)),
             "a reference is both private and foreign.",
@@ -607,13 +720,13 @@ class Meshlet:
                 reference.length = len(disks[reference.loop].loop)
         for reference in references:
             if reference.kind == FOREIGN:
-                delta = reader.read(entry.delta_width, "delta")
+                delta = reader.read(self.group.delta_width, "delta")
                 _require(delta <= self.index, "a reference's owner lies before meshlet 0.")
                 reference.owner = self.index - delta
-                reference.slot = reader.read(entry.slot_width, "slot")
+                reference.slot = reader.read(self.group.slot_width, "slot")
                 others = len(self.streams) - 1
                 reference.share = [True] + (
-                    reader.read_flags(others, "share bits") if entry.has_seams else [True] * others
+                    reader.read_flags(others, "share bits") if self.has_seams else [True] * others
                 )
         return references
 
@@ -627,91 +740,82 @@ class Meshlet:
         loop = self.loops[self.references[j].loop]
         return loop[loop.index(j) - 1]
 
-    # --- C
+    # --- streams
 
-    def _read_codes(self, reader: BitReader) -> None:
-        self.chain_codes: list[Code] = []
-        self.interior_codes: list[Code] = []
-        for s, stream in enumerate(self.streams):
-            if self.owned:
-                self.chain_codes.append(
-                    self._read_code(
-                        reader, f"chain, stream {s}", stream.chain_base, stream.elements
-                    )
-                )
-            else:
-                self.chain_codes.append(Code(None, [0] * stream.elements))
-            self.interior_codes.append(
-                self._read_code(
-                    reader, f"interior, stream {s}", stream.interior_base, stream.elements
-                )
+    def _read_part(self, reader: BitReader, streams: list[int]) -> None:
+        """Codes, anchors and chains of stream 0, or of all others."""
+        for s in streams:
+            self._read_codes(reader, s)
+        corners = {
+            s: [j for j in range(len(self.references)) if self.stores_corner(j, s)] for s in streams
+        }
+        firsts = {s: self._read_first_anchor(reader, s) for s in streams if corners[s]}
+        anchors = [
+            ResidualList(
+                "further anchors",
+                s,
+                self.streams[s].elements,
+                Code(self.streams[s].anchor_base, exponential=True),
+                max(len(corners[s]) - 1, 0),
             )
+            for s in streams
+        ]
+        inner = sum(self.references[j].length - 1 for j in self.owned)
+        chains = [
+            ResidualList("chain", s, self.streams[s].elements, self.chain_codes[s], inner)
+            for s in streams
+        ]
+        residuals = read_lists(reader, anchors + chains)
+        for s, differences in zip(streams, residuals):
+            values = {}
+            value = firsts.get(s, [])
+            for j, difference in zip(corners[s], [[0] * len(value), *differences]):
+                value = [(v + d) & self.streams[s].mask for v, d in zip(value, difference)]
+                values[j] = value
+            self.anchors.append(values)
+        self.chain_residuals += residuals[len(streams) :]
+
+    def _read_codes(self, reader: BitReader, s: int) -> None:
+        """The codes of stream s. Without an owned reference, chains have none and are empty."""
+        stream = self.streams[s]
+        chain = Code(widths=[0] * stream.elements)
+        if self.owned:
+            chain = self._read_code(reader, f"chain, stream {s}", stream.chain_base, stream)
+        self.chain_codes.append(chain)
+        interior = self._read_code(reader, f"interior, stream {s}", stream.interior_base, stream)
+        self.interior_codes.append(interior)
+
+    def _read_first_anchor(self, reader: BitReader, s: int) -> Value:
+        stream = self.streams[s]
+        name = f"first anchor, stream {s}"
+        return [reader.read(stream.bits, name) for _ in range(stream.elements)]
+
+    def read_interior(
+        self, reader: BitReader, streams: list[int], counts: list[int]
+    ) -> list[list[Value]]:
+        """Signed residuals [stream][vertex][element] of the interior of the given streams."""
+        return read_lists(
+            reader,
+            [
+                ResidualList("interior", s, self.streams[s].elements, self.interior_codes[s], count)
+                for s, count in zip(streams, counts)
+            ],
+        )
 
     @staticmethod
-    def _read_code(reader: BitReader, name: str, base: int, elements: int) -> Code:
+    def _read_code(reader: BitReader, name: str, base: int, stream: Stream) -> Code:
         code = reader.read(3, f"code of {name}")
         if code == 7:
-            return Code(None, [reader.read_width(f"width of {name}") for _ in range(elements)])
-        _require(base + code <= 31, "a Rice parameter is larger than 31.")
-        return Code(base + code, [base + code] * elements)
-
-    # --- D
+            widths = [reader.read_width(f"width of {name}") for _ in range(stream.elements)]
+            return Code(widths=widths)
+        exponential = code >= 4
+        k = max(base, 1) - 1 + code - 4 if exponential else base + code
+        _require(k <= 31, "the parameter of a code is larger than 31.")
+        return Code(k, exponential)
 
     def stores_corner(self, j: int, s: int) -> bool:
         """True if the corner at the start of reference j is an anchor of stream s."""
         return not (self.references[j].shares(s) or self.references[self.previous(j)].shares(s))
-
-    def _read_anchors(self, reader: BitReader, s: int) -> dict[int, Value]:
-        """The anchors of stream s, by the reference that starts there."""
-        stream = self.streams[s]
-        elements = range(stream.elements)
-        anchors: dict[int, Value] = {}
-        first: Value | None = None
-        width = 0
-        for j in range(len(self.references)):
-            if not self.stores_corner(j, s):
-                continue
-            if first is None:
-                first = anchors[j] = [
-                    reader.read(stream.bits, f"first anchor, stream {s}") for _ in elements
-                ]
-                continue
-            if len(anchors) == 1:
-                width = reader.read_width(f"width of anchors, stream {s}")
-            anchors[j] = [
-                (first[c] + unzigzag(reader.read(width, f"further anchors, stream {s}")))
-                & stream.mask
-                for c in elements
-            ]
-        return anchors
-
-    # --- E and F, G and H
-
-    @staticmethod
-    def read_residuals(
-        reader: BitReader, name: str, codes: list[Code], counts: list[int]
-    ) -> list[list[Value]]:
-        """Signed residuals [stream][vertex][element] of counts[s] vertices of each stream s.
-
-        All low bits come first, then all quotients.
-        """
-        residuals = [
-            [
-                [reader.read(width, f"low bits of {name}, stream {s}") for width in code.widths]
-                for _ in range(n)
-            ]
-            for s, (code, n) in enumerate(zip(codes, counts))
-        ]
-        for s, (code, vertices) in enumerate(zip(codes, residuals)):
-            for u in vertices:
-                for c in range(len(u)):
-                    if code.k is not None:
-                        u[c] |= (
-                            reader.read_unary(f"quotients of {name}, stream {s}") << code.k
-                            & 0xFFFFFFFF
-                        )
-                    u[c] = unzigzag(u[c])
-        return residuals
 
 
 # --- values ---
@@ -789,18 +893,24 @@ class Decoder:
         return home.anchors[s][k]
 
     @staticmethod
-    def chain(stream: Stream, start: Value, end: Value, residuals: list[Value]) -> list[Value]:
-        """The inner vertices of a run, predicted from the chord between its corners."""
-        n = len(residuals) + 1
-        values = []
+    def chain(
+        stream: Stream, values: list[Value], residuals: list[Value], positions: list[Value]
+    ) -> None:
+        """Sets the inner vertices of a run whose first and last value are set.
+
+        Each is predicted from the vertex before it and the run's end. positions: those of the run;
+        only for AFFINE.
+        """
+        n = len(values) - 1
         for i, residual in enumerate(residuals, start=1):
+            before, end = values[i - 1], values[n]
             if stream.predictor == COPY:
-                prediction = start
+                prediction = before
+            elif stream.predictor == AFFINE:
+                prediction = predictors.affine_chain(values, positions, i)
             else:
-                # // rounds down, also negative numbers
-                prediction = [a + ((b - a) * i + (n >> 1)) // n for a, b in zip(start, end)]
-            values.append([(p + r) & stream.mask for p, r in zip(prediction, residual)])
-        return values
+                prediction = predictors.toward(before, end, n - i + 1)
+            values[i] = [(p + r) & stream.mask for p, r in zip(prediction, residual)]
 
     @staticmethod
     def owned_residuals(meshlet: Meshlet, j: int, s: int) -> list[Value]:
@@ -808,22 +918,18 @@ class Decoder:
         begin = sum(meshlet.references[i].length - 1 for i in meshlet.owned if i < j)
         return meshlet.chain_residuals[s][begin : begin + meshlet.references[j].length - 1]
 
-    def traversed(
-        self, meshlet: Meshlet, runs: list[list[int]]
-    ) -> list[tuple[int, int, int, int | None]]:
+    def traversed(self, meshlet: Meshlet, runs: list[list[int]]) -> list[Visit]:
         """(v, a, b, o) per vertex v that the traversal predicts, in its order.
 
-        a -> b is the gate and o the vertex on its other side.
+        a -> b is the gate and o the vertex on its other side. The root gate's a, which is b's
+        neighbour, has a = b.
         """
         known: set[int] = set()  # corners, and inner vertices of owned and foreign references
         for reference, run in zip(meshlet.references, runs):
             known.update(run[:1] if reference.kind == PRIVATE else run[:-1])
         order = []
         for disk in meshlet.connectivity.disks:
-            # the root gate's a is predicted by its b
-            visits: list[tuple[int, int, int, int | None]] = [
-                (disk.loop[-1], disk.first, disk.first, None)
-            ]
+            visits: list[Visit] = [(disk.loop[-1], disk.first, disk.first, None)]
             for t in range(disk.triangle_begin, disk.triangle_end):
                 a, b, v = meshlet.connectivity.triangles[t]
                 visits.append((v, a, b, meshlet.connectivity.opposite[t]))
@@ -833,35 +939,26 @@ class Decoder:
                     order.append(visit)
         return order
 
-    @staticmethod
-    def predict(predictor: int, a: Value, b: Value, o: Value | None) -> Value:
-        """Predicts the apex of the gate a -> b; o: the vertex on its other side, None at a root."""
-        if predictor == COPY:
-            return a
-        if predictor == MEAN or o is None:
-            return [(x + y) >> 1 for x, y in zip(a, b)]
-        if predictor == DAMPED:
-            return [(3 * (x + y) - 2 * z + 2) >> 2 for x, y, z in zip(a, b, o)]
-        return [x + y - z for x, y, z in zip(a, b, o)]
-
     def meshlet(self, m: int) -> tuple[list[Triangle], list[list[Value]]]:
         """The triangles of meshlet m and its values [stream][local id][element]."""
         meshlet = self.file.meshlet(m)
         runs = self.boundary(meshlet)
         order = self.traversed(meshlet, runs)
-        streams = range(len(meshlet.streams))
+        others = list(range(1, len(meshlet.streams)))
         seams = [
             [j for j, r in enumerate(meshlet.references) if r.kind == FOREIGN and not r.shares(s)]
-            for s in streams
+            for s in others
         ]
-        counts = [sum(len(runs[j]) - 2 for j in seams[s]) + len(order) for s in streams]
+        counts = [sum(len(runs[j]) - 2 for j in of_stream) + len(order) for of_stream in seams]
         reader = BitReader(meshlet.reader.data, meshlet.reader.position, meshlet.reader.end)
         try:
-            residuals = meshlet.read_residuals(reader, "interior", meshlet.interior_codes, counts)
+            residuals = meshlet.read_interior(reader, others, counts)
         except ValueError as error:
             raise ValueError(f"Meshlet {m}: {error}") from None
-        values = [
-            self._stream_values(meshlet, s, runs, seams[s], order, residuals[s]) for s in streams
+        positions = self._stream_values(meshlet, 0, runs, [], order, meshlet.position_residuals, [])
+        values = [positions] + [
+            self._stream_values(meshlet, s, runs, of_stream, order, interior, positions)
+            for s, of_stream, interior in zip(others, seams, residuals)
         ]
         return meshlet.connectivity.triangles, values
 
@@ -871,32 +968,47 @@ class Decoder:
         s: int,
         runs: list[list[int]],
         seams: list[int],
-        order: list[tuple[int, int, int, int | None]],
+        order: list[Visit],
         residuals: list[Value],
+        positions: list[Value],
     ) -> list[Value]:
-        """The values of stream s, [local id]. seams: foreign references that it does not share."""
+        """The values of stream s, [local id].
+
+        seams: foreign references that it does not share. positions: the values of stream 0, empty
+        while they are decoded themselves.
+        """
         stream = meshlet.streams[s]
         values: list[Value] = [[]] * meshlet.connectivity.vertex_count
         rest = iter(residuals)
         for j, run in enumerate(runs):
             values[run[0]] = self.corner(meshlet, j, s)
         for j, (reference, run) in enumerate(zip(meshlet.references, runs)):
-            start, end = values[run[0]], values[run[-1]]
-            inner: list[Value] = []
             if reference.kind == OWNED:
-                inner = self.chain(stream, start, end, self.owned_residuals(meshlet, j, s))
+                chain = self.owned_residuals(meshlet, j, s)
             elif reference.shares(s):  # the owner's direction is the opposite of ours
-                inner = self.chain(
-                    stream, end, start, self.owned_residuals(*self.owned_reference(reference), s)
-                )[::-1]
+                run = run[::-1]
+                chain = self.owned_residuals(*self.owned_reference(reference), s)
             elif j in seams:
-                inner = self.chain(stream, start, end, [next(rest) for _ in run[1:-1]])
-            for v, value in zip(run[1:-1], inner):
+                chain = [next(rest) for _ in run[1:-1]]
+            else:  # private: the traversal reaches its vertices
+                continue
+            inner = [values[v] for v in run]
+            self.chain(stream, inner, chain, [positions[v] for v in run] if positions else [])
+            for v, value in zip(run, inner):
                 values[v] = value
-        for v, a, b, o in order:
-            prediction = self.predict(
-                stream.predictor, values[a], values[b], None if o is None else values[o]
+        boundary = {v for disk in meshlet.connectivity.disks for v in disk.loop}
+        normals: list[list[int]] = []
+        if stream.predictor in (GEO, GEO_ALL):
+            normals = predictors.normals(
+                meshlet.connectivity.triangles, positions, meshlet.streams[0].bits
             )
+        for v, a, b, o in order:
+            if stream.predictor == GEO_ALL or (stream.predictor == GEO and v not in boundary):
+                prediction = predictors.octahedral(normals[v], stream.bits)
+            elif a == b:  # the root gate's a
+                prediction = values[b]
+            else:
+                prediction = predictors.apex(stream.predictor, values, positions, a, b, o, v)
             values[v] = [(p + r) & stream.mask for p, r in zip(prediction, next(rest))]
         return values
 
@@ -905,7 +1017,7 @@ class Decoder:
     ) -> None:
         """Raises ValueError if shared vertices have other values than in their owner.
 
-        runs[m] is `boundary` and local[m] the values of meshlet m, up to this meshlet.
+        runs[m] is `boundary` and local[m] has the values of meshlet m, up to this meshlet.
         """
         for reference, run in zip(meshlet.references, runs[meshlet.index]):
             for s in range(len(meshlet.streams)):
@@ -1005,11 +1117,6 @@ def split_view(view: bytes) -> list[bytes]:
     return blobs
 
 
-def _content(stream: Stream) -> tuple[object, ...]:
-    """The fields in which all blobs of a view agree."""
-    return stream.kind, stream.elements, stream.bits, stream.step, stream.offset
-
-
 def decode_view(view: bytes) -> Blob:
     """Decodes a buffer view of one or several blobs; vertex numbers go on from blob to blob.
 
@@ -1022,7 +1129,8 @@ def decode_view(view: bytes) -> Blob:
         except ValueError as error:
             raise ValueError(f"Blob {number}: {error}" if number else str(error)) from None
         _require(
-            list(map(_content, blobs[-1].streams)) == list(map(_content, blobs[0].streams)),
+            [stream.content for stream in blobs[-1].streams]
+            == [stream.content for stream in blobs[0].streams],
             f"Blob {number} has other streams than the first blob.",
         )
     triangles = []
@@ -1030,9 +1138,9 @@ def decode_view(view: bytes) -> Blob:
     for blob in blobs:
         triangles.append(blob.triangles + np.uint32(vertex_count))
         vertex_count += len(blob.values[0])
-    _require(vertex_count < 1 << 32, "The blobs have more vertices than 32 bits can count.")
+        _require(vertex_count <= MAX_WORD, "The blobs have more vertices than 32 bits can count.")
     _require(
-        3 * sum(map(len, triangles)) < 1 << 32,
+        3 * sum(map(len, triangles)) <= MAX_WORD,
         "The blobs have more indices than 32 bits can count.",
     )
     return Blob(
@@ -1048,17 +1156,21 @@ def dequantise(stream: Stream, integers: np.ndarray) -> np.ndarray:
     Returns float32[V, elements], float32[V, 3] for OCT, and the integers themselves for INTEGER.
     """
     if stream.kind == GRID:
-        values: np.ndarray = np.array(stream.offset) + integers * np.float64(stream.step)
+        offset = np.array(stream.offset[: stream.elements])
+        values: np.ndarray = offset + integers * np.float64(stream.step)
         return values.astype(np.float32)
     if stream.kind == OCT:
-        x, y = (integers / np.float64((1 << stream.bits) - 1) * 2 - 1).T
-        z = 1 - np.abs(x) - np.abs(y)
-        fold = np.maximum(-z, 0)
-        vectors: np.ndarray = np.stack(
-            [x - np.copysign(fold, x), y - np.copysign(fold, y), z], axis=1
-        )
-        vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
-        return vectors.astype(np.float32)
+        one = np.float32(1)  # every operation below is binary32
+        x, y = (
+            integers.astype(np.float32) * (np.float32(2) / np.float32((1 << stream.bits) - 2)) - one
+        ).T
+        z = one - np.abs(x) - np.abs(y)
+        t = np.maximum(-z, np.float32(0))
+        x = x - np.copysign(t, x)
+        y = y - np.copysign(t, y)
+        scale = one / np.sqrt(x * x + y * y + z * z)
+        vectors: np.ndarray = np.stack([x * scale, y * scale, z * scale], axis=1)
+        return vectors + np.float32(0)  # no negative zeros
     if stream.kind == FLOAT32:
         positive = integers >= 0x80000000
         return (
@@ -1069,3 +1181,26 @@ def dequantise(stream: Stream, integers: np.ndarray) -> np.ndarray:
     if stream.kind == SIGN:
         return (2.0 * integers - 1.0).astype(np.float32)
     return integers
+
+
+def accessor_components(blob: Blob, stream: int, component_type: int, width: int) -> np.ndarray:
+    """The components of an accessor, [V, width], from the streams from number `stream` on.
+
+    component_type: glTF's number. Returns float32 for 5126, else int64. Raises ValueError if the
+    streams do not fit the accessor.
+    """
+    columns: list[np.ndarray] = []
+    while sum(column.shape[1] for column in columns) < width:
+        _require(stream < len(blob.streams), "The attribute needs more streams than there are.")
+        kind = blob.streams[stream].kind
+        values = dequantise(blob.streams[stream], blob.values[stream])
+        if component_type == FLOAT_COMPONENTS:
+            values = values.astype(np.float32)
+        else:
+            _require(kind not in (OCT, SIGN), "An OCT or SIGN stream needs a float accessor.")
+            values = np.rint(values.astype(np.float64)).astype(np.int64)  # half-way cases to even
+        columns.append(values)
+        stream += 1
+    components = np.concatenate(columns, axis=1)
+    _require(components.shape[1] == width, "The attribute's streams overfill its accessor.")
+    return components

@@ -28,18 +28,31 @@ BOUNDS_PUSH = np.dtype([("primitives", "<u8"), ("primitive", "<u4")])
 # shaders/raster/stream_push.glsl
 SEGMENT = np.dtype([("instance", "<u4"), ("first", "<u4"), ("meshlets", "<u4"), ("slot", "<u4")])
 # shaders/decoders/decode_buffers.glsl
-CONNECTED = np.dtype([("boundary", "<u8"), ("starts", "<u8"), ("references", "<u8")])
+CONNECTED = np.dtype(
+    [
+        ("boundary", "<u8"),
+        ("starts", "<u8"),
+        ("closing", "<u8"),
+        ("ends", "<u8"),
+        ("splits", "<u8"),
+        ("references", "<u8"),
+    ]
+)
+STREAM_SECTIONS_BYTES = 32  # of a stream of a meshlet; only shaders read and write them
 # shaders/decoders/decode_push.glsl
 DECODE_PUSH = np.dtype(
     [
         ("blob", "<u8"),
         ("summaries", "<u8"),
         ("connectivity", "<u8"),
+        ("sections", "<u8"),
         ("triangles", "<u8"),
         ("values", "<u8"),
         ("blob_words", "<u4"),
         ("meshlets", "<u4"),
         ("streams", "<u4"),
         ("value_words", "<u4"),
+        ("first_stream", "<u4"),
+        ("end_stream", "<u4"),
     ]
 )

@@ -98,9 +98,9 @@ class Attribute:
 
 def _unit_of_oct(integers: np.ndarray, bits: int) -> np.ndarray:
     """float32[V, 3] unit vectors of octahedral pairs, as the shaders compute them."""
-    plane = np.float32(2.0) * integers.astype(np.float32) / np.float32(
-        (1 << bits) - 1
-    ) - np.float32(1.0)
+    # An even number of steps: 0 and the axes are exact.
+    plane = integers.astype(np.float32) * (np.float32(2.0) / np.float32((1 << bits) - 2))
+    plane -= np.float32(1.0)
     z = np.float32(1.0) - np.abs(plane).sum(axis=1)
     plane -= np.copysign(np.maximum(-z, np.float32(0.0))[:, None], plane)
     vectors = np.column_stack([plane, z])

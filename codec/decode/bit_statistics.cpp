@@ -3,22 +3,32 @@
 namespace meshlet {
 namespace {
 
-uint64_t anchor_bits(SerialDecoder& d, uint32_t s) {
-  uint64_t n = d.anchor_count[s];
-  uint64_t first = d.stream_elements[s] * d.stream_bits[s];
-  if (n <= 1) return n * first;
-  return first + WIDTH_BITS +
-         (n - 1) * d.stream_elements[s] * d.width_field(uint32_t(d.anchor_position[s] + first));
+// Bits that the decoder moves over in `skip`.
+template <class Skip>
+uint64_t bits_of(SerialDecoder& d, Skip skip) {
+  const uint64_t before = uint64_t(d.unary.cursor) + d.low_cursor;
+  skip();
+  return uint64_t(d.unary.cursor) + d.low_cursor - before;
 }
 
-// Bits of the low and unary parts of `count` vertices. Moves the unary reader from the stream's
-// first code past its last.
-uint64_t residual_bits(SerialDecoder& d, uint32_t s, uint32_t code, uint32_t widths,
-                       uint32_t count) {
-  uint64_t bits = uint64_t(count) * d.low_bits(s, code, widths);
-  uint32_t begin = d.unary.cursor;
-  if (code != CODE_FIXED) d.skip_unary(d.unary, count * d.stream_elements[s]);
-  return bits + (d.unary.cursor - begin);
+// Adds the bits of the lists of the part at bit p; low_cursor is then behind the part.
+void add_part(SerialDecoder& d, uint32_t part, uint32_t p, BitStatistics& out) {
+  const SerialDecoder::Header h = d.opened;
+  const uint32_t first = d.part_first(part), end = d.part_end(part);
+  d.open_part(h, part, p, d.disk_count);
+  for (uint32_t s = first; s < end; s++) {
+    if (d.anchor_count[s] > 0) out.streams[s] += d.stream_elements[s] * d.stream_bits[s];
+    out.streams[s] += bits_of(d, [&] { d.skip_anchors(s); });
+  }
+  for (uint32_t s = first; s < end; s++) out.streams[s] += bits_of(d, [&] { d.skip_chains(h, s); });
+  uint32_t codes = 0;
+  for (uint32_t s = first; s < end; s++)
+    codes += d.unary_count(s, d.interior_vertices(s), d.interior_code[s]);
+  d.open_lists(d.low_cursor, codes);
+  for (uint32_t s = first; s < end; s++)
+    out.streams[s] += bits_of(d, [&] {
+      d.skip_residuals(s, d.interior_vertices(s), d.interior_code[s], d.interior_widths[s]);
+    });
 }
 
 void add_meshlet(SerialDecoder& d, BitStatistics& out) {
@@ -28,24 +38,13 @@ void add_meshlet(SerialDecoder& d, BitStatistics& out) {
   uint32_t lefts = d.triangle_count - r - e - c - splits;
   const uint32_t counts[5] = {c, lefts, e, r, splits};
   for (int i = 0; i < 5; i++) out.symbols[i] += counts[i];
-  out.connectivity += 2 * d.triangle_count + lefts + splits;
+  out.connectivity += d.load_planes(h.begin, h.triangles).end - h.begin;
   out.disks += d.disk_count;
   out.owned_references += d.mask_count(h.owned_refs);
   out.private_references += h.references ? d.mask_count(h.private_refs) : d.disk_count;
   out.foreign_references += d.mask_count(h.foreign_refs);
-  uint32_t low = 0;
-  d.unary = d.seek_unary(d.chain_unary);
-  for (uint32_t s = 0; s < d.stream_total; s++) {
-    out.streams[s] += anchor_bits(d, s);
-    if (d.mask_any(h.owned_refs))
-      out.streams[s] += residual_bits(d, s, d.chain_code[s], d.chain_widths[s], d.chain_total);
-    low += (d.traversed_count + d.seam_vertices(s)) *
-           d.low_bits(s, d.interior_code[s], d.interior_widths[s]);
-  }
-  d.unary = d.seek_unary(d.unary.cursor + low);
-  for (uint32_t s = 0; s < d.stream_total; s++)
-    out.streams[s] += residual_bits(d, s, d.interior_code[s], d.interior_widths[s],
-                                    d.traversed_count + d.seam_vertices(s));
+  add_part(d, 0, h.codes, out);
+  if (d.stream_total > 1) add_part(d, 1, d.low_cursor, out);
 }
 
 }  // namespace

@@ -8,9 +8,9 @@
 namespace meshlet {
 
 struct BitStatistics {
-  uint64_t connectivity = 0;              // section A, bits
-  uint64_t references = 0;                // header, tables, sections B and C, padding, bits
-  std::vector<uint64_t> streams;          // sections D to H, bits
+  uint64_t connectivity = 0;              // symbols, bits
+  uint64_t references = 0;                // header, tables, references, codes, padding, bits
+  std::vector<uint64_t> streams;          // anchors and residuals, bits
   uint64_t symbols[5] = {0, 0, 0, 0, 0};  // number of C, L, E, R, S
   uint64_t disks = 0;
   uint64_t owned_references = 0, private_references = 0, foreign_references = 0;

@@ -85,8 +85,9 @@ void History::allocate() {
   uint32_t reach = 0, size = 1;
   for (uint32_t m = 0; m < meshlets_; m += BLOB_GROUP_MESHLETS)
     reach = d_.max(
-        reach,
-        d_.load_word(d_.group_table + BLOB_GROUP_WORDS * (m / BLOB_GROUP_MESHLETS) + 1) & 31u);
+        reach, d_.load_word(d_.group_table + BLOB_GROUP_WORDS * (m / BLOB_GROUP_MESHLETS) + 2) >>
+                       GROUP_DELTA_SHIFT &
+                   31u);
   while (size < meshlets_ && size < (1u << reach)) size *= 2;
   d_.ring_mask = size - 1;
   ring_ = new Kept[size]();
@@ -394,11 +395,20 @@ BlobResult decode(const BlobJob& job, SerialDecoder& d, History& history) {
           ERROR_NONE};
 }
 
+// First byte after meshlet m.
+uint32_t meshlet_end(SerialDecoder& d, uint32_t m) {
+  const uint32_t next = m + 1;
+  if (next == d.meshlet_total) return d.byte_length - BLOB_PADDING_BYTES;
+  if (next % BLOB_GROUP_MESHLETS > 0) return d.meshlet_start(next);
+  return d.load_word(d.group_table + BLOB_GROUP_WORDS * (next / BLOB_GROUP_MESHLETS));
+}
+
 BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
   uint32_t vertices = 0;
   for (uint32_t m = 0; m < job.meshlet_count; m++) {
     d.decode_meshlet(m);
     if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
+    if (d.low_cursor > 8 * meshlet_end(d, m)) return {BlobProblem::kOverlap, m, ERROR_NONE};
     history.look_up(false);
     uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
@@ -428,6 +438,9 @@ BlobResult run(const BlobJob& job, BlobResult (*pass)(const BlobJob&, SerialDeco
 
 }  // namespace
 
+void decode_one(void* decoder, uint32_t meshlet) {
+  static_cast<SerialDecoder*>(decoder)->decode_meshlet(meshlet);
+}
 BlobResult decode_blob(const BlobJob& job) { return run(job, decode); }
 BlobResult validate_blob(const BlobJob& job) { return run(job, validate); }
 

@@ -23,7 +23,8 @@ enum class BlobProblem {
   kMalformedMeshlet,
   kTooManyVertices,
   kTooFewVertices,
-  kInconsistent
+  kInconsistent,
+  kOverlap
 };
 
 struct BlobResult {
@@ -33,6 +34,9 @@ struct BlobResult {
 };
 
 inline namespace MESHLET_BUILD {
+
+// decode_meshlet of a SerialDecoder of any build: all have the same members.
+void decode_one(void* decoder, uint32_t meshlet);
 
 // Fills the job's outputs.
 BlobResult decode_blob(const BlobJob& job);

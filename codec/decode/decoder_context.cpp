@@ -4,6 +4,7 @@ namespace meshlet {
 
 #ifdef MESHLET_AVX2
 namespace avx2 {
+void decode_one(void* decoder, uint32_t meshlet);
 BlobResult decode_blob(const BlobJob& job);
 
 // Does the processor have the instruction sets of MESHLET_AVX2_OPTIONS (codec/CMakeLists.txt)?
@@ -22,7 +23,7 @@ const char* error_text(uint32_t error) {
     case ERROR_REFERENCES: return "a meshlet's references do not fit its boundary";
     case ERROR_OWNER: return "a reference leads to no owned boundary of an earlier meshlet";
     case ERROR_HOPS: return "a corner is more than 8 references away";
-    case ERROR_CODE: return "a Rice parameter is above 31";
+    case ERROR_CODE: return "a code's parameter is above 31, or an exp-Golomb value too long";
     case ERROR_UNARY: return "a meshlet's residuals run past the end of the blob";
     default: return "malformed";
   }
@@ -44,7 +45,12 @@ DecoderContext::DecoderContext(const uint8_t* data, size_t size)
 }
 
 SerialDecoder& DecoderContext::meshlet(uint32_t m) {
-  decoder_->decode_meshlet(m);
+#ifdef MESHLET_AVX2
+  if (avx2::supported())
+    avx2::decode_one(decoder_.get(), m);
+  else
+#endif
+    decode_one(decoder_.get(), m);
   if (decoder_->error != ERROR_NONE) throw_malformed(m, error_text(decoder_->error));
   return *decoder_;
 }
@@ -57,6 +63,8 @@ void check(const BlobResult& result) {
     case BlobProblem::kMalformedMeshlet: throw_malformed(result.meshlet, error_text(result.error));
     case BlobProblem::kInconsistent:
       throw_malformed(result.meshlet, "a shared vertex differs from its owner's");
+    case BlobProblem::kOverlap:
+      throw_malformed(result.meshlet, "its data run past the start of the next meshlet");
     case BlobProblem::kTooManyVertices:
       throw Malformed("the blob has more vertices than its header says");
     case BlobProblem::kTooFewVertices:

@@ -19,8 +19,8 @@ inline float sign_value(uint32_t q) { return grid_value(q, 2.0, -1.0); }
 // FLOAT32: the bits of the float.
 inline uint32_t float_bits(uint32_t q) { return q >> 31 ? q ^ 0x80000000u : ~q; }
 
-// OCT: the factor that maps integers of `bits` bits to [0, 2].
-inline float octahedral_scale(uint32_t bits) { return 2.0f / float((1u << bits) - 1u); }
+// OCT: the factor that maps integers of `bits` bits, at most 2^bits - 2, to [0, 2].
+inline float octahedral_scale(uint32_t bits) { return 2.0f / float((1u << bits) - 2u); }
 
 // OCT: the unit vector of a pair. References, not a Vec3, so that loops over vertices vectorise.
 inline void octahedral_direction(uint32_t u, uint32_t v, float scale, float& out_x, float& out_y,
@@ -31,9 +31,9 @@ inline void octahedral_direction(uint32_t u, uint32_t v, float scale, float& out
   x -= std::copysign(fold, x);
   y -= std::copysign(fold, y);
   float inverse = 1.0f / std::sqrt(x * x + y * y + z * z);
-  out_x = x * inverse;
-  out_y = y * inverse;
-  out_z = z * inverse;
+  out_x = x * inverse + 0.0f;  // no -0
+  out_y = y * inverse + 0.0f;
+  out_z = z * inverse + 0.0f;
 }
 
 }  // namespace MESHLET_BUILD

@@ -19,16 +19,27 @@
 //   load_inside(p, n)           load_bits without bounds check
 //   UnaryReader                 position in a unary plane, with its bit position `cursor`
 //   seek_unary(p), skip_unary(reader, n)
-//   read_rice(n, k, low)        reads n Rice codes of parameter k into `residuals`, un-zigzagged:
-//                               quotients from the UnaryReader `unary`, low bits from bit `low`,
-//                               which the caller has checked. Sets `error` past the blob's end and
-//                               after more than MAX_QUOTIENT zeros in a row.
+//   read_codes(n, code)         reads the n codes at the UnaryReader `unary` and, for their low
+//                               bits, at bit `low_cursor` into `residuals`, un-zigzagged, and moves
+//                               both behind them. `code`: a parameter k, + CODE_EXPONENTIAL. Sets
+//                               `error` past the blob's end, after more than MAX_QUOTIENT zeros in
+//                               a row, and if an exp-Golomb value has more than
+//                               EXPONENTIAL_MAX_QUOTIENT zeros or EXPONENTIAL_MAX_BITS low bits.
+//   sum_codes(n, elements, code)
+//                               reads n x elements codes like read_codes and leaves the sum of each
+//                               element in residuals[0 .. elements - 1]
 //   choose(condition, a, b)     condition ? a : b for uint and mask64, without a branch: for
 //                               conditions that no branch predictor learns
 //   divide(x, n)                x / n for 0 < n <= 64 and x < n << 25
-//   max(a, b)                   of two uints
+//   bit_length(x)               position of a uint's highest one, from 1; 0 for 0
+//   max(a, b), min(a, b)        of two uints
 //   FOREIGN_LENGTH(owner, slot) read_foreign_length, or a table with the same answers
 //   MAX_STREAMS, MAX_ELEMENTS   capacity: streams of the blob, and the sum of their elements
+//
+// Optional: WEIGH_TRAVERSED() and WEIGH_CHAINS() compute the AFFINE weights of all traversed or
+// listed chain vertices before TRAVERSED_WEIGHTS(i) and CHAIN_WEIGHTS(j) return them;
+// OCTAHEDRAL_PREDICTIONS(bits) and OCTAHEDRAL_PREDICTION(i, v, bits) do so for GEO; SUM_NORMALS
+// fills the normals. Otherwise this file computes them one by one.
 //
 // Optional: APEX(t), SET_APEX(t, v) and TRIANGLE(t) name storage for apices and packed triangles;
 // otherwise this file declares arrays.
@@ -42,6 +53,10 @@
 
 #include "format/constants.h"
 
+#ifndef RESIDUALS
+#define RESIDUALS 256u  // of a list; 4 are enough if nothing calls read_residuals
+#endif
+
 uint error;
 
 // --- the blob ---
@@ -49,15 +64,16 @@ uint error;
 uint stream_total;  // streams in the blob
 uint stream_first;  // streams [stream_first, stream_end) are decoded; the others are only skipped
 uint stream_end;
+bool needs_positions;  // a decoded stream is predicted from stream 0, which is decoded for it
+bool needs_normals;    // a decoded stream has a GEO predictor
 uint meshlet_total;
 uint byte_length;
-uint data_offset;
 uint group_table;  // word index
-uint directory;    // word index
 small_uint stream_elements[MAX_STREAMS];
 small_uint stream_predictor[MAX_STREAMS];
 small_uint stream_chain_base[MAX_STREAMS];
 small_uint stream_interior_base[MAX_STREAMS];
+small_uint stream_anchor_base[MAX_STREAMS];
 uint stream_mask[MAX_STREAMS];  // (1 << bits) - 1
 small_uint stream_bits[MAX_STREAMS];
 small_uint stream_element[MAX_STREAMS];  // first element of a decoded stream
@@ -67,22 +83,28 @@ void load_tables() {
   stream_total = (load_word(BLOB_WORD_VERSION) >> 8) & 255u;
   meshlet_total = load_word(BLOB_WORD_MESHLETS);
   byte_length = load_word(BLOB_WORD_BYTES);
-  data_offset = load_word(BLOB_WORD_DATA);
   group_table = BLOB_HEADER_WORDS + BLOB_STREAM_WORDS * stream_total;
-  directory = group_table + BLOB_GROUP_WORDS * ((meshlet_total + 31u) >> 5);
 }
 
 #define STREAM_SHAPE_WORD(s) (BLOB_HEADER_WORDS + BLOB_STREAM_WORDS * (s))
 #define STREAM_BASES_WORD(s) (BLOB_HEADER_WORDS + 1u + BLOB_STREAM_WORDS * (s))
-#define OFFSET_MASK ((1u << BLOB_OFFSET_BITS) - 1u)
-#define REFERENCES_SHIFT (BLOB_OFFSET_BITS + BLOB_TRIANGLE_BITS)
-#define FLAGS_SHIFT (REFERENCES_SHIFT + BLOB_REFERENCE_BITS)
+
+bool is_decoded(uint s) {
+  return s < stream_end && (s >= stream_first || (s == 0u && needs_positions));
+}
 
 // Reads header and stream table.
 void load_streams(uint first, uint end) {
   load_tables();
   stream_first = first;
   stream_end = end;
+  needs_positions = false;
+  needs_normals = false;
+  for (uint s = first; s < end; s++) {
+    uint predictor = load_word(STREAM_SHAPE_WORD(s)) >> 24;
+    needs_positions = needs_positions || predictor >= PREDICT_GEO;
+    needs_normals = needs_normals || predictor == PREDICT_GEO || predictor == PREDICT_GEO_ALL;
+  }
   uint element = 0u;
   for (uint s = 0u; s < stream_total; s++) {
     uint shape = load_word(STREAM_SHAPE_WORD(s));
@@ -94,9 +116,23 @@ void load_streams(uint first, uint end) {
     stream_predictor[s] = small_uint(shape >> 24);
     stream_chain_base[s] = small_uint(bases & 255u);
     stream_interior_base[s] = small_uint((bases >> 8) & 255u);
+    stream_anchor_base[s] = small_uint((bases >> 16) & 255u);
     stream_element[s] = small_uint(element);
-    if (s >= first && s < end) element += (shape >> 8) & 255u;
+    if (is_decoded(s)) element += (shape >> 8) & 255u;
   }
+}
+
+// Byte offset of meshlet m's data, modulo 2^32.
+uint meshlet_start(uint m) {
+  uint group = group_table + BLOB_GROUP_WORDS * (m / BLOB_GROUP_MESHLETS);
+  uint base = load_word(group);
+  uint line = load_word(group + 1u);  // stride | bias << 16
+  uint width = load_word(group + 2u) & 31u;
+  uint i = m % BLOB_GROUP_MESHLETS;
+  uint rest = meshlet_total - (m - i);
+  uint count = rest < BLOB_GROUP_MESHLETS ? rest : BLOB_GROUP_MESHLETS;
+  return base + ((count * width + 7u) >> 3) + (line & 0xFFFFu) * i - (line >> 16) +
+         load_bits(8u * base + i * width, width);
 }
 
 // --- a meshlet's header and references (sections A and B) ---
@@ -106,10 +142,12 @@ struct Header {
   uint triangles;
   uint references;
   uint flags;
+  uint table;    // the connectivity table
+  uint closing;  // number of C's
   uint begin;    // bit positions: section A,
   uint lengths;  //   the stored lengths,
   uint entries;  //   the foreign references' entries,
-  uint codes;    //   section C
+  uint codes;    //   the first part
   uint length_width;
   uint delta_width;
   uint slot_width;
@@ -126,30 +164,92 @@ mask64 lone_references(mask64 loop_ends) {
   return loop_ends & (mask_shl1(loop_ends) | mask_bit(0u));
 }
 
+// The planes of section A: bit t of p0 says whether triangle t is no R; each later plane has a bit
+// for every one of the plane before.
+struct Planes {
+  mask64 p0;
+  mask64 p1;
+  mask64 p2;
+  mask64 p3;
+  uint end;  // bit position of section B
+};
+
+Planes load_planes(uint begin, uint triangles) {
+  Planes planes;
+  uint p = begin;
+  uint count = triangles - 1u;  // the last symbol is E
+  planes.p0 = load_mask(p, count);
+  p += count;
+  count = mask_count(planes.p0);
+  planes.p1 = load_mask(p, count);
+  p += count;
+  count = mask_count(planes.p1);
+  planes.p2 = load_mask(p, count);
+  p += count;
+  count = mask_count(planes.p2);
+  planes.p3 = load_mask(p, count);
+  planes.end = p + count;
+  return planes;
+}
+
+// The triangles of each symbol; all others are L.
+struct SymbolMasks {
+  mask64 r;
+  mask64 e;
+  mask64 c;
+  mask64 s;
+};
+
+SymbolMasks symbol_masks(Planes planes, uint triangles, uint table) {
+  mask64 rest = planes.p0;
+  mask64 after_first = mask_scatter(planes.p1, rest);
+  mask64 after_second = mask_scatter(planes.p2, after_first);
+  mask64 last = mask_bit(triangles - 1u);
+  mask64 first = rest & ~after_first;
+  mask64 second = after_first & ~after_second;
+  SymbolMasks y;
+  y.s = mask_scatter(planes.p3, after_second);
+  y.r = mask_below(triangles - 1u) & ~rest;
+  y.c = choose(table == 0u, first, second);
+  y.e = choose(table == 0u, second, after_second & ~y.s) | last;
+  return y;
+}
+
 // Sets `error` if the header is malformed; the counts returned are bounded even then.
 Header read_header(uint m) {
   Header h;
-  uint group = group_table + BLOB_GROUP_WORDS * (m >> 5);
-  uint base = load_word(group);
-  uint widths = load_word(group + 1u);
-  uint entry = load_word(directory + m);
-  uint offset = (entry & OFFSET_MASK) << ((widths >> 16) & 15u);
-  if (m >= meshlet_total || base >= byte_length || offset >= byte_length - base ||
-      data_offset >= byte_length - base - offset) {
+  uint fields = load_word(group_table + BLOB_GROUP_WORDS * (m / BLOB_GROUP_MESHLETS) + 2u);
+  uint start = meshlet_start(m);
+  if (m >= meshlet_total || start >= byte_length - BLOB_PADDING_BYTES) {
     error = ERROR_OFFSET;
-    base = 0u;
-    offset = 0u;
+    start = 0u;
   }
+  uint p = 8u * start;
+  uint bits = load_bits(p, BLOB_TRIANGLE_BITS + BLOB_REFERENCE_BITS + 4u);
+  uint reference_width = (fields >> GROUP_REFERENCE_SHIFT) & 7u;
   h.meshlet = m;
-  h.triangles = ((entry >> BLOB_OFFSET_BITS) & 63u) + 1u;
-  h.references = (entry >> REFERENCES_SHIFT) & 63u;
-  h.flags = entry >> FLAGS_SHIFT;
-  h.delta_width = widths & 31u;
-  h.slot_width = (widths >> 8) & 7u;
-  h.begin = 8u * (data_offset + base + offset);
-  uint p =
-      h.begin + 2u * h.triangles +
-      mask_count(load_mask(h.begin, h.triangles) & load_mask(h.begin + h.triangles, h.triangles));
+  h.triangles = (bits & (MESHLET_TRIANGLES - 1u)) + 1u;
+  h.references = (bits >> BLOB_TRIANGLE_BITS) & ((1u << reference_width) - 1u) & 63u;
+  bits = bits >> (BLOB_TRIANGLE_BITS + reference_width);
+  p += BLOB_TRIANGLE_BITS + reference_width;
+  h.flags = 0u;
+  for (uint flag = FLAG_LOOPS; flag <= FLAG_SEAMS; flag += flag) {
+    uint stored = (fields >> GROUP_FLAGS_SHIFT) & flag;
+    if (stored != 0u) {
+      if ((bits & 1u) != 0u) h.flags = h.flags | flag;
+      bits = bits >> 1;
+      p++;
+    }
+  }
+  h.delta_width = (fields >> GROUP_DELTA_SHIFT) & 31u;
+  h.slot_width = (fields >> GROUP_SLOT_SHIFT) & 7u;
+  h.table = (fields >> GROUP_TABLE_SHIFT) & 1u;
+  h.begin = p;
+  Planes planes = load_planes(p, h.triangles);
+  uint after_first = mask_count(planes.p1);
+  h.closing =
+      h.table == 0u ? mask_count(planes.p0) - after_first : after_first - mask_count(planes.p2);
+  p = planes.end;
   uint r = h.references;
   mask64 all = mask_below(r);
   h.foreign_refs = mask_none();
@@ -235,17 +335,27 @@ mask64 stored_corners(HEADER_IN h, mask64 seams) {
   return own & before;
 }
 
-// --- a meshlet's codes and section positions (C to G) ---
+uint unzigzag(uint u) { return (u >> 1) ^ (0u - (u & 1u)); }
 
-small_uint chain_code[MAX_STREAMS];  // Rice parameter, or CODE_FIXED
+// --- a meshlet's two parts: stream 0, and all other streams ---
+
+// A part has codes, first anchors, unary parts and low bits of further anchors and of chains, and
+// unary parts and low bits of the interior. A list is what one stream has of one of these.
+
+small_uint chain_code[MAX_STREAMS];  // a parameter, + CODE_EXPONENTIAL; or CODE_FIXED
 small_uint interior_code[MAX_STREAMS];
 uint chain_widths[MAX_STREAMS];  // bit position of the 5-bit widths of a fixed code
 uint interior_widths[MAX_STREAMS];
-uint anchor_position[MAX_STREAMS];
+uint anchor_position[MAX_STREAMS];  // bit position of the first anchor
 small_uint anchor_count[MAX_STREAMS];
-uint chain_low[MAX_STREAMS];  // bit position of section E for the stream
-uint chain_total;             // inner vertices of all owned references
-uint chain_unary;             // bit position of section F
+uint chain_total;  // inner vertices of all owned references
+
+UnaryReader unary;          // the next list's unary parts
+uint low_cursor;            // and bit position of its low bits
+uint residuals[RESIDUALS];  // of one list, vertex by vertex
+
+uint part_first(uint part) { return part; }
+uint part_end(uint part) { return part == 0u ? 1u : stream_total; }
 
 uint width_field(uint position) {
   uint w = load_bits(position, WIDTH_BITS);
@@ -255,94 +365,49 @@ uint width_field(uint position) {
 uint code_cursor;  // bit position, moved by read_code
 
 uint read_code(uint s, uint base) {
-  uint code = load_bits(code_cursor, CODE_BITS);
+  uint field = load_bits(code_cursor, CODE_BITS);
   code_cursor += CODE_BITS;
-  if (code == CODE_ESCAPE) {
+  if (field == CODE_ESCAPE) {
     code_cursor += WIDTH_BITS * stream_elements[s];
     return CODE_FIXED;
   }
-  if (base + code > RICE_MAX) error = ERROR_CODE;
-  return (base + code) & RICE_MAX;
+  bool exponential = field >= CODE_FIRST_EXPONENTIAL;
+  uint k = base + field;
+  if (exponential) k = max(base, 1u) - 1u + field - CODE_FIRST_EXPONENTIAL;
+  if (k > CODE_MAX_PARAMETER) error = ERROR_CODE;
+  return (k & CODE_MAX_PARAMETER) + (exponential ? CODE_EXPONENTIAL : 0u);
 }
 
-// Low bits of one vertex of stream s under a code.
-uint low_bits(uint s, uint code, uint widths) {
-  if (code != CODE_FIXED) return code * stream_elements[s];
+// The code of further anchors.
+uint anchor_code(uint s) { return stream_anchor_base[s] + CODE_EXPONENTIAL; }
+
+// Bits of one vertex of stream s under a fixed code.
+uint fixed_bits(uint s, uint widths) {
   uint sum = 0u;
   for (uint c = 0u; c < stream_elements[s]; c++) sum += width_field(widths + WIDTH_BITS * c);
   return sum;
 }
 
-// Finds all sections of the meshlet. `loops`: its number of disks; needed only if it has no
-// references.
-void find_sections(HEADER_IN h, uint loops) {
-  bool chains = mask_any(h.owned_refs);
-  code_cursor = h.codes;
-  for (uint s = 0u; s < stream_total; s++) {
-    chain_code[s] = small_uint(0u);
-    if (chains) {
-      chain_widths[s] = code_cursor + CODE_BITS;
-      chain_code[s] = small_uint(read_code(s, stream_chain_base[s]));
-    }
-    interior_widths[s] = code_cursor + CODE_BITS;
-    interior_code[s] = small_uint(read_code(s, stream_interior_base[s]));
-  }
-  chain_total = 0u;
-  for (mask64 rest = h.owned_refs; mask_any(rest); rest = mask_clear_lsb(rest))
-    chain_total += stored_length(h, mask_lsb(rest)) - 1u;
-  uint p = code_cursor;
-  uint count = loops;
-  for (uint s = 0u; s < stream_total; s++) {
-    if (h.references > 0u && (s == 0u || (h.flags & FLAG_SEAMS) != 0u))
-      count = mask_count(stored_corners(h, seam_references(h, s)));
-    anchor_position[s] = p;
-    anchor_count[s] = small_uint(count);
-    if (count > 0u) p += stream_elements[s] * stream_bits[s];
-    if (count > 1u) p += WIDTH_BITS + (count - 1u) * stream_elements[s] * width_field(p);
-  }
-  for (uint s = 0u; s < stream_total; s++) {
-    chain_low[s] = p;
-    if (chains) p += chain_total * low_bits(s, chain_code[s], chain_widths[s]);
-  }
-  chain_unary = p;
+// Moves `unary` and `low_cursor` over n codes.
+void skip_codes(uint n, uint code) {
+  uint before = unary.cursor;
+  skip_unary(unary, n);
+  low_cursor += n * (code & CODE_MAX_PARAMETER);
+  if ((code & CODE_EXPONENTIAL) != 0u) low_cursor += unary.cursor - before - n;
 }
 
-// --- values ---
-
-uint values[MAX_ELEMENTS * 64];  // values[element * 64 + local id]
-
-uint unzigzag(uint u) { return (u >> 1) ^ (0u - (u & 1u)); }
-
-// Writes anchor `index` of the streams [begin, end) as the values of `vertex`. Needs find_sections.
-void read_anchor(uint index, uint vertex, uint begin, uint end) {
-  for (uint s = begin; s < end; s++) {
-    uint p = anchor_position[s];
-    uint n = stream_elements[s];
-    uint bits = stream_bits[s];
-    uint width = index > 0u ? width_field(p + n * bits) : 0u;
-    uint deltas = p + n * bits + WIDTH_BITS + (index - 1u) * n * width;
-    for (uint c = 0u; c < n; c++) {
-      uint value = load_bits(p + c * bits, bits);
-      if (index > 0u) value += unzigzag(load_bits(deltas + c * width, width));
-      values[(stream_element[s] + c) * 64u + vertex] = value & stream_mask[s];
-    }
-  }
-}
-
-UnaryReader unary;    // position of the next quotient
-uint residuals[256];  // of one stream, vertex by vertex
-
-// Reads the residuals of `count` <= 64 vertices of stream s: low bits from bit `low`, quotients
-// from the unary reader.
-void read_residuals(uint s, uint count, uint code, uint widths, uint low) {
+// Reads the residuals of `count` <= 64 vertices of stream s, and moves behind them.
+void read_residuals(uint s, uint count, uint code, uint widths) {
   uint elements = stream_elements[s];
-  uint step = low_bits(s, code, widths);
-  if (low + count * step > 8u * (byte_length - 8u)) {
-    error = ERROR_UNARY;
+  if (code != CODE_FIXED) {
+    read_codes(count * elements, code);
     return;
   }
-  if (code != CODE_FIXED) {
-    read_rice(count * elements, code, low);
+  uint step = fixed_bits(s, widths);
+  uint low = low_cursor;
+  low_cursor += count * step;
+  if (low_cursor > 8u * (byte_length - BLOB_PADDING_BYTES)) {
+    error = ERROR_UNARY;
     return;
   }
   for (uint c = 0u; c < elements; c++) {
@@ -352,6 +417,78 @@ void read_residuals(uint s, uint count, uint code, uint widths, uint low) {
     low += width;
   }
 }
+
+void skip_residuals(uint s, uint count, uint code, uint widths) {
+  if (code == CODE_FIXED)
+    low_cursor += count * fixed_bits(s, widths);
+  else
+    skip_codes(count * stream_elements[s], code);
+}
+
+// Number of unary parts of `count` vertices of stream s.
+uint unary_count(uint s, uint count, uint code) {
+  return code == CODE_FIXED ? 0u : count * stream_elements[s];
+}
+
+// Begins to read lists at bit p whose unary parts are n ones: `unary` there, `low_cursor` behind
+// them.
+void open_lists(uint p, uint n) {
+  unary = seek_unary(p);
+  skip_unary(unary, n);
+  low_cursor = unary.cursor;
+  unary = seek_unary(p);
+}
+
+// Begins to read the further anchors and chains of the part at bit p. Part 1 expects that part 0
+// was opened before. `loops`: the meshlet's number
+// of disks; needed only if it has no references.
+void open_part(HEADER_IN h, uint part, uint p, uint loops) {
+  bool chains = mask_any(h.owned_refs);
+  uint first = part_first(part);
+  uint end = part_end(part);
+  code_cursor = p;
+  for (uint s = first; s < end; s++) {
+    chain_code[s] = small_uint(0u);
+    if (chains) {
+      chain_widths[s] = code_cursor + CODE_BITS;
+      chain_code[s] = small_uint(read_code(s, stream_chain_base[s]));
+    }
+    interior_widths[s] = code_cursor + CODE_BITS;
+    interior_code[s] = small_uint(read_code(s, stream_interior_base[s]));
+  }
+  p = code_cursor;
+  if (part == 0u) {
+    chain_total = 0u;
+    for (mask64 rest = h.owned_refs; mask_any(rest); rest = mask_clear_lsb(rest))
+      chain_total += stored_length(h, mask_lsb(rest)) - 1u;
+  }
+  uint count = loops;
+  uint codes = 0u;
+  for (uint s = first; s < end; s++) {
+    if (h.references > 0u && (s == first || (h.flags & FLAG_SEAMS) != 0u))
+      count = mask_count(stored_corners(h, seam_references(h, s)));
+    anchor_position[s] = p;
+    anchor_count[s] = small_uint(count);
+    if (count > 0u) p += stream_elements[s] * stream_bits[s];
+    if (count > 1u) codes += (count - 1u) * stream_elements[s];
+    if (chains) codes += unary_count(s, chain_total, chain_code[s]);
+  }
+  open_lists(p, codes);
+}
+
+// Moves over the further anchors of stream s.
+void skip_anchors(uint s) {
+  uint count = anchor_count[s];
+  if (count > 1u) skip_codes((count - 1u) * stream_elements[s], anchor_code(s));
+}
+
+void skip_chains(HEADER_IN h, uint s) {
+  if (mask_any(h.owned_refs)) skip_residuals(s, chain_total, chain_code[s], chain_widths[s]);
+}
+
+// --- values ---
+
+uint values[MAX_ELEMENTS * 64];  // values[element * 64 + local id]
 
 // --- connectivity (section A) ---
 
@@ -377,15 +514,13 @@ uint triangles[64];
 #endif
 // TRIANGLE(t): packed local ids, gate a | b << 8 | apex v << 16 | vertex across the gate o << 24.
 
-void read_symbols(uint begin, uint count) {
-  mask64 p0 = load_mask(begin, count);
-  mask64 p1 = load_mask(begin + count, count);
-  mask64 left_or_split = load_mask(begin + 2u * count, mask_count(p0 & p1));
-  triangle_count = count;
-  symbol_r = mask_below(count) & ~(p0 | p1);
-  symbol_e = p0 & ~p1;
-  symbol_c = p1 & ~p0;
-  symbol_s = mask_scatter(left_or_split, p0 & p1);
+void read_symbols(HEADER_IN h) {
+  SymbolMasks y = symbol_masks(load_planes(h.begin, h.triangles), h.triangles, h.table);
+  triangle_count = h.triangles;
+  symbol_r = y.r;
+  symbol_e = y.e;
+  symbol_c = y.c;
+  symbol_s = y.s;
 }
 
 // First half: the apex of every triangle from the symbols, with two masks instead of linked lists.
@@ -594,18 +729,91 @@ uint entry_owner(HEADER_IN h, uint entry) {
 }
 uint entry_slot(HEADER_IN h, uint entry) { return load_bits(entry + h.delta_width, h.slot_width); }
 
-// The owner visited last, to look up foreign vertices: its header and, if `located` names it, its
-// sections.
+// The owner visited last, to look up foreign vertices: its header and, if `located` names it, the
+// part that is open.
 Header visited;
 uint located;
+uint located_part;
 
 void visit(uint m) {
   if (visited.meshlet != m) visited = read_header(m);
 }
 
-void locate_visited() {
-  if (located != visited.meshlet) find_sections(visited, 0u);
+// Length of the boundary loop of disk `disk` of any meshlet; at most 127 even if it is malformed.
+uint loop_length(HEADER_IN h, uint disk) {
+  SymbolMasks y = symbol_masks(load_planes(h.begin, h.triangles), h.triangles, h.table);
+  uint length = 1u;
+  uint splits = 0u;
+  for (uint t = 0u; t < h.triangles; t++) {
+    if (mask_test(y.s, t)) {
+      splits++;
+    } else if (mask_test(y.c, t)) {
+      length--;
+    } else if (!mask_test(y.e, t)) {
+      length++;  // R or L
+    } else {
+      length += 2u;
+      if (splits > 0u) {
+        splits--;
+      } else if (disk == 0u) {
+        return length & 127u;
+      } else {
+        disk--;
+        length = 1u;
+      }
+    }
+  }
+  return 1u;
+}
+
+// Number of traversed vertices of any meshlet with references.
+uint traversed_vertices(HEADER_IN h) {
+  uint count = h.closing;
+  for (mask64 rest = h.private_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
+    uint r = mask_lsb(rest);
+    uint length = mask_test(h.sized_refs, r)
+                      ? stored_length(h, r)
+                      : loop_length(h, mask_count(h.loop_ends & mask_below(r)));
+    count += max(length, 1u) - 1u;
+  }
+  return count;
+}
+
+// Moves behind part 0 of the visited meshlet, which is open.
+void skip_part(HEADER_IN h) {
+  skip_anchors(0u);
+  skip_chains(h, 0u);
+  uint count = traversed_vertices(h);
+  open_lists(low_cursor, unary_count(0u, count, interior_code[0]));
+  skip_residuals(0u, count, interior_code[0], interior_widths[0]);
+}
+
+uint opened_position;  // bit positions of the open part's lists
+uint opened_low;
+
+// Begins to read the further anchors and chains of a part of the visited meshlet.
+void locate_visited(uint part) {
+  if (located == visited.meshlet && located_part == part) {
+    unary = seek_unary(opened_position);
+    low_cursor = opened_low;
+    return;
+  }
+  uint p = visited.codes;
+  if (part > 0u) {
+    if (located == visited.meshlet) {  // part 0 is open
+      unary = seek_unary(opened_position);
+      low_cursor = opened_low;
+    } else {
+      open_part(visited, 0u, p, 0u);
+    }
+    skip_part(visited);
+    p = low_cursor;
+  }
+  open_part(visited, part, p, 0u);
   located = visited.meshlet;
+  located_part = part;
+  opened_position = unary.cursor;
+  opened_low = low_cursor;
 }
 
 // Length of owned reference `slot` of meshlet `owner`.
@@ -683,24 +891,213 @@ void find_seams(HEADER_IN h) {
 // The foreign references that share stream s with their owner.
 mask64 shared_references(HEADER_IN h, uint s) { return h.foreign_refs & ~seam_refs[s]; }
 
-// Chain vertices in the order of their residuals. chain_ends: vertex v | chain's ends a << 8 |
-// b << 16; chain_place: place i | length n << 8.
+// --- prediction from positions: GEO and AFFINE ---
+
+// All arithmetic is modulo 2^32. Signed numbers are uints too: int only where the sign matters.
+
+uint magnitude(uint x) { return int(x) < 0 ? 0u - x : x; }
+uint shift_right(uint x, uint n) { return uint(int(x) >> n); }  // keeps the sign
+// x / d toward zero, for d > 0.
+uint signed_quotient(uint x, uint d) {
+  uint quotient = magnitude(x) / d;
+  return int(x) < 0 ? 0u - quotient : quotient;
+}
+
+struct Triple {
+  uint x;
+  uint y;
+  uint z;
+};
+
+// Stream 0's integers of a vertex of the meshlet.
+#ifdef OWN_GRID_POSITION
+Triple grid_position(uint id);  // defined by the includer
+#else
+Triple grid_position(uint id) {
+  Triple p;
+  p.x = values[id];
+  p.y = values[64u + id];
+  p.z = values[128u + id];
+  return p;
+}
+#endif
+
+INLINE Triple shifted(Triple v, uint n) {
+  v.x = shift_right(v.x, n);
+  v.y = shift_right(v.y, n);
+  v.z = shift_right(v.z, n);
+  return v;
+}
+
+INLINE Triple difference(Triple to, Triple from) {
+  to.x -= from.x;
+  to.y -= from.y;
+  to.z -= from.z;
+  return to;
+}
+
+INLINE uint dot3(Triple v, Triple w) { return v.x * w.x + v.y * w.y + v.z * w.z; }
+
+// A number whose bit length is that of the largest magnitude.
+INLINE uint magnitudes(Triple v) { return magnitude(v.x) | magnitude(v.y) | magnitude(v.z); }
+
+// max(x - y, 0)
+uint excess(uint x, uint y) { return x > y ? x - y : 0u; }
+
+#ifndef NORMALS
+#define NORMALS(i) normals[i]
+uint normals[256];  // the sum at a vertex of its triangles' normals: normals[4 * local id + axis]
+#endif
+
+// Cross product of a packed triangle's edges. h: low bits of the positions that it ignores.
+INLINE Triple triangle_normal(uint triangle, uint h) {
+  Triple a = shifted(grid_position(triangle & 63u), h);
+  Triple e = difference(shifted(grid_position((triangle >> 8) & 63u), h), a);
+  Triple f = difference(shifted(grid_position((triangle >> 16) & 63u), h), a);
+  Triple n;
+  n.x = e.y * f.z - e.z * f.y;
+  n.y = e.z * f.x - e.x * f.z;
+  n.z = e.x * f.y - e.y * f.x;
+  return n;
+}
+
+// Fills `normals`. Needs the values of stream 0.
+void sum_normals() {
+  uint h = excess(stream_bits[0], GEO_POSITION_BITS);
+  for (uint i = 0u; i < 4u * vertex_count; i++) NORMALS(i) = 0u;
+  for (uint t = 0u; t < triangle_count; t++) {
+    uint triangle = TRIANGLE(t);
+    Triple n = triangle_normal(triangle, h);
+    for (uint k = 0u; k < 3u; k++) {
+      uint i = 4u * ((triangle >> (8u * k)) & 255u);
+      NORMALS(i) += n.x;
+      NORMALS(i + 1u) += n.y;
+      NORMALS(i + 2u) += n.z;
+    }
+  }
+}
+
+struct OctPair {
+  uint u;
+  uint v;
+};
+
+// The octahedral integers of a normal (x, y, z), for a stream of `bits` bits.
+OctPair octahedral_prediction(uint normal_x, uint normal_y, uint normal_z, uint bits) {
+  Triple n;
+  n.x = normal_x;
+  n.y = normal_y;
+  n.z = normal_z;
+  uint k = excess(bit_length(magnitudes(n)), 13u);
+  uint limit = (1u << bits) - 2u;
+  uint x = magnitude(n.x) >> k;
+  uint y = magnitude(n.y) >> k;
+  uint z = magnitude(n.z) >> k;
+  uint sum = x + y + z;
+  OctPair q;
+  q.u = limit >> 1;
+  q.v = limit >> 1;
+  if (sum == 0u) return q;
+  bool below = int(n.z) < 0;
+  uint u = below ? sum - y : x;
+  uint v = below ? sum - x : y;
+  u = int(n.x) < 0 ? sum - u : sum + u;
+  v = int(n.y) < 0 ? sum - v : sum + v;
+  q.u = (u * limit + sum) / (2u * sum);
+  q.v = (v * limit + sum) / (2u * sum);
+  return q;
+}
+
+// A vertex as a + s (b - a) + u (o - a), s and u in 1/256.
+struct Weights {
+  bool exist;
+  uint s;
+  uint u;
+};
+
+// The weights by which the position of v follows from those of a, b and o; none if these are
+// almost collinear.
+Weights affine_weights(uint a, uint b, uint o, uint v) {
+  Triple origin = grid_position(a);
+  Triple e = difference(grid_position(b), origin);
+  Triple f = difference(grid_position(o), origin);
+  Triple r = difference(grid_position(v), origin);
+  uint h = excess(bit_length(magnitudes(e) | magnitudes(f) | magnitudes(r)), 14u);
+  e = shifted(e, h);
+  f = shifted(f, h);
+  r = shifted(r, h);
+  uint ee = dot3(e, e);
+  uint ef = dot3(e, f);
+  uint ff = dot3(f, f);
+  uint re = dot3(r, e);
+  uint rf = dot3(r, f);
+  uint n = bit_length(ee | ff | magnitude(re) | magnitude(rf));
+  uint up = excess(15u, n);
+  uint down = excess(n, 15u);
+  ee = shift_right(ee << up, down);
+  ef = shift_right(ef << up, down);
+  ff = shift_right(ff << up, down);
+  re = shift_right(re << up, down);
+  rf = shift_right(rf << up, down);
+  uint product = ee * ff;
+  uint determinant = product - ef * ef;
+  uint d = determinant >> 8;
+  Weights w;
+  w.exist = int(determinant) > (int(product) >> 5) && d != 0u;
+  w.s = 0u;
+  w.u = 0u;
+  if (!w.exist) return w;
+  w.s = signed_quotient(re * ff - rf * ef, d);
+  w.u = signed_quotient(rf * ee - re * ef, d);
+  w.exist = magnitude(w.s) < AFFINE_WEIGHT_LIMIT && magnitude(w.u) < AFFINE_WEIGHT_LIMIT;
+  return w;
+}
+
+// The position of v projected onto the line from a to b: weights without o.
+Weights line_weights(uint a, uint b, uint v) {
+  Triple origin = grid_position(a);
+  Triple e = difference(grid_position(b), origin);
+  Triple r = difference(grid_position(v), origin);
+  uint h = excess(bit_length(magnitudes(e) | magnitudes(r)), 10u);
+  e = shifted(e, h);
+  r = shifted(r, h);
+  uint ee = dot3(e, e);
+  uint re = dot3(r, e);
+  Weights w;
+  w.exist = int(ee) > 0 && int(re) >= 0 && int(re) <= int(ee);
+  w.s = 0u;
+  w.u = 0u;
+  if (w.exist) w.s = (re * 256u + (ee >> 1)) / ee;
+  return w;
+}
+
+uint affine_point(Weights w, uint a, uint b, uint o) {
+  return a + shift_right(w.s * (b - a) + w.u * (o - a) + 128u, 8u);
+}
+
+// --- chains ---
+
+// Chain vertices in the order of their residuals. chain_step: vertex | the one before << 8 | the
+// chain's last << 16 | the one before the one before, or NO_VERTEX << 24.
 uint chain_count;
-uint chain_ends[64];
-small_uint chain_place[64];
+uint chain_step[64];
+small_uint chain_left[64];  // edges from the vertex before to the last
 
 // Lists the inner vertices of reference r. A foreign chain runs backwards, in its owner's
 // direction.
 void list_chain(uint r, bool backwards) {
   uint n = reference_length[r];
   uint rank = reference_rank[r];
-  uint a = loop_vertex[rank];
-  uint b = reference_end[r];
-  uint ends = backwards ? pack4(0u, b, a, 0u) : pack4(0u, a, b, 0u);
+  uint before = backwards ? reference_end[r] : loop_vertex[rank];
+  uint end = backwards ? loop_vertex[rank] : reference_end[r];
+  uint earlier = NO_VERTEX;
   for (uint i = 1u; i < n && chain_count < 64u; i++) {
-    chain_ends[chain_count] = ends | loop_vertex[rank + (backwards ? n - i : i)];
-    chain_place[chain_count] = small_uint(i | n << 8);
+    uint v = loop_vertex[(rank + (backwards ? n - i : i)) & 63u];
+    chain_step[chain_count] = pack4(v, before, end, earlier);
+    chain_left[chain_count] = small_uint(n - i + 1u);
     chain_count++;
+    earlier = before;
+    before = v;
   }
 }
 
@@ -709,27 +1106,77 @@ void list_chains(mask64 refs) {
   for (; mask_any(refs); refs = mask_clear_lsb(refs)) list_chain(mask_lsb(refs), false);
 }
 
-// Point i of n on the chord from a to b, rounded. a and b have up to 24 bits: the bias keeps the
-// dividend positive.
-INLINE uint chord(uint a, uint b, uint i, uint n) {
-  return a + divide((b - a) * i + (n >> 1) + (n << 24), n) - (1u << 24);
+// The next point on the way from a to b, n edges away, rounded. a and b have up to 24 bits: the
+// bias keeps the dividend positive.
+INLINE uint toward(uint a, uint b, uint n) {
+  return a + divide(b - a + (n >> 1) + (n << 24), n) - (1u << 24);
 }
 
-// Values of the listed chain vertices for stream s: the chord's point, or a (COPY), plus residual.
+// AFFINE: the weights of the vertex of a chain step.
+Weights chain_weights(uint step) {
+  uint v = step & 255u;
+  uint before = (step >> 8) & 255u;
+  uint end = (step >> 16) & 255u;
+  Weights w;
+  w.exist = false;
+  if (step >> 24 != NO_VERTEX) w = affine_weights(before, end, step >> 24, v);
+  if (!w.exist) w = line_weights(before, end, v);
+  return w;
+}
+
+// AFFINE: one element of a chain vertex from those of the steps' vertices.
+uint affine_chain_point(Weights w, uint before, uint end, uint earlier, uint left) {
+  return w.exist ? affine_point(w, before, end, earlier) : toward(before, end, left);
+}
+
+#ifndef WEIGH_CHAINS
+#define WEIGH_CHAINS()
+#define CHAIN_WEIGHTS(j) chain_weights(chain_step[j])
+#define WEIGH_TRAVERSED()
+#define TRAVERSED_WEIGHTS(i) traversed_weights(traversed[i])
+#define OCTAHEDRAL_PREDICTIONS(bits)
+#define OCTAHEDRAL_PREDICTION(i, v, bits) \
+  octahedral_prediction(NORMALS(4u * v), NORMALS(4u * v + 1u), NORMALS(4u * v + 2u), bits)
+#define SUM_NORMALS sum_normals
+#endif
+
+void predict_affine_chains(uint s) {
+  WEIGH_CHAINS();
+  index_uint base = stream_element[s] * 64u;
+  uint elements = stream_elements[s];
+  uint from = 0u;
+  for (uint j = 0u; j < chain_count; j++) {
+    uint step = chain_step[j];
+    Weights w = CHAIN_WEIGHTS(j);
+    index_uint v = base + (step & 255u);
+    index_uint before = base + ((step >> 8) & 255u);
+    index_uint end = base + ((step >> 16) & 255u);
+    index_uint earlier = step >> 24 == NO_VERTEX ? before : base + (step >> 24);
+    for (index_uint c = 0u; c < elements; c++) {
+      uint point = affine_chain_point(w, values[before + 64u * c], values[end + 64u * c],
+                                      values[earlier + 64u * c], chain_left[j]);
+      values[v + 64u * c] = (point + residuals[from + c]) & stream_mask[s];
+    }
+    from += elements;
+  }
+}
+
+// Values of the listed chain vertices for stream s: the next point, or the vertex before (COPY),
+// plus residual.
 INLINE void predict_chain_elements(uint s, bool copies, uint elements) {
   index_uint base = stream_element[s] * 64u;
   index_uint from = 0u;
   uint bits = stream_mask[s];
   uint count = chain_count;
   for (uint j = 0u; j < count; j++) {
-    index_uint v = base + (chain_ends[j] & 255u);
-    index_uint a = base + ((chain_ends[j] >> 8) & 255u);
-    index_uint b = base + (chain_ends[j] >> 16);
-    uint i = chain_place[j] & 255u;
-    uint n = chain_place[j] >> 8;
+    uint step = chain_step[j];
+    index_uint v = base + (step & 255u);
+    index_uint before = base + ((step >> 8) & 255u);
+    index_uint end = base + ((step >> 16) & 255u);
+    uint left = chain_left[j];
     for (index_uint c = 0u; c < elements; c++) {
-      uint point = values[a + 64u * c];
-      if (!copies) point = chord(point, values[b + 64u * c], i, n);
+      uint point = values[before + 64u * c];
+      if (!copies) point = toward(point, values[end + 64u * c], left);
       values[v + 64u * c] = (point + residuals[from + c]) & bits;
     }
     from += elements;
@@ -739,7 +1186,9 @@ INLINE void predict_chain_elements(uint s, bool copies, uint elements) {
 void predict_chains(uint s) {
   bool copies = stream_predictor[s] == PREDICT_COPY;
   uint elements = stream_elements[s];
-  if (!copies && elements == 3u)
+  if (stream_predictor[s] == PREDICT_AFFINE)
+    predict_affine_chains(s);
+  else if (!copies && elements == 3u)
     predict_chain_elements(s, false, 3u);
   else if (!copies && elements == 2u)
     predict_chain_elements(s, false, 2u);
@@ -757,21 +1206,40 @@ void read_foreign_chain(HEADER_IN h, uint r, uint other) {
   uint count = reference_length[r] - 1u;
   chain_count = 0u;
   list_chain(r, true);
-  uint skipped = 0u;  // unary codes up to the chain's next one
-  unary = seek_unary(chain_unary);
-  for (uint s = 0u; s < stream_end; s++) {
-    uint elements = stream_elements[s];
-    uint code = chain_code[s];
-    if (s >= stream_first && mask_test(shared_references(h, s), r)) {
-      if (code != CODE_FIXED) {
-        skip_unary(unary, skipped + first * elements);
-        skipped = (chain_total - first - count) * elements;
+  for (uint part = 0u; part < (stream_end > 1u ? 2u : 1u); part++) {
+    locate_visited(part);
+    for (uint s = part_first(part); s < part_end(part); s++) skip_anchors(s);
+    for (uint s = part_first(part); s < min(part_end(part), stream_end); s++) {
+      if (is_decoded(s) && mask_test(shared_references(h, s), r)) {
+        skip_residuals(s, first, chain_code[s], chain_widths[s]);
+        read_residuals(s, count, chain_code[s], chain_widths[s]);
+        predict_chains(s);
+        skip_residuals(s, excess(chain_total, first + count), chain_code[s], chain_widths[s]);
+      } else {
+        skip_chains(visited, s);
       }
-      read_residuals(s, count, code, chain_widths[s],
-                     chain_low[s] + first * low_bits(s, code, chain_widths[s]));
-      predict_chains(s);
-    } else if (code != CODE_FIXED) {
-      skipped += chain_total * elements;
+    }
+  }
+}
+
+// Writes anchor `index` of the visited meshlet's streams [begin, end) as the values of `vertex`.
+void read_anchor(uint index, uint vertex, uint begin, uint end) {
+  for (uint part = begin == 0u ? 0u : 1u; part < (end > 1u ? 2u : 1u); part++) {
+    locate_visited(part);
+    for (uint s = part_first(part); s < min(part_end(part), end); s++) {
+      if (s < begin || !is_decoded(s)) {
+        skip_anchors(s);
+        continue;
+      }
+      uint elements = stream_elements[s];
+      uint bits = stream_bits[s];
+      sum_codes(index, elements, anchor_code(s));
+      skip_codes(excess(anchor_count[s], index + 1u) * elements, anchor_code(s));
+      for (uint c = 0u; c < elements; c++) {
+        uint value = load_bits(anchor_position[s] + c * bits, bits);
+        value += residuals[c];
+        values[(stream_element[s] + c) * 64u + vertex] = value & stream_mask[s];
+      }
     }
   }
 }
@@ -791,7 +1259,6 @@ uint fetch_corner(uint owner, uint slot, bool at_end, uint vertex, uint s, bool 
     mask64 stored = stored_corners(visited, seams);
     if (mask_test(stored, corner)) {
       uint end = apart ? s + 1u : stream_end;
-      locate_visited();
       read_anchor(mask_count(stored & mask_below(corner)), vertex, s, end);
       return end - s;
     }
@@ -826,10 +1293,12 @@ void read_foreign_corners(HEADER_IN h) {
   for (uint r = 0u; r < h.references; r++) {
     uint before = previous_reference(h, r);
     uint vertex = loop_vertex[reference_rank[r]];
-    uint s = stream_first;
+    uint s = needs_positions ? 0u : stream_first;
     while (s < stream_end && error == ERROR_NONE) {
       uint source = corner_source(h, r, before, s);
-      if (source == 64u || mask_test(provided_refs, source))
+      if (!is_decoded(s))
+        s++;
+      else if (source == 64u || mask_test(provided_refs, source))
         s = seams ? s + 1u : stream_end;
       else
         s += fetch_corner(reference_owner[source], reference_slot[source], source == r, vertex, s,
@@ -844,43 +1313,61 @@ void read_foreign_chains(HEADER_IN h) {
     uint r = mask_lsb(rest);
     if (reference_length[r] > 1u) {
       visit(reference_owner[r]);
-      locate_visited();
       read_foreign_chain(h, r, slot_reference(visited, reference_slot[r]));
     }
   }
 }
 
-void read_own_anchors(HEADER_IN h) {
-  mask64 stored = mask_none();
-  for (uint s = stream_first; s < stream_end; s++) {
+// The vertices of the anchors of a stream: those of `stored`, or the first of each disk.
+void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
+  uint elements = stream_elements[s];
+  uint bits = stream_bits[s];
+  uint count = anchor_count[s];
+  index_uint base = stream_element[s] * 64u;
+  index_uint before = 0u;
+  if (count > 1u) read_codes((count - 1u) * elements, anchor_code(s));
+  for (uint i = 0u; i < count; i++) {
+    index_uint v = base;
     if (h.references == 0u)
-      for (uint i = 0u; i < disk_count; i++) read_anchor(i, disk_first[i], s, s + 1u);
-    else if (s == stream_first || (h.flags & FLAG_SEAMS) != 0u)
+      v += disk_first[i];
+    else
+      v += loop_vertex[reference_rank[mask_lsb(stored) & 63u]];
+    for (uint c = 0u; c < elements; c++) {
+      uint value = 0u;
+      if (i == 0u)
+        value = load_bits(anchor_position[s] + c * bits, bits);
+      else
+        value = values[before + 64u * c] + residuals[(i - 1u) * elements + c];
+      values[v + 64u * c] = value & stream_mask[s];
+    }
+    before = v;
+    stored = mask_clear_lsb(stored);
+  }
+}
+
+// Reads the first four sections of the open part.
+void read_own_boundary(HEADER_IN h, uint part) {
+  mask64 stored = mask_none();
+  for (uint s = part_first(part); s < part_end(part); s++) {
+    if (s == part_first(part) || (h.flags & FLAG_SEAMS) != 0u)
       stored = stored_corners(h, seam_refs[s]);
-    uint index = 0u;
-    for (mask64 rest = stored; mask_any(rest); rest = mask_clear_lsb(rest)) {
-      read_anchor(index, loop_vertex[reference_rank[mask_lsb(rest)]], s, s + 1u);
-      index++;
-    }
+    if (is_decoded(s))
+      read_own_anchors(h, s, stored);
+    else
+      skip_anchors(s);
   }
-}
-
-// Leaves the unary reader behind section F.
-void read_own_chains(HEADER_IN h) {
-  unary = seek_unary(chain_unary);
-  if (chain_total == 0u) return;
   list_chains(h.owned_refs);
-  for (uint s = 0u; s < stream_total; s++) {
-    if (s >= stream_first && s < stream_end) {
-      read_residuals(s, chain_total, chain_code[s], chain_widths[s], chain_low[s]);
+  for (uint s = part_first(part); s < part_end(part); s++) {
+    if (chain_total > 0u && is_decoded(s)) {
+      read_residuals(s, chain_total, chain_code[s], chain_widths[s]);
       predict_chains(s);
-    } else if (chain_code[s] != CODE_FIXED) {
-      skip_unary(unary, chain_total * stream_elements[s]);
+    } else {
+      skip_chains(h, s);
     }
   }
 }
 
-// --- interior (sections G and H) ---
+// --- interior ---
 
 // Predicts one element of a traversed vertex from the gate's vertices a and b and, if there is a
 // triangle across the gate, from that triangle's vertex o.
@@ -915,12 +1402,87 @@ INLINE void predict_elements(uint s, uint from, uint predictor, uint elements) {
   }
 }
 
+// `first`: number of residuals of vertices before the first traversed one. all: predicts boundary
+// vertices from the positions too.
+void predict_geo(uint s, uint first, bool all) {
+  index_uint base = stream_element[s] * 64u;
+  uint at = 2u * first;
+  uint bits = stream_mask[s];
+  OCTAHEDRAL_PREDICTIONS(stream_bits[s]);
+  for (uint i = 0u; i < traversed_count; i++) {
+    uint triangle = traversed[i];
+    uint v = (triangle >> 16) & 255u;
+    OctPair q;
+    if (all || !mask_test(boundary, v)) {
+      q = OCTAHEDRAL_PREDICTION(i, v, stream_bits[s]);
+    } else {
+      index_uint a = base + (triangle & 255u);
+      index_uint b = base + ((triangle >> 8) & 255u);
+      bool across = triangle >> 24 != NO_VERTEX;
+      index_uint o = across ? base + (triangle >> 24) : a;
+      q.u = traversed_prediction(PREDICT_PARALLELOGRAM, values[a], values[b], values[o], across);
+      q.v = traversed_prediction(PREDICT_PARALLELOGRAM, values[a + 64u], values[b + 64u],
+                                 values[o + 64u], across);
+    }
+    values[base + v] = (q.u + residuals[at]) & bits;
+    values[base + 64u + v] = (q.v + residuals[at + 1u]) & bits;
+    at += 2u;
+  }
+}
+
+// AFFINE: the weights of a traversed vertex.
+Weights traversed_weights(uint triangle) {
+  Weights w;
+  w.exist = false;
+  if (triangle >> 24 != NO_VERTEX)
+    w = affine_weights(triangle & 255u, (triangle >> 8) & 255u, triangle >> 24,
+                       (triangle >> 16) & 255u);
+  return w;
+}
+
+INLINE void predict_affine_elements(uint s, uint first, uint elements) {
+  index_uint base = stream_element[s] * 64u;
+  index_uint at = elements * first;
+  uint bits = stream_mask[s];
+  uint count = traversed_count;
+  WEIGH_TRAVERSED();
+  for (uint i = 0u; i < count; i++) {
+    uint triangle = traversed[i];
+    bool across = triangle >> 24 != NO_VERTEX;
+    Weights w = TRAVERSED_WEIGHTS(i);
+    index_uint a = base + (triangle & 255u);
+    index_uint b = base + ((triangle >> 8) & 255u);
+    index_uint v = base + ((triangle >> 16) & 255u);
+    index_uint o = across ? base + (triangle >> 24) : a;
+    for (index_uint c = 0u; c < elements; c++) {
+      uint at_a = values[a + 64u * c];
+      uint at_b = values[b + 64u * c];
+      uint at_o = values[o + 64u * c];
+      uint parallelogram = traversed_prediction(PREDICT_PARALLELOGRAM, at_a, at_b, at_o, across);
+      uint point = choose(w.exist, affine_point(w, at_a, at_b, at_o), parallelogram);
+      values[v + 64u * c] = (point + residuals[at + c]) & bits;
+    }
+    at += elements;
+  }
+}
+
+void predict_affine(uint s, uint first) {
+  if (stream_elements[s] == 2u)
+    predict_affine_elements(s, first, 2u);
+  else
+    predict_affine_elements(s, first, stream_elements[s]);
+}
+
 // Constants instead of variables for the common cases.
 void predict_traversed(uint s, uint first) {
   uint predictor = stream_predictor[s];
   uint elements = stream_elements[s];
   uint from = first * elements;
-  if (predictor == PREDICT_PARALLELOGRAM && elements == 3u)
+  if (predictor == PREDICT_GEO || predictor == PREDICT_GEO_ALL)
+    predict_geo(s, first, predictor == PREDICT_GEO_ALL);
+  else if (predictor == PREDICT_AFFINE)
+    predict_affine(s, first);
+  else if (predictor == PREDICT_PARALLELOGRAM && elements == 3u)
     predict_elements(s, from, PREDICT_PARALLELOGRAM, 3u);
   else if (predictor == PREDICT_DAMPED && elements == 3u)
     predict_elements(s, from, PREDICT_DAMPED, 3u);
@@ -940,27 +1502,26 @@ uint seam_vertices(uint s) {
   return count;
 }
 
-// Everything but the foreign vertices and the owned chains. Expects the unary reader behind section
-// F.
-void decode_interior() {
-  uint low = unary.cursor;
-  uint end = low;
-  for (uint s = 0u; s < stream_total; s++)
-    end += (traversed_count + seam_vertices(s)) * low_bits(s, interior_code[s], interior_widths[s]);
-  unary = seek_unary(end);
-  for (uint s = 0u; s < stream_total; s++) {
-    uint count = traversed_count + seam_vertices(s);
-    if (s >= stream_first && s < stream_end) {
-      read_residuals(s, count, interior_code[s], interior_widths[s], low);
+uint interior_vertices(uint s) { return traversed_count + seam_vertices(s); }
+
+// Reads the last two sections of the open part.
+void read_own_interior(uint part) {
+  uint codes = 0u;
+  for (uint s = part_first(part); s < part_end(part); s++)
+    codes += unary_count(s, interior_vertices(s), interior_code[s]);
+  open_lists(low_cursor, codes);
+  for (uint s = part_first(part); s < part_end(part); s++) {
+    uint count = interior_vertices(s);
+    if (is_decoded(s)) {
+      read_residuals(s, count, interior_code[s], interior_widths[s]);
       list_chains(seam_refs[s]);
       predict_chains(s);
       predict_traversed(s, chain_count);
-    } else if (interior_code[s] != CODE_FIXED) {
-      skip_unary(unary, count * stream_elements[s]);
+    } else {
+      skip_residuals(s, count, interior_code[s], interior_widths[s]);
     }
-    low += count * low_bits(s, interior_code[s], interior_widths[s]);
   }
-  if (max(unary.cursor, low) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
+  if (low_cursor > 8u * (byte_length - BLOB_PADDING_BYTES)) error = ERROR_UNARY;
 }
 
 // --- a whole meshlet ---
@@ -985,6 +1546,7 @@ Header opened;  // of the meshlet decoded last
 // in place and list them in provided_refs.
 void open_meshlet(uint m) {
   error = ERROR_NONE;
+  unary = seek_unary(0u);  // forget what the includer may know of the last meshlet's lists
   triangle_count = 0u;
   vertex_count = 0u;
   provided_refs = mask_none();
@@ -992,7 +1554,7 @@ void open_meshlet(uint m) {
   located = NO_MESHLET;
   opened = read_header(m);
   if (error != ERROR_NONE) return;
-  read_symbols(opened.begin, opened.triangles);
+  read_symbols(opened);
   decode_apexes();
 }
 
@@ -1010,12 +1572,18 @@ void read_foreign() {
   if (error == ERROR_NONE) read_foreign_chains(opened);
 }
 
+// Leaves low_cursor behind the last part that is decoded.
 void read_own() {
-  find_sections(opened, disk_count);
-  if (error != ERROR_NONE) return;
-  read_own_anchors(opened);
-  read_own_chains(opened);
-  decode_interior();
+  uint p = opened.codes;
+  for (uint part = 0u; part < (stream_end > 1u && stream_total > 1u ? 2u : 1u); part++) {
+    open_part(opened, part, p, disk_count);
+    if (error != ERROR_NONE) return;
+    read_own_boundary(opened, part);
+    read_own_interior(part);
+    if (error != ERROR_NONE) return;
+    if (part == 0u && needs_normals) SUM_NORMALS();
+    p = low_cursor;
+  }
 }
 
 void decode_meshlet(uint m) {

@@ -21,12 +21,10 @@ struct SerialDecoder {
   using index_uint = size_t;
   using mask64 = uint64_t;
 
-  // `window`: ones not read yet; its bit 0 is the blob's bit `base`. `cursor`: the bit after the
-  // last one read. Clearing ones instead of shifting keeps the dependency from code to code one
-  // instruction long.
+  // A place in the unary plane that the decoder sought last: the number of ones before it, and the
+  // bit after the last one of them.
   struct UnaryReader {
-    mask64 window = 0;
-    uint base = 0;
+    uint index = 0;
     uint cursor = 0;
   };
 
@@ -40,6 +38,19 @@ struct SerialDecoder {
 #define FOREIGN_LENGTH known_length
 #define MAX_STREAMS BLOB_MAX_STREAMS
 #define MAX_ELEMENTS (STREAM_MAX_ELEMENTS * BLOB_MAX_STREAMS)
+#define WEIGH_CHAINS() weigh(chain_step, chain_count)
+#define CHAIN_WEIGHTS(j) chain_weights_of(j)
+#define WEIGH_TRAVERSED() weigh(traversed, traversed_count)
+#define TRAVERSED_WEIGHTS(i) weights[i]
+#define OCTAHEDRAL_PREDICTIONS(bits) predict_octahedral(bits)
+#define OCTAHEDRAL_PREDICTION(i, v, bits) octahedral[i]
+#ifdef __AVX2__
+#define SUM_NORMALS sum_normals_of_meshlet
+#else
+#define SUM_NORMALS sum_normals
+#endif
+#define NORMALS(i) normals[i]
+  alignas(16) uint normals[256];
 #include "decode/serial_decoder.glsl"
 
   static mask64 mask_none() { return 0; }
@@ -56,6 +67,7 @@ struct SerialDecoder {
 #else
   static uint mask_msb(mask64 m) { return m ? 63u ^ uint(__builtin_clzll(m)) : 127u; }
 #endif
+  static uint bit_length(uint x) { return x ? 32u - uint(__builtin_clz(x)) : 0u; }
   static bool mask_test(mask64 m, uint i) { return (m >> (i & 63u)) & 1u; }
   static bool mask_any(mask64 m) { return m != 0; }
   static uint mask_count(mask64 m) { return uint(__builtin_popcountll(m)); }
@@ -133,96 +145,322 @@ struct SerialDecoder {
                     : load_bits(p, 32u) | mask64(load_bits(p + 32u, n - 32u)) << 32;
   }
 
-  UnaryReader seek_unary(uint p) const {
-    return {(p >> 3) + 8u > size ? 0 : load64(p >> 3) & ~mask_below(p & 7u), p & ~7u, p};
-  }
-  // Moves the window to the next one with a one.
-  __attribute__((noinline)) bool refill(UnaryReader& r) {
-    while (r.window == 0) {
-      r.base += 64u;
-      if ((r.base >> 3) + 8u > size || r.base - r.cursor > MAX_QUOTIENT + 64u) {
-        error = ERROR_UNARY;
-        return false;
-      }
-      r.window = load64(r.base >> 3);
-    }
-    return true;
-  }
+  // --- unary planes ---
 
+  // The ones of the plane at bit ends_begin: ends[i] is the position of the i-th, from 1, and
+  // ends[0] the bit before the plane. Listed as far as needed: read_ends continues from `window`,
+  // whose bit 0 is the blob's bit window_base and whose ones are not listed yet.
+  static constexpr uint kMaxEnds = 2 * 64 * MAX_ELEMENTS;  // further anchors and chains; interior
+#ifdef __BMI2__
   // read_ends lists ones in groups, past the last one of a word too: an unpredictable loop end
   // costs more than the extra steps.
-#ifdef __BMI2__
   static constexpr uint kGroup = 8;
 #else
   static constexpr uint kGroup = 1;
 #endif
+  uint ends_begin = 0, ends_count = 0;
+  uint window_base = 0;
+  mask64 window = 0;
+  uint ends[1 + kMaxEnds + 8];  // room for a group; the same size in all builds
 
-  // Writes the bit positions of the next n ones to ends[0 .. n); ends needs room for kGroup more.
-  void read_ends(uint n, uint* ends) {
-    UnaryReader reader = unary;  // a local copy stays in registers
-    uint found = 0;
-    while (found < n) {
-      if (reader.window == 0 && !refill(reader)) break;
-      uint ones = min(mask_count(reader.window), n - found);
-      mask64 rest = reader.window;
-      for (uint i = 0; i < ones; i += kGroup)
-        for (uint k = 0; k < kGroup; k++, rest = mask_clear_lsb(rest))
-          ends[found + i + k] = reader.base + mask_lsb(rest);
-      if (ends[found] - reader.cursor > MAX_QUOTIENT) error = ERROR_UNARY;
-      found += ones;
-      reader.cursor = ends[found - 1] + 1u;
-      reader.window &= ~mask_below(reader.cursor - reader.base);
+  UnaryReader seek_unary(uint p) {
+    if (p != ends_begin || p == 0) {
+      ends_begin = p;
+      ends_count = 0;
+      ends[0] = p - 1u;
+      window_base = p & ~7u;
+      window = (p >> 3) + 8u > size ? 0 : load64(p >> 3) & ~mask_below(p & 7u);
     }
-    unary = reader;
+    return {0, p};
   }
 
-  void read_rice(uint n, uint k, uint low) {
-    uint ends[1 + 256 + kGroup];  // n <= 64 vertices x 4 elements; ends[0]: the one before
-    ends[0] = unary.cursor - 1u;
-    read_ends(n, ends + 1);
+  // Moves the window to the next one.
+  __attribute__((noinline)) bool refill() {
+    while (window == 0) {
+      window_base += 64u;
+      if ((window_base >> 3) + 8u > size || window_base - ends[ends_count] > MAX_QUOTIENT + 65u) {
+        error = ERROR_UNARY;
+        return false;
+      }
+      window = load64(window_base >> 3);
+    }
+    return true;
+  }
+
+  // Lists the first n ones.
+  void read_ends(uint n) {
+    if (n > kMaxEnds) {
+      error = ERROR_REFERENCES;
+      return;
+    }
+    while (ends_count < n) {
+      if (window == 0 && !refill()) return;
+      const uint found = ends_count;
+      const uint ones = min(mask_count(window), n - found);
+      mask64 rest = window;
+      for (uint i = 0; i < ones; i += kGroup)
+        for (uint k = 0; k < kGroup; k++, rest = mask_clear_lsb(rest))
+          ends[1 + found + i + k] = window_base + mask_lsb(rest);
+      if (ends[found + 1] - ends[found] > MAX_QUOTIENT + 1u) error = ERROR_UNARY;
+      ends_count = found + ones;
+      window &= ~mask_below(ends[ends_count] + 1u - window_base);
+    }
+  }
+
+  void skip_unary(UnaryReader& reader, uint n) {
+    read_ends(reader.index + n);
     if (error != ERROR_NONE) return;
+    reader.index += n;
+    reader.cursor = ends[reader.index] + 1u;
+  }
+
+  // --- residuals ---
+
+  static uint unzigzagged(uint u) { return (u >> 1) ^ (0u - (u & 1u)); }
+
+  void read_codes(uint n, uint code) {
+    const uint k = code & CODE_MAX_PARAMETER, low = low_cursor, before = unary.cursor;
+    const uint* list = ends + unary.index;
+    skip_unary(unary, n);
+    if (error != ERROR_NONE) return;
+    const uint zeros = unary.cursor - before - n;
+    const bool exponential = (code & CODE_EXPONENTIAL) != 0;
+    low_cursor = low + n * k + (exponential ? zeros : 0u);
+    if (low_cursor > 8u * (byte_length - BLOB_PADDING_BYTES))
+      error = ERROR_UNARY;
+    else if (exponential)
+      read_exponential(n, k, low, list);
+    else
+      read_rice(n, k, low, list);
+  }
+
+  void sum_codes(uint n, uint elements, uint code) {
+    for (uint c = 0; c < elements; c++) residuals[c] = 0;  // if n is 0
+    read_codes(n * elements, code);
+    for (uint i = elements; i < n * elements; i++) residuals[i % elements] += residuals[i];
+  }
+
+  void read_rice(uint n, uint k, uint low, const uint* list) {
     uint i = 0;
 #ifdef __AVX2__
     for (; k <= 7u && i < n; i += 8, low += 8 * k) {
       mask64 bytes = _pdep_u64(load64(low >> 3) >> (low & 7u),
                                0x0101010101010101ull * ((1u << (k & 7u)) - 1u));
-      store_eight(i, ends + i, k, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(int64_t(bytes))));
+      store_eight(i, list + i, k, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(int64_t(bytes))));
     }
 #endif
     for (; i < n; i++, low += k)
-      residuals[i] = unzigzag((ends[i + 1] - ends[i] - 1u) << k | load_inside(low, k));
+      residuals[i] = unzigzagged((list[i + 1] - list[i] - 1u) << k | load_inside(low, k));
+  }
+
+  void read_exponential(uint n, uint k, uint low, const uint* list) {
+#ifdef __AVX2__
+    if (read_exponential_eights(n, k, low, list)) return;
+#endif
+    for (uint i = 0; i < n; i++) {
+      const uint zeros = list[i + 1] - list[i] - 1u;
+      if (zeros > EXPONENTIAL_MAX_QUOTIENT || k + zeros > EXPONENTIAL_MAX_BITS) {
+        error = ERROR_CODE;
+        return;
+      }
+      residuals[i] = unzigzagged((((1u << zeros) - 1u) << k) + load_inside(low, k + zeros));
+      low += k + zeros;
+    }
   }
 #ifdef __AVX2__
-  // Residuals i .. i + 7 from the ends of their quotients and their low bits.
-  void store_eight(uint i, const uint* ends, uint k, __m256i low) {
-    const __m256i* from = reinterpret_cast<const __m256i*>(ends);
-    __m256i ones = _mm256_cmpeq_epi32(low, low);
-    __m256i before = _mm256_loadu_si256(from),
-            end = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(ends + 1));
-    __m256i quotient = _mm256_add_epi32(_mm256_sub_epi32(end, before), ones);
-    __m256i u = _mm256_or_si256(_mm256_sll_epi32(quotient, _mm_cvtsi32_si128(int(k))), low);
-    __m256i odd = _mm256_srai_epi32(_mm256_slli_epi32(u, 31), 31);
+  // Eight at a time; returns false, and may have written some, if low bits exceed a 32-bit load.
+  bool read_exponential_eights(uint n, uint k, uint low, const uint* list) {
+    const __m256i one = _mm256_set1_epi32(1), parameter = _mm256_set1_epi32(int(k)),
+                  limit = _mm256_set1_epi32(int(8u * (byte_length - BLOB_PADDING_BYTES)));
+    __m256i index = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), widest = _mm256_setzero_si256();
+    const __m256i last = _mm256_set1_epi32(int(n));
+    // Item i's low bits begin k i + (zeros before i) after the first: list[i] counts both.
+    const __m256i start = _mm256_set1_epi32(int(low - list[0] - 1u));
+    for (uint i = 0; i < n; i += 8) {
+      const __m256i* from = reinterpret_cast<const __m256i*>(list + i);
+      const __m256i before = _mm256_add_epi32(_mm256_loadu_si256(from), one),
+                    end = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(list + i + 1));
+      const __m256i width = _mm256_add_epi32(_mm256_sub_epi32(end, before), parameter);
+      const __m256i is_item = _mm256_cmpgt_epi32(last, index);
+      widest = _mm256_max_epu32(widest, _mm256_and_si256(width, is_item));
+      __m256i at = _mm256_add_epi32(_mm256_sub_epi32(before, index), start);
+      at = _mm256_add_epi32(at, _mm256_mullo_epi32(index, parameter));
+      at = _mm256_min_epu32(at, limit);
+      __m256i word =
+          _mm256_i32gather_epi32(reinterpret_cast<const int*>(data), _mm256_srli_epi32(at, 3), 1);
+      word = _mm256_srlv_epi32(word, _mm256_and_si256(at, _mm256_set1_epi32(7)));
+      const __m256i power = _mm256_sllv_epi32(one, width);
+      const __m256i bits = _mm256_and_si256(word, _mm256_sub_epi32(power, one));
+      const __m256i u =
+          _mm256_add_epi32(bits, _mm256_sub_epi32(power, _mm256_sllv_epi32(one, parameter)));
+      store_unzigzagged(i, u);
+      index = _mm256_add_epi32(index, _mm256_set1_epi32(8));
+    }
+    const __m256i wide = _mm256_cmpgt_epi32(widest, _mm256_set1_epi32(25));
+    return _mm256_testz_si256(wide, wide);
+  }
+
+  void store_unzigzagged(uint i, __m256i u) {
+    const __m256i odd = _mm256_srai_epi32(_mm256_slli_epi32(u, 31), 31);
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(residuals + i),
                         _mm256_xor_si256(_mm256_srli_epi32(u, 1), odd));
   }
 #endif
+#ifdef __AVX2__
+  // Residuals i .. i + 7 from the ends of their quotients and their low bits.
+  void store_eight(uint i, const uint* list, uint k, __m256i low) {
+    const __m256i* from = reinterpret_cast<const __m256i*>(list);
+    __m256i ones = _mm256_cmpeq_epi32(low, low);
+    __m256i before = _mm256_loadu_si256(from),
+            end = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(list + 1));
+    __m256i quotient = _mm256_add_epi32(_mm256_sub_epi32(end, before), ones);
+    __m256i u = _mm256_or_si256(_mm256_sll_epi32(quotient, _mm_cvtsi32_si128(int(k))), low);
+    store_unzigzagged(i, u);
+  }
+#endif
 
-  void skip_unary(UnaryReader& r, uint n) {
-    while (n > 0) {
-      uint ones = mask_count(r.window);
-      if (ones >= n) {
-        for (; n > 1u; n--) r.window &= r.window - 1u;
-        r.cursor = r.base + uint(__builtin_ctzll(r.window)) + 1u;
-        r.window &= r.window - 1u;
-        return;
+  // --- prediction from positions, as serial_decoder.glsl has it, for many vertices at once ---
+
+  // Loops over whole batches vectorise; the last batch may compute too much.
+  static constexpr uint kBatch = 8;
+  Weights weights[64];
+  OctPair octahedral[64];
+
+  // bit_length for x < 2^31, without a branch: a float's exponent. Clearing the bit below each one
+  // keeps the float from being rounded up.
+  static int bit_length_of(int x) {
+    const float rounded = float(x & ~(x >> 1));
+    int bits;
+    std::memcpy(&bits, &rounded, 4);
+    return (bits >> 23) - 126;
+  }
+  // x / d toward zero: exact in double.
+  static int quotient(int x, int d) { return int(double(x) / double(d)); }
+  static int clamped(int x, int most) { return x < 0 ? 0 : x > most ? most : x; }
+
+  // Affine weights of packed a, b, v, o (as in `traversed` and chain_step); none without o.
+  void weigh(const uint* packed, uint count) {
+    alignas(32) int e[3][64], f[3][64], r[3][64], s[64], u[64], exists[64];
+    for (uint i = 0; i < count; i++) {
+      const bool chain = packed == chain_step;
+      const uint p = packed[i], a = chain ? p >> 8 & 255u : p & 255u,
+                 b = chain ? p >> 16 & 255u : p >> 8 & 255u, v = chain ? p & 255u : p >> 16 & 255u,
+                 o = p >> 24 == NO_VERTEX ? a : p >> 24;
+      for (uint c = 0; c < 3; c++) {
+        const uint* position = values + 64 * c;
+        e[c][i] = int(position[b] - position[a]);
+        f[c][i] = int(position[o] - position[a]);
+        r[c][i] = int(position[v] - position[a]);
       }
-      if (ones > 0)
-        r.cursor = r.base + 64u;  // inexact, but refill only needs the distance to the next one
-      n -= ones;
-      r.window = 0;
-      if (!refill(r)) return;
+    }
+    for (uint i = count; i % kBatch > 0; i++)
+      for (uint c = 0; c < 3; c++) e[c][i] = f[c][i] = r[c][i] = 0;
+    for (uint begin = 0; begin < count; begin += kBatch)
+      for (uint i = begin; i < begin + kBatch; i++) weigh_one(e, f, r, i, s, u, exists);
+    for (uint i = 0; i < count; i++) weights[i] = {exists[i] != 0, uint(s[i]), uint(u[i])};
+  }
+
+  INLINE static void weigh_one(int (*e)[64], int (*f)[64], int (*r)[64], uint i, int* s, int* u,
+                               int* exists) {
+    auto size = [](int x) { return x < 0 ? -x : x; };
+    int most = 0;
+    for (uint c = 0; c < 3; c++) most |= size(e[c][i]) | size(f[c][i]) | size(r[c][i]);
+    const int h = clamped(bit_length_of(most) - 14, 31);
+    const int e0 = e[0][i] >> h, e1 = e[1][i] >> h, e2 = e[2][i] >> h;
+    const int f0 = f[0][i] >> h, f1 = f[1][i] >> h, f2 = f[2][i] >> h;
+    const int r0 = r[0][i] >> h, r1 = r[1][i] >> h, r2 = r[2][i] >> h;
+    int ee = e0 * e0 + e1 * e1 + e2 * e2, ef = e0 * f0 + e1 * f1 + e2 * f2,
+        ff = f0 * f0 + f1 * f1 + f2 * f2, re = r0 * e0 + r1 * e1 + r2 * e2,
+        rf = r0 * f0 + r1 * f1 + r2 * f2;
+    const int n = bit_length_of(ee | ff | size(re) | size(rf));
+    const int up = clamped(15 - n, 15), down = clamped(n - 15, 31);
+    auto scaled = [&](int x) { return int(uint(x) << up) >> down; };
+    ee = scaled(ee);
+    ef = scaled(ef);
+    ff = scaled(ff);
+    re = scaled(re);
+    rf = scaled(rf);
+    const int product = ee * ff, determinant = product - ef * ef, d = determinant >> 8;
+    const int divisor = d > 0 ? d : 1;
+    s[i] = quotient(re * ff - rf * ef, divisor);
+    u[i] = quotient(rf * ee - re * ef, divisor);
+    const int limit = int(AFFINE_WEIGHT_LIMIT);
+    exists[i] = (determinant > product >> 5) & (d > 0) & (s[i] < limit) & (s[i] > -limit) &
+                (u[i] < limit) & (u[i] > -limit);
+  }
+
+  Weights chain_weights_of(uint j) {
+    const uint step = chain_step[j];
+    if (step >> 24 != NO_VERTEX && weights[j].exist) return weights[j];
+    return line_weights(step >> 8 & 255u, step >> 16 & 255u, step & 255u);
+  }
+
+  // Fills `octahedral` for the traversed vertices.
+  void predict_octahedral(uint bits) {
+    alignas(32) int normal[3][64], q[2][64];
+    const uint count = traversed_count;
+    for (uint i = 0; i < count; i++) {
+      const uint* sum = normals + 4 * (traversed[i] >> 16 & 255u);
+      for (uint c = 0; c < 3; c++) normal[c][i] = int(sum[c]);
+    }
+    if (bits > 15u) {  // numbers of 32 bits
+      for (uint i = 0; i < count; i++)
+        octahedral[i] =
+            octahedral_prediction(uint(normal[0][i]), uint(normal[1][i]), uint(normal[2][i]), bits);
+      return;
+    }
+    for (uint i = count; i % kBatch > 0; i++) normal[0][i] = normal[1][i] = normal[2][i] = 0;
+    const int limit = (1 << bits) - 2;
+    for (uint begin = 0; begin < count; begin += kBatch)
+      for (uint i = begin; i < begin + kBatch; i++)
+        octahedral_one(normal[0][i], normal[1][i], normal[2][i], limit, q[0][i], q[1][i]);
+    for (uint i = 0; i < count; i++) octahedral[i] = {uint(q[0][i]), uint(q[1][i])};
+  }
+  INLINE static void octahedral_one(int nx, int ny, int nz, int limit, int& q0, int& q1) {
+    auto size = [](int x) { return x < 0 ? 0u - uint(x) : uint(x); };
+    uint x = size(nx), y = size(ny), z = size(nz);
+    const int most = int(x | y | z);
+    const int k = most < 0 ? 19 : clamped(bit_length_of(most) - 13, 31);
+    x >>= k;
+    y >>= k;
+    z >>= k;
+    const int sum = int(x + y + z), divisor = sum > 0 ? 2 * sum : 1;
+    const int u = nz < 0 ? sum - int(y) : int(x), v = nz < 0 ? sum - int(x) : int(y);
+    q0 = quotient((nx < 0 ? sum - u : sum + u) * limit + sum, divisor);
+    q1 = quotient((ny < 0 ? sum - v : sum + v) * limit + sum, divisor);
+    q0 = sum > 0 ? q0 : limit >> 1;
+    q1 = sum > 0 ? q1 : limit >> 1;
+  }
+
+#ifdef __AVX2__
+  // sum_normals: a vertex's sum in one register.
+  void sum_normals_of_meshlet() {
+    alignas(16) int position[64][4];
+    const uint h = excess(stream_bits[0], GEO_POSITION_BITS);
+    for (uint v = 0; v < vertex_count; v++) {
+      for (uint c = 0; c < 3; c++) position[v][c] = int(values[64 * c + v]) >> h;
+      position[v][3] = 0;
+    }
+    std::memset(normals, 0, 16 * vertex_count);
+    auto vertex = [&](uint v) {
+      return _mm_load_si128(reinterpret_cast<const __m128i*>(position[v & 63u]));
+    };
+    for (uint t = 0; t < triangle_count; t++) {
+      const uint triangle = triangles[t];
+      const __m128i a = vertex(triangle), e = _mm_sub_epi32(vertex(triangle >> 8), a),
+                    f = _mm_sub_epi32(vertex(triangle >> 16), a);
+      // (e x f) rotated: e f' - e' f, where ' moves y, z, x to x, y, z.
+      const __m128i moved_e = _mm_shuffle_epi32(e, 0xC9), moved_f = _mm_shuffle_epi32(f, 0xC9);
+      const __m128i rotated =
+          _mm_sub_epi32(_mm_mullo_epi32(e, moved_f), _mm_mullo_epi32(moved_e, f));
+      const __m128i normal = _mm_shuffle_epi32(rotated, 0xC9);
+      for (uint k = 0; k < 24; k += 8) {
+        __m128i* sum = reinterpret_cast<__m128i*>(normals + 4 * (triangle >> k & 63u));
+        _mm_store_si128(sum, _mm_add_epi32(_mm_load_si128(sum), normal));
+      }
     }
   }
+#endif
 };
 
 }  // namespace MESHLET_BUILD

@@ -13,6 +13,7 @@ struct Symbols {
   uint64_t r = 0, e = 0, c = 0, s = 0;  // L: none of these
 
   void append(const Symbols& other);
+  uint64_t lefts() const { return ~(r | e | c | s) & (count < 64 ? (1ull << count) - 1 : ~0ull); }
 };
 
 struct Traversal {

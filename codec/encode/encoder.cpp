@@ -1,6 +1,7 @@
 #include "encode/encoder.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <memory>
 #include <mutex>
@@ -54,7 +55,14 @@ struct Plan {
 
 // Zigzagged residuals of one stream in one meshlet, vertex by vertex.
 struct Residuals {
-  std::vector<uint32_t> chain, interior;
+  std::vector<uint32_t> anchor, chain, interior;
+};
+
+// The lists of one stream in one meshlet and their codes.
+struct Lists {
+  std::vector<uint32_t> anchors;  // vertices
+  Residuals residuals;
+  Code anchor, chain, interior;
 };
 
 // Runs the first half of the decoder on symbols from memory instead of bits.
@@ -99,8 +107,19 @@ class Encoder {
  private:
   using Context = std::unique_ptr<SerialDecoder>;
 
+  // What the meshlets of a group have in common.
+  struct Group {
+    uint32_t delta_width = 0, slot_width = 0, reference_width = 0;
+    uint32_t flags = 0;  // of any meshlet
+    uint32_t table = 0;  // of connectivity
+  };
+
   Context make_context() const;
   void load(SerialDecoder& context, const Plan& plan) const;
+  void place_references(SerialDecoder& context, const Plan& plan) const;
+  void traversed_residuals(SerialDecoder& context, uint32_t s, std::vector<uint32_t>& out) const;
+  void chain_residuals(SerialDecoder& context, uint32_t s, uint64_t references,
+                       std::vector<uint32_t>& out) const;
   Plan plan_disk(SerialDecoder& context, uint32_t disk, const Reference* first,
                  uint32_t gate) const;
   Plan best_disk(SerialDecoder& context, uint32_t disk) const;
@@ -108,9 +127,9 @@ class Encoder {
   void plan_all();
   uint64_t cost(SerialDecoder& context, const Plan& plan) const;
 
-  void chain_residuals(SerialDecoder& context, uint32_t s, const Reference& r,
-                       std::vector<uint32_t>& out) const;
+  std::vector<uint32_t> anchor_residuals(const std::vector<uint32_t>& anchors, uint32_t s) const;
   Residuals residuals(SerialDecoder& context, const Plan& plan, uint32_t s) const;
+  std::vector<uint8_t> allowed_predictors(uint32_t s) const;
   void choose_predictors();
   void choose_bases();
 
@@ -127,14 +146,16 @@ class Encoder {
 
   void number_slots();
   void measure_groups();
-  uint32_t write_code(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream,
-                      uint32_t base) const;
+  uint32_t reference_count(const Plan& plan) const {
+    return plan.all_private() ? 0 : uint32_t(plan.refs.size());
+  }
+  void write_header(BitWriter& out, const Plan& plan, const Group& group) const;
+  void write_symbols(BitWriter& out, const Symbols& symbols, const Group& group) const;
+  Code write_code(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t elements,
+                  uint32_t base) const;
   void write_references(BitWriter& out, const Plan& plan, uint32_t m) const;
-  void write_anchors(BitWriter& out, const Plan& plan, uint32_t s) const;
-  void write_low(BitWriter& out, const std::vector<uint32_t>& residuals, const Stream& stream,
-                 uint32_t base, uint32_t code) const;
-  void write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base,
-                   uint32_t code) const;
+  void write_part(BitWriter& out, SerialDecoder& context, const Plan& plan, uint32_t first,
+                  uint32_t end, uint32_t* stream_bits) const;
   std::vector<uint8_t> write_meshlet(SerialDecoder& context, uint32_t m,
                                      uint32_t* stream_bits) const;
   uint32_t flags(const Plan& plan) const;
@@ -152,10 +173,6 @@ class Encoder {
     });
   }
 
-  struct Group {
-    uint8_t delta_width = 0, slot_width = 0;
-  };
-
   const MeshView& mesh_;
   std::vector<Stream> streams_;
   const VertexValues& values_;
@@ -169,16 +186,54 @@ class Encoder {
   std::vector<Group> groups_;
 };
 
-// Residual of element c of the vertex that a packed triangle of `traversed` introduces.
-uint32_t traversed_residual(SerialDecoder& context, uint32_t s, uint32_t triangle, uint32_t c) {
-  uint32_t at = (context.stream_element[s] + c) * 64u, o = triangle >> 24;
-  uint32_t a = at + (triangle & 255u), b = at + (triangle >> 8 & 255u),
-           v = at + (triangle >> 16 & 255u);
-  bool across = o != NO_VERTEX;
-  uint32_t beyond = across ? context.values[at + o] : 0u;
-  return zigzag(context.values[v] -
-                context.traversed_prediction(context.stream_predictor[s], context.values[a],
-                                             context.values[b], beyond, across));
+// Values and predictions of the elements of one vertex.
+struct Elements {
+  uint32_t of[STREAM_MAX_ELEMENTS];
+};
+
+// Predicts the vertex that a packed triangle of `traversed` introduces.
+Elements predict_traversed(SerialDecoder& context, uint32_t s, uint32_t triangle) {
+  uint32_t predictor = context.stream_predictor[s];
+  const uint32_t v = triangle >> 16 & 255u;
+  const bool geo = predictor == PREDICT_GEO && !SerialDecoder::mask_test(context.boundary, v);
+  if (geo || predictor == PREDICT_GEO_ALL) {
+    const uint32_t* normal = context.normals + 4 * v;
+    const SerialDecoder::OctPair q =
+        context.octahedral_prediction(normal[0], normal[1], normal[2], context.stream_bits[s]);
+    return {{q.u, q.v}};
+  }
+  SerialDecoder::Weights weights{};
+  if (predictor == PREDICT_AFFINE) weights = context.traversed_weights(triangle);
+  if (predictor >= PREDICT_GEO) predictor = PREDICT_PARALLELOGRAM;
+  const bool across = triangle >> 24 != NO_VERTEX;
+  const uint32_t* a = context.values + 64 * context.stream_element[s] + (triangle & 255u);
+  const uint32_t* b = context.values + 64 * context.stream_element[s] + (triangle >> 8 & 255u);
+  const uint32_t* o =
+      across ? context.values + 64 * context.stream_element[s] + (triangle >> 24) : a;
+  Elements out{};
+  for (uint32_t c = 0; c < context.stream_elements[s]; c++, a += 64, b += 64, o += 64)
+    out.of[c] = weights.exist ? context.affine_point(weights, *a, *b, *o)
+                              : context.traversed_prediction(predictor, *a, *b, *o, across);
+  return out;
+}
+
+// Predicts the vertex of chain step j of the context.
+Elements predict_chain(SerialDecoder& context, uint32_t s, uint32_t j) {
+  const uint32_t step = context.chain_step[j], left = context.chain_left[j];
+  const uint32_t predictor = context.stream_predictor[s];
+  const uint32_t* before = context.values + 64 * context.stream_element[s] + (step >> 8 & 255u);
+  const uint32_t* end = context.values + 64 * context.stream_element[s] + (step >> 16 & 255u);
+  const uint32_t* earlier = step >> 24 == NO_VERTEX
+                                ? before
+                                : context.values + 64 * context.stream_element[s] + (step >> 24);
+  SerialDecoder::Weights weights{};
+  if (predictor == PREDICT_AFFINE) weights = context.chain_weights(step);
+  Elements out{};
+  for (uint32_t c = 0; c < context.stream_elements[s]; c++, before += 64, end += 64, earlier += 64)
+    out.of[c] = predictor == PREDICT_COPY
+                    ? *before
+                    : context.affine_chain_point(weights, *before, *end, *earlier, left);
+  return out;
 }
 
 // A decoder that runs on masks and values from memory instead of bits.
@@ -191,6 +246,7 @@ Encoder::Context Encoder::make_context() const {
     context->stream_elements[s] = streams_[s].elements;
     context->stream_predictor[s] = streams_[s].predictor;
     context->stream_element[s] = at;
+    context->stream_bits[s] = streams_[s].bits;
     at = uint16_t(at + streams_[s].elements);
   }
   return context;
@@ -207,6 +263,24 @@ void Encoder::load(SerialDecoder& context, const Plan& plan) const {
     for (uint32_t c = 0; c < streams_[s].elements; c++)
       for (uint32_t id = 0; id < plan.vertex.size(); id++)
         context.values[(context.stream_element[s] + c) * 64u + id] = value(s, plan.vertex[id], c);
+  if (std::any_of(streams_.begin(), streams_.end(),
+                  [](const Stream& s) { return s.predictor == kGeo || s.predictor == kGeoAll; }))
+    context.sum_normals();
+  place_references(context, plan);
+}
+
+// Places the plan's references along the boundary loops.
+void Encoder::place_references(SerialDecoder& context, const Plan& plan) const {
+  uint32_t places = 0, rank = 0, begin = 0;
+  for (uint64_t rest = context.boundary; rest; rest &= rest - 1)
+    context.loop_vertex[places++] = uint16_t(SerialDecoder::mask_lsb(rest));
+  for (size_t i = 0; i < plan.refs.size(); i++) {
+    context.reference_rank[i] = uint16_t(rank);
+    context.reference_length[i] = uint16_t(plan.refs[i].reference.length);
+    rank += plan.refs[i].reference.length;
+    context.reference_end[i] = context.loop_vertex[plan.refs[i].loop_end ? begin : rank];
+    if (plan.refs[i].loop_end) begin = rank;
+  }
 }
 
 // --- gates ---
@@ -256,9 +330,7 @@ uint64_t Encoder::cost(SerialDecoder& context, const Plan& plan) const {
   std::vector<uint32_t> traversed;
   for (uint32_t s = 0; s < streams_.size(); s++) {
     traversed.clear();
-    for (uint32_t i = 0; i < context.traversed_count; i++)
-      for (uint32_t c = 0; c < streams_[s].elements; c++)
-        traversed.push_back(traversed_residual(context, s, context.traversed[i], c));
+    traversed_residuals(context, s, traversed);
     bits += rice_bits(traversed, best_rice(traversed));
   }
   return bits;
@@ -309,38 +381,71 @@ void Encoder::plan_all() {
 
 // --- residuals ---
 
-void Encoder::chain_residuals(SerialDecoder& context, uint32_t s, const Reference& r,
-                              std::vector<uint32_t>& out) const {
-  uint32_t last = r.start;
-  for (uint32_t i = 0; i < r.length; i++) last = boundaries_.next(last);
-  uint32_t a = boundaries_.vertex[r.start], b = boundaries_.vertex[last], place = r.start;
-  for (uint32_t i = 1; i < r.length; i++) {
-    place = boundaries_.next(place);
-    for (uint32_t c = 0; c < streams_[s].elements; c++) {
-      uint32_t prediction = value(s, a, c);
-      if (streams_[s].predictor != kCopy)
-        prediction = context.chord(prediction, value(s, b, c), i, r.length);
-      out.push_back(zigzag(value(s, boundaries_.vertex[place], c) - prediction));
-    }
+// Appends the residuals of the traversed vertices.
+void Encoder::traversed_residuals(SerialDecoder& context, uint32_t s,
+                                  std::vector<uint32_t>& out) const {
+  for (uint32_t i = 0; i < context.traversed_count; i++) {
+    const uint32_t triangle = context.traversed[i];
+    const uint32_t* v = context.values + 64 * context.stream_element[s] + (triangle >> 16 & 255u);
+    const Elements prediction = predict_traversed(context, s, triangle);
+    for (uint32_t c = 0; c < streams_[s].elements; c++)
+      out.push_back(zigzag(v[64 * c] - prediction.of[c], streams_[s].bits));
   }
+}
+
+// Appends the residuals of the inner vertices of some references.
+void Encoder::chain_residuals(SerialDecoder& context, uint32_t s, uint64_t references,
+                              std::vector<uint32_t>& out) const {
+  context.list_chains(references);
+  for (uint32_t j = 0; j < context.chain_count; j++) {
+    const uint32_t* v =
+        context.values + 64 * context.stream_element[s] + (context.chain_step[j] & 255u);
+    const Elements prediction = predict_chain(context, s, j);
+    for (uint32_t c = 0; c < streams_[s].elements; c++)
+      out.push_back(zigzag(v[64 * c] - prediction.of[c], streams_[s].bits));
+  }
+}
+
+// Residuals of all anchors but the first.
+std::vector<uint32_t> Encoder::anchor_residuals(const std::vector<uint32_t>& anchors,
+                                                uint32_t s) const {
+  std::vector<uint32_t> out;
+  for (size_t i = 1; i < anchors.size(); i++)
+    for (uint32_t c = 0; c < streams_[s].elements; c++)
+      out.push_back(
+          zigzag(value(s, anchors[i], c) - value(s, anchors[i - 1], c), streams_[s].bits));
+  return out;
 }
 
 // The plan must be loaded into the context.
 Residuals Encoder::residuals(SerialDecoder& context, const Plan& plan, uint32_t s) const {
   Residuals out;
-  for (const Plan::Ref& ref : plan.refs) {
-    if (ref.reference.kind == ReferenceKind::kOwned)
-      chain_residuals(context, s, ref.reference, out.chain);
-    if (ref.reference.kind == ReferenceKind::kForeign && own_for(ref.reference, s))
-      chain_residuals(context, s, ref.reference, out.interior);
+  uint64_t owned = 0, seams = 0;
+  for (size_t i = 0; i < plan.refs.size(); i++) {
+    const Reference& r = plan.refs[i].reference;
+    if (r.kind == ReferenceKind::kOwned) owned |= 1ull << i;
+    if (r.kind == ReferenceKind::kForeign && own_for(r, s)) seams |= 1ull << i;
   }
-  for (uint32_t i = 0; i < context.traversed_count; i++)
-    for (uint32_t c = 0; c < streams_[s].elements; c++)
-      out.interior.push_back(traversed_residual(context, s, context.traversed[i], c));
+  out.anchor = anchor_residuals(stored_corners(plan, s), s);
+  chain_residuals(context, s, owned, out.chain);
+  chain_residuals(context, s, seams, out.interior);
+  traversed_residuals(context, s, out.interior);
   return out;
 }
 
-// Tries all predictors on a sample of meshlets, for streams whose predictor is not given.
+// The predictors that the encoder tries for a stream.
+std::vector<uint8_t> Encoder::allowed_predictors(uint32_t s) const {
+  if (streams_[s].bits > PREDICT_MAX_BITS) return {kCopy};
+  std::vector<uint8_t> allowed = {kParallelogram, kMean, kCopy, kDamped};
+  for (uint8_t p = kGeo; p < PREDICTORS; p++) {
+    std::vector<Stream> streams = streams_;
+    streams[s].predictor = p;
+    if (streams_problem(streams).empty()) allowed.push_back(p);
+  }
+  return allowed;
+}
+
+// Tries the allowed predictors on a sample of meshlets, for streams whose predictor is not given.
 void Encoder::choose_predictors() {
   std::vector<uint32_t> open;
   for (uint32_t s = 0; s < streams_.size(); s++)
@@ -348,64 +453,74 @@ void Encoder::choose_predictors() {
       open.push_back(s);
       streams_[s].predictor = streams_[s].bits > PREDICT_MAX_BITS ? kCopy : kParallelogram;
     }
+  std::vector<std::vector<uint8_t>> allowed(streams_.size());
+  for (uint32_t s : open) allowed[s] = allowed_predictors(s);
   uint32_t stride = (meshlet_count_ + kPredictorSample - 1) / kPredictorSample;
   std::vector<Plan> sample(meshlet_count_ / stride + 1);
   for_meshlets(stride, [&](SerialDecoder& context, uint32_t m) {
     sample[m / stride] = plan_meshlet(context, m);
   });
-  std::vector<std::vector<uint64_t>> bits(PREDICTORS, std::vector<uint64_t>(streams_.size(), 0));
   std::vector<uint8_t> best(streams_.size(), 0);
+  std::vector<uint64_t> least(streams_.size(), ~0ull);
   std::mutex mutex;
-  for (uint8_t p = 0; p < PREDICTORS; p++) {
+  for (size_t i = 0; i < PREDICTORS; i++) {  // the i-th of every stream's
+    std::vector<uint32_t> tried;
     for (uint32_t s : open)
-      if (streams_[s].bits <= PREDICT_MAX_BITS) streams_[s].predictor = p;
+      if (i < allowed[s].size()) {
+        streams_[s].predictor = allowed[s][i];
+        tried.push_back(s);
+      }
+    std::vector<uint64_t> bits(streams_.size(), 0);
     for_meshlets(stride, [&](SerialDecoder& context, uint32_t m) {
       load(context, sample[m / stride]);
-      for (uint32_t s : open) {
+      for (uint32_t s : tried) {
         Residuals r = residuals(context, sample[m / stride], s);
-        uint64_t sum =
-            rice_bits(r.chain, best_rice(r.chain)) + rice_bits(r.interior, best_rice(r.interior));
+        uint64_t sum = CodeSizes(r.chain, streams_[s].elements).least() +
+                       CodeSizes(r.interior, streams_[s].elements).least();
         std::lock_guard<std::mutex> lock(mutex);
-        bits[p][s] += sum;
+        bits[s] += sum;
       }
     });
-    for (uint32_t s : open)
-      if (bits[p][s] < bits[best[s]][s]) best[s] = p;
+    for (uint32_t s : tried)
+      if (bits[s] < least[s]) {
+        least[s] = bits[s];
+        best[s] = streams_[s].predictor;
+      }
   }
-  for (uint32_t s : open)
-    if (streams_[s].bits <= PREDICT_MAX_BITS) streams_[s].predictor = best[s];
+  for (uint32_t s : open) streams_[s].predictor = best[s];
 }
 
-// Chooses the window of RICE_CODES parameters that contains the best one of most residuals.
+// Chooses the bases of each stream with which its lists take the fewest bits.
 void Encoder::choose_bases() {
-  std::vector<std::vector<uint64_t>> histogram(2 * streams_.size(),
-                                               std::vector<uint64_t>(RICE_MAX + 1, 0));
+  constexpr size_t kBases = CODE_MAX_PARAMETER + 1;
+  using Totals = std::array<std::array<uint64_t, kBases>, 3>;  // anchors, chains, interior
+  std::vector<Totals> totals(streams_.size(), Totals{});
   std::mutex mutex;
   for_meshlets(1, [&](SerialDecoder& context, uint32_t m) {
     load(context, plans_[m]);
     for (uint32_t s = 0; s < streams_.size(); s++) {
-      Residuals r = residuals(context, plans_[m], s);
-      uint32_t chain = best_rice(r.chain), interior = best_rice(r.interior);
+      const Residuals r = residuals(context, plans_[m], s);
+      const CodeSizes anchor(r.anchor, streams_[s].elements);
+      const CodeSizes chain(r.chain, streams_[s].elements);
+      const CodeSizes interior(r.interior, streams_[s].elements);
       std::lock_guard<std::mutex> lock(mutex);
-      histogram[2 * s][chain] += r.chain.size();
-      histogram[2 * s + 1][interior] += r.interior.size();
+      for (uint32_t b = 0; b < kBases; b++) {
+        const uint64_t bits[3] = {anchor.exponential[b], chain.of_field(chain.best_field(b), b),
+                                  interior.of_field(interior.best_field(b), b)};
+        for (size_t list = 0; list < 3; list++)
+          totals[s][list][b] = std::min(totals[s][list][b] + bits[list], kImpossible);
+      }
     }
   });
-  for (uint32_t s = 0; s < streams_.size(); s++)
-    for (uint32_t which = 0; which < 2; which++) {
-      const auto& h = histogram[2 * s + which];
-      uint64_t most = 0;
-      uint8_t base = 0;
-      for (uint32_t b = 0; b + RICE_CODES <= RICE_MAX + 1; b++) {
-        uint64_t sum = 0;
-        for (uint32_t k = b; k < b + RICE_CODES; k++) sum += h[k];
-        if (sum > most) {
-          most = sum;
-          base = uint8_t(b);
-        }
-      }
-      (which ? streams_[s].interior_base : streams_[s].chain_base) = base;
-    }
+  for (uint32_t s = 0; s < streams_.size(); s++) {
+    auto best = [&](size_t list) {
+      const auto& bits = totals[s][list];
+      return uint8_t(std::min_element(bits.begin(), bits.end()) - bits.begin());
+    };
+    streams_[s].anchor_base = best(0);
+    streams_[s].chain_base = best(1);
+    streams_[s].interior_base = best(2);
+  }
 }
 
 // --- bytes ---
@@ -421,15 +536,23 @@ void Encoder::number_slots() {
 
 void Encoder::measure_groups() {
   groups_.assign((meshlet_count_ + BLOB_GROUP_MESHLETS - 1) / BLOB_GROUP_MESHLETS, {});
-  for (uint32_t m = 0; m < meshlet_count_; m++)
+  std::vector<int64_t> gains(groups_.size(), 0);  // bits that table 1 saves
+  for (uint32_t m = 0; m < meshlet_count_; m++) {
+    Group& g = groups_[m / BLOB_GROUP_MESHLETS];
+    const Symbols& y = plans_[m].symbols;
+    const int64_t c = SerialDecoder::mask_count(y.c), e = SerialDecoder::mask_count(y.e) - 1,
+                  l = SerialDecoder::mask_count(y.lefts());
+    gains[m / BLOB_GROUP_MESHLETS] += 2 * l - c - e;
+    g.flags |= flags(plans_[m]);
+    g.reference_width = std::max(g.reference_width, bit_length(reference_count(plans_[m])));
     for (const Plan::Ref& ref : plans_[m].refs)
       if (ref.reference.kind == ReferenceKind::kForeign) {
-        Group& g = groups_[m / BLOB_GROUP_MESHLETS];
-        g.delta_width = std::max(
-            g.delta_width, uint8_t(bit_length(m - meshlet_of_place(ref.reference.owner_start))));
-        g.slot_width =
-            std::max(g.slot_width, uint8_t(bit_length(slot_of_place_[ref.reference.owner_start])));
+        const uint32_t owner = ref.reference.owner_start;
+        g.delta_width = std::max(g.delta_width, bit_length(m - meshlet_of_place(owner)));
+        g.slot_width = std::max(g.slot_width, bit_length(slot_of_place_[owner]));
       }
+  }
+  for (size_t g = 0; g < groups_.size(); g++) groups_[g].table = gains[g] > 0;
 }
 
 uint32_t Encoder::flags(const Plan& plan) const {
@@ -481,115 +604,92 @@ std::vector<uint32_t> Encoder::stored_corners(const Plan& plan, uint32_t s) cons
   return corners;
 }
 
-void Encoder::write_anchors(BitWriter& out, const Plan& plan, uint32_t s) const {
-  std::vector<uint32_t> anchors = stored_corners(plan, s);
-  if (anchors.empty()) return;
-  const Stream& stream = streams_[s];
-  for (uint32_t c = 0; c < stream.elements; c++) out.put(value(s, anchors[0], c), stream.bits);
-  if (anchors.size() == 1) return;
-  std::vector<uint32_t> deltas;
-  uint32_t width = 0;
-  for (size_t i = 1; i < anchors.size(); i++)
-    for (uint32_t c = 0; c < stream.elements; c++) {
-      deltas.push_back(zigzag(value(s, anchors[i], c) - value(s, anchors[0], c)));
-      width = std::max(width, bit_length(deltas.back()));
-    }
-  if (width >= WIDTH_ESCAPE) width = 32;
-  out.put(std::min(width, WIDTH_ESCAPE), WIDTH_BITS);
-  for (uint32_t d : deltas) out.put(d, width);
-}
-
-std::vector<uint32_t> fixed_widths(const std::vector<uint32_t>& residuals, uint32_t elements) {
-  std::vector<uint32_t> widths(elements, 0);
-  for (size_t i = 0; i < residuals.size(); i++)
-    widths[i % elements] = std::max(widths[i % elements], bit_length(residuals[i]));
-  for (uint32_t& w : widths)
-    if (w >= WIDTH_ESCAPE) w = 32;
-  return widths;
-}
-
-// Chooses the cheaper code and writes it to section C.
-uint32_t Encoder::write_code(BitWriter& out, const std::vector<uint32_t>& residuals,
-                             const Stream& stream, uint32_t base) const {
-  uint32_t code = 0;
-  uint64_t least = ~0ull;
-  for (uint32_t i = 0; i < RICE_CODES && base + i <= RICE_MAX; i++) {
-    uint64_t bits = rice_bits(residuals, base + i);
-    if (bits < least) {
-      least = bits;
-      code = i;
-    }
-  }
-  std::vector<uint32_t> widths = fixed_widths(residuals, stream.elements);
-  uint64_t fixed = WIDTH_BITS * stream.elements;
-  for (uint32_t w : widths) fixed += uint64_t(w) * (residuals.size() / stream.elements);
-  if (fixed < least) code = CODE_ESCAPE;
-  out.put(code, CODE_BITS);
-  if (code == CODE_ESCAPE)
-    for (uint32_t w : widths) out.put(std::min(w, WIDTH_ESCAPE), WIDTH_BITS);
+// Chooses the cheapest code and writes it.
+Code Encoder::write_code(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t elements,
+                         uint32_t base) const {
+  const uint32_t field = CodeSizes(residuals, elements).best_field(base);
+  out.put(field, CODE_BITS);
+  if (field != CODE_ESCAPE) return code_of_field(field, base);
+  const Code code = fixed_code(residuals, elements);
+  for (uint32_t c = 0; c < elements; c++)
+    out.put(std::min(code.widths[c], WIDTH_ESCAPE), WIDTH_BITS);
   return code;
 }
 
-void Encoder::write_low(BitWriter& out, const std::vector<uint32_t>& residuals,
-                        const Stream& stream, uint32_t base, uint32_t code) const {
-  std::vector<uint32_t> widths(stream.elements, base + code);
-  if (code == CODE_ESCAPE) widths = fixed_widths(residuals, stream.elements);
-  for (size_t i = 0; i < residuals.size(); i++) out.put(residuals[i], widths[i % stream.elements]);
+void Encoder::write_header(BitWriter& out, const Plan& plan, const Group& group) const {
+  out.put(plan.symbols.count - 1, BLOB_TRIANGLE_BITS);
+  out.put(reference_count(plan), group.reference_width);
+  for (uint32_t flag : {FLAG_LOOPS, FLAG_PRIVATE, FLAG_SEAMS})
+    if (group.flags & flag) out.put((flags(plan) & flag) != 0, 1);
 }
 
-void Encoder::write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t base,
-                          uint32_t code) const {
-  if (code == CODE_ESCAPE) return;
-  for (uint32_t u : residuals) out.put_unary(u >> (base + code));
+// All symbols but the last as a prefix code, a plane for each of its bits.
+void Encoder::write_symbols(BitWriter& out, const Symbols& y, const Group& group) const {
+  const uint64_t first = group.table ? y.lefts() : y.c, second = group.table ? y.c : y.e;
+  uint64_t rest = SerialDecoder::mask_below(y.count - 1);
+  for (uint64_t plane : {~y.r, ~first, ~second, y.s}) {
+    for (uint64_t left = rest; left; left &= left - 1)
+      out.put(plane >> SerialDecoder::mask_lsb(left) & 1, 1);
+    rest &= plane;
+  }
 }
 
-// Adds the bits of the anchors and residuals of each stream to stream_bits.
+// Writes the streams [first, end). Adds the bits of the anchors and residuals of each to
+// stream_bits.
+void Encoder::write_part(BitWriter& out, SerialDecoder& context, const Plan& plan, uint32_t first,
+                         uint32_t end, uint32_t* stream_bits) const {
+  const bool chains = std::any_of(plan.refs.begin(), plan.refs.end(), [](const Plan::Ref& r) {
+    return r.reference.kind == ReferenceKind::kOwned;
+  });
+  std::vector<Lists> all(end);
+  for (uint32_t s = first; s < end; s++) {
+    const Stream& stream = streams_[s];
+    Lists& lists = all[s];
+    lists.anchors = stored_corners(plan, s);
+    lists.residuals = residuals(context, plan, s);
+    lists.anchor = anchor_code(stream.anchor_base);
+    if (chains)
+      lists.chain = write_code(out, lists.residuals.chain, stream.elements, stream.chain_base);
+    lists.interior =
+        write_code(out, lists.residuals.interior, stream.elements, stream.interior_base);
+  }
+  auto for_streams = [&](auto write) {
+    for (uint32_t s = first; s < end; s++) {
+      const uint64_t before = out.bit_count();
+      write(all[s], s);
+      stream_bits[s] += uint32_t(out.bit_count() - before);
+    }
+  };
+  for_streams([&](const Lists& lists, uint32_t s) {
+    for (uint32_t c = 0; c < streams_[s].elements && !lists.anchors.empty(); c++)
+      out.put(value(s, lists.anchors[0], c), streams_[s].bits);
+  });
+  for_streams([&](const Lists& l, uint32_t) { write_unary(out, l.residuals.anchor, l.anchor); });
+  for_streams([&](const Lists& l, uint32_t) { write_unary(out, l.residuals.chain, l.chain); });
+  for_streams([&](const Lists& l, uint32_t s) {
+    write_low(out, l.residuals.anchor, l.anchor, streams_[s].elements);
+  });
+  for_streams([&](const Lists& l, uint32_t s) {
+    write_low(out, l.residuals.chain, l.chain, streams_[s].elements);
+  });
+  for_streams(
+      [&](const Lists& l, uint32_t) { write_unary(out, l.residuals.interior, l.interior); });
+  for_streams([&](const Lists& l, uint32_t s) {
+    write_low(out, l.residuals.interior, l.interior, streams_[s].elements);
+  });
+}
+
 std::vector<uint8_t> Encoder::write_meshlet(SerialDecoder& context, uint32_t m,
                                             uint32_t* stream_bits) const {
   const Plan& plan = plans_[m];
-  const Symbols& y = plan.symbols;
-  uint64_t x = ~(y.r | y.e | y.c) & SerialDecoder::mask_below(y.count);
+  const Group& group = groups_[m / BLOB_GROUP_MESHLETS];
   load(context, plan);
   BitWriter out;
-  out.put_mask(y.e | x, y.count);
-  out.put_mask(y.c | x, y.count);
-  for (; x; x &= x - 1) out.put(y.s >> SerialDecoder::mask_lsb(x) & 1, 1);
+  write_header(out, plan, group);
+  write_symbols(out, plan.symbols, group);
   write_references(out, plan, m);
-  bool chains = std::any_of(plan.refs.begin(), plan.refs.end(), [](const Plan::Ref& r) {
-    return r.reference.kind == ReferenceKind::kOwned;
-  });
-  std::vector<Residuals> all;
-  std::vector<uint32_t> chain_codes(streams_.size()), interior_codes(streams_.size());
-  for (uint32_t s = 0; s < streams_.size(); s++) {
-    all.push_back(residuals(context, plan, s));
-    if (chains) chain_codes[s] = write_code(out, all[s].chain, streams_[s], streams_[s].chain_base);
-    interior_codes[s] = write_code(out, all[s].interior, streams_[s], streams_[s].interior_base);
-  }
-  uint64_t counted = out.bit_count();
-  auto count_for = [&](uint32_t s) {  // adds the bits since the last call to stream s
-    stream_bits[s] += uint32_t(out.bit_count() - counted);
-    counted = out.bit_count();
-  };
-  for (uint32_t s = 0; s < streams_.size(); s++) {
-    write_anchors(out, plan, s);
-    count_for(s);
-  }
-  for (uint32_t s = 0; s < streams_.size(); s++) {
-    write_low(out, all[s].chain, streams_[s], streams_[s].chain_base, chain_codes[s]);
-    count_for(s);
-  }
-  for (uint32_t s = 0; s < streams_.size(); s++) {
-    write_unary(out, all[s].chain, streams_[s].chain_base, chain_codes[s]);
-    count_for(s);
-  }
-  for (uint32_t s = 0; s < streams_.size(); s++) {
-    write_low(out, all[s].interior, streams_[s], streams_[s].interior_base, interior_codes[s]);
-    count_for(s);
-  }
-  for (uint32_t s = 0; s < streams_.size(); s++) {
-    write_unary(out, all[s].interior, streams_[s].interior_base, interior_codes[s]);
-    count_for(s);
-  }
+  write_part(out, context, plan, 0, 1, stream_bits);
+  write_part(out, context, plan, 1, uint32_t(streams_.size()), stream_bits);
   out.align(1);
   return out.bytes();
 }
@@ -619,13 +719,18 @@ BitStatistics Encoder::bit_statistics(const std::vector<uint32_t>& stream_bits,
   for (size_t i = 0; i < stream_bits.size(); i++)
     out.streams[i % streams_.size()] += stream_bits[i];
   out.disks = meshlets_.disk_begin.size() - 1;
-  for (const Plan& plan : plans_) {
+  for (size_t m = 0; m < plans_.size(); m++) {
+    const Plan& plan = plans_[m];
     const Symbols& y = plan.symbols;
     const uint32_t c = SerialDecoder::mask_count(y.c), e = SerialDecoder::mask_count(y.e),
                    r = SerialDecoder::mask_count(y.r), s = SerialDecoder::mask_count(y.s);
     const uint32_t counts[5] = {c, y.count - c - e - r - s, e, r, s};
     for (int i = 0; i < 5; i++) out.symbols[i] += counts[i];
-    out.connectivity += 3 * y.count - c - e - r;  // 2 bits per triangle, a third for L and S
+    const bool table = groups_[m / BLOB_GROUP_MESHLETS].table;
+    // 1 bit for R, 2 to 4 for the others, none for the last E.
+    const uint32_t l = counts[1], stored_e = e - 1;
+    out.connectivity +=
+        table ? r + 2 * l + 3 * c + 4 * (stored_e + s) : r + 2 * c + 3 * stored_e + 4 * (l + s);
     for (const Plan::Ref& ref : plan.refs) {
       switch (ref.reference.kind) {
         case ReferenceKind::kOwned: out.owned_references++; break;
@@ -639,6 +744,36 @@ BitStatistics Encoder::bit_statistics(const std::vector<uint32_t>& stream_bits,
   return out;
 }
 
+// Where a group's meshlets start: stride * i - bias + entry i, after the entries.
+struct Entries {
+  uint32_t stride = 0, bias = 0, width = 0;
+  std::vector<uint8_t> bytes;
+};
+
+// starts: of the group's meshlets, from its first on; length: of all.
+Entries entries_of(const std::vector<uint32_t>& starts, uint32_t length) {
+  constexpr int64_t kLargest = 0xFFFF;  // stride and bias
+  int64_t stride = std::min<int64_t>(length / starts.size(), kLargest), least, most;
+  for (;; stride /= 2) {
+    least = most = 0;
+    for (size_t i = 0; i < starts.size(); i++) {
+      const int64_t deviation = int64_t(starts[i]) - stride * int64_t(i);
+      least = std::min(least, deviation);
+      most = std::max(most, deviation);
+    }
+    if (-least <= kLargest) break;
+  }
+  Entries out;
+  out.stride = uint32_t(stride);
+  out.bias = uint32_t(-least);
+  out.width = bit_length(uint32_t(most - least));
+  BitWriter bits;
+  for (size_t i = 0; i < starts.size(); i++)
+    bits.put(uint32_t(int64_t(starts[i]) - stride * int64_t(i) - least), out.width);
+  out.bytes = bits.bytes();
+  return out;
+}
+
 std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& bytes) const {
   BlobHeader header;
   header.triangle_count = uint32_t(mesh_.triangle_count);
@@ -646,40 +781,35 @@ std::vector<uint8_t> Encoder::assemble(const std::vector<std::vector<uint8_t>>& 
   header.meshlet_count = meshlet_count_;
   header.data_offset = data_offset(uint32_t(streams_.size()), meshlet_count_);
   header.streams = streams_;
-  std::vector<uint8_t> blob, data, directory;
-  write_blob_header(header, blob);
-  auto put_word = [](std::vector<uint8_t>& to, uint32_t w) {
-    for (int i = 0; i < 4; i++) to.push_back(uint8_t(w >> 8 * i));
+  std::vector<uint8_t> tables, data;
+  write_blob_header(header, tables);
+  auto put_word = [&](uint32_t w) {
+    for (int i = 0; i < 4; i++) tables.push_back(uint8_t(w >> 8 * i));
   };
   for (uint32_t g = 0; g < groups_.size(); g++) {
-    uint32_t begin = g * BLOB_GROUP_MESHLETS,
-             end = std::min(begin + BLOB_GROUP_MESHLETS, meshlet_count_);
-    size_t length = 0;
-    uint32_t shift = 0;
-    auto padded = [&](uint32_t m) {
-      return (bytes[m].size() + (size_t(1) << shift) - 1) >> shift << shift;
-    };
-    do {  // the smallest unit in which the group's offsets fit BLOB_OFFSET_BITS
-      length = 0;
-      for (uint32_t m = begin; m < end; m++) length += padded(m);
-    } while (length >> shift >= (1u << BLOB_OFFSET_BITS) && ++shift <= GROUP_MAX_SHIFT);
-    if (data.size() + length > BLOB_MAX_BYTES - kReservedBytes)
+    const uint32_t begin = g * BLOB_GROUP_MESHLETS,
+                   end = std::min(begin + BLOB_GROUP_MESHLETS, meshlet_count_);
+    std::vector<uint32_t> starts;
+    uint64_t length = 0;
+    for (uint32_t m = begin; m < end; m++) {
+      starts.push_back(uint32_t(length));
+      length += bytes[m].size();
+    }
+    if (header.data_offset + data.size() + length > BLOB_MAX_BYTES - kReservedBytes)
       throw std::length_error(
           "the primitive is too large: its blob would exceed 448 MiB; split it");
-    put_word(blob, uint32_t(data.size()));
-    put_word(blob, groups_[g].delta_width | uint32_t(groups_[g].slot_width) << 8 | shift << 16);
-    size_t offset = 0;
-    for (uint32_t m = begin; m < end; m++) {
-      const Plan& plan = plans_[m];
-      uint32_t references = plan.all_private() ? 0 : uint32_t(plan.refs.size());
-      put_word(directory, uint32_t(offset >> shift) | (plan.symbols.count - 1) << BLOB_OFFSET_BITS |
-                              references << REFERENCES_SHIFT | flags(plan) << FLAGS_SHIFT);
+    const Entries entries = entries_of(starts, uint32_t(length));
+    put_word(header.data_offset + uint32_t(data.size()));
+    put_word(entries.stride | entries.bias << 16);
+    put_word(entries.width << GROUP_ENTRY_SHIFT | groups_[g].delta_width << GROUP_DELTA_SHIFT |
+             groups_[g].slot_width << GROUP_SLOT_SHIFT |
+             groups_[g].reference_width << GROUP_REFERENCE_SHIFT |
+             groups_[g].flags << GROUP_FLAGS_SHIFT | groups_[g].table << GROUP_TABLE_SHIFT);
+    data.insert(data.end(), entries.bytes.begin(), entries.bytes.end());
+    for (uint32_t m = begin; m < end; m++)
       data.insert(data.end(), bytes[m].begin(), bytes[m].end());
-      data.resize(data.size() + padded(m) - bytes[m].size(), 0);
-      offset += padded(m);
-    }
   }
-  blob.insert(blob.end(), directory.begin(), directory.end());
+  std::vector<uint8_t> blob = std::move(tables);
   blob.insert(blob.end(), data.begin(), data.end());
   blob.resize((blob.size() + BLOB_PADDING_BYTES + 3) / 4 * 4, 0);
   for (int i = 0; i < 4; i++)
@@ -734,12 +864,11 @@ void check_input(const MeshView& mesh, const std::vector<Stream>& streams) {
     throw std::length_error("the primitive has more than 357 million triangles; split it");
   if (streams.empty() || streams.size() > BLOB_MAX_STREAMS)
     throw std::invalid_argument("a primitive needs 1 to 64 streams");
-  for (const Stream& s : streams) {
-    Stream known = s;
-    if (known.predictor == kChoosePredictor) known.predictor = kCopy;
-    std::string problem = stream_problem(known);
-    if (!problem.empty()) throw std::invalid_argument(problem);
-  }
+  std::vector<Stream> known = streams;
+  for (Stream& s : known)
+    if (s.predictor == kChoosePredictor) s.predictor = kCopy;
+  const std::string problem = streams_problem(known);
+  if (!problem.empty()) throw std::invalid_argument(problem);
 }
 
 Meshlets generate_for_encoder(const MeshView& mesh, const EncodeOptions& options, float share,

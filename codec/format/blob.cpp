@@ -30,11 +30,10 @@ Stream read_stream(const uint8_t* p) {
   s.predictor = p[3];
   s.chain_base = p[4];
   s.interior_base = p[5];
-  require(p[6] == 0 && p[7] == 0, "a reserved field of the stream table is not 0");
+  s.anchor_base = p[6];
+  require(p[7] == 0, "a reserved field of the stream table is not 0");
   s.step = real(p, 8);
   for (int c = 0; c < 4; c++) s.offset[c] = real(p, 12 + 4 * c);
-  std::string problem = stream_problem(s);
-  if (!problem.empty()) throw Malformed(problem);
   return s;
 }
 
@@ -42,42 +41,75 @@ uint32_t group_count(uint32_t meshlets) {
   return (meshlets + BLOB_GROUP_MESHLETS - 1) / BLOB_GROUP_MESHLETS;
 }
 
-uint32_t triangle_count_of_entry(uint32_t entry) {
-  return (entry >> BLOB_OFFSET_BITS & (MESHLET_TRIANGLES - 1)) + 1;
+// The lowest `bits` <= 32 bits at bit `position`. The blob's padding covers the read.
+uint32_t bits_at(const uint8_t* data, uint64_t position, uint32_t bits) {
+  uint64_t w;
+  std::memcpy(&w, data + position / 8, 8);
+  return uint32_t(w >> position % 8 & ((1ull << bits) - 1));
 }
 
-// The triangles sum to the header's count; meshlets lie in order and inside the data section.
-void check_directory(const uint8_t* data, size_t size, const BlobHeader& h) {
-  size_t groups = BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * h.streams.size();
-  size_t directory = directory_offset(uint32_t(h.streams.size()), h.meshlet_count);
-  uint64_t triangles = 0, previous_end = h.data_offset;
-  for (uint32_t m = 0; m < h.meshlet_count; m++) {
-    const uint8_t* group = data + groups + BLOB_GROUP_BYTES * (m / BLOB_GROUP_MESHLETS);
-    if (m % BLOB_GROUP_MESHLETS == 0)
-      require(group[4] <= GROUP_MAX_DELTA_WIDTH && group[5] <= GROUP_MAX_SLOT_WIDTH &&
-                  group[6] <= GROUP_MAX_SHIFT && group[7] == 0,
-              "a group table entry is out of range");
-    uint32_t entry = word(data, directory + 4 * size_t(m));
-    uint64_t begin = uint64_t(h.data_offset) + word(group, 0) +
-                     (uint64_t(entry & ((1u << BLOB_OFFSET_BITS) - 1)) << group[6]);
-    uint32_t count = triangle_count_of_entry(entry);
-    require(begin >= previous_end, "meshlets overlap or are out of order");
-    previous_end = begin + (2 * count + 7) / 8;
-    require(previous_end + BLOB_PADDING_BYTES <= size, "a meshlet lies outside the blob");
-    triangles += count;
+// A row of the group table.
+struct Group {
+  uint32_t base, stride, bias, fields;
+  uint32_t meshlets;
+
+  Group(const uint8_t* data, const BlobHeader& h, uint32_t g) {
+    const size_t at =
+        BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * h.streams.size() + BLOB_GROUP_BYTES * size_t(g);
+    base = word(data, at);
+    stride = word(data, at + 4) & 0xFFFFu;
+    bias = word(data, at + 4) >> 16;
+    fields = word(data, at + 8);
+    const uint32_t rest = h.meshlet_count - g * BLOB_GROUP_MESHLETS;
+    meshlets = rest < BLOB_GROUP_MESHLETS ? rest : BLOB_GROUP_MESHLETS;
+  }
+
+  uint32_t entry_width() const { return fields >> GROUP_ENTRY_SHIFT & 31u; }
+  // First byte after the entries, which must lie inside the blob.
+  uint64_t data_begin() const { return base + (uint64_t(meshlets) * entry_width() + 7) / 8; }
+  uint32_t start(const uint8_t* data, uint32_t i) const {
+    return uint32_t(data_begin()) + stride * i - bias +
+           bits_at(data, 8ull * base + uint64_t(i) * entry_width(), entry_width());
+  }
+};
+
+void check_group(const uint8_t* data, const Group& g, uint64_t end) {
+  require((g.fields >> GROUP_DELTA_SHIFT & 31u) <= GROUP_MAX_DELTA_WIDTH &&
+              (g.fields >> GROUP_SLOT_SHIFT & 7u) <= GROUP_MAX_SLOT_WIDTH &&
+              (g.fields >> GROUP_REFERENCE_SHIFT & 7u) <= GROUP_MAX_REFERENCE_WIDTH &&
+              g.fields >> GROUP_BITS == 0,
+          "a group table entry is out of range");
+  require(g.data_begin() <= end, "a group's entries lie outside the blob");
+  const uint64_t entries_end = 8ull * g.base + uint64_t(g.meshlets) * g.entry_width();
+  require(bits_at(data, entries_end, uint32_t(8 * g.data_begin() - entries_end)) == 0,
+          "the padding of a group's entries is not 0");
+}
+
+// The triangles sum to the header's count; meshlets lie in order and inside the blob.
+void check_groups(const uint8_t* data, size_t size, const BlobHeader& h) {
+  const uint64_t end = size - BLOB_PADDING_BYTES;
+  uint64_t triangles = 0, least = h.data_offset;  // least: the next meshlet's smallest start
+  for (uint32_t g = 0; g < group_count(h.meshlet_count); g++) {
+    const Group group(data, h, g);
+    require(group.base >= least, "meshlets overlap or are out of order");
+    check_group(data, group, end);
+    least = group.data_begin();
+    for (uint32_t i = 0; i < group.meshlets; i++) {
+      const uint32_t start = group.start(data, i);
+      require(start >= least, "meshlets overlap or are out of order");
+      require(start < end, "a meshlet lies outside the blob");
+      triangles += bits_at(data, 8ull * start, BLOB_TRIANGLE_BITS) + 1;
+      least = start + 1ull;
+    }
   }
   require(triangles == h.triangle_count,
-          "the directory's triangle counts do not sum to the header's");
+          "the meshlets' triangle counts do not sum to the header's");
 }
 
 }  // namespace
 
-uint32_t directory_offset(uint32_t streams, uint32_t meshlets) {
-  return BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * streams + BLOB_GROUP_BYTES * group_count(meshlets);
-}
-
 uint32_t data_offset(uint32_t streams, uint32_t meshlets) {
-  return directory_offset(streams, meshlets) + 4 * meshlets;
+  return BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * streams + BLOB_GROUP_BYTES * group_count(meshlets);
 }
 
 std::string stream_problem(const Stream& s) {
@@ -89,17 +121,36 @@ std::string stream_problem(const Stream& s) {
   if (s.predictor >= PREDICTORS) return "unknown predictor " + std::to_string(s.predictor);
   if (s.bits > PREDICT_MAX_BITS && s.predictor != kCopy)
     return "a stream of more than 24 bits must use the COPY predictor";
-  if (s.chain_base > RICE_MAX || s.interior_base > RICE_MAX)
-    return "a Rice parameter base is above 31";
+  if (s.chain_base > CODE_MAX_PARAMETER || s.interior_base > CODE_MAX_PARAMETER ||
+      s.anchor_base > CODE_MAX_PARAMETER)
+    return "a base of code parameters is above 31";
   if (s.kind == kGrid && s.bits > GRID_MAX_BITS) return "a GRID stream has more than 24 bits";
   if (s.kind == kOct && (s.elements != 2 || s.bits < OCT_MIN_BITS || s.bits > OCT_MAX_BITS))
     return "an OCT stream must have 2 elements of 2 to 16 bits";
   if (s.kind == kFloat32 && s.bits != 32) return "a FLOAT32 stream must have 32 bits";
   if (s.kind == kSign && (s.bits != 1 || s.elements != 1))
     return "a SIGN stream must have 1 element of 1 bit";
+  if ((s.predictor == kGeo || s.predictor == kGeoAll) && s.kind != kOct)
+    return "a GEO predictor needs an OCT stream";
+  if (s.predictor == kAffine && (s.kind == kOct || s.kind == kSign))
+    return "an OCT or SIGN stream cannot use the AFFINE predictor";
   if (!std::isfinite(s.step)) return "a stream's step is not finite";
   for (float o : s.offset)
     if (!std::isfinite(o)) return "a stream's offset is not finite";
+  return "";
+}
+
+std::string streams_problem(const std::vector<Stream>& streams) {
+  bool from_positions = false;
+  for (const Stream& s : streams) {
+    std::string problem = stream_problem(s);
+    if (!problem.empty()) return problem;
+    from_positions = from_positions || s.predictor >= kGeo;
+  }
+  const Stream& first = streams.front();
+  if (first.predictor >= kGeo) return "stream 0 cannot be predicted from positions";
+  if (from_positions && (first.kind != kGrid || first.elements != 3))
+    return "prediction from positions needs a GRID stream of 3 elements as stream 0";
   return "";
 }
 
@@ -121,7 +172,7 @@ BlobHeader read_blob_header(const uint8_t* data, size_t size) {
   h.data_offset = word(data, 4 * BLOB_WORD_DATA);
   require(word(data, 4 * BLOB_WORD_BYTES) == size, "the header's byte length is not the blob's");
   require(h.meshlet_count >= 1, "the blob has no meshlets");
-  require(h.meshlet_count <= size / 4, "the blob is too short for its meshlet count");
+  require(h.meshlet_count <= size, "the blob is too short for its meshlet count");
   require(h.data_offset == data_offset(stream_count, h.meshlet_count),
           "the data offset does not follow the tables");
   require(h.data_offset + BLOB_PADDING_BYTES <= size, "the blob is too short for its tables");
@@ -129,18 +180,33 @@ BlobHeader read_blob_header(const uint8_t* data, size_t size) {
           "the blob does not end in 8 zero bytes");
   for (uint32_t s = 0; s < stream_count; s++)
     h.streams.push_back(read_stream(data + BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * s));
-  check_directory(data, size, h);
+  const std::string problem = streams_problem(h.streams);
+  if (!problem.empty()) throw Malformed(problem);
+  check_groups(data, size, h);
   require(h.vertex_count >= 3 && h.vertex_count <= 3ull * h.triangle_count &&
               h.vertex_count <= uint64_t(MESHLET_VERTICES) * h.meshlet_count,
           "the vertex count is impossible for the triangle count");
   return h;
 }
 
+std::vector<MeshletBytes> meshlet_bytes(const uint8_t* data, const BlobHeader& header) {
+  std::vector<MeshletBytes> bytes;
+  for (uint32_t g = 0; g < group_count(header.meshlet_count); g++) {
+    const Group group(data, header, g);
+    if (g > 0) bytes.back().end = group.base;
+    for (uint32_t i = 0; i < group.meshlets; i++) {
+      const uint32_t start = group.start(data, i);
+      if (i > 0) bytes.back().end = start;
+      bytes.push_back({start, word(data, 4 * BLOB_WORD_BYTES) - BLOB_PADDING_BYTES});
+    }
+  }
+  return bytes;
+}
+
 std::vector<uint32_t> meshlet_triangle_counts(const uint8_t* data, const BlobHeader& header) {
-  size_t directory = directory_offset(uint32_t(header.streams.size()), header.meshlet_count);
-  std::vector<uint32_t> counts(header.meshlet_count);
-  for (size_t m = 0; m < counts.size(); m++)
-    counts[m] = triangle_count_of_entry(word(data, directory + 4 * m));
+  std::vector<uint32_t> counts;
+  for (const MeshletBytes& bytes : meshlet_bytes(data, header))
+    counts.push_back(bits_at(data, 8ull * bytes.begin, BLOB_TRIANGLE_BITS) + 1);
   return counts;
 }
 
@@ -158,8 +224,8 @@ void write_blob_header(const BlobHeader& h, std::vector<uint8_t>& blob) {
   put_word(h.data_offset);
   put_word(0);
   for (const Stream& s : h.streams) {
-    const uint8_t shape[8] = {s.kind,       s.elements,      s.bits, s.predictor,
-                              s.chain_base, s.interior_base, 0,      0};
+    const uint8_t shape[8] = {s.kind,       s.elements,      s.bits,        s.predictor,
+                              s.chain_base, s.interior_base, s.anchor_base, 0};
     put(shape, 8);
     put(&s.step, 4);
     put(s.offset, 16);

@@ -30,6 +30,9 @@ enum Predictor : uint8_t {
   kMean = PREDICT_MEAN,
   kCopy = PREDICT_COPY,
   kDamped = PREDICT_DAMPED,
+  kGeo = PREDICT_GEO,
+  kGeoAll = PREDICT_GEO_ALL,
+  kAffine = PREDICT_AFFINE,
 };
 
 // A row of the stream table.
@@ -38,8 +41,9 @@ struct Stream {
   uint8_t elements = 1;  // integers per vertex, 1 to 4
   uint8_t bits = 1;      // per element, 1 to 32
   uint8_t predictor = kParallelogram;
-  uint8_t chain_base = 0;     // smallest Rice parameter of chains
-  uint8_t interior_base = 0;  // smallest Rice parameter of interiors
+  uint8_t chain_base = 0;     // of the parameters of chains' codes
+  uint8_t interior_base = 0;  // of the parameters of interiors' codes
+  uint8_t anchor_base = 0;    // exp-Golomb parameter of further anchors
   float step = 1.0f;          // GRID: value = offset + integer * step
   float offset[4] = {0, 0, 0, 0};
 };
@@ -60,19 +64,30 @@ struct Malformed : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Byte offsets of the directory and of the data section.
-uint32_t directory_offset(uint32_t streams, uint32_t meshlets);
+// Byte offset of the first byte after the tables.
 uint32_t data_offset(uint32_t streams, uint32_t meshlets);
 
 // Returns a sentence about a stream that the format does not allow, or an empty string.
 std::string stream_problem(const Stream& stream);
 
-// Reads and checks header and tables of an untrusted blob: the tables lie inside it, the
-// directory's triangle counts sum to the header's, meshlets follow one another without overlap, and
-// the counts are small enough to allocate by. Throws Malformed.
+// Returns a sentence about the streams of a blob that the format does not allow, or an empty
+// string.
+std::string streams_problem(const std::vector<Stream>& streams);
+
+// Reads and checks header and tables of an untrusted blob: the tables lie inside it, meshlets
+// follow one another without overlap, their triangle counts sum to the header's, and the counts are
+// small enough to allocate by. Throws Malformed.
 BlobHeader read_blob_header(const uint8_t* data, size_t size);
 
-// Number of triangles of each meshlet of a checked blob, from its directory.
+// The bytes of a meshlet.
+struct MeshletBytes {
+  uint32_t begin, end;
+};
+
+// The bytes of each meshlet of a checked blob.
+std::vector<MeshletBytes> meshlet_bytes(const uint8_t* data, const BlobHeader& header);
+
+// Number of triangles of each meshlet of a checked blob.
 std::vector<uint32_t> meshlet_triangle_counts(const uint8_t* data, const BlobHeader& header);
 
 // Appends header and stream table; leaves the header's byte length 0.

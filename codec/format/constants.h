@@ -26,22 +26,29 @@
 #define BLOB_WORD_DATA 6u  // offset of the data section, in bytes
 
 // A row of the stream table: kind | elements << 8 | bits << 16 | predictor << 24,
-// chain base | interior base << 8, step, four offsets.
+// chain base | interior base << 8 | anchor base << 16, step, four offsets.
 #define BLOB_STREAM_BYTES 28u
 #define BLOB_STREAM_WORDS 7u
 #define STREAM_MAX_ELEMENTS 4u
 #define STREAM_MAX_BITS 32u
 
-// A row of the group table: base, delta width | slot width << 8 | shift << 16.
-#define BLOB_GROUP_BYTES 8u
-#define BLOB_GROUP_WORDS 2u
+// A row of the group table: base, stride | bias << 16, then fields by their lowest bit. The shift
+// counts have no u.
+#define BLOB_GROUP_BYTES 12u
+#define BLOB_GROUP_WORDS 3u
 #define BLOB_GROUP_MESHLETS 32u
+#define GROUP_ENTRY_SHIFT 0       // width of the entries
+#define GROUP_DELTA_SHIFT 5       // width of references' owner deltas
+#define GROUP_SLOT_SHIFT 10       // width of references' slots
+#define GROUP_REFERENCE_SHIFT 13  // width of the reference counts
+#define GROUP_FLAGS_SHIFT 16      // FLAG_ bits that the group's meshlets store
+#define GROUP_TABLE_SHIFT 19      // the connectivity table
+#define GROUP_BITS 20
 #define GROUP_MAX_DELTA_WIDTH 24u
 #define GROUP_MAX_SLOT_WIDTH 6u
-#define GROUP_MAX_SHIFT 8u
+#define GROUP_MAX_REFERENCE_WIDTH 6u
 
-// A directory entry: offset, triangles - 1, references, flags. The widths are shift counts: no u.
-#define BLOB_OFFSET_BITS 17
+// A meshlet's header: triangles - 1, references, flags.
 #define BLOB_TRIANGLE_BITS 6
 #define BLOB_REFERENCE_BITS 6
 #define MESHLET_MAX_REFERENCES 63u
@@ -63,26 +70,36 @@
 #define PREDICT_MEAN 1u
 #define PREDICT_COPY 2u
 #define PREDICT_DAMPED 3u
-#define PREDICTORS 4u
-#define PREDICT_MAX_BITS 24u  // streams of more bits use PREDICT_COPY
+#define PREDICT_GEO 4u      // normals from the positions of the triangles around the vertex
+#define PREDICT_GEO_ALL 5u  //   also for vertices on the boundary
+#define PREDICT_AFFINE 6u   // as the position lies to the triangle across the gate
+#define PREDICTORS 7u
+#define PREDICT_MAX_BITS 24u       // streams of more bits use PREDICT_COPY
+#define GEO_POSITION_BITS 13u      // GEO drops lower bits of positions
+#define AFFINE_WEIGHT_LIMIT 1024u  // weights, in 1/256, stay below
 
 // --- a meshlet's sections (spec, appendix A.5) ---
 
 #define LENGTH_WIDTH_BITS 3u  // the width of reference lengths
 #define LENGTH_MAX_WIDTH 6u
-#define CODE_BITS 3u    // 0 to 6: Rice parameter - the stream's base
-#define CODE_ESCAPE 7u  //   7: fixed widths follow, WIDTH_BITS for each element
-#define RICE_CODES 7u   // codes that are Rice parameters
-#define RICE_MAX 31u    // the largest Rice parameter
-#define WIDTH_BITS 5u   // a fixed width; WIDTH_ESCAPE means 32
+// A code: 0 to 3 Rice and 4 to 6 exp-Golomb, with a parameter that depends on the stream's base;
+// 7: fixed widths follow, WIDTH_BITS for each element.
+#define CODE_BITS 3u
+#define CODE_FIRST_EXPONENTIAL 4u
+#define CODE_ESCAPE 7u
+#define CODE_MAX_PARAMETER 31u
+#define EXPONENTIAL_MAX_QUOTIENT 31u  // of an exp-Golomb value; its low bits are at most
+#define EXPONENTIAL_MAX_BITS 32u
+#define WIDTH_BITS 5u  // a fixed width; WIDTH_ESCAPE means 32
 #define WIDTH_ESCAPE 31u
 #define MAX_QUOTIENT 16383u  // of a Rice code
 #define MAX_HOPS 8u          // references from a corner to the meshlet that stores it
 
 // --- inside the decoders ---
 
-#define CODE_FIXED 255u  // in place of a Rice parameter: fixed widths
-#define NO_VERTEX 255u   // no triangle across the gate
+#define CODE_EXPONENTIAL 32u  // added to an exp-Golomb parameter; Rice parameters stand alone
+#define CODE_FIXED 255u       // fixed widths
+#define NO_VERTEX 255u        // no triangle across the gate
 #define NO_MESHLET 0xFFFFFFFFu
 
 #define ERROR_NONE 0u
@@ -92,7 +109,7 @@
 #define ERROR_REFERENCES 4u  // masks overlap, or lengths do not sum to the boundary loop
 #define ERROR_OWNER 5u  // a reference leads to no owned reference of an earlier or the same meshlet
 #define ERROR_HOPS 6u   // a corner needs more than MAX_HOPS hops
-#define ERROR_CODE 7u   // Rice parameter above RICE_MAX
+#define ERROR_CODE 7u   // a code's parameter, or an exp-Golomb value's length, is too large
 #define ERROR_UNARY 8u  // data run past the end of the blob, or a quotient is above MAX_QUOTIENT
 
 #endif

@@ -31,7 +31,7 @@ void expect(bool holds, const char* problem) {
 void decode_everything(const Bytes& blob, bool integers) {
   meshlet::DecoderContext decoder(blob.data(), blob.size());
   const meshlet::BlobHeader& header = decoder.header();
-  expect(header.meshlet_count <= blob.size() / 4, "more meshlets than the bytes can hold");
+  expect(header.meshlet_count <= blob.size(), "more meshlets than the bytes can hold");
   expect(header.vertex_count <= 64 * uint64_t(header.meshlet_count),
          "more vertices than the meshlets can hold");
   std::vector<uint32_t> triangles(3 * size_t(header.triangle_count));

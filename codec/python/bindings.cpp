@@ -52,6 +52,7 @@ nb::dict stream_dict(const Stream& s) {
   d["predictor"] = s.predictor;
   d["chain_base"] = s.chain_base;
   d["interior_base"] = s.interior_base;
+  d["anchor_base"] = s.anchor_base;
   d["step"] = s.step;
   d["offset"] = nb::cast(offsets_of(s));
   return d;
@@ -348,6 +349,9 @@ void define_constants(nb::module_& m) {
   CONSTANT(PREDICT_MEAN);
   CONSTANT(PREDICT_COPY);
   CONSTANT(PREDICT_DAMPED);
+  CONSTANT(PREDICT_GEO);
+  CONSTANT(PREDICT_GEO_ALL);
+  CONSTANT(PREDICT_AFFINE);
   CONSTANT(PREDICT_MAX_BITS);
   CONSTANT(GRID_MAX_BITS);
   CONSTANT(OCT_MIN_BITS);
@@ -455,8 +459,10 @@ NB_MODULE(_codec, m) {
       .def_ro("elements", &Stream::elements, "Integers per vertex, 1 to 4.")
       .def_ro("bits", &Stream::bits, "Bits per element, 1 to 32.")
       .def_ro("predictor", &Stream::predictor, "One of PREDICT_.")
-      .def_ro("chain_base", &Stream::chain_base, "Smallest Rice parameter of chains.")
-      .def_ro("interior_base", &Stream::interior_base, "Smallest Rice parameter of interiors.")
+      .def_ro("chain_base", &Stream::chain_base, "Base of the parameters of chains' codes.")
+      .def_ro("interior_base", &Stream::interior_base,
+              "Base of the parameters of interiors' codes.")
+      .def_ro("anchor_base", &Stream::anchor_base, "Exp-Golomb parameter of further anchors.")
       .def_ro("step", &Stream::step, "GRID: value = offset + integer * step.")
       .def_prop_ro("offset", &offsets_of, "One float per element.");
   nb::class_<HeaderView>(m, "Header", "The header and tables of a blob; see read_header.")

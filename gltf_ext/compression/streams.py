@@ -233,7 +233,7 @@ def octahedral(vectors: np.ndarray, bits: int) -> np.ndarray:
         folded = (1.0 - np.abs(y)) * np.where(x < 0.0, -1.0, 1.0)
         y = np.where(lower, (1.0 - np.abs(x)) * np.where(y < 0.0, -1.0, 1.0), y)
         x = np.where(lower, folded, x)
-    levels = 2**bits - 1
+    levels = 2**bits - 2  # even: 0 and the axes are exact
     result = np.empty((len(x), 2), np.uint32)
     result[:, 0] = np.rint((x + 1.0) * (0.5 * levels))
     result[:, 1] = np.rint((y + 1.0) * (0.5 * levels))
@@ -241,21 +241,22 @@ def octahedral(vectors: np.ndarray, bits: int) -> np.ndarray:
 
 
 def octahedral_directions(quantised: np.ndarray, bits: int) -> np.ndarray:
-    """uint32[V, 2] -> unit vectors float32[V, 3]."""
-    x, y = (quantised.astype(np.float64) * (2.0 / (2**bits - 1)) - 1.0).T
-    z = 1.0 - np.abs(x) - np.abs(y)
-    lower = z < 0.0
-    unfolded = (1.0 - np.abs(y)) * np.where(x < 0.0, -1.0, 1.0)
-    y = np.where(lower, (1.0 - np.abs(x)) * np.where(y < 0.0, -1.0, 1.0), y)
-    x = np.where(lower, unfolded, x)
-    vectors = np.stack([x, y, z], axis=1)
-    unit: np.ndarray = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-    return unit.astype(np.float32)
+    """uint32[V, 2] -> unit vectors float32[V, 3], by the specification's binary32 operations."""
+    one = np.float32(1.0)
+    scale = np.float32(2.0) / np.float32(2**bits - 2)
+    x, y = (quantised.astype(np.float32) * scale - one).T
+    z = one - np.abs(x) - np.abs(y)
+    fold = np.maximum(-z, np.float32(0.0))
+    x = x - np.copysign(fold, x)
+    y = y - np.copysign(fold, y)
+    inverse = one / np.sqrt(x * x + y * y + z * z)
+    unit: np.ndarray = np.stack([x, y, z], axis=1) * inverse[:, None] + np.float32(0.0)
+    return unit
 
 
 def octahedral_bound(bits: int) -> float:
     """Largest angular error in radians: half a cell, stretched 3 sqrt 2 at a face's centre."""
-    half_cell = 1.0 / (2.0**bits - 1.0)
+    half_cell = 1.0 / (2.0**bits - 2.0)
     return 3.0 * math.sqrt(2.0) * half_cell * (1.0 + 2.0 * half_cell)
 
 

@@ -41,5 +41,8 @@ void main() {
   Connectivity connectivity = Connectivity(push.connectivity);
   connectivity.of[job_place].boundary = boundary;
   connectivity.of[job_place].starts = disk_starts;
+  connectivity.of[job_place].closing = symbol_c;
+  connectivity.of[job_place].ends = symbol_e;
+  connectivity.of[job_place].splits = symbol_s;
   summaries.of[job_place] = error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16;
 }

@@ -1,7 +1,7 @@
-// Shared by the passes of the pass decoder after connect.comp (lengths.comp, corners.comp,
-// chains.comp, interior.comp): a thread's meshlet, places along the boundary, sections, and
-// residuals. Each thread decodes a small part of a meshlet. A pass writes values to their final
-// place and the next pass reads them there.
+// Shared by the passes of the pass decoder after connect.comp (lengths.comp, sections.comp,
+// corners.comp, chains.comp, interior.comp, geo.comp): a thread's meshlet, places along the
+// boundary, sections, and residuals. Each thread decodes a small part of a meshlet. A pass writes
+// values to their final place and the next pass reads them there.
 //
 // The includer defines PER_MESHLET, the number of threads per meshlet. A pass must fit the
 // instruction cache to be fast, so long functions are called from one place.
@@ -13,6 +13,7 @@
 #define GROUP 64u
 #define GROUP_MESHLETS (GROUP / PER_MESHLET)
 #include "decoders/serial_prologue.glsl"
+#define OWN_GRID_POSITION
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
 #include "decoders/sections.glsl"
@@ -23,8 +24,9 @@ layout(local_size_x = GROUP) in;
 
 // --- the thread's meshlet ---
 
-uint member;  // number of the meshlet in the workgroup
-uint part;    // number of the thread among those of the meshlet
+uint member;   // number of the meshlet in the workgroup
+uint part;     // number of the thread among those of the meshlet
+bool present;  // there is such a meshlet
 mask64 the_boundary;
 mask64 the_starts;
 mask64 the_references;  // ranks at which references begin; set by lengths.comp
@@ -44,14 +46,18 @@ bool open_pass() {
   the_boundary = connected.boundary;
   the_starts = connected.starts;
   the_references = connected.references;
+  symbol_c = connected.closing;
+  symbol_e = connected.ends;
+  symbol_s = connected.splits;
   error = ERROR_NONE;
   uint summary = Summaries(push.summaries).of[job_place];
-  return member < GROUP_MESHLETS && number < push.meshlets && summary >> 16 == ERROR_NONE;
+  present = member < GROUP_MESHLETS && number < push.meshlets;
+  return present && summary >> 16 == ERROR_NONE;
 }
 
 Header open_header() {
   Header h = read_header(job_meshlet);
-  read_symbols(h.begin, h.triangles);
+  triangle_count = h.triangles;
   return h;
 }
 
@@ -102,7 +108,8 @@ struct Run {
 Run run_of(uint r) {
   uint rank = nth_bit(the_references, r);
   mask64 later = the_references & ~mask_below(rank + 1u);
-  return Run(rank, (mask_any(later) ? mask_lsb(later) : mask_count(the_boundary)) - rank);
+  uint end = mask_any(later) ? mask_lsb(later) : mask_count(the_boundary);
+  return Run(rank, min(end - rank, 64u));  // the masks of a malformed meshlet may be any
 }
 
 // Id of the last vertex of reference r.
@@ -112,18 +119,6 @@ uint last_id(HEADER_IN h, uint r, Run run) {
 
 // --- sections ---
 
-// Bit position of section D.
-uint anchors_begin(HEADER_IN h) {
-  uint p = h.codes;
-  bool chains = mask_any(h.owned_refs);
-  for (uint s = 0u; s < stream_total; s++) {
-    uint n = stream_field(s, STREAM_ELEMENTS);
-    if (chains) code_at(p, n, stream_field(s, STREAM_CHAIN_BASE));
-    code_at(p, n, stream_field(s, STREAM_INTERIOR_BASE));
-  }
-  return p;
-}
-
 // Number of anchors of stream s. `count`: the number for stream s - 1; initially the number of
 // disks.
 uint anchors_of(HEADER_IN h, uint s, uint count) {
@@ -131,11 +126,19 @@ uint anchors_of(HEADER_IN h, uint s, uint count) {
   return mask_count(stored_corners(h, seam_references(h, s)));
 }
 
-uint after_anchors(uint p, uint s, uint count) {
-  uint n = stream_field(s, STREAM_ELEMENTS);
-  if (count > 0u) p += n * stream_field(s, STREAM_BITS);
-  if (count > 1u) p += WIDTH_BITS + (count - 1u) * n * width_field(p);
-  return p;
+// Number of inner vertices of some references.
+uint inner_vertices(mask64 some) {
+  uint count = 0u;
+  for (mask64 rest = some; mask_any(rest); rest = mask_clear_lsb(rest))
+    count += run_of(mask_lsb(rest)).steps - 1u;
+  return count;
+}
+
+// The sections of stream s of meshlet m, found by sections.comp.
+StreamSections sections_of(uint m, uint s) {
+  StreamSections found = Sections(push.sections).of[m * stream_total + s];
+  if (found.codes == SECTIONS_MALFORMED) error = ERROR_CODE;
+  return found;
 }
 
 // Number of inner vertices of all owned references (x) and of those before `reference` (y).
@@ -158,9 +161,24 @@ uvec2 chain_vertices(HEADER_IN h, uint reference) {
   return count;
 }
 
+// Boundary vertices without a value yet: inner vertices of private references.
+mask64 waiting_vertices(HEADER_IN h) {
+  mask64 waiting = mask_none();
+  if (h.references == 0u) {
+    waiting = the_boundary;
+    for (uint k = 0u; k < mask_count(the_starts); k++)
+      waiting = waiting & ~mask_bit(ids_before(k) & 63u);
+  }
+  for (mask64 rest = h.private_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
+    Run run = run_of(mask_lsb(rest));
+    for (uint i = 1u; i < run.steps; i++) waiting = waiting | mask_bit(id_at(run.rank + i));
+  }
+  return waiting;
+}
+
 // --- residuals ---
 
-uint residual_code;     // Rice parameter or CODE_FIXED
+uint residual_code;     // as code_at reads it
 uvec2 residual_widths;  // of a fixed code: six bits per element
 uint low_position;      // bit position of the next residual's low bits
 uint low_index;         // index of the first of low_words
@@ -189,9 +207,48 @@ uvec2 fixed_widths(uint position, uint n) {
   return widths;
 }
 
+// Continues with the values of a list from the one with index `before` on. The list's unary part
+// begins at bit `quotients` (a fixed code's widths there), its low bits at bit `low`.
+void seek_residuals(uint s, uint code, uint quotients, uint low, uint before) {
+  uint n = stream_field(s, STREAM_ELEMENTS);
+  residual_code = code;
+  uint from = quotients;
+  if (code == CODE_FIXED)
+    residual_widths = fixed_widths(quotients, n);
+  else
+    from = after_ones(quotients, before);
+  unary = seek_unary(from);
+  seek_low(low + low_size(code, n, quotients, before, from - quotients - before));
+}
+
 uint next_residual(uint c) {
   if (residual_code == CODE_FIXED)
     return unzigzag(take_low(get_field(residual_widths, 6u * c, 6u)));
-  uint low = take_low(residual_code);
-  return unzigzag(low | next_quotient(unary) << residual_code);
+  uint q = next_quotient(unary);
+  uint k = residual_code & CODE_MAX_PARAMETER;
+  if (!is_exponential(residual_code)) return unzigzag(take_low(k) | q << k);
+  if (q > EXPONENTIAL_MAX_QUOTIENT || k + q > EXPONENTIAL_MAX_BITS) {
+    error = ERROR_CODE;
+    q = 0u;
+  }
+  return unzigzag((((1u << q) - 1u) << k) + take_low(k + q));
+}
+
+void check_residuals() {
+  if (max(residual_code == CODE_FIXED ? 0u : unary.cursor, low_position) > 8u * (byte_length - 8u))
+    error = ERROR_UNARY;
+}
+
+// --- positions ---
+
+// Three packed elements of stream 0 have 21 bits each: more do not fit, and less are widened.
+Triple grid_position(uint id) {
+  uint word = word_of(0u, id);
+  if (!is_packed(0u)) {
+    Integers words = Integers(the_values);
+    return Triple(words.at[word], words.at[word + 1u], words.at[word + 2u]);
+  }
+  uvec2 fields = Pairs(the_values).at[word >> 1];
+  return Triple(fields.x & 0x1FFFFFu, ((fields.x >> 21) | (fields.y << 11)) & 0x1FFFFFu,
+                (fields.y >> 10) & 0x1FFFFFu);
 }

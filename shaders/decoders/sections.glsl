@@ -3,18 +3,23 @@
 // serial_epilogue.glsl.
 
 #define THREAD gl_LocalInvocationIndex
-shared uint group_stream[MAX_STREAMS];  // see stream_field
 
 // --- streams ---
+
+shared uint group_stream[MAX_STREAMS];  // see stream_field
+shared uint group_bases[MAX_STREAMS];   // see stream_base
 
 // Offset and width of fields in group_stream.
 #define STREAM_ELEMENTS 0, 3
 #define STREAM_BITS 3, 6
-#define STREAM_PREDICTOR 9, 2
-#define STREAM_CHAIN_BASE 11, 5
-#define STREAM_INTERIOR_BASE 16, 5
-#define STREAM_ELEMENT 21, 11
+#define STREAM_PREDICTOR 9, 3
+#define STREAM_ELEMENT 12, 11
 #define stream_field(s, field) bitfieldExtract(group_stream[s], field)
+// In group_bases: parameters of codes.
+#define BASE_CHAIN 0, 5
+#define BASE_INTERIOR 8, 5
+#define BASE_ANCHOR 16, 5
+#define stream_base(s, field) bitfieldExtract(group_bases[s], field)
 
 // Reads the stream table; streams [0, end) are decoded.
 void group_streams(uint end) {
@@ -23,13 +28,12 @@ void group_streams(uint end) {
   stream_end = min(end, stream_total);
   for (uint s = THREAD; s < stream_total; s += gl_WorkGroupSize.x) {
     uint shape = load_word(STREAM_SHAPE_WORD(s));
-    uint bases = load_word(STREAM_BASES_WORD(s));
     uint element = 0u;
     for (uint before = 0u; before < s; before++)
       element += (load_word(STREAM_SHAPE_WORD(before)) >> 8) & 7u;
-    group_stream[s] = ((shape >> 8) & 7u) | ((shape >> 16) & 63u) << 3 | ((shape >> 24) & 3u) << 9 |
-                      (bases & 31u) << 11 | ((bases >> 8) & 31u) << 16 |
-                      min(element, MAX_ELEMENTS) << 21;
+    group_stream[s] = ((shape >> 8) & 7u) | ((shape >> 16) & 63u) << 3 | ((shape >> 24) & 7u) << 9 |
+                      min(element, MAX_ELEMENTS) << 12;
+    group_bases[s] = load_word(STREAM_BASES_WORD(s));
   }
   barrier();
 }
@@ -43,26 +47,45 @@ uint value_element(uint s, uint c) {
   return (element < MAX_ELEMENTS ? element : 0u) * 64u;
 }
 
+bool uses_geo(uint predictor) { return (predictor & 6u) == PREDICT_GEO; }  // GEO and GEO_ALL
+
+// Whether any of the decoded streams has one of these predictors (a bit each).
+bool any_stream_predicts(uint predictors) {
+  uint found = 0u;
+  for (uint s = 0u; s < stream_end; s++) found |= 1u << stream_field(s, STREAM_PREDICTOR);
+  return (found & predictors) != 0u;
+}
+
 // --- small parts ---
+
+// A code: a Rice parameter, CODE_EXPONENTIAL + exp-Golomb parameter, or CODE_FIXED.
+bool is_exponential(uint code) { return (code & ~CODE_MAX_PARAMETER) == CODE_EXPONENTIAL; }
 
 // Reads the code at bit p and moves p past it.
 uint code_at(inout uint p, uint elements, uint base) {
-  uint code = load_bits(p, CODE_BITS);
+  uint field = load_bits(p, CODE_BITS);
   p += CODE_BITS;
-  if (code == CODE_ESCAPE) {
+  if (field == CODE_ESCAPE) {
     p += WIDTH_BITS * elements;
     return CODE_FIXED;
   }
-  if (base + code > RICE_MAX) error = ERROR_CODE;
-  return (base + code) & RICE_MAX;
+  bool rice = field < CODE_FIRST_EXPONENTIAL;
+  uint k = rice ? base + field : max(base, 1u) - 1u + field - CODE_FIRST_EXPONENTIAL;
+  if (k > CODE_MAX_PARAMETER) error = ERROR_CODE;
+  return (k & CODE_MAX_PARAMETER) | (rice ? 0u : CODE_EXPONENTIAL);
 }
 
-// Low bits of one vertex under a code. `widths`: bit position of the widths of a fixed code.
-uint low_width(uint code, uint elements, uint widths) {
-  if (code != CODE_FIXED) return code * elements;
+// Low bits of one vertex under fixed widths that begin at bit `widths`.
+uint fixed_width(uint elements, uint widths) {
   uint sum = 0u;
   for (uint c = 0u; c < elements; c++) sum += width_field(widths + WIDTH_BITS * c);
   return sum;
+}
+
+// Size of the low part of n values (a multiple of `elements`) whose unary parts have `zeros` zeros.
+uint low_size(uint code, uint elements, uint widths, uint n, uint zeros) {
+  if (code == CODE_FIXED) return n / elements * fixed_width(elements, widths);
+  return n * (code & CODE_MAX_PARAMETER) + (is_exponential(code) ? zeros : 0u);
 }
 
 // The bit position after the n-th one from bit p.
@@ -85,16 +108,21 @@ uint after_ones(uint p, uint n) {
   return (w << 5) + uint(findLSB(word)) + 1u;
 }
 
-uint chord_point(uint a, uint b, uint i, uint n) {
-  return a + ((b - a) * i + (n >> 1) + (n << 24)) / n - (1u << 24);
-}
-
 // Number of vertices that the symbols of some triangles push, without the first of each disk: one
 // for R and L, two for E.
 uint pushed_vertices(mask64 some) {
-  mask64 ends = symbol_e & some;
-  mask64 lefts = mask_below(triangle_count) & some & ~(symbol_r | symbol_e | symbol_c | symbol_s);
-  return mask_count((symbol_r & some) | lefts) + 2u * mask_count(ends);
+  return mask_count(some & ~(symbol_c | symbol_s)) + mask_count(some & symbol_e);
 }
 
 uint owner_of(HEADER_IN h, uint r) { return entry_owner(h, entry_position(h, r)); }
+
+// Weights of AFFINE in one word: 12 bits each, or 0 if there are none.
+#define WEIGHTS_EXIST 0x80000000u
+uint pack_weights(Weights w) {
+  return w.exist ? (w.s & 0xFFFu) | (w.u & 0xFFFu) << 12 | WEIGHTS_EXIST : 0u;
+}
+Weights unpack_weights(uint word) {
+  return Weights(true, uint(bitfieldExtract(int(word), 0, 12)),
+                 uint(bitfieldExtract(int(word), 12, 12)));
+}
+uint geo_shift() { return excess(stream_field(0u, STREAM_BITS), GEO_POSITION_BITS); }

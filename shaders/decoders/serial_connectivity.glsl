@@ -7,7 +7,7 @@ bool connect(uint m) {
   load_tables();
   error = ERROR_NONE;
   Header h = read_header(m);
-  read_symbols(h.begin, h.triangles);
+  read_symbols(h);
   if (error == ERROR_NONE) decode_apexes();
   if (error == ERROR_NONE) decode_triangles();
   if (error != ERROR_NONE) return false;

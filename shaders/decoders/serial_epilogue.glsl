@@ -18,11 +18,54 @@ uint next_quotient(inout UnaryReader reader) {
   return quotient;
 }
 
+// Skips n quotients, a word at a time.
 void skip_unary(inout UnaryReader reader, uint n) {
-  for (uint i = 0u; i < n && error == ERROR_NONE; i++) next_quotient(reader);
+  uint words = 0u;
+  while (n > 0u) {
+    uint ones = uint(bitCount(reader.window));
+    if (n <= ones) {
+      for (; n > 1u; n--) reader.window &= reader.window - 1u;
+      reader.cursor = reader.base + uint(findLSB(reader.window)) + 1u;
+      reader.window &= reader.window - 1u;
+      return;
+    }
+    n -= ones;
+    words = ones > 0u ? 0u : words + 1u;
+    reader.base += 32u;
+    if ((reader.base >> 5) >= blob_word_total || words > MAX_QUOTIENT / 32u + 1u) {
+      error = ERROR_UNARY;
+      return;
+    }
+    reader.window = load_word(reader.base >> 5);
+  }
 }
 
-void read_rice(uint n, uint k, uint low) {
+// The value of a code with quotient q whose low bits begin at bit `low`; moves `low` past them.
+uint coded_value(uint code, uint q, inout uint low) {
+  uint k = code & CODE_MAX_PARAMETER;
+  bool exponential = (code & CODE_EXPONENTIAL) != 0u;
+  if (exponential && (q > EXPONENTIAL_MAX_QUOTIENT || k + q > EXPONENTIAL_MAX_BITS)) {
+    error = ERROR_CODE;
+    q = 0u;
+  }
+  uint width = exponential ? k + q : k;
+  uint bits = load_bits(low, width);
+  low += width;
+  return ((exponential ? (1u << q) - 1u : q) << k) + bits;
+}
+
+void read_codes(uint n, uint code) {
   for (uint i = 0u; i < n && error == ERROR_NONE; i++)
-    residuals[i] = unzigzag((next_quotient(unary) << k) | load_inside(low + i * k, k));
+    residuals[i] = unzigzag(coded_value(code, next_quotient(unary), low_cursor));
+  if (low_cursor > 8u * (byte_length - BLOB_PADDING_BYTES)) error = ERROR_UNARY;
+}
+
+// Leaves the sum of each element of n vertices in residuals[0 .. elements - 1].
+void sum_codes(uint n, uint elements, uint code) {
+  for (uint c = 0u; c < elements; c++) residuals[c] = 0u;
+  uint c = 0u;
+  for (uint i = 0u; i < n * elements && error == ERROR_NONE; i++) {
+    residuals[c] += unzigzag(coded_value(code, next_quotient(unary), low_cursor));
+    c = c + 1u < elements ? c + 1u : 0u;
+  }
 }

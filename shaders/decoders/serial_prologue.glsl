@@ -49,15 +49,22 @@ uvec2 mask_clear_lsb(uvec2 m) {
   return m.x != 0u ? uvec2(m.x & (m.x - 1u), m.y) : uvec2(0u, m.y & (m.y - 1u));
 }
 uvec2 mask_shl1(uvec2 m) { return uvec2(m.x << 1, (m.y << 1) | (m.x >> 31)); }
-uvec2 mask_scatter(uvec2 bits, uvec2 m) {
-  uvec2 scattered = mask_none();
-  for (uint i = 0u; mask_any(m); i++) {
-    if (mask_test(bits, i)) scattered = scattered | mask_bit(mask_lsb(m));
-    m = mask_clear_lsb(m);
+// Deposits the lowest bits of `bits` at the ones of a word.
+uint scatter_word(uint bits, uint m) {
+  uint scattered = 0u;
+  for (; m != 0u; m &= m - 1u) {
+    scattered |= m & (0u - m) & (0u - (bits & 1u));
+    bits >>= 1;
   }
   return scattered;
 }
+uvec2 mask_scatter(uvec2 bits, uvec2 m) {
+  uint low = uint(bitCount(m.x));
+  uint next = low == 0u ? bits.x : low == 32u ? bits.y : (bits.x >> low) | (bits.y << (32u - low));
+  return uvec2(scatter_word(bits.x, m.x), scatter_word(next, m.y));
+}
 
+uint bit_length(uint x) { return uint(findMSB(x) + 1); }
 uint choose(bool condition, uint a, uint b) { return condition ? a : b; }
 uvec2 choose(bool condition, uvec2 a, uvec2 b) { return condition ? a : b; }
 uint divide(uint x, uint n) { return x / n; }
@@ -119,4 +126,5 @@ UnaryReader seek_unary(uint p) {
 
 // Defined in the epilogue: they set `error`, which serial_decoder.glsl declares.
 void skip_unary(inout UnaryReader reader, uint n);
-void read_rice(uint n, uint k, uint low);
+void read_codes(uint n, uint code);
+void sum_codes(uint n, uint elements, uint code);

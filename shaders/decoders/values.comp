@@ -16,6 +16,7 @@ layout(local_size_x = 32) in;
 #endif
 #include "decoders/team_size.glsl"
 #include "decoders/serial_prologue.glsl"
+#define OWN_GRID_POSITION
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
 
@@ -59,9 +60,15 @@ void main() {
   group_streams(job_streams());
   open_team(job_meshlet);
   Header h = read_header(job_meshlet);
-  read_symbols(h.begin, h.triangles);
 #ifdef PARALLEL
+  read_team_symbols(h);
   decode_connectivity();
+#else
+  Connected connected = Connectivity(push.connectivity).of[job_place];
+  triangle_count = h.triangles;
+  symbol_c = connected.closing;
+  symbol_e = connected.ends;
+  symbol_s = connected.splits;
 #endif
   team_decode(h, sound);
   if (!sound) return;

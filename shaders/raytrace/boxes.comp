@@ -13,6 +13,7 @@
 #include "raytrace/rt_common.glsl"
 #ifndef PLAIN
 #include "decoders/serial_prologue.glsl"
+#define RESIDUALS 4u
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
 #include "decoders/serial_positions.glsl"

@@ -14,6 +14,7 @@
 #define TEAM 32u
 #include "decoders/team_size.glsl"
 #include "decoders/serial_prologue.glsl"
+#define OWN_GRID_POSITION
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
 #include "decoders/team_connectivity.glsl"
@@ -48,7 +49,7 @@ void fill(uint number, uint slot_number, uint primitives) {
   uint m = number - traced.first_meshlet;
   open_team(m);
   Header h = read_header(m);
-  read_symbols(h.begin, h.triangles);
+  read_team_symbols(h);
   decode_connectivity();
   team_decode(h, true);
   uvec2 slot = slot_address(push.cache, slot_number);

@@ -54,7 +54,7 @@ uint radius_word(float radius, vec3 box_size) {
 uint axis_word(vec3 direction) {
   vec3 n = direction / (abs(direction.x) + abs(direction.y) + abs(direction.z));
   if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
-  uvec2 q = uvec2(clamp((n.xy + 1.0) * 0.5 * 31.0 + 0.5, 0.0, 31.0));
+  uvec2 q = uvec2(clamp((n.xy + 1.0) * 0.5 * 30.0 + 0.5, 0.0, 30.0));
   return (q.x << 18) | (q.y << 23);
 }
 

@@ -110,10 +110,11 @@ uint attribute_kind(Attribute a) { return a.kind_bits & 255u; }
 uint attribute_bits(Attribute a) { return (a.kind_bits >> 8) & 255u; }
 uint attribute_elements(Attribute a) { return (a.kind_bits >> 16) & 255u; }
 
-// Decodes an octahedral pair to a unit vector.
+// Decodes an octahedral pair to a unit vector. The grid is even: 0 and all axes are exact, if no
+// driver fuses the multiplication with the subtraction.
 vec3 unit_of_oct(uvec2 q, uint bits) {
-  float levels = float((1u << bits) - 1u);
-  vec2 p = 2.0 * vec2(q) / levels - 1.0;
+  precise vec2 doubled = vec2(q) * (2.0 / float((1u << bits) - 2u));
+  precise vec2 p = doubled - 1.0;
   float z = 1.0 - abs(p.x) - abs(p.y);
   float fold = max(-z, 0.0);
   p -= vec2(p.x < 0.0 ? -fold : fold, p.y < 0.0 ? -fold : fold);

@@ -4,7 +4,7 @@ import pytest
 from PIL import Image
 
 from bench import common, figures, how_it_works
-from spec.reference_decoder import PARALLELOGRAM
+from spec.reference_decoder import MESHLETS_PER_GROUP, PARALLELOGRAM
 
 
 @pytest.fixture(scope="module")
@@ -20,14 +20,16 @@ def test_picture_is_drawn(drawn):
 
 
 def test_bits_add_up(drawn):
-    """The sections are the meshlet's bytes and directory entry; a letter takes 2 or 3 bits."""
+    """The sections are the meshlet's bytes and entry; a letter but the last takes 1 to 4 bits."""
     numbers = drawn[1]
     sections, symbols = numbers["sections"], numbers["symbols"]
-    file = how_it_works.compressed_model().file
-    span = file.entry(numbers["meshlet"] + 1).position - file.entry(numbers["meshlet"]).position
-    assert sum(sections.values()) == numbers["total"] == 32 + span
-    assert sections["symbols"] == sum(3 if symbol in "LS" else 2 for symbol in symbols)
-    assert 32 <= sections[how_it_works.DIRECTORY] < 40
+    file, m = how_it_works.compressed_model().file, numbers["meshlet"]
+    group = file.groups[m // MESHLETS_PER_GROUP]
+    span = 8 * (file.ends[m] - file.starts[m])
+    assert sum(sections.values()) == numbers["total"] == group.entry_width + span
+    lengths = {"R": 1, **dict(zip("LCES" if group.second_table else "CELS", (2, 3, 4, 4)))}
+    assert sections["symbols"] == sum(lengths[symbol] for symbol in symbols[:-1])
+    assert group.entry_width <= sections[how_it_works.PLACE] < group.entry_width + 8
     assert min(sections.values()) > 0 and numbers["raw"] > numbers["total"]
 
 

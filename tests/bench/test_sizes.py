@@ -14,6 +14,7 @@ from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.streams import Bits
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo import model as demo_model
+from spec import make_vectors
 from spec.reference_decoder import BlobFile, Meshlet
 
 RECOMPUTED = ("suzanne", "DamagedHelmet")
@@ -98,16 +99,28 @@ def test_the_papers_encoding_is_todays(model, name):
     assert paper.measure_model(name, peers.read_parts(model(f"{name}.glb")), "ours") == row
 
 
-def test_sections_end_where_the_reference_decoder_does(tmp_path):
-    """The sections that are stepped over are as long as those that are read."""
+def test_sections_are_the_bits_that_the_reference_decoder_reads(tmp_path):
     for compressed in require_compressed(open_model(compressed_demo(tmp_path))):
-        file = BlobFile(compressed.blob)
+        file, counted = BlobFile(compressed.blob), size.SectionFile(compressed.blob)
         for m in range(file.meshlet_count):
-            read, stepped = Meshlet(file, m), size.MeshletSections(file, m)
-            assert stepped.reader.position == read.reader.position
+            read, again = Meshlet(file, m), Meshlet(counted, m)
+            assert again.reader.position == read.reader.position
+            assert again.chain_residuals == read.chain_residuals
+            assert again.position_residuals == read.position_residuals
         bits = size.section_bits(compressed.blob)
+        assert bits.keys() == set(size.SECTIONS)
         assert bits.total() == 8 * len(compressed.blob) and min(bits.values()) >= 0
         assert bits["connectivity"] == _codec.describe(compressed.blob)["bits"]["connectivity"]
+
+
+def test_interior_is_what_the_reference_decoder_reads():
+    """Of a blob with one stream it reads all of the interior."""
+    blob = make_vectors.several_groups()
+    file = size.SectionFile(blob)
+    assert len(file.streams) == 1
+    for m in range(file.meshlet_count):
+        Meshlet(file, m)
+    assert file.bits["interior"] == size.section_bits(blob)["interior"]
 
 
 # --- the other codecs ---

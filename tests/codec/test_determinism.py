@@ -20,7 +20,8 @@ DIGEST = ROOT / "tests" / "codec" / "native" / "encode_digest.cpp"
 def sources() -> list[Path]:
     """The encoder, and the program that prints digests of its bytes."""
     folders = [ROOT / "codec" / name for name in ("common", "format", "segment", "encode")]
-    return [*sorted(path for folder in folders for path in folder.glob("*.cpp")), DIGEST]
+    encoder = sorted(path for folder in folders for path in folder.glob("*.cpp"))
+    return [*encoder, *sorted((ROOT / "codec" / "decode").glob("*.cpp")), DIGEST]
 
 
 def build(compiler: str, level: str, folder: Path) -> Path:

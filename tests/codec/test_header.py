@@ -6,20 +6,12 @@ import pytest
 from gltf_ext import _codec
 from tests.helpers.environment import ROOT
 
-VECTORS = sorted((ROOT / "spec" / "vectors").glob("*.bin"))
+VECTORS = sorted((ROOT / "spec" / "vectors").glob("valid_*.bin"))
 STAGES = ["grow", "join", "boundaries", "predict", "write"]
 
 
-def accepted(blob: bytes) -> bool:
-    try:
-        _codec.validate(blob)
-    except ValueError:
-        return False
-    return True
-
-
 def test_header_agrees_with_the_decoder():
-    blobs = [blob for blob in (path.read_bytes() for path in VECTORS) if accepted(blob)]
+    blobs = [path.read_bytes() for path in VECTORS]
     assert blobs
     for blob in blobs:
         header, decoder = _codec.read_header(blob), _codec.Decoder(blob)

@@ -1,6 +1,7 @@
 """The reference decoder beside textbook Edgebreaker, and on blobs worked out by hand."""
 
 import random
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,19 +11,31 @@ from spec.blob_writer import (
     COPY,
     DAMPED,
     FOREIGN,
+    GEO,
+    GEO_ALL,
     GRID,
     MEAN,
+    OCT,
     OWNED,
     PARALLELOGRAM,
     PRIVATE,
+    BitWriter,
+    Layout,
     Meshlet,
     Reference,
     Stream,
+    exp_golomb,
     random_blob,
     random_disks,
     write_blob,
 )
-from spec.reference_decoder import decode_blob, decode_meshlet, decode_parallel, decode_serial
+from spec.reference_decoder import (
+    decode_blob,
+    decode_meshlet,
+    decode_parallel,
+    decode_serial,
+    decode_view,
+)
 
 
 def textbook_edgebreaker(symbols: str):
@@ -134,10 +147,8 @@ def one_stream(**changes) -> list[Stream]:
 
 
 def private_meshlet(symbols, anchor, interior):
-    """A meshlet without references, one stream of one component, 9-bit fixed residuals."""
-    return Meshlet(
-        symbols, [], [[[anchor]]], [0], [], [[]], [[9]], [[[u] for u in interior]]
-    )  # fmt: skip
+    """A meshlet without references, one stream of one element, 9-bit fixed residuals."""
+    return Meshlet(symbols, [], [[[anchor]]], [], [[]], [[9]], [[[u] for u in interior]])
 
 
 def test_single_triangle():
@@ -188,7 +199,6 @@ def strip_of_two(length: int, share=(), streams=None) -> bytes:
         symbols,
         [[Reference(OWNED, length), Reference(PRIVATE, rest)]],
         anchors(2, 40),
-        [8] * count,
         [[4]] * count,
         [[[0]] * (length - 1)] * count,
         [[4]] * count,
@@ -198,7 +208,6 @@ def strip_of_two(length: int, share=(), streams=None) -> bytes:
         symbols,
         [[Reference(FOREIGN, length, 1, 0, share), Reference(PRIVATE, rest)]],
         [[[90], [8]] if seam else [] for seam in seams],
-        [8] * count,
         [],
         [],
         [[4]] * count,
@@ -216,8 +225,8 @@ def test_foreign_run_is_the_owners_backwards():
     blob = decode_blob(with_vertex_count(strip_of_two(3, streams=streams), 5 + 1))
     first = decode_meshlet(with_vertex_count(strip_of_two(3, streams=streams), 6), 0)[1][0]
     second = decode_meshlet(with_vertex_count(strip_of_two(3, streams=streams), 6), 1)[1][0]
-    # anchors 40 and 41, chord between them with floor((1 * i + 1) / 3)
-    assert first[:4].tolist() == [[40], [40], [41], [41]]
+    # anchors 40 and 41; from 40 toward 41 in three steps, then in two
+    assert first[:4].tolist() == [[40], [40 + (1 + 1) // 3], [40 + (1 + 1) // 2], [41]]
     assert second[:4].tolist() == first[3::-1].tolist()
     # the first meshlet's ids 0..4, then the one vertex of the second that it does not share
     assert blob.triangles.tolist() == [
@@ -236,8 +245,9 @@ def test_seam_keeps_own_values_for_the_stream():
     blob = decode_blob(data)
     positions, others = decode_meshlet(data, 1)[1]
     assert positions[:4].tolist() == [[41], [41], [40], [40]]
-    # own anchors 90 and 94, chord + 1 in our own direction
-    assert others[:4].tolist() == [[90], [90 + 1 + 1], [90 + 3 + 1], [94]]
+    # own anchors 90 and 94, in our own direction, with residuals of 1
+    first = 90 + (4 + 1) // 3 + 1
+    assert others[:4].tolist() == [[90], [first], [first + (94 - first + 1) // 2 + 1], [94]]
     assert len(blob.values[1]) == 10
 
 
@@ -287,6 +297,86 @@ def test_truncations_are_refused():
             decode_blob(data[:length])
 
 
+def test_further_anchors_are_relative_to_the_one_before():
+    loop = [Reference(OWNED, 1) for _ in range(3)]
+    meshlet = Meshlet("E", [loop], [[[10], [6], [3]]], [0], [[]], [0], [[]])
+    blob = decode_blob(write_blob(one_stream(anchor_base=1), [meshlet], 3))
+    assert blob.values[0].tolist() == [[10], [13], [11]]
+
+
+@pytest.mark.parametrize("k", [0, 1, 5, 31])
+def test_exp_golomb_values(k):
+    """Every quotient that the code can have; what it holds is what blob_writer put in."""
+    values = [0, 1, 2, 3, 100, 2**20 + 7, 2**31 - 1, 2**31, 2**32 - 2]
+    if k > 0:  # with k = 0 its quotient would be 32
+        values.append(2**32 - 1)
+    writer = BitWriter()
+    for u in values:
+        quotient, low = exp_golomb(u, k)
+        writer.put(1 << quotient, quotient + 1)
+        writer.put(low, k + quotient)
+    reader = reference_decoder.BitReader(writer.to_bytes(), 0, writer.count)
+    code = reference_decoder.Code(k, exponential=True)
+    for u in values:
+        quotient = code.read_unary(reader, "unary")
+        assert code.read_low(reader, "low", quotient, 0) == u
+
+
+@pytest.mark.parametrize("second_table", [False, True])
+def test_symbols_survive_their_planes(second_table):
+    rng = random.Random(4)
+    for _ in range(50):
+        disks = random_disks(rng)
+        symbols = "".join(disks)
+        meshlet = Meshlet(symbols, [], [[[0]] * len(disks)], [], [[]], [[0]], [[]])
+        blob = write_blob(one_stream(), [meshlet], 3, Layout(second_table=second_table))
+        assert reference_decoder.BlobFile(blob).meshlet(0).symbols == symbols
+
+
+def test_geo_predicts_the_normal_of_a_plane():
+    """A quad in the plane z = 5, and a stream of normals without residuals."""
+    streams = [
+        Stream(bits=8, anchor_base=5),
+        Stream(OCT, 2, 8, GEO_ALL),
+        Stream(OCT, 2, 8, GEO),
+    ]
+    positions = [[0, 0, 5], [100, 0, 5], [100, 100, 5], [0, 100, 5]]
+    steps = [
+        [2 * d if d >= 0 else -2 * d - 1 for d in np.subtract(b, a).tolist()]
+        for a, b in pairwise(positions)
+    ]
+    private = Meshlet(
+        "RE",
+        [[Reference(OWNED, 1), Reference(OWNED, 1), Reference(PRIVATE, 2)]],
+        [[positions[0], steps[0], steps[1]], [[1, 2], [0, 0], [0, 0]], [[1, 2], [0, 0], [0, 0]]],
+        [0] * 3,
+        [[]] * 3,
+        [[9] * 3, [0], [0]],
+        [[[0, 199, 0]], [[0, 0]], [[0, 0]]],
+    )
+    private.interior_codes[1:] = [[0, 0], [0, 0]]
+    values = decode_blob(write_blob(streams, [private], 4)).values
+    assert values[1].tolist()[3] == [127, 127]  # straight up
+    assert values[2].tolist()[3] == [1, 2]  # on the boundary: the root gate's b
+
+
+def test_views_are_blobs_back_to_back():
+    first = write_blob(one_stream(), [private_meshlet("E", 10, [8, 3])], 3)
+    second = write_blob(
+        one_stream(predictor=COPY, interior_base=3), [private_meshlet("RE", 10, [8, 3, 0])], 4
+    )
+    view = decode_view(first + second)
+    assert view.triangles.tolist() == [[2, 0, 1], [6, 3, 4], [6, 4, 5]]
+    assert view.values[0].tolist() == [
+        *decode_blob(first).values[0].tolist(),
+        *decode_blob(second).values[0].tolist(),
+    ]
+    with pytest.raises(ValueError, match="Blob 1 has other streams"):
+        decode_view(first + write_blob(one_stream(bits=9), [private_meshlet("E", 1, [1, 1])], 3))
+    with pytest.raises(ValueError, match="Blob 1: "):
+        decode_view(first + second[:-4])
+
+
 def test_no_such_meshlet():
     data = write_blob(one_stream(), [private_meshlet("E", 10, [8, 3])], 3)
     with pytest.raises(IndexError):
@@ -299,8 +389,9 @@ def test_dequantise():
             "predictor": COPY,
             "chain_base": 0,
             "interior_base": 0,
+            "anchor_base": 0,
             "step": 0.5,
-            "offset": (1.0, 2.0),
+            "offset": (1.0, 2.0, 0.0, 0.0),
             **changes,
         }
         return reference_decoder.Stream(**fields)
@@ -311,9 +402,10 @@ def test_dequantise():
     assert grid.dtype == np.float32 and grid.tolist() == [[1.0, 2.5], [2.0, 3.5]]
     octahedral = stream(kind=reference_decoder.OCT, elements=2, bits=8)
     corners = reference_decoder.dequantise(
-        octahedral, np.array([[0, 0], [255, 255], [255, 0]], np.uint32)
+        octahedral, np.array([[0, 0], [254, 254], [254, 0], [127, 127], [0, 127]], np.uint32)
     )
-    assert np.allclose(corners, [[0, 0, -1]] * 3, atol=1e-6)
+    assert corners.tolist() == [[0, 0, -1]] * 3 + [[0, 0, 1], [-1, 0, 0]]
+    assert not np.signbit(corners[corners == 0]).any()
     values = np.array([1.5, -1.5, 0.0, -0.0, np.inf, -np.inf], np.float32)
     bits = values.view(np.uint32)
     ordered = np.where(bits >> 31, ~bits, bits | np.uint32(0x80000000)).astype(np.uint32)

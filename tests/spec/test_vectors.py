@@ -5,20 +5,29 @@ import random
 from contextlib import suppress
 
 import numpy as np
+import pygltflib
 import pytest
 
+import gltf_ext
 from gltf_ext import _codec
 from spec import make_vectors, reference_decoder
 from spec.blob_writer import random_blob
 from spec.make_vectors import FOLDER
 
 VALID = sorted(path.stem for path in FOLDER.glob("valid_*.bin"))
+VIEWS = sorted(path.stem for path in FOLDER.glob("view_*.bin"))
+FILES = sorted(path.stem for path in FOLDER.glob("gltf_*.glb"))
 MALFORMED = sorted(path.name for path in FOLDER.glob("malformed_*.bin"))
+MALFORMED_FILES = sorted(path.name for path in FOLDER.glob("malformed_*.glb"))
 
 
 # Errors that only validators have to find: `decode` copies shared vertices from earlier meshlets
-# instead of following references.
-LEFT_TO_VALIDATORS = ("hops away", "other values than its owner")
+# instead of following references, and may read a meshlet beyond its end.
+LEFT_TO_VALIDATORS = (
+    "hops away",
+    "other values than its owner",
+    "runs past the end of the meshlet's data",
+)
 
 
 def answer(decode, *arguments):
@@ -38,8 +47,8 @@ def is_valid(blob: bytes) -> bool:
     return True
 
 
-def reference(blob: bytes):
-    decoded = reference_decoder.decode_blob(blob)
+def reference(view: bytes):
+    decoded = reference_decoder.decode_view(view)
     return decoded.triangles, decoded.values
 
 
@@ -56,11 +65,14 @@ def assert_same(ours, theirs):
 
 def test_there_are_vectors():
     assert {name.removeprefix("valid_") for name in VALID} == set(make_vectors.VALID)
-    assert sorted(json.loads((FOLDER / "malformed.json").read_text())) == MALFORMED
+    assert {name.removeprefix("view_") for name in VIEWS} == set(make_vectors.VIEWS)
+    assert {name.removeprefix("gltf_") for name in FILES} == set(make_vectors.GLTF)
+    reasons = json.loads((FOLDER / "malformed.json").read_text())
+    assert sorted(reasons) == sorted(MALFORMED + MALFORMED_FILES)
     assert len(MALFORMED) > 50
 
 
-@pytest.mark.parametrize("name", VALID)
+@pytest.mark.parametrize("name", [*VALID, *VIEWS])
 @pytest.mark.parametrize("decode", [_codec.decode, reference])
 def test_valid(name, decode):
     expected = json.loads((FOLDER / f"{name}.json").read_text())
@@ -77,33 +89,102 @@ def test_single_meshlets(name):
         assert_same(decoder.decode_meshlet(m), reference_decoder.decode_meshlet(blob, m))
 
 
-@pytest.mark.parametrize("name", VALID)
+@pytest.mark.parametrize("name", [*VALID, *VIEWS])
 def test_values(name):
-    """Dequantised values, too: exactly on grids, within rounding for unit vectors."""
-    blob = (FOLDER / f"{name}.bin").read_bytes()
-    decoded = reference_decoder.decode_blob(blob)
-    values = _codec.decode_values(blob)[1]
+    """Dequantised values, too, bit for bit."""
+    view = (FOLDER / f"{name}.bin").read_bytes()
+    decoded = reference_decoder.decode_view(view)
+    values = _codec.decode_values(view)[1]
     for stream, integers, ours in zip(decoded.streams, decoded.values, values):
         expected = reference_decoder.dequantise(stream, integers)
         assert ours.dtype == expected.dtype and ours.shape == expected.shape
-        if stream.kind == reference_decoder.OCT:
-            assert np.allclose(ours, expected, atol=1e-6)
-        else:
-            assert ours.tobytes() == np.ascontiguousarray(expected).tobytes()
+        assert ours.tobytes() == np.ascontiguousarray(expected).tobytes()
+
+
+@pytest.mark.parametrize("name", make_vectors.WITH_COMPONENTS)
+def test_components(name):
+    """The values in the JSON are binary32, and ours are the same."""
+    expected = json.loads((FOLDER / f"valid_{name}.json").read_text())["components"]
+    values = _codec.decode_values((FOLDER / f"valid_{name}.bin").read_bytes())[1]
+    for ours, theirs in zip(values, expected, strict=True):
+        assert np.array_equal(np.array(theirs, np.float32), np.array(theirs))
+        assert ours.tolist() == theirs
+
+
+def test_axes_are_exact():
+    view = (FOLDER / "valid_oct_axes.bin").read_bytes()
+    axes = {tuple(sign * row) for row in np.eye(3) for sign in (1, -1)}
+    for vectors in _codec.decode_values(view)[1][1:]:
+        rows = [tuple(row) for row in vectors]
+        assert axes <= set(rows)
+        # The corners of the octahedral grid are the pole -z, its edges' middles the axes x and y.
+        assert {row for row in rows if row not in axes} == set()
+        assert not np.signbit(vectors[vectors == 0]).any()
+
+
+def accessor_values(gltf: pygltflib.GLTF2, index: int) -> np.ndarray:
+    """The components of an accessor of an uncompressed file, [count, width]."""
+    accessor = gltf.accessors[index]
+    view = gltf.bufferViews[accessor.bufferView]
+    dtype = {5121: np.uint8, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}[
+        accessor.componentType
+    ]
+    width = {"SCALAR": 1, **make_vectors.WIDTHS}[accessor.type]
+    at = (view.byteOffset or 0) + (accessor.byteOffset or 0)
+    item = width * np.dtype(dtype).itemsize
+    stride = view.byteStride or item
+    data = gltf.binary_blob()
+    rows = [data[at + stride * i : at + stride * i + item] for i in range(accessor.count)]
+    return np.frombuffer(b"".join(rows), dtype).reshape(accessor.count, width)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_files(name, tmp_path):
+    """Whole files decompress to the expected components."""
+    expected = json.loads((FOLDER / f"{name}.json").read_text())
+    assert gltf_ext.validate(FOLDER / f"{name}.glb") == []
+    gltf_ext.decompress(FOLDER / f"{name}.glb", tmp_path / "out.glb")
+    gltf = pygltflib.GLTF2().load(tmp_path / "out.glb")
+    primitive = gltf.meshes[0].primitives[0]
+    assert accessor_values(gltf, primitive.indices).reshape(-1).tolist() == expected["indices"]
+    targets = [dict(target) for target in primitive.targets or []]
+    groups = [(vars(primitive.attributes), expected["attributes"])]
+    groups += list(zip(targets, expected["targets"], strict=True))
+    for indices, attributes in groups:
+        for attribute, components in attributes.items():
+            ours = accessor_values(gltf, indices[attribute]).astype(np.float64)
+            assert ours.tolist() == components, attribute
 
 
 @pytest.mark.parametrize("name", MALFORMED)
 def test_malformed(name):
-    blob = (FOLDER / name).read_bytes()
-    assert make_vectors.refusal(blob) == json.loads((FOLDER / "malformed.json").read_text())[name]
-    assert not is_valid(blob)
-    assert left_to_validators(blob) or answer(_codec.decode, blob) is None
+    view = (FOLDER / name).read_bytes()
+    expected = json.loads((FOLDER / "malformed.json").read_text())[name]
+    assert make_vectors.refusal(view) == expected["reason"]
+    assert not is_valid(view)
+    assert expected["validators_only"] or answer(_codec.decode, view) is None
+
+
+@pytest.mark.parametrize("name", MALFORMED_FILES)
+def test_malformed_files(name):
+    problems = []
+    try:
+        problems = gltf_ext.validate(FOLDER / name)
+    except gltf_ext.MeshletError as error:
+        problems = [error]
+    assert problems
 
 
 def test_regenerating_gives_the_same_bytes():
     files = make_vectors.vector_files()
     assert set(files) == {path.name for path in FOLDER.iterdir()}
     assert [name for name, data in files.items() if (FOLDER / name).read_bytes() != data] == []
+
+
+def kind_of(code: reference_decoder.Code) -> str:
+    if code.k is None:
+        return "fixed"
+    return "exp-Golomb" if code.exponential else "rice"
 
 
 def test_vectors_cover_the_format():
@@ -122,9 +203,14 @@ def test_vectors_cover_the_format():
             seen |= set(meshlet.symbols) | {reference.kind for reference in meshlet.references}
             seen |= {
                 ("disks", min(len(meshlet.loops), 2)),
-                ("no references", meshlet.entry.reference_count == 0),
+                ("no references", meshlet.reference_count == 0),
             }
-            seen |= {("seams", meshlet.entry.has_seams), ("loops", meshlet.entry.has_loops)}
+            seen |= {("seams", meshlet.has_seams), ("loops", meshlet.has_loops)}
+            seen |= {
+                ("second table", meshlet.group.second_table),
+                ("entries", meshlet.group.entry_width > 0),
+                ("bias", meshlet.group.bias > 0),
+            }
             seen |= {
                 ("same meshlet", r.owner == m)
                 for r in meshlet.references
@@ -133,10 +219,18 @@ def test_vectors_cover_the_format():
             codes = [("interior", code) for code in meshlet.interior_codes]
             if any(meshlet.references[j].length > 1 for j in meshlet.owned):
                 codes += [("chain", code) for code in meshlet.chain_codes]
-            seen |= {(what, "fixed" if code.k is None else "rice") for what, code in codes}
+            seen |= {(what, kind_of(code)) for what, code in codes}
     both = [
         (what, value)
-        for what in ("no references", "seams", "loops", "same meshlet")
+        for what in (
+            "no references",
+            "seams",
+            "loops",
+            "same meshlet",
+            "second table",
+            "entries",
+            "bias",
+        )
         for value in (False, True)
     ]
     expected = {
@@ -150,9 +244,11 @@ def test_vectors_cover_the_format():
         *both,
     }
     expected |= {("kind", kind) for kind in range(5)} | {
-        ("predictor", predictor) for predictor in range(4)
+        ("predictor", predictor) for predictor in range(7)
     }
-    expected |= {(what, code) for what in ("chain", "interior") for code in ("fixed", "rice")}
+    expected |= {
+        (what, code) for what in ("chain", "interior") for code in ("fixed", "rice", "exp-Golomb")
+    }
     assert expected <= seen, expected - seen
 
 

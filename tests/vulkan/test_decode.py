@@ -11,7 +11,7 @@ from gltf_ext import _codec
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.gltf.importers import open_model
 from spec import blob_writer
-from spec.blob_writer import COPY, GRID, INTEGER, Stream
+from spec.blob_writer import AFFINE, COPY, GEO, GEO_ALL, GRID, INTEGER, OCT, Stream
 from tests.helpers.environment import ROOT
 from tests.helpers.vulkan_scenes import require_vulkan
 
@@ -176,6 +176,23 @@ def test_streams_of_every_shape(device, monkeypatch, name):
         blob = blob_writer.random_blob(random, 12)  # rejected if a corner takes too many hops
         sound += 12 - assert_agreement(decoder.decode(blob), blob)
     assert sound > 20
+
+
+def test_streams_predicted_from_positions(decoder, monkeypatch):
+    """Two AFFINE streams may share different runs with their neighbours."""
+    streams = [
+        Stream(GRID, 3, 11),
+        Stream(INTEGER, 2, 12, AFFINE),
+        Stream(OCT, 2, 8, GEO),
+        Stream(INTEGER, 1, 9, AFFINE),
+        Stream(OCT, 2, 10, GEO_ALL),
+    ]
+    monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
+    random, sound = Random(5), 0
+    for _ in range(4):
+        blob = blob_writer.random_blob(random, 24)  # rejected if a corner takes too many hops
+        sound += 24 - assert_agreement(decoder.decode(blob), blob)
+    assert sound > 60
 
 
 def test_too_many_streams(device):
