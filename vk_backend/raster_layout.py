@@ -38,21 +38,17 @@ CONNECTED = np.dtype(
         ("references", "<u8"),
     ]
 )
-STREAM_SECTIONS_BYTES = 32  # of a stream of a meshlet; only shaders read and write them
 # shaders/decoders/decode_push.glsl
 DECODE_PUSH = np.dtype(
     [
         ("blob", "<u8"),
         ("summaries", "<u8"),
         ("connectivity", "<u8"),
-        ("sections", "<u8"),
         ("triangles", "<u8"),
         ("values", "<u8"),
         ("blob_words", "<u4"),
         ("meshlets", "<u4"),
         ("streams", "<u4"),
         ("value_words", "<u4"),
-        ("first_stream", "<u4"),
-        ("end_stream", "<u4"),
     ]
 )

@@ -21,21 +21,4 @@ layout(buffer_reference, std430, buffer_reference_align = 8) buffer Connectivity
   Connected of[];
 };
 
-// Where a stream's values lie in a meshlet's data: bit positions, written by sections.comp. A list
-// under a fixed code has the position of its widths in place of its unary part's.
-struct StreamSections {
-  uint first_anchor;
-  uint anchor_unary;
-  uint anchor_low;
-  uint chain_unary;
-  uint chain_low;
-  uint interior_unary;
-  uint interior_low;
-  uint codes;  // chain code | interior code << 8, or SECTIONS_MALFORMED
-};
-#define SECTIONS_MALFORMED 0xFFFFFFFFu
-layout(buffer_reference, std430, buffer_reference_align = 4) buffer Sections {
-  StreamSections of[];  // [meshlet * streams of the blob + stream]
-};
-
 #endif
