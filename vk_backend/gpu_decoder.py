@@ -30,6 +30,20 @@ METHODS: dict[str, tuple[tuple[str, int], ...]] = {
         ("chains.comp", PASS_GROUP // 8),
         ("interior.comp", 1),
     ),
+    "passes8": (
+        ("connect.comp", GROUP),
+        ("lengths.comp", PASS_GROUP // 8),
+        ("corners.comp", PASS_GROUP // 8),
+        ("chains.comp", PASS_GROUP // 8),
+        ("interior8.comp", GROUP // 8),
+    ),
+    "passes16": (
+        ("connect.comp", GROUP),
+        ("lengths.comp", PASS_GROUP // 8),
+        ("corners.comp", PASS_GROUP // 8),
+        ("chains.comp", PASS_GROUP // 8),
+        ("interior16.comp", GROUP // 16),
+    ),
     "parallel": (("values_parallel.comp", 1),),
 }
 
@@ -108,7 +122,7 @@ class GpuDecoder:
         self, device: Device, method: str = "passes", streams: int = 8, elements: int = 20
     ):
         self.device, self.streams, self.elements = device, streams, elements
-        self._packs = method == "passes"
+        self._packs = method.startswith("passes")
         constants = {"MAX_STREAMS": streams, "MAX_ELEMENTS": elements}
         self._passes = [
             (ComputePipeline.of(device, name, constants), per) for name, per in METHODS[method]

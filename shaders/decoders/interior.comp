@@ -1,12 +1,12 @@
 // The last pass, after chains.comp: what lies inside the boundary of a meshlet, and its seams. A
 // workgroup decodes a meshlet as the team decoder does.
+// variants: interior.comp=TEAM=32u interior8.comp=TEAM=8u interior16.comp=TEAM=16u
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
 layout(local_size_x = 32) in;
-#define TEAM 32u
 #include "decoders/decode_push.glsl"
 #include "decoders/team_size.glsl"
 #include "decoders/serial_prologue.glsl"
@@ -30,13 +30,12 @@ void place_references_of(HEADER_IN h) {
     mask64 later = connected.references & ~mask_below(rank + 1u);
     uint r = mask_count(connected.references & mask_below(rank + 1u)) - 1u;
     if (mask_test(connected.references, rank))
-      team_references[0][r & 63u] = rank | ((mask_any(later) ? mask_lsb(later) : ranks) - rank) << 8;
+      team_references[TEAM_INDEX][r & 63u] = rank | ((mask_any(later) ? mask_lsb(later) : ranks) - rank) << 8;
     else if (mask_test(h.private_refs, r))
       add_waiting(rank);
   }
-  if (MEMBER == 0u) team_ranks[0] = connected.references;
+  if (MEMBER == 0u) team_ranks[TEAM_INDEX] = connected.references;
   if (h.references == 0u && MEMBER == 0u) add_waiting_loops();
-  barrier();
 }
 
 // Bit position of the interior; keeps the positions of its codes.
@@ -60,7 +59,7 @@ uint find_interior(HEADER_IN h) {
       low += total * low_width(code, n, codes - WIDTH_BITS * n);
       if (code != CODE_FIXED) ones += total * n;
     }
-    if (MEMBER == 0u) team_codes[0][s] = codes;
+    if (MEMBER == 0u) team_codes[TEAM_INDEX][s] = codes;
     code_at(codes, s, false);
   }
   return after_ones(p + low, ones);
@@ -74,7 +73,7 @@ void load_boundary() {
       uvec2 fields = is_packed(s) ? vertex_at(s, id) : uvec2(0u);
       uint field = place_field(s, PLACE_FIELD);
       for (uint c = 0u; c < stream_field(s, STREAM_ELEMENTS); c++)
-        team_values[0][value_element(s, c) + id] =
+        team_values[TEAM_INDEX][value_element(s, c) + id] =
             is_packed(s) ? get_field(fields, c * field, field) : value_at(s, c, id);
     }
   }
@@ -86,7 +85,7 @@ void store_values(mask64 known) {
     for (uint s = 0u; s < stream_end; s++) {
       uvec2 fields = uvec2(0u);
       for (uint c = 0u; c < stream_field(s, STREAM_ELEMENTS); c++) {
-        uint value = team_values[0][value_element(s, c) + id];
+        uint value = team_values[TEAM_INDEX][value_element(s, c) + id];
         if (is_packed(s))
           fields |= put_field(c * place_field(s, PLACE_FIELD), value);
         else
@@ -98,9 +97,11 @@ void store_values(mask64 known) {
 }
 
 void main() {
-  open_job(gl_WorkGroupID.x);
+  uint number = gl_WorkGroupID.x * TEAMS + TEAM_INDEX;
+  open_job(min(number, push.meshlets - 1u));
   Summaries summaries = Summaries(push.summaries);
-  if (summaries.of[job_place] >> 16 != ERROR_NONE) return;
+  bool sound = number < push.meshlets && summaries.of[job_place] >> 16 == ERROR_NONE;
+  if (TEAMS == 1u && !sound) return;  // no other team waits at the barriers
   open_blob(job_blob(), job_blob_words());
   group_streams(job_streams());
   group_value_places();
@@ -113,27 +114,29 @@ void main() {
   open_team(job_meshlet);
   Header h = read_header(job_meshlet);
   triangle_count = h.triangles;
-  bool sound = agree();
-  if (sound) {
+  if (!sound) error = ERROR_OFFSET;
+  if (agree()) {
     find_disks();
     for (uint s = MEMBER; s < stream_total; s += TEAM)
-      team_seam_refs[0][s] = seam_references(h, s);
+      team_seam_refs[TEAM_INDEX][s] = seam_references(h, s);
   }
+  bool live = agree();
+  if (live) place_references_of(h);
   barrier();
-  place_references_of(h);
-  uint interior = sound ? find_interior(h) : 0u;
-  if (MEMBER == 0u) team_interior[0] = interior;
-  if (sound) {
+  uint interior = live ? find_interior(h) : 0u;
+  if (MEMBER == 0u) team_interior[TEAM_INDEX] = interior;
+  if (live) {
     list_traversal();
     load_boundary();
   }
-  read_interior(sound);
-  sound = agree();
-  predict_chains(h, sound, true);
-  predict_traversed(sound);
+  read_interior(live);
+  live = agree();
+  predict_chains(h, live, true);
+  predict_traversed(live);
   barrier();
-  if (sound)
-    store_values((h.flags & FLAG_SEAMS) != 0u ? mask_none() : team_boundary & ~team_waiting[0]);
-  else if (MEMBER == 0u)
+  if (live)
+    store_values((h.flags & FLAG_SEAMS) != 0u ? mask_none()
+                                              : team_boundary & ~team_waiting[TEAM_INDEX]);
+  else if (sound && MEMBER == 0u)
     atomicOr(summaries.of[job_place], error << 16);
 }

@@ -75,7 +75,7 @@ void list_ones(uint p, uint n, uint first) {
   for (uint w = p >> 5; found < n; w += TEAM) {
     uint mine = 0u;
     uint before = found;
-    for (uint k = 0u; k < TEAM; k++) {
+    for (uint k = 0u; k < TEAM && found < n; k++) {
       uint word = load_word(w + k);
       if (w + k == p >> 5) word &= ~word_below(p & 31u);
       if (k == MEMBER) {
