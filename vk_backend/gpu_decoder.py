@@ -35,7 +35,7 @@ METHODS: dict[str, tuple[tuple[str, int], ...]] = {
         ("lengths.comp", PASS_GROUP // 8),
         ("corners.comp", PASS_GROUP // 8),
         ("chains.comp", PASS_GROUP // 8),
-        ("interior8.comp", GROUP // 8),
+        ("interior8.comp", 1),
     ),
     "passes16": (
         ("connect.comp", GROUP),

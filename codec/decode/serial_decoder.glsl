@@ -341,9 +341,9 @@ uint chain_widths[MAX_STREAMS];         // bit position of the 5-bit widths of a
 uint interior_widths[MAX_STREAMS];
 uint anchor_position[MAX_STREAMS];  // bit position of the first anchor
 small_uint anchor_count[MAX_STREAMS];
-uint chain_total;            // inner vertices of all owned references
+uint chain_total;             // inner vertices of all owned references
 uint chain_low[MAX_STREAMS];  // bit position of the chains' low bits
-uint chain_unary;            // bit position of the unary parts of all chains
+uint chain_unary;             // bit position of the unary parts of all chains
 
 UnaryReader unary;          // the next list's unary parts
 uint low_cursor;            // and bit position of its low bits

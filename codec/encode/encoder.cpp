@@ -87,8 +87,8 @@ uint64_t further_anchor_bits(const std::vector<uint32_t>& residuals, const Strea
   const AnchorFields fields = anchor_fields(residuals, stream, base);
   uint64_t bits = 0;
   for (uint32_t c = 0; c < stream.elements; c++)
-    bits += ANCHOR_WIDTH_BITS + anchor_width(fields.of[c], stream.bits, base) *
-                                    (residuals.size() / stream.elements);
+    bits += ANCHOR_WIDTH_BITS +
+            anchor_width(fields.of[c], stream.bits, base) * (residuals.size() / stream.elements);
   return bits;
 }
 
@@ -533,7 +533,8 @@ void Encoder::choose_bases() {
         const uint64_t bits[3] = {
             further_anchor_bits(r.anchor, streams_[s], b),
             chain.of_field(CodedList::kChain, chain.best_field(CodedList::kChain, b), b),
-            interior.of_field(CodedList::kInterior, interior.best_field(CodedList::kInterior, b), b)};
+            interior.of_field(CodedList::kInterior, interior.best_field(CodedList::kInterior, b),
+                              b)};
         for (size_t list = 0; list < 3; list++)
           totals[s][list][b] = std::min(totals[s][list][b] + bits[list], kImpossible);
       }

@@ -1,6 +1,6 @@
 // The last pass, after chains.comp: what lies inside the boundary of a meshlet, and its seams. A
 // workgroup decodes a meshlet as the team decoder does.
-// variants: interior.comp=TEAM=32u interior8.comp=TEAM=8u interior16.comp=TEAM=16u
+// variants: interior.comp=TEAM=32u interior8.comp=TEAM=32u,NO_STAGE interior16.comp=TEAM=16u,NO_STAGE
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require

@@ -71,12 +71,15 @@ uint divide(uint x, uint n) { return x / n; }
 
 uint load_memory(uint i) { return blob_words.at[min(i, blob_word_total - 1u)]; }
 #ifdef STAGE_WORDS
+shared uint staged[STAGE_TOTAL];
+#endif
+#if defined(STAGE_WORDS) && !defined(NO_STAGE)
 // Words that the workgroup has copied from the blob: word stage_first + i is
 // staged[stage_place + i].
-shared uint staged[STAGE_TOTAL];
 uint stage_first = 0x80000000u;
 uint stage_place = 0u;
-bool in_stage(uint i, uint words) { return i - stage_first <= STAGE_WORDS - words; }
+uint stage_words = 3u;
+bool in_stage(uint i, uint words) { return i - stage_first <= stage_words - words; }
 uint load_word(uint i) {
   return in_stage(i, 1u) ? staged[stage_place + i - stage_first] : load_memory(i);
 }

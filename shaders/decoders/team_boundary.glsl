@@ -9,7 +9,7 @@ void stage_owners(HEADER_IN h) {
   mask64 rest = h.foreign_refs;
   for (uint slot = 1u; slot <= slots; slot++) {
     uint first = first_word(owner_of(h, mask_lsb(rest)));
-    uint place = TEAMS * STAGE_WORDS + TEAM_INDEX * SCRATCH_WORDS + (slot - 1u) * STAGE_WORDS;
+    uint place = ones_place() + (slot - 1u) * STAGE_WORDS;
     for (uint i = MEMBER; i < STAGE_WORDS; i += TEAM) staged[place + i] = load_memory(first + i);
     rest = mask_clear_lsb(rest);
   }

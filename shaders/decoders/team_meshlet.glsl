@@ -36,7 +36,7 @@ shared uint team_interior[TEAMS];            // bit position of the interior
 
 // The ends of the quotients, later the vertices' sums of cross products, lie in the team's scratch
 // memory.
-uint ones_place() { return TEAMS * STAGE_WORDS + TEAM_INDEX * SCRATCH_WORDS; }
+uint ones_place() { return TEAMS * OWN_STAGE_WORDS + TEAM_INDEX * SCRATCH_WORDS; }
 
 uint loop_id(uint rank) {
   return bitfieldExtract(team_loop[TEAM_INDEX][(rank >> 2) & 15u], int(rank & 3u) * 8, 6);
@@ -105,11 +105,11 @@ void add_waiting_loops() {
 
 // The first slot of a team's stage holds the data of its meshlet, the others those of owners of
 // foreign references (team_boundary.glsl). Dependent reads then cost the latency of shared memory.
+#ifndef NO_STAGE
 void use_stage(uint slot, uint first) {
   stage_first = first;
-  stage_place = slot == 0u
-                    ? TEAM_INDEX * STAGE_WORDS
-                    : TEAMS * STAGE_WORDS + TEAM_INDEX * SCRATCH_WORDS + (slot - 1u) * STAGE_WORDS;
+  stage_words = slot == 0u ? OWN_STAGE_WORDS : STAGE_WORDS;
+  stage_place = slot == 0u ? TEAM_INDEX * OWN_STAGE_WORDS : ones_place() + (slot - 1u) * STAGE_WORDS;
 }
 
 // First word of a meshlet's data; any word if the group table is malformed, which read_header
@@ -120,9 +120,10 @@ uint first_word(uint m) { return meshlet_start(m) >> 2; }
 void stage_own(uint m) {
   uint first = first_word(m);
   use_stage(0u, first);
-  for (uint i = MEMBER; i < STAGE_WORDS; i += TEAM)
+  for (uint i = MEMBER; i < OWN_STAGE_WORDS; i += TEAM)
     staged[stage_place + i] = load_memory(first + i);
 }
+#endif
 
 // --- beginning and agreeing ---
 
@@ -137,7 +138,9 @@ bool agree() {
 // Call first, for meshlet m, before its header is read.
 void open_team(uint m) {
   error = ERROR_NONE;
+#ifndef NO_STAGE
   stage_own(m);
+#endif
   for (uint i = MEMBER; i < 17u; i += TEAM) {
     team_begins[TEAM_INDEX][i] = 0u;
     team_loop[TEAM_INDEX][i & 15u] = 0u;
