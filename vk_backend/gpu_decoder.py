@@ -12,7 +12,7 @@ from .constants import CONSTANTS
 from .device import Device
 from .memory import Buffer
 from .pipelines import ComputePipeline, Timestamps, push_record
-from .raster_layout import CONNECTED, DECODE_PUSH
+from .raster_layout import CONNECTED, DECODE_PUSH, PLACES
 from .slot_layout import PACKED_POSITION_BITS, packed_field
 
 GROUP = 32  # threads of a workgroup
@@ -36,13 +36,6 @@ METHODS: dict[str, tuple[tuple[str, int], ...]] = {
         ("corners.comp", PASS_GROUP // 8),
         ("chains.comp", PASS_GROUP // 8),
         ("interior8.comp", 1),
-    ),
-    "passes16": (
-        ("connect.comp", GROUP),
-        ("lengths.comp", PASS_GROUP // 8),
-        ("corners.comp", PASS_GROUP // 8),
-        ("chains.comp", PASS_GROUP // 8),
-        ("interior16.comp", GROUP // 16),
     ),
     "parallel": (("values_parallel.comp", 1),),
 }
@@ -148,6 +141,7 @@ class GpuDecoder:
         sizes = {
             "summaries": CONSTANTS["SUMMARY_BYTES"],
             "connectivity": CONNECTED.itemsize,
+            "places": PLACES.itemsize,
             "triangles": 4 * CONSTANTS["MESHLET_TRIANGLES"],
             "values": 4 * value_words,
         }

@@ -38,12 +38,24 @@ CONNECTED = np.dtype(
         ("references", "<u8"),
     ]
 )
+PLACES = np.dtype(
+    [
+        ("codes", "<u4"),
+        ("anchors", "<u4"),
+        ("chains", "<u4"),
+        ("quotients", "<u4"),
+        ("interior", "<u4"),
+        ("flags", "<u4"),
+        ("waiting", "<u8"),
+    ]
+)
 # shaders/decoders/decode_push.glsl
 DECODE_PUSH = np.dtype(
     [
         ("blob", "<u8"),
         ("summaries", "<u8"),
         ("connectivity", "<u8"),
+        ("places", "<u8"),
         ("triangles", "<u8"),
         ("values", "<u8"),
         ("blob_words", "<u4"),

@@ -71,26 +71,16 @@ void read_chains(HEADER_IN h, uint r) {
   uvec2 vertices = chain_vertices(owner, reference);
   uint total = vertices.x;
   uint first = vertices.y;
-  uint low = anchors_begin(owner);
-  uint count = mask_count(the_starts);
-  uint codes = owner.codes;
-  uint widths_total = 0u;
-  for (uint s = 0u; s < stream_total; s++) {
-    count = anchors_of(owner, s, count);
-    low = after_anchors(low, s, count);
-    uint n = stream_field(s, STREAM_ELEMENTS);
-    uint code = code_at(codes, s, true);
-    widths_total += low_width(code, n, codes - WIDTH_BITS * n);
-    code_at(codes, s, false);
-  }
-  uint quotients = low + total * widths_total;
+  Places places = places_of(owner.meshlet);
+  uint low = places.chains;
+  uint quotients = places.quotients;
   uint begin = id_at(run.rank);
   uint end = last_id(h, r, run);
   mask64 inner =
       the_boundary & ~mask_below(begin + 1u) & mask_below(id_at(run.rank + run.steps - 1u) + 1u);
   Chain chain = Chain(run.steps, foreign ? end : begin, foreign ? begin : end, inner, foreign);
   uint skipped = 0u;  // quotients between the last one read and the next to read
-  codes = owner.codes;
+  uint codes = places.codes;
   for (uint s = 0u; s < stream_end && error == ERROR_NONE; s++) {
     uint n = stream_field(s, STREAM_ELEMENTS);
     uint code = code_at(codes, s, true);

@@ -11,7 +11,7 @@ shared uint group_hops;  // MAX_HOPS, hidden from the compiler, which would unro
 
 // Anchor `index` of streams [begin, end) of h.
 void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
-  uint p = anchors_begin(h);
+  uint p = places_of(h.meshlet).anchors;
   uint count = mask_count(the_starts);
   for (uint s = 0u; s < end; s++) {
     count = anchors_of(h, s, count);

@@ -1,4 +1,4 @@
-// Buffers that connect.comp fills for the passes after it.
+// Buffers that connect.comp and lengths.comp fill for the passes after them.
 #ifndef DECODE_BUFFERS_GLSL
 #define DECODE_BUFFERS_GLSL
 
@@ -19,6 +19,24 @@ struct Connected {
 };
 layout(buffer_reference, std430, buffer_reference_align = 8) buffer Connectivity {
   Connected of[];
+};
+
+// Where the sections of a meshlet lie: bit positions, written by lengths.comp. NO_PLACE if what
+// comes before is malformed.
+struct Places {
+  uint codes;
+  uint anchors;
+  uint chains;     // low bits of chains,
+  uint quotients;  //   and their unary parts
+  uint interior;
+  uint flags;
+  uvec2 waiting;  // mask of the boundary vertices that get their values in the traversal
+};
+#define NO_PLACE 0xFFFFFFFFu
+#define PLACES_CHAINS 1u  // the meshlet has chains: codes are stored for them
+#define PLACES_SEAMS 2u   // it has seams
+layout(buffer_reference, std430, buffer_reference_align = 8) buffer PlacesOfMeshlets {
+  Places of[];
 };
 
 #endif

@@ -7,6 +7,7 @@ layout(push_constant) uniform Push {
   uvec2 blob;
   uvec2 summaries;
   uvec2 connectivity;
+  uvec2 places;
   uvec2 triangles;  // 64 words per meshlet, packed
   uvec2 values;     // value_words words per meshlet: 64 per element, or packed_values.glsl's
   uint blob_words;

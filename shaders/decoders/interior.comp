@@ -1,6 +1,6 @@
 // The last pass, after chains.comp: what lies inside the boundary of a meshlet, and its seams. A
 // workgroup decodes a meshlet as the team decoder does.
-// variants: interior.comp=TEAM=32u interior8.comp=TEAM=32u,NO_STAGE interior16.comp=TEAM=16u,NO_STAGE
+// variants: interior.comp=TEAM=32u interior8.comp=TEAM=32u,NO_STAGE
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -24,45 +24,27 @@ uvec2 connectivity_starts() { return connected.starts; }
 #include "decoders/packed_values.glsl"
 
 // Ranks and lengths of the references, from the ranks at which they begin.
-void place_references_of(HEADER_IN h) {
+void place_team_references() {
   uint ranks = mask_count(team_boundary);
-  for (uint rank = MEMBER; rank < ranks && h.references > 0u; rank += TEAM) {
+  for (uint rank = MEMBER; rank < ranks; rank += TEAM) {
+    if (!mask_test(connected.references, rank)) continue;
+    uint r = mask_count(connected.references & mask_below(rank));
     mask64 later = connected.references & ~mask_below(rank + 1u);
-    uint r = mask_count(connected.references & mask_below(rank + 1u)) - 1u;
-    if (mask_test(connected.references, rank))
-      team_references[TEAM_INDEX][r & 63u] = rank | ((mask_any(later) ? mask_lsb(later) : ranks) - rank) << 8;
-    else if (mask_test(h.private_refs, r))
-      add_waiting(rank);
+    uint length = (mask_any(later) ? mask_lsb(later) : ranks) - rank;
+    team_references[TEAM_INDEX][r & 63u] = rank | length << 8;
   }
   if (MEMBER == 0u) team_ranks[TEAM_INDEX] = connected.references;
-  if (h.references == 0u && MEMBER == 0u) add_waiting_loops();
 }
 
-// Bit position of the interior; keeps the positions of its codes.
-uint find_interior(HEADER_IN h) {
-  bool chains = mask_any(h.owned_refs);
-  uint total = 0u;  // inner vertices of owned references
-  for (mask64 rest = h.owned_refs; mask_any(rest); rest = mask_clear_lsb(rest))
-    total += reference_length_of(mask_lsb(rest)) - 1u;
-  uint p = anchors_begin(h);
-  uint codes = h.codes;
-  uint count = team_disks;
-  uint low = 0u;
-  uint ones = 0u;
-  for (uint s = 0u; s < stream_total; s++) {
-    uint n = stream_field(s, STREAM_ELEMENTS);
-    if (h.references > 0u && (s == 0u || (h.flags & FLAG_SEAMS) != 0u))
-      count = mask_count(stored_corners(h, seam_references(h, s)));
-    p = after_anchors(p, s, count);
-    if (chains) {
-      uint code = code_at(codes, s, true);
-      low += total * low_width(code, n, codes - WIDTH_BITS * n);
-      if (code != CODE_FIXED) ones += total * n;
-    }
-    if (MEMBER == 0u) team_codes[TEAM_INDEX][s] = codes;
-    code_at(codes, s, false);
-  }
-  return after_ones(p + low, ones);
+// Finds the seams of the meshlet. Contains barriers.
+Header find_seams_of() {
+  Header h = read_header(job_meshlet);
+  find_disks();
+  place_team_references();
+  for (uint s = MEMBER; s < stream_total; s += TEAM)
+    team_seam_refs[TEAM_INDEX][s] = seam_references(h, s);
+  barrier();
+  return h;
 }
 
 // Copies the values of boundary vertices, which earlier passes have decoded.
@@ -97,11 +79,11 @@ void store_values(mask64 known) {
 }
 
 void main() {
-  uint number = gl_WorkGroupID.x * TEAMS + TEAM_INDEX;
-  open_job(min(number, push.meshlets - 1u));
+  open_job(gl_WorkGroupID.x);
   Summaries summaries = Summaries(push.summaries);
-  bool sound = number < push.meshlets && summaries.of[job_place] >> 16 == ERROR_NONE;
-  if (TEAMS == 1u && !sound) return;  // no other team waits at the barriers
+  uint summary = summaries.of[job_place];
+  Places places = PlacesOfMeshlets(push.places).of[job_place];
+  if (summary >> 16 != ERROR_NONE || places.interior == NO_PLACE) return;
   open_blob(job_blob(), job_blob_words());
   group_streams(job_streams());
   group_value_places();
@@ -111,32 +93,33 @@ void main() {
   symbol_c = connected.closing;
   symbol_e = connected.ends;
   symbol_s = connected.splits;
-  open_team(job_meshlet);
-  Header h = read_header(job_meshlet);
-  triangle_count = h.triangles;
-  if (!sound) error = ERROR_OFFSET;
-  if (agree()) {
-    find_disks();
-    for (uint s = MEMBER; s < stream_total; s += TEAM)
-      team_seam_refs[TEAM_INDEX][s] = seam_references(h, s);
-  }
-  bool live = agree();
-  if (live) place_references_of(h);
+  triangle_count = summary & 127u;
+  vertex_count = min((summary >> 8) & 127u, 64u);
+  team_boundary = connected.boundary;
+  clear_team();
+#ifndef NO_STAGE
+  stage_own(places.interior >> 5);
+#endif
+  for (uint s = MEMBER; s < stream_total; s += TEAM) team_seam_refs[TEAM_INDEX][s] = mask_none();
+  read_interior_codes(places.codes, (places.flags & PLACES_CHAINS) != 0u);
   barrier();
-  uint interior = live ? find_interior(h) : 0u;
-  if (MEMBER == 0u) team_interior[TEAM_INDEX] = interior;
-  if (live) {
-    list_traversal();
-    load_boundary();
+  if (MEMBER == 0u) {
+    team_interior[TEAM_INDEX] = places.interior;
+    team_waiting[TEAM_INDEX] = places.waiting;
   }
-  read_interior(live);
-  live = agree();
-  predict_chains(h, live, true);
-  predict_traversed(live);
+  Header h;
+  h.references = 0u;
+  h.flags = 0u;
+  if ((places.flags & PLACES_SEAMS) != 0u) h = find_seams_of();
   barrier();
-  if (live)
-    store_values((h.flags & FLAG_SEAMS) != 0u ? mask_none()
-                                              : team_boundary & ~team_waiting[TEAM_INDEX]);
-  else if (sound && MEMBER == 0u)
+  list_traversal();
+  load_boundary();
+  read_interior(true);
+  bool sound = agree();
+  predict(h, sound, true);
+  barrier();
+  if (sound)
+    store_values(h.flags != 0u ? mask_none() : team_boundary & ~places.waiting);
+  else if (MEMBER == 0u)
     atomicOr(summaries.of[job_place], error << 16);
 }

@@ -125,6 +125,13 @@ uint anchors_of(HEADER_IN h, uint s, uint count) {
   return mask_count(stored_corners(h, seam_references(h, s)));
 }
 
+// The places of meshlet m, found by lengths.comp.
+Places places_of(uint m) {
+  Places places = PlacesOfMeshlets(push.places).of[m];
+  if (places.quotients == NO_PLACE) error = ERROR_CODE;
+  return places;
+}
+
 // Number of inner vertices of all owned references (x) and of those before `reference` (y).
 uvec2 chain_vertices(HEADER_IN h, uint reference) {
   uvec2 count = uvec2(0u);

@@ -71,12 +71,7 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
     if (r < reference) first += inner;
     lengths += h.length_width;
   }
-  uint p = h.codes;
-  for (uint s = 0u; s < stream_total; s++) {
-    if (chains) code_at(p, s, true);
-    if (kind == ITEM_SELF) team_codes[TEAM_INDEX][s] = p;
-    code_at(p, s, false);
-  }
+  uint p = anchors_begin(h);
   uint count = team_disks;  // anchors, if h, then the team's own meshlet, has no references
   for (uint s = 0u; s < stream_total; s++) {
     if (h.references > 0u && (s == 0u || (h.flags & FLAG_SEAMS) != 0u))

@@ -124,14 +124,27 @@ void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seam
   }
 }
 
+// A stream's interior code, and the bit position of its widths if it is fixed.
+uint interior_code_of(uint s) { return team_codes[TEAM_INDEX][s] & 255u; }
+uint interior_widths_of(uint s) { return team_codes_begin + (team_codes[TEAM_INDEX][s] >> 8); }
+
+// Reads the interior's codes; those of all streams begin at bit p. A barrier must follow.
+void read_interior_codes(uint p, bool chains) {
+  team_codes_begin = p;
+  for (uint s = 0u; s < stream_total; s++) {
+    if (chains) code_at(p, s, true);
+    uint code = code_at(p, s, false);
+    uint widths = p - WIDTH_BITS * stream_field(s, STREAM_ELEMENTS) - team_codes_begin;
+    if (MEMBER == 0u) team_codes[TEAM_INDEX][s] = code | widths << 8;
+  }
+}
+
 // Number of unary parts of the interior's streams [begin, end).
 uint interior_ones(uint begin, uint end) {
   uint ones = 0u;
-  for (uint s = begin; s < end; s++) {
-    uint p = team_codes[TEAM_INDEX][s];
-    if (code_at(p, s, false) != CODE_FIXED)
+  for (uint s = begin; s < end; s++)
+    if (interior_code_of(s) != CODE_FIXED)
       ones += (traversed_count + seam_vertices_of(s)) * stream_field(s, STREAM_ELEMENTS);
-  }
   return ones;
 }
 
@@ -153,9 +166,8 @@ void read_interior(bool sound) {
       low = after_ones(low, interior_ones(end, stream_total));
     for (uint s = part; s < end; s++) {
       uint n = stream_field(s, STREAM_ELEMENTS);
-      uint codes = team_codes[TEAM_INDEX][s];
-      uint code = code_at(codes, s, false);
-      uint widths = codes - WIDTH_BITS * n;
+      uint code = interior_code_of(s);
+      uint widths = interior_widths_of(s);
       uint seams = sound ? list_seams(s) : 0u;
       uint count = sound && error == ERROR_NONE ? min(seams + traversed_count, 64u) * n : 0u;
       if (code != CODE_FIXED) count = min(count, ones);
@@ -191,28 +203,39 @@ bool runs_backwards(HEADER_IN h, uint r, uint s) {
   return mask_test(h.foreign_refs & ~team_seam_refs[TEAM_INDEX][s], r);
 }
 
-// AFFINE's weights of the inner vertices of chains for stream s into team_seams, by rank.
-void find_chain_weights(HEADER_IN h, uint s) {
-  uint items = h.references > 0u ? mask_count(team_boundary) : 0u;
-  for (uint item = MEMBER; item < items; item += TEAM) {
-    uint r = (mask_count(team_ranks[TEAM_INDEX] & mask_below(item + 1u)) - 1u) & 63u;
-    uint length = reference_length_of(r);
-    bool backwards = runs_backwards(h, r, s);
-    uint i = item - (team_references[TEAM_INDEX][r] & 63u);
-    if (i == 0u || i >= length || mask_test(h.private_refs, r)) continue;
-    if (backwards) i = length - i;
-    uint step =
-        pack4(run_id(h, r, backwards, i), run_id(h, r, backwards, i - 1u),
-              run_id(h, r, backwards, length), i < 2u ? NO_VERTEX : run_id(h, r, backwards, i - 2u));
-    team_seams[TEAM_INDEX][item & 63u] = pack_weights(chain_weights(step));
-  }
+// A step of AFFINE's prediction, as in serial_decoder.glsl's chain_step: v | a << 8 | b << 16 |
+// o << 24. Of the boundary vertex with rank `item`, if it lies inside a chain of stream s.
+bool chain_step_of(HEADER_IN h, uint s, uint item, out uint step) {
+  uint r = (mask_count(team_ranks[TEAM_INDEX] & mask_below(item + 1u)) - 1u) & 63u;
+  uint length = reference_length_of(r);
+  bool backwards = runs_backwards(h, r, s);
+  uint i = item - (team_references[TEAM_INDEX][r] & 63u);
+  step = NO_VERTEX << 24;
+  if (i == 0u || i >= length || mask_test(h.private_refs, r)) return false;
+  if (backwards) i = length - i;
+  step =
+      pack4(run_id(h, r, backwards, i), run_id(h, r, backwards, i - 1u),
+            run_id(h, r, backwards, length), i < 2u ? NO_VERTEX : run_id(h, r, backwards, i - 2u));
+  return true;
 }
 
-// AFFINE's weights of the traversed vertices into team_seams.
-void find_traversed_weights() {
-  for (uint item = MEMBER; item < traversed_count; item += TEAM)
-    team_seams[TEAM_INDEX][item & 63u] =
-        pack_weights(traversed_weights(team_traversal[TEAM_INDEX][item & 63u]));
+// AFFINE's weights into team_seams: of the inner vertices of stream s's chains by rank, or of the
+// traversed vertices in order.
+void find_weights(HEADER_IN h, uint s, bool chains) {
+  uint items = chains ? (h.references > 0u ? mask_count(team_boundary) : 0u) : traversed_count;
+  for (uint item = MEMBER; item < items; item += TEAM) {
+    uint triangle = team_traversal[TEAM_INDEX][item & 63u];
+    uint step = ((triangle >> 16) & 255u) | (triangle & 0xFFFFu) << 8 | (triangle & 0xFF000000u);
+    if (chains && !chain_step_of(h, s, item, step)) continue;
+    Weights w;
+    w.exist = false;
+    uint v = step & 63u;
+    uint a = (step >> 8) & 63u;
+    uint b = (step >> 16) & 63u;
+    if (step >> 24 != NO_VERTEX) w = affine_weights(a, b, (step >> 24) & 63u, v);
+    if (chains && !w.exist) w = line_weights(a, b, v);
+    team_seams[TEAM_INDEX][item & 63u] = pack_weights(w);
+  }
 }
 
 // The decoded stream that an element of the values belongs to, and the element's number in it.
@@ -258,7 +281,7 @@ void predict_chain(HEADER_IN h, uint r, uint s, uint element) {
 
 // Predicts the chains of AFFINE stream s, or with s = MAX_STREAMS those of all other streams, a
 // thread for each element of each reference. only_seams: of seams.
-void predict_chains_of(HEADER_IN h, uint s, bool only_seams) {
+void predict_chains(HEADER_IN h, uint s, bool only_seams) {
   bool one = s < MAX_STREAMS;
   uint first = one ? stream_field(s, STREAM_ELEMENT) : 0u;
   uint elements = max(one ? stream_field(s, STREAM_ELEMENTS) : element_total(), 1u);
@@ -270,21 +293,6 @@ void predict_chains_of(HEADER_IN h, uint s, bool only_seams) {
     if (!one && stream_field(of, STREAM_PREDICTOR) == PREDICT_AFFINE) continue;
     if (only_seams && !mask_test(team_seam_refs[TEAM_INDEX][of], r)) continue;
     predict_chain(h, r, of, element);
-  }
-}
-
-// Adds predictions to the residuals of chains. A team that is not `sound` only takes part in the
-// barriers.
-void predict_chains(HEADER_IN h, bool sound, bool only_seams) {
-  for (uint s = 0u; s <= stream_end; s++) {  // AFFINE depends on stream 0: after all others
-    uint stream = s == 0u ? MAX_STREAMS : s - 1u;
-    if (s > 0u && stream_field(stream, STREAM_PREDICTOR) != PREDICT_AFFINE) continue;
-    barrier();
-    if (s > 0u) {
-      if (sound) find_chain_weights(h, stream);
-      barrier();
-    }
-    if (sound) predict_chains_of(h, stream, only_seams);
   }
 }
 
@@ -352,27 +360,36 @@ void predict_team_geo(uint s) {
   }
 }
 
-// Adds predictions to the residuals of the traversed vertices: first of the streams that depend on
-// no other, then of those that depend on stream 0. A team that is not `sound` only takes part in
-// the barriers.
-void predict_traversed(bool sound) {
+// Turns all residuals into values. AFFINE and GEO depend on stream 0, so first the chains of other
+// streams, then those of each AFFINE stream, then the traversed vertices of streams that depend on
+// no other, then all others. only_seams: other chains have their values. A team that is not `sound`
+// only takes part in the barriers.
+void predict(HEADER_IN h, bool sound, bool only_seams) {
   bool geo = any_stream_predicts(1u << PREDICT_GEO);
   bool affine = any_stream_predicts(1u << PREDICT_AFFINE);
-  for (uint stage = 0u; stage < 2u; stage++) {
+  uint traversal = stream_end + 1u;  // the steps before it are those of chains
+  uint last = geo || affine ? traversal + 1u : traversal;
+  // All teams of a workgroup take the same steps.
+  bool skips_chains = only_seams && TEAMS == 1u && (h.flags & FLAG_SEAMS) == 0u;
+  for (uint step = skips_chains ? traversal : 0u; step <= last; step++) {
+    bool chains = step < traversal;
+    uint s = chains && step > 0u ? step - 1u : MAX_STREAMS;
+    if (s < MAX_STREAMS && stream_field(s, STREAM_PREDICTOR) != PREDICT_AFFINE) continue;
     barrier();
-    if (stage == 1u && geo) sum_team_normals(sound);
-    for (uint s = 0u; s < stream_end && stage == 1u && sound; s++)
-      if (stream_field(s, STREAM_PREDICTOR) == PREDICT_GEO) predict_team_geo(s);
-    if (stage == 1u && affine) {
-      if (sound) find_traversed_weights();
+    bool after = step > traversal;
+    if (after && geo) sum_team_normals(sound);
+    for (uint of = 0u; of < stream_end && after && sound; of++)
+      if (stream_field(of, STREAM_PREDICTOR) == PREDICT_GEO) predict_team_geo(of);
+    if (after ? affine : s < MAX_STREAMS) {
+      if (sound) find_weights(h, s, chains);
       barrier();
     }
-    for (uint element = MEMBER; element < element_total() && sound; element += TEAM) {
+    if (chains && sound) predict_chains(h, s, only_seams);
+    for (uint element = MEMBER; element < element_total() && !chains && sound; element += TEAM) {
       uvec2 of = stream_of_element(element);
       uint predictor = stream_field(of.x, STREAM_PREDICTOR);
-      if (stage == 0u ? predictor < PREDICT_GEO : predictor == PREDICT_AFFINE)
+      if (after ? predictor == PREDICT_AFFINE : predictor < PREDICT_GEO)
         predict_element(of.x, of.y);
     }
-    if (!geo && !affine) break;
   }
 }

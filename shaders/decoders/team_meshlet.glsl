@@ -31,8 +31,10 @@ shared mask64 team_waiting[TEAMS];       // inner vertices of private references
 // by rank along the boundary, then by place in the traversal.
 shared uint team_seams[TEAMS][64];
 shared mask64 team_seam_refs[TEAMS][MAX_STREAMS];
-shared uint team_codes[TEAMS][MAX_STREAMS];  // bit positions of the interior's codes
-shared uint team_interior[TEAMS];            // bit position of the interior
+// The interior's codes | bit positions of their widths, from team_codes_begin on, << 8.
+shared uint team_codes[TEAMS][MAX_STREAMS];
+uint team_codes_begin;
+shared uint team_interior[TEAMS];  // bit position of the interior
 
 // The ends of the quotients, later the vertices' sums of cross products, lie in the team's scratch
 // memory.
@@ -116,9 +118,8 @@ void use_stage(uint slot, uint first) {
 // reports.
 uint first_word(uint m) { return meshlet_start(m) >> 2; }
 
-// Copies the data of the team's own meshlet. A barrier must follow.
-void stage_own(uint m) {
-  uint first = first_word(m);
+// Copies data of the team's own meshlet from word `first` on. A barrier must follow.
+void stage_own(uint first) {
   use_stage(0u, first);
   for (uint i = MEMBER; i < OWN_STAGE_WORDS; i += TEAM)
     staged[stage_place + i] = load_memory(first + i);
@@ -135,12 +136,9 @@ bool agree() {
   return error == ERROR_NONE;
 }
 
-// Call first, for meshlet m, before its header is read.
-void open_team(uint m) {
+// Clears what threads of a team fill together. A barrier must follow.
+void clear_team() {
   error = ERROR_NONE;
-#ifndef NO_STAGE
-  stage_own(m);
-#endif
   for (uint i = MEMBER; i < 17u; i += TEAM) {
     team_begins[TEAM_INDEX][i] = 0u;
     team_loop[TEAM_INDEX][i & 15u] = 0u;
@@ -151,5 +149,4 @@ void open_team(uint m) {
     team_ranks[TEAM_INDEX] = mask_none();
     team_waiting[TEAM_INDEX] = mask_none();
   }
-  barrier();
 }

@@ -10,6 +10,13 @@
 #include "decoders/team_boundary.glsl"
 #include "decoders/team_interior.glsl"
 
+// Call first, for meshlet m, before its header is read.
+void open_team(uint m) {
+  stage_own(first_word(m));
+  clear_team();
+  barrier();
+}
+
 // Reads the symbols of meshlet h: each thread finds those of its triangles by counting bits.
 // Contains a barrier.
 void read_team_symbols(HEADER_IN h) {
@@ -73,9 +80,9 @@ void team_decode(Header h, bool sound) {
     barrier();
     if (measuring && sound) list_traversal();
   }
+  if (sound) read_interior_codes(h.codes, mask_any(h.owned_refs));
   read_interior(sound);
   sound = agree();
-  predict_chains(h, sound, false);
-  predict_traversed(sound);
+  predict(h, sound, false);
   barrier();
 }
