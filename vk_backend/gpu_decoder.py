@@ -30,13 +30,7 @@ METHODS: dict[str, tuple[tuple[str, int], ...]] = {
         ("chains.comp", PASS_GROUP // 8),
         ("interior.comp", 1),
     ),
-    "passes8": (
-        ("connect.comp", GROUP),
-        ("lengths.comp", PASS_GROUP // 8),
-        ("corners.comp", PASS_GROUP // 8),
-        ("chains.comp", PASS_GROUP // 8),
-        ("interior8.comp", 1),
-    ),
+    "noteam": (("connect.comp", GROUP), ("values8.comp", 1)),
     "parallel": (("values_parallel.comp", 1),),
 }
 

@@ -40,12 +40,17 @@ CONNECTED = np.dtype(
 )
 PLACES = np.dtype(
     [
+        ("foreign_refs", "<u8"),
+        ("private_refs", "<u8"),
+        ("loop_ends", "<u8"),
+        ("counts", "<u4"),
+        ("lengths", "<u4"),
+        ("entries", "<u4"),
         ("codes", "<u4"),
         ("anchors", "<u4"),
         ("chains", "<u4"),
         ("quotients", "<u4"),
         ("interior", "<u4"),
-        ("flags", "<u4"),
         ("waiting", "<u8"),
     ]
 )

@@ -66,7 +66,7 @@ void read_chains(HEADER_IN h, uint r) {
   if (mask_test(h.private_refs, r) || run.steps < 2u) return;
   bool foreign = mask_test(h.foreign_refs, r);
   uint entry = entry_position(h, r);
-  Header owner = read_header(foreign ? entry_owner(h, entry) : h.meshlet);
+  Header owner = header_of(foreign ? entry_owner(h, entry) : h.meshlet);
   uint reference = foreign ? slot_reference(owner, entry_slot(h, entry)) & 63u : r;
   uvec2 vertices = chain_vertices(owner, reference);
   uint total = vertices.x;

@@ -53,7 +53,7 @@ uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
     if (follow && follow_before) follow = owner_of(h, before) >= owner_of(h, j);
     uint entry = entry_position(h, follow ? j : before);
     uint slot = entry_slot(h, entry);
-    h = read_header(entry_owner(h, entry));
+    h = header_of(entry_owner(h, entry));
     uint reference = slot_reference(h, slot) & 63u;
     j = follow ? next_reference(h, reference) & 63u : reference;
   }

@@ -21,20 +21,32 @@ layout(buffer_reference, std430, buffer_reference_align = 8) buffer Connectivity
   Connected of[];
 };
 
-// Where the sections of a meshlet lie: bit positions, written by lengths.comp. NO_PLACE if what
-// comes before is malformed.
+// A meshlet's header and where its sections lie (bit positions), so that a pass that visits it need
+// not parse it. connect.comp writes the first part, lengths.comp the rest; NO_PLACE if what comes
+// before is malformed.
 struct Places {
+  uvec2 foreign_refs;
+  uvec2 private_refs;
+  uvec2 loop_ends;
+  uint counts;   // see count_field
+  uint lengths;  // NO_PLACE: the header is malformed
+  uint entries;
   uint codes;
   uint anchors;
   uint chains;     // low bits of chains,
   uint quotients;  //   and their unary parts
   uint interior;
-  uint flags;
   uvec2 waiting;  // mask of the boundary vertices that get their values in the traversal
 };
+// Offset and width of fields in Places.counts.
+#define COUNT_TRIANGLES 0, 7
+#define COUNT_REFERENCES 7, 6
+#define COUNT_FLAGS 13, 3
+#define COUNT_LENGTH_WIDTH 16, 3
+#define COUNT_DELTA_WIDTH 19, 5
+#define COUNT_SLOT_WIDTH 24, 3
+#define count_field(places, field) bitfieldExtract((places).counts, field)
 #define NO_PLACE 0xFFFFFFFFu
-#define PLACES_CHAINS 1u  // the meshlet has chains: codes are stored for them
-#define PLACES_SEAMS 2u   // it has seams
 layout(buffer_reference, std430, buffer_reference_align = 8) buffer PlacesOfMeshlets {
   Places of[];
 };

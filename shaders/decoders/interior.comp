@@ -1,12 +1,13 @@
 // The last pass, after chains.comp: what lies inside the boundary of a meshlet, and its seams. A
 // workgroup decodes a meshlet as the team decoder does.
-// variants: interior.comp=TEAM=32u interior8.comp=TEAM=32u,NO_STAGE
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
 layout(local_size_x = 32) in;
+#define TEAM 32u
+#define NO_STAGE
 #include "decoders/decode_push.glsl"
 #include "decoders/team_size.glsl"
 #include "decoders/serial_prologue.glsl"
@@ -97,11 +98,10 @@ void main() {
   vertex_count = min((summary >> 8) & 127u, 64u);
   team_boundary = connected.boundary;
   clear_team();
-#ifndef NO_STAGE
-  stage_own(places.interior >> 5);
-#endif
   for (uint s = MEMBER; s < stream_total; s += TEAM) team_seam_refs[TEAM_INDEX][s] = mask_none();
-  read_interior_codes(places.codes, (places.flags & PLACES_CHAINS) != 0u);
+  mask64 owned = mask_below(count_field(places, COUNT_REFERENCES)) &
+                 ~(places.foreign_refs | places.private_refs);
+  read_interior_codes(places.codes, mask_any(owned));
   barrier();
   if (MEMBER == 0u) {
     team_interior[TEAM_INDEX] = places.interior;
@@ -110,7 +110,7 @@ void main() {
   Header h;
   h.references = 0u;
   h.flags = 0u;
-  if ((places.flags & PLACES_SEAMS) != 0u) h = find_seams_of();
+  if ((count_field(places, COUNT_FLAGS) & FLAG_SEAMS) != 0u) h = find_seams_of();
   barrier();
   list_traversal();
   load_boundary();

@@ -19,7 +19,7 @@ uint measured_length(HEADER_IN h, uint r) {
   }
   if (!mask_test(h.foreign_refs, r)) return stored_length(h, r);
   uint entry = entry_position(h, r);
-  Header owner = read_header(entry_owner(h, entry));
+  Header owner = header_of(entry_owner(h, entry));
   return stored_length(owner, slot_reference(owner, entry_slot(h, entry)) & 63u);
 }
 
@@ -61,17 +61,15 @@ mask64 waiting_vertices(HEADER_IN h) {
 
 // Other meshlets look up the places even if this one is malformed in another way.
 void place_sections(HEADER_IN h, bool live) {
+  PlacesOfMeshlets table = PlacesOfMeshlets(push.places);
   bool chains = mask_any(h.owned_refs);
-  Places places;
-  places.codes = h.codes;
-  places.flags = (chains ? PLACES_CHAINS : 0u) | ((h.flags & FLAG_SEAMS) != 0u ? PLACES_SEAMS : 0u);
-  places.anchors = anchors_begin(h);
   uint total = chain_vertices(h, 64u).x;
-  uint p = places.anchors;
+  uint p = anchors_begin(h);
   uint codes = h.codes;
   uint count = mask_count(the_starts);
   uint low = 0u;
   uint ones = 0u;
+  table.of[job_place].anchors = p;
   for (uint s = 0u; s < stream_total; s++) {
     count = anchors_of(h, s, count);
     p = after_anchors(p, s, count);
@@ -82,12 +80,11 @@ void place_sections(HEADER_IN h, bool live) {
     if (code != CODE_FIXED) ones += total * n;
     code_at(codes, s, false);
   }
-  places.chains = p;
-  places.quotients = error == ERROR_NONE ? p + low : NO_PLACE;
-  places.interior = after_ones(p + low, ones);
-  places.waiting = live ? waiting_vertices(h) : mask_none();
-  if (error != ERROR_NONE) places.interior = NO_PLACE;
-  PlacesOfMeshlets(push.places).of[job_place] = places;
+  table.of[job_place].chains = p;
+  table.of[job_place].quotients = error == ERROR_NONE ? p + low : NO_PLACE;
+  table.of[job_place].waiting = live ? waiting_vertices(h) : mask_none();
+  uint interior = after_ones(p + low, ones);
+  table.of[job_place].interior = error == ERROR_NONE ? interior : NO_PLACE;
 }
 
 void main() {

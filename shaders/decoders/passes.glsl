@@ -54,8 +54,33 @@ bool open_pass() {
   return present && summary >> 16 == ERROR_NONE;
 }
 
+// The header of meshlet m, which connect.comp has read.
+Header header_of(uint m) {
+  Places places = PlacesOfMeshlets(push.places).of[m];
+  if (places.lengths == NO_PLACE) error = ERROR_REFERENCES;
+  Header h;
+  h.meshlet = m;
+  h.triangles = count_field(places, COUNT_TRIANGLES);
+  h.references = count_field(places, COUNT_REFERENCES);
+  h.flags = count_field(places, COUNT_FLAGS);
+  h.length_width = count_field(places, COUNT_LENGTH_WIDTH);
+  h.delta_width = count_field(places, COUNT_DELTA_WIDTH);
+  h.slot_width = count_field(places, COUNT_SLOT_WIDTH);
+  h.entry_width =
+      h.delta_width + h.slot_width + ((h.flags & FLAG_SEAMS) != 0u ? stream_total - 1u : 0u);
+  h.lengths = places.lengths;
+  h.entries = places.entries;
+  h.codes = places.codes;
+  h.foreign_refs = places.foreign_refs;
+  h.private_refs = places.private_refs;
+  h.loop_ends = places.loop_ends;
+  h.owned_refs = mask_below(h.references) & ~(h.foreign_refs | h.private_refs);
+  h.sized_refs = h.owned_refs | (h.private_refs & ~lone_references(h.loop_ends));
+  return h;
+}
+
 Header open_header() {
-  Header h = read_header(job_meshlet);
+  Header h = header_of(job_meshlet);
   triangle_count = h.triangles;
   return h;
 }

@@ -315,6 +315,7 @@ void predict_element(uint s, uint c) {
   for (uint i = 0u; i < traversed_count; i++) {
     uint triangle = team_traversal[TEAM_INDEX][i];
     uint v = element + bitfieldExtract(triangle, 16, 6);
+    uint residual = team_values[TEAM_INDEX][v];
     uint a = team_values[TEAM_INDEX][element + (triangle & 63u)];
     uint b = team_values[TEAM_INDEX][element + bitfieldExtract(triangle, 8, 6)];
     uint o = team_values[TEAM_INDEX][element + bitfieldExtract(triangle, 24, 6)];
@@ -322,9 +323,11 @@ void predict_element(uint s, uint c) {
     bool across = uses_o && triangle < NO_VERTEX << 24;
     uint point = across ? factor * sum + factor_o * o + rounding : sum;
     point = uint(int(point) >> (across ? shift : shift_mean));
-    uint weights = affine ? team_seams[TEAM_INDEX][i] : 0u;
-    if (weights != 0u) point = affine_point(unpack_weights(weights), a, b, o);
-    team_values[TEAM_INDEX][v] = (point + team_values[TEAM_INDEX][v]) & bits;
+    if (affine) {
+      uint weights = team_seams[TEAM_INDEX][i];
+      if (weights != 0u) point = affine_point(unpack_weights(weights), a, b, o);
+    }
+    team_values[TEAM_INDEX][v] = (point + residual) & bits;
   }
 }
 

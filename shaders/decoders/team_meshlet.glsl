@@ -124,6 +124,13 @@ void stage_own(uint first) {
   for (uint i = MEMBER; i < OWN_STAGE_WORDS; i += TEAM)
     staged[stage_place + i] = load_memory(first + i);
 }
+#else
+uint first_word(uint m) { return meshlet_start(m) >> 2; }
+void use_stage(uint slot, uint first) {}
+void stage_own(uint first) {
+  if (MEMBER < 2u) staged[ones_place() + MEMBER] = load_memory(first + 32u * MEMBER);
+}
+uint stage_first = 0u;
 #endif
 
 // --- beginning and agreeing ---

@@ -1,8 +1,8 @@
 // Values of meshlets by the team decoder, TEAM threads each. Triangles come from connect.comp, or
 // (PARALLEL) from the parallel connectivity. Writes plain buffers, or (STREAM) slots of the ring of
 // path `stream`.
-// variants: values8.comp=TEAM=8u values16.comp=TEAM=16u values32.comp=TEAM=32u values_parallel.comp=TEAM=32u,PARALLEL
-// variants: values_stream.comp=TEAM=32u,STREAM
+// variants: values8.comp=TEAM=32u,NO_STAGE values16.comp=TEAM=16u values32.comp=TEAM=32u values_parallel.comp=TEAM=32u,PARALLEL
+// variants: values_stream.comp=TEAM=32u,STREAM,NO_STAGE
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
