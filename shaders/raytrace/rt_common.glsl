@@ -3,7 +3,7 @@
 #include "raytrace/rt_constants.h"
 #include "scene/slots.glsl"
 
-// Ids 0 and 1 are the decoder's MAX_STREAMS and MAX_ELEMENTS; 8 is the team decoder's STAGE_WORDS.
+// Ids 0 and 1 are the decoder's MAX_STREAMS and MAX_ELEMENTS.
 layout(constant_id = 2) const uint GROUP_TRIANGLES = 64u;  // triangles per box
 layout(constant_id = 5) const bool ALL_CACHED = false;     // meshlet m is in slot m, for all m
 layout(constant_id = 6) const uint VERTEX_FLOATS = 8u;     // of an uncompressed vertex

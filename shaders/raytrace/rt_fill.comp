@@ -12,7 +12,6 @@
 #include "raytrace/rt_common.glsl"
 #include "raytrace/rt_cache.glsl"
 #define TEAM 32u
-#include "decoders/team_size.glsl"
 #include "decoders/serial_prologue.glsl"
 #define OWN_GRID_POSITION
 #include "decode/serial_decoder.glsl"
@@ -47,7 +46,7 @@ void fill(uint number, uint slot_number, uint primitives) {
   open_blob(traced.blob, traced.blob_words);
   group_streams(primitive.stream_end);
   uint m = number - traced.first_meshlet;
-  open_team(m);
+  open_team();
   Header h = read_header(m);
   read_team_symbols(h);
   decode_connectivity();

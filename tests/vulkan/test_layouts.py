@@ -33,6 +33,7 @@ MIRRORS: dict[str, tuple[np.dtype, set[str]]] = {
     "Push": (raster_layout.DECODE_PUSH, set()),
     "Segment": (raster_layout.SEGMENT, set()),
     "Connected": (raster_layout.CONNECTED, set()),
+    "Places": (raster_layout.PLACES, set()),
     "Traced": (raytrace_layout.TRACED, set()),
     "RaysPush": (raytrace_layout.RAYS_PUSH, set()),
     "BoxesPush": (raytrace_layout.BOXES_PUSH, set()),
