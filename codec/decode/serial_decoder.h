@@ -41,8 +41,6 @@ struct SerialDecoder {
 #ifdef __AVX2__
 #define OWN_PREDICTION
 #endif
-#define NORMALS(i) normals[i]
-  alignas(16) uint normals[256];
 // All elements of a vertex lie together, in 16 bytes.
 #define ALIGNED alignas(32)
 #define VERTEX_STEP 4u
