@@ -14,8 +14,9 @@ namespace {
 
 // Boundary vertices, local ids and slots of owned references per meshlet.
 constexpr uint32_t kPlaces = 64;
-// Values of one stream of a vertex, as the serial decoder stores them.
+// Values of one stream of a vertex and of all vertices, as the serial decoder stores them.
 constexpr uint32_t kStored = STREAM_MAX_ELEMENTS;
+constexpr uint32_t kStream = kStored * MESHLET_VERTICES;
 // Directions converted at a time: a fixed count lets compilers vectorise.
 constexpr uint32_t kBatch = 8;
 
@@ -55,19 +56,18 @@ class History {
     uint32_t meshlet, place;
   };
   struct Kept {
-    uint32_t* values;           // kStored for each stream of each place
-    uint32_t capacity;          // places that `values` holds
+    uint32_t* values = nullptr;  // kStored for each stream of each place
+    uint32_t capacity = 0;       // places that `values` holds
+    // Undefined where no owned reference leads.
     uint32_t numbers[kPlaces];  // by place
     uint8_t start[kPlaces];     // per owned reference: place of its first vertex
     uint8_t end[kPlaces];       // per owned reference: place of its last vertex
   };
 
   Kept& kept(uint32_t meshlet) { return ring_[meshlet & d_.ring_mask]; }
-  // The values of a boundary vertex of the owner of foreign reference r.
-  const uint32_t* owner_values(uint32_t r, uint32_t place) {
-    return kept(d_.reference_owner[r]).values + kStored * d_.stream_total * place;
-  }
-  void copy_vertex(uint32_t r, uint32_t place, uint32_t id);
+  // Numbers that are kept of a place.
+  uint32_t place_size() const { return kStored * d_.stream_total; }
+  void copy_vertex(uint32_t r, const uint32_t* from, uint32_t id);
   bool same_vertex(uint32_t r, uint32_t place, uint32_t id);
   void keep_references();
   void alias_corner(uint32_t id, Place target, bool starts);
@@ -96,8 +96,8 @@ void History::allocate() {
                    31u);
   while (size < meshlets_ && size < (1u << reach)) size *= 2;
   d_.ring_mask = size - 1;
-  ring_ = new Kept[size]();
-  lengths_ = new uint8_t[kPlaces * size_t(size)]();
+  ring_ = new Kept[size];
+  lengths_ = new uint8_t[kPlaces * size_t(size)];
   d_.chain_lengths = lengths_;
 }
 
@@ -118,11 +118,15 @@ void History::for_vertices(uint32_t r, Visit visit) {
 }
 
 // Copies the streams that r shares from a vertex of its owner.
-void History::copy_vertex(uint32_t r, uint32_t place, uint32_t id) {
-  const uint32_t* from = owner_values(r, place);
-  const bool seamed = d_.seamed_refs >> r & 1;
-  for (uint32_t s = 0; s < d_.stream_total; s++, from += kStored)
-    if (!seamed || !(d_.seam_refs[s] >> r & 1)) copy_stored(from, d_.vertex(s, id));
+void History::copy_vertex(uint32_t r, const uint32_t* from, uint32_t id) {
+  uint32_t* to = d_.vertex(0, id);
+  if (!(d_.seamed_refs >> r & 1)) {
+    uint32_t* end = to + kStream * d_.stream_total;
+    for (; to != end; to += kStream, from += kStored) copy_stored(from, to);
+    return;
+  }
+  for (uint32_t s = 0; s < d_.stream_total; s++, to += kStream, from += kStored)
+    if (!(d_.seam_refs[s] >> r & 1)) copy_stored(from, to);
 }
 
 // Runs before aliases are set: they may lead to the meshlet itself.
@@ -156,20 +160,23 @@ void History::look_up(bool provide) {
   for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
     uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
              corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
-    bool copy = provide && owner != d_.opened.meshlet, alias = !(d_.seamed_refs >> r & 1);
-    uint32_t slot = d_.reference_slot[r];
-    if (alias) {
-      alias_corner(corners[0], {owner, kept(owner).end[slot]}, true);
-      alias_corner(corners[1], {owner, kept(owner).start[slot]}, false);
+    const uint32_t* values = kept(owner).values;
+    if (provide && owner != d_.opened.meshlet) {
+      for_vertices(r, [&](uint32_t place, uint32_t id) {
+        copy_vertex(r, values + place_size() * place, id);
+      });
+      d_.provided_refs |= 1ull << r;
     }
-    for_vertices(r, [&](uint32_t place, uint32_t id) {
-      if (copy) copy_vertex(r, place, id);
-      if (alias && id != corners[0] && id != corners[1]) {
-        alias_[id] = {owner, place};
-        is_alias_ |= 1ull << id;
-      }
-    });
-    d_.provided_refs |= uint64_t(copy) << r;
+    if (d_.seamed_refs >> r & 1) continue;
+    const uint32_t slot = d_.reference_slot[r], n = d_.reference_length[r],
+                   rank = d_.reference_rank[r], last = kept(owner).start[slot] + n;
+    alias_corner(corners[0], {owner, kept(owner).end[slot]}, true);
+    alias_corner(corners[1], {owner, kept(owner).start[slot]}, false);
+    for (uint32_t i = 1; i < n; i++) {
+      const uint32_t id = d_.loop_vertex[rank + i];
+      alias_[id] = {owner, last - i};
+      is_alias_ |= 1ull << id;
+    }
   }
 }
 
@@ -207,19 +214,27 @@ void History::append(const uint32_t* global) {
     delete[] self.values;
     self.values = nullptr;
     self.capacity = 0;
-    self.values = new uint32_t[kStored * d_.stream_total * places];
+    self.values = new uint32_t[place_size() * places];
     self.capacity = places;
   }
-  uint32_t* to = self.values;
-  for (uint32_t place = 0; place < places; place++) {
-    const uint32_t id = d_.loop_vertex[place];
+  uint64_t owned = 0;  // places of owned references, both ends included
+  for (uint64_t rest = d_.opened.owned_refs; rest; rest &= rest - 1) {
+    const uint32_t r = d_.mask_lsb(rest);
+    owned |= d_.mask_below(d_.reference_length[r]) << d_.reference_rank[r] |
+             d_.mask_bit(d_.reference_rank[d_.next_reference(d_.opened, r)]);
+  }
+  for (; owned; owned &= owned - 1) {
+    const uint32_t place = d_.mask_lsb(owned), id = d_.loop_vertex[place];
     self.numbers[place] = global[id];
-    for (uint32_t s = 0; s < d_.stream_total; s++, to += kStored) copy_stored(d_.vertex(s, id), to);
+    const uint32_t* from = d_.vertex(0, id);
+    uint32_t* to = self.values + place_size() * place;
+    for (uint32_t* end = to + place_size(); to != end; to += kStored, from += kStream)
+      copy_stored(from, to);
   }
 }
 
 bool History::same_vertex(uint32_t r, uint32_t place, uint32_t id) {
-  const uint32_t* values = owner_values(r, place);
+  const uint32_t* values = kept(d_.reference_owner[r]).values + place_size() * place;
   for (uint32_t s = 0; s < d_.stream_total; s++, values += kStored)
     for (uint32_t c = 0; c < d_.stream_elements[s] && !(d_.seam_refs[s] >> r & 1); c++)
       if (d_.vertex(s, id)[c] != values[c]) return false;
