@@ -282,28 +282,52 @@ struct NewVertices {
   uint32_t room;   // vertices that the outputs hold from `first` on
 };
 
-// Converts one stream of n elements of the new vertices. Writes kStored numbers for each; the next
-// vertex overwrites what is too much.
+// Converts one stream of n elements of the new vertices. Writes kStored numbers for each where
+// there is room; the next vertex overwrites what is too much.
 template <uint32_t n, class Convert>
-void write_stream(const uint32_t* values, const NewVertices& v, void* out, Convert convert) {
+void write_stream(const uint32_t* values, const NewVertices& v, void* out, const Convert& convert) {
   using Out = typename Convert::Out;
   Out* to = static_cast<Out*>(out) + n * size_t(v.first);
-  for (uint32_t i = 0; i < v.count; i++, to += n) {
+  const uint32_t roomy = v.room < kStored ? 0 : v.room - kStored + 1;
+  const uint32_t wide = v.count < roomy ? v.count : roomy;
+  uint32_t i = 0;
+  for (; i < wide; i++, to += n) convert(values + kStored * size_t(v.ids[i]), to);
+  for (; i < v.count; i++, to += n) {
     Out converted[kStored];
-    convert(values + kStored * v.ids[i], converted);
-    std::memcpy(to, converted, sizeof(Out) * (i + kStored <= v.room ? kStored : n));
+    convert(values + kStored * size_t(v.ids[i]), converted);
+    std::memcpy(to, converted, sizeof(Out) * n);
   }
 }
 
 template <class Convert>
 void write_stream(const Stream& s, const uint32_t* values, const NewVertices& v, void* out,
-                  Convert convert) {
+                  const Convert& convert) {
   switch (s.elements) {
     case 1: return write_stream<1>(values, v, out, convert);
     case 2: return write_stream<2>(values, v, out, convert);
     case 3: return write_stream<3>(values, v, out, convert);
     default: return write_stream<4>(values, v, out, convert);
   }
+}
+
+// Elements 0 and 1 of a batch of vertices.
+inline void load_pairs(const uint32_t* values, const uint32_t* ids, uint32_t (*q)[kBatch]) {
+#ifdef __AVX2__
+  auto pair = [&](uint32_t k) {
+    return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(values + kStored * size_t(ids[k])));
+  };
+  auto four = [&](uint32_t low, uint32_t high) {
+    return _mm256_inserti128_si256(
+        _mm256_castsi128_si256(_mm_unpacklo_epi64(pair(low), pair(low + 1))),
+        _mm_unpacklo_epi64(pair(high), pair(high + 1)), 1);
+  };
+  const __m256 a = _mm256_castsi256_ps(four(0, 4)), b = _mm256_castsi256_ps(four(2, 6));
+  _mm256_storeu_ps(reinterpret_cast<float*>(q[0]), _mm256_shuffle_ps(a, b, 0x88));
+  _mm256_storeu_ps(reinterpret_cast<float*>(q[1]), _mm256_shuffle_ps(a, b, 0xDD));
+#else
+  for (uint32_t k = 0; k < kBatch; k++)
+    for (uint32_t c = 0; c < 2; c++) q[c][k] = values[kStored * ids[k] + c];
+#endif
 }
 
 // Converts an OCT stream, a batch at a time. The last batch may write too much; the next meshlet
@@ -314,8 +338,7 @@ void write_directions(const Stream& s, const uint32_t* values, const NewVertices
   for (uint32_t i = 0; i < v.count; i += kBatch, to += 3 * kBatch) {
     uint32_t q[2][kBatch];
     float x[kBatch], y[kBatch], z[kBatch], rest[3 * kBatch];
-    for (uint32_t k = 0; k < kBatch; k++)
-      for (uint32_t c = 0; c < 2; c++) q[c][k] = values[kStored * v.ids[i + k] + c];
+    load_pairs(values, v.ids + i, q);
     for (uint32_t k = 0; k < kBatch; k++)
       octahedral_direction(q[0][k], q[1][k], scale, x[k], y[k], z[k]);
     const bool room = i + kBatch <= v.room;
