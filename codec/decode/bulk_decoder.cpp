@@ -38,7 +38,8 @@ class History {
   void look_up(bool provide);
 
   // Numbers the meshlet's vertices after look_up (spec, appendix A.8): global[local id]. new_ids
-  // receives the local ids without alias, in order. Returns their number, or kCircle.
+  // receives the local ids without alias, in order, and kBatch zeros. Returns their number, or
+  // kCircle.
   uint32_t number(uint32_t* global, uint32_t* new_ids);
 
   // Keeps the decoded meshlet.
@@ -198,6 +199,7 @@ uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
     global[id] = next_ + count;
     new_ids[count++] = id;
   }
+  for (uint32_t i = 0; i < kBatch; i++) new_ids[count + i] = 0;
   next_ += count;
   for (uint64_t rest = is_alias_; rest; rest &= rest - 1) {
     uint32_t id = d_.mask_lsb(rest);
@@ -395,7 +397,7 @@ BlobResult decode(const BlobJob& job, SerialDecoder& d, History& history) {
     d.read_foreign();
     if (d.error == ERROR_NONE) d.read_own();
     if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
-    uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch] = {};
+    uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
     if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
     if (count > job.vertex_count - first) return {BlobProblem::kTooManyVertices, m, ERROR_NONE};
@@ -424,7 +426,7 @@ BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
     if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
     if (d.low_cursor > 8 * meshlet_end(d, m)) return {BlobProblem::kOverlap, m, ERROR_NONE};
     history.look_up(false);
-    uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch];
+    uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
     if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
     vertices += count;

@@ -1,5 +1,5 @@
-// Prediction of serial_decoder.glsl for AVX2: all elements of a vertex at a time, and for what
-// depends on positions alone eight vertices at a time. The results are the same bits.
+// Values of serial_decoder.glsl for AVX2: all elements of a vertex at a time, and for what depends
+// on positions alone eight vertices at a time. The results are the same bits.
 //
 // serial_decoder.h includes this file inside its struct.
 
@@ -16,11 +16,86 @@ static Vertex load_residual(const uint* from) {
   return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
 }
 
+// Ones in the elements of stream s.
+Vertex element_mask(uint s) const {
+  return _mm_cmpgt_epi32(_mm_set1_epi32(int(stream_elements[s])), _mm_setr_epi32(0, 1, 2, 3));
+}
 // Ones in the bits that values of stream s have.
 Vertex vertex_mask(uint s) const {
-  const Vertex element = _mm_setr_epi32(0, 1, 2, 3);
-  return _mm_and_si128(_mm_cmpgt_epi32(_mm_set1_epi32(int(stream_elements[s])), element),
-                       _mm_set1_epi32(int(stream_mask[s])));
+  return _mm_and_si128(element_mask(s), _mm_set1_epi32(int(stream_mask[s])));
+}
+
+// --- anchors ---
+
+// Where the elements of a vertex with up to 57 bits lie: element c has width[c] bits, after those
+// before it.
+class PackedVertex {
+ public:
+  explicit PackedVertex(Vertex width) {
+    Vertex end = _mm_add_epi32(width, _mm_slli_si128(width, 4));
+    end = _mm_add_epi32(end, _mm_slli_si128(end, 8));
+    total_ = uint(_mm_extract_epi32(end, 3));
+    offset_ = _mm256_cvtepu32_epi64(_mm_sub_epi32(end, width));
+    const __m256i ones = _mm256_set1_epi64x(-1);
+    mask_ = _mm256_andnot_si256(_mm256_sllv_epi64(ones, _mm256_cvtepu32_epi64(width)), ones);
+  }
+  uint total() const { return total_; }  // bits
+  Vertex elements(uint64_t bits) const {
+    const __m256i wide =
+        _mm256_and_si256(_mm256_srlv_epi64(_mm256_set1_epi64x(int64_t(bits)), offset_), mask_);
+    const __m256i low = _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6);
+    return _mm256_castsi256_si128(_mm256_permutevar8x32_epi32(wide, low));
+  }
+
+ private:
+  __m256i offset_, mask_;
+  uint total_;
+};
+
+Vertex load_packed(const PackedVertex& packed, uint p) const {
+  return packed.elements((p >> 3) + 8u > size ? 0 : load64(p >> 3) >> (p & 7u));
+}
+
+// Bits of the elements of a further anchor of stream s, whose width fields begin at bit `fields`.
+Vertex further_widths(uint s, uint fields) const {
+  const Vertex full = _mm_set1_epi32(ANCHOR_WIDTH_FULL), bits = _mm_set1_epi32(stream_bits[s]);
+  const Vertex word = _mm_set1_epi32(int(load_bits(fields, 4u * ANCHOR_WIDTH_BITS)));
+  const Vertex shift =
+      _mm_setr_epi32(0, ANCHOR_WIDTH_BITS, 2 * ANCHOR_WIDTH_BITS, 3 * ANCHOR_WIDTH_BITS);
+  const Vertex field = _mm_and_si128(_mm_srlv_epi32(word, shift), full);
+  const Vertex width =
+      _mm_min_epi32(_mm_add_epi32(field, _mm_set1_epi32(stream_anchor_base[s])), bits);
+  return _mm_and_si128(_mm_blendv_epi8(width, bits, _mm_cmpeq_epi32(field, full)), element_mask(s));
+}
+
+// Calls write(vertex, anchor number) for the vertices of the anchors of a stream.
+template <class Write>
+void for_anchors(HEADER_IN h, uint s, mask64 stored, Write write) {
+  for (uint i = 0; i < anchor_count[s]; i++, stored = mask_clear_lsb(stored))
+    write(h.references > 0 ? loop_vertex[reference_rank[mask_lsb(stored) & 63u]] : disk_first[i],
+          i);
+}
+
+void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
+  const uint bits = stream_bits[s], elements = stream_elements[s];
+  if (bits * elements > 57u)
+    return for_anchors(h, s, stored, [&](uint v, uint i) { read_anchor(s, i, v); });
+  const PackedVertex whole(_mm_and_si128(_mm_set1_epi32(int(bits)), element_mask(s)));
+  const uint fields = anchor_position[s] + bits * elements;
+  const PackedVertex difference(further_widths(s, fields));
+  const Vertex first = load_packed(whole, anchor_position[s]), mask = vertex_mask(s);
+  const Vertex one = _mm_set1_epi32(1);
+  uint p = fields + ANCHOR_WIDTH_BITS * elements;
+  for_anchors(h, s, stored, [&](uint v, uint i) {
+    Vertex value = first;
+    if (i > 0) {
+      const Vertex u = load_packed(difference, p);
+      const Vertex sign = _mm_sub_epi32(_mm_setzero_si128(), _mm_and_si128(u, one));
+      value = _mm_add_epi32(value, _mm_xor_si128(_mm_srli_epi32(u, 1), sign));
+      p += difference.total();
+    }
+    store_vertex(vertex(s, v), _mm_and_si128(value, mask));
+  });
 }
 
 // --- eight vertices ---
