@@ -606,19 +606,19 @@ void decode_apexes() {
     uint split = mask_msb(splits);
     mask64 resolved = fresh ? pending : pending & ~mask_below(split + 1u);
     pending = pending & ~resolved;
-    bool empty = false;
+    uint popped = 0u;  // of all vertices that are popped: 64 or more if there was none
     while (mask_any(resolved)) {
       uint u = mask_msb(resolved);
       uint v = mask_msb(alive);
       bool closes = mask_test(symbol_c, u);
       SET_APEX(u, v);
-      empty = empty || v >= 64u;
+      popped = popped | v;
       alive = choose(closes, alive & ~mask_bit(v), alive | mask_bit(count));
-      count += choose(closes, 0u, 1u);
+      count += uint(!closes);
       resolved = resolved & ~mask_bit(u);
     }
     uint last = mask_msb(alive);
-    if (empty || last >= 64u) {
+    if (popped >= 64u || last >= 64u) {
       error = ERROR_CLERS;
       return;
     }

@@ -207,6 +207,9 @@ struct WeightLists {
 };
 WeightLists traversed_weight, chain_weight;
 
+// affine_weights drops lower bits of longer differences.
+static constexpr uint kWeighedBits = 14;
+
 // affine_weights of the vertices i .. i + 7 of a list, whose items are packed vertices: a, b and v
 // in these bytes, o or NO_VERTEX in the highest.
 template <uint a, uint b, uint v>
@@ -215,11 +218,14 @@ void weigh_eight(const uint* packed, uint i, WeightLists& out) {
   EightTriples e = minus(load_positions<b>(packed + i), origin),
                f = minus(load_positions<3>(packed + i), origin),
                r = minus(load_positions<v>(packed + i), origin);
-  const Eight most = _mm256_or_si256(_mm256_or_si256(magnitudes(e), magnitudes(f)), magnitudes(r));
-  const Eight h = excess(bit_length(most), eight_of(14));
-  e = shifted(e, h);
-  f = shifted(f, h);
-  r = shifted(r, h);
+  if (stream_bits[0] > kWeighedBits) {  // differences may be longer
+    const Eight h = excess(
+        bit_length(_mm256_or_si256(_mm256_or_si256(magnitudes(e), magnitudes(f)), magnitudes(r))),
+        eight_of(kWeighedBits));
+    e = shifted(e, h);
+    f = shifted(f, h);
+    r = shifted(r, h);
+  }
   Eight ee = dot(e, e), ef = dot(e, f), ff = dot(f, f), re = dot(r, e), rf = dot(r, f);
   const Eight n = bit_length(_mm256_or_si256(
       _mm256_or_si256(ee, ff), _mm256_or_si256(_mm256_abs_epi32(re), _mm256_abs_epi32(rf))));
@@ -326,7 +332,8 @@ void predict_chains_of(uint s) {
   uint* base = vertex(s, 0);
   const Vertex mask = vertex_mask(s);
   const uint* residual = residuals;
-  for (uint j = 0; j < chain_count; j++, residual += stream_elements[s]) {
+  const uint elements = stream_elements[s], count = chain_count;
+  for (uint j = 0; j < count; j++, residual += elements) {
     const uint step = chain_step[j];
     const Vertex before = load_vertex(base + 4u * (step >> 8 & 255u));
     Vertex point = before;
@@ -465,16 +472,20 @@ void sum_traversed_normals() {
                   _mm_shuffle_epi8(position, right)};
     sums[v][0] = sums[v][1] = _mm_setzero_si128();
   }
-  for (uint t = 0; t < triangle_count; t++) {
-    const index_uint triangle = triangles[t], a = triangle & 63u, b = triangle >> 8 & 63u,
-                     v = triangle >> 16 & 63u;
+  auto add = [&](index_uint triangle, uint parity) {
+    const index_uint a = triangle & 63u, b = triangle >> 8 & 63u, v = triangle >> 16 & 63u;
     const Vertex normal = _mm_madd_epi16(_mm_sub_epi16(factors[b].left, factors[a].left),
                                          _mm_sub_epi16(factors[v].right, factors[a].right));
-    Vertex* sum = sums[0] + (t & 1u);
-    sum[2 * a] = _mm_add_epi32(sum[2 * a], normal);
-    sum[2 * b] = _mm_add_epi32(sum[2 * b], normal);
-    sum[2 * v] = _mm_add_epi32(sum[2 * v], normal);
+    sums[a][parity] = _mm_add_epi32(sums[a][parity], normal);
+    sums[b][parity] = _mm_add_epi32(sums[b][parity], normal);
+    sums[v][parity] = _mm_add_epi32(sums[v][parity], normal);
+  };
+  uint t = 0;
+  for (; t + 1 < triangle_count; t += 2) {
+    add(triangles[t], 0);
+    add(triangles[t + 1], 1);
   }
+  if (t < triangle_count) add(triangles[t], 0);
   for (uint i = 0; i < traversed_count; i++) {
     const Vertex* sum = sums[traversed[i] >> 16 & 63u];
     store_vertex(traversed_normal + 4 * i, _mm_add_epi32(sum[0], sum[1]));
