@@ -38,7 +38,8 @@ class History {
   void look_up(bool provide);
 
   // Numbers the meshlet's vertices after look_up (spec, appendix A.8): global[local id]. new_ids
-  // receives the local ids without alias, in order. Returns their number, or kCircle.
+  // receives the local ids without alias, in order, and kBatch zeros. Returns their number, or
+  // kCircle.
   uint32_t number(uint32_t* global, uint32_t* new_ids);
 
   // Keeps the decoded meshlet.
@@ -67,7 +68,7 @@ class History {
   Kept& kept(uint32_t meshlet) { return ring_[meshlet & d_.ring_mask]; }
   // Numbers that are kept of a place.
   uint32_t place_size() const { return kStored * d_.stream_total; }
-  void copy_vertex(uint32_t r, const uint32_t* from, uint32_t id);
+  void copy_vertices(uint32_t r);
   bool same_vertex(uint32_t r, uint32_t place, uint32_t id);
   void keep_references();
   void alias_corner(uint32_t id, Place target, bool starts);
@@ -117,16 +118,16 @@ void History::for_vertices(uint32_t r, Visit visit) {
   visit(owner.start[slot], d_.reference_end[r]);
 }
 
-// Copies the streams that r shares from a vertex of its owner.
-void History::copy_vertex(uint32_t r, const uint32_t* from, uint32_t id) {
-  uint32_t* to = d_.vertex(0, id);
-  if (!(d_.seamed_refs >> r & 1)) {
-    uint32_t* end = to + kStream * d_.stream_total;
-    for (; to != end; to += kStream, from += kStored) copy_stored(from, to);
-    return;
+// Copies the streams that r shares from the vertices of its owner.
+void History::copy_vertices(uint32_t r) {
+  for (uint32_t s = 0; s < d_.stream_total; s++) {
+    if (d_.seam_refs[s] >> r & 1) continue;
+    const uint32_t* from = kept(d_.reference_owner[r]).values + kStored * s;
+    uint32_t* to = d_.vertex(s, 0);
+    for_vertices(r, [&, size = place_size()](uint32_t place, uint32_t id) {
+      copy_stored(from + size * size_t(place), to + kStored * size_t(id));
+    });
   }
-  for (uint32_t s = 0; s < d_.stream_total; s++, to += kStream, from += kStored)
-    if (!(d_.seam_refs[s] >> r & 1)) copy_stored(from, to);
 }
 
 // Runs before aliases are set: they may lead to the meshlet itself.
@@ -160,11 +161,8 @@ void History::look_up(bool provide) {
   for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
     uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
              corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
-    const uint32_t* values = kept(owner).values;
     if (provide && owner != d_.opened.meshlet) {
-      for_vertices(r, [&](uint32_t place, uint32_t id) {
-        copy_vertex(r, values + place_size() * place, id);
-      });
+      copy_vertices(r);
       d_.provided_refs |= 1ull << r;
     }
     if (d_.seamed_refs >> r & 1) continue;
@@ -198,6 +196,7 @@ uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
     global[id] = next_ + count;
     new_ids[count++] = id;
   }
+  for (uint32_t i = 0; i < kBatch; i++) new_ids[count + i] = 0;
   next_ += count;
   for (uint64_t rest = is_alias_; rest; rest &= rest - 1) {
     uint32_t id = d_.mask_lsb(rest);
@@ -395,7 +394,7 @@ BlobResult decode(const BlobJob& job, SerialDecoder& d, History& history) {
     d.read_foreign();
     if (d.error == ERROR_NONE) d.read_own();
     if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
-    uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch] = {};
+    uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
     if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
     if (count > job.vertex_count - first) return {BlobProblem::kTooManyVertices, m, ERROR_NONE};
@@ -424,7 +423,7 @@ BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
     if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
     if (d.low_cursor > 8 * meshlet_end(d, m)) return {BlobProblem::kOverlap, m, ERROR_NONE};
     history.look_up(false);
-    uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch];
+    uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
     if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
     vertices += count;
