@@ -163,7 +163,7 @@ def seams_between_meshlets() -> bytes:
     return encode(triangles, positions, streams, [texcoords, patch[:, None]], max_triangles=24)
 
 
-def several_components() -> bytes:
+def several_disks() -> bytes:
     triangles: list[list[int]] = []
     positions: list[list[int]] = []
     for part in range(5):
@@ -958,7 +958,7 @@ VALID = {
         seams_between_meshlets,
         "a tube in several meshlets, with share bits",
     ),
-    "several_components": (several_components, "five sheets; several components in a meshlet"),
+    "several_disks": (several_disks, "five sheets; several disks in a meshlet"),
     "every_predictor": (
         every_predictor,
         "PARALLELOGRAM, MEAN, COPY, DAMPED, and a stream of 32 bits",

@@ -351,7 +351,7 @@ def test_sections_hold_all_streams():
     meshlet = Meshlet(
         "CRRE",
         [[Reference(OWNED, 3), Reference(PRIVATE, 1)]],
-        [[[1]] + [[0]], [[2]] + [[0]], [[3]] + [[0]]],
+        [[[1], [0]], [[2], [0]], [[3], [0]]],
         [6, [4], 0],
         [[[257], [2]], [[9], [8]], [[7], [6]]],
         [0, 4, [5]],
