@@ -30,9 +30,7 @@ PREDICT_DAMPED: int = 3
 
 PREDICT_GEO: int = 4
 
-PREDICT_GEO_ALL: int = 5
-
-PREDICT_AFFINE: int = 6
+PREDICT_AFFINE: int = 5
 
 PREDICT_MAX_BITS: int = 24
 

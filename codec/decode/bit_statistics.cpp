@@ -11,24 +11,26 @@ uint64_t bits_of(SerialDecoder& d, Skip skip) {
   return uint64_t(d.unary.cursor) + d.low_cursor - before;
 }
 
-// Adds the bits of the lists of the part at bit p; low_cursor is then behind the part.
-void add_part(SerialDecoder& d, uint32_t part, uint32_t p, BitStatistics& out) {
-  const SerialDecoder::Header h = d.opened;
-  const uint32_t first = d.part_first(part), end = d.part_end(part);
-  d.open_part(h, part, p, d.disk_count);
-  for (uint32_t s = first; s < end; s++) {
-    if (d.anchor_count[s] > 0) out.streams[s] += d.stream_elements[s] * d.stream_bits[s];
-    out.streams[s] += bits_of(d, [&] { d.skip_anchors(s); });
-  }
-  for (uint32_t s = first; s < end; s++) out.streams[s] += bits_of(d, [&] { d.skip_chains(h, s); });
+// Adds the interiors of the streams [first, end), which begin at bit p.
+void add_interiors(SerialDecoder& d, uint32_t p, uint32_t first, uint32_t end, BitStatistics& out) {
   uint32_t codes = 0;
   for (uint32_t s = first; s < end; s++)
     codes += d.unary_count(s, d.interior_vertices(s), d.interior_code[s]);
-  d.open_lists(d.low_cursor, codes);
+  d.open_lists(p, codes);
   for (uint32_t s = first; s < end; s++)
     out.streams[s] += bits_of(d, [&] {
       d.skip_residuals(s, d.interior_vertices(s), d.interior_code[s], d.interior_widths[s]);
     });
+}
+
+// Adds all lists of the meshlet.
+void add_lists(SerialDecoder& d, BitStatistics& out) {
+  d.find_lists(d.opened, d.disk_count);
+  d.open_chains();
+  for (uint32_t s = 0; s < d.stream_total; s++)
+    out.streams[s] += d.anchor_bits(s) + bits_of(d, [&] { d.skip_chains(d.opened, s); });
+  add_interiors(d, d.unary.cursor, 0, 1, out);
+  add_interiors(d, d.low_cursor, 1, d.stream_total, out);
 }
 
 void add_meshlet(SerialDecoder& d, BitStatistics& out) {
@@ -43,8 +45,7 @@ void add_meshlet(SerialDecoder& d, BitStatistics& out) {
   out.owned_references += d.mask_count(h.owned_refs);
   out.private_references += h.references ? d.mask_count(h.private_refs) : d.disk_count;
   out.foreign_references += d.mask_count(h.foreign_refs);
-  add_part(d, 0, h.codes, out);
-  if (d.stream_total > 1) add_part(d, 1, d.low_cursor, out);
+  add_lists(d, out);
 }
 
 }  // namespace

@@ -25,9 +25,6 @@
 //                               `error` past the blob's end, after more than MAX_QUOTIENT zeros in
 //                               a row, and if an exp-Golomb value has more than
 //                               EXPONENTIAL_MAX_QUOTIENT zeros or EXPONENTIAL_MAX_BITS low bits.
-//   sum_codes(n, elements, code)
-//                               reads n x elements codes like read_codes and leaves the sum of each
-//                               element in residuals[0 .. elements - 1]
 //   choose(condition, a, b)     condition ? a : b for uint and mask64, without a branch: for
 //                               conditions that no branch predictor learns
 //   divide(x, n)                x / n for 0 < n <= 64 and x < n << 25
@@ -65,7 +62,7 @@ uint stream_total;  // streams in the blob
 uint stream_first;  // streams [stream_first, stream_end) are decoded; the others are only skipped
 uint stream_end;
 bool needs_positions;  // a decoded stream is predicted from stream 0, which is decoded for it
-bool needs_normals;    // a decoded stream has a GEO predictor
+bool needs_normals;    // a decoded stream has the GEO predictor
 uint meshlet_total;
 uint byte_length;
 uint group_table;  // word index
@@ -103,7 +100,7 @@ void load_streams(uint first, uint end) {
   for (uint s = first; s < end; s++) {
     uint predictor = load_word(STREAM_SHAPE_WORD(s)) >> 24;
     needs_positions = needs_positions || predictor >= PREDICT_GEO;
-    needs_normals = needs_normals || predictor == PREDICT_GEO || predictor == PREDICT_GEO_ALL;
+    needs_normals = needs_normals || predictor == PREDICT_GEO;
   }
   uint element = 0u;
   for (uint s = 0u; s < stream_total; s++) {
@@ -143,11 +140,10 @@ struct Header {
   uint references;
   uint flags;
   uint table;    // the connectivity table
-  uint closing;  // number of C's
-  uint begin;    // bit positions: section A,
+  uint begin;    // bit positions: the symbols,
   uint lengths;  //   the stored lengths,
   uint entries;  //   the foreign references' entries,
-  uint codes;    //   the first part
+  uint codes;    //   the codes
   uint length_width;
   uint delta_width;
   uint slot_width;
@@ -245,11 +241,7 @@ Header read_header(uint m) {
   h.slot_width = (fields >> GROUP_SLOT_SHIFT) & 7u;
   h.table = (fields >> GROUP_TABLE_SHIFT) & 1u;
   h.begin = p;
-  Planes planes = load_planes(p, h.triangles);
-  uint after_first = mask_count(planes.p1);
-  h.closing =
-      h.table == 0u ? mask_count(planes.p0) - after_first : after_first - mask_count(planes.p2);
-  p = planes.end;
+  p = load_planes(p, h.triangles).end;
   uint r = h.references;
   mask64 all = mask_below(r);
   h.foreign_refs = mask_none();
@@ -337,25 +329,25 @@ mask64 stored_corners(HEADER_IN h, mask64 seams) {
 
 uint unzigzag(uint u) { return (u >> 1) ^ (0u - (u & 1u)); }
 
-// --- a meshlet's two parts: stream 0, and all other streams ---
+// --- a meshlet's lists ---
 
-// A part has codes, first anchors, unary parts and low bits of further anchors and of chains, and
-// unary parts and low bits of the interior. A list is what one stream has of one of these.
+// Each stream has three lists: anchors, chains (of owned references) and interior. After the codes
+// come the anchors of all streams, the low bits and then the unary parts of all chains, unary parts
+// and low bits of stream 0's interior, and those of all other interiors.
 
-small_uint chain_code[MAX_STREAMS];  // a parameter, + CODE_EXPONENTIAL; or CODE_FIXED
-small_uint interior_code[MAX_STREAMS];
-uint chain_widths[MAX_STREAMS];  // bit position of the 5-bit widths of a fixed code
+small_uint chain_code[MAX_STREAMS];     // a Rice parameter, or CODE_FIXED
+small_uint interior_code[MAX_STREAMS];  // a parameter, + CODE_EXPONENTIAL; or CODE_FIXED
+uint chain_widths[MAX_STREAMS];         // bit position of the 5-bit widths of a fixed code
 uint interior_widths[MAX_STREAMS];
 uint anchor_position[MAX_STREAMS];  // bit position of the first anchor
 small_uint anchor_count[MAX_STREAMS];
-uint chain_total;  // inner vertices of all owned references
+uint chain_total;             // inner vertices of all owned references
+uint chain_low[MAX_STREAMS];  // bit position of the chains' low bits
+uint chain_unary;             // bit position of the unary parts of all chains
 
 UnaryReader unary;          // the next list's unary parts
 uint low_cursor;            // and bit position of its low bits
 uint residuals[RESIDUALS];  // of one list, vertex by vertex
-
-uint part_first(uint part) { return part; }
-uint part_end(uint part) { return part == 0u ? 1u : stream_total; }
 
 uint width_field(uint position) {
   uint w = load_bits(position, WIDTH_BITS);
@@ -364,22 +356,20 @@ uint width_field(uint position) {
 
 uint code_cursor;  // bit position, moved by read_code
 
-uint read_code(uint s, uint base) {
+// is_chain: a chain's code, which is never exp-Golomb.
+uint read_code(uint s, uint base, bool is_chain) {
   uint field = load_bits(code_cursor, CODE_BITS);
   code_cursor += CODE_BITS;
   if (field == CODE_ESCAPE) {
     code_cursor += WIDTH_BITS * stream_elements[s];
     return CODE_FIXED;
   }
-  bool exponential = field >= CODE_FIRST_EXPONENTIAL;
+  bool exponential = field >= CODE_FIRST_EXPONENTIAL && !is_chain;
   uint k = base + field;
   if (exponential) k = max(base, 1u) - 1u + field - CODE_FIRST_EXPONENTIAL;
   if (k > CODE_MAX_PARAMETER) error = ERROR_CODE;
   return (k & CODE_MAX_PARAMETER) + (exponential ? CODE_EXPONENTIAL : 0u);
 }
-
-// The code of further anchors.
-uint anchor_code(uint s) { return stream_anchor_base[s] + CODE_EXPONENTIAL; }
 
 // Bits of one vertex of stream s under a fixed code.
 uint fixed_bits(uint s, uint widths) {
@@ -388,12 +378,35 @@ uint fixed_bits(uint s, uint widths) {
   return sum;
 }
 
-// Moves `unary` and `low_cursor` over n codes.
-void skip_codes(uint n, uint code) {
-  uint before = unary.cursor;
-  skip_unary(unary, n);
-  low_cursor += n * (code & CODE_MAX_PARAMETER);
-  if ((code & CODE_EXPONENTIAL) != 0u) low_cursor += unary.cursor - before - n;
+// Low bits of one vertex of stream s under a code without exp-Golomb.
+uint low_bits(uint s, uint code, uint widths) {
+  return code == CODE_FIXED ? fixed_bits(s, widths) : code * stream_elements[s];
+}
+
+// Bits of element c of the further anchors of stream s, whose width fields begin at bit `fields`.
+uint anchor_width(uint s, uint fields, uint c) {
+  uint field = load_bits(fields + ANCHOR_WIDTH_BITS * c, ANCHOR_WIDTH_BITS);
+  uint bits = stream_bits[s];
+  return field == ANCHOR_WIDTH_FULL ? bits : min(stream_anchor_base[s] + field, bits);
+}
+
+// Bits of the first anchor of stream s.
+uint first_anchor_bits(uint s) { return stream_elements[s] * stream_bits[s]; }
+
+// Bits of one further anchor of stream s.
+uint further_anchor_bits(uint s) {
+  uint fields = anchor_position[s] + first_anchor_bits(s);
+  uint sum = 0u;
+  for (uint c = 0u; c < stream_elements[s]; c++) sum += anchor_width(s, fields, c);
+  return sum;
+}
+
+// Bits of all anchors of stream s.
+uint anchor_bits(uint s) {
+  uint count = anchor_count[s];
+  if (count <= 1u) return count * first_anchor_bits(s);
+  return first_anchor_bits(s) + ANCHOR_WIDTH_BITS * stream_elements[s] +
+         (count - 1u) * further_anchor_bits(s);
 }
 
 // Reads the residuals of `count` <= 64 vertices of stream s, and moves behind them.
@@ -419,10 +432,15 @@ void read_residuals(uint s, uint count, uint code, uint widths) {
 }
 
 void skip_residuals(uint s, uint count, uint code, uint widths) {
-  if (code == CODE_FIXED)
+  if (code == CODE_FIXED) {
     low_cursor += count * fixed_bits(s, widths);
-  else
-    skip_codes(count * stream_elements[s], code);
+    return;
+  }
+  uint before = unary.cursor;
+  uint n = count * stream_elements[s];
+  skip_unary(unary, n);
+  low_cursor += n * (code & CODE_MAX_PARAMETER);
+  if ((code & CODE_EXPONENTIAL) != 0u) low_cursor += unary.cursor - before - n;
 }
 
 // Number of unary parts of `count` vertices of stream s.
@@ -439,47 +457,48 @@ void open_lists(uint p, uint n) {
   unary = seek_unary(p);
 }
 
-// Begins to read the further anchors and chains of the part at bit p. Part 1 expects that part 0
-// was opened before. `loops`: the meshlet's number
-// of disks; needed only if it has no references.
-void open_part(HEADER_IN h, uint part, uint p, uint loops) {
-  bool chains = mask_any(h.owned_refs);
-  uint first = part_first(part);
-  uint end = part_end(part);
+// Reads the codes of all streams at bit p. Returns the bit behind them.
+uint read_list_codes(uint p, bool chains) {
   code_cursor = p;
-  for (uint s = first; s < end; s++) {
+  for (uint s = 0u; s < stream_total; s++) {
     chain_code[s] = small_uint(0u);
     if (chains) {
       chain_widths[s] = code_cursor + CODE_BITS;
-      chain_code[s] = small_uint(read_code(s, stream_chain_base[s]));
+      chain_code[s] = small_uint(read_code(s, stream_chain_base[s], true));
     }
     interior_widths[s] = code_cursor + CODE_BITS;
-    interior_code[s] = small_uint(read_code(s, stream_interior_base[s]));
+    interior_code[s] = small_uint(read_code(s, stream_interior_base[s], false));
   }
-  p = code_cursor;
-  if (part == 0u) {
-    chain_total = 0u;
-    for (mask64 rest = h.owned_refs; mask_any(rest); rest = mask_clear_lsb(rest))
-      chain_total += stored_length(h, mask_lsb(rest)) - 1u;
-  }
+  return code_cursor;
+}
+
+// Finds the lists of the meshlet of h. `loops`: its number of disks; needed only if it has no
+// references.
+void find_lists(HEADER_IN h, uint loops) {
+  bool chains = mask_any(h.owned_refs);
+  uint p = read_list_codes(h.codes, chains);
+  chain_total = 0u;
+  for (mask64 rest = h.owned_refs; mask_any(rest); rest = mask_clear_lsb(rest))
+    chain_total += stored_length(h, mask_lsb(rest)) - 1u;
   uint count = loops;
-  uint codes = 0u;
-  for (uint s = first; s < end; s++) {
-    if (h.references > 0u && (s == first || (h.flags & FLAG_SEAMS) != 0u))
+  for (uint s = 0u; s < stream_total; s++) {
+    if (h.references > 0u && (s == 0u || (h.flags & FLAG_SEAMS) != 0u))
       count = mask_count(stored_corners(h, seam_references(h, s)));
     anchor_position[s] = p;
     anchor_count[s] = small_uint(count);
-    if (count > 0u) p += stream_elements[s] * stream_bits[s];
-    if (count > 1u) codes += (count - 1u) * stream_elements[s];
-    if (chains) codes += unary_count(s, chain_total, chain_code[s]);
+    p += anchor_bits(s);
   }
-  open_lists(p, codes);
+  for (uint s = 0u; s < stream_total; s++) {
+    chain_low[s] = p;
+    if (chains) p += chain_total * low_bits(s, chain_code[s], chain_widths[s]);
+  }
+  chain_unary = p;
 }
 
-// Moves over the further anchors of stream s.
-void skip_anchors(uint s) {
-  uint count = anchor_count[s];
-  if (count > 1u) skip_codes((count - 1u) * stream_elements[s], anchor_code(s));
+// Begins to read the chains.
+void open_chains() {
+  unary = seek_unary(chain_unary);
+  low_cursor = chain_low[0];
 }
 
 void skip_chains(HEADER_IN h, uint s) {
@@ -729,91 +748,19 @@ uint entry_owner(HEADER_IN h, uint entry) {
 }
 uint entry_slot(HEADER_IN h, uint entry) { return load_bits(entry + h.delta_width, h.slot_width); }
 
-// The owner visited last, to look up foreign vertices: its header and, if `located` names it, the
-// part that is open.
+// The owner visited last, to look up foreign vertices: its header and, if `located` names it, its
+// lists.
 Header visited;
 uint located;
-uint located_part;
 
 void visit(uint m) {
   if (visited.meshlet != m) visited = read_header(m);
 }
 
-// Length of the boundary loop of disk `disk` of any meshlet; at most 127 even if it is malformed.
-uint loop_length(HEADER_IN h, uint disk) {
-  SymbolMasks y = symbol_masks(load_planes(h.begin, h.triangles), h.triangles, h.table);
-  uint length = 1u;
-  uint splits = 0u;
-  for (uint t = 0u; t < h.triangles; t++) {
-    if (mask_test(y.s, t)) {
-      splits++;
-    } else if (mask_test(y.c, t)) {
-      length--;
-    } else if (!mask_test(y.e, t)) {
-      length++;  // R or L
-    } else {
-      length += 2u;
-      if (splits > 0u) {
-        splits--;
-      } else if (disk == 0u) {
-        return length & 127u;
-      } else {
-        disk--;
-        length = 1u;
-      }
-    }
-  }
-  return 1u;
-}
-
-// Number of traversed vertices of any meshlet with references.
-uint traversed_vertices(HEADER_IN h) {
-  uint count = h.closing;
-  for (mask64 rest = h.private_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
-    uint r = mask_lsb(rest);
-    uint length = mask_test(h.sized_refs, r)
-                      ? stored_length(h, r)
-                      : loop_length(h, mask_count(h.loop_ends & mask_below(r)));
-    count += max(length, 1u) - 1u;
-  }
-  return count;
-}
-
-// Moves behind part 0 of the visited meshlet, which is open.
-void skip_part(HEADER_IN h) {
-  skip_anchors(0u);
-  skip_chains(h, 0u);
-  uint count = traversed_vertices(h);
-  open_lists(low_cursor, unary_count(0u, count, interior_code[0]));
-  skip_residuals(0u, count, interior_code[0], interior_widths[0]);
-}
-
-uint opened_position;  // bit positions of the open part's lists
-uint opened_low;
-
-// Begins to read the further anchors and chains of a part of the visited meshlet.
-void locate_visited(uint part) {
-  if (located == visited.meshlet && located_part == part) {
-    unary = seek_unary(opened_position);
-    low_cursor = opened_low;
-    return;
-  }
-  uint p = visited.codes;
-  if (part > 0u) {
-    if (located == visited.meshlet) {  // part 0 is open
-      unary = seek_unary(opened_position);
-      low_cursor = opened_low;
-    } else {
-      open_part(visited, 0u, p, 0u);
-    }
-    skip_part(visited);
-    p = low_cursor;
-  }
-  open_part(visited, part, p, 0u);
+void locate_visited() {
+  if (located == visited.meshlet) return;
+  find_lists(visited, 0u);
   located = visited.meshlet;
-  located_part = part;
-  opened_position = unary.cursor;
-  opened_low = low_cursor;
 }
 
 // Length of owned reference `slot` of meshlet `owner`.
@@ -1206,41 +1153,36 @@ void read_foreign_chain(HEADER_IN h, uint r, uint other) {
   uint count = reference_length[r] - 1u;
   chain_count = 0u;
   list_chain(r, true);
-  for (uint part = 0u; part < (stream_end > 1u ? 2u : 1u); part++) {
-    locate_visited(part);
-    for (uint s = part_first(part); s < part_end(part); s++) skip_anchors(s);
-    for (uint s = part_first(part); s < min(part_end(part), stream_end); s++) {
-      if (is_decoded(s) && mask_test(shared_references(h, s), r)) {
-        skip_residuals(s, first, chain_code[s], chain_widths[s]);
-        read_residuals(s, count, chain_code[s], chain_widths[s]);
-        predict_chains(s);
-        skip_residuals(s, excess(chain_total, first + count), chain_code[s], chain_widths[s]);
-      } else {
-        skip_chains(visited, s);
-      }
+  locate_visited();
+  open_chains();
+  for (uint s = 0u; s < stream_end; s++) {
+    if (is_decoded(s) && mask_test(shared_references(h, s), r)) {
+      skip_residuals(s, first, chain_code[s], chain_widths[s]);
+      read_residuals(s, count, chain_code[s], chain_widths[s]);
+      predict_chains(s);
+      skip_residuals(s, excess(chain_total, first + count), chain_code[s], chain_widths[s]);
+    } else {
+      skip_chains(visited, s);
     }
   }
 }
 
-// Writes anchor `index` of the visited meshlet's streams [begin, end) as the values of `vertex`.
-void read_anchor(uint index, uint vertex, uint begin, uint end) {
-  for (uint part = begin == 0u ? 0u : 1u; part < (end > 1u ? 2u : 1u); part++) {
-    locate_visited(part);
-    for (uint s = part_first(part); s < min(part_end(part), end); s++) {
-      if (s < begin || !is_decoded(s)) {
-        skip_anchors(s);
-        continue;
-      }
-      uint elements = stream_elements[s];
-      uint bits = stream_bits[s];
-      sum_codes(index, elements, anchor_code(s));
-      skip_codes(excess(anchor_count[s], index + 1u) * elements, anchor_code(s));
-      for (uint c = 0u; c < elements; c++) {
-        uint value = load_bits(anchor_position[s] + c * bits, bits);
-        value += residuals[c];
-        values[(stream_element[s] + c) * 64u + vertex] = value & stream_mask[s];
-      }
+// Writes anchor `index` of stream s as the value of `vertex`. Needs find_lists.
+void read_anchor(uint s, uint index, uint vertex) {
+  uint elements = stream_elements[s];
+  uint bits = stream_bits[s];
+  uint first = anchor_position[s];
+  uint fields = first + elements * bits;
+  uint further = fields + ANCHOR_WIDTH_BITS * elements;
+  if (index > 1u) further += (index - 1u) * further_anchor_bits(s);
+  for (uint c = 0u; c < elements; c++) {
+    uint value = load_bits(first + c * bits, bits);
+    if (index > 0u) {
+      uint width = anchor_width(s, fields, c);
+      value += unzigzag(load_bits(further, width));
+      further += width;
     }
+    values[(stream_element[s] + c) * 64u + vertex] = value & stream_mask[s];
   }
 }
 
@@ -1259,7 +1201,10 @@ uint fetch_corner(uint owner, uint slot, bool at_end, uint vertex, uint s, bool 
     mask64 stored = stored_corners(visited, seams);
     if (mask_test(stored, corner)) {
       uint end = apart ? s + 1u : stream_end;
-      read_anchor(mask_count(stored & mask_below(corner)), vertex, s, end);
+      locate_visited();
+      uint index = mask_count(stored & mask_below(corner));
+      for (uint i = s; i < end; i++)
+        if (is_decoded(i)) read_anchor(i, index, vertex);
       return end - s;
     }
     uint onward = at_end ? corner : previous_reference(visited, r);
@@ -1318,46 +1263,23 @@ void read_foreign_chains(HEADER_IN h) {
   }
 }
 
-// The vertices of the anchors of a stream: those of `stored`, or the first of each disk.
+// The anchors of stream s are those of the corners `stored`, or of the first vertex of each disk.
 void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
-  uint elements = stream_elements[s];
-  uint bits = stream_bits[s];
-  uint count = anchor_count[s];
-  index_uint base = stream_element[s] * 64u;
-  index_uint before = 0u;
-  if (count > 1u) read_codes((count - 1u) * elements, anchor_code(s));
-  for (uint i = 0u; i < count; i++) {
-    index_uint v = base;
-    if (h.references == 0u)
-      v += disk_first[i];
-    else
-      v += loop_vertex[reference_rank[mask_lsb(stored) & 63u]];
-    for (uint c = 0u; c < elements; c++) {
-      uint value = 0u;
-      if (i == 0u)
-        value = load_bits(anchor_position[s] + c * bits, bits);
-      else
-        value = values[before + 64u * c] + residuals[(i - 1u) * elements + c];
-      values[v + 64u * c] = value & stream_mask[s];
-    }
-    before = v;
+  for (uint i = 0u; i < anchor_count[s]; i++) {
+    uint vertex = disk_first[i];
+    if (h.references > 0u) vertex = loop_vertex[reference_rank[mask_lsb(stored) & 63u]];
+    read_anchor(s, i, vertex);
     stored = mask_clear_lsb(stored);
   }
 }
 
-// Reads the first four sections of the open part.
-void read_own_boundary(HEADER_IN h, uint part) {
-  mask64 stored = mask_none();
-  for (uint s = part_first(part); s < part_end(part); s++) {
-    if (s == part_first(part) || (h.flags & FLAG_SEAMS) != 0u)
-      stored = stored_corners(h, seam_refs[s]);
-    if (is_decoded(s))
-      read_own_anchors(h, s, stored);
-    else
-      skip_anchors(s);
-  }
+// Reads anchors and chains of all streams.
+void read_own_boundary(HEADER_IN h) {
+  for (uint s = 0u; s < stream_end; s++)
+    if (is_decoded(s)) read_own_anchors(h, s, stored_corners(h, seam_refs[s]));
   list_chains(h.owned_refs);
-  for (uint s = part_first(part); s < part_end(part); s++) {
+  open_chains();
+  for (uint s = 0u; s < stream_total; s++) {
     if (chain_total > 0u && is_decoded(s)) {
       read_residuals(s, chain_total, chain_code[s], chain_widths[s]);
       predict_chains(s);
@@ -1402,28 +1324,15 @@ INLINE void predict_elements(uint s, uint from, uint predictor, uint elements) {
   }
 }
 
-// `first`: number of residuals of vertices before the first traversed one. all: predicts boundary
-// vertices from the positions too.
-void predict_geo(uint s, uint first, bool all) {
+// `first`: number of residuals of vertices before the first traversed one.
+void predict_geo(uint s, uint first) {
   index_uint base = stream_element[s] * 64u;
   uint at = 2u * first;
   uint bits = stream_mask[s];
   OCTAHEDRAL_PREDICTIONS(stream_bits[s]);
   for (uint i = 0u; i < traversed_count; i++) {
-    uint triangle = traversed[i];
-    uint v = (triangle >> 16) & 255u;
-    OctPair q;
-    if (all || !mask_test(boundary, v)) {
-      q = OCTAHEDRAL_PREDICTION(i, v, stream_bits[s]);
-    } else {
-      index_uint a = base + (triangle & 255u);
-      index_uint b = base + ((triangle >> 8) & 255u);
-      bool across = triangle >> 24 != NO_VERTEX;
-      index_uint o = across ? base + (triangle >> 24) : a;
-      q.u = traversed_prediction(PREDICT_PARALLELOGRAM, values[a], values[b], values[o], across);
-      q.v = traversed_prediction(PREDICT_PARALLELOGRAM, values[a + 64u], values[b + 64u],
-                                 values[o + 64u], across);
-    }
+    uint v = (traversed[i] >> 16) & 255u;
+    OctPair q = OCTAHEDRAL_PREDICTION(i, v, stream_bits[s]);
     values[base + v] = (q.u + residuals[at]) & bits;
     values[base + 64u + v] = (q.v + residuals[at + 1u]) & bits;
     at += 2u;
@@ -1478,8 +1387,8 @@ void predict_traversed(uint s, uint first) {
   uint predictor = stream_predictor[s];
   uint elements = stream_elements[s];
   uint from = first * elements;
-  if (predictor == PREDICT_GEO || predictor == PREDICT_GEO_ALL)
-    predict_geo(s, first, predictor == PREDICT_GEO_ALL);
+  if (predictor == PREDICT_GEO)
+    predict_geo(s, first);
   else if (predictor == PREDICT_AFFINE)
     predict_affine(s, first);
   else if (predictor == PREDICT_PARALLELOGRAM && elements == 3u)
@@ -1504,13 +1413,13 @@ uint seam_vertices(uint s) {
 
 uint interior_vertices(uint s) { return traversed_count + seam_vertices(s); }
 
-// Reads the last two sections of the open part.
-void read_own_interior(uint part) {
+// Reads the interiors of the streams [first, end), whose unary parts begin at bit p.
+void read_own_interior(uint p, uint first, uint end) {
   uint codes = 0u;
-  for (uint s = part_first(part); s < part_end(part); s++)
+  for (uint s = first; s < end; s++)
     codes += unary_count(s, interior_vertices(s), interior_code[s]);
-  open_lists(low_cursor, codes);
-  for (uint s = part_first(part); s < part_end(part); s++) {
+  open_lists(p, codes);
+  for (uint s = first; s < end; s++) {
     uint count = interior_vertices(s);
     if (is_decoded(s)) {
       read_residuals(s, count, interior_code[s], interior_widths[s]);
@@ -1572,18 +1481,16 @@ void read_foreign() {
   if (error == ERROR_NONE) read_foreign_chains(opened);
 }
 
-// Leaves low_cursor behind the last part that is decoded.
+// Leaves low_cursor behind the last list that is decoded.
 void read_own() {
-  uint p = opened.codes;
-  for (uint part = 0u; part < (stream_end > 1u && stream_total > 1u ? 2u : 1u); part++) {
-    open_part(opened, part, p, disk_count);
-    if (error != ERROR_NONE) return;
-    read_own_boundary(opened, part);
-    read_own_interior(part);
-    if (error != ERROR_NONE) return;
-    if (part == 0u && needs_normals) SUM_NORMALS();
-    p = low_cursor;
-  }
+  find_lists(opened, disk_count);
+  if (error != ERROR_NONE) return;
+  read_own_boundary(opened);
+  if (error != ERROR_NONE) return;
+  read_own_interior(unary.cursor, 0u, 1u);
+  if (error != ERROR_NONE || stream_end <= 1u) return;
+  if (needs_normals) SUM_NORMALS();
+  read_own_interior(low_cursor, 1u, stream_total);
 }
 
 void decode_meshlet(uint m) {

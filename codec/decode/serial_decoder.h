@@ -150,7 +150,7 @@ struct SerialDecoder {
   // The ones of the plane at bit ends_begin: ends[i] is the position of the i-th, from 1, and
   // ends[0] the bit before the plane. Listed as far as needed: read_ends continues from `window`,
   // whose bit 0 is the blob's bit window_base and whose ones are not listed yet.
-  static constexpr uint kMaxEnds = 2 * 64 * MAX_ELEMENTS;  // further anchors and chains; interior
+  static constexpr uint kMaxEnds = 64 * MAX_ELEMENTS;  // of all chains, or of interiors
 #ifdef __BMI2__
   // read_ends lists ones in groups, past the last one of a word too: an unpredictable loop end
   // costs more than the extra steps.
@@ -232,12 +232,6 @@ struct SerialDecoder {
       read_exponential(n, k, low, list);
     else
       read_rice(n, k, low, list);
-  }
-
-  void sum_codes(uint n, uint elements, uint code) {
-    for (uint c = 0; c < elements; c++) residuals[c] = 0;  // if n is 0
-    read_codes(n * elements, code);
-    for (uint i = elements; i < n * elements; i++) residuals[i % elements] += residuals[i];
   }
 
   void read_rice(uint n, uint k, uint low, const uint* list) {

@@ -62,8 +62,35 @@ struct Residuals {
 struct Lists {
   std::vector<uint32_t> anchors;  // vertices
   Residuals residuals;
-  Code anchor, chain, interior;
+  Code chain, interior;
 };
+
+// Width fields of the further anchors of one stream in one meshlet.
+struct AnchorFields {
+  uint32_t of[STREAM_MAX_ELEMENTS];
+};
+
+// residuals: of the further anchors, at least one.
+AnchorFields anchor_fields(const std::vector<uint32_t>& residuals, const Stream& stream,
+                           uint32_t base) {
+  const Code fixed = fixed_code(residuals, stream.elements);
+  AnchorFields fields{};
+  for (uint32_t c = 0; c < stream.elements; c++)
+    fields.of[c] = anchor_field(fixed.widths[c], stream.bits, base);
+  return fields;
+}
+
+// Bits of the further anchors and of their width fields.
+uint64_t further_anchor_bits(const std::vector<uint32_t>& residuals, const Stream& stream,
+                             uint32_t base) {
+  if (residuals.empty()) return 0;
+  const AnchorFields fields = anchor_fields(residuals, stream, base);
+  uint64_t bits = 0;
+  for (uint32_t c = 0; c < stream.elements; c++)
+    bits += ANCHOR_WIDTH_BITS +
+            anchor_width(fields.of[c], stream.bits, base) * (residuals.size() / stream.elements);
+  return bits;
+}
 
 // Runs the first half of the decoder on symbols from memory instead of bits.
 void decode_apexes(SerialDecoder& context, const Symbols& symbols) {
@@ -151,11 +178,12 @@ class Encoder {
   }
   void write_header(BitWriter& out, const Plan& plan, const Group& group) const;
   void write_symbols(BitWriter& out, const Symbols& symbols, const Group& group) const;
-  Code write_code(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t elements,
-                  uint32_t base) const;
+  Code write_code(BitWriter& out, CodedList list, const std::vector<uint32_t>& residuals,
+                  uint32_t elements, uint32_t base) const;
   void write_references(BitWriter& out, const Plan& plan, uint32_t m) const;
-  void write_part(BitWriter& out, SerialDecoder& context, const Plan& plan, uint32_t first,
-                  uint32_t end, uint32_t* stream_bits) const;
+  void write_anchors(BitWriter& out, const Lists& lists, uint32_t s) const;
+  void write_lists(BitWriter& out, SerialDecoder& context, const Plan& plan,
+                   uint32_t* stream_bits) const;
   std::vector<uint8_t> write_meshlet(SerialDecoder& context, uint32_t m,
                                      uint32_t* stream_bits) const;
   uint32_t flags(const Plan& plan) const;
@@ -195,8 +223,7 @@ struct Elements {
 Elements predict_traversed(SerialDecoder& context, uint32_t s, uint32_t triangle) {
   uint32_t predictor = context.stream_predictor[s];
   const uint32_t v = triangle >> 16 & 255u;
-  const bool geo = predictor == PREDICT_GEO && !SerialDecoder::mask_test(context.boundary, v);
-  if (geo || predictor == PREDICT_GEO_ALL) {
+  if (predictor == PREDICT_GEO) {
     const uint32_t* normal = context.normals + 4 * v;
     const SerialDecoder::OctPair q =
         context.octahedral_prediction(normal[0], normal[1], normal[2], context.stream_bits[s]);
@@ -264,7 +291,7 @@ void Encoder::load(SerialDecoder& context, const Plan& plan) const {
       for (uint32_t id = 0; id < plan.vertex.size(); id++)
         context.values[(context.stream_element[s] + c) * 64u + id] = value(s, plan.vertex[id], c);
   if (std::any_of(streams_.begin(), streams_.end(),
-                  [](const Stream& s) { return s.predictor == kGeo || s.predictor == kGeoAll; }))
+                  [](const Stream& s) { return s.predictor == kGeo; }))
     context.sum_normals();
   place_references(context, plan);
 }
@@ -406,14 +433,13 @@ void Encoder::chain_residuals(SerialDecoder& context, uint32_t s, uint64_t refer
   }
 }
 
-// Residuals of all anchors but the first.
+// Residuals of all anchors but the first, against the first.
 std::vector<uint32_t> Encoder::anchor_residuals(const std::vector<uint32_t>& anchors,
                                                 uint32_t s) const {
   std::vector<uint32_t> out;
   for (size_t i = 1; i < anchors.size(); i++)
     for (uint32_t c = 0; c < streams_[s].elements; c++)
-      out.push_back(
-          zigzag(value(s, anchors[i], c) - value(s, anchors[i - 1], c), streams_[s].bits));
+      out.push_back(zigzag(value(s, anchors[i], c) - value(s, anchors[0], c), streams_[s].bits));
   return out;
 }
 
@@ -500,13 +526,15 @@ void Encoder::choose_bases() {
     load(context, plans_[m]);
     for (uint32_t s = 0; s < streams_.size(); s++) {
       const Residuals r = residuals(context, plans_[m], s);
-      const CodeSizes anchor(r.anchor, streams_[s].elements);
       const CodeSizes chain(r.chain, streams_[s].elements);
       const CodeSizes interior(r.interior, streams_[s].elements);
       std::lock_guard<std::mutex> lock(mutex);
       for (uint32_t b = 0; b < kBases; b++) {
-        const uint64_t bits[3] = {anchor.exponential[b], chain.of_field(chain.best_field(b), b),
-                                  interior.of_field(interior.best_field(b), b)};
+        const uint64_t bits[3] = {
+            further_anchor_bits(r.anchor, streams_[s], b),
+            chain.of_field(CodedList::kChain, chain.best_field(CodedList::kChain, b), b),
+            interior.of_field(CodedList::kInterior, interior.best_field(CodedList::kInterior, b),
+                              b)};
         for (size_t list = 0; list < 3; list++)
           totals[s][list][b] = std::min(totals[s][list][b] + bits[list], kImpossible);
       }
@@ -605,11 +633,11 @@ std::vector<uint32_t> Encoder::stored_corners(const Plan& plan, uint32_t s) cons
 }
 
 // Chooses the cheapest code and writes it.
-Code Encoder::write_code(BitWriter& out, const std::vector<uint32_t>& residuals, uint32_t elements,
-                         uint32_t base) const {
-  const uint32_t field = CodeSizes(residuals, elements).best_field(base);
+Code Encoder::write_code(BitWriter& out, CodedList list, const std::vector<uint32_t>& residuals,
+                         uint32_t elements, uint32_t base) const {
+  const uint32_t field = CodeSizes(residuals, elements).best_field(list, base);
   out.put(field, CODE_BITS);
-  if (field != CODE_ESCAPE) return code_of_field(field, base);
+  if (field != CODE_ESCAPE) return code_of_field(list, field, base);
   const Code code = fixed_code(residuals, elements);
   for (uint32_t c = 0; c < elements; c++)
     out.put(std::min(code.widths[c], WIDTH_ESCAPE), WIDTH_BITS);
@@ -634,49 +662,58 @@ void Encoder::write_symbols(BitWriter& out, const Symbols& y, const Group& group
   }
 }
 
-// Writes the streams [first, end). Adds the bits of the anchors and residuals of each to
-// stream_bits.
-void Encoder::write_part(BitWriter& out, SerialDecoder& context, const Plan& plan, uint32_t first,
-                         uint32_t end, uint32_t* stream_bits) const {
+void Encoder::write_anchors(BitWriter& out, const Lists& lists, uint32_t s) const {
+  const Stream& stream = streams_[s];
+  for (uint32_t c = 0; c < stream.elements && !lists.anchors.empty(); c++)
+    out.put(value(s, lists.anchors[0], c), stream.bits);
+  if (lists.anchors.size() <= 1) return;
+  const AnchorFields fields = anchor_fields(lists.residuals.anchor, stream, stream.anchor_base);
+  for (uint32_t c = 0; c < stream.elements; c++) out.put(fields.of[c], ANCHOR_WIDTH_BITS);
+  for (size_t i = 0; i < lists.residuals.anchor.size(); i++)
+    out.put(lists.residuals.anchor[i],
+            anchor_width(fields.of[i % stream.elements], stream.bits, stream.anchor_base));
+}
+
+// Writes all streams. Adds the bits of the anchors and residuals of each to stream_bits.
+void Encoder::write_lists(BitWriter& out, SerialDecoder& context, const Plan& plan,
+                          uint32_t* stream_bits) const {
   const bool chains = std::any_of(plan.refs.begin(), plan.refs.end(), [](const Plan::Ref& r) {
     return r.reference.kind == ReferenceKind::kOwned;
   });
-  std::vector<Lists> all(end);
-  for (uint32_t s = first; s < end; s++) {
+  const uint32_t count = uint32_t(streams_.size());
+  std::vector<Lists> all(count);
+  for (uint32_t s = 0; s < count; s++) {
     const Stream& stream = streams_[s];
     Lists& lists = all[s];
     lists.anchors = stored_corners(plan, s);
     lists.residuals = residuals(context, plan, s);
-    lists.anchor = anchor_code(stream.anchor_base);
     if (chains)
-      lists.chain = write_code(out, lists.residuals.chain, stream.elements, stream.chain_base);
-    lists.interior =
-        write_code(out, lists.residuals.interior, stream.elements, stream.interior_base);
+      lists.chain = write_code(out, CodedList::kChain, lists.residuals.chain, stream.elements,
+                               stream.chain_base);
+    lists.interior = write_code(out, CodedList::kInterior, lists.residuals.interior,
+                                stream.elements, stream.interior_base);
   }
-  auto for_streams = [&](auto write) {
+  auto for_streams = [&](uint32_t first, uint32_t end, auto write) {
     for (uint32_t s = first; s < end; s++) {
       const uint64_t before = out.bit_count();
       write(all[s], s);
       stream_bits[s] += uint32_t(out.bit_count() - before);
     }
   };
-  for_streams([&](const Lists& lists, uint32_t s) {
-    for (uint32_t c = 0; c < streams_[s].elements && !lists.anchors.empty(); c++)
-      out.put(value(s, lists.anchors[0], c), streams_[s].bits);
-  });
-  for_streams([&](const Lists& l, uint32_t) { write_unary(out, l.residuals.anchor, l.anchor); });
-  for_streams([&](const Lists& l, uint32_t) { write_unary(out, l.residuals.chain, l.chain); });
-  for_streams([&](const Lists& l, uint32_t s) {
-    write_low(out, l.residuals.anchor, l.anchor, streams_[s].elements);
-  });
-  for_streams([&](const Lists& l, uint32_t s) {
+  for_streams(0, count, [&](const Lists& l, uint32_t s) { write_anchors(out, l, s); });
+  for_streams(0, count, [&](const Lists& l, uint32_t s) {
     write_low(out, l.residuals.chain, l.chain, streams_[s].elements);
   });
-  for_streams(
-      [&](const Lists& l, uint32_t) { write_unary(out, l.residuals.interior, l.interior); });
-  for_streams([&](const Lists& l, uint32_t s) {
-    write_low(out, l.residuals.interior, l.interior, streams_[s].elements);
-  });
+  for_streams(0, count,
+              [&](const Lists& l, uint32_t) { write_unary(out, l.residuals.chain, l.chain); });
+  for (const auto& [first, end] : {std::pair(0u, 1u), std::pair(1u, count)}) {
+    for_streams(first, end, [&](const Lists& l, uint32_t) {
+      write_unary(out, l.residuals.interior, l.interior);
+    });
+    for_streams(first, end, [&](const Lists& l, uint32_t s) {
+      write_low(out, l.residuals.interior, l.interior, streams_[s].elements);
+    });
+  }
 }
 
 std::vector<uint8_t> Encoder::write_meshlet(SerialDecoder& context, uint32_t m,
@@ -688,8 +725,7 @@ std::vector<uint8_t> Encoder::write_meshlet(SerialDecoder& context, uint32_t m,
   write_header(out, plan, group);
   write_symbols(out, plan.symbols, group);
   write_references(out, plan, m);
-  write_part(out, context, plan, 0, 1, stream_bits);
-  write_part(out, context, plan, 1, uint32_t(streams_.size()), stream_bits);
+  write_lists(out, context, plan, stream_bits);
   out.align(1);
   return out.bytes();
 }

@@ -27,13 +27,15 @@ struct Code {
   uint32_t widths[4] = {0, 0, 0, 0};  // kFixed: per element
 };
 
+// The lists that have a code.
+enum class CodedList { kChain, kInterior };
+
 // Field 0 to 6 of a stream with base `base`; the parameter may be too large.
-inline Code code_of_field(uint32_t field, uint32_t base) {
-  if (field < CODE_FIRST_EXPONENTIAL) return {Code::kRice, base + field, {}};
+inline Code code_of_field(CodedList list, uint32_t field, uint32_t base) {
+  if (list == CodedList::kChain || field < CODE_FIRST_EXPONENTIAL)
+    return {Code::kRice, base + field, {}};
   return {Code::kExponential, std::max(base, 1u) - 1 + field - CODE_FIRST_EXPONENTIAL, {}};
 }
-
-inline Code anchor_code(uint32_t base) { return {Code::kExponential, base, {}}; }
 
 inline Code fixed_code(const std::vector<uint32_t>& residuals, uint32_t elements) {
   Code code{Code::kFixed, 0, {}};
@@ -96,18 +98,18 @@ struct CodeSizes {
     for (uint32_t c = 0; c < elements; c++) fixed += code.widths[c] * (residuals.size() / elements);
   }
 
-  uint64_t of_field(uint32_t field, uint32_t base) const {
+  uint64_t of_field(CodedList list, uint32_t field, uint32_t base) const {
     if (field == CODE_ESCAPE) return fixed;
-    const Code code = code_of_field(field, base);
+    const Code code = code_of_field(list, field, base);
     if (code.k > CODE_MAX_PARAMETER) return kImpossible;
     return (code.kind == Code::kRice ? rice : exponential)[code.k];
   }
 
   // The field with the fewest bits.
-  uint32_t best_field(uint32_t base) const {
+  uint32_t best_field(CodedList list, uint32_t base) const {
     uint32_t best = 0;
     for (uint32_t field = 1; field <= CODE_ESCAPE; field++)
-      if (of_field(field, base) < of_field(best, base)) best = field;
+      if (of_field(list, field, base) < of_field(list, best, base)) best = field;
     return best;
   }
 
@@ -119,6 +121,18 @@ struct CodeSizes {
         {*std::min_element(rice, end), *std::min_element(exponential, exponential_end), fixed});
   }
 };
+
+// The width field that holds numbers of `length` bits, of further anchors of a stream with `bits`
+// and anchor base `base`.
+inline uint32_t anchor_field(uint32_t length, uint32_t bits, uint32_t base) {
+  const uint32_t field = length > base ? length - base : 0;
+  return std::min(base + field, bits) < length || field > ANCHOR_WIDTH_FULL ? ANCHOR_WIDTH_FULL
+                                                                            : field;
+}
+
+inline uint32_t anchor_width(uint32_t field, uint32_t bits, uint32_t base) {
+  return field == ANCHOR_WIDTH_FULL ? bits : std::min(base + field, bits);
+}
 
 inline void write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, const Code& code) {
   if (code.kind == Code::kFixed) return;

@@ -130,8 +130,7 @@ std::string stream_problem(const Stream& s) {
   if (s.kind == kFloat32 && s.bits != 32) return "a FLOAT32 stream must have 32 bits";
   if (s.kind == kSign && (s.bits != 1 || s.elements != 1))
     return "a SIGN stream must have 1 element of 1 bit";
-  if ((s.predictor == kGeo || s.predictor == kGeoAll) && s.kind != kOct)
-    return "a GEO predictor needs an OCT stream";
+  if (s.predictor == kGeo && s.kind != kOct) return "the GEO predictor needs an OCT stream";
   if (s.predictor == kAffine && (s.kind == kOct || s.kind == kSign))
     return "an OCT or SIGN stream cannot use the AFFINE predictor";
   if (!std::isfinite(s.step)) return "a stream's step is not finite";

@@ -31,7 +31,6 @@ enum Predictor : uint8_t {
   kCopy = PREDICT_COPY,
   kDamped = PREDICT_DAMPED,
   kGeo = PREDICT_GEO,
-  kGeoAll = PREDICT_GEO_ALL,
   kAffine = PREDICT_AFFINE,
 };
 
@@ -43,7 +42,7 @@ struct Stream {
   uint8_t predictor = kParallelogram;
   uint8_t chain_base = 0;     // of the parameters of chains' codes
   uint8_t interior_base = 0;  // of the parameters of interiors' codes
-  uint8_t anchor_base = 0;    // exp-Golomb parameter of further anchors
+  uint8_t anchor_base = 0;    // of the widths of further anchors
   float step = 1.0f;          // GRID: value = offset + integer * step
   float offset[4] = {0, 0, 0, 0};
 };
