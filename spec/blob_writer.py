@@ -268,6 +268,17 @@ def anchor_width(stream: Stream, width_field: int) -> int:
     return min(stream.anchor_base + width_field, stream.bits)
 
 
+def further_anchors(stream: Stream, values: list[list[int]]) -> list[list[int]]:
+    """The zigzag differences of all values but the first to the first."""
+    half = 1 << stream.bits - 1
+
+    def zigzag(difference: int) -> int:
+        d = (difference + half) % (2 * half) - half
+        return 2 * d if d >= 0 else -2 * d - 1
+
+    return [[zigzag(x - first) for x, first in zip(value, values[0])] for value in values[1:]]
+
+
 def _anchor_field(stream: Stream, values: list[int]) -> int:
     """The least width field for the given elements; full if none is large enough."""
     longest = max(values).bit_length()
@@ -631,22 +642,15 @@ def _set_random_anchors(rng: random.Random, streams: list[Stream], meshlets: lis
             ]
             for name in set(names.values())
         }
-        half = 1 << stream.bits - 1
         for m, meshlet in enumerate(meshlets):
             anchors = [
                 values[names[m, j]]
                 for _, j, own_before, own in corners(meshlet)
                 if own_before(s) and own(s)
             ]
-            differences = [
-                [(v - p + half) % (2 * half) - half for v, p in zip(anchor, anchors[0])]
-                for anchor in anchors[1:]
-            ]
-            zigzag = [
-                [2 * d if d >= 0 else -2 * d - 1 for d in difference] for difference in differences
-            ]
-            meshlet.anchors.append(anchors[:1] + zigzag)
-            fields = [_anchor_field(stream, list(values)) for values in zip(*zigzag)]
+            further = further_anchors(stream, anchors)
+            meshlet.anchors.append(anchors[:1] + further)
+            fields = [_anchor_field(stream, list(values)) for values in zip(*further)]
             if rng.random() < 0.3:
                 fields = [rng.choice([*range(least, 8)]) for least in fields]
             meshlet.anchor_widths.append(fields)

@@ -666,8 +666,8 @@ def oct_axes() -> bytes:
 
     def anchors(stream):
         m = (1 << stream.bits) - 2
-        grid = [(x, y) for y in (0, m // 2, m) for x in (0, m // 2, m)]
-        return [list(grid[0])] + [[2 * x, 2 * y] for x, y in grid[1:]]
+        grid = [[x, y] for y in (0, m // 2, m) for x in (0, m // 2, m)]
+        return grid[:1] + blob_writer.further_anchors(stream, grid)
 
     symbols = "RRRRRRE"
     loop = [reference(OWNED, 1) for _ in range(9)]
