@@ -41,8 +41,12 @@
 // Optional: APEX(t), SET_APEX(t, v) and TRIANGLE(t) name storage for apices and packed triangles;
 // otherwise this file declares arrays.
 //
+// Optional: VERTEX_STEP, ELEMENT_STEP and STREAM_ROOM(elements) give another order of `values`;
+// ALIGNED stands before their declaration.
+//
 // Use: load_streams(first, end) once per blob, then decode_meshlet(m). Results: triangle_count,
-// packed `triangles`, vertex_count, values[element * 64 + local id]. If `error` is not ERROR_NONE,
+// packed `triangles`, vertex_count, and `values`: element c of stream s of a local id at
+// 64 * stream_element[s] + VERTEX_STEP * id + ELEMENT_STEP * c. If `error` is not ERROR_NONE,
 // the meshlet is malformed and nothing else is valid.
 //
 // Hostile bytes: every index is bounded by a 64-bit mask or a checked count. No loop runs longer
@@ -52,6 +56,13 @@
 
 #ifndef RESIDUALS
 #define RESIDUALS 256u  // of a list; 4 are enough if nothing calls read_residuals
+#endif
+
+#ifndef VERTEX_STEP
+#define ALIGNED
+#define VERTEX_STEP 1u
+#define ELEMENT_STEP 64u
+#define STREAM_ROOM(elements) (elements)
 #endif
 
 uint error;
@@ -73,7 +84,7 @@ small_uint stream_interior_base[MAX_STREAMS];
 small_uint stream_anchor_base[MAX_STREAMS];
 uint stream_mask[MAX_STREAMS];  // (1 << bits) - 1
 small_uint stream_bits[MAX_STREAMS];
-small_uint stream_element[MAX_STREAMS];  // first element of a decoded stream
+small_uint stream_element[MAX_STREAMS];  // in `values`, of a decoded stream's first
 
 // Reads the header. read_blob_header has checked it: all tables lie inside the blob.
 void load_tables() {
@@ -115,7 +126,7 @@ void load_streams(uint first, uint end) {
     stream_interior_base[s] = small_uint((bases >> 8) & 255u);
     stream_anchor_base[s] = small_uint((bases >> 16) & 255u);
     stream_element[s] = small_uint(element);
-    if (is_decoded(s)) element += (shape >> 8) & 255u;
+    if (is_decoded(s)) element += STREAM_ROOM((shape >> 8) & 255u);
   }
 }
 
@@ -507,7 +518,7 @@ void skip_chains(HEADER_IN h, uint s) {
 
 // --- values ---
 
-uint values[MAX_ELEMENTS * 64];  // values[element * 64 + local id]
+ALIGNED uint values[MAX_ELEMENTS * 64];
 
 // --- connectivity (section A) ---
 
@@ -862,9 +873,9 @@ Triple grid_position(uint id);  // defined by the includer
 #else
 Triple grid_position(uint id) {
   Triple p;
-  p.x = values[id];
-  p.y = values[64u + id];
-  p.z = values[128u + id];
+  p.x = values[VERTEX_STEP * id];
+  p.y = values[VERTEX_STEP * id + ELEMENT_STEP];
+  p.z = values[VERTEX_STEP * id + 2u * ELEMENT_STEP];
   return p;
 }
 #endif
@@ -1095,14 +1106,15 @@ void predict_affine_chains(uint s) {
   for (uint j = 0u; j < chain_count; j++) {
     uint step = chain_step[j];
     Weights w = CHAIN_WEIGHTS(j);
-    index_uint v = base + (step & 255u);
-    index_uint before = base + ((step >> 8) & 255u);
-    index_uint end = base + ((step >> 16) & 255u);
-    index_uint earlier = step >> 24 == NO_VERTEX ? before : base + (step >> 24);
+    index_uint v = base + VERTEX_STEP * (step & 255u);
+    index_uint before = base + VERTEX_STEP * ((step >> 8) & 255u);
+    index_uint end = base + VERTEX_STEP * ((step >> 16) & 255u);
+    index_uint earlier = step >> 24 == NO_VERTEX ? before : base + VERTEX_STEP * (step >> 24);
     for (index_uint c = 0u; c < elements; c++) {
-      uint point = affine_chain_point(w, values[before + 64u * c], values[end + 64u * c],
-                                      values[earlier + 64u * c], chain_left[j]);
-      values[v + 64u * c] = (point + residuals[from + c]) & stream_mask[s];
+      uint point =
+          affine_chain_point(w, values[before + ELEMENT_STEP * c], values[end + ELEMENT_STEP * c],
+                             values[earlier + ELEMENT_STEP * c], chain_left[j]);
+      values[v + ELEMENT_STEP * c] = (point + residuals[from + c]) & stream_mask[s];
     }
     from += elements;
   }
@@ -1117,14 +1129,14 @@ INLINE void predict_chain_elements(uint s, bool copies, uint elements) {
   uint count = chain_count;
   for (uint j = 0u; j < count; j++) {
     uint step = chain_step[j];
-    index_uint v = base + (step & 255u);
-    index_uint before = base + ((step >> 8) & 255u);
-    index_uint end = base + ((step >> 16) & 255u);
+    index_uint v = base + VERTEX_STEP * (step & 255u);
+    index_uint before = base + VERTEX_STEP * ((step >> 8) & 255u);
+    index_uint end = base + VERTEX_STEP * ((step >> 16) & 255u);
     uint left = chain_left[j];
     for (index_uint c = 0u; c < elements; c++) {
-      uint point = values[before + 64u * c];
-      if (!copies) point = toward(point, values[end + 64u * c], left);
-      values[v + 64u * c] = (point + residuals[from + c]) & bits;
+      uint point = values[before + ELEMENT_STEP * c];
+      if (!copies) point = toward(point, values[end + ELEMENT_STEP * c], left);
+      values[v + ELEMENT_STEP * c] = (point + residuals[from + c]) & bits;
     }
     from += elements;
   }
@@ -1182,7 +1194,8 @@ void read_anchor(uint s, uint index, uint vertex) {
       value += unzigzag(load_bits(further, width));
       further += width;
     }
-    values[(stream_element[s] + c) * 64u + vertex] = value & stream_mask[s];
+    values[64u * stream_element[s] + VERTEX_STEP * vertex + ELEMENT_STEP * c] =
+        value & stream_mask[s];
   }
 }
 
@@ -1309,16 +1322,16 @@ INLINE void predict_elements(uint s, uint from, uint predictor, uint elements) {
   uint count = traversed_count;
   for (uint i = 0u; i < count; i++) {
     uint triangle = traversed[i];
-    index_uint a = base + (triangle & 255u);
-    index_uint b = base + ((triangle >> 8) & 255u);
-    index_uint v = base + ((triangle >> 16) & 255u);
-    index_uint o = base + (triangle >> 24);
+    index_uint a = base + VERTEX_STEP * (triangle & 255u);
+    index_uint b = base + VERTEX_STEP * ((triangle >> 8) & 255u);
+    index_uint v = base + VERTEX_STEP * ((triangle >> 16) & 255u);
+    index_uint o = base + VERTEX_STEP * (triangle >> 24);
     bool across = triangle >> 24 != NO_VERTEX;
     for (index_uint c = 0u; c < elements; c++) {
-      uint beyond = across ? values[o + 64u * c] : 0u;
-      uint prediction =
-          traversed_prediction(predictor, values[a + 64u * c], values[b + 64u * c], beyond, across);
-      values[v + 64u * c] = (prediction + residuals[at + c]) & bits;
+      uint beyond = across ? values[o + ELEMENT_STEP * c] : 0u;
+      uint prediction = traversed_prediction(predictor, values[a + ELEMENT_STEP * c],
+                                             values[b + ELEMENT_STEP * c], beyond, across);
+      values[v + ELEMENT_STEP * c] = (prediction + residuals[at + c]) & bits;
     }
     at += elements;
   }
@@ -1333,8 +1346,9 @@ void predict_geo(uint s, uint first) {
   for (uint i = 0u; i < traversed_count; i++) {
     uint v = (traversed[i] >> 16) & 255u;
     OctPair q = OCTAHEDRAL_PREDICTION(i, v, stream_bits[s]);
-    values[base + v] = (q.u + residuals[at]) & bits;
-    values[base + 64u + v] = (q.v + residuals[at + 1u]) & bits;
+    index_uint to = base + VERTEX_STEP * v;
+    values[to] = (q.u + residuals[at]) & bits;
+    values[to + ELEMENT_STEP] = (q.v + residuals[at + 1u]) & bits;
     at += 2u;
   }
 }
@@ -1359,17 +1373,17 @@ INLINE void predict_affine_elements(uint s, uint first, uint elements) {
     uint triangle = traversed[i];
     bool across = triangle >> 24 != NO_VERTEX;
     Weights w = TRAVERSED_WEIGHTS(i);
-    index_uint a = base + (triangle & 255u);
-    index_uint b = base + ((triangle >> 8) & 255u);
-    index_uint v = base + ((triangle >> 16) & 255u);
-    index_uint o = across ? base + (triangle >> 24) : a;
+    index_uint a = base + VERTEX_STEP * (triangle & 255u);
+    index_uint b = base + VERTEX_STEP * ((triangle >> 8) & 255u);
+    index_uint v = base + VERTEX_STEP * ((triangle >> 16) & 255u);
+    index_uint o = across ? base + VERTEX_STEP * (triangle >> 24) : a;
     for (index_uint c = 0u; c < elements; c++) {
-      uint at_a = values[a + 64u * c];
-      uint at_b = values[b + 64u * c];
-      uint at_o = values[o + 64u * c];
+      uint at_a = values[a + ELEMENT_STEP * c];
+      uint at_b = values[b + ELEMENT_STEP * c];
+      uint at_o = values[o + ELEMENT_STEP * c];
       uint parallelogram = traversed_prediction(PREDICT_PARALLELOGRAM, at_a, at_b, at_o, across);
       uint point = choose(w.exist, affine_point(w, at_a, at_b, at_o), parallelogram);
-      values[v + 64u * c] = (point + residuals[at + c]) & bits;
+      values[v + ELEMENT_STEP * c] = (point + residuals[at + c]) & bits;
     }
     at += elements;
   }

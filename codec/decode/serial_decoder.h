@@ -51,7 +51,16 @@ struct SerialDecoder {
 #endif
 #define NORMALS(i) normals[i]
   alignas(16) uint normals[256];
+// All elements of a vertex lie together, in 16 bytes.
+#define ALIGNED alignas(32)
+#define VERTEX_STEP 4u
+#define ELEMENT_STEP 1u
+#define STREAM_ROOM(elements) 4u
 #include "decode/serial_decoder.glsl"
+
+  // Stream s of vertex `id`: 4 elements.
+  const uint* vertex(uint s, uint id) const { return values + 64u * stream_element[s] + 4u * id; }
+  uint* vertex(uint s, uint id) { return values + 64u * stream_element[s] + 4u * id; }
 
   static mask64 mask_none() { return 0; }
   static mask64 mask_bit(uint i) { return 1ull << (i & 63u); }
@@ -341,10 +350,10 @@ struct SerialDecoder {
                  b = chain ? p >> 16 & 255u : p >> 8 & 255u, v = chain ? p & 255u : p >> 16 & 255u,
                  o = p >> 24 == NO_VERTEX ? a : p >> 24;
       for (uint c = 0; c < 3; c++) {
-        const uint* position = values + 64 * c;
-        e[c][i] = int(position[b] - position[a]);
-        f[c][i] = int(position[o] - position[a]);
-        r[c][i] = int(position[v] - position[a]);
+        const uint* position = values + c;
+        e[c][i] = int(position[4 * b] - position[4 * a]);
+        f[c][i] = int(position[4 * o] - position[4 * a]);
+        r[c][i] = int(position[4 * v] - position[4 * a]);
       }
     }
     for (uint i = count; i % kBatch > 0; i++)
@@ -432,7 +441,7 @@ struct SerialDecoder {
     alignas(16) int position[64][4];
     const uint h = excess(stream_bits[0], GEO_POSITION_BITS);
     for (uint v = 0; v < vertex_count; v++) {
-      for (uint c = 0; c < 3; c++) position[v][c] = int(values[64 * c + v]) >> h;
+      for (uint c = 0; c < 3; c++) position[v][c] = int(values[4 * v + c]) >> h;
       position[v][3] = 0;
     }
     std::memset(normals, 0, 16 * vertex_count);

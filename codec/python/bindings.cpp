@@ -280,8 +280,7 @@ class OpenView {
       uint32_t* data;
       arrays.append(new_array(d.vertex_count, d.stream_elements[s], data));
       for (uint32_t v = 0; v < d.vertex_count; v++)
-        for (uint32_t c = 0; c < d.stream_elements[s]; c++)
-          *data++ = d.values[(d.stream_element[s] + c) * 64u + v];
+        for (uint32_t c = 0; c < d.stream_elements[s]; c++) *data++ = d.vertex(s, v)[c];
     }
     return nb::make_tuple(triangle_array, arrays);
   }
