@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "decode/dequantise.h"
+#include "decode/serial_decoder.h"
 
 namespace meshlet {
 inline namespace MESHLET_BUILD {
@@ -411,11 +412,29 @@ BlobResult run(const BlobJob& job, BlobResult (*pass)(const BlobJob&, SerialDeco
   return pass(job, *context.d, history);
 }
 
+// --- single meshlets ---
+
+class SerialMeshletDecoder : public MeshletDecoder {
+ public:
+  void open(const uint8_t* data, size_t size) override {
+    d_.data = data;
+    d_.size = uint32_t(size);
+    d_.load_tables();
+    d_.load_streams(0, d_.stream_total);
+  }
+  DecodedMeshlet decode(uint32_t m) override {
+    d_.decode_meshlet(m);
+    return {d_.error,     d_.triangle_count, d_.vertex_count,
+            d_.triangles, d_.values,         d_.stream_element};
+  }
+
+ private:
+  SerialDecoder d_{};
+};
+
 }  // namespace
 
-void decode_one(void* decoder, uint32_t meshlet) {
-  static_cast<SerialDecoder*>(decoder)->decode_meshlet(meshlet);
-}
+MeshletDecoder* new_meshlet_decoder() { return new SerialMeshletDecoder(); }
 BlobResult decode_blob(const BlobJob& job) { return run(job, decode); }
 BlobResult validate_blob(const BlobJob& job) { return run(job, validate); }
 

@@ -33,10 +33,8 @@
 //   FOREIGN_LENGTH(owner, slot) read_foreign_length, or a table with the same answers
 //   MAX_STREAMS, MAX_ELEMENTS   capacity: streams of the blob, and the sum of their elements
 //
-// Optional: WEIGH_TRAVERSED() and WEIGH_CHAINS() compute the AFFINE weights of all traversed or
-// listed chain vertices before TRAVERSED_WEIGHTS(i) and CHAIN_WEIGHTS(j) return them;
-// OCTAHEDRAL_PREDICTIONS(bits) and OCTAHEDRAL_PREDICTION(i, v, bits) do so for GEO; SUM_NORMALS
-// fills the normals. Otherwise this file computes them one by one.
+// Optional: with OWN_PREDICTION the includer defines predict_chains(s), predict_traversed(s, first)
+// and finish_positions(), which runs once stream 0 is decoded, before the other interiors.
 //
 // Optional: APEX(t), SET_APEX(t, v) and TRIANGLE(t) name storage for apices and packed triangles;
 // otherwise this file declares arrays.
@@ -1087,25 +1085,15 @@ uint affine_chain_point(Weights w, uint before, uint end, uint earlier, uint lef
   return w.exist ? affine_point(w, before, end, earlier) : toward(before, end, left);
 }
 
-#ifndef WEIGH_CHAINS
-#define WEIGH_CHAINS()
-#define CHAIN_WEIGHTS(j) chain_weights(chain_step[j])
-#define WEIGH_TRAVERSED()
-#define TRAVERSED_WEIGHTS(i) traversed_weights(traversed[i])
-#define OCTAHEDRAL_PREDICTIONS(bits)
-#define OCTAHEDRAL_PREDICTION(i, v, bits) \
-  octahedral_prediction(NORMALS(4u * v), NORMALS(4u * v + 1u), NORMALS(4u * v + 2u), bits)
-#define SUM_NORMALS sum_normals
-#endif
+#ifndef OWN_PREDICTION
 
 void predict_affine_chains(uint s) {
-  WEIGH_CHAINS();
   index_uint base = stream_element[s] * 64u;
   uint elements = stream_elements[s];
   uint from = 0u;
   for (uint j = 0u; j < chain_count; j++) {
     uint step = chain_step[j];
-    Weights w = CHAIN_WEIGHTS(j);
+    Weights w = chain_weights(step);
     index_uint v = base + VERTEX_STEP * (step & 255u);
     index_uint before = base + VERTEX_STEP * ((step >> 8) & 255u);
     index_uint end = base + VERTEX_STEP * ((step >> 16) & 255u);
@@ -1154,6 +1142,8 @@ void predict_chains(uint s) {
   else
     predict_chain_elements(s, copies, elements);
 }
+
+#endif
 
 // The chain of the visited owner's reference `other`, for the streams that foreign reference r
 // shares. The owner's first inner vertex is r's last.
@@ -1314,6 +1304,18 @@ INLINE uint traversed_prediction(uint predictor, uint a, uint b, uint o, bool ac
   return sum - o;
 }
 
+// AFFINE: the weights of a traversed vertex.
+Weights traversed_weights(uint triangle) {
+  Weights w;
+  w.exist = false;
+  if (triangle >> 24 != NO_VERTEX)
+    w = affine_weights(triangle & 255u, (triangle >> 8) & 255u, triangle >> 24,
+                       (triangle >> 16) & 255u);
+  return w;
+}
+
+#ifndef OWN_PREDICTION
+
 // `from`: index of the first traversed vertex's residual.
 INLINE void predict_elements(uint s, uint from, uint predictor, uint elements) {
   index_uint base = stream_element[s] * 64u;
@@ -1342,10 +1344,10 @@ void predict_geo(uint s, uint first) {
   index_uint base = stream_element[s] * 64u;
   uint at = 2u * first;
   uint bits = stream_mask[s];
-  OCTAHEDRAL_PREDICTIONS(stream_bits[s]);
   for (uint i = 0u; i < traversed_count; i++) {
     uint v = (traversed[i] >> 16) & 255u;
-    OctPair q = OCTAHEDRAL_PREDICTION(i, v, stream_bits[s]);
+    OctPair q = octahedral_prediction(NORMALS(4u * v), NORMALS(4u * v + 1u), NORMALS(4u * v + 2u),
+                                      stream_bits[s]);
     index_uint to = base + VERTEX_STEP * v;
     values[to] = (q.u + residuals[at]) & bits;
     values[to + ELEMENT_STEP] = (q.v + residuals[at + 1u]) & bits;
@@ -1353,26 +1355,15 @@ void predict_geo(uint s, uint first) {
   }
 }
 
-// AFFINE: the weights of a traversed vertex.
-Weights traversed_weights(uint triangle) {
-  Weights w;
-  w.exist = false;
-  if (triangle >> 24 != NO_VERTEX)
-    w = affine_weights(triangle & 255u, (triangle >> 8) & 255u, triangle >> 24,
-                       (triangle >> 16) & 255u);
-  return w;
-}
-
 INLINE void predict_affine_elements(uint s, uint first, uint elements) {
   index_uint base = stream_element[s] * 64u;
   index_uint at = elements * first;
   uint bits = stream_mask[s];
   uint count = traversed_count;
-  WEIGH_TRAVERSED();
   for (uint i = 0u; i < count; i++) {
     uint triangle = traversed[i];
     bool across = triangle >> 24 != NO_VERTEX;
-    Weights w = TRAVERSED_WEIGHTS(i);
+    Weights w = traversed_weights(triangle);
     index_uint a = base + VERTEX_STEP * (triangle & 255u);
     index_uint b = base + VERTEX_STEP * ((triangle >> 8) & 255u);
     index_uint v = base + VERTEX_STEP * ((triangle >> 16) & 255u);
@@ -1416,6 +1407,12 @@ void predict_traversed(uint s, uint first) {
   else
     predict_elements(s, from, predictor, elements);
 }
+
+void finish_positions() {
+  if (needs_normals) sum_normals();
+}
+
+#endif
 
 // Number of inner vertices of the foreign references that store their own values for stream s.
 uint seam_vertices(uint s) {
@@ -1503,7 +1500,7 @@ void read_own() {
   if (error != ERROR_NONE) return;
   read_own_interior(unary.cursor, 0u, 1u);
   if (error != ERROR_NONE || stream_end <= 1u) return;
-  if (needs_normals) SUM_NORMALS();
+  finish_positions();
   read_own_interior(low_cursor, 1u, stream_total);
 }
 
