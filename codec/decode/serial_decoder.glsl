@@ -1268,11 +1268,32 @@ void read_foreign_chains(HEADER_IN h) {
 
 // The anchors of stream s are those of the corners `stored`, or of the first vertex of each disk.
 void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
-  for (uint i = 0u; i < anchor_count[s]; i++) {
-    uint vertex = disk_first[i];
-    if (h.references > 0u) vertex = loop_vertex[reference_rank[mask_lsb(stored) & 63u]];
-    read_anchor(s, i, vertex);
-    stored = mask_clear_lsb(stored);
+  uint elements = stream_elements[s];
+  uint bits = stream_bits[s];
+  uint count = anchor_count[s];
+  uint fields = anchor_position[s] + elements * bits;
+  uint first = anchor_position[s];
+  uint step = count > 1u ? further_anchor_bits(s) : 0u;
+  uint further = fields + ANCHOR_WIDTH_BITS * elements;
+  for (uint c = 0u; c < elements; c++) {
+    uint width = anchor_width(s, fields, c);
+    uint base = load_bits(first, bits);
+    uint at = further;
+    mask64 corners = stored;
+    for (uint i = 0u; i < count; i++) {
+      uint vertex = disk_first[i];
+      if (h.references > 0u) vertex = loop_vertex[reference_rank[mask_lsb(corners) & 63u]];
+      corners = mask_clear_lsb(corners);
+      uint value = base;
+      if (i > 0u) {
+        value += unzigzag(load_bits(at, width));
+        at += step;
+      }
+      values[64u * stream_element[s] + VERTEX_STEP * vertex + ELEMENT_STEP * c] =
+          value & stream_mask[s];
+    }
+    first += bits;
+    further += width;
   }
 }
 
