@@ -1,0 +1,211 @@
+"""Runs inside Blender: imports, exports and compares glTF files for the tests.
+
+Usage: BPY_PYTHON tests/helpers/blender_driver.py EXTENSION.zip
+Installs the extension, then reads lines, each a JSON array of a function's name and arguments, and
+prints a line for each: ANSWER and the function's result as JSON. Everything else that is printed is
+Blender's own. The parent sets BLENDER_USER_RESOURCES to an empty folder.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import bpy
+import numpy as np
+
+# Where foreach_get finds the values of an attribute, by its data type: name, components, dtype.
+ATTRIBUTES = {
+    "FLOAT": ("value", 1, np.float32),
+    "INT": ("value", 1, np.int32),
+    "INT8": ("value", 1, np.int32),
+    "BOOLEAN": ("value", 1, bool),
+    "FLOAT2": ("vector", 2, np.float32),
+    "FLOAT_VECTOR": ("vector", 3, np.float32),
+    "FLOAT_COLOR": ("color", 4, np.float32),
+    "BYTE_COLOR": ("color", 4, np.float32),
+    "INT16_2D": ("value", 2, np.int32),
+    "INT32_2D": ("value", 2, np.int32),
+    "QUATERNION": ("value", 4, np.float32),
+}
+
+
+def install(path: str) -> None:
+    """Installs and enables the extension."""
+    bpy.ops.extensions.package_install_files(
+        filepath=path, repo="user_default", enable_on_install=True
+    )
+
+
+def about() -> dict:
+    """Versions, and modules that the extension must not import."""
+    unwanted = [name for name in ("PIL", "trimesh", "tqdm") if name in sys.modules]
+    return {"blender": bpy.app.version, "python": sys.version_info[:2], "unwanted": unwanted}
+
+
+def import_file(path: str) -> str:
+    """Imports a file into an empty scene; returns the error, or nothing."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    try:
+        bpy.ops.import_scene.gltf(filepath=path)
+    except RuntimeError as error:
+        return str(error).strip()
+    return ""
+
+
+def contents() -> dict:
+    """Counts of what is in the open file."""
+    kinds = ("objects", "meshes", "materials", "images", "armatures", "actions")
+    return {kind: len(getattr(bpy.data, kind)) for kind in kinds}
+
+
+def compare(first: str, second: str) -> dict:
+    """Imports both files; returns the errors, the differences and the contents of the second."""
+    errors = [import_file(first)]
+    expected = snapshot()
+    errors.append(import_file(second))
+    found = snapshot()
+    names = sorted(expected.keys() | found.keys())
+    differences = [name for name in names if not same(expected.get(name), found.get(name))]
+    return {"errors": errors, "differences": differences, "contents": contents()}
+
+
+def export(path: str, folder: str, **options) -> dict:
+    """Imports a file and exports it plain and compressed; returns errors, paths, and the result."""
+    error = import_file(path)
+    if error:
+        return {"error": error}
+    plain, compressed = f"{folder}/plain.glb", f"{folder}/compressed.glb"
+    bpy.ops.export_scene.gltf(filepath=plain, export_format="GLB")
+    return {
+        "error": "",
+        "plain": plain,
+        "compressed": compressed,
+        "result": export_open(compressed, **options),
+    }
+
+
+def export_open(path: str, export_format: str = "GLB", draco: bool = False, **options) -> list:
+    """Exports the open file with compression; returns the error or what the panel shows."""
+    settings = bpy.context.scene.gltf_meshlet
+    settings.enabled = True
+    for name, value in options.items():
+        setattr(settings, name, value)
+    try:
+        bpy.ops.export_scene.gltf(
+            filepath=path, export_format=export_format, export_draco_mesh_compression_enable=draco
+        )
+    except RuntimeError as error:
+        return [str(error).strip()]
+    finally:
+        settings.enabled = False
+    return list(sys.modules["bl_ext.user_default.gltf_meshlet.exporter"].last_result)
+
+
+def settings() -> dict:
+    """Limits and defaults of the options in the panel."""
+    properties = bpy.context.scene.gltf_meshlet.bl_rna.properties
+    return {
+        name: [properties[name].hard_min, properties[name].hard_max, properties[name].default]
+        for name in properties.keys()
+        if name.endswith("_bits")
+    }
+
+
+# --- what an import made ---
+
+
+def snapshot() -> dict:
+    """Name -> value of everything that a glTF file sets in the open Blender file."""
+    bpy.context.view_layer.update()
+    values: dict = {}
+    for item in bpy.data.objects:
+        values[f"object {item.name}"] = describe_object(item)
+    for mesh in bpy.data.meshes:
+        for name, value in describe_mesh(mesh).items():
+            values[f"mesh {mesh.name} {name}"] = value
+    for material in bpy.data.materials:
+        values[f"material {material.name}"] = describe_material(material)
+    for image in bpy.data.images:
+        values[f"image {image.name}"] = [list(image.size), image.colorspace_settings.name]
+    for armature in bpy.data.armatures:
+        values[f"armature {armature.name}"] = [
+            [bone.name, [list(row) for row in bone.matrix_local]] for bone in armature.bones
+        ]
+    for action in bpy.data.actions:
+        values[f"action {action.name}"] = list(action.frame_range)
+    return values
+
+
+def describe_object(item) -> list:
+    return [
+        item.type,
+        item.parent.name if item.parent else "",
+        [list(row) for row in item.matrix_world],
+        item.data.name if item.data else "",
+        [slot.material.name if slot.material else "" for slot in item.material_slots],
+        [modifier.type for modifier in item.modifiers],
+        [group.name for group in item.vertex_groups],
+    ]
+
+
+def describe_mesh(mesh) -> dict:
+    values = {
+        "materials": [material.name if material else "" for material in mesh.materials],
+        "loops": read(mesh.loops, "vertex_index", 1, np.int32),
+        "polygons": read(mesh.polygons, "loop_start", 1, np.int32),
+        "normals": read(mesh.corner_normals, "vector", 3, np.float32),
+        "groups": [[(g.group, g.weight) for g in vertex.groups] for vertex in mesh.vertices],
+    }
+    for attribute in mesh.attributes:
+        name, components, dtype = ATTRIBUTES[attribute.data_type]
+        values[f"attribute {attribute.name}"] = read(attribute.data, name, components, dtype)
+    for key in mesh.shape_keys.key_blocks if mesh.shape_keys else ():
+        values[f"shape key {key.name}"] = read(key.data, "co", 3, np.float32)
+    return values
+
+
+def read(items, name: str, components: int, dtype) -> np.ndarray:
+    values = np.empty(len(items) * components, dtype)
+    items.foreach_get(name, values)
+    return values
+
+
+def describe_material(material) -> list:
+    nodes = material.node_tree.nodes if material.node_tree else ()
+    return [
+        [
+            node.bl_idname,
+            [str(plain_value(socket)) for socket in node.inputs],
+            node.image.name if getattr(node, "image", None) else "",
+        ]
+        for node in nodes
+    ]
+
+
+def plain_value(socket):
+    value = getattr(socket, "default_value", None)
+    return list(value) if hasattr(value, "__len__") and not isinstance(value, str) else value
+
+
+def same(first, second) -> bool:
+    if isinstance(first, np.ndarray) and isinstance(second, np.ndarray):
+        exact = first.dtype.kind != "f"
+        return np.array_equal(first, second, equal_nan=not exact)
+    return repr(first) == repr(second)
+
+
+FUNCTIONS = (about, import_file, contents, compare, export, export_open, settings)
+
+
+def main() -> None:
+    install(sys.argv[1])
+    functions = {function.__name__: function for function in FUNCTIONS}
+    print("ANSWER null", flush=True)
+    for line in sys.stdin:
+        name, arguments, options = json.loads(line)
+        print("ANSWER", json.dumps(functions[name](*arguments, **options)), flush=True)
+
+
+if __name__ == "__main__":
+    main()
