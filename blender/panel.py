@@ -6,7 +6,7 @@ import textwrap
 
 from .exporter import last_result, refusal
 
-LINE_CHARACTERS = 40  # of a label in the side bar of the file browser, as wide as it opens
+LINE_CHARACTERS = 30  # of a label in the side bar of the file browser, as wide as it opens
 
 
 def draw_export(context, layout):

@@ -1,19 +1,23 @@
 """Runs inside Blender: imports, exports and compares glTF files for the tests.
 
-Usage: BPY_PYTHON tests/helpers/blender_driver.py EXTENSION.zip
-Installs the extension, then reads lines, each a JSON array of a function's name and arguments, and
-prints a line for each: ANSWER and the function's result as JSON. Everything else that is printed is
-Blender's own. The parent sets BLENDER_USER_RESOURCES to an empty folder.
+Usage: BPY_PYTHON tests/helpers/blender_driver.py EXTENSION.zip FILE_DESCRIPTOR
+Installs the extension, then reads lines, each a JSON array [function, arguments, options], and
+writes a line with the function's result for each to the file descriptor; Blender prints to stdout.
+The parent sets BLENDER_USER_RESOURCES to an empty folder.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import sys
 
 import bpy
 import numpy as np
+from mathutils.kdtree import KDTree
 
+MODULE = "bl_ext.user_default.gltf_meshlet"
+SAMPLED_POINTS = 5000  # a look-up takes 10 us
 # Where foreach_get finds the values of an attribute, by its data type: name, components, dtype.
 ATTRIBUTES = {
     "FLOAT": ("value", 1, np.float32),
@@ -35,6 +39,15 @@ def install(path: str) -> None:
     bpy.ops.extensions.package_install_files(
         filepath=path, repo="user_default", enable_on_install=True
     )
+
+
+def disable() -> list:
+    """Turns the extension off; returns the modules that the exporter would still let draw."""
+    from io_scene_gltf2 import exporter_extension_layout_draw
+
+    exporter_extension_layout_draw[MODULE] = sys.modules[MODULE].draw_export  # as its dialog does
+    bpy.ops.preferences.addon_disable(module=MODULE)
+    return list(exporter_extension_layout_draw)
 
 
 def about() -> dict:
@@ -70,6 +83,26 @@ def compare(first: str, second: str) -> dict:
     return {"errors": errors, "differences": differences, "contents": contents()}
 
 
+def compare_shapes(first: str, second: str) -> dict:
+    """Imports both files, of which the second is quantised.
+
+    Returns the errors, the differences apart from the meshes' vertices, and mesh -> the largest
+    distance of a vertex to the other file's mesh, as a share of the longest side.
+    """
+    errors = [import_file(first)]
+    expected, expected_points = coarse_snapshot(), points_of_meshes()
+    errors.append(import_file(second))
+    found, found_points = coarse_snapshot(), points_of_meshes()
+    names = sorted(expected.keys() | found.keys())
+    differences = [name for name in names if not same(expected.get(name), found.get(name))]
+    distances = {
+        name: distance(points, found_points[name])
+        for name, points in expected_points.items()
+        if name in found_points and len(points) and len(found_points[name])
+    }
+    return {"errors": errors, "differences": differences, "distances": distances}
+
+
 def export(path: str, folder: str, **options) -> dict:
     """Imports a file and exports it plain and compressed; returns errors, paths, and the result."""
     error = import_file(path)
@@ -99,7 +132,7 @@ def export_open(path: str, export_format: str = "GLB", draco: bool = False, **op
         return [str(error).strip()]
     finally:
         settings.enabled = False
-    return list(sys.modules["bl_ext.user_default.gltf_meshlet.exporter"].last_result)
+    return list(sys.modules[f"{MODULE}.exporter"].last_result)
 
 
 def settings() -> dict:
@@ -135,6 +168,41 @@ def snapshot() -> dict:
     for action in bpy.data.actions:
         values[f"action {action.name}"] = list(action.frame_range)
     return values
+
+
+def coarse_snapshot() -> dict:
+    """As snapshot, but of each mesh only what compression keeps as it is."""
+    values = {name: v for name, v in snapshot().items() if not name.startswith("mesh ")}
+    for mesh in bpy.data.meshes:
+        values[f"mesh {mesh.name} materials"] = [m.name if m else "" for m in mesh.materials]
+        values[f"mesh {mesh.name} attributes"] = sorted(
+            [a.name, a.domain, a.data_type] for a in mesh.attributes
+        )
+        keys = mesh.shape_keys.key_blocks if mesh.shape_keys else ()
+        values[f"mesh {mesh.name} shape keys"] = [key.name for key in keys]
+    return values
+
+
+def points_of_meshes() -> dict:
+    return {
+        mesh.name: read(mesh.vertices, "co", 3, np.float32).reshape(-1, 3)
+        for mesh in bpy.data.meshes
+    }
+
+
+def distance(first: np.ndarray, second: np.ndarray) -> float:
+    """Largest distance of a vertex of either mesh to the other's; of a sample of large meshes."""
+    extent = float(np.ptp(first, axis=0).max()) or 1.0
+    return max(one_sided(first, second), one_sided(second, first)) / extent
+
+
+def one_sided(first: np.ndarray, second: np.ndarray) -> float:
+    tree = KDTree(len(second))
+    for index, point in enumerate(second):
+        tree.insert(point, index)
+    tree.balance()
+    step = max(len(first) // SAMPLED_POINTS, 1)
+    return max(tree.find(point)[2] for point in first[::step])
 
 
 def describe_object(item) -> list:
@@ -195,16 +263,26 @@ def same(first, second) -> bool:
     return repr(first) == repr(second)
 
 
-FUNCTIONS = (about, import_file, contents, compare, export, export_open, settings)
+FUNCTIONS = (
+    about,
+    compare,
+    compare_shapes,
+    contents,
+    disable,
+    export,
+    export_open,
+    import_file,
+    settings,
+)
 
 
 def main() -> None:
     install(sys.argv[1])
     functions = {function.__name__: function for function in FUNCTIONS}
-    print("ANSWER null", flush=True)
-    for line in sys.stdin:
-        name, arguments, options = json.loads(line)
-        print("ANSWER", json.dumps(functions[name](*arguments, **options)), flush=True)
+    with os.fdopen(int(sys.argv[2]), "w") as answers:
+        for line in sys.stdin:
+            name, arguments, options = json.loads(line)
+            print(json.dumps(functions[name](*arguments, **options)), file=answers, flush=True)
 
 
 if __name__ == "__main__":
