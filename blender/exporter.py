@@ -97,7 +97,8 @@ def _sizes(path, report):
 
 
 def _size(count):
-    return f"{count / 1e6:.2f} MB" if count >= 1e6 else f"{count / 1e3:.1f} kB"
+    """With a space at which the panel does not wrap."""
+    return f"{count / 1e6:.2f}\u00a0MB" if count >= 1e6 else f"{count / 1e3:.1f}\u00a0kB"
 
 
 def _warnings(report):

@@ -3,6 +3,7 @@
 """The export options, stored in the scene and so in the .blend file."""
 
 import bpy
+
 from gltf_ext.compression.options import OPTIONS
 
 _OPTIONS = {option.name: option for option in OPTIONS}

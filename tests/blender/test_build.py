@@ -1,4 +1,4 @@
-"""The zip of the Blender extension: what is in it, and what it is made of. Blender is not needed."""
+"""The zip of the Blender extension: what is in it, what it is made of. Blender is not needed."""
 
 import ast
 import base64

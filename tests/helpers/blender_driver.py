@@ -110,6 +110,7 @@ def export(path: str, folder: str, **options) -> dict:
         return {"error": error}
     plain, compressed = f"{folder}/plain.glb", f"{folder}/compressed.glb"
     bpy.ops.export_scene.gltf(filepath=plain, export_format="GLB")
+    import_file(path)  # the export of animations changes the open file
     return {
         "error": "",
         "plain": plain,
@@ -140,7 +141,7 @@ def settings() -> dict:
     properties = bpy.context.scene.gltf_meshlet.bl_rna.properties
     return {
         name: [properties[name].hard_min, properties[name].hard_max, properties[name].default]
-        for name in properties.keys()
+        for name in properties.keys()  # noqa: SIM118 (a bpy_prop_collection)
         if name.endswith("_bits")
     }
 
