@@ -24,8 +24,6 @@ class glTF2ImportUserExtension:
 
         Runs before the importer creates anything. gltf: the importer, with the parsed file.
         """
-        if not _compressed_primitives(gltf.data):
-            return
         try:
             _decode(gltf)
         except Exception as error:
@@ -35,10 +33,13 @@ class glTF2ImportUserExtension:
 
 def _decode(gltf):
     """Gives each compressed primitive accessors with its decoded data. Raises MeshletError."""
+    compressed = _compressed_primitives(gltf.data)
+    if not compressed:
+        return
     import gltf_ext
 
     decoded = {(p.mesh, p.primitive): p for p in gltf_ext.load(gltf.filename)}
-    for place, primitive in _compressed_primitives(gltf.data).items():
+    for place, primitive in compressed.items():
         if place not in decoded:  # load returns triangles only
             raise gltf_ext.MeshletError(
                 f"mesh {place[0]} primitive {place[1]} is compressed, but not made of triangles",
@@ -49,7 +50,7 @@ def _decode(gltf):
         primitive.indices = _add_accessor(gltf, primitive.indices, arrays.indices.reshape(-1, 1))
         gltf.data.accessors[primitive.indices].component_type = UNSIGNED_INT
         groups = [primitive.attributes, *(primitive.targets or [])]
-        for names, values in zip(groups, [arrays.attributes, *arrays.targets]):
+        for names, values in zip(groups, [arrays.attributes, *arrays.targets], strict=True):
             for name, accessor in names.items():
                 names[name] = _add_accessor(gltf, accessor, values[name])
 

@@ -44,7 +44,8 @@ class MeshletSettings(bpy.types.PropertyGroup):
 
     def compress_options(self):
         """Keyword arguments of gltf_ext.compress."""
-        return {name: getattr(self, name) for name in self.__annotations__ if name != "enabled"}
+        names = MeshletSettings.__annotations__
+        return {name: getattr(self, name) for name in names if name != "enabled"}
 
 
 def register():

@@ -184,6 +184,14 @@ def test_import_does_not_need_the_fallback(blender, model, tmp_path):
     assert compared["errors"] == ["", ""] and compared["differences"] == []
 
 
+@pytest.mark.parametrize("name", sorted(REFUSED))
+def test_broken_models_without_the_extension_are_blenders_own_business(blender, model, name):
+    """Whatever Blender makes of them, it lives on and imports the next file."""
+    blender("import_file", model(f"nasty/{name}.glb"))
+    assert blender("import_file", model("nasty/Box.glb")) == ""
+    assert blender("contents")["meshes"] == 1
+
+
 # --- malformed files ---
 
 
