@@ -648,7 +648,8 @@ def _parameters_text(result: dict) -> str:
 
 
 def _blender_text(result: dict) -> str:
-    return f"""File size, time and peak memory of an import into Blender, all formats at the same bits.
+    return f"""File size, time and peak memory of imports into Blender, with all formats at the same
+bits.
 
 {blender.summary(result)}"""
 
