@@ -264,6 +264,17 @@ def test_random_damage_is_reported_or_decoded(blender, model, tmp_path):
     assert 20 < refused < 200
 
 
+@pytest.mark.parametrize(
+    ("failure", "reason"),
+    [("import", "the library of this extension cannot be loaded"), ("bug", "unexpected failure")],
+)
+def test_failures_of_the_library_are_reported(blender, rich, failure, reason):
+    """The importer would swallow them and make meshes of zeros."""
+    error = blender("import_with_failing_library", rich, failure)
+    assert reason in error and str(rich) in error and len(error.splitlines()) == 1
+    assert blender("contents") == NOTHING
+
+
 def test_blender_imports_good_files_after_bad_ones(blender, rich, tmp_path):
     assert_refused(blender, with_blob(rich, b"", tmp_path / "bad.glb"))
     assert blender("import_file", rich) == ""

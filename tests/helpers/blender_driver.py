@@ -11,6 +11,8 @@ from __future__ import annotations
 import json
 import os
 import sys
+from types import SimpleNamespace
+from unittest import mock
 
 import bpy
 import numpy as np
@@ -64,6 +66,17 @@ def import_file(path: str) -> str:
     except RuntimeError as error:
         return str(error).strip()
     return ""
+
+
+def import_with_failing_library(path: str, failure: str) -> str:
+    """As import_file, while gltf_ext cannot be imported, or fails as no reader of files should."""
+
+    def fail(path):
+        raise RuntimeError("unexpected\nfailure")
+
+    library = SimpleNamespace(load=fail) if failure == "bug" else None
+    with mock.patch.dict(sys.modules, {"gltf_ext": library}):
+        return import_file(path)
 
 
 def contents() -> dict:
@@ -273,6 +286,7 @@ FUNCTIONS = (
     export,
     export_open,
     import_file,
+    import_with_failing_library,
     settings,
 )
 
