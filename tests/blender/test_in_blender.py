@@ -176,6 +176,22 @@ def test_primitives_that_share_accessors_keep_their_own_data(blender, tmp_path):
     assert compared["errors"] == ["", ""] and compared["differences"] == []
 
 
+def test_only_the_blob_counts(blender, rich, tmp_path):
+    """A sparse part of an accessor, which a compressed primitive has no use for, changes nothing."""
+
+    def add_sparse(properties):
+        primitive = first_primitive(properties)
+        view = primitive["extensions"][EXTENSION]["bufferView"]
+        properties["accessors"][primitive["attributes"]["POSITION"]]["sparse"] = {
+            "count": 1,
+            "indices": {"bufferView": view, "componentType": 5121},
+            "values": {"bufferView": view},
+        }
+
+    compared = blender("compare", rich, with_json(rich, add_sparse, tmp_path / "sparse.glb"))
+    assert compared["errors"] == ["", ""] and compared["differences"] == []
+
+
 def test_import_does_not_need_the_fallback(blender, model, tmp_path):
     gltf_ext.compress(model("suzanne.glb"), tmp_path / "in.glb", fallback=True)
     (tmp_path / "in.fallback.bin").unlink()
