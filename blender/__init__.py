@@ -6,10 +6,10 @@ Blender's glTF add-on (io_scene_gltf2) looks in this module for the two classes 
 for `draw_export`, by their names.
 """
 
-from . import settings
+from . import panel, settings
 from .exporter import glTF2ExportUserExtension
 from .importer import glTF2ImportUserExtension
-from .panel import draw_export, forget_panel
+from .panel import draw_export
 
 __all__ = [
     "draw_export",
@@ -22,8 +22,9 @@ __all__ = [
 
 def register():
     settings.register()
+    panel.register()
 
 
 def unregister():
-    forget_panel()
+    panel.unregister()
     settings.unregister()

@@ -26,15 +26,22 @@ def draw_export(context, layout):
         _draw_text(body, text, "INFO")
 
 
-def forget_panel():
-    """Blender's exporter keeps `draw_export` until it is taken away."""
+def register():
+    """Adds the panel: the dialog does so by itself, but not the exporters of collections."""
+    from io_scene_gltf2 import exporter_extension_layout_draw
+
+    exporter_extension_layout_draw[__package__] = draw_export
+
+
+def unregister():
+    """Removes the panel, which the exporter would keep."""
     from io_scene_gltf2 import exporter_extension_layout_draw
 
     exporter_extension_layout_draw.pop(__package__, None)
 
 
 def _refusal(context):
-    """As exporter.refusal. Collections export without a dialog: then only the export can tell."""
+    """As exporter.refusal. The exporters of collections tell only when they export."""
     operator = getattr(context.space_data, "active_operator", None)
     if operator is None:
         return ""

@@ -177,7 +177,7 @@ def test_primitives_that_share_accessors_keep_their_own_data(blender, tmp_path):
 
 
 def test_only_the_blob_counts(blender, rich, tmp_path):
-    """A sparse part of an accessor, which a compressed primitive has no use for, changes nothing."""
+    """A sparse part of an accessor, of no use to a compressed primitive, changes nothing."""
 
     def add_sparse(properties):
         primitive = first_primitive(properties)
@@ -341,6 +341,13 @@ def test_fallback_is_written_beside(blender, khronos, model, tmp_path):
     assert khronos([compressed])[str(compressed)]["errors"] == []
 
 
+def test_collections_are_compressed_by_their_exporters(blender, model, tmp_path):
+    blender("import_file", model("nasty/Box.glb"))
+    (line,) = blender("export_collection", tmp_path / "sphere.glb")
+    assert line.startswith("sphere.glb: ") and "times smaller" in line
+    assert gltf_ext.validate(tmp_path / "sphere.glb") == []
+
+
 def test_without_compression_the_export_is_blenders_own(blender, model, tmp_path):
     blender("export", model("nasty/Box.glb"), tmp_path)
     assert EXTENSION not in json.dumps(glb_json(tmp_path / "plain.glb"))
@@ -378,7 +385,9 @@ def test_without_the_extension_files_are_refused(extension, rich, tmp_path):
     folder = tmp_path / "user"
     folder.mkdir()
     with blender_process.running(extension, folder) as other:
-        assert other("disable") == []
+        assert len(other("panels")) == 1
+        other("disable")
+        assert other("panels") == []
         assert f"Extension {EXTENSION} is not available" in other("import_file", rich)
         assert other("contents") == NOTHING
     shutil.rmtree(folder)

@@ -43,12 +43,15 @@ def install(path: str) -> None:
     )
 
 
-def disable() -> list:
-    """Turns the extension off; returns the modules that the exporter would still let draw."""
+def disable() -> None:
+    """Turns the extension off."""
+    bpy.ops.preferences.addon_disable(module=MODULE)
+
+
+def panels() -> list:
+    """The modules that Blender's exporter lets draw."""
     from io_scene_gltf2 import exporter_extension_layout_draw
 
-    exporter_extension_layout_draw[MODULE] = sys.modules[MODULE].draw_export  # as its dialog does
-    bpy.ops.preferences.addon_disable(module=MODULE)
     return list(exporter_extension_layout_draw)
 
 
@@ -146,6 +149,21 @@ def export_open(path: str, export_format: str = "GLB", draco: bool = False, **op
         return [str(error).strip()]
     finally:
         settings.enabled = False
+    return list(sys.modules[f"{MODULE}.exporter"].last_result)
+
+
+def export_collection(path: str) -> list:
+    """Exports a collection by its own exporter; returns what the panel shows."""
+    collection = bpy.data.collections.new("sphere")
+    bpy.context.scene.collection.children.link(collection)
+    layers = bpy.context.view_layer
+    layers.active_layer_collection = layers.layer_collection.children[collection.name]
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=5)
+    bpy.context.scene.gltf_meshlet.enabled = True
+    with bpy.context.temp_override(collection=collection):
+        bpy.ops.collection.exporter_add(name="IO_FH_gltf2")
+        collection.exporters[0].export_properties.filepath = path
+        bpy.ops.collection.exporter_export(index=0)
     return list(sys.modules[f"{MODULE}.exporter"].last_result)
 
 
@@ -284,9 +302,11 @@ FUNCTIONS = (
     contents,
     disable,
     export,
+    export_collection,
     export_open,
     import_file,
     import_with_failing_library,
+    panels,
     settings,
 )
 
