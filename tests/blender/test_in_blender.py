@@ -11,7 +11,7 @@ import pytest
 import gltf_ext
 from gltf_ext.compression.options import OPTIONS
 from tests.helpers import blender as blender_process
-from tests.helpers.environment import MODELS, VECTORS, parameters_or_missing
+from tests.helpers.environment import MODELS, VECTORS, missing, parameters_or_missing
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, glb_bytes, glb_json
 from tests.helpers.models import HARD, REFUSED
 from tools import build_blender, build_wheels
@@ -363,6 +363,8 @@ def test_separate_files_are_refused_with_a_reason(blender, model, tmp_path):
 
 
 def test_draco_is_refused_with_a_reason(blender, model, tmp_path):
+    if not blender("about")["draco"]:
+        missing("this Blender is built without Draco")
     blender("import_file", model("nasty/Box.glb"))
     (error,) = blender("export_open", tmp_path / "box.glb", draco=True)
     assert "box.glb is exported, but not compressed: turn off Draco" in error

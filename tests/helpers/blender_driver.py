@@ -56,9 +56,11 @@ def panels() -> list:
 
 
 def about() -> dict:
-    """Versions, and modules that the extension must not import."""
+    """Whether Blender has Draco, and modules in use that the extension must not import."""
+    from io_scene_gltf2 import is_draco_available
+
     unwanted = [name for name in ("PIL", "trimesh", "tqdm") if name in sys.modules]
-    return {"blender": bpy.app.version, "python": sys.version_info[:2], "unwanted": unwanted}
+    return {"draco": is_draco_available(), "unwanted": unwanted}
 
 
 def import_file(path: str) -> str:
