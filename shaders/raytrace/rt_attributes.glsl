@@ -1,20 +1,32 @@
-// Interpolates the attributes of a hit triangle: from the cache, from the compressed bytes, or
-// (PLAIN) from uncompressed buffers. Include after rt_common.glsl, rt_hit.glsl and, unless PLAIN,
+// Interpolates the attributes of a hit triangle: from the cache, (PAPER) from the compressed bytes,
+// or (PLAIN) from uncompressed buffers. Include after rt_common.glsl, rt_hit.glsl and, if PAPER,
 // the decoder. Call open_attributes first.
 
 #include "raytrace/rt_exact.glsl"
 
 // A hit.
 struct Place {
-  uint primitive;
-  uint meshlet;
+  Placed placed;
+  uint number;    // of the meshlet; with TRIANGLES, of the primitive's first one
   uint triangle;  // in the meshlet; with TRIANGLES, in the primitive
   vec3 weights;
 };
 
-vec3 weights_of(vec2 barycentrics) {
-  return vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+// The hit that the stage runs for.
+Place hit_place(vec2 barycentrics, uint triangle) {
+  Place place;
+  place.placed = PlacedPieces(push.placed).at[gl_InstanceCustomIndexEXT & PLACED_INDEX];
+  place.number = place.placed.first;
+#ifndef TRIANGLES
+  place.number += uint(gl_PrimitiveID) / (MESHLET_TRIANGLES / GROUP_TRIANGLES);
+#endif
+  place.triangle = triangle;
+  place.weights = vec3(1.0 - barycentrics.x - barycentrics.y, barycentrics);
+  return place;
 }
+
+#define PRIMITIVE Primitives(Frame(push.frame).primitives).at[open_primitive]
+uint open_primitive;
 
 #ifdef PLAIN
 
@@ -23,18 +35,16 @@ SceneFloats plain_floats;
 vec3 plain_weights;
 
 void open_attributes(Place place) {
-  Traced traced = TracedList(push.traced).at[place.primitive];
-#ifdef TRIANGLES
+  open_primitive = place.placed.primitive;
   uint triangle = place.triangle;
-#else
+#ifndef TRIANGLES
   Counts firsts = Counts(push.first_triangles);
-  uint triangle = firsts.at[traced.first_meshlet + place.meshlet] -
-                  firsts.at[traced.first_meshlet] + place.triangle;
+  triangle += firsts.at[place.number] - firsts.at[place.placed.first];
 #endif
-  SceneWords indices = SceneWords(traced.indices);
+  SceneWords indices = SceneWords(PRIMITIVE.index_data);
   plain_corners = VERTEX_FLOATS * uvec3(indices.at[3u * triangle], indices.at[3u * triangle + 1u],
                                         indices.at[3u * triangle + 2u]);
-  plain_floats = SceneFloats(traced.vertices);
+  plain_floats = SceneFloats(PRIMITIVE.vertex_data);
   plain_weights = place.weights;
 }
 
@@ -69,30 +79,41 @@ vec4 color_at_hit() {
 
 #else
 
-bool in_cache;
 uvec2 open_slot;
 uvec3 open_corners;
 vec3 open_weights;
-uint open_primitive;
+#ifdef PAPER
+bool in_cache;
+#else
+const bool in_cache = true;
+#endif
 
 void open_attributes(Place place) {
-  Traced traced = TracedList(push.traced).at[place.primitive];
-  uint number = traced.first_meshlet + place.meshlet;
-  uint entry = slot_entry(number);
-  in_cache = ALL_CACHED || DEFERRED || has_slot(entry);
-  uint corners;
-  if (in_cache) {
-    open_slot = slot_address(push.cache, entry & SLOT_BITS);
-    corners = SceneWords(open_slot).at[place.triangle];
-  } else {
-    open_blob(traced.blob, traced.blob_words);
-    load_streams(0u, Primitives(Frame(push.frame).primitives).at[place.primitive].stream_end);
-    decode_meshlet(place.meshlet);
+  open_primitive = place.placed.primitive;
+  open_weights = place.weights;
+  uint entry = slot_entry(place.number);
+  open_slot = slot_address(push.cache, entry);
+  uint corners = 0u;
+#ifdef PAPER
+  in_cache = entry != NO_SLOT;
+  if (!in_cache) {
+    open_blob(PRIMITIVE.blob, PRIMITIVE.blob_words);
+    load_streams(0u, PRIMITIVE.stream_end);
+    decode_meshlet(meshlet_of(place.placed, place.number));
     corners = triangles[place.triangle];
   }
+#endif
+  if (in_cache) corners = SceneWords(open_slot).at[place.triangle];
   open_corners = uvec3(corners & 63u, (corners >> 8) & 63u, (corners >> 16) & 63u);
-  open_weights = place.weights;
-  open_primitive = place.primitive;
+}
+
+// One decoded integer that is not in a slot.
+uint decoded_integer(uint element, uint vertex) {
+#ifdef PAPER
+  return values[element * 64u + vertex];
+#else
+  return 0u;
+#endif
 }
 
 // Reads an attribute's elements. at: offset of its bits in a slot's vertex.
@@ -100,7 +121,7 @@ uvec4 integers(Attribute a, uint at, uint vertex) {
   uvec4 q = uvec4(0u);
   for (uint c = 0u; c < min(attribute_elements(a), 4u); c++)
     q[c] = in_cache ? slot_bits(open_slot, vertex, at + c * attribute_field(a), attribute_bits(a))
-                    : values[(a.element + c) * 64u + vertex];
+                    : decoded_integer(a.element + c, vertex);
   return q;
 }
 
@@ -111,12 +132,10 @@ vec4 interpolated(Attribute a, uint at) {
   return sum;
 }
 
-#define PRIMITIVE Primitives(Frame(push.frame).primitives).at[open_primitive]
-
 vec3 corner_position(uint corner) {
   uint v = open_corners[corner];
   if (in_cache) return slot_position(open_slot, v);
-  uvec3 q = uvec3(values[v], values[64u + v], values[128u + v]);
+  uvec3 q = uvec3(decoded_integer(0u, v), decoded_integer(1u, v), decoded_integer(2u, v));
   return POSITION_FLOATS ? position_value(PRIMITIVE.position, q) : vec3(q);
 }
 

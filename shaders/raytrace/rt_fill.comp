@@ -1,10 +1,8 @@
-// Compute stage: decodes meshlets into slots with the team decoder, one workgroup per meshlet.
-// Runs once at the start to fill all slots; then in each frame before the first launch (meshlets
-// that it will probably need), during it (meshlets that may be needed next), and before each
-// later round (meshlets that paths wait for).
+// Compute stage: decodes meshlets into slots with the team decoder, one workgroup per meshlet. Runs
+// before the launch of each pass, and once for all slots when a scene is loaded.
 //
-// Inputs: the lists of CacheState, the blobs.
-// Outputs: slots and slot table.
+// Inputs: the pass, the lists of CacheState, the blobs.
+// Outputs: slots and slot table; the size of the launch; the next pass.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
@@ -19,35 +17,19 @@
 #include "decoders/team_connectivity.glsl"
 #include "decoders/team_values.glsl"
 #include "decoders/slot_output.glsl"
-#define LISTED(list) state.listed[listed_at(state.frame, list)]
-#include "raytrace/rt_order.glsl"
 
 layout(local_size_x = GROUP) in;
 
-// The primitive of a meshlet, by binary search.
-uint primitive_of(uint number, uint primitives) {
-  uint low = 0u;
-  uint high = primitives;
-  while (high - low > 1u) {
-    uint middle = (low + high) >> 1;
-    if (TracedList(push.traced).at[middle].first_meshlet <= number)
-      low = middle;
-    else
-      high = middle;
-  }
-  return low;
-}
+shared uint own_slot;
 
 // Decodes meshlet `number` into a slot. A malformed meshlet gets no triangles.
-void fill(uint number, uint slot_number, uint primitives) {
-  uint index = primitive_of(number, primitives);
-  Traced traced = TracedList(push.traced).at[index];
-  Primitive primitive = Primitives(Frame(push.frame).primitives).at[index];
-  open_blob(traced.blob, traced.blob_words);
+void fill(uint number, uint slot_number) {
+  Source source = Sources(push.sources).at[number];
+  Primitive primitive = Primitives(Frame(push.frame).primitives).at[source.primitive];
+  open_blob(primitive.blob, primitive.blob_words);
   group_streams(primitive.stream_end);
-  uint m = number - traced.first_meshlet;
-  open_team(m);
-  Header h = read_header(m);
+  open_team(source.meshlet);
+  Header h = read_header(source.meshlet);
   read_symbols(h.begin, h.triangles);
   decode_connectivity();
   team_decode(h, true);
@@ -60,43 +42,69 @@ void fill(uint number, uint slot_number, uint primitives) {
     put_vertex(slot, primitive, v);
 }
 
-// Evicts the slot's meshlet, if it has one, and gives the slot to meshlet `number`.
-void move(uint number, uint slot) {
-  uint before = Counts(push.slot_meshlets).at[slot];
-  if (before != NO_SLOT) Counts(push.slot_table).at[before] = NO_SLOT;
-  Counts(push.slot_meshlets).at[slot] = number;
-  Counts(push.slot_table).at[number] = slot;
+// How many meshlets the pass decodes.
+uint pass_meshlets(CacheState state, Pass own) {
+  if (push.kind == SWEEP)
+    return own.waiting != 0u && own.resident != (own.part & ~BACKWARD) ? state.slots : 0u;
+  return own.requested <= state.free - min(own.begin, state.free) ? own.requested : 0u;
 }
 
-// Item i of the round: (meshlet, slot).
-uvec2 work(CacheState state, uint i, bool waited_for, uint cursor) {
-  if (ALL_CACHED) return uvec2(i);
-  if (push.round == state.coming_round) {
-    // rt_cache.comp has assigned the slot; COMING keeps the concurrent launch away from it.
-    uint number = Counts(push.lists).at[meshlet_place(state, state.kept + i)];
-    return uvec2(number, Counts(push.slot_table).at[number] & SLOT_BITS);
+// The part after `part`. A sweep ends where the next one begins, in the other direction.
+uint next_part(uint part) {
+  if (push.last != 0u) return part ^ BACKWARD;
+  return (part & BACKWARD) != 0u ? part - 1u : part + 1u;
+}
+
+// Sets the size of the launch, and what the next pass needs to know.
+void plan_next(CacheState state, Pass own, uint count) {
+  bool sweeps = push.kind == SWEEP;
+  bool launches = own.waiting != 0u;
+  uint next = push.pass + 1u;
+  if (push.kind == RESUME && count < own.requested) {
+    // Too many meshlets: leave the paths to the sweeps.
+    state.passes[next].waiting = own.waiting;
+    state.passes[next].requested = TOO_MANY;
+    launches = false;
   }
-  uint place = waited_for ? list_begin(state, REQUESTS) + i : meshlet_place(state, i);
-  uint order = waited_for ? state.kept + (cursor + i) % max(state.ring, 1u) : i;
-  return uvec2(Counts(push.lists).at[place], Counts(push.lists).at[slot_place(state, order)]);
+  if (push.kind != FIRST_RAYS)
+    state.passes[push.pass].launch =
+        uint[](launches ? min(state.records[push.turn], state.room) : 0u, 1u, 1u);
+  uint part = sweeps && launches ? next_part(own.part) : own.part;
+  uint resident = sweeps && launches ? own.part & ~BACKWARD : count > 0u ? NO_PART : own.resident;
+  state.passes[next].begin = own.begin + count;
+  state.passes[next].part = state.part = part;
+  state.passes[next].resident = state.resident = resident;
 }
 
 void main() {
   CacheState state = CacheState(push.state);
-  bool coming = push.round == state.coming_round;
-  bool waited_for = push.round != 0u && !coming;
-  uint cursor = state.cursor;
-  uint count = state.rounds[push.round].requested;
-  if (waited_for) count = min(count, state.ring);
+  bool first = gl_LocalInvocationIndex == 0u;
+  uint count = push.meshlets;
+  uint begin = 0u;
+  uint window = 0u;
+  if (push.kind != LOADING) {
+    Pass own = state.passes[push.pass];
+    count = pass_meshlets(state, own);
+    begin = own.begin;
+    window = window_of(state, own.part & ~BACKWARD);
+    if (first && gl_WorkGroupID.x == 0u) plan_next(state, own, count);
+  }
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
-    uvec2 found = work(state, i, waited_for, cursor);
-    if (!coming && gl_LocalInvocationIndex == 0u) move(found.x, found.y);
-    fill(found.x, found.y, state.primitives);
+    bool listed = push.kind < SWEEP;
+    uint number = listed ? Counts(state.missing).at[i] : window + i;
+    if (first) {
+      own_slot = i;
+      if (listed) {
+        uint place = begin + i;
+        if (place >= state.idle) place = state.slots - 1u - (place - state.idle);
+        uint victim = Counts(state.victims).at[place];
+        own_slot = Counts(push.slot_table).at[victim];
+        Counts(push.slot_table).at[victim] = NO_SLOT;
+      }
+      if (push.kind != LOADING) Counts(push.slot_table).at[number] = own_slot;
+    }
+    barrier();
+    fill(number, own_slot);
     barrier();
   }
-  if (!waited_for) return;
-  memoryBarrierBuffer();
-  if (gl_LocalInvocationIndex == 0u &&
-      atomicAdd(state.rounds[push.round].filled, 1u) == gl_NumWorkGroups.x - 1u)
-    state.cursor = (cursor + count) % max(state.ring, 1u);
 }
