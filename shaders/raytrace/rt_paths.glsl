@@ -6,6 +6,7 @@
 struct Path {
   vec3 origin;     // of both rays
   vec3 direction;  // of the ray to the next surface
+  uint packed_direction;  // packing it again might round again
   float nearest;   // that ray hits nothing before this distance
   vec3 throughput;
   float facing;   // cosine between the light and the last surface
@@ -25,7 +26,8 @@ struct Found {
 struct Level {
   vec3 origin;
   uint direction;
-  uvec2 throughput;  // and facing: four 16-bit floats
+  uint throughput;
+  float facing;
   uvec2 sum;
 };
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer FoundRecords { Found at[]; };
