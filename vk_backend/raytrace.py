@@ -25,7 +25,7 @@ from .textures import TextureArray, array_size, textures_layout
 
 PATHS = tuple(HIT_SHADERS)
 GROUPS = (4, 8, 16, 32, 64)  # triangles behind one box
-MAX_PARTS = 64  # of the model: the slots hold one at a time
+MAX_PARTS = 64  # of the model: the slots hold two at a time
 MAX_PASSES = 1 << 16  # of a frame
 MAX_BOUNCES = (1 << CONSTANTS["BOUNCE_BITS"]) - 1
 MAX_SAMPLES = (1 << CONSTANTS["SAMPLE_BITS"]) - 1
@@ -127,7 +127,7 @@ class RayTracer:
             path,
             frame=self._frame.address,
             constants=self._constants(3),
-            part_meshlets=self.slots if self.partial else None,
+            part_meshlets=self.slots // 2 if self.partial else None,
         )
         self._textures = TextureArray(device, scene.textures)
         textures = array_size(scene.textures)
@@ -207,7 +207,7 @@ class RayTracer:
         worked = passes["launch"][:, 0] > 0
         found["waiting"] = int(state["records"].sum())
         for name, kind in (("resumed", RESUME), ("swept", SWEEP)):
-            found[name] = sum(bool(w) for w, p in zip(worked, self._passes()) if p[0] == kind)
+            found[name] = sum(bool(w) for w, p in zip(worked, self._plan) if p[0] == kind)
         return found
 
     def resident_bytes(self) -> dict[str, int]:
@@ -254,7 +254,7 @@ class RayTracer:
 
     def _count_slots(self, cache: float, cache_bytes: int | None) -> int:
         """Raises VulkanError for path rt if sweeps would need more than MAX_PARTS parts."""
-        least = -(-self.meshlets // MAX_PARTS) if self.path == "rt" else 0
+        least = 2 * -(-self.meshlets // MAX_PARTS) if self.path == "rt" else 0
         if cache_bytes is None:
             slots = int(np.ceil(cache * self.meshlets))
         else:
@@ -262,9 +262,11 @@ class RayTracer:
         if slots < least:
             raise VulkanError(
                 f"the cache holds {slots} of {self.meshlets} meshlets, fewer than one in "
-                f"{MAX_PARTS}",
+                f"{MAX_PARTS // 2}",
                 f"give it {least * self.slot_bytes} bytes or more, or choose --path rt-paper",
             )
+        if self.path == "rt" and slots < self.meshlets:
+            return slots // 2 * 2  # halves
         return min(slots, self.meshlets)
 
     def _constants(self, elements: int) -> dict[str, int]:
@@ -300,7 +302,10 @@ class RayTracer:
             self._own["counters"].write(np.zeros_like(table))
             self._own["state"] = self._new_state(self._first_state(), 2)
         with self.device.commands() as commands:
-            self._record_fill(commands, kind=LOADING, meshlets=self.slots)
+            data = push_record(
+                CACHE_PUSH, **self._addresses(), kind=LOADING, meshlets=self.slots
+            )
+            self._fill.dispatch(commands, max(min(self.slots, CONSTANTS["FILL_GROUPS"]), 1), data)
 
     def _first_state(self) -> np.ndarray:
         """CACHE_STATE[()] before the first frame: the slots hold the first part."""
@@ -311,6 +316,7 @@ class RayTracer:
             meshlets=self.meshlets,
             parts=self.geometry.parts,
             frame=CONSTANTS["FIRST_FRAME"],
+            resident=(0, 1),
             **{name: own[name].address for name, own in names.items()},
         )
         if self.partial:
@@ -349,18 +355,18 @@ class RayTracer:
 
     # --- frames ---
 
-    def _passes(self) -> list[tuple[int, int, int]]:
-        """(kind, turn, whether it is the last of its sweep) of a frame's passes."""
+    def _plan_passes(self) -> list[tuple[int, int, int]]:
+        """(kind, turn, step of its sweep) of a frame's passes."""
         if not self.partial:
             return [(FIRST_RAYS, 0, 0)]
         rounds = self._rounds
         if rounds is None:
             rounds = ROUNDS + ROUNDS_PER_BOUNCE * min(self.bounces, 2)
-        sweep = [(SWEEP, step) for step in range(1 - self.geometry.parts, 1)]
+        sweep = [(SWEEP, step) for step in range(self.geometry.parts)]
         sweeps = self.samples * (self.bounces + 1 + self.shadows)
-        turn = [(FIRST_RAYS, 1), *[(RESUME, 1)] * rounds, *sweep * sweeps]
+        turn = [(FIRST_RAYS, 0), *[(RESUME, 0)] * rounds, *sweep * sweeps]
         turns = 1 if self._single else TURNS
-        return [(kind, n, int(step == 0)) for n in range(turns) for kind, step in turn]
+        return [(kind, n, step) for n in range(turns) for kind, step in turn]
 
     @property
     def _single(self) -> bool:
@@ -382,6 +388,7 @@ class RayTracer:
                 f"{self.samples} samples of {self.bounces} bounces take too many passes",
                 "ask for fewer or for a larger cache",
             )
+        self._plan = self._plan_passes()
         sizes = {"colors": 4 * pixels, "hits": 4 * HIT_WORDS * pixels}
         room = pixels if self._single else -(-pixels // TURNS)
         if self.partial:
@@ -393,7 +400,7 @@ class RayTracer:
             state["room"], state["found"] = room, found
             state["levels"] = 0 if self._single else found + room * RECORD_BYTES
             self._own["state"].free()
-            self._own["state"] = self._new_state(state, len(self._passes()) + 1)
+            self._own["state"] = self._new_state(state, len(self._plan) + 1)
         self._size = (width, height)
         self._commands = self._record_frame()
 
@@ -407,8 +414,9 @@ class RayTracer:
 
     def _record_frame(self) -> Any:
         """The command buffer of a picture."""
-        passes = self._passes()
-        marks = 2 * len(passes) + 3 if self._marked else 2
+        passes = self._plan
+        fills = bool(self.slots) and not self.all_cached
+        marks = 2 + (1 + 2 * len(passes)) * self._marked
         if self._times.count != marks:
             self._times = Timestamps(self.device, marks)
         commands = self.device.record()
@@ -425,17 +433,21 @@ class RayTracer:
         vk.vkCmdBindDescriptorSets(
             commands, bind_point, self._layout, 0, 1, [self._textures.set], 0, []
         )
-        for number, (kind, turn, last) in enumerate(passes):
-            fields = {"kind": kind, "turn": turn, "pass": number, "last": last}
+        decoded = -1  # the last pass whose decoding is recorded
+        for number, (kind, turn, step) in enumerate(passes):
             name = {FIRST_RAYS: "first", RESUME: "resume", SWEEP: "sweep"}[kind]
-            if self.slots and not self.all_cached:
-                self._record_fill(commands, **fields)
+            if fills and number > decoded:
+                self._record_fill(commands, number, number)
                 self._barrier(commands)
                 self._mark(commands, f"{name} decode")
-            fields["next_turn"] = (turn + 1) * len(passes) // (1 if self._single else TURNS)
-            self._record_rays(commands, fields)
+            decoded = number
+            if kind == SWEEP and (kind, turn) == (passes + [(0, 0, 0)])[number + 1][:2]:
+                decoded = number + 1  # beside the rays: no barrier
+                self._record_fill(commands, decoded, number)
+            self._record_rays(commands, number)
             self._mark(commands, f"{name} rays")
-        self._times.mark(commands, self._times.count - 1)
+        for mark in range(len(self._steps) + 1, marks):
+            self._times.mark(commands, mark)
         vk.vkEndCommandBuffer(commands)
         return commands
 
@@ -458,13 +470,20 @@ class RayTracer:
             **{name: self._own[name].address for name in names if name in self._own},
         }
 
-    def _record_fill(self, commands: Any, **fields: int) -> None:
-        """Records the decoding of a pass's meshlets."""
-        data = push_record(CACHE_PUSH, **self._addresses(), **fields)
-        self._fill.dispatch(commands, max(min(self.slots, CONSTANTS["FILL_GROUPS"]), 1), data)
+    def _pass_fields(self, number: int) -> dict[str, int]:
+        kind, turn, step = self._plan[number]
+        return {"kind": kind, "pass": number, "turn": turn, "step": step}
 
-    def _record_rays(self, commands: Any, fields: dict[str, int]) -> None:
+    def _record_fill(self, commands: Any, number: int, waits: int) -> None:
+        """Records the decoding of a pass's meshlets, if paths wait for pass `waits`."""
+        fields = {**self._addresses(), **self._pass_fields(number), "waits": waits}
+        groups = max(min(self.slots, CONSTANTS["FILL_GROUPS"]), 1)
+        self._fill.dispatch(commands, groups, push_record(CACHE_PUSH, **fields))
+
+    def _record_rays(self, commands: Any, number: int) -> None:
         """Records the launch of a pass: all pixels, then the paths that wait."""
+        passes = self._plan
+        turn = passes[number][1]
         geometry, picture = self.geometry, self._picture
         data = push_record(
             RAYS_PUSH,
@@ -477,15 +496,16 @@ class RayTracer:
             bounces=self.bounces,
             samples=self.samples,
             shadows=int(self.shadows),
-            **fields,
+            next_turn=(turn + 1) * len(passes) // (1 if self._single else TURNS),
+            **self._pass_fields(number),
         )
         push(commands, self._layout, data)
-        if fields["pass"] == 0:
+        if number == 0:
             assert self._size is not None
             trace = self.device.function("vkCmdTraceRaysKHR")
             trace(commands, *self._rays.regions, *self._size, 1)
         else:
-            place = CACHE_STATE.itemsize + fields["pass"] * PASS.itemsize
+            place = CACHE_STATE.itemsize + number * PASS.itemsize
             trace = self.device.function("vkCmdTraceRaysIndirectKHR")
             trace(commands, *self._rays.regions, self._own["state"].address + place)
         self._barrier(commands)

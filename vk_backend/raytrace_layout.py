@@ -25,7 +25,7 @@ RAYS_PUSH = np.dtype(
         "frame structure placed sources slot_table cache counters first_triangles colors hits "
         "state",
     )
-    + _words(4, "bounces samples shadows kind pass turn last next_turn")
+    + _words(4, "bounces samples shadows kind pass turn step next_turn")
 )
 # shaders/raytrace/boxes.comp
 BOXES_PUSH = np.dtype(
@@ -34,16 +34,21 @@ BOXES_PUSH = np.dtype(
 # shaders/raytrace/rt_cache.glsl
 CACHE_PUSH = np.dtype(
     _words(8, "frame sources slot_table cache counters state")
-    + _words(4, "kind pass turn last meshlets")
+    + _words(4, "kind pass turn step waits meshlets")
 )
 PASS = np.dtype(
-    [("launch", "<u4", 3), *_words(4, "waiting requested begin part resident")],
+    [
+        ("launch", "<u4", 3),
+        *_words(4, "waiting requested begin backward"),
+        ("resident", "<u4", 2),
+    ]
 )
 # CacheState without its last member, the passes, which follow it.
 CACHE_STATE = np.dtype(
     [
         *_words(8, "bounds structures victims missing found levels"),
-        *_words(4, "slots meshlets parts room frame free part resident"),
+        *_words(4, "slots meshlets parts room frame free backward"),
+        ("resident", "<u4", 2),
         *_words(4, "idle recent lacking finished"),
         ("records", "<u4", CONSTANTS["TURNS"]),
     ]

@@ -56,7 +56,7 @@ layout(push_constant) uniform RaysPush {
   uint kind;  // of the pass
   uint pass;  // index in CacheState.passes
   uint turn;
-  uint last;       // whether the pass is the last of its sweep
+  uint step;       // of the sweep: one for each part
   uint next_turn;  // index of the next turn's first pass
 }
 push;

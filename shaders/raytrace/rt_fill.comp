@@ -43,63 +43,69 @@ void fill(uint number, uint slot_number) {
 }
 
 // How many meshlets the pass decodes.
-uint pass_meshlets(CacheState state, Pass own) {
-  if (push.kind == SWEEP)
-    return own.waiting != 0u && own.resident != (own.part & ~BACKWARD) ? state.slots : 0u;
+uint pass_meshlets(CacheState state, Pass own, bool waiting, uint part) {
+  if (push.kind == SWEEP) {
+    uint begin = part * (state.slots / 2u);
+    return waiting && own.resident[part & 1u] != part
+               ? min(state.slots / 2u, state.meshlets - begin)
+               : 0u;
+  }
   return own.requested <= state.free - min(own.begin, state.free) ? own.requested : 0u;
 }
 
-// The part after `part`. A sweep ends where the next one begins, in the other direction.
-uint next_part(uint part) {
-  if (push.last != 0u) return part ^ BACKWARD;
-  return (part & BACKWARD) != 0u ? part - 1u : part + 1u;
-}
-
 // Sets the size of the launch, and what the next pass needs to know.
-void plan_next(CacheState state, Pass own, uint count) {
-  bool sweeps = push.kind == SWEEP;
-  bool launches = own.waiting != 0u;
+void plan_next(CacheState state, Pass own, bool waiting, uint part, uint count) {
   uint next = push.pass + 1u;
   if (push.kind == RESUME && count < own.requested) {
     // Too many meshlets: leave the paths to the sweeps.
     state.passes[next].waiting = own.waiting;
     state.passes[next].requested = TOO_MANY;
-    launches = false;
+    waiting = false;
   }
+  uint paths = waiting ? min(state.records[push.turn], state.room) : 0u;
   if (push.kind != FIRST_RAYS)
-    state.passes[push.pass].launch =
-        uint[](launches ? min(state.records[push.turn], state.room) : 0u, 1u, 1u);
-  uint part = sweeps && launches ? next_part(own.part) : own.part;
-  uint resident = sweeps && launches ? own.part & ~BACKWARD : count > 0u ? NO_PART : own.resident;
+    state.passes[push.pass].launch = uint[](paths * spread_of(paths), 1u, 1u);
+  bool sweeps = push.kind == SWEEP && waiting;
+  if (sweeps) {
+    own.resident[part & 1u] = part;
+    if (push.step + 1u == state.parts) own.backward ^= 1u;  // the next sweep begins here
+  } else if (count > 0u) {
+    own.resident = uint[](NO_PART, NO_PART);
+  }
   state.passes[next].begin = own.begin + count;
-  state.passes[next].part = state.part = part;
-  state.passes[next].resident = state.resident = resident;
+  state.passes[next].backward = state.backward = own.backward;
+  state.passes[next].resident = state.resident = own.resident;
 }
 
 void main() {
   CacheState state = CacheState(push.state);
   bool first = gl_LocalInvocationIndex == 0u;
   uint count = push.meshlets;
-  uint begin = 0u;
-  uint window = 0u;
+  uint begin = 0u;       // number of the first meshlet, or of the first victim
+  uint first_slot = 0u;  // of a part
+  bool listed = push.kind < SWEEP;
   if (push.kind != LOADING) {
     Pass own = state.passes[push.pass];
-    count = pass_meshlets(state, own);
-    begin = own.begin;
-    window = window_of(state, own.part & ~BACKWARD);
-    if (first && gl_WorkGroupID.x == 0u) plan_next(state, own, count);
+    bool waiting = state.passes[push.waits].waiting != 0u;
+    uint part = part_of(state, own.backward, push.step);
+    count = pass_meshlets(state, own, waiting, part);
+    begin = listed ? own.begin : part * (state.slots / 2u);
+    first_slot = (part & 1u) * (state.slots / 2u);
+    if (first && gl_WorkGroupID.x == 0u) plan_next(state, own, waiting, part, count);
   }
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
-    bool listed = push.kind < SWEEP;
-    uint number = listed ? Counts(state.missing).at[i] : window + i;
+    uint number = listed ? Counts(state.missing).at[i] : begin + i;
     if (first) {
-      own_slot = i;
+      own_slot = first_slot + i;
       if (listed) {
         uint place = begin + i;
         if (place >= state.idle) place = state.slots - 1u - (place - state.idle);
         uint victim = Counts(state.victims).at[place];
-        own_slot = Counts(push.slot_table).at[victim];
-        Counts(push.slot_table).at[victim] = NO_SLOT;
+        own_slot = victim & ~FREE_SLOT;
+        if ((victim & FREE_SLOT) == 0u) {
+          own_slot = Counts(push.slot_table).at[victim];
+          Counts(push.slot_table).at[victim] = NO_SLOT;
+        }
       }
       if (push.kind != LOADING) Counts(push.slot_table).at[number] = own_slot;
     }

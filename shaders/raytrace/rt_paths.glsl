@@ -41,9 +41,14 @@ uint packed_progress(Path path) {
   return path.number << (BOUNCE_BITS + 1) | path.bounce << 1 | (path.to_light ? 1u : 0u);
 }
 
+// The record that this invocation works at.
+uint launched_record() {
+  return gl_LaunchIDEXT.x / spread_of(CacheState(push.state).records[push.turn]);
+}
+
 // The pixel of the picture that this invocation works at.
 uint launched_pixel() {
-  if (push.kind != FIRST_RAYS)
-    return FoundRecords(CacheState(push.state).found).at[gl_LaunchIDEXT.x].pixel;
+  if (PARTIAL && push.kind != FIRST_RAYS)
+    return FoundRecords(CacheState(push.state).found).at[launched_record()].pixel;
   return gl_LaunchIDEXT.y * gl_LaunchSizeEXT.x + gl_LaunchIDEXT.x;
 }
