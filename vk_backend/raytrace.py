@@ -25,7 +25,7 @@ from .textures import TextureArray, array_size, textures_layout
 
 PATHS = tuple(HIT_SHADERS)
 GROUPS = (4, 8, 16, 32, 64)  # triangles behind one box
-MAX_PARTS = 64  # of the model: the slots hold two at a time
+MAX_PARTS = 64  # of the model: the slots hold one at a time
 MAX_PASSES = 1 << 16  # of a frame
 MAX_BOUNCES = (1 << CONSTANTS["BOUNCE_BITS"]) - 1
 MAX_SAMPLES = (1 << CONSTANTS["SAMPLE_BITS"]) - 1
@@ -127,7 +127,7 @@ class RayTracer:
             path,
             frame=self._frame.address,
             constants=self._constants(3),
-            part_meshlets=self.slots // 2 if self.partial else None,
+            part_meshlets=self.slots if self.partial else None,
         )
         self._textures = TextureArray(device, scene.textures)
         textures = array_size(scene.textures)
@@ -254,7 +254,7 @@ class RayTracer:
 
     def _count_slots(self, cache: float, cache_bytes: int | None) -> int:
         """Raises VulkanError for path rt if sweeps would need more than MAX_PARTS parts."""
-        least = 2 * -(-self.meshlets // MAX_PARTS) if self.path == "rt" else 0
+        least = -(-self.meshlets // MAX_PARTS) if self.path == "rt" else 0
         if cache_bytes is None:
             slots = int(np.ceil(cache * self.meshlets))
         else:
@@ -262,11 +262,9 @@ class RayTracer:
         if slots < least:
             raise VulkanError(
                 f"the cache holds {slots} of {self.meshlets} meshlets, fewer than one in "
-                f"{MAX_PARTS // 2}",
+                f"{MAX_PARTS}",
                 f"give it {least * self.slot_bytes} bytes or more, or choose --path rt-paper",
             )
-        if self.path == "rt" and slots < self.meshlets:
-            return slots // 2 * 2  # halves
         return min(slots, self.meshlets)
 
     def _constants(self, elements: int) -> dict[str, int]:
@@ -316,7 +314,6 @@ class RayTracer:
             meshlets=self.meshlets,
             parts=self.geometry.parts,
             frame=CONSTANTS["FIRST_FRAME"],
-            resident=(0, 1),
             **{name: own[name].address for name, own in names.items()},
         )
         if self.partial:
@@ -433,17 +430,12 @@ class RayTracer:
         vk.vkCmdBindDescriptorSets(
             commands, bind_point, self._layout, 0, 1, [self._textures.set], 0, []
         )
-        decoded = -1  # the last pass whose decoding is recorded
         for number, (kind, turn, step) in enumerate(passes):
             name = {FIRST_RAYS: "first", RESUME: "resume", SWEEP: "sweep"}[kind]
-            if fills and number > decoded:
-                self._record_fill(commands, number, number)
+            if fills:
+                self._record_fill(commands, number)
                 self._barrier(commands)
                 self._mark(commands, f"{name} decode")
-            decoded = number
-            if kind == SWEEP and (kind, turn) == (passes + [(0, 0, 0)])[number + 1][:2]:
-                decoded = number + 1  # beside the rays: no barrier
-                self._record_fill(commands, decoded, number)
             self._record_rays(commands, number)
             self._mark(commands, f"{name} rays")
         for mark in range(len(self._steps) + 1, marks):
@@ -474,9 +466,9 @@ class RayTracer:
         kind, turn, step = self._plan[number]
         return {"kind": kind, "pass": number, "turn": turn, "step": step}
 
-    def _record_fill(self, commands: Any, number: int, waits: int) -> None:
-        """Records the decoding of a pass's meshlets, if paths wait for pass `waits`."""
-        fields = {**self._addresses(), **self._pass_fields(number), "waits": waits}
+    def _record_fill(self, commands: Any, number: int) -> None:
+        """Records the decoding of a pass's meshlets."""
+        fields = {**self._addresses(), **self._pass_fields(number)}
         groups = max(min(self.slots, CONSTANTS["FILL_GROUPS"]), 1)
         self._fill.dispatch(commands, groups, push_record(CACHE_PUSH, **fields))
 

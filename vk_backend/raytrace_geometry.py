@@ -171,7 +171,11 @@ class Geometry:
                 ),
             ]
         )
-        pairs = [(p, i) for p, piece in enumerate(pieces) for i in instances[piece.primitive]]
+        # By part, then instance: without parts, rows are in the order of the instances.
+        pairs = sorted(
+            ((p, i) for p, piece in enumerate(pieces) for i in instances[piece.primitive]),
+            key=lambda pair: (pieces[pair[0]].part, pair[1]),
+        )
         if keys[-1] > CONSTANTS["MAX_KEY"] or len(pairs) > CONSTANTS["PLACED_INDEX"]:
             raise VulkanError(
                 f"{len(pairs):,} instances with {keys[-1]:,} triangles are too many for ray tracing",

@@ -34,21 +34,16 @@ BOXES_PUSH = np.dtype(
 # shaders/raytrace/rt_cache.glsl
 CACHE_PUSH = np.dtype(
     _words(8, "frame sources slot_table cache counters state")
-    + _words(4, "kind pass turn step waits meshlets")
+    + _words(4, "kind pass turn step meshlets")
 )
 PASS = np.dtype(
-    [
-        ("launch", "<u4", 3),
-        *_words(4, "waiting requested begin backward"),
-        ("resident", "<u4", 2),
-    ]
+    [("launch", "<u4", 3), *_words(4, "waiting requested begin backward resident")]
 )
 # CacheState without its last member, the passes, which follow it.
 CACHE_STATE = np.dtype(
     [
         *_words(8, "bounds structures victims missing found levels"),
-        *_words(4, "slots meshlets parts room frame free backward"),
-        ("resident", "<u4", 2),
+        *_words(4, "slots meshlets parts room frame free backward resident retry"),
         *_words(4, "idle recent lacking finished"),
         ("records", "<u4", CONSTANTS["TURNS"]),
     ]

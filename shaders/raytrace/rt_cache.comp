@@ -36,27 +36,19 @@ shared uint begins[NONE];  // where
 
 uint frame;  // the last one
 
-// The meshlet's slot. After a sweep the slots hold two parts.
+// The meshlet's slot. After a sweep the slots hold a part.
 uint slot_of(CacheState state, uint m) {
   uint entry = Counts(push.slot_table).at[m];
-  if (state.resident[0] == NO_PART) return entry < REQUESTED ? entry : NO_SLOT;
-  uint half_slots = state.slots / 2u;
-  uint part = m / half_slots;
-  return state.resident[part & 1u] == part ? m - (part - (part & 1u)) * half_slots : NO_SLOT;
-}
-
-// Whether a slot has no meshlet, because the part in its half is the last one and smaller.
-bool is_free(CacheState state, uint slot) {
-  if (state.resident[0] == NO_PART || slot >= state.slots) return false;
-  uint half_slots = state.slots / 2u;
-  uint side = slot / half_slots;
-  return (state.resident[side] - side) * half_slots + slot >= state.meshlets;
+  if (state.resident == NO_PART) return entry < REQUESTED ? entry : NO_SLOT;
+  uint place = m - window_of(state, state.resident);
+  return place < state.slots ? place : NO_SLOT;
 }
 
 // Plans the frame.
 void plan(CacheState state) {
   uint unneeded = state.idle + state.recent;
-  bool fits = state.slots - unneeded + state.lacking <= state.slots * FITTING;
+  bool fits = state.slots - unneeded + state.lacking <= state.slots * FITTING &&
+              frame >= state.retry;
   state.frame = frame + 1u;
   state.free = fits ? unneeded : 0u;
   state.passes[0].requested = fits ? state.lacking : 0u;
@@ -71,8 +63,6 @@ void main() {
   frame = state.frame;
   if (local < NONE) counts[local] = 0u;
   barrier();
-  if (is_free(state, m))
-    Counts(state.victims).at[atomicAdd(state.idle, 1u)] = FREE_SLOT | m;
   uint list = NONE;
   uint rank = 0u;
   if (m < state.meshlets) {

@@ -3,8 +3,7 @@
 // A frame is a fixed series of passes: rt_fill.comp decodes, then rays are launched. Turn by turn:
 // the first rays of all pixels; some passes of kind RESUME; then sweeps, as many as a path has rays
 // one after the other, each with a pass per part of the model. Where no path waits the launch is
-// empty. A part has half of the slots: while rays meet it, the next one is decoded into the other
-// half.
+// empty.
 
 struct Pass {
   uint launch[3];  // size of the launch, written by the pass's rt_fill.comp
@@ -12,7 +11,7 @@ struct Pass {
   uint requested;  // RESUME: meshlets that they wait for; FIRST_RAYS: meshlets to decode before
   uint begin;      // number of the first victim that is not used yet
   uint backward;   // whether the sweep begins with the last part
-  uint resident[2];  // the part in each half of the slots; or NO_PART: see the slot table
+  uint resident;   // the part that the slots hold, or NO_PART: see the slot table
 };
 #define TOO_MANY 0x80000000u  // Pass.requested: more than victims
 
@@ -24,14 +23,15 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uvec2 missing;     // meshlets that get a slot in this pass
   uvec2 found;       // records: Found
   uvec2 levels;      // records: Level; or 0 if paths have no more than their first ray
-  uint slots;  // an even number
+  uint slots;
   uint meshlets;
   uint parts;
   uint room;  // for records
   uint frame;  // number
   uint free;   // victims that this frame may use
-  uint backward;  // these as in the last pass
-  uint resident[2];
+  uint backward;  // as in the last pass
+  uint resident;  // as in the last pass
+  uint retry;     // before this frame paths sweep at once
   // Cleared when a frame begins, from here on.
   uint idle;  // length of each list
   uint recent;
@@ -40,6 +40,12 @@ layout(buffer_reference, std430, buffer_reference_align = 16) buffer CacheState 
   uint records[TURNS];  // paths that asked for a record
   Pass passes[];
 };
+
+// Number of the first meshlet in the slots while they hold a part. The last part may be smaller
+// than the cache: then the end of the one before it is there, too.
+uint window_of(CacheState state, uint part) {
+  return min(part * state.slots, state.meshlets - state.slots);
+}
 
 // The part that a pass of a sweep meets.
 uint part_of(CacheState state, uint backward, uint step) {
@@ -62,7 +68,6 @@ layout(push_constant) uniform CachePush {
   uint pass;      // index in CacheState.passes
   uint turn;
   uint step;      // of the sweep: one for each part
-  uint waits;     // the pass that tells whether paths wait: this one or the one before
   uint meshlets;  // LOADING: how many
 }
 push;

@@ -15,7 +15,6 @@
 #define SWEEP 2u       // waiting paths meet one part of the model, which is decoded
 #define LOADING 3u     // only rt_fill.comp: every meshlet gets the slot of its number
 #define NO_PART 0xFFFFFFFFu
-#define FREE_SLOT 0x80000000u  // in the list of victims: a slot instead of a meshlet
 #define TURNS 2u             // paths without room for a record start in the second turn
 #define FIRST_FRAME 64u      // so that no meshlet seems to have been needed before it
 #define CHOOSE_THREADS 512u  // of a workgroup of rt_cache.comp

@@ -42,20 +42,20 @@ void fill(uint number, uint slot_number) {
     put_vertex(slot, primitive, v);
 }
 
+// After a frame whose slots did not suffice although those of the frame before would have, so many
+// frames sweep at once.
+#define RETRY_FRAMES 16u
+
 // How many meshlets the pass decodes.
-uint pass_meshlets(CacheState state, Pass own, bool waiting, uint part) {
-  if (push.kind == SWEEP) {
-    uint begin = part * (state.slots / 2u);
-    return waiting && own.resident[part & 1u] != part
-               ? min(state.slots / 2u, state.meshlets - begin)
-               : 0u;
-  }
+uint pass_meshlets(CacheState state, Pass own, uint part) {
+  if (push.kind == SWEEP) return own.waiting != 0u && own.resident != part ? state.slots : 0u;
   return own.requested <= state.free - min(own.begin, state.free) ? own.requested : 0u;
 }
 
 // Sets the size of the launch, and what the next pass needs to know.
-void plan_next(CacheState state, Pass own, bool waiting, uint part, uint count) {
+void plan_next(CacheState state, Pass own, uint part, uint count) {
   uint next = push.pass + 1u;
+  bool waiting = own.waiting != 0u;
   if (push.kind == RESUME && count < own.requested) {
     // Too many meshlets: leave the paths to the sweeps.
     state.passes[next].waiting = own.waiting;
@@ -65,12 +65,12 @@ void plan_next(CacheState state, Pass own, bool waiting, uint part, uint count) 
   uint paths = waiting ? min(state.records[push.turn], state.room) : 0u;
   if (push.kind != FIRST_RAYS)
     state.passes[push.pass].launch = uint[](paths * spread_of(paths), 1u, 1u);
-  bool sweeps = push.kind == SWEEP && waiting;
-  if (sweeps) {
-    own.resident[part & 1u] = part;
+  if (push.kind == SWEEP && waiting) {
+    own.resident = part;
     if (push.step + 1u == state.parts) own.backward ^= 1u;  // the next sweep begins here
+    if (state.free != 0u) state.retry = state.frame + RETRY_FRAMES;
   } else if (count > 0u) {
-    own.resident = uint[](NO_PART, NO_PART);
+    own.resident = NO_PART;
   }
   state.passes[next].begin = own.begin + count;
   state.passes[next].backward = state.backward = own.backward;
@@ -80,32 +80,26 @@ void plan_next(CacheState state, Pass own, bool waiting, uint part, uint count) 
 void main() {
   CacheState state = CacheState(push.state);
   bool first = gl_LocalInvocationIndex == 0u;
-  uint count = push.meshlets;
-  uint begin = 0u;       // number of the first meshlet, or of the first victim
-  uint first_slot = 0u;  // of a part
   bool listed = push.kind < SWEEP;
+  uint count = push.meshlets;
+  uint begin = 0u;  // number of the first meshlet, or of the first victim
   if (push.kind != LOADING) {
     Pass own = state.passes[push.pass];
-    bool waiting = state.passes[push.waits].waiting != 0u;
     uint part = part_of(state, own.backward, push.step);
-    count = pass_meshlets(state, own, waiting, part);
-    begin = listed ? own.begin : part * (state.slots / 2u);
-    first_slot = (part & 1u) * (state.slots / 2u);
-    if (first && gl_WorkGroupID.x == 0u) plan_next(state, own, waiting, part, count);
+    count = pass_meshlets(state, own, part);
+    begin = listed ? own.begin : window_of(state, part);
+    if (first && gl_WorkGroupID.x == 0u) plan_next(state, own, part, count);
   }
   for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
     uint number = listed ? Counts(state.missing).at[i] : begin + i;
     if (first) {
-      own_slot = first_slot + i;
+      own_slot = i;
       if (listed) {
         uint place = begin + i;
         if (place >= state.idle) place = state.slots - 1u - (place - state.idle);
         uint victim = Counts(state.victims).at[place];
-        own_slot = victim & ~FREE_SLOT;
-        if ((victim & FREE_SLOT) == 0u) {
-          own_slot = Counts(push.slot_table).at[victim];
-          Counts(push.slot_table).at[victim] = NO_SLOT;
-        }
+        own_slot = Counts(push.slot_table).at[victim];
+        Counts(push.slot_table).at[victim] = NO_SLOT;
       }
       if (push.kind != LOADING) Counts(push.slot_table).at[number] = own_slot;
     }

@@ -53,7 +53,7 @@ void main() {
   if (PARTIAL && (gl_IncomingRayFlagsEXT & RAY_TO_LIGHT) != 0u) return;
 #endif
   open_attributes(place);
-  surface.instance = place.placed.instance;
+  surface.instance = hit_instance(place);
 #ifdef TRIANGLES
   surface.id = gl_PrimitiveID;  // the host looks up the meshlet
 #else
