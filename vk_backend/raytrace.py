@@ -14,9 +14,9 @@ from .constants import CONSTANTS
 from .device import Device
 from .errors import VulkanError
 from .memory import STORAGE, Buffer
-from .pipelines import ComputePipeline, Timestamps, push, push_record
+from .pipelines import MAX_GROUPS, ComputePipeline, Timestamps, push, push_record
 from .raytrace_geometry import Geometry
-from .raytrace_layout import CACHE_PUSH, CACHE_STATE, PASS, RAYS_PUSH
+from .raytrace_layout import FILL_PUSH, RAYS_PUSH, VIEW
 from .raytrace_pipeline import HIT_SHADERS, RayPipeline
 from .scene import Scene
 from .scene_buffers import FRAME, SceneBuffers, require_room
@@ -27,16 +27,18 @@ PATHS = tuple(HIT_SHADERS)
 GROUPS = (4, 8, 16, 32, 64)  # triangles behind one box
 MAX_PARTS = 64  # of the model: the slots hold one at a time
 MAX_PASSES = 1 << 16  # of a frame
-MAX_BOUNCES = (1 << CONSTANTS["BOUNCE_BITS"]) - 1
-MAX_SAMPLES = (1 << CONSTANTS["SAMPLE_BITS"]) - 1
+MAX_BOUNCES = 254  # RaysPush.level
+MAX_SAMPLES = 1 << 16
 DEFAULT_SAMPLES = 16  # paths per pixel, with bounces
-# Passes in which waiting paths get the few meshlets that they lack. More for bounces, up to two.
-ROUNDS, ROUNDS_PER_BOUNCE = 3, 2
-FIRST_RAYS, RESUME, SWEEP, LOADING = (
-    CONSTANTS[name] for name in ("FIRST_RAYS", "RESUME", "SWEEP", "LOADING")
-)
-NO_SLOT, TURNS, HIT_WORDS = (CONSTANTS[name] for name in ("NO_SLOT", "TURNS", "HIT_WORDS"))
 RECORD_BYTES = CONSTANTS["RECORD_BYTES"]
+MARGIN = 2  # pixels around the rectangle in which the scene is
+MAX_PIXEL_BYTES = 32  # of records, per pixel of the picture
+HIT_WORDS, NO_SLOT = CONSTANTS["HIT_WORDS"], CONSTANTS["NO_SLOT"]
+VIEW_OFFSET = -(-FRAME.itemsize // 16) * 16  # in the buffer that starts with FRAME
+VIEW_BYTES = VIEW.itemsize + 12 * 64  # with the sizes of 64 launches
+INDIRECT = STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT
+FIRST_PART, LAST_PART = CONSTANTS["FIRST_PART"], CONSTANTS["LAST_PART"]
+BACKGROUND = CONSTANTS["BACKGROUND"]
 
 
 @dataclass
@@ -67,14 +69,13 @@ class RayTracer:
     samples: paths per pixel (None: 1, or 16 with bounces). group: triangles behind one box, 4 to
     64, a power of two (None: 4, or 64 for rt-paper).
 
-    If the cache does not hold all meshlets, paths of "rt" that need a missing one wait: the
-    meshlets are decoded in place of others, and the paths go on, up to `rounds` times. If the
-    cache has no room for all that they need, they sweep over the model: part by part is decoded.
-    In "rt-paper" rays decode missing meshlets by themselves.
+    If the cache does not hold all meshlets, paths of "rt" sweep over the model for each ray: part by
+    part is decoded into the cache, and the nearest hit is kept. In "rt-paper" rays decode missing
+    meshlets by themselves.
 
     marked: time the steps of a frame. Raises VulkanError if the device lacks ray tracing or
-    memory, or the cache holds less than 1/64 of the meshlets; ValueError for an unknown group or
-    negative rounds.
+    memory, or the cache of "rt" holds less than 1/64 of the meshlets; ValueError for an unknown
+    group.
     """
 
     def __init__(
@@ -89,11 +90,10 @@ class RayTracer:
         shadows: bool = True,
         samples: int | None = None,
         group: int | None = None,
-        rounds: int | None = None,
         marked: bool = False,
     ):
         group = group or (64 if path == "rt-paper" else 4)
-        _check(path, cache, cache_bytes, group, rounds)
+        _check(path, cache, cache_bytes, group)
         device.require("raytracing", path)
         compressed = path in ("rt", "rt-paper")
         if compressed:
@@ -103,21 +103,23 @@ class RayTracer:
             )
         self.device, self.scene, self.path, self.group = device, scene, path, group
         self.samples = samples or (DEFAULT_SAMPLES if bounces else 1)
-        self._rounds, self._marked = rounds, marked
+        self._marked = marked
         self._slots = SlotLayout.of(scene, traced=True)
         self.slot_bytes = self._slots.bytes
         self.meshlets = sum(p.meshlets for p in scene.primitives)
         self.slots = self._count_slots(cache, cache_bytes) if compressed else 0
         self.all_cached = self.slots == self.meshlets
-        self.partial = path == "rt" and not self.all_cached
+        self.sweeps = path == "rt" and not self.all_cached
+        self._part = 0  # that the slots hold
         self._picture: dict[str, Buffer] = {}
+        self._commands: dict[tuple[int, int], Any] = {}
         self._size: tuple[int, int] | None = None
         self.set_light(bounces=bounces, shadows=shadows)
 
         needs = {"blobs"} if compressed else {"vertices", "indices"}
         self.buffers = SceneBuffers(device, scene, needs)
-        self._frame = Buffer(device, FRAME.itemsize)
-        self._frame_host = Buffer(device, FRAME.itemsize, host=True)
+        self._frame = Buffer(device, VIEW_OFFSET + VIEW_BYTES, INDIRECT)
+        self._frame_host = Buffer(device, self._frame.size, host=True)
         start = Camera.fit_box(scene.low, scene.high, 1, 1)
         self._frame.write(self.buffers.frame_record(start, 1, 1, 0).tobytes())
         self._own: dict[str, Buffer] = {}
@@ -127,7 +129,7 @@ class RayTracer:
             path,
             frame=self._frame.address,
             constants=self._constants(3),
-            part_meshlets=self.slots if self.partial else None,
+            part_meshlets=self.slots if self.sweeps else None,
         )
         self._textures = TextureArray(device, scene.textures)
         textures = array_size(scene.textures)
@@ -171,17 +173,24 @@ class RayTracer:
         """
         if self._size != (width, height):
             self._prepare(width, height)
-        if self.path == "rt-paper":
+        if self.path == "rt-paper" and 0 < self.slots < self.meshlets:
             self._choose_as_paper()
-        self._frame_host.write(self.buffers.frame_record(camera, width, height, 0).tobytes())
-        self.device.submit(self._commands)
+        frame = self.buffers.frame_record(camera, width, height, 0).tobytes()
+        view, strips = self._view_record(camera)
+        self._frame_host.write(frame.ljust(VIEW_OFFSET, b"\0") + view)
+        self._passes = self._plan_passes(strips)
+        key = strips, self._part
+        if key not in self._commands:
+            self._commands[key] = self._record_frame(strips)
+        self.device.submit(self._commands[key])
+        if self._passes:
+            self._part = self._passes[-1][0]
         return float(self._times.milliseconds().sum())
 
     def steps(self) -> dict[str, float]:
         """Milliseconds of the last frame's steps, summed over all passes. Needs `marked`.
 
-        Steps: choose (what the slots hold), then decode and rays of each kind of pass: "first",
-        "resume", "sweep".
+        Steps: "decode" and "rays".
         """
         found = dict.fromkeys(self._steps, 0.0)
         for name, milliseconds in zip(self._steps, self._times.milliseconds()):
@@ -191,29 +200,18 @@ class RayTracer:
     def statistics(self) -> dict[str, int]:
         """Counts of the last frame. Empty for paths without a cache.
 
-        slots, meshlets: how many there are. If not all are cached: needed: meshlets that rays
-        needed (rt-paper: tested); parts: of the model; waiting: paths that waited; resumed,
-        swept: launches in which paths went on after single meshlets or a part were decoded.
+        slots, meshlets: how many there are; parts: of the model; passes: launches of rays that met
+        one part each.
         """
         if not self.slots:
             return {}
         found = {"slots": self.slots, "meshlets": self.meshlets}
-        if self.all_cached:
-            return found
-        state, passes = self._read_state()
-        found["parts"] = self.geometry.parts
-        counters = self._own["counters"].read()
-        found["needed"] = int((counters == state["frame"] if self.partial else counters > 0).sum())
-        worked = passes["launch"][:, 0] > 0
-        found["waiting"] = int(state["records"].sum())
-        for name, kind in (("resumed", RESUME), ("swept", SWEEP)):
-            found[name] = sum(bool(w) for w, p in zip(worked, self._plan) if p[0] == kind)
-        return found
+        return {**found, "parts": self.geometry.parts, "passes": len(self._passes)}
 
     def resident_bytes(self) -> dict[str, int]:
         """Allocated bytes of device memory by part, without pictures and textures.
 
-        cache: everything that is decoded. records: of waiting paths; they grow with the picture,
+        cache: everything that is decoded. records: of paths that sweep; they grow with the picture,
         all other parts with the model.
         """
         own = {name: buffer.allocated for name, buffer in self._own.items()}
@@ -273,255 +271,230 @@ class RayTracer:
             "MAX_STREAMS": self.scene.max_streams,
             "MAX_ELEMENTS": elements,
             "GROUP_TRIANGLES": self.group,
-            "ALL_CACHED": int(self.all_cached),
             "VERTEX_FLOATS": self.scene.vertex_floats,
             "ATTRIBUTES": self.scene.attributes,
-            "PARTIAL": int(self.partial),
+            "SWEEPS": int(self.sweeps),
             **self._slots.constants,
         }
 
     def _make_cache(self) -> None:
-        """Makes the cache's buffers and pipelines, and decodes the first meshlets into it."""
-        sizes = {"cache": self.slots * self.slot_bytes}
-        if not self.all_cached:
-            lists = {"slot_table": self.meshlets, "counters": self.meshlets}
-            lists |= {"victims": self.slots, "missing": self.slots}
-            sizes |= {name: max(4 * count, 4) for name, count in lists.items()}
-        self._own |= {name: Buffer(self.device, size) for name, size in sizes.items()}
-        constants = self._constants(self.scene.max_elements)
-        self._cache, self._fill = (
-            ComputePipeline.of(self.device, f"rt_{name}.comp", constants)
-            for name in ("cache", "fill")
+        """Makes the cache and decodes the first meshlets into it."""
+        self._own["cache"] = Buffer(self.device, self.slots * self.slot_bytes)
+        self._fill = ComputePipeline.of(
+            self.device, "rt_fill.comp", self._constants(self.scene.max_elements)
         )
-        if not self.all_cached:
+        if self.path == "rt-paper":
             table = np.arange(self.meshlets, dtype=np.uint32)
             table[self.slots :] = NO_SLOT
-            self._own["slot_table"].write(table)
-            self._own["counters"].write(np.zeros_like(table))
-            self._own["state"] = self._new_state(self._first_state(), 2)
+            self._own["slot_table"] = Buffer(self.device, table.nbytes).write(table)
+            self._own["counters"] = Buffer(self.device, table.nbytes).write(np.zeros_like(table))
+            self._own["items"] = Buffer(self.device, 8 * max(self.slots, 1))
         with self.device.commands() as commands:
-            data = push_record(
-                CACHE_PUSH, **self._addresses(), kind=LOADING, meshlets=self.slots
-            )
-            self._fill.dispatch(commands, max(min(self.slots, CONSTANTS["FILL_GROUPS"]), 1), data)
-
-    def _first_state(self) -> np.ndarray:
-        """CACHE_STATE[()] before the first frame: the slots hold the first part."""
-        names = {"victims": self._own, "missing": self._own}
-        state = push_record(
-            CACHE_STATE,
-            slots=self.slots,
-            meshlets=self.meshlets,
-            parts=self.geometry.parts,
-            frame=CONSTANTS["FIRST_FRAME"],
-            **{name: own[name].address for name, own in names.items()},
-        )
-        if self.partial:
-            assert self.geometry.bounds and self.geometry.part_structures
-            state["bounds"] = self.geometry.bounds.address
-            state["structures"] = self.geometry.part_structures.address
-        return state
-
-    def _new_state(self, state: np.ndarray, passes: int) -> Buffer:
-        """A buffer of CacheState with this many passes."""
-        usage = STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT
-        data = state.tobytes() + bytes(passes * PASS.itemsize)
-        return Buffer(self.device, len(data), usage).write(data)
-
-    def _read_state(self) -> tuple[np.ndarray, np.ndarray]:
-        """(CACHE_STATE[()], PASS[passes])"""
-        raw = self._own["state"].read(np.uint8)
-        size = CACHE_STATE.itemsize
-        return raw[:size].view(CACHE_STATE)[0], raw[size:].view(PASS)
+            self._record_fill(commands, 0, self.slots, listed=False)
 
     def _choose_as_paper(self) -> None:
         """Gives the slots to the meshlets that most rays tested in the last frame."""
-        if self.all_cached or not self.slots:
-            return
         counts, table = (self._own[name].read() for name in ("counters", "slot_table"))
         wanted = np.argsort(-counts.astype(np.int64), kind="stable")[: self.slots]
         missing = wanted[table[wanted] == NO_SLOT]
-        victims = np.setdiff1d(np.flatnonzero(table != NO_SLOT), wanted)
-        self._own["missing"].write(missing.astype(np.uint32))
-        self._own["victims"].write(victims.astype(np.uint32))
-        self._own["counters"].write(np.zeros_like(counts))
-        state, passes = (part.copy() for part in self._read_state())
-        passes[0] = np.zeros((), PASS)
-        state["idle"] = state["free"] = passes[0]["requested"] = len(missing)
-        self._own["state"].write(state.tobytes() + passes.tobytes())
+        evicted = np.setdiff1d(np.flatnonzero(table != NO_SLOT), wanted)
+        items = np.full((self.slots, 2), CONSTANTS["NO_ITEM"], np.uint32)
+        items[: len(missing), 0], items[: len(missing), 1] = missing, table[evicted]
+        table = table.copy()
+        table[missing], table[evicted] = table[evicted], NO_SLOT
+        for name, data in (("items", items), ("slot_table", table), ("counters", 0 * counts)):
+            self._own[name].write(data)
 
     # --- frames ---
 
-    def _plan_passes(self) -> list[tuple[int, int, int]]:
-        """(kind, turn, step of its sweep) of a frame's passes."""
-        if not self.partial:
-            return [(FIRST_RAYS, 0, 0)]
-        rounds = self._rounds
-        if rounds is None:
-            rounds = ROUNDS + ROUNDS_PER_BOUNCE * min(self.bounces, 2)
-        sweep = [(SWEEP, step) for step in range(self.geometry.parts)]
-        sweeps = self.samples * (self.bounces + 1 + self.shadows)
-        turn = [(FIRST_RAYS, 0), *[(RESUME, 0)] * rounds, *sweep * sweeps]
-        turns = 1 if self._single else TURNS
-        return [(kind, n, step) for n in range(turns) for kind, step in turn]
+    def _plan_passes(self, strips: int) -> list[tuple[int, int, int]]:
+        """(part, level as in RaysPush, strip) of the passes of a frame's sweeps.
+
+        A sweep begins with the part that the slots hold. There is one for each ray of a path,
+        where a shadow ray takes the sweep of the next ray.
+        """
+        if not self.sweeps:
+            return []
+        last = self.geometry.parts - 1
+        sweep = list(range(last + 1))
+        if self._part == last:
+            sweep.reverse()
+        passes = []
+        for strip in range(strips):
+            for sample in range(self.samples):
+                for bounce in range(self.bounces + 1 + self.shadows):
+                    passes += [(part, bounce | sample << 8, strip) for part in sweep]
+                    sweep.reverse()
+        return passes
 
     @property
-    def _single(self) -> bool:
-        """Whether paths have one ray: their records are shorter."""
-        return not self.bounces and not self.shadows and self.samples == 1
+    def _pixel_bytes(self) -> int:
+        """Of the records of a pixel. Those of paths with one ray are shorter."""
+        single = not self.bounces and not self.shadows and self.samples == 1
+        return RECORD_BYTES if single else 2 * RECORD_BYTES
 
     def _prepare(self, width: int, height: int) -> None:
-        """Makes the buffers of a picture of this size, and records its commands."""
+        """Makes the buffers of a picture of this size."""
         self._forget_picture()
         pixels, limits = width * height, self.device.limits
-        passes = self.samples * (self.bounces + 2) * self.geometry.parts
-        if pixels > limits.launch_invocations or pixels > limits.launch_width:
+        if pixels > limits.launch_invocations or width > limits.launch_width:
             raise VulkanError(
                 f"the device cannot trace a picture of {width} x {height} pixels",
                 "ask for a smaller one",
             )
-        if self.partial and passes > MAX_PASSES:
+        if len(self._plan_passes(2)) > MAX_PASSES:
             raise VulkanError(
                 f"{self.samples} samples of {self.bounces} bounces take too many passes",
                 "ask for fewer or for a larger cache",
             )
-        self._plan = self._plan_passes()
         sizes = {"colors": 4 * pixels, "hits": 4 * HIT_WORDS * pixels}
-        room = pixels if self._single else -(-pixels // TURNS)
-        if self.partial:
-            sizes["records"] = room * RECORD_BYTES * (1 if self._single else 2)
+        if self.sweeps:
+            sizes["records"] = max(MAX_PIXEL_BYTES * pixels, self._pixel_bytes * width)
         self._picture = {name: Buffer(self.device, size) for name, size in sizes.items()}
-        if self.partial:
-            state = self._read_state()[0].copy()
-            found = self._picture["records"].address
-            state["room"], state["found"] = room, found
-            state["levels"] = 0 if self._single else found + room * RECORD_BYTES
-            self._own["state"].free()
-            self._own["state"] = self._new_state(state, len(self._plan) + 1)
         self._size = (width, height)
-        self._commands = self._record_frame()
 
     def _forget_picture(self) -> None:
         for buffer in self._picture.values():
             buffer.free()
-        self._picture = {}
-        if self._size is not None:
-            vk.vkFreeCommandBuffers(self.device.handle, self.device.pool, 1, [self._commands])
-        self._size = None
+        self._forget_commands()
+        self._picture, self._size = {}, None
 
-    def _record_frame(self) -> Any:
+    def _forget_commands(self) -> None:
+        for commands in self._commands.values():
+            vk.vkFreeCommandBuffers(self.device.handle, self.device.pool, 1, [commands])
+        self._commands = {}
+
+    def _view_record(self, camera: Camera) -> tuple[bytes, int]:
+        """(View of shaders/raytrace/rt_paths.glsl with the sizes of launches, number of strips)"""
+        if not self.sweeps:
+            return b"", 0
+        assert self._size is not None
+        left, top, right, bottom = self._rectangle(camera)
+        room = self._picture["records"].size // self._pixel_bytes
+        rows = max(min(room // max(right - left, 1), bottom - top), 1)
+        found = self._picture["records"].address
+        single = self._pixel_bytes == RECORD_BYTES
+        view = push_record(
+            VIEW,
+            found=found,
+            levels=0 if single else found + room * RECORD_BYTES,
+            left=left,
+            top=top,
+            width=right - left,
+            height=bottom - top,
+            rows=rows,
+        )
+        launches = [
+            (right - left, min(rows, bottom - first), 1) for first in range(top, bottom, rows)
+        ]
+        return view.tobytes() + np.array(launches, np.uint32).tobytes(), len(launches)
+
+    def _rectangle(self, camera: Camera) -> tuple[int, int, int, int]:
+        """Left, top, right and bottom of the pixels that may show the scene."""
+        assert self._size is not None
+        size = np.array(self._size)
+        corners = self.geometry.corners
+        with np.errstate(all="ignore"):
+            matrix = camera.world_to_clip(*self._size)
+            clip = corners @ matrix[:, :3].T + matrix[:, 3]
+            places = (clip[:, :2] / clip[:, 3:] * 0.5 + 0.5) * size
+        # Behind the camera, or not numbers.
+        if not (clip[:, 3] > 0).all() or not np.isfinite(places).all():
+            return 0, 0, *self._size
+        low = np.clip(np.floor(places.min(axis=0)) - MARGIN, 0, size - 1).astype(int)
+        high = np.clip(np.ceil(places.max(axis=0)) + MARGIN, low + 1, size).astype(int)
+        return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+
+    def _record_frame(self, strips: int) -> Any:
         """The command buffer of a picture."""
-        passes = self._plan
-        fills = bool(self.slots) and not self.all_cached
-        marks = 2 + (1 + 2 * len(passes)) * self._marked
+        passes, part = self._passes, self._part
+        marks = 2 + self._marked * (2 * len(passes) + 2)
         if self._times.count != marks:
+            self._forget_commands()
             self._times = Timestamps(self.device, marks)
         commands = self.device.record()
         self._steps: list[str] = []
         self._times.reset(commands)
-        copy = vk.VkBufferCopy(0, 0, FRAME.itemsize)
+        copy = vk.VkBufferCopy(0, 0, self._frame.size)
         vk.vkCmdCopyBuffer(commands, self._frame_host.handle, self._frame.handle, 1, [copy])
         self.device.full_barrier(commands)
         self._times.mark(commands, 0)
-        if self.partial:
-            self._record_choice(commands)
+        if self.path == "rt-paper" and 0 < self.slots < self.meshlets:
+            self._record_fill(commands, 0, self.slots, listed=True)
         bind_point = vk.VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR
         vk.vkCmdBindPipeline(commands, bind_point, self._rays.handle)
         vk.vkCmdBindDescriptorSets(
             commands, bind_point, self._layout, 0, 1, [self._textures.set], 0, []
         )
-        for number, (kind, turn, step) in enumerate(passes):
-            name = {FIRST_RAYS: "first", RESUME: "resume", SWEEP: "sweep"}[kind]
-            if fills:
-                self._record_fill(commands, number)
-                self._barrier(commands)
-                self._mark(commands, f"{name} decode")
-            self._record_rays(commands, number)
-            self._mark(commands, f"{name} rays")
+        self._record_rays(commands, part=BACKGROUND if passes else 0)
+        for number, (new, level, strip) in enumerate(passes):
+            if new != part:
+                # Beside the last part, which may be smaller, the slots keep some of the one before.
+                larger, first = max(new, part) * self.slots, new * self.slots
+                count = min(self.slots, self.meshlets - larger)
+                self._record_fill(commands, first, count, listed=False)
+                part = new
+            ends = FIRST_PART * (number % self.geometry.parts == 0)
+            ends |= LAST_PART * ((number + 1) % self.geometry.parts == 0)
+            place = VIEW_OFFSET + VIEW.itemsize + 12 * strip
+            fields = {"first": new * self.slots, "level": level, "strip": strip}
+            self._record_rays(commands, place, part=ends, structure=new, **fields)
         for mark in range(len(self._steps) + 1, marks):
             self._times.mark(commands, mark)
         vk.vkEndCommandBuffer(commands)
         return commands
 
-    def _record_choice(self, commands: Any) -> None:
-        """Records the comparison of the slots with what rays needed in the last frame."""
-        state, cleared = self._own["state"], _offset(CACHE_STATE, "idle")
-        vk.vkCmdFillBuffer(commands, state.handle, cleared, state.size - cleared, 0)
-        self.device.full_barrier(commands)
-        groups = -(-self.meshlets // CONSTANTS["CHOOSE_THREADS"])
-        self._cache.dispatch(commands, groups, push_record(CACHE_PUSH, **self._addresses()))
-        self._barrier(commands)
-        self._mark(commands, "choose")
-
     def _addresses(self) -> dict[str, int]:
-        """Fields that RaysPush and CachePush share: 0 for what the path does not have."""
-        names = ("slot_table", "cache", "counters", "state")
+        """Fields that several kinds of push constants share: 0 for what the path does not have."""
         return {
             "frame": self._frame.address,
             "sources": self.geometry.sources.address,
-            **{name: self._own[name].address for name in names if name in self._own},
+            "cache": _address(self._own.get("cache")),
         }
 
-    def _pass_fields(self, number: int) -> dict[str, int]:
-        kind, turn, step = self._plan[number]
-        return {"kind": kind, "pass": number, "turn": turn, "step": step}
+    def _record_fill(self, commands: Any, first: int, count: int, *, listed: bool) -> None:
+        """Records the decoding of `count` meshlets from number `first` on, or of the list."""
+        items = self._own["items"].address if listed else 0
+        data = push_record(FILL_PUSH, **self._addresses(), items=items, first=first, count=count)
+        self._fill.dispatch(commands, max(min(count, MAX_GROUPS), 1), data)
+        self.device.full_barrier(commands)
+        self._mark(commands, "decode")
 
-    def _record_fill(self, commands: Any, number: int) -> None:
-        """Records the decoding of a pass's meshlets."""
-        fields = {**self._addresses(), **self._pass_fields(number)}
-        groups = max(min(self.slots, CONSTANTS["FILL_GROUPS"]), 1)
-        self._fill.dispatch(commands, groups, push_record(CACHE_PUSH, **fields))
+    def _record_rays(self, commands: Any, launch: int = 0, structure: int = 0, **own: int) -> None:
+        """Records a launch of rays that meet a part.
 
-    def _record_rays(self, commands: Any, number: int) -> None:
-        """Records the launch of a pass: all pixels, then the paths that wait."""
-        passes = self._plan
-        turn = passes[number][1]
-        geometry, picture = self.geometry, self._picture
-        data = push_record(
-            RAYS_PUSH,
+        launch: where its size is in the buffer of the frame; 0: all pixels.
+        """
+        fields = {
             **self._addresses(),
-            structure=geometry.top,
-            placed=geometry.placed.address,
-            first_triangles=geometry.first_triangles.address if geometry.first_triangles else 0,
-            colors=picture["colors"].address,
-            hits=picture["hits"].address,
-            bounces=self.bounces,
-            samples=self.samples,
-            shadows=int(self.shadows),
-            next_turn=(turn + 1) * len(passes) // (1 if self._single else TURNS),
-            **self._pass_fields(number),
-        )
-        push(commands, self._layout, data)
-        if number == 0:
+            "view": self._frame.address + VIEW_OFFSET,
+            "structure": self.geometry.tops.addresses[structure],
+            "placed": self.geometry.placed.address,
+            "slot_table": _address(self._own.get("slot_table")),
+            "counters": _address(self._own.get("counters")),
+            "first_triangles": _address(self.geometry.first_triangles),
+            "colors": self._picture["colors"].address,
+            "hits": self._picture["hits"].address,
+            "bounces": self.bounces,
+            "samples": self.samples,
+            "shadows": int(self.shadows),
+        }
+        push(commands, self._layout, push_record(RAYS_PUSH, **fields, **own))
+        if launch:
+            trace = self.device.function("vkCmdTraceRaysIndirectKHR")
+            trace(commands, *self._rays.regions, self._frame.address + launch)
+        else:
             assert self._size is not None
             trace = self.device.function("vkCmdTraceRaysKHR")
             trace(commands, *self._rays.regions, *self._size, 1)
-        else:
-            place = CACHE_STATE.itemsize + number * PASS.itemsize
-            trace = self.device.function("vkCmdTraceRaysIndirectKHR")
-            trace(commands, *self._rays.regions, self._own["state"].address + place)
-        self._barrier(commands)
+        self.device.full_barrier(commands)
+        self._mark(commands, "rays")
 
     def _mark(self, commands: Any, name: str) -> None:
         """Records a timestamp at the end of a step, if steps are timed."""
         if self._marked:
             self._steps.append(name)
             self._times.mark(commands, len(self._steps))
-
-    def _barrier(self, commands: Any) -> None:
-        """Makes writes of shaders visible to later shaders and indirect commands."""
-        shaders = (
-            vk.VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT
-            | vk.VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR
-        )
-        written = vk.VK_ACCESS_2_SHADER_WRITE_BIT
-        self.device.barrier(
-            commands,
-            shaders,
-            written,
-            shaders | vk.VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
-            written | vk.VK_ACCESS_2_SHADER_READ_BIT | vk.VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT,
-        )
 
     def _number_triangles(self, ids: np.ndarray) -> None:
         """Replaces numbers of triangles in their primitive by meshlet * 64 + triangle."""
@@ -533,15 +506,12 @@ class RayTracer:
                 )
 
 
-def _offset(dtype: np.dtype, field: str) -> int:
-    """The byte offset of a field."""
-    assert dtype.fields is not None
-    return dtype.fields[field][1]
+def _address(buffer: Buffer | None) -> int:
+    """The buffer's device address, or 0."""
+    return buffer.address if buffer else 0
 
 
-def _check(
-    path: str, cache: float, cache_bytes: int | None, group: int, rounds: int | None
-) -> None:
+def _check(path: str, cache: float, cache_bytes: int | None, group: int) -> None:
     """Raises VulkanError or ValueError for options of RayTracer that are out of range."""
     if path not in PATHS:
         raise VulkanError(f"there is no path {path}", f"the ray-traced ones are {', '.join(PATHS)}")
@@ -549,5 +519,5 @@ def _check(
         raise VulkanError(
             "the cache is a share from 0 to 1, or a number of bytes", "for example 0.25"
         )
-    if group not in GROUPS or (rounds or 0) < 0:
-        raise ValueError("group is 4, 8, 16, 32 or 64, and rounds are not negative")
+    if group not in GROUPS:
+        raise ValueError("group is 4, 8, 16, 32 or 64")

@@ -15,7 +15,7 @@ from .errors import VulkanError
 from .memory import STORAGE, Buffer
 from .pipelines import MAX_GROUPS, ComputePipeline, push_record
 from .raytrace_layout import BOXES_PUSH, PLACED, SOURCE
-from .scene import Primitive, Scene
+from .scene import Primitive, Scene, box_corners
 
 MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
 BOXES_THREADS = CONSTANTS["BOXES_THREADS"]
@@ -58,7 +58,8 @@ class Geometry:
 
     part_meshlets: meshlets of a part; None keeps the model in one part and the file's order.
     frame: address of a Frame. constants: specialisation constants of boxes.comp.
-    any_masked: whether a material may be transparent.
+    any_masked: whether a material may be transparent. corners: with parts, float64[n, 3], points
+    of the world around the scene.
     """
 
     def __init__(
@@ -76,7 +77,7 @@ class Geometry:
         self._temporary: list[Buffer] = []
         counts = np.array([p.meshlets for p in scene.primitives], np.int64)
         self.meshlets = int(counts.sum())
-        self.first_triangles = self.bounds = self.part_structures = None
+        self.first_triangles: Buffer | None = None
         rows = np.zeros(self.meshlets, SOURCE)
         rows["primitive"] = np.repeat(np.arange(len(counts)), counts)
         rows["meshlet"] = np.arange(self.meshlets) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -88,8 +89,6 @@ class Geometry:
         self.parts = 1
         if part_meshlets is not None:
             self.parts = -(-self.meshlets // part_meshlets)
-            self.bounds = Buffer(device, self.meshlets * MESHLET_BOX_BYTES)
-            self._run_boxes(bounds=self.bounds.address)
             rows = rows[self._order(rows, part_meshlets)]
             self.sources.write(rows)
         self._build(_pieces(rows, part_meshlets or self.meshlets))
@@ -104,8 +103,7 @@ class Geometry:
     @property
     def tables(self) -> list[Buffer]:
         """The buffers that stay, besides the acceleration structures."""
-        buffers = (self.sources, self.placed, self.first_triangles, self.bounds)
-        return [b for b in (*buffers, self.part_structures) if b]
+        return [b for b in (self.sources, self.placed, self.first_triangles) if b]
 
     def free(self) -> None:
         self.bottom.free()
@@ -120,16 +118,22 @@ class Geometry:
 
     def _order(self, rows: np.ndarray, size: int) -> np.ndarray:
         """The meshlets' places in the file's order, so that parts are compact in the world."""
-        assert self.bounds is not None
-        boxes = self.bounds.read(np.float32).reshape(-1, 2, 3).astype(np.float64)
-        centers = np.zeros((len(rows), 3))
-        matrices = {i.primitive: i.matrix for i in reversed(self._scene.instances)}
-        for number, primitive in enumerate(self._scene.primitives):
-            own = rows["primitive"] == number
-            matrix = self._to_world(matrices.get(number, np.eye(4)), primitive)
+        bounds = Buffer(self._device, self.meshlets * MESHLET_BOX_BYTES)
+        self._run_boxes(bounds=bounds.address)
+        boxes = bounds.read(np.float32).reshape(-1, 2, 3).astype(np.float64)
+        bounds.free()
+        centers, corners = np.zeros((len(rows), 3)), []
+        for instance in self._scene.instances:
+            own = boxes[rows["primitive"] == instance.primitive]
+            primitive = self._scene.primitives[instance.primitive]
+            matrix = self._to_world(instance.matrix, primitive)
             with np.errstate(all="ignore"):  # the numbers of a file may be anything
-                centers[own] = boxes[own].mean(axis=1) @ matrix[:3, :3].T + matrix[:3, 3]
-        order = spatial_order(np.nan_to_num(centers), size)
+                around = box_corners(own[:, 0].min(axis=0), own[:, 1].max(axis=0))
+                corners.append(around @ matrix[:3, :3].T + matrix[:3, 3])
+                placed = own.mean(axis=1) @ matrix[:3, :3].T + matrix[:3, 3]
+            centers[rows["primitive"] == instance.primitive] = np.nan_to_num(placed)
+        self.corners = np.concatenate(corners)
+        order = spatial_order(centers, size)
         # Within a part the file's order: primitive by primitive.
         return order[np.lexsort((order, np.arange(len(order)) // size))]
 
@@ -138,25 +142,22 @@ class Geometry:
         return matrix if self._in_object_space else matrix @ _grid_to_object(primitive)
 
     def _build(self, pieces: list[Piece]) -> None:
-        """Builds a bottom level per piece, a top level for all, and one per part."""
+        """Builds a bottom level per piece, and a top level per part."""
         device = self._device
         geometries = self._triangles() if self._path == "rt-triangles" else self._boxes(pieces)
         self.bottom = Structures(device, BOTTOM, geometries)
-        placed, rows, part_begins = self._place(pieces)
+        placed, rows, begins = self._place(pieces)
         self.any_masked = bool((rows["index_mask"] & INSTANCE_MASKED).any())
         self.placed = Buffer(device, placed.nbytes).write(placed)
         address = self._keep_input(rows)
-        tops = [Instances(address, len(rows))]
-        if self.bounds:
-            tops += [
-                Instances(address + acceleration.INSTANCE.itemsize * int(begin), int(end - begin))
-                for begin, end in zip(part_begins, part_begins[1:])
-            ]
-        self.tops = Structures(device, TOP, tops)
-        self.top = self.tops.addresses[0]
-        if self.bounds:
-            addresses = np.array(self.tops.addresses[1:], np.uint64)
-            self.part_structures = Buffer(device, addresses.nbytes).write(addresses)
+        self.tops = Structures(
+            device,
+            TOP,
+            [
+                Instances(address + rows.itemsize * int(begin), int(end - begin))
+                for begin, end in zip(begins, begins[1:])
+            ],
+        )
 
     def _place(self, pieces: list[Piece]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(PLACED[n], acceleration.INSTANCE[n], where the rows of each part begin, and n)"""
@@ -176,7 +177,7 @@ class Geometry:
             ((p, i) for p, piece in enumerate(pieces) for i in instances[piece.primitive]),
             key=lambda pair: (pieces[pair[0]].part, pair[1]),
         )
-        if keys[-1] > CONSTANTS["MAX_KEY"] or len(pairs) > CONSTANTS["PLACED_INDEX"]:
+        if keys[-1] >= 1 << 32 or len(pairs) > CONSTANTS["PLACED_INDEX"]:
             raise VulkanError(
                 f"{len(pairs):,} instances with {keys[-1]:,} triangles are too many for ray tracing",
                 "split the scene",
@@ -239,7 +240,7 @@ class Geometry:
         groups = MESHLET_TRIANGLES // self._constants["GROUP_TRIANGLES"]
         boxes = Buffer(self._device, self.meshlets * groups * BOX_BYTES, INPUT | STORAGE)
         self._temporary.append(boxes)
-        self._run_boxes(boxes=boxes.address, bounds=self.bounds.address if self.bounds else 0)
+        self._run_boxes(boxes=boxes.address)
         return [
             Boxes(boxes.address + p.first * groups * BOX_BYTES, p.count * groups) for p in pieces
         ]

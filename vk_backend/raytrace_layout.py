@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from .constants import CONSTANTS
-
 
 def _words(size: int, names: str) -> list[tuple[str, str]]:
     """Fields of `size` bytes each."""
@@ -22,29 +20,16 @@ SOURCE = np.dtype(_words(4, "primitive meshlet"))
 RAYS_PUSH = np.dtype(
     _words(
         8,
-        "frame structure placed sources slot_table cache counters first_triangles colors hits "
-        "state",
+        "frame view structure placed sources slot_table counters cache first_triangles colors "
+        "hits",
     )
-    + _words(4, "bounces samples shadows kind pass turn step next_turn")
+    + _words(4, "bounces samples shadows first part level strip")
 )
+# shaders/raytrace/rt_paths.glsl; the sizes of launches follow.
+VIEW = np.dtype(_words(8, "found levels") + _words(4, "left top width height rows"))
 # shaders/raytrace/boxes.comp
 BOXES_PUSH = np.dtype(
     _words(8, "frame sources first_triangles boxes bounds") + _words(4, "meshlets")
 )
-# shaders/raytrace/rt_cache.glsl
-CACHE_PUSH = np.dtype(
-    _words(8, "frame sources slot_table cache counters state")
-    + _words(4, "kind pass turn step meshlets")
-)
-PASS = np.dtype(
-    [("launch", "<u4", 3), *_words(4, "waiting requested begin backward resident")]
-)
-# CacheState without its last member, the passes, which follow it.
-CACHE_STATE = np.dtype(
-    [
-        *_words(8, "bounds structures victims missing found levels"),
-        *_words(4, "slots meshlets parts room frame free backward resident retry"),
-        *_words(4, "idle recent lacking finished"),
-        ("records", "<u4", CONSTANTS["TURNS"]),
-    ]
-)
+# shaders/raytrace/rt_fill.comp
+FILL_PUSH = np.dtype(_words(8, "frame sources cache items") + _words(4, "first count"))

@@ -25,7 +25,7 @@ Place hit_place(vec2 barycentrics, uint triangle) {
   return place;
 }
 
-uint hit_instance(Place place) { return PARTIAL ? place.placed.instance : gl_InstanceID; }
+uint hit_instance(Place place) { return SWEEPS ? place.placed.instance : gl_InstanceID; }
 
 #define PRIMITIVE Primitives(Frame(push.frame).primitives).at[open_primitive]
 uint open_primitive;

@@ -1,13 +1,16 @@
-// Paths, and the records of those that wait. A path goes from level to level: a level is the shadow
-// ray of the last surface and the ray to the next one, which both start there. Paths that wait
-// trace the rays of their level again, from the start or (SWEEP) in one part of the model after
-// the other. Include after rt_common.glsl, rt_hit.glsl and rt_cache.glsl.
+// Paths, and how they sweep. A path goes from level to level: a level is the shadow ray of the last
+// surface and the ray to the next one, which both start there.
+//
+// SWEEPS: all paths of a strip of the picture are at the same level. A pass traces its rays in one
+// part of the model, whose meshlets are decoded before, and keeps the nearest hit in the pixel's
+// record. After the last part the paths go to the next level.
+// Include after rt_common.glsl and rt_hit.glsl.
 
 struct Path {
   vec3 origin;     // of both rays
   vec3 direction;  // of the ray to the next surface
   uint packed_direction;  // packing it again might round again
-  float nearest;   // that ray hits nothing before this distance
+  float nearest;          // that ray hits nothing before this distance
   vec3 throughput;
   float facing;   // cosine between the light and the last surface
   vec3 sum;       // radiance, over all samples so far
@@ -17,11 +20,12 @@ struct Path {
   bool to_light;  // whether there is a shadow ray, which nothing has stopped yet
 };
 
-// The records of a waiting path.
+// The records of a pixel.
 struct Found {
-  uint pixel;
-  uint progress;  // packed_progress, or DONE
-  Hit hit;        // the nearest one in the parts so far; t is FAR if there is none
+  Hit hit;  // the nearest one in the parts so far; t is FAR if there is none
+  uint to_light;
+  uint ended;   // the sample has no more rays
+  uint unused;
 };
 struct Level {
   vec3 origin;
@@ -33,22 +37,30 @@ struct Level {
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer FoundRecords { Found at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer LevelRecords { Level at[]; };
 
+// The rectangle of the picture in which the scene is. Strips of `rows` rows take turns, as there are
+// records for one.
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer View {
+  uvec2 found;   // a record per pixel of a strip: Found
+  uvec2 levels;  // a record per pixel of a strip: Level; 0 if paths have one ray
+  uint left;
+  uint top;
+  uint width;
+  uint height;
+  uint rows;
+  uint launches[];  // size of the launch of each strip
+};
+
 #define FAR 1e30
-#define DONE 0xFFFFFFFFu
-
-// 16 bits of sample, 8 of bounce, 1 for the shadow ray.
-uint packed_progress(Path path) {
-  return path.number << (BOUNCE_BITS + 1) | path.bounce << 1 | (path.to_light ? 1u : 0u);
-}
-
-// The record that this invocation works at.
-uint launched_record() {
-  return gl_LaunchIDEXT.x / spread_of(CacheState(push.state).records[push.turn]);
-}
+#define LEVEL_BOUNCE 0xFFu  // bits of RaysPush.level
 
 // The pixel of the picture that this invocation works at.
 uint launched_pixel() {
-  if (PARTIAL && push.kind != FIRST_RAYS)
-    return FoundRecords(CacheState(push.state).found).at[launched_record()].pixel;
-  return gl_LaunchIDEXT.y * gl_LaunchSizeEXT.x + gl_LaunchIDEXT.x;
+  uvec2 place = gl_LaunchIDEXT.xy;
+  uint width = gl_LaunchSizeEXT.x;
+  if (SWEEPS && (push.part & BACKGROUND) == 0u) {
+    View view = View(push.view);
+    place += uvec2(view.left, view.top + push.strip * view.rows);
+    width = Frame(push.frame).width;
+  }
+  return place.y * width + place.x;
 }

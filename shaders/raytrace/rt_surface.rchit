@@ -45,12 +45,6 @@ void main() {
 #else
   Place place = hit_place(found.barycentrics, found.triangle);
   surface.barycentrics = found.barycentrics;
-  if (PARTIAL && gl_HitKindEXT == KIND_BLOCKED) {
-    surface.hit.t = BLOCKED;
-    surface.hit.number = place.number;
-    return;
-  }
-  if (PARTIAL && (gl_IncomingRayFlagsEXT & RAY_TO_LIGHT) != 0u) return;
 #endif
   open_attributes(place);
   surface.instance = hit_instance(place);
@@ -64,8 +58,8 @@ void main() {
   vec3 flat_normal = unit(in_world(instance, flat_normal_in_object()), -gl_WorldRayDirectionEXT);
   vec3 normal =
       has_normal() ? unit(in_world(instance, normal_in_object()), flat_normal) : flat_normal;
-  surface.hit = Hit(gl_HitTEXT,
-                    place.number | ((material.flags & MATERIAL_UNLIT) != 0u ? UNLIT : 0u),
-                    packed_unit(normal), packed_unit(flat_normal),
-                    packed_light(base_color(material).rgb), packed_light(emission(material)));
+  bool unlit = (material.flags & MATERIAL_UNLIT) != 0u;
+  surface.hit = Hit(gl_HitTEXT, packed_unit(normal), packed_unit(flat_normal),
+                    packed_light(base_color(material).rgb),
+                    unlit ? UNLIT : packed_light(emission(material)));
 }
