@@ -37,9 +37,8 @@ MIRRORS: dict[str, tuple[np.dtype, set[str]]] = {
     "Source": (raytrace_layout.SOURCE, set()),
     "RaysPush": (raytrace_layout.RAYS_PUSH, set()),
     "BoxesPush": (raytrace_layout.BOXES_PUSH, set()),
-    "CachePush": (raytrace_layout.CACHE_PUSH, set()),
-    "CacheState": (raytrace_layout.CACHE_STATE, {"passes"}),
-    "Pass": (raytrace_layout.PASS, set()),
+    "FillPush": (raytrace_layout.FILL_PUSH, set()),
+    "View": (raytrace_layout.VIEW, {"launches"}),
 }
 
 
@@ -67,9 +66,9 @@ def test_mirrors_have_the_shaders_strides():
     }
 
 
-def test_passes_follow_the_cache_state():
-    offset, _ = shipped_reflection()["structures"]["CacheState"]["passes"]
-    assert offset == raytrace_layout.CACHE_STATE.itemsize
+def test_launches_follow_the_view():
+    offset, _ = shipped_reflection()["structures"]["View"]["launches"]
+    assert offset == raytrace_layout.VIEW.itemsize
 
 
 def test_every_structure_that_the_host_writes_has_a_mirror():
