@@ -13,7 +13,6 @@ pictures of path rt are compared bit for bit.
 from __future__ import annotations
 
 import argparse
-import itertools
 import tempfile
 import time
 from pathlib import Path
@@ -67,10 +66,7 @@ def configurations(options: argparse.Namespace) -> list[dict]:
         for share in options.cache
     ]
     if options.baselines:
-        rows += [
-            {"path": "rt-paper", "cache": share, "group": 64}
-            for share in options.paper_cache
-        ]
+        rows += [{"path": "rt-paper", "cache": share, "group": 64} for share in options.paper_cache]
         rows.append({"path": "rt-plain", "cache": None, "group": 4})
     return [*rows, {"path": "rt-triangles", "cache": None, "group": None}]
 
@@ -104,7 +100,7 @@ def measure_model(device, path: Path, name: str, options: argparse.Namespace) ->
     rows, tracers = [], []
     for configuration in configurations(options):
         settings = {k: configuration[k] for k in SETTINGS if configuration[k] is not None}
-        tracers.append(RayTracer(device, scene, samples=1, marked=options.steps, **settings))
+        tracers.append(RayTracer(device, scene, samples=1, **settings))
         rows.append({"model": name, "triangles": scene.triangles, **configuration})
         if options.statistics:
             print_statistics(device, tracers[-1])
@@ -125,30 +121,24 @@ def measure_model(device, path: Path, name: str, options: argparse.Namespace) ->
 def measure_light(rows, tracers, cameras, size: tuple[int, int], bounces: int) -> list[dict]:
     """The rows of a model with so many bounces, completed by what was measured."""
     times: list[list[float]] = [[] for _ in tracers]
-    steps: list[list[dict[str, float]]] = [[] for _ in tracers]
     last: dict = {}  # milliseconds of the last frame
     began = time.perf_counter()
     while time.perf_counter() < began + CLOCKS:
         tracers[-1].time(cameras[0], *size)
     for number, camera in enumerate(cameras):
-        for tracer, own, own_steps in zip(tracers, times, steps):
+        for tracer, own in zip(tracers, times):
             slow = len(own) >= LEAST_FRAMES and sum(own) > SLOW
             if slow or (1 < number < WARM_UP and last[tracer] > SLOW / WARM_UP):
                 continue
             milliseconds = last[tracer] = tracer.time(camera, *size)
             if number >= WARM_UP:
                 own.append(milliseconds)
-                own_steps.append(tracer.steps())
     reference = None
     result = []
-    for row, tracer, own, own_steps in zip(rows, tracers, times, steps):
+    for row, tracer, own in zip(rows, tracers, times):
         entry = {**row, "bounces": bounces, "milliseconds": percentiles(own)}
         entry |= {"frames": len(own), "resident_bytes": tracer.resident_bytes()}
         entry["statistics"] = tracer.statistics()
-        if own_steps[0]:
-            entry["steps"] = {
-                name: float(np.median([s[name] for s in own_steps])) for name in own_steps[0]
-            }
         if row["path"] == "rt":
             picture = tracer.render(cameras[-1], *size)
             parts = [picture.color, picture.ids, picture.t, picture.barycentrics]
@@ -193,7 +183,7 @@ def _triangles(rows: list[dict], row: dict) -> dict:
 
 
 def summary(result: dict) -> str:
-    """A line per row with its ratios to rt-triangles, and the timed steps of a frame."""
+    """A line per row with its ratios to rt-triangles and to a full cache."""
     rows = result["rows"]
     lines = []
     for row in rows:
@@ -209,9 +199,6 @@ def summary(result: dict) -> str:
         )
         if row.get("differing"):
             lines.append(f"  the picture differs in {row['differing']} numbers")
-        if row.get("steps"):
-            steps = ", ".join(f"{name} {1e3 * ms:.0f}" for name, ms in row["steps"].items())
-            lines.append(f"  microseconds: {steps}")
     return "\n".join(lines)
 
 
@@ -295,8 +282,8 @@ def save_plot(rows: list[dict], path: Path) -> Path:
     for axis, bounces in zip(axes, BOUNCES):
         for color, model in enumerate(dict.fromkeys(r["model"] for r in rows)):
             mine = [r for r in rows if r["model"] == model and r["bounces"] == bounces]
-            for path, style, marker in (("rt", "-", "o"), ("rt-paper", "-.", "x")):
-                cached = [r for r in mine if r["path"] == path and r["group"] == (4, 64)[path != "rt"]]
+            for kind, group, style, marker in (("rt", 4, "-", "o"), ("rt-paper", 64, "-.", "x")):
+                cached = [r for r in mine if (r["path"], r["group"]) == (kind, group)]
                 axis.plot(
                     [100 * r["cache"] for r in cached],
                     [r["milliseconds"]["median"] for r in cached],
@@ -304,7 +291,7 @@ def save_plot(rows: list[dict], path: Path) -> Path:
                     linestyle=style,
                     marker=marker,
                     markersize=3,
-                    label=model if path == "rt" else None,
+                    label=model if kind == "rt" else None,
                 )
             for line, style in (("rt-plain", ":"), ("rt-triangles", "--")):
                 baseline = [r["milliseconds"]["median"] for r in mine if r["path"] == line]
@@ -340,11 +327,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=int,
         default=FRAMES,
         help="timed frames of each configuration (default %(default)s)",
-    )
-    parser.add_argument(
-        "--steps",
-        action="store_true",
-        help="also the median time of each step of a frame, which costs a little time",
     )
     parser.add_argument(
         "--statistics",

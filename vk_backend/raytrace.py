@@ -69,13 +69,12 @@ class RayTracer:
     samples: paths per pixel (None: 1, or 16 with bounces). group: triangles behind one box, 4 to
     64, a power of two (None: 4, or 64 for rt-paper).
 
-    If the cache does not hold all meshlets, paths of "rt" sweep over the model for each ray: part by
-    part is decoded into the cache, and the nearest hit is kept. In "rt-paper" rays decode missing
-    meshlets by themselves.
+    If the cache does not hold all meshlets, paths of "rt" sweep over the model for each ray: part
+    by part is decoded into the cache, and the nearest hit is kept. In "rt-paper" rays decode
+    missing meshlets by themselves.
 
-    marked: time the steps of a frame. Raises VulkanError if the device lacks ray tracing or
-    memory, or the cache of "rt" holds less than 1/64 of the meshlets; ValueError for an unknown
-    group.
+    Raises VulkanError if the device lacks ray tracing or memory, or the cache of "rt" holds less
+    than 1/64 of the meshlets; ValueError for an unknown group.
     """
 
     def __init__(
@@ -90,7 +89,6 @@ class RayTracer:
         shadows: bool = True,
         samples: int | None = None,
         group: int | None = None,
-        marked: bool = False,
     ):
         group = group or (64 if path == "rt-paper" else 4)
         _check(path, cache, cache_bytes, group)
@@ -98,12 +96,9 @@ class RayTracer:
         compressed = path in ("rt", "rt-paper")
         if compressed:
             shared = device.limits.compute_shared_bytes
-            require_room(
-                device, scene, path, shared, "choose --path rt-triangles or geometry"
-            )
+            require_room(device, scene, path, shared, "choose --path rt-triangles or geometry")
         self.device, self.scene, self.path, self.group = device, scene, path, group
         self.samples = samples or (DEFAULT_SAMPLES if bounces else 1)
-        self._marked = marked
         self._slots = SlotLayout.of(scene, traced=True)
         self.slot_bytes = self._slots.bytes
         self.meshlets = sum(p.meshlets for p in scene.primitives)
@@ -186,16 +181,6 @@ class RayTracer:
         if self._passes:
             self._part = self._passes[-1][0]
         return float(self._times.milliseconds().sum())
-
-    def steps(self) -> dict[str, float]:
-        """Milliseconds of the last frame's steps, summed over all passes. Needs `marked`.
-
-        Steps: "decode" and "rays".
-        """
-        found = dict.fromkeys(self._steps, 0.0)
-        for name, milliseconds in zip(self._steps, self._times.milliseconds()):
-            found[name] += float(milliseconds)
-        return found
 
     def statistics(self) -> dict[str, int]:
         """Counts of the last frame. Empty for paths without a cache.
@@ -356,13 +341,9 @@ class RayTracer:
     def _forget_picture(self) -> None:
         for buffer in self._picture.values():
             buffer.free()
-        self._forget_commands()
-        self._picture, self._size = {}, None
-
-    def _forget_commands(self) -> None:
         for commands in self._commands.values():
             vk.vkFreeCommandBuffers(self.device.handle, self.device.pool, 1, [commands])
-        self._commands = {}
+        self._picture, self._commands, self._size = {}, {}, None
 
     def _view_record(self, camera: Camera) -> tuple[bytes, int]:
         """(View of shaders/raytrace/rt_paths.glsl with the sizes of launches, number of strips)"""
@@ -408,12 +389,7 @@ class RayTracer:
     def _record_frame(self, strips: int) -> Any:
         """The command buffer of a picture."""
         passes, part = self._passes, self._part
-        marks = 2 + self._marked * (2 * len(passes) + 2)
-        if self._times.count != marks:
-            self._forget_commands()
-            self._times = Timestamps(self.device, marks)
         commands = self.device.record()
-        self._steps: list[str] = []
         self._times.reset(commands)
         copy = vk.VkBufferCopy(0, 0, self._frame.size)
         vk.vkCmdCopyBuffer(commands, self._frame_host.handle, self._frame.handle, 1, [copy])
@@ -439,8 +415,7 @@ class RayTracer:
             place = VIEW_OFFSET + VIEW.itemsize + 12 * strip
             fields = {"first": new * self.slots, "level": level, "strip": strip}
             self._record_rays(commands, place, part=ends, structure=new, **fields)
-        for mark in range(len(self._steps) + 1, marks):
-            self._times.mark(commands, mark)
+        self._times.mark(commands, 1)
         vk.vkEndCommandBuffer(commands)
         return commands
 
@@ -458,7 +433,6 @@ class RayTracer:
         data = push_record(FILL_PUSH, **self._addresses(), items=items, first=first, count=count)
         self._fill.dispatch(commands, max(min(count, MAX_GROUPS), 1), data)
         self.device.full_barrier(commands)
-        self._mark(commands, "decode")
 
     def _record_rays(self, commands: Any, launch: int = 0, structure: int = 0, **own: int) -> None:
         """Records a launch of rays that meet a part.
@@ -488,13 +462,6 @@ class RayTracer:
             trace = self.device.function("vkCmdTraceRaysKHR")
             trace(commands, *self._rays.regions, *self._size, 1)
         self.device.full_barrier(commands)
-        self._mark(commands, "rays")
-
-    def _mark(self, commands: Any, name: str) -> None:
-        """Records a timestamp at the end of a step, if steps are timed."""
-        if self._marked:
-            self._steps.append(name)
-            self._times.mark(commands, len(self._steps))
 
     def _number_triangles(self, ids: np.ndarray) -> None:
         """Replaces numbers of triangles in their primitive by meshlet * 64 + triangle."""

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
+
+from gltf_ext.gltf.scene import box_corners
 
 from . import acceleration, vk
 from .acceleration import BOTTOM, BOX_BYTES, INPUT, TOP, Boxes, Instances, Structures, Triangles
@@ -15,7 +18,7 @@ from .errors import VulkanError
 from .memory import STORAGE, Buffer
 from .pipelines import MAX_GROUPS, ComputePipeline, push_record
 from .raytrace_layout import BOXES_PUSH, PLACED, SOURCE
-from .scene import Primitive, Scene, box_corners
+from .scene import Primitive, Scene
 
 MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
 BOXES_THREADS = CONSTANTS["BOXES_THREADS"]
@@ -155,7 +158,7 @@ class Geometry:
             TOP,
             [
                 Instances(address + rows.itemsize * int(begin), int(end - begin))
-                for begin, end in zip(begins, begins[1:])
+                for begin, end in pairwise(begins)
             ],
         )
 
@@ -179,7 +182,7 @@ class Geometry:
         )
         if keys[-1] >= 1 << 32 or len(pairs) > CONSTANTS["PLACED_INDEX"]:
             raise VulkanError(
-                f"{len(pairs):,} instances with {keys[-1]:,} triangles are too many for ray tracing",
+                f"{len(pairs):,} instances with {keys[-1]:,} triangles are too many to trace",
                 "split the scene",
             )
         templates = [self._instance_row(i) for i in range(len(self._scene.instances))]
@@ -230,9 +233,7 @@ class Geometry:
             positions = self._keep_input(np.ascontiguousarray(decoded.positions, np.float32))
             triangles = self._keep_input(np.ascontiguousarray(decoded.triangles, np.uint32))
             geometries.append(
-                Triangles(
-                    positions, len(decoded.positions), 12, triangles, len(decoded.triangles)
-                )
+                Triangles(positions, len(decoded.positions), 12, triangles, len(decoded.triangles))
             )
         return geometries
 
@@ -271,7 +272,7 @@ def _pieces(rows: np.ndarray, part_meshlets: int) -> list[Piece]:
     begins = np.concatenate([[0], np.flatnonzero(change) + 1, [len(rows)]])
     return [
         Piece(int(parts[begin]), int(rows["primitive"][begin]), int(begin), int(end - begin))
-        for begin, end in zip(begins, begins[1:])
+        for begin, end in pairwise(begins)
     ]
 
 

@@ -20,8 +20,7 @@ SOURCE = np.dtype(_words(4, "primitive meshlet"))
 RAYS_PUSH = np.dtype(
     _words(
         8,
-        "frame view structure placed sources slot_table counters cache first_triangles colors "
-        "hits",
+        "frame view structure placed sources slot_table counters cache first_triangles colors hits",
     )
     + _words(4, "bounces samples shadows first part level strip")
 )

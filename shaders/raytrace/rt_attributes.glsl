@@ -69,8 +69,8 @@ uvec2 open_slot;
 #define SLOT open_slot
 #ifdef PAPER
 bool in_cache;
-#define VALUE(a, place, c, v)                                                              \
-  (in_cache ? slot_bits(SLOT, v, (place) + (c)*attribute_field(a), attribute_bits(a))      \
+#define VALUE(a, place, c, v)                                                           \
+  (in_cache ? slot_bits(SLOT, v, (place) + (c) * attribute_field(a), attribute_bits(a)) \
             : values[(a.element + (c)) * 64u + (v)])
 #endif
 #include "scene/decoded_vertex.glsl"
@@ -108,7 +108,7 @@ vec4 vertex_color(uint v) { return decoded_color(PRIMITIVE, v); }
 
 #endif
 
-#define INTERPOLATED(attribute)                                                               \
+#define INTERPOLATED(attribute)                                                              \
   (open_weights.x * attribute(open_corners.x) + open_weights.y * attribute(open_corners.y) + \
    open_weights.z * attribute(open_corners.z))
 

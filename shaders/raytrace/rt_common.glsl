@@ -35,14 +35,14 @@ layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer Sc
 
 #ifndef OWN_PUSH
 layout(push_constant) uniform RaysPush {
-  uvec2 frame;       // Frame
-  uvec2 view;        // View of rt_paths.glsl
-  uvec2 structure;   // top-level acceleration structure: of all, or of a part
-  uvec2 placed;      // per instance of the structure of all: Placed
-  uvec2 sources;     // per meshlet: Source
-  uvec2 slot_table;  // PAPER, per meshlet: its slot or NO_SLOT
-  uvec2 counters;    // PAPER, per meshlet: how many rays have tested it
-  uvec2 cache;       // the slots
+  uvec2 frame;            // Frame
+  uvec2 view;             // View of rt_paths.glsl
+  uvec2 structure;        // top-level acceleration structure: of all, or of a part
+  uvec2 placed;           // per instance of the structure of all: Placed
+  uvec2 sources;          // per meshlet: Source
+  uvec2 slot_table;       // PAPER, per meshlet: its slot or NO_SLOT
+  uvec2 counters;         // PAPER, per meshlet: how many rays have tested it
+  uvec2 cache;            // the slots
   uvec2 first_triangles;  // uncompressed meshlets: number of their first triangle in all primitives
   uvec2 colors;           // output, a word per pixel
   uvec2 hits;             // output, HIT_WORDS per pixel

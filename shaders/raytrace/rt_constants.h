@@ -16,9 +16,9 @@
 
 // --- geometry ---
 
-#define BOXES_THREADS 32u         // of a workgroup of boxes.comp, one meshlet each
-#define MESHLET_BOX_BYTES 24u     // the box around a meshlet: low and high corner, 6 floats
-#define PLACED_INDEX 0x7FFFFFu    // bits of an instance's custom index: struct Placed
+#define BOXES_THREADS 32u          // of a workgroup of boxes.comp, one meshlet each
+#define MESHLET_BOX_BYTES 24u      // the box around a meshlet: low and high corner, 6 floats
+#define PLACED_INDEX 0x7FFFFFu     // bits of an instance's custom index: struct Placed
 #define INSTANCE_MASKED 0x800000u  // bit of it: parts of the instance may be transparent
 
 // --- output ---

@@ -7,13 +7,13 @@
 // Include after rt_common.glsl and rt_hit.glsl.
 
 struct Path {
-  vec3 origin;     // of both rays
-  vec3 direction;  // of the ray to the next surface
+  vec3 origin;            // of both rays
+  vec3 direction;         // of the ray to the next surface
   uint packed_direction;  // packing it again might round again
   float nearest;          // that ray hits nothing before this distance
   vec3 throughput;
-  float facing;   // cosine between the light and the last surface
-  vec3 sum;       // radiance, over all samples so far
+  float facing;  // cosine between the light and the last surface
+  vec3 sum;      // radiance, over all samples so far
   uint pixel;
   uint number;    // of the sample
   uint bounce;    // number of the ray to the next surface; there is none after the last bounce
@@ -24,7 +24,7 @@ struct Path {
 struct Found {
   Hit hit;  // the nearest one in the parts so far; t is FAR if there is none
   uint to_light;
-  uint ended;   // the sample has no more rays
+  uint ended;  // the sample has no more rays
   uint unused;
 };
 struct Level {
@@ -37,8 +37,8 @@ struct Level {
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer FoundRecords { Found at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 16) buffer LevelRecords { Level at[]; };
 
-// The rectangle of the picture in which the scene is. Strips of `rows` rows take turns, as there are
-// records for one.
+// The rectangle of the picture in which the scene is. Strips of `rows` rows take turns, as there
+// are records for one.
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer View {
   uvec2 found;   // a record per pixel of a strip: Found
   uvec2 levels;  // a record per pixel of a strip: Level; 0 if paths have one ray

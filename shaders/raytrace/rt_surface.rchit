@@ -59,7 +59,7 @@ void main() {
   vec3 normal =
       has_normal() ? unit(in_world(instance, normal_in_object()), flat_normal) : flat_normal;
   bool unlit = (material.flags & MATERIAL_UNLIT) != 0u;
-  surface.hit = Hit(gl_HitTEXT, packed_unit(normal), packed_unit(flat_normal),
-                    packed_light(base_color(material).rgb),
-                    unlit ? UNLIT : packed_light(emission(material)));
+  surface.hit =
+      Hit(gl_HitTEXT, packed_unit(normal), packed_unit(flat_normal),
+          packed_light(base_color(material).rgb), unlit ? UNLIT : packed_light(emission(material)));
 }

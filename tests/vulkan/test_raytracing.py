@@ -319,16 +319,13 @@ def test06_the_rectangle_holds_the_scene(device, fine_scene):
     traced.free()
 
 
-def test06_steps_and_sizes(device, fine_scene, fine_film):
-    """Steps match the launches; other sizes and lights in between do not change a picture."""
-    traced = tracer(device, fine_scene, cache=0.25, marked=True, **SWEEPING)
+def test06_sizes(device, fine_scene, fine_film):
+    """Pictures of other sizes and with other lights in between do not change a picture."""
+    traced = tracer(device, fine_scene, cache=0.25, **SWEEPING)
     camera = fine_cameras(fine_scene)[0]
     traced.render(camera, 16, 12)
     traced.set_light(bounces=0, shadows=True)
-    milliseconds = traced.time(camera, WIDTH, HEIGHT)
-    steps = traced.steps()
-    assert 0.9 * milliseconds < sum(steps.values()) <= milliseconds
-    assert set(steps) == {"decode", "rays"}
+    assert traced.time(camera, WIDTH, HEIGHT) > 0
     traced.set_light(bounces=SWEEPING["bounces"], shadows=True)
     assert_same_pictures(traced.render(camera, WIDTH, HEIGHT), fine_film[0])
     traced.free()
@@ -557,7 +554,7 @@ def test13_errors(device, scene, shared, monkeypatch):
     camera = camera_of(scene)
     before = traced.render(camera, WIDTH, HEIGHT)
     with monkeypatch.context() as patch:
-        patch.setattr(device, "limits", replace(device.limits, launch_width=100_000))
+        patch.setattr(device, "limits", replace(device.limits, launch_invocations=3100))
         with pytest.raises(VulkanError, match="cannot trace a picture of 64 x 49 pixels"):
             traced.render(camera, WIDTH, 49)
     assert_same_pictures(traced.render(camera, WIDTH, HEIGHT), before)
