@@ -109,7 +109,7 @@ History::~History() {
 }
 
 template <class Visit>
-void History::for_vertices(uint32_t r, Visit visit) {
+INLINE void History::for_vertices(uint32_t r, Visit visit) {
   const Kept& owner = kept(d_.reference_owner[r]);
   uint32_t slot = d_.reference_slot[r], n = d_.reference_length[r], rank = d_.reference_rank[r];
   uint32_t last = owner.start[slot] + n;
@@ -163,15 +163,15 @@ void History::look_up(bool provide) {
              corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
     const bool copy = provide && owner != d_.opened.meshlet, alias = !(d_.seamed_refs >> r & 1);
     const uint32_t* values = kept(owner).values;
+    uint64_t visited = 0;
     for_vertices(r, [&, size = place_size()](uint32_t place, uint32_t id) {
       if (copy) copy_vertex(r, values + size * size_t(place), id);
-      if (alias && id != corners[0] && id != corners[1]) {
-        alias_[id] = {owner, place};
-        is_alias_ |= 1ull << id;
-      }
+      if (alias && id != corners[0] && id != corners[1]) alias_[id] = {owner, place};
+      visited |= 1ull << id;
     });
     d_.provided_refs |= uint64_t(copy) << r;
     if (!alias) continue;
+    is_alias_ |= visited & ~(1ull << corners[0] | 1ull << corners[1]);
     const uint32_t slot = d_.reference_slot[r];
     alias_corner(corners[0], {owner, kept(owner).end[slot]}, true);
     alias_corner(corners[1], {owner, kept(owner).start[slot]}, false);
