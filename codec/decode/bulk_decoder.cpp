@@ -38,7 +38,8 @@ class History {
   void look_up(bool provide);
 
   // Numbers the meshlet's vertices after look_up (spec, appendix A.8): global[local id]. new_ids
-  // receives the local ids without alias, in order. Returns their number, or kCircle.
+  // receives the local ids without alias, in order, and kBatch zeros. Returns their number, or
+  // kCircle.
   uint32_t number(uint32_t* global, uint32_t* new_ids);
 
   // Keeps the decoded meshlet.
@@ -121,8 +122,8 @@ void History::for_vertices(uint32_t r, Visit visit) {
 void History::copy_vertex(uint32_t r, const uint32_t* from, uint32_t id) {
   uint32_t* to = d_.vertex(0, id);
   if (!(d_.seamed_refs >> r & 1)) {
-    uint32_t* end = to + kStream * d_.stream_total;
-    for (; to != end; to += kStream, from += kStored) copy_stored(from, to);
+    for (uint32_t s = d_.stream_total; s > 0; s--, to += kStream, from += kStored)
+      copy_stored(from, to);
     return;
   }
   for (uint32_t s = 0; s < d_.stream_total; s++, to += kStream, from += kStored)
@@ -160,23 +161,20 @@ void History::look_up(bool provide) {
   for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
     uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
              corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
+    const bool copy = provide && owner != d_.opened.meshlet, alias = !(d_.seamed_refs >> r & 1);
     const uint32_t* values = kept(owner).values;
-    if (provide && owner != d_.opened.meshlet) {
-      for_vertices(r, [&](uint32_t place, uint32_t id) {
-        copy_vertex(r, values + place_size() * place, id);
-      });
-      d_.provided_refs |= 1ull << r;
-    }
-    if (d_.seamed_refs >> r & 1) continue;
-    const uint32_t slot = d_.reference_slot[r], n = d_.reference_length[r],
-                   rank = d_.reference_rank[r], last = kept(owner).start[slot] + n;
+    for_vertices(r, [&, size = place_size()](uint32_t place, uint32_t id) {
+      if (copy) copy_vertex(r, values + size * size_t(place), id);
+      if (alias && id != corners[0] && id != corners[1]) {
+        alias_[id] = {owner, place};
+        is_alias_ |= 1ull << id;
+      }
+    });
+    d_.provided_refs |= uint64_t(copy) << r;
+    if (!alias) continue;
+    const uint32_t slot = d_.reference_slot[r];
     alias_corner(corners[0], {owner, kept(owner).end[slot]}, true);
     alias_corner(corners[1], {owner, kept(owner).start[slot]}, false);
-    for (uint32_t i = 1; i < n; i++) {
-      const uint32_t id = d_.loop_vertex[rank + i];
-      alias_[id] = {owner, last - i};
-      is_alias_ |= 1ull << id;
-    }
   }
 }
 
@@ -198,6 +196,7 @@ uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
     global[id] = next_ + count;
     new_ids[count++] = id;
   }
+  for (uint32_t i = 0; i < kBatch; i++) new_ids[count + i] = 0;
   next_ += count;
   for (uint64_t rest = is_alias_; rest; rest &= rest - 1) {
     uint32_t id = d_.mask_lsb(rest);
@@ -395,7 +394,7 @@ BlobResult decode(const BlobJob& job, SerialDecoder& d, History& history) {
     d.read_foreign();
     if (d.error == ERROR_NONE) d.read_own();
     if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
-    uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch] = {};
+    uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
     if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
     if (count > job.vertex_count - first) return {BlobProblem::kTooManyVertices, m, ERROR_NONE};
@@ -424,7 +423,7 @@ BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
     if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
     if (d.low_cursor > 8 * meshlet_end(d, m)) return {BlobProblem::kOverlap, m, ERROR_NONE};
     history.look_up(false);
-    uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch];
+    uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
     if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
     vertices += count;

@@ -1,5 +1,5 @@
-// Prediction of serial_decoder.glsl for AVX2: all elements of a vertex at a time, and for what
-// depends on positions alone eight vertices at a time. The results are the same bits.
+// Values of serial_decoder.glsl for AVX2: all elements of a vertex at a time, and for what depends
+// on positions alone eight vertices at a time. The results are the same bits.
 //
 // serial_decoder.h includes this file inside its struct.
 
@@ -16,11 +16,86 @@ static Vertex load_residual(const uint* from) {
   return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
 }
 
+// Ones in the elements of stream s.
+Vertex element_mask(uint s) const {
+  return _mm_cmpgt_epi32(_mm_set1_epi32(int(stream_elements[s])), _mm_setr_epi32(0, 1, 2, 3));
+}
 // Ones in the bits that values of stream s have.
 Vertex vertex_mask(uint s) const {
-  const Vertex element = _mm_setr_epi32(0, 1, 2, 3);
-  return _mm_and_si128(_mm_cmpgt_epi32(_mm_set1_epi32(int(stream_elements[s])), element),
-                       _mm_set1_epi32(int(stream_mask[s])));
+  return _mm_and_si128(element_mask(s), _mm_set1_epi32(int(stream_mask[s])));
+}
+
+// --- anchors ---
+
+// Where the elements of a vertex with up to 57 bits lie: element c has width[c] bits, after those
+// before it.
+class PackedVertex {
+ public:
+  explicit PackedVertex(Vertex width) {
+    Vertex end = _mm_add_epi32(width, _mm_slli_si128(width, 4));
+    end = _mm_add_epi32(end, _mm_slli_si128(end, 8));
+    total_ = uint(_mm_extract_epi32(end, 3));
+    offset_ = _mm256_cvtepu32_epi64(_mm_sub_epi32(end, width));
+    const __m256i ones = _mm256_set1_epi64x(-1);
+    mask_ = _mm256_andnot_si256(_mm256_sllv_epi64(ones, _mm256_cvtepu32_epi64(width)), ones);
+  }
+  uint total() const { return total_; }  // bits
+  Vertex elements(uint64_t bits) const {
+    const __m256i wide =
+        _mm256_and_si256(_mm256_srlv_epi64(_mm256_set1_epi64x(int64_t(bits)), offset_), mask_);
+    const __m256i low = _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6);
+    return _mm256_castsi256_si128(_mm256_permutevar8x32_epi32(wide, low));
+  }
+
+ private:
+  __m256i offset_, mask_;
+  uint total_;
+};
+
+Vertex load_packed(const PackedVertex& packed, uint p) const {
+  return packed.elements((p >> 3) + 8u > size ? 0 : load64(p >> 3) >> (p & 7u));
+}
+
+// Bits of the elements of a further anchor of stream s, whose width fields begin at bit `fields`.
+Vertex further_widths(uint s, uint fields) const {
+  const Vertex full = _mm_set1_epi32(ANCHOR_WIDTH_FULL), bits = _mm_set1_epi32(stream_bits[s]);
+  const Vertex word = _mm_set1_epi32(int(load_bits(fields, 4u * ANCHOR_WIDTH_BITS)));
+  const Vertex shift =
+      _mm_setr_epi32(0, ANCHOR_WIDTH_BITS, 2 * ANCHOR_WIDTH_BITS, 3 * ANCHOR_WIDTH_BITS);
+  const Vertex field = _mm_and_si128(_mm_srlv_epi32(word, shift), full);
+  const Vertex width =
+      _mm_min_epi32(_mm_add_epi32(field, _mm_set1_epi32(stream_anchor_base[s])), bits);
+  return _mm_and_si128(_mm_blendv_epi8(width, bits, _mm_cmpeq_epi32(field, full)), element_mask(s));
+}
+
+// Calls write(vertex, anchor number) for the vertices of the anchors of a stream.
+template <class Write>
+void for_anchors(HEADER_IN h, uint s, mask64 stored, Write write) {
+  for (uint i = 0; i < anchor_count[s]; i++, stored = mask_clear_lsb(stored))
+    write(h.references > 0 ? loop_vertex[reference_rank[mask_lsb(stored) & 63u]] : disk_first[i],
+          i);
+}
+
+void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
+  const uint bits = stream_bits[s], elements = stream_elements[s];
+  if (bits * elements > 57u)
+    return for_anchors(h, s, stored, [&](uint v, uint i) { read_anchor(s, i, v); });
+  const PackedVertex whole(_mm_and_si128(_mm_set1_epi32(int(bits)), element_mask(s)));
+  const uint fields = anchor_position[s] + bits * elements;
+  const PackedVertex difference(further_widths(s, fields));
+  const Vertex first = load_packed(whole, anchor_position[s]), mask = vertex_mask(s);
+  const Vertex one = _mm_set1_epi32(1);
+  uint p = fields + ANCHOR_WIDTH_BITS * elements;
+  for_anchors(h, s, stored, [&](uint v, uint i) {
+    Vertex value = first;
+    if (i > 0) {
+      const Vertex u = load_packed(difference, p);
+      const Vertex sign = _mm_sub_epi32(_mm_setzero_si128(), _mm_and_si128(u, one));
+      value = _mm_add_epi32(value, _mm_xor_si128(_mm_srli_epi32(u, 1), sign));
+      p += difference.total();
+    }
+    store_vertex(vertex(s, v), _mm_and_si128(value, mask));
+  });
 }
 
 // --- eight vertices ---
@@ -132,6 +207,9 @@ struct WeightLists {
 };
 WeightLists traversed_weight, chain_weight;
 
+// affine_weights drops lower bits of longer differences.
+static constexpr uint kWeighedBits = 14;
+
 // affine_weights of the vertices i .. i + 7 of a list, whose items are packed vertices: a, b and v
 // in these bytes, o or NO_VERTEX in the highest.
 template <uint a, uint b, uint v>
@@ -140,11 +218,14 @@ void weigh_eight(const uint* packed, uint i, WeightLists& out) {
   EightTriples e = minus(load_positions<b>(packed + i), origin),
                f = minus(load_positions<3>(packed + i), origin),
                r = minus(load_positions<v>(packed + i), origin);
-  const Eight most = _mm256_or_si256(_mm256_or_si256(magnitudes(e), magnitudes(f)), magnitudes(r));
-  const Eight h = excess(bit_length(most), eight_of(14));
-  e = shifted(e, h);
-  f = shifted(f, h);
-  r = shifted(r, h);
+  if (stream_bits[0] > kWeighedBits) {  // differences may be longer
+    const Eight h = excess(
+        bit_length(_mm256_or_si256(_mm256_or_si256(magnitudes(e), magnitudes(f)), magnitudes(r))),
+        eight_of(kWeighedBits));
+    e = shifted(e, h);
+    f = shifted(f, h);
+    r = shifted(r, h);
+  }
   Eight ee = dot(e, e), ef = dot(e, f), ff = dot(f, f), re = dot(r, e), rf = dot(r, f);
   const Eight n = bit_length(_mm256_or_si256(
       _mm256_or_si256(ee, ff), _mm256_or_si256(_mm256_abs_epi32(re), _mm256_abs_epi32(rf))));
@@ -251,7 +332,8 @@ void predict_chains_of(uint s) {
   uint* base = vertex(s, 0);
   const Vertex mask = vertex_mask(s);
   const uint* residual = residuals;
-  for (uint j = 0; j < chain_count; j++, residual += stream_elements[s]) {
+  const uint elements = stream_elements[s], count = chain_count;
+  for (uint j = 0; j < count; j++, residual += elements) {
     const uint step = chain_step[j];
     const Vertex before = load_vertex(base + 4u * (step >> 8 & 255u));
     Vertex point = before;
@@ -315,10 +397,13 @@ void predict_traversed_of(uint s, const uint* residual) {
   }
 }
 
-// octahedral_prediction of the vertices i .. i + 7 of the traversed ones.
-void predict_directions(uint bits, uint i, uint (*out)[64]) {
+// octahedral_prediction of the traversed vertices i .. i + 7.
+void predict_directions(uint bits, uint i, uint (*out)[8]) const {
   Vertex sums[8];
-  for (uint k = 0; k < 8; k++) sums[k] = load_vertex(traversed_normal + 4 * (i + k));
+  for (uint k = 0; k < 8; k++) {
+    const Vertex* sum = normal_sums[traversed[i + k] >> 16 & 63u];
+    sums[k] = _mm_add_epi32(sum[0], sum[1]);
+  }
   const EightTriples normal = transposed(sums);
   const Eight zero = _mm256_setzero_si256();
   const Eight k = excess(bit_length(magnitudes(normal)), eight_of(13));
@@ -338,19 +423,21 @@ void predict_directions(uint bits, uint i, uint (*out)[64]) {
     return _mm256_blendv_epi8(divisor.scaled_quotient(from, double(limit), sum),
                               eight_of(limit >> 1), none);
   };
-  store_eight(out[0] + i, element(x, y, normal.x));
-  store_eight(out[1] + i, element(y, x, normal.y));
+  store_eight(out[0], element(x, y, normal.x));
+  store_eight(out[1], element(y, x, normal.y));
 }
 
 void predict_geo(uint s, const uint* residual) {
-  alignas(32) uint prediction[2][64];
-  for (uint i = 0; i < traversed_count; i += 8) predict_directions(stream_bits[s], i, prediction);
   uint* base = vertex(s, 0);
   const Vertex mask = vertex_mask(s);
-  for (uint i = 0; i < traversed_count; i++, residual += 2) {
-    const Vertex point = _mm_setr_epi32(int(prediction[0][i]), int(prediction[1][i]), 0, 0);
-    store_vertex(base + 4u * (traversed[i] >> 16 & 255u),
-                 _mm_and_si128(_mm_add_epi32(point, load_residual(residual)), mask));
+  for (uint i = 0; i < traversed_count; i += 8) {
+    alignas(32) uint prediction[2][8];
+    predict_directions(stream_bits[s], i, prediction);
+    for (uint k = 0; k < 8 && i + k < traversed_count; k++, residual += 2) {
+      const Vertex point = _mm_setr_epi32(int(prediction[0][k]), int(prediction[1][k]), 0, 0);
+      store_vertex(base + 4u * (traversed[i + k] >> 16 & 255u),
+                   _mm_and_si128(_mm_add_epi32(point, load_residual(residual)), mask));
+    }
   }
 }
 
@@ -369,17 +456,16 @@ void predict_traversed(uint s, uint first) {
 
 // --- normals ---
 
-alignas(32) uint traversed_normal[256];  // as `normals`, of the traversed vertices
+Vertex normal_sums[64][2];  // of each vertex, of even and of odd triangles
 
-// As sum_normals, of the traversed vertices. Positions fit 16 bits, so that one multiplication of
+// As sum_normals. Positions fit 16 bits, so that one multiplication of
 // pairs makes a cross product: (y, -z) * (z', y'), (z, -x) * (x', z'), (x, -y) * (y', x'). Even and
 // odd triangles have sums of their own: a sum soon follows from the last one at the same vertex.
-void sum_traversed_normals() {
+void sum_normal_pairs() {
   struct alignas(16) Factors {
     __m128i left, right;
   };
   Factors factors[64];
-  Vertex sums[64][2];
   const __m128i h = _mm_cvtsi32_si128(int(excess(stream_bits[0], GEO_POSITION_BITS)));
   const __m128i left = _mm_setr_epi8(4, 5, 8, 9, 8, 9, 0, 1, 0, 1, 4, 5, -1, -1, -1, -1),
                 right = _mm_setr_epi8(8, 9, 4, 5, 0, 1, 8, 9, 4, 5, 0, 1, -1, -1, -1, -1),
@@ -388,24 +474,24 @@ void sum_traversed_normals() {
     const Vertex position = _mm_srl_epi32(load_vertex(values + 4 * v), h);
     factors[v] = {_mm_sign_epi16(_mm_shuffle_epi8(position, left), signs),
                   _mm_shuffle_epi8(position, right)};
-    sums[v][0] = sums[v][1] = _mm_setzero_si128();
+    normal_sums[v][0] = normal_sums[v][1] = _mm_setzero_si128();
   }
-  for (uint t = 0; t < triangle_count; t++) {
-    const index_uint triangle = triangles[t], a = triangle & 63u, b = triangle >> 8 & 63u,
-                     v = triangle >> 16 & 63u;
+  auto add = [&](index_uint triangle, uint parity) {
+    const index_uint a = triangle & 63u, b = triangle >> 8 & 63u, v = triangle >> 16 & 63u;
     const Vertex normal = _mm_madd_epi16(_mm_sub_epi16(factors[b].left, factors[a].left),
                                          _mm_sub_epi16(factors[v].right, factors[a].right));
-    Vertex* sum = sums[0] + (t & 1u);
-    sum[2 * a] = _mm_add_epi32(sum[2 * a], normal);
-    sum[2 * b] = _mm_add_epi32(sum[2 * b], normal);
-    sum[2 * v] = _mm_add_epi32(sum[2 * v], normal);
+    normal_sums[a][parity] = _mm_add_epi32(normal_sums[a][parity], normal);
+    normal_sums[b][parity] = _mm_add_epi32(normal_sums[b][parity], normal);
+    normal_sums[v][parity] = _mm_add_epi32(normal_sums[v][parity], normal);
+  };
+  uint t = 0;
+  for (; t + 1 < triangle_count; t += 2) {
+    add(triangles[t], 0);
+    add(triangles[t + 1], 1);
   }
-  for (uint i = 0; i < traversed_count; i++) {
-    const Vertex* sum = sums[traversed[i] >> 16 & 63u];
-    store_vertex(traversed_normal + 4 * i, _mm_add_epi32(sum[0], sum[1]));
-  }
+  if (t < triangle_count) add(triangles[t], 0);
 }
 
 void finish_positions() {
-  if (needs_normals) sum_traversed_normals();
+  if (needs_normals) sum_normal_pairs();
 }
