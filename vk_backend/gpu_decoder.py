@@ -12,15 +12,12 @@ from .constants import CONSTANTS
 from .device import Device
 from .memory import Buffer
 from .pipelines import ComputePipeline, Timestamps, push_record
-from .raster_layout import CONNECTED, DECODE_PUSH, STREAM_SECTIONS_BYTES
+from .raster_layout import CONNECTED, DECODE_PUSH, PLACES
 from .slot_layout import PACKED_POSITION_BITS, packed_field
 
 GROUP = 32  # threads of a workgroup
 PASS_GROUP = 64  # of the passes that use shaders/decoders/passes.glsl
-GEO_PREDICTORS = {CONSTANTS["PREDICT_GEO"], CONSTANTS["PREDICT_GEO_ALL"]}
-GEO_MESHLETS = 2  # of a workgroup of geo.comp
-# Method -> (shader, meshlets of a workgroup) in the order in which they run. After them, "passes"
-# runs interior.comp and geo.comp.
+# Method -> (shader, meshlets of a workgroup) in the order in which they run.
 METHODS: dict[str, tuple[tuple[str, int], ...]] = {
     "single": (("decode.comp", GROUP),),
     "team8": (("connect.comp", GROUP), ("values8.comp", GROUP // 8)),
@@ -29,9 +26,9 @@ METHODS: dict[str, tuple[tuple[str, int], ...]] = {
     "passes": (
         ("connect.comp", GROUP),
         ("lengths.comp", PASS_GROUP // 8),
-        ("sections.comp", PASS_GROUP),
         ("corners.comp", PASS_GROUP // 8),
         ("chains.comp", PASS_GROUP // 8),
+        ("interior.comp", 1),
     ),
     "parallel": (("values_parallel.comp", 1),),
 }
@@ -57,15 +54,15 @@ class Decoded:
 
 def stream_elements(blob: bytes) -> list[int]:
     """Elements of each stream. The blob's header must have been checked."""
-    return [elements for elements, _, _ in _stream_table(blob)]
+    return [elements for elements, _ in _stream_table(blob)]
 
 
-def _stream_table(blob: bytes) -> list[tuple[int, int, int]]:
-    """(elements, bits, predictor) of each stream. The blob's header must have been checked."""
+def _stream_table(blob: bytes) -> list[tuple[int, int]]:
+    """(elements, bits) of each stream. The blob's header must have been checked."""
     rows = (
         CONSTANTS["BLOB_HEADER_BYTES"] + CONSTANTS["BLOB_STREAM_BYTES"] * s for s in range(blob[5])
     )
-    return [(blob[row + 1], blob[row + 2], blob[row + 3]) for row in rows]
+    return [(blob[row + 1], blob[row + 2]) for row in rows]
 
 
 def packed_shapes(blob: bytes) -> list[tuple[int, int, int]]:
@@ -74,7 +71,7 @@ def packed_shapes(blob: bytes) -> list[tuple[int, int, int]]:
     Same rules as shaders/decoders/packed_values.glsl: positions take at least 21 bits per axis.
     """
     shapes = []
-    for s, (elements, bits, _) in enumerate(_stream_table(blob)):
+    for s, (elements, bits) in enumerate(_stream_table(blob)):
         least = PACKED_POSITION_BITS if s == 0 else 0
         shapes.append((elements, *packed_field(elements, max(bits, least))))
     return shapes
@@ -116,9 +113,6 @@ class GpuDecoder:
         self._passes = [
             (ComputePipeline.of(device, name, constants), per) for name, per in METHODS[method]
         ]
-        if self._packs:
-            self._interior = ComputePipeline.of(device, "interior.comp", constants)
-            self._geo = ComputePipeline.of(device, "geo.comp", constants)
 
     def decode(self, blob: bytes, repeat: int = 1) -> Decoded:
         """Decodes all streams of all meshlets, `repeat` times to time it.
@@ -140,7 +134,7 @@ class GpuDecoder:
         sizes = {
             "summaries": CONSTANTS["SUMMARY_BYTES"],
             "connectivity": CONNECTED.itemsize,
-            "sections": STREAM_SECTIONS_BYTES * streams if self._packs else 4,
+            "places": PLACES.itemsize,
             "triangles": 4 * CONSTANTS["MESHLET_TRIANGLES"],
             "values": 4 * value_words,
         }
@@ -154,7 +148,7 @@ class GpuDecoder:
             value_words=value_words,
             **{name: buffer.address for name, buffer in results.items()},
         )
-        milliseconds = self._run(self._dispatches(blob, data), repeat)
+        milliseconds = self._run(data, meshlets, repeat)
         summary = results["summaries"].read()
         integers = results["values"].read().reshape(meshlets, -1)
         result = Decoded(
@@ -171,38 +165,15 @@ class GpuDecoder:
             buffer.free()
         return result
 
-    def _dispatches(
-        self, blob: bytes, data: np.ndarray
-    ) -> list[tuple[ComputePipeline, int, np.ndarray]]:
-        """(pipeline, workgroups, push constants) in the order in which they run."""
-        meshlets, streams = int(data["meshlets"]), int(data["streams"])
-        dispatches = [(pipeline, -(-meshlets // per), data) for pipeline, per in self._passes]
-        if not self._packs:
-            return dispatches
-        # Streams predicted from positions wait for stream 0.
-        predictors = {predictor for _, _, predictor in _stream_table(blob)}
-        geo = not predictors.isdisjoint(GEO_PREDICTORS)
-        waits = geo or CONSTANTS["PREDICT_AFFINE"] in predictors
-        for first, end in ((0, 1), (1, streams)) if waits else ((0, streams),):
-            if geo and first > 0:
-                dispatches.append((self._geo, -(-meshlets // GEO_MESHLETS), data))
-            row = data.copy()
-            row["first_stream"], row["end_stream"] = first, end
-            groups = -(-meshlets // (PASS_GROUP // (end - first)))
-            dispatches.append((self._interior, groups, row))
-        return dispatches
-
-    def _run(
-        self, dispatches: list[tuple[ComputePipeline, int, np.ndarray]], repeat: int
-    ) -> np.ndarray:
-        """float64[repeat]: milliseconds of each run."""
+    def _run(self, data: np.ndarray, meshlets: int, repeat: int) -> np.ndarray:
+        """float64[repeat]: milliseconds of each run. data: push constants."""
         times = Timestamps(self.device, repeat + 1)
         with self.device.commands() as commands:
             times.reset(commands)
             times.mark(commands, 0)
             for i in range(repeat):
-                for pipeline, groups, data in dispatches:
-                    pipeline.dispatch(commands, groups, data)
+                for pipeline, per in self._passes:
+                    pipeline.dispatch(commands, -(-meshlets // per), data)
                     self.device.full_barrier(commands)
                 times.mark(commands, i + 1)
         return times.milliseconds()

@@ -38,21 +38,34 @@ CONNECTED = np.dtype(
         ("references", "<u8"),
     ]
 )
-STREAM_SECTIONS_BYTES = 32  # of a stream of a meshlet; only shaders read and write them
+PLACES = np.dtype(
+    [
+        ("foreign_refs", "<u8"),
+        ("private_refs", "<u8"),
+        ("loop_ends", "<u8"),
+        ("counts", "<u4"),
+        ("lengths", "<u4"),
+        ("entries", "<u4"),
+        ("codes", "<u4"),
+        ("anchors", "<u4"),
+        ("chains", "<u4"),
+        ("quotients", "<u4"),
+        ("interior", "<u4"),
+        ("waiting", "<u8"),
+    ]
+)
 # shaders/decoders/decode_push.glsl
 DECODE_PUSH = np.dtype(
     [
         ("blob", "<u8"),
         ("summaries", "<u8"),
         ("connectivity", "<u8"),
-        ("sections", "<u8"),
+        ("places", "<u8"),
         ("triangles", "<u8"),
         ("values", "<u8"),
         ("blob_words", "<u4"),
         ("meshlets", "<u4"),
         ("streams", "<u4"),
         ("value_words", "<u4"),
-        ("first_stream", "<u4"),
-        ("end_stream", "<u4"),
     ]
 )

@@ -17,10 +17,10 @@ from .materials import Material
 from .memory import STORAGE, Buffer
 from .scene import SHADED, Attribute, Instance, Primitive, Scene
 
-# Shared memory that a team decoder needs at most (shaders/decoders/team_size.glsl), in bytes: per
+# Shared memory that a team decoder needs at most (shaders/decoders/team_meshlet.glsl), in bytes: per
 # element of a vertex, per stream, and for the rest.
 TEAM_ELEMENT_BYTES = 512
-TEAM_STREAM_BYTES = 12
+TEAM_STREAM_BYTES = 20
 TEAM_OTHER_BYTES = 4096
 NO_ELEMENT = CONSTANTS["NO_ELEMENT"]
 # Parts of a scene that a path may need:

@@ -1,4 +1,5 @@
-// The fifth pass, after corners.comp: the values of the chains between corners, and those of seams.
+// The fourth pass, after corners.comp: the values of the chains between corners, but
+// for those of seams.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -65,27 +66,43 @@ void read_chains(HEADER_IN h, uint r) {
   if (mask_test(h.private_refs, r) || run.steps < 2u) return;
   bool foreign = mask_test(h.foreign_refs, r);
   uint entry = entry_position(h, r);
-  Header owner = read_header(foreign ? entry_owner(h, entry) : h.meshlet);
+  Header owner = header_of(foreign ? entry_owner(h, entry) : h.meshlet);
   uint reference = foreign ? slot_reference(owner, entry_slot(h, entry)) & 63u : r;
-  uint first = chain_vertices(owner, reference).y;
+  uvec2 vertices = chain_vertices(owner, reference);
+  uint total = vertices.x;
+  uint first = vertices.y;
+  Places places = places_of(owner.meshlet);
+  uint low = places.chains;
+  uint quotients = places.quotients;
   uint begin = id_at(run.rank);
   uint end = last_id(h, r, run);
   mask64 inner =
       the_boundary & ~mask_below(begin + 1u) & mask_below(id_at(run.rank + run.steps - 1u) + 1u);
+  Chain chain = Chain(run.steps, foreign ? end : begin, foreign ? begin : end, inner, foreign);
+  uint skipped = 0u;  // quotients between the last one read and the next to read
+  uint codes = places.codes;
   for (uint s = 0u; s < stream_end && error == ERROR_NONE; s++) {
-    // A seam's values lie before those of its own meshlet's interior.
-    mask64 seams = seam_references(h, s);
-    bool seam = mask_test(seams, r);
-    bool backwards = foreign && !seam;
-    StreamSections sections = sections_of(seam ? h.meshlet : owner.meshlet, s);
-    uint before = seam ? inner_vertices(seams & mask_below(r)) : first;
-    seek_residuals(s, seam ? (sections.codes >> 8) & 255u : sections.codes & 255u,
-                   seam ? sections.interior_unary : sections.chain_unary,
-                   seam ? sections.interior_low : sections.chain_low,
-                   before * stream_field(s, STREAM_ELEMENTS));
-    read_chain(Chain(run.steps, backwards ? end : begin, backwards ? begin : end, inner, backwards),
-               s);
-    check_residuals();
+    uint n = stream_field(s, STREAM_ELEMENTS);
+    uint code = code_at(codes, s, true);
+    uint widths = codes - WIDTH_BITS * n;
+    uint width = low_width(code, n, widths);
+    code_at(codes, s, false);
+    uint rice = code == CODE_FIXED ? 0u : n;
+    if (mask_test(seam_references(h, s), r)) {
+      skipped += total * rice;
+    } else {
+      if (rice > 0u) {
+        unary = seek_unary(after_ones(quotients, skipped + first * rice));
+        skipped = (total - first - (run.steps - 1u)) * rice;
+      }
+      residual_code = code;
+      residual_widths = code == CODE_FIXED ? fixed_widths(widths, n) : uvec2(0u);
+      seek_low(low + first * width);
+      read_chain(chain, s);
+      if (rice > 0u) quotients = unary.cursor;
+      if (max(quotients, low_position) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
+    }
+    low += total * width;
   }
 }
 

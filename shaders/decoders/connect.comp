@@ -26,6 +26,23 @@ uvec2 connected_triangles;
 #include "decoders/serial_epilogue.glsl"
 #include "decoders/serial_connectivity.glsl"
 
+#ifndef STREAM
+// Keeps the header for the passes after this one. Other meshlets look it up even if this one is
+// malformed in another way.
+void keep_header(HEADER_IN h) {
+  Places places;
+  places.foreign_refs = h.foreign_refs;
+  places.private_refs = h.private_refs;
+  places.loop_ends = h.loop_ends;
+  places.counts = h.triangles | h.references << 7 | h.flags << 13 | h.length_width << 16 |
+                  h.delta_width << 19 | h.slot_width << 24;
+  places.lengths = header_sound ? h.lengths : NO_PLACE;
+  places.entries = h.entries;
+  places.codes = h.codes;
+  PlacesOfMeshlets(push.places).of[job_place] = places;
+}
+#endif
+
 void main() {
   uint i = gl_GlobalInvocationID.x;
   if (i >= push.meshlets) return;
@@ -38,6 +55,9 @@ void main() {
   open_blob(job_blob(), job_blob_words());
   connected_triangles = job_triangles();
   connect(job_meshlet);
+#ifndef STREAM
+  keep_header(opened);
+#endif
   Connectivity connectivity = Connectivity(push.connectivity);
   connectivity.of[job_place].boundary = boundary;
   connectivity.of[job_place].starts = disk_starts;

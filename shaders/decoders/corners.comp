@@ -1,4 +1,4 @@
-// The fourth pass, after sections.comp: the values of corners.
+// The third pass, after lengths.comp: the values of corners.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -7,37 +7,28 @@
 #define PER_MESHLET 8u  // a thread takes every 8th corner
 #include "decoders/passes.glsl"
 
-// Four values of each thread: a local array would lie in slow memory.
-shared uint group_sums[4u * GROUP];
 shared uint group_hops;  // MAX_HOPS, hidden from the compiler, which would unroll a long loop
 
-// Anchor `index` of streams [begin, end) of meshlet m: the first one plus differences.
-void read_anchor_of(uint m, uint index, uint begin, uint end, uint id) {
-  for (uint s = begin; s < end && error == ERROR_NONE; s++) {
-    StreamSections sections = sections_of(m, s);
-    uint n = stream_field(s, STREAM_ELEMENTS);
-    uint bits = stream_field(s, STREAM_BITS);
-    for (uint c = 0u; c < n; c++)
-      group_sums[c * GROUP + THREAD] = load_bits(sections.first_anchor + c * bits, bits);
-    if (index > 0u) {
-      seek_residuals(s, CODE_EXPONENTIAL | stream_base(s, BASE_ANCHOR), sections.anchor_unary,
-                     sections.anchor_low, 0u);
-      uint c = 0u;
-      for (uint items = index * n; items > 0u && error == ERROR_NONE; items--) {
-        group_sums[c * GROUP + THREAD] += next_residual(c);
-        c = c + 1u < n ? c + 1u : 0u;
+// Anchor `index` of streams [begin, end) of h.
+void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
+  uint p = places_of(h.meshlet).anchors;
+  uint count = mask_count(the_starts);
+  for (uint s = 0u; s < end; s++) {
+    count = anchors_of(h, s, count);
+    if (s >= begin) {
+      uint n = stream_field(s, STREAM_ELEMENTS);
+      uint widths = index > 0u ? anchor_widths(s, p + n * stream_field(s, STREAM_BITS)) : 0u;
+      uvec2 fields = uvec2(0u);
+      for (uint c = 0u; c < n; c++) {
+        uint value = anchor_value(s, p, index, widths, c);
+        if (is_packed(s))
+          fields |= put_field(c * place_field(s, PLACE_FIELD), value);
+        else
+          put_value(s, c, id, value);
       }
-      check_residuals();
+      if (is_packed(s)) put_vertex(s, id, fields);
     }
-    uvec2 fields = uvec2(0u);
-    for (uint c = 0u; c < n; c++) {
-      uint value = group_sums[c * GROUP + THREAD] & bits_mask(s);
-      if (is_packed(s))
-        fields |= put_field(c * place_field(s, PLACE_FIELD), value);
-      else
-        put_value(s, c, id, value);
-    }
-    if (is_packed(s)) put_vertex(s, id, fields);
+    p = after_anchors(p, s, count);
   }
 }
 
@@ -55,15 +46,14 @@ uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
     bool follow_before = mask_test(shared_refs, before);
     if (!follow && !follow_before) {
       uint end = apart ? s + 1u : stream_end;
-      read_anchor_of(h.meshlet,
-                     h.references == 0u ? j : mask_count(stored_corners(h, seams) & mask_below(j)),
-                     s, end, id);
+      read_anchors(h, h.references == 0u ? j : mask_count(stored_corners(h, seams) & mask_below(j)),
+                   s, end, id);
       return end;
     }
     if (follow && follow_before) follow = owner_of(h, before) >= owner_of(h, j);
     uint entry = entry_position(h, follow ? j : before);
     uint slot = entry_slot(h, entry);
-    h = read_header(entry_owner(h, entry));
+    h = header_of(entry_owner(h, entry));
     uint reference = slot_reference(h, slot) & 63u;
     j = follow ? next_reference(h, reference) & 63u : reference;
   }

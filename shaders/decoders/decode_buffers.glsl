@@ -1,4 +1,4 @@
-// Buffers that connect.comp fills for the passes after it.
+// Buffers that connect.comp and lengths.comp fill for the passes after them.
 #ifndef DECODE_BUFFERS_GLSL
 #define DECODE_BUFFERS_GLSL
 
@@ -21,21 +21,34 @@ layout(buffer_reference, std430, buffer_reference_align = 8) buffer Connectivity
   Connected of[];
 };
 
-// Where a stream's values lie in a meshlet's data: bit positions, written by sections.comp. A list
-// under a fixed code has the position of its widths in place of its unary part's.
-struct StreamSections {
-  uint first_anchor;
-  uint anchor_unary;
-  uint anchor_low;
-  uint chain_unary;
-  uint chain_low;
-  uint interior_unary;
-  uint interior_low;
-  uint codes;  // chain code | interior code << 8, or SECTIONS_MALFORMED
+// A meshlet's header and where its sections lie (bit positions), so that a pass that visits it need
+// not parse it. connect.comp writes the first part, lengths.comp the rest; NO_PLACE if what comes
+// before is malformed.
+struct Places {
+  uvec2 foreign_refs;
+  uvec2 private_refs;
+  uvec2 loop_ends;
+  uint counts;   // see count_field
+  uint lengths;  // NO_PLACE: the header is malformed
+  uint entries;
+  uint codes;
+  uint anchors;
+  uint chains;     // low bits of chains,
+  uint quotients;  //   and their unary parts
+  uint interior;
+  uvec2 waiting;  // mask of the boundary vertices that get their values in the traversal
 };
-#define SECTIONS_MALFORMED 0xFFFFFFFFu
-layout(buffer_reference, std430, buffer_reference_align = 4) buffer Sections {
-  StreamSections of[];  // [meshlet * streams of the blob + stream]
+// Offset and width of fields in Places.counts.
+#define COUNT_TRIANGLES 0, 7
+#define COUNT_REFERENCES 7, 6
+#define COUNT_FLAGS 13, 3
+#define COUNT_LENGTH_WIDTH 16, 3
+#define COUNT_DELTA_WIDTH 19, 5
+#define COUNT_SLOT_WIDTH 24, 3
+#define count_field(places, field) bitfieldExtract((places).counts, field)
+#define NO_PLACE 0xFFFFFFFFu
+layout(buffer_reference, std430, buffer_reference_align = 8) buffer PlacesOfMeshlets {
+  Places of[];
 };
 
 #endif

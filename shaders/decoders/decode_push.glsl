@@ -7,15 +7,13 @@ layout(push_constant) uniform Push {
   uvec2 blob;
   uvec2 summaries;
   uvec2 connectivity;
-  uvec2 sections;
+  uvec2 places;
   uvec2 triangles;  // 64 words per meshlet, packed
   uvec2 values;     // value_words words per meshlet: 64 per element, or packed_values.glsl's
   uint blob_words;
   uint meshlets;
   uint streams;  // to decode
   uint value_words;
-  uint first_stream;  // interior.comp decodes streams [first_stream, end_stream)
-  uint end_stream;
 }
 push;
 

@@ -1,89 +1,123 @@
-// The last passes, after chains.comp: the vertices that triangles introduce, one thread per stream.
-// First stream 0; the others may depend on it.
+// The last pass, after chains.comp: what lies inside the boundary of a meshlet, and its seams. A
+// workgroup decodes a meshlet as the team decoder does.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-#define PER_MESHLET (push.end_stream - push.first_stream)
-#include "decoders/passes.glsl"
+layout(local_size_x = 32) in;
+#define TEAM 32u
+#include "decoders/decode_push.glsl"
+#include "decoders/serial_prologue.glsl"
+#define OWN_GRID_POSITION
+#include "decode/serial_decoder.glsl"
+#include "decoders/serial_epilogue.glsl"
 
-uint triangle_at(uint t) { return Integers(job_triangles()).at[t & 63u]; }
+uvec2 team_triangles;
+uint packed_triangle(uint t) { return Integers(team_triangles).at[t & 63u]; }
+Connected connected;
+uvec2 connectivity_boundary() { return connected.boundary; }
+uvec2 connectivity_starts() { return connected.starts; }
+#include "decoders/team_meshlet.glsl"
+#include "decoders/team_interior.glsl"
+#include "decoders/packed_values.glsl"
 
-// Reads vertex v of a triangle packed as in serial_decoder.glsl.
-void read_traversed(uint s, uint triangle) {
-  uint n = stream_field(s, STREAM_ELEMENTS);
-  uint predictor = stream_field(s, STREAM_PREDICTOR);
-  uint a = triangle & 63u;
-  uint b = (triangle >> 8) & 63u;
-  uint v = (triangle >> 16) & 63u;
-  uint o = (triangle >> 24) & 63u;
-  bool across = triangle >> 24 != NO_VERTEX;
-  // geo.comp has written the predictions of GEO.
-  bool predicted =
-      predictor == PREDICT_GEO_ALL || (predictor == PREDICT_GEO && !mask_test(the_boundary, v));
-  Weights weights;
-  weights.exist = false;
-  if (predictor == PREDICT_AFFINE) weights = traversed_weights(triangle);
-  bool vectors = is_packed(s);
-  uint field = place_field(s, PLACE_FIELD);
-  uint mask = bits_mask(s);
-  uvec2 from = vectors ? vertex_at(s, a) : uvec2(0u);
-  uvec2 to = vectors ? vertex_at(s, b) : uvec2(0u);
-  uvec2 beyond = vectors ? vertex_at(s, o) : uvec2(0u);
-  uvec2 point = predicted ? vertex_at(s, v) : uvec2(0u);
-  uvec2 fields = uvec2(0u);
-  for (uint c = 0u; c < n; c++) {
-    uint at = c * field;
-    uvec3 known = vectors ? uvec3(get_field(from, at, field), get_field(to, at, field),
-                                  get_field(beyond, at, field))
-                          : uvec3(value_at(s, c, a), value_at(s, c, b), value_at(s, c, o));
-    uint prediction = weights.exist ? affine_point(weights, known.x, known.y, known.z)
-                      : predicted
-                          ? get_field(point, at, field)
-                          : traversed_prediction(predictor, known.x, known.y, known.z, across);
-    uint value = (prediction + next_residual(c)) & mask;
-    if (vectors)
-      fields |= put_field(at, value);
-    else
-      put_value(s, c, v, value);
+// Ranks and lengths of the references, from the ranks at which they begin.
+void place_team_references() {
+  uint ranks = mask_count(team_boundary);
+  for (uint rank = MEMBER; rank < ranks; rank += TEAM) {
+    if (!mask_test(connected.references, rank)) continue;
+    uint r = mask_count(connected.references & mask_below(rank));
+    mask64 later = connected.references & ~mask_below(rank + 1u);
+    uint length = (mask_any(later) ? mask_lsb(later) : ranks) - rank;
+    team_references[TEAM_INDEX][r & 63u] = rank | length << 8;
   }
-  if (vectors) put_vertex(s, v, fields);
+  if (MEMBER == 0u) team_ranks[TEAM_INDEX] = connected.references;
 }
 
-// Reads the vertices that triangles introduce, in order; without waiting boundary vertices these
-// are those of C. A root gate with a waiting a takes two steps: first a, predicted from b alone.
-void read_all_traversed(uint s, mask64 waiting) {
-  mask64 rest = mask_any(waiting) ? mask_below(triangle_count) : symbol_c;
-  while (mask_any(rest) && error == ERROR_NONE) {
-    uint t = mask_lsb(rest);
-    uint triangle = triangle_at(t);
-    uint a = triangle & 63u;
-    uint b = (triangle >> 8) & 63u;
-    uint v = (triangle >> 16) & 63u;
-    bool introduces = true;
-    if (mask_test(the_starts, t) && mask_test(waiting, a)) {
-      waiting = waiting & ~mask_bit(a);
-      triangle = pack4(b, b, a, b);
-    } else {
-      rest = mask_clear_lsb(rest);
-      introduces = mask_test(symbol_c, t) || mask_test(waiting, v);
-      waiting = waiting & ~mask_bit(v);
+// Finds the seams of the meshlet. Contains barriers.
+Header find_seams_of() {
+  Header h = read_header(job_meshlet);
+  find_disks();
+  place_team_references();
+  for (uint s = MEMBER; s < stream_total; s += TEAM)
+    team_seam_refs[TEAM_INDEX][s] = seam_references(h, s);
+  barrier();
+  return h;
+}
+
+// Copies the values of boundary vertices, which earlier passes have decoded.
+void load_boundary() {
+  for (uint id = MEMBER; id < vertex_count; id += TEAM) {
+    if (!mask_test(team_boundary, id)) continue;
+    for (uint s = 0u; s < stream_end; s++) {
+      uvec2 fields = is_packed(s) ? vertex_at(s, id) : uvec2(0u);
+      uint field = place_field(s, PLACE_FIELD);
+      for (uint c = 0u; c < stream_field(s, STREAM_ELEMENTS); c++)
+        team_values[TEAM_INDEX][value_element(s, c) + id] =
+            is_packed(s) ? get_field(fields, c * field, field) : value_at(s, c, id);
     }
-    if (introduces) read_traversed(s, triangle);
   }
-  if (mask_any(waiting)) error = ERROR_CLERS;
+}
+
+void store_values(mask64 known) {
+  for (uint id = MEMBER; id < vertex_count; id += TEAM) {
+    if (mask_test(known, id)) continue;
+    for (uint s = 0u; s < stream_end; s++) {
+      uvec2 fields = uvec2(0u);
+      for (uint c = 0u; c < stream_field(s, STREAM_ELEMENTS); c++) {
+        uint value = team_values[TEAM_INDEX][value_element(s, c) + id];
+        if (is_packed(s))
+          fields |= put_field(c * place_field(s, PLACE_FIELD), value);
+        else
+          put_value(s, c, id, value);
+      }
+      if (is_packed(s)) put_vertex(s, id, fields);
+    }
+  }
 }
 
 void main() {
-  if (!open_pass()) return;
-  uint s = push.first_stream + part;
-  if (s >= stream_end) return;
-  Header h = open_header();
-  StreamSections sections = sections_of(h.meshlet, s);
-  seek_residuals(s, (sections.codes >> 8) & 255u, sections.interior_unary, sections.interior_low,
-                 inner_vertices(seam_references(h, s)) * stream_field(s, STREAM_ELEMENTS));
-  read_all_traversed(s, waiting_vertices(h));
-  check_residuals();
-  close_pass();
+  open_job(gl_WorkGroupID.x);
+  Summaries summaries = Summaries(push.summaries);
+  uint summary = summaries.of[job_place];
+  Places places = PlacesOfMeshlets(push.places).of[job_place];
+  if (summary >> 16 != ERROR_NONE || places.interior == NO_PLACE) return;
+  open_blob(job_blob(), job_blob_words());
+  group_streams(job_streams());
+  group_value_places();
+  the_values = job_values();
+  team_triangles = job_triangles();
+  connected = Connectivity(push.connectivity).of[job_place];
+  symbol_c = connected.closing;
+  symbol_e = connected.ends;
+  symbol_s = connected.splits;
+  triangle_count = summary & 127u;
+  vertex_count = min((summary >> 8) & 127u, 64u);
+  team_boundary = connected.boundary;
+  open_team();
+  for (uint s = MEMBER; s < stream_total; s += TEAM) team_seam_refs[TEAM_INDEX][s] = mask_none();
+  mask64 owned = mask_below(count_field(places, COUNT_REFERENCES)) &
+                 ~(places.foreign_refs | places.private_refs);
+  read_interior_codes(places.codes, mask_any(owned));
+  barrier();
+  if (MEMBER == 0u) {
+    team_interior[TEAM_INDEX] = places.interior;
+    team_waiting[TEAM_INDEX] = places.waiting;
+  }
+  Header h;
+  h.references = 0u;
+  h.flags = 0u;
+  if ((count_field(places, COUNT_FLAGS) & FLAG_SEAMS) != 0u) h = find_seams_of();
+  barrier();
+  list_traversal();
+  load_boundary();
+  read_interior(true);
+  bool sound = agree();
+  predict(h, sound, true);
+  barrier();
+  if (sound)
+    store_values(h.flags != 0u ? mask_none() : team_boundary & ~places.waiting);
+  else if (MEMBER == 0u)
+    atomicOr(summaries.of[job_place], error << 16);
 }

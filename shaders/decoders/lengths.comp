@@ -1,4 +1,5 @@
-// The second pass, after connect.comp: the places of references along the boundary.
+// The second pass, after connect.comp: the places of references along the boundary, and those of
+// sections in the meshlets' data.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -18,7 +19,7 @@ uint measured_length(HEADER_IN h, uint r) {
   }
   if (!mask_test(h.foreign_refs, r)) return stored_length(h, r);
   uint entry = entry_position(h, r);
-  Header owner = read_header(entry_owner(h, entry));
+  Header owner = header_of(entry_owner(h, entry));
   return stored_length(owner, slot_reference(owner, entry_slot(h, entry)) & 63u);
 }
 
@@ -30,29 +31,78 @@ void check_length(HEADER_IN h, uint r, uint rank) {
   if (mask_test(h.loop_ends, r) ? end != loop.y : end > loop.y) error = ERROR_REFERENCES;
 }
 
+// The places of references along the boundary, from their lengths.
+void place_references(HEADER_IN h, uint references) {
+  mask64 begins = mask_none();
+  uint rank = 0u;
+  for (uint r = 0u; r < references; r++) {
+    begins = begins | mask_bit(rank & 63u);
+    rank += length_of(r);
+  }
+  Connectivity(push.connectivity).of[job_place].references = begins;
+}
+
+// Boundary vertices without a value before the traversal: inner vertices of private references.
+mask64 waiting_vertices(HEADER_IN h) {
+  mask64 waiting = mask_none();
+  if (h.references == 0u) {
+    waiting = the_boundary;
+    for (uint k = 0u; k < mask_count(the_starts); k++)
+      waiting = waiting & ~mask_bit(ids_before(k) & 63u);
+  }
+  uint rank = 0u;
+  for (uint r = 0u; r < h.references && mask_any(h.private_refs); r++) {
+    for (uint i = 1u; i < length_of(r) && mask_test(h.private_refs, r); i++)
+      waiting = waiting | mask_bit(id_at(rank + i));
+    rank += length_of(r);
+  }
+  return waiting;
+}
+
+// Other meshlets look up the places even if this one is malformed in another way.
+void place_sections(HEADER_IN h, bool live) {
+  PlacesOfMeshlets table = PlacesOfMeshlets(push.places);
+  bool chains = mask_any(h.owned_refs);
+  uint total = chain_vertices(h, 64u).x;
+  uint p = anchors_begin(h);
+  uint codes = h.codes;
+  uint count = mask_count(the_starts);
+  uint low = 0u;
+  uint ones = 0u;
+  table.of[job_place].anchors = p;
+  for (uint s = 0u; s < stream_total; s++) {
+    count = anchors_of(h, s, count);
+    p = after_anchors(p, s, count);
+    if (!chains) continue;
+    uint n = stream_field(s, STREAM_ELEMENTS);
+    uint code = code_at(codes, s, true);
+    low += total * low_width(code, n, codes - WIDTH_BITS * n);
+    if (code != CODE_FIXED) ones += total * n;
+    code_at(codes, s, false);
+  }
+  table.of[job_place].chains = p;
+  table.of[job_place].quotients = error == ERROR_NONE ? p + low : NO_PLACE;
+  table.of[job_place].waiting = live ? waiting_vertices(h) : mask_none();
+  uint interior = after_ones(p + low, ones);
+  table.of[job_place].interior = error == ERROR_NONE ? interior : NO_PLACE;
+}
+
 void main() {
   bool live = open_pass();
   Header h = open_header();
   uint references = live ? h.references : 0u;
-  if (references > 0u && mask_count(h.loop_ends) != mask_count(the_starts))
-    error = ERROR_REFERENCES;
   for (uint r = part; r < references; r += PER_MESHLET)
     group_lengths[member * 64u + r] = min(measured_length(h, r), 64u);
   barrier();
+  if (present && part == PER_MESHLET - 1u) place_sections(h, live);
   if (!live) return;
+  if (references > 0u && mask_count(h.loop_ends) != mask_count(the_starts))
+    error = ERROR_REFERENCES;
   for (uint r = part; r < references && error == ERROR_NONE; r += PER_MESHLET) {
     uint rank = 0u;
     for (uint before = 0u; before < r; before++) rank += length_of(before);
     check_length(h, r, rank);
   }
-  if (part == 0u) {
-    mask64 begins = mask_none();
-    uint rank = 0u;
-    for (uint r = 0u; r < references; r++) {
-      begins = begins | mask_bit(rank & 63u);
-      rank += length_of(r);
-    }
-    Connectivity(push.connectivity).of[job_place].references = begins;
-  }
+  if (part == 0u) place_references(h, references);
   close_pass();
 }

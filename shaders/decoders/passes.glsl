@@ -1,7 +1,6 @@
-// Shared by the passes of the pass decoder after connect.comp (lengths.comp, sections.comp,
-// corners.comp, chains.comp, interior.comp, geo.comp): a thread's meshlet, places along the
-// boundary, sections, and residuals. Each thread decodes a small part of a meshlet. A pass writes
-// values to their final place and the next pass reads them there.
+// Shared by lengths.comp, corners.comp and chains.comp of the pass decoder: a thread's meshlet,
+// places along the boundary, sections, and residuals. Each thread decodes a small part of a
+// meshlet. A pass writes values to their final place and the next pass reads them there.
 //
 // The includer defines PER_MESHLET, the number of threads per meshlet. A pass must fit the
 // instruction cache to be fast, so long functions are called from one place.
@@ -55,8 +54,33 @@ bool open_pass() {
   return present && summary >> 16 == ERROR_NONE;
 }
 
+// The header of meshlet m, which connect.comp has read.
+Header header_of(uint m) {
+  Places places = PlacesOfMeshlets(push.places).of[m];
+  if (places.lengths == NO_PLACE) error = ERROR_REFERENCES;
+  Header h;
+  h.meshlet = m;
+  h.triangles = count_field(places, COUNT_TRIANGLES);
+  h.references = count_field(places, COUNT_REFERENCES);
+  h.flags = count_field(places, COUNT_FLAGS);
+  h.length_width = count_field(places, COUNT_LENGTH_WIDTH);
+  h.delta_width = count_field(places, COUNT_DELTA_WIDTH);
+  h.slot_width = count_field(places, COUNT_SLOT_WIDTH);
+  h.entry_width =
+      h.delta_width + h.slot_width + ((h.flags & FLAG_SEAMS) != 0u ? stream_total - 1u : 0u);
+  h.lengths = places.lengths;
+  h.entries = places.entries;
+  h.codes = places.codes;
+  h.foreign_refs = places.foreign_refs;
+  h.private_refs = places.private_refs;
+  h.loop_ends = places.loop_ends;
+  h.owned_refs = mask_below(h.references) & ~(h.foreign_refs | h.private_refs);
+  h.sized_refs = h.owned_refs | (h.private_refs & ~lone_references(h.loop_ends));
+  return h;
+}
+
 Header open_header() {
-  Header h = read_header(job_meshlet);
+  Header h = header_of(job_meshlet);
   triangle_count = h.triangles;
   return h;
 }
@@ -126,19 +150,11 @@ uint anchors_of(HEADER_IN h, uint s, uint count) {
   return mask_count(stored_corners(h, seam_references(h, s)));
 }
 
-// Number of inner vertices of some references.
-uint inner_vertices(mask64 some) {
-  uint count = 0u;
-  for (mask64 rest = some; mask_any(rest); rest = mask_clear_lsb(rest))
-    count += run_of(mask_lsb(rest)).steps - 1u;
-  return count;
-}
-
-// The sections of stream s of meshlet m, found by sections.comp.
-StreamSections sections_of(uint m, uint s) {
-  StreamSections found = Sections(push.sections).of[m * stream_total + s];
-  if (found.codes == SECTIONS_MALFORMED) error = ERROR_CODE;
-  return found;
+// The places of meshlet m, found by lengths.comp.
+Places places_of(uint m) {
+  Places places = PlacesOfMeshlets(push.places).of[m];
+  if (places.quotients == NO_PLACE) error = ERROR_CODE;
+  return places;
 }
 
 // Number of inner vertices of all owned references (x) and of those before `reference` (y).
@@ -161,24 +177,9 @@ uvec2 chain_vertices(HEADER_IN h, uint reference) {
   return count;
 }
 
-// Boundary vertices without a value yet: inner vertices of private references.
-mask64 waiting_vertices(HEADER_IN h) {
-  mask64 waiting = mask_none();
-  if (h.references == 0u) {
-    waiting = the_boundary;
-    for (uint k = 0u; k < mask_count(the_starts); k++)
-      waiting = waiting & ~mask_bit(ids_before(k) & 63u);
-  }
-  for (mask64 rest = h.private_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
-    Run run = run_of(mask_lsb(rest));
-    for (uint i = 1u; i < run.steps; i++) waiting = waiting | mask_bit(id_at(run.rank + i));
-  }
-  return waiting;
-}
-
 // --- residuals ---
 
-uint residual_code;     // as code_at reads it
+uint residual_code;     // Rice parameter or CODE_FIXED
 uvec2 residual_widths;  // of a fixed code: six bits per element
 uint low_position;      // bit position of the next residual's low bits
 uint low_index;         // index of the first of low_words
@@ -207,36 +208,11 @@ uvec2 fixed_widths(uint position, uint n) {
   return widths;
 }
 
-// Continues with the values of a list from the one with index `before` on. The list's unary part
-// begins at bit `quotients` (a fixed code's widths there), its low bits at bit `low`.
-void seek_residuals(uint s, uint code, uint quotients, uint low, uint before) {
-  uint n = stream_field(s, STREAM_ELEMENTS);
-  residual_code = code;
-  uint from = quotients;
-  if (code == CODE_FIXED)
-    residual_widths = fixed_widths(quotients, n);
-  else
-    from = after_ones(quotients, before);
-  unary = seek_unary(from);
-  seek_low(low + low_size(code, n, quotients, before, from - quotients - before));
-}
-
 uint next_residual(uint c) {
   if (residual_code == CODE_FIXED)
     return unzigzag(take_low(get_field(residual_widths, 6u * c, 6u)));
-  uint q = next_quotient(unary);
-  uint k = residual_code & CODE_MAX_PARAMETER;
-  if (!is_exponential(residual_code)) return unzigzag(take_low(k) | q << k);
-  if (q > EXPONENTIAL_MAX_QUOTIENT || k + q > EXPONENTIAL_MAX_BITS) {
-    error = ERROR_CODE;
-    q = 0u;
-  }
-  return unzigzag((((1u << q) - 1u) << k) + take_low(k + q));
-}
-
-void check_residuals() {
-  if (max(residual_code == CODE_FIXED ? 0u : unary.cursor, low_position) > 8u * (byte_length - 8u))
-    error = ERROR_UNARY;
+  uint low = take_low(residual_code);
+  return unzigzag(low + (next_quotient(unary) << residual_code));
 }
 
 // --- positions ---

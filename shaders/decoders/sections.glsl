@@ -47,8 +47,6 @@ uint value_element(uint s, uint c) {
   return (element < MAX_ELEMENTS ? element : 0u) * 64u;
 }
 
-bool uses_geo(uint predictor) { return (predictor & 6u) == PREDICT_GEO; }  // GEO and GEO_ALL
-
 // Whether any of the decoded streams has one of these predictors (a bit each).
 bool any_stream_predicts(uint predictors) {
   uint found = 0u;
@@ -61,15 +59,16 @@ bool any_stream_predicts(uint predictors) {
 // A code: a Rice parameter, CODE_EXPONENTIAL + exp-Golomb parameter, or CODE_FIXED.
 bool is_exponential(uint code) { return (code & ~CODE_MAX_PARAMETER) == CODE_EXPONENTIAL; }
 
-// Reads the code at bit p and moves p past it.
-uint code_at(inout uint p, uint elements, uint base) {
+// Reads the code of stream s's chains or interior at bit p and moves p past it.
+uint code_at(inout uint p, uint s, bool of_chains) {
   uint field = load_bits(p, CODE_BITS);
   p += CODE_BITS;
   if (field == CODE_ESCAPE) {
-    p += WIDTH_BITS * elements;
+    p += WIDTH_BITS * stream_field(s, STREAM_ELEMENTS);
     return CODE_FIXED;
   }
-  bool rice = field < CODE_FIRST_EXPONENTIAL;
+  uint base = of_chains ? stream_base(s, BASE_CHAIN) : stream_base(s, BASE_INTERIOR);
+  bool rice = of_chains || field < CODE_FIRST_EXPONENTIAL;
   uint k = rice ? base + field : max(base, 1u) - 1u + field - CODE_FIRST_EXPONENTIAL;
   if (k > CODE_MAX_PARAMETER) error = ERROR_CODE;
   return (k & CODE_MAX_PARAMETER) | (rice ? 0u : CODE_EXPONENTIAL);
@@ -80,6 +79,11 @@ uint fixed_width(uint elements, uint widths) {
   uint sum = 0u;
   for (uint c = 0u; c < elements; c++) sum += width_field(widths + WIDTH_BITS * c);
   return sum;
+}
+
+// Low bits of one vertex under a Rice or fixed code.
+uint low_width(uint code, uint elements, uint widths) {
+  return code == CODE_FIXED ? fixed_width(elements, widths) : code * elements;
 }
 
 // Size of the low part of n values (a multiple of `elements`) whose unary parts have `zeros` zeros.
@@ -107,6 +111,67 @@ uint after_ones(uint p, uint n) {
   for (; n > 1u; n--) word &= word - 1u;
   return (w << 5) + uint(findLSB(word)) + 1u;
 }
+
+// --- anchors ---
+
+// Bit position of the anchors of all streams.
+uint anchors_begin(HEADER_IN h) {
+  uint p = h.codes;
+  bool chains = mask_any(h.owned_refs);
+  uint bits = CODE_BITS * stream_total * (chains ? 2u : 1u);
+  if (bits <= 30u) {  // all codes at once: none is fixed if no field has three ones
+    uint fields = load_bits(p, bits);
+    if ((fields & (fields >> 1) & (fields >> 2) & 0x09249249u) == 0u) return p + bits;
+  }
+  for (uint s = 0u; s < stream_total; s++) {
+    if (chains) code_at(p, s, true);
+    code_at(p, s, false);
+  }
+  return p;
+}
+
+// The widths of the elements of stream s's further anchors, whose fields begin at bit p: six bits
+// each.
+uint anchor_widths(uint s, uint p) {
+  uint n = stream_field(s, STREAM_ELEMENTS);
+  uint bits = stream_field(s, STREAM_BITS);
+  uint fields = load_bits(p, ANCHOR_WIDTH_BITS * n);
+  uint widths = 0u;
+  for (uint c = 0u; c < n; c++) {
+    uint field = bitfieldExtract(fields, int(ANCHOR_WIDTH_BITS * c), int(ANCHOR_WIDTH_BITS));
+    uint width = field == ANCHOR_WIDTH_FULL ? bits : min(stream_base(s, BASE_ANCHOR) + field, bits);
+    widths |= width << 6u * c;
+  }
+  return widths;
+}
+
+uint width_sum(uint widths) {
+  return (widths & 63u) + ((widths >> 6) & 63u) + ((widths >> 12) & 63u) + (widths >> 18);
+}
+
+// The bit position after the `count` anchors of stream s that begin at bit p.
+uint after_anchors(uint p, uint s, uint count) {
+  uint n = stream_field(s, STREAM_ELEMENTS);
+  if (count > 0u) p += n * stream_field(s, STREAM_BITS);
+  if (count > 1u) p += ANCHOR_WIDTH_BITS * n + (count - 1u) * width_sum(anchor_widths(s, p));
+  return p;
+}
+
+// Element c of anchor `index` of stream s, whose anchors begin at bit p. widths: anchor_widths, if
+// index > 0.
+uint anchor_value(uint s, uint p, uint index, uint widths, uint c) {
+  uint n = stream_field(s, STREAM_ELEMENTS);
+  uint bits = stream_field(s, STREAM_BITS);
+  uint value = load_bits(p + c * bits, bits);
+  if (index > 0u) {
+    uint before = width_sum(widths & ((1u << 6u * c) - 1u));
+    uint at = p + n * (bits + ANCHOR_WIDTH_BITS) + (index - 1u) * width_sum(widths) + before;
+    value += unzigzag(load_bits(at, bitfieldExtract(widths, int(6u * c), 6)));
+  }
+  return value & bits_mask(s);
+}
+
+// --- connectivity ---
 
 // Number of vertices that the symbols of some triangles push, without the first of each disk: one
 // for R and L, two for E.

@@ -1,13 +1,16 @@
 // Connectivity of one meshlet with one thread, for connect.comp and mesh.task. Include after
 // serial_epilogue.glsl.
 
-// Decodes meshlet m of the opened blob: TRIANGLE(t), boundary, disk_starts. Returns false and sets
-// `error` if it is malformed.
+bool header_sound;  // of the meshlet decoded last
+
+// Decodes meshlet m of the opened blob: TRIANGLE(t), boundary, disk_starts, `opened`. Returns false
+// and sets `error` if it is malformed.
 bool connect(uint m) {
   load_tables();
   error = ERROR_NONE;
-  Header h = read_header(m);
-  read_symbols(h);
+  opened = read_header(m);
+  header_sound = error == ERROR_NONE;
+  read_symbols(opened);
   if (error == ERROR_NONE) decode_apexes();
   if (error == ERROR_NONE) decode_triangles();
   if (error != ERROR_NONE) return false;

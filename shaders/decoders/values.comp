@@ -14,7 +14,6 @@ layout(local_size_x = 32) in;
 #else
 #include "decoders/decode_push.glsl"
 #endif
-#include "decoders/team_size.glsl"
 #include "decoders/serial_prologue.glsl"
 #define OWN_GRID_POSITION
 #include "decode/serial_decoder.glsl"
@@ -58,7 +57,7 @@ void main() {
 #endif
   open_blob(job_blob(), job_blob_words());
   group_streams(job_streams());
-  open_team(job_meshlet);
+  open_team();
   Header h = read_header(job_meshlet);
 #ifdef PARALLEL
   read_team_symbols(h);

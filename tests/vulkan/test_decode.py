@@ -11,7 +11,7 @@ from gltf_ext import _codec
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.gltf.importers import open_model
 from spec import blob_writer
-from spec.blob_writer import AFFINE, COPY, GEO, GEO_ALL, GRID, INTEGER, OCT, Stream
+from spec.blob_writer import AFFINE, COPY, GEO, GRID, INTEGER, OCT, Stream
 from tests.helpers.environment import ROOT
 from tests.helpers.vulkan_scenes import require_vulkan
 
@@ -185,7 +185,7 @@ def test_streams_predicted_from_positions(decoder, monkeypatch):
         Stream(INTEGER, 2, 12, AFFINE),
         Stream(OCT, 2, 8, GEO),
         Stream(INTEGER, 1, 9, AFFINE),
-        Stream(OCT, 2, 10, GEO_ALL),
+        Stream(OCT, 2, 10, GEO),
     ]
     monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
     random, sound = Random(5), 0

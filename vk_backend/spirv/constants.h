@@ -10,7 +10,8 @@
 // --- the blob (spec, appendices A.2 to A.4) ---
 
 #define BLOB_MAGIC 0x314D4245u  // "EBM1"
-#define BLOB_VERSION 1u
+#define BLOB_VERSION 2u         // 1.0 of the format
+#define BLOB_DRAFT_VERSION 1u   // drafts before it, refused
 #define BLOB_MAX_BYTES 0x20000000u
 #define BLOB_MAX_STREAMS 64u
 #define BLOB_PADDING_BYTES 8u  // zeros at the end: an unaligned 64-bit read stays inside
@@ -70,10 +71,9 @@
 #define PREDICT_MEAN 1u
 #define PREDICT_COPY 2u
 #define PREDICT_DAMPED 3u
-#define PREDICT_GEO 4u      // normals from the positions of the triangles around the vertex
-#define PREDICT_GEO_ALL 5u  //   also for vertices on the boundary
-#define PREDICT_AFFINE 6u   // as the position lies to the triangle across the gate
-#define PREDICTORS 7u
+#define PREDICT_GEO 4u     // normals from the positions of the triangles around the vertex
+#define PREDICT_AFFINE 5u  // as the position lies to the triangle across the gate
+#define PREDICTORS 6u
 #define PREDICT_MAX_BITS 24u       // streams of more bits use PREDICT_COPY
 #define GEO_POSITION_BITS 13u      // GEO drops lower bits of positions
 #define AFFINE_WEIGHT_LIMIT 1024u  // weights, in 1/256, stay below
@@ -82,8 +82,8 @@
 
 #define LENGTH_WIDTH_BITS 3u  // the width of reference lengths
 #define LENGTH_MAX_WIDTH 6u
-// A code: 0 to 3 Rice and 4 to 6 exp-Golomb, with a parameter that depends on the stream's base;
-// 7: fixed widths follow, WIDTH_BITS for each element.
+// A chain's code: 0 to 6 Rice. An interior's: 0 to 3 Rice and 4 to 6 exp-Golomb. The parameter
+// depends on the stream's base. 7: fixed widths follow, WIDTH_BITS for each element.
 #define CODE_BITS 3u
 #define CODE_FIRST_EXPONENTIAL 4u
 #define CODE_ESCAPE 7u
@@ -92,6 +92,9 @@
 #define EXPONENTIAL_MAX_BITS 32u
 #define WIDTH_BITS 5u  // a fixed width; WIDTH_ESCAPE means 32
 #define WIDTH_ESCAPE 31u
+// Further anchors: a width field for each element; the width is anchor base + field, or all bits.
+#define ANCHOR_WIDTH_BITS 3u
+#define ANCHOR_WIDTH_FULL 7u
 #define MAX_QUOTIENT 16383u  // of a Rice code
 #define MAX_HOPS 8u          // references from a corner to the meshlet that stores it
 
