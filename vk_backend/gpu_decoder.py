@@ -10,9 +10,11 @@ from gltf_ext import _codec
 
 from .constants import CONSTANTS
 from .device import Device
+from .errors import VulkanError
 from .memory import Buffer
 from .pipelines import ComputePipeline, Timestamps, push_record
 from .raster_layout import CONNECTED, DECODE_PUSH, PLACES
+from .scene_buffers import team_bytes
 from .slot_layout import PACKED_POSITION_BITS, packed_field
 
 GROUP = 32  # threads of a workgroup
@@ -101,12 +103,22 @@ class GpuDecoder:
     """Decodes blobs into plain buffers.
 
     method: a key of METHODS. streams: of a blob, at most; 64 or fewer. elements: of all streams
-    of a blob, at most. Raises VulkanError if memory is short.
+    of a blob, at most. Raises VulkanError if memory is short, or if a workgroup's shared memory
+    is too small for a vertex of so many elements ("single" needs none).
     """
 
     def __init__(
         self, device: Device, method: str = "passes", streams: int = 8, elements: int = 20
     ):
+        if (
+            method != "single"
+            and team_bytes(elements, streams) > device.limits.compute_shared_bytes
+        ):
+            raise VulkanError(
+                f"{elements} elements per vertex are too many for the decoder {method} on "
+                f"{device.name}",
+                "use the decoder single",
+            )
         self.device, self.streams, self.elements = device, streams, elements
         self._packs = method == "passes"
         constants = {"MAX_STREAMS": streams, "MAX_ELEMENTS": elements}

@@ -19,7 +19,7 @@ from .scene import SHADED, Attribute, Instance, Primitive, Scene
 
 # Shared memory that a team decoder needs at most (shaders/decoders/team_meshlet.glsl), in bytes:
 # per element of a vertex, per stream, and for the rest.
-TEAM_ELEMENT_BYTES = 512
+TEAM_ELEMENT_BYTES = 256
 TEAM_STREAM_BYTES = 20
 TEAM_OTHER_BYTES = 4096
 NO_ELEMENT = CONSTANTS["NO_ELEMENT"]
@@ -283,17 +283,17 @@ def _instance_record(instance: Instance, number: int) -> np.ndarray:
     return row
 
 
+def team_bytes(elements: int, streams: int) -> int:
+    """Shared memory, in bytes, that a team decoder of blobs of this shape needs at most."""
+    return elements * TEAM_ELEMENT_BYTES + streams * TEAM_STREAM_BYTES + TEAM_OTHER_BYTES
+
+
 def require_room(device: Device, scene: Scene, path: str, shared_bytes: int, advice: str) -> None:
     """Raises VulkanError if a team decoder of the scene's blobs needs more shared memory.
 
     shared_bytes: of a workgroup; advice: the remedy in the message.
     """
-    needed = (
-        scene.max_elements * TEAM_ELEMENT_BYTES
-        + scene.max_streams * TEAM_STREAM_BYTES
-        + TEAM_OTHER_BYTES
-    )
-    if needed > shared_bytes:
+    if team_bytes(scene.max_elements, scene.max_streams) > shared_bytes:
         raise VulkanError(
             f"a vertex has {scene.max_elements} components up to the last one that is shown, "
             f"too many for path {path} on {device.name}",

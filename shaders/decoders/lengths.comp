@@ -90,11 +90,17 @@ void place_sections(HEADER_IN h, bool live) {
 void main() {
   bool live = open_pass();
   Header h = open_header();
+  uint header_error = error;
   uint references = live ? h.references : 0u;
   for (uint r = part; r < references; r += PER_MESHLET)
     group_lengths[member * 64u + r] = min(measured_length(h, r), 64u);
   barrier();
-  if (present && part == PER_MESHLET - 1u) place_sections(h, live);
+  if (present && part == PER_MESHLET - 1u) {
+    uint lengths_error = error;  // of owners: says nothing about this meshlet's sections
+    error = header_error;
+    place_sections(h, live);
+    if (error == ERROR_NONE) error = lengths_error;
+  }
   if (!live) return;
   if (references > 0u && mask_count(h.loop_ends) != mask_count(the_starts))
     error = ERROR_REFERENCES;

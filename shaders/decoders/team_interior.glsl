@@ -67,9 +67,9 @@ uint list_seams(uint s) {
   return min(count, 64u);
 }
 
-// Lists the positions of n ones from bit p, from index `first` of the list on. Each thread takes
-// every TEAM-th word. A barrier must follow.
-void list_ones(uint p, uint n, uint first) {
+// Lists the positions of n ones from bit p. Each thread takes every TEAM-th word. A barrier must
+// follow.
+void list_ones(uint p, uint n) {
   uint found = 0u;  // ones before the team's current words
   uint empty = 0u;  // zero words in a row
   for (uint w = p >> 5; found < n; w += TEAM) {
@@ -90,7 +90,7 @@ void list_ones(uint p, uint n, uint first) {
       return;
     }
     for (; mine != 0u && before < n; before++) {
-      team_scratch[TEAM_INDEX][first + before] = ((w + MEMBER) << 5) + uint(findLSB(mine));
+      team_scratch[TEAM_INDEX][before] = ((w + MEMBER) << 5) + uint(findLSB(mine));
       mine &= mine - 1u;
     }
   }
@@ -148,44 +148,61 @@ uint interior_ones(uint begin, uint end) {
   return ones;
 }
 
+// The end of the streams from s on, before `end`, whose quotients fit the list: at least one
+// stream.
+uint listed_streams(uint s, uint end) {
+  uint elements = 0u;
+  uint next = s;
+  while (next < end) {
+    elements += stream_field(next, STREAM_ELEMENTS);
+    if (next > s && elements > SCRATCH_ELEMENTS) break;
+    next++;
+  }
+  return next;
+}
+
 // Reads the interior's residuals of all decoded streams. A team that is not `sound` only takes part
 // in the barriers.
 void read_interior(bool sound) {
-  barrier();
   uint p = team_interior[TEAM_INDEX];
-  uint listed = 0u;
   for (uint part = 0u; part < 2u && part < stream_end; part++) {
-    uint end = part == 0u ? 1u : stream_end;
-    uint ones = sound ? interior_ones(part, end) : 0u;
-    if (listed + ones > MAX_ELEMENTS * 64u) error = ERROR_VERTICES;
-    ones = min(ones, MAX_ELEMENTS * 64u - listed);
-    if (sound) list_ones(p, ones, listed);
-    barrier();
-    uint low = ones > 0u ? team_scratch[TEAM_INDEX][listed + ones - 1u] + 1u : p;
-    if (sound && part > 0u && end < stream_total)
-      low = after_ones(low, interior_ones(end, stream_total));
-    for (uint s = part; s < end; s++) {
+    uint low = p;
+    uint next_list = part;
+    uint ones = 0u;
+    uint listed = 0u;
+    for (uint s = part; s < (part == 0u ? 1u : stream_end); s++) {
       uint n = stream_field(s, STREAM_ELEMENTS);
+      barrier();
+      if (s == next_list) {
+        next_list = listed_streams(s, part == 0u ? 1u : stream_end);
+        ones = sound ? min(interior_ones(s, next_list), SCRATCH_WORDS) : 0u;
+        listed = 0u;
+        if (sound) list_ones(p, ones);
+        barrier();
+        // The low bits begin after the unary parts of all streams.
+        if (s == part && sound)
+          low = after_ones(ones > 0u ? team_scratch[TEAM_INDEX][ones - 1u] + 1u : p,
+                           interior_ones(next_list, part == 0u ? 1u : stream_total));
+      }
       uint code = interior_code_of(s);
       uint widths = interior_widths_of(s);
       uint seams = sound ? list_seams(s) : 0u;
       uint count = sound && error == ERROR_NONE ? min(seams + traversed_count, 64u) * n : 0u;
-      if (code != CODE_FIXED) count = min(count, ones);
+      if (code != CODE_FIXED) count = min(count, ones - listed);
       barrier();
       read_interior_residuals(s, code, widths, low, seams, count, listed, p);
       uint next = p;
       if (code != CODE_FIXED && count > 0u) {
         listed += count;
-        ones -= count;
         next = team_scratch[TEAM_INDEX][listed - 1u] + 1u;
       }
       low += low_size(code, n, widths, count, next - p - count);
       p = next;
-      barrier();
     }
     if (sound && max(p, low) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
     p = low;
   }
+  barrier();
 }
 
 // --- predictions ---

@@ -16,8 +16,10 @@
 #include "decoders/sections.glsl"
 #define GROUP 32u             // threads per workgroup
 #define TEAMS (GROUP / TEAM)  // meshlets per workgroup
-// Words of a team's scratch memory: the ends of the quotients, or GEO's sums at 64 vertices.
-#define SCRATCH_WORDS (MAX_ELEMENTS * 64u > 192u ? MAX_ELEMENTS * 64u : 192u)
+// Words of a team's scratch memory: the ends of the quotients of up to four elements, or GEO's sums
+// at 64 vertices.
+#define SCRATCH_ELEMENTS 4u
+#define SCRATCH_WORDS (SCRATCH_ELEMENTS * 64u)
 #define TEAM_INDEX (THREAD / TEAM)
 #define MEMBER (THREAD % TEAM)
 

@@ -18,8 +18,8 @@ from tests.helpers.vulkan_scenes import require_vulkan
 VECTORS = ROOT / "spec" / "vectors"
 # Capacities that fit all vectors: other ones would compile the shaders again. ELEMENTS cannot be
 # much larger: workgroups with teams of 8 or 16 hold the values of several meshlets, in 32 KiB.
-STREAMS = 5
-ELEMENTS = 11
+STREAMS = 6
+ELEMENTS = 15
 QUICK = ("single", "passes", "team32", "parallel")
 FULL = ("team8", "team16")
 
@@ -193,6 +193,14 @@ def test_streams_predicted_from_positions(decoder, monkeypatch):
         blob = blob_writer.random_blob(random, 24)  # rejected if a corner takes too many hops
         sound += 24 - assert_agreement(decoder.decode(blob), blob)
     assert sound > 60
+
+
+def test_too_many_elements_for_shared_memory(device):
+    from vk_backend.errors import VulkanError
+    from vk_backend.gpu_decoder import GpuDecoder
+
+    with pytest.raises(VulkanError, match="too many for the decoder team32"):
+        GpuDecoder(device, "team32", 64, 256 * device.limits.compute_shared_bytes)
 
 
 def test_too_many_streams(device):
