@@ -1,5 +1,10 @@
 #include "decode/bit_statistics.h"
 
+#include <memory>
+
+#include "decode/decoder_context.h"
+#include "decode/serial_decoder.h"
+
 namespace meshlet {
 namespace {
 
@@ -51,11 +56,20 @@ void add_meshlet(SerialDecoder& d, BitStatistics& out) {
 }  // namespace
 
 BitStatistics count_bits(const uint8_t* data, size_t size) {
-  DecoderContext decoder(data, size);
+  const BlobHeader header = read_blob_header(data, size);
+  const uint32_t streams = uint32_t(header.streams.size());
   BitStatistics out;
-  out.streams.assign(decoder.header().streams.size(), 0);
-  for (uint32_t m = 0; m < decoder.header().meshlet_count; m++)
-    add_meshlet(decoder.meshlet(m), out);
+  out.streams.assign(streams, 0);
+  const auto decoder = std::make_unique<SerialDecoder>();
+  decoder->data = data;
+  decoder->size = uint32_t(size);
+  decoder->load_streams(0, streams);
+  for (uint32_t m = 0; m < header.meshlet_count; m++) {
+    decoder->decode_meshlet(m);
+    if (decoder->error != ERROR_NONE)
+      throw Malformed("meshlet " + std::to_string(m) + ": " + error_text(decoder->error));
+    add_meshlet(*decoder, out);
+  }
   out.references = 8 * uint64_t(size) - out.connectivity;
   for (uint64_t bits : out.streams) out.references -= bits;
   return out;

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "decode/dequantise.h"
+#include "decode/serial_decoder.h"
 
 namespace meshlet {
 inline namespace MESHLET_BUILD {
@@ -13,10 +14,14 @@ namespace {
 
 // Boundary vertices, local ids and slots of owned references per meshlet.
 constexpr uint32_t kPlaces = 64;
-// Values are copied in blocks of this many.
-constexpr uint32_t kCopied = 16;
-// Vertices converted at a time: a fixed count lets compilers vectorise.
+// Values of one stream of a vertex, as the serial decoder stores them.
+constexpr uint32_t kStored = STREAM_MAX_ELEMENTS;
+// Directions converted at a time: a fixed count lets compilers vectorise.
 constexpr uint32_t kBatch = 8;
+
+void copy_stored(const uint32_t* from, uint32_t* to) {
+  std::memcpy(to, from, kStored * sizeof(uint32_t));
+}
 
 // Vertex numbers and values of earlier meshlets: foreign vertices are copied, not decoded again.
 // The group table's delta widths bound how far references reach back: a ring of meshlets suffices.
@@ -50,15 +55,18 @@ class History {
     uint32_t meshlet, place;
   };
   struct Kept {
-    uint32_t* values;  // values[element * stride + local id]
-    uint32_t capacity, stride;
-    uint32_t numbers[kPlaces];  // by local id
-    uint16_t ids[kPlaces];      // boundary vertices in loop order
+    uint32_t* values;           // kStored for each stream of each place
+    uint32_t capacity;          // places that `values` holds
+    uint32_t numbers[kPlaces];  // by place
     uint8_t start[kPlaces];     // per owned reference: place of its first vertex
     uint8_t end[kPlaces];       // per owned reference: place of its last vertex
   };
 
   Kept& kept(uint32_t meshlet) { return ring_[meshlet & d_.ring_mask]; }
+  // The values of a boundary vertex of the owner of foreign reference r.
+  const uint32_t* owner_values(uint32_t r, uint32_t place) {
+    return kept(d_.reference_owner[r]).values + kStored * d_.stream_total * place;
+  }
   void copy_vertex(uint32_t r, uint32_t place, uint32_t id);
   bool same_vertex(uint32_t r, uint32_t place, uint32_t id);
   void keep_references();
@@ -72,7 +80,6 @@ class History {
 
   SerialDecoder& d_;
   uint32_t meshlets_;
-  uint32_t elements_ = 0;
   uint32_t next_ = 0;
   Kept* ring_ = nullptr;
   uint8_t* lengths_ = nullptr;  // kPlaces for each meshlet in the ring
@@ -81,7 +88,6 @@ class History {
 };
 
 void History::allocate() {
-  for (uint32_t s = 0; s < d_.stream_total; s++) elements_ += d_.stream_elements[s];
   uint32_t reach = 0, size = 1;
   for (uint32_t m = 0; m < meshlets_; m += BLOB_GROUP_MESHLETS)
     reach = d_.max(
@@ -113,26 +119,16 @@ void History::for_vertices(uint32_t r, Visit visit) {
 
 // Copies the streams that r shares from a vertex of its owner.
 void History::copy_vertex(uint32_t r, uint32_t place, uint32_t id) {
-  const Kept& owner = kept(d_.reference_owner[r]);
-  const uint32_t* from = owner.values + owner.ids[place];
-  size_t stride = owner.stride;
-  if (!(d_.seamed_refs >> r & 1)) {
-    uint32_t* end = d_.values + elements_ * 64 + id;
-    for (uint32_t* to = d_.values + id; to != end; to += 64, from += stride) *to = *from;
-    return;
-  }
-  for (uint32_t s = 0; s < d_.stream_total; s++)
-    for (uint32_t element = d_.stream_element[s], end = element + d_.stream_elements[s];
-         element < end && !(d_.seam_refs[s] >> r & 1); element++)
-      d_.values[element * 64u + id] = from[element * stride];
+  const uint32_t* from = owner_values(r, place);
+  const bool seamed = d_.seamed_refs >> r & 1;
+  for (uint32_t s = 0; s < d_.stream_total; s++, from += kStored)
+    if (!seamed || !(d_.seam_refs[s] >> r & 1)) copy_stored(from, d_.vertex(s, id));
 }
 
 // Runs before aliases are set: they may lead to the meshlet itself.
 void History::keep_references() {
   const SerialDecoder::Header& h = d_.opened;
   Kept& self = kept(h.meshlet);
-  static_assert(sizeof(self.ids) == sizeof(d_.loop_vertex));
-  std::memcpy(self.ids, d_.loop_vertex, sizeof(self.ids));
   uint8_t* length = lengths_ + kPlaces * size_t(h.meshlet & d_.ring_mask);
   std::memset(length, 0, kPlaces);
   uint32_t slot = 0;
@@ -185,8 +181,7 @@ uint32_t History::resolve(uint32_t id, const uint32_t* global) {
     if (hops >= MAX_HOPS) return kCircle;
     target = alias_[other];
   }
-  const Kept& owner = kept(target.meshlet);
-  return owner.numbers[owner.ids[target.place]];
+  return kept(target.meshlet).numbers[target.place];
 }
 
 uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
@@ -207,28 +202,27 @@ uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
 
 void History::append(const uint32_t* global) {
   Kept& self = kept(d_.opened.meshlet);
-  self.stride = (d_.vertex_count + kCopied - 1) / kCopied * kCopied;
-  if (self.capacity < self.stride * elements_) {
+  const uint32_t places = d_.mask_count(d_.boundary);
+  if (self.capacity < places) {
     delete[] self.values;
     self.values = nullptr;
     self.capacity = 0;
-    self.values = new uint32_t[self.stride * elements_];
-    self.capacity = self.stride * elements_;
+    self.values = new uint32_t[kStored * d_.stream_total * places];
+    self.capacity = places;
   }
   uint32_t* to = self.values;
-  for (uint32_t element = 0; element < elements_; element++)
-    for (uint32_t i = 0; i < self.stride; i += kCopied, to += kCopied)
-      std::memcpy(to, d_.values + 64 * element + i, kCopied * sizeof(uint32_t));
-  std::memcpy(self.numbers, global, sizeof(self.numbers));
+  for (uint32_t place = 0; place < places; place++) {
+    const uint32_t id = d_.loop_vertex[place];
+    self.numbers[place] = global[id];
+    for (uint32_t s = 0; s < d_.stream_total; s++, to += kStored) copy_stored(d_.vertex(s, id), to);
+  }
 }
 
 bool History::same_vertex(uint32_t r, uint32_t place, uint32_t id) {
-  const Kept& owner = kept(d_.reference_owner[r]);
-  const uint32_t* values = owner.values + owner.ids[place];
-  for (uint32_t s = 0; s < d_.stream_total; s++)
-    for (uint32_t element = d_.stream_element[s], end = element + d_.stream_elements[s];
-         element < end && !(d_.seam_refs[s] >> r & 1); element++)
-      if (d_.values[element * 64u + id] != values[element * size_t(owner.stride)]) return false;
+  const uint32_t* values = owner_values(r, place);
+  for (uint32_t s = 0; s < d_.stream_total; s++, values += kStored)
+    for (uint32_t c = 0; c < d_.stream_elements[s] && !(d_.seam_refs[s] >> r & 1); c++)
+      if (d_.vertex(s, id)[c] != values[c]) return false;
   return true;
 }
 
@@ -243,56 +237,29 @@ bool History::consistent() {
 
 // --- from integers to values ---
 
-inline void decode_grid(const uint32_t* q, double step, double offset, float* out) {
-#pragma GCC unroll 1
-  for (uint32_t i = 0; i < kBatch; i++) out[i] = grid_value(q[i], step, offset);
-}
+// Each converts the kStored integers of a vertex: a fixed count lets compilers vectorise.
 
-template <uint32_t n>
 struct AsInteger {
-  static constexpr uint32_t outputs = n;
   using Out = uint32_t;
-  void operator()(const Stream&, const uint32_t (*q)[kBatch], uint32_t (*out)[kBatch]) const {
-    std::memcpy(out, q, sizeof(*q) * n);
-  }
+  void operator()(const uint32_t* q, uint32_t* out) const { copy_stored(q, out); }
 };
 
-template <uint32_t n>
 struct AsReal {
-  static constexpr uint32_t outputs = n;
   using Out = float;
-  void operator()(const Stream& s, const uint32_t (*q)[kBatch], float (*out)[kBatch]) const {
-    for (uint32_t c = 0; c < n; c++) {
-      if (s.kind == kGrid)
-        decode_grid(q[c], s.step, s.offset[c], out[c]);
-      else
-        decode_grid(q[c], 2.0, -1.0, out[c]);  // SIGN
-    }
+  double step, offset[kStored];
+  void operator()(const uint32_t* q, float* out) const {
+    for (uint32_t c = 0; c < kStored; c++) out[c] = grid_value(q[c], step, offset[c]);
   }
 };
 
-template <uint32_t n>
 struct AsFloatBits {
-  static constexpr uint32_t outputs = n;
   using Out = uint32_t;
-  void operator()(const Stream&, const uint32_t (*q)[kBatch], uint32_t (*out)[kBatch]) const {
-    for (uint32_t c = 0; c < n; c++)
-      for (uint32_t i = 0; i < kBatch; i++) out[c][i] = float_bits(q[c][i]);
+  void operator()(const uint32_t* q, uint32_t* out) const {
+    for (uint32_t c = 0; c < kStored; c++) out[c] = float_bits(q[c]);
   }
 };
 
-struct AsUnitVector {
-  static constexpr uint32_t outputs = 3;
-  using Out = float;
-  void operator()(const Stream& s, const uint32_t (*q)[kBatch], float (*out)[kBatch]) const {
-    const float scale = octahedral_scale(s.bits);
-    for (uint32_t i = 0; i < kBatch; i++)
-      octahedral_direction(q[0][i], q[1][i], scale, out[0][i], out[1][i], out[2][i]);
-  }
-};
-
-// The new vertices of one meshlet. The last batch may write too much; the next meshlet overwrites
-// it.
+// The new vertices of one meshlet.
 struct NewVertices {
   const uint32_t* ids;  // local ids, padded to whole batches
   uint32_t count;
@@ -300,63 +267,72 @@ struct NewVertices {
   uint32_t room;   // vertices that the outputs hold from `first` on
 };
 
-inline void gather(const uint32_t* element, const uint32_t* ids, uint32_t* out) {
-#ifdef __AVX2__
-  __m256i index = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(ids));
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(out),
-                      _mm256_i32gather_epi32(reinterpret_cast<const int*>(element), index, 4));
-#else
-  for (uint32_t k = 0; k < kBatch; k++) out[k] = element[ids[k]];
-#endif
-}
-
-// Converts one stream of the new vertices, a batch at a time.
+// Converts one stream of n elements of the new vertices. Writes kStored numbers for each; the next
+// vertex overwrites what is too much.
 template <uint32_t n, class Convert>
-void write_stream(const Stream& s, const uint32_t* elements, const NewVertices& v, void* out,
-                  Convert convert) {
+void write_stream(const uint32_t* values, const NewVertices& v, void* out, Convert convert) {
   using Out = typename Convert::Out;
-  constexpr uint32_t outputs = Convert::outputs;
-  Out* to = static_cast<Out*>(out) + outputs * size_t(v.first);
-  for (uint32_t i = 0; i < v.count; i += kBatch, to += outputs * kBatch) {
-    uint32_t q[n][kBatch];
-    Out converted[outputs][kBatch], rest[kBatch * outputs];
-    for (uint32_t c = 0; c < n; c++) gather(elements + 64 * c, v.ids + i, q[c]);
-    convert(s, q, converted);
-    bool room = i + kBatch <= v.room;
-    Out* vertices = room ? to : rest;
-    for (uint32_t k = 0; k < kBatch; k++)
-      for (uint32_t c = 0; c < outputs; c++) vertices[k * outputs + c] = converted[c][k];
-    if (!room) std::memcpy(to, rest, sizeof(Out) * outputs * (v.count - i));
+  Out* to = static_cast<Out*>(out) + n * size_t(v.first);
+  for (uint32_t i = 0; i < v.count; i++, to += n) {
+    Out converted[kStored];
+    convert(values + kStored * v.ids[i], converted);
+    std::memcpy(to, converted, sizeof(Out) * (i + kStored <= v.room ? kStored : n));
   }
 }
 
-template <template <uint32_t> class Convert>
-void write_stream(const Stream& s, const uint32_t* elements, const NewVertices& v, void* out) {
+template <class Convert>
+void write_stream(const Stream& s, const uint32_t* values, const NewVertices& v, void* out,
+                  Convert convert) {
   switch (s.elements) {
-    case 1: return write_stream<1>(s, elements, v, out, Convert<1>());
-    case 2: return write_stream<2>(s, elements, v, out, Convert<2>());
-    case 3: return write_stream<3>(s, elements, v, out, Convert<3>());
-    default: return write_stream<4>(s, elements, v, out, Convert<4>());
+    case 1: return write_stream<1>(values, v, out, convert);
+    case 2: return write_stream<2>(values, v, out, convert);
+    case 3: return write_stream<3>(values, v, out, convert);
+    default: return write_stream<4>(values, v, out, convert);
   }
 }
 
-void write_values(const Stream& s, const uint32_t* elements, const NewVertices& v, void* out) {
-  if (s.kind == kOct)
-    write_stream<2>(s, elements, v, out, AsUnitVector());
-  else if (s.kind == kInteger)
-    write_stream<AsInteger>(s, elements, v, out);
-  else if (s.kind == kFloat32)
-    write_stream<AsFloatBits>(s, elements, v, out);
-  else
-    write_stream<AsReal>(s, elements, v, out);
+// Converts an OCT stream, a batch at a time. The last batch may write too much; the next meshlet
+// overwrites it.
+void write_directions(const Stream& s, const uint32_t* values, const NewVertices& v, float* out) {
+  const float scale = octahedral_scale(s.bits);
+  float* to = out + 3 * size_t(v.first);
+  for (uint32_t i = 0; i < v.count; i += kBatch, to += 3 * kBatch) {
+    uint32_t q[2][kBatch];
+    float x[kBatch], y[kBatch], z[kBatch], rest[3 * kBatch];
+    for (uint32_t k = 0; k < kBatch; k++)
+      for (uint32_t c = 0; c < 2; c++) q[c][k] = values[kStored * v.ids[i + k] + c];
+    for (uint32_t k = 0; k < kBatch; k++)
+      octahedral_direction(q[0][k], q[1][k], scale, x[k], y[k], z[k]);
+    const bool room = i + kBatch <= v.room;
+    float* vertices = room ? to : rest;
+    for (uint32_t k = 0; k < kBatch; k++, vertices += 3) {
+      vertices[0] = x[k];
+      vertices[1] = y[k];
+      vertices[2] = z[k];
+    }
+    if (!room) std::memcpy(to, rest, sizeof(float) * 3 * (v.count - i));
+  }
+}
+
+void write_values(const Stream& s, const uint32_t* values, const NewVertices& v, void* out) {
+  const AsReal grid = {s.step, {s.offset[0], s.offset[1], s.offset[2], s.offset[3]}};
+  const AsReal sign = {2.0, {-1.0, -1.0, -1.0, -1.0}};
+  switch (s.kind) {
+    case kOct: return write_directions(s, values, v, static_cast<float*>(out));
+    case kInteger: return write_stream(s, values, v, out, AsInteger());
+    case kFloat32: return write_stream(s, values, v, out, AsFloatBits());
+    case kSign: return write_stream(s, values, v, out, sign);
+    default: return write_stream(s, values, v, out, grid);
+  }
 }
 
 void write_vertices(const BlobJob& job, const SerialDecoder& d, const NewVertices& v) {
   for (uint32_t s = 0; s < job.stream_count; s++) {
-    const uint32_t* elements = &d.values[d.stream_element[s] * 64u];
+    const Stream& stream = job.streams[s];
+    const uint32_t* values = d.vertex(s, 0);
     if (job.integers && job.integers[s])
-      write_stream<AsInteger>(job.streams[s], elements, v, job.integers[s]);
-    if (job.values && job.values[s]) write_values(job.streams[s], elements, v, job.values[s]);
+      write_stream(stream, values, v, job.integers[s], AsInteger());
+    if (job.values && job.values[s]) write_values(stream, values, v, job.values[s]);
   }
 }
 
@@ -436,11 +412,29 @@ BlobResult run(const BlobJob& job, BlobResult (*pass)(const BlobJob&, SerialDeco
   return pass(job, *context.d, history);
 }
 
+// --- single meshlets ---
+
+class SerialMeshletDecoder : public MeshletDecoder {
+ public:
+  void open(const uint8_t* data, size_t size) override {
+    d_.data = data;
+    d_.size = uint32_t(size);
+    d_.load_tables();
+    d_.load_streams(0, d_.stream_total);
+  }
+  DecodedMeshlet decode(uint32_t m) override {
+    d_.decode_meshlet(m);
+    return {d_.error,     d_.triangle_count, d_.vertex_count,
+            d_.triangles, d_.values,         d_.stream_element};
+  }
+
+ private:
+  SerialDecoder d_{};
+};
+
 }  // namespace
 
-void decode_one(void* decoder, uint32_t meshlet) {
-  static_cast<SerialDecoder*>(decoder)->decode_meshlet(meshlet);
-}
+MeshletDecoder* new_meshlet_decoder() { return new SerialMeshletDecoder(); }
 BlobResult decode_blob(const BlobJob& job) { return run(job, decode); }
 BlobResult validate_blob(const BlobJob& job) { return run(job, validate); }
 

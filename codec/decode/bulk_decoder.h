@@ -1,8 +1,9 @@
-// The bulk decoder: whole blobs. bulk_decoder.cpp is compiled for the baseline and, on x86-64,
-// again for AVX2.
+// What is compiled for the baseline and, on x86-64, again for AVX2: the bulk decoder of whole
+// blobs, and a decoder of single meshlets.
 #pragma once
 #include "format/blob.h"
-#include "decode/serial_decoder.h"
+#include "decode/build.h"
+#include "decode/meshlet_decoder.h"
 
 namespace meshlet {
 
@@ -35,8 +36,8 @@ struct BlobResult {
 
 inline namespace MESHLET_BUILD {
 
-// decode_meshlet of a SerialDecoder of any build: all have the same members.
-void decode_one(void* decoder, uint32_t meshlet);
+// The caller deletes it.
+MeshletDecoder* new_meshlet_decoder();
 
 // Fills the job's outputs.
 BlobResult decode_blob(const BlobJob& job);

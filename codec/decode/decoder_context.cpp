@@ -4,7 +4,7 @@ namespace meshlet {
 
 #ifdef MESHLET_AVX2
 namespace avx2 {
-void decode_one(void* decoder, uint32_t meshlet);
+MeshletDecoder* new_meshlet_decoder();
 BlobResult decode_blob(const BlobJob& job);
 
 // Does the processor have the instruction sets of MESHLET_AVX2_OPTIONS (codec/CMakeLists.txt)?
@@ -37,22 +37,27 @@ namespace {
 
 }  // namespace
 
-DecoderContext::DecoderContext(const uint8_t* data, size_t size)
-    : header_(read_blob_header(data, size)), decoder_(std::make_unique<SerialDecoder>()) {
-  decoder_->data = data;
-  decoder_->size = uint32_t(size);
-  decoder_->load_streams(0, uint32_t(header_.streams.size()));
+MeshletDecoder::~MeshletDecoder() = default;
+
+std::unique_ptr<MeshletDecoder> make_meshlet_decoder() {
+#ifdef MESHLET_AVX2
+  if (avx2::supported()) return std::unique_ptr<MeshletDecoder>(avx2::new_meshlet_decoder());
+#endif
+  return std::unique_ptr<MeshletDecoder>(new_meshlet_decoder());
 }
 
-SerialDecoder& DecoderContext::meshlet(uint32_t m) {
-#ifdef MESHLET_AVX2
-  if (avx2::supported())
-    avx2::decode_one(decoder_.get(), m);
-  else
-#endif
-    decode_one(decoder_.get(), m);
-  if (decoder_->error != ERROR_NONE) throw_malformed(m, error_text(decoder_->error));
-  return *decoder_;
+DecoderContext::DecoderContext(const uint8_t* data, size_t size)
+    : data_(data),
+      size_(size),
+      header_(read_blob_header(data, size)),
+      decoder_(make_meshlet_decoder()) {
+  decoder_->open(data, size);
+}
+
+DecodedMeshlet DecoderContext::meshlet(uint32_t m) {
+  const DecodedMeshlet decoded = decoder_->decode(m);
+  if (decoded.error != ERROR_NONE) throw_malformed(m, error_text(decoded.error));
+  return decoded;
 }
 
 namespace {
@@ -76,8 +81,8 @@ void check(const BlobResult& result) {
 
 BlobJob DecoderContext::job() const {
   BlobJob job{};
-  job.data = decoder_->data;
-  job.size = decoder_->size;
+  job.data = data_;
+  job.size = uint32_t(size_);
   job.vertex_count = header_.vertex_count;
   job.meshlet_count = header_.meshlet_count;
   job.stream_count = uint32_t(header_.streams.size());

@@ -4,7 +4,7 @@
 
 #include "format/blob.h"
 #include "decode/bulk_decoder.h"
-#include "decode/serial_decoder.h"
+#include "decode/meshlet_decoder.h"
 
 namespace meshlet {
 
@@ -15,9 +15,8 @@ class DecoderContext {
 
   const BlobHeader& header() const { return header_; }
 
-  // Decodes meshlet m. Its triangles and values lie in the returned decoder until the next call.
-  // Throws Malformed.
-  SerialDecoder& meshlet(uint32_t m);
+  // Decodes meshlet m. Throws Malformed.
+  DecodedMeshlet meshlet(uint32_t m);
 
   // Decodes everything into the caller's arrays. triangles: 3 * triangle_count vertex numbers. Per
   // stream, integers[s]: vertex_count x elements, or values[s]: vertex_count x value_count (float,
@@ -32,8 +31,10 @@ class DecoderContext {
  private:
   BlobJob job() const;  // without outputs
 
+  const uint8_t* data_;
+  size_t size_;
   BlobHeader header_;
-  std::unique_ptr<SerialDecoder> decoder_;
+  std::unique_ptr<MeshletDecoder> decoder_;
 };
 
 // One sentence for an ERROR_ constant.

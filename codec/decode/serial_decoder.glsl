@@ -33,16 +33,18 @@
 //   FOREIGN_LENGTH(owner, slot) read_foreign_length, or a table with the same answers
 //   MAX_STREAMS, MAX_ELEMENTS   capacity: streams of the blob, and the sum of their elements
 //
-// Optional: WEIGH_TRAVERSED() and WEIGH_CHAINS() compute the AFFINE weights of all traversed or
-// listed chain vertices before TRAVERSED_WEIGHTS(i) and CHAIN_WEIGHTS(j) return them;
-// OCTAHEDRAL_PREDICTIONS(bits) and OCTAHEDRAL_PREDICTION(i, v, bits) do so for GEO; SUM_NORMALS
-// fills the normals. Otherwise this file computes them one by one.
+// Optional: with OWN_PREDICTION the includer defines predict_chains(s), predict_traversed(s, first)
+// and finish_positions(), which runs once stream 0 is decoded, before the other interiors.
 //
 // Optional: APEX(t), SET_APEX(t, v) and TRIANGLE(t) name storage for apices and packed triangles;
 // otherwise this file declares arrays.
 //
+// Optional: VERTEX_STEP, ELEMENT_STEP and STREAM_ROOM(elements) give another order of `values`;
+// ALIGNED stands before their declaration.
+//
 // Use: load_streams(first, end) once per blob, then decode_meshlet(m). Results: triangle_count,
-// packed `triangles`, vertex_count, values[element * 64 + local id]. If `error` is not ERROR_NONE,
+// packed `triangles`, vertex_count, and `values`: element c of stream s of a local id at
+// 64 * stream_element[s] + VERTEX_STEP * id + ELEMENT_STEP * c. If `error` is not ERROR_NONE,
 // the meshlet is malformed and nothing else is valid.
 //
 // Hostile bytes: every index is bounded by a 64-bit mask or a checked count. No loop runs longer
@@ -52,6 +54,13 @@
 
 #ifndef RESIDUALS
 #define RESIDUALS 256u  // of a list; 4 are enough if nothing calls read_residuals
+#endif
+
+#ifndef VERTEX_STEP
+#define ALIGNED
+#define VERTEX_STEP 1u
+#define ELEMENT_STEP 64u
+#define STREAM_ROOM(elements) (elements)
 #endif
 
 uint error;
@@ -73,7 +82,7 @@ small_uint stream_interior_base[MAX_STREAMS];
 small_uint stream_anchor_base[MAX_STREAMS];
 uint stream_mask[MAX_STREAMS];  // (1 << bits) - 1
 small_uint stream_bits[MAX_STREAMS];
-small_uint stream_element[MAX_STREAMS];  // first element of a decoded stream
+small_uint stream_element[MAX_STREAMS];  // in `values`, of a decoded stream's first
 
 // Reads the header. read_blob_header has checked it: all tables lie inside the blob.
 void load_tables() {
@@ -115,7 +124,7 @@ void load_streams(uint first, uint end) {
     stream_interior_base[s] = small_uint((bases >> 8) & 255u);
     stream_anchor_base[s] = small_uint((bases >> 16) & 255u);
     stream_element[s] = small_uint(element);
-    if (is_decoded(s)) element += (shape >> 8) & 255u;
+    if (is_decoded(s)) element += STREAM_ROOM((shape >> 8) & 255u);
   }
 }
 
@@ -507,7 +516,7 @@ void skip_chains(HEADER_IN h, uint s) {
 
 // --- values ---
 
-uint values[MAX_ELEMENTS * 64];  // values[element * 64 + local id]
+ALIGNED uint values[MAX_ELEMENTS * 64];
 
 // --- connectivity (section A) ---
 
@@ -862,9 +871,9 @@ Triple grid_position(uint id);  // defined by the includer
 #else
 Triple grid_position(uint id) {
   Triple p;
-  p.x = values[id];
-  p.y = values[64u + id];
-  p.z = values[128u + id];
+  p.x = values[VERTEX_STEP * id];
+  p.y = values[VERTEX_STEP * id + ELEMENT_STEP];
+  p.z = values[VERTEX_STEP * id + 2u * ELEMENT_STEP];
   return p;
 }
 #endif
@@ -1076,33 +1085,24 @@ uint affine_chain_point(Weights w, uint before, uint end, uint earlier, uint lef
   return w.exist ? affine_point(w, before, end, earlier) : toward(before, end, left);
 }
 
-#ifndef WEIGH_CHAINS
-#define WEIGH_CHAINS()
-#define CHAIN_WEIGHTS(j) chain_weights(chain_step[j])
-#define WEIGH_TRAVERSED()
-#define TRAVERSED_WEIGHTS(i) traversed_weights(traversed[i])
-#define OCTAHEDRAL_PREDICTIONS(bits)
-#define OCTAHEDRAL_PREDICTION(i, v, bits) \
-  octahedral_prediction(NORMALS(4u * v), NORMALS(4u * v + 1u), NORMALS(4u * v + 2u), bits)
-#define SUM_NORMALS sum_normals
-#endif
+#ifndef OWN_PREDICTION
 
 void predict_affine_chains(uint s) {
-  WEIGH_CHAINS();
   index_uint base = stream_element[s] * 64u;
   uint elements = stream_elements[s];
   uint from = 0u;
   for (uint j = 0u; j < chain_count; j++) {
     uint step = chain_step[j];
-    Weights w = CHAIN_WEIGHTS(j);
-    index_uint v = base + (step & 255u);
-    index_uint before = base + ((step >> 8) & 255u);
-    index_uint end = base + ((step >> 16) & 255u);
-    index_uint earlier = step >> 24 == NO_VERTEX ? before : base + (step >> 24);
+    Weights w = chain_weights(step);
+    index_uint v = base + VERTEX_STEP * (step & 255u);
+    index_uint before = base + VERTEX_STEP * ((step >> 8) & 255u);
+    index_uint end = base + VERTEX_STEP * ((step >> 16) & 255u);
+    index_uint earlier = step >> 24 == NO_VERTEX ? before : base + VERTEX_STEP * (step >> 24);
     for (index_uint c = 0u; c < elements; c++) {
-      uint point = affine_chain_point(w, values[before + 64u * c], values[end + 64u * c],
-                                      values[earlier + 64u * c], chain_left[j]);
-      values[v + 64u * c] = (point + residuals[from + c]) & stream_mask[s];
+      uint point =
+          affine_chain_point(w, values[before + ELEMENT_STEP * c], values[end + ELEMENT_STEP * c],
+                             values[earlier + ELEMENT_STEP * c], chain_left[j]);
+      values[v + ELEMENT_STEP * c] = (point + residuals[from + c]) & stream_mask[s];
     }
     from += elements;
   }
@@ -1117,14 +1117,14 @@ INLINE void predict_chain_elements(uint s, bool copies, uint elements) {
   uint count = chain_count;
   for (uint j = 0u; j < count; j++) {
     uint step = chain_step[j];
-    index_uint v = base + (step & 255u);
-    index_uint before = base + ((step >> 8) & 255u);
-    index_uint end = base + ((step >> 16) & 255u);
+    index_uint v = base + VERTEX_STEP * (step & 255u);
+    index_uint before = base + VERTEX_STEP * ((step >> 8) & 255u);
+    index_uint end = base + VERTEX_STEP * ((step >> 16) & 255u);
     uint left = chain_left[j];
     for (index_uint c = 0u; c < elements; c++) {
-      uint point = values[before + 64u * c];
-      if (!copies) point = toward(point, values[end + 64u * c], left);
-      values[v + 64u * c] = (point + residuals[from + c]) & bits;
+      uint point = values[before + ELEMENT_STEP * c];
+      if (!copies) point = toward(point, values[end + ELEMENT_STEP * c], left);
+      values[v + ELEMENT_STEP * c] = (point + residuals[from + c]) & bits;
     }
     from += elements;
   }
@@ -1142,6 +1142,8 @@ void predict_chains(uint s) {
   else
     predict_chain_elements(s, copies, elements);
 }
+
+#endif
 
 // The chain of the visited owner's reference `other`, for the streams that foreign reference r
 // shares. The owner's first inner vertex is r's last.
@@ -1182,7 +1184,8 @@ void read_anchor(uint s, uint index, uint vertex) {
       value += unzigzag(load_bits(further, width));
       further += width;
     }
-    values[(stream_element[s] + c) * 64u + vertex] = value & stream_mask[s];
+    values[64u * stream_element[s] + VERTEX_STEP * vertex + ELEMENT_STEP * c] =
+        value & stream_mask[s];
   }
 }
 
@@ -1301,44 +1304,6 @@ INLINE uint traversed_prediction(uint predictor, uint a, uint b, uint o, bool ac
   return sum - o;
 }
 
-// `from`: index of the first traversed vertex's residual.
-INLINE void predict_elements(uint s, uint from, uint predictor, uint elements) {
-  index_uint base = stream_element[s] * 64u;
-  index_uint at = from;
-  uint bits = stream_mask[s];
-  uint count = traversed_count;
-  for (uint i = 0u; i < count; i++) {
-    uint triangle = traversed[i];
-    index_uint a = base + (triangle & 255u);
-    index_uint b = base + ((triangle >> 8) & 255u);
-    index_uint v = base + ((triangle >> 16) & 255u);
-    index_uint o = base + (triangle >> 24);
-    bool across = triangle >> 24 != NO_VERTEX;
-    for (index_uint c = 0u; c < elements; c++) {
-      uint beyond = across ? values[o + 64u * c] : 0u;
-      uint prediction =
-          traversed_prediction(predictor, values[a + 64u * c], values[b + 64u * c], beyond, across);
-      values[v + 64u * c] = (prediction + residuals[at + c]) & bits;
-    }
-    at += elements;
-  }
-}
-
-// `first`: number of residuals of vertices before the first traversed one.
-void predict_geo(uint s, uint first) {
-  index_uint base = stream_element[s] * 64u;
-  uint at = 2u * first;
-  uint bits = stream_mask[s];
-  OCTAHEDRAL_PREDICTIONS(stream_bits[s]);
-  for (uint i = 0u; i < traversed_count; i++) {
-    uint v = (traversed[i] >> 16) & 255u;
-    OctPair q = OCTAHEDRAL_PREDICTION(i, v, stream_bits[s]);
-    values[base + v] = (q.u + residuals[at]) & bits;
-    values[base + 64u + v] = (q.v + residuals[at + 1u]) & bits;
-    at += 2u;
-  }
-}
-
 // AFFINE: the weights of a traversed vertex.
 Weights traversed_weights(uint triangle) {
   Weights w;
@@ -1349,27 +1314,67 @@ Weights traversed_weights(uint triangle) {
   return w;
 }
 
+#ifndef OWN_PREDICTION
+
+// `from`: index of the first traversed vertex's residual.
+INLINE void predict_elements(uint s, uint from, uint predictor, uint elements) {
+  index_uint base = stream_element[s] * 64u;
+  index_uint at = from;
+  uint bits = stream_mask[s];
+  uint count = traversed_count;
+  for (uint i = 0u; i < count; i++) {
+    uint triangle = traversed[i];
+    index_uint a = base + VERTEX_STEP * (triangle & 255u);
+    index_uint b = base + VERTEX_STEP * ((triangle >> 8) & 255u);
+    index_uint v = base + VERTEX_STEP * ((triangle >> 16) & 255u);
+    index_uint o = base + VERTEX_STEP * (triangle >> 24);
+    bool across = triangle >> 24 != NO_VERTEX;
+    for (index_uint c = 0u; c < elements; c++) {
+      uint beyond = across ? values[o + ELEMENT_STEP * c] : 0u;
+      uint prediction = traversed_prediction(predictor, values[a + ELEMENT_STEP * c],
+                                             values[b + ELEMENT_STEP * c], beyond, across);
+      values[v + ELEMENT_STEP * c] = (prediction + residuals[at + c]) & bits;
+    }
+    at += elements;
+  }
+}
+
+// `first`: number of residuals of vertices before the first traversed one.
+void predict_geo(uint s, uint first) {
+  index_uint base = stream_element[s] * 64u;
+  uint at = 2u * first;
+  uint bits = stream_mask[s];
+  for (uint i = 0u; i < traversed_count; i++) {
+    uint v = (traversed[i] >> 16) & 255u;
+    OctPair q = octahedral_prediction(NORMALS(4u * v), NORMALS(4u * v + 1u), NORMALS(4u * v + 2u),
+                                      stream_bits[s]);
+    index_uint to = base + VERTEX_STEP * v;
+    values[to] = (q.u + residuals[at]) & bits;
+    values[to + ELEMENT_STEP] = (q.v + residuals[at + 1u]) & bits;
+    at += 2u;
+  }
+}
+
 INLINE void predict_affine_elements(uint s, uint first, uint elements) {
   index_uint base = stream_element[s] * 64u;
   index_uint at = elements * first;
   uint bits = stream_mask[s];
   uint count = traversed_count;
-  WEIGH_TRAVERSED();
   for (uint i = 0u; i < count; i++) {
     uint triangle = traversed[i];
     bool across = triangle >> 24 != NO_VERTEX;
-    Weights w = TRAVERSED_WEIGHTS(i);
-    index_uint a = base + (triangle & 255u);
-    index_uint b = base + ((triangle >> 8) & 255u);
-    index_uint v = base + ((triangle >> 16) & 255u);
-    index_uint o = across ? base + (triangle >> 24) : a;
+    Weights w = traversed_weights(triangle);
+    index_uint a = base + VERTEX_STEP * (triangle & 255u);
+    index_uint b = base + VERTEX_STEP * ((triangle >> 8) & 255u);
+    index_uint v = base + VERTEX_STEP * ((triangle >> 16) & 255u);
+    index_uint o = across ? base + VERTEX_STEP * (triangle >> 24) : a;
     for (index_uint c = 0u; c < elements; c++) {
-      uint at_a = values[a + 64u * c];
-      uint at_b = values[b + 64u * c];
-      uint at_o = values[o + 64u * c];
+      uint at_a = values[a + ELEMENT_STEP * c];
+      uint at_b = values[b + ELEMENT_STEP * c];
+      uint at_o = values[o + ELEMENT_STEP * c];
       uint parallelogram = traversed_prediction(PREDICT_PARALLELOGRAM, at_a, at_b, at_o, across);
       uint point = choose(w.exist, affine_point(w, at_a, at_b, at_o), parallelogram);
-      values[v + 64u * c] = (point + residuals[at + c]) & bits;
+      values[v + ELEMENT_STEP * c] = (point + residuals[at + c]) & bits;
     }
     at += elements;
   }
@@ -1402,6 +1407,12 @@ void predict_traversed(uint s, uint first) {
   else
     predict_elements(s, from, predictor, elements);
 }
+
+void finish_positions() {
+  if (needs_normals) sum_normals();
+}
+
+#endif
 
 // Number of inner vertices of the foreign references that store their own values for stream s.
 uint seam_vertices(uint s) {
@@ -1489,7 +1500,7 @@ void read_own() {
   if (error != ERROR_NONE) return;
   read_own_interior(unary.cursor, 0u, 1u);
   if (error != ERROR_NONE || stream_end <= 1u) return;
-  if (needs_normals) SUM_NORMALS();
+  finish_positions();
   read_own_interior(low_cursor, 1u, stream_total);
 }
 

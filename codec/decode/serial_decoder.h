@@ -38,20 +38,21 @@ struct SerialDecoder {
 #define FOREIGN_LENGTH known_length
 #define MAX_STREAMS BLOB_MAX_STREAMS
 #define MAX_ELEMENTS (STREAM_MAX_ELEMENTS * BLOB_MAX_STREAMS)
-#define WEIGH_CHAINS() weigh(chain_step, chain_count)
-#define CHAIN_WEIGHTS(j) chain_weights_of(j)
-#define WEIGH_TRAVERSED() weigh(traversed, traversed_count)
-#define TRAVERSED_WEIGHTS(i) weights[i]
-#define OCTAHEDRAL_PREDICTIONS(bits) predict_octahedral(bits)
-#define OCTAHEDRAL_PREDICTION(i, v, bits) octahedral[i]
 #ifdef __AVX2__
-#define SUM_NORMALS sum_normals_of_meshlet
-#else
-#define SUM_NORMALS sum_normals
+#define OWN_PREDICTION
 #endif
 #define NORMALS(i) normals[i]
   alignas(16) uint normals[256];
+// All elements of a vertex lie together, in 16 bytes.
+#define ALIGNED alignas(32)
+#define VERTEX_STEP 4u
+#define ELEMENT_STEP 1u
+#define STREAM_ROOM(elements) 4u
 #include "decode/serial_decoder.glsl"
+
+  // Stream s of vertex `id`: 4 elements.
+  const uint* vertex(uint s, uint id) const { return values + 64u * stream_element[s] + 4u * id; }
+  uint* vertex(uint s, uint id) { return values + 64u * stream_element[s] + 4u * id; }
 
   static mask64 mask_none() { return 0; }
   static mask64 mask_bit(uint i) { return 1ull << (i & 63u); }
@@ -240,7 +241,7 @@ struct SerialDecoder {
     for (; k <= 7u && i < n; i += 8, low += 8 * k) {
       mask64 bytes = _pdep_u64(load64(low >> 3) >> (low & 7u),
                                0x0101010101010101ull * ((1u << (k & 7u)) - 1u));
-      store_eight(i, list + i, k, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(int64_t(bytes))));
+      store_rice(i, list + i, k, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(int64_t(bytes))));
     }
 #endif
     for (; i < n; i++, low += k)
@@ -302,7 +303,7 @@ struct SerialDecoder {
 #endif
 #ifdef __AVX2__
   // Residuals i .. i + 7 from the ends of their quotients and their low bits.
-  void store_eight(uint i, const uint* list, uint k, __m256i low) {
+  void store_rice(uint i, const uint* list, uint k, __m256i low) {
     const __m256i* from = reinterpret_cast<const __m256i*>(list);
     __m256i ones = _mm256_cmpeq_epi32(low, low);
     __m256i before = _mm256_loadu_si256(from),
@@ -313,147 +314,8 @@ struct SerialDecoder {
   }
 #endif
 
-  // --- prediction from positions, as serial_decoder.glsl has it, for many vertices at once ---
-
-  // Loops over whole batches vectorise; the last batch may compute too much.
-  static constexpr uint kBatch = 8;
-  Weights weights[64];
-  OctPair octahedral[64];
-
-  // bit_length for x < 2^31, without a branch: a float's exponent. Clearing the bit below each one
-  // keeps the float from being rounded up.
-  static int bit_length_of(int x) {
-    const float rounded = float(x & ~(x >> 1));
-    int bits;
-    std::memcpy(&bits, &rounded, 4);
-    return (bits >> 23) - 126;
-  }
-  // x / d toward zero: exact in double.
-  static int quotient(int x, int d) { return int(double(x) / double(d)); }
-  static int clamped(int x, int most) { return x < 0 ? 0 : x > most ? most : x; }
-
-  // Affine weights of packed a, b, v, o (as in `traversed` and chain_step); none without o.
-  void weigh(const uint* packed, uint count) {
-    alignas(32) int e[3][64], f[3][64], r[3][64], s[64], u[64], exists[64];
-    for (uint i = 0; i < count; i++) {
-      const bool chain = packed == chain_step;
-      const uint p = packed[i], a = chain ? p >> 8 & 255u : p & 255u,
-                 b = chain ? p >> 16 & 255u : p >> 8 & 255u, v = chain ? p & 255u : p >> 16 & 255u,
-                 o = p >> 24 == NO_VERTEX ? a : p >> 24;
-      for (uint c = 0; c < 3; c++) {
-        const uint* position = values + 64 * c;
-        e[c][i] = int(position[b] - position[a]);
-        f[c][i] = int(position[o] - position[a]);
-        r[c][i] = int(position[v] - position[a]);
-      }
-    }
-    for (uint i = count; i % kBatch > 0; i++)
-      for (uint c = 0; c < 3; c++) e[c][i] = f[c][i] = r[c][i] = 0;
-    for (uint begin = 0; begin < count; begin += kBatch)
-      for (uint i = begin; i < begin + kBatch; i++) weigh_one(e, f, r, i, s, u, exists);
-    for (uint i = 0; i < count; i++) weights[i] = {exists[i] != 0, uint(s[i]), uint(u[i])};
-  }
-
-  INLINE static void weigh_one(int (*e)[64], int (*f)[64], int (*r)[64], uint i, int* s, int* u,
-                               int* exists) {
-    auto size = [](int x) { return x < 0 ? -x : x; };
-    int most = 0;
-    for (uint c = 0; c < 3; c++) most |= size(e[c][i]) | size(f[c][i]) | size(r[c][i]);
-    const int h = clamped(bit_length_of(most) - 14, 31);
-    const int e0 = e[0][i] >> h, e1 = e[1][i] >> h, e2 = e[2][i] >> h;
-    const int f0 = f[0][i] >> h, f1 = f[1][i] >> h, f2 = f[2][i] >> h;
-    const int r0 = r[0][i] >> h, r1 = r[1][i] >> h, r2 = r[2][i] >> h;
-    int ee = e0 * e0 + e1 * e1 + e2 * e2, ef = e0 * f0 + e1 * f1 + e2 * f2,
-        ff = f0 * f0 + f1 * f1 + f2 * f2, re = r0 * e0 + r1 * e1 + r2 * e2,
-        rf = r0 * f0 + r1 * f1 + r2 * f2;
-    const int n = bit_length_of(ee | ff | size(re) | size(rf));
-    const int up = clamped(15 - n, 15), down = clamped(n - 15, 31);
-    auto scaled = [&](int x) { return int(uint(x) << up) >> down; };
-    ee = scaled(ee);
-    ef = scaled(ef);
-    ff = scaled(ff);
-    re = scaled(re);
-    rf = scaled(rf);
-    const int product = ee * ff, determinant = product - ef * ef, d = determinant >> 8;
-    const int divisor = d > 0 ? d : 1;
-    s[i] = quotient(re * ff - rf * ef, divisor);
-    u[i] = quotient(rf * ee - re * ef, divisor);
-    const int limit = int(AFFINE_WEIGHT_LIMIT);
-    exists[i] = (determinant > product >> 5) & (d > 0) & (s[i] < limit) & (s[i] > -limit) &
-                (u[i] < limit) & (u[i] > -limit);
-  }
-
-  Weights chain_weights_of(uint j) {
-    const uint step = chain_step[j];
-    if (step >> 24 != NO_VERTEX && weights[j].exist) return weights[j];
-    return line_weights(step >> 8 & 255u, step >> 16 & 255u, step & 255u);
-  }
-
-  // Fills `octahedral` for the traversed vertices.
-  void predict_octahedral(uint bits) {
-    alignas(32) int normal[3][64], q[2][64];
-    const uint count = traversed_count;
-    for (uint i = 0; i < count; i++) {
-      const uint* sum = normals + 4 * (traversed[i] >> 16 & 255u);
-      for (uint c = 0; c < 3; c++) normal[c][i] = int(sum[c]);
-    }
-    if (bits > 15u) {  // numbers of 32 bits
-      for (uint i = 0; i < count; i++)
-        octahedral[i] =
-            octahedral_prediction(uint(normal[0][i]), uint(normal[1][i]), uint(normal[2][i]), bits);
-      return;
-    }
-    for (uint i = count; i % kBatch > 0; i++) normal[0][i] = normal[1][i] = normal[2][i] = 0;
-    const int limit = (1 << bits) - 2;
-    for (uint begin = 0; begin < count; begin += kBatch)
-      for (uint i = begin; i < begin + kBatch; i++)
-        octahedral_one(normal[0][i], normal[1][i], normal[2][i], limit, q[0][i], q[1][i]);
-    for (uint i = 0; i < count; i++) octahedral[i] = {uint(q[0][i]), uint(q[1][i])};
-  }
-  INLINE static void octahedral_one(int nx, int ny, int nz, int limit, int& q0, int& q1) {
-    auto size = [](int x) { return x < 0 ? 0u - uint(x) : uint(x); };
-    uint x = size(nx), y = size(ny), z = size(nz);
-    const int most = int(x | y | z);
-    const int k = most < 0 ? 19 : clamped(bit_length_of(most) - 13, 31);
-    x >>= k;
-    y >>= k;
-    z >>= k;
-    const int sum = int(x + y + z), divisor = sum > 0 ? 2 * sum : 1;
-    const int u = nz < 0 ? sum - int(y) : int(x), v = nz < 0 ? sum - int(x) : int(y);
-    q0 = quotient((nx < 0 ? sum - u : sum + u) * limit + sum, divisor);
-    q1 = quotient((ny < 0 ? sum - v : sum + v) * limit + sum, divisor);
-    q0 = sum > 0 ? q0 : limit >> 1;
-    q1 = sum > 0 ? q1 : limit >> 1;
-  }
-
 #ifdef __AVX2__
-  // sum_normals: a vertex's sum in one register.
-  void sum_normals_of_meshlet() {
-    alignas(16) int position[64][4];
-    const uint h = excess(stream_bits[0], GEO_POSITION_BITS);
-    for (uint v = 0; v < vertex_count; v++) {
-      for (uint c = 0; c < 3; c++) position[v][c] = int(values[64 * c + v]) >> h;
-      position[v][3] = 0;
-    }
-    std::memset(normals, 0, 16 * vertex_count);
-    auto vertex = [&](uint v) {
-      return _mm_load_si128(reinterpret_cast<const __m128i*>(position[v & 63u]));
-    };
-    for (uint t = 0; t < triangle_count; t++) {
-      const uint triangle = triangles[t];
-      const __m128i a = vertex(triangle), e = _mm_sub_epi32(vertex(triangle >> 8), a),
-                    f = _mm_sub_epi32(vertex(triangle >> 16), a);
-      // (e x f) rotated: e f' - e' f, where ' moves y, z, x to x, y, z.
-      const __m128i moved_e = _mm_shuffle_epi32(e, 0xC9), moved_f = _mm_shuffle_epi32(f, 0xC9);
-      const __m128i rotated =
-          _mm_sub_epi32(_mm_mullo_epi32(e, moved_f), _mm_mullo_epi32(moved_e, f));
-      const __m128i normal = _mm_shuffle_epi32(rotated, 0xC9);
-      for (uint k = 0; k < 24; k += 8) {
-        __m128i* sum = reinterpret_cast<__m128i*>(normals + 4 * (triangle >> k & 63u));
-        _mm_store_si128(sum, _mm_add_epi32(_mm_load_si128(sum), normal));
-      }
-    }
-  }
+#include "decode/vector_prediction.h"
 #endif
 };
 

@@ -98,23 +98,21 @@ size_t ViewDecoder::blob_of_meshlet(uint64_t m) const {
   return size_t(std::upper_bound(blobs_.begin(), blobs_.end(), m, after) - blobs_.begin()) - 1;
 }
 
-SerialDecoder& ViewMeshlets::meshlet(uint64_t m) {
+DecodedMeshlet ViewMeshlets::meshlet(uint64_t m) {
   const size_t number = view_.blob_of_meshlet(m);
   const ViewBlob& blob = view_.blobs()[number];
   if (number != blob_) {
-    decoder_->data = blob.data;
-    decoder_->size = uint32_t(blob.size);
-    decoder_->load_streams(0, uint32_t(blob.header.streams.size()));
+    decoder_->open(blob.data, blob.size);
     blob_ = number;
   }
   const uint32_t local = uint32_t(m - blob.first_meshlet);
-  decoder_->decode_meshlet(local);
-  if (decoder_->error != ERROR_NONE) {
+  const DecodedMeshlet decoded = decoder_->decode(local);
+  if (decoded.error != ERROR_NONE) {
     const std::string problem =
-        "meshlet " + std::to_string(local) + ": " + error_text(decoder_->error);
+        "meshlet " + std::to_string(local) + ": " + error_text(decoded.error);
     throw Malformed(view_.named(number, problem.c_str()));
   }
-  return *decoder_;
+  return decoded;
 }
 
 }  // namespace meshlet

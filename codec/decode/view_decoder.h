@@ -49,15 +49,14 @@ class ViewDecoder {
 // Decodes single meshlets of a view, which it borrows. Not thread-safe: use one per thread.
 class ViewMeshlets {
  public:
-  explicit ViewMeshlets(const ViewDecoder& view)
-      : view_(view), decoder_(std::make_unique<SerialDecoder>()) {}
+  explicit ViewMeshlets(const ViewDecoder& view) : view_(view), decoder_(make_meshlet_decoder()) {}
 
   // As DecoderContext::meshlet. Numbers count on through the blobs; m must exist.
-  SerialDecoder& meshlet(uint64_t m);
+  DecodedMeshlet meshlet(uint64_t m);
 
  private:
   const ViewDecoder& view_;
-  std::unique_ptr<SerialDecoder> decoder_;
+  std::unique_ptr<MeshletDecoder> decoder_;
   size_t blob_ = SIZE_MAX;  // that the decoder is open on
 };
 

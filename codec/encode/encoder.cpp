@@ -233,14 +233,13 @@ Elements predict_traversed(SerialDecoder& context, uint32_t s, uint32_t triangle
   if (predictor == PREDICT_AFFINE) weights = context.traversed_weights(triangle);
   if (predictor >= PREDICT_GEO) predictor = PREDICT_PARALLELOGRAM;
   const bool across = triangle >> 24 != NO_VERTEX;
-  const uint32_t* a = context.values + 64 * context.stream_element[s] + (triangle & 255u);
-  const uint32_t* b = context.values + 64 * context.stream_element[s] + (triangle >> 8 & 255u);
-  const uint32_t* o =
-      across ? context.values + 64 * context.stream_element[s] + (triangle >> 24) : a;
+  const uint32_t* a = context.vertex(s, triangle & 255u);
+  const uint32_t* b = context.vertex(s, triangle >> 8 & 255u);
+  const uint32_t* o = across ? context.vertex(s, triangle >> 24) : a;
   Elements out{};
-  for (uint32_t c = 0; c < context.stream_elements[s]; c++, a += 64, b += 64, o += 64)
-    out.of[c] = weights.exist ? context.affine_point(weights, *a, *b, *o)
-                              : context.traversed_prediction(predictor, *a, *b, *o, across);
+  for (uint32_t c = 0; c < context.stream_elements[s]; c++)
+    out.of[c] = weights.exist ? context.affine_point(weights, a[c], b[c], o[c])
+                              : context.traversed_prediction(predictor, a[c], b[c], o[c], across);
   return out;
 }
 
@@ -248,18 +247,16 @@ Elements predict_traversed(SerialDecoder& context, uint32_t s, uint32_t triangle
 Elements predict_chain(SerialDecoder& context, uint32_t s, uint32_t j) {
   const uint32_t step = context.chain_step[j], left = context.chain_left[j];
   const uint32_t predictor = context.stream_predictor[s];
-  const uint32_t* before = context.values + 64 * context.stream_element[s] + (step >> 8 & 255u);
-  const uint32_t* end = context.values + 64 * context.stream_element[s] + (step >> 16 & 255u);
-  const uint32_t* earlier = step >> 24 == NO_VERTEX
-                                ? before
-                                : context.values + 64 * context.stream_element[s] + (step >> 24);
+  const uint32_t* before = context.vertex(s, step >> 8 & 255u);
+  const uint32_t* end = context.vertex(s, step >> 16 & 255u);
+  const uint32_t* earlier = step >> 24 == NO_VERTEX ? before : context.vertex(s, step >> 24);
   SerialDecoder::Weights weights{};
   if (predictor == PREDICT_AFFINE) weights = context.chain_weights(step);
   Elements out{};
-  for (uint32_t c = 0; c < context.stream_elements[s]; c++, before += 64, end += 64, earlier += 64)
+  for (uint32_t c = 0; c < context.stream_elements[s]; c++)
     out.of[c] = predictor == PREDICT_COPY
-                    ? *before
-                    : context.affine_chain_point(weights, *before, *end, *earlier, left);
+                    ? before[c]
+                    : context.affine_chain_point(weights, before[c], end[c], earlier[c], left);
   return out;
 }
 
@@ -268,13 +265,11 @@ Encoder::Context Encoder::make_context() const {
   auto context = std::make_unique<SerialDecoder>();
   context->stream_total = context->stream_end = uint32_t(streams_.size());
   context->stream_first = 0;
-  uint16_t at = 0;
   for (size_t s = 0; s < streams_.size(); s++) {
     context->stream_elements[s] = streams_[s].elements;
     context->stream_predictor[s] = streams_[s].predictor;
-    context->stream_element[s] = at;
+    context->stream_element[s] = uint16_t(STREAM_MAX_ELEMENTS * s);
     context->stream_bits[s] = streams_[s].bits;
-    at = uint16_t(at + streams_[s].elements);
   }
   return context;
 }
@@ -289,7 +284,7 @@ void Encoder::load(SerialDecoder& context, const Plan& plan) const {
   for (uint32_t s = 0; s < streams_.size(); s++)
     for (uint32_t c = 0; c < streams_[s].elements; c++)
       for (uint32_t id = 0; id < plan.vertex.size(); id++)
-        context.values[(context.stream_element[s] + c) * 64u + id] = value(s, plan.vertex[id], c);
+        context.vertex(s, id)[c] = value(s, plan.vertex[id], c);
   if (std::any_of(streams_.begin(), streams_.end(),
                   [](const Stream& s) { return s.predictor == kGeo; }))
     context.sum_normals();
@@ -413,10 +408,10 @@ void Encoder::traversed_residuals(SerialDecoder& context, uint32_t s,
                                   std::vector<uint32_t>& out) const {
   for (uint32_t i = 0; i < context.traversed_count; i++) {
     const uint32_t triangle = context.traversed[i];
-    const uint32_t* v = context.values + 64 * context.stream_element[s] + (triangle >> 16 & 255u);
+    const uint32_t* v = context.vertex(s, triangle >> 16 & 255u);
     const Elements prediction = predict_traversed(context, s, triangle);
     for (uint32_t c = 0; c < streams_[s].elements; c++)
-      out.push_back(zigzag(v[64 * c] - prediction.of[c], streams_[s].bits));
+      out.push_back(zigzag(v[c] - prediction.of[c], streams_[s].bits));
   }
 }
 
@@ -425,11 +420,10 @@ void Encoder::chain_residuals(SerialDecoder& context, uint32_t s, uint64_t refer
                               std::vector<uint32_t>& out) const {
   context.list_chains(references);
   for (uint32_t j = 0; j < context.chain_count; j++) {
-    const uint32_t* v =
-        context.values + 64 * context.stream_element[s] + (context.chain_step[j] & 255u);
+    const uint32_t* v = context.vertex(s, context.chain_step[j] & 255u);
     const Elements prediction = predict_chain(context, s, j);
     for (uint32_t c = 0; c < streams_[s].elements; c++)
-      out.push_back(zigzag(v[64 * c] - prediction.of[c], streams_[s].bits));
+      out.push_back(zigzag(v[c] - prediction.of[c], streams_[s].bits));
   }
 }
 

@@ -270,18 +270,18 @@ class OpenView {
 
   nb::tuple decode_meshlet(uint64_t m) {
     if (m >= view_.meshlet_count()) throw nb::index_error("no such meshlet");
-    SerialDecoder& d = meshlets_.meshlet(m);
+    const DecodedMeshlet d = meshlets_.meshlet(m);
     uint8_t* triangles;
     nb::object triangle_array = new_array(d.triangle_count, 3, triangles);
     for (uint32_t i = 0; i < 3 * d.triangle_count; i++)
       triangles[i] = uint8_t(d.triangles[i / 3] >> 8 * (i % 3));
     nb::list arrays;
-    for (uint32_t s = 0; s < d.stream_total; s++) {
+    for (uint32_t s = 0; s < view_.streams().size(); s++) {
+      const uint32_t elements = view_.streams()[s].elements;
       uint32_t* data;
-      arrays.append(new_array(d.vertex_count, d.stream_elements[s], data));
-      for (uint32_t v = 0; v < d.vertex_count; v++)
-        for (uint32_t c = 0; c < d.stream_elements[s]; c++)
-          *data++ = d.values[(d.stream_element[s] + c) * 64u + v];
+      arrays.append(new_array(d.vertex_count, elements, data));
+      for (uint32_t v = 0; v < d.vertex_count; v++, data += elements)
+        std::copy_n(d.vertex(s, v), elements, data);
     }
     return nb::make_tuple(triangle_array, arrays);
   }

@@ -56,7 +56,7 @@ class Context {
     float stored[kMaxStored];
     for (uint32_t s = a.stream, done = 0; done < a.stored; s++) {
       const Stream& stream = header_->streams[s];
-      read_stream(stream, &decoder_.values[decoder_.stream_element[s] * 64u + id], stored + done);
+      read_stream(stream, decoder_.vertex(s, id), stored + done);
       done += value_count(stream);
     }
     for (uint32_t c = 0; c < a.components; c++) out[c] = clamped(a, stored[a.skipped + c]);
@@ -73,10 +73,11 @@ class Context {
       }
       return;
     }
+    const uint32_t* q = decoder_.vertex(a.stream, 0);
     for (int i = 0; i < 3; i++) {
-      const uint32_t* q = &decoder_.values[(decoder_.stream_element[a.stream] + i) * 64u];
       const double offset = stream.offset[i], step = stream.step;
-      for (uint32_t id = 0; id < 64; id++) out[i][id] = meshlet::grid_value(q[id], step, offset);
+      for (uint32_t id = 0; id < 64; id++)
+        out[i][id] = meshlet::grid_value(q[4 * id + i], step, offset);
     }
   }
 
@@ -84,9 +85,9 @@ class Context {
   static void read_stream(const Stream& s, const uint32_t* q, float* out) {
     if (s.kind == meshlet::kOct) {
       const float scale = meshlet::octahedral_scale(s.bits);
-      return meshlet::octahedral_direction(q[0], q[64], scale, out[0], out[1], out[2]);
+      return meshlet::octahedral_direction(q[0], q[1], scale, out[0], out[1], out[2]);
     }
-    for (uint32_t c = 0; c < s.elements; c++, q += 64) out[c] = read_element(s, c, *q);
+    for (uint32_t c = 0; c < s.elements; c++) out[c] = read_element(s, c, q[c]);
   }
 
   static float read_element(const Stream& s, uint32_t c, uint32_t q) {
