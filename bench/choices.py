@@ -31,7 +31,6 @@ from spec.reference_decoder import (
     DAMPED,
     FOREIGN,
     GEO,
-    GEO_ALL,
     MAX_PREDICTED_BITS,
     MEAN,
     OCT,
@@ -47,10 +46,12 @@ NAMES_SWITCHED = (*NAMES, "dragon", "DamagedHelmet", "sponza_like")
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
 # Predictors of any stream, and those that predict other streams from the positions.
 PREDICTORS = {"parallelogram": PARALLELOGRAM, "mean": MEAN, "copy": COPY, "damped": DAMPED}
-GEOMETRIC = {"GEO": GEO, "GEO_ALL": GEO_ALL, "AFFINE": AFFINE}
+GEOMETRIC = {"GEO": GEO, "AFFINE": AFFINE}
 CHOOSE = -1  # in place of a predictor: the encoder chooses
 PARAMETERS = range(32)
-RICE_CODES, EXPONENTIAL_CODES = 4, 3  # parameters that a meshlet can choose from
+# Parameters that a meshlet can choose from
+RICE_CODES, EXPONENTIAL_CODES = 4, 3  # of traversed vertices
+CHAIN_RICE_CODES = 7  # of chains, which have no exp-Golomb codes
 
 
 # --- costs in bits ---
@@ -75,12 +76,14 @@ def exponential_cost(residuals: list[list[int]], k: int) -> int:
     return 3 + sum(2 * ((u >> k) + 1).bit_length() - 1 + k for vertex in residuals for u in vertex)
 
 
-def class_costs(meshlets: list[list[list[int]]]) -> dict[str, float]:
+def class_costs(meshlets: list[list[list[int]]], chains: bool = False) -> dict[str, float]:
     """Bits per vertex of one class of residuals, [meshlet][vertex][element], for each code.
 
     "rice" and "exp-Golomb": with the format's number of parameters to choose from per meshlet.
-    "all": the format's choice, Rice, exp-Golomb or fixed per meshlet, with one base for the model.
+    "all": the format's choice of codes per meshlet, with one base for the model.
+    chains: the format's codes of chains, not those of traversed vertices.
     """
+    rice_codes = CHAIN_RICE_CODES if chains else RICE_CODES
     meshlets = [residuals for residuals in meshlets if residuals]
     count = sum(map(len, meshlets))
     fixed = [fixed_cost(residuals) for residuals in meshlets]
@@ -88,14 +91,16 @@ def class_costs(meshlets: list[list[list[int]]]) -> dict[str, float]:
     exponential = [[exponential_cost(residuals, k) for k in PARAMETERS] for residuals in meshlets]
 
     def best_rice(base: int) -> list[int]:
-        return [min(of_k[base : base + RICE_CODES]) for of_k in rice]
+        return [min(of_k[base : base + rice_codes]) for of_k in rice]
 
     def best_exponential(first: int) -> list[int]:
         return [min(of_k[first : first + EXPONENTIAL_CODES]) for of_k in exponential]
 
     def best(base: int) -> list[int]:
-        exponentials = best_exponential(max(base, 1) - 1)
-        return [min(costs) for costs in zip(fixed, best_rice(base), exponentials)]
+        codes = [fixed, best_rice(base)]
+        if not chains:
+            codes.append(best_exponential(max(base, 1) - 1))
+        return [min(costs) for costs in zip(*codes)]
 
     return {
         "fixed": sum(fixed) / count,
@@ -190,7 +195,7 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
         "symbols": {symbol: symbols[symbol] / total for symbol in "CLERS"},
         "entropy": -sum(n * math.log2(n / stored.total()) for n in stored.values()) / total,
         "traversed": {name: class_costs(residuals) for name, residuals in traversed.items()},
-        "chains": {name: class_costs(residuals) for name, residuals in chains.items()},
+        "chains": {name: class_costs(residuals, True) for name, residuals in chains.items()},
         "references_per_meshlet": {
             kind: kinds[kind] / meshlets for kind in (OWNED, FOREIGN, PRIVATE)
         },
@@ -220,7 +225,7 @@ def one_for_all(predictor: int) -> Chooser:
 
 def is_allowed(predictor: int, s: int, row: Row) -> bool:
     """True if stream s may have the predictor; stream 0 has positions."""
-    if predictor in (GEO, GEO_ALL):
+    if predictor == GEO:
         return s > 0 and row["kind"] == OCT
     if predictor == AFFINE and (s == 0 or row["kind"] in (OCT, SIGN)):
         return False
@@ -402,15 +407,16 @@ Bits per vertex (three elements, codes included) in these codes:
 * exp-Golomb: the best of three neighbouring exp-Golomb parameters per meshlet,
 * all: the best of fixed, rice and exp-Golomb per meshlet, as in the format.
 
-The format has three more predictors: GEO, GEO_ALL and AFFINE predict other streams from the
-positions. The last table has their gain.
+The format has two more predictors: GEO and AFFINE predict other streams from the positions. The
+last table has their gain.
 
 {markdown_table(["model, predictor", *codes], traversed)}
 ## Positions of chain vertices
 
 The same for the vertices between two corners of an owned run: predicted by a step from the vertex
 before toward the run's end, as in the format, from the chord between the corners, or from the
-vertex before alone.
+vertex before alone. Of Rice codes, a meshlet has seven to choose from; the format uses no
+exp-Golomb codes here, since neighbours could not find their low bits without a scan.
 
 {markdown_table(["model, predictor", *codes], chains)}
 ## Boundaries
@@ -433,8 +439,8 @@ Bits per triangle of whole files:
 * as they are: the encoder chooses a predictor for each stream;
 * with both sides of every seam stored;
 * without the predictors from positions: each stream has the best of the other four;
-* with one predictor for all streams that allow it. GEO and GEO_ALL are only for normals, AFFINE is
-  for all but positions and normals; the encoder chooses the predictors of the other streams.
+* with one predictor for all streams that allow it. GEO is only for normals, AFFINE for all but
+  positions and normals; the encoder chooses the predictors of the other streams.
 
 {markdown_table(["model", *result["switched"][0]["bits"]], switched)}"""
 

@@ -212,8 +212,8 @@ def section_bits(example: Example) -> dict[str, int]:
 
     file, m = example.decoder.file, example.meshlet.index
     with mock.patch.object(reference_decoder, "BitReader", CountingReader):
-        Meshlet(file, m)  # reads all but the interior of streams 1 ... again
-        example.decoder.meshlet(m)  # reads that interior; the decoder keeps the rest
+        Meshlet(file, m)  # reads all but the interior again
+        example.decoder.meshlet(m)  # reads the interior; the decoder keeps the rest
     bits = {
         label: sum(n for name, n in names.items() if name.startswith(starts))
         for label, (_, starts) in SECTIONS.items()

@@ -50,9 +50,9 @@ FIELDS = {
         *("foreign mask", "loop-end mask", "private mask"),
         *("length", "delta", "slot", "share bits"),
     ),
-    "codes": ("code of", "width of"),
-    "anchors": ("first anchor", "unary of further anchors", "low of further anchors"),
-    "chains": ("unary of chain", "low of chain"),
+    "codes": ("code of", "width of chain", "width of interior"),
+    "anchors": ("first anchor", "width of further anchors", "further anchors"),
+    "chains": ("low of chain", "unary of chain"),
     "interior": ("unary of interior", "low of interior"),
 }
 TABLES = "headers and tables"  # of blobs and groups, with heads of meshlets, entries and padding

@@ -10,15 +10,15 @@ import random
 import struct
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import NamedTuple
 
 OWNED, FOREIGN, PRIVATE = "owned", "foreign", "private"
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
-PARALLELOGRAM, MEAN, COPY, DAMPED, GEO, GEO_ALL, AFFINE = range(7)
+PARALLELOGRAM, MEAN, COPY, DAMPED, GEO, AFFINE = range(6)
 MESHLETS_PER_GROUP = 32
 Chain = tuple[int, int, int]  # an owned reference: owner, slot, length
-Code = int | list[int]  # a code 0 to 6 (Rice to 3, then exp-Golomb), or fixed widths
+Code = int | list[int]  # a code 0 to 6 (Rice or exp-Golomb), or fixed widths
+ANCHOR_WIDTH_FULL = 7
 
 
 @dataclass
@@ -70,8 +70,9 @@ class Reference:
 class Meshlet:
     """The contents of a meshlet; lists are per stream.
 
-    loops: references per loop; empty if R = 0
-    anchors: the first one as it is, the others as zigzag differences to the anchor before
+    loops: references per loop; empty if refs = 0
+    anchors: the first one as it is, the others as zigzag differences to the first
+    anchor_widths: the width field 0 to 7 of each element; empty for the least that fit
     chain_codes, interior_codes: a code 0 to 6, or a list of fixed widths
     chain, interior: unsigned residuals, [vertex][element]
     """
@@ -83,6 +84,7 @@ class Meshlet:
     chain: list[list[list[int]]] = field(default_factory=list)
     interior_codes: list[Code] = field(default_factory=list)
     interior: list[list[list[int]]] = field(default_factory=list)
+    anchor_widths: list[list[int]] = field(default_factory=list)
 
     @property
     def references(self) -> list[Reference]:
@@ -94,7 +96,7 @@ class Layout:
     """How write_blob lays out a group of meshlets.
 
     loops, private, seams: whether meshlets have these flags; None: if one needs them
-    stride: None for the mean size; second_table: the table of section A
+    stride: None for the mean size; second_table: the table of the symbols
     before, after: unused bytes before the group's entries, and after each meshlet's data
     """
 
@@ -172,12 +174,16 @@ class _ResidualList:
     widths: list[int] | None = None
 
     @classmethod
-    def of_code(cls, residuals: list[list[int]], code: Code, base: int) -> _ResidualList:
+    def of_chain(cls, residuals: list[list[int]], code: Code, base: int) -> _ResidualList:
         if not isinstance(code, int):
             return cls(residuals, widths=code)
-        if code < 4:
-            return cls(residuals, base + code)
-        return cls(residuals, max(base, 1) - 1 + code - 4, True)
+        return cls(residuals, base + code)
+
+    @classmethod
+    def of_interior(cls, residuals: list[list[int]], code: Code, base: int) -> _ResidualList:
+        if isinstance(code, int) and code >= 4:
+            return cls(residuals, max(base, 1) - 1 + code - 4, True)
+        return cls.of_chain(residuals, code, base)
 
     def put_unary(self, writer: BitWriter) -> None:
         if self.widths is None:
@@ -197,16 +203,8 @@ class _ResidualList:
                     writer.put(u, self.k)
 
 
-def _put_lists(writer: BitWriter, lists: list[_ResidualList]) -> None:
-    """All unary parts, then all low bits."""
-    for residuals in lists:
-        residuals.put_unary(writer)
-    for residuals in lists:
-        residuals.put_low(writer)
-
-
 def put_symbols(writer: BitWriter, symbols: str, second_table: bool) -> None:
-    """Section A."""
+    """Section Symbols."""
     rest = symbols[:-1]
     for symbol in "RLCE" if second_table else "RCEL":
         writer.put_flags(other != symbol for other in rest)
@@ -250,39 +248,81 @@ def meshlet_bytes(streams: list[Stream], meshlet: Meshlet, layout: Layout) -> by
                 writer.put(r.slot, layout.slot_width)
                 if seams:
                     writer.put_flags(r.share or [True] * (len(streams) - 1))
-    for part in ([0], list(range(1, len(streams)))):
-        _put_streams(writer, streams, meshlet, part)
-    return writer.to_bytes()
-
-
-def _put_streams(
-    writer: BitWriter, streams: list[Stream], meshlet: Meshlet, part: list[int]
-) -> None:
-    """Codes, anchors, chains and interior of stream 0, or of all others."""
-    owns = any(r.kind == OWNED for r in meshlet.references)
-    for s in part:
+    owns = any(r.kind == OWNED for r in references)
+    for s in range(len(streams)):
         if owns:
             _put_code(writer, meshlet.chain_codes[s])
         _put_code(writer, meshlet.interior_codes[s])
-    for s in part:
-        for value in (value for anchor in meshlet.anchors[s][:1] for value in anchor):
-            writer.put(value, streams[s].bits)
-    lists = [_ResidualList(meshlet.anchors[s][1:], streams[s].anchor_base, True) for s in part]
+    for s, stream in enumerate(streams):
+        _put_anchors(writer, stream, meshlet, s)
     if owns:
-        lists += [
-            _ResidualList.of_code(meshlet.chain[s], meshlet.chain_codes[s], streams[s].chain_base)
-            for s in part
-        ]
-    _put_lists(writer, lists)
-    _put_lists(
-        writer,
-        [
-            _ResidualList.of_code(
-                meshlet.interior[s], meshlet.interior_codes[s], streams[s].interior_base
-            )
-            for s in part
-        ],
-    )
+        _put_chains(writer, streams, meshlet)
+    _put_interior(writer, streams, meshlet)
+    return writer.to_bytes()
+
+
+def anchor_width(stream: Stream, width_field: int) -> int:
+    """The width in bits of an element of further anchors."""
+    if width_field == ANCHOR_WIDTH_FULL:
+        return stream.bits
+    return min(stream.anchor_base + width_field, stream.bits)
+
+
+def further_anchors(stream: Stream, values: list[list[int]]) -> list[list[int]]:
+    """The zigzag differences of all values but the first to the first."""
+    half = 1 << stream.bits - 1
+
+    def zigzag(difference: int) -> int:
+        d = (difference + half) % (2 * half) - half
+        return 2 * d if d >= 0 else -2 * d - 1
+
+    return [[zigzag(x - first) for x, first in zip(value, values[0])] for value in values[1:]]
+
+
+def _anchor_field(stream: Stream, values: list[int]) -> int:
+    """The least width field for the given elements; full if none is large enough."""
+    longest = max(values).bit_length()
+    return next((f for f in range(7) if anchor_width(stream, f) >= longest), ANCHOR_WIDTH_FULL)
+
+
+def _put_anchors(writer: BitWriter, stream: Stream, meshlet: Meshlet, s: int) -> None:
+    for value in (value for anchor in meshlet.anchors[s][:1] for value in anchor):
+        writer.put(value, stream.bits)
+    further = meshlet.anchors[s][1:]
+    if not further:
+        return
+    fields = [_anchor_field(stream, list(values)) for values in zip(*further)]
+    if meshlet.anchor_widths:
+        fields = meshlet.anchor_widths[s]
+    for width_field in fields:
+        writer.put(width_field, 3)
+    for anchor in further:
+        for u, width_field in zip(anchor, fields):
+            writer.put(u, anchor_width(stream, width_field))
+
+
+def _put_chains(writer: BitWriter, streams: list[Stream], meshlet: Meshlet) -> None:
+    lists = [
+        _ResidualList.of_chain(residuals, code, stream.chain_base)
+        for residuals, code, stream in zip(meshlet.chain, meshlet.chain_codes, streams)
+    ]
+    for residuals in lists:
+        residuals.put_low(writer)
+    for residuals in lists:
+        residuals.put_unary(writer)
+
+
+def _put_interior(writer: BitWriter, streams: list[Stream], meshlet: Meshlet) -> None:
+    """Stream 0, then all others together."""
+    lists = [
+        _ResidualList.of_interior(residuals, code, stream.interior_base)
+        for residuals, code, stream in zip(meshlet.interior, meshlet.interior_codes, streams)
+    ]
+    for part in (lists[:1], lists[1:]):
+        for residuals in part:
+            residuals.put_unary(writer)
+        for residuals in part:
+            residuals.put_low(writer)
 
 
 def has_loops(meshlet: Meshlet) -> bool:
@@ -404,7 +444,7 @@ def random_streams(rng: random.Random) -> list[Stream]:
         Stream(
             bits=rng.randint(4, 24),
             predictor=rng.randint(PARALLELOGRAM, DAMPED),
-            anchor_base=rng.randint(0, 20),
+            anchor_base=rng.randint(0, 31),
         )
     ]
     for _ in range(rng.randint(0, 4)):
@@ -419,12 +459,12 @@ def random_streams(rng: random.Random) -> list[Stream]:
         }[kind]
         choices = [PARALLELOGRAM, MEAN, COPY, DAMPED]
         if kind == OCT:
-            choices += [GEO, GEO, GEO_ALL, GEO_ALL]
+            choices += [GEO] * 4
         elif kind != SIGN:
             choices += [AFFINE] * 4
         predictor = rng.choice(choices) if bits <= 24 else COPY
         chain_base, interior_base = rng.randint(0, 25), rng.randint(0, 25)
-        anchor_base = rng.randint(bits == 32, 25)
+        anchor_base = rng.randint(0, 31)
         streams.append(
             Stream(kind, elements, bits, predictor, chain_base, interior_base, anchor_base)
         )
@@ -489,12 +529,12 @@ def _random_loop(
 
 
 def _random_residuals(
-    rng: random.Random, stream: Stream, base: int, count: int
+    rng: random.Random, stream: Stream, base: int, rice: int, count: int
 ) -> tuple[Code, list[list[int]]]:
-    """(code, residuals) of `count` vertices."""
+    """(code, residuals) of `count` vertices. rice: the number of Rice codes."""
     if rng.random() < 0.6:
         code = rng.randint(0, 6)
-        longest = min(32, base + code + 4) if code < 4 else 31
+        longest = min(32, base + code + 4) if code < rice else 31
 
         def residual() -> int:
             return rng.getrandbits(rng.randint(0, longest))
@@ -530,11 +570,11 @@ def random_meshlet(
     for s, stream in enumerate(streams):
         seams = sum(r.length - 1 for r in references if r.kind == FOREIGN and r.own(s))
         traversed = vertex_count - sum(loop_lengths) + inner[PRIVATE]
-        for codes, residuals, base, n in (
-            (meshlet.chain_codes, meshlet.chain, stream.chain_base, inner[OWNED]),
-            (meshlet.interior_codes, meshlet.interior, stream.interior_base, seams + traversed),
+        for codes, residuals, base, rice, n in (
+            (meshlet.chain_codes, meshlet.chain, stream.chain_base, 7, inner[OWNED]),
+            (meshlet.interior_codes, meshlet.interior, stream.interior_base, 4, seams + traversed),
         ):
-            code, values = _random_residuals(rng, stream, base, n)
+            code, values = _random_residuals(rng, stream, base, rice, n)
             codes.append(code)
             residuals.append(values)
     return meshlet
@@ -543,7 +583,7 @@ def random_meshlet(
 class Corner(NamedTuple):
     """Corner j: the references that end and start there, and whether they own a stream's values.
 
-    With R = 0 each loop is one private reference.
+    With refs = 0 each loop is one private reference.
     """
 
     before: int
@@ -602,21 +642,18 @@ def _set_random_anchors(rng: random.Random, streams: list[Stream], meshlets: lis
             ]
             for name in set(names.values())
         }
-        half = 1 << stream.bits - 1
         for m, meshlet in enumerate(meshlets):
             anchors = [
                 values[names[m, j]]
                 for _, j, own_before, own in corners(meshlet)
                 if own_before(s) and own(s)
             ]
-            differences = [
-                [(v - p + half) % (2 * half) - half for v, p in zip(anchor, before)]
-                for before, anchor in pairwise(anchors)
-            ]
-            zigzag = [
-                [2 * d if d >= 0 else -2 * d - 1 for d in difference] for difference in differences
-            ]
-            meshlet.anchors.append(anchors[:1] + zigzag)
+            further = further_anchors(stream, anchors)
+            meshlet.anchors.append(anchors[:1] + further)
+            fields = [_anchor_field(stream, list(values)) for values in zip(*further)]
+            if rng.random() < 0.3:
+                fields = [rng.choice([*range(least, 8)]) for least in fields]
+            meshlet.anchor_widths.append(fields)
 
 
 def random_blob(rng: random.Random, meshlet_count: int, vertex_count: int = 3) -> bytes:

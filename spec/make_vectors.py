@@ -16,7 +16,6 @@ import random
 import struct
 import textwrap
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from unittest import mock
 
@@ -31,7 +30,6 @@ from spec.blob_writer import (
     FLOAT32,
     FOREIGN,
     GEO,
-    GEO_ALL,
     GRID,
     INTEGER,
     MEAN,
@@ -165,7 +163,7 @@ def seams_between_meshlets() -> bytes:
     return encode(triangles, positions, streams, [texcoords, patch[:, None]], max_triangles=24)
 
 
-def several_components() -> bytes:
+def several_disks() -> bytes:
     triangles: list[list[int]] = []
     positions: list[list[int]] = []
     for part in range(5):
@@ -240,7 +238,7 @@ def normals_and_texcoords() -> bytes:
     streams = [
         position_stream(),
         stream(OCT, 2, 10, GEO),
-        stream(OCT, 2, 8, GEO_ALL),
+        stream(OCT, 2, 8, GEO),
         stream(GRID, 2, 12, AFFINE),
     ]
     values = [
@@ -396,12 +394,8 @@ def exp_golomb_codes() -> bytes:
     """Codes 4 to 6 with the bases 0, 1, 12 and 29: the largest parameter and the largest values."""
     streams = [
         blob_writer.Stream(bits=24, elements=1),
-        *(
-            blob_writer.Stream(INTEGER, 1, 32, COPY, interior_base=base, chain_base=base)
-            for base in (0, 1, 12, 29)
-        ),
+        *(blob_writer.Stream(INTEGER, 1, 32, COPY, interior_base=base) for base in (0, 1, 12, 29)),
     ]
-    loop = [reference(OWNED, 4)]
     most = [0, 0xFFFFFFFE, 0xFFFFFFFE, 0xFFFFFFFF, 0xFFFFFFFF]
     meshlets = []
     for code in (4, 5, 6):
@@ -409,39 +403,93 @@ def exp_golomb_codes() -> bytes:
         meshlets.append(
             blob_writer.Meshlet(
                 "CRRE",
-                [loop],
+                [],
                 [[[3 * code + s]] for s in range(5)],
+                [],
+                [[]] * 5,
                 [code] * 5,
-                [r[1:] for r in residuals],
-                [code] * 5,
-                [r[2:3] for r in residuals],
+                residuals,
             )
         )
     return blob_writer.write_blob(streams, meshlets, 15)
 
 
-def anchors_after_anchors(quotient: int = 0, base: int = 31) -> bytes:
-    """Four anchors by anchor bases 0, 1 and `base`; in 32 bits, a difference of 2^31."""
+def chain_codes(quotient: int = 16383) -> bytes:
+    """Chains in Rice codes 0 to 6 and in fixed widths, in several streams of a meshlet.
+
+    Rice parameters 0, 6 and 31; a quotient of 16383; widths of 0 and of 32 bits.
+    """
     streams = [
-        blob_writer.Stream(bits=12, anchor_base=0),
-        blob_writer.Stream(INTEGER, 2, 32, COPY, anchor_base=1),
-        blob_writer.Stream(INTEGER, 1, 24, anchor_base=base),
+        blob_writer.Stream(bits=12, chain_base=0),
+        blob_writer.Stream(INTEGER, 1, 32, COPY, chain_base=25),
+        blob_writer.Stream(INTEGER, 2, 10, chain_base=4),
+        blob_writer.Stream(INTEGER, 2, 32, COPY, chain_base=31),
     ]
-    loop = [reference(OWNED, 1) for _ in range(4)]
-    meshlet = blob_writer.Meshlet(
-        "RE",
-        [loop],
-        [
-            [[5, 4000, 7], [2, 7, 0], [1, 190, 8191], [0, 1, 2]],
-            [[0, 1], [0xFFFFFFFF, 0xFFFFFFFE], [0xFFFFFFFF, 1], [0, 2]],
-            [[0xABCDEF], [0x7FFFFFFF], [7 + (quotient << base)], [0xFFFFFFFF]],
-        ],
-        [0, 0, 0],
-        [[], [], []],
-        [0, 0, 0],
-        [[], [], []],
-    )
-    return blob_writer.write_blob(streams, [meshlet], 4)
+    loop = [reference(OWNED, 3), reference(OWNED, 2)]
+    meshlets = []
+    for code in range(7):
+        meshlet = fixed_meshlet("CRRRE", [loop], streams, [2] * 4, [3] * 4, [1] * 4)
+        meshlet.chain_codes = [code, code, [0, code], [0, 32] if code else 0]
+        meshlet.chain[0][0] = [7 * code, 0, 1]
+        meshlet.chain[1] = [[0xFFFFFFFF], [0], [code]]
+        meshlet.chain[2] = [[0, code], [0, 0], [0, (1 << code) - 1]]
+        meshlet.chain[3] = [[0, 0xFFFFFFFF], [0, 0x80000000], [0, code]]
+        meshlets.append(meshlet)
+    meshlets[0].chain[0][1] = [quotient, 1, 2]
+    return blob_writer.write_blob(streams, meshlets, 42)
+
+
+ANCHOR_BITS = 12, 32, 24, 5, 31, 32
+
+
+def anchors_of_every_width() -> bytes:
+    """Nine anchors in meshlets with each width field; bases of 0 to 31, values that wrap."""
+    bases = 0, 26, 3, 31, 31, 0
+    streams = [
+        blob_writer.Stream(GRID, 3, bits, anchor_base=base)
+        if bits <= 24
+        else blob_writer.Stream(INTEGER, 2, bits, COPY, anchor_base=base)
+        for bits, base in zip(ANCHOR_BITS, bases)
+    ]
+    rng = random.Random(2)
+    loop = [reference(OWNED, 1) for _ in range(9)]
+    meshlets = []
+    for first in range(8):
+        meshlet = fixed_meshlet("RRRRRRE", [loop], streams, [1] * 6, [0] * 6, [0] * 6)
+        for s, stream in enumerate(streams):
+            fields = [(first + c) % 8 for c in range(stream.elements)]
+            widths = [blob_writer.anchor_width(stream, field) for field in fields]
+            most = [(1 << width) - 1 for width in widths]  # the residual that is farthest down
+            further = [most, *([rng.randint(0, m) for m in most] for _ in range(7))]
+            meshlet.anchor_widths.append(fields)
+            meshlet.anchors[s] = [[rng.getrandbits(stream.bits) for _ in fields], *further]
+        meshlets.append(meshlet)
+    return blob_writer.write_blob(streams, meshlets, 72)
+
+
+def anchors_without_widths() -> bytes:
+    """Meshlets with one stored corner, or none, have no widths."""
+    streams = [
+        blob_writer.Stream(bits=12, anchor_base=5),
+        blob_writer.Stream(INTEGER, 2, 9, anchor_base=7),
+    ]
+    triangle = [reference(OWNED, 1) for _ in range(3)]
+    middle = [reference(FOREIGN, 1, 1, 1), reference(OWNED, 1), reference(OWNED, 1)]
+    meshlets = [
+        fixed_meshlet("E", [triangle], streams, [3, 3], [0, 0], [0, 0]),
+        fixed_meshlet("E", [middle], streams, [1, 1], [0, 0], [0, 0]),
+        fixed_meshlet(
+            "E",
+            [[reference(FOREIGN, 1, 1, 1, (False,)), *middle[1:]]],
+            streams,
+            [1, 3],
+            [0, 0],
+            [0, 0],
+        ),
+        fixed_meshlet("EE", [], streams, [2, 2], [0, 0], [4, 4]),
+    ]
+    blob = blob_writer.write_blob(streams, meshlets, 3)
+    return with_vertex_count(blob, count_vertices(blob))
 
 
 def random_mesh(
@@ -474,7 +522,7 @@ def random_mesh(
 
 
 def predicted_from_positions(position_bits: int, *kinds: tuple[int, int, int, int]) -> bytes:
-    """Streams (kind, elements, bits, predictor) with GEO, GEO_ALL or AFFINE."""
+    """Streams (kind, elements, bits, predictor) with GEO or AFFINE."""
     streams = [
         blob_writer.Stream(
             bits=position_bits, chain_base=3, interior_base=position_bits // 3, anchor_base=6
@@ -490,15 +538,39 @@ def predicted_from_positions(position_bits: int, *kinds: tuple[int, int, int, in
 
 
 def geo() -> bytes:
-    return predicted_from_positions(12, (OCT, 2, 8, GEO), (OCT, 2, 8, GEO_ALL))
+    return predicted_from_positions(12, (OCT, 2, 8, GEO), (OCT, 2, 13, GEO))
 
 
 def geo_of_wide_positions() -> bytes:
-    return predicted_from_positions(24, (OCT, 2, 16, GEO), (OCT, 2, 2, GEO_ALL))
+    return predicted_from_positions(24, (OCT, 2, 16, GEO), (OCT, 2, 2, GEO))
 
 
 def geo_of_narrow_positions() -> bytes:
-    return predicted_from_positions(3, (OCT, 2, 12, GEO), (OCT, 2, 12, GEO_ALL))
+    return predicted_from_positions(3, (OCT, 2, 12, GEO))
+
+
+def geo_without_references() -> bytes:
+    """Loops of private references alone: GEO predicts root gates and boundaries."""
+    streams = [
+        blob_writer.Stream(bits=12, interior_base=3, anchor_base=6),
+        blob_writer.Stream(OCT, 2, 10, GEO),
+    ]
+    rng = random.Random(4)
+    meshlets = []
+    for symbols, disks in (("E", 1), ("RE", 1), ("CRRRE", 1), ("ELERE", 3), ("SRECRRE", 1)):
+        anchors = [[[rng.getrandbits(9)] * s.elements for _ in range(disks)] for s in streams]
+        vertices = disks + symbols.count("R") + 2 * symbols.count("E") + symbols.count("L")
+        interior = [
+            [[rng.getrandbits(8 - 6 * s) for _ in range(stream.elements)] for _ in range(vertices)]
+            for s, stream in enumerate(streams)
+        ]
+        meshlets.append(
+            blob_writer.Meshlet(
+                symbols, [], anchors, [], [], [2, 1], [of[disks:] for of in interior]
+            )
+        )
+    blob = blob_writer.write_blob(streams, meshlets, 3)
+    return with_vertex_count(blob, count_vertices(blob))
 
 
 def affine() -> bytes:
@@ -513,16 +585,72 @@ def affine_of_narrow_positions() -> bytes:
     return predicted_from_positions(3, (GRID, 2, 12, AFFINE), (INTEGER, 1, 1, AFFINE))
 
 
+def affine_seams() -> bytes:
+    """A run in two meshlets: stream 1 shares it, stream 2 does not; both are AFFINE."""
+    streams = [
+        blob_writer.Stream(bits=12),
+        blob_writer.Stream(GRID, 2, 12, AFFINE),
+        blob_writer.Stream(INTEGER, 1, 10, AFFINE),
+    ]
+    private = reference(PRIVATE, 3)
+    shared = reference(FOREIGN, 5, 1, 0, (True, False))
+    meshlets = [
+        fixed_meshlet(
+            "CRRRRRE", [[reference(OWNED, 4), private]], streams, [2] * 3, [3] * 3, [3] * 3
+        ),
+        fixed_meshlet(
+            "RRRRRE", [[reference(OWNED, 5), private]], streams, [2] * 3, [4] * 3, [2] * 3
+        ),
+        fixed_meshlet("RRRRRE", [[shared, private]], streams, [0, 0, 2], [0] * 3, [2, 2, 6]),
+    ]
+    blob = blob_writer.write_blob(streams, meshlets, 3)
+    return with_vertex_count(blob, count_vertices(blob))
+
+
+def interior_of_several_streams() -> bytes:
+    """Rice, exp-Golomb and fixed codes in one meshlet, whose interiors have different lengths."""
+    streams = [
+        blob_writer.Stream(bits=12, interior_base=3),
+        blob_writer.Stream(GRID, 2, 12, MEAN, interior_base=2),
+        blob_writer.Stream(INTEGER, 1, 9, interior_base=1),
+        blob_writer.Stream(SIGN, 1, 1, COPY),
+        blob_writer.Stream(INTEGER, 4, 8, DAMPED, interior_base=5),
+    ]
+    seam = reference(FOREIGN, 4, 1, 0, (False, True, True, False))
+    chains, traversed = [3] * 5, [3] * 5
+    meshlets = [
+        fixed_meshlet(
+            "CRRRRRE",
+            [[reference(OWNED, 4), reference(PRIVATE, 3)]],
+            streams,
+            [2] * 5,
+            chains,
+            traversed,
+        ),
+        fixed_meshlet(
+            "CRRRRRE",
+            [[seam, reference(PRIVATE, 3)]],
+            streams,
+            [0, 2, 0, 0, 2],
+            [0] * 5,
+            [3, 6, 3, 3, 6],
+        ),
+    ]
+    meshlets[0].interior_codes = [1, 5, [6], 0, [7, 6, 32, 6]]
+    meshlets[1].interior_codes = [6, [6, 8], 3, [6], 4]
+    blob = blob_writer.write_blob(streams, meshlets, 3)
+    return with_vertex_count(blob, count_vertices(blob))
+
+
 def flat_positions() -> bytes:
     """All positions are equal: no normal, no affine frame."""
     streams = [
         blob_writer.Stream(bits=10),
         blob_writer.Stream(OCT, 2, 10, GEO),
-        blob_writer.Stream(OCT, 2, 10, GEO_ALL),
         blob_writer.Stream(GRID, 2, 10, AFFINE),
     ]
     loop = [reference(OWNED, 3), reference(PRIVATE, 4)]
-    meshlet = fixed_meshlet("CRRRRRE", [loop], streams, [2] * 4, [2] * 4, [4] * 4)
+    meshlet = fixed_meshlet("CRRRRRE", [loop], streams, [2] * 3, [2] * 3, [4] * 3)
     meshlet.anchors[0] = [[500, 300, 100], [0, 0, 0]]
     meshlet.chain[0] = [[0, 0, 0]] * 2
     meshlet.interior[0] = [[0, 0, 0]] * 4
@@ -533,17 +661,13 @@ def oct_axes() -> bytes:
     """The six axes and the corners of the octahedral grid, at 2, 8 and 16 bits."""
     streams = [
         blob_writer.Stream(bits=8),
-        *(blob_writer.Stream(OCT, 2, bits, COPY, anchor_base=bits) for bits in (2, 8, 16)),
+        *(blob_writer.Stream(OCT, 2, bits, COPY) for bits in (2, 8, 16)),
     ]
 
     def anchors(stream):
         m = (1 << stream.bits) - 2
-        grid = [(x, y) for y in (0, m // 2, m) for x in (0, m // 2, m)]
-        rows = [list(grid[0])]
-        for before, here in pairwise(grid):
-            differences = [b - a for a, b in zip(before, here)]
-            rows.append([2 * d if d >= 0 else -2 * d - 1 for d in differences])
-        return rows
+        grid = [[x, y] for y in (0, m // 2, m) for x in (0, m // 2, m)]
+        return grid[:1] + blob_writer.further_anchors(stream, grid)
 
     symbols = "RRRRRRE"
     loop = [reference(OWNED, 1) for _ in range(9)]
@@ -565,7 +689,7 @@ def small_meshlets(count: int, streams: list[blob_writer.Stream]) -> list[blob_w
 
 
 def group_tables() -> bytes:
-    """Five groups: both tables of section A, all strides, biases, entry widths and flags."""
+    """Five groups: both symbol tables, all strides, biases, entry widths and flags."""
     streams = [blob_writer.Stream(bits=10)]
     meshlets = small_meshlets(4 * 32 + 7, streams)
     meshlets[32:64] = [meshlets[0]] * 32  # all of one size: entries of no bits
@@ -834,7 +958,7 @@ VALID = {
         seams_between_meshlets,
         "a tube in several meshlets, with share bits",
     ),
-    "several_components": (several_components, "five sheets; several components in a meshlet"),
+    "several_disks": (several_disks, "five sheets; several disks in a meshlet"),
     "every_predictor": (
         every_predictor,
         "PARALLELOGRAM, MEAN, COPY, DAMPED, and a stream of 32 bits",
@@ -842,7 +966,7 @@ VALID = {
     "every_kind": (every_kind, "GRID, OCT, SIGN, INTEGER, FLOAT32"),
     "normals_and_texcoords": (
         normals_and_texcoords,
-        "half a sphere with GEO, GEO_ALL and AFFINE in several meshlets",
+        "half a sphere with GEO and AFFINE in several meshlets",
     ),
     "rice_and_fixed_codes": (rice_and_fixed_codes, "Rice and fixed codes, for chains and interior"),
     "several_groups": (several_groups, "more than 32 meshlets"),
@@ -861,20 +985,37 @@ VALID = {
     ),
     "exp_golomb_codes": (
         exp_golomb_codes,
-        "hand-made: codes 4 to 6 of chains and interior, their largest parameters and values",
+        "hand-made: codes 4 to 6 of the interior, their largest parameters and values",
     ),
-    "anchors_after_anchors": (
-        anchors_after_anchors,
-        "hand-made: further anchors with the anchor bases 0, 1 and 31, a difference of 2^31",
+    "chain_codes": (
+        chain_codes,
+        "hand-made: codes 0 to 6 and fixed widths of chains, their largest parameter and values",
     ),
-    "geo": (geo, "hand-made: GEO and GEO_ALL from positions of 12 bits"),
+    "anchors_of_every_width": (
+        anchors_of_every_width,
+        "hand-made: all width fields of further anchors with anchor bases from 0 to 31, "
+        "differences to the first anchor that wrap",
+    ),
+    "anchors_without_widths": (
+        anchors_without_widths,
+        "hand-made: meshlets that store one corner of a stream, so that it has no widths",
+    ),
+    "interior_of_several_streams": (
+        interior_of_several_streams,
+        "hand-made: the interior of five streams in all codes, with seams of some streams",
+    ),
+    "geo": (geo, "hand-made: GEO from positions of 12 bits"),
     "geo_of_wide_positions": (
         geo_of_wide_positions,
-        "hand-made: GEO and GEO_ALL from positions of 24 bits, which are shifted",
+        "hand-made: GEO from positions of 24 bits, which are shifted",
     ),
     "geo_of_narrow_positions": (
         geo_of_narrow_positions,
-        "hand-made: GEO and GEO_ALL from positions of 3 bits, with triangles that have no normal",
+        "hand-made: GEO from positions of 3 bits, with triangles that have no normal",
+    ),
+    "geo_without_references": (
+        geo_without_references,
+        "hand-made: GEO in meshlets without references, of one disk and of three",
     ),
     "affine": (affine, "hand-made: AFFINE from positions of 12 bits"),
     "affine_of_wide_positions": (
@@ -884,6 +1025,10 @@ VALID = {
     "affine_of_narrow_positions": (
         affine_of_narrow_positions,
         "hand-made: AFFINE from positions of 3 bits; most frames are degenerate",
+    ),
+    "affine_seams": (
+        affine_seams,
+        "hand-made: AFFINE chains of a run that a stream shares, and of one that is a seam",
     ),
     "flat_positions": (
         flat_positions,
@@ -1051,6 +1196,14 @@ def unused_parameter(code: int) -> bytes:
     return blob_writer.write_blob(streams, [meshlet], 3)
 
 
+def exp_golomb_parameter() -> bytes:
+    """A code of parameter 32, in the interior of a stream that is not read before others."""
+    streams = [blob_writer.Stream(), blob_writer.Stream(interior_base=31)]
+    meshlet = fixed_meshlet("RE", [], streams, [1] * 2, [0] * 2, [3] * 2)
+    meshlet.interior_codes[1] = 6
+    return blob_writer.write_blob(streams, [meshlet], 4)
+
+
 def exp_golomb_quotient(k: int, quotient: int) -> bytes:
     """A value with a quotient that is too large for its code; its low bits follow."""
     streams = [blob_writer.Stream(INTEGER, 1, 32, COPY, interior_base=k + 1)]
@@ -1097,20 +1250,61 @@ def inconsistent() -> bytes:
     return blob_writer.write_blob(streams, meshlets, 4)
 
 
-def unary_runs_out() -> bytes:
-    """The last bit of the only meshlet is not the one that ends its last unary part."""
-    streams = [blob_writer.Stream(elements=1)]
-    meshlet = blob_writer.Meshlet("E", [], [[[1]]], [], [[]], [0], [[[3], [5]]])
-    blob = blob_writer.write_blob(streams, [meshlet], 3)
-    last = [field for field in meshlet_fields(blob, 0) if field.name.startswith("unary of")][-1]
-    return put_bits(blob, last.position, 1, 0)
+def every_section() -> bytes:
+    """One meshlet of two disks that has every field, except for plane p3 and exp-Golomb codes."""
+    streams = [
+        blob_writer.Stream(chain_base=2),
+        blob_writer.Stream(elements=2, chain_base=2, interior_base=3),
+        blob_writer.Stream(elements=2),
+    ]
+    loops = [
+        [reference(OWNED, 1), reference(PRIVATE, 2)],
+        [
+            reference(FOREIGN, 1, 0, 0, (False, True)),
+            reference(OWNED, 2),
+            reference(PRIVATE, 2),
+        ],
+    ]
+    meshlet = fixed_meshlet("ERRE", loops, streams, [3, 5, 3], [1] * 3, [2] * 3)
+    meshlet.chain_codes = [0, 1, [6, 6]]
+    meshlet.interior_codes = [1, 2, [6, 6]]
+    return blob_writer.write_blob(streams, [meshlet], 8)
 
 
-def anchors_run_out() -> bytes:
-    """An anchor base of 0 that is changed to 20."""
-    streams = [blob_writer.Stream()]
-    meshlet = fixed_meshlet("E", [[reference(OWNED, 1)] * 3], streams, [3], [0], [0])
-    return put_bytes(blob_writer.write_blob(streams, [meshlet], 3), 32 + 6, "B", 20)
+def cut_within(blob: bytes, name: str) -> bytes:
+    """The blob of one meshlet without the byte in which the last field of this name ends.
+
+    Unused bytes before the entries make its length a multiple of 4.
+    """
+    field = [field for field in meshlet_fields(blob, 0) if field.name == name][-1]
+    end = (field.position + field.width - 1) >> 3
+    group = table_offsets(blob)["groups"]
+    tables = group + 12
+    unused = bytes(-end % 4)
+    cut = blob[:tables] + unused + blob[tables:end] + bytes(8)
+    (base,) = struct.unpack_from("<I", blob, group)
+    return put_bytes(put_bytes(cut, group, "I", base + len(unused)), 20, "I", len(cut))
+
+
+FIELDS_TO_CUT = {
+    "cut_symbols": "p2",
+    "cut_foreign_mask": "foreign mask",
+    "cut_private_mask": "private mask",
+    "cut_length": "length - 1",
+    "cut_slot": "slot",
+    "cut_codes": "code of chain, stream 1",
+    "cut_width_of_chain": "width of chain, stream 2",
+    "cut_width_of_interior": "width of interior, stream 2",
+    "cut_first_anchor": "first anchor, stream 2",
+    "cut_width_of_further_anchors": "width of further anchors, stream 2",
+    "cut_further_anchors": "further anchors, stream 2",
+    "cut_chain_low": "low of chain, stream 2",
+    "cut_chain_unary": "unary of chain, stream 1",
+    "cut_interior_0_unary": "unary of interior, stream 0",
+    "cut_interior_0_low": "low of interior, stream 0",
+    "cut_interior_unary": "unary of interior, stream 1",
+    "cut_interior_low": "low of interior, stream 2",
+}
 
 
 def malformed_header() -> dict[str, bytes]:
@@ -1143,12 +1337,15 @@ def malformed_streams() -> dict[str, bytes]:
     """Name -> a blob with one thing wrong in its stream table."""
     simple = two_triangles()
     wide = blob_writer.Stream(INTEGER, 1, 32, COPY)
+    grid = blob_writer.Stream()
     return {
         "stream_kind": put_bytes(simple, 32, "B", 5),
         "stream_elements": put_bytes(simple, 33, "B", 5),
         "stream_bits": put_bytes(put_bytes(simple, 34, "B", 33), 35, "B", COPY),
         "stream_grid_bits": put_bytes(put_bytes(simple, 34, "B", 25), 35, "B", COPY),
-        "stream_predictor": put_bytes(simple, 35, "B", 7),
+        "stream_predictor_ring": put_bytes(with_streams(grid), 32 + 28 + 3, "B", 6),
+        "stream_predictor_7": put_bytes(with_streams(grid), 32 + 28 + 3, "B", 7),
+        "stream_predictor_255": put_bytes(simple, 35, "B", 255),
         "stream_wide_predictor": put_bytes(with_streams(wide), 32 + 28 + 3, "B", MEAN),
         "stream_wide_affine": put_bytes(with_streams(wide), 32 + 28 + 3, "B", AFFINE),
         "stream_chain_base": put_bytes(simple, 36, "B", 32),
@@ -1165,14 +1362,13 @@ def malformed_streams() -> dict[str, bytes]:
         "stream_0_geo": with_streams(first=blob_writer.Stream(OCT, 2, 8, GEO)),
         "stream_0_affine": two_triangles(predictor=AFFINE),
         "stream_geo_of_grid": with_streams(blob_writer.Stream(GRID, 2, 8, GEO)),
-        "stream_geo_all_of_grid": with_streams(blob_writer.Stream(GRID, 2, 8, GEO_ALL)),
         "stream_affine_of_oct": with_streams(blob_writer.Stream(OCT, 2, 8, AFFINE)),
         "stream_affine_of_sign": with_streams(blob_writer.Stream(SIGN, 1, 1, AFFINE)),
         "stream_geo_without_grid": with_streams(
             blob_writer.Stream(OCT, 2, 8, GEO), first=blob_writer.Stream(INTEGER)
         ),
-        "stream_geo_all_without_three": with_streams(
-            blob_writer.Stream(OCT, 2, 8, GEO_ALL), first=blob_writer.Stream(elements=2)
+        "stream_geo_without_three": with_streams(
+            blob_writer.Stream(OCT, 2, 8, GEO), first=blob_writer.Stream(elements=2)
         ),
         "stream_affine_without_grid": with_streams(
             blob_writer.Stream(GRID, 2, 8, AFFINE), first=blob_writer.Stream(INTEGER)
@@ -1246,14 +1442,13 @@ def malformed_meshlets() -> dict[str, bytes]:
         "slot": patch(pair, 1, "slot", 3),
         "rice_parameter": extreme_codes(base=29),
         "rice_parameter_unused": unused_parameter(1),
-        "exp_golomb_parameter_unused": unused_parameter(6),
+        "rice_parameter_unused_6": unused_parameter(6),
+        "exp_golomb_parameter": exp_golomb_parameter(),
         "quotient": extreme_codes(quotient=16384),
+        "chain_quotient": chain_codes(quotient=16384),
         "exp_golomb_quotient": exp_golomb_quotient(0, 32),
         "exp_golomb_quotient_and_parameter": exp_golomb_quotient(5, 28),
-        "anchor_quotient": anchors_after_anchors(quotient=3),
-        "unary_runs_out": unary_runs_out(),
-        "low_bits_run_out": patch(pair, 1, "width of interior, stream 1", 31),
-        "anchors_run_out": anchors_run_out(),
+        **{name: cut_within(every_section(), field) for name, field in FIELDS_TO_CUT.items()},
         "nine_hops": hop_chain(9),
         "hops_in_a_circle": circle(),
         "inconsistent": inconsistent(),
@@ -1311,10 +1506,10 @@ SECTIONS = {
     "width of chain": "Codes",
     "width of interior": "Codes",
     "first anchor": "Anchors",
-    "unary of further anchors": "Anchors",
-    "unary of chain": "Chains",
-    "low of further anchors": "Anchors",
+    "width of further anchors": "Anchors",
+    "further anchors": "Anchors",
     "low of chain": "Chains",
+    "unary of chain": "Chains",
     "unary of interior": "Interior",
     "low of interior": "Interior",
 }

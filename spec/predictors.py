@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-PARALLELOGRAM, MEAN, COPY, DAMPED, GEO, GEO_ALL, AFFINE = range(7)
+PARALLELOGRAM, MEAN, COPY, DAMPED, GEO, AFFINE = range(6)
 
 Value = list[int]
 Point = Sequence[int]

@@ -30,12 +30,14 @@ MAX_VERTICES = 64
 MAX_HOPS = 8
 MAX_QUOTIENT = 16383
 MAX_PREDICTED_BITS = 24
+ANCHOR_WIDTH_BITS = 3
+ANCHOR_WIDTH_FULL = 7
 MAX_WORD = 0xFFFFFFFF
 MAX_BYTES = 1 << 29
 FLOAT_COMPONENTS = 5126  # glTF's number of the component type float
 
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
-PARALLELOGRAM, MEAN, COPY, DAMPED, GEO, GEO_ALL, AFFINE = range(7)
+PARALLELOGRAM, MEAN, COPY, DAMPED, GEO, AFFINE = range(6)
 OWNED, FOREIGN, PRIVATE = "owned", "foreign", "private"
 
 
@@ -323,7 +325,7 @@ class Group:
     has_loops: bool
     has_private: bool
     has_seams: bool
-    second_table: bool  # (first, second, third) of section A are (L, C, E), else (C, E, L)
+    second_table: bool  # (first, second, third) of the symbols are (L, C, E), else (C, E, L)
 
 
 @dataclass
@@ -452,7 +454,7 @@ class BlobFile:
         return Stream(kind, elements, bits, predictor, *bases, step, tuple(offset))
 
     def _check_predictors(self) -> None:
-        """GEO, GEO_ALL and AFFINE predict from the positions of stream 0."""
+        """GEO and AFFINE predict from the positions of stream 0."""
         first = self.streams[0]
         for s, stream in enumerate(self.streams):
             if stream.predictor < GEO:
@@ -530,7 +532,7 @@ class BlobFile:
         return BitReader(self.data, 8 * self.starts[m], 8 * self.ends[m])
 
     def meshlet(self, m: int) -> Meshlet:
-        """Meshlet m, as far as its own data describe it (sections A to F)."""
+        """Meshlet m, as far as its own data describe it (all but Interior)."""
         if m not in self._meshlets:
             try:
                 self._meshlets[m] = Meshlet(self, m)
@@ -575,61 +577,63 @@ class Code:
     exponential: bool = False
     widths: list[int] = field(default_factory=list)
 
-    def read_unary(self, reader: BitReader, name: str) -> int:
-        """The quotient of a value; 0 if the code is fixed, which has no unary part."""
+    def read_quotient(self, reader: BitReader, name: str) -> int:
+        """The unary part of a value; 0 if the code is fixed, which has none."""
         if self.k is None:
             return 0
         most = min(31, 32 - self.k) if self.exponential else MAX_QUOTIENT
         return reader.read_unary(name, most)
 
     def read_low(self, reader: BitReader, name: str, quotient: int, c: int) -> int:
-        """The rest of element c of a value, modulo 2^32. quotient: 0 if fixed."""
+        """The low bits of element c of a value. Only those of exp-Golomb need the quotient."""
         if self.k is None:
             return reader.read(self.widths[c], name)
-        if self.exponential:
-            low = reader.read(self.k + quotient, name)
-            return (((1 << quotient) - 1) << self.k) + low & MAX_WORD
-        return (quotient << self.k | reader.read(self.k, name)) & MAX_WORD
+        return reader.read(self.k + quotient if self.exponential else self.k, name)
+
+    def residual(self, quotient: int, low: int) -> int:
+        """A signed residual from both parts of its value."""
+        if self.k is None:
+            return unzigzag(low)
+        high = (1 << quotient) - 1 if self.exponential else quotient
+        return unzigzag((high << self.k) + low & MAX_WORD)
 
 
 @dataclass
 class ResidualList:
-    """A list of residuals: `count` vertices of stream s in one code."""
+    """A list of residuals: `count` vertices of one stream. name: for errors."""
 
     name: str
-    s: int
     elements: int
     code: Code
     count: int
 
+    def read_quotients(self, reader: BitReader) -> list[Value]:
+        """The unary parts, [vertex][element]."""
+        name = f"unary of {self.name}"
+        return [
+            [self.code.read_quotient(reader, name) for _ in range(self.elements)]
+            for _ in range(self.count)
+        ]
 
-def read_lists(reader: BitReader, lists: list[ResidualList]) -> list[list[Value]]:
-    """Signed residuals [list][vertex][element]: the unary parts of all lists, then the low bits."""
-    quotients: list[list[Value]] = []
-    for of in lists:
-        name = f"unary of {of.name}, stream {of.s}"
-        quotients.append(
-            [
-                [of.code.read_unary(reader, name) for _ in range(of.elements)]
-                for _ in range(of.count)
-            ]
-        )
-    residuals = []
-    for of, vertices in zip(lists, quotients):
-        name = f"low of {of.name}, stream {of.s}"
-        residuals.append(
-            [
-                [unzigzag(of.code.read_low(reader, name, q, c)) for c, q in enumerate(vertex)]
-                for vertex in vertices
-            ]
-        )
-    return residuals
+    def read_low(self, reader: BitReader, quotients: list[Value] | None = None) -> list[Value]:
+        """The low bits, [vertex][element]. quotients: for exp-Golomb."""
+        name = f"low of {self.name}"
+        return [
+            [self.code.read_low(reader, name, q, c) for c, q in enumerate(vertex)]
+            for vertex in quotients or [[0] * self.elements] * self.count
+        ]
+
+    def residuals(self, quotients: list[Value], low: list[Value]) -> list[Value]:
+        """Signed residuals, [vertex][element]."""
+        return [
+            [self.code.residual(*parts) for parts in zip(*vertex)] for vertex in zip(quotients, low)
+        ]
 
 
 class Meshlet:
-    """A meshlet without the interior of streams 1 and up, at which `reader` stands.
+    """A meshlet without its interior, at which `reader` stands.
 
-    That list has the inner vertices of seams, whose lengths are in other meshlets.
+    The interior has the inner vertices of seams, whose lengths are in other meshlets.
     """
 
     def __init__(self, file: BlobFile, m: int):
@@ -645,17 +649,12 @@ class Meshlet:
         self.loops: list[list[int]] = [[] for _ in self.connectivity.disks]
         for j, reference in enumerate(self.references):
             self.loops[reference.loop].append(j)
-        # The traversed vertices: interior ones, each from a C, and inner ones of private runs.
-        self.traversed_count = self.symbols.count("C") + sum(
-            reference.length - 1 for reference in self.references if reference.kind == PRIVATE
-        )
         self.chain_codes: list[Code] = []
         self.interior_codes: list[Code] = []
-        self.anchors: list[dict[int, Value]] = []
-        self.chain_residuals: list[list[Value]] = []
-        self._read_part(reader, [0])
-        self.position_residuals = self.read_interior(reader, [0], [self.traversed_count])[0]
-        self._read_part(reader, list(range(1, len(self.streams))))
+        for s in range(len(self.streams)):
+            self._read_codes(reader, s)
+        self.anchors = [self._read_anchors(reader, s) for s in range(len(self.streams))]
+        self.chain_residuals = self._read_chains(reader)
         self.reader = reader
 
     def _read_head(self, reader: BitReader) -> None:
@@ -667,7 +666,7 @@ class Meshlet:
         self.has_private = group.has_private and bool(reader.read(1, "PRIVATE"))
         self.has_seams = group.has_seams and bool(reader.read(1, "SEAMS"))
 
-    # --- A
+    # --- Symbols
 
     def _read_symbols(self, reader: BitReader) -> str:
         """Each plane has a bit per one of the plane before it."""
@@ -682,7 +681,7 @@ class Meshlet:
             places = [t for t, bit in zip(places, bits) if bit]
         return "".join(symbols) + "E"
 
-    # --- B
+    # --- References
 
     def _read_references(self, reader: BitReader) -> list[Reference]:
         disks = self.connectivity.disks
@@ -740,82 +739,92 @@ class Meshlet:
         loop = self.loops[self.references[j].loop]
         return loop[loop.index(j) - 1]
 
-    # --- streams
-
-    def _read_part(self, reader: BitReader, streams: list[int]) -> None:
-        """Codes, anchors and chains of stream 0, or of all others."""
-        for s in streams:
-            self._read_codes(reader, s)
-        corners = {
-            s: [j for j in range(len(self.references)) if self.stores_corner(j, s)] for s in streams
-        }
-        firsts = {s: self._read_first_anchor(reader, s) for s in streams if corners[s]}
-        anchors = [
-            ResidualList(
-                "further anchors",
-                s,
-                self.streams[s].elements,
-                Code(self.streams[s].anchor_base, exponential=True),
-                max(len(corners[s]) - 1, 0),
-            )
-            for s in streams
-        ]
-        inner = sum(self.references[j].length - 1 for j in self.owned)
-        chains = [
-            ResidualList("chain", s, self.streams[s].elements, self.chain_codes[s], inner)
-            for s in streams
-        ]
-        residuals = read_lists(reader, anchors + chains)
-        for s, differences in zip(streams, residuals):
-            values = {}
-            value = firsts.get(s, [])
-            for j, difference in zip(corners[s], [[0] * len(value), *differences]):
-                value = [(v + d) & self.streams[s].mask for v, d in zip(value, difference)]
-                values[j] = value
-            self.anchors.append(values)
-        self.chain_residuals += residuals[len(streams) :]
+    # --- Codes
 
     def _read_codes(self, reader: BitReader, s: int) -> None:
         """The codes of stream s. Without an owned reference, chains have none and are empty."""
         stream = self.streams[s]
         chain = Code(widths=[0] * stream.elements)
         if self.owned:
-            chain = self._read_code(reader, f"chain, stream {s}", stream.chain_base, stream)
+            name = f"chain, stream {s}"
+            chain = self._read_code(reader, name, stream.elements, stream.chain_base, 7)
         self.chain_codes.append(chain)
-        interior = self._read_code(reader, f"interior, stream {s}", stream.interior_base, stream)
+        name = f"interior, stream {s}"
+        interior = self._read_code(reader, name, stream.elements, stream.interior_base, 4)
         self.interior_codes.append(interior)
 
-    def _read_first_anchor(self, reader: BitReader, s: int) -> Value:
-        stream = self.streams[s]
-        name = f"first anchor, stream {s}"
-        return [reader.read(stream.bits, name) for _ in range(stream.elements)]
-
-    def read_interior(
-        self, reader: BitReader, streams: list[int], counts: list[int]
-    ) -> list[list[Value]]:
-        """Signed residuals [stream][vertex][element] of the interior of the given streams."""
-        return read_lists(
-            reader,
-            [
-                ResidualList("interior", s, self.streams[s].elements, self.interior_codes[s], count)
-                for s, count in zip(streams, counts)
-            ],
-        )
-
     @staticmethod
-    def _read_code(reader: BitReader, name: str, base: int, stream: Stream) -> Code:
+    def _read_code(reader: BitReader, name: str, elements: int, base: int, rice: int) -> Code:
+        """rice: the number of Rice codes; those from there to 6 are exp-Golomb, 7 is fixed."""
         code = reader.read(3, f"code of {name}")
         if code == 7:
-            widths = [reader.read_width(f"width of {name}") for _ in range(stream.elements)]
-            return Code(widths=widths)
-        exponential = code >= 4
-        k = max(base, 1) - 1 + code - 4 if exponential else base + code
+            return Code(widths=[reader.read_width(f"width of {name}") for _ in range(elements)])
+        exponential = code >= rice
+        k = max(base, 1) - 1 + code - rice if exponential else base + code
         _require(k <= 31, "the parameter of a code is larger than 31.")
         return Code(k, exponential)
+
+    # --- Anchors
 
     def stores_corner(self, j: int, s: int) -> bool:
         """True if the corner at the start of reference j is an anchor of stream s."""
         return not (self.references[j].shares(s) or self.references[self.previous(j)].shares(s))
+
+    def _read_anchors(self, reader: BitReader, s: int) -> dict[int, Value]:
+        """Corner -> its value in stream s."""
+        stream = self.streams[s]
+        corners = [j for j in range(len(self.references)) if self.stores_corner(j, s)]
+        anchors: dict[int, Value] = {}
+        if corners:
+            name = f"first anchor, stream {s}"
+            first = [reader.read(stream.bits, name) for _ in range(stream.elements)]
+            anchors[corners[0]] = first
+        if len(corners) > 1:
+            widths = [self._read_anchor_width(reader, s) for _ in range(stream.elements)]
+        for j in corners[1:]:
+            fields = [reader.read(width, f"further anchors, stream {s}") for width in widths]
+            anchors[j] = [(x + unzigzag(u)) & stream.mask for x, u in zip(first, fields)]
+        return anchors
+
+    def _read_anchor_width(self, reader: BitReader, s: int) -> int:
+        """The width of an element of the further anchors of stream s."""
+        stream = self.streams[s]
+        width = reader.read(ANCHOR_WIDTH_BITS, f"width of further anchors, stream {s}")
+        if width == ANCHOR_WIDTH_FULL:
+            return stream.bits
+        return min(stream.anchor_base + width, stream.bits)
+
+    # --- Chains
+
+    def _read_chains(self, reader: BitReader) -> list[list[Value]]:
+        """Residuals [stream][vertex][element] of the inner vertices of the owned references."""
+        count = sum(self.references[j].length - 1 for j in self.owned)
+        lists = [
+            ResidualList(f"chain, stream {s}", stream.elements, code, count)
+            for s, (stream, code) in enumerate(zip(self.streams, self.chain_codes))
+        ]
+        low = [chain.read_low(reader) for chain in lists]
+        return [
+            chain.residuals(chain.read_quotients(reader), bits) for chain, bits in zip(lists, low)
+        ]
+
+    # --- Interior
+
+    def read_interior(
+        self, reader: BitReader, streams: list[int], counts: list[int]
+    ) -> list[list[Value]]:
+        """Residuals [stream][vertex][element] of the interior of the given streams."""
+        lists = [
+            ResidualList(
+                f"interior, stream {s}", self.streams[s].elements, self.interior_codes[s], count
+            )
+            for s, count in zip(streams, counts)
+        ]
+        quotients = [interior.read_quotients(reader) for interior in lists]
+        return [
+            interior.residuals(numbers, interior.read_low(reader, numbers))
+            for interior, numbers in zip(lists, quotients)
+        ]
 
 
 # --- values ---
@@ -944,23 +953,31 @@ class Decoder:
         meshlet = self.file.meshlet(m)
         runs = self.boundary(meshlet)
         order = self.traversed(meshlet, runs)
-        others = list(range(1, len(meshlet.streams)))
         seams = [
             [j for j, r in enumerate(meshlet.references) if r.kind == FOREIGN and not r.shares(s)]
-            for s in others
+            for s in range(len(meshlet.streams))
         ]
-        counts = [sum(len(runs[j]) - 2 for j in of_stream) + len(order) for of_stream in seams]
-        reader = BitReader(meshlet.reader.data, meshlet.reader.position, meshlet.reader.end)
-        try:
-            residuals = meshlet.read_interior(reader, others, counts)
-        except ValueError as error:
-            raise ValueError(f"Meshlet {m}: {error}") from None
-        positions = self._stream_values(meshlet, 0, runs, [], order, meshlet.position_residuals, [])
-        values = [positions] + [
-            self._stream_values(meshlet, s, runs, of_stream, order, interior, positions)
-            for s, of_stream, interior in zip(others, seams, residuals)
-        ]
+        residuals = self.interior(
+            meshlet, [sum(len(runs[j]) - 2 for j in of_stream) + len(order) for of_stream in seams]
+        )
+        values: list[list[Value]] = []
+        for s, (of_stream, interior) in enumerate(zip(seams, residuals)):
+            positions = values[0] if s else []
+            values.append(
+                self._stream_values(meshlet, s, runs, of_stream, order, interior, positions)
+            )
         return meshlet.connectivity.triangles, values
+
+    @staticmethod
+    def interior(meshlet: Meshlet, counts: list[int]) -> list[list[Value]]:
+        """Residuals [stream][vertex][element] of the interior. counts: vertices per stream."""
+        reader = BitReader(meshlet.reader.data, meshlet.reader.position, meshlet.reader.end)
+        others = list(range(1, len(counts)))
+        try:
+            first = meshlet.read_interior(reader, [0], counts[:1])
+            return first + meshlet.read_interior(reader, others, counts[1:])
+        except ValueError as error:
+            raise ValueError(f"Meshlet {meshlet.index}: {error}") from None
 
     def _stream_values(
         self,
@@ -996,14 +1013,13 @@ class Decoder:
             self.chain(stream, inner, chain, [positions[v] for v in run] if positions else [])
             for v, value in zip(run, inner):
                 values[v] = value
-        boundary = {v for disk in meshlet.connectivity.disks for v in disk.loop}
         normals: list[list[int]] = []
-        if stream.predictor in (GEO, GEO_ALL):
+        if stream.predictor == GEO:
             normals = predictors.normals(
                 meshlet.connectivity.triangles, positions, meshlet.streams[0].bits
             )
         for v, a, b, o in order:
-            if stream.predictor == GEO_ALL or (stream.predictor == GEO and v not in boundary):
+            if stream.predictor == GEO:
                 prediction = predictors.octahedral(normals[v], stream.bits)
             elif a == b:  # the root gate's a
                 prediction = values[b]

@@ -1,6 +1,8 @@
 """bench.size, bench.paper and bench.peers: pictures show their results, sizes are reproducible."""
 
 import shutil
+from collections import Counter
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.streams import Bits
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo import model as demo_model
-from spec import make_vectors
+from spec import make_vectors, reference_decoder
 from spec.reference_decoder import BlobFile, Meshlet
 
 RECOMPUTED = ("suzanne", "DamagedHelmet")
@@ -106,21 +108,30 @@ def test_sections_are_the_bits_that_the_reference_decoder_reads(tmp_path):
             read, again = Meshlet(file, m), Meshlet(counted, m)
             assert again.reader.position == read.reader.position
             assert again.chain_residuals == read.chain_residuals
-            assert again.position_residuals == read.position_residuals
+            assert again.anchors == read.anchors
         bits = size.section_bits(compressed.blob)
         assert bits.keys() == set(size.SECTIONS)
         assert bits.total() == 8 * len(compressed.blob) and min(bits.values()) >= 0
         assert bits["connectivity"] == _codec.describe(compressed.blob)["bits"]["connectivity"]
 
 
-def test_interior_is_what_the_reference_decoder_reads():
-    """Of a blob with one stream it reads all of the interior."""
-    blob = make_vectors.several_groups()
-    file = size.SectionFile(blob)
-    assert len(file.streams) == 1
-    for m in range(file.meshlet_count):
-        Meshlet(file, m)
-    assert file.bits["interior"] == size.section_bits(blob)["interior"]
+@pytest.mark.parametrize("make", [make_vectors.several_groups, make_vectors.seams_between_meshlets])
+def test_interior_is_what_the_reference_decoder_reads(make):
+    blob = make()
+    read: Counter = Counter()
+
+    class CountingReader(reference_decoder.BitReader):
+        def read(self, width, name):
+            read[size.section_of(name)] += width
+            return super().read(width, name)
+
+    with mock.patch.object(reference_decoder, "BitReader", CountingReader):
+        decoder = reference_decoder.Decoder(blob)
+        for m in range(decoder.file.meshlet_count):
+            decoder.meshlet(m)
+    bits = size.section_bits(blob)
+    assert read["interior"] == bits["interior"] > 0
+    assert read["anchors"] == bits["anchors"] > 0
 
 
 # --- the other codecs ---

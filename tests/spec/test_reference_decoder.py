@@ -1,7 +1,6 @@
 """The reference decoder beside textbook Edgebreaker, and on blobs worked out by hand."""
 
 import random
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from spec.blob_writer import (
     DAMPED,
     FOREIGN,
     GEO,
-    GEO_ALL,
     GRID,
     MEAN,
     OCT,
@@ -297,11 +295,82 @@ def test_truncations_are_refused():
             decode_blob(data[:length])
 
 
-def test_further_anchors_are_relative_to_the_one_before():
+def written(*fields: tuple[int, int]) -> bytes:
+    """Fields (value, width) of the data of a meshlet."""
+    writer = BitWriter()
+    for value, width in fields:
+        writer.put(value, width)
+    return writer.to_bytes()
+
+
+def with_data(streams: list[Stream], meshlet: Meshlet, data: bytes, vertex_count: int) -> bytes:
+    """A blob whose only meshlet has the data that the test worked out by hand."""
+    blob = write_blob(streams, [meshlet], vertex_count)
+    (begin,) = reference_decoder.BlobFile(blob).starts
+    padded = data + bytes(-(begin + len(data)) % 4 + 8)
+    assert padded == blob[begin:]  # blob_writer agrees
+    return blob
+
+
+@pytest.mark.parametrize(
+    ("base", "field", "width"), [(0, 0, 0), (0, 4, 4), (3, 4, 7), (3, 6, 8), (31, 0, 8), (0, 7, 8)]
+)
+def test_further_anchors_are_relative_to_the_first(base, field, width):
+    """A triangle with three anchors. Widths are capped by the stream's 8 bits."""
     loop = [Reference(OWNED, 1) for _ in range(3)]
-    meshlet = Meshlet("E", [loop], [[[10], [6], [3]]], [0], [[]], [0], [[]])
-    blob = decode_blob(write_blob(one_stream(anchor_base=1), [meshlet], 3))
-    assert blob.values[0].tolist() == [[10], [13], [11]]
+    streams = one_stream(anchor_base=base, elements=2)
+    most = (1 << width) - 1
+    meshlet = Meshlet(
+        "E",
+        [loop],
+        [[[10, 20], [most, 6], [most // 2, 3]]],
+        [0],
+        [[]],
+        [0],
+        [[]],
+        [[field, 7]],
+    )
+    data = written(
+        (0, 6), (3, 6), (0, 3), (0, 3),  # T - 1, refs; foreign mask, length width
+        (0, 3), (0, 3),  # codes
+        (10, 8), (20, 8), (field, 3), (7, 3),
+        (most, width), (6, 8), (most // 2, width), (3, 8),
+    )  # fmt: skip
+    values = decode_blob(with_data(streams, meshlet, data, 3)).values[0].tolist()
+    expected = [10, *(10 + (u // 2 if u % 2 == 0 else -(u + 1) // 2) for u in (most, most // 2))]
+    assert values == [[expected[0], 20], [expected[1] % 256, 23], [expected[2] % 256, 18]]
+
+
+def test_sections_hold_all_streams():
+    """Chains have low bits, then unary parts; the interior has stream 0, then all others."""
+    streams = [
+        *one_stream(chain_base=2, interior_base=1),
+        *one_stream(bits=9, interior_base=2),
+        *one_stream(bits=10, chain_base=1, interior_base=1),
+    ]
+    meshlet = Meshlet(
+        "CRRE",
+        [[Reference(OWNED, 3), Reference(PRIVATE, 1)]],
+        [[[1], [0]], [[2], [0]], [[3], [0]]],
+        [6, [4], 0],
+        [[[257], [2]], [[9], [8]], [[7], [6]]],
+        [0, 4, [5]],
+        [[[5]], [[6]], [[7]]],
+    )
+    data = written(
+        (3, 6), (2, 6), (1, 1),  # T - 1, refs, PRIVATE
+        (0b001, 3), (0, 1),  # p0, p1
+        (0, 2), (0b10, 2), (2, 3), (2, 2), (0, 2),  # both masks, length width, length - 1
+        (6, 3), (0, 3), (7, 3), (4, 5), (4, 3), (0, 3), (7, 3), (5, 5),  # codes of three streams
+        (1, 8), (0, 3), (2, 9), (0, 3), (3, 10), (0, 3),  # anchors
+        (1, 8), (2, 8), (9, 4), (8, 4), (1, 1), (0, 1),  # low bits of chains
+        (2, 2), (1, 1), (1 << 3, 4), (1 << 3, 4),  # unary parts of streams 0 and 2
+        (1 << 2, 3), (1, 1),  # interior of stream 0: Rice, k = 1
+        (1 << 2, 3), (0, 3), (7, 5),  # exp-Golomb, k = 1: 6 + 2 = 8; fixed
+    )  # fmt: skip
+    blob = decode_blob(with_data(streams, meshlet, data, 5))
+    # The chain's residuals are -129 and 1; the second vertex is half-way from 128 to the end, 1.
+    assert blob.values[0].tolist()[:4] == [[1], [1 - 129 + 256], [128 - 63 + 1], [1]]
 
 
 @pytest.mark.parametrize("k", [0, 1, 5, 31])
@@ -318,8 +387,9 @@ def test_exp_golomb_values(k):
     reader = reference_decoder.BitReader(writer.to_bytes(), 0, writer.count)
     code = reference_decoder.Code(k, exponential=True)
     for u in values:
-        quotient = code.read_unary(reader, "unary")
-        assert code.read_low(reader, "low", quotient, 0) == u
+        quotient = code.read_quotient(reader, "unary")
+        low = code.read_low(reader, "low", quotient, 0)
+        assert code.residual(quotient, low) == reference_decoder.unzigzag(u)
 
 
 @pytest.mark.parametrize("second_table", [False, True])
@@ -335,29 +405,22 @@ def test_symbols_survive_their_planes(second_table):
 
 def test_geo_predicts_the_normal_of_a_plane():
     """A quad in the plane z = 5, and a stream of normals without residuals."""
-    streams = [
-        Stream(bits=8, anchor_base=5),
-        Stream(OCT, 2, 8, GEO_ALL),
-        Stream(OCT, 2, 8, GEO),
-    ]
+    streams = [Stream(bits=8, anchor_base=5), Stream(OCT, 2, 8, GEO)]
     positions = [[0, 0, 5], [100, 0, 5], [100, 100, 5], [0, 100, 5]]
-    steps = [
-        [2 * d if d >= 0 else -2 * d - 1 for d in np.subtract(b, a).tolist()]
-        for a, b in pairwise(positions)
-    ]
-    private = Meshlet(
+    steps = [[2 * d for d in np.subtract(p, positions[0]).tolist()] for p in positions]
+    meshlet = Meshlet(
         "RE",
         [[Reference(OWNED, 1), Reference(OWNED, 1), Reference(PRIVATE, 2)]],
-        [[positions[0], steps[0], steps[1]], [[1, 2], [0, 0], [0, 0]], [[1, 2], [0, 0], [0, 0]]],
-        [0] * 3,
-        [[]] * 3,
-        [[9] * 3, [0], [0]],
-        [[[0, 199, 0]], [[0, 0]], [[0, 0]]],
+        [[positions[0], *steps[1:3]], [[1, 2], [0, 0], [0, 0]]],
+        [0, 0],
+        [[], []],
+        [[9] * 3, [0, 0]],
+        [[[0, 200, 0]], [[0, 0]]],
     )
-    private.interior_codes[1:] = [[0, 0], [0, 0]]
-    values = decode_blob(write_blob(streams, [private], 4)).values
-    assert values[1].tolist()[3] == [127, 127]  # straight up
-    assert values[2].tolist()[3] == [1, 2]  # on the boundary: the root gate's b
+    values = decode_blob(write_blob(streams, [meshlet], 4)).values
+    assert values[0].tolist() == positions
+    # The root gate's a, on the boundary: straight up, whatever its neighbours are.
+    assert values[1].tolist() == [[1, 2]] * 3 + [[127, 127]]
 
 
 def test_views_are_blobs_back_to_back():
