@@ -14,8 +14,9 @@ namespace {
 
 // Boundary vertices, local ids and slots of owned references per meshlet.
 constexpr uint32_t kPlaces = 64;
-// Values of one stream of a vertex, as the serial decoder stores them.
+// Values of one stream of a vertex and of all vertices, as the serial decoder stores them.
 constexpr uint32_t kStored = STREAM_MAX_ELEMENTS;
+constexpr uint32_t kStream = kStored * MESHLET_VERTICES;
 // Directions converted at a time: a fixed count lets compilers vectorise.
 constexpr uint32_t kBatch = 8;
 
@@ -37,7 +38,8 @@ class History {
   void look_up(bool provide);
 
   // Numbers the meshlet's vertices after look_up (spec, appendix A.8): global[local id]. new_ids
-  // receives the local ids without alias, in order. Returns their number, or kCircle.
+  // receives the local ids without alias, in order, and kBatch zeros. Returns their number, or
+  // kCircle.
   uint32_t number(uint32_t* global, uint32_t* new_ids);
 
   // Keeps the decoded meshlet.
@@ -55,19 +57,18 @@ class History {
     uint32_t meshlet, place;
   };
   struct Kept {
-    uint32_t* values;           // kStored for each stream of each place
-    uint32_t capacity;          // places that `values` holds
+    uint32_t* values = nullptr;  // kStored for each stream of each place
+    uint32_t capacity = 0;       // places that `values` holds
+    // Undefined where no owned reference leads.
     uint32_t numbers[kPlaces];  // by place
     uint8_t start[kPlaces];     // per owned reference: place of its first vertex
     uint8_t end[kPlaces];       // per owned reference: place of its last vertex
   };
 
   Kept& kept(uint32_t meshlet) { return ring_[meshlet & d_.ring_mask]; }
-  // The values of a boundary vertex of the owner of foreign reference r.
-  const uint32_t* owner_values(uint32_t r, uint32_t place) {
-    return kept(d_.reference_owner[r]).values + kStored * d_.stream_total * place;
-  }
-  void copy_vertex(uint32_t r, uint32_t place, uint32_t id);
+  // Numbers that are kept of a place.
+  uint32_t place_size() const { return kStored * d_.stream_total; }
+  void copy_vertices(uint32_t r);
   bool same_vertex(uint32_t r, uint32_t place, uint32_t id);
   void keep_references();
   void alias_corner(uint32_t id, Place target, bool starts);
@@ -96,8 +97,8 @@ void History::allocate() {
                    31u);
   while (size < meshlets_ && size < (1u << reach)) size *= 2;
   d_.ring_mask = size - 1;
-  ring_ = new Kept[size]();
-  lengths_ = new uint8_t[kPlaces * size_t(size)]();
+  ring_ = new Kept[size];
+  lengths_ = new uint8_t[kPlaces * size_t(size)];
   d_.chain_lengths = lengths_;
 }
 
@@ -117,12 +118,16 @@ void History::for_vertices(uint32_t r, Visit visit) {
   visit(owner.start[slot], d_.reference_end[r]);
 }
 
-// Copies the streams that r shares from a vertex of its owner.
-void History::copy_vertex(uint32_t r, uint32_t place, uint32_t id) {
-  const uint32_t* from = owner_values(r, place);
-  const bool seamed = d_.seamed_refs >> r & 1;
-  for (uint32_t s = 0; s < d_.stream_total; s++, from += kStored)
-    if (!seamed || !(d_.seam_refs[s] >> r & 1)) copy_stored(from, d_.vertex(s, id));
+// Copies the streams that r shares from the vertices of its owner.
+void History::copy_vertices(uint32_t r) {
+  for (uint32_t s = 0; s < d_.stream_total; s++) {
+    if (d_.seam_refs[s] >> r & 1) continue;
+    const uint32_t* from = kept(d_.reference_owner[r]).values + kStored * s;
+    uint32_t* to = d_.vertex(s, 0);
+    for_vertices(r, [&, size = place_size()](uint32_t place, uint32_t id) {
+      copy_stored(from + size * size_t(place), to + kStored * size_t(id));
+    });
+  }
 }
 
 // Runs before aliases are set: they may lead to the meshlet itself.
@@ -156,20 +161,20 @@ void History::look_up(bool provide) {
   for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
     uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
              corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
-    bool copy = provide && owner != d_.opened.meshlet, alias = !(d_.seamed_refs >> r & 1);
-    uint32_t slot = d_.reference_slot[r];
-    if (alias) {
-      alias_corner(corners[0], {owner, kept(owner).end[slot]}, true);
-      alias_corner(corners[1], {owner, kept(owner).start[slot]}, false);
+    if (provide && owner != d_.opened.meshlet) {
+      copy_vertices(r);
+      d_.provided_refs |= 1ull << r;
     }
-    for_vertices(r, [&](uint32_t place, uint32_t id) {
-      if (copy) copy_vertex(r, place, id);
-      if (alias && id != corners[0] && id != corners[1]) {
-        alias_[id] = {owner, place};
-        is_alias_ |= 1ull << id;
-      }
-    });
-    d_.provided_refs |= uint64_t(copy) << r;
+    if (d_.seamed_refs >> r & 1) continue;
+    const uint32_t slot = d_.reference_slot[r], n = d_.reference_length[r],
+                   rank = d_.reference_rank[r], last = kept(owner).start[slot] + n;
+    alias_corner(corners[0], {owner, kept(owner).end[slot]}, true);
+    alias_corner(corners[1], {owner, kept(owner).start[slot]}, false);
+    for (uint32_t i = 1; i < n; i++) {
+      const uint32_t id = d_.loop_vertex[rank + i];
+      alias_[id] = {owner, last - i};
+      is_alias_ |= 1ull << id;
+    }
   }
 }
 
@@ -191,6 +196,7 @@ uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
     global[id] = next_ + count;
     new_ids[count++] = id;
   }
+  for (uint32_t i = 0; i < kBatch; i++) new_ids[count + i] = 0;
   next_ += count;
   for (uint64_t rest = is_alias_; rest; rest &= rest - 1) {
     uint32_t id = d_.mask_lsb(rest);
@@ -207,19 +213,27 @@ void History::append(const uint32_t* global) {
     delete[] self.values;
     self.values = nullptr;
     self.capacity = 0;
-    self.values = new uint32_t[kStored * d_.stream_total * places];
+    self.values = new uint32_t[place_size() * places];
     self.capacity = places;
   }
-  uint32_t* to = self.values;
-  for (uint32_t place = 0; place < places; place++) {
-    const uint32_t id = d_.loop_vertex[place];
+  uint64_t owned = 0;  // places of owned references, both ends included
+  for (uint64_t rest = d_.opened.owned_refs; rest; rest &= rest - 1) {
+    const uint32_t r = d_.mask_lsb(rest);
+    owned |= d_.mask_below(d_.reference_length[r]) << d_.reference_rank[r] |
+             d_.mask_bit(d_.reference_rank[d_.next_reference(d_.opened, r)]);
+  }
+  for (; owned; owned &= owned - 1) {
+    const uint32_t place = d_.mask_lsb(owned), id = d_.loop_vertex[place];
     self.numbers[place] = global[id];
-    for (uint32_t s = 0; s < d_.stream_total; s++, to += kStored) copy_stored(d_.vertex(s, id), to);
+    const uint32_t* from = d_.vertex(0, id);
+    uint32_t* to = self.values + place_size() * place;
+    for (uint32_t* end = to + place_size(); to != end; to += kStored, from += kStream)
+      copy_stored(from, to);
   }
 }
 
 bool History::same_vertex(uint32_t r, uint32_t place, uint32_t id) {
-  const uint32_t* values = owner_values(r, place);
+  const uint32_t* values = kept(d_.reference_owner[r]).values + place_size() * place;
   for (uint32_t s = 0; s < d_.stream_total; s++, values += kStored)
     for (uint32_t c = 0; c < d_.stream_elements[s] && !(d_.seam_refs[s] >> r & 1); c++)
       if (d_.vertex(s, id)[c] != values[c]) return false;
@@ -267,28 +281,52 @@ struct NewVertices {
   uint32_t room;   // vertices that the outputs hold from `first` on
 };
 
-// Converts one stream of n elements of the new vertices. Writes kStored numbers for each; the next
-// vertex overwrites what is too much.
+// Converts one stream of n elements of the new vertices. Writes kStored numbers for each where
+// there is room; the next vertex overwrites what is too much.
 template <uint32_t n, class Convert>
-void write_stream(const uint32_t* values, const NewVertices& v, void* out, Convert convert) {
+void write_stream(const uint32_t* values, const NewVertices& v, void* out, const Convert& convert) {
   using Out = typename Convert::Out;
   Out* to = static_cast<Out*>(out) + n * size_t(v.first);
-  for (uint32_t i = 0; i < v.count; i++, to += n) {
+  const uint32_t roomy = v.room < kStored ? 0 : v.room - kStored + 1;
+  const uint32_t wide = v.count < roomy ? v.count : roomy;
+  uint32_t i = 0;
+  for (; i < wide; i++, to += n) convert(values + kStored * size_t(v.ids[i]), to);
+  for (; i < v.count; i++, to += n) {
     Out converted[kStored];
-    convert(values + kStored * v.ids[i], converted);
-    std::memcpy(to, converted, sizeof(Out) * (i + kStored <= v.room ? kStored : n));
+    convert(values + kStored * size_t(v.ids[i]), converted);
+    std::memcpy(to, converted, sizeof(Out) * n);
   }
 }
 
 template <class Convert>
 void write_stream(const Stream& s, const uint32_t* values, const NewVertices& v, void* out,
-                  Convert convert) {
+                  const Convert& convert) {
   switch (s.elements) {
     case 1: return write_stream<1>(values, v, out, convert);
     case 2: return write_stream<2>(values, v, out, convert);
     case 3: return write_stream<3>(values, v, out, convert);
     default: return write_stream<4>(values, v, out, convert);
   }
+}
+
+// Elements 0 and 1 of a batch of vertices.
+inline void load_pairs(const uint32_t* values, const uint32_t* ids, uint32_t (*q)[kBatch]) {
+#ifdef __AVX2__
+  auto pair = [&](uint32_t k) {
+    return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(values + kStored * size_t(ids[k])));
+  };
+  auto four = [&](uint32_t low, uint32_t high) {
+    return _mm256_inserti128_si256(
+        _mm256_castsi128_si256(_mm_unpacklo_epi64(pair(low), pair(low + 1))),
+        _mm_unpacklo_epi64(pair(high), pair(high + 1)), 1);
+  };
+  const __m256 a = _mm256_castsi256_ps(four(0, 4)), b = _mm256_castsi256_ps(four(2, 6));
+  _mm256_storeu_ps(reinterpret_cast<float*>(q[0]), _mm256_shuffle_ps(a, b, 0x88));
+  _mm256_storeu_ps(reinterpret_cast<float*>(q[1]), _mm256_shuffle_ps(a, b, 0xDD));
+#else
+  for (uint32_t k = 0; k < kBatch; k++)
+    for (uint32_t c = 0; c < 2; c++) q[c][k] = values[kStored * ids[k] + c];
+#endif
 }
 
 // Converts an OCT stream, a batch at a time. The last batch may write too much; the next meshlet
@@ -299,8 +337,7 @@ void write_directions(const Stream& s, const uint32_t* values, const NewVertices
   for (uint32_t i = 0; i < v.count; i += kBatch, to += 3 * kBatch) {
     uint32_t q[2][kBatch];
     float x[kBatch], y[kBatch], z[kBatch], rest[3 * kBatch];
-    for (uint32_t k = 0; k < kBatch; k++)
-      for (uint32_t c = 0; c < 2; c++) q[c][k] = values[kStored * v.ids[i + k] + c];
+    load_pairs(values, v.ids + i, q);
     for (uint32_t k = 0; k < kBatch; k++)
       octahedral_direction(q[0][k], q[1][k], scale, x[k], y[k], z[k]);
     const bool room = i + kBatch <= v.room;
@@ -357,7 +394,7 @@ BlobResult decode(const BlobJob& job, SerialDecoder& d, History& history) {
     d.read_foreign();
     if (d.error == ERROR_NONE) d.read_own();
     if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
-    uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch] = {};
+    uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
     if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
     if (count > job.vertex_count - first) return {BlobProblem::kTooManyVertices, m, ERROR_NONE};
@@ -386,7 +423,7 @@ BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
     if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
     if (d.low_cursor > 8 * meshlet_end(d, m)) return {BlobProblem::kOverlap, m, ERROR_NONE};
     history.look_up(false);
-    uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch];
+    uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
     if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
     vertices += count;

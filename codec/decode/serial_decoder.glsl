@@ -33,8 +33,9 @@
 //   FOREIGN_LENGTH(owner, slot) read_foreign_length, or a table with the same answers
 //   MAX_STREAMS, MAX_ELEMENTS   capacity: streams of the blob, and the sum of their elements
 //
-// Optional: with OWN_PREDICTION the includer defines predict_chains(s), predict_traversed(s, first)
-// and finish_positions(), which runs once stream 0 is decoded, before the other interiors.
+// Optional: with OWN_VALUES the includer defines read_own_anchors(h, s, stored), predict_chains(s),
+// predict_traversed(s, first) and finish_positions(), which runs once stream 0 is decoded, before
+// the other interiors.
 //
 // Optional: APEX(t), SET_APEX(t, v) and TRIANGLE(t) name storage for apices and packed triangles;
 // otherwise this file declares arrays.
@@ -605,19 +606,19 @@ void decode_apexes() {
     uint split = mask_msb(splits);
     mask64 resolved = fresh ? pending : pending & ~mask_below(split + 1u);
     pending = pending & ~resolved;
-    bool empty = false;
+    uint popped = 0u;  // of all vertices that are popped: 64 or more if there was none
     while (mask_any(resolved)) {
       uint u = mask_msb(resolved);
       uint v = mask_msb(alive);
       bool closes = mask_test(symbol_c, u);
       SET_APEX(u, v);
-      empty = empty || v >= 64u;
+      popped = popped | v;
       alive = choose(closes, alive & ~mask_bit(v), alive | mask_bit(count));
-      count += choose(closes, 0u, 1u);
+      count += uint(!closes);
       resolved = resolved & ~mask_bit(u);
     }
     uint last = mask_msb(alive);
-    if (empty || last >= 64u) {
+    if (popped >= 64u || last >= 64u) {
       error = ERROR_CLERS;
       return;
     }
@@ -696,35 +697,27 @@ void list_traversed(mask64 known) {
 // Second half: all triangles in stream order, strip by strip, with the gate in registers.
 void decode_triangles() {
   mask64 splits = symbol_s;  // their left subtrees are still to come
-  uint a = 0u;
-  uint b = 0u;
-  uint o = 0u;
+  uint gate = 0u;            // a | b << 8 | o << 24
   uint disk = 0u;
   uint t = 0u;
   while (t < triangle_count) {
     if (mask_test(disk_starts, t)) {
-      a = disk_gate[disk];
-      b = disk_first[disk];
-      o = NO_VERTEX;
+      gate = pack4(disk_gate[disk], disk_first[disk], 0u, NO_VERTEX);
       disk++;
     }
     uint end = mask_lsb(symbol_e & ~mask_below(t));  // exists: decode_apexes checked
     for (; t <= end; t++) {
       uint v = APEX(t);
-      TRIANGLE(t) = pack4(a, b, v, o);
-      bool right =
-          mask_test(symbol_r, t);  // the next gate is (a, v) after R, (v, b) after C, L and S
-      o = choose(right, b, a);
-      b = choose(right, v, b);
-      a = choose(right, a, v);
+      TRIANGLE(t) = gate | v << 16;
+      // The next gate is (a, v) across from b after R, (v, b) across from a after C, L and S.
+      uint place = mask_test(symbol_r, t) ? 8u : 0u;
+      gate = (gate & (0xFF00u >> place)) | v << place | (gate >> place) << 24;
     }
     uint last = mask_msb(splits & mask_below(t));
     if (last < 64u) {
       uint split = TRIANGLE(last);
       splits = splits & ~mask_bit(last);
-      a = split & 255u;
-      o = (split >> 8) & 255u;
-      b = (split >> 16) & 255u;
+      gate = pack4(split & 255u, (split >> 16) & 255u, 0u, (split >> 8) & 255u);
     }
   }
 }
@@ -1085,7 +1078,7 @@ uint affine_chain_point(Weights w, uint before, uint end, uint earlier, uint lef
   return w.exist ? affine_point(w, before, end, earlier) : toward(before, end, left);
 }
 
-#ifndef OWN_PREDICTION
+#ifndef OWN_VALUES
 
 void predict_affine_chains(uint s) {
   index_uint base = stream_element[s] * 64u;
@@ -1266,15 +1259,40 @@ void read_foreign_chains(HEADER_IN h) {
   }
 }
 
+#ifndef OWN_VALUES
+
 // The anchors of stream s are those of the corners `stored`, or of the first vertex of each disk.
 void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
-  for (uint i = 0u; i < anchor_count[s]; i++) {
-    uint vertex = disk_first[i];
-    if (h.references > 0u) vertex = loop_vertex[reference_rank[mask_lsb(stored) & 63u]];
-    read_anchor(s, i, vertex);
-    stored = mask_clear_lsb(stored);
+  uint elements = stream_elements[s];
+  uint bits = stream_bits[s];
+  uint count = anchor_count[s];
+  uint fields = anchor_position[s] + elements * bits;
+  uint first = anchor_position[s];
+  uint step = count > 1u ? further_anchor_bits(s) : 0u;
+  uint further = fields + ANCHOR_WIDTH_BITS * elements;
+  for (uint c = 0u; c < elements; c++) {
+    uint width = anchor_width(s, fields, c);
+    uint base = load_bits(first, bits);
+    uint at = further;
+    mask64 corners = stored;
+    for (uint i = 0u; i < count; i++) {
+      uint vertex = disk_first[i];
+      if (h.references > 0u) vertex = loop_vertex[reference_rank[mask_lsb(corners) & 63u]];
+      corners = mask_clear_lsb(corners);
+      uint value = base;
+      if (i > 0u) {
+        value += unzigzag(load_bits(at, width));
+        at += step;
+      }
+      values[64u * stream_element[s] + VERTEX_STEP * vertex + ELEMENT_STEP * c] =
+          value & stream_mask[s];
+    }
+    first += bits;
+    further += width;
   }
 }
+
+#endif
 
 // Reads anchors and chains of all streams.
 void read_own_boundary(HEADER_IN h) {
@@ -1314,7 +1332,7 @@ Weights traversed_weights(uint triangle) {
   return w;
 }
 
-#ifndef OWN_PREDICTION
+#ifndef OWN_VALUES
 
 // `from`: index of the first traversed vertex's residual.
 INLINE void predict_elements(uint s, uint from, uint predictor, uint elements) {

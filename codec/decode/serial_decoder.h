@@ -39,10 +39,8 @@ struct SerialDecoder {
 #define MAX_STREAMS BLOB_MAX_STREAMS
 #define MAX_ELEMENTS (STREAM_MAX_ELEMENTS * BLOB_MAX_STREAMS)
 #ifdef __AVX2__
-#define OWN_PREDICTION
+#define OWN_VALUES
 #endif
-#define NORMALS(i) normals[i]
-  alignas(16) uint normals[256];
 // All elements of a vertex lie together, in 16 bytes.
 #define ALIGNED alignas(32)
 #define VERTEX_STEP 4u
@@ -315,7 +313,7 @@ struct SerialDecoder {
 #endif
 
 #ifdef __AVX2__
-#include "decode/vector_prediction.h"
+#include "decode/vector_values.h"
 #endif
 };
 

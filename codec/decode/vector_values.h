@@ -1,5 +1,5 @@
-// Prediction of serial_decoder.glsl for AVX2: all elements of a vertex at a time, and for what
-// depends on positions alone eight vertices at a time. The results are the same bits.
+// Values of serial_decoder.glsl for AVX2: all elements of a vertex at a time, and for what depends
+// on positions alone eight vertices at a time. The results are the same bits.
 //
 // serial_decoder.h includes this file inside its struct.
 
@@ -16,11 +16,86 @@ static Vertex load_residual(const uint* from) {
   return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
 }
 
+// Ones in the elements of stream s.
+Vertex element_mask(uint s) const {
+  return _mm_cmpgt_epi32(_mm_set1_epi32(int(stream_elements[s])), _mm_setr_epi32(0, 1, 2, 3));
+}
 // Ones in the bits that values of stream s have.
 Vertex vertex_mask(uint s) const {
-  const Vertex element = _mm_setr_epi32(0, 1, 2, 3);
-  return _mm_and_si128(_mm_cmpgt_epi32(_mm_set1_epi32(int(stream_elements[s])), element),
-                       _mm_set1_epi32(int(stream_mask[s])));
+  return _mm_and_si128(element_mask(s), _mm_set1_epi32(int(stream_mask[s])));
+}
+
+// --- anchors ---
+
+// Where the elements of a vertex with up to 57 bits lie: element c has width[c] bits, after those
+// before it.
+class PackedVertex {
+ public:
+  explicit PackedVertex(Vertex width) {
+    Vertex end = _mm_add_epi32(width, _mm_slli_si128(width, 4));
+    end = _mm_add_epi32(end, _mm_slli_si128(end, 8));
+    total_ = uint(_mm_extract_epi32(end, 3));
+    offset_ = _mm256_cvtepu32_epi64(_mm_sub_epi32(end, width));
+    const __m256i ones = _mm256_set1_epi64x(-1);
+    mask_ = _mm256_andnot_si256(_mm256_sllv_epi64(ones, _mm256_cvtepu32_epi64(width)), ones);
+  }
+  uint total() const { return total_; }  // bits
+  Vertex elements(uint64_t bits) const {
+    const __m256i wide =
+        _mm256_and_si256(_mm256_srlv_epi64(_mm256_set1_epi64x(int64_t(bits)), offset_), mask_);
+    const __m256i low = _mm256_setr_epi32(0, 2, 4, 6, 0, 2, 4, 6);
+    return _mm256_castsi256_si128(_mm256_permutevar8x32_epi32(wide, low));
+  }
+
+ private:
+  __m256i offset_, mask_;
+  uint total_;
+};
+
+Vertex load_packed(const PackedVertex& packed, uint p) const {
+  return packed.elements((p >> 3) + 8u > size ? 0 : load64(p >> 3) >> (p & 7u));
+}
+
+// Bits of the elements of a further anchor of stream s, whose width fields begin at bit `fields`.
+Vertex further_widths(uint s, uint fields) const {
+  const Vertex full = _mm_set1_epi32(ANCHOR_WIDTH_FULL), bits = _mm_set1_epi32(stream_bits[s]);
+  const Vertex word = _mm_set1_epi32(int(load_bits(fields, 4u * ANCHOR_WIDTH_BITS)));
+  const Vertex shift =
+      _mm_setr_epi32(0, ANCHOR_WIDTH_BITS, 2 * ANCHOR_WIDTH_BITS, 3 * ANCHOR_WIDTH_BITS);
+  const Vertex field = _mm_and_si128(_mm_srlv_epi32(word, shift), full);
+  const Vertex width =
+      _mm_min_epi32(_mm_add_epi32(field, _mm_set1_epi32(stream_anchor_base[s])), bits);
+  return _mm_and_si128(_mm_blendv_epi8(width, bits, _mm_cmpeq_epi32(field, full)), element_mask(s));
+}
+
+// Calls write(vertex, anchor number) for the vertices of the anchors of a stream.
+template <class Write>
+void for_anchors(HEADER_IN h, uint s, mask64 stored, Write write) {
+  for (uint i = 0; i < anchor_count[s]; i++, stored = mask_clear_lsb(stored))
+    write(h.references > 0 ? loop_vertex[reference_rank[mask_lsb(stored) & 63u]] : disk_first[i],
+          i);
+}
+
+void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
+  const uint bits = stream_bits[s], elements = stream_elements[s];
+  if (bits * elements > 57u)
+    return for_anchors(h, s, stored, [&](uint v, uint i) { read_anchor(s, i, v); });
+  const PackedVertex whole(_mm_and_si128(_mm_set1_epi32(int(bits)), element_mask(s)));
+  const uint fields = anchor_position[s] + bits * elements;
+  const PackedVertex difference(further_widths(s, fields));
+  const Vertex first = load_packed(whole, anchor_position[s]), mask = vertex_mask(s);
+  const Vertex one = _mm_set1_epi32(1);
+  uint p = fields + ANCHOR_WIDTH_BITS * elements;
+  for_anchors(h, s, stored, [&](uint v, uint i) {
+    Vertex value = first;
+    if (i > 0) {
+      const Vertex u = load_packed(difference, p);
+      const Vertex sign = _mm_sub_epi32(_mm_setzero_si128(), _mm_and_si128(u, one));
+      value = _mm_add_epi32(value, _mm_xor_si128(_mm_srli_epi32(u, 1), sign));
+      p += difference.total();
+    }
+    store_vertex(vertex(s, v), _mm_and_si128(value, mask));
+  });
 }
 
 // --- eight vertices ---
@@ -33,25 +108,30 @@ static void store_eight(uint* to, Eight v) {
 }
 static Eight eight_of(uint x) { return _mm256_set1_epi32(int(x)); }
 
-// The smallest multiple of 8 from n on.
-static uint whole_eights(uint n) { return (n + 7u) & ~7u; }
-
 struct EightTriples {
   Eight x, y, z;
 };
 
-// The first three elements at base + offset[i], for i = 0 .. 7.
-static EightTriples load_triples(const uint* base, const uint* offset) {
+// Element 0 of eight vertices in the low bytes of x, 1 and 2 likewise; vertex[i] for i = 0 .. 7.
+static EightTriples transposed(const Vertex* vertex) {
   __m256i pair[4];  // vertices i and i + 4
   for (uint i = 0; i < 4; i++)
-    pair[i] = _mm256_inserti128_si256(_mm256_castsi128_si256(load_vertex(base + offset[i])),
-                                      load_vertex(base + offset[i + 4]), 1);
+    pair[i] = _mm256_inserti128_si256(_mm256_castsi128_si256(vertex[i]), vertex[i + 4], 1);
   const __m256i xy01 = _mm256_unpacklo_epi32(pair[0], pair[1]),
                 xy23 = _mm256_unpacklo_epi32(pair[2], pair[3]),
                 zw01 = _mm256_unpackhi_epi32(pair[0], pair[1]),
                 zw23 = _mm256_unpackhi_epi32(pair[2], pair[3]);
   return {_mm256_unpacklo_epi64(xy01, xy23), _mm256_unpackhi_epi64(xy01, xy23),
           _mm256_unpacklo_epi64(zw01, zw23)};
+}
+
+// The positions of the vertices in byte `byte` of packed[0 .. 7].
+template <uint byte>
+EightTriples load_positions(const uint* packed) const {
+  Vertex vertex[8];
+  for (uint i = 0; i < 8; i++)
+    vertex[i] = load_vertex(values + 4u * (packed[i] >> 8 * byte & 255u));
+  return transposed(vertex);
 }
 
 static EightTriples minus(const EightTriples& v, const EightTriples& w) {
@@ -127,22 +207,25 @@ struct WeightLists {
 };
 WeightLists traversed_weight, chain_weight;
 
-// Offsets in the positions of vertices, by their part in the prediction.
-struct AffineOffsets {
-  alignas(32) uint a[64], b[64], o[64], v[64];
-};
+// affine_weights drops lower bits of longer differences.
+static constexpr uint kWeighedBits = 14;
 
-// affine_weights of the vertices i .. i + 7.
-void weigh_eight(const AffineOffsets& at, uint i, WeightLists& out) {
-  const EightTriples origin = load_triples(values, at.a + i);
-  EightTriples e = minus(load_triples(values, at.b + i), origin),
-               f = minus(load_triples(values, at.o + i), origin),
-               r = minus(load_triples(values, at.v + i), origin);
-  const Eight most = _mm256_or_si256(_mm256_or_si256(magnitudes(e), magnitudes(f)), magnitudes(r));
-  const Eight h = excess(bit_length(most), eight_of(14));
-  e = shifted(e, h);
-  f = shifted(f, h);
-  r = shifted(r, h);
+// affine_weights of the vertices i .. i + 7 of a list, whose items are packed vertices: a, b and v
+// in these bytes, o or NO_VERTEX in the highest.
+template <uint a, uint b, uint v>
+void weigh_eight(const uint* packed, uint i, WeightLists& out) {
+  const EightTriples origin = load_positions<a>(packed + i);
+  EightTriples e = minus(load_positions<b>(packed + i), origin),
+               f = minus(load_positions<3>(packed + i), origin),
+               r = minus(load_positions<v>(packed + i), origin);
+  if (stream_bits[0] > kWeighedBits) {  // differences may be longer
+    const Eight h = excess(
+        bit_length(_mm256_or_si256(_mm256_or_si256(magnitudes(e), magnitudes(f)), magnitudes(r))),
+        eight_of(kWeighedBits));
+    e = shifted(e, h);
+    f = shifted(f, h);
+    r = shifted(r, h);
+  }
   Eight ee = dot(e, e), ef = dot(e, f), ff = dot(f, f), re = dot(r, e), rf = dot(r, f);
   const Eight n = bit_length(_mm256_or_si256(
       _mm256_or_si256(ee, ff), _mm256_or_si256(_mm256_abs_epi32(re), _mm256_abs_epi32(rf))));
@@ -158,12 +241,15 @@ void weigh_eight(const AffineOffsets& at, uint i, WeightLists& out) {
       _mm256_sub_epi32(_mm256_mullo_epi32(re, ff), _mm256_mullo_epi32(rf, ef)));
   const Eight u = divisor.signed_quotient(
       _mm256_sub_epi32(_mm256_mullo_epi32(rf, ee), _mm256_mullo_epi32(re, ef)));
-  Eight exists = _mm256_cmpgt_epi32(determinant, _mm256_srai_epi32(product, 5));
-  exists = _mm256_and_si256(exists, _mm256_cmpgt_epi32(d, _mm256_setzero_si256()));
+  Eight exists = _mm256_and_si256(_mm256_cmpgt_epi32(determinant, _mm256_srai_epi32(product, 5)),
+                                  _mm256_cmpgt_epi32(d, _mm256_setzero_si256()));
   for (const Eight weight : {s, u})
     exists = _mm256_and_si256(
         exists, _mm256_cmpgt_epi32(eight_of(AFFINE_WEIGHT_LIMIT), _mm256_abs_epi32(weight)));
-  store_eight(out.exists + i, exists);
+  const Eight across = _mm256_cmpgt_epi32(
+      eight_of(NO_VERTEX),
+      _mm256_srli_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(packed + i)), 24));
+  store_eight(out.exists + i, _mm256_and_si256(exists, across));
   store_eight(out.s + i, s);
   store_eight(out.u + i, u);
 }
@@ -171,43 +257,40 @@ void weigh_eight(const AffineOffsets& at, uint i, WeightLists& out) {
 // Weighs the traversed vertices. Instead of no weights it takes those of the parallelogram: with
 // (256, -256), affine_point is b + (a - o) up to bits that the stream's mask clears.
 void weigh_traversed() {
-  AffineOffsets at;
-  const uint count = traversed_count;
-  for (uint i = 0; i < whole_eights(count); i++) {
-    const uint triangle = i < count ? traversed[i] : 0;
-    at.a[i] = 4u * (triangle & 255u);
-    at.b[i] = 4u * (triangle >> 8 & 255u);
-    at.v[i] = 4u * (triangle >> 16 & 255u);
-    at.o[i] = triangle >> 24 == NO_VERTEX ? at.a[i] : 4u * (triangle >> 24);
-  }
   WeightLists& w = traversed_weight;
-  for (uint i = 0; i < count; i += 8) {
-    weigh_eight(at, i, w);
+  for (uint i = 0; i < traversed_count; i += 8) {
+    weigh_eight<0, 1, 2>(traversed, i, w);
     const Eight exists = load_eight(w.exists + i);
     store_eight(w.s + i, _mm256_blendv_epi8(eight_of(256u), load_eight(w.s + i), exists));
     store_eight(w.u + i, _mm256_blendv_epi8(eight_of(0u - 256u), load_eight(w.u + i), exists));
   }
 }
 
+// line_weights of the chain vertices j .. j + 7 that have no others.
+void weigh_lines(uint j) {
+  WeightLists& w = chain_weight;
+  const EightTriples origin = load_positions<1>(chain_step + j);
+  EightTriples e = minus(load_positions<2>(chain_step + j), origin),
+               r = minus(load_positions<0>(chain_step + j), origin);
+  const Eight h = excess(bit_length(_mm256_or_si256(magnitudes(e), magnitudes(r))), eight_of(10));
+  e = shifted(e, h);
+  r = shifted(r, h);
+  const Eight ee = dot(e, e), re = dot(r, e), none = eight_of(0u - 1u);
+  const Divisor divisor(_mm256_max_epi32(ee, eight_of(1)));
+  const Eight s = divisor.scaled_quotient(re, 256.0, _mm256_srai_epi32(ee, 1));
+  Eight exists = _mm256_andnot_si256(_mm256_cmpgt_epi32(re, ee), _mm256_cmpgt_epi32(re, none));
+  exists = _mm256_and_si256(exists, _mm256_cmpgt_epi32(ee, _mm256_setzero_si256()));
+  const Eight affine = load_eight(w.exists + j);
+  store_eight(w.exists + j, _mm256_or_si256(affine, exists));
+  store_eight(w.s + j, _mm256_blendv_epi8(s, load_eight(w.s + j), affine));
+  store_eight(w.u + j, _mm256_and_si256(load_eight(w.u + j), affine));
+}
+
 // Weighs the listed chain vertices.
 void weigh_chains() {
-  AffineOffsets at;
-  const uint count = chain_count;
-  for (uint j = 0; j < whole_eights(count); j++) {
-    const uint step = j < count ? chain_step[j] : 0;
-    at.v[j] = 4u * (step & 255u);
-    at.a[j] = 4u * (step >> 8 & 255u);
-    at.b[j] = 4u * (step >> 16 & 255u);
-    at.o[j] = step >> 24 == NO_VERTEX ? at.a[j] : 4u * (step >> 24);
-  }
-  WeightLists& w = chain_weight;
-  for (uint j = 0; j < count; j += 8) weigh_eight(at, j, w);
-  for (uint j = 0; j < count; j++) {
-    if (w.exists[j]) continue;
-    const Weights line = line_weights(at.a[j] / 4u, at.b[j] / 4u, at.v[j] / 4u);
-    w.exists[j] = line.exist;
-    w.s[j] = line.s;
-    w.u[j] = 0;
+  for (uint j = 0; j < chain_count; j += 8) {
+    weigh_eight<1, 2, 0>(chain_step, j, chain_weight);
+    weigh_lines(j);
   }
 }
 
@@ -249,7 +332,8 @@ void predict_chains_of(uint s) {
   uint* base = vertex(s, 0);
   const Vertex mask = vertex_mask(s);
   const uint* residual = residuals;
-  for (uint j = 0; j < chain_count; j++, residual += stream_elements[s]) {
+  const uint elements = stream_elements[s], count = chain_count;
+  for (uint j = 0; j < count; j++, residual += elements) {
     const uint step = chain_step[j];
     const Vertex before = load_vertex(base + 4u * (step >> 8 & 255u));
     Vertex point = before;
@@ -313,17 +397,18 @@ void predict_traversed_of(uint s, const uint* residual) {
   }
 }
 
-// octahedral_prediction of the vertices i .. i + 7, whose normals begin at `offset`.
-void predict_directions(const uint* offset, uint bits, uint i, uint (*out)[64]) {
-  const EightTriples normal = load_triples(normals, offset + i);
+// octahedral_prediction of the vertices i .. i + 7 of the traversed ones.
+void predict_directions(uint bits, uint i, uint (*out)[64]) {
+  Vertex sums[8];
+  for (uint k = 0; k < 8; k++) sums[k] = load_vertex(traversed_normal + 4 * (i + k));
+  const EightTriples normal = transposed(sums);
   const Eight zero = _mm256_setzero_si256();
   const Eight k = excess(bit_length(magnitudes(normal)), eight_of(13));
   const Eight x = _mm256_srlv_epi32(_mm256_abs_epi32(normal.x), k),
               y = _mm256_srlv_epi32(_mm256_abs_epi32(normal.y), k),
               z = _mm256_srlv_epi32(_mm256_abs_epi32(normal.z), k);
   const Eight sum = _mm256_add_epi32(_mm256_add_epi32(x, y), z),
-              below = _mm256_cmpgt_epi32(zero, normal.z);
-  const Eight none = _mm256_cmpeq_epi32(sum, zero);
+              below = _mm256_cmpgt_epi32(zero, normal.z), none = _mm256_cmpeq_epi32(sum, zero);
   const Divisor divisor(_mm256_max_epi32(_mm256_add_epi32(sum, sum), eight_of(1)));
   const uint limit = (1u << bits) - 2u;
   auto element = [&](Eight component, Eight other, Eight sign) {
@@ -340,16 +425,13 @@ void predict_directions(const uint* offset, uint bits, uint i, uint (*out)[64]) 
 }
 
 void predict_geo(uint s, const uint* residual) {
-  alignas(32) uint offset[64], prediction[2][64];
-  const uint count = traversed_count;
-  for (uint i = 0; i < whole_eights(count); i++)
-    offset[i] = 4u * ((i < count ? traversed[i] : 0) >> 16 & 255u);
-  for (uint i = 0; i < count; i += 8) predict_directions(offset, stream_bits[s], i, prediction);
+  alignas(32) uint prediction[2][64];
+  for (uint i = 0; i < traversed_count; i += 8) predict_directions(stream_bits[s], i, prediction);
   uint* base = vertex(s, 0);
   const Vertex mask = vertex_mask(s);
-  for (uint i = 0; i < count; i++, residual += 2) {
+  for (uint i = 0; i < traversed_count; i++, residual += 2) {
     const Vertex point = _mm_setr_epi32(int(prediction[0][i]), int(prediction[1][i]), 0, 0);
-    store_vertex(base + offset[i],
+    store_vertex(base + 4u * (traversed[i] >> 16 & 255u),
                  _mm_and_si128(_mm_add_epi32(point, load_residual(residual)), mask));
   }
 }
@@ -369,31 +451,47 @@ void predict_traversed(uint s, uint first) {
 
 // --- normals ---
 
-// As sum_normals.
-void sum_vertex_normals() {
-  alignas(16) uint position[256];
-  const uint h = excess(stream_bits[0], GEO_POSITION_BITS);
+alignas(32) uint traversed_normal[256];  // as `normals`, of the traversed vertices
+
+// As sum_normals, of the traversed vertices. Positions fit 16 bits, so that one multiplication of
+// pairs makes a cross product: (y, -z) * (z', y'), (z, -x) * (x', z'), (x, -y) * (y', x'). Even and
+// odd triangles have sums of their own: a sum soon follows from the last one at the same vertex.
+void sum_traversed_normals() {
+  struct alignas(16) Factors {
+    __m128i left, right;
+  };
+  Factors factors[64];
+  Vertex sums[64][2];
+  const __m128i h = _mm_cvtsi32_si128(int(excess(stream_bits[0], GEO_POSITION_BITS)));
+  const __m128i left = _mm_setr_epi8(4, 5, 8, 9, 8, 9, 0, 1, 0, 1, 4, 5, -1, -1, -1, -1),
+                right = _mm_setr_epi8(8, 9, 4, 5, 0, 1, 8, 9, 4, 5, 0, 1, -1, -1, -1, -1),
+                signs = _mm_setr_epi16(1, -1, 1, -1, 1, -1, 0, 0);
   for (uint v = 0; v < vertex_count; v++) {
-    store_vertex(position + 4 * v,
-                 _mm_srl_epi32(load_vertex(values + 4 * v), _mm_cvtsi32_si128(int(h))));
-    store_vertex(normals + 4 * v, _mm_setzero_si128());
+    const Vertex position = _mm_srl_epi32(load_vertex(values + 4 * v), h);
+    factors[v] = {_mm_sign_epi16(_mm_shuffle_epi8(position, left), signs),
+                  _mm_shuffle_epi8(position, right)};
+    sums[v][0] = sums[v][1] = _mm_setzero_si128();
   }
-  for (uint t = 0; t < triangle_count; t++) {
-    const uint triangle = triangles[t];
-    uint offset[3];
-    for (uint k = 0; k < 3; k++) offset[k] = 4u * (triangle >> 8 * k & 63u);
-    const Vertex a = load_vertex(position + offset[0]),
-                 e = _mm_sub_epi32(load_vertex(position + offset[1]), a),
-                 f = _mm_sub_epi32(load_vertex(position + offset[2]), a);
-    // (e x f) rotated: e f' - e' f, where ' moves y, z, x to x, y, z.
-    const Vertex moved_e = _mm_shuffle_epi32(e, 0xC9), moved_f = _mm_shuffle_epi32(f, 0xC9);
-    const Vertex rotated = _mm_sub_epi32(_mm_mullo_epi32(e, moved_f), _mm_mullo_epi32(moved_e, f));
-    const Vertex normal = _mm_shuffle_epi32(rotated, 0xC9);
-    for (uint corner : offset)
-      store_vertex(normals + corner, _mm_add_epi32(load_vertex(normals + corner), normal));
+  auto add = [&](index_uint triangle, uint parity) {
+    const index_uint a = triangle & 63u, b = triangle >> 8 & 63u, v = triangle >> 16 & 63u;
+    const Vertex normal = _mm_madd_epi16(_mm_sub_epi16(factors[b].left, factors[a].left),
+                                         _mm_sub_epi16(factors[v].right, factors[a].right));
+    sums[a][parity] = _mm_add_epi32(sums[a][parity], normal);
+    sums[b][parity] = _mm_add_epi32(sums[b][parity], normal);
+    sums[v][parity] = _mm_add_epi32(sums[v][parity], normal);
+  };
+  uint t = 0;
+  for (; t + 1 < triangle_count; t += 2) {
+    add(triangles[t], 0);
+    add(triangles[t + 1], 1);
+  }
+  if (t < triangle_count) add(triangles[t], 0);
+  for (uint i = 0; i < traversed_count; i++) {
+    const Vertex* sum = sums[traversed[i] >> 16 & 63u];
+    store_vertex(traversed_normal + 4 * i, _mm_add_epi32(sum[0], sum[1]));
   }
 }
 
 void finish_positions() {
-  if (needs_normals) sum_vertex_normals();
+  if (needs_normals) sum_traversed_normals();
 }
