@@ -15,6 +15,7 @@ from typing import NamedTuple
 OWNED, FOREIGN, PRIVATE = "owned", "foreign", "private"
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
 PARALLELOGRAM, MEAN, COPY, DAMPED, GEO, AFFINE = range(6)
+VERSION = 2
 MESHLETS_PER_GROUP = 32
 Chain = tuple[int, int, int]  # an owned reference: owner, slot, length
 Code = int | list[int]  # a code 0 to 6 (Rice or exp-Golomb), or fixed widths
@@ -384,7 +385,7 @@ def write_blob(
     header = struct.pack(
         "<I4B6I",
         0x314D4245,
-        1,
+        VERSION,
         len(streams),
         0,
         0,

@@ -19,7 +19,8 @@ import numpy as np
 from spec import predictors
 
 MAGIC = 0x314D4245
-VERSION = 1
+VERSION = 2
+DRAFT_VERSION = 1
 HEADER_BYTES = 32
 STREAM_BYTES = 28
 GROUP_BYTES = 12
@@ -360,6 +361,12 @@ class BlobFile:
             reserved_end,
         ) = struct.unpack_from("<IBBBBIIIIII", self.data)
         _require(magic == MAGIC, "The blob does not start with the bytes EBM1.")
+        _require(
+            version != DRAFT_VERSION,
+            f"The blob has version {version}, a draft: make it again from its source with "
+            "`gltf-meshlet compress`, or decompress it with the last commit of the draft, "
+            "which CHANGELOG.md names.",
+        )
         _require(
             version == VERSION,
             f"The blob has version {version}, this decoder reads version {VERSION}.",
