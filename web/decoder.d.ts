@@ -1,0 +1,88 @@
+/** What a stream's integers mean (specification, appendix A.3). */
+export declare const Kind: Readonly<{
+  GRID: 0;
+  OCT: 1;
+  INTEGER: 2;
+  FLOAT32: 3;
+  SIGN: 4;
+}>;
+
+/** The bytes break a rule of the format; `message` says which, in the words of the native decoder. */
+export declare class MalformedError extends Error {}
+
+export interface Stream {
+  /** One of `Kind`. */
+  kind: number;
+  /** Integers per vertex, 1 to 4. */
+  elements: number;
+  /** Bits per integer, 1 to 32. */
+  bits: number;
+  /** GRID: value = offset[c] + integer * step. */
+  step: number;
+  offset: number[];
+}
+
+export interface DecodedStream extends Stream {
+  /**
+   * Vertex after vertex. Floats; three per vertex for OCT (a unit vector), else `elements`. Unsigned
+   * integers for INTEGER, and for every stream with `integers: true`, `elements` per vertex.
+   */
+  values: Float32Array | Uint32Array;
+}
+
+export interface DecodedPrimitive {
+  triangleCount: number;
+  vertexCount: number;
+  meshletCount: number;
+  /** Three vertex numbers per triangle. */
+  indices: Uint32Array;
+  /** In the order of the stream table; glTF's extension object says which attribute begins where. */
+  streams: DecodedStream[];
+}
+
+export interface DecodedMeshlet {
+  /** At most 64. */
+  triangleCount: number;
+  /** At most 64. */
+  vertexCount: number;
+  /** Three local vertex numbers per triangle. */
+  triangles: Uint8Array;
+  /** The integers of each stream, vertex after vertex. */
+  values: Uint32Array[];
+}
+
+/**
+ * Decodes buffer views of compressed primitives: one blob, or several back to back (pages). The
+ * bytes may be anything: every method throws `MalformedError` for bytes that it cannot decode.
+ */
+export interface Decoder {
+  /** Decodes everything. `integers`: the stored integers instead of the values that they stand for. */
+  decodePrimitive(view: Uint8Array, options?: { integers?: boolean }): DecodedPrimitive;
+  /**
+   * Decodes one meshlet without the others. Meshlets are numbered through all blobs. Consecutive
+   * calls with the same `view` object read its headers once: do not change its bytes between them.
+   * Throws `RangeError` if there is no such meshlet.
+   */
+  decodeMeshlet(view: Uint8Array, meshlet: number): DecodedMeshlet;
+  /**
+   * Throws `MalformedError` unless the view is valid in every way. Decodes each meshlet alone, so it
+   * also finds errors that decoding does not meet.
+   */
+  validate(view: Uint8Array): void;
+}
+
+/**
+ * Compiles the WebAssembly module and returns a decoder. Its memory grows with the largest primitive
+ * and is freed with it.
+ *
+ * @param source the module, its bytes, or where to fetch it; default: decoder.wasm beside this file.
+ */
+export declare function createDecoder(
+  source?:
+    | BufferSource
+    | WebAssembly.Module
+    | Response
+    | Promise<Response>
+    | string
+    | URL,
+): Promise<Decoder>;
