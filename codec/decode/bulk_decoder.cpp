@@ -68,7 +68,7 @@ class History {
   Kept& kept(uint32_t meshlet) { return ring_[meshlet & d_.ring_mask]; }
   // Numbers that are kept of a place.
   uint32_t place_size() const { return kStored * d_.stream_total; }
-  void copy_vertices(uint32_t r);
+  void copy_vertex(uint32_t r, const uint32_t* from, uint32_t id);
   bool same_vertex(uint32_t r, uint32_t place, uint32_t id);
   void keep_references();
   void alias_corner(uint32_t id, Place target, bool starts);
@@ -109,7 +109,7 @@ History::~History() {
 }
 
 template <class Visit>
-void History::for_vertices(uint32_t r, Visit visit) {
+INLINE void History::for_vertices(uint32_t r, Visit visit) {
   const Kept& owner = kept(d_.reference_owner[r]);
   uint32_t slot = d_.reference_slot[r], n = d_.reference_length[r], rank = d_.reference_rank[r];
   uint32_t last = owner.start[slot] + n;
@@ -118,16 +118,16 @@ void History::for_vertices(uint32_t r, Visit visit) {
   visit(owner.start[slot], d_.reference_end[r]);
 }
 
-// Copies the streams that r shares from the vertices of its owner.
-void History::copy_vertices(uint32_t r) {
-  for (uint32_t s = 0; s < d_.stream_total; s++) {
-    if (d_.seam_refs[s] >> r & 1) continue;
-    const uint32_t* from = kept(d_.reference_owner[r]).values + kStored * s;
-    uint32_t* to = d_.vertex(s, 0);
-    for_vertices(r, [&, size = place_size()](uint32_t place, uint32_t id) {
-      copy_stored(from + size * size_t(place), to + kStored * size_t(id));
-    });
+// Copies the streams that r shares from a vertex of its owner.
+void History::copy_vertex(uint32_t r, const uint32_t* from, uint32_t id) {
+  uint32_t* to = d_.vertex(0, id);
+  if (!(d_.seamed_refs >> r & 1)) {
+    for (uint32_t s = d_.stream_total; s > 0; s--, to += kStream, from += kStored)
+      copy_stored(from, to);
+    return;
   }
+  for (uint32_t s = 0; s < d_.stream_total; s++, to += kStream, from += kStored)
+    if (!(d_.seam_refs[s] >> r & 1)) copy_stored(from, to);
 }
 
 // Runs before aliases are set: they may lead to the meshlet itself.
@@ -161,20 +161,20 @@ void History::look_up(bool provide) {
   for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
     uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
              corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
-    if (provide && owner != d_.opened.meshlet) {
-      copy_vertices(r);
-      d_.provided_refs |= 1ull << r;
-    }
-    if (d_.seamed_refs >> r & 1) continue;
-    const uint32_t slot = d_.reference_slot[r], n = d_.reference_length[r],
-                   rank = d_.reference_rank[r], last = kept(owner).start[slot] + n;
+    const bool copy = provide && owner != d_.opened.meshlet, alias = !(d_.seamed_refs >> r & 1);
+    const uint32_t* values = kept(owner).values;
+    uint64_t visited = 0;
+    for_vertices(r, [&, size = place_size()](uint32_t place, uint32_t id) {
+      if (copy) copy_vertex(r, values + size * size_t(place), id);
+      if (alias && id != corners[0] && id != corners[1]) alias_[id] = {owner, place};
+      visited |= 1ull << id;
+    });
+    d_.provided_refs |= uint64_t(copy) << r;
+    if (!alias) continue;
+    is_alias_ |= visited & ~(1ull << corners[0] | 1ull << corners[1]);
+    const uint32_t slot = d_.reference_slot[r];
     alias_corner(corners[0], {owner, kept(owner).end[slot]}, true);
     alias_corner(corners[1], {owner, kept(owner).start[slot]}, false);
-    for (uint32_t i = 1; i < n; i++) {
-      const uint32_t id = d_.loop_vertex[rank + i];
-      alias_[id] = {owner, last - i};
-      is_alias_ |= 1ull << id;
-    }
   }
 }
 

@@ -1,5 +1,9 @@
 #include "decode/decoder_context.h"
 
+#ifdef MESHLET_AVX2
+#include <cpuid.h>
+#endif
+
 namespace meshlet {
 
 #ifdef MESHLET_AVX2
@@ -9,7 +13,9 @@ BlobResult decode_blob(const BlobJob& job);
 
 // Does the processor have the instruction sets of MESHLET_AVX2_OPTIONS (codec/CMakeLists.txt)?
 static bool supported() {
-  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
+  unsigned a, b, c = 0, d;  // not every compiler's __builtin_cpu_supports knows lzcnt
+  return __get_cpuid(0x80000001u, &a, &b, &c, &d) && (c & bit_LZCNT) &&
+         __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
          __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
 }
 }  // namespace avx2

@@ -397,10 +397,13 @@ void predict_traversed_of(uint s, const uint* residual) {
   }
 }
 
-// octahedral_prediction of the vertices i .. i + 7 of the traversed ones.
-void predict_directions(uint bits, uint i, uint (*out)[64]) {
+// octahedral_prediction of the traversed vertices i .. i + 7.
+void predict_directions(uint bits, uint i, uint (*out)[8]) const {
   Vertex sums[8];
-  for (uint k = 0; k < 8; k++) sums[k] = load_vertex(traversed_normal + 4 * (i + k));
+  for (uint k = 0; k < 8; k++) {
+    const Vertex* sum = normal_sums[traversed[i + k] >> 16 & 63u];
+    sums[k] = _mm_add_epi32(sum[0], sum[1]);
+  }
   const EightTriples normal = transposed(sums);
   const Eight zero = _mm256_setzero_si256();
   const Eight k = excess(bit_length(magnitudes(normal)), eight_of(13));
@@ -420,19 +423,21 @@ void predict_directions(uint bits, uint i, uint (*out)[64]) {
     return _mm256_blendv_epi8(divisor.scaled_quotient(from, double(limit), sum),
                               eight_of(limit >> 1), none);
   };
-  store_eight(out[0] + i, element(x, y, normal.x));
-  store_eight(out[1] + i, element(y, x, normal.y));
+  store_eight(out[0], element(x, y, normal.x));
+  store_eight(out[1], element(y, x, normal.y));
 }
 
 void predict_geo(uint s, const uint* residual) {
-  alignas(32) uint prediction[2][64];
-  for (uint i = 0; i < traversed_count; i += 8) predict_directions(stream_bits[s], i, prediction);
   uint* base = vertex(s, 0);
   const Vertex mask = vertex_mask(s);
-  for (uint i = 0; i < traversed_count; i++, residual += 2) {
-    const Vertex point = _mm_setr_epi32(int(prediction[0][i]), int(prediction[1][i]), 0, 0);
-    store_vertex(base + 4u * (traversed[i] >> 16 & 255u),
-                 _mm_and_si128(_mm_add_epi32(point, load_residual(residual)), mask));
+  for (uint i = 0; i < traversed_count; i += 8) {
+    alignas(32) uint prediction[2][8];
+    predict_directions(stream_bits[s], i, prediction);
+    for (uint k = 0; k < 8 && i + k < traversed_count; k++, residual += 2) {
+      const Vertex point = _mm_setr_epi32(int(prediction[0][k]), int(prediction[1][k]), 0, 0);
+      store_vertex(base + 4u * (traversed[i + k] >> 16 & 255u),
+                   _mm_and_si128(_mm_add_epi32(point, load_residual(residual)), mask));
+    }
   }
 }
 
@@ -451,17 +456,16 @@ void predict_traversed(uint s, uint first) {
 
 // --- normals ---
 
-alignas(32) uint traversed_normal[256];  // as `normals`, of the traversed vertices
+Vertex normal_sums[64][2];  // of each vertex, of even and of odd triangles
 
-// As sum_normals, of the traversed vertices. Positions fit 16 bits, so that one multiplication of
+// As sum_normals. Positions fit 16 bits, so that one multiplication of
 // pairs makes a cross product: (y, -z) * (z', y'), (z, -x) * (x', z'), (x, -y) * (y', x'). Even and
 // odd triangles have sums of their own: a sum soon follows from the last one at the same vertex.
-void sum_traversed_normals() {
+void sum_normal_pairs() {
   struct alignas(16) Factors {
     __m128i left, right;
   };
   Factors factors[64];
-  Vertex sums[64][2];
   const __m128i h = _mm_cvtsi32_si128(int(excess(stream_bits[0], GEO_POSITION_BITS)));
   const __m128i left = _mm_setr_epi8(4, 5, 8, 9, 8, 9, 0, 1, 0, 1, 4, 5, -1, -1, -1, -1),
                 right = _mm_setr_epi8(8, 9, 4, 5, 0, 1, 8, 9, 4, 5, 0, 1, -1, -1, -1, -1),
@@ -470,15 +474,15 @@ void sum_traversed_normals() {
     const Vertex position = _mm_srl_epi32(load_vertex(values + 4 * v), h);
     factors[v] = {_mm_sign_epi16(_mm_shuffle_epi8(position, left), signs),
                   _mm_shuffle_epi8(position, right)};
-    sums[v][0] = sums[v][1] = _mm_setzero_si128();
+    normal_sums[v][0] = normal_sums[v][1] = _mm_setzero_si128();
   }
   auto add = [&](index_uint triangle, uint parity) {
     const index_uint a = triangle & 63u, b = triangle >> 8 & 63u, v = triangle >> 16 & 63u;
     const Vertex normal = _mm_madd_epi16(_mm_sub_epi16(factors[b].left, factors[a].left),
                                          _mm_sub_epi16(factors[v].right, factors[a].right));
-    sums[a][parity] = _mm_add_epi32(sums[a][parity], normal);
-    sums[b][parity] = _mm_add_epi32(sums[b][parity], normal);
-    sums[v][parity] = _mm_add_epi32(sums[v][parity], normal);
+    normal_sums[a][parity] = _mm_add_epi32(normal_sums[a][parity], normal);
+    normal_sums[b][parity] = _mm_add_epi32(normal_sums[b][parity], normal);
+    normal_sums[v][parity] = _mm_add_epi32(normal_sums[v][parity], normal);
   };
   uint t = 0;
   for (; t + 1 < triangle_count; t += 2) {
@@ -486,12 +490,8 @@ void sum_traversed_normals() {
     add(triangles[t + 1], 1);
   }
   if (t < triangle_count) add(triangles[t], 0);
-  for (uint i = 0; i < traversed_count; i++) {
-    const Vertex* sum = sums[traversed[i] >> 16 & 63u];
-    store_vertex(traversed_normal + 4 * i, _mm_add_epi32(sum[0], sum[1]));
-  }
 }
 
 void finish_positions() {
-  if (needs_normals) sum_traversed_normals();
+  if (needs_normals) sum_normal_pairs();
 }
