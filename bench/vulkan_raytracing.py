@@ -1,18 +1,18 @@
 """Ray tracing on the GPU: time and memory over the cache's size, beside the uncompressed model.
 
 Needs a GPU and the names of models: python -m bench vulkan_raytracing MODEL.glb ... Writes the
-table in docs/vulkan-raytracing.md and docs/vulkan-raytracing.png.
+tables in docs/vulkan-raytracing.md and docs/vulkan-raytracing.png.
 
 A frame traces 921,600 camera rays (1280 x 720) to their first hit, or adds two diffuse bounces and
-a shadow ray at every hit. The camera turns around the model by half a degree a frame, a sixth of a
-turn in all, so that the cache has to follow. A frame's time is the GPU's own and includes eviction
-and decoding. All configurations take turns frame by frame; slow ones get fewer frames.
+a shadow ray at every hit. The camera turns around the model by one degree a frame, a sixth of a
+turn in all. A frame's time is the GPU's own and includes eviction
+and decoding. All configurations take turns frame by frame; slow ones get fewer frames. The last
+pictures of path rt are compared bit for bit.
 """
 
 from __future__ import annotations
 
 import argparse
-import itertools
 import tempfile
 import time
 from pathlib import Path
@@ -31,16 +31,21 @@ from bench.common import (
 from bench.models import add_model_files, check_model_files, model_files
 
 WIDTH, HEIGHT = 1280, 720
-SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
-STEP = 0.5  # degrees between frames
-WARM_UP = 24  # untimed frames, so that the cache follows the camera
-FRAMES = 120  # timed frames
+SHARES = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the meshlets
+PAPER_SHARES = (0.25, 0.5, 1.0)
+STEP = 1.0  # degrees between frames
+WARM_UP = 8  # untimed frames
+FRAMES = 60  # timed frames
 CLOCKS = 0.7  # seconds of work before the first frame: an idle GPU has a low clock rate
 # A configuration gets no more frames once it has LEAST_FRAMES and has taken SLOW milliseconds.
-SLOW, LEAST_FRAMES = 1200, 12
+SLOW, LEAST_FRAMES = 600, 4
 BOUNCES = (0, 2)
-# Options of RayTracer that the command line can set; None keeps RayTracer's default.
-TUNED = ("scratch", "rounds", "strips", "predict", "bounds", "paths", "ahead")
+# What path rt must reach on an H200: this many times a full cache, or a full cache and so many
+# milliseconds for each pass.
+TARGETS = {0.5: (1.5, 3.0), 0.25: (3.0, 5.0), 0.1: (8.0, 12.0)}
+PASS_MILLISECONDS = 0.3
+# What makes a configuration. None keeps RayTracer's default.
+SETTINGS = ("path", "cache", "group")
 
 
 def turntable(scene, width: int, height: int, degrees: float):
@@ -54,15 +59,15 @@ def turntable(scene, width: int, height: int, degrees: float):
 
 
 def configurations(options: argparse.Namespace) -> list[dict]:
-    """All combinations of path, cache size and options; rt-triangles last."""
-    rows = []
-    for group in options.group:
-        for values in itertools.product(*(getattr(options, name) for name in TUNED)):
-            given = {name: value for name, value in zip(TUNED, values) if value is not None}
-            rows += [
-                {"path": "rt", "cache": share, "group": group, **given} for share in options.cache
-            ]
-        rows.append({"path": "rt-plain", "cache": None, "group": group})
+    """Path, cache size and options of all tracers; rt-triangles last."""
+    rows = [
+        {"path": "rt", "cache": share, "group": group}
+        for group in options.group
+        for share in options.cache
+    ]
+    if options.baselines:
+        rows += [{"path": "rt-paper", "cache": share, "group": 64} for share in options.paper_cache]
+        rows.append({"path": "rt-plain", "cache": None, "group": 4})
     return [*rows, {"path": "rt-triangles", "cache": None, "group": None}]
 
 
@@ -94,56 +99,52 @@ def measure_model(device, path: Path, name: str, options: argparse.Namespace) ->
     scene = load_scene(path)
     rows, tracers = [], []
     for configuration in configurations(options):
-        settings = {
-            key: configuration[key]
-            for key in ("cache", "group", *TUNED)
-            if configuration.get(key) is not None
-        }
-        tracers.append(
-            RayTracer(
-                device, scene, configuration["path"], samples=1, marked=options.steps, **settings
-            )
-        )
+        settings = {k: configuration[k] for k in SETTINGS if configuration[k] is not None}
+        tracers.append(RayTracer(device, scene, samples=1, **settings))
         rows.append({"model": name, "triangles": scene.triangles, **configuration})
         if options.statistics:
             print_statistics(device, tracers[-1])
-        progress(f"{name}: {label(configuration)} is ready")
+    progress(f"{name}: {len(tracers)} configurations are ready")
+    size = options.width, options.height
+    cameras = [turntable(scene, *size, STEP * i) for i in range(WARM_UP + options.frames)]
     result = []
-    cameras = [
-        turntable(scene, options.width, options.height, STEP * i)
-        for i in range(WARM_UP + options.frames)
-    ]
     for bounces in BOUNCES:
-        times: list[list[float]] = [[] for _ in tracers]
-        steps: list[list[dict[str, float]]] = [[] for _ in tracers]
         for tracer in tracers:
             tracer.set_light(bounces=bounces, shadows=bounces > 0)
-        began = time.perf_counter()
-        while time.perf_counter() < began + CLOCKS:
-            for tracer in tracers:
-                tracer.time(cameras[0], options.width, options.height)
-        for number, camera in enumerate(cameras):
-            for tracer, own, own_steps in zip(tracers, times, steps):
-                if len(own) >= LEAST_FRAMES and sum(own) > SLOW:
-                    continue
-                milliseconds = tracer.time(camera, options.width, options.height)
-                if number >= WARM_UP:
-                    own.append(milliseconds)
-                    if options.steps:
-                        own_steps.append(tracer.steps())
-        for row, tracer, own, own_steps in zip(rows, tracers, times, steps):
-            entry = {**row, "bounces": bounces, "milliseconds": percentiles(own)}
-            entry["frames"] = len(own)
-            entry["resident_bytes"] = tracer.resident_bytes()
-            if tracer.counted:
-                entry["statistics"] = tracer.statistics()
-            if options.steps:
-                entry["steps"] = {
-                    name: float(np.median([s[name] for s in own_steps])) for name in own_steps[0]
-                }
-            result.append(entry)
+        result += measure_light(rows, tracers, cameras, size, bounces)
+        progress(f"{name}: {bounces} bounces are measured")
     for tracer in tracers:
         tracer.free()
+    return result
+
+
+def measure_light(rows, tracers, cameras, size: tuple[int, int], bounces: int) -> list[dict]:
+    """The rows of a model with so many bounces, completed by what was measured."""
+    times: list[list[float]] = [[] for _ in tracers]
+    last: dict = {}  # milliseconds of the last frame
+    began = time.perf_counter()
+    while time.perf_counter() < began + CLOCKS:
+        tracers[-1].time(cameras[0], *size)
+    for number, camera in enumerate(cameras):
+        for tracer, own in zip(tracers, times):
+            slow = len(own) >= LEAST_FRAMES and sum(own) > SLOW
+            if slow or (1 < number < WARM_UP and last[tracer] > SLOW / WARM_UP):
+                continue
+            milliseconds = last[tracer] = tracer.time(camera, *size)
+            if number >= WARM_UP:
+                own.append(milliseconds)
+    reference = None
+    result = []
+    for row, tracer, own in zip(rows, tracers, times):
+        entry = {**row, "bounces": bounces, "milliseconds": percentiles(own)}
+        entry |= {"frames": len(own), "resident_bytes": tracer.resident_bytes()}
+        entry["statistics"] = tracer.statistics()
+        if row["path"] == "rt":
+            picture = tracer.render(cameras[-1], *size)
+            parts = [picture.color, picture.ids, picture.t, picture.barycentrics]
+            reference = reference or parts
+            entry["differing"] = sum(int((a != b).sum()) for a, b in zip(parts, reference))
+        result.append(entry)
     return result
 
 
@@ -159,96 +160,112 @@ def print_statistics(device, tracer) -> None:
 
 def label(row: dict) -> str:
     """A configuration in words."""
-    share = "" if row["cache"] is None else f" cache {row['cache']:.0%}"
-    more = "".join(
-        f" {name} {row[name]}" for name in ("group", *TUNED) if row.get(name) is not None
-    )
-    return f"{row['path']}{share}{more}"
+    share = "" if row["cache"] is None else f" {row['cache']:.0%}"
+    group = f" boxes of {row['group']}" if row["group"] not in (None, 4) else ""
+    return f"{row['path']}{share}{group}"
+
+
+def _model_bytes(row: dict) -> int:
+    """Resident bytes that grow with the model."""
+    return sum(size for part, size in row["resident_bytes"].items() if part != "records")
+
+
+def _same(rows: list[dict], row: dict, **changes) -> dict | None:
+    """The row that differs from another one in these fields only, if there is one."""
+    wanted = {**{k: row.get(k) for k in ("model", "bounces", *SETTINGS)}, **changes}
+    return next((r for r in rows if all(r.get(k) == v for k, v in wanted.items())), None)
+
+
+def _triangles(rows: list[dict], row: dict) -> dict:
+    found = _same(rows, row, path="rt-triangles", cache=None, group=None)
+    assert found is not None
+    return found
 
 
 def summary(result: dict) -> str:
-    """A line per row with its ratios to rt-triangles, and the timed steps of a frame."""
+    """A line per row with its ratios to rt-triangles and to a full cache."""
+    rows = result["rows"]
     lines = []
-    for model in dict.fromkeys(row["model"] for row in result["rows"]):
-        for bounces in BOUNCES:
-            rows = [r for r in result["rows"] if (r["model"], r["bounces"]) == (model, bounces)]
-            base = rows[-1]  # rt-triangles
-            for row in rows:
-                lines += _row_lines(row, base)
+    for row in rows:
+        base, times = _triangles(rows, row), row["milliseconds"]
+        bytes_of = row["resident_bytes"]
+        total = sum(bytes_of.values())
+        lines.append(
+            f"{row['model']:13} bounces {row['bounces']} {label(row):28} "
+            f"{times['median']:8.3f} ms ({times['low']:.3f} to {times['high']:.3f}) "
+            f"{times['median'] / base['milliseconds']['median']:6.2f}x {_against_full(rows, row)} "
+            f"decoded {bytes_of['cache'] / 1e6:6.2f} model {_model_bytes(row) / 1e6:7.2f} MB "
+            f"{_model_bytes(row) / _model_bytes(base):5.2f}x total {total / 1e6:7.2f}"
+        )
+        if row.get("differing"):
+            lines.append(f"  the picture differs in {row['differing']} numbers")
     return "\n".join(lines)
 
 
-def _row_lines(row: dict, base: dict) -> list[str]:
-    times = row["milliseconds"]
-    size, base_size = (sum(r["resident_bytes"].values()) for r in (row, base))
-    waiting = row.get("statistics", {}).get("waiting")
-    waits = f" waiting {' '.join(map(str, waiting))}" if waiting else ""
-    lines = [
-        f"{row['model']:14} bounces {row['bounces']} {label(row):44} "
-        f"{times['median']:8.3f} ms ({times['low']:.3f} to {times['high']:.3f}) "
-        f"{times['median'] / base['milliseconds']['median']:6.2f}x  "
-        f"{size / 1e6:8.2f} MB {size / base_size:5.2f}x{waits}"
-    ]
-    if row.get("steps"):
-        steps = ", ".join(f"{name} {1e3 * ms:.0f}" for name, ms in row["steps"].items())
-        lines.append(f"  microseconds: {steps}")
-    return lines
+def _against_full(rows: list[dict], row: dict) -> str:
+    """The time over that of a full cache, the passes of a frame, and whether it is as wanted."""
+    full = _same(rows, row, cache=1.0)
+    if row["path"] != "rt" or row["cache"] == 1 or not full:
+        return ""
+    own, whole = row["milliseconds"]["median"], full["milliseconds"]["median"]
+    passes = row["statistics"]["passes"]
+    text = f"{own / whole:.2f} of full, {passes} passes"
+    if row["cache"] in TARGETS:
+        times = TARGETS[row["cache"]][int(row["bounces"] > 0)]
+        missed = own > max(times * whole, whole + PASS_MILLISECONDS * passes)
+        text += f" (wanted {times:g}{', missed' if missed else ''})"
+    return text
 
 
 def cell(row: dict, rows: list[dict]) -> str:
     """A row's time with its spread, and its ratios to rt-triangles and to a full cache."""
-    others = [r for r in rows if (r["model"], r["bounces"]) == (row["model"], row["bounces"])]
-    base = next(r for r in others if r["path"] == "rt-triangles")
-    full = [r for r in others if r["path"] == "rt" and r["cache"] == 1]
-    times, median = row["milliseconds"], row["milliseconds"]["median"]
-    ratio = median / base["milliseconds"]["median"]
-    text = f"{median:.3f} ({times['low']:.3f} to {times['high']:.3f}), {ratio:.2f}x"
-    if row["path"] != "rt" or row["cache"] == 1 or not full:
-        return text
-    return f"{text}, {median / full[0]['milliseconds']['median']:.2f} of full"
+    times, base = row["milliseconds"], _triangles(rows, row)["milliseconds"]["median"]
+    text = f"{times['median']:.3f} ({times['low']:.3f} to {times['high']:.3f}), "
+    against = _against_full(rows, row)
+    return text + f"{times['median'] / base:.2f}x" + (f", {against}" if against else "")
 
 
 def block(result: dict) -> str:
     """The table in docs/vulkan-raytracing.md."""
-    lines = []
-    for row in (r for r in result["rows"] if r["bounces"] == BOUNCES[0]):
-        same = [
-            r
-            for r in result["rows"]
-            if all(r.get(k) == row.get(k) for k in ("model", "path", "cache", "group", *TUNED))
-        ]
-        base = next(
-            r for r in result["rows"] if r["model"] == row["model"] and r["path"] == "rt-triangles"
-        )
-        size, base_size = (sum(r["resident_bytes"].values()) for r in (row, base))
-        found = row.get("statistics")
-        slots = "100%" if row["path"] == "rt" else ""
-        if found:
-            slots = f"{found['slots'] / found['meshlets']:.0%}"
-        memory = f"{size / 1e6:.2f} MB, {size / base_size:.2f}x"
+    rows, lines = result["rows"], []
+    for row in (r for r in rows if r["bounces"] == BOUNCES[0]):
+        lights = [_same(rows, row, bounces=bounces) for bounces in BOUNCES]
+        bytes_of, base = row["resident_bytes"], _triangles(rows, row)
+        full = _same(rows, row, cache=1.0)
+        model = f"{_model_bytes(row) / 1e6:.2f} MB, {_model_bytes(row) / _model_bytes(base):.2f}x"
+        if full and full is not row:
+            model += f", {_model_bytes(row) / _model_bytes(full):.2f} of full"
+        records = max(r["resident_bytes"]["records"] for r in lights if r)
         lines.append(
             [
                 f"{row['model']}, {label(row)}",
-                slots,
-                *(cell(r, result["rows"]) for r in same),
-                memory,
+                *(cell(r, rows) if r else "" for r in lights),
+                f"{bytes_of['cache'] / 1e6:.2f} MB" if bytes_of["cache"] else "",
+                model,
+                f"{records / 1e6:.1f} MB" if records else "",
+                f"{(_model_bytes(row) + records) / 1e6:.2f} MB",
             ]
         )
     headings = [
         "",
-        "slots",
         *(f"{'first hits' if b == 0 else f'{b} bounces'}, ms" for b in BOUNCES),
-        "memory",
+        "decoded",
+        "grows with the model",
+        "records",
+        "total",
     ]
-    least = min(r["frames"] for r in result["rows"])
+    least = min(r["frames"] for r in rows)
     frames = f"{result['frames']} frames" + (
         f" ({least} or more of slow configurations)" if least < result["frames"] else ""
     )
     device = f"{result['device']['name']}, driver {result['device']['driver']}"
     size = (
         f"{result['width']} x {result['height']} pixels, {frames}: median (10 % to 90 %), "
-        "ratio to rt-triangles, and where the cache is not full to a full one; "
-        "slots: the share of the meshlets that have one, scratch included"
+        "ratio to rt-triangles, and of path rt where the cache is not full the ratio to a full "
+        "one, the number of passes, and what was wanted. Decoded: all "
+        "decoded meshlets that are ever resident. Grows with the model: these, the compressed "
+        "bytes, acceleration structures, tables, counters and lists. Records of paths that "
+        "sweep grow with the picture"
     )
     return (
         markdown_table(headings, lines)
@@ -257,7 +274,7 @@ def block(result: dict) -> str:
 
 
 def save_plot(rows: list[dict], path: Path) -> Path:
-    """The paper's Figure 5: time over the share of meshlets in the cache."""
+    """The paper's Figure 5: time over the share of meshlets that may be decoded."""
     plots = pyplot()
     from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
@@ -265,21 +282,23 @@ def save_plot(rows: list[dict], path: Path) -> Path:
     for axis, bounces in zip(axes, BOUNCES):
         for color, model in enumerate(dict.fromkeys(r["model"] for r in rows)):
             mine = [r for r in rows if r["model"] == model and r["bounces"] == bounces]
-            cached = [r for r in mine if r["path"] == "rt"]
-            median = [r["milliseconds"]["median"] for r in cached]
-            spread = [
-                [abs(r["milliseconds"][k] - r["milliseconds"]["median"]) for r in cached]
-                for k in ("low", "high")
-            ]
-            share = [100 * r["cache"] for r in cached]
-            axis.errorbar(
-                share, median, yerr=spread, color=f"C{color}", marker="o", markersize=3, label=model
-            )
+            for kind, group, style, marker in (("rt", 4, "-", "o"), ("rt-paper", 64, "-.", "x")):
+                cached = [r for r in mine if (r["path"], r["group"]) == (kind, group)]
+                axis.plot(
+                    [100 * r["cache"] for r in cached],
+                    [r["milliseconds"]["median"] for r in cached],
+                    color=f"C{color}",
+                    linestyle=style,
+                    marker=marker,
+                    markersize=3,
+                    label=model if kind == "rt" else None,
+                )
             for line, style in (("rt-plain", ":"), ("rt-triangles", "--")):
                 baseline = [r["milliseconds"]["median"] for r in mine if r["path"] == line]
-                axis.axhline(baseline[0], color=f"C{color}", linestyle=style, linewidth=0.8)
+                if baseline:
+                    axis.axhline(baseline[0], color=f"C{color}", linestyle=style, linewidth=0.8)
         axis.set_title("first hits" if bounces == 0 else f"{bounces} bounces, shadows")
-        axis.set_xlabel("meshlets in the cache, %")
+        axis.set_xlabel("meshlets that may be decoded, %")
         axis.set_ylabel("milliseconds per frame")
         axis.set_yscale("log")
         axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 3, 5, 7)))
@@ -291,7 +310,7 @@ def save_plot(rows: list[dict], path: Path) -> Path:
         labels,
         loc="outside right center",
         fontsize=8,
-        title="dotted: rt-plain\ndashed: rt-triangles",
+        title="solid: rt\ndash-dotted: the paper's cache\ndotted: rt-plain\ndashed: rt-triangles",
         title_fontsize=8,
     )
     figure.savefig(path, dpi=110)
@@ -310,11 +329,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="timed frames of each configuration (default %(default)s)",
     )
     parser.add_argument(
-        "--steps",
-        action="store_true",
-        help="also the median time of each step of a frame, which costs a little time",
-    )
-    parser.add_argument(
         "--statistics",
         action="store_true",
         help="also the driver's statistics of the shaders: registers, stack",
@@ -325,18 +339,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def _add_swept_options(parser: argparse.ArgumentParser) -> None:
     """Options of RayTracer; all combinations of their values are measured."""
 
-    def add(name: str, kind: type, about: str, default: tuple = (None,), **more) -> None:
-        parser.add_argument(name, type=kind, nargs="+", default=list(default), help=about, **more)
+    def add(name: str, kind: type, about: str, default: tuple = (None,)) -> None:
+        parser.add_argument(name, type=kind, nargs="+", default=list(default), help=about)
 
     add("--cache", float, "shares of the meshlets (default %(default)s)", SHARES)
+    add("--paper-cache", float, "the same for rt-paper (default %(default)s)", PAPER_SHARES)
     add("--group", int, "triangles in one box (default 4)", (4,))
-    add("--scratch", float, "slots for meshlets that paths wait for, a share of the meshlets")
-    add("--rounds", int, "how often waiting paths are resumed")
-    add("--strips", int, "parts of the picture that are traced one after the other")
-    add("--predict", int, "1: decode meshlets ahead that are near requested ones", choices=(0, 1))
-    add("--bounds", int, "0: no boxes around meshlets for waiting paths", choices=(0, 1))
-    add("--paths", float, "records of waiting paths, a share of the pixels; 0: all start again")
-    add("--ahead", float, "prefetch rays for the next camera, a share of the pixels")
+    parser.add_argument(
+        "--no-baselines",
+        dest="baselines",
+        action="store_false",
+        help="without rt-paper and rt-plain",
+    )
 
 
 def write_pages(result: dict) -> list[Path]:

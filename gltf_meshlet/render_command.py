@@ -26,6 +26,7 @@ PATHS = (
     "vertex",
     "mesh-plain",
     "rt",
+    "rt-paper",
     "rt-plain",
     "rt-triangles",
 )
@@ -43,9 +44,9 @@ OWN_OPTIONS: dict[str, dict[str, Any]] = {
 }
 # The Vulkan paths that have an option. None: the device chooses the path, never one of rt.
 PATHS_WITH: dict[str, tuple[str | None, ...]] = {
-    "cache": ("rt",),
-    "cache_bytes": ("rt",),
-    "bounces": ("rt", "rt-plain", "rt-triangles"),
+    "cache": ("rt", "rt-paper"),
+    "cache_bytes": ("rt", "rt-paper"),
+    "bounces": ("rt", "rt-paper", "rt-plain", "rt-triangles"),
     "ring": ("stream", None),
 }
 # Misses cost a GPU far more than a CPU. There, all decoded meshlets take a third of the memory of
@@ -99,8 +100,8 @@ def _add_shared(command: argparse.ArgumentParser) -> None:
         "--cache",
         type=float,
         metavar="X",
-        help="share of the decoded geometry that may stay in memory, 0 to 1; with --path rt the "
-        f"share that always stays: slots for two thirds of the rest are added (default {caches})",
+        help="share of the decoded geometry that may be in memory at a time, 0 to 1; --path rt "
+        f"needs 1/64 or more (default {caches})",
     )
     command.add_argument("--cache-bytes", type=int, metavar="N", help="the same in bytes")
     command.add_argument("--json", action="store_true", help="print JSON instead of the line")

@@ -6,8 +6,11 @@ files are missing. `pytest --full` uses all models and fails instead.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+import subprocess
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -48,3 +51,21 @@ def model() -> Callable[[str], Path]:
         return path
 
     return find
+
+
+@pytest.fixture(scope="module")
+def khronos() -> Iterator[Callable[[Iterable[Path]], dict[str, Any]]]:
+    """A function from files to {file: {"errors", "warnings"}} by the Khronos validator."""
+    environment.need_npm_package("gltf-validator")
+    program = environment.ROOT / "tests" / "helpers" / "validator.mjs"
+    command = ["node", program, environment.NODE_MODULES]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen(command, text=True, **pipes) as process:
+
+        def validate(files: Iterable[Path]) -> dict[str, Any]:
+            process.stdin.write(json.dumps([str(file) for file in files]) + "\n")
+            process.stdin.flush()
+            return json.loads(process.stdout.readline())
+
+        yield validate
+        process.stdin.close()

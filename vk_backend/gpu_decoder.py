@@ -30,7 +30,6 @@ METHODS: dict[str, tuple[tuple[str, int], ...]] = {
         ("chains.comp", PASS_GROUP // 8),
         ("interior.comp", 1),
     ),
-    "noteam": (("connect.comp", GROUP), ("values8.comp", 1)),
     "parallel": (("values_parallel.comp", 1),),
 }
 
@@ -109,7 +108,7 @@ class GpuDecoder:
         self, device: Device, method: str = "passes", streams: int = 8, elements: int = 20
     ):
         self.device, self.streams, self.elements = device, streams, elements
-        self._packs = method.startswith("passes")
+        self._packs = method == "passes"
         constants = {"MAX_STREAMS": streams, "MAX_ELEMENTS": elements}
         self._passes = [
             (ComputePipeline.of(device, name, constants), per) for name, per in METHODS[method]

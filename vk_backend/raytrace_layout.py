@@ -8,101 +8,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from .constants import CONSTANTS
 
-LISTS = CONSTANTS["LISTS"]
+def _words(size: int, names: str) -> list[tuple[str, str]]:
+    """Fields of `size` bytes each."""
+    return [(name, f"<u{size}") for name in names.split()]
+
 
 # shaders/raytrace/rt_common.glsl
-TRACED = np.dtype(
-    [
-        ("blob", "<u4", 2),
-        ("blob_words", "<u4"),
-        ("first_meshlet", "<u4"),
-        ("indices", "<u4", 2),
-        ("vertices", "<u4", 2),
-    ]
-)
+PLACED = np.dtype(_words(4, "instance primitive first key"))
+SOURCE = np.dtype(_words(4, "primitive meshlet"))
 RAYS_PUSH = np.dtype(
-    [
-        ("frame", "<u8"),
-        ("structure", "<u8"),
-        ("traced", "<u8"),
-        ("slot_table", "<u8"),
-        ("cache", "<u8"),
-        ("counters", "<u8"),
-        ("first_triangles", "<u8"),
-        ("colors", "<u8"),
-        ("hits", "<u8"),
-        ("bounces", "<u4"),
-        ("samples", "<u4"),
-        ("first_row", "<u4"),
-        ("shadows", "<u4"),
-        ("round", "<u4"),
-        ("record", "<u4"),
-        ("state", "<u8"),
-        ("requests", "<u8"),
-        ("waiting", "<u8"),
-        ("strip_rows", "<u4"),
-    ]
+    _words(
+        8,
+        "frame view structure placed sources slot_table counters cache first_triangles colors hits",
+    )
+    + _words(4, "bounces samples shadows first part level strip")
 )
+# shaders/raytrace/rt_paths.glsl; the sizes of launches follow.
+VIEW = np.dtype(_words(8, "found levels") + _words(4, "left top width height rows"))
 # shaders/raytrace/boxes.comp
 BOXES_PUSH = np.dtype(
-    [
-        ("frame", "<u8"),
-        ("traced", "<u8"),
-        ("first_triangles", "<u8"),
-        ("boxes", "<u8"),
-        ("primitive", "<u4"),
-        ("meshlets", "<u4"),
-        ("bounds", "<u8"),
-        ("owners", "<u8"),
-    ]
+    _words(8, "frame sources first_triangles boxes bounds") + _words(4, "meshlets")
 )
-# shaders/raytrace/rt_cache.glsl
-CACHE_PUSH = np.dtype(
-    [
-        ("frame", "<u8"),
-        ("traced", "<u8"),
-        ("slot_table", "<u8"),
-        ("cache", "<u8"),
-        ("counters", "<u8"),
-        ("state", "<u8"),
-        ("lists", "<u8"),
-        ("slot_meshlets", "<u8"),
-        ("round", "<u4"),
-    ]
-)
-ROUND = np.dtype(
-    [
-        ("fill_groups", "<u4", 3),
-        ("requested", "<u4"),
-        ("launch", "<u4", 3),
-        ("restarted", "<u4"),
-        ("waiting", "<u4"),
-        ("filled", "<u4"),
-    ]
-)
-# CacheState without its last member, the rounds, which follow it.
-CACHE_STATE = np.dtype(
-    [
-        ("bounds", "<u8"),
-        ("paths", "<u8"),
-        ("owners", "<u8"),
-        ("stamps", "<u8"),
-        ("seen", "<u8"),
-        ("ahead", "<u8"),
-        ("stable", "<u4"),
-        ("rotating", "<u4"),
-        ("meshlets", "<u4"),
-        ("primitives", "<u4"),
-        ("waits", "<u4"),
-        ("path_limit", "<u4"),
-        ("coming_round", "<u4"),
-        ("frame", "<u4"),
-        ("kept", "<u4"),
-        ("ring", "<u4"),
-        ("cursor", "<u4"),
-        ("finished", "<u4"),
-        ("listed", "<u4", (2, LISTS)),
-    ]
-)
+# shaders/raytrace/rt_fill.comp
+FILL_PUSH = np.dtype(_words(8, "frame sources cache items") + _words(4, "first count"))

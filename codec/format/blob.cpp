@@ -158,6 +158,10 @@ BlobHeader read_blob_header(const uint8_t* data, size_t size) {
   require(size % 4 == 0, "the blob's length is not a multiple of 4");
   require(size < BLOB_MAX_BYTES, "the blob is longer than 512 MiB");
   require(word(data, 0) == BLOB_MAGIC, "the blob does not begin with EBM1");
+  require(
+      data[4] != BLOB_DRAFT_VERSION,
+      "the blob has version 1, a draft: make it again from its source with `gltf-meshlet "
+      "compress`, or decompress it with the last commit of the draft, which CHANGELOG.md names");
   require(data[4] == BLOB_VERSION,
           "the blob is of an unknown version; a newer release may read it");
   uint32_t stream_count = data[5];

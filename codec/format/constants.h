@@ -10,7 +10,8 @@
 // --- the blob (spec, appendices A.2 to A.4) ---
 
 #define BLOB_MAGIC 0x314D4245u  // "EBM1"
-#define BLOB_VERSION 1u
+#define BLOB_VERSION 2u         // 1.0 of the format
+#define BLOB_DRAFT_VERSION 1u   // drafts before it, refused
 #define BLOB_MAX_BYTES 0x20000000u
 #define BLOB_MAX_STREAMS 64u
 #define BLOB_PADDING_BYTES 8u  // zeros at the end: an unaligned 64-bit read stays inside

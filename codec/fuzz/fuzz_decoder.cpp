@@ -1,9 +1,9 @@
 // fuzz_decoder FOLDER [MUTATIONS [SEED]]
 // Runs every .bin file of a folder, every truncation of each small one, and MUTATIONS random
-// mutations of them through the decoder. Build with ASan and UBSan (MESHLET_FUZZ). The decoder must
-// decode any input or throw Malformed, within seconds; otherwise the program ends with status 1 or
-// a sanitizer's report. For coverage-guided fuzzing, link with -fsanitize=fuzzer
-// -DMESHLET_LIBFUZZER.
+// mutations of them through the decoder, as views of one blob or several. Build with ASan and UBSan
+// (MESHLET_FUZZ). The decoder must decode any input or throw Malformed, within seconds; otherwise
+// the program ends with status 1 or a sanitizer's report. For coverage-guided fuzzing, link with
+// -fsanitize=fuzzer -DMESHLET_LIBFUZZER.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -15,8 +15,8 @@
 #include <random>
 #include <vector>
 
-#include "decode/decoder_context.h"
 #include "decode/bit_statistics.h"
+#include "decode/view_decoder.h"
 
 namespace {
 
@@ -28,31 +28,37 @@ void expect(bool holds, const char* problem) {
   std::abort();
 }
 
-void decode_everything(const Bytes& blob, bool integers) {
-  meshlet::DecoderContext decoder(blob.data(), blob.size());
-  const meshlet::BlobHeader& header = decoder.header();
-  expect(header.meshlet_count <= blob.size(), "more meshlets than the bytes can hold");
-  expect(header.vertex_count <= 64 * uint64_t(header.meshlet_count),
+void decode_everything(const Bytes& view, bool integers) {
+  meshlet::ViewDecoder decoder(view.data(), view.size());
+  expect(decoder.meshlet_count() <= view.size(), "more meshlets than the bytes can hold");
+  expect(decoder.vertex_count() <= 64 * decoder.meshlet_count(),
          "more vertices than the meshlets can hold");
-  std::vector<uint32_t> triangles(3 * size_t(header.triangle_count));
+  std::vector<uint32_t> triangles(3 * size_t(decoder.triangle_count()));
   std::vector<std::vector<uint32_t>> storage;
   std::vector<uint32_t*> as_integers;
   std::vector<void*> as_values;
-  for (const meshlet::Stream& stream : header.streams) {
-    storage.emplace_back(size_t(header.vertex_count) * meshlet::value_count(stream));
+  for (const meshlet::Stream& stream : decoder.streams()) {
+    storage.emplace_back(size_t(decoder.vertex_count()) * meshlet::value_count(stream));
     as_integers.push_back(integers ? storage.back().data() : nullptr);
     as_values.push_back(integers ? nullptr : storage.back().data());
   }
-  decoder.decode(triangles.data(), as_integers.data(), as_values.data());
+  for (size_t blob = 0; blob < decoder.blobs().size(); blob++)
+    decoder.decode(blob, triangles.data(), as_integers.data(), as_values.data());
   for (uint32_t vertex : triangles)
-    expect(vertex < header.vertex_count, "a triangle names a vertex that does not exist");
+    expect(vertex < decoder.vertex_count(), "a triangle names a vertex that does not exist");
 }
 
-void decode_meshlets(const Bytes& blob) {
-  meshlet::DecoderContext decoder(blob.data(), blob.size());
-  for (uint32_t m = decoder.header().meshlet_count; m-- > 0;) {
+void validate(const Bytes& view) {
+  const meshlet::ViewDecoder decoder(view.data(), view.size());
+  for (size_t blob = 0; blob < decoder.blobs().size(); blob++) decoder.validate(blob);
+}
+
+void decode_meshlets(const Bytes& view) {
+  const meshlet::ViewDecoder decoder(view.data(), view.size());
+  meshlet::ViewMeshlets meshlets(decoder);
+  for (uint64_t m = decoder.meshlet_count(); m-- > 0;) {
     try {
-      decoder.meshlet(m);
+      meshlets.meshlet(m);
     } catch (const meshlet::Malformed&) {
     }
   }
@@ -68,20 +74,21 @@ bool accepted(Run run) {
   }
 }
 
-// Returns whether the whole blob decodes.
-bool try_blob(const Bytes& blob) {
-  const bool whole = accepted([&] { decode_everything(blob, true); });
-  expect(accepted([&] { decode_everything(blob, false); }) == whole,
-         "decoding to values and to integers disagree on a blob");
-  accepted([&] { decode_meshlets(blob); });
-  accepted([&] { meshlet::count_bits(blob.data(), blob.size()); });
+// Returns whether the whole view decodes.
+bool try_view(const Bytes& view) {
+  const bool whole = accepted([&] { decode_everything(view, true); });
+  expect(accepted([&] { decode_everything(view, false); }) == whole,
+         "decoding to values and to integers disagree on a view");
+  expect(whole || !accepted([&] { validate(view); }), "a valid view does not decode");
+  accepted([&] { decode_meshlets(view); });
+  accepted([&] { meshlet::count_bits(view.data(), view.size()); });
   return whole;
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  try_blob(Bytes(data, data + size));
+  try_view(Bytes(data, data + size));
   return 0;
 }
 
@@ -97,7 +104,7 @@ struct Summary {
 
   void run(const Bytes& blob) {
     const auto start = std::chrono::steady_clock::now();
-    decoded += try_blob(blob);
+    decoded += try_view(blob);
     inputs++;
     slowest = std::max(
         slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
@@ -105,13 +112,21 @@ struct Summary {
   }
 };
 
-// Repairs length and padding, which the decoder checks first: most mutations then get past them.
-void repair_frame(Bytes& blob) {
-  blob.resize(blob.size() / 4 * 4);
-  if (blob.size() < BLOB_HEADER_BYTES + BLOB_PADDING_BYTES) return;
-  const uint32_t size = uint32_t(blob.size());
-  std::memcpy(blob.data() + 4 * BLOB_WORD_BYTES, &size, sizeof size);
-  std::fill(blob.end() - BLOB_PADDING_BYTES, blob.end(), uint8_t(0));
+// Repairs the lengths of blobs and the padding of the last one, which the decoder checks first:
+// most mutations then get past them.
+void repair_frame(Bytes& view) {
+  view.resize(view.size() / 4 * 4);
+  for (size_t at = 0; view.size() - at >= BLOB_HEADER_BYTES + BLOB_PADDING_BYTES;) {
+    const uint32_t rest = uint32_t(view.size() - at);
+    uint32_t length;
+    std::memcpy(&length, view.data() + at + 4 * BLOB_WORD_BYTES, sizeof length);
+    if (length < BLOB_HEADER_BYTES || length % 4 || length > rest - BLOB_HEADER_BYTES) {
+      std::memcpy(view.data() + at + 4 * BLOB_WORD_BYTES, &rest, sizeof rest);
+      std::fill(view.end() - BLOB_PADDING_BYTES, view.end(), uint8_t(0));
+      return;
+    }
+    at += length;
+  }
 }
 
 void mutate(Bytes& blob, const Bytes& other, std::mt19937& random) {

@@ -8,6 +8,7 @@
 
 #include "decode/decoder_context.h"
 #include "decode/dequantise.h"
+#include "decode/serial_decoder.h"
 
 namespace meshlet_shape {
 namespace {

@@ -7,9 +7,7 @@
 
 layout(local_size_x = 32) in;
 #define TEAM 32u
-#define NO_STAGE
 #include "decoders/decode_push.glsl"
-#include "decoders/team_size.glsl"
 #include "decoders/serial_prologue.glsl"
 #define OWN_GRID_POSITION
 #include "decode/serial_decoder.glsl"
@@ -97,7 +95,7 @@ void main() {
   triangle_count = summary & 127u;
   vertex_count = min((summary >> 8) & 127u, 64u);
   team_boundary = connected.boundary;
-  clear_team();
+  open_team();
   for (uint s = MEMBER; s < stream_total; s += TEAM) team_seam_refs[TEAM_INDEX][s] = mask_none();
   mask64 owned = mask_below(count_field(places, COUNT_REFERENCES)) &
                  ~(places.foreign_refs | places.private_refs);

@@ -3,8 +3,8 @@
 
 bool header_sound;  // of the meshlet decoded last
 
-// Decodes meshlet m of the opened blob: TRIANGLE(t), boundary, disk_starts, `opened`. Returns false and sets
-// `error` if it is malformed.
+// Decodes meshlet m of the opened blob: TRIANGLE(t), boundary, disk_starts, `opened`. Returns false
+// and sets `error` if it is malformed.
 bool connect(uint m) {
   load_tables();
   error = ERROR_NONE;

@@ -1,7 +1,6 @@
 // The GLSL primitives that serial_decoder.glsl asks for. Include before it, and
-// serial_epilogue.glsl after it. The shader calls open_blob first. With STAGE_WORDS and STAGE_TOTAL
-// (team_size.glsl), loads look in shared memory first. Needs GL_EXT_buffer_reference and
-// GL_EXT_buffer_reference_uvec2.
+// serial_epilogue.glsl after it. The shader calls open_blob first. Needs GL_EXT_buffer_reference
+// and GL_EXT_buffer_reference_uvec2.
 
 // Capacities, set by the host: the most streams of a blob in the scene, and the most elements of
 // those that are decoded.
@@ -70,36 +69,11 @@ uvec2 choose(bool condition, uvec2 a, uvec2 b) { return condition ? a : b; }
 uint divide(uint x, uint n) { return x / n; }
 
 uint load_memory(uint i) { return blob_words.at[min(i, blob_word_total - 1u)]; }
-#ifdef STAGE_WORDS
-shared uint staged[STAGE_TOTAL];
-#endif
-#if defined(STAGE_WORDS) && !defined(NO_STAGE)
-// Words that the workgroup has copied from the blob: word stage_first + i is
-// staged[stage_place + i].
-uint stage_first = 0x80000000u;
-uint stage_place = 0u;
-uint stage_words = 3u;
-bool in_stage(uint i, uint words) { return i - stage_first <= stage_words - words; }
-uint load_word(uint i) {
-  return in_stage(i, 1u) ? staged[stage_place + i - stage_first] : load_memory(i);
-}
-uvec2 load_words2(uint i) {
-  uint j = stage_place + i - stage_first;
-  return in_stage(i, 2u) ? uvec2(staged[j], staged[j + 1u])
-                         : uvec2(load_memory(i), load_memory(i + 1u));
-}
-uvec3 load_words3(uint i) {
-  uint j = stage_place + i - stage_first;
-  return in_stage(i, 3u) ? uvec3(staged[j], staged[j + 1u], staged[j + 2u])
-                         : uvec3(load_memory(i), load_memory(i + 1u), load_memory(i + 2u));
-}
-#else
 uint load_word(uint i) { return load_memory(i); }
 uvec2 load_words2(uint i) { return uvec2(load_memory(i), load_memory(i + 1u)); }
 uvec3 load_words3(uint i) {
   return uvec3(load_memory(i), load_memory(i + 1u), load_memory(i + 2u));
 }
-#endif
 // The 32 bits from bit `shift` < 32 of two words.
 uint funnel(uint low, uint high, uint shift) {
   return (low >> shift) | ((high << 1) << (31u - shift));

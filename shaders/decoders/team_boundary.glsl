@@ -1,26 +1,5 @@
-// The boundary of a team's meshlet: lengths of references, values of corners, and residuals of chains
-// in place of their values. Include after team_meshlet.glsl.
-
-uint stage_slot(HEADER_IN h, uint r) { return 1u + mask_count(h.foreign_refs & mask_below(r)); }
-
-// Copies the owners' data. A barrier must follow.
-void stage_owners(HEADER_IN h) {
-#ifdef NO_STAGE
-  for (uint r = MEMBER; r < h.references; r += TEAM)
-    if (mask_test(h.foreign_refs, r))
-      staged[ones_place() + r] = load_memory(first_word(owner_of(h, r)));
-}
-#else
-  uint slots = min(mask_count(h.foreign_refs), STAGE_OWNERS);
-  mask64 rest = h.foreign_refs;
-  for (uint slot = 1u; slot <= slots; slot++) {
-    uint first = first_word(owner_of(h, mask_lsb(rest)));
-    uint place = ones_place() + (slot - 1u) * STAGE_WORDS;
-    for (uint i = MEMBER; i < STAGE_WORDS; i += TEAM) staged[place + i] = load_memory(first + i);
-    rest = mask_clear_lsb(rest);
-  }
-}
-#endif
+// The boundary of a team's meshlet: lengths of references, values of corners, and residuals of
+// chains in place of their values. Include after team_meshlet.glsl.
 
 // --- references, corners, chains ---
 
@@ -108,8 +87,8 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
         continue;
       }
       uint rice = code == CODE_FIXED ? 0u : n;
-      bool wanted = kind == ITEM_REFERENCE && s < stream_end &&
-                    !mask_test(team_seam_refs[TEAM_INDEX][s], j);
+      bool wanted =
+          kind == ITEM_REFERENCE && s < stream_end && !mask_test(team_seam_refs[TEAM_INDEX][s], j);
       if (wanted) {
         quotients = after_ones(quotients, skipped + first * rice);
         write_chain_residuals(s, j, mask_test(own.foreign_refs, j), code, widths,
@@ -130,14 +109,12 @@ void read_boundary_item(HEADER_IN own, bool measuring, uint kind, uint j) {
   if (kind == ITEM_REFERENCE && !measuring &&
       (mask_test(own.private_refs, j) || reference_length_of(j) < 2u))
     return;
-  uint own_first = stage_first;
   for (uint s = 0u; s < stream_end;) {
     Header h = own;
     uint corner = j;
     uint index = j;
     bool apart = (own.flags & FLAG_SEAMS) != 0u;
     bool found = kind == ITEM_SELF || (kind == ITEM_CORNER && own.references == 0u);
-    use_stage(0u, own_first);
     for (uint hop = 0u; !found; hop++) {
       mask64 seams = kind == ITEM_CORNER ? seam_references(h, s) : mask_none();
       mask64 shared_refs = h.foreign_refs & ~seams;
@@ -152,11 +129,8 @@ void read_boundary_item(HEADER_IN own, bool measuring, uint kind, uint j) {
       uint r = follow ? corner : before;
       uint entry = entry_position(h, r);
       uint slot = entry_slot(h, entry);
-      uint owner = entry_owner(h, entry);
       if (hop == MAX_HOPS) error = ERROR_HOPS;
-      uint stage = hop == 0u ? stage_slot(h, r) : STAGE_OWNERS + 1u;
-      use_stage(min(stage, STAGE_OWNERS), stage <= STAGE_OWNERS ? first_word(owner) : 0x80000000u);
-      h = read_header(owner);
+      h = read_header(entry_owner(h, entry));
       uint reference = slot_reference(h, slot) & 63u;
       corner = (kind == ITEM_CORNER && follow ? next_reference(h, reference) : reference) & 63u;
       apart = apart || (h.flags & FLAG_SEAMS) != 0u;
@@ -177,7 +151,6 @@ void read_boundary_item(HEADER_IN own, bool measuring, uint kind, uint j) {
     }
     s = error == ERROR_NONE ? next : stream_end;
   }
-  use_stage(0u, own_first);
 }
 
 // Computes the ranks of the references from their lengths, and collects the inner vertices of

@@ -1,8 +1,8 @@
-// What lies inside a team's meshlet: seams' residuals, and the vertices that its triangles introduce.
-// Each value's bits are found by one thread alone; residuals go where the values belong. Then the
-// values: first stream 0, then the others, which may depend on it. Only two things are sequential:
-// a chain of a reference, one thread per element, and the traversal of the interior, one thread per
-// element. Include after team_meshlet.glsl.
+// What lies inside a team's meshlet: seams' residuals, and the vertices that its triangles
+// introduce. Each value's bits are found by one thread alone; residuals go where the values belong.
+// Then the values: first stream 0, then the others, which may depend on it. Only two things are
+// sequential: a chain of a reference, one thread per element, and the traversal of the interior,
+// one thread per element. Include after team_meshlet.glsl.
 
 // Number of inner vertices of the seams of stream s.
 uint seam_vertices_of(uint s) {
@@ -90,7 +90,7 @@ void list_ones(uint p, uint n, uint first) {
       return;
     }
     for (; mine != 0u && before < n; before++) {
-      staged[ones_place() + first + before] = ((w + MEMBER) << 5) + uint(findLSB(mine));
+      team_scratch[TEAM_INDEX][first + before] = ((w + MEMBER) << 5) + uint(findLSB(mine));
       mine &= mine - 1u;
     }
   }
@@ -114,8 +114,8 @@ void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seam
       residual =
           load_bits(low + i * step + fixed_width(c, widths), width_field(widths + WIDTH_BITS * c));
     } else {
-      uint from = item == 0u ? unary_begin : staged[ones_place() + ones + item - 1u] + 1u;
-      uint quotient = staged[ones_place() + ones + item] - from;
+      uint from = item == 0u ? unary_begin : team_scratch[TEAM_INDEX][ones + item - 1u] + 1u;
+      uint quotient = team_scratch[TEAM_INDEX][ones + item] - from;
       if (quotient > MAX_QUOTIENT) error = ERROR_UNARY;
       uint at = low + item * (code & 31u) + (is_exponential(code) ? from - unary_begin - item : 0u);
       residual = coded_value(code, quotient, at);
@@ -151,7 +151,7 @@ uint interior_ones(uint begin, uint end) {
 // Reads the interior's residuals of all decoded streams. A team that is not `sound` only takes part
 // in the barriers.
 void read_interior(bool sound) {
-  barrier();  // the list of ones overwrites the owners' data
+  barrier();
   uint p = team_interior[TEAM_INDEX];
   uint listed = 0u;
   for (uint part = 0u; part < 2u && part < stream_end; part++) {
@@ -161,7 +161,7 @@ void read_interior(bool sound) {
     ones = min(ones, MAX_ELEMENTS * 64u - listed);
     if (sound) list_ones(p, ones, listed);
     barrier();
-    uint low = ones > 0u ? staged[ones_place() + listed + ones - 1u] + 1u : p;
+    uint low = ones > 0u ? team_scratch[TEAM_INDEX][listed + ones - 1u] + 1u : p;
     if (sound && part > 0u && end < stream_total)
       low = after_ones(low, interior_ones(end, stream_total));
     for (uint s = part; s < end; s++) {
@@ -177,7 +177,7 @@ void read_interior(bool sound) {
       if (code != CODE_FIXED && count > 0u) {
         listed += count;
         ones -= count;
-        next = staged[ones_place() + listed - 1u] + 1u;
+        next = team_scratch[TEAM_INDEX][listed - 1u] + 1u;
       }
       low += low_size(code, n, widths, count, next - p - count);
       p = next;
@@ -333,16 +333,16 @@ void predict_element(uint s, uint c) {
 
 // Sums the triangles' cross products at their vertices in the scratch memory.
 void sum_team_normals(bool sound) {
-  for (uint i = MEMBER; i < 192u; i += TEAM) staged[ones_place() + i] = 0u;
+  for (uint i = MEMBER; i < 192u; i += TEAM) team_scratch[TEAM_INDEX][i] = 0u;
   barrier();
   for (uint t = MEMBER; t < triangle_count && sound; t += TEAM) {
     uint triangle = packed_triangle(t);
     Triple normal = triangle_normal(triangle, geo_shift());
     for (uint corner = 0u; corner < 3u; corner++) {
-      uint place = ones_place() + 3u * ((triangle >> (8u * corner)) & 63u);
-      atomicAdd(staged[place], normal.x);
-      atomicAdd(staged[place + 1u], normal.y);
-      atomicAdd(staged[place + 2u], normal.z);
+      uint place = 3u * ((triangle >> (8u * corner)) & 63u);
+      atomicAdd(team_scratch[TEAM_INDEX][place], normal.x);
+      atomicAdd(team_scratch[TEAM_INDEX][place + 1u], normal.y);
+      atomicAdd(team_scratch[TEAM_INDEX][place + 2u], normal.z);
     }
   }
   barrier();
@@ -352,9 +352,10 @@ void sum_team_normals(bool sound) {
 void predict_team_geo(uint s) {
   for (uint i = MEMBER; i < traversed_count; i += TEAM) {
     uint id = bitfieldExtract(team_traversal[TEAM_INDEX][i], 16, 6);
-    uint place = ones_place() + 3u * id;
-    OctPair point = octahedral_prediction(staged[place], staged[place + 1u], staged[place + 2u],
-                                          stream_field(s, STREAM_BITS) & 31u);
+    uint place = 3u * id;
+    OctPair point = octahedral_prediction(
+        team_scratch[TEAM_INDEX][place], team_scratch[TEAM_INDEX][place + 1u],
+        team_scratch[TEAM_INDEX][place + 2u], stream_field(s, STREAM_BITS) & 31u);
     for (uint c = 0u; c < 2u; c++) {
       uint v = value_element(s, c) + id;
       team_values[TEAM_INDEX][v] =

@@ -2,9 +2,8 @@
 // appendix A.7): team_values.glsl decodes all of it, interior.comp what lies inside the boundary. A
 // workgroup decodes GROUP / TEAM meshlets.
 //
-// The includer defines TEAM, includes team_size.glsl first, then serial_prologue.glsl,
-// serial_decoder.glsl (with OWN_GRID_POSITION) and serial_epilogue.glsl, runs workgroups of GROUP
-// threads, and provides
+// The includer defines TEAM, includes serial_prologue.glsl, serial_decoder.glsl (with
+// OWN_GRID_POSITION) and serial_epilogue.glsl first, runs workgroups of GROUP threads, and provides
 //   packed_triangle(t)       triangle t of the team's meshlet, packed as in serial_decoder.glsl
 //   connectivity_boundary()  mask of its boundary vertices
 //   connectivity_starts()    mask of the triangles that begin a disk
@@ -15,6 +14,10 @@
 // in all teams.
 
 #include "decoders/sections.glsl"
+#define GROUP 32u             // threads per workgroup
+#define TEAMS (GROUP / TEAM)  // meshlets per workgroup
+// Words of a team's scratch memory: the ends of the quotients, or GEO's sums at 64 vertices.
+#define SCRATCH_WORDS (MAX_ELEMENTS * 64u > 192u ? MAX_ELEMENTS * 64u : 192u)
 #define TEAM_INDEX (THREAD / TEAM)
 #define MEMBER (THREAD % TEAM)
 
@@ -36,9 +39,8 @@ shared uint team_codes[TEAMS][MAX_STREAMS];
 uint team_codes_begin;
 shared uint team_interior[TEAMS];  // bit position of the interior
 
-// The ends of the quotients, later the vertices' sums of cross products, lie in the team's scratch
-// memory.
-uint ones_place() { return TEAMS * OWN_STAGE_WORDS + TEAM_INDEX * SCRATCH_WORDS; }
+// The ends of the quotients, later the vertices' sums of cross products.
+shared uint team_scratch[TEAMS][SCRATCH_WORDS];
 
 uint loop_id(uint rank) {
   return bitfieldExtract(team_loop[TEAM_INDEX][(rank >> 2) & 15u], int(rank & 3u) * 8, 6);
@@ -103,36 +105,6 @@ void add_waiting_loops() {
   team_waiting[TEAM_INDEX] = team_boundary & ~firsts;
 }
 
-// --- staging ---
-
-// The first slot of a team's stage holds the data of its meshlet, the others those of owners of
-// foreign references (team_boundary.glsl). Dependent reads then cost the latency of shared memory.
-#ifndef NO_STAGE
-void use_stage(uint slot, uint first) {
-  stage_first = first;
-  stage_words = slot == 0u ? OWN_STAGE_WORDS : STAGE_WORDS;
-  stage_place = slot == 0u ? TEAM_INDEX * OWN_STAGE_WORDS : ones_place() + (slot - 1u) * STAGE_WORDS;
-}
-
-// First word of a meshlet's data; any word if the group table is malformed, which read_header
-// reports.
-uint first_word(uint m) { return meshlet_start(m) >> 2; }
-
-// Copies data of the team's own meshlet from word `first` on. A barrier must follow.
-void stage_own(uint first) {
-  use_stage(0u, first);
-  for (uint i = MEMBER; i < OWN_STAGE_WORDS; i += TEAM)
-    staged[stage_place + i] = load_memory(first + i);
-}
-#else
-uint first_word(uint m) { return meshlet_start(m) >> 2; }
-void use_stage(uint slot, uint first) {}
-void stage_own(uint first) {
-  if (MEMBER < 2u) staged[ones_place() + MEMBER] = load_memory(first + 32u * MEMBER);
-}
-uint stage_first = 0u;
-#endif
-
 // --- beginning and agreeing ---
 
 // Broadcasts any thread's error to its team. Contains a barrier.
@@ -143,8 +115,8 @@ bool agree() {
   return error == ERROR_NONE;
 }
 
-// Clears what threads of a team fill together. A barrier must follow.
-void clear_team() {
+// Call first: clears what the threads of a team fill together. Contains a barrier.
+void open_team() {
   error = ERROR_NONE;
   for (uint i = MEMBER; i < 17u; i += TEAM) {
     team_begins[TEAM_INDEX][i] = 0u;
@@ -156,4 +128,5 @@ void clear_team() {
     team_ranks[TEAM_INDEX] = mask_none();
     team_waiting[TEAM_INDEX] = mask_none();
   }
+  barrier();
 }

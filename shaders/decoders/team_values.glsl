@@ -2,20 +2,13 @@
 // triangles come from the serial decoder of another shader or from parallel_connectivity.glsl.
 //
 // The includer does what team_meshlet.glsl asks for. It calls open_blob and group_streams(end)
-// once, open_team(m), read_header(m), read_team_symbols(h), and then team_decode with all threads.
-// Results: team_values[TEAM_INDEX][element * 64 + local id], vertex_count, and `error`, equal for
-// all threads of a team.
+// once, then open_team(), read_header(m), read_team_symbols(h), and then team_decode with all
+// threads. Results: team_values[TEAM_INDEX][element * 64 + local id], vertex_count, and `error`,
+// equal for all threads of a team.
 
 #include "decoders/team_meshlet.glsl"
 #include "decoders/team_boundary.glsl"
 #include "decoders/team_interior.glsl"
-
-// Call first, for meshlet m, before its header is read.
-void open_team(uint m) {
-  stage_own(first_word(m));
-  clear_team();
-  barrier();
-}
 
 // Reads the symbols of meshlet h: each thread finds those of its triangles by counting bits.
 // Contains a barrier.
@@ -60,7 +53,6 @@ void team_decode(Header h, bool sound) {
   if (!sound) error = ERROR_OFFSET;
   if (agree()) {
     find_disks();
-    stage_owners(h);
     for (uint s = MEMBER; s < stream_total; s += TEAM)
       team_seam_refs[TEAM_INDEX][s] = seam_references(h, s);
   }

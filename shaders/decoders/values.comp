@@ -1,8 +1,8 @@
 // Values of meshlets by the team decoder, TEAM threads each. Triangles come from connect.comp, or
 // (PARALLEL) from the parallel connectivity. Writes plain buffers, or (STREAM) slots of the ring of
 // path `stream`.
-// variants: values8.comp=TEAM=32u,NO_STAGE values16.comp=TEAM=16u values32.comp=TEAM=32u values_parallel.comp=TEAM=32u,PARALLEL
-// variants: values_stream.comp=TEAM=32u,STREAM,NO_STAGE
+// variants: values8.comp=TEAM=8u values16.comp=TEAM=16u values32.comp=TEAM=32u values_parallel.comp=TEAM=32u,PARALLEL
+// variants: values_stream.comp=TEAM=32u,STREAM
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -14,7 +14,6 @@ layout(local_size_x = 32) in;
 #else
 #include "decoders/decode_push.glsl"
 #endif
-#include "decoders/team_size.glsl"
 #include "decoders/serial_prologue.glsl"
 #define OWN_GRID_POSITION
 #include "decode/serial_decoder.glsl"
@@ -58,7 +57,7 @@ void main() {
 #endif
   open_blob(job_blob(), job_blob_words());
   group_streams(job_streams());
-  open_team(job_meshlet);
+  open_team();
   Header h = read_header(job_meshlet);
 #ifdef PARALLEL
   read_team_symbols(h);

@@ -1,29 +1,33 @@
-// Shared by the ray-tracing shaders: specialisation and push constants, the primitives, and the
-// slot table of the cache.
+// Shared by the ray-tracing shaders: specialisation and push constants, numbers of meshlets.
 #include "raytrace/rt_constants.h"
 #include "scene/slots.glsl"
 
-// Ids 0 and 1 are the decoder's MAX_STREAMS and MAX_ELEMENTS; 8 is the team decoder's STAGE_WORDS.
+// Ids 0 and 1 are the decoder's MAX_STREAMS and MAX_ELEMENTS.
 layout(constant_id = 2) const uint GROUP_TRIANGLES = 64u;  // triangles per box
-layout(constant_id = 5) const bool ALL_CACHED = false;     // meshlet m is in slot m, for all m
 layout(constant_id = 6) const uint VERTEX_FLOATS = 8u;     // of an uncompressed vertex
 layout(constant_id = 7) const uint ATTRIBUTES = 7u;        // HAS_ bits of such a vertex
-// Paths wait for meshlets without a slot instead of decoding them.
-layout(constant_id = 9) const bool DEFERRED = false;
-layout(constant_id = 10) const bool RESUMES = false;  // waiting paths may resume from a record
-layout(constant_id = 11) const bool COUNTED = false;  // count the rays that need each meshlet
+// The slots hold one part of the model at a time: paths sweep over it, see rt_paths.glsl.
+layout(constant_id = 9) const bool SWEEPS = false;
 
-// A primitive of the ray tracer.
-struct Traced {
-  uvec2 blob;
-  uint blob_words;
-  uint first_meshlet;  // number of its first meshlet: meshlets are numbered across primitives
-  uvec2 indices;       // uncompressed paths: three words per triangle
-  uvec2 vertices;      // uncompressed paths: VERTEX_FLOATS floats per vertex
+// Meshlets have numbers across primitives. A part of the model is a range of numbers, and so is a
+// piece: the meshlets of a part that belong to one primitive. Placed: a piece in an instance.
+struct Placed {
+  uint instance;
+  uint primitive;
+  uint first;  // number of the piece's first meshlet
+  uint key;    // smallest key of the instance's hits, see hit_key
 };
-layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer TracedList {
-  Traced at[];
+struct Source {
+  uint primitive;
+  uint meshlet;  // in its primitive
 };
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer PlacedPieces {
+  Placed at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Sources {
+  Source at[];
+};
+layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Items { uvec2 at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 4) buffer Counts { uint at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer SceneFloatsOut {
   float at[];
@@ -31,30 +35,44 @@ layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer Sc
 
 #ifndef OWN_PUSH
 layout(push_constant) uniform RaysPush {
-  uvec2 frame;       // Frame
-  uvec2 structure;   // top-level acceleration structure
-  uvec2 traced;      // per primitive: Traced
-  uvec2 slot_table;  // per meshlet: its slot, perhaps with COMING or HOT, or NO_SLOT or REQUESTED
-  uvec2 cache;       // the slots
-  uvec2 counters;    // per meshlet: rays of this frame, see rt_request.glsl
-  uvec2 first_triangles;  // per meshlet: its first triangle in Traced.indices
+  uvec2 frame;            // Frame
+  uvec2 view;             // View of rt_paths.glsl
+  uvec2 structure;        // top-level acceleration structure: of all, or of a part
+  uvec2 placed;           // per instance of the structure of all: Placed
+  uvec2 sources;          // per meshlet: Source
+  uvec2 slot_table;       // PAPER, per meshlet: its slot or NO_SLOT
+  uvec2 counters;         // PAPER, per meshlet: how many rays have tested it
+  uvec2 cache;            // the slots
+  uvec2 first_triangles;  // uncompressed meshlets: number of their first triangle in all primitives
   uvec2 colors;           // output, a word per pixel
   uvec2 hits;             // output, HIT_WORDS per pixel
   uint bounces;
-  uint samples;    // paths per pixel
-  uint first_row;  // of the strip that is traced
+  uint samples;  // paths per pixel
   uint shadows;
-  uint round;      // of the strip; 0: all pixels, later: paths with records and paths that restart
-  uint record;     // index of the round in CacheState.rounds
-  uvec2 state;     // CacheState
-  uvec2 requests;  // at most CacheState.ring meshlets that paths wait for
-  uvec2 waiting;   // a bit per pixel: restart its path
-  uint strip_rows;
+  uint first;  // number of the meshlet in the first slot
+  // Of a pass: see rt_paths.glsl.
+  uint part;   // FIRST_PART, LAST_PART, BACKGROUND
+  uint level;  // bounce | sample << 8
+  uint strip;
 }
 push;
 
-uint slot_entry(uint number) { return ALL_CACHED ? number : Counts(push.slot_table).at[number]; }
+// The meshlet's number in its primitive.
+uint meshlet_of(Placed placed, uint number) {
+  return SWEEPS ? Sources(push.sources).at[number].meshlet : number - placed.first;
+}
 
-// Whether rays of this launch may read the slot of a meshlet with this entry.
-bool has_slot(uint entry) { return entry < COMING || (entry < REQUESTED && push.record > 0u); }
+// Of hits at equal distances the smallest key counts: the smallest (instance, meshlet, triangle).
+uint hit_key(Placed placed, uint number, uint triangle) {
+  return placed.key + meshlet_of(placed, number) * MESHLET_TRIANGLES + triangle;
+}
+
+// The meshlet's slot, or NO_SLOT.
+uint slot_entry(uint number) {
+#ifdef PAPER
+  return Counts(push.slot_table).at[number];
+#else
+  return number - push.first;
+#endif
+}
 #endif

@@ -9,4 +9,4 @@
 
 layout(location = 0) rayPayloadInEXT Surface surface;
 
-void main() { surface.t = -1.0; }
+void main() { surface.hit.t = -1.0; }

@@ -1,67 +1,66 @@
-// Paths that wait for a meshlet: in the next round they resume from a record, or start again if
-// none was free. Include after rt_common.glsl and rt_cache.glsl.
+// Paths, and how they sweep. A path goes from level to level: a level is the shadow ray of the last
+// surface and the ray to the next one, which both start there.
+//
+// SWEEPS: all paths of a strip of the picture are at the same level. A pass traces its rays in one
+// part of the model, whose meshlets are decoded before, and keeps the nearest hit in the pixel's
+// record. After the last part the paths go to the next level.
+// Include after rt_common.glsl and rt_hit.glsl.
 
 struct Path {
-  vec3 origin;     // of the current ray
-  float nearest;   // the current ray hits nothing before this distance
-  vec3 direction;  // of the current ray; if that is a shadow ray, of the next one
-  float facing;    // cosine between the light and the surface that the shadow ray leaves
+  vec3 origin;            // of both rays
+  vec3 direction;         // of the ray to the next surface
+  uint packed_direction;  // packing it again might round again
+  float nearest;          // that ray hits nothing before this distance
   vec3 throughput;
+  float facing;  // cosine between the light and the last surface
+  vec3 sum;      // radiance, over all samples so far
   uint pixel;
-  vec3 sum;       // radiance, over all samples so far
-  uint progress;  // packed_progress
-};
-layout(buffer_reference, std430, buffer_reference_align = 16) buffer Paths { Path at[]; };
-
-// 20 bits of sample, 11 of bounce, 1 for shadow rays.
-uint packed_progress(uint samples, uint bounce, bool to_light) {
-  return samples << (BOUNCE_BITS + 1) | bounce << 1 | (to_light ? 1u : 0u);
-}
-uint samples_of(uint progress) { return progress >> (BOUNCE_BITS + 1); }
-uint bounce_of(uint progress) { return (progress >> 1) & ((1u << BOUNCE_BITS) - 1u); }
-bool is_to_light(uint progress) { return (progress & 1u) != 0u; }
-
-// The records of a round. Successive rounds use different halves of the buffer.
-Paths paths_of(uint round) {
-  CacheState state = CacheState(push.state);
-  return Paths(byte_offset(state.paths, PATH_WORDS, (round & 1u) * state.path_limit));
-}
-
-// Launches of later rounds have one dimension: first SPREAD invocations for each of the first
-// SPREAD_PATHS records, only one of which works, because unrelated paths in one warp slow each
-// other down; then one invocation for each other record; then the strip's pixels.
-uint first_invocation(uint path) {
-  return path < SPREAD_PATHS ? path * SPREAD : SPREAD_PATHS * (SPREAD - 1u) + path;
-}
-
-#define NO_PATH 0xFFFFFFFFu
-
-// The work of an invocation: a record; or NO_PATH and a pixel of the picture; or NO_PATH twice.
-struct Work {
-  uint path;
-  uint pixel;
+  uint number;    // of the sample
+  uint bounce;    // number of the ray to the next surface; there is none after the last bounce
+  bool to_light;  // whether there is a shadow ray, which nothing has stopped yet
 };
 
-// Whether this invocation prefetches: rows after the strip's in the first launch trace rays from
-// the camera's predicted position, to learn which meshlets they will need.
-bool looks_ahead() { return push.round == 0u && gl_LaunchIDEXT.y >= push.strip_rows; }
+// The records of a pixel.
+struct Found {
+  Hit hit;  // the nearest one in the parts so far; t is FAR if there is none
+  uint to_light;
+  uint ended;  // the sample has no more rays
+  uint unused;
+};
+struct Level {
+  vec3 origin;
+  uint direction;
+  uint throughput;
+  float facing;
+  uvec2 sum;
+};
+layout(buffer_reference, std430, buffer_reference_align = 16) buffer FoundRecords { Found at[]; };
+layout(buffer_reference, std430, buffer_reference_align = 16) buffer LevelRecords { Level at[]; };
 
-Work launched_work(uint width) {
-  uint i = gl_LaunchIDEXT.x;
-  if (push.round == 0u)
-    return Work(
-        NO_PATH,
-        (gl_LaunchIDEXT.y + (looks_ahead() ? 0u - push.strip_rows : push.first_row)) * width + i);
-  CacheState state = CacheState(push.state);
-  uint paths = min(state.rounds[push.record].waiting, state.path_limit);
-  uint spread = first_invocation(paths);
-  if (!RESUMES || i >= spread) return Work(NO_PATH, push.first_row * width + i - spread);
-  if (i >= SPREAD_PATHS * SPREAD) return Work(i - SPREAD_PATHS * (SPREAD - 1u), NO_PATH);
-  return Work(i % SPREAD == 0u ? i / SPREAD : NO_PATH, NO_PATH);
-}
+// The rectangle of the picture in which the scene is. Strips of `rows` rows take turns, as there
+// are records for one.
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer View {
+  uvec2 found;   // a record per pixel of a strip: Found
+  uvec2 levels;  // a record per pixel of a strip: Level; 0 if paths have one ray
+  uint left;
+  uint top;
+  uint width;
+  uint height;
+  uint rows;
+  uint launches[];  // size of the launch of each strip
+};
+
+#define FAR 1e30
+#define LEVEL_BOUNCE 0xFFu  // bits of RaysPush.level
 
 // The pixel of the picture that this invocation works at.
 uint launched_pixel() {
-  Work work = launched_work(Frame(push.frame).width);
-  return work.path == NO_PATH ? work.pixel : paths_of(push.round).at[work.path].pixel;
+  uvec2 place = gl_LaunchIDEXT.xy;
+  uint width = gl_LaunchSizeEXT.x;
+  if (SWEEPS && (push.part & BACKGROUND) == 0u) {
+    View view = View(push.view);
+    place += uvec2(view.left, view.top + push.strip * view.rows);
+    width = Frame(push.frame).width;
+  }
+  return place.y * width + place.x;
 }

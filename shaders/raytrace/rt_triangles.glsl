@@ -39,7 +39,7 @@ float edge(vec3 p, vec3 q) {
   return side;
 }
 
-// Whether the ray hits a triangle between t_min and t_max, and where. a, b, c: in the ray's frame.
+// Whether the ray hits a triangle in (t_min, t_max], and where. a, b, c: in the ray's frame.
 // Both sides count, and an edge (zero) belongs to both triangles.
 bool meets_triangle(vec3 a, vec3 b, vec3 c, float t_min, float t_max, out float t,
                     out vec2 barycentrics) {
@@ -52,5 +52,5 @@ bool meets_triangle(vec3 a, vec3 b, vec3 c, float t_min, float t_max, out float 
   t = along;
   barycentrics = vec2(v, w) * inverse;
   bool inside = min(u, min(v, w)) >= 0.0 || max(u, max(v, w)) <= 0.0;
-  return inside && determinant != 0.0 && t > t_min && t < t_max;
+  return inside && determinant != 0.0 && t > t_min && t <= t_max;
 }

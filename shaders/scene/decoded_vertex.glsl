@@ -7,8 +7,10 @@
 #include "scene/scene.glsl"
 
 #ifdef SLOT
+#ifndef VALUE  // an includer may define it, to read some meshlets from elsewhere
 #define VALUE(a, place, c, v) \
   slot_bits(SLOT, v, (place) + (c) * attribute_field(a), attribute_bits(a))
+#endif
 #define PLACE(place) place  // offset of the attribute's bits in the vertex
 #else
 #define VALUE(a, place, c, v) ELEMENT_VALUE(a.element + (c), v)

@@ -8,12 +8,13 @@ import pytest
 from PIL import Image
 
 from bench import __main__ as bench_main
-from bench import common, figures, mitsuba, results_page, vulkan_raytracing
+from bench import blender, common, figures, mitsuba, results_page, vulkan_raytracing
 from bench.results_page import Standing
 
 # Questions with a page of their own, and questions with a block in a page.
 PAGES = ("size", "paper", "table1", "speed", "quality", "parameters", "choices")
 BLOCKS = {
+    "blender.md": blender.block,
     "mitsuba.md": lambda result: mitsuba.summary(result) + "\n" + common.origin_line(result),
     "vulkan-raytracing.md": vulkan_raytracing.block,
 }

@@ -488,15 +488,15 @@ def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
         (["--backend", "vulkan", "--ring", "0"], "--ring is 0; use 1 or more"),
         (
             ["--backend", "vulkan", "--cache", "0.5"],
-            "--cache is for --path rt; leave it out or change --path",
+            "--cache is for --path rt or rt-paper; leave it out or change --path",
         ),
         (
             ["--backend", "vulkan", "--path", "rt-plain", "--cache-bytes", "9"],
-            "--cache-bytes is for --path rt; leave",
+            "--cache-bytes is for --path rt or rt-paper; leave",
         ),
         (
             ["--backend", "vulkan", "--path", "mesh", "--bounces", "0"],
-            "--bounces is for --path rt or rt-plain or rt-triangles; leave",
+            "--bounces is for --path rt or rt-paper or rt-plain or rt-triangles; leave",
         ),
         (
             ["--backend", "vulkan", "--path", "rt", "--ring", "9"],

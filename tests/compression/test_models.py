@@ -1,20 +1,11 @@
 """Real models: lower bounds of the ratio; models that are hard or broken."""
 
-import json
-import subprocess
-
 import pytest
 
 import gltf_ext
-from tests.helpers.environment import (
-    MODELS,
-    NODE_MODULES,
-    ROOT,
-    need_npm_package,
-    need_package,
-    parameters_or_missing,
-)
+from tests.helpers.environment import MODELS, need_package, parameters_or_missing
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, grid_mesh
+from tests.helpers.models import HARD, REFUSED
 
 SMALL_BYTES = 300_000  # of the hard models, those that are not only for --full
 FLOORS = {
@@ -40,21 +31,6 @@ LARGE = (
     "materialball",
 )
 MEAN_TRIANGLES_FLOOR = {"bunny": 51, "suzanne": 51, "dragon": 51, "igea": 51}
-
-HARD = sorted(MODELS.glob("nasty/*.glb"))
-# Models that cannot be compressed, and a word of the error.
-REFUSED = {
-    "AllIndicesOutOfRange": "vertices",
-    "IndexOutOfRange": "vertices",
-    "BoxWithInfinites": "infinite",
-    "Box_meshopt": "meshopt",
-    "RecursiveNodes_cycle": "holds no triangles",
-    "empty_nodes": "holds no triangles",
-    **{
-        f"Mesh_PrimitiveMode_{number}": "holds no triangles"
-        for number in ("00", "01", "02", "03", "07", "08", "09", "10")
-    },
-}
 
 
 def marks(path_or_large):
@@ -116,23 +92,6 @@ def test_hard_models_compress_or_are_refused(path, options, tmp_path):
 
 
 # --- Khronos validator ---
-
-
-@pytest.fixture(scope="module")
-def khronos():
-    """A function from files to {file: {"errors", "warnings"}} by the Khronos validator."""
-    need_npm_package("gltf-validator")
-    command = ["node", ROOT / "tests" / "helpers" / "validator.mjs", NODE_MODULES]
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    with subprocess.Popen(command, text=True, **pipes) as process:
-
-        def validate(files):
-            process.stdin.write(json.dumps([str(file) for file in files]) + "\n")
-            process.stdin.flush()
-            return json.loads(process.stdout.readline())
-
-        yield validate
-        process.stdin.close()
 
 
 def assert_no_new_errors(khronos, original, folder):

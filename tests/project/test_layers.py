@@ -12,6 +12,7 @@ ALLOWED = {
     "mitsuba_plugin": {"gltf_ext"},
     "vk_backend": {"gltf_ext"},
     "gltf_meshlet": {"gltf_ext", "mitsuba_plugin", "vk_backend"},
+    "blender": {"gltf_ext"},
     "spec": {"gltf_ext"},
     "tools": {"gltf_ext"},
     "bench": {"gltf_ext", "mitsuba_plugin", "vk_backend", "gltf_meshlet", "spec", "tools"},

@@ -33,12 +33,13 @@ MIRRORS: dict[str, tuple[np.dtype, set[str]]] = {
     "Push": (raster_layout.DECODE_PUSH, set()),
     "Segment": (raster_layout.SEGMENT, set()),
     "Connected": (raster_layout.CONNECTED, set()),
-    "Traced": (raytrace_layout.TRACED, set()),
+    "Places": (raster_layout.PLACES, set()),
+    "Placed": (raytrace_layout.PLACED, set()),
+    "Source": (raytrace_layout.SOURCE, set()),
     "RaysPush": (raytrace_layout.RAYS_PUSH, set()),
     "BoxesPush": (raytrace_layout.BOXES_PUSH, set()),
-    "CachePush": (raytrace_layout.CACHE_PUSH, set()),
-    "CacheState": (raytrace_layout.CACHE_STATE, {"rounds"}),
-    "Round": (raytrace_layout.ROUND, set()),
+    "FillPush": (raytrace_layout.FILL_PUSH, set()),
+    "View": (raytrace_layout.VIEW, {"launches"}),
 }
 
 
@@ -60,15 +61,15 @@ def test_mirror_has_the_shaders_members(structure):
 def test_mirrors_have_the_shaders_strides():
     strides = shipped_reflection()["strides"]
     mirrored = [name for name in MIRRORS if name in strides]
-    assert {"Primitive", "Instance", "Material", "Segment", "Traced"} <= set(mirrored)
+    assert {"Primitive", "Instance", "Material", "Segment", "Placed", "Source"} <= set(mirrored)
     assert {name: MIRRORS[name][0].itemsize for name in mirrored} == {
         name: strides[name] for name in mirrored
     }
 
 
-def test_rounds_follow_the_cache_state():
-    offset, _ = shipped_reflection()["structures"]["CacheState"]["rounds"]
-    assert offset == raytrace_layout.CACHE_STATE.itemsize
+def test_launches_follow_the_view():
+    offset, _ = shipped_reflection()["structures"]["View"]["launches"]
+    assert offset == raytrace_layout.VIEW.itemsize
 
 
 def test_every_structure_that_the_host_writes_has_a_mirror():
@@ -78,7 +79,7 @@ def test_every_structure_that_the_host_writes_has_a_mirror():
         for name, members in shipped_reflection()["structures"].items()
         if not set(members) <= {"at", "of"}
     }
-    assert shared - {"Path"} == set(MIRRORS)
+    assert shared - {"Found", "Level", "Hit"} == set(MIRRORS)
 
 
 @pytest.mark.parametrize("module", sorted(shipped_reflection()["modules"]))

@@ -586,7 +586,7 @@ def test_bounds_hold_their_meshlets(renderer, scene):
             normals /= np.linalg.norm(normals, axis=1, keepdims=True)
             if word >> 28 < 15:
                 cones += 1
-                x, y = (np.array([word >> 18, word >> 23]) & 31) * 2 / 31 - 1
+                x, y = (np.array([word >> 18, word >> 23]) & 31) * 2 / 30 - 1
                 z = 1 - abs(x) - abs(y)
                 fold = max(-z, 0)
                 axis = np.array([x - np.copysign(fold, x), y - np.copysign(fold, y), z])

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 The gltf-meshlet authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The export options, stored in the scene and so in the .blend file."""
+
+import bpy
+
+from gltf_ext.compression.options import OPTIONS
+
+_OPTIONS = {option.name: option for option in OPTIONS}
+
+
+def _description(name):
+    help = _OPTIONS[name].help
+    return help[0].upper() + help[1:]
+
+
+def _bits(name, label):
+    """A property with the limits and the default of `compress`."""
+    option = _OPTIONS[name]
+    low, high = option.limits
+    return bpy.props.IntProperty(
+        name=label,
+        description=_description(name),
+        min=low,
+        max=high,
+        default=int(option.default),
+    )
+
+
+class MeshletSettings(bpy.types.PropertyGroup):
+    """Options of gltf_ext.compress, with their names there; `enabled` turns compression on."""
+
+    enabled: bpy.props.BoolProperty(
+        name="Meshlet Compression",
+        description="Compress triangle meshes with EXT_meshlet_edgebreaker. "
+        "Other programs need support for this extension, or the fallback",
+    )
+    position_bits: _bits("position_bits", "Position Bits")
+    normal_bits: _bits("normal_bits", "Normal")
+    texcoord_bits: _bits("texcoord_bits", "UV")
+    color_bits: _bits("color_bits", "Color")
+    weight_bits: _bits("weight_bits", "Skin Weight")
+    fallback: bpy.props.BoolProperty(name="Fallback", description=_description("fallback"))
+
+    def compress_options(self):
+        """Keyword arguments of gltf_ext.compress."""
+        names = MeshletSettings.__annotations__
+        return {name: getattr(self, name) for name in names if name != "enabled"}
+
+
+def register():
+    bpy.utils.register_class(MeshletSettings)
+    bpy.types.Scene.gltf_meshlet = bpy.props.PointerProperty(type=MeshletSettings)
+
+
+def unregister():
+    del bpy.types.Scene.gltf_meshlet
+    bpy.utils.unregister_class(MeshletSettings)

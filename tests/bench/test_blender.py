@@ -1,0 +1,37 @@
+"""bench.blender: its errors come before any measurement, its table shows every format."""
+
+import argparse
+
+import pytest
+
+from bench import blender
+from tools import blender_python
+
+OPTIONS = argparse.Namespace(models=["suzanne"], repetitions=1)
+
+
+def test_missing_extension_and_missing_blender_are_named(monkeypatch, tmp_path):
+    monkeypatch.setattr(blender, "EXTENSION", blender.ROOT / "dist" / "none.zip")
+    with pytest.raises(SystemExit, match="run make blender"):
+        blender.check(OPTIONS)
+    monkeypatch.setattr(blender, "EXTENSION", tmp_path / "extension.zip")
+    (tmp_path / "extension.zip").touch()
+    monkeypatch.setattr(blender_python, "PYTHON", tmp_path / "python")
+    with pytest.raises(SystemExit, match="has no bpy"):
+        blender.check(OPTIONS)
+
+
+def test_table_has_a_column_per_format_and_figure():
+    formats = {
+        name: {"bytes": 1e6 * n, "seconds": n, "peak_bytes": 2e6 * n}
+        for n, name in enumerate(blender.FORMATS, 1)
+    }
+    result = {"models": [{"model": "cube", "triangles": 12, "formats": formats}]}
+    row = blender.summary(result).splitlines()[2]
+    assert row == "| cube | 12 | 1.00 | 2.00 | 3.00 | 1.00 | 2.00 | 3.00 | 2 | 4 | 6 |"
+
+
+def test_a_part_of_the_measurement_is_not_written():
+    assert not blender.is_complete(OPTIONS)
+    complete = argparse.Namespace(models=list(blender.MODELS), repetitions=blender.REPETITIONS)
+    assert blender.is_complete(complete)

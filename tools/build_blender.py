@@ -1,0 +1,191 @@
+"""Builds the Blender extension: python -m tools.build_blender [FOLDER]
+
+Needs the wheels of `make wheel` in FOLDER (default dist), for both Pythons, and writes
+gltf_meshlet-blender-VERSION.zip there: the code in blender/, one wheel of ours per platform, and
+those of the packages that it imports in Blender. Blender has numpy.
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import csv
+import hashlib
+import importlib.metadata
+import io
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+
+import gltf_ext
+from tools.build_wheels import TAGS
+
+ROOT = Path(__file__).resolve().parent.parent
+SOURCE = ROOT / "blender"
+# What gltf_ext imports, apart from numpy, to read, decode, compress and write glTF; their own
+# requirements follow by themselves.
+REQUIREMENTS = ("pygltflib",)
+# Blender's Python: 3.11 in 4.2 to 5.0, 3.13 since.
+OLDEST_PYTHON = "3.11"
+# The end of a wheel's platform tag, in Blender's words.
+PLATFORMS = {
+    r"manylinux_.*_x86_64": "linux-x64",
+    r"manylinux_.*_aarch64": "linux-arm64",
+    r"macosx_.*_arm64": "macos-arm64",
+    r"macosx_.*_x86_64": "macos-x64",
+    r"win_amd64": "windows-x64",
+    r"win_arm64": "windows-arm64",
+}
+EPOCH = (1980, 1, 1, 0, 0, 0)  # the same bytes for the same content
+
+
+class BuildError(Exception):
+    """str() is one line: what is wrong and what to do."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Builds the zip; returns the exit status."""
+    parser = argparse.ArgumentParser(description="Build the Blender extension.")
+    parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "dist", help="default: dist")
+    folder = parser.parse_args(arguments).folder.resolve()
+    try:
+        path = build(folder)
+    except BuildError as error:
+        print(f"no Blender extension: {error}", file=sys.stderr)
+        return 1
+    print(os.path.relpath(path))
+    return 0
+
+
+def build(folder: Path) -> Path:
+    """Writes the zip beside the wheels; returns its path. Raises BuildError."""
+    by_platform = find_wheels(folder)
+    with tempfile.TemporaryDirectory() as temporary:
+        wheels = [merge(wheels, Path(temporary)) for wheels in by_platform.values()]
+        wheels += download(Path(temporary))
+        platforms = sorted(blender_platform(platform) for platform in by_platform)
+        path = folder / f"gltf_meshlet-blender-{gltf_ext.__version__}.zip"
+        write_zip(path, manifest(platforms, wheels), wheels)
+    return path
+
+
+def find_wheels(folder: Path) -> dict[str, list[Path]]:
+    """Platform tag -> the wheels of this version, one per entry of TAGS. Raises BuildError."""
+    found: dict[str, list[Path]] = {}
+    for path in sorted(folder.glob(f"gltf_meshlet-{gltf_ext.__version__}-*.whl")):
+        found.setdefault(path.stem.split("-")[-1], []).append(path)
+    if not found:
+        raise BuildError(f"no wheel of {gltf_ext.__version__} in {folder}; run make wheel")
+    for platform, wheels in found.items():
+        for tag in TAGS:
+            if not any(f"-{tag}-" in wheel.name for wheel in wheels):
+                raise BuildError(
+                    f"no wheel {tag} for {platform} in {folder}; install its Python, run make wheel"
+                )
+    return found
+
+
+def blender_platform(tag: str) -> str:
+    """Blender's name of a wheel's platform tag. Raises BuildError."""
+    for pattern, platform in PLATFORMS.items():
+        if re.fullmatch(pattern, tag):
+            return platform
+    raise BuildError(f"Blender has no name for the platform {tag} of a wheel; remove the wheel")
+
+
+def merge(wheels: list[Path], folder: Path) -> Path:
+    """Writes one wheel for all Pythons; they differ in the name of the compiled module only.
+
+    With a wheel per Python in one zip, Blender 5 would allow Python 3.11 only: it takes the union
+    of the wheels' versions and counts a stable ABI as any version (python_versions_from_wheels in
+    its blender_ext.py).
+    """
+    contents: dict[str, bytes] = {}
+    for wheel in wheels:
+        with zipfile.ZipFile(wheel) as archive:
+            contents.update((name, archive.read(name)) for name in archive.namelist())
+    name, version, _, _, platform = wheels[0].stem.split("-")
+    tag = f"py3-none-{platform}"
+    information = f"{name}-{version}.dist-info"
+    text = contents[f"{information}/WHEEL"].decode()
+    contents[f"{information}/WHEEL"] = re.sub("(?m)^Tag: .*$", f"Tag: {tag}", text).encode()
+    del contents[f"{information}/RECORD"]
+    contents[f"{information}/RECORD"] = _record(contents, f"{information}/RECORD")
+    path = folder / f"{name}-{version}-{tag}.whl"
+    _write_archive(path, contents)
+    return path
+
+
+def _record(contents: dict[str, bytes], own_name: str) -> bytes:
+    """A wheel's list of its files, as the specification of binary distributions has it."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    for name, data in contents.items():
+        digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).decode().rstrip("=")
+        writer.writerow([name, f"sha256={digest}", len(data)])
+    writer.writerow([own_name, "", ""])
+    return text.getvalue().encode()
+
+
+def download(folder: Path) -> list[Path]:
+    """Wheels of REQUIREMENTS for any platform, in the versions installed here, which are tested.
+
+    Raises BuildError.
+    """
+    constraints = folder / "constraints.txt"
+    installed = importlib.metadata.distributions()
+    constraints.write_text("".join(f"{d.name}=={d.version}\n" for d in installed))
+    target = folder / "requirements"
+    command = (sys.executable, "-m", "pip", "--disable-pip-version-check", "download", "-q")
+    any_machine = ("--only-binary=:all:", "--platform=any", "--implementation=py", "--abi=none")
+    python = f"--python-version={OLDEST_PYTHON}"
+    result = subprocess.run(
+        (*command, *any_machine, python, "-c", constraints, "-d", target, *REQUIREMENTS),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if result.returncode:
+        last = (result.stderr.strip().splitlines() or ["no output"])[-1]
+        raise BuildError(f"cannot download {', '.join(REQUIREMENTS)}: {last}")
+    return sorted(target.glob("*.whl"))
+
+
+def manifest(platforms: list[str], wheels: list[Path]) -> str:
+    """blender_manifest.toml with version, platforms and wheels."""
+    listed = "".join(f'  "./wheels/{wheel.name}",\n' for wheel in wheels)
+    quoted = ", ".join(f'"{platform}"' for platform in platforms)
+    return (
+        (SOURCE / "blender_manifest.toml").read_text()
+        + f'version = "{semantic_version(gltf_ext.__version__)}"\n'
+        + f"platforms = [{quoted}]\n"
+        + f"wheels = [\n{listed}]\n"
+    )
+
+
+def semantic_version(version: str) -> str:
+    """A Python version as Blender wants it: 0.2.0.dev0 -> 0.2.0-dev0."""
+    return re.sub(r"^(\d+\.\d+\.\d+)\.?(?=[a-z])", r"\1-", version)
+
+
+def write_zip(path: Path, manifest: str, wheels: list[Path]) -> None:
+    """Writes the extension."""
+    files = {file.name: file.read_bytes() for file in sorted(SOURCE.glob("*.py"))}
+    files["LICENSE"] = (SOURCE / "LICENSE").read_bytes()
+    files["blender_manifest.toml"] = manifest.encode()
+    files.update((f"wheels/{wheel.name}", wheel.read_bytes()) for wheel in wheels)
+    _write_archive(path, files)
+
+
+def _write_archive(path: Path, contents: dict[str, bytes]) -> None:
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in contents.items():
+            archive.writestr(zipfile.ZipInfo(name, EPOCH), data, zipfile.ZIP_DEFLATED)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
