@@ -7,6 +7,7 @@ PIP := $(BIN)/pip install -qq --disable-pip-version-check
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
+BROWSER_PACKAGES := three@0.187.0 playwright-core@1.65.1
 BPY := bpy==5.0.1
 WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
@@ -17,7 +18,7 @@ MEASUREMENTS := size paper table1 speed quality parameters choices mitsuba figur
   results_page
 PICTURES := meshlets comparison size render_comparison
 
-.PHONY: help demo test test-full lint format fuzz shaders bench figures docs wheel blender web hooks clean
+.PHONY: help demo test test-full test-web lint format fuzz shaders bench figures docs wheel blender web hooks clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -28,7 +29,7 @@ demo: .venv/installed .venv/mitsuba  ## compress, verify and render a generated 
 test: lint .venv/installed .venv/mitsuba .venv/extras .venv/web  ## lint, then all tests on generated and small real models
 	@$(PYTEST) $(PYTEST_ARGS)
 
-test-full: lint .venv/installed .venv/mitsuba .venv/extras .venv/wheel .venv/blender .venv/web  ## all tests on all models; a missing model or renderer fails
+test-full: lint .venv/installed .venv/mitsuba .venv/extras .venv/wheel .venv/blender .venv/web .venv/browser  ## all tests on all models; a missing model or renderer fails
 	@$(PYTEST) --full $(PYTEST_ARGS)
 
 lint: .venv/lint  ## check format (Python, C++, GLSL), ruff's rules and types; changes nothing
@@ -69,8 +70,11 @@ wheel: .venv/wheel  ## wheels in dist that install without a compiler
 blender: wheel  ## the Blender extension as a zip in dist
 	@$(BIN)/python -m tools.build_blender
 
-web: .venv/web  ## compile web/decoder.wasm, the npm package's decoder; make test tests it
+web: .venv/web  ## compile web/decoder.wasm, the decoder of the npm package in web/
 	@ls -l web/decoder.wasm
+
+test-web: .venv/web .venv/browser  ## tests of the npm package, also in Chromium where it is installed
+	@$(PYTEST) tests/web $(PYTEST_ARGS)
 
 clean:  ## remove everything that make made here
 	rm -rf .venv build dist web/decoder.wasm demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
@@ -126,6 +130,11 @@ clean:  ## remove everything that make made here
 	@python=$$($(BIN)/python -c 'from tools.build_wheels import find_python; print(find_python((3, 11)))') \
 	  && $$python -m venv build/bpy && build/bpy/bin/pip install -qq --disable-pip-version-check $(BPY) 2>/dev/null \
 	  && touch $@ || { rm -rf build/bpy; echo "make: cannot install $(BPY) for Python 3.11; tests of the Blender extension fail"; }
+
+# What the tests of the npm package in Chromium need, besides chromium.
+.venv/browser: | .venv/installed
+	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(BROWSER_PACKAGES) >/dev/null 2>&1 \
+	  && touch $@ || echo "make: cannot install the npm packages $(BROWSER_PACKAGES); tests in Chromium are skipped"
 
 .venv/web: pyproject.toml $(WEB) | .venv/installed
 	@command -v node >/dev/null || echo "make: node is not installed; tests of the WebAssembly decoder are skipped"

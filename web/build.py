@@ -22,7 +22,8 @@ SOURCES = [
 ]
 OPTIONS = [
     *("-target", "wasm32-wasi", "-mexec-model=reactor"),
-    *("-std=c++17", "-Os", "-flto", "-DNDEBUG", "-fno-exceptions", "-fno-rtti", "-fvisibility=hidden"),
+    *("-std=c++17", "-Os", "-flto", "-DNDEBUG", "-fvisibility=hidden"),
+    *("-fno-exceptions", "-fno-rtti"),
     # As codec/CMakeLists.txt: the same values as any other build.
     *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
     # Every browser since 2022 has these.

@@ -53,9 +53,7 @@ _LIBCPP_BEGIN_NAMESPACE_STD
 _LIBCPP_END_NAMESPACE_STD
 
 namespace meshlet {
-void refuse(const std::string& problem) {
-  host_refuse(problem.data(), uint32_t(problem.size()));
-}
+void refuse(const std::string& problem) { host_refuse(problem.data(), uint32_t(problem.size())); }
 }  // namespace meshlet
 
 // Frees everything. Call before the first allocation.

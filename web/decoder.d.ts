@@ -7,7 +7,7 @@ export declare const Kind: Readonly<{
   SIGN: 4;
 }>;
 
-/** The bytes break a rule of the format; `message` says which, in the words of the native decoder. */
+/** The bytes break a rule of the format: `message` says which, as the native decoder does. */
 export declare class MalformedError extends Error {}
 
 export interface Stream {
@@ -24,8 +24,8 @@ export interface Stream {
 
 export interface DecodedStream extends Stream {
   /**
-   * Vertex after vertex. Floats; three per vertex for OCT (a unit vector), else `elements`. Unsigned
-   * integers for INTEGER, and for every stream with `integers: true`, `elements` per vertex.
+   * Vertex after vertex. Floats: three per vertex for OCT (a unit vector), else `elements`.
+   * Unsigned integers, `elements` per vertex, for INTEGER, and for all with `integers: true`.
    */
   values: Float32Array | Uint32Array;
 }
@@ -36,7 +36,7 @@ export interface DecodedPrimitive {
   meshletCount: number;
   /** Three vertex numbers per triangle. */
   indices: Uint32Array;
-  /** In the order of the stream table; glTF's extension object says which attribute begins where. */
+  /** By number; glTF's extension object says which attribute begins with which stream. */
   streams: DecodedStream[];
 }
 
@@ -52,11 +52,11 @@ export interface DecodedMeshlet {
 }
 
 /**
- * Decodes buffer views of compressed primitives: one blob, or several back to back (pages). The
- * bytes may be anything: every method throws `MalformedError` for bytes that it cannot decode.
+ * Decodes buffer views of compressed primitives: one blob, or several back to back (pages).
+ * The bytes may be anything: every method throws `MalformedError` for bytes that it cannot decode.
  */
 export interface Decoder {
-  /** Decodes everything. `integers`: the stored integers instead of the values that they stand for. */
+  /** Decodes everything. `integers`: the stored integers instead of values. */
   decodePrimitive(view: Uint8Array, options?: { integers?: boolean }): DecodedPrimitive;
   /**
    * Decodes one meshlet without the others. Meshlets are numbered through all blobs. Consecutive
@@ -65,24 +65,18 @@ export interface Decoder {
    */
   decodeMeshlet(view: Uint8Array, meshlet: number): DecodedMeshlet;
   /**
-   * Throws `MalformedError` unless the view is valid in every way. Decodes each meshlet alone, so it
-   * also finds errors that decoding does not meet.
+   * Throws `MalformedError` unless the view is valid in every way. Decodes each meshlet alone,
+   * so it also finds errors that decoding does not meet.
    */
   validate(view: Uint8Array): void;
 }
 
 /**
- * Compiles the WebAssembly module and returns a decoder. Its memory grows with the largest primitive
- * and is freed with it.
+ * Compiles the WebAssembly module and returns a decoder. Its memory grows with the largest
+ * primitive that it decodes, and is freed with the decoder.
  *
- * @param source the module, its bytes, or where to fetch it; default: decoder.wasm beside this file.
+ * @param source the module, its bytes, or where to fetch it; default: decoder.wasm beside it.
  */
 export declare function createDecoder(
-  source?:
-    | BufferSource
-    | WebAssembly.Module
-    | Response
-    | Promise<Response>
-    | string
-    | URL,
+  source?: BufferSource | WebAssembly.Module | Response | Promise<Response> | string | URL,
 ): Promise<Decoder>;

@@ -1,9 +1,8 @@
-// Decodes the compressed primitives of EXT_meshlet_edgebreaker: the codec's C++ decoder, compiled to
-// WebAssembly, in browsers and in Node. decoder.d.ts documents what this module exports.
+// Decodes the primitives of EXT_meshlet_edgebreaker with the codec's C++ decoder, compiled to
+// WebAssembly. For browsers and Node. decoder.d.ts documents what this module exports.
 
 export const Kind = Object.freeze({ GRID: 0, OCT: 1, INTEGER: 2, FLOAT32: 3, SIGN: 4 });
 
-/** The bytes break a rule of the format. */
 export class MalformedError extends Error {
   constructor(problem) {
     super(problem);
@@ -26,15 +25,14 @@ const MAX_COUNT = 2 ** 32 - 1; // of a view's vertices, and of its indices
 // Integers of a vertex of a stream, as the WebAssembly module stores those of a meshlet.
 const STORED_ELEMENTS = 4;
 
-/**
- * @param {BufferSource | WebAssembly.Module | Response | Promise<Response> | string | URL} [source]
- */
 export async function createDecoder(source = new URL('./decoder.wasm', import.meta.url)) {
   const module = await compile(await source);
   let memory;
   const host = {
     refuse(text, length) {
-      throw new MalformedError(new TextDecoder().decode(new Uint8Array(memory.buffer, text, length)));
+      throw new MalformedError(
+        new TextDecoder().decode(new Uint8Array(memory.buffer, text, length)),
+      );
     },
   };
   const { exports } = await WebAssembly.instantiate(module, { host });
@@ -45,7 +43,8 @@ export async function createDecoder(source = new URL('./decoder.wasm', import.me
 
 async function compile(source) {
   if (source instanceof WebAssembly.Module) return source;
-  if (typeof source === 'string' || source instanceof URL) return compile(await load(String(source)));
+  if (typeof source === 'string' || source instanceof URL)
+    return compile(await load(String(source)));
   if (typeof Response !== 'undefined' && source instanceof Response) {
     if (!source.ok) throw new Error(`${source.url}: the server answered ${source.status}`);
     return WebAssembly.compile(await source.arrayBuffer());
@@ -133,7 +132,10 @@ class Decoder {
       }
       const blob = readHeader(bytes, several ? blobs.at(-1).end : NOTHING);
       if (several && !sameStreams(blob.streams, blobs[0].streams))
-        throw blamed(new MalformedError('its streams differ from those of the first blob'), blobs.length);
+        throw blamed(
+          new MalformedError('its streams differ from those of the first blob'),
+          blobs.length,
+        );
       blobs.push(blob);
     }
     const { vertices, triangles } = blobs.at(-1).end;

@@ -49,8 +49,10 @@ function require(ok, problem) {
 function indexArray(json, primitive, { indices, vertexCount }) {
   const accessor = json.accessors?.[primitive.indices];
   const limit = LIMITS[accessor?.componentType]?.[1];
-  require(accessor?.count === indices.length, `its indices accessor does not have ${indices.length} elements`);
-  require(limit >= vertexCount - 1, "its indices accessor's component type cannot hold its indices");
+  require(accessor?.count ===
+    indices.length, `its indices accessor does not have ${indices.length} elements`);
+  require(limit >=
+    vertexCount - 1, "its indices accessor's component type cannot hold its indices");
   return accessor.componentType === 5125 ? indices : ARRAYS[accessor.componentType].from(indices);
 }
 
@@ -58,13 +60,14 @@ function attributeArray(accessor, name, first, { streams, vertexCount }) {
   const Type = ARRAYS[accessor?.componentType];
   const components = COMPONENTS[accessor?.type];
   require(Type !== undefined && components !== undefined, `its ${name} accessor has no valid type`);
-  require(accessor.count === vertexCount, `its ${name} accessor does not have ${vertexCount} elements`);
+  require(accessor.count ===
+    vertexCount, `its ${name} accessor does not have ${vertexCount} elements`);
   const parts = streamsOf(first, components, streams, name);
   const integers = accessor.componentType !== FLOAT;
-  require(
-    !integers || parts.every(({ kind }) => kind !== Kind.OCT && kind !== Kind.SIGN),
-    `${name} has integers, but a stream of unit vectors or signs`,
-  );
+  require(!integers ||
+    parts.every(
+      ({ kind }) => kind !== Kind.OCT && kind !== Kind.SIGN,
+    ), `${name} has integers, but a stream of unit vectors or signs`);
   if (parts.length === 1 && parts[0].values instanceof Type) return parts[0].values;
   const array = new Type(vertexCount * components);
   let at = 0;
@@ -74,7 +77,9 @@ function attributeArray(accessor, name, first, { streams, vertexCount }) {
     for (let v = 0; v < vertexCount; v++)
       for (let c = 0; c < width; c++) {
         const value = values[v * width + c];
-        array[v * components + at + c] = round ? rounded(value, LIMITS[accessor.componentType]) : value;
+        array[v * components + at + c] = round
+          ? rounded(value, LIMITS[accessor.componentType])
+          : value;
       }
     at += width;
   }

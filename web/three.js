@@ -34,7 +34,8 @@ class MeshletPlugin {
         if (shared.has(key)) return;
         shared.add(key);
         let arrays;
-        const decode = () => (arrays ??= this.#decode(decoder, primitive, `mesh ${m} primitive ${p}`));
+        const decode = () =>
+          (arrays ??= this.#decode(decoder, primitive, `mesh ${m} primitive ${p}`));
         for (const number of numbers) this.#replace(json, number, decode);
       }),
     );
@@ -42,7 +43,10 @@ class MeshletPlugin {
 
   async #decode(decoder, primitive, where) {
     const { json } = this.#parser;
-    const view = await this.#parser.getDependency('bufferView', primitive.extensions[EXTENSION].bufferView);
+    const view = await this.#parser.getDependency(
+      'bufferView',
+      primitive.extensions[EXTENSION].bufferView,
+    );
     try {
       return accessorArrays(json, primitive, decoder.decodePrimitive(new Uint8Array(view)));
     } catch (error) {

@@ -76,10 +76,8 @@ void check(const BlobResult& result) {
       refuse_meshlet(result.meshlet, "a shared vertex differs from its owner's");
     case BlobProblem::kOverlap:
       refuse_meshlet(result.meshlet, "its data run past the start of the next meshlet");
-    case BlobProblem::kTooManyVertices:
-      refuse("the blob has more vertices than its header says");
-    case BlobProblem::kTooFewVertices:
-      refuse("the blob has fewer vertices than its header says");
+    case BlobProblem::kTooManyVertices: refuse("the blob has more vertices than its header says");
+    case BlobProblem::kTooFewVertices: refuse("the blob has fewer vertices than its header says");
   }
 }
 

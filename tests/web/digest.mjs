@@ -1,5 +1,6 @@
 // What web/decoder.js makes of views, as digests that Python can compare with the native decoder's.
-// Usage: node digest.mjs DECODER LIST, a JSON file: {"packed": FILE, "views": [[offset, length], ...]}.
+// Usage: node digest.mjs DECODER LIST
+// LIST: a JSON file, {"packed": FILE, "views": [[offset, length], ...]}.
 // Prints JSON: per view {"validate", "decode": sentence or null, and, if decoded, "triangles",
 // "vertices", "meshlets", "indices", "values", "integers", "alone": digests}.
 import { createHash } from 'node:crypto';
