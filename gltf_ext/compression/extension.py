@@ -107,6 +107,8 @@ def decode_blob(blob: bytes, where: str) -> tuple[np.ndarray, list[np.ndarray]]:
 
 def malformed(where: str, reason: Any) -> MeshletError:
     """The error for a compressed primitive that breaks the specification."""
+    if "version" in str(reason):  # not damaged, and the reason says what to do
+        return MeshletError(f"{where}: {reason}")
     return MeshletError(f"{where}: {reason}", "the file is damaged; compress the original again")
 
 

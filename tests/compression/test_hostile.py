@@ -126,6 +126,22 @@ def test_mutations(files, tmp_path, damage, seed):
         try_everything(tmp_path / "damaged.glb", tmp_path / "out.glb", tmp_path / "whole.glb")
 
 
+@pytest.mark.parametrize(
+    ("version", "remedy"),
+    [(1, "with the last commit of the draft, which CHANGELOG.md names"), (3, "newer release")],
+)
+def test_other_versions_are_not_called_damaged(files, tmp_path, version, remedy):
+    (_, compressed), *_ = files
+    at = compressed.index(b"EBM1") + 4
+    path = tmp_path / "other.glb"
+    path.write_bytes(compressed[:at] + bytes([version]) + compressed[at + 1 :])
+    for read in (gltf_ext.load, lambda path: gltf_ext.decompress(path, tmp_path / "out.glb")):
+        with pytest.raises(gltf_ext.MeshletError, match=remedy) as error:
+            read(path)
+        assert "damaged" not in str(error.value) and "\n" not in str(error.value)
+    assert not (tmp_path / "out.glb").exists()
+
+
 @pytest.mark.parametrize("count", [2**24 + 1, 2**31, 2**40])
 def test_counts_without_bytes_allocate_nothing(tmp_path, count):
     properties = {
