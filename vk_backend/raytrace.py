@@ -39,6 +39,7 @@ VIEW_BYTES = VIEW.itemsize + 12 * 64  # with the sizes of 64 launches
 INDIRECT = STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT
 FIRST_PART, LAST_PART = CONSTANTS["FIRST_PART"], CONSTANTS["LAST_PART"]
 BACKGROUND = CONSTANTS["BACKGROUND"]
+GEOMETRY_BUFFERS = ("sources", "placed", "first_triangles")
 
 
 @dataclass
@@ -106,6 +107,7 @@ class RayTracer:
         self.all_cached = self.slots == self.meshlets
         self.sweeps = path == "rt" and not self.all_cached
         self._part = 0  # that the slots hold
+        self._passes: list[tuple[int, int, int]] = []
         self._picture: dict[str, Buffer] = {}
         self._commands: dict[tuple[int, int], Any] = {}
         self._size: tuple[int, int] | None = None
@@ -188,10 +190,9 @@ class RayTracer:
         slots, meshlets: how many there are; parts: of the model; passes: launches of rays that met
         one part each.
         """
-        if not self.slots:
-            return {}
         found = {"slots": self.slots, "meshlets": self.meshlets}
-        return {**found, "parts": self.geometry.parts, "passes": len(self._passes)}
+        found |= {"parts": self.geometry.parts, "passes": len(self._passes)}
+        return found if self.slots else {}
 
     def resident_bytes(self) -> dict[str, int]:
         """Allocated bytes of device memory by part, without pictures and textures.
@@ -419,18 +420,19 @@ class RayTracer:
         vk.vkEndCommandBuffer(commands)
         return commands
 
-    def _addresses(self) -> dict[str, int]:
-        """Fields that several kinds of push constants share: 0 for what the path does not have."""
-        return {
-            "frame": self._frame.address,
-            "sources": self.geometry.sources.address,
-            "cache": _address(self._own.get("cache")),
-        }
+    def _pushed(self, dtype: np.dtype, **fields: int) -> np.ndarray:
+        """Push constants: the given fields, and the addresses of all buffers that it has."""
+        buffers = {**self._own, **self._picture, "frame": self._frame}
+        buffers |= {name: getattr(self.geometry, name) for name in GEOMETRY_BUFFERS}
+        assert dtype.names is not None
+        found = {name: b.address for name, b in buffers.items() if b and name in dtype.names}
+        return push_record(dtype, **{**found, **fields})
 
     def _record_fill(self, commands: Any, first: int, count: int, *, listed: bool) -> None:
         """Records the decoding of `count` meshlets from number `first` on, or of the list."""
-        items = self._own["items"].address if listed else 0
-        data = push_record(FILL_PUSH, **self._addresses(), items=items, first=first, count=count)
+        data = self._pushed(FILL_PUSH, first=first, count=count)
+        if not listed:
+            data["items"] = 0
         self._fill.dispatch(commands, max(min(count, MAX_GROUPS), 1), data)
         self.device.full_barrier(commands)
 
@@ -439,21 +441,16 @@ class RayTracer:
 
         launch: where its size is in the buffer of the frame; 0: all pixels.
         """
-        fields = {
-            **self._addresses(),
-            "view": self._frame.address + VIEW_OFFSET,
-            "structure": self.geometry.tops.addresses[structure],
-            "placed": self.geometry.placed.address,
-            "slot_table": _address(self._own.get("slot_table")),
-            "counters": _address(self._own.get("counters")),
-            "first_triangles": _address(self.geometry.first_triangles),
-            "colors": self._picture["colors"].address,
-            "hits": self._picture["hits"].address,
-            "bounces": self.bounces,
-            "samples": self.samples,
-            "shadows": int(self.shadows),
-        }
-        push(commands, self._layout, push_record(RAYS_PUSH, **fields, **own))
+        data = self._pushed(
+            RAYS_PUSH,
+            view=self._frame.address + VIEW_OFFSET,
+            structure=self.geometry.tops.addresses[structure],
+            bounces=self.bounces,
+            samples=self.samples,
+            shadows=int(self.shadows),
+            **own,
+        )
+        push(commands, self._layout, data)
         if launch:
             trace = self.device.function("vkCmdTraceRaysIndirectKHR")
             trace(commands, *self._rays.regions, self._frame.address + launch)
@@ -471,11 +468,6 @@ class RayTracer:
                 ids[..., 1][mine] = (
                     self.scene.primitives[instance.primitive].decoded().ids()[ids[..., 1][mine]]
                 )
-
-
-def _address(buffer: Buffer | None) -> int:
-    """The buffer's device address, or 0."""
-    return buffer.address if buffer else 0
 
 
 def _check(path: str, cache: float, cache_bytes: int | None, group: int) -> None:

@@ -17,8 +17,8 @@ from .materials import Material
 from .memory import STORAGE, Buffer
 from .scene import SHADED, Attribute, Instance, Primitive, Scene
 
-# Shared memory that a team decoder needs at most (shaders/decoders/team_meshlet.glsl), in bytes: per
-# element of a vertex, per stream, and for the rest.
+# Shared memory that a team decoder needs at most (shaders/decoders/team_meshlet.glsl), in bytes:
+# per element of a vertex, per stream, and for the rest.
 TEAM_ELEMENT_BYTES = 512
 TEAM_STREAM_BYTES = 20
 TEAM_OTHER_BYTES = 4096

@@ -1068,6 +1068,8 @@ Weights chain_weights(uint step) {
   uint end = (step >> 16) & 255u;
   Weights w;
   w.exist = false;
+  w.s = 0u;
+  w.u = 0u;
   if (step >> 24 != NO_VERTEX) w = affine_weights(before, end, step >> 24, v);
   if (!w.exist) w = line_weights(before, end, v);
   return w;
@@ -1326,6 +1328,8 @@ INLINE uint traversed_prediction(uint predictor, uint a, uint b, uint o, bool ac
 Weights traversed_weights(uint triangle) {
   Weights w;
   w.exist = false;
+  w.s = 0u;
+  w.u = 0u;
   if (triangle >> 24 != NO_VERTEX)
     w = affine_weights(triangle & 255u, (triangle >> 8) & 255u, triangle >> 24,
                        (triangle >> 16) & 255u);

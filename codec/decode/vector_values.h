@@ -461,7 +461,7 @@ Vertex normal_sums[64][2];  // of each vertex, of even and of odd triangles
 // As sum_normals. Positions fit 16 bits, so that one multiplication of
 // pairs makes a cross product: (y, -z) * (z', y'), (z, -x) * (x', z'), (x, -y) * (y', x'). Even and
 // odd triangles have sums of their own: a sum soon follows from the last one at the same vertex.
-void sum_normal_pairs() {
+void sum_vertex_normals() {
   struct alignas(16) Factors {
     __m128i left, right;
   };
@@ -493,5 +493,5 @@ void sum_normal_pairs() {
 }
 
 void finish_positions() {
-  if (needs_normals) sum_normal_pairs();
+  if (needs_normals) sum_vertex_normals();
 }
