@@ -7,7 +7,9 @@ PIP := $(BIN)/pip install -qq --disable-pip-version-check
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
+BROWSER_PACKAGES := three@0.187.0 playwright-core@1.65.1
 BPY := bpy==5.0.1
+WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
 PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsuba_plugin/src/*)
 # A process per core; a file of tests stays in one process, which compiles its shaders once.
@@ -16,7 +18,7 @@ MEASUREMENTS := size paper table1 speed quality parameters choices mitsuba figur
   results_page
 PICTURES := meshlets comparison size render_comparison
 
-.PHONY: help demo test test-full lint format fuzz shaders bench figures docs wheel blender hooks clean
+.PHONY: help demo test test-full test-web lint format fuzz shaders bench figures docs wheel blender web hooks clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -24,10 +26,10 @@ help:  ## this list
 demo: .venv/installed .venv/mitsuba  ## compress, verify and render a generated model; results in demo-output
 	@$(BIN)/gltf-meshlet demo
 
-test: lint .venv/installed .venv/mitsuba .venv/extras  ## lint, then all tests on generated and small real models
+test: lint .venv/installed .venv/mitsuba .venv/extras .venv/web  ## lint, then all tests on generated and small real models
 	@$(PYTEST) $(PYTEST_ARGS)
 
-test-full: lint .venv/installed .venv/mitsuba .venv/extras .venv/wheel .venv/blender  ## all tests on all models; a missing model or renderer fails
+test-full: lint .venv/installed .venv/mitsuba .venv/extras .venv/wheel .venv/blender .venv/web .venv/browser  ## all tests on all models; a missing model or renderer fails
 	@$(PYTEST) --full $(PYTEST_ARGS)
 
 lint: .venv/lint  ## check format (Python, C++, GLSL), ruff's rules and types; changes nothing
@@ -68,8 +70,14 @@ wheel: .venv/wheel  ## wheels in dist that install without a compiler
 blender: wheel  ## the Blender extension as a zip in dist
 	@$(BIN)/python -m tools.build_blender
 
+web: .venv/web  ## compile web/decoder.wasm, the decoder of the npm package in web/
+	@ls -l web/decoder.wasm
+
+test-web: .venv/web .venv/browser  ## tests of the npm package, also in Chromium where it is installed
+	@$(PYTEST) tests/web $(PYTEST_ARGS)
+
 clean:  ## remove everything that make made here
-	rm -rf .venv build dist demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
+	rm -rf .venv build dist web/decoder.wasm demo-output .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 .venv/bin/python:
@@ -122,6 +130,17 @@ clean:  ## remove everything that make made here
 	@python=$$($(BIN)/python -c 'from tools.build_wheels import find_python; print(find_python((3, 11)))') \
 	  && $$python -m venv build/bpy && build/bpy/bin/pip install -qq --disable-pip-version-check $(BPY) 2>/dev/null \
 	  && touch $@ || { rm -rf build/bpy; echo "make: cannot install $(BPY) for Python 3.11; tests of the Blender extension fail"; }
+
+# What the tests of the npm package in Chromium need, besides chromium.
+.venv/browser: | .venv/installed
+	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(BROWSER_PACKAGES) >/dev/null 2>&1 \
+	  && touch $@ || echo "make: cannot install the npm packages $(BROWSER_PACKAGES); tests in Chromium are skipped"
+
+.venv/web: pyproject.toml $(WEB) | .venv/installed
+	@command -v node >/dev/null || echo "make: node is not installed; tests of the WebAssembly decoder are skipped"
+	@$(PIP) "gltf-meshlet[web]" && $(BIN)/python web/build.py \
+	  || echo "make: cannot compile web/decoder.wasm; its tests are skipped"
+	@touch $@
 
 .venv/docs: pyproject.toml | .venv/installed
 	@$(PIP) "gltf-meshlet[docs]" || { echo "make: cannot install mkdocs"; exit 1; }

@@ -16,7 +16,7 @@ from pathlib import Path
 import clang_format
 
 ROOT = Path(__file__).resolve().parent.parent
-FOLDERS = ("bench", "codec", "mitsuba_plugin", "shaders", "tests")
+FOLDERS = ("bench", "codec", "mitsuba_plugin", "shaders", "tests", "web")
 CPP = (".cpp", ".h")
 GLSL = (".comp", ".frag", ".geom", ".glsl", ".mesh", ".rahit", ".rchit", ".rgen", ".rint", ".rmiss")
 GLSL += (".task", ".vert")

@@ -37,8 +37,8 @@ const char* error_text(uint32_t error) {
 
 namespace {
 
-[[noreturn]] void throw_malformed(uint32_t meshlet, const char* problem) {
-  throw Malformed("meshlet " + std::to_string(meshlet) + ": " + problem);
+[[noreturn]] void refuse_meshlet(uint32_t meshlet, const char* problem) {
+  refuse("meshlet " + std::to_string(meshlet) + ": " + problem);
 }
 
 }  // namespace
@@ -62,7 +62,7 @@ DecoderContext::DecoderContext(const uint8_t* data, size_t size)
 
 DecodedMeshlet DecoderContext::meshlet(uint32_t m) {
   const DecodedMeshlet decoded = decoder_->decode(m);
-  if (decoded.error != ERROR_NONE) throw_malformed(m, error_text(decoded.error));
+  if (decoded.error != ERROR_NONE) refuse_meshlet(m, error_text(decoded.error));
   return decoded;
 }
 
@@ -71,15 +71,13 @@ namespace {
 void check(const BlobResult& result) {
   switch (result.problem) {
     case BlobProblem::kNone: return;
-    case BlobProblem::kMalformedMeshlet: throw_malformed(result.meshlet, error_text(result.error));
+    case BlobProblem::kMalformedMeshlet: refuse_meshlet(result.meshlet, error_text(result.error));
     case BlobProblem::kInconsistent:
-      throw_malformed(result.meshlet, "a shared vertex differs from its owner's");
+      refuse_meshlet(result.meshlet, "a shared vertex differs from its owner's");
     case BlobProblem::kOverlap:
-      throw_malformed(result.meshlet, "its data run past the start of the next meshlet");
-    case BlobProblem::kTooManyVertices:
-      throw Malformed("the blob has more vertices than its header says");
-    case BlobProblem::kTooFewVertices:
-      throw Malformed("the blob has fewer vertices than its header says");
+      refuse_meshlet(result.meshlet, "its data run past the start of the next meshlet");
+    case BlobProblem::kTooManyVertices: refuse("the blob has more vertices than its header says");
+    case BlobProblem::kTooFewVertices: refuse("the blob has fewer vertices than its header says");
   }
 }
 

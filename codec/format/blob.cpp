@@ -19,7 +19,7 @@ float real(const uint8_t* data, size_t byte) {
 }
 
 void require(bool ok, const char* problem) {
-  if (!ok) throw Malformed(problem);
+  if (!ok) refuse(problem);
 }
 
 Stream read_stream(const uint8_t* p) {
@@ -184,7 +184,7 @@ BlobHeader read_blob_header(const uint8_t* data, size_t size) {
   for (uint32_t s = 0; s < stream_count; s++)
     h.streams.push_back(read_stream(data + BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * s));
   const std::string problem = streams_problem(h.streams);
-  if (!problem.empty()) throw Malformed(problem);
+  if (!problem.empty()) refuse(problem);
   check_groups(data, size, h);
   require(h.vertex_count >= 3 && h.vertex_count <= 3ull * h.triangle_count &&
               h.vertex_count <= uint64_t(MESHLET_VERTICES) * h.meshlet_count,

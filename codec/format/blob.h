@@ -63,6 +63,9 @@ struct Malformed : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Throws Malformed. A program without exceptions (web/decoder.cpp) defines its own.
+[[noreturn]] void refuse(const std::string& problem);
+
 // Byte offset of the first byte after the tables.
 uint32_t data_offset(uint32_t streams, uint32_t meshlets);
 

@@ -1,0 +1,7 @@
+#include "format/blob.h"
+
+namespace meshlet {
+
+void refuse(const std::string& problem) { throw Malformed(problem); }
+
+}  // namespace meshlet

@@ -1,0 +1,272 @@
+// Decodes the primitives of EXT_meshlet_edgebreaker with the codec's C++ decoder, compiled to
+// WebAssembly. For browsers and Node. decoder.d.ts documents what this module exports.
+
+export const Kind = Object.freeze({ GRID: 0, OCT: 1, INTEGER: 2, FLOAT32: 3, SIGN: 4 });
+
+export class MalformedError extends Error {
+  constructor(problem) {
+    super(problem);
+    this.name = 'MalformedError';
+  }
+}
+
+// The header of a blob and its stream table (specification, appendices A.2 and A.3), by byte.
+const HEADER_BYTES = 32;
+const STREAM_COUNT = 5;
+const TRIANGLE_COUNT = 8;
+const VERTEX_COUNT = 12;
+const MESHLET_COUNT = 16;
+const BYTE_LENGTH = 20;
+const STREAM_BYTES = 28;
+const STREAM_STEP = 8;
+const STREAM_OFFSETS = 12;
+const MAX_COUNT = 2 ** 32 - 1; // of a view's vertices, and of its indices
+
+// Integers of a vertex of a stream, as the WebAssembly module stores those of a meshlet.
+const STORED_ELEMENTS = 4;
+
+export async function createDecoder(source = new URL('./decoder.wasm', import.meta.url)) {
+  const module = await compile(await source);
+  let memory;
+  const host = {
+    refuse(text, length) {
+      throw new MalformedError(
+        new TextDecoder().decode(new Uint8Array(memory.buffer, text, length)),
+      );
+    },
+  };
+  const { exports } = await WebAssembly.instantiate(module, { host });
+  memory = exports.memory;
+  exports._initialize?.();
+  return new Decoder(exports);
+}
+
+async function compile(source) {
+  if (source instanceof WebAssembly.Module) return source;
+  if (typeof source === 'string' || source instanceof URL)
+    return compile(await load(String(source)));
+  if (typeof Response !== 'undefined' && source instanceof Response) {
+    if (!source.ok) throw new Error(`${source.url}: the server answered ${source.status}`);
+    return WebAssembly.compile(await source.arrayBuffer());
+  }
+  return WebAssembly.compile(source);
+}
+
+async function load(url) {
+  if (!url.startsWith('file:')) return fetch(url);
+  const { readFile } = await import(/* @vite-ignore */ 'node:fs/promises'); // Node fetches no files
+  return readFile(new URL(url));
+}
+
+class Decoder {
+  #exports;
+  #stack; // stack pointer outside all calls: an exception leaves it where it was thrown
+  #opened = {}; // what decodeMeshlet opened last: view, blobs, number of the open blob
+
+  constructor(exports) {
+    this.#exports = exports;
+    this.#stack = exports.__stack_pointer.value;
+  }
+
+  decodePrimitive(view, { integers = false } = {}) {
+    const blobs = this.#blobs(view);
+    const { streams } = blobs[0];
+    const { triangles, vertices, meshlets } = blobs.at(-1).end;
+    const indices = array(Uint32Array, 3 * triangles);
+    const values = streams.map((stream) => {
+      const Type = integers || stream.kind === Kind.INTEGER ? Uint32Array : Float32Array;
+      return array(Type, vertices * width(stream, integers));
+    });
+    blobs.forEach((blob, number) =>
+      named(blobs, number, () => {
+        if (blobs.length > 1) this.#open(blob.bytes);
+        this.#decode(blob, integers, indices, values);
+      }),
+    );
+    return {
+      triangleCount: triangles,
+      vertexCount: vertices,
+      meshletCount: meshlets,
+      indices,
+      streams: streams.map((stream, s) => ({ ...stream, values: values[s] })),
+    };
+  }
+
+  decodeMeshlet(view, meshlet) {
+    const blobs = this.#opened.view === view ? this.#opened.blobs : this.#blobs(view);
+    const number = blobs.findIndex(({ end }) => meshlet < end.meshlets);
+    if (!Number.isInteger(meshlet) || meshlet < 0 || number < 0)
+      throw new RangeError(`there is no meshlet ${meshlet} of ${blobs.at(-1).end.meshlets}`);
+    const open = this.#opened.number ?? blobs.length - 1;
+    this.#opened = {}; // an error closes the view
+    return named(blobs, number, () => {
+      const blob = blobs[number];
+      if (open !== number) this.#open(blob.bytes);
+      const decoded = this.#meshlet(blob, meshlet - blob.begin.meshlets);
+      this.#opened = { view, blobs, number };
+      return decoded;
+    });
+  }
+
+  validate(view) {
+    const blobs = this.#blobs(view);
+    blobs.forEach((blob, number) =>
+      named(blobs, number, () => {
+        if (blobs.length > 1) this.#open(blob.bytes);
+        this.#call('validate');
+      }),
+    );
+  }
+
+  // Checks headers and tables of all blobs of a view. Leaves the last one open.
+  #blobs(view) {
+    this.#opened = {};
+    const blobs = [];
+    for (let at = 0; at < view.byteLength || blobs.length === 0; at += blobs.at(-1).bytes.length) {
+      const bytes = view.subarray(at, at + blobLength(view.subarray(at)));
+      const several = blobs.length > 0;
+      try {
+        this.#open(bytes);
+      } catch (error) {
+        throw several ? blamed(error, blobs.length) : error;
+      }
+      const blob = readHeader(bytes, several ? blobs.at(-1).end : NOTHING);
+      if (several && !sameStreams(blob.streams, blobs[0].streams))
+        throw blamed(
+          new MalformedError('its streams differ from those of the first blob'),
+          blobs.length,
+        );
+      blobs.push(blob);
+    }
+    const { vertices, triangles } = blobs.at(-1).end;
+    if (vertices > MAX_COUNT || 3 * triangles > MAX_COUNT)
+      throw new MalformedError('the blobs have more vertices or indices than 32 bits can count');
+    return blobs;
+  }
+
+  // Copies a blob into the module's memory and opens it there.
+  #open(bytes) {
+    this.#call('reset');
+    const at = this.#call('allocate', bytes.length);
+    new Uint8Array(this.#exports.memory.buffer, at, bytes.length).set(bytes);
+    this.#call('open_blob', at, bytes.length);
+  }
+
+  // Decodes the open blob into the arrays of its view.
+  #decode({ begin, end, streams }, integers, indices, values) {
+    const vertices = end.vertices - begin.vertices;
+    const count = 3 * (end.triangles - begin.triangles);
+    const triangles = this.#call('allocate', 4 * count);
+    const places = streams.map((s) => this.#call('allocate', 4 * vertices * width(s, integers)));
+    const none = this.#call('allocate', 4 * streams.length);
+    const list = this.#call('allocate', 4 * streams.length);
+    const { buffer } = this.#exports.memory; // no allocation may follow: it would detach the buffer
+    new Uint32Array(buffer, none, streams.length).fill(0);
+    new Uint32Array(buffer, list, streams.length).set(places);
+    this.#call('decode', triangles, integers ? list : none, integers ? none : list);
+    streams.forEach((stream, s) => {
+      const n = width(stream, integers);
+      const { buffer } = this.#exports.memory;
+      values[s].set(new values[s].constructor(buffer, places[s], n * vertices), n * begin.vertices);
+    });
+    const decoded = new Uint32Array(this.#exports.memory.buffer, triangles, count);
+    const first = begin.vertices;
+    const at = 3 * begin.triangles;
+    if (first === 0) indices.set(decoded);
+    else for (let i = 0; i < count; i++) indices[at + i] = decoded[i] + first;
+  }
+
+  #meshlet({ streams }, meshlet) {
+    const at = this.#call('decode_meshlet', meshlet) / 4;
+    const words = new Uint32Array(this.#exports.memory.buffer);
+    const [triangleCount, vertexCount, packed] = words.subarray(at, at + 3);
+    const triangles = new Uint8Array(3 * triangleCount);
+    for (let t = 0; t < triangleCount; t++)
+      for (let c = 0; c < 3; c++) triangles[3 * t + c] = words[packed / 4 + t] >>> (8 * c);
+    const values = streams.map(({ elements }, s) => {
+      const from = words[at + 3 + s] / 4;
+      const integers = new Uint32Array(elements * vertexCount);
+      for (let v = 0; v < vertexCount; v++)
+        for (let c = 0; c < elements; c++)
+          integers[elements * v + c] = words[from + STORED_ELEMENTS * v + c];
+      return integers;
+    });
+    return { triangleCount, vertexCount, triangles, values };
+  }
+
+  #call(name, ...args) {
+    this.#exports.__stack_pointer.value = this.#stack;
+    return this.#exports[name](...args) >>> 0;
+  }
+}
+
+const NOTHING = Object.freeze({ triangles: 0, vertices: 0, meshlets: 0 });
+
+// The header of a blob that the module has checked. begin and end: the triangles, vertices and
+// meshlets of a view before and after the blob.
+function readHeader(bytes, begin) {
+  const data = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const end = {
+    triangles: begin.triangles + data.getUint32(TRIANGLE_COUNT, true),
+    vertices: begin.vertices + data.getUint32(VERTEX_COUNT, true),
+    meshlets: begin.meshlets + data.getUint32(MESHLET_COUNT, true),
+  };
+  const streams = Array.from({ length: bytes[STREAM_COUNT] }, (_, s) => {
+    const row = HEADER_BYTES + STREAM_BYTES * s;
+    return {
+      kind: bytes[row],
+      elements: bytes[row + 1],
+      bits: bytes[row + 2],
+      step: data.getFloat32(row + STREAM_STEP, true),
+      offset: [0, 1, 2, 3].map((c) => data.getFloat32(row + STREAM_OFFSETS + 4 * c, true)),
+    };
+  });
+  return { bytes, begin, end, streams };
+}
+
+// The length of the blob that `rest` of a view starts with. A last blob may be malformed in its
+// length: open_blob says so.
+function blobLength(rest) {
+  if (rest.byteLength < HEADER_BYTES) return rest.byteLength;
+  const length = new DataView(rest.buffer, rest.byteOffset).getUint32(BYTE_LENGTH, true);
+  const fits = length >= HEADER_BYTES && length % 4 === 0 && length < rest.byteLength;
+  return fits ? length : rest.byteLength;
+}
+
+function sameStreams(a, b) {
+  const same = (x, y) =>
+    x.kind === y.kind &&
+    x.elements === y.elements &&
+    x.bits === y.bits &&
+    x.step === y.step &&
+    x.offset.every((offset, c) => offset === y.offset[c]);
+  return a.length === b.length && a.every((stream, s) => same(stream, b[s]));
+}
+
+// Numbers of a vertex of a stream: a unit vector has two integers and three floats.
+function width({ kind, elements }, integers) {
+  return kind === Kind.OCT && !integers ? 3 : elements;
+}
+
+function array(Type, length) {
+  try {
+    return new Type(length);
+  } catch {
+    throw new MalformedError('the decoded arrays do not fit into memory');
+  }
+}
+
+// Runs `action`; an error names the blob if the view has several.
+function named(blobs, number, action) {
+  try {
+    return action();
+  } catch (error) {
+    throw blobs.length > 1 ? blamed(error, number) : error;
+  }
+}
+
+function blamed(error, number) {
+  return error instanceof MalformedError
+    ? new MalformedError(`blob ${number}: ${error.message}`)
+    : error;
+}
