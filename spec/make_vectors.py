@@ -744,6 +744,34 @@ def redundant_masks() -> bytes:
         return blob_writer.write_blob(streams, meshlets, 4)
 
 
+def limits() -> bytes:
+    """Meshlets of 64 vertices: one loop, a reference of length 64, and 63 references."""
+    streams = [blob_writer.Stream(bits=12)]
+    symbols = "R" * 61 + "E"
+    many = [reference(OWNED, 2), *[reference(OWNED, 1)] * 62]
+    meshlets = [
+        fixed_meshlet(symbols, [], streams, [1], [0], [63]),
+        fixed_meshlet(symbols, [[reference(OWNED, 64)]], streams, [1], [63], [0]),
+        fixed_meshlet(symbols, [many], streams, [63], [1], [0]),
+    ]
+    return blob_writer.write_blob(streams, meshlets, 192)
+
+
+def many_streams() -> bytes:
+    """64 streams, and a reference with 63 share bits."""
+    streams = [blob_writer.Stream(bits=12), *[blob_writer.Stream(INTEGER, 1, 8)] * 63]
+    own = [reference(OWNED, 1)] * 3
+    none = [0] * 64
+    meshlets = [
+        fixed_meshlet("E", [own], streams, [3] * 64, none, none),
+        fixed_meshlet(
+            "E", [[reference(FOREIGN, 1, 1, 0), *own[1:]]], streams, [1] * 64, none, none
+        ),
+    ]
+    with mock.patch.multiple(blob_writer, has_seams=lambda meshlet: True):
+        return blob_writer.write_blob(streams, meshlets, 4)
+
+
 def unused_bytes() -> bytes:
     """Unused bytes before the entries of both groups, and after each meshlet's data."""
     streams = [blob_writer.Stream(bits=10, elements=2, offset=(0.0, 0.0, 0.0, -7.5))]
@@ -970,6 +998,8 @@ VALID = {
     ),
     "rice_and_fixed_codes": (rice_and_fixed_codes, "Rice and fixed codes, for chains and interior"),
     "several_groups": (several_groups, "more than 32 meshlets"),
+    "limits": (limits, "64 vertices, a reference of length 64, and 63 references"),
+    "64_streams": (many_streams, "64 streams, and 63 share bits that are all one"),
     "awkward_topology": (
         awkward_topology,
         "non-manifold edges and vertices, duplicate and collapsed triangles",
@@ -1325,9 +1355,12 @@ def malformed_header() -> dict[str, bytes]:
         "too_many_streams": put_bytes(simple, 5, "B", 65),
         "flags": put_bytes(simple, 6, "B", 1),
         "reserved": put_bytes(simple, 28, "I", 1),
+        "reserved_byte": put_bytes(simple, 7, "B", 1),
         "triangle_count": put_bytes(simple, 8, "I", 3),
         "vertex_count_too_small": with_vertex_count(simple, 3),
         "vertex_count_too_large": with_vertex_count(simple, 5),
+        "vertex_count_of_no_triangle": with_vertex_count(simple, 2),
+        "vertex_count_above_meshlets": with_vertex_count(simple, 65),
         "vertex_count_impossible": with_vertex_count(simple, 0xFFFFFFFF),
         "no_meshlet": put_bytes(simple, 16, "I", 0),
         "meshlet_count_huge": put_bytes(simple, 16, "I", 0xFFFFFFFF),
@@ -1343,6 +1376,8 @@ def malformed_streams() -> dict[str, bytes]:
     return {
         "stream_kind": put_bytes(simple, 32, "B", 5),
         "stream_elements": put_bytes(simple, 33, "B", 5),
+        "stream_no_elements": put_bytes(simple, 33, "B", 0),
+        "stream_no_bits": put_bytes(simple, 34, "B", 0),
         "stream_bits": put_bytes(put_bytes(simple, 34, "B", 33), 35, "B", COPY),
         "stream_grid_bits": put_bytes(put_bytes(simple, 34, "B", 25), 35, "B", COPY),
         "stream_predictor_ring": put_bytes(with_streams(grid), 32 + 28 + 3, "B", 6),
@@ -1358,6 +1393,9 @@ def malformed_streams() -> dict[str, bytes]:
         "stream_offset": put_bytes(simple, 44, "f", float("inf")),
         "stream_offset_unused": put_bytes(simple, 56, "f", float("inf")),
         "stream_oct_elements": put_bytes(simple, 32, "B", OCT),
+        "stream_oct_bits_1": with_streams(blob_writer.Stream(OCT, 2, 1)),
+        "stream_sign_elements": with_streams(blob_writer.Stream(SIGN, 2, 1)),
+        "stream_sign_bits_2": with_streams(blob_writer.Stream(SIGN, 1, 2)),
         "stream_oct_bits": with_streams(blob_writer.Stream(OCT, 2, 17)),
         "stream_float_bits": put_bytes(simple, 32, "B", FLOAT32),
         "stream_sign_bits": put_bytes(simple, 32, "B", SIGN),

@@ -16,10 +16,13 @@ from tests.helpers.environment import ROOT
 from tests.helpers.vulkan_scenes import require_vulkan
 
 VECTORS = ROOT / "spec" / "vectors"
-# Capacities that fit all vectors: other ones would compile the shaders again. ELEMENTS cannot be
-# much larger: workgroups with teams of 8 or 16 hold the values of several meshlets, in 32 KiB.
+# Capacities that fit all vectors but the one of 64 streams (test_streams_of_every_shape has as
+# many): other ones would compile the shaders again. ELEMENTS cannot be much larger: workgroups with
+# teams of 8 or 16 hold the values of several meshlets, in 32 KiB.
 STREAMS = 6
 ELEMENTS = 15
+WIDE = VECTORS / "valid_64_streams.bin"
+VALID = sorted(set(VECTORS.glob("valid_*.bin")) - {WIDE})
 QUICK = ("single", "passes", "team32", "parallel")
 FULL = ("team8", "team16")
 
@@ -99,7 +102,7 @@ def has_sound_tables(blob: bytes) -> bool:
 
 
 def test_conformance_vectors(decoder):
-    for path in sorted(VECTORS.glob("valid_*.bin")):
+    for path in VALID:
         blob = path.read_bytes()
         assert_same(decoder.decode(blob), blob)
 
@@ -122,7 +125,7 @@ def test_mutated_bytes(decoder, tables):
     """Flips bits after the stream table, or only in the meshlets' data, of all valid vectors."""
     random = np.random.default_rng(7)
     refused = tried = 0
-    for path in sorted(VECTORS.glob("valid_*.bin")):
+    for path in VALID:
         blob = path.read_bytes()
         first = 32 + 28 * blob[5] if tables else int.from_bytes(blob[24:28], "little")
         for _ in range(15):
