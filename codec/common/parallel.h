@@ -19,20 +19,26 @@ inline int resolve_threads(int threads) {
 }
 
 // Calls body(i) once for every i < count. The calling thread takes part. After an exception the
-// remaining items are dropped; one of the exceptions is rethrown when all threads have ended.
+// remaining items are dropped. When all threads have ended, the exception of the first item that
+// failed is rethrown: items start in order, so that all items before it have run.
 template <class Body>
 void parallel_for(int threads, size_t count, Body&& body) {
+  struct Failure {
+    size_t item;
+    std::exception_ptr exception;
+  };
   std::atomic<size_t> next{0};
-  const auto work = [&](std::exception_ptr& failure) {
+  const auto work = [&](Failure& failure) {
+    size_t i = 0;
     try {
-      for (size_t i; (i = next.fetch_add(1)) < count;) body(i);
+      while ((i = next.fetch_add(1)) < count) body(i);
     } catch (...) {
-      failure = std::current_exception();
+      failure = {i, std::current_exception()};
       next = count;
     }
   };
   const size_t workers = std::min(size_t(resolve_threads(threads)), count);
-  std::vector<std::exception_ptr> failures(std::max<size_t>(workers, 1));
+  std::vector<Failure> failures(std::max<size_t>(workers, 1), Failure{count, nullptr});
   std::vector<std::thread> pool;
   pool.reserve(workers);
   try {
@@ -42,8 +48,9 @@ void parallel_for(int threads, size_t count, Body&& body) {
   }
   work(failures[0]);
   for (std::thread& thread : pool) thread.join();
-  for (const std::exception_ptr& failure : failures)
-    if (failure) std::rethrow_exception(failure);
+  const auto earlier = [](const Failure& a, const Failure& b) { return a.item < b.item; };
+  const Failure& first = *std::min_element(failures.begin(), failures.end(), earlier);
+  if (first.exception) std::rethrow_exception(first.exception);
 }
 
 }  // namespace meshlet

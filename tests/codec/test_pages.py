@@ -450,3 +450,17 @@ def test_random_damage_never_crashes(view, data):
             reader(bytes(damaged))
         except ValueError as error:
             assert "\n" not in str(error)
+
+
+def test_the_first_damaged_page_is_reported_whatever_the_threads(view):
+    damaged = bytearray(view)
+    pages = _codec.split(view)
+    for offset, size in pages[1:]:
+        damaged[offset + size // 2 : offset + size - 8] = b"\xff" * (size - size // 2 - 8)
+    assert len(pages) > 4
+    messages = set()
+    for threads in [1] + 50 * [4]:
+        with pytest.raises(ValueError) as error:
+            _codec.validate(bytes(damaged), threads)
+        messages.add(str(error.value))
+    assert len(messages) == 1 and messages.pop().startswith("blob 1: ")
