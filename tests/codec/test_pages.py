@@ -453,14 +453,17 @@ def test_random_damage_never_crashes(view, data):
 
 
 def test_the_first_damaged_page_is_reported_whatever_the_threads(view):
-    damaged = bytearray(view)
+    """Page 2 is found damaged at its end, page 3 at its beginning."""
     pages = _codec.split(view)
-    for offset, size in pages[1:]:
-        damaged[offset + size // 2 : offset + size - 8] = b"\xff" * (size - size // 2 - 8)
-    assert len(pages) > 4
+    second, third = pages[2][0], pages[3][0]
+    damaged = bytearray(
+        changed(view, second + VERTEX_COUNT, number(view, second + VERTEX_COUNT) + 1)
+    )
+    data = third + number(view, third + 24) + 128  # behind the entries
+    damaged[data : data + 64] = b"\xff" * 64
     messages = set()
-    for threads in [1] + 50 * [4]:
+    for threads in [1] + 100 * [2]:
         with pytest.raises(ValueError) as error:
             _codec.validate(bytes(damaged), threads)
         messages.add(str(error.value))
-    assert len(messages) == 1 and messages.pop().startswith("blob 1: ")
+    assert len(messages) == 1 and messages.pop().startswith("blob 2: ")
