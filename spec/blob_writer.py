@@ -439,6 +439,17 @@ def random_disks(rng: random.Random, smallest_loop: int = 3) -> list[str]:
             return disks
 
 
+def random_bits(rng: random.Random, kind: int) -> int:
+    """Bits that a stream of this kind may have."""
+    return {
+        GRID: rng.randint(1, 24),
+        OCT: rng.randint(2, 16),
+        INTEGER: rng.randint(1, 32),
+        FLOAT32: 32,
+        SIGN: 1,
+    }[kind]
+
+
 def random_streams(rng: random.Random) -> list[Stream]:
     """One to five streams of random kinds and predictors; the first is a grid of positions."""
     streams = [
@@ -451,13 +462,7 @@ def random_streams(rng: random.Random) -> list[Stream]:
     for _ in range(rng.randint(0, 4)):
         kind = rng.randint(0, 4)
         elements = {OCT: 2, SIGN: 1}.get(kind, rng.randint(1, 4))
-        bits = {
-            GRID: rng.randint(1, 24),
-            OCT: rng.randint(2, 16),
-            INTEGER: rng.randint(1, 32),
-            FLOAT32: 32,
-            SIGN: 1,
-        }[kind]
+        bits = random_bits(rng, kind)
         choices = [PARALLELOGRAM, MEAN, COPY, DAMPED]
         if kind == OCT:
             choices += [GEO] * 4

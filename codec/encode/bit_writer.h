@@ -19,12 +19,6 @@ class BitWriter {
     }
   }
 
-  // bits <= 64.
-  void put_mask(uint64_t mask, uint32_t bits) {
-    put(uint32_t(mask), bits < 32 ? bits : 32);
-    if (bits > 32) put(uint32_t(mask >> 32), bits - 32);
-  }
-
   // `quotient` zeros, then a one.
   void put_unary(uint32_t quotient) {
     for (; quotient >= 32; quotient -= 32) put(0, 32);

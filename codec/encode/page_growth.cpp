@@ -5,34 +5,13 @@
 #include <limits>
 #include <utility>
 
+#include "common/hilbert.h"
 #include "segment/half_edges.h"
 
 namespace meshlet {
 namespace {
 
 constexpr uint32_t kNone = ~0u;
-
-// Index of a point with coordinates of 10 bits on a Hilbert curve through the cube (J. Skilling,
-// Programming the Hilbert curve, AIP Conference Proceedings 707, 2004).
-uint32_t hilbert_index(std::array<uint32_t, 3> x) {
-  constexpr uint32_t kBits = 10;
-  for (uint32_t q = 1u << (kBits - 1); q > 1; q >>= 1) {
-    for (uint32_t& coordinate : x) {
-      const uint32_t swapped = coordinate & q ? 0 : (x[0] ^ coordinate) & (q - 1);
-      x[0] ^= coordinate & q ? q - 1 : swapped;
-      coordinate ^= swapped;
-    }
-  }
-  x[1] ^= x[0];
-  x[2] ^= x[1];
-  uint32_t t = 0;
-  for (uint32_t q = 1u << (kBits - 1); q > 1; q >>= 1)
-    if (x[2] & q) t ^= q - 1;
-  uint32_t index = 0;
-  for (uint32_t bit = kBits; bit-- > 0;)
-    for (uint32_t coordinate : x) index = index << 1 | ((coordinate ^ t) >> bit & 1);
-  return index;
-}
 
 // The meshlets along a Hilbert curve through their centres.
 std::vector<uint32_t> along_hilbert_curve(const MeshView& mesh, const Meshlets& meshlets) {
@@ -60,7 +39,8 @@ std::vector<uint32_t> along_hilbert_curve(const MeshView& mesh, const Meshlets& 
   std::vector<std::pair<uint32_t, uint32_t>> keyed(count);
   for (uint32_t m = 0; m < count; m++) {
     std::array<uint32_t, 3> cell;
-    for (int c = 0; c < 3; c++) cell[c] = uint32_t((centres[m][c] - low[c]) / size * 1023.0f);
+    for (int c = 0; c < 3; c++)
+      cell[c] = uint32_t((centres[m][c] - low[c]) / size * float((1 << kHilbertBits) - 1));
     keyed[m] = {hilbert_index(cell), m};
   }
   std::sort(keyed.begin(), keyed.end());

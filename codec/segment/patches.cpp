@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "common/hilbert.h"
 #include "common/parallel.h"
 
 namespace meshlet {
@@ -42,34 +43,8 @@ Vec3 corner_position(const MeshView& mesh, const Frame& frame, size_t corner) {
           float((p[2] - frame.origin[2]) * frame.scale)};
 }
 
-constexpr int kCurveBits = 10;  // per axis
-
-// Place of a grid cell on the Hilbert curve: the transposed index (Skilling 2004), interleaved.
-uint32_t hilbert_code(std::array<uint32_t, 3> x) {
-  for (uint32_t q = 1u << (kCurveBits - 1); q > 1; q >>= 1) {
-    for (int i = 0; i < 3; i++) {
-      if (x[i] & q) {
-        x[0] ^= q - 1;
-      } else {
-        const uint32_t swap = (x[0] ^ x[i]) & (q - 1);
-        x[0] ^= swap;
-        x[i] ^= swap;
-      }
-    }
-  }
-  x[1] ^= x[0];
-  x[2] ^= x[1];
-  uint32_t flip = 0;
-  for (uint32_t q = 1u << (kCurveBits - 1); q > 1; q >>= 1)
-    if (x[2] & q) flip ^= q - 1;
-  uint32_t code = 0;
-  for (int b = kCurveBits - 1; b >= 0; --b)
-    for (int i = 0; i < 3; i++) code = code << 1 | ((x[i] ^ flip) >> b & 1);
-  return code;
-}
-
 uint32_t to_cell(float coordinate) {
-  constexpr int cells = 1 << kCurveBits;
+  constexpr int cells = 1 << kHilbertBits;
   return uint32_t(std::min(std::max(int(coordinate * cells), 0), cells - 1));
 }
 
@@ -98,14 +73,14 @@ std::vector<uint32_t> order_along_curve(const std::vector<Vec3>& points, int thr
   std::vector<uint32_t> codes(points.size()), order(points.size()), sorted(points.size());
   parallel_for(threads, block_count(points.size()), [&](size_t b) {
     for (size_t i = b * kBlock; i < std::min((b + 1) * kBlock, points.size()); i++) {
-      codes[i] = hilbert_code({to_cell(points[i].x), to_cell(points[i].y), to_cell(points[i].z)});
+      codes[i] = hilbert_index({to_cell(points[i].x), to_cell(points[i].y), to_cell(points[i].z)});
       order[i] = uint32_t(i);
     }
   });
-  // Stable radix sort, kCurveBits at a time.
-  for (int shift = 0; shift < 3 * kCurveBits; shift += kCurveBits) {
-    std::array<uint32_t, (1 << kCurveBits) + 1> begin{};
-    const uint32_t mask = (1u << kCurveBits) - 1;
+  // Stable radix sort, kHilbertBits at a time.
+  for (int shift = 0; shift < 3 * kHilbertBits; shift += kHilbertBits) {
+    std::array<uint32_t, (1 << kHilbertBits) + 1> begin{};
+    const uint32_t mask = (1u << kHilbertBits) - 1;
     for (const uint32_t code : codes) ++begin[(code >> shift & mask) + 1];
     for (size_t digit = 1; digit < begin.size(); digit++) begin[digit] += begin[digit - 1];
     for (const uint32_t i : order) sorted[begin[codes[i] >> shift & mask]++] = i;

@@ -1,5 +1,5 @@
-// The fourth pass, after corners.comp: the values of the chains between corners, but
-// for those of seams.
+// The fourth pass, after corners.comp: the values of the chains between corners, without
+// those of seams.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require

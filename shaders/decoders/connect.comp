@@ -34,8 +34,12 @@ void keep_header(HEADER_IN h) {
   places.foreign_refs = h.foreign_refs;
   places.private_refs = h.private_refs;
   places.loop_ends = h.loop_ends;
-  places.counts = h.triangles | h.references << 7 | h.flags << 13 | h.length_width << 16 |
-                  h.delta_width << 19 | h.slot_width << 24;
+  places.counts = bitfieldInsert(0u, h.triangles, COUNT_TRIANGLES);
+  places.counts = bitfieldInsert(places.counts, h.references, COUNT_REFERENCES);
+  places.counts = bitfieldInsert(places.counts, h.flags, COUNT_FLAGS);
+  places.counts = bitfieldInsert(places.counts, h.length_width, COUNT_LENGTH_WIDTH);
+  places.counts = bitfieldInsert(places.counts, h.delta_width, COUNT_DELTA_WIDTH);
+  places.counts = bitfieldInsert(places.counts, h.slot_width, COUNT_SLOT_WIDTH);
   places.lengths = header_sound ? h.lengths : NO_PLACE;
   places.entries = h.entries;
   places.codes = h.codes;

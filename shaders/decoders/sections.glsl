@@ -118,11 +118,6 @@ uint after_ones(uint p, uint n) {
 uint anchors_begin(HEADER_IN h) {
   uint p = h.codes;
   bool chains = mask_any(h.owned_refs);
-  uint bits = CODE_BITS * stream_total * (chains ? 2u : 1u);
-  if (bits <= 30u) {  // all codes at once: none is fixed if no field has three ones
-    uint fields = load_bits(p, bits);
-    if ((fields & (fields >> 1) & (fields >> 2) & 0x09249249u) == 0u) return p + bits;
-  }
   for (uint s = 0u; s < stream_total; s++) {
     if (chains) code_at(p, s, true);
     code_at(p, s, false);

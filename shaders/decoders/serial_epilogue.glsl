@@ -59,13 +59,3 @@ void read_codes(uint n, uint code) {
     residuals[i] = unzigzag(coded_value(code, next_quotient(unary), low_cursor));
   if (low_cursor > 8u * (byte_length - BLOB_PADDING_BYTES)) error = ERROR_UNARY;
 }
-
-// Leaves the sum of each element of n vertices in residuals[0 .. elements - 1].
-void sum_codes(uint n, uint elements, uint code) {
-  for (uint c = 0u; c < elements; c++) residuals[c] = 0u;
-  uint c = 0u;
-  for (uint i = 0u; i < n * elements && error == ERROR_NONE; i++) {
-    residuals[c] += unzigzag(coded_value(code, next_quotient(unary), low_cursor));
-    c = c + 1u < elements ? c + 1u : 0u;
-  }
-}

@@ -104,4 +104,3 @@ UnaryReader seek_unary(uint p) {
 // Defined in the epilogue: they set `error`, which serial_decoder.glsl declares.
 void skip_unary(inout UnaryReader reader, uint n);
 void read_codes(uint n, uint code);
-void sum_codes(uint n, uint elements, uint code);

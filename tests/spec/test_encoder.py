@@ -7,7 +7,18 @@ import pytest
 
 from gltf_ext import _codec
 from spec import make_vectors, reference_decoder
-from spec.blob_writer import AFFINE, COPY, DAMPED, FLOAT32, GEO, GRID, INTEGER, OCT, SIGN
+from spec.blob_writer import (
+    AFFINE,
+    COPY,
+    DAMPED,
+    FLOAT32,
+    GEO,
+    GRID,
+    INTEGER,
+    OCT,
+    SIGN,
+    random_bits,
+)
 
 CHOOSE = -1  # in place of a predictor: the encoder chooses
 
@@ -15,13 +26,7 @@ CHOOSE = -1  # in place of a predictor: the encoder chooses
 def random_stream(rng: random.Random) -> dict:
     kind = rng.choice([GRID, OCT, INTEGER, FLOAT32, SIGN])
     elements = {OCT: 2, FLOAT32: 1, SIGN: 1}.get(kind) or rng.randint(1, 4)
-    bits = {
-        GRID: rng.randint(1, 24),
-        OCT: rng.randint(2, 16),
-        INTEGER: rng.randint(1, 32),
-        FLOAT32: 32,
-        SIGN: 1,
-    }[kind]
+    bits = random_bits(rng, kind)
     predictors = [CHOOSE, COPY]
     if bits <= 24:
         predictors += range(DAMPED + 1)
