@@ -115,7 +115,9 @@ void add(EncoderStats& to, const EncoderStats& from) {
   to.vertices += from.vertices;
   to.bits.add(from.bits);
   for (const auto& [stage, seconds] : from.stage_seconds) {
-    const auto same = [&](const auto& known) { return std::string_view(known.first) == stage; };
+    const auto same = [&stage = stage](const auto& known) {
+      return std::string_view(known.first) == stage;
+    };
     const auto found = std::find_if(to.stage_seconds.begin(), to.stage_seconds.end(), same);
     if (found == to.stage_seconds.end())
       to.stage_seconds.emplace_back(stage, seconds);
