@@ -1,9 +1,10 @@
-"""How small? Our files beside the paper's encoding, Draco, Corto and meshopt, at equal precision.
+"""How small? Our files beside the paper's encoding, Draco, Corto, meshopt and DGF, equally precise.
 
 Writes docs/size.md, docs/figure3.png, figure7.png and peers.png. All codecs get
 the same primitives with positions, normals and texture coordinates (no colours) on the same grids;
-bench/peers.py says what to install. The result names each codec that is missing; its column stays
-empty.
+bench/peers.py and meshlet_peers.py say what to install. The result names each codec that is
+missing; its column stays empty. Formats of meshlets are also measured with positions alone, and
+timed.
 """
 
 from __future__ import annotations
@@ -15,17 +16,19 @@ from functools import cache
 from pathlib import Path
 
 import gltf_ext
-from bench import figures, paper_encoding, peers
+from bench import figures, meshlet_peers, paper_encoding, peers
 from bench.common import (
     Question,
     best_in_bold,
     markdown_table,
     origin_line,
     progress,
+    spread,
     write_page,
 )
 from bench.generated import GENERATED, write_generated
 from bench.models import OTHER_MODELS, PAPER_MODELS, real_models
+from bench.speed import native
 from gltf_ext import _codec
 from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.primitives import Primitive
@@ -60,6 +63,23 @@ SECTIONS = (*FIELDS, TABLES)
 # These must be unpacked before they are drawn: on the GPU they take as much as the raw model.
 UNPACKED = ("Draco", "draco_encoder", "Corto")
 CHECK = "draco_encoder"  # checks that DracoPy's sizes are Draco's
+SINGLE = "ours, meshlet by meshlet"
+# What others have published, on models of their own: name, bytes, per triangle of, with, source
+PUBLISHED = (
+    ("Nanite", "9.3 in memory, 5.6 on disk", "any level of detail",
+     "[SIGGRAPH 2021 course]"
+     "(https://advances.realtimerendering.com/s2021/Karis_Nanite_SIGGRAPH_Advances_2021_final.pdf),"
+     " slide 144: 882 million triangles of all levels in 7.67 and 4.61 GiB"),
+    ("Nanite", "19.0 in memory, 11.4 on disk", "the model",
+     "the same slide: 433 million triangles before levels of detail"),
+    ("Nanite", "14.4 on disk", "the model",
+     "[Unreal Engine's manual]"
+     "(https://dev.epicgames.com/documentation/unreal-engine/nanite-technical-details), "
+     "Valley of the Ancient"),
+    ("vk_lod_clusters", "15.6 on disk", "the model",
+     "[its README](https://github.com/nvpro-samples/vk_lod_clusters), commit 70506fd: Zorah, 1.63 "
+     "billion triangles in a cache file of 25.5 GB, written with `--compressed 1`"),
+)  # fmt: skip
 
 
 # --- measurements ---
@@ -126,21 +146,27 @@ def section_bits(blob: bytes) -> Counter:
 def measure(options: argparse.Namespace) -> dict:
     """All models in all codecs."""
     codecs, missing = peers.available()
-    rows = []
+    formats, also_missing = meshlet_peers.available()
+    rows, positions = [], []
     with tempfile.TemporaryDirectory() as folder:
         for path in [*real_models(), *write_generated(Path(folder))]:
-            rows.append(measure_model(path, codecs))
+            rows.append(measure_model(path, codecs, formats))
+            positions.append(measure_positions(path, formats))
             progress(f"{path.stem}: {rows[-1]['ratio']:.2f}")
     return {
         "options": OPTIONS,
-        "codecs": {codec.name: codec.version for codec in codecs},
-        "missing": missing,
+        "codecs": {codec.name: codec.version for codec in [*codecs, *formats]},
+        "missing": missing + also_missing,
         "models": rows,
+        "positions": positions,
     }
 
 
-def measure_model(path: Path, codecs: list) -> dict:
-    """One model in every codec: inspect's totals of ours, and the bytes of all."""
+def measure_model(path: Path, codecs: list, formats: list) -> dict:
+    """One model in every codec: inspect's totals of ours, and the bytes of all.
+
+    codecs: of bench/peers.py; formats: of bench/meshlet_peers.py.
+    """
     primitives = peers.read_primitives(path)
     parts = peers.parts_of(primitives, _bits())
     row = {"model": path.stem, **measure_ours(primitives)}
@@ -158,6 +184,10 @@ def measure_model(path: Path, codecs: list) -> dict:
             "file_bytes": codec.file_bytes(buffers),
             "resident_bytes": codec.resident_bytes(parts, buffers),
         }
+    integers = meshlet_peers.integers_of(primitives, _bits())
+    for peer in formats:
+        made = peer.run(integers).bytes
+        sizes[peer.name] = {"file_bytes": made, "resident_bytes": made}
     for size in sizes.values():
         size.update(
             ratio=row["raw_bytes"] / size["file_bytes"],
@@ -167,8 +197,34 @@ def measure_model(path: Path, codecs: list) -> dict:
     return {**row, "codecs": sizes}
 
 
-def measure_ours(primitives: list[Primitive]) -> dict:
-    """inspect's totals without `blobs`; `sections` (bits per triangle) and `resident_bytes`."""
+def measure_positions(path: Path, formats: list) -> dict:
+    """Positions and triangles alone in the formats of meshlets: bytes and times, on one thread."""
+    primitives = peers.read_primitives(path, {"POSITION": peers.ATTRIBUTES["POSITION"]})
+    totals, blobs = compressed(primitives)
+    meshlets = sum(_codec.Decoder(blob).meshlet_count for blob in blobs)
+    with tempfile.TemporaryDirectory() as folder:
+        times = native("decode_speed", blobs, Path(folder))
+    ours = {"bytes": sum(map(len, blobs)), "meshlets": meshlets}
+    measured = {
+        OURS: {**ours, "decode_seconds": spread(times["decode_seconds"])},
+        SINGLE: {
+            **ours,
+            "decode_seconds": spread([meshlets * t / 1e6 for t in times["meshlet_microseconds"]]),
+        },
+    }
+    integers = meshlet_peers.integers_of(primitives, _bits())
+    for peer in formats:
+        run = peer.run(integers)
+        measured[peer.name] = {
+            "bytes": run.bytes,
+            "meshlets": run.meshlets,
+            "decode_seconds": spread(run.decode_seconds),
+        }
+    return {"model": path.stem, "triangles": totals["triangles"], "formats": measured}
+
+
+def compressed(primitives: list[Primitive]) -> tuple[dict, list[bytes]]:
+    """(inspect's totals of the primitives' file, its blobs)."""
     meshes: dict[int, list] = {}
     for primitive in primitives:
         meshes.setdefault(primitive.mesh, []).append((primitive.indices, primitive.attributes))
@@ -176,9 +232,14 @@ def measure_ours(primitives: list[Primitive]) -> dict:
         source, output = Path(folder) / "in.glb", Path(folder) / "out.glb"
         source.write_bytes(peers.plain_glb(list(meshes.values())))
         gltf_ext.compress(source, output, **OPTIONS)
-        totals = gltf_ext.inspect(output)["totals"]
-        del totals["blobs"]  # one for each primitive
         blobs = [b for p in require_compressed(open_model(output)) for b in p.blobs]
+        return gltf_ext.inspect(output)["totals"], blobs
+
+
+def measure_ours(primitives: list[Primitive]) -> dict:
+    """inspect's totals without `blobs`; `sections` (bits per triangle) and `resident_bytes`."""
+    totals, blobs = compressed(primitives)
+    del totals["blobs"]  # one for each primitive
     bits = sum((section_bits(blob) for blob in blobs), Counter())
     bits[TABLES] += 8 * (totals["compressed_bytes"] - sum(map(len, blobs)))
     return {
@@ -258,6 +319,39 @@ def attribute_table(rows: list[dict]) -> str:
     )
 
 
+def position_tables(rows: list[dict]) -> str:
+    """Bits per triangle, and decoding speed, of positions and triangles alone."""
+    names = list(dict.fromkeys(name for row in rows for name in row["formats"]))
+    formats = [name for name in names if name != SINGLE]
+    size, speed = [], []
+    for row in rows:
+        of = [row["formats"].get(name) for name in formats]
+        bits = [f and 8 * f["bytes"] / row["triangles"] for f in of]
+        full = [f and row["triangles"] / f["meshlets"] for f in of]
+        size.append(
+            [row["model"], *best_in_bold(bits, ".2f", largest=False)]
+            + ["" if n is None else f"{n:.1f}" for n in full]
+        )
+        rates = [
+            f and row["triangles"] / f["decode_seconds"]["median"] / 1e6
+            for f in map(row["formats"].get, names)
+        ]
+        speed.append([row["model"], *best_in_bold(rates, ".0f")])
+    counts = [f"{name}: triangles per meshlet" for name in formats]
+    return (
+        f"{markdown_table(['model', *formats, *counts], size)}\n"
+        "Million triangles per second on one thread of the CPU, into the vertices of each meshlet "
+        "as\nfloats; ours also as a whole, into vertices shared by all meshlets:\n\n"
+        + markdown_table(["model", *names], speed)
+    )
+
+
+def published_table() -> str:
+    return markdown_table(
+        ["format", "bytes", "per triangle of", "source"], [list(row) for row in PUBLISHED]
+    ).replace("---:", "---")
+
+
 def smaller_than_ours(result: dict, key: str, names: list[str]) -> str:
     """The codecs that are smaller than ours and their models, in words."""
     found, of_all = [], f"of {len(result['models'])} models"
@@ -317,7 +411,14 @@ grid, one per mesh.
 * Raw: source vertices after welding identical ones, 4 bytes per float, plus 12 bytes per triangle,
   without colours.
 * Ours: all bytes of the extension, its JSON included. The others: their buffers without JSON.
-* Draco drops the few triangles that collapse on the grid; the others keep them.
+* Draco and DGF drop triangles that collapse on the grid, DGF only those that name a vertex twice;
+  the others keep them.
+* meshopt meshlets: triangles by `meshopt_encodeMeshlet`, at most 64 vertices and 126 triangles.
+  Each meshlet has its own vertices, as the library's manual describes for positions: the
+  least value of each element, and bits for the largest difference. 8 bytes more find a meshlet.
+* AMD DGF: blocks of 128 bytes with positions and triangles, by each packer of its SDK. Its manual
+  puts other attributes beside the blocks, once per vertex of a block: 2 bytes of normal, 3 of
+  texture coordinates.
 
 Versions:
 
@@ -344,6 +445,16 @@ and Corto unpack to the raw model (1.00), or at best to quantised glTF.
 Smaller than ours: {smaller_than_ours(result, "resident_ratio", resident)}.
 
 {ratios(result, "resident_ratio", resident)}
+## Positions and triangles alone
+
+Formats that a GPU decodes meshlet by meshlet, without other attributes. Bits per triangle, all data
+that decoding needs:
+
+{position_tables(result["positions"])}
+Published by others, for models, precisions and attributes of their own, levels of detail included
+(ours have none); not measured here:
+
+{published_table()}
 ## Where our bits go
 
 Bits per triangle, by section of the format. Anchors are vertices where boundaries meet, chains the

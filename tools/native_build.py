@@ -21,7 +21,16 @@ def build(option: str) -> Path:
     option: MESHLET_BENCH, MESHLET_FUZZ or MESHLET_NATIVE_TESTS.
     Raises FileNotFoundError without cmake.
     """
-    folder = ROOT / "build" / option.lower()
+    return build_folder(
+        ROOT, ROOT / "build" / option.lower(), "-DMESHLET_PYTHON=OFF", f"-D{option}=ON"
+    )
+
+
+def build_folder(source: Path, folder: Path, *options: str) -> Path:
+    """Builds the CMake project in `source` with its options in `folder`; returns `folder`.
+
+    Raises FileNotFoundError without cmake.
+    """
     cmake = shutil.which(
         "cmake",
         path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
@@ -32,7 +41,7 @@ def build(option: str) -> Path:
     with (folder / ".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # tests in several processes share the folder
         for command in (
-            [cmake, "-S", ROOT, "-B", folder, "-DMESHLET_PYTHON=OFF", f"-D{option}=ON"],
+            [cmake, "-S", source, "-B", folder, *options],
             [cmake, "--build", folder, "--parallel"],
         ):
             subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
