@@ -10,8 +10,10 @@ timed.
 from __future__ import annotations
 
 import argparse
+import statistics
 import tempfile
 from collections import Counter
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -323,27 +325,39 @@ def position_tables(rows: list[dict]) -> str:
     """Bits per triangle, and decoding speed, of positions and triangles alone."""
     names = list(dict.fromkeys(name for row in rows for name in row["formats"]))
     formats = [name for name in names if name != SINGLE]
-    size, speed = [], []
-    for row in rows:
-        of = [row["formats"].get(name) for name in formats]
-        bits = [f and 8 * f["bytes"] / row["triangles"] for f in of]
-        full = [f and row["triangles"] / f["meshlets"] for f in of]
-        size.append(
-            [row["model"], *best_in_bold(bits, ".2f", largest=False)]
-            + ["" if n is None else f"{n:.1f}" for n in full]
-        )
-        rates = [
-            f and row["triangles"] / f["decode_seconds"]["median"] / 1e6
-            for f in map(row["formats"].get, names)
+
+    def table(
+        names: list[str], figure: Callable[[dict, dict], float], form: str, most: bool
+    ) -> str:
+        cells = [
+            [figure(row, row["formats"][n]) if n in row["formats"] else None for n in names]
+            for row in rows
         ]
-        speed.append([row["model"], *best_in_bold(rates, ".0f")])
-    counts = [f"{name}: triangles per meshlet" for name in formats]
-    return (
-        f"{markdown_table(['model', *formats, *counts], size)}\n"
-        "Million triangles per second on one thread of the CPU, into the vertices of each meshlet "
-        "as\nfloats; ours also as a whole, into vertices shared by all meshlets:\n\n"
-        + markdown_table(["model", *names], speed)
+        return markdown_table(
+            ["model", *names],
+            [[r["model"], *best_in_bold(c, form, largest=most)] for r, c in zip(rows, cells)],
+        )
+
+    full = {
+        name: statistics.median(
+            row["triangles"] / row["formats"][name]["meshlets"]
+            for row in rows
+            if name in row["formats"]
+        )
+        for name in formats
+    }
+    bits = table(formats, lambda row, of: 8 * of["bytes"] / row["triangles"], ".2f", False)
+    rate = table(
+        names, lambda row, of: row["triangles"] / of["decode_seconds"]["median"] / 1e6, ".0f", True
     )
+    return f"""{bits}
+Triangles per meshlet or block, median of the models: \
+{", ".join(f"{name} {count:.1f}" for name, count in full.items())}.
+
+Million triangles per second on one thread of the CPU, into the vertices of each meshlet as floats;
+ours also as a whole, into vertices that all meshlets share:
+
+{rate}"""
 
 
 def published_table() -> str:
