@@ -21,10 +21,13 @@ from pathlib import Path
 
 import numpy as np
 
+import gltf_ext
 from bench.common import ROOT
-from bench.peers import PeerMissing, checkout_version, installed, position_grids
+from bench.peers import PeerMissing, checkout_version, installed, plain_glb, position_grids
+from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.compression.streams import Bits, plan_primitive
+from gltf_ext.gltf.importers import open_model
 from tools.native_build import build_folder
 
 PROGRAMS = ROOT / "bench" / "peer_programs"
@@ -73,6 +76,19 @@ def integers_of(primitives: list[Primitive], bits: Bits = DEFAULT_BITS) -> list[
     return result
 
 
+def compressed(primitives: list[Primitive], **options) -> tuple[dict, list[bytes]]:
+    """Ours: (inspect's totals of the primitives' file, its blobs). options: of compress."""
+    meshes: dict[int, list] = {}
+    for primitive in primitives:
+        meshes.setdefault(primitive.mesh, []).append((primitive.indices, primitive.attributes))
+    with tempfile.TemporaryDirectory() as folder:
+        source, output = Path(folder) / "in.glb", Path(folder) / "out.glb"
+        source.write_bytes(plain_glb(list(meshes.values())))
+        gltf_ext.compress(source, output, **options)
+        blobs = [b for p in require_compressed(open_model(output)) for b in p.blobs]
+        return gltf_ext.inspect(output)["totals"], blobs
+
+
 class MeshoptMeshlets:
     """meshoptimizer's meshlet codec; each meshlet has its vertices, packed with the least bits.
 
@@ -83,14 +99,14 @@ class MeshoptMeshlets:
     limits = ("64", "126")  # vertices, triangles
 
     def __init__(self) -> None:
-        self._checkout = _checkout(
+        self.checkout = _checkout(
             "GLTF_MESHLET_MESHOPTIMIZER", "zeux/meshoptimizer", "src/meshletcodec.cpp"
         )
-        self.version = f"meshoptimizer {checkout_version(self._checkout)}"
+        self.version = f"meshoptimizer {checkout_version(self.checkout)}"
 
     def run(self, parts: list[Integers], stream: Path | None = None) -> Run:
         """Encodes, decodes and times. stream: a file to write (see meshopt_meshlets.cpp)."""
-        program = _program("meshopt_meshlets", "MESHOPTIMIZER", self._checkout)
+        program = _program("meshopt_meshlets", "MESHOPTIMIZER", self.checkout)
         figures, decoded = _run([program, *self.limits], parts, stream)
         return Run(
             figures["bytes"],
@@ -111,15 +127,15 @@ class DenseGeometry:
     """
 
     def __init__(self, packer: str = "SAH"):
-        self._checkout = _checkout(
+        self.checkout = _checkout(
             "GLTF_MESHLET_DGF", "GPUOpen-LibrariesAndSDKs/DGF-SDK", "DGFLib/DGF.cpp"
         )
         self.packer, self.name = packer, f"AMD DGF, {packer}"
-        self.version = f"DGF-SDK {checkout_version(self._checkout)}"
+        self.version = f"DGF-SDK {checkout_version(self.checkout)}"
 
     def run(self, parts: list[Integers], stream: Path | None = None) -> Run:
         """Encodes, decodes and times. stream: a file for the blocks. Decodes positions only."""
-        program = _program("dgf_blocks", "DGF_SDK", self._checkout)
+        program = _program("dgf_blocks", "DGF_SDK", self.checkout)
         bare = [
             Integers(
                 part.triangles,

@@ -17,14 +17,14 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-import gltf_ext
-from bench import figures, meshlet_peers, paper_encoding, peers
+from bench import figures, meshlet_peers, paper_encoding, peers, vulkan_peers
 from bench.common import (
     Question,
     best_in_bold,
     markdown_table,
     origin_line,
     progress,
+    read_result,
     spread,
     write_page,
 )
@@ -32,10 +32,8 @@ from bench.generated import GENERATED, write_generated
 from bench.models import OTHER_MODELS, PAPER_MODELS, real_models
 from bench.speed import native
 from gltf_ext import _codec
-from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.compression.streams import Bits
-from gltf_ext.gltf.importers import open_model
 from spec.reference_decoder import BitReader, BlobFile, Meshlet
 
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
@@ -202,7 +200,7 @@ def measure_model(path: Path, codecs: list, formats: list) -> dict:
 def measure_positions(path: Path, formats: list) -> dict:
     """Positions and triangles alone in the formats of meshlets: bytes and times, on one thread."""
     primitives = peers.read_primitives(path, {"POSITION": peers.ATTRIBUTES["POSITION"]})
-    totals, blobs = compressed(primitives)
+    totals, blobs = meshlet_peers.compressed(primitives, **OPTIONS)
     meshlets = sum(_codec.Decoder(blob).meshlet_count for blob in blobs)
     with tempfile.TemporaryDirectory() as folder:
         times = native("decode_speed", blobs, Path(folder))
@@ -225,22 +223,9 @@ def measure_positions(path: Path, formats: list) -> dict:
     return {"model": path.stem, "triangles": totals["triangles"], "formats": measured}
 
 
-def compressed(primitives: list[Primitive]) -> tuple[dict, list[bytes]]:
-    """(inspect's totals of the primitives' file, its blobs)."""
-    meshes: dict[int, list] = {}
-    for primitive in primitives:
-        meshes.setdefault(primitive.mesh, []).append((primitive.indices, primitive.attributes))
-    with tempfile.TemporaryDirectory() as folder:
-        source, output = Path(folder) / "in.glb", Path(folder) / "out.glb"
-        source.write_bytes(peers.plain_glb(list(meshes.values())))
-        gltf_ext.compress(source, output, **OPTIONS)
-        blobs = [b for p in require_compressed(open_model(output)) for b in p.blobs]
-        return gltf_ext.inspect(output)["totals"], blobs
-
-
 def measure_ours(primitives: list[Primitive]) -> dict:
     """inspect's totals without `blobs`; `sections` (bits per triangle) and `resident_bytes`."""
-    totals, blobs = compressed(primitives)
+    totals, blobs = meshlet_peers.compressed(primitives, **OPTIONS)
     del totals["blobs"]  # one for each primitive
     bits = sum((section_bits(blob) for blob in blobs), Counter())
     bits[TABLES] += 8 * (totals["compressed_bytes"] - sum(map(len, blobs)))
@@ -366,6 +351,19 @@ def published_table() -> str:
     ).replace("---:", "---")
 
 
+def gpu_table() -> str:
+    """What bench/vulkan_peers.py has measured; empty if it has not."""
+    result = read_result("vulkan_peers")
+    if result is None:
+        return ""
+    device = "{name}, driver {driver}".format(**result["device"])
+    return f"""Billion triangles per second on the GPU, {device}, with the decoding shader of each
+project (`python -m bench vulkan_peers`); meshoptimizer's decodes triangles but not the vertices:
+
+{vulkan_peers.table(result)}
+"""
+
+
 def smaller_than_ours(result: dict, key: str, names: list[str]) -> str:
     """The codecs that are smaller than ours and their models, in words."""
     found, of_all = [], f"of {len(result['models'])} models"
@@ -465,8 +463,8 @@ Formats that a GPU decodes meshlet by meshlet, without other attributes. Bits pe
 that decoding needs:
 
 {position_tables(result["positions"])}
-Published by others, for models, precisions and attributes of their own, levels of detail included
-(ours have none); not measured here:
+{gpu_table()}Published by others, not measured here: for models, precisions and attributes of their
+own, with levels of detail (ours have none):
 
 {published_table()}
 ## Where our bits go
