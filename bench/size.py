@@ -3,34 +3,28 @@
 Writes docs/size.md, docs/figure3.png, figure7.png and peers.png. All codecs get
 the same primitives with positions, normals and texture coordinates (no colours) on the same grids;
 bench/peers.py and meshlet_peers.py say what to install. The result names each codec that is
-missing; its column stays empty. Formats of meshlets are also measured with positions alone, and
-timed.
+missing; its column stays empty.
 """
 
 from __future__ import annotations
 
 import argparse
-import statistics
 import tempfile
 from collections import Counter
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from bench import figures, meshlet_peers, paper_encoding, peers, vulkan_peers
+from bench import figures, meshlet_formats, meshlet_peers, paper_encoding, peers
 from bench.common import (
     Question,
     best_in_bold,
     markdown_table,
     origin_line,
     progress,
-    read_result,
-    spread,
     write_page,
 )
 from bench.generated import GENERATED, write_generated
 from bench.models import OTHER_MODELS, PAPER_MODELS, real_models
-from bench.speed import native
 from gltf_ext import _codec
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.compression.streams import Bits
@@ -63,23 +57,6 @@ SECTIONS = (*FIELDS, TABLES)
 # These must be unpacked before they are drawn: on the GPU they take as much as the raw model.
 UNPACKED = ("Draco", "draco_encoder", "Corto")
 CHECK = "draco_encoder"  # checks that DracoPy's sizes are Draco's
-SINGLE = "ours, meshlet by meshlet"
-# What others have published, on models of their own: name, bytes, per triangle of, with, source
-PUBLISHED = (
-    ("Nanite", "9.3 in memory, 5.6 on disk", "any level of detail",
-     "[SIGGRAPH 2021 course]"
-     "(https://advances.realtimerendering.com/s2021/Karis_Nanite_SIGGRAPH_Advances_2021_final.pdf),"
-     " slide 144: 882 million triangles of all levels in 7.67 and 4.61 GiB"),
-    ("Nanite", "19.0 in memory, 11.4 on disk", "the model",
-     "the same slide: 433 million triangles before levels of detail"),
-    ("Nanite", "14.4 on disk", "the model",
-     "[Unreal Engine's manual]"
-     "(https://dev.epicgames.com/documentation/unreal-engine/nanite-technical-details), "
-     "Valley of the Ancient"),
-    ("vk_lod_clusters", "15.6 on disk", "the model",
-     "[its README](https://github.com/nvpro-samples/vk_lod_clusters), commit 70506fd: Zorah, 1.63 "
-     "billion triangles in a cache file of 25.5 GB, written with `--compressed 1`"),
-)  # fmt: skip
 
 
 # --- measurements ---
@@ -147,18 +124,16 @@ def measure(options: argparse.Namespace) -> dict:
     """All models in all codecs."""
     codecs, missing = peers.available()
     formats, also_missing = meshlet_peers.available()
-    rows, positions = [], []
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         for path in [*real_models(), *write_generated(Path(folder))]:
             rows.append(measure_model(path, codecs, formats))
-            positions.append(measure_positions(path, formats))
             progress(f"{path.stem}: {rows[-1]['ratio']:.2f}")
     return {
         "options": OPTIONS,
         "codecs": {codec.name: codec.version for codec in [*codecs, *formats]},
         "missing": missing + also_missing,
         "models": rows,
-        "positions": positions,
     }
 
 
@@ -195,32 +170,6 @@ def measure_model(path: Path, codecs: list, formats: list) -> dict:
             bits_per_triangle=8 * size["file_bytes"] / row["triangles"],
         )
     return {**row, "codecs": sizes}
-
-
-def measure_positions(path: Path, formats: list) -> dict:
-    """Positions and triangles alone in the formats of meshlets: bytes and times, on one thread."""
-    primitives = peers.read_primitives(path, {"POSITION": peers.ATTRIBUTES["POSITION"]})
-    totals, blobs = meshlet_peers.compressed(primitives, **OPTIONS)
-    meshlets = sum(_codec.Decoder(blob).meshlet_count for blob in blobs)
-    with tempfile.TemporaryDirectory() as folder:
-        times = native("decode_speed", blobs, Path(folder))
-    ours = {"bytes": sum(map(len, blobs)), "meshlets": meshlets}
-    measured = {
-        OURS: {**ours, "decode_seconds": spread(times["decode_seconds"])},
-        SINGLE: {
-            **ours,
-            "decode_seconds": spread([meshlets * t / 1e6 for t in times["meshlet_microseconds"]]),
-        },
-    }
-    integers = meshlet_peers.integers_of(primitives, _bits())
-    for peer in formats:
-        run = peer.run(integers)
-        measured[peer.name] = {
-            "bytes": run.bytes,
-            "meshlets": run.meshlets,
-            "decode_seconds": spread(run.decode_seconds),
-        }
-    return {"model": path.stem, "triangles": totals["triangles"], "formats": measured}
 
 
 def measure_ours(primitives: list[Primitive]) -> dict:
@@ -304,64 +253,6 @@ def attribute_table(rows: list[dict]) -> str:
             for row in rows
         ],
     )
-
-
-def position_tables(rows: list[dict]) -> str:
-    """Bits per triangle, and decoding speed, of positions and triangles alone."""
-    names = list(dict.fromkeys(name for row in rows for name in row["formats"]))
-    formats = [name for name in names if name != SINGLE]
-
-    def table(
-        names: list[str], figure: Callable[[dict, dict], float], form: str, most: bool
-    ) -> str:
-        cells = [
-            [figure(row, row["formats"][n]) if n in row["formats"] else None for n in names]
-            for row in rows
-        ]
-        return markdown_table(
-            ["model", *names],
-            [[r["model"], *best_in_bold(c, form, largest=most)] for r, c in zip(rows, cells)],
-        )
-
-    full = {
-        name: statistics.median(
-            row["triangles"] / row["formats"][name]["meshlets"]
-            for row in rows
-            if name in row["formats"]
-        )
-        for name in formats
-    }
-    bits = table(formats, lambda row, of: 8 * of["bytes"] / row["triangles"], ".2f", False)
-    rate = table(
-        names, lambda row, of: row["triangles"] / of["decode_seconds"]["median"] / 1e6, ".0f", True
-    )
-    return f"""{bits}
-Triangles per meshlet or block, median of the models: \
-{", ".join(f"{name} {count:.1f}" for name, count in full.items())}.
-
-Million triangles per second on one thread of the CPU, into the vertices of each meshlet as floats;
-ours also as a whole, into vertices that all meshlets share:
-
-{rate}"""
-
-
-def published_table() -> str:
-    return markdown_table(
-        ["format", "bytes", "per triangle of", "source"], [list(row) for row in PUBLISHED]
-    ).replace("---:", "---")
-
-
-def gpu_table() -> str:
-    """What bench/vulkan_peers.py has measured; empty if it has not."""
-    result = read_result("vulkan_peers")
-    if result is None:
-        return ""
-    device = "{name}, driver {driver}".format(**result["device"])
-    return f"""Billion triangles per second on the GPU, {device}, with the decoding shader of each
-project (`python -m bench vulkan_peers`); meshoptimizer's decodes triangles but not the vertices:
-
-{vulkan_peers.table(result)}
-"""
 
 
 def smaller_than_ours(result: dict, key: str, names: list[str]) -> str:
@@ -457,16 +348,7 @@ and Corto unpack to the raw model (1.00), or at best to quantised glTF.
 Smaller than ours: {smaller_than_ours(result, "resident_ratio", resident)}.
 
 {ratios(result, "resident_ratio", resident)}
-## Positions and triangles alone
-
-Formats that a GPU decodes meshlet by meshlet, without other attributes. Bits per triangle, all data
-that decoding needs:
-
-{position_tables(result["positions"])}
-{gpu_table()}Published by others, not measured here: for models, precisions and attributes of their
-own, with levels of detail (ours have none):
-
-{published_table()}
+{meshlet_formats.section()}
 ## Where our bits go
 
 Bits per triangle, by section of the format. Anchors are vertices where boundaries meet, chains the

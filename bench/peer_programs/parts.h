@@ -5,10 +5,10 @@
 // three elements are the position.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -68,13 +68,12 @@ inline void write_parts(const std::string& path, const std::vector<Part>& parts)
   write_words(path, words);
 }
 
-// Seconds of one call.
+// Seconds of the processor in one call: other programs disturb them little.
 template <class Function>
 double seconds_of(const Function& function) {
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
+  const std::clock_t start = std::clock();
   function();
-  return std::chrono::duration<double>(Clock::now() - start).count();
+  return double(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
 // Prints the seconds of kRepetitions calls as a member of a JSON object.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench import common, meshlet_peers, peers, size, vulkan_peers
+from bench import common, meshlet_formats, meshlet_peers, peers, vulkan_peers
 from bench.generated import torus
 from bench.meshlet_peers import Integers
 from gltf_ext import _codec
@@ -108,11 +108,14 @@ def test_missing_checkouts_are_named(monkeypatch, tmp_path):
 
 
 def test_committed_positions_hold_all_formats():
-    result = common.read_result("size")
-    assert [row["model"] for row in result["positions"]] == [r["model"] for r in result["models"]]
-    for row in result["positions"]:
-        ours = row["formats"][size.OURS]
-        assert row["formats"][size.SINGLE]["bytes"] == ours["bytes"]
+    rows, models = (
+        common.read_result("meshlet_formats")["rows"],
+        common.read_result("size")["models"],
+    )
+    assert [row["model"] for row in rows] == [row["model"] for row in models]
+    for row in rows:
+        ours = row["formats"][meshlet_formats.OURS]
+        assert row["formats"][meshlet_formats.SINGLE]["bytes"] == ours["bytes"]
         for name in ("meshopt meshlets", "AMD DGF, SAH", "AMD DGF, HPG24"):
             assert row["formats"][name]["bytes"] > ours["bytes"]
             assert row["formats"][name]["decode_seconds"]["low"] > 0
