@@ -22,7 +22,16 @@ def build(option: str, root: Path = ROOT, python: bool = False) -> Path:
     root: the project's folder. python: also builds the Python module, into the programs' folder.
     Raises FileNotFoundError without cmake.
     """
-    folder = root / "build" / option.lower()
+    return build_folder(
+        root, root / "build" / option.lower(), f"-D{option}=ON", *_python_options(python)
+    )
+
+
+def build_folder(source: Path, folder: Path, *options: str) -> Path:
+    """Builds the CMake project in `source` with its options in `folder`; returns `folder`.
+
+    Raises FileNotFoundError without cmake.
+    """
     cmake = shutil.which(
         "cmake",
         path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
@@ -33,7 +42,7 @@ def build(option: str, root: Path = ROOT, python: bool = False) -> Path:
     with (folder / ".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # tests in several processes share the folder
         for command in (
-            [cmake, "-S", root, "-B", folder, f"-D{option}=ON", *_python_options(python)],
+            [cmake, "-S", source, "-B", folder, *options],
             [cmake, "--build", folder, "--parallel"],
         ):
             subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
