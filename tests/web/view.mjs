@@ -27,7 +27,7 @@ const actions = {
   visible: (page, selector) => page.isVisible(selector),
   reload: async (page) => void (await page.reload()),
   evaluate: (page, code) => page.evaluate(code),
-  screenshot: (page, name) => page.screenshot({ path: name }),
+  screenshot: async (page, name) => void (await page.screenshot({ path: name })),
   drag: async (page, x, y) => {
     await page.mouse.move(560, 240);
     await page.mouse.down();

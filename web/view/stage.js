@@ -21,6 +21,8 @@ const MARGIN = 1.02; // of the picture around a model that fits
 const MOST_PIXELS = 2; // per CSS pixel: more cost time and show little
 const NEAREST = 1e-3; // of the radius of what is shown
 const EDGE_OFFSET = 1e-4; // of the depth range, by which edges are drawn before their triangles
+const AMBIENT = 0.5; // brightness of the room around the models: white stays below white
+const KEY_BRIGHTNESS = 1.4;
 const KEY_LIGHT = new Vector3(-0.6, 0.9, 1); // from the target, in the camera's directions
 
 export class Stage {
@@ -29,7 +31,7 @@ export class Stage {
   #camera = new PerspectiveCamera(FIELD_OF_VIEW);
   #controls;
   #environment;
-  #edges = new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.45 });
+  #edges = new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.6 });
   #panes = []; // {scene, light, mixer}: one, or two side by side
   #box = new Box3();
   #requested = false;
@@ -68,7 +70,8 @@ export class Stage {
     this.#panes = models.map(({ root, clips }) => {
       const scene = new Scene();
       scene.environment = this.#environment;
-      const light = new DirectionalLight(0xffffff, 1.5);
+      scene.environmentIntensity = AMBIENT;
+      const light = new DirectionalLight(0xffffff, KEY_BRIGHTNESS);
       scene.add(root, light, light.target);
       const mixer = clips.length > 0 ? new AnimationMixer(root) : null;
       mixer?.clipAction(clips[0]).play();
