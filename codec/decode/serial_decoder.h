@@ -206,11 +206,11 @@ struct SerialDecoder {
     }
   }
 
-  void skip_unary(UnaryReader& reader, uint n) {
-    read_ends(reader.index + n);
+  void skip_unary(uint n) {
+    read_ends(unary.index + n);
     if (error != ERROR_NONE) return;
-    reader.index += n;
-    reader.cursor = ends[reader.index] + 1u;
+    unary.index += n;
+    unary.cursor = ends[unary.index] + 1u;
   }
 
   // --- residuals ---
@@ -220,7 +220,7 @@ struct SerialDecoder {
   void read_codes(uint n, uint code) {
     const uint k = code & CODE_MAX_PARAMETER, low = low_cursor, before = unary.cursor;
     const uint* list = ends + unary.index;
-    skip_unary(unary, n);
+    skip_unary(n);
     if (error != ERROR_NONE) return;
     const uint zeros = unary.cursor - before - n;
     const bool exponential = (code & CODE_EXPONENTIAL) != 0;
