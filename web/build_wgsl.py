@@ -1,4 +1,4 @@
-"""Translates shaders/ to the WGSL that the npm package ships: python web/build_wgsl.py
+"""Translates shaders/ to the WGSL that the npm package ships: python -m web.build_wgsl
 
 Writes to web/wgsl: a .wgsl file per module, and the digests of what they are made from
 (sources.json). Needs the Python package slangpy, in the version that pyproject.toml names: its
@@ -16,9 +16,9 @@ import sys
 import tempfile
 from pathlib import Path
 
+from vk_backend.build_shaders import INCLUDE_FOLDERS, SOURCES, closure
+
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
-from vk_backend.build_shaders import INCLUDE_FOLDERS, SOURCES, closure  # noqa: E402
 
 OUTPUT = ROOT / "web" / "wgsl"
 MANIFEST = OUTPUT / "sources.json"
@@ -26,10 +26,16 @@ PRELUDE = SOURCES / "web" / "wgsl.glsl"
 # Streams of a blob, and elements of all streams together. The serial decoder takes every blob; the
 # passes keep a meshlet's values in WebGPU's 16 KiB of workgroup memory.
 ANY = {"MAX_STREAMS": "64u"}
-PASSES = {"MAX_STREAMS": "8u", "MAX_ELEMENTS": "20u"}
+PASSES = {"MAX_STREAMS": "8u"}
+INTERIOR = {"MAX_STREAMS": "8u", "MAX_ELEMENTS": "20u"}
 # Module -> (source in shaders/, macros).
 MODULES = {
     "decode": ("decoders/decode.comp", ANY),
+    "connect": ("decoders/connect.comp", PASSES),
+    "lengths": ("decoders/lengths.comp", INTERIOR),
+    "corners": ("decoders/corners.comp", INTERIOR),
+    "chains": ("decoders/chains.comp", INTERIOR),
+    "interior": ("decoders/interior.comp", INTERIOR),
     "ranges": ("web/ranges.comp", ANY),
     "indices": ("web/indices.comp", ANY),
     "attribute": ("web/attribute.comp", ANY),

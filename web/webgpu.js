@@ -6,7 +6,24 @@ const MESHLET_TRIANGLES = 64;
 const MESHLET_VERTICES = 64;
 const SCRATCH_BYTES = 32 * 2 ** 20; // default: of the integers of some meshlets at a time
 const WORKGROUPS = 65535; // of a dispatch, by WebGPU's default limits
-const SERIAL_GROUP = 32; // meshlets of a workgroup of decode.wgsl
+const CONNECTED_BYTES = 48; // of a meshlet in shaders/decoders/decode_buffers.glsl
+const PLACES_BYTES = 64;
+const PACKED_POSITION_BITS = 21;
+
+// Decoders: the shaders that all meshlets need first, those that a range of meshlets needs then,
+// each with the meshlets of a workgroup, the layout of the values, and the capacities
+// (build_wgsl.py).
+const METHODS = {
+  serial: { all: {}, range: { decode: 32 }, layout: plainLayout, streams: 64, elements: 256 },
+  passes: {
+    all: { connect: 32, lengths: 8 },
+    range: { corners: 8, chains: 8, interior: 1 },
+    layout: packedLayout,
+    streams: 8,
+    elements: 20,
+  },
+};
+const OUTPUT = ['attribute', 'ranges', 'indices'];
 
 // The fields of the uniform buffer (shaders/web/wgsl.glsl), in order.
 const PUSH = ['blob_words', 'meshlets', 'streams', 'value_words', 'first'];
@@ -19,22 +36,32 @@ export async function decodeToGPU(device, blob, options = {}) {
   const blobs = wasm.blobs(blob);
   if (blobs.length !== 1)
     throw new RangeError(`the view has ${blobs.length} blobs; decode each of decoder.blobs(view)`);
-  const modules = await shaders(device);
-  const job = new Job(device, modules, blobs[0], options, label);
+  const method = METHODS[options.method ?? bestMethod(blobs[0])];
+  const names = [...Object.keys(method.all), ...Object.keys(method.range), ...OUTPUT];
+  const modules = await shaders(device, names);
+  const job = new Job(device, modules, method, blobs[0], options, label);
   return job.run(wasm);
+}
+
+function bestMethod({ streams }) {
+  const { streams: most, elements } = METHODS.passes;
+  const sum = streams.reduce((all, stream) => all + stream.elements, 0);
+  return streams.length <= most && sum <= elements ? 'passes' : 'serial';
 }
 
 class Job {
   #device;
   #modules;
+  #method;
   #blob;
   #label;
   #options;
   #scratch = []; // buffers that only this job needs
 
-  constructor(device, modules, blob, options, label) {
+  constructor(device, modules, method, blob, options, label) {
     this.#device = device;
     this.#modules = modules;
+    this.#method = method;
     this.#blob = blob;
     this.#options = options;
     this.#label = label;
@@ -95,47 +122,51 @@ class Job {
   #encode(primitive, status, integers) {
     const { bytes, meshletCount, streams } = this.#blob;
     const end = 1 + Math.max(...primitive.streams.map(({ stream }) => stream));
-    const shapes = elementPlaces(streams.slice(0, end));
-    const words = MESHLET_VERTICES * shapes.at(-1).end;
+    const { all, range, layout } = this.#method;
+    const places = layout(streams.slice(0, end));
+    const words = places.at(-1).end;
     const chunk = this.#chunk(words);
     const buffers = {
       0: this.#upload('blob', bytes),
       2: this.#temporary('summaries', 4 * meshletCount),
       3: this.#temporary('triangles', 4 * MESHLET_TRIANGLES * meshletCount),
       4: this.#temporary('values', 4 * words * Math.min(chunk, meshletCount)),
+      5: this.#temporary('connectivity', CONNECTED_BYTES * meshletCount),
+      6: this.#temporary('places', PLACES_BYTES * meshletCount),
       7: this.#temporary('ranges', 4 * meshletCount),
       8: primitive.indirect,
       9: status,
     };
-    const steps = [];
+    const job = {
+      blob_words: bytes.length / 4,
+      meshlets: meshletCount,
+      streams: end,
+      value_words: words,
+    };
+    const dispatch = (modules, count, push) =>
+      Object.entries(modules).map(([module, per]) => ({ module, groups: Math.ceil(count / per), push }));
+    const steps = dispatch(all, meshletCount, job);
     for (let first = 0; first < meshletCount; first += chunk) {
       const count = Math.min(chunk, meshletCount - first);
-      const range = {
-        blob_words: bytes.length / 4,
-        meshlets: first + count,
-        streams: end,
-        value_words: words,
-        first,
-      };
-      steps.push({ module: 'decode', groups: Math.ceil(count / SERIAL_GROUP), push: range });
+      const push = { ...job, meshlets: first + count, first };
+      steps.push(...dispatch(range, count, push));
       for (const { stream, width, buffer } of primitive.streams) {
-        const base = MESHLET_VERTICES * shapes[stream].begin;
+        const { begin: base, stride, field } = places[stream];
         const size = 4 * width * MESHLET_VERTICES;
         steps.push({
           module: 'attribute',
           groups: count,
-          push: { ...range, stream, base, stride: 1, field: 0, integers: Number(integers) },
+          push: { ...push, stream, base, stride, field, integers: Number(integers) },
           results: { buffer, offset: size * first, size: size * count },
         });
       }
     }
-    const all = { meshlets: meshletCount };
-    steps.push({ module: 'ranges', groups: 1, push: all });
+    steps.push({ module: 'ranges', groups: 1, push: job });
     for (let first = 0; first < meshletCount; first += WORKGROUPS)
       steps.push({
         module: 'indices',
         groups: Math.min(WORKGROUPS, meshletCount - first),
-        push: { ...all, first },
+        push: { ...job, first },
         results: { buffer: primitive.indices },
       });
     this.#submit(steps, buffers);
@@ -204,10 +235,29 @@ function format({ kind, elements }, integers) {
   return { width, format: (whole ? 'uint32' : 'float32') + (width > 1 ? `x${width}` : '') };
 }
 
-// [begin, end) of each stream's elements among those of all streams.
-function elementPlaces(streams) {
+// Where the values of each stream lie among those of a meshlet, in words: [begin, end), `stride`
+// between vertices, and the bits of an element.
+
+// decode.wgsl: 64 words per element.
+function plainLayout(streams) {
+  return consecutive(streams, ({ elements }) => ({ stride: elements, field: 0 }));
+}
+
+// The passes (shaders/decoders/packed_values.glsl).
+function packedLayout(streams) {
+  return consecutive(streams, ({ elements, bits }, s) => {
+    const least = s === 0 ? Math.max(bits, PACKED_POSITION_BITS) : bits;
+    const field = least * elements <= 64 ? least : 32;
+    return { stride: Math.ceil((field * elements) / 32), field };
+  });
+}
+
+function consecutive(streams, shape) {
   let end = 0;
-  return streams.map(({ elements }) => ({ begin: end, end: (end += elements) }));
+  return streams.map((stream, s) => {
+    const { stride, field } = shape(stream, s);
+    return { stride, field, begin: end, end: (end += MESHLET_VERTICES * stride) };
+  });
 }
 
 // Reads two words back. The native decoder's sentence says what is wrong.
@@ -229,24 +279,21 @@ async function check(device, status, decoder, bytes) {
 
 // --- shaders ---
 
-const MODULES = ['decode', 'attribute', 'ranges', 'indices'];
-const compiled = new WeakMap(); // device -> promise of its pipelines
+const compiled = new WeakMap(); // device -> name -> promise of a pipeline and its bindings
 
-function shaders(device) {
-  if (!compiled.has(device)) {
-    const promise = compile(device);
-    promise.catch(() => compiled.delete(device)); // the next call tries again
-    compiled.set(device, promise);
+async function shaders(device, names) {
+  const known = compiled.get(device) ?? new Map();
+  compiled.set(device, known);
+  for (const name of names) {
+    if (known.has(name)) continue;
+    known.set(name, compile(device, name));
+    known.get(name).catch(() => known.delete(name)); // the next call tries again
   }
-  return compiled.get(device);
-}
-
-async function compile(device) {
-  const pairs = MODULES.map(async (name) => [name, await compileModule(device, name)]);
+  const pairs = names.map(async (name) => [name, await known.get(name)]);
   return Object.fromEntries(await Promise.all(pairs));
 }
 
-async function compileModule(device, name) {
+async function compile(device, name) {
   const code = await load(new URL(`./wgsl/${name}.wgsl`, import.meta.url));
   const module = device.createShaderModule({ label: name, code });
   const pipeline = await device.createComputePipelineAsync({

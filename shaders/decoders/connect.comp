@@ -48,7 +48,7 @@ void keep_header(HEADER_IN h) {
 #endif
 
 void main() {
-  uint i = gl_GlobalInvocationID.x;
+  uint i = FIRST_MESHLET + gl_GlobalInvocationID.x;
   if (i >= push.meshlets) return;
   open_job(i);
   if (!job_wanted()) {

@@ -78,10 +78,13 @@ void store_values(mask64 known) {
 }
 
 void main() {
-  open_job(gl_WorkGroupID.x);
+  open_job(FIRST_MESHLET + gl_WorkGroupID.x);
   uint summary = SUMMARY(job_place);
   Places places = PLACES(job_place);
-  if (summary >> 16 != ERROR_NONE || places.interior == NO_PLACE) return;
+  uint live = summary >> 16 == ERROR_NONE && places.interior != NO_PLACE ? 1u : 0u;
+  uint state = UNIFORM(live | count_field(places, COUNT_FLAGS) << 1);
+  if ((state & 1u) == 0u) return;
+  bool seams = ((state >> 1) & FLAG_SEAMS) != 0u;
   open_blob(job_blob(), job_blob_words());
   group_streams(job_streams());
   group_value_places();
@@ -107,13 +110,13 @@ void main() {
   Header h;
   h.references = 0u;
   h.flags = 0u;
-  if ((count_field(places, COUNT_FLAGS) & FLAG_SEAMS) != 0u) h = find_seams_of();
+  if (seams) h = find_seams_of();
   barrier();
   list_traversal();
   load_boundary();
   read_interior(true);
   bool sound = agree();
-  predict(h, sound, true);
+  predict(h, sound, true, seams);
   barrier();
   if (sound)
     store_values(h.flags != 0u ? mask_none() : team_boundary & ~places.waiting);

@@ -20,7 +20,7 @@ uint words_of(uint s) { return (field_of(s) * stream_field(s, STREAM_ELEMENTS) +
 
 // Call with all threads after group_streams. Contains a barrier.
 void group_value_places() {
-  for (uint s = THREAD; s < stream_total; s += gl_WorkGroupSize.x) {
+  for (uint s = THREAD; s < stream_total; s += GROUP) {
     uint words = 0u;
     for (uint before = 0u; before < s; before++) words += words_of(before);
     group_places[s] = ((64u * words) & 0xFFFFu) | words_of(s) << 16 | field_of(s) << 22;

@@ -35,7 +35,7 @@ mask64 the_references;  // ranks at which references begin; set by lengths.comp
 bool open_pass() {
   member = THREAD / PER_MESHLET;
   part = THREAD % PER_MESHLET;
-  uint number = gl_WorkGroupID.x * GROUP_MESHLETS + member;
+  uint number = FIRST_MESHLET + gl_WorkGroupID.x * GROUP_MESHLETS + member;
   open_job(min(number, push.meshlets - 1u));
   open_blob(job_blob(), job_blob_words());
   group_streams(job_streams());

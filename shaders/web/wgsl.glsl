@@ -32,8 +32,9 @@ struct Push {
   uint streams;
   uint value_words;
   uint first;
-  // Of attribute.comp: the stream to convert, where a meshlet's values of it begin, the words
-  // between vertices, the bits of an element (0: 64 words per element), integers instead of values.
+  // Of attribute.comp: the stream to convert, the word where a meshlet's values of it begin, the
+  // words between vertices, the bits of an element (0: 64 words per element), and whether to write
+  // integers instead of values.
   uint stream;
   uint base;
   uint stride;
@@ -51,6 +52,26 @@ layout(binding = 7) RWStructuredBuffer<uint> first_triangles;  // of each meshle
 layout(binding = 8) RWStructuredBuffer<uint> draw;             // arguments of drawIndexedIndirect
 layout(binding = 9) RWStructuredBuffer<uint> status;  // malformed meshlets, and the first of them
 layout(binding = 10) RWStructuredBuffer<uint> results;
+
+// As in sections.glsl: WGSL takes only these values, and what workgroupUniformLoad returns, for the
+// same in all threads.
+shared uint group_uniform;
+uint uniform_word(uint word) {
+  if (gl_LocalInvocationIndex == 0u) group_uniform = word;
+  return workgroupUniformLoad(group_uniform);
+}
+#define UNIFORM(word) uniform_word(word)
+#define uniform_streams() push.streams
+#define uniform_elements(s) ((the_blob[STREAM_SHAPE_WORD(s)] >> 8) & 7u)
+#define uniform_predictor(s) (the_blob[STREAM_SHAPE_WORD(s)] >> 24)
+
+// As in team_meshlet.glsl.
+#define ATOMIC_UINT Atomic<uint>
+#define ATOMIC_LOAD(place) (place).load()
+#define ATOMIC_STORE(place, value) (place).store(value)
+#define ATOMIC_OR(place, value) (place).or(value)
+#define ATOMIC_MAX(place, value) (place).max(value)
+#define ATOMIC_ADD(place, value) (place).add(value)
 
 // As in serial_prologue.glsl.
 #define open_blob(address, words)
