@@ -8,6 +8,8 @@ BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
 BROWSER_PACKAGES := three@0.187.0 playwright-core@1.65.1
+# WebGPU in Node, and what drives Firefox.
+WEBGPU_PACKAGES := webgpu@0.6.2 puppeteer-core@25.16.0
 BPY := bpy==5.0.1
 WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
@@ -18,7 +20,7 @@ MEASUREMENTS := size paper table1 speed quality parameters choices mitsuba figur
   results_page
 PICTURES := meshlets comparison size render_comparison
 
-.PHONY: help demo test test-full test-web lint format fuzz shaders bench figures docs wheel blender web hooks clean
+.PHONY: help demo test test-full test-web lint format fuzz shaders wgsl bench figures docs wheel blender web hooks clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -53,6 +55,9 @@ fuzz: .venv/installed  ## 100,000 mutated blobs through the decoder under ASan a
 
 shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv (needs glslangValidator)
 	@$(BIN)/python -m vk_backend.build_shaders
+
+wgsl: .venv/web  ## translate shaders/ to web/wgsl for WebGPU
+	@$(BIN)/python -m web.build_wgsl
 
 # Measurements on a GPU have their own commands: docs/vulkan.md, docs/vulkan-raytracing.md.
 bench: .venv/installed .venv/mitsuba .venv/extras .venv/bench  ## all measurements on the CPU and docs/results.md (about an hour)
@@ -138,6 +143,8 @@ clean:  ## remove everything that make made here
 
 .venv/web: pyproject.toml $(WEB) | .venv/installed
 	@command -v node >/dev/null || echo "make: node is not installed; tests of the WebAssembly decoder are skipped"
+	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(WEBGPU_PACKAGES) >/dev/null 2>&1 \
+	  || echo "make: cannot install the npm packages $(WEBGPU_PACKAGES); tests of WebGPU are skipped"
 	@$(PIP) "gltf-meshlet[web]" && $(BIN)/python web/build.py \
 	  || echo "make: cannot compile web/decoder.wasm; its tests are skipped"
 	@touch $@

@@ -90,7 +90,7 @@ class Slang:
         return session
 
     def translate(self, source: Path) -> str:
-        """The WGSL of a compute shader in GLSL. Raises RuntimeError with the compiler's messages."""
+        """The WGSL of a compute shader. Raises RuntimeError with the compiler's messages."""
         request = self._c.spCreateCompileRequest(self._session)
         try:
             arguments = [

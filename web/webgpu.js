@@ -307,7 +307,8 @@ async function compile(device, name) {
 
 async function load(url) {
   if (url.protocol === 'file:') {
-    const { readFile } = await import(/* @vite-ignore */ 'node:fs/promises'); // Node fetches no files
+    const node = 'node:fs/promises'; // Node fetches no files; in a variable, for bundlers
+    const { readFile } = await import(/* @vite-ignore */ node);
     return readFile(url, 'utf8');
   }
   const response = await fetch(url);

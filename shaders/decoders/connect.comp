@@ -66,6 +66,5 @@ void main() {
   CONNECTED(job_place).closing = symbol_c;
   CONNECTED(job_place).ends = symbol_e;
   CONNECTED(job_place).splits = symbol_s;
-  SET_SUMMARY(job_place,
-              error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16);
+  SET_SUMMARY(job_place, error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16);
 }

@@ -114,7 +114,8 @@ void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seam
       residual =
           load_bits(low + i * step + fixed_width(c, widths), width_field(widths + WIDTH_BITS * c));
     } else {
-      uint from = item == 0u ? unary_begin : ATOMIC_LOAD(team_scratch[TEAM_INDEX][ones + item - 1u]) + 1u;
+      uint from =
+          item == 0u ? unary_begin : ATOMIC_LOAD(team_scratch[TEAM_INDEX][ones + item - 1u]) + 1u;
       uint quotient = ATOMIC_LOAD(team_scratch[TEAM_INDEX][ones + item]) - from;
       if (quotient > MAX_QUOTIENT) error = ERROR_UNARY;
       uint at = low + item * (code & 31u) + (is_exponential(code) ? from - unary_begin - item : 0u);
@@ -370,9 +371,10 @@ void predict_team_geo(uint s) {
   for (uint i = MEMBER; i < traversed_count; i += TEAM) {
     uint id = bitfieldExtract(team_traversal[TEAM_INDEX][i], 16, 6);
     uint place = 3u * id;
-    OctPair point = octahedral_prediction(
-        ATOMIC_LOAD(team_scratch[TEAM_INDEX][place]), ATOMIC_LOAD(team_scratch[TEAM_INDEX][place + 1u]),
-        ATOMIC_LOAD(team_scratch[TEAM_INDEX][place + 2u]), stream_field(s, STREAM_BITS) & 31u);
+    OctPair point = octahedral_prediction(ATOMIC_LOAD(team_scratch[TEAM_INDEX][place]),
+                                          ATOMIC_LOAD(team_scratch[TEAM_INDEX][place + 1u]),
+                                          ATOMIC_LOAD(team_scratch[TEAM_INDEX][place + 2u]),
+                                          stream_field(s, STREAM_BITS) & 31u);
     for (uint c = 0u; c < 2u; c++) {
       uint v = value_element(s, c) + id;
       team_values[TEAM_INDEX][v] =

@@ -35,13 +35,14 @@
 
 shared uint team_values[TEAMS][MAX_ELEMENTS * 64u];
 shared ATOMIC_UINT team_error[TEAMS];
-shared mask64 team_symbols[TEAMS][4];    // R, C, E, S
-shared uint team_traversal[TEAMS][64];   // packed triangles that introduce a vertex
-shared uint team_references[TEAMS][64];  // rank in the loop order | length << 8
-shared ATOMIC_UINT team_loop[TEAMS][16];    // boundary ids in loop order, four to a word
-shared ATOMIC_UINT team_begins[TEAMS][17];  // first local id of each disk and the end, four to a word
-shared mask64 team_ranks[TEAMS];         // ranks at which references start
-shared mask64 team_waiting[TEAMS];       // inner vertices of private references
+shared mask64 team_symbols[TEAMS][4];     // R, C, E, S
+shared uint team_traversal[TEAMS][64];    // packed triangles that introduce a vertex
+shared uint team_references[TEAMS][64];   // rank in the loop order | length << 8
+shared ATOMIC_UINT team_loop[TEAMS][16];  // boundary ids in loop order, four to a word
+shared ATOMIC_UINT
+    team_begins[TEAMS][17];         // first local id of each disk and the end, four to a word
+shared mask64 team_ranks[TEAMS];    // ranks at which references start
+shared mask64 team_waiting[TEAMS];  // inner vertices of private references
 // Inner vertices of a stream's seams: id | reference << 8 | place << 16. Later weights of AFFINE:
 // by rank along the boundary, then by place in the traversal.
 shared uint team_seams[TEAMS][64];
@@ -55,10 +56,12 @@ shared uint team_interior[TEAMS];  // bit position of the interior
 shared ATOMIC_UINT team_scratch[TEAMS][SCRATCH_WORDS];
 
 uint loop_id(uint rank) {
-  return bitfieldExtract(ATOMIC_LOAD(team_loop[TEAM_INDEX][(rank >> 2) & 15u]), int(rank & 3u) * 8, 6);
+  return bitfieldExtract(ATOMIC_LOAD(team_loop[TEAM_INDEX][(rank >> 2) & 15u]), int(rank & 3u) * 8,
+                         6);
 }
 uint disk_begin(uint disk) {
-  return bitfieldExtract(ATOMIC_LOAD(team_begins[TEAM_INDEX][min(disk, 64u) >> 2]), int(disk & 3u) * 8, 7);
+  return bitfieldExtract(ATOMIC_LOAD(team_begins[TEAM_INDEX][min(disk, 64u) >> 2]),
+                         int(disk & 3u) * 8, 7);
 }
 uint first_id(uint r) { return loop_id(team_references[TEAM_INDEX][r & 63u]); }
 uint reference_length_of(uint r) { return team_references[TEAM_INDEX][r & 63u] >> 8; }

@@ -14,8 +14,7 @@ uint element_of(uint c, uint v) {
   if (push.stride > 2u) return VALUE_AT(at, c);
   uint first = c * push.field;
   uint value = VALUE_AT(at, first >> 5) >> (first & 31u);
-  if ((first & 31u) + push.field > 32u)
-    value |= VALUE_AT(at, 1u) << (32u - (first & 31u));
+  if ((first & 31u) + push.field > 32u) value |= VALUE_AT(at, 1u) << (32u - (first & 31u));
   return push.field == 32u ? value : value & ((1u << push.field) - 1u);
 }
 
@@ -59,7 +58,8 @@ void main() {
     else if (kind == KIND_SIGN)
       word = floatBitsToUint(2.0 * float(q) - 1.0);
     else if (kind == KIND_GRID)
-      word = floatBitsToUint(grid_value(q, uintBitsToFloat(the_blob[row + 2u]), uintBitsToFloat(the_blob[row + 3u + c])));
+      word = floatBitsToUint(grid_value(q, uintBitsToFloat(the_blob[row + 2u]),
+                                        uintBitsToFloat(the_blob[row + 3u + c])));
     results[elements * vertex + c] = word;
   }
 }

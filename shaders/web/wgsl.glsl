@@ -69,7 +69,7 @@ uint uniform_word(uint word) {
 #define ATOMIC_UINT Atomic<uint>
 #define ATOMIC_LOAD(place) (place).load()
 #define ATOMIC_STORE(place, value) (place).store(value)
-#define ATOMIC_OR(place, value) (place).or(value)
+#define ATOMIC_OR(place, value) (place).or (value)
 #define ATOMIC_MAX(place, value) (place).max(value)
 #define ATOMIC_ADD(place, value) (place).add(value)
 
@@ -84,13 +84,13 @@ uint uniform_word(uint word) {
 #define VALUE_AT(address, i) all_values[(address) + (i)]
 #define VALUE_PAIR_AT(address, i) \
   uvec2(all_values[(address) + 2u * (i)], all_values[(address) + 2u * (i) + 1u])
-#define SET_VALUE_PAIR_AT(address, i, pair)         \
-  {                                                 \
+#define SET_VALUE_PAIR_AT(address, i, pair)           \
+  {                                                   \
     all_values[(address) + 2u * (i)] = (pair).x;      \
     all_values[(address) + 2u * (i) + 1u] = (pair).y; \
   }
 #define SUMMARY(i) the_summaries[i].load()
 #define SET_SUMMARY(i, summary) the_summaries[i].store(summary)
-#define ADD_ERROR(i, code) the_summaries[i].or((code) << 16)
+#define ADD_ERROR(i, code) the_summaries[i].or ((code) << 16)
 #define CONNECTED(i) connectivity[i]
 #define PLACES(i) all_places[i]

@@ -1,4 +1,4 @@
-"""The WebGPU decoder on Dawn and lavapipe beside the native one, and the WGSL that it runs."""
+"""The WebGPU decoder beside the native one, in Node and in browsers, and the WGSL that it runs."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ import json
 import os
 import re
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from gltf_ext import _codec, compress
 from gltf_ext.compression.extension import require_compressed
@@ -20,34 +22,63 @@ from tests.helpers import environment
 from tests.helpers.environment import NODE_MODULES, ROOT, VECTORS
 from web import build_wgsl
 
-DECODE = Path(__file__).with_name("webgpu.mjs")
 LAVAPIPE = Path("/usr/share/vulkan/icd.d/lvp_icd.json")
 WIDE = VECTORS / "valid_64_streams.bin"  # more than the passes take
 METHODS = ["serial", "passes"]
+# Name -> npm package that drives it, program.
+BROWSERS = {
+    "chromium": ("playwright-core", "chromium"),
+    "firefox": ("puppeteer-core", "firefox-esr"),
+}
+# SwiftShader, in Chromium, compiles the passes for many minutes.
+BROWSER_METHODS = [("chromium", "serial"), ("firefox", "passes")]
 
 
-def on_dawn(blobs: list[bytes], folder: Path, options: dict[str, Any]) -> list[dict[str, Any]]:
-    """What decodeToGPU makes of blobs, as webgpu.mjs prints it."""
-    environment.need_npm_package("webgpu")
+def need_decoder() -> None:
     if not (ROOT / "web" / "decoder.wasm").is_file():
         environment.missing("no web/decoder.wasm; run: make web")
+
+
+def need_lavapipe() -> dict[str, str]:
+    """The environment of a program that is to find no other Vulkan device."""
     if not LAVAPIPE.is_file():
         environment.missing("no lavapipe (Debian: apt install mesa-vulkan-drivers)")
+    return {**os.environ, "VK_ICD_FILENAMES": str(LAVAPIPE)}
+
+
+def write_list(blobs: list[bytes], folder: Path, options: dict[str, Any]) -> None:
+    """The input of webgpu.mjs and webgpu.html."""
     ends = np.cumsum([len(b) for b in blobs]).tolist()
     (folder / "blobs.bin").write_bytes(b"".join(blobs))
     views = [[end - len(b), len(b)] for end, b in zip(ends, blobs)]
-    list_file = folder / "list.json"
-    list_file.write_text(
-        json.dumps({"packed": str(folder / "blobs.bin"), "views": views, "options": options})
-    )
+    (folder / "list.json").write_text(json.dumps({"views": views, "options": options}))
+
+
+def run_node(script: str, *arguments: Any) -> Any:
+    command = ["node", Path(__file__).with_name(script), *arguments]
     done = subprocess.run(
-        ["node", str(DECODE), str(ROOT / "web"), str(NODE_MODULES), str(list_file)],
-        capture_output=True,
-        text=True,
-        env={**os.environ, "VK_ICD_FILENAMES": str(LAVAPIPE)},
+        list(map(str, command)), capture_output=True, text=True, env=need_lavapipe()
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
+
+
+def on_dawn(folder: Path) -> list[dict[str, Any]]:
+    """What decodeToGPU makes of the listed blobs in Node."""
+    environment.need_npm_package("webgpu")
+    need_decoder()
+    return run_node("webgpu.mjs", ROOT / "web", NODE_MODULES, folder)
+
+
+def in_browser(name: str, folder: Path, *pages: str) -> list[dict[str, Any]]:
+    """What pages report in chromium or firefox; pictures are in FOLDER/n.png."""
+    need_decoder()
+    environment.need_npm_package("three")
+    environment.need_npm_package(BROWSERS[name][0])
+    program = environment.need_program(
+        BROWSERS[name][1], f"Debian: apt install {BROWSERS[name][1]}"
+    )
+    return run_node("webgpu_pages.mjs", name, ROOT, NODE_MODULES, program, folder, *pages)
 
 
 def digest(array: np.ndarray) -> str:
@@ -89,10 +120,16 @@ def expected(blob: bytes) -> dict[str, Any]:
     }
 
 
-def assert_same(blobs: list[bytes], folder: Path, **options: Any) -> int:
+def assert_same(
+    blobs: list[bytes],
+    folder: Path,
+    decode: Callable[[Path], list[dict[str, Any]]] = on_dawn,
+    **options: Any,
+) -> int:
     """Checks that decodeToGPU and the native decoder agree. Returns the number of refused blobs."""
     refused = 0
-    results = on_dawn(blobs, folder, {"integers": True, **options})
+    write_list(blobs, folder, {"integers": True, **options})
+    results = decode(folder)
     for number, (blob, result) in enumerate(zip(blobs, results, strict=True)):
         error = refusal(blob)
         wanted = {"error": error} if error else expected(blob)
@@ -143,6 +180,38 @@ def test_models(method, name, page_bytes, model, tmp_path):
     blobs = blobs_of(tmp_path / "compressed.glb")
     # Little scratch memory: several ranges of meshlets one after another.
     assert assert_same(blobs, tmp_path, method=method, scratchBytes=2**18) == 0
+
+
+@pytest.mark.parametrize(("browser", "method"), BROWSER_METHODS)
+def test_vectors_in_browser(browser, method, tmp_path):
+    def decode(folder: Path) -> list[dict[str, Any]]:
+        (page,) = in_browser(browser, folder, "tests/web/webgpu.html")
+        assert "error" not in page, page
+        return page["results"]
+
+    paths = set(VECTORS.glob("valid_*.bin")) - {WIDE} | set(VECTORS.glob("malformed_*.bin"))
+    blobs = [path.read_bytes() for path in sorted(paths)]
+    assert assert_same(blobs, tmp_path, decode, method=method) > 70
+
+
+@pytest.mark.parametrize(
+    "name", ["DamagedHelmet.glb", pytest.param("dragon.glb", marks=pytest.mark.full)]
+)
+@pytest.mark.parametrize(("browser", "method"), BROWSER_METHODS)
+def test_same_picture_as_on_the_cpu(browser, method, name, model, tmp_path):
+    """three's WebGPURenderer draws what the GPU decoded as it draws what WebAssembly decoded."""
+    compress(model(name), tmp_path / "model.glb")
+    page = "web/examples/three-webgpu.html?file=/files/model.glb"
+    pages = (f"{page}&decode=cpu", f"{page}&method={method}")
+    assert in_browser(browser, tmp_path, *pages) == [{"backend": "WebGPU"}] * 2
+    first, second = (
+        np.asarray(Image.open(tmp_path / f"{number}.png").convert("RGB"), np.int16)
+        for number in range(2)
+    )
+    drawn = (first != first[0, 0]).any(axis=2) | (second != second[0, 0]).any(axis=2)
+    assert drawn.mean() > 0.05
+    different = (abs(first - second) > 2).any(axis=2)
+    assert different.sum() < 0.001 * drawn.sum()
 
 
 def test_wgsl_is_current():

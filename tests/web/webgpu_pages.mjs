@@ -1,15 +1,16 @@
-// Opens web/examples/three-webgpu.html in a browser with WebGPU and takes pictures of it.
-// Usage: node webgpu_pages.mjs BROWSER ROOT NODE_MODULES EXECUTABLE FOLDER QUERY...
-// BROWSER: chromium (SwiftShader) or firefox (lavapipe). Files lie in FOLDER; the n-th query's
-// picture is FOLDER/n.png. Prints JSON: what each page reports.
+// Opens pages of this repository in a browser with WebGPU and takes pictures of them.
+// Usage: node webgpu_pages.mjs BROWSER ROOT NODE_MODULES EXECUTABLE FOLDER PAGE...
+// BROWSER: chromium (SwiftShader) or firefox (lavapipe). PAGE: path in the repository and query;
+// the n-th one's picture is FOLDER/n.png. Pages find FOLDER's files in /files. Prints JSON:
+// window.done of each page.
 import { createReadStream, existsSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 
-const [name, root, modules, executablePath, folder, ...queries] = process.argv.slice(2);
+const [name, root, modules, executablePath, folder, ...pages] = process.argv.slice(2);
 const require = createRequire(path.join(modules, 'x.js'));
-const roots = { node_modules: modules, files: folder, web: path.join(root, 'web') };
+const roots = { node_modules: modules, files: folder, web: `${root}/web`, tests: `${root}/tests` };
 const types = { '.html': 'text/html', '.js': 'text/javascript', '.wasm': 'application/wasm' };
 const size = { width: 640, height: 480 };
 const timeout = 600_000; // software rendering compiles the decoder's shaders for minutes
@@ -43,11 +44,10 @@ const launch = {
 };
 const browser = await launch[name]();
 const results = [];
-for (const [number, query] of queries.entries()) {
+for (const [number, page] of pages.entries()) {
   const tab = await browser.newPage();
   await (tab.setViewportSize ?? tab.setViewport).call(tab, size);
-  const url = `http://127.0.0.1:${server.address().port}/web/examples/three-webgpu.html?${query}`;
-  await tab.goto(url);
+  await tab.goto(`http://127.0.0.1:${server.address().port}/${page}`);
   const wait = [() => window.done, ...(name === 'chromium' ? [null] : []), { timeout }];
   results.push(await (await tab.waitForFunction(...wait)).jsonValue());
   await tab.screenshot({ path: path.join(folder, `${number}.png`) });
