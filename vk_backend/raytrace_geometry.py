@@ -160,19 +160,19 @@ class Geometry:
         order = spatial_order(centers, size)
         # Within a part the file's order: primitive by primitive.
         order = order[np.lexsort((order, np.arange(len(order)) // size))]
-        buffer.write(boxes[order])
-        self.sources.write(rows[order])
-        return rows[order]
+        rows, boxes = rows[order], boxes[order]
+        buffer.write(boxes)
+        self.sources.write(rows)
+        return rows
 
     def _to_world(self, instance: Instance) -> np.ndarray:
         """float64[4, 4] from the coordinates in which an instance's primitive is traced."""
-        matrix: np.ndarray = instance.matrix
         if not self._on_grid:
-            return matrix
+            return instance.matrix
         position = self._scene.primitives[instance.primitive].attributes["POSITION"]
         grid = np.diag([position.stream.step * position.scale] * 3 + [1.0])
         grid[:3, 3] = np.array(position.stream.offset[:3]) * position.scale
-        matrix = matrix @ grid
+        matrix: np.ndarray = instance.matrix @ grid
         return matrix
 
     def _place(self, pieces: list[Piece]) -> None:
