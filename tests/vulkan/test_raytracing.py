@@ -657,7 +657,7 @@ def test16_pipelines(device, scene, shared):
     traced = tracer(device, scene, **TRACERS["few"])
     assert traced.pipelines == shared("few").pipelines
     assert not set(traced.pipelines) & {
-        p for name in ("all", "paper", "plain", "triangles") for p in shared(name).pipelines
+        p for name in ("all", "paper", "triangles") for p in shared(name).pipelines
     }
     traced.free()
 
