@@ -21,7 +21,6 @@
 
 // --- output ---
 
-#define HIT_WORDS \
-  5u  // of FirstHit, per pixel: instance, meshlet * 64 + triangle, t, two barycentrics
+#define HIT_WORDS 5u  // of FirstHit, per pixel
 
 #endif
