@@ -15,14 +15,15 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 
 
-def build(option: str) -> Path:
+def build(option: str, root: Path = ROOT, python: bool = False) -> Path:
     """Builds the programs of an option and returns their folder.
 
     option: MESHLET_BENCH, MESHLET_FUZZ or MESHLET_NATIVE_TESTS.
+    root: the project's folder. python: also builds the Python module, into the programs' folder.
     Raises FileNotFoundError without cmake.
     """
     return build_folder(
-        ROOT, ROOT / "build" / option.lower(), "-DMESHLET_PYTHON=OFF", f"-D{option}=ON"
+        root, root / "build" / option.lower(), f"-D{option}=ON", *_python_options(python)
     )
 
 
@@ -46,6 +47,12 @@ def build_folder(source: Path, folder: Path, *options: str) -> Path:
         ):
             subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return folder
+
+
+def _python_options(python: bool) -> list[str]:
+    if not python:
+        return ["-DMESHLET_PYTHON=OFF"]
+    return ["-DMESHLET_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}"]
 
 
 if __name__ == "__main__":
