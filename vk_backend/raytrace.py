@@ -28,6 +28,7 @@ PATHS = tuple(HIT_SHADERS)
 GROUPS = (4, 8, 16, 32, 64)  # triangles behind one box
 MAX_PARTS = 64  # of the model: the slots hold one at a time
 MAX_PASSES = 1 << 16  # of a frame
+SERIAL_FILL = 12_000  # meshlets; from here on a thread each is faster than a team each (docs)
 MAX_BOUNCES = 254  # RaysPush.level
 DEFAULT_SAMPLES = 16  # paths per pixel, with bounces
 RECORD_BYTES = CONSTANTS["RECORD_BYTES"]
@@ -266,7 +267,10 @@ class RayTracer:
     def _make_cache(self, constants: dict[str, int]) -> None:
         """Makes the cache and decodes the first meshlets into it."""
         self._own["cache"] = Buffer(self.device, self.slots * self.slot_bytes)
-        self._fill = ComputePipeline.of(self.device, "rt_fill.comp", constants)
+        self._fill, self._fill_serial = (
+            ComputePipeline.of(self.device, name, constants)
+            for name in ("rt_fill.comp", "rt_fill_serial.comp")
+        )
         if self.path == "rt-paper":
             table = np.arange(self.meshlets, dtype=np.uint32)
             table[self.slots :] = NO_SLOT
@@ -362,7 +366,10 @@ class RayTracer:
     def _record_fill(self, commands: Any, first: int, count: int, items: int = 0) -> None:
         """Records the decoding of `count` meshlets from number `first` on, or of a list."""
         data = self._pushed(FILL_PUSH, first=first, count=count, items=items)
-        self._fill.dispatch(commands, min(count, MAX_GROUPS), data)
+        if count < SERIAL_FILL:
+            self._fill.dispatch(commands, min(count, MAX_GROUPS), data)
+        else:
+            self._fill_serial.dispatch(commands, min(-(-count // 32), MAX_GROUPS), data)
         self.device.full_barrier(commands)
 
     def _record_rays(self, commands: Any, area: Area, structure: int = 0, **own: int) -> None:

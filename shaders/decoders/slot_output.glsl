@@ -1,8 +1,13 @@
-// Writes a meshlet that a team has decoded into a slot. Include after slots.glsl and
-// team_values.glsl.
+// Writes a decoded meshlet into a slot. Include after slots.glsl and after team_values.glsl, or
+// after serial_decoder.glsl with SERIAL defined.
 
-uint team_value(uint element, uint vertex) {
-  return team_values[TEAM_INDEX][min(element, MAX_ELEMENTS - 1u) * 64u + vertex];
+uint decoded_value(uint element, uint vertex) {
+  uint place = min(element, MAX_ELEMENTS - 1u) * 64u + vertex;
+#ifdef SERIAL
+  return values[place];
+#else
+  return team_values[TEAM_INDEX][place];
+#endif
 }
 
 // Writes an attribute at bit `place` of the vertex's attributes.
@@ -13,7 +18,7 @@ void put_attribute(uvec2 slot, Attribute a, uint place, uint vertex) {
   uint pending = 0u;  // bits of an incomplete word
   uint filled = 0u;
   for (uint c = 0u; c < attribute_elements(a); c++) {
-    uint value = team_value(a.element + c, vertex);
+    uint value = decoded_value(a.element + c, vertex);
     pending |= value << filled;
     filled += field;
     if (filled < 32u) continue;
@@ -25,7 +30,7 @@ void put_attribute(uvec2 slot, Attribute a, uint place, uint vertex) {
 }
 
 void put_position(uvec2 slot, Attribute position, uint vertex) {
-  uvec3 q = uvec3(team_value(0u, vertex), team_value(1u, vertex), team_value(2u, vertex));
+  uvec3 q = uvec3(decoded_value(0u, vertex), decoded_value(1u, vertex), decoded_value(2u, vertex));
   if (POSITION_FLOATS) {
     vec3 p = position_value(position, q);
     for (uint c = 0u; c < 3u; c++)
@@ -35,7 +40,7 @@ void put_position(uvec2 slot, Attribute position, uint vertex) {
   }
 }
 
-// Vertex `vertex` of the team's meshlet, in primitive p.
+// Vertex `vertex` of the meshlet, in primitive p.
 void put_vertex(uvec2 slot, Primitive p, uint vertex) {
   put_position(slot, p.position, vertex);
   put_attribute(slot, p.normal, NORMAL_PLACE, vertex);

@@ -1,24 +1,34 @@
-// Compute stage: decodes meshlets into slots with the team decoder, one workgroup per meshlet.
+// Compute stage: decodes meshlets into slots with the team decoder, one workgroup per meshlet, or
+// (SERIAL) with the serial decoder, one thread per meshlet: faster for many of them.
 //
 // Inputs: meshlets that follow each other by number, or a list; the blobs.
 // Output: slots.
+// variants: rt_fill.comp= rt_fill_serial.comp=SERIAL
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
 #define OWN_PUSH
 #include "raytrace/rt_common.glsl"
-#define TEAM 32u
 #include "decoders/serial_prologue.glsl"
+#ifdef SERIAL
+#include "decode/serial_decoder.glsl"
+#include "decoders/serial_epilogue.glsl"
+#define TEAM 1u
+#define MEMBER 0u
+layout(local_size_x = 32) in;
+uint packed_triangle(uint t) { return triangles[t]; }
+#else
+#define TEAM 32u
 #define OWN_GRID_POSITION
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
 #include "decoders/team_connectivity.glsl"
 #include "decoders/team_values.glsl"
+layout(local_size_x = GROUP) in;
+#endif
 #include "decoders/slot_output.glsl"
 
 layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Items { uvec2 at[]; };
-
-layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform FillPush {
   uvec2 frame;
@@ -35,12 +45,17 @@ void fill(uint number, uint slot_number) {
   Source source = Sources(push.sources).at[number];
   Primitive primitive = Primitives(Frame(push.frame).primitives).at[source.primitive];
   open_blob(primitive.blob, primitive.blob_words);
+#ifdef SERIAL
+  load_streams(0u, primitive.stream_end);
+  decode_meshlet(source.meshlet);
+#else
   group_streams(primitive.stream_end);
   open_team();
   Header h = read_header(source.meshlet);
   read_team_symbols(h);
   decode_connectivity();
   team_decode(h, true);
+#endif
   uvec2 slot = slot_address(push.cache, slot_number);
   Counts words = Counts(slot);
   uint count = error == ERROR_NONE ? triangle_count : 0u;
@@ -51,10 +66,19 @@ void fill(uint number, uint slot_number) {
 }
 
 void main() {
-  for (uint i = gl_WorkGroupID.x; i < push.count; i += gl_NumWorkGroups.x) {
+#ifdef SERIAL
+  uint begin = gl_GlobalInvocationID.x;
+  uint step = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
+#else
+  uint begin = gl_WorkGroupID.x;
+  uint step = gl_NumWorkGroups.x;
+#endif
+  for (uint i = begin; i < push.count; i += step) {
     uvec2 item = uvec2(push.first + i, i);
     if (push.items != uvec2(0u)) item = Items(push.items).at[i];
     fill(item.x, item.y);
+#ifndef SERIAL
     barrier();
+#endif
   }
 }

@@ -282,6 +282,15 @@ def test06_sweeping_changes_nothing(settings, device, fine_scene, fine_film):
     traced.free()
 
 
+def test06_serial_decoder(device, fine_scene, fine_film, monkeypatch):
+    """Identical pictures if a thread each decodes the meshlets of a part, as in large models."""
+    monkeypatch.setattr("vk_backend.raytrace.SERIAL_FILL", 1)
+    traced = tracer(device, fine_scene, cache=0.25, **SWEEPING)
+    for picture, expected in zip(traced.frames(fine_cameras(fine_scene), WIDTH, HEIGHT), fine_film):
+        assert_same_pictures(picture, expected)
+    traced.free()
+
+
 @pytest.mark.parametrize("place", ("near", "inside", "beside"))
 def test06_any_camera(place, device, fine_scene):
     """Identical pictures where the scene fills the picture, or none of it: strips, no rectangle."""
@@ -527,10 +536,15 @@ def broken_blobs(original: bytes, count: int) -> list[bytes]:
     raise AssertionError("the header's check finds nearly everything")
 
 
-@pytest.mark.parametrize("name", ("few", "some", "all", "paper"))
-def test12_hostile(name, device, scene):
+@pytest.mark.parametrize(
+    ("name", "serial"), (("few", False), ("some", True), ("all", False), ("paper", False))
+)
+def test12_hostile(name, serial, device, scene, monkeypatch):
     """Mutated blobs render in bounded time and do not break the device."""
     from dataclasses import replace
+
+    if serial:
+        monkeypatch.setattr("vk_backend.raytrace.SERIAL_FILL", 1)
 
     sheet = scene.primitives[0]
     blobs = broken_blobs(sheet.blob, 8)
