@@ -11,14 +11,22 @@ const PLACES_BYTES = 64;
 const PACKED_POSITION_BITS = 21;
 
 // Decoders: the shaders that all meshlets need first, those that a range of meshlets needs then,
-// each with the meshlets of a workgroup, the layout of the values, and the capacities
-// (build_wgsl.py).
+// each with the meshlets of a workgroup, the layout of the values, words of a meshlet after its
+// values, and the capacities (build_wgsl.py).
 const METHODS = {
-  serial: { all: {}, range: { decode: 32 }, layout: plainLayout, streams: 64, elements: 256 },
+  serial: {
+    all: {},
+    range: { decode: 32 },
+    layout: plainLayout,
+    scratch: 512,
+    streams: 64,
+    elements: 256,
+  },
   passes: {
     all: { connect: 32, lengths: 8 },
     range: { corners: 8, chains: 8, interior: 1 },
     layout: packedLayout,
+    scratch: 0,
     streams: 8,
     elements: 20,
   },
@@ -36,17 +44,38 @@ export async function decodeToGPU(device, blob, options = {}) {
   const blobs = wasm.blobs(blob);
   if (blobs.length !== 1)
     throw new RangeError(`the view has ${blobs.length} blobs; decode each of decoder.blobs(view)`);
-  const method = METHODS[options.method ?? bestMethod(blobs[0])];
+  const method = chooseMethod(blobs[0], options.method);
   const names = [...Object.keys(method.all), ...Object.keys(method.range), ...OUTPUT];
   const modules = await shaders(device, names);
   const job = new Job(device, modules, method, blobs[0], options, label);
-  return job.run(wasm);
+  return guarded(device, () => job.run(wasm));
 }
 
-function bestMethod({ streams }) {
-  const { streams: most, elements } = METHODS.passes;
-  const sum = streams.reduce((all, stream) => all + stream.elements, 0);
-  return streams.length <= most && sum <= elements ? 'passes' : 'serial';
+function chooseMethod({ streams }, name) {
+  const elements = streams.reduce((sum, stream) => sum + stream.elements, 0);
+  const fits = (method) => streams.length <= method.streams && elements <= method.elements;
+  if (name === undefined) return fits(METHODS.passes) ? METHODS.passes : METHODS.serial;
+  const method = METHODS[name];
+  if (!method || !fits(method))
+    throw new RangeError(`${streams.length} streams of ${elements} elements: no method ${name}`);
+  return method;
+}
+
+// Rejects with the device's error if `action`, which returns a primitive, causes one.
+async function guarded(device, action) {
+  const scopes = ['validation', 'out-of-memory'];
+  scopes.forEach((scope) => device.pushErrorScope(scope));
+  let primitive;
+  let errors;
+  try {
+    primitive = action();
+  } finally {
+    errors = scopes.map(() => device.popErrorScope());
+  }
+  const error = (await Promise.all(errors)).find((found) => found !== null);
+  if (!error) return primitive;
+  primitive.destroy();
+  throw new Error(`the GPU cannot decode it: ${error.message || 'out of memory'}`);
 }
 
 class Job {
@@ -107,11 +136,12 @@ class Job {
     const { meshletCount, triangleCount } = this.#blob;
     const { maxStorageBufferBindingSize, maxBufferSize } = this.#device.limits;
     const most = Math.min(maxStorageBufferBindingSize, maxBufferSize);
-    const widest = Math.max(...results.map(({ width }) => width));
+    const widest = Math.max(0, ...results.map(({ width }) => width));
     if (
       Math.max(12 * triangleCount, 4 * MESHLET_TRIANGLES * meshletCount, this.#blob.bytes.length) >
         most ||
-      4 * widest * MESHLET_VERTICES * meshletCount > maxBufferSize
+      4 * widest * MESHLET_VERTICES * meshletCount > maxBufferSize ||
+      meshletCount > 8 * WORKGROUPS
     )
       throw new RangeError(
         `a blob of ${triangleCount} triangles needs larger buffers than the device has ` +
@@ -121,10 +151,10 @@ class Job {
 
   #encode(primitive, status, integers) {
     const { bytes, meshletCount, streams } = this.#blob;
-    const end = 1 + Math.max(...primitive.streams.map(({ stream }) => stream));
-    const { all, range, layout } = this.#method;
+    const end = 1 + Math.max(0, ...primitive.streams.map(({ stream }) => stream));
+    const { all, range, layout, scratch } = this.#method;
     const places = layout(streams.slice(0, end));
-    const words = places.at(-1).end;
+    const words = places.at(-1).end + scratch;
     const chunk = this.#chunk(words);
     const buffers = {
       0: this.#upload('blob', bytes),
@@ -238,7 +268,7 @@ function format({ kind, elements }, integers) {
 // Where the values of each stream lie among those of a meshlet, in words: [begin, end), `stride`
 // between vertices, and the bits of an element.
 
-// decode.wgsl: 64 words per element.
+// decode.wgsl: 64 words per element, and room for residuals and normals after all streams.
 function plainLayout(streams) {
   return consecutive(streams, ({ elements }) => ({ stride: elements, field: 0 }));
 }
