@@ -257,13 +257,6 @@ var<private> triangle_count_0 : u32;
 
 var<private> vertex_count_0 : u32;
 
-fn mask_none_0() -> vec2<u32>
-{
-    return vec2<u32>(u32(0));
-}
-
-var<private> provided_refs_0 : vec2<u32>;
-
 struct Header_0
 {
      meshlet_0 : u32,
@@ -387,6 +380,11 @@ fn load_planes_0( begin_1 : u32,  triangles_1 : u32) -> Planes_0
     planes_0.p3_0 = load_mask_0(p_5, count_4);
     planes_0.end_1 = p_5 + count_4;
     return planes_0;
+}
+
+fn mask_none_0() -> vec2<u32>
+{
+    return vec2<u32>(u32(0));
 }
 
 fn mask_bit_0( i_6 : u32) -> vec2<u32>
@@ -933,7 +931,6 @@ fn open_meshlet_0( m_11 : u32)
     unary_0 = seek_unary_0(u32(0));
     triangle_count_0 = u32(0);
     vertex_count_0 = u32(0);
-    provided_refs_0 = mask_none_0();
     visited_0.meshlet_0 = u32(4294967295);
     located_0 = u32(4294967295);
     var _S66 : Header_0 = read_header_0(m_11);
@@ -2153,17 +2150,8 @@ fn read_foreign_corners_0( h_18 : Header_0)
             }
             else
             {
-                var _S133 : bool;
-                if(source_0 == u32(64))
-                {
-                    _S133 = true;
-                }
-                else
-                {
-                    _S133 = mask_test_0(provided_refs_0, source_0);
-                }
                 var s_19 : u32;
-                if(_S133)
+                if(source_0 == u32(64))
                 {
                     if(_S128)
                     {
@@ -2176,8 +2164,8 @@ fn read_foreign_corners_0( h_18 : Header_0)
                 }
                 else
                 {
-                    var _S134 : u32 = fetch_corner_0(reference_owner_0[source_0], reference_slot_0[source_0], source_0 == r_12, _S130, s_18, _S128);
-                    s_19 = s_18 + _S134;
+                    var _S133 : u32 = fetch_corner_0(reference_owner_0[source_0], reference_slot_0[source_0], source_0 == r_12, _S130, s_18, _S128);
+                    s_19 = s_18 + _S133;
                 }
                 s_18 = s_19;
             }
@@ -2195,7 +2183,7 @@ var<private> chain_left_0 : array<u32, i32(64)>;
 
 fn list_chain_0( r_13 : u32,  backwards_0 : bool)
 {
-    var _S135 : u32 = reference_length_0[r_13];
+    var _S134 : u32 = reference_length_0[r_13];
     var rank_3 : u32 = reference_rank_0[r_13];
     var before_3 : u32;
     if(backwards_0)
@@ -2206,52 +2194,52 @@ fn list_chain_0( r_13 : u32,  backwards_0 : bool)
     {
         before_3 = loop_vertex_0[rank_3];
     }
-    var _S136 : u32;
+    var _S135 : u32;
     if(backwards_0)
     {
-        _S136 = loop_vertex_0[rank_3];
+        _S135 = loop_vertex_0[rank_3];
     }
     else
     {
-        _S136 = reference_end_0[r_13];
+        _S135 = reference_end_0[r_13];
     }
     var earlier_0 : u32 = u32(255);
     var i_12 : u32 = u32(1);
     for(;;)
     {
-        var _S137 : bool;
-        if(i_12 < _S135)
+        var _S136 : bool;
+        if(i_12 < _S134)
         {
-            _S137 = chain_count_0 < u32(64);
+            _S136 = chain_count_0 < u32(64);
         }
         else
         {
-            _S137 = false;
+            _S136 = false;
         }
-        if(_S137)
+        if(_S136)
         {
         }
         else
         {
             break;
         }
-        var _S138 : u32;
+        var _S137 : u32;
         if(backwards_0)
         {
-            _S138 = _S135 - i_12;
+            _S137 = _S134 - i_12;
         }
         else
         {
-            _S138 = i_12;
+            _S137 = i_12;
         }
-        var v_3 : u32 = loop_vertex_0[((rank_3 + _S138) & (u32(63)))];
-        chain_step_0[chain_count_0] = pack4_0(loop_vertex_0[((rank_3 + _S138) & (u32(63)))], before_3, _S136, earlier_0);
-        chain_left_0[chain_count_0] = _S135 - i_12 + u32(1);
+        var v_3 : u32 = loop_vertex_0[((rank_3 + _S137) & (u32(63)))];
+        chain_step_0[chain_count_0] = pack4_0(loop_vertex_0[((rank_3 + _S137) & (u32(63)))], before_3, _S135, earlier_0);
+        chain_left_0[chain_count_0] = _S134 - i_12 + u32(1);
         chain_count_0 = chain_count_0 + u32(1);
-        var _S139 : u32 = i_12 + u32(1);
+        var _S138 : u32 = i_12 + u32(1);
         earlier_0 = before_3;
         before_3 = v_3;
-        i_12 = _S139;
+        i_12 = _S138;
     }
     return;
 }
@@ -2268,10 +2256,10 @@ fn open_chains_0()
 fn skip_unary_0( n_5 : u32)
 {
     var words_2 : u32 = u32(0);
-    var _S140 : u32 = n_5;
+    var _S139 : u32 = n_5;
     for(;;)
     {
-        if(_S140 > u32(0))
+        if(_S139 > u32(0))
         {
         }
         else
@@ -2279,9 +2267,9 @@ fn skip_unary_0( n_5 : u32)
             break;
         }
         var ones_0 : u32 = countOneBits(unary_0.window_0);
-        if(_S140 <= ones_0)
+        if(_S139 <= ones_0)
         {
-            words_2 = _S140;
+            words_2 = _S139;
             for(;;)
             {
                 if(words_2 > u32(1))
@@ -2298,7 +2286,7 @@ fn skip_unary_0( n_5 : u32)
             unary_0.window_0 = ((unary_0.window_0) & ((unary_0.window_0 - u32(1))));
             return;
         }
-        var _S141 : u32 = _S140 - ones_0;
+        var _S140 : u32 = _S139 - ones_0;
         if(ones_0 > u32(0))
         {
             words_2 = u32(0);
@@ -2307,24 +2295,24 @@ fn skip_unary_0( n_5 : u32)
         {
             words_2 = words_2 + u32(1);
         }
-        var _S142 : u32 = unary_0.base_1 + u32(32);
-        unary_0.base_1 = _S142;
-        var _S143 : bool;
-        if(((_S142 >> (u32(5)))) >= (push_0.blob_words_0))
+        var _S141 : u32 = unary_0.base_1 + u32(32);
+        unary_0.base_1 = _S141;
+        var _S142 : bool;
+        if(((_S141 >> (u32(5)))) >= (push_0.blob_words_0))
         {
-            _S143 = true;
+            _S142 = true;
         }
         else
         {
-            _S143 = words_2 > u32(512);
+            _S142 = words_2 > u32(512);
         }
-        if(_S143)
+        if(_S142)
         {
             error_0 = u32(8);
             return;
         }
         unary_0.window_0 = load_word_0(((unary_0.base_1) >> (u32(5))));
-        _S140 = _S141;
+        _S139 = _S140;
     }
     return;
 }
@@ -2358,18 +2346,18 @@ fn next_quotient_0() -> u32
         {
             break;
         }
-        var _S144 : u32 = unary_0.base_1 + u32(32);
-        unary_0.base_1 = _S144;
-        var _S145 : bool;
-        if(((_S144 >> (u32(5)))) >= (push_0.blob_words_0))
+        var _S143 : u32 = unary_0.base_1 + u32(32);
+        unary_0.base_1 = _S143;
+        var _S144 : bool;
+        if(((_S143 >> (u32(5)))) >= (push_0.blob_words_0))
         {
-            _S145 = true;
+            _S144 = true;
         }
         else
         {
-            _S145 = (unary_0.base_1 - unary_0.cursor_0) > u32(16415);
+            _S144 = (unary_0.base_1 - unary_0.cursor_0) > u32(16415);
         }
-        if(_S145)
+        if(_S144)
         {
             error_0 = u32(8);
             return u32(0);
@@ -2391,36 +2379,36 @@ fn coded_value_0( code_2 : u32,  q_1 : u32,  low_2 : ptr<function, u32>) -> u32
 {
     var k_1 : u32 = (code_2 & (u32(31)));
     var exponential_1 : bool = ((code_2 & (u32(32)))) != u32(0);
-    var _S146 : bool;
+    var _S145 : bool;
     if(exponential_1)
     {
         if(q_1 > u32(31))
         {
-            _S146 = true;
+            _S145 = true;
         }
         else
         {
-            _S146 = (k_1 + q_1) > u32(32);
+            _S145 = (k_1 + q_1) > u32(32);
         }
     }
     else
     {
-        _S146 = false;
+        _S145 = false;
     }
-    var _S147 : u32;
-    if(_S146)
+    var _S146 : u32;
+    if(_S145)
     {
         error_0 = u32(7);
-        _S147 = u32(0);
+        _S146 = u32(0);
     }
     else
     {
-        _S147 = q_1;
+        _S146 = q_1;
     }
     var width_2 : u32;
     if(exponential_1)
     {
-        width_2 = k_1 + _S147;
+        width_2 = k_1 + _S146;
     }
     else
     {
@@ -2430,9 +2418,9 @@ fn coded_value_0( code_2 : u32,  q_1 : u32,  low_2 : ptr<function, u32>) -> u32
     (*low_2) = (*low_2) + width_2;
     if(exponential_1)
     {
-        _S147 = ((u32(1) << (_S147))) - u32(1);
+        _S146 = ((u32(1) << (_S146))) - u32(1);
     }
-    return ((_S147 << (k_1))) + bits_7;
+    return ((_S146 << (k_1))) + bits_7;
 }
 
 fn read_codes_0( n_7 : u32,  code_3 : u32)
@@ -2441,25 +2429,25 @@ fn read_codes_0( n_7 : u32,  code_3 : u32)
     var i_13 : u32 = u32(0);
     for(;;)
     {
-        var _S148 : bool;
+        var _S147 : bool;
         if(i_13 < n_7)
         {
-            _S148 = error_0 == u32(0);
+            _S147 = error_0 == u32(0);
         }
         else
         {
-            _S148 = false;
+            _S147 = false;
         }
-        if(_S148)
+        if(_S147)
         {
         }
         else
         {
             break;
         }
-        var _S149 : u32 = next_quotient_0();
-        var _S150 : u32 = coded_value_0(code_3, _S149, &(low_3));
-        all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + i_13] = unzigzag_0(_S150);
+        var _S148 : u32 = next_quotient_0();
+        var _S149 : u32 = coded_value_0(code_3, _S148, &(low_3));
+        all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + i_13] = unzigzag_0(_S149);
         i_13 = i_13 + u32(1);
     }
     low_cursor_0 = low_3;
@@ -2484,16 +2472,16 @@ fn read_residuals_0( s_21 : u32,  count_15 : u32,  code_4 : u32,  widths_3 : u32
         return;
     }
     var step_0 : u32 = fixed_bits_0(s_21, widths_3);
-    var _S151 : u32 = low_cursor_0;
-    var _S152 : u32 = low_cursor_0 + count_15 * step_0;
-    low_cursor_0 = _S152;
-    if(_S152 > (u32(8) * (byte_length_0 - u32(8))))
+    var _S150 : u32 = low_cursor_0;
+    var _S151 : u32 = low_cursor_0 + count_15 * step_0;
+    low_cursor_0 = _S151;
+    if(_S151 > (u32(8) * (byte_length_0 - u32(8))))
     {
         error_0 = u32(8);
         return;
     }
     var c_5 : u32 = u32(0);
-    var low_4 : u32 = _S151;
+    var low_4 : u32 = _S150;
     for(;;)
     {
         if(c_5 < elements_1)
@@ -2542,25 +2530,25 @@ fn grid_position_0( id_0 : u32) -> Triple_0
 
 fn difference_0( to_0 : Triple_0,  from_0 : Triple_0) -> Triple_0
 {
-    var _S153 : Triple_0 = to_0;
-    _S153.x_1 = _S153.x_1 - from_0.x_1;
-    _S153.y_3 = _S153.y_3 - from_0.y_3;
-    _S153.z_1 = _S153.z_1 - from_0.z_1;
-    return _S153;
+    var _S152 : Triple_0 = to_0;
+    _S152.x_1 = _S152.x_1 - from_0.x_1;
+    _S152.y_3 = _S152.y_3 - from_0.y_3;
+    _S152.z_1 = _S152.z_1 - from_0.z_1;
+    return _S152;
 }
 
 fn magnitude_0( x_2 : u32) -> u32
 {
-    var _S154 : u32;
+    var _S153 : u32;
     if(i32(x_2) < i32(0))
     {
-        _S154 = u32(0) - x_2;
+        _S153 = u32(0) - x_2;
     }
     else
     {
-        _S154 = x_2;
+        _S153 = x_2;
     }
-    return _S154;
+    return _S153;
 }
 
 fn magnitudes_0( v_4 : Triple_0) -> u32
@@ -2575,16 +2563,16 @@ fn bit_length_0( x_3 : u32) -> u32
 
 fn excess_0( x_4 : u32,  y_4 : u32) -> u32
 {
-    var _S155 : u32;
+    var _S154 : u32;
     if(x_4 > y_4)
     {
-        _S155 = x_4 - y_4;
+        _S154 = x_4 - y_4;
     }
     else
     {
-        _S155 = u32(0);
+        _S154 = u32(0);
     }
-    return _S155;
+    return _S154;
 }
 
 fn shift_right_0( x_5 : u32,  n_9 : u32) -> u32
@@ -2594,11 +2582,11 @@ fn shift_right_0( x_5 : u32,  n_9 : u32) -> u32
 
 fn shifted_0( v_5 : Triple_0,  n_10 : u32) -> Triple_0
 {
-    var _S156 : Triple_0 = v_5;
-    _S156.x_1 = shift_right_0(_S156.x_1, n_10);
-    _S156.y_3 = shift_right_0(_S156.y_3, n_10);
-    _S156.z_1 = shift_right_0(_S156.z_1, n_10);
-    return _S156;
+    var _S155 : Triple_0 = v_5;
+    _S155.x_1 = shift_right_0(_S155.x_1, n_10);
+    _S155.y_3 = shift_right_0(_S155.y_3, n_10);
+    _S155.z_1 = shift_right_0(_S155.z_1, n_10);
+    return _S155;
 }
 
 fn dot3_0( v_6 : Triple_0,  w_2 : Triple_0) -> u32
@@ -2609,16 +2597,16 @@ fn dot3_0( v_6 : Triple_0,  w_2 : Triple_0) -> u32
 fn signed_quotient_0( x_6 : u32,  d_0 : u32) -> u32
 {
     var quotient_1 : u32 = magnitude_0(x_6) / d_0;
-    var _S157 : u32;
+    var _S156 : u32;
     if(i32(x_6) < i32(0))
     {
-        _S157 = u32(0) - quotient_1;
+        _S156 = u32(0) - quotient_1;
     }
     else
     {
-        _S157 = quotient_1;
+        _S156 = quotient_1;
     }
-    return _S157;
+    return _S156;
 }
 
 struct Weights_0
@@ -2654,35 +2642,35 @@ fn affine_weights_0( a_2 : u32,  b_2 : u32,  o_0 : u32,  v_7 : u32) -> Weights_0
     var determinant_0 : u32 = product_0 - ef_0 * ef_0;
     var d_1 : u32 = (determinant_0 >> (u32(8)));
     var w_3 : Weights_0;
-    var _S158 : bool;
+    var _S157 : bool;
     if(i32(determinant_0) > ((i32(product_0) >> (u32(5)))))
     {
-        _S158 = d_1 != u32(0);
+        _S157 = d_1 != u32(0);
     }
     else
     {
-        _S158 = false;
+        _S157 = false;
     }
-    w_3.exist_0 = _S158;
+    w_3.exist_0 = _S157;
     w_3.s_22 = u32(0);
     w_3.u_2 = u32(0);
-    if(!_S158)
+    if(!_S157)
     {
         return w_3;
     }
-    var _S159 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
-    w_3.s_22 = _S159;
-    var _S160 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
-    w_3.u_2 = _S160;
-    if((magnitude_0(_S159)) < u32(1024))
+    var _S158 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
+    w_3.s_22 = _S158;
+    var _S159 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
+    w_3.u_2 = _S159;
+    if((magnitude_0(_S158)) < u32(1024))
     {
-        _S158 = (magnitude_0(w_3.u_2)) < u32(1024);
+        _S157 = (magnitude_0(w_3.u_2)) < u32(1024);
     }
     else
     {
-        _S158 = false;
+        _S157 = false;
     }
-    w_3.exist_0 = _S158;
+    w_3.exist_0 = _S157;
     return w_3;
 }
 
@@ -2696,31 +2684,31 @@ fn line_weights_0( a_3 : u32,  b_3 : u32,  v_8 : u32) -> Weights_0
     var ee_2 : u32 = dot3_0(e_4, e_4);
     var re_2 : u32 = dot3_0(shifted_0(r_16, h_20), e_4);
     var w_4 : Weights_0;
-    var _S161 : i32 = i32(ee_2);
-    var _S162 : bool;
-    if(_S161 > i32(0))
+    var _S160 : i32 = i32(ee_2);
+    var _S161 : bool;
+    if(_S160 > i32(0))
     {
-        _S162 = i32(re_2) >= i32(0);
+        _S161 = i32(re_2) >= i32(0);
     }
     else
     {
-        _S162 = false;
+        _S161 = false;
     }
-    if(_S162)
+    if(_S161)
     {
-        _S162 = i32(re_2) <= _S161;
+        _S161 = i32(re_2) <= _S160;
     }
     else
     {
-        _S162 = false;
+        _S161 = false;
     }
-    w_4.exist_0 = _S162;
+    w_4.exist_0 = _S161;
     w_4.s_22 = u32(0);
     w_4.u_2 = u32(0);
-    if(_S162)
+    if(_S161)
     {
-        var _S163 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
-        w_4.s_22 = _S163;
+        var _S162 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
+        w_4.s_22 = _S162;
     }
     return w_4;
 }
@@ -2734,16 +2722,16 @@ fn chain_weights_0( step_1 : u32) -> Weights_0
     w_5.exist_0 = false;
     w_5.s_22 = u32(0);
     w_5.u_2 = u32(0);
-    var _S164 : u32 = (step_1 >> (u32(24)));
-    if(_S164 != u32(255))
+    var _S163 : u32 = (step_1 >> (u32(24)));
+    if(_S163 != u32(255))
     {
-        var _S165 : Weights_0 = affine_weights_0(before_5, end_3, _S164, v_9);
-        w_5 = _S165;
+        var _S164 : Weights_0 = affine_weights_0(before_5, end_3, _S163, v_9);
+        w_5 = _S164;
     }
     if(!w_5.exist_0)
     {
-        var _S166 : Weights_0 = line_weights_0(before_5, end_3, v_9);
-        w_5 = _S166;
+        var _S165 : Weights_0 = line_weights_0(before_5, end_3, v_9);
+        w_5 = _S165;
     }
     return w_5;
 }
@@ -2755,35 +2743,35 @@ fn affine_point_0( w_6 : Weights_0,  a_4 : u32,  b_4 : u32,  o_1 : u32) -> u32
 
 fn divide_0( x_7 : u32,  n_12 : u32) -> u32
 {
-    var _S167 : u32 = x_7 / n_12;
-    return _S167;
+    var _S166 : u32 = x_7 / n_12;
+    return _S166;
 }
 
 fn toward_0( a_5 : u32,  b_5 : u32,  n_13 : u32) -> u32
 {
-    var _S168 : u32 = divide_0(b_5 - a_5 + ((n_13 >> (u32(1)))) + ((n_13 << (u32(24)))), n_13);
-    return a_5 + _S168 - u32(16777216);
+    var _S167 : u32 = divide_0(b_5 - a_5 + ((n_13 >> (u32(1)))) + ((n_13 << (u32(24)))), n_13);
+    return a_5 + _S167 - u32(16777216);
 }
 
 fn affine_chain_point_0( w_7 : Weights_0,  before_6 : u32,  end_4 : u32,  earlier_1 : u32,  left_0 : u32) -> u32
 {
-    var _S169 : u32;
+    var _S168 : u32;
     if(w_7.exist_0)
     {
-        _S169 = affine_point_0(w_7, before_6, end_4, earlier_1);
+        _S168 = affine_point_0(w_7, before_6, end_4, earlier_1);
     }
     else
     {
-        var _S170 : u32 = toward_0(before_6, end_4, left_0);
-        _S169 = _S170;
+        var _S169 : u32 = toward_0(before_6, end_4, left_0);
+        _S168 = _S169;
     }
-    return _S169;
+    return _S168;
 }
 
 fn predict_affine_chains_0( s_23 : u32)
 {
-    var _S171 : u32 = stream_element_0[s_23] * u32(64);
-    var _S172 : u32 = stream_elements_0[s_23];
+    var _S170 : u32 = stream_element_0[s_23] * u32(64);
+    var _S171 : u32 = stream_elements_0[s_23];
     var j_0 : u32 = u32(0);
     var from_1 : u32 = u32(0);
     for(;;)
@@ -2796,36 +2784,36 @@ fn predict_affine_chains_0( s_23 : u32)
             break;
         }
         var step_2 : u32 = chain_step_0[j_0];
-        var _S173 : Weights_0 = chain_weights_0(chain_step_0[j_0]);
-        var _S174 : u32 = _S171 + ((step_2 & (u32(255))));
-        var before_7 : u32 = _S171 + ((((step_2 >> (u32(8)))) & (u32(255))));
-        var _S175 : u32 = _S171 + ((((step_2 >> (u32(16)))) & (u32(255))));
-        var _S176 : u32 = (step_2 >> (u32(24)));
-        var _S177 : u32;
-        if(_S176 == u32(255))
+        var _S172 : Weights_0 = chain_weights_0(chain_step_0[j_0]);
+        var _S173 : u32 = _S170 + ((step_2 & (u32(255))));
+        var before_7 : u32 = _S170 + ((((step_2 >> (u32(8)))) & (u32(255))));
+        var _S174 : u32 = _S170 + ((((step_2 >> (u32(16)))) & (u32(255))));
+        var _S175 : u32 = (step_2 >> (u32(24)));
+        var _S176 : u32;
+        if(_S175 == u32(255))
         {
-            _S177 = before_7;
+            _S176 = before_7;
         }
         else
         {
-            _S177 = _S171 + _S176;
+            _S176 = _S170 + _S175;
         }
         var c_6 : u32 = u32(0);
         for(;;)
         {
-            if(c_6 < _S172)
+            if(c_6 < _S171)
             {
             }
             else
             {
                 break;
             }
-            var _S178 : u32 = u32(64) * c_6;
-            var point_0 : u32 = affine_chain_point_0(_S173, all_values_0[job_values_0() + (before_7 + _S178)], all_values_0[job_values_0() + (_S175 + _S178)], all_values_0[job_values_0() + (_S177 + _S178)], chain_left_0[j_0]);
-            all_values_0[job_values_0() + (_S174 + _S178)] = ((point_0 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (from_1 + c_6)]) & ((stream_mask_0[s_23])));
+            var _S177 : u32 = u32(64) * c_6;
+            var point_0 : u32 = affine_chain_point_0(_S172, all_values_0[job_values_0() + (before_7 + _S177)], all_values_0[job_values_0() + (_S174 + _S177)], all_values_0[job_values_0() + (_S176 + _S177)], chain_left_0[j_0]);
+            all_values_0[job_values_0() + (_S173 + _S177)] = ((point_0 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (from_1 + c_6)]) & ((stream_mask_0[s_23])));
             c_6 = c_6 + u32(1);
         }
-        var from_2 : u32 = from_1 + _S172;
+        var from_2 : u32 = from_1 + _S171;
         j_0 = j_0 + u32(1);
         from_1 = from_2;
     }
@@ -2834,24 +2822,24 @@ fn predict_affine_chains_0( s_23 : u32)
 
 fn predict_chain_elements_0( s_24 : u32,  copies_0 : bool,  elements_2 : u32)
 {
-    var _S179 : u32 = stream_element_0[s_24] * u32(64);
-    var _S180 : u32 = stream_mask_0[s_24];
-    var _S181 : u32 = chain_count_0;
+    var _S178 : u32 = stream_element_0[s_24] * u32(64);
+    var _S179 : u32 = stream_mask_0[s_24];
+    var _S180 : u32 = chain_count_0;
     var j_1 : u32 = u32(0);
     var from_3 : u32 = u32(0);
     for(;;)
     {
-        if(j_1 < _S181)
+        if(j_1 < _S180)
         {
         }
         else
         {
             break;
         }
-        var _S182 : u32 = _S179 + (((chain_step_0[j_1]) & (u32(255))));
-        var _S183 : u32 = _S179 + (((((chain_step_0[j_1]) >> (u32(8)))) & (u32(255))));
-        var _S184 : u32 = _S179 + (((((chain_step_0[j_1]) >> (u32(16)))) & (u32(255))));
-        var _S185 : u32 = chain_left_0[j_1];
+        var _S181 : u32 = _S178 + (((chain_step_0[j_1]) & (u32(255))));
+        var _S182 : u32 = _S178 + (((((chain_step_0[j_1]) >> (u32(8)))) & (u32(255))));
+        var _S183 : u32 = _S178 + (((((chain_step_0[j_1]) >> (u32(16)))) & (u32(255))));
+        var _S184 : u32 = chain_left_0[j_1];
         var c_7 : u32 = u32(0);
         for(;;)
         {
@@ -2862,19 +2850,19 @@ fn predict_chain_elements_0( s_24 : u32,  copies_0 : bool,  elements_2 : u32)
             {
                 break;
             }
-            var _S186 : u32 = u32(64) * c_7;
-            var point_1 : u32 = all_values_0[job_values_0() + (_S183 + _S186)];
+            var _S185 : u32 = u32(64) * c_7;
+            var point_1 : u32 = all_values_0[job_values_0() + (_S182 + _S185)];
             var point_2 : u32;
             if(!copies_0)
             {
-                var _S187 : u32 = toward_0(point_1, all_values_0[job_values_0() + (_S184 + _S186)], _S185);
-                point_2 = _S187;
+                var _S186 : u32 = toward_0(point_1, all_values_0[job_values_0() + (_S183 + _S185)], _S184);
+                point_2 = _S186;
             }
             else
             {
                 point_2 = point_1;
             }
-            all_values_0[job_values_0() + (_S182 + _S186)] = ((point_2 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (from_3 + c_7)]) & (_S180));
+            all_values_0[job_values_0() + (_S181 + _S185)] = ((point_2 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (from_3 + c_7)]) & (_S179));
             c_7 = c_7 + u32(1);
         }
         var from_4 : u32 = from_3 + elements_2;
@@ -2894,31 +2882,31 @@ fn predict_chains_0( s_25 : u32)
     }
     else
     {
-        var _S188 : bool = !copies_1;
-        var _S189 : bool;
-        if(_S188)
+        var _S187 : bool = !copies_1;
+        var _S188 : bool;
+        if(_S187)
         {
-            _S189 = elements_3 == u32(3);
+            _S188 = elements_3 == u32(3);
         }
         else
         {
-            _S189 = false;
+            _S188 = false;
         }
-        if(_S189)
+        if(_S188)
         {
             predict_chain_elements_0(s_25, false, u32(3));
         }
         else
         {
-            if(_S188)
+            if(_S187)
             {
-                _S189 = elements_3 == u32(2);
+                _S188 = elements_3 == u32(2);
             }
             else
             {
-                _S189 = false;
+                _S188 = false;
             }
-            if(_S189)
+            if(_S188)
             {
                 predict_chain_elements_0(s_25, false, u32(2));
             }
@@ -2957,7 +2945,7 @@ fn read_foreign_chain_0( h_22 : Header_0,  r_17 : u32,  other_0 : u32)
         rest_8 = mask_clear_lsb_0(rest_8);
         first_5 = first_6;
     }
-    var _S190 : u32 = reference_length_0[r_17] - u32(1);
+    var _S189 : u32 = reference_length_0[r_17] - u32(1);
     chain_count_0 = u32(0);
     list_chain_0(r_17, true);
     locate_visited_0();
@@ -2972,21 +2960,21 @@ fn read_foreign_chain_0( h_22 : Header_0,  r_17 : u32,  other_0 : u32)
         {
             break;
         }
-        var _S191 : bool;
+        var _S190 : bool;
         if(is_decoded_0(s_27))
         {
-            _S191 = mask_test_0(shared_references_0(h_22, s_27), r_17);
+            _S190 = mask_test_0(shared_references_0(h_22, s_27), r_17);
         }
         else
         {
-            _S191 = false;
+            _S190 = false;
         }
-        if(_S191)
+        if(_S190)
         {
             skip_residuals_0(s_27, first_5, chain_code_0[s_27], chain_widths_0[s_27]);
-            read_residuals_0(s_27, _S190, chain_code_0[s_27], chain_widths_0[s_27]);
+            read_residuals_0(s_27, _S189, chain_code_0[s_27], chain_widths_0[s_27]);
             predict_chains_0(s_27);
-            skip_residuals_0(s_27, excess_0(chain_total_0, first_5 + _S190), chain_code_0[s_27], chain_widths_0[s_27]);
+            skip_residuals_0(s_27, excess_0(chain_total_0, first_5 + _S189), chain_code_0[s_27], chain_widths_0[s_27]);
         }
         else
         {
@@ -2999,7 +2987,7 @@ fn read_foreign_chain_0( h_22 : Header_0,  r_17 : u32,  other_0 : u32)
 
 fn read_foreign_chains_0( h_23 : Header_0)
 {
-    var rest_9 : vec2<u32> = ((h_23.foreign_refs_0) & ((~provided_refs_0)));
+    var rest_9 : vec2<u32> = h_23.foreign_refs_0;
     for(;;)
     {
         if(mask_any_0(rest_9))
@@ -3013,8 +3001,8 @@ fn read_foreign_chains_0( h_23 : Header_0)
         if((reference_length_0[r_18]) > u32(1))
         {
             visit_0(reference_owner_0[r_18]);
-            var _S192 : u32 = slot_reference_0(visited_0, reference_slot_0[r_18]);
-            read_foreign_chain_0(h_23, r_18, _S192);
+            var _S191 : u32 = slot_reference_0(visited_0, reference_slot_0[r_18]);
+            read_foreign_chain_0(h_23, r_18, _S191);
         }
         rest_9 = mask_clear_lsb_0(rest_9);
     }
@@ -3023,7 +3011,7 @@ fn read_foreign_chains_0( h_23 : Header_0)
 
 fn read_foreign_0()
 {
-    if(!mask_any_0(((opened_0.foreign_refs_0) & ((~provided_refs_0)))))
+    if(!mask_any_0(opened_0.foreign_refs_0))
     {
         return;
     }
@@ -3041,20 +3029,20 @@ fn read_own_anchors_0( h_24 : Header_0,  s_28 : u32,  stored_1 : vec2<u32>)
     var bits_8 : u32 = stream_bits_0[s_28];
     var count_16 : u32 = anchor_count_0[s_28];
     var fields_3 : u32 = anchor_position_0[s_28] + stream_elements_0[s_28] * stream_bits_0[s_28];
-    var _S193 : u32 = anchor_position_0[s_28];
-    var _S194 : u32;
+    var _S192 : u32 = anchor_position_0[s_28];
+    var _S193 : u32;
     if((anchor_count_0[s_28]) > u32(1))
     {
-        _S194 = further_anchor_bits_0(s_28);
+        _S193 = further_anchor_bits_0(s_28);
     }
     else
     {
-        _S194 = u32(0);
+        _S193 = u32(0);
     }
-    var _S195 : u32 = fields_3 + u32(3) * elements_4;
+    var _S194 : u32 = fields_3 + u32(3) * elements_4;
     var c_8 : u32 = u32(0);
-    var first_7 : u32 = _S193;
-    var further_3 : u32 = _S195;
+    var first_7 : u32 = _S192;
+    var further_3 : u32 = _S194;
     for(;;)
     {
         if(c_8 < elements_4)
@@ -3078,7 +3066,7 @@ fn read_own_anchors_0( h_24 : Header_0,  s_28 : u32,  stored_1 : vec2<u32>)
             {
                 break;
             }
-            var _S196 : u32 = disk_first_0[i_15];
+            var _S195 : u32 = disk_first_0[i_15];
             var vertex_2 : u32;
             if((h_24.references_0) > u32(0))
             {
@@ -3086,13 +3074,13 @@ fn read_own_anchors_0( h_24 : Header_0,  s_28 : u32,  stored_1 : vec2<u32>)
             }
             else
             {
-                vertex_2 = _S196;
+                vertex_2 = _S195;
             }
-            var _S197 : vec2<u32> = mask_clear_lsb_0(corners_0);
+            var _S196 : vec2<u32> = mask_clear_lsb_0(corners_0);
             var value_5 : u32;
             if(i_15 > u32(0))
             {
-                var at_1 : u32 = at_0 + _S194;
+                var at_1 : u32 = at_0 + _S193;
                 value_5 = value_4 + unzigzag_0(load_bits_0(at_0, width_4));
                 at_0 = at_1;
             }
@@ -3101,9 +3089,9 @@ fn read_own_anchors_0( h_24 : Header_0,  s_28 : u32,  stored_1 : vec2<u32>)
                 value_5 = value_4;
             }
             all_values_0[job_values_0() + (u32(64) * stream_element_0[s_28] + vertex_2 + u32(64) * c_8)] = (value_5 & ((stream_mask_0[s_28])));
-            var _S198 : u32 = i_15 + u32(1);
-            corners_0 = _S197;
-            i_15 = _S198;
+            var _S197 : u32 = i_15 + u32(1);
+            corners_0 = _S196;
+            i_15 = _S197;
         }
         var first_8 : u32 = first_7 + bits_8;
         var further_4 : u32 = further_3 + width_4;
@@ -3114,26 +3102,7 @@ fn read_own_anchors_0( h_24 : Header_0,  s_28 : u32,  stored_1 : vec2<u32>)
     return;
 }
 
-fn list_chains_0( refs_0 : vec2<u32>)
-{
-    chain_count_0 = u32(0);
-    var _S199 : vec2<u32> = refs_0;
-    for(;;)
-    {
-        if(mask_any_0(_S199))
-        {
-        }
-        else
-        {
-            break;
-        }
-        list_chain_0(mask_lsb_0(_S199), false);
-        _S199 = mask_clear_lsb_0(_S199);
-    }
-    return;
-}
-
-fn read_own_boundary_0( h_25 : Header_0)
+fn read_anchors_0( h_25 : Header_0)
 {
     var s_29 : u32 = u32(0);
     for(;;)
@@ -3151,44 +3120,78 @@ fn read_own_boundary_0( h_25 : Header_0)
         }
         s_29 = s_29 + u32(1);
     }
-    list_chains_0(h_25.owned_refs_0);
-    open_chains_0();
-    s_29 = u32(0);
+    return;
+}
+
+fn read_corners_0()
+{
+    find_lists_0(opened_0, disk_count_0);
+    if(error_0 == u32(0))
+    {
+        read_anchors_0(opened_0);
+    }
+    return;
+}
+
+fn list_chains_0( refs_0 : vec2<u32>)
+{
+    chain_count_0 = u32(0);
+    var _S198 : vec2<u32> = refs_0;
     for(;;)
     {
-        if(s_29 < stream_total_0)
+        if(mask_any_0(_S198))
         {
         }
         else
         {
             break;
         }
-        var _S200 : bool;
-        if(chain_total_0 > u32(0))
-        {
-            _S200 = is_decoded_0(s_29);
-        }
-        else
-        {
-            _S200 = false;
-        }
-        if(_S200)
-        {
-            read_residuals_0(s_29, chain_total_0, chain_code_0[s_29], chain_widths_0[s_29]);
-            predict_chains_0(s_29);
-        }
-        else
-        {
-            skip_chains_0(h_25, s_29);
-        }
-        s_29 = s_29 + u32(1);
+        list_chain_0(mask_lsb_0(_S198), false);
+        _S198 = mask_clear_lsb_0(_S198);
     }
     return;
 }
 
-fn seam_vertices_0( s_30 : u32) -> u32
+fn read_chains_0( h_26 : Header_0)
 {
-    var rest_10 : vec2<u32> = seam_refs_0[s_30];
+    list_chains_0(h_26.owned_refs_0);
+    open_chains_0();
+    var s_30 : u32 = u32(0);
+    for(;;)
+    {
+        if(s_30 < stream_total_0)
+        {
+        }
+        else
+        {
+            break;
+        }
+        var _S199 : bool;
+        if(chain_total_0 > u32(0))
+        {
+            _S199 = is_decoded_0(s_30);
+        }
+        else
+        {
+            _S199 = false;
+        }
+        if(_S199)
+        {
+            read_residuals_0(s_30, chain_total_0, chain_code_0[s_30], chain_widths_0[s_30]);
+            predict_chains_0(s_30);
+        }
+        else
+        {
+            skip_chains_0(h_26, s_30);
+        }
+        s_30 = s_30 + u32(1);
+    }
+    return;
+}
+
+fn seam_vertices_0( s_31 : u32) -> u32
+{
+    var rest_10 : vec2<u32> = seam_refs_0[s_31];
     var count_17 : u32 = u32(0);
     for(;;)
     {
@@ -3206,23 +3209,23 @@ fn seam_vertices_0( s_30 : u32) -> u32
     return count_17;
 }
 
-fn interior_vertices_0( s_31 : u32) -> u32
+fn interior_vertices_0( s_32 : u32) -> u32
 {
-    return traversed_count_0 + seam_vertices_0(s_31);
+    return traversed_count_0 + seam_vertices_0(s_32);
 }
 
-fn unary_count_0( s_32 : u32,  count_19 : u32,  code_5 : u32) -> u32
+fn unary_count_0( s_33 : u32,  count_19 : u32,  code_5 : u32) -> u32
 {
-    var _S201 : u32;
+    var _S200 : u32;
     if(code_5 == u32(255))
     {
-        _S201 = u32(0);
+        _S200 = u32(0);
     }
     else
     {
-        _S201 = count_19 * stream_elements_0[s_32];
+        _S200 = count_19 * stream_elements_0[s_33];
     }
-    return _S201;
+    return _S200;
 }
 
 fn open_lists_0( p_19 : u32,  n_14 : u32)
@@ -3252,9 +3255,9 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     var y_5 : u32 = ((magnitude_0(normal_y_0)) >> (k_2));
     var sum_4 : u32 = x_8 + y_5 + (((magnitude_0(normal_z_0)) >> (k_2)));
     var q_2 : OctPair_0;
-    var _S202 : u32 = (limit_0 >> (u32(1)));
-    q_2.u_3 = _S202;
-    q_2.v_10 = _S202;
+    var _S201 : u32 = (limit_0 >> (u32(1)));
+    q_2.u_3 = _S201;
+    q_2.v_10 = _S201;
     if(sum_4 == u32(0))
     {
         return q_2;
@@ -3294,21 +3297,21 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     {
         v_11 = sum_4 + v_11;
     }
-    var _S203 : u32 = u32(2) * sum_4;
-    var _S204 : u32 = (u_4 * limit_0 + sum_4) / _S203;
-    q_2.u_3 = _S204;
-    var _S205 : u32 = (v_11 * limit_0 + sum_4) / _S203;
-    q_2.v_10 = _S205;
+    var _S202 : u32 = u32(2) * sum_4;
+    var _S203 : u32 = (u_4 * limit_0 + sum_4) / _S202;
+    q_2.u_3 = _S203;
+    var _S204 : u32 = (v_11 * limit_0 + sum_4) / _S202;
+    q_2.v_10 = _S204;
     return q_2;
 }
 
-fn predict_geo_0( s_33 : u32,  first_9 : u32)
+fn predict_geo_0( s_34 : u32,  first_9 : u32)
 {
-    var _S206 : u32 = stream_element_0[s_33] * u32(64);
-    var _S207 : u32 = u32(2) * first_9;
-    var _S208 : u32 = stream_mask_0[s_33];
+    var _S205 : u32 = stream_element_0[s_34] * u32(64);
+    var _S206 : u32 = u32(2) * first_9;
+    var _S207 : u32 = stream_mask_0[s_34];
     var i_16 : u32 = u32(0);
-    var at_2 : u32 = _S207;
+    var at_2 : u32 = _S206;
     for(;;)
     {
         if(i_16 < traversed_count_0)
@@ -3319,11 +3322,11 @@ fn predict_geo_0( s_33 : u32,  first_9 : u32)
             break;
         }
         var v_12 : u32 = ((((traversed_0[i_16]) >> (u32(16)))) & (u32(255)));
-        var _S209 : u32 = u32(4) * v_12;
-        var q_3 : OctPair_0 = octahedral_prediction_0(all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + _S209], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S209 + u32(1))], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S209 + u32(2))], stream_bits_0[s_33]);
-        var to_1 : u32 = _S206 + v_12;
-        all_values_0[job_values_0() + to_1] = ((q_3.u_3 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + at_2]) & (_S208));
-        all_values_0[job_values_0() + (to_1 + u32(64))] = ((q_3.v_10 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_2 + u32(1))]) & (_S208));
+        var _S208 : u32 = u32(4) * v_12;
+        var q_3 : OctPair_0 = octahedral_prediction_0(all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + _S208], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S208 + u32(1))], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S208 + u32(2))], stream_bits_0[s_34]);
+        var to_1 : u32 = _S205 + v_12;
+        all_values_0[job_values_0() + to_1] = ((q_3.u_3 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + at_2]) & (_S207));
+        all_values_0[job_values_0() + (to_1 + u32(64))] = ((q_3.v_10 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_2 + u32(1))]) & (_S207));
         var at_3 : u32 = at_2 + u32(2);
         i_16 = i_16 + u32(1);
         at_2 = at_3;
@@ -3337,11 +3340,11 @@ fn traversed_weights_0( triangle_2 : u32) -> Weights_0
     w_8.exist_0 = false;
     w_8.s_22 = u32(0);
     w_8.u_2 = u32(0);
-    var _S210 : u32 = (triangle_2 >> (u32(24)));
-    if(_S210 != u32(255))
+    var _S209 : u32 = (triangle_2 >> (u32(24)));
+    if(_S209 != u32(255))
     {
-        var _S211 : Weights_0 = affine_weights_0((triangle_2 & (u32(255))), (((triangle_2 >> (u32(8)))) & (u32(255))), _S210, (((triangle_2 >> (u32(16)))) & (u32(255))));
-        w_8 = _S211;
+        var _S210 : Weights_0 = affine_weights_0((triangle_2 & (u32(255))), (((triangle_2 >> (u32(8)))) & (u32(255))), _S209, (((triangle_2 >> (u32(16)))) & (u32(255))));
+        w_8 = _S210;
     }
     return w_8;
 }
@@ -3353,16 +3356,16 @@ fn traversed_prediction_0( predictor_1 : u32,  a_6 : u32,  b_6 : u32,  o_2 : u32
         return a_6;
     }
     var sum_5 : u32 = a_6 + b_6;
-    var _S212 : bool;
+    var _S211 : bool;
     if(predictor_1 == u32(1))
     {
-        _S212 = true;
+        _S211 = true;
     }
     else
     {
-        _S212 = !across_0;
+        _S211 = !across_0;
     }
-    if(_S212)
+    if(_S211)
     {
         return (sum_5 >> (u32(1)));
     }
@@ -3375,29 +3378,29 @@ fn traversed_prediction_0( predictor_1 : u32,  a_6 : u32,  b_6 : u32,  o_2 : u32
 
 fn choose_1( condition_1 : bool,  a_7 : u32,  b_7 : u32) -> u32
 {
-    var _S213 : u32;
+    var _S212 : u32;
     if(condition_1)
     {
-        _S213 = a_7;
+        _S212 = a_7;
     }
     else
     {
-        _S213 = b_7;
+        _S212 = b_7;
     }
-    return _S213;
+    return _S212;
 }
 
-fn predict_affine_elements_0( s_34 : u32,  first_10 : u32,  elements_5 : u32)
+fn predict_affine_elements_0( s_35 : u32,  first_10 : u32,  elements_5 : u32)
 {
-    var _S214 : u32 = stream_element_0[s_34] * u32(64);
-    var _S215 : u32 = elements_5 * first_10;
-    var _S216 : u32 = stream_mask_0[s_34];
-    var _S217 : u32 = traversed_count_0;
+    var _S213 : u32 = stream_element_0[s_35] * u32(64);
+    var _S214 : u32 = elements_5 * first_10;
+    var _S215 : u32 = stream_mask_0[s_35];
+    var _S216 : u32 = traversed_count_0;
     var i_17 : u32 = u32(0);
-    var at_4 : u32 = _S215;
+    var at_4 : u32 = _S214;
     for(;;)
     {
-        if(i_17 < _S217)
+        if(i_17 < _S216)
         {
         }
         else
@@ -3405,20 +3408,20 @@ fn predict_affine_elements_0( s_34 : u32,  first_10 : u32,  elements_5 : u32)
             break;
         }
         var triangle_3 : u32 = traversed_0[i_17];
-        var _S218 : u32 = ((traversed_0[i_17]) >> (u32(24)));
-        var across_1 : bool = _S218 != u32(255);
-        var _S219 : Weights_0 = traversed_weights_0(traversed_0[i_17]);
-        var a_8 : u32 = _S214 + ((triangle_3 & (u32(255))));
-        var _S220 : u32 = _S214 + ((((triangle_3 >> (u32(8)))) & (u32(255))));
-        var _S221 : u32 = _S214 + ((((triangle_3 >> (u32(16)))) & (u32(255))));
-        var _S222 : u32;
+        var _S217 : u32 = ((traversed_0[i_17]) >> (u32(24)));
+        var across_1 : bool = _S217 != u32(255);
+        var _S218 : Weights_0 = traversed_weights_0(traversed_0[i_17]);
+        var a_8 : u32 = _S213 + ((triangle_3 & (u32(255))));
+        var _S219 : u32 = _S213 + ((((triangle_3 >> (u32(8)))) & (u32(255))));
+        var _S220 : u32 = _S213 + ((((triangle_3 >> (u32(16)))) & (u32(255))));
+        var _S221 : u32;
         if(across_1)
         {
-            _S222 = _S214 + _S218;
+            _S221 = _S213 + _S217;
         }
         else
         {
-            _S222 = a_8;
+            _S221 = a_8;
         }
         var c_9 : u32 = u32(0);
         for(;;)
@@ -3430,8 +3433,8 @@ fn predict_affine_elements_0( s_34 : u32,  first_10 : u32,  elements_5 : u32)
             {
                 break;
             }
-            var _S223 : u32 = u32(64) * c_9;
-            all_values_0[job_values_0() + (_S221 + _S223)] = ((choose_1(_S219.exist_0, affine_point_0(_S219, all_values_0[job_values_0() + (a_8 + _S223)], all_values_0[job_values_0() + (_S220 + _S223)], all_values_0[job_values_0() + (_S222 + _S223)]), traversed_prediction_0(u32(0), all_values_0[job_values_0() + (a_8 + _S223)], all_values_0[job_values_0() + (_S220 + _S223)], all_values_0[job_values_0() + (_S222 + _S223)], across_1)) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_4 + c_9)]) & (_S216));
+            var _S222 : u32 = u32(64) * c_9;
+            all_values_0[job_values_0() + (_S220 + _S222)] = ((choose_1(_S218.exist_0, affine_point_0(_S218, all_values_0[job_values_0() + (a_8 + _S222)], all_values_0[job_values_0() + (_S219 + _S222)], all_values_0[job_values_0() + (_S221 + _S222)]), traversed_prediction_0(u32(0), all_values_0[job_values_0() + (a_8 + _S222)], all_values_0[job_values_0() + (_S219 + _S222)], all_values_0[job_values_0() + (_S221 + _S222)], across_1)) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_4 + c_9)]) & (_S215));
             c_9 = c_9 + u32(1);
         }
         var at_5 : u32 = at_4 + elements_5;
@@ -3441,41 +3444,41 @@ fn predict_affine_elements_0( s_34 : u32,  first_10 : u32,  elements_5 : u32)
     return;
 }
 
-fn predict_affine_0( s_35 : u32,  first_11 : u32)
+fn predict_affine_0( s_36 : u32,  first_11 : u32)
 {
-    if((stream_elements_0[s_35]) == u32(2))
+    if((stream_elements_0[s_36]) == u32(2))
     {
-        predict_affine_elements_0(s_35, first_11, u32(2));
+        predict_affine_elements_0(s_36, first_11, u32(2));
     }
     else
     {
-        predict_affine_elements_0(s_35, first_11, stream_elements_0[s_35]);
+        predict_affine_elements_0(s_36, first_11, stream_elements_0[s_36]);
     }
     return;
 }
 
-fn predict_elements_0( s_36 : u32,  from_5 : u32,  predictor_2 : u32,  elements_6 : u32)
+fn predict_elements_0( s_37 : u32,  from_5 : u32,  predictor_2 : u32,  elements_6 : u32)
 {
-    var _S224 : u32 = stream_element_0[s_36] * u32(64);
-    var _S225 : u32 = stream_mask_0[s_36];
-    var _S226 : u32 = traversed_count_0;
+    var _S223 : u32 = stream_element_0[s_37] * u32(64);
+    var _S224 : u32 = stream_mask_0[s_37];
+    var _S225 : u32 = traversed_count_0;
     var i_18 : u32 = u32(0);
     var at_6 : u32 = from_5;
     for(;;)
     {
-        if(i_18 < _S226)
+        if(i_18 < _S225)
         {
         }
         else
         {
             break;
         }
-        var _S227 : u32 = _S224 + (((traversed_0[i_18]) & (u32(255))));
-        var _S228 : u32 = _S224 + (((((traversed_0[i_18]) >> (u32(8)))) & (u32(255))));
-        var _S229 : u32 = _S224 + (((((traversed_0[i_18]) >> (u32(16)))) & (u32(255))));
-        var _S230 : u32 = ((traversed_0[i_18]) >> (u32(24)));
-        var _S231 : u32 = _S224 + _S230;
-        var _S232 : bool = _S230 != u32(255);
+        var _S226 : u32 = _S223 + (((traversed_0[i_18]) & (u32(255))));
+        var _S227 : u32 = _S223 + (((((traversed_0[i_18]) >> (u32(8)))) & (u32(255))));
+        var _S228 : u32 = _S223 + (((((traversed_0[i_18]) >> (u32(16)))) & (u32(255))));
+        var _S229 : u32 = ((traversed_0[i_18]) >> (u32(24)));
+        var _S230 : u32 = _S223 + _S229;
+        var _S231 : bool = _S229 != u32(255);
         var c_10 : u32 = u32(0);
         for(;;)
         {
@@ -3487,16 +3490,16 @@ fn predict_elements_0( s_36 : u32,  from_5 : u32,  predictor_2 : u32,  elements_
                 break;
             }
             var beyond_0 : u32;
-            if(_S232)
+            if(_S231)
             {
-                beyond_0 = all_values_0[job_values_0() + (_S231 + u32(64) * c_10)];
+                beyond_0 = all_values_0[job_values_0() + (_S230 + u32(64) * c_10)];
             }
             else
             {
                 beyond_0 = u32(0);
             }
-            var _S233 : u32 = u32(64) * c_10;
-            all_values_0[job_values_0() + (_S229 + _S233)] = ((traversed_prediction_0(predictor_2, all_values_0[job_values_0() + (_S227 + _S233)], all_values_0[job_values_0() + (_S228 + _S233)], beyond_0, _S232) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_6 + c_10)]) & (_S225));
+            var _S232 : u32 = u32(64) * c_10;
+            all_values_0[job_values_0() + (_S228 + _S232)] = ((traversed_prediction_0(predictor_2, all_values_0[job_values_0() + (_S226 + _S232)], all_values_0[job_values_0() + (_S227 + _S232)], beyond_0, _S231) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_6 + c_10)]) & (_S224));
             c_10 = c_10 + u32(1);
         }
         var at_7 : u32 = at_6 + elements_6;
@@ -3506,83 +3509,83 @@ fn predict_elements_0( s_36 : u32,  from_5 : u32,  predictor_2 : u32,  elements_
     return;
 }
 
-fn predict_traversed_0( s_37 : u32,  first_12 : u32)
+fn predict_traversed_0( s_38 : u32,  first_12 : u32)
 {
-    var predictor_3 : u32 = stream_predictor_0[s_37];
-    var elements_7 : u32 = stream_elements_0[s_37];
-    var from_6 : u32 = first_12 * stream_elements_0[s_37];
-    if((stream_predictor_0[s_37]) == u32(4))
+    var predictor_3 : u32 = stream_predictor_0[s_38];
+    var elements_7 : u32 = stream_elements_0[s_38];
+    var from_6 : u32 = first_12 * stream_elements_0[s_38];
+    if((stream_predictor_0[s_38]) == u32(4))
     {
-        predict_geo_0(s_37, first_12);
+        predict_geo_0(s_38, first_12);
     }
     else
     {
         if(predictor_3 == u32(5))
         {
-            predict_affine_0(s_37, first_12);
+            predict_affine_0(s_38, first_12);
         }
         else
         {
-            var _S234 : bool = predictor_3 == u32(0);
-            var _S235 : bool;
+            var _S233 : bool = predictor_3 == u32(0);
+            var _S234 : bool;
+            if(_S233)
+            {
+                _S234 = elements_7 == u32(3);
+            }
+            else
+            {
+                _S234 = false;
+            }
             if(_S234)
             {
-                _S235 = elements_7 == u32(3);
+                predict_elements_0(s_38, from_6, u32(0), u32(3));
             }
             else
             {
-                _S235 = false;
-            }
-            if(_S235)
-            {
-                predict_elements_0(s_37, from_6, u32(0), u32(3));
-            }
-            else
-            {
-                var _S236 : bool = predictor_3 == u32(3);
-                if(_S236)
-                {
-                    _S235 = elements_7 == u32(3);
-                }
-                else
-                {
-                    _S235 = false;
-                }
+                var _S235 : bool = predictor_3 == u32(3);
                 if(_S235)
                 {
-                    predict_elements_0(s_37, from_6, u32(3), u32(3));
+                    _S234 = elements_7 == u32(3);
                 }
                 else
                 {
+                    _S234 = false;
+                }
+                if(_S234)
+                {
+                    predict_elements_0(s_38, from_6, u32(3), u32(3));
+                }
+                else
+                {
+                    if(_S233)
+                    {
+                        _S234 = elements_7 == u32(2);
+                    }
+                    else
+                    {
+                        _S234 = false;
+                    }
                     if(_S234)
                     {
-                        _S235 = elements_7 == u32(2);
+                        predict_elements_0(s_38, from_6, u32(0), u32(2));
                     }
                     else
                     {
-                        _S235 = false;
-                    }
-                    if(_S235)
-                    {
-                        predict_elements_0(s_37, from_6, u32(0), u32(2));
-                    }
-                    else
-                    {
-                        if(_S236)
-                        {
-                            _S235 = elements_7 == u32(2);
-                        }
-                        else
-                        {
-                            _S235 = false;
-                        }
                         if(_S235)
                         {
-                            predict_elements_0(s_37, from_6, u32(3), u32(2));
+                            _S234 = elements_7 == u32(2);
                         }
                         else
                         {
-                            predict_elements_0(s_37, from_6, predictor_3, elements_7);
+                            _S234 = false;
+                        }
+                        if(_S234)
+                        {
+                            predict_elements_0(s_38, from_6, u32(3), u32(2));
+                        }
+                        else
+                        {
+                            predict_elements_0(s_38, from_6, predictor_3, elements_7);
                         }
                     }
                 }
@@ -3594,45 +3597,45 @@ fn predict_traversed_0( s_37 : u32,  first_12 : u32)
 
 fn read_own_interior_0( p_20 : u32,  first_13 : u32,  end_5 : u32)
 {
-    var s_38 : u32 = first_13;
+    var s_39 : u32 = first_13;
     var codes_1 : u32 = u32(0);
     for(;;)
     {
-        if(s_38 < end_5)
+        if(s_39 < end_5)
         {
         }
         else
         {
             break;
         }
-        var codes_2 : u32 = codes_1 + unary_count_0(s_38, interior_vertices_0(s_38), interior_code_0[s_38]);
-        s_38 = s_38 + u32(1);
+        var codes_2 : u32 = codes_1 + unary_count_0(s_39, interior_vertices_0(s_39), interior_code_0[s_39]);
+        s_39 = s_39 + u32(1);
         codes_1 = codes_2;
     }
     open_lists_0(p_20, codes_1);
-    s_38 = first_13;
+    s_39 = first_13;
     for(;;)
     {
-        if(s_38 < end_5)
+        if(s_39 < end_5)
         {
         }
         else
         {
             break;
         }
-        var count_20 : u32 = interior_vertices_0(s_38);
-        if(is_decoded_0(s_38))
+        var count_20 : u32 = interior_vertices_0(s_39);
+        if(is_decoded_0(s_39))
         {
-            read_residuals_0(s_38, count_20, interior_code_0[s_38], interior_widths_0[s_38]);
-            list_chains_0(seam_refs_0[s_38]);
-            predict_chains_0(s_38);
-            predict_traversed_0(s_38, chain_count_0);
+            read_residuals_0(s_39, count_20, interior_code_0[s_39], interior_widths_0[s_39]);
+            list_chains_0(seam_refs_0[s_39]);
+            predict_chains_0(s_39);
+            predict_traversed_0(s_39, chain_count_0);
         }
         else
         {
-            skip_residuals_0(s_38, count_20, interior_code_0[s_38], interior_widths_0[s_38]);
+            skip_residuals_0(s_39, count_20, interior_code_0[s_39], interior_widths_0[s_39]);
         }
-        s_38 = s_38 + u32(1);
+        s_39 = s_39 + u32(1);
     }
     if(low_cursor_0 > (u32(8) * (byte_length_0 - u32(8))))
     {
@@ -3641,11 +3644,11 @@ fn read_own_interior_0( p_20 : u32,  first_13 : u32,  end_5 : u32)
     return;
 }
 
-fn triangle_normal_0( triangle_4 : u32,  h_26 : u32) -> Triple_0
+fn triangle_normal_0( triangle_4 : u32,  h_27 : u32) -> Triple_0
 {
-    var a_9 : Triple_0 = shifted_0(grid_position_0((triangle_4 & (u32(63)))), h_26);
-    var e_5 : Triple_0 = difference_0(shifted_0(grid_position_0((((triangle_4 >> (u32(8)))) & (u32(63)))), h_26), a_9);
-    var f_2 : Triple_0 = difference_0(shifted_0(grid_position_0((((triangle_4 >> (u32(16)))) & (u32(63)))), h_26), a_9);
+    var a_9 : Triple_0 = shifted_0(grid_position_0((triangle_4 & (u32(63)))), h_27);
+    var e_5 : Triple_0 = difference_0(shifted_0(grid_position_0((((triangle_4 >> (u32(8)))) & (u32(63)))), h_27), a_9);
+    var f_2 : Triple_0 = difference_0(shifted_0(grid_position_0((((triangle_4 >> (u32(16)))) & (u32(63)))), h_27), a_9);
     var n_16 : Triple_0;
     n_16.x_1 = e_5.y_3 * f_2.z_1 - e_5.z_1 * f_2.y_3;
     n_16.y_3 = e_5.z_1 * f_2.x_1 - e_5.x_1 * f_2.z_1;
@@ -3655,7 +3658,7 @@ fn triangle_normal_0( triangle_4 : u32,  h_26 : u32) -> Triple_0
 
 fn sum_normals_0()
 {
-    var _S237 : u32 = excess_0(stream_bits_0[i32(0)], u32(13));
+    var _S236 : u32 = excess_0(stream_bits_0[i32(0)], u32(13));
     var i_19 : u32 = u32(0);
     for(;;)
     {
@@ -3680,7 +3683,7 @@ fn sum_normals_0()
             break;
         }
         var triangle_5 : u32 = all_triangles_0[job_triangles_0() + t_3];
-        var _S238 : Triple_0 = triangle_normal_0(all_triangles_0[job_triangles_0() + t_3], _S237);
+        var _S237 : Triple_0 = triangle_normal_0(all_triangles_0[job_triangles_0() + t_3], _S236);
         var k_3 : u32 = u32(0);
         for(;;)
         {
@@ -3692,9 +3695,9 @@ fn sum_normals_0()
                 break;
             }
             var i_20 : u32 = u32(4) * ((((triangle_5 >> ((u32(8) * k_3)))) & (u32(255))));
-            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] + _S238.x_1;
-            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] + _S238.y_3;
-            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] + _S238.z_1;
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] + _S237.x_1;
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] + _S237.y_3;
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] + _S237.z_1;
             k_3 = k_3 + u32(1);
         }
         t_3 = t_3 + u32(1);
@@ -3711,29 +3714,19 @@ fn finish_positions_0()
     return;
 }
 
-fn read_own_0()
+fn read_interiors_0()
 {
-    find_lists_0(opened_0, disk_count_0);
-    if(error_0 != u32(0))
-    {
-        return;
-    }
-    read_own_boundary_0(opened_0);
-    if(error_0 != u32(0))
-    {
-        return;
-    }
     read_own_interior_0(unary_0.cursor_0, u32(0), u32(1));
-    var _S239 : bool;
+    var _S238 : bool;
     if(error_0 != u32(0))
     {
-        _S239 = true;
+        _S238 = true;
     }
     else
     {
-        _S239 = stream_end_0 <= u32(1);
+        _S238 = stream_end_0 <= u32(1);
     }
-    if(_S239)
+    if(_S238)
     {
         return;
     }
@@ -3755,7 +3748,15 @@ fn decode_meshlet_0( m_13 : u32)
     }
     if(error_0 == u32(0))
     {
-        read_own_0();
+        read_corners_0();
+    }
+    if(error_0 == u32(0))
+    {
+        read_chains_0(opened_0);
+    }
+    if(error_0 == u32(0))
+    {
+        read_interiors_0();
     }
     return;
 }
@@ -3773,16 +3774,16 @@ fn main(@builtin(global_invocation_id) gl_GlobalInvocationID_0 : vec3<u32>)
     open_job_0(m_14);
     load_streams_0(u32(0), job_streams_0());
     decode_meshlet_0(m_14);
-    var _S240 : u32;
+    var _S239 : u32;
     if(error_0 == u32(0))
     {
-        _S240 = (triangle_count_0 | (((vertex_count_0 << (u32(8))))));
+        _S239 = (triangle_count_0 | (((vertex_count_0 << (u32(8))))));
     }
     else
     {
-        _S240 = (error_0 << (u32(16)));
+        _S239 = (error_0 << (u32(16)));
     }
-    atomicStore(&(the_summaries_0[m_14]), _S240);
+    atomicStore(&(the_summaries_0[m_14]), _S239);
     return;
 }
 
