@@ -65,8 +65,8 @@ export interface GPUPrimitive {
  * GRID, OCT and SIGN streams become floats that may differ from the native decoder's by one unit in
  * the last place; integers are the same.
  *
- * Rejects with `MalformedError` if header or tables are malformed, with `RangeError` if the view has
- * more than one blob, `method` does not take it, or its buffers would be larger than the device
+ * Rejects with `MalformedError` if header or tables are malformed, with `RangeError` if the view
+ * has more than one blob, `method` does not take it, or its buffers would be larger than the device
  * allows, and with `Error` if GPU memory is short.
  */
 export declare function decodeToGPU(

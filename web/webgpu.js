@@ -97,64 +97,66 @@ class Job {
   }
 
   run(decoder) {
-    const { bytes, meshletCount, triangleCount, streams } = this.#blob;
-    const { integers = false, streams: wanted = streams.map((_, s) => s) } = this.#options;
-    for (const s of wanted)
-      if (!streams[s]) throw new RangeError(`there is no stream ${s} of ${streams.length}`);
-    const results = wanted.map((s) => ({ ...streams[s], stream: s, ...format(streams[s], integers) }));
-    this.#checkSizes(results);
-    const { VERTEX, INDEX, INDIRECT, COPY_SRC } = GPUBufferUsage;
+    const { bytes, meshletCount, triangleCount } = this.#blob;
+    const streams = this.#wanted();
+    this.#checkSizes(streams);
+    const { VERTEX, INDEX, INDIRECT } = GPUBufferUsage;
     const made = [];
     const keep = (name, size, usage) => {
-      made.push(this.#buffer(name, size, usage | COPY_SRC | (this.#options.usage ?? 0)));
+      const all = usage | GPUBufferUsage.COPY_SRC | (this.#options.usage ?? 0);
+      made.push(this.#buffer(name, size, all));
       return made.at(-1);
     };
+    const vertexCount = MESHLET_VERTICES * meshletCount;
     const primitive = {
       triangleCount,
       meshletCount,
-      vertexCount: MESHLET_VERTICES * meshletCount,
+      vertexCount,
       indices: keep('indices', 12 * triangleCount, INDEX),
       indirect: keep('indirect', 20, INDIRECT),
-      streams: results.map((result) => ({
-        ...result,
-        buffer: keep(
-          `stream ${result.stream}`,
-          4 * result.width * MESHLET_VERTICES * meshletCount,
-          VERTEX,
-        ),
+      streams: streams.map((stream) => ({
+        ...stream,
+        buffer: keep(`stream ${stream.stream}`, 4 * stream.width * vertexCount, VERTEX),
       })),
       destroy: () => made.forEach((buffer) => buffer.destroy()),
     };
     const status = keep('status', 8, 0);
     primitive.byteLength = made.reduce((sum, { size }) => sum + size, 0);
     primitive.check = () => check(this.#device, status, decoder, bytes);
-    this.#encode(primitive, status, integers);
+    this.#decode(primitive, status);
     return primitive;
   }
 
-  #checkSizes(results) {
-    const { meshletCount, triangleCount } = this.#blob;
+  #wanted() {
+    const { streams } = this.#blob;
+    const { integers = false, streams: wanted = [...streams.keys()] } = this.#options;
+    for (const s of wanted)
+      if (!streams[s]) throw new RangeError(`there is no stream ${s} of ${streams.length}`);
+    return wanted.map((s) => ({ ...streams[s], stream: s, ...format(streams[s], integers) }));
+  }
+
+  #checkSizes(streams) {
+    const { bytes, meshletCount, triangleCount } = this.#blob;
     const { maxStorageBufferBindingSize, maxBufferSize } = this.#device.limits;
     const most = Math.min(maxStorageBufferBindingSize, maxBufferSize);
-    const widest = Math.max(0, ...results.map(({ width }) => width));
-    if (
-      Math.max(12 * triangleCount, 4 * MESHLET_TRIANGLES * meshletCount, this.#blob.bytes.length) >
-        most ||
-      4 * widest * MESHLET_VERTICES * meshletCount > maxBufferSize ||
-      meshletCount > 8 * WORKGROUPS
-    )
+    const widest = Math.max(0, ...streams.map(({ width }) => width));
+    const bound = [12 * triangleCount, 4 * MESHLET_TRIANGLES * meshletCount, bytes.length];
+    const fits =
+      Math.max(...bound) <= most &&
+      4 * widest * MESHLET_VERTICES * meshletCount <= maxBufferSize &&
+      meshletCount <= 8 * WORKGROUPS;
+    if (!fits)
       throw new RangeError(
         `a blob of ${triangleCount} triangles needs larger buffers than the device has ` +
           `(${most} bytes); compress it with --page-bytes`,
       );
   }
 
-  #encode(primitive, status, integers) {
+  #decode(primitive, status) {
     const { bytes, meshletCount, streams } = this.#blob;
     const end = 1 + Math.max(0, ...primitive.streams.map(({ stream }) => stream));
-    const { all, range, layout, scratch } = this.#method;
-    const places = layout(streams.slice(0, end));
-    const words = places.at(-1).end + scratch;
+    const places = this.#method.layout(streams.slice(0, end));
+    const words = places.at(-1).end + this.#method.scratch;
     const chunk = this.#chunk(words);
     const buffers = {
       0: this.#upload('blob', bytes),
@@ -167,45 +169,42 @@ class Job {
       8: primitive.indirect,
       9: status,
     };
-    const job = {
+    const push = {
       blob_words: bytes.length / 4,
       meshlets: meshletCount,
       streams: end,
       value_words: words,
     };
-    const dispatch = (modules, count, push) =>
-      Object.entries(modules).map(([module, per]) => ({ module, groups: Math.ceil(count / per), push }));
-    const steps = dispatch(all, meshletCount, job);
-    for (let first = 0; first < meshletCount; first += chunk) {
-      const count = Math.min(chunk, meshletCount - first);
-      const push = { ...job, meshlets: first + count, first };
-      steps.push(...dispatch(range, count, push));
-      for (const { stream, width, buffer } of primitive.streams) {
-        const { begin: base, stride, field } = places[stream];
-        const size = 4 * width * MESHLET_VERTICES;
-        steps.push({
-          module: 'attribute',
-          groups: count,
-          push: { ...push, stream, base, stride, field, integers: Number(integers) },
-          results: { buffer, offset: size * first, size: size * count },
-        });
-      }
+    const steps = dispatches(this.#method.all, meshletCount, push);
+    for (const range of ranges(meshletCount, chunk)) {
+      steps.push(...dispatches(this.#method.range, range.count, { ...push, ...range.push }));
+      for (const stream of primitive.streams)
+        steps.push(this.#attribute(stream, places[stream.stream], range, push));
     }
-    steps.push({ module: 'ranges', groups: 1, push: job });
-    for (let first = 0; first < meshletCount; first += WORKGROUPS)
-      steps.push({
-        module: 'indices',
-        groups: Math.min(WORKGROUPS, meshletCount - first),
-        push: { ...job, first },
-        results: { buffer: primitive.indices },
-      });
+    steps.push({ module: 'ranges', groups: 1, push });
+    for (const range of ranges(meshletCount, WORKGROUPS)) {
+      const results = { buffer: primitive.indices };
+      const part = { ...push, ...range.push };
+      steps.push({ module: 'indices', groups: range.count, push: part, results });
+    }
     this.#submit(steps, buffers);
+  }
+
+  #attribute({ stream, width, buffer }, { begin: base, stride, field }, range, push) {
+    const size = 4 * width * MESHLET_VERTICES;
+    const integers = Number(this.#options.integers ?? false);
+    return {
+      module: 'attribute',
+      groups: range.count,
+      push: { ...push, ...range.push, stream, base, stride, field, integers },
+      results: { buffer, offset: size * range.push.first, size: size * range.count },
+    };
   }
 
   // Meshlets that are decoded at a time.
   #chunk(words) {
-    const { maxStorageBufferBindingSize } = this.#device.limits;
-    const bytes = Math.min(this.#options.scratchBytes ?? SCRATCH_BYTES, maxStorageBufferBindingSize);
+    const { scratchBytes = SCRATCH_BYTES } = this.#options;
+    const bytes = Math.min(scratchBytes, this.#device.limits.maxStorageBufferBindingSize);
     return Math.min(WORKGROUPS, Math.max(1, Math.floor(bytes / (4 * words))));
   }
 
@@ -256,6 +255,22 @@ class Job {
     this.#device.queue.writeBuffer(buffer, 0, bytes);
     return buffer;
   }
+}
+
+// The dispatches of modules, given with the meshlets of a workgroup, for `count` meshlets.
+function dispatches(modules, count, push) {
+  return Object.entries(modules).map(([module, per]) => {
+    return { module, groups: Math.ceil(count / per), push };
+  });
+}
+
+// Meshlets [first, meshlets) for the shaders, `size` at a time.
+function ranges(total, size) {
+  return Array.from({ length: Math.ceil(total / size) }, (_, i) => {
+    const first = i * size;
+    const count = Math.min(size, total - first);
+    return { count, push: { first, meshlets: first + count } };
+  });
 }
 
 // How a stream's values lie in its buffer: numbers per vertex, and the format of a vertex buffer.
