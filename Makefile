@@ -7,11 +7,11 @@ PIP := $(BIN)/pip install -qq --disable-pip-version-check
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
-# WebGPU in Node, and what drives Firefox.
-WEBGPU_PACKAGES := webgpu@0.6.2 puppeteer-core@25.16.0
 BROWSER_PACKAGES := three@0.187.0 playwright-core@1.65.1 esbuild@0.28.2
 DEMO_MODEL := mkdir -p build && $(BIN)/python -c "from gltf_meshlet.demo import model; \
   model.write_glb(model.generate(), 'build/demo.glb'); print('build/demo.glb')"
+# WebGPU in Node, and what drives Firefox.
+WEBGPU_PACKAGES := webgpu@0.6.2 puppeteer-core@25.16.0
 BPY := bpy==5.0.1
 WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)

@@ -1304,8 +1304,12 @@ void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
 
 // Reads the anchors of all streams.
 void read_anchors(HEADER_IN h) {
-  for (uint s = 0u; s < stream_end; s++)
-    if (is_decoded(s)) read_own_anchors(h, s, stored_corners(h, seam_refs[s]));
+  mask64 stored = stored_corners(h, mask_none());  // of stream 0, and of all without seams
+  bool seams = mask_any(seamed_refs);
+  for (uint s = 0u; s < stream_end; s++) {
+    if (seams) stored = stored_corners(h, seam_refs[s]);
+    if (is_decoded(s)) read_own_anchors(h, s, stored);
+  }
 }
 
 // Reads the chains of all streams. Needs the corners.

@@ -108,9 +108,8 @@ std::vector<uint8_t> encode_meshlets(const EncoderInput& input, std::vector<Stre
   const auto progress = [&](float f) {
     if (options.progress) options.progress(f);
   };
-  const Boundaries boundaries =
-      find_boundaries(input.mesh, input.half_edges, input.meshlets, input.values,
-                      options.share_seams, options.threads);
+  const Boundaries boundaries = find_boundaries(input.mesh, input.half_edges, input.meshlets,
+                                                input.values, options.share_seams, options.threads);
   progress(0.25f);
   clock.end_stage("boundaries");
   choose_predictors(input, boundaries, streams, planner_options(options.effort),
@@ -135,9 +134,7 @@ std::vector<uint8_t> encode(const MeshView& mesh, const std::vector<Stream>& str
   const SegmentedMesh segmented = segment_for_encoder(mesh, options, kSegmentShare, stats);
   EncodeOptions rest = options;
   if (options.progress)
-    rest.progress = [&](float f) {
-      options.progress(kSegmentShare + (1 - kSegmentShare) * f);
-    };
+    rest.progress = [&](float f) { options.progress(kSegmentShare + (1 - kSegmentShare) * f); };
   VertexValues sorted_values = values;
   sorted_values.rows = segmented.mesh.source_vertex.data();
   const MeshView view = segmented.mesh.view();

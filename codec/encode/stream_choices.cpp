@@ -38,8 +38,8 @@ uint64_t further_anchor_bits(Residuals residuals, const Stream& stream, uint32_t
 }  // namespace
 
 void choose_predictors(const EncoderInput& input, const Boundaries& boundaries,
-                       std::vector<Stream>& streams, const PlannerOptions& options,
-                       uint32_t sample, int threads) {
+                       std::vector<Stream>& streams, const PlannerOptions& options, uint32_t sample,
+                       int threads) {
   std::vector<uint32_t> open;
   for (uint32_t s = 0; s < streams.size(); s++) {
     if (streams[s].predictor != kChoosePredictor) continue;

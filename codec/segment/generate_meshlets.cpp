@@ -98,15 +98,14 @@ Generator::PatchResult Generator::partition(const ConnectedOrder& order, size_t 
   Patch patch = extract_patch(mesh_, half_edges_, order, first, last);
   PatchResult result;
   const float mean = std::max(1.0f, options_.fill * float(options_.max_triangles));
-  result.iterations =
-      grow_regions(patch, {mean, options_.max_triangles - 1, options_.lambda, options_.weight,
-                           options_.effort, options_.iterations});
+  result.iterations = grow_regions(patch, {mean, options_.max_triangles - 1, options_.lambda,
+                                           options_.weight, options_.effort, options_.iterations});
   std::vector<uint32_t> sizes(size_t(patch.region_count), 0);
   for (const int32_t region : patch.region) ++sizes[region];
   for (const uint32_t size : sizes)
     ++result.histogram[size < 32 ? 0 : size < 64 ? 1 : size < 72 ? 2 : 3];
-  refine_regions(patch, {options_.max_triangles,
-                         options_.effort == Effort::kFast ? 0 : kRefinementSweeps});
+  refine_regions(
+      patch, {options_.max_triangles, options_.effort == Effort::kFast ? 0 : kRefinementSweeps});
   cut_regions(patch, result.list);
   return result;
 }

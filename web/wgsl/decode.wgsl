@@ -3104,6 +3104,8 @@ fn read_own_anchors_0( h_24 : Header_0,  s_28 : u32,  stored_1 : vec2<u32>)
 
 fn read_anchors_0( h_25 : Header_0)
 {
+    var _S198 : bool = mask_any_0(seamed_refs_0);
+    var stored_2 : vec2<u32> = stored_corners_0(h_25, mask_none_0());
     var s_29 : u32 = u32(0);
     for(;;)
     {
@@ -3114,9 +3116,13 @@ fn read_anchors_0( h_25 : Header_0)
         {
             break;
         }
+        if(_S198)
+        {
+            stored_2 = stored_corners_0(h_25, seam_refs_0[s_29]);
+        }
         if(is_decoded_0(s_29))
         {
-            read_own_anchors_0(h_25, s_29, stored_corners_0(h_25, seam_refs_0[s_29]));
+            read_own_anchors_0(h_25, s_29, stored_2);
         }
         s_29 = s_29 + u32(1);
     }
@@ -3136,18 +3142,18 @@ fn read_corners_0()
 fn list_chains_0( refs_0 : vec2<u32>)
 {
     chain_count_0 = u32(0);
-    var _S198 : vec2<u32> = refs_0;
+    var _S199 : vec2<u32> = refs_0;
     for(;;)
     {
-        if(mask_any_0(_S198))
+        if(mask_any_0(_S199))
         {
         }
         else
         {
             break;
         }
-        list_chain_0(mask_lsb_0(_S198), false);
-        _S198 = mask_clear_lsb_0(_S198);
+        list_chain_0(mask_lsb_0(_S199), false);
+        _S199 = mask_clear_lsb_0(_S199);
     }
     return;
 }
@@ -3166,16 +3172,16 @@ fn read_chains_0( h_26 : Header_0)
         {
             break;
         }
-        var _S199 : bool;
+        var _S200 : bool;
         if(chain_total_0 > u32(0))
         {
-            _S199 = is_decoded_0(s_30);
+            _S200 = is_decoded_0(s_30);
         }
         else
         {
-            _S199 = false;
+            _S200 = false;
         }
-        if(_S199)
+        if(_S200)
         {
             read_residuals_0(s_30, chain_total_0, chain_code_0[s_30], chain_widths_0[s_30]);
             predict_chains_0(s_30);
@@ -3216,16 +3222,16 @@ fn interior_vertices_0( s_32 : u32) -> u32
 
 fn unary_count_0( s_33 : u32,  count_19 : u32,  code_5 : u32) -> u32
 {
-    var _S200 : u32;
+    var _S201 : u32;
     if(code_5 == u32(255))
     {
-        _S200 = u32(0);
+        _S201 = u32(0);
     }
     else
     {
-        _S200 = count_19 * stream_elements_0[s_33];
+        _S201 = count_19 * stream_elements_0[s_33];
     }
-    return _S200;
+    return _S201;
 }
 
 fn open_lists_0( p_19 : u32,  n_14 : u32)
@@ -3255,9 +3261,9 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     var y_5 : u32 = ((magnitude_0(normal_y_0)) >> (k_2));
     var sum_4 : u32 = x_8 + y_5 + (((magnitude_0(normal_z_0)) >> (k_2)));
     var q_2 : OctPair_0;
-    var _S201 : u32 = (limit_0 >> (u32(1)));
-    q_2.u_3 = _S201;
-    q_2.v_10 = _S201;
+    var _S202 : u32 = (limit_0 >> (u32(1)));
+    q_2.u_3 = _S202;
+    q_2.v_10 = _S202;
     if(sum_4 == u32(0))
     {
         return q_2;
@@ -3297,21 +3303,21 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     {
         v_11 = sum_4 + v_11;
     }
-    var _S202 : u32 = u32(2) * sum_4;
-    var _S203 : u32 = (u_4 * limit_0 + sum_4) / _S202;
-    q_2.u_3 = _S203;
-    var _S204 : u32 = (v_11 * limit_0 + sum_4) / _S202;
-    q_2.v_10 = _S204;
+    var _S203 : u32 = u32(2) * sum_4;
+    var _S204 : u32 = (u_4 * limit_0 + sum_4) / _S203;
+    q_2.u_3 = _S204;
+    var _S205 : u32 = (v_11 * limit_0 + sum_4) / _S203;
+    q_2.v_10 = _S205;
     return q_2;
 }
 
 fn predict_geo_0( s_34 : u32,  first_9 : u32)
 {
-    var _S205 : u32 = stream_element_0[s_34] * u32(64);
-    var _S206 : u32 = u32(2) * first_9;
-    var _S207 : u32 = stream_mask_0[s_34];
+    var _S206 : u32 = stream_element_0[s_34] * u32(64);
+    var _S207 : u32 = u32(2) * first_9;
+    var _S208 : u32 = stream_mask_0[s_34];
     var i_16 : u32 = u32(0);
-    var at_2 : u32 = _S206;
+    var at_2 : u32 = _S207;
     for(;;)
     {
         if(i_16 < traversed_count_0)
@@ -3322,11 +3328,11 @@ fn predict_geo_0( s_34 : u32,  first_9 : u32)
             break;
         }
         var v_12 : u32 = ((((traversed_0[i_16]) >> (u32(16)))) & (u32(255)));
-        var _S208 : u32 = u32(4) * v_12;
-        var q_3 : OctPair_0 = octahedral_prediction_0(all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + _S208], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S208 + u32(1))], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S208 + u32(2))], stream_bits_0[s_34]);
-        var to_1 : u32 = _S205 + v_12;
-        all_values_0[job_values_0() + to_1] = ((q_3.u_3 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + at_2]) & (_S207));
-        all_values_0[job_values_0() + (to_1 + u32(64))] = ((q_3.v_10 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_2 + u32(1))]) & (_S207));
+        var _S209 : u32 = u32(4) * v_12;
+        var q_3 : OctPair_0 = octahedral_prediction_0(all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + _S209], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S209 + u32(1))], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S209 + u32(2))], stream_bits_0[s_34]);
+        var to_1 : u32 = _S206 + v_12;
+        all_values_0[job_values_0() + to_1] = ((q_3.u_3 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + at_2]) & (_S208));
+        all_values_0[job_values_0() + (to_1 + u32(64))] = ((q_3.v_10 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_2 + u32(1))]) & (_S208));
         var at_3 : u32 = at_2 + u32(2);
         i_16 = i_16 + u32(1);
         at_2 = at_3;
@@ -3340,11 +3346,11 @@ fn traversed_weights_0( triangle_2 : u32) -> Weights_0
     w_8.exist_0 = false;
     w_8.s_22 = u32(0);
     w_8.u_2 = u32(0);
-    var _S209 : u32 = (triangle_2 >> (u32(24)));
-    if(_S209 != u32(255))
+    var _S210 : u32 = (triangle_2 >> (u32(24)));
+    if(_S210 != u32(255))
     {
-        var _S210 : Weights_0 = affine_weights_0((triangle_2 & (u32(255))), (((triangle_2 >> (u32(8)))) & (u32(255))), _S209, (((triangle_2 >> (u32(16)))) & (u32(255))));
-        w_8 = _S210;
+        var _S211 : Weights_0 = affine_weights_0((triangle_2 & (u32(255))), (((triangle_2 >> (u32(8)))) & (u32(255))), _S210, (((triangle_2 >> (u32(16)))) & (u32(255))));
+        w_8 = _S211;
     }
     return w_8;
 }
@@ -3356,16 +3362,16 @@ fn traversed_prediction_0( predictor_1 : u32,  a_6 : u32,  b_6 : u32,  o_2 : u32
         return a_6;
     }
     var sum_5 : u32 = a_6 + b_6;
-    var _S211 : bool;
+    var _S212 : bool;
     if(predictor_1 == u32(1))
     {
-        _S211 = true;
+        _S212 = true;
     }
     else
     {
-        _S211 = !across_0;
+        _S212 = !across_0;
     }
-    if(_S211)
+    if(_S212)
     {
         return (sum_5 >> (u32(1)));
     }
@@ -3378,29 +3384,29 @@ fn traversed_prediction_0( predictor_1 : u32,  a_6 : u32,  b_6 : u32,  o_2 : u32
 
 fn choose_1( condition_1 : bool,  a_7 : u32,  b_7 : u32) -> u32
 {
-    var _S212 : u32;
+    var _S213 : u32;
     if(condition_1)
     {
-        _S212 = a_7;
+        _S213 = a_7;
     }
     else
     {
-        _S212 = b_7;
+        _S213 = b_7;
     }
-    return _S212;
+    return _S213;
 }
 
 fn predict_affine_elements_0( s_35 : u32,  first_10 : u32,  elements_5 : u32)
 {
-    var _S213 : u32 = stream_element_0[s_35] * u32(64);
-    var _S214 : u32 = elements_5 * first_10;
-    var _S215 : u32 = stream_mask_0[s_35];
-    var _S216 : u32 = traversed_count_0;
+    var _S214 : u32 = stream_element_0[s_35] * u32(64);
+    var _S215 : u32 = elements_5 * first_10;
+    var _S216 : u32 = stream_mask_0[s_35];
+    var _S217 : u32 = traversed_count_0;
     var i_17 : u32 = u32(0);
-    var at_4 : u32 = _S214;
+    var at_4 : u32 = _S215;
     for(;;)
     {
-        if(i_17 < _S216)
+        if(i_17 < _S217)
         {
         }
         else
@@ -3408,20 +3414,20 @@ fn predict_affine_elements_0( s_35 : u32,  first_10 : u32,  elements_5 : u32)
             break;
         }
         var triangle_3 : u32 = traversed_0[i_17];
-        var _S217 : u32 = ((traversed_0[i_17]) >> (u32(24)));
-        var across_1 : bool = _S217 != u32(255);
-        var _S218 : Weights_0 = traversed_weights_0(traversed_0[i_17]);
-        var a_8 : u32 = _S213 + ((triangle_3 & (u32(255))));
-        var _S219 : u32 = _S213 + ((((triangle_3 >> (u32(8)))) & (u32(255))));
-        var _S220 : u32 = _S213 + ((((triangle_3 >> (u32(16)))) & (u32(255))));
-        var _S221 : u32;
+        var _S218 : u32 = ((traversed_0[i_17]) >> (u32(24)));
+        var across_1 : bool = _S218 != u32(255);
+        var _S219 : Weights_0 = traversed_weights_0(traversed_0[i_17]);
+        var a_8 : u32 = _S214 + ((triangle_3 & (u32(255))));
+        var _S220 : u32 = _S214 + ((((triangle_3 >> (u32(8)))) & (u32(255))));
+        var _S221 : u32 = _S214 + ((((triangle_3 >> (u32(16)))) & (u32(255))));
+        var _S222 : u32;
         if(across_1)
         {
-            _S221 = _S213 + _S217;
+            _S222 = _S214 + _S218;
         }
         else
         {
-            _S221 = a_8;
+            _S222 = a_8;
         }
         var c_9 : u32 = u32(0);
         for(;;)
@@ -3433,8 +3439,8 @@ fn predict_affine_elements_0( s_35 : u32,  first_10 : u32,  elements_5 : u32)
             {
                 break;
             }
-            var _S222 : u32 = u32(64) * c_9;
-            all_values_0[job_values_0() + (_S220 + _S222)] = ((choose_1(_S218.exist_0, affine_point_0(_S218, all_values_0[job_values_0() + (a_8 + _S222)], all_values_0[job_values_0() + (_S219 + _S222)], all_values_0[job_values_0() + (_S221 + _S222)]), traversed_prediction_0(u32(0), all_values_0[job_values_0() + (a_8 + _S222)], all_values_0[job_values_0() + (_S219 + _S222)], all_values_0[job_values_0() + (_S221 + _S222)], across_1)) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_4 + c_9)]) & (_S215));
+            var _S223 : u32 = u32(64) * c_9;
+            all_values_0[job_values_0() + (_S221 + _S223)] = ((choose_1(_S219.exist_0, affine_point_0(_S219, all_values_0[job_values_0() + (a_8 + _S223)], all_values_0[job_values_0() + (_S220 + _S223)], all_values_0[job_values_0() + (_S222 + _S223)]), traversed_prediction_0(u32(0), all_values_0[job_values_0() + (a_8 + _S223)], all_values_0[job_values_0() + (_S220 + _S223)], all_values_0[job_values_0() + (_S222 + _S223)], across_1)) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_4 + c_9)]) & (_S216));
             c_9 = c_9 + u32(1);
         }
         var at_5 : u32 = at_4 + elements_5;
@@ -3459,26 +3465,26 @@ fn predict_affine_0( s_36 : u32,  first_11 : u32)
 
 fn predict_elements_0( s_37 : u32,  from_5 : u32,  predictor_2 : u32,  elements_6 : u32)
 {
-    var _S223 : u32 = stream_element_0[s_37] * u32(64);
-    var _S224 : u32 = stream_mask_0[s_37];
-    var _S225 : u32 = traversed_count_0;
+    var _S224 : u32 = stream_element_0[s_37] * u32(64);
+    var _S225 : u32 = stream_mask_0[s_37];
+    var _S226 : u32 = traversed_count_0;
     var i_18 : u32 = u32(0);
     var at_6 : u32 = from_5;
     for(;;)
     {
-        if(i_18 < _S225)
+        if(i_18 < _S226)
         {
         }
         else
         {
             break;
         }
-        var _S226 : u32 = _S223 + (((traversed_0[i_18]) & (u32(255))));
-        var _S227 : u32 = _S223 + (((((traversed_0[i_18]) >> (u32(8)))) & (u32(255))));
-        var _S228 : u32 = _S223 + (((((traversed_0[i_18]) >> (u32(16)))) & (u32(255))));
-        var _S229 : u32 = ((traversed_0[i_18]) >> (u32(24)));
-        var _S230 : u32 = _S223 + _S229;
-        var _S231 : bool = _S229 != u32(255);
+        var _S227 : u32 = _S224 + (((traversed_0[i_18]) & (u32(255))));
+        var _S228 : u32 = _S224 + (((((traversed_0[i_18]) >> (u32(8)))) & (u32(255))));
+        var _S229 : u32 = _S224 + (((((traversed_0[i_18]) >> (u32(16)))) & (u32(255))));
+        var _S230 : u32 = ((traversed_0[i_18]) >> (u32(24)));
+        var _S231 : u32 = _S224 + _S230;
+        var _S232 : bool = _S230 != u32(255);
         var c_10 : u32 = u32(0);
         for(;;)
         {
@@ -3490,16 +3496,16 @@ fn predict_elements_0( s_37 : u32,  from_5 : u32,  predictor_2 : u32,  elements_
                 break;
             }
             var beyond_0 : u32;
-            if(_S231)
+            if(_S232)
             {
-                beyond_0 = all_values_0[job_values_0() + (_S230 + u32(64) * c_10)];
+                beyond_0 = all_values_0[job_values_0() + (_S231 + u32(64) * c_10)];
             }
             else
             {
                 beyond_0 = u32(0);
             }
-            var _S232 : u32 = u32(64) * c_10;
-            all_values_0[job_values_0() + (_S228 + _S232)] = ((traversed_prediction_0(predictor_2, all_values_0[job_values_0() + (_S226 + _S232)], all_values_0[job_values_0() + (_S227 + _S232)], beyond_0, _S231) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_6 + c_10)]) & (_S224));
+            var _S233 : u32 = u32(64) * c_10;
+            all_values_0[job_values_0() + (_S229 + _S233)] = ((traversed_prediction_0(predictor_2, all_values_0[job_values_0() + (_S227 + _S233)], all_values_0[job_values_0() + (_S228 + _S233)], beyond_0, _S232) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_6 + c_10)]) & (_S225));
             c_10 = c_10 + u32(1);
         }
         var at_7 : u32 = at_6 + elements_6;
@@ -3526,60 +3532,60 @@ fn predict_traversed_0( s_38 : u32,  first_12 : u32)
         }
         else
         {
-            var _S233 : bool = predictor_3 == u32(0);
-            var _S234 : bool;
-            if(_S233)
+            var _S234 : bool = predictor_3 == u32(0);
+            var _S235 : bool;
+            if(_S234)
             {
-                _S234 = elements_7 == u32(3);
+                _S235 = elements_7 == u32(3);
             }
             else
             {
-                _S234 = false;
+                _S235 = false;
             }
-            if(_S234)
+            if(_S235)
             {
                 predict_elements_0(s_38, from_6, u32(0), u32(3));
             }
             else
             {
-                var _S235 : bool = predictor_3 == u32(3);
-                if(_S235)
+                var _S236 : bool = predictor_3 == u32(3);
+                if(_S236)
                 {
-                    _S234 = elements_7 == u32(3);
+                    _S235 = elements_7 == u32(3);
                 }
                 else
                 {
-                    _S234 = false;
+                    _S235 = false;
                 }
-                if(_S234)
+                if(_S235)
                 {
                     predict_elements_0(s_38, from_6, u32(3), u32(3));
                 }
                 else
                 {
-                    if(_S233)
+                    if(_S234)
                     {
-                        _S234 = elements_7 == u32(2);
+                        _S235 = elements_7 == u32(2);
                     }
                     else
                     {
-                        _S234 = false;
+                        _S235 = false;
                     }
-                    if(_S234)
+                    if(_S235)
                     {
                         predict_elements_0(s_38, from_6, u32(0), u32(2));
                     }
                     else
                     {
-                        if(_S235)
+                        if(_S236)
                         {
-                            _S234 = elements_7 == u32(2);
+                            _S235 = elements_7 == u32(2);
                         }
                         else
                         {
-                            _S234 = false;
+                            _S235 = false;
                         }
-                        if(_S234)
+                        if(_S235)
                         {
                             predict_elements_0(s_38, from_6, u32(3), u32(2));
                         }
@@ -3658,7 +3664,7 @@ fn triangle_normal_0( triangle_4 : u32,  h_27 : u32) -> Triple_0
 
 fn sum_normals_0()
 {
-    var _S236 : u32 = excess_0(stream_bits_0[i32(0)], u32(13));
+    var _S237 : u32 = excess_0(stream_bits_0[i32(0)], u32(13));
     var i_19 : u32 = u32(0);
     for(;;)
     {
@@ -3683,7 +3689,7 @@ fn sum_normals_0()
             break;
         }
         var triangle_5 : u32 = all_triangles_0[job_triangles_0() + t_3];
-        var _S237 : Triple_0 = triangle_normal_0(all_triangles_0[job_triangles_0() + t_3], _S236);
+        var _S238 : Triple_0 = triangle_normal_0(all_triangles_0[job_triangles_0() + t_3], _S237);
         var k_3 : u32 = u32(0);
         for(;;)
         {
@@ -3695,9 +3701,9 @@ fn sum_normals_0()
                 break;
             }
             var i_20 : u32 = u32(4) * ((((triangle_5 >> ((u32(8) * k_3)))) & (u32(255))));
-            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] + _S237.x_1;
-            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] + _S237.y_3;
-            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] + _S237.z_1;
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] + _S238.x_1;
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] + _S238.y_3;
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] + _S238.z_1;
             k_3 = k_3 + u32(1);
         }
         t_3 = t_3 + u32(1);
@@ -3717,16 +3723,16 @@ fn finish_positions_0()
 fn read_interiors_0()
 {
     read_own_interior_0(unary_0.cursor_0, u32(0), u32(1));
-    var _S238 : bool;
+    var _S239 : bool;
     if(error_0 != u32(0))
     {
-        _S238 = true;
+        _S239 = true;
     }
     else
     {
-        _S238 = stream_end_0 <= u32(1);
+        _S239 = stream_end_0 <= u32(1);
     }
-    if(_S238)
+    if(_S239)
     {
         return;
     }
@@ -3774,16 +3780,16 @@ fn main(@builtin(global_invocation_id) gl_GlobalInvocationID_0 : vec3<u32>)
     open_job_0(m_14);
     load_streams_0(u32(0), job_streams_0());
     decode_meshlet_0(m_14);
-    var _S239 : u32;
+    var _S240 : u32;
     if(error_0 == u32(0))
     {
-        _S239 = (triangle_count_0 | (((vertex_count_0 << (u32(8))))));
+        _S240 = (triangle_count_0 | (((vertex_count_0 << (u32(8))))));
     }
     else
     {
-        _S239 = (error_0 << (u32(16)));
+        _S240 = (error_0 << (u32(16)));
     }
-    atomicStore(&(the_summaries_0[m_14]), _S239);
+    atomicStore(&(the_summaries_0[m_14]), _S240);
     return;
 }
 
