@@ -35,8 +35,10 @@ class WebgpuDecoder:
     """
 
     def __init__(self, blob: bytes, meshlets: int, streams: int, words: int, adapter: str | None):
-        import wgpu
-
+        try:
+            import wgpu
+        except ImportError:
+            raise SystemExit("bench: wgpu is not installed (pip install wgpu==0.32.0)") from None
         self._wgpu = wgpu
         self.meshlets = meshlets
         self.device = self._open(adapter, 4 * words * meshlets)

@@ -1,4 +1,3 @@
-/// <reference types="@webgpu/types" />
 import type { Decoder, Stream } from './decoder.js';
 
 export interface GPUOptions {
@@ -66,8 +65,9 @@ export interface GPUPrimitive {
  * GRID, OCT and SIGN streams become floats that may differ from the native decoder's by one unit in
  * the last place; integers are the same.
  *
- * Throws `MalformedError` if header or tables are malformed, and `RangeError` if the view has more
- * than one blob, or its buffers would be larger than the device allows.
+ * Rejects with `MalformedError` if header or tables are malformed, with `RangeError` if the view
+ * has more than one blob, `method` does not take it, or its buffers would be larger than the device
+ * allows, and with `Error` if GPU memory is short.
  */
 export declare function decodeToGPU(
   device: GPUDevice,

@@ -11,14 +11,22 @@ const PLACES_BYTES = 64;
 const PACKED_POSITION_BITS = 21;
 
 // Decoders: the shaders that all meshlets need first, those that a range of meshlets needs then,
-// each with the meshlets of a workgroup, the layout of the values, and the capacities
-// (build_wgsl.py).
+// each with the meshlets of a workgroup, the layout of the values, words of a meshlet after its
+// values, and the capacities (build_wgsl.py).
 const METHODS = {
-  serial: { all: {}, range: { decode: 32 }, layout: plainLayout, streams: 64, elements: 256 },
+  serial: {
+    all: {},
+    range: { decode: 32 },
+    layout: plainLayout,
+    scratch: 512,
+    streams: 64,
+    elements: 256,
+  },
   passes: {
     all: { connect: 32, lengths: 8 },
     range: { corners: 8, chains: 8, interior: 1 },
     layout: packedLayout,
+    scratch: 0,
     streams: 8,
     elements: 20,
   },
@@ -36,17 +44,38 @@ export async function decodeToGPU(device, blob, options = {}) {
   const blobs = wasm.blobs(blob);
   if (blobs.length !== 1)
     throw new RangeError(`the view has ${blobs.length} blobs; decode each of decoder.blobs(view)`);
-  const method = METHODS[options.method ?? bestMethod(blobs[0])];
+  const method = chooseMethod(blobs[0], options.method);
   const names = [...Object.keys(method.all), ...Object.keys(method.range), ...OUTPUT];
   const modules = await shaders(device, names);
   const job = new Job(device, modules, method, blobs[0], options, label);
-  return job.run(wasm);
+  return guarded(device, () => job.run(wasm));
 }
 
-function bestMethod({ streams }) {
-  const { streams: most, elements } = METHODS.passes;
-  const sum = streams.reduce((all, stream) => all + stream.elements, 0);
-  return streams.length <= most && sum <= elements ? 'passes' : 'serial';
+function chooseMethod({ streams }, name) {
+  const elements = streams.reduce((sum, stream) => sum + stream.elements, 0);
+  const fits = (method) => streams.length <= method.streams && elements <= method.elements;
+  if (name === undefined) return fits(METHODS.passes) ? METHODS.passes : METHODS.serial;
+  const method = METHODS[name];
+  if (!method || !fits(method))
+    throw new RangeError(`${streams.length} streams of ${elements} elements: no method ${name}`);
+  return method;
+}
+
+// Rejects with the device's error if `action`, which returns a primitive, causes one.
+async function guarded(device, action) {
+  const scopes = ['validation', 'out-of-memory'];
+  scopes.forEach((scope) => device.pushErrorScope(scope));
+  let primitive;
+  let errors;
+  try {
+    primitive = action();
+  } finally {
+    errors = scopes.map(() => device.popErrorScope());
+  }
+  const error = (await Promise.all(errors)).find((found) => found !== null);
+  if (!error) return primitive;
+  primitive.destroy();
+  throw new Error(`the GPU cannot decode it: ${error.message || 'out of memory'}`);
 }
 
 class Job {
@@ -68,63 +97,66 @@ class Job {
   }
 
   run(decoder) {
-    const { bytes, meshletCount, triangleCount, streams } = this.#blob;
-    const { integers = false, streams: wanted = streams.map((_, s) => s) } = this.#options;
-    for (const s of wanted)
-      if (!streams[s]) throw new RangeError(`there is no stream ${s} of ${streams.length}`);
-    const results = wanted.map((s) => ({ ...streams[s], stream: s, ...format(streams[s], integers) }));
-    this.#checkSizes(results);
-    const { VERTEX, INDEX, INDIRECT, COPY_SRC } = GPUBufferUsage;
+    const { bytes, meshletCount, triangleCount } = this.#blob;
+    const streams = this.#wanted();
+    this.#checkSizes(streams);
+    const { VERTEX, INDEX, INDIRECT } = GPUBufferUsage;
     const made = [];
     const keep = (name, size, usage) => {
-      made.push(this.#buffer(name, size, usage | COPY_SRC | (this.#options.usage ?? 0)));
+      const all = usage | GPUBufferUsage.COPY_SRC | (this.#options.usage ?? 0);
+      made.push(this.#buffer(name, size, all));
       return made.at(-1);
     };
+    const vertexCount = MESHLET_VERTICES * meshletCount;
     const primitive = {
       triangleCount,
       meshletCount,
-      vertexCount: MESHLET_VERTICES * meshletCount,
+      vertexCount,
       indices: keep('indices', 12 * triangleCount, INDEX),
       indirect: keep('indirect', 20, INDIRECT),
-      streams: results.map((result) => ({
-        ...result,
-        buffer: keep(
-          `stream ${result.stream}`,
-          4 * result.width * MESHLET_VERTICES * meshletCount,
-          VERTEX,
-        ),
+      streams: streams.map((stream) => ({
+        ...stream,
+        buffer: keep(`stream ${stream.stream}`, 4 * stream.width * vertexCount, VERTEX),
       })),
       destroy: () => made.forEach((buffer) => buffer.destroy()),
     };
     const status = keep('status', 8, 0);
     primitive.byteLength = made.reduce((sum, { size }) => sum + size, 0);
     primitive.check = () => check(this.#device, status, decoder, bytes);
-    this.#encode(primitive, status, integers);
+    this.#decode(primitive, status);
     return primitive;
   }
 
-  #checkSizes(results) {
-    const { meshletCount, triangleCount } = this.#blob;
+  #wanted() {
+    const { streams } = this.#blob;
+    const { integers = false, streams: wanted = [...streams.keys()] } = this.#options;
+    for (const s of wanted)
+      if (!streams[s]) throw new RangeError(`there is no stream ${s} of ${streams.length}`);
+    return wanted.map((s) => ({ ...streams[s], stream: s, ...format(streams[s], integers) }));
+  }
+
+  #checkSizes(streams) {
+    const { bytes, meshletCount, triangleCount } = this.#blob;
     const { maxStorageBufferBindingSize, maxBufferSize } = this.#device.limits;
     const most = Math.min(maxStorageBufferBindingSize, maxBufferSize);
-    const widest = Math.max(...results.map(({ width }) => width));
-    if (
-      Math.max(12 * triangleCount, 4 * MESHLET_TRIANGLES * meshletCount, this.#blob.bytes.length) >
-        most ||
-      4 * widest * MESHLET_VERTICES * meshletCount > maxBufferSize
-    )
+    const widest = Math.max(0, ...streams.map(({ width }) => width));
+    const bound = [12 * triangleCount, 4 * MESHLET_TRIANGLES * meshletCount, bytes.length];
+    const fits =
+      Math.max(...bound) <= most &&
+      4 * widest * MESHLET_VERTICES * meshletCount <= maxBufferSize &&
+      meshletCount <= 8 * WORKGROUPS;
+    if (!fits)
       throw new RangeError(
         `a blob of ${triangleCount} triangles needs larger buffers than the device has ` +
           `(${most} bytes); compress it with --page-bytes`,
       );
   }
 
-  #encode(primitive, status, integers) {
+  #decode(primitive, status) {
     const { bytes, meshletCount, streams } = this.#blob;
-    const end = 1 + Math.max(...primitive.streams.map(({ stream }) => stream));
-    const { all, range, layout } = this.#method;
-    const places = layout(streams.slice(0, end));
-    const words = places.at(-1).end;
+    const end = 1 + Math.max(0, ...primitive.streams.map(({ stream }) => stream));
+    const places = this.#method.layout(streams.slice(0, end));
+    const words = places.at(-1).end + this.#method.scratch;
     const chunk = this.#chunk(words);
     const buffers = {
       0: this.#upload('blob', bytes),
@@ -137,45 +169,42 @@ class Job {
       8: primitive.indirect,
       9: status,
     };
-    const job = {
+    const push = {
       blob_words: bytes.length / 4,
       meshlets: meshletCount,
       streams: end,
       value_words: words,
     };
-    const dispatch = (modules, count, push) =>
-      Object.entries(modules).map(([module, per]) => ({ module, groups: Math.ceil(count / per), push }));
-    const steps = dispatch(all, meshletCount, job);
-    for (let first = 0; first < meshletCount; first += chunk) {
-      const count = Math.min(chunk, meshletCount - first);
-      const push = { ...job, meshlets: first + count, first };
-      steps.push(...dispatch(range, count, push));
-      for (const { stream, width, buffer } of primitive.streams) {
-        const { begin: base, stride, field } = places[stream];
-        const size = 4 * width * MESHLET_VERTICES;
-        steps.push({
-          module: 'attribute',
-          groups: count,
-          push: { ...push, stream, base, stride, field, integers: Number(integers) },
-          results: { buffer, offset: size * first, size: size * count },
-        });
-      }
+    const steps = dispatches(this.#method.all, meshletCount, push);
+    for (const range of ranges(meshletCount, chunk)) {
+      steps.push(...dispatches(this.#method.range, range.count, { ...push, ...range.push }));
+      for (const stream of primitive.streams)
+        steps.push(this.#attribute(stream, places[stream.stream], range, push));
     }
-    steps.push({ module: 'ranges', groups: 1, push: job });
-    for (let first = 0; first < meshletCount; first += WORKGROUPS)
-      steps.push({
-        module: 'indices',
-        groups: Math.min(WORKGROUPS, meshletCount - first),
-        push: { ...job, first },
-        results: { buffer: primitive.indices },
-      });
+    steps.push({ module: 'ranges', groups: 1, push });
+    for (const range of ranges(meshletCount, WORKGROUPS)) {
+      const results = { buffer: primitive.indices };
+      const part = { ...push, ...range.push };
+      steps.push({ module: 'indices', groups: range.count, push: part, results });
+    }
     this.#submit(steps, buffers);
+  }
+
+  #attribute({ stream, width, buffer }, { begin: base, stride, field }, range, push) {
+    const size = 4 * width * MESHLET_VERTICES;
+    const integers = Number(this.#options.integers ?? false);
+    return {
+      module: 'attribute',
+      groups: range.count,
+      push: { ...push, ...range.push, stream, base, stride, field, integers },
+      results: { buffer, offset: size * range.push.first, size: size * range.count },
+    };
   }
 
   // Meshlets that are decoded at a time.
   #chunk(words) {
-    const { maxStorageBufferBindingSize } = this.#device.limits;
-    const bytes = Math.min(this.#options.scratchBytes ?? SCRATCH_BYTES, maxStorageBufferBindingSize);
+    const { scratchBytes = SCRATCH_BYTES } = this.#options;
+    const bytes = Math.min(scratchBytes, this.#device.limits.maxStorageBufferBindingSize);
     return Math.min(WORKGROUPS, Math.max(1, Math.floor(bytes / (4 * words))));
   }
 
@@ -228,6 +257,22 @@ class Job {
   }
 }
 
+// The dispatches of modules, given with the meshlets of a workgroup, for `count` meshlets.
+function dispatches(modules, count, push) {
+  return Object.entries(modules).map(([module, per]) => {
+    return { module, groups: Math.ceil(count / per), push };
+  });
+}
+
+// Meshlets [first, meshlets) for the shaders, `size` at a time.
+function ranges(total, size) {
+  return Array.from({ length: Math.ceil(total / size) }, (_, i) => {
+    const first = i * size;
+    const count = Math.min(size, total - first);
+    return { count, push: { first, meshlets: first + count } };
+  });
+}
+
 // How a stream's values lie in its buffer: numbers per vertex, and the format of a vertex buffer.
 function format({ kind, elements }, integers) {
   const whole = integers || kind === Kind.INTEGER;
@@ -238,7 +283,7 @@ function format({ kind, elements }, integers) {
 // Where the values of each stream lie among those of a meshlet, in words: [begin, end), `stride`
 // between vertices, and the bits of an element.
 
-// decode.wgsl: 64 words per element.
+// decode.wgsl: 64 words per element, and room for residuals and normals after all streams.
 function plainLayout(streams) {
   return consecutive(streams, ({ elements }) => ({ stride: elements, field: 0 }));
 }

@@ -38,8 +38,9 @@
 // predict_traversed(s, first) and finish_positions(), which runs once stream 0 is decoded, before
 // the other interiors.
 //
-// Optional: APEX(t), SET_APEX(t, v), TRIANGLE(t), VALUES(i) and NORMALS(i) name storage for apices,
-// packed triangles, values and sums of normals; otherwise this file declares arrays.
+// Optional: APEX(t), SET_APEX(t, v), TRIANGLE(t), VALUES(i), RESIDUAL(i) and NORMALS(i) name
+// storage for apices, packed triangles, values, residuals and sums of normals; otherwise this file
+// declares arrays.
 //
 // Optional: VERTEX_STEP, ELEMENT_STEP and STREAM_ROOM(elements) give another order of `values`;
 // ALIGNED stands before their declaration.
@@ -356,9 +357,12 @@ uint chain_total;             // inner vertices of all owned references
 uint chain_low[MAX_STREAMS];  // bit position of the chains' low bits
 uint chain_unary;             // bit position of the unary parts of all chains
 
-UnaryReader unary;          // the next list's unary parts
-uint low_cursor;            // and bit position of its low bits
+UnaryReader unary;  // the next list's unary parts
+uint low_cursor;    // and bit position of its low bits
+#ifndef RESIDUAL
+#define RESIDUAL(i) residuals[i]
 uint residuals[RESIDUALS];  // of one list, vertex by vertex
+#endif
 
 uint width_field(uint position) {
   uint w = load_bits(position, WIDTH_BITS);
@@ -437,7 +441,7 @@ void read_residuals(uint s, uint count, uint code, uint widths) {
   for (uint c = 0u; c < elements; c++) {
     uint width = width_field(widths + WIDTH_BITS * c);
     for (uint i = 0u; i < count; i++)
-      residuals[i * elements + c] = unzigzag(load_inside(low + i * step, width));
+      RESIDUAL(i * elements + c) = unzigzag(load_inside(low + i * step, width));
     low += width;
   }
 }
@@ -1101,7 +1105,7 @@ void predict_affine_chains(uint s) {
       uint point =
           affine_chain_point(w, VALUES(before + ELEMENT_STEP * c), VALUES(end + ELEMENT_STEP * c),
                              VALUES(earlier + ELEMENT_STEP * c), chain_left[j]);
-      VALUES(v + ELEMENT_STEP * c) = (point + residuals[from + c]) & stream_mask[s];
+      VALUES(v + ELEMENT_STEP * c) = (point + RESIDUAL(from + c)) & stream_mask[s];
     }
     from += elements;
   }
@@ -1123,7 +1127,7 @@ INLINE void predict_chain_elements(uint s, bool copies, uint elements) {
     for (index_uint c = 0u; c < elements; c++) {
       uint point = VALUES(before + ELEMENT_STEP * c);
       if (!copies) point = toward(point, VALUES(end + ELEMENT_STEP * c), left);
-      VALUES(v + ELEMENT_STEP * c) = (point + residuals[from + c]) & bits;
+      VALUES(v + ELEMENT_STEP * c) = (point + RESIDUAL(from + c)) & bits;
     }
     from += elements;
   }
@@ -1365,7 +1369,7 @@ INLINE void predict_elements(uint s, uint from, uint predictor, uint elements) {
       uint beyond = across ? VALUES(o + ELEMENT_STEP * c) : 0u;
       uint prediction = traversed_prediction(predictor, VALUES(a + ELEMENT_STEP * c),
                                              VALUES(b + ELEMENT_STEP * c), beyond, across);
-      VALUES(v + ELEMENT_STEP * c) = (prediction + residuals[at + c]) & bits;
+      VALUES(v + ELEMENT_STEP * c) = (prediction + RESIDUAL(at + c)) & bits;
     }
     at += elements;
   }
@@ -1381,8 +1385,8 @@ void predict_geo(uint s, uint first) {
     OctPair q = octahedral_prediction(NORMALS(4u * v), NORMALS(4u * v + 1u), NORMALS(4u * v + 2u),
                                       stream_bits[s]);
     index_uint to = base + VERTEX_STEP * v;
-    VALUES(to) = (q.u + residuals[at]) & bits;
-    VALUES(to + ELEMENT_STEP) = (q.v + residuals[at + 1u]) & bits;
+    VALUES(to) = (q.u + RESIDUAL(at)) & bits;
+    VALUES(to + ELEMENT_STEP) = (q.v + RESIDUAL(at + 1u)) & bits;
     at += 2u;
   }
 }
@@ -1406,7 +1410,7 @@ INLINE void predict_affine_elements(uint s, uint first, uint elements) {
       uint at_o = VALUES(o + ELEMENT_STEP * c);
       uint parallelogram = traversed_prediction(PREDICT_PARALLELOGRAM, at_a, at_b, at_o, across);
       uint point = choose(w.exist, affine_point(w, at_a, at_b, at_o), parallelogram);
-      VALUES(v + ELEMENT_STEP * c) = (point + residuals[at + c]) & bits;
+      VALUES(v + ELEMENT_STEP * c) = (point + RESIDUAL(at + c)) & bits;
     }
     at += elements;
   }

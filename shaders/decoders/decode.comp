@@ -6,7 +6,10 @@
 
 layout(local_size_x = 32) in;
 #include "decoders/decode_push.glsl"
-#ifdef WGSL  // allows 8 KiB of private variables
+#ifdef WGSL
+// WGSL promises 8 KiB of private variables. The host leaves room behind a meshlet's values.
+#define RESIDUAL(i) VALUE_AT(job_values() + push.value_words - 512u, i)
+#define NORMALS(i) VALUE_AT(job_values() + push.value_words - 256u, i)
 #define TRIANGLE(t) TRIANGLE_AT(job_triangles(), t)
 #define VALUES(i) VALUE_AT(job_values(), i)
 #endif

@@ -57,7 +57,7 @@ uint coded_value(uint code, uint q, inout uint low) {
 void read_codes(uint n, uint code) {
   uint low = low_cursor;
   for (uint i = 0u; i < n && error == ERROR_NONE; i++)
-    residuals[i] = unzigzag(coded_value(code, next_quotient(), low));
+    RESIDUAL(i) = unzigzag(coded_value(code, next_quotient(), low));
   low_cursor = low;
   if (low_cursor > 8u * (byte_length - BLOB_PADDING_BYTES)) error = ERROR_UNARY;
 }

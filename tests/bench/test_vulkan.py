@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from bench import models, vulkan_decode, vulkan_raster, vulkan_raytracing
+from bench import models, vulkan_decode, vulkan_raster, vulkan_raytracing, webgpu
 from bench.generated import torus
 from gltf_ext.compression.primitives import Primitive
 from gltf_meshlet.demo.model import write_glb
@@ -48,11 +48,25 @@ def test_models_are_compressed_and_subdivided(tmp_path):
     )
 
 
-@pytest.mark.parametrize("module", [vulkan_decode, vulkan_raster, vulkan_raytracing])
+@pytest.mark.parametrize("module", [vulkan_decode, vulkan_raster, vulkan_raytracing, webgpu])
 def test_a_measurement_without_models_ends_before_it_begins(monkeypatch, module):
     monkeypatch.setattr("sys.argv", ["bench"])
     with pytest.raises(SystemExit, match=r"^bench: name at least one model$"):
         module.main()
+
+
+def test_wgsl_must_decode_what_spirv_decodes(tmp_path):
+    one = np.ones(1, np.uint32)
+    integers = np.arange(64, dtype=np.uint32).reshape(1, 1, 64)
+    decoded = argparse.Namespace(
+        triangle_counts=one, vertex_counts=3 * one, errors=0 * one, integers=integers
+    )
+    other = integers.copy()
+    other[0, 0, 3:] = 0  # not of a vertex
+    webgpu.same(tmp_path, decoded, 1 + 3 * 256 * one, other)
+    other[0, 0, 2] = 7
+    with pytest.raises(SystemExit, match="WGSL and SPIR-V differ"):
+        webgpu.same(tmp_path, decoded, 1 + 3 * 256 * one, other)
 
 
 def test_short_indices_of_a_small_model_need_no_cut(tmp_path):

@@ -225,6 +225,30 @@ def test_wgsl_is_current():
     assert {f"wgsl/{name}.wgsl" for name in build_wgsl.MODULES} <= shipped
 
 
+def bytes_of(type_: str, text: str) -> int:
+    """Size of a WGSL type."""
+    array = re.fullmatch(r"array<(.*), i32\((\d+)\)>", type_)
+    if array:
+        return int(array[2]) * bytes_of(array[1], text)
+    if type_ in ("u32", "i32", "bool", "atomic<u32>"):
+        return 4
+    if type_ in ("vec2<u32>", "vec3<u32>"):
+        return 4 * int(type_[3])
+    (body,) = re.findall(rf"struct {type_}\n{{(.*?)}}", text, re.DOTALL)
+    return sum(bytes_of(member, text) for member in re.findall(r" : (.*),\n", body))
+
+
+@pytest.mark.parametrize("name", sorted(build_wgsl.MODULES))
+def test_wgsl_stays_within_the_default_limits(name):
+    text = (build_wgsl.OUTPUT / f"{name}.wgsl").read_text()
+    sizes = {
+        space: sum(bytes_of(t, text) for t in re.findall(rf"var<{space}> \w+ : (.*);", text))
+        for space in ("private", "workgroup")
+    }
+    assert sizes["private"] <= 8192 and sizes["workgroup"] <= 16384
+    assert len(re.findall("var<storage", text)) <= 8
+
+
 @pytest.mark.parametrize("name", sorted(build_wgsl.MODULES))
 def test_wgsl_is_what_slang_makes(name):
     environment.need_package("slangpy")

@@ -1,6 +1,6 @@
-// A GLTFLoader plugin for three's WebGPURenderer: compressed meshes are decoded on the GPU, into the
-// buffers that the renderer draws from. Nothing is read back, and no array of the geometry exists
-// on the CPU. An example: float accessors only, without skins and morph targets.
+// A GLTFLoader plugin for three's WebGPURenderer: compressed meshes are decoded on the GPU, into
+// the buffers that the renderer draws from. No geometry is read back or exists on the CPU. An
+// example: float accessors only, without skins and morph targets.
 import * as THREE from 'three/webgpu';
 import { createDecoder } from 'gltf-meshlet';
 import { decodeToGPU } from 'gltf-meshlet/webgpu';

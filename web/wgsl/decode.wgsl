@@ -2335,8 +2335,6 @@ fn skip_residuals_0( s_20 : u32,  count_14 : u32,  code_1 : u32,  widths_2 : u32
     return;
 }
 
-var<private> residuals_0 : array<u32, i32(256)>;
-
 fn next_quotient_0() -> u32
 {
     for(;;)
@@ -2449,7 +2447,7 @@ fn read_codes_0( n_7 : u32,  code_3 : u32)
         }
         var _S148 : u32 = next_quotient_0();
         var _S149 : u32 = coded_value_0(code_3, _S148, &(low_3));
-        residuals_0[i_13] = unzigzag_0(_S149);
+        all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + i_13] = unzigzag_0(_S149);
         i_13 = i_13 + u32(1);
     }
     low_cursor_0 = low_3;
@@ -2504,7 +2502,7 @@ fn read_residuals_0( s_21 : u32,  count_15 : u32,  code_4 : u32,  widths_3 : u32
             {
                 break;
             }
-            residuals_0[i_14 * elements_1 + c_5] = unzigzag_0(load_inside_0(low_4 + i_14 * step_0, width_3));
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (i_14 * elements_1 + c_5)] = unzigzag_0(load_inside_0(low_4 + i_14 * step_0, width_3));
             i_14 = i_14 + u32(1);
         }
         var low_5 : u32 = low_4 + width_3;
@@ -2812,7 +2810,7 @@ fn predict_affine_chains_0( s_23 : u32)
             }
             var _S177 : u32 = u32(64) * c_6;
             var point_0 : u32 = affine_chain_point_0(_S172, all_values_0[job_values_0() + (before_7 + _S177)], all_values_0[job_values_0() + (_S174 + _S177)], all_values_0[job_values_0() + (_S176 + _S177)], chain_left_0[j_0]);
-            all_values_0[job_values_0() + (_S173 + _S177)] = ((point_0 + residuals_0[from_1 + c_6]) & ((stream_mask_0[s_23])));
+            all_values_0[job_values_0() + (_S173 + _S177)] = ((point_0 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (from_1 + c_6)]) & ((stream_mask_0[s_23])));
             c_6 = c_6 + u32(1);
         }
         var from_2 : u32 = from_1 + _S171;
@@ -2864,7 +2862,7 @@ fn predict_chain_elements_0( s_24 : u32,  copies_0 : bool,  elements_2 : u32)
             {
                 point_2 = point_1;
             }
-            all_values_0[job_values_0() + (_S181 + _S185)] = ((point_2 + residuals_0[from_3 + c_7]) & (_S179));
+            all_values_0[job_values_0() + (_S181 + _S185)] = ((point_2 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (from_3 + c_7)]) & (_S179));
             c_7 = c_7 + u32(1);
         }
         var from_4 : u32 = from_3 + elements_2;
@@ -3245,8 +3243,6 @@ fn open_lists_0( p_19 : u32,  n_14 : u32)
     return;
 }
 
-var<private> normals_0 : array<u32, i32(256)>;
-
 struct OctPair_0
 {
      u_3 : u32,
@@ -3333,10 +3329,10 @@ fn predict_geo_0( s_34 : u32,  first_9 : u32)
         }
         var v_12 : u32 = ((((traversed_0[i_16]) >> (u32(16)))) & (u32(255)));
         var _S209 : u32 = u32(4) * v_12;
-        var q_3 : OctPair_0 = octahedral_prediction_0(normals_0[_S209], normals_0[_S209 + u32(1)], normals_0[_S209 + u32(2)], stream_bits_0[s_34]);
+        var q_3 : OctPair_0 = octahedral_prediction_0(all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + _S209], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S209 + u32(1))], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S209 + u32(2))], stream_bits_0[s_34]);
         var to_1 : u32 = _S206 + v_12;
-        all_values_0[job_values_0() + to_1] = ((q_3.u_3 + residuals_0[at_2]) & (_S208));
-        all_values_0[job_values_0() + (to_1 + u32(64))] = ((q_3.v_10 + residuals_0[at_2 + u32(1)]) & (_S208));
+        all_values_0[job_values_0() + to_1] = ((q_3.u_3 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + at_2]) & (_S208));
+        all_values_0[job_values_0() + (to_1 + u32(64))] = ((q_3.v_10 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_2 + u32(1))]) & (_S208));
         var at_3 : u32 = at_2 + u32(2);
         i_16 = i_16 + u32(1);
         at_2 = at_3;
@@ -3444,7 +3440,7 @@ fn predict_affine_elements_0( s_35 : u32,  first_10 : u32,  elements_5 : u32)
                 break;
             }
             var _S223 : u32 = u32(64) * c_9;
-            all_values_0[job_values_0() + (_S221 + _S223)] = ((choose_1(_S219.exist_0, affine_point_0(_S219, all_values_0[job_values_0() + (a_8 + _S223)], all_values_0[job_values_0() + (_S220 + _S223)], all_values_0[job_values_0() + (_S222 + _S223)]), traversed_prediction_0(u32(0), all_values_0[job_values_0() + (a_8 + _S223)], all_values_0[job_values_0() + (_S220 + _S223)], all_values_0[job_values_0() + (_S222 + _S223)], across_1)) + residuals_0[at_4 + c_9]) & (_S216));
+            all_values_0[job_values_0() + (_S221 + _S223)] = ((choose_1(_S219.exist_0, affine_point_0(_S219, all_values_0[job_values_0() + (a_8 + _S223)], all_values_0[job_values_0() + (_S220 + _S223)], all_values_0[job_values_0() + (_S222 + _S223)]), traversed_prediction_0(u32(0), all_values_0[job_values_0() + (a_8 + _S223)], all_values_0[job_values_0() + (_S220 + _S223)], all_values_0[job_values_0() + (_S222 + _S223)], across_1)) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_4 + c_9)]) & (_S216));
             c_9 = c_9 + u32(1);
         }
         var at_5 : u32 = at_4 + elements_5;
@@ -3509,7 +3505,7 @@ fn predict_elements_0( s_37 : u32,  from_5 : u32,  predictor_2 : u32,  elements_
                 beyond_0 = u32(0);
             }
             var _S233 : u32 = u32(64) * c_10;
-            all_values_0[job_values_0() + (_S229 + _S233)] = ((traversed_prediction_0(predictor_2, all_values_0[job_values_0() + (_S227 + _S233)], all_values_0[job_values_0() + (_S228 + _S233)], beyond_0, _S232) + residuals_0[at_6 + c_10]) & (_S225));
+            all_values_0[job_values_0() + (_S229 + _S233)] = ((traversed_prediction_0(predictor_2, all_values_0[job_values_0() + (_S227 + _S233)], all_values_0[job_values_0() + (_S228 + _S233)], beyond_0, _S232) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_6 + c_10)]) & (_S225));
             c_10 = c_10 + u32(1);
         }
         var at_7 : u32 = at_6 + elements_6;
@@ -3679,7 +3675,7 @@ fn sum_normals_0()
         {
             break;
         }
-        normals_0[i_19] = u32(0);
+        all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_19] = u32(0);
         i_19 = i_19 + u32(1);
     }
     var t_3 : u32 = u32(0);
@@ -3705,9 +3701,9 @@ fn sum_normals_0()
                 break;
             }
             var i_20 : u32 = u32(4) * ((((triangle_5 >> ((u32(8) * k_3)))) & (u32(255))));
-            normals_0[i_20] = normals_0[i_20] + _S238.x_1;
-            normals_0[i_20 + u32(1)] = normals_0[i_20 + u32(1)] + _S238.y_3;
-            normals_0[i_20 + u32(2)] = normals_0[i_20 + u32(2)] + _S238.z_1;
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] + _S238.x_1;
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] + _S238.y_3;
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] + _S238.z_1;
             k_3 = k_3 + u32(1);
         }
         t_3 = t_3 + u32(1);
