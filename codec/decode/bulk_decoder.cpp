@@ -33,8 +33,8 @@ class History {
   History(const History&) = delete;
   void allocate();
 
-  // Looks up the vertices shared with earlier meshlets. Call after connect_meshlet. provide: also
-  // copies their values, for read_foreign.
+  // Looks up the vertices shared with earlier meshlets. Call after place_references. provide: also
+  // copies their values, if their meshlets are decoded, for read_foreign.
   void look_up(bool provide);
 
   // Numbers the meshlet's vertices after look_up (spec, appendix A.8): global[local id]. new_ids
@@ -42,8 +42,11 @@ class History {
   // kCircle.
   uint32_t number(uint32_t* global, uint32_t* new_ids);
 
-  // Keeps the decoded meshlet.
-  void append(const uint32_t* global);
+  // Keeps the decoded meshlet; decoded: also its values, not only its vertex numbers.
+  void append(const uint32_t* global, bool decoded);
+
+  // The meshlets before `meshlet` are not decoded, only their vertices numbered.
+  void decode_from(uint32_t meshlet) { first_decoded_ = meshlet; }
 
   // Does the meshlet, decoded and appended, agree with the owners of its foreign references on
   // their shared vertices?
@@ -82,6 +85,7 @@ class History {
   SerialDecoder& d_;
   uint32_t meshlets_;
   uint32_t next_ = 0;
+  uint32_t first_decoded_ = 0;
   Kept* ring_ = nullptr;
   uint8_t* lengths_ = nullptr;  // kPlaces for each meshlet in the ring
   Place alias_[kPlaces];        // per local id of the current meshlet
@@ -161,7 +165,7 @@ void History::look_up(bool provide) {
   for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
     uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
              corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
-    const bool copy = provide && owner != d_.opened.meshlet, alias = !(d_.seamed_refs >> r & 1);
+    const bool copy = provide && owner != d_.opened.meshlet && owner >= first_decoded_, alias = !(d_.seamed_refs >> r & 1);
     const uint32_t* values = kept(owner).values;
     uint64_t visited = 0;
     for_vertices(r, [&, size = place_size()](uint32_t place, uint32_t id) {
@@ -206,10 +210,10 @@ uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
   return count;
 }
 
-void History::append(const uint32_t* global) {
+void History::append(const uint32_t* global, bool decoded) {
   Kept& self = kept(d_.opened.meshlet);
   const uint32_t places = d_.mask_count(d_.boundary);
-  if (self.capacity < places) {
+  if (decoded && self.capacity < places) {
     delete[] self.values;
     self.values = nullptr;
     self.capacity = 0;
@@ -225,6 +229,7 @@ void History::append(const uint32_t* global) {
   for (; owned; owned &= owned - 1) {
     const uint32_t place = d_.mask_lsb(owned), id = d_.loop_vertex[place];
     self.numbers[place] = global[id];
+    if (!decoded) continue;
     const uint32_t* from = d_.vertex(0, id);
     uint32_t* to = self.values + place_size() * place;
     for (uint32_t* end = to + place_size(); to != end; to += kStored, from += kStream)
@@ -383,29 +388,66 @@ void write_triangles(const SerialDecoder& d, const uint32_t* global, uint32_t* o
   }
 }
 
+// Numbers the vertices of the meshlets before the job's range, which are not decoded. Triangles and
+// vertices before the range go to result.range.
+void number_before(const BlobJob& job, SerialDecoder& d, History& history, BlobResult& result) {
+  for (uint32_t m = 0; m < job.begin && result.problem == BlobProblem::kNone; m++) {
+    d.open_meshlet(m);
+    if (d.error == ERROR_NONE) {
+      d.find_seams(d.opened);
+      d.place_references(d.opened);
+    }
+    uint32_t global[kPlaces], new_ids[kPlaces + kBatch], count = History::kCircle;
+    if (d.error == ERROR_NONE) {
+      history.look_up(false);
+      count = history.number(global, new_ids);
+    }
+    if (count == History::kCircle) {
+      result = {BlobProblem::kMalformedMeshlet, m, d.error ? d.error : ERROR_HOPS, {}};
+    } else if (count > job.vertex_count - result.range.first_vertex) {
+      result = {BlobProblem::kTooManyVertices, m, ERROR_NONE, {}};
+    } else {
+      history.append(global, false);
+      result.range.first_triangle += d.triangle_count;
+      result.range.first_vertex += count;
+    }
+  }
+  history.decode_from(job.begin);
+}
+
 BlobResult decode(const BlobJob& job, SerialDecoder& d, History& history) {
-  uint32_t first = 0;  // vertices before this meshlet
+  BlobResult result;
+  number_before(job, d, history, result);
+  if (result.problem != BlobProblem::kNone) return result;
+  const uint32_t start = result.range.first_vertex;
+  uint32_t first = start;  // vertices before this meshlet
   uint32_t* triangles = job.triangles;
-  for (uint32_t m = 0; m < job.meshlet_count; m++) {
+  for (uint32_t m = job.begin; m < job.end; m++) {
     d.open_meshlet(m);
     if (d.error == ERROR_NONE) d.connect_meshlet();
-    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
+    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error, {}};
     history.look_up(true);
     d.read_foreign();
     if (d.error == ERROR_NONE) d.read_own();
-    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
+    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error, {}};
     uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
-    if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
-    if (count > job.vertex_count - first) return {BlobProblem::kTooManyVertices, m, ERROR_NONE};
-    history.append(global);
+    if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS, {}};
+    const uint32_t rest = job.vertex_count - first;
+    if (count > rest) return {BlobProblem::kTooManyVertices, m, ERROR_NONE, {}};
+    history.append(global, true);
     write_triangles(d, global, triangles);
     triangles += 3 * d.triangle_count;
-    write_vertices(job, d, {new_ids, count, first, job.vertex_count - first});
+    // The caller has room for 64 vertices of each meshlet, or for all.
+    const uint32_t room = d.min(rest, MESHLET_VERTICES * (job.end - m));
+    write_vertices(job, d, {new_ids, count, first - start, room});
     first += count;
   }
-  return {first == job.vertex_count ? BlobProblem::kNone : BlobProblem::kTooFewVertices, 0,
-          ERROR_NONE};
+  if (job.end == job.meshlet_count && first != job.vertex_count)
+    return {BlobProblem::kTooFewVertices, 0, ERROR_NONE, {}};
+  result.range.triangle_count = uint32_t(triangles - job.triangles) / 3;
+  result.range.vertex_count = first - start;
+  return result;
 }
 
 // First byte after meshlet m.
@@ -420,19 +462,19 @@ BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
   uint32_t vertices = 0;
   for (uint32_t m = 0; m < job.meshlet_count; m++) {
     d.decode_meshlet(m);
-    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
-    if (d.low_cursor > 8 * meshlet_end(d, m)) return {BlobProblem::kOverlap, m, ERROR_NONE};
+    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error, {}};
+    if (d.low_cursor > 8 * meshlet_end(d, m)) return {BlobProblem::kOverlap, m, ERROR_NONE, {}};
     history.look_up(false);
     uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
-    if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
+    if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS, {}};
     vertices += count;
-    history.append(global);
-    if (!history.consistent()) return {BlobProblem::kInconsistent, m, ERROR_NONE};
+    history.append(global, true);
+    if (!history.consistent()) return {BlobProblem::kInconsistent, m, ERROR_NONE, {}};
   }
-  if (vertices > job.vertex_count) return {BlobProblem::kTooManyVertices, 0, ERROR_NONE};
+  if (vertices > job.vertex_count) return {BlobProblem::kTooManyVertices, 0, ERROR_NONE, {}};
   return {vertices == job.vertex_count ? BlobProblem::kNone : BlobProblem::kTooFewVertices, 0,
-          ERROR_NONE};
+          ERROR_NONE, {}};
 }
 
 // Runs `pass` with a new decoder and an empty history.
