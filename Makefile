@@ -7,7 +7,11 @@ PIP := $(BIN)/pip install -qq --disable-pip-version-check
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
-BROWSER_PACKAGES := three@0.187.0 playwright-core@1.65.1
+BROWSER_PACKAGES := three@0.187.0 @babylonjs/core@9.28.0 @babylonjs/loaders@9.28.0 \
+  puppeteer-core@25.16.0 playwright-core@1.65.1
+# What the plugins' tests in Node need: engines, their types, a bundler.
+WEB_PACKAGES := typescript@7.0.2 @types/three@0.187.0 @gltf-transform/core@4.5.1 \
+  @gltf-transform/extensions@4.5.1 @gltf-transform/cli@4.5.1 esbuild@0.28.2
 BPY := bpy==5.0.1
 WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
