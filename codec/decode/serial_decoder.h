@@ -38,7 +38,7 @@ struct SerialDecoder {
 #define FOREIGN_LENGTH known_length
 #define MAX_STREAMS BLOB_MAX_STREAMS
 #define MAX_ELEMENTS (STREAM_MAX_ELEMENTS * BLOB_MAX_STREAMS)
-#ifdef __AVX2__
+#if defined(__AVX2__) || defined(__wasm_simd128__)
 #define OWN_VALUES
 #endif
 // All elements of a vertex lie together, in 16 bytes.
@@ -312,8 +312,10 @@ struct SerialDecoder {
   }
 #endif
 
-#ifdef __AVX2__
+#if defined(__AVX2__)
 #include "decode/vector_values.h"
+#elif defined(__wasm_simd128__)
+#include "decode/wasm_values.h"
 #endif
 };
 
