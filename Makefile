@@ -12,6 +12,7 @@ BROWSER_PACKAGES := puppeteer-core@25.16.0 playwright-core@1.65.1 esbuild@0.28.2
 WEB_PACKAGES := typescript@7.0.2 @types/three@0.187.0 @gltf-transform/core@4.5.1 \
   @gltf-transform/extensions@4.5.1 @gltf-transform/cli@4.5.1 \
   three@0.187.0 @babylonjs/core@9.28.0 @babylonjs/loaders@9.28.0
+BENCH_PACKAGES := draco3d@1.5.9 meshoptimizer@1.3.0
 BPY := bpy==5.0.1
 WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
@@ -121,6 +122,8 @@ clean:  ## remove everything that make made here
 
 # The peers that the measurements run.
 .venv/bench: pyproject.toml | .venv/installed
+	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(BENCH_PACKAGES) >/dev/null 2>&1 \
+	  || echo "make: cannot install the npm packages $(BENCH_PACKAGES); bench web cannot run"
 	@$(PIP) "gltf-meshlet[bench]" 2>/dev/null || echo "make: cannot install scipy, DracoPy or meshoptimizer; their columns stay empty"
 	@touch $@
 

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 from PIL import Image
 
 from gltf_ext import compress, decompress
 from tests.helpers import environment
-from tests.helpers.environment import NODE_MODULES, ROOT
+from tests.helpers.browsers import pictures
 
-SCREENSHOTS = Path(__file__).with_name("screenshots.mjs")
 MODELS = [
     "DamagedHelmet.glb",
     "nasty/CesiumMan_skinned.glb",
@@ -23,28 +17,6 @@ MODELS = [
     pytest.param("dragon.glb", marks=pytest.mark.full),
 ]
 ENGINES = {"three": "three", "babylon": "@babylonjs/loaders"}
-
-
-def browser_command(browser: str) -> list[str | Path]:
-    """What runs screenshots.mjs with a browser: chrome or firefox."""
-    environment.need_npm_package("puppeteer-core")
-    if not (ROOT / "web" / "decoder.wasm").is_file():
-        environment.missing("no web/decoder.wasm; run: make web")
-    if browser == "chrome":
-        display, program = [], environment.need_program("chromium", "Debian: apt install chromium")
-    else:
-        program = environment.need_program("firefox-esr", "Debian: apt install firefox-esr")
-        display = [environment.need_program("xvfb-run", "Debian: apt install xvfb xauth"), "-a"]
-        environment.need_program("xauth", "Debian: apt install xauth")
-    return [*display, "node", SCREENSHOTS, ROOT, NODE_MODULES, browser, program]
-
-
-def pictures(browser: str, page: str, folder: Path, *files: str) -> list[dict[str, Any]]:
-    """Draws files of a folder on a page; writes FILE.png. Returns what the pages report."""
-    command = [*browser_command(browser), folder, page, *files]
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=600)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
 
 
 def engine_page(engine: str) -> str:
