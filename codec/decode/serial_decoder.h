@@ -97,6 +97,8 @@ struct SerialDecoder {
 #ifdef __x86_64__
     __asm__("test %1, %1\n\tcmovne %2, %0" : "+r"(b) : "r"(uint(condition)), "r"(a) : "cc");
     return b;
+#elif defined(__wasm__)
+    return condition ? a : b;  // the instruction `select`
 #else
     T all = T(0) - T(condition);
     return (a & all) | (b & ~all);

@@ -48,6 +48,15 @@ static Vertex affine_vertex(Weights w, Vertex a, Vertex b, Vertex o) {
   return a + shifted_right(w.s * (b - a) + w.u * (o - a) + 128u, 8);
 }
 
+// As the other `toward`; one division finds n's reciprocal (struct Reciprocals) for all elements.
+static Vertex toward(Vertex a, Vertex b, uint n) {
+  const uint64_t reciprocal = ((1ull << 37) + n - 1u) / n;
+  const Vertex x = b - a + ((n >> 1) + (n << 24));
+  const auto quotient = [&](uint element) { return uint(element * reciprocal >> 37); };
+  const Vertex q = {quotient(x[0]), quotient(x[1]), quotient(x[2]), quotient(x[3])};
+  return a + q - (1u << 24);
+}
+
 void predict_chains(uint s) {
   uint* base = vertex(s, 0);
   const Vertex mask = vertex_mask(s);
@@ -65,7 +74,7 @@ void predict_chains(uint s) {
         const uint earlier = step >> 24 == NO_VERTEX ? step >> 8 & 255u : step >> 24;
         point = affine_vertex(w, before, end, load_vertex(base + 4u * earlier));
       } else {
-        for (uint c = 0; c < elements; c++) point[c] = toward(before[c], end[c], chain_left[j]);
+        point = toward(before, end, chain_left[j]);
       }
     }
     store_vertex(base + 4u * (step & 255u), (point + load_vertex(residual)) & mask);
