@@ -165,7 +165,8 @@ void History::look_up(bool provide) {
   for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
     uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
              corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
-    const bool copy = provide && owner != d_.opened.meshlet && owner >= first_decoded_, alias = !(d_.seamed_refs >> r & 1);
+    const bool copy = provide && owner != d_.opened.meshlet && owner >= first_decoded_,
+               alias = !(d_.seamed_refs >> r & 1);
     const uint32_t* values = kept(owner).values;
     uint64_t visited = 0;
     for_vertices(r, [&, size = place_size()](uint32_t place, uint32_t id) {
@@ -473,8 +474,10 @@ BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
     if (!history.consistent()) return {BlobProblem::kInconsistent, m, ERROR_NONE, {}};
   }
   if (vertices > job.vertex_count) return {BlobProblem::kTooManyVertices, 0, ERROR_NONE, {}};
-  return {vertices == job.vertex_count ? BlobProblem::kNone : BlobProblem::kTooFewVertices, 0,
-          ERROR_NONE, {}};
+  return {vertices == job.vertex_count ? BlobProblem::kNone : BlobProblem::kTooFewVertices,
+          0,
+          ERROR_NONE,
+          {}};
 }
 
 // Runs `pass` with a new decoder and an empty history.

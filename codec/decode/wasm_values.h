@@ -3,7 +3,7 @@
 //
 // serial_decoder.h includes this file inside its struct.
 
-using Vertex = uint __attribute__((vector_size(16)));        // the elements of one stream
+using Vertex = uint __attribute__((vector_size(16)));       // the elements of one stream
 using SignedVertex = int __attribute__((vector_size(16)));  // shifts keep the sign
 
 static Vertex load_vertex(const uint* from) {
@@ -30,9 +30,8 @@ void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
   }
   p += ANCHOR_WIDTH_BITS * elements;
   for (uint i = 0; i < anchor_count[s]; i++, stored = mask_clear_lsb(stored)) {
-    uint* value =
-        vertex(s, h.references > 0 ? loop_vertex[reference_rank[mask_lsb(stored) & 63u]]
-                                   : disk_first[i]);
+    uint* value = vertex(
+        s, h.references > 0 ? loop_vertex[reference_rank[mask_lsb(stored) & 63u]] : disk_first[i]);
     for (uint c = 0; c < elements; c++) {
       value[c] = first[c];
       if (i > 0) {
@@ -140,10 +139,9 @@ void finish_positions() {
     const uint corners[3] = {triangles[t] & 63u, triangles[t] >> 8 & 63u, triangles[t] >> 16 & 63u};
     const Vertex a = position(corners[0]);
     const Vertex e = position(corners[1]) - a, f = position(corners[2]) - a;
-    const Vertex n = __builtin_shufflevector(e, e, 1, 2, 0, 3) *
-                         __builtin_shufflevector(f, f, 2, 0, 1, 3) -
-                     __builtin_shufflevector(e, e, 2, 0, 1, 3) *
-                         __builtin_shufflevector(f, f, 1, 2, 0, 3);
+    const Vertex n =
+        __builtin_shufflevector(e, e, 1, 2, 0, 3) * __builtin_shufflevector(f, f, 2, 0, 1, 3) -
+        __builtin_shufflevector(e, e, 2, 0, 1, 3) * __builtin_shufflevector(f, f, 1, 2, 0, 3);
     for (const uint v : corners) store_vertex(normals + 4u * v, load_vertex(normals + 4u * v) + n);
   }
 }
