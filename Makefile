@@ -7,23 +7,27 @@ PIP := $(BIN)/pip install -qq --disable-pip-version-check
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
-BROWSER_PACKAGES := puppeteer-core@25.16.0 playwright-core@1.65.1 esbuild@0.28.2
-# Engines with their types, for the plugins' tests in Node and in browsers.
+BROWSER_PACKAGES := playwright-core@1.65.1 esbuild@0.28.2
+# Engines with their types, for the plugins' tests in Node and in browsers; WebGPU in Node, and what
+# drives Firefox.
 WEB_PACKAGES := typescript@7.0.2 @types/three@0.187.0 @gltf-transform/core@4.5.1 \
   @gltf-transform/extensions@4.5.1 @gltf-transform/cli@4.5.1 \
-  three@0.187.0 @babylonjs/core@9.28.0 @babylonjs/loaders@9.28.0
+  three@0.187.0 @babylonjs/core@9.28.0 @babylonjs/loaders@9.28.0 \
+  webgpu@0.6.2 puppeteer-core@25.16.0
 BENCH_PACKAGES := draco3d@1.5.9 meshoptimizer@1.3.0
+DEMO_MODEL := mkdir -p build && $(BIN)/python -c "from gltf_meshlet.demo import model; \
+  model.write_glb(model.generate(), 'build/demo.glb'); print('build/demo.glb')"
 BPY := bpy==5.0.1
 WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
 PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsuba_plugin/src/*)
 # A process per core; a file of tests stays in one process, which compiles its shaders once.
 PYTEST := $(BIN)/python -m pytest -q -n auto --dist loadfile --junitxml=build/test-results.xml
-MEASUREMENTS := size paper table1 speed quality parameters choices mitsuba figures how_it_works \
+MEASUREMENTS := meshlet_formats size paper table1 speed quality parameters choices mitsuba figures how_it_works \
   results_page
 PICTURES := meshlets comparison size render_comparison
 
-.PHONY: help demo test test-full test-web lint format fuzz shaders bench figures docs wheel blender web hooks clean
+.PHONY: help demo test test-full test-web lint format fuzz shaders wgsl bench figures docs wheel blender web hooks clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -59,6 +63,9 @@ fuzz: .venv/installed  ## 100,000 mutated blobs through the decoder under ASan a
 shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv (needs glslangValidator)
 	@$(BIN)/python -m vk_backend.build_shaders
 
+wgsl: .venv/web  ## translate shaders/ to web/wgsl for WebGPU
+	@$(BIN)/python -m web.build_wgsl
+
 # Measurements on a GPU have their own commands: docs/vulkan.md, docs/vulkan-raytracing.md.
 bench: .venv/installed .venv/mitsuba .venv/extras .venv/bench  ## all measurements on the CPU and docs/results.md (about an hour)
 	@for name in $(MEASUREMENTS); do $(BIN)/python -m bench $$name || exit 1; done
@@ -75,8 +82,11 @@ wheel: .venv/wheel  ## wheels in dist that install without a compiler
 blender: wheel  ## the Blender extension as a zip in dist
 	@$(BIN)/python -m tools.build_blender
 
-web: .venv/web  ## compile web/decoder.wasm, the decoder of the npm package in web/
-	@ls -l web/decoder.wasm
+web: .venv/web .venv/browser  ## build the npm package's decoder and the viewer's page, and open it (MODEL=FILE)
+	@command -v node >/dev/null || { echo "make: node is not installed (Debian: apt install nodejs npm)"; exit 1; }
+	@node web/view/build.mjs $(NODE_MODULES)/node_modules gltf_meshlet/view_page
+	@ls -l web/decoder.wasm gltf_meshlet/view_page
+	@! test -t 1 || $(BIN)/gltf-meshlet view $(or $(MODEL),$$($(DEMO_MODEL)))
 
 test-web: .venv/web .venv/browser  ## tests of the npm package, also in Chromium and Firefox
 	@$(PYTEST) tests/web $(PYTEST_ARGS)
@@ -138,16 +148,16 @@ clean:  ## remove everything that make made here
 	  && $$python -m venv build/bpy && build/bpy/bin/pip install -qq --disable-pip-version-check $(BPY) 2>/dev/null \
 	  && touch $@ || { rm -rf build/bpy; echo "make: cannot install $(BPY) for Python 3.11; tests of the Blender extension fail"; }
 
-# What the tests of the npm package in browsers need.
+# What bundles the viewer's page, and what the tests in browsers need.
 .venv/browser: tools/system_packages.py | .venv/installed
 	@$(BIN)/python tools/system_packages.py browsers
 	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(BROWSER_PACKAGES) >/dev/null 2>&1 \
-	  && touch $@ || echo "make: cannot install the npm packages $(BROWSER_PACKAGES); tests in browsers are skipped"
+	  && touch $@ || echo "make: cannot install the npm packages $(BROWSER_PACKAGES); tests of the viewer's page and in browsers are skipped"
 
 .venv/web: pyproject.toml $(WEB) | .venv/installed
 	@command -v node >/dev/null || echo "make: node is not installed; tests of the WebAssembly decoder are skipped"
 	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(WEB_PACKAGES) >/dev/null 2>&1 \
-	  || echo "make: cannot install the npm packages $(WEB_PACKAGES); tests of types and glTF-Transform are skipped"
+	  || echo "make: cannot install the npm packages $(WEB_PACKAGES); tests of the plugins and of WebGPU are skipped"
 	@$(PIP) "gltf-meshlet[web]" && $(BIN)/python web/build.py \
 	  || echo "make: cannot compile web/decoder.wasm; its tests are skipped"
 	@touch $@
