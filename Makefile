@@ -7,11 +7,16 @@ PIP := $(BIN)/pip install -qq --disable-pip-version-check
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
-BROWSER_PACKAGES := three@0.187.0 playwright-core@1.65.1 esbuild@0.28.2
+BROWSER_PACKAGES := playwright-core@1.65.1 esbuild@0.28.2
+# Engines with their types, for the plugins' tests in Node and in browsers; WebGPU in Node, and what
+# drives Firefox.
+WEB_PACKAGES := typescript@7.0.2 @types/three@0.187.0 @gltf-transform/core@4.5.1 \
+  @gltf-transform/extensions@4.5.1 @gltf-transform/cli@4.5.1 \
+  three@0.187.0 @babylonjs/core@9.28.0 @babylonjs/loaders@9.28.0 \
+  webgpu@0.6.2 puppeteer-core@25.16.0
+BENCH_PACKAGES := draco3d@1.5.9 meshoptimizer@1.3.0
 DEMO_MODEL := mkdir -p build && $(BIN)/python -c "from gltf_meshlet.demo import model; \
   model.write_glb(model.generate(), 'build/demo.glb'); print('build/demo.glb')"
-# WebGPU in Node, and what drives Firefox.
-WEBGPU_PACKAGES := webgpu@0.6.2 puppeteer-core@25.16.0
 BPY := bpy==5.0.1
 WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
@@ -83,7 +88,7 @@ web: .venv/web .venv/browser  ## build the npm package's decoder and the viewer'
 	@ls -l web/decoder.wasm gltf_meshlet/view_page
 	@! test -t 1 || $(BIN)/gltf-meshlet view $(or $(MODEL),$$($(DEMO_MODEL)))
 
-test-web: .venv/web .venv/browser  ## tests of the npm package, also in Chromium where it is installed
+test-web: .venv/web .venv/browser  ## tests of the npm package, also in Chromium and Firefox
 	@$(PYTEST) tests/web $(PYTEST_ARGS)
 
 clean:  ## remove everything that make made here
@@ -127,6 +132,8 @@ clean:  ## remove everything that make made here
 
 # The peers that the measurements run.
 .venv/bench: pyproject.toml | .venv/installed
+	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(BENCH_PACKAGES) >/dev/null 2>&1 \
+	  || echo "make: cannot install the npm packages $(BENCH_PACKAGES); bench web cannot run"
 	@$(PIP) "gltf-meshlet[bench]" 2>/dev/null || echo "make: cannot install scipy, DracoPy or meshoptimizer; their columns stay empty"
 	@touch $@
 
@@ -141,15 +148,16 @@ clean:  ## remove everything that make made here
 	  && $$python -m venv build/bpy && build/bpy/bin/pip install -qq --disable-pip-version-check $(BPY) 2>/dev/null \
 	  && touch $@ || { rm -rf build/bpy; echo "make: cannot install $(BPY) for Python 3.11; tests of the Blender extension fail"; }
 
-# What bundles the viewer's page, and what the tests in Chromium need besides chromium.
-.venv/browser: | .venv/installed
+# What bundles the viewer's page, and what the tests in browsers need.
+.venv/browser: tools/system_packages.py | .venv/installed
+	@$(BIN)/python tools/system_packages.py browsers
 	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(BROWSER_PACKAGES) >/dev/null 2>&1 \
-	  && touch $@ || echo "make: cannot install the npm packages $(BROWSER_PACKAGES); tests of the viewer's page and in Chromium are skipped"
+	  && touch $@ || echo "make: cannot install the npm packages $(BROWSER_PACKAGES); tests of the viewer's page and in browsers are skipped"
 
 .venv/web: pyproject.toml $(WEB) | .venv/installed
 	@command -v node >/dev/null || echo "make: node is not installed; tests of the WebAssembly decoder are skipped"
-	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(WEBGPU_PACKAGES) >/dev/null 2>&1 \
-	  || echo "make: cannot install the npm packages $(WEBGPU_PACKAGES); tests of WebGPU are skipped"
+	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(WEB_PACKAGES) >/dev/null 2>&1 \
+	  || echo "make: cannot install the npm packages $(WEB_PACKAGES); tests of the plugins and of WebGPU are skipped"
 	@$(PIP) "gltf-meshlet[web]" && $(BIN)/python web/build.py \
 	  || echo "make: cannot compile web/decoder.wasm; its tests are skipped"
 	@touch $@

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Installs system packages for rendering: LLVM, a Vulkan driver with mesh shaders, shader tools.
 
-The Makefile calls this. As root on Debian or Ubuntu it installs the missing packages; elsewhere it
+With the argument "browsers": those for tests of the npm package in browsers. The Makefile calls
+this. As root on Debian or Ubuntu it installs the missing packages; elsewhere it
 names them in one line. It never replaces a GPU driver. GLTF_MESHLET_SYSTEM_PACKAGES=no installs
 nothing. The exit status is always 0: everything else works without these packages.
 """
@@ -33,24 +34,26 @@ APT = ("apt-get", "-qq", "-y", "--no-install-recommends", "-o", "DPkg::Lock::Tim
 
 
 def main() -> None:
-    packages = missing()
+    browsers = sys.argv[1:] == ["browsers"]
+    packages = missing_browsers() if browsers else missing()
     if not packages:
         return
+    need = "tests in browsers" if browsers else "some renderers"
     hint = f"apt install {' '.join(packages)}"
     if (
         os.environ.get("GLTF_MESHLET_SYSTEM_PACKAGES") == "no"
         or os.geteuid() != 0
         or not shutil.which("apt-get")
     ):
-        say(f"some renderers lack system packages, their tests are skipped; Debian: {hint}")
+        say(f"{need} lack system packages and are skipped; Debian: {hint}")
         return
     say(f"installing Debian packages: {' '.join(packages)}")
     try:
         install(packages)
     except (subprocess.SubprocessError, OSError) as error:
         say(
-            f"cannot install system packages ({reason(error)}); some renderers lack them, "
-            f"their tests are skipped; try: {hint}"
+            f"cannot install system packages ({reason(error)}); {need} lack them "
+            f"and are skipped; try: {hint}"
         )
 
 
@@ -76,6 +79,17 @@ def missing() -> list[str]:
     if not has_vulkan_driver():
         packages.append(DRIVER)
     return packages
+
+
+def missing_browsers() -> list[str]:
+    """Debian's names of the packages without which browsers cannot be tested."""
+    tools = {
+        "chromium": "chromium",
+        "firefox-esr": "firefox-esr",
+        "xvfb-run": "xvfb",
+        "xauth": "xauth",
+    }
+    return [package for tool, package in tools.items() if not shutil.which(tool)]
 
 
 def has_llvm() -> bool:

@@ -71,9 +71,14 @@ EXPORT(open_blob) void open_blob(const uint8_t* data, size_t size) {
 
 // The functions below need an open blob.
 
-// See DecoderContext::decode.
-EXPORT(decode) void decode(uint32_t* triangles, uint32_t* const* integers, void* const* values) {
-  context->decode(triangles, integers, values);
+// See DecoderContext::decode_range. Returns words: first triangle, their number, first vertex,
+// their number.
+EXPORT(decode)
+const void* decode(uint32_t begin, uint32_t end, uint32_t* triangles, uint32_t* const* integers,
+                   void* const* values) {
+  static meshlet::DecodedRange range;
+  range = context->decode_range(begin, end, triangles, integers, values);
+  return &range;
 }
 
 // Decodes meshlet m < meshlet_count. Returns words: triangle count, vertex count, address of the

@@ -83,12 +83,24 @@ export interface Decoder {
   validate(view: Uint8Array): void;
 }
 
+/** What loaders need: a `Decoder` or a `DecoderPool`. */
+export interface PrimitiveDecoder {
+  decodePrimitive(view: Uint8Array): DecodedPrimitive | Promise<DecodedPrimitive>;
+}
+
+/** The WebAssembly module, its bytes, or where to fetch it. */
+export type DecoderSource =
+  | BufferSource
+  | WebAssembly.Module
+  | Response
+  | Promise<Response>
+  | string
+  | URL;
+
 /**
  * Compiles the WebAssembly module and returns a decoder. Its memory grows with the largest
  * primitive that it decodes, and is freed with the decoder.
  *
- * @param source the module, its bytes, or where to fetch it; default: decoder.wasm beside it.
+ * @param source default: decoder.wasm beside the module.
  */
-export declare function createDecoder(
-  source?: BufferSource | WebAssembly.Module | Response | Promise<Response> | string | URL,
-): Promise<Decoder>;
+export declare function createDecoder(source?: DecoderSource): Promise<Decoder>;

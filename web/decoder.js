@@ -22,11 +22,13 @@ const STREAM_STEP = 8;
 const STREAM_OFFSETS = 12;
 const MAX_COUNT = 2 ** 32 - 1; // of a view's vertices, and of its indices
 
+const MESHLET_LIMIT = 64; // vertices, and triangles
+
 // Integers of a vertex of a stream, as the WebAssembly module stores those of a meshlet.
 const STORED_ELEMENTS = 4;
 
-export async function createDecoder(source = new URL('./decoder.wasm', import.meta.url)) {
-  const module = await compile(await source);
+export async function createDecoder(source) {
+  const module = await compileDecoder(source);
   let memory;
   const host = {
     refuse(text, length) {
@@ -41,10 +43,12 @@ export async function createDecoder(source = new URL('./decoder.wasm', import.me
   return new Decoder(exports);
 }
 
-async function compile(source) {
+// The compiled module; see createDecoder.
+export async function compileDecoder(given = new URL('./decoder.wasm', import.meta.url)) {
+  const source = await given;
   if (source instanceof WebAssembly.Module) return source;
   if (typeof source === 'string' || source instanceof URL)
-    return compile(await load(String(source)));
+    return compileDecoder(await load(String(source)));
   if (typeof Response !== 'undefined' && source instanceof Response) {
     if (!source.ok) throw new Error(`${source.url}: the server answered ${source.status}`);
     return WebAssembly.compile(await source.arrayBuffer());
@@ -54,7 +58,8 @@ async function compile(source) {
 
 async function load(url) {
   if (!url.startsWith('file:')) return fetch(url);
-  const { readFile } = await import(/* @vite-ignore */ 'node:fs/promises'); // Node fetches no files
+  const node = 'node:fs/promises'; // Node fetches no files; in a variable, for bundlers
+  const { readFile } = await import(/* @vite-ignore */ node);
   return readFile(new URL(url));
 }
 
@@ -69,27 +74,26 @@ class Decoder {
   }
 
   decodePrimitive(view, { integers = false } = {}) {
-    const blobs = this.#blobs(view);
-    const { streams } = blobs[0];
-    const { triangles, vertices, meshlets } = blobs.at(-1).end;
-    const indices = array(Uint32Array, 3 * triangles);
-    const values = streams.map((stream) => {
-      const Type = integers || stream.kind === Kind.INTEGER ? Uint32Array : Float32Array;
-      return array(Type, vertices * width(stream, integers));
-    });
-    blobs.forEach((blob, number) =>
-      named(blobs, number, () => {
-        if (blobs.length > 1) this.#open(blob.bytes);
-        this.#decode(blob, integers, indices, values);
+    const plan = this.plan(view, integers);
+    plan.blobs.forEach((blob, number) =>
+      named(plan.blobs, number, () => {
+        if (plan.blobs.length > 1) this.#open(blob.bytes);
+        plan.insert(blob, this.#decode(blob, integers, 0, blob.meshlets));
       }),
     );
-    return {
-      triangleCount: triangles,
-      vertexCount: vertices,
-      meshletCount: meshlets,
-      indices,
-      streams: streams.map((stream, s) => ({ ...stream, values: values[s] })),
-    };
+    return plan.result;
+  }
+
+  // For the pool: the blobs of a view, and where their parts go.
+  plan(view, integers) {
+    return new Plan(this.#blobs(view), integers);
+  }
+
+  // For the pool: the meshlets [begin, end) of a view of one blob, in arrays of their own.
+  decodePart(view, { integers, begin, end }) {
+    const part = this.#decode(this.#blobs(view)[0], integers, begin, end);
+    const { indices, values } = part;
+    return { ...part, indices: indices.slice(), values: values.map((array) => array.slice()) };
   }
 
   decodeMeshlet(view, meshlet) {
@@ -162,28 +166,32 @@ class Decoder {
     this.#call('open_blob', at, bytes.length);
   }
 
-  // Decodes the open blob into the arrays of its view.
-  #decode({ begin, end, streams }, integers, indices, values) {
-    const vertices = end.vertices - begin.vertices;
-    const count = 3 * (end.triangles - begin.triangles);
-    const triangles = this.#call('allocate', 4 * count);
-    const places = streams.map((s) => this.#call('allocate', 4 * vertices * width(s, integers)));
-    const none = this.#call('allocate', 4 * streams.length);
-    const list = this.#call('allocate', 4 * streams.length);
-    const { buffer } = this.#exports.memory; // no allocation may follow: it would detach the buffer
-    new Uint32Array(buffer, none, streams.length).fill(0);
-    new Uint32Array(buffer, list, streams.length).set(places);
-    this.#call('decode', triangles, integers ? list : none, integers ? none : list);
-    streams.forEach((stream, s) => {
-      const n = width(stream, integers);
-      const { buffer } = this.#exports.memory;
-      values[s].set(new values[s].constructor(buffer, places[s], n * vertices), n * begin.vertices);
-    });
-    const decoded = new Uint32Array(this.#exports.memory.buffer, triangles, count);
-    const first = begin.vertices;
-    const at = 3 * begin.triangles;
-    if (first === 0) indices.set(decoded);
-    else for (let i = 0; i < count; i++) indices[at + i] = decoded[i] + first;
+  // Decodes the meshlets [begin, end) of the open blob. The arrays lie in the module's memory until
+  // the next call.
+  #decode(blob, integers, begin, end) {
+    const most = Math.min(end - begin, blob.meshlets) * MESHLET_LIMIT;
+    const vertices = Math.min(most, blob.end.vertices - blob.begin.vertices);
+    const indices = 3 * Math.min(most, blob.end.triangles - blob.begin.triangles);
+    const widths = blob.streams.map((stream) => width(stream, integers));
+    const triangles = this.#call('allocate', 4 * indices);
+    const places = widths.map((n) => this.#call('allocate', 4 * vertices * n));
+    const none = this.#call('allocate', 4 * places.length);
+    const list = this.#call('allocate', 4 * places.length);
+    const words = new Uint32Array(this.#exports.memory.buffer);
+    words.fill(0, none / 4, none / 4 + places.length);
+    words.set(places, list / 4);
+    const lists = integers ? [list, none] : [none, list];
+    const at = this.#call('decode', begin, end, triangles, ...lists) / 4;
+    const { buffer } = this.#exports.memory; // decoding may have replaced it
+    const [firstTriangle, triangleCount, firstVertex, count] = new Uint32Array(buffer, 4 * at, 4);
+    return {
+      firstTriangle,
+      firstVertex,
+      indices: new Uint32Array(buffer, triangles, 3 * triangleCount),
+      values: blob.streams.map(
+        (stream, s) => new (arrayType(stream, integers))(buffer, places[s], count * widths[s]),
+      ),
+    };
   }
 
   #meshlet({ streams }, meshlet) {
@@ -210,6 +218,43 @@ class Decoder {
   }
 }
 
+// What becomes of a view's blobs: the decoded primitive, filled part by part.
+class Plan {
+  constructor(blobs, integers) {
+    const { streams } = blobs[0];
+    const { end } = blobs.at(-1);
+    this.blobs = blobs;
+    this.result = {
+      triangleCount: end.triangles,
+      vertexCount: end.vertices,
+      meshletCount: end.meshlets,
+      indices: array(Uint32Array, 3 * end.triangles),
+      streams: streams.map((stream) => ({
+        ...stream,
+        values: array(arrayType(stream, integers), end.vertices * width(stream, integers)),
+      })),
+    };
+  }
+
+  // Copies a decoded part of a blob.
+  insert({ begin }, { firstTriangle, firstVertex, indices, values }) {
+    const first = begin.vertices;
+    const at = 3 * (begin.triangles + firstTriangle);
+    const all = this.result.indices;
+    if (first === 0) all.set(indices, at);
+    else for (let i = 0; i < indices.length; i++) all[at + i] = indices[i] + first;
+    this.result.streams.forEach((stream, s) => {
+      const n = stream.values.length / this.result.vertexCount;
+      stream.values.set(values[s], n * (first + firstVertex));
+    });
+  }
+
+  // The error of a blob's part; it names the blob if the view has several.
+  blame(blob, error) {
+    return this.blobs.length > 1 ? blamed(error, this.blobs.indexOf(blob)) : error;
+  }
+}
+
 const NOTHING = Object.freeze({ triangles: 0, vertices: 0, meshlets: 0 });
 
 // The header of a blob that the module has checked. begin and end: the triangles, vertices and
@@ -231,7 +276,7 @@ function readHeader(bytes, begin) {
       offset: [0, 1, 2, 3].map((c) => data.getFloat32(row + STREAM_OFFSETS + 4 * c, true)),
     };
   });
-  return { bytes, begin, end, streams };
+  return { bytes, begin, end, meshlets: end.meshlets - begin.meshlets, streams };
 }
 
 // The length of the blob that `rest` of a view starts with. A last blob may be malformed in its
@@ -256,6 +301,10 @@ function sameStreams(a, b) {
 // Numbers of a vertex of a stream: a unit vector has two integers and three floats.
 function width({ kind, elements }, integers) {
   return kind === Kind.OCT && !integers ? 3 : elements;
+}
+
+function arrayType({ kind }, integers) {
+  return integers || kind === Kind.INTEGER ? Uint32Array : Float32Array;
 }
 
 function array(Type, length) {

@@ -23,9 +23,55 @@ const LIMITS = {
 };
 
 // The numbers of all accessors of a primitive.
-export function accessorNumbers(primitive) {
+function accessorNumbers(primitive) {
   const groups = [primitive.attributes, ...(primitive.targets ?? [])];
   return [primitive.indices, ...groups.flatMap((attributes) => Object.values(attributes))];
+}
+
+// Calls visit(primitive, its name for messages, its accessors' numbers) for the compressed
+// primitives of a file. Primitives with the same view and accessors are visited once.
+export function forCompressed(json, visit) {
+  const visited = new Set();
+  json.meshes?.forEach((mesh, m) =>
+    mesh.primitives.forEach((primitive, p) => {
+      const extension = primitive.extensions?.[EXTENSION];
+      if (!extension) return;
+      const numbers = accessorNumbers(primitive);
+      const key = [extension.bufferView, ...numbers].join();
+      if (visited.has(key)) return;
+      visited.add(key);
+      visit(primitive, `mesh ${m} primitive ${p}`, numbers);
+    }),
+  );
+}
+
+// For loaders that ask for buffer views: gives each accessor of a compressed primitive a view that
+// exists only in the loader. Returns a map: number of such a view -> () => promise of its bytes.
+// load: number of a view of the file -> promise of its bytes. decoder: it or its promise.
+export function virtualViews(json, load, decoder) {
+  const views = new Map();
+  forCompressed(json, (primitive, name, numbers) => {
+    let arrays;
+    const decode = async () => {
+      try {
+        const view = await load(primitive.extensions[EXTENSION].bufferView);
+        const decoded = await (await decoder).decodePrimitive(view);
+        return accessorArrays(json, primitive, decoded);
+      } catch (error) {
+        throw new Error(`${name}: ${error.message}`, { cause: error });
+      }
+    };
+    for (const number of numbers) {
+      const accessor = json.accessors[number]; // a fallback's view is not read
+      accessor.bufferView = json.bufferViews.push({ buffer: 0, byteLength: 0 }) - 1;
+      accessor.byteOffset = 0;
+      delete accessor.sparse;
+      const bytes = ({ buffer, byteOffset, byteLength }) =>
+        new Uint8Array(buffer, byteOffset, byteLength);
+      views.set(accessor.bufferView, async () => bytes((await (arrays ??= decode())).get(number)));
+    }
+  });
+  return views;
 }
 
 // Accessor number -> its components, for all accessors of a decoded primitive. Throws

@@ -1,12 +1,12 @@
 import type { GLTFLoaderPlugin, GLTFParser } from 'three/addons/loaders/GLTFLoader.js';
-import type { Decoder } from './decoder.js';
+import type { PrimitiveDecoder } from './decoder.js';
 
 /**
  * For `GLTFLoader.register`: loads files with EXT_meshlet_edgebreaker.
  *
- * @param decoder default: a new decoder for each file that needs one. Give one, or its promise, to
- * share it between files.
+ * @param decoder a decoder, a pool of Workers, or a promise of one, to share it between files.
+ * Default: a new decoder for each file that needs one.
  */
 export declare function meshletPlugin(
-  decoder?: Decoder | Promise<Decoder>,
+  decoder?: PrimitiveDecoder | Promise<PrimitiveDecoder>,
 ): (parser: GLTFParser) => GLTFLoaderPlugin;

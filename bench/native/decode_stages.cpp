@@ -119,7 +119,7 @@ bool decode_timed(const BlobJob& job, SerialDecoder& d, History& history, Clock&
     uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch] = {};
     uint32_t count = history.number(global, new_ids);
     if (count == History::kCircle || count > job.vertex_count - first) return false;
-    history.append(global);
+    history.append(global, true);
     clock.end(kNumber);
     write_triangles(d, global, triangles);
     clock.end(kTriangles);

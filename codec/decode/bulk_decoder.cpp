@@ -70,9 +70,11 @@ class History {
   History(const History&) = delete;
   void allocate();
 
-  // Looks up the vertices shared with earlier meshlets. Call after connect_meshlet. provide: also
-  // copies their values.
+  // Looks up the vertices shared with earlier meshlets. Call after place_references. provide: also
+  // copies their values, if all of their meshlets are decoded: see has_values.
   void look_up(bool provide);
+  // Do all vertices that the meshlet shares with earlier ones have values?
+  bool has_values() const { return has_values_; }
 
   // Copies the values of vertices shared with the meshlet itself: corners, after read_corners, and
   // chains, after read_chains. A corner may set the decoder's error.
@@ -84,8 +86,11 @@ class History {
   // kCircle.
   uint32_t number(uint32_t* global, uint32_t* new_ids);
 
-  // Keeps the decoded meshlet.
-  void append(const uint32_t* global);
+  // Keeps the decoded meshlet; decoded: also its values, not only its vertex numbers.
+  void append(const uint32_t* global, bool decoded);
+
+  // The meshlets before `meshlet` are not decoded, only their vertices numbered.
+  void decode_from(uint32_t meshlet) { first_decoded_ = meshlet; }
 
   // Does the meshlet, decoded and appended, agree with the owners of its foreign references on
   // their shared vertices?
@@ -126,6 +131,8 @@ class History {
   SerialDecoder& d_;
   uint32_t meshlets_;
   uint32_t next_ = 0;
+  uint32_t first_decoded_ = 0;
+  bool has_values_ = false;
   Kept* ring_ = nullptr;
   NumberStore store_;
   uint8_t* lengths_ = nullptr;  // kPlaces for each meshlet in the ring
@@ -252,10 +259,12 @@ void History::alias_corner(uint32_t id, Place target, bool starts) {
 void History::look_up(bool provide) {
   keep_references();
   is_alias_ = own_refs_ = 0;
+  has_values_ = provide;
   for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
     uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
              corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
-    const bool copy = provide && owner != d_.opened.meshlet, alias = !(d_.seamed_refs >> r & 1);
+    has_values_ = has_values_ && owner >= first_decoded_;
+    const bool copy = has_values_ && owner != d_.opened.meshlet, alias = !(d_.seamed_refs >> r & 1);
     const uint32_t* values = kept(owner).values;
     uint64_t visited = 0;
     for_vertices(r, [&, size = place_size()](uint32_t place, uint32_t id) {
@@ -301,10 +310,11 @@ uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
   return count;
 }
 
-void History::append(const uint32_t* global) {
+void History::append(const uint32_t* global, bool decoded) {
   Kept& self = kept(d_.opened.meshlet);
   const uint32_t places = d_.mask_count(owned_);
-  if (self.capacity < places) {  // rounded up, or a hostile blob could take many times the memory
+  if (decoded &&
+      self.capacity < places) {  // rounded up, or a hostile blob could take many times the memory
     self.capacity = (places + 7u) / 8u * 8u;
     self.values = store_.take(place_size() * self.capacity);
   }
@@ -313,6 +323,7 @@ void History::append(const uint32_t* global) {
   for (uint64_t rest = owned_; rest; rest &= rest - 1) {
     const uint32_t id = d_.loop_vertex[d_.mask_lsb(rest)];
     *number++ = global[id];
+    if (!decoded) continue;
     const uint32_t* from = d_.vertex(0, id);
     for (uint32_t* end = to + place_size(); to != end; to += kStored, from += kStream)
       copy_stored(from, to);
@@ -368,10 +379,18 @@ struct NewVertices {
   uint32_t room;   // vertices that the outputs hold from `first` on
 };
 
+// WebAssembly gets one function for all n: 12 would be a tenth of the module.
+#ifdef __wasm__
+#define WRITE_INLINE
+#else
+#define WRITE_INLINE INLINE
+#endif
+
 // Converts one stream of n elements of the new vertices. Writes kStored numbers for each where
 // there is room; the next vertex overwrites what is too much.
-template <uint32_t n, class Convert>
-void write_stream(const uint32_t* values, const NewVertices& v, void* out, const Convert& convert) {
+template <class Convert>
+WRITE_INLINE void write_elements(uint32_t n, const uint32_t* values, const NewVertices& v,
+                                 void* out, const Convert& convert) {
   using Out = typename Convert::Out;
   Out* to = static_cast<Out*>(out) + n * size_t(v.first);
   const uint32_t roomy = v.room < kStored ? 0 : v.room - kStored + 1;
@@ -388,12 +407,16 @@ void write_stream(const uint32_t* values, const NewVertices& v, void* out, const
 template <class Convert>
 void write_stream(const Stream& s, const uint32_t* values, const NewVertices& v, void* out,
                   const Convert& convert) {
+#ifdef __wasm__
+  write_elements(s.elements, values, v, out, convert);
+#else
   switch (s.elements) {
-    case 1: return write_stream<1>(values, v, out, convert);
-    case 2: return write_stream<2>(values, v, out, convert);
-    case 3: return write_stream<3>(values, v, out, convert);
-    default: return write_stream<4>(values, v, out, convert);
+    case 1: return write_elements(1, values, v, out, convert);
+    case 2: return write_elements(2, values, v, out, convert);
+    case 3: return write_elements(3, values, v, out, convert);
+    default: return write_elements(4, values, v, out, convert);
   }
+#endif
 }
 
 // Elements 0 and 1 of a batch of vertices.
@@ -470,32 +493,73 @@ void write_triangles(const SerialDecoder& d, const uint32_t* global, uint32_t* o
   }
 }
 
+// Numbers the vertices of the meshlets before the job's range, which are not decoded. Triangles and
+// vertices before the range go to result.range.
+void number_before(const BlobJob& job, SerialDecoder& d, History& history, BlobResult& result) {
+  for (uint32_t m = 0; m < job.begin && result.problem == BlobProblem::kNone; m++) {
+    d.open_meshlet(m);
+    if (d.error == ERROR_NONE) {
+      d.find_seams(d.opened);
+      d.place_references(d.opened);
+    }
+    uint32_t global[kPlaces], new_ids[kPlaces + kBatch], count = History::kCircle;
+    if (d.error == ERROR_NONE) {
+      history.look_up(false);
+      count = history.number(global, new_ids);
+    }
+    if (count == History::kCircle) {
+      result = {BlobProblem::kMalformedMeshlet, m, d.error ? d.error : ERROR_HOPS, {}};
+    } else if (count > job.vertex_count - result.range.first_vertex) {
+      result = {BlobProblem::kTooManyVertices, m, ERROR_NONE, {}};
+    } else {
+      history.append(global, false);
+      result.range.first_triangle += d.triangle_count;
+      result.range.first_vertex += count;
+    }
+  }
+  history.decode_from(job.begin);
+}
+
 BlobResult decode(const BlobJob& job, SerialDecoder& d, History& history) {
-  uint32_t first = 0;  // vertices before this meshlet
+  BlobResult result;
+  number_before(job, d, history, result);
+  if (result.problem != BlobProblem::kNone) return result;
+  const uint32_t start = result.range.first_vertex;
+  uint32_t first = start;  // vertices before this meshlet
   uint32_t* triangles = job.triangles;
-  for (uint32_t m = 0; m < job.meshlet_count; m++) {
+  for (uint32_t m = job.begin; m < job.end; m++) {
     d.open_meshlet(m);
     if (d.error == ERROR_NONE) d.connect_meshlet();
-    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
+    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error, {}};
     history.look_up(true);
-    d.read_corners();
-    history.copy_own_corners();
-    if (d.error == ERROR_NONE) d.read_chains(d.opened);
-    history.copy_own_chains();
-    if (d.error == ERROR_NONE) d.read_interiors();
-    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
+    if (history.has_values()) {
+      d.read_corners();
+      history.copy_own_corners();
+      if (d.error == ERROR_NONE) d.read_chains(d.opened);
+      history.copy_own_chains();
+      if (d.error == ERROR_NONE) d.read_interiors();
+    } else {
+      d.decode_meshlet(m);
+    }
+    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error, {}};
     uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
-    if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
-    if (count > job.vertex_count - first) return {BlobProblem::kTooManyVertices, m, ERROR_NONE};
-    history.append(global);
+    if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS, {}};
+    const uint32_t rest = job.vertex_count - first;
+    if (count > rest) return {BlobProblem::kTooManyVertices, m, ERROR_NONE, {}};
+    history.append(global, true);
     write_triangles(d, global, triangles);
     triangles += 3 * d.triangle_count;
-    write_vertices(job, d, {new_ids, count, first, job.vertex_count - first});
+    // The caller has room for 64 vertices of each meshlet, or for all.
+    const uint32_t room = d.min(rest, MESHLET_VERTICES * (job.end - m));
+    write_vertices(job, d, {new_ids, count, first - start, room});
     first += count;
   }
-  return {first == job.vertex_count ? BlobProblem::kNone : BlobProblem::kTooFewVertices, 0,
-          ERROR_NONE};
+  if (job.end == job.meshlet_count && first != job.vertex_count)
+    return {BlobProblem::kTooFewVertices, 0, ERROR_NONE, {}};
+  result.range.triangle_count = uint32_t(triangles - job.triangles) / 3;
+  result.range.vertex_count = first - start;
+  return result;
 }
 
 // First byte after meshlet m.
@@ -510,19 +574,21 @@ BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
   uint32_t vertices = 0;
   for (uint32_t m = 0; m < job.meshlet_count; m++) {
     d.decode_meshlet(m);
-    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error};
-    if (d.low_cursor > 8 * meshlet_end(d, m)) return {BlobProblem::kOverlap, m, ERROR_NONE};
+    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error, {}};
+    if (d.low_cursor > 8 * meshlet_end(d, m)) return {BlobProblem::kOverlap, m, ERROR_NONE, {}};
     history.look_up(false);
     uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
-    if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS};
+    if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS, {}};
     vertices += count;
-    history.append(global);
-    if (!history.consistent()) return {BlobProblem::kInconsistent, m, ERROR_NONE};
+    history.append(global, true);
+    if (!history.consistent()) return {BlobProblem::kInconsistent, m, ERROR_NONE, {}};
   }
-  if (vertices > job.vertex_count) return {BlobProblem::kTooManyVertices, 0, ERROR_NONE};
-  return {vertices == job.vertex_count ? BlobProblem::kNone : BlobProblem::kTooFewVertices, 0,
-          ERROR_NONE};
+  if (vertices > job.vertex_count) return {BlobProblem::kTooManyVertices, 0, ERROR_NONE, {}};
+  return {vertices == job.vertex_count ? BlobProblem::kNone : BlobProblem::kTooFewVertices,
+          0,
+          ERROR_NONE,
+          {}};
 }
 
 // Runs `pass` with a new decoder and an empty history.

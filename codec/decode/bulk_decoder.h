@@ -7,16 +7,23 @@
 
 namespace meshlet {
 
-// A checked blob and its outputs; see DecoderContext::decode.
+// A checked blob, the range of its meshlets to decode, and its outputs; see DecoderContext::decode.
 struct BlobJob {
   const uint8_t* data;
   uint32_t size;
   uint32_t vertex_count, meshlet_count;
+  uint32_t begin, end;
   uint32_t stream_count;
   const Stream* streams;
   uint32_t* triangles;
   uint32_t* const* integers;
   void* const* values;
+};
+
+// Where a range of meshlets lies in the decoded blob.
+struct DecodedRange {
+  uint32_t first_triangle, triangle_count;
+  uint32_t first_vertex, vertex_count;
 };
 
 enum class BlobProblem {
@@ -32,6 +39,7 @@ struct BlobResult {
   BlobProblem problem = BlobProblem::kNone;
   uint32_t meshlet = 0;  // with the problem
   uint32_t error = 0;    // ERROR_ of a malformed meshlet
+  DecodedRange range{};
 };
 
 inline namespace MESHLET_BUILD {

@@ -94,15 +94,25 @@ BlobJob DecoderContext::job() const {
   return job;
 }
 
-void DecoderContext::decode(uint32_t* triangles, uint32_t* const* integers, void* const* values) {
-  BlobJob all = job();
-  all.triangles = triangles;
-  all.integers = integers;
-  all.values = values;
+DecodedRange DecoderContext::decode_range(uint32_t begin, uint32_t end, uint32_t* triangles,
+                                          uint32_t* const* integers, void* const* values) {
+  BlobJob range = job();
+  range.begin = begin;
+  range.end = end;
+  range.triangles = triangles;
+  range.integers = integers;
+  range.values = values;
 #ifdef MESHLET_AVX2
-  if (avx2::supported()) return check(avx2::decode_blob(all));
+  const BlobResult result = avx2::supported() ? avx2::decode_blob(range) : decode_blob(range);
+#else
+  const BlobResult result = decode_blob(range);
 #endif
-  check(decode_blob(all));
+  check(result);
+  return result.range;
+}
+
+void DecoderContext::decode(uint32_t* triangles, uint32_t* const* integers, void* const* values) {
+  decode_range(0, header_.meshlet_count, triangles, integers, values);
 }
 
 void DecoderContext::validate() { check(validate_blob(job())); }

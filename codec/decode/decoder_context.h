@@ -24,6 +24,12 @@ class DecoderContext {
   // differ from its header's.
   void decode(uint32_t* triangles, uint32_t* const* integers, void* const* values);
 
+  // As decode, only meshlets begin <= m < end, begin < end: the arrays get their triangles and new
+  // vertices. Both arrays need room for 64 of each meshlet, or for the blob's. Vertex numbers are
+  // the blob's. If the blob is valid, the results are the same as with one call for all meshlets.
+  DecodedRange decode_range(uint32_t begin, uint32_t end, uint32_t* triangles,
+                            uint32_t* const* integers, void* const* values);
+
   // Throws Malformed unless the blob is valid. Decodes each meshlet alone, so it also finds corners
   // that take too many hops and shared vertices that differ between meshlets; decode may not.
   void validate();

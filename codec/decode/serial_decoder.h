@@ -38,7 +38,7 @@ struct SerialDecoder {
 #define FOREIGN_LENGTH known_length
 #define MAX_STREAMS BLOB_MAX_STREAMS
 #define MAX_ELEMENTS (STREAM_MAX_ELEMENTS * BLOB_MAX_STREAMS)
-#ifdef __AVX2__
+#if defined(__AVX2__) || defined(__wasm_simd128__)
 #define OWN_VALUES
 #endif
 // All elements of a vertex lie together, in 16 bytes.
@@ -101,6 +101,8 @@ struct SerialDecoder {
 #ifdef __x86_64__
     __asm__("test %1, %1\n\tcmovne %2, %0" : "+r"(b) : "r"(uint(condition)), "r"(a) : "cc");
     return b;
+#elif defined(__wasm__)
+    return condition ? a : b;  // the instruction `select`
 #else
     T all = T(0) - T(condition);
     return (a & all) | (b & ~all);
@@ -116,8 +118,12 @@ struct SerialDecoder {
     }
   };
   static uint divide(uint x, uint n) {
+#ifdef __wasm__
+    return x / n;  // half a kilobyte less than the table
+#else
     static constexpr Reciprocals reciprocals;
     return uint(x * reciprocals.of[n] >> 37);
+#endif
   }
 
   static uint max(uint a, uint b) { return a > b ? a : b; }
@@ -337,8 +343,10 @@ struct SerialDecoder {
   }
 #endif
 
-#ifdef __AVX2__
+#if defined(__AVX2__)
 #include "decode/vector_values.h"
+#elif defined(__wasm_simd128__)
+#include "decode/wasm_values.h"
 #endif
 };
 

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import gltf_ext
 from tests.helpers.environment import ROOT
 
@@ -67,12 +69,17 @@ def test_tests_run_the_linter_first():
     assert 0 <= commands.find("ruff check") < commands.find("-m pytest")
 
 
-def test_system_packages_are_named_not_installed(tmp_path):
-    """Without permission to install, one line names what is missing; here, all shader tools."""
+@pytest.mark.parametrize(
+    ("argument", "packages"),
+    [([], "glslang-tools spirv-tools"), (["browsers"], "chromium firefox-esr xvfb xauth")],
+)
+def test_system_packages_are_named_not_installed(argument, packages, tmp_path):
+    """Without permission to install, one line names what is missing; here, all programs."""
     environment = {**os.environ, "GLTF_MESHLET_SYSTEM_PACKAGES": "no", "PATH": str(tmp_path)}
-    result = run(sys.executable, ROOT / "tools" / "system_packages.py", env=environment)
+    command = (sys.executable, ROOT / "tools" / "system_packages.py", *argument)
+    result = run(*command, env=environment)
     (line,) = result.stdout.splitlines()
     assert result.returncode == 0
     assert line.startswith("make: ")
     assert "apt install" in line
-    assert "glslang-tools spirv-tools" in line
+    assert packages in line

@@ -1,14 +1,22 @@
 // What web/decoder.js makes of views, as digests that Python can compare with the native decoder's.
 // Usage: node digest.mjs DECODER LIST
 // LIST: a JSON file, {"packed": FILE, "views": [[offset, length], ...]}.
-// Prints JSON: per view {"validate", "decode": sentence or null, and, if decoded, "triangles",
-// "vertices", "meshlets", "indices", "values", "integers", "alone": digests}.
+// Prints JSON: {"memory": bytes of the WebAssembly memory at the end, "results"}; a result per view,
+// {"validate", "decode": sentence or null, and, if decoded, "triangles", "vertices", "meshlets",
+// "indices", "values", "integers", "alone": digests}.
 import { createHash } from 'node:crypto';
 import { readFile } from 'node:fs/promises';
 import { pathToFileURL } from 'node:url';
 
 const [decoderFile, listFile] = process.argv.slice(2);
 const { createDecoder, MalformedError } = await import(pathToFileURL(decoderFile));
+const { instantiate } = WebAssembly;
+let memory;
+WebAssembly.instantiate = async (...given) => {
+  const instance = await instantiate(...given);
+  memory = instance.exports.memory;
+  return instance;
+};
 const decoder = await createDecoder();
 const list = JSON.parse(await readFile(listFile, 'utf8'));
 const packed = new Uint8Array(await readFile(list.packed));
@@ -59,4 +67,4 @@ const results = list.views.map(([offset, length]) => {
     alone: alone(view, decoded.meshletCount),
   };
 });
-process.stdout.write(JSON.stringify(results));
+process.stdout.write(JSON.stringify({ memory: memory.buffer.byteLength, results }));

@@ -1,0 +1,210 @@
+"""How fast in JavaScript? Decoding in Node beside draco3d and meshoptimizer, warm and cold; sizes.
+
+Writes the tables of docs/web.md. Needs web/decoder.wasm (make web) and, in build/node, the npm
+packages draco3d, meshoptimizer and gltfpack.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import tempfile
+from pathlib import Path
+
+from bench import peers
+from bench.common import (
+    DOCS,
+    ROOT,
+    Question,
+    markdown_table,
+    origin_line,
+    progress,
+    replace_block,
+    spread,
+)
+from bench.models import MODELS
+from bench.speed import OURS, Stopwatch, encode_ours, native
+
+WEB = ROOT / "web"
+WORKER = Path(__file__).with_name("web_worker.mjs")
+PACKAGES = ("draco3d", "meshoptimizer")
+NAMES = ("bunny", "dragon", "DamagedHelmet")
+REPETITIONS = 7
+ROUNDS = 3  # of native and WebAssembly decoding in turns
+WORKERS = (1, 2)
+CODECS = {OURS: "ours", "draco": "Draco, level 7", "meshopt": "meshopt"}
+
+
+def node(task: str, given: Path):
+    """Runs web_worker.mjs; returns the JSON that it prints."""
+    command = ["node", WORKER, WEB, peers.NODE_MODULES, task, given]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit(f"bench web: {task}: {done.stderr.strip().splitlines()[-1]}")
+    return json.loads(done.stdout)
+
+
+def check(options: argparse.Namespace) -> None:
+    """Ends the program if something is missing."""
+    for name in PACKAGES:
+        if not (peers.NODE_MODULES / name).is_dir():
+            raise SystemExit(f"bench web: npm install --prefix build/node {name}")
+    if not (WEB / "decoder.wasm").is_file():
+        raise SystemExit("bench web: no web/decoder.wasm; run: make web")
+    for name in options.models:
+        if not (MODELS / f"{name}.glb").is_file():
+            raise SystemExit(f"bench web: no model {MODELS / name}.glb")
+
+
+def measure(options: argparse.Namespace) -> dict:
+    """All models, and the sizes of the packages."""
+    with tempfile.TemporaryDirectory() as folder:
+        models = [measure_model(name, Path(folder) / name) for name in options.models]
+        return {
+            "repetitions": REPETITIONS,
+            "rounds": ROUNDS,
+            "node": run_node("process.version"),
+            "packages": {name: package_sizes(name, Path(folder)) for name in PACKAGES}
+            | {OURS: package_sizes(None, Path(folder))},
+            "models": models,
+        }
+
+
+def measure_model(name: str, folder: Path) -> dict:
+    """The seconds of every codec; the codecs take turns."""
+    folder.mkdir()
+    primitives = peers.read_primitives(MODELS / f"{name}.glb")
+    parts = peers.parts_of(primitives)
+    buffers = {
+        OURS: encode_ours(primitives, 0, Stopwatch()),
+        "draco": peers.Draco(7).encode(parts),
+        "meshopt": peers.Gltfpack(True).encode(parts),
+    }
+    given: dict = {"repetitions": REPETITIONS, "workers": WORKERS}
+    for codec, encoded in buffers.items():
+        files = [folder / f"{codec}-{number}" for number in range(len(encoded))]
+        for file, buffer in zip(files, encoded):
+            file.write_bytes(buffer)
+        given[codec] = list(map(str, files))
+    (folder / "list.json").write_text(json.dumps(given))
+    warm: dict[str, list[float]] = {"native": []}
+    cold: dict[str, list[float]] = {codec: [] for codec in CODECS}
+    for _ in range(ROUNDS):
+        warm["native"] += native("decode_speed", buffers[OURS], folder)["decode_seconds"]
+        for codec, seconds in node("warm", folder / "list.json").items():
+            warm.setdefault(codec, []).extend(seconds)
+        for codec, seconds in cold.items():
+            seconds.append(node(f"cold-{codec}", folder / "list.json"))
+    progress(name)
+    return {
+        "model": name,
+        "triangles": sum(len(part.triangles) for part in parts),
+        "bytes": {codec: sum(map(len, encoded)) for codec, encoded in buffers.items()},
+        "warm": {codec: spread(seconds) for codec, seconds in warm.items()},
+        "cold": {codec: spread(seconds) for codec, seconds in cold.items()},
+    }
+
+
+def run_node(expression: str) -> str:
+    """What a JavaScript expression is, as text."""
+    command = ["node", "-p", expression]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+
+
+def package_sizes(name: str | None, folder: Path) -> dict:
+    """Bytes of what a page loads to decode, as they are and with Brotli; None: our package."""
+    files = {
+        None: [WEB / file for file in ("decoder.js", "gltf.js", "decoder.wasm")],
+        "draco3d": [
+            peers.NODE_MODULES / "draco3d" / file
+            for file in ("draco_wasm_wrapper.js", "draco_decoder.wasm")
+        ],
+        "meshoptimizer": [peers.NODE_MODULES / "meshoptimizer" / "meshopt_decoder.mjs"],
+    }[name]
+    if name == "draco3d" and not files[0].exists():
+        files[0] = peers.NODE_MODULES / "draco3d" / "draco_decoder_nodejs.js"
+    script = (
+        "process.argv.slice(1).reduce((n, f) => "
+        "n + require('zlib').brotliCompressSync(require('fs').readFileSync(f)).length, 0)"
+    )
+    command = ["node", "-p", script, *map(str, files)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    return {
+        "version": None if name is None else npm_version(name),
+        "files": [file.name for file in files],
+        "bytes": sum(file.stat().st_size for file in files),
+        "brotli_bytes": int(done.stdout),
+    }
+
+
+def npm_version(name: str) -> str:
+    return json.loads((peers.NODE_MODULES / name / "package.json").read_text())["version"]
+
+
+def rate(model: dict, seconds: float) -> str:
+    return f"{model['triangles'] / seconds / 1e6:.1f}"
+
+
+def speed_table(result: dict) -> str:
+    """Million triangles per second, best of the repetitions; milliseconds of a cold start."""
+    columns = ["native", "ours", *(f"ours, {n} worker{'s' * (n > 1)}" for n in WORKERS)]
+    columns += ["draco", "meshopt"]
+    headings = ["model", "triangles", *(CODECS.get(column, column) for column in columns)]
+    headings += [f"cold: {name}" for name in CODECS.values()]
+    rows = []
+    for model in result["models"]:
+        warm = [rate(model, model["warm"][column]["low"]) for column in columns]
+        cold = [f"{1000 * model['cold'][codec]['low']:.0f} ms" for codec in CODECS]
+        rows.append([model["model"], f"{model['triangles']:,}", *warm, *cold])
+    return markdown_table(headings, rows)
+
+
+def size_table(result: dict) -> str:
+    """Bytes that a page loads."""
+    rows = []
+    for name in (OURS, *PACKAGES):
+        sizes = result["packages"][name]
+        title = "gltf-meshlet" if name == OURS else f"{name} {sizes['version']}"
+        files = ", ".join(f"`{file}`" for file in sizes["files"])
+        kilobytes = [f"{sizes[key] / 1000:.1f}" for key in ("bytes", "brotli_bytes")]
+        rows.append([title, files, *kilobytes])
+    return markdown_table(["package", "files", "kB", "kB with Brotli"], rows)
+
+
+def summary(result: dict) -> str:
+    """Both tables."""
+    return speed_table(result) + "\n" + size_table(result)
+
+
+def write_pages(result: dict) -> list[Path]:
+    """The tables of docs/web.md."""
+    text = (
+        f"{origin_line(result)[:-2]}, Node {result['node']}; best of "
+        f"{result['rounds'] * result['repetitions']}, in million triangles per second, to arrays "
+        "that can be drawn; meshopt's stay quantised. Native: our C++ decoder on one thread. Cold: "
+        "compilation and the first decoding in a new process, best of "
+        f"{result['rounds']}.\n\n{speed_table(result)}\nWhat a page loads to decode:\n\n"
+        f"{size_table(result)}"
+    )
+    return [replace_block(DOCS / "web.md", "figures", text)]
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("models", nargs="*", default=list(NAMES), help=f"default: {NAMES}")
+
+
+QUESTION = Question(
+    name="web",
+    about=__doc__,
+    measure=measure,
+    summary=summary,
+    write_pages=write_pages,
+    add_options=add_options,
+    check=check,
+    complete=lambda options: tuple(options.models) == NAMES,
+)
+
+
+def main() -> None:
+    QUESTION.run()

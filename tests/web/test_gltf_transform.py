@@ -1,0 +1,112 @@
+"""The glTF-Transform extension: reads, keeps unchanged blobs, and works in its command line."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gltf_ext
+from gltf_ext import compress, decompress
+from gltf_ext.compression.extension import require_compressed
+from gltf_ext.gltf.importers import open_model
+from tests.helpers import environment, web_package
+
+NAME = "EXT_meshlet_edgebreaker"
+PACKAGES = ("@gltf-transform/core", "@gltf-transform/extensions", "@gltf-transform/cli")
+CONVERT = Path(__file__).with_name("convert.mjs")
+CONFIG = """
+import { ALL_EXTENSIONS } from '@gltf-transform/extensions';
+import { createDecoder } from 'gltf-meshlet';
+import { DECODER, EXTMeshletEdgebreaker } from 'gltf-meshlet/gltf-transform';
+export default {
+  extensions: [...ALL_EXTENSIONS, EXTMeshletEdgebreaker],
+  dependencies: { [DECODER]: await createDecoder() },
+};
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    folder = web_package.install(tmp_path_factory.mktemp("package") / "user", *PACKAGES)
+    shutil.copy(CONVERT, folder)
+    (folder / "config.mjs").write_text(CONFIG)
+    return folder
+
+
+def convert(folder: Path, source: Path, target: Path, change: str = "none") -> str:
+    command = ["node", "convert.mjs", source, target, change]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def blobs(path: Path) -> list[bytes]:
+    return [compressed.blob for compressed in require_compressed(open_model(path))]
+
+
+def assert_same_geometry(first: Path, second: Path) -> None:
+    for a, b in zip(gltf_ext.load(first), gltf_ext.load(second), strict=True):
+        assert np.array_equal(a.indices, b.indices)
+        assert a.attributes.keys() == b.attributes.keys()
+        for name in a.attributes:
+            assert np.array_equal(a.attributes[name], b.attributes[name]), name
+
+
+MODELS = [
+    "nasty/Box.glb",
+    "nasty/CesiumMan_skinned.glb",
+    "nasty/AnimatedMorphCube.glb",
+    "DamagedHelmet.glb",
+]
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_unchanged_blobs_are_kept(name, folder, model, tmp_path):
+    compress(model(name), tmp_path / "in.glb")
+    assert convert(folder, tmp_path / "in.glb", tmp_path / "out.glb") == ""
+    assert blobs(tmp_path / "out.glb") == blobs(tmp_path / "in.glb")
+    gltf_ext.validate(tmp_path / "out.glb")
+    assert_same_geometry(tmp_path / "out.glb", tmp_path / "in.glb")
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_changed_primitives_are_written_plain(name, folder, model, tmp_path):
+    compress(model(name), tmp_path / "in.glb")
+    assert convert(folder, tmp_path / "in.glb", tmp_path / "out.glb", "move") == ""
+    document = open_model(tmp_path / "out.glb")
+    changed = document.meshes[0].primitives[0]
+    assert NAME not in (changed.extensions or {})
+    positions = document.accessors[changed.attributes.POSITION]
+    before = gltf_ext.load(tmp_path / "in.glb")[0].attributes["POSITION"]
+    assert np.allclose(positions.min, before.min(axis=0) + 1, atol=1e-5)
+
+
+def test_command_line_converts(folder, model, tmp_path):
+    program = environment.need_npm_package("@gltf-transform/cli") / "bin" / "cli.js"
+    compress(model("nasty/CesiumMan_skinned.glb"), tmp_path / "in.glb")
+    decompress(tmp_path / "in.glb", tmp_path / "plain.glb")
+    config = ["--config", folder / "config.mjs"]
+    command = ["node", program, "dequantize", tmp_path / "in.glb", tmp_path / "out.glb", *config]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert_same_geometry(tmp_path / "out.glb", tmp_path / "plain.glb")
+
+
+def test_missing_decoder_is_an_error(folder, model, tmp_path):
+    compress(model("nasty/Box.glb"), tmp_path / "in.glb")
+    problem = convert(folder, tmp_path / "in.glb", tmp_path / "out.glb", "no-decoder")
+    assert "needs its decoder: io.registerDependencies" in problem
+    assert not (tmp_path / "out.glb").exists()
+
+
+def test_damaged_blob_is_an_error_that_names_the_primitive(folder, model, tmp_path):
+    compress(model("nasty/Box.glb"), tmp_path / "in.glb")
+    data = bytearray((tmp_path / "in.glb").read_bytes())
+    data[data.index(b"EBM1") + 4] = 77  # the version
+    (tmp_path / "in.glb").write_bytes(data)
+    problem = convert(folder, tmp_path / "in.glb", tmp_path / "out.glb")
+    assert problem.startswith("mesh 0 primitive 0: ") and "version" in problem

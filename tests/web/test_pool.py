@@ -1,0 +1,109 @@
+"""The pool of Workers, in Node: the decoder's results, in parallel; abort, progress, errors."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gltf_ext import compress
+from gltf_ext.compression.extension import require_compressed
+from gltf_ext.gltf.importers import open_model
+from tests.helpers import environment
+from tests.helpers.environment import ROOT, VECTORS
+
+WEB = ROOT / "web"
+POOL = Path(__file__).with_name("pool.mjs")
+
+
+def need_decoder() -> None:
+    environment.need_program("node", "Debian: apt install nodejs")
+    if not (WEB / "decoder.wasm").is_file():
+        environment.missing("no web/decoder.wasm; run: make web")
+
+
+def compressed_views(path: Path, folder: Path, **options) -> list[bytes]:
+    compress(path, folder / "compressed.glb", **options)
+    return [c.blob for c in require_compressed(open_model(folder / "compressed.glb"))]
+
+
+def differences(views: list[bytes], folder: Path, *workers: int) -> list[str]:
+    """What pool.mjs prints for views."""
+    need_decoder()
+    ends = np.cumsum([len(v) for v in views]).tolist()
+    (folder / "views.bin").write_bytes(b"".join(views))
+    ranges = [[end - len(v), len(v)] for end, v in zip(ends, views)]
+    packed = str(folder / "views.bin")
+    (folder / "list.json").write_text(
+        json.dumps({"packed": packed, "views": ranges, "workers": workers})
+    )
+    command = ["node", str(POOL), str(WEB), str(folder / "list.json")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+def test_vectors_decode_and_are_refused_alike(tmp_path):
+    views = [path.read_bytes() for path in sorted(VECTORS.glob("*.bin"))]
+    assert differences(views, tmp_path, 3) == []
+
+
+@pytest.mark.parametrize("page_bytes", [0, 16384])
+@pytest.mark.parametrize("name", ["DamagedHelmet.glb", "bunny.glb"])
+def test_ranges_and_pages_of_models(name, page_bytes, model, tmp_path):
+    views = compressed_views(model(name), tmp_path, page_bytes=page_bytes)
+    assert differences(views, tmp_path, 1, 2, 5) == []
+
+
+SCRIPT = """
+const [web, file] = process.argv.slice(1);
+const { readFileSync } = require('fs');
+const { pathToFileURL } = require('url');
+(async () => {
+  const { createDecoderPool } = await import(pathToFileURL(web + '/pool.js'));
+  const view = new Uint8Array(readFileSync(file));
+  const refused = (promise) => promise.then(() => 'decoded', (error) => error.message);
+  const pool = await createDecoderPool({ workers: 2 });
+  const shares = [];
+  const options = { onProgress: (share) => shares.push(share) };
+  const { triangleCount } = await pool.decodePrimitive(view, options);
+  const abort = new AbortController();
+  const later = refused(pool.decodePrimitive(view, { signal: abort.signal }));
+  abort.abort(new Error('stopped'));
+  const { signal } = abort;
+  const results = {
+    shares,
+    triangleCount,
+    aborted: [await later, await refused(pool.decodePrimitive(view, { signal }))],
+    after: (await pool.decodePrimitive(view)).triangleCount,
+  };
+  const waiting = refused(pool.decodePrimitive(view));
+  pool.close();
+  results.closed = [await waiting, await refused(pool.decodePrimitive(view))];
+  const { Worker } = require('worker_threads');
+  const createWorker = () => new Worker('throw new Error("no such script")', { eval: true });
+  const broken = await createDecoderPool({ workers: 1, createWorker });
+  results.broken = await refused(broken.decodePrimitive(view));
+  console.log(JSON.stringify(results));
+})();
+"""
+
+
+def test_progress_abort_and_errors(model, tmp_path):
+    need_decoder()
+    (view,) = compressed_views(model("bunny.glb"), tmp_path, page_bytes=65536)
+    (tmp_path / "view.bin").write_bytes(view)
+    command = ["node", "-e", SCRIPT, WEB, tmp_path / "view.bin"]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    results = json.loads(done.stdout)
+    assert len(results["shares"]) > 2
+    assert results["shares"] == sorted(results["shares"])
+    assert results["shares"][-1] == 1
+    assert results["aborted"] == ["stopped", "stopped"]
+    assert results["after"] == results["triangleCount"]
+    assert results["closed"] == ["the decoder pool is closed"] * 2
+    assert results["broken"] == "a decoder's Worker failed: no such script"

@@ -1,0 +1,194 @@
+// An extension for glTF-Transform. Reading decodes every compressed primitive into its accessors;
+// writing keeps a blob if its primitive still has exactly the decoded values, and writes plain
+// accessors otherwise. It cannot compress: gltf-meshlet compress does.
+import { Extension, ExtensionProperty, PropertyType } from '@gltf-transform/core';
+import { EXTENSION, accessorArrays, forCompressed } from './gltf.js';
+
+export const DECODER = 'meshlet.decoder';
+
+// The blob that a primitive was decoded from.
+class CompressedPrimitive extends ExtensionProperty {
+  init() {
+    this.extensionName = EXTENSION;
+    this.propertyType = 'MeshletEdgebreaker';
+    this.parentTypes = [PropertyType.PRIMITIVE];
+  }
+
+  getDefaults() {
+    return Object.assign(super.getDefaults(), { bytes: null, object: null });
+  }
+}
+
+export class EXTMeshletEdgebreaker extends Extension {
+  static EXTENSION_NAME = EXTENSION;
+  extensionName = EXTENSION;
+  prereadTypes = [PropertyType.PRIMITIVE];
+  prewriteTypes = [PropertyType.ACCESSOR];
+  readDependencies = [DECODER];
+  writeDependencies = [DECODER];
+  #decoder;
+  #kept = new Map(); // primitive -> its CompressedPrimitive, of the file being written
+
+  install(key, dependency) {
+    if (key === DECODER) this.#decoder = dependency;
+    return this;
+  }
+
+  #needDecoder() {
+    if (this.#decoder) return;
+    throw new Error(
+      `${EXTENSION} needs its decoder: ` +
+        `io.registerDependencies({ '${DECODER}': await createDecoder() })`,
+    );
+  }
+
+  preread(context) {
+    this.#needDecoder();
+    const { json } = context.jsonDoc;
+    forCompressed(json, (primitive, name) => {
+      const { bufferView } = primitive.extensions[EXTENSION];
+      const buffer = context.buffers[json.bufferViews[bufferView].buffer];
+      try {
+        const decoded = this.#decoder.decodePrimitive(context.bufferViews[bufferView]);
+        for (const [number, array] of accessorArrays(json, primitive, decoded))
+          context.accessors[number].setArray(array).setBuffer(buffer);
+      } catch (error) {
+        throw new Error(`${name}: ${error.message}`, { cause: error });
+      }
+    });
+    return this;
+  }
+
+  read(context) {
+    context.jsonDoc.json.meshes?.forEach((mesh, m) =>
+      mesh.primitives.forEach(({ extensions }, p) => {
+        const object = extensions?.[EXTENSION];
+        if (!object) return;
+        const { bufferView, ...streams } = object;
+        const property = new CompressedPrimitive(this.document.getGraph());
+        property.set('bytes', context.bufferViews[bufferView]).set('object', streams);
+        context.meshes[m].listPrimitives()[p].setExtension(EXTENSION, property);
+      }),
+    );
+    return this;
+  }
+
+  // Called before accessors are written: those of a primitive that keeps its blob get no bytes.
+  prewrite(context) {
+    this.#kept = this.#unchanged();
+    const views = new Set();
+    for (const [primitive, property] of this.#kept) {
+      for (const accessor of accessorsOf(primitive)) {
+        if (context.accessorIndexMap.has(accessor)) continue;
+        const { accessors } = context.jsonDoc.json;
+        context.accessorIndexMap.set(accessor, accessors.length);
+        accessors.push(context.createAccessorDef(accessor));
+      }
+      const bytes = property.get('bytes');
+      if (views.has(bytes)) continue;
+      views.add(bytes);
+      const buffer = primitive.getIndices().getBuffer() ?? this.document.getRoot().listBuffers()[0];
+      const others = context.otherBufferViews.get(buffer) ?? [];
+      context.otherBufferViews.set(buffer, [...others, bytes]);
+    }
+    return this;
+  }
+
+  write(context) {
+    const { json } = context.jsonDoc;
+    for (const mesh of this.document.getRoot().listMeshes()) {
+      const { primitives } = json.meshes[context.meshIndexMap.get(mesh)];
+      mesh.listPrimitives().forEach((primitive, p) => {
+        const property = this.#kept.get(primitive);
+        if (!property) return;
+        const bufferView = context.otherBufferViewsIndexMap.get(property.get('bytes'));
+        primitives[p].extensions ??= {};
+        primitives[p].extensions[EXTENSION] = { bufferView, ...property.get('object') };
+      });
+    }
+    if (this.#kept.size > 0) return this;
+    for (const list of ['extensionsUsed', 'extensionsRequired']) {
+      json[list] = json[list]?.filter((name) => name !== EXTENSION);
+      if (json[list]?.length === 0) delete json[list];
+    }
+    return this;
+  }
+
+  // The primitives whose blob is what they contain. Accessors without bytes may belong to no other.
+  #unchanged() {
+    const kept = new Map();
+    const primitives = this.document
+      .getRoot()
+      .listMeshes()
+      .flatMap((mesh) => mesh.listPrimitives());
+    for (const primitive of primitives) {
+      const property = primitive.getExtension(EXTENSION);
+      if (property && this.#equals(primitive, property)) kept.set(primitive, property);
+    }
+    const root = this.document.getRoot();
+    const foreign = (primitive) => {
+      const parts = new Set([...kept.keys()].flatMap((p) => [p, ...p.listTargets()]));
+      const parents = accessorsOf(primitive).flatMap((accessor) => accessor.listParents());
+      return parents.some((p) => p !== root && p.propertyType !== 'Buffer' && !parts.has(p));
+    };
+    for (let more = true; more; ) {
+      const shared = [...kept.keys()].filter(foreign);
+      for (const primitive of shared) kept.delete(primitive);
+      more = shared.length > 0;
+    }
+    return kept;
+  }
+
+  // Does a primitive have the values of its blob?
+  #equals(primitive, property) {
+    this.#needDecoder();
+    const object = property.get('object');
+    if (!sameNames(primitive, object.attributes)) return false;
+    const targets = primitive.listTargets();
+    if (targets.length !== (object.targets?.length ?? 0)) return false;
+    if (!targets.every((target, t) => sameNames(target, object.targets[t]))) return false;
+    const accessors = accessorsOf(primitive);
+    const numbers = new Map(accessors.map((accessor, number) => [accessor, number]));
+    const json = {
+      accessors: accessors.map((accessor) => ({
+        componentType: accessor.getComponentType(),
+        type: accessor.getType(),
+        count: accessor.getCount(),
+      })),
+    };
+    const attributes = (owner) =>
+      Object.fromEntries(owner.listSemantics().map((s) => [s, numbers.get(owner.getAttribute(s))]));
+    const definition = {
+      extensions: { [EXTENSION]: object },
+      indices: numbers.get(primitive.getIndices()),
+      attributes: attributes(primitive),
+      targets: targets.map(attributes),
+    };
+    try {
+      const decoded = this.#decoder.decodePrimitive(property.get('bytes'));
+      return [...accessorArrays(json, definition, decoded)].every(([number, array]) =>
+        sameBytes(array, accessors[number].getArray()),
+      );
+    } catch {
+      return false; // other types or counts than the blob's
+    }
+  }
+}
+
+function accessorsOf(primitive) {
+  const owners = [primitive, ...primitive.listTargets()];
+  const attributes = owners.flatMap((owner) => owner.listAttributes());
+  return [...new Set([primitive.getIndices(), ...attributes])].filter((accessor) => accessor);
+}
+
+function sameNames(owner, streams) {
+  return String(owner.listSemantics().sort()) === String(Object.keys(streams ?? {}).sort());
+}
+
+function sameBytes(a, b) {
+  if (a.byteLength !== b?.byteLength) return false;
+  const bytes = ({ buffer, byteOffset, byteLength }) =>
+    new Uint8Array(buffer, byteOffset, byteLength);
+  const [x, y] = [bytes(a), bytes(b)];
+  return x.every((byte, i) => byte === y[i]);
+}
