@@ -31,7 +31,7 @@ def measure_regions(model: Path, weight: str, fill: float | None) -> dict:
     """The histogram of the regions, and the number of meshlets and ratio of the finished file."""
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "out.glb"
-        report = gltf_ext.compress(model, output, weight=weight, fill=fill)
+        report = gltf_ext.compress(model, output, effort="high", weight=weight, fill=fill)
         totals = gltf_ext.inspect(output)["totals"]
     return {
         "weight": weight,

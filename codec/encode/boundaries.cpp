@@ -100,8 +100,7 @@ class Builder {
       b_.place_disk[p] = c;
       place_of_[h] = p;
       h = next_in_triangle(h);  // turn around the end of h until the next boundary edge
-      while (b_.interior(half_edges_, h))
-        h = next_in_triangle(uint32_t(half_edges_.by_vertex(h)));
+      while (b_.interior(half_edges_, h)) h = next_in_triangle(uint32_t(half_edges_.by_vertex(h)));
     }
   }
 

@@ -13,7 +13,7 @@ void Symbols::append(const Symbols& other) {
 void traverse(const LocalMeshlet& meshlet, uint32_t gate, uint64_t waiting, Traversal& out) {
   static_assert(LocalMeshlet::kHalfEdges + MESHLET_VERTICES <= 256);
   const uint32_t loop_end = meshlet.first_vertex() + meshlet.loop_length();
-  uint64_t visited = 0;  // triangles
+  uint64_t visited = 0;                                            // triangles
   uint64_t seen = loop_end < 64 ? (1ull << loop_end) - 1 : ~0ull;  // vertices
   uint8_t splits[MESHLET_TRIANGLES];
   uint32_t split_count = 0, count = 0, t = 0, h = meshlet.loop_half_edge(gate);

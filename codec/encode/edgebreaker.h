@@ -29,8 +29,8 @@ struct Traversal {
 // vertices of the loop that get their values in the traversal, as those inside do.
 void traverse(const LocalMeshlet& meshlet, uint32_t gate, uint64_t waiting, Traversal& out);
 
-// A vertex `v` that is predicted from a gate a -> b and, unless it is NO_VERTEX, the vertex o across
-// the gate, packed as in the decoder: a | b << 8 | v << 16 | o << 24.
+// A vertex `v` that is predicted from a gate a -> b and, unless it is NO_VERTEX, the vertex o
+// across the gate, packed as in the decoder: a | b << 8 | v << 16 | o << 24.
 uint32_t packed_triangle(const LocalMeshlet& meshlet, Introduction introduction);
 
 }  // namespace meshlet

@@ -124,10 +124,9 @@ void MeshletValues::append_chains(uint32_t s, uint32_t predictor, uint64_t refer
     if (predictor == PREDICT_AFFINE) weights = decoder.chain_weights(step);
     for (uint32_t c = 0; c < streams_[s].elements; c++) {
       const uint32_t prediction =
-          predictor == PREDICT_COPY
-              ? before[c]
-              : decoder.affine_chain_point(weights, before[c], end[c], earlier[c],
-                                           decoder.chain_left[j]);
+          predictor == PREDICT_COPY ? before[c]
+                                    : decoder.affine_chain_point(weights, before[c], end[c],
+                                                                 earlier[c], decoder.chain_left[j]);
       out.push_back(zigzag(v[c] - prediction, streams_[s].bits));
     }
   }

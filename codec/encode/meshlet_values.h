@@ -30,8 +30,8 @@ class MeshletValues {
   void traversed(uint32_t s, uint32_t predictor, uint32_t triangle, uint32_t* out);
   void traversed(uint32_t triangle, uint32_t* out);
 
-  // Places the meshlet's references along its loops, once all disks are loaded. loop_vertices: local
-  // vertices of all loops, from the first reference of each.
+  // Places the meshlet's references along its loops, once all disks are loaded. loop_vertices:
+  // local vertices of all loops, from the first reference of each.
   void place(PlannedReferences references, const std::vector<uint8_t>& loop_vertices);
   // Append the residuals of stream s: values of the first anchor, then residuals of the others
   // against it; of owned references; of seams. After place().

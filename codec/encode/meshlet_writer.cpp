@@ -38,8 +38,7 @@ void MeshletWriter::write_symbols(const Symbols& y, const Group& group) {
   }
 }
 
-void MeshletWriter::write_references(PlannedReferences references, uint32_t m,
-                                     const Group& group) {
+void MeshletWriter::write_references(PlannedReferences references, uint32_t m, const Group& group) {
   const uint32_t flags = references.flags();
   for (const PlannedReference& r : references) out_.put(r.foreign(), 1);
   if (flags & FLAG_LOOPS)
@@ -87,8 +86,7 @@ void MeshletWriter::write_anchors(uint32_t s) {
     out_.put(field, ANCHOR_WIDTH_BITS);
     widths[c] = anchor_width(field, stream.bits, stream.anchor_base);
   }
-  for (size_t i = 0; i < further.count; i++)
-    out_.put(further.data[i], widths[i % stream.elements]);
+  for (size_t i = 0; i < further.count; i++) out_.put(further.data[i], widths[i % stream.elements]);
 }
 
 // chains: the meshlet has owned references.
@@ -97,10 +95,10 @@ void MeshletWriter::write_lists(bool chains) {
   for (uint32_t s = 0; s < count; s++) {
     const Stream& stream = streams_[s];
     if (chains)
-      codes_[s].chain = write_code(CodedList::kChain, lists_[s].of[kChains], stream.elements,
-                                   stream.chain_base);
-    codes_[s].interior = write_code(CodedList::kInterior, lists_[s].of[kInteriors],
-                                    stream.elements, stream.interior_base);
+      codes_[s].chain =
+          write_code(CodedList::kChain, lists_[s].of[kChains], stream.elements, stream.chain_base);
+    codes_[s].interior = write_code(CodedList::kInterior, lists_[s].of[kInteriors], stream.elements,
+                                    stream.interior_base);
   }
   const auto for_streams = [&](uint32_t first, uint32_t end, auto write) {
     for (uint32_t s = first; s < end; s++) {

@@ -134,8 +134,8 @@ void Planner::append_lists(uint32_t s, std::vector<uint32_t>& residuals,
   const size_t interiors = residuals.size();
   values_.seams(s, streams_[s].predictor, residuals);
   for (Introduction introduction : introductions_) {
-    const uint32_t* from = &residuals_[introduction * size_t(values_.element_count())] +
-                           values_.first_element(s);
+    const uint32_t* from =
+        &residuals_[introduction * size_t(values_.element_count())] + values_.first_element(s);
     residuals.insert(residuals.end(), from, from + streams_[s].elements);
   }
   for (size_t size : {chains - anchors, interiors - chains, residuals.size() - interiors})

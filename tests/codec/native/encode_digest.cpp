@@ -1,5 +1,5 @@
-// Encodes generated meshes with every effort and prints a digest of each result, equal for every compiler
-// and optimisation level. Checks that the number of threads makes no difference.
+// Encodes generated meshes with every effort and prints a digest of each result, equal for every
+// compiler and optimisation level. Checks that the number of threads makes no difference.
 #include <cstdio>
 #include <cstring>
 

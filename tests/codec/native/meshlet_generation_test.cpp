@@ -132,8 +132,8 @@ Mesh sorted(const meshlet::SpatialMesh& mesh) {
 
 meshlet::Meshlets generate(const meshlet::SpatialMesh& mesh,
                            const meshlet::GenerationOptions& options) {
-  return meshlet::generate_meshlets(
-      mesh, meshlet::match_half_edges(mesh.view(), options.threads), options);
+  return meshlet::generate_meshlets(mesh, meshlet::match_half_edges(mesh.view(), options.threads),
+                                    options);
 }
 
 meshlet::SpatialMesh sort(const Mesh& mesh, int threads) {
@@ -146,8 +146,8 @@ bool same_triangles(const Mesh& mesh, const meshlet::SpatialMesh& sorted) {
   for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
     before.push_back({mesh.triangles[i], mesh.triangles[i + 1], mesh.triangles[i + 2]});
     const uint32_t* v = &sorted.triangles[i];
-    after.push_back({sorted.source_vertex[v[0]], sorted.source_vertex[v[1]],
-                     sorted.source_vertex[v[2]]});
+    after.push_back(
+        {sorted.source_vertex[v[0]], sorted.source_vertex[v[1]], sorted.source_vertex[v[2]]});
   }
   std::sort(before.begin(), before.end());
   std::sort(after.begin(), after.end());
