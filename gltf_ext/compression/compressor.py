@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -199,6 +198,10 @@ def _encode_jobs(
     def encode(i: int) -> tuple[Plan, bytes] | None:
         part = parts.part(i) if parts else None
         return _encode_job(jobs[i], options, max(1, round(threads * shares[i])), part)
+
+    if threads == 1 or len(jobs) == 1:
+        return [encode(i) for i in range(len(jobs))]
+    from concurrent.futures import ThreadPoolExecutor  # as slow to load as a small file to encode
 
     with ThreadPoolExecutor(min(threads, len(jobs))) as pool:
         largest_first = sorted(range(len(jobs)), key=lambda i: -counts[i])
