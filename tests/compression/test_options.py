@@ -78,7 +78,9 @@ def test_numbers_above_zero(values):
 
 @pytest.mark.parametrize("effort", ["fast", "normal"])
 def test_iterations_need_an_effort_that_iterates(effort):
-    with pytest.raises(gltf_ext.MeshletError, match=f"with effort {effort}; use effort high or max"):
+    with pytest.raises(
+        gltf_ext.MeshletError, match=f"with effort {effort}; use effort high or max"
+    ):
         Options(effort=effort, iterations=3)
 
 
