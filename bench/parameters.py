@@ -30,7 +30,6 @@ from gltf_ext.gltf.importers import open_model
 NAMES = ("bunny", "engine", "sponza_like")
 GENERATED = 60_000  # triangles of the generated model
 REPETITIONS = 3  # of compress
-EFFORT = "high"  # the one that iterates
 # The defaults of _codec.encode, which compress does not set.
 ENCODER_DEFAULTS = {"lambda_": 1.4, "fill": 0.96, "iterations": 12}
 DEFAULTS = {
@@ -92,7 +91,7 @@ def measure_options(path: Path, folder: Path, **options) -> dict:
     output, seconds = folder / "out.glb", []
     for _ in range(REPETITIONS):
         start = time.perf_counter()
-        gltf_ext.compress(path, output, effort=EFFORT, **options)
+        gltf_ext.compress(path, output, **options)
         seconds.append(time.perf_counter() - start)
     totals = gltf_ext.inspect(output)["totals"]
     timed = native(
