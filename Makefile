@@ -23,8 +23,8 @@ NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
 PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsuba_plugin/src/*)
 # A process per core; a file of tests stays in one process, which compiles its shaders once.
 PYTEST := $(BIN)/python -m pytest -q -n auto --dist loadfile --junitxml=build/test-results.xml
-MEASUREMENTS := meshlet_formats size paper table1 speed quality parameters choices mitsuba figures how_it_works \
-  results_page
+MEASUREMENTS := meshlet_formats size paper table1 speed efforts quality parameters choices mitsuba \
+  figures how_it_works results_page
 PICTURES := meshlets comparison size render_comparison
 
 .PHONY: help demo test test-full test-web lint format fuzz shaders wgsl bench figures docs wheel blender web hooks clean

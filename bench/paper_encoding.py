@@ -250,10 +250,16 @@ def quantised(part: Part, bits: Bits) -> tuple[list[dict], list[np.ndarray]]:
 
 
 def mesh_of(part: Part, bits: Bits, fill: float) -> Mesh:
-    """A part cut into meshlets by our encoder; fill: 0 for its default, see gltf_ext.compress."""
+    """A part cut into meshlets as in the paper; fill: 0 for its default, see gltf_ext.compress."""
     rows, values = quantised(part, bits)
     blob, _ = _codec.encode(
-        part.triangles, position_ids(part.positions), part.positions, rows, values, fill=fill
+        part.triangles,
+        position_ids(part.positions),
+        part.positions,
+        rows,
+        values,
+        fill=fill,
+        effort="high",
     )
     triangles, arrays = _codec.decode(blob)
     packed, width = np.zeros(len(arrays[0]), np.uint64), 0

@@ -60,7 +60,8 @@ TITLES = {
     "fill": ("Fill", "`--fill`: target size of regions, as a share of the largest meshlet."),
     "iterations": (
         "Iterations",
-        "`--iterations`: rounds of growing regions and moving their centres, at most.",
+        "`--iterations`: rounds of growing regions and moving their centres, at most, with "
+        "`--effort high` or `max`.",
     ),
     "weight": (
         "Weight",

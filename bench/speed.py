@@ -50,9 +50,13 @@ REAL = ("bunny", "dragon")
 REPETITIONS = 5
 # Above so many triangles fewer repetitions keep the run within minutes.
 LARGE, LARGE_REPETITIONS = 500_000, 3
-OURS = "ours"
+OURS = "ours"  # with the default effort
+EFFORTS = ("fast", "normal", "high", "max")
+# Other efforts, as further codecs. Effort max takes minutes on larger models: see bench/efforts.py.
+OTHER_EFFORTS = {"ours, fast": "fast", "ours, high": "high"}
 # Names in the results of the stages that _codec.encode times.
 ENCODER_STAGES = {
+    "sort": "sort in space, match edges",
     "grow": "grow and refine meshlets",
     "join": "join small meshlets",
     "boundaries": "find boundaries",
@@ -86,8 +90,20 @@ class Stopwatch:
         self.seconds[stage] = self.seconds.get(stage, 0.0) + seconds
 
 
-def encode_ours(primitives: list[Primitive], threads: int, watch: Stopwatch) -> list[bytes]:
+def encode_ours(
+    primitives: list[Primitive], threads: int, watch: Stopwatch, effort: str = "normal"
+) -> list[bytes]:
     """What compress does between reading and writing files: one blob for each primitive."""
+    blobs = []
+    for arguments in encoder_arguments(primitives, watch):
+        blob, statistics = _codec.encode(*arguments, threads=threads, effort=effort)
+        watch.insert({ENCODER_STAGES[stage]: s for stage, s in statistics["seconds"].items()})
+        blobs.append(blob)
+    return blobs
+
+
+def encoder_arguments(primitives: list[Primitive], watch: Stopwatch) -> list[tuple]:
+    """The arguments of _codec.encode for each primitive, as compress makes them."""
     sources = [weld(primitive)[0] for primitive in primitives]
     watch.lap("weld")
     of_mesh: dict[int, list[np.ndarray]] = {}
@@ -99,23 +115,21 @@ def encode_ours(primitives: list[Primitive], threads: int, watch: Stopwatch) -> 
         grids[mesh] = position_grid(
             positions.min(axis=0), positions.max(axis=0), Bits().position, None
         )
-    return [_encode_one(source, grids[source.mesh], threads, watch) for source in sources]
-
-
-def _encode_one(source: Primitive, grid, threads: int, watch: Stopwatch) -> bytes:
-    plan = plan_primitive(source.attributes, [], grid, Bits(), "")
-    positions = source.attributes["POSITION"]
-    arguments = (
-        np.ascontiguousarray(source.indices),
-        position_ids(positions),
-        np.ascontiguousarray(positions),
-        [stream.table_row() for stream in plan.streams],
-        plan.values,
-    )
+    arguments = []
+    for source in sources:
+        plan = plan_primitive(source.attributes, [], grids[source.mesh], Bits(), "")
+        positions = source.attributes["POSITION"]
+        arguments.append(
+            (
+                np.ascontiguousarray(source.indices),
+                position_ids(positions),
+                np.ascontiguousarray(positions),
+                [stream.table_row() for stream in plan.streams],
+                plan.values,
+            )
+        )
     watch.lap("quantise")
-    blob, statistics = _codec.encode(*arguments, threads=threads)
-    watch.insert({ENCODER_STAGES[stage]: s for stage, s in statistics["seconds"].items()})
-    return blob
+    return arguments
 
 
 # --- peers ---
@@ -232,7 +246,7 @@ def measure_model(name: str, path: Path, scratch: Path, found: list) -> dict:
     triangles = sum(len(part.triangles) for part in parts)
     repetitions = LARGE_REPETITIONS if triangles > LARGE else REPETITIONS
     encoded, encoder_stages = _encoding(primitives, parts, found, repetitions)
-    buffers = {codec: row.pop("buffers") for codec, row in encoded.items()}
+    buffers = {codec: row.pop("buffers") for codec, row in encoded.items() if "buffers" in row}
     decoded = _decoding(buffers, found, repetitions)
     measured = native("decode_speed", buffers[OURS], scratch)
     stages = native("decode_stages", buffers[OURS], scratch)
@@ -249,8 +263,10 @@ def measure_model(name: str, path: Path, scratch: Path, found: list) -> dict:
         "command": measure_command(path, scratch, repetitions),
         "memory": {
             "encode": {
-                codec: peak_memory("encode", codec, primitives if codec == OURS else parts, scratch)
-                for codec in (OURS, *_libraries(found))
+                codec: peak_memory(
+                    "encode", codec, primitives if codec.startswith(OURS) else parts, scratch
+                )
+                for codec in (OURS, *OTHER_EFFORTS, *_libraries(found))
             },
             "decode": {
                 codec: peak_memory("decode", codec, buffers[codec], scratch) for codec in buffers
@@ -271,15 +287,20 @@ def _encoding(
     seconds: dict[str, list[float]] = {
         OURS: [],
         "all threads": [],
+        **{codec: [] for codec in OTHER_EFFORTS},
         **{peer.name: [] for peer in found},
     }
-    buffers, stages = {}, []
+    buffers, stages, sizes = {}, [], {}
     for _ in range(repetitions):
         for key, threads in (("all threads", 0), (OURS, 1)):
             watch = Stopwatch()
             buffers[OURS] = encode_ours(primitives, threads, watch)
             seconds[key].append(sum(watch.seconds.values()))
         stages.append(watch.seconds)
+        for codec, effort in OTHER_EFFORTS.items():
+            watch = Stopwatch()
+            sizes[codec] = sum(map(len, encode_ours(primitives, 1, watch, effort)))
+            seconds[codec].append(sum(watch.seconds.values()))
         for peer in found:
             buffers[peer.name], spent = timed_encode(peer, parts)
             seconds[peer.name].append(spent)
@@ -293,6 +314,9 @@ def _encoding(
     encoded = {
         codec: {"seconds": spread(seconds[codec]), "buffers": buffers[codec], **row}
         for codec, row in rows.items()
+    }
+    encoded |= {
+        codec: {"seconds": spread(seconds[codec]), "bytes": size} for codec, size in sizes.items()
     }
     return encoded, {stage: spread([run[stage] for run in stages]) for stage in stages[0]}
 
@@ -400,11 +424,11 @@ def peak_memory(task: str, codec: str, given: list, scratch: Path) -> int:
 def peak_growth(task: str, codec: str, given: str) -> int:
     """Runs in the new process of peak_memory. given: a file of pickled input."""
     data = pickle.loads(Path(given).read_bytes())
-    installed = [] if codec == OURS else installed_peers()[0]
+    installed = [] if codec.startswith(OURS) else installed_peers()[0]
     peer = next((peer for peer in installed if peer.name == codec), None)
     if task == "encode":
         run = (
-            (lambda: encode_ours(data, 0, Stopwatch()))
+            (lambda: encode_ours(data, 0, Stopwatch(), OTHER_EFFORTS.get(codec, "normal")))
             if peer is None
             else (lambda: peer.encode(data))
         )
@@ -442,7 +466,8 @@ def report(result: dict) -> str:
     """docs/speed.md."""
     models = result["models"]
     codecs = list(models[0]["encode"])
-    others = [codec for codec in codecs if codec != OURS]
+    others = [codec for codec in models[0]["decode"] if codec != OURS]
+    efforts = [codec for codec in codecs if codec in OTHER_EFFORTS]
     encode = [
         [
             *_name(row),
@@ -451,7 +476,7 @@ def report(result: dict) -> str:
                 [
                     row["encode"][OURS]["seconds"],
                     row["encode"][OURS]["all_threads_seconds"],
-                    *(row["encode"][codec]["seconds"] for codec in others),
+                    *(row["encode"][codec]["seconds"] for codec in (*efforts, *others)),
                 ],
                 ".2f",
             ),
@@ -509,6 +534,10 @@ def report(result: dict) -> str:
                 f"{peak / row['triangles']:.0f}",
             ]
         )
+    encode_headings = [
+        *("model", "triangles", "ours, one thread", "ours, all threads"),
+        *(*efforts, *others),
+    ]
     decode_headings = [
         *("model", "triangles"),
         *("ours, native", "ours, from Python", "ours, meshlets alone, all threads"),
@@ -566,9 +595,15 @@ column: microseconds to decode one meshlet, in random order.
 
 From arrays to bytes in memory, including welding and quantisation. Corto's time is the one that its
 command prints, for one of its two normal modes. gltfpack's is the whole command, including files.
-All peers use one thread. The fastest of each row is in bold.
+All peers and [efforts](efforts.md) but the default, normal, use one thread. The fastest of each row
+is in bold.
 
-{markdown_table(["model", "triangles", "ours, one thread", "ours, all threads", *others], encode)}
+{
+        markdown_table(
+            encode_headings,
+            encode,
+        )
+    }
 Compression ratio of these encodings; raw is 4 bytes per float and per index:
 
 {markdown_table(["model", "triangles", *codecs], sizes)}
@@ -666,13 +701,18 @@ def save_plot(result: dict, path: Path) -> Path:
     figure, axes = pyplot().subplots(1, 4, figsize=(17, 4.2), dpi=100)
     for codec in series[0]["encode"]:
         panels = (
-            [row["decode"][codec]["seconds"]["median"] for row in series],
+            [
+                row["decode"][codec]["seconds"]["median"] if codec in row["decode"] else np.nan
+                for row in series
+            ],
             [row["encode"][codec]["seconds"]["median"] for row in series],
             [row["memory"]["encode"].get(codec, np.nan) / 1e6 for row in series],
-            [row["memory"]["decode"][codec] / 1e6 for row in series],
+            [row["memory"]["decode"].get(codec, np.nan) / 1e6 for row in series],
         )
         for axis, values in zip(axes, panels):
-            style, width = ("-o", 2.2) if codec == OURS else ("--s", 1.2)
+            style, width = ("--s", 1.2)
+            if codec.startswith(OURS):
+                style, width = ("-o", 2.2) if codec == OURS else (":o", 1.6)
             axis.plot(triangles, values, style, markersize=4, linewidth=width, label=codec)
     axes[1].plot(
         triangles,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -31,3 +32,23 @@ def progress_bar(title: str, enabled: bool) -> Iterator[Advance | None]:
             bar.update(fraction - bar.n)
 
         yield advance
+
+
+class SharedProgress:
+    """Progress of parts that are worked on at the same time. shares: of the whole, summing to 1."""
+
+    def __init__(self, advance: Advance, shares: list[float]) -> None:
+        self._advance = advance
+        self._shares = shares
+        self._done = [0.0] * len(shares)
+        self._lock = threading.Lock()
+
+    def part(self, i: int) -> Advance:
+        """The function that tells the progress of part i."""
+
+        def advance(fraction: float) -> None:
+            with self._lock:
+                self._done[i] = fraction
+                self._advance(sum(d * share for d, share in zip(self._done, self._shares)))
+
+        return advance

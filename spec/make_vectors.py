@@ -89,6 +89,7 @@ def encode(
         [positions, *(np.ascontiguousarray(v, np.uint32) for v in values)],
         max_triangles=max_triangles,
         page_bytes=page_bytes,
+        effort="high",  # frozen: the vectors, like the format, do not follow the default
     )
     return blob
 

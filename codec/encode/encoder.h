@@ -25,6 +25,9 @@ struct EncoderStats {
   // (stage, seconds) in the order of the stages: sort, grow, join, boundaries, predict, write.
   std::vector<std::pair<const char*, double>> stage_seconds;
   BitStatistics bits;  // equal to count_bits of the blob, without decoding it
+
+  // Adds the times of another encoder's stages.
+  void add_seconds(const EncoderStats& other);
 };
 
 // A mesh in the order in which it is encoded, and its meshlets.

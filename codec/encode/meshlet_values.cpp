@@ -23,7 +23,7 @@ void MeshletValues::add_disk(const LocalMeshlet& meshlet) {
   const uint32_t first = meshlet.first_vertex(), end = meshlet.vertex_count();
   for (uint32_t s = 0; s < streams_.size(); s++)
     for (uint32_t v = first; v < end; v++)
-      std::copy_n(values_.of(s, meshlet.vertex(v)), streams_[s].elements, decoder.vertex(s, v));
+      copy_elements(values_.of(s, meshlet.vertex(v)), streams_[s].elements, decoder.vertex(s, v));
   if (!needs_normals_) return;
   // As SerialDecoder::sum_normals, of this disk.
   const uint32_t h = decoder.excess(streams_[0].bits, GEO_POSITION_BITS);

@@ -11,6 +11,14 @@
 
 namespace meshlet {
 
+// Copies the integers of a vertex: 1 to 4, too few for a call of memmove.
+inline void copy_elements(const uint32_t* from, uint32_t elements, uint32_t* to) {
+  to[0] = from[0];
+  if (elements > 1) to[1] = from[1];
+  if (elements > 2) to[2] = from[2];
+  if (elements > 3) to[3] = from[3];
+}
+
 // Predicts with the decoder's own functions, from values instead of bits.
 class MeshletValues {
  public:

@@ -4,7 +4,6 @@
 #include <functional>
 #include <numeric>
 #include <stdexcept>
-#include <string_view>
 
 #include "common/parallel.h"
 #include "encode/page_growth.h"
@@ -112,20 +111,12 @@ class PageEncoder {
   EncodeOptions options_;
 };
 
+// Adds what a page's blob has, and the time it took.
 void add(EncoderStats& to, const EncoderStats& from) {
   to.meshlets += from.meshlets;
   to.vertices += from.vertices;
   to.bits.add(from.bits);
-  for (const auto& [stage, seconds] : from.stage_seconds) {
-    const auto same = [&stage = stage](const auto& known) {
-      return std::string_view(known.first) == stage;
-    };
-    const auto found = std::find_if(to.stage_seconds.begin(), to.stage_seconds.end(), same);
-    if (found == to.stage_seconds.end())
-      to.stage_seconds.emplace_back(stage, seconds);
-    else
-      found->second += seconds;
-  }
+  to.add_seconds(from);
 }
 
 // Shares of the limit: the estimated size that a page is grown to, and the least of a page that

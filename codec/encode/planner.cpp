@@ -98,8 +98,8 @@ uint64_t Planner::cost(const Traversal& traversal) {
     list_.resize(traversal.count * elements);
     uint32_t* to = list_.data();
     for (uint32_t i = 0; i < traversal.count; i++, to += elements)
-      std::copy_n(residuals_of(traversal.introductions[i]) + values_.first_element(s), elements,
-                  to);
+      copy_elements(residuals_of(traversal.introductions[i]) + values_.first_element(s), elements,
+                    to);
     const Residuals list{list_.data(), list_.size()};
     bits += options_.exact_costs ? CodeSizes(list, elements).least() : best_rice_bits(list);
   }
@@ -133,10 +133,13 @@ void Planner::append_lists(uint32_t s, std::vector<uint32_t>& residuals,
   values_.chains(s, streams_[s].predictor, residuals);
   const size_t interiors = residuals.size();
   values_.seams(s, streams_[s].predictor, residuals);
+  const uint32_t elements = streams_[s].elements;
+  size_t to = residuals.size();
+  residuals.resize(to + introductions_.size() * elements);
   for (Introduction introduction : introductions_) {
-    const uint32_t* from =
-        &residuals_[introduction * size_t(values_.element_count())] + values_.first_element(s);
-    residuals.insert(residuals.end(), from, from + streams_[s].elements);
+    const size_t row = introduction * size_t(values_.element_count());
+    copy_elements(&residuals_[row + values_.first_element(s)], elements, &residuals[to]);
+    to += elements;
   }
   for (size_t size : {chains - anchors, interiors - chains, residuals.size() - interiors})
     counts.push_back(uint32_t(size));

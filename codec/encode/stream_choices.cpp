@@ -38,8 +38,8 @@ uint64_t further_anchor_bits(Residuals residuals, const Stream& stream, uint32_t
 }  // namespace
 
 void choose_predictors(const EncoderInput& input, const Boundaries& boundaries,
-                       std::vector<Stream>& streams, const PlannerOptions& options, uint32_t sample,
-                       int threads) {
+                       std::vector<Stream>& streams, const PlannerOptions& options,
+                       const PredictorSample& sample, int threads) {
   std::vector<uint32_t> open;
   for (uint32_t s = 0; s < streams.size(); s++) {
     if (streams[s].predictor != kChoosePredictor) continue;
@@ -50,7 +50,8 @@ void choose_predictors(const EncoderInput& input, const Boundaries& boundaries,
   std::vector<std::vector<uint8_t>> allowed(streams.size());
   for (uint32_t s : open) allowed[s] = allowed_predictors(streams, s);
   const uint32_t meshlets = uint32_t(input.meshlets.meshlet_begin.size() - 1);
-  const uint32_t stride = (meshlets + sample - 1) / sample;
+  const uint32_t stride =
+      std::max((meshlets + sample.count - 1) / sample.count, sample.least_stride);
   const size_t count = (meshlets + stride - 1) / stride;
   using Sums = std::vector<std::array<uint64_t, PREDICTORS>>;
   Sums bits(streams.size(), Sums::value_type{});

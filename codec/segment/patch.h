@@ -15,9 +15,6 @@ struct Patch {
   // Local half-edge across half-edge 3 * t + k; -1: none, or in another patch.
   std::vector<int32_t> neighbours;
   std::vector<Facet> facets;
-  // Of each triangle: the edge-connected part of the mesh that it belongs to. Parts follow one
-  // another.
-  std::vector<uint32_t> part;
   std::vector<int32_t> region;  // of each triangle
   int32_t region_count = 0;
 

@@ -4,14 +4,13 @@ namespace meshlet {
 
 ConnectedOrder order_by_part(const HalfEdges& half_edges) {
   constexpr uint32_t unseen = ~0u;
-  ConnectedOrder order;
-  order.part.assign(half_edges.size() / 3, unseen);
+  std::vector<uint32_t> part(half_edges.size() / 3, unseen);
   std::vector<uint32_t> stack;
   std::vector<uint32_t> begin{0};  // of each part in the new order
-  for (uint32_t start = 0; start < order.part.size(); start++) {
-    if (order.part[start] != unseen) continue;
+  for (uint32_t start = 0; start < part.size(); start++) {
+    if (part[start] != unseen) continue;
     const uint32_t label = uint32_t(begin.size() - 1);
-    order.part[start] = label;
+    part[start] = label;
     stack.assign(1, start);
     uint32_t size = 0;
     for (; !stack.empty(); size++) {
@@ -20,17 +19,18 @@ ConnectedOrder order_by_part(const HalfEdges& half_edges) {
       for (size_t h = 3 * triangle; h < 3 * triangle + 3; h++) {
         if (half_edges.by_vertex(h) < 0) continue;
         const uint32_t other = uint32_t(half_edges.by_vertex(h)) / 3;
-        if (order.part[other] != unseen) continue;
-        order.part[other] = label;
+        if (part[other] != unseen) continue;
+        part[other] = label;
         stack.push_back(other);
       }
     }
     begin.push_back(begin.back() + size);
   }
-  order.triangles.resize(order.part.size());
-  order.place.resize(order.part.size());
-  for (uint32_t t = 0; t < order.part.size(); t++) {
-    order.place[t] = begin[order.part[t]]++;
+  ConnectedOrder order;
+  order.triangles.resize(part.size());
+  order.place.resize(part.size());
+  for (uint32_t t = 0; t < part.size(); t++) {
+    order.place[t] = begin[part[t]]++;
     order.triangles[order.place[t]] = t;
   }
   return order;
@@ -43,11 +43,9 @@ Patch extract_patch(const SpatialMesh& mesh, const HalfEdges& half_edges,
                          order.triangles.begin() + std::ptrdiff_t(last));
   patch.neighbours.resize(3 * patch.size());
   patch.facets.resize(patch.size());
-  patch.part.resize(patch.size());
   for (size_t t = 0; t < patch.size(); t++) {
     const size_t triangle = patch.triangles[t];
     patch.facets[t] = mesh.facet(triangle);
-    patch.part[t] = order.part[triangle];
     for (size_t k = 0; k < 3; k++) {
       const int32_t other = half_edges.by_vertex(3 * triangle + k);
       const size_t place = other < 0 ? last : order.place[size_t(other) / 3];

@@ -14,7 +14,6 @@ namespace meshlet {
 struct ConnectedOrder {
   std::vector<uint32_t> triangles;
   std::vector<uint32_t> place;  // of each triangle in `triangles`
-  std::vector<uint32_t> part;   // of each triangle: number of its part
 };
 
 // Orders triangles so that edge-connected parts of the mesh stay together, in the order of their

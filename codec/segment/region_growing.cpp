@@ -14,11 +14,6 @@ constexpr float kOvershoot = 1.7f;
 // C_m of equation (2): added to the relative size of a full region.
 constexpr float kFullPenalty = 8.0f;
 
-// Sweeps that shift borders between two rounds of growth, and how often kNormal does all that. More
-// sweeps or cycles made files less than 0.1 % smaller.
-constexpr int kSweeps = 4;
-constexpr int kCycles = 2;
-
 // A triangle that a region may attach. All that is known of it lies together, so that it costs one
 // access to memory.
 struct Candidate {
@@ -77,20 +72,13 @@ class BucketQueue {
 class RegionGrower {
  public:
   RegionGrower(Patch& patch, const GrowthOptions& options)
-      : patch_(patch),
-        options_(options),
-        queue_(options.effort == Effort::kFast ? 0 : 3 * patch.size()) {}
+      : patch_(patch), options_(options), queue_(3 * patch.size()) {}
 
-  int run() {
-    if (options_.effort == Effort::kFast) return shift_runs();
-    place_centres();
-    return options_.effort == Effort::kNormal ? grow_and_shift() : grow();
-  }
+  int run() { return options_.cycles > 0 ? grow_and_shift() : grow(); }
 
  private:
   int grow();
   int grow_and_shift();
-  int shift_runs();
   void place_centres();
   void place_runs();
   void add_region(int32_t seed);
@@ -145,6 +133,7 @@ int64_t centre_count(int64_t size, float mean_size) {
 }
 
 int RegionGrower::grow() {
+  place_centres();
   int round = 0;
   do {
     attach_triangles();
@@ -158,28 +147,18 @@ int RegionGrower::grow() {
 // Sweeps find nearly the same centres as rounds of growth. Growing once more from these mends
 // regions that fell apart.
 int RegionGrower::grow_and_shift() {
-  for (int cycle = 0; cycle < kCycles; cycle++) {
-    attach_triangles();
+  place_runs();
+  for (int cycle = 0; cycle < options_.cycles; cycle++) {
     sum_regions();
-    for (int i = 0; i < kSweeps; i++) {
-      move_centres(kOvershoot);
+    for (int i = 0; i < options_.sweeps; i++) {
+      move_centres(cycle == 0 && i == 0 ? 1.0f : kOvershoot);
       sweep();
     }
     move_centres(kOvershoot);
     choose_seeds();
+    attach_triangles();
   }
-  attach_triangles();
-  return kCycles * (kSweeps + 1);
-}
-
-int RegionGrower::shift_runs() {
-  place_runs();
-  sum_regions();
-  for (int i = 0; i < kSweeps; i++) {
-    move_centres(i == 0 ? 1.0f : kOvershoot);
-    sweep();
-  }
-  return kSweeps;
+  return options_.cycles * (options_.sweeps + 1);
 }
 
 void RegionGrower::add_region(int32_t seed) {
@@ -201,19 +180,26 @@ void RegionGrower::place_centres() {
   }
 }
 
-// Cuts each connected part of the mesh into runs along the curve.
+// Cuts each connected part into runs along the curve.
 void RegionGrower::place_runs() {
-  patch_.region.resize(patch_.size());
-  for (size_t begin = 0, end; begin < patch_.size(); begin = end) {
-    for (end = begin + 1; end < patch_.size() && patch_.part[end] == patch_.part[begin];) end++;
-    const int64_t size = int64_t(end - begin), runs = centre_count(size, options_.mean_size);
-    for (int64_t run = 0; run < runs; run++) {
-      const size_t first = begin + size_t(run * size / runs);
-      std::fill(patch_.region.begin() + std::ptrdiff_t(first),
-                patch_.region.begin() + std::ptrdiff_t(end), patch_.region_count);
-      add_region(int32_t(first));
-    }
+  std::vector<int32_t> part;
+  const std::vector<int32_t> sizes = label_connected(patch_, part);
+  std::vector<int64_t> runs, first_region, seen(sizes.size(), 0);
+  int64_t regions = 0;
+  for (const int32_t size : sizes) {
+    runs.push_back(centre_count(size, options_.mean_size));
+    first_region.push_back(regions);
+    regions += runs.back();
   }
+  patch_.region.resize(patch_.size());
+  std::vector<int32_t> first(size_t(regions), -1);  // triangle of each region
+  for (size_t t = 0; t < patch_.size(); t++) {
+    const int32_t p = part[t];
+    const int64_t region = first_region[p] + seen[p]++ * runs[p] / sizes[p];
+    patch_.region[t] = int32_t(region);
+    if (first[region] < 0) first[region] = int32_t(t);
+  }
+  for (const int32_t triangle : first) add_region(triangle);
 }
 
 // The factors of equation (1) that do not change while a region grows: distance and planarity.

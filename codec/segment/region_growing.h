@@ -13,17 +13,18 @@ struct GrowthOptions {
   int max_size;     // N_max
   float lambda;
   Weight weight;
-  Effort effort;
-  int iterations;  // kHigh and above: most rounds
+  int iterations;  // most rounds
+  // Above 0: instead of rounds, so many cycles of `sweeps` that shift borders, and one of growth.
+  int cycles;
+  int sweeps;
 };
 
-// Fills patch.region and patch.region_count. Returns the number of rounds in which centres moved.
+// Fills patch.region and patch.region_count with edge-connected regions. Returns the number of
+// times that centres moved.
 //
-// kHigh and above: as in the paper, rounds of attaching triangles to centres and moving the
-// centres, until these stop. Regions are edge-connected.
-// kNormal: most rounds only shift the borders of regions; the regions are edge-connected.
-// kFast: regions start as runs of triangles along the curve, then borders shift; a region may fall
-// apart.
+// In rounds, as in the paper: triangles are attached to centres and the centres moved, until these
+// stop, at most options.iterations times. In cycles: regions start as runs of triangles along the
+// curve, and most steps only shift borders.
 int grow_regions(Patch& patch, const GrowthOptions& options);
 
 }  // namespace meshlet

@@ -27,22 +27,40 @@ struct Frame {
   double scale = 0;  // 1 / longest side
 };
 
-// Of the vertices that have a triangle.
-Frame fit_frame(const MeshView& mesh) {
+struct Box {
   float low[3], high[3];
-  for (int c = 0; c < 3; c++) low[c] = high[c] = mesh.positions[3 * size_t(mesh.triangles[0]) + c];
-  for (size_t i = 0; i < 3 * mesh.triangle_count; i++) {
+
+  void add(const float* point) {
     for (int c = 0; c < 3; c++) {
-      const float value = mesh.positions[3 * size_t(mesh.triangles[i]) + c];
-      low[c] = std::min(low[c], value);
-      high[c] = std::max(high[c], value);
+      low[c] = std::min(low[c], point[c]);
+      high[c] = std::max(high[c], point[c]);
     }
+  }
+};
+
+// Of the vertices that have a triangle.
+Frame fit_frame(const MeshView& mesh, int threads) {
+  const auto position = [&](size_t corner) {
+    return mesh.positions + 3 * size_t(mesh.triangles[corner]);
+  };
+  const float* first = position(0);
+  Box box{{first[0], first[1], first[2]}, {first[0], first[1], first[2]}};
+  std::vector<Box> boxes(block_count(mesh.triangle_count), box);
+  parallel_for(threads, boxes.size(), [&](size_t b) {
+    Box own = box;
+    const size_t end = 3 * std::min((b + 1) * kBlock, mesh.triangle_count);
+    for (size_t i = 3 * b * kBlock; i < end; i++) own.add(position(i));
+    boxes[b] = own;
+  });
+  for (const Box& other : boxes) {
+    box.add(other.low);
+    box.add(other.high);
   }
   Frame frame;
   double side = 0;
   for (int c = 0; c < 3; c++) {
-    frame.origin[c] = low[c];
-    side = std::max(side, double(high[c]) - double(low[c]));
+    frame.origin[c] = box.low[c];
+    side = std::max(side, double(box.high[c]) - double(box.low[c]));
   }
   frame.scale = side > 0 ? 1 / side : 0;
   return frame;
@@ -110,7 +128,7 @@ void number_vertices(SpatialMesh& sorted, size_t vertex_count) {
 }  // namespace
 
 SpatialMesh sort_in_space(const MeshView& mesh, int threads) {
-  const Frame frame = fit_frame(mesh);
+  const Frame frame = fit_frame(mesh, threads);
   std::vector<Vec3> points(mesh.vertex_count);
   for_items(threads, points.size(), [&](size_t v) {
     for (int c = 0; c < 3; c++)

@@ -46,7 +46,7 @@ from gltf_ext.gltf.document import Document, copied, named_indices
 from gltf_ext.gltf.draco import DRACO
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.progress import Advance, progress_bar
+from gltf_ext.progress import Advance, SharedProgress, progress_bar
 
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
 # Extensions of a primitive that rely on the order of its triangles or vertices, which changes.
@@ -94,8 +94,9 @@ def compress(
         max_triangles: most triangles in a meshlet (16 to 64, default 64).
         lambda_: above 1; small values give planar meshlets, large ones compact meshlets (default
             1.4).
-        effort: "fast" or "normal" or "high" or "max": time spent on a smaller file: fast is about 3
-            % larger than normal, and max 1 % smaller in 15 times the time (default normal).
+        effort: "fast" or "normal" or "high" or "max": how long to look for a smaller file; against
+            normal, fast takes about 0.6 of the time for 2 % more bytes, high 1.7 times for 0.2 %
+            fewer, and max 15 times for 0.4 % fewer (default normal).
         iterations: most rounds of meshlet generation, with effort high or max (default 12).
         fill: mean size of the meshlets to generate, as a share of the largest (0.25 to 1, default
             0.96).
@@ -172,14 +173,11 @@ def _encode_all(document: Document, options: Options, title: str) -> list[Job]:
     jobs = _jobs(document, options)
     if not jobs:
         raise MeshletError("holds no triangles", "there is nothing to compress")
-    total = max(sum(len(job.source.indices) for job in jobs), 1)
-    done = 0
     with progress_bar(title, options.progress) as advance:
-        for job in jobs:
-            count = len(job.source.indices)
-            part = _part_of(advance, done / total, count / total) if advance else None
-            _encode_job(document, job, options, part)
-            done += count
+        encoded = _encode_jobs(jobs, options, advance)
+    for job, result in zip(jobs, encoded):
+        if result is not None:
+            _replace(document, job, *result, options.fallback)
     if all(job.reason_kept for job in jobs):
         raise MeshletError(
             f"none of its triangle primitives can be compressed ({jobs[0].reason_kept})",
@@ -188,9 +186,31 @@ def _encode_all(document: Document, options: Options, title: str) -> list[Job]:
     return jobs
 
 
-def _part_of(advance: Advance, start: float, share: float) -> Advance:
-    """Progress of a part of the work."""
-    return lambda fraction: advance(start + share * fraction)
+def _encode_jobs(
+    jobs: list[Job], options: Options, advance: Advance | None
+) -> list[tuple[Plan, bytes] | None]:
+    """Encodes several primitives at once, the largest first. A large one uses several threads."""
+    threads = options.threads or os.cpu_count() or 1
+    counts = [max(len(job.source.indices), 1) for job in jobs]
+    shares = [count / sum(counts) for count in counts]
+    parts = SharedProgress(advance, shares) if advance else None
+
+    def encode(i: int) -> tuple[Plan, bytes] | None:
+        part = parts.part(i) if parts else None
+        return _encode_job(jobs[i], options, max(1, round(threads * shares[i])), part)
+
+    if threads == 1 or len(jobs) == 1:
+        return [encode(i) for i in range(len(jobs))]
+    from concurrent.futures import ThreadPoolExecutor  # as slow to load as a small file to encode
+
+    with ThreadPoolExecutor(min(threads, len(jobs))) as pool:
+        largest_first = sorted(range(len(jobs)), key=lambda i: -counts[i])
+        futures = {i: pool.submit(encode, i) for i in largest_first}
+        try:
+            return [futures[i].result() for i in range(len(jobs))]
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def _finish_document(document: Document, jobs: list[Job], options: Options) -> dict[str, Any]:
@@ -335,18 +355,21 @@ def _bits(options: Options) -> Bits:
     )
 
 
-def _encode_job(document: Document, job: Job, options: Options, progress: Advance | None) -> None:
+def _encode_job(
+    job: Job, options: Options, threads: int, progress: Advance | None
+) -> tuple[Plan, bytes] | None:
+    """The streams and their blobs, or None and job.reason_kept. Sets job.statistics."""
     source = job.source
     if not len(source.indices):
         job.reason_kept = "every triangle is degenerate"
-        return
+        return None
     where = f"mesh {source.mesh} primitive {source.primitive}"
     plan = plan_primitive(source.attributes, source.targets, job.grid, _bits(options), where)
     if len(plan.streams) > MAX_STREAMS:
         job.reason_kept = (
             f"it takes {len(plan.streams)} streams, at most {MAX_STREAMS} are possible"
         )
-        return
+        return None
     positions = source.attributes["POSITION"]
     view, job.statistics = _codec.encode(
         np.ascontiguousarray(source.indices),
@@ -355,9 +378,9 @@ def _encode_job(document: Document, job: Job, options: Options, progress: Advanc
         [s.table_row() for s in plan.streams],
         plan.values,
         progress=progress,
-        **options.encoder,
+        **{**options.encoder, "threads": threads},
     )
-    _replace(document, job, plan, view, options.fallback)
+    return plan, view
 
 
 def _replace(document: Document, job: Job, plan: Plan, view: bytes, fallback: bool) -> None:

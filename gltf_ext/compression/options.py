@@ -138,8 +138,8 @@ class Options:
     effort: str = _declared(
         "normal",
         "--effort",
-        "time spent on a smaller file: fast is about 3 % larger than normal, and max 1 % smaller "
-        "in 15 times the time",
+        "how long to look for a smaller file; against normal, fast takes about 0.6 of the time for "
+        "2 % more bytes, high 1.7 times for 0.2 % fewer, and max 15 times for 0.4 % fewer",
         type=str,
         choices=("fast", "normal", "high", "max"),
     )

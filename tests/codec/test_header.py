@@ -7,7 +7,7 @@ from gltf_ext import _codec
 from tests.helpers.environment import ROOT
 
 VECTORS = sorted((ROOT / "spec" / "vectors").glob("valid_*.bin"))
-STAGES = ["grow", "join", "boundaries", "predict", "write"]
+STAGES = ["sort", "grow", "join", "boundaries", "predict", "write"]
 
 
 def test_header_agrees_with_the_decoder():

@@ -67,6 +67,8 @@ def test_options_reach_the_encoder(original, tmp_path, capsys):
             "20",
             "--weight",
             "choe",
+            "--effort",
+            "high",
             "--iterations",
             "3",
             "--lambda",

@@ -54,7 +54,7 @@ def test_shown_defaults_are_the_encoders(tmp_path):
     shown = {o.name: o.type(o.default) for o in OPTIONS if o.default and o.type in (int, float)}
     assert {"lambda_", "iterations", "fill"} <= shown.keys()
     for options in ({}, shown, {**shown, "lambda_": 3.0}):
-        gltf_ext.compress(original, tmp_path / "out.glb", **options)
+        gltf_ext.compress(original, tmp_path / "out.glb", effort="high", **options)
         outputs.append((tmp_path / "out.glb").read_bytes())
     assert outputs[0] == outputs[1] != outputs[2]
 
@@ -74,6 +74,29 @@ def test_limits(option):
 def test_numbers_above_zero(values):
     with pytest.raises(gltf_ext.MeshletError, match="use a number above 0"):
         Options(**values)
+
+
+@pytest.mark.parametrize("effort", ["fast", "normal"])
+def test_iterations_need_an_effort_that_iterates(effort):
+    with pytest.raises(
+        gltf_ext.MeshletError, match=f"with effort {effort}; use effort high or max"
+    ):
+        Options(effort=effort, iterations=3)
+
+
+def test_efforts_trade_time_for_size(tmp_path):
+    """Every effort gives a file of the same mesh; max is never larger than high."""
+    positions, triangles = grid_mesh(60, 60)
+    builder = Builder()
+    builder.mesh({"POSITION": positions}, triangles)
+    original = builder.write(tmp_path / "in.glb")
+    sizes = {}
+    for effort in ("fast", "normal", "high", "max"):
+        report = gltf_ext.compress(original, tmp_path / f"{effort}.glb", effort=effort)
+        sizes[effort] = report["output_bytes"]
+        assert gltf_ext.verify(original, tmp_path / f"{effort}.glb")["ok"]
+        assert gltf_ext.validate(tmp_path / f"{effort}.glb") == []
+    assert sizes["max"] <= sizes["high"] and len(set(sizes.values())) > 1
 
 
 def test_numpy_numbers_are_numbers():
