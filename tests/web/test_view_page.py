@@ -131,6 +131,7 @@ def test_views_of_a_model(browse, serve, torus, tmp_path):
     (results,) = browse(
         {
             "address": serve(torus),
+            "width": 1000,  # panes side by side
             "steps": [
                 SHOWN,
                 ["text", "#details"],
@@ -284,6 +285,7 @@ def test_compressed_looks_like_the_original(browse, serve, model, tmp_path, name
     (results,) = browse(
         {
             "address": serve(model(name)),
+            "width": 1000,  # panes side by side
             "steps": [
                 SHOWN,
                 ["key", "o"],
