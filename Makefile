@@ -10,17 +10,19 @@ NODE_MODULES := build/node
 BROWSER_PACKAGES := three@0.187.0 playwright-core@1.65.1 esbuild@0.28.2
 DEMO_MODEL := mkdir -p build && $(BIN)/python -c "from gltf_meshlet.demo import model; \
   model.write_glb(model.generate(), 'build/demo.glb'); print('build/demo.glb')"
+# WebGPU in Node, and what drives Firefox.
+WEBGPU_PACKAGES := webgpu@0.6.2 puppeteer-core@25.16.0
 BPY := bpy==5.0.1
 WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
 PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsuba_plugin/src/*)
 # A process per core; a file of tests stays in one process, which compiles its shaders once.
 PYTEST := $(BIN)/python -m pytest -q -n auto --dist loadfile --junitxml=build/test-results.xml
-MEASUREMENTS := size paper table1 speed quality parameters choices mitsuba figures how_it_works \
+MEASUREMENTS := meshlet_formats size paper table1 speed quality parameters choices mitsuba figures how_it_works \
   results_page
 PICTURES := meshlets comparison size render_comparison
 
-.PHONY: help demo test test-full test-web lint format fuzz shaders bench figures docs wheel blender web hooks clean
+.PHONY: help demo test test-full test-web lint format fuzz shaders wgsl bench figures docs wheel blender web hooks clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -55,6 +57,9 @@ fuzz: .venv/installed  ## 100,000 mutated blobs through the decoder under ASan a
 
 shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv (needs glslangValidator)
 	@$(BIN)/python -m vk_backend.build_shaders
+
+wgsl: .venv/web  ## translate shaders/ to web/wgsl for WebGPU
+	@$(BIN)/python -m web.build_wgsl
 
 # Measurements on a GPU have their own commands: docs/vulkan.md, docs/vulkan-raytracing.md.
 bench: .venv/installed .venv/mitsuba .venv/extras .venv/bench  ## all measurements on the CPU and docs/results.md (about an hour)
@@ -143,6 +148,8 @@ clean:  ## remove everything that make made here
 
 .venv/web: pyproject.toml $(WEB) | .venv/installed
 	@command -v node >/dev/null || echo "make: node is not installed; tests of the WebAssembly decoder are skipped"
+	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(WEBGPU_PACKAGES) >/dev/null 2>&1 \
+	  || echo "make: cannot install the npm packages $(WEBGPU_PACKAGES); tests of WebGPU are skipped"
 	@$(PIP) "gltf-meshlet[web]" && $(BIN)/python web/build.py \
 	  || echo "make: cannot compile web/decoder.wasm; its tests are skipped"
 	@touch $@

@@ -85,6 +85,7 @@ def encode(
         numpy.typing.NDArray[numpy.uint32],
     ]
     | None = None,
+    effort: str = "normal",
 ) -> tuple[bytes, dict[str, Any]]:
     """
     Encodes one primitive.
@@ -97,10 +98,11 @@ def encode(
     one per processor. progress: called with a fraction from 0 to 1. page_bytes: 0 for one blob,
     else pages, blobs of at most so many bytes. meshlets: those of the caller, as uint32 arrays
     (triangles, disk begins, meshlet begins, page begins; each of the begins ends with the
-    number of its items).
+    number of its items). effort: 'fast', 'normal', 'high' or 'max'; iterations counts from
+    'high' on.
 
     Returns (view, statistics): those of describe, 'generation': {'histogram', 'iterations'} and
-    'seconds': {stage: seconds}; stages: grow, join, boundaries, predict, write. Raises
+    'seconds': {stage: seconds}; stages: sort, grow, join, boundaries, predict, write. Raises
     ValueError for bad arguments.
     """
 
