@@ -113,10 +113,10 @@ def _serve(model: Model, folder: Path, options: argparse.Namespace) -> int:
             options=("port",),
         ) from None
     with server:
-        print(f"{options.input}: {server.address} (Ctrl-C stops)", flush=True)
-        if not options.no_browser and _has_display():
-            webbrowser.open(server.address)
         try:
+            print(f"{options.input}: {server.address} (Ctrl-C stops)", flush=True)
+            if not options.no_browser and _has_display():
+                webbrowser.open(server.address)
             server.serve_forever()
         except KeyboardInterrupt:
             return 0

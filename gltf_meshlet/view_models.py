@@ -7,9 +7,8 @@ each model as `Model.described` gives it.
 from __future__ import annotations
 
 import os
-import re
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,7 @@ from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.report_text import compress_warnings
 
-MATERIAL_LIBRARY = re.compile(rb"^[ \t]*mtllib\b", re.MULTILINE)
+MATERIAL_LIBRARY = b"mtllib"
 
 
 @dataclass(frozen=True)
@@ -104,12 +103,15 @@ def prepare_upload(path: Path, name: str, folder: Path) -> Model:
 
     The file comes alone: paths in it would lead to files that the user did not choose.
     """
-    if path.suffix == ".obj":
-        path.write_bytes(MATERIAL_LIBRARY.sub(b"# mtllib", path.read_bytes()))
+    warnings = []
+    if path.suffix == ".obj" and MATERIAL_LIBRARY in (content := path.read_bytes()):
+        path.write_bytes(content.replace(MATERIAL_LIBRARY, b"#"))
+        warnings.append("its materials are left out; to keep them, name it on the command line")
     document = open_model(path)
     if document.files():
         raise MeshletError("refers to other files", "drop them together with it")
-    return _compress(path, document, name, folder)
+    model = _compress(path, document, name, folder)
+    return replace(model, warnings=(*model.warnings, *warnings))
 
 
 def _compress(path: Path, document: Document, name: str, folder: Path) -> Model:

@@ -131,6 +131,7 @@ def test_views_of_a_model(browse, serve, torus, tmp_path):
     (results,) = browse(
         {
             "address": serve(torus),
+            "width": 1000,  # panes side by side
             "steps": [
                 SHOWN,
                 ["text", "#details"],
@@ -197,8 +198,8 @@ def test_views_of_a_model(browse, serve, torus, tmp_path):
     assert (pixels(to["light"])[0, 0] == SCENE["light"]).all()
 
 
-def test_mouse_and_buttons(browse, serve, torus, tmp_path):
-    before, after = str(tmp_path / "before.png"), str(tmp_path / "after.png")
+def test_mouse_touch_and_buttons(browse, serve, torus, tmp_path):
+    before, after, touched = (str(tmp_path / f"{name}.png") for name in "abc")
     (results,) = browse(
         {
             "address": serve(torus),
@@ -227,9 +228,15 @@ def test_mouse_and_buttons(browse, serve, torus, tmp_path):
                 SHOWN,
                 ["evaluate", "document.documentElement.dataset.theme"],
                 ["visible", "#play"],
+                ["key", "r"],
+                ["key", "t"],
+                ["touch", 0, 80],
+                SETTLE,
+                ["download", "s", touched],
             ],
         }
     )
+    assert (drawn(before) != drawn(touched)).mean() > 0.01
     assert (drawn(before) != drawn(after)).mean() > 0.01
     assert [results[i] for i in (6, 8, 10, 12, 14, 16)] == [
         "true",
@@ -284,6 +291,7 @@ def test_compressed_looks_like_the_original(browse, serve, model, tmp_path, name
     (results,) = browse(
         {
             "address": serve(model(name)),
+            "width": 1000,  # panes side by side
             "steps": [
                 SHOWN,
                 ["key", "o"],

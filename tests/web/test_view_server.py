@@ -21,7 +21,7 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet import view_server
 from gltf_meshlet.cli import main
-from gltf_meshlet.view_models import prepare
+from gltf_meshlet.view_models import prepare, prepare_upload
 from gltf_meshlet.view_server import ViewServer
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
 
@@ -284,21 +284,22 @@ def test_an_upload_that_breaks_off_leaves_nothing(server, work):
         time.sleep(0.05)
 
 
-def test_uploads_read_no_other_file(server, tmp_path):
-    """Neither a buffer nor a material library beside the upload, or above it."""
-    secret = tmp_path / "secret.mtl"
-    secret.write_text("newmtl a\nKd 1 0 0\n")
-    buffers = [{"uri": "../../secret.mtl", "byteLength": 4}]
+def test_uploads_read_no_buffer_of_this_machine(server, tmp_path):
+    (tmp_path / "secret.bin").write_bytes(b"1234")
+    buffers = [{"uri": "../../secret.bin", "byteLength": 4}]
     gltf = json.dumps({"asset": {"version": "2.0"}, "buffers": buffers}).encode()
     status, answer = upload(server, "a.gltf", gltf)
     assert status == 422 and "refers to other files" in answer["error"]
-    triangle = b"mtllib ../../secret.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
-    status, answer = upload(server, "a.obj", triangle)
-    assert status == 200
-    (tmp_path / "got.glb").write_bytes(page(server, answer["compressed"]["file"])[2])
-    materials = glb_json(tmp_path / "got.glb").get("materials", [])
-    colours = [m.get("pbrMetallicRoughness", {}).get("baseColorFactor") for m in materials]
-    assert [1, 0, 0, 1] not in colours
+
+
+@pytest.mark.parametrize("line", ["mtllib red.mtl", "# mtllib red.mtl", "  mtllib\tred.mtl"])
+def test_uploads_read_no_material_library(work, line):
+    """Not even one that lies beside the upload."""
+    (work / "red.mtl").write_text("newmtl a\nKd 1 0 0\n")
+    (work / "upload.obj").write_text(f"{line}\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    model = prepare_upload(work / "upload.obj", "a.obj", work)
+    assert "materials" not in glb_json(work / "compressed.glb")
+    assert any("its materials are left out" in warning for warning in model.warnings)
 
 
 def test_one_upload_at_a_time(server, original, monkeypatch):

@@ -34,6 +34,16 @@ const actions = {
     await page.mouse.move(560 + x, 240 + y, { steps: 4 });
     await page.mouse.up();
   },
+  // One finger.
+  touch: async (page, x, y) => {
+    const session = await page.context().newCDPSession(page);
+    const send = (type, ...points) =>
+      session.send('Input.dispatchTouchEvent', { type, touchPoints: points });
+    await send('touchStart', { x: 560, y: 240 });
+    for (let step = 1; step <= 4; step++)
+      await send('touchMove', { x: 560 + (x * step) / 4, y: 240 + (y * step) / 4 });
+    await send('touchEnd');
+  },
   // Files are dropped as from the desktop: [[name, path], ...].
   drop: async (page, files) => {
     const contents = await Promise.all(
