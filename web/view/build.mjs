@@ -28,7 +28,9 @@ function bundle(options) {
 
 await mkdir(folder, { recursive: true });
 await bundle({ entryPoints: ['vendor.js', 'view.css'] });
-// Node only, in decoder.js; browsers never get there.
-await bundle({ entryPoints: { view: 'main.js' }, external: ['./vendor.js', 'node:*'] });
+await bundle({
+  entryPoints: { view: 'main.js', worker: '../worker.js' },
+  external: ['./vendor.js'],
+});
 for (const name of copied)
   await writeFile(path.join(folder, path.basename(name)), await readFile(path.join(sources, name)));

@@ -1,6 +1,7 @@
 // From the bytes of a file to what can be drawn. Knows no camera, canvas or page.
-import { createDecoder } from '../decoder.js';
+import { compileDecoder, createDecoder } from '../decoder.js';
 import { EXTENSION } from '../gltf.js';
+import { createDecoderPool } from '../pool.js';
 import { meshletPlugin } from '../three.js';
 import { isGlb, readJson } from './glb.js';
 import { colouredGeometry } from './meshlets.js';
@@ -25,7 +26,17 @@ const UNREADABLE = {
   KHR_texture_basisu: 'Basis Universal textures',
 };
 
-let decoder; // promise, shared by all files
+let decoders; // promise, shared by all files
+
+// pool: decodes primitives in Workers. single: decodes meshlets here.
+async function createDecoders() {
+  const module = await compileDecoder();
+  const [pool, single] = await Promise.all([
+    createDecoderPool({ source: module }),
+    createDecoder(module),
+  ]);
+  return { pool, single };
+}
 
 // Loads a file. type: its suffix. Throws an Error that says what is wrong with it.
 export async function load(buffer, type = 'glb') {
@@ -70,9 +81,9 @@ async function loadGltf(buffer) {
   const loader = new GLTFLoader(manager);
   const decoded = new Map(); // ArrayBuffer of a view -> what was decoded from it
   if (json.extensionsUsed?.includes(EXTENSION)) {
-    decoder ??= createDecoder();
-    decoder.catch(() => (decoder = undefined)); // try again for the next file
-    const timed = timing(await decoder, times, decoded);
+    decoders ??= createDecoders();
+    decoders.catch(() => (decoders = undefined)); // try again for the next file
+    const timed = timing(await decoders, times, decoded);
     loader.register(meshletPlugin(timed));
   }
   loader.register(refuseUnknownExtensions);
@@ -85,16 +96,16 @@ async function loadGltf(buffer) {
   return { root, clips: gltf.animations, warnings, compressed, times };
 }
 
-// A decoder that adds up its time and remembers what it has decoded.
-function timing(decoder, times, decoded) {
+// A decoder that measures its time and remembers what it has decoded.
+function timing({ pool, single }, times, decoded) {
+  let begin;
   return {
-    decodePrimitive(view, options) {
-      const start = performance.now();
-      const result = decoder.decodePrimitive(view, options);
-      times.decode += performance.now() - start;
-      const { triangleCount, meshletCount } = result;
-      decoded.set(view.buffer, { view, triangleCount, meshletCount, decoder });
-      return result;
+    async decodePrimitive(view) {
+      begin ??= performance.now();
+      const { triangleCount, meshletCount, ...rest } = await pool.decodePrimitive(view);
+      times.decode = performance.now() - begin; // from the first to the last: they overlap
+      decoded.set(view.buffer, { view, triangleCount, meshletCount, decoder: single });
+      return { triangleCount, meshletCount, ...rest };
     },
   };
 }
