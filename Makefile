@@ -14,7 +14,7 @@ NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
 PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsuba_plugin/src/*)
 # A process per core; a file of tests stays in one process, which compiles its shaders once.
 PYTEST := $(BIN)/python -m pytest -q -n auto --dist loadfile --junitxml=build/test-results.xml
-MEASUREMENTS := size paper table1 speed quality parameters choices mitsuba figures how_it_works \
+MEASUREMENTS := meshlet_formats size paper table1 speed quality parameters choices mitsuba figures how_it_works \
   results_page
 PICTURES := meshlets comparison size render_comparison
 

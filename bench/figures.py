@@ -32,16 +32,23 @@ COLORS = {
     "Corto": "#ee6677",
     "quantised glTF": "#bbbbbb",
     "meshopt-compressed glTF": "#666666",
+    "meshopt meshlets": "#aa3377",
+    "AMD DGF, HPG24": "#66ccee",
 }
 
 # The README's chart: each codec, and what a renderer does with its files.
 PEERS = {
     "ours": "drawn as it is in the file",
+    "meshopt meshlets": "drawn as they are in the file",
+    "AMD DGF, HPG24": "drawn as it is in the file",
     "meshopt-compressed glTF": "unpacks to quantised glTF",
     "quantised glTF": "drawn as it is in the file",
     "Draco, level 7": "unpacks to floats",
     "Corto": "unpacks to floats",
 }
+# Figures that others published, for models of their own: GiB of raw data, on disk, in memory.
+# Slide 144 of the SIGGRAPH 2021 course that docs/size.md names.
+PUBLISHED = {"Nanite, as published": ("other models, all levels of detail", 25.90, 4.61, 7.67)}
 # Its two bars per codec: (key in size.json, label, colour)
 PEER_BARS = (
     ("ratio", "as a file", "#99bbdd"),
@@ -81,9 +88,12 @@ def figure7(size: dict) -> dict:
 
 
 def peers(size: dict) -> dict:
-    """Times smaller than raw by codec, in the order of PEER_BARS: medians of the paper's models."""
+    """Times smaller than raw by codec, in the order of PEER_BARS: medians of the paper's models.
+
+    PUBLISHED comes last.
+    """
     rows = [row["codecs"] for row in size["models"] if row["model"] in PAPER_MODELS]
-    return {
+    measured = {
         codec: [
             statistics.median(codecs[codec][key] for codecs in rows if codec in codecs)
             for key, *_ in PEER_BARS
@@ -91,6 +101,10 @@ def peers(size: dict) -> dict:
         for codec in PEERS
         if any(codec in codecs for codecs in rows)
     }
+    published = {
+        name: [raw / disk, raw / memory] for name, (_, raw, disk, memory) in PUBLISHED.items()
+    }
+    return measured | published
 
 
 def digest(bars: dict) -> str:
@@ -152,7 +166,8 @@ def draw_figure7(size: dict) -> Path:
 def draw_peers(size: dict) -> Path:
     """Draws docs/peers.png."""
     bars = peers(size)
-    figure, axis = _axes(figsize=(9, 3.9))
+    notes = PEERS | {name: note for name, (note, *_) in PUBLISHED.items()}
+    figure, axis = _axes(figsize=(9, 5.6))
     height = 0.38
     for k, (_, label, color) in enumerate(PEER_BARS):
         places = [place + height * k for place in range(len(bars))]
@@ -161,7 +176,7 @@ def draw_peers(size: dict) -> Path:
         axis.bar_label(drawn, [f"{value:.1f}" for value in values], padding=3)
     axis.set_yticks(
         [place + height / 2 for place in range(len(bars))],
-        [f"{codec}\n({PEERS[codec]})" for codec in bars],
+        [f"{codec}\n({notes[codec]})" for codec in bars],
     )
     axis.invert_yaxis()
     axis.set_xlabel(f"times smaller than raw floats (median of {len(PAPER_MODELS)} models)")

@@ -34,7 +34,7 @@ import numpy as np
 
 from bench.common import ROOT
 from gltf_ext.compression.primitives import Primitive, read_primitive, triangle_primitives, weld
-from gltf_ext.compression.streams import Bits, plan_primitive, position_grid
+from gltf_ext.compression.streams import Bits, Grid, plan_primitive, position_grid
 from gltf_ext.gltf.importers import open_model
 
 NODE_MODULES = Path(
@@ -75,8 +75,11 @@ class Part:
 # --- models as parts ---
 
 
-def read_primitives(path: Path) -> list[Primitive]:
-    """A model's welded triangle primitives, without empty ones and with ATTRIBUTES only."""
+def read_primitives(path: Path, attributes: dict[str, int] = ATTRIBUTES) -> list[Primitive]:
+    """A model's welded triangle primitives, without empty ones and with these attributes only.
+
+    attributes: the numbers of components by name.
+    """
     document = open_model(path)
     primitives = []
     for mesh, index, _ in triangle_primitives(document):
@@ -84,7 +87,7 @@ def read_primitives(path: Path) -> list[Primitive]:
         kept = {
             name: v
             for name, v in source.attributes.items()
-            if ATTRIBUTES.get(name) == v.shape[1] and v.dtype.kind == "f"
+            if attributes.get(name) == v.shape[1] and v.dtype.kind == "f"
         }
         welded, _ = weld(Primitive(mesh, index, source.indices, kept))
         if len(welded.indices):
@@ -99,17 +102,22 @@ def read_parts(path: Path, bits: Bits = DEFAULT_BITS) -> list[Part]:
 
 def parts_of(primitives: list[Primitive], bits: Bits = DEFAULT_BITS) -> list[Part]:
     """Primitives on one position grid per mesh and one texture coordinate grid each."""
+    grids = position_grids(primitives, bits)
+    return [_part(primitive, grids[primitive.mesh], bits) for primitive in primitives]
+
+
+def position_grids(primitives: list[Primitive], bits: Bits) -> dict[int, Grid]:
+    """The position grid of each mesh, by its number."""
     boxes: dict[int, list[np.ndarray]] = {}
     for primitive in primitives:
         positions = primitive.attributes["POSITION"]
         boxes.setdefault(primitive.mesh, []).append(
             np.stack([positions.min(axis=0), positions.max(axis=0)])
         )
-    grids = {
+    return {
         mesh: position_grid(np.min(box, axis=0)[0], np.max(box, axis=0)[1], bits.position, None)
         for mesh, box in boxes.items()
     }
-    return [_part(primitive, grids[primitive.mesh], bits) for primitive in primitives]
 
 
 def _part(primitive: Primitive, grid, bits: Bits) -> Part:
@@ -293,7 +301,7 @@ class Corto:
                 "its corto command"
             )
         self.predictions = predictions
-        self.version = _corto_version(Path(CORTO))
+        self.version = f"commit {checkout_version(Path(CORTO).parent)}"
 
     def encode(self, parts: list[Part], bits: Bits = DEFAULT_BITS) -> list[bytes]:
         return self.encode_timed(parts, bits)[0]
@@ -366,14 +374,6 @@ def ply(part: Part, bits: Bits) -> bytes:
         + np.concatenate([values for _, values in columns], axis=1).astype("<f4").tobytes()
         + faces.tobytes()
     )
-
-
-def _corto_version(command: Path) -> str:
-    """The commit of the source tree that holds the command's build folder."""
-    described = subprocess.run(
-        ["git", "-C", command.parent, "describe", "--always"], capture_output=True, text=True
-    )
-    return f"commit {described.stdout.strip()}" if described.returncode == 0 else "version unknown"
 
 
 def _corto_library(path: Path):
@@ -683,10 +683,23 @@ def all_makers() -> list:
 
 def available(makers: list | None = None) -> tuple[list, list[str]]:
     """(the installed codecs, a line per missing one: what to install). Default: all_makers()."""
+    return installed(all_makers() if makers is None else makers)
+
+
+def installed(makers: list) -> tuple[list, list[str]]:
+    """(what the makers make, a line per maker that raises PeerMissing)."""
     found, missing = [], []
-    for make in all_makers() if makers is None else makers:
+    for make in makers:
         try:
             found.append(make())
         except PeerMissing as error:
             missing.append(str(error))
     return found, sorted(set(missing))
+
+
+def checkout_version(folder: Path) -> str:
+    """The tag or commit of the source tree that holds a folder."""
+    described = subprocess.run(
+        ["git", "-C", folder, "describe", "--always", "--tags"], capture_output=True, text=True
+    )
+    return described.stdout.strip() if described.returncode == 0 else "version unknown"

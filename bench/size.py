@@ -1,9 +1,9 @@
-"""How small? Our files beside the paper's encoding, Draco, Corto and meshopt, at equal precision.
+"""How small? Our files beside the paper's encoding, Draco, Corto, meshopt and DGF, equally precise.
 
 Writes docs/size.md, docs/figure3.png, figure7.png and peers.png. All codecs get
 the same primitives with positions, normals and texture coordinates (no colours) on the same grids;
-bench/peers.py says what to install. The result names each codec that is missing; its column stays
-empty.
+bench/peers.py and meshlet_peers.py say what to install. The result names each codec that is
+missing; its column stays empty.
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ from collections import Counter
 from functools import cache
 from pathlib import Path
 
-import gltf_ext
-from bench import figures, paper_encoding, peers
+from bench import figures, meshlet_formats, meshlet_peers, paper_encoding, peers
 from bench.common import (
     Question,
     best_in_bold,
@@ -27,10 +26,8 @@ from bench.common import (
 from bench.generated import GENERATED, write_generated
 from bench.models import OTHER_MODELS, PAPER_MODELS, real_models
 from gltf_ext import _codec
-from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.compression.streams import Bits
-from gltf_ext.gltf.importers import open_model
 from spec.reference_decoder import BitReader, BlobFile, Meshlet
 
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
@@ -126,21 +123,25 @@ def section_bits(blob: bytes) -> Counter:
 def measure(options: argparse.Namespace) -> dict:
     """All models in all codecs."""
     codecs, missing = peers.available()
+    formats, also_missing = meshlet_peers.available()
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for path in [*real_models(), *write_generated(Path(folder))]:
-            rows.append(measure_model(path, codecs))
+            rows.append(measure_model(path, codecs, formats))
             progress(f"{path.stem}: {rows[-1]['ratio']:.2f}")
     return {
         "options": OPTIONS,
-        "codecs": {codec.name: codec.version for codec in codecs},
-        "missing": missing,
+        "codecs": {codec.name: codec.version for codec in [*codecs, *formats]},
+        "missing": missing + also_missing,
         "models": rows,
     }
 
 
-def measure_model(path: Path, codecs: list) -> dict:
-    """One model in every codec: inspect's totals of ours, and the bytes of all."""
+def measure_model(path: Path, codecs: list, formats: list) -> dict:
+    """One model in every codec: inspect's totals of ours, and the bytes of all.
+
+    codecs: of bench/peers.py; formats: of bench/meshlet_peers.py.
+    """
     primitives = peers.read_primitives(path)
     parts = peers.parts_of(primitives, _bits())
     row = {"model": path.stem, **measure_ours(primitives)}
@@ -158,6 +159,10 @@ def measure_model(path: Path, codecs: list) -> dict:
             "file_bytes": codec.file_bytes(buffers),
             "resident_bytes": codec.resident_bytes(parts, buffers),
         }
+    integers = meshlet_peers.integers_of(primitives, _bits())
+    for peer in formats:
+        made = peer.run(integers).bytes
+        sizes[peer.name] = {"file_bytes": made, "resident_bytes": made}
     for size in sizes.values():
         size.update(
             ratio=row["raw_bytes"] / size["file_bytes"],
@@ -169,16 +174,8 @@ def measure_model(path: Path, codecs: list) -> dict:
 
 def measure_ours(primitives: list[Primitive]) -> dict:
     """inspect's totals without `blobs`; `sections` (bits per triangle) and `resident_bytes`."""
-    meshes: dict[int, list] = {}
-    for primitive in primitives:
-        meshes.setdefault(primitive.mesh, []).append((primitive.indices, primitive.attributes))
-    with tempfile.TemporaryDirectory() as folder:
-        source, output = Path(folder) / "in.glb", Path(folder) / "out.glb"
-        source.write_bytes(peers.plain_glb(list(meshes.values())))
-        gltf_ext.compress(source, output, **OPTIONS)
-        totals = gltf_ext.inspect(output)["totals"]
-        del totals["blobs"]  # one for each primitive
-        blobs = [b for p in require_compressed(open_model(output)) for b in p.blobs]
+    totals, blobs = meshlet_peers.compressed(primitives, **OPTIONS)
+    del totals["blobs"]  # one for each primitive
     bits = sum((section_bits(blob) for blob in blobs), Counter())
     bits[TABLES] += 8 * (totals["compressed_bytes"] - sum(map(len, blobs)))
     return {
@@ -317,7 +314,14 @@ grid, one per mesh.
 * Raw: source vertices after welding identical ones, 4 bytes per float, plus 12 bytes per triangle,
   without colours.
 * Ours: all bytes of the extension, its JSON included. The others: their buffers without JSON.
-* Draco drops the few triangles that collapse on the grid; the others keep them.
+* Draco and DGF drop triangles that collapse on the grid, DGF only those that name a vertex twice;
+  the others keep them.
+* meshopt meshlets: triangles by `meshopt_encodeMeshlet`, at most 64 vertices and 126 triangles.
+  Each meshlet has its own vertices, as the library's manual describes for positions: the
+  least value of each element, and bits for the largest difference. 8 bytes more find a meshlet.
+* AMD DGF: blocks of 128 bytes with positions and triangles, by each packer of its SDK. Its manual
+  puts other attributes beside the blocks, once per vertex of a block: 2 bytes of normal, 3 of
+  texture coordinates.
 
 Versions:
 
@@ -344,6 +348,7 @@ and Corto unpack to the raw model (1.00), or at best to quantised glTF.
 Smaller than ours: {smaller_than_ours(result, "resident_ratio", resident)}.
 
 {ratios(result, "resident_ratio", resident)}
+{meshlet_formats.section()}
 ## Where our bits go
 
 Bits per triangle, by section of the format. Anchors are vertices where boundaries meet, chains the

@@ -66,6 +66,7 @@ def generate_in_groups(
     iterations: int = 0,
     fill: float = 0.0,
     paper_weight: bool = True,
+    effort: int = 1,
     threads: int = 0,
 ) -> tuple[
     numpy.typing.NDArray[numpy.uint32],
@@ -76,8 +77,9 @@ def generate_in_groups(
     """
     Makes meshlets that never cross groups. Group g: triangles triangle_begin[g] ..
     triangle_begin[g + 1]. Other arguments as in encode; position_ids: any numbers, equal where
-    positions are. Returns (triangles, disk begins, meshlet begins, group begins), the first
-    three as encode takes them. Raises ValueError.
+    positions are; effort: 0 (fast) to 3 (max). Returns (uint32[T, 3]
+    triangles, disk begins, meshlet begins, group begins), the begins as encode takes them.
+    Raises ValueError.
     """
 
 def group_distances(
@@ -140,6 +142,7 @@ def encode(
         numpy.typing.NDArray[numpy.uint32],
     ]
     | None = None,
+    effort: str = "normal",
 ) -> tuple[bytes, dict[str, Any]]:
     """
     Encodes one primitive.
@@ -152,10 +155,11 @@ def encode(
     one per processor. progress: called with a fraction from 0 to 1. page_bytes: 0 for one blob,
     else pages, blobs of at most so many bytes. meshlets: those of the caller, as uint32 arrays
     (triangles, disk begins, meshlet begins, page begins; each of the begins ends with the
-    number of its items).
+    number of its items). effort: 'fast', 'normal', 'high' or 'max'; iterations counts from
+    'high' on.
 
     Returns (view, statistics): those of describe, 'generation': {'histogram', 'iterations'} and
-    'seconds': {stage: seconds}; stages: grow, join, boundaries, predict, write. Raises
+    'seconds': {stage: seconds}; stages: sort, grow, join, boundaries, predict, write. Raises
     ValueError for bad arguments.
     """
 

@@ -98,7 +98,8 @@ class Layout:
 
     loops, private, seams: whether meshlets have these flags; None: if one needs them
     stride: None for the mean size; second_table: the table of the symbols
-    before, after: unused bytes before the group's entries, and after each meshlet's data
+    before, gap, after: unused bytes before the group's entries, between them and its first meshlet,
+      and after each meshlet's data
     """
 
     delta_width: int = 6
@@ -111,6 +112,7 @@ class Layout:
     stride: int | None = None
     extra_entry_width: int = 0
     before: bytes = b""
+    gap: bytes = b""
     after: bytes = b""
 
     def complete(self, meshlets: list[Meshlet]) -> Layout:
@@ -344,12 +346,12 @@ def group_bytes(
     """(entry of the group table, data) of a group whose data start at byte `at` of the blob."""
     layout = layout.complete(meshlets)
     sections = [meshlet_bytes(streams, meshlet, layout) + layout.after for meshlet in meshlets]
-    starts = [sum(map(len, sections[:i])) for i in range(len(sections))]
+    starts = [len(layout.gap) + sum(map(len, sections[:i])) for i in range(len(sections))]
     stride = layout.stride
     if stride is None:
         stride = sum(map(len, sections)) // len(sections)
     deviations = [start - stride * i for i, start in enumerate(starts)]
-    bias = -min(deviations)
+    bias = max(0, -min(deviations))
     width = max(deviation + bias for deviation in deviations).bit_length()
     width += layout.extra_entry_width
     writer = BitWriter()
@@ -359,7 +361,7 @@ def group_bytes(
     word |= layout.reference_width << 13 | bool(layout.loops) << 16 | bool(layout.private) << 17
     word |= bool(layout.seams) << 18 | layout.second_table << 19
     table = struct.pack("<IHHI", at + len(layout.before), stride, bias, word)
-    return table, layout.before + writer.to_bytes() + b"".join(sections)
+    return table, layout.before + writer.to_bytes() + layout.gap + b"".join(sections)
 
 
 def write_blob(

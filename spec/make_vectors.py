@@ -659,22 +659,52 @@ def flat_positions() -> bytes:
 
 def oct_axes() -> bytes:
     """The six axes and the corners of the octahedral grid, at 2, 8 and 16 bits."""
-    streams = [
-        blob_writer.Stream(bits=8),
-        *(blob_writer.Stream(OCT, 2, bits, COPY) for bits in (2, 8, 16)),
-    ]
+    streams = [blob_writer.Stream(OCT, 2, bits, COPY) for bits in (2, 8, 16)]
 
-    def anchors(stream):
+    def grid(stream):
         m = (1 << stream.bits) - 2
-        grid = [[x, y] for y in (0, m // 2, m) for x in (0, m // 2, m)]
-        return grid[:1] + blob_writer.further_anchors(stream, grid)
+        return [[x, y] for y in (0, m // 2, m) for x in (0, m // 2, m)]
 
-    symbols = "RRRRRRE"
+    return nine_anchors(streams, [grid(stream) for stream in streams])
+
+
+def nine_anchors(streams: list[blob_writer.Stream], values: list[list[list[int]]]) -> bytes:
+    """One meshlet of nine vertices with these values in streams 1 and on."""
+    streams = [blob_writer.Stream(bits=8), *streams]
+    count = len(streams)
     loop = [reference(OWNED, 1) for _ in range(9)]
-    meshlet = fixed_meshlet(symbols, [loop], streams, [9] * 4, [0] * 4, [0] * 4)
-    for s, stream in enumerate(streams[1:], start=1):
-        meshlet.anchors[s] = anchors(stream)
+    meshlet = fixed_meshlet("RRRRRRE", [loop], streams, [9] * count, [0] * count, [0] * count)
+    for s, of_stream in enumerate(values, start=1):
+        further = blob_writer.further_anchors(streams[s], of_stream)
+        meshlet.anchors[s] = of_stream[:1] + further
     return blob_writer.write_blob(streams, [meshlet], 9)
+
+
+def grid_arithmetic() -> bytes:
+    """GRID streams whose values differ if offset + q * step is computed in binary32."""
+    rng = random.Random(5)
+    steps = 0.1, 1e-5, -0.3
+    streams = [
+        blob_writer.Stream(bits=24, step=step, offset=(1000.1, -0.1, 7e-8, 0.0), predictor=COPY)
+        for step in steps
+    ]
+    top = (1 << 24) - 1
+    values = [
+        [[0, 1, top], [top, top - 1, 2], *([rng.getrandbits(24) for _ in "xyz"] for _ in range(7))]
+        for _ in streams
+    ]
+    return nine_anchors(streams, values)
+
+
+def grid_zero_steps() -> bytes:
+    """Steps of 0 and -0 beside offsets of 0, -0 and others: only -0 + -0 is -0."""
+    offset = 0.0, -0.0, 5.5, -1e-45
+    streams = [
+        blob_writer.Stream(elements=4, bits=12, step=step, offset=offset, predictor=COPY)
+        for step in (0.0, -0.0, 2.0)
+    ]
+    values = [[[q, q, q, q] for q in (0, 1, 4095, 0, 2, 3, 4, 5, 0)] for _ in streams]
+    return nine_anchors(streams, values)
 
 
 def small_meshlets(count: int, streams: list[blob_writer.Stream]) -> list[blob_writer.Meshlet]:
@@ -777,6 +807,37 @@ def unused_bytes() -> bytes:
     streams = [blob_writer.Stream(bits=10, elements=2, offset=(0.0, 0.0, 0.0, -7.5))]
     layout = blob_writer.Layout(before=b"\xff\x5a\xa5", after=b"\xc3\xff")
     blob = blob_writer.write_blob(streams, small_meshlets(35, streams), 3, layout)
+    return with_vertex_count(blob, count_vertices(blob))
+
+
+def gap_before_meshlets() -> bytes:
+    """Unused bytes between the entries of each group and its first meshlet."""
+    streams = [blob_writer.Stream(bits=10)]
+    layouts = [blob_writer.Layout(gap=b"\xff\x5a\xa5"), blob_writer.Layout(gap=bytes(300))]
+    blob = blob_writer.write_blob(streams, small_meshlets(35, streams), 3, lambda g: layouts[g])
+    return with_vertex_count(blob, count_vertices(blob))
+
+
+def corner_of_two_runs() -> bytes:
+    """A corner between two runs of one owner that do not meet there: the rule "j on a tie".
+
+    The owner's corners 0 and 3 have equal values. Corner 1 of the second meshlet is an alias of
+    corner 3, the end of the owner's reference 2; along reference 0 it would be corner 0. Stream 1
+    is GEO: the second meshlet's normals come from its own triangles alone.
+    """
+    streams = [blob_writer.Stream(bits=12), blob_writer.Stream(OCT, 2, 8, GEO)]
+    quad = fixed_meshlet("RE", [[reference(OWNED, 1)] * 4], streams, [4] * 2, [0] * 2, [0] * 2)
+    corners = [[500, 500, 500], [900, 500, 520], [900, 900, 480], [500, 500, 500]]
+    normals = [[100, 110], [130, 120], [90, 140], [100, 110]]
+    for s, values in enumerate((corners, normals)):
+        quad.anchors[s] = values[:1] + blob_writer.further_anchors(streams[s], values)
+    loop = [
+        reference(FOREIGN, 1, 1, 0),
+        reference(FOREIGN, 1, 1, 2),
+        reference(PRIVATE, 4),
+    ]
+    fan = fixed_meshlet("CRRRRE", [loop], streams, [0] * 2, [0] * 2, [4] * 2)
+    blob = blob_writer.write_blob(streams, [quad, fan], 3)
     return with_vertex_count(blob, count_vertices(blob))
 
 
@@ -1068,6 +1129,23 @@ VALID = {
         oct_axes,
         "hand-made: the six axes on octahedral grids of 2, 8 and 16 bits; they decode exactly",
     ),
+    "grid_arithmetic": (
+        grid_arithmetic,
+        "hand-made: GRID values that binary32 instead of binary64 arithmetic rounds differently",
+    ),
+    "grid_zero_steps": (
+        grid_zero_steps,
+        "hand-made: GRID streams with steps of 0 and -0; some values are -0",
+    ),
+    "corner_of_two_runs": (
+        corner_of_two_runs,
+        "hand-made: a corner between two foreign references with the same owner, whose corners "
+        "there are two vertices with equal values; GEO",
+    ),
+    "gap_before_meshlets": (
+        gap_before_meshlets,
+        "hand-made: unused bytes between a group's entries and its first meshlet",
+    ),
     "group_tables": (
         group_tables,
         "hand-made: groups with all kinds of strides, biases, entry widths, flags and tables",
@@ -1101,7 +1179,7 @@ VIEWS = {
     ),
 }
 # Vectors whose JSON has the dequantised values, too.
-WITH_COMPONENTS = ("every_kind", "oct_axes")
+WITH_COMPONENTS = ("every_kind", "oct_axes", "grid_arithmetic", "grid_zero_steps")
 # Malformed vectors that only a validator has to refuse (A.9 of the specification).
 VALIDATORS_ONLY = ("nine_hops", "inconsistent", "data_within_data")
 
@@ -1232,6 +1310,17 @@ def exp_golomb_parameter() -> bytes:
     meshlet = fixed_meshlet("RE", [], streams, [1] * 2, [0] * 2, [3] * 2)
     meshlet.interior_codes[1] = 6
     return blob_writer.write_blob(streams, [meshlet], 4)
+
+
+def owners_parameter() -> bytes:
+    """A triangle whose owner has a code of parameter 32, for an interior of no vertices."""
+    streams = [blob_writer.Stream(interior_base=31)]
+    own = [reference(OWNED, 1)] * 3
+    owner = fixed_meshlet("E", [own], streams, [3], [0], [0])
+    owner.interior_codes = [1]
+    user = fixed_meshlet("E", [[reference(FOREIGN, 1, 1, 0), *own[1:]]], streams, [1], [0], [0])
+    user.interior_codes = [0]
+    return blob_writer.write_blob(streams, [owner, user], 4)
 
 
 def exp_golomb_quotient(k: int, quotient: int) -> bytes:
@@ -1484,6 +1573,7 @@ def malformed_meshlets() -> dict[str, bytes]:
         "rice_parameter_unused": unused_parameter(1),
         "rice_parameter_unused_6": unused_parameter(6),
         "exp_golomb_parameter": exp_golomb_parameter(),
+        "interior_parameter_of_an_owner": owners_parameter(),
         "quotient": extreme_codes(quotient=16384),
         "chain_quotient": chain_codes(quotient=16384),
         "exp_golomb_quotient": exp_golomb_quotient(0, 32),
@@ -1884,10 +1974,11 @@ def vector_files() -> dict[str, bytes]:
 
 
 def main() -> None:
+    files = vector_files()
     FOLDER.mkdir(exist_ok=True)
     for old in FOLDER.iterdir():
         old.unlink()
-    for name, data in vector_files().items():
+    for name, data in files.items():
         (FOLDER / name).write_bytes(data)
     SPECIFICATION.write_text(
         replace_example(SPECIFICATION.read_text(), worked_example_text(worked_example()))

@@ -15,13 +15,23 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 
 
-def build(option: str) -> Path:
+def build(option: str, root: Path = ROOT, python: bool = False) -> Path:
     """Builds the programs of an option and returns their folder.
 
     option: MESHLET_BENCH, MESHLET_FUZZ or MESHLET_NATIVE_TESTS.
+    root: the project's folder. python: also builds the Python module, into the programs' folder.
     Raises FileNotFoundError without cmake.
     """
-    folder = ROOT / "build" / option.lower()
+    return build_folder(
+        root, root / "build" / option.lower(), f"-D{option}=ON", *_python_options(python)
+    )
+
+
+def build_folder(source: Path, folder: Path, *options: str) -> Path:
+    """Builds the CMake project in `source` with its options in `folder`; returns `folder`.
+
+    Raises FileNotFoundError without cmake.
+    """
     cmake = shutil.which(
         "cmake",
         path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
@@ -32,11 +42,17 @@ def build(option: str) -> Path:
     with (folder / ".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # tests in several processes share the folder
         for command in (
-            [cmake, "-S", ROOT, "-B", folder, "-DMESHLET_PYTHON=OFF", f"-D{option}=ON"],
+            [cmake, "-S", source, "-B", folder, *options],
             [cmake, "--build", folder, "--parallel"],
         ):
             subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return folder
+
+
+def _python_options(python: bool) -> list[str]:
+    if not python:
+        return ["-DMESHLET_PYTHON=OFF"]
+    return ["-DMESHLET_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}"]
 
 
 if __name__ == "__main__":

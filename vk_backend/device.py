@@ -126,7 +126,10 @@ class Device:
     select: a device's number or part of its name; by default the first GPU, else the first device.
     validation: enables the validation layer; its messages are appended to `messages`.
     Raises VulkanError if there is no such device, or it lacks features that every path needs.
+    needed: as NEEDED; a measurement's device may need more.
     """
+
+    needed = NEEDED
 
     def __init__(self, select: str | int | None = None, *, validation: bool = False):
         self.messages: list[str] = []
@@ -389,7 +392,7 @@ class Device:
         return all(all(self._features(s, m).values()) for s, m in structures.items())
 
     def _create_device(self) -> Any:
-        for structure, members in NEEDED.items():
+        for structure, members in self.needed.items():
             missing = [
                 name for name, there in self._features(structure, members).items() if not there
             ]
@@ -398,7 +401,7 @@ class Device:
                     f"{self.name} lacks {', '.join(missing)}",
                     "update the driver or choose another --device",
                 )
-        chain, structures = None, dict(NEEDED)
+        chain, structures = None, dict(self.needed)
         extensions: list[str] = []
         for capability in sorted(self.capabilities):
             extensions += CAPABILITIES[capability][0]

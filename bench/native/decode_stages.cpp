@@ -27,10 +27,11 @@ namespace {
 
 constexpr int kRepetitions = 7;
 
-enum Stage { kConnect, kLookUp, kShared, kOwn, kNumber, kTriangles, kValues, kStages };
-constexpr const char* kNames[kStages] = {
-    "open and connect", "look up shared vertices", "decode shared chains", "decode own vertices",
-    "number vertices",  "write triangles",         "write attributes"};
+enum Stage { kConnect, kLookUp, kBoundary, kInterior, kNumber, kTriangles, kValues, kStages };
+constexpr const char* kNames[kStages] = {"open and connect",          "look up shared vertices",
+                                         "decode corners and chains", "decode interior vertices",
+                                         "number vertices",           "write triangles",
+                                         "write attributes"};
 
 uint64_t ticks() {
 #ifdef __x86_64__
@@ -107,10 +108,13 @@ bool decode_timed(const BlobJob& job, SerialDecoder& d, History& history, Clock&
     if (d.error != ERROR_NONE) return false;
     history.look_up(true);
     clock.end(kLookUp);
-    d.read_foreign();
-    clock.end(kShared);
-    if (d.error == ERROR_NONE) d.read_own();
-    clock.end(kOwn);
+    d.read_corners();
+    history.copy_own_corners();
+    if (d.error == ERROR_NONE) d.read_chains(d.opened);
+    history.copy_own_chains();
+    clock.end(kBoundary);
+    if (d.error == ERROR_NONE) d.read_interiors();
+    clock.end(kInterior);
     if (d.error != ERROR_NONE) return false;
     uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch] = {};
     uint32_t count = history.number(global, new_ids);

@@ -1229,8 +1229,6 @@ uint corner_source(HEADER_IN h, uint r, uint before, uint s) {
   return from_r ? r : from_before ? before : 64u;
 }
 
-mask64 provided_refs;  // foreign references whose vertices already have values, by the includer
-
 void read_foreign_corners(HEADER_IN h) {
   bool seams = mask_any(seamed_refs);
   for (uint r = 0u; r < h.references; r++) {
@@ -1241,7 +1239,7 @@ void read_foreign_corners(HEADER_IN h) {
       uint source = corner_source(h, r, before, s);
       if (!is_decoded(s))
         s++;
-      else if (source == 64u || mask_test(provided_refs, source))
+      else if (source == 64u)
         s = seams ? s + 1u : stream_end;
       else
         s += fetch_corner(reference_owner[source], reference_slot[source], source == r, vertex, s,
@@ -1252,7 +1250,7 @@ void read_foreign_corners(HEADER_IN h) {
 
 // After the foreign corners: foreign chains are predicted from them.
 void read_foreign_chains(HEADER_IN h) {
-  for (mask64 rest = h.foreign_refs & ~provided_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
+  for (mask64 rest = h.foreign_refs; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint r = mask_lsb(rest);
     if (reference_length[r] > 1u) {
       visit(reference_owner[r]);
@@ -1296,10 +1294,14 @@ void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
 
 #endif
 
-// Reads anchors and chains of all streams.
-void read_own_boundary(HEADER_IN h) {
+// Reads the anchors of all streams.
+void read_anchors(HEADER_IN h) {
   for (uint s = 0u; s < stream_end; s++)
     if (is_decoded(s)) read_own_anchors(h, s, stored_corners(h, seam_refs[s]));
+}
+
+// Reads the chains of all streams. Needs the corners.
+void read_chains(HEADER_IN h) {
   list_chains(h.owned_refs);
   open_chains();
   for (uint s = 0u; s < stream_total; s++) {
@@ -1484,14 +1486,13 @@ mask64 known_vertices(HEADER_IN h) {
 
 Header opened;  // of the meshlet decoded last
 
-// A meshlet in four steps. Before the third, an includer that has the owners' values may put them
-// in place and list them in provided_refs.
+// A meshlet in six steps. An includer that has the owners' values may leave out read_foreign: it
+// puts foreign corners in place before read_chains and all foreign vertices before read_interiors.
 void open_meshlet(uint m) {
   error = ERROR_NONE;
   unary = seek_unary(0u);  // forget what the includer may know of the last meshlet's lists
   triangle_count = 0u;
   vertex_count = 0u;
-  provided_refs = mask_none();
   visited.meshlet = NO_MESHLET;
   located = NO_MESHLET;
   opened = read_header(m);
@@ -1509,17 +1510,19 @@ void connect_meshlet() {
 }
 
 void read_foreign() {
-  if (!mask_any(opened.foreign_refs & ~provided_refs)) return;
+  if (!mask_any(opened.foreign_refs)) return;
   read_foreign_corners(opened);
   if (error == ERROR_NONE) read_foreign_chains(opened);
 }
 
-// Leaves low_cursor behind the last list that is decoded.
-void read_own() {
+// Finds the lists and reads the anchors.
+void read_corners() {
   find_lists(opened, disk_count);
-  if (error != ERROR_NONE) return;
-  read_own_boundary(opened);
-  if (error != ERROR_NONE) return;
+  if (error == ERROR_NONE) read_anchors(opened);
+}
+
+// Leaves low_cursor behind the last list that is decoded.
+void read_interiors() {
   read_own_interior(unary.cursor, 0u, 1u);
   if (error != ERROR_NONE || stream_end <= 1u) return;
   finish_positions();
@@ -1530,5 +1533,7 @@ void decode_meshlet(uint m) {
   open_meshlet(m);
   if (error == ERROR_NONE) connect_meshlet();
   if (error == ERROR_NONE) read_foreign();
-  if (error == ERROR_NONE) read_own();
+  if (error == ERROR_NONE) read_corners();
+  if (error == ERROR_NONE) read_chains(opened);
+  if (error == ERROR_NONE) read_interiors();
 }

@@ -84,7 +84,11 @@ struct SerialDecoder {
   }
 
   uint known_length(uint owner, uint slot) {
-    if (!chain_lengths || owner == opened.meshlet) return read_foreign_length(owner, slot);
+    if (owner == opened.meshlet) {
+      const uint r = slot_reference(opened, slot);
+      return error == ERROR_NONE ? stored_length(opened, r) : 1u;
+    }
+    if (!chain_lengths) return read_foreign_length(owner, slot);
     uint length = chain_lengths[(owner & ring_mask) * 64u + slot];
     if (length > 0) return length;
     error = ERROR_OWNER;
@@ -150,17 +154,10 @@ struct SerialDecoder {
   // ends[0] the bit before the plane. Listed as far as needed: read_ends continues from `window`,
   // whose bit 0 is the blob's bit window_base and whose ones are not listed yet.
   static constexpr uint kMaxEnds = 64 * MAX_ELEMENTS;  // of all chains, or of interiors
-#ifdef __BMI2__
-  // read_ends lists ones in groups, past the last one of a word too: an unpredictable loop end
-  // costs more than the extra steps.
-  static constexpr uint kGroup = 8;
-#else
-  static constexpr uint kGroup = 1;
-#endif
   uint ends_begin = 0, ends_count = 0;
   uint window_base = 0;
   mask64 window = 0;
-  uint ends[1 + kMaxEnds + 8];  // room for a group; the same size in all builds
+  uint ends[1 + kMaxEnds + 64 + 8];  // room for a window and a store; the same size in all builds
 
   UnaryReader seek_unary(uint p) {
     if (p != ends_begin || p == 0) {
@@ -186,7 +183,7 @@ struct SerialDecoder {
     return true;
   }
 
-  // Lists the first n ones.
+  // Lists the first n ones, and maybe more.
   void read_ends(uint n) {
     if (n > kMaxEnds) {
       error = ERROR_REFERENCES;
@@ -195,16 +192,44 @@ struct SerialDecoder {
     while (ends_count < n) {
       if (window == 0 && !refill()) return;
       const uint found = ends_count;
-      const uint ones = min(mask_count(window), n - found);
-      mask64 rest = window;
-      for (uint i = 0; i < ones; i += kGroup)
-        for (uint k = 0; k < kGroup; k++, rest = mask_clear_lsb(rest))
-          ends[1 + found + i + k] = window_base + mask_lsb(rest);
+      list_window(n);
       if (ends[found + 1] - ends[found] > MAX_QUOTIENT + 1u) error = ERROR_UNARY;
-      ends_count = found + ones;
-      window &= ~mask_below(ends[ends_count] + 1u - window_base);
     }
   }
+
+#ifdef __AVX2__
+  // The positions of each byte's ones, in order.
+  struct OnesOfBytes {
+    uint8_t of[256][8] = {};
+    constexpr OnesOfBytes() {
+      for (uint byte = 0; byte < 256; byte++)
+        for (uint bit = 0, count = 0; bit < 8; bit++)
+          if (byte >> bit & 1u) of[byte][count++] = uint8_t(bit);
+    }
+  };
+
+  // Lists all ones of the window, also those past the n-th: an unpredictable loop end costs more.
+  void list_window(uint) {
+    static constexpr OnesOfBytes ones;
+    uint* to = ends + 1 + ends_count;
+    for (uint i = 0; i < 64; i += 8) {
+      const uint byte = uint(window >> i) & 255u;
+      const __m128i bits = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(ones.of[byte]));
+      const __m256i base = _mm256_set1_epi32(int(window_base + i));
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                          _mm256_add_epi32(_mm256_cvtepu8_epi32(bits), base));
+      to += mask_count(byte);
+    }
+    ends_count += mask_count(window);
+    window = 0;
+  }
+#else
+  // Lists the window's ones up to the n-th.
+  void list_window(uint n) {
+    for (; window != 0 && ends_count < n; window = mask_clear_lsb(window))
+      ends[++ends_count] = window_base + mask_lsb(window);
+  }
+#endif
 
   void skip_unary(UnaryReader& reader, uint n) {
     read_ends(reader.index + n);

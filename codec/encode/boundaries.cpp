@@ -24,13 +24,11 @@ void for_disks(int threads, size_t count, Body&& body) {
 
 class Builder {
  public:
-  Builder(const MeshView& mesh, const Meshlets& meshlets, const std::vector<int32_t>& opposite,
-          const std::vector<int32_t>& opposite_position, const VertexValues& values,
-          bool share_seams, int threads)
+  Builder(const MeshView& mesh, const HalfEdges& half_edges, const Meshlets& meshlets,
+          const VertexValues& values, bool share_seams, int threads)
       : mesh_(mesh),
+        half_edges_(half_edges),
         meshlets_(meshlets),
-        opposite_(opposite),
-        opposite_position_(opposite_position),
         values_(values),
         share_seams_(share_seams),
         threads_(threads) {}
@@ -40,8 +38,7 @@ class Builder {
     find_loops();
     find_twins();
     cut_chains();
-    drop_short_seams();
-    cut_chains();
+    if (drop_short_seams()) cut_chains();
     while (drop_excess()) cut_chains();
     find_references();
     while (drop_long_paths()) {
@@ -56,13 +53,17 @@ class Builder {
 
   void number_disks() {
     b_.disk_of.resize(mesh_.triangle_count);
+    b_.place_of.resize(mesh_.triangle_count);
     b_.meshlet_of.resize(disk_count());
     for (size_t m = 0; m + 1 < meshlets_.meshlet_begin.size(); m++)
-      for (uint32_t c = meshlets_.meshlet_begin[m]; c < meshlets_.meshlet_begin[m + 1]; c++) {
+      for (uint32_t c = meshlets_.meshlet_begin[m]; c < meshlets_.meshlet_begin[m + 1]; c++)
         b_.meshlet_of[c] = uint32_t(m);
-        for (uint32_t i = meshlets_.disk_begin[c]; i < meshlets_.disk_begin[c + 1]; i++)
-          b_.disk_of[meshlets_.triangles[i]] = c;
+    for_disks(threads_, disk_count(), [&](uint32_t c) {
+      for (uint32_t i = meshlets_.disk_begin[c]; i < meshlets_.disk_begin[c + 1]; i++) {
+        b_.disk_of[meshlets_.triangles[i]] = c;
+        b_.place_of[meshlets_.triangles[i]] = i;
       }
+    });
   }
 
   void find_loops() {
@@ -71,7 +72,7 @@ class Builder {
       uint32_t count = 0;
       for (uint32_t i = meshlets_.disk_begin[c]; i < meshlets_.disk_begin[c + 1]; i++)
         for (uint32_t k = 0; k < 3; k++)
-          count += !b_.interior(opposite_, 3 * meshlets_.triangles[i] + k);
+          count += !b_.interior(half_edges_, 3 * meshlets_.triangles[i] + k);
       b_.loops[c].count = count;
     });
     uint32_t places = 0;
@@ -91,7 +92,7 @@ class Builder {
     uint32_t h = kNone;
     for (uint32_t i = meshlets_.disk_begin[c]; h == kNone; i++)
       for (uint32_t k = 0; k < 3 && h == kNone; k++)
-        if (!b_.interior(opposite_, 3 * meshlets_.triangles[i] + k))
+        if (!b_.interior(half_edges_, 3 * meshlets_.triangles[i] + k))
           h = 3 * meshlets_.triangles[i] + k;
     for (uint32_t p = l.begin; p < l.begin + l.count; p++) {
       b_.half_edge[p] = h;
@@ -99,11 +100,9 @@ class Builder {
       b_.place_disk[p] = c;
       place_of_[h] = p;
       h = next_in_triangle(h);  // turn around the end of h until the next boundary edge
-      while (b_.interior(opposite_, h)) h = next_in_triangle(uint32_t(opposite_[h]));
+      while (b_.interior(half_edges_, h)) h = next_in_triangle(uint32_t(half_edges_.by_vertex(h)));
     }
   }
-
-  static uint32_t next_in_triangle(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
 
   // Finds the place across each boundary edge, and the streams that are equal on both sides.
   void find_twins() {
@@ -112,10 +111,11 @@ class Builder {
     for_disks(threads_, disk_count(), [&](uint32_t c) {
       for (uint32_t p = b_.loops[c].begin; p < b_.loops[c].begin + b_.loops[c].count; p++) {
         uint32_t h = b_.half_edge[p];
-        int32_t other = opposite_[h] >= 0 || !share_seams_ ? opposite_[h] : opposite_position_[h];
+        const bool whole = half_edges_.by_vertex(h) >= 0;
+        const int32_t other = share_seams_ ? half_edges_.by_position(h) : half_edges_.by_vertex(h);
         if (other < 0 || place_of_[other] == kNone) continue;
         twin_[p] = place_of_[other];
-        shared_[p] = opposite_[h] >= 0 ? ~0ull : equal_streams(p, twin_[p]);
+        shared_[p] = whole ? ~0ull : equal_streams(p, twin_[p]);
         if (!(shared_[p] & 1)) twin_[p] = kNone;
       }
     });
@@ -178,10 +178,17 @@ class Builder {
     }
   }
 
-  void drop_short_seams() {
-    for (uint32_t p = 0; p < cut_.size(); p++)
-      if (cut_[p] && twin_[p] != kNone && shared_[p] != ~0ull && chain_length(p) < kMinSeamLength)
-        drop_chain(p);
+  // Returns whether any chain was dropped.
+  bool drop_short_seams() {
+    bool dropped = false;
+    for (uint32_t p = 0; p < cut_.size(); p++) {
+      if (!cut_[p] || twin_[p] == kNone || shared_[p] == ~0ull) continue;
+      any_seams_ = true;
+      if (chain_length(p) >= kMinSeamLength) continue;
+      drop_chain(p);
+      dropped = true;
+    }
+    return dropped;
   }
 
   // A meshlet with more references than its directory entry can count gives up shared chains, seams
@@ -269,7 +276,8 @@ class Builder {
   }
 
   bool long_path(uint32_t c, size_t i) const {
-    for (uint32_t s = 0; s <= all(); s++)
+    // Without seams, all streams take the way of the whole vertex.
+    for (uint32_t s = any_seams_ ? 0 : all(); s <= all(); s++)
       if (hops(c, i, s) > MAX_HOPS) return true;
     return false;
   }
@@ -290,9 +298,8 @@ class Builder {
   }
 
   const MeshView& mesh_;
+  const HalfEdges& half_edges_;
   const Meshlets& meshlets_;
-  const std::vector<int32_t>& opposite_;
-  const std::vector<int32_t>& opposite_position_;
   const VertexValues& values_;
   bool share_seams_;
   int threads_;
@@ -301,15 +308,15 @@ class Builder {
   std::vector<uint32_t> twin_;      // per place
   std::vector<uint64_t> shared_;    // per place
   std::vector<uint8_t> cut_;        // per place: a chain begins here
+  bool any_seams_ = false;          // some chain shares a part of the streams
 };
 
 }  // namespace
 
-Boundaries find_boundaries(const MeshView& mesh, const Meshlets& meshlets,
-                           const std::vector<int32_t>& opposite,
-                           const std::vector<int32_t>& opposite_position,
-                           const VertexValues& values, bool share_seams, int threads) {
-  return Builder(mesh, meshlets, opposite, opposite_position, values, share_seams, threads).build();
+Boundaries find_boundaries(const MeshView& mesh, const HalfEdges& half_edges,
+                           const Meshlets& meshlets, const VertexValues& values, bool share_seams,
+                           int threads) {
+  return Builder(mesh, half_edges, meshlets, values, share_seams, threads).build();
 }
 
 }  // namespace meshlet

@@ -1,26 +1,28 @@
 // Boundary loops of disks, cut into chains that two loops share, so that boundaries are stored once
 // (paper, section 3).
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
 #include "segment/generate_meshlets.h"
+#include "segment/half_edges.h"
 
 namespace meshlet {
 
 constexpr uint32_t kNone = 0xFFFFFFFFu;
 
-// The integers of all streams: values[s][v * elements[s] + c].
+// The integers of all streams: values[s][r * elements[s] + c] of row r.
 struct VertexValues {
   std::vector<const uint32_t*> values;
   std::vector<uint32_t> elements;
+  const uint32_t* rows = nullptr;  // of the mesh's vertices; null: row v is vertex v
 
+  const uint32_t* of(uint32_t stream, uint32_t v) const {
+    return values[stream] + size_t(rows ? rows[v] : v) * elements[stream];
+  }
   bool equal(uint32_t stream, uint32_t v, uint32_t w) const {
-    for (uint32_t c = 0; c < elements[stream]; c++)
-      if (values[stream][size_t(v) * elements[stream] + c] !=
-          values[stream][size_t(w) * elements[stream] + c])
-        return false;
-    return true;
+    return std::equal(of(stream, v), of(stream, v) + elements[stream], of(stream, w));
   }
 };
 
@@ -43,6 +45,7 @@ struct Reference {
 
 struct Boundaries {
   std::vector<uint32_t> disk_of;     // per triangle
+  std::vector<uint32_t> place_of;    // per triangle: its place in Meshlets::triangles
   std::vector<uint32_t> meshlet_of;  // per disk
   std::vector<Loop> loops;           // per disk
   std::vector<uint32_t> half_edge;   // per place
@@ -60,17 +63,15 @@ struct Boundaries {
     return place == l.begin ? l.begin + l.count - 1 : place - 1;
   }
   // Does the half-edge lie inside its disk?
-  bool interior(const std::vector<int32_t>& opposite, uint32_t half_edge) const {
-    return opposite[half_edge] >= 0 &&
-           disk_of[uint32_t(opposite[half_edge]) / 3] == disk_of[half_edge / 3];
+  bool interior(const HalfEdges& half_edges, uint32_t half_edge) const {
+    const int32_t opposite = half_edges.by_vertex(half_edge);
+    return opposite >= 0 && disk_of[uint32_t(opposite) / 3] == disk_of[half_edge / 3];
   }
 };
 
-// opposite, opposite_position: match_half_edges by vertex and by position. Without share_seams,
-// only whole vertices are shared.
-Boundaries find_boundaries(const MeshView& mesh, const Meshlets& meshlets,
-                           const std::vector<int32_t>& opposite,
-                           const std::vector<int32_t>& opposite_position,
-                           const VertexValues& values, bool share_seams, int threads);
+// half_edges: match_half_edges of the mesh. Without share_seams, only whole vertices are shared.
+Boundaries find_boundaries(const MeshView& mesh, const HalfEdges& half_edges,
+                           const Meshlets& meshlets, const VertexValues& values, bool share_seams,
+                           int threads);
 
 }  // namespace meshlet

@@ -1,35 +1,6 @@
 #include "encode/edgebreaker.h"
 
 namespace meshlet {
-namespace {
-
-// Hash set for at most 64 triangles or vertices of one disk; a table of 256 slots never fills.
-class SmallSet {
- public:
-  SmallSet() {
-    for (uint32_t& slot : slots_) slot = kNone;
-  }
-  // Returns false if `key` was in the set already.
-  bool insert(uint32_t key) {
-    uint32_t i = (key * 2654435761u) >> 24;
-    for (; slots_[i] != kNone; i = (i + 1) & 255u)
-      if (slots_[i] == key) return false;
-    slots_[i] = key;
-    return true;
-  }
-  bool contains(uint32_t key) const {
-    for (uint32_t i = (key * 2654435761u) >> 24; slots_[i] != kNone; i = (i + 1) & 255u)
-      if (slots_[i] == key) return true;
-    return false;
-  }
-
- private:
-  uint32_t slots_[256];
-};
-
-uint32_t next_in_triangle(uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
-
-}  // namespace
 
 void Symbols::append(const Symbols& other) {
   r |= other.r << count;
@@ -39,47 +10,70 @@ void Symbols::append(const Symbols& other) {
   count += other.count;
 }
 
-Traversal edgebreaker(const MeshView& mesh, const Boundaries& b,
-                      const std::vector<int32_t>& opposite, uint32_t gate) {
-  Traversal out;
-  SmallSet triangles, vertices;
-  const Loop& loop = b.loops[b.place_disk[gate]];
-  for (uint32_t p = loop.begin; p < loop.begin + loop.count; p++) vertices.insert(b.vertex[p]);
-  uint32_t splits[64], split_count = 0;
-  uint32_t h = b.half_edge[gate];
-  // The half-edge across g, or kNone if g is on the boundary of the triangles not yet visited.
-  auto across = [&](uint32_t g) {
-    return b.interior(opposite, g) && !triangles.contains(uint32_t(opposite[g]) / 3)
-               ? uint32_t(opposite[g])
-               : kNone;
+void traverse(const LocalMeshlet& meshlet, uint32_t gate, uint64_t waiting, Traversal& out) {
+  static_assert(LocalMeshlet::kHalfEdges + MESHLET_VERTICES <= 256);
+  const uint32_t loop_end = meshlet.first_vertex() + meshlet.loop_length();
+  uint64_t visited = 0;                                            // triangles
+  uint64_t seen = loop_end < 64 ? (1ull << loop_end) - 1 : ~0ull;  // vertices
+  uint8_t splits[MESHLET_TRIANGLES];
+  uint32_t split_count = 0, count = 0, t = 0, h = meshlet.loop_half_edge(gate);
+  Symbols y;
+  // The half-edge across g is open if its triangle is still to be visited.
+  const auto is_open = [&](uint32_t g) {
+    return g != LocalMeshlet::kNoHalfEdge && !(visited >> g / 3 & 1);
   };
+  if (const uint32_t a = meshlet.start(h); waiting >> a & 1) {
+    out.introductions[count++] = Introduction(LocalMeshlet::kHalfEdges + a);
+    waiting &= ~(1ull << a);
+  }
   while (true) {
-    uint32_t t = out.symbols.count++;
-    uint64_t bit = 1ull << t;
-    triangles.insert(h / 3);
-    uint32_t right = next_in_triangle(h), left = next_in_triangle(right);
-    out.corners[t][0] = mesh.triangles[h];
-    out.corners[t][1] = mesh.triangles[right];
-    out.corners[t][2] = mesh.triangles[left];
-    uint32_t right_gate = across(right), left_gate = across(left);
-    if (vertices.insert(mesh.triangles[left])) {
-      out.symbols.c |= bit;
+    const uint64_t bit = 1ull << t++;
+    visited |= 1ull << h / 3;
+    const uint32_t right = next_in_triangle(h), left = next_in_triangle(right);
+    const uint32_t v = meshlet.start(left);
+    const uint32_t right_gate = meshlet.opposite(right), left_gate = meshlet.opposite(left);
+    const bool is_new = !(seen >> v & 1);
+    if (is_new || (waiting >> v & 1)) {
+      out.introductions[count++] = Introduction(h);
+      waiting &= ~(1ull << v);
+      seen |= 1ull << v;
+    }
+    if (is_new) {
+      y.c |= bit;
       h = right_gate;
-    } else if (right_gate == kNone && left_gate == kNone) {
-      out.symbols.e |= bit;
-      if (split_count == 0) return out;
-      h = splits[--split_count];
-    } else if (right_gate == kNone) {
-      out.symbols.r |= bit;
-      h = left_gate;
-    } else {
-      if (left_gate != kNone) {
-        out.symbols.s |= bit;
-        splits[split_count++] = left_gate;
+    } else if (is_open(right_gate)) {
+      if (is_open(left_gate)) {
+        y.s |= bit;
+        splits[split_count++] = uint8_t(left_gate);
       }
       h = right_gate;
+    } else if (is_open(left_gate)) {
+      y.r |= bit;
+      h = left_gate;
+    } else {
+      y.e |= bit;
+      if (split_count == 0) break;
+      h = splits[--split_count];
     }
   }
+  y.count = t;
+  out.symbols = y;
+  out.count = count;
+}
+
+uint32_t packed_triangle(const LocalMeshlet& meshlet, Introduction introduction) {
+  if (introduction >= LocalMeshlet::kHalfEdges) {
+    const uint32_t a = introduction - LocalMeshlet::kHalfEdges;
+    const uint32_t next = a + 1 - meshlet.first_vertex();
+    const uint32_t b = next == meshlet.loop_length() ? meshlet.first_vertex() : a + 1;
+    return b | b << 8 | a << 16 | b << 24;
+  }
+  const uint32_t b = next_in_triangle(introduction), v = next_in_triangle(b);
+  const uint32_t across = meshlet.opposite(introduction);
+  const uint32_t o = across == LocalMeshlet::kNoHalfEdge
+                         ? NO_VERTEX
+                         : meshlet.start(next_in_triangle(next_in_triangle(across)));
+  return meshlet.start(introduction) | meshlet.start(b) << 8 | meshlet.start(v) << 16 | o << 24;
 }
 
 }  // namespace meshlet

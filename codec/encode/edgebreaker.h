@@ -1,9 +1,8 @@
 // Edgebreaker (Rossignac 1999) on a disk whose boundary is known.
 #pragma once
 #include <cstdint>
-#include <vector>
 
-#include "encode/boundaries.h"
+#include "encode/local_meshlet.h"
 
 namespace meshlet {
 
@@ -16,13 +15,22 @@ struct Symbols {
   uint64_t lefts() const { return ~(r | e | c | s) & (count < 64 ? (1ull << count) - 1 : ~0ull); }
 };
 
+// A vertex that gets its value in the traversal, named by what predicts it. Below kHalfEdges: the
+// gate of the triangle whose apex it is. kHalfEdges + v: boundary vertex v, from the next one.
+using Introduction = uint8_t;
+
 struct Traversal {
   Symbols symbols;
-  uint32_t corners[64][3];  // vertices (a, b, v) of each triangle: gate a -> b, apex v
+  uint32_t count = 0;  // of introductions
+  Introduction introductions[MESHLET_VERTICES];
 };
 
-// Traverses a disk of up to 64 triangles from the boundary edge at `gate`, a place of its loop.
-Traversal edgebreaker(const MeshView& mesh, const Boundaries& boundaries,
-                      const std::vector<int32_t>& opposite, uint32_t gate);
+// Traverses the disk added last from the boundary edge at place `gate` of its loop. waiting: local
+// vertices of the loop that get their values in the traversal, as those inside do.
+void traverse(const LocalMeshlet& meshlet, uint32_t gate, uint64_t waiting, Traversal& out);
+
+// A vertex `v` that is predicted from a gate a -> b and, unless it is NO_VERTEX, the vertex o
+// across the gate, packed as in the decoder: a | b << 8 | v << 16 | o << 24.
+uint32_t packed_triangle(const LocalMeshlet& meshlet, Introduction introduction);
 
 }  // namespace meshlet

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/hilbert.h"
-#include "segment/half_edges.h"
 
 namespace meshlet {
 namespace {
@@ -51,10 +50,10 @@ std::vector<uint32_t> along_hilbert_curve(const MeshView& mesh, const Meshlets& 
 
 }  // namespace
 
-PageGrowth::PageGrowth(const MeshView& mesh, const Meshlets& meshlets, int threads)
+PageGrowth::PageGrowth(const MeshView& mesh, const HalfEdges& half_edges, const Meshlets& meshlets)
     : at_place_(along_hilbert_curve(mesh, meshlets)) {
   const size_t count = at_place_.size();
-  link(mesh, meshlets, threads);
+  link(half_edges, meshlets);
   page_edges_.assign(count, 0);
   finished_edges_.assign(count, 0);
   is_free_.assign(count, true);
@@ -66,21 +65,19 @@ PageGrowth::PageGrowth(const MeshView& mesh, const Meshlets& meshlets, int threa
 }
 
 // Counts the edges that each pair of meshlets shares, by position.
-void PageGrowth::link(const MeshView& mesh, const Meshlets& meshlets, int threads) {
+void PageGrowth::link(const HalfEdges& half_edges, const Meshlets& meshlets) {
   const size_t count = at_place_.size();
-  std::vector<uint32_t> owner(mesh.triangle_count);
+  std::vector<uint32_t> owner(meshlets.triangles.size());
   const auto begin = [&](size_t m) { return meshlets.disk_begin[meshlets.meshlet_begin[m]]; };
   for (uint32_t m = 0; m < count; m++)
     for (uint32_t i = begin(m); i < begin(m + 1); i++) owner[meshlets.triangles[i]] = m;
-  const std::vector<int32_t> opposite = match_half_edges(
-      mesh.triangles, mesh.triangle_count, mesh.position_ids, mesh.vertex_count, threads);
   std::vector<uint32_t> across;
   first_neighbour_.push_back(0);
   for (uint32_t m = 0; m < count; m++) {
     across.clear();
     for (uint32_t i = begin(m); i < begin(m + 1); i++) {
       for (uint32_t k = 0; k < 3; k++) {
-        const int32_t other = opposite[3 * size_t(meshlets.triangles[i]) + k];
+        const int32_t other = half_edges.by_position(3 * size_t(meshlets.triangles[i]) + k);
         if (other >= 0 && owner[uint32_t(other) / 3] != m)
           across.push_back(owner[uint32_t(other) / 3]);
       }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "segment/generate_meshlets.h"
+#include "segment/half_edges.h"
 
 namespace meshlet {
 
@@ -14,7 +15,7 @@ namespace meshlet {
 // fragments stay behind. Depends on the mesh and the meshlets only.
 class PageGrowth {
  public:
-  PageGrowth(const MeshView& mesh, const Meshlets& meshlets, int threads);
+  PageGrowth(const MeshView& mesh, const HalfEdges& half_edges, const Meshlets& meshlets);
 
   bool any_free() const { return !free_.empty(); }
 
@@ -43,7 +44,7 @@ class PageGrowth {
   };
   using Queue = std::priority_queue<Candidate>;
 
-  void link(const MeshView& mesh, const Meshlets& meshlets, int threads);
+  void link(const HalfEdges& half_edges, const Meshlets& meshlets);
   double score(uint32_t m) const {
     return double(2u * page_edges_[m] + finished_edges_[m]) / edges_[m];
   }

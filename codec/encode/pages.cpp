@@ -1,11 +1,10 @@
 #include "encode/pages.h"
 
 #include <algorithm>
-#include <stdexcept>
 #include <functional>
 #include <numeric>
+#include <stdexcept>
 #include <string_view>
-#include <unordered_map>
 
 #include "common/parallel.h"
 #include "encode/page_growth.h"
@@ -17,44 +16,56 @@ namespace {
 // Gives each of the numbers that it is asked for a local one, from 0 in order of first occurrence.
 class LocalNumbers {
  public:
+  // For at most `count` numbers.
+  explicit LocalNumbers(size_t count) {
+    size_t capacity = 16;
+    while (capacity < 2 * count) capacity *= 2;
+    slots_.assign(capacity, {kEmpty, 0});
+  }
+
   uint32_t of(uint32_t number) {
-    const auto [found, is_new] = local_.try_emplace(number, uint32_t(numbers_.size()));
-    if (is_new) numbers_.push_back(number);
-    return found->second;
+    size_t at = number * size_t(0x9E3779B1u) & (slots_.size() - 1);
+    while (slots_[at].number != number && slots_[at].number != kEmpty)
+      at = (at + 1) & (slots_.size() - 1);
+    if (slots_[at].number == kEmpty) {
+      slots_[at] = {number, uint32_t(numbers_.size())};
+      numbers_.push_back(number);
+    }
+    return slots_[at].local;
   }
   const std::vector<uint32_t>& numbers() const { return numbers_; }
 
  private:
-  std::unordered_map<uint32_t, uint32_t> local_;
+  static constexpr uint32_t kEmpty = ~0u;
+  struct Slot {
+    uint32_t number, local;
+  };
+  std::vector<Slot> slots_;  // open addressing
   std::vector<uint32_t> numbers_;
 };
 
 // Some meshlets of a mesh as a mesh of their own.
 struct Part {
-  Part(const MeshView& mesh, const Meshlets& all, const VertexValues& all_values,
-       const std::vector<uint32_t>& numbers);
+  Part(const EncoderInput& all, const std::vector<uint32_t>& numbers);
 
   MeshView view() const {
-    return {triangles.data(), triangles.size() / 3, position_ids.data(), positions.data(),
+    return {triangles.data(), triangles.size() / 3, position_ids.data(), nullptr,
             position_ids.size()};
   }
 
-  std::vector<uint32_t> triangles, position_ids;
-  std::vector<float> positions;
-  std::vector<std::vector<uint32_t>> stream_values;
+  std::vector<uint32_t> triangles, position_ids, rows;
   VertexValues values;
   Meshlets meshlets;
 };
 
-Part::Part(const MeshView& mesh, const Meshlets& all, const VertexValues& all_values,
-           const std::vector<uint32_t>& numbers) {
-  LocalNumbers vertices, ids;
+Part::Part(const EncoderInput& all, const std::vector<uint32_t>& numbers) {
+  LocalNumbers vertices(numbers.size() * MESHLET_VERTICES);
   meshlets.meshlet_begin.push_back(0);
   meshlets.disk_begin.push_back(0);
   for (uint32_t m : numbers) {
-    for (uint32_t k = all.meshlet_begin[m]; k < all.meshlet_begin[m + 1]; k++) {
-      for (uint32_t i = all.disk_begin[k]; i < all.disk_begin[k + 1]; i++) {
-        const uint32_t* corner = mesh.triangles + 3 * size_t(all.triangles[i]);
+    for (uint32_t k = all.meshlets.meshlet_begin[m]; k < all.meshlets.meshlet_begin[m + 1]; k++) {
+      for (uint32_t i = all.meshlets.disk_begin[k]; i < all.meshlets.disk_begin[k + 1]; i++) {
+        const uint32_t* corner = all.mesh.triangles + 3 * size_t(all.meshlets.triangles[i]);
         meshlets.triangles.push_back(uint32_t(meshlets.triangles.size()));
         for (int c = 0; c < 3; c++) triangles.push_back(vertices.of(corner[c]));
       }
@@ -62,51 +73,42 @@ Part::Part(const MeshView& mesh, const Meshlets& all, const VertexValues& all_va
     }
     meshlets.meshlet_begin.push_back(uint32_t(meshlets.disk_begin.size() - 1));
   }
+  LocalNumbers ids(vertices.numbers().size());
   for (uint32_t v : vertices.numbers()) {
-    position_ids.push_back(ids.of(mesh.position_ids[v]));
-    positions.insert(positions.end(), mesh.positions + 3 * size_t(v),
-                     mesh.positions + 3 * size_t(v) + 3);
+    position_ids.push_back(ids.of(all.mesh.position_ids[v]));
+    rows.push_back(all.values.rows ? all.values.rows[v] : v);
   }
-  values.elements = all_values.elements;
-  for (size_t s = 0; s < all_values.values.size(); s++) {
-    const uint32_t elements = all_values.elements[s];
-    std::vector<uint32_t> part;
-    part.reserve(vertices.numbers().size() * elements);
-    for (uint32_t v : vertices.numbers()) {
-      const uint32_t* from = all_values.values[s] + size_t(v) * elements;
-      part.insert(part.end(), from, from + elements);
-    }
-    stream_values.push_back(std::move(part));
-  }
-  for (const std::vector<uint32_t>& part : stream_values) values.values.push_back(part.data());
+  values = all.values;
+  values.rows = rows.data();
 }
 
 // Encodes pages of one mesh's meshlets. Several threads may use it.
 class PageEncoder {
  public:
-  PageEncoder(const MeshView& mesh, const Meshlets& meshlets, const std::vector<Stream>& streams,
-              const VertexValues& values, const EncodeOptions& options)
-      : mesh_(mesh), meshlets_(meshlets), streams_(streams), values_(values), options_(options) {
+  PageEncoder(const EncoderInput& input, const std::vector<Stream>& streams,
+              const EncodeOptions& options)
+      : input_(input), streams_(streams), options_(options) {
     options_.progress = nullptr;
     options_.threads = 1;  // one page on each thread
   }
 
   // Encodes meshlets, in this order.
   std::vector<uint8_t> encode(const std::vector<uint32_t>& numbers, EncoderStats& stats) const {
-    const Part part(mesh_, meshlets_, values_, numbers);
-    return encode_meshlets(part.view(), part.meshlets, streams_, part.values, options_, stats);
+    const Part part(input_, numbers);
+    const MeshView view = part.view();
+    const HalfEdges half_edges = match_half_edges(view, options_.threads);
+    return encode_meshlets({view, half_edges, part.meshlets, part.values}, streams_, options_,
+                           stats);
   }
 
   uint32_t triangles(uint32_t m) const {
-    return meshlets_.disk_begin[meshlets_.meshlet_begin[m + 1]] -
-           meshlets_.disk_begin[meshlets_.meshlet_begin[m]];
+    const Meshlets& all = input_.meshlets;
+    return all.disk_begin[all.meshlet_begin[m + 1]] - all.disk_begin[all.meshlet_begin[m]];
   }
 
  private:
-  const MeshView& mesh_;
-  const Meshlets& meshlets_;
+  const EncoderInput input_;
   const std::vector<Stream>& streams_;
-  const VertexValues& values_;
   EncodeOptions options_;
 };
 
@@ -295,13 +297,18 @@ std::vector<std::vector<uint8_t>> encode_pages(const MeshView& mesh,
                                                const EncodeOptions& options, size_t page_bytes,
                                                EncoderStats& stats) {
   constexpr float kGenerationShare = 0.5f;  // of the progress
-  const Meshlets meshlets = generate_for_encoder(mesh, options, kGenerationShare, stats);
-  const PageEncoder encoder(mesh, meshlets, streams, values, options);
-  PageGrowth growth(mesh, meshlets, options.threads);
+  check_input(mesh, streams);
+  const SegmentedMesh segmented = segment_for_encoder(mesh, options, kGenerationShare, stats);
+  const MeshView view = segmented.mesh.view();
+  VertexValues sorted_values = values;
+  sorted_values.rows = segmented.mesh.source_vertex.data();
+  const PageEncoder encoder({view, segmented.half_edges, segmented.meshlets, sorted_values},
+                            streams, options);
+  PageGrowth growth(view, segmented.half_edges, segmented.meshlets);
   PageMaker maker(encoder, growth, page_bytes, options.threads);
   std::vector<std::vector<uint8_t>> pages;
   size_t encoded = 0;
-  const size_t count = meshlets.meshlet_begin.size() - 1;
+  const size_t count = segmented.meshlets.meshlet_begin.size() - 1;
   while (!maker.done()) {
     for (Page& page : maker.next()) {
       add(stats, page.stats);
@@ -319,8 +326,10 @@ std::vector<std::vector<uint8_t>> encode_given(const MeshView& mesh, const Meshl
                                                const std::vector<Stream>& streams,
                                                const VertexValues& values,
                                                const EncodeOptions& options, EncoderStats& stats) {
-  check_meshlets(mesh, meshlets, options.threads);
-  const PageEncoder encoder(mesh, meshlets, streams, values, options);
+  check_input(mesh, streams);
+  const HalfEdges half_edges = match_half_edges(mesh, options.threads);
+  check_meshlets(mesh, half_edges, meshlets);
+  const PageEncoder encoder({mesh, half_edges, meshlets, values}, streams, options);
   const bool increases = std::adjacent_find(page_begin.begin(), page_begin.end(),
                                             std::greater_equal<uint32_t>()) == page_begin.end();
   if (page_begin.size() < 2 || page_begin.front() != 0 ||

@@ -1,8 +1,9 @@
 // Codes of residuals and their sizes: Rice, exp-Golomb, or fixed widths (spec, appendix A.5).
 #pragma once
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <cstring>
 
 #include "encode/bit_writer.h"
 #include "format/constants.h"
@@ -18,6 +19,20 @@ inline uint32_t zigzag(uint32_t difference, uint32_t bits) {
   return difference << 1 ^ (0u - (difference >> 31));
 }
 inline uint32_t bit_length(uint32_t u) { return u ? 32u - uint32_t(__builtin_clz(u)) : 0u; }
+
+// Some residuals, vertex by vertex.
+struct Residuals {
+  const uint32_t* data;
+  size_t count;
+
+  const uint32_t* begin() const { return data; }
+  const uint32_t* end() const { return data + count; }
+  uint32_t bits_used() const {  // the largest bit length
+    uint32_t all = 0;
+    for (uint32_t u : *this) all |= u;
+    return bit_length(all);
+  }
+};
 
 // How one list of residuals is written.
 struct Code {
@@ -37,80 +52,99 @@ inline Code code_of_field(CodedList list, uint32_t field, uint32_t base) {
   return {Code::kExponential, std::max(base, 1u) - 1 + field - CODE_FIRST_EXPONENTIAL, {}};
 }
 
-inline Code fixed_code(const std::vector<uint32_t>& residuals, uint32_t elements) {
+inline Code fixed_code(Residuals residuals, uint32_t elements) {
   Code code{Code::kFixed, 0, {}};
-  for (size_t i = 0; i < residuals.size(); i++)
-    code.widths[i % elements] = std::max(code.widths[i % elements], bit_length(residuals[i]));
-  for (uint32_t& w : code.widths)
-    if (w >= WIDTH_ESCAPE) w = 32;
+  uint32_t all[STREAM_MAX_ELEMENTS] = {};
+  for (size_t i = 0; i < residuals.count; i += elements)
+    for (uint32_t c = 0; c < elements; c++) all[c] |= residuals.data[i + c];
+  for (uint32_t c = 0; c < elements; c++) {
+    const uint32_t width = bit_length(all[c]);
+    code.widths[c] = width >= WIDTH_ESCAPE ? 32 : width;
+  }
   return code;
 }
 
-// Bits of the residuals under Rice parameter k.
-inline uint64_t rice_bits(const std::vector<uint32_t>& residuals, uint32_t k) {
-  uint64_t bits = residuals.size() * uint64_t(k + 1);
-  uint32_t largest = 0;
-  for (uint32_t u : residuals) {
-    bits += u >> k;
-    largest |= u >> k;
-  }
-  return largest > MAX_QUOTIENT ? kImpossible : bits;
-}
-
-// Bits of the residuals under exp-Golomb parameter k.
-inline uint64_t exponential_bits(const std::vector<uint32_t>& residuals, uint32_t k) {
-  uint64_t bits = 0;
-  for (uint32_t u : residuals) {
-    if (k == 0 && u == 0xFFFFFFFFu) return kImpossible;  // a quotient of 32
-    bits += 2 * bit_length((u >> k) + 1) - 1 + k;
-  }
+// With its widths.
+inline uint64_t fixed_bits(Residuals residuals, uint32_t elements) {
+  const Code code = fixed_code(residuals, elements);
+  uint64_t bits = WIDTH_BITS * elements;
+  for (uint32_t c = 0; c < elements; c++) bits += code.widths[c] * (residuals.count / elements);
   return bits;
 }
 
-// The Rice parameter with the fewest bits, searched for around the mean's bit length.
-inline uint32_t best_rice(const std::vector<uint32_t>& residuals) {
+// Bits of the residuals under Rice parameter k. length: residuals.bits_used().
+inline uint64_t rice_bits(Residuals residuals, uint32_t length, uint32_t k) {
+  const uint64_t plain = residuals.count * uint64_t(k + 1);
+  if (length <= k) return plain;
+  if (length > k + bit_length(MAX_QUOTIENT)) return kImpossible;
+  static_assert((MAX_QUOTIENT & (MAX_QUOTIENT + 1)) == 0);
+  uint64_t quotients = 0;
+  for (uint32_t u : residuals) quotients += u >> k;
+  return plain + quotients;
+}
+
+// Bits of the residuals under exp-Golomb parameter k. length: residuals.bits_used().
+inline uint64_t exponential_bits(Residuals residuals, uint32_t length, uint32_t k) {
+  const uint64_t plain = residuals.count * uint64_t(k + 1);
+  if (length < k) return plain;  // all quotients are 0
+  uint64_t quotients = 0;
+  if (length < 24) {
+    // A float's exponent is its bit length, and these are exact.
+    uint32_t sum = 0;
+    for (uint32_t u : residuals) {
+      const float value = float(int32_t(u + (1u << k)));
+      uint32_t bits;
+      std::memcpy(&bits, &value, 4);
+      sum += (bits >> 23) - (127 + k);
+    }
+    quotients = sum;
+  } else {
+    for (uint32_t u : residuals) {
+      if (k == 0 && u == 0xFFFFFFFFu) return kImpossible;  // a quotient of 32
+      quotients += bit_length((u >> k) + 1) - 1;
+    }
+  }
+  return plain + 2 * quotients;
+}
+
+// Bits under the Rice parameter with the fewest, of four around the mean's bit length.
+inline uint64_t best_rice_bits(Residuals residuals) {
   uint64_t sum = 0;
-  for (uint32_t u : residuals) sum += u;
-  uint32_t k = residuals.empty() ? 0 : bit_length(uint32_t(sum / residuals.size()));
-  uint32_t best = k > 1 ? k - 2 : 0;
-  for (uint32_t i = best + 1; i <= k + 1 && i <= CODE_MAX_PARAMETER; i++)
-    if (rice_bits(residuals, i) < rice_bits(residuals, best)) best = i;
-  return best;
+  uint32_t all = 0;
+  for (uint32_t u : residuals) {
+    sum += u;
+    all |= u;
+  }
+  const uint32_t length = bit_length(all);
+  const uint32_t k = residuals.count ? bit_length(uint32_t(sum / residuals.count)) : 0;
+  uint64_t least = kImpossible;
+  for (uint32_t i = k > 1 ? k - 2 : 0; i <= k + 1 && i <= CODE_MAX_PARAMETER; i++)
+    least = std::min(least, rice_bits(residuals, length, i));
+  return least;
 }
 
 // Bits of a list under every code.
 struct CodeSizes {
   uint64_t rice[CODE_MAX_PARAMETER + 1], exponential[CODE_MAX_PARAMETER + 1];
-  uint64_t fixed;  // with its widths
+  uint64_t fixed;
 
-  CodeSizes(const std::vector<uint32_t>& residuals, uint32_t elements) {
-    uint32_t all = 0;
-    for (uint32_t u : residuals) all |= u;
-    const uint32_t length = bit_length(all);
+  CodeSizes(Residuals residuals, uint32_t elements) : fixed(fixed_bits(residuals, elements)) {
+    const uint32_t length = residuals.bits_used();
     for (uint32_t k = 0; k <= CODE_MAX_PARAMETER; k++) {
-      const bool small = k > length && length < 31;  // all quotients are 0
-      const uint64_t plain = residuals.size() * uint64_t(k + 1);
-      rice[k] = small ? plain : rice_bits(residuals, k);
-      exponential[k] = small ? plain : exponential_bits(residuals, k);
+      rice[k] = rice_bits(residuals, length, k);
+      exponential[k] = exponential_bits(residuals, length, k);
     }
-    fixed = WIDTH_BITS * elements;
-    const Code code = fixed_code(residuals, elements);
-    for (uint32_t c = 0; c < elements; c++) fixed += code.widths[c] * (residuals.size() / elements);
   }
 
-  uint64_t of_field(CodedList list, uint32_t field, uint32_t base) const {
-    if (field == CODE_ESCAPE) return fixed;
-    const Code code = code_of_field(list, field, base);
-    if (code.k > CODE_MAX_PARAMETER) return kImpossible;
-    return (code.kind == Code::kRice ? rice : exponential)[code.k];
-  }
-
-  // The field with the fewest bits.
-  uint32_t best_field(CodedList list, uint32_t base) const {
-    uint32_t best = 0;
-    for (uint32_t field = 1; field <= CODE_ESCAPE; field++)
-      if (of_field(list, field, base) < of_field(list, best, base)) best = field;
-    return best;
+  // The bits of the field with the fewest, of a stream with base `base`.
+  uint64_t best(CodedList list, uint32_t base) const {
+    uint64_t least = fixed;
+    for (uint32_t field = 0; field < CODE_ESCAPE; field++) {
+      const Code code = code_of_field(list, field, base);
+      if (code.k > CODE_MAX_PARAMETER) continue;
+      least = std::min(least, (code.kind == Code::kRice ? rice : exponential)[code.k]);
+    }
+    return least;
   }
 
   // The fewest bits under any code.
@@ -121,6 +155,27 @@ struct CodeSizes {
         {*std::min_element(rice, end), *std::min_element(exponential, exponential_end), fixed});
   }
 };
+
+// The field with the fewest bits, of a stream with base `base`.
+inline uint32_t best_field(Residuals residuals, uint32_t elements, CodedList list, uint32_t base) {
+  const uint32_t length = residuals.bits_used();
+  uint32_t best = 0;
+  uint64_t least = ~0ull;
+  for (uint32_t field = 0; field <= CODE_ESCAPE; field++) {
+    const Code code = code_of_field(list, field, base);
+    uint64_t bits = kImpossible;
+    if (field == CODE_ESCAPE)
+      bits = fixed_bits(residuals, elements);
+    else if (code.k <= CODE_MAX_PARAMETER)
+      bits = code.kind == Code::kRice ? rice_bits(residuals, length, code.k)
+                                      : exponential_bits(residuals, length, code.k);
+    if (bits < least) {
+      least = bits;
+      best = field;
+    }
+  }
+  return best;
+}
 
 // The width field that holds numbers of `length` bits, of further anchors of a stream with `bits`
 // and anchor base `base`.
@@ -134,16 +189,15 @@ inline uint32_t anchor_width(uint32_t field, uint32_t bits, uint32_t base) {
   return field == ANCHOR_WIDTH_FULL ? bits : std::min(base + field, bits);
 }
 
-inline void write_unary(BitWriter& out, const std::vector<uint32_t>& residuals, const Code& code) {
+inline void write_unary(BitWriter& out, Residuals residuals, const Code& code) {
   if (code.kind == Code::kFixed) return;
   for (uint32_t u : residuals)
     out.put_unary(code.kind == Code::kRice ? u >> code.k : bit_length((u >> code.k) + 1) - 1);
 }
 
-inline void write_low(BitWriter& out, const std::vector<uint32_t>& residuals, const Code& code,
-                      uint32_t elements) {
-  for (size_t i = 0; i < residuals.size(); i++) {
-    const uint32_t u = residuals[i];
+inline void write_low(BitWriter& out, Residuals residuals, const Code& code, uint32_t elements) {
+  for (size_t i = 0; i < residuals.count; i++) {
+    const uint32_t u = residuals.data[i];
     if (code.kind == Code::kRice)
       out.put(u, code.k);
     else if (code.kind == Code::kFixed)

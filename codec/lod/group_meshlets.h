@@ -7,9 +7,11 @@
 
 namespace meshlet {
 
-// Laid out as Meshlets; group g holds meshlets group_begin[g] .. group_begin[g + 1].
+// Meshlets as ranges of disks, disks as ranges of triangles, as in Meshlets; group g holds meshlets
+// group_begin[g] .. group_begin[g + 1].
 struct GroupMeshlets {
-  std::vector<uint32_t> triangles, disk_begin, meshlet_begin, group_begin;
+  std::vector<uint32_t> triangles;  // three vertices each
+  std::vector<uint32_t> disk_begin, meshlet_begin, group_begin;
 };
 
 // Generates meshlets that never cross groups. Group g is the mesh's triangles triangle_begin[g] ..

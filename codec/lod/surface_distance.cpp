@@ -1,7 +1,7 @@
 #include "lod/surface_distance.h"
 
 #include <algorithm>
-#include <limits>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -20,25 +20,27 @@ float box_squared(Vec3 p, Vec3 low, Vec3 high) {
   return squared_length(outside);
 }
 
-float segment_squared(Vec3 p, Vec3 a, Vec3 edge) {
-  const float length2 = dot(edge, edge);
-  const float t = length2 > 0 ? std::clamp(dot(p - a, edge) / length2, 0.0f, 1.0f) : 0.0f;
-  return squared_length(p - a - edge * t);
-}
-
-// Within the triangle's prism, the distance to its plane; else to the nearest edge.
+// C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5: the region of the nearest point.
 float triangle_squared(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
-  const Vec3 ab = b - a, bc = c - b, ca = a - c;
-  const Vec3 normal = cross(ab, c - a);
-  const float length2 = dot(normal, normal);
-  const bool inside = length2 > 0 && dot(cross(ab, p - a), normal) >= 0 &&
-                      dot(cross(bc, p - b), normal) >= 0 && dot(cross(ca, p - c), normal) >= 0;
-  if (inside) {
-    const float d = dot(p - a, normal);
-    return d * d / length2;
-  }
-  return std::min(
-      {segment_squared(p, a, ab), segment_squared(p, b, bc), segment_squared(p, c, ca)});
+  const Vec3 ab = b - a, ac = c - a, ap = p - a;
+  const float d1 = dot(ab, ap), d2 = dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return squared_length(ap);
+  const Vec3 bp = p - b;
+  const float d3 = dot(ab, bp), d4 = dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return squared_length(bp);
+  const float vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) return squared_length(ap - ab * (d1 / (d1 - d3)));
+  const Vec3 cp = p - c;
+  const float d5 = dot(ab, cp), d6 = dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return squared_length(cp);
+  const float vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6) return squared_length(ap - ac * (d2 / (d2 - d6)));
+  const float va = d3 * d6 - d5 * d4, along = (d4 - d3) + (d5 - d6);
+  if (va <= 0 && d4 >= d3 && d5 >= d6 && along > 0)
+    return squared_length(bp - (c - b) * ((d4 - d3) / along));
+  const float sum = va + vb + vc;
+  if (!(sum > 0)) return std::min({squared_length(ap), squared_length(bp), squared_length(cp)});
+  return squared_length(ap - ab * (vb / sum) - ac * (vc / sum));
 }
 
 }  // namespace
@@ -119,36 +121,72 @@ float TriangleTree::distance(Vec3 point, uint32_t& hint) const {
 
 namespace {
 
+Vec3 point_of(const float* positions, uint32_t vertex) {
+  const float* p = positions + 3 * size_t(vertex);
+  return {p[0], p[1], p[2]};
+}
+
 std::vector<Vec3> corners_of(const float* positions, const uint32_t* triangles, size_t count) {
   std::vector<Vec3> corners(3 * count);
-  for (size_t i = 0; i < 3 * count; i++) {
-    const float* p = positions + 3 * size_t(triangles[i]);
-    corners[i] = {p[0], p[1], p[2]};
-  }
+  for (size_t i = 0; i < 3 * count; i++) corners[i] = point_of(positions, triangles[i]);
   return corners;
 }
 
-// Largest distance of a surface's vertices to another one: the first corner of each triangle is
-// nearly every vertex.
-float largest_at_corners(const std::vector<Vec3>& corners, const TriangleTree& to) {
+std::vector<uint32_t> sorted_vertices(const uint32_t* triangles, size_t count) {
+  std::vector<uint32_t> vertices(triangles, triangles + 3 * count);
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  return vertices;
+}
+
+// The vertices that simplification removed.
+std::vector<Vec3> removed_points(const float* positions, const std::vector<uint32_t>& before,
+                                 const std::vector<uint32_t>& after) {
+  std::vector<uint32_t> removed;
+  std::set_difference(before.begin(), before.end(), after.begin(), after.end(),
+                      std::back_inserter(removed));
+  std::vector<Vec3> points;
+  for (uint32_t v : removed) points.push_back(point_of(positions, v));
+  return points;
+}
+
+// Centres of triangles, each followed by middles of those of its edges that were not there yet.
+std::vector<Vec3> middles(const float* positions, const uint32_t* triangles, size_t count) {
+  std::vector<std::pair<uint64_t, uint32_t>> edges;  // (ends, half-edge)
+  for (uint32_t h = 0; h < 3 * count; h++) {
+    const uint64_t a = triangles[h], b = triangles[h % 3 == 2 ? h - 2 : h + 1];
+    edges.emplace_back(std::min(a, b) << 32 | std::max(a, b), h);
+  }
+  std::sort(edges.begin(), edges.end());
+  std::vector<bool> is_first(3 * count, false);
+  for (size_t i = 0; i < edges.size(); i++)
+    is_first[edges[i].second] = i == 0 || edges[i].first != edges[i - 1].first;
+  std::vector<Vec3> points;
+  for (size_t t = 0; t < 3 * count; t += 3) {
+    Vec3 corner[3];
+    for (size_t k = 0; k < 3; k++) corner[k] = point_of(positions, triangles[t + k]);
+    points.push_back((corner[0] + corner[1] + corner[2]) * (1.0f / 3.0f));
+    for (size_t k = 0; k < 3; k++)
+      if (is_first[t + k]) points.push_back((corner[k] + corner[(k + 1) % 3]) * 0.5f);
+  }
+  return points;
+}
+
+float largest_distance(const std::vector<Vec3>& points, const TriangleTree& to) {
   float largest = 0;
   uint32_t hint = 0;
-  for (size_t t = 0; t < corners.size(); t += 3)
-    largest = std::max(largest, to.distance(corners[t], hint));
+  for (const Vec3& point : points) largest = std::max(largest, to.distance(point, hint));
   return largest;
 }
 
-// The same at the centres of triangles and the middles of their edges.
-float largest_at_middles(const std::vector<Vec3>& corners, const TriangleTree& to) {
-  float largest = 0;
-  uint32_t hint = 0;
-  for (size_t t = 0; t < corners.size(); t += 3) {
-    const Vec3 a = corners[t], b = corners[t + 1], c = corners[t + 2];
-    for (const Vec3& p :
-         {(a + b) * 0.5f, (b + c) * 0.5f, (c + a) * 0.5f, (a + b + c) * (1.0f / 3.0f)})
-      largest = std::max(largest, to.distance(p, hint));
-  }
-  return largest;
+float group_distance(const float* positions, const uint32_t* before, size_t before_count,
+                     const uint32_t* after, size_t after_count) {
+  const TriangleTree was(corners_of(positions, before, before_count));
+  const TriangleTree is(corners_of(positions, after, after_count));
+  const std::vector<Vec3> removed = removed_points(positions, sorted_vertices(before, before_count),
+                                                   sorted_vertices(after, after_count));
+  return std::max(largest_distance(removed, is),
+                  largest_distance(middles(positions, after, after_count), was));
 }
 
 }  // namespace
@@ -156,13 +194,10 @@ float largest_at_middles(const std::vector<Vec3>& corners, const TriangleTree& t
 std::vector<float> group_distances(const Surfaces& s, int threads) {
   std::vector<float> distances(s.before_begin.size() - 1);
   parallel_for(threads, distances.size(), [&](size_t g) {
-    const auto corners = [&](const uint32_t* triangles, const std::vector<uint32_t>& begin) {
-      return corners_of(s.positions, triangles + 3 * size_t(begin[g]), begin[g + 1] - begin[g]);
-    };
-    const std::vector<Vec3> before = corners(s.before, s.before_begin);
-    const std::vector<Vec3> after = corners(s.after, s.after_begin);
-    distances[g] = std::max(largest_at_corners(before, TriangleTree(after)),
-                            largest_at_middles(after, TriangleTree(before)));
+    const uint32_t before = s.before_begin[g], after = s.after_begin[g];
+    distances[g] =
+        group_distance(s.positions, s.before + 3 * size_t(before), s.before_begin[g + 1] - before,
+                       s.after + 3 * size_t(after), s.after_begin[g + 1] - after);
   });
   return distances;
 }

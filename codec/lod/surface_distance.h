@@ -40,8 +40,8 @@ struct Surfaces {
   std::vector<uint32_t> before_begin, after_begin;
 };
 
-// Largest distance between the two surfaces of each group, both ways: from the vertices before,
-// where it is largest as a rule, and from centres and middles of edges after.
+// Largest distance between the two surfaces of each group, both ways: from the vertices
+// that are gone, where it is largest as a rule, and from centres and middles of edges after.
 std::vector<float> group_distances(const Surfaces& surfaces, int threads);
 
 }  // namespace meshlet

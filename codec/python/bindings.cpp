@@ -148,6 +148,14 @@ VertexValues vertex_values(const std::vector<Stream>& streams, const std::vector
   return out;
 }
 
+Effort effort_of(const std::string& name) {
+  if (name == "fast") return Effort::kFast;
+  if (name == "normal") return Effort::kNormal;
+  if (name == "high") return Effort::kHigh;
+  if (name == "max") return Effort::kMax;
+  throw nb::value_error("effort is 'fast', 'normal', 'high' or 'max'");
+}
+
 // (triangles, disk_begin, meshlet_begin) as in Meshlets, and page_begin as in encode_given.
 using GivenMeshlets = std::tuple<Ids, Ids, Ids, Ids>;
 
@@ -160,7 +168,7 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
                            const std::vector<Values>& values, int max_triangles, int max_vertices,
                            float lambda, int iterations, float fill, const std::string& weight,
                            bool share_seams, int threads, nb::object progress, size_t page_bytes,
-                           const std::optional<GivenMeshlets>& given) {
+                           const std::optional<GivenMeshlets>& given, const std::string& effort) {
   size_t vertices = positions.shape(0);
   check_mesh(triangles, position_ids, vertices);
   std::vector<Stream> streams;
@@ -171,6 +179,7 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
     throw nb::value_error("a meshlet holds 1 to 64 triangles and 3 to 64 vertices");
   if (weight != "paper" && weight != "choe") throw nb::value_error("weight is 'paper' or 'choe'");
   EncodeOptions options;
+  options.effort = effort_of(effort);
   options.max_triangles = max_triangles;
   options.max_vertices = max_vertices;
   if (lambda > 0) options.lambda = lambda;
@@ -395,6 +404,7 @@ NB_MODULE(_codec, m) {
       "values"_a, "max_triangles"_a = 64, "max_vertices"_a = 64, "lambda_"_a = 0.0f,
       "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true,
       "threads"_a = 0, "progress"_a = nb::none(), "page_bytes"_a = 0, "meshlets"_a = nb::none(),
+      "effort"_a = "normal",
       nb::sig(
           "def encode(triangles: numpy.typing.NDArray[numpy.uint32], position_ids: "
           "numpy.typing.NDArray[numpy.uint32], "
@@ -407,7 +417,7 @@ NB_MODULE(_codec, m) {
           "threads: int = 0, progress: collections.abc.Callable[[float], object] | None = None, "
           "page_bytes: int = 0, meshlets: tuple[numpy.typing.NDArray[numpy.uint32], "
           "numpy.typing.NDArray[numpy.uint32], numpy.typing.NDArray[numpy.uint32], "
-          "numpy.typing.NDArray[numpy.uint32]] | None = None) "
+          "numpy.typing.NDArray[numpy.uint32]] | None = None, effort: str = 'normal') "
           "-> tuple[bytes, dict[str, typing.Any]]"),
       "Encodes one primitive.\n\n"
       "triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], equal "
@@ -422,10 +432,11 @@ NB_MODULE(_codec, m) {
       "else pages, blobs of at most so many bytes. meshlets: those of the caller, as uint32 "
       "arrays\n"
       "(triangles, disk begins, meshlet begins, page begins; each of the begins ends with the\n"
-      "number of its items).\n\n"
+      "number of its items). effort: 'fast', 'normal', 'high' or 'max'; iterations counts from\n"
+      "'high' on.\n\n"
       "Returns (view, statistics): those of describe, 'generation': {'histogram', 'iterations'} "
       "and\n"
-      "'seconds': {stage: seconds}; stages: grow, join, boundaries, predict, write. Raises\n"
+      "'seconds': {stage: seconds}; stages: sort, grow, join, boundaries, predict, write. Raises\n"
       "ValueError for bad arguments.");
 
   m.def(

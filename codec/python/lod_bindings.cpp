@@ -5,13 +5,12 @@
 
 #include <algorithm>
 #include <functional>
-#include <numeric>
 #include <vector>
 
-#include "common/hilbert.h"
 #include "common/parallel.h"
 #include "lod/group_meshlets.h"
 #include "lod/surface_distance.h"
+#include "segment/spatial_mesh.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -53,7 +52,8 @@ std::vector<uint32_t> begins_of(const Numbers& begin, size_t end) {
 
 nb::tuple generate(const Indices& triangles, const Numbers& triangle_begin,
                    const Numbers& position_ids, const Points& positions, int max_triangles,
-                   float lambda, int iterations, float fill, bool paper_weight, int threads) {
+                   float lambda, int iterations, float fill, bool paper_weight, int effort,
+                   int threads) {
   const size_t vertices = positions.shape(0);
   check_triangles(triangles, vertices, true);
   if (position_ids.shape(0) != vertices)
@@ -66,6 +66,8 @@ nb::tuple generate(const Indices& triangles, const Numbers& triangle_begin,
   if (lambda > 0) options.lambda = lambda;
   if (iterations > 0) options.iterations = iterations;
   if (fill > 0) options.fill = fill;
+  if (effort < 0 || effort > int(Effort::kMax)) throw nb::value_error("effort is 0 to 3");
+  options.effort = Effort(effort);
   options.weight = paper_weight ? Weight::kPaper : Weight::kChoe;
   options.threads = threads;
   const MeshView mesh{triangles.data(), triangles.shape(0), position_ids.data(), positions.data(),
@@ -75,7 +77,8 @@ nb::tuple generate(const Indices& triangles, const Numbers& triangle_begin,
     nb::gil_scoped_release release;
     made = generate_in_groups(mesh, begin, options);
   }
-  return nb::make_tuple(array_of(std::move(made.triangles)), array_of(std::move(made.disk_begin)),
+  return nb::make_tuple(array_of(std::move(made.triangles)).attr("reshape")(-1, 3),
+                        array_of(std::move(made.disk_begin)),
                         array_of(std::move(made.meshlet_begin)),
                         array_of(std::move(made.group_begin)));
 }
@@ -136,15 +139,9 @@ nb::object hilbert_order(const Points& points) {
   }
   const Vec3 size = high - low;
   const float longest = std::max({size.x, size.y, size.z});
-  const float scale = longest > 0 ? ((1 << kHilbertBits) - 1) / longest : 0;
-  std::vector<uint32_t> place(count), order(count);
-  for (size_t i = 0; i < count; i++) {
-    const Vec3 cell = (point(i) - low) * scale;
-    place[i] = hilbert_index({uint32_t(cell.x), uint32_t(cell.y), uint32_t(cell.z)});
-  }
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](uint32_t a, uint32_t b) { return place[a] < place[b]; });
+  std::vector<Vec3> scaled(count);
+  for (size_t i = 0; i < count; i++) scaled[i] = (point(i) - low) * (longest > 0 ? 1 / longest : 0);
+  std::vector<uint32_t> order = order_along_curve(scaled, 1);
   return array_of(std::move(order));
 }
 
@@ -153,20 +150,22 @@ nb::object hilbert_order(const Points& points) {
 void bind_lod(nb::module_& m) {
   m.def("generate_in_groups", &generate, "triangles"_a, "triangle_begin"_a, "position_ids"_a,
         "positions"_a, "max_triangles"_a = 64, "lambda_"_a = 0.0f, "iterations"_a = 0,
-        "fill"_a = 0.0f, "paper_weight"_a = true, "threads"_a = 0,
+        "fill"_a = 0.0f, "paper_weight"_a = true, "effort"_a = int(Effort::kNormal),
+        "threads"_a = 0,
         nb::sig("def generate_in_groups(triangles: numpy.typing.NDArray[numpy.uint32], "
                 "triangle_begin: numpy.typing.NDArray[numpy.uint32], "
                 "position_ids: numpy.typing.NDArray[numpy.uint32], "
                 "positions: numpy.typing.NDArray[numpy.float32], max_triangles: int = 64, "
                 "lambda_: float = 0.0, iterations: int = 0, fill: float = 0.0, "
-                "paper_weight: bool = True, threads: int = 0) -> "
+                "paper_weight: bool = True, effort: int = 1, threads: int = 0) -> "
                 "tuple[numpy.typing.NDArray[numpy.uint32], numpy.typing.NDArray[numpy.uint32], "
                 "numpy.typing.NDArray[numpy.uint32], numpy.typing.NDArray[numpy.uint32]]"),
         "Makes meshlets that never cross groups. Group g: triangles triangle_begin[g] ..\n"
         "triangle_begin[g + 1]. Other arguments as in encode; position_ids: any numbers, equal "
         "where\n"
-        "positions are. Returns (triangles, disk begins, meshlet begins, group begins), the first\n"
-        "three as encode takes them. Raises ValueError.");
+        "positions are; effort: 0 (fast) to 3 (max). Returns (uint32[T, 3]\n"
+        "triangles, disk begins, meshlet begins, group begins), the begins as encode takes them.\n"
+        "Raises ValueError.");
   m.def("group_distances", &distances_of_groups, "positions"_a, "before"_a, "before_begin"_a,
         "after"_a, "after_begin"_a, "threads"_a = 0,
         nb::sig("def group_distances(positions: numpy.typing.NDArray[numpy.float32], "

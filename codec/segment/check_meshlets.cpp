@@ -36,7 +36,7 @@ uint32_t root(std::vector<uint32_t>& parent, uint32_t i) {
 //
 // A connected set of triangles of Euler characteristic 1 (V - E + F) is a disk: sharing a vertex
 // without an edge, a second boundary loop, or a handle makes the characteristic smaller.
-size_t check_disk(const MeshView& mesh, const std::vector<int32_t>& opposite,
+size_t check_disk(const MeshView& mesh, const HalfEdges& half_edges,
                   const std::vector<uint32_t>& disk_of, const uint32_t* triangles, size_t count,
                   uint32_t disk) {
   std::vector<uint32_t> vertices, starts, parent(count);
@@ -46,13 +46,14 @@ size_t check_disk(const MeshView& mesh, const std::vector<int32_t>& opposite,
     for (uint32_t k = 0; k < 3; k++) {
       const uint32_t h = 3 * triangles[i] + k, vertex = mesh.triangles[h];
       vertices.push_back(vertex);
-      const uint32_t other = uint32_t(opposite[h]) / 3;
-      if (opposite[h] < 0 || disk_of[other] != disk) {
+      const int32_t opposite = half_edges.by_vertex(h);
+      const uint32_t other = uint32_t(opposite) / 3;
+      if (opposite < 0 || disk_of[other] != disk) {
         starts.push_back(vertex);
         edges++;
         continue;
       }
-      edges += h < uint32_t(opposite[h]);
+      edges += h < uint32_t(opposite);
       const uint32_t j = uint32_t(std::find(triangles, triangles + count, other) - triangles);
       const uint32_t a = root(parent, i), b = root(parent, j);
       if (a != b) parts--;
@@ -71,7 +72,7 @@ size_t check_disk(const MeshView& mesh, const std::vector<int32_t>& opposite,
 
 }  // namespace
 
-void check_meshlets(const MeshView& mesh, const Meshlets& meshlets, int threads) {
+void check_meshlets(const MeshView& mesh, const HalfEdges& half_edges, const Meshlets& meshlets) {
   check_permutation(meshlets.triangles, mesh.triangle_count);
   check_begins(meshlets.disk_begin, mesh.triangle_count, "the disks' begins are not valid");
   check_begins(meshlets.meshlet_begin, meshlets.disk_begin.size() - 1,
@@ -80,15 +81,13 @@ void check_meshlets(const MeshView& mesh, const Meshlets& meshlets, int threads)
   for (uint32_t k = 0; k + 1 < meshlets.disk_begin.size(); k++)
     for (uint32_t i = meshlets.disk_begin[k]; i < meshlets.disk_begin[k + 1]; i++)
       disk_of[meshlets.triangles[i]] = k;
-  const std::vector<int32_t> opposite =
-      match_half_edges(mesh.triangles, mesh.triangle_count, nullptr, mesh.vertex_count, threads);
   for (size_t m = 0; m + 1 < meshlets.meshlet_begin.size(); m++) {
     const uint32_t first = meshlets.meshlet_begin[m], last = meshlets.meshlet_begin[m + 1];
     const size_t count = meshlets.disk_begin[last] - meshlets.disk_begin[first];
     if (count > MESHLET_TRIANGLES) refuse("a meshlet has more than 64 triangles");
     size_t vertices = 0;
     for (uint32_t k = first; k < last; k++)
-      vertices += check_disk(mesh, opposite, disk_of, &meshlets.triangles[meshlets.disk_begin[k]],
+      vertices += check_disk(mesh, half_edges, disk_of, &meshlets.triangles[meshlets.disk_begin[k]],
                              meshlets.disk_begin[k + 1] - meshlets.disk_begin[k], k);
     if (vertices > MESHLET_VERTICES) refuse("a meshlet has more than 64 vertices");
   }

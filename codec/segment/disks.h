@@ -5,15 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace meshlet {
+#include "segment/half_edges.h"
 
-// Some triangles of the mesh, with local numbers from 0 for triangles and vertices.
-struct Cluster {
-  std::vector<uint32_t> triangles;  // number in the mesh of local triangle i
-  std::vector<uint16_t> corners;    // local vertex at corner k of triangle i: corners[3 * i + k]
-  std::vector<int16_t> neighbours;  // local triangle across half-edge 3 * i + k, or -1
-  size_t vertex_count;
-};
+namespace meshlet {
 
 // Disks, each a range of `triangles` (numbers in the mesh).
 struct Disks {
@@ -28,32 +22,32 @@ struct Disks {
 // Cuts sets of triangles of one mesh into disks. One thread at a time.
 class DiskCutter {
  public:
-  // half_edges: match_half_edges over vertices. Both arrays must outlive this object.
-  DiskCutter(const uint32_t* triangles, const int32_t* half_edges)
+  // Both must outlive this object.
+  DiskCutter(const uint32_t* triangles, const HalfEdges& half_edges)
       : mesh_(triangles), half_edges_(half_edges) {}
 
-  // Cuts at most 2^14 triangles into few, large disks.
+  // Cuts at most MESHLET_TRIANGLES triangles into few, large disks.
   void cut(const uint32_t* triangles, size_t count, Disks& disks);
 
  private:
+  static constexpr uint32_t kMaxTriangles = 64, kMaxVertices = 3 * kMaxTriangles;
+  // A set of vertices.
+  struct VertexSet {
+    uint64_t words[kMaxVertices / 64] = {};
+    bool test(uint32_t v) const { return words[v / 64] >> v % 64 & 1; }
+    void insert(uint32_t v) { words[v / 64] |= 1ull << v % 64; }
+  };
+
   void load(const uint32_t* triangles, size_t count);
-  void number_vertices();
-  void join_triangles();
-  void grow_disk(int16_t first, Disks& disks);
-  bool keeps_disk(int16_t triangle, int shared_edges) const;
-  void add(int16_t triangle, int shared_edges, Disks& disks);
-  int shared_edges(int16_t triangle) const;
+  void grow_disk(const uint32_t* triangles, uint32_t first, Disks& disks);
 
   const uint32_t* mesh_;
-  const int32_t* half_edges_;
-  Cluster cluster_;
-  std::vector<uint32_t> hash_keys_;
-  std::vector<uint16_t> hash_values_;
-  std::vector<int32_t> disk_of_triangle_;  // -1: none yet
-  std::vector<int32_t> disk_of_vertex_;    // last disk that took the vertex
-  std::vector<int16_t> queue_;
-  int32_t disk_ = 0;
-  int boundary_ = 0;  // edges of the growing disk's boundary
+  const HalfEdges& half_edges_;
+  // Of the set's triangles, by local numbers from 0.
+  uint8_t corners_[kMaxTriangles][3];    // vertices
+  int8_t neighbours_[kMaxTriangles][3];  // triangle across the half-edge from corner k, or -1
+  uint8_t queue_[4 * kMaxTriangles];
+  uint64_t taken_;  // triangles that are in a disk
 };
 
 }  // namespace meshlet

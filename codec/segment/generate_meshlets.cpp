@@ -6,13 +6,12 @@
 #include <chrono>
 #include <thread>
 
-#include "segment/disks.h"
-#include "segment/half_edges.h"
-#include "segment/cuthill_mckee.h"
-#include "segment/join_meshlets.h"
 #include "common/parallel.h"
-#include "segment/patches.h"
+#include "segment/cuthill_mckee.h"
+#include "segment/disks.h"
+#include "segment/join_meshlets.h"
 #include "segment/meshlet_list.h"
+#include "segment/patches.h"
 #include "segment/region_growing.h"
 #include "segment/region_refinement.h"
 
@@ -30,8 +29,8 @@ constexpr int kRefinementSweeps = 4;
 constexpr uint32_t kInnerEdgeWeight = 4;
 constexpr uint32_t kSeamWeight = 1;
 
-// Groups of meshlets joined by one parallel task.
-constexpr size_t kGroupsPerPart = 256;
+// Meshlets, or groups of meshlets to join, of one parallel task.
+constexpr size_t kMeshletsPerPart = 256;
 
 // Cells along the mesh's longest side of the grid that packing compares extents on.
 constexpr float kGridCells = 4096;
@@ -43,14 +42,8 @@ std::array<int32_t, 3> to_grid(Vec3 point) {
 
 class Generator {
  public:
-  Generator(const MeshView& mesh, const GenerationOptions& options)
-      : mesh_(mesh),
-        options_(options),
-        by_vertex_(match_half_edges(mesh.triangles, mesh.triangle_count, nullptr, mesh.vertex_count,
-                                    options.threads)),
-        by_position_(match_half_edges(mesh.triangles, mesh.triangle_count, mesh.position_ids,
-                                      mesh.vertex_count, options.threads)),
-        shapes_(measure_triangles(mesh, options.threads)) {}
+  Generator(const SpatialMesh& mesh, const HalfEdges& half_edges, const GenerationOptions& options)
+      : mesh_(mesh), half_edges_(half_edges), options_(options) {}
 
   Meshlets run();
 
@@ -60,7 +53,8 @@ class Generator {
     std::array<uint32_t, 4> histogram{};
     int iterations = 0;
   };
-  PatchResult partition(size_t first, size_t last) const;
+  PatchResult partition(const ConnectedOrder& order, size_t first, size_t last) const;
+  void cut_regions(const Patch& patch, MeshletList& list) const;
   void add_meshlets(std::vector<uint32_t>& triangles, DiskCutter& cutter, MeshletList& list) const;
   std::vector<uint32_t> split_off_half(std::vector<uint32_t>& triangles) const;
   void keep_disks(const Disks& disks, DiskCutter& cutter, MeshletList& list) const;
@@ -72,51 +66,63 @@ class Generator {
   std::vector<Load> measure_loads(const MeshletList& list) const;
   Meshlets join_patches(const std::vector<PatchResult>& results) const;
 
-  const MeshView mesh_;
+  const SpatialMesh& mesh_;
+  const HalfEdges& half_edges_;
   const GenerationOptions& options_;
-  std::vector<int32_t> by_vertex_, by_position_;
-  TriangleShapes shapes_;
-  std::vector<uint32_t> order_, slot_;
 };
 
 Meshlets Generator::run() {
-  order_ = order_along_curve(shapes_.centres, options_.threads);
-  group_connected(by_vertex_, order_);
-  slot_.resize(order_.size());
-  for (size_t i = 0; i < order_.size(); i++) slot_[order_[i]] = uint32_t(i);
-  const size_t patches = (order_.size() + kPatchSize - 1) / kPatchSize;
-  std::vector<PatchResult> results(patches);
-  const std::thread::id caller = std::this_thread::get_id();
-  std::atomic<size_t> done{0};
-  parallel_for(options_.threads, patches, [&](size_t p) {
-    results[p] = partition(order_.size() * p / patches, order_.size() * (p + 1) / patches);
-    done++;
-    if (options_.progress && std::this_thread::get_id() == caller)
-      options_.progress(float(done) / float(patches + 1));
-  });
+  std::vector<PatchResult> results;
+  {
+    const ConnectedOrder order = order_by_part(half_edges_);
+    const size_t count = order.triangles.size(), patches = (count + kPatchSize - 1) / kPatchSize;
+    results.resize(patches);
+    const std::thread::id caller = std::this_thread::get_id();
+    std::atomic<size_t> done{0};
+    parallel_for(options_.threads, patches, [&](size_t p) {
+      results[p] = partition(order, count * p / patches, count * (p + 1) / patches);
+      done++;
+      if (options_.progress && std::this_thread::get_id() == caller)
+        options_.progress(float(done) / float(patches + 1));
+    });
+  }
   Meshlets meshlets = join_patches(results);
   if (options_.progress) options_.progress(1.0f);
   return meshlets;
 }
 
-Generator::PatchResult Generator::partition(size_t first, size_t last) const {
+Generator::PatchResult Generator::partition(const ConnectedOrder& order, size_t first,
+                                            size_t last) const {
   // Regions end at seams, whose vertices are doubled anyway. Joining small regions across seams
   // later compresses better than regions that cross seams and are cut into disks.
-  Patch patch = extract_patch(order_, first, last, slot_, by_vertex_, shapes_);
+  Patch patch = extract_patch(mesh_, half_edges_, order, first, last);
   PatchResult result;
   const float mean = std::max(1.0f, options_.fill * float(options_.max_triangles));
   result.iterations = grow_regions(patch, {mean, options_.max_triangles - 1, options_.lambda,
-                                           options_.weight, options_.iterations});
+                                           options_.weight, options_.effort, options_.iterations});
   std::vector<uint32_t> sizes(size_t(patch.region_count), 0);
   for (const int32_t region : patch.region) ++sizes[region];
   for (const uint32_t size : sizes)
     ++result.histogram[size < 32 ? 0 : size < 64 ? 1 : size < 72 ? 2 : 3];
-  refine_regions(patch, {options_.max_triangles, kRefinementSweeps});
-  std::vector<std::vector<uint32_t>> regions(size_t(patch.region_count));
-  for (size_t t = 0; t < patch.size(); t++) regions[patch.region[t]].push_back(patch.triangles[t]);
-  DiskCutter cutter(mesh_.triangles, by_vertex_.data());
-  for (std::vector<uint32_t>& region : regions) add_meshlets(region, cutter, result.list);
+  refine_regions(
+      patch, {options_.max_triangles, options_.effort == Effort::kFast ? 0 : kRefinementSweeps});
+  cut_regions(patch, result.list);
   return result;
+}
+
+void Generator::cut_regions(const Patch& patch, MeshletList& list) const {
+  // end[r + 1] first counts region r, then is its begin, and after filling its end.
+  std::vector<uint32_t> end(size_t(patch.region_count) + 2, 0), sorted(patch.size());
+  for (const int32_t region : patch.region) ++end[size_t(region) + 2];
+  for (size_t r = 2; r < end.size(); r++) end[r] += end[r - 1];
+  for (size_t t = 0; t < patch.size(); t++)
+    sorted[end[size_t(patch.region[t]) + 1]++] = patch.triangles[t];
+  DiskCutter cutter(mesh_.triangles.data(), half_edges_);
+  std::vector<uint32_t> region;
+  for (size_t r = 0; r < size_t(patch.region_count); r++) {
+    region.assign(sorted.begin() + end[r], sorted.begin() + end[r + 1]);
+    add_meshlets(region, cutter, list);
+  }
 }
 
 // Adds the triangles as one meshlet, or as several if one would exceed the limits.
@@ -157,15 +163,15 @@ void Generator::keep_disks(const Disks& disks, DiskCutter& cutter, MeshletList& 
 // Removes and returns half of the triangles: those nearest to the one farthest from the centre.
 std::vector<uint32_t> Generator::split_off_half(std::vector<uint32_t>& triangles) const {
   Vec3 centre{0, 0, 0};
-  for (const uint32_t t : triangles) centre = centre + shapes_.centres[t];
+  for (const uint32_t t : triangles) centre = centre + mesh_.centre(t);
   centre = centre * (1.0f / float(triangles.size()));
   const auto distance = [&](uint32_t t, Vec3 from) {
-    return dot(shapes_.centres[t] - from, shapes_.centres[t] - from);
+    return dot(mesh_.centre(t) - from, mesh_.centre(t) - from);
   };
   uint32_t pole = triangles[0];
   for (const uint32_t t : triangles)
     if (distance(t, centre) > distance(pole, centre)) pole = t;
-  const Vec3 end = shapes_.centres[pole];
+  const Vec3 end = mesh_.centre(pole);
   std::sort(triangles.begin(), triangles.end(), [&](uint32_t a, uint32_t b) {
     const float da = distance(a, end), db = distance(b, end);
     return da != db ? da < db : a < b;
@@ -177,27 +183,39 @@ std::vector<uint32_t> Generator::split_off_half(std::vector<uint32_t>& triangles
 }
 
 std::vector<Contact> Generator::find_contacts(const MeshletList& list) const {
-  std::vector<uint32_t> meshlet_of(mesh_.triangle_count);
-  for (uint32_t m = 0; m < list.count(); m++)
+  std::vector<uint32_t> meshlet_of(mesh_.triangle_count());
+  const size_t parts = (list.count() + kMeshletsPerPart - 1) / kMeshletsPerPart;
+  const auto for_meshlets = [&](auto&& body) {
+    parallel_for(options_.threads, parts, [&](size_t p) {
+      const size_t last = std::min<size_t>(list.count(), (p + 1) * kMeshletsPerPart);
+      for (size_t m = p * kMeshletsPerPart; m < last; m++) body(p, uint32_t(m));
+    });
+  };
+  for_meshlets([&](size_t, uint32_t m) {
     for (uint32_t i = list.first_triangle(m); i < list.first_triangle(m + 1); i++)
       meshlet_of[list.triangles[i]] = m;
-  std::vector<Contact> contacts;
-  for (size_t h = 0; h < by_position_.size(); h++) {
-    if (by_position_[h] < 0) continue;
-    const uint32_t a = meshlet_of[h / 3], b = meshlet_of[size_t(by_position_[h]) / 3];
-    if (a < b) contacts.push_back({a, b, by_vertex_[h] >= 0 ? kInnerEdgeWeight : kSeamWeight});
-  }
-  std::sort(contacts.begin(), contacts.end(), [](const Contact& x, const Contact& y) {
-    return x.a != y.a ? x.a < y.a : x.b != y.b ? x.b < y.b : x.weight < y.weight;
   });
-  size_t count = 0;
-  for (const Contact& contact : contacts) {
-    if (count > 0 && contacts[count - 1].a == contact.a && contacts[count - 1].b == contact.b)
-      contacts[count - 1].weight += contact.weight;
-    else
-      contacts[count++] = contact;
-  }
-  contacts.resize(count);
+  std::vector<std::vector<Contact>> found(parts);
+  for_meshlets([&](size_t part, uint32_t m) {
+    std::vector<Contact>& contacts = found[part];
+    const size_t begin = contacts.size();
+    for (uint32_t i = list.first_triangle(m); i < list.first_triangle(m + 1); i++)
+      for (size_t h = 3 * size_t(list.triangles[i]); h < 3 * size_t(list.triangles[i]) + 3; h++) {
+        const int32_t other = half_edges_.by_position(h);
+        const uint32_t b = other < 0 ? m : meshlet_of[size_t(other) / 3];
+        if (b <= m) continue;
+        const uint32_t weight = half_edges_.by_vertex(h) >= 0 ? kInnerEdgeWeight : kSeamWeight;
+        size_t at = begin;
+        while (at < contacts.size() && contacts[at].b != b) at++;
+        if (at == contacts.size()) contacts.push_back({m, b, 0});
+        contacts[at].weight += weight;
+      }
+    std::sort(contacts.begin() + std::ptrdiff_t(begin), contacts.end(),
+              [](const Contact& x, const Contact& y) { return x.b < y.b; });
+  });
+  std::vector<Contact> contacts;
+  for (const std::vector<Contact>& part : found)
+    contacts.insert(contacts.end(), part.begin(), part.end());
   return contacts;
 }
 
@@ -205,10 +223,10 @@ std::vector<Load> Generator::measure_loads(const MeshletList& list) const {
   std::vector<Load> loads(list.count());
   for (uint32_t m = 0; m < list.count(); m++) {
     const uint32_t first = list.first_triangle(m), last = list.first_triangle(m + 1);
-    Vec3 low = shapes_.centres[list.triangles[first]], high = low;
+    Vec3 low = mesh_.centre(list.triangles[first]), high = low;
     for (uint32_t i = first; i < last; i++) {
-      low = minimum(low, shapes_.centres[list.triangles[i]]);
-      high = maximum(high, shapes_.centres[list.triangles[i]]);
+      low = minimum(low, mesh_.centre(list.triangles[i]));
+      high = maximum(high, mesh_.centre(list.triangles[i]));
     }
     loads[m] = {last - first, list.vertices[m], to_grid(low), to_grid(high)};
   }
@@ -220,7 +238,7 @@ std::vector<std::vector<uint32_t>> Generator::group_meshlets(const MeshletList& 
   const std::vector<Contact> contacts = find_contacts(list);
   std::vector<Vec3> centres;
   for (uint32_t m = 0; m < list.count(); m++)
-    centres.push_back(shapes_.centres[list.triangles[list.first_triangle(m)]]);
+    centres.push_back(mesh_.centre(list.triangles[list.first_triangle(m)]));
   const std::vector<uint32_t> group =
       join_meshlets(measure_loads(list), contacts, order_along_curve(centres, options_.threads),
                     uint32_t(options_.max_triangles), uint32_t(options_.max_vertices));
@@ -242,11 +260,11 @@ std::vector<std::vector<uint32_t>> Generator::group_meshlets(const MeshletList& 
 // Joins meshlets that fit into one.
 MeshletList Generator::join_small(const MeshletList& list) const {
   const std::vector<std::vector<uint32_t>> groups = group_meshlets(list);
-  std::vector<MeshletList> parts((groups.size() + kGroupsPerPart - 1) / kGroupsPerPart);
+  std::vector<MeshletList> parts((groups.size() + kMeshletsPerPart - 1) / kMeshletsPerPart);
   parallel_for(options_.threads, parts.size(), [&](size_t p) {
-    DiskCutter cutter(mesh_.triangles, by_vertex_.data());
-    const size_t last = std::min(groups.size(), (p + 1) * kGroupsPerPart);
-    for (size_t g = p * kGroupsPerPart; g < last; g++) join(list, groups[g], cutter, parts[p]);
+    DiskCutter cutter(mesh_.triangles.data(), half_edges_);
+    const size_t last = std::min(groups.size(), (p + 1) * kMeshletsPerPart);
+    for (size_t g = p * kMeshletsPerPart; g < last; g++) join(list, groups[g], cutter, parts[p]);
   });
   MeshletList joined;
   for (const MeshletList& part : parts) joined.append(part);
@@ -256,6 +274,7 @@ MeshletList Generator::join_small(const MeshletList& list) const {
 // Cuts the triangles of these meshlets into disks again: disks then grow across former borders.
 void Generator::join(const MeshletList& list, const std::vector<uint32_t>& meshlets,
                      DiskCutter& cutter, MeshletList& result) const {
+  if (meshlets.size() == 1) return result.append_joined(list, meshlets);
   std::vector<uint32_t> triangles;
   for (const uint32_t m : meshlets)
     triangles.insert(triangles.end(), list.triangles.begin() + list.first_triangle(m),
@@ -289,8 +308,9 @@ Meshlets Generator::join_patches(const std::vector<PatchResult>& results) const 
 
 }  // namespace
 
-Meshlets generate_meshlets(const MeshView& mesh, const GenerationOptions& options) {
-  return Generator(mesh, options).run();
+Meshlets generate_meshlets(const SpatialMesh& mesh, const HalfEdges& half_edges,
+                           const GenerationOptions& options) {
+  return Generator(mesh, half_edges, options).run();
 }
 
 }  // namespace meshlet

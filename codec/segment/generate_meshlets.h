@@ -6,18 +6,14 @@
 #include <functional>
 #include <vector>
 
+#include "segment/half_edges.h"
+#include "segment/spatial_mesh.h"
+
 namespace meshlet {
 
-// triangles: at least one, below 2^31 / 3; three different vertex numbers each. position_ids[v] <
-// vertex_count is equal for two vertices if and only if their positions are bit-identical.
-// positions: three finite floats per vertex.
-struct MeshView {
-  const uint32_t* triangles;
-  size_t triangle_count;
-  const uint32_t* position_ids;
-  const float* positions;
-  size_t vertex_count;
-};
+// How much time goes into small files. kFast and kNormal shift the borders of regions, kHigh grows
+// regions anew in each round, as the paper. kMax is kHigh tried with several parameters.
+enum class Effort { kFast, kNormal, kHigh, kMax };
 
 // The weight that orders the attachment of triangles to regions: equation (1) of the paper, with
 // its penalty C(F) for full regions, or without, as in Choe et al.
@@ -28,7 +24,8 @@ struct GenerationOptions {
   int max_vertices = 64;   // per meshlet, 3..64
   // Equation (1), above 1. Smaller: flatter meshlets; larger: more compact ones.
   float lambda = 1.4f;
-  // Most rounds of attaching triangles and moving centres.
+  Effort effort = Effort::kNormal;
+  // kHigh and above: most rounds of attaching triangles and moving centres.
   int iterations = 12;
   Weight weight = Weight::kPaper;
   int threads = 0;  // 0: one per processor; does not change the result
@@ -54,6 +51,9 @@ struct Meshlets {
 // three edges that passes each vertex once. A meshlet has at most max_triangles triangles and,
 // summed over its disks, max_vertices vertices. Meshlets that share an edge (by position) have
 // close numbers. The result depends on the mesh and the options only, not on `threads`.
-Meshlets generate_meshlets(const MeshView& mesh, const GenerationOptions& options);
+//
+// half_edges: match_half_edges of the mesh.
+Meshlets generate_meshlets(const SpatialMesh& mesh, const HalfEdges& half_edges,
+                           const GenerationOptions& options);
 
 }  // namespace meshlet

@@ -1,101 +1,169 @@
 #include "segment/half_edges.h"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include "common/parallel.h"
 
 namespace meshlet {
 namespace {
 
-// A half-edge in the bucket of the smaller of its two ends.
-struct Entry {
-  uint32_t larger_end;
-  uint32_t half_edge;  // top bit: it runs from the larger end to the smaller
-};
-constexpr uint32_t kDescending = 1u << 31;
+// Buckets up to this size are searched one by one; larger ones are sorted.
+constexpr uint32_t kSmallBucket = 32;
 
-// Buckets up to this size are matched by comparing all pairs; larger ones are sorted.
-constexpr size_t kSmallBucket = 24;
+// Fewest half-edges per thread: each thread reads all of them.
+constexpr size_t kLeastPerThread = 1 << 14;
 
-void match_pair(const Entry& a, const Entry& b, int32_t* match) {
-  const uint32_t ha = a.half_edge & ~kDescending, hb = b.half_edge & ~kDescending;
-  if (((a.half_edge ^ b.half_edge) & kDescending) == 0 || ha / 3 == hb / 3) return;
-  match[ha] = int32_t(hb);
-  match[hb] = int32_t(ha);
-}
+// Parts of the vertices per thread, in the second half.
+constexpr size_t kPartsPerThread = 8;
 
-void match_small_bucket(const Entry* bucket, size_t size, int32_t* match) {
-  for (size_t i = 0; i < size; i++) {
-    size_t uses = 0, other = 0;
-    for (size_t j = 0; j < size; j++)
-      if (j != i && bucket[j].larger_end == bucket[i].larger_end) ++uses, other = j;
-    if (uses == 1 && other > i) match_pair(bucket[i], bucket[other], match);
+// Where half-edges go, in buckets by where they start.
+//
+// Ends: from(i) and to(i) of the i-th half-edge, below id_count; equal ends are left out.
+template <class Ends>
+class Buckets {
+ public:
+  struct Found {
+    uint32_t count;  // 2: or more
+    uint32_t item;   // one of them
+  };
+
+  Buckets(const Ends& ends, size_t count, size_t id_count, int threads)
+      : ends_(ends),
+        id_count_(id_count),
+        threads_(threads),
+        ranges_(std::clamp<size_t>(count / kLeastPerThread, 1, size_t(resolve_threads(threads)))),
+        begin_(id_count + 2, 0) {
+    fill(count);
+    sort_large();
   }
-}
 
-void match_large_bucket(Entry* bucket, size_t size, int32_t* match) {
-  std::sort(bucket, bucket + size, [](const Entry& a, const Entry& b) {
-    return a.larger_end != b.larger_end ? a.larger_end < b.larger_end : a.half_edge < b.half_edge;
-  });
-  for (size_t i = 0, end; i < size; i = end) {
-    for (end = i + 1; end < size && bucket[end].larger_end == bucket[i].larger_end;) ++end;
-    if (end - i == 2) match_pair(bucket[i], bucket[i + 1], match);
+  // Calls body(item, opposite) for every half-edge that has an opposite one; `may_match` says
+  // whether two half-edges can be opposite.
+  template <class MayMatch, class Body>
+  void match(MayMatch&& may_match, Body&& body) const {
+    for_vertices([&](uint32_t from, uint32_t begin, uint32_t end) {
+      for (uint32_t i = begin; i < end; i++) {
+        const Found other = find(to_[i], from);
+        if (other.count == 1 && may_match(item_[i], other.item) && find(from, to_[i]).count == 1)
+          body(item_[i], other.item);
+      }
+    });
   }
-}
 
-// Calls visit(smaller end, larger end, half-edge with direction bit) for all half-edges whose
-// smaller end is in [first, last).
-template <class Visit>
-void visit_half_edges(const uint32_t* triangles, size_t triangle_count, const uint32_t* ids,
-                      uint32_t first, uint32_t last, Visit&& visit) {
-  for (size_t t = 0; t < triangle_count; t++) {
-    uint32_t corner[3];
-    for (int k = 0; k < 3; k++) corner[k] = ids ? ids[triangles[3 * t + k]] : triangles[3 * t + k];
-    for (int k = 0; k < 3; k++) {
-      const uint32_t from = corner[k], to = corner[k == 2 ? 0 : k + 1];
-      const uint32_t smaller = std::min(from, to);
-      if (smaller < first || smaller >= last || from == to) continue;
-      const uint32_t half_edge = uint32_t(3 * t + k);
-      visit(smaller, std::max(from, to), from < to ? half_edge : half_edge | kDescending);
+ private:
+  uint32_t first_of(size_t range) const { return uint32_t(id_count_ * range / ranges_); }
+
+  void fill(size_t count) {
+    // begin_[v + 1] first counts bucket v, then is its begin, and after filling its end.
+    parallel_for(threads_, ranges_, [&](size_t r) {
+      const uint32_t first = first_of(r), size = first_of(r + 1) - first;
+      for (size_t i = 0; i < count; i++) {
+        const uint32_t from = ends_.from(i);
+        if (from - first < size && from != ends_.to(i)) ++begin_[from + 2];
+      }
+    });
+    for (size_t i = 2; i < begin_.size(); i++) begin_[i] += begin_[i - 1];
+    to_.reset(new uint32_t[begin_.back()]);
+    item_.reset(new uint32_t[begin_.back()]);
+    parallel_for(threads_, ranges_, [&](size_t r) {
+      const uint32_t first = first_of(r), size = first_of(r + 1) - first;
+      for (size_t i = 0; i < count; i++) {
+        const uint32_t from = ends_.from(i), to = ends_.to(i);
+        if (from - first >= size || from == to) continue;
+        const uint32_t place = begin_[from + 1]++;
+        to_[place] = to;
+        item_[place] = uint32_t(i);
+      }
+    });
+  }
+
+  // Calls body(vertex, begin, end of its bucket).
+  template <class Body>
+  void for_vertices(Body&& body) const {
+    const size_t parts = ranges_ == 1 ? 1 : kPartsPerThread * ranges_;
+    parallel_for(threads_, parts, [&](size_t p) {
+      for (size_t v = id_count_ * p / parts; v < id_count_ * (p + 1) / parts; v++)
+        body(uint32_t(v), begin_[v], begin_[v + 1]);
+    });
+  }
+
+  void sort_large() {
+    for_vertices([&](uint32_t, uint32_t begin, uint32_t end) {
+      if (end - begin <= kSmallBucket) return;
+      std::vector<std::pair<uint32_t, uint32_t>> bucket;
+      for (uint32_t i = begin; i < end; i++) bucket.emplace_back(to_[i], item_[i]);
+      std::sort(bucket.begin(), bucket.end());
+      for (const auto& [to, item] : bucket) {
+        to_[begin] = to;
+        item_[begin++] = item;
+      }
+    });
+  }
+
+  // The half-edges from one vertex to another.
+  Found find(uint32_t from, uint32_t to) const {
+    const uint32_t begin = begin_[from], end = begin_[from + 1];
+    Found found{0, 0};
+    if (end - begin <= kSmallBucket) {
+      for (uint32_t i = begin; i < end; i++) {
+        const bool equal = to_[i] == to;
+        found.count += equal;
+        found.item = equal ? item_[i] : found.item;
+      }
+      return found;
     }
+    const uint32_t *first = to_.get() + begin, *last = to_.get() + end;
+    const uint32_t* at = std::lower_bound(first, last, to);
+    if (at == last || *at != to) return found;
+    return {at + 1 < last && at[1] == to ? 2u : 1u, item_[at - to_.get()]};
   }
-}
 
-void match_range(const uint32_t* triangles, size_t triangle_count, const uint32_t* ids,
-                 uint32_t first, uint32_t last, int32_t* match) {
-  // end[i + 1] first counts bucket i, then is its begin, and after filling its end.
-  std::vector<uint32_t> end(size_t(last - first) + 2, 0);
-  visit_half_edges(triangles, triangle_count, ids, first, last,
-                   [&](uint32_t smaller, uint32_t, uint32_t) { ++end[smaller - first + 2]; });
-  for (size_t i = 2; i < end.size(); i++) end[i] += end[i - 1];
-  std::vector<Entry> entries(end.back());
-  visit_half_edges(triangles, triangle_count, ids, first, last,
-                   [&](uint32_t smaller, uint32_t larger, uint32_t half_edge) {
-                     entries[end[smaller - first + 1]++] = {larger, half_edge};
-                   });
-  for (uint32_t i = 0; i < last - first; i++) {
-    Entry* bucket = entries.data() + end[i];
-    const size_t size = end[i + 1] - end[i];
-    if (size <= kSmallBucket)
-      match_small_bucket(bucket, size, match);
-    else
-      match_large_bucket(bucket, size, match);
+  const Ends& ends_;
+  const size_t id_count_;
+  const int threads_;
+  const size_t ranges_;  // of vertices, one for each thread
+  std::vector<uint32_t> begin_;
+  std::unique_ptr<uint32_t[]> to_, item_;
+};
+
+// All half-edges of a mesh by vertex.
+struct VertexEnds {
+  const uint32_t* triangles;
+  uint32_t from(size_t i) const { return triangles[i]; }
+  uint32_t to(size_t i) const { return triangles[next_in_triangle(uint32_t(i))]; }
+};
+
+// Some half-edges of a mesh by position.
+struct PositionEnds {
+  const MeshView& mesh;
+  const std::vector<uint32_t>& half_edges;
+  uint32_t from(size_t i) const { return mesh.position_ids[mesh.triangles[half_edges[i]]]; }
+  uint32_t to(size_t i) const {
+    return mesh.position_ids[mesh.triangles[next_in_triangle(half_edges[i])]];
   }
-}
+};
 
 }  // namespace
 
-std::vector<int32_t> match_half_edges(const uint32_t* triangles, size_t triangle_count,
-                                      const uint32_t* ids, size_t id_count, int threads) {
-  std::vector<int32_t> match(3 * triangle_count, -1);
-  // Every range reads all triangles: use no more ranges than threads.
-  const size_t ranges =
-      std::min<size_t>(resolve_threads(threads), std::max<size_t>(1, triangle_count / 4096));
-  parallel_for(threads, ranges, [&](size_t r) {
-    match_range(triangles, triangle_count, ids, uint32_t(id_count * r / ranges),
-                uint32_t(id_count * (r + 1) / ranges), match.data());
-  });
-  return match;
+HalfEdges match_half_edges(const MeshView& mesh, int threads) {
+  std::vector<int32_t> opposite(3 * mesh.triangle_count, HalfEdges::kNone);
+  const VertexEnds all{mesh.triangles};
+  Buckets(all, opposite.size(), mesh.vertex_count, threads)
+      .match([](uint32_t a, uint32_t b) { return a / 3 != b / 3; },
+             [&](uint32_t h, uint32_t other) { opposite[h] = int32_t(other); });
+  std::vector<uint32_t> open;
+  for (uint32_t h = 0; h < opposite.size(); h++)
+    if (opposite[h] < 0) open.push_back(h);
+  if (open.empty()) return HalfEdges(std::move(opposite));
+  const PositionEnds by_position{mesh, open};
+  Buckets(by_position, open.size(), mesh.vertex_count, threads)
+      .match([&](uint32_t a, uint32_t b) { return open[a] / 3 != open[b] / 3; },
+             [&](uint32_t i, uint32_t other) {
+               opposite[open[i]] = HalfEdges::kByPosition - int32_t(open[other]);
+             });
+  return HalfEdges(std::move(opposite));
 }
 
 }  // namespace meshlet

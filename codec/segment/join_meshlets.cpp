@@ -83,6 +83,10 @@ class Packer {
 };
 
 void Packer::join_contacts(std::vector<Contact>& contacts) {
+  // Loads only grow: those that do not fit now never will.
+  contacts.erase(std::remove_if(contacts.begin(), contacts.end(),
+                                [&](const Contact& c) { return !fits(c.a, c.b); }),
+                 contacts.end());
   std::sort(contacts.begin(), contacts.end(), [](const Contact& x, const Contact& y) {
     if (x.weight != y.weight) return x.weight > y.weight;
     return x.a != y.a ? x.a < y.a : x.b < y.b;

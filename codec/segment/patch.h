@@ -5,19 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/vec3.h"
+#include "segment/spatial_mesh.h"
 
 namespace meshlet {
-
-// Per triangle of the mesh.
-struct TriangleShapes {
-  std::vector<Vec3> centres;  // scaled: the mesh's bounding box has longest side 1
-  std::vector<Vec3> normals;  // unit length, or zero for a triangle without area
-};
-
-struct Facet {
-  Vec3 centre, normal;
-};
 
 // Some tens of thousands of triangles, with local numbers from 0.
 struct Patch {
@@ -25,6 +15,9 @@ struct Patch {
   // Local half-edge across half-edge 3 * t + k; -1: none, or in another patch.
   std::vector<int32_t> neighbours;
   std::vector<Facet> facets;
+  // Of each triangle: the edge-connected part of the mesh that it belongs to. Parts follow one
+  // another.
+  std::vector<uint32_t> part;
   std::vector<int32_t> region;  // of each triangle
   int32_t region_count = 0;
 

@@ -1,4 +1,4 @@
-// Grows regions as in the paper: rounds of attaching triangles to centres and moving the centres.
+// Grows regions around centres that move.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,17 @@ struct GrowthOptions {
   int max_size;     // N_max
   float lambda;
   Weight weight;
-  int iterations;
+  Effort effort;
+  int iterations;  // kHigh and above: most rounds
 };
 
-// Fills patch.region and patch.region_count with edge-connected regions. Returns the number of
-// rounds until the centres stopped moving: 1 to options.iterations.
+// Fills patch.region and patch.region_count. Returns the number of rounds in which centres moved.
+//
+// kHigh and above: as in the paper, rounds of attaching triangles to centres and moving the
+// centres, until these stop. Regions are edge-connected.
+// kNormal: most rounds only shift the borders of regions; the regions are edge-connected.
+// kFast: regions start as runs of triangles along the curve, then borders shift; a region may fall
+// apart.
 int grow_regions(Patch& patch, const GrowthOptions& options);
 
 }  // namespace meshlet

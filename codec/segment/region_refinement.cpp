@@ -174,10 +174,12 @@ bool Refiner::sweep(int max_size) {
   bool moved = false;
   for (int32_t t = 0; t < int32_t(patch_.size()); t++) {
     const int32_t from = patch_.region[t];
+    const int32_t beside[3] = {region_across(t, 0), region_across(t, 1), region_across(t, 2)};
+    // Inside, or with two edges: no other region can have as many.
+    if ((beside[0] == from) + (beside[1] == from) + (beside[2] == from) > 1) continue;
     Move best;
     best.score = kLeastGain;
-    for (int k = 0; k < 3; k++) {
-      const int32_t to = region_across(t, k);
+    for (const int32_t to : beside) {
       if (to == kNone || to == from || sizes_[to] >= max_size || sizes_[from] == 1) continue;
       const float value = score(t, from, to);
       if (value > best.score && keeps_disks(t, from, to)) best = {t, to, value};

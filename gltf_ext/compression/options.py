@@ -19,6 +19,7 @@ MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
 MIN_PAGE_BYTES, MAX_PAGE_BYTES = 4096, 1 << 28
 LARGEST_NUMBER = 1e9
 DEFAULT_LOD_PAGE_BYTES = 32768
+ITERATING_EFFORTS = ("high", "max")
 
 
 @dataclass(frozen=True)
@@ -135,8 +136,19 @@ class Options:
         type=float,
         default="1.4",
     )
+    effort: str = _declared(
+        "normal",
+        "--effort",
+        "time spent on a smaller file: fast is about 3 % larger than normal, and max 1 % smaller "
+        "in 15 times the time",
+        type=str,
+        choices=("fast", "normal", "high", "max"),
+    )
     iterations: int | None = _declared(
-        None, "--iterations", "most rounds of meshlet generation", default="12"
+        None,
+        "--iterations",
+        "most rounds of meshlet generation, with effort high or max",
+        default="12",
     )
     fill: float | None = _declared(
         None,
@@ -212,6 +224,12 @@ class Options:
             value = getattr(self, option.name)
             if value is not None:
                 option.check(value)
+        if self.iterations is not None and self.effort not in ITERATING_EFFORTS:
+            raise MeshletError(
+                f"iterations has no meaning with effort {self.effort}",
+                f"use effort {' or '.join(ITERATING_EFFORTS)}",
+                options=("iterations", "effort", "effort"),
+            )
         if 0 < self.page_bytes < MIN_PAGE_BYTES:
             raise MeshletError(
                 f"page_bytes is {self.page_bytes}",
@@ -239,6 +257,7 @@ class Options:
         given = {"lambda_": self.lambda_, "iterations": self.iterations, "fill": self.fill}
         return {
             "max_triangles": self.max_triangles,
+            "effort": self.effort,
             "weight": self.weight,
             "threads": self.threads,
             "page_bytes": self.page_bytes,

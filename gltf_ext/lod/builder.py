@@ -58,13 +58,11 @@ class Clusters:
 
     Attributes:
         triangles: uint32[T, 3]; disk_begin, cluster_begin: int64, as in _codec.encode.
-        source: uint32[T]: numbers of the triangles in a list that they were made from.
     """
 
     triangles: np.ndarray
     disk_begin: np.ndarray
     cluster_begin: np.ndarray
-    source: np.ndarray
 
     @property
     def count(self) -> int:
@@ -84,7 +82,6 @@ class Clusters:
             self.triangles[triangles],
             begins(np.diff(self.disk_begin)[disks]),
             begins(np.diff(self.cluster_begin)[clusters]),
-            self.source[triangles],
         )
 
     def followed_by(self, other: Clusters) -> Clusters:
@@ -92,7 +89,6 @@ class Clusters:
             np.concatenate([self.triangles, other.triangles]),
             np.concatenate([self.disk_begin, self.disk_begin[-1] + other.disk_begin[1:]]),
             np.concatenate([self.cluster_begin, self.cluster_begin[-1] + other.cluster_begin[1:]]),
-            np.concatenate([self.source, other.source]),
         )
 
 
@@ -228,7 +224,7 @@ class _Builder:
 
     def _clusters(self, triangles: np.ndarray, begin: np.ndarray) -> tuple[Clusters, np.ndarray]:
         """(clusters of the triangles, int64: the first cluster of each group)."""
-        order, disk_begin, cluster_begin, group_begin = _codec.generate_in_groups(
+        made, disk_begin, cluster_begin, group_begin = _codec.generate_in_groups(
             triangles,
             begin.astype(np.uint32),
             self.surface.position_ids,
@@ -236,9 +232,7 @@ class _Builder:
             **self.generation,
         )
         return (
-            Clusters(
-                triangles[order], disk_begin.astype(np.int64), cluster_begin.astype(np.int64), order
-            ),
+            Clusters(made, disk_begin.astype(np.int64), cluster_begin.astype(np.int64)),
             group_begin.astype(np.int64),
         )
 

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from gltf_ext.compression.options import Options
     from gltf_ext.compression.streams import Plan
 
+EFFORTS = ("fast", "normal", "high", "max")  # in the order of the codec's numbers
+
 
 def encode_levels(job: Job, plan: Plan, options: Options, progress: Advance | None) -> bytes | None:
     """Sets the job's levels and statistics; returns the view of level 0.
@@ -25,6 +27,7 @@ def encode_levels(job: Job, plan: Plan, options: Options, progress: Advance | No
     encoder = options.encoder
     generation = {k: v for k, v in encoder.items() if k in ("lambda_", "iterations", "fill")}
     generation["max_triangles"] = encoder["max_triangles"]
+    generation["effort"] = EFFORTS.index(encoder["effort"])
     generation["paper_weight"] = encoder["weight"] == "paper"
     encoded = encode_with_levels(
         job.source,

@@ -12,7 +12,7 @@ Encode = Callable[[Pages], list[bytes]]  # a blob of each page
 # Estimated size of a page, as a share of the limit. On scans, sizes are within 3 % of the estimate.
 AIM = 0.97
 # Bytes per triangle are measured on runs of so many groups: all of few groups, a part of many.
-PILOT_GROUPS, FEW_PILOTS, MOST_PILOTS = 4, 8, 16
+PILOT_GROUPS, FEW_PILOTS, MOST_PILOTS = 2, 8, 16
 
 
 def pack(

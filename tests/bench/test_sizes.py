@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import gltf_ext
-from bench import common, figures, paper, peers, size
+from bench import common, figures, meshlet_peers, paper, peers, size
 from bench.generated import torus, write_generated
 from gltf_ext import _codec
 from gltf_ext.compression.extension import require_compressed
@@ -71,12 +71,11 @@ def test_sizes_are_todays(model, name):
     """Ours and the paper's encoding, and every codec that is here in the committed version."""
     committed = common.read_result("size")
     (row,) = (row for row in committed["models"] if row["model"] == name)
-    here = [
-        codec
-        for codec in peers.available()[0]
-        if committed["codecs"].get(codec.name) == codec.version
-    ]
-    today = size.measure_model(model(f"{name}.glb"), here)
+    here, formats = (
+        [codec for codec in found if committed["codecs"].get(codec.name) == codec.version]
+        for found, _ in (peers.available(), meshlet_peers.available())
+    )
+    today = size.measure_model(model(f"{name}.glb"), here, formats)
     expected = {codec: row["codecs"][codec] for codec in today["codecs"]}
     assert today == {**row, "codecs": expected}
     assert {size.OURS, size.PAPER} <= today["codecs"].keys()
@@ -87,7 +86,7 @@ def test_generated_sizes_are_todays(tmp_path):
         row for row in common.read_result("size")["models"] if row["model"] == "generated_boxes"
     )
     path = next(path for path in write_generated(tmp_path) if path.stem == "generated_boxes")
-    today = size.measure_model(path, [])
+    today = size.measure_model(path, [], [])
     assert today == {**row, "codecs": {codec: row["codecs"][codec] for codec in today["codecs"]}}
 
 

@@ -108,7 +108,26 @@ def test_components(name):
     values = _codec.decode_values((FOLDER / f"valid_{name}.bin").read_bytes())[1]
     for ours, theirs in zip(values, expected, strict=True):
         assert np.array_equal(np.array(theirs, np.float32), np.array(theirs))
-        assert ours.tolist() == theirs
+        assert ours.tobytes() == np.array(theirs, ours.dtype).tobytes()  # -0 is not 0
+
+
+def test_grid_vectors_tell_arithmetics_apart():
+    """Binary32 arithmetic, or adding 0, would change values."""
+    view = (FOLDER / "valid_grid_arithmetic.bin").read_bytes()
+    decoded = reference_decoder.decode_view(view)
+    for stream, integers in list(zip(decoded.streams, decoded.values))[1:]:
+        offset = np.array(stream.offset[:3], np.float32)
+        single = offset + integers.astype(np.float32) * np.float32(stream.step)
+        assert (single != reference_decoder.dequantise(stream, integers)).any()
+    zeros = _codec.decode_values((FOLDER / "valid_grid_zero_steps.bin").read_bytes())[1]
+    assert [np.signbit(values[values == 0]).any() for values in zeros[1:]] == [False, True, False]
+
+
+def test_owners_codes_are_checked():
+    """A meshlet that reads an anchor of an owner reads all codes before it."""
+    decoder = _codec.Decoder((FOLDER / "malformed_interior_parameter_of_an_owner.bin").read_bytes())
+    with pytest.raises(ValueError, match="parameter"):
+        decoder.decode_meshlet(1)
 
 
 def test_axes_are_exact():

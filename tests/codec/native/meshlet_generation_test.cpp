@@ -6,6 +6,7 @@
 // File: little-endian uint32 primitive count, then per primitive uint32 vertex and triangle counts,
 // float32 positions, uint32 triangles.
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -122,41 +123,102 @@ void tear(Mesh& mesh, Random& random, uint32_t odds) {
   }
 }
 
+// The mesh as it is partitioned: sorted.
+Mesh sorted(const meshlet::SpatialMesh& mesh) {
+  const float* points = &mesh.points[0].x;
+  return {std::vector<float>(points, points + 3 * mesh.points.size()), mesh.triangles,
+          mesh.position_ids};
+}
+
+meshlet::Meshlets generate(const meshlet::SpatialMesh& mesh,
+                           const meshlet::GenerationOptions& options) {
+  return meshlet::generate_meshlets(mesh, meshlet::match_half_edges(mesh.view(), options.threads),
+                                    options);
+}
+
+meshlet::SpatialMesh sort(const Mesh& mesh, int threads) {
+  return meshlet::sort_in_space(mesh.view(), threads);
+}
+
+// Is it the same mesh in another order?
+bool same_triangles(const Mesh& mesh, const meshlet::SpatialMesh& sorted) {
+  std::vector<std::array<uint32_t, 3>> before, after;
+  for (size_t i = 0; i < mesh.triangles.size(); i += 3) {
+    before.push_back({mesh.triangles[i], mesh.triangles[i + 1], mesh.triangles[i + 2]});
+    const uint32_t* v = &sorted.triangles[i];
+    after.push_back(
+        {sorted.source_vertex[v[0]], sorted.source_vertex[v[1]], sorted.source_vertex[v[2]]});
+  }
+  std::sort(before.begin(), before.end());
+  std::sort(after.begin(), after.end());
+  for (size_t v = 0; v < sorted.position_ids.size(); v++)
+    if (mesh.position_ids[sorted.source_vertex[v]] !=
+        mesh.position_ids[sorted.source_vertex[sorted.position_ids[v]]])
+      return false;
+  return before == after;
+}
+
 bool same(const meshlet::Meshlets& a, const meshlet::Meshlets& b) {
   return a.triangles == b.triangles && a.disk_begin == b.disk_begin &&
          a.meshlet_begin == b.meshlet_begin;
 }
 
+constexpr meshlet::Effort kEfforts[] = {meshlet::Effort::kFast, meshlet::Effort::kNormal,
+                                        meshlet::Effort::kHigh};
+
+// Checks the meshlets of all efforts; returns those of the last one.
 meshlet::Meshlets check(Mesh mesh, const std::string& name,
                         meshlet::GenerationOptions options = {}) {
   weld_positions(mesh);
-  options.threads = 1;
-  const meshlet::Meshlets meshlets = meshlet::generate_meshlets(mesh.view(), options);
-  const std::string wrong = check_meshlets(mesh, options, meshlets);
-  expect(wrong.empty(), name + ": " + wrong);
-  options.threads = 3;
-  expect(same(meshlets, meshlet::generate_meshlets(mesh.view(), options)),
-         name + ": depends on threads");
+  const meshlet::SpatialMesh in_space = sort(mesh, 1);
+  expect(same_triangles(mesh, in_space), name + ": sorted is another mesh");
+  expect(in_space.triangles == sort(mesh, 3).triangles, name + ": order depends on threads");
+  meshlet::Meshlets meshlets;
+  for (const meshlet::Effort effort : kEfforts) {
+    options.effort = effort;
+    options.threads = 1;
+    meshlets = generate(in_space, options);
+    const std::string wrong = check_meshlets(sorted(in_space), options, meshlets);
+    expect(wrong.empty(), name + ": " + wrong);
+    options.threads = 3;
+    expect(same(meshlets, generate(in_space, options)), name + ": depends on threads");
+  }
   return meshlets;
+}
+
+// A mesh of these triangles with position ids, and no positions.
+meshlet::HalfEdges match(const std::vector<uint32_t>& triangles, const std::vector<uint32_t>& ids) {
+  return meshlet::match_half_edges(
+      {triangles.data(), triangles.size() / 3, ids.data(), nullptr, ids.size()}, 2);
+}
+
+std::vector<uint32_t> distinct(uint32_t count) {
+  std::vector<uint32_t> ids(count);
+  for (uint32_t i = 0; i < count; i++) ids[i] = i;
+  return ids;
 }
 
 void test_half_edges() {
   // Two triangles joined by 1-2; a third one on 0-1, wound the wrong way; a fourth and fifth on
   // 2-0.
   const std::vector<uint32_t> triangles{0, 1, 2, 2, 1, 3, 0, 1, 4, 0, 2, 5, 0, 2, 6};
-  const std::vector<int32_t> match = meshlet::match_half_edges(triangles.data(), 5, nullptr, 7, 1);
+  const meshlet::HalfEdges few = match(triangles, distinct(7));
   for (int32_t h = 0; h < 15; h++)
-    expect(match[h] == (h == 1 ? 3 : h == 3 ? 1 : -1), "half-edge " + std::to_string(h));
+    expect(few.by_vertex(h) == (h == 1 ? 3 : h == 3 ? 1 : -1), "half-edge " + std::to_string(h));
   // Vertices 4 and 5 have the positions of 0 and 1: 5-4 closes on 0-1.
-  const std::vector<uint32_t> torn{0, 1, 2, 5, 4, 3}, ids{0, 1, 2, 3, 0, 1};
-  expect(meshlet::match_half_edges(torn.data(), 2, ids.data(), 4, 1)[0] == 3,
-         "half-edges joined by position");
+  const meshlet::HalfEdges torn = match({0, 1, 2, 5, 4, 3}, {0, 1, 2, 3, 0, 1});
+  expect(torn.by_vertex(0) < 0 && torn.by_position(0) == 3, "half-edges joined by position");
+  // 1-2 is matched by vertex; 5-6 and 8-7 have the same positions and are matched with each other.
+  const meshlet::HalfEdges four =
+      match({0, 1, 2, 2, 1, 3, 4, 5, 6, 7, 8, 9}, {0, 1, 2, 3, 4, 1, 2, 2, 1, 9});
+  expect(four.by_position(1) == 3 && four.by_position(7) == 9 && four.by_vertex(7) < 0,
+         "two pairs at one position");
   // A star: one vertex in very many triangles.
   std::vector<uint32_t> star;
   for (uint32_t i = 0; i < 1000; i++) star.insert(star.end(), {0, 1 + i, 1 + (i + 1) % 1000});
-  const std::vector<int32_t> closed =
-      meshlet::match_half_edges(star.data(), 1000, nullptr, 1001, 2);
-  for (int32_t i = 0; i < 1000; i++) expect(closed[3 * i + 2] == (i + 1) % 1000 * 3, "star");
+  const meshlet::HalfEdges closed = match(star, distinct(1001));
+  for (int32_t i = 0; i < 1000; i++)
+    expect(closed.by_vertex(3 * i + 2) == (i + 1) % 1000 * 3, "star");
 }
 
 void test_weld() {
@@ -215,12 +277,13 @@ void test_progress() {
   meshlet::GenerationOptions options;
   std::vector<float> fractions{0};
   options.progress = [&](float fraction) { fractions.push_back(fraction); };
-  meshlet::generate_meshlets(mesh.view(), options);
+  const meshlet::SpatialMesh in_space = sort(mesh, 1);
+  generate(in_space, options);
   expect(std::is_sorted(fractions.begin(), fractions.end()) && fractions.back() == 1, "progress");
   options.progress = [](float) { throw std::runtime_error("stop"); };
   bool stopped = false;
   try {
-    meshlet::generate_meshlets(mesh.view(), options);
+    generate(in_space, options);
   } catch (const std::runtime_error&) {
     stopped = true;
   }
@@ -271,15 +334,16 @@ void report(const char* path, const meshlet::GenerationOptions& options, bool ch
   uint32_t sum = 2166136261u;
   for (const Mesh& mesh : read_meshes(path)) {
     const auto start = std::chrono::steady_clock::now();
-    const meshlet::Meshlets meshlets = meshlet::generate_meshlets(mesh.view(), options);
+    const meshlet::SpatialMesh in_space = sort(mesh, options.threads);
+    const meshlet::Meshlets meshlets = generate(in_space, options);
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     for (int i = 0; i < 4; i++) histogram[i] += meshlets.histogram[i];
     sum = checksum(meshlets, sum);
     iterations = std::max(iterations, meshlets.iterations_run);
     if (!checked) continue;
-    const std::string wrong = check_meshlets(mesh, options, meshlets);
+    const std::string wrong = check_meshlets(sorted(in_space), options, meshlets);
     expect(wrong.empty(), std::string(path) + ": " + wrong);
-    add_figures(mesh, meshlets, figures);
+    add_figures(sorted(in_space), meshlets, figures);
   }
   const char* name = std::strrchr(path, '/') ? std::strrchr(path, '/') + 1 : path;
   std::printf("%-18s %6.3f s, %d iterations, histogram %u %u %u %u, checksum %08x", name, seconds,

@@ -1,0 +1,195 @@
+"""How do formats of meshlets compare? Positions and triangles alone: size, and speed of decoding.
+
+Ours, meshoptimizer's meshlets and AMD DGF at 12 bits; bench/meshlet_peers.py says what they need.
+Writes their section of docs/size.md. Times are of the processor, not of the clock, so that other
+programs disturb them little.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from bench import meshlet_peers, peers, vulkan_peers
+from bench.common import (
+    Question,
+    best_in_bold,
+    markdown_table,
+    origin_line,
+    progress,
+    read_result,
+    spread,
+)
+from bench.generated import write_generated
+from bench.models import real_models
+from bench.speed import native
+from gltf_ext import _codec
+
+OURS = "ours"
+SINGLE = "ours, meshlet by meshlet"
+# What others have published, on models of their own: name, bytes, per triangle of, with, source
+PUBLISHED = (
+    ("Nanite", "9.3 in memory, 5.6 on disk", "any level of detail",
+     "[SIGGRAPH 2021 course]"
+     "(https://advances.realtimerendering.com/s2021/Karis_Nanite_SIGGRAPH_Advances_2021_final.pdf),"
+     " slide 144: 882 million triangles of all levels in 7.67 and 4.61 GiB"),
+    ("Nanite", "19.0 in memory, 11.4 on disk", "the model",
+     "the same slide: 433 million triangles before levels of detail"),
+    ("Nanite", "14.4 on disk", "the model",
+     "[Unreal Engine's manual]"
+     "(https://dev.epicgames.com/documentation/unreal-engine/nanite-technical-details), "
+     "Valley of the Ancient"),
+    ("vk_lod_clusters", "15.6 on disk", "the model",
+     "[its README](https://github.com/nvpro-samples/vk_lod_clusters), commit 70506fd: Zorah, 1.63 "
+     "billion triangles in a cache file of 25.5 GB, written with `--compressed 1`"),
+)  # fmt: skip
+
+
+# --- measurements ---
+
+
+def measure(options: argparse.Namespace) -> dict:
+    """All models in all formats."""
+    formats, missing = meshlet_peers.available()
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for path in [*real_models(), *write_generated(Path(folder))]:
+            rows.append(measure_model(path, formats))
+            progress(path.stem)
+    return {
+        "peers": {peer.name: peer.version for peer in formats},
+        "missing": missing,
+        "rows": rows,
+    }
+
+
+def measure_model(path: Path, formats: list) -> dict:
+    """One model in ours and other formats: bytes, and times of decoding on one thread."""
+    primitives = peers.read_primitives(path, {"POSITION": peers.ATTRIBUTES["POSITION"]})
+    totals, blobs = meshlet_peers.compressed(primitives)
+    meshlets = sum(_codec.Decoder(blob).meshlet_count for blob in blobs)
+    with tempfile.TemporaryDirectory() as folder:
+        times = native("decode_speed", blobs, Path(folder))
+    ours = {"bytes": sum(map(len, blobs)), "meshlets": meshlets}
+    measured = {
+        OURS: {**ours, "decode_seconds": spread(times["decode_seconds"])},
+        SINGLE: {
+            **ours,
+            "decode_seconds": spread([meshlets * t / 1e6 for t in times["meshlet_microseconds"]]),
+        },
+    }
+    integers = meshlet_peers.integers_of(primitives)
+    for peer in formats:
+        run = peer.run(integers)
+        measured[peer.name] = {
+            "bytes": run.bytes,
+            "meshlets": run.meshlets,
+            "decode_seconds": spread(run.decode_seconds),
+        }
+    return {"model": path.stem, "triangles": totals["triangles"], "formats": measured}
+
+
+# --- the section ---
+
+
+def position_tables(rows: list[dict]) -> str:
+    """Bits per triangle, and decoding speed, of positions and triangles alone."""
+    names = list(dict.fromkeys(name for row in rows for name in row["formats"]))
+    formats = [name for name in names if name != SINGLE]
+
+    def table(
+        names: list[str], figure: Callable[[dict, dict], float], form: str, most: bool
+    ) -> str:
+        cells = [
+            [figure(row, row["formats"][n]) if n in row["formats"] else None for n in names]
+            for row in rows
+        ]
+        return markdown_table(
+            ["model", *names],
+            [[r["model"], *best_in_bold(c, form, largest=most)] for r, c in zip(rows, cells)],
+        )
+
+    full = {
+        name: statistics.median(
+            row["triangles"] / row["formats"][name]["meshlets"]
+            for row in rows
+            if name in row["formats"]
+        )
+        for name in formats
+    }
+    bits = table(formats, lambda row, of: 8 * of["bytes"] / row["triangles"], ".2f", False)
+    rate = table(
+        names, lambda row, of: row["triangles"] / of["decode_seconds"]["median"] / 1e6, ".0f", True
+    )
+    return f"""{bits}
+Triangles per meshlet or block, median of the models: \
+{", ".join(f"{name} {count:.1f}" for name, count in full.items())}.
+
+Million triangles per second on one thread of the CPU, into the vertices of each meshlet as floats;
+ours also as a whole, into vertices that all meshlets share:
+
+{rate}"""
+
+
+def published_table() -> str:
+    return markdown_table(
+        ["format", "bytes", "per triangle of", "source"], [list(row) for row in PUBLISHED]
+    ).replace("---:", "---")
+
+
+def gpu_table() -> str:
+    """What bench/vulkan_peers.py has measured; empty if it has not."""
+    result = read_result("vulkan_peers")
+    if result is None:
+        return ""
+    device = "{name}, driver {driver}".format(**result["device"])
+    return f"""Billion triangles per second on the GPU, {device}, with the decoding shader of each
+project (`python -m bench vulkan_peers`); meshoptimizer's decodes triangles but not the vertices:
+
+{vulkan_peers.table(result)}
+"""
+
+
+def section() -> str:
+    """The section of docs/size.md; without a result, how to get it."""
+    result = read_result("meshlet_formats")
+    begin = "## Positions and triangles alone\n"
+    if result is None:
+        return f"{begin}\nNot measured yet: run `python -m bench meshlet_formats`.\n"
+    return f"""{begin}
+{origin_line(result)}
+Formats that a GPU decodes meshlet by meshlet, without other attributes. Bits per triangle, all data
+that decoding needs:
+
+{position_tables(result["rows"])}
+{gpu_table()}Published by others, not measured here: for models, precisions and attributes of their
+own, with levels of detail (ours have none):
+
+{published_table()}"""
+
+
+def summary(result: dict) -> str:
+    """The tables to print."""
+    return position_tables(result["rows"])
+
+
+def write_pages(result: dict) -> list[Path]:
+    """docs/size.md, whose section this is."""
+    from bench import size  # which imports this module
+
+    written = read_result("size")
+    return size.write_pages(written) if written else []
+
+
+QUESTION = Question("meshlet_formats", __doc__, measure, summary, write_pages)
+
+
+def main() -> None:
+    QUESTION.run()
+
+
+if __name__ == "__main__":
+    main()

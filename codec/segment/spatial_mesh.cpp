@@ -1,0 +1,155 @@
+#include "segment/spatial_mesh.h"
+
+#include <algorithm>
+#include <array>
+
+#include "common/hilbert.h"
+#include "common/parallel.h"
+
+namespace meshlet {
+namespace {
+
+// Items per parallel task.
+constexpr size_t kBlock = 1 << 15;
+
+size_t block_count(size_t count) { return (count + kBlock - 1) / kBlock; }
+
+// body(i) for every i < count.
+template <class Body>
+void for_items(int threads, size_t count, Body&& body) {
+  parallel_for(threads, block_count(count), [&](size_t b) {
+    for (size_t i = b * kBlock; i < std::min((b + 1) * kBlock, count); i++) body(i);
+  });
+}
+
+struct Frame {
+  double origin[3] = {0, 0, 0};
+  double scale = 0;  // 1 / longest side
+};
+
+// Of the vertices that have a triangle.
+Frame fit_frame(const MeshView& mesh) {
+  float low[3], high[3];
+  for (int c = 0; c < 3; c++) low[c] = high[c] = mesh.positions[3 * size_t(mesh.triangles[0]) + c];
+  for (size_t i = 0; i < 3 * mesh.triangle_count; i++) {
+    for (int c = 0; c < 3; c++) {
+      const float value = mesh.positions[3 * size_t(mesh.triangles[i]) + c];
+      low[c] = std::min(low[c], value);
+      high[c] = std::max(high[c], value);
+    }
+  }
+  Frame frame;
+  double side = 0;
+  for (int c = 0; c < 3; c++) {
+    frame.origin[c] = low[c];
+    side = std::max(side, double(high[c]) - double(low[c]));
+  }
+  frame.scale = side > 0 ? 1 / side : 0;
+  return frame;
+}
+
+uint32_t to_cell(float coordinate) {
+  constexpr int cells = 1 << kHilbertBits;
+  return uint32_t(std::min(std::max(int(coordinate * cells), 0), cells - 1));
+}
+
+uint32_t code_of(Vec3 point) {
+  return hilbert_index({to_cell(point.x), to_cell(point.y), to_cell(point.z)});
+}
+
+// Returns 0 .. codes.size() - 1 by code, equal ones by number: a radix sort of kHilbertBits at a
+// time. Each block counts and places its own codes, after those of the blocks before it.
+std::vector<uint32_t> sorted_by_code(std::vector<uint32_t> codes, int threads) {
+  constexpr size_t kDigits = size_t(1) << kHilbertBits;
+  using Counts = std::array<uint32_t, kDigits>;
+  const size_t count = codes.size(), blocks = block_count(count);
+  std::vector<uint32_t> order(count), next_order(count), next_codes(count);
+  for_items(threads, count, [&](size_t i) { order[i] = uint32_t(i); });
+  std::vector<Counts> places(blocks);
+  for (int shift = 0; shift < 3 * kHilbertBits; shift += kHilbertBits) {
+    const auto digit = [&](uint32_t code) { return code >> shift & (kDigits - 1); };
+    parallel_for(threads, blocks, [&](size_t b) {
+      places[b].fill(0);
+      for (size_t i = b * kBlock; i < std::min((b + 1) * kBlock, count); i++)
+        ++places[b][digit(codes[i])];
+    });
+    uint32_t begin = 0;
+    for (size_t d = 0; d < kDigits; d++)
+      for (Counts& block : places) {
+        const uint32_t size = block[d];
+        block[d] = begin;
+        begin += size;
+      }
+    parallel_for(threads, blocks, [&](size_t b) {
+      for (size_t i = b * kBlock; i < std::min((b + 1) * kBlock, count); i++) {
+        const uint32_t to = places[b][digit(codes[i])]++;
+        next_order[to] = order[i];
+        next_codes[to] = codes[i];
+      }
+    });
+    order.swap(next_order);
+    codes.swap(next_codes);
+  }
+  return order;
+}
+
+// Numbers the vertices in order of first use.
+void number_vertices(SpatialMesh& sorted, size_t vertex_count) {
+  constexpr uint32_t none = ~0u;
+  std::vector<uint32_t> number(vertex_count, none);
+  sorted.source_vertex.reserve(vertex_count);
+  for (uint32_t& v : sorted.triangles) {
+    if (number[v] == none) {
+      number[v] = uint32_t(sorted.source_vertex.size());
+      sorted.source_vertex.push_back(v);
+    }
+    v = number[v];
+  }
+}
+
+}  // namespace
+
+SpatialMesh sort_in_space(const MeshView& mesh, int threads) {
+  const Frame frame = fit_frame(mesh);
+  std::vector<Vec3> points(mesh.vertex_count);
+  for_items(threads, points.size(), [&](size_t v) {
+    for (int c = 0; c < 3; c++)
+      points[v][c] =
+          float((double(mesh.positions[3 * v + size_t(c)]) - frame.origin[c]) * frame.scale);
+  });
+  SpatialMesh sorted;
+  sorted.triangles.resize(3 * mesh.triangle_count);
+  {
+    std::vector<uint32_t> codes(mesh.triangle_count);
+    for_items(threads, codes.size(), [&](size_t t) {
+      const uint32_t* v = mesh.triangles + 3 * t;
+      codes[t] = code_of((points[v[0]] + points[v[1]] + points[v[2]]) * (1.0f / 3.0f));
+    });
+    const std::vector<uint32_t> order = sorted_by_code(std::move(codes), threads);
+    for_items(threads, order.size(), [&](size_t i) {
+      std::copy_n(mesh.triangles + 3 * size_t(order[i]), 3, &sorted.triangles[3 * i]);
+    });
+  }
+  number_vertices(sorted, mesh.vertex_count);
+  sorted.points.resize(sorted.source_vertex.size());
+  sorted.position_ids.resize(sorted.source_vertex.size());
+  for_items(threads, sorted.points.size(),
+            [&](size_t v) { sorted.points[v] = points[sorted.source_vertex[v]]; });
+  // Renumbered too: an id is the first vertex that has it.
+  constexpr uint32_t none = ~0u;
+  std::vector<uint32_t> first(mesh.vertex_count, none);
+  for (uint32_t v = 0; v < sorted.position_ids.size(); v++) {
+    uint32_t& id = first[mesh.position_ids[sorted.source_vertex[v]]];
+    if (id == none) id = v;
+    sorted.position_ids[v] = id;
+  }
+  return sorted;
+}
+
+std::vector<uint32_t> order_along_curve(const std::vector<Vec3>& points, int threads) {
+  std::vector<uint32_t> codes(points.size());
+  for_items(threads, codes.size(), [&](size_t i) { codes[i] = code_of(points[i]); });
+  return sorted_by_code(std::move(codes), threads);
+}
+
+}  // namespace meshlet

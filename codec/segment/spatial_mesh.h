@@ -1,0 +1,54 @@
+// Sorts a mesh along a space-filling curve.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "common/vec3.h"
+#include "segment/mesh_view.h"
+
+namespace meshlet {
+
+// A triangle's centre, and its normal: of unit length, or zero for a triangle without area.
+struct Facet {
+  Vec3 centre, normal;
+};
+
+// A mesh whose triangles follow a Hilbert curve through their centres and whose vertices are
+// numbered in order of first use: neighbours in space are neighbours in memory.
+struct SpatialMesh {
+  std::vector<uint32_t> triangles;
+  std::vector<uint32_t> position_ids;
+  std::vector<Vec3> points;             // per vertex, in a box of longest side 1
+  std::vector<uint32_t> source_vertex;  // number of each vertex in the mesh that was sorted
+
+  size_t triangle_count() const { return triangles.size() / 3; }
+  Vec3 centre(size_t triangle) const {
+    const uint32_t* v = &triangles[3 * triangle];
+    return (points[v[0]] + points[v[1]] + points[v[2]]) * (1.0f / 3.0f);
+  }
+  Facet facet(size_t triangle) const {
+    const uint32_t* v = &triangles[3 * triangle];
+    return {centre(triangle),
+            normalized_or_zero(cross(points[v[1]] - points[v[0]], points[v[2]] - points[v[0]]))};
+  }
+  MeshView view() const {
+    return {triangles.data(), triangle_count(), position_ids.data(), &points[0].x, points.size()};
+  }
+
+ private:
+  static Vec3 normalized_or_zero(Vec3 v) {
+    const float norm = length(v);
+    return norm > 0 ? v * (1.0f / norm) : Vec3{0, 0, 0};
+  }
+};
+
+// Vertices without a triangle are left out.
+SpatialMesh sort_in_space(const MeshView& mesh, int threads);
+
+// Returns the numbers of the points (in a box of longest side 1) in the order of a Hilbert curve;
+// points in one cell by number.
+std::vector<uint32_t> order_along_curve(const std::vector<Vec3>& points, int threads);
+
+}  // namespace meshlet
