@@ -10,8 +10,14 @@ import gltf_ext
 from gltf_ext.gltf.container import read_document
 from gltf_ext.lod import LodPrimitive, cut_at_level, open_lod
 from gltf_ext.lod.tables import EXTENSION
+from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder
 from tests.helpers.lod import Certifier
+
+
+@pytest.fixture(scope="module", autouse=True)
+def simplifier_package():
+    environment.need_package("meshoptimizer")
 
 
 def grid(size, height=0.1):

@@ -18,6 +18,11 @@ MODELS = [*SMALL, *(pytest.param(name, marks=pytest.mark.full) for name in LARGE
 CUTS, FULL_CUTS = 60, 1000
 
 
+@pytest.fixture(scope="module", autouse=True)
+def simplifier_package():
+    environment.need_package("meshoptimizer")
+
+
 def counted() -> int:
     return FULL_CUTS if environment.full else CUTS
 
