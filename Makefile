@@ -7,7 +7,11 @@ PIP := $(BIN)/pip install -qq --disable-pip-version-check
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
-BROWSER_PACKAGES := three@0.187.0 playwright-core@1.65.1
+BROWSER_PACKAGES := three@0.187.0 playwright-core@1.65.1 esbuild@0.28.2
+DEMO_MODEL := mkdir -p build && $(BIN)/python -c "from gltf_meshlet.demo import model; \
+  model.write_glb(model.generate(), 'build/demo.glb'); print('build/demo.glb')"
+# WebGPU in Node, and what drives Firefox.
+WEBGPU_PACKAGES := webgpu@0.6.2 puppeteer-core@25.16.0
 BPY := bpy==5.0.1
 WEB := web/build.py web/decoder.cpp $(wildcard codec/format/* codec/decode/*)
 NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
@@ -18,7 +22,7 @@ MEASUREMENTS := meshlet_formats size paper table1 speed quality parameters choic
   results_page
 PICTURES := meshlets comparison size render_comparison
 
-.PHONY: help demo test test-full test-web lint format fuzz shaders bench figures docs wheel blender web hooks clean
+.PHONY: help demo test test-full test-web lint format fuzz shaders wgsl bench figures docs wheel blender web hooks clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -54,6 +58,9 @@ fuzz: .venv/installed  ## 100,000 mutated blobs through the decoder under ASan a
 shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv (needs glslangValidator)
 	@$(BIN)/python -m vk_backend.build_shaders
 
+wgsl: .venv/web  ## translate shaders/ to web/wgsl for WebGPU
+	@$(BIN)/python -m web.build_wgsl
+
 # Measurements on a GPU have their own commands: docs/vulkan.md, docs/vulkan-raytracing.md.
 bench: .venv/installed .venv/mitsuba .venv/extras .venv/bench  ## all measurements on the CPU and docs/results.md (about an hour)
 	@for name in $(MEASUREMENTS); do $(BIN)/python -m bench $$name || exit 1; done
@@ -70,8 +77,11 @@ wheel: .venv/wheel  ## wheels in dist that install without a compiler
 blender: wheel  ## the Blender extension as a zip in dist
 	@$(BIN)/python -m tools.build_blender
 
-web: .venv/web  ## compile web/decoder.wasm, the decoder of the npm package in web/
-	@ls -l web/decoder.wasm
+web: .venv/web .venv/browser  ## build the npm package's decoder and the viewer's page, and open it (MODEL=FILE)
+	@command -v node >/dev/null || { echo "make: node is not installed (Debian: apt install nodejs npm)"; exit 1; }
+	@node web/view/build.mjs $(NODE_MODULES)/node_modules gltf_meshlet/view_page
+	@ls -l web/decoder.wasm gltf_meshlet/view_page
+	@! test -t 1 || $(BIN)/gltf-meshlet view $(or $(MODEL),$$($(DEMO_MODEL)))
 
 test-web: .venv/web .venv/browser  ## tests of the npm package, also in Chromium where it is installed
 	@$(PYTEST) tests/web $(PYTEST_ARGS)
@@ -132,13 +142,15 @@ clean:  ## remove everything that make made here
 	  && $$python -m venv build/bpy && build/bpy/bin/pip install -qq --disable-pip-version-check $(BPY) 2>/dev/null \
 	  && touch $@ || { rm -rf build/bpy; echo "make: cannot install $(BPY) for Python 3.11; tests of the Blender extension fail"; }
 
-# What the tests of the npm package in Chromium need, besides chromium.
+# What bundles the viewer's page, and what the tests in Chromium need besides chromium.
 .venv/browser: | .venv/installed
 	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(BROWSER_PACKAGES) >/dev/null 2>&1 \
-	  && touch $@ || echo "make: cannot install the npm packages $(BROWSER_PACKAGES); tests in Chromium are skipped"
+	  && touch $@ || echo "make: cannot install the npm packages $(BROWSER_PACKAGES); tests of the viewer's page and in Chromium are skipped"
 
 .venv/web: pyproject.toml $(WEB) | .venv/installed
 	@command -v node >/dev/null || echo "make: node is not installed; tests of the WebAssembly decoder are skipped"
+	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(WEBGPU_PACKAGES) >/dev/null 2>&1 \
+	  || echo "make: cannot install the npm packages $(WEBGPU_PACKAGES); tests of WebGPU are skipped"
 	@$(PIP) "gltf-meshlet[web]" && $(BIN)/python web/build.py \
 	  || echo "make: cannot compile web/decoder.wasm; its tests are skipped"
 	@touch $@

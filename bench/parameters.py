@@ -35,11 +35,14 @@ ENCODER_DEFAULTS = {"lambda_": 1.4, "fill": 0.96, "iterations": 12}
 DEFAULTS = {
     **{
         option: getattr(Options(), option)
-        for option in ("max_triangles", "position_bits", "weight")
+        for option in ("effort", "max_triangles", "position_bits", "weight")
     },
     **ENCODER_DEFAULTS,
 }
+# While other options change: growing regions has options that the default effort ignores.
+EFFORT = "high"
 VALUES = {
+    "effort": ("fast", "normal", "high", "max"),
     "max_triangles": (16, 24, 32, 40, 48, 56, 64),
     "lambda_": (0.5, 1.0, 1.2, 1.4, 1.6, 2.0, 4.0, 8.0),
     "fill": (0.5, 0.6, 0.68, 0.75, 0.85, 0.92, 0.96, 1.0),
@@ -48,6 +51,7 @@ VALUES = {
     "position_bits": (8, 10, 12, 14, 16, 18, 20),
 }
 TITLES = {
+    "effort": ("Effort", "`--effort`: time spent on a smaller file."),
     "max_triangles": ("Meshlet size", "`--max-triangles`: triangles per meshlet, at most."),
     "lambda_": (
         "Shape of meshlets",
@@ -75,7 +79,7 @@ def measure(options: argparse.Namespace) -> dict:
         for model, path in torus_and_named(options.models, GENERATED, folder).items():
             for option, values in VALUES.items():
                 for value in values:
-                    measured = measure_options(path, folder, **{option: value})
+                    measured = measure_options(path, folder, **{"effort": EFFORT, option: value})
                     rows.append({"model": model, "option": option, "value": value, **measured})
                 progress(f"{model}, {option}")
     return {"rows": rows}
@@ -116,6 +120,8 @@ def report(result: dict) -> str:
     sections = []
     for option, (title, text) in TITLES.items():
         rows = [row for row in result["rows"] if row["option"] == option]
+        if not rows:
+            continue
         sections.append(f"""## {title}
 
 {text} The default is {DEFAULTS[option]}.
@@ -138,8 +144,9 @@ def report(result: dict) -> str:
     return f"""# Parameters
 
 {origin_line(result)}
-One option of `compress` changes at a time; the others keep their defaults. Bits per triangle
-include everything. "compress" is the whole call on all threads, including files. "decode" is the
+One option of `compress` changes at a time; the others keep their defaults, except that the effort
+is {EFFORT}, since the default's meshlets do not depend on all options. Bits per triangle include
+everything. "compress" is the whole call on all threads, including files. "decode" is the
 C++ call for the whole model on one thread, "one meshlet" the mean for a single meshlet.
 {_noise(result)}[choices.md](choices.md) measures the choices that are fixed in the format.
 
@@ -155,7 +162,7 @@ def _noise(result: dict) -> str:
         """The largest ratio of slowest to fastest."""
         times: dict[str, list[float]] = {}
         for row in result["rows"]:
-            if row["value"] == DEFAULTS[row["option"]]:
+            if row["option"] != "effort" and row["value"] == DEFAULTS[row["option"]]:
                 times.setdefault(row["model"], []).append(row[key]["median"])
         return max(max(of_model) / min(of_model) for of_model in times.values())
 
@@ -184,7 +191,7 @@ def _figures(row: dict) -> list[str]:
 
 def save_plot(result: dict, path: Path) -> Path:
     """Ratio and decode speed over each numeric option."""
-    options = [option for option in VALUES if option != "weight"]
+    options = [option for option in VALUES if option not in ("effort", "weight")]
     figure, axes = pyplot().subplots(
         2, len(options), figsize=(3.6 * len(options), 6.4), dpi=100, sharex="col"
     )

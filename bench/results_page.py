@@ -261,25 +261,20 @@ def _pixels(result: dict) -> str:
 
 def _raytracing_standings(result: dict) -> Iterable[Standing]:
     rows = result["rows"]
-    others = {
-        "rt-triangles": "uncompressed, the driver's triangles",
-        "rt-plain": "uncompressed, in the same boxes",
-    }
     for cache in (1, 0.25):
-        for other, name in others.items():
-            ours = [row for row in _of_path(rows, "rt") if _share(row.get("cache")) == cache]
-            bounces = min((row.get("bounces") or 0 for row in ours), default=0)
-            ours, theirs = (
-                [row for row in chosen if (row.get("bounces") or 0) == bounces]
-                for chosen in (ours, _of_path(rows, other))
-            )
-            headline = cache == 1 and other == "rt-triangles"
-            for what, value in (("ms", _milliseconds), ("MB", _megabytes)):
-                pairs = _paired(ours, theirs, value)
-                if pairs:
-                    what = f"ray tracing on the GPU, {cache:.0%} cached, {what}"
-                    note = f"{_models(pairs)}; {_pixels(result)}, {bounces} bounces"
-                    yield Standing(what, name, [*pairs.values()], False, ".3g", note, headline)
+        ours = [row for row in _of_path(rows, "rt") if _share(row.get("cache")) == cache]
+        bounces = min((row.get("bounces") or 0 for row in ours), default=0)
+        ours, theirs = (
+            [row for row in chosen if (row.get("bounces") or 0) == bounces]
+            for chosen in (ours, _of_path(rows, "rt-triangles"))
+        )
+        for what, value in (("ms", _milliseconds), ("MB", _megabytes)):
+            pairs = _paired(ours, theirs, value)
+            if pairs:
+                what = f"ray tracing on the GPU, {cache:.0%} cached, {what}"
+                name = "uncompressed, the driver's triangles"
+                note = f"{_models(pairs)}; {_pixels(result)}, {bounces} bounces"
+                yield Standing(what, name, [*pairs.values()], False, ".3g", note, cache == 1)
 
 
 def _share(cache) -> float | None:

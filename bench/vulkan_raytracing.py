@@ -67,7 +67,6 @@ def configurations(options: argparse.Namespace) -> list[dict]:
     ]
     if options.baselines:
         rows += [{"path": "rt-paper", "cache": share, "group": 64} for share in options.paper_cache]
-        rows.append({"path": "rt-plain", "cache": None, "group": 4})
     return [*rows, {"path": "rt-triangles", "cache": None, "group": None}]
 
 
@@ -293,10 +292,8 @@ def save_plot(rows: list[dict], path: Path) -> Path:
                     markersize=3,
                     label=model if kind == "rt" else None,
                 )
-            for line, style in (("rt-plain", ":"), ("rt-triangles", "--")):
-                baseline = [r["milliseconds"]["median"] for r in mine if r["path"] == line]
-                if baseline:
-                    axis.axhline(baseline[0], color=f"C{color}", linestyle=style, linewidth=0.8)
+            baseline = [r["milliseconds"]["median"] for r in mine if r["path"] == "rt-triangles"]
+            axis.axhline(baseline[0], color=f"C{color}", linestyle="--", linewidth=0.8)
         axis.set_title("first hits" if bounces == 0 else f"{bounces} bounces, shadows")
         axis.set_xlabel("meshlets that may be decoded, %")
         axis.set_ylabel("milliseconds per frame")
@@ -310,7 +307,7 @@ def save_plot(rows: list[dict], path: Path) -> Path:
         labels,
         loc="outside right center",
         fontsize=8,
-        title="solid: rt\ndash-dotted: the paper's cache\ndotted: rt-plain\ndashed: rt-triangles",
+        title="solid: rt\ndash-dotted: the paper's cache\ndashed: rt-triangles",
         title_fontsize=8,
     )
     figure.savefig(path, dpi=110)
@@ -349,7 +346,7 @@ def _add_swept_options(parser: argparse.ArgumentParser) -> None:
         "--no-baselines",
         dest="baselines",
         action="store_false",
-        help="without rt-paper and rt-plain",
+        help="without rt-paper",
     )
 
 

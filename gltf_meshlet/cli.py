@@ -155,6 +155,12 @@ def _render(options: argparse.Namespace) -> int:
     return render_command.run(options)
 
 
+def _view(options: argparse.Namespace) -> int:
+    from gltf_meshlet import view_command
+
+    return view_command.run(options)
+
+
 def _demo(options: argparse.Namespace) -> int:
     from gltf_meshlet.demo import run
 
@@ -284,6 +290,13 @@ def _add_render(command: argparse.ArgumentParser) -> None:
     render_command.add_arguments(command)
 
 
+def _add_view(command: argparse.ArgumentParser) -> None:
+    from gltf_meshlet import view_command
+
+    command.add_argument("input", metavar="FILE", help="file that compress wrote, or any model")
+    view_command.add_arguments(command)
+
+
 def _add_demo(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "output",
@@ -316,6 +329,7 @@ COMMANDS: tuple[tuple[str, Command, AddArguments, str], ...] = (
         "check a compressed file's structure and decode all of it",
     ),
     ("render", _render, _add_render, "draw a picture of a file without decompressing it"),
+    ("view", _view, _add_view, "show a model in the browser, compressed and beside its original"),
     ("demo", _demo, _add_demo, "compress a generated model, verify it and draw pictures"),
 )
 

@@ -27,7 +27,6 @@ PATHS = (
     "mesh-plain",
     "rt",
     "rt-paper",
-    "rt-plain",
     "rt-triangles",
 )
 # Options of a single back end, and their defaults.
@@ -46,7 +45,7 @@ OWN_OPTIONS: dict[str, dict[str, Any]] = {
 PATHS_WITH: dict[str, tuple[str | None, ...]] = {
     "cache": ("rt", "rt-paper"),
     "cache_bytes": ("rt", "rt-paper"),
-    "bounces": ("rt", "rt-paper", "rt-plain", "rt-triangles"),
+    "bounces": ("rt", "rt-paper", "rt-triangles"),
     "ring": ("stream", None),
 }
 # Misses cost a GPU far more than a CPU. There, all decoded meshlets take a third of the memory of

@@ -22,6 +22,7 @@ from .reflection import OP_DECORATE, Reflection, instructions, reflect, words_of
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = ROOT / "shaders"
 INCLUDE_FOLDERS = (SOURCES, ROOT / "codec")
+WGSL_ONLY = SOURCES / "web"  # see web/build_wgsl.py
 OUTPUT = Path(__file__).resolve().parent / "spirv"
 # Copied to the output for vk_backend.constants.
 HEADERS = (
@@ -57,7 +58,8 @@ def modules() -> dict[str, tuple[Path, list[str]]]:
     """Module name -> (source, macros) of all shaders."""
     found = {}
     for source in sorted(
-        (p for p in SOURCES.rglob("*") if p.suffix in STAGES), key=lambda p: p.name
+        (p for p in SOURCES.rglob("*") if p.suffix in STAGES and p.parent != WGSL_ONLY),
+        key=lambda p: p.name,
     ):
         for item in " ".join(VARIANTS.findall(source.read_text())).split() or [source.name]:
             name, _, macros = item.partition("=")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,10 @@ from .camera import Camera
 from .constants import CONSTANTS
 from .device import Device
 from .errors import VulkanError
-from .memory import STORAGE, Buffer
+from .memory import Buffer
 from .pipelines import MAX_GROUPS, ComputePipeline, Timestamps, push, push_record
 from .raytrace_geometry import Geometry
-from .raytrace_layout import FILL_PUSH, RAYS_PUSH, VIEW
+from .raytrace_layout import FILL_PUSH, RAYS_PUSH
 from .raytrace_pipeline import HIT_SHADERS, RayPipeline
 from .scene import Scene
 from .scene_buffers import FRAME, SceneBuffers, require_room
@@ -28,18 +29,14 @@ GROUPS = (4, 8, 16, 32, 64)  # triangles behind one box
 MAX_PARTS = 64  # of the model: the slots hold one at a time
 MAX_PASSES = 1 << 16  # of a frame
 MAX_BOUNCES = 254  # RaysPush.level
-MAX_SAMPLES = 1 << 16
 DEFAULT_SAMPLES = 16  # paths per pixel, with bounces
 RECORD_BYTES = CONSTANTS["RECORD_BYTES"]
 MARGIN = 2  # pixels around the rectangle in which the scene is
-MAX_PIXEL_BYTES = 32  # of records, per pixel of the picture
 HIT_WORDS, NO_SLOT = CONSTANTS["HIT_WORDS"], CONSTANTS["NO_SLOT"]
-VIEW_OFFSET = -(-FRAME.itemsize // 16) * 16  # in the buffer that starts with FRAME
-VIEW_BYTES = VIEW.itemsize + 12 * 64  # with the sizes of 64 launches
-INDIRECT = STORAGE | vk.VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT
 FIRST_PART, LAST_PART = CONSTANTS["FIRST_PART"], CONSTANTS["LAST_PART"]
 BACKGROUND = CONSTANTS["BACKGROUND"]
-GEOMETRY_BUFFERS = ("sources", "placed", "first_triangles")
+
+Area = tuple[int, int, int, int]  # of a picture: left, top, width, height
 
 
 @dataclass
@@ -63,8 +60,8 @@ class TracedPicture:
 class RayTracer:
     """Renders a scene by tracing rays.
 
-    path: "rt" (compressed), "rt-paper" (the same with the paper's cache), "rt-plain" (the boxes of
-    rt over uncompressed meshlets) or "rt-triangles" (triangles that the driver intersects).
+    path: "rt" (compressed), "rt-paper" (the same with the paper's cache) or "rt-triangles"
+    (uncompressed triangles that the driver intersects).
     cache: share of the meshlets that may be decoded at any moment, 0 to 1 (whole meshlets, up);
     cache_bytes: the limit in bytes instead. bounces: diffuse bounces; shadows: trace shadow rays;
     samples: paths per pixel (None: 1, or 16 with bounces). group: triangles behind one box, 4 to
@@ -94,40 +91,51 @@ class RayTracer:
         group = group or (64 if path == "rt-paper" else 4)
         _check(path, cache, cache_bytes, group)
         device.require("raytracing", path)
-        compressed = path in ("rt", "rt-paper")
+        compressed = path != "rt-triangles"
         if compressed:
             shared = device.limits.compute_shared_bytes
             require_room(device, scene, path, shared, "choose --path rt-triangles or geometry")
-        self.device, self.scene, self.path, self.group = device, scene, path, group
+        self.device, self.scene, self.path = device, scene, path
         self.samples = samples or (DEFAULT_SAMPLES if bounces else 1)
-        self._slots = SlotLayout.of(scene, traced=True)
-        self.slot_bytes = self._slots.bytes
+        layout = SlotLayout.of(scene, traced=True)
+        self.slot_bytes = layout.bytes
         self.meshlets = sum(p.meshlets for p in scene.primitives)
         self.slots = self._count_slots(cache, cache_bytes) if compressed else 0
-        self.all_cached = self.slots == self.meshlets
-        self.sweeps = path == "rt" and not self.all_cached
+        self.sweeps = path == "rt" and self.slots < self.meshlets
+        self.parts = -(-self.meshlets // self.slots) if self.sweeps else 1
         self._part = 0  # that the slots hold
-        self._passes: list[tuple[int, int, int]] = []
+        self._passes = 0  # of the last frame
         self._picture: dict[str, Buffer] = {}
-        self._commands: dict[tuple[int, int], Any] = {}
-        self._size: tuple[int, int] | None = None
+        self._size = (0, 0)
         self.set_light(bounces=bounces, shadows=shadows)
 
-        needs = {"blobs"} if compressed else {"vertices", "indices"}
-        self.buffers = SceneBuffers(device, scene, needs)
-        self._frame = Buffer(device, VIEW_OFFSET + VIEW_BYTES, INDIRECT)
-        self._frame_host = Buffer(device, self._frame.size, host=True)
+        self.buffers = SceneBuffers(
+            device, scene, {"blobs"} if compressed else {"vertices", "indices"}
+        )
+        frame = Buffer(device, FRAME.itemsize)
         start = Camera.fit_box(scene.low, scene.high, 1, 1)
-        self._frame.write(self.buffers.frame_record(start, 1, 1, 0).tobytes())
-        self._own: dict[str, Buffer] = {}
+        frame.write(self.buffers.frame_record(start, 1, 1, 0).tobytes())
+        constants = {
+            "MAX_STREAMS": scene.max_streams,
+            "MAX_ELEMENTS": scene.max_elements,
+            "GROUP_TRIANGLES": group,
+            "ATTRIBUTES": scene.attributes,
+            "SWEEPS": int(self.sweeps),
+            **layout.constants,
+        }
         self.geometry = Geometry(
             device,
             scene,
             path,
-            frame=self._frame.address,
-            constants=self._constants(3),
-            part_meshlets=self.slots if self.sweeps else None,
+            frame=frame.address,
+            constants=constants,
+            part_meshlets=self.slots if self.sweeps else self.meshlets,
         )
+        self._own = {
+            "frame": frame,
+            "sources": self.geometry.sources,
+            "placed": self.geometry.placed,
+        }
         self._textures = TextureArray(device, scene.textures)
         textures = array_size(scene.textures)
         self._layout = textures_layout(device, textures)
@@ -135,19 +143,18 @@ class RayTracer:
             device,
             path,
             any_masked=self.geometry.any_masked,
-            shading=self._constants(scene.max_elements),
-            positions=self._constants(3),
+            constants=constants,
             layout=self._layout,
-            key=(textures,),
+            textures=textures,
         )
         self._times = Timestamps(device, 2)
         if compressed:
-            self._make_cache()
+            self._make_cache(constants)
 
     # --- use ---
 
     def render(self, camera: Camera, width: int, height: int) -> TracedPicture:
-        """Renders one frame. The next one begins by updating the cache from this frame's rays."""
+        """Renders one frame. Path rt-paper updates its cache before, from the last frame's rays."""
         milliseconds = self.time(camera, width, height)
         hits = self._picture["hits"].read().reshape(height, width, HIT_WORDS)
         ids = np.ascontiguousarray(hits[..., :2])
@@ -170,29 +177,36 @@ class RayTracer:
         """
         if self._size != (width, height):
             self._prepare(width, height)
-        if self.path == "rt-paper" and 0 < self.slots < self.meshlets:
-            self._choose_as_paper()
-        frame = self.buffers.frame_record(camera, width, height, 0).tobytes()
-        view, strips = self._view_record(camera)
-        self._frame_host.write(frame.ljust(VIEW_OFFSET, b"\0") + view)
-        self._passes = self._plan_passes(strips)
-        key = strips, self._part
-        if key not in self._commands:
-            self._commands[key] = self._record_frame(strips)
-        self.device.submit(self._commands[key])
-        if self._passes:
-            self._part = self._passes[-1][0]
+        missing = self._choose_as_paper() if self.path == "rt-paper" else 0
+        frame = self.buffers.frame_record(camera, width, height, 0)
+        self._own["frame"].write(frame.tobytes())
+        with self.device.commands() as commands:
+            self._times.reset(commands)
+            self._times.mark(commands, 0)
+            if missing:
+                self._record_fill(commands, 0, missing, self._own["items"].address)
+            bind_point = vk.VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR
+            vk.vkCmdBindPipeline(commands, bind_point, self._rays.handle)
+            vk.vkCmdBindDescriptorSets(
+                commands, bind_point, self._layout, 0, 1, [self._textures.set], 0, []
+            )
+            whole = 0, 0, width, height
+            self._record_rays(commands, whole, part=BACKGROUND if self.sweeps else 0)
+            if self.sweeps:
+                self._record_sweeps(commands, self._strips(camera))
+            self._times.mark(commands, 1)
         return float(self._times.milliseconds().sum())
 
     def statistics(self) -> dict[str, int]:
-        """Counts of the last frame. Empty for paths without a cache.
+        """Counts of the last frame. Empty for rt-triangles.
 
         slots, meshlets: how many there are; parts: of the model; passes: launches of rays that met
         one part each.
         """
+        if self.path == "rt-triangles":
+            return {}
         found = {"slots": self.slots, "meshlets": self.meshlets}
-        found |= {"parts": self.geometry.parts, "passes": len(self._passes)}
-        return found if self.slots else {}
+        return {**found, "parts": self.parts, "passes": self._passes}
 
     def resident_bytes(self) -> dict[str, int]:
         """Allocated bytes of device memory by part, without pictures and textures.
@@ -201,32 +215,30 @@ class RayTracer:
         all other parts with the model.
         """
         own = {name: buffer.allocated for name, buffer in self._own.items()}
-        tables = sum(b.allocated for b in (*self.geometry.tables, self._rays.table))
         return {
             "model": self.buffers.resident_bytes,
             "acceleration": self.geometry.resident_bytes,
             "cache": own.pop("cache", 0),
-            "tables": tables + sum(own.values()),
+            "tables": self._rays.table.allocated + sum(own.values()),
             "records": self._picture["records"].allocated if "records" in self._picture else 0,
         }
 
     def set_light(self, *, bounces: int, shadows: bool) -> None:
-        """Changes bounces and shadows from the next frame on."""
-        if not 0 <= bounces <= MAX_BOUNCES or not 0 <= self.samples <= MAX_SAMPLES:
+        """Changes bounces and shadows from the next frame on. Raises VulkanError for too many."""
+        passes = self.samples * (bounces + 1 + shadows) * self.parts
+        if not 0 <= bounces <= MAX_BOUNCES or not 0 < passes <= MAX_PASSES:
             raise VulkanError(
-                f"at most {MAX_BOUNCES} bounces and {MAX_SAMPLES} samples can be traced",
-                "ask for fewer",
+                f"{self.samples} samples of {bounces} bounces take too many passes",
+                f"ask for at most {MAX_BOUNCES} bounces, for fewer samples or for a larger cache",
             )
         self.bounces, self.shadows = bounces, shadows
-        self._forget_picture()
 
     def free(self) -> None:
         """Frees the device memory; the tracer cannot be used afterwards."""
-        self._forget_picture()
         self.buffers.free()
         self.geometry.free()
         self._textures.free()
-        for buffer in (*self._own.values(), self._rays.table, self._frame, self._frame_host):
+        for buffer in (*self._own.values(), *self._picture.values(), self._rays.table):
             buffer.free()
 
     @property
@@ -251,134 +263,69 @@ class RayTracer:
             )
         return min(slots, self.meshlets)
 
-    def _constants(self, elements: int) -> dict[str, int]:
-        """Specialisation constants by name. elements: that the stage decodes."""
-        return {
-            "MAX_STREAMS": self.scene.max_streams,
-            "MAX_ELEMENTS": elements,
-            "GROUP_TRIANGLES": self.group,
-            "VERTEX_FLOATS": self.scene.vertex_floats,
-            "ATTRIBUTES": self.scene.attributes,
-            "SWEEPS": int(self.sweeps),
-            **self._slots.constants,
-        }
-
-    def _make_cache(self) -> None:
+    def _make_cache(self, constants: dict[str, int]) -> None:
         """Makes the cache and decodes the first meshlets into it."""
         self._own["cache"] = Buffer(self.device, self.slots * self.slot_bytes)
-        self._fill = ComputePipeline.of(
-            self.device, "rt_fill.comp", self._constants(self.scene.max_elements)
-        )
+        self._fill = ComputePipeline.of(self.device, "rt_fill.comp", constants)
         if self.path == "rt-paper":
             table = np.arange(self.meshlets, dtype=np.uint32)
             table[self.slots :] = NO_SLOT
             self._own["slot_table"] = Buffer(self.device, table.nbytes).write(table)
             self._own["counters"] = Buffer(self.device, table.nbytes).write(np.zeros_like(table))
-            self._own["items"] = Buffer(self.device, 8 * max(self.slots, 1))
+            self._own["items"] = Buffer(self.device, 8 * self.slots)
         with self.device.commands() as commands:
-            self._record_fill(commands, 0, self.slots, listed=False)
+            self._record_fill(commands, 0, self.slots)
 
-    def _choose_as_paper(self) -> None:
-        """Gives the slots to the meshlets that most rays tested in the last frame."""
-        counts, table = (self._own[name].read() for name in ("counters", "slot_table"))
+    def _choose_as_paper(self) -> int:
+        """Gives the slots to the meshlets that most rays tested in the last frame.
+
+        Lists those without a slot, each with the slot of an evicted one. Returns their number.
+        """
+        counts, table = self._own["counters"].read(), self._own["slot_table"].read().copy()
         wanted = np.argsort(-counts.astype(np.int64), kind="stable")[: self.slots]
         missing = wanted[table[wanted] == NO_SLOT]
         evicted = np.setdiff1d(np.flatnonzero(table != NO_SLOT), wanted)
-        items = np.full((self.slots, 2), CONSTANTS["NO_ITEM"], np.uint32)
-        items[: len(missing), 0], items[: len(missing), 1] = missing, table[evicted]
-        table = table.copy()
         table[missing], table[evicted] = table[evicted], NO_SLOT
+        items = np.column_stack([missing, table[missing]]).astype(np.uint32)
         for name, data in (("items", items), ("slot_table", table), ("counters", 0 * counts)):
             self._own[name].write(data)
+        return len(missing)
 
     # --- frames ---
 
-    def _plan_passes(self, strips: int) -> list[tuple[int, int, int]]:
-        """(part, level as in RaysPush, strip) of the passes of a frame's sweeps.
-
-        A sweep begins with the part that the slots hold. There is one for each ray of a path,
-        where a shadow ray takes the sweep of the next ray.
-        """
-        if not self.sweeps:
-            return []
-        last = self.geometry.parts - 1
-        sweep = list(range(last + 1))
-        if self._part == last:
-            sweep.reverse()
-        passes = []
-        for strip in range(strips):
-            for sample in range(self.samples):
-                for bounce in range(self.bounces + 1 + self.shadows):
-                    passes += [(part, bounce | sample << 8, strip) for part in sweep]
-                    sweep.reverse()
-        return passes
-
-    @property
-    def _pixel_bytes(self) -> int:
-        """Of the records of a pixel. Those of paths with one ray are shorter."""
-        single = not self.bounces and not self.shadows and self.samples == 1
-        return RECORD_BYTES if single else 2 * RECORD_BYTES
-
     def _prepare(self, width: int, height: int) -> None:
         """Makes the buffers of a picture of this size."""
-        self._forget_picture()
         pixels, limits = width * height, self.device.limits
         if pixels > limits.launch_invocations or width > limits.launch_width:
             raise VulkanError(
                 f"the device cannot trace a picture of {width} x {height} pixels",
                 "ask for a smaller one",
             )
-        if len(self._plan_passes(2)) > MAX_PASSES:
-            raise VulkanError(
-                f"{self.samples} samples of {self.bounces} bounces take too many passes",
-                "ask for fewer or for a larger cache",
-            )
-        sizes = {"colors": 4 * pixels, "hits": 4 * HIT_WORDS * pixels}
-        if self.sweeps:
-            sizes["records"] = max(MAX_PIXEL_BYTES * pixels, self._pixel_bytes * width)
-        self._picture = {name: Buffer(self.device, size) for name, size in sizes.items()}
-        self._size = (width, height)
-
-    def _forget_picture(self) -> None:
         for buffer in self._picture.values():
             buffer.free()
-        for commands in self._commands.values():
-            vk.vkFreeCommandBuffers(self.device.handle, self.device.pool, 1, [commands])
-        self._picture, self._commands, self._size = {}, {}, None
+        sizes = {"colors": 4 * pixels, "hits": 4 * HIT_WORDS * pixels}
+        if self.sweeps:
+            # One record per pixel; a row of pixels may need two.
+            sizes["records"] = RECORD_BYTES * width * max(height, 2)
+        self._picture = {name: Buffer(self.device, size) for name, size in sizes.items()}
+        self._size = width, height
 
-    def _view_record(self, camera: Camera) -> tuple[bytes, int]:
-        """(View of shaders/raytrace/rt_paths.glsl with the sizes of launches, number of strips)"""
-        if not self.sweeps:
-            return b"", 0
-        assert self._size is not None
+    def _strips(self, camera: Camera) -> list[Area]:
+        """The rectangle of the picture in which the scene is, in strips that fit the records."""
         left, top, right, bottom = self._rectangle(camera)
-        room = self._picture["records"].size // self._pixel_bytes
-        rows = max(min(room // max(right - left, 1), bottom - top), 1)
-        found = self._picture["records"].address
-        single = self._pixel_bytes == RECORD_BYTES
-        view = push_record(
-            VIEW,
-            found=found,
-            levels=0 if single else found + room * RECORD_BYTES,
-            left=left,
-            top=top,
-            width=right - left,
-            height=bottom - top,
-            rows=rows,
-        )
-        launches = [
-            (right - left, min(rows, bottom - first), 1) for first in range(top, bottom, rows)
+        records = 2 if self.bounces or self.shadows else 1  # of a pixel: rt_paths.glsl
+        room = self._picture["records"].size // (RECORD_BYTES * records)
+        rows = room // (right - left)
+        return [
+            (left, first, right - left, min(rows, bottom - first))
+            for first in range(top, bottom, rows)
         ]
-        return view.tobytes() + np.array(launches, np.uint32).tobytes(), len(launches)
 
     def _rectangle(self, camera: Camera) -> tuple[int, int, int, int]:
         """Left, top, right and bottom of the pixels that may show the scene."""
-        assert self._size is not None
         size = np.array(self._size)
-        corners = self.geometry.corners
         with np.errstate(all="ignore"):
-            matrix = camera.world_to_clip(*self._size)
-            clip = corners @ matrix[:, :3].T + matrix[:, 3]
+            clip = self.geometry.corners @ camera.world_to_clip(*self._size).T
             places = (clip[:, :2] / clip[:, 3:] * 0.5 + 0.5) * size
         # Behind the camera, or not numbers.
         if not (clip[:, 3] > 0).all() or not np.isfinite(places).all():
@@ -387,78 +334,61 @@ class RayTracer:
         high = np.clip(np.ceil(places.max(axis=0)) + MARGIN, low + 1, size).astype(int)
         return int(low[0]), int(low[1]), int(high[0]), int(high[1])
 
-    def _record_frame(self, strips: int) -> Any:
-        """The command buffer of a picture."""
-        passes, part = self._passes, self._part
-        commands = self.device.record()
-        self._times.reset(commands)
-        copy = vk.VkBufferCopy(0, 0, self._frame.size)
-        vk.vkCmdCopyBuffer(commands, self._frame_host.handle, self._frame.handle, 1, [copy])
-        self.device.full_barrier(commands)
-        self._times.mark(commands, 0)
-        if self.path == "rt-paper" and 0 < self.slots < self.meshlets:
-            self._record_fill(commands, 0, self.slots, listed=True)
-        bind_point = vk.VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR
-        vk.vkCmdBindPipeline(commands, bind_point, self._rays.handle)
-        vk.vkCmdBindDescriptorSets(
-            commands, bind_point, self._layout, 0, 1, [self._textures.set], 0, []
-        )
-        self._record_rays(commands, part=BACKGROUND if passes else 0)
-        for number, (new, level, strip) in enumerate(passes):
-            if new != part:
-                # Beside the last part, which may be smaller, the slots keep some of the one before.
-                larger, first = max(new, part) * self.slots, new * self.slots
-                count = min(self.slots, self.meshlets - larger)
-                self._record_fill(commands, first, count, listed=False)
-                part = new
-            ends = FIRST_PART * (number % self.geometry.parts == 0)
-            ends |= LAST_PART * ((number + 1) % self.geometry.parts == 0)
-            place = VIEW_OFFSET + VIEW.itemsize + 12 * strip
-            fields = {"first": new * self.slots, "level": level, "strip": strip}
-            self._record_rays(commands, place, part=ends, structure=new, **fields)
-        self._times.mark(commands, 1)
-        vk.vkEndCommandBuffer(commands)
-        return commands
+    def _record_sweeps(self, commands: Any, strips: list[Area]) -> None:
+        """Records a sweep over the parts for each ray of a path.
 
-    def _pushed(self, dtype: np.dtype, **fields: int) -> np.ndarray:
-        """Push constants: the given fields, and the addresses of all buffers that it has."""
-        buffers = {**self._own, **self._picture, "frame": self._frame}
-        buffers |= {name: getattr(self.geometry, name) for name in GEOMETRY_BUFFERS}
-        assert dtype.names is not None
-        found = {name: b.address for name, b in buffers.items() if b and name in dtype.names}
-        return push_record(dtype, **{**found, **fields})
-
-    def _record_fill(self, commands: Any, first: int, count: int, *, listed: bool) -> None:
-        """Records the decoding of `count` meshlets from number `first` on, or of the list."""
-        data = self._pushed(FILL_PUSH, first=first, count=count)
-        if not listed:
-            data["items"] = 0
-        self._fill.dispatch(commands, max(min(count, MAX_GROUPS), 1), data)
-        self.device.full_barrier(commands)
-
-    def _record_rays(self, commands: Any, launch: int = 0, structure: int = 0, **own: int) -> None:
-        """Records a launch of rays that meet a part.
-
-        launch: where its size is in the buffer of the frame; 0: all pixels.
+        A shadow ray takes the sweep of the next ray. A sweep begins with the part that the slots
+        hold, where the one before has ended.
         """
+        parts = range(self.parts)
+        if self._part == parts[-1]:
+            parts = parts[::-1]
+        sweeps = list(product(strips, range(self.samples), range(self.bounces + 1 + self.shadows)))
+        for strip, sample, bounce in sweeps:
+            for part in parts:
+                if part != self._part:
+                    # Beside the last part, which may be smaller, the slots keep some of the one
+                    # before.
+                    larger = max(part, self._part) * self.slots
+                    count = min(self.slots, self.meshlets - larger)
+                    self._record_fill(commands, part * self.slots, count)
+                    self._part = part
+                ends = FIRST_PART * (part == parts[0]) + LAST_PART * (part == parts[-1])
+                level = bounce | sample << 8
+                self._record_rays(commands, strip, part, part=ends, level=level)
+            parts = parts[::-1]
+        self._passes = len(sweeps) * self.parts
+
+    def _record_fill(self, commands: Any, first: int, count: int, items: int = 0) -> None:
+        """Records the decoding of `count` meshlets from number `first` on, or of a list."""
+        data = self._pushed(FILL_PUSH, first=first, count=count, items=items)
+        self._fill.dispatch(commands, min(count, MAX_GROUPS), data)
+        self.device.full_barrier(commands)
+
+    def _record_rays(self, commands: Any, area: Area, structure: int = 0, **own: int) -> None:
+        """Records a launch of the rays of an area, which meet a part."""
+        left, top, width, height = area
         data = self._pushed(
             RAYS_PUSH,
-            view=self._frame.address + VIEW_OFFSET,
             structure=self.geometry.tops.addresses[structure],
             bounces=self.bounces,
             samples=self.samples,
             shadows=int(self.shadows),
+            width=self._size[0],
+            pixel=top * self._size[0] + left,
+            first=structure * self.slots,
             **own,
         )
         push(commands, self._layout, data)
-        if launch:
-            trace = self.device.function("vkCmdTraceRaysIndirectKHR")
-            trace(commands, *self._rays.regions, self._frame.address + launch)
-        else:
-            assert self._size is not None
-            trace = self.device.function("vkCmdTraceRaysKHR")
-            trace(commands, *self._rays.regions, *self._size, 1)
+        trace = self.device.function("vkCmdTraceRaysKHR")
+        trace(commands, *self._rays.regions, width, height, 1)
         self.device.full_barrier(commands)
+
+    def _pushed(self, dtype: np.dtype, **fields: int) -> np.ndarray:
+        """Push constants: the given fields, and the addresses of all buffers that it has."""
+        found = {name: b.address for name, b in {**self._own, **self._picture}.items()}
+        names = dtype.names or ()
+        return push_record(dtype, **{n: v for n, v in {**found, **fields}.items() if n in names})
 
     def _number_triangles(self, ids: np.ndarray) -> None:
         """Replaces numbers of triangles in their primitive by meshlet * 64 + triangle."""

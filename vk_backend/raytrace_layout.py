@@ -18,17 +18,10 @@ def _words(size: int, names: str) -> list[tuple[str, str]]:
 PLACED = np.dtype(_words(4, "instance primitive first key"))
 SOURCE = np.dtype(_words(4, "primitive meshlet"))
 RAYS_PUSH = np.dtype(
-    _words(
-        8,
-        "frame view structure placed sources slot_table counters cache first_triangles colors hits",
-    )
-    + _words(4, "bounces samples shadows first part level strip")
+    _words(8, "frame structure placed sources slot_table counters cache colors hits records")
+    + _words(4, "bounces samples shadows width pixel part level first")
 )
-# shaders/raytrace/rt_paths.glsl; the sizes of launches follow.
-VIEW = np.dtype(_words(8, "found levels") + _words(4, "left top width height rows"))
 # shaders/raytrace/boxes.comp
-BOXES_PUSH = np.dtype(
-    _words(8, "frame sources first_triangles boxes bounds") + _words(4, "meshlets")
-)
+BOXES_PUSH = np.dtype(_words(8, "frame sources boxes") + _words(4, "meshlets"))
 # shaders/raytrace/rt_fill.comp
 FILL_PUSH = np.dtype(_words(8, "frame sources cache items") + _words(4, "first count"))

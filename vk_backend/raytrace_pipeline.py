@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from . import vk
@@ -9,22 +10,38 @@ from .device import Device
 from .memory import STORAGE, Buffer
 from .pipelines import stage
 
-SHADER_GROUPS = 3  # of a pipeline: ray generation, miss, hit
-# Path -> what the names of its hit shaders end in; the intersection shader.
-HIT_SHADERS: dict[str, tuple[str, str | None]] = {
-    "rt": ("", "rt_meshlets.rint"),
-    "rt-paper": ("_paper", "rt_paper.rint"),
-    "rt-plain": ("_plain", "rt_plain.rint"),
-    "rt-triangles": ("_triangles", None),
+GROUPS = 3  # of shaders: ray generation, miss, hit
+STAGES = {
+    "rgen": vk.VK_SHADER_STAGE_RAYGEN_BIT_KHR,
+    "rmiss": vk.VK_SHADER_STAGE_MISS_BIT_KHR,
+    "rchit": vk.VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR,
+    "rahit": vk.VK_SHADER_STAGE_ANY_HIT_BIT_KHR,
+    "rint": vk.VK_SHADER_STAGE_INTERSECTION_BIT_KHR,
+}
+ROLES = ("generalShader", "closestHitShader", "anyHitShader", "intersectionShader")
+HIT_SHADERS = {
+    "rt": {
+        "closestHitShader": "rt_surface.rchit",
+        "anyHitShader": "rt_alpha.rahit",
+        "intersectionShader": "rt_meshlets.rint",
+    },
+    "rt-paper": {
+        "closestHitShader": "rt_surface_paper.rchit",
+        "anyHitShader": "rt_alpha_paper.rahit",
+        "intersectionShader": "rt_paper.rint",
+    },
+    "rt-triangles": {
+        "closestHitShader": "rt_surface_triangles.rchit",
+        "anyHitShader": "rt_alpha_triangles.rahit",
+    },
 }
 
 
 class RayPipeline:
-    """A pipeline with three shader groups: ray generation, miss, hit; and its binding table.
+    """A ray-tracing pipeline and its shader binding table.
 
-    any_masked: with the any-hit shader. shading, positions: specialisation constants of the
-    shaders, and of those that decode positions only. layout: VkPipelineLayout. Equal ones of a
-    device share the pipeline; key: what they have to have in common besides.
+    any_masked: with the any-hit shader. constants: specialisation constants. layout:
+    VkPipelineLayout for `textures` textures. Equal pipelines of a device are shared.
     """
 
     def __init__(
@@ -33,93 +50,77 @@ class RayPipeline:
         path: str,
         *,
         any_masked: bool,
-        shading: dict[str, int],
-        positions: dict[str, int],
+        constants: dict[str, int],
         layout: Any,
-        key: tuple[Any, ...],
+        textures: int,
     ):
-        self._device, self._layout = device, layout
-        suffix, intersection = HIT_SHADERS[path]
-        parts: list[tuple[str, str, int, dict[str, int]]] = [
-            ("", "rt_camera.rgen", vk.VK_SHADER_STAGE_RAYGEN_BIT_KHR, shading),
-            ("", "rt_miss.rmiss", vk.VK_SHADER_STAGE_MISS_BIT_KHR, shading),
-            (
-                "closestHitShader",
-                f"rt_surface{suffix}.rchit",
-                vk.VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR,
-                shading,
-            ),
-        ]
-        if intersection:
-            bit = vk.VK_SHADER_STAGE_INTERSECTION_BIT_KHR
-            parts.append(("intersectionShader", intersection, bit, positions))
-        if any_masked:
-            bit = vk.VK_SHADER_STAGE_ANY_HIT_BIT_KHR
-            parts.append(("anyHitShader", f"rt_alpha{suffix}.rahit", bit, shading))
-        key = (path, any_masked, device.pipeline_flags, *key, *sorted(shading.items()))
-        self.handle = device.once(key, lambda: self._make(parts, bool(intersection)))
+        self._device = device
+        hit = dict(HIT_SHADERS[path])
+        if not any_masked:
+            del hit["anyHitShader"]
+        groups = ({"generalShader": "rt_camera.rgen"}, {"generalShader": "rt_miss.rmiss"}, hit)
+        key = (*hit.values(), textures, device.pipeline_flags, *sorted(constants.items()))
+        self.handle = device.once(key, lambda: _make(device, groups, constants, layout))
         self.table, self.regions = self._binding_table()
-
-    def _make(self, parts: list[tuple[str, str, int, dict[str, int]]], boxes: bool) -> Any:
-        device, unused = self._device, vk.VK_SHADER_UNUSED_KHR
-        roles = ("closestHitShader", "anyHitShader", "intersectionShader")
-        hit = {**dict.fromkeys(roles, unused), **{p[0]: i for i, p in enumerate(parts) if p[0]}}
-        kind = (
-            vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_PROCEDURAL_HIT_GROUP_KHR
-            if boxes
-            else vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR
-        )
-        general = vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR
-        groups = [
-            vk.VkRayTracingShaderGroupCreateInfoKHR(
-                sType=vk.VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR,
-                type=type_,
-                generalShader=number,
-                **own,
-            )
-            for type_, number, own in (
-                (general, 0, dict.fromkeys(roles, unused)),
-                (general, 1, dict.fromkeys(roles, unused)),
-                (kind, unused, hit),
-            )
-        ]
-        stages = [stage(device, name, bit, constants) for _, name, bit, constants in parts]
-        info = vk.VkRayTracingPipelineCreateInfoKHR(
-            sType=vk.VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
-            flags=device.pipeline_flags,
-            stageCount=len(stages),
-            pStages=stages,
-            groupCount=SHADER_GROUPS,
-            pGroups=groups,
-            maxPipelineRayRecursionDepth=1,
-            layout=self._layout,
-        )
-        pipeline = device.function("vkCreateRayTracingPipelinesKHR")(
-            device.handle, None, None, 1, [info], None
-        )[0]
-        device.at_close(lambda: vk.vkDestroyPipeline(device.handle, pipeline, None))
-        return pipeline
 
     def _binding_table(self) -> tuple[Buffer, list[Any]]:
         """(shader binding table with a handle per group, its four regions)"""
         limits = self._device.limits
         size = limits.handle_bytes
         step = -(-size // limits.base_alignment) * limits.base_alignment
-        handles = vk.ffi.new(f"char[{size * SHADER_GROUPS}]")
+        handles = vk.ffi.new(f"char[{size * GROUPS}]")
         get = self._device.function("vkGetRayTracingShaderGroupHandlesKHR")
-        get(self._device.handle, self.handle, 0, SHADER_GROUPS, size * SHADER_GROUPS, handles)
+        get(self._device.handle, self.handle, 0, GROUPS, size * GROUPS, handles)
         raw = bytes(vk.ffi.buffer(handles))
         usage = STORAGE | vk.VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR
-        table = Buffer(self._device, step * (SHADER_GROUPS + 1), usage)
+        table = Buffer(self._device, step * (GROUPS + 1), usage)
         begin = -(-table.address // step) * step
-        data = b"".join(
-            raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(SHADER_GROUPS)
-        )
+        data = b"".join(raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(GROUPS))
         table.write(data, begin - table.address)
         regions = [
             vk.VkStridedDeviceAddressRegionKHR(
                 deviceAddress=begin + step * i, stride=step, size=step
             )
-            for i in range(SHADER_GROUPS)
+            for i in range(GROUPS)
         ]
         return table, [*regions, vk.VkStridedDeviceAddressRegionKHR()]
+
+
+def _make(
+    device: Device, groups: Sequence[dict[str, str]], constants: dict[str, int], layout: Any
+) -> Any:
+    """The VkPipeline of groups of shaders, by their roles."""
+    names = [name for group in groups for name in group.values()]
+    stages = [stage(device, name, STAGES[name.split(".")[1]], constants) for name in names]
+    unused = dict.fromkeys(ROLES, vk.VK_SHADER_UNUSED_KHR)
+    described = [
+        vk.VkRayTracingShaderGroupCreateInfoKHR(
+            sType=vk.VK_STRUCTURE_TYPE_RAY_TRACING_SHADER_GROUP_CREATE_INFO_KHR,
+            type=_group_type(group),
+            **{**unused, **{role: names.index(name) for role, name in group.items()}},
+        )
+        for group in groups
+    ]
+    info = vk.VkRayTracingPipelineCreateInfoKHR(
+        sType=vk.VK_STRUCTURE_TYPE_RAY_TRACING_PIPELINE_CREATE_INFO_KHR,
+        flags=device.pipeline_flags,
+        stageCount=len(stages),
+        pStages=stages,
+        groupCount=len(described),
+        pGroups=described,
+        maxPipelineRayRecursionDepth=1,
+        layout=layout,
+    )
+    create = device.function("vkCreateRayTracingPipelinesKHR")
+    pipeline = create(device.handle, None, None, 1, [info], None)[0]
+    device.at_close(lambda: vk.vkDestroyPipeline(device.handle, pipeline, None))
+    return pipeline
+
+
+def _group_type(group: dict[str, str]) -> int:
+    """VkRayTracingShaderGroupTypeKHR"""
+    if "generalShader" in group:
+        return int(vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR)
+    if "intersectionShader" in group:
+        return int(vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_PROCEDURAL_HIT_GROUP_KHR)
+    return int(vk.VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR)

@@ -40,6 +40,16 @@ export interface DecodedPrimitive {
   streams: DecodedStream[];
 }
 
+/** A part of a view that decodes alone. */
+export interface Blob {
+  /** A part of the view's bytes, without a copy. */
+  bytes: Uint8Array;
+  triangleCount: number;
+  vertexCount: number;
+  meshletCount: number;
+  streams: Stream[];
+}
+
 export interface DecodedMeshlet {
   /** At most 64. */
   triangleCount: number;
@@ -64,6 +74,8 @@ export interface Decoder {
    * Throws `RangeError` if there is no such meshlet.
    */
   decodeMeshlet(view: Uint8Array, meshlet: number): DecodedMeshlet;
+  /** The blobs (pages) of a view. Checks their headers and tables, not their meshlets. */
+  blobs(view: Uint8Array): Blob[];
   /**
    * Throws `MalformedError` unless the view is valid in every way. Decodes each meshlet alone,
    * so it also finds errors that decoding does not meet.

@@ -108,6 +108,16 @@ class Decoder {
     });
   }
 
+  blobs(view) {
+    return this.#blobs(view).map(({ bytes, begin, end, streams }) => ({
+      bytes,
+      triangleCount: end.triangles - begin.triangles,
+      vertexCount: end.vertices - begin.vertices,
+      meshletCount: end.meshlets - begin.meshlets,
+      streams,
+    }));
+  }
+
   validate(view) {
     const blobs = this.#blobs(view);
     blobs.forEach((blob, number) =>

@@ -1,4 +1,4 @@
-// From a stream's integers to values (spec, appendix A.9).
+// From a stream's integers to values (spec, appendix B).
 #pragma once
 #include <cmath>
 #include <cstdint>

@@ -18,7 +18,8 @@
 //   load_mask(p, n)             n <= 64 bits at bit p
 //   load_inside(p, n)           load_bits without bounds check
 //   UnaryReader                 position in a unary plane, with its bit position `cursor`
-//   seek_unary(p), skip_unary(reader, n)
+//   seek_unary(p)               a reader at bit p
+//   skip_unary(n)               moves the UnaryReader `unary` behind its next n ones
 //   read_codes(n, code)         reads the n codes at the UnaryReader `unary` and, for their low
 //                               bits, at bit `low_cursor` into `residuals`, un-zigzagged, and moves
 //                               both behind them. `code`: a parameter k, + CODE_EXPONENTIAL. Sets
@@ -37,8 +38,8 @@
 // predict_traversed(s, first) and finish_positions(), which runs once stream 0 is decoded, before
 // the other interiors.
 //
-// Optional: APEX(t), SET_APEX(t, v) and TRIANGLE(t) name storage for apices and packed triangles;
-// otherwise this file declares arrays.
+// Optional: APEX(t), SET_APEX(t, v), TRIANGLE(t), VALUES(i) and NORMALS(i) name storage for apices,
+// packed triangles, values and sums of normals; otherwise this file declares arrays.
 //
 // Optional: VERTEX_STEP, ELEMENT_STEP and STREAM_ROOM(elements) give another order of `values`;
 // ALIGNED stands before their declaration.
@@ -448,7 +449,7 @@ void skip_residuals(uint s, uint count, uint code, uint widths) {
   }
   uint before = unary.cursor;
   uint n = count * stream_elements[s];
-  skip_unary(unary, n);
+  skip_unary(n);
   low_cursor += n * (code & CODE_MAX_PARAMETER);
   if ((code & CODE_EXPONENTIAL) != 0u) low_cursor += unary.cursor - before - n;
 }
@@ -462,7 +463,7 @@ uint unary_count(uint s, uint count, uint code) {
 // them.
 void open_lists(uint p, uint n) {
   unary = seek_unary(p);
-  skip_unary(unary, n);
+  skip_unary(n);
   low_cursor = unary.cursor;
   unary = seek_unary(p);
 }
@@ -517,7 +518,10 @@ void skip_chains(HEADER_IN h, uint s) {
 
 // --- values ---
 
+#ifndef VALUES
+#define VALUES(i) values[i]
 ALIGNED uint values[MAX_ELEMENTS * 64];
+#endif
 
 // --- connectivity (section A) ---
 
@@ -864,9 +868,9 @@ Triple grid_position(uint id);  // defined by the includer
 #else
 Triple grid_position(uint id) {
   Triple p;
-  p.x = values[VERTEX_STEP * id];
-  p.y = values[VERTEX_STEP * id + ELEMENT_STEP];
-  p.z = values[VERTEX_STEP * id + 2u * ELEMENT_STEP];
+  p.x = VALUES(VERTEX_STEP * id);
+  p.y = VALUES(VERTEX_STEP * id + ELEMENT_STEP);
+  p.z = VALUES(VERTEX_STEP * id + 2u * ELEMENT_STEP);
   return p;
 }
 #endif
@@ -1095,9 +1099,9 @@ void predict_affine_chains(uint s) {
     index_uint earlier = step >> 24 == NO_VERTEX ? before : base + VERTEX_STEP * (step >> 24);
     for (index_uint c = 0u; c < elements; c++) {
       uint point =
-          affine_chain_point(w, values[before + ELEMENT_STEP * c], values[end + ELEMENT_STEP * c],
-                             values[earlier + ELEMENT_STEP * c], chain_left[j]);
-      values[v + ELEMENT_STEP * c] = (point + residuals[from + c]) & stream_mask[s];
+          affine_chain_point(w, VALUES(before + ELEMENT_STEP * c), VALUES(end + ELEMENT_STEP * c),
+                             VALUES(earlier + ELEMENT_STEP * c), chain_left[j]);
+      VALUES(v + ELEMENT_STEP * c) = (point + residuals[from + c]) & stream_mask[s];
     }
     from += elements;
   }
@@ -1117,9 +1121,9 @@ INLINE void predict_chain_elements(uint s, bool copies, uint elements) {
     index_uint end = base + VERTEX_STEP * ((step >> 16) & 255u);
     uint left = chain_left[j];
     for (index_uint c = 0u; c < elements; c++) {
-      uint point = values[before + ELEMENT_STEP * c];
-      if (!copies) point = toward(point, values[end + ELEMENT_STEP * c], left);
-      values[v + ELEMENT_STEP * c] = (point + residuals[from + c]) & bits;
+      uint point = VALUES(before + ELEMENT_STEP * c);
+      if (!copies) point = toward(point, VALUES(end + ELEMENT_STEP * c), left);
+      VALUES(v + ELEMENT_STEP * c) = (point + residuals[from + c]) & bits;
     }
     from += elements;
   }
@@ -1179,7 +1183,7 @@ void read_anchor(uint s, uint index, uint vertex) {
       value += unzigzag(load_bits(further, width));
       further += width;
     }
-    values[64u * stream_element[s] + VERTEX_STEP * vertex + ELEMENT_STEP * c] =
+    VALUES(64u * stream_element[s] + VERTEX_STEP * vertex + ELEMENT_STEP * c) =
         value & stream_mask[s];
   }
 }
@@ -1284,7 +1288,7 @@ void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
         value += unzigzag(load_bits(at, width));
         at += step;
       }
-      values[64u * stream_element[s] + VERTEX_STEP * vertex + ELEMENT_STEP * c] =
+      VALUES(64u * stream_element[s] + VERTEX_STEP * vertex + ELEMENT_STEP * c) =
           value & stream_mask[s];
     }
     first += bits;
@@ -1296,8 +1300,12 @@ void read_own_anchors(HEADER_IN h, uint s, mask64 stored) {
 
 // Reads the anchors of all streams.
 void read_anchors(HEADER_IN h) {
-  for (uint s = 0u; s < stream_end; s++)
-    if (is_decoded(s)) read_own_anchors(h, s, stored_corners(h, seam_refs[s]));
+  mask64 stored = stored_corners(h, mask_none());  // of stream 0, and of all without seams
+  bool seams = mask_any(seamed_refs);
+  for (uint s = 0u; s < stream_end; s++) {
+    if (seams) stored = stored_corners(h, seam_refs[s]);
+    if (is_decoded(s)) read_own_anchors(h, s, stored);
+  }
 }
 
 // Reads the chains of all streams. Needs the corners.
@@ -1354,10 +1362,10 @@ INLINE void predict_elements(uint s, uint from, uint predictor, uint elements) {
     index_uint o = base + VERTEX_STEP * (triangle >> 24);
     bool across = triangle >> 24 != NO_VERTEX;
     for (index_uint c = 0u; c < elements; c++) {
-      uint beyond = across ? values[o + ELEMENT_STEP * c] : 0u;
-      uint prediction = traversed_prediction(predictor, values[a + ELEMENT_STEP * c],
-                                             values[b + ELEMENT_STEP * c], beyond, across);
-      values[v + ELEMENT_STEP * c] = (prediction + residuals[at + c]) & bits;
+      uint beyond = across ? VALUES(o + ELEMENT_STEP * c) : 0u;
+      uint prediction = traversed_prediction(predictor, VALUES(a + ELEMENT_STEP * c),
+                                             VALUES(b + ELEMENT_STEP * c), beyond, across);
+      VALUES(v + ELEMENT_STEP * c) = (prediction + residuals[at + c]) & bits;
     }
     at += elements;
   }
@@ -1373,8 +1381,8 @@ void predict_geo(uint s, uint first) {
     OctPair q = octahedral_prediction(NORMALS(4u * v), NORMALS(4u * v + 1u), NORMALS(4u * v + 2u),
                                       stream_bits[s]);
     index_uint to = base + VERTEX_STEP * v;
-    values[to] = (q.u + residuals[at]) & bits;
-    values[to + ELEMENT_STEP] = (q.v + residuals[at + 1u]) & bits;
+    VALUES(to) = (q.u + residuals[at]) & bits;
+    VALUES(to + ELEMENT_STEP) = (q.v + residuals[at + 1u]) & bits;
     at += 2u;
   }
 }
@@ -1393,12 +1401,12 @@ INLINE void predict_affine_elements(uint s, uint first, uint elements) {
     index_uint v = base + VERTEX_STEP * ((triangle >> 16) & 255u);
     index_uint o = across ? base + VERTEX_STEP * (triangle >> 24) : a;
     for (index_uint c = 0u; c < elements; c++) {
-      uint at_a = values[a + ELEMENT_STEP * c];
-      uint at_b = values[b + ELEMENT_STEP * c];
-      uint at_o = values[o + ELEMENT_STEP * c];
+      uint at_a = VALUES(a + ELEMENT_STEP * c);
+      uint at_b = VALUES(b + ELEMENT_STEP * c);
+      uint at_o = VALUES(o + ELEMENT_STEP * c);
       uint parallelogram = traversed_prediction(PREDICT_PARALLELOGRAM, at_a, at_b, at_o, across);
       uint point = choose(w.exist, affine_point(w, at_a, at_b, at_o), parallelogram);
-      values[v + ELEMENT_STEP * c] = (point + residuals[at + c]) & bits;
+      VALUES(v + ELEMENT_STEP * c) = (point + residuals[at + c]) & bits;
     }
     at += elements;
   }

@@ -231,11 +231,11 @@ struct SerialDecoder {
   }
 #endif
 
-  void skip_unary(UnaryReader& reader, uint n) {
-    read_ends(reader.index + n);
+  void skip_unary(uint n) {
+    read_ends(unary.index + n);
     if (error != ERROR_NONE) return;
-    reader.index += n;
-    reader.cursor = ends[reader.index] + 1u;
+    unary.index += n;
+    unary.cursor = ends[unary.index] + 1u;
   }
 
   // --- residuals ---
@@ -245,7 +245,7 @@ struct SerialDecoder {
   void read_codes(uint n, uint code) {
     const uint k = code & CODE_MAX_PARAMETER, low = low_cursor, before = unary.cursor;
     const uint* list = ends + unary.index;
-    skip_unary(unary, n);
+    skip_unary(n);
     if (error != ERROR_NONE) return;
     const uint zeros = unary.cursor - before - n;
     const bool exponential = (code & CODE_EXPONENTIAL) != 0;

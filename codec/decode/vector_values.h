@@ -210,14 +210,20 @@ WeightLists traversed_weight, chain_weight;
 // affine_weights drops lower bits of longer differences.
 static constexpr uint kWeighedBits = 14;
 
+// Of eight vertices: from a to b and to v.
+struct Differences {
+  EightTriples e, r;
+};
+
 // affine_weights of the vertices i .. i + 7 of a list, whose items are packed vertices: a, b and v
 // in these bytes, o or NO_VERTEX in the highest.
 template <uint a, uint b, uint v>
-void weigh_eight(const uint* packed, uint i, WeightLists& out) {
+Differences weigh_eight(const uint* packed, uint i, WeightLists& out) {
   const EightTriples origin = load_positions<a>(packed + i);
   EightTriples e = minus(load_positions<b>(packed + i), origin),
                f = minus(load_positions<3>(packed + i), origin),
                r = minus(load_positions<v>(packed + i), origin);
+  const Differences differences = {e, r};
   if (stream_bits[0] > kWeighedBits) {  // differences may be longer
     const Eight h = excess(
         bit_length(_mm256_or_si256(_mm256_or_si256(magnitudes(e), magnitudes(f)), magnitudes(r))),
@@ -252,6 +258,7 @@ void weigh_eight(const uint* packed, uint i, WeightLists& out) {
   store_eight(out.exists + i, _mm256_and_si256(exists, across));
   store_eight(out.s + i, s);
   store_eight(out.u + i, u);
+  return differences;
 }
 
 // Weighs the traversed vertices. Instead of no weights it takes those of the parallelogram: with
@@ -267,11 +274,9 @@ void weigh_traversed() {
 }
 
 // line_weights of the chain vertices j .. j + 7 that have no others.
-void weigh_lines(uint j) {
+void weigh_lines(uint j, const Differences& differences) {
   WeightLists& w = chain_weight;
-  const EightTriples origin = load_positions<1>(chain_step + j);
-  EightTriples e = minus(load_positions<2>(chain_step + j), origin),
-               r = minus(load_positions<0>(chain_step + j), origin);
+  EightTriples e = differences.e, r = differences.r;
   const Eight h = excess(bit_length(_mm256_or_si256(magnitudes(e), magnitudes(r))), eight_of(10));
   e = shifted(e, h);
   r = shifted(r, h);
@@ -288,10 +293,8 @@ void weigh_lines(uint j) {
 
 // Weighs the listed chain vertices.
 void weigh_chains() {
-  for (uint j = 0; j < chain_count; j += 8) {
-    weigh_eight<1, 2, 0>(chain_step, j, chain_weight);
-    weigh_lines(j);
-  }
+  for (uint j = 0; j < chain_count; j += 8)
+    weigh_lines(j, weigh_eight<1, 2, 0>(chain_step, j, chain_weight));
 }
 
 static Vertex affine_vertex(uint s, uint u, Vertex a, Vertex b, Vertex o) {

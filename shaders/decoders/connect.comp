@@ -19,8 +19,8 @@ shared uint apexes[16 * 32];
 #define APEX_WORD(t) apexes[((t) >> 2) * 32u + gl_LocalInvocationIndex]
 #define APEX(t) bitfieldExtract(APEX_WORD(t), int(((t) & 3u) * 8u), 8)
 #define SET_APEX(t, v) APEX_WORD(t) = bitfieldInsert(APEX_WORD(t), v, int(((t) & 3u) * 8u), 8)
-uvec2 connected_triangles;
-#define TRIANGLE(t) Integers(connected_triangles).at[t]
+ADDRESS connected_triangles;
+#define TRIANGLE(t) TRIANGLE_AT(connected_triangles, t)
 #include "decoders/serial_prologue.glsl"
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
@@ -43,17 +43,16 @@ void keep_header(HEADER_IN h) {
   places.lengths = header_sound ? h.lengths : NO_PLACE;
   places.entries = h.entries;
   places.codes = h.codes;
-  PlacesOfMeshlets(push.places).of[job_place] = places;
+  PLACES(job_place) = places;
 }
 #endif
 
 void main() {
-  uint i = gl_GlobalInvocationID.x;
+  uint i = FIRST_MESHLET + gl_GlobalInvocationID.x;
   if (i >= push.meshlets) return;
   open_job(i);
-  Summaries summaries = Summaries(push.summaries);
   if (!job_wanted()) {
-    summaries.of[job_place] = 0u;
+    SET_SUMMARY(job_place, 0u);
     return;
   }
   open_blob(job_blob(), job_blob_words());
@@ -62,11 +61,10 @@ void main() {
 #ifndef STREAM
   keep_header(opened);
 #endif
-  Connectivity connectivity = Connectivity(push.connectivity);
-  connectivity.of[job_place].boundary = boundary;
-  connectivity.of[job_place].starts = disk_starts;
-  connectivity.of[job_place].closing = symbol_c;
-  connectivity.of[job_place].ends = symbol_e;
-  connectivity.of[job_place].splits = symbol_s;
-  summaries.of[job_place] = error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16;
+  CONNECTED(job_place).boundary = boundary;
+  CONNECTED(job_place).starts = disk_starts;
+  CONNECTED(job_place).closing = symbol_c;
+  CONNECTED(job_place).ends = symbol_e;
+  CONNECTED(job_place).splits = symbol_s;
+  SET_SUMMARY(job_place, error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16);
 }

@@ -6,23 +6,28 @@
 
 layout(local_size_x = 32) in;
 #include "decoders/decode_push.glsl"
+#ifdef WGSL  // allows 8 KiB of private variables
+#define TRIANGLE(t) TRIANGLE_AT(job_triangles(), t)
+#define VALUES(i) VALUE_AT(job_values(), i)
+#endif
 #include "decoders/serial_prologue.glsl"
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
 
 void main() {
-  uint m = gl_GlobalInvocationID.x;
+  uint m = FIRST_MESHLET + gl_GlobalInvocationID.x;
   if (m >= push.meshlets) return;
   open_job(m);
   open_blob(job_blob(), job_blob_words());
   load_streams(0u, job_streams());
   decode_meshlet(m);
-  Summaries(push.summaries).of[m] =
-      error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16;
+  SET_SUMMARY(m, error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16);
+#ifndef WGSL
   if (error != ERROR_NONE) return;
-  Integers packed = Integers(job_triangles());
-  Integers integers = Integers(job_values());
-  for (uint t = 0u; t < triangle_count; t++) packed.at[t] = triangles[t];
+  ADDRESS packed = job_triangles();
+  ADDRESS integers = job_values();
+  for (uint t = 0u; t < triangle_count; t++) TRIANGLE_AT(packed, t) = triangles[t];
   for (uint first = 0u; first < push.value_words; first += 64u)
-    for (uint v = 0u; v < vertex_count; v++) integers.at[first + v] = values[first + v];
+    for (uint v = 0u; v < vertex_count; v++) VALUE_AT(integers, first + v) = values[first + v];
+#endif
 }

@@ -2,12 +2,6 @@
 #ifndef DECODE_BUFFERS_GLSL
 #define DECODE_BUFFERS_GLSL
 
-layout(buffer_reference, std430, buffer_reference_align = 4) buffer Integers { uint at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 8) buffer Pairs { uvec2 at[]; };
-// triangles | vertices << 8 | error << 16. Both counts are 0 if the meshlet is malformed or not
-// wanted. Threads combine errors by OR: the result need not be one of the ERROR_ constants.
-layout(buffer_reference, std430, buffer_reference_align = 4) buffer Summaries { uint of[]; };
-
 struct Connected {
   uvec2 boundary;  // mask of the boundary vertices
   uvec2 starts;    // mask of the triangles that begin a disk
@@ -16,9 +10,6 @@ struct Connected {
   uvec2 splits;
   // Mask of the ranks along the boundary at which references begin; written by lengths.comp.
   uvec2 references;
-};
-layout(buffer_reference, std430, buffer_reference_align = 8) buffer Connectivity {
-  Connected of[];
 };
 
 // A meshlet's header and where its sections lie (bit positions), so that a pass that visits it need
@@ -47,8 +38,35 @@ struct Places {
 #define COUNT_SLOT_WIDTH 24, 3
 #define count_field(places, field) bitfieldExtract((places).counts, field)
 #define NO_PLACE 0xFFFFFFFFu
+
+// --- access ---
+
+// web/wgsl.glsl has the same for WGSL.
+#ifndef WGSL
+layout(buffer_reference, std430, buffer_reference_align = 4) buffer Integers { uint at[]; };
+layout(buffer_reference, std430, buffer_reference_align = 8) buffer Pairs { uvec2 at[]; };
+layout(buffer_reference, std430, buffer_reference_align = 4) buffer Summaries { uint of[]; };
+layout(buffer_reference, std430, buffer_reference_align = 8) buffer Connectivity {
+  Connected of[];
+};
 layout(buffer_reference, std430, buffer_reference_align = 8) buffer PlacesOfMeshlets {
   Places of[];
 };
+
+// Word or pair of words i from an address on.
+#define ADDRESS uvec2
+#define TRIANGLE_AT(address, i) Integers(address).at[i]
+#define VALUE_AT(address, i) Integers(address).at[i]
+#define VALUE_PAIR_AT(address, i) Pairs(address).at[i]
+#define SET_VALUE_PAIR_AT(address, i, pair) Pairs(address).at[i] = pair
+
+// triangles | vertices << 8 | error << 16. Both counts are 0 if the meshlet is malformed or not
+// wanted. Threads combine errors by OR: the result need not be one of the ERROR_ constants.
+#define SUMMARY(i) Summaries(push.summaries).of[i]
+#define SET_SUMMARY(i, summary) SUMMARY(i) = summary
+#define ADD_ERROR(i, code) atomicOr(SUMMARY(i), (code) << 16)
+#define CONNECTED(i) Connectivity(push.connectivity).of[i]
+#define PLACES(i) PlacesOfMeshlets(push.places).of[i]
+#endif
 
 #endif

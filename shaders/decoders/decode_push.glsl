@@ -1,7 +1,11 @@
 // Push constants of the decoding compute shaders (vk_backend/compute_decoder.py), whose job is all
 // meshlets of a blob. A shader need not use every buffer.
-#include "scene/addresses.glsl"
 #include "decoders/decode_buffers.glsl"
+#ifdef WGSL
+#define FIRST_MESHLET push.first
+#else
+#define FIRST_MESHLET 0u
+#include "scene/addresses.glsl"
 
 layout(push_constant) uniform Push {
   uvec2 blob;
@@ -16,6 +20,7 @@ layout(push_constant) uniform Push {
   uint value_words;
 }
 push;
+#endif
 
 uint job_meshlet;  // number in the blob
 uint job_place;    // number of its results
@@ -27,8 +32,13 @@ void open_job(uint i) {
 }
 
 bool job_wanted() { return true; }
+uint job_streams() { return push.streams; }
+#ifdef WGSL
+uint job_triangles() { return 64u * job_place; }
+uint job_values() { return push.value_words * (job_place - push.first); }
+#else
 uvec2 job_blob() { return push.blob; }
 uint job_blob_words() { return push.blob_words; }
-uint job_streams() { return push.streams; }
-uvec2 job_triangles() { return byte_offset(push.triangles, 64u, job_place); }  // addresses
+uvec2 job_triangles() { return byte_offset(push.triangles, 64u, job_place); }
 uvec2 job_values() { return byte_offset(push.values, push.value_words, job_place); }
+#endif

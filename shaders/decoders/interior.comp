@@ -13,8 +13,8 @@ layout(local_size_x = 32) in;
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
 
-uvec2 team_triangles;
-uint packed_triangle(uint t) { return Integers(team_triangles).at[t & 63u]; }
+ADDRESS team_triangles;
+uint packed_triangle(uint t) { return TRIANGLE_AT(team_triangles, t & 63u); }
 Connected connected;
 uvec2 connectivity_boundary() { return connected.boundary; }
 uvec2 connectivity_starts() { return connected.starts; }
@@ -78,17 +78,19 @@ void store_values(mask64 known) {
 }
 
 void main() {
-  open_job(gl_WorkGroupID.x);
-  Summaries summaries = Summaries(push.summaries);
-  uint summary = summaries.of[job_place];
-  Places places = PlacesOfMeshlets(push.places).of[job_place];
-  if (summary >> 16 != ERROR_NONE || places.interior == NO_PLACE) return;
+  open_job(FIRST_MESHLET + gl_WorkGroupID.x);
+  uint summary = SUMMARY(job_place);
+  Places places = PLACES(job_place);
+  uint live = summary >> 16 == ERROR_NONE && places.interior != NO_PLACE ? 1u : 0u;
+  uint state = UNIFORM(live | count_field(places, COUNT_FLAGS) << 1);
+  if ((state & 1u) == 0u) return;
+  bool seams = ((state >> 1) & FLAG_SEAMS) != 0u;
   open_blob(job_blob(), job_blob_words());
   group_streams(job_streams());
   group_value_places();
   the_values = job_values();
   team_triangles = job_triangles();
-  connected = Connectivity(push.connectivity).of[job_place];
+  connected = CONNECTED(job_place);
   symbol_c = connected.closing;
   symbol_e = connected.ends;
   symbol_s = connected.splits;
@@ -108,16 +110,16 @@ void main() {
   Header h;
   h.references = 0u;
   h.flags = 0u;
-  if ((count_field(places, COUNT_FLAGS) & FLAG_SEAMS) != 0u) h = find_seams_of();
+  if (seams) h = find_seams_of();
   barrier();
   list_traversal();
   load_boundary();
   read_interior(true);
   bool sound = agree();
-  predict(h, sound, true);
+  predict(h, sound, true, seams);
   barrier();
   if (sound)
     store_values(h.flags != 0u ? mask_none() : team_boundary & ~places.waiting);
   else if (MEMBER == 0u)
-    atomicOr(summaries.of[job_place], error << 16);
+    ADD_ERROR(job_place, error);
 }

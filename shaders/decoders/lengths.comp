@@ -39,7 +39,7 @@ void place_references(HEADER_IN h, uint references) {
     begins = begins | mask_bit(rank & 63u);
     rank += length_of(r);
   }
-  Connectivity(push.connectivity).of[job_place].references = begins;
+  CONNECTED(job_place).references = begins;
 }
 
 // Boundary vertices without a value before the traversal: inner vertices of private references.
@@ -61,7 +61,6 @@ mask64 waiting_vertices(HEADER_IN h) {
 
 // Other meshlets look up the places even if this one is malformed in another way.
 void place_sections(HEADER_IN h, bool live) {
-  PlacesOfMeshlets table = PlacesOfMeshlets(push.places);
   bool chains = mask_any(h.owned_refs);
   uint total = chain_vertices(h, 64u).x;
   uint p = anchors_begin(h);
@@ -69,7 +68,7 @@ void place_sections(HEADER_IN h, bool live) {
   uint count = mask_count(the_starts);
   uint low = 0u;
   uint ones = 0u;
-  table.of[job_place].anchors = p;
+  PLACES(job_place).anchors = p;
   for (uint s = 0u; s < stream_total; s++) {
     count = anchors_of(h, s, count);
     p = after_anchors(p, s, count);
@@ -80,11 +79,11 @@ void place_sections(HEADER_IN h, bool live) {
     if (code != CODE_FIXED) ones += total * n;
     code_at(codes, s, false);
   }
-  table.of[job_place].chains = p;
-  table.of[job_place].quotients = error == ERROR_NONE ? p + low : NO_PLACE;
-  table.of[job_place].waiting = live ? waiting_vertices(h) : mask_none();
+  PLACES(job_place).chains = p;
+  PLACES(job_place).quotients = error == ERROR_NONE ? p + low : NO_PLACE;
+  PLACES(job_place).waiting = live ? waiting_vertices(h) : mask_none();
   uint interior = after_ones(p + low, ones);
-  table.of[job_place].interior = error == ERROR_NONE ? interior : NO_PLACE;
+  PLACES(job_place).interior = error == ERROR_NONE ? interior : NO_PLACE;
 }
 
 void main() {

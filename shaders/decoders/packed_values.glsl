@@ -20,7 +20,7 @@ uint words_of(uint s) { return (field_of(s) * stream_field(s, STREAM_ELEMENTS) +
 
 // Call with all threads after group_streams. Contains a barrier.
 void group_value_places() {
-  for (uint s = THREAD; s < stream_total; s += gl_WorkGroupSize.x) {
+  for (uint s = THREAD; s < stream_total; s += GROUP) {
     uint words = 0u;
     for (uint before = 0u; before < s; before++) words += words_of(before);
     group_places[s] = ((64u * words) & 0xFFFFu) | words_of(s) << 16 | field_of(s) << 22;
@@ -40,7 +40,7 @@ uvec2 put_field(uint at, uint value) {
   return at < 32u ? uvec2(value << at, (value >> 1) >> (31u - at)) : uvec2(0u, value << (at - 32u));
 }
 
-uvec2 the_values;  // address of the meshlet's values
+ADDRESS the_values;  // address of the meshlet's values
 
 uint word_of(uint s, uint id) {
   return place_field(s, PLACE_BASE) + place_field(s, PLACE_STRIDE) * (id & 63u);
@@ -49,30 +49,30 @@ uint word_of(uint s, uint id) {
 // The elements of a vertex of a packed stream.
 uvec2 vertex_at(uint s, uint id) {
   uint word = word_of(s, id);
-  if (place_field(s, PLACE_STRIDE) == 1u) return uvec2(Integers(the_values).at[word], 0u);
-  return Pairs(the_values).at[word >> 1];
+  if (place_field(s, PLACE_STRIDE) == 1u) return uvec2(VALUE_AT(the_values, word), 0u);
+  return VALUE_PAIR_AT(the_values, word >> 1);
 }
 
 void put_vertex(uint s, uint id, uvec2 fields) {
   uint word = word_of(s, id);
   if (place_field(s, PLACE_STRIDE) == 1u)
-    Integers(the_values).at[word] = fields.x;
+    VALUE_AT(the_values, word) = fields.x;
   else
-    Pairs(the_values).at[word >> 1] = fields;
+    SET_VALUE_PAIR_AT(the_values, word >> 1, fields);
 }
 
 uint value_at(uint s, uint c, uint id) {
   if (is_packed(s))
     return get_field(vertex_at(s, id), c * place_field(s, PLACE_FIELD),
                      place_field(s, PLACE_FIELD));
-  return Integers(the_values).at[word_of(s, id) + c];
+  return VALUE_AT(the_values, word_of(s, id) + c);
 }
 
 // Write the elements of a vertex in order: element 0 clears the others.
 void put_value(uint s, uint c, uint id, uint value) {
   uint inside = value & bits_mask(s);
   if (!is_packed(s)) {
-    Integers(the_values).at[word_of(s, id) + c] = inside;
+    VALUE_AT(the_values, word_of(s, id) + c) = inside;
     return;
   }
   uvec2 before = c == 0u ? uvec2(0u) : vertex_at(s, id);

@@ -35,13 +35,13 @@ mask64 the_references;  // ranks at which references begin; set by lengths.comp
 bool open_pass() {
   member = THREAD / PER_MESHLET;
   part = THREAD % PER_MESHLET;
-  uint number = gl_WorkGroupID.x * GROUP_MESHLETS + member;
+  uint number = FIRST_MESHLET + gl_WorkGroupID.x * GROUP_MESHLETS + member;
   open_job(min(number, push.meshlets - 1u));
   open_blob(job_blob(), job_blob_words());
   group_streams(job_streams());
   group_value_places();
   the_values = job_values();
-  Connected connected = Connectivity(push.connectivity).of[job_place];
+  Connected connected = CONNECTED(job_place);
   the_boundary = connected.boundary;
   the_starts = connected.starts;
   the_references = connected.references;
@@ -49,14 +49,14 @@ bool open_pass() {
   symbol_e = connected.ends;
   symbol_s = connected.splits;
   error = ERROR_NONE;
-  uint summary = Summaries(push.summaries).of[job_place];
+  uint summary = SUMMARY(job_place);
   present = member < GROUP_MESHLETS && number < push.meshlets;
   return present && summary >> 16 == ERROR_NONE;
 }
 
 // The header of meshlet m, which connect.comp has read.
 Header header_of(uint m) {
-  Places places = PlacesOfMeshlets(push.places).of[m];
+  Places places = PLACES(m);
   if (places.lengths == NO_PLACE) error = ERROR_REFERENCES;
   Header h;
   h.meshlet = m;
@@ -86,7 +86,7 @@ Header open_header() {
 }
 
 void close_pass() {
-  if (error != ERROR_NONE) atomicOr(Summaries(push.summaries).of[job_place], error << 16);
+  if (error != ERROR_NONE) ADD_ERROR(job_place, error);
 }
 
 // --- along the boundary ---
@@ -152,7 +152,7 @@ uint anchors_of(HEADER_IN h, uint s, uint count) {
 
 // The places of meshlet m, found by lengths.comp.
 Places places_of(uint m) {
-  Places places = PlacesOfMeshlets(push.places).of[m];
+  Places places = PLACES(m);
   if (places.quotients == NO_PLACE) error = ERROR_CODE;
   return places;
 }
@@ -212,7 +212,7 @@ uint next_residual(uint c) {
   if (residual_code == CODE_FIXED)
     return unzigzag(take_low(get_field(residual_widths, 6u * c, 6u)));
   uint low = take_low(residual_code);
-  return unzigzag(low + (next_quotient(unary) << residual_code));
+  return unzigzag(low + (next_quotient() << residual_code));
 }
 
 // --- positions ---
@@ -220,11 +220,10 @@ uint next_residual(uint c) {
 // Three packed elements of stream 0 have 21 bits each: more do not fit, and less are widened.
 Triple grid_position(uint id) {
   uint word = word_of(0u, id);
-  if (!is_packed(0u)) {
-    Integers words = Integers(the_values);
-    return Triple(words.at[word], words.at[word + 1u], words.at[word + 2u]);
-  }
-  uvec2 fields = Pairs(the_values).at[word >> 1];
+  if (!is_packed(0u))
+    return Triple(VALUE_AT(the_values, word), VALUE_AT(the_values, word + 1u),
+                  VALUE_AT(the_values, word + 2u));
+  uvec2 fields = VALUE_PAIR_AT(the_values, word >> 1);
   return Triple(fields.x & 0x1FFFFFu, ((fields.x >> 21) | (fields.y << 11)) & 0x1FFFFFu,
                 (fields.y >> 10) & 0x1FFFFFu);
 }

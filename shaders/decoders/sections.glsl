@@ -1,6 +1,6 @@
 // The streams of a blob and small steps of reading a meshlet's sections, for shaders that decode a
 // meshlet's values with several threads (team_values.glsl, passes.glsl). Include after
-// serial_epilogue.glsl.
+// serial_epilogue.glsl, with GROUP defined as the threads of a workgroup.
 
 #define THREAD gl_LocalInvocationIndex
 
@@ -21,12 +21,21 @@ shared uint group_bases[MAX_STREAMS];   // see stream_base
 #define BASE_ANCHOR 16, 5
 #define stream_base(s, field) bitfieldExtract(group_bases[s], field)
 
+// In conditions around barriers: a word, and facts of streams, that are the same in all threads.
+// web/wgsl.glsl has the same for WGSL, which demands a proof.
+#ifndef WGSL
+#define UNIFORM(word) (word)
+#define uniform_streams() stream_end
+#define uniform_elements(s) stream_field(s, STREAM_ELEMENTS)
+#define uniform_predictor(s) stream_field(s, STREAM_PREDICTOR)
+#endif
+
 // Reads the stream table; streams [0, end) are decoded.
 void group_streams(uint end) {
   load_tables();
   stream_total = min(stream_total, MAX_STREAMS);
   stream_end = min(end, stream_total);
-  for (uint s = THREAD; s < stream_total; s += gl_WorkGroupSize.x) {
+  for (uint s = THREAD; s < stream_total; s += GROUP) {
     uint shape = load_word(STREAM_SHAPE_WORD(s));
     uint element = 0u;
     for (uint before = 0u; before < s; before++)
@@ -50,7 +59,7 @@ uint value_element(uint s, uint c) {
 // Whether any of the decoded streams has one of these predictors (a bit each).
 bool any_stream_predicts(uint predictors) {
   uint found = 0u;
-  for (uint s = 0u; s < stream_end; s++) found |= 1u << stream_field(s, STREAM_PREDICTOR);
+  for (uint s = 0u; s < uniform_streams(); s++) found |= 1u << uniform_predictor(s);
   return (found & predictors) != 0u;
 }
 

@@ -1,42 +1,42 @@
 // The functions that serial_decoder.glsl asks for and that use its variables. Include after it.
 
-// The next quotient of a unary plane.
-uint next_quotient(inout UnaryReader reader) {
-  while (reader.window == 0u) {
-    reader.base += 32u;
-    if ((reader.base >> 5) >= blob_word_total || reader.base - reader.cursor > MAX_QUOTIENT + 32u) {
+// The next quotient at `unary`.
+uint next_quotient() {
+  while (unary.window == 0u) {
+    unary.base += 32u;
+    if ((unary.base >> 5) >= blob_word_total || unary.base - unary.cursor > MAX_QUOTIENT + 32u) {
       error = ERROR_UNARY;
       return 0u;
     }
-    reader.window = load_word(reader.base >> 5);
+    unary.window = load_word(unary.base >> 5);
   }
-  uint one = reader.base + uint(findLSB(reader.window));
-  uint quotient = one - reader.cursor;
-  reader.window &= reader.window - 1u;
-  reader.cursor = one + 1u;
+  uint one = unary.base + uint(findLSB(unary.window));
+  uint quotient = one - unary.cursor;
+  unary.window &= unary.window - 1u;
+  unary.cursor = one + 1u;
   if (quotient > MAX_QUOTIENT) error = ERROR_UNARY;
   return quotient;
 }
 
-// Skips n quotients, a word at a time.
-void skip_unary(inout UnaryReader reader, uint n) {
+// Skips n quotients at `unary`, a word at a time.
+void skip_unary(uint n) {
   uint words = 0u;
   while (n > 0u) {
-    uint ones = uint(bitCount(reader.window));
+    uint ones = uint(bitCount(unary.window));
     if (n <= ones) {
-      for (; n > 1u; n--) reader.window &= reader.window - 1u;
-      reader.cursor = reader.base + uint(findLSB(reader.window)) + 1u;
-      reader.window &= reader.window - 1u;
+      for (; n > 1u; n--) unary.window &= unary.window - 1u;
+      unary.cursor = unary.base + uint(findLSB(unary.window)) + 1u;
+      unary.window &= unary.window - 1u;
       return;
     }
     n -= ones;
     words = ones > 0u ? 0u : words + 1u;
-    reader.base += 32u;
-    if ((reader.base >> 5) >= blob_word_total || words > MAX_QUOTIENT / 32u + 1u) {
+    unary.base += 32u;
+    if ((unary.base >> 5) >= blob_word_total || words > MAX_QUOTIENT / 32u + 1u) {
       error = ERROR_UNARY;
       return;
     }
-    reader.window = load_word(reader.base >> 5);
+    unary.window = load_word(unary.base >> 5);
   }
 }
 
@@ -55,7 +55,9 @@ uint coded_value(uint code, uint q, inout uint low) {
 }
 
 void read_codes(uint n, uint code) {
+  uint low = low_cursor;
   for (uint i = 0u; i < n && error == ERROR_NONE; i++)
-    residuals[i] = unzigzag(coded_value(code, next_quotient(unary), low_cursor));
+    residuals[i] = unzigzag(coded_value(code, next_quotient(), low));
+  low_cursor = low;
   if (low_cursor > 8u * (byte_length - BLOB_PADDING_BYTES)) error = ERROR_UNARY;
 }

@@ -18,7 +18,7 @@ void open_positions(uint code, uint widths) {
 
 uint next_residual(uint width) {
   if (position_code != CODE_FIXED)
-    return unzigzag(coded_value(position_code, next_quotient(unary), low_cursor));
+    return unzigzag(coded_value(position_code, next_quotient(), low_cursor));
   uint residual = load_bits(low_cursor, width);
   low_cursor += width;
   return unzigzag(residual);
@@ -81,7 +81,7 @@ void put_own_chains(HEADER_IN h) {
     put_chain(mask_lsb(rest), false);
   uint others = 0u;
   for (uint s = 1u; s < stream_total; s++) others += unary_count(s, chain_total, chain_code[s]);
-  if (error == ERROR_NONE) skip_unary(unary, others);
+  if (error == ERROR_NONE) skip_unary(others);
 }
 
 void put_traversed(uint triangle) {

@@ -4,14 +4,18 @@
 
 // Capacities, set by the host: the most streams of a blob in the scene, and the most elements of
 // those that are decoded.
+#ifndef MAX_STREAMS
 layout(constant_id = 0) const uint MAX_STREAMS = 8u;
+#endif
 #ifndef MAX_ELEMENTS
 layout(constant_id = 1) const uint MAX_ELEMENTS = 20u;
 #endif
 
+#ifndef WGSL
 layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Words { uint at[]; };
 
 Words blob_words;
+#define BLOB_WORD(i) blob_words.at[i]
 uint blob_word_total;
 
 // The host has checked the header. words: length of the blob. Its last word is 0.
@@ -19,6 +23,7 @@ void open_blob(uvec2 address, uint words) {
   blob_words = Words(address);
   blob_word_total = words;
 }
+#endif
 
 #define small_uint uint
 #define index_uint uint
@@ -68,7 +73,7 @@ uint choose(bool condition, uint a, uint b) { return condition ? a : b; }
 uvec2 choose(bool condition, uvec2 a, uvec2 b) { return condition ? a : b; }
 uint divide(uint x, uint n) { return x / n; }
 
-uint load_memory(uint i) { return blob_words.at[min(i, blob_word_total - 1u)]; }
+uint load_memory(uint i) { return BLOB_WORD(min(i, blob_word_total - 1u)); }
 uint load_word(uint i) { return load_memory(i); }
 uvec2 load_words2(uint i) { return uvec2(load_memory(i), load_memory(i + 1u)); }
 uvec3 load_words3(uint i) {
@@ -102,5 +107,5 @@ UnaryReader seek_unary(uint p) {
 }
 
 // Defined in the epilogue: they set `error`, which serial_decoder.glsl declares.
-void skip_unary(inout UnaryReader reader, uint n);
+void skip_unary(uint n);
 void read_codes(uint n, uint code);

@@ -34,7 +34,7 @@ void write_chain_residuals(uint s, uint r, bool backwards, uint code, uint width
     }
     uint width = rice ? code : width_field(widths + WIDTH_BITS * c);
     uint residual = load_bits(low, width);
-    if (rice) residual += next_quotient(unary) << width;
+    if (rice) residual += next_quotient() << width;
     low += width;
     team_values[TEAM_INDEX][value_element(s, c) + id] = unzigzag(residual);
     c++;

@@ -90,7 +90,7 @@ void list_ones(uint p, uint n) {
       return;
     }
     for (; mine != 0u && before < n; before++) {
-      team_scratch[TEAM_INDEX][before] = ((w + MEMBER) << 5) + uint(findLSB(mine));
+      ATOMIC_STORE(team_scratch[TEAM_INDEX][before], ((w + MEMBER) << 5) + uint(findLSB(mine)));
       mine &= mine - 1u;
     }
   }
@@ -114,8 +114,9 @@ void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seam
       residual =
           load_bits(low + i * step + fixed_width(c, widths), width_field(widths + WIDTH_BITS * c));
     } else {
-      uint from = item == 0u ? unary_begin : team_scratch[TEAM_INDEX][ones + item - 1u] + 1u;
-      uint quotient = team_scratch[TEAM_INDEX][ones + item] - from;
+      uint from =
+          item == 0u ? unary_begin : ATOMIC_LOAD(team_scratch[TEAM_INDEX][ones + item - 1u]) + 1u;
+      uint quotient = ATOMIC_LOAD(team_scratch[TEAM_INDEX][ones + item]) - from;
       if (quotient > MAX_QUOTIENT) error = ERROR_UNARY;
       uint at = low + item * (code & 31u) + (is_exponential(code) ? from - unary_begin - item : 0u);
       residual = coded_value(code, quotient, at);
@@ -154,7 +155,7 @@ uint listed_streams(uint s, uint end) {
   uint elements = 0u;
   uint next = s;
   while (next < end) {
-    elements += stream_field(next, STREAM_ELEMENTS);
+    elements += uniform_elements(next);
     if (next > s && elements > SCRATCH_ELEMENTS) break;
     next++;
   }
@@ -165,23 +166,23 @@ uint listed_streams(uint s, uint end) {
 // in the barriers.
 void read_interior(bool sound) {
   uint p = team_interior[TEAM_INDEX];
-  for (uint part = 0u; part < 2u && part < stream_end; part++) {
+  for (uint part = 0u; part < 2u && part < uniform_streams(); part++) {
     uint low = p;
     uint next_list = part;
     uint ones = 0u;
     uint listed = 0u;
-    for (uint s = part; s < (part == 0u ? 1u : stream_end); s++) {
+    for (uint s = part; s < (part == 0u ? 1u : uniform_streams()); s++) {
       uint n = stream_field(s, STREAM_ELEMENTS);
       barrier();
       if (s == next_list) {
-        next_list = listed_streams(s, part == 0u ? 1u : stream_end);
+        next_list = listed_streams(s, part == 0u ? 1u : uniform_streams());
         ones = sound ? min(interior_ones(s, next_list), SCRATCH_WORDS) : 0u;
         listed = 0u;
         if (sound) list_ones(p, ones);
         barrier();
         // The low bits begin after the unary parts of all streams.
         if (s == part && sound)
-          low = after_ones(ones > 0u ? team_scratch[TEAM_INDEX][ones - 1u] + 1u : p,
+          low = after_ones(ones > 0u ? ATOMIC_LOAD(team_scratch[TEAM_INDEX][ones - 1u]) + 1u : p,
                            interior_ones(next_list, part == 0u ? 1u : stream_total));
       }
       uint code = interior_code_of(s);
@@ -194,7 +195,7 @@ void read_interior(bool sound) {
       uint next = p;
       if (code != CODE_FIXED && count > 0u) {
         listed += count;
-        next = team_scratch[TEAM_INDEX][listed - 1u] + 1u;
+        next = ATOMIC_LOAD(team_scratch[TEAM_INDEX][listed - 1u]) + 1u;
       }
       low += low_size(code, n, widths, count, next - p - count);
       p = next;
@@ -350,16 +351,16 @@ void predict_element(uint s, uint c) {
 
 // Sums the triangles' cross products at their vertices in the scratch memory.
 void sum_team_normals(bool sound) {
-  for (uint i = MEMBER; i < 192u; i += TEAM) team_scratch[TEAM_INDEX][i] = 0u;
+  for (uint i = MEMBER; i < 192u; i += TEAM) ATOMIC_STORE(team_scratch[TEAM_INDEX][i], 0u);
   barrier();
   for (uint t = MEMBER; t < triangle_count && sound; t += TEAM) {
     uint triangle = packed_triangle(t);
     Triple normal = triangle_normal(triangle, geo_shift());
     for (uint corner = 0u; corner < 3u; corner++) {
       uint place = 3u * ((triangle >> (8u * corner)) & 63u);
-      atomicAdd(team_scratch[TEAM_INDEX][place], normal.x);
-      atomicAdd(team_scratch[TEAM_INDEX][place + 1u], normal.y);
-      atomicAdd(team_scratch[TEAM_INDEX][place + 2u], normal.z);
+      ATOMIC_ADD(team_scratch[TEAM_INDEX][place], normal.x);
+      ATOMIC_ADD(team_scratch[TEAM_INDEX][place + 1u], normal.y);
+      ATOMIC_ADD(team_scratch[TEAM_INDEX][place + 2u], normal.z);
     }
   }
   barrier();
@@ -370,9 +371,10 @@ void predict_team_geo(uint s) {
   for (uint i = MEMBER; i < traversed_count; i += TEAM) {
     uint id = bitfieldExtract(team_traversal[TEAM_INDEX][i], 16, 6);
     uint place = 3u * id;
-    OctPair point = octahedral_prediction(
-        team_scratch[TEAM_INDEX][place], team_scratch[TEAM_INDEX][place + 1u],
-        team_scratch[TEAM_INDEX][place + 2u], stream_field(s, STREAM_BITS) & 31u);
+    OctPair point = octahedral_prediction(ATOMIC_LOAD(team_scratch[TEAM_INDEX][place]),
+                                          ATOMIC_LOAD(team_scratch[TEAM_INDEX][place + 1u]),
+                                          ATOMIC_LOAD(team_scratch[TEAM_INDEX][place + 2u]),
+                                          stream_field(s, STREAM_BITS) & 31u);
     for (uint c = 0u; c < 2u; c++) {
       uint v = value_element(s, c) + id;
       team_values[TEAM_INDEX][v] =
@@ -383,19 +385,19 @@ void predict_team_geo(uint s) {
 
 // Turns all residuals into values. AFFINE and GEO depend on stream 0, so first the chains of other
 // streams, then those of each AFFINE stream, then the traversed vertices of streams that depend on
-// no other, then all others. only_seams: other chains have their values. A team that is not `sound`
-// only takes part in the barriers.
-void predict(HEADER_IN h, bool sound, bool only_seams) {
+// no other, then all others. only_seams: other chains have their values. has_chains: false if no
+// team of the workgroup has chains to predict. A team that is not `sound` only takes part in the
+// barriers.
+void predict(HEADER_IN h, bool sound, bool only_seams, bool has_chains) {
   bool geo = any_stream_predicts(1u << PREDICT_GEO);
   bool affine = any_stream_predicts(1u << PREDICT_AFFINE);
-  uint traversal = stream_end + 1u;  // the steps before it are those of chains
+  uint traversal = uniform_streams() + 1u;  // the steps before it are those of chains
   uint last = geo || affine ? traversal + 1u : traversal;
   // All teams of a workgroup take the same steps.
-  bool skips_chains = only_seams && TEAMS == 1u && (h.flags & FLAG_SEAMS) == 0u;
-  for (uint step = skips_chains ? traversal : 0u; step <= last; step++) {
+  for (uint step = has_chains ? 0u : traversal; step <= last; step++) {
     bool chains = step < traversal;
     uint s = chains && step > 0u ? step - 1u : MAX_STREAMS;
-    if (s < MAX_STREAMS && stream_field(s, STREAM_PREDICTOR) != PREDICT_AFFINE) continue;
+    if (s < MAX_STREAMS && uniform_predictor(s) != PREDICT_AFFINE) continue;
     barrier();
     bool after = step > traversal;
     if (after && geo) sum_team_normals(sound);

@@ -13,9 +13,9 @@
 // loop by 64, by the streams, or by the blob's end. Loops that contain barriers run equally often
 // in all teams.
 
-#include "decoders/sections.glsl"
 #define GROUP 32u             // threads per workgroup
 #define TEAMS (GROUP / TEAM)  // meshlets per workgroup
+#include "decoders/sections.glsl"
 // Words of a team's scratch memory: the ends of the quotients of up to four elements, or GEO's sums
 // at 64 vertices.
 #define SCRATCH_ELEMENTS 4u
@@ -23,15 +23,26 @@
 #define TEAM_INDEX (THREAD / TEAM)
 #define MEMBER (THREAD % TEAM)
 
+// Shared words that several threads change at once. web/wgsl.glsl has the same for WGSL.
+#ifndef WGSL
+#define ATOMIC_UINT uint
+#define ATOMIC_LOAD(place) (place)
+#define ATOMIC_STORE(place, value) place = value
+#define ATOMIC_OR(place, value) atomicOr(place, value)
+#define ATOMIC_MAX(place, value) atomicMax(place, value)
+#define ATOMIC_ADD(place, value) atomicAdd(place, value)
+#endif
+
 shared uint team_values[TEAMS][MAX_ELEMENTS * 64u];
-shared uint team_error[TEAMS];
-shared mask64 team_symbols[TEAMS][4];    // R, C, E, S
-shared uint team_traversal[TEAMS][64];   // packed triangles that introduce a vertex
-shared uint team_references[TEAMS][64];  // rank in the loop order | length << 8
-shared uint team_loop[TEAMS][16];        // boundary ids in loop order, four to a word
-shared uint team_begins[TEAMS][17];      // first local id of each disk and the end, four to a word
-shared mask64 team_ranks[TEAMS];         // ranks at which references start
-shared mask64 team_waiting[TEAMS];       // inner vertices of private references
+shared ATOMIC_UINT team_error[TEAMS];
+shared mask64 team_symbols[TEAMS][4];     // R, C, E, S
+shared uint team_traversal[TEAMS][64];    // packed triangles that introduce a vertex
+shared uint team_references[TEAMS][64];   // rank in the loop order | length << 8
+shared ATOMIC_UINT team_loop[TEAMS][16];  // boundary ids in loop order, four to a word
+shared ATOMIC_UINT
+    team_begins[TEAMS][17];         // first local id of each disk and the end, four to a word
+shared mask64 team_ranks[TEAMS];    // ranks at which references start
+shared mask64 team_waiting[TEAMS];  // inner vertices of private references
 // Inner vertices of a stream's seams: id | reference << 8 | place << 16. Later weights of AFFINE:
 // by rank along the boundary, then by place in the traversal.
 shared uint team_seams[TEAMS][64];
@@ -42,13 +53,15 @@ uint team_codes_begin;
 shared uint team_interior[TEAMS];  // bit position of the interior
 
 // The ends of the quotients, later the vertices' sums of cross products.
-shared uint team_scratch[TEAMS][SCRATCH_WORDS];
+shared ATOMIC_UINT team_scratch[TEAMS][SCRATCH_WORDS];
 
 uint loop_id(uint rank) {
-  return bitfieldExtract(team_loop[TEAM_INDEX][(rank >> 2) & 15u], int(rank & 3u) * 8, 6);
+  return bitfieldExtract(ATOMIC_LOAD(team_loop[TEAM_INDEX][(rank >> 2) & 15u]), int(rank & 3u) * 8,
+                         6);
 }
 uint disk_begin(uint disk) {
-  return bitfieldExtract(team_begins[TEAM_INDEX][min(disk, 64u) >> 2], int(disk & 3u) * 8, 7);
+  return bitfieldExtract(ATOMIC_LOAD(team_begins[TEAM_INDEX][min(disk, 64u) >> 2]),
+                         int(disk & 3u) * 8, 7);
 }
 uint first_id(uint r) { return loop_id(team_references[TEAM_INDEX][r & 63u]); }
 uint reference_length_of(uint r) { return team_references[TEAM_INDEX][r & 63u] >> 8; }
@@ -78,12 +91,12 @@ void find_disks() {
     uint disk = mask_count(starts & before);
     uint ids = pushed_vertices(before) + disk;
     if (t == triangle_count) ids = vertex_count;
-    atomicOr(team_begins[TEAM_INDEX][disk >> 2], min(ids, 64u) << 8u * (disk & 3u));
+    ATOMIC_OR(team_begins[TEAM_INDEX][disk >> 2], min(ids, 64u) << 8u * (disk & 3u));
   }
   for (uint id = MEMBER; id < vertex_count; id += TEAM) {
     if (!mask_test(team_boundary, id)) continue;
     uint rank = mask_count(team_boundary & mask_below(id));
-    atomicOr(team_loop[TEAM_INDEX][rank >> 2], id << 8u * (rank & 3u));
+    ATOMIC_OR(team_loop[TEAM_INDEX][rank >> 2], id << 8u * (rank & 3u));
   }
 }
 
@@ -111,9 +124,9 @@ void add_waiting_loops() {
 
 // Broadcasts any thread's error to its team. Contains a barrier.
 bool agree() {
-  if (error != ERROR_NONE) atomicMax(team_error[TEAM_INDEX], error);
+  if (error != ERROR_NONE) ATOMIC_MAX(team_error[TEAM_INDEX], error);
   barrier();
-  error = team_error[TEAM_INDEX];
+  error = ATOMIC_LOAD(team_error[TEAM_INDEX]);
   return error == ERROR_NONE;
 }
 
@@ -121,11 +134,11 @@ bool agree() {
 void open_team() {
   error = ERROR_NONE;
   for (uint i = MEMBER; i < 17u; i += TEAM) {
-    team_begins[TEAM_INDEX][i] = 0u;
-    team_loop[TEAM_INDEX][i & 15u] = 0u;
+    ATOMIC_STORE(team_begins[TEAM_INDEX][i], 0u);
+    ATOMIC_STORE(team_loop[TEAM_INDEX][i & 15u], 0u);
   }
   if (MEMBER == 0u) {
-    team_error[TEAM_INDEX] = ERROR_NONE;
+    ATOMIC_STORE(team_error[TEAM_INDEX], ERROR_NONE);
     for (uint i = 0u; i < 4u; i++) team_symbols[TEAM_INDEX][i] = mask_none();
     team_ranks[TEAM_INDEX] = mask_none();
     team_waiting[TEAM_INDEX] = mask_none();

@@ -75,6 +75,6 @@ void team_decode(Header h, bool sound) {
   if (sound) read_interior_codes(h.codes, mask_any(h.owned_refs));
   read_interior(sound);
   sound = agree();
-  predict(h, sound, false);
+  predict(h, sound, false, true);
   barrier();
 }

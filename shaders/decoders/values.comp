@@ -22,10 +22,10 @@ layout(local_size_x = 32) in;
 #ifdef PARALLEL
 #include "decoders/team_connectivity.glsl"
 #else
-uvec2 team_triangles;
-uint packed_triangle(uint t) { return Integers(team_triangles).at[t & 63u]; }
-uvec2 connectivity_boundary() { return Connectivity(push.connectivity).of[job_place].boundary; }
-uvec2 connectivity_starts() { return Connectivity(push.connectivity).of[job_place].starts; }
+ADDRESS team_triangles;
+uint packed_triangle(uint t) { return TRIANGLE_AT(team_triangles, t & 63u); }
+uvec2 connectivity_boundary() { return CONNECTED(job_place).boundary; }
+uvec2 connectivity_starts() { return CONNECTED(job_place).starts; }
 #endif
 #include "decoders/team_values.glsl"
 #ifdef STREAM
@@ -37,9 +37,9 @@ void put_values() {
   Primitive primitive = job_primitive();
   for (uint v = MEMBER; v < vertex_count; v += TEAM) put_vertex(team_triangles, primitive, v);
 #else
-  Integers integers = Integers(job_values());
+  ADDRESS integers = job_values();
   for (uint k = MEMBER; k < push.value_words; k += TEAM)
-    if ((k & 63u) < vertex_count) integers.at[k] = team_values[TEAM_INDEX][k];
+    if ((k & 63u) < vertex_count) VALUE_AT(integers, k) = team_values[TEAM_INDEX][k];
 #endif
 }
 
@@ -47,11 +47,10 @@ void main() {
   uint number = gl_WorkGroupID.x * TEAMS + TEAM_INDEX;
   bool exists = number < push.meshlets;
   open_job(min(number, push.meshlets - 1u));
-  Summaries summaries = Summaries(push.summaries);
 #ifdef PARALLEL
   bool sound = exists;
 #else
-  bool sound = exists && (summaries.of[job_place] & 255u) > 0u;
+  bool sound = exists && (SUMMARY(job_place) & 255u) > 0u;
   if (TEAMS == 1u && !sound) return;  // no other team waits at the barriers
   team_triangles = job_triangles();
 #endif
@@ -63,7 +62,7 @@ void main() {
   read_team_symbols(h);
   decode_connectivity();
 #else
-  Connected connected = Connectivity(push.connectivity).of[job_place];
+  Connected connected = CONNECTED(job_place);
   triangle_count = h.triangles;
   symbol_c = connected.closing;
   symbol_e = connected.ends;
@@ -72,13 +71,13 @@ void main() {
   team_decode(h, sound);
   if (!sound) return;
 #ifdef PARALLEL
-  if (MEMBER == 0u) summaries.of[job_place] = triangle_count | vertex_count << 8;
+  if (MEMBER == 0u) SET_SUMMARY(job_place, triangle_count | vertex_count << 8);
   for (uint t = MEMBER; t < triangle_count; t += TEAM)
-    Integers(job_triangles()).at[t] = packed_triangle(t);
+    TRIANGLE_AT(job_triangles(), t) = packed_triangle(t);
   barrier();
 #endif
   if (error == ERROR_NONE)
     put_values();
   else if (MEMBER == 0u)
-    summaries.of[job_place] = error << 16;
+    SET_SUMMARY(job_place, error << 16);
 }

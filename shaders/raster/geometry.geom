@@ -40,15 +40,15 @@ layout(location = 2) out vec4 out_color;
 #endif
 
 void emit_corner(Primitive primitive, mat4 to_clip, uint v, uint id) {
-  gl_Position = transformed(to_clip, decoded_position(primitive, v));
+  gl_Position = transformed(to_clip, vertex_position(primitive, v));
 #if (VARYINGS & 1) != 0
-  if ((ATTRIBUTES & HAS_NORMAL) != 0u) out_normal = world_normal(decoded_normal(primitive, v));
+  if ((ATTRIBUTES & HAS_NORMAL) != 0u) out_normal = world_normal(vertex_normal(primitive, v));
 #endif
 #if (VARYINGS & 2) != 0
-  if ((ATTRIBUTES & HAS_TEXCOORD) != 0u) out_texcoord = decoded_texcoord(primitive, v);
+  if ((ATTRIBUTES & HAS_TEXCOORD) != 0u) out_texcoord = vertex_texcoord(primitive, v);
 #endif
 #if (VARYINGS & 4) != 0
-  if ((ATTRIBUTES & HAS_COLOR) != 0u) out_color = decoded_color(primitive, v);
+  if ((ATTRIBUTES & HAS_COLOR) != 0u) out_color = vertex_color(primitive, v);
 #endif
   gl_PrimitiveID = int(id);
   EmitVertex();

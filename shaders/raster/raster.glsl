@@ -35,12 +35,6 @@ Instance the_instance() { return Instances(the_frame().instances).at[INSTANCE]; 
 uint the_primitive() { return Instances(the_frame().instances).at[INSTANCE].primitive; }
 mat4 object_to_clip() { return Matrices(the_frame().object_to_clip).at[INSTANCE]; }
 
-// Floats of an uncompressed vertex.
-uint vertex_floats() {
-  return 3u + ((ATTRIBUTES & HAS_NORMAL) != 0u ? 3u : 0u) +
-         ((ATTRIBUTES & HAS_TEXCOORD) != 0u ? 2u : 0u) + ((ATTRIBUTES & HAS_COLOR) != 0u ? 4u : 0u);
-}
-
 // Transforms a normal to world space; the fragment shader normalises it. Zero means no normal.
 vec3 world_normal(vec3 normal) {
   return transpose(mat3(Instances(the_frame().instances).at[INSTANCE].world_to_object)) * normal;

@@ -18,6 +18,7 @@ layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Se
   Segment at[];
 };
 
+#define FIRST_MESHLET 0u
 uint job_meshlet;
 uint job_place;
 

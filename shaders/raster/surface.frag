@@ -50,7 +50,10 @@ layout(location = 3) perprimitiveEXT flat in uint in_id;
 #endif
 #endif
 
-layout(set = 0, binding = 0) uniform sampler2D textures[];
+#define TEXCOORD ((ATTRIBUTES & HAS_TEXCOORD) != 0u ? in_texcoord : vec2(0.0))
+#define COLOR ((ATTRIBUTES & HAS_COLOR) != 0u ? in_color : vec4(1.0))
+#define SAMPLE(number, uv) texture(textures[number], uv)
+#include "scene/material.glsl"
 
 vec3 world_position() {
   Frame frame = the_frame();
@@ -66,19 +69,6 @@ float dither() {
   uint x = p.x ^ p.y, y = p.y;
   uint rank = ((x & 1u) << 3) | ((y & 1u) << 2) | (x & 2u) | ((y & 2u) >> 1);
   return (float(rank) + 0.5) / 16.0;
-}
-
-// Returns white if the material has no texture.
-vec4 textured(Material material, int number) {
-  if ((ATTRIBUTES & HAS_TEXCOORD) == 0u || number < 0) return vec4(1.0);
-  vec2 at = mat2(material.texcoord_matrix.xy, material.texcoord_matrix.zw) * in_texcoord +
-            material.texcoord_offset;
-  return texture(textures[number], at);
-}
-
-vec4 base_color(Material material) {
-  vec4 color = material.base_color * textured(material, material.base_texture);
-  return (ATTRIBUTES & HAS_COLOR) != 0u ? color * in_color : color;
 }
 
 // Returns the normal, or the triangle's own if there is none, flipped to face the viewer.
@@ -103,8 +93,7 @@ vec3 lit(Material material, vec3 base) {
   vec3 mirror = mix(vec3(0.04), base, material.metallic * (1.0 - pow(roughness, 4.0)));
   float highlight =
       toward * pow(max(dot(normal, normalize(light + view)), 0.0), gloss) * min(gloss / 8.0, 4.0);
-  return base * (sky_light(normal) + KEY * toward) + mirror * KEY * highlight +
-         material.emissive.rgb * textured(material, material.emissive_texture).rgb;
+  return base * (sky_light(normal) + KEY * toward) + mirror * KEY * highlight + emission(material);
 }
 
 void main() {

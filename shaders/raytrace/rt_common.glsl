@@ -4,10 +4,11 @@
 
 // Ids 0 and 1 are the decoder's MAX_STREAMS and MAX_ELEMENTS.
 layout(constant_id = 2) const uint GROUP_TRIANGLES = 64u;  // triangles per box
-layout(constant_id = 6) const uint VERTEX_FLOATS = 8u;     // of an uncompressed vertex
-layout(constant_id = 7) const uint ATTRIBUTES = 7u;        // HAS_ bits of such a vertex
+layout(constant_id = 7) const uint ATTRIBUTES = 7u;        // HAS_ bits of an uncompressed vertex
 // The slots hold one part of the model at a time: paths sweep over it, see rt_paths.glsl.
 layout(constant_id = 9) const bool SWEEPS = false;
+
+#define GROUPS (MESHLET_TRIANGLES / GROUP_TRIANGLES)  // boxes of a meshlet
 
 // Meshlets have numbers across primitives. A part of the model is a range of numbers, and so is a
 // piece: the meshlets of a part that belong to one primitive. Placed: a piece in an instance.
@@ -27,52 +28,32 @@ layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Pl
 layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Sources {
   Source at[];
 };
-layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Items { uvec2 at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 4) buffer Counts { uint at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer SceneFloatsOut {
-  float at[];
-};
 
 #ifndef OWN_PUSH
 layout(push_constant) uniform RaysPush {
-  uvec2 frame;            // Frame
-  uvec2 view;             // View of rt_paths.glsl
-  uvec2 structure;        // top-level acceleration structure: of all, or of a part
-  uvec2 placed;           // per instance of the structure of all: Placed
-  uvec2 sources;          // per meshlet: Source
-  uvec2 slot_table;       // PAPER, per meshlet: its slot or NO_SLOT
-  uvec2 counters;         // PAPER, per meshlet: how many rays have tested it
-  uvec2 cache;            // the slots
-  uvec2 first_triangles;  // uncompressed meshlets: number of their first triangle in all primitives
-  uvec2 colors;           // output, a word per pixel
-  uvec2 hits;             // output, HIT_WORDS per pixel
+  uvec2 frame;       // Frame
+  uvec2 structure;   // top-level acceleration structure: of all, or of a part
+  uvec2 placed;      // per instance of the structure of all: Placed
+  uvec2 sources;     // per meshlet: Source
+  uvec2 slot_table;  // PAPER, per meshlet: its slot or NO_SLOT
+  uvec2 counters;    // PAPER, per meshlet: how many rays have tested it
+  uvec2 cache;       // the slots
+  uvec2 colors;      // output, a word per pixel
+  uvec2 hits;        // output, per pixel: FirstHit
+  uvec2 records;     // of paths that sweep: rt_paths.glsl
   uint bounces;
   uint samples;  // paths per pixel
   uint shadows;
-  uint first;  // number of the meshlet in the first slot
-  // Of a pass: see rt_paths.glsl.
+  uint width;  // of the picture
+  // Of a pass:
+  uint pixel;  // the launch's first one
   uint part;   // FIRST_PART, LAST_PART, BACKGROUND
   uint level;  // bounce | sample << 8
-  uint strip;
+  uint first;  // number of the meshlet in the first slot
 }
 push;
 
-// The meshlet's number in its primitive.
-uint meshlet_of(Placed placed, uint number) {
-  return SWEEPS ? Sources(push.sources).at[number].meshlet : number - placed.first;
-}
-
-// Of hits at equal distances the smallest key counts: the smallest (instance, meshlet, triangle).
-uint hit_key(Placed placed, uint number, uint triangle) {
-  return placed.key + meshlet_of(placed, number) * MESHLET_TRIANGLES + triangle;
-}
-
-// The meshlet's slot, or NO_SLOT.
-uint slot_entry(uint number) {
-#ifdef PAPER
-  return Counts(push.slot_table).at[number];
-#else
-  return number - push.first;
-#endif
-}
+// The pixel of the picture that this invocation works at.
+uint launched_pixel() { return push.pixel + gl_LaunchIDEXT.y * push.width + gl_LaunchIDEXT.x; }
 #endif

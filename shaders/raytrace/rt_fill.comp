@@ -16,13 +16,15 @@
 #include "decoders/team_values.glsl"
 #include "decoders/slot_output.glsl"
 
+layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Items { uvec2 at[]; };
+
 layout(local_size_x = GROUP) in;
 
 layout(push_constant) uniform FillPush {
   uvec2 frame;
   uvec2 sources;
   uvec2 cache;
-  uvec2 items;  // (meshlet, slot), or (NO_ITEM, ...); 0: the next meshlets get the first slots
+  uvec2 items;  // (meshlet, slot) each; 0: the next meshlets get the first slots
   uint first;   // the first of them
   uint count;
 }
@@ -52,7 +54,7 @@ void main() {
   for (uint i = gl_WorkGroupID.x; i < push.count; i += gl_NumWorkGroups.x) {
     uvec2 item = uvec2(push.first + i, i);
     if (push.items != uvec2(0u)) item = Items(push.items).at[i];
-    if (item.x != NO_ITEM) fill(item.x, item.y);
+    fill(item.x, item.y);
     barrier();
   }
 }

@@ -7,26 +7,22 @@
 #include "scene/scene.glsl"
 
 #ifdef SLOT
-#ifndef VALUE  // an includer may define it, to read some meshlets from elsewhere
+#ifndef VALUE  // an includer may define both, to read some meshlets from elsewhere
 #define VALUE(a, place, c, v) \
   slot_bits(SLOT, v, (place) + (c) * attribute_field(a), attribute_bits(a))
+#define POSITION(p, v) slot_object_position(SLOT, p.position, v)
 #endif
 #define PLACE(place) place  // offset of the attribute's bits in the vertex
 #else
 #define VALUE(a, place, c, v) ELEMENT_VALUE(a.element + (c), v)
+#define POSITION(p, v)       \
+  position_value(p.position, \
+                 uvec3(ELEMENT_VALUE(0u, v), ELEMENT_VALUE(1u, v), ELEMENT_VALUE(2u, v)))
 #define PLACE(place) 0u
 #endif
 
 // Returns object coordinates.
-vec3 decoded_position(Primitive p, uint v) {
-#ifdef SLOT
-  return POSITION_FLOATS ? slot_float_position(SLOT, v)
-                         : position_value(p.position, slot_grid_position(SLOT, v));
-#else
-  return position_value(p.position,
-                        uvec3(ELEMENT_VALUE(0u, v), ELEMENT_VALUE(1u, v), ELEMENT_VALUE(2u, v)));
-#endif
-}
+vec3 vertex_position(Primitive p, uint v) { return POSITION(p, v); }
 
 uvec4 decoded_integers(Attribute a, uint place, uint v) {
   uvec4 q = uvec4(0u);
@@ -35,12 +31,12 @@ uvec4 decoded_integers(Attribute a, uint place, uint v) {
 }
 
 // Returns object coordinates; zero if the primitive has no normals.
-vec3 decoded_normal(Primitive p, uint v) {
+vec3 vertex_normal(Primitive p, uint v) {
   if (p.normal.element == NO_ELEMENT) return vec3(0.0);
   return normal_value(p.normal, decoded_integers(p.normal, PLACE(NORMAL_PLACE), v).xyz);
 }
 
-vec2 decoded_texcoord(Primitive p, uint v) {
+vec2 vertex_texcoord(Primitive p, uint v) {
   if (p.texcoord.element == NO_ELEMENT) return vec2(0.0);
   return attribute_value(p.texcoord,
                          decoded_integers(p.texcoord, PLACE(texcoord_place(p.normal)), v))
@@ -48,7 +44,7 @@ vec2 decoded_texcoord(Primitive p, uint v) {
 }
 
 // Returns white if the primitive has no colours; alpha is 1 if they have three elements.
-vec4 decoded_color(Primitive p, uint v) {
+vec4 vertex_color(Primitive p, uint v) {
   if (p.color.element == NO_ELEMENT) return vec4(1.0);
   vec4 color = attribute_value(
       p.color, decoded_integers(p.color, PLACE(color_place(p.normal, p.texcoord)), v));

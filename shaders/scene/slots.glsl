@@ -51,6 +51,12 @@ vec3 slot_position(uvec2 slot, uint vertex) {
                          : vec3(slot_grid_position(slot, vertex));
 }
 
+// In object coordinates.
+vec3 slot_object_position(uvec2 slot, Attribute position, uint vertex) {
+  return POSITION_FLOATS ? slot_float_position(slot, vertex)
+                         : position_value(position, slot_grid_position(slot, vertex));
+}
+
 // --- attributes ---
 
 // Bits per element. An attribute has whole words: all elements side by side in up to 64 bits, or

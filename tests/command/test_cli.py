@@ -491,12 +491,12 @@ def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
             "--cache is for --path rt or rt-paper; leave it out or change --path",
         ),
         (
-            ["--backend", "vulkan", "--path", "rt-plain", "--cache-bytes", "9"],
+            ["--backend", "vulkan", "--path", "rt-triangles", "--cache-bytes", "9"],
             "--cache-bytes is for --path rt or rt-paper; leave",
         ),
         (
             ["--backend", "vulkan", "--path", "mesh", "--bounces", "0"],
-            "--bounces is for --path rt or rt-paper or rt-plain or rt-triangles; leave",
+            "--bounces is for --path rt or rt-paper or rt-triangles; leave",
         ),
         (
             ["--backend", "vulkan", "--path", "rt", "--ring", "9"],

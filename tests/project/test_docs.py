@@ -18,7 +18,7 @@ PAGES = [
     *sorted(ROOT.glob("docs/*.md")),
     ROOT / "spec" / "EXT_meshlet_edgebreaker.md",
 ]
-COMMANDS = ("compress", "decompress", "inspect", "verify", "validate", "render", "demo")
+COMMANDS = ("compress", "decompress", "inspect", "verify", "validate", "render", "view", "demo")
 FLAG = re.compile(r"(?<![\w-])--?[a-z][a-z-]*")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 

@@ -9,6 +9,7 @@ import zipfile
 import pytest
 import trimesh
 
+from gltf_meshlet.view_server import PAGE
 from tests.helpers.environment import ROOT
 from tools import build_wheels
 
@@ -40,6 +41,7 @@ def test_wheel_contains_all_packages_and_the_sources_of_the_plugin(wheel):
     }
     assert {
         "gltf_meshlet/cli.py",
+        *(f"gltf_meshlet/view_page/{path.name}" for path in PAGE.iterdir()),
         "mitsuba_plugin/build.py",
         "mitsuba_plugin/src/shape.cpp",
         "mitsuba_plugin/codec/decode/serial_decoder.glsl",

@@ -100,7 +100,7 @@ def test_paths_agree_bit_for_bit(renderer, scenes, path):
 
 @pytest.mark.parametrize(
     ("path", "options"),
-    [("rt", {"cache": 0.25}), ("rt", {"cache": 1.0}), ("rt-plain", {}), ("rt-triangles", {})],
+    [("rt", {"cache": 0.25}), ("rt", {"cache": 1.0}), ("rt-triangles", {})],
 )
 def test_rays(renderer, scenes, path, options):
     if "raytracing" not in renderer.device.capabilities:

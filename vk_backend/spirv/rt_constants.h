@@ -4,25 +4,23 @@
 #define RT_CONSTANTS_H
 
 #define NO_SLOT 0xFFFFFFFFu  // in the slot table
-#define NO_ITEM 0xFFFFFFFFu  // in a list of meshlets to decode
 #define NO_HIT 0xFFFFFFFFu   // in the output
 #define RECORD_BYTES 32u     // of struct Found, and of struct Level
 
-// --- flags of a pass: rt_paths.glsl ---
+// --- flags of a pass: RaysPush.part ---
 
 #define FIRST_PART 1u
 #define LAST_PART 2u
-#define BACKGROUND 4u  // only pixels outside the rectangle in which the scene is
+#define BACKGROUND 4u  // all rays miss
 
 // --- geometry ---
 
 #define BOXES_THREADS 32u          // of a workgroup of boxes.comp, one meshlet each
-#define MESHLET_BOX_BYTES 24u      // the box around a meshlet: low and high corner, 6 floats
 #define PLACED_INDEX 0x7FFFFFu     // bits of an instance's custom index: struct Placed
 #define INSTANCE_MASKED 0x800000u  // bit of it: parts of the instance may be transparent
 
 // --- output ---
 
-#define HIT_WORDS 5u  // per pixel: instance, meshlet * 64 + triangle, t, two barycentrics
+#define HIT_WORDS 5u  // of FirstHit, per pixel
 
 #endif

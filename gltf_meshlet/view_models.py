@@ -1,0 +1,133 @@
+"""The models that the page of `gltf-meshlet view` shows, as files that a browser can read.
+
+The page reads models.json: {"server": whether it may send files to compress, "models": [...]},
+each model as `Model.described` gives it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import gltf_ext
+from gltf_ext.compression.extension import has_compressed
+from gltf_ext.errors import MeshletError, blaming
+from gltf_ext.files import write_files
+from gltf_ext.gltf.buffer_layout import pack
+from gltf_ext.gltf.container import glb_parts
+from gltf_ext.gltf.document import Document
+from gltf_ext.gltf.images import embed_images
+from gltf_ext.gltf.importers import open_model
+from gltf_meshlet.report_text import compress_warnings
+
+MATERIAL_LIBRARY = re.compile(rb"^[ \t]*mtllib\b", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class File:
+    """A .glb without references to other files.
+
+    Attributes:
+        path: where it is.
+        source_bytes: size of the user's file with the files that it refers to.
+    """
+
+    path: Path
+    source_bytes: int
+
+
+@dataclass(frozen=True)
+class Model:
+    """A compressed file and, if it is known, its original.
+
+    Attributes:
+        name: of the user's file.
+        seconds: what compressing took; None if the user's file is compressed.
+        warnings: one line each.
+    """
+
+    name: str
+    compressed: File
+    original: File | None
+    seconds: float | None
+    warnings: tuple[str, ...]
+
+    def described(self, folder: str) -> dict[str, Any]:
+        """For models.json. folder: of the model's files, as `files` names them; ends with "/"."""
+        original = self.original and self.original.source_bytes
+        return {
+            "name": self.name,
+            "compressed": {
+                "file": folder + "compressed.glb",
+                "bytes": self.compressed.source_bytes,
+            },
+            "original": original and {"file": folder + "original.glb", "bytes": original},
+            "seconds": self.seconds,
+            "warnings": list(self.warnings),
+        }
+
+    def files(self) -> dict[str, Path]:
+        """Name on the page -> file."""
+        known = {"compressed.glb": self.compressed, "original.glb": self.original}
+        return {name: file.path for name, file in known.items() if file is not None}
+
+
+def prepare(path: Path, original: Path | None, folder: Path) -> Model:
+    """Compresses a file that is not compressed. Draws a progress bar on a terminal.
+
+    original: of a compressed file. folder: empty, for files that have to be written.
+
+    Raises MeshletError, OSError.
+    """
+    with blaming(path):
+        document = open_model(path)
+        if not has_compressed(document):
+            if original is not None:
+                raise MeshletError(
+                    "is not compressed, so it is the original", "leave out --original"
+                )
+            return _compress(path, document, path.name, folder)
+        compressed = _self_contained(path, document, folder / "compressed.glb")
+    beside = None
+    if original is not None:
+        with blaming(original):
+            beside = _self_contained(original, open_model(original), folder / "original.glb")
+    return Model(path.name, compressed, beside, None, ())
+
+
+def prepare_upload(path: Path, name: str, folder: Path) -> Model:
+    """Compresses a file that the page sent. name: of the user's file. Raises MeshletError, OSError.
+
+    The file comes alone: paths in it would lead to files that the user did not choose.
+    """
+    if path.suffix == ".obj":
+        path.write_bytes(MATERIAL_LIBRARY.sub(b"# mtllib", path.read_bytes()))
+    document = open_model(path)
+    if document.files():
+        raise MeshletError("refers to other files", "drop them together with it")
+    return _compress(path, document, name, folder)
+
+
+def _compress(path: Path, document: Document, name: str, folder: Path) -> Model:
+    output = folder / "compressed.glb"
+    start = time.perf_counter()
+    report = gltf_ext.compress(path, output, progress=True)
+    seconds = time.perf_counter() - start
+    compressed = File(output, report["output_bytes"])
+    original = _self_contained(path, document, folder / "original.glb")
+    return Model(name, compressed, original, seconds, tuple(compress_warnings(report)))
+
+
+def _self_contained(path: Path, document: Document, output: Path) -> File:
+    """The file itself if it is a .glb that refers to no other, else one that is written."""
+    others = document.files()
+    source_bytes = sum(map(os.path.getsize, filter(os.path.isfile, {path, *others})))
+    if path.suffix.lower() == ".glb" and not others:
+        return File(path, source_bytes)
+    embed_images(document)
+    write_files({output: glb_parts(document, pack(document)[0])})
+    return File(output, source_bytes)

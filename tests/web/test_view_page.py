@@ -1,0 +1,467 @@
+"""The page of gltf-meshlet view in Chromium: what it shows, and whom it asks."""
+
+from __future__ import annotations
+
+import functools
+import json
+import subprocess
+import threading
+from collections.abc import Callable, Iterator
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+import gltf_ext
+from gltf_meshlet.cli import main
+from gltf_meshlet.view_models import prepare
+from gltf_meshlet.view_server import ViewServer
+from tests.helpers import environment
+from tests.helpers.environment import NODE_MODULES, VECTORS
+from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
+
+DRIVER = Path(__file__).with_name("view.mjs")
+SCENE = {"dark": (0x1D, 0x21, 0x26), "light": (0xEE, 0xF0, 0xF3)}  # --scene in view.css
+SHOWN = ["wait", "ready", "error"]
+SETTLE = ["evaluate", "new Promise((resolve) => setTimeout(resolve, 300))"]
+
+
+@pytest.fixture
+def browse(tmp_path) -> Callable[..., list[dict[str, Any]]]:
+    """Runs steps of view.mjs on pages, and checks whom they asked."""
+    environment.need_npm_package("playwright-core")
+    chromium = environment.need_program("chromium", "Debian: apt install chromium")
+
+    def run(*pages: dict[str, Any], errors: bool = False) -> list[list[Any]]:
+        (tmp_path / "pages.json").write_text(json.dumps(pages))
+        command = ["node", DRIVER, NODE_MODULES, chromium, tmp_path / "pages.json"]
+        done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=500)
+        assert done.returncode == 0, done.stderr
+        answers = json.loads(done.stdout)
+        for page, answer in zip(pages, answers):
+            own = urlsplit(page["address"]).netloc
+            asked = {urlsplit(url.removeprefix("blob:")).netloc for url in answer["requests"]}
+            assert asked - {""} == {own}
+            assert errors or answer["problems"] == []
+        return [answer["results"] for answer in answers]
+
+    return run
+
+
+@pytest.fixture
+def serve(tmp_path) -> Iterator[Callable[..., str]]:
+    """Starts the server for a file; returns its address."""
+    running = []
+
+    def start(path: Path, original: Path | None = None) -> str:
+        folder = tmp_path / f"work-{len(running)}"
+        folder.mkdir()
+        server = ViewServer(prepare(path, original, folder), folder)
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05})
+        thread.start()
+        running.append((server, thread))
+        return server.address
+
+    yield start
+    for server, thread in running:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+
+
+@pytest.fixture
+def static(tmp_path) -> Iterator[Callable[[Path], str]]:
+    """Serves a folder with Python's plain server, which knows no .wasm nor .glb."""
+    servers = []
+
+    class Quiet(SimpleHTTPRequestHandler):
+        def log_message(self, *arguments: Any) -> None:
+            pass
+
+    def start(folder: Path) -> str:
+        handler = functools.partial(Quiet, directory=str(folder))
+        server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        servers.append(server)
+        return f"http://127.0.0.1:{server.server_port}/"
+
+    yield start
+    for server in servers:
+        server.shutdown()
+        server.server_close()
+
+
+@pytest.fixture
+def torus(tmp_path) -> Path:
+    trimesh.creation.torus(2.0, 0.7).export(tmp_path / "torus.glb")
+    return tmp_path / "torus.glb"
+
+
+def pixels(path: Path) -> np.ndarray:
+    return np.asarray(Image.open(path).convert("RGB"), np.int16)
+
+
+def drawn(path: Path, scheme: str = "dark") -> np.ndarray:
+    """Which pixels of the picture of a canvas are not background."""
+    return (abs(pixels(path) - SCENE[scheme]) > 3).any(axis=2)
+
+
+def halves(picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Left and right, without the column in the middle of an odd width."""
+    width = picture.shape[1] // 2
+    return picture[:, :width], picture[:, -width:]
+
+
+def colours(path: Path) -> int:
+    """How many hues the picture shows."""
+    hsv = np.asarray(Image.open(path).convert("HSV"))
+    saturated = hsv[(hsv[..., 1] > 80) & (hsv[..., 2] > 60)]
+    return int((np.bincount(saturated[:, 0] // 8, minlength=32) > 20).sum())
+
+
+def test_views_of_a_model(browse, serve, torus, tmp_path):
+    """Pictures that the page saves: plain, meshlets, wireframe, side by side, turned, fitted."""
+    pictures = ("plain", "meshlets", "wireframe", "beside", "turned", "zoomed", "fitted", "first")
+    to = {name: str(tmp_path / f"{name}.png") for name in (*pictures, "light")}
+    (results,) = browse(
+        {
+            "address": serve(torus),
+            "steps": [
+                SHOWN,
+                ["text", "#details"],
+                ["download", "s", to["plain"]],
+                ["key", "m"],
+                ["download", "s", to["meshlets"]],
+                ["key", "m"],
+                ["key", "w"],
+                ["download", "s", to["wireframe"]],
+                ["key", "w"],
+                ["key", "o"],
+                SETTLE,
+                SHOWN,
+                ["text", "#details"],
+                ["download", "s", to["beside"]],
+                ["visible", "#label-original"],
+                ["key", "o"],
+                ["visible", "#label-original"],
+                ["key", "ArrowLeft"],
+                ["key", "ArrowLeft"],
+                ["key", "Shift+ArrowUp"],
+                SETTLE,
+                ["download", "s", to["turned"]],
+                ["key", "+"],
+                ["key", "+"],
+                ["key", "+"],
+                SETTLE,
+                ["download", "s", to["zoomed"]],
+                ["key", "f"],
+                SETTLE,
+                ["download", "s", to["fitted"]],
+                ["key", "r"],
+                SETTLE,
+                ["download", "s", to["first"]],
+                ["key", "t"],
+                ["download", "s", to["light"]],
+            ],
+        }
+    )
+    assert results[0] == "ready"
+    assert results[2] == "torus.png"
+    report = gltf_ext.inspect(next(tmp_path.glob("work-0/compressed.glb")))["totals"]
+    for label, number in [("Triangles", "triangles"), ("Meshlets", "meshlets")]:
+        assert f"{label}\t\t{report[number]:,}\n" in results[1]
+    size = torus.stat().st_size
+    assert f"File\t{size / 1000:.1f} kB\t" in results[1]
+    assert f"Triangles\t{report['triangles']:,}\t{report['triangles']:,}\n" in results[12]
+    assert all(f"\n{time}\t" in results[12] for time in ("Read", "Decode", "Build", "First frame"))
+    assert (results[14], results[16]) == (True, False)
+
+    area = {name: drawn(path).mean() for name, path in to.items() if name != "light"}
+    assert 0.1 < area["plain"] < 0.6
+    assert colours(to["plain"]) <= 2 and colours(to["meshlets"]) >= 10
+    assert area["wireframe"] == pytest.approx(area["plain"], rel=0.1)
+    assert (pixels(to["wireframe"]) != pixels(to["plain"])).mean() > 0.02
+    both = drawn(to["beside"])
+    left, right = halves(both)
+    assert (left != right).mean() < 0.002 and left.mean() > 0.05
+    assert (drawn(to["turned"]) != drawn(to["plain"])).mean() > 0.01
+    assert area["zoomed"] > 1.2 * area["plain"]
+    edges = drawn(to["fitted"])
+    assert not (edges[0].any() or edges[-1].any() or edges[:, 0].any() or edges[:, -1].any())
+    assert (pixels(to["first"]) != pixels(to["plain"])).mean() < 0.001
+    assert (pixels(to["light"])[0, 0] == SCENE["light"]).all()
+
+
+def test_mouse_and_buttons(browse, serve, torus, tmp_path):
+    before, after = str(tmp_path / "before.png"), str(tmp_path / "after.png")
+    (results,) = browse(
+        {
+            "address": serve(torus),
+            "steps": [
+                SHOWN,
+                ["download", "s", before],
+                ["drag", 150, 60],
+                SETTLE,
+                ["download", "s", after],
+                ["click", "#meshlets"],
+                ["attribute", "#meshlets", "aria-pressed"],
+                ["key", "Space"],  # presses the button again, which has the focus
+                ["attribute", "#meshlets", "aria-pressed"],
+                ["click", "#info"],
+                ["visible", "#details"],
+                ["click", "#help"],
+                ["visible", "#keys"],
+                ["key", "m"],  # not behind the dialog
+                ["attribute", "#meshlets", "aria-pressed"],
+                ["key", "Escape"],
+                ["visible", "#keys"],
+                ["click", "#theme"],
+                ["evaluate", "document.documentElement.dataset.theme"],
+                ["reload"],
+                SETTLE,
+                SHOWN,
+                ["evaluate", "document.documentElement.dataset.theme"],
+                ["visible", "#play"],
+            ],
+        }
+    )
+    assert (drawn(before) != drawn(after)).mean() > 0.01
+    assert [results[i] for i in (6, 8, 10, 12, 14, 16)] == [
+        "true",
+        "false",
+        False,
+        True,
+        "false",
+        False,
+    ]
+    assert (results[18], results[22]) == ("light", "light")
+    assert results[23] is False
+
+
+def test_phone_width(browse, serve, torus, tmp_path):
+    """All buttons are inside a narrow window, and the panes lie one above the other."""
+    outside = """[...document.querySelectorAll('button')].filter((button) => {
+      const { left, right, top, bottom, width } = button.getBoundingClientRect();
+      return width > 0 && (left < 0 || right > innerWidth || top < 0 || bottom > innerHeight);
+    }).length"""
+    picture = str(tmp_path / "phone.png")
+    (results,) = browse(
+        {
+            "address": serve(torus),
+            "width": 360,
+            "height": 740,
+            "scheme": "light",
+            "steps": [
+                SHOWN,
+                ["visible", "#details"],
+                ["evaluate", outside],
+                ["click", "#original"],
+                SETTLE,
+                SHOWN,
+                ["click", "#info"],
+                ["evaluate", outside],
+                SETTLE,
+                ["download", "s", picture],
+            ],
+        }
+    )
+    assert (results[0], results[1], results[2], results[7]) == ("ready", False, 0, 0)
+    top, bottom = np.array_split(drawn(Path(picture), "light"), 2)
+    assert top.mean() > 0.05 and abs(top.mean() - bottom.mean()) < 0.01
+
+
+@pytest.mark.parametrize(
+    "name", ["DamagedHelmet.glb", "nasty/CesiumMan_skinned.glb", "nasty/AnimatedMorphCube.glb"]
+)
+def test_compressed_looks_like_the_original(browse, serve, model, tmp_path, name):
+    """Textures, skins and morph targets; meshlets too, which have geometry of their own."""
+    beside, meshlets = str(tmp_path / "beside.png"), str(tmp_path / "meshlets.png")
+    (results,) = browse(
+        {
+            "address": serve(model(name)),
+            "steps": [
+                SHOWN,
+                ["key", "o"],
+                SETTLE,
+                SHOWN,
+                ["download", "s", beside],
+                ["key", "m"],
+                ["download", "s", meshlets],
+            ],
+        }
+    )
+    assert results[0] == "ready"
+    for picture in (beside, meshlets):
+        left, right = halves(drawn(picture))
+        assert left.mean() > 0.03
+        assert (left != right).sum() < 0.02 * left.sum()
+    left, right = halves(pixels(beside))
+    assert abs(left - right).mean() < 2
+    assert colours(meshlets) > 5 or "Cube" in name
+
+
+def test_dropped_files(browse, serve, torus, tmp_path):
+    """Compressed by the server if need be; the list goes back; a .gltf comes with its files."""
+    gltf_ext.compress(torus, tmp_path / "small.glb")
+    trimesh.creation.icosphere(3).export(tmp_path / "ball.stl")
+    properties = glb_json(torus)
+    length = properties["buffers"][0]["byteLength"]
+    data = torus.read_bytes()
+    start = data.index(b"BIN\0") + 4
+    (tmp_path / "part 1.bin").write_bytes(data[start : start + length])
+    properties["buffers"][0]["uri"] = "part%201.bin"
+    (tmp_path / "torus.gltf").write_text(json.dumps(properties))
+
+    def drop(*names: str) -> list[Any]:
+        return ["drop", [[name, str(tmp_path / name)] for name in names]]
+
+    def show(*names: str) -> list[list[Any]]:
+        return [drop(*names), SETTLE, SHOWN, ["text", "#details"], ["evaluate", "document.title"]]
+
+    steps = [
+        SHOWN,
+        *show("small.glb"),
+        *show("ball.stl"),
+        *show("part 1.bin", "torus.gltf"),
+        *show("torus.gltf"),
+        ["text", "#error"],
+        ["evaluate", "models.selectedIndex = 1; models.dispatchEvent(new Event('change'))"],
+        SETTLE,
+        SHOWN,
+        ["evaluate", "document.title"],
+    ]
+    (results,) = browse({"address": serve(torus), "steps": steps}, errors=True)
+    assert results[3:6] == ["ready", results[4], "small.glb \u2013 gltf-meshlet"]
+    assert results[8] == "ready" and results[10] == "ball.stl \u2013 gltf-meshlet"
+    assert "Triangles\t\t1,280\n" in results[9] and "Compress\t\t" in results[9]
+    assert f"File\t{(tmp_path / 'ball.stl').stat().st_size / 1000:.1f} kB" in results[9]
+    assert results[13] == "ready" and "Compress\t\t" in results[14]
+    assert results[18] == "error"
+    assert results[21] == (
+        "torus.gltf cannot be shown\n\nit refers to part 1.bin; open both files together"
+    )
+    assert results[-2:] == ["ready", "small.glb \u2013 gltf-meshlet"]
+
+
+def test_errors_are_shown(browse, serve, torus, tmp_path):
+    """Damaged, empty and foreign files: a sentence, and no scene."""
+    gltf_ext.compress(torus, tmp_path / "damaged.glb")
+    data = bytearray((tmp_path / "damaged.glb").read_bytes())
+    data[data.index(b"EBM1") + 4] = 77  # the version
+    (tmp_path / "damaged.glb").write_bytes(data)
+    (tmp_path / "cut.glb").write_bytes(data[: len(data) // 2])
+    (tmp_path / "text.glb").write_text("no glTF")
+    (tmp_path / "notes.txt").write_text("no model")
+    (tmp_path / "empty.glb").write_bytes(b"")
+    builder = Builder()
+    positions, triangles = grid_mesh(4, 4)
+    builder.mesh({"POSITION": positions}, triangles)
+    builder.properties["extensionsUsed"] = builder.properties["extensionsRequired"] = [
+        "EXT_from_elsewhere"
+    ]
+    builder.write(tmp_path / "foreign.glb")
+    expected = {
+        "cut.glb": "",
+        "text.glb": "its JSON cannot be read",
+        "notes.txt": "no model among the files; use one of .glb .gltf .obj .ply .stl",
+        "empty.glb": "its JSON cannot be read",
+        "damaged.glb": "mesh 0 primitive 0: ",
+        "foreign.glb": "it requires EXT_from_elsewhere, which this page cannot read",
+    }
+    steps = [SHOWN]
+    for name in expected:
+        steps += [["drop", [[name, str(tmp_path / name)]]], SETTLE, SHOWN, ["text", "#error"]]
+    steps += [["visible", "#details"], ["attribute", "#screenshot", "disabled"]]
+    (results, first) = browse(
+        {"address": serve(torus), "steps": steps},
+        {"address": serve(tmp_path / "damaged.glb"), "steps": [SHOWN, ["text", "#error"]]},
+        errors=True,
+    )
+    for number, (name, problem) in enumerate(expected.items()):
+        state, text = results[4 * number + 3 : 4 * number + 5]
+        assert state == "error", name
+        assert text.startswith(f"{name} cannot be shown\n\n") and problem in text, text
+    assert results[-2:] == [False, ""]
+    assert first[0] == "error" and "version" in first[1]
+
+
+def test_malformed_vectors_are_errors(browse, serve, torus):
+    files = sorted(VECTORS.glob("malformed_*.glb"))
+    assert files
+    steps = [SHOWN]
+    for file in files:
+        steps += [["drop", [[file.name, str(file)]]], SETTLE, SHOWN]
+    (results,) = browse({"address": serve(torus), "steps": steps}, errors=True)
+    states = dict(zip((file.name for file in files), results[3::3]))
+    assert set(states.values()) == {"error"}, states
+
+
+def test_exported_page(browse, static, torus, tmp_path):
+    """On a plain server, in a folder of it; what is dropped stays uncompressed, and says so."""
+    (tmp_path / "root").mkdir()
+    assert main(["view", str(torus), "--export", str(tmp_path / "root" / "site")]) == 0
+    ball = trimesh.creation.icosphere(2)
+    for suffix in ("glb", "obj", "ply", "stl"):
+        ball.export(tmp_path / f"ball.{suffix}")
+    steps = [SHOWN, ["key", "o"], SETTLE, SHOWN, ["visible", "#label-original"]]
+    for suffix in ("glb", "obj", "ply", "stl"):
+        steps += [
+            ["drop", [[f"ball.{suffix}", str(tmp_path / f"ball.{suffix}")]]],
+            SETTLE,
+            SHOWN,
+            ["text", "#details"],
+            ["attribute", "#meshlets", "disabled"],
+        ]
+    (results,) = browse({"address": static(tmp_path / "root") + "site/", "steps": steps})
+    assert results[0] == "ready" and results[4] is True
+    for at in range(5, len(results), 5):
+        assert results[at + 2] == "ready"
+        assert "Triangles\t320\n" in results[at + 3]
+        assert "Shown uncompressed: this page has no server" in results[at + 3]
+        assert results[at + 4] == ""
+
+
+def test_exported_page_without_its_files_is_an_error(browse, static, torus, tmp_path):
+    assert main(["view", str(torus), "--export", str(tmp_path / "site")]) == 0
+    texts = {}
+    for name in ("decoder.wasm", "model/compressed.glb", "models.json"):
+        (tmp_path / "site" / name).rename(tmp_path / "moved")
+        (results,) = browse(
+            {"address": static(tmp_path / "site"), "steps": [SHOWN, ["text", "#error"]]},
+            errors=True,
+        )
+        (tmp_path / "moved").rename(tmp_path / "site" / name)
+        assert results[0] == "error"
+        texts[name] = results[1]
+    assert all("404" in text for text in texts.values()), texts
+    assert "decoder.wasm" in texts["decoder.wasm"]
+
+
+def test_a_file_that_names_another_host_asks_nobody(browse, serve, torus, tmp_path):
+    """An image on another host: a warning, and no request to it (checked by `browse`)."""
+    properties = glb_json(torus)
+    properties["images"] = [{"uri": "http://elsewhere.example/a.png"}]
+    properties["textures"] = [{"source": 0}]
+    properties["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    properties["meshes"][0]["primitives"][0]["material"] = 0
+    text = json.dumps(properties).encode()
+    text += b" " * (-len(text) % 4)
+    data = torus.read_bytes()
+    rest = data[20 + int.from_bytes(data[12:16], "little") :]
+    length = (20 + len(text) + len(rest)).to_bytes(4, "little")
+    head = data[:8] + length + len(text).to_bytes(4, "little") + b"JSON"
+    (tmp_path / "away.glb").write_bytes(head + text + rest)
+    gltf_ext.compress(tmp_path / "away.glb", tmp_path / "away-small.glb")
+    (results,) = browse(
+        {
+            "address": serve(tmp_path / "away-small.glb"),
+            "steps": [SHOWN, ["text", "#details"]],
+        },
+        errors=True,
+    )
+    assert results[0] == "ready" and "1 of its textures cannot be read" in results[1]

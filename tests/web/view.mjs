@@ -1,0 +1,86 @@
+// Opens pages in Chromium, acts on them and tells what they show.
+// Usage: node view.mjs NODE_MODULES CHROMIUM FILE
+// FILE: JSON, [{"address", "width", "height", "scheme", "steps": [[action, ...arguments], ...]}]
+// Prints JSON: per page {"results": one for each step, "requests": addresses, "problems": what the
+// console says of errors}.
+import { readFile } from 'node:fs/promises';
+import { createRequire } from 'node:module';
+import path from 'node:path';
+
+const [modules, executablePath, file] = process.argv.slice(2);
+const { chromium } = createRequire(path.join(modules, 'x.js'))('playwright-core');
+const TIMEOUT = 120_000; // milliseconds: software rendering on a busy machine
+
+const actions = {
+  // Waits for "ready" or "error".
+  wait: async (page, ...states) => {
+    await page.waitForFunction((s) => s.includes(document.body.dataset.state), states, {
+      timeout: TIMEOUT,
+    });
+    return page.evaluate(() => document.body.dataset.state);
+  },
+  key: (page, name) => page.keyboard.press(name),
+  click: (page, selector) => page.click(selector),
+  // Text as the user sees it.
+  text: (page, selector) => page.innerText(selector),
+  attribute: (page, selector, name) => page.getAttribute(selector, name),
+  visible: (page, selector) => page.isVisible(selector),
+  reload: async (page) => void (await page.reload()),
+  evaluate: (page, code) => page.evaluate(code),
+  screenshot: async (page, name) => void (await page.screenshot({ path: name })),
+  drag: async (page, x, y) => {
+    await page.mouse.move(560, 240);
+    await page.mouse.down();
+    await page.mouse.move(560 + x, 240 + y, { steps: 4 });
+    await page.mouse.up();
+  },
+  // Files are dropped as from the desktop: [[name, path], ...].
+  drop: async (page, files) => {
+    const contents = await Promise.all(
+      files.map(async ([name, from]) => [name, (await readFile(from)).toString('base64')]),
+    );
+    const transfer = await page.evaluateHandle(async (list) => {
+      const made = new DataTransfer();
+      for (const [name, content] of list) {
+        const bytes = Uint8Array.from(atob(content), (c) => c.charCodeAt(0));
+        made.items.add(new File([bytes], name));
+      }
+      return made;
+    }, contents);
+    await page.dispatchEvent('body', 'dragover', { dataTransfer: transfer });
+    await page.dispatchEvent('body', 'drop', { dataTransfer: transfer });
+  },
+  // Saves what a key downloads; returns the name that the page suggests.
+  download: async (page, key, to) => {
+    const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press(key)]);
+    await download.saveAs(to);
+    return download.suggestedFilename();
+  },
+};
+
+const args = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
+const browser = await chromium.launch({ executablePath, args });
+const pages = [];
+for (const { address, width = 760, height = 480, scheme = 'dark', steps } of JSON.parse(
+  await readFile(file, 'utf8'),
+)) {
+  const context = await browser.newContext({
+    viewport: { width, height },
+    colorScheme: scheme,
+    reducedMotion: 'reduce', // animations stand still: the same picture each time
+  });
+  const page = await context.newPage();
+  page.setDefaultTimeout(TIMEOUT);
+  const requests = [];
+  const problems = [];
+  page.on('request', (request) => requests.push(request.url()));
+  page.on('console', (message) => message.type() === 'error' && problems.push(message.text()));
+  page.on('pageerror', (error) => problems.push(String(error)));
+  await page.goto(address);
+  const results = [];
+  for (const [action, ...rest] of steps) results.push(await actions[action](page, ...rest));
+  pages.push({ results, requests, problems });
+  await context.close();
+}
+await browser.close();
+process.stdout.write(JSON.stringify(pages));

@@ -1,0 +1,34 @@
+// Bundles the page into a folder: node build.mjs NODE_MODULES FOLDER
+// NODE_MODULES holds esbuild and three in the versions that the Makefile names; web/decoder.wasm
+// has been compiled. The same sources and versions give the same bytes.
+import { mkdir, readFile, writeFile } from 'node:fs/promises';
+import { createRequire } from 'node:module';
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const [modules, folder] = process.argv.slice(2).map((name) => path.resolve(name));
+const { build } = createRequire(path.join(modules, 'x.js'))('esbuild');
+const sources = path.dirname(fileURLToPath(import.meta.url));
+const copied = ['index.html', 'icon.svg', 'NOTICES.txt', '../decoder.wasm'];
+
+function bundle(options) {
+  return build({
+    absWorkingDir: sources, // comments in the result name files relative to it
+    outdir: folder,
+    bundle: true,
+    minify: true,
+    format: 'esm',
+    target: ['chrome111', 'firefox113', 'safari16.4'],
+    nodePaths: [modules],
+    legalComments: 'inline',
+    logLevel: 'error',
+    ...options,
+  });
+}
+
+await mkdir(folder, { recursive: true });
+await bundle({ entryPoints: ['vendor.js', 'view.css'] });
+// Node only, in decoder.js; browsers never get there.
+await bundle({ entryPoints: { view: 'main.js' }, external: ['./vendor.js', 'node:*'] });
+for (const name of copied)
+  await writeFile(path.join(folder, path.basename(name)), await readFile(path.join(sources, name)));

@@ -1,0 +1,412 @@
+// The page: buttons, keys, dropped files, the table of sizes and times.
+import { load } from './loading.js';
+import { Models, SUFFIXES } from './models.js';
+import { Stage } from './stage.js';
+
+const TURN = Math.PI / 24; // of an arrow key
+const STEP = 40; // pixels
+const ZOOM = 1.15;
+const KEPT = 'gltf-meshlet-theme'; // in localStorage
+const TOAST_SECONDS = 6;
+
+const element = (id) => document.getElementById(id);
+const count = new Intl.NumberFormat('en').format;
+
+const models = new Models();
+const list = []; // of models
+let stage;
+let attempt = 0; // a later one makes an earlier one void
+let abort = new AbortController();
+let shown = null; // {model, main, beside, notices}: main and beside are {loaded, times}
+const on = { meshlets: false, wireframe: false, original: false, play: true, info: true };
+
+// --- opening ---
+
+async function start() {
+  element('starting').remove();
+  setTheme(keptTheme());
+  stage = new Stage(element('canvas'));
+  setTheme(keptTheme());
+  on.play = !matchMedia('(prefers-reduced-motion: reduce)').matches;
+  on.info = innerWidth > 700;
+  connect();
+  updateButtons();
+  add(await models.start());
+}
+
+function add(more) {
+  list.push(...more);
+  listModels(list.length - 1);
+  return open(list.length - 1);
+}
+
+function listModels(selected) {
+  const names = list.map(({ name }) => new Option(name));
+  element('models').replaceChildren(...names);
+  element('models').selectedIndex = selected;
+  element('models').hidden = list.length < 2;
+  element('name').hidden = list.length > 1;
+  element('name').textContent = list[selected].name;
+  document.title = `${list[selected].name} – gltf-meshlet`;
+}
+
+async function open(number) {
+  const mine = begin();
+  const { name } = list[number];
+  try {
+    const notices = [];
+    if (list[number].compressed === null) await compress(number, notices);
+    if (mine !== attempt) return;
+    const model = list[number];
+    const main = await read(model.compressed ?? model.original, name);
+    if (mine !== attempt) return main.loaded.dispose();
+    shown = { model, main, beside: null, notices: [...notices, ...main.loaded.warnings] };
+    arrange();
+    stage.fit(true);
+    main.times.frame = stage.drawNow();
+    state('ready');
+    if (on.original && hasOriginal()) await showOriginal();
+    update();
+  } catch (error) {
+    if (mine === attempt) fail(error, name);
+  }
+}
+
+// Ends what is shown and what is being opened.
+function begin() {
+  abort.abort();
+  abort = new AbortController();
+  stage.show([]);
+  shown?.main.loaded.dispose();
+  shown?.beside?.loaded.dispose();
+  shown = null;
+  element('error').hidden = true;
+  state('loading');
+  update();
+  return ++attempt;
+}
+
+// Replaces a model by its compressed form, or says why there is none.
+async function compress(number, notices) {
+  const model = list[number];
+  if (!models.compresses) {
+    notices.push('Shown uncompressed: this page has no server that could compress it.');
+    return;
+  }
+  const since = performance.now();
+  const tell = () =>
+    status(`Compressing ${model.name} … ${Math.round((performance.now() - since) / 1000)} s`);
+  const timer = setInterval(tell, 1000);
+  tell();
+  try {
+    list[number] = await models.compress(model, abort.signal);
+  } catch (error) {
+    if (abort.signal.aborted) throw error;
+    notices.push(`Shown uncompressed: ${error.message}.`);
+  } finally {
+    clearInterval(timer);
+  }
+}
+
+async function read(source, name) {
+  status(`Opening ${name} …`);
+  const since = performance.now();
+  const buffer = await source.read();
+  const times = { read: performance.now() - since };
+  status(`Decoding ${name} …`);
+  await painted();
+  const loaded = await load(buffer, source.type);
+  status(null);
+  return { loaded, times: { ...times, ...loaded.times } };
+}
+
+// Decoding may keep the page busy: first let it show that.
+const painted = () => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+
+async function showOriginal() {
+  const mine = attempt;
+  if (!shown.beside) {
+    state('loading');
+    try {
+      const beside = await read(shown.model.original, `the original of ${shown.model.name}`);
+      if (mine !== attempt) return beside.loaded.dispose();
+      shown.beside = beside;
+    } catch (error) {
+      if (mine !== attempt) return;
+      on.original = false;
+      status(null);
+      shown.notices.push(`The original cannot be shown: ${sentence(error)}.`);
+      toast(shown.notices.at(-1));
+    }
+    state('ready');
+  }
+  arrange();
+  if (shown.beside && shown.beside.times.frame === undefined)
+    shown.beside.times.frame = stage.drawNow();
+  update();
+}
+
+const hasOriginal = () => Boolean(shown?.model.compressed && shown.model.original);
+
+// Puts on the stage what the buttons say.
+function arrange() {
+  if (!shown) return;
+  const { main, beside } = shown;
+  main.loaded.colourMeshlets(on.meshlets && shown.model.compressed !== null);
+  stage.wireframe = on.wireframe;
+  stage.show(on.original && beside ? [beside.loaded, main.loaded] : [main.loaded]);
+  stage.playing = on.play;
+  update();
+}
+
+// --- what the page says ---
+
+function state(name) {
+  document.body.dataset.state = name;
+}
+
+function status(text) {
+  element('status').hidden = text === null;
+  element('status').textContent = text ?? '';
+}
+
+function toast(text) {
+  status(text);
+  setTimeout(() => element('status').textContent === text && status(null), 1000 * TOAST_SECONDS);
+}
+
+function fail(error, name) {
+  console.error(error);
+  status(null);
+  element('error-title').textContent = name
+    ? `${name} cannot be shown`
+    : 'The page cannot be shown';
+  element('error-text').textContent = sentence(error);
+  element('error').hidden = false;
+  state('error');
+}
+
+const sentence = (error) =>
+  String(error?.message || error).replace(/^THREE\.\w+: /, '').replace(/\.$/, '');
+
+function update() {
+  updateButtons();
+  updateDetails();
+  const two = Boolean(on.original && shown?.beside);
+  element('labels').hidden = !two;
+  element('labels').classList.toggle('stacked', Boolean(stage?.stacked));
+}
+
+function updateButtons() {
+  for (const id of ['meshlets', 'wireframe', 'original', 'play', 'info'])
+    element(id).setAttribute('aria-pressed', String(on[id]));
+  const ready = shown !== null;
+  for (const id of ['fit', 'wireframe', 'screenshot']) element(id).disabled = !ready;
+  element('meshlets').disabled = !shown?.model.compressed;
+  element('original').disabled = !hasOriginal();
+  element('play').hidden = !(ready && stage.animated);
+  element('details').hidden = !(on.info && ready);
+}
+
+function updateDetails() {
+  if (!shown) return;
+  const { model, main, beside, notices } = shown;
+  const sides = model.compressed ? [beside, main] : [main, null];
+  const cells = (value) => sides.map((side) => (side ? value(side) : ''));
+  const files = [model.original, model.compressed].map((file) => (file ? size(file.bytes) : ''));
+  const both = model.original && model.compressed;
+  const rows = [
+    ['File', ...files],
+    ['Times smaller', '', both && fixed(model.original.bytes / model.compressed.bytes)],
+    ['Triangles', ...cells(({ loaded }) => count(loaded.counts.triangles))],
+    ['Vertices', ...cells(({ loaded }) => count(loaded.counts.vertices))],
+    ['Meshlets', ...cells(({ loaded }) => optional(loaded.counts.meshlets, count))],
+    ['Bits per triangle', ...cells(({ loaded }) => optional(loaded.counts.bitsPerTriangle, fixed))],
+    ['Compress', '', optional(model.seconds, (seconds) => time(1000 * seconds))],
+    ['Read', ...cells(({ times }) => time(times.read))],
+    ['Decode', ...cells(({ times }) => optional(times.decode, time))],
+    ['Build', ...cells(({ times }) => time(times.build))],
+    ['First frame', ...cells(({ times }) => optional(times.frame, time))],
+  ];
+  element('rows').replaceChildren(
+    ...rows.filter(([, ...values]) => values.some(Boolean)).map(tableRow),
+  );
+  const missing = [!model.original, !model.compressed];
+  missing.forEach((none, side) => element('details').classList.toggle(`without-${side}`, none));
+  element('notices').replaceChildren(
+    ...[...model.warnings, ...notices].map((text) => {
+      const item = document.createElement('li');
+      item.textContent = text;
+      return item;
+    }),
+  );
+}
+
+function tableRow([label, ...values]) {
+  const row = document.createElement('tr');
+  const head = document.createElement('th');
+  head.scope = 'row';
+  head.textContent = label;
+  const cells = values.map((value) => {
+    const cell = document.createElement('td');
+    cell.textContent = value || '';
+    return cell;
+  });
+  row.append(head, ...cells);
+  return row;
+}
+
+const optional = (value, text) => (value ? text(value) : '');
+const fixed = (value) => value.toFixed(1);
+
+function size(bytes) {
+  if (bytes >= 1e9) return `${(bytes / 1e9).toFixed(2)} GB`;
+  if (bytes >= 1e6) return `${(bytes / 1e6).toFixed(2)} MB`;
+  return bytes >= 1e3 ? `${(bytes / 1e3).toFixed(1)} kB` : `${bytes} B`;
+}
+
+function time(milliseconds) {
+  if (milliseconds >= 1000) return `${(milliseconds / 1000).toFixed(2)} s`;
+  return `${milliseconds.toFixed(milliseconds < 10 ? 1 : 0)} ms`;
+}
+
+// --- buttons, keys, files ---
+
+const actions = {
+  open: () => element('files').click(),
+  theme: () => setTheme(document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark'),
+  help: () => element('keys').showModal(),
+  fit: () => stage.fit(),
+  reset: () => stage.fit(true),
+  meshlets: () => toggle('meshlets', arrange),
+  wireframe: () => toggle('wireframe', arrange),
+  original: () => toggle('original', () => (on.original ? showOriginal() : arrange())),
+  play: () => toggle('play', arrange),
+  screenshot: savePicture,
+  info: () => toggle('info', update),
+};
+
+const keys = {
+  f: 'fit',
+  r: 'reset',
+  m: 'meshlets',
+  w: 'wireframe',
+  o: 'original',
+  ' ': 'play',
+  s: 'screenshot',
+  i: 'info',
+  t: 'theme',
+  '?': 'help',
+};
+
+const moves = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, -1],
+  ArrowDown: [0, 1],
+};
+
+function toggle(name, then) {
+  on[name] = !on[name];
+  return then();
+}
+
+function act(name) {
+  const button = element(name);
+  if (button?.disabled || button?.hidden) return;
+  Promise.resolve(actions[name]()).catch((error) => toast(sentence(error)));
+}
+
+function key(event) {
+  if (event.ctrlKey || event.metaKey || event.altKey || element('keys').open) return;
+  const { key: name, target } = event;
+  if (target.matches('select') || (name === ' ' && target.matches('button'))) return;
+  if (name in moves) {
+    const [x, y] = moves[name];
+    if (event.shiftKey) stage.pan(-STEP * x, -STEP * y);
+    else stage.orbit(TURN * x, TURN * y);
+  } else if (name === '+' || name === '=') stage.zoom(ZOOM);
+  else if (name === '-') stage.zoom(1 / ZOOM);
+  else if (name.toLowerCase() in keys) act(keys[name.toLowerCase()]);
+  else return;
+  event.preventDefault();
+}
+
+async function savePicture() {
+  const url = URL.createObjectURL(await stage.picture());
+  const link = document.createElement('a');
+  link.href = url;
+  link.download = `${shown.model.name.replace(/\.[^.]*$/, '')}.png`;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(url), 60_000);
+}
+
+async function openFiles(files) {
+  if (files.length === 0) return;
+  const mine = begin();
+  try {
+    const found = await models.fromFiles(files);
+    if (mine === attempt) await add(found);
+  } catch (error) {
+    if (mine === attempt) fail(error, files.length === 1 ? files[0].name : null);
+  }
+}
+
+function connect() {
+  for (const name of Object.keys(actions))
+    element(name)?.addEventListener('click', () => act(name));
+  addEventListener('keydown', key);
+  addEventListener('resize', update);
+  element('models').addEventListener('change', ({ target }) => {
+    listModels(target.selectedIndex);
+    open(target.selectedIndex);
+  });
+  element('files').accept = SUFFIXES.map((suffix) => `.${suffix}`).join() + ',.bin,image/*';
+  element('files').addEventListener('change', ({ target }) => {
+    openFiles([...target.files]);
+    target.value = ''; // so that the same file can be opened again
+  });
+  const drop = element('drop');
+  addEventListener('dragover', (event) => {
+    event.preventDefault();
+    drop.hidden = !event.dataTransfer.types.includes('Files');
+  });
+  addEventListener('dragleave', (event) => {
+    if (event.relatedTarget === null) drop.hidden = true;
+  });
+  addEventListener('drop', (event) => {
+    event.preventDefault();
+    drop.hidden = true;
+    openFiles([...event.dataTransfer.files]);
+  });
+  element('canvas').addEventListener('webglcontextlost', () =>
+    fail(new Error('the graphics driver has failed; reload the page'), shown?.model.name),
+  );
+}
+
+// --- dark and light ---
+
+function keptTheme() {
+  let kept = null;
+  try {
+    kept = localStorage.getItem(KEPT);
+  } catch {
+    // the browser keeps nothing for this page
+  }
+  const light = matchMedia('(prefers-color-scheme: light)').matches;
+  return ['dark', 'light'].includes(kept) ? kept : light ? 'light' : 'dark';
+}
+
+function setTheme(theme) {
+  document.documentElement.dataset.theme = theme;
+  const style = getComputedStyle(document.documentElement);
+  stage?.setColours(style.getPropertyValue('--scene'), style.getPropertyValue('--edges'));
+  if (theme === keptTheme()) return;
+  try {
+    localStorage.setItem(KEPT, theme);
+  } catch {
+    // as above
+  }
+}
+
+start().catch((error) => fail(error, null));

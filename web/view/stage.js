@@ -1,0 +1,278 @@
+// Draws one or two models with one camera. Knows no files and nothing of the page but its canvas.
+import {
+  AnimationMixer,
+  Box3,
+  Color,
+  DirectionalLight,
+  MeshBasicMaterial,
+  NeutralToneMapping,
+  OrbitControls,
+  PerspectiveCamera,
+  PMREMGenerator,
+  RoomEnvironment,
+  Scene,
+  Vector3,
+  WebGLRenderer,
+} from './vendor.js';
+
+const FIELD_OF_VIEW = 35; // degrees
+const FIRST_VIEW = new Vector3(0.55, 0.35, 1).normalize(); // from the model to the camera
+const MARGIN = 1.02; // of the picture around a model that fits
+const MOST_PIXELS = 2; // per CSS pixel: more cost time and show little
+const NEAREST = 1e-3; // of the radius of what is shown
+const EDGE_OFFSET = 1e-4; // of the depth range, by which edges are drawn before their triangles
+const AMBIENT = 0.5; // brightness of the room around the models: white stays below white
+const KEY_BRIGHTNESS = 1.4;
+const KEY_LIGHT = new Vector3(-0.6, 0.9, 1); // from the target, in the camera's directions
+
+export class Stage {
+  #canvas;
+  #renderer;
+  #camera = new PerspectiveCamera(FIELD_OF_VIEW);
+  #controls;
+  #environment;
+  #edges = new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.6 });
+  #panes = []; // {scene, light, mixer}: one, or two side by side
+  #box = new Box3();
+  #requested = false;
+  #time = 0; // of the animations, in seconds
+  #last = 0; // when a frame of an animation was drawn last, in milliseconds
+  #wireframe = false;
+  #playing = false;
+  #fitted = false; // nobody has moved the camera since it was fitted
+
+  // Throws an Error if the browser has no WebGL 2.
+  constructor(canvas) {
+    this.#canvas = canvas;
+    try {
+      this.#renderer = new WebGLRenderer({ canvas, antialias: true });
+    } catch {
+      throw new Error('this browser cannot draw: it has no WebGL 2, or it is switched off');
+    }
+    this.#renderer.toneMapping = NeutralToneMapping;
+    this.#renderer.info.autoReset = false;
+    const generator = new PMREMGenerator(this.#renderer);
+    this.#environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
+    generator.dispose();
+    this.#controls = new OrbitControls(this.#camera, canvas);
+    this.#controls.enableDamping = !matchMedia('(prefers-reduced-motion: reduce)').matches;
+    this.#controls.dampingFactor = 0.12;
+    this.#controls.zoomToCursor = true;
+    this.#controls.addEventListener('change', () => this.invalidate());
+    this.#controls.addEventListener('start', () => (this.#fitted = false));
+    new ResizeObserver(() => this.#resize()).observe(canvas);
+    this.#resize();
+  }
+
+  // Shows models, {root, clips, box}: none, one, or two side by side.
+  show(models) {
+    if (models.length === 0) this.#time = 0;
+    this.#panes = models.map(({ root, clips }) => {
+      const scene = new Scene();
+      scene.environment = this.#environment;
+      scene.environmentIntensity = AMBIENT;
+      const light = new DirectionalLight(0xffffff, KEY_BRIGHTNESS);
+      scene.add(root, light, light.target);
+      const mixer = clips.length > 0 ? new AnimationMixer(root) : null;
+      mixer?.clipAction(clips[0]).play();
+      mixer?.setTime(this.#time);
+      return { scene, light, mixer };
+    });
+    this.#box = models.reduce((all, { box }) => all.union(box), new Box3());
+    this.#refit();
+    this.invalidate();
+  }
+
+  get animated() {
+    return this.#panes.some(({ mixer }) => mixer);
+  }
+
+  set playing(on) {
+    this.#playing = on;
+    this.#last = performance.now();
+    this.invalidate();
+  }
+
+  set wireframe(on) {
+    this.#wireframe = on;
+    this.invalidate();
+  }
+
+  // background and edges: colours of CSS.
+  setColours(background, edges) {
+    this.#renderer.setClearColor(new Color(background));
+    this.#edges.color.set(edges);
+    this.invalidate();
+  }
+
+  // Two panes lie side by side, in a tall window one above the other.
+  get stacked() {
+    return this.#canvas.clientHeight > this.#canvas.clientWidth;
+  }
+
+  // Looks at all of the models, from where the camera is or, with `first`, from the first view.
+  fit(first = false) {
+    if (this.#box.isEmpty()) return;
+    const direction = first
+      ? FIRST_VIEW.clone()
+      : this.#camera.position.clone().sub(this.#controls.target).normalize();
+    const centre = this.#box.getCenter(new Vector3());
+    this.#camera.position.copy(centre).add(direction);
+    this.#camera.lookAt(centre);
+    this.#camera.updateMatrixWorld();
+    const [right, up] = [0, 1].map((c) =>
+      new Vector3().setFromMatrixColumn(this.#camera.matrixWorld, c),
+    );
+    const vertical = Math.tan(((FIELD_OF_VIEW / 2) * Math.PI) / 180);
+    const { width, height } = this.#viewport(0);
+    const horizontal = (vertical * width) / height;
+    const distances = corners(this.#box).map((corner) => {
+      corner.sub(centre);
+      const aside = Math.abs(corner.dot(right)) / horizontal;
+      const above = Math.abs(corner.dot(up)) / vertical;
+      return corner.dot(direction) + MARGIN * Math.max(aside, above);
+    });
+    const distance = Math.max(...distances, Number.MIN_VALUE);
+    this.#camera.position.copy(centre).addScaledVector(direction, distance);
+    this.#controls.target.copy(centre);
+    this.#controls.maxDistance = 20 * distance;
+    this.#controls.minDistance = NEAREST * distance;
+    this.#controls.update();
+    this.#fitted = true;
+    this.invalidate();
+  }
+
+  // Fits again what was fitted, in another window or beside another model.
+  #refit() {
+    if (this.#fitted) this.fit();
+  }
+
+  // Angles in radians.
+  orbit(left, up) {
+    this.#fitted = false;
+    this.#controls.rotateLeft(left);
+    this.#controls.rotateUp(up);
+  }
+
+  // In pixels.
+  pan(x, y) {
+    this.#fitted = false;
+    this.#controls.pan(x, y);
+  }
+
+  // Above 1: closer.
+  zoom(factor) {
+    this.#fitted = false;
+    this.#controls.zoomToCursor = false; // there is no cursor to zoom to
+    this.#controls.dollyIn(1 / factor);
+    this.#controls.zoomToCursor = true;
+  }
+
+  invalidate() {
+    if (this.#requested) return;
+    this.#requested = true;
+    requestAnimationFrame((now) => {
+      this.#requested = false;
+      this.#controls.update();
+      this.#advance(now);
+      this.#draw();
+    });
+  }
+
+  // Draws at once and waits for the graphics card. Returns milliseconds.
+  drawNow() {
+    const start = performance.now();
+    this.#draw();
+    const gl = this.#renderer.getContext();
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); // finish() may not wait
+    return performance.now() - start;
+  }
+
+  // A picture of what is drawn, as a PNG.
+  picture() {
+    this.#draw();
+    return new Promise((resolve, reject) =>
+      this.#canvas.toBlob(
+        (blob) => (blob ? resolve(blob) : reject(new Error('the picture cannot be saved'))),
+        'image/png',
+      ),
+    );
+  }
+
+  #resize() {
+    const { clientWidth, clientHeight } = this.#canvas;
+    this.#renderer.setPixelRatio(Math.min(devicePixelRatio, MOST_PIXELS));
+    this.#renderer.setSize(Math.max(clientWidth, 1), Math.max(clientHeight, 1), false);
+    this.#refit();
+    this.#draw(); // in the same frame: a resized canvas is empty
+  }
+
+  #advance(now) {
+    if (!this.#playing || !this.animated) return;
+    this.#time += Math.min(now - this.#last, 100) / 1000;
+    this.#last = now;
+    for (const { mixer } of this.#panes) mixer?.setTime(this.#time);
+    this.invalidate();
+  }
+
+  // In CSS pixels from the lower left.
+  #viewport(pane) {
+    const { clientWidth, clientHeight } = this.#canvas;
+    const count = Math.max(this.#panes.length, 1);
+    const width = this.stacked ? clientWidth : clientWidth / count;
+    const height = this.stacked ? clientHeight / count : clientHeight;
+    const x = this.stacked ? 0 : pane * width;
+    const y = this.stacked ? (count - 1 - pane) * height : 0;
+    return { x, y, width: Math.max(width, 1), height: Math.max(height, 1) };
+  }
+
+  #draw() {
+    this.#renderer.info.reset();
+    this.#renderer.setScissorTest(false);
+    this.#renderer.clear();
+    this.#renderer.setScissorTest(true);
+    this.#panes.forEach(({ scene, light }, pane) => {
+      const { x, y, width, height } = this.#viewport(pane);
+      this.#renderer.setViewport(x, y, width, height);
+      this.#renderer.setScissor(x, y, width, height);
+      this.#frame(width / height);
+      light.target.position.copy(this.#controls.target);
+      light.position
+        .copy(KEY_LIGHT)
+        .transformDirection(this.#camera.matrixWorld)
+        .add(this.#controls.target);
+      this.#renderer.render(scene, this.#camera);
+      if (this.#wireframe) this.#drawEdges(scene);
+    });
+  }
+
+  // The camera's frustum, around the models.
+  #frame(aspect) {
+    const centre = this.#box.getCenter(new Vector3());
+    const radius = this.#box.getSize(new Vector3()).length() / 2 || 1;
+    const distance = this.#camera.position.distanceTo(centre);
+    this.#camera.aspect = aspect;
+    this.#camera.near = Math.max(distance - 1.5 * radius, NEAREST * radius);
+    this.#camera.far = distance + 1.5 * radius;
+    this.#camera.updateProjectionMatrix();
+    this.#camera.updateMatrixWorld();
+  }
+
+  #drawEdges(scene) {
+    // Element 10 of the projection times -z adds to the depth.
+    this.#camera.projectionMatrix.elements[10] += EDGE_OFFSET;
+    this.#renderer.autoClear = false;
+    scene.overrideMaterial = this.#edges;
+    this.#renderer.render(scene, this.#camera);
+    scene.overrideMaterial = null;
+    this.#renderer.autoClear = true;
+  }
+}
+
+function corners({ min, max }) {
+  const sides = [min, max];
+  return Array.from(
+    { length: 8 },
+    (_, c) => new Vector3(sides[c & 1].x, sides[(c >> 1) & 1].y, sides[c >> 2].z),
+  );
+}

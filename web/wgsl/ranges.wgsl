@@ -1,0 +1,150 @@
+// Translated from shaders/web/ranges.comp by web/build_wgsl.py: do not edit.
+struct Push_std140_0
+{
+    @align(16) blob_words_0 : u32,
+    @align(4) meshlets_0 : u32,
+    @align(8) streams_0 : u32,
+    @align(4) value_words_0 : u32,
+    @align(16) first_0 : u32,
+    @align(4) stream_0 : u32,
+    @align(8) base_0 : u32,
+    @align(4) stride_0 : u32,
+    @align(16) field_0 : u32,
+    @align(4) integers_0 : u32,
+};
+
+@binding(1) @group(0) var<uniform> push_0 : Push_std140_0;
+@binding(2) @group(0) var<storage, read_write> the_summaries_0 : array<atomic<u32>>;
+
+@binding(7) @group(0) var<storage, read_write> first_triangles_0 : array<u32>;
+
+@binding(8) @group(0) var<storage, read_write> draw_0 : array<u32>;
+
+@binding(9) @group(0) var<storage, read_write> status_0 : array<u32>;
+
+var<private> _S1 : u32;
+
+fn triangles_of_0( m_0 : u32) -> u32
+{
+    var _S2 : u32 = atomicLoad(&(the_summaries_0[m_0]));
+    var _S3 : u32;
+    if(((_S2 >> (u32(16)))) == u32(0))
+    {
+        var _S4 : u32 = atomicLoad(&(the_summaries_0[m_0]));
+        _S3 = (_S4 & (u32(127)));
+    }
+    else
+    {
+        _S3 = u32(0);
+    }
+    return _S3;
+}
+
+var<workgroup> group_triangles_0 : array<u32, i32(256)>;
+
+var<workgroup> group_malformed_0 : array<u32, i32(256)>;
+
+var<workgroup> group_first_0 : array<u32, i32(256)>;
+
+@compute
+@workgroup_size(256, 1, 1)
+fn main(@builtin(local_invocation_index) gl_LocalInvocationIndex_0 : u32)
+{
+    _S1 = gl_LocalInvocationIndex_0;
+    var share_0 : u32 = (push_0.meshlets_0 + u32(256) - u32(1)) / u32(256);
+    var _S5 : u32 = min(gl_LocalInvocationIndex_0 * share_0, push_0.meshlets_0);
+    var _S6 : u32 = min(_S5 + share_0, push_0.meshlets_0);
+    var first_1 : u32 = u32(4294967295);
+    var m_1 : u32 = _S5;
+    var triangles_0 : u32 = u32(0);
+    var malformed_0 : u32 = u32(0);
+    for(;;)
+    {
+        if(m_1 < _S6)
+        {
+        }
+        else
+        {
+            break;
+        }
+        var _S7 : u32 = triangles_of_0(m_1);
+        var triangles_1 : u32 = triangles_0 + _S7;
+        var _S8 : u32 = atomicLoad(&(the_summaries_0[m_1]));
+        if(((_S8 >> (u32(16)))) == u32(0))
+        {
+            m_1 = m_1 + u32(1);
+            triangles_0 = triangles_1;
+            continue;
+        }
+        var _S9 : u32 = malformed_0 + u32(1);
+        first_1 = min(first_1, m_1);
+        malformed_0 = _S9;
+        m_1 = m_1 + u32(1);
+        triangles_0 = triangles_1;
+    }
+    group_triangles_0[_S1] = triangles_0;
+    group_malformed_0[_S1] = malformed_0;
+    group_first_0[_S1] = first_1;
+    workgroupBarrier();
+    var i_0 : u32 = u32(0);
+    var place_0 : u32 = u32(0);
+    for(;;)
+    {
+        if(i_0 < _S1)
+        {
+        }
+        else
+        {
+            break;
+        }
+        var place_1 : u32 = place_0 + group_triangles_0[i_0];
+        i_0 = i_0 + u32(1);
+        place_0 = place_1;
+    }
+    m_1 = _S5;
+    for(;;)
+    {
+        if(m_1 < _S6)
+        {
+        }
+        else
+        {
+            break;
+        }
+        first_triangles_0[m_1] = place_0;
+        var _S10 : u32 = triangles_of_0(m_1);
+        var place_2 : u32 = place_0 + _S10;
+        m_1 = m_1 + u32(1);
+        place_0 = place_2;
+    }
+    if(_S1 != u32(255))
+    {
+        return;
+    }
+    i_0 = u32(0);
+    for(;;)
+    {
+        if(i_0 < u32(255))
+        {
+        }
+        else
+        {
+            break;
+        }
+        var malformed_1 : u32 = malformed_0 + group_malformed_0[i_0];
+        var _S11 : u32 = min(first_1, group_first_0[i_0]);
+        var _S12 : u32 = i_0 + u32(1);
+        first_1 = _S11;
+        i_0 = _S12;
+        malformed_0 = malformed_1;
+    }
+    draw_0[i32(0)] = u32(3) * place_0;
+    draw_0[i32(1)] = u32(1);
+    draw_0[i32(2)] = u32(0);
+    draw_0[i32(3)] = u32(0);
+    draw_0[i32(4)] = u32(0);
+    status_0[i32(0)] = malformed_0;
+    status_0[i32(1)] = first_1;
+    return;
+}
+
