@@ -124,6 +124,7 @@ clean:  ## remove everything that make made here
 # Some tests need these; without them they are skipped, with the reason.
 .venv/extras: pyproject.toml tools/system_packages.py | .venv/installed
 	@$(PIP) "gltf-meshlet[draco]" 2>/dev/null || echo "make: cannot install DracoPy; tests on Draco input are skipped"
+	@$(PIP) "gltf-meshlet[lod]" 2>/dev/null || echo "make: cannot install meshoptimizer; tests of levels of detail are skipped"
 	@$(PIP) "gltf-meshlet[vulkan]" 2>/dev/null || echo "make: cannot install the Python package vulkan; tests of the Vulkan renderer are skipped"
 	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(NODE_PACKAGES) >/dev/null 2>&1 \
 	  || echo "make: cannot install the npm packages $(NODE_PACKAGES); tests with them are skipped"

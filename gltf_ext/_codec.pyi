@@ -56,6 +56,63 @@ DEFAULT_ITERATIONS: int = 12
 
 DEFAULT_FILL: float = 0.96
 
+def generate_in_groups(
+    triangles: numpy.typing.NDArray[numpy.uint32],
+    triangle_begin: numpy.typing.NDArray[numpy.uint32],
+    position_ids: numpy.typing.NDArray[numpy.uint32],
+    positions: numpy.typing.NDArray[numpy.float32],
+    max_triangles: int = 64,
+    lambda_: float = 0.0,
+    iterations: int = 0,
+    fill: float = 0.0,
+    paper_weight: bool = True,
+    effort: int = 1,
+    threads: int = 0,
+) -> tuple[
+    numpy.typing.NDArray[numpy.uint32],
+    numpy.typing.NDArray[numpy.uint32],
+    numpy.typing.NDArray[numpy.uint32],
+    numpy.typing.NDArray[numpy.uint32],
+]:
+    """
+    Makes meshlets that never cross groups. Group g: triangles triangle_begin[g] ..
+    triangle_begin[g + 1]. Other arguments as in encode; position_ids: any numbers, equal where
+    positions are; effort: 0 (fast) to 3 (max). Returns (uint32[T, 3]
+    triangles, disk begins, meshlet begins, group begins), the begins as encode takes them.
+    Raises ValueError.
+    """
+
+def group_distances(
+    positions: numpy.typing.NDArray[numpy.float32],
+    before: numpy.typing.NDArray[numpy.uint32],
+    before_begin: numpy.typing.NDArray[numpy.uint32],
+    after: numpy.typing.NDArray[numpy.uint32],
+    after_begin: numpy.typing.NDArray[numpy.uint32],
+    threads: int = 0,
+) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    Returns float32[G]: the largest distance found between the surfaces of each group, both
+    ways. before, after: uint32[T, 3] with begins of the groups. Raises ValueError.
+    """
+
+def surface_distances(
+    points: numpy.typing.NDArray[numpy.float32],
+    positions: numpy.typing.NDArray[numpy.float32],
+    triangles: numpy.typing.NDArray[numpy.uint32],
+    threads: int = 0,
+) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    Returns float32[N]: the distance of each point (float32[N, 3]) to the nearest triangle.
+    Raises ValueError.
+    """
+
+def hilbert_order(
+    points: numpy.typing.NDArray[numpy.float32],
+) -> numpy.typing.NDArray[numpy.uint32]:
+    """
+    Returns uint32[N]: the numbers of points (finite float32[N, 3]) along a Hilbert curve.
+    """
+
 def weld(rows: numpy.typing.NDArray[numpy.uint8]) -> tuple[numpy.typing.NDArray[numpy.uint32], int]:
     """
     Gives bit-identical rows one number, in order of first occurrence. rows: uint8[N, stride].

@@ -111,7 +111,9 @@ def _compress(options: argparse.Namespace) -> int:
 
 
 def _decompress(options: argparse.Namespace) -> int:
-    report = gltf_ext.decompress(options.input, options.output, progress=True)
+    report = gltf_ext.decompress(
+        options.input, options.output, level=options.level, error=options.error, progress=True
+    )
     _warn(options.input, report["warnings"])
     triangles = report_text.counted(report["triangles"], "triangle")
     print(f"{report_text.sizes(report)}: {triangles}")
@@ -246,6 +248,20 @@ def _add_option(command: argparse.ArgumentParser, option: Option) -> None:
 def _add_decompress(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", metavar="IN", help=COMPRESSED_HELP)
     command.add_argument("output", metavar="OUT.glb", help="file to write")
+    detail = command.add_mutually_exclusive_group()
+    detail.add_argument(
+        "--level",
+        type=int,
+        metavar="K",
+        help="write level of detail K, 0 for all triangles; a primitive with fewer levels takes "
+        "its coarsest one",
+    )
+    detail.add_argument(
+        "--error",
+        metavar="X",
+        help="write the coarsest mesh with at most this error, in model units, or 0.1%% of each "
+        "primitive's longest side",
+    )
 
 
 def _add_inspect(command: argparse.ArgumentParser) -> None:

@@ -45,6 +45,9 @@ def compress_summary(report: Report) -> str:
     distinct = [p for p in report["primitives"] if "shares_buffer_view_of" not in p]
     if totals["blobs"] > len(distinct):
         places += f" and {counted(totals['blobs'], 'page')}"
+    if "lod" in report:
+        levels = max(len(primitive["triangles"]) for primitive in report["lod"])
+        places += f", {counted(levels, 'level')} of detail"
     return (
         f"{sizes(report)}, {report['input_bytes'] / report['output_bytes']:.2f} times smaller; "
         f"geometry {totals['ratio']:.2f} times smaller than raw floats, "
@@ -63,11 +66,23 @@ def compress_warnings(report: Report) -> list[str]:
     dropped = report["dropped"]
     return [
         *report["warnings"],
+        *_lod_warnings(report.get("lod", [])),
         *(f"{dropped[name]:,} {text}" for name, text in kinds if dropped[name]),
         *(
             f"mesh {kept['mesh']} primitive {kept['primitive']} is left as it is: {kept['reason']}"
             for kept in report["kept"]
         ),
+    ]
+
+
+def _lod_warnings(primitives: list[Report]) -> list[str]:
+    single = [p for p in primitives if len(p["triangles"]) == 1]
+    if not single:
+        return []
+    triangles = sum(p["triangles"][0] for p in single)
+    return [
+        f"{counted(len(single), 'primitive')} with {counted(triangles, 'triangle')} cannot be "
+        "simplified and have one level"
     ]
 
 
@@ -82,6 +97,7 @@ def inspect_table(report: Report, all_primitives: bool) -> str:
         f"{report['file']} ({size(report['file_bytes'])})",
         *(f"{label:{LABEL_WIDTH}}{value}" for label, value in _inspect_rows(report)),
         *map(_primitive_line, shown),
+        *(line for lod in report["lod"][:SHOWN_PRIMITIVES] for line in _lod_lines(lod)),
     ]
     if len(shown) < len(primitives):
         lines.append(
@@ -109,6 +125,26 @@ def _inspect_rows(report: Report) -> list[tuple[str, str]]:
         *((f"  {label}", f"{value:.3f}") for label, value in labelled_parts(bits)),
         ("symbols", ", ".join(symbols)),
         *(("fallback", f"{count:,} bytes in {name}") for name, count in fallback),
+    ]
+
+
+def _lod_lines(lod: Report) -> list[str]:
+    """The levels of one primitive."""
+    total = lod["page_bytes"] + lod["table_bytes"]
+    finest = lod["levels"][0]
+    per_triangle = total / finest["stored_triangles"]
+    return [
+        f"levels of mesh {lod['mesh']} primitive {lod['primitive']}: "
+        f"{counted(lod['pages'], 'page')} of at most {lod['largest_page']:,} bytes, "
+        f"{lod['root_pages']} always loaded; {lod['page_bytes']:,} bytes and "
+        f"{lod['table_bytes']:,} of tables, {per_triangle:.2f} per triangle",
+        *(
+            f"  level {number}: {counted(level['triangles'], 'triangle')}, "
+            f"{counted(level['clusters'], 'meshlet')} in {counted(level['groups'], 'group')}, "
+            f"{level['bytes']:,} bytes, error {level['error']:.3g}, "
+            f"{level['stuck_triangles']:,} triangles not simplified"
+            for number, level in enumerate(lod["levels"])
+        ),
     ]
 
 
@@ -163,7 +199,16 @@ def verify_text(report: Report) -> str:
     if report["collapsed_triangles"]:
         counts += f", {report['collapsed_triangles']:,} collapsed by the grid"
     attributes = [f"{name:{NAME_WIDTH}} {_error(report, name)}" for name in report["max_error"]]
-    return "\n".join([counts, *attributes, *report["problems"]])
+    levels = map(_level_line, report["levels"])
+    return "\n".join([counts, *attributes, *levels, *report["problems"]])
+
+
+def _level_line(level: Report) -> str:
+    return (
+        f"mesh {level['mesh']} primitive {level['primitive']} level {level['level']}: "
+        f"{counted(level['triangles'], 'triangle')}, error {level['stated_error']:.3g} stated, "
+        f"{level['measured_error']:.3g} measured"
+    )
 
 
 def _verdict(report: Report) -> str:

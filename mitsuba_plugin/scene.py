@@ -13,7 +13,7 @@ import mitsuba as mi
 import numpy as np
 
 from gltf_ext.compression.extension import EXTENSION
-from gltf_ext.compression.primitives import read_primitive
+from gltf_ext.compression.primitives import Primitive, read_primitive
 from gltf_ext.compression.view_points import view_points
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.camera import Camera, unit
@@ -25,6 +25,7 @@ from gltf_ext.gltf.scene import Light, PlacedPrimitive, read_scene
 from gltf_ext.gltf.scene import value_format as format_of
 
 from . import reader
+from .lod import primitive_for_camera
 from .materials import Materials
 
 PLUGIN = "meshlet_edgebreaker"
@@ -62,6 +63,8 @@ def scene_dict(path: str | os.PathLike[str], **options: Any) -> dict[str, Any]:
     shown whole.
     cache (0.25), cache_bytes, cache_policy: as the shape's, for all shapes together.
     decoded: ordinary meshes instead of compressed ones (False).
+    lod_error: show primitives with levels of detail as ordinary meshes whose error is at most so
+    many pixels for the camera (0: all triangles, compressed).
     two_sided: single-sided materials show their colour on both sides instead of a black back
     (True). Paths meet these surfaces as solid: light does not pass through their backs.
     default_light: strength of a sky and a key light over the viewer's shoulder, for files without
@@ -88,6 +91,7 @@ class _Builder:
         cache_bytes: int | None = None,
         cache_policy: str = "clock",
         decoded: bool = False,
+        lod_error: float = 0.0,
         two_sided: bool = True,
         default_light: float = 1.0,
     ):
@@ -95,6 +99,7 @@ class _Builder:
         self._materials = Materials(document, two_sided)
         self._source = read_scene(document)
         pixels = "luminance" if "mono" in (mi.variant() or "") else "rgb"
+        self._viewer = Camera(np.eye(4))  # set with the sensor
         self._film: dict[str, Any] = {
             "type": "hdrfilm",
             "width": width,
@@ -102,7 +107,7 @@ class _Builder:
             "pixel_format": pixels,
         }
         self._spp, self._camera, self._decoded = spp, camera, decoded
-        self._default_light = default_light
+        self._default_light, self._lod_error = default_light, lod_error
         self._cache = {
             "cache": cache,
             "cache_policy": cache_policy,
@@ -117,10 +122,11 @@ class _Builder:
     def result(self) -> dict[str, Any]:
         if not self._source.primitives:
             raise MeshletError("its scene shows no triangles", "there is nothing to render")
+        camera = self._source.camera(self._camera) or self._default_camera()
+        self._viewer = camera
         self._add_meshes()
         for light in self._source.lights:
             self._scene[f"light_{light.node}"] = _emitter(light)
-        camera = self._source.camera(self._camera) or self._default_camera()
         if not self._source.lights and self._default_light > 0:
             self._scene["default_light"] = _sky(self._default_light)
             self._scene["default_key_light"] = _key_light(camera, self._default_light)
@@ -164,7 +170,11 @@ class _Builder:
         if emission:
             inside["emitter"] = emission
         if not reader.is_compressed(self._document, placed.mesh, placed.primitive):
-            return self._plain_mesh(placed, matrix, inside)
+            source = read_primitive(self._document, placed.mesh, placed.primitive)[0]
+            return self._plain_mesh(placed, matrix, inside, source)
+        cut = self._cut(placed) if self._lod_error > 0 else None
+        if cut is not None:
+            return self._plain_mesh(placed, matrix, inside, cut)
         return {
             "type": PLUGIN,
             "filename": self._path,
@@ -176,11 +186,24 @@ class _Builder:
             **inside,
         }
 
+    def _cut(self, placed: PlacedPrimitive) -> Primitive | None:
+        """The primitive at the detail that the camera needs; None without levels."""
+        same = [
+            p
+            for p in self._source.primitives
+            if (p.mesh, p.primitive) == (placed.mesh, placed.primitive)
+        ]
+        size = self._film["width"], self._film["height"]
+        return primitive_for_camera(self._document, same, self._viewer, size, self._lod_error)
+
     def _plain_mesh(
-        self, placed: PlacedPrimitive, matrix: np.ndarray, inside: dict[str, Any]
+        self,
+        placed: PlacedPrimitive,
+        matrix: np.ndarray,
+        inside: dict[str, Any],
+        source: Primitive,
     ) -> mi.Mesh:
-        """A primitive that the encoder left uncompressed."""
-        source = read_primitive(self._document, placed.mesh, placed.primitive)[0]
+        """An ordinary mesh of decoded or uncompressed arrays."""
         primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
         attributes = {
             name: format_of(self._document, primitive, name).to_floats(values)

@@ -20,6 +20,7 @@
 #include "decode/view_decoder.h"
 #include "encode/encoder.h"
 #include "encode/pages.h"
+#include "lod_bindings.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -389,6 +390,7 @@ NB_MODULE(_codec, m) {
     }
   });
   define_constants(m);
+  bind_lod(m);
 
   m.def(
       "weld", &weld, "rows"_a,

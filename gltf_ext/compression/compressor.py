@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 import numpy as np
@@ -46,7 +46,11 @@ from gltf_ext.gltf.document import Document, copied, named_indices
 from gltf_ext.gltf.draco import DRACO
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
+from gltf_ext.lod.compressing import add_levels, encode_levels, forget_levels
 from gltf_ext.progress import Advance, SharedProgress, progress_bar
+
+if TYPE_CHECKING:
+    from gltf_ext.lod.writing import Levels
 
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
 # Extensions of a primitive that rely on the order of its triangles or vertices, which changes.
@@ -67,6 +71,7 @@ class Job:
         grid: of its positions; None if they are integers.
         reason_kept: why it is not compressed; empty if it is.
         statistics: of its blobs, as _codec.describe gives them, and "generation".
+        levels: all but level 0; None without levels of detail.
     """
 
     source: Primitive
@@ -75,6 +80,7 @@ class Job:
     grid: Grid | None = None
     reason_kept: str = ""
     statistics: dict[str, Any] = field(default_factory=dict)
+    levels: Levels | None = None
 
 
 def compress(
@@ -104,6 +110,11 @@ def compress(
             Choe et al. (default paper).
         page_bytes: largest size of a page, a blob of neighbouring meshlets that decodes alone; 0
             for one blob per primitive, else at least 4096 (0 to 268435456, default 0).
+        lod: also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or 32768 bytes;
+            needs the package meshoptimizer.
+        lod_reduction: triangles of a level over those of the next (1.5 to 16, default 4).
+        lod_group: meshlets that are simplified together (4 to 128, default 48).
+        lod_error: no level has a larger error, in model units (default no limit).
         fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
         threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to
             1024, default 0).
@@ -129,6 +140,8 @@ def compress(
         read = [Path(input), *document.files()]
         jobs = _encode_all(document, settings, Path(input).name)
         changes = _finish_document(document, jobs, settings)
+        if settings.lod:
+            changes["lod"] = add_levels(document, jobs)
         binary, fallback = pack(document)
         if fallback:
             document.buffers[1].uri = quote(os.fsencode(fallback_path.name))
@@ -218,6 +231,7 @@ def _finish_document(document: Document, jobs: list[Job], options: Options) -> d
     encoded = [job for job in jobs if not job.reason_kept]
     warnings = [*document.import_warnings, *_lossy_before(document), *_coarse_grids(jobs)]
     document.forget_extension(EXTENSION)
+    forget_levels(document)
     document.use_extension(EXTENSION, required=not options.fallback)
     warnings += embed_images(document)
     warnings += _settle_extensions(document, encoded)
@@ -370,8 +384,18 @@ def _encode_job(
             f"it takes {len(plan.streams)} streams, at most {MAX_STREAMS} are possible"
         )
         return None
+    view = encode_levels(job, plan, options, threads, progress) if options.lod else None
+    if view is None:
+        view, job.statistics = _encode(source, plan, options, threads, progress)
+    return plan, view
+
+
+def _encode(
+    source: Primitive, plan: Plan, options: Options, threads: int, progress: Advance | None
+) -> tuple[bytes, dict[str, Any]]:
+    """(view, statistics) of a primitive without levels."""
     positions = source.attributes["POSITION"]
-    view, job.statistics = _codec.encode(
+    view, statistics = _codec.encode(
         np.ascontiguousarray(source.indices),
         position_ids(positions),
         np.ascontiguousarray(positions, np.float32),
@@ -380,7 +404,7 @@ def _encode_job(
         progress=progress,
         **{**options.encoder, "threads": threads},
     )
-    return plan, view
+    return view, statistics
 
 
 def _replace(document: Document, job: Job, plan: Plan, view: bytes, fallback: bool) -> None:

@@ -14,6 +14,7 @@ from gltf_ext.compression.streams import OCT, semantic
 from gltf_ext.errors import blaming
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
+from gltf_ext.lod.reports import describe_levels
 
 INDEX_BYTES_PER_TRIANGLE = 12
 PART_OF = {"POSITION": "positions", "NORMAL": "normals", "TEXCOORD": "texcoords"}
@@ -62,13 +63,19 @@ def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
         primitives: the same as totals for each, with mesh, primitive, name and attributes: bits
             and step of each stream (None for a direction) and bits per vertex. Another user of a
             buffer view has only its place and "shares_buffer_view_of".
+        lod: for each primitive with levels of detail: mesh, primitive, pages, root_pages,
+            largest_page, page_bytes, table_bytes, and levels, finest first: triangles to draw,
+            stored_triangles (in groups of that level), clusters, groups, stuck_triangles (not
+            simplified), bytes, and error in units of POSITION.
 
     Raises MeshletError when the file is malformed or not compressed, OSError when it cannot be
     read.
     """
     file_bytes = os.path.getsize(path)
     with blaming(path):
-        contents = inspect_document(open_model(path), {})
+        document = open_model(path)
+        contents = inspect_document(document, {})
+        contents["lod"] = describe_levels(document)
     return {"file": str(path), "file_bytes": file_bytes, **contents}
 
 

@@ -18,6 +18,7 @@ MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
 # A page of fewer bytes holds less than about ten meshlets, and mostly borders.
 MIN_PAGE_BYTES, MAX_PAGE_BYTES = 4096, 1 << 28
 LARGEST_NUMBER = 1e9
+DEFAULT_LOD_PAGE_BYTES = 32768
 ITERATING_EFFORTS = ("high", "max")
 
 
@@ -171,6 +172,31 @@ class Options:
         f"blob per primitive, else at least {MIN_PAGE_BYTES}",
         limits=(0, MAX_PAGE_BYTES),
     )
+    lod: bool = _declared(
+        False,
+        "--lod",
+        "also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or "
+        f"{DEFAULT_LOD_PAGE_BYTES} bytes; needs the package meshoptimizer",
+        type=bool,
+    )
+    lod_reduction: float = _declared(
+        4.0,
+        "--lod-reduction",
+        "triangles of a level over those of the next",
+        type=float,
+        limits=(1.5, 16.0),
+        default="4",
+    )
+    lod_group: int = _declared(
+        48, "--lod-group", "meshlets that are simplified together", limits=(4, 128)
+    )
+    lod_error: float | None = _declared(
+        None,
+        "--lod-error",
+        "no level has a larger error, in model units",
+        type=float,
+        default="no limit",
+    )
     fallback: bool = _declared(
         False,
         "--fallback",
@@ -220,6 +246,10 @@ class Options:
                 f"{unknown[0]} is not an option of compress", "see help(gltf_ext.compress)"
             )
         return cls(**given)
+
+    @property
+    def lod_page_bytes(self) -> int:
+        return self.page_bytes or DEFAULT_LOD_PAGE_BYTES
 
     @property
     def encoder(self) -> dict[str, Any]:

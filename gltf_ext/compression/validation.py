@@ -21,6 +21,7 @@ from gltf_ext.gltf.accessors import bounds, read_accessor
 from gltf_ext.gltf.buffer_layout import Renumber, map_accessors, map_views
 from gltf_ext.gltf.document import Document, item, named_indices
 from gltf_ext.gltf.importers import open_model
+from gltf_ext.lod.reports import lod_problems
 
 
 def validate(path: str | os.PathLike[str]) -> list[str]:
@@ -28,7 +29,8 @@ def validate(path: str | os.PathLike[str]) -> list[str]:
 
     Checks the container, the types of all JSON properties, every reference to accessors and buffer
     views, and every extension object with its accessors. Decodes every blob and compares bounds
-    and fallback with the result. Raises OSError when the file cannot be read.
+    and fallback with the result. Checks the tables of levels of detail, and every page. Raises
+    OSError when the file cannot be read.
     """
     try:
         document = open_model(path)
@@ -44,6 +46,7 @@ def validate(path: str | os.PathLike[str]) -> list[str]:
             if is_compressed(primitive):
                 compressed += 1
                 problems += _blob_problems(document, m, p)
+    problems += lod_problems(document)
     if not compressed and not problems:
         problems.append(
             f"has no primitive with {EXTENSION}; "

@@ -30,6 +30,7 @@ SAFE_PREFIXES = (
     "EXT_mesh_gpu_instancing",
     "EXT_structural_metadata",
     "EXT_meshlet_edgebreaker",
+    "EXT_meshlet_lod",
     "MSFT_lod",
     "MSFT_texture_dds",
     "FB_ngon_encoding",

@@ -18,7 +18,7 @@ ALLOWED = {
     "bench": {"gltf_ext", "mitsuba_plugin", "vk_backend", "gltf_meshlet", "spec", "tools"},
 }
 # The same inside gltf_ext; what belongs to no folder is below both, but for these.
-FOLDERS = {"gltf": {"compression"}, "compression": set()}
+FOLDERS = {"gltf": {"compression", "lod"}, "compression": set(), "lod": set()}
 ABOVE_FOLDERS = {"__init__", "trimesh_handler"}
 OURS = {*ALLOWED, "tests"}
 

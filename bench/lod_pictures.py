@@ -1,0 +1,94 @@
+"""Pictures of docs/lod.md: the levels of the dragon, and what a pixel error needs.
+
+    python -m bench lod_pictures
+
+Draws docs/lod.png (four levels in the colours of their meshlets) and docs/lod_pixels.png (triangles
+and bytes over the error) from the dragon, or from the model that is named.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import gltf_ext
+from bench.common import DOCS, pyplot
+from bench.models import real_model
+from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, open_lod
+from gltf_meshlet.demo.plots import meshlet_colors
+from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
+
+LEVELS = (0, 1, 2, 3)
+WIDTH, HEIGHT = 480, 400  # of one level
+PIXELS = 1000  # of the longest side
+ERRORS = 2.0 ** np.arange(-3, 6.5, 0.5)  # pixels
+
+
+def coloured(primitive: LodPrimitive, cut: Cut) -> Mesh:
+    """The cut with a colour for each meshlet."""
+    mesh = primitive.mesh(cut)
+    drawn = np.flatnonzero(cut.drawn)
+    meshlet = np.repeat(drawn, primitive.cluster_triangles[drawn])
+    positions = mesh.attributes["POSITION"].astype(np.float64)
+    return Mesh(
+        positions, mesh.attributes["NORMAL"], mesh.indices, meshlet_colors(meshlet), meshlet
+    )
+
+
+def draw_levels(primitive: LodPrimitive, path: Path) -> None:
+    """Saves a picture of LEVELS, side by side in two rows."""
+    points = primitive.compressed.decode().attributes["POSITION"]
+    low, high = points.min(axis=0), points.max(axis=0)
+    centre, size = (low + high) / 2, float(np.linalg.norm(high - low))
+    eye = centre + np.array([0.35, 0.25, 1.6]) * size
+    camera = Camera(tuple(eye.tolist()), tuple(centre.tolist()))
+    pictures = []
+    for level in LEVELS:
+        mesh = coloured(primitive, cut_at_level(primitive.tables, level))
+        pixels = rasterize(mesh, camera, WIDTH, HEIGHT)
+        picture = Image.new("RGB", (WIDTH, HEIGHT), "white")
+        picture.paste(Image.fromarray(pixels), mask=Image.fromarray(pixels[..., 3]))
+        pictures.append(picture)
+    sheet = Image.new("RGB", (2 * WIDTH, 2 * HEIGHT), "white")
+    for number, picture in enumerate(pictures):
+        sheet.paste(picture, (number % 2 * WIDTH, number // 2 * HEIGHT))
+    sheet.quantize(256, method=Image.Quantize.MAXCOVERAGE).save(path)
+
+
+def draw_needs(primitive: LodPrimitive, path: Path) -> None:
+    """Saves a plot of triangles and bytes over the error in pixels."""
+    tables = primitive.tables
+    points = primitive.compressed.decode().attributes["POSITION"]
+    pixel = float(np.ptp(points, axis=0).max()) / PIXELS
+    triangles, sizes = [], []
+    for error in ERRORS:
+        cut = cut_at_error(tables, error * pixel)
+        triangles.append(int(primitive.cluster_triangles[cut.drawn].sum()))
+        sizes.append(int(tables.pages["byteLength"][cut.loaded].sum()))
+    plots = pyplot()
+    figure, axes = plots.subplots(figsize=(7, 4))
+    axes.loglog(ERRORS, triangles, "o-", color="#333333", label="triangles drawn")
+    axes.loglog(ERRORS, sizes, "s--", color="#bb6622", label="bytes of the pages")
+    axes.set_xlabel(f"error in pixels, longest side {PIXELS} pixels")
+    axes.grid(True, which="major", alpha=0.3)
+    axes.legend()
+    figure.tight_layout()
+    figure.savefig(path, dpi=120)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("model", nargs="?", default="dragon", help="a real model (default: dragon)")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder) / "out.glb"
+        gltf_ext.compress(real_model(options.model), output, lod=True)
+        primitive = open_lod(output)[0]
+    if not isinstance(primitive, LodPrimitive):
+        raise SystemExit("bench lod_pictures: the model has no levels")
+    draw_levels(primitive, DOCS / "lod.png")
+    draw_needs(primitive, DOCS / "lod_pixels.png")

@@ -1,0 +1,88 @@
+#include "lod/group_meshlets.h"
+
+#include <algorithm>
+
+#include "common/parallel.h"
+#include "segment/half_edges.h"
+#include "segment/spatial_mesh.h"
+
+namespace meshlet {
+namespace {
+
+// Replaces numbers by their rank among all that occur; `used` lists those, in order.
+void compact(std::vector<uint32_t>& numbers, std::vector<uint32_t>& used) {
+  used = numbers;
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  for (uint32_t& number : numbers)
+    number = uint32_t(std::lower_bound(used.begin(), used.end(), number) - used.begin());
+}
+
+// Meshlets of a mesh, and their triangles in the mesh's vertices.
+struct Generated {
+  Meshlets meshlets;
+  std::vector<uint32_t> triangles;
+};
+
+Generated generate(const MeshView& mesh, const GenerationOptions& options) {
+  const SpatialMesh sorted = sort_in_space(mesh, options.threads);
+  const HalfEdges half_edges = match_half_edges(sorted.view(), options.threads);
+  Generated made{generate_meshlets(sorted, half_edges, options), {}};
+  made.triangles.reserve(3 * made.meshlets.triangles.size());
+  for (uint32_t t : made.meshlets.triangles)
+    for (size_t k = 0; k < 3; k++)
+      made.triangles.push_back(sorted.source_vertex[sorted.triangles[3 * size_t(t) + k]]);
+  return made;
+}
+
+Generated generate_group(const MeshView& mesh, uint32_t first, uint32_t last,
+                         const GenerationOptions& options) {
+  std::vector<uint32_t> corners(mesh.triangles + 3 * size_t(first),
+                                mesh.triangles + 3 * size_t(last));
+  std::vector<uint32_t> vertices, used_ids, ids;
+  compact(corners, vertices);
+  std::vector<float> positions;
+  for (uint32_t v : vertices) {
+    ids.push_back(mesh.position_ids[v]);
+    const float* p = mesh.positions + 3 * size_t(v);
+    positions.insert(positions.end(), p, p + 3);
+  }
+  compact(ids, used_ids);
+  Generated made = generate(
+      {corners.data(), last - first, ids.data(), positions.data(), vertices.size()}, options);
+  for (uint32_t& v : made.triangles) v = vertices[v];
+  return made;
+}
+
+// Appends begins that start at 0, after `to`'s last one.
+void append_begins(std::vector<uint32_t>& to, const std::vector<uint32_t>& begins) {
+  const uint32_t offset = to.back();
+  for (size_t i = 1; i < begins.size(); i++) to.push_back(offset + begins[i]);
+}
+
+}  // namespace
+
+GroupMeshlets generate_in_groups(const MeshView& mesh, const std::vector<uint32_t>& triangle_begin,
+                                 const GenerationOptions& options) {
+  const size_t count = triangle_begin.size() - 1;
+  std::vector<Generated> groups(count);
+  if (count == 1) {
+    groups[0] = generate(mesh, options);
+  } else {
+    GenerationOptions inner = options;
+    inner.threads = 1;
+    parallel_for(options.threads, count, [&](size_t g) {
+      groups[g] = generate_group(mesh, triangle_begin[g], triangle_begin[g + 1], inner);
+    });
+  }
+  GroupMeshlets all{{}, {0}, {0}, {0}};
+  for (const Generated& group : groups) {
+    all.triangles.insert(all.triangles.end(), group.triangles.begin(), group.triangles.end());
+    append_begins(all.disk_begin, group.meshlets.disk_begin);
+    append_begins(all.meshlet_begin, group.meshlets.meshlet_begin);
+    all.group_begin.push_back(uint32_t(all.meshlet_begin.size() - 1));
+  }
+  return all;
+}
+
+}  // namespace meshlet

@@ -1,0 +1,193 @@
+#include "lod_bindings.h"
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/tuple.h>
+
+#include <algorithm>
+#include <functional>
+#include <vector>
+
+#include "common/parallel.h"
+#include "lod/group_meshlets.h"
+#include "lod/surface_distance.h"
+#include "segment/spatial_mesh.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace meshlet {
+namespace {
+
+using Indices = nb::ndarray<const uint32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Numbers = nb::ndarray<const uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Points = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+
+constexpr size_t kPointsAtOnce = 1024;
+
+template <class T>
+nb::object array_of(std::vector<T> values) {
+  auto* kept = new std::vector<T>(std::move(values));
+  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  return nb::cast(nb::ndarray<nb::numpy, T, nb::ndim<1>>(kept->data(), {kept->size()}, owner));
+}
+
+void check_triangles(const Indices& triangles, size_t vertices, bool distinct) {
+  const uint32_t* t = triangles.data();
+  for (size_t i = 0; i < triangles.shape(0); i++, t += 3) {
+    if (t[0] >= vertices || t[1] >= vertices || t[2] >= vertices)
+      throw nb::value_error("a triangle index is out of range");
+    if (distinct && (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]))
+      throw nb::value_error("a triangle repeats an index");
+  }
+}
+
+std::vector<uint32_t> begins_of(const Numbers& begin, size_t end) {
+  std::vector<uint32_t> out(begin.data(), begin.data() + begin.shape(0));
+  const bool increases =
+      std::adjacent_find(out.begin(), out.end(), std::greater_equal<uint32_t>()) == out.end();
+  if (out.size() < 2 || out.front() != 0 || out.back() != end || !increases)
+    throw nb::value_error("begins do not increase from 0 to the number of triangles");
+  return out;
+}
+
+nb::tuple generate(const Indices& triangles, const Numbers& triangle_begin,
+                   const Numbers& position_ids, const Points& positions, int max_triangles,
+                   float lambda, int iterations, float fill, bool paper_weight, int effort,
+                   int threads) {
+  const size_t vertices = positions.shape(0);
+  check_triangles(triangles, vertices, true);
+  if (position_ids.shape(0) != vertices)
+    throw nb::value_error("position_ids and positions differ in length");
+  if (max_triangles < 1 || max_triangles > 64)
+    throw nb::value_error("a meshlet holds 1 to 64 triangles");
+  const std::vector<uint32_t> begin = begins_of(triangle_begin, triangles.shape(0));
+  GenerationOptions options;
+  options.max_triangles = max_triangles;
+  if (lambda > 0) options.lambda = lambda;
+  if (iterations > 0) options.iterations = iterations;
+  if (fill > 0) options.fill = fill;
+  if (effort < 0 || effort > int(Effort::kMax)) throw nb::value_error("effort is 0 to 3");
+  options.effort = Effort(effort);
+  options.weight = paper_weight ? Weight::kPaper : Weight::kChoe;
+  options.threads = threads;
+  const MeshView mesh{triangles.data(), triangles.shape(0), position_ids.data(), positions.data(),
+                      vertices};
+  GroupMeshlets made;
+  {
+    nb::gil_scoped_release release;
+    made = generate_in_groups(mesh, begin, options);
+  }
+  return nb::make_tuple(array_of(std::move(made.triangles)).attr("reshape")(-1, 3),
+                        array_of(std::move(made.disk_begin)),
+                        array_of(std::move(made.meshlet_begin)),
+                        array_of(std::move(made.group_begin)));
+}
+
+nb::object distances_of_groups(const Points& positions, const Indices& before,
+                               const Numbers& before_begin, const Indices& after,
+                               const Numbers& after_begin, int threads) {
+  check_triangles(before, positions.shape(0), false);
+  check_triangles(after, positions.shape(0), false);
+  const Surfaces surfaces{positions.data(), before.data(), after.data(),
+                          begins_of(before_begin, before.shape(0)),
+                          begins_of(after_begin, after.shape(0))};
+  if (surfaces.before_begin.size() != surfaces.after_begin.size())
+    throw nb::value_error("before and after differ in their number of groups");
+  std::vector<float> distances;
+  {
+    nb::gil_scoped_release release;
+    distances = group_distances(surfaces, threads);
+  }
+  return array_of(std::move(distances));
+}
+
+nb::object distances_to_surface(const Points& points, const Points& positions,
+                                const Indices& triangles, int threads) {
+  check_triangles(triangles, positions.shape(0), false);
+  if (triangles.shape(0) == 0) throw nb::value_error("there are no triangles");
+  std::vector<float> distances(points.shape(0));
+  {
+    nb::gil_scoped_release release;
+    std::vector<Vec3> corners;
+    for (size_t i = 0; i < triangles.size(); i++) {
+      const float* p = positions.data() + 3 * size_t(triangles.data()[i]);
+      corners.push_back({p[0], p[1], p[2]});
+    }
+    const TriangleTree tree(std::move(corners));
+    const size_t count = distances.size();
+    parallel_for(threads, (count + kPointsAtOnce - 1) / kPointsAtOnce, [&](size_t part) {
+      uint32_t hint = 0;
+      for (size_t i = part * kPointsAtOnce; i < std::min(count, (part + 1) * kPointsAtOnce); i++) {
+        const float* p = points.data() + 3 * i;
+        distances[i] = tree.distance({p[0], p[1], p[2]}, hint);
+      }
+    });
+  }
+  return array_of(std::move(distances));
+}
+
+nb::object hilbert_order(const Points& points) {
+  const size_t count = points.shape(0);
+  Vec3 low{0, 0, 0}, high{0, 0, 0};
+  const auto point = [&](size_t i) {
+    const float* p = points.data() + 3 * i;
+    return Vec3{p[0], p[1], p[2]};
+  };
+  for (size_t i = 0; i < count; i++) {
+    low = i ? minimum(low, point(i)) : point(i);
+    high = i ? maximum(high, point(i)) : point(i);
+  }
+  const Vec3 size = high - low;
+  const float longest = std::max({size.x, size.y, size.z});
+  std::vector<Vec3> scaled(count);
+  for (size_t i = 0; i < count; i++) scaled[i] = (point(i) - low) * (longest > 0 ? 1 / longest : 0);
+  std::vector<uint32_t> order = order_along_curve(scaled, 1);
+  return array_of(std::move(order));
+}
+
+}  // namespace
+
+void bind_lod(nb::module_& m) {
+  m.def("generate_in_groups", &generate, "triangles"_a, "triangle_begin"_a, "position_ids"_a,
+        "positions"_a, "max_triangles"_a = 64, "lambda_"_a = 0.0f, "iterations"_a = 0,
+        "fill"_a = 0.0f, "paper_weight"_a = true, "effort"_a = int(Effort::kNormal),
+        "threads"_a = 0,
+        nb::sig("def generate_in_groups(triangles: numpy.typing.NDArray[numpy.uint32], "
+                "triangle_begin: numpy.typing.NDArray[numpy.uint32], "
+                "position_ids: numpy.typing.NDArray[numpy.uint32], "
+                "positions: numpy.typing.NDArray[numpy.float32], max_triangles: int = 64, "
+                "lambda_: float = 0.0, iterations: int = 0, fill: float = 0.0, "
+                "paper_weight: bool = True, effort: int = 1, threads: int = 0) -> "
+                "tuple[numpy.typing.NDArray[numpy.uint32], numpy.typing.NDArray[numpy.uint32], "
+                "numpy.typing.NDArray[numpy.uint32], numpy.typing.NDArray[numpy.uint32]]"),
+        "Makes meshlets that never cross groups. Group g: triangles triangle_begin[g] ..\n"
+        "triangle_begin[g + 1]. Other arguments as in encode; position_ids: any numbers, equal "
+        "where\n"
+        "positions are; effort: 0 (fast) to 3 (max). Returns (uint32[T, 3]\n"
+        "triangles, disk begins, meshlet begins, group begins), the begins as encode takes them.\n"
+        "Raises ValueError.");
+  m.def("group_distances", &distances_of_groups, "positions"_a, "before"_a, "before_begin"_a,
+        "after"_a, "after_begin"_a, "threads"_a = 0,
+        nb::sig("def group_distances(positions: numpy.typing.NDArray[numpy.float32], "
+                "before: numpy.typing.NDArray[numpy.uint32], "
+                "before_begin: numpy.typing.NDArray[numpy.uint32], "
+                "after: numpy.typing.NDArray[numpy.uint32], "
+                "after_begin: numpy.typing.NDArray[numpy.uint32], threads: int = 0) -> "
+                "numpy.typing.NDArray[numpy.float32]"),
+        "Returns float32[G]: the largest distance found between the surfaces of each group, both\n"
+        "ways. before, after: uint32[T, 3] with begins of the groups. Raises ValueError.");
+  m.def("surface_distances", &distances_to_surface, "points"_a, "positions"_a, "triangles"_a,
+        "threads"_a = 0,
+        nb::sig("def surface_distances(points: numpy.typing.NDArray[numpy.float32], "
+                "positions: numpy.typing.NDArray[numpy.float32], "
+                "triangles: numpy.typing.NDArray[numpy.uint32], threads: int = 0) -> "
+                "numpy.typing.NDArray[numpy.float32]"),
+        "Returns float32[N]: the distance of each point (float32[N, 3]) to the nearest triangle.\n"
+        "Raises ValueError.");
+  m.def("hilbert_order", &hilbert_order, "points"_a,
+        nb::sig("def hilbert_order(points: numpy.typing.NDArray[numpy.float32]) -> "
+                "numpy.typing.NDArray[numpy.uint32]"),
+        "Returns uint32[N]: the numbers of points (finite float32[N, 3]) along a Hilbert curve.");
+}
+
+}  // namespace meshlet

@@ -1,0 +1,455 @@
+"""Builds the levels of one primitive: groups of clusters, and what replaces each group.
+
+A cluster is a meshlet. A group is some neighbouring clusters that are simplified together, with the
+vertices that it shares with other groups locked. The result is cut into clusters again, and the
+next level groups those across the old borders. See spec/EXT_meshlet_lod.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from gltf_ext import _codec
+from gltf_ext.lod import simplifier
+from gltf_ext.lod.ranges import begins, members
+
+# A group of which more is left does not count as simplified: its clusters wait for the next level.
+STUCK = 0.85
+# A group of which more is left is simplified again with the vertices of each position joined.
+RETRY = 0.5
+# A level that is not smaller by a quarter is the last one, as is one of so few triangles.
+SHRINK, ENOUGH = 0.75, 128
+MAX_CLUSTERS = 255  # of a group: 8 bits in the tables
+LARGEST_PART = 11 / 8  # of the aimed size
+
+Parts = list[np.ndarray]  # numbers of the clusters of each group
+
+
+@dataclass
+class Surface:
+    """A primitive on its grid, as the builder sees it.
+
+    Attributes:
+        triangles: uint32[T, 3], no vertex twice in one.
+        points: float32[V, 3], integers: positions on the grid.
+        position_ids: uint32[V], equal where points are.
+        canonical: uint32[V]: one vertex for all that are equal in all quantised values.
+        attributes, weights: float32[V, A] and float32[A], for the choice of edges.
+        morphed: points with each morph target at weight 1, float32[V, 3].
+    """
+
+    triangles: np.ndarray
+    points: np.ndarray
+    position_ids: np.ndarray
+    canonical: np.ndarray
+    attributes: np.ndarray
+    weights: np.ndarray
+    morphed: list[np.ndarray] = field(default_factory=list)
+
+
+@dataclass
+class Clusters:
+    """Clusters as ranges of disks, disks as ranges of triangles.
+
+    Attributes:
+        triangles: uint32[T, 3]; disk_begin, cluster_begin: int64, as in _codec.encode.
+    """
+
+    triangles: np.ndarray
+    disk_begin: np.ndarray
+    cluster_begin: np.ndarray
+
+    @property
+    def count(self) -> int:
+        return len(self.cluster_begin) - 1
+
+    @property
+    def triangle_begin(self) -> np.ndarray:
+        """int64[N + 1]: the first triangle of each cluster."""
+        begin: np.ndarray = self.disk_begin[self.cluster_begin]
+        return begin
+
+    def chosen(self, clusters: np.ndarray) -> Clusters:
+        """These clusters, in this order."""
+        disks = members(self.cluster_begin, clusters)
+        triangles = members(self.disk_begin, disks)
+        return Clusters(
+            self.triangles[triangles],
+            begins(np.diff(self.disk_begin)[disks]),
+            begins(np.diff(self.cluster_begin)[clusters]),
+        )
+
+    def followed_by(self, other: Clusters) -> Clusters:
+        return Clusters(
+            np.concatenate([self.triangles, other.triangles]),
+            np.concatenate([self.disk_begin, self.disk_begin[-1] + other.disk_begin[1:]]),
+            np.concatenate([self.cluster_begin, self.cluster_begin[-1] + other.cluster_begin[1:]]),
+        )
+
+
+@dataclass
+class Hierarchy:
+    """All levels of a primitive. Lengths are in units of the grid.
+
+    Attributes:
+        clusters: of all levels, those of level 0 first.
+        group: int64[C]: the group that each cluster is in.
+        refined: int64[C]: the group that it was made from, -1 in level 0.
+        level: int64[G]: the round in which each group was made.
+        error: float64[G]: of what replaces the group; infinite where nothing does.
+        centre, radius: float64[G, 3], float64[G]: a sphere around the group and all finer ones
+            below it.
+        stuck: number of triangles of each level that wait for the next one.
+    """
+
+    clusters: Clusters
+    group: np.ndarray
+    refined: np.ndarray
+    level: np.ndarray
+    error: np.ndarray
+    centre: np.ndarray
+    radius: np.ndarray
+    stuck: list[int]
+
+
+def build(
+    surface: Surface,
+    generation: dict[str, Any],
+    reduction: float,
+    group_size: int,
+    error_limit: float,
+    threads: int,
+    advance: Callable[[float], None] | None = None,
+) -> Hierarchy | None:
+    """Builds all levels. None when the first simplification leaves more than SHRINK.
+
+    generation: keyword arguments of _codec.generate_in_groups. reduction: triangles of a level over
+    those of the next. group_size: clusters in a group. error_limit: groups whose error would be
+    larger are not simplified. The result does not depend on `threads`.
+    """
+    builder = _Builder(surface, generation, reduction, group_size, error_limit, threads)
+    total = len(surface.triangles)
+    while left := builder.add_level():
+        if advance:
+            advance(1.0 - left / total)
+    return builder.result()
+
+
+class _Builder:
+    def __init__(
+        self,
+        surface: Surface,
+        generation: dict[str, Any],
+        reduction: float,
+        group_size: int,
+        error_limit: float,
+        threads: int,
+    ) -> None:
+        self.surface = surface
+        self.generation = {**generation, "threads": threads}
+        self.reduction, self.group_size = reduction, group_size
+        self.error_limit, self.threads = error_limit, threads
+        count = int(surface.position_ids.max()) + 1
+        self.vertex_at = np.zeros(count, np.uint32)  # one vertex of each position
+        self.vertex_at[surface.position_ids[::-1]] = np.arange(
+            len(surface.points) - 1, -1, -1, dtype=np.uint32
+        )
+        self.clusters = self._clusters(
+            surface.triangles, np.array([0, len(surface.triangles)], np.uint32)
+        )[0]
+        self.centre, self.radius = self._bounds()
+        self.refined = np.full(self.clusters.count, -1)
+        self.group = np.full(self.clusters.count, -1)
+        self.pending = np.arange(self.clusters.count)
+        self.groups: list[tuple[int, float, np.ndarray, float]] = []  # level, error, sphere
+        self.stuck: list[int] = []
+
+    def result(self) -> Hierarchy | None:
+        if not self.groups or not np.isfinite(self.groups[0][1]):
+            return None
+        level, error, centre, radius = zip(*self.groups)
+        return Hierarchy(
+            self.clusters,
+            self.group,
+            self.refined,
+            np.array(level),
+            np.array(error),
+            np.array(centre),
+            np.array(radius),
+            self.stuck,
+        )
+
+    def add_level(self) -> int:
+        """Groups the pending clusters. Returns the number of triangles of the next level, 0 if
+        this one is the last."""
+        here = self.clusters.chosen(self.pending)
+        parts = self._parts(here)
+        level = len(self.stuck)
+        before, begin = self._triangles_of(here, parts)
+        if (np.diff(begin) == 0).any():
+            parts = _without_empty(parts, np.diff(begin))
+            before, begin = self._triangles_of(here, parts)
+        if len(here.triangles) <= ENOUGH or here.count == 1 or not len(before):
+            self._end(parts, level)
+            return 0
+        after, after_begin, error = self._simplified(before, begin)
+        # The sum is a bound. The root of the sum of squares would not be one where the surface is
+        # smooth: all levels then lie on the same side of it.
+        error += [self._error_below(self.pending[part]) for part in parts]
+        is_stuck = ~(np.isfinite(error) & (error <= self.error_limit))
+        kept = np.where(is_stuck, np.diff(begin), np.diff(after_begin)).sum()
+        if kept > SHRINK * len(before):
+            self._end(parts, level)
+            return 0
+        self.stuck.append(int(np.diff(begin)[is_stuck].sum()))
+        if level == 0:  # clusters of level 0 cannot wait: others would share their pages
+            after, after_begin = _merged(before, begin, after, after_begin, is_stuck)
+            error[is_stuck] = 0.0
+            is_stuck[:] = False
+        self._replace(parts, level, after, after_begin, error, is_stuck)
+        return len(self.clusters.chosen(self.pending).triangles)
+
+    def _end(self, parts: Parts, level: int) -> None:
+        for part in parts:
+            self._add_group(part, level, np.inf)
+        self.stuck.append(0)
+        self.pending = self.pending[:0]
+
+    # --- clusters ---
+
+    def _clusters(self, triangles: np.ndarray, begin: np.ndarray) -> tuple[Clusters, np.ndarray]:
+        """(clusters of the triangles, int64: the first cluster of each group)."""
+        made, disk_begin, cluster_begin, group_begin = _codec.generate_in_groups(
+            triangles,
+            begin.astype(np.uint32),
+            self.surface.position_ids,
+            self.surface.points,
+            **self.generation,
+        )
+        return (
+            Clusters(made, disk_begin.astype(np.int64), cluster_begin.astype(np.int64)),
+            group_begin.astype(np.int64),
+        )
+
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Spheres around the clusters: float64[N, 3] and float64[N]; morph targets included."""
+        corners = self.clusters.triangles.reshape(-1)
+        first = 3 * self.clusters.triangle_begin[:-1]
+        low = np.full((self.clusters.count, 3), np.inf)
+        high = -low
+        for points in [self.surface.points, *self.surface.morphed]:
+            low = np.minimum(low, np.minimum.reduceat(points[corners], first))
+            high = np.maximum(high, np.maximum.reduceat(points[corners], first))
+        centre = (low + high) / 2
+        return centre, np.linalg.norm(high - centre, axis=1)
+
+    # --- grouping ---
+
+    def _parts(self, here: Clusters) -> Parts:
+        """Groups of the pending clusters, along a Hilbert curve. Numbers are places in `pending`.
+
+        The partitioner joins only clusters that share vertices: smaller parts are joined along the
+        curve.
+        """
+        if here.count <= min(self.group_size * LARGEST_PART, MAX_CLUSTERS):
+            return [np.arange(here.count)]
+        corners = self.surface.position_ids[here.triangles.reshape(-1)]
+        counts = 3 * np.diff(here.triangle_begin)
+        part = simplifier.partition(
+            corners, counts.astype(np.uint32), len(self.vertex_at), self.group_size
+        )
+        order = np.argsort(part, kind="stable")
+        parts = np.split(order, np.flatnonzero(np.diff(part[order])) + 1)
+        middles = np.array([self.centre[self.pending[p]].mean(axis=0) for p in parts])
+        on_curve = [parts[i] for i in _codec.hilbert_order(middles.astype(np.float32))]
+        return self._joined(on_curve)
+
+    def _joined(self, parts: Parts) -> Parts:
+        limit = min(self.group_size * LARGEST_PART, MAX_CLUSTERS)
+        result: Parts = []
+        small: int | None = None  # place of the last one that is too small
+        for part in parts:
+            for piece in np.split(part, range(MAX_CLUSTERS, len(part), MAX_CLUSTERS)):
+                if small is not None and len(result[small]) + len(piece) <= limit:
+                    result[small] = np.concatenate([result[small], piece])
+                else:
+                    result.append(piece)
+                    small = len(result) - 1 if len(piece) < self.group_size / 2 else small
+                if small is not None and len(result[small]) >= self.group_size / 2:
+                    small = None
+        return result
+
+    def _triangles_of(self, here: Clusters, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
+        """(canonical triangles of one part after the other, begins). Drops those without extent."""
+        ordered = members(here.triangle_begin, np.concatenate(parts))
+        triangles = self.surface.canonical[here.triangles[ordered]]
+        sizes = np.diff(here.triangle_begin)
+        owner = np.repeat(np.arange(len(parts)), [sizes[p].sum() for p in parts])
+        keep = ~self._flat(triangles)
+        counts = np.bincount(owner[keep], minlength=len(parts))
+        return np.ascontiguousarray(triangles[keep]), begins(counts)
+
+    def _flat(self, triangles: np.ndarray) -> np.ndarray:
+        """bool[T]: whether a triangle has two corners at one position."""
+        a, b, c = self.surface.position_ids[triangles].T
+        flat: np.ndarray = (a == b) | (b == c) | (c == a)
+        return flat
+
+    # --- simplification ---
+
+    def _locked(self, triangles: np.ndarray, begin: np.ndarray) -> np.ndarray:
+        """uint8[V]: 1 for vertices at positions that two groups share."""
+        owner = np.repeat(np.arange(len(begin) - 1), 3 * np.diff(begin))
+        ids = self.surface.position_ids[triangles.reshape(-1)]
+        last = np.empty(len(self.vertex_at), np.int64)
+        last[ids] = owner
+        shared = np.zeros(len(self.vertex_at), np.uint8)
+        shared[ids[last[ids] != owner]] = 1
+        locked: np.ndarray = shared[self.surface.position_ids]
+        return locked
+
+    def _simplified(
+        self, before: np.ndarray, begin: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(triangles, begins, error of each group); infinite errors for groups that are stuck.
+
+        The errors are the largest distances found between the group's two surfaces.
+        """
+        locked = self._locked(before, begin)
+        with ThreadPoolExecutor(self.threads or None) as pool:
+            results = list(
+                pool.map(
+                    lambda g: self._reduced(before[begin[g] : begin[g + 1]], locked),
+                    range(len(begin) - 1),
+                )
+            )
+        is_stuck = np.array([not 0 < len(r) <= STUCK * n for r, n in zip(results, np.diff(begin))])
+        after = np.concatenate(results)
+        after_begin = begins(np.array([len(r) for r in results]))
+        error = np.full(len(results), np.inf)
+        solved = np.flatnonzero(~is_stuck)
+        if len(solved):
+            error[solved] = self._distances(before, begin, after, after_begin, solved)
+        return after, after_begin, error
+
+    def _distances(
+        self,
+        before: np.ndarray,
+        begin: np.ndarray,
+        after: np.ndarray,
+        after_begin: np.ndarray,
+        groups: np.ndarray,
+    ) -> np.ndarray:
+        """float64: the largest distance of each group, also with each morph target."""
+        was, was_begin = before[members(begin, groups)], begins(np.diff(begin)[groups])
+        now, now_begin = after[members(after_begin, groups)], begins(np.diff(after_begin)[groups])
+        found = [
+            _codec.group_distances(
+                points,
+                was,
+                was_begin.astype(np.uint32),
+                now,
+                now_begin.astype(np.uint32),
+                threads=self.threads,
+            )
+            for points in [self.surface.points, *self.surface.morphed]
+        ]
+        largest: np.ndarray = np.max(found, axis=0)
+        return largest.astype(np.float64)
+
+    def _reduced(self, triangles: np.ndarray, locked: np.ndarray) -> np.ndarray:
+        """The group's triangles simplified; where seams hold it back, without them."""
+        surface = self.surface
+        target = max(round(len(triangles) / self.reduction), 1)
+        result = simplifier.simplify(
+            triangles, surface.points, surface.attributes, surface.weights, locked, target
+        )
+        if len(result) > RETRY * len(triangles):
+            joined = self.vertex_at[surface.position_ids[triangles]]
+            again = simplifier.simplify(
+                joined, surface.points, surface.attributes, surface.weights[:0], locked, target
+            )
+            result = min(result, again, key=len)
+        return np.ascontiguousarray(result[~self._flat(result)])
+
+    # --- the next level ---
+
+    def _replace(
+        self,
+        parts: Parts,
+        level: int,
+        after: np.ndarray,
+        after_begin: np.ndarray,
+        error: np.ndarray,
+        is_stuck: np.ndarray,
+    ) -> None:
+        """Makes groups of the parts that are not stuck, and clusters of what replaces them."""
+        replaced = np.flatnonzero(~is_stuck)
+        numbers = [self._add_group(parts[g], level, error[g]) for g in replaced]
+        triangles = np.ascontiguousarray(after[members(after_begin, replaced)])
+        new, group_begin = self._clusters(triangles, begins(np.diff(after_begin)[replaced]))
+        made_from = np.repeat(np.array(numbers), np.diff(group_begin))
+        first = self.clusters.count
+        self.clusters = self.clusters.followed_by(new)
+        self.refined = np.concatenate([self.refined, made_from])
+        self.group = np.concatenate([self.group, np.full(new.count, -1)])
+        spheres = [self.groups[g] for g in made_from]
+        self.centre = np.concatenate([self.centre, [s[2] for s in spheres]])
+        self.radius = np.concatenate([self.radius, [s[3] for s in spheres]])
+        waiting = [self.pending[parts[g]] for g in np.flatnonzero(is_stuck)]
+        self.pending = np.concatenate([*waiting, np.arange(first, self.clusters.count)])
+
+    def _error_below(self, clusters: np.ndarray) -> float:
+        """The largest error of the groups that these clusters were made from."""
+        finer = self.refined[clusters]
+        return max((self.groups[g][1] for g in np.unique(finer[finer >= 0])), default=0.0)
+
+    def _add_group(self, part: np.ndarray, level: int, error: float) -> int:
+        """Makes a group of these places in `pending`. Returns its number."""
+        clusters = self.pending[part]
+        number = len(self.groups)
+        centre, radius = _enclosing(self.centre[clusters], self.radius[clusters])
+        self.groups.append((level, error, centre, radius))
+        self.group[clusters] = number
+        return number
+
+
+def _enclosing(centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, float]:
+    """A sphere that encloses spheres."""
+    low, high = (centres - radii[:, None]).min(axis=0), (centres + radii[:, None]).max(axis=0)
+    centre = (low + high) / 2
+    return centre, float((np.linalg.norm(centres - centre, axis=1) + radii).max())
+
+
+def _without_empty(parts: Parts, triangles: np.ndarray) -> Parts:
+    """Joins groups without a triangle that has extent to the one before, or after."""
+    result: Parts = []
+    is_empty = False
+    for part, count in zip(parts, triangles):
+        if result and (count == 0 or is_empty):
+            result[-1] = np.concatenate([result[-1], part])
+            is_empty = is_empty and count == 0
+        else:
+            result.append(part)
+            is_empty = count == 0
+    return result
+
+
+def _merged(
+    before: np.ndarray,
+    begin: np.ndarray,
+    after: np.ndarray,
+    after_begin: np.ndarray,
+    take_before: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The triangles and begins of `after`, for some groups those of `before`."""
+    pieces = [
+        before[begin[g] : begin[g + 1]] if stuck else after[after_begin[g] : after_begin[g + 1]]
+        for g, stuck in enumerate(take_before)
+    ]
+    return np.concatenate(pieces), begins(np.array([len(p) for p in pieces]))

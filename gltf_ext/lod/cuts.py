@@ -1,0 +1,121 @@
+"""Cuts: which clusters are drawn, for a camera, an error or a level.
+
+The rule: spec/EXT_meshlet_lod.md, section "Cuts".
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gltf_ext.lod.tables import Tables
+
+NEAR = 1e-6  # least distance to a sphere, as a share of the viewer's distance to its centre
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera, in the coordinates of the primitive's POSITION.
+
+    Attributes:
+        eye: its position; None for an orthographic one.
+        pixels_per_unit: height of the picture in pixels, over that of the view at distance one
+            (perspective) or of the view (orthographic).
+    """
+
+    eye: tuple[float, float, float] | None
+    pixels_per_unit: float
+
+    @classmethod
+    def perspective(
+        cls, eye: tuple[float, float, float], vertical_degrees: float, height: int
+    ) -> View:
+        """vertical_degrees: the whole angle of view; height: of the picture in pixels."""
+        return cls(eye, height / (2.0 * math.tan(math.radians(vertical_degrees) / 2.0)))
+
+    def pixels(self, tables: Tables) -> np.ndarray:
+        """float64[G]: the error of each group on the screen, at the nearest point of its sphere."""
+        groups = tables.groups
+        error = groups["error"].astype(np.float64)
+        if self.eye is None:
+            return error * self.pixels_per_unit
+        distance = np.linalg.norm(groups["centre"] - np.asarray(self.eye, np.float64), axis=1)
+        nearest = np.maximum(distance - groups["radius"], NEAR * distance)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            pixels = error * self.pixels_per_unit / nearest
+        return np.where(error > 0.0, np.where(nearest > 0.0, pixels, np.inf), 0.0)
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Clusters to draw.
+
+    Attributes:
+        active: bool[G]: groups of which clusters may be drawn.
+        drawn: bool[C]: clusters to draw, numbered through all pages.
+        pages: int64: the pages that the drawn clusters are in, in order.
+        loaded: int64: the pages that a reader holds for this cut: those of all active groups.
+    """
+
+    active: np.ndarray
+    drawn: np.ndarray
+    pages: np.ndarray
+    loaded: np.ndarray
+
+
+def active_groups(tables: Tables, needed: np.ndarray) -> np.ndarray:
+    """bool[G]: the needed groups whose coarser groups are all active.
+
+    needed: bool[G]; must not hold groups whose page is not resident.
+    """
+    active: np.ndarray = needed.copy()
+    begin, finer = tables.run_begin, tables.run_group
+    # Coarse to fine; groups of level 0, the most, have no runs.
+    for g in range(int(tables.pages["firstGroup"][tables.coarse_pages])):
+        if not active[g]:
+            active[finer[begin[g] : begin[g + 1]]] = False
+    return active
+
+
+def cut_of(tables: Tables, needed: np.ndarray) -> Cut:
+    """The cut for needed groups: a cluster is drawn if its group is active, and the group that it
+    was made from is not."""
+    active = active_groups(tables, needed)
+    refined = tables.cluster_refined
+    drawn = active[tables.cluster_group] & ~(active[refined] & (refined >= 0))
+    pages = tables.groups["page"].astype(np.int64)
+    return Cut(
+        active, drawn, np.unique(pages[tables.cluster_group[drawn]]), np.unique(pages[active])
+    )
+
+
+def cut_for_view(
+    tables: Tables, view: View, max_pixels: float, resident: np.ndarray | None = None
+) -> Cut:
+    """The coarsest cut whose error is at most max_pixels on the screen.
+
+    resident: bool[P], pages in memory; coarser clusters stand in for those that are not.
+    """
+    needed = view.pixels(tables) > max_pixels
+    if resident is not None:
+        needed &= resident[tables.groups["page"]]
+    return cut_of(tables, needed)
+
+
+def cut_at_error(tables: Tables, error: float) -> Cut:
+    """The coarsest cut whose error is at most this one, in units of POSITION."""
+    return cut_of(tables, tables.groups["error"].astype(np.float64) > error)
+
+
+def cut_at_level(tables: Tables, level: int) -> Cut:
+    """A level as a whole: the groups of this level and coarser ones. The coarsest for more."""
+    is_top = np.isinf(tables.groups["error"])
+    return cut_of(tables, is_top | (tables.group_level >= level))
+
+
+def error_of(tables: Tables, cut: Cut) -> float:
+    """The largest error of the groups that are replaced in a cut."""
+    replaced = tables.groups["error"][~cut.active]
+    return float(replaced.max(initial=0.0))

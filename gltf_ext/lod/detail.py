@@ -1,0 +1,75 @@
+"""A level or an error, as users give it, and primitives at that detail."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from gltf_ext.compression.extension import Compressed
+from gltf_ext.compression.primitives import Primitive
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import Document, named_indices
+from gltf_ext.lod.cuts import cut_at_error, cut_at_level
+from gltf_ext.lod.reading import read_lod
+
+
+@dataclass(frozen=True)
+class Detail:
+    """How much of a primitive to decode: all of it if both are None.
+
+    Attributes:
+        level: 0 is the finest.
+        error: in units of POSITION; is_share: times the longest side of the bounding box.
+    """
+
+    level: int | None = None
+    error: float | None = None
+    is_share: bool = False
+
+    @classmethod
+    def of(cls, level: int | None, error: float | str | None) -> Detail:
+        """From what a user gave. Raises MeshletError."""
+        if level is not None and error is not None:
+            raise MeshletError(
+                "level and error both choose the detail", "give one", options=("level", "error")
+            )
+        if level is not None and (not isinstance(level, int) or level < 0):
+            raise MeshletError(f"level is {level!r}", "use 0 or more", options=("level",))
+        if error is None:
+            return cls(level)
+        text = str(error).strip()
+        try:
+            value = float(text.removesuffix("%"))
+        except ValueError:
+            value = math.nan
+        if not 0.0 <= value < math.inf:
+            raise MeshletError(
+                f"error is {error!r}", "use a number of model units, or 0.1%", options=("error",)
+            )
+        is_share = text.endswith("%")
+        return cls(None, value / 100.0 if is_share else value, is_share)
+
+    def mesh(self, document: Document, compressed: Compressed) -> Primitive:
+        """The primitive at this detail; one without levels as it is. Raises MeshletError."""
+        if not self.level and self.error is None:
+            return compressed.decode()
+        primitive = read_lod(document, compressed)
+        if primitive is None:
+            return compressed.decode()
+        if self.level is not None:
+            return primitive.mesh(cut_at_level(primitive.tables, self.level))
+        assert self.error is not None
+        error = self.error * (_longest_side(document, compressed) if self.is_share else 1.0)
+        return primitive.mesh(cut_at_error(primitive.tables, error))
+
+
+def _longest_side(document: Document, compressed: Compressed) -> float:
+    """Of the bounding box that the POSITION accessor states."""
+    primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
+    accessor = document.accessors[named_indices(primitive.attributes)["POSITION"]]
+    low, high = accessor.min, accessor.max
+    if not low or not high or len(low) != 3 or len(high) != 3:
+        raise MeshletError(
+            f"{compressed.where}: POSITION has no bounds", "compress the original again"
+        )
+    return float(max(b - a for a, b in zip(low, high)))

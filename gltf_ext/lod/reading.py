@@ -1,0 +1,215 @@
+"""Reads EXT_meshlet_lod: the tables and pages of each primitive, and meshes of cuts."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from gltf_ext import _codec
+from gltf_ext.compression.extension import (
+    Compressed,
+    compressed_primitives,
+    malformed,
+    require_compressed,
+)
+from gltf_ext.compression.primitives import Primitive
+from gltf_ext.compression.streams import FLOAT32, GRID, Stream, streams_of, to_accessor
+from gltf_ext.errors import MeshletError, blaming
+from gltf_ext.gltf.document import Document, item
+from gltf_ext.gltf.importers import open_model
+from gltf_ext.lod.cuts import Cut
+from gltf_ext.lod.ranges import begins, members
+from gltf_ext.lod.tables import EXTENSION, VERSION, Tables, read_tables
+
+COUNTS = ("pageCount", "coarsePageCount", "groupCount", "runCount")
+
+
+@dataclass
+class LodPrimitive:
+    """A compressed primitive with levels.
+
+    Attributes:
+        compressed: level 0, as EXT_meshlet_edgebreaker describes it.
+        tables: the hierarchy.
+        coarse: the bytes of the coarse pages, one after the other.
+    """
+
+    compressed: Compressed
+    tables: Tables
+    coarse: bytes
+
+    def page(self, number: int) -> bytes:
+        """The blob of a page."""
+        begin = self.tables.page_begin
+        first, last = int(begin[number]), int(begin[number + 1])
+        if number < self.tables.coarse_pages:
+            return self.coarse[first:last]
+        return self.compressed.blob[first - len(self.coarse) : last - len(self.coarse)]
+
+    @cached_property
+    def cluster_triangles(self) -> np.ndarray:
+        """int64[C]: number of triangles of each cluster. Reads all pages' headers."""
+        headers = [_codec.read_header(self.page(p)) for p in range(len(self.tables.pages))]
+        counts = np.concatenate([h.meshlet_triangles for h in headers]).astype(np.int64)
+        if len(counts) != self.tables.cluster_begin[-1]:
+            raise self.malformed("its pages do not have the clusters of its groups")
+        return counts
+
+    def malformed(self, problem: str) -> MeshletError:
+        return malformed(f"{EXTENSION} of {self.compressed.where}", problem)
+
+    def mesh(self, cut: Cut) -> Primitive:
+        """The triangles of a cut with all attributes. Decodes the pages of its clusters.
+
+        Vertices on borders of pages are stored once for each page. Raises MeshletError.
+        """
+        triangles: list[np.ndarray] = []
+        values: list[list[np.ndarray]] = []
+        count = 0
+        for page in cut.pages:
+            corners, vertices = self._drawn_of(int(page), cut.drawn)
+            used, local = np.unique(corners, return_inverse=True)
+            triangles.append(local.reshape(-1, 3).astype(np.uint32) + np.uint32(count))
+            values.append([v[used] for v in vertices])
+            count += len(used)
+        joined = [np.concatenate(column) for column in zip(*values)]
+        return self._primitive(np.concatenate(triangles), joined)
+
+    def _drawn_of(self, page: int, drawn: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+        """(triangles to draw in the page's vertices, its values)."""
+        self.check_page(page)
+        first, last = self._groups_of(page)
+        blob = self.page(page)
+        try:
+            triangles, values = _codec.decode_values(blob, threads=1)
+        except ValueError as error:
+            raise self.malformed(f"page {page}: {error}") from None
+        begin = self.tables.cluster_begin
+        chosen = np.flatnonzero(drawn[begin[first] : begin[last]])
+        triangle_begin = begins(_codec.read_header(blob).meshlet_triangles)
+        return triangles[members(triangle_begin, chosen)], values
+
+    def _primitive(self, triangles: np.ndarray, values: list[np.ndarray]) -> Primitive:
+        compressed = self.compressed
+
+        def arrays(group: dict[str, Any]) -> dict[str, np.ndarray]:
+            return {
+                name: to_accessor(
+                    [values[s] for s in streams_of(first, form[1], compressed.streams)], form[0]
+                )
+                for name, (first, form) in group.items()
+            }
+
+        return Primitive(
+            compressed.mesh,
+            compressed.primitive,
+            triangles,
+            arrays(compressed.attributes),
+            [arrays(t) for t in compressed.targets],
+        )
+
+    def check_page(self, number: int) -> None:
+        """Compares a page's header with the tables and level 0. Raises MeshletError."""
+        try:
+            blob = self.page(number)
+            header = _codec.read_header(blob)
+            streams = [Stream.from_row(row) for row in _codec.Decoder(blob).streams]
+        except ValueError as error:
+            raise self.malformed(f"page {number}: {error}") from None
+        row, begin = self.tables.pages[number], self.tables.cluster_begin
+        first, last = self._groups_of(number)
+        stated = (row["triangles"], row["vertices"], begin[last] - begin[first])
+        if (header.triangle_count, header.vertex_count, header.meshlet_count) != stated:
+            raise self.malformed(f"page {number} has other counts than the tables say")
+        if not _same_streams(streams, self.compressed.streams):
+            raise self.malformed(f"page {number} has other streams than level 0")
+
+    def _groups_of(self, page: int) -> tuple[int, int]:
+        """The page's first group, and the next page's."""
+        first = np.append(self.tables.pages["firstGroup"], len(self.tables.groups))
+        return int(first[page]), int(first[page + 1])
+
+
+def _same_streams(streams: list[Stream], others: list[Stream]) -> bool:
+    """Whether values mean the same: predictors may differ."""
+
+    def meaning(stream: Stream) -> tuple[Any, ...]:
+        grid = (stream.step, tuple(stream.offset)) if stream.kind in (GRID, FLOAT32) else ()
+        return (stream.kind, stream.components, stream.bits, *grid)
+
+    return list(map(meaning, streams)) == list(map(meaning, others))
+
+
+def open_lod(path: str | os.PathLike[str]) -> list[LodPrimitive | Compressed]:
+    """Every compressed primitive of a file, in order of (mesh, primitive): with its levels, or as
+    it is when it has none.
+
+    Raises MeshletError when the file or its tables are malformed, OSError when it cannot be read.
+    """
+    with blaming(path):
+        document = open_model(path)
+        return [read_lod(document, c) or c for c in require_compressed(document)]
+
+
+def read_lod(document: Document, compressed: Compressed) -> LodPrimitive | None:
+    """The primitive's levels; None without the extension, or with an unknown version of it.
+
+    Checks the tables, and that they describe all blobs of level 0. Raises MeshletError.
+    """
+    primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
+    extension = (primitive.extensions or {}).get(EXTENSION)
+    if extension is None:
+        return None
+    where = f"{EXTENSION} of {compressed.where}"
+    if not isinstance(extension, dict):
+        raise malformed(where, "is not an object")
+    if extension.get("version") != VERSION:
+        return None
+    try:
+        counts = [_count(extension, name) for name in COUNTS]
+        tables = read_tables(
+            _bytes(document, extension), (counts[0], counts[1], counts[2], counts[3])
+        )
+        coarse = _bytes(document, extension.get("pages"))
+        _check_lengths(tables, coarse, compressed)
+    except ValueError as error:
+        text = error.message if isinstance(error, MeshletError) else str(error)
+        raise MeshletError(f"{compressed.where}: {text}") from None
+    return LodPrimitive(compressed, tables, coarse)
+
+
+def levels_of(document: Document) -> list[LodPrimitive]:
+    """The primitives with levels. Raises MeshletError."""
+    read = [read_lod(document, compressed) for compressed in compressed_primitives(document)]
+    return [primitive for primitive in read if primitive is not None]
+
+
+def _count(extension: dict[str, Any], name: str) -> int:
+    value = extension.get(name)
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 1 << 32:
+        raise MeshletError(f"{EXTENSION} has no valid {name}", "compress the original again")
+    return value
+
+
+def _bytes(document: Document, holder: Any) -> bytes:
+    """The bytes of the buffer view that an object names."""
+    index = holder.get("bufferView") if isinstance(holder, dict) else None
+    item(document.bufferViews, index, "bufferView")
+    return bytes(document.bytes_of_view(index))
+
+
+def _check_lengths(tables: Tables, coarse: bytes, compressed: Compressed) -> None:
+    """Raises ValueError unless the pages are exactly the blobs of both views."""
+    sizes = tables.pages["byteLength"]
+    for kind, data, expected in (
+        ("coarse pages", coarse, sizes[: tables.coarse_pages]),
+        ("pages of level 0", compressed.blob, sizes[tables.coarse_pages :]),
+    ):
+        if [size for _, size in _codec.split(data)] != expected.tolist():
+            raise ValueError(
+                f"{EXTENSION} does not describe its {kind}; compress the original again"
+            )

@@ -1,0 +1,180 @@
+"""The parts of inspect, verify and validate that concern levels of detail."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pygltflib
+
+from gltf_ext import _codec
+from gltf_ext.compression.extension import EXTENSION as EDGEBREAKER
+from gltf_ext.compression.extension import compressed_primitives
+from gltf_ext.compression.primitives import Primitive
+from gltf_ext.gltf.document import Document
+from gltf_ext.lod.cuts import cut_at_level, error_of
+from gltf_ext.lod.reading import LodPrimitive, levels_of, read_lod
+from gltf_ext.lod.tables import EXTENSION
+
+SAMPLES = 50_000  # of a surface, for measured errors
+WITHIN = 99.9  # percent of the samples that a stated error must hold
+
+Report = dict[str, Any]
+
+
+def describe_levels(document: Document) -> list[Report]:
+    """What inspect shows of each primitive with levels. Primitives that share data count once.
+
+    Raises MeshletError.
+    """
+    described: dict[int, Report] = {}
+    for primitive in levels_of(document):
+        described.setdefault(primitive.compressed.view, _describe(primitive))
+    return list(described.values())
+
+
+def _describe(primitive: LodPrimitive) -> Report:
+    tables = primitive.tables
+    triangles = primitive.cluster_triangles
+    level = tables.group_level[tables.cluster_group]
+    waits = _waiting(primitive)
+    share = triangles / np.bincount(_page_of(primitive), triangles)[_page_of(primitive)]
+    page_bytes = tables.pages["byteLength"][_page_of(primitive)] * share
+    return {
+        "mesh": primitive.compressed.mesh,
+        "primitive": primitive.compressed.primitive,
+        "table_bytes": len(tables.to_bytes()),
+        "page_bytes": int(tables.page_begin[-1]),
+        "pages": len(tables.pages),
+        "root_pages": tables.root_pages,
+        "largest_page": int(tables.pages["byteLength"].max()),
+        "levels": [
+            {
+                "triangles": int(primitive_triangles(primitive, k)),
+                "stored_triangles": int(triangles[level == k].sum()),
+                "clusters": int((level == k).sum()),
+                "groups": int((tables.group_level == k).sum()),
+                "stuck_triangles": int(triangles[waits & (level == k)].sum()),
+                "bytes": round(float(page_bytes[level == k].sum())),
+                "error": error_of(tables, cut_at_level(tables, k)),
+            }
+            for k in range(tables.level_count)
+        ],
+    }
+
+
+def primitive_triangles(primitive: LodPrimitive, level: int) -> int:
+    """Triangles of a level as a whole."""
+    drawn = cut_at_level(primitive.tables, level).drawn
+    return int(primitive.cluster_triangles[drawn].sum())
+
+
+def _page_of(primitive: LodPrimitive) -> np.ndarray:
+    """int64[C]: the page of each cluster."""
+    pages: np.ndarray = primitive.tables.groups["page"][primitive.tables.cluster_group]
+    return pages.astype(np.int64)
+
+
+def _waiting(primitive: LodPrimitive) -> np.ndarray:
+    """bool[C]: clusters that could not be simplified where they were made: copied from level 0, or
+    grouped again one level up or more."""
+    tables = primitive.tables
+    group, refined = tables.cluster_group, tables.cluster_refined
+    copied = (refined < 0) & (tables.groups["error"][group] == 0.0)
+    later = (refined >= 0) & (tables.group_level[group] > tables.group_level[refined] + 1)
+    waiting: np.ndarray = copied | later
+    return waiting
+
+
+# --- validate ---
+
+
+def lod_problems(document: Document) -> list[str]:
+    """Problems of the tables and pages of all primitives, one line each."""
+    problems = []
+    users = [
+        p for mesh in document.meshes for p in mesh.primitives if EXTENSION in (p.extensions or {})
+    ]
+    if users and EXTENSION not in document.extensionsUsed:
+        problems.append(f"extensionsUsed lacks {EXTENSION}")
+    if EXTENSION in document.extensionsRequired:
+        problems.append(f"extensionsRequired lists {EXTENSION}, which is optional")
+    if any(not _is_compressed(p) for p in users):
+        problems.append(f"{EXTENSION} is on a primitive without {EDGEBREAKER}")
+    try:
+        for compressed in compressed_primitives(document):
+            primitive = read_lod(document, compressed)
+            if primitive is not None:
+                for page in range(len(primitive.tables.pages)):
+                    primitive.check_page(page)
+                _codec.validate(primitive.coarse)
+    except ValueError as error:
+        problems.append(str(error))
+    return problems
+
+
+def _is_compressed(primitive: pygltflib.Primitive) -> bool:
+    return EDGEBREAKER in (primitive.extensions or {})
+
+
+# --- verify ---
+
+
+def measure_levels(document: Document, samples: int = SAMPLES) -> list[Report]:
+    """Stated errors and distances measured at surface samples, for each level but 0.
+
+    Raises MeshletError.
+    """
+    measured = {}
+    for primitive in levels_of(document):
+        if primitive.compressed.view not in measured:
+            measured[primitive.compressed.view] = _measure(primitive, samples)
+    return [level for levels in measured.values() for level in levels]
+
+
+def _measure(primitive: LodPrimitive, samples: int) -> list[Report]:
+    finest = primitive.compressed.decode()
+    result = []
+    for level in range(1, primitive.tables.level_count):
+        cut = cut_at_level(primitive.tables, level)
+        distances = surface_distances(finest, primitive.mesh(cut), samples)
+        stated = error_of(primitive.tables, cut)
+        result.append(
+            {
+                "mesh": primitive.compressed.mesh,
+                "primitive": primitive.compressed.primitive,
+                "level": level,
+                "triangles": int(primitive.cluster_triangles[cut.drawn].sum()),
+                "stated_error": stated,
+                "measured_error": float(np.percentile(distances, WITHIN)),
+                "largest_distance": float(distances.max()),
+                "share_within": float((distances <= stated).mean()),
+            }
+        )
+    return result
+
+
+def surface_distances(first: Primitive, second: Primitive, samples: int) -> np.ndarray:
+    """float32[2 * samples]: distances of points on each surface to the other one."""
+    both: list[np.ndarray] = []
+    for one, other in ((first, second), (second, first)):
+        positions = other.attributes["POSITION"].astype(np.float32)
+        points = sample_surface(one, samples)
+        both.append(_codec.surface_distances(points, positions, other.indices))
+    return np.concatenate(both)
+
+
+def sample_surface(primitive: Primitive, samples: int) -> np.ndarray:
+    """float32[samples, 3]: points spread by area, the same ones each time."""
+    random = np.random.default_rng(0)
+    corners = primitive.attributes["POSITION"].astype(np.float64)[primitive.indices]
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    if not area.sum() > 0.0:
+        return np.ascontiguousarray(a[:1], np.float32)
+    chosen = random.choice(len(area), samples, p=area / area.sum())
+    u, v = random.random(samples), random.random(samples)
+    beyond = u + v > 1.0
+    u[beyond], v[beyond] = 1.0 - u[beyond], 1.0 - v[beyond]
+    points: np.ndarray = a[chosen] + u[:, None] * (b - a)[chosen] + v[:, None] * (c - a)[chosen]
+    return points.astype(np.float32, copy=False)

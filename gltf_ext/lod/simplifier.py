@@ -1,0 +1,114 @@
+"""The two functions of meshoptimizer that levels are built with, called through ctypes.
+
+The PyPI package meshoptimizer is compiled from its sources on the user's machine. Its extension
+module exports the C functions; its Python part wraps neither partitionClusters nor, with locked
+vertices, simplifyWithAttributes. ctypes releases the interpreter lock during a call. The version is
+pinned (optional dependencies "lod" in pyproject.toml): results would change with another one, and
+later ones have other parameters. Nothing of meshoptimizer is part of this package; its licence
+(MIT, Arseny Kapoulkine) comes with its own.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.machinery
+import importlib.metadata
+import importlib.util
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from gltf_ext.errors import MeshletError
+
+VERSION = "0.2.30a0"
+MAX_ATTRIBUTES = 32  # floats per vertex
+# meshopt_SimplifySparse: triangles use few of the vertices. meshopt_SimplifyErrorAbsolute.
+SPARSE, ERROR_ABSOLUTE = 2, 4
+NO_ERROR_LIMIT = 1e30
+
+
+def require_simplifier() -> None:
+    """Raises MeshletError when meshoptimizer is missing or of another version."""
+    _library()
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    remedy = f"install it: pip install meshoptimizer=={VERSION}"
+    found = importlib.util.find_spec("meshoptimizer")
+    if found is None or found.origin is None:
+        raise MeshletError("levels of detail need the package meshoptimizer", remedy)
+    version = importlib.metadata.version("meshoptimizer")
+    if version != VERSION:
+        raise MeshletError(f"meshoptimizer {version} cannot build levels of detail", remedy)
+    folder = Path(found.origin).parent
+    for suffix in importlib.machinery.EXTENSION_SUFFIXES:
+        path = folder / f"_meshoptimizer{suffix}"
+        if path.exists():
+            library = ctypes.CDLL(str(path))
+            library.meshopt_simplifyWithAttributes.restype = ctypes.c_size_t
+            library.meshopt_partitionClusters.restype = ctypes.c_size_t
+            return library
+    raise MeshletError("the package meshoptimizer lacks its compiled module", remedy)
+
+
+def _pointer(array: np.ndarray, dtype: type[np.generic]) -> ctypes.c_void_p:
+    assert array.flags.c_contiguous and array.dtype == dtype
+    return array.ctypes.data_as(ctypes.c_void_p)
+
+
+def simplify(
+    triangles: np.ndarray,
+    positions: np.ndarray,
+    attributes: np.ndarray,
+    weights: np.ndarray,
+    locked: np.ndarray,
+    target: int,
+) -> np.ndarray:
+    """Collapses edges onto existing vertices until at most `target` triangles are left.
+
+    triangles: uint32[T, 3]; positions: float32[V, 3]; attributes: float32[V, A] with weights
+    float32[A], which count in the choice of edges; locked: uint8[V], 1 for vertices that stay.
+    Returns uint32[N, 3].
+    """
+    result = np.empty(triangles.size, np.uint32)
+    error = ctypes.c_float()
+    used = len(weights)
+    count = _library().meshopt_simplifyWithAttributes(
+        _pointer(result, np.uint32),
+        _pointer(triangles, np.uint32),
+        ctypes.c_size_t(triangles.size),
+        _pointer(positions, np.float32),
+        ctypes.c_size_t(len(positions)),
+        ctypes.c_size_t(positions.strides[0]),
+        _pointer(attributes, np.float32) if used else None,
+        ctypes.c_size_t(attributes.strides[0] if used else 0),
+        _pointer(weights, np.float32) if used else None,
+        ctypes.c_size_t(used),
+        _pointer(locked, np.uint8),
+        ctypes.c_size_t(3 * target),
+        ctypes.c_float(NO_ERROR_LIMIT),
+        ctypes.c_uint(SPARSE | ERROR_ABSOLUTE),
+        ctypes.byref(error),
+    )
+    return result[:count].reshape(-1, 3)
+
+
+def partition(indices: np.ndarray, counts: np.ndarray, vertices: int, size: int) -> np.ndarray:
+    """Groups clusters that share vertices, about `size` in a group.
+
+    indices: uint32, the vertices of one cluster after the other; counts: uint32 per cluster.
+    Returns the group of each cluster, uint32[N].
+    """
+    groups = np.zeros(len(counts), np.uint32)
+    _library().meshopt_partitionClusters(
+        _pointer(groups, np.uint32),
+        _pointer(indices, np.uint32),
+        ctypes.c_size_t(len(indices)),
+        _pointer(counts, np.uint32),
+        ctypes.c_size_t(len(counts)),
+        ctypes.c_size_t(vertices),
+        ctypes.c_size_t(size),
+    )
+    return groups

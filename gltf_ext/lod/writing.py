@@ -1,0 +1,439 @@
+"""Encodes a primitive with its levels, and adds them to a document."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pygltflib
+
+from gltf_ext import _codec
+from gltf_ext.compression.primitives import Primitive, position_ids
+from gltf_ext.compression.streams import Plan, Stream, semantic
+from gltf_ext.gltf.buffer_layout import map_views
+from gltf_ext.gltf.document import Document
+from gltf_ext.lod import simplifier
+from gltf_ext.lod.builder import Clusters, Hierarchy, Surface, build
+from gltf_ext.lod.paging import Pages, pack
+from gltf_ext.lod.ranges import begins, members
+from gltf_ext.lod.tables import (
+    EXTENSION,
+    GROUP,
+    MAX_GROUPS,
+    PAGE,
+    VERSION,
+    Tables,
+)
+from gltf_ext.progress import Advance
+
+# Weights of attributes in the choice of edges, beside positions in a box of size 1. Normals: at
+# 0.5, igea draws a fifth more triangles for the same error; at 0.05, shading changes visibly.
+ATTRIBUTE_WEIGHTS = {"NORMAL": 0.2, "TEXCOORD": 0.5, "COLOR": 0.5}
+MORPH_WEIGHT = 1.0
+MOST_WEIGHED = 16  # floats per vertex; meshoptimizer takes no more
+SMALLEST_GROUP = 4  # clusters; where groups are larger than a page, they are made smaller
+BUILD_SHARE = 0.6  # of the progress
+
+
+@dataclass
+class Levels:
+    """The levels of a primitive, encoded.
+
+    Attributes:
+        tables: as in the file; pages: the blobs of all levels but level 0.
+        report: triangles of each level, as `compress` reports them.
+    """
+
+    tables: Tables
+    pages: bytes
+    report: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class LodOptions:
+    """What to build. error_limit: in units of POSITION."""
+
+    reduction: float
+    group_size: int
+    error_limit: float
+    page_bytes: int
+    threads: int
+    generation: dict[str, Any]
+
+
+def encode_with_levels(
+    source: Primitive, plan: Plan, options: LodOptions, progress: Advance | None
+) -> tuple[bytes, dict[str, Any], Levels] | None:
+    """(view of level 0, its statistics as _codec.encode gives them, the other levels).
+
+    None for a primitive that cannot be simplified. Raises MeshletError without meshoptimizer.
+    """
+    simplifier.require_simplifier()
+    surface, stream = _surface(source, plan), plan.streams[0]
+    encoders = _Encoders(source, surface, plan, options.threads)
+    advance = (lambda share: progress(BUILD_SHARE * share)) if progress else None
+    group_size = options.group_size
+    while True:
+        hierarchy = build(
+            surface,
+            options.generation,
+            options.reduction,
+            group_size,
+            options.error_limit / stream.step,
+            options.threads,
+            advance,
+        )
+        if hierarchy is None or len(hierarchy.level) > MAX_GROUPS:
+            return None
+        paged = _paged(hierarchy, encoders, options.page_bytes)
+        too_large = max(map(len, paged.blobs)) > options.page_bytes
+        if not too_large or group_size <= SMALLEST_GROUP:
+            break
+        group_size //= 2
+    if progress:
+        progress(1.0)
+    view, statistics = encoders.statistics(hierarchy, paged)
+    tables = _tables(hierarchy, paged, stream)
+    pages = b"".join(paged.blobs[: paged.coarse])
+    return view, statistics, Levels(tables, pages, _report(hierarchy))
+
+
+def _report(hierarchy: Hierarchy) -> dict[str, Any]:
+    sizes = np.diff(hierarchy.clusters.triangle_begin)
+    level = hierarchy.level[hierarchy.group]
+    triangles = np.bincount(level, sizes, hierarchy.level.max() + 1).astype(np.int64)
+    return {"triangles": triangles.tolist(), "stuck_triangles": hierarchy.stuck}
+
+
+# --- the surface ---
+
+
+def _surface(source: Primitive, plan: Plan) -> Surface:
+    rows = np.concatenate(plan.values, axis=1)
+    ids, count = _codec.weld(np.ascontiguousarray(rows).view(np.uint8))
+    first = np.empty(count, np.uint32)
+    first[ids[::-1]] = np.arange(len(ids) - 1, -1, -1, dtype=np.uint32)
+    cells = np.ascontiguousarray(plan.values[0])
+    points = cells.astype(np.float32)
+    step = plan.streams[0].step
+    moves = [
+        (target["POSITION"] / step).astype(np.float32)
+        for target in source.targets
+        if "POSITION" in target
+    ]
+    attributes, weights = _weighed(source, moves, float(np.ptp(points, axis=0).max()))
+    return Surface(
+        np.ascontiguousarray(source.indices),
+        points,
+        _codec.weld(cells.view(np.uint8))[0],
+        first[ids],
+        attributes,
+        weights,
+        [points + move for move in moves],
+    )
+
+
+def _weighed(
+    source: Primitive, moves: list[np.ndarray], extent: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """(values, weights) of the attributes that count in the choice of edges."""
+    columns = [np.empty((source.vertex_count, 0), np.float32)]
+    weights: list[float] = []
+    weighed = [
+        (
+            values if name == "NORMAL" else _unit(values.astype(np.float32)),
+            ATTRIBUTE_WEIGHTS[semantic(name)],
+        )
+        for name, values in source.attributes.items()
+        if semantic(name) in ATTRIBUTE_WEIGHTS and (name != "NORMAL" or values.dtype.kind == "f")
+    ]
+    weighed += [(move / np.float32(max(extent, 1.0)), MORPH_WEIGHT) for move in moves]
+    for values, weight in weighed:
+        if len(weights) + values.shape[1] <= MOST_WEIGHED:
+            columns.append(values)
+            weights += [weight] * values.shape[1]
+    return np.ascontiguousarray(np.concatenate(columns, axis=1)), np.array(weights, np.float32)
+
+
+def _unit(values: np.ndarray) -> np.ndarray:
+    """The values, scaled to a box of size 1 unless they are smaller."""
+    size = np.float32(max(float(np.ptp(values, axis=0).max()), 1.0))
+    scaled: np.ndarray = values / size
+    return scaled
+
+
+# --- encoding ---
+
+
+@dataclass
+class _Paged:
+    """Pages of all groups. coarse: number of those that do not belong to level 0."""
+
+    pages: Pages
+    blobs: list[bytes]
+    coarse: int
+
+
+class _Encoders:
+    """Encodes pages of level 0 from the source, pages of other levels from vertices of their own.
+
+    Surfaces of two levels lie on each other. So that no edge has four triangles, each level has its
+    own vertices, and so do replacements of groups with an edge that the level has already.
+    """
+
+    def __init__(self, source: Primitive, surface: Surface, plan: Plan, threads: int) -> None:
+        self.source, self.surface, self.plan = source, surface, plan
+        self.threads = threads
+        self.rows = [stream.table_row() for stream in plan.streams]
+        self.positions = np.ascontiguousarray(source.attributes["POSITION"], np.float32)
+        self.position_ids = position_ids(source.attributes["POSITION"])
+
+    def level_0(self, hierarchy: Hierarchy) -> Any:
+        """The encoder of pages of level 0."""
+        ranges = _GroupRanges(hierarchy)
+
+        def encode(pages: Pages) -> tuple[bytes, dict[str, Any]]:
+            chosen, page_begin = ranges.clusters_of(pages)
+            return self._encode(
+                chosen.triangles, self.position_ids, self.positions, self.plan.values, chosen,
+                page_begin,
+            )  # fmt: skip
+
+        return encode
+
+    def coarse(self, hierarchy: Hierarchy) -> Any:
+        """The encoder of pages of all other levels."""
+        ranges = _GroupRanges(hierarchy)
+        vertices, ids, local = _separate(hierarchy, self.surface)
+        positions = self.surface.points[vertices]
+        values = [np.ascontiguousarray(v[vertices]) for v in self.plan.values]
+
+        def encode(pages: Pages) -> tuple[bytes, dict[str, Any]]:
+            chosen, page_begin = ranges.clusters_of(pages)
+            triangles = local[ranges.triangles_of(pages)]
+            return self._encode(triangles, ids, positions, values, chosen, page_begin)
+
+        return encode
+
+    def _encode(
+        self,
+        triangles: np.ndarray,
+        ids: np.ndarray,
+        positions: np.ndarray,
+        values: list[np.ndarray],
+        clusters: Clusters,
+        page_begin: np.ndarray,
+    ) -> tuple[bytes, dict[str, Any]]:
+        view, statistics = _codec.encode(
+            np.ascontiguousarray(triangles),
+            ids,
+            positions,
+            self.rows,
+            values,
+            threads=self.threads,
+            meshlets=(
+                np.arange(len(triangles), dtype=np.uint32),
+                clusters.disk_begin.astype(np.uint32),
+                clusters.cluster_begin.astype(np.uint32),
+                page_begin.astype(np.uint32),
+            ),
+        )
+        return view, statistics
+
+    def statistics(self, hierarchy: Hierarchy, paged: _Paged) -> tuple[bytes, dict[str, Any]]:
+        """(view of level 0, its statistics)."""
+        view = b"".join(paged.blobs[paged.coarse :])
+        generation = {"histogram": (0, 0, 0, 0), "iterations": 0}
+        return view, {**_codec.describe(view), "generation": generation}
+
+
+class _GroupRanges:
+    """The clusters of groups."""
+
+    def __init__(self, hierarchy: Hierarchy) -> None:
+        self.clusters = hierarchy.clusters
+        # By group, then by the group that they were made from: runs.
+        self.order = np.lexsort((hierarchy.refined, hierarchy.group))
+        self.begin = begins(np.bincount(hierarchy.group, minlength=len(hierarchy.level)))
+
+    def numbers_of(self, groups: np.ndarray) -> np.ndarray:
+        """int64: the groups' clusters, one group after the other."""
+        numbers: np.ndarray = self.order[members(self.begin, groups)]
+        return numbers
+
+    def clusters_of(self, pages: Pages) -> tuple[Clusters, np.ndarray]:
+        """(clusters of pages, the first of each page)."""
+        sizes = [int((self.begin[page + 1] - self.begin[page]).sum()) for page in pages]
+        return self.clusters.chosen(self.numbers_of(np.concatenate(pages))), begins(np.array(sizes))
+
+    def triangles_of(self, pages: Pages) -> np.ndarray:
+        """int64: numbers of the triangles in clusters_of(pages)."""
+        return members(self.clusters.triangle_begin, self.numbers_of(np.concatenate(pages)))
+
+
+def _separate(hierarchy: Hierarchy, surface: Surface) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices of their own for each level.
+
+    Returns (vertices of the source, uint32 position ids of them, uint32[T, 3] all triangles in new
+    vertices; those of level 0 are zeros).
+    """
+    clusters = hierarchy.clusters
+    sizes = np.diff(clusters.triangle_begin)
+    first = int(clusters.triangle_begin[np.count_nonzero(hierarchy.refined < 0)])
+    corners = clusters.triangles[first:].reshape(-1).astype(np.int64)
+    level = np.repeat(hierarchy.level[hierarchy.group], 3 * sizes)[3 * first :]
+    made_from = np.repeat(hierarchy.refined, 3 * sizes)[3 * first :]
+    is_clashing = _clashing(corners, level, made_from)[made_from]
+    layer = np.where(is_clashing, int(level.max()) + 1 + made_from, level)
+    count = len(surface.points)
+    keys, local = np.unique(layer * count + corners, return_inverse=True)
+    vertices = keys % count
+    ids = level * count + surface.position_ids[corners]
+    at_vertex = np.empty(len(keys), np.int64)
+    at_vertex[local] = ids
+    triangles = np.zeros((len(clusters.triangles), 3), np.uint32)
+    triangles[first:] = local.reshape(-1, 3)
+    compact = np.unique(at_vertex, return_inverse=True)[1].astype(np.uint32)
+    return vertices, compact, triangles
+
+
+def _clashing(corners: np.ndarray, level: np.ndarray, made_from: np.ndarray) -> np.ndarray:
+    """bool[G]: groups whose replacement has an edge that two triangles of a level pass one way.
+
+    Meshlets were made in each replacement alone, where such an edge may lie inside a disk.
+    """
+    ends = np.roll(corners.reshape(-1, 3), -1, axis=1).reshape(-1)
+    count = int(corners.max()) + 1
+    keys = (level * count + corners) * count + ends
+    _, where, uses = np.unique(keys, return_inverse=True, return_counts=True)
+    clashing = np.zeros(int(made_from.max()) + 1, bool)
+    clashing[made_from[uses[where] > 1]] = True
+    return clashing
+
+
+def _paged(hierarchy: Hierarchy, encoders: _Encoders, limit: int) -> _Paged:
+    triangles = np.bincount(
+        hierarchy.group, np.diff(hierarchy.clusters.triangle_begin), len(hierarchy.level)
+    ).astype(np.int64)
+    by_level = [
+        np.flatnonzero(hierarchy.level == level) for level in range(hierarchy.level.max(), -1, -1)
+    ]
+
+    def pages_of(levels: list[np.ndarray], encode: Any) -> tuple[Pages, list[bytes]]:
+        def encode_pages(pages: Pages) -> list[bytes]:
+            view, _ = encode(pages)
+            return [view[start : start + size] for start, size in _codec.split(view)]
+
+        return pack(levels, triangles, limit, encode_pages)
+
+    coarse, coarse_blobs = pages_of(by_level[:-1], encoders.coarse(hierarchy))
+    fine, fine_blobs = pages_of(by_level[-1:], encoders.level_0(hierarchy))
+    return _Paged(coarse + fine, coarse_blobs + fine_blobs, len(coarse))
+
+
+# --- tables ---
+
+
+def _tables(hierarchy: Hierarchy, paged: _Paged, stream: Stream) -> Tables:
+    """The tables of the groups in the order of the pages, in units of POSITION."""
+    order = np.concatenate(paged.pages)  # old numbers, in the new order
+    number = np.empty(len(order), np.int64)
+    number[order] = np.arange(len(order))
+    ranges = _GroupRanges(hierarchy)
+    clusters = ranges.numbers_of(order)
+    sizes = np.diff(ranges.begin)[order]
+    owner = np.repeat(np.arange(len(order)), sizes)
+    refined = hierarchy.refined[clusters]
+    is_coarse = refined >= 0
+    starts = is_coarse & np.append(True, (np.diff(owner) != 0) | (np.diff(refined) != 0))
+    run_owner, run_group = owner[starts], number[refined[starts]]
+    run_of_cluster = np.cumsum(starts)[is_coarse] - 1
+    groups = np.zeros(len(order), GROUP)
+    groups["clusters"] = sizes
+    groups["runs"] = np.bincount(run_owner, minlength=len(order))
+    groups["firstRun"] = begins(groups["runs"])[:-1]
+    page = np.repeat(np.arange(len(paged.pages)), [len(p) for p in paged.pages])
+    groups["page"] = page
+    first_group = np.searchsorted(page, np.arange(len(paged.pages)))
+    cluster_begin = begins(sizes)
+    groups["firstCluster"] = cluster_begin[:-1] - cluster_begin[first_group][page]
+    groups["error"] = _rounded_up(hierarchy.error[order] * stream.step)
+    centre = np.array(stream.offset) + hierarchy.centre[order] * stream.step
+    groups["centre"] = centre
+    groups["radius"] = _radii(
+        groups["centre"].astype(np.float64),
+        hierarchy.radius[order] * stream.step + np.linalg.norm(groups["centre"] - centre, axis=1),
+        hierarchy.level[order],
+        run_owner,
+        run_group,
+    )
+    pages = np.zeros(len(paged.pages), PAGE)
+    pages["byteLength"] = [len(b) for b in paged.blobs]
+    pages["firstGroup"] = first_group
+    headers = [_codec.read_header(b) for b in paged.blobs]
+    pages["triangles"] = [h.triangle_count for h in headers]
+    pages["vertices"] = [h.vertex_count for h in headers]
+    counts = np.bincount(run_of_cluster, minlength=len(run_group))
+    return Tables(pages, groups, run_group, counts, paged.coarse)
+
+
+def _rounded_up(values: np.ndarray) -> np.ndarray:
+    """float32 values that are not smaller."""
+    rounded = values.astype(np.float32)
+    up: np.ndarray = np.where(rounded < values, np.nextafter(rounded, np.float32(np.inf)), rounded)
+    return up
+
+
+def _radii(
+    centre: np.ndarray,
+    radius: np.ndarray,
+    level: np.ndarray,
+    run_owner: np.ndarray,
+    run_group: np.ndarray,
+) -> np.ndarray:
+    """float32 radii with which each sphere holds those of its runs, despite rounding."""
+    result = _rounded_up(radius)
+    for here in range(1, int(level.max()) + 1):
+        runs = np.flatnonzero(level[run_owner] == here)
+        owner, finer = run_owner[runs], run_group[runs]
+        reach = np.linalg.norm(centre[owner] - centre[finer], axis=1) + result[finer]
+        np.maximum.at(result, owner, _rounded_up(reach))
+    return result
+
+
+# --- the document ---
+
+
+def attach(document: Document, users: list[pygltflib.Primitive], levels: Levels) -> None:
+    """Gives the primitives their levels."""
+    tables = levels.tables
+    extension = {
+        "version": VERSION,
+        "bufferView": document.add_view(tables.to_bytes()),
+        "pages": {"bufferView": document.add_view(levels.pages)},
+        "pageCount": len(tables.pages),
+        "coarsePageCount": tables.coarse_pages,
+        "groupCount": len(tables.groups),
+        "runCount": len(tables.run_group),
+    }
+    for user in users:
+        user.extensions[EXTENSION] = {**extension, "pages": dict(extension["pages"])}  # type: ignore[call-overload]
+
+
+def arrange(document: Document) -> None:
+    """Orders the buffer views: tables, coarse pages, level 0, everything else."""
+    rank = np.full(len(document.bufferViews), 3)
+    for mesh in document.meshes:
+        for primitive in mesh.primitives:
+            extension = (primitive.extensions or {}).get(EXTENSION)
+            if extension:
+                rank[extension["bufferView"]] = 0
+                rank[extension["pages"]["bufferView"]] = 1
+                rank[primitive.extensions["EXT_meshlet_edgebreaker"]["bufferView"]] = 2
+    order = np.argsort(rank, kind="stable")
+    place = np.empty(len(order), np.int64)
+    place[order] = np.arange(len(order))
+    views = [document.bufferViews[i] for i in order]
+    map_views(document, lambda index: int(place[index]))
+    document.bufferViews = views

@@ -1,0 +1,273 @@
+"""compress with levels: level 0 stays what it was, and every kind of model gets levels."""
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import gltf_ext
+from gltf_ext.gltf.container import read_document
+from gltf_ext.lod import LodPrimitive, cut_at_level, open_lod
+from gltf_ext.lod.tables import EXTENSION
+from tests.helpers import environment
+from tests.helpers.gltf_builder import Builder
+from tests.helpers.lod import Certifier
+
+
+@pytest.fixture(scope="module", autouse=True)
+def simplifier_package():
+    environment.need_package("meshoptimizer")
+
+
+def grid(size, height=0.1):
+    """(points, triangles) of a wavy sheet of size x size quads."""
+    x, y = np.meshgrid(np.arange(size + 1), np.arange(size + 1), indexing="ij")
+    z = height * size * np.sin(x / size * 7.0) * np.cos(y / size * 5.0)
+    points = np.stack([x, y, z], axis=2).reshape(-1, 3).astype(np.float32)
+    a = (x[:-1, :-1] * (size + 1) + y[:-1, :-1]).reshape(-1)
+    quads = np.stack([a, a + size + 1, a + size + 2, a, a + size + 2, a + 1], axis=1)
+    return points, quads.reshape(-1, 3).astype(np.uint32)
+
+
+def sheet_file(path, **attributes):
+    points, triangles = grid(60)
+    builder = Builder()
+    builder.mesh({"POSITION": points, **attributes}, triangles)
+    return builder.write(path)
+
+
+@pytest.fixture(scope="module")
+def sheet(tmp_path_factory):
+    return sheet_file(tmp_path_factory.mktemp("sheet") / "sheet.glb")
+
+
+@pytest.fixture(scope="module")
+def with_levels(sheet):
+    output = sheet.with_name("levels.glb")
+    gltf_ext.compress(sheet, output, lod=True)
+    return output
+
+
+def test_level_0_is_the_model(sheet, with_levels):
+    report = gltf_ext.verify(sheet, with_levels)
+    assert report["ok"] and report["triangles_equal"]
+    assert len(report["levels"]) >= 3
+    assert gltf_ext.validate(with_levels) == []
+
+
+def test_levels_shrink_to_little(with_levels):
+    (primitive,) = open_lod(with_levels)
+    counts = [
+        int(primitive.cluster_triangles[cut_at_level(primitive.tables, k).drawn].sum())
+        for k in range(primitive.tables.level_count)
+    ]
+    assert counts[0] == 7200 and counts[-1] <= 200
+    assert all(b < 0.5 * a for a, b in pairwise(counts))
+
+
+def test_the_extension_is_optional(with_levels):
+    document = read_document(with_levels)
+    assert EXTENSION in document.extensionsUsed
+    assert EXTENSION not in document.extensionsRequired
+
+
+def test_tables_come_first_then_coarse_pages_then_level_0(with_levels):
+    document = read_document(with_levels)
+    extensions = document.meshes[0].primitives[0].extensions
+    lod = extensions[EXTENSION]
+    views = [lod["bufferView"], lod["pages"]["bufferView"]]
+    views.append(extensions["EXT_meshlet_edgebreaker"]["bufferView"])
+    offsets = [document.bufferViews[view].byteOffset for view in views]
+    assert offsets == sorted(offsets) and offsets[0] == 0
+
+
+def test_a_file_without_its_levels_is_valid(with_levels, tmp_path, khronos):
+    document = read_document(with_levels)
+    del document.meshes[0].primitives[0].extensions[EXTENSION]
+    document.forget_extension(EXTENSION)
+    from gltf_ext.gltf.buffer_layout import pack
+    from gltf_ext.gltf.container import glb_parts
+
+    path = tmp_path / "dropped.glb"
+    path.write_bytes(b"".join(glb_parts(document, pack(document)[0])))
+    assert gltf_ext.validate(path) == []
+    assert path.stat().st_size < with_levels.stat().st_size
+    for file in (path, with_levels):
+        assert khronos([file])[str(file)]["errors"] == []
+
+
+def test_an_unknown_version_is_ignored(with_levels, tmp_path):
+    path = changed(with_levels, tmp_path, version=2, bufferView=12345, pages="new")
+    assert gltf_ext.load(path)[0].indices.shape == (7200, 3)
+    assert not isinstance(open_lod(path)[0], LodPrimitive)
+    report = gltf_ext.decompress(path, tmp_path / "plain.glb", level=3)
+    assert report["triangles"] == 7200
+
+
+def changed(file, folder, **properties):
+    """A .gltf beside its buffer, with other properties of the extension object."""
+    document = read_document(file)
+    document.meshes[0].primitives[0].extensions[EXTENSION].update(properties)
+    (folder / "buffer.bin").write_bytes(bytes(document.bytes_of_buffer(0)))
+    document.buffers[0].uri = "buffer.bin"
+    path = folder / "changed.gltf"
+    path.write_bytes(document.to_json())
+    return path
+
+
+def test_bytes_do_not_depend_on_threads(sheet, with_levels, tmp_path):
+    for threads in (1, 2, 5):
+        output = tmp_path / f"{threads}.glb"
+        gltf_ext.compress(sheet, output, lod=True, threads=threads)
+        assert output.read_bytes() == with_levels.read_bytes()
+
+
+def test_compressing_again_replaces_the_levels(with_levels, tmp_path):
+    plain, again = tmp_path / "plain.glb", tmp_path / "again.glb"
+    gltf_ext.compress(with_levels, plain)
+    assert EXTENSION not in read_document(plain).extensionsUsed
+    assert not isinstance(open_lod(plain)[0], LodPrimitive)
+    gltf_ext.compress(with_levels, again, lod=True)
+    assert isinstance(open_lod(again)[0], LodPrimitive)
+    assert gltf_ext.validate(again) == []
+
+
+def test_pages_keep_their_limit(sheet, tmp_path):
+    output = tmp_path / "out.glb"
+    gltf_ext.compress(sheet, output, lod=True, page_bytes=4096)
+    (primitive,) = open_lod(output)
+    assert primitive.tables.pages["byteLength"].max() <= 4096
+    assert len(primitive.tables.pages) > 4
+
+
+def test_heavy_vertices_get_smaller_groups(tmp_path):
+    """Groups that would not fit a page are split."""
+    random = np.random.default_rng(0)
+    points, _ = grid(60)
+    extra = {f"_N{i}": random.random((len(points), 4), np.float32) for i in range(8)}
+    path = sheet_file(tmp_path / "heavy.glb", **extra)
+    gltf_ext.compress(path, tmp_path / "out.glb", lod=True)
+    (primitive,) = open_lod(tmp_path / "out.glb")
+    assert primitive.tables.pages["byteLength"].max() <= 32768
+    assert gltf_ext.verify(path, tmp_path / "out.glb")["ok"]
+
+
+def test_every_attribute_reaches_every_level(tmp_path):
+    random = np.random.default_rng(0)
+    points, triangles = grid(40)
+    count = len(points)
+    normals = np.tile(np.float32([0, 0, 1]), (count, 1))
+    attributes = {
+        "POSITION": points,
+        "NORMAL": normals,
+        "TANGENT": np.tile(np.float32([1, 0, 0, -1]), (count, 1)),
+        "TEXCOORD_0": (points[:, :2] / 40).astype(np.float32),
+        "COLOR_0": (random.random((count, 4)) * 255).astype(np.uint8),
+        "JOINTS_0": np.zeros((count, 4), np.uint8),
+        "WEIGHTS_0": np.tile(np.float32([1, 0, 0, 0]), (count, 1)),
+        "_CUSTOM": random.random((count, 1), np.float32),
+    }
+    lift = np.zeros_like(points)
+    lift[:, 2] = 5 * np.sin(points[:, 0])
+    builder = Builder()
+    builder.mesh(attributes, triangles, targets=[{"POSITION": lift}], normalized={"COLOR_0"})
+    path = builder.write(tmp_path / "all.glb")
+    gltf_ext.compress(path, tmp_path / "out.glb", lod=True)
+    assert gltf_ext.verify(path, tmp_path / "out.glb")["ok"]
+    (primitive,) = open_lod(tmp_path / "out.glb")
+    finest = primitive.compressed.decode()
+    rows = np.hstack([v.astype(np.float64) for _, v in finest.arrays])
+    known = {row.tobytes() for row in rows}
+    for level in range(1, primitive.tables.level_count):
+        mesh = primitive.mesh(cut_at_level(primitive.tables, level))
+        values = np.hstack([v.astype(np.float64) for _, v in mesh.arrays])
+        assert {row.tobytes() for row in values} <= known  # vertices are picked, not moved
+
+
+def test_errors_hold_with_morph_targets(tmp_path):
+    """A target that bends what is flat: the error at weight 1 counts."""
+    points, triangles = grid(60, height=0.0)
+    lift = np.zeros_like(points)
+    lift[:, 2] = 3 * np.sin(points[:, 0] / 2) * np.sin(points[:, 1] / 3)
+    stated = []
+    for targets in ([], [{"POSITION": lift}]):
+        builder = Builder()
+        builder.mesh({"POSITION": points}, triangles, targets=targets)
+        path = builder.write(tmp_path / f"{len(targets)}.glb")
+        gltf_ext.compress(path, tmp_path / "out.glb", lod=True)
+        (primitive,) = open_lod(tmp_path / "out.glb")
+        error = primitive.tables.groups["error"]
+        stated.append(error[np.isfinite(error)].max())
+    assert stated[0] < 0.1 < stated[1]
+
+
+def test_small_and_stubborn_primitives_are_reported(tmp_path):
+    """A few triangles, and loose ones of which none can go, have one level."""
+    points, triangles = grid(3)
+    loose = np.random.default_rng(0).random((900, 3), np.float32)
+    builder = Builder()
+    builder.mesh({"POSITION": points}, triangles)
+    builder.mesh({"POSITION": loose}, np.arange(900, dtype=np.uint32))
+    big, faces = grid(40)
+    builder.mesh({"POSITION": big}, faces)
+    builder.properties["nodes"] = [{"mesh": m} for m in range(3)]
+    builder.properties["scenes"] = [{"nodes": [0, 1, 2]}]
+    path = builder.write(tmp_path / "in.glb")
+    report = gltf_ext.compress(path, tmp_path / "out.glb", lod=True)
+    levels = [len(p["triangles"]) for p in report["lod"]]
+    assert levels[0] == 1 and levels[2] > 2
+    kinds = [isinstance(p, LodPrimitive) for p in open_lod(tmp_path / "out.glb")]
+    assert kinds == [n > 1 for n in levels]
+    assert gltf_ext.verify(path, tmp_path / "out.glb")["ok"]
+
+
+def test_triangles_without_extent_stay_in_level_0(tmp_path):
+    """A grid so coarse that many triangles collapse."""
+    points, triangles = grid(60)
+    builder = Builder()
+    builder.mesh({"POSITION": points}, triangles)
+    path = builder.write(tmp_path / "in.glb")
+    output = tmp_path / "out.glb"
+    gltf_ext.compress(path, output, lod=True, position_bits=5)
+    assert gltf_ext.verify(path, output)["triangles_equal"]
+    (primitive,) = open_lod(output)
+    certifier = Certifier(primitive)
+    for level in range(primitive.tables.level_count):
+        drawn = cut_at_level(primitive.tables, level).drawn
+        assert certifier.has_no_cracks(drawn) and certifier.covers_once(drawn)
+
+
+def test_an_error_limit_keeps_triangles(sheet, with_levels, tmp_path):
+    output = tmp_path / "out.glb"
+    gltf_ext.compress(sheet, output, lod=True, lod_error=1.0)
+    (limited,), (free,) = open_lod(output), open_lod(with_levels)
+    errors = limited.tables.groups["error"]
+    assert errors[np.isfinite(errors)].max() <= 1.0001
+    assert limited.tables.level_count < free.tables.level_count
+
+
+def test_primitives_that_share_data_share_levels(tmp_path):
+    points, triangles = grid(40)
+    builder = Builder()
+    first = builder.mesh({"POSITION": points}, triangles)
+    builder.properties["meshes"].append({"primitives": [json.loads(json.dumps(first))]})
+    path = builder.write(tmp_path / "in.glb")
+    gltf_ext.compress(path, tmp_path / "out.glb", lod=True)
+    one, two = open_lod(tmp_path / "out.glb")
+    assert one.tables.to_bytes() == two.tables.to_bytes()
+    assert one.compressed.view == two.compressed.view
+    assert gltf_ext.validate(tmp_path / "out.glb") == []
+
+
+def test_without_the_simplifier_there_is_one_line(sheet, tmp_path, monkeypatch):
+    from gltf_ext.lod import simplifier
+
+    monkeypatch.setattr(simplifier, "VERSION", "0.0")
+    simplifier._library.cache_clear()
+    try:
+        with pytest.raises(gltf_ext.MeshletError, match="pip install meshoptimizer"):
+            gltf_ext.compress(sheet, tmp_path / "out.glb", lod=True)
+    finally:
+        simplifier._library.cache_clear()
+    assert not (tmp_path / "out.glb").exists()
