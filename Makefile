@@ -24,7 +24,7 @@ PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsu
 # A process per core; a file of tests stays in one process, which compiles its shaders once.
 PYTEST := $(BIN)/python -m pytest -q -n auto --dist loadfile --junitxml=build/test-results.xml
 MEASUREMENTS := meshlet_formats size paper table1 speed efforts quality parameters choices mitsuba \
-  figures how_it_works results_page
+  lod figures how_it_works results_page
 PICTURES := meshlets comparison size render_comparison
 
 .PHONY: help demo test test-full test-web lint format fuzz shaders wgsl bench figures docs wheel blender web hooks clean
@@ -67,7 +67,7 @@ wgsl: .venv/web  ## translate shaders/ to web/wgsl for WebGPU
 	@$(BIN)/python -m web.build_wgsl
 
 # Measurements on a GPU have their own commands: docs/vulkan.md, docs/vulkan-raytracing.md.
-bench: .venv/installed .venv/mitsuba .venv/extras .venv/bench  ## all measurements on the CPU and docs/results.md (about an hour)
+bench: .venv/installed .venv/mitsuba .venv/extras .venv/bench  ## all measurements on the CPU and docs/results.md (over an hour)
 	@for name in $(MEASUREMENTS); do $(BIN)/python -m bench $$name || exit 1; done
 
 figures: .venv/installed .venv/mitsuba  ## render README's pictures again

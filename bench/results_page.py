@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from bench import blender, figures
+from bench import blender, figures, lod
 from bench.common import (
     DOCS,
     best_in_bold,
@@ -41,6 +41,7 @@ NAMES = (
     "blender",
     "parameters",
     "choices",
+    "lod",
 )
 Results = dict[str, dict]  # by name; without the questions that are not measured
 
@@ -649,6 +650,13 @@ bits.
 {blender.summary(result)}"""
 
 
+def _lod_text(result: dict) -> str:
+    return f"""All bytes of pages and tables at the default bits, and the cut whose error is one
+pixel where the longest side of the largest primitive has {lod.PIXELS} pixels.
+
+{lod.table(result)}"""
+
+
 def _choices_text(result: dict) -> str:
     cases = list(result["switched"][0]["bits"])
     sharing = [
@@ -705,6 +713,9 @@ SECTIONS = (
     ),
     Section("Importing into Blender", "blender", ("blender.md",), (), _blender_text),
     Section("Parameters", "parameters", ("parameters.md",), ("parameters.png",), _parameters_text),
+    Section(
+        "Levels of detail", "lod", ("lod.md", "lod_results.md"), ("lod_pixels.png",), _lod_text
+    ),
     Section("What each choice is worth", "choices", ("choices.md",), (), _choices_text),
 )
 

@@ -31,7 +31,7 @@ PATHS = (
 )
 # Options of a single back end, and their defaults.
 OWN_OPTIONS: dict[str, dict[str, Any]] = {
-    "mitsuba": {"variant": "scalar_rgb", "spp": 64},
+    "mitsuba": {"variant": "scalar_rgb", "spp": 64, "lod_error": 0.0},
     "vulkan": {
         "path": None,
         "device": None,
@@ -52,8 +52,8 @@ PATHS_WITH: dict[str, tuple[str | None, ...]] = {
 # uncompressed triangles.
 CACHE = {"mitsuba": 0.25, "vulkan": 1.0}
 LARGEST_SIDE = 16384  # pixels
-# Smallest values of the options that count.
-LEAST = {"spp": 1, "frames": 1, "bounces": 0, "ring": 1}
+# Smallest values of options.
+LEAST = {"spp": 1, "lod_error": 0, "frames": 1, "bounces": 0, "ring": 1}
 
 
 def add_arguments(command: argparse.ArgumentParser) -> None:
@@ -115,6 +115,13 @@ def _add_mitsuba(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--spp", type=int, metavar="N", help=f"samples per pixel (default {defaults['spp']})"
+    )
+    group.add_argument(
+        "--lod-error",
+        type=float,
+        metavar="PIXELS",
+        help="show what has levels of detail as ordinary meshes with at most this error "
+        "(default 0: all triangles, compressed)",
     )
 
 
@@ -181,7 +188,7 @@ def _check(options: argparse.Namespace) -> None:
     _fill_own_options(options)
     for name, least in LEAST.items():
         value = getattr(options, name)
-        if value is not None and value < least:
+        if value is not None and not value >= least:  # also not a number
             raise _out_of_range(options, name, f"{least} or more")
     if not Path(options.output).absolute().parent.is_dir():
         raise MeshletError("its folder does not exist", "create it first", options.output)

@@ -56,7 +56,8 @@ def main(options: argparse.Namespace) -> int:
     except RuntimeError as error:  # of Mitsuba and Dr.Jit
         raise MeshletError(str(error).strip().splitlines()[-1], path=options.input) from None
     write_files({output: [content]})
-    _report(options, seconds, statistics(scene))
+    meshes = sum(shape.face_count() for shape in scene.shapes() if shape.is_mesh())
+    _report(options, seconds, statistics(scene), meshes)
     return 0
 
 
@@ -85,13 +86,15 @@ def _encoded(picture: np.ndarray, suffix: str) -> bytes:
 
 
 def _report(
-    options: argparse.Namespace, seconds: dict[str, float], figures: dict[str, int]
+    options: argparse.Namespace, seconds: dict[str, float], figures: dict[str, int], meshes: int
 ) -> None:
+    """meshes: triangles of ordinary meshes."""
     if options.json:
-        names = ("output", "backend", "variant", "width", "height", "spp")
+        names = ("output", "backend", "variant", "width", "height", "spp", "lod_error")
         report = {name: getattr(options, name) for name in names} | {
             "seconds": seconds,
             "statistics": figures,
+            "mesh_triangles": meshes,
         }
         print(json.dumps(report, indent=2))
         return
@@ -102,6 +105,7 @@ def _report(
         f"{figures['triangles']:,} triangles in {figures['compressed_bytes'] / 1e6:.2f} MB, "
         f"cache {figures['resident_bytes'] / 1e6:.2f} MB, "
         f"{100 * figures['hits'] / asked:.1f} % hits"
+        + (f"; {meshes:,} triangles in ordinary meshes" if meshes else "")
     )
 
 
@@ -116,6 +120,7 @@ def _load(options: argparse.Namespace) -> mi.Scene:
             camera=options.camera,
             cache=options.cache,
             cache_bytes=options.cache_bytes,
+            lod_error=options.lod_error,
         )
     for warning in caught:
         text = str(warning.message).removeprefix(f"{os.path.abspath(options.input)}: ")

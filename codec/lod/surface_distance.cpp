@@ -1,8 +1,8 @@
 #include "lod/surface_distance.h"
 
 #include <algorithm>
-#include <iterator>
 #include <numeric>
+#include <unordered_set>
 #include <utility>
 
 #include "common/parallel.h"
@@ -49,9 +49,12 @@ TriangleTree::TriangleTree(std::vector<Vec3> corners) : corners_(std::move(corne
   const uint32_t count = uint32_t(corners_.size() / 3);
   std::vector<uint32_t> order(count);
   std::iota(order.begin(), order.end(), 0);
+  std::vector<Vec3> centres(count);  // three times the centres
+  for (size_t t = 0; t < count; t++)
+    centres[t] = corners_[3 * t] + corners_[3 * t + 1] + corners_[3 * t + 2];
   nodes_.reserve(2 * size_t(count) / kLeaf + 2);
   nodes_.emplace_back();
-  build(0, 0, count, order);
+  build(0, 0, count, centres, order);
   std::vector<Vec3> sorted;
   sorted.reserve(corners_.size());
   for (uint32_t t : order)
@@ -61,7 +64,7 @@ TriangleTree::TriangleTree(std::vector<Vec3> corners) : corners_(std::move(corne
 }
 
 void TriangleTree::build(uint32_t node, uint32_t first, uint32_t last,
-                         std::vector<uint32_t>& order) {
+                         const std::vector<Vec3>& centres, std::vector<uint32_t>& order) {
   Vec3 low = corners_[3 * size_t(order[first])], high = low;
   for (uint32_t i = first; i < last; i++)
     for (size_t k = 0; k < 3; k++) {
@@ -72,22 +75,18 @@ void TriangleTree::build(uint32_t node, uint32_t first, uint32_t last,
   if (last - first <= kLeaf) return;
   const Vec3 size = high - low;
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  const auto centre = [&](uint32_t t) {
-    const Vec3* c = &corners_[3 * size_t(t)];
-    return c[0][axis] + c[1][axis] + c[2][axis];
-  };
   const uint32_t middle = first + (last - first) / 2;
   std::nth_element(order.begin() + first, order.begin() + middle, order.begin() + last,
                    [&](uint32_t s, uint32_t t) {
-                     const float a = centre(s), b = centre(t);
+                     const float a = centres[s][axis], b = centres[t][axis];
                      return a != b ? a < b : s < t;
                    });
   const uint32_t child = uint32_t(nodes_.size());
   nodes_[node].first = child;
   nodes_[node].count = 0;
   nodes_.resize(nodes_.size() + 2);
-  build(child, first, middle, order);
-  build(child + 1, middle, last, order);
+  build(child, first, middle, centres, order);
+  build(child + 1, middle, last, centres, order);
 }
 
 float TriangleTree::squared(Vec3 point, uint32_t triangle) const {
@@ -95,12 +94,12 @@ float TriangleTree::squared(Vec3 point, uint32_t triangle) const {
   return triangle_squared(point, c[0], c[1], c[2]);
 }
 
-float TriangleTree::distance(Vec3 point, uint32_t& hint) const {
+float TriangleTree::squared_distance(Vec3 point, uint32_t& hint, float enough) const {
   float best = squared(point, hint);
   std::pair<uint32_t, float> stack[kMaxDepth];
   int size = 0;
   stack[size++] = {0, box_squared(point, nodes_[0].low, nodes_[0].high)};
-  while (size > 0) {
+  while (size > 0 && best > enough) {
     const auto [number, bound] = stack[--size];
     if (bound >= best) continue;
     const Node& node = nodes_[number];
@@ -116,7 +115,7 @@ float TriangleTree::distance(Vec3 point, uint32_t& hint) const {
     stack[size++] = far;
     stack[size++] = near;
   }
-  return std::sqrt(best);
+  return best;
 }
 
 namespace {
@@ -132,61 +131,51 @@ std::vector<Vec3> corners_of(const float* positions, const uint32_t* triangles, 
   return corners;
 }
 
-std::vector<uint32_t> sorted_vertices(const uint32_t* triangles, size_t count) {
-  std::vector<uint32_t> vertices(triangles, triangles + 3 * count);
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  return vertices;
-}
-
-// The vertices that simplification removed.
-std::vector<Vec3> removed_points(const float* positions, const std::vector<uint32_t>& before,
-                                 const std::vector<uint32_t>& after) {
-  std::vector<uint32_t> removed;
-  std::set_difference(before.begin(), before.end(), after.begin(), after.end(),
-                      std::back_inserter(removed));
+// The vertices that simplification removed, in the order of the triangles: neighbours follow each
+// other.
+std::vector<Vec3> removed_points(const float* positions, const uint32_t* before, size_t count,
+                                 const uint32_t* after, size_t after_count) {
+  std::unordered_set<uint32_t> done(after, after + 3 * after_count);
   std::vector<Vec3> points;
-  for (uint32_t v : removed) points.push_back(point_of(positions, v));
+  for (size_t i = 0; i < 3 * count; i++)
+    if (done.insert(before[i]).second) points.push_back(point_of(positions, before[i]));
   return points;
 }
 
 // Centres of triangles, each followed by middles of those of its edges that were not there yet.
 std::vector<Vec3> middles(const float* positions, const uint32_t* triangles, size_t count) {
-  std::vector<std::pair<uint64_t, uint32_t>> edges;  // (ends, half-edge)
-  for (uint32_t h = 0; h < 3 * count; h++) {
-    const uint64_t a = triangles[h], b = triangles[h % 3 == 2 ? h - 2 : h + 1];
-    edges.emplace_back(std::min(a, b) << 32 | std::max(a, b), h);
-  }
-  std::sort(edges.begin(), edges.end());
-  std::vector<bool> is_first(3 * count, false);
-  for (size_t i = 0; i < edges.size(); i++)
-    is_first[edges[i].second] = i == 0 || edges[i].first != edges[i - 1].first;
+  std::unordered_set<uint64_t> done;  // edges
+  done.reserve(3 * count);
   std::vector<Vec3> points;
   for (size_t t = 0; t < 3 * count; t += 3) {
     Vec3 corner[3];
     for (size_t k = 0; k < 3; k++) corner[k] = point_of(positions, triangles[t + k]);
     points.push_back((corner[0] + corner[1] + corner[2]) * (1.0f / 3.0f));
-    for (size_t k = 0; k < 3; k++)
-      if (is_first[t + k]) points.push_back((corner[k] + corner[(k + 1) % 3]) * 0.5f);
+    for (size_t k = 0; k < 3; k++) {
+      const uint64_t a = triangles[t + k], b = triangles[t + (k + 1) % 3];
+      if (done.insert(std::min(a, b) << 32 | std::max(a, b)).second)
+        points.push_back((corner[k] + corner[(k + 1) % 3]) * 0.5f);
+    }
   }
   return points;
 }
 
-float largest_distance(const std::vector<Vec3>& points, const TriangleTree& to) {
-  float largest = 0;
+// The largest squared distance of the points, at least `least`. Most points are known to be nearer
+// than the farthest so far after a triangle or two.
+float farthest(const std::vector<Vec3>& points, const TriangleTree& to, float least) {
   uint32_t hint = 0;
-  for (const Vec3& point : points) largest = std::max(largest, to.distance(point, hint));
-  return largest;
+  for (const Vec3& point : points) least = std::max(least, to.squared_distance(point, hint, least));
+  return least;
 }
 
 float group_distance(const float* positions, const uint32_t* before, size_t before_count,
                      const uint32_t* after, size_t after_count) {
   const TriangleTree was(corners_of(positions, before, before_count));
   const TriangleTree is(corners_of(positions, after, after_count));
-  const std::vector<Vec3> removed = removed_points(positions, sorted_vertices(before, before_count),
-                                                   sorted_vertices(after, after_count));
-  return std::max(largest_distance(removed, is),
-                  largest_distance(middles(positions, after, after_count), was));
+  const std::vector<Vec3> removed =
+      removed_points(positions, before, before_count, after, after_count);
+  const float there = farthest(removed, is, 0);
+  return std::sqrt(farthest(middles(positions, after, after_count), was, there));
 }
 
 }  // namespace

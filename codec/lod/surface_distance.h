@@ -13,9 +13,9 @@ class TriangleTree {
   // points: the corners of triangles, three each; at least one triangle.
   explicit TriangleTree(std::vector<Vec3> corners);
 
-  // Distance from the point to the nearest triangle. hint: a triangle that may be near; becomes
-  // the nearest one.
-  float distance(Vec3 point, uint32_t& hint) const;
+  // Squared distance from the point to the nearest triangle, or to any that is no farther than
+  // `enough`, a squared distance. hint: a triangle that may be near; becomes the one found.
+  float squared_distance(Vec3 point, uint32_t& hint, float enough = 0) const;
 
  private:
   struct Node {
@@ -24,7 +24,8 @@ class TriangleTree {
     uint32_t count;  // triangles of a leaf; 0 for an inner node
   };
 
-  void build(uint32_t node, uint32_t first, uint32_t last, std::vector<uint32_t>& order);
+  void build(uint32_t node, uint32_t first, uint32_t last, const std::vector<Vec3>& centres,
+             std::vector<uint32_t>& order);
   float squared(Vec3 point, uint32_t triangle) const;
 
   std::vector<Vec3> corners_;  // in the order of the leaves

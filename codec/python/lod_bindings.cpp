@@ -4,6 +4,7 @@
 #include <nanobind/stl/tuple.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -119,7 +120,7 @@ nb::object distances_to_surface(const Points& points, const Points& positions,
       uint32_t hint = 0;
       for (size_t i = part * kPointsAtOnce; i < std::min(count, (part + 1) * kPointsAtOnce); i++) {
         const float* p = points.data() + 3 * i;
-        distances[i] = tree.distance({p[0], p[1], p[2]}, hint);
+        distances[i] = std::sqrt(tree.squared_distance({p[0], p[1], p[2]}, hint));
       }
     });
   }

@@ -28,7 +28,7 @@ from gltf_ext.lod.tables import (
 from gltf_ext.progress import Advance
 
 # Weights of attributes in the choice of edges, beside positions in a box of size 1. Normals: at
-# 0.5, igea draws a fifth more triangles for the same error; at 0.05, shading changes visibly.
+# 0.5, igea draws a fifth more triangles for the same error.
 ATTRIBUTE_WEIGHTS = {"NORMAL": 0.2, "TEXCOORD": 0.5, "COLOR": 0.5}
 MORPH_WEIGHT = 1.0
 MOST_WEIGHED = 16  # floats per vertex; meshoptimizer takes no more

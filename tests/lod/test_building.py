@@ -9,6 +9,7 @@ import pytest
 import gltf_ext
 from gltf_ext.gltf.container import read_document
 from gltf_ext.lod import LodPrimitive, cut_at_level, open_lod
+from gltf_ext.lod.paging import pack
 from gltf_ext.lod.tables import EXTENSION
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder
@@ -139,6 +140,15 @@ def test_pages_keep_their_limit(sheet, tmp_path):
     (primitive,) = open_lod(output)
     assert primitive.tables.pages["byteLength"].max() <= 4096
     assert len(primitive.tables.pages) > 4
+
+
+def test_pages_take_later_groups_that_fit():
+    triangles = np.array([600, 600, 300, 300] * 4)
+    pages, blobs = pack(
+        [np.arange(16)], triangles, 1000, lambda pages: [bytes(triangles[p].sum()) for p in pages]
+    )
+    assert sorted(np.concatenate(pages)) == list(range(16))
+    assert [len(blob) for blob in blobs] == [900] * 8
 
 
 def test_heavy_vertices_get_smaller_groups(tmp_path):

@@ -12,6 +12,7 @@ from spec.make_lod_vectors import FOLDER
 from tests.helpers import environment
 
 MUTATIONS, FULL_MUTATIONS = 1_000, 100_000
+EXTREMES = (b"\0\0\0\0", b"\xff\xff\xff\xff", b"\0\0\xc0\x7f")
 
 
 def mutated(data: bytes, start: int, random: np.random.Generator) -> bytes:
@@ -25,7 +26,7 @@ def mutated(data: bytes, start: int, random: np.random.Generator) -> bytes:
         elif kind == 1:
             result[at] ^= 1 << random.integers(8)
         else:
-            result[at : at + 4] = random.choice([b"\0\0\0\0", b"\xff\xff\xff\xff", b"\0\0\xc0\x7f"])
+            result[at : at + 4] = EXTREMES[random.integers(len(EXTREMES))]
     return bytes(result[: len(data)])
 
 

@@ -1,7 +1,10 @@
 """lod_error: primitives at the detail that the camera needs."""
 
+import json
+
 import pytest
 
+from gltf_meshlet.cli import main
 from spec.make_lod_vectors import FOLDER
 from tests.helpers import environment
 
@@ -28,3 +31,14 @@ def test_more_pixels_of_error_mean_fewer_triangles():
 
 def test_without_it_the_shape_stays_compressed():
     assert triangles() == [] and triangles(lod_error=0.0) == []
+
+
+def test_render_takes_an_error(tmp_path, capsys):
+    picture = str(tmp_path / "picture.png")
+    size = ["--width", "16", "--height", "16", "--spp", "1", "--json"]
+    found = []
+    for error in ([], ["--lod-error", "1e-6"], ["--lod-error", "1000"]):
+        assert main(["render", str(LEVELS), "-o", picture, *size, *error]) == 0
+        report = json.loads(capsys.readouterr().out)
+        found.append((report["statistics"]["triangles"], report["mesh_triangles"]))
+    assert found == [(192, 0), (0, 192), (0, 48)]
