@@ -3,7 +3,7 @@
 // Usage: node web_worker.mjs WEB NODE_MODULES TASK LIST
 // LIST: {"ours": [view...], "draco": [buffer...], "meshopt": [file...], "repetitions", "workers"}.
 // TASK: warm, prints {codec: [seconds...], "ours, N workers": [...]}, the codecs in turns; or
-// cold-CODEC, prints the seconds of one compilation and first decoding.
+// cold-CODEC, prints the seconds of one import, compilation and first decoding.
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import path from 'node:path';
@@ -19,24 +19,25 @@ const codecs = {
   async ours() {
     const views = read(list.ours);
     const wasm = readFileSync(path.join(web, 'decoder.wasm'));
-    const { createDecoder } = await import(pathToFileURL(path.join(web, 'decoder.js')));
     return async () => {
+      const { createDecoder } = await import(pathToFileURL(path.join(web, 'decoder.js')));
       const decoder = await createDecoder(wasm);
       return () => views.forEach((view) => decoder.decodePrimitive(view));
     };
   },
   async draco() {
     const buffers = read(list.draco);
-    const draco3d = require('draco3d');
     return async () => {
+      const draco3d = require('draco3d');
       const draco = await draco3d.createDecoderModule({});
       return () => buffers.forEach((buffer) => decodeDraco(draco, buffer));
     };
   },
   async meshopt() {
     const views = read(list.meshopt).flatMap(meshoptViews);
-    const { MeshoptDecoder } = await import(pathToFileURL(require.resolve('meshoptimizer')));
     return async () => {
+      // Its module begins to compile when it is imported.
+      const { MeshoptDecoder } = await import(pathToFileURL(require.resolve('meshoptimizer')));
       await MeshoptDecoder.ready;
       return () =>
         views.forEach(({ count, byteStride, mode, filter, bytes }) =>
@@ -111,7 +112,7 @@ async function warm() {
 }
 
 async function cold(codec) {
-  const start = await codecs[codec](); // reads files and scripts
+  const start = await codecs[codec](); // reads the files
   return timed(async () => (await start())());
 }
 

@@ -78,7 +78,7 @@ class Decoder {
     plan.blobs.forEach((blob, number) =>
       named(plan.blobs, number, () => {
         if (plan.blobs.length > 1) this.#open(blob.bytes);
-        plan.insert(blob, this.#decode(blob, integers, 0, blob.meshlets));
+        plan.insert(blob, this.#decode(blob, integers, 0, blob.meshlets, blob.begin.vertices));
       }),
     );
     return plan.result;
@@ -89,9 +89,10 @@ class Decoder {
     return new Plan(this.#blobs(view), integers);
   }
 
-  // For the pool: the meshlets [begin, end) of a view of one blob, in arrays of their own.
-  decodePart(view, { integers, begin, end }) {
-    const part = this.#decode(this.#blobs(view)[0], integers, begin, end);
+  // For the pool: the meshlets [begin, end) of a view of one blob, in arrays of their own. before:
+  // the vertices of the blobs before it.
+  decodePart(view, { integers, begin, end, before }) {
+    const part = this.#decode(this.#blobs(view)[0], integers, begin, end, before);
     const { indices, values } = part;
     return { ...part, indices: indices.slice(), values: values.map((array) => array.slice()) };
   }
@@ -166,9 +167,9 @@ class Decoder {
     this.#call('open_blob', at, bytes.length);
   }
 
-  // Decodes the meshlets [begin, end) of the open blob. The arrays lie in the module's memory until
-  // the next call.
-  #decode(blob, integers, begin, end) {
+  // Decodes the meshlets [begin, end) of the open blob; `before` is added to all indices. The arrays
+  // lie in the module's memory until the next call.
+  #decode(blob, integers, begin, end, before) {
     const most = Math.min(end - begin, blob.meshlets) * MESHLET_LIMIT;
     const vertices = Math.min(most, blob.end.vertices - blob.begin.vertices);
     const indices = 3 * Math.min(most, blob.end.triangles - blob.begin.triangles);
@@ -184,10 +185,12 @@ class Decoder {
     const at = this.#call('decode', begin, end, triangles, ...lists) / 4;
     const { buffer } = this.#exports.memory; // decoding may have replaced it
     const [firstTriangle, triangleCount, firstVertex, count] = new Uint32Array(buffer, 4 * at, 4);
+    const numbers = new Uint32Array(buffer, triangles, 3 * triangleCount);
+    if (before > 0) for (let i = 0; i < numbers.length; i++) numbers[i] += before;
     return {
       firstTriangle,
       firstVertex,
-      indices: new Uint32Array(buffer, triangles, 3 * triangleCount),
+      indices: numbers,
       values: blob.streams.map(
         (stream, s) => new (arrayType(stream, integers))(buffer, places[s], count * widths[s]),
       ),
@@ -238,14 +241,10 @@ class Plan {
 
   // Copies a decoded part of a blob.
   insert({ begin }, { firstTriangle, firstVertex, indices, values }) {
-    const first = begin.vertices;
-    const at = 3 * (begin.triangles + firstTriangle);
-    const all = this.result.indices;
-    if (first === 0) all.set(indices, at);
-    else for (let i = 0; i < indices.length; i++) all[at + i] = indices[i] + first;
+    this.result.indices.set(indices, 3 * (begin.triangles + firstTriangle));
     this.result.streams.forEach((stream, s) => {
       const n = stream.values.length / this.result.vertexCount;
-      stream.values.set(values[s], n * (first + firstVertex));
+      stream.values.set(values[s], n * (begin.vertices + firstVertex));
     });
   }
 

@@ -43,7 +43,8 @@ class DecoderPool {
     const { triangleCount } = plan.result;
     let triangles = 0;
     const decode = async ({ blob, begin, end }) => {
-      const part = await this.#run('decodePart', plan, blob, { integers, begin, end }, signal);
+      const options = { integers, begin, end, before: blob.begin.vertices };
+      const part = await this.#run('decodePart', plan, blob, options, signal);
       plan.insert(blob, part);
       triangles += part.indices.length / 3;
       onProgress?.(triangles / triangleCount);

@@ -15,7 +15,13 @@ const roots = {
   web: path.join(root, 'web'),
   tests: path.join(root, 'tests', 'web'),
 };
-const types = { '.html': 'text/html', '.js': 'text/javascript', '.wasm': 'application/wasm' };
+const types = {
+  '.html': 'text/html',
+  '.css': 'text/css',
+  '.js': 'text/javascript',
+  '.svg': 'image/svg+xml',
+  '.wasm': 'application/wasm',
+};
 
 const server = createServer((request, response) => {
   const [first, ...rest] = new URL(request.url, 'http://host').pathname.slice(1).split('/');

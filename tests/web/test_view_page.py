@@ -21,7 +21,7 @@ import gltf_ext
 from gltf_meshlet.cli import main
 from gltf_meshlet.view_models import prepare
 from gltf_meshlet.view_server import ViewServer
-from tests.helpers import environment
+from tests.helpers import browsers, environment
 from tests.helpers.environment import NODE_MODULES, VECTORS
 from tests.helpers.gltf_builder import Builder, glb_json, grid_mesh
 
@@ -432,6 +432,30 @@ def test_exported_page(browse, static, torus, tmp_path):
         assert "Triangles\t320\n" in results[at + 3]
         assert "Shown uncompressed: this page has no server" in results[at + 3]
         assert results[at + 4] == ""
+
+
+FRAME = """<!doctype html>
+<style>body { margin: 0 } iframe { border: 0; width: 100vw; height: 100vh; display: block }</style>
+<iframe src="site/index.html"></iframe>
+<script>
+  const timer = setInterval(() => {
+    const { state } = document.querySelector('iframe').contentDocument.body?.dataset ?? {};
+    if (!['ready', 'error'].includes(state)) return;
+    clearInterval(timer);
+    requestAnimationFrame(() => (window.done = { state }));
+  }, 100);
+</script>
+"""
+
+
+def test_exported_page_in_firefox(torus, tmp_path):
+    assert main(["view", str(torus), "--export", str(tmp_path / "site")]) == 0
+    (tmp_path / "frame.html").write_text(FRAME)
+    (shown,) = browsers.pictures("firefox", "files/frame.html", tmp_path, "exported")
+    assert shown == {"state": "ready"}
+    # The page's style applies, and the torus lies in the middle.
+    middle = drawn(tmp_path / "exported.png", "light")[140:340, 200:440]
+    assert 0.1 < middle.mean() < 0.9
 
 
 def test_exported_page_without_its_files_is_an_error(browse, static, torus, tmp_path):
