@@ -112,9 +112,9 @@ def compress(
             for one blob per primitive, else at least 4096 (0 to 268435456, default 0).
         lod: also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or 32768 bytes;
             needs the package meshoptimizer.
-        lod_reduction: triangles of a level over those of the next (1.5 to 16, default 4).
+        lod_reduction: triangles of a level over those of the next (1.5 to 16, default 4.0).
         lod_group: meshlets that are simplified together (4 to 128, default 48).
-        lod_error: no level has a larger error, in model units (default no limit).
+        lod_error: no level has a larger error, in model units; any error by default.
         fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
         threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to
             1024, default 0).

@@ -185,7 +185,6 @@ class Options:
         "triangles of a level over those of the next",
         type=float,
         limits=(1.5, 16.0),
-        default="4",
     )
     lod_group: int = _declared(
         48, "--lod-group", "meshlets that are simplified together", limits=(4, 128)
@@ -193,9 +192,8 @@ class Options:
     lod_error: float | None = _declared(
         None,
         "--lod-error",
-        "no level has a larger error, in model units",
+        "no level has a larger error, in model units; any error by default",
         type=float,
-        default="no limit",
     )
     fallback: bool = _declared(
         False,
