@@ -22,8 +22,9 @@ import numpy as np
 from bench import peers
 from bench.common import Question, markdown_table, origin_line, progress, spread, write_page
 from bench.models import real_model
-from bench.speed import EFFORTS, Stopwatch, encoder_arguments
+from bench.speed import Stopwatch, encoder_arguments
 from gltf_ext import _codec
+from gltf_ext.compression.options import EFFORTS
 from gltf_ext.compression.primitives import Primitive
 
 NAMES = (

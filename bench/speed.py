@@ -51,7 +51,6 @@ REPETITIONS = 5
 # Above so many triangles fewer repetitions keep the run within minutes.
 LARGE, LARGE_REPETITIONS = 500_000, 3
 OURS = "ours"  # with the default effort
-EFFORTS = ("fast", "normal", "high", "max")
 # Other efforts, as further codecs. Effort max takes minutes on larger models: see bench/efforts.py.
 OTHER_EFFORTS = {"ours, fast": "fast", "ours, high": "high"}
 # Names in the results of the stages that _codec.encode times.

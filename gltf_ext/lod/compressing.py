@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from gltf_ext.compression.options import EFFORTS
 from gltf_ext.gltf.document import Document
 from gltf_ext.lod.tables import EXTENSION
 from gltf_ext.progress import Advance
@@ -13,8 +14,6 @@ if TYPE_CHECKING:
     from gltf_ext.compression.compressor import Job
     from gltf_ext.compression.options import Options
     from gltf_ext.compression.streams import Plan
-
-EFFORTS = ("fast", "normal", "high", "max")  # in the order of the codec's numbers
 
 
 def encode_levels(
