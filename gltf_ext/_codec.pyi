@@ -77,23 +77,48 @@ def generate_in_groups(
     """
     Makes meshlets that never cross groups. Group g: triangles triangle_begin[g] ..
     triangle_begin[g + 1]. Other arguments as in encode; position_ids: any numbers, equal where
-    positions are; effort: 0 (fast) to 3 (max). Returns (uint32[T, 3]
-    triangles, disk begins, meshlet begins, group begins), the begins as encode takes them.
+    positions are; effort: 0 (fast) to 3 (max). Returns (uint32[T], numbers of the triangles
+    in order, disk begins, meshlet begins, group begins), the begins as encode takes them.
     Raises ValueError.
     """
 
-def group_distances(
-    positions: numpy.typing.NDArray[numpy.float32],
-    before: numpy.typing.NDArray[numpy.uint32],
-    before_begin: numpy.typing.NDArray[numpy.uint32],
-    after: numpy.typing.NDArray[numpy.uint32],
-    after_begin: numpy.typing.NDArray[numpy.uint32],
-    threads: int = 0,
-) -> numpy.typing.NDArray[numpy.float32]:
-    """
-    Returns float32[G]: the largest distance found between the surfaces of each group, both
-    ways. before, after: uint32[T, 3] with begins of the groups. Raises ValueError.
-    """
+class ReplacementErrors:
+    """Level 0, to measure what replaces parts of it. Keeps its arrays."""
+
+    def __init__(
+        self,
+        shapes: list[numpy.typing.NDArray[numpy.float32]],
+        triangles: numpy.typing.NDArray[numpy.uint32],
+        begin: numpy.typing.NDArray[numpy.uint32],
+        threads: int = 0,
+    ) -> None:
+        """
+        shapes: float32[V, 3] each: positions at rest, and with each morph target. triangles,
+        begin: level 0 in groups. Raises ValueError.
+        """
+
+    def measure(
+        self,
+        before: numpy.typing.NDArray[numpy.uint32],
+        before_begin: numpy.typing.NDArray[numpy.uint32],
+        after: numpy.typing.NDArray[numpy.uint32],
+        after_begin: numpy.typing.NDArray[numpy.uint32],
+        chosen: numpy.typing.NDArray[numpy.uint32],
+        carried: numpy.typing.NDArray[numpy.uint32],
+        carried_begin: numpy.typing.NDArray[numpy.uint32],
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float32],
+        numpy.typing.NDArray[numpy.uint32],
+        numpy.typing.NDArray[numpy.uint32],
+        numpy.typing.NDArray[numpy.uint32],
+    ]:
+        """
+        Measures chosen groups of triangles that others replace. before, after: uint32[T, 3]
+        with begins, of whole levels. carried: vertices of level 0 that are gone, in the chosen
+        groups. Returns (float32: the largest distance found between each chosen replacement
+        and level 0, vertices to carry on, for each the triangle of its group's `after` that is
+        nearest, their begins). Raises ValueError.
+        """
 
 def surface_distances(
     points: numpy.typing.NDArray[numpy.float32],

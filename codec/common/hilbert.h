@@ -9,29 +9,45 @@ namespace meshlet {
 
 constexpr int kHilbertBits = 10;  // per axis
 
-// Skilling's algorithm as an automaton from the highest bit of the coordinates to the lowest. Its
+// Skilling's algorithm as an automaton from the highest bits of the coordinates to the lowest. Its
 // state is what higher bits do to lower ones: an order of the axes, which of them are inverted, and
 // the parity of the Gray code.
 class HilbertTable {
  public:
   constexpr HilbertTable() : steps_() {
+    uint16_t single[kStates][8] = {};
     for (uint32_t state = 0; state < kStates; state++)
-      for (uint32_t bits = 0; bits < 8; bits++) steps_[state][bits] = step(state, bits);
+      for (uint32_t bits = 0; bits < 8; bits++) single[state][bits] = step(state, bits);
+    for (uint32_t state = 0; state < kStates; state++)
+      for (uint32_t bits = 0; bits < 64; bits++) {
+        const uint32_t high = single[state][bits >> 3], low = single[high >> 3][bits & 7];
+        steps_[state][bits] = uint16_t(low >> 3 << 6 | (high & 7) << 3 | (low & 7));
+      }
   }
 
   // The place of a cell on the curve.
   uint32_t index(const std::array<uint32_t, 3>& cell) const {
+    const uint32_t mixed = spread(cell[0]) << 2 | spread(cell[1]) << 1 | spread(cell[2]);
     uint32_t state = 0, index = 0;
-    for (int b = kHilbertBits - 1; b >= 0; --b) {
-      const uint32_t bits = (cell[0] >> b & 1) << 2 | (cell[1] >> b & 1) << 1 | (cell[2] >> b & 1);
-      index = index << 3 | (steps_[state][bits] & 7);
-      state = steps_[state][bits] >> 3;
+    for (int b = 3 * kHilbertBits - 6; b >= 0; b -= 6) {
+      const uint32_t next = steps_[state][mixed >> b & 63];
+      index = index << 6 | (next & 63);
+      state = next >> 6;
     }
     return index;
   }
 
  private:
   static constexpr uint32_t kStates = 96;  // order << 4 | inverted z, y, x | parity
+
+  // Moves bit i to bit 3 i.
+  static uint32_t spread(uint32_t bits) {
+    static_assert(kHilbertBits == 10);
+    bits = (bits | bits << 16) & 0x030000FFu;
+    bits = (bits | bits << 8) & 0x0300F00Fu;
+    bits = (bits | bits << 4) & 0x030C30C3u;
+    return (bits | bits << 2) & 0x09249249u;
+  }
 
   // Returns the next state << 3 | three bits of the index. bits: x << 2 | y << 1 | z.
   static constexpr uint16_t step(uint32_t state, uint32_t bits) {
@@ -60,7 +76,8 @@ class HilbertTable {
     return uint16_t(next << 3 | (digit[0] ^ parity) << 2 | (y ^ parity) << 1 | (z ^ parity));
   }
 
-  uint16_t steps_[kStates][8];
+  // By two bits of each coordinate: the next state << 6 | six bits of the index.
+  uint16_t steps_[kStates][64];
 };
 
 // The place of a cell on the curve.

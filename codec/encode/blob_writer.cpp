@@ -176,7 +176,7 @@ std::vector<uint8_t> BlobWriter::assemble(uint32_t meshlets, uint32_t vertices) 
   header.meshlet_count = meshlets;
   header.data_offset = data_offset(uint32_t(streams_.size()), meshlets);
   header.streams = streams_;
-  header.triangle_count = uint32_t(owners_.boundaries.disk_of.size());
+  header.triangle_count = uint32_t(owners_.boundaries.place_of.size());
   std::vector<uint8_t> blob;
   write_blob_header(header, blob);
   size_t row = blob.size();  // of the group table

@@ -1,6 +1,8 @@
 #include "encode/boundaries.h"
 
 #include <algorithm>
+#include <memory>
+#include <numeric>
 
 #include "format/blob.h"
 #include "common/parallel.h"
@@ -52,29 +54,22 @@ class Builder {
   size_t disk_count() const { return meshlets_.disk_begin.size() - 1; }
 
   void number_disks() {
-    b_.disk_of.resize(mesh_.triangle_count);
     b_.place_of.resize(mesh_.triangle_count);
     b_.meshlet_of.resize(disk_count());
     for (size_t m = 0; m + 1 < meshlets_.meshlet_begin.size(); m++)
       for (uint32_t c = meshlets_.meshlet_begin[m]; c < meshlets_.meshlet_begin[m + 1]; c++)
         b_.meshlet_of[c] = uint32_t(m);
     for_disks(threads_, disk_count(), [&](uint32_t c) {
-      for (uint32_t i = meshlets_.disk_begin[c]; i < meshlets_.disk_begin[c + 1]; i++) {
-        b_.disk_of[meshlets_.triangles[i]] = c;
+      for (uint32_t i = meshlets_.disk_begin[c]; i < meshlets_.disk_begin[c + 1]; i++)
         b_.place_of[meshlets_.triangles[i]] = i;
-      }
     });
   }
 
   void find_loops() {
     b_.loops.resize(disk_count());
-    for_disks(threads_, disk_count(), [&](uint32_t c) {
-      uint32_t count = 0;
-      for (uint32_t i = meshlets_.disk_begin[c]; i < meshlets_.disk_begin[c + 1]; i++)
-        for (uint32_t k = 0; k < 3; k++)
-          count += !b_.interior(half_edges_, 3 * meshlets_.triangles[i] + k);
-      b_.loops[c].count = count;
-    });
+    std::vector<std::vector<uint32_t>> of_chunk((disk_count() + kChunk - 1) / kChunk);
+    for_disks(threads_, disk_count(),
+              [&](uint32_t c) { b_.loops[c].count = walk_loop(c, of_chunk[c / kChunk]); });
     uint32_t places = 0;
     for (Loop& l : b_.loops) {
       l.begin = places;
@@ -83,25 +78,41 @@ class Builder {
     b_.half_edge.resize(places);
     b_.vertex.resize(places);
     b_.place_disk.resize(places);
-    place_of_.assign(3 * mesh_.triangle_count, kNone);
-    for_disks(threads_, disk_count(), [&](uint32_t c) { walk_loop(c); });
+    place_of_.reset(new uint32_t[3 * mesh_.triangle_count]);
+    for_disks(threads_, disk_count(), [&](uint32_t c) {
+      const Loop& l = b_.loops[c];
+      const uint32_t first = b_.loops[c / kChunk * kChunk].begin;
+      for (uint32_t p = l.begin; p < l.begin + l.count; p++) {
+        const uint32_t h = of_chunk[c / kChunk][p - first];
+        b_.half_edge[p] = h;
+        b_.vertex[p] = mesh_.triangles[h];
+        b_.place_disk[p] = c;
+        place_of_[h] = p;
+      }
+    });
   }
 
-  void walk_loop(uint32_t c) {
-    const Loop& l = b_.loops[c];
-    uint32_t h = kNone;
-    for (uint32_t i = meshlets_.disk_begin[c]; h == kNone; i++)
-      for (uint32_t k = 0; k < 3 && h == kNone; k++)
-        if (!b_.interior(half_edges_, 3 * meshlets_.triangles[i] + k))
-          h = 3 * meshlets_.triangles[i] + k;
-    for (uint32_t p = l.begin; p < l.begin + l.count; p++) {
-      b_.half_edge[p] = h;
-      b_.vertex[p] = mesh_.triangles[h];
-      b_.place_disk[p] = c;
-      place_of_[h] = p;
-      h = next_in_triangle(h);  // turn around the end of h until the next boundary edge
-      while (b_.interior(half_edges_, h)) h = next_in_triangle(uint32_t(half_edges_.by_vertex(h)));
+  // Appends the half-edges around the disk and returns their number.
+  uint32_t walk_loop(uint32_t c, std::vector<uint32_t>& half_edges) const {
+    const uint32_t begin = meshlets_.disk_begin[c], count = meshlets_.disk_begin[c + 1] - begin;
+    const auto is_inside = [&](uint32_t h) {
+      const int32_t opposite = half_edges_.by_vertex(h);
+      return opposite >= 0 && b_.place_of[uint32_t(opposite) / 3] - begin < count;
+    };
+    uint32_t i = begin, k = 0;
+    while (is_inside(3 * meshlets_.triangles[i] + k)) {
+      i += k == 2;
+      k = k == 2 ? 0 : k + 1;
     }
+    const uint32_t first = 3 * meshlets_.triangles[i] + k;
+    const size_t before = half_edges.size();
+    uint32_t h = first;
+    do {
+      half_edges.push_back(h);
+      h = next_in_triangle(h);  // turn around the end of h until the next boundary edge
+      while (is_inside(h)) h = next_in_triangle(uint32_t(half_edges_.by_vertex(h)));
+    } while (h != first);
+    return uint32_t(half_edges.size() - before);
   }
 
   // Finds the place across each boundary edge, and the streams that are equal on both sides.
@@ -113,7 +124,7 @@ class Builder {
         uint32_t h = b_.half_edge[p];
         const bool whole = half_edges_.by_vertex(h) >= 0;
         const int32_t other = share_seams_ ? half_edges_.by_position(h) : half_edges_.by_vertex(h);
-        if (other < 0 || place_of_[other] == kNone) continue;
+        if (other < 0) continue;
         twin_[p] = place_of_[other];
         shared_[p] = whole ? ~0ull : equal_streams(p, twin_[p]);
         if (!(shared_[p] & 1)) twin_[p] = kNone;
@@ -214,27 +225,37 @@ class Builder {
   // The owner of a chain is its side of the smaller disk, so of the smaller meshlet; within one
   // disk, of the smaller place.
   void find_references() {
-    b_.references.assign(disk_count(), {});
+    b_.reference_begin.assign(disk_count() + 1, 0);
     for_disks(threads_, disk_count(), [&](uint32_t c) {
-      const Loop& l = b_.loops[c];
-      uint32_t first = l.begin;
-      while (!cut_[first]) first++;
-      uint32_t p = first;
-      do {
-        Reference r{p, chain_length(p), ReferenceKind::kPrivate, ~0ull, kNone};
-        if (twin_[p] != kNone) {
-          uint32_t end = p;
-          for (uint32_t n = 1; n < r.length; n++) end = b_.next(end);
-          uint32_t other = b_.place_disk[twin_[p]];
-          r.owner_start = twin_[end];
-          bool owned = c < other || (c == other && p < r.owner_start);
-          r.kind = owned ? ReferenceKind::kOwned : ReferenceKind::kForeign;
-          r.shared = shared_[p];
-        }
-        b_.references[c].push_back(r);
-        for (uint32_t n = 0; n < r.length; n++) p = b_.next(p);
-      } while (p != first);
+      const auto first = cut_.begin() + b_.loops[c].begin;
+      b_.reference_begin[c + 1] = uint32_t(std::count(first, first + b_.loops[c].count, 1));
     });
+    std::partial_sum(b_.reference_begin.begin(), b_.reference_begin.end(),
+                     b_.reference_begin.begin());
+    b_.references.resize(b_.reference_begin.back());
+    for_disks(threads_, disk_count(), [&](uint32_t c) {
+      uint32_t p = b_.loops[c].begin;
+      while (!cut_[p]) p++;
+      for (uint32_t i = b_.reference_begin[c]; i < b_.reference_begin[c + 1]; i++)
+        p = place_reference(c, p, b_.references[i]);
+    });
+  }
+
+  // Returns the place after it.
+  uint32_t place_reference(uint32_t c, uint32_t p, Reference& r) const {
+    r = {p, 1, ReferenceKind::kPrivate, ~0ull, kNone};
+    uint32_t last = p, next = b_.next(p);
+    for (; !cut_[next]; next = b_.next(next)) {
+      last = next;
+      r.length++;
+    }
+    if (twin_[p] == kNone) return next;
+    const uint32_t other = b_.place_disk[twin_[p]];
+    r.owner_start = twin_[last];
+    const bool owned = c < other || (c == other && p < r.owner_start);
+    r.kind = owned ? ReferenceKind::kOwned : ReferenceKind::kForeign;
+    r.shared = shared_[p];
+    return next;
   }
 
   // Does reference r store its own values for stream s? all() stands for the whole vertex, which is
@@ -246,15 +267,16 @@ class Builder {
   uint32_t all() const { return uint32_t(values_.values.size()); }
 
   const Reference& reference_at(uint32_t c, uint32_t start) const {
-    for (const Reference& r : b_.references[c])
+    const DiskReferences references = b_.references_of(c);
+    for (const Reference& r : references)
       if (r.start == start) return r;
-    return b_.references[c].front();
+    return references[0];
   }
 
   // Number of hops that the decoder takes from corner i of disk c for stream s; MAX_HOPS + 1 if it
   // gives up.
   uint32_t hops(uint32_t c, size_t i, uint32_t s) const {
-    const auto& refs = b_.references[c];
+    const DiskReferences refs = b_.references_of(c);
     const Reference* at = &refs[i];
     const Reference* before = &refs[(i + refs.size() - 1) % refs.size()];
     if (own_for(*at, s) && own_for(*before, s)) return 0;
@@ -263,8 +285,8 @@ class Builder {
     const Reference* way = at_end ? at : before;
     for (uint32_t hop = 1; hop <= MAX_HOPS; hop++) {
       uint32_t owner = b_.place_disk[way->owner_start];
-      const auto& list = b_.references[owner];
-      size_t k = size_t(&reference_at(owner, way->owner_start) - list.data());
+      const DiskReferences list = b_.references_of(owner);
+      size_t k = size_t(&reference_at(owner, way->owner_start) - list.data);
       way = &list[at_end ? (k + 1) % list.size() : (k + list.size() - 1) % list.size()];
       if (own_for(*way, s)) return hop;
     }
@@ -287,13 +309,16 @@ class Builder {
   bool drop_long_paths() {
     std::vector<uint8_t> found(disk_count(), 0);
     for_disks(threads_, disk_count(), [&](uint32_t c) {
-      for (size_t i = 0; i < b_.references[c].size(); i++) found[c] |= long_path(c, i);
+      for (size_t i = 0; i < b_.references_of(c).size(); i++) found[c] |= long_path(c, i);
     });
-    for (uint32_t c = 0; c < disk_count(); c++)
-      for (size_t i = 0; found[c] && i < b_.references[c].size(); i++)
+    for (uint32_t c = 0; c < disk_count(); c++) {
+      if (!found[c]) continue;
+      const DiskReferences refs = b_.references_of(c);
+      for (size_t i = 0; i < refs.size(); i++)
         if (long_path(c, i))
-          for (size_t k : {i, (i + b_.references[c].size() - 1) % b_.references[c].size()})
-            if (twin_[b_.references[c][k].start] != kNone) drop_chain(b_.references[c][k].start);
+          for (size_t k : {i, (i + refs.size() - 1) % refs.size()})
+            if (twin_[refs[k].start] != kNone) drop_chain(refs[k].start);
+    }
     return std::count(found.begin(), found.end(), 1) > 0;
   }
 
@@ -304,11 +329,11 @@ class Builder {
   bool share_seams_;
   int threads_;
   Boundaries b_;
-  std::vector<uint32_t> place_of_;  // per half-edge
-  std::vector<uint32_t> twin_;      // per place
-  std::vector<uint64_t> shared_;    // per place
-  std::vector<uint8_t> cut_;        // per place: a chain begins here
-  bool any_seams_ = false;          // some chain shares a part of the streams
+  std::unique_ptr<uint32_t[]> place_of_;  // per half-edge of a boundary
+  std::vector<uint32_t> twin_;            // per place
+  std::vector<uint64_t> shared_;          // per place
+  std::vector<uint8_t> cut_;              // per place: a chain begins here
+  bool any_seams_ = false;                // some chain shares a part of the streams
 };
 
 }  // namespace

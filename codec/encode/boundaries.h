@@ -1,7 +1,6 @@
 // Boundary loops of disks, cut into chains that two loops share, so that boundaries are stored once
 // (paper, section 3).
 #pragma once
-#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -22,7 +21,10 @@ struct VertexValues {
     return values[stream] + size_t(rows ? rows[v] : v) * elements[stream];
   }
   bool equal(uint32_t stream, uint32_t v, uint32_t w) const {
-    return std::equal(of(stream, v), of(stream, v) + elements[stream], of(stream, w));
+    const uint32_t *a = of(stream, v), *b = of(stream, w);
+    uint32_t different = 0;
+    for (uint32_t c = 0; c < elements[stream]; c++) different |= a[c] ^ b[c];
+    return different == 0;
   }
 };
 
@@ -43,17 +45,32 @@ struct Reference {
   uint32_t owner_start;  // foreign: first place of the owner's reference, which runs the other way
 };
 
+// The references of one disk.
+struct DiskReferences {
+  const Reference* data;
+  size_t count;
+
+  const Reference* begin() const { return data; }
+  const Reference* end() const { return data + count; }
+  size_t size() const { return count; }
+  const Reference& operator[](size_t i) const { return data[i]; }
+};
+
 struct Boundaries {
-  std::vector<uint32_t> disk_of;     // per triangle
   std::vector<uint32_t> place_of;    // per triangle: its place in Meshlets::triangles
   std::vector<uint32_t> meshlet_of;  // per disk
   std::vector<Loop> loops;           // per disk
   std::vector<uint32_t> half_edge;   // per place
   std::vector<uint32_t> vertex;      // per place: start of its half-edge
   std::vector<uint32_t> place_disk;  // per place
-  // Per disk, in loop order; a private loop is one reference from place 0.
-  std::vector<std::vector<Reference>> references;
+  std::vector<Reference> references;
+  std::vector<uint32_t> reference_begin;  // per disk, and the end
 
+  // In loop order; a private loop is one reference from place 0.
+  DiskReferences references_of(uint32_t disk) const {
+    return {references.data() + reference_begin[disk],
+            reference_begin[disk + 1] - reference_begin[disk]};
+  }
   uint32_t next(uint32_t place) const {
     const Loop& l = loops[place_disk[place]];
     return place + 1 == l.begin + l.count ? l.begin : place + 1;
@@ -61,11 +78,6 @@ struct Boundaries {
   uint32_t previous(uint32_t place) const {
     const Loop& l = loops[place_disk[place]];
     return place == l.begin ? l.begin + l.count - 1 : place - 1;
-  }
-  // Does the half-edge lie inside its disk?
-  bool interior(const HalfEdges& half_edges, uint32_t half_edge) const {
-    const int32_t opposite = half_edges.by_vertex(half_edge);
-    return opposite >= 0 && disk_of[uint32_t(opposite) / 3] == disk_of[half_edge / 3];
   }
 };
 

@@ -26,6 +26,7 @@ struct EncoderStats {
   std::vector<std::pair<const char*, double>> stage_seconds;
   BitStatistics bits;  // equal to count_bits of the blob, without decoding it
 
+  void add_seconds(const char* stage, double seconds);
   // Adds the times of another encoder's stages.
   void add_seconds(const EncoderStats& other);
 };
@@ -56,7 +57,10 @@ SegmentedMesh segment_for_encoder(const MeshView& mesh, const EncodeOptions& opt
 
 // The second half: encodes given meshlets, in their order, as one blob. They must be as
 // generate_meshlets makes them: check_meshlets (segment/check_meshlets.h) checks those of a caller.
-std::vector<uint8_t> encode_meshlets(const EncoderInput& input, std::vector<Stream> streams,
-                                     const EncodeOptions& options, EncoderStats& stats);
+//
+// high_too: with kMax, also encodes with kHigh and takes the smaller blob.
+std::vector<uint8_t> encode_meshlets(const EncoderInput& input, const std::vector<Stream>& streams,
+                                     const EncodeOptions& options, EncoderStats& stats,
+                                     bool high_too);
 
 }  // namespace meshlet

@@ -38,11 +38,15 @@ void LocalMeshlet::add_disk(uint32_t disk) {
     for (uint32_t k = 0; k < 3; k++) {
       const uint32_t local = 3 * (first_triangle_ + i) + k;
       start_[local] = number_of(input_.mesh.triangles[first + k]);
-      opposite_[local] = boundaries_.interior(input_.half_edges, first + k)
-                             ? local_half_edge(uint32_t(input_.half_edges.by_vertex(first + k)))
+      const int32_t other = input_.half_edges.by_vertex(first + k);
+      const uint32_t place = other < 0 ? count : boundaries_.place_of[uint32_t(other) / 3] - begin;
+      opposite_[local] = place < count
+                             ? uint8_t(3 * (first_triangle_ + place) + uint32_t(other) % 3)
                              : kNoHalfEdge;
     }
   }
+  if (2 * (vertex_count_ - first_vertex_) != count + loop.count + 2)  // by Euler's formula
+    throw std::logic_error("the segmentation made a part that is not a disk");
   triangle_count_ += count;
 }
 

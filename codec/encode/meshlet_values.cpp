@@ -5,7 +5,7 @@
 namespace meshlet {
 
 MeshletValues::MeshletValues(const std::vector<Stream>& streams, const VertexValues& values)
-    : streams_(streams), values_(values), decoder_(std::make_unique<SerialDecoder>()) {
+    : streams_(streams), values_(values), decoder_(new SerialDecoder) {
   SerialDecoder& decoder = *decoder_;
   decoder.stream_total = decoder.stream_end = uint32_t(streams.size());
   for (uint32_t s = 0; s < streams.size(); s++) {
@@ -14,6 +14,7 @@ MeshletValues::MeshletValues(const std::vector<Stream>& streams, const VertexVal
     decoder.stream_element[s] = uint16_t(STREAM_MAX_ELEMENTS * s);
     first_element_.push_back(element_count_);
     element_count_ += streams[s].elements;
+    affine_streams_ |= uint64_t(streams[s].predictor == kAffine) << s;
     needs_normals_ = needs_normals_ || streams[s].kind == kOct;
   }
 }
@@ -75,18 +76,19 @@ void MeshletValues::traversed(uint32_t s, uint32_t predictor, uint32_t triangle,
   traversed(s, predictor, triangle, weights, out);
 }
 
-void MeshletValues::traversed(uint32_t triangle, uint32_t* out) {
+void MeshletValues::traversed(uint64_t streams, uint32_t triangle, uint32_t* out) {
   SerialDecoder::Weights weights{};
-  const auto is_affine = [](const Stream& s) { return s.predictor == kAffine; };
-  if (std::any_of(streams_.begin(), streams_.end(), is_affine))
-    weights = decoder_->traversed_weights(triangle);
-  for (uint32_t s = 0; s < streams_.size(); s++)
+  if (streams & affine_streams_) weights = decoder_->traversed_weights(triangle);
+  for (; streams; streams &= streams - 1) {
+    const uint32_t s = SerialDecoder::mask_lsb(streams);
     traversed(s, streams_[s].predictor, triangle, weights, out + first_element_[s]);
+  }
 }
 
 void MeshletValues::place(PlannedReferences references, const std::vector<uint8_t>& loop_vertices) {
   SerialDecoder& decoder = *decoder_;
   references_ = references;
+  listed_ = 0;
   std::copy(loop_vertices.begin(), loop_vertices.end(), decoder.loop_vertex);
   uint32_t rank = 0, loop = 0;
   for (uint32_t i = 0; i < references.count; i++) {
@@ -112,8 +114,10 @@ void MeshletValues::anchors(uint32_t s, std::vector<uint32_t>& out) const {
 
 void MeshletValues::append_chains(uint32_t s, uint32_t predictor, uint64_t references,
                                   std::vector<uint32_t>& out) {
+  if (references == 0) return;
   SerialDecoder& decoder = *decoder_;
-  decoder.list_chains(references);
+  if (references != listed_) decoder.list_chains(references);
+  listed_ = references;
   for (uint32_t j = 0; j < decoder.chain_count; j++) {
     const uint32_t step = decoder.chain_step[j];
     const uint32_t* v = decoder.vertex(s, step & 255u);

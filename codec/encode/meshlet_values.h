@@ -33,10 +33,10 @@ class MeshletValues {
   // Loads the disk that the meshlet added last.
   void add_disk(const LocalMeshlet& meshlet);
 
-  // Writes the residuals of the vertex of a packed triangle: of one stream under a predictor, or of
-  // all streams under their own.
+  // Writes the residuals of the vertex of a packed triangle: of one stream under a predictor, or
+  // those of a mask of streams, under their own, of all streams' residuals.
   void traversed(uint32_t s, uint32_t predictor, uint32_t triangle, uint32_t* out);
-  void traversed(uint32_t triangle, uint32_t* out);
+  void traversed(uint64_t streams, uint32_t triangle, uint32_t* out);
 
   // Places the meshlet's references along its loops, once all disks are loaded. loop_vertices:
   // local vertices of all loops, from the first reference of each.
@@ -57,8 +57,10 @@ class MeshletValues {
   const VertexValues& values_;
   bool needs_normals_ = false;
   uint32_t element_count_ = 0;
+  uint64_t affine_streams_ = 0;
   std::vector<uint32_t> first_element_;
   PlannedReferences references_{nullptr, 0};
+  uint64_t listed_ = 0;  // references whose chains the decoder has listed
   std::unique_ptr<SerialDecoder> decoder_;
 };
 

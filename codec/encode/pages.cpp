@@ -84,9 +84,10 @@ Part::Part(const EncoderInput& all, const std::vector<uint32_t>& numbers) {
 // Encodes pages of one mesh's meshlets. Several threads may use it.
 class PageEncoder {
  public:
+  // high_too: as encode_meshlets'.
   PageEncoder(const EncoderInput& input, const std::vector<Stream>& streams,
-              const EncodeOptions& options)
-      : input_(input), streams_(streams), options_(options) {
+              const EncodeOptions& options, bool high_too)
+      : input_(input), streams_(streams), options_(options), high_too_(high_too) {
     options_.progress = nullptr;
     options_.threads = 1;  // one page on each thread
   }
@@ -97,7 +98,7 @@ class PageEncoder {
     const MeshView view = part.view();
     const HalfEdges half_edges = match_half_edges(view, options_.threads);
     return encode_meshlets({view, half_edges, part.meshlets, part.values}, streams_, options_,
-                           stats);
+                           stats, high_too_);
   }
 
   uint32_t triangles(uint32_t m) const {
@@ -109,6 +110,7 @@ class PageEncoder {
   const EncoderInput input_;
   const std::vector<Stream>& streams_;
   EncodeOptions options_;
+  const bool high_too_;
 };
 
 // Adds what a page's blob has, and the time it took.
@@ -280,6 +282,37 @@ class PageMaker {
   size_t at_once_ = 1;
 };
 
+// Blobs, and how they were made.
+struct Pages {
+  std::vector<std::vector<uint8_t>> blobs;
+  EncoderStats stats;
+
+  size_t bytes() const {
+    size_t sum = 0;
+    for (const std::vector<uint8_t>& blob : blobs) sum += blob.size();
+    return sum;
+  }
+};
+
+Pages make_pages(const EncoderInput& input, const std::vector<Stream>& streams,
+                 const EncodeOptions& options, size_t page_bytes) {
+  const PageEncoder encoder(input, streams, options, false);
+  PageGrowth growth(input.mesh, input.half_edges, input.meshlets);
+  PageMaker maker(encoder, growth, page_bytes, options.threads);
+  Pages pages;
+  size_t encoded = 0;
+  const size_t count = input.meshlets.meshlet_begin.size() - 1;
+  while (!maker.done()) {
+    for (Page& page : maker.next()) {
+      add(pages.stats, page.stats);
+      pages.blobs.push_back(std::move(page.blob));
+      encoded += page.count;
+    }
+    if (options.progress) options.progress(float(encoded) / float(count));
+  }
+  return pages;
+}
+
 }  // namespace
 
 std::vector<std::vector<uint8_t>> encode_pages(const MeshView& mesh,
@@ -287,29 +320,30 @@ std::vector<std::vector<uint8_t>> encode_pages(const MeshView& mesh,
                                                const VertexValues& values,
                                                const EncodeOptions& options, size_t page_bytes,
                                                EncoderStats& stats) {
-  constexpr float kGenerationShare = 0.5f;  // of the progress
+  const bool is_max = options.effort == Effort::kMax;
+  const float generation_share = is_max ? 0.2f : 0.5f;  // of the progress
   check_input(mesh, streams);
-  const SegmentedMesh segmented = segment_for_encoder(mesh, options, kGenerationShare, stats);
+  const SegmentedMesh segmented = segment_for_encoder(mesh, options, generation_share, stats);
   const MeshView view = segmented.mesh.view();
   VertexValues sorted_values = values;
   sorted_values.rows = segmented.mesh.source_vertex.data();
-  const PageEncoder encoder({view, segmented.half_edges, segmented.meshlets, sorted_values},
-                            streams, options);
-  PageGrowth growth(view, segmented.half_edges, segmented.meshlets);
-  PageMaker maker(encoder, growth, page_bytes, options.threads);
-  std::vector<std::vector<uint8_t>> pages;
-  size_t encoded = 0;
-  const size_t count = segmented.meshlets.meshlet_begin.size() - 1;
-  while (!maker.done()) {
-    for (Page& page : maker.next()) {
-      add(stats, page.stats);
-      pages.push_back(std::move(page.blob));
-      encoded += page.count;
-    }
-    if (options.progress)
-      options.progress(kGenerationShare + (1 - kGenerationShare) * float(encoded) / float(count));
+  const EncoderInput input{view, segmented.half_edges, segmented.meshlets, sorted_values};
+  EncodeOptions trial = options;
+  if (options.progress)
+    trial.progress = [&](float f) {
+      options.progress(generation_share + (1 - generation_share) * f);
+    };
+  Pages best = make_pages(input, streams, trial, page_bytes);
+  if (is_max) {
+    // Smaller blobs change what fits a page, which may end in more bytes.
+    trial.effort = Effort::kHigh;
+    trial.progress = nullptr;
+    Pages high = make_pages(input, streams, trial, page_bytes);
+    if (high.bytes() < best.bytes()) std::swap(best, high);
+    stats.add_seconds(high.stats);
   }
-  return pages;
+  add(stats, best.stats);
+  return std::move(best.blobs);
 }
 
 std::vector<std::vector<uint8_t>> encode_given(const MeshView& mesh, const Meshlets& meshlets,
@@ -320,7 +354,7 @@ std::vector<std::vector<uint8_t>> encode_given(const MeshView& mesh, const Meshl
   check_input(mesh, streams);
   const HalfEdges half_edges = match_half_edges(mesh, options.threads);
   check_meshlets(mesh, half_edges, meshlets);
-  const PageEncoder encoder({mesh, half_edges, meshlets, values}, streams, options);
+  const PageEncoder encoder({mesh, half_edges, meshlets, values}, streams, options, true);
   const bool increases = std::adjacent_find(page_begin.begin(), page_begin.end(),
                                             std::greater_equal<uint32_t>()) == page_begin.end();
   if (page_begin.size() < 2 || page_begin.front() != 0 ||

@@ -1,6 +1,7 @@
 #include "encode/planner.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace meshlet {
 namespace {
@@ -13,7 +14,7 @@ uint32_t symbol_bits(const Symbols& y) { return uint32_t(__builtin_popcountll(y.
 
 Plan Planner::plan(uint32_t m, std::vector<PlannedReference>& references) {
   meshlet_.clear();
-  known_.reset();
+  std::fill(std::begin(known_), std::end(known_), 0);
   introductions_.clear();
   triangles_.clear();
   loop_vertices_.clear();
@@ -32,12 +33,16 @@ Plan Planner::plan(uint32_t m, std::vector<PlannedReference>& references) {
 void Planner::plan_disk(uint32_t disk, Plan& plan, std::vector<PlannedReference>& references) {
   meshlet_.add_disk(disk);
   values_.add_disk(meshlet_);
-  const std::vector<Reference>& refs = boundaries_.references[disk];
+  const DiskReferences refs = boundaries_.references_of(disk);
   const uint32_t begin = boundaries_.loops[disk].begin, length = meshlet_.loop_length(),
                  first_vertex = meshlet_.first_vertex();
   const bool free = refs.size() == 1 && refs[0].kind == ReferenceKind::kPrivate;
   const uint32_t choices = free ? length : uint32_t(refs.size());
   const uint32_t tries = std::min(choices, options_.gates);
+  // GEO's residuals are the same from every gate, unless another vertex becomes the anchor.
+  const uint64_t counted = options_.positions_only ? 1
+                           : free                  ? all_streams_
+                                                   : all_streams_ & ~geo_streams_;
   uint64_t waiting = 0;
   for (const Reference& r : refs) {
     if (r.kind != ReferenceKind::kPrivate) continue;
@@ -59,7 +64,7 @@ void Planner::plan_disk(uint32_t disk, Plan& plan, std::vector<PlannedReference>
       waiting &= ~(1ull << (first_vertex + start));
     }
     traverse(meshlet_, gate, waiting, traversal);
-    const uint64_t bits = tries > 1 ? cost(traversal) : 0;
+    const uint64_t bits = tries > 1 ? cost(traversal, counted) : 0;
     if (bits >= least) continue;
     least = bits;
     best = traversal;
@@ -68,7 +73,6 @@ void Planner::plan_disk(uint32_t disk, Plan& plan, std::vector<PlannedReference>
   }
   plan.symbols.append(best.symbols);
   for (uint32_t i = 0; i < best.count; i++) {
-    residuals_of(best.introductions[i]);
     introductions_.push_back(best.introductions[i]);
     triangles_.push_back(packed_triangle(meshlet_, best.introductions[i]));
   }
@@ -78,7 +82,7 @@ void Planner::plan_disk(uint32_t disk, Plan& plan, std::vector<PlannedReference>
 // Appends the disk's references from its `first` on, which starts at place `start` of the loop.
 void Planner::add_references(uint32_t disk, uint32_t first, uint32_t start,
                              std::vector<PlannedReference>& references) {
-  const std::vector<Reference>& refs = boundaries_.references[disk];
+  const DiskReferences refs = boundaries_.references_of(disk);
   const uint32_t length = meshlet_.loop_length();
   for (uint32_t n = 0; n < length; n++)
     loop_vertices_.push_back(uint8_t(meshlet_.first_vertex() + (start + n) % length));
@@ -89,28 +93,32 @@ void Planner::add_references(uint32_t disk, uint32_t first, uint32_t start,
   }
 }
 
-// Bits that depend on the gate: symbols and traversed residuals.
-uint64_t Planner::cost(const Traversal& traversal) {
+// Bits that depend on the gate: symbols and traversed residuals of a mask of streams.
+uint64_t Planner::cost(const Traversal& traversal, uint64_t streams) {
   uint64_t bits = symbol_bits(traversal.symbols);
-  for (uint32_t i = 0; i < traversal.count; i++) residuals_of(traversal.introductions[i]);
-  for (uint32_t s = 0; s < streams_.size(); s++) {
+  const uint32_t* rows[MESHLET_VERTICES];
+  for (uint32_t i = 0; i < traversal.count; i++)
+    rows[i] = residuals_of(traversal.introductions[i],
+                           packed_triangle(meshlet_, traversal.introductions[i]), streams);
+  for (; streams; streams &= streams - 1) {
+    const uint32_t s = SerialDecoder::mask_lsb(streams);
     const uint32_t elements = streams_[s].elements;
     list_.resize(traversal.count * elements);
     uint32_t* to = list_.data();
     for (uint32_t i = 0; i < traversal.count; i++, to += elements)
-      copy_elements(residuals_of(traversal.introductions[i]) + values_.first_element(s), elements,
-                    to);
+      copy_elements(rows[i] + values_.first_element(s), elements, to);
     const Residuals list{list_.data(), list_.size()};
     bits += options_.exact_costs ? CodeSizes(list, elements).least() : best_rice_bits(list);
   }
   return bits;
 }
 
-const uint32_t* Planner::residuals_of(Introduction introduction) {
+const uint32_t* Planner::residuals_of(Introduction introduction, uint32_t triangle,
+                                      uint64_t streams) {
   uint32_t* out = &residuals_[introduction * size_t(values_.element_count())];
-  if (!known_[introduction]) {
-    known_[introduction] = true;
-    values_.traversed(packed_triangle(meshlet_, introduction), out);
+  if (const uint64_t missing = streams & ~known_[introduction]) {
+    known_[introduction] |= missing;
+    values_.traversed(missing, triangle, out);
   }
   return out;
 }
@@ -125,8 +133,14 @@ void Planner::traversed(uint32_t s, uint32_t predictor, std::vector<uint32_t>& o
   }
 }
 
-void Planner::append_lists(uint32_t s, std::vector<uint32_t>& residuals,
-                           std::vector<uint32_t>& counts) {
+void Planner::append_lists(std::vector<uint32_t>& residuals, std::vector<uint32_t>& counts) {
+  for (size_t i = 0; i < introductions_.size(); i++)
+    residuals_of(introductions_[i], triangles_[i], all_streams_);
+  for (uint32_t s = 0; s < streams_.size(); s++) append_stream(s, residuals, counts);
+}
+
+void Planner::append_stream(uint32_t s, std::vector<uint32_t>& residuals,
+                            std::vector<uint32_t>& counts) {
   const size_t anchors = residuals.size();
   values_.anchors(s, residuals);
   const size_t chains = residuals.size();

@@ -78,7 +78,7 @@ inline uint64_t rice_bits(Residuals residuals, uint32_t length, uint32_t k) {
   if (length <= k) return plain;
   if (length > k + bit_length(MAX_QUOTIENT)) return kImpossible;
   static_assert((MAX_QUOTIENT & (MAX_QUOTIENT + 1)) == 0);
-  uint64_t quotients = 0;
+  uint32_t quotients = 0;  // of one meshlet: fits
   for (uint32_t u : residuals) quotients += u >> k;
   return plain + quotients;
 }

@@ -17,7 +17,7 @@ std::vector<uint8_t> allowed_predictors(const std::vector<Stream>& streams, uint
   for (uint8_t p = kGeo; p < PREDICTORS; p++) {
     std::vector<Stream> with = streams;
     with[s].predictor = p;
-    if (streams_problem(with).empty()) allowed.push_back(p);
+    if (!streams_problem(with)) allowed.push_back(p);
   }
   return allowed;
 }
@@ -38,8 +38,7 @@ uint64_t further_anchor_bits(Residuals residuals, const Stream& stream, uint32_t
 }  // namespace
 
 void choose_predictors(const EncoderInput& input, const Boundaries& boundaries,
-                       std::vector<Stream>& streams, const PlannerOptions& options,
-                       const PredictorSample& sample, int threads) {
+                       std::vector<Stream>& streams, const PredictorSample& sample, int threads) {
   std::vector<uint32_t> open;
   for (uint32_t s = 0; s < streams.size(); s++) {
     if (streams[s].predictor != kChoosePredictor) continue;
@@ -57,7 +56,7 @@ void choose_predictors(const EncoderInput& input, const Boundaries& boundaries,
   Sums bits(streams.size(), Sums::value_type{});
   std::mutex mutex;
   parallel_for(threads, (count + kSampleChunk - 1) / kSampleChunk, [&](size_t chunk) {
-    Planner planner(input, boundaries, streams, options);
+    Planner planner(input, boundaries, streams, sample.planner);
     std::vector<PlannedReference> references;
     std::vector<uint32_t> chains, interiors;
     Sums sums(streams.size(), Sums::value_type{});

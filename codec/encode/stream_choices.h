@@ -15,13 +15,13 @@ constexpr uint8_t kChoosePredictor = 255;
 // At most `count` meshlets: every n-th, n being at least least_stride.
 struct PredictorSample {
   uint32_t count, least_stride;
+  PlannerOptions planner;
 };
 
 // Tries the predictors that the format allows on a sample of the meshlets, for streams whose
 // predictor is kChoosePredictor, and takes that of the fewest bits.
 void choose_predictors(const EncoderInput& input, const Boundaries& boundaries,
-                       std::vector<Stream>& streams, const PlannerOptions& options,
-                       const PredictorSample& sample, int threads);
+                       std::vector<Stream>& streams, const PredictorSample& sample, int threads);
 
 // Bits of all lists of one stream, by base.
 class BaseSizes {

@@ -19,7 +19,7 @@ float real(const uint8_t* data, size_t byte) {
 }
 
 void require(bool ok, const char* problem) {
-  if (!ok) refuse(problem);
+  if (!ok) refuse({problem});
 }
 
 Stream read_stream(const uint8_t* p) {
@@ -112,45 +112,43 @@ uint32_t data_offset(uint32_t streams, uint32_t meshlets) {
   return BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * streams + BLOB_GROUP_BYTES * group_count(meshlets);
 }
 
-std::string stream_problem(const Stream& s) {
-  if (s.kind >= KINDS) return "unknown stream kind " + std::to_string(s.kind);
+Problem stream_problem(const Stream& s) {
+  if (s.kind >= KINDS) return {"unknown stream kind #", s.kind};
   if (s.elements < 1 || s.elements > STREAM_MAX_ELEMENTS)
-    return "a stream has " + std::to_string(s.elements) + " elements, not 1 to 4";
-  if (s.bits < 1 || s.bits > STREAM_MAX_BITS)
-    return "a stream has " + std::to_string(s.bits) + " bits, not 1 to 32";
-  if (s.predictor >= PREDICTORS) return "unknown predictor " + std::to_string(s.predictor);
+    return {"a stream has # elements, not 1 to 4", s.elements};
+  if (s.bits < 1 || s.bits > STREAM_MAX_BITS) return {"a stream has # bits, not 1 to 32", s.bits};
+  if (s.predictor >= PREDICTORS) return {"unknown predictor #", s.predictor};
   if (s.bits > PREDICT_MAX_BITS && s.predictor != kCopy)
-    return "a stream of more than 24 bits must use the COPY predictor";
+    return {"a stream of more than 24 bits must use the COPY predictor"};
   if (s.chain_base > CODE_MAX_PARAMETER || s.interior_base > CODE_MAX_PARAMETER ||
       s.anchor_base > CODE_MAX_PARAMETER)
-    return "a base of code parameters is above 31";
-  if (s.kind == kGrid && s.bits > GRID_MAX_BITS) return "a GRID stream has more than 24 bits";
+    return {"a base of code parameters is above 31"};
+  if (s.kind == kGrid && s.bits > GRID_MAX_BITS) return {"a GRID stream has more than 24 bits"};
   if (s.kind == kOct && (s.elements != 2 || s.bits < OCT_MIN_BITS || s.bits > OCT_MAX_BITS))
-    return "an OCT stream must have 2 elements of 2 to 16 bits";
-  if (s.kind == kFloat32 && s.bits != 32) return "a FLOAT32 stream must have 32 bits";
+    return {"an OCT stream must have 2 elements of 2 to 16 bits"};
+  if (s.kind == kFloat32 && s.bits != 32) return {"a FLOAT32 stream must have 32 bits"};
   if (s.kind == kSign && (s.bits != 1 || s.elements != 1))
-    return "a SIGN stream must have 1 element of 1 bit";
-  if (s.predictor == kGeo && s.kind != kOct) return "the GEO predictor needs an OCT stream";
+    return {"a SIGN stream must have 1 element of 1 bit"};
+  if (s.predictor == kGeo && s.kind != kOct) return {"the GEO predictor needs an OCT stream"};
   if (s.predictor == kAffine && (s.kind == kOct || s.kind == kSign))
-    return "an OCT or SIGN stream cannot use the AFFINE predictor";
-  if (!std::isfinite(s.step)) return "a stream's step is not finite";
+    return {"an OCT or SIGN stream cannot use the AFFINE predictor"};
+  if (!std::isfinite(s.step)) return {"a stream's step is not finite"};
   for (float o : s.offset)
-    if (!std::isfinite(o)) return "a stream's offset is not finite";
-  return "";
+    if (!std::isfinite(o)) return {"a stream's offset is not finite"};
+  return {};
 }
 
-std::string streams_problem(const std::vector<Stream>& streams) {
+Problem streams_problem(const std::vector<Stream>& streams) {
   bool from_positions = false;
   for (const Stream& s : streams) {
-    std::string problem = stream_problem(s);
-    if (!problem.empty()) return problem;
+    if (const Problem problem = stream_problem(s)) return problem;
     from_positions = from_positions || s.predictor >= kGeo;
   }
   const Stream& first = streams.front();
-  if (first.predictor >= kGeo) return "stream 0 cannot be predicted from positions";
+  if (first.predictor >= kGeo) return {"stream 0 cannot be predicted from positions"};
   if (from_positions && (first.kind != kGrid || first.elements != 3))
-    return "prediction from positions needs a GRID stream of 3 elements as stream 0";
-  return "";
+    return {"prediction from positions needs a GRID stream of 3 elements as stream 0"};
+  return {};
 }
 
 BlobHeader read_blob_header(const uint8_t* data, size_t size) {
@@ -183,8 +181,7 @@ BlobHeader read_blob_header(const uint8_t* data, size_t size) {
           "the blob does not end in 8 zero bytes");
   for (uint32_t s = 0; s < stream_count; s++)
     h.streams.push_back(read_stream(data + BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * s));
-  const std::string problem = streams_problem(h.streams);
-  if (!problem.empty()) refuse(problem);
+  if (const Problem problem = streams_problem(h.streams)) refuse(problem);
   check_groups(data, size, h);
   require(h.vertex_count >= 3 && h.vertex_count <= 3ull * h.triangle_count &&
               h.vertex_count <= uint64_t(MESHLET_VERTICES) * h.meshlet_count,

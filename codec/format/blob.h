@@ -63,18 +63,30 @@ struct Malformed : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// What is wrong with a blob. No string is built before it is shown: that code would be a tenth of
+// web/decoder.wasm.
+struct Problem {
+  const char* text = nullptr;  // null: nothing is wrong. # stands for `number`.
+  uint32_t number = 0;
+  uint32_t meshlet = NO_MESHLET;  // where it is, if it is in a meshlet
+
+  explicit operator bool() const { return text != nullptr; }
+};
+
+// A problem as one sentence.
+std::string sentence(const Problem& problem);
+
 // Throws Malformed. A program without exceptions (web/decoder.cpp) defines its own.
-[[noreturn]] void refuse(const std::string& problem);
+[[noreturn]] void refuse(const Problem& problem);
 
 // Byte offset of the first byte after the tables.
 uint32_t data_offset(uint32_t streams, uint32_t meshlets);
 
-// Returns a sentence about a stream that the format does not allow, or an empty string.
-std::string stream_problem(const Stream& stream);
+// What the format does not allow about a stream, if anything.
+Problem stream_problem(const Stream& stream);
 
-// Returns a sentence about the streams of a blob that the format does not allow, or an empty
-// string.
-std::string streams_problem(const std::vector<Stream>& streams);
+// What the format does not allow about the streams of a blob, if anything.
+Problem streams_problem(const std::vector<Stream>& streams);
 
 // Reads and checks header and tables of an untrusted blob: the tables lie inside it, meshlets
 // follow one another without overlap, their triangle counts sum to the header's, and the counts are

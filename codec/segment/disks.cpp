@@ -9,6 +9,7 @@ void DiskCutter::cut(const uint32_t* triangles, size_t count, Disks& disks) {
   static_assert(kMaxTriangles == MESHLET_TRIANGLES);
   load(triangles, count);
   disks.triangles.clear();
+  disks.triangles.reserve(count);
   disks.begin.assign(1, 0);
   disks.vertices.clear();
   disks.vertex_count = 0;

@@ -61,10 +61,10 @@ class Packer {
     while (parent_[item] != item) item = parent_[item] = parent_[parent_[item]];
     return item;
   }
-  bool fits(uint32_t a, uint32_t b) const {
-    return loads_[a].triangles + loads_[b].triangles <= max_triangles_ &&
-           loads_[a].vertices + loads_[b].vertices <= max_vertices_;
+  bool fit(const Load& a, const Load& b) const {
+    return a.triangles + b.triangles <= max_triangles_ && a.vertices + b.vertices <= max_vertices_;
   }
+  bool fits(uint32_t a, uint32_t b) const { return fit(loads_[a], loads_[b]); }
   void join(uint32_t a, uint32_t b) {
     if (b < a) std::swap(a, b);
     parent_[b] = a;
@@ -100,15 +100,22 @@ void Packer::join_contacts(std::vector<Contact>& contacts) {
 void Packer::pack_window(std::vector<uint32_t>& groups) {
   std::sort(groups.begin(), groups.end(),
             [&](uint32_t a, uint32_t b) { return fill(a) != fill(b) ? fill(a) > fill(b) : a < b; });
+  Load least = loads_[groups.empty() ? 0 : groups[0]];
+  for (const uint32_t group : groups) {
+    least.triangles = std::min(least.triangles, loads_[group].triangles);
+    least.vertices = std::min(least.vertices, loads_[group].vertices);
+  }
   std::vector<uint32_t> bins;
+  std::vector<size_t> open;  // bins with room for any group
   for (const uint32_t group : groups) {
     size_t best = bins.size();
-    for (size_t i = 0; i < bins.size(); i++) {
+    for (const size_t i : open) {
       if (!fits(bins[i], group) || spread(loads_[bins[i]], loads_[group]) > kMaxSpread) continue;
       if (best == bins.size() || fill(bins[i]) > fill(bins[best])) best = i;
     }
     if (best == bins.size()) {
       bins.push_back(group);
+      if (fit(loads_[group], least)) open.push_back(best);
     } else {
       join(bins[best], group);
       bins[best] = find(group);

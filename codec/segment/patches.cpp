@@ -1,36 +1,81 @@
 #include "segment/patches.h"
 
+#include <algorithm>
+#include <utility>
+
+#include "common/parallel.h"
+
 namespace meshlet {
 
-ConnectedOrder order_by_part(const HalfEdges& half_edges) {
-  constexpr uint32_t unseen = ~0u;
-  std::vector<uint32_t> part(half_edges.size() / 3, unseen);
-  std::vector<uint32_t> stack;
-  std::vector<uint32_t> begin{0};  // of each part in the new order
-  for (uint32_t start = 0; start < part.size(); start++) {
-    if (part[start] != unseen) continue;
-    const uint32_t label = uint32_t(begin.size() - 1);
-    part[start] = label;
-    stack.assign(1, start);
-    uint32_t size = 0;
-    for (; !stack.empty(); size++) {
-      const size_t triangle = stack.back();
-      stack.pop_back();
-      for (size_t h = 3 * triangle; h < 3 * triangle + 3; h++) {
-        if (half_edges.by_vertex(h) < 0) continue;
-        const uint32_t other = uint32_t(half_edges.by_vertex(h)) / 3;
-        if (part[other] != unseen) continue;
-        part[other] = label;
-        stack.push_back(other);
+namespace {
+
+// Triangles per parallel item.
+constexpr uint32_t kBlock = 1 << 15;
+
+// The edge-connected parts of the mesh as trees of triangles. A root is its part's first triangle.
+class Parts {
+ public:
+  Parts(const HalfEdges& half_edges, int threads);
+  uint32_t size() const { return uint32_t(parent_.size()); }
+  // The first triangle of each triangle's part.
+  std::vector<uint32_t> roots() &&;
+
+ private:
+  uint32_t find(uint32_t t) {
+    while (parent_[t] != t) t = parent_[t] = parent_[parent_[t]];
+    return t;
+  }
+  void unite(uint32_t a, uint32_t b) {
+    a = find(a), b = find(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+  std::vector<uint32_t> parent_;  // at most the triangle's own number
+};
+
+Parts::Parts(const HalfEdges& half_edges, int threads) : parent_(half_edges.size() / 3) {
+  const uint32_t count = size();
+  // Edges to triangles in earlier blocks: these trees belong to other threads.
+  std::vector<std::vector<std::pair<uint32_t, uint32_t>>> outside((count + kBlock - 1) / kBlock);
+  parallel_for(threads, outside.size(), [&](size_t block) {
+    const uint32_t begin = uint32_t(block) * kBlock, end = std::min(count, begin + kBlock);
+    for (uint32_t t = begin; t < end; t++) {
+      parent_[t] = t;
+      for (size_t h = 3 * size_t(t); h < 3 * size_t(t) + 3; h++) {
+        const int32_t opposite = half_edges.by_vertex(h);
+        const uint32_t other = uint32_t(opposite) / 3;
+        if (opposite < 0 || other > t) continue;
+        if (other >= begin)
+          unite(t, other);
+        else
+          outside[block].emplace_back(t, other);
       }
     }
-    begin.push_back(begin.back() + size);
-  }
+  });
+  for (const auto& edges : outside)
+    for (const auto& [t, other] : edges) unite(t, other);
+}
+
+std::vector<uint32_t> Parts::roots() && {
+  for (uint32_t& parent : parent_) parent = parent_[parent];  // parents come first
+  return std::move(parent_);
+}
+
+}  // namespace
+
+ConnectedOrder order_by_part(const HalfEdges& half_edges, int threads) {
+  const std::vector<uint32_t> root = Parts(half_edges, threads).roots();
+  // Of each part, at its root: first its size, then the place of its next triangle.
+  std::vector<uint32_t> next(root.size(), 0);
+  for (const uint32_t r : root) ++next[r];
+  uint32_t begin = 0;
+  for (uint32_t t = 0; t < root.size(); t++)
+    if (root[t] == t) begin += std::exchange(next[t], begin);
   ConnectedOrder order;
-  order.triangles.resize(part.size());
-  order.place.resize(part.size());
-  for (uint32_t t = 0; t < part.size(); t++) {
-    order.place[t] = begin[part[t]]++;
+  order.triangles.resize(root.size());
+  order.place.resize(root.size());
+  for (uint32_t t = 0; t < root.size(); t++) {
+    order.place[t] = next[root[t]]++;
     order.triangles[order.place[t]] = t;
   }
   return order;

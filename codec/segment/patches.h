@@ -18,7 +18,7 @@ struct ConnectedOrder {
 
 // Orders triangles so that edge-connected parts of the mesh stay together, in the order of their
 // first triangles.
-ConnectedOrder order_by_part(const HalfEdges& half_edges);
+ConnectedOrder order_by_part(const HalfEdges& half_edges, int threads);
 
 // Copies the triangles order.triangles[first .. last).
 Patch extract_patch(const SpatialMesh& mesh, const HalfEdges& half_edges,

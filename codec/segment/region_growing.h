@@ -17,6 +17,8 @@ struct GrowthOptions {
   // Above 0: instead of rounds, so many cycles of `sweeps` that shift borders, and one of growth.
   int cycles;
   int sweeps;
+  // Cycles mend the regions that fell apart instead of growing all anew.
+  bool mends;
 };
 
 // Fills patch.region and patch.region_count with edge-connected regions. Returns the number of

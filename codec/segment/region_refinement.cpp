@@ -10,9 +10,8 @@ constexpr int32_t kNone = -1;
 // Most triangles around a vertex that a move may look at.
 constexpr int kMaxFan = 64;
 
-// Most regions in a search for room, and most failed searches per full region.
+// Most regions in a search for room.
 constexpr size_t kMaxSearched = 200;
-constexpr int kMaxFailures = 6;
 
 // Score of a border edge that disappears. The rest of a move's score, in [-1, 1], is how much
 // nearer the triangle is to its new region's centre.
@@ -204,7 +203,7 @@ void Refiner::balance() {
 
 void Refiner::relieve(int32_t region) {
   blocked_.clear();
-  for (int failures = 0; sizes_[region] > options_.max_size && failures < kMaxFailures;)
+  for (int failures = 0; sizes_[region] > options_.max_size && failures < options_.max_failures;)
     if (!pass_on(region)) ++failures;
 }
 

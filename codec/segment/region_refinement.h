@@ -7,8 +7,9 @@
 namespace meshlet {
 
 struct RefinementOptions {
-  int max_size;  // triangles per region
-  int sweeps;    // over all triangles, to shorten borders
+  int max_size;      // triangles per region
+  int sweeps;        // over all triangles, to shorten borders
+  int max_failures;  // failed searches for room per full region
 };
 
 // Changes patch.region. Regions stay edge-connected; most come within max_size, not necessarily

@@ -82,7 +82,6 @@ std::vector<uint32_t> sorted_by_code(std::vector<uint32_t> codes, int threads) {
   using Counts = std::array<uint32_t, kDigits>;
   const size_t count = codes.size(), blocks = block_count(count);
   std::vector<uint32_t> order(count), next_order(count), next_codes(count);
-  for_items(threads, count, [&](size_t i) { order[i] = uint32_t(i); });
   std::vector<Counts> places(blocks);
   for (int shift = 0; shift < 3 * kHilbertBits; shift += kHilbertBits) {
     const auto digit = [&](uint32_t code) { return code >> shift & (kDigits - 1); };
@@ -101,7 +100,7 @@ std::vector<uint32_t> sorted_by_code(std::vector<uint32_t> codes, int threads) {
     parallel_for(threads, blocks, [&](size_t b) {
       for (size_t i = b * kBlock; i < std::min((b + 1) * kBlock, count); i++) {
         const uint32_t to = places[b][digit(codes[i])]++;
-        next_order[to] = order[i];
+        next_order[to] = shift == 0 ? uint32_t(i) : order[i];
         next_codes[to] = codes[i];
       }
     });
@@ -111,18 +110,40 @@ std::vector<uint32_t> sorted_by_code(std::vector<uint32_t> codes, int threads) {
   return order;
 }
 
+// The vertices of a block of corners, in order of first use.
+std::vector<uint32_t> vertices_of(const uint32_t* corners, size_t count, size_t vertex_count) {
+  std::vector<uint64_t> seen((vertex_count + 63) / 64, 0);
+  std::vector<uint32_t> vertices;
+  vertices.reserve(count / 4);
+  for (const uint32_t* v = corners; v < corners + count; v++) {
+    uint64_t& word = seen[*v / 64];
+    const uint64_t bit = 1ull << *v % 64;
+    if (word & bit) continue;
+    word |= bit;
+    vertices.push_back(*v);
+  }
+  return vertices;
+}
+
 // Numbers the vertices in order of first use.
-void number_vertices(SpatialMesh& sorted, size_t vertex_count) {
+void number_vertices(SpatialMesh& sorted, size_t vertex_count, int threads) {
   constexpr uint32_t none = ~0u;
+  constexpr size_t kCorners = 6 * kBlock;  // few blocks repeat a vertex
+  const size_t corners = sorted.triangles.size();
+  std::vector<std::vector<uint32_t>> of_block((corners + kCorners - 1) / kCorners);
+  parallel_for(threads, of_block.size(), [&](size_t b) {
+    of_block[b] = vertices_of(&sorted.triangles[b * kCorners],
+                              std::min(kCorners, corners - b * kCorners), vertex_count);
+  });
   std::vector<uint32_t> number(vertex_count, none);
   sorted.source_vertex.reserve(vertex_count);
-  for (uint32_t& v : sorted.triangles) {
-    if (number[v] == none) {
+  for (const std::vector<uint32_t>& vertices : of_block)
+    for (const uint32_t v : vertices) {
+      if (number[v] != none) continue;
       number[v] = uint32_t(sorted.source_vertex.size());
       sorted.source_vertex.push_back(v);
     }
-    v = number[v];
-  }
+  for_items(threads, corners, [&](size_t i) { sorted.triangles[i] = number[sorted.triangles[i]]; });
 }
 
 }  // namespace
@@ -143,12 +164,13 @@ SpatialMesh sort_in_space(const MeshView& mesh, int threads) {
       const uint32_t* v = mesh.triangles + 3 * t;
       codes[t] = code_of((points[v[0]] + points[v[1]] + points[v[2]]) * (1.0f / 3.0f));
     });
-    const std::vector<uint32_t> order = sorted_by_code(std::move(codes), threads);
-    for_items(threads, order.size(), [&](size_t i) {
-      std::copy_n(mesh.triangles + 3 * size_t(order[i]), 3, &sorted.triangles[3 * i]);
+    sorted.source_triangle = sorted_by_code(std::move(codes), threads);
+    for_items(threads, mesh.triangle_count, [&](size_t i) {
+      std::copy_n(mesh.triangles + 3 * size_t(sorted.source_triangle[i]), 3,
+                  &sorted.triangles[3 * i]);
     });
   }
-  number_vertices(sorted, mesh.vertex_count);
+  number_vertices(sorted, mesh.vertex_count, threads);
   sorted.points.resize(sorted.source_vertex.size());
   sorted.position_ids.resize(sorted.source_vertex.size());
   for_items(threads, sorted.points.size(),

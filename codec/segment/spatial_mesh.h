@@ -20,8 +20,9 @@ struct Facet {
 struct SpatialMesh {
   std::vector<uint32_t> triangles;
   std::vector<uint32_t> position_ids;
-  std::vector<Vec3> points;             // per vertex, in a box of longest side 1
-  std::vector<uint32_t> source_vertex;  // number of each vertex in the mesh that was sorted
+  std::vector<Vec3> points;               // per vertex, in a box of longest side 1
+  std::vector<uint32_t> source_vertex;    // number of each vertex in the mesh that was sorted
+  std::vector<uint32_t> source_triangle;  // likewise of each triangle
 
   size_t triangle_count() const { return triangles.size() / 3; }
   Vec3 centre(size_t triangle) const {

@@ -114,7 +114,7 @@ def compress(
             needs the package meshoptimizer.
         lod_reduction: triangles of a level over those of the next (1.5 to 16, default 4.0).
         lod_group: meshlets that are simplified together (4 to 128, default 48).
-        lod_error: no level has a larger error, in model units; any error by default.
+        lod_limit: largest error of a level, in model units; no limit by default.
         fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
         threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to
             1024, default 0).

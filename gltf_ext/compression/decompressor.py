@@ -19,7 +19,7 @@ from gltf_ext.gltf.document import Document, copied, named_indices
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.compressing import forget_levels
-from gltf_ext.lod.detail import Detail
+from gltf_ext.lod.detail import Detail, missing_levels
 from gltf_ext.progress import Advance, progress_bar
 
 
@@ -49,11 +49,12 @@ def decompress(
         document = open_model(input)
         refuse_overwriting(document.files(), [output])
         compressed = require_compressed(document)
+        warnings = missing_levels(document) if level or error is not None else []
         with progress_bar(Path(input).name, progress) as advance:
             triangles = _expand_all(document, compressed, detail, advance)
         document.forget_extension(EXTENSION)
         forget_levels(document)
-        warnings = embed_images(document)
+        warnings += embed_images(document)
         parts = glb_parts(document, pack(document)[0])
     input_bytes = os.path.getsize(input)
     write_files({output: parts})

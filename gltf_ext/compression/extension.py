@@ -77,7 +77,10 @@ class Compressed:
 
     def decode(self) -> Primitive:
         """All triangles and attributes, in the accessors' component types. Raises MeshletError."""
-        triangles, values = decode_blob(self.blob, self.where)
+        return self.as_primitive(*decode_blob(self.blob, self.where))
+
+    def as_primitive(self, triangles: np.ndarray, values: list[np.ndarray]) -> Primitive:
+        """Decoded triangles uint32[T, 3] and streams, in the accessors' component types."""
 
         def arrays(group: dict[str, tuple[int, Format]]) -> dict[str, np.ndarray]:
             return {

@@ -14,7 +14,6 @@ from gltf_ext.compression.streams import OCT, semantic
 from gltf_ext.errors import blaming
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.lod.reports import describe_levels
 
 INDEX_BYTES_PER_TRIANGLE = 12
 PART_OF = {"POSITION": "positions", "NORMAL": "normals", "TEXCOORD": "texcoords"}
@@ -71,6 +70,8 @@ def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
     Raises MeshletError when the file is malformed or not compressed, OSError when it cannot be
     read.
     """
+    from gltf_ext.lod.reports import describe_levels  # compress, which starts faster, needs none
+
     file_bytes = os.path.getsize(path)
     with blaming(path):
         document = open_model(path)

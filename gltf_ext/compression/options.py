@@ -190,10 +190,10 @@ class Options:
     lod_group: int = _declared(
         48, "--lod-group", "meshlets that are simplified together", limits=(4, 128)
     )
-    lod_error: float | None = _declared(
+    lod_limit: float | None = _declared(
         None,
-        "--lod-error",
-        "no level has a larger error, in model units; any error by default",
+        "--lod-limit",
+        "largest error of a level, in model units; no limit by default",
         type=float,
     )
     fallback: bool = _declared(

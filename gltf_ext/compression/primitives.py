@@ -10,9 +10,8 @@ import pygltflib
 from gltf_ext import _codec
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import read_accessor, store
-from gltf_ext.gltf.document import Document, named_indices
+from gltf_ext.gltf.document import TRIANGLE_MODES, Document, named_indices
 from gltf_ext.gltf.draco import DRACO, decode_draco
-from gltf_ext.gltf.scene import TRIANGLE_MODES
 
 
 @dataclass(repr=False)

@@ -29,6 +29,7 @@ from typing import Any
 import numpy as np
 
 from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.accessors import bounds
 
 GRID, OCT, INTEGER, FLOAT32, SIGN = range(5)
 MAX_STREAM_COMPONENTS = 4
@@ -187,7 +188,7 @@ def _exact(name: str, values: np.ndarray) -> Quantised:
 
 
 def _own_range(values: np.ndarray, bits: int) -> Stream:
-    low, high = values.min(axis=0), values.max(axis=0)
+    low, high = bounds(values)
     step = _step(float(np.max(high.astype(np.float64) - low)), bits)
     return Stream(GRID, values.shape[1], bits, step, tuple(float(v) for v in low))
 
@@ -203,8 +204,7 @@ def _unit_range(values: np.ndarray, bits: int, full_scale: float) -> Stream:
 
 def _delta_range(name: str, values: np.ndarray, step: float) -> Stream:
     """A grid on which zero decodes to exactly zero: -offset is a power of two times the step."""
-    lowest = np.rint(values.min(axis=0).astype(np.float64) / step)
-    highest = np.rint(values.max(axis=0).astype(np.float64) / step)
+    lowest, highest = (np.rint(v.astype(np.float64) / step) for v in bounds(values))
     below = [2 ** int(-k - 1).bit_length() if k < 0 else 0 for k in lowest]
     if max(highest + below) >= 2**MAX_GRID_BITS:
         # No room for the power of two: zero decodes to within rounding.
@@ -429,7 +429,8 @@ def _target_streams(
     if name == "POSITION" and grid is not None:
         step = grid.step
     else:
-        extent = np.max(values.max(axis=0).astype(np.float64) - values.min(axis=0))
+        low, high = bounds(values)
+        extent = np.max(high.astype(np.float64) - low)
         step = _step(float(extent), bits.of(semantic(name)))
     return _chunks(values, lambda part: _fit_bits(name, _delta_range(name, part, step), part))
 

@@ -8,7 +8,7 @@ import struct
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from gltf_ext import _codec
@@ -104,7 +104,7 @@ MESHES = st.one_of(
 
 
 @given(MESHES, st.integers(1, 6000))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_pages_hold_the_mesh(mesh, page_bytes):
     if not len(mesh.triangles):
         return
@@ -121,6 +121,17 @@ def test_pages_hold_the_mesh(mesh, page_bytes):
     whole = _codec.Decoder(view)
     assert counts.tolist() == [whole.triangle_count, whole.vertex_count, whole.meshlet_count]
     assert _codec.describe(view)["blobs"] == len(pages)
+
+
+@given(MESHES, st.sampled_from([0, 600, 1500, 4096]))
+@example(sheet(10, 21, 370), 1500)
+@settings(max_examples=40)
+def test_effort_max_is_never_larger_than_high(mesh, page_bytes):
+    """Also where smaller blobs change which meshlets share a page."""
+    if not len(mesh.triangles):
+        return
+    high, most = (mesh.encode(page_bytes=page_bytes, effort=e) for e in ("high", "max"))
+    assert len(most) <= len(high)
 
 
 @pytest.fixture(scope="module")
@@ -237,7 +248,7 @@ def given_meshlets(mesh: Mesh, random: np.random.Generator) -> tuple[np.ndarray,
 
 
 @given(MESHES, st.integers(0, 999))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_given_meshlets(mesh, seed):
     if not len(mesh.triangles):
         return
@@ -439,7 +450,7 @@ def test_vertex_counts_that_cheat_each_other(view):
 
 
 @given(st.data())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_random_damage_never_crashes(view, data):
     damaged = bytearray(view)
     for _ in range(data.draw(st.integers(1, 8))):
