@@ -4,7 +4,7 @@
 // stage's share of the time per repetition; "avx2", whether the AVX2 build was measured;
 // "clock_share", the share of reading the clock, which the other shares exclude.
 //
-// Runs the stages of decode() in bulk_decoder.cpp one by one and reads the processor's clock in
+// Runs the stages of BulkDecoder in bulk_decoder.cpp one by one and reads the processor's clock in
 // between. CMakeLists.txt gives this file the options of the library's AVX2 build.
 #define MESHLET_BUILD stages
 #include "decode/bulk_decoder.cpp"
@@ -90,16 +90,17 @@ struct Blob {
     job.meshlet_count = header.meshlet_count;
     job.stream_count = uint32_t(header.streams.size());
     job.streams = header.streams.data();
-    job.triangles = triangles.data();
-    job.values = pointers.data();
     return job;
   }
+
+  Outputs outputs() { return {triangles.data(), nullptr, pointers.data(), nullptr}; }
 };
 
-// decode() of bulk_decoder.cpp with timers. Returns false if the blob is malformed.
-bool decode_timed(const BlobJob& job, SerialDecoder& d, History& history, Clock& clock) {
+// BulkDecoder::decode with timers. Returns false if the blob is malformed.
+bool decode_timed(const BlobJob& job, const Outputs& outputs, SerialDecoder& d, History& history,
+                  Clock& clock) {
   uint32_t first = 0;
-  uint32_t* triangles = job.triangles;
+  uint32_t* triangles = outputs.triangles;
   for (uint32_t m = 0; m < job.meshlet_count; m++) {
     clock.start();
     d.open_meshlet(m);
@@ -119,12 +120,12 @@ bool decode_timed(const BlobJob& job, SerialDecoder& d, History& history, Clock&
     uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch] = {};
     uint32_t count = history.number(global, new_ids);
     if (count == History::kCircle || count > job.vertex_count - first) return false;
-    history.append(global, true);
+    history.append(global);
     clock.end(kNumber);
     write_triangles(d, global, triangles);
     clock.end(kTriangles);
     triangles += 3 * d.triangle_count;
-    write_vertices(job, d, {new_ids, count, first, job.vertex_count - first});
+    write_vertices(job, outputs, d, {new_ids, count, first, job.vertex_count - first});
     clock.end(kValues);
     first += count;
   }
@@ -132,14 +133,9 @@ bool decode_timed(const BlobJob& job, SerialDecoder& d, History& history, Clock&
 }
 
 bool decode_timed(Blob& blob, Clock& clock) {
-  BlobJob job = blob.job();
-  auto d = std::make_unique<SerialDecoder>();
-  d->data = job.data;
-  d->size = job.size;
-  d->load_streams(0, job.stream_count);
-  History history(*d, job.meshlet_count);
-  history.allocate();
-  return decode_timed(job, *d, history, clock);
+  const BlobJob job = blob.job();
+  auto open = std::make_unique<OpenDecoder>(job, 0, 0);
+  return decode_timed(job, blob.outputs(), open->d, open->history, clock);
 }
 
 }  // namespace

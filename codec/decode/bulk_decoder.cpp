@@ -65,7 +65,11 @@ class NumberStore {
 // The group table's delta widths bound how far references reach back: a ring of meshlets suffices.
 class History {
  public:
-  History(SerialDecoder& d, uint32_t meshlets) : d_(d), meshlets_(meshlets) {}
+  // Of the meshlets from `begin` on; first_number: of their first new vertex.
+  History(SerialDecoder& d, uint32_t meshlets, uint32_t begin, uint32_t first_number)
+      : d_(d), meshlets_(meshlets), begin_(begin), next_(first_number) {
+    d_.first_listed = begin;
+  }
   ~History();
   History(const History&) = delete;
   void allocate();
@@ -82,21 +86,27 @@ class History {
   void copy_own_chains();
 
   // Numbers the meshlet's vertices after look_up (spec, appendix A.8): global[local id]. new_ids
-  // receives the local ids without alias, in order, and kBatch zeros. Returns their number, or
-  // kCircle.
+  // receives the local ids without alias, in order, and kBatch zeros. Vertices of meshlets before
+  // `begin` go to `outer`. Returns the number of new vertices, or kCircle.
   uint32_t number(uint32_t* global, uint32_t* new_ids);
 
-  // Keeps the decoded meshlet; decoded: also its values, not only its vertex numbers.
-  void append(const uint32_t* global, bool decoded);
-
-  // The meshlets before `meshlet` are not decoded, only their vertices numbered.
-  void decode_from(uint32_t meshlet) { first_decoded_ = meshlet; }
+  // Keeps the decoded meshlet.
+  void append(const uint32_t* global);
 
   // Does the meshlet, decoded and appended, agree with the owners of its foreign references on
   // their shared vertices?
   bool consistent();
 
+  // The vertex numbers that are kept of the last meshlets.
+  const void* numbers() const { return ring_; }
+  uint32_t numbers_count() const { return d_.ring_mask + 1; }
+
   static constexpr uint32_t kCircle = ~0u;  // aliases form a cycle, or more than MAX_HOPS hops
+  static_assert(OUTER_FIRST < kCircle);
+
+  // Where number() writes the next vertex of a meshlet before `begin`, and how many it has written.
+  OuterVertex* outer = nullptr;
+  uint32_t outer_count = 0;
 
  private:
   // A vertex on the owned references of a meshlet in the ring: its number among them, both ends of
@@ -105,14 +115,26 @@ class History {
     uint32_t meshlet, place;
   };
   struct Kept {
-    uint32_t* values = nullptr;  // kStored for each stream of each place
-    uint32_t capacity = 0;       // places that `values` holds
     uint32_t numbers[kPlaces];   // by place
     uint8_t start[kPlaces];      // per owned reference: place of its first vertex
     uint8_t end[kPlaces];        // per owned reference: place of its last vertex
+    uint32_t* values = nullptr;  // kStored for each stream of each place
+    uint32_t capacity = 0;       // places that `values` holds
   };
+#ifdef __wasm__
+  static_assert(sizeof(Kept) == 392, "web/ranges.js reads numbers, start and end");
+#endif
 
   Kept& kept(uint32_t meshlet) { return ring_[meshlet & d_.ring_mask]; }
+  // Places of the first and the last vertex of a foreign reference at its owner.
+  struct Ends {
+    uint32_t start, end;
+  };
+  Ends ends(uint32_t r) {
+    const uint32_t owner = d_.reference_owner[r], slot = d_.reference_slot[r];
+    if (owner < begin_) return {OUTER_REFERENCE * slot, OUTER_REFERENCE * slot + kPlaces};
+    return {kept(owner).start[slot], kept(owner).end[slot]};
+  }
   // Numbers that are kept of a place.
   uint32_t place_size() const { return kStored * d_.stream_total; }
   void copy_vertex(uint32_t r, const uint32_t* from, uint32_t step, uint32_t id);
@@ -130,8 +152,8 @@ class History {
 
   SerialDecoder& d_;
   uint32_t meshlets_;
-  uint32_t next_ = 0;
-  uint32_t first_decoded_ = 0;
+  uint32_t begin_;
+  uint32_t next_;
   bool has_values_ = false;
   Kept* ring_ = nullptr;
   NumberStore store_;
@@ -163,16 +185,14 @@ History::~History() {
 
 template <class Visit>
 INLINE void History::for_vertices(uint32_t r, Visit visit) {
-  const Kept& owner = kept(d_.reference_owner[r]);
-  uint32_t slot = d_.reference_slot[r], n = d_.reference_length[r], rank = d_.reference_rank[r];
-  uint32_t last = owner.start[slot] + n;
-  visit(owner.end[slot], d_.loop_vertex[rank]);
-  for (uint32_t i = 1; i < n; i++) visit(last - i, d_.loop_vertex[rank + i]);
-  visit(owner.start[slot], d_.reference_end[r]);
+  const Ends at = ends(r);
+  const uint32_t n = d_.reference_length[r], rank = d_.reference_rank[r], last = at.start + n;
+  for (uint32_t i = 0; i <= n; i++)
+    visit(i == 0 ? at.end : last - i, i < n ? d_.loop_vertex[rank + i] : d_.reference_end[r]);
 }
 
 // Copies the streams that r shares from a vertex of its owner. step: from stream to stream there.
-void History::copy_vertex(uint32_t r, const uint32_t* from, uint32_t step, uint32_t id) {
+INLINE void History::copy_vertex(uint32_t r, const uint32_t* from, uint32_t step, uint32_t id) {
   uint32_t* to = d_.vertex(0, id);
   if (!(d_.seamed_refs >> r & 1)) {
     for (uint32_t s = d_.stream_total; s > 0; s--, to += kStream, from += step)
@@ -263,7 +283,7 @@ void History::look_up(bool provide) {
   for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
     uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
              corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
-    has_values_ = has_values_ && owner >= first_decoded_;
+    has_values_ = has_values_ && owner >= begin_;
     const bool copy = has_values_ && owner != d_.opened.meshlet, alias = !(d_.seamed_refs >> r & 1);
     const uint32_t* values = kept(owner).values;
     uint64_t visited = 0;
@@ -275,9 +295,9 @@ void History::look_up(bool provide) {
     own_refs_ |= uint64_t(owner == d_.opened.meshlet) << r;
     if (!alias) continue;
     is_alias_ |= visited & ~(1ull << corners[0] | 1ull << corners[1]);
-    const uint32_t slot = d_.reference_slot[r];
-    alias_corner(corners[0], {owner, kept(owner).end[slot]}, true);
-    alias_corner(corners[1], {owner, kept(owner).start[slot]}, false);
+    const Ends at = ends(r);
+    alias_corner(corners[0], {owner, at.end}, true);
+    alias_corner(corners[1], {owner, at.start}, false);
   }
 }
 
@@ -289,6 +309,10 @@ uint32_t History::resolve(uint32_t id, const uint32_t* global) {
     if (!(is_alias_ >> other & 1)) return global[other];
     if (hops >= MAX_HOPS) return kCircle;
     target = alias_[other];
+  }
+  if (target.meshlet < begin_) {
+    *outer++ = {target.meshlet, target.place};
+    return OUTER_FIRST - outer_count++;
   }
   return kept(target.meshlet).numbers[target.place];
 }
@@ -310,11 +334,10 @@ uint32_t History::number(uint32_t* global, uint32_t* new_ids) {
   return count;
 }
 
-void History::append(const uint32_t* global, bool decoded) {
+void History::append(const uint32_t* global) {
   Kept& self = kept(d_.opened.meshlet);
   const uint32_t places = d_.mask_count(owned_);
-  if (decoded &&
-      self.capacity < places) {  // rounded up, or a hostile blob could take many times the memory
+  if (self.capacity < places) {  // rounded up, or a hostile blob could take many times the memory
     self.capacity = (places + 7u) / 8u * 8u;
     self.values = store_.take(place_size() * self.capacity);
   }
@@ -323,7 +346,6 @@ void History::append(const uint32_t* global, bool decoded) {
   for (uint64_t rest = owned_; rest; rest &= rest - 1) {
     const uint32_t id = d_.loop_vertex[d_.mask_lsb(rest)];
     *number++ = global[id];
-    if (!decoded) continue;
     const uint32_t* from = d_.vertex(0, id);
     for (uint32_t* end = to + place_size(); to != end; to += kStored, from += kStream)
       copy_stored(from, to);
@@ -473,13 +495,14 @@ void write_values(const Stream& s, const uint32_t* values, const NewVertices& v,
   }
 }
 
-void write_vertices(const BlobJob& job, const SerialDecoder& d, const NewVertices& v) {
+void write_vertices(const BlobJob& job, const Outputs& outputs, const SerialDecoder& d,
+                    const NewVertices& v) {
   for (uint32_t s = 0; s < job.stream_count; s++) {
     const Stream& stream = job.streams[s];
     const uint32_t* values = d.vertex(s, 0);
-    if (job.integers && job.integers[s])
-      write_stream(stream, values, v, job.integers[s], AsInteger());
-    if (job.values && job.values[s]) write_values(stream, values, v, job.values[s]);
+    if (outputs.integers && outputs.integers[s])
+      write_stream(stream, values, v, outputs.integers[s], AsInteger());
+    if (outputs.values && outputs.values[s]) write_values(stream, values, v, outputs.values[s]);
   }
 }
 
@@ -493,72 +516,80 @@ void write_triangles(const SerialDecoder& d, const uint32_t* global, uint32_t* o
   }
 }
 
-// Numbers the vertices of the meshlets before the job's range, which are not decoded. Triangles and
-// vertices before the range go to result.range.
-void number_before(const BlobJob& job, SerialDecoder& d, History& history, BlobResult& result) {
-  for (uint32_t m = 0; m < job.begin && result.problem == BlobProblem::kNone; m++) {
-    d.open_meshlet(m);
-    if (d.error == ERROR_NONE) {
-      d.find_seams(d.opened);
-      d.place_references(d.opened);
-    }
-    uint32_t global[kPlaces], new_ids[kPlaces + kBatch], count = History::kCircle;
-    if (d.error == ERROR_NONE) {
-      history.look_up(false);
-      count = history.number(global, new_ids);
-    }
-    if (count == History::kCircle) {
-      result = {BlobProblem::kMalformedMeshlet, m, d.error ? d.error : ERROR_HOPS, {}};
-    } else if (count > job.vertex_count - result.range.first_vertex) {
-      result = {BlobProblem::kTooManyVertices, m, ERROR_NONE, {}};
-    } else {
-      history.append(global, false);
-      result.range.first_triangle += d.triangle_count;
-      result.range.first_vertex += count;
-    }
+// Not for the stack: more than 100 kB.
+struct OpenDecoder {
+  SerialDecoder d{};
+  History history;
+
+  OpenDecoder(const BlobJob& job, uint32_t begin, uint32_t first_number)
+      : history(d, job.meshlet_count, begin, first_number) {
+    d.data = job.data;
+    d.size = job.size;
+    d.load_streams(0, job.stream_count);
+    history.allocate();
   }
-  history.decode_from(job.begin);
+};
+
+class BulkDecoder : public RangeDecoder {
+ public:
+  BulkDecoder(const BlobJob& job, uint32_t begin, uint32_t first_number)
+      : job_(job), open_(job, begin, first_number), begin_(begin), next_(begin) {}
+  BlobResult decode(uint32_t end, const Outputs& outputs) override;
+
+ private:
+  // Decodes the values and lists the triangles of meshlet m. Sets the decoder's error.
+  void decode_meshlet(uint32_t m);
+
+  BlobJob job_;
+  OpenDecoder open_;
+  uint32_t begin_;
+  uint32_t next_;          // meshlet
+  uint32_t vertices_ = 0;  // new ones so far
+};
+
+void BulkDecoder::decode_meshlet(uint32_t m) {
+  SerialDecoder& d = open_.d;
+  History& history = open_.history;
+  d.open_meshlet(m);
+  if (d.error == ERROR_NONE) d.connect_meshlet();
+  if (d.error != ERROR_NONE) return;
+  history.look_up(true);
+  if (!history.has_values()) return d.decode_meshlet(m);
+  d.read_corners();
+  history.copy_own_corners();
+  if (d.error == ERROR_NONE) d.read_chains(d.opened);
+  history.copy_own_chains();
+  if (d.error == ERROR_NONE) d.read_interiors();
 }
 
-BlobResult decode(const BlobJob& job, SerialDecoder& d, History& history) {
-  BlobResult result;
-  number_before(job, d, history, result);
-  if (result.problem != BlobProblem::kNone) return result;
-  const uint32_t start = result.range.first_vertex;
-  uint32_t first = start;  // vertices before this meshlet
-  uint32_t* triangles = job.triangles;
-  for (uint32_t m = job.begin; m < job.end; m++) {
-    d.open_meshlet(m);
-    if (d.error == ERROR_NONE) d.connect_meshlet();
-    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error, {}};
-    history.look_up(true);
-    if (history.has_values()) {
-      d.read_corners();
-      history.copy_own_corners();
-      if (d.error == ERROR_NONE) d.read_chains(d.opened);
-      history.copy_own_chains();
-      if (d.error == ERROR_NONE) d.read_interiors();
-    } else {
-      d.decode_meshlet(m);
-    }
+BlobResult BulkDecoder::decode(uint32_t end, const Outputs& outputs) {
+  SerialDecoder& d = open_.d;
+  History& history = open_.history;
+  const uint32_t start = vertices_, first_outer = history.outer_count;
+  uint32_t* triangles = outputs.triangles;
+  history.outer = outputs.outer;
+  for (uint32_t m = next_; m < end; m++) {
+    decode_meshlet(m);
     if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error, {}};
     uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
     uint32_t count = history.number(global, new_ids);
     if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS, {}};
-    const uint32_t rest = job.vertex_count - first;
+    const uint32_t rest = job_.vertex_count - vertices_;
     if (count > rest) return {BlobProblem::kTooManyVertices, m, ERROR_NONE, {}};
-    history.append(global, true);
+    history.append(global);
     write_triangles(d, global, triangles);
     triangles += 3 * d.triangle_count;
     // The caller has room for 64 vertices of each meshlet, or for all.
-    const uint32_t room = d.min(rest, MESHLET_VERTICES * (job.end - m));
-    write_vertices(job, d, {new_ids, count, first - start, room});
-    first += count;
+    const uint32_t room = d.min(rest, MESHLET_VERTICES * (end - m));
+    write_vertices(job_, outputs, d, {new_ids, count, vertices_ - start, room});
+    vertices_ += count;
   }
-  if (job.end == job.meshlet_count && first != job.vertex_count)
+  next_ = end;
+  if (begin_ == 0 && end == job_.meshlet_count && vertices_ != job_.vertex_count)
     return {BlobProblem::kTooFewVertices, 0, ERROR_NONE, {}};
-  result.range.triangle_count = uint32_t(triangles - job.triangles) / 3;
-  result.range.vertex_count = first - start;
+  BlobResult result;
+  result.part = {uint32_t(triangles - outputs.triangles) / 3, vertices_ - start,
+                 history.outer_count - first_outer, history.numbers(), history.numbers_count()};
   return result;
 }
 
@@ -581,7 +612,7 @@ BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
     uint32_t count = history.number(global, new_ids);
     if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS, {}};
     vertices += count;
-    history.append(global, true);
+    history.append(global);
     if (!history.consistent()) return {BlobProblem::kInconsistent, m, ERROR_NONE, {}};
   }
   if (vertices > job.vertex_count) return {BlobProblem::kTooManyVertices, 0, ERROR_NONE, {}};
@@ -589,20 +620,6 @@ BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
           0,
           ERROR_NONE,
           {}};
-}
-
-// Runs `pass` with a new decoder and an empty history.
-BlobResult run(const BlobJob& job, BlobResult (*pass)(const BlobJob&, SerialDecoder&, History&)) {
-  struct Owner {
-    SerialDecoder* d = new SerialDecoder();
-    ~Owner() { delete d; }
-  } context;
-  context.d->data = job.data;
-  context.d->size = job.size;
-  context.d->load_streams(0, job.stream_count);
-  History history(*context.d, job.meshlet_count);
-  history.allocate();
-  return pass(job, *context.d, history);
 }
 
 // --- single meshlets ---
@@ -628,8 +645,15 @@ class SerialMeshletDecoder : public MeshletDecoder {
 }  // namespace
 
 MeshletDecoder* new_meshlet_decoder() { return new SerialMeshletDecoder(); }
-BlobResult decode_blob(const BlobJob& job) { return run(job, decode); }
-BlobResult validate_blob(const BlobJob& job) { return run(job, validate); }
+RangeDecoder* new_range_decoder(const BlobJob& job, uint32_t begin, uint32_t first_number) {
+  return new BulkDecoder(job, begin, first_number);
+}
+BlobResult validate_blob(const BlobJob& job) {
+  OpenDecoder* open = new OpenDecoder(job, 0, 0);
+  const BlobResult result = validate(job, open->d, open->history);
+  delete open;
+  return result;
+}
 
 }  // namespace MESHLET_BUILD
 }  // namespace meshlet

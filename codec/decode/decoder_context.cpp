@@ -9,7 +9,7 @@ namespace meshlet {
 #ifdef MESHLET_AVX2
 namespace avx2 {
 MeshletDecoder* new_meshlet_decoder();
-BlobResult decode_blob(const BlobJob& job);
+RangeDecoder* new_range_decoder(const BlobJob& job, uint32_t begin, uint32_t first_number);
 
 // Does the processor have the instruction sets of MESHLET_AVX2_OPTIONS (codec/CMakeLists.txt)?
 static bool supported() {
@@ -38,12 +38,13 @@ const char* error_text(uint32_t error) {
 namespace {
 
 [[noreturn]] void refuse_meshlet(uint32_t meshlet, const char* problem) {
-  refuse("meshlet " + std::to_string(meshlet) + ": " + problem);
+  refuse({problem, 0, meshlet});
 }
 
 }  // namespace
 
 MeshletDecoder::~MeshletDecoder() = default;
+RangeDecoder::~RangeDecoder() = default;
 
 std::unique_ptr<MeshletDecoder> make_meshlet_decoder() {
 #ifdef MESHLET_AVX2
@@ -53,14 +54,13 @@ std::unique_ptr<MeshletDecoder> make_meshlet_decoder() {
 }
 
 DecoderContext::DecoderContext(const uint8_t* data, size_t size)
-    : data_(data),
-      size_(size),
-      header_(read_blob_header(data, size)),
-      decoder_(make_meshlet_decoder()) {
-  decoder_->open(data, size);
-}
+    : data_(data), size_(size), header_(read_blob_header(data, size)) {}
 
 DecodedMeshlet DecoderContext::meshlet(uint32_t m) {
+  if (!decoder_) {
+    decoder_ = make_meshlet_decoder();
+    decoder_->open(data_, size_);
+  }
   const DecodedMeshlet decoded = decoder_->decode(m);
   if (decoded.error != ERROR_NONE) refuse_meshlet(m, error_text(decoded.error));
   return decoded;
@@ -76,8 +76,8 @@ void check(const BlobResult& result) {
       refuse_meshlet(result.meshlet, "a shared vertex differs from its owner's");
     case BlobProblem::kOverlap:
       refuse_meshlet(result.meshlet, "its data run past the start of the next meshlet");
-    case BlobProblem::kTooManyVertices: refuse("the blob has more vertices than its header says");
-    case BlobProblem::kTooFewVertices: refuse("the blob has fewer vertices than its header says");
+    case BlobProblem::kTooManyVertices: refuse({"the blob has more vertices than its header says"});
+    case BlobProblem::kTooFewVertices: refuse({"the blob has fewer vertices than its header says"});
   }
 }
 
@@ -94,25 +94,23 @@ BlobJob DecoderContext::job() const {
   return job;
 }
 
-DecodedRange DecoderContext::decode_range(uint32_t begin, uint32_t end, uint32_t* triangles,
-                                          uint32_t* const* integers, void* const* values) {
-  BlobJob range = job();
-  range.begin = begin;
-  range.end = end;
-  range.triangles = triangles;
-  range.integers = integers;
-  range.values = values;
+void DecoderContext::start(uint32_t begin, uint32_t first_number) {
 #ifdef MESHLET_AVX2
-  const BlobResult result = avx2::supported() ? avx2::decode_blob(range) : decode_blob(range);
-#else
-  const BlobResult result = decode_blob(range);
+  if (avx2::supported()) return range_.reset(avx2::new_range_decoder(job(), begin, first_number));
 #endif
+  range_.reset(new_range_decoder(job(), begin, first_number));
+}
+
+DecodedPart DecoderContext::decode_next(uint32_t end, const Outputs& outputs) {
+  const BlobResult result = range_->decode(end, outputs);
   check(result);
-  return result.range;
+  return result.part;
 }
 
 void DecoderContext::decode(uint32_t* triangles, uint32_t* const* integers, void* const* values) {
-  decode_range(0, header_.meshlet_count, triangles, integers, values);
+  start(0, 0);
+  decode_next(header_.meshlet_count, {triangles, integers, values, nullptr});
+  range_.reset();
 }
 
 void DecoderContext::validate() { check(validate_blob(job())); }

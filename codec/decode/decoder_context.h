@@ -24,11 +24,16 @@ class DecoderContext {
   // differ from its header's.
   void decode(uint32_t* triangles, uint32_t* const* integers, void* const* values);
 
-  // As decode, only meshlets begin <= m < end, begin < end: the arrays get their triangles and new
-  // vertices. Both arrays need room for 64 of each meshlet, or for the blob's. Vertex numbers are
-  // the blob's. If the blob is valid, the results are the same as with one call for all meshlets.
-  DecodedRange decode_range(uint32_t begin, uint32_t end, uint32_t* triangles,
-                            uint32_t* const* integers, void* const* values);
+  // Begins to decode the meshlets from `begin` on, part after part with decode_next. Their new
+  // vertices are numbered from first_number on. Vertices of meshlets before `begin` are not
+  // decoded: they have the numbers from OUTER_FIRST downwards, in the order of Outputs::outer.
+  void start(uint32_t begin, uint32_t first_number);
+
+  // Decodes the next meshlets, those before `end`, to the beginnings of the arrays, which need room
+  // for 64 triangles, vertices and outer vertices of each. If the blob is valid, the results are
+  // the same as with one call for all meshlets. Throws Malformed, the counts of too few or too many
+  // vertices only if start began with the first meshlet.
+  DecodedPart decode_next(uint32_t end, const Outputs& outputs);
 
   // Throws Malformed unless the blob is valid. Decodes each meshlet alone, so it also finds corners
   // that take too many hops and shared vertices that differ between meshlets; decode may not.
@@ -40,7 +45,8 @@ class DecoderContext {
   const uint8_t* data_;
   size_t size_;
   BlobHeader header_;
-  std::unique_ptr<MeshletDecoder> decoder_;
+  std::unique_ptr<MeshletDecoder> decoder_;  // made when it is needed: it zeroes 140 kB
+  std::unique_ptr<RangeDecoder> range_;
 };
 
 // One sentence for an ERROR_ constant.

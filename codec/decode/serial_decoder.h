@@ -6,6 +6,8 @@
 #include <cstring>
 #ifdef __AVX2__
 #include <immintrin.h>
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
 #endif
 
 #include "decode/build.h"
@@ -29,9 +31,11 @@ struct SerialDecoder {
   };
 
   // Lengths of owned references of earlier meshlets, at [(meshlet & ring_mask) * 64 + slot]; 0 if
-  // there is no such reference. Null: read lengths from the blob.
+  // there is no such reference. Null, and for meshlets before first_listed: read lengths from the
+  // blob.
   const uint8_t* chain_lengths = nullptr;
   uint ring_mask = 0;
+  uint first_listed = 0;
 
 #define HEADER_IN const Header&
 #define INLINE __attribute__((always_inline)) inline
@@ -64,7 +68,7 @@ struct SerialDecoder {
 #ifdef __LZCNT__
   static uint mask_msb(mask64 m) { return uint(_lzcnt_u64(m)) ^ 63u; }
 #else
-  static uint mask_msb(mask64 m) { return m ? 63u ^ uint(__builtin_clzll(m)) : 127u; }
+  static uint mask_msb(mask64 m) { return 63u ^ (m ? uint(__builtin_clzll(m)) : 64u); }
 #endif
   static uint bit_length(uint x) { return x ? 32u - uint(__builtin_clz(x)) : 0u; }
   static bool mask_test(mask64 m, uint i) { return (m >> (i & 63u)) & 1u; }
@@ -77,8 +81,7 @@ struct SerialDecoder {
     return _pdep_u64(bits, m);
 #else
     mask64 out = 0;
-    for (; m; m &= m - 1u, bits >>= 1)
-      if (bits & 1u) out |= m & (0u - m);
+    for (; m; m &= m - 1u, bits >>= 1) out |= m & (0u - m) & (0u - (bits & 1u));
     return out;
 #endif
   }
@@ -88,7 +91,7 @@ struct SerialDecoder {
       const uint r = slot_reference(opened, slot);
       return error == ERROR_NONE ? stored_length(opened, r) : 1u;
     }
-    if (!chain_lengths) return read_foreign_length(owner, slot);
+    if (!chain_lengths || owner < first_listed) return read_foreign_length(owner, slot);
     uint length = chain_lengths[(owner & ring_mask) * 64u + slot];
     if (length > 0) return length;
     error = ERROR_OWNER;
@@ -229,6 +232,16 @@ struct SerialDecoder {
     ends_count += mask_count(window);
     window = 0;
   }
+#elif defined(__wasm_simd128__)
+  // As above, four at a time. Behind the last one it lists others, which nobody reads.
+  void list_window(uint) {
+    const uint found = ends_count;
+    ends_count += mask_count(window);
+    for (uint i = found; i < ends_count; i += 4)
+      for (uint k = 1; k <= 4; k++, window = mask_clear_lsb(window))
+        ends[i + k] = window_base + mask_lsb(window);
+    window = 0;
+  }
 #else
   // Lists the window's ones up to the n-th.
   void list_window(uint n) {
@@ -272,6 +285,8 @@ struct SerialDecoder {
                                0x0101010101010101ull * ((1u << (k & 7u)) - 1u));
       store_rice(i, list + i, k, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(int64_t(bytes))));
     }
+#elif defined(__wasm_simd128__)
+    if (k <= 8u) return read_rice_fours(n, k, low, list);
 #endif
     for (; i < n; i++, low += k)
       residuals[i] = unzigzagged((list[i + 1] - list[i] - 1u) << k | load_inside(low, k));

@@ -14,6 +14,19 @@ static Vertex load_vertex(const uint* from) {
 static void store_vertex(uint* to, Vertex v) { std::memcpy(to, &v, sizeof v); }
 static Vertex shifted_right(Vertex v, uint n) { return Vertex(SignedVertex(v) >> int(n)); }
 
+// Residuals under a Rice parameter k <= 8, four at a time. The multiplication moves the low bits of
+// each of the four to the top of its element.
+void read_rice_fours(uint n, uint k, uint low, const uint* list) {
+  const uint top = 1u << (31u - k) << 1;  // 0 for k = 0: no low bits
+  const Vertex scale = {top, top >> k, top >> 2u * k, top >> 3u * k};
+  for (uint i = 0; i < n; i += 4, low += 4u * k) {
+    const uint bits = uint(load64(low >> 3) >> (low & 7u));
+    const Vertex quotient = load_vertex(list + i + 1) - load_vertex(list + i) - 1u;
+    const Vertex u = (quotient << k) | (bits * scale >> ((32u - k) & 31u));
+    store_vertex(residuals + i, (u >> 1) ^ (0u - (u & 1u)));
+  }
+}
+
 // Ones in the bits that values of stream s have.
 Vertex vertex_mask(uint s) const {
   const Vertex mask = {0, 1, 2, 3};
@@ -47,13 +60,16 @@ static Vertex affine_vertex(Weights w, Vertex a, Vertex b, Vertex o) {
   return a + shifted_right(w.s * (b - a) + w.u * (o - a) + 128u, 8);
 }
 
-// As the other `toward`; one division finds n's reciprocal (struct Reciprocals) for all elements.
+// As the other `toward`: x / n = x * factor >> shift for x < n << 25, with a factor of 32 bits, as
+// in VectorReciprocals.
 static Vertex toward(Vertex a, Vertex b, uint n) {
-  const uint64_t reciprocal = ((1ull << 37) + n - 1u) / n;
+  const uint shift = 31u + bit_length(n - 1u);
+  const Vertex factor = Vertex{} + uint(((1ull << shift) + n - 1u) / n);
   const Vertex x = b - a + ((n >> 1) + (n << 24));
-  const auto quotient = [&](uint element) { return uint(element * reciprocal >> 37); };
-  const Vertex q = {quotient(x[0]), quotient(x[1]), quotient(x[2]), quotient(x[3])};
-  return a + q - (1u << 24);
+  const v128_t low = wasm_u64x2_shr(wasm_u64x2_extmul_low_u32x4(v128_t(x), v128_t(factor)), shift),
+               high =
+                   wasm_u64x2_shr(wasm_u64x2_extmul_high_u32x4(v128_t(x), v128_t(factor)), shift);
+  return a + Vertex(wasm_i32x4_shuffle(low, high, 0, 2, 4, 6)) - (1u << 24);
 }
 
 void predict_chains(uint s) {
@@ -136,12 +152,16 @@ void finish_positions() {
   const auto position = [&](uint v) { return shifted_right(load_vertex(values + 4u * v), h); };
   for (uint v = 0; v < vertex_count; v++) store_vertex(normals + 4u * v, Vertex{});
   for (uint t = 0; t < triangle_count; t++) {
-    const uint corners[3] = {triangles[t] & 63u, triangles[t] >> 8 & 63u, triangles[t] >> 16 & 63u};
-    const Vertex a = position(corners[0]);
-    const Vertex e = position(corners[1]) - a, f = position(corners[2]) - a;
+    const uint i = triangles[t] & 63u, j = triangles[t] >> 8 & 63u, k = triangles[t] >> 16 & 63u;
+    const Vertex a = position(i), e = position(j) - a, f = position(k) - a;
     const Vertex n =
         __builtin_shufflevector(e, e, 1, 2, 0, 3) * __builtin_shufflevector(f, f, 2, 0, 1, 3) -
         __builtin_shufflevector(e, e, 2, 0, 1, 3) * __builtin_shufflevector(f, f, 1, 2, 0, 3);
-    for (const uint v : corners) store_vertex(normals + 4u * v, load_vertex(normals + 4u * v) + n);
+    const auto add = [&](uint v) {
+      store_vertex(normals + 4u * v, load_vertex(normals + 4u * v) + n);
+    };
+    add(i);  // not a loop, which -Os would leave one
+    add(j);
+    add(k);
   }
 }
