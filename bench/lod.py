@@ -1,8 +1,9 @@
 """Levels of detail: size, errors, what one pixel needs, and the time and memory to build them.
 
-Writes docs/lod_results.md. Time is processor time of all threads, each model in a process of its
-own. A displaced dragon is the dragon with each triangle cut into four, once or twice, and its
-vertices moved along their normals by noise.
+Writes docs/lod_results.md. --only measures some parts, --models and --displaced some models; the
+other figures stay as they were. --work keeps the files that several parts need. Time is processor
+time of all threads, each model in a process of its own. A displaced dragon is the dragon with each
+triangle cut into four, once or twice, and its vertices moved along their normals by noise.
 """
 
 from __future__ import annotations
@@ -18,21 +19,25 @@ import numpy as np
 from trimesh import Trimesh
 
 import gltf_ext
+from bench import lod_mitsuba, lod_peers
 from bench.common import (
     Question,
     call_in_process,
     markdown_table,
     origin_line,
     progress,
+    read_result,
     write_page,
 )
 from bench.models import real_model
 from gltf_ext import _codec
+from gltf_ext.compression.primitives import Primitive
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, error_of, open_lod
 from gltf_ext.lod.reports import sample_surface
 
 NAMES = ("dragon", "igea", "bunny", "sponza_like", "bistro_like")
 DISPLACED = "dragon"
+ROUNDS = (1, 2)
 NOISE = 0.0004  # of the longest side: about a third of an edge of the dragon's
 PIXELS = 1000  # of the longest side on the screen
 SAMPLES = 50_000  # of a level
@@ -40,9 +45,9 @@ GROUPS, GROUP_SAMPLES = 20, 5_000  # of a level
 WITHIN = 99.9  # percent
 # Bytes per input triangle with all levels, as published, or from published file sizes.
 PUBLISHED = {
-    "Nanite": (14.4, "Karis, Stubbe, Wihlidal: Nanite, SIGGRAPH 2021, slides on disk size"),
-    "vk_lod_clusters": (15.6, "nvpro-samples, vk_lod_clusters, README: Zorah"),
-    "Nexus": (2.4, "Ponchio, Cignoni: Multiresolution and fast decompression, 2016; to 3.6"),
+    "Nanite": ("14.4", "Karis, Stubbe, Wihlidal: Nanite, SIGGRAPH 2021, slides on disk size"),
+    "vk_lod_clusters": ("15.6", "nvpro-samples, vk_lod_clusters, README: Zorah"),
+    "Nexus": ("2.4 to 3.6", "Ponchio, Cignoni: Multiresolution and fast decompression, 2016"),
 }
 
 
@@ -139,7 +144,7 @@ def describe(path: str) -> dict:
         "fill": float(np.concatenate(fine).mean() / 32768),
         "top_share": top / triangles,
         "one_pixel": one_pixel(largest),
-        "levels": stated_over_measured(largest),
+        "levels": levels(largest),
     }
 
 
@@ -156,76 +161,148 @@ def one_pixel(primitive: LodPrimitive) -> dict:
     return {"triangles": _drawn(primitive, cut), "bytes": needed, "pages": len(cut.loaded)}
 
 
-def stated_over_measured(primitive: LodPrimitive) -> list[dict]:
+def levels(primitive: LodPrimitive) -> list[dict]:
     """Per level but 0: triangles, the share of samples within the stated error, and the stated
-    error of groups over their measured one, median."""
+    error of groups over their measured one, median. Distances are measured both ways."""
     tables, finest = primitive.tables, primitive.compressed.decode()
     cuts = [cut_at_level(tables, level) for level in range(1, tables.level_count)]
     meshes = [primitive.mesh(cut) for cut in cuts]
-    sampled = [groups_sampled(primitive, cut) for cut in cuts]
+    replacements = [some_replacements(primitive, cut) for cut in cuts]
     points = [sample_surface(mesh, SAMPLES) for mesh in meshes]
-    points += [part for parts in sampled for _, part in parts]
-    distances = np.split(
-        _codec.surface_distances(
-            np.concatenate(points), finest.attributes["POSITION"], finest.indices
-        ),
-        np.cumsum([len(part) for part in points])[:-1],
-    )
+    points += [sample_surface(m, GROUP_SAMPLES) for level in replacements for _, m in level]
+    # One call, since it builds a tree of the finest level.
+    distances = np.split(distances_to(finest, np.concatenate(points)), ends_of(points))
     of_groups = iter(distances[len(cuts) :])
     back = sample_surface(finest, SAMPLES)
     result = []
-    for cut, mesh, parts, there in zip(cuts, meshes, sampled, distances):
-        ratios = []
-        for group, _ in parts:
-            measured = float(np.percentile(next(of_groups), WITHIN))
-            if measured > 0.0:
-                ratios.append(float(tables.groups["error"][group]) / measured)
-        here = _codec.surface_distances(back, mesh.attributes["POSITION"], mesh.indices)
+    for cut, mesh, level, there in zip(cuts, meshes, replacements, distances):
+        here = distances_to(mesh, back)
         both = np.concatenate([there, here])
         stated = error_of(tables, cut)
+        ratios = {"one_way": [], "both_ways": []}
+        for group, replacement in level:
+            error = float(tables.groups["error"][group])
+            to_finest = percentile(next(of_groups))
+            from_finest = percentile(nearest_to(replacement, back, here))
+            ratios["one_way"].append(error / to_finest if to_finest else np.inf)
+            measured = max(to_finest, from_finest)
+            ratios["both_ways"].append(error / measured if measured else np.inf)
         result.append(
             {
                 "triangles": len(mesh.indices),
                 "stated": stated,
-                "measured": float(np.percentile(both, WITHIN)),
+                "measured": percentile(both),
                 "within": float((both <= stated).mean()),
-                "stated_over_measured": float(np.median(ratios)) if ratios else None,
+                "stated_over_measured": {k: float(np.median(v)) for k, v in ratios.items()},
             }
         )
     return result
 
 
-def groups_sampled(primitive: LodPrimitive, cut: Cut) -> list[tuple[int, np.ndarray]]:
-    """(group, points on its replacement) of some groups that a cut replaces."""
+def distances_to(mesh: Primitive, points: np.ndarray) -> np.ndarray:
+    return _codec.surface_distances(points, mesh.attributes["POSITION"], mesh.indices)
+
+
+def ends_of(arrays: list[np.ndarray]) -> np.ndarray:
+    return np.cumsum([len(array) for array in arrays])[:-1]
+
+
+def nearest_to(replacement: Primitive, points: np.ndarray, distances: np.ndarray) -> np.ndarray:
+    """Distances of the points that are nowhere nearer to the level than to the replacement."""
+    own = distances_to(replacement, points)
+    return own[own <= distances]
+
+
+def percentile(distances: np.ndarray) -> float:
+    return float(np.percentile(distances, WITHIN)) if len(distances) else 0.0
+
+
+def some_replacements(primitive: LodPrimitive, cut: Cut) -> list[tuple[int, Primitive]]:
+    """(group, replacement) of some groups that a cut replaces."""
     refined = primitive.tables.cluster_refined
     replaced = np.unique(refined[cut.drawn & (refined >= 0)])
     chosen = replaced[np.linspace(0, len(replaced) - 1, min(len(replaced), GROUPS)).astype(int)]
     parts = (replace(cut, drawn=cut.drawn & (refined == group)) for group in chosen)
-    return [
-        (int(group), sample_surface(primitive.mesh(part), GROUP_SAMPLES))
-        for group, part in zip(chosen, parts)
-        if part.drawn.any()
-    ]
+    return [(int(g), primitive.mesh(p)) for g, p in zip(chosen, parts) if p.drawn.any()]
 
 
 # --- the question ---
 
 
-def measure(options: argparse.Namespace) -> dict:
-    models = {}
-    with tempfile.TemporaryDirectory() as folder:
-        paths = {name: real_model(name) for name in options.models}
-        for rounds in options.displaced:
-            name = f"{DISPLACED} x{4**rounds}, displaced"
+class Files:
+    """The models of a run and their compressed files, in a folder."""
+
+    def __init__(self, folder: Path, models: list[str], rounds: list[int]):
+        self._folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        self._rounds = {f"{DISPLACED} x{4**n}, displaced": n for n in rounds}
+        self.names = [*models, *self._rounds]
+        # The parts that compare with others measure the dragons only.
+        self.dragons = [n for n in self.names if n == DISPLACED or n in self._rounds]
+
+    def source(self, name: str) -> Path:
+        if name not in self._rounds:
+            return real_model(name)
+        rounds = self._rounds[name]
+        path = self._folder / f"{DISPLACED}_{rounds}.glb"
+        if not path.exists():
             progress(f"making {name}")
-            paths[name] = displaced(real_model(DISPLACED), rounds, Path(folder) / f"{rounds}.glb")
-        for name, path in paths.items():
-            progress(name)
-            output = str(Path(folder) / "out.glb")
-            plain = call_in_process("bench.lod", "build", str(path), output, False)
-            lod = call_in_process("bench.lod", "build", str(path), output, True)
-            models[name] = {"plain": plain, "lod": lod, **describe(output)}
-    return {"published": PUBLISHED, "models": models}
+            displaced(real_model(DISPLACED), rounds, path)
+        return path
+
+    def with_levels(self, name: str) -> Path:
+        path = self.levels_path(name)
+        if not path.exists():
+            gltf_ext.compress(self.source(name), path, lod=True)
+        return path
+
+    def levels_path(self, name: str) -> Path:
+        return self._folder / f"{self.source(name).stem}.lod.glb"
+
+
+def measure_model(files: Files, name: str) -> dict:
+    source, output = str(files.source(name)), str(files.levels_path(name))
+    plain = call_in_process("bench.lod", "build", source, output, False)
+    lod = call_in_process("bench.lod", "build", source, output, True)
+    return {"plain": plain, "lod": lod, **describe(output)}
+
+
+def measure_peers(files: Files, name: str) -> dict:
+    primitive = open_lod(files.with_levels(name))[0]
+    assert isinstance(primitive, LodPrimitive)
+    found = call_in_process("bench.lod_peers", "measure", str(files.source(name)))
+    return {"ours": one_pixel(primitive), **found}
+
+
+def measure_mitsuba(files: Files, name: str) -> dict:
+    return {"rows": lod_mitsuba.measure(str(files.with_levels(name)))}
+
+
+# Name of a part and of its figures, what it measures of a model, and whether only dragons.
+PARTS = {
+    "models": (measure_model, False),
+    "peers": (measure_peers, True),
+    "mitsuba": (measure_mitsuba, True),
+}
+
+
+def measure(options: argparse.Namespace) -> dict:
+    result: dict = {part: {} for part in PARTS}
+    if not measures_all(options):
+        result.update({k: v for k, v in (read_result("lod") or {}).items() if k in PARTS})
+    with tempfile.TemporaryDirectory() as temporary:
+        files = Files(Path(options.work or temporary), options.models, options.displaced)
+        for part in options.only:
+            function, only_dragons = PARTS[part]
+            for name in files.dragons if only_dragons else files.names:
+                progress(f"{part}: {name}")
+                result[part][name] = function(files, name)
+    return result
+
+
+def measures_all(options: argparse.Namespace) -> bool:
+    chosen = (tuple(options.only), tuple(options.models), tuple(options.displaced))
+    return chosen == (tuple(PARTS), NAMES, ROUNDS)
 
 
 def table(result: dict) -> str:
@@ -265,22 +342,93 @@ def error_table(result: dict) -> str:
             f"{level['stated']:.3g}",
             f"{level['measured']:.3g}",
             f"{100 * level['within']:.2f} %",
-            "" if level["stated_over_measured"] is None else f"{level['stated_over_measured']:.2f}",
+            f"{level['stated_over_measured']['both_ways']:.2f}",
+            f"{level['stated_over_measured']['one_way']:.2f}",
         ]
         for name, model in result["models"].items()
         for number, level in enumerate(model["levels"], start=1)
     ]
     headings = [
         "model", "level", "triangles", "stated error", "measured, 99.9 %", "samples within",
-        "stated over measured, median of groups",
+        "stated over measured, median of groups", "from the level to level 0 alone",
     ]  # fmt: skip
     return markdown_table(headings, rows)
 
 
+def peers_section(result: dict) -> str:
+    """Empty if it was not measured."""
+    if not result.get("peers"):
+        return ""
+    return (
+        "## One pixel beside others\n\n"
+        "Bytes to load and triangles to draw for one pixel of error where the longest side has "
+        f"{PIXELS} pixels. The discrete chain is whole models by meshoptimizer, each with half the "
+        "triangles of the one before, in files of their own; one of them is loaded, by its "
+        f"*measured* error ({WITHIN} % of samples). Ours goes by the stated error, which is "
+        "larger, and also serves views in which parts of the model are nearer than others.\n\n"
+        f"{peers_table(result)}\n"
+    )
+
+
+def mitsuba_section(result: dict) -> str:
+    """Empty if it was not measured."""
+    if not result.get("mitsuba"):
+        return ""
+    return (
+        "## Mitsuba\n\n"
+        f"{lod_mitsuba.SIZE} x {lod_mitsuba.SIZE} pixels, {lod_mitsuba.SPP} samples per pixel, "
+        f"`path` of depth {lod_mitsuba.INTEGRATOR['max_depth']}, {lod_mitsuba.VARIANT}, the "
+        "model whole in the picture, cache 25 %. Shape: compressed in memory, decoded where rays "
+        "meet it. Mesh: an ordinary mesh (`decoded`). Load contains the acceleration structure. "
+        "Memory is the growth of the process.\n\n"
+        f"{mitsuba_table(result)}\n"
+    )
+
+
+def peers_table(result: dict) -> str:
+    rows = []
+    for name, model in result["peers"].items():
+        full, ours = model["chain"][0], model["ours"]
+        chosen = lod_peers.within(model["chain"], model["longest_side"] / PIXELS)
+        everything = sum(level["bytes"] for level in model["chain"])
+        for heading, triangles, needed in (
+            ("with levels", ours["triangles"], ours["bytes"]),
+            ("discrete chain, ours", chosen["triangles"], chosen["bytes"]),
+            ("discrete chain, Draco", chosen["triangles"], chosen["draco_bytes"]),
+            ("full detail, ours", full["triangles"], full["bytes"]),
+            ("full detail, Draco", full["triangles"], full["draco_bytes"]),
+            ("discrete chain, ours, all files", full["triangles"], everything),
+        ):
+            rows.append([f"{name}, {heading}", f"{triangles:,}", f"{needed / 1e6:.2f} MB"])
+    return markdown_table(["", "triangles", "bytes"], rows)
+
+
+def mitsuba_table(result: dict) -> str:
+    rows = []
+    for name, model in result["mitsuba"].items():
+        first = model["rows"][0]["bytes"]
+        for row in model["rows"]:
+            rows.append(
+                [
+                    f"{name}, {row['heading']}",
+                    f"{row['triangles']:,}",
+                    f"{row['load']:.1f} s",
+                    f"{row['render']:.1f} s",
+                    f"{row['bytes'] / 1e6:.1f} MB ({row['bytes'] / first:.2f}x)",
+                    f"{row['compressed_bytes'] / 1e6:.2f} MB" if row["compressed_bytes"] else "",
+                    f"{row['cache_bytes'] / 1e6:.2f} MB" if row["cache_bytes"] else "",
+                ]
+            )
+    headings = ["", "triangles", "load", "render", "memory", "compressed", "cache"]
+    return markdown_table(headings, rows)
+
+
+def summary(result: dict) -> str:
+    return table(result) + peers_section(result) + mitsuba_section(result)
+
+
 def write_pages(result: dict) -> list[Path]:
-    published = [
-        [name, f"{value:.1f}", source] for name, (value, source) in result["published"].items()
-    ]
+    published = [[name, *value_and_source] for name, value_and_source in PUBLISHED.items()]
     text = (
         "# Levels of detail: results\n\n"
         f"{origin_line(result)}\n"
@@ -291,6 +439,7 @@ def write_pages(result: dict) -> list[Path]:
         f"{table(result)}\n"
         "Published bytes per input triangle of others, with all levels:\n\n"
         f"{markdown_table(['', 'bytes per triangle', 'source'], published)}\n"
+        f"{peers_section(result)}{mitsuba_section(result)}"
         "## Stated and measured errors\n\n"
         "Of the largest primitive, in its units, at samples of both surfaces.\n\n"
         f"{error_table(result)}"
@@ -299,20 +448,24 @@ def write_pages(result: dict) -> list[Path]:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--only", nargs="+", choices=PARTS, default=list(PARTS), help="parts (default: all)"
+    )
+    parser.add_argument("--work", metavar="FOLDER", help="keep models and compressed files there")
     parser.add_argument("--models", nargs="*", default=NAMES, metavar="NAME", help="real models")
     parser.add_argument(
         "--displaced",
         nargs="*",
         type=int,
-        default=[1, 2],
+        default=ROUNDS,
         metavar="N",
         help="rounds of cutting the dragon's triangles into four (default: 1 2)",
     )
 
 
 QUESTION = Question(
-    "lod", __doc__ or "", measure, table, write_pages, ("gltf-meshlet", "numpy", "meshoptimizer"),
-    add_options,
+    "lod", __doc__ or "", measure, summary, write_pages,
+    ("gltf-meshlet", "numpy", "meshoptimizer"), add_options,
 )  # fmt: skip
 
 

@@ -23,7 +23,7 @@ from gltf_meshlet.demo.plots import meshlet_colors
 from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
 
 LEVELS = (0, 1, 2, 3)
-WIDTH, HEIGHT = 480, 400  # of one level
+WIDTH, HEIGHT = 1000, 840  # of one level, before it is cropped
 PIXELS = 1000  # of the longest side
 ERRORS = 2.0 ** np.arange(-3, 6.5, 0.5)  # pixels
 
@@ -40,23 +40,27 @@ def coloured(primitive: LodPrimitive, cut: Cut) -> Mesh:
 
 
 def draw_levels(primitive: LodPrimitive, path: Path) -> None:
-    """Saves a picture of LEVELS, side by side in two rows."""
+    """Saves a picture of LEVELS in two rows, with titles, cropped to the model."""
     points = primitive.compressed.decode().attributes["POSITION"]
     low, high = points.min(axis=0), points.max(axis=0)
     centre, size = (low + high) / 2, float(np.linalg.norm(high - low))
     eye = centre + np.array([0.35, 0.25, 1.6]) * size
     camera = Camera(tuple(eye.tolist()), tuple(centre.tolist()))
+    plots = pyplot()
+    figure, axes = plots.subplots(2, len(LEVELS) // 2, figsize=(10, 8.2), layout="constrained")
     pictures = []
     for level in LEVELS:
         mesh = coloured(primitive, cut_at_level(primitive.tables, level))
         pixels = rasterize(mesh, camera, WIDTH, HEIGHT)
-        picture = Image.new("RGB", (WIDTH, HEIGHT), "white")
-        picture.paste(Image.fromarray(pixels), mask=Image.fromarray(pixels[..., 3]))
-        pictures.append(picture)
-    sheet = Image.new("RGB", (2 * WIDTH, 2 * HEIGHT), "white")
-    for number, picture in enumerate(pictures):
-        sheet.paste(picture, (number % 2 * WIDTH, number // 2 * HEIGHT))
-    sheet.quantize(256, method=Image.Quantize.MAXCOVERAGE).save(path)
+        pictures.append((f"level {level}: {len(mesh.triangles):,} triangles", pixels))
+    rows, columns = np.nonzero(np.any([pixels[..., 3] for _, pixels in pictures], axis=0))
+    shown = (slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1))
+    for ax, (title, pixels) in zip(axes.ravel(), pictures):
+        ax.imshow(pixels[shown])
+        ax.set_title(title)
+        ax.axis("off")
+    figure.savefig(path, dpi=100)
+    Image.open(path).convert("RGB").quantize(256, method=Image.Quantize.MAXCOVERAGE).save(path)
 
 
 def draw_needs(primitive: LodPrimitive, path: Path) -> None:
@@ -70,14 +74,19 @@ def draw_needs(primitive: LodPrimitive, path: Path) -> None:
         triangles.append(int(primitive.cluster_triangles[cut.drawn].sum()))
         sizes.append(int(tables.pages["byteLength"][cut.loaded].sum()))
     plots = pyplot()
-    figure, axes = plots.subplots(figsize=(7, 4))
-    axes.loglog(ERRORS, triangles, "o-", color="#333333", label="triangles drawn")
-    axes.loglog(ERRORS, sizes, "s--", color="#bb6622", label="bytes of the pages")
-    axes.set_xlabel(f"error in pixels, longest side {PIXELS} pixels")
-    axes.grid(True, which="major", alpha=0.3)
-    axes.legend()
-    figure.tight_layout()
-    figure.savefig(path, dpi=120)
+    figure, axes = plots.subplots(1, 2, figsize=(10, 4), layout="constrained", sharex=True)
+    for ax, title, values, colour in (
+        (axes[0], "triangles drawn", triangles, "#333333"),
+        (axes[1], "MB of their pages", [size / 1e6 for size in sizes], "#bb6622"),
+    ):
+        ax.loglog(ERRORS, values, "o-", color=colour, markersize=4)
+        ax.axvline(1.0, color="gray", linewidth=0.8, linestyle=":")
+        ax.set_title(title)
+        ax.set_xlabel(f"error in pixels, longest side {PIXELS} pixels")
+        ax.xaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_major_formatter("{x:,.10g}")
+        ax.grid(True, which="major", alpha=0.3)
+    figure.savefig(path, dpi=100)
 
 
 def main() -> None:

@@ -18,25 +18,17 @@ void compact(std::vector<uint32_t>& numbers, std::vector<uint32_t>& used) {
     number = uint32_t(std::lower_bound(used.begin(), used.end(), number) - used.begin());
 }
 
-// Meshlets of a mesh, and their triangles in the mesh's vertices.
-struct Generated {
-  Meshlets meshlets;
-  std::vector<uint32_t> triangles;
-};
-
-Generated generate(const MeshView& mesh, const GenerationOptions& options) {
+// Meshlets of a mesh, with its triangles' numbers.
+Meshlets generate(const MeshView& mesh, const GenerationOptions& options) {
   const SpatialMesh sorted = sort_in_space(mesh, options.threads);
   const HalfEdges half_edges = match_half_edges(sorted.view(), options.threads);
-  Generated made{generate_meshlets(sorted, half_edges, options), {}};
-  made.triangles.reserve(3 * made.meshlets.triangles.size());
-  for (uint32_t t : made.meshlets.triangles)
-    for (size_t k = 0; k < 3; k++)
-      made.triangles.push_back(sorted.source_vertex[sorted.triangles[3 * size_t(t) + k]]);
+  Meshlets made = generate_meshlets(sorted, half_edges, options);
+  for (uint32_t& t : made.triangles) t = sorted.source_triangle[t];
   return made;
 }
 
-Generated generate_group(const MeshView& mesh, uint32_t first, uint32_t last,
-                         const GenerationOptions& options) {
+Meshlets generate_group(const MeshView& mesh, uint32_t first, uint32_t last,
+                        const GenerationOptions& options) {
   std::vector<uint32_t> corners(mesh.triangles + 3 * size_t(first),
                                 mesh.triangles + 3 * size_t(last));
   std::vector<uint32_t> vertices, used_ids, ids;
@@ -48,9 +40,9 @@ Generated generate_group(const MeshView& mesh, uint32_t first, uint32_t last,
     positions.insert(positions.end(), p, p + 3);
   }
   compact(ids, used_ids);
-  Generated made = generate(
+  Meshlets made = generate(
       {corners.data(), last - first, ids.data(), positions.data(), vertices.size()}, options);
-  for (uint32_t& v : made.triangles) v = vertices[v];
+  for (uint32_t& t : made.triangles) t += first;
   return made;
 }
 
@@ -65,7 +57,7 @@ void append_begins(std::vector<uint32_t>& to, const std::vector<uint32_t>& begin
 GroupMeshlets generate_in_groups(const MeshView& mesh, const std::vector<uint32_t>& triangle_begin,
                                  const GenerationOptions& options) {
   const size_t count = triangle_begin.size() - 1;
-  std::vector<Generated> groups(count);
+  std::vector<Meshlets> groups(count);
   if (count == 1) {
     groups[0] = generate(mesh, options);
   } else {
@@ -76,10 +68,10 @@ GroupMeshlets generate_in_groups(const MeshView& mesh, const std::vector<uint32_
     });
   }
   GroupMeshlets all{{}, {0}, {0}, {0}};
-  for (const Generated& group : groups) {
+  for (const Meshlets& group : groups) {
     all.triangles.insert(all.triangles.end(), group.triangles.begin(), group.triangles.end());
-    append_begins(all.disk_begin, group.meshlets.disk_begin);
-    append_begins(all.meshlet_begin, group.meshlets.meshlet_begin);
+    append_begins(all.disk_begin, group.disk_begin);
+    append_begins(all.meshlet_begin, group.meshlet_begin);
     all.group_begin.push_back(uint32_t(all.meshlet_begin.size() - 1));
   }
   return all;

@@ -10,7 +10,7 @@ namespace meshlet {
 // Meshlets as ranges of disks, disks as ranges of triangles, as in Meshlets; group g holds meshlets
 // group_begin[g] .. group_begin[g + 1].
 struct GroupMeshlets {
-  std::vector<uint32_t> triangles;  // three vertices each
+  std::vector<uint32_t> triangles;  // their numbers in the mesh
   std::vector<uint32_t> disk_begin, meshlet_begin, group_begin;
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <unordered_set>
 #include <utility>
 
 #include "common/parallel.h"
@@ -14,6 +13,11 @@ constexpr uint32_t kLeaf = 4;  // most triangles of a leaf: 2 and 8 are slower o
 constexpr int kMaxDepth = 64;  // medians halve: 32 levels for 2^32 triangles
 
 float squared_length(Vec3 a) { return dot(a, a); }
+
+int longest_axis(Vec3 low, Vec3 high) {
+  const Vec3 size = high - low;
+  return size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+}
 
 float box_squared(Vec3 p, Vec3 low, Vec3 high) {
   const Vec3 outside = maximum(maximum(low - p, p - high), Vec3{0, 0, 0});
@@ -43,50 +47,138 @@ float triangle_squared(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
   return squared_length(ap - ab * (vb / sum) - ac * (vc / sum));
 }
 
+// Sorts triangles into a tree.
+class TreeBuilder {
+ public:
+  using Node = TriangleTree::Node;
+
+  // corners: of all triangles.
+  explicit TreeBuilder(const std::vector<Vec3>& corners) : corners_(corners) {}
+
+  // A tree of triangles first .. last - 1. Writes their order to the same places of `order`.
+  std::vector<Node> build(uint32_t first, uint32_t last, std::vector<uint32_t>& order) {
+    first_ = first;
+    items_.resize(last - first);
+    for (uint32_t i = 0; i < items_.size(); i++) {
+      const Vec3* c = &corners_[3 * size_t(first + i)];
+      items_[i] = {c[0] + c[1] + c[2], first + i};
+    }
+    nodes_.assign(1, {});
+    split(0, 0, last - first);
+    for (uint32_t i = 0; i < items_.size(); i++) order[first + i] = items_[i].triangle;
+    return std::move(nodes_);
+  }
+
+ private:
+  struct Item {
+    Vec3 centre;  // three times the centre
+    uint32_t triangle;
+  };
+
+  void split(uint32_t node, uint32_t first, uint32_t last) {
+    if (last - first <= kLeaf) {
+      make_leaf(node, first, last);
+      return;
+    }
+    Vec3 low = items_[first].centre, high = low;
+    for (uint32_t i = first; i < last; i++) {
+      low = minimum(low, items_[i].centre);
+      high = maximum(high, items_[i].centre);
+    }
+    const int axis = longest_axis(low, high);
+    const uint32_t middle = first + (last - first) / 2;
+    std::nth_element(items_.begin() + first, items_.begin() + middle, items_.begin() + last,
+                     [axis](const Item& s, const Item& t) {
+                       const float a = s.centre[axis], b = t.centre[axis];
+                       return a != b ? a < b : s.triangle < t.triangle;
+                     });
+    const uint32_t child = uint32_t(nodes_.size());
+    nodes_.resize(nodes_.size() + 2);
+    split(child, first, middle);
+    split(child + 1, middle, last);
+    nodes_[node] = {minimum(nodes_[child].low, nodes_[child + 1].low),
+                    maximum(nodes_[child].high, nodes_[child + 1].high), child, 0};
+  }
+
+  void make_leaf(uint32_t node, uint32_t first, uint32_t last) {
+    Vec3 low = corners_[3 * size_t(items_[first].triangle)], high = low;
+    for (uint32_t i = first; i < last; i++)
+      for (size_t k = 0; k < 3; k++) {
+        const Vec3 corner = corners_[3 * size_t(items_[i].triangle) + k];
+        low = minimum(low, corner);
+        high = maximum(high, corner);
+      }
+    nodes_[node] = {low, high, first_ + first, last - first};
+  }
+
+  const std::vector<Vec3>& corners_;
+  uint32_t first_ = 0;
+  std::vector<Item> items_;
+  std::vector<Node> nodes_;
+};
+
 }  // namespace
 
-TriangleTree::TriangleTree(std::vector<Vec3> corners) : corners_(std::move(corners)) {
-  const uint32_t count = uint32_t(corners_.size() / 3);
-  std::vector<uint32_t> order(count);
-  std::iota(order.begin(), order.end(), 0);
-  std::vector<Vec3> centres(count);  // three times the centres
-  for (size_t t = 0; t < count; t++)
-    centres[t] = corners_[3 * t] + corners_[3 * t + 1] + corners_[3 * t + 2];
-  nodes_.reserve(2 * size_t(count) / kLeaf + 2);
+TriangleTree::TriangleTree(std::vector<Vec3> corners) : TriangleTree(std::move(corners), {}, 1) {}
+
+TriangleTree::TriangleTree(std::vector<Vec3> corners, std::vector<uint32_t> part_begin, int threads)
+    : corners_(std::move(corners)), numbers_(corners_.size() / 3) {
+  if (part_begin.empty()) part_begin = {0, uint32_t(numbers_.size())};
+  std::vector<std::vector<Node>> parts(part_begin.size() - 1);
+  parallel_for(threads, parts.size(), [&](size_t i) {
+    parts[i] = TreeBuilder(corners_).build(part_begin[i], part_begin[i + 1], numbers_);
+  });
+  size_t count = 2 * parts.size();
+  for (const auto& part : parts) count += part.size();
+  nodes_.reserve(count);
+  part_root_.resize(parts.size());
   nodes_.emplace_back();
-  build(0, 0, count, centres, order);
-  std::vector<Vec3> sorted;
-  sorted.reserve(corners_.size());
-  for (uint32_t t : order)
-    sorted.insert(sorted.end(), corners_.begin() + 3 * size_t(t),
-                  corners_.begin() + 3 * size_t(t) + 3);
+  std::vector<uint32_t> order(parts.size());
+  std::iota(order.begin(), order.end(), 0);
+  join(0, 0, uint32_t(parts.size()), parts, order);
+  std::vector<Vec3> sorted(corners_.size());
+  for (size_t i = 0; i < numbers_.size(); i++)
+    std::copy_n(&corners_[3 * size_t(numbers_[i])], 3, &sorted[3 * i]);
   corners_ = std::move(sorted);
 }
 
-void TriangleTree::build(uint32_t node, uint32_t first, uint32_t last,
-                         const std::vector<Vec3>& centres, std::vector<uint32_t>& order) {
-  Vec3 low = corners_[3 * size_t(order[first])], high = low;
-  for (uint32_t i = first; i < last; i++)
-    for (size_t k = 0; k < 3; k++) {
-      low = minimum(low, corners_[3 * size_t(order[i]) + k]);
-      high = maximum(high, corners_[3 * size_t(order[i]) + k]);
-    }
-  nodes_[node] = {low, high, first, last - first};
-  if (last - first <= kLeaf) return;
-  const Vec3 size = high - low;
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+void TriangleTree::join(uint32_t node, uint32_t first, uint32_t last,
+                        std::vector<std::vector<Node>>& parts, std::vector<uint32_t>& order) {
+  if (last - first == 1) {
+    part_root_[order[first]] = node;
+    add_part(node, parts[order[first]]);
+    return;
+  }
+  Vec3 low = parts[order[first]][0].low, high = parts[order[first]][0].high;
+  for (uint32_t i = first; i < last; i++) {
+    low = minimum(low, parts[order[i]][0].low);
+    high = maximum(high, parts[order[i]][0].high);
+  }
+  const int axis = longest_axis(low, high);
   const uint32_t middle = first + (last - first) / 2;
+  const auto place = [&](uint32_t part) {
+    return parts[part][0].low[axis] + parts[part][0].high[axis];
+  };
   std::nth_element(order.begin() + first, order.begin() + middle, order.begin() + last,
                    [&](uint32_t s, uint32_t t) {
-                     const float a = centres[s][axis], b = centres[t][axis];
+                     const float a = place(s), b = place(t);
                      return a != b ? a < b : s < t;
                    });
   const uint32_t child = uint32_t(nodes_.size());
-  nodes_[node].first = child;
-  nodes_[node].count = 0;
+  nodes_[node] = {low, high, child, 0};
   nodes_.resize(nodes_.size() + 2);
-  build(child, first, middle, centres, order);
-  build(child + 1, middle, last, centres, order);
+  join(child, first, middle, parts, order);
+  join(child + 1, middle, last, parts, order);
+}
+
+void TriangleTree::add_part(uint32_t node, std::vector<Node>& part) {
+  const uint32_t moved = uint32_t(nodes_.size()) - 1;  // the root has its place already
+  for (Node& n : part)
+    if (n.count == 0) n.first += moved;
+  nodes_[node] = part[0];
+  nodes_.insert(nodes_.end(), part.begin() + 1, part.end());
+  part.resize(1);  // its box is still compared
+  part.shrink_to_fit();
 }
 
 float TriangleTree::squared(Vec3 point, uint32_t triangle) const {
@@ -94,11 +186,11 @@ float TriangleTree::squared(Vec3 point, uint32_t triangle) const {
   return triangle_squared(point, c[0], c[1], c[2]);
 }
 
-float TriangleTree::squared_distance(Vec3 point, uint32_t& hint, float enough) const {
+float TriangleTree::search(uint32_t root, Vec3 point, uint32_t& hint, float enough) const {
   float best = squared(point, hint);
   std::pair<uint32_t, float> stack[kMaxDepth];
   int size = 0;
-  stack[size++] = {0, box_squared(point, nodes_[0].low, nodes_[0].high)};
+  stack[size++] = {root, box_squared(point, nodes_[root].low, nodes_[root].high)};
   while (size > 0 && best > enough) {
     const auto [number, bound] = stack[--size];
     if (bound >= best) continue;
@@ -116,79 +208,6 @@ float TriangleTree::squared_distance(Vec3 point, uint32_t& hint, float enough) c
     stack[size++] = near;
   }
   return best;
-}
-
-namespace {
-
-Vec3 point_of(const float* positions, uint32_t vertex) {
-  const float* p = positions + 3 * size_t(vertex);
-  return {p[0], p[1], p[2]};
-}
-
-std::vector<Vec3> corners_of(const float* positions, const uint32_t* triangles, size_t count) {
-  std::vector<Vec3> corners(3 * count);
-  for (size_t i = 0; i < 3 * count; i++) corners[i] = point_of(positions, triangles[i]);
-  return corners;
-}
-
-// The vertices that simplification removed, in the order of the triangles: neighbours follow each
-// other.
-std::vector<Vec3> removed_points(const float* positions, const uint32_t* before, size_t count,
-                                 const uint32_t* after, size_t after_count) {
-  std::unordered_set<uint32_t> done(after, after + 3 * after_count);
-  std::vector<Vec3> points;
-  for (size_t i = 0; i < 3 * count; i++)
-    if (done.insert(before[i]).second) points.push_back(point_of(positions, before[i]));
-  return points;
-}
-
-// Centres of triangles, each followed by middles of those of its edges that were not there yet.
-std::vector<Vec3> middles(const float* positions, const uint32_t* triangles, size_t count) {
-  std::unordered_set<uint64_t> done;  // edges
-  done.reserve(3 * count);
-  std::vector<Vec3> points;
-  for (size_t t = 0; t < 3 * count; t += 3) {
-    Vec3 corner[3];
-    for (size_t k = 0; k < 3; k++) corner[k] = point_of(positions, triangles[t + k]);
-    points.push_back((corner[0] + corner[1] + corner[2]) * (1.0f / 3.0f));
-    for (size_t k = 0; k < 3; k++) {
-      const uint64_t a = triangles[t + k], b = triangles[t + (k + 1) % 3];
-      if (done.insert(std::min(a, b) << 32 | std::max(a, b)).second)
-        points.push_back((corner[k] + corner[(k + 1) % 3]) * 0.5f);
-    }
-  }
-  return points;
-}
-
-// The largest squared distance of the points, at least `least`. Most points are known to be nearer
-// than the farthest so far after a triangle or two.
-float farthest(const std::vector<Vec3>& points, const TriangleTree& to, float least) {
-  uint32_t hint = 0;
-  for (const Vec3& point : points) least = std::max(least, to.squared_distance(point, hint, least));
-  return least;
-}
-
-float group_distance(const float* positions, const uint32_t* before, size_t before_count,
-                     const uint32_t* after, size_t after_count) {
-  const TriangleTree was(corners_of(positions, before, before_count));
-  const TriangleTree is(corners_of(positions, after, after_count));
-  const std::vector<Vec3> removed =
-      removed_points(positions, before, before_count, after, after_count);
-  const float there = farthest(removed, is, 0);
-  return std::sqrt(farthest(middles(positions, after, after_count), was, there));
-}
-
-}  // namespace
-
-std::vector<float> group_distances(const Surfaces& s, int threads) {
-  std::vector<float> distances(s.before_begin.size() - 1);
-  parallel_for(threads, distances.size(), [&](size_t g) {
-    const uint32_t before = s.before_begin[g], after = s.after_begin[g];
-    distances[g] =
-        group_distance(s.positions, s.before + 3 * size_t(before), s.before_begin[g + 1] - before,
-                       s.after + 3 * size_t(after), s.after_begin[g + 1] - after);
-  });
-  return distances;
 }
 
 }  // namespace meshlet

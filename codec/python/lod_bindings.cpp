@@ -2,14 +2,17 @@
 
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "common/parallel.h"
 #include "lod/group_meshlets.h"
+#include "lod/replacement_errors.h"
 #include "lod/surface_distance.h"
 #include "segment/spatial_mesh.h"
 
@@ -42,8 +45,12 @@ void check_triangles(const Indices& triangles, size_t vertices, bool distinct) {
   }
 }
 
+std::vector<uint32_t> vector_of(const Numbers& numbers) {
+  return {numbers.data(), numbers.data() + numbers.shape(0)};
+}
+
 std::vector<uint32_t> begins_of(const Numbers& begin, size_t end) {
-  std::vector<uint32_t> out(begin.data(), begin.data() + begin.shape(0));
+  std::vector<uint32_t> out = vector_of(begin);
   const bool increases =
       std::adjacent_find(out.begin(), out.end(), std::greater_equal<uint32_t>()) == out.end();
   if (out.size() < 2 || out.front() != 0 || out.back() != end || !increases)
@@ -78,29 +85,69 @@ nb::tuple generate(const Indices& triangles, const Numbers& triangle_begin,
     nb::gil_scoped_release release;
     made = generate_in_groups(mesh, begin, options);
   }
-  return nb::make_tuple(array_of(std::move(made.triangles)).attr("reshape")(-1, 3),
-                        array_of(std::move(made.disk_begin)),
+  return nb::make_tuple(array_of(std::move(made.triangles)), array_of(std::move(made.disk_begin)),
                         array_of(std::move(made.meshlet_begin)),
                         array_of(std::move(made.group_begin)));
 }
 
-nb::object distances_of_groups(const Points& positions, const Indices& before,
-                               const Numbers& before_begin, const Indices& after,
-                               const Numbers& after_begin, int threads) {
-  check_triangles(before, positions.shape(0), false);
-  check_triangles(after, positions.shape(0), false);
-  const Surfaces surfaces{positions.data(), before.data(), after.data(),
-                          begins_of(before_begin, before.shape(0)),
-                          begins_of(after_begin, after.shape(0))};
-  if (surfaces.before_begin.size() != surfaces.after_begin.size())
-    throw nb::value_error("before and after differ in their number of groups");
-  std::vector<float> distances;
-  {
-    nb::gil_scoped_release release;
-    distances = group_distances(surfaces, threads);
-  }
-  return array_of(std::move(distances));
+GroupTriangles groups_of(const Indices& triangles, const Numbers& begin, size_t vertices) {
+  check_triangles(triangles, vertices, false);
+  return {triangles.data(), begins_of(begin, triangles.shape(0))};
 }
+
+// Measures with arrays that it keeps alive.
+class Errors {
+ public:
+  Errors(std::vector<Points> shapes, const Indices& triangles, const Numbers& begin, int threads)
+      : shapes_(std::move(shapes)), threads_(threads) {
+    if (shapes_.empty()) throw nb::value_error("there are no shapes");
+    std::vector<const float*> positions;
+    for (const Points& shape : shapes_) {
+      if (shape.shape(0) != vertices()) throw nb::value_error("shapes differ in length");
+      positions.push_back(shape.data());
+    }
+    const GroupTriangles level_0 = groups_of(triangles, begin, vertices());
+    nb::gil_scoped_release release;
+    errors_.emplace(std::move(positions), level_0, threads_);
+  }
+
+  nb::tuple measure(const Indices& before, const Numbers& before_begin, const Indices& after,
+                    const Numbers& after_begin, const Numbers& chosen, const Numbers& carried,
+                    const Numbers& carried_begin) const {
+    const GroupTriangles was = groups_of(before, before_begin, vertices());
+    const GroupTriangles is = groups_of(after, after_begin, vertices());
+    if (was.groups() != is.groups())
+      throw nb::value_error("before and after differ in their number of groups");
+    const std::vector<uint32_t> groups = vector_of(chosen);
+    for (uint32_t group : groups)
+      if (group >= was.groups()) throw nb::value_error("a group is out of range");
+    CarriedVertices vertices_on{vector_of(carried), {}, vector_of(carried_begin)};
+    check_carried(vertices_on, groups.size());
+    std::vector<float> found;
+    {
+      nb::gil_scoped_release release;
+      found = errors_->measure(was, is, groups, vertices_on, threads_);
+    }
+    return nb::make_tuple(array_of(std::move(found)), array_of(std::move(vertices_on.vertices)),
+                          array_of(std::move(vertices_on.triangles)),
+                          array_of(std::move(vertices_on.begin)));
+  }
+
+ private:
+  size_t vertices() const { return shapes_[0].shape(0); }
+
+  void check_carried(const CarriedVertices& c, size_t groups) const {
+    if (c.begin.size() != groups + 1 || c.begin.front() != 0 ||
+        c.begin.back() != c.vertices.size() || !std::is_sorted(c.begin.begin(), c.begin.end()))
+      throw nb::value_error("begins do not rise from 0 to the number of vertices");
+    for (uint32_t v : c.vertices)
+      if (v >= vertices()) throw nb::value_error("a vertex is out of range");
+  }
+
+  std::vector<Points> shapes_;
+  int threads_;
+  std::optional<ReplacementErrors> errors_;
+};
 
 nb::object distances_to_surface(const Points& points, const Points& positions,
                                 const Indices& triangles, int threads) {
@@ -164,19 +211,37 @@ void bind_lod(nb::module_& m) {
         "Makes meshlets that never cross groups. Group g: triangles triangle_begin[g] ..\n"
         "triangle_begin[g + 1]. Other arguments as in encode; position_ids: any numbers, equal "
         "where\n"
-        "positions are; effort: 0 (fast) to 3 (max). Returns (uint32[T, 3]\n"
-        "triangles, disk begins, meshlet begins, group begins), the begins as encode takes them.\n"
+        "positions are; effort: 0 (fast) to 3 (max). Returns (uint32[T], numbers of the triangles\n"
+        "in order, disk begins, meshlet begins, group begins), the begins as encode takes them.\n"
         "Raises ValueError.");
-  m.def("group_distances", &distances_of_groups, "positions"_a, "before"_a, "before_begin"_a,
-        "after"_a, "after_begin"_a, "threads"_a = 0,
-        nb::sig("def group_distances(positions: numpy.typing.NDArray[numpy.float32], "
-                "before: numpy.typing.NDArray[numpy.uint32], "
-                "before_begin: numpy.typing.NDArray[numpy.uint32], "
-                "after: numpy.typing.NDArray[numpy.uint32], "
-                "after_begin: numpy.typing.NDArray[numpy.uint32], threads: int = 0) -> "
-                "numpy.typing.NDArray[numpy.float32]"),
-        "Returns float32[G]: the largest distance found between the surfaces of each group, both\n"
-        "ways. before, after: uint32[T, 3] with begins of the groups. Raises ValueError.");
+  nb::class_<Errors>(m, "ReplacementErrors",
+                     "Level 0, to measure what replaces parts of it. Keeps its arrays.")
+      .def(nb::init<std::vector<Points>, const Indices&, const Numbers&, int>(), "shapes"_a,
+           "triangles"_a, "begin"_a, "threads"_a = 0,
+           nb::sig("def __init__(self, shapes: list[numpy.typing.NDArray[numpy.float32]], "
+                   "triangles: numpy.typing.NDArray[numpy.uint32], "
+                   "begin: numpy.typing.NDArray[numpy.uint32], threads: int = 0) -> None"),
+           "shapes: float32[V, 3] each: positions at rest, and with each morph target. triangles,\n"
+           "begin: level 0 in groups. Raises ValueError.")
+      .def("measure", &Errors::measure, "before"_a, "before_begin"_a, "after"_a, "after_begin"_a,
+           "chosen"_a, "carried"_a, "carried_begin"_a,
+           nb::sig("def measure(self, before: numpy.typing.NDArray[numpy.uint32], "
+                   "before_begin: numpy.typing.NDArray[numpy.uint32], "
+                   "after: numpy.typing.NDArray[numpy.uint32], "
+                   "after_begin: numpy.typing.NDArray[numpy.uint32], "
+                   "chosen: numpy.typing.NDArray[numpy.uint32], "
+                   "carried: numpy.typing.NDArray[numpy.uint32], "
+                   "carried_begin: numpy.typing.NDArray[numpy.uint32]) -> "
+                   "tuple[numpy.typing.NDArray[numpy.float32], "
+                   "numpy.typing.NDArray[numpy.uint32], numpy.typing.NDArray[numpy.uint32], "
+                   "numpy.typing.NDArray[numpy.uint32]]"),
+           "Measures chosen groups of triangles that others replace. before, after: uint32[T, 3]\n"
+           "with begins, of whole levels. carried: vertices of level 0 that are gone, in the "
+           "chosen\n"
+           "groups. Returns (float32: the largest distance found between each chosen replacement\n"
+           "and level 0, vertices to carry on, for each the triangle of its group's `after` that "
+           "is\n"
+           "nearest, their begins). Raises ValueError.");
   m.def("surface_distances", &distances_to_surface, "points"_a, "positions"_a, "triangles"_a,
         "threads"_a = 0,
         nb::sig("def surface_distances(points: numpy.typing.NDArray[numpy.float32], "

@@ -36,7 +36,7 @@ def encode_levels(
         LodOptions(
             options.lod_reduction,
             options.lod_group,
-            math.inf if options.lod_error is None else options.lod_error,
+            math.inf if options.lod_limit is None else options.lod_limit,
             options.lod_page_bytes,
             threads,
             generation,

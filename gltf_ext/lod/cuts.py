@@ -17,7 +17,7 @@ NEAR = 1e-6  # least distance to a sphere, as a share of the viewer's distance t
 
 @dataclass(frozen=True)
 class View:
-    """A camera, in the coordinates of the primitive's POSITION.
+    """A camera, in the coordinates of the primitive's POSITION, or in the world.
 
     Attributes:
         eye: its position; None for an orthographic one.
@@ -35,14 +35,23 @@ class View:
         """vertical_degrees: the whole angle of view; height: of the picture in pixels."""
         return cls(eye, height / (2.0 * math.tan(math.radians(vertical_degrees) / 2.0)))
 
-    def pixels(self, tables: Tables) -> np.ndarray:
-        """float64[G]: the error of each group on the screen, at the nearest point of its sphere."""
+    def pixels(self, tables: Tables, matrix: np.ndarray | None = None) -> np.ndarray:
+        """float64[G]: the error of each group on the screen, at the nearest point of its sphere.
+
+        matrix: float64[4, 4], from POSITION to the camera's coordinates. Spheres and errors are
+        multiplied by its largest scale.
+        """
         groups = tables.groups
-        error = groups["error"].astype(np.float64)
+        error, radius = groups["error"].astype(np.float64), groups["radius"].astype(np.float64)
+        centre = groups["centre"].astype(np.float64)
+        if matrix is not None:
+            scale = np.linalg.norm(matrix[:3, :3], 2)
+            error, radius = error * scale, radius * scale
+            centre = centre @ matrix[:3, :3].T + matrix[:3, 3]
         if self.eye is None:
             return error * self.pixels_per_unit
-        distance = np.linalg.norm(groups["centre"] - np.asarray(self.eye, np.float64), axis=1)
-        nearest = np.maximum(distance - groups["radius"], NEAR * distance)
+        distance = np.linalg.norm(centre - np.asarray(self.eye, np.float64), axis=1)
+        nearest = np.maximum(distance - radius, NEAR * distance)
         with np.errstate(divide="ignore", invalid="ignore"):
             pixels = error * self.pixels_per_unit / nearest
         return np.where(error > 0.0, np.where(nearest > 0.0, pixels, np.inf), 0.0)
@@ -92,13 +101,18 @@ def cut_of(tables: Tables, needed: np.ndarray) -> Cut:
 
 
 def cut_for_view(
-    tables: Tables, view: View, max_pixels: float, resident: np.ndarray | None = None
+    tables: Tables,
+    view: View,
+    max_pixels: float,
+    resident: np.ndarray | None = None,
+    matrix: np.ndarray | None = None,
 ) -> Cut:
     """The coarsest cut whose error is at most max_pixels on the screen.
 
     resident: bool[P], pages in memory; coarser clusters stand in for those that are not.
+    matrix: as in View.pixels.
     """
-    needed = view.pixels(tables) > max_pixels
+    needed = view.pixels(tables, matrix) > max_pixels
     if resident is not None:
         needed &= resident[tables.groups["page"]]
     return cut_of(tables, needed)

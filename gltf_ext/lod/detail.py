@@ -11,6 +11,7 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document, named_indices
 from gltf_ext.lod.cuts import cut_at_error, cut_at_level
 from gltf_ext.lod.reading import read_lod
+from gltf_ext.lod.tables import EXTENSION
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,13 @@ class Detail:
         assert self.error is not None
         error = self.error * (_longest_side(document, compressed) if self.is_share else 1.0)
         return primitive.mesh(cut_at_error(primitive.tables, error))
+
+
+def missing_levels(document: Document) -> list[str]:
+    """A warning for a user who asks for less detail, if the document has all triangles only."""
+    if EXTENSION in document.extensionsUsed:
+        return []
+    return ["it has no levels of detail, only all triangles; compress the original with --lod"]
 
 
 def _longest_side(document: Document, compressed: Compressed) -> float:

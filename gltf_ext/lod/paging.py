@@ -14,8 +14,24 @@ Encode = Callable[[Pages], list[bytes]]  # a blob of each page
 AIM = 0.985
 # A page takes its groups from so many: more fill it better, fewer keep neighbours together.
 WINDOW = 32
+# Groups in a part in which errors decide the order. Dragon with four times its triangles and noise,
+# pages for one pixel of error: 1.28 MB with 24 groups, 1.20 with 48, 1.16 with 96. For four pixels
+# at the nearest point, mean of 20 cameras: 1.57, 1.60, 1.70 MB.
+PART_GROUPS = 48
 # Bytes per triangle are measured on runs of so many groups: all of few groups, a part of many.
 PILOT_GROUPS, FEW_PILOTS, MOST_PILOTS = 2, 8, 16
+
+
+def by_error(groups: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Groups of one level along a curve, in parts of PART_GROUPS neighbours; in each part from the
+    largest error to the smallest. A cut takes groups above an error: pages that it takes wholly.
+
+    error: of all groups.
+    """
+    count = -(-len(groups) // PART_GROUPS)
+    part = np.arange(len(groups)) * count // max(len(groups), 1)
+    ordered: np.ndarray = groups[np.lexsort((-error[groups], part))]
+    return ordered
 
 
 def pack(
@@ -24,33 +40,41 @@ def pack(
     """Pages of whole groups, and their blobs. A group that is larger than a page is alone in one.
 
     levels: groups of each level, in the order in which pages take them; triangles: int64[G], of
-    each group. A page may end one level and begin the next.
+    each group. A page may end one level and begin the next, but no group comes before one of a
+    level that is earlier in `levels`.
     """
     pages: Pages = []
     blobs: list[bytes] = []
     waiting = np.empty(0, np.int64)
+    sizes = np.zeros(len(triangles))
     for number, level in enumerate(levels):
+        earlier = waiting
         waiting = np.concatenate([waiting, level])
+        sizes[waiting] = triangles[waiting] * _rates(waiting, triangles, encode)
         is_last = number == len(levels) - 1
-        while len(waiting):
-            planned = _plan(waiting, triangles, limit, encode)
+        while True:
+            left_earlier = int(np.isin(waiting, earlier).sum())
+            planned = _plan(waiting, sizes, left_earlier, limit)
             # A page that is not full waits for groups of the next level.
-            rest = [] if is_last else [planned.pop()]
-            if planned:
-                new, left = _encode_fitting(planned, limit, encode)
-                pages += [page for page, _ in new]
-                blobs += [blob for _, blob in new]
-                rest = [*left, *rest]
-            waiting = np.concatenate([*rest, np.empty(0, np.int64)])
-            if not is_last:
+            rest = [] if is_last else planned[-1:]
+            planned = planned[: len(planned) - len(rest)]
+            if not planned:
+                break
+            # What does not fit moves to a later page: none of an earlier level behind others.
+            now, later = (planned[:1], planned[1:]) if left_earlier else (planned, [])
+            new, left = _encode_fitting(now, limit, encode)
+            pages += [page for page, _ in new]
+            blobs += [blob for _, blob in new]
+            waiting = np.concatenate([*left, *later, *rest, np.empty(0, np.int64)])
+            if not (is_last or left_earlier):
                 break
     return pages, blobs
 
 
-def _plan(groups: np.ndarray, triangles: np.ndarray, limit: int, encode: Encode) -> Pages:
+def _plan(groups: np.ndarray, all_sizes: np.ndarray, earlier: int, limit: int) -> Pages:
     """Shares the list out to pages by estimated size. A page takes the first group that is left,
-    then each of the next ones that still fits."""
-    sizes = triangles[groups] * _rates(groups, triangles, encode)
+    then each of the next ones that still fits; the first `earlier` groups in their order."""
+    sizes = all_sizes[groups]
     left = list(range(len(groups)))
     pages = []
     while left:
@@ -59,6 +83,8 @@ def _plan(groups: np.ndarray, triangles: np.ndarray, limit: int, encode: Encode)
             if filled + sizes[i] <= AIM * limit:
                 page.append(i)
                 filled += sizes[i]
+            elif i < earlier:
+                break
         pages.append(groups[page])
         taken = set(page)
         left = [i for i in left[:WINDOW] if i not in taken] + left[WINDOW:]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -17,7 +17,7 @@ from gltf_ext.compression.extension import (
     require_compressed,
 )
 from gltf_ext.compression.primitives import Primitive
-from gltf_ext.compression.streams import FLOAT32, GRID, Stream, streams_of, to_accessor
+from gltf_ext.compression.streams import FLOAT32, GRID, Stream
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
@@ -41,6 +41,7 @@ class LodPrimitive:
     compressed: Compressed
     tables: Tables
     coarse: bytes
+    _sound: set[int] = field(default_factory=set, init=False, repr=False)  # checked pages
 
     def page(self, number: int) -> bytes:
         """The blob of a page."""
@@ -77,40 +78,29 @@ class LodPrimitive:
             values.append([v[used] for v in vertices])
             count += len(used)
         joined = [np.concatenate(column) for column in zip(*values)]
-        return self._primitive(np.concatenate(triangles), joined)
+        return self.compressed.as_primitive(np.concatenate(triangles), joined)
+
+    def drawn_of_page(self, page: int, drawn: np.ndarray) -> np.ndarray:
+        """int64: the meshlets of a page's blob that a cut draws. Checks the page the first time.
+
+        drawn: of the cut. Raises MeshletError.
+        """
+        if page not in self._sound:
+            self.check_page(page)
+            self._sound.add(page)
+        begin = self.tables.cluster_begin
+        first, last = self._groups_of(page)
+        return np.flatnonzero(drawn[begin[first] : begin[last]])
 
     def _drawn_of(self, page: int, drawn: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
         """(triangles to draw in the page's vertices, its values)."""
-        self.check_page(page)
-        first, last = self._groups_of(page)
-        blob = self.page(page)
+        chosen, blob = self.drawn_of_page(page, drawn), self.page(page)
         try:
             triangles, values = _codec.decode_values(blob, threads=1)
         except ValueError as error:
             raise self.malformed(f"page {page}: {error}") from None
-        begin = self.tables.cluster_begin
-        chosen = np.flatnonzero(drawn[begin[first] : begin[last]])
         triangle_begin = begins(_codec.read_header(blob).meshlet_triangles)
         return triangles[members(triangle_begin, chosen)], values
-
-    def _primitive(self, triangles: np.ndarray, values: list[np.ndarray]) -> Primitive:
-        compressed = self.compressed
-
-        def arrays(group: dict[str, Any]) -> dict[str, np.ndarray]:
-            return {
-                name: to_accessor(
-                    [values[s] for s in streams_of(first, form[1], compressed.streams)], form[0]
-                )
-                for name, (first, form) in group.items()
-            }
-
-        return Primitive(
-            compressed.mesh,
-            compressed.primitive,
-            triangles,
-            arrays(compressed.attributes),
-            [arrays(t) for t in compressed.targets],
-        )
 
     def check_page(self, number: int) -> None:
         """Compares a page's header with the tables and level 0. Raises MeshletError."""

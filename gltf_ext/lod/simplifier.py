@@ -14,6 +14,7 @@ import ctypes
 import importlib.machinery
 import importlib.metadata
 import importlib.util
+import math
 from functools import cache
 from pathlib import Path
 
@@ -25,7 +26,7 @@ VERSION = "0.2.30a0"
 MAX_ATTRIBUTES = 32  # floats per vertex
 # meshopt_SimplifySparse: triangles use few of the vertices. meshopt_SimplifyErrorAbsolute.
 SPARSE, ERROR_ABSOLUTE = 2, 4
-NO_ERROR_LIMIT = 1e30
+LARGEST_ERROR = 1e30
 
 
 def require_simplifier() -> None:
@@ -65,12 +66,13 @@ def simplify(
     weights: np.ndarray,
     locked: np.ndarray,
     target: int,
+    error_limit: float = math.inf,
 ) -> np.ndarray:
     """Collapses edges onto existing vertices until at most `target` triangles are left.
 
     triangles: uint32[T, 3]; positions: float32[V, 3]; attributes: float32[V, A] with weights
-    float32[A], which count in the choice of edges; locked: uint8[V], 1 for vertices that stay.
-    Returns uint32[N, 3].
+    float32[A], which count in the choice of edges; locked: uint8[V], 1 for vertices that stay;
+    error_limit: the largest error of a collapse, in the units of positions. Returns uint32[N, 3].
     """
     result = np.empty(triangles.size, np.uint32)
     error = ctypes.c_float()
@@ -88,7 +90,7 @@ def simplify(
         ctypes.c_size_t(used),
         _pointer(locked, np.uint8),
         ctypes.c_size_t(3 * target),
-        ctypes.c_float(NO_ERROR_LIMIT),
+        ctypes.c_float(min(error_limit, LARGEST_ERROR)),
         ctypes.c_uint(SPARSE | ERROR_ABSOLUTE),
         ctypes.byref(error),
     )

@@ -9,7 +9,7 @@ import pytest
 import gltf_ext
 from gltf_ext.gltf.container import read_document
 from gltf_ext.lod import LodPrimitive, cut_at_level, open_lod
-from gltf_ext.lod.paging import pack
+from gltf_ext.lod.paging import PART_GROUPS, by_error, pack
 from gltf_ext.lod.tables import EXTENSION
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder
@@ -151,6 +151,52 @@ def test_pages_take_later_groups_that_fit():
     assert [len(blob) for blob in blobs] == [900] * 8
 
 
+def test_pages_keep_the_order_of_levels():
+    """Also where pages turn out too large and their last groups move to others."""
+    for seed in range(50):
+        random = np.random.default_rng(seed)
+        level = np.sort(random.integers(0, 4, 40))
+        triangles = random.integers(50, 500, 40)
+        factor = random.uniform(1.0, 1.3, 40)
+
+        def encode(pages, triangles=triangles, factor=factor):
+            return [bytes(int((triangles[p] * factor[p]).sum())) for p in pages]
+
+        levels = [np.flatnonzero(level == k) for k in range(4)]
+        pages, blobs = pack(levels, triangles, 1000, encode)
+        order = np.concatenate(pages)
+        assert sorted(order) == list(range(40)) and max(map(len, blobs)) <= 1000
+        assert (np.diff(level[order]) >= 0).all()
+
+
+def test_pages_hold_groups_of_like_errors():
+    """A cut takes fewer pages, and no page has groups that are far from each other."""
+    random = np.random.default_rng(0)
+    error, groups, triangles = random.random(480), np.arange(480), np.full(480, 240)
+
+    def packed(order):
+        return pack(
+            [order], triangles, 1000, lambda pages: [bytes(triangles[p].sum()) for p in pages]
+        )
+
+    taken = []
+    for order in (groups, by_error(groups, error)):
+        pages, _ = packed(order)
+        assert sorted(np.concatenate(pages)) == list(groups)
+        assert max(np.ptp(page) for page in pages) <= 2 * PART_GROUPS
+        taken.append(sum((error[page] > 0.8).any() for page in pages))
+    assert taken[1] < 0.6 * taken[0]
+
+
+def test_groups_of_a_level_come_by_error(sheet, tmp_path):
+    gltf_ext.compress(sheet, tmp_path / "out.glb", lod=True, lod_group=4)
+    (primitive,) = open_lod(tmp_path / "out.glb")
+    tables = primitive.tables
+    errors = tables.groups["error"][tables.group_level == 1]
+    assert 4 < len(errors) <= PART_GROUPS
+    assert (np.diff(errors) <= 0.0).all()
+
+
 def test_heavy_vertices_get_smaller_groups(tmp_path):
     """Groups that would not fit a page are split."""
     random = np.random.default_rng(0)
@@ -193,6 +239,21 @@ def test_every_attribute_reaches_every_level(tmp_path):
         mesh = primitive.mesh(cut_at_level(primitive.tables, level))
         values = np.hstack([v.astype(np.float64) for _, v in mesh.arrays])
         assert {row.tobytes() for row in values} <= known  # vertices are picked, not moved
+
+
+def test_stated_errors_are_near_measured_ones(tmp_path):
+    """They are measured against level 0. Sums over the levels would be more than twice as large."""
+    points, triangles = grid(150)
+    points[:, 2] += np.random.default_rng(0).normal(size=len(points)).astype(np.float32)
+    builder = Builder()
+    builder.mesh({"POSITION": points}, triangles)
+    path = builder.write(tmp_path / "rough.glb")
+    gltf_ext.compress(path, tmp_path / "out.glb", lod=True)
+    levels = gltf_ext.verify(path, tmp_path / "out.glb")["levels"]
+    assert len(levels) >= 4
+    for level in levels:
+        assert level["share_within"] >= 0.999
+        assert level["stated_error"] <= 2.0 * level["measured_error"]
 
 
 def test_errors_hold_with_morph_targets(tmp_path):
@@ -248,12 +309,67 @@ def test_triangles_without_extent_stay_in_level_0(tmp_path):
         assert certifier.has_no_cracks(drawn) and certifier.covers_once(drawn)
 
 
+def vertices_of_level_1(path, output, **options):
+    """(values of the vertices of level 1, number of their positions)."""
+    gltf_ext.compress(path, output, lod=True, **options)
+    (primitive,) = open_lod(output)
+    mesh = primitive.mesh(cut_at_level(primitive.tables, 1))
+    rows = np.unique(np.hstack([v.astype(np.float64) for _, v in mesh.arrays]), axis=0)
+    return rows, len(np.unique(mesh.attributes["POSITION"], axis=0))
+
+
+def test_edges_that_lose_their_length_make_no_seams(tmp_path):
+    """Normals that differ inside a cell of the grid would be kept, and lock its vertex."""
+    random = np.random.default_rng(0)
+    points, triangles = grid(100)
+    points += random.uniform(-0.5, 0.5, points.shape).astype(np.float32)
+    normals = (np.float32([0, 0, 3]) + random.normal(size=points.shape)).astype(np.float32)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    builder = Builder()
+    builder.mesh({"POSITION": points, "NORMAL": normals}, triangles)
+    path = builder.write(tmp_path / "in.glb")
+    rows, positions = vertices_of_level_1(path, tmp_path / "out.glb", position_bits=7)
+    assert len(rows) <= 1.05 * positions  # 1.24 if they were
+
+
+def test_seams_inside_a_cell_stay(tmp_path):
+    """Two halves of a sheet with normals of their own: only edges join vertices."""
+    points, triangles = grid(60)
+    is_second = points[triangles[:, 0], 0] + points[triangles[:, 1], 0] >= 60
+    faces = triangles + np.uint32(len(points)) * is_second[:, None].astype(np.uint32)
+    normals = np.repeat(np.float32([[0, 0, 1], [0, 1, 0]]), len(points), axis=0)
+    builder = Builder()
+    builder.mesh({"POSITION": np.tile(points, (2, 1)), "NORMAL": normals}, faces)
+    path = builder.write(tmp_path / "in.glb")
+    rows, positions = vertices_of_level_1(path, tmp_path / "out.glb", position_bits=5)
+    assert len(rows) > positions
+
+
+def test_edges_that_a_morph_target_stretches_join_nothing(tmp_path):
+    """Vertices that lie in one cell at rest keep apart."""
+    points, triangles = grid(40)
+    side = np.where(np.arange(len(points)) % 2, 1.0, -1.0)
+    lift = np.zeros_like(points)
+    lift[:, 2] = 3.0 * side
+    counts = []
+    for targets in ([], [{"POSITION": lift}]):
+        builder = Builder()
+        builder.mesh({"POSITION": points}, triangles, targets=targets)
+        path = builder.write(tmp_path / f"{len(targets)}.glb")
+        rows, positions = vertices_of_level_1(path, tmp_path / "out.glb", position_bits=5)
+        counts.append(len(rows) - positions)
+    assert counts[0] == 0 < counts[1]
+
+
 def test_an_error_limit_keeps_triangles(sheet, with_levels, tmp_path):
+    (free,) = open_lod(with_levels)
+    errors = free.tables.groups["error"]
+    limit = 0.7 * float(errors[np.isfinite(errors)].max())
     output = tmp_path / "out.glb"
-    gltf_ext.compress(sheet, output, lod=True, lod_error=1.0)
-    (limited,), (free,) = open_lod(output), open_lod(with_levels)
+    gltf_ext.compress(sheet, output, lod=True, lod_limit=limit)
+    (limited,) = open_lod(output)
     errors = limited.tables.groups["error"]
-    assert errors[np.isfinite(errors)].max() <= 1.0001
+    assert errors[np.isfinite(errors)].max() <= 1.0001 * limit
     assert limited.tables.level_count < free.tables.level_count
 
 

@@ -7,6 +7,7 @@ import pytest
 import gltf_ext
 from gltf_meshlet import cli
 from spec.make_lod_vectors import FOLDER
+from tests.helpers.gltf_builder import Builder, everything
 
 LEVELS = FOLDER / "lod_levels.glb"  # 192, 96 and 48 triangles, errors 1 and 2
 
@@ -63,3 +64,20 @@ def test_trimesh_loads_a_level():
     for detail, triangles in ({"level": 1}, 96), ({"error": 5.0}, 48), ({}, 192):
         (mesh,) = load(LEVELS, **detail).geometry.values()
         assert len(mesh.faces) == triangles
+
+
+def test_files_without_levels_say_so(tmp_path, capsys):
+    values, triangles, _ = everything()
+    plain = Builder()
+    plain.mesh({"POSITION": values["POSITION"]}, triangles)
+    source, output = plain.write(tmp_path / "in.glb"), tmp_path / "out.glb"
+    gltf_ext.compress(source, output)
+    for arguments, warned in (["--level", "1"], True), (["--error", "1%"], True), ([], False):
+        target = tmp_path / "plain.glb"
+        assert cli.main(["decompress", str(output), str(target), *arguments]) == 0
+        assert ("it has no levels of detail" in capsys.readouterr().err) == warned
+
+
+def test_inspect_leaves_out_what_is_not_there(capsys):
+    assert cli.main(["inspect", str(LEVELS)]) == 0
+    assert "not simplified" not in capsys.readouterr().out

@@ -124,7 +124,9 @@ def test_two_layers_are_not_sound(primitive, certifier):
     both = cut_at_level(tables, 0).drawn | cut_at_level(tables, 1).drawn
     assert not certifier.covers_once(both)
     missing = cut_at_level(tables, 1).drawn.copy()
-    missing[np.flatnonzero(missing)[0]] = False
+    # Not a closed part of the model.
+    has_border = np.ravel(abs(certifier.boundary).sum(axis=0)) > 0
+    missing[np.flatnonzero(missing & has_border)[0]] = False
     assert not certifier.covers_once(missing) and not certifier.has_no_cracks(missing)
 
 
