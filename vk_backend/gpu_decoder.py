@@ -19,20 +19,55 @@ from .slot_layout import PACKED_POSITION_BITS, packed_field
 
 GROUP = 32  # threads of a workgroup
 PASS_GROUP = 64  # of the passes that use shaders/decoders/passes.glsl
-# Method -> (shader, meshlets of a workgroup) in the order in which they run.
-METHODS: dict[str, tuple[tuple[str, int], ...]] = {
-    "single": (("decode.comp", GROUP),),
-    "team8": (("connect.comp", GROUP), ("values8.comp", GROUP // 8)),
-    "team16": (("connect.comp", GROUP), ("values16.comp", GROUP // 16)),
-    "team32": (("connect.comp", GROUP), ("values32.comp", 1)),
-    "passes": (
-        ("connect.comp", GROUP),
-        ("lengths.comp", PASS_GROUP // 8),
-        ("corners.comp", PASS_GROUP // 8),
-        ("chains.comp", PASS_GROUP // 8),
-        ("interior.comp", 1),
-    ),
-    "parallel": (("values_parallel.comp", 1),),
+
+# From here on a thread per meshlet or stream fills the GPU: see `GpuDecoder.passes`. On an H200
+# "passes" so takes 0.234 ms in place of 0.350 for 14,227 meshlets and 0.562 in place of 1.205 for
+# 56,884, but 0.141 in place of 0.136 for 4,381.
+MANY_MESHLETS = 8_000
+# Of few meshlets, threads of connect.comp per meshlet: docs/vulkan.md has the measurement.
+SPREAD = 16
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A dispatch.
+
+    meshlets: of a workgroup; split: there is a workgroup per stream, too; spread: the constant of
+    connect.comp.
+    """
+
+    shader: str
+    meshlets: int
+    split: bool = False
+    spread: int = 1
+
+
+CONNECT = Pass("connect.comp", GROUP)
+CORNERS = Pass("corners.comp", PASS_GROUP // 8)
+CHAINS = Pass("chains.comp", PASS_GROUP // 8)
+INTERIOR = Pass("interior.comp", 1)
+# In the order in which they run: for many meshlets of any streams.
+METHODS: dict[str, tuple[Pass, ...]] = {
+    "single": (Pass("decode.comp", GROUP),),
+    "team8": (CONNECT, Pass("values8.comp", GROUP // 8)),
+    "team16": (CONNECT, Pass("values16.comp", GROUP // 16)),
+    "team32": (CONNECT, Pass("values32.comp", 1)),
+    "passes": (CONNECT, Pass("lengths.comp", PASS_GROUP // 8), CORNERS, CHAINS, INTERIOR),
+    "parallel": (Pass("values_parallel.comp", 1),),
+}
+# In their place, for few meshlets,
+FEW = {
+    CONNECT: (Pass("connect.comp", GROUP // SPREAD, spread=SPREAD),),
+    CORNERS: (Pass("corners_split.comp", PASS_GROUP // 8, split=True),),
+}
+# without AFFINE streams,
+PLAIN = {CHAINS: (Pass("chains_split.comp", PASS_GROUP // 8, split=True),)}
+# and for many meshlets without AFFINE streams.
+MANY_PLAIN = {
+    INTERIOR: (
+        Pass("traversal.comp", PASS_GROUP, split=True),
+        Pass("geo.comp", PASS_GROUP // 32),
+    )
 }
 
 
@@ -56,15 +91,15 @@ class Decoded:
 
 def stream_elements(blob: bytes) -> list[int]:
     """Elements of each stream. The blob's header must have been checked."""
-    return [elements for elements, _ in _stream_table(blob)]
+    return [elements for elements, _, _ in _stream_table(blob)]
 
 
-def _stream_table(blob: bytes) -> list[tuple[int, int]]:
-    """(elements, bits) of each stream. The blob's header must have been checked."""
+def _stream_table(blob: bytes) -> list[tuple[int, int, int]]:
+    """(elements, bits, predictor) of each stream. The blob's header must have been checked."""
     rows = (
         CONSTANTS["BLOB_HEADER_BYTES"] + CONSTANTS["BLOB_STREAM_BYTES"] * s for s in range(blob[5])
     )
-    return [(blob[row + 1], blob[row + 2]) for row in rows]
+    return [(blob[row + 1], blob[row + 2], blob[row + 3]) for row in rows]
 
 
 def packed_shapes(blob: bytes) -> list[tuple[int, int, int]]:
@@ -73,7 +108,7 @@ def packed_shapes(blob: bytes) -> list[tuple[int, int, int]]:
     Same rules as shaders/decoders/packed_values.glsl: positions take at least 21 bits per axis.
     """
     shapes = []
-    for s, (elements, bits) in enumerate(_stream_table(blob)):
+    for s, (elements, bits, _) in enumerate(_stream_table(blob)):
         least = PACKED_POSITION_BITS if s == 0 else 0
         shapes.append((elements, *packed_field(elements, max(bits, least))))
     return shapes
@@ -120,11 +155,7 @@ class GpuDecoder:
                 "use the decoder single",
             )
         self.device, self.streams, self.elements = device, streams, elements
-        self._packs = method == "passes"
-        constants = {"MAX_STREAMS": streams, "MAX_ELEMENTS": elements}
-        self._passes = [
-            (ComputePipeline.of(device, name, constants), per) for name, per in METHODS[method]
-        ]
+        self._method, self._packs = method, method == "passes"
 
     def decode(self, blob: bytes, repeat: int = 1) -> Decoded:
         """Decodes all streams of all meshlets, `repeat` times to time it.
@@ -160,7 +191,7 @@ class GpuDecoder:
             value_words=value_words,
             **{name: buffer.address for name, buffer in results.items()},
         )
-        milliseconds = self._run(data, meshlets, repeat)
+        milliseconds = self._run(self.passes(blob), data, meshlets, repeat)
         summary = results["summaries"].read()
         integers = results["values"].read().reshape(meshlets, -1)
         result = Decoded(
@@ -177,15 +208,38 @@ class GpuDecoder:
             buffer.free()
         return result
 
-    def _run(self, data: np.ndarray, meshlets: int, repeat: int) -> np.ndarray:
+    def passes(self, blob: bytes) -> tuple[Pass, ...]:
+        """What decodes a blob. Its header and tables must have been checked."""
+        many = _codec.Decoder(blob).meshlet_count >= MANY_MESHLETS
+        plain = CONSTANTS["PREDICT_AFFINE"] not in (kind for _, _, kind in _stream_table(blob))
+        replaced = {
+            **({} if many else FEW),
+            **(PLAIN if plain else {}),
+            **(MANY_PLAIN if many and plain else {}),
+        }
+        return tuple(new for step in METHODS[self._method] for new in replaced.get(step, (step,)))
+
+    def _pipeline(self, step: Pass) -> ComputePipeline:
+        constants = {"MAX_STREAMS": self.streams, "MAX_ELEMENTS": self.elements}
+        if step.spread > 1:
+            constants["SPREAD"] = step.spread
+        return ComputePipeline.of(self.device, step.shader, constants)
+
+    def _run(
+        self, passes: tuple[Pass, ...], data: np.ndarray, meshlets: int, repeat: int
+    ) -> np.ndarray:
         """float64[repeat]: milliseconds of each run. data: push constants."""
+        steps = [
+            (self._pipeline(step), -(-meshlets // step.meshlets), step.split) for step in passes
+        ]
         times = Timestamps(self.device, repeat + 1)
         with self.device.commands() as commands:
             times.reset(commands)
             times.mark(commands, 0)
             for i in range(repeat):
-                for pipeline, per in self._passes:
-                    pipeline.dispatch(commands, -(-meshlets // per), data)
-                    self.device.full_barrier(commands)
+                for pipeline, groups, split in steps:
+                    streams = int(data["streams"]) if split else 1
+                    pipeline.dispatch(commands, groups, data, streams)
+                    self.device.compute_barrier(commands)
                 times.mark(commands, i + 1)
         return times.milliseconds()

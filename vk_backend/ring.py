@@ -153,7 +153,7 @@ class Ring:
         meshlets = sum(segment.meshlets for segment in batch)
         for index, (pipeline, per_group) in enumerate(self._passes):
             if index > 0:
-                self._device.barrier(commands, COMPUTE_STAGE, WRITE, COMPUTE_STAGE, READ | WRITE)
+                self._device.compute_barrier(commands)
             step = max_groups * per_group
             for first in range(0, meshlets, step):
                 count = min(meshlets - first, step)

@@ -1,11 +1,20 @@
-// The third pass, after lengths.comp: the values of corners.
+// The third pass, after lengths.comp: the values of corners. A thread takes every 8th corner, all
+// streams of it or (SPLIT) that of the workgroup, which is faster for few meshlets.
+// variants: corners.comp= corners_split.comp=SPLIT
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-#define PER_MESHLET 8u  // a thread takes every 8th corner
+#define PER_MESHLET 8u
 #include "decoders/passes.glsl"
+#ifdef SPLIT
+#define FIRST_STREAM gl_WorkGroupID.y
+#define END_STREAM (gl_WorkGroupID.y + 1u)
+#else
+#define FIRST_STREAM 0u
+#define END_STREAM stream_end
+#endif
 
 shared uint group_hops;  // MAX_HOPS, hidden from the compiler, which would unroll a long loop
 
@@ -15,9 +24,9 @@ void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
   uint count = mask_count(the_starts);
   for (uint s = 0u; s < end; s++) {
     count = anchors_of(h, s, count);
+    uint widths = further_widths(p, s, count);
     if (s >= begin) {
       uint n = stream_field(s, STREAM_ELEMENTS);
-      uint widths = index > 0u ? anchor_widths(s, p + n * stream_field(s, STREAM_BITS)) : 0u;
       uvec2 fields = uvec2(0u);
       for (uint c = 0u; c < n; c++) {
         uint value = anchor_value(s, p, index, widths, c);
@@ -28,7 +37,7 @@ void read_anchors(HEADER_IN h, uint index, uint begin, uint end, uint id) {
       }
       if (is_packed(s)) put_vertex(s, id, fields);
     }
-    p = after_anchors(p, s, count);
+    p = after_anchors(p, s, count, widths);
   }
 }
 
@@ -45,7 +54,7 @@ uint read_corner(HEADER_IN own, uint j, uint s, uint id) {
     bool follow = mask_test(shared_refs, j);
     bool follow_before = mask_test(shared_refs, before);
     if (!follow && !follow_before) {
-      uint end = apart ? s + 1u : stream_end;
+      uint end = apart ? s + 1u : END_STREAM;
       read_anchors(h, h.references == 0u ? j : mask_count(stored_corners(h, seams) & mask_below(j)),
                    s, end, id);
       return end;
@@ -68,7 +77,8 @@ void main() {
   uint corners = h.references == 0u ? mask_count(the_starts) : h.references;
   for (uint j = part; j < corners; j += PER_MESHLET) {
     uint id = h.references == 0u ? ids_before(j) & 63u : id_at(nth_bit(the_references, j));
-    for (uint s = 0u; s < stream_end && error == ERROR_NONE;) s = read_corner(h, j, s, id);
+    for (uint s = FIRST_STREAM; s < END_STREAM && error == ERROR_NONE;)
+      s = read_corner(h, j, s, id);
   }
   close_pass();
 }

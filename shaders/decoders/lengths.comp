@@ -71,7 +71,7 @@ void place_sections(HEADER_IN h, bool live) {
   PLACES(job_place).anchors = p;
   for (uint s = 0u; s < stream_total; s++) {
     count = anchors_of(h, s, count);
-    p = after_anchors(p, s, count);
+    p = after_anchors(p, s, count, further_widths(p, s, count));
     if (!chains) continue;
     uint n = stream_field(s, STREAM_ELEMENTS);
     uint code = code_at(codes, s, true);

@@ -1,6 +1,6 @@
 // The pass decoder's layout of values: per stream 64 vertices of one or more words. A vertex's
 // elements lie side by side in up to 64 bits (a position's elements take 21 bits each); if they do
-// not fit, each has a word. vk_backend/compute_decoder.py unpacks them. Include after sections.glsl
+// not fit, each has a word. vk_backend/gpu_decoder.py unpacks them. Include after sections.glsl
 // and decode_push.glsl.
 
 shared uint group_places[MAX_STREAMS];  // see place_field

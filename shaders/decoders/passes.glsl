@@ -141,6 +141,12 @@ uint last_id(HEADER_IN h, uint r, Run run) {
   return id_at(mask_test(h.loop_ends, r) ? loop_of(h, r).x : run.rank + run.steps);
 }
 
+// Local ids of the inner vertices of a reference.
+mask64 inner_ids(Run run) {
+  return the_boundary & ~mask_below(id_at(run.rank) + 1u) &
+         mask_below(id_at(run.rank + run.steps - 1u) + 1u);
+}
+
 // --- sections ---
 
 // Number of anchors of stream s. `count`: the number for stream s - 1; initially the number of
@@ -175,44 +181,6 @@ uvec2 chain_vertices(HEADER_IN h, uint reference) {
     used += h.length_width;
   }
   return count;
-}
-
-// --- residuals ---
-
-uint residual_code;     // Rice parameter or CODE_FIXED
-uvec2 residual_widths;  // of a fixed code: six bits per element
-uint low_position;      // bit position of the next residual's low bits
-uint low_index;         // index of the first of low_words
-uvec2 low_words;        // the two words read last
-
-void seek_low(uint p) {
-  low_position = p;
-  low_index = p >> 5;
-  low_words = load_words2(low_index);
-}
-
-uint take_low(uint width) {
-  uint w = low_position >> 5;
-  if (w != low_index) {
-    low_words = uvec2(w == low_index + 1u ? low_words.y : load_word(w), load_word(w + 1u));
-    low_index = w;
-  }
-  uint bits = funnel(low_words.x, low_words.y, low_position & 31u) & word_below(width);
-  low_position += width;
-  return bits;
-}
-
-uvec2 fixed_widths(uint position, uint n) {
-  uvec2 widths = uvec2(0u);
-  for (uint c = 0u; c < n; c++) widths |= put_field(6u * c, width_field(position + WIDTH_BITS * c));
-  return widths;
-}
-
-uint next_residual(uint c) {
-  if (residual_code == CODE_FIXED)
-    return unzigzag(take_low(get_field(residual_widths, 6u * c, 6u)));
-  uint low = take_low(residual_code);
-  return unzigzag(low + (next_quotient() << residual_code));
 }
 
 // --- positions ---

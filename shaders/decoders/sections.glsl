@@ -4,6 +4,16 @@
 
 #define THREAD gl_LocalInvocationIndex
 
+// Shared words that several threads change at once. web/wgsl.glsl has the same for WGSL.
+#ifndef WGSL
+#define ATOMIC_UINT uint
+#define ATOMIC_LOAD(place) (place)
+#define ATOMIC_STORE(place, value) place = value
+#define ATOMIC_OR(place, value) atomicOr(place, value)
+#define ATOMIC_MAX(place, value) atomicMax(place, value)
+#define ATOMIC_ADD(place, value) atomicAdd(place, value)
+#endif
+
 // --- streams ---
 
 shared uint group_stream[MAX_STREAMS];  // see stream_field
@@ -153,16 +163,22 @@ uint width_sum(uint widths) {
   return (widths & 63u) + ((widths >> 6) & 63u) + ((widths >> 12) & 63u) + (widths >> 18);
 }
 
-// The bit position after the `count` anchors of stream s that begin at bit p.
-uint after_anchors(uint p, uint s, uint count) {
+// anchor_widths of the `count` anchors of stream s that begin at bit p; 0 if there is only one.
+uint further_widths(uint p, uint s, uint count) {
+  uint n = stream_field(s, STREAM_ELEMENTS);
+  return count > 1u ? anchor_widths(s, p + n * stream_field(s, STREAM_BITS)) : 0u;
+}
+
+// The bit position after these anchors. widths: further_widths.
+uint after_anchors(uint p, uint s, uint count, uint widths) {
   uint n = stream_field(s, STREAM_ELEMENTS);
   if (count > 0u) p += n * stream_field(s, STREAM_BITS);
-  if (count > 1u) p += ANCHOR_WIDTH_BITS * n + (count - 1u) * width_sum(anchor_widths(s, p));
+  if (count > 1u) p += ANCHOR_WIDTH_BITS * n + (count - 1u) * width_sum(widths);
   return p;
 }
 
-// Element c of anchor `index` of stream s, whose anchors begin at bit p. widths: anchor_widths, if
-// index > 0.
+// Element c of anchor `index` of stream s, whose anchors begin at bit p. widths: further_widths,
+// if index > 0.
 uint anchor_value(uint s, uint p, uint index, uint widths, uint c) {
   uint n = stream_field(s, STREAM_ELEMENTS);
   uint bits = stream_field(s, STREAM_BITS);

@@ -64,7 +64,7 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
       count = mask_count(stored_corners(h, seam_references(h, s)));
     if (kind == ITEM_CORNER && s >= begin && s < end)
       write_anchor(s, p, index, own.references == 0u ? disk_begin(j) & 63u : first_id(j));
-    p = after_anchors(p, s, count);
+    p = after_anchors(p, s, count, further_widths(p, s, count));
   }
   if (kind == ITEM_CORNER || !chains) {
     if (kind == ITEM_SELF) team_interior[TEAM_INDEX] = p;

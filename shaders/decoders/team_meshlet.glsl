@@ -23,16 +23,6 @@
 #define TEAM_INDEX (THREAD / TEAM)
 #define MEMBER (THREAD % TEAM)
 
-// Shared words that several threads change at once. web/wgsl.glsl has the same for WGSL.
-#ifndef WGSL
-#define ATOMIC_UINT uint
-#define ATOMIC_LOAD(place) (place)
-#define ATOMIC_STORE(place, value) place = value
-#define ATOMIC_OR(place, value) atomicOr(place, value)
-#define ATOMIC_MAX(place, value) atomicMax(place, value)
-#define ATOMIC_ADD(place, value) atomicAdd(place, value)
-#endif
-
 shared uint team_values[TEAMS][MAX_ELEMENTS * 64u];
 shared ATOMIC_UINT team_error[TEAMS];
 shared mask64 team_symbols[TEAMS][4];     // R, C, E, S

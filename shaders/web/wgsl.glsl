@@ -65,7 +65,7 @@ uint uniform_word(uint word) {
 #define uniform_elements(s) ((the_blob[STREAM_SHAPE_WORD(s)] >> 8) & 7u)
 #define uniform_predictor(s) (the_blob[STREAM_SHAPE_WORD(s)] >> 24)
 
-// As in team_meshlet.glsl.
+// As in sections.glsl.
 #define ATOMIC_UINT Atomic<uint>
 #define ATOMIC_LOAD(place) (place).load()
 #define ATOMIC_STORE(place, value) (place).store(value)

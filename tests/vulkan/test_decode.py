@@ -23,7 +23,8 @@ STREAMS = 6
 ELEMENTS = 15
 WIDE = VECTORS / "valid_64_streams.bin"
 VALID = sorted(set(VECTORS.glob("valid_*.bin")) - {WIDE})
-QUICK = ("single", "passes", "team32", "parallel")
+MANY = "passes of many meshlets"
+QUICK = ("single", "passes", MANY, "team32", "parallel")
 FULL = ("team8", "team16")
 
 
@@ -41,9 +42,14 @@ def device(request):
     scope="module", params=[*QUICK, *(pytest.param(name, marks=pytest.mark.full) for name in FULL)]
 )
 def decoder(request, device):
-    from vk_backend.gpu_decoder import GpuDecoder
+    from vk_backend import gpu_decoder
 
-    return GpuDecoder(device, request.param, STREAMS, ELEMENTS)
+    with pytest.MonkeyPatch.context() as patch:
+        method = request.param
+        if method == MANY:
+            method = "passes"
+            patch.setattr(gpu_decoder, "MANY_MESHLETS", 0)
+        yield gpu_decoder.GpuDecoder(device, method, STREAMS, ELEMENTS)
 
 
 def assert_same(decoded, blob: bytes) -> None:
@@ -166,11 +172,15 @@ SHAPES = {
 }
 
 
+@pytest.mark.parametrize("many", [False, True])
 @pytest.mark.parametrize("name", SHAPES)
-def test_streams_of_every_shape(device, monkeypatch, name):
+def test_streams_of_every_shape(device, monkeypatch, name, many):
     """The pass decoder packs values into words."""
+    from vk_backend import gpu_decoder
     from vk_backend.gpu_decoder import GpuDecoder
 
+    if many:
+        monkeypatch.setattr(gpu_decoder, "MANY_MESHLETS", 0)
     streams = SHAPES[name]
     monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
     decoder = GpuDecoder(device, "passes", len(streams), sum(s.elements for s in streams))
@@ -192,6 +202,17 @@ def test_streams_predicted_from_positions(decoder, monkeypatch):
     ]
     monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
     random, sound = Random(5), 0
+    for _ in range(4):
+        blob = blob_writer.random_blob(random, 24)  # rejected if a corner takes too many hops
+        sound += 24 - assert_agreement(decoder.decode(blob), blob)
+    assert sound > 60
+
+
+def test_seams_without_affine_streams(decoder, monkeypatch):
+    """Normals may have seams where positions have none."""
+    streams = [Stream(GRID, 3, 11), Stream(OCT, 2, 8, GEO), Stream(INTEGER, 3, 9)]
+    monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
+    random, sound = Random(6), 0
     for _ in range(4):
         blob = blob_writer.random_blob(random, 24)  # rejected if a corner takes too many hops
         sound += 24 - assert_agreement(decoder.decode(blob), blob)

@@ -535,9 +535,7 @@ directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(
 
 
 @pytest.mark.parametrize("path", ["mesh-plain", "mesh", "stream"])
-@settings(
-    max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     eye=directions,
     target=directions,

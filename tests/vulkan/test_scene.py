@@ -106,7 +106,7 @@ def test_plain_meshlets_hold_the_same_triangles(zoo_path):
 # --- cameras ---
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.tuples(*[st.floats(-50, 50)] * 3),
     st.floats(0.1, 2.8),
