@@ -30,6 +30,8 @@ WEB = ROOT / "web"
 WORKER = Path(__file__).with_name("web_worker.mjs")
 PACKAGES = ("draco3d", "meshoptimizer")
 NAMES = ("bunny", "dragon", "DamagedHelmet")
+PAGED = "dragon"  # measured again with pages
+PAGE_BYTES = 65536
 REPETITIONS = 7
 ROUNDS = 3  # of native and WebAssembly decoding in turns
 WORKERS = (1, 2)
@@ -60,7 +62,9 @@ def check(options: argparse.Namespace) -> None:
 def measure(options: argparse.Namespace) -> dict:
     """All models, and the sizes of the packages."""
     with tempfile.TemporaryDirectory() as folder:
-        models = [measure_model(name, Path(folder) / name) for name in options.models]
+        runs = [(name, 0) for name in options.models]
+        runs += [(name, PAGE_BYTES) for name in options.models if name == PAGED]
+        models = [measure_model(*run, Path(folder) / str(n)) for n, run in enumerate(runs)]
         return {
             "repetitions": REPETITIONS,
             "rounds": ROUNDS,
@@ -71,13 +75,22 @@ def measure(options: argparse.Namespace) -> dict:
         }
 
 
-def measure_model(name: str, folder: Path) -> dict:
+def blobs_of(view: bytes) -> list[bytes]:
+    """The blobs that follow one another in a view."""
+    blobs, at = [], 0
+    while at < len(view):
+        blobs.append(view[at : at + int.from_bytes(view[at + 20 : at + 24], "little")])
+        at += len(blobs[-1])
+    return blobs
+
+
+def measure_model(name: str, page_bytes: int, folder: Path) -> dict:
     """The seconds of every codec; the codecs take turns."""
     folder.mkdir()
     primitives = peers.read_primitives(MODELS / f"{name}.glb")
     parts = peers.parts_of(primitives)
     buffers = {
-        OURS: encode_ours(primitives, 0, Stopwatch()),
+        OURS: encode_ours(primitives, 0, Stopwatch(), page_bytes=page_bytes),
         "draco": peers.Draco(7).encode(parts),
         "meshopt": peers.Gltfpack(True).encode(parts),
     }
@@ -90,15 +103,17 @@ def measure_model(name: str, folder: Path) -> dict:
     (folder / "list.json").write_text(json.dumps(given))
     warm: dict[str, list[float]] = {"native": []}
     cold: dict[str, list[float]] = {codec: [] for codec in CODECS}
+    blobs = [blob for view in buffers[OURS] for blob in blobs_of(view)]
     for _ in range(ROUNDS):
-        warm["native"] += native("decode_speed", buffers[OURS], folder)["decode_seconds"]
+        warm["native"] += native("decode_speed", blobs, folder)["decode_seconds"]
         for codec, seconds in node("warm", folder / "list.json").items():
             warm.setdefault(codec, []).extend(seconds)
         for codec, seconds in cold.items():
             seconds.append(node(f"cold-{codec}", folder / "list.json"))
-    progress(name)
+    title = f"{name}, pages of {page_bytes // 1024} kB" if page_bytes else name
+    progress(title)
     return {
-        "model": name,
+        "model": title,
         "triangles": sum(len(part.triangles) for part in parts),
         "bytes": {codec: sum(map(len, encoded)) for codec, encoded in buffers.items()},
         "warm": {codec: spread(seconds) for codec, seconds in warm.items()},

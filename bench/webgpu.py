@@ -20,8 +20,9 @@ from bench.common import ROOT, Question, markdown_table, spread
 from bench.models import add_model_files, check_model_files, model_files
 
 WGSL = ROOT / "web" / "wgsl"
-# The shaders of web/webgpu.js's method `passes`, with the meshlets of a workgroup.
-PASSES = {"connect": 32, "lengths": 8, "corners": 8, "chains": 8, "interior": 1}
+# The modules of web/wgsl for GpuDecoder's shaders, as web/webgpu.js chooses them.
+SMALL = {"interior": "interior_small"}  # for so many elements:
+SMALL_ELEMENTS = 8
 WORKGROUPS = 65535  # of a dispatch
 ROUNDS = 12
 REPEAT = 20  # decodings of a round
@@ -31,10 +32,19 @@ WARM_UP = 3  # rounds: an idle GPU has a low clock rate
 class WebgpuDecoder:
     """Runs the passes over one blob. Its header must have been checked.
 
-    words: of the values of a meshlet, in the layout of packed_values.glsl.
+    passes: modules of web/wgsl, with the meshlets of a workgroup. words: of the values of a
+    meshlet, in the layout of packed_values.glsl.
     """
 
-    def __init__(self, blob: bytes, meshlets: int, streams: int, words: int, adapter: str | None):
+    def __init__(
+        self,
+        blob: bytes,
+        passes: list[tuple[str, int]],
+        meshlets: int,
+        streams: int,
+        words: int,
+        adapter: str | None,
+    ):
         try:
             import wgpu
         except ImportError:
@@ -52,8 +62,8 @@ class WebgpuDecoder:
         self._buffers[0] = self.device.create_buffer_with_data(data=blob, usage=storage)
         self._dispatches = [
             dispatch
-            for name, per in PASSES.items()
-            for dispatch in self._prepare(name, per, len(blob) // 4, streams, words)
+            for name, per, rows in passes
+            for dispatch in self._prepare(name, per, rows, len(blob) // 4, streams, words)
         ]
 
     def _open(self, name: str | None, largest: int) -> Any:
@@ -70,7 +80,9 @@ class WebgpuDecoder:
             required_limits={"max-storage-buffer-binding-size": size, "max-buffer-size": size},
         )
 
-    def _prepare(self, name: str, per: int, blob_words: int, streams: int, words: int) -> list:
+    def _prepare(
+        self, name: str, per: int, rows: int, blob_words: int, streams: int, words: int
+    ) -> list:
         """The pipeline, bind group and workgroups of each dispatch of a pass."""
         code = (WGSL / f"{name}.wgsl").read_text()
         pipeline = self.device.create_compute_pipeline(
@@ -99,7 +111,7 @@ class WebgpuDecoder:
                 layout=pipeline.get_bind_group_layout(0),
                 entries=[{"binding": n, "resource": resources[n]} for n in bindings],
             )
-            dispatches.append((pipeline, group, math.ceil((end - first) / per)))
+            dispatches.append((pipeline, group, (math.ceil((end - first) / per), rows)))
         return dispatches
 
     def decode(self, repeat: int) -> np.ndarray:
@@ -121,7 +133,7 @@ class WebgpuDecoder:
             for pipeline, group, workgroups in self._dispatches:
                 compute.set_pipeline(pipeline)
                 compute.set_bind_group(0, group)
-                compute.dispatch_workgroups(workgroups)
+                compute.dispatch_workgroups(*workgroups)
             compute.end()
         encoder.resolve_query_set(queries, 0, 2 * repeat, times, 0)
         self.device.queue.submit([encoder.finish()])
@@ -159,7 +171,13 @@ def measure_model(device: Any, path: Path, adapter: str | None) -> dict:
         raise SystemExit(f"bench: {path}: the passes in WGSL take 8 streams of 20 elements")
     native = GpuDecoder(device, "passes", len(elements), sum(elements))
     words = 64 * sum(words for _, _, words in shapes)
-    web = WebgpuDecoder(blob, info.meshlet_count, len(elements), words, adapter)
+    small = SMALL if sum(elements) <= SMALL_ELEMENTS else {}
+    passes = []
+    for step in native.passes(blob):  # in WGSL, connect has a thread per meshlet
+        name = step.shader.removesuffix(".comp")
+        rows = len(elements) if step.split else 1
+        passes.append((small.get(name, name), step.meshlets * step.spread, rows))
+    web = WebgpuDecoder(blob, passes, info.meshlet_count, len(elements), words, adapter)
     times: dict[str, list[float]] = {"spirv": [], "wgsl": []}
     for number in range(WARM_UP + ROUNDS):
         decoded = native.decode(blob, repeat=REPEAT)

@@ -120,8 +120,7 @@ def _add_mitsuba(group: argparse._ArgumentGroup) -> None:
         "--lod-error",
         type=float,
         metavar="PIXELS",
-        help="show what has levels of detail as ordinary meshes with at most this error "
-        "(default 0: all triangles, compressed)",
+        help="show what has levels of detail with at most this error (default 0: all triangles)",
     )
 
 

@@ -41,7 +41,8 @@ def sizes(report: Report) -> str:
 def compress_summary(report: Report) -> str:
     """One line on the result of compress."""
     totals = report["totals"]
-    places = counted(totals["meshlets"], "meshlet")
+    mean = f"{totals['mean_triangles_per_meshlet']:.1f} on average"
+    places = f"{counted(totals['meshlets'], 'meshlet')} ({mean})"
     distinct = [p for p in report["primitives"] if "shares_buffer_view_of" not in p]
     if totals["blobs"] > len(distinct):
         places += f" and {counted(totals['blobs'], 'page')}"
@@ -52,8 +53,7 @@ def compress_summary(report: Report) -> str:
         f"{sizes(report)}, {report['input_bytes'] / report['output_bytes']:.2f} times smaller; "
         f"geometry {totals['ratio']:.2f} times smaller than raw floats, "
         f"{totals['bits_per_triangle']['total']:.2f} bits per triangle, "
-        f"{counted(totals['triangles'], 'triangle')} in {places} "
-        f"({totals['mean_triangles_per_meshlet']:.1f} on average)"
+        f"{counted(totals['triangles'], 'triangle')} in {places}"
     )
 
 
@@ -141,8 +141,12 @@ def _lod_lines(lod: Report) -> list[str]:
         *(
             f"  level {number}: {counted(level['triangles'], 'triangle')}, "
             f"{counted(level['clusters'], 'meshlet')} in {counted(level['groups'], 'group')}, "
-            f"{level['bytes']:,} bytes, error {level['error']:.3g}, "
-            f"{level['stuck_triangles']:,} triangles not simplified"
+            f"{level['bytes']:,} bytes, error {level['error']:.3g}"
+            + (
+                f", {counted(level['stuck_triangles'], 'triangle')} not simplified"
+                if level["stuck_triangles"]
+                else ""
+            )
             for number, level in enumerate(lod["levels"])
         ),
     ]

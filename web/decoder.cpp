@@ -1,15 +1,14 @@
 // The codec's decoder as a WebAssembly module, for decoder.js: flat functions over one open blob.
 #include <cstdint>
 #include <new>
-#include <string>
 
 #include "decode/decoder_context.h"
 
 #define EXPORT(name) extern "C" __attribute__((export_name(#name)))
 
-// Throws a JavaScript exception with this text.
+// Throws a JavaScript exception with this problem's sentence.
 extern "C" __attribute__((import_module("host"), import_name("refuse"))) [[noreturn]] void
-host_refuse(const char* text, uint32_t length);
+host_refuse(const char* text, uint32_t number, uint32_t meshlet);
 
 extern "C" unsigned char __heap_base;  // by the linker
 
@@ -29,7 +28,7 @@ void* take(size_t bytes) {
   if (end > kMemory ||
       (end > size &&
        __builtin_wasm_memory_grow(0, size_t((end - size + kPage - 1) / kPage)) == size_t(-1)))
-    meshlet::refuse("the decoded arrays do not fit into memory");
+    meshlet::refuse({"the decoded arrays do not fit into memory"});
   heap_end = end;
   return reinterpret_cast<void*>(uintptr_t(begin));
 }
@@ -53,7 +52,7 @@ _LIBCPP_BEGIN_NAMESPACE_STD
 _LIBCPP_END_NAMESPACE_STD
 
 namespace meshlet {
-void refuse(const std::string& problem) { host_refuse(problem.data(), uint32_t(problem.size())); }
+void refuse(const Problem& p) { host_refuse(p.text, p.number, p.meshlet); }
 }  // namespace meshlet
 
 // Frees everything. Call before the first allocation.
@@ -71,14 +70,18 @@ EXPORT(open_blob) void open_blob(const uint8_t* data, size_t size) {
 
 // The functions below need an open blob.
 
-// See DecoderContext::decode_range. Returns words: first triangle, their number, first vertex,
-// their number.
+// See DecoderContext::start.
+EXPORT(start) void start(uint32_t begin, uint32_t first_number) {
+  context->start(begin, first_number);
+}
+
+// See DecoderContext::decode_next. Returns DecodedPart's words.
 EXPORT(decode)
-const void* decode(uint32_t begin, uint32_t end, uint32_t* triangles, uint32_t* const* integers,
-                   void* const* values) {
-  static meshlet::DecodedRange range;
-  range = context->decode_range(begin, end, triangles, integers, values);
-  return &range;
+const void* decode(uint32_t end, uint32_t* triangles, uint32_t* const* integers,
+                   void* const* values, meshlet::OuterVertex* outer) {
+  static meshlet::DecodedPart part;
+  part = context->decode_next(end, {triangles, integers, values, outer});
+  return &part;
 }
 
 // Decodes meshlet m < meshlet_count. Returns words: triangle count, vertex count, address of the

@@ -99,7 +99,7 @@ export type DecoderSource =
 
 /**
  * Compiles the WebAssembly module and returns a decoder. Its memory grows with the largest
- * primitive that it decodes, and is freed with the decoder.
+ * blob that it decodes, and is freed with the decoder.
  *
  * @param source default: decoder.wasm beside the module.
  */

@@ -22,7 +22,14 @@ const STREAM_STEP = 8;
 const STREAM_OFFSETS = 12;
 const MAX_COUNT = 2 ** 32 - 1; // of a view's vertices, and of its indices
 
+const NO_MESHLET = -1; // of a problem that is in no meshlet
 const MESHLET_LIMIT = 64; // vertices, and triangles
+// Meshlets decoded at a time. What the module writes is still in the processor's cache when it is
+// copied, its memory stays small, and V8 can go on with better code: it keeps a function's first
+// compilation until the function returns. From 64 to 512 the time of dragon is the same.
+const PART_MESHLETS = 256;
+const OUTER_BYTES = 8; // of OuterVertex in codec/decode/bulk_decoder.h
+export const KEPT_BYTES = 392; // of Kept in codec/decode/bulk_decoder.cpp, of one meshlet
 
 // Integers of a vertex of a stream, as the WebAssembly module stores those of a meshlet.
 const STORED_ELEMENTS = 4;
@@ -31,16 +38,22 @@ export async function createDecoder(source) {
   const module = await compileDecoder(source);
   let memory;
   const host = {
-    refuse(text, length) {
-      throw new MalformedError(
-        new TextDecoder().decode(new Uint8Array(memory.buffer, text, length)),
-      );
+    refuse(text, number, meshlet) {
+      throw new MalformedError(sentence(new Uint8Array(memory.buffer, text), number, meshlet));
     },
   };
   const { exports } = await WebAssembly.instantiate(module, { host });
   memory = exports.memory;
   exports._initialize?.();
   return new Decoder(exports);
+}
+
+// As `sentence` of codec/format/refuse.cpp. `text` ends with a 0.
+function sentence(text, number, meshlet) {
+  const problem = new TextDecoder()
+    .decode(text.subarray(0, text.indexOf(0)))
+    .replace('#', number >>> 0);
+  return meshlet === NO_MESHLET ? problem : `meshlet ${meshlet >>> 0}: ${problem}`;
 }
 
 // The compiled module; see createDecoder.
@@ -78,7 +91,8 @@ class Decoder {
     plan.blobs.forEach((blob, number) =>
       named(plan.blobs, number, () => {
         if (plan.blobs.length > 1) this.#open(blob.bytes);
-        plan.insert(blob, this.#decode(blob, integers, 0, blob.meshlets, blob.begin.vertices));
+        const options = { integers, begin: 0, end: blob.meshlets, first: blob.begin.vertices };
+        this.#decode(blob, options, (part, at) => plan.insert(blob, part, at));
       }),
     );
     return plan.result;
@@ -89,12 +103,24 @@ class Decoder {
     return new Plan(this.#blobs(view), integers);
   }
 
-  // For the pool: the meshlets [begin, end) of a view of one blob, in arrays of their own. before:
-  // the vertices of the blobs before it.
-  decodePart(view, { integers, begin, end, before }) {
-    const part = this.#decode(this.#blobs(view)[0], integers, begin, end, before);
-    const { indices, values } = part;
-    return { ...part, indices: indices.slice(), values: values.map((array) => array.slice()) };
+  // For the pool: a range of a view of one blob, with the options of #decode. Passes the parts, with
+  // copies of their arrays, to onPart. keep: returns also the vertex numbers of the last meshlets,
+  // for later ranges.
+  decodeRange(view, options, onPart) {
+    const [blob] = this.#blobs(view);
+    const decoded = this.#decode(blob, options, ({ indices, values, vertexCount, outer }, at) =>
+      onPart({
+        indices: indices.slice(),
+        values: values.map((array) => array.slice()),
+        vertexCount,
+        outer: outer.slice(),
+        at: { ...at },
+      }),
+    );
+    const { kept, keptCount, ...counts } = decoded;
+    const { buffer } = this.#exports.memory;
+    const numbers = new Uint8Array(buffer, kept, KEPT_BYTES * keptCount);
+    return { ...counts, kept: options.keep ? numbers.slice() : null };
   }
 
   decodeMeshlet(view, meshlet) {
@@ -167,34 +193,42 @@ class Decoder {
     this.#call('open_blob', at, bytes.length);
   }
 
-  // Decodes the meshlets [begin, end) of the open blob; `before` is added to all indices. The arrays
-  // lie in the module's memory until the next call.
-  #decode(blob, integers, begin, end, before) {
-    const most = Math.min(end - begin, blob.meshlets) * MESHLET_LIMIT;
-    const vertices = Math.min(most, blob.end.vertices - blob.begin.vertices);
-    const indices = 3 * Math.min(most, blob.end.triangles - blob.begin.triangles);
-    const widths = blob.streams.map((stream) => width(stream, integers));
-    const triangles = this.#call('allocate', 4 * indices);
-    const places = widths.map((n) => this.#call('allocate', 4 * vertices * n));
-    const none = this.#call('allocate', 4 * places.length);
+  // Decodes the meshlets [begin, end) of the open blob. Numbers their new vertices from `first` on,
+  // and those of meshlets before the range as DecoderContext::start says. Calls insert(part, at) for
+  // some meshlets at a time; `at`: triangles and vertices before them; the arrays lie in the module's
+  // memory until the next call. Returns `at` behind the last ones.
+  #decode({ streams }, { integers, begin, end, first }, insert) {
+    const most = MESHLET_LIMIT * Math.min(end - begin, PART_MESHLETS);
+    const triangles = this.#call('allocate', 3 * 4 * most);
+    const widths = streams.map((stream) => width(stream, integers));
+    const places = widths.map((n) => this.#call('allocate', 4 * n * most));
     const list = this.#call('allocate', 4 * places.length);
-    const words = new Uint32Array(this.#exports.memory.buffer);
-    words.fill(0, none / 4, none / 4 + places.length);
-    words.set(places, list / 4);
-    const lists = integers ? [list, none] : [none, list];
-    const at = this.#call('decode', begin, end, triangles, ...lists) / 4;
-    const { buffer } = this.#exports.memory; // decoding may have replaced it
-    const [firstTriangle, triangleCount, firstVertex, count] = new Uint32Array(buffer, 4 * at, 4);
-    const numbers = new Uint32Array(buffer, triangles, 3 * triangleCount);
-    if (before > 0) for (let i = 0; i < numbers.length; i++) numbers[i] += before;
-    return {
-      firstTriangle,
-      firstVertex,
-      indices: numbers,
-      values: blob.streams.map(
-        (stream, s) => new (arrayType(stream, integers))(buffer, places[s], count * widths[s]),
-      ),
-    };
+    const outer = begin > 0 ? this.#call('allocate', OUTER_BYTES * most) : 0;
+    new Uint32Array(this.#exports.memory.buffer).set(places, list / 4);
+    this.#call('start', begin, first);
+    const at = { triangles: 0, vertices: 0 };
+    let kept;
+    for (let next = begin; next < end; ) {
+      next = Math.min(next + PART_MESHLETS, end);
+      const lists = integers ? [list, 0] : [0, list];
+      const words = this.#call('decode', next, triangles, ...lists, outer);
+      const { buffer } = this.#exports.memory; // decoding may have replaced it
+      const [triangleCount, vertexCount, outerCount, ...rest] = new Uint32Array(buffer, words, 5);
+      const part = {
+        indices: new Uint32Array(buffer, triangles, 3 * triangleCount),
+        values: streams.map(
+          (stream, s) =>
+            new (arrayType(stream, integers))(buffer, places[s], widths[s] * vertexCount),
+        ),
+        vertexCount,
+        outer: new Uint32Array(buffer, outer, 2 * outerCount),
+      };
+      insert(part, at);
+      at.triangles += triangleCount;
+      at.vertices += vertexCount;
+      kept = rest;
+    }
+    return { ...at, kept: kept[0], keptCount: kept[1] };
   }
 
   #meshlet({ streams }, meshlet) {
@@ -239,12 +273,12 @@ class Plan {
     };
   }
 
-  // Copies a decoded part of a blob.
-  insert({ begin }, { firstTriangle, firstVertex, indices, values }) {
-    this.result.indices.set(indices, 3 * (begin.triangles + firstTriangle));
+  // Copies a decoded part of a blob; `at`: triangles and vertices of the blob before it.
+  insert({ begin }, { indices, values }, at) {
+    this.result.indices.set(indices, 3 * (begin.triangles + at.triangles));
     this.result.streams.forEach((stream, s) => {
       const n = stream.values.length / this.result.vertexCount;
-      stream.values.set(values[s], n * (begin.vertices + firstVertex));
+      stream.values.set(values[s], n * (begin.vertices + at.vertices));
     });
   }
 

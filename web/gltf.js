@@ -22,6 +22,16 @@ const LIMITS = {
   5125: [0, 4294967295],
 };
 
+// Bytes of a vertex of a primitive, in all its attributes and morph targets.
+export function vertexBytes(json, primitive) {
+  const groups = [primitive.attributes, ...(primitive.targets ?? [])];
+  const sizes = groups.flatMap(Object.values).map((number) => {
+    const { componentType, type } = json.accessors[number];
+    return ARRAYS[componentType].BYTES_PER_ELEMENT * COMPONENTS[type];
+  });
+  return sizes.reduce((sum, size) => sum + size, 0);
+}
+
 // The numbers of all accessors of a primitive.
 function accessorNumbers(primitive) {
   const groups = [primitive.attributes, ...(primitive.targets ?? [])];

@@ -1,13 +1,9 @@
 // Decodes in a pool of Workers, so that a page does not stall: each blob of a view is a job, or each
 // range of meshlets where there are fewer blobs than Workers. Needs no SharedArrayBuffer.
 import { MalformedError, compileDecoder, createDecoder } from './decoder.js';
+import { Joint, rangesOf } from './ranges.js';
 
 const MOST_WORKERS = 8;
-// A smaller range is not worth a message.
-const LEAST_MESHLETS = 512;
-// A range begins with the vertex numbers of all meshlets before it. To find those of a meshlet takes
-// this share of the time of decoding it (dragon, in Node 20).
-const NUMBERING = 0.3;
 
 export async function createDecoderPool({ workers, source, createWorker = moduleWorker } = {}) {
   const cores = globalThis.navigator?.hardwareConcurrency ?? 4;
@@ -40,22 +36,22 @@ class DecoderPool {
 
   async decodePrimitive(view, { integers = false, signal, onProgress } = {}) {
     const plan = this.#plan(view, integers, signal);
-    const { triangleCount } = plan.result;
     let triangles = 0;
-    const decode = async ({ blob, begin, end }) => {
-      const options = { integers, begin, end, before: blob.begin.vertices };
-      const part = await this.#run('decodePart', plan, blob, options, signal);
-      plan.insert(blob, part);
-      triangles += part.indices.length / 3;
-      onProgress?.(triangles / triangleCount);
+    const decode = async (blob, range, onPart) => {
+      const job = { task: 'decodeRange', options: { integers, ...range }, onPart };
+      const decoded = await this.#run(job, plan, blob, signal);
+      triangles += decoded.triangles;
+      onProgress?.(Math.min(1, triangles / plan.result.triangleCount));
+      return decoded;
     };
-    await all(plan.blobs.flatMap((blob) => ranges(blob, this.#rangesOf(plan))).map(decode));
+    const count = Math.ceil(this.#members.length / plan.blobs.length);
+    await all(plan.blobs.map((blob) => decodeBlob(plan, blob, rangesOf(blob, count), decode)));
     return plan.result;
   }
 
   async validate(view, { signal } = {}) {
     const plan = this.#plan(view, false, signal);
-    await all(plan.blobs.map((blob) => this.#run('validate', plan, blob, undefined, signal)));
+    await all(plan.blobs.map((blob) => this.#run({ task: 'validate' }, plan, blob, signal)));
   }
 
   close() {
@@ -82,15 +78,12 @@ class DecoderPool {
     return this.#planner.plan(view, integers);
   }
 
-  #rangesOf({ blobs }) {
-    return Math.ceil(this.#members.length / blobs.length);
-  }
-
-  async #run(task, plan, blob, options, signal) {
+  // given: task, options and onPart of a job.
+  async #run(given, plan, blob, signal) {
     let abort;
     try {
       return await new Promise((resolve, reject) => {
-        const job = { task, bytes: blob.bytes, options, resolve, reject };
+        const job = { ...given, bytes: blob.bytes, resolve, reject };
         abort = () => {
           this.#waiting = this.#waiting.filter((other) => other !== job);
           reject(signal.reason);
@@ -119,9 +112,9 @@ class Member {
     const failed = ({ message }) =>
       pool.end(new Error(`a decoder's Worker failed: ${message ?? 'its script cannot be loaded'}`));
     if (worker.on) {
-      worker.on('message', (answer) => this.#finish(answer)).on('error', failed); // Node
+      worker.on('message', (answer) => this.#receive(answer)).on('error', failed); // Node
     } else {
-      worker.onmessage = ({ data }) => this.#finish(data);
+      worker.onmessage = ({ data }) => this.#receive(data);
       worker.onerror = failed;
     }
     worker.unref?.(); // an idle pool does not keep Node running
@@ -144,8 +137,9 @@ class Member {
     this.#worker.terminate();
   }
 
-  #finish({ result, error }) {
-    const { resolve, reject } = this.#job;
+  #receive({ part, result, error }) {
+    const { onPart, resolve, reject } = this.#job;
+    if (part) return onPart(part);
     this.#job = null;
     this.#worker.unref?.();
     if (!error) resolve(result);
@@ -160,11 +154,17 @@ async function all(promises) {
   for (const { status, reason } of settled) if (status === 'rejected') throw reason;
 }
 
-// At most `count` ranges of a blob's meshlets that take about the same time.
-function ranges(blob, count) {
-  const { meshlets } = blob;
-  const n = Math.max(1, Math.min(count, Math.floor(meshlets / LEAST_MESHLETS)));
-  const end = (i) =>
-    Math.round((meshlets * (1 - (1 - NUMBERING) ** i)) / (1 - (1 - NUMBERING) ** n));
-  return Array.from({ length: n }, (_, i) => ({ blob, begin: end(i), end: end(i + 1) }));
+// Decodes a blob; decode(blob, range, onPart) does so with a range.
+async function decodeBlob(plan, blob, ranges, decode) {
+  const joint = new Joint(plan, blob, ranges);
+  const decodeRange = async (range, i) =>
+    joint.end(i, await decode(blob, range, (part) => joint.add(i, part)));
+  try {
+    await all(ranges.map(decodeRange));
+    joint.check();
+  } catch (error) {
+    if (ranges.length === 1 || !(error instanceof MalformedError)) throw error;
+    // One range for all may find another problem first, and that is the one to report.
+    await decodeBlob(plan, blob, rangesOf(blob, 1), decode);
+  }
 }

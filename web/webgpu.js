@@ -9,6 +9,11 @@ const WORKGROUPS = 65535; // of a dispatch, by WebGPU's default limits
 const CONNECTED_BYTES = 48; // of a meshlet in shaders/decoders/decode_buffers.glsl
 const PLACES_BYTES = 64;
 const PACKED_POSITION_BITS = 21;
+const TABLE_BYTES = 32; // where a blob's stream table begins (codec/format/constants.h)
+const STREAM_BYTES = 28;
+const AFFINE = 5;
+const MANY_MESHLETS = 8000; // as in vk_backend/gpu_decoder.py
+const SMALL_ELEMENTS = 8; // of a vertex, for interior_small
 
 // Decoders: the shaders that all meshlets need first, those that a range of meshlets needs then,
 // each with the meshlets of a workgroup, the layout of the values, words of a meshlet after its
@@ -16,7 +21,7 @@ const PACKED_POSITION_BITS = 21;
 const METHODS = {
   serial: {
     all: {},
-    range: { decode: 32 },
+    range: () => ({ decode: 32 }),
     layout: plainLayout,
     scratch: 512,
     streams: 64,
@@ -24,13 +29,14 @@ const METHODS = {
   },
   passes: {
     all: { connect: 32, lengths: 8 },
-    range: { corners: 8, chains: 8, interior: 1 },
+    range: passesOf,
     layout: packedLayout,
     scratch: 0,
     streams: 8,
     elements: 20,
   },
 };
+const SPLIT = ['corners_split', 'chains_split', 'traversal']; // have a workgroup per stream, too
 const OUTPUT = ['attribute', 'ranges', 'indices'];
 
 // The fields of the uniform buffer (shaders/web/wgsl.glsl), in order.
@@ -51,14 +57,30 @@ export async function decodeToGPU(device, blob, options = {}) {
   return guarded(device, () => job.run(wasm));
 }
 
-function chooseMethod({ streams }, name) {
+function chooseMethod(blob, name) {
+  const { streams } = blob;
   const elements = streams.reduce((sum, stream) => sum + stream.elements, 0);
   const fits = (method) => streams.length <= method.streams && elements <= method.elements;
-  if (name === undefined) return fits(METHODS.passes) ? METHODS.passes : METHODS.serial;
-  const method = METHODS[name];
+  const method = METHODS[name ?? (fits(METHODS.passes) ? 'passes' : 'serial')];
   if (!method || !fits(method))
     throw new RangeError(`${streams.length} streams of ${elements} elements: no method ${name}`);
-  return method;
+  return { ...method, range: method.range(blob, elements) };
+}
+
+// As GpuDecoder.passes in vk_backend/gpu_decoder.py.
+function passesOf(blob, elements) {
+  const many = blob.meshletCount >= MANY_MESHLETS;
+  const affine = hasAffine(blob);
+  const interior = elements > SMALL_ELEMENTS ? 'interior' : 'interior_small';
+  return {
+    [many ? 'corners' : 'corners_split']: 8,
+    [affine ? 'chains' : 'chains_split']: 8,
+    ...(many && !affine ? { traversal: 64, geo: 2 } : { [interior]: 1 }),
+  };
+}
+
+function hasAffine({ bytes, streams }) {
+  return streams.some((_, s) => bytes[TABLE_BYTES + STREAM_BYTES * s + 3] === AFFINE);
 }
 
 // Rejects with the device's error if `action`, which returns a primitive, causes one.
@@ -218,7 +240,7 @@ class Job {
     const uniforms = this.#upload('steps', new Uint8Array(pushes.buffer), GPUBufferUsage.UNIFORM);
     const encoder = this.#device.createCommandEncoder({ label: this.#label });
     const pass = encoder.beginComputePass({ label: this.#label });
-    steps.forEach(({ module, groups, results }, i) => {
+    steps.forEach(({ module, groups, rows = 1, results }, i) => {
       const { pipeline, bindings } = this.#modules[module];
       const resources = {
         ...Object.fromEntries(Object.entries(buffers).map(([n, buffer]) => [n, { buffer }])),
@@ -233,7 +255,7 @@ class Job {
           entries: bindings.map((binding) => ({ binding, resource: resources[binding] })),
         }),
       );
-      pass.dispatchWorkgroups(groups);
+      pass.dispatchWorkgroups(groups, rows);
     });
     pass.end();
     this.#device.queue.submit([encoder.finish()]);
@@ -257,10 +279,11 @@ class Job {
   }
 }
 
-// The dispatches of modules, given with the meshlets of a workgroup, for `count` meshlets.
+// The dispatches of modules, as in METHODS, for `count` meshlets.
 function dispatches(modules, count, push) {
-  return Object.entries(modules).map(([module, per]) => {
-    return { module, groups: Math.ceil(count / per), push };
+  return Object.entries(modules).map(([module, size]) => {
+    const rows = SPLIT.includes(module) ? push.streams : 1;
+    return { module, groups: Math.ceil(count / size), rows, push };
   });
 }
 

@@ -1,5 +1,6 @@
 // A Worker of pool.js, in browsers and in Node. The first message is {module}, the compiled
-// decoder; each further one is a job, {task, bytes, options}, answered by {result} or {error}.
+// decoder; each further one is a job, {task, bytes, options}, answered by {part}s and {result} or
+// {error}.
 import { MalformedError, createDecoder } from './decoder.js';
 
 const inNode = typeof WorkerGlobalScope === 'undefined';
@@ -13,9 +14,11 @@ port.onmessage = async ({ data: { module, task, bytes, options } }) => {
     return;
   }
   try {
-    const result = (await decoder)[task](bytes, options);
-    const moved = result ? [result.indices, ...result.values].map(({ buffer }) => buffer) : [];
-    port.postMessage({ result }, moved);
+    const onPart = (part) => {
+      const moved = [part.indices, ...part.values].map(({ buffer }) => buffer);
+      port.postMessage({ part }, moved);
+    };
+    port.postMessage({ result: (await decoder)[task](bytes, options, onPart) });
   } catch (error) {
     const { message } = error;
     port.postMessage({ error: { message, malformed: error instanceof MalformedError } });

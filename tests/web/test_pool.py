@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import random
+import struct
 import subprocess
 from pathlib import Path
 
@@ -17,6 +19,8 @@ from tests.helpers.environment import ROOT, VECTORS
 
 WEB = ROOT / "web"
 POOL = Path(__file__).with_name("pool.mjs")
+RANGES = Path(__file__).with_name("ranges.mjs")
+VERTEX_COUNT = 12  # byte of a blob's header
 
 
 def need_decoder() -> None:
@@ -30,20 +34,22 @@ def compressed_views(path: Path, folder: Path, **options) -> list[bytes]:
     return [c.blob for c in require_compressed(open_model(folder / "compressed.glb"))]
 
 
-def differences(views: list[bytes], folder: Path, *workers: int) -> list[str]:
-    """What pool.mjs prints for views."""
+def run_views(script: Path, views: list[bytes], folder: Path, **options) -> list[str]:
+    """What pool.mjs or ranges.mjs prints for views."""
     need_decoder()
     ends = np.cumsum([len(v) for v in views]).tolist()
     (folder / "views.bin").write_bytes(b"".join(views))
     ranges = [[end - len(v), len(v)] for end, v in zip(ends, views)]
     packed = str(folder / "views.bin")
-    (folder / "list.json").write_text(
-        json.dumps({"packed": packed, "views": ranges, "workers": workers})
-    )
-    command = ["node", str(POOL), str(WEB), str(folder / "list.json")]
+    (folder / "list.json").write_text(json.dumps({"packed": packed, "views": ranges, **options}))
+    command = ["node", str(script), str(WEB), str(folder / "list.json")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()
+
+
+def differences(views: list[bytes], folder: Path, *workers: int) -> list[str]:
+    return run_views(POOL, views, folder, workers=workers)
 
 
 def test_vectors_decode_and_are_refused_alike(tmp_path):
@@ -56,6 +62,29 @@ def test_vectors_decode_and_are_refused_alike(tmp_path):
 def test_ranges_and_pages_of_models(name, page_bytes, model, tmp_path):
     views = compressed_views(model(name), tmp_path, page_bytes=page_bytes)
     assert differences(views, tmp_path, 1, 2, 5) == []
+
+
+def test_few_meshlets_in_each_range(model, tmp_path):
+    """References from a range to all earlier ones, of vectors and of models."""
+    names = ("nasty/Duck.glb", "nasty/CesiumMan_skinned.glb", "suzanne.glb")
+    views = [view for name in names for view in compressed_views(model(name), tmp_path)]
+    views += compressed_views(model(names[0]), tmp_path, page_bytes=4096)
+    views += [path.read_bytes() for path in sorted(VECTORS.glob("v*.bin"))]
+    *different, joined = run_views(RANGES, views, tmp_path, ranges=[2, 3, 40])
+    assert different == []
+    assert int(joined) > 200
+
+
+def test_damaged_ranges_are_refused_alike(model, tmp_path):
+    (view,) = compressed_views(model("bunny.glb"), tmp_path)
+    source = random.Random(1)
+    damaged = [bytearray(view) for _ in range(20)]
+    for copy in damaged[2:]:
+        copy[source.randrange(len(view) // 4, len(view))] ^= 1 << source.randrange(8)
+    (vertices,) = struct.unpack_from("<I", view, VERTEX_COUNT)
+    for copy, change in zip(damaged, (-1, 1)):
+        struct.pack_into("<I", copy, VERTEX_COUNT, vertices + change)
+    assert differences([bytes(copy) for copy in damaged], tmp_path, 2) == []
 
 
 SCRIPT = """

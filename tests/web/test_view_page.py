@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import re
 import subprocess
 import threading
 from collections.abc import Callable, Iterator
@@ -178,6 +179,10 @@ def test_views_of_a_model(browse, serve, torus, tmp_path):
         assert f"{label}\t\t{report[number]:,}\n" in results[1]
     size = torus.stat().st_size
     assert f"File\t{size / 1000:.1f} kB\t" in results[1]
+    sizes = [report[key] / 1000 for key in ("raw_bytes", "compressed_bytes")]
+    row = re.search(r"\nGeometry\t(.*) kB\t(.*) kB\nTimes smaller\t\t(.*)\n", results[1])
+    # The page does not count the extension's JSON.
+    assert [*map(float, row.groups())] == pytest.approx([*sizes, report["ratio"]], rel=0.02)
     assert f"Triangles\t{report['triangles']:,}\t{report['triangles']:,}\n" in results[12]
     assert all(f"\n{time}\t" in results[12] for time in ("Read", "Decode", "Build", "First frame"))
     assert (results[14], results[16]) == (True, False)
@@ -250,12 +255,49 @@ def test_mouse_touch_and_buttons(browse, serve, torus, tmp_path):
     assert results[23] is False
 
 
+def test_compressed_file_can_be_saved(browse, serve, torus, tmp_path):
+    (results,) = browse(
+        {
+            "address": serve(torus),
+            "steps": [
+                SHOWN,
+                ["visible", "#save"],
+                ["download", "d", str(tmp_path / "saved.glb")],
+            ],
+        }
+    )
+    assert results == ["ready", True, "torus.compressed.glb"]
+    (compressed,) = tmp_path.glob("work-0/compressed.glb")
+    assert (tmp_path / "saved.glb").read_bytes() == compressed.read_bytes()
+
+
+def test_focus_is_visible_on_the_canvas(browse, serve, torus):
+    """Its outline lies inside: the window would cut off one outside."""
+    offset = "canvas.focus(), parseFloat(getComputedStyle(canvas).outlineOffset)"
+    (results,) = browse(
+        {"address": serve(torus), "steps": [SHOWN, ["key", "Tab"], ["evaluate", offset]]}
+    )
+    assert results[2] <= -2
+
+
 def test_phone_width(browse, serve, torus, tmp_path):
-    """All buttons are inside a narrow window, and the panes lie one above the other."""
+    """All buttons are inside a narrow window, and the panes lie one above the other.
+
+    No label covers another, and nothing covers the model.
+    """
     outside = """[...document.querySelectorAll('button')].filter((button) => {
       const { left, right, top, bottom, width } = button.getBoundingClientRect();
       return width > 0 && (left < 0 || right > innerWidth || top < 0 || bottom > innerHeight);
     }).length"""
+    covered = """(() => {
+      document.getElementById('play').hidden = false;
+      const places = [...document.querySelectorAll('#tools span')]
+        .map((label) => label.getBoundingClientRect());
+      const { top } = document.getElementById('canvas').getBoundingClientRect();
+      const { bottom } = document.querySelector('header').getBoundingClientRect();
+      return places.slice(1).filter(({ left }, i) => left <= places[i].right).length +
+        (top < bottom);
+    })()"""
     picture = str(tmp_path / "phone.png")
     (results,) = browse(
         {
@@ -272,12 +314,15 @@ def test_phone_width(browse, serve, torus, tmp_path):
                 SHOWN,
                 ["click", "#info"],
                 ["evaluate", outside],
+                ["click", "#info"],
                 SETTLE,
                 ["download", "s", picture],
+                ["evaluate", covered],
             ],
         }
     )
     assert (results[0], results[1], results[2], results[7]) == ("ready", False, 0, 0)
+    assert results[-1] == 0
     top, bottom = np.array_split(drawn(Path(picture), "light"), 2)
     assert top.mean() > 0.05 and abs(top.mean() - bottom.mean()) < 0.01
 
@@ -351,7 +396,7 @@ def test_dropped_files(browse, serve, torus, tmp_path):
     assert results[13] == "ready" and "Compress\t\t" in results[14]
     assert results[18] == "error"
     assert results[21] == (
-        "torus.gltf cannot be shown\n\nit refers to part 1.bin; open both files together"
+        "torus.gltf cannot be shown\n\nIt refers to part 1.bin; open both files together"
     )
     assert results[-2:] == ["ready", "small.glb \u2013 gltf-meshlet"]
 
@@ -375,11 +420,11 @@ def test_errors_are_shown(browse, serve, torus, tmp_path):
     builder.write(tmp_path / "foreign.glb")
     expected = {
         "cut.glb": "",
-        "text.glb": "its JSON cannot be read",
-        "notes.txt": "no model among the files; use one of .glb .gltf .obj .ply .stl",
-        "empty.glb": "its JSON cannot be read",
-        "damaged.glb": "mesh 0 primitive 0: ",
-        "foreign.glb": "it requires EXT_from_elsewhere, which this page cannot read",
+        "text.glb": "Its JSON cannot be read",
+        "notes.txt": "No model among the files; use one of .glb .gltf .obj .ply .stl",
+        "empty.glb": "Its JSON cannot be read",
+        "damaged.glb": "Mesh 0 primitive 0: ",
+        "foreign.glb": "It requires EXT_from_elsewhere, which this page cannot read",
     }
     steps = [SHOWN]
     for name in expected:

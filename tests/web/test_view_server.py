@@ -55,7 +55,7 @@ def server(original, work):
 
 def ask(server, path, method="GET", body=None, headers=(), host=None):
     """Status, headers and body of an answer. path: as it is sent."""
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=30)
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=120)
     connection.putrequest(method, path, skip_host=True)
     connection.putheader("Host", host or f"127.0.0.1:{server.server_port}")
     for name, value in headers:
@@ -273,7 +273,7 @@ def test_large_uploads_are_refused_unread(server):
 
 def test_an_upload_that_breaks_off_leaves_nothing(server, work):
     before = sorted(work.iterdir())
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=30)
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=120)
     connection.putrequest("POST", f"/{server.token}/compress?name=a.glb")
     connection.putheader("Content-Length", "1000")
     connection.endheaders(b"glTF")
@@ -417,7 +417,7 @@ def test_command_prints_the_address_and_deletes_its_folder(original, tmp_path, n
         assert re.search(r": http://127\.0\.0\.1:\d+/[\w-]{20,}/ \(Ctrl-C stops\)\n$", line)
         assert len(list((tmp_path / "tmp").iterdir())) == 1
         process.send_signal(number)
-        _, errors = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=120)
     assert process.returncode == (0 if number == signal.SIGINT else 128 + number)
     assert errors == "" and list((tmp_path / "tmp").iterdir()) == []
 
@@ -437,4 +437,4 @@ def test_browser_is_opened_where_there_is_one(original, display):
         if display:
             assert process.stdout.readline() == f"opened {address}\n"
         process.send_signal(signal.SIGINT)
-        assert process.communicate(timeout=30)[0] == ""
+        assert process.communicate(timeout=120)[0] == ""

@@ -20,6 +20,9 @@ from gltf_ext.compression.extension import require_compressed
 from gltf_ext.gltf.importers import open_model
 from tests.helpers import environment
 from tests.helpers.environment import NODE_MODULES, ROOT, VECTORS
+from tests.helpers.models import HARD, REFUSED
+from vk_backend import raster_layout
+from vk_backend.constants import CONSTANTS
 from web import build_wgsl
 
 LAVAPIPE = Path("/usr/share/vulkan/icd.d/lvp_icd.json")
@@ -170,9 +173,6 @@ def blobs_of(file: Path) -> list[bytes]:
         ("nasty/Duck.glb", 4096),
         ("nasty/CesiumMan_skinned.glb", 0),
         ("suzanne.glb", 0),
-        pytest.param("bunny.glb", 0, marks=pytest.mark.full),
-        pytest.param("DamagedHelmet.glb", 0, marks=pytest.mark.full),
-        pytest.param("dragon.glb", 0, marks=pytest.mark.full),
     ],
 )
 def test_models(method, name, page_bytes, model, tmp_path):
@@ -182,10 +182,32 @@ def test_models(method, name, page_bytes, model, tmp_path):
     assert assert_same(blobs, tmp_path, method=method, scratchBytes=2**18) == 0
 
 
+@pytest.mark.full
+@pytest.mark.parametrize("options", [{}, {"method": "serial"}], ids=["default", "serial"])
+@pytest.mark.parametrize(
+    "path",
+    environment.parameters_or_missing(
+        (
+            pytest.param(p, id=p.stem)
+            for p in [*sorted(environment.MODELS.glob("*.glb")), *HARD]
+            if p.stem not in REFUSED
+        ),
+        f"no models in {environment.MODELS}",
+    ),
+)
+def test_all_models(path, options, tmp_path):
+    if "draco" in path.stem.lower():
+        environment.need_package("DracoPy")
+    compress(path, tmp_path / "compressed.glb")
+    blobs = blobs_of(tmp_path / "compressed.glb")
+    # Of a large model, several ranges of meshlets.
+    assert assert_same(blobs, tmp_path, scratchBytes=2**20, **options) == 0
+
+
 @pytest.mark.parametrize(("browser", "method"), BROWSER_METHODS)
 def test_vectors_in_browser(browser, method, tmp_path):
     def decode(folder: Path) -> list[dict[str, Any]]:
-        (page,) = in_browser(browser, folder, "tests/web/webgpu.html")
+        (page,) = in_browser(browser, folder, "tests/webgpu.html")
         assert "error" not in page, page
         return page["results"]
 
@@ -254,3 +276,43 @@ def test_wgsl_is_what_slang_makes(name):
     environment.need_package("slangpy")
     text = (build_wgsl.OUTPUT / f"{name}.wgsl").read_text()
     assert text == build_wgsl.translate(build_wgsl.Slang(), name)
+
+
+def numbers_in(pattern: str, text: str) -> dict[str, int]:
+    """Name -> number of all matches of two groups."""
+    return {name: int(number) for name, number in re.findall(pattern, text, re.MULTILINE)}
+
+
+def test_webgpu_repeats_the_numbers_of_format_and_vulkan():
+    gpu_decoder = environment.need_package("vk_backend.gpu_decoder")
+    text = (ROOT / "web" / "webgpu.js").read_text()
+    assert numbers_in(r"^const (\w+) = (\d+);", text) == {
+        "MESHLET_TRIANGLES": CONSTANTS["MESHLET_TRIANGLES"],
+        "MESHLET_VERTICES": CONSTANTS["MESHLET_VERTICES"],
+        "TABLE_BYTES": CONSTANTS["BLOB_HEADER_BYTES"],
+        "STREAM_BYTES": CONSTANTS["BLOB_STREAM_BYTES"],
+        "AFFINE": CONSTANTS["PREDICT_AFFINE"],
+        "PACKED_POSITION_BITS": CONSTANTS["PACKED_POSITION_BITS"],
+        "CONNECTED_BYTES": raster_layout.CONNECTED.itemsize,
+        "PLACES_BYTES": raster_layout.PLACES.itemsize,
+        "MANY_MESHLETS": gpu_decoder.MANY_MESHLETS,
+        "SMALL_ELEMENTS": int(build_wgsl.SMALL["MAX_ELEMENTS"].removesuffix("u")),
+        "WORKGROUPS": 65535,  # limits of WebGPU
+        "PUSH_BYTES": 256,
+    }
+    passes = [*gpu_decoder.METHODS["single"], *gpu_decoder.METHODS["passes"]]
+    for instead in (gpu_decoder.PLAIN, gpu_decoder.MANY_PLAIN):
+        passes += [step for steps in instead.values() for step in steps]
+    passes += gpu_decoder.FEW[gpu_decoder.CORNERS]  # WGSL does not spread `connect`
+    groups = {step.shader.removesuffix(".comp"): step.meshlets for step in passes}
+    found = numbers_in(rf"\b({'|'.join(groups)})\]?: (\d+)", text)
+    for one, other, number in re.findall(r"\? '(\w+)' : '(\w+)'\]: (\d+)", text):
+        found |= {one: int(number), other: int(number)}
+    assert found == groups
+    (split,) = re.findall(r"^const SPLIT = \[(.*)\];", text, re.MULTILINE)
+    has_split = {step.shader.removesuffix(".comp") for step in passes if step.split}
+    assert set(re.findall(r"\w+", split)) == has_split
+    most = CONSTANTS["BLOB_MAX_STREAMS"], CONSTANTS["STREAM_MAX_ELEMENTS"]
+    capacities = [(f"{most[0]}u", f"{most[0] * most[1]}u"), tuple(build_wgsl.INTERIOR.values())]
+    found = re.findall(r"streams: (\d+),\s*elements: (\d+)", text)
+    assert [(f"{streams}u", f"{elements}u") for streams, elements in found] == capacities

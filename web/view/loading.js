@@ -1,6 +1,6 @@
 // From the bytes of a file to what can be drawn. Knows no camera, canvas or page.
 import { compileDecoder, createDecoder } from '../decoder.js';
-import { EXTENSION } from '../gltf.js';
+import { EXTENSION, vertexBytes } from '../gltf.js';
 import { createDecoderPool } from '../pool.js';
 import { meshletPlugin } from '../three.js';
 import { isGlb, readJson } from './glb.js';
@@ -25,6 +25,8 @@ const UNREADABLE = {
   KHR_meshopt_compression: 'meshopt',
   KHR_texture_basisu: 'Basis Universal textures',
 };
+
+const TRIANGLE_BYTES = 12; // of 32-bit indices
 
 let decoders; // promise, shared by all files
 
@@ -102,10 +104,12 @@ function timing({ pool, single }, times, decoded) {
   return {
     async decodePrimitive(view) {
       begin ??= performance.now();
-      const { triangleCount, meshletCount, ...rest } = await pool.decodePrimitive(view);
+      const primitive = await pool.decodePrimitive(view);
       times.decode = performance.now() - begin; // from the first to the last: they overlap
-      decoded.set(view.buffer, { view, triangleCount, meshletCount, decoder: single });
-      return { triangleCount, meshletCount, ...rest };
+      const { triangleCount, vertexCount, meshletCount } = primitive;
+      const counts = { triangleCount, vertexCount, meshletCount };
+      decoded.set(view.buffer, { view, ...counts, decoder: single });
+      return primitive;
     },
   };
 }
@@ -121,14 +125,18 @@ function refuseUnknownExtensions(parser) {
   };
 }
 
-// Geometry -> what was decoded into it.
+// Geometry -> what was decoded into it, with rawBytes: the size of its vertices before compression
+// and of its triangles, as gltf-meshlet inspect counts them.
 async function compressedGeometries(parser, decoded) {
   const geometries = new Map();
   for (const { primitive, promise } of Object.values(parser.primitiveCache)) {
     const view = primitive.extensions?.[EXTENSION]?.bufferView;
     if (view === undefined) continue;
-    const buffer = await parser.getDependency('bufferView', view);
-    geometries.set(await promise, decoded.get(buffer));
+    const found = decoded.get(await parser.getDependency('bufferView', view));
+    const { sourceVertices = found.vertexCount } = primitive.extensions[EXTENSION];
+    found.rawBytes =
+      vertexBytes(parser.json, primitive) * sourceVertices + TRIANGLE_BYTES * found.triangleCount;
+    geometries.set(await promise, found);
   }
   return geometries;
 }
@@ -171,6 +179,8 @@ class Loaded {
       vertices: sum(geometries, (g) => g.attributes.position.count),
       meshlets: sum(views, ({ meshletCount }) => meshletCount),
       bitsPerTriangle: encoded > 0 ? (8 * bytes) / encoded : 0,
+      bytes,
+      rawBytes: sum(views, ({ rawBytes }) => rawBytes),
     };
   }
 

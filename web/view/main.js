@@ -201,8 +201,9 @@ function updateButtons() {
   for (const id of ['meshlets', 'wireframe', 'original', 'play', 'info'])
     element(id).setAttribute('aria-pressed', String(on[id]));
   const ready = shown !== null;
-  for (const id of ['fit', 'wireframe', 'screenshot']) element(id).disabled = !ready;
+  for (const id of ['fit', 'wireframe', 'screenshot', 'info']) element(id).disabled = !ready;
   element('meshlets').disabled = !shown?.model.compressed;
+  element('save').hidden = !shown?.model.compressed;
   element('original').disabled = !hasOriginal();
   element('play').hidden = !(ready && stage.animated);
   element('details').hidden = !(on.info && ready);
@@ -215,9 +216,12 @@ function updateDetails() {
   const cells = (value) => sides.map((side) => (side ? value(side) : ''));
   const files = [model.original, model.compressed].map((file) => (file ? size(file.bytes) : ''));
   const both = model.original && model.compressed;
+  const { bytes, rawBytes } = main.loaded.counts;
   const rows = [
     ['File', ...files],
     ['Times smaller', '', both && fixed(model.original.bytes / model.compressed.bytes)],
+    ['Geometry', optional(rawBytes, size), optional(bytes, size)],
+    ['Times smaller', '', optional(bytes, () => fixed(rawBytes / bytes))],
     ['Triangles', ...cells(({ loaded }) => count(loaded.counts.triangles))],
     ['Vertices', ...cells(({ loaded }) => count(loaded.counts.vertices))],
     ['Meshlets', ...cells(({ loaded }) => optional(loaded.counts.meshlets, count))],
@@ -283,6 +287,7 @@ const actions = {
   original: () => toggle('original', () => (on.original ? showOriginal() : arrange())),
   play: () => toggle('play', arrange),
   screenshot: savePicture,
+  save: saveCompressed,
   info: () => toggle('info', update),
 };
 
@@ -294,6 +299,7 @@ const keys = {
   o: 'original',
   ' ': 'play',
   s: 'screenshot',
+  d: 'save',
   i: 'info',
   t: 'theme',
   '?': 'help',
@@ -333,10 +339,19 @@ function key(event) {
 }
 
 async function savePicture() {
-  const url = URL.createObjectURL(await stage.picture());
+  save(await stage.picture(), '.png');
+}
+
+async function saveCompressed() {
+  save(new Blob([await shown.model.compressed.read()]), '.compressed.glb');
+}
+
+// Downloads a blob under the model's name with another suffix.
+function save(blob, suffix) {
+  const url = URL.createObjectURL(blob);
   const link = document.createElement('a');
   link.href = url;
-  link.download = `${shown.model.name.replace(/\.[^.]*$/, '')}.png`;
+  link.download = shown.model.name.replace(/\.[^.]*$/, '') + suffix;
   link.click();
   setTimeout(() => URL.revokeObjectURL(url), 60_000);
 }

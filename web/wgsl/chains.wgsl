@@ -765,6 +765,55 @@ fn places_of_0( m_8 : u32) -> Places_0
     return _S55;
 }
 
+struct Source_0
+{
+     total_0 : u32,
+     first_1 : u32,
+     codes_2 : u32,
+     low_2 : u32,
+     quotients_1 : u32,
+};
+
+fn Source_x24init_0( total_1 : u32,  first_2 : u32,  codes_3 : u32,  low_3 : u32,  quotients_2 : u32) -> Source_0
+{
+    var _S56 : Source_0;
+    _S56.total_0 = total_1;
+    _S56.first_1 = first_2;
+    _S56.codes_2 = codes_3;
+    _S56.low_2 = low_3;
+    _S56.quotients_1 = quotients_2;
+    return _S56;
+}
+
+fn source_of_0( h_7 : Header_0,  r_3 : u32) -> Source_0
+{
+    var foreign_0 : bool = mask_test_0(h_7.foreign_refs_1, r_3);
+    var entry_2 : u32 = entry_position_0(h_7, r_3);
+    var reference_1 : u32;
+    if(foreign_0)
+    {
+        var _S57 : u32 = entry_owner_0(h_7, entry_2);
+        reference_1 = _S57;
+    }
+    else
+    {
+        reference_1 = h_7.meshlet_0;
+    }
+    var owner_0 : Header_0 = header_of_0(reference_1);
+    if(foreign_0)
+    {
+        var _S58 : u32 = slot_reference_0(owner_0, entry_slot_0(h_7, entry_2));
+        reference_1 = (_S58 & (u32(63)));
+    }
+    else
+    {
+        reference_1 = r_3;
+    }
+    var vertices_0 : vec2<u32> = chain_vertices_0(owner_0, reference_1);
+    var places_1 : Places_0 = places_of_0(owner_0.meshlet_0);
+    return Source_x24init_0(vertices_0.x, vertices_0.y, places_1.codes_0, places_1.chains_0, places_1.quotients_0);
+}
+
 fn id_at_0( rank_3 : u32) -> u32
 {
     return nth_bit_0(the_boundary_0, rank_3);
@@ -789,24 +838,29 @@ fn ids_before_0( k_0 : u32) -> u32
     return min(u32(64), pushed_vertices_0(mask_below_0(t_0)) + min(k_0, mask_count_0(the_starts_0)));
 }
 
-fn loop_of_0( h_7 : Header_0,  r_3 : u32) -> vec2<u32>
+fn loop_of_0( h_8 : Header_0,  r_4 : u32) -> vec2<u32>
 {
-    var k_1 : u32 = mask_count_0(((h_7.loop_ends_2) & ((mask_below_0(r_3)))));
+    var k_1 : u32 = mask_count_0(((h_8.loop_ends_2) & ((mask_below_0(r_4)))));
     return vec2<u32>(mask_count_0((the_boundary_0 & ((mask_below_0(ids_before_0(k_1)))))), mask_count_0((the_boundary_0 & ((mask_below_0(ids_before_0(k_1 + u32(1))))))));
 }
 
-fn last_id_0( h_8 : Header_0,  r_4 : u32,  run_0 : Run_0) -> u32
+fn last_id_0( h_9 : Header_0,  r_5 : u32,  run_0 : Run_0) -> u32
 {
-    var _S56 : u32;
-    if(mask_test_0(h_8.loop_ends_2, r_4))
+    var _S59 : u32;
+    if(mask_test_0(h_9.loop_ends_2, r_5))
     {
-        _S56 = loop_of_0(h_8, r_4).x;
+        _S59 = loop_of_0(h_9, r_5).x;
     }
     else
     {
-        _S56 = run_0.rank_0 + run_0.steps_0;
+        _S59 = run_0.rank_0 + run_0.steps_0;
     }
-    return id_at_0(_S56);
+    return id_at_0(_S59);
+}
+
+fn inner_ids_0( run_1 : Run_0) -> vec2<u32>
+{
+    return (((the_boundary_0 & ((~mask_below_0(id_at_0(run_1.rank_0) + u32(1)))))) & ((mask_below_0(id_at_0(run_1.rank_0 + run_1.steps_0 - u32(1)) + u32(1)))));
 }
 
 struct Chain_0
@@ -820,13 +874,40 @@ struct Chain_0
 
 fn Chain_x24init_0( steps_3 : u32,  from_1 : u32,  to_1 : u32,  inner_2 : vec2<u32>,  backwards_1 : bool) -> Chain_0
 {
-    var _S57 : Chain_0;
-    _S57.steps_2 = steps_3;
-    _S57.from_0 = from_1;
-    _S57.to_0 = to_1;
-    _S57.inner_1 = inner_2;
-    _S57.backwards_0 = backwards_1;
-    return _S57;
+    var _S60 : Chain_0;
+    _S60.steps_2 = steps_3;
+    _S60.from_0 = from_1;
+    _S60.to_0 = to_1;
+    _S60.inner_1 = inner_2;
+    _S60.backwards_0 = backwards_1;
+    return _S60;
+}
+
+fn chain_of_0( h_10 : Header_0,  r_6 : u32,  run_2 : Run_0) -> Chain_0
+{
+    var foreign_1 : bool = mask_test_0(h_10.foreign_refs_1, r_6);
+    var begin_1 : u32 = id_at_0(run_2.rank_0);
+    var end_2 : u32 = last_id_0(h_10, r_6, run_2);
+    var inner_3 : vec2<u32> = inner_ids_0(run_2);
+    var _S61 : u32;
+    if(foreign_1)
+    {
+        _S61 = end_2;
+    }
+    else
+    {
+        _S61 = begin_1;
+    }
+    var _S62 : u32;
+    if(foreign_1)
+    {
+        _S62 = begin_1;
+    }
+    else
+    {
+        _S62 = end_2;
+    }
+    return Chain_x24init_0(run_2.steps_0, _S61, _S62, inner_3, foreign_1);
 }
 
 fn code_at_0( p_4 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
@@ -835,20 +916,20 @@ fn code_at_0( p_4 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
     (*p_4) = (*p_4) + u32(3);
     if(field_2 == u32(7))
     {
-        var _S58 : u32 = (extractBits((group_stream_0[s_4]), u32((i32(0))), u32((i32(3)))));
-        (*p_4) = (*p_4) + u32(5) * _S58;
+        var _S63 : u32 = (extractBits((group_stream_0[s_4]), u32((i32(0))), u32((i32(3)))));
+        (*p_4) = (*p_4) + u32(5) * _S63;
         return u32(255);
     }
     var base_1 : u32;
     if(of_chains_0)
     {
-        var _S59 : u32 = (extractBits((group_bases_0[s_4]), u32((i32(0))), u32((i32(5)))));
-        base_1 = _S59;
+        var _S64 : u32 = (extractBits((group_bases_0[s_4]), u32((i32(0))), u32((i32(5)))));
+        base_1 = _S64;
     }
     else
     {
-        var _S60 : u32 = (extractBits((group_bases_0[s_4]), u32((i32(8))), u32((i32(5)))));
-        base_1 = _S60;
+        var _S65 : u32 = (extractBits((group_bases_0[s_4]), u32((i32(8))), u32((i32(5)))));
+        base_1 = _S65;
     }
     var rice_0 : bool;
     if(of_chains_0)
@@ -872,7 +953,7 @@ fn code_at_0( p_4 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
     {
         error_0 = u32(7);
     }
-    var _S61 : u32 = (k_2 & (u32(31)));
+    var _S66 : u32 = (k_2 & (u32(31)));
     if(rice_0)
     {
         base_1 = u32(0);
@@ -881,22 +962,22 @@ fn code_at_0( p_4 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
     {
         base_1 = u32(32);
     }
-    return (_S61 | (base_1));
+    return (_S66 | (base_1));
 }
 
 fn width_field_0( position_0 : u32) -> u32
 {
     var w_0 : u32 = load_bits_0(position_0, u32(5));
-    var _S62 : u32;
+    var _S67 : u32;
     if(w_0 == u32(31))
     {
-        _S62 = u32(32);
+        _S67 = u32(32);
     }
     else
     {
-        _S62 = w_0;
+        _S67 = w_0;
     }
-    return _S62;
+    return _S67;
 }
 
 fn fixed_width_0( elements_0 : u32,  widths_0 : u32) -> u32
@@ -921,16 +1002,16 @@ fn fixed_width_0( elements_0 : u32,  widths_0 : u32) -> u32
 
 fn low_width_0( code_0 : u32,  elements_1 : u32,  widths_1 : u32) -> u32
 {
-    var _S63 : u32;
+    var _S68 : u32;
     if(code_0 == u32(255))
     {
-        _S63 = fixed_width_0(elements_1, widths_1);
+        _S68 = fixed_width_0(elements_1, widths_1);
     }
     else
     {
-        _S63 = code_0 * elements_1;
+        _S68 = code_0 * elements_1;
     }
-    return _S63;
+    return _S68;
 }
 
 fn mask_none_0() -> vec2<u32>
@@ -938,26 +1019,26 @@ fn mask_none_0() -> vec2<u32>
     return vec2<u32>(u32(0));
 }
 
-fn seam_references_0( h_9 : Header_0,  s_5 : u32) -> vec2<u32>
+fn seam_references_0( h_11 : Header_0,  s_5 : u32) -> vec2<u32>
 {
     var seams_0 : vec2<u32> = mask_none_0();
-    var _S64 : bool;
+    var _S69 : bool;
     if(s_5 == u32(0))
     {
-        _S64 = true;
+        _S69 = true;
     }
     else
     {
-        _S64 = (((h_9.flags_0) & (u32(4)))) == u32(0);
+        _S69 = (((h_11.flags_0) & (u32(4)))) == u32(0);
     }
-    if(_S64)
+    if(_S69)
     {
         return seams_0;
     }
-    var _S65 : u32 = h_9.entries_1 + h_9.delta_width_0 + h_9.slot_width_0 + s_5 - u32(1);
-    var rest_2 : vec2<u32> = h_9.foreign_refs_1;
+    var _S70 : u32 = h_11.entries_1 + h_11.delta_width_0 + h_11.slot_width_0 + s_5 - u32(1);
+    var rest_2 : vec2<u32> = h_11.foreign_refs_1;
     var seams_1 : vec2<u32> = seams_0;
-    var share_0 : u32 = _S65;
+    var share_0 : u32 = _S70;
     for(;;)
     {
         if(mask_any_0(rest_2))
@@ -971,7 +1052,7 @@ fn seam_references_0( h_9 : Header_0,  s_5 : u32) -> vec2<u32>
         {
             seams_1 = (seams_1 | ((mask_bit_0(mask_lsb_0(rest_2)))));
         }
-        var share_1 : u32 = share_0 + h_9.entry_width_0;
+        var share_1 : u32 = share_0 + h_11.entry_width_0;
         rest_2 = mask_clear_lsb_0(rest_2);
         share_0 = share_1;
     }
@@ -988,12 +1069,12 @@ fn after_ones_0( p_5 : u32,  n_5 : u32) -> u32
     var word_1 : u32 = ((load_word_0(w_1)) & ((~word_below_0((p_5 & (u32(31)))))));
     var ones_1 : u32 = countOneBits(word_1);
     var empty_0 : u32 = u32(0);
-    var _S66 : u32 = n_5;
+    var _S71 : u32 = n_5;
     var w_2 : u32 = w_1;
     var word_2 : u32 = word_1;
     for(;;)
     {
-        if(ones_1 < _S66)
+        if(ones_1 < _S71)
         {
         }
         else
@@ -1008,29 +1089,29 @@ fn after_ones_0( p_5 : u32,  n_5 : u32) -> u32
         {
             empty_0 = u32(0);
         }
-        var _S67 : bool;
+        var _S72 : bool;
         if(w_2 >= (push_0.blob_words_0))
         {
-            _S67 = true;
+            _S72 = true;
         }
         else
         {
-            _S67 = empty_0 > u32(512);
+            _S72 = empty_0 > u32(512);
         }
-        if(_S67)
+        if(_S72)
         {
             error_0 = u32(8);
             return p_5;
         }
-        var _S68 : u32 = _S66 - ones_1;
+        var _S73 : u32 = _S71 - ones_1;
         var w_3 : u32 = w_2 + u32(1);
         var word_3 : u32 = load_word_0(w_3);
         ones_1 = countOneBits(word_3);
-        _S66 = _S68;
+        _S71 = _S73;
         w_2 = w_3;
         word_2 = word_3;
     }
-    ones_1 = _S66;
+    ones_1 = _S71;
     for(;;)
     {
         if(ones_1 > u32(1))
@@ -1056,11 +1137,11 @@ struct UnaryReader_0
 
 fn UnaryReader_x24init_0( window_2 : u32,  base_3 : u32,  cursor_1 : u32) -> UnaryReader_0
 {
-    var _S69 : UnaryReader_0;
-    _S69.window_1 = window_2;
-    _S69.base_2 = base_3;
-    _S69.cursor_0 = cursor_1;
-    return _S69;
+    var _S74 : UnaryReader_0;
+    _S74.window_1 = window_2;
+    _S74.base_2 = base_3;
+    _S74.cursor_0 = cursor_1;
+    return _S74;
 }
 
 fn seek_unary_0( p_6 : u32) -> UnaryReader_0
@@ -1074,23 +1155,23 @@ var<private> residual_code_0 : u32;
 
 fn put_field_0( at_3 : u32,  value_3 : u32) -> vec2<u32>
 {
-    var _S70 : vec2<u32>;
+    var _S75 : vec2<u32>;
     if(at_3 < u32(32))
     {
-        _S70 = vec2<u32>((value_3 << (at_3)), (((value_3 >> (u32(1)))) >> ((u32(31) - at_3))));
+        _S75 = vec2<u32>((value_3 << (at_3)), (((value_3 >> (u32(1)))) >> ((u32(31) - at_3))));
     }
     else
     {
-        _S70 = vec2<u32>(u32(0), (value_3 << ((at_3 - u32(32)))));
+        _S75 = vec2<u32>(u32(0), (value_3 << ((at_3 - u32(32)))));
     }
-    return _S70;
+    return _S75;
 }
 
 fn fixed_widths_0( position_1 : u32,  n_6 : u32) -> vec2<u32>
 {
-    var _S71 : vec2<u32> = vec2<u32>(u32(0));
+    var _S76 : vec2<u32> = vec2<u32>(u32(0));
     var c_1 : u32 = u32(0);
-    var widths_2 : vec2<u32> = _S71;
+    var widths_2 : vec2<u32> = _S76;
     for(;;)
     {
         if(c_1 < n_6)
@@ -1118,64 +1199,64 @@ var<private> low_words_0 : vec2<u32>;
 fn seek_low_0( p_7 : u32)
 {
     low_position_0 = p_7;
-    var _S72 : u32 = (p_7 >> (u32(5)));
-    low_index_0 = _S72;
-    low_words_0 = load_words2_0(_S72);
+    var _S77 : u32 = (p_7 >> (u32(5)));
+    low_index_0 = _S77;
+    low_words_0 = load_words2_0(_S77);
     return;
 }
 
 fn is_packed_0( s_6 : u32) -> bool
 {
-    var _S73 : u32 = (extractBits((group_places_0[s_6]), u32((i32(16))), u32((i32(6)))));
-    return _S73 <= u32(2);
+    var _S78 : u32 = (extractBits((group_places_0[s_6]), u32((i32(16))), u32((i32(6)))));
+    return _S78 <= u32(2);
 }
 
 fn bits_mask_0( s_7 : u32) -> u32
 {
-    var _S74 : u32 = (extractBits((group_stream_0[s_7]), u32((i32(3))), u32((i32(6)))));
-    return word_below_0(_S74);
+    var _S79 : u32 = (extractBits((group_stream_0[s_7]), u32((i32(3))), u32((i32(6)))));
+    return word_below_0(_S79);
 }
 
 fn word_of_0( s_8 : u32,  id_0 : u32) -> u32
 {
-    var _S75 : u32 = (extractBits((group_places_0[s_8]), u32((i32(0))), u32((i32(16)))));
-    var _S76 : u32 = (extractBits((group_places_0[s_8]), u32((i32(16))), u32((i32(6)))));
-    return _S75 + _S76 * ((id_0 & (u32(63))));
+    var _S80 : u32 = (extractBits((group_places_0[s_8]), u32((i32(0))), u32((i32(16)))));
+    var _S81 : u32 = (extractBits((group_places_0[s_8]), u32((i32(16))), u32((i32(6)))));
+    return _S80 + _S81 * ((id_0 & (u32(63))));
 }
 
 fn vertex_at_0( s_9 : u32,  id_1 : u32) -> vec2<u32>
 {
     var word_5 : u32 = word_of_0(s_9, id_1);
-    var _S77 : u32 = (extractBits((group_places_0[s_9]), u32((i32(16))), u32((i32(6)))));
-    if(_S77 == u32(1))
+    var _S82 : u32 = (extractBits((group_places_0[s_9]), u32((i32(16))), u32((i32(6)))));
+    if(_S82 == u32(1))
     {
         return vec2<u32>(all_values_0[the_values_0 + word_5], u32(0));
     }
-    var _S78 : u32 = u32(2) * ((word_5 >> (u32(1))));
-    return vec2<u32>(all_values_0[the_values_0 + _S78], all_values_0[the_values_0 + _S78 + u32(1)]);
+    var _S83 : u32 = u32(2) * ((word_5 >> (u32(1))));
+    return vec2<u32>(all_values_0[the_values_0 + _S83], all_values_0[the_values_0 + _S83 + u32(1)]);
 }
 
 fn mask_msb_0( m_9 : vec2<u32>) -> u32
 {
-    var _S79 : u32 = m_9.y;
-    var _S80 : u32;
-    if(_S79 != u32(0))
+    var _S84 : u32 = m_9.y;
+    var _S85 : u32;
+    if(_S84 != u32(0))
     {
-        _S80 = u32(32) + firstbithigh_0(_S79);
+        _S85 = u32(32) + firstbithigh_0(_S84);
     }
     else
     {
-        var _S81 : u32 = m_9.x;
-        if(_S81 != u32(0))
+        var _S86 : u32 = m_9.x;
+        if(_S86 != u32(0))
         {
-            _S80 = firstbithigh_0(_S81);
+            _S85 = firstbithigh_0(_S86);
         }
         else
         {
-            _S80 = u32(64);
+            _S85 = u32(64);
         }
     }
-    return _S80;
+    return _S85;
 }
 
 fn pack4_0( x_0 : u32,  y_0 : u32,  z_0 : u32,  w_4 : u32) -> u32
@@ -1192,46 +1273,46 @@ struct Triple_0
 
 fn Triple_x24init_0( x_2 : u32,  y_2 : u32,  z_2 : u32) -> Triple_0
 {
-    var _S82 : Triple_0;
-    _S82.x_1 = x_2;
-    _S82.y_1 = y_2;
-    _S82.z_1 = z_2;
-    return _S82;
+    var _S87 : Triple_0;
+    _S87.x_1 = x_2;
+    _S87.y_1 = y_2;
+    _S87.z_1 = z_2;
+    return _S87;
 }
 
 fn grid_position_0( id_2 : u32) -> Triple_0
 {
     var word_6 : u32 = word_of_0(u32(0), id_2);
-    var _S83 : bool = is_packed_0(u32(0));
-    if(!_S83)
+    var _S88 : bool = is_packed_0(u32(0));
+    if(!_S88)
     {
         return Triple_x24init_0(all_values_0[the_values_0 + word_6], all_values_0[the_values_0 + (word_6 + u32(1))], all_values_0[the_values_0 + (word_6 + u32(2))]);
     }
-    var _S84 : u32 = u32(2) * ((word_6 >> (u32(1))));
-    return Triple_x24init_0((all_values_0[the_values_0 + _S84] & (u32(2097151))), (((((all_values_0[the_values_0 + _S84] >> (u32(21)))) | (((all_values_0[the_values_0 + _S84 + u32(1)] << (u32(11))))))) & (u32(2097151))), (((all_values_0[the_values_0 + _S84 + u32(1)] >> (u32(10)))) & (u32(2097151))));
+    var _S89 : u32 = u32(2) * ((word_6 >> (u32(1))));
+    return Triple_x24init_0((all_values_0[the_values_0 + _S89] & (u32(2097151))), (((((all_values_0[the_values_0 + _S89] >> (u32(21)))) | (((all_values_0[the_values_0 + _S89 + u32(1)] << (u32(11))))))) & (u32(2097151))), (((all_values_0[the_values_0 + _S89 + u32(1)] >> (u32(10)))) & (u32(2097151))));
 }
 
 fn difference_0( to_2 : Triple_0,  from_2 : Triple_0) -> Triple_0
 {
-    var _S85 : Triple_0 = to_2;
-    _S85.x_1 = _S85.x_1 - from_2.x_1;
-    _S85.y_1 = _S85.y_1 - from_2.y_1;
-    _S85.z_1 = _S85.z_1 - from_2.z_1;
-    return _S85;
+    var _S90 : Triple_0 = to_2;
+    _S90.x_1 = _S90.x_1 - from_2.x_1;
+    _S90.y_1 = _S90.y_1 - from_2.y_1;
+    _S90.z_1 = _S90.z_1 - from_2.z_1;
+    return _S90;
 }
 
 fn magnitude_0( x_3 : u32) -> u32
 {
-    var _S86 : u32;
+    var _S91 : u32;
     if(i32(x_3) < i32(0))
     {
-        _S86 = u32(0) - x_3;
+        _S91 = u32(0) - x_3;
     }
     else
     {
-        _S86 = x_3;
+        _S91 = x_3;
     }
-    return _S86;
+    return _S91;
 }
 
 fn magnitudes_0( v_0 : Triple_0) -> u32
@@ -1246,16 +1327,16 @@ fn bit_length_0( x_4 : u32) -> u32
 
 fn excess_0( x_5 : u32,  y_3 : u32) -> u32
 {
-    var _S87 : u32;
+    var _S92 : u32;
     if(x_5 > y_3)
     {
-        _S87 = x_5 - y_3;
+        _S92 = x_5 - y_3;
     }
     else
     {
-        _S87 = u32(0);
+        _S92 = u32(0);
     }
-    return _S87;
+    return _S92;
 }
 
 fn shift_right_0( x_6 : u32,  n_7 : u32) -> u32
@@ -1265,11 +1346,11 @@ fn shift_right_0( x_6 : u32,  n_7 : u32) -> u32
 
 fn shifted_0( v_1 : Triple_0,  n_8 : u32) -> Triple_0
 {
-    var _S88 : Triple_0 = v_1;
-    _S88.x_1 = shift_right_0(_S88.x_1, n_8);
-    _S88.y_1 = shift_right_0(_S88.y_1, n_8);
-    _S88.z_1 = shift_right_0(_S88.z_1, n_8);
-    return _S88;
+    var _S93 : Triple_0 = v_1;
+    _S93.x_1 = shift_right_0(_S93.x_1, n_8);
+    _S93.y_1 = shift_right_0(_S93.y_1, n_8);
+    _S93.z_1 = shift_right_0(_S93.z_1, n_8);
+    return _S93;
 }
 
 fn dot3_0( v_2 : Triple_0,  w_5 : Triple_0) -> u32
@@ -1280,16 +1361,16 @@ fn dot3_0( v_2 : Triple_0,  w_5 : Triple_0) -> u32
 fn signed_quotient_0( x_7 : u32,  d_0 : u32) -> u32
 {
     var quotient_0 : u32 = magnitude_0(x_7) / d_0;
-    var _S89 : u32;
+    var _S94 : u32;
     if(i32(x_7) < i32(0))
     {
-        _S89 = u32(0) - quotient_0;
+        _S94 = u32(0) - quotient_0;
     }
     else
     {
-        _S89 = quotient_0;
+        _S94 = quotient_0;
     }
-    return _S89;
+    return _S94;
 }
 
 struct Weights_0
@@ -1302,20 +1383,20 @@ struct Weights_0
 fn affine_weights_0( a_0 : u32,  b_0 : u32,  o_0 : u32,  v_3 : u32) -> Weights_0
 {
     var origin_0 : Triple_0 = grid_position_0(a_0);
-    var _S90 : Triple_0 = grid_position_0(b_0);
-    var e_0 : Triple_0 = difference_0(_S90, origin_0);
-    var _S91 : Triple_0 = grid_position_0(o_0);
-    var f_0 : Triple_0 = difference_0(_S91, origin_0);
-    var _S92 : Triple_0 = grid_position_0(v_3);
-    var r_5 : Triple_0 = difference_0(_S92, origin_0);
-    var h_10 : u32 = excess_0(bit_length_0(((((magnitudes_0(e_0)) | ((magnitudes_0(f_0))))) | ((magnitudes_0(r_5))))), u32(14));
-    var e_1 : Triple_0 = shifted_0(e_0, h_10);
-    var f_1 : Triple_0 = shifted_0(f_0, h_10);
-    var r_6 : Triple_0 = shifted_0(r_5, h_10);
+    var _S95 : Triple_0 = grid_position_0(b_0);
+    var e_0 : Triple_0 = difference_0(_S95, origin_0);
+    var _S96 : Triple_0 = grid_position_0(o_0);
+    var f_0 : Triple_0 = difference_0(_S96, origin_0);
+    var _S97 : Triple_0 = grid_position_0(v_3);
+    var r_7 : Triple_0 = difference_0(_S97, origin_0);
+    var h_12 : u32 = excess_0(bit_length_0(((((magnitudes_0(e_0)) | ((magnitudes_0(f_0))))) | ((magnitudes_0(r_7))))), u32(14));
+    var e_1 : Triple_0 = shifted_0(e_0, h_12);
+    var f_1 : Triple_0 = shifted_0(f_0, h_12);
+    var r_8 : Triple_0 = shifted_0(r_7, h_12);
     var ee_0 : u32 = dot3_0(e_1, e_1);
     var ff_0 : u32 = dot3_0(f_1, f_1);
-    var re_0 : u32 = dot3_0(r_6, e_1);
-    var rf_0 : u32 = dot3_0(r_6, f_1);
+    var re_0 : u32 = dot3_0(r_8, e_1);
+    var rf_0 : u32 = dot3_0(r_8, f_1);
     var n_9 : u32 = bit_length_0((((((ee_0 | (ff_0))) | ((magnitude_0(re_0))))) | ((magnitude_0(rf_0)))));
     var up_0 : u32 = excess_0(u32(15), n_9);
     var down_0 : u32 = excess_0(n_9, u32(15));
@@ -1328,75 +1409,75 @@ fn affine_weights_0( a_0 : u32,  b_0 : u32,  o_0 : u32,  v_3 : u32) -> Weights_0
     var determinant_0 : u32 = product_0 - ef_0 * ef_0;
     var d_1 : u32 = (determinant_0 >> (u32(8)));
     var w_6 : Weights_0;
-    var _S93 : bool;
+    var _S98 : bool;
     if(i32(determinant_0) > ((i32(product_0) >> (u32(5)))))
     {
-        _S93 = d_1 != u32(0);
+        _S98 = d_1 != u32(0);
     }
     else
     {
-        _S93 = false;
+        _S98 = false;
     }
-    w_6.exist_0 = _S93;
+    w_6.exist_0 = _S98;
     w_6.s_10 = u32(0);
     w_6.u_0 = u32(0);
-    if(!_S93)
+    if(!_S98)
     {
         return w_6;
     }
-    var _S94 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
-    w_6.s_10 = _S94;
-    var _S95 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
-    w_6.u_0 = _S95;
-    if((magnitude_0(_S94)) < u32(1024))
+    var _S99 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
+    w_6.s_10 = _S99;
+    var _S100 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
+    w_6.u_0 = _S100;
+    if((magnitude_0(_S99)) < u32(1024))
     {
-        _S93 = (magnitude_0(w_6.u_0)) < u32(1024);
+        _S98 = (magnitude_0(w_6.u_0)) < u32(1024);
     }
     else
     {
-        _S93 = false;
+        _S98 = false;
     }
-    w_6.exist_0 = _S93;
+    w_6.exist_0 = _S98;
     return w_6;
 }
 
 fn line_weights_0( a_1 : u32,  b_1 : u32,  v_4 : u32) -> Weights_0
 {
     var origin_1 : Triple_0 = grid_position_0(a_1);
-    var _S96 : Triple_0 = grid_position_0(b_1);
-    var e_2 : Triple_0 = difference_0(_S96, origin_1);
-    var _S97 : Triple_0 = grid_position_0(v_4);
-    var r_7 : Triple_0 = difference_0(_S97, origin_1);
-    var h_11 : u32 = excess_0(bit_length_0(((magnitudes_0(e_2)) | ((magnitudes_0(r_7))))), u32(10));
-    var e_3 : Triple_0 = shifted_0(e_2, h_11);
+    var _S101 : Triple_0 = grid_position_0(b_1);
+    var e_2 : Triple_0 = difference_0(_S101, origin_1);
+    var _S102 : Triple_0 = grid_position_0(v_4);
+    var r_9 : Triple_0 = difference_0(_S102, origin_1);
+    var h_13 : u32 = excess_0(bit_length_0(((magnitudes_0(e_2)) | ((magnitudes_0(r_9))))), u32(10));
+    var e_3 : Triple_0 = shifted_0(e_2, h_13);
     var ee_2 : u32 = dot3_0(e_3, e_3);
-    var re_2 : u32 = dot3_0(shifted_0(r_7, h_11), e_3);
+    var re_2 : u32 = dot3_0(shifted_0(r_9, h_13), e_3);
     var w_7 : Weights_0;
-    var _S98 : i32 = i32(ee_2);
-    var _S99 : bool;
-    if(_S98 > i32(0))
+    var _S103 : i32 = i32(ee_2);
+    var _S104 : bool;
+    if(_S103 > i32(0))
     {
-        _S99 = i32(re_2) >= i32(0);
+        _S104 = i32(re_2) >= i32(0);
     }
     else
     {
-        _S99 = false;
+        _S104 = false;
     }
-    if(_S99)
+    if(_S104)
     {
-        _S99 = i32(re_2) <= _S98;
+        _S104 = i32(re_2) <= _S103;
     }
     else
     {
-        _S99 = false;
+        _S104 = false;
     }
-    w_7.exist_0 = _S99;
+    w_7.exist_0 = _S104;
     w_7.s_10 = u32(0);
     w_7.u_0 = u32(0);
-    if(_S99)
+    if(_S104)
     {
-        var _S100 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
-        w_7.s_10 = _S100;
+        var _S105 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
+        w_7.s_10 = _S105;
     }
     return w_7;
 }
@@ -1405,39 +1486,39 @@ fn chain_weights_0( step_0 : u32) -> Weights_0
 {
     var v_5 : u32 = (step_0 & (u32(255)));
     var before_2 : u32 = (((step_0 >> (u32(8)))) & (u32(255)));
-    var end_2 : u32 = (((step_0 >> (u32(16)))) & (u32(255)));
+    var end_3 : u32 = (((step_0 >> (u32(16)))) & (u32(255)));
     var w_8 : Weights_0;
     w_8.exist_0 = false;
     w_8.s_10 = u32(0);
     w_8.u_0 = u32(0);
-    var _S101 : u32 = (step_0 >> (u32(24)));
-    if(_S101 != u32(255))
+    var _S106 : u32 = (step_0 >> (u32(24)));
+    if(_S106 != u32(255))
     {
-        var _S102 : Weights_0 = affine_weights_0(before_2, end_2, _S101, v_5);
-        w_8 = _S102;
+        var _S107 : Weights_0 = affine_weights_0(before_2, end_3, _S106, v_5);
+        w_8 = _S107;
     }
     if(!w_8.exist_0)
     {
-        var _S103 : Weights_0 = line_weights_0(before_2, end_2, v_5);
-        w_8 = _S103;
+        var _S108 : Weights_0 = line_weights_0(before_2, end_3, v_5);
+        w_8 = _S108;
     }
     return w_8;
 }
 
 fn value_at_0( s_11 : u32,  c_2 : u32,  id_3 : u32) -> u32
 {
-    var _S104 : bool = is_packed_0(s_11);
-    if(_S104)
+    var _S109 : bool = is_packed_0(s_11);
+    if(_S109)
     {
-        var _S105 : vec2<u32> = vertex_at_0(s_11, id_3);
-        var _S106 : u32 = (extractBits((group_places_0[s_11]), u32((i32(22))), u32((i32(6)))));
-        var _S107 : u32 = c_2 * _S106;
-        var _S108 : u32 = (extractBits((group_places_0[s_11]), u32((i32(22))), u32((i32(6)))));
-        return get_field_0(_S105, _S107, _S108);
+        var _S110 : vec2<u32> = vertex_at_0(s_11, id_3);
+        var _S111 : u32 = (extractBits((group_places_0[s_11]), u32((i32(22))), u32((i32(6)))));
+        var _S112 : u32 = c_2 * _S111;
+        var _S113 : u32 = (extractBits((group_places_0[s_11]), u32((i32(22))), u32((i32(6)))));
+        return get_field_0(_S110, _S112, _S113);
     }
-    var _S109 : u32 = the_values_0;
-    var _S110 : u32 = word_of_0(s_11, id_3);
-    return all_values_0[_S109 + (_S110 + c_2)];
+    var _S114 : u32 = the_values_0;
+    var _S115 : u32 = word_of_0(s_11, id_3);
+    return all_values_0[_S114 + (_S115 + c_2)];
 }
 
 fn affine_point_0( w_9 : Weights_0,  a_2 : u32,  b_2 : u32,  o_1 : u32) -> u32
@@ -1447,56 +1528,29 @@ fn affine_point_0( w_9 : Weights_0,  a_2 : u32,  b_2 : u32,  o_1 : u32) -> u32
 
 fn divide_0( x_8 : u32,  n_10 : u32) -> u32
 {
-    var _S111 : u32 = x_8 / n_10;
-    return _S111;
+    var _S116 : u32 = x_8 / n_10;
+    return _S116;
 }
 
 fn toward_0( a_3 : u32,  b_3 : u32,  n_11 : u32) -> u32
 {
-    var _S112 : u32 = divide_0(b_3 - a_3 + ((n_11 >> (u32(1)))) + ((n_11 << (u32(24)))), n_11);
-    return a_3 + _S112 - u32(16777216);
+    var _S117 : u32 = divide_0(b_3 - a_3 + ((n_11 >> (u32(1)))) + ((n_11 << (u32(24)))), n_11);
+    return a_3 + _S117 - u32(16777216);
 }
 
-fn affine_chain_point_0( w_10 : Weights_0,  before_3 : u32,  end_3 : u32,  earlier_0 : u32,  left_0 : u32) -> u32
+fn affine_chain_point_0( w_10 : Weights_0,  before_3 : u32,  end_4 : u32,  earlier_0 : u32,  left_0 : u32) -> u32
 {
-    var _S113 : u32;
+    var _S118 : u32;
     if(w_10.exist_0)
     {
-        _S113 = affine_point_0(w_10, before_3, end_3, earlier_0);
+        _S118 = affine_point_0(w_10, before_3, end_4, earlier_0);
     }
     else
     {
-        var _S114 : u32 = toward_0(before_3, end_3, left_0);
-        _S113 = _S114;
+        var _S119 : u32 = toward_0(before_3, end_4, left_0);
+        _S118 = _S119;
     }
-    return _S113;
-}
-
-fn take_low_0( width_0 : u32) -> u32
-{
-    var w_11 : u32 = (low_position_0 >> (u32(5)));
-    if(w_11 != low_index_0)
-    {
-        var _S115 : u32;
-        if(w_11 == (low_index_0 + u32(1)))
-        {
-            _S115 = low_words_0.y;
-        }
-        else
-        {
-            _S115 = load_word_0(w_11);
-        }
-        low_words_0 = vec2<u32>(_S115, load_word_0(w_11 + u32(1)));
-        low_index_0 = w_11;
-    }
-    var bits_2 : u32 = ((funnel_0(low_words_0.x, low_words_0.y, (low_position_0 & (u32(31))))) & ((word_below_0(width_0))));
-    low_position_0 = low_position_0 + width_0;
-    return bits_2;
-}
-
-fn unzigzag_0( u_1 : u32) -> u32
-{
-    return (((u_1 >> (u32(1)))) ^ ((u32(0) - ((u_1 & (u32(1)))))));
+    return _S118;
 }
 
 fn next_quotient_0() -> u32
@@ -1510,18 +1564,18 @@ fn next_quotient_0() -> u32
         {
             break;
         }
-        var _S116 : u32 = unary_0.base_2 + u32(32);
-        unary_0.base_2 = _S116;
-        var _S117 : bool;
-        if(((_S116 >> (u32(5)))) >= (push_0.blob_words_0))
+        var _S120 : u32 = unary_0.base_2 + u32(32);
+        unary_0.base_2 = _S120;
+        var _S121 : bool;
+        if(((_S120 >> (u32(5)))) >= (push_0.blob_words_0))
         {
-            _S117 = true;
+            _S121 = true;
         }
         else
         {
-            _S117 = (unary_0.base_2 - unary_0.cursor_0) > u32(16415);
+            _S121 = (unary_0.base_2 - unary_0.cursor_0) > u32(16415);
         }
-        if(_S117)
+        if(_S121)
         {
             error_0 = u32(8);
             return u32(0);
@@ -1539,45 +1593,118 @@ fn next_quotient_0() -> u32
     return quotient_1;
 }
 
+fn is_exponential_0( code_1 : u32) -> bool
+{
+    return ((code_1 & (u32(4294967264)))) == u32(32);
+}
+
+fn exponential_quotient_0( parameter_0 : u32,  q_0 : u32) -> u32
+{
+    var _S122 : bool;
+    if(q_0 <= u32(31))
+    {
+        _S122 = (parameter_0 + q_0) <= u32(32);
+    }
+    else
+    {
+        _S122 = false;
+    }
+    if(_S122)
+    {
+        return q_0;
+    }
+    error_0 = u32(7);
+    return u32(0);
+}
+
+fn take_low_0( width_0 : u32) -> u32
+{
+    var w_11 : u32 = (low_position_0 >> (u32(5)));
+    if(w_11 != low_index_0)
+    {
+        var _S123 : u32;
+        if(w_11 == (low_index_0 + u32(1)))
+        {
+            _S123 = low_words_0.y;
+        }
+        else
+        {
+            _S123 = load_word_0(w_11);
+        }
+        low_words_0 = vec2<u32>(_S123, load_word_0(w_11 + u32(1)));
+        low_index_0 = w_11;
+    }
+    var bits_2 : u32 = ((funnel_0(low_words_0.x, low_words_0.y, (low_position_0 & (u32(31))))) & ((word_below_0(width_0))));
+    low_position_0 = low_position_0 + width_0;
+    return bits_2;
+}
+
+fn unzigzag_0( u_1 : u32) -> u32
+{
+    return (((u_1 >> (u32(1)))) ^ ((u32(0) - ((u_1 & (u32(1)))))));
+}
+
 fn next_residual_0( c_3 : u32) -> u32
 {
-    if(residual_code_0 == u32(255))
+    var fixed_code_0 : bool = residual_code_0 == u32(255);
+    var parameter_1 : u32 = (residual_code_0 & (u32(31)));
+    var width_1 : u32;
+    if(fixed_code_0)
     {
-        var _S118 : u32 = take_low_0(get_field_0(residual_widths_0, u32(6) * c_3, u32(6)));
-        return unzigzag_0(_S118);
+        width_1 = get_field_0(residual_widths_0, u32(6) * c_3, u32(6));
     }
-    var low_2 : u32 = take_low_0(residual_code_0);
-    var _S119 : u32 = next_quotient_0();
-    return unzigzag_0(low_2 + ((_S119 << (residual_code_0))));
+    else
+    {
+        width_1 = parameter_1;
+    }
+    var above_0 : u32;
+    if(fixed_code_0)
+    {
+        above_0 = u32(0);
+    }
+    else
+    {
+        var _S124 : u32 = next_quotient_0();
+        above_0 = _S124;
+    }
+    if(is_exponential_0(residual_code_0))
+    {
+        var longer_0 : u32 = exponential_quotient_0(parameter_1, above_0);
+        var width_2 : u32 = width_1 + longer_0;
+        above_0 = ((u32(1) << (longer_0))) - u32(1);
+        width_1 = width_2;
+    }
+    var _S125 : u32 = take_low_0(width_1);
+    return unzigzag_0(_S125 + ((above_0 << (parameter_1))));
 }
 
 fn put_vertex_0( s_12 : u32,  id_4 : u32,  fields_1 : vec2<u32>)
 {
     var word_7 : u32 = word_of_0(s_12, id_4);
-    var _S120 : u32 = (extractBits((group_places_0[s_12]), u32((i32(16))), u32((i32(6)))));
-    if(_S120 == u32(1))
+    var _S126 : u32 = (extractBits((group_places_0[s_12]), u32((i32(16))), u32((i32(6)))));
+    if(_S126 == u32(1))
     {
         all_values_0[the_values_0 + word_7] = fields_1.x;
     }
     else
     {
-        var _S121 : u32 = u32(2) * ((word_7 >> (u32(1))));
-        all_values_0[the_values_0 + _S121] = fields_1.x;
-        all_values_0[the_values_0 + _S121 + u32(1)] = fields_1.y;
+        var _S127 : u32 = u32(2) * ((word_7 >> (u32(1))));
+        all_values_0[the_values_0 + _S127] = fields_1.x;
+        all_values_0[the_values_0 + _S127 + u32(1)] = fields_1.y;
     }
     return;
 }
 
 fn put_value_0( s_13 : u32,  c_4 : u32,  id_5 : u32,  value_4 : u32)
 {
-    var _S122 : u32 = bits_mask_0(s_13);
-    var inside_0 : u32 = (value_4 & (_S122));
-    var _S123 : bool = is_packed_0(s_13);
-    if(!_S123)
+    var _S128 : u32 = bits_mask_0(s_13);
+    var inside_0 : u32 = (value_4 & (_S128));
+    var _S129 : bool = is_packed_0(s_13);
+    if(!_S129)
     {
-        var _S124 : u32 = the_values_0;
-        var _S125 : u32 = word_of_0(s_13, id_5);
-        all_values_0[_S124 + (_S125 + c_4)] = inside_0;
+        var _S130 : u32 = the_values_0;
+        var _S131 : u32 = word_of_0(s_13, id_5);
+        all_values_0[_S130 + (_S131 + c_4)] = inside_0;
         return;
     }
     var before_4 : vec2<u32>;
@@ -1587,40 +1714,40 @@ fn put_value_0( s_13 : u32,  c_4 : u32,  id_5 : u32,  value_4 : u32)
     }
     else
     {
-        var _S126 : vec2<u32> = vertex_at_0(s_13, id_5);
-        before_4 = _S126;
+        var _S132 : vec2<u32> = vertex_at_0(s_13, id_5);
+        before_4 = _S132;
     }
-    var _S127 : u32 = (extractBits((group_places_0[s_13]), u32((i32(22))), u32((i32(6)))));
-    put_vertex_0(s_13, id_5, (before_4 | ((put_field_0(c_4 * _S127, inside_0)))));
+    var _S133 : u32 = (extractBits((group_places_0[s_13]), u32((i32(22))), u32((i32(6)))));
+    put_vertex_0(s_13, id_5, (before_4 | ((put_field_0(c_4 * _S133, inside_0)))));
     return;
 }
 
 fn read_chain_0( chain_0 : Chain_0,  s_14 : u32)
 {
-    var _S128 : u32 = (extractBits((group_stream_0[s_14]), u32((i32(0))), u32((i32(3)))));
-    var _S129 : u32 = (extractBits((group_stream_0[s_14]), u32((i32(9))), u32((i32(3)))));
+    var _S134 : u32 = (extractBits((group_stream_0[s_14]), u32((i32(0))), u32((i32(3)))));
+    var _S135 : u32 = (extractBits((group_stream_0[s_14]), u32((i32(9))), u32((i32(3)))));
     var vectors_0 : bool = is_packed_0(s_14);
-    var _S130 : u32 = (extractBits((group_places_0[s_14]), u32((i32(22))), u32((i32(6)))));
-    var _S131 : u32 = bits_mask_0(s_14);
+    var _S136 : u32 = (extractBits((group_places_0[s_14]), u32((i32(22))), u32((i32(6)))));
+    var _S137 : u32 = bits_mask_0(s_14);
     var from_3 : vec2<u32>;
     if(vectors_0)
     {
-        var _S132 : vec2<u32> = vertex_at_0(s_14, chain_0.from_0);
-        from_3 = _S132;
+        var _S138 : vec2<u32> = vertex_at_0(s_14, chain_0.from_0);
+        from_3 = _S138;
     }
     else
     {
         from_3 = vec2<u32>(u32(0));
     }
-    var _S133 : vec2<u32>;
+    var _S139 : vec2<u32>;
     if(vectors_0)
     {
-        var _S134 : vec2<u32> = vertex_at_0(s_14, chain_0.to_0);
-        _S133 = _S134;
+        var _S140 : vec2<u32> = vertex_at_0(s_14, chain_0.to_0);
+        _S139 = _S140;
     }
     else
     {
-        _S133 = vec2<u32>(u32(0));
+        _S139 = vec2<u32>(u32(0));
     }
     var rest_3 : vec2<u32> = chain_0.inner_1;
     var a_4 : u32 = chain_0.from_0;
@@ -1629,37 +1756,37 @@ fn read_chain_0( chain_0 : Chain_0,  s_14 : u32)
     var left_1 : u32 = chain_0.steps_2;
     for(;;)
     {
-        var _S135 : bool;
+        var _S141 : bool;
         if(mask_any_0(rest_3))
         {
-            _S135 = error_0 == u32(0);
+            _S141 = error_0 == u32(0);
         }
         else
         {
-            _S135 = false;
+            _S141 = false;
         }
-        if(_S135)
+        if(_S141)
         {
         }
         else
         {
             break;
         }
-        var _S136 : u32;
+        var _S142 : u32;
         if(chain_0.backwards_0)
         {
-            _S136 = mask_msb_0(rest_3);
+            _S142 = mask_msb_0(rest_3);
         }
         else
         {
-            _S136 = mask_lsb_0(rest_3);
+            _S142 = mask_lsb_0(rest_3);
         }
-        var id_6 : u32 = (_S136 & (u32(63)));
-        var _S137 : vec2<u32> = (rest_3 & ((~mask_bit_0(id_6))));
+        var id_6 : u32 = (_S142 & (u32(63)));
+        var _S143 : vec2<u32> = (rest_3 & ((~mask_bit_0(id_6))));
         var weights_0 : Weights_0;
         weights_0.exist_0 = false;
         var c_5 : u32;
-        if(_S129 == u32(5))
+        if(_S135 == u32(5))
         {
             if(a_4 == (chain_0.from_0))
             {
@@ -1669,63 +1796,63 @@ fn read_chain_0( chain_0 : Chain_0,  s_14 : u32)
             {
                 c_5 = o_2;
             }
-            var _S138 : Weights_0 = chain_weights_0(pack4_0(id_6, a_4, chain_0.to_0, c_5));
-            weights_0 = _S138;
+            var _S144 : Weights_0 = chain_weights_0(pack4_0(id_6, a_4, chain_0.to_0, c_5));
+            weights_0 = _S144;
         }
-        var _S139 : vec2<u32> = vec2<u32>(u32(0));
+        var _S145 : vec2<u32> = vec2<u32>(u32(0));
         c_5 = u32(0);
-        var fields_2 : vec2<u32> = _S139;
+        var fields_2 : vec2<u32> = _S145;
         for(;;)
         {
-            if(c_5 < _S128)
+            if(c_5 < _S134)
             {
             }
             else
             {
                 break;
             }
-            var at_4 : u32 = c_5 * _S130;
+            var at_4 : u32 = c_5 * _S136;
             var prev_0 : u32;
             if(vectors_0)
             {
-                prev_0 = get_field_0(from_3, at_4, _S130);
+                prev_0 = get_field_0(from_3, at_4, _S136);
             }
             else
             {
-                var _S140 : u32 = value_at_0(s_14, c_5, a_4);
-                prev_0 = _S140;
+                var _S146 : u32 = value_at_0(s_14, c_5, a_4);
+                prev_0 = _S146;
             }
             var point_0 : u32;
-            if(_S129 != u32(2))
+            if(_S135 != u32(2))
             {
                 if(vectors_0)
                 {
-                    point_0 = get_field_0(_S133, at_4, _S130);
+                    point_0 = get_field_0(_S139, at_4, _S136);
                 }
                 else
                 {
-                    var _S141 : u32 = value_at_0(s_14, c_5, chain_0.to_0);
-                    point_0 = _S141;
+                    var _S147 : u32 = value_at_0(s_14, c_5, chain_0.to_0);
+                    point_0 = _S147;
                 }
                 var before_5 : u32;
                 if(vectors_0)
                 {
-                    before_5 = get_field_0(beyond_0, at_4, _S130);
+                    before_5 = get_field_0(beyond_0, at_4, _S136);
                 }
                 else
                 {
-                    var _S142 : u32 = value_at_0(s_14, c_5, o_2);
-                    before_5 = _S142;
+                    var _S148 : u32 = value_at_0(s_14, c_5, o_2);
+                    before_5 = _S148;
                 }
-                var _S143 : u32 = affine_chain_point_0(weights_0, prev_0, point_0, before_5, max(left_1, u32(1)));
-                point_0 = _S143;
+                var _S149 : u32 = affine_chain_point_0(weights_0, prev_0, point_0, before_5, max(left_1, u32(1)));
+                point_0 = _S149;
             }
             else
             {
                 point_0 = prev_0;
             }
-            var _S144 : u32 = next_residual_0(c_5);
-            var value_5 : u32 = ((point_0 + _S144) & (_S131));
+            var _S150 : u32 = next_residual_0(c_5);
+            var value_5 : u32 = ((point_0 + _S150) & (_S137));
             if(vectors_0)
             {
                 fields_2 = (fields_2 | ((put_field_0(at_4, value_5))));
@@ -1740,96 +1867,36 @@ fn read_chain_0( chain_0 : Chain_0,  s_14 : u32)
         {
             put_vertex_0(s_14, id_6, fields_2);
         }
-        var _S145 : u32 = left_1 - u32(1);
-        rest_3 = _S137;
+        var _S151 : u32 = left_1 - u32(1);
+        rest_3 = _S143;
         o_2 = a_4;
         a_4 = id_6;
         beyond_0 = from_3;
         from_3 = fields_2;
-        left_1 = _S145;
+        left_1 = _S151;
     }
     return;
 }
 
-fn read_chains_0( h_12 : Header_0,  r_8 : u32)
+fn read_chains_0( h_14 : Header_0,  r_10 : u32,  run_3 : Run_0)
 {
-    var run_1 : Run_0 = run_of_0(r_8);
-    var _S146 : bool;
-    if(mask_test_0(h_12.private_refs_1, r_8))
-    {
-        _S146 = true;
-    }
-    else
-    {
-        _S146 = (run_1.steps_0) < u32(2);
-    }
-    if(_S146)
-    {
-        return;
-    }
-    var foreign_0 : bool = mask_test_0(h_12.foreign_refs_1, r_8);
-    var entry_2 : u32 = entry_position_0(h_12, r_8);
-    var reference_1 : u32;
-    if(foreign_0)
-    {
-        var _S147 : u32 = entry_owner_0(h_12, entry_2);
-        reference_1 = _S147;
-    }
-    else
-    {
-        reference_1 = h_12.meshlet_0;
-    }
-    var owner_0 : Header_0 = header_of_0(reference_1);
-    if(foreign_0)
-    {
-        var _S148 : u32 = slot_reference_0(owner_0, entry_slot_0(h_12, entry_2));
-        reference_1 = (_S148 & (u32(63)));
-    }
-    else
-    {
-        reference_1 = r_8;
-    }
-    var vertices_0 : vec2<u32> = chain_vertices_0(owner_0, reference_1);
-    var _S149 : u32 = vertices_0.x;
-    var _S150 : u32 = vertices_0.y;
-    var places_1 : Places_0 = places_of_0(owner_0.meshlet_0);
-    var begin_1 : u32 = id_at_0(run_1.rank_0);
-    var end_4 : u32 = last_id_0(h_12, r_8, run_1);
-    var inner_3 : vec2<u32> = (((the_boundary_0 & ((~mask_below_0(begin_1 + u32(1)))))) & ((mask_below_0(id_at_0(run_1.rank_0 + run_1.steps_0 - u32(1)) + u32(1)))));
-    if(foreign_0)
-    {
-        reference_1 = end_4;
-    }
-    else
-    {
-        reference_1 = begin_1;
-    }
-    var quotients_1 : u32;
-    if(foreign_0)
-    {
-        quotients_1 = begin_1;
-    }
-    else
-    {
-        quotients_1 = end_4;
-    }
-    var _S151 : Chain_0 = Chain_x24init_0(run_1.steps_0, reference_1, quotients_1, inner_3, foreign_0);
-    var codes_2 : u32 = places_1.codes_0;
-    quotients_1 = places_1.quotients_0;
+    var _S152 : Source_0 = source_of_0(h_14, r_10);
+    var source_0 : Source_0 = _S152;
+    var _S153 : Chain_0 = chain_of_0(h_14, r_10, run_3);
     var s_15 : u32 = u32(0);
     var skipped_0 : u32 = u32(0);
-    var low_3 : u32 = places_1.chains_0;
     for(;;)
     {
+        var _S154 : bool;
         if(s_15 < stream_end_0)
         {
-            _S146 = error_0 == u32(0);
+            _S154 = error_0 == u32(0);
         }
         else
         {
-            _S146 = false;
+            _S154 = false;
         }
-        if(_S146)
+        if(_S154)
         {
         }
         else
@@ -1837,13 +1904,16 @@ fn read_chains_0( h_12 : Header_0,  r_8 : u32)
             break;
         }
         var n_12 : u32 = (extractBits((group_stream_0[s_15]), u32((i32(0))), u32((i32(3)))));
-        var code_1 : u32 = code_at_0(&(codes_2), s_15, true);
-        var widths_4 : u32 = codes_2 - u32(5) * n_12;
-        var width_1 : u32 = low_width_0(code_1, n_12, widths_4);
-        var _S152 : u32 = code_at_0(&(codes_2), s_15, false);
-        var _S153 : bool = code_1 == u32(255);
+        var _S155 : u32 = source_0.codes_2;
+        var code_2 : u32 = code_at_0(&(_S155), s_15, true);
+        var widths_4 : u32 = _S155 - u32(5) * n_12;
+        var width_3 : u32 = low_width_0(code_2, n_12, widths_4);
+        var _S156 : u32 = _S155;
+        var _S157 : u32 = code_at_0(&(_S156), s_15, false);
+        source_0.codes_2 = _S156;
+        var _S158 : bool = code_2 == u32(255);
         var rice_1 : u32;
-        if(_S153)
+        if(_S158)
         {
             rice_1 = u32(0);
         }
@@ -1851,56 +1921,49 @@ fn read_chains_0( h_12 : Header_0,  r_8 : u32)
         {
             rice_1 = n_12;
         }
-        if(mask_test_0(seam_references_0(h_12, s_15), r_8))
+        if(mask_test_0(seam_references_0(h_14, s_15), r_10))
         {
-            skipped_0 = skipped_0 + _S149 * rice_1;
+            skipped_0 = skipped_0 + source_0.total_0 * rice_1;
         }
         else
         {
-            var _S154 : bool = rice_1 > u32(0);
+            var _S159 : bool = rice_1 > u32(0);
             var skipped_1 : u32;
-            if(_S154)
+            if(_S159)
             {
-                var _S155 : u32 = after_ones_0(quotients_1, skipped_0 + _S150 * rice_1);
-                unary_0 = seek_unary_0(_S155);
-                skipped_1 = (_S149 - _S150 - (run_1.steps_0 - u32(1))) * rice_1;
+                var _S160 : u32 = after_ones_0(source_0.quotients_1, skipped_0 + source_0.first_1 * rice_1);
+                unary_0 = seek_unary_0(_S160);
+                skipped_1 = (source_0.total_0 - source_0.first_1 - (run_3.steps_0 - u32(1))) * rice_1;
             }
             else
             {
                 skipped_1 = skipped_0;
             }
-            residual_code_0 = code_1;
-            var _S156 : vec2<u32>;
-            if(_S153)
+            residual_code_0 = code_2;
+            var _S161 : vec2<u32>;
+            if(_S158)
             {
-                _S156 = fixed_widths_0(widths_4, n_12);
+                _S161 = fixed_widths_0(widths_4, n_12);
             }
             else
             {
-                _S156 = vec2<u32>(u32(0));
+                _S161 = vec2<u32>(u32(0));
             }
-            residual_widths_0 = _S156;
-            seek_low_0(low_3 + _S150 * width_1);
-            read_chain_0(_S151, s_15);
-            var quotients_2 : u32;
-            if(_S154)
+            residual_widths_0 = _S161;
+            seek_low_0(source_0.low_2 + source_0.first_1 * width_3);
+            read_chain_0(_S153, s_15);
+            if(_S159)
             {
-                quotients_2 = unary_0.cursor_0;
+                source_0.quotients_1 = unary_0.cursor_0;
             }
-            else
-            {
-                quotients_2 = quotients_1;
-            }
-            if((max(quotients_2, low_position_0)) > (u32(8) * (byte_length_0 - u32(8))))
+            if((max(source_0.quotients_1, low_position_0)) > (u32(8) * (byte_length_0 - u32(8))))
             {
                 error_0 = u32(8);
             }
-            quotients_1 = quotients_2;
             skipped_0 = skipped_1;
         }
-        var low_4 : u32 = low_3 + _S149 * width_1;
+        source_0.low_2 = source_0.low_2 + source_0.total_0 * width_3;
         s_15 = s_15 + u32(1);
-        low_3 = low_4;
     }
     return;
 }
@@ -1909,7 +1972,7 @@ fn close_pass_0()
 {
     if(error_0 != u32(0))
     {
-        var _S157 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
+        var _S162 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
     }
     return;
 }
@@ -1920,33 +1983,46 @@ fn main(@builtin(local_invocation_index) gl_LocalInvocationIndex_0 : u32, @built
 {
     _S3 = gl_LocalInvocationIndex_0;
     _S4 = gl_WorkGroupID_0;
-    var _S158 : bool = open_pass_0();
-    if(!_S158)
+    var _S163 : bool = open_pass_0();
+    if(!_S163)
     {
         return;
     }
-    var _S159 : Header_0 = open_header_0();
-    var r_9 : u32 = part_0;
+    var _S164 : Header_0 = open_header_0();
+    var r_11 : u32 = part_0;
     for(;;)
     {
-        var _S160 : bool;
-        if(r_9 < (_S159.references_1))
+        var _S165 : bool;
+        if(r_11 < (_S164.references_1))
         {
-            _S160 = error_0 == u32(0);
+            _S165 = error_0 == u32(0);
         }
         else
         {
-            _S160 = false;
+            _S165 = false;
         }
-        if(_S160)
+        if(_S165)
         {
         }
         else
         {
             break;
         }
-        read_chains_0(_S159, r_9);
-        r_9 = r_9 + u32(8);
+        var run_4 : Run_0 = run_of_0(r_11);
+        var _S166 : bool;
+        if(!mask_test_0(_S164.private_refs_1, r_11))
+        {
+            _S166 = (run_4.steps_0) > u32(1);
+        }
+        else
+        {
+            _S166 = false;
+        }
+        if(_S166)
+        {
+            read_chains_0(_S164, r_11, run_4);
+        }
+        r_11 = r_11 + u32(8);
     }
     close_pass_0();
     return;

@@ -64,6 +64,8 @@ fn firstbitlow_0( value_1 : u32) -> u32
 
 var<private> _S3 : vec3<u32>;
 
+var<private> _S4 : u32;
+
 var<private> job_meshlet_0 : u32;
 
 var<private> job_place_0 : u32;
@@ -107,11 +109,11 @@ var<private> group_table_0 : u32;
 
 fn load_tables_0()
 {
-    var _S4 : u32 = ((((load_word_0(u32(1))) >> (u32(8)))) & (u32(255)));
-    stream_total_0 = _S4;
+    var _S5 : u32 = ((((load_word_0(u32(1))) >> (u32(8)))) & (u32(255)));
+    stream_total_0 = _S5;
     meshlet_total_0 = load_word_0(u32(4));
     byte_length_0 = load_word_0(u32(5));
-    group_table_0 = u32(8) + u32(7) * _S4;
+    group_table_0 = u32(8) + u32(7) * _S5;
     return;
 }
 
@@ -129,16 +131,16 @@ fn funnel_0( low_0 : u32,  high_0 : u32,  shift_0 : u32) -> u32
 
 fn word_below_0( n_0 : u32) -> u32
 {
-    var _S5 : u32;
+    var _S6 : u32;
     if(n_0 >= u32(32))
     {
-        _S5 = u32(4294967295);
+        _S6 = u32(4294967295);
     }
     else
     {
-        _S5 = ((u32(1) << (n_0))) - u32(1);
+        _S6 = ((u32(1) << (n_0))) - u32(1);
     }
-    return _S5;
+    return _S6;
 }
 
 fn load_bits_0( p_0 : u32,  n_1 : u32) -> u32
@@ -174,25 +176,25 @@ fn load_words3_0( i_5 : u32) -> vec3<u32>
 
 fn mask_below_0( n_2 : u32) -> vec2<u32>
 {
-    var _S6 : u32 = word_below_0(n_2);
-    var _S7 : u32;
+    var _S7 : u32 = word_below_0(n_2);
+    var _S8 : u32;
     if(n_2 <= u32(32))
     {
-        _S7 = u32(0);
+        _S8 = u32(0);
     }
     else
     {
-        _S7 = word_below_0(n_2 - u32(32));
+        _S8 = word_below_0(n_2 - u32(32));
     }
-    return vec2<u32>(_S6, _S7);
+    return vec2<u32>(_S7, _S8);
 }
 
 fn load_mask_0( p_1 : u32,  n_3 : u32) -> vec2<u32>
 {
     var words_1 : vec3<u32> = load_words3_0((p_1 >> (u32(5))));
-    var _S8 : u32 = words_1.y;
-    var _S9 : u32 = (p_1 & (u32(31)));
-    return (vec2<u32>(funnel_0(words_1.x, _S8, _S9), funnel_0(_S8, words_1.z, _S9)) & ((mask_below_0(n_3))));
+    var _S9 : u32 = words_1.y;
+    var _S10 : u32 = (p_1 & (u32(31)));
+    return (vec2<u32>(funnel_0(words_1.x, _S9, _S10), funnel_0(_S9, words_1.z, _S10)) & ((mask_below_0(n_3))));
 }
 
 fn mask_count_0( m_1 : vec2<u32>) -> u32
@@ -213,18 +215,18 @@ fn load_planes_0( begin_0 : u32,  triangles_0 : u32) -> Planes_0
 {
     var count_1 : u32 = triangles_0 - u32(1);
     var planes_0 : Planes_0;
-    var _S10 : vec2<u32> = load_mask_0(begin_0, count_1);
-    planes_0.p0_0 = _S10;
+    var _S11 : vec2<u32> = load_mask_0(begin_0, count_1);
+    planes_0.p0_0 = _S11;
     var p_2 : u32 = begin_0 + count_1;
-    var count_2 : u32 = mask_count_0(_S10);
-    var _S11 : vec2<u32> = load_mask_0(p_2, count_2);
-    planes_0.p1_0 = _S11;
+    var count_2 : u32 = mask_count_0(_S11);
+    var _S12 : vec2<u32> = load_mask_0(p_2, count_2);
+    planes_0.p1_0 = _S12;
     var p_3 : u32 = p_2 + count_2;
-    var count_3 : u32 = mask_count_0(_S11);
-    var _S12 : vec2<u32> = load_mask_0(p_3, count_3);
-    planes_0.p2_0 = _S12;
+    var count_3 : u32 = mask_count_0(_S12);
+    var _S13 : vec2<u32> = load_mask_0(p_3, count_3);
+    planes_0.p2_0 = _S13;
     var p_4 : u32 = p_3 + count_3;
-    var count_4 : u32 = mask_count_0(_S12);
+    var count_4 : u32 = mask_count_0(_S13);
     planes_0.p3_0 = load_mask_0(p_4, count_4);
     planes_0.end_0 = p_4 + count_4;
     return planes_0;
@@ -237,30 +239,30 @@ fn mask_none_0() -> vec2<u32>
 
 fn mask_bit_0( i_6 : u32) -> vec2<u32>
 {
-    var _S13 : vec2<u32>;
+    var _S14 : vec2<u32>;
     if(((i_6 & (u32(32)))) == u32(0))
     {
-        _S13 = vec2<u32>((u32(1) << (((i_6 & (u32(31)))))), u32(0));
+        _S14 = vec2<u32>((u32(1) << (((i_6 & (u32(31)))))), u32(0));
     }
     else
     {
-        _S13 = vec2<u32>(u32(0), (u32(1) << (((i_6 & (u32(31)))))));
+        _S14 = vec2<u32>(u32(0), (u32(1) << (((i_6 & (u32(31)))))));
     }
-    return _S13;
+    return _S14;
 }
 
 fn mask_test_0( m_2 : vec2<u32>,  i_7 : u32) -> bool
 {
-    var _S14 : u32;
+    var _S15 : u32;
     if(((i_7 & (u32(32)))) == u32(0))
     {
-        _S14 = m_2.x;
+        _S15 = m_2.x;
     }
     else
     {
-        _S14 = m_2.y;
+        _S15 = m_2.y;
     }
-    return ((((_S14 >> (((i_7 & (u32(31))))))) & (u32(1)))) != u32(0);
+    return ((((_S15 >> (((i_7 & (u32(31))))))) & (u32(1)))) != u32(0);
 }
 
 fn mask_any_0( m_3 : vec2<u32>) -> bool
@@ -270,8 +272,8 @@ fn mask_any_0( m_3 : vec2<u32>) -> bool
 
 fn mask_shl1_0( m_4 : vec2<u32>) -> vec2<u32>
 {
-    var _S15 : u32 = m_4.x;
-    return vec2<u32>((_S15 << (u32(1))), ((((m_4.y) << (u32(1)))) | (((_S15 >> (u32(31)))))));
+    var _S16 : u32 = m_4.x;
+    return vec2<u32>((_S16 << (u32(1))), ((((m_4.y) << (u32(1)))) | (((_S16 >> (u32(31)))))));
 }
 
 fn lone_references_0( loop_ends_1 : vec2<u32>) -> vec2<u32>
@@ -306,17 +308,17 @@ fn read_header_0( m_5 : u32) -> Header_0
     var h_0 : Header_0;
     var fields_0 : u32 = load_word_0(group_table_0 + u32(3) * (m_5 / u32(32)) + u32(2));
     var start_0 : u32 = meshlet_start_0(m_5);
-    var _S16 : bool;
+    var _S17 : bool;
     if(m_5 >= meshlet_total_0)
     {
-        _S16 = true;
+        _S17 = true;
     }
     else
     {
-        _S16 = start_0 >= (byte_length_0 - u32(8));
+        _S17 = start_0 >= (byte_length_0 - u32(8));
     }
     var start_1 : u32;
-    if(_S16)
+    if(_S17)
     {
         error_0 = u32(1);
         start_1 = u32(0);
@@ -331,11 +333,11 @@ fn read_header_0( m_5 : u32) -> Header_0
     h_0.meshlet_0 = m_5;
     h_0.triangles_1 = ((bits_0 & (u32(63)))) + u32(1);
     h_0.references_1 = (((((bits_0 >> (u32(6)))) & ((((u32(1) << (reference_width_0))) - u32(1))))) & (u32(63)));
-    var _S17 : u32 = u32(6) + reference_width_0;
-    var _S18 : u32 = (bits_0 >> (_S17));
-    var p_6 : u32 = p_5 + _S17;
+    var _S18 : u32 = u32(6) + reference_width_0;
+    var _S19 : u32 = (bits_0 >> (_S18));
+    var p_6 : u32 = p_5 + _S18;
     h_0.flags_0 = u32(0);
-    var bits_1 : u32 = _S18;
+    var bits_1 : u32 = _S19;
     var flag_0 : u32 = u32(1);
     var p_7 : u32 = p_6;
     for(;;)
@@ -353,9 +355,9 @@ fn read_header_0( m_5 : u32) -> Header_0
             {
                 h_0.flags_0 = ((h_0.flags_0) | (flag_0));
             }
-            var _S19 : u32 = p_7 + u32(1);
+            var _S20 : u32 = p_7 + u32(1);
             bits_1 = (bits_1 >> (u32(1)));
-            p_7 = _S19;
+            p_7 = _S20;
         }
         flag_0 = flag_0 + flag_0;
     }
@@ -363,38 +365,38 @@ fn read_header_0( m_5 : u32) -> Header_0
     h_0.slot_width_0 = (((fields_0 >> (u32(10)))) & (u32(7)));
     h_0.table_0 = (((fields_0 >> (u32(19)))) & (u32(1)));
     h_0.begin_1 = p_7;
-    var _S20 : Planes_0 = load_planes_0(p_7, h_0.triangles_1);
+    var _S21 : Planes_0 = load_planes_0(p_7, h_0.triangles_1);
     var r_0 : u32 = h_0.references_1;
     var all_0 : vec2<u32> = mask_below_0(h_0.references_1);
-    var _S21 : vec2<u32> = mask_none_0();
-    h_0.foreign_refs_1 = _S21;
-    h_0.private_refs_1 = _S21;
-    h_0.loop_ends_2 = _S21;
+    var _S22 : vec2<u32> = mask_none_0();
+    h_0.foreign_refs_1 = _S22;
+    h_0.private_refs_1 = _S22;
+    h_0.loop_ends_2 = _S22;
     h_0.length_width_0 = u32(0);
     if((h_0.references_1) == u32(0))
     {
-        _S16 = (h_0.flags_0) != u32(0);
+        _S17 = (h_0.flags_0) != u32(0);
     }
     else
     {
-        _S16 = false;
+        _S17 = false;
     }
-    if(_S16)
+    if(_S17)
     {
         error_0 = u32(4);
     }
     if(r_0 > u32(0))
     {
-        h_0.foreign_refs_1 = load_mask_0(_S20.end_0, r_0);
-        var p_8 : u32 = _S20.end_0 + r_0;
-        var _S22 : u32 = r_0 - u32(1);
-        h_0.loop_ends_2 = mask_bit_0(_S22);
+        h_0.foreign_refs_1 = load_mask_0(_S21.end_0, r_0);
+        var p_8 : u32 = _S21.end_0 + r_0;
+        var _S23 : u32 = r_0 - u32(1);
+        h_0.loop_ends_2 = mask_bit_0(_S23);
         if((((h_0.flags_0) & (u32(1)))) != u32(0))
         {
-            var _S23 : vec2<u32> = load_mask_0(p_8, r_0);
-            h_0.loop_ends_2 = _S23;
+            var _S24 : vec2<u32> = load_mask_0(p_8, r_0);
+            h_0.loop_ends_2 = _S24;
             var p_9 : u32 = p_8 + r_0;
-            if(!mask_test_0(_S23, _S22))
+            if(!mask_test_0(_S24, _S23))
             {
                 error_0 = u32(4);
             }
@@ -406,19 +408,19 @@ fn read_header_0( m_5 : u32) -> Header_0
         }
         if((((h_0.flags_0) & (u32(2)))) != u32(0))
         {
-            var _S24 : vec2<u32> = load_mask_0(p_7, r_0);
-            h_0.private_refs_1 = _S24;
+            var _S25 : vec2<u32> = load_mask_0(p_7, r_0);
+            h_0.private_refs_1 = _S25;
             var p_10 : u32 = p_7 + r_0;
-            if(mask_any_0((_S24 & ((h_0.foreign_refs_1)))))
+            if(mask_any_0((_S25 & ((h_0.foreign_refs_1)))))
             {
                 error_0 = u32(4);
             }
             p_7 = p_10;
         }
-        var _S25 : u32 = load_bits_0(p_7, u32(3));
-        h_0.length_width_0 = _S25;
+        var _S26 : u32 = load_bits_0(p_7, u32(3));
+        h_0.length_width_0 = _S26;
         var p_11 : u32 = p_7 + u32(3);
-        if(_S25 > u32(6))
+        if(_S26 > u32(6))
         {
             error_0 = u32(4);
         }
@@ -426,16 +428,16 @@ fn read_header_0( m_5 : u32) -> Header_0
     }
     else
     {
-        p_7 = _S20.end_0;
+        p_7 = _S21.end_0;
     }
-    var _S26 : vec2<u32> = (all_0 & ((~(((h_0.foreign_refs_1) | ((h_0.private_refs_1)))))));
-    h_0.owned_refs_0 = _S26;
-    var _S27 : vec2<u32> = (_S26 | ((((h_0.private_refs_1) & ((~lone_references_0(h_0.loop_ends_2)))))));
-    h_0.sized_refs_0 = _S27;
+    var _S27 : vec2<u32> = (all_0 & ((~(((h_0.foreign_refs_1) | ((h_0.private_refs_1)))))));
+    h_0.owned_refs_0 = _S27;
+    var _S28 : vec2<u32> = (_S27 | ((((h_0.private_refs_1) & ((~lone_references_0(h_0.loop_ends_2)))))));
+    h_0.sized_refs_0 = _S28;
     h_0.lengths_1 = p_7;
-    var p_12 : u32 = p_7 + h_0.length_width_0 * mask_count_0(_S27);
+    var p_12 : u32 = p_7 + h_0.length_width_0 * mask_count_0(_S28);
     h_0.entries_1 = p_12;
-    var _S28 : u32 = h_0.delta_width_0 + h_0.slot_width_0;
+    var _S29 : u32 = h_0.delta_width_0 + h_0.slot_width_0;
     if((((h_0.flags_0) & (u32(4)))) != u32(0))
     {
         start_1 = stream_total_0 - u32(1);
@@ -444,9 +446,9 @@ fn read_header_0( m_5 : u32) -> Header_0
     {
         start_1 = u32(0);
     }
-    var _S29 : u32 = _S28 + start_1;
-    h_0.entry_width_0 = _S29;
-    h_0.codes_1 = p_12 + _S29 * mask_count_0(h_0.foreign_refs_1);
+    var _S30 : u32 = _S29 + start_1;
+    h_0.entry_width_0 = _S30;
+    h_0.codes_1 = p_12 + _S30 * mask_count_0(h_0.foreign_refs_1);
     return h_0;
 }
 
@@ -456,22 +458,22 @@ var<private> header_sound_0 : bool;
 
 fn scatter_word_0( bits_2 : u32,  m_6 : u32) -> u32
 {
-    var _S30 : u32 = m_6;
-    var _S31 : u32 = bits_2;
+    var _S31 : u32 = m_6;
+    var _S32 : u32 = bits_2;
     var scattered_0 : u32 = u32(0);
     for(;;)
     {
-        if(_S30 != u32(0))
+        if(_S31 != u32(0))
         {
         }
         else
         {
             break;
         }
-        var scattered_1 : u32 = (scattered_0 | (((((_S30 & ((u32(0) - _S30)))) & ((u32(0) - ((_S31 & (u32(1))))))))));
-        var _S32 : u32 = (_S31 >> (u32(1)));
-        _S30 = (_S30 & ((_S30 - u32(1))));
-        _S31 = _S32;
+        var scattered_1 : u32 = (scattered_0 | (((((_S31 & ((u32(0) - _S31)))) & ((u32(0) - ((_S32 & (u32(1))))))))));
+        var _S33 : u32 = (_S32 >> (u32(1)));
+        _S31 = (_S31 & ((_S31 - u32(1))));
+        _S32 = _S33;
         scattered_0 = scattered_1;
     }
     return scattered_0;
@@ -479,8 +481,8 @@ fn scatter_word_0( bits_2 : u32,  m_6 : u32) -> u32
 
 fn mask_scatter_0( bits_3 : vec2<u32>,  m_7 : vec2<u32>) -> vec2<u32>
 {
-    var _S33 : u32 = m_7.x;
-    var low_1 : u32 = countOneBits(_S33);
+    var _S34 : u32 = m_7.x;
+    var low_1 : u32 = countOneBits(_S34);
     var next_0 : u32;
     if(low_1 == u32(0))
     {
@@ -497,21 +499,21 @@ fn mask_scatter_0( bits_3 : vec2<u32>,  m_7 : vec2<u32>) -> vec2<u32>
             next_0 = ((((bits_3.x) >> (low_1))) | ((((bits_3.y) << ((u32(32) - low_1))))));
         }
     }
-    return vec2<u32>(scatter_word_0(bits_3.x, _S33), scatter_word_0(next_0, m_7.y));
+    return vec2<u32>(scatter_word_0(bits_3.x, _S34), scatter_word_0(next_0, m_7.y));
 }
 
 fn choose_0( condition_0 : bool,  a_0 : vec2<u32>,  b_0 : vec2<u32>) -> vec2<u32>
 {
-    var _S34 : vec2<u32>;
+    var _S35 : vec2<u32>;
     if(condition_0)
     {
-        _S34 = a_0;
+        _S35 = a_0;
     }
     else
     {
-        _S34 = b_0;
+        _S35 = b_0;
     }
-    return _S34;
+    return _S35;
 }
 
 struct SymbolMasks_0
@@ -526,17 +528,17 @@ fn symbol_masks_0( planes_1 : Planes_0,  triangles_2 : u32,  table_1 : u32) -> S
 {
     var after_first_0 : vec2<u32> = mask_scatter_0(planes_1.p1_0, planes_1.p0_0);
     var after_second_0 : vec2<u32> = mask_scatter_0(planes_1.p2_0, after_first_0);
-    var _S35 : u32 = triangles_2 - u32(1);
-    var last_0 : vec2<u32> = mask_bit_0(_S35);
+    var _S36 : u32 = triangles_2 - u32(1);
+    var last_0 : vec2<u32> = mask_bit_0(_S36);
     var first_1 : vec2<u32> = ((planes_1.p0_0) & ((~after_first_0)));
     var second_0 : vec2<u32> = (after_first_0 & ((~after_second_0)));
     var y_0 : SymbolMasks_0;
-    var _S36 : vec2<u32> = mask_scatter_0(planes_1.p3_0, after_second_0);
-    y_0.s_0 = _S36;
-    y_0.r_1 = ((mask_below_0(_S35)) & ((~planes_1.p0_0)));
-    var _S37 : bool = table_1 == u32(0);
-    y_0.c_0 = choose_0(_S37, first_1, second_0);
-    y_0.e_0 = ((choose_0(_S37, second_0, (after_second_0 & ((~_S36))))) | (last_0));
+    var _S37 : vec2<u32> = mask_scatter_0(planes_1.p3_0, after_second_0);
+    y_0.s_0 = _S37;
+    y_0.r_1 = ((mask_below_0(_S36)) & ((~planes_1.p0_0)));
+    var _S38 : bool = table_1 == u32(0);
+    y_0.c_0 = choose_0(_S38, first_1, second_0);
+    y_0.e_0 = ((choose_0(_S38, second_0, (after_second_0 & ((~_S37))))) | (last_0));
     return y_0;
 }
 
@@ -573,28 +575,26 @@ var<private> disk_first_0 : array<u32, i32(65)>;
 
 fn mask_lsb_0( m_8 : vec2<u32>) -> u32
 {
-    var _S38 : u32 = m_8.x;
-    var _S39 : u32;
-    if(_S38 != u32(0))
+    var _S39 : u32 = m_8.x;
+    var _S40 : u32;
+    if(_S39 != u32(0))
     {
-        _S39 = firstbitlow_0(_S38);
+        _S40 = firstbitlow_0(_S39);
     }
     else
     {
-        var _S40 : u32 = m_8.y;
-        if(_S40 != u32(0))
+        var _S41 : u32 = m_8.y;
+        if(_S41 != u32(0))
         {
-            _S39 = u32(32) + firstbitlow_0(_S40);
+            _S40 = u32(32) + firstbitlow_0(_S41);
         }
         else
         {
-            _S39 = u32(64);
+            _S40 = u32(64);
         }
     }
-    return _S39;
+    return _S40;
 }
-
-var<private> _S41 : u32;
 
 var<workgroup> apexes_0 : array<u32, i32(512)>;
 
@@ -703,8 +703,8 @@ fn decode_apexes_0()
         var _S53 : vec2<u32> = (pushed_0 | (ids_0));
         var alive_2 : vec2<u32> = (alive_0 | (ids_0));
         var _S54 : u32 = ((q_0 >> (u32(2)))) * u32(32);
-        var _S55 : u32 = (insertBits((apexes_0[_S54 + _S41]), (_S51), u32((i32(((q_0 & (u32(3)))) * u32(8)))), u32((i32(8)))));
-        apexes_0[_S54 + _S41] = _S55;
+        var _S55 : u32 = (insertBits((apexes_0[_S54 + _S4]), (_S51), u32((i32(((q_0 & (u32(3)))) * u32(8)))), u32((i32(8)))));
+        apexes_0[_S54 + _S4] = _S55;
         var _S56 : vec2<u32> = (((alive_2 | ((mask_bit_0(_S51))))) | ((mask_bit_0(_S51 + u32(1)))));
         var _S57 : u32 = q_0 + u32(1);
         var splits_1 : vec2<u32> = (pending_1 & (symbol_s_0));
@@ -737,8 +737,8 @@ fn decode_apexes_0()
             var v_0 : u32 = mask_msb_0(alive_1);
             var closes_0 : bool = mask_test_0(symbol_c_0, u_0);
             var _S58 : u32 = ((u_0 >> (u32(2)))) * u32(32);
-            var _S59 : u32 = (insertBits((apexes_0[_S58 + _S41]), (v_0), u32((i32(((u_0 & (u32(3)))) * u32(8)))), u32((i32(8)))));
-            apexes_0[_S58 + _S41] = _S59;
+            var _S59 : u32 = (insertBits((apexes_0[_S58 + _S4]), (v_0), u32((i32(((u_0 & (u32(3)))) * u32(8)))), u32((i32(8)))));
+            apexes_0[_S58 + _S4] = _S59;
             var _S60 : u32 = (popped_0 | (v_0));
             var _S61 : vec2<u32> = choose_0(closes_0, (alive_1 & ((~mask_bit_0(v_0)))), (alive_1 | ((mask_bit_0(count_5)))));
             var count_7 : u32 = count_5 + u32(!closes_0);
@@ -775,8 +775,8 @@ fn decode_apexes_0()
         else
         {
             var _S63 : u32 = ((split_0 >> (u32(2)))) * u32(32);
-            var _S64 : u32 = (insertBits((apexes_0[_S63 + _S41]), (last_1), u32((i32(((split_0 & (u32(3)))) * u32(8)))), u32((i32(8)))));
-            apexes_0[_S63 + _S41] = _S64;
+            var _S64 : u32 = (insertBits((apexes_0[_S63 + _S4]), (last_1), u32((i32(((split_0 & (u32(3)))) * u32(8)))), u32((i32(8)))));
+            apexes_0[_S63 + _S4] = _S64;
             pending_0 = (pending_2 & ((~mask_bit_0(split_0))));
         }
         t_0 = _S57;
@@ -800,8 +800,8 @@ fn decode_apexes_0()
         }
         var _S65 : u32 = mask_lsb_0(alive_0);
         var _S66 : u32 = ((_S65 >> (u32(2)))) * u32(32);
-        var _S67 : u32 = (insertBits((apexes_0[_S66 + _S41]), (mask_lsb_0(pushed_0)), u32((i32(((_S65 & (u32(3)))) * u32(8)))), u32((i32(8)))));
-        apexes_0[_S66 + _S41] = _S67;
+        var _S67 : u32 = (insertBits((apexes_0[_S66 + _S4]), (mask_lsb_0(pushed_0)), u32((i32(((_S65 & (u32(3)))) * u32(8)))), u32((i32(8)))));
+        apexes_0[_S66 + _S4] = _S67;
         var _S68 : vec2<u32> = mask_clear_lsb_0(pushed_0);
         alive_0 = mask_clear_lsb_0(alive_0);
         pushed_0 = _S68;
@@ -854,7 +854,7 @@ fn decode_triangles_0()
             {
                 break;
             }
-            var v_1 : u32 = (extractBits((apexes_0[((t_1 >> (u32(2)))) * u32(32) + _S41]), u32((i32(((t_1 & (u32(3)))) * u32(8)))), u32((i32(8)))));
+            var v_1 : u32 = (extractBits((apexes_0[((t_1 >> (u32(2)))) * u32(32) + _S4]), u32((i32(((t_1 & (u32(3)))) * u32(8)))), u32((i32(8)))));
             all_triangles_0[connected_triangles_0 + t_1] = (gate_2 | (((v_1 << (u32(16))))));
             var place_0 : u32;
             if(mask_test_0(symbol_r_0, t_1))
@@ -985,9 +985,18 @@ fn keep_header_0( h_2 : Header_0)
 fn main(@builtin(global_invocation_id) gl_GlobalInvocationID_0 : vec3<u32>, @builtin(local_invocation_index) gl_LocalInvocationIndex_0 : u32)
 {
     _S3 = gl_GlobalInvocationID_0;
-    _S41 = gl_LocalInvocationIndex_0;
+    _S4 = gl_LocalInvocationIndex_0;
     var i_8 : u32 = push_0.first_0 + gl_GlobalInvocationID_0.x;
+    var _S82 : bool;
     if(i_8 >= (push_0.meshlets_0))
+    {
+        _S82 = true;
+    }
+    else
+    {
+        _S82 = (_S4 % u32(1)) != u32(0);
+    }
+    if(_S82)
     {
         return;
     }
@@ -998,23 +1007,23 @@ fn main(@builtin(global_invocation_id) gl_GlobalInvocationID_0 : vec3<u32>, @bui
         return;
     }
     connected_triangles_0 = job_triangles_0();
-    var _S82 : bool = connect_0(job_meshlet_0);
+    var _S83 : bool = connect_0(job_meshlet_0);
     keep_header_0(opened_0);
     connectivity_0[job_place_0].boundary_0 = boundary_1;
     connectivity_0[job_place_0].starts_0 = disk_starts_0;
     connectivity_0[job_place_0].closing_0 = symbol_c_0;
     connectivity_0[job_place_0].ends_0 = symbol_e_0;
     connectivity_0[job_place_0].splits_0 = symbol_s_0;
-    var _S83 : u32;
+    var _S84 : u32;
     if(error_0 == u32(0))
     {
-        _S83 = (triangle_count_0 | (((vertex_count_0 << (u32(8))))));
+        _S84 = (triangle_count_0 | (((vertex_count_0 << (u32(8))))));
     }
     else
     {
-        _S83 = (error_0 << (u32(16)));
+        _S84 = (error_0 << (u32(16)));
     }
-    atomicStore(&(the_summaries_0[job_place_0]), _S83);
+    atomicStore(&(the_summaries_0[job_place_0]), _S84);
     return;
 }
 

@@ -796,6 +796,23 @@ fn anchor_widths_0( s_6 : u32,  p_1 : u32) -> u32
     return widths_0;
 }
 
+fn further_widths_0( p_2 : u32,  s_7 : u32,  count_1 : u32) -> u32
+{
+    var n_5 : u32 = (extractBits((group_stream_0[s_7]), u32((i32(0))), u32((i32(3)))));
+    var _S58 : u32;
+    if(count_1 > u32(1))
+    {
+        var _S59 : u32 = (extractBits((group_stream_0[s_7]), u32((i32(3))), u32((i32(6)))));
+        var _S60 : u32 = anchor_widths_0(s_7, p_2 + n_5 * _S59);
+        _S58 = _S60;
+    }
+    else
+    {
+        _S58 = u32(0);
+    }
+    return _S58;
+}
+
 fn width_sum_0( widths_2 : u32) -> u32
 {
     return ((widths_2 & (u32(63)))) + ((((widths_2 >> (u32(6)))) & (u32(63)))) + ((((widths_2 >> (u32(12)))) & (u32(63)))) + ((widths_2 >> (u32(18))));
@@ -806,99 +823,99 @@ fn unzigzag_0( u_0 : u32) -> u32
     return (((u_0 >> (u32(1)))) ^ ((u32(0) - ((u_0 & (u32(1)))))));
 }
 
-fn bits_mask_0( s_7 : u32) -> u32
+fn bits_mask_0( s_8 : u32) -> u32
 {
-    var _S58 : u32 = (extractBits((group_stream_0[s_7]), u32((i32(3))), u32((i32(6)))));
-    return word_below_0(_S58);
+    var _S61 : u32 = (extractBits((group_stream_0[s_8]), u32((i32(3))), u32((i32(6)))));
+    return word_below_0(_S61);
 }
 
-fn anchor_value_0( s_8 : u32,  p_2 : u32,  index_0 : u32,  widths_3 : u32,  c_1 : u32) -> u32
+fn anchor_value_0( s_9 : u32,  p_3 : u32,  index_0 : u32,  widths_3 : u32,  c_1 : u32) -> u32
 {
-    var n_5 : u32 = (extractBits((group_stream_0[s_8]), u32((i32(0))), u32((i32(3)))));
-    var bits_1 : u32 = (extractBits((group_stream_0[s_8]), u32((i32(3))), u32((i32(6)))));
-    var value_2 : u32 = load_bits_0(p_2 + c_1 * bits_1, bits_1);
+    var n_6 : u32 = (extractBits((group_stream_0[s_9]), u32((i32(0))), u32((i32(3)))));
+    var bits_1 : u32 = (extractBits((group_stream_0[s_9]), u32((i32(3))), u32((i32(6)))));
+    var value_2 : u32 = load_bits_0(p_3 + c_1 * bits_1, bits_1);
     var value_3 : u32;
     if(index_0 > u32(0))
     {
-        var _S59 : u32 = u32(6) * c_1;
-        var at_2 : u32 = p_2 + n_5 * (bits_1 + u32(3)) + (index_0 - u32(1)) * width_sum_0(widths_3) + width_sum_0((widths_3 & ((((u32(1) << (_S59))) - u32(1)))));
-        var _S60 : u32 = (extractBits((widths_3), u32((i32(_S59))), u32((i32(6)))));
-        value_3 = value_2 + unzigzag_0(load_bits_0(at_2, _S60));
+        var _S62 : u32 = u32(6) * c_1;
+        var at_2 : u32 = p_3 + n_6 * (bits_1 + u32(3)) + (index_0 - u32(1)) * width_sum_0(widths_3) + width_sum_0((widths_3 & ((((u32(1) << (_S62))) - u32(1)))));
+        var _S63 : u32 = (extractBits((widths_3), u32((i32(_S62))), u32((i32(6)))));
+        value_3 = value_2 + unzigzag_0(load_bits_0(at_2, _S63));
     }
     else
     {
         value_3 = value_2;
     }
-    var _S61 : u32 = bits_mask_0(s_8);
-    return (value_3 & (_S61));
+    var _S64 : u32 = bits_mask_0(s_9);
+    return (value_3 & (_S64));
 }
 
-fn is_packed_0( s_9 : u32) -> bool
+fn is_packed_0( s_10 : u32) -> bool
 {
-    var _S62 : u32 = (extractBits((group_places_0[s_9]), u32((i32(16))), u32((i32(6)))));
-    return _S62 <= u32(2);
+    var _S65 : u32 = (extractBits((group_places_0[s_10]), u32((i32(16))), u32((i32(6)))));
+    return _S65 <= u32(2);
 }
 
 fn put_field_0( at_3 : u32,  value_4 : u32) -> vec2<u32>
 {
-    var _S63 : vec2<u32>;
+    var _S66 : vec2<u32>;
     if(at_3 < u32(32))
     {
-        _S63 = vec2<u32>((value_4 << (at_3)), (((value_4 >> (u32(1)))) >> ((u32(31) - at_3))));
+        _S66 = vec2<u32>((value_4 << (at_3)), (((value_4 >> (u32(1)))) >> ((u32(31) - at_3))));
     }
     else
     {
-        _S63 = vec2<u32>(u32(0), (value_4 << ((at_3 - u32(32)))));
+        _S66 = vec2<u32>(u32(0), (value_4 << ((at_3 - u32(32)))));
     }
-    return _S63;
+    return _S66;
 }
 
-fn word_of_0( s_10 : u32,  id_0 : u32) -> u32
+fn word_of_0( s_11 : u32,  id_0 : u32) -> u32
 {
-    var _S64 : u32 = (extractBits((group_places_0[s_10]), u32((i32(0))), u32((i32(16)))));
-    var _S65 : u32 = (extractBits((group_places_0[s_10]), u32((i32(16))), u32((i32(6)))));
-    return _S64 + _S65 * ((id_0 & (u32(63))));
+    var _S67 : u32 = (extractBits((group_places_0[s_11]), u32((i32(0))), u32((i32(16)))));
+    var _S68 : u32 = (extractBits((group_places_0[s_11]), u32((i32(16))), u32((i32(6)))));
+    return _S67 + _S68 * ((id_0 & (u32(63))));
 }
 
-fn vertex_at_0( s_11 : u32,  id_1 : u32) -> vec2<u32>
+fn vertex_at_0( s_12 : u32,  id_1 : u32) -> vec2<u32>
 {
-    var word_1 : u32 = word_of_0(s_11, id_1);
-    var _S66 : u32 = (extractBits((group_places_0[s_11]), u32((i32(16))), u32((i32(6)))));
-    if(_S66 == u32(1))
+    var word_1 : u32 = word_of_0(s_12, id_1);
+    var _S69 : u32 = (extractBits((group_places_0[s_12]), u32((i32(16))), u32((i32(6)))));
+    if(_S69 == u32(1))
     {
         return vec2<u32>(all_values_0[the_values_0 + word_1], u32(0));
     }
-    var _S67 : u32 = u32(2) * ((word_1 >> (u32(1))));
-    return vec2<u32>(all_values_0[the_values_0 + _S67], all_values_0[the_values_0 + _S67 + u32(1)]);
+    var _S70 : u32 = u32(2) * ((word_1 >> (u32(1))));
+    return vec2<u32>(all_values_0[the_values_0 + _S70], all_values_0[the_values_0 + _S70 + u32(1)]);
 }
 
-fn put_vertex_0( s_12 : u32,  id_2 : u32,  fields_0 : vec2<u32>)
+fn put_vertex_0( s_13 : u32,  id_2 : u32,  fields_0 : vec2<u32>)
 {
-    var word_2 : u32 = word_of_0(s_12, id_2);
-    var _S68 : u32 = (extractBits((group_places_0[s_12]), u32((i32(16))), u32((i32(6)))));
-    if(_S68 == u32(1))
+    var word_2 : u32 = word_of_0(s_13, id_2);
+    var _S71 : u32 = (extractBits((group_places_0[s_13]), u32((i32(16))), u32((i32(6)))));
+    if(_S71 == u32(1))
     {
         all_values_0[the_values_0 + word_2] = fields_0.x;
     }
     else
     {
-        var _S69 : u32 = u32(2) * ((word_2 >> (u32(1))));
-        all_values_0[the_values_0 + _S69] = fields_0.x;
-        all_values_0[the_values_0 + _S69 + u32(1)] = fields_0.y;
+        var _S72 : u32 = u32(2) * ((word_2 >> (u32(1))));
+        all_values_0[the_values_0 + _S72] = fields_0.x;
+        all_values_0[the_values_0 + _S72 + u32(1)] = fields_0.y;
     }
     return;
 }
 
-fn put_value_0( s_13 : u32,  c_2 : u32,  id_3 : u32,  value_5 : u32)
+fn put_value_0( s_14 : u32,  c_2 : u32,  id_3 : u32,  value_5 : u32)
 {
-    var _S70 : u32 = bits_mask_0(s_13);
-    var inside_0 : u32 = (value_5 & (_S70));
-    var _S71 : bool = is_packed_0(s_13);
-    if(!_S71)
+    var _S73 : u32 = bits_mask_0(s_14);
+    var inside_0 : u32 = (value_5 & (_S73));
+    var _S74 : bool = is_packed_0(s_14);
+    if(!_S74)
     {
-        var _S72 : u32 = the_values_0;
-        var _S73 : u32 = word_of_0(s_13, id_3);
-        all_values_0[_S72 + (_S73 + c_2)] = inside_0;
+        var _S75 : u32 = the_values_0;
+        var _S76 : u32 = word_of_0(s_14, id_3);
+        all_values_0[_S75 + (_S76 + c_2)] = inside_0;
         return;
     }
     var before_4 : vec2<u32>;
@@ -908,103 +925,90 @@ fn put_value_0( s_13 : u32,  c_2 : u32,  id_3 : u32,  value_5 : u32)
     }
     else
     {
-        var _S74 : vec2<u32> = vertex_at_0(s_13, id_3);
-        before_4 = _S74;
+        var _S77 : vec2<u32> = vertex_at_0(s_14, id_3);
+        before_4 = _S77;
     }
-    var _S75 : u32 = (extractBits((group_places_0[s_13]), u32((i32(22))), u32((i32(6)))));
-    put_vertex_0(s_13, id_3, (before_4 | ((put_field_0(c_2 * _S75, inside_0)))));
+    var _S78 : u32 = (extractBits((group_places_0[s_14]), u32((i32(22))), u32((i32(6)))));
+    put_vertex_0(s_14, id_3, (before_4 | ((put_field_0(c_2 * _S78, inside_0)))));
     return;
 }
 
-fn after_anchors_0( p_3 : u32,  s_14 : u32,  count_1 : u32) -> u32
+fn after_anchors_0( p_4 : u32,  s_15 : u32,  count_2 : u32,  widths_4 : u32) -> u32
 {
-    var n_6 : u32 = (extractBits((group_stream_0[s_14]), u32((i32(0))), u32((i32(3)))));
-    var _S76 : u32;
-    if(count_1 > u32(0))
+    var n_7 : u32 = (extractBits((group_stream_0[s_15]), u32((i32(0))), u32((i32(3)))));
+    var _S79 : u32;
+    if(count_2 > u32(0))
     {
-        var _S77 : u32 = (extractBits((group_stream_0[s_14]), u32((i32(3))), u32((i32(6)))));
-        _S76 = p_3 + n_6 * _S77;
+        var _S80 : u32 = (extractBits((group_stream_0[s_15]), u32((i32(3))), u32((i32(6)))));
+        _S79 = p_4 + n_7 * _S80;
     }
     else
     {
-        _S76 = p_3;
+        _S79 = p_4;
     }
-    if(count_1 > u32(1))
+    if(count_2 > u32(1))
     {
-        var _S78 : u32 = u32(3) * n_6;
-        var _S79 : u32 = count_1 - u32(1);
-        var _S80 : u32 = anchor_widths_0(s_14, _S76);
-        _S76 = _S76 + (_S78 + _S79 * width_sum_0(_S80));
+        _S79 = _S79 + (u32(3) * n_7 + (count_2 - u32(1)) * width_sum_0(widths_4));
     }
-    return _S76;
+    return _S79;
 }
 
 fn read_anchors_0( h_7 : Header_0,  index_1 : u32,  begin_1 : u32,  end_1 : u32,  id_4 : u32)
 {
     var _S81 : Places_0 = places_of_0(h_7.meshlet_0);
-    var count_2 : u32 = mask_count_0(the_starts_0);
-    var p_4 : u32 = _S81.anchors_0;
-    var s_15 : u32 = u32(0);
+    var count_3 : u32 = mask_count_0(the_starts_0);
+    var p_5 : u32 = _S81.anchors_0;
+    var s_16 : u32 = u32(0);
     for(;;)
     {
-        if(s_15 < end_1)
+        if(s_16 < end_1)
         {
         }
         else
         {
             break;
         }
-        var count_3 : u32 = anchors_of_0(h_7, s_15, count_2);
-        if(s_15 >= begin_1)
+        var count_4 : u32 = anchors_of_0(h_7, s_16, count_3);
+        var widths_5 : u32 = further_widths_0(p_5, s_16, count_4);
+        if(s_16 >= begin_1)
         {
-            var n_7 : u32 = (extractBits((group_stream_0[s_15]), u32((i32(0))), u32((i32(3)))));
-            var _S82 : u32;
-            if(index_1 > u32(0))
-            {
-                var _S83 : u32 = (extractBits((group_stream_0[s_15]), u32((i32(3))), u32((i32(6)))));
-                var _S84 : u32 = anchor_widths_0(s_15, p_4 + n_7 * _S83);
-                _S82 = _S84;
-            }
-            else
-            {
-                _S82 = u32(0);
-            }
-            var _S85 : vec2<u32> = vec2<u32>(u32(0));
+            var _S82 : u32 = (extractBits((group_stream_0[s_16]), u32((i32(0))), u32((i32(3)))));
+            var _S83 : vec2<u32> = vec2<u32>(u32(0));
             var c_3 : u32 = u32(0);
-            var fields_1 : vec2<u32> = _S85;
+            var fields_1 : vec2<u32> = _S83;
             for(;;)
             {
-                if(c_3 < n_7)
+                if(c_3 < _S82)
                 {
                 }
                 else
                 {
                     break;
                 }
-                var value_6 : u32 = anchor_value_0(s_15, p_4, index_1, _S82, c_3);
-                var _S86 : bool = is_packed_0(s_15);
-                if(_S86)
+                var value_6 : u32 = anchor_value_0(s_16, p_5, index_1, widths_5, c_3);
+                var _S84 : bool = is_packed_0(s_16);
+                if(_S84)
                 {
-                    var _S87 : u32 = (extractBits((group_places_0[s_15]), u32((i32(22))), u32((i32(6)))));
-                    fields_1 = (fields_1 | ((put_field_0(c_3 * _S87, value_6))));
+                    var _S85 : u32 = (extractBits((group_places_0[s_16]), u32((i32(22))), u32((i32(6)))));
+                    fields_1 = (fields_1 | ((put_field_0(c_3 * _S85, value_6))));
                 }
                 else
                 {
-                    put_value_0(s_15, c_3, id_4, value_6);
+                    put_value_0(s_16, c_3, id_4, value_6);
                 }
                 c_3 = c_3 + u32(1);
             }
-            var _S88 : bool = is_packed_0(s_15);
-            if(_S88)
+            var _S86 : bool = is_packed_0(s_16);
+            if(_S86)
             {
-                put_vertex_0(s_15, id_4, fields_1);
+                put_vertex_0(s_16, id_4, fields_1);
             }
         }
-        var _S89 : u32 = after_anchors_0(p_4, s_15, count_3);
-        var _S90 : u32 = s_15 + u32(1);
-        count_2 = count_3;
-        p_4 = _S89;
-        s_15 = _S90;
+        var _S87 : u32 = after_anchors_0(p_5, s_16, count_4, widths_5);
+        var _S88 : u32 = s_16 + u32(1);
+        count_3 = count_4;
+        p_5 = _S87;
+        s_16 = _S88;
     }
     return;
 }
@@ -1017,27 +1021,27 @@ fn entry_position_0( h_8 : Header_0,  r_2 : u32) -> u32
 fn entry_owner_0( h_9 : Header_0,  entry_0 : u32) -> u32
 {
     var delta_0 : u32 = load_bits_0(entry_0, h_9.delta_width_0);
-    var _S91 : bool = delta_0 > (h_9.meshlet_0);
-    if(_S91)
+    var _S89 : bool = delta_0 > (h_9.meshlet_0);
+    if(_S89)
     {
         error_0 = u32(5);
     }
-    var _S92 : u32;
-    if(_S91)
+    var _S90 : u32;
+    if(_S89)
     {
-        _S92 = u32(0);
+        _S90 = u32(0);
     }
     else
     {
-        _S92 = h_9.meshlet_0 - delta_0;
+        _S90 = h_9.meshlet_0 - delta_0;
     }
-    return _S92;
+    return _S90;
 }
 
 fn owner_of_0( h_10 : Header_0,  r_3 : u32) -> u32
 {
-    var _S93 : u32 = entry_owner_0(h_10, entry_position_0(h_10, r_3));
-    return _S93;
+    var _S91 : u32 = entry_owner_0(h_10, entry_position_0(h_10, r_3));
+    return _S91;
 }
 
 fn entry_slot_0( h_11 : Header_0,  entry_1 : u32) -> u32
@@ -1051,26 +1055,26 @@ fn slot_reference_0( h_12 : Header_0,  slot_0 : u32) -> u32
     var i_6 : u32 = u32(0);
     for(;;)
     {
-        var _S94 : bool;
+        var _S92 : bool;
         if(i_6 < slot_0)
         {
-            _S94 = mask_any_0(rest_2);
+            _S92 = mask_any_0(rest_2);
         }
         else
         {
-            _S94 = false;
+            _S92 = false;
         }
-        if(_S94)
+        if(_S92)
         {
         }
         else
         {
             break;
         }
-        var _S95 : vec2<u32> = mask_clear_lsb_0(rest_2);
-        var _S96 : u32 = i_6 + u32(1);
-        rest_2 = _S95;
-        i_6 = _S96;
+        var _S93 : vec2<u32> = mask_clear_lsb_0(rest_2);
+        var _S94 : u32 = i_6 + u32(1);
+        rest_2 = _S93;
+        i_6 = _S94;
     }
     if(!mask_any_0(rest_2))
     {
@@ -1081,36 +1085,36 @@ fn slot_reference_0( h_12 : Header_0,  slot_0 : u32) -> u32
 
 fn next_reference_0( h_13 : Header_0,  r_4 : u32) -> u32
 {
-    var _S97 : u32;
+    var _S95 : u32;
     if(mask_test_0(h_13.loop_ends_2, r_4))
     {
-        _S97 = loop_begin_0(h_13, r_4);
+        _S95 = loop_begin_0(h_13, r_4);
     }
     else
     {
-        _S97 = r_4 + u32(1);
+        _S95 = r_4 + u32(1);
     }
-    return _S97;
+    return _S95;
 }
 
-fn read_corner_0( own_1 : Header_0,  j_0 : u32,  s_16 : u32,  id_5 : u32) -> u32
+fn read_corner_0( own_1 : Header_0,  j_0 : u32,  s_17 : u32,  id_5 : u32) -> u32
 {
     var apart_0 : bool = false;
     var h_14 : Header_0 = own_1;
-    var _S98 : u32 = j_0;
+    var _S96 : u32 = j_0;
     var hop_0 : u32 = u32(0);
     for(;;)
     {
-        var _S99 : bool;
+        var _S97 : bool;
         if(hop_0 <= group_hops_0)
         {
-            _S99 = error_0 == u32(0);
+            _S97 = error_0 == u32(0);
         }
         else
         {
-            _S99 = false;
+            _S97 = false;
         }
-        if(_S99)
+        if(_S97)
         {
         }
         else
@@ -1125,65 +1129,65 @@ fn read_corner_0( own_1 : Header_0,  j_0 : u32,  s_16 : u32,  id_5 : u32) -> u32
         {
             apart_0 = (((h_14.flags_0) & (u32(4)))) != u32(0);
         }
-        var seams_3 : vec2<u32> = seam_references_0(h_14, s_16);
+        var seams_3 : vec2<u32> = seam_references_0(h_14, s_17);
         var shared_refs_0 : vec2<u32> = ((h_14.foreign_refs_1) & ((~seams_3)));
-        var _S100 : Header_0 = h_14;
+        var _S98 : Header_0 = h_14;
         var before_5 : u32;
         if((h_14.references_1) > u32(0))
         {
-            before_5 = ((previous_reference_0(h_14, _S98)) & (u32(63)));
+            before_5 = ((previous_reference_0(h_14, _S96)) & (u32(63)));
         }
         else
         {
             before_5 = u32(0);
         }
-        var follow_0 : bool = mask_test_0(shared_refs_0, _S98);
+        var follow_0 : bool = mask_test_0(shared_refs_0, _S96);
         var follow_before_0 : bool = mask_test_0(shared_refs_0, before_5);
-        var _S101 : bool;
+        var _S99 : bool;
         if(!follow_0)
         {
-            _S101 = !follow_before_0;
+            _S99 = !follow_before_0;
         }
         else
         {
-            _S101 = false;
+            _S99 = false;
         }
         var end_2 : u32;
-        if(_S101)
+        if(_S99)
         {
             if(apart_0)
             {
-                end_2 = s_16 + u32(1);
+                end_2 = s_17 + u32(1);
             }
             else
             {
                 end_2 = stream_end_0;
             }
-            if((_S100.references_1) == u32(0))
+            if((_S98.references_1) == u32(0))
             {
             }
             else
             {
-                _S98 = mask_count_0(((stored_corners_0(h_14, seams_3)) & ((mask_below_0(_S98)))));
+                _S96 = mask_count_0(((stored_corners_0(h_14, seams_3)) & ((mask_below_0(_S96)))));
             }
-            read_anchors_0(h_14, _S98, s_16, end_2, id_5);
+            read_anchors_0(h_14, _S96, s_17, end_2, id_5);
             return end_2;
         }
-        var _S102 : bool;
+        var _S100 : bool;
         if(follow_0)
         {
-            _S102 = follow_before_0;
+            _S100 = follow_before_0;
         }
         else
         {
-            _S102 = false;
+            _S100 = false;
         }
         var follow_1 : bool;
-        if(_S102)
+        if(_S100)
         {
-            var _S103 : u32 = owner_of_0(h_14, before_5);
-            var _S104 : u32 = owner_of_0(h_14, _S98);
-            follow_1 = _S103 >= _S104;
+            var _S101 : u32 = owner_of_0(h_14, before_5);
+            var _S102 : u32 = owner_of_0(h_14, _S96);
+            follow_1 = _S101 >= _S102;
         }
         else
         {
@@ -1191,7 +1195,7 @@ fn read_corner_0( own_1 : Header_0,  j_0 : u32,  s_16 : u32,  id_5 : u32) -> u32
         }
         if(follow_1)
         {
-            end_2 = _S98;
+            end_2 = _S96;
         }
         else
         {
@@ -1199,21 +1203,21 @@ fn read_corner_0( own_1 : Header_0,  j_0 : u32,  s_16 : u32,  id_5 : u32) -> u32
         }
         var entry_2 : u32 = entry_position_0(h_14, end_2);
         var slot_1 : u32 = entry_slot_0(h_14, entry_2);
-        var _S105 : u32 = entry_owner_0(h_14, entry_2);
-        var h_15 : Header_0 = header_of_0(_S105);
-        var _S106 : u32 = slot_reference_0(h_15, slot_1);
-        var reference_0 : u32 = (_S106 & (u32(63)));
+        var _S103 : u32 = entry_owner_0(h_14, entry_2);
+        var h_15 : Header_0 = header_of_0(_S103);
+        var _S104 : u32 = slot_reference_0(h_15, slot_1);
+        var reference_0 : u32 = (_S104 & (u32(63)));
         if(follow_1)
         {
-            _S98 = ((next_reference_0(h_15, reference_0)) & (u32(63)));
+            _S96 = ((next_reference_0(h_15, reference_0)) & (u32(63)));
         }
         else
         {
-            _S98 = reference_0;
+            _S96 = reference_0;
         }
-        var _S107 : u32 = hop_0 + u32(1);
+        var _S105 : u32 = hop_0 + u32(1);
         h_14 = h_15;
-        hop_0 = _S107;
+        hop_0 = _S105;
     }
     if(error_0 == u32(0))
     {
@@ -1226,7 +1230,7 @@ fn close_pass_0()
 {
     if(error_0 != u32(0))
     {
-        var _S108 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
+        var _S106 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
     }
     return;
 }
@@ -1241,62 +1245,62 @@ fn main(@builtin(local_invocation_index) gl_LocalInvocationIndex_0 : u32, @built
     {
         group_hops_0 = u32(8);
     }
-    var _S109 : bool = open_pass_0();
-    if(!_S109)
+    var _S107 : bool = open_pass_0();
+    if(!_S107)
     {
         return;
     }
     var h_16 : Header_0 = open_header_0();
-    var _S110 : bool = (h_16.references_1) == u32(0);
-    var _S111 : u32;
-    if(_S110)
+    var _S108 : bool = (h_16.references_1) == u32(0);
+    var _S109 : u32;
+    if(_S108)
     {
-        _S111 = mask_count_0(the_starts_0);
+        _S109 = mask_count_0(the_starts_0);
     }
     else
     {
-        _S111 = h_16.references_1;
+        _S109 = h_16.references_1;
     }
     var j_1 : u32 = part_0;
     for(;;)
     {
-        if(j_1 < _S111)
+        if(j_1 < _S109)
         {
         }
         else
         {
             break;
         }
-        var _S112 : u32;
-        if(_S110)
+        var _S110 : u32;
+        if(_S108)
         {
-            _S112 = ((ids_before_0(j_1)) & (u32(63)));
+            _S110 = ((ids_before_0(j_1)) & (u32(63)));
         }
         else
         {
-            _S112 = id_at_0(nth_bit_0(the_references_0, j_1));
+            _S110 = id_at_0(nth_bit_0(the_references_0, j_1));
         }
-        var s_17 : u32 = u32(0);
+        var s_18 : u32 = u32(0);
         for(;;)
         {
-            var _S113 : bool;
-            if(s_17 < stream_end_0)
+            var _S111 : bool;
+            if(s_18 < stream_end_0)
             {
-                _S113 = error_0 == u32(0);
+                _S111 = error_0 == u32(0);
             }
             else
             {
-                _S113 = false;
+                _S111 = false;
             }
-            if(_S113)
+            if(_S111)
             {
             }
             else
             {
                 break;
             }
-            var _S114 : u32 = read_corner_0(h_16, j_1, s_17, _S112);
-            s_17 = _S114;
+            var _S112 : u32 = read_corner_0(h_16, j_1, s_18, _S110);
+            s_18 = _S112;
         }
         j_1 = j_1 + u32(8);
     }

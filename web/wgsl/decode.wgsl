@@ -2375,35 +2375,38 @@ fn next_quotient_0() -> u32
     return quotient_0;
 }
 
-fn coded_value_0( code_2 : u32,  q_1 : u32,  low_2 : ptr<function, u32>) -> u32
+fn exponential_quotient_0( parameter_0 : u32,  q_1 : u32) -> u32
 {
-    var k_1 : u32 = (code_2 & (u32(31)));
-    var exponential_1 : bool = ((code_2 & (u32(32)))) != u32(0);
     var _S145 : bool;
-    if(exponential_1)
+    if(q_1 <= u32(31))
     {
-        if(q_1 > u32(31))
-        {
-            _S145 = true;
-        }
-        else
-        {
-            _S145 = (k_1 + q_1) > u32(32);
-        }
+        _S145 = (parameter_0 + q_1) <= u32(32);
     }
     else
     {
         _S145 = false;
     }
-    var _S146 : u32;
     if(_S145)
     {
-        error_0 = u32(7);
-        _S146 = u32(0);
+        return q_1;
+    }
+    error_0 = u32(7);
+    return u32(0);
+}
+
+fn coded_value_0( code_2 : u32,  q_2 : u32,  low_2 : ptr<function, u32>) -> u32
+{
+    var k_1 : u32 = (code_2 & (u32(31)));
+    var exponential_1 : bool = ((code_2 & (u32(32)))) != u32(0);
+    var _S146 : u32;
+    if(exponential_1)
+    {
+        var _S147 : u32 = exponential_quotient_0(k_1, q_2);
+        _S146 = _S147;
     }
     else
     {
-        _S146 = q_1;
+        _S146 = q_2;
     }
     var width_2 : u32;
     if(exponential_1)
@@ -2429,25 +2432,25 @@ fn read_codes_0( n_7 : u32,  code_3 : u32)
     var i_13 : u32 = u32(0);
     for(;;)
     {
-        var _S147 : bool;
+        var _S148 : bool;
         if(i_13 < n_7)
         {
-            _S147 = error_0 == u32(0);
+            _S148 = error_0 == u32(0);
         }
         else
         {
-            _S147 = false;
+            _S148 = false;
         }
-        if(_S147)
+        if(_S148)
         {
         }
         else
         {
             break;
         }
-        var _S148 : u32 = next_quotient_0();
-        var _S149 : u32 = coded_value_0(code_3, _S148, &(low_3));
-        all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + i_13] = unzigzag_0(_S149);
+        var _S149 : u32 = next_quotient_0();
+        var _S150 : u32 = coded_value_0(code_3, _S149, &(low_3));
+        all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + i_13] = unzigzag_0(_S150);
         i_13 = i_13 + u32(1);
     }
     low_cursor_0 = low_3;
@@ -2472,16 +2475,16 @@ fn read_residuals_0( s_21 : u32,  count_15 : u32,  code_4 : u32,  widths_3 : u32
         return;
     }
     var step_0 : u32 = fixed_bits_0(s_21, widths_3);
-    var _S150 : u32 = low_cursor_0;
-    var _S151 : u32 = low_cursor_0 + count_15 * step_0;
-    low_cursor_0 = _S151;
-    if(_S151 > (u32(8) * (byte_length_0 - u32(8))))
+    var _S151 : u32 = low_cursor_0;
+    var _S152 : u32 = low_cursor_0 + count_15 * step_0;
+    low_cursor_0 = _S152;
+    if(_S152 > (u32(8) * (byte_length_0 - u32(8))))
     {
         error_0 = u32(8);
         return;
     }
     var c_5 : u32 = u32(0);
-    var low_4 : u32 = _S150;
+    var low_4 : u32 = _S151;
     for(;;)
     {
         if(c_5 < elements_1)
@@ -2530,25 +2533,25 @@ fn grid_position_0( id_0 : u32) -> Triple_0
 
 fn difference_0( to_0 : Triple_0,  from_0 : Triple_0) -> Triple_0
 {
-    var _S152 : Triple_0 = to_0;
-    _S152.x_1 = _S152.x_1 - from_0.x_1;
-    _S152.y_3 = _S152.y_3 - from_0.y_3;
-    _S152.z_1 = _S152.z_1 - from_0.z_1;
-    return _S152;
+    var _S153 : Triple_0 = to_0;
+    _S153.x_1 = _S153.x_1 - from_0.x_1;
+    _S153.y_3 = _S153.y_3 - from_0.y_3;
+    _S153.z_1 = _S153.z_1 - from_0.z_1;
+    return _S153;
 }
 
 fn magnitude_0( x_2 : u32) -> u32
 {
-    var _S153 : u32;
+    var _S154 : u32;
     if(i32(x_2) < i32(0))
     {
-        _S153 = u32(0) - x_2;
+        _S154 = u32(0) - x_2;
     }
     else
     {
-        _S153 = x_2;
+        _S154 = x_2;
     }
-    return _S153;
+    return _S154;
 }
 
 fn magnitudes_0( v_4 : Triple_0) -> u32
@@ -2563,16 +2566,16 @@ fn bit_length_0( x_3 : u32) -> u32
 
 fn excess_0( x_4 : u32,  y_4 : u32) -> u32
 {
-    var _S154 : u32;
+    var _S155 : u32;
     if(x_4 > y_4)
     {
-        _S154 = x_4 - y_4;
+        _S155 = x_4 - y_4;
     }
     else
     {
-        _S154 = u32(0);
+        _S155 = u32(0);
     }
-    return _S154;
+    return _S155;
 }
 
 fn shift_right_0( x_5 : u32,  n_9 : u32) -> u32
@@ -2582,11 +2585,11 @@ fn shift_right_0( x_5 : u32,  n_9 : u32) -> u32
 
 fn shifted_0( v_5 : Triple_0,  n_10 : u32) -> Triple_0
 {
-    var _S155 : Triple_0 = v_5;
-    _S155.x_1 = shift_right_0(_S155.x_1, n_10);
-    _S155.y_3 = shift_right_0(_S155.y_3, n_10);
-    _S155.z_1 = shift_right_0(_S155.z_1, n_10);
-    return _S155;
+    var _S156 : Triple_0 = v_5;
+    _S156.x_1 = shift_right_0(_S156.x_1, n_10);
+    _S156.y_3 = shift_right_0(_S156.y_3, n_10);
+    _S156.z_1 = shift_right_0(_S156.z_1, n_10);
+    return _S156;
 }
 
 fn dot3_0( v_6 : Triple_0,  w_2 : Triple_0) -> u32
@@ -2597,16 +2600,16 @@ fn dot3_0( v_6 : Triple_0,  w_2 : Triple_0) -> u32
 fn signed_quotient_0( x_6 : u32,  d_0 : u32) -> u32
 {
     var quotient_1 : u32 = magnitude_0(x_6) / d_0;
-    var _S156 : u32;
+    var _S157 : u32;
     if(i32(x_6) < i32(0))
     {
-        _S156 = u32(0) - quotient_1;
+        _S157 = u32(0) - quotient_1;
     }
     else
     {
-        _S156 = quotient_1;
+        _S157 = quotient_1;
     }
-    return _S156;
+    return _S157;
 }
 
 struct Weights_0
@@ -2642,35 +2645,35 @@ fn affine_weights_0( a_2 : u32,  b_2 : u32,  o_0 : u32,  v_7 : u32) -> Weights_0
     var determinant_0 : u32 = product_0 - ef_0 * ef_0;
     var d_1 : u32 = (determinant_0 >> (u32(8)));
     var w_3 : Weights_0;
-    var _S157 : bool;
+    var _S158 : bool;
     if(i32(determinant_0) > ((i32(product_0) >> (u32(5)))))
     {
-        _S157 = d_1 != u32(0);
+        _S158 = d_1 != u32(0);
     }
     else
     {
-        _S157 = false;
+        _S158 = false;
     }
-    w_3.exist_0 = _S157;
+    w_3.exist_0 = _S158;
     w_3.s_22 = u32(0);
     w_3.u_2 = u32(0);
-    if(!_S157)
+    if(!_S158)
     {
         return w_3;
     }
-    var _S158 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
-    w_3.s_22 = _S158;
-    var _S159 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
-    w_3.u_2 = _S159;
-    if((magnitude_0(_S158)) < u32(1024))
+    var _S159 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
+    w_3.s_22 = _S159;
+    var _S160 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
+    w_3.u_2 = _S160;
+    if((magnitude_0(_S159)) < u32(1024))
     {
-        _S157 = (magnitude_0(w_3.u_2)) < u32(1024);
+        _S158 = (magnitude_0(w_3.u_2)) < u32(1024);
     }
     else
     {
-        _S157 = false;
+        _S158 = false;
     }
-    w_3.exist_0 = _S157;
+    w_3.exist_0 = _S158;
     return w_3;
 }
 
@@ -2684,31 +2687,31 @@ fn line_weights_0( a_3 : u32,  b_3 : u32,  v_8 : u32) -> Weights_0
     var ee_2 : u32 = dot3_0(e_4, e_4);
     var re_2 : u32 = dot3_0(shifted_0(r_16, h_20), e_4);
     var w_4 : Weights_0;
-    var _S160 : i32 = i32(ee_2);
-    var _S161 : bool;
-    if(_S160 > i32(0))
+    var _S161 : i32 = i32(ee_2);
+    var _S162 : bool;
+    if(_S161 > i32(0))
     {
-        _S161 = i32(re_2) >= i32(0);
+        _S162 = i32(re_2) >= i32(0);
     }
     else
     {
-        _S161 = false;
+        _S162 = false;
     }
-    if(_S161)
+    if(_S162)
     {
-        _S161 = i32(re_2) <= _S160;
+        _S162 = i32(re_2) <= _S161;
     }
     else
     {
-        _S161 = false;
+        _S162 = false;
     }
-    w_4.exist_0 = _S161;
+    w_4.exist_0 = _S162;
     w_4.s_22 = u32(0);
     w_4.u_2 = u32(0);
-    if(_S161)
+    if(_S162)
     {
-        var _S162 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
-        w_4.s_22 = _S162;
+        var _S163 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
+        w_4.s_22 = _S163;
     }
     return w_4;
 }
@@ -2722,16 +2725,16 @@ fn chain_weights_0( step_1 : u32) -> Weights_0
     w_5.exist_0 = false;
     w_5.s_22 = u32(0);
     w_5.u_2 = u32(0);
-    var _S163 : u32 = (step_1 >> (u32(24)));
-    if(_S163 != u32(255))
+    var _S164 : u32 = (step_1 >> (u32(24)));
+    if(_S164 != u32(255))
     {
-        var _S164 : Weights_0 = affine_weights_0(before_5, end_3, _S163, v_9);
-        w_5 = _S164;
+        var _S165 : Weights_0 = affine_weights_0(before_5, end_3, _S164, v_9);
+        w_5 = _S165;
     }
     if(!w_5.exist_0)
     {
-        var _S165 : Weights_0 = line_weights_0(before_5, end_3, v_9);
-        w_5 = _S165;
+        var _S166 : Weights_0 = line_weights_0(before_5, end_3, v_9);
+        w_5 = _S166;
     }
     return w_5;
 }
@@ -2743,35 +2746,35 @@ fn affine_point_0( w_6 : Weights_0,  a_4 : u32,  b_4 : u32,  o_1 : u32) -> u32
 
 fn divide_0( x_7 : u32,  n_12 : u32) -> u32
 {
-    var _S166 : u32 = x_7 / n_12;
-    return _S166;
+    var _S167 : u32 = x_7 / n_12;
+    return _S167;
 }
 
 fn toward_0( a_5 : u32,  b_5 : u32,  n_13 : u32) -> u32
 {
-    var _S167 : u32 = divide_0(b_5 - a_5 + ((n_13 >> (u32(1)))) + ((n_13 << (u32(24)))), n_13);
-    return a_5 + _S167 - u32(16777216);
+    var _S168 : u32 = divide_0(b_5 - a_5 + ((n_13 >> (u32(1)))) + ((n_13 << (u32(24)))), n_13);
+    return a_5 + _S168 - u32(16777216);
 }
 
 fn affine_chain_point_0( w_7 : Weights_0,  before_6 : u32,  end_4 : u32,  earlier_1 : u32,  left_0 : u32) -> u32
 {
-    var _S168 : u32;
+    var _S169 : u32;
     if(w_7.exist_0)
     {
-        _S168 = affine_point_0(w_7, before_6, end_4, earlier_1);
+        _S169 = affine_point_0(w_7, before_6, end_4, earlier_1);
     }
     else
     {
-        var _S169 : u32 = toward_0(before_6, end_4, left_0);
-        _S168 = _S169;
+        var _S170 : u32 = toward_0(before_6, end_4, left_0);
+        _S169 = _S170;
     }
-    return _S168;
+    return _S169;
 }
 
 fn predict_affine_chains_0( s_23 : u32)
 {
-    var _S170 : u32 = stream_element_0[s_23] * u32(64);
-    var _S171 : u32 = stream_elements_0[s_23];
+    var _S171 : u32 = stream_element_0[s_23] * u32(64);
+    var _S172 : u32 = stream_elements_0[s_23];
     var j_0 : u32 = u32(0);
     var from_1 : u32 = u32(0);
     for(;;)
@@ -2784,36 +2787,36 @@ fn predict_affine_chains_0( s_23 : u32)
             break;
         }
         var step_2 : u32 = chain_step_0[j_0];
-        var _S172 : Weights_0 = chain_weights_0(chain_step_0[j_0]);
-        var _S173 : u32 = _S170 + ((step_2 & (u32(255))));
-        var before_7 : u32 = _S170 + ((((step_2 >> (u32(8)))) & (u32(255))));
-        var _S174 : u32 = _S170 + ((((step_2 >> (u32(16)))) & (u32(255))));
-        var _S175 : u32 = (step_2 >> (u32(24)));
-        var _S176 : u32;
-        if(_S175 == u32(255))
+        var _S173 : Weights_0 = chain_weights_0(chain_step_0[j_0]);
+        var _S174 : u32 = _S171 + ((step_2 & (u32(255))));
+        var before_7 : u32 = _S171 + ((((step_2 >> (u32(8)))) & (u32(255))));
+        var _S175 : u32 = _S171 + ((((step_2 >> (u32(16)))) & (u32(255))));
+        var _S176 : u32 = (step_2 >> (u32(24)));
+        var _S177 : u32;
+        if(_S176 == u32(255))
         {
-            _S176 = before_7;
+            _S177 = before_7;
         }
         else
         {
-            _S176 = _S170 + _S175;
+            _S177 = _S171 + _S176;
         }
         var c_6 : u32 = u32(0);
         for(;;)
         {
-            if(c_6 < _S171)
+            if(c_6 < _S172)
             {
             }
             else
             {
                 break;
             }
-            var _S177 : u32 = u32(64) * c_6;
-            var point_0 : u32 = affine_chain_point_0(_S172, all_values_0[job_values_0() + (before_7 + _S177)], all_values_0[job_values_0() + (_S174 + _S177)], all_values_0[job_values_0() + (_S176 + _S177)], chain_left_0[j_0]);
-            all_values_0[job_values_0() + (_S173 + _S177)] = ((point_0 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (from_1 + c_6)]) & ((stream_mask_0[s_23])));
+            var _S178 : u32 = u32(64) * c_6;
+            var point_0 : u32 = affine_chain_point_0(_S173, all_values_0[job_values_0() + (before_7 + _S178)], all_values_0[job_values_0() + (_S175 + _S178)], all_values_0[job_values_0() + (_S177 + _S178)], chain_left_0[j_0]);
+            all_values_0[job_values_0() + (_S174 + _S178)] = ((point_0 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (from_1 + c_6)]) & ((stream_mask_0[s_23])));
             c_6 = c_6 + u32(1);
         }
-        var from_2 : u32 = from_1 + _S171;
+        var from_2 : u32 = from_1 + _S172;
         j_0 = j_0 + u32(1);
         from_1 = from_2;
     }
@@ -2822,24 +2825,24 @@ fn predict_affine_chains_0( s_23 : u32)
 
 fn predict_chain_elements_0( s_24 : u32,  copies_0 : bool,  elements_2 : u32)
 {
-    var _S178 : u32 = stream_element_0[s_24] * u32(64);
-    var _S179 : u32 = stream_mask_0[s_24];
-    var _S180 : u32 = chain_count_0;
+    var _S179 : u32 = stream_element_0[s_24] * u32(64);
+    var _S180 : u32 = stream_mask_0[s_24];
+    var _S181 : u32 = chain_count_0;
     var j_1 : u32 = u32(0);
     var from_3 : u32 = u32(0);
     for(;;)
     {
-        if(j_1 < _S180)
+        if(j_1 < _S181)
         {
         }
         else
         {
             break;
         }
-        var _S181 : u32 = _S178 + (((chain_step_0[j_1]) & (u32(255))));
-        var _S182 : u32 = _S178 + (((((chain_step_0[j_1]) >> (u32(8)))) & (u32(255))));
-        var _S183 : u32 = _S178 + (((((chain_step_0[j_1]) >> (u32(16)))) & (u32(255))));
-        var _S184 : u32 = chain_left_0[j_1];
+        var _S182 : u32 = _S179 + (((chain_step_0[j_1]) & (u32(255))));
+        var _S183 : u32 = _S179 + (((((chain_step_0[j_1]) >> (u32(8)))) & (u32(255))));
+        var _S184 : u32 = _S179 + (((((chain_step_0[j_1]) >> (u32(16)))) & (u32(255))));
+        var _S185 : u32 = chain_left_0[j_1];
         var c_7 : u32 = u32(0);
         for(;;)
         {
@@ -2850,19 +2853,19 @@ fn predict_chain_elements_0( s_24 : u32,  copies_0 : bool,  elements_2 : u32)
             {
                 break;
             }
-            var _S185 : u32 = u32(64) * c_7;
-            var point_1 : u32 = all_values_0[job_values_0() + (_S182 + _S185)];
+            var _S186 : u32 = u32(64) * c_7;
+            var point_1 : u32 = all_values_0[job_values_0() + (_S183 + _S186)];
             var point_2 : u32;
             if(!copies_0)
             {
-                var _S186 : u32 = toward_0(point_1, all_values_0[job_values_0() + (_S183 + _S185)], _S184);
-                point_2 = _S186;
+                var _S187 : u32 = toward_0(point_1, all_values_0[job_values_0() + (_S184 + _S186)], _S185);
+                point_2 = _S187;
             }
             else
             {
                 point_2 = point_1;
             }
-            all_values_0[job_values_0() + (_S181 + _S185)] = ((point_2 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (from_3 + c_7)]) & (_S179));
+            all_values_0[job_values_0() + (_S182 + _S186)] = ((point_2 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (from_3 + c_7)]) & (_S180));
             c_7 = c_7 + u32(1);
         }
         var from_4 : u32 = from_3 + elements_2;
@@ -2882,31 +2885,31 @@ fn predict_chains_0( s_25 : u32)
     }
     else
     {
-        var _S187 : bool = !copies_1;
-        var _S188 : bool;
-        if(_S187)
+        var _S188 : bool = !copies_1;
+        var _S189 : bool;
+        if(_S188)
         {
-            _S188 = elements_3 == u32(3);
+            _S189 = elements_3 == u32(3);
         }
         else
         {
-            _S188 = false;
+            _S189 = false;
         }
-        if(_S188)
+        if(_S189)
         {
             predict_chain_elements_0(s_25, false, u32(3));
         }
         else
         {
-            if(_S187)
+            if(_S188)
             {
-                _S188 = elements_3 == u32(2);
+                _S189 = elements_3 == u32(2);
             }
             else
             {
-                _S188 = false;
+                _S189 = false;
             }
-            if(_S188)
+            if(_S189)
             {
                 predict_chain_elements_0(s_25, false, u32(2));
             }
@@ -2945,7 +2948,7 @@ fn read_foreign_chain_0( h_22 : Header_0,  r_17 : u32,  other_0 : u32)
         rest_8 = mask_clear_lsb_0(rest_8);
         first_5 = first_6;
     }
-    var _S189 : u32 = reference_length_0[r_17] - u32(1);
+    var _S190 : u32 = reference_length_0[r_17] - u32(1);
     chain_count_0 = u32(0);
     list_chain_0(r_17, true);
     locate_visited_0();
@@ -2960,21 +2963,21 @@ fn read_foreign_chain_0( h_22 : Header_0,  r_17 : u32,  other_0 : u32)
         {
             break;
         }
-        var _S190 : bool;
+        var _S191 : bool;
         if(is_decoded_0(s_27))
         {
-            _S190 = mask_test_0(shared_references_0(h_22, s_27), r_17);
+            _S191 = mask_test_0(shared_references_0(h_22, s_27), r_17);
         }
         else
         {
-            _S190 = false;
+            _S191 = false;
         }
-        if(_S190)
+        if(_S191)
         {
             skip_residuals_0(s_27, first_5, chain_code_0[s_27], chain_widths_0[s_27]);
-            read_residuals_0(s_27, _S189, chain_code_0[s_27], chain_widths_0[s_27]);
+            read_residuals_0(s_27, _S190, chain_code_0[s_27], chain_widths_0[s_27]);
             predict_chains_0(s_27);
-            skip_residuals_0(s_27, excess_0(chain_total_0, first_5 + _S189), chain_code_0[s_27], chain_widths_0[s_27]);
+            skip_residuals_0(s_27, excess_0(chain_total_0, first_5 + _S190), chain_code_0[s_27], chain_widths_0[s_27]);
         }
         else
         {
@@ -3001,8 +3004,8 @@ fn read_foreign_chains_0( h_23 : Header_0)
         if((reference_length_0[r_18]) > u32(1))
         {
             visit_0(reference_owner_0[r_18]);
-            var _S191 : u32 = slot_reference_0(visited_0, reference_slot_0[r_18]);
-            read_foreign_chain_0(h_23, r_18, _S191);
+            var _S192 : u32 = slot_reference_0(visited_0, reference_slot_0[r_18]);
+            read_foreign_chain_0(h_23, r_18, _S192);
         }
         rest_9 = mask_clear_lsb_0(rest_9);
     }
@@ -3029,20 +3032,20 @@ fn read_own_anchors_0( h_24 : Header_0,  s_28 : u32,  stored_1 : vec2<u32>)
     var bits_8 : u32 = stream_bits_0[s_28];
     var count_16 : u32 = anchor_count_0[s_28];
     var fields_3 : u32 = anchor_position_0[s_28] + stream_elements_0[s_28] * stream_bits_0[s_28];
-    var _S192 : u32 = anchor_position_0[s_28];
-    var _S193 : u32;
+    var _S193 : u32 = anchor_position_0[s_28];
+    var _S194 : u32;
     if((anchor_count_0[s_28]) > u32(1))
     {
-        _S193 = further_anchor_bits_0(s_28);
+        _S194 = further_anchor_bits_0(s_28);
     }
     else
     {
-        _S193 = u32(0);
+        _S194 = u32(0);
     }
-    var _S194 : u32 = fields_3 + u32(3) * elements_4;
+    var _S195 : u32 = fields_3 + u32(3) * elements_4;
     var c_8 : u32 = u32(0);
-    var first_7 : u32 = _S192;
-    var further_3 : u32 = _S194;
+    var first_7 : u32 = _S193;
+    var further_3 : u32 = _S195;
     for(;;)
     {
         if(c_8 < elements_4)
@@ -3066,7 +3069,7 @@ fn read_own_anchors_0( h_24 : Header_0,  s_28 : u32,  stored_1 : vec2<u32>)
             {
                 break;
             }
-            var _S195 : u32 = disk_first_0[i_15];
+            var _S196 : u32 = disk_first_0[i_15];
             var vertex_2 : u32;
             if((h_24.references_0) > u32(0))
             {
@@ -3074,13 +3077,13 @@ fn read_own_anchors_0( h_24 : Header_0,  s_28 : u32,  stored_1 : vec2<u32>)
             }
             else
             {
-                vertex_2 = _S195;
+                vertex_2 = _S196;
             }
-            var _S196 : vec2<u32> = mask_clear_lsb_0(corners_0);
+            var _S197 : vec2<u32> = mask_clear_lsb_0(corners_0);
             var value_5 : u32;
             if(i_15 > u32(0))
             {
-                var at_1 : u32 = at_0 + _S193;
+                var at_1 : u32 = at_0 + _S194;
                 value_5 = value_4 + unzigzag_0(load_bits_0(at_0, width_4));
                 at_0 = at_1;
             }
@@ -3089,9 +3092,9 @@ fn read_own_anchors_0( h_24 : Header_0,  s_28 : u32,  stored_1 : vec2<u32>)
                 value_5 = value_4;
             }
             all_values_0[job_values_0() + (u32(64) * stream_element_0[s_28] + vertex_2 + u32(64) * c_8)] = (value_5 & ((stream_mask_0[s_28])));
-            var _S197 : u32 = i_15 + u32(1);
-            corners_0 = _S196;
-            i_15 = _S197;
+            var _S198 : u32 = i_15 + u32(1);
+            corners_0 = _S197;
+            i_15 = _S198;
         }
         var first_8 : u32 = first_7 + bits_8;
         var further_4 : u32 = further_3 + width_4;
@@ -3104,7 +3107,7 @@ fn read_own_anchors_0( h_24 : Header_0,  s_28 : u32,  stored_1 : vec2<u32>)
 
 fn read_anchors_0( h_25 : Header_0)
 {
-    var _S198 : bool = mask_any_0(seamed_refs_0);
+    var _S199 : bool = mask_any_0(seamed_refs_0);
     var stored_2 : vec2<u32> = stored_corners_0(h_25, mask_none_0());
     var s_29 : u32 = u32(0);
     for(;;)
@@ -3116,7 +3119,7 @@ fn read_anchors_0( h_25 : Header_0)
         {
             break;
         }
-        if(_S198)
+        if(_S199)
         {
             stored_2 = stored_corners_0(h_25, seam_refs_0[s_29]);
         }
@@ -3142,18 +3145,18 @@ fn read_corners_0()
 fn list_chains_0( refs_0 : vec2<u32>)
 {
     chain_count_0 = u32(0);
-    var _S199 : vec2<u32> = refs_0;
+    var _S200 : vec2<u32> = refs_0;
     for(;;)
     {
-        if(mask_any_0(_S199))
+        if(mask_any_0(_S200))
         {
         }
         else
         {
             break;
         }
-        list_chain_0(mask_lsb_0(_S199), false);
-        _S199 = mask_clear_lsb_0(_S199);
+        list_chain_0(mask_lsb_0(_S200), false);
+        _S200 = mask_clear_lsb_0(_S200);
     }
     return;
 }
@@ -3172,16 +3175,16 @@ fn read_chains_0( h_26 : Header_0)
         {
             break;
         }
-        var _S200 : bool;
+        var _S201 : bool;
         if(chain_total_0 > u32(0))
         {
-            _S200 = is_decoded_0(s_30);
+            _S201 = is_decoded_0(s_30);
         }
         else
         {
-            _S200 = false;
+            _S201 = false;
         }
-        if(_S200)
+        if(_S201)
         {
             read_residuals_0(s_30, chain_total_0, chain_code_0[s_30], chain_widths_0[s_30]);
             predict_chains_0(s_30);
@@ -3222,16 +3225,16 @@ fn interior_vertices_0( s_32 : u32) -> u32
 
 fn unary_count_0( s_33 : u32,  count_19 : u32,  code_5 : u32) -> u32
 {
-    var _S201 : u32;
+    var _S202 : u32;
     if(code_5 == u32(255))
     {
-        _S201 = u32(0);
+        _S202 = u32(0);
     }
     else
     {
-        _S201 = count_19 * stream_elements_0[s_33];
+        _S202 = count_19 * stream_elements_0[s_33];
     }
-    return _S201;
+    return _S202;
 }
 
 fn open_lists_0( p_19 : u32,  n_14 : u32)
@@ -3260,13 +3263,13 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     var x_8 : u32 = ((magnitude_0(normal_x_0)) >> (k_2));
     var y_5 : u32 = ((magnitude_0(normal_y_0)) >> (k_2));
     var sum_4 : u32 = x_8 + y_5 + (((magnitude_0(normal_z_0)) >> (k_2)));
-    var q_2 : OctPair_0;
-    var _S202 : u32 = (limit_0 >> (u32(1)));
-    q_2.u_3 = _S202;
-    q_2.v_10 = _S202;
+    var q_3 : OctPair_0;
+    var _S203 : u32 = (limit_0 >> (u32(1)));
+    q_3.u_3 = _S203;
+    q_3.v_10 = _S203;
     if(sum_4 == u32(0))
     {
-        return q_2;
+        return q_3;
     }
     var below_0 : bool = i32(n_15.z_1) < i32(0);
     var u_4 : u32;
@@ -3303,21 +3306,21 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     {
         v_11 = sum_4 + v_11;
     }
-    var _S203 : u32 = u32(2) * sum_4;
-    var _S204 : u32 = (u_4 * limit_0 + sum_4) / _S203;
-    q_2.u_3 = _S204;
-    var _S205 : u32 = (v_11 * limit_0 + sum_4) / _S203;
-    q_2.v_10 = _S205;
-    return q_2;
+    var _S204 : u32 = u32(2) * sum_4;
+    var _S205 : u32 = (u_4 * limit_0 + sum_4) / _S204;
+    q_3.u_3 = _S205;
+    var _S206 : u32 = (v_11 * limit_0 + sum_4) / _S204;
+    q_3.v_10 = _S206;
+    return q_3;
 }
 
 fn predict_geo_0( s_34 : u32,  first_9 : u32)
 {
-    var _S206 : u32 = stream_element_0[s_34] * u32(64);
-    var _S207 : u32 = u32(2) * first_9;
-    var _S208 : u32 = stream_mask_0[s_34];
+    var _S207 : u32 = stream_element_0[s_34] * u32(64);
+    var _S208 : u32 = u32(2) * first_9;
+    var _S209 : u32 = stream_mask_0[s_34];
     var i_16 : u32 = u32(0);
-    var at_2 : u32 = _S207;
+    var at_2 : u32 = _S208;
     for(;;)
     {
         if(i_16 < traversed_count_0)
@@ -3328,11 +3331,11 @@ fn predict_geo_0( s_34 : u32,  first_9 : u32)
             break;
         }
         var v_12 : u32 = ((((traversed_0[i_16]) >> (u32(16)))) & (u32(255)));
-        var _S209 : u32 = u32(4) * v_12;
-        var q_3 : OctPair_0 = octahedral_prediction_0(all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + _S209], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S209 + u32(1))], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S209 + u32(2))], stream_bits_0[s_34]);
-        var to_1 : u32 = _S206 + v_12;
-        all_values_0[job_values_0() + to_1] = ((q_3.u_3 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + at_2]) & (_S208));
-        all_values_0[job_values_0() + (to_1 + u32(64))] = ((q_3.v_10 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_2 + u32(1))]) & (_S208));
+        var _S210 : u32 = u32(4) * v_12;
+        var q_4 : OctPair_0 = octahedral_prediction_0(all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + _S210], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S210 + u32(1))], all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (_S210 + u32(2))], stream_bits_0[s_34]);
+        var to_1 : u32 = _S207 + v_12;
+        all_values_0[job_values_0() + to_1] = ((q_4.u_3 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + at_2]) & (_S209));
+        all_values_0[job_values_0() + (to_1 + u32(64))] = ((q_4.v_10 + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_2 + u32(1))]) & (_S209));
         var at_3 : u32 = at_2 + u32(2);
         i_16 = i_16 + u32(1);
         at_2 = at_3;
@@ -3346,11 +3349,11 @@ fn traversed_weights_0( triangle_2 : u32) -> Weights_0
     w_8.exist_0 = false;
     w_8.s_22 = u32(0);
     w_8.u_2 = u32(0);
-    var _S210 : u32 = (triangle_2 >> (u32(24)));
-    if(_S210 != u32(255))
+    var _S211 : u32 = (triangle_2 >> (u32(24)));
+    if(_S211 != u32(255))
     {
-        var _S211 : Weights_0 = affine_weights_0((triangle_2 & (u32(255))), (((triangle_2 >> (u32(8)))) & (u32(255))), _S210, (((triangle_2 >> (u32(16)))) & (u32(255))));
-        w_8 = _S211;
+        var _S212 : Weights_0 = affine_weights_0((triangle_2 & (u32(255))), (((triangle_2 >> (u32(8)))) & (u32(255))), _S211, (((triangle_2 >> (u32(16)))) & (u32(255))));
+        w_8 = _S212;
     }
     return w_8;
 }
@@ -3362,16 +3365,16 @@ fn traversed_prediction_0( predictor_1 : u32,  a_6 : u32,  b_6 : u32,  o_2 : u32
         return a_6;
     }
     var sum_5 : u32 = a_6 + b_6;
-    var _S212 : bool;
+    var _S213 : bool;
     if(predictor_1 == u32(1))
     {
-        _S212 = true;
+        _S213 = true;
     }
     else
     {
-        _S212 = !across_0;
+        _S213 = !across_0;
     }
-    if(_S212)
+    if(_S213)
     {
         return (sum_5 >> (u32(1)));
     }
@@ -3384,29 +3387,29 @@ fn traversed_prediction_0( predictor_1 : u32,  a_6 : u32,  b_6 : u32,  o_2 : u32
 
 fn choose_1( condition_1 : bool,  a_7 : u32,  b_7 : u32) -> u32
 {
-    var _S213 : u32;
+    var _S214 : u32;
     if(condition_1)
     {
-        _S213 = a_7;
+        _S214 = a_7;
     }
     else
     {
-        _S213 = b_7;
+        _S214 = b_7;
     }
-    return _S213;
+    return _S214;
 }
 
 fn predict_affine_elements_0( s_35 : u32,  first_10 : u32,  elements_5 : u32)
 {
-    var _S214 : u32 = stream_element_0[s_35] * u32(64);
-    var _S215 : u32 = elements_5 * first_10;
-    var _S216 : u32 = stream_mask_0[s_35];
-    var _S217 : u32 = traversed_count_0;
+    var _S215 : u32 = stream_element_0[s_35] * u32(64);
+    var _S216 : u32 = elements_5 * first_10;
+    var _S217 : u32 = stream_mask_0[s_35];
+    var _S218 : u32 = traversed_count_0;
     var i_17 : u32 = u32(0);
-    var at_4 : u32 = _S215;
+    var at_4 : u32 = _S216;
     for(;;)
     {
-        if(i_17 < _S217)
+        if(i_17 < _S218)
         {
         }
         else
@@ -3414,20 +3417,20 @@ fn predict_affine_elements_0( s_35 : u32,  first_10 : u32,  elements_5 : u32)
             break;
         }
         var triangle_3 : u32 = traversed_0[i_17];
-        var _S218 : u32 = ((traversed_0[i_17]) >> (u32(24)));
-        var across_1 : bool = _S218 != u32(255);
-        var _S219 : Weights_0 = traversed_weights_0(traversed_0[i_17]);
-        var a_8 : u32 = _S214 + ((triangle_3 & (u32(255))));
-        var _S220 : u32 = _S214 + ((((triangle_3 >> (u32(8)))) & (u32(255))));
-        var _S221 : u32 = _S214 + ((((triangle_3 >> (u32(16)))) & (u32(255))));
-        var _S222 : u32;
+        var _S219 : u32 = ((traversed_0[i_17]) >> (u32(24)));
+        var across_1 : bool = _S219 != u32(255);
+        var _S220 : Weights_0 = traversed_weights_0(traversed_0[i_17]);
+        var a_8 : u32 = _S215 + ((triangle_3 & (u32(255))));
+        var _S221 : u32 = _S215 + ((((triangle_3 >> (u32(8)))) & (u32(255))));
+        var _S222 : u32 = _S215 + ((((triangle_3 >> (u32(16)))) & (u32(255))));
+        var _S223 : u32;
         if(across_1)
         {
-            _S222 = _S214 + _S218;
+            _S223 = _S215 + _S219;
         }
         else
         {
-            _S222 = a_8;
+            _S223 = a_8;
         }
         var c_9 : u32 = u32(0);
         for(;;)
@@ -3439,8 +3442,8 @@ fn predict_affine_elements_0( s_35 : u32,  first_10 : u32,  elements_5 : u32)
             {
                 break;
             }
-            var _S223 : u32 = u32(64) * c_9;
-            all_values_0[job_values_0() + (_S221 + _S223)] = ((choose_1(_S219.exist_0, affine_point_0(_S219, all_values_0[job_values_0() + (a_8 + _S223)], all_values_0[job_values_0() + (_S220 + _S223)], all_values_0[job_values_0() + (_S222 + _S223)]), traversed_prediction_0(u32(0), all_values_0[job_values_0() + (a_8 + _S223)], all_values_0[job_values_0() + (_S220 + _S223)], all_values_0[job_values_0() + (_S222 + _S223)], across_1)) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_4 + c_9)]) & (_S216));
+            var _S224 : u32 = u32(64) * c_9;
+            all_values_0[job_values_0() + (_S222 + _S224)] = ((choose_1(_S220.exist_0, affine_point_0(_S220, all_values_0[job_values_0() + (a_8 + _S224)], all_values_0[job_values_0() + (_S221 + _S224)], all_values_0[job_values_0() + (_S223 + _S224)]), traversed_prediction_0(u32(0), all_values_0[job_values_0() + (a_8 + _S224)], all_values_0[job_values_0() + (_S221 + _S224)], all_values_0[job_values_0() + (_S223 + _S224)], across_1)) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_4 + c_9)]) & (_S217));
             c_9 = c_9 + u32(1);
         }
         var at_5 : u32 = at_4 + elements_5;
@@ -3465,26 +3468,26 @@ fn predict_affine_0( s_36 : u32,  first_11 : u32)
 
 fn predict_elements_0( s_37 : u32,  from_5 : u32,  predictor_2 : u32,  elements_6 : u32)
 {
-    var _S224 : u32 = stream_element_0[s_37] * u32(64);
-    var _S225 : u32 = stream_mask_0[s_37];
-    var _S226 : u32 = traversed_count_0;
+    var _S225 : u32 = stream_element_0[s_37] * u32(64);
+    var _S226 : u32 = stream_mask_0[s_37];
+    var _S227 : u32 = traversed_count_0;
     var i_18 : u32 = u32(0);
     var at_6 : u32 = from_5;
     for(;;)
     {
-        if(i_18 < _S226)
+        if(i_18 < _S227)
         {
         }
         else
         {
             break;
         }
-        var _S227 : u32 = _S224 + (((traversed_0[i_18]) & (u32(255))));
-        var _S228 : u32 = _S224 + (((((traversed_0[i_18]) >> (u32(8)))) & (u32(255))));
-        var _S229 : u32 = _S224 + (((((traversed_0[i_18]) >> (u32(16)))) & (u32(255))));
-        var _S230 : u32 = ((traversed_0[i_18]) >> (u32(24)));
-        var _S231 : u32 = _S224 + _S230;
-        var _S232 : bool = _S230 != u32(255);
+        var _S228 : u32 = _S225 + (((traversed_0[i_18]) & (u32(255))));
+        var _S229 : u32 = _S225 + (((((traversed_0[i_18]) >> (u32(8)))) & (u32(255))));
+        var _S230 : u32 = _S225 + (((((traversed_0[i_18]) >> (u32(16)))) & (u32(255))));
+        var _S231 : u32 = ((traversed_0[i_18]) >> (u32(24)));
+        var _S232 : u32 = _S225 + _S231;
+        var _S233 : bool = _S231 != u32(255);
         var c_10 : u32 = u32(0);
         for(;;)
         {
@@ -3496,16 +3499,16 @@ fn predict_elements_0( s_37 : u32,  from_5 : u32,  predictor_2 : u32,  elements_
                 break;
             }
             var beyond_0 : u32;
-            if(_S232)
+            if(_S233)
             {
-                beyond_0 = all_values_0[job_values_0() + (_S231 + u32(64) * c_10)];
+                beyond_0 = all_values_0[job_values_0() + (_S232 + u32(64) * c_10)];
             }
             else
             {
                 beyond_0 = u32(0);
             }
-            var _S233 : u32 = u32(64) * c_10;
-            all_values_0[job_values_0() + (_S229 + _S233)] = ((traversed_prediction_0(predictor_2, all_values_0[job_values_0() + (_S227 + _S233)], all_values_0[job_values_0() + (_S228 + _S233)], beyond_0, _S232) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_6 + c_10)]) & (_S225));
+            var _S234 : u32 = u32(64) * c_10;
+            all_values_0[job_values_0() + (_S230 + _S234)] = ((traversed_prediction_0(predictor_2, all_values_0[job_values_0() + (_S228 + _S234)], all_values_0[job_values_0() + (_S229 + _S234)], beyond_0, _S233) + all_values_0[job_values_0() + push_0.value_words_0 - u32(512) + (at_6 + c_10)]) & (_S226));
             c_10 = c_10 + u32(1);
         }
         var at_7 : u32 = at_6 + elements_6;
@@ -3532,60 +3535,60 @@ fn predict_traversed_0( s_38 : u32,  first_12 : u32)
         }
         else
         {
-            var _S234 : bool = predictor_3 == u32(0);
-            var _S235 : bool;
-            if(_S234)
+            var _S235 : bool = predictor_3 == u32(0);
+            var _S236 : bool;
+            if(_S235)
             {
-                _S235 = elements_7 == u32(3);
+                _S236 = elements_7 == u32(3);
             }
             else
             {
-                _S235 = false;
+                _S236 = false;
             }
-            if(_S235)
+            if(_S236)
             {
                 predict_elements_0(s_38, from_6, u32(0), u32(3));
             }
             else
             {
-                var _S236 : bool = predictor_3 == u32(3);
-                if(_S236)
+                var _S237 : bool = predictor_3 == u32(3);
+                if(_S237)
                 {
-                    _S235 = elements_7 == u32(3);
+                    _S236 = elements_7 == u32(3);
                 }
                 else
                 {
-                    _S235 = false;
+                    _S236 = false;
                 }
-                if(_S235)
+                if(_S236)
                 {
                     predict_elements_0(s_38, from_6, u32(3), u32(3));
                 }
                 else
                 {
-                    if(_S234)
+                    if(_S235)
                     {
-                        _S235 = elements_7 == u32(2);
+                        _S236 = elements_7 == u32(2);
                     }
                     else
                     {
-                        _S235 = false;
+                        _S236 = false;
                     }
-                    if(_S235)
+                    if(_S236)
                     {
                         predict_elements_0(s_38, from_6, u32(0), u32(2));
                     }
                     else
                     {
-                        if(_S236)
+                        if(_S237)
                         {
-                            _S235 = elements_7 == u32(2);
+                            _S236 = elements_7 == u32(2);
                         }
                         else
                         {
-                            _S235 = false;
+                            _S236 = false;
                         }
-                        if(_S235)
+                        if(_S236)
                         {
                             predict_elements_0(s_38, from_6, u32(3), u32(2));
                         }
@@ -3664,7 +3667,7 @@ fn triangle_normal_0( triangle_4 : u32,  h_27 : u32) -> Triple_0
 
 fn sum_normals_0()
 {
-    var _S237 : u32 = excess_0(stream_bits_0[i32(0)], u32(13));
+    var _S238 : u32 = excess_0(stream_bits_0[i32(0)], u32(13));
     var i_19 : u32 = u32(0);
     for(;;)
     {
@@ -3689,7 +3692,7 @@ fn sum_normals_0()
             break;
         }
         var triangle_5 : u32 = all_triangles_0[job_triangles_0() + t_3];
-        var _S238 : Triple_0 = triangle_normal_0(all_triangles_0[job_triangles_0() + t_3], _S237);
+        var _S239 : Triple_0 = triangle_normal_0(all_triangles_0[job_triangles_0() + t_3], _S238);
         var k_3 : u32 = u32(0);
         for(;;)
         {
@@ -3701,9 +3704,9 @@ fn sum_normals_0()
                 break;
             }
             var i_20 : u32 = u32(4) * ((((triangle_5 >> ((u32(8) * k_3)))) & (u32(255))));
-            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] + _S238.x_1;
-            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] + _S238.y_3;
-            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] + _S238.z_1;
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + i_20] + _S239.x_1;
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(1))] + _S239.y_3;
+            all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] = all_values_0[job_values_0() + push_0.value_words_0 - u32(256) + (i_20 + u32(2))] + _S239.z_1;
             k_3 = k_3 + u32(1);
         }
         t_3 = t_3 + u32(1);
@@ -3723,16 +3726,16 @@ fn finish_positions_0()
 fn read_interiors_0()
 {
     read_own_interior_0(unary_0.cursor_0, u32(0), u32(1));
-    var _S239 : bool;
+    var _S240 : bool;
     if(error_0 != u32(0))
     {
-        _S239 = true;
+        _S240 = true;
     }
     else
     {
-        _S239 = stream_end_0 <= u32(1);
+        _S240 = stream_end_0 <= u32(1);
     }
-    if(_S239)
+    if(_S240)
     {
         return;
     }
@@ -3780,16 +3783,16 @@ fn main(@builtin(global_invocation_id) gl_GlobalInvocationID_0 : vec3<u32>)
     open_job_0(m_14);
     load_streams_0(u32(0), job_streams_0());
     decode_meshlet_0(m_14);
-    var _S240 : u32;
+    var _S241 : u32;
     if(error_0 == u32(0))
     {
-        _S240 = (triangle_count_0 | (((vertex_count_0 << (u32(8))))));
+        _S241 = (triangle_count_0 | (((vertex_count_0 << (u32(8))))));
     }
     else
     {
-        _S240 = (error_0 << (u32(16)));
+        _S241 = (error_0 << (u32(16)));
     }
-    atomicStore(&(the_summaries_0[m_14]), _S240);
+    atomicStore(&(the_summaries_0[m_14]), _S241);
     return;
 }
 

@@ -1646,35 +1646,38 @@ fn is_exponential_0( code_1 : u32) -> bool
     return ((code_1 & (u32(4294967264)))) == u32(32);
 }
 
-fn coded_value_0( code_2 : u32,  q_0 : u32,  low_1 : ptr<function, u32>) -> u32
+fn exponential_quotient_0( parameter_0 : u32,  q_0 : u32) -> u32
 {
-    var k_2 : u32 = (code_2 & (u32(31)));
-    var exponential_0 : bool = ((code_2 & (u32(32)))) != u32(0);
     var _S114 : bool;
-    if(exponential_0)
+    if(q_0 <= u32(31))
     {
-        if(q_0 > u32(31))
-        {
-            _S114 = true;
-        }
-        else
-        {
-            _S114 = (k_2 + q_0) > u32(32);
-        }
+        _S114 = (parameter_0 + q_0) <= u32(32);
     }
     else
     {
         _S114 = false;
     }
-    var _S115 : u32;
     if(_S114)
     {
-        error_0 = u32(7);
-        _S115 = u32(0);
+        return q_0;
+    }
+    error_0 = u32(7);
+    return u32(0);
+}
+
+fn coded_value_0( code_2 : u32,  q_1 : u32,  low_1 : ptr<function, u32>) -> u32
+{
+    var k_2 : u32 = (code_2 & (u32(31)));
+    var exponential_0 : bool = ((code_2 & (u32(32)))) != u32(0);
+    var _S115 : u32;
+    if(exponential_0)
+    {
+        var _S116 : u32 = exponential_quotient_0(k_2, q_1);
+        _S115 = _S116;
     }
     else
     {
-        _S115 = q_0;
+        _S115 = q_1;
     }
     var width_1 : u32;
     if(exponential_0)
@@ -1702,15 +1705,15 @@ fn unzigzag_0( u_0 : u32) -> u32
 fn read_interior_residuals_0( s_20 : u32,  code_3 : u32,  widths_2 : u32,  low_2 : u32,  seams_2 : u32,  count_9 : u32,  ones_2 : u32,  unary_begin_0 : u32)
 {
     var n_6 : u32 = (extractBits((group_stream_0[s_20]), u32((i32(0))), u32((i32(3)))));
-    var _S116 : bool = code_3 == u32(255);
-    var _S117 : u32;
-    if(_S116)
+    var _S117 : bool = code_3 == u32(255);
+    var _S118 : u32;
+    if(_S117)
     {
-        _S117 = fixed_width_0(n_6, widths_2);
+        _S118 = fixed_width_0(n_6, widths_2);
     }
     else
     {
-        _S117 = u32(0);
+        _S118 = u32(0);
     }
     var item_0 : u32 = _S4 % u32(32);
     for(;;)
@@ -1735,25 +1738,25 @@ fn read_interior_residuals_0( s_20 : u32,  code_3 : u32,  widths_2 : u32,  low_2
             }
             else
             {
-                var _S118 : u32 = item_0 / n_6;
-                i_10 = _S118;
+                var _S119 : u32 = item_0 / n_6;
+                i_10 = _S119;
             }
         }
         var c_4 : u32 = item_0 - i_10 * n_6;
-        var _S119 : u32;
+        var _S120 : u32;
         if(i_10 < seams_2)
         {
-            _S119 = team_seams_0[_S4 / u32(32)][(i_10 & (u32(63)))];
+            _S120 = team_seams_0[_S4 / u32(32)][(i_10 & (u32(63)))];
         }
         else
         {
-            _S119 = ((team_traversal_0[_S4 / u32(32)][((i_10 - seams_2) & (u32(63)))]) >> (u32(16)));
+            _S120 = ((team_traversal_0[_S4 / u32(32)][((i_10 - seams_2) & (u32(63)))]) >> (u32(16)));
         }
-        var id_4 : u32 = (_S119 & (u32(63)));
+        var id_4 : u32 = (_S120 & (u32(63)));
         var residual_0 : u32;
-        if(_S116)
+        if(_S117)
         {
-            residual_0 = load_bits_0(low_2 + i_10 * _S117 + fixed_width_0(c_4, widths_2), width_field_0(widths_2 + u32(5) * c_4));
+            residual_0 = load_bits_0(low_2 + i_10 * _S118 + fixed_width_0(c_4, widths_2), width_field_0(widths_2 + u32(5) * c_4));
         }
         else
         {
@@ -1763,32 +1766,32 @@ fn read_interior_residuals_0( s_20 : u32,  code_3 : u32,  widths_2 : u32,  low_2
             }
             else
             {
-                var _S120 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][ones_2 + item_0 - u32(1)]));
-                residual_0 = _S120 + u32(1);
+                var _S121 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][ones_2 + item_0 - u32(1)]));
+                residual_0 = _S121 + u32(1);
             }
-            var _S121 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][ones_2 + item_0]));
-            var quotient_0 : u32 = _S121 - residual_0;
+            var _S122 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][ones_2 + item_0]));
+            var quotient_0 : u32 = _S122 - residual_0;
             if(quotient_0 > u32(16383))
             {
                 error_0 = u32(8);
             }
             var at_1 : u32;
-            var _S122 : u32 = low_2 + item_0 * ((code_3 & (u32(31))));
-            var _S123 : u32;
+            var _S123 : u32 = low_2 + item_0 * ((code_3 & (u32(31))));
+            var _S124 : u32;
             if(is_exponential_0(code_3))
             {
-                _S123 = residual_0 - unary_begin_0 - item_0;
+                _S124 = residual_0 - unary_begin_0 - item_0;
             }
             else
             {
-                _S123 = u32(0);
+                _S124 = u32(0);
             }
-            at_1 = _S122 + _S123;
-            var _S124 : u32 = coded_value_0(code_3, quotient_0, &(at_1));
-            residual_0 = _S124;
+            at_1 = _S123 + _S124;
+            var _S125 : u32 = coded_value_0(code_3, quotient_0, &(at_1));
+            residual_0 = _S125;
         }
-        var _S125 : u32 = value_element_0(s_20, c_4);
-        team_values_0[_S4 / u32(32)][_S125 + id_4] = unzigzag_0(residual_0);
+        var _S126 : u32 = value_element_0(s_20, c_4);
+        team_values_0[_S4 / u32(32)][_S126 + id_4] = unzigzag_0(residual_0);
         item_0 = item_0 + u32(32);
     }
     return;
@@ -1798,39 +1801,39 @@ fn low_size_0( code_4 : u32,  elements_3 : u32,  widths_3 : u32,  n_7 : u32,  ze
 {
     if(code_4 == u32(255))
     {
-        var _S126 : u32 = n_7 / elements_3;
-        return _S126 * fixed_width_0(elements_3, widths_3);
+        var _S127 : u32 = n_7 / elements_3;
+        return _S127 * fixed_width_0(elements_3, widths_3);
     }
-    var _S127 : u32 = n_7 * ((code_4 & (u32(31))));
-    var _S128 : u32;
+    var _S128 : u32 = n_7 * ((code_4 & (u32(31))));
+    var _S129 : u32;
     if(is_exponential_0(code_4))
     {
-        _S128 = zeros_0;
+        _S129 = zeros_0;
     }
     else
     {
-        _S128 = u32(0);
+        _S129 = u32(0);
     }
-    return _S127 + _S128;
+    return _S128 + _S129;
 }
 
 fn read_interior_0( sound_0 : bool)
 {
-    var _S129 : bool;
+    var _S130 : bool;
     var p_17 : u32 = team_interior_0[_S4 / u32(32)];
     var part_0 : u32 = u32(0);
     for(;;)
     {
-        var _S130 : bool;
+        var _S131 : bool;
         if(part_0 < u32(2))
         {
-            _S130 = part_0 < (push_0.streams_0);
+            _S131 = part_0 < (push_0.streams_0);
         }
         else
         {
-            _S130 = false;
+            _S131 = false;
         }
-        if(_S130)
+        if(_S131)
         {
         }
         else
@@ -1845,17 +1848,17 @@ fn read_interior_0( sound_0 : bool)
         var low_3 : u32 = p_17;
         for(;;)
         {
-            var _S131 : bool = part_0 == u32(0);
-            var _S132 : u32;
-            if(_S131)
+            var _S132 : bool = part_0 == u32(0);
+            var _S133 : u32;
+            if(_S132)
             {
-                _S132 = u32(1);
+                _S133 = u32(1);
             }
             else
             {
-                _S132 = push_0.streams_0;
+                _S133 = push_0.streams_0;
             }
-            if(s_21 < _S132)
+            if(s_21 < _S133)
             {
             }
             else
@@ -1870,7 +1873,7 @@ fn read_interior_0( sound_0 : bool)
             var count_10 : u32;
             if(s_21 == next_list_0)
             {
-                if(_S131)
+                if(_S132)
                 {
                     listed_1 = u32(1);
                 }
@@ -1881,8 +1884,8 @@ fn read_interior_0( sound_0 : bool)
                 var next_list_1 : u32 = listed_streams_0(s_21, listed_1);
                 if(sound_0)
                 {
-                    var _S133 : u32 = interior_ones_0(s_21, next_list_1);
-                    seams_3 = min(_S133, u32(256));
+                    var _S134 : u32 = interior_ones_0(s_21, next_list_1);
+                    seams_3 = min(_S134, u32(256));
                 }
                 else
                 {
@@ -1895,24 +1898,24 @@ fn read_interior_0( sound_0 : bool)
                 workgroupBarrier();
                 if(s_21 == part_0)
                 {
-                    _S129 = sound_0;
+                    _S130 = sound_0;
                 }
                 else
                 {
-                    _S129 = false;
+                    _S130 = false;
                 }
-                if(_S129)
+                if(_S130)
                 {
                     if(seams_3 > u32(0))
                     {
-                        var _S134 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][seams_3 - u32(1)]));
-                        low_4 = _S134 + u32(1);
+                        var _S135 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][seams_3 - u32(1)]));
+                        low_4 = _S135 + u32(1);
                     }
                     else
                     {
                         low_4 = p_18;
                     }
-                    if(_S131)
+                    if(_S132)
                     {
                         count_10 = u32(1);
                     }
@@ -1920,9 +1923,9 @@ fn read_interior_0( sound_0 : bool)
                     {
                         count_10 = stream_total_0;
                     }
-                    var _S135 : u32 = interior_ones_0(next_list_1, count_10);
-                    var _S136 : u32 = after_ones_0(low_4, _S135);
-                    low_4 = _S136;
+                    var _S136 : u32 = interior_ones_0(next_list_1, count_10);
+                    var _S137 : u32 = after_ones_0(low_4, _S136);
+                    low_4 = _S137;
                 }
                 else
                 {
@@ -1941,8 +1944,8 @@ fn read_interior_0( sound_0 : bool)
             var widths_4 : u32 = interior_widths_of_0(s_21);
             if(sound_0)
             {
-                var _S137 : u32 = list_seams_0(s_21);
-                seams_3 = _S137;
+                var _S138 : u32 = list_seams_0(s_21);
+                seams_3 = _S138;
             }
             else
             {
@@ -1950,13 +1953,13 @@ fn read_interior_0( sound_0 : bool)
             }
             if(sound_0)
             {
-                _S129 = error_0 == u32(0);
+                _S130 = error_0 == u32(0);
             }
             else
             {
-                _S129 = false;
+                _S130 = false;
             }
-            if(_S129)
+            if(_S130)
             {
                 count_10 = min(seams_3 + traversed_count_0, u32(64)) * n_8;
             }
@@ -1964,9 +1967,9 @@ fn read_interior_0( sound_0 : bool)
             {
                 count_10 = u32(0);
             }
-            var _S138 : bool = code_5 != u32(255);
+            var _S139 : bool = code_5 != u32(255);
             var count_11 : u32;
-            if(_S138)
+            if(_S139)
             {
                 count_11 = min(count_10, ones_3 - listed_1);
             }
@@ -1976,21 +1979,21 @@ fn read_interior_0( sound_0 : bool)
             }
             workgroupBarrier();
             read_interior_residuals_0(s_21, code_5, widths_4, low_4, seams_3, count_11, listed_1, p_18);
-            var _S139 : bool;
-            if(_S138)
+            var _S140 : bool;
+            if(_S139)
             {
-                _S139 = count_11 > u32(0);
+                _S140 = count_11 > u32(0);
             }
             else
             {
-                _S139 = false;
+                _S140 = false;
             }
             var next_1 : u32;
-            if(_S139)
+            if(_S140)
             {
                 var listed_2 : u32 = listed_1 + count_11;
-                var _S140 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][listed_2 - u32(1)]));
-                next_1 = _S140 + u32(1);
+                var _S141 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][listed_2 - u32(1)]));
+                next_1 = _S141 + u32(1);
                 listed_0 = listed_2;
             }
             else
@@ -1998,28 +2001,28 @@ fn read_interior_0( sound_0 : bool)
                 next_1 = p_18;
                 listed_0 = listed_1;
             }
-            var _S141 : u32 = low_size_0(code_5, n_8, widths_4, count_11, next_1 - p_18 - count_11);
-            var low_5 : u32 = low_4 + _S141;
-            var _S142 : u32 = s_21 + u32(1);
+            var _S142 : u32 = low_size_0(code_5, n_8, widths_4, count_11, next_1 - p_18 - count_11);
+            var low_5 : u32 = low_4 + _S142;
+            var _S143 : u32 = s_21 + u32(1);
             p_18 = next_1;
-            s_21 = _S142;
+            s_21 = _S143;
             low_3 = low_5;
         }
         if(sound_0)
         {
-            _S129 = (max(p_18, low_3)) > (u32(8) * (byte_length_0 - u32(8)));
+            _S130 = (max(p_18, low_3)) > (u32(8) * (byte_length_0 - u32(8)));
         }
         else
         {
-            _S129 = false;
+            _S130 = false;
         }
-        if(_S129)
+        if(_S130)
         {
             error_0 = u32(8);
         }
-        var _S143 : u32 = part_0 + u32(1);
+        var _S144 : u32 = part_0 + u32(1);
         p_17 = low_3;
-        part_0 = _S143;
+        part_0 = _S144;
     }
     workgroupBarrier();
     return;
@@ -2029,12 +2032,12 @@ fn agree_0() -> bool
 {
     if(error_0 != u32(0))
     {
-        var _S144 : u32 = atomicMax(&(team_error_0[_S4 / u32(32)]), error_0);
+        var _S145 : u32 = atomicMax(&(team_error_0[_S4 / u32(32)]), error_0);
     }
     workgroupBarrier();
-    var _S145 : u32 = atomicLoad(&(team_error_0[_S4 / u32(32)]));
-    error_0 = _S145;
-    return _S145 == u32(0);
+    var _S146 : u32 = atomicLoad(&(team_error_0[_S4 / u32(32)]));
+    error_0 = _S146;
+    return _S146 == u32(0);
 }
 
 fn any_stream_predicts_0( predictors_0 : u32) -> bool
@@ -2059,22 +2062,22 @@ fn any_stream_predicts_0( predictors_0 : u32) -> bool
 
 fn excess_0( x_1 : u32,  y_1 : u32) -> u32
 {
-    var _S146 : u32;
+    var _S147 : u32;
     if(x_1 > y_1)
     {
-        _S146 = x_1 - y_1;
+        _S147 = x_1 - y_1;
     }
     else
     {
-        _S146 = u32(0);
+        _S147 = u32(0);
     }
-    return _S146;
+    return _S147;
 }
 
 fn geo_shift_0() -> u32
 {
-    var _S147 : u32 = (extractBits((group_stream_0[u32(0)]), u32((i32(3))), u32((i32(6)))));
-    return excess_0(_S147, u32(13));
+    var _S148 : u32 = (extractBits((group_stream_0[u32(0)]), u32((i32(3))), u32((i32(6)))));
+    return excess_0(_S148, u32(13));
 }
 
 struct Triple_0
@@ -2086,11 +2089,11 @@ struct Triple_0
 
 fn Triple_x24init_0( x_3 : u32,  y_3 : u32,  z_2 : u32) -> Triple_0
 {
-    var _S148 : Triple_0;
-    _S148.x_2 = x_3;
-    _S148.y_2 = y_3;
-    _S148.z_1 = z_2;
-    return _S148;
+    var _S149 : Triple_0;
+    _S149.x_2 = x_3;
+    _S149.y_2 = y_3;
+    _S149.z_1 = z_2;
+    return _S149;
 }
 
 fn grid_position_0( id_5 : u32) -> Triple_0
@@ -2105,20 +2108,20 @@ fn shift_right_0( x_4 : u32,  n_9 : u32) -> u32
 
 fn shifted_0( v_1 : Triple_0,  n_10 : u32) -> Triple_0
 {
-    var _S149 : Triple_0 = v_1;
-    _S149.x_2 = shift_right_0(_S149.x_2, n_10);
-    _S149.y_2 = shift_right_0(_S149.y_2, n_10);
-    _S149.z_1 = shift_right_0(_S149.z_1, n_10);
-    return _S149;
+    var _S150 : Triple_0 = v_1;
+    _S150.x_2 = shift_right_0(_S150.x_2, n_10);
+    _S150.y_2 = shift_right_0(_S150.y_2, n_10);
+    _S150.z_1 = shift_right_0(_S150.z_1, n_10);
+    return _S150;
 }
 
 fn difference_0( to_0 : Triple_0,  from_0 : Triple_0) -> Triple_0
 {
-    var _S150 : Triple_0 = to_0;
-    _S150.x_2 = _S150.x_2 - from_0.x_2;
-    _S150.y_2 = _S150.y_2 - from_0.y_2;
-    _S150.z_1 = _S150.z_1 - from_0.z_1;
-    return _S150;
+    var _S151 : Triple_0 = to_0;
+    _S151.x_2 = _S151.x_2 - from_0.x_2;
+    _S151.y_2 = _S151.y_2 - from_0.y_2;
+    _S151.z_1 = _S151.z_1 - from_0.z_1;
+    return _S151;
 }
 
 fn triangle_normal_0( triangle_1 : u32,  h_3 : u32) -> Triple_0
@@ -2152,16 +2155,16 @@ fn sum_team_normals_0( sound_1 : bool)
     var t_4 : u32 = _S4 % u32(32);
     for(;;)
     {
-        var _S151 : bool;
+        var _S152 : bool;
         if(t_4 < triangle_count_0)
         {
-            _S151 = sound_1;
+            _S152 = sound_1;
         }
         else
         {
-            _S151 = false;
+            _S152 = false;
         }
-        if(_S151)
+        if(_S152)
         {
         }
         else
@@ -2169,8 +2172,8 @@ fn sum_team_normals_0( sound_1 : bool)
             break;
         }
         var triangle_2 : u32 = packed_triangle_0(t_4);
-        var _S152 : u32 = geo_shift_0();
-        var _S153 : Triple_0 = triangle_normal_0(triangle_2, _S152);
+        var _S153 : u32 = geo_shift_0();
+        var _S154 : Triple_0 = triangle_normal_0(triangle_2, _S153);
         var corner_0 : u32 = u32(0);
         for(;;)
         {
@@ -2182,9 +2185,9 @@ fn sum_team_normals_0( sound_1 : bool)
                 break;
             }
             var place_2 : u32 = u32(3) * ((((triangle_2 >> ((u32(8) * corner_0)))) & (u32(63))));
-            var _S154 : u32 = atomicAdd(&(team_scratch_0[_S4 / u32(32)][place_2]), _S153.x_2);
-            var _S155 : u32 = atomicAdd(&(team_scratch_0[_S4 / u32(32)][place_2 + u32(1)]), _S153.y_2);
-            var _S156 : u32 = atomicAdd(&(team_scratch_0[_S4 / u32(32)][place_2 + u32(2)]), _S153.z_1);
+            var _S155 : u32 = atomicAdd(&(team_scratch_0[_S4 / u32(32)][place_2]), _S154.x_2);
+            var _S156 : u32 = atomicAdd(&(team_scratch_0[_S4 / u32(32)][place_2 + u32(1)]), _S154.y_2);
+            var _S157 : u32 = atomicAdd(&(team_scratch_0[_S4 / u32(32)][place_2 + u32(2)]), _S154.z_1);
             corner_0 = corner_0 + u32(1);
         }
         t_4 = t_4 + u32(32);
@@ -2195,16 +2198,16 @@ fn sum_team_normals_0( sound_1 : bool)
 
 fn magnitude_0( x_5 : u32) -> u32
 {
-    var _S157 : u32;
+    var _S158 : u32;
     if(i32(x_5) < i32(0))
     {
-        _S157 = u32(0) - x_5;
+        _S158 = u32(0) - x_5;
     }
     else
     {
-        _S157 = x_5;
+        _S158 = x_5;
     }
-    return _S157;
+    return _S158;
 }
 
 fn magnitudes_0( v_2 : Triple_0) -> u32
@@ -2234,13 +2237,13 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     var x_7 : u32 = ((magnitude_0(normal_x_0)) >> (k_3));
     var y_4 : u32 = ((magnitude_0(normal_y_0)) >> (k_3));
     var sum_2 : u32 = x_7 + y_4 + (((magnitude_0(normal_z_0)) >> (k_3)));
-    var q_1 : OctPair_0;
-    var _S158 : u32 = (limit_0 >> (u32(1)));
-    q_1.u_1 = _S158;
-    q_1.v_3 = _S158;
+    var q_2 : OctPair_0;
+    var _S159 : u32 = (limit_0 >> (u32(1)));
+    q_2.u_1 = _S159;
+    q_2.v_3 = _S159;
     if(sum_2 == u32(0))
     {
-        return q_1;
+        return q_2;
     }
     var below_0 : bool = i32(n_12.z_1) < i32(0);
     var u_2 : u32;
@@ -2277,18 +2280,18 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     {
         v_4 = sum_2 + v_4;
     }
-    var _S159 : u32 = u32(2) * sum_2;
-    var _S160 : u32 = (u_2 * limit_0 + sum_2) / _S159;
-    q_1.u_1 = _S160;
-    var _S161 : u32 = (v_4 * limit_0 + sum_2) / _S159;
-    q_1.v_3 = _S161;
-    return q_1;
+    var _S160 : u32 = u32(2) * sum_2;
+    var _S161 : u32 = (u_2 * limit_0 + sum_2) / _S160;
+    q_2.u_1 = _S161;
+    var _S162 : u32 = (v_4 * limit_0 + sum_2) / _S160;
+    q_2.v_3 = _S162;
+    return q_2;
 }
 
 fn bits_mask_0( s_23 : u32) -> u32
 {
-    var _S162 : u32 = (extractBits((group_stream_0[s_23]), u32((i32(3))), u32((i32(6)))));
-    return word_below_0(_S162);
+    var _S163 : u32 = (extractBits((group_stream_0[s_23]), u32((i32(3))), u32((i32(6)))));
+    return word_below_0(_S163);
 }
 
 fn predict_team_geo_0( s_24 : u32)
@@ -2305,11 +2308,11 @@ fn predict_team_geo_0( s_24 : u32)
         }
         var id_6 : u32 = (extractBits((team_traversal_0[_S4 / u32(32)][i_12]), u32((i32(16))), u32((i32(6)))));
         var place_3 : u32 = u32(3) * id_6;
-        var _S163 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][place_3]));
-        var _S164 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][place_3 + u32(1)]));
-        var _S165 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][place_3 + u32(2)]));
-        var _S166 : u32 = (extractBits((group_stream_0[s_24]), u32((i32(3))), u32((i32(6)))));
-        var _S167 : OctPair_0 = octahedral_prediction_0(_S163, _S164, _S165, (_S166 & (u32(31))));
+        var _S164 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][place_3]));
+        var _S165 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][place_3 + u32(1)]));
+        var _S166 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][place_3 + u32(2)]));
+        var _S167 : u32 = (extractBits((group_stream_0[s_24]), u32((i32(3))), u32((i32(6)))));
+        var _S168 : OctPair_0 = octahedral_prediction_0(_S164, _S165, _S166, (_S167 & (u32(31))));
         var c_5 : u32 = u32(0);
         for(;;)
         {
@@ -2320,20 +2323,20 @@ fn predict_team_geo_0( s_24 : u32)
             {
                 break;
             }
-            var _S168 : u32 = value_element_0(s_24, c_5);
-            var v_5 : u32 = _S168 + id_6;
-            var _S169 : u32;
+            var _S169 : u32 = value_element_0(s_24, c_5);
+            var v_5 : u32 = _S169 + id_6;
+            var _S170 : u32;
             if(c_5 == u32(0))
             {
-                _S169 = _S167.u_1;
+                _S170 = _S168.u_1;
             }
             else
             {
-                _S169 = _S167.v_3;
+                _S170 = _S168.v_3;
             }
-            var _S170 : u32 = _S169 + team_values_0[_S4 / u32(32)][v_5];
-            var _S171 : u32 = bits_mask_0(s_24);
-            team_values_0[_S4 / u32(32)][v_5] = (_S170 & (_S171));
+            var _S171 : u32 = _S170 + team_values_0[_S4 / u32(32)][v_5];
+            var _S172 : u32 = bits_mask_0(s_24);
+            team_values_0[_S4 / u32(32)][v_5] = (_S171 & (_S172));
             c_5 = c_5 + u32(1);
         }
         i_12 = i_12 + u32(32);
@@ -2348,60 +2351,60 @@ fn runs_backwards_0( h_4 : Header_0,  r_4 : u32,  s_25 : u32) -> bool
 
 fn mask_msb_0( m_8 : vec2<u32>) -> u32
 {
-    var _S172 : u32 = m_8.y;
-    var _S173 : u32;
-    if(_S172 != u32(0))
+    var _S173 : u32 = m_8.y;
+    var _S174 : u32;
+    if(_S173 != u32(0))
     {
-        _S173 = u32(32) + firstbithigh_0(_S172);
+        _S174 = u32(32) + firstbithigh_0(_S173);
     }
     else
     {
-        var _S174 : u32 = m_8.x;
-        if(_S174 != u32(0))
+        var _S175 : u32 = m_8.x;
+        if(_S175 != u32(0))
         {
-            _S173 = firstbithigh_0(_S174);
+            _S174 = firstbithigh_0(_S175);
         }
         else
         {
-            _S173 = u32(64);
+            _S174 = u32(64);
         }
     }
-    return _S173;
+    return _S174;
 }
 
 fn loop_begin_0( h_5 : Header_0,  r_5 : u32) -> u32
 {
     var before_5 : vec2<u32> = ((h_5.loop_ends_2) & ((mask_below_0(r_5))));
-    var _S175 : u32;
+    var _S176 : u32;
     if(mask_any_0(before_5))
     {
-        _S175 = mask_msb_0(before_5) + u32(1);
+        _S176 = mask_msb_0(before_5) + u32(1);
     }
     else
     {
-        _S175 = u32(0);
-    }
-    return _S175;
-}
-
-fn next_reference_0( h_6 : Header_0,  r_6 : u32) -> u32
-{
-    var _S176 : u32;
-    if(mask_test_0(h_6.loop_ends_2, r_6))
-    {
-        _S176 = loop_begin_0(h_6, r_6);
-    }
-    else
-    {
-        _S176 = r_6 + u32(1);
+        _S176 = u32(0);
     }
     return _S176;
 }
 
+fn next_reference_0( h_6 : Header_0,  r_6 : u32) -> u32
+{
+    var _S177 : u32;
+    if(mask_test_0(h_6.loop_ends_2, r_6))
+    {
+        _S177 = loop_begin_0(h_6, r_6);
+    }
+    else
+    {
+        _S177 = r_6 + u32(1);
+    }
+    return _S177;
+}
+
 fn first_id_0( r_7 : u32) -> u32
 {
-    var _S177 : u32 = loop_id_0(team_references_0[_S4 / u32(32)][(r_7 & (u32(63)))]);
-    return _S177;
+    var _S178 : u32 = loop_id_0(team_references_0[_S4 / u32(32)][(r_7 & (u32(63)))]);
+    return _S178;
 }
 
 fn run_id_0( h_7 : Header_0,  r_8 : u32,  backwards_0 : bool,  i_13 : u32) -> u32
@@ -2418,11 +2421,11 @@ fn run_id_0( h_7 : Header_0,  r_8 : u32,  backwards_0 : bool,  i_13 : u32) -> u3
     }
     if(place_4 == length_1)
     {
-        var _S178 : u32 = first_id_0(next_reference_0(h_7, r_8));
-        return _S178;
+        var _S179 : u32 = first_id_0(next_reference_0(h_7, r_8));
+        return _S179;
     }
-    var _S179 : u32 = loop_id_0((((team_references_0[_S4 / u32(32)][(r_8 & (u32(63)))]) & (u32(63)))) + place_4);
-    return _S179;
+    var _S180 : u32 = loop_id_0((((team_references_0[_S4 / u32(32)][(r_8 & (u32(63)))]) & (u32(63)))) + place_4);
+    return _S180;
 }
 
 fn chain_step_of_0( h_8 : Header_0,  s_26 : u32,  item_1 : u32,  step_0 : ptr<function, u32>) -> bool
@@ -2432,24 +2435,24 @@ fn chain_step_of_0( h_8 : Header_0,  s_26 : u32,  item_1 : u32,  step_0 : ptr<fu
     var backwards_1 : bool = runs_backwards_0(h_8, r_9, s_26);
     var i_14 : u32 = item_1 - (((team_references_0[_S4 / u32(32)][r_9]) & (u32(63))));
     (*step_0) = u32(4278190080);
-    var _S180 : bool;
+    var _S181 : bool;
     if(i_14 == u32(0))
     {
-        _S180 = true;
+        _S181 = true;
     }
     else
     {
-        _S180 = i_14 >= length_2;
+        _S181 = i_14 >= length_2;
     }
-    if(_S180)
+    if(_S181)
     {
-        _S180 = true;
+        _S181 = true;
     }
     else
     {
-        _S180 = mask_test_0(h_8.private_refs_1, r_9);
+        _S181 = mask_test_0(h_8.private_refs_1, r_9);
     }
-    if(_S180)
+    if(_S181)
     {
         return false;
     }
@@ -2462,19 +2465,19 @@ fn chain_step_of_0( h_8 : Header_0,  s_26 : u32,  item_1 : u32,  step_0 : ptr<fu
     {
         i_15 = i_14;
     }
-    var _S181 : u32 = run_id_0(h_8, r_9, backwards_1, i_15);
-    var _S182 : u32 = run_id_0(h_8, r_9, backwards_1, i_15 - u32(1));
-    var _S183 : u32 = run_id_0(h_8, r_9, backwards_1, length_2);
+    var _S182 : u32 = run_id_0(h_8, r_9, backwards_1, i_15);
+    var _S183 : u32 = run_id_0(h_8, r_9, backwards_1, i_15 - u32(1));
+    var _S184 : u32 = run_id_0(h_8, r_9, backwards_1, length_2);
     if(i_15 < u32(2))
     {
         i_15 = u32(255);
     }
     else
     {
-        var _S184 : u32 = run_id_0(h_8, r_9, backwards_1, i_15 - u32(2));
-        i_15 = _S184;
+        var _S185 : u32 = run_id_0(h_8, r_9, backwards_1, i_15 - u32(2));
+        i_15 = _S185;
     }
-    (*step_0) = pack4_0(_S181, _S182, _S183, i_15);
+    (*step_0) = pack4_0(_S182, _S183, _S184, i_15);
     return true;
 }
 
@@ -2486,16 +2489,16 @@ fn dot3_0( v_6 : Triple_0,  w_7 : Triple_0) -> u32
 fn signed_quotient_0( x_8 : u32,  d_0 : u32) -> u32
 {
     var quotient_1 : u32 = magnitude_0(x_8) / d_0;
-    var _S185 : u32;
+    var _S186 : u32;
     if(i32(x_8) < i32(0))
     {
-        _S185 = u32(0) - quotient_1;
+        _S186 = u32(0) - quotient_1;
     }
     else
     {
-        _S185 = quotient_1;
+        _S186 = quotient_1;
     }
-    return _S185;
+    return _S186;
 }
 
 struct Weights_0
@@ -2531,35 +2534,35 @@ fn affine_weights_0( a_2 : u32,  b_1 : u32,  o_0 : u32,  v_7 : u32) -> Weights_0
     var determinant_0 : u32 = product_0 - ef_0 * ef_0;
     var d_1 : u32 = (determinant_0 >> (u32(8)));
     var w_8 : Weights_0;
-    var _S186 : bool;
+    var _S187 : bool;
     if(i32(determinant_0) > ((i32(product_0) >> (u32(5)))))
     {
-        _S186 = d_1 != u32(0);
+        _S187 = d_1 != u32(0);
     }
     else
     {
-        _S186 = false;
+        _S187 = false;
     }
-    w_8.exist_0 = _S186;
+    w_8.exist_0 = _S187;
     w_8.s_27 = u32(0);
     w_8.u_3 = u32(0);
-    if(!_S186)
+    if(!_S187)
     {
         return w_8;
     }
-    var _S187 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
-    w_8.s_27 = _S187;
-    var _S188 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
-    w_8.u_3 = _S188;
-    if((magnitude_0(_S187)) < u32(1024))
+    var _S188 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
+    w_8.s_27 = _S188;
+    var _S189 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
+    w_8.u_3 = _S189;
+    if((magnitude_0(_S188)) < u32(1024))
     {
-        _S186 = (magnitude_0(w_8.u_3)) < u32(1024);
+        _S187 = (magnitude_0(w_8.u_3)) < u32(1024);
     }
     else
     {
-        _S186 = false;
+        _S187 = false;
     }
-    w_8.exist_0 = _S186;
+    w_8.exist_0 = _S187;
     return w_8;
 }
 
@@ -2573,90 +2576,90 @@ fn line_weights_0( a_3 : u32,  b_2 : u32,  v_8 : u32) -> Weights_0
     var ee_2 : u32 = dot3_0(e_4, e_4);
     var re_2 : u32 = dot3_0(shifted_0(r_12, h_10), e_4);
     var w_9 : Weights_0;
-    var _S189 : i32 = i32(ee_2);
-    var _S190 : bool;
-    if(_S189 > i32(0))
+    var _S190 : i32 = i32(ee_2);
+    var _S191 : bool;
+    if(_S190 > i32(0))
     {
-        _S190 = i32(re_2) >= i32(0);
+        _S191 = i32(re_2) >= i32(0);
     }
     else
     {
-        _S190 = false;
+        _S191 = false;
     }
-    if(_S190)
+    if(_S191)
     {
-        _S190 = i32(re_2) <= _S189;
+        _S191 = i32(re_2) <= _S190;
     }
     else
     {
-        _S190 = false;
+        _S191 = false;
     }
-    w_9.exist_0 = _S190;
+    w_9.exist_0 = _S191;
     w_9.s_27 = u32(0);
     w_9.u_3 = u32(0);
-    if(_S190)
+    if(_S191)
     {
-        var _S191 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
-        w_9.s_27 = _S191;
+        var _S192 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
+        w_9.s_27 = _S192;
     }
     return w_9;
 }
 
 fn pack_weights_0( w_10 : Weights_0) -> u32
 {
-    var _S192 : u32;
+    var _S193 : u32;
     if(w_10.exist_0)
     {
-        _S192 = ((((((w_10.s_27) & (u32(4095)))) | ((((((w_10.u_3) & (u32(4095)))) << (u32(12))))))) | (u32(2147483648)));
+        _S193 = ((((((w_10.s_27) & (u32(4095)))) | ((((((w_10.u_3) & (u32(4095)))) << (u32(12))))))) | (u32(2147483648)));
     }
     else
     {
-        _S192 = u32(0);
+        _S193 = u32(0);
     }
-    return _S192;
+    return _S193;
 }
 
 fn find_weights_0( h_11 : Header_0,  s_28 : u32,  chains_2 : bool)
 {
-    var _S193 : u32;
+    var _S194 : u32;
     if(chains_2)
     {
         if((h_11.references_1) > u32(0))
         {
-            _S193 = mask_count_0(team_boundary_0);
+            _S194 = mask_count_0(team_boundary_0);
         }
         else
         {
-            _S193 = u32(0);
+            _S194 = u32(0);
         }
     }
     else
     {
-        _S193 = traversed_count_0;
+        _S194 = traversed_count_0;
     }
     var item_2 : u32 = _S4 % u32(32);
     for(;;)
     {
-        if(item_2 < _S193)
+        if(item_2 < _S194)
         {
         }
         else
         {
             break;
         }
-        var _S194 : u32 = (item_2 & (u32(63)));
-        var step_1 : u32 = ((((((((team_traversal_0[_S4 / u32(32)][_S194]) >> (u32(16)))) & (u32(255)))) | ((((((team_traversal_0[_S4 / u32(32)][_S194]) & (u32(65535)))) << (u32(8))))))) | ((((team_traversal_0[_S4 / u32(32)][_S194]) & (u32(4278190080))))));
-        var _S195 : bool;
+        var _S195 : u32 = (item_2 & (u32(63)));
+        var step_1 : u32 = ((((((((team_traversal_0[_S4 / u32(32)][_S195]) >> (u32(16)))) & (u32(255)))) | ((((((team_traversal_0[_S4 / u32(32)][_S195]) & (u32(65535)))) << (u32(8))))))) | ((((team_traversal_0[_S4 / u32(32)][_S195]) & (u32(4278190080))))));
+        var _S196 : bool;
         if(chains_2)
         {
-            var _S196 : bool = chain_step_of_0(h_11, s_28, item_2, &(step_1));
-            _S195 = !_S196;
+            var _S197 : bool = chain_step_of_0(h_11, s_28, item_2, &(step_1));
+            _S196 = !_S197;
         }
         else
         {
-            _S195 = false;
+            _S196 = false;
         }
-        if(_S195)
+        if(_S196)
         {
             item_2 = item_2 + u32(32);
             continue;
@@ -2668,24 +2671,24 @@ fn find_weights_0( h_11 : Header_0,  s_28 : u32,  chains_2 : bool)
         var b_3 : u32 = (((step_1 >> (u32(16)))) & (u32(63)));
         if(((step_1 >> (u32(24)))) != u32(255))
         {
-            var _S197 : Weights_0 = affine_weights_0(a_4, b_3, (((step_1 >> (u32(24)))) & (u32(63))), v_9);
-            w_11 = _S197;
+            var _S198 : Weights_0 = affine_weights_0(a_4, b_3, (((step_1 >> (u32(24)))) & (u32(63))), v_9);
+            w_11 = _S198;
         }
-        var _S198 : bool;
+        var _S199 : bool;
         if(chains_2)
         {
-            _S198 = !w_11.exist_0;
+            _S199 = !w_11.exist_0;
         }
         else
         {
-            _S198 = false;
+            _S199 = false;
         }
-        if(_S198)
+        if(_S199)
         {
-            var _S199 : Weights_0 = line_weights_0(a_4, b_3, v_9);
-            w_11 = _S199;
+            var _S200 : Weights_0 = line_weights_0(a_4, b_3, v_9);
+            w_11 = _S200;
         }
-        team_seams_0[_S4 / u32(32)][_S194] = pack_weights_0(w_11);
+        team_seams_0[_S4 / u32(32)][_S195] = pack_weights_0(w_11);
         item_2 = item_2 + u32(32);
     }
     return;
@@ -2693,9 +2696,9 @@ fn find_weights_0( h_11 : Header_0,  s_28 : u32,  chains_2 : bool)
 
 fn element_total_0() -> u32
 {
-    var _S200 : u32 = (extractBits((group_stream_0[stream_end_0 - u32(1)]), u32((i32(12))), u32((i32(11)))));
-    var _S201 : u32 = (extractBits((group_stream_0[stream_end_0 - u32(1)]), u32((i32(0))), u32((i32(3)))));
-    return min(_S200 + _S201, u32(20));
+    var _S201 : u32 = (extractBits((group_stream_0[stream_end_0 - u32(1)]), u32((i32(12))), u32((i32(11)))));
+    var _S202 : u32 = (extractBits((group_stream_0[stream_end_0 - u32(1)]), u32((i32(0))), u32((i32(3)))));
+    return min(_S201 + _S202, u32(20));
 }
 
 fn stream_of_element_0( element_3 : u32) -> vec2<u32>
@@ -2711,33 +2714,33 @@ fn stream_of_element_0( element_3 : u32) -> vec2<u32>
         {
             break;
         }
-        var _S202 : u32 = (extractBits((group_stream_0[next_2]), u32((i32(12))), u32((i32(11)))));
-        if(element_3 >= _S202)
+        var _S203 : u32 = (extractBits((group_stream_0[next_2]), u32((i32(12))), u32((i32(11)))));
+        if(element_3 >= _S203)
         {
             s_29 = next_2;
         }
         next_2 = next_2 + u32(1);
     }
-    var _S203 : u32 = (extractBits((group_stream_0[s_29]), u32((i32(12))), u32((i32(11)))));
-    return vec2<u32>(s_29, element_3 - _S203);
+    var _S204 : u32 = (extractBits((group_stream_0[s_29]), u32((i32(12))), u32((i32(11)))));
+    return vec2<u32>(s_29, element_3 - _S204);
 }
 
 fn Weights_x24init_0( exist_1 : bool,  s_30 : u32,  u_4 : u32) -> Weights_0
 {
-    var _S204 : Weights_0;
-    _S204.exist_0 = exist_1;
-    _S204.s_27 = s_30;
-    _S204.u_3 = u_4;
-    return _S204;
+    var _S205 : Weights_0;
+    _S205.exist_0 = exist_1;
+    _S205.s_27 = s_30;
+    _S205.u_3 = u_4;
+    return _S205;
 }
 
 fn unpack_weights_0( word_8 : u32) -> Weights_0
 {
-    var _S205 : i32 = i32(word_8);
-    var _S206 : i32 = (extractBits((_S205), u32((i32(0))), u32((i32(12)))));
-    var _S207 : u32 = u32(_S206);
-    var _S208 : i32 = (extractBits((_S205), u32((i32(12))), u32((i32(12)))));
-    return Weights_x24init_0(true, _S207, u32(_S208));
+    var _S206 : i32 = i32(word_8);
+    var _S207 : i32 = (extractBits((_S206), u32((i32(0))), u32((i32(12)))));
+    var _S208 : u32 = u32(_S207);
+    var _S209 : i32 = (extractBits((_S206), u32((i32(12))), u32((i32(12)))));
+    return Weights_x24init_0(true, _S208, u32(_S209));
 }
 
 fn affine_point_0( w_12 : Weights_0,  a_5 : u32,  b_4 : u32,  o_1 : u32) -> u32
@@ -2747,21 +2750,21 @@ fn affine_point_0( w_12 : Weights_0,  a_5 : u32,  b_4 : u32,  o_1 : u32) -> u32
 
 fn divide_0( x_9 : u32,  n_14 : u32) -> u32
 {
-    var _S209 : u32 = x_9 / n_14;
-    return _S209;
+    var _S210 : u32 = x_9 / n_14;
+    return _S210;
 }
 
 fn toward_0( a_6 : u32,  b_5 : u32,  n_15 : u32) -> u32
 {
-    var _S210 : u32 = divide_0(b_5 - a_6 + ((n_15 >> (u32(1)))) + ((n_15 << (u32(24)))), n_15);
-    return a_6 + _S210 - u32(16777216);
+    var _S211 : u32 = divide_0(b_5 - a_6 + ((n_15 >> (u32(1)))) + ((n_15 << (u32(24)))), n_15);
+    return a_6 + _S211 - u32(16777216);
 }
 
 fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
 {
-    var _S211 : u32 = (extractBits((group_stream_0[s_31]), u32((i32(9))), u32((i32(3)))));
+    var _S212 : u32 = (extractBits((group_stream_0[s_31]), u32((i32(9))), u32((i32(3)))));
     var base_3 : u32 = min(element_4, u32(19)) * u32(64);
-    var _S212 : u32 = bits_mask_0(s_31);
+    var _S213 : u32 = bits_mask_0(s_31);
     var length_3 : u32 = reference_length_of_0(r_13);
     var backwards_2 : bool = runs_backwards_0(h_12, r_13, s_31);
     var rank_3 : u32 = ((team_references_0[_S4 / u32(32)][(r_13 & (u32(63)))]) & (u32(63)));
@@ -2773,20 +2776,20 @@ fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
     }
     else
     {
-        var _S213 : u32 = loop_id_0(rank_3);
-        prev_0 = _S213;
+        var _S214 : u32 = loop_id_0(rank_3);
+        prev_0 = _S214;
     }
     var prev_1 : u32 = team_values_0[_S4 / u32(32)][base_3 + prev_0];
     if(backwards_2)
     {
-        var _S214 : u32 = loop_id_0(rank_3);
-        prev_0 = _S214;
+        var _S215 : u32 = loop_id_0(rank_3);
+        prev_0 = _S215;
     }
     else
     {
         prev_0 = to_1;
     }
-    var _S215 : u32 = team_values_0[_S4 / u32(32)][base_3 + prev_0];
+    var _S216 : u32 = team_values_0[_S4 / u32(32)][base_3 + prev_0];
     prev_0 = prev_1;
     var before_6 : u32 = prev_1;
     var left_0 : u32 = length_3;
@@ -2799,20 +2802,20 @@ fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
         {
             break;
         }
-        var _S216 : u32;
+        var _S217 : u32;
         if(backwards_2)
         {
-            _S216 = left_0 - u32(1);
+            _S217 = left_0 - u32(1);
         }
         else
         {
-            _S216 = length_3 + u32(1) - left_0;
+            _S217 = length_3 + u32(1) - left_0;
         }
-        var place_5 : u32 = rank_3 + _S216;
-        var _S217 : u32 = loop_id_0(place_5);
-        var v_10 : u32 = base_3 + _S217;
+        var place_5 : u32 = rank_3 + _S217;
+        var _S218 : u32 = loop_id_0(place_5);
+        var v_10 : u32 = base_3 + _S218;
         var weights_0 : u32;
-        if(_S211 == u32(5))
+        if(_S212 == u32(5))
         {
             weights_0 = team_seams_0[_S4 / u32(32)][(place_5 & (u32(63)))];
         }
@@ -2823,27 +2826,27 @@ fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
         var point_0 : u32;
         if(weights_0 != u32(0))
         {
-            var _S218 : Weights_0 = unpack_weights_0(weights_0);
-            point_0 = affine_point_0(_S218, prev_0, _S215, before_6);
+            var _S219 : Weights_0 = unpack_weights_0(weights_0);
+            point_0 = affine_point_0(_S219, prev_0, _S216, before_6);
         }
         else
         {
-            if(_S211 != u32(2))
+            if(_S212 != u32(2))
             {
-                var _S219 : u32 = toward_0(prev_0, _S215, left_0);
-                point_0 = _S219;
+                var _S220 : u32 = toward_0(prev_0, _S216, left_0);
+                point_0 = _S220;
             }
             else
             {
                 point_0 = prev_0;
             }
         }
-        var prev_2 : u32 = ((point_0 + team_values_0[_S4 / u32(32)][v_10]) & (_S212));
+        var prev_2 : u32 = ((point_0 + team_values_0[_S4 / u32(32)][v_10]) & (_S213));
         team_values_0[_S4 / u32(32)][v_10] = prev_2;
-        var _S220 : u32 = left_0 - u32(1);
+        var _S221 : u32 = left_0 - u32(1);
         before_6 = prev_0;
         prev_0 = prev_2;
-        left_0 = _S220;
+        left_0 = _S221;
     }
     return;
 }
@@ -2851,40 +2854,40 @@ fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
 fn predict_chains_0( h_13 : Header_0,  s_32 : u32,  only_seams_0 : bool)
 {
     var one_0 : bool = s_32 < u32(8);
-    var _S221 : u32;
+    var _S222 : u32;
     if(one_0)
     {
-        var _S222 : u32 = (extractBits((group_stream_0[s_32]), u32((i32(12))), u32((i32(11)))));
-        _S221 = _S222;
+        var _S223 : u32 = (extractBits((group_stream_0[s_32]), u32((i32(12))), u32((i32(11)))));
+        _S222 = _S223;
     }
     else
     {
-        _S221 = u32(0);
+        _S222 = u32(0);
     }
     var item_3 : u32;
     if(one_0)
     {
-        var _S223 : u32 = (extractBits((group_stream_0[s_32]), u32((i32(0))), u32((i32(3)))));
-        item_3 = _S223;
+        var _S224 : u32 = (extractBits((group_stream_0[s_32]), u32((i32(0))), u32((i32(3)))));
+        item_3 = _S224;
     }
     else
     {
-        var _S224 : u32 = element_total_0();
-        item_3 = _S224;
+        var _S225 : u32 = element_total_0();
+        item_3 = _S225;
     }
-    var _S225 : u32 = max(item_3, u32(1));
+    var _S226 : u32 = max(item_3, u32(1));
     item_3 = _S4 % u32(32);
     for(;;)
     {
-        if(item_3 < (h_13.references_1 * _S225))
+        if(item_3 < (h_13.references_1 * _S226))
         {
         }
         else
         {
             break;
         }
-        var r_14 : u32 = item_3 / _S225;
-        var element_5 : u32 = _S221 + item_3 - r_14 * _S225;
+        var r_14 : u32 = item_3 / _S226;
+        var element_5 : u32 = _S222 + item_3 - r_14 * _S226;
         var of_0 : u32;
         if(one_0)
         {
@@ -2892,39 +2895,39 @@ fn predict_chains_0( h_13 : Header_0,  s_32 : u32,  only_seams_0 : bool)
         }
         else
         {
-            var _S226 : vec2<u32> = stream_of_element_0(element_5);
-            of_0 = _S226.x;
+            var _S227 : vec2<u32> = stream_of_element_0(element_5);
+            of_0 = _S227.x;
         }
         if(mask_test_0(h_13.private_refs_1, r_14))
         {
             item_3 = item_3 + u32(32);
             continue;
         }
-        var _S227 : bool;
+        var _S228 : bool;
         if(!one_0)
         {
-            var _S228 : u32 = (extractBits((group_stream_0[of_0]), u32((i32(9))), u32((i32(3)))));
-            _S227 = _S228 == u32(5);
+            var _S229 : u32 = (extractBits((group_stream_0[of_0]), u32((i32(9))), u32((i32(3)))));
+            _S228 = _S229 == u32(5);
         }
         else
         {
-            _S227 = false;
+            _S228 = false;
         }
-        if(_S227)
+        if(_S228)
         {
             item_3 = item_3 + u32(32);
             continue;
         }
-        var _S229 : bool;
+        var _S230 : bool;
         if(only_seams_0)
         {
-            _S229 = !mask_test_0(team_seam_refs_0[_S4 / u32(32)][of_0], r_14);
+            _S230 = !mask_test_0(team_seam_refs_0[_S4 / u32(32)][of_0], r_14);
         }
         else
         {
-            _S229 = false;
+            _S230 = false;
         }
-        if(_S229)
+        if(_S230)
         {
             item_3 = item_3 + u32(32);
             continue;
@@ -2938,64 +2941,64 @@ fn predict_chains_0( h_13 : Header_0,  s_32 : u32,  only_seams_0 : bool)
 fn predict_element_0( s_33 : u32,  c_6 : u32)
 {
     var predictor_0 : u32 = (extractBits((group_stream_0[s_33]), u32((i32(9))), u32((i32(3)))));
-    var _S230 : u32 = bits_mask_0(s_33);
-    var _S231 : u32 = value_element_0(s_33, c_6);
+    var _S231 : u32 = bits_mask_0(s_33);
+    var _S232 : u32 = value_element_0(s_33, c_6);
     var copies_0 : bool = predictor_0 == u32(2);
     var damped_0 : bool = predictor_0 == u32(3);
-    var _S232 : bool = predictor_0 == u32(5);
-    var _S233 : bool;
+    var _S233 : bool = predictor_0 == u32(5);
+    var _S234 : bool;
     if(predictor_0 != u32(1))
     {
-        _S233 = !copies_0;
+        _S234 = !copies_0;
     }
     else
     {
-        _S233 = false;
-    }
-    var _S234 : u32;
-    if(damped_0)
-    {
-        _S234 = u32(3);
-    }
-    else
-    {
-        _S234 = u32(1);
+        _S234 = false;
     }
     var _S235 : u32;
     if(damped_0)
     {
-        _S235 = u32(4294967294);
+        _S235 = u32(3);
     }
     else
     {
-        _S235 = u32(4294967295);
+        _S235 = u32(1);
     }
     var _S236 : u32;
     if(damped_0)
     {
-        _S236 = u32(2);
+        _S236 = u32(4294967294);
     }
     else
     {
-        _S236 = u32(0);
+        _S236 = u32(4294967295);
     }
-    var _S237 : i32;
+    var _S237 : u32;
     if(damped_0)
     {
-        _S237 = i32(2);
+        _S237 = u32(2);
     }
     else
     {
-        _S237 = i32(0);
+        _S237 = u32(0);
     }
     var _S238 : i32;
-    if(copies_0)
+    if(damped_0)
+    {
+        _S238 = i32(2);
+    }
+    else
     {
         _S238 = i32(0);
     }
+    var _S239 : i32;
+    if(copies_0)
+    {
+        _S239 = i32(0);
+    }
     else
     {
-        _S238 = i32(1);
+        _S239 = i32(1);
     }
     var i_16 : u32 = u32(0);
     for(;;)
@@ -3008,14 +3011,14 @@ fn predict_element_0( s_33 : u32,  c_6 : u32)
             break;
         }
         var triangle_3 : u32 = team_traversal_0[_S4 / u32(32)][i_16];
-        var _S239 : u32 = (extractBits((team_traversal_0[_S4 / u32(32)][i_16]), u32((i32(16))), u32((i32(6)))));
-        var v_11 : u32 = _S231 + _S239;
+        var _S240 : u32 = (extractBits((team_traversal_0[_S4 / u32(32)][i_16]), u32((i32(16))), u32((i32(6)))));
+        var v_11 : u32 = _S232 + _S240;
         var residual_1 : u32 = team_values_0[_S4 / u32(32)][v_11];
-        var a_7 : u32 = team_values_0[_S4 / u32(32)][_S231 + ((triangle_3 & (u32(63))))];
-        var _S240 : u32 = (extractBits((triangle_3), u32((i32(8))), u32((i32(6)))));
-        var b_6 : u32 = team_values_0[_S4 / u32(32)][_S231 + _S240];
-        var _S241 : u32 = (extractBits((triangle_3), u32((i32(24))), u32((i32(6)))));
-        var o_2 : u32 = team_values_0[_S4 / u32(32)][_S231 + _S241];
+        var a_7 : u32 = team_values_0[_S4 / u32(32)][_S232 + ((triangle_3 & (u32(63))))];
+        var _S241 : u32 = (extractBits((triangle_3), u32((i32(8))), u32((i32(6)))));
+        var b_6 : u32 = team_values_0[_S4 / u32(32)][_S232 + _S241];
+        var _S242 : u32 = (extractBits((triangle_3), u32((i32(24))), u32((i32(6)))));
+        var o_2 : u32 = team_values_0[_S4 / u32(32)][_S232 + _S242];
         var sum_3 : u32;
         if(copies_0)
         {
@@ -3026,7 +3029,7 @@ fn predict_element_0( s_33 : u32,  c_6 : u32)
             sum_3 = a_7 + b_6;
         }
         var across_0 : bool;
-        if(_S233)
+        if(_S234)
         {
             across_0 = triangle_3 < u32(4278190080);
         }
@@ -3037,42 +3040,42 @@ fn predict_element_0( s_33 : u32,  c_6 : u32)
         var point_1 : u32;
         if(across_0)
         {
-            point_1 = _S234 * sum_3 + _S235 * o_2 + _S236;
+            point_1 = _S235 * sum_3 + _S236 * o_2 + _S237;
         }
         else
         {
             point_1 = sum_3;
         }
-        var _S242 : i32 = i32(point_1);
-        var _S243 : i32;
+        var _S243 : i32 = i32(point_1);
+        var _S244 : i32;
         if(across_0)
         {
-            _S243 = _S237;
+            _S244 = _S238;
         }
         else
         {
-            _S243 = _S238;
+            _S244 = _S239;
         }
-        var _S244 : u32 = u32((_S242 >> (u32(_S243))));
+        var _S245 : u32 = u32((_S243 >> (u32(_S244))));
         var point_2 : u32;
-        if(_S232)
+        if(_S233)
         {
             var weights_1 : u32 = team_seams_0[_S4 / u32(32)][i_16];
             if((team_seams_0[_S4 / u32(32)][i_16]) != u32(0))
             {
-                var _S245 : Weights_0 = unpack_weights_0(weights_1);
-                point_2 = affine_point_0(_S245, a_7, b_6, o_2);
+                var _S246 : Weights_0 = unpack_weights_0(weights_1);
+                point_2 = affine_point_0(_S246, a_7, b_6, o_2);
             }
             else
             {
-                point_2 = _S244;
+                point_2 = _S245;
             }
         }
         else
         {
-            point_2 = _S244;
+            point_2 = _S245;
         }
-        team_values_0[_S4 / u32(32)][v_11] = ((point_2 + residual_1) & (_S230));
+        team_values_0[_S4 / u32(32)][v_11] = ((point_2 + residual_1) & (_S231));
         i_16 = i_16 + u32(1);
     }
     return;
@@ -3083,23 +3086,23 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
     var geo_0 : bool = any_stream_predicts_0(u32(16));
     var affine_0 : bool = any_stream_predicts_0(u32(32));
     var traversal_0 : u32 = push_0.streams_0 + u32(1);
-    var _S246 : bool;
+    var _S247 : bool;
     if(geo_0)
     {
-        _S246 = true;
+        _S247 = true;
     }
     else
     {
-        _S246 = affine_0;
+        _S247 = affine_0;
     }
-    var _S247 : u32;
-    if(_S246)
+    var _S248 : u32;
+    if(_S247)
     {
-        _S247 = traversal_0 + u32(1);
+        _S248 = traversal_0 + u32(1);
     }
     else
     {
-        _S247 = traversal_0;
+        _S248 = traversal_0;
     }
     var step_2 : u32;
     if(has_chains_0)
@@ -3112,7 +3115,7 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
     }
     for(;;)
     {
-        if(step_2 <= _S247)
+        if(step_2 <= _S248)
         {
         }
         else
@@ -3122,14 +3125,14 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
         var chains_3 : bool = step_2 < traversal_0;
         if(chains_3)
         {
-            _S246 = step_2 > u32(0);
+            _S247 = step_2 > u32(0);
         }
         else
         {
-            _S246 = false;
+            _S247 = false;
         }
         var s_34 : u32;
-        if(_S246)
+        if(_S247)
         {
             s_34 = step_2 - u32(1);
         }
@@ -3137,27 +3140,11 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
         {
             s_34 = u32(8);
         }
-        var _S248 : bool = s_34 < u32(8);
-        var _S249 : bool;
-        if(_S248)
-        {
-            _S249 = ((the_blob_0[u32(8) + u32(7) * s_34] >> (u32(24)))) != u32(5);
-        }
-        else
-        {
-            _S249 = false;
-        }
+        var _S249 : bool = s_34 < u32(8);
+        var _S250 : bool;
         if(_S249)
         {
-            step_2 = step_2 + u32(1);
-            continue;
-        }
-        workgroupBarrier();
-        var after_0 : bool = step_2 > traversal_0;
-        var _S250 : bool;
-        if(after_0)
-        {
-            _S250 = geo_0;
+            _S250 = ((the_blob_0[u32(8) + u32(7) * s_34] >> (u32(24)))) != u32(5);
         }
         else
         {
@@ -3165,53 +3152,69 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
         }
         if(_S250)
         {
+            step_2 = step_2 + u32(1);
+            continue;
+        }
+        workgroupBarrier();
+        var after_0 : bool = step_2 > traversal_0;
+        var _S251 : bool;
+        if(after_0)
+        {
+            _S251 = geo_0;
+        }
+        else
+        {
+            _S251 = false;
+        }
+        if(_S251)
+        {
             sum_team_normals_0(sound_2);
         }
         var of_1 : u32 = u32(0);
         for(;;)
         {
-            var _S251 : bool;
+            var _S252 : bool;
             if(of_1 < stream_end_0)
             {
-                _S251 = after_0;
-            }
-            else
-            {
-                _S251 = false;
-            }
-            var _S252 : bool;
-            if(_S251)
-            {
-                _S252 = sound_2;
+                _S252 = after_0;
             }
             else
             {
                 _S252 = false;
             }
+            var _S253 : bool;
             if(_S252)
+            {
+                _S253 = sound_2;
+            }
+            else
+            {
+                _S253 = false;
+            }
+            if(_S253)
             {
             }
             else
             {
                 break;
             }
-            var _S253 : u32 = (extractBits((group_stream_0[of_1]), u32((i32(9))), u32((i32(3)))));
-            if(_S253 == u32(4))
+            var _S254 : u32 = (extractBits((group_stream_0[of_1]), u32((i32(9))), u32((i32(3)))));
+            if(_S254 == u32(4))
             {
                 predict_team_geo_0(of_1);
             }
             of_1 = of_1 + u32(1);
         }
-        var _S254 : bool;
+        var _S255 : bool;
         if(after_0)
         {
-            _S254 = affine_0;
+            _S255 = affine_0;
         }
         else
         {
-            _S254 = _S248;
+            _S255 = _S249;
         }
-        if(_S254)
+        if(_S255)
         {
             if(sound_2)
             {
@@ -3219,42 +3222,42 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
             }
             workgroupBarrier();
         }
-        var _S255 : bool;
+        var _S256 : bool;
         if(chains_3)
         {
-            _S255 = sound_2;
+            _S256 = sound_2;
         }
         else
         {
-            _S255 = false;
+            _S256 = false;
         }
-        if(_S255)
+        if(_S256)
         {
             predict_chains_0(h_14, s_34, only_seams_1);
         }
         var element_6 : u32 = _S4 % u32(32);
         for(;;)
         {
-            var _S256 : u32 = element_total_0();
-            var _S257 : bool;
-            if(element_6 < _S256)
-            {
-                _S257 = !chains_3;
-            }
-            else
-            {
-                _S257 = false;
-            }
+            var _S257 : u32 = element_total_0();
             var _S258 : bool;
-            if(_S257)
+            if(element_6 < _S257)
             {
-                _S258 = sound_2;
+                _S258 = !chains_3;
             }
             else
             {
                 _S258 = false;
             }
+            var _S259 : bool;
             if(_S258)
+            {
+                _S259 = sound_2;
+            }
+            else
+            {
+                _S259 = false;
+            }
+            if(_S259)
             {
             }
             else
@@ -3262,20 +3265,20 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
                 break;
             }
             var of_2 : vec2<u32> = stream_of_element_0(element_6);
-            var _S259 : u32 = of_2.x;
-            var predictor_1 : u32 = (extractBits((group_stream_0[_S259]), u32((i32(9))), u32((i32(3)))));
-            var _S260 : bool;
+            var _S260 : u32 = of_2.x;
+            var predictor_1 : u32 = (extractBits((group_stream_0[_S260]), u32((i32(9))), u32((i32(3)))));
+            var _S261 : bool;
             if(after_0)
             {
-                _S260 = predictor_1 == u32(5);
+                _S261 = predictor_1 == u32(5);
             }
             else
             {
-                _S260 = predictor_1 < u32(4);
+                _S261 = predictor_1 < u32(4);
             }
-            if(_S260)
+            if(_S261)
             {
-                predict_element_0(_S259, of_2.y);
+                predict_element_0(_S260, of_2.y);
             }
             element_6 = element_6 + u32(32);
         }
@@ -3286,45 +3289,45 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
 
 fn put_field_0( at_2 : u32,  value_3 : u32) -> vec2<u32>
 {
-    var _S261 : vec2<u32>;
+    var _S262 : vec2<u32>;
     if(at_2 < u32(32))
     {
-        _S261 = vec2<u32>((value_3 << (at_2)), (((value_3 >> (u32(1)))) >> ((u32(31) - at_2))));
+        _S262 = vec2<u32>((value_3 << (at_2)), (((value_3 >> (u32(1)))) >> ((u32(31) - at_2))));
     }
     else
     {
-        _S261 = vec2<u32>(u32(0), (value_3 << ((at_2 - u32(32)))));
+        _S262 = vec2<u32>(u32(0), (value_3 << ((at_2 - u32(32)))));
     }
-    return _S261;
+    return _S262;
 }
 
 fn put_vertex_0( s_35 : u32,  id_7 : u32,  fields_2 : vec2<u32>)
 {
     var word_9 : u32 = word_of_0(s_35, id_7);
-    var _S262 : u32 = (extractBits((group_places_0[s_35]), u32((i32(16))), u32((i32(6)))));
-    if(_S262 == u32(1))
+    var _S263 : u32 = (extractBits((group_places_0[s_35]), u32((i32(16))), u32((i32(6)))));
+    if(_S263 == u32(1))
     {
         all_values_0[the_values_0 + word_9] = fields_2.x;
     }
     else
     {
-        var _S263 : u32 = u32(2) * ((word_9 >> (u32(1))));
-        all_values_0[the_values_0 + _S263] = fields_2.x;
-        all_values_0[the_values_0 + _S263 + u32(1)] = fields_2.y;
+        var _S264 : u32 = u32(2) * ((word_9 >> (u32(1))));
+        all_values_0[the_values_0 + _S264] = fields_2.x;
+        all_values_0[the_values_0 + _S264 + u32(1)] = fields_2.y;
     }
     return;
 }
 
 fn put_value_0( s_36 : u32,  c_7 : u32,  id_8 : u32,  value_4 : u32)
 {
-    var _S264 : u32 = bits_mask_0(s_36);
-    var inside_0 : u32 = (value_4 & (_S264));
-    var _S265 : bool = is_packed_0(s_36);
-    if(!_S265)
+    var _S265 : u32 = bits_mask_0(s_36);
+    var inside_0 : u32 = (value_4 & (_S265));
+    var _S266 : bool = is_packed_0(s_36);
+    if(!_S266)
     {
-        var _S266 : u32 = the_values_0;
-        var _S267 : u32 = word_of_0(s_36, id_8);
-        all_values_0[_S266 + (_S267 + c_7)] = inside_0;
+        var _S267 : u32 = the_values_0;
+        var _S268 : u32 = word_of_0(s_36, id_8);
+        all_values_0[_S267 + (_S268 + c_7)] = inside_0;
         return;
     }
     var before_7 : vec2<u32>;
@@ -3334,11 +3337,11 @@ fn put_value_0( s_36 : u32,  c_7 : u32,  id_8 : u32,  value_4 : u32)
     }
     else
     {
-        var _S268 : vec2<u32> = vertex_at_0(s_36, id_8);
-        before_7 = _S268;
+        var _S269 : vec2<u32> = vertex_at_0(s_36, id_8);
+        before_7 = _S269;
     }
-    var _S269 : u32 = (extractBits((group_places_0[s_36]), u32((i32(22))), u32((i32(6)))));
-    put_vertex_0(s_36, id_8, (before_7 | ((put_field_0(c_7 * _S269, inside_0)))));
+    var _S270 : u32 = (extractBits((group_places_0[s_36]), u32((i32(22))), u32((i32(6)))));
+    put_vertex_0(s_36, id_8, (before_7 | ((put_field_0(c_7 * _S270, inside_0)))));
     return;
 }
 
@@ -3369,26 +3372,26 @@ fn store_values_0( known_0 : vec2<u32>)
             {
                 break;
             }
-            var _S270 : vec2<u32> = vec2<u32>(u32(0));
+            var _S271 : vec2<u32> = vec2<u32>(u32(0));
             var c_8 : u32 = u32(0);
-            var fields_3 : vec2<u32> = _S270;
+            var fields_3 : vec2<u32> = _S271;
             for(;;)
             {
-                var _S271 : u32 = (extractBits((group_stream_0[s_37]), u32((i32(0))), u32((i32(3)))));
-                if(c_8 < _S271)
+                var _S272 : u32 = (extractBits((group_stream_0[s_37]), u32((i32(0))), u32((i32(3)))));
+                if(c_8 < _S272)
                 {
                 }
                 else
                 {
                     break;
                 }
-                var _S272 : u32 = value_element_0(s_37, c_8);
-                var value_5 : u32 = team_values_0[_S4 / u32(32)][_S272 + id_9];
-                var _S273 : bool = is_packed_0(s_37);
-                if(_S273)
+                var _S273 : u32 = value_element_0(s_37, c_8);
+                var value_5 : u32 = team_values_0[_S4 / u32(32)][_S273 + id_9];
+                var _S274 : bool = is_packed_0(s_37);
+                if(_S274)
                 {
-                    var _S274 : u32 = (extractBits((group_places_0[s_37]), u32((i32(22))), u32((i32(6)))));
-                    fields_3 = (fields_3 | ((put_field_0(c_8 * _S274, value_5))));
+                    var _S275 : u32 = (extractBits((group_places_0[s_37]), u32((i32(22))), u32((i32(6)))));
+                    fields_3 = (fields_3 | ((put_field_0(c_8 * _S275, value_5))));
                 }
                 else
                 {
@@ -3396,8 +3399,8 @@ fn store_values_0( known_0 : vec2<u32>)
                 }
                 c_8 = c_8 + u32(1);
             }
-            var _S275 : bool = is_packed_0(s_37);
-            if(_S275)
+            var _S276 : bool = is_packed_0(s_37);
+            if(_S276)
             {
                 put_vertex_0(s_37, id_9, fields_3);
             }
@@ -3417,17 +3420,17 @@ fn main(@builtin(workgroup_id) gl_WorkGroupID_0 : vec3<u32>, @builtin(local_invo
     open_job_0(push_0.first_0 + gl_WorkGroupID_0.x);
     var summary_0 : u32 = atomicLoad(&(the_summaries_0[job_place_0]));
     var places_0 : Places_std430_0 = all_places_0[job_place_0];
-    var _S276 : bool;
+    var _S277 : bool;
     if(((summary_0 >> (u32(16)))) == u32(0))
     {
-        _S276 = (places_0.interior_0) != u32(4294967295);
+        _S277 = (places_0.interior_0) != u32(4294967295);
     }
     else
     {
-        _S276 = false;
+        _S277 = false;
     }
     var live_0 : u32;
-    if(_S276)
+    if(_S277)
     {
         live_0 = u32(1);
     }
@@ -3435,8 +3438,8 @@ fn main(@builtin(workgroup_id) gl_WorkGroupID_0 : vec3<u32>, @builtin(local_invo
     {
         live_0 = u32(0);
     }
-    var _S277 : u32 = (extractBits((places_0.counts_0), u32((i32(13))), u32((i32(3)))));
-    var state_0 : u32 = uniform_word_0((live_0 | (((_S277 << (u32(1)))))));
+    var _S278 : u32 = (extractBits((places_0.counts_0), u32((i32(13))), u32((i32(3)))));
+    var state_0 : u32 = uniform_word_0((live_0 | (((_S278 << (u32(1)))))));
     if(((state_0 & (u32(1)))) == u32(0))
     {
         return;
@@ -3472,8 +3475,8 @@ fn main(@builtin(workgroup_id) gl_WorkGroupID_0 : vec3<u32>, @builtin(local_invo
         team_seam_refs_0[_S4 / u32(32)][s_38] = mask_none_0();
         s_38 = s_38 + u32(32);
     }
-    var _S278 : u32 = (extractBits((places_0.counts_0), u32((i32(7))), u32((i32(6)))));
-    read_interior_codes_0(places_0.codes_0, mask_any_0(((mask_below_0(_S278)) & ((~(((places_0.foreign_refs_0) | ((places_0.private_refs_0)))))))));
+    var _S279 : u32 = (extractBits((places_0.counts_0), u32((i32(7))), u32((i32(6)))));
+    read_interior_codes_0(places_0.codes_0, mask_any_0(((mask_below_0(_S279)) & ((~(((places_0.foreign_refs_0) | ((places_0.private_refs_0)))))))));
     workgroupBarrier();
     if((_S4 % u32(32)) == u32(0))
     {
@@ -3485,8 +3488,8 @@ fn main(@builtin(workgroup_id) gl_WorkGroupID_0 : vec3<u32>, @builtin(local_invo
     h_15.flags_0 = u32(0);
     if(seams_4)
     {
-        var _S279 : Header_0 = find_seams_of_0();
-        h_15 = _S279;
+        var _S280 : Header_0 = find_seams_of_0();
+        h_15 = _S280;
     }
     workgroupBarrier();
     list_traversal_0();
@@ -3497,22 +3500,22 @@ fn main(@builtin(workgroup_id) gl_WorkGroupID_0 : vec3<u32>, @builtin(local_invo
     workgroupBarrier();
     if(sound_3)
     {
-        var _S280 : vec2<u32>;
+        var _S281 : vec2<u32>;
         if((h_15.flags_0) != u32(0))
         {
-            _S280 = mask_none_0();
+            _S281 = mask_none_0();
         }
         else
         {
-            _S280 = (team_boundary_0 & ((~places_0.waiting_0)));
+            _S281 = (team_boundary_0 & ((~places_0.waiting_0)));
         }
-        store_values_0(_S280);
+        store_values_0(_S281);
     }
     else
     {
         if((_S4 % u32(32)) == u32(0))
         {
-            var _S281 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
+            var _S282 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
         }
     }
     return;

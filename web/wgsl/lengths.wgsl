@@ -1023,32 +1023,46 @@ fn anchor_widths_0( s_9 : u32,  p_7 : u32) -> u32
     return widths_0;
 }
 
+fn further_widths_0( p_8 : u32,  s_10 : u32,  count_3 : u32) -> u32
+{
+    var n_6 : u32 = (extractBits((group_stream_0[s_10]), u32((i32(0))), u32((i32(3)))));
+    var _S75 : u32;
+    if(count_3 > u32(1))
+    {
+        var _S76 : u32 = (extractBits((group_stream_0[s_10]), u32((i32(3))), u32((i32(6)))));
+        var _S77 : u32 = anchor_widths_0(s_10, p_8 + n_6 * _S76);
+        _S75 = _S77;
+    }
+    else
+    {
+        _S75 = u32(0);
+    }
+    return _S75;
+}
+
 fn width_sum_0( widths_2 : u32) -> u32
 {
     return ((widths_2 & (u32(63)))) + ((((widths_2 >> (u32(6)))) & (u32(63)))) + ((((widths_2 >> (u32(12)))) & (u32(63)))) + ((widths_2 >> (u32(18))));
 }
 
-fn after_anchors_0( p_8 : u32,  s_10 : u32,  count_3 : u32) -> u32
+fn after_anchors_0( p_9 : u32,  s_11 : u32,  count_4 : u32,  widths_3 : u32) -> u32
 {
-    var n_6 : u32 = (extractBits((group_stream_0[s_10]), u32((i32(0))), u32((i32(3)))));
-    var _S75 : u32;
-    if(count_3 > u32(0))
+    var n_7 : u32 = (extractBits((group_stream_0[s_11]), u32((i32(0))), u32((i32(3)))));
+    var _S78 : u32;
+    if(count_4 > u32(0))
     {
-        var _S76 : u32 = (extractBits((group_stream_0[s_10]), u32((i32(3))), u32((i32(6)))));
-        _S75 = p_8 + n_6 * _S76;
+        var _S79 : u32 = (extractBits((group_stream_0[s_11]), u32((i32(3))), u32((i32(6)))));
+        _S78 = p_9 + n_7 * _S79;
     }
     else
     {
-        _S75 = p_8;
+        _S78 = p_9;
     }
-    if(count_3 > u32(1))
+    if(count_4 > u32(1))
     {
-        var _S77 : u32 = u32(3) * n_6;
-        var _S78 : u32 = count_3 - u32(1);
-        var _S79 : u32 = anchor_widths_0(s_10, _S75);
-        _S75 = _S75 + (_S77 + _S78 * width_sum_0(_S79));
+        _S78 = _S78 + (u32(3) * n_7 + (count_4 - u32(1)) * width_sum_0(widths_3));
     }
-    return _S75;
+    return _S78;
 }
 
 fn width_field_0( position_0 : u32) -> u32
@@ -1066,7 +1080,7 @@ fn width_field_0( position_0 : u32) -> u32
     return _S80;
 }
 
-fn fixed_width_0( elements_0 : u32,  widths_3 : u32) -> u32
+fn fixed_width_0( elements_0 : u32,  widths_4 : u32) -> u32
 {
     var c_1 : u32 = u32(0);
     var sum_0 : u32 = u32(0);
@@ -1079,19 +1093,19 @@ fn fixed_width_0( elements_0 : u32,  widths_3 : u32) -> u32
         {
             break;
         }
-        var sum_1 : u32 = sum_0 + width_field_0(widths_3 + u32(5) * c_1);
+        var sum_1 : u32 = sum_0 + width_field_0(widths_4 + u32(5) * c_1);
         c_1 = c_1 + u32(1);
         sum_0 = sum_1;
     }
     return sum_0;
 }
 
-fn low_width_0( code_0 : u32,  elements_1 : u32,  widths_4 : u32) -> u32
+fn low_width_0( code_0 : u32,  elements_1 : u32,  widths_5 : u32) -> u32
 {
     var _S81 : u32;
     if(code_0 == u32(255))
     {
-        _S81 = fixed_width_0(elements_1, widths_4);
+        _S81 = fixed_width_0(elements_1, widths_5);
     }
     else
     {
@@ -1189,17 +1203,17 @@ fn waiting_vertices_0( h_14 : Header_0) -> vec2<u32>
     return waiting_1;
 }
 
-fn after_ones_0( p_9 : u32,  n_7 : u32) -> u32
+fn after_ones_0( p_10 : u32,  n_8 : u32) -> u32
 {
-    if(n_7 == u32(0))
+    if(n_8 == u32(0))
     {
-        return p_9;
+        return p_10;
     }
-    var w_1 : u32 = (p_9 >> (u32(5)));
-    var word_1 : u32 = ((load_word_0(w_1)) & ((~word_below_0((p_9 & (u32(31)))))));
+    var w_1 : u32 = (p_10 >> (u32(5)));
+    var word_1 : u32 = ((load_word_0(w_1)) & ((~word_below_0((p_10 & (u32(31)))))));
     var ones_1 : u32 = countOneBits(word_1);
     var empty_0 : u32 = u32(0);
-    var _S89 : u32 = n_7;
+    var _S89 : u32 = n_8;
     var w_2 : u32 = w_1;
     var word_2 : u32 = word_1;
     for(;;)
@@ -1231,7 +1245,7 @@ fn after_ones_0( p_9 : u32,  n_7 : u32) -> u32
         if(_S90)
         {
             error_0 = u32(8);
-            return p_9;
+            return p_10;
         }
         var _S91 : u32 = _S89 - ones_1;
         var w_3 : u32 = w_2 + u32(1);
@@ -1262,123 +1276,124 @@ fn place_sections_0( h_15 : Header_0,  live_0 : bool)
 {
     var _S92 : bool = mask_any_0(h_15.owned_refs_0);
     var _S93 : u32 = chain_vertices_0(h_15, u32(64)).x;
-    var p_10 : u32 = anchors_begin_0(h_15);
+    var p_11 : u32 = anchors_begin_0(h_15);
     var codes_2 : u32 = h_15.codes_1;
     var _S94 : u32 = mask_count_0(the_starts_0);
-    all_places_0[job_place_0].anchors_0 = p_10;
-    var count_4 : u32 = _S94;
-    var p_11 : u32 = p_10;
-    var s_11 : u32 = u32(0);
+    all_places_0[job_place_0].anchors_0 = p_11;
+    var count_5 : u32 = _S94;
+    var p_12 : u32 = p_11;
+    var s_12 : u32 = u32(0);
     var low_2 : u32 = u32(0);
     var ones_2 : u32 = u32(0);
     for(;;)
     {
-        if(s_11 < stream_total_0)
+        if(s_12 < stream_total_0)
         {
         }
         else
         {
             break;
         }
-        var count_5 : u32 = anchors_of_0(h_15, s_11, count_4);
-        var _S95 : u32 = after_anchors_0(p_11, s_11, count_5);
+        var count_6 : u32 = anchors_of_0(h_15, s_12, count_5);
+        var _S95 : u32 = further_widths_0(p_12, s_12, count_6);
+        var _S96 : u32 = after_anchors_0(p_12, s_12, count_6, _S95);
         if(!_S92)
         {
-            var _S96 : u32 = s_11 + u32(1);
-            count_4 = count_5;
-            p_11 = _S95;
-            s_11 = _S96;
+            var _S97 : u32 = s_12 + u32(1);
+            count_5 = count_6;
+            p_12 = _S96;
+            s_12 = _S97;
             continue;
         }
-        var n_8 : u32 = (extractBits((group_stream_0[s_11]), u32((i32(0))), u32((i32(3)))));
-        var code_1 : u32 = code_at_1(&(codes_2), s_11, true);
-        var low_3 : u32 = low_2 + _S93 * low_width_0(code_1, n_8, codes_2 - u32(5) * n_8);
+        var n_9 : u32 = (extractBits((group_stream_0[s_12]), u32((i32(0))), u32((i32(3)))));
+        var code_1 : u32 = code_at_1(&(codes_2), s_12, true);
+        var low_3 : u32 = low_2 + _S93 * low_width_0(code_1, n_9, codes_2 - u32(5) * n_9);
         var ones_3 : u32;
         if(code_1 != u32(255))
         {
-            ones_3 = ones_2 + _S93 * n_8;
+            ones_3 = ones_2 + _S93 * n_9;
         }
         else
         {
             ones_3 = ones_2;
         }
-        var _S97 : u32 = code_at_1(&(codes_2), s_11, false);
+        var _S98 : u32 = code_at_1(&(codes_2), s_12, false);
         low_2 = low_3;
         ones_2 = ones_3;
-        var _S96 : u32 = s_11 + u32(1);
-        count_4 = count_5;
-        p_11 = _S95;
-        s_11 = _S96;
+        var _S97 : u32 = s_12 + u32(1);
+        count_5 = count_6;
+        p_12 = _S96;
+        s_12 = _S97;
     }
-    all_places_0[job_place_0].chains_0 = p_11;
+    all_places_0[job_place_0].chains_0 = p_12;
     if(error_0 == u32(0))
     {
-        count_4 = p_11 + low_2;
+        count_5 = p_12 + low_2;
     }
     else
     {
-        count_4 = u32(4294967295);
+        count_5 = u32(4294967295);
     }
-    all_places_0[job_place_0].quotients_0 = count_4;
-    var _S98 : vec2<u32>;
+    all_places_0[job_place_0].quotients_0 = count_5;
+    var _S99 : vec2<u32>;
     if(live_0)
     {
-        _S98 = waiting_vertices_0(h_15);
+        _S99 = waiting_vertices_0(h_15);
     }
     else
     {
-        _S98 = mask_none_0();
+        _S99 = mask_none_0();
     }
-    all_places_0[job_place_0].waiting_0 = _S98;
-    var interior_1 : u32 = after_ones_0(p_11 + low_2, ones_2);
+    all_places_0[job_place_0].waiting_0 = _S99;
+    var interior_1 : u32 = after_ones_0(p_12 + low_2, ones_2);
     if(error_0 == u32(0))
     {
-        count_4 = interior_1;
+        count_5 = interior_1;
     }
     else
     {
-        count_4 = u32(4294967295);
+        count_5 = u32(4294967295);
     }
-    all_places_0[job_place_0].interior_0 = count_4;
+    all_places_0[job_place_0].interior_0 = count_5;
     return;
 }
 
 fn mask_msb_0( m_8 : vec2<u32>) -> u32
 {
-    var _S99 : u32 = m_8.y;
-    var _S100 : u32;
-    if(_S99 != u32(0))
+    var _S100 : u32 = m_8.y;
+    var _S101 : u32;
+    if(_S100 != u32(0))
     {
-        _S100 = u32(32) + firstbithigh_0(_S99);
+        _S101 = u32(32) + firstbithigh_0(_S100);
     }
     else
     {
-        var _S101 : u32 = m_8.x;
-        if(_S101 != u32(0))
+        var _S102 : u32 = m_8.x;
+        if(_S102 != u32(0))
         {
-            _S100 = firstbithigh_0(_S101);
+            _S101 = firstbithigh_0(_S102);
         }
         else
         {
-            _S100 = u32(64);
+            _S101 = u32(64);
         }
     }
-    return _S100;
+    return _S101;
 }
 
 fn loop_begin_0( h_16 : Header_0,  r_7 : u32) -> u32
 {
     var before_3 : vec2<u32> = ((h_16.loop_ends_2) & ((mask_below_0(r_7))));
-    var _S102 : u32;
+    var _S103 : u32;
     if(mask_any_0(before_3))
     {
-        _S102 = mask_msb_0(before_3) + u32(1);
+        _S103 = mask_msb_0(before_3) + u32(1);
     }
     else
     {
-        _S102 = u32(0);
+        _S103 = u32(0);
     }
-    return _S102;
+    return _S103;
 }
 
 fn check_length_0( h_17 : Header_0,  r_8 : u32,  rank_3 : u32)
@@ -1389,28 +1404,28 @@ fn check_length_0( h_17 : Header_0,  r_8 : u32,  rank_3 : u32)
     {
         error_0 = u32(4);
     }
-    var _S103 : bool;
+    var _S104 : bool;
     if(r_8 == (loop_begin_0(h_17, r_8)))
     {
-        _S103 = rank_3 != (loop_1.x);
+        _S104 = rank_3 != (loop_1.x);
     }
     else
     {
-        _S103 = false;
+        _S104 = false;
     }
-    if(_S103)
+    if(_S104)
     {
         error_0 = u32(4);
     }
     if(mask_test_0(h_17.loop_ends_2, r_8))
     {
-        _S103 = end_1 != (loop_1.y);
+        _S104 = end_1 != (loop_1.y);
     }
     else
     {
-        _S103 = end_1 > (loop_1.y);
+        _S104 = end_1 > (loop_1.y);
     }
-    if(_S103)
+    if(_S104)
     {
         error_0 = u32(4);
     }
@@ -1431,11 +1446,11 @@ fn place_references_0( h_18 : Header_0,  references_2 : u32)
         {
             break;
         }
-        var _S104 : vec2<u32> = (begins_0 | ((mask_bit_0((rank_4 & (u32(63)))))));
+        var _S105 : vec2<u32> = (begins_0 | ((mask_bit_0((rank_4 & (u32(63)))))));
         var rank_5 : u32 = rank_4 + length_of_0(r_9);
-        var _S105 : u32 = r_9 + u32(1);
-        begins_0 = _S104;
-        r_9 = _S105;
+        var _S106 : u32 = r_9 + u32(1);
+        begins_0 = _S105;
+        r_9 = _S106;
         rank_4 = rank_5;
     }
     connectivity_0[job_place_0].references_0 = begins_0;
@@ -1446,7 +1461,7 @@ fn close_pass_0()
 {
     if(error_0 != u32(0))
     {
-        var _S106 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
+        var _S107 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
     }
     return;
 }
@@ -1479,21 +1494,21 @@ fn main(@builtin(local_invocation_index) gl_LocalInvocationIndex_0 : u32, @built
         {
             break;
         }
-        var _S107 : u32 = measured_length_0(h_19, r_10);
-        group_lengths_0[member_0 * u32(64) + r_10] = min(_S107, u32(64));
+        var _S108 : u32 = measured_length_0(h_19, r_10);
+        group_lengths_0[member_0 * u32(64) + r_10] = min(_S108, u32(64));
         r_10 = r_10 + u32(8);
     }
     workgroupBarrier();
-    var _S108 : bool;
+    var _S109 : bool;
     if(present_0)
     {
-        _S108 = part_0 == u32(7);
+        _S109 = part_0 == u32(7);
     }
     else
     {
-        _S108 = false;
+        _S109 = false;
     }
-    if(_S108)
+    if(_S109)
     {
         var lengths_error_0 : u32 = error_0;
         error_0 = header_error_0;
@@ -1509,13 +1524,13 @@ fn main(@builtin(local_invocation_index) gl_LocalInvocationIndex_0 : u32, @built
     }
     if(references_3 > u32(0))
     {
-        _S108 = (mask_count_0(h_19.loop_ends_2)) != (mask_count_0(the_starts_0));
+        _S109 = (mask_count_0(h_19.loop_ends_2)) != (mask_count_0(the_starts_0));
     }
     else
     {
-        _S108 = false;
+        _S109 = false;
     }
-    if(_S108)
+    if(_S109)
     {
         error_0 = u32(4);
     }
@@ -1524,13 +1539,13 @@ fn main(@builtin(local_invocation_index) gl_LocalInvocationIndex_0 : u32, @built
     {
         if(r_10 < references_3)
         {
-            _S108 = error_0 == u32(0);
+            _S109 = error_0 == u32(0);
         }
         else
         {
-            _S108 = false;
+            _S109 = false;
         }
-        if(_S108)
+        if(_S109)
         {
         }
         else

@@ -1,0 +1,35 @@
+// A server of this repository's pages and a test's files on 127.0.0.1, for pages in browsers.
+import { createReadStream, existsSync } from 'node:fs';
+import { createServer } from 'node:http';
+import path from 'node:path';
+
+const TYPES = {
+  '.html': 'text/html',
+  '.css': 'text/css',
+  '.js': 'text/javascript',
+  '.svg': 'image/svg+xml',
+  '.wasm': 'application/wasm',
+};
+
+// For whatever a page waits for: software rendering on a busy machine compiles shaders for minutes,
+// and Babylon.js unbundled is thousands of requests.
+export const TIMEOUT = 600_000; // milliseconds
+
+// Serves web/, tests/web/ (as tests/), the npm modules and a folder (as files/) of ROOT.
+export async function serve(root, modules, folder) {
+  const roots = {
+    node_modules: modules,
+    files: folder,
+    web: path.join(root, 'web'),
+    tests: path.join(root, 'tests', 'web'),
+  };
+  const server = createServer((request, response) => {
+    const [first, ...rest] = new URL(request.url, 'http://host').pathname.slice(1).split('/');
+    const file = path.join(roots[first] ?? '/missing', ...rest);
+    if (!existsSync(file)) return response.writeHead(404).end();
+    response.setHeader('content-type', TYPES[path.extname(file)] ?? 'application/octet-stream');
+    createReadStream(file).pipe(response);
+  });
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  return { url: `http://127.0.0.1:${server.address().port}`, close: () => server.close() };
+}
