@@ -273,17 +273,17 @@ def growth(path: str, variant: str, fraction: float | None) -> dict:
     warm = {"ball": {"type": "sphere"}, "cube": mi.load_dict({"type": "cube"})}
     _render(_scene(warm, INTEGRATORS["path"], size), 1, 0)
     _places(path)  # leftovers of reading glTF do not count for the scene
-    before = _resident()
+    before = resident_bytes()
     shapes = _shapes(path, fraction)
     scene = _scene(shapes, INTEGRATORS["path"], size)
     for seed in range(4):
         _render(scene, 4, seed)
-    after = _resident()
+    after = resident_bytes()
     figures = mitsuba_plugin.statistics(scene) if fraction is not None else {}
     return {"bytes": after - before, **figures}
 
 
-def _resident() -> int:
+def resident_bytes() -> int:
     gc.collect()
     ctypes.CDLL(None).malloc_trim(0)
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")

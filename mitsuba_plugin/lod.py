@@ -1,47 +1,50 @@
-"""Levels of detail in Mitsuba scenes: primitives at a fixed cut for a camera."""
+"""Levels of detail in Mitsuba scenes: a fixed cut for a camera."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from gltf_ext.compression.extension import read_compressed
-from gltf_ext.compression.primitives import Primitive
 from gltf_ext.gltf.camera import Camera
-from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.scene import PlacedPrimitive
-from gltf_ext.lod.cuts import View, cut_of
-from gltf_ext.lod.reading import read_lod
+from gltf_ext.lod.cuts import Cut, View, cut_for_view
+from gltf_ext.lod.reading import LodPrimitive
+
+SIMILAR = 1e-6  # relative difference of scales that counts as none
 
 
-def primitive_for_camera(
-    document: Document,
-    placed: list[PlacedPrimitive],
-    camera: Camera,
-    size: tuple[int, int],
-    max_pixels: float,
-) -> Primitive | None:
-    """A primitive whose error is at most max_pixels in a picture of size (width, height).
+@dataclass(frozen=True)
+class LodView:
+    """A camera, and the error in pixels that its picture may have."""
 
-    placed: all places where it is shown; the nearest decides. None without levels. Transforms that
-    scale axes differently change the errors along them. Raises MeshletError.
-    """
-    compressed = read_compressed(document, placed[0].mesh, placed[0].primitive)
-    primitive = read_lod(document, compressed)
-    if primitive is None:
-        return None
-    needed = np.zeros(len(primitive.tables.groups), bool)
-    for place in placed:
-        view = _view(camera, size, np.asarray(place.matrix, np.float64))
-        needed |= view.pixels(primitive.tables) > max_pixels
-    return primitive.mesh(cut_of(primitive.tables, needed))
+    view: View
+    max_pixels: float
+
+    @classmethod
+    def of_camera(cls, camera: Camera, size: tuple[int, int], max_pixels: float) -> LodView:
+        """size: width and height of the picture."""
+        width, height = size
+        if camera.yfov is None:
+            return cls(View(None, width / (2.0 * camera.xmag)), max_pixels)
+        x, y, z = (float(v) for v in camera.to_world[:3, 3])
+        view = View.perspective((x, y, z), float(np.degrees(camera.yfov)), height)
+        return cls(view, max_pixels)
+
+    def cut(self, primitive: LodPrimitive, matrix: np.ndarray) -> Cut:
+        """The coarsest cut within the error, for a primitive with this transform."""
+        return cut_for_view(primitive.tables, self.view, self.max_pixels, matrix=matrix)
+
+    def inside(self, matrix: np.ndarray) -> LodView:
+        """The same in the coordinates before a transform that scales all axes alike."""
+        view = self.view
+        if view.eye is None:
+            scale = float(np.linalg.norm(matrix[:3, :3], 2))
+            return LodView(View(None, view.pixels_per_unit * scale), self.max_pixels)
+        x, y, z = (float(v) for v in np.linalg.solve(matrix, [*view.eye, 1.0])[:3])
+        return LodView(View((x, y, z), view.pixels_per_unit), self.max_pixels)
 
 
-def _view(camera: Camera, size: tuple[int, int], matrix: np.ndarray) -> View:
-    """The camera in the coordinates of a primitive with this transform."""
-    width, height = size
-    if camera.yfov is None:
-        scale = float(np.linalg.norm(matrix[:3, :3], axis=0).max())
-        return View(None, scale * width / (2.0 * camera.xmag))
-    eye = np.linalg.pinv(matrix) @ [*camera.to_world[:3, 3], 1.0]
-    x, y, z = (float(v) for v in eye[:3])
-    return View.perspective((x, y, z), float(np.degrees(camera.yfov)), height)
+def scales_alike(matrix: np.ndarray) -> bool:
+    """Whether a transform scales all axes by the same factor, which is not 0."""
+    scales = np.linalg.svd(matrix[:3, :3], compute_uv=False)
+    return bool(scales[2] > (1.0 - SIMILAR) * scales[0] > 0.0)

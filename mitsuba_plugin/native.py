@@ -6,8 +6,12 @@ import ctypes
 from typing import Any
 
 import mitsuba
+import numpy as np
+
+from gltf_ext.lod.cuts import View
 
 from . import build, reader
+from .lod import LodView
 from .materials import PRODUCT
 
 PLUGIN = "meshlet_edgebreaker"
@@ -27,6 +31,20 @@ class AttributeRow(ctypes.Structure):
         ("lowest", ctypes.c_float),
         ("highest", ctypes.c_float),
         ("integer", ctypes.c_uint32),
+    ]
+
+
+class SelectionRow(ctypes.Structure):
+    """python_api.h's Selection."""
+
+    _fields_ = [
+        ("mesh", ctypes.c_int32),
+        ("primitive", ctypes.c_int32),
+        ("to_world", ctypes.c_float * 12),
+        ("lod_error", ctypes.c_float),
+        ("pixels_per_unit", ctypes.c_float),
+        ("eye", ctypes.c_float * 3),
+        ("has_eye", ctypes.c_uint32),
     ]
 
 
@@ -56,7 +74,7 @@ class StatisticsRow(ctypes.Structure):
     _fields_ = [(name, ctypes.c_uint64) for name in (*CACHE_FIGURES, *SHAPE_FIGURES, "cache")]
 
 
-READER = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.c_int, ctypes.c_int, ctypes.c_void_p)
+READER = ctypes.CFUNCTYPE(None, ctypes.c_char_p, ctypes.POINTER(SelectionRow), ctypes.c_void_p)
 
 
 def load() -> ctypes.CDLL:
@@ -85,6 +103,8 @@ def load() -> ctypes.CDLL:
         ctypes.POINTER(ctypes.c_float),
         ctypes.POINTER(AttributeRow),
         ctypes.c_uint32,
+        ctypes.POINTER(ctypes.c_uint32),
+        ctypes.c_uint32,
     ]
     library.meshlet_statistics.argtypes = [
         ctypes.c_uint64,
@@ -100,11 +120,17 @@ def load() -> ctypes.CDLL:
     return library
 
 
-def _read(filename: bytes, mesh: int, primitive: int, request: int) -> None:
+def _read(filename: bytes, selection: Any, request: int) -> None:
     """Adds the parts of a file to a request. The library calls it from any thread."""
     try:
+        row = selection.contents
+        to_world = np.vstack([np.reshape(row.to_world, (3, 4)), [0.0, 0.0, 0.0, 1.0]])
         parts = reader.read_parts(
-            filename.decode(), None if mesh < 0 else mesh, None if primitive < 0 else primitive
+            filename.decode(),
+            None if row.mesh < 0 else row.mesh,
+            None if row.primitive < 0 else row.primitive,
+            _lod_view(row),
+            to_world,
         )
         blobs: dict[int, int] = {}
         names = sorted({name for part in parts for name in part.others})
@@ -118,11 +144,26 @@ def _read(filename: bytes, mesh: int, primitive: int, request: int) -> None:
             rows = [_row(attribute) for attribute in (part.position, part.normal, part.texcoord)]
             rows += [_row(part.others.get(name), name, widths[name]) for name in names]
             matrix = (ctypes.c_float * 12)(*part.matrix[:3].ravel())
+            chosen = (ctypes.c_uint32 * len(part.chosen))(*part.chosen)
             library.meshlet_add_part(
-                request, blobs[id(part.blob)], matrix, (AttributeRow * len(rows))(*rows), len(rows)
+                request,
+                blobs[id(part.blob)],
+                matrix,
+                (AttributeRow * len(rows))(*rows),
+                len(rows),
+                chosen,
+                len(chosen),
             )
     except Exception as error:  # exceptions must not reach the native code
         library.meshlet_fail(request, f"{error}".encode() or repr(error).encode())
+
+
+def _lod_view(row: SelectionRow) -> LodView | None:
+    """None for all triangles."""
+    if row.lod_error == 0.0:
+        return None
+    x, y, z = row.eye
+    return LodView(View((x, y, z) if row.has_eye else None, row.pixels_per_unit), row.lod_error)
 
 
 _reader = READER(_read)  # kept alive: the library holds only a pointer
@@ -151,9 +192,9 @@ def statistics(shape: Any = None, *, reset: bool = False) -> dict[str, int]:
     hits, misses, evictions: of the cache of decoded meshlets; decoded: meshlets decoded while
     rendering; refused: decoded meshlets that did not enter the cache.
     resident_bytes, resident_entries: content of the cache; limit_bytes: its limit.
-    triangles, vertices, meshlets; compressed_bytes: the blobs; table_bytes: boxes, areas and the
-    cache's tables; decoded_bytes: of all meshlets if they were in the cache; working_bytes: memory
-    that all threads of the process decode in, whatever the limit.
+    triangles, meshlets: those shown; vertices, compressed_bytes: of their blobs; table_bytes:
+    boxes, areas, the cache's tables; decoded_bytes: of all meshlets if they were in the cache;
+    working_bytes: memory that all threads of the process decode in, whatever the limit.
     Shapes that share a cache count it once. May be called during a render; reset: zero the counts.
     """
     total = dict.fromkeys((*CACHE_FIGURES, *SHAPE_FIGURES), 0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.gltf.materials import read_material
 from gltf_ext.gltf.scene import ValueFormat, read_scene, value_format
+from gltf_ext.lod.reading import LodPrimitive, read_lod
+
+from .lod import LodView
 
 MAX_NAME = 95  # bytes, of api.cpp's AttributeRow
 MAX_COMPONENTS = 4  # of an attribute, see queries.h
@@ -50,7 +54,8 @@ class Attribute:
 class Part:
     """One blob of a compressed primitive in its place.
 
-    others: further attributes by Mitsuba's names; matrix: float64[4, 4], object to shape.
+    others: further attributes by Mitsuba's names; matrix: float64[4, 4], object to shape; chosen:
+    the blob's meshlets to show, all of them if it is empty.
     """
 
     blob: bytes
@@ -59,6 +64,7 @@ class Part:
     texcoord: Attribute | None
     others: dict[str, Attribute] = field(default_factory=dict)
     matrix: np.ndarray = field(default_factory=lambda: np.eye(4))
+    chosen: list[int] = field(default_factory=list)
 
 
 @contextmanager
@@ -74,18 +80,27 @@ def keeping(path: str, document: Document) -> Iterator[None]:
 _documents: dict[str, Document] = {}
 
 
-def read_parts(path: str, mesh: int | None, primitive: int | None) -> list[Part]:
+def read_parts(
+    path: str,
+    mesh: int | None,
+    primitive: int | None,
+    lod: LodView | None = None,
+    to_world: np.ndarray | None = None,
+) -> list[Part]:
     """The compressed primitives that the shape's parameters name: at least one.
 
-    mesh, primitive: indices in the document; None for all. Raises MeshletError, OSError.
+    mesh, primitive: indices in the document; None for all. lod: the camera in the world that
+    decides about levels of detail; None for all triangles. to_world: float64[4, 4], of the shape.
+    Raises MeshletError, OSError.
     """
+    to_world = np.eye(4) if to_world is None else to_world
     document = _documents.get(path) or open_model(path)
     if mesh is None:
         if primitive is not None:
             raise MeshletError(
                 "primitive is given without mesh", "give both, or neither for the whole file"
             )
-        return _parts_of_scene(document)
+        return _parts_of_scene(document, lod, to_world)
     if not 0 <= mesh < len(document.meshes):
         raise MeshletError(f"mesh {mesh} does not exist", f"there are {len(document.meshes)}")
     primitives = document.meshes[mesh].primitives
@@ -98,7 +113,7 @@ def read_parts(path: str, mesh: int | None, primitive: int | None) -> list[Part]
         part
         for p in numbers
         if is_compressed(document, mesh, p)
-        for part in parts_of(document, mesh, p)
+        for part in Source(document, mesh, p).parts(np.eye(4), lod, to_world)
     ]
     if not parts:
         raise MeshletError(
@@ -108,16 +123,16 @@ def read_parts(path: str, mesh: int | None, primitive: int | None) -> list[Part]
     return parts
 
 
-def _parts_of_scene(document: Document) -> list[Part]:
+def _parts_of_scene(document: Document, lod: LodView | None, to_world: np.ndarray) -> list[Part]:
     require_compressed(document)
-    known: dict[tuple[int, int], list[Part]] = {}
+    known: dict[tuple[int, int], Source] = {}
     parts: list[Part] = []
     for placed in read_scene(document).primitives:
         place = placed.mesh, placed.primitive
         if is_compressed(document, *place):
             if place not in known:
-                known[place] = parts_of(document, *place)
-            parts += [replace(part, matrix=placed.matrix) for part in known[place]]
+                known[place] = Source(document, *place)
+            parts += known[place].parts(placed.matrix, lod, to_world @ placed.matrix)
     if not parts:
         raise MeshletError(
             "no node of its scene shows a compressed primitive", "give mesh and primitive"
@@ -130,26 +145,55 @@ def is_compressed(document: Document, mesh: int, primitive: int) -> bool:
     return EXTENSION in (document.meshes[mesh].primitives[primitive].extensions or {})
 
 
-def parts_of(document: Document, mesh: int, primitive: int) -> list[Part]:
-    """One compressed primitive in its own coordinates: a part for each of its blobs, in order.
+class Source:
+    """A compressed primitive, read once for all its places. Raises MeshletError."""
 
-    Raises MeshletError.
-    """
-    compressed = read_compressed(document, mesh, primitive)
-    source = document.meshes[mesh].primitives[primitive]
-    found = {
-        name: _attribute(name, stream, value_format(document, source, name))
-        for name, (stream, _) in compressed.attributes.items()
-    }
-    others: dict[str, Attribute] = {}
-    for name, attribute in found.items():
-        if name not in OWN_PLACE and not name.startswith(UNUSED):
-            others.update(_as_mesh_attributes(name, attribute))
-    texcoord = found.get(f"TEXCOORD_{read_material(document, source.material).texcoord}")
-    return [
-        Part(blob, found["POSITION"], found.get("NORMAL"), texcoord, others)
-        for blob in compressed.blobs
-    ]
+    def __init__(self, document: Document, mesh: int, primitive: int):
+        self._compressed = read_compressed(document, mesh, primitive)
+        self._document = document
+        self._pages: dict[int, bytes] = {}
+        source = document.meshes[mesh].primitives[primitive]
+        found = {
+            name: _attribute(name, stream, value_format(document, source, name))
+            for name, (stream, _) in self._compressed.attributes.items()
+        }
+        others: dict[str, Attribute] = {}
+        for name, attribute in found.items():
+            if name not in OWN_PLACE and not name.startswith(UNUSED):
+                others.update(_as_mesh_attributes(name, attribute))
+        texcoord = f"TEXCOORD_{read_material(document, source.material).texcoord}"
+        self._attributes = (found["POSITION"], found.get("NORMAL"), found.get(texcoord), others)
+
+    @cached_property
+    def levels(self) -> LodPrimitive | None:
+        """None without levels."""
+        return read_lod(self._document, self._compressed)
+
+    def parts(self, matrix: np.ndarray, lod: LodView | None, to_world: np.ndarray) -> list[Part]:
+        """A part for each blob to show, in order; to_world: from the primitive to the camera."""
+        if lod is None or self.levels is None:
+            return [Part(blob, *self._attributes, matrix) for blob in self._blobs]
+        cut = lod.cut(self.levels, to_world)
+        return [
+            Part(
+                self._page(page),
+                *self._attributes,
+                matrix,
+                self.levels.drawn_of_page(page, cut.drawn).tolist(),
+            )
+            for page in cut.pages.tolist()
+        ]
+
+    @cached_property
+    def _blobs(self) -> list[bytes]:
+        return self._compressed.blobs
+
+    def _page(self, number: int) -> bytes:
+        """The same object for each place, so that the shape keeps it once."""
+        assert self.levels is not None
+        if number not in self._pages:
+            self._pages[number] = self.levels.page(number)
+        return self._pages[number]
 
 
 def _attribute(name: str, stream: int, form: ValueFormat) -> Attribute:

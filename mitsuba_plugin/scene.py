@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 import os
 import warnings
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Hashable, Iterator
 from itertools import groupby
 from typing import Any
 
@@ -13,7 +14,7 @@ import mitsuba as mi
 import numpy as np
 
 from gltf_ext.compression.extension import EXTENSION
-from gltf_ext.compression.primitives import Primitive, read_primitive
+from gltf_ext.compression.primitives import read_primitive
 from gltf_ext.compression.view_points import view_points
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.camera import Camera, unit
@@ -23,9 +24,11 @@ from gltf_ext.gltf.importers import open_model
 from gltf_ext.gltf.materials import read_material
 from gltf_ext.gltf.scene import Light, PlacedPrimitive, read_scene
 from gltf_ext.gltf.scene import value_format as format_of
+from gltf_ext.lod.detail import missing_levels
+from gltf_ext.lod.reading import LodPrimitive
 
 from . import reader
-from .lod import primitive_for_camera
+from .lod import LodView, scales_alike
 from .materials import Materials
 
 PLUGIN = "meshlet_edgebreaker"
@@ -63,8 +66,8 @@ def scene_dict(path: str | os.PathLike[str], **options: Any) -> dict[str, Any]:
     shown whole.
     cache (0.25), cache_bytes, cache_policy: as the shape's, for all shapes together.
     decoded: ordinary meshes instead of compressed ones (False).
-    lod_error: show primitives with levels of detail as ordinary meshes whose error is at most so
-    many pixels for the camera (0: all triangles, compressed).
+    lod_error: show primitives with levels of detail with an error of at most so many pixels for
+    the camera, each instance at its own detail (0: all triangles).
     two_sided: single-sided materials show their colour on both sides instead of a black back
     (True). Paths meet these surfaces as solid: light does not pass through their backs.
     default_light: strength of a sky and a key light over the viewer's shoulder, for files without
@@ -99,7 +102,6 @@ class _Builder:
         self._materials = Materials(document, two_sided)
         self._source = read_scene(document)
         pixels = "luminance" if "mono" in (mi.variant() or "") else "rgb"
-        self._viewer = Camera(np.eye(4))  # set with the sensor
         self._film: dict[str, Any] = {
             "type": "hdrfilm",
             "width": width,
@@ -108,6 +110,8 @@ class _Builder:
         }
         self._spp, self._camera, self._decoded = spp, camera, decoded
         self._default_light, self._lod_error = default_light, lod_error
+        self._lod: LodView | None = None  # set with the camera
+        self._sources: dict[tuple[int, int], reader.Source] = {}
         self._cache = {
             "cache": cache,
             "cache_policy": cache_policy,
@@ -123,7 +127,9 @@ class _Builder:
         if not self._source.primitives:
             raise MeshletError("its scene shows no triangles", "there is nothing to render")
         camera = self._source.camera(self._camera) or self._default_camera()
-        self._viewer = camera
+        if self._lod_error > 0:
+            size = self._film["width"], self._film["height"]
+            self._lod = LodView.of_camera(camera, size, self._lod_error)
         self._add_meshes()
         for light in self._source.lights:
             self._scene[f"light_{light.node}"] = _emitter(light)
@@ -132,7 +138,8 @@ class _Builder:
             self._scene["default_key_light"] = _key_light(camera, self._default_light)
         self._scene["sensor"] = self._sensor(camera)
         self._share_cache()
-        for warning in [*self._source.warnings, *self._materials.warnings]:
+        levels = missing_levels(self._document) if self._lod else []
+        for warning in [*self._source.warnings, *self._materials.warnings, *levels]:
             warnings.warn(f"{self._path}: {warning}", stacklevel=4)
         return self._scene
 
@@ -140,29 +147,60 @@ class _Builder:
 
     def _add_meshes(self) -> None:
         nodes = [list(group) for _, group in groupby(self._source.primitives, lambda p: p.node)]
-        shown = [primitives[0].mesh for primitives in nodes]
-        for primitives in nodes:
+        shown = [self._what_is_shown(primitives) for primitives in nodes]
+        places = Counter(shown)
+        groups = {key: f"group_{i}" for i, key in enumerate(places)}
+        for primitives, key in zip(nodes, shown):
             # Mitsuba has no emitters in shape groups.
             glowing = any(self._materials.emission(p.material) for p in primitives)
-            if shown.count(primitives[0].mesh) > 1 and not glowing:
-                self._add_instance(primitives)
+            if places[key] > 1 and not glowing:
+                self._add_instance(primitives, groups[key])
             else:
                 for p in primitives:
-                    self._scene[f"node_{p.node}_{p.primitive}"] = self._shape(p, p.matrix)
+                    self._scene[f"node_{p.node}_{p.primitive}"] = self._shape(
+                        p, p.matrix, self._lod
+                    )
 
-    def _add_instance(self, primitives: list[PlacedPrimitive]) -> None:
-        """All primitives of a node, as an instance of their mesh's shape group."""
-        node, group = primitives[0].node, f"mesh_{primitives[0].mesh}"
+    def _what_is_shown(self, primitives: list[PlacedPrimitive]) -> tuple[Hashable, ...]:
+        """Equal for nodes that can be instances of one shape group: same mesh, same details."""
+        key: list[Hashable] = [primitives[0].mesh]
+        for p in primitives:
+            levels = self._levels(p) if self._lod is not None else None
+            if self._lod is None or levels is None:
+                continue
+            # A shape group has its camera in its own coordinates.
+            if not scales_alike(p.matrix):
+                return (*key, p.node)
+            key.append(self._lod.cut(levels, p.matrix).drawn.tobytes())
+        return tuple(key)
+
+    def _levels(self, placed: PlacedPrimitive) -> LodPrimitive | None:
+        place = placed.mesh, placed.primitive
+        if not reader.is_compressed(self._document, *place):
+            return None
+        if place not in self._sources:
+            self._sources[place] = reader.Source(self._document, *place)
+        return self._sources[place].levels
+
+    def _add_instance(self, primitives: list[PlacedPrimitive], group: str) -> None:
+        """All primitives of a node, as an instance of a shape group."""
+        node, matrix = primitives[0].node, primitives[0].matrix
         if group not in self._scene:
-            members = {f"primitive_{p.primitive}": self._shape(p, np.eye(4)) for p in primitives}
+            lod = self._lod and self._lod.inside(matrix)
+            members = {
+                f"primitive_{p.primitive}": self._shape(p, np.eye(4), lod) for p in primitives
+            }
             self._scene[group] = {"type": "shapegroup", **members}
         self._scene[f"node_{node}"] = {
             "type": "instance",
             "group": {"type": "ref", "id": group},
-            "to_world": mi.ScalarTransform4f(primitives[0].matrix),
+            "to_world": mi.ScalarTransform4f(matrix),
         }
 
-    def _shape(self, placed: PlacedPrimitive, matrix: np.ndarray) -> dict[str, Any] | mi.Mesh:
+    def _shape(
+        self, placed: PlacedPrimitive, matrix: np.ndarray, lod: LodView | None
+    ) -> dict[str, Any] | mi.Mesh:
+        """lod: the camera in the coordinates to which the matrix leads."""
         primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
         has_colors = getattr(primitive.attributes, "COLOR_0", None) is not None
         inside = {"bsdf": self._materials.bsdf(placed.material, has_colors)}
@@ -170,11 +208,7 @@ class _Builder:
         if emission:
             inside["emitter"] = emission
         if not reader.is_compressed(self._document, placed.mesh, placed.primitive):
-            source = read_primitive(self._document, placed.mesh, placed.primitive)[0]
-            return self._plain_mesh(placed, matrix, inside, source)
-        cut = self._cut(placed) if self._lod_error > 0 else None
-        if cut is not None:
-            return self._plain_mesh(placed, matrix, inside, cut)
+            return self._plain_mesh(placed, matrix, inside)
         return {
             "type": PLUGIN,
             "filename": self._path,
@@ -182,28 +216,16 @@ class _Builder:
             "primitive": placed.primitive,
             "to_world": mi.ScalarTransform4f(matrix),
             "decoded": self._decoded,
+            **_lod_parameters(lod),
             **self._cache,
             **inside,
         }
 
-    def _cut(self, placed: PlacedPrimitive) -> Primitive | None:
-        """The primitive at the detail that the camera needs; None without levels."""
-        same = [
-            p
-            for p in self._source.primitives
-            if (p.mesh, p.primitive) == (placed.mesh, placed.primitive)
-        ]
-        size = self._film["width"], self._film["height"]
-        return primitive_for_camera(self._document, same, self._viewer, size, self._lod_error)
-
     def _plain_mesh(
-        self,
-        placed: PlacedPrimitive,
-        matrix: np.ndarray,
-        inside: dict[str, Any],
-        source: Primitive,
+        self, placed: PlacedPrimitive, matrix: np.ndarray, inside: dict[str, Any]
     ) -> mi.Mesh:
-        """An ordinary mesh of decoded or uncompressed arrays."""
+        """An uncompressed primitive."""
+        source, _ = read_primitive(self._document, placed.mesh, placed.primitive)
         primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
         attributes = {
             name: format_of(self._document, primitive, name).to_floats(values)
@@ -316,6 +338,15 @@ def _emitter(light: Light) -> dict[str, Any]:
             origin=list(position), target=list(position + direction), up=up
         ),
     }
+
+
+def _lod_parameters(lod: LodView | None) -> dict[str, Any]:
+    """The shape's."""
+    if lod is None:
+        return {}
+    eye = {} if lod.view.eye is None else {"lod_eye": list(lod.view.eye)}
+    scale = {"lod_pixels_per_unit": lod.view.pixels_per_unit}
+    return {"lod_error": lod.max_pixels, **scale, **eye}
 
 
 def _flat(values: np.ndarray) -> np.ndarray:

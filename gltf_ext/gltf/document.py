@@ -23,9 +23,10 @@ from gltf_ext.gltf.json_objects import (
     to_json,
 )
 
-__all__ = ["DAMAGED", "Document", "copied", "item", "named_indices"]
+__all__ = ["DAMAGED", "TRIANGLE_MODES", "Document", "copied", "item", "named_indices"]
 
 DAMAGED = "the file is damaged; get it again"
+TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
 MESHOPT_REMEDY = "decompress it first: gltfpack -noq -i IN.glb -o OUT.glb"
 
 T = TypeVar("T")

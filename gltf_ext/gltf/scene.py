@@ -15,14 +15,13 @@ import pygltflib
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import accessor_format
 from gltf_ext.gltf.camera import Camera, read_camera
-from gltf_ext.gltf.document import Document, item, named_indices
+from gltf_ext.gltf.document import TRIANGLE_MODES, Document, item, named_indices
 from gltf_ext.gltf.json_values import member, number, numbers
 from gltf_ext.gltf.nodes import placed
 
 MAX_SIZE = 1e15  # of coordinates: products of two must fit 32-bit floats
 LIGHTS = "KHR_lights_punctual"
 QUANTIZATION = "KHR_mesh_quantization"
-TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
 # Integers in these attributes are fractions even in files that forget to say `normalized`: glTF
 # and KHR_mesh_quantization allow nothing else.
 ALWAYS_NORMALIZED = ("COLOR_", "NORMAL", "TANGENT", "WEIGHTS_")

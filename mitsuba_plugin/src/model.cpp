@@ -77,7 +77,7 @@ Model::Model(std::vector<Part> parts, const Options& options)
   std::set<const Blob*> blobs;
   uint64_t meshlets = 0;
   for (Part& part : parts_) {
-    BlobFacts facts = check_part(part);
+    PartFacts facts = check_part(part);
     first_meshlet_.push_back(uint32_t(meshlets));
     meshlets += facts.meshlets;
     facts_.triangles += facts.triangles;

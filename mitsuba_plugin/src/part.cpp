@@ -128,6 +128,20 @@ uint32_t stream_end(const Attribute& a, const BlobHeader& header) {
   return s;
 }
 
+// Throws std::runtime_error unless the chosen meshlets exist, each once. Returns their triangles.
+uint32_t chosen_triangles(const Part& part) {
+  const BlobHeader& header = part.blob->header();
+  const std::vector<uint32_t> counts =
+      meshlet::meshlet_triangle_counts(part.blob->bytes.data(), header);
+  uint32_t total = 0;
+  for (size_t i = 0; i < part.chosen.size(); i++) {
+    if (part.chosen[i] >= header.meshlet_count || (i && part.chosen[i] <= part.chosen[i - 1]))
+      throw std::runtime_error("a meshlet is chosen that does not exist, or twice");
+    total += counts[part.chosen[i]];
+  }
+  return total;
+}
+
 // The bulk decoder writes floats, or the bits of integers.
 float as_number(float value, const Stream& s) {
   if (s.kind != meshlet::kInteger) return value;
@@ -156,6 +170,39 @@ Vec3 world_normal(const Affine& m, Vec3 n) {
   const Vec3 r{dot(load(m.m[0]), n), dot(load(m.m[1]), n), dot(load(m.m[2]), n)};
   const float norm = length(r);
   return norm > 0 ? Vec3{r.x / norm, r.y / norm, r.z / norm} : r;
+}
+
+// Removes the triangles of other meshlets, and vertices that no triangle uses.
+void keep_chosen(const Part& part, DecodedPart& decoded) {
+  const std::vector<uint32_t> counts =
+      meshlet::meshlet_triangle_counts(part.blob->bytes.data(), part.blob->header());
+  std::vector<uint32_t> triangles, used, number(decoded.positions.size() / 3, ~0u);
+  auto corner = decoded.triangles.begin();
+  for (uint32_t m = 0, i = 0; i < part.chosen.size(); corner += 3 * long(counts[m]), m++) {
+    if (m != part.chosen[i]) continue;
+    for (auto c = corner; c != corner + 3 * long(counts[m]); c++) {
+      if (number[*c] == ~0u) {
+        number[*c] = uint32_t(used.size());
+        used.push_back(*c);
+      }
+      triangles.push_back(number[*c]);
+    }
+    i++;
+  }
+  auto compact = [&](std::vector<float>& values, size_t width) {
+    std::vector<float> kept;
+    for (uint32_t v : used)
+      if (!values.empty())
+        kept.insert(kept.end(), values.begin() + long(v * width),
+                    values.begin() + long((v + 1) * width));
+    values = std::move(kept);
+  };
+  decoded.triangles = std::move(triangles);
+  compact(decoded.positions, 3);
+  compact(decoded.normals, 3);
+  compact(decoded.texcoords, 2);
+  for (size_t i = 0; i < part.others.size(); i++)
+    compact(decoded.others[i], part.others[i].components);
 }
 
 std::atomic<uint64_t> g_next_blob{1};
@@ -200,7 +247,7 @@ Affine Affine::operator*(const Affine& b) const {
   return r;
 }
 
-BlobFacts check_part(Part& part) {
+PartFacts check_part(Part& part) {
   const BlobHeader& header = part.blob->header();
   if (!part.position.exists() || part.position.components != 3)
     throw std::runtime_error("POSITION does not have 3 components");
@@ -215,7 +262,9 @@ BlobFacts check_part(Part& part) {
     part.others_end = std::max(part.others_end, stream_end(a, header));
     part.width += a.components;
   });
-  return {header.triangle_count, header.vertex_count, header.meshlet_count};
+  if (part.chosen.empty())
+    return {header.triangle_count, header.vertex_count, header.meshlet_count};
+  return {chosen_triangles(part), header.vertex_count, uint32_t(part.chosen.size())};
 }
 
 size_t triangles_bytes(uint32_t triangles) { return sizeof(Entry) + Triangles::bytes(triangles); }
@@ -225,7 +274,8 @@ size_t attributes_bytes(uint32_t vertices, uint32_t width) {
 
 Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
   Context& context = this_context();
-  SerialDecoder& d = context.decode(*part.blob, m, part.position.stream, part.position_end);
+  SerialDecoder& d =
+      context.decode(*part.blob, part.number_in_blob(m), part.position.stream, part.position_end);
   float local[3][64], world[3][64];
   context.read_positions(part.position, local);
   for (int i = 0; i < 3; i++) {
@@ -249,7 +299,8 @@ Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
 
 Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m) {
   Context& context = this_context();
-  SerialDecoder& d = context.decode(*part.blob, m, part.others_first, part.others_end);
+  SerialDecoder& d =
+      context.decode(*part.blob, part.number_in_blob(m), part.others_first, part.others_end);
   const Affine normal_matrix = part.to_world.normal_matrix();
   const uint32_t width = part.width;
   Entry* entry = thread.scratch(kAttributes, attributes_bytes(d.vertex_count, width));
@@ -300,8 +351,9 @@ DecodedPart decode_all(const Part& part) {
   out.normals = gather(part.normal);
   out.texcoords = gather(part.texcoord);
   for (const Attribute& a : part.others) out.others.push_back(gather(a));
+  if (!part.chosen.empty()) keep_chosen(part, out);
   const Affine normal_matrix = part.to_world.normal_matrix();
-  for (size_t v = 0; v < count; v++) {
+  for (size_t v = 0; v < out.positions.size() / 3; v++) {
     float* p = &out.positions[3 * v];
     store(part.to_world.point(load(p)), p);
     if (!part.normal.exists()) continue;

@@ -53,9 +53,10 @@ struct Affine {
   Affine operator*(const Affine& b) const;
 };
 
-// A compressed primitive in the scene.
+// A compressed primitive in the scene, or some meshlets of it.
 struct Part {
   std::shared_ptr<const Blob> blob;
+  std::vector<uint32_t> chosen;  // meshlets of the blob, ascending; all if empty
   Attribute position, normal, texcoord;
   std::vector<Attribute> others;
   Affine to_world;
@@ -65,6 +66,8 @@ struct Part {
   // [others_first, others_end).
   uint32_t position_end = 0, others_first = 0, others_end = 0;
   uint32_t width = 0;  // floats per vertex in VertexAttributes
+
+  uint32_t number_in_blob(uint32_t m) const { return chosen.empty() ? m : chosen[m]; }
 };
 
 // Vertex attributes of a decoded meshlet: this header, then count x width floats. Per vertex:
@@ -80,19 +83,20 @@ struct VertexAttributes {
   }
 };
 
-struct BlobFacts {
+// vertices: of the whole blob.
+struct PartFacts {
   uint32_t triangles, vertices, meshlets;
 };
 
 // Checks a part and fills in its last fields. Throws std::runtime_error if the blob is malformed or
-// lacks the part's streams.
-BlobFacts check_part(Part& part);
+// lacks the part's streams or meshlets.
+PartFacts check_part(Part& part);
 
 // Bytes of a cache entry, by kind.
 size_t triangles_bytes(uint32_t triangles);
 size_t attributes_bytes(uint32_t vertices, uint32_t width);
 
-// Decode meshlet `m` into the thread's scratch memory. The payload is Triangles or
+// Decode meshlet `m` of the part into the thread's scratch memory. The payload is Triangles or
 // VertexAttributes. Throw std::runtime_error.
 Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m);
 Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m);

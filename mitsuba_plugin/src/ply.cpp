@@ -30,15 +30,20 @@ void write(std::FILE* file, const void* data, size_t bytes) {
 
 }  // namespace
 
-TemporaryPly::TemporaryPly(std::vector<Part> parts, bool face_normals) {
-  bool normals = !face_normals, texcoords = true;
+TemporaryPly::TemporaryPly(std::vector<Part> parts, bool face_normals)
+    : has_normals_(!face_normals) {
+  bool texcoords = true;
   size_t vertices = 0, triangles = 0;
   for (Part& part : parts) {
-    BlobFacts facts = check_part(part);
-    normals &= part.normal.exists();
+    check_part(part);
+    has_normals_ &= part.normal.exists();
     texcoords &= part.texcoord.exists();
-    vertices += facts.vertices;
-    triangles += facts.triangles;
+  }
+  std::vector<DecodedPart> decoded;
+  for (const Part& part : parts) {
+    decoded.push_back(decode_all(part));
+    vertices += decoded.back().positions.size() / 3;
+    triangles += decoded.back().triangles.size() / 3;
   }
   std::string pattern = (std::filesystem::temp_directory_path() / "meshlet-XXXXXX.ply").string();
   int descriptor = mkstemps(pattern.data(), 4);
@@ -47,11 +52,9 @@ TemporaryPly::TemporaryPly(std::vector<Part> parts, bool face_normals) {
   std::FILE* file = fdopen(descriptor, "wb");
   std::string header =
       "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(vertices) + "\n";
-  std::vector<DecodedPart> decoded;
-  for (const Part& part : parts) decoded.push_back(decode_all(part));
   auto columns = [&](size_t p) {
     std::vector<Column> result = {{{"x", "y", "z"}, &decoded[p].positions}};
-    if (normals) result.push_back({{"nx", "ny", "nz"}, &decoded[p].normals});
+    if (has_normals_) result.push_back({{"nx", "ny", "nz"}, &decoded[p].normals});
     if (texcoords) result.push_back({{"u", "v"}, &decoded[p].texcoords});
     for (size_t i = 0; i < decoded[p].others.size(); i++) {
       decoded[p].others[i].resize(decoded[p].positions.size() / 3 * parts[p].others[i].components);

@@ -16,8 +16,10 @@ class TemporaryPly {
   TemporaryPly(const TemporaryPly&) = delete;
 
   const std::string& path() const { return path_; }
+  bool has_normals() const { return has_normals_; }
 
  private:
+  bool has_normals_;
   std::string path_;
 };
 

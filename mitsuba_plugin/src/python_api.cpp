@@ -19,7 +19,7 @@ struct Request {
   std::string error;
 };
 
-using Reader = void (*)(const char* filename, int mesh, int primitive, Request* request);
+using Reader = void (*)(const char* filename, const Selection* selection, Request* request);
 Reader g_reader = nullptr;
 
 std::mutex g_models_mutex;
@@ -55,10 +55,10 @@ Attribute to_attribute(const AttributeRow& row) {
 
 }  // namespace
 
-std::vector<Part> read_parts(const std::string& filename, int mesh, int primitive) {
+std::vector<Part> read_parts(const std::string& filename, const Selection& selection) {
   if (!g_reader) throw std::runtime_error("the plugin is not ready; import mitsuba_plugin");
   Request request;
-  g_reader(filename.c_str(), mesh, primitive, &request);
+  g_reader(filename.c_str(), &selection, &request);
   if (!request.error.empty()) throw std::runtime_error(request.error);
   if (request.parts.empty()) throw std::runtime_error("there is no compressed primitive");
   return std::move(request.parts);
@@ -85,11 +85,13 @@ EXPORT uint32_t meshlet_add_blob(Request* request, const uint8_t* data, uint64_t
 }
 
 // rows: POSITION, NORMAL, TEXCOORD_0 (stream ~0 if missing), then the others. matrix: row-major 3
-// x 4.
+// x 4. chosen: meshlets of the blob, all of them if there are none.
 EXPORT void meshlet_add_part(Request* request, uint32_t blob, const float* matrix,
-                             const AttributeRow* rows, uint32_t count) {
+                             const AttributeRow* rows, uint32_t count, const uint32_t* chosen,
+                             uint32_t chosen_count) {
   Part part;
   part.blob = request->blobs.at(blob);
+  part.chosen.assign(chosen, chosen + chosen_count);
   std::memcpy(part.to_world.m, matrix, sizeof(part.to_world.m));
   part.position = to_attribute(rows[0]);
   part.normal = to_attribute(rows[1]);

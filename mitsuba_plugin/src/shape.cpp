@@ -8,6 +8,7 @@
 #include <mitsuba/render/shape.h>
 #include <mitsuba/render/srgb.h>
 
+#include <cmath>
 #include <cstring>
 
 #include "python_api.h"
@@ -28,7 +29,7 @@ Compressed meshlets (:monosp:`meshlet_edgebreaker`)
 ---------------------------------------------------
 
 .. pluginparameters::
- :extra-rows: 8
+ :extra-rows: 11
 
  * - filename
    - |string|
@@ -72,6 +73,19 @@ Compressed meshlets (:monosp:`meshlet_edgebreaker`)
    - |bool|
    - Decompress everything into an ordinary triangle mesh. Needed in :monosp:`cuda_*` variants, which cannot trace rays through
      this shape. (Default: |false|)
+
+ * - lod_error
+   - |float|
+   - Show primitives with *EXT_meshlet_lod* with at most this error, in pixels of a fixed camera. (Default: 0, all triangles)
+
+ * - lod_eye
+   - |point|
+   - The camera's position in the world. (Default: none, a parallel projection)
+
+ * - lod_pixels_per_unit
+   - |float|
+   - Pixels of one unit at distance 1 from the eye: height / (2 tan(vertical angle / 2)). In a parallel projection, anywhere.
+     (Default: 1: without an eye, *lod_error* is a distance in the world)
 
  * - cache_id, meshlet_count, triangle_count
    - |int|
@@ -392,13 +406,29 @@ Affine to_affine(const Transform& transform) {
   return result;
 }
 
+float positive(const Properties& props, const char* name, float otherwise) {
+  const float value = props.get<float>(name, otherwise);
+  if (!(value >= 0.0f && std::isfinite(value)))
+    Throw("meshlet_edgebreaker: %s must be 0 or more, not %g", name, value);
+  return value;
+}
+
 template <typename Float, typename Spectrum>
 std::vector<Part> read(const Properties& props, const std::string& filename) {
   MI_IMPORT_CORE_TYPES()
-  int mesh = props.get<int>("mesh", -1), primitive = props.get<int>("primitive", -1);
-  std::vector<Part> parts = read_parts(filename, mesh, primitive);
   Affine to_world =
       to_affine(props.get<ScalarAffineTransform4f>("to_world", ScalarAffineTransform4f()));
+  Selection selection;
+  selection.mesh = props.get<int>("mesh", selection.mesh);
+  selection.primitive = props.get<int>("primitive", selection.primitive);
+  static_assert(sizeof(selection.to_world) == sizeof(to_world.m));
+  std::memcpy(selection.to_world, to_world.m, sizeof(to_world.m));
+  selection.lod_error = positive(props, "lod_error", selection.lod_error);
+  selection.pixels_per_unit = positive(props, "lod_pixels_per_unit", selection.pixels_per_unit);
+  selection.has_eye = props.has_property("lod_eye");
+  const ScalarPoint3f eye = props.get<ScalarPoint3f>("lod_eye", ScalarPoint3f(0.f));
+  for (int i = 0; i < 3; i++) selection.eye[i] = float(eye[i]);
+  std::vector<Part> parts = read_parts(filename, selection);
   for (Part& part : parts) {
     part.to_world = to_world * part.to_world;
     part.flip_winding = part.to_world.determinant() < 0.f;
@@ -414,6 +444,7 @@ ref<Object> make_mesh(const Properties& props, std::vector<Part> parts) {
   Properties ply(props);
   ply.set_plugin_name("ply");
   ply.set("filename", file.path(), false);
+  ply.set("face_normals", !file.has_normals(), false);  // else Mitsuba makes smooth ones
   ply.remove_property("to_world");
   for (const auto& child : props.objects())
     props.mark_queried(child.name());  // the mesh uses the BSDF and other children
