@@ -148,7 +148,9 @@ def gpu_table() -> str:
         return ""
     device = "{name}, driver {driver}".format(**result["device"])
     return f"""Billion triangles per second on the GPU, {device}, with the decoding shader of each
-project (`python -m bench vulkan_peers`); meshoptimizer's decodes triangles but not the vertices:
+project (`python -m bench vulkan_peers`); meshoptimizer's decodes triangles but not the vertices.
+Wrong: other bytes than that project's decoder on the CPU gives. DGF's shader, written for Direct3D,
+shifts by the full width, which Vulkan leaves undefined; that may be why:
 
 {vulkan_peers.table(result)}
 """
@@ -167,7 +169,7 @@ that decoding needs:
 
 {position_tables(result["rows"])}
 {gpu_table()}Published by others, not measured here: for models, precisions and attributes of their
-own, with levels of detail (ours have none):
+own, with levels of detail (see [ours](lod_results.md)):
 
 {published_table()}"""
 

@@ -12,6 +12,7 @@ import ctypes
 import functools
 import importlib.util
 import json
+import os
 import pickle
 import statistics
 import subprocess
@@ -90,12 +91,18 @@ class Stopwatch:
 
 
 def encode_ours(
-    primitives: list[Primitive], threads: int, watch: Stopwatch, effort: str = "normal"
+    primitives: list[Primitive],
+    threads: int,
+    watch: Stopwatch,
+    effort: str = "normal",
+    page_bytes: int = 0,
 ) -> list[bytes]:
-    """What compress does between reading and writing files: one blob for each primitive."""
+    """What compress does between reading and writing files: one view for each primitive."""
     blobs = []
     for arguments in encoder_arguments(primitives, watch):
-        blob, statistics = _codec.encode(*arguments, threads=threads, effort=effort)
+        blob, statistics = _codec.encode(
+            *arguments, threads=threads, effort=effort, page_bytes=page_bytes
+        )
         watch.insert({ENCODER_STAGES[stage]: s for stage, s in statistics["seconds"].items()})
         blobs.append(blob)
     return blobs
@@ -265,7 +272,7 @@ def measure_model(name: str, path: Path, scratch: Path, found: list) -> dict:
                 codec: peak_memory(
                     "encode", codec, primitives if codec.startswith(OURS) else parts, scratch
                 )
-                for codec in (OURS, *OTHER_EFFORTS, *_libraries(found))
+                for codec in (OURS, *OTHER_EFFORTS, *libraries(found))
             },
             "decode": {
                 codec: peak_memory("decode", codec, buffers[codec], scratch) for codec in buffers
@@ -383,7 +390,18 @@ sys.exit(status)
 
 
 def measure_command(path: Path, scratch: Path, repetitions: int) -> dict:
-    """`gltf-meshlet compress` as a user runs it: seconds and peak memory of the whole process."""
+    """`gltf-meshlet compress` as a user runs it: seconds and peak memory of the whole process.
+
+    With compiled modules, as an installation has them.
+    """
+    bytecode = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(scratch / "bytecode")}
+    environment = {**os.environ, **bytecode}
+    subprocess.run(
+        [sys.executable, "-m", "gltf_meshlet", "compress", path, scratch / "out.glb"],
+        check=True,
+        stdout=subprocess.DEVNULL,
+        env=environment,
+    )
     command = [
         sys.executable,
         "-c",
@@ -396,7 +414,7 @@ def measure_command(path: Path, scratch: Path, repetitions: int) -> dict:
         scratch / "out.glb",
     ]
     runs = [
-        subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout.split()
+        subprocess.run(command, check=True, stdout=subprocess.PIPE, env=environment).stdout.split()
         for _ in range(repetitions)
     ]
     return {
@@ -408,7 +426,7 @@ def measure_command(path: Path, scratch: Path, repetitions: int) -> dict:
 # --- peak memory, in a process of its own ---
 
 
-def _libraries(found: list) -> list[str]:
+def libraries(found: list) -> list[str]:
     """The peers that encode in the calling process; the others are commands."""
     return [peer.name for peer in found if isinstance(peer, peers.Draco)]
 
