@@ -56,9 +56,10 @@ format: .venv/lint  ## format Python, C++ and GLSL in place
 hooks: .venv/lint  ## run make lint's checks before every git commit
 	@$(PIP) pre-commit && $(BIN)/pre-commit install
 
-fuzz: .venv/installed  ## 100,000 mutated blobs through the decoder under ASan and UBSan
+fuzz: .venv/installed  ## 100,000 mutated blobs and 100,000 mutated levels through the readers under ASan and UBSan
 	@folder=$$(CXX=$${CXX:-$$(command -v clang++ || command -v g++)} $(BIN)/python -m tools.native_build MESHLET_FUZZ) \
 	  && for program in $(basename $(notdir $(wildcard codec/fuzz/*.cpp))); do $$folder/$$program spec/vectors || exit 1; done
+	@$(BIN)/python -m tools.sanitized tools.fuzz_levels
 
 shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv (needs glslangValidator)
 	@$(BIN)/python -m vk_backend.build_shaders

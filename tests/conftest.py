@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import hypothesis
 import pytest
 
 from tests.helpers import environment
@@ -25,6 +26,9 @@ def pytest_configure(config: pytest.Config) -> None:
     environment.full = config.getoption("--full")
     config.addinivalue_line("markers", "full: needs large models or much time; only with --full")
     config.addinivalue_line("markers", "missing(reason): its files are not on this machine")
+    # Examples take longer on a busy machine; a test says nothing about speed.
+    hypothesis.settings.register_profile("no deadline", deadline=None)
+    hypothesis.settings.load_profile("no deadline")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -242,24 +242,43 @@ def test_version_and_help():
     )
 
 
+def imported(code: str, *modules: str) -> str:
+    """Runs Python code in a new process; the last line of its output names those imported."""
+    report = f"print(*[m for m in {modules} if m in sys.modules])"
+    lines = ["import sys", "try:", *(f"    {line}" for line in code.split("; "))]
+    result = run(code="\n".join([*lines, "finally:", f"    {report}"]))
+    assert result.stderr == ""
+    return result.stdout.splitlines()[-1]
+
+
+SLOW_MODULES = ("trimesh", "tqdm", "matplotlib", "DracoPy", "PIL", "meshoptimizer")
+
+
 def test_import_is_light():
-    heavy = ("numpy", "trimesh", "pygltflib", "tqdm", "matplotlib", "DracoPy")
-    result = run(code=f"import sys, gltf_ext; print(*[m for m in {heavy} if m in sys.modules])")
-    assert result.stdout == "\n", result.stderr
+    assert imported("import gltf_ext", "numpy", "pygltflib", *SLOW_MODULES) == ""
 
 
 def test_the_command_line_starts_without_the_options_of_all_commands():
-    heavy = ("numpy", "trimesh", "pygltflib", "dataclasses", "gltf_meshlet.render_command")
-    code = f"""
-import sys
-from gltf_meshlet.cli import main
-try:
-    main(["--version"])
-finally:
-    print(*[m for m in {heavy} if m in sys.modules])
-"""
-    result = run(code=code)
-    assert result.stdout == f"gltf-meshlet {gltf_ext.__version__}\n\n", result.stderr
+    slow = ("numpy", "pygltflib", *SLOW_MODULES, "dataclasses", "gltf_meshlet.render_command")
+    assert imported("from gltf_meshlet import cli; cli.main(['--version'])", *slow) == ""
+
+
+@pytest.mark.parametrize("command", ["compress", "decompress", "inspect"])
+def test_commands_import_only_what_they_need(command, original, compressed, tmp_path):
+    files = {
+        "compress": [original, tmp_path / "out.glb"],
+        "decompress": [compressed, tmp_path / "plain.glb"],
+        "inspect": [compressed],
+    }
+    arguments = [command, *map(str, files[command])]
+    slow = (*SLOW_MODULES, "concurrent.futures", "gltf_ext.gltf.scene", "gltf_ext.lod.writing")
+    assert imported(f"from gltf_meshlet import cli; cli.main({arguments})", *slow) == ""
+
+
+def test_compress_imports_nothing_of_levels(original, tmp_path):
+    arguments = ["compress", str(original), str(tmp_path / "out.glb")]
+    code = f"from gltf_meshlet import cli; cli.main({arguments})"
+    assert imported(code, "gltf_ext.lod.reading", "gltf_ext.lod.cuts") == ""
 
 
 def test_closed_pipe_is_no_traceback(compressed):
