@@ -51,6 +51,8 @@ REAL = ("bunny", "dragon")
 REPETITIONS = 5
 # Above so many triangles fewer repetitions keep the run within minutes.
 LARGE, LARGE_REPETITIONS = 500_000, 3
+# Seconds for which a codec decodes in its turn: one call may take only half a millisecond.
+TURN = 0.05
 OURS = "ours"  # with the default effort
 # Other efforts, as further codecs. Effort max takes minutes on larger models: see bench/efforts.py.
 OTHER_EFFORTS = {"ours, fast": "fast", "ours, high": "high"}
@@ -253,11 +255,8 @@ def measure_model(name: str, path: Path, scratch: Path, found: list) -> dict:
     repetitions = LARGE_REPETITIONS if triangles > LARGE else REPETITIONS
     encoded, encoder_stages = _encoding(primitives, parts, found, repetitions)
     buffers = {codec: row.pop("buffers") for codec, row in encoded.items() if "buffers" in row}
-    decoded = _decoding(buffers, found, repetitions)
-    measured = native("decode_speed", buffers[OURS], scratch)
+    decoded, meshlet_microseconds = _decoding(buffers, found, repetitions, scratch)
     stages = native("decode_stages", buffers[OURS], scratch)
-    decoded[OURS]["native_seconds"] = spread(measured["decode_seconds"])
-    decoded[OURS]["all_threads_seconds"] = spread(measured["parallel_seconds"])
     return {
         "model": name,
         "triangles": triangles,
@@ -265,7 +264,7 @@ def measure_model(name: str, path: Path, scratch: Path, found: list) -> dict:
         "raw_bytes": sum(part.raw_bytes for part in parts),
         "encode": encoded,
         "decode": decoded,
-        "one_meshlet_microseconds": spread(measured["meshlet_microseconds"]),
+        "one_meshlet_microseconds": meshlet_microseconds,
         "command": measure_command(path, scratch, repetitions),
         "memory": {
             "encode": {
@@ -327,21 +326,41 @@ def _encoding(
     return encoded, {stage: spread([run[stage] for run in stages]) for stage in stages[0]}
 
 
-def _decoding(buffers: dict[str, list[bytes]], found: list, repetitions: int) -> dict[str, dict]:
+def _decoding(
+    buffers: dict[str, list[bytes]], found: list, repetitions: int, scratch: Path
+) -> tuple[dict[str, dict], dict]:
+    """(seconds by codec, microseconds of one meshlet); the native decoder takes turns too."""
     decoders = {
         OURS: lambda: [_codec.decode_values(blob) for blob in buffers[OURS]],
         **{peer.name: bare_decoder(peer, buffers[peer.name]) for peer in found},
     }
     seconds: dict[str, list[float]] = {codec: [] for codec in decoders}
+    measured: dict[str, list[float]] = {}
     for _ in range(repetitions):
         for codec, decode in decoders.items():
-            start = time.perf_counter()
-            decode()
-            seconds[codec].append(time.perf_counter() - start)
-    return {
+            seconds[codec] += _one_turn(decode)
+        for figure, values in native("decode_speed", buffers[OURS], scratch).items():
+            measured.setdefault(figure, []).extend(values)
+    decoded = {
         codec: {"seconds": spread(spent), "mean_seconds": statistics.mean(spent)}
         for codec, spent in seconds.items()
     }
+    decoded[OURS] |= {
+        "native_seconds": spread(measured["decode_seconds"]),
+        "native_mean_seconds": statistics.mean(measured["decode_seconds"]),
+        "all_threads_seconds": spread(measured["parallel_seconds"]),
+    }
+    return decoded, spread(measured["meshlet_microseconds"])
+
+
+def _one_turn(decode: Callable[[], object]) -> list[float]:
+    """Seconds of each call, for at least TURN seconds."""
+    seconds: list[float] = []
+    while sum(seconds) < TURN:
+        start = time.perf_counter()
+        decode()
+        seconds.append(time.perf_counter() - start)
+    return seconds
 
 
 def measure_decoding(path: Path, scratch: Path, found: list) -> dict:
@@ -352,16 +371,10 @@ def measure_decoding(path: Path, scratch: Path, found: list) -> dict:
         OURS: encode_ours(primitives, 0, Stopwatch()),
         **{peer.name: peer.encode(parts) for peer in found},
     }
-    decoded = _decoding(buffers, found, REPETITIONS)
-    native_seconds = native("decode_speed", buffers[OURS], scratch)["decode_seconds"]
-    decoded[OURS] |= {
-        "native_seconds": spread(native_seconds),
-        "native_mean_seconds": statistics.mean(native_seconds),
-    }
     return {
         "model": path.stem,
         "triangles": sum(len(part.triangles) for part in parts),
-        "decode": decoded,
+        "decode": _decoding(buffers, found, REPETITIONS, scratch)[0],
     }
 
 
@@ -482,96 +495,8 @@ def _status(key: str) -> int:
 def report(result: dict) -> str:
     """docs/speed.md."""
     models = result["models"]
-    codecs = list(models[0]["encode"])
-    others = [codec for codec in models[0]["decode"] if codec != OURS]
-    efforts = [codec for codec in codecs if codec in OTHER_EFFORTS]
-    encode = [
-        [
-            *_name(row),
-            *_rates(
-                row,
-                [
-                    row["encode"][OURS]["seconds"],
-                    row["encode"][OURS]["all_threads_seconds"],
-                    *(row["encode"][codec]["seconds"] for codec in (*efforts, *others)),
-                ],
-                ".2f",
-            ),
-        ]
-        for row in models
-    ]
-    decode = [
-        [
-            *_name(row),
-            *_rates(
-                row,
-                [
-                    *(
-                        row["decode"][OURS][key]
-                        for key in ("native_seconds", "seconds", "all_threads_seconds")
-                    ),
-                    *(row["decode"][codec]["seconds"] for codec in others),
-                ],
-                ".1f",
-            ),
-        ]
-        for row in models
-    ]
-    times = [
-        [
-            *_name(row),
-            *(f"{ratio(row, codec):.2f}" for codec in others),
-            f"{row['one_meshlet_microseconds']['median']:.2f}",
-        ]
-        for row in models
-    ]
-    sizes = [
-        [
-            *_name(row),
-            *(f"{row['raw_bytes'] / row['encode'][codec]['bytes']:.1f}" for codec in codecs),
-        ]
-        for row in models
-    ]
-    measured = [
-        (task, codec) for task, of_codec in models[0]["memory"].items() for codec in of_codec
-    ]
-    memory = [
-        [*_name(row), *(_megabytes(row["memory"][task][codec]) for task, codec in measured)]
-        for row in models
-    ]
-    command = []
-    for row in models:
-        seconds, peak = row["command"]["seconds"]["median"], row["command"]["peak_bytes"]
-        command.append(
-            [
-                *_name(row),
-                f"{seconds:.2f}",
-                f"{row['triangles'] / seconds / 1e6:.2f}",
-                _megabytes(peak),
-                f"{peak / row['triangles']:.0f}",
-            ]
-        )
-    encode_headings = [
-        *("model", "triangles", "ours, one thread", "ours, all threads"),
-        *(*efforts, *others),
-    ]
-    decode_headings = [
-        *("model", "triangles"),
-        *("ours, native", "ours, from Python", "ours, meshlets alone, all threads"),
-    ]
-    times_headings = [
-        "model",
-        "triangles",
-        *(f"against {codec}" for codec in others),
-        "one meshlet",
-    ]
-    memory_headings = ["model", "triangles", *(f"{task}, {codec}" for task, codec in measured)]
-    command_headings = [
-        *("model", "triangles", "seconds", "million triangles per second"),
-        *("peak, MB", "bytes per triangle"),
-    ]
-    build = "with AVX2" if models[0]["stages"]["decode_avx2"] else "without AVX2"
     missing = "".join(f"\nNot measured here: {line}." for line in result["missing"])
+    build = "with AVX2" if models[0]["stages"]["decode_avx2"] else "without AVX2"
     return f"""# Speed
 
 {origin_line(result)}
@@ -583,59 +508,10 @@ Peers: {_versions(result)}.{missing}
 
 ![Speed and memory over size](speed.png)
 
-## Decoding, million triangles per second
-
-All attributes, to float arrays, on one thread unless the column says otherwise. The fastest of each
-row is in bold.
-
-* Native: the C++ call, into preallocated memory.
-* From Python: into new numpy arrays, as the peers do. (Corto: into preallocated arrays. Meshopt: to
-  integers, which is its form for drawing.)
-* All threads: each meshlet alone, as a renderer decodes, on {result["machine"]["cores"]} threads.
-  The peers decode a mesh on one thread only.
-
-Ours from Python and the peers take turns, so their ratios within a table are reliable. Native, all
-threads and the next table are measured later, and the machine's speed varies{_variation(result)}:
-compare those roughly.
-
-{markdown_table([*decode_headings, *others], decode)}
-The models of Figures 8 and 9 of [the paper](../README.md#the-paper), or their
-[stand-ins](results.md#the-models): milliseconds on one thread, means of {result["repetitions"]}
-runs as in the paper.
-
-{_paper_table(result, others)}
-Our decoding speed over each peer's, on one thread, from Python; below 1 the peer is faster. Last
-column: microseconds to decode one meshlet, in random order.
-
-{markdown_table(times_headings, times)}
-## Encoding, million triangles per second
-
-From arrays to bytes in memory, including welding and quantisation. Corto's time is the one that its
-command prints, for one of its two normal modes. gltfpack's is the whole command, including files.
-All peers and [efforts](efforts.md) but the default, normal, use one thread. The fastest of each row
-is in bold.
-
-{
-        markdown_table(
-            encode_headings,
-            encode,
-        )
-    }
-Compression ratio of these encodings; raw is 4 bytes per float and per index:
-
-{markdown_table(["model", "triangles", *codecs], sizes)}
-## Peak memory, MB
-
-Growth of the process while it encodes (ours on all threads) or decodes. The input is loaded before,
-the result is included (except Corto's, which decodes into preallocated arrays). The encoders of
-Corto and gltfpack are commands that load files and are not measured.
-
-{markdown_table(memory_headings, memory)}
-## `gltf-meshlet compress` as a whole process
-
-On all threads, including start-up and files. Peak memory is that of the whole process.
-
-{markdown_table(command_headings, command)}
+{_decoding_section(result)}
+{_encoding_section(models)}
+{_memory_section(models)}
+{_command_section(models)}
 ## Where the time goes
 
 Percent of encoding on one thread:
@@ -644,6 +520,133 @@ Percent of encoding on one thread:
 Percent of decoding a whole model on one thread ({build}):
 
 {_stage_table(models, "decode")}"""
+
+
+def _decoding_section(result: dict) -> str:
+    models = result["models"]
+    peers_of = _peers(models)
+    rates = [
+        [
+            *_name(row),
+            *_rates(
+                row,
+                [
+                    *(
+                        row["decode"][OURS][key]
+                        for key in ("native_seconds", "seconds", "all_threads_seconds")
+                    ),
+                    *(row["decode"][codec]["seconds"] for codec in peers_of),
+                ],
+                ".1f",
+            ),
+        ]
+        for row in models
+    ]
+    headings = ("ours, native", "ours, from Python", "ours, meshlets alone, all threads")
+    ratios = [
+        [
+            *_name(row),
+            *(f"{ratio(row, codec):.2f}" for codec in peers_of),
+            f"{row['one_meshlet_microseconds']['median']:.2f}",
+        ]
+        for row in models
+    ]
+    against = (f"against {codec}" for codec in peers_of)
+    return f"""## Decoding, million triangles per second
+
+All attributes, to float arrays, on one thread unless the column says otherwise. All columns take
+turns, each for at least {1000 * TURN:.0f} ms. The fastest of each row is in bold.
+
+* Native: the C++ call, into preallocated memory.
+* From Python: into new numpy arrays, as the peers do. (Corto: into preallocated arrays. Meshopt: to
+  integers, which is its form for drawing.)
+* All threads: each meshlet alone, as a renderer decodes, on {result["machine"]["cores"]} threads.
+  The peers decode a mesh on one thread only.
+
+{markdown_table(["model", "triangles", *headings, *peers_of], rates)}
+The models of Figures 8 and 9 of [the paper](../README.md#the-paper), or their
+[stand-ins](results.md#the-models): milliseconds on one thread, means as in the paper.
+
+{_paper_table(result, peers_of)}
+Our decoding speed over each peer's, on one thread, from Python; below 1 the peer is faster. Last
+column: microseconds to decode one meshlet, in random order.{_variation(result)}
+
+{markdown_table(["model", "triangles", *against, "one meshlet"], ratios)}"""
+
+
+def _encoding_section(models: list[dict]) -> str:
+    codecs = list(models[0]["encode"])
+    others = [codec for codec in codecs if codec in OTHER_EFFORTS] + _peers(models)
+    rates = [
+        [
+            *_name(row),
+            *_rates(
+                row,
+                [
+                    row["encode"][OURS]["seconds"],
+                    row["encode"][OURS]["all_threads_seconds"],
+                    *(row["encode"][codec]["seconds"] for codec in others),
+                ],
+                ".2f",
+            ),
+        ]
+        for row in models
+    ]
+    sizes = [
+        [
+            *_name(row),
+            *(f"{row['raw_bytes'] / row['encode'][codec]['bytes']:.1f}" for codec in codecs),
+        ]
+        for row in models
+    ]
+    headings = ("ours, one thread", "ours, all threads")
+    return f"""## Encoding, million triangles per second
+
+From arrays to bytes in memory, including welding and quantisation. Corto's time is the one that its
+command prints, for one of its two normal modes. gltfpack's is the whole command, including files.
+All peers and [efforts](efforts.md) but the default, normal, use one thread. The fastest of each row
+is in bold.
+
+{markdown_table(["model", "triangles", *headings, *others], rates)}
+Compression ratio of these encodings; raw is 4 bytes per float and per index:
+
+{markdown_table(["model", "triangles", *codecs], sizes)}"""
+
+
+def _memory_section(models: list[dict]) -> str:
+    measured = [
+        (task, codec) for task, of_codec in models[0]["memory"].items() for codec in of_codec
+    ]
+    rows = [
+        [*_name(row), *(_megabytes(row["memory"][task][codec]) for task, codec in measured)]
+        for row in models
+    ]
+    headings = (f"{task}, {codec}" for task, codec in measured)
+    return f"""## Peak memory, MB
+
+Growth of the process while it encodes (ours on all threads) or decodes. The input is loaded before,
+the result is included (except Corto's, which decodes into preallocated arrays). The encoders of
+Corto and gltfpack are commands that load files and are not measured.
+
+{markdown_table(["model", "triangles", *headings], rows)}"""
+
+
+def _command_section(models: list[dict]) -> str:
+    rows = []
+    for row in models:
+        seconds, peak = row["command"]["seconds"]["median"], row["command"]["peak_bytes"]
+        rates = (f"{seconds:.2f}", f"{row['triangles'] / seconds / 1e6:.2f}")
+        rows.append([*_name(row), *rates, _megabytes(peak), f"{peak / row['triangles']:.0f}"])
+    headings = ("seconds", "million triangles per second", "peak, MB", "bytes per triangle")
+    return f"""## `gltf-meshlet compress` as a whole process
+
+On all threads, including start-up and files. Peak memory is that of the whole process.
+
+{markdown_table(["model", "triangles", *headings], rows)}"""
+
+
+def _peers(models: list[dict]) -> list[str]:
+    return [codec for codec in models[0]["decode"] if codec != OURS]
 
 
 def _variation(result: dict) -> str:
@@ -658,8 +661,8 @@ def _variation(result: dict) -> str:
         if key in of_codec
     ]
     return (
-        " (repeated measurements differ by up to "
-        f"{max(max(ratio, 1 / ratio) for ratio in ratios):.2f} times)"
+        "\nThe machine's speed varies: what is measured twice on this page differs by up to "
+        f"{max(max(ratio, 1 / ratio) for ratio in ratios):.2f} times."
         if ratios
         else ""
     )
