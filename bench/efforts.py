@@ -293,6 +293,8 @@ triangles. "Before" is another build, where one was given. Peers, on one thread,
 
 ![Time and memory over size](efforts.png)
 
+A point is a model, a line the power of the triangles that fits an encoder's points best.
+
 {ratios(result)}
 Every way. Peak memory is the growth of the process while it encodes, its result included.
 
@@ -309,7 +311,10 @@ def cores_section(result: dict) -> str:
 
 
 def save_plot(result: dict, path: Path) -> Path:
-    """Seconds and peak memory over triangles, each encoder on its fewest threads."""
+    """Seconds and peak memory over triangles, each encoder on its fewest threads.
+
+    A point is a model; a line is the power of the triangles that fits an encoder's points best.
+    """
     models = sorted(result["models"], key=lambda model: model["triangles"])
     figure, axes = pyplot().subplots(1, 2, figsize=(11, 4.4), dpi=100)
     encoders = dict.fromkeys(row["effort"] for model in models for row in model["ways"])
@@ -321,9 +326,14 @@ def save_plot(result: dict, path: Path) -> Path:
                 row = min(rows, key=_threads)
                 points.append((model["triangles"], _low(row), row.get("peak_bytes", np.nan) / 1e6))
         triangles, seconds, megabytes = zip(*points)
-        style = "-o" if encoder in EFFORTS else "--s"
-        axes[0].plot(triangles, seconds, style, markersize=4, label=encoder)
-        axes[1].plot(triangles, megabytes, style, markersize=4, label=encoder)
+        marker, line = ("o", "-") if encoder in EFFORTS else ("s", "--")
+        for axis, values in zip(axes, (seconds, megabytes)):
+            (drawn,) = axis.plot(triangles, values, marker, markersize=4, label=encoder)
+            if np.isfinite(values).all():
+                slope, base = np.polyfit(np.log(triangles), np.log(values), 1)
+                ends = np.array((min(triangles), max(triangles)))
+                fitted = np.exp(base) * ends**slope
+                axis.plot(ends, fitted, line, color=drawn.get_color(), linewidth=1, alpha=0.6)
     for axis, title in zip(axes, ("encoding on one thread, seconds", "peak memory, MB")):
         axis.set(xscale="log", yscale="log", xlabel="triangles")
         axis.set_title(title, fontsize=10)
