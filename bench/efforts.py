@@ -329,9 +329,9 @@ def save_plot(result: dict, path: Path) -> Path:
         marker, line = ("o", "-") if encoder in EFFORTS else ("s", "--")
         for axis, values in zip(axes, (seconds, megabytes)):
             (drawn,) = axis.plot(triangles, values, marker, markersize=4, label=encoder)
-            if np.isfinite(values).all():
+            ends = np.array((min(triangles), max(triangles)))
+            if ends[0] < ends[1] and np.isfinite(values).all():
                 slope, base = np.polyfit(np.log(triangles), np.log(values), 1)
-                ends = np.array((min(triangles), max(triangles)))
                 fitted = np.exp(base) * ends**slope
                 axis.plot(ends, fitted, line, color=drawn.get_color(), linewidth=1, alpha=0.6)
     for axis, title in zip(axes, ("encoding on one thread, seconds", "peak memory, MB")):

@@ -64,5 +64,8 @@ def test_page_has_a_section_on_more_cores(result, monkeypatch, tmp_path):
     assert first.count("| bunny | 1,000 |") == section.count("| bunny | 1,000 |") == 1
 
 
-def test_plot(result, tmp_path):
+@pytest.mark.parametrize("sizes", [(1000,), (1000, 2000)])
+def test_plot(result, sizes, tmp_path):
+    [model] = result["models"]
+    result["models"] = [{**model, "triangles": triangles} for triangles in sizes]
     assert efforts.save_plot(result, tmp_path / "efforts.png").stat().st_size > 0
