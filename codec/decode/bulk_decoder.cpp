@@ -138,6 +138,9 @@ class History {
   // Numbers that are kept of a place.
   uint32_t place_size() const { return kStored * d_.stream_total; }
   void copy_vertex(uint32_t r, const uint32_t* from, uint32_t step, uint32_t id);
+  void copy_reference(uint32_t r, const uint32_t* from);
+  template <uint32_t streams>
+  void copy_streams(uint32_t r, const uint32_t* from);
   uint32_t corner_with_value(uint32_t corner, uint32_t s);
   void copy_own_corner(uint32_t corner);
   bool same_vertex(uint32_t r, uint32_t place, uint32_t id);
@@ -158,7 +161,7 @@ class History {
   Kept* ring_ = nullptr;
   NumberStore store_;
   uint8_t* lengths_ = nullptr;  // kPlaces for each meshlet in the ring
-  Place alias_[kPlaces];        // per local id of the current meshlet
+  Place alias_[kPlaces]{};      // per local id of the current meshlet
   uint64_t is_alias_ = 0;       // mask of local ids
   uint64_t own_refs_ = 0;       // foreign references whose owner is the current meshlet
   uint64_t owned_ = 0;          // mask of the loop's vertices that have a place
@@ -202,6 +205,30 @@ INLINE void History::copy_vertex(uint32_t r, const uint32_t* from, uint32_t step
   for (uint32_t s = 0; s < d_.stream_total; s++, to += kStream, from += step)
     if (!(d_.seam_refs[s] >> r & 1)) copy_stored(from, to);
 }
+
+// Copies the streams that r shares with its owner, whose values are at `from`, by place.
+void History::copy_reference(uint32_t r, const uint32_t* from) {
+#ifndef __wasm__
+  if (!(d_.seamed_refs >> r & 1)) {
+    if (d_.stream_total == 3) return copy_streams<3>(r, from);
+    if (d_.stream_total == 2) return copy_streams<2>(r, from);
+  }
+#endif
+  for_vertices(r, [&, size = place_size()](uint32_t place, uint32_t id) {
+    copy_vertex(r, from + size * size_t(place), kStored, id);
+  });
+}
+
+#ifndef __wasm__
+// All streams: a count that compilers know takes half the instructions.
+template <uint32_t streams>
+void History::copy_streams(uint32_t r, const uint32_t* from) {
+  for_vertices(r, [&](uint32_t place, uint32_t id) {
+    const uint32_t* values = from + kStored * streams * size_t(place);
+    for (uint32_t s = 0; s < streams; s++) copy_stored(values + kStored * s, d_.vertex(s, id));
+  });
+}
+#endif
 
 // Follows references inside the meshlet from a corner to one that has its value of stream s: by an
 // anchor or by an earlier meshlet.
@@ -269,10 +296,10 @@ void History::keep_references() {
 // Two references share a corner: the one with the smaller owner wins; on a tie, the one that starts
 // there.
 void History::alias_corner(uint32_t id, Place target, bool starts) {
-  bool other = is_alias_ >> id & 1;
-  if (!other || target.meshlet < alias_[id].meshlet ||
-      (starts && target.meshlet == alias_[id].meshlet))
-    alias_[id] = target;
+  Place& alias = alias_[id];
+  const bool wins = !(is_alias_ >> id & 1) | (target.meshlet < alias.meshlet + uint32_t(starts));
+  alias = {d_.choose(wins, target.meshlet, alias.meshlet),
+           d_.choose(wins, target.place, alias.place)};
   is_alias_ |= 1ull << id;
 }
 
@@ -284,18 +311,18 @@ void History::look_up(bool provide) {
     uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
              corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
     has_values_ = has_values_ && owner >= begin_;
-    const bool copy = has_values_ && owner != d_.opened.meshlet, alias = !(d_.seamed_refs >> r & 1);
-    const uint32_t* values = kept(owner).values;
-    uint64_t visited = 0;
-    for_vertices(r, [&, size = place_size()](uint32_t place, uint32_t id) {
-      if (copy) copy_vertex(r, values + size * size_t(place), kStored, id);
-      if (alias && id != corners[0] && id != corners[1]) alias_[id] = {owner, place};
-      visited |= 1ull << id;
-    });
-    own_refs_ |= uint64_t(owner == d_.opened.meshlet) << r;
-    if (!alias) continue;
-    is_alias_ |= visited & ~(1ull << corners[0] | 1ull << corners[1]);
     const Ends at = ends(r);
+    if (has_values_ && owner != d_.opened.meshlet) copy_reference(r, kept(owner).values);
+    own_refs_ |= uint64_t(owner == d_.opened.meshlet) << r;
+    if (d_.seamed_refs >> r & 1) continue;
+    const uint32_t n = d_.reference_length[r], rank = d_.reference_rank[r];
+    uint64_t inner = 0;  // vertices that are no corners
+    for (uint32_t i = 1; i < n; i++) {
+      const uint32_t id = d_.loop_vertex[rank + i];
+      alias_[id] = {owner, at.start + n - i};
+      inner |= 1ull << id;
+    }
+    is_alias_ |= inner;
     alias_corner(corners[0], {owner, at.end}, true);
     alias_corner(corners[1], {owner, at.start}, false);
   }

@@ -343,9 +343,9 @@ void predict_chains_of(uint s) {
     if (predictor != PREDICT_COPY) {
       const Vertex end = load_vertex(base + 4u * (step >> 16 & 255u));
       if (predictor == PREDICT_AFFINE && chain_weight.exists[j]) {
-        const uint earlier = step >> 24 == NO_VERTEX ? step >> 8 & 255u : step >> 24;
+        // Without a vertex before the one before, the weight of this one is 0.
         point = affine_vertex(chain_weight.s[j], chain_weight.u[j], before, end,
-                              load_vertex(base + 4u * earlier));
+                              load_vertex(base + 4u * (step >> 24 & 63u)));
       } else {
         point = toward(before, end, chain_left[j]);
       }

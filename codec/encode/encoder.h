@@ -56,7 +56,7 @@ SegmentedMesh segment_for_encoder(const MeshView& mesh, const EncodeOptions& opt
                                   EncoderStats& stats);
 
 // The second half: encodes given meshlets, in their order, as one blob. They must be as
-// generate_meshlets makes them: check_meshlets (segment/check_meshlets.h) checks those of a caller.
+// generate_meshlets makes them: segment/check_meshlets.h checks those of a caller.
 //
 // high_too: with kMax, also encodes with kHigh and takes the smaller blob.
 std::vector<uint8_t> encode_meshlets(const EncoderInput& input, const std::vector<Stream>& streams,

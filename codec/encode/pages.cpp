@@ -5,6 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "common/local_numbers.h"
 #include "common/parallel.h"
 #include "encode/page_growth.h"
 #include "segment/check_meshlets.h"
@@ -12,40 +13,10 @@
 namespace meshlet {
 namespace {
 
-// Gives each of the numbers that it is asked for a local one, from 0 in order of first occurrence.
-class LocalNumbers {
- public:
-  // For at most `count` numbers.
-  explicit LocalNumbers(size_t count) {
-    size_t capacity = 16;
-    while (capacity < 2 * count) capacity *= 2;
-    slots_.assign(capacity, {kEmpty, 0});
-  }
-
-  uint32_t of(uint32_t number) {
-    size_t at = number * size_t(0x9E3779B1u) & (slots_.size() - 1);
-    while (slots_[at].number != number && slots_[at].number != kEmpty)
-      at = (at + 1) & (slots_.size() - 1);
-    if (slots_[at].number == kEmpty) {
-      slots_[at] = {number, uint32_t(numbers_.size())};
-      numbers_.push_back(number);
-    }
-    return slots_[at].local;
-  }
-  const std::vector<uint32_t>& numbers() const { return numbers_; }
-
- private:
-  static constexpr uint32_t kEmpty = ~0u;
-  struct Slot {
-    uint32_t number, local;
-  };
-  std::vector<Slot> slots_;  // open addressing
-  std::vector<uint32_t> numbers_;
-};
-
 // Some meshlets of a mesh as a mesh of their own.
 struct Part {
-  Part(const EncoderInput& all, const std::vector<uint32_t>& numbers);
+  Part(const MeshView& mesh, const Meshlets& all, const VertexValues& all_values,
+       const std::vector<uint32_t>& numbers);
 
   MeshView view() const {
     return {triangles.data(), triangles.size() / 3, position_ids.data(), nullptr,
@@ -57,16 +28,19 @@ struct Part {
   Meshlets meshlets;
 };
 
-Part::Part(const EncoderInput& all, const std::vector<uint32_t>& numbers) {
-  LocalNumbers vertices(numbers.size() * MESHLET_VERTICES);
+Part::Part(const MeshView& mesh, const Meshlets& all, const VertexValues& all_values,
+           const std::vector<uint32_t>& numbers) {
+  const size_t most = numbers.size() * MESHLET_VERTICES;
+  LocalNumbers vertices(most + 3);  // before the check of a caller's meshlets
   meshlets.meshlet_begin.push_back(0);
   meshlets.disk_begin.push_back(0);
   for (uint32_t m : numbers) {
-    for (uint32_t k = all.meshlets.meshlet_begin[m]; k < all.meshlets.meshlet_begin[m + 1]; k++) {
-      for (uint32_t i = all.meshlets.disk_begin[k]; i < all.meshlets.disk_begin[k + 1]; i++) {
-        const uint32_t* corner = all.mesh.triangles + 3 * size_t(all.meshlets.triangles[i]);
+    for (uint32_t k = all.meshlet_begin[m]; k < all.meshlet_begin[m + 1]; k++) {
+      for (uint32_t i = all.disk_begin[k]; i < all.disk_begin[k + 1]; i++) {
+        const uint32_t* corner = mesh.triangles + 3 * size_t(all.triangles[i]);
         meshlets.triangles.push_back(uint32_t(meshlets.triangles.size()));
         for (int c = 0; c < 3; c++) triangles.push_back(vertices.of(corner[c]));
+        if (vertices.numbers().size() > most) throw std::invalid_argument(kTooManyVertices);
       }
       meshlets.disk_begin.push_back(uint32_t(meshlets.triangles.size()));
     }
@@ -74,43 +48,54 @@ Part::Part(const EncoderInput& all, const std::vector<uint32_t>& numbers) {
   }
   LocalNumbers ids(vertices.numbers().size());
   for (uint32_t v : vertices.numbers()) {
-    position_ids.push_back(ids.of(all.mesh.position_ids[v]));
-    rows.push_back(all.values.rows ? all.values.rows[v] : v);
+    position_ids.push_back(ids.of(mesh.position_ids[v]));
+    rows.push_back(all_values.rows ? all_values.rows[v] : v);
   }
-  values = all.values;
+  values = all_values;
   values.rows = rows.data();
 }
 
 // Encodes pages of one mesh's meshlets. Several threads may use it.
 class PageEncoder {
  public:
+  // meshlets: with valid lists; check: whether they come from a caller, who may not know disks.
   // high_too: as encode_meshlets'.
-  PageEncoder(const EncoderInput& input, const std::vector<Stream>& streams,
-              const EncodeOptions& options, bool high_too)
-      : input_(input), streams_(streams), options_(options), high_too_(high_too) {
+  PageEncoder(const MeshView& mesh, const Meshlets& meshlets, const VertexValues& values,
+              const std::vector<Stream>& streams, const EncodeOptions& options, bool check,
+              bool high_too)
+      : mesh_(mesh),
+        meshlets_(meshlets),
+        values_(values),
+        streams_(streams),
+        options_(options),
+        check_(check),
+        high_too_(high_too) {
     options_.progress = nullptr;
     options_.threads = 1;  // one page on each thread
   }
 
   // Encodes meshlets, in this order.
   std::vector<uint8_t> encode(const std::vector<uint32_t>& numbers, EncoderStats& stats) const {
-    const Part part(input_, numbers);
+    const Part part(mesh_, meshlets_, values_, numbers);
     const MeshView view = part.view();
     const HalfEdges half_edges = match_half_edges(view, options_.threads);
+    if (check_) check_disks(view, half_edges, part.meshlets);
     return encode_meshlets({view, half_edges, part.meshlets, part.values}, streams_, options_,
                            stats, high_too_);
   }
 
   uint32_t triangles(uint32_t m) const {
-    const Meshlets& all = input_.meshlets;
+    const Meshlets& all = meshlets_;
     return all.disk_begin[all.meshlet_begin[m + 1]] - all.disk_begin[all.meshlet_begin[m]];
   }
 
  private:
-  const EncoderInput input_;
+  const MeshView mesh_;
+  const Meshlets& meshlets_;
+  const VertexValues values_;
   const std::vector<Stream>& streams_;
   EncodeOptions options_;
-  const bool high_too_;
+  const bool check_, high_too_;
 };
 
 // Adds what a page's blob has, and the time it took.
@@ -296,7 +281,8 @@ struct Pages {
 
 Pages make_pages(const EncoderInput& input, const std::vector<Stream>& streams,
                  const EncodeOptions& options, size_t page_bytes) {
-  const PageEncoder encoder(input, streams, options, false);
+  const PageEncoder encoder(input.mesh, input.meshlets, input.values, streams, options, false,
+                            false);
   PageGrowth growth(input.mesh, input.half_edges, input.meshlets);
   PageMaker maker(encoder, growth, page_bytes, options.threads);
   Pages pages;
@@ -352,9 +338,8 @@ std::vector<std::vector<uint8_t>> encode_given(const MeshView& mesh, const Meshl
                                                const VertexValues& values,
                                                const EncodeOptions& options, EncoderStats& stats) {
   check_input(mesh, streams);
-  const HalfEdges half_edges = match_half_edges(mesh, options.threads);
-  check_meshlets(mesh, half_edges, meshlets);
-  const PageEncoder encoder({mesh, half_edges, meshlets, values}, streams, options, true);
+  check_lists(meshlets, mesh.triangle_count);
+  const PageEncoder encoder(mesh, meshlets, values, streams, options, true, true);
   const bool increases = std::adjacent_find(page_begin.begin(), page_begin.end(),
                                             std::greater_equal<uint32_t>()) == page_begin.end();
   if (page_begin.size() < 2 || page_begin.front() != 0 ||

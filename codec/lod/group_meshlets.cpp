@@ -1,22 +1,12 @@
 #include "lod/group_meshlets.h"
 
-#include <algorithm>
-
+#include "common/local_numbers.h"
 #include "common/parallel.h"
 #include "segment/half_edges.h"
 #include "segment/spatial_mesh.h"
 
 namespace meshlet {
 namespace {
-
-// Replaces numbers by their rank among all that occur; `used` lists those, in order.
-void compact(std::vector<uint32_t>& numbers, std::vector<uint32_t>& used) {
-  used = numbers;
-  std::sort(used.begin(), used.end());
-  used.erase(std::unique(used.begin(), used.end()), used.end());
-  for (uint32_t& number : numbers)
-    number = uint32_t(std::lower_bound(used.begin(), used.end(), number) - used.begin());
-}
 
 // Meshlets of a mesh, with its triangles' numbers.
 Meshlets generate(const MeshView& mesh, const GenerationOptions& options) {
@@ -29,19 +19,19 @@ Meshlets generate(const MeshView& mesh, const GenerationOptions& options) {
 
 Meshlets generate_group(const MeshView& mesh, uint32_t first, uint32_t last,
                         const GenerationOptions& options) {
-  std::vector<uint32_t> corners(mesh.triangles + 3 * size_t(first),
-                                mesh.triangles + 3 * size_t(last));
-  std::vector<uint32_t> vertices, used_ids, ids;
-  compact(corners, vertices);
+  const size_t count = 3 * size_t(last - first);
+  LocalNumbers vertices(count), positions_at(count);
+  std::vector<uint32_t> corners(count), ids;
+  for (size_t i = 0; i < count; i++)
+    corners[i] = vertices.of(mesh.triangles[3 * size_t(first) + i]);
   std::vector<float> positions;
-  for (uint32_t v : vertices) {
-    ids.push_back(mesh.position_ids[v]);
+  for (uint32_t v : vertices.numbers()) {
+    ids.push_back(positions_at.of(mesh.position_ids[v]));
     const float* p = mesh.positions + 3 * size_t(v);
     positions.insert(positions.end(), p, p + 3);
   }
-  compact(ids, used_ids);
-  Meshlets made = generate(
-      {corners.data(), last - first, ids.data(), positions.data(), vertices.size()}, options);
+  Meshlets made =
+      generate({corners.data(), last - first, ids.data(), positions.data(), ids.size()}, options);
   for (uint32_t& t : made.triangles) t += first;
   return made;
 }

@@ -51,12 +51,6 @@ Vec3 point_of(const float* positions, uint32_t vertex) {
   return {p[0], p[1], p[2]};
 }
 
-std::vector<Vec3> corners_of(const float* positions, const uint32_t* corners, size_t count) {
-  std::vector<Vec3> points(count);
-  for (size_t i = 0; i < count; i++) points[i] = point_of(positions, corners[i]);
-  return points;
-}
-
 // Appends the vertices of `before` that `after` lacks, in the order of the triangles: neighbours
 // follow each other.
 void add_removed(const Range& before, const Range& after, std::vector<uint32_t>& vertices) {
@@ -92,7 +86,7 @@ struct Carried {
 // The replacement of a group, as a part of its level.
 struct Replacement {
   const TriangleTree& level;
-  uint32_t group, first_place;
+  uint32_t group;
 
   // Raises `least`, a squared distance, to that of the vertex that is farthest from the level.
   // Finds the group's nearest triangle for at most `count` of the vertices, evenly spread.
@@ -100,7 +94,7 @@ struct Replacement {
                    float& least) const {
     const size_t stride = (vertices.size() + count - 1) / count;
     Carried carried;
-    uint32_t place = first_place;
+    uint32_t place = level.place_in_part(group);
     for (size_t i = 0; i < vertices.size(); i++) {
       const Vec3 point = point_of(positions, vertices[i]);
       const bool is_carried = i % stride == 0;
@@ -125,17 +119,13 @@ float farthest(const std::vector<Vec3>& points, const TriangleTree& to, float le
   return least;
 }
 
-TriangleTree tree_of(const float* positions, const GroupTriangles& surface, int threads) {
-  return {corners_of(positions, surface.triangles, 3 * size_t(surface.begin.back())), surface.begin,
-          threads};
-}
-
 }  // namespace
 
 ReplacementErrors::ReplacementErrors(std::vector<const float*> shapes,
                                      const GroupTriangles& level_0, int threads)
     : shapes_(std::move(shapes)) {
-  for (const float* positions : shapes_) level_0_.push_back(tree_of(positions, level_0, threads));
+  for (const float* positions : shapes_)
+    level_0_.emplace_back(positions, level_0.triangles, level_0.begin, threads);
 }
 
 std::vector<float> ReplacementErrors::measure(const GroupTriangles& before,
@@ -146,13 +136,13 @@ std::vector<float> ReplacementErrors::measure(const GroupTriangles& before,
   std::vector<Carried> next(chosen.size());
   const size_t most_carried = std::max(kCarried, kCarriedOfAll / before.groups());
   for (size_t s = 0; s < shapes_.size(); s++) {
-    const TriangleTree level = tree_of(shapes_[s], after, threads);
+    const TriangleTree level(shapes_[s], after.triangles, after.begin, threads);
     parallel_for(threads, chosen.size(), [&](size_t i) {
       const Range was(before, chosen[i]), is(after, chosen[i]);
       std::vector<uint32_t> vertices(carried.vertices.begin() + carried.begin[i],
                                      carried.vertices.begin() + carried.begin[i + 1]);
       add_removed(was, is, vertices);
-      const Replacement replacement{level, chosen[i], after.begin[chosen[i]]};
+      const Replacement replacement{level, chosen[i]};
       Carried on = replacement.carry_on(vertices, most_carried, shapes_[s], squared[i]);
       if (s == 0) next[i] = std::move(on);
       squared[i] = farthest(middles(shapes_[s], is), level_0_[s], squared[i]);

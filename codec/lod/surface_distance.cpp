@@ -1,213 +1,289 @@
 #include "lod/surface_distance.h"
 
 #include <algorithm>
-#include <numeric>
+#include <array>
+#include <cstring>
+#include <limits>
 #include <utility>
 
+#include "common/hilbert.h"
 #include "common/parallel.h"
 
 namespace meshlet {
 namespace {
 
-constexpr uint32_t kLeaf = 4;  // most triangles of a leaf: 2 and 8 are slower on dragon
-constexpr int kMaxDepth = 64;  // medians halve: 32 levels for 2^32 triangles
+constexpr uint32_t kIsLeaf = 1u << 31;
+// A node adds three entries: at most 14 levels for 2^28 leaves, and as many for the parts.
+constexpr int kStack = 96;
 
-float squared_length(Vec3 a) { return dot(a, a); }
+// Four floats at once. Comparisons give masks, by which ? : chooses.
+using Lanes = float __attribute__((vector_size(16)));
+using Mask = int32_t __attribute__((vector_size(16)));
 
-int longest_axis(Vec3 low, Vec3 high) {
-  const Vec3 size = high - low;
-  return size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-}
-
-float box_squared(Vec3 p, Vec3 low, Vec3 high) {
-  const Vec3 outside = maximum(maximum(low - p, p - high), Vec3{0, 0, 0});
-  return squared_length(outside);
-}
-
-// C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5: the region of the nearest point.
-float triangle_squared(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
-  const Vec3 ab = b - a, ac = c - a, ap = p - a;
-  const float d1 = dot(ab, ap), d2 = dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return squared_length(ap);
-  const Vec3 bp = p - b;
-  const float d3 = dot(ab, bp), d4 = dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return squared_length(bp);
-  const float vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) return squared_length(ap - ab * (d1 / (d1 - d3)));
-  const Vec3 cp = p - c;
-  const float d5 = dot(ab, cp), d6 = dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return squared_length(cp);
-  const float vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6) return squared_length(ap - ac * (d2 / (d2 - d6)));
-  const float va = d3 * d6 - d5 * d4, along = (d4 - d3) + (d5 - d6);
-  if (va <= 0 && d4 >= d3 && d5 >= d6 && along > 0)
-    return squared_length(bp - (c - b) * ((d4 - d3) / along));
-  const float sum = va + vb + vc;
-  if (!(sum > 0)) return std::min({squared_length(ap), squared_length(bp), squared_length(cp)});
-  return squared_length(ap - ab * (vb / sum) - ac * (vc / sum));
-}
-
-// Sorts triangles into a tree.
-class TreeBuilder {
- public:
-  using Node = TriangleTree::Node;
-
-  // corners: of all triangles.
-  explicit TreeBuilder(const std::vector<Vec3>& corners) : corners_(corners) {}
-
-  // A tree of triangles first .. last - 1. Writes their order to the same places of `order`.
-  std::vector<Node> build(uint32_t first, uint32_t last, std::vector<uint32_t>& order) {
-    first_ = first;
-    items_.resize(last - first);
-    for (uint32_t i = 0; i < items_.size(); i++) {
-      const Vec3* c = &corners_[3 * size_t(first + i)];
-      items_[i] = {c[0] + c[1] + c[2], first + i};
-    }
-    nodes_.assign(1, {});
-    split(0, 0, last - first);
-    for (uint32_t i = 0; i < items_.size(); i++) order[first + i] = items_[i].triangle;
-    return std::move(nodes_);
-  }
-
- private:
-  struct Item {
-    Vec3 centre;  // three times the centre
-    uint32_t triangle;
-  };
-
-  void split(uint32_t node, uint32_t first, uint32_t last) {
-    if (last - first <= kLeaf) {
-      make_leaf(node, first, last);
-      return;
-    }
-    Vec3 low = items_[first].centre, high = low;
-    for (uint32_t i = first; i < last; i++) {
-      low = minimum(low, items_[i].centre);
-      high = maximum(high, items_[i].centre);
-    }
-    const int axis = longest_axis(low, high);
-    const uint32_t middle = first + (last - first) / 2;
-    std::nth_element(items_.begin() + first, items_.begin() + middle, items_.begin() + last,
-                     [axis](const Item& s, const Item& t) {
-                       const float a = s.centre[axis], b = t.centre[axis];
-                       return a != b ? a < b : s.triangle < t.triangle;
-                     });
-    const uint32_t child = uint32_t(nodes_.size());
-    nodes_.resize(nodes_.size() + 2);
-    split(child, first, middle);
-    split(child + 1, middle, last);
-    nodes_[node] = {minimum(nodes_[child].low, nodes_[child + 1].low),
-                    maximum(nodes_[child].high, nodes_[child + 1].high), child, 0};
-  }
-
-  void make_leaf(uint32_t node, uint32_t first, uint32_t last) {
-    Vec3 low = corners_[3 * size_t(items_[first].triangle)], high = low;
-    for (uint32_t i = first; i < last; i++)
-      for (size_t k = 0; k < 3; k++) {
-        const Vec3 corner = corners_[3 * size_t(items_[i].triangle) + k];
-        low = minimum(low, corner);
-        high = maximum(high, corner);
-      }
-    nodes_[node] = {low, high, first_ + first, last - first};
-  }
-
-  const std::vector<Vec3>& corners_;
-  uint32_t first_ = 0;
-  std::vector<Item> items_;
-  std::vector<Node> nodes_;
+struct Lanes3 {
+  Lanes x, y, z;
 };
+
+Lanes all(float value) { return Lanes{value, value, value, value}; }
+Lanes3 all(Vec3 v) { return {all(v.x), all(v.y), all(v.z)}; }
+Lanes load(const float* four) {
+  Lanes lanes;
+  std::memcpy(&lanes, four, sizeof lanes);
+  return lanes;
+}
+Lanes3 load(const float (*xyz)[4]) { return {load(xyz[0]), load(xyz[1]), load(xyz[2])}; }
+Lanes choose(Mask mask, Lanes a, Lanes b) { return mask ? a : b; }
+Lanes3 choose(Mask mask, Lanes3 a, Lanes3 b) {
+  return {choose(mask, a.x, b.x), choose(mask, a.y, b.y), choose(mask, a.z, b.z)};
+}
+Lanes larger(Lanes a, Lanes b) { return a > b ? a : b; }
+
+Lanes3 operator-(Lanes3 a, Lanes3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+Lanes3 operator*(Lanes3 a, Lanes s) { return {a.x * s, a.y * s, a.z * s}; }
+Lanes dot(Lanes3 a, Lanes3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+// Squared distances from a point to four triangles. C. Ericson, Real-Time Collision Detection,
+// 2005, section 5.1.5: the region of the nearest point.
+Lanes triangles_squared(Lanes3 p, Lanes3 a, Lanes3 b, Lanes3 c) {
+  const Lanes3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
+  const Lanes d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp);
+  const Lanes d5 = dot(ab, cp), d6 = dot(ac, cp);
+  const Lanes va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+  const Lanes rise = d4 - d3, along = rise + (d5 - d6), sum = va + vb + vc;
+  // Each mask without those before it.
+  const Mask at_a = (d1 <= 0) & (d2 <= 0);
+  const Mask at_b = (d3 >= 0) & (d4 <= d3) & ~at_a;
+  Mask taken = at_a | at_b;
+  const Mask on_ab = (vc <= 0) & (d1 >= 0) & (d3 <= 0) & (d1 > d3) & ~taken;
+  taken |= on_ab;
+  const Mask at_c = (d6 >= 0) & (d5 <= d6) & ~taken;
+  taken |= at_c;
+  const Mask on_ac = (vb <= 0) & (d2 >= 0) & (d6 <= 0) & (d2 > d6) & ~taken;
+  taken |= on_ac;
+  const Mask on_bc = (va <= 0) & (rise >= 0) & (d5 >= d6) & (along > 0) & ~taken;
+  taken |= on_bc;
+  const Mask inside = (sum > 0) & ~taken;  // if rounding leaves no region: distance to a
+  const Lanes zero = all(0.0f);
+  const Lanes3 base = choose(at_b | on_bc, bp, choose(at_c, cp, ap));
+  const Lanes3 edge = choose(on_bc, c - b, ab);
+  const Lanes s = choose(on_bc, rise, choose(on_ab, d1, choose(inside, vb, zero)));
+  const Lanes t = choose(on_ac, d2, choose(inside, vc, zero));
+  const Lanes whole = choose(
+      on_bc, along, choose(on_ab, d1 - d3, choose(on_ac, d2 - d6, choose(inside, sum, all(1.0f)))));
+  const Lanes3 offset = base - edge * (s / whole) - ac * (t / whole);
+  return dot(offset, offset);
+}
+
+// Squared distances from a point to four boxes.
+Lanes boxes_squared(Lanes3 p, Lanes3 low, Lanes3 high) {
+  const Lanes3 below = low - p, above = p - high;
+  const Lanes zero = all(0.0f);
+  const Lanes3 outside = {larger(larger(below.x, above.x), zero),
+                          larger(larger(below.y, above.y), zero),
+                          larger(larger(below.z, above.z), zero)};
+  return dot(outside, outside);
+}
+
+uint32_t groups_of_four(uint32_t count) { return (count + 3) / 4; }
+
+// The nodes above so many leaves, or other nodes.
+uint32_t nodes_above(uint32_t count) {
+  uint32_t nodes = 0;
+  do {
+    count = groups_of_four(count);
+    nodes += count;
+  } while (count > 1);
+  return nodes;
+}
+
+struct Item {
+  uint32_t key, number;
+  bool operator<(const Item& other) const {
+    return key != other.key ? key < other.key : number < other.number;
+  }
+};
+
+// Sorts items along a Hilbert curve. points: of each item.
+void sort_along_curve(std::vector<Item>& items, const std::vector<Vec3>& points) {
+  Vec3 low = points[0], high = points[0];
+  for (const Vec3& point : points) low = minimum(low, point), high = maximum(high, point);
+  const Vec3 size = high - low;
+  const float longest = std::max({size.x, size.y, size.z});
+  constexpr float last_cell = float((1 << kHilbertBits) - 1);
+  const float scale = longest > 0 ? last_cell / longest : 0;
+  const auto cell = [](float x) { return uint32_t(x < 0 ? 0 : x > last_cell ? last_cell : x); };
+  for (size_t i = 0; i < items.size(); i++) {
+    const Vec3 p = (points[i] - low) * scale;
+    items[i].key = hilbert_index({cell(p.x), cell(p.y), cell(p.z)});
+  }
+  std::sort(items.begin(), items.end());
+}
 
 }  // namespace
 
-TriangleTree::TriangleTree(std::vector<Vec3> corners) : TriangleTree(std::move(corners), {}, 1) {}
+class TriangleTree::Builder {
+ public:
+  explicit Builder(TriangleTree& tree) : tree_(tree) {}
 
-TriangleTree::TriangleTree(std::vector<Vec3> corners, std::vector<uint32_t> part_begin, int threads)
-    : corners_(std::move(corners)), numbers_(corners_.size() / 3) {
-  if (part_begin.empty()) part_begin = {0, uint32_t(numbers_.size())};
-  std::vector<std::vector<Node>> parts(part_begin.size() - 1);
-  parallel_for(threads, parts.size(), [&](size_t i) {
-    parts[i] = TreeBuilder(corners_).build(part_begin[i], part_begin[i + 1], numbers_);
-  });
-  size_t count = 2 * parts.size();
-  for (const auto& part : parts) count += part.size();
-  nodes_.reserve(count);
-  part_root_.resize(parts.size());
-  nodes_.emplace_back();
-  std::vector<uint32_t> order(parts.size());
-  std::iota(order.begin(), order.end(), 0);
-  join(0, 0, uint32_t(parts.size()), parts, order);
-  std::vector<Vec3> sorted(corners_.size());
-  for (size_t i = 0; i < numbers_.size(); i++)
-    std::copy_n(&corners_[3 * size_t(numbers_[i])], 3, &sorted[3 * i]);
-  corners_ = std::move(sorted);
-}
-
-void TriangleTree::join(uint32_t node, uint32_t first, uint32_t last,
-                        std::vector<std::vector<Node>>& parts, std::vector<uint32_t>& order) {
-  if (last - first == 1) {
-    part_root_[order[first]] = node;
-    add_part(node, parts[order[first]]);
-    return;
-  }
-  Vec3 low = parts[order[first]][0].low, high = parts[order[first]][0].high;
-  for (uint32_t i = first; i < last; i++) {
-    low = minimum(low, parts[order[i]][0].low);
-    high = maximum(high, parts[order[i]][0].high);
-  }
-  const int axis = longest_axis(low, high);
-  const uint32_t middle = first + (last - first) / 2;
-  const auto place = [&](uint32_t part) {
-    return parts[part][0].low[axis] + parts[part][0].high[axis];
-  };
-  std::nth_element(order.begin() + first, order.begin() + middle, order.begin() + last,
-                   [&](uint32_t s, uint32_t t) {
-                     const float a = place(s), b = place(t);
-                     return a != b ? a < b : s < t;
-                   });
-  const uint32_t child = uint32_t(nodes_.size());
-  nodes_[node] = {low, high, child, 0};
-  nodes_.resize(nodes_.size() + 2);
-  join(child, first, middle, parts, order);
-  join(child + 1, middle, last, parts, order);
-}
-
-void TriangleTree::add_part(uint32_t node, std::vector<Node>& part) {
-  const uint32_t moved = uint32_t(nodes_.size()) - 1;  // the root has its place already
-  for (Node& n : part)
-    if (n.count == 0) n.first += moved;
-  nodes_[node] = part[0];
-  nodes_.insert(nodes_.end(), part.begin() + 1, part.end());
-  part.resize(1);  // its box is still compared
-  part.shrink_to_fit();
-}
-
-float TriangleTree::squared(Vec3 point, uint32_t triangle) const {
-  const Vec3* c = &corners_[3 * size_t(triangle)];
-  return triangle_squared(point, c[0], c[1], c[2]);
-}
-
-float TriangleTree::search(uint32_t root, Vec3 point, uint32_t& hint, float enough) const {
-  float best = squared(point, hint);
-  std::pair<uint32_t, float> stack[kMaxDepth];
-  int size = 0;
-  stack[size++] = {root, box_squared(point, nodes_[root].low, nodes_[root].high)};
-  while (size > 0 && best > enough) {
-    const auto [number, bound] = stack[--size];
-    if (bound >= best) continue;
-    const Node& node = nodes_[number];
-    for (uint32_t t = node.first; t < node.first + node.count; t++) {
-      const float d = squared(point, t);
-      if (d < best) best = d, hint = t;
+  // Fills the leaves and nodes of one part. Returns its box.
+  Box build_part(const float* positions, const uint32_t* triangles, uint32_t first, uint32_t last,
+                 size_t part) {
+    const auto corner = [&](uint32_t triangle, uint32_t k) {
+      const float* p = positions + 3 * size_t(triangles[3 * size_t(triangle) + k]);
+      return Vec3{p[0], p[1], p[2]};
+    };
+    std::vector<Item> items(last - first);
+    std::vector<Vec3> centres(last - first);  // three times the centre
+    for (uint32_t i = 0; i < items.size(); i++) {
+      items[i].number = first + i;
+      centres[i] = corner(first + i, 0) + corner(first + i, 1) + corner(first + i, 2);
     }
-    if (node.count > 0) continue;
-    const Node &left = nodes_[node.first], &right = nodes_[node.first + 1];
-    std::pair<uint32_t, float> near{node.first, box_squared(point, left.low, left.high)};
-    std::pair<uint32_t, float> far{node.first + 1, box_squared(point, right.low, right.high)};
-    if (far.second < near.second) std::swap(near, far);
-    stack[size++] = far;
-    stack[size++] = near;
+    sort_along_curve(items, centres);
+    const uint32_t leaf_begin = tree_.part_leaf_[part], leaf_end = tree_.part_leaf_[part + 1];
+    std::vector<Child> row;
+    row.reserve(leaf_end - leaf_begin);
+    for (uint32_t leaf = leaf_begin; leaf < leaf_end; leaf++) {
+      Box box{corner(items[kLanes * (leaf - leaf_begin)].number, 0), {}};
+      box.high = box.low;
+      for (uint32_t lane = 0; lane < kLanes; lane++) {
+        // The last leaf repeats its last triangle.
+        const size_t i = std::min<size_t>(kLanes * (leaf - leaf_begin) + lane, items.size() - 1);
+        tree_.numbers_[kLanes * size_t(leaf) + lane] = items[i].number;
+        for (uint32_t k = 0; k < 3; k++) {
+          const Vec3 p = corner(items[i].number, k);
+          box = {minimum(box.low, p), maximum(box.high, p)};
+          for (int axis = 0; axis < 3; axis++)
+            tree_.leaves_[leaf].corners[3 * k + uint32_t(axis)][lane] = p[axis];
+        }
+      }
+      row.push_back({box, leaf | kIsLeaf});
+    }
+    return build_nodes(std::move(row), tree_.part_node_[part]);
   }
+
+  // Makes nodes from number `node` on, in rows, until there is one. Returns its box.
+  Box build_nodes(std::vector<Child> row, uint32_t node) {
+    do {
+      const uint32_t count = groups_of_four(uint32_t(row.size()));
+      for (uint32_t i = 0; i < count; i++, node++) {
+        const size_t last = std::min(row.size(), kLanes * (size_t(i) + 1));
+        row[i] = {fill(node, &row[kLanes * size_t(i)], last - kLanes * size_t(i)), node};
+      }
+      row.resize(count);
+    } while (row.size() > 1);
+    return row[0].box;
+  }
+
+ private:
+  // Makes a node of up to four children. Returns its box.
+  Box fill(uint32_t node, const Child* children, size_t count) {
+    Box box = children[0].box;
+    constexpr float far = std::numeric_limits<float>::infinity();
+    for (size_t lane = 0; lane < kLanes; lane++) {
+      const bool is_there = lane < count;
+      const Box own = is_there ? children[lane].box : Box{{far, far, far}, {-far, -far, -far}};
+      for (int axis = 0; axis < 3; axis++) {
+        tree_.nodes_[node].low[axis][lane] = own.low[axis];
+        tree_.nodes_[node].high[axis][lane] = own.high[axis];
+      }
+      tree_.nodes_[node].child[lane] = is_there ? children[lane].number : 0;
+      box = {minimum(box.low, own.low), maximum(box.high, own.high)};
+    }
+    return box;
+  }
+
+  TriangleTree& tree_;
+};
+
+TriangleTree::TriangleTree(const float* positions, const uint32_t* triangles,
+                           const std::vector<uint32_t>& part_begin, int threads)
+    : part_leaf_{0}, part_node_{0} {
+  const size_t parts = part_begin.size() - 1;
+  for (size_t i = 0; i < parts; i++) {
+    const uint32_t leaves = groups_of_four(part_begin[i + 1] - part_begin[i]);
+    part_leaf_.push_back(part_leaf_.back() + leaves);
+    part_node_.push_back(part_node_.back() + nodes_above(leaves));
+  }
+  leaves_.resize(part_leaf_.back());
+  numbers_.resize(kLanes * size_t(part_leaf_.back()));
+  nodes_.resize(part_node_.back() + nodes_above(uint32_t(parts)));
+  std::vector<Box> boxes(parts);
+  parallel_for(threads, parts, [&](size_t i) {
+    boxes[i] = Builder(*this).build_part(positions, triangles, part_begin[i], part_begin[i + 1], i);
+  });
+  std::vector<Item> order(parts);
+  std::vector<Vec3> centres(parts);
+  for (uint32_t i = 0; i < parts; i++) {
+    order[i].number = i;
+    centres[i] = boxes[i].low + boxes[i].high;
+  }
+  sort_along_curve(order, centres);
+  std::vector<Child> row;
+  for (const Item& item : order) row.push_back({boxes[item.number], part_root(item.number)});
+  Builder(*this).build_nodes(std::move(row), part_node_.back());
+  root_ = uint32_t(nodes_.size()) - 1;
+}
+
+float TriangleTree::nearest_in_leaf(uint32_t leaf, Vec3 point, uint32_t& place) const {
+  const float (*c)[kLanes] = leaves_[leaf].corners;
+  const Lanes squared = triangles_squared(all(point), load(c), load(c + 3), load(c + 6));
+  float best = squared[0];
+  uint32_t lane = 0;
+  for (uint32_t i = 1; i < kLanes; i++)
+    if (squared[i] < best) best = squared[i], lane = i;
+  place = kLanes * leaf + lane;
   return best;
+}
+
+float TriangleTree::squared_distance(Vec3 point, uint32_t& hint, float enough) const {
+  float best = nearest_in_leaf(hint / kLanes, point, hint);
+  if (best <= enough) return best;
+  // Most points are near the part where the one before was, or near enough to it.
+  const auto part = std::upper_bound(part_leaf_.begin(), part_leaf_.end(), hint / kLanes);
+  search(part_root(size_t(part - part_leaf_.begin()) - 1), point, hint, best, enough);
+  search(root_, point, hint, best, enough);
+  return best;
+}
+
+float TriangleTree::squared_distance_to_part(size_t part, Vec3 point, uint32_t& hint,
+                                             float enough) const {
+  float best = nearest_in_leaf(hint / kLanes, point, hint);
+  search(part_root(part), point, hint, best, enough);
+  return best;
+}
+
+void TriangleTree::search(uint32_t root, Vec3 point, uint32_t& hint, float& best,
+                          float enough) const {
+  struct Entry {
+    float bound;
+    uint32_t number;
+  } stack[kStack];
+  int size = 0;
+  stack[size++] = {0, root};
+  const Lanes3 p = all(point);
+  while (size > 0 && best > enough) {
+    const Entry entry = stack[--size];
+    if (entry.bound >= best) continue;
+    if (entry.number & kIsLeaf) {
+      uint32_t place;
+      const float found = nearest_in_leaf(entry.number & ~kIsLeaf, point, place);
+      if (found < best) best = found, hint = place;
+      continue;
+    }
+    const Node& node = nodes_[entry.number];
+    const Lanes bounds = boxes_squared(p, load(node.low), load(node.high));
+    // Without branches: which children are near enough is hard to predict.
+    int nearest = size, count = size;
+    float least = std::numeric_limits<float>::infinity();
+    for (uint32_t i = 0; i < kLanes; i++) {
+      stack[count] = {bounds[i], node.child[i]};
+      nearest = bounds[i] < least ? count : nearest;
+      least = bounds[i] < least ? bounds[i] : least;
+      count += bounds[i] < best;
+    }
+    if (count > size) std::swap(stack[nearest], stack[count - 1]);
+    size = count;
+  }
 }
 
 }  // namespace meshlet

@@ -1,5 +1,6 @@
 // Distances to triangle surfaces.
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -7,48 +8,59 @@
 
 namespace meshlet {
 
-// Some triangles, for distances to them. Bounding volume hierarchy with boxes, split at medians.
+// Some triangles, for distances to them. Bounding volume hierarchy: nodes of four boxes, leaves of
+// four triangles, along a Hilbert curve.
 class TriangleTree {
  public:
-  struct Node {
-    Vec3 low, high;
-    uint32_t first;  // triangle of a leaf, or number of the first of two children
-    uint32_t count;  // triangles of a leaf; 0 for an inner node
-  };
-
-  // corners: of triangles, three each; at least one triangle.
-  explicit TriangleTree(std::vector<Vec3> corners);
-
-  // part_begin: cuts the triangles into parts, neighbours as a rule, that are sorted in parallel.
-  // Begins with 0, ends with the number of triangles; no part is empty.
-  TriangleTree(std::vector<Vec3> corners, std::vector<uint32_t> part_begin, int threads);
+  // triangles: numbers of three positions each. part_begin: cuts the triangles into parts,
+  // neighbours as a rule, that are sorted in parallel. Begins with 0, ends with the number of
+  // triangles; no part is empty.
+  TriangleTree(const float* positions, const uint32_t* triangles,
+               const std::vector<uint32_t>& part_begin, int threads);
 
   // Squared distance from the point to the nearest triangle, or to any that is no farther than
   // `enough`, a squared distance. hint: a place that may be near; becomes that of the one found.
-  float squared_distance(Vec3 point, uint32_t& hint, float enough = 0) const {
-    return search(0, point, hint, enough);
-  }
+  float squared_distance(Vec3 point, uint32_t& hint, float enough = 0) const;
 
   // The same for the triangles of one part. hint: a place in this part.
-  float squared_distance_to_part(size_t part, Vec3 point, uint32_t& hint, float enough = 0) const {
-    return search(part_root_[part], point, hint, enough);
-  }
+  float squared_distance_to_part(size_t part, Vec3 point, uint32_t& hint, float enough = 0) const;
 
-  // The number, among those given, of the triangle at a place. Those of a part have places in the
-  // same range.
+  // A place in a part.
+  uint32_t place_in_part(size_t part) const { return kLanes * part_leaf_[part]; }
+
+  // The number, among those given, of the triangle at a place.
   uint32_t number(uint32_t place) const { return numbers_[place]; }
 
  private:
-  void join(uint32_t node, uint32_t first, uint32_t last, std::vector<std::vector<Node>>& parts,
-            std::vector<uint32_t>& order);
-  void add_part(uint32_t node, std::vector<Node>& part);
-  float search(uint32_t root, Vec3 point, uint32_t& hint, float enough) const;
-  float squared(Vec3 point, uint32_t place) const;
+  static constexpr uint32_t kLanes = 4;
 
-  std::vector<Vec3> corners_;  // in the order of the leaves
-  std::vector<uint32_t> numbers_;
-  std::vector<Node> nodes_;
-  std::vector<uint32_t> part_root_;  // nodes
+  // Corners a, b, c of four triangles: x, y, z of each.
+  struct alignas(16) Leaf {
+    float corners[9][kLanes];
+  };
+  // Boxes of four children. Those that are missing come last, with an infinite distance.
+  struct alignas(16) Node {
+    float low[3][kLanes], high[3][kLanes];
+    uint32_t child[kLanes];  // number of a node or, with kIsLeaf, of a leaf
+  };
+  struct Box {
+    Vec3 low, high;
+  };
+  struct Child {
+    Box box;
+    uint32_t number;
+  };
+  class Builder;
+
+  uint32_t part_root(size_t part) const { return part_node_[part + 1] - 1; }
+  void search(uint32_t root, Vec3 point, uint32_t& hint, float& best, float enough) const;
+  float nearest_in_leaf(uint32_t leaf, Vec3 point, uint32_t& place) const;
+
+  std::vector<Leaf> leaves_;
+  std::vector<uint32_t> numbers_;                // at each place: kLanes of each leaf
+  std::vector<Node> nodes_;                      // after their children
+  std::vector<uint32_t> part_leaf_, part_node_;  // begins
+  uint32_t root_ = 0;
 };
 
 }  // namespace meshlet

@@ -156,12 +156,8 @@ nb::object distances_to_surface(const Points& points, const Points& positions,
   std::vector<float> distances(points.shape(0));
   {
     nb::gil_scoped_release release;
-    std::vector<Vec3> corners;
-    for (size_t i = 0; i < triangles.size(); i++) {
-      const float* p = positions.data() + 3 * size_t(triangles.data()[i]);
-      corners.push_back({p[0], p[1], p[2]});
-    }
-    const TriangleTree tree(std::move(corners));
+    const TriangleTree tree(positions.data(), triangles.data(), {0, uint32_t(triangles.shape(0))},
+                            threads);
     const size_t count = distances.size();
     parallel_for(threads, (count + kPointsAtOnce - 1) / kPointsAtOnce, [&](size_t part) {
       uint32_t hint = 0;

@@ -4,9 +4,13 @@
 
 namespace meshlet {
 
-// Throws std::invalid_argument unless the meshlets are as `Meshlets` and `generate_meshlets` say:
-// a permutation of the mesh's triangles, in disks, within the limits of a meshlet. half_edges:
-// match_half_edges of the mesh.
-void check_meshlets(const MeshView& mesh, const HalfEdges& half_edges, const Meshlets& meshlets);
+constexpr const char* kTooManyVertices = "a meshlet has more than 64 vertices";
+
+// Both throw std::invalid_argument unless the meshlets are as `Meshlets` and `generate_meshlets`
+// say. check_lists: a permutation of the triangles, begins, and at most 64 triangles each.
+// check_disks, after that: disks, and at most 64 vertices. half_edges: match_half_edges of the
+// mesh.
+void check_lists(const Meshlets& meshlets, size_t triangle_count);
+void check_disks(const MeshView& mesh, const HalfEdges& half_edges, const Meshlets& meshlets);
 
 }  // namespace meshlet

@@ -59,7 +59,9 @@ class ErrorMeter:
         )
         group = np.repeat(groups, np.diff(sample_begin))
         found = (vertices, group, triangles - after_begin[group])
-        old = ~np.isin(self._next[1], groups)
+        is_new = np.zeros(len(begin) - 1, bool)
+        is_new[groups] = True
+        old = ~is_new[self._next[1]]
         self._next = [np.concatenate([a[old], b]) for a, b in zip(self._next, found)]
         return error
 

@@ -309,10 +309,11 @@ def _separate(hierarchy: Hierarchy, surface: Surface) -> tuple[np.ndarray, np.nd
     """
     clusters = hierarchy.clusters
     sizes = np.diff(clusters.triangle_begin)
-    first = int(clusters.triangle_begin[np.count_nonzero(hierarchy.refined < 0)])
+    fine = np.count_nonzero(hierarchy.refined < 0)
+    first = int(clusters.triangle_begin[fine])
     corners = clusters.triangles[first:].reshape(-1).astype(np.int64)
-    level = np.repeat(hierarchy.level[hierarchy.group], 3 * sizes)[3 * first :]
-    made_from = np.repeat(hierarchy.refined, 3 * sizes)[3 * first :]
+    level = np.repeat(hierarchy.level[hierarchy.group[fine:]], 3 * sizes[fine:])
+    made_from = np.repeat(hierarchy.refined[fine:], 3 * sizes[fine:])
     is_clashing = _clashing(corners, level, made_from)[made_from]
     layer = np.where(is_clashing, int(level.max()) + 1 + made_from, level)
     count = len(surface.points)

@@ -326,7 +326,7 @@ def test_good_meshlets_of_a_strip_pass():
         (([0, 1, 2, 3], [0, 2, 4], [0, 1, 2], [0, 1]), "pages' begins"),
         (([0, 1, 2, 3], [0, 2, 4], [0, 1, 2], [0, 1, 1, 2]), "pages' begins"),
         (([0, 1, 2, 3], [0, 2, 4], [0, 1, 2], []), "pages' begins"),
-        (([0, 2, 1, 3], [0, 2, 4], [0, 1, 2], [0, 1]), "not a disk"),
+        (([0, 2, 1, 3], [0, 2, 4], [0, 1, 2], [0, 1, 2]), "not a disk"),
     ],
 )
 def test_bad_meshlets_are_refused(parts, problem):
@@ -338,8 +338,9 @@ def test_meshlets_beyond_the_limits_are_refused():
     every = list(range(count))
     assert "64 triangles" in refused(strip(count), every, [0, count], [0, 1], [0, 1])
     many = [*range(23)]  # disks of a triangle each: 66 vertices
-    rest = [every[:22] + every[22:], [*many[:23], count], [0, 22, 23], [0, 2]]
-    assert "64 vertices" in refused(strip(count), *rest)
+    for pages in ([0, 2], [0, 1, 2]):
+        rest = [every[:22] + every[22:], [*many[:23], count], [0, 22, 23], pages]
+        assert "64 vertices" in refused(strip(count), *rest)
 
 
 def test_a_ring_is_not_a_disk():
