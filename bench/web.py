@@ -197,7 +197,8 @@ def write_pages(result: dict) -> list[Path]:
     text = (
         f"{origin_line(result)[:-2]}, Node {result['node']}; best of "
         f"{result['rounds'] * result['repetitions']}, in million triangles per second, to arrays "
-        "that can be drawn; meshopt's stay quantised. Native: our C++ decoder on one thread. Cold: "
+        "that can be drawn; meshopt's stay quantised. Native: our C++ decoder on one thread, into "
+        "arrays that it reuses; the others make new ones. Cold: "
         "import, compilation and the first decoding in a new process, best of "
         f"{result['rounds']}.\n\n{speed_table(result)}\nWhat a page loads to decode:\n\n"
         f"{size_table(result)}"

@@ -88,19 +88,22 @@ class Decoder {
 
   decodePrimitive(view, { integers = false } = {}) {
     const plan = this.plan(view, integers);
-    plan.blobs.forEach((blob, number) =>
-      named(plan.blobs, number, () => {
-        if (plan.blobs.length > 1) this.#open(blob.bytes);
-        const options = { integers, begin: 0, end: blob.meshlets, first: blob.begin.vertices };
-        this.#decode(blob, options, (part, at) => plan.insert(blob, part, at));
-      }),
-    );
+    this.#fill(plan);
     return plan.result;
   }
 
-  // For the pool: the blobs of a view, and where their parts go.
+  // For the pool: the blobs of a view, and where their parts go; without arrays.
   plan(view, integers) {
     return new Plan(this.#blobs(view), integers);
+  }
+
+  // For the pool: decodes the leading blobs of a view, the last of them up to meshlet `end`, into
+  // arrays of the whole view, whose counts are `total`. Passes the triangles of each blob to onPart.
+  // Returns the arrays, the counts of the last blob, and what decodeRange returns with `keep`.
+  decodeHead(view, { integers, total, end, keep }, onPart) {
+    const plan = new Plan(this.#blobs(view), integers, total);
+    const decoded = this.#fill(plan, end, ({ triangles }) => onPart({ triangles }));
+    return { ...this.#kept(decoded, keep), ...plan.arrays() };
   }
 
   // For the pool: a range of a view of one blob, with the options of #decode. Passes the parts, with
@@ -117,10 +120,7 @@ class Decoder {
         at: { ...at },
       }),
     );
-    const { kept, keptCount, ...counts } = decoded;
-    const { buffer } = this.#exports.memory;
-    const numbers = new Uint8Array(buffer, kept, KEPT_BYTES * keptCount);
-    return { ...counts, kept: options.keep ? numbers.slice() : null };
+    return this.#kept(decoded, options.keep);
   }
 
   decodeMeshlet(view, meshlet) {
@@ -130,7 +130,7 @@ class Decoder {
       throw new RangeError(`there is no meshlet ${meshlet} of ${blobs.at(-1).end.meshlets}`);
     const open = this.#opened.number ?? blobs.length - 1;
     this.#opened = {}; // an error closes the view
-    return named(blobs, number, () => {
+    return named(blobs.length, number, () => {
       const blob = blobs[number];
       if (open !== number) this.#open(blob.bytes);
       const decoded = this.#meshlet(blob, meshlet - blob.begin.meshlets);
@@ -152,7 +152,7 @@ class Decoder {
   validate(view) {
     const blobs = this.#blobs(view);
     blobs.forEach((blob, number) =>
-      named(blobs, number, () => {
+      named(blobs.length, number, () => {
         if (blobs.length > 1) this.#open(blob.bytes);
         this.#call('validate');
       }),
@@ -191,6 +191,32 @@ class Decoder {
     const at = this.#call('allocate', bytes.length);
     new Uint8Array(this.#exports.memory.buffer, at, bytes.length).set(bytes);
     this.#call('open_blob', at, bytes.length);
+  }
+
+  // Makes the arrays of a plan and decodes its blobs into them, the last one up to meshlet `end`.
+  // Calls onBlob with what #decode returns. Returns that of the last blob.
+  #fill(plan, end = plan.blobs.at(-1).meshlets, onBlob = () => {}) {
+    plan.allocate();
+    const several = plan.blobs.length > 1;
+    const decoded = plan.blobs.map((blob, number) =>
+      named(plan.total.blobs, number, () => {
+        if (several) this.#open(blob.bytes);
+        const last = number + 1 === plan.blobs.length;
+        const options = { begin: 0, end: last ? end : blob.meshlets, first: blob.begin.vertices };
+        const insert = (part, at) => plan.insert(blob, part, at);
+        const counts = this.#decode(blob, { integers: plan.integers, ...options }, insert);
+        onBlob(counts);
+        return counts;
+      }),
+    );
+    return decoded.at(-1);
+  }
+
+  // What #decode returns, with a copy of the kept numbers, or with null.
+  #kept({ kept, keptCount, ...counts }, keep) {
+    const { buffer } = this.#exports.memory;
+    const numbers = new Uint8Array(buffer, kept, KEPT_BYTES * keptCount);
+    return { ...counts, kept: keep ? numbers.slice() : null };
   }
 
   // Decodes the meshlets [begin, end) of the open blob. Numbers their new vertices from `first` on,
@@ -255,22 +281,39 @@ class Decoder {
   }
 }
 
-// What becomes of a view's blobs: the decoded primitive, filled part by part.
+// What becomes of a view's blobs: the decoded primitive, filled part by part. Of leading blobs only
+// with `total`: the number of blobs, triangles and vertices of the view.
 class Plan {
-  constructor(blobs, integers) {
-    const { streams } = blobs[0];
-    const { end } = blobs.at(-1);
+  constructor(blobs, integers, total = { ...blobs.at(-1).end, blobs: blobs.length }) {
     this.blobs = blobs;
+    this.integers = integers;
+    this.total = total;
     this.result = {
-      triangleCount: end.triangles,
-      vertexCount: end.vertices,
-      meshletCount: end.meshlets,
-      indices: array(Uint32Array, 3 * end.triangles),
-      streams: streams.map((stream) => ({
-        ...stream,
-        values: array(arrayType(stream, integers), end.vertices * width(stream, integers)),
-      })),
+      triangleCount: total.triangles,
+      vertexCount: total.vertices,
+      meshletCount: total.meshlets,
+      indices: null,
+      streams: blobs[0].streams.map((stream) => ({ ...stream, values: null })),
     };
+  }
+
+  allocate() {
+    const { result, total, integers } = this;
+    const values = result.streams.map((stream) =>
+      array(arrayType(stream, integers), total.vertices * width(stream, integers)),
+    );
+    this.adopt({ indices: array(Uint32Array, 3 * total.triangles), values });
+  }
+
+  // Takes the arrays of another plan of the view.
+  adopt({ indices, values }) {
+    this.result.indices = indices;
+    this.result.streams.forEach((stream, s) => (stream.values = values[s]));
+  }
+
+  arrays() {
+    const { indices, streams } = this.result;
+    return { indices, values: streams.map((stream) => stream.values) };
   }
 
   // Copies a decoded part of a blob; `at`: triangles and vertices of the blob before it.
@@ -349,11 +392,11 @@ function array(Type, length) {
 }
 
 // Runs `action`; an error names the blob if the view has several.
-function named(blobs, number, action) {
+function named(count, number, action) {
   try {
     return action();
   } catch (error) {
-    throw blobs.length > 1 ? blamed(error, number) : error;
+    throw count > 1 ? blamed(error, number) : error;
   }
 }
 

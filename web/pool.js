@@ -1,7 +1,12 @@
 // Decodes in a pool of Workers, so that a page does not stall: each blob of a view is a job, or each
 // range of meshlets where there are fewer blobs than Workers. Needs no SharedArrayBuffer.
+//
+// The first job, the head, is a larger one: its Worker makes the arrays of the whole primitive,
+// decodes its share in place and hands the arrays over. The other Workers send copies of what they
+// have decoded, part by part; the page's thread copies them into the arrays. So there are these
+// arrays and the parts that wait for the head or for others, at most as many bytes again.
 import { MalformedError, compileDecoder, createDecoder } from './decoder.js';
-import { Joint, rangesOf } from './ranges.js';
+import { Joint, headOf, rangesOf } from './ranges.js';
 
 const MOST_WORKERS = 8;
 
@@ -37,21 +42,46 @@ class DecoderPool {
   async decodePrimitive(view, { integers = false, signal, onProgress } = {}) {
     const plan = this.#plan(view, integers, signal);
     let triangles = 0;
-    const decode = async (blob, range, onPart) => {
-      const job = { task: 'decodeRange', options: { integers, ...range }, onPart };
-      const decoded = await this.#run(job, plan, blob, signal);
-      triangles += decoded.triangles;
-      onProgress?.(Math.min(1, triangles / plan.result.triangleCount));
-      return decoded;
+    const report = (counts) => {
+      triangles += counts.triangles;
+      onProgress?.(Math.min(1, triangles / plan.total.triangles));
     };
-    const count = Math.ceil(this.#members.length / plan.blobs.length);
-    await all(plan.blobs.map((blob) => decodeBlob(plan, blob, rangesOf(blob, count), decode)));
+    const decodeHead = async (blobs, { end, keep }) => {
+      const bytes = view.subarray(0, blobs.reduce((sum, blob) => sum + blob.bytes.length, 0));
+      const options = { integers, total: plan.total, end, keep };
+      const given = { task: 'decodeHead', bytes, options, onPart: report };
+      const { indices, values, ...result } = await this.#run(given, signal);
+      plan.adopt({ indices, values });
+      return result;
+    };
+    const decodeRange = async (blob, range, onPart) => {
+      const options = { integers, ...range };
+      const given = { task: 'decodeRange', bytes: blob.bytes, options, onPart };
+      const result = await this.#run(given, signal);
+      report(result);
+      return result;
+    };
+    const [everything] = rangesOf(plan.blobs.at(-1), 1);
+    try {
+      await decodeParts(plan, this.#members.length, decodeHead, decodeRange);
+    } catch (error) {
+      if (!(error instanceof MalformedError)) throw error;
+      // Without parts another problem may come first, or none, and that is the answer.
+      await decodeHead(plan.blobs, everything);
+    }
     return plan.result;
   }
 
   async validate(view, { signal } = {}) {
     const plan = this.#plan(view, false, signal);
-    await all(plan.blobs.map((blob) => this.#run({ task: 'validate' }, plan, blob, signal)));
+    const validateBlob = async (blob) => {
+      try {
+        await this.#run({ task: 'validate', bytes: blob.bytes }, signal);
+      } catch (error) {
+        throw plan.blame(blob, error);
+      }
+    };
+    await all(plan.blobs.map(validateBlob));
   }
 
   close() {
@@ -78,22 +108,21 @@ class DecoderPool {
     return this.#planner.plan(view, integers);
   }
 
-  // given: task, options and onPart of a job.
-  async #run(given, plan, blob, signal) {
+  // given: task, bytes, options and onPart of a job.
+  async #run(given, signal) {
     let abort;
     try {
       return await new Promise((resolve, reject) => {
-        const job = { ...given, bytes: blob.bytes, resolve, reject };
+        const job = { ...given, resolve, reject };
         abort = () => {
           this.#waiting = this.#waiting.filter((other) => other !== job);
+          job.onPart = () => {};
           reject(signal.reason);
         };
         signal?.addEventListener('abort', abort);
         this.#waiting.push(job);
         this.next();
       });
-    } catch (error) {
-      throw plan.blame(blob, error);
     } finally {
       signal?.removeEventListener('abort', abort);
     }
@@ -139,7 +168,14 @@ class Member {
 
   #receive({ part, result, error }) {
     const { onPart, resolve, reject } = this.#job;
-    if (part) return onPart(part);
+    if (part) {
+      try {
+        onPart(part);
+      } catch (thrown) {
+        reject(thrown); // by the caller's onProgress
+      }
+      return;
+    }
     this.#job = null;
     this.#worker.unref?.();
     if (!error) resolve(result);
@@ -154,17 +190,24 @@ async function all(promises) {
   for (const { status, reason } of settled) if (status === 'rejected') throw reason;
 }
 
-// Decodes a blob; decode(blob, range, onPart) does so with a range.
-async function decodeBlob(plan, blob, ranges, decode) {
-  const joint = new Joint(plan, blob, ranges);
-  const decodeRange = async (range, i) =>
-    joint.end(i, await decode(blob, range, (part) => joint.add(i, part)));
-  try {
-    await all(ranges.map(decodeRange));
-    joint.check();
-  } catch (error) {
-    if (ranges.length === 1 || !(error instanceof MalformedError)) throw error;
-    // One range for all may find another problem first, and that is the one to report.
-    await decodeBlob(plan, blob, rangesOf(blob, 1), decode);
-  }
+// Decodes a plan's blobs with `count` Workers; decodeHead(blobs, range of the last one) and
+// decodeRange(blob, range, onPart) do so with parts.
+async function decodeParts(plan, count, decodeHead, decodeRange) {
+  const each = Math.ceil(count / plan.blobs.length);
+  const head = each > 1 ? plan.blobs.slice(0, 1) : headOf(plan.blobs, count);
+  const parts = plan.blobs.slice(head.length - 1).map((blob) => {
+    const ranges = rangesOf(blob, each);
+    return { blob, ranges, joint: new Joint(plan, blob, ranges) };
+  });
+  const decode = async ({ blob, ranges, joint }, i) => {
+    const range = ranges[i];
+    if (blob === head.at(-1) && i === 0) {
+      joint.end(i, await decodeHead(head, range));
+      for (const other of parts) other.joint.advance();
+    } else {
+      joint.end(i, await decodeRange(blob, range, (part) => joint.add(i, part)));
+    }
+  };
+  await all(parts.flatMap((part) => part.ranges.map((_, i) => decode(part, i))));
+  for (const { joint } of parts) joint.check();
 }

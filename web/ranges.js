@@ -1,8 +1,12 @@
 // A blob decoded as ranges of its meshlets at the same time; for pool.js.
 import { KEPT_BYTES, MalformedError } from './decoder.js';
 
-// A smaller range is not worth a message.
+// More ranges than one for so many meshlets are not worth their messages.
 const LEAST_MESHLETS = 512;
+
+// From a range to the next its meshlets grow by this factor: the page's thread copies one range
+// while the next one's Worker still decodes, in about a fifth of the time that decoding takes.
+const GROWTH = 1.25;
 
 // As OuterVertex and Kept of codec/decode: a range numbers the vertices of earlier ranges downwards
 // from OUTER_FIRST, an int32; how `place` counts; the bytes of what is kept of a meshlet.
@@ -12,20 +16,33 @@ const OUTER_LAST = 64;
 const KEPT_START = 256; // after the vertex numbers
 const KEPT_END = 320;
 
+// The first i of n ranges, as a share of all.
+function shareOf(i, n) {
+  return (GROWTH ** i - 1) / (GROWTH ** n - 1);
+}
+
 // At most `count` ranges of a blob's meshlets, as options of Decoder.decodeRange.
 export function rangesOf({ meshlets, begin }, count, least = LEAST_MESHLETS) {
   const n = Math.max(1, Math.min(count, Math.floor(meshlets / least)));
-  const end = (i) => Math.round((meshlets * i) / n);
-  return Array.from({ length: n }, (_, i) => ({
-    begin: end(i),
-    end: end(i + 1),
-    first: n > 1 ? 0 : begin.vertices, // a single range can number them as the view does
-    keep: i + 1 < n,
+  const ends = Array.from({ length: n }, (_, i) => Math.round(meshlets * shareOf(i + 1, n)));
+  const ranges = [...new Set(ends)].filter((end) => end > 0);
+  return ranges.map((end, i) => ({
+    begin: i > 0 ? ranges[i - 1] : 0,
+    end,
+    first: ranges.length > 1 ? 0 : begin.vertices, // a single range can number them as the view does
+    keep: i + 1 < ranges.length,
   }));
 }
 
-// Joins the decoded ranges of a blob in the plan's result. The parts of a range wait until those
-// before it have ended, which tells where they belong.
+// Leading blobs, at least one, with no more triangles than the first of n ranges would have.
+export function headOf(blobs, n) {
+  const most = blobs.at(-1).end.triangles * shareOf(1, n);
+  const others = blobs.findIndex(({ end }, i) => i > 0 && end.triangles > most);
+  return others < 0 ? blobs : blobs.slice(0, others);
+}
+
+// Joins the decoded ranges of a blob in the plan's result. The parts of a range wait for the arrays
+// of the result, and until the ranges before it have ended, which tells where they belong.
 export class Joint {
   #plan;
   #blob;
@@ -42,7 +59,7 @@ export class Joint {
   // A decoded part of range i, in order.
   add(i, part) {
     this.#ranges[i].parts.push(part);
-    this.#advance();
+    this.advance();
   }
 
   // Range i has ended; its counts and what it keeps, of Decoder.decodeRange.
@@ -50,7 +67,7 @@ export class Joint {
     const { kept } = result;
     const keptNumbers = kept && new Int32Array(kept.buffer);
     Object.assign(this.#ranges[i], result, { keptNumbers, ended: true });
-    this.#advance();
+    this.advance();
   }
 
   // Throws unless the joined ranges have as many vertices as the blob.
@@ -60,8 +77,9 @@ export class Joint {
       throw new MalformedError('the ranges have other vertices than the blob');
   }
 
-  #advance() {
-    while (this.#joined < this.#ranges.length) {
+  // Inserts what need not wait any more.
+  advance() {
+    while (this.#plan.result.indices && this.#joined < this.#ranges.length) {
       const range = this.#ranges[this.#joined];
       range.base = this.#blob.begin.vertices + this.#at.vertices - range.first;
       for (const part of range.parts.splice(0)) this.#insert(range, part);

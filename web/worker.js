@@ -13,12 +13,13 @@ port.onmessage = async ({ data: { module, task, bytes, options } }) => {
     decoder = createDecoder(module);
     return;
   }
+  const answer = (message, { indices, values = [] }) => {
+    const moved = indices ? [indices, ...values].map(({ buffer }) => buffer) : [];
+    port.postMessage(message, moved);
+  };
   try {
-    const onPart = (part) => {
-      const moved = [part.indices, ...part.values].map(({ buffer }) => buffer);
-      port.postMessage({ part }, moved);
-    };
-    port.postMessage({ result: (await decoder)[task](bytes, options, onPart) });
+    const result = (await decoder)[task](bytes, options, (part) => answer({ part }, part));
+    answer({ result }, result ?? {});
   } catch (error) {
     const { message } = error;
     port.postMessage({ error: { message, malformed: error instanceof MalformedError } });

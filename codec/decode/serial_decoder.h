@@ -235,11 +235,20 @@ struct SerialDecoder {
 #elif defined(__wasm_simd128__)
   // As above, four at a time. Behind the last one it lists others, which nobody reads.
   void list_window(uint) {
-    const uint found = ends_count;
+    uint* to = ends + 1 + ends_count;
     ends_count += mask_count(window);
-    for (uint i = found; i < ends_count; i += 4)
-      for (uint k = 1; k <= 4; k++, window = mask_clear_lsb(window))
-        ends[i + k] = window_base + mask_lsb(window);
+    const uint* const end = ends + 1 + ends_count;
+    const uint base = window_base;
+    const auto list_next = [&] {
+      *to++ = base + mask_lsb(window);
+      window = mask_clear_lsb(window);
+    };
+    while (to < end) {
+      list_next();  // not a loop, which -Os would leave one
+      list_next();
+      list_next();
+      list_next();
+    }
     window = 0;
   }
 #else

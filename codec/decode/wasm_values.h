@@ -5,6 +5,8 @@
 
 using Vertex = uint __attribute__((vector_size(16)));       // the elements of one stream
 using SignedVertex = int __attribute__((vector_size(16)));  // shifts keep the sign
+using Doubles = double __attribute__((vector_size(32)));
+using Words = uint __attribute__((vector_size(32)));
 
 static Vertex load_vertex(const uint* from) {
   Vertex v;
@@ -60,16 +62,13 @@ static Vertex affine_vertex(Weights w, Vertex a, Vertex b, Vertex o) {
   return a + shifted_right(w.s * (b - a) + w.u * (o - a) + 128u, 8);
 }
 
-// As the other `toward`: x / n = x * factor >> shift for x < n << 25, with a factor of 32 bits, as
-// in VectorReciprocals.
+// As the other `toward`. The last sum rounds the quotient, which is nowhere half-way between two
+// integers, and leaves it in the low word.
 static Vertex toward(Vertex a, Vertex b, uint n) {
-  const uint shift = 31u + bit_length(n - 1u);
-  const Vertex factor = Vertex{} + uint(((1ull << shift) + n - 1u) / n);
-  const Vertex x = b - a + ((n >> 1) + (n << 24));
-  const v128_t low = wasm_u64x2_shr(wasm_u64x2_extmul_low_u32x4(v128_t(x), v128_t(factor)), shift),
-               high =
-                   wasm_u64x2_shr(wasm_u64x2_extmul_high_u32x4(v128_t(x), v128_t(factor)), shift);
-  return a + Vertex(wasm_i32x4_shuffle(low, high, 0, 2, 4, 6)) - (1u << 24);
+  const double half = n % 2u == 0u ? 0.5 : 0.0, factor = 1.0 / n;
+  const Doubles way = __builtin_convertvector(SignedVertex(b - a), Doubles);
+  const Words sum = Words((way + half) * factor + 0x1.8p52);
+  return a + __builtin_shufflevector(sum, sum, 0, 2, 4, 6);
 }
 
 void predict_chains(uint s) {

@@ -30,14 +30,17 @@ for (const workers of list.workers) {
   await Promise.all(
     list.views.map(async ([offset, length], number) => {
       const view = packed.slice(offset, offset + length);
+      const valid = await outcome(() => decoder.validate(view));
+      if (valid !== (await outcome(() => pool.validate(view))))
+        console.log(`view ${number}, ${workers} Workers: validates differently`);
       for (const integers of [false, true]) {
         const one = await outcome(() => decoder.decodePrimitive(view, { integers }));
         const many = await outcome(() => pool.decodePrimitive(view, { integers }));
-        if (text(one) !== text(many)) console.log(`view ${number}, ${workers} Workers: differs`);
+        // What decoding does not refuse, but validate does, may have other values in ranges.
+        const compared = valid === undefined ? text : (result) => (typeof result === 'string' ? result : 'decoded');
+        if (compared(one) !== compared(many))
+          console.log(`view ${number}, ${workers} Workers: differs`);
       }
-      const one = await outcome(() => decoder.validate(view));
-      const many = await outcome(() => pool.validate(view));
-      if (one !== many) console.log(`view ${number}, ${workers} Workers: validates differently`);
     }),
   );
   pool.close();

@@ -19,6 +19,7 @@ let joined = 0;
 // Ranges end in any order: here the last one first.
 function decodeRanges(view, integers, count) {
   const plan = decoder.plan(view, integers);
+  plan.allocate();
   for (const blob of plan.blobs) {
     const ranges = rangesOf(blob, count, 1);
     const joint = new Joint(plan, blob, ranges);

@@ -20,7 +20,8 @@ from tests.helpers.environment import ROOT, VECTORS
 WEB = ROOT / "web"
 POOL = Path(__file__).with_name("pool.mjs")
 RANGES = Path(__file__).with_name("ranges.mjs")
-VERTEX_COUNT = 12  # byte of a blob's header
+VERTEX_COUNT = 12  # bytes of a blob's header
+BYTE_LENGTH = 20
 
 
 def need_decoder() -> None:
@@ -32,6 +33,14 @@ def need_decoder() -> None:
 def compressed_views(path: Path, folder: Path, **options) -> list[bytes]:
     compress(path, folder / "compressed.glb", **options)
     return [c.blob for c in require_compressed(open_model(folder / "compressed.glb"))]
+
+
+def blob_count(view: bytes) -> int:
+    count = at = 0
+    while at < len(view):
+        at += struct.unpack_from("<I", view, at + BYTE_LENGTH)[0]
+        count += 1
+    return count
 
 
 def run_views(script: Path, views: list[bytes], folder: Path, **options) -> list[str]:
@@ -100,13 +109,24 @@ const { pathToFileURL } = require('url');
   const options = { onProgress: (share) => shares.push(share) };
   const { triangleCount } = await pool.decodePrimitive(view, options);
   const abort = new AbortController();
+  const stopped = [];
+  const stop = new AbortController();
+  const onProgress = (share) => stopped.push(share) && stop.abort(new Error('stopped'));
+  const early = await refused(pool.decodePrimitive(view, { signal: stop.signal, onProgress }));
+  await pool.decodePrimitive(view);
+  const fail = () => {
+    throw new Error('failed');
+  };
+  const failed = await refused(pool.decodePrimitive(view, { onProgress: fail }));
   const later = refused(pool.decodePrimitive(view, { signal: abort.signal }));
   abort.abort(new Error('stopped'));
   const { signal } = abort;
   const results = {
     shares,
+    stopped,
+    failed,
     triangleCount,
-    aborted: [await later, await refused(pool.decodePrimitive(view, { signal }))],
+    aborted: [early, await later, await refused(pool.decodePrimitive(view, { signal }))],
     after: (await pool.decodePrimitive(view)).triangleCount,
   };
   const waiting = refused(pool.decodePrimitive(view));
@@ -123,16 +143,18 @@ const { pathToFileURL } = require('url');
 
 def test_progress_abort_and_errors(model, tmp_path):
     need_decoder()
-    (view,) = compressed_views(model("bunny.glb"), tmp_path, page_bytes=65536)
+    (view,) = compressed_views(model("bunny.glb"), tmp_path, page_bytes=16384)
     (tmp_path / "view.bin").write_bytes(view)
     command = ["node", "-e", SCRIPT, WEB, tmp_path / "view.bin"]
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     results = json.loads(done.stdout)
-    assert len(results["shares"]) > 2
+    assert len(results["shares"]) == blob_count(view)
     assert results["shares"] == sorted(results["shares"])
     assert results["shares"][-1] == 1
-    assert results["aborted"] == ["stopped", "stopped"]
+    assert len(results["stopped"]) == 1
+    assert results["aborted"] == ["stopped"] * 3
+    assert results["failed"] == "failed"
     assert results["after"] == results["triangleCount"]
     assert results["closed"] == ["the decoder pool is closed"] * 2
     assert results["broken"] == "a decoder's Worker failed: no such script"
