@@ -30,7 +30,7 @@ constexpr size_t kPartsPerThread = 8;
 template <class Ends>
 class Buckets {
  public:
-  // opposite: of all half-edges; kNone for those of Ends.
+  // opposite: of all half-edges. Those of Ends become kNone.
   Buckets(const MeshView& mesh, const Ends& ends, int32_t* opposite, int threads)
       : mesh_(mesh),
         ends_(ends),
@@ -104,8 +104,9 @@ class Buckets {
     for (size_t i = block * kBlock; i < std::min((block + 1) * kBlock, ends_.count()); i++) {
       const uint32_t half_edge = ends_.half_edge(i), a = from(half_edge), b = to(half_edge);
       const uint32_t lower = std::min(a, b);
-      if (lower - first < last - first && a != b)
-        opposite_[half_edge] = std::exchange(first_[lower], int32_t(half_edge));
+      if (lower - first >= last - first) continue;
+      opposite_[half_edge] =
+          a == b ? HalfEdges::kNone : std::exchange(first_[lower], int32_t(half_edge));
     }
   }
 
@@ -180,7 +181,7 @@ struct PositionEnds {
 };
 
 // The half-edges without an opposite one.
-std::vector<uint32_t> find_open(const std::vector<int32_t>& opposite, int threads) {
+std::vector<uint32_t> find_open(const Array<int32_t>& opposite, int threads) {
   constexpr size_t kBlock = 1 << 17;  // half-edges per parallel item
   std::vector<std::vector<uint32_t>> of_block((opposite.size() + kBlock - 1) / kBlock);
   parallel_for(threads, of_block.size(), [&](size_t b) {
@@ -197,7 +198,7 @@ std::vector<uint32_t> find_open(const std::vector<int32_t>& opposite, int thread
 }  // namespace
 
 HalfEdges match_half_edges(const MeshView& mesh, int threads) {
-  std::vector<int32_t> opposite(3 * mesh.triangle_count, HalfEdges::kNone);
+  Array<int32_t> opposite(3 * mesh.triangle_count);
   const VertexEnds all{opposite.size()};
   Buckets(mesh, all, opposite.data(), threads).match([&](uint32_t a, uint32_t b) {
     opposite[a] = int32_t(b);

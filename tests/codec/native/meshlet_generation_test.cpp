@@ -126,8 +126,9 @@ void tear(Mesh& mesh, Random& random, uint32_t odds) {
 // The mesh as it is partitioned: sorted.
 Mesh sorted(const meshlet::SpatialMesh& mesh) {
   const float* points = &mesh.points[0].x;
-  return {std::vector<float>(points, points + 3 * mesh.points.size()), mesh.triangles,
-          mesh.position_ids};
+  return {{points, points + 3 * mesh.points.size()},
+          {mesh.triangles.begin(), mesh.triangles.end()},
+          {mesh.position_ids.begin(), mesh.position_ids.end()}};
 }
 
 meshlet::Meshlets generate(const meshlet::SpatialMesh& mesh,
