@@ -1,7 +1,6 @@
 #include "encode/boundaries.h"
 
 #include <algorithm>
-#include <memory>
 #include <numeric>
 
 #include "format/blob.h"
@@ -78,7 +77,7 @@ class Builder {
     b_.half_edge.resize(places);
     b_.vertex.resize(places);
     b_.place_disk.resize(places);
-    place_of_.reset(new uint32_t[3 * mesh_.triangle_count]);
+    place_of_.resize(3 * mesh_.triangle_count);
     for_disks(threads_, disk_count(), [&](uint32_t c) {
       const Loop& l = b_.loops[c];
       const uint32_t first = b_.loops[c / kChunk * kChunk].begin;
@@ -117,10 +116,12 @@ class Builder {
 
   // Finds the place across each boundary edge, and the streams that are equal on both sides.
   void find_twins() {
-    twin_.assign(b_.half_edge.size(), kNone);
-    shared_.assign(b_.half_edge.size(), 0);
+    twin_.resize(b_.half_edge.size());
+    shared_.resize(b_.half_edge.size());
     for_disks(threads_, disk_count(), [&](uint32_t c) {
       for (uint32_t p = b_.loops[c].begin; p < b_.loops[c].begin + b_.loops[c].count; p++) {
+        twin_[p] = kNone;
+        shared_[p] = 0;
         uint32_t h = b_.half_edge[p];
         const bool whole = half_edges_.by_vertex(h) >= 0;
         const int32_t other = share_seams_ ? half_edges_.by_position(h) : half_edges_.by_vertex(h);
@@ -156,7 +157,7 @@ class Builder {
 
   // Marks the first place of each chain. A closed chain is cut at the same vertex on both sides.
   void cut_chains() {
-    cut_.assign(b_.half_edge.size(), 0);
+    cut_.resize(b_.half_edge.size());
     for_disks(threads_, disk_count(), [&](uint32_t c) {
       const Loop& l = b_.loops[c];
       bool any = false;
@@ -329,11 +330,11 @@ class Builder {
   bool share_seams_;
   int threads_;
   Boundaries b_;
-  std::unique_ptr<uint32_t[]> place_of_;  // per half-edge of a boundary
-  std::vector<uint32_t> twin_;            // per place
-  std::vector<uint64_t> shared_;          // per place
-  std::vector<uint8_t> cut_;              // per place: a chain begins here
-  bool any_seams_ = false;                // some chain shares a part of the streams
+  Array<uint32_t> place_of_;  // per half-edge of a boundary
+  Array<uint32_t> twin_;      // per place
+  Array<uint64_t> shared_;    // per place
+  Array<uint8_t> cut_;        // per place: a chain begins here
+  bool any_seams_ = false;    // some chain shares a part of the streams
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/array.h"
 #include "segment/generate_meshlets.h"
 #include "segment/half_edges.h"
 
@@ -57,14 +58,14 @@ struct DiskReferences {
 };
 
 struct Boundaries {
-  std::vector<uint32_t> place_of;    // per triangle: its place in Meshlets::triangles
-  std::vector<uint32_t> meshlet_of;  // per disk
-  std::vector<Loop> loops;           // per disk
-  std::vector<uint32_t> half_edge;   // per place
-  std::vector<uint32_t> vertex;      // per place: start of its half-edge
-  std::vector<uint32_t> place_disk;  // per place
-  std::vector<Reference> references;
-  std::vector<uint32_t> reference_begin;  // per disk, and the end
+  Array<uint32_t> place_of;    // per triangle: its place in Meshlets::triangles
+  Array<uint32_t> meshlet_of;  // per disk
+  Array<Loop> loops;           // per disk
+  Array<uint32_t> half_edge;   // per place
+  Array<uint32_t> vertex;      // per place: start of its half-edge
+  Array<uint32_t> place_disk;  // per place
+  Array<Reference> references;
+  Array<uint32_t> reference_begin;  // per disk, and the end
 
   // In loop order; a private loop is one reference from place 0.
   DiskReferences references_of(uint32_t disk) const {

@@ -28,10 +28,11 @@ using Points = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::devi
 
 constexpr size_t kPointsAtOnce = 1024;
 
-template <class T>
-nb::object array_of(std::vector<T> values) {
-  auto* kept = new std::vector<T>(std::move(values));
-  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+template <class Vector>
+nb::object array_of(Vector values) {
+  using T = typename Vector::value_type;
+  auto* kept = new Vector(std::move(values));
+  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<Vector*>(p); });
   return nb::cast(nb::ndarray<nb::numpy, T, nb::ndim<1>>(kept->data(), {kept->size()}, owner));
 }
 
@@ -185,8 +186,7 @@ nb::object hilbert_order(const Points& points) {
   const float longest = std::max({size.x, size.y, size.z});
   std::vector<Vec3> scaled(count);
   for (size_t i = 0; i < count; i++) scaled[i] = (point(i) - low) * (longest > 0 ? 1 / longest : 0);
-  std::vector<uint32_t> order = order_along_curve(scaled, 1);
-  return array_of(std::move(order));
+  return array_of(order_along_curve(scaled, 1));
 }
 
 }  // namespace

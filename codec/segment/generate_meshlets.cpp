@@ -214,7 +214,7 @@ void Generator::for_meshlets(const MeshletList& list, Body&& body) const {
 }
 
 std::vector<Contact> Generator::find_contacts(const MeshletList& list) const {
-  std::vector<uint32_t> meshlet_of(mesh_.triangle_count());
+  Array<uint32_t> meshlet_of(mesh_.triangle_count());
   for_meshlets(list, [&](size_t, uint32_t m) {
     for (uint32_t i = list.first_triangle(m); i < list.first_triangle(m + 1); i++)
       meshlet_of[list.triangles[i]] = m;

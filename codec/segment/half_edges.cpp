@@ -9,28 +9,37 @@
 namespace meshlet {
 namespace {
 
-// Buckets up to this size are searched one by one; larger ones are sorted.
+// Up to this many half-edges are searched one by one; more are sorted.
 constexpr std::ptrdiff_t kSmallBucket = 32;
 
-// Fewest half-edges per thread: each thread reads all of them.
+// Half-edges per block. A thread skips the blocks that have no vertex of its range: in a mesh that
+// is sorted in space, most.
+constexpr size_t kBlock = 3 << 10;
+
+// Fewest half-edges per thread.
 constexpr size_t kLeastPerThread = 1 << 14;
 
 // Parts of the vertices per thread, in the second half.
 constexpr size_t kPartsPerThread = 8;
 
 // Half-edges in buckets by the lower of their two ends: both sides of an edge are in one bucket.
+// A bucket is a list that is linked through `opposite`, until its half-edges are matched.
 //
-// Ends: from(i) and to(i) of the i-th half-edge, below id_count; equal ends are left out.
+// Ends: count(), half_edge(i) for i < count(), and id(v), a number below the mesh's vertex count
+// for vertex v. Half-edges whose ends have equal ids are left out.
 template <class Ends>
 class Buckets {
  public:
-  Buckets(const Ends& ends, size_t count, size_t id_count, int threads)
-      : ends_(ends),
-        id_count_(id_count),
+  // opposite: of all half-edges. Those of Ends become kNone.
+  Buckets(const MeshView& mesh, const Ends& ends, int32_t* opposite, int threads)
+      : mesh_(mesh),
+        ends_(ends),
+        opposite_(opposite),
         threads_(threads),
-        ranges_(std::clamp<size_t>(count / kLeastPerThread, 1, size_t(resolve_threads(threads)))),
-        begin_(id_count + 2, 0) {
-    fill(count);
+        ranges_(std::clamp<size_t>(ends.count() / kLeastPerThread, 1,
+                                   size_t(resolve_threads(threads)))),
+        first_(new int32_t[mesh.vertex_count]) {
+    fill();
   }
 
   // Calls body for every pair of opposite half-edges, once.
@@ -38,42 +47,77 @@ class Buckets {
   void match(Body&& body) {
     const size_t parts = ranges_ == 1 ? 1 : kPartsPerThread * ranges_;
     parallel_for(threads_, parts, [&](size_t p) {
-      for (size_t v = id_count_ * p / parts; v < id_count_ * (p + 1) / parts; v++)
-        match_bucket(&entries_[begin_[v]], &entries_[begin_[v + 1]], body);
+      std::vector<Entry> bucket;
+      for (size_t v = mesh_.vertex_count * p / parts; v < mesh_.vertex_count * (p + 1) / parts;
+           v++) {
+        take(first_[v], bucket);
+        match_bucket(bucket.data(), bucket.data() + bucket.size(), body);
+      }
     });
   }
 
  private:
   struct Entry {
-    uint32_t higher;  // end, or kNone
-    uint32_t item;    // 2 i + whether the i-th half-edge ends at the lower end
+    uint32_t higher;  // end, or kTaken
+    uint32_t half_edge;
+    bool falls;  // it ends at the lower end
   };
-  static constexpr uint32_t kNone = ~0u;
+  static constexpr uint32_t kTaken = ~0u;
 
-  uint32_t first_of(size_t range) const { return uint32_t(id_count_ * range / ranges_); }
+  uint32_t from(uint32_t half_edge) const { return ends_.id(mesh_.triangles[half_edge]); }
+  uint32_t to(uint32_t half_edge) const { return from(next_in_triangle(half_edge)); }
+  uint32_t first_of(size_t range) const { return uint32_t(mesh_.vertex_count * range / ranges_); }
 
-  // Calls body(lower, entry) for the half-edges of a range of vertices. Each thread reads all.
-  template <class Body>
-  void for_range(size_t range, size_t count, Body&& body) const {
-    const uint32_t first = first_of(range), size = first_of(range + 1) - first;
-    for (size_t i = 0; i < count; i++) {
-      const uint32_t from = ends_.from(i), to = ends_.to(i), lower = std::min(from, to);
-      if (lower - first < size && from != to)
-        body(lower, Entry{std::max(from, to), uint32_t(2 * i + (to < from))});
+  // The least and the greatest lower end of a block's half-edges.
+  struct Extent {
+    uint32_t low, high;
+  };
+  std::vector<Extent> measure_blocks() const {
+    std::vector<Extent> extents((ends_.count() + kBlock - 1) / kBlock, Extent{0, ~0u});
+    if (ranges_ == 1) return extents;
+    parallel_for(threads_, ranges_, [&](size_t r) {
+      for (size_t b = extents.size() * r / ranges_; b < extents.size() * (r + 1) / ranges_; b++) {
+        Extent extent{~0u, 0};
+        for (size_t i = b * kBlock; i < std::min((b + 1) * kBlock, ends_.count()); i++) {
+          const uint32_t half_edge = ends_.half_edge(i);
+          const uint32_t lower = std::min(from(half_edge), to(half_edge));
+          extent = {std::min(extent.low, lower), std::max(extent.high, lower)};
+        }
+        extents[b] = extent;
+      }
+    });
+    return extents;
+  }
+
+  // Each thread fills the buckets of a range of vertices.
+  void fill() {
+    const std::vector<Extent> extents = measure_blocks();
+    parallel_for(threads_, ranges_, [&](size_t r) {
+      const uint32_t first = first_of(r), last = first_of(r + 1);
+      std::fill(&first_[first], &first_[last], HalfEdges::kNone);
+      for (size_t b = 0; b < extents.size(); b++)
+        if (extents[b].low < last && extents[b].high >= first) fill_from(b, first, last);
+    });
+  }
+
+  void fill_from(size_t block, uint32_t first, uint32_t last) {
+    for (size_t i = block * kBlock; i < std::min((block + 1) * kBlock, ends_.count()); i++) {
+      const uint32_t half_edge = ends_.half_edge(i), a = from(half_edge), b = to(half_edge);
+      const uint32_t lower = std::min(a, b);
+      if (lower - first >= last - first) continue;
+      opposite_[half_edge] =
+          a == b ? HalfEdges::kNone : std::exchange(first_[lower], int32_t(half_edge));
     }
   }
 
-  void fill(size_t count) {
-    // begin_[v + 1] first counts bucket v, then is its begin, and after filling its end.
-    parallel_for(threads_, ranges_, [&](size_t r) {
-      for_range(r, count, [&](uint32_t lower, Entry) { ++begin_[lower + 2]; });
-    });
-    for (size_t i = 2; i < begin_.size(); i++) begin_[i] += begin_[i - 1];
-    entries_.reset(new Entry[begin_.back() + 1]);
-    parallel_for(threads_, ranges_, [&](size_t r) {
-      for_range(r, count,
-                [&](uint32_t lower, Entry entry) { entries_[begin_[lower + 1]++] = entry; });
-    });
+  // Moves the half-edges of a list to a bucket.
+  void take(int32_t list, std::vector<Entry>& bucket) const {
+    bucket.clear();
+    while (list != HalfEdges::kNone) {
+      const uint32_t half_edge = uint32_t(list), a = from(half_edge), b = to(half_edge);
+      bucket.push_back({std::max(a, b), half_edge, b < a});
+      list = std::exchange(opposite_[half_edge], HalfEdges::kNone);
+    }
   }
 
   // Calls body for every two entries with the same ends, and no third.
@@ -81,11 +125,11 @@ class Buckets {
   static void match_bucket(Entry* begin, Entry* end, Body&& body) {
     if (end - begin > kSmallBucket) return match_sorted(begin, end, body);
     for (Entry* entry = begin; entry < end; entry++) {
-      if (entry->higher == kNone) continue;
+      if (entry->higher == kTaken) continue;
       Entry* other = find(entry + 1, end, entry->higher);
       if (other == end) continue;
       if (find(other + 1, end, entry->higher) == end) body_of_two(*entry, *other, body);
-      for (; other < end; other = find(other + 1, end, entry->higher)) other->higher = kNone;
+      for (; other < end; other = find(other + 1, end, entry->higher)) other->higher = kTaken;
     }
   }
 
@@ -105,39 +149,39 @@ class Buckets {
     return entry;
   }
 
-  // Unless they run the same way.
+  // Unless they run the same way, or in one triangle.
   template <class Body>
   static void body_of_two(const Entry& a, const Entry& b, Body&& body) {
-    if ((a.item ^ b.item) & 1) body(a.item / 2, b.item / 2);
+    if (a.falls != b.falls && a.half_edge / 3 != b.half_edge / 3) body(a.half_edge, b.half_edge);
   }
 
+  const MeshView& mesh_;
   const Ends& ends_;
-  const size_t id_count_;
+  int32_t* const opposite_;
   const int threads_;
-  const size_t ranges_;  // of vertices, one for each thread
-  std::vector<uint32_t> begin_;
-  std::unique_ptr<Entry[]> entries_;
+  const size_t ranges_;               // of vertices, one for each thread
+  std::unique_ptr<int32_t[]> first_;  // half-edge of each vertex's bucket
 };
 
-// All half-edges of a mesh by vertex.
+// All half-edges by vertex.
 struct VertexEnds {
-  const uint32_t* triangles;
-  uint32_t from(size_t i) const { return triangles[i]; }
-  uint32_t to(size_t i) const { return triangles[next_in_triangle(uint32_t(i))]; }
+  size_t half_edges;
+  size_t count() const { return half_edges; }
+  uint32_t half_edge(size_t i) const { return uint32_t(i); }
+  uint32_t id(uint32_t vertex) const { return vertex; }
 };
 
-// Some half-edges of a mesh by position.
+// Some half-edges by position.
 struct PositionEnds {
-  const MeshView& mesh;
   const std::vector<uint32_t>& half_edges;
-  uint32_t from(size_t i) const { return mesh.position_ids[mesh.triangles[half_edges[i]]]; }
-  uint32_t to(size_t i) const {
-    return mesh.position_ids[mesh.triangles[next_in_triangle(half_edges[i])]];
-  }
+  const uint32_t* position_ids;
+  size_t count() const { return half_edges.size(); }
+  uint32_t half_edge(size_t i) const { return half_edges[i]; }
+  uint32_t id(uint32_t vertex) const { return position_ids[vertex]; }
 };
 
 // The half-edges without an opposite one.
-std::vector<uint32_t> find_open(const std::vector<int32_t>& opposite, int threads) {
+std::vector<uint32_t> find_open(const Array<int32_t>& opposite, int threads) {
   constexpr size_t kBlock = 1 << 17;  // half-edges per parallel item
   std::vector<std::vector<uint32_t>> of_block((opposite.size() + kBlock - 1) / kBlock);
   parallel_for(threads, of_block.size(), [&](size_t b) {
@@ -154,20 +198,18 @@ std::vector<uint32_t> find_open(const std::vector<int32_t>& opposite, int thread
 }  // namespace
 
 HalfEdges match_half_edges(const MeshView& mesh, int threads) {
-  std::vector<int32_t> opposite(3 * mesh.triangle_count, HalfEdges::kNone);
-  const VertexEnds all{mesh.triangles};
-  Buckets(all, opposite.size(), mesh.vertex_count, threads).match([&](uint32_t a, uint32_t b) {
-    if (a / 3 == b / 3) return;
+  Array<int32_t> opposite(3 * mesh.triangle_count);
+  const VertexEnds all{opposite.size()};
+  Buckets(mesh, all, opposite.data(), threads).match([&](uint32_t a, uint32_t b) {
     opposite[a] = int32_t(b);
     opposite[b] = int32_t(a);
   });
   const std::vector<uint32_t> open = find_open(opposite, threads);
   if (open.empty()) return HalfEdges(std::move(opposite));
-  const PositionEnds by_position{mesh, open};
-  Buckets(by_position, open.size(), mesh.vertex_count, threads).match([&](uint32_t a, uint32_t b) {
-    if (open[a] / 3 == open[b] / 3) return;
-    opposite[open[a]] = HalfEdges::kByPosition - int32_t(open[b]);
-    opposite[open[b]] = HalfEdges::kByPosition - int32_t(open[a]);
+  const PositionEnds by_position{open, mesh.position_ids};
+  Buckets(mesh, by_position, opposite.data(), threads).match([&](uint32_t a, uint32_t b) {
+    opposite[a] = HalfEdges::kByPosition - int32_t(b);
+    opposite[b] = HalfEdges::kByPosition - int32_t(a);
   });
   return HalfEdges(std::move(opposite));
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/array.h"
 #include "segment/mesh_view.h"
 
 namespace meshlet {
@@ -18,7 +19,7 @@ inline uint32_t next_in_triangle(uint32_t half_edge) {
 class HalfEdges {
  public:
   // match_half_edges makes it.
-  explicit HalfEdges(std::vector<int32_t> opposite) : opposite_(std::move(opposite)) {}
+  explicit HalfEdges(Array<int32_t> opposite) : opposite_(std::move(opposite)) {}
 
   size_t size() const { return opposite_.size(); }
 
@@ -36,7 +37,7 @@ class HalfEdges {
   static constexpr int32_t kByPosition = -2;  // minus the opposite half-edge's number
 
  private:
-  std::vector<int32_t> opposite_;
+  Array<int32_t> opposite_;
 };
 
 HalfEdges match_half_edges(const MeshView& mesh, int threads);

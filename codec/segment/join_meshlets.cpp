@@ -53,7 +53,7 @@ class Packer {
   }
 
   void join_contacts(std::vector<Contact>& contacts);
-  void join_along(const std::vector<uint32_t>& curve_order);
+  void join_along(const Array<uint32_t>& curve_order);
   std::vector<uint32_t> number_groups();
 
  private:
@@ -124,7 +124,7 @@ void Packer::pack_window(std::vector<uint32_t>& groups) {
   groups.swap(bins);
 }
 
-void Packer::join_along(const std::vector<uint32_t>& curve_order) {
+void Packer::join_along(const Array<uint32_t>& curve_order) {
   std::vector<uint32_t> groups;
   for (const uint32_t item : curve_order) {
     if (find(item) != item) continue;
@@ -151,8 +151,8 @@ std::vector<uint32_t> Packer::number_groups() {
 }  // namespace
 
 std::vector<uint32_t> join_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts,
-                                    const std::vector<uint32_t>& curve_order,
-                                    uint32_t max_triangles, uint32_t max_vertices) {
+                                    const Array<uint32_t>& curve_order, uint32_t max_triangles,
+                                    uint32_t max_vertices) {
   Packer packer(loads, max_triangles, max_vertices);
   packer.join_contacts(contacts);
   packer.join_along(curve_order);

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/array.h"
+
 namespace meshlet {
 
 // Size of a meshlet, and its box on a grid.
@@ -23,7 +25,7 @@ struct Contact {
 // meshlets), as long as values stored relative to one of their vertices do not grow much. Returns
 // the group of each meshlet, numbered from 0 by smallest member.
 std::vector<uint32_t> join_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts,
-                                    const std::vector<uint32_t>& curve_order,
-                                    uint32_t max_triangles, uint32_t max_vertices);
+                                    const Array<uint32_t>& curve_order, uint32_t max_triangles,
+                                    uint32_t max_vertices);
 
 }  // namespace meshlet

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/array.h"
 #include "segment/spatial_mesh.h"
 
 namespace meshlet {
@@ -13,8 +14,8 @@ namespace meshlet {
 struct Patch {
   std::vector<uint32_t> triangles;  // number in the mesh of triangle t, in curve order
   // Local half-edge across half-edge 3 * t + k; -1: none, or in another patch.
-  std::vector<int32_t> neighbours;
-  std::vector<Facet> facets;
+  Array<int32_t> neighbours;
+  Array<Facet> facets;
   std::vector<int32_t> region;  // of each triangle
   int32_t region_count = 0;
 

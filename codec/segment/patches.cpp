@@ -18,7 +18,7 @@ class Parts {
   Parts(const HalfEdges& half_edges, int threads);
   uint32_t size() const { return uint32_t(parent_.size()); }
   // The first triangle of each triangle's part.
-  std::vector<uint32_t> roots() &&;
+  Array<uint32_t> roots() &&;
 
  private:
   uint32_t find(uint32_t t) {
@@ -30,7 +30,7 @@ class Parts {
     parent_[std::max(a, b)] = std::min(a, b);
   }
 
-  std::vector<uint32_t> parent_;  // at most the triangle's own number
+  Array<uint32_t> parent_;  // at most the triangle's own number
 };
 
 Parts::Parts(const HalfEdges& half_edges, int threads) : parent_(half_edges.size() / 3) {
@@ -56,7 +56,7 @@ Parts::Parts(const HalfEdges& half_edges, int threads) : parent_(half_edges.size
     for (const auto& [t, other] : edges) unite(t, other);
 }
 
-std::vector<uint32_t> Parts::roots() && {
+Array<uint32_t> Parts::roots() && {
   for (uint32_t& parent : parent_) parent = parent_[parent];  // parents come first
   return std::move(parent_);
 }
@@ -64,20 +64,21 @@ std::vector<uint32_t> Parts::roots() && {
 }  // namespace
 
 ConnectedOrder order_by_part(const HalfEdges& half_edges, int threads) {
-  const std::vector<uint32_t> root = Parts(half_edges, threads).roots();
-  // Of each part, at its root: first its size, then the place of its next triangle.
-  std::vector<uint32_t> next(root.size(), 0);
-  for (const uint32_t r : root) ++next[r];
-  uint32_t begin = 0;
-  for (uint32_t t = 0; t < root.size(); t++)
-    if (root[t] == t) begin += std::exchange(next[t], begin);
   ConnectedOrder order;
-  order.triangles.resize(root.size());
-  order.place.resize(root.size());
-  for (uint32_t t = 0; t < root.size(); t++) {
-    order.place[t] = next[root[t]]++;
-    order.triangles[order.place[t]] = t;
-  }
+  order.place = Parts(half_edges, threads).roots();  // then each is replaced by the place
+  const uint32_t count = uint32_t(order.place.size());
+  // Of each part, at its root: first its size, then the place of its next triangle.
+  std::vector<uint32_t> next(count, 0);
+  for (const uint32_t root : order.place) ++next[root];
+  uint32_t begin = 0;
+  for (uint32_t t = 0; t < count; t++)
+    if (order.place[t] == t) begin += std::exchange(next[t], begin);
+  for (uint32_t& place : order.place) place = next[place]++;
+  order.triangles.resize(count);
+  parallel_for(threads, (count + kBlock - 1) / kBlock, [&](size_t block) {
+    const uint32_t first = uint32_t(block) * kBlock, last = std::min(count, first + kBlock);
+    for (uint32_t t = first; t < last; t++) order.triangles[order.place[t]] = t;
+  });
   return order;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/array.h"
 #include "segment/half_edges.h"
 #include "segment/patch.h"
 
@@ -12,8 +13,8 @@ namespace meshlet {
 
 // The triangles of a mesh in the order of its edge-connected parts.
 struct ConnectedOrder {
-  std::vector<uint32_t> triangles;
-  std::vector<uint32_t> place;  // of each triangle in `triangles`
+  Array<uint32_t> triangles;
+  Array<uint32_t> place;  // of each triangle in `triangles`
 };
 
 // Orders triangles so that edge-connected parts of the mesh stay together, in the order of their

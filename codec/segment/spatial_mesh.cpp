@@ -77,11 +77,11 @@ uint32_t code_of(Vec3 point) {
 
 // Returns 0 .. codes.size() - 1 by code, equal ones by number: a radix sort of kHilbertBits at a
 // time. Each block counts and places its own codes, after those of the blocks before it.
-std::vector<uint32_t> sorted_by_code(std::vector<uint32_t> codes, int threads) {
+Array<uint32_t> sorted_by_code(Array<uint32_t> codes, int threads) {
   constexpr size_t kDigits = size_t(1) << kHilbertBits;
   using Counts = std::array<uint32_t, kDigits>;
   const size_t count = codes.size(), blocks = block_count(count);
-  std::vector<uint32_t> order(count), next_order(count), next_codes(count);
+  Array<uint32_t> order(count), next_order(count), next_codes(count);
   std::vector<Counts> places(blocks);
   for (int shift = 0; shift < 3 * kHilbertBits; shift += kHilbertBits) {
     const auto digit = [&](uint32_t code) { return code >> shift & (kDigits - 1); };
@@ -135,7 +135,8 @@ void number_vertices(SpatialMesh& sorted, size_t vertex_count, int threads) {
     of_block[b] = vertices_of(&sorted.triangles[b * kCorners],
                               std::min(kCorners, corners - b * kCorners), vertex_count);
   });
-  std::vector<uint32_t> number(vertex_count, none);
+  Array<uint32_t> number(vertex_count);
+  for_items(threads, vertex_count, [&](size_t v) { number[v] = none; });
   sorted.source_vertex.reserve(vertex_count);
   for (const std::vector<uint32_t>& vertices : of_block)
     for (const uint32_t v : vertices) {
@@ -150,7 +151,7 @@ void number_vertices(SpatialMesh& sorted, size_t vertex_count, int threads) {
 
 SpatialMesh sort_in_space(const MeshView& mesh, int threads) {
   const Frame frame = fit_frame(mesh, threads);
-  std::vector<Vec3> points(mesh.vertex_count);
+  Array<Vec3> points(mesh.vertex_count);
   for_items(threads, points.size(), [&](size_t v) {
     for (int c = 0; c < 3; c++)
       points[v][c] =
@@ -159,7 +160,7 @@ SpatialMesh sort_in_space(const MeshView& mesh, int threads) {
   SpatialMesh sorted;
   sorted.triangles.resize(3 * mesh.triangle_count);
   {
-    std::vector<uint32_t> codes(mesh.triangle_count);
+    Array<uint32_t> codes(mesh.triangle_count);
     for_items(threads, codes.size(), [&](size_t t) {
       const uint32_t* v = mesh.triangles + 3 * t;
       codes[t] = code_of((points[v[0]] + points[v[1]] + points[v[2]]) * (1.0f / 3.0f));
@@ -177,7 +178,8 @@ SpatialMesh sort_in_space(const MeshView& mesh, int threads) {
             [&](size_t v) { sorted.points[v] = points[sorted.source_vertex[v]]; });
   // Renumbered too: an id is the first vertex that has it.
   constexpr uint32_t none = ~0u;
-  std::vector<uint32_t> first(mesh.vertex_count, none);
+  Array<uint32_t> first(mesh.vertex_count);
+  for_items(threads, mesh.vertex_count, [&](size_t v) { first[v] = none; });
   for (uint32_t v = 0; v < sorted.position_ids.size(); v++) {
     uint32_t& id = first[mesh.position_ids[sorted.source_vertex[v]]];
     if (id == none) id = v;
@@ -186,8 +188,8 @@ SpatialMesh sort_in_space(const MeshView& mesh, int threads) {
   return sorted;
 }
 
-std::vector<uint32_t> order_along_curve(const std::vector<Vec3>& points, int threads) {
-  std::vector<uint32_t> codes(points.size());
+Array<uint32_t> order_along_curve(const std::vector<Vec3>& points, int threads) {
+  Array<uint32_t> codes(points.size());
   for_items(threads, codes.size(), [&](size_t i) { codes[i] = code_of(points[i]); });
   return sorted_by_code(std::move(codes), threads);
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/array.h"
 #include "common/vec3.h"
 #include "segment/mesh_view.h"
 
@@ -18,11 +19,11 @@ struct Facet {
 // A mesh whose triangles follow a Hilbert curve through their centres and whose vertices are
 // numbered in order of first use: neighbours in space are neighbours in memory.
 struct SpatialMesh {
-  std::vector<uint32_t> triangles;
-  std::vector<uint32_t> position_ids;
-  std::vector<Vec3> points;               // per vertex, in a box of longest side 1
-  std::vector<uint32_t> source_vertex;    // number of each vertex in the mesh that was sorted
-  std::vector<uint32_t> source_triangle;  // likewise of each triangle
+  Array<uint32_t> triangles;
+  Array<uint32_t> position_ids;
+  Array<Vec3> points;               // per vertex, in a box of longest side 1
+  Array<uint32_t> source_vertex;    // number of each vertex in the mesh that was sorted
+  Array<uint32_t> source_triangle;  // likewise of each triangle
 
   size_t triangle_count() const { return triangles.size() / 3; }
   Vec3 centre(size_t triangle) const {
@@ -50,6 +51,6 @@ SpatialMesh sort_in_space(const MeshView& mesh, int threads);
 
 // Returns the numbers of the points (in a box of longest side 1) in the order of a Hilbert curve;
 // points in one cell by number.
-std::vector<uint32_t> order_along_curve(const std::vector<Vec3>& points, int threads);
+Array<uint32_t> order_along_curve(const std::vector<Vec3>& points, int threads);
 
 }  // namespace meshlet

@@ -307,6 +307,18 @@ def test_python_m():
     assert result.stdout == f"gltf-meshlet {gltf_ext.__version__}\n"
 
 
+def test_start_makes_no_threads():
+    code = """
+import os, sys
+os.environ.pop("OPENBLAS_NUM_THREADS", None)
+from gltf_meshlet.__main__ import main
+sys.argv = ["gltf-meshlet", "inspect", "missing.glb"]
+assert main() == 2 and "numpy" in sys.modules
+print(len(os.listdir("/proc/self/task")))
+"""
+    assert run(code=code).stdout == "1\n"
+
+
 def test_an_early_interruption_is_silent():
     code = """
 import sys

@@ -126,8 +126,9 @@ void tear(Mesh& mesh, Random& random, uint32_t odds) {
 // The mesh as it is partitioned: sorted.
 Mesh sorted(const meshlet::SpatialMesh& mesh) {
   const float* points = &mesh.points[0].x;
-  return {std::vector<float>(points, points + 3 * mesh.points.size()), mesh.triangles,
-          mesh.position_ids};
+  return {{points, points + 3 * mesh.points.size()},
+          {mesh.triangles.begin(), mesh.triangles.end()},
+          {mesh.position_ids.begin(), mesh.position_ids.end()}};
 }
 
 meshlet::Meshlets generate(const meshlet::SpatialMesh& mesh,
@@ -187,9 +188,10 @@ meshlet::Meshlets check(Mesh mesh, const std::string& name,
 }
 
 // A mesh of these triangles with position ids, and no positions.
-meshlet::HalfEdges match(const std::vector<uint32_t>& triangles, const std::vector<uint32_t>& ids) {
+meshlet::HalfEdges match(const std::vector<uint32_t>& triangles, const std::vector<uint32_t>& ids,
+                         int threads = 2) {
   return meshlet::match_half_edges(
-      {triangles.data(), triangles.size() / 3, ids.data(), nullptr, ids.size()}, 2);
+      {triangles.data(), triangles.size() / 3, ids.data(), nullptr, ids.size()}, threads);
 }
 
 std::vector<uint32_t> distinct(uint32_t count) {
@@ -219,6 +221,30 @@ void test_half_edges() {
   const meshlet::HalfEdges closed = match(star, distinct(1001));
   for (int32_t i = 0; i < 1000; i++)
     expect(closed.by_vertex(3 * i + 2) == (i + 1) % 1000 * 3, "star");
+}
+
+// Pairs of triangles and the same pairs reversed, with other vertices at the same positions. The
+// first triangles' open half-edges start at high numbers only, and one ends at a low one.
+void test_half_edges_of_threads() {
+  constexpr uint32_t n = 10000;
+  std::vector<uint32_t> triangles, ids(8 * n);
+  for (uint32_t v = 0; v < 8 * n; v++) ids[v] = v % (4 * n);
+  const auto add = [&](uint32_t a, uint32_t b, uint32_t c) {
+    for (uint32_t i = 0; i < n; i++) triangles.insert(triangles.end(), {a + i, b + i, c + i});
+  };
+  add(2 * n, 0, 3 * n);
+  add(3 * n, 0, n);
+  add(4 * n, 6 * n, 7 * n);
+  add(4 * n, 7 * n, 5 * n);
+  for (const int threads : {1, 2, 3, 8}) {
+    const meshlet::HalfEdges matched = match(triangles, ids, threads);
+    bool right = true;
+    for (uint32_t i = 0; i < 3 * n; i += 3)
+      right = right && matched.by_vertex(i + 1) == int32_t(3 * n + i) && matched.by_vertex(i) < 0 &&
+              matched.by_position(i) == int32_t(6 * n + i) &&
+              matched.by_position(i + 2) == int32_t(6 * n + i + 1);
+    expect(right, "half-edges of " + std::to_string(threads) + " threads");
+  }
 }
 
 void test_weld() {
@@ -392,6 +418,7 @@ int main(int argc, char** argv) {
   }
   if (i == argc) {
     test_half_edges();
+    test_half_edges_of_threads();
     test_weld();
     test_shapes();
     test_seams();
