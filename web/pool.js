@@ -157,7 +157,7 @@ class Member {
   start(job) {
     this.#job = job;
     this.#worker.ref?.();
-    const bytes = job.bytes.slice();
+    const bytes = new Uint8Array(job.bytes); // a copy; slice() of a Buffer of Node is none
     this.#worker.postMessage({ task: job.task, bytes, options: job.options }, [bytes.buffer]);
   }
 

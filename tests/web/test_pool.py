@@ -102,7 +102,7 @@ const { readFileSync } = require('fs');
 const { pathToFileURL } = require('url');
 (async () => {
   const { createDecoderPool } = await import(pathToFileURL(web + '/pool.js'));
-  const view = new Uint8Array(readFileSync(file));
+  const view = readFileSync(file); // a Buffer, whose slice() does not copy
   const refused = (promise) => promise.then(() => 'decoded', (error) => error.message);
   const pool = await createDecoderPool({ workers: 2 });
   const shares = [];
