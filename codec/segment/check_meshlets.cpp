@@ -87,9 +87,9 @@ class DiskCheck {
   const MeshView& mesh_;
   const HalfEdges& half_edges_;
   const Meshlets& meshlets_;
-  std::vector<uint32_t> place_;  // of each triangle
-  std::vector<uint32_t> corner_of_,
-      start_of_;  // last disk of each vertex, as start of an open edge
+  std::vector<uint32_t> place_;      // of each triangle
+  std::vector<uint32_t> corner_of_;  // last disk of each vertex
+  std::vector<uint32_t> start_of_;   // likewise, where it starts an open edge
   uint32_t parent_[MESHLET_TRIANGLES];
 };
 
