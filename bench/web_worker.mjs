@@ -42,7 +42,12 @@ const codecs = {
       return () =>
         views.forEach(({ count, byteStride, mode, filter, bytes }) =>
           MeshoptDecoder.decodeGltfBuffer(
-            new Uint8Array(count * byteStride), count, byteStride, bytes, mode, filter,
+            new Uint8Array(count * byteStride),
+            count,
+            byteStride,
+            bytes,
+            mode,
+            filter,
           ),
         );
     };
@@ -54,13 +59,19 @@ function decodeDraco(draco, buffer) {
   const mesh = new draco.Mesh();
   const status = decoder.DecodeArrayToMesh(buffer, buffer.length, mesh);
   if (!status.ok()) throw new Error(status.error_msg());
-  const arrays = [copied(draco, 3 * mesh.num_faces(), Uint32Array, (bytes, at) =>
-    decoder.GetTrianglesUInt32Array(mesh, bytes, at))];
+  const arrays = [
+    copied(draco, 3 * mesh.num_faces(), Uint32Array, (bytes, at) =>
+      decoder.GetTrianglesUInt32Array(mesh, bytes, at),
+    ),
+  ];
   for (let a = 0; a < mesh.num_attributes(); a++) {
     const attribute = decoder.GetAttribute(mesh, a);
     const count = attribute.num_components() * mesh.num_points();
-    arrays.push(copied(draco, count, Float32Array, (bytes, at) =>
-      decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, draco.DT_FLOAT32, bytes, at)));
+    arrays.push(
+      copied(draco, count, Float32Array, (bytes, at) =>
+        decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, draco.DT_FLOAT32, bytes, at),
+      ),
+    );
   }
   draco.destroy(mesh);
   draco.destroy(decoder);
@@ -83,7 +94,10 @@ function meshoptViews(file) {
   return bufferViews
     .map(({ extensions }) => extensions?.KHR_meshopt_compression)
     .filter((compressed) => compressed)
-    .map((c) => ({ ...c, bytes: binary.subarray(c.byteOffset ?? 0, (c.byteOffset ?? 0) + c.byteLength) }));
+    .map((c) => ({
+      ...c,
+      bytes: binary.subarray(c.byteOffset ?? 0, (c.byteOffset ?? 0) + c.byteLength),
+    }));
 }
 
 const timed = async (action) => {

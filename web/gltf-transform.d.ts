@@ -1,5 +1,5 @@
-import { Extension } from '@gltf-transform/core';
 import type { ReaderContext, WriterContext } from '@gltf-transform/core';
+import { Extension } from '@gltf-transform/core';
 
 /** The key of the decoder: `io.registerDependencies({ [DECODER]: await createDecoder() })`. */
 export declare const DECODER: 'meshlet.decoder';

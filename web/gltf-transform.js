@@ -2,7 +2,7 @@
 // writing keeps a blob if its primitive still has exactly the decoded values, and writes plain
 // accessors otherwise. It cannot compress: gltf-meshlet compress does.
 import { Extension, ExtensionProperty, PropertyType } from '@gltf-transform/core';
-import { EXTENSION, accessorArrays, forCompressed } from './gltf.js';
+import { accessorArrays, EXTENSION, forCompressed } from './gltf.js';
 
 export const DECODER = 'meshlet.decoder';
 

@@ -5,8 +5,8 @@
 // decodes its share in place and hands the arrays over. The other Workers send copies of what they
 // have decoded, part by part; the page's thread copies them into the arrays. So there are these
 // arrays and the parts that wait for the head or for others, at most as many bytes again.
-import { MalformedError, compileDecoder, createDecoder } from './decoder.js';
-import { Joint, headOf, rangesOf } from './ranges.js';
+import { compileDecoder, createDecoder, MalformedError } from './decoder.js';
+import { headOf, Joint, rangesOf } from './ranges.js';
 
 const MOST_WORKERS = 8;
 
@@ -47,7 +47,10 @@ class DecoderPool {
       onProgress?.(Math.min(1, triangles / plan.total.triangles));
     };
     const decodeHead = async (blobs, { end, keep }) => {
-      const bytes = view.subarray(0, blobs.reduce((sum, blob) => sum + blob.bytes.length, 0));
+      const bytes = view.subarray(
+        0,
+        blobs.reduce((sum, blob) => sum + blob.bytes.length, 0),
+      );
       const options = { integers, total: plan.total, end, keep };
       const given = { task: 'decodeHead', bytes, options, onPart: report };
       const { indices, values, ...result } = await this.#run(given, signal);

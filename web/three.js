@@ -30,6 +30,10 @@ class MeshletPlugin {
 
   // Called by GLTFLoader for each buffer view; null leaves it to the loader.
   loadBufferView(index) {
-    return this.#views.get(index)?.().then(({ buffer }) => buffer) ?? null;
+    return (
+      this.#views
+        .get(index)?.()
+        .then(({ buffer }) => buffer) ?? null
+    );
   }
 }

@@ -1,6 +1,6 @@
 // Decodes blobs of EXT_meshlet_edgebreaker on the GPU, into buffers that a renderer draws from.
 // Nothing is read back. webgpu.d.ts documents what this module exports.
-import { Kind, createDecoder } from './decoder.js';
+import { createDecoder, Kind } from './decoder.js';
 
 const MESHLET_TRIANGLES = 64;
 const MESHLET_VERTICES = 64;

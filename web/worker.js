@@ -1,7 +1,7 @@
 // A Worker of pool.js, in browsers and in Node. The first message is {module}, the compiled
 // decoder; each further one is a job, {task, bytes, options}, answered by {part}s and {result} or
 // {error}.
-import { MalformedError, createDecoder } from './decoder.js';
+import { createDecoder, MalformedError } from './decoder.js';
 
 const inNode = typeof WorkerGlobalScope === 'undefined';
 const node = 'node:worker_threads'; // in a variable, so that bundlers leave it alone

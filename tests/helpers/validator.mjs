@@ -2,13 +2,14 @@
 // Reads lines, each a JSON array of files. Prints a line for each, an object by the Khronos
 // glTF-Validator: file -> {errors: [message], warnings: [message]}. External resources are read from
 // the file's own folder.
-import { createRequire } from "node:module";
-import { readFile } from "node:fs/promises";
-import { basename, dirname, join, resolve } from "node:path";
-import { createInterface } from "node:readline";
 
-const validator = createRequire(join(resolve(process.argv[2]), "index.js"))("gltf-validator");
-const SEVERITIES = ["errors", "warnings"];
+import { readFile } from 'node:fs/promises';
+import { createRequire } from 'node:module';
+import { basename, dirname, join, resolve } from 'node:path';
+import { createInterface } from 'node:readline';
+
+const validator = createRequire(join(resolve(process.argv[2]), 'index.js'))('gltf-validator');
+const SEVERITIES = ['errors', 'warnings'];
 
 async function validate(file) {
   const { issues } = await validator.validateBytes(new Uint8Array(await readFile(file)), {
@@ -20,7 +21,7 @@ async function validate(file) {
   const texts = (severity) =>
     issues.messages
       .filter((m) => m.severity === severity)
-      .map((m) => `${m.code} ${m.pointer ?? ""} ${m.message}`);
+      .map((m) => `${m.code} ${m.pointer ?? ''} ${m.message}`);
   return Object.fromEntries(SEVERITIES.map((name, severity) => [name, texts(severity)]));
 }
 

@@ -26,7 +26,8 @@ function digests({ json, binary }, primitive) {
   const view = new Uint8Array(binary.subarray(byteOffset, byteOffset + byteLength));
   try {
     const arrays = accessorArrays(json, primitive, decoder.decodePrimitive(view));
-    const digest = (array) => createHash('sha256').update(new Uint8Array(array.buffer)).digest('hex');
+    const digest = (array) =>
+      createHash('sha256').update(new Uint8Array(array.buffer)).digest('hex');
     return Object.fromEntries([...arrays].map(([accessor, array]) => [accessor, digest(array)]));
   } catch (error) {
     if (error instanceof MalformedError) return { error: error.message };

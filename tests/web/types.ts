@@ -1,15 +1,16 @@
 // Uses every declaration of the package; compiled by tsc --noEmit. Lines marked "refused" must not
 // compile without the comment before them.
-import { NodeIO } from '@gltf-transform/core';
+
 import { registerGLTFExtension } from '@babylonjs/loaders/glTF/2.0/glTFLoaderExtensionRegistry.js';
-import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { Kind, MalformedError, createDecoder } from 'gltf-meshlet';
+import { NodeIO } from '@gltf-transform/core';
 import type { DecodedMeshlet, DecodedPrimitive, Decoder, PrimitiveDecoder } from 'gltf-meshlet';
+import { createDecoder, Kind, MalformedError } from 'gltf-meshlet';
 import { registerMeshletExtension } from 'gltf-meshlet/babylon';
 import { DECODER, EXTMeshletEdgebreaker } from 'gltf-meshlet/gltf-transform';
-import { createDecoderPool } from 'gltf-meshlet/pool';
 import type { DecoderPool } from 'gltf-meshlet/pool';
+import { createDecoderPool } from 'gltf-meshlet/pool';
 import { meshletPlugin } from 'gltf-meshlet/three';
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 const view = new Uint8Array(0);
 const decoder: Decoder = await createDecoder(fetch('decoder.wasm'));

@@ -1,9 +1,10 @@
 // A GLTFLoader plugin for three's WebGPURenderer: compressed meshes are decoded on the GPU, into
 // the buffers that the renderer draws from. No geometry is read back or exists on the CPU. An
 // example: float accessors only, without skins and morph targets.
-import * as THREE from 'three/webgpu';
+
 import { createDecoder } from 'gltf-meshlet';
 import { decodeToGPU } from 'gltf-meshlet/webgpu';
+import * as THREE from 'three/webgpu';
 
 const EXTENSION = 'EXT_meshlet_edgebreaker';
 const FLOAT = 5126;

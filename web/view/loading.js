@@ -75,7 +75,8 @@ function loadMesh(buffer, type) {
 async function loadGltf(buffer) {
   const json = readJson(buffer);
   for (const name of json.extensionsUsed ?? [])
-    if (UNREADABLE[name]) throw new Error(`it uses ${UNREADABLE[name]}, which this page cannot read`);
+    if (UNREADABLE[name])
+      throw new Error(`it uses ${UNREADABLE[name]}, which this page cannot read`);
   const times = { decode: 0 };
   const manager = new LoadingManager();
   const failed = new Set();

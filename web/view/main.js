@@ -187,7 +187,9 @@ function fail(error, name) {
 }
 
 const sentence = (error) =>
-  String(error?.message || error).replace(/^THREE\.\w+: /, '').replace(/\.$/, '');
+  String(error?.message || error)
+    .replace(/^THREE\.\w+: /, '')
+    .replace(/\.$/, '');
 
 function update() {
   updateButtons();
