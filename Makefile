@@ -7,6 +7,9 @@ PIP := $(BIN)/pip install -qq --disable-pip-version-check
 BUILD_TOOLS := "scikit-build-core>=0.10" "nanobind==2.14.0" cmake ninja
 NODE_PACKAGES := gltf-validator@2.0.0-dev.3.10 gltfpack@1.3.0
 NODE_MODULES := build/node
+# Exact version, as with ruff: another one formats or complains differently. biome.json names it too.
+BIOME_PACKAGE := @biomejs/biome@2.6.8
+BIOME := $(NODE_MODULES)/node_modules/.bin/biome
 BROWSER_PACKAGES := playwright-core@1.65.1 esbuild@0.28.2
 # Engines with their types, for the plugins' tests in Node and in browsers; WebGPU in Node, and what
 # drives Firefox.
@@ -41,19 +44,21 @@ test: lint .venv/installed .venv/mitsuba .venv/extras .venv/web  ## lint, then a
 test-full: lint .venv/installed .venv/mitsuba .venv/extras .venv/wheel .venv/blender .venv/web .venv/browser  ## all tests on all models; a missing model or renderer fails
 	@$(PYTEST) --full $(PYTEST_ARGS)
 
-lint: .venv/lint  ## check format (Python, C++, GLSL), ruff's rules and types; changes nothing
+lint: .venv/lint .venv/biome  ## check format, rules and types of Python, C++, GLSL and JavaScript; changes nothing
 	@failed=; \
 	$(BIN)/ruff format --check --quiet . || { echo "make lint: run make format"; failed=1; }; \
 	$(BIN)/ruff check --quiet --output-format concise . || failed=1; \
 	$(BIN)/python tools/format_native.py --check || failed=1; \
 	$(BIN)/mypy --no-error-summary || failed=1; \
+	test ! -f .venv/biome || $(BIOME) check --error-on-warnings || failed=1; \
 	test -z "$$failed"
 
-format: .venv/lint  ## format Python, C++ and GLSL in place
+format: .venv/lint .venv/biome  ## format Python, C++, GLSL and JavaScript in place
 	@$(BIN)/ruff check --quiet --fix --select I . && $(BIN)/ruff format --quiet .
 	@$(BIN)/python tools/format_native.py
+	@test ! -f .venv/biome || $(BIOME) check --write --linter-enabled=false --log-level=error
 
-hooks: .venv/lint  ## run make lint's checks before every git commit
+hooks: .venv/lint .venv/biome  ## run make lint's checks before every git commit
 	@$(PIP) pre-commit && $(BIN)/pre-commit install
 
 fuzz: .venv/installed  ## 100,000 mutated blobs and 100,000 mutated levels through the readers under ASan and UBSan
@@ -115,6 +120,10 @@ clean:  ## remove everything that make made here
 .venv/lint: pyproject.toml | .venv/installed
 	@$(PIP) "gltf-meshlet[lint]" || { echo "make: cannot install ruff, clang-format and mypy"; exit 1; }
 	@touch $@
+
+.venv/biome: biome.json | .venv/bin/python
+	@npm install --silent --no-audit --no-fund --prefix $(NODE_MODULES) $(BIOME_PACKAGE) >/dev/null 2>&1 \
+	  && touch $@ || echo "make: cannot install the npm package $(BIOME_PACKAGE); JavaScript is not linted or formatted"
 
 # Mitsuba, and its plugin ahead of the first render. Everything else works without.
 .venv/mitsuba: pyproject.toml $(NATIVE) $(PLUGIN) | .venv/installed

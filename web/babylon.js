@@ -38,7 +38,7 @@ class MeshletExtension {
   }
 
   // Called by the loader for each buffer view; null leaves it to the loader.
-  loadBufferViewAsync(context, bufferView) {
+  loadBufferViewAsync(_context, bufferView) {
     return this.#views.get(bufferView.index)?.() ?? null;
   }
 }

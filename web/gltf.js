@@ -78,7 +78,10 @@ export function virtualViews(json, load, decoder) {
       delete accessor.sparse;
       const bytes = ({ buffer, byteOffset, byteLength }) =>
         new Uint8Array(buffer, byteOffset, byteLength);
-      views.set(accessor.bufferView, async () => bytes((await (arrays ??= decode())).get(number)));
+      views.set(accessor.bufferView, async () => {
+        arrays ??= decode();
+        return bytes((await arrays).get(number));
+      });
     }
   });
   return views;

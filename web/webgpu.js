@@ -324,7 +324,9 @@ function consecutive(streams, shape) {
   let end = 0;
   return streams.map((stream, s) => {
     const { stride, field } = shape(stream, s);
-    return { stride, field, begin: end, end: (end += MESHLET_VERTICES * stride) };
+    const begin = end;
+    end += MESHLET_VERTICES * stride;
+    return { stride, field, begin, end };
   });
 }
 

@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+from tests.helpers import environment
 from tests.helpers.environment import ROOT
 
 
@@ -26,6 +27,30 @@ def test_unformatted_native_source_is_reported_and_formatted(tmp_path):
     assert run(*command, source).returncode == 0
     assert source.read_text() == "void main() { int i = 0; }\n"
     assert run(*command, "--check", source).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("source", "status"),
+    [("export const a = 'a';\n", 0), ("export const a='a'\n", 1), ("const a = 'a';\n", 1)],
+    ids=["clean", "not formatted", "unused"],
+)
+def test_unformatted_and_faulty_javascript_is_reported(source, status, tmp_path):
+    biome = environment.need_npm_package("@biomejs") / ".." / ".bin" / "biome"
+    shutil.copy(ROOT / "biome.json", tmp_path)
+    (tmp_path / "web").mkdir()
+    (tmp_path / "web" / "a.js").write_text(source)
+    assert run(biome, "check", "--error-on-warnings", cwd=tmp_path).returncode == status
+
+
+def test_hooks_format_every_native_source():
+    format_native = pytest.importorskip(
+        "tools.format_native", reason="needs clang-format; make lint"
+    )
+    hooks = (ROOT / ".pre-commit-config.yaml").read_text()
+    pattern = re.search(r"files: '(.*)'", hooks).group(1)
+    names = [path.relative_to(ROOT).as_posix() for path in format_native.native_files()]
+    assert names
+    assert [name for name in names if not re.search(pattern, name)] == []
 
 
 @pytest.mark.parametrize(

@@ -21,12 +21,12 @@ const outcome = async (action) => {
   }
 };
 const text = (outcome) =>
-  JSON.stringify(outcome, (key, value) =>
+  JSON.stringify(outcome, (_key, value) =>
     ArrayBuffer.isView(value) ? Buffer.from(value.buffer).toString('base64') : value,
   );
 // Without values: the lengths of the arrays, and whether all indices are those of vertices.
 const shape = (outcome) =>
-  JSON.stringify(outcome, (key, value) => {
+  JSON.stringify(outcome, (_key, value) => {
     if (key === 'indices') return [value.length, value.every((i) => i < outcome.vertexCount)];
     return ArrayBuffer.isView(value) ? value.length : value;
   });

@@ -378,7 +378,7 @@ function connect() {
     listModels(target.selectedIndex);
     open(target.selectedIndex);
   });
-  element('files').accept = SUFFIXES.map((suffix) => `.${suffix}`).join() + ',.bin,image/*';
+  element('files').accept = `${SUFFIXES.map((suffix) => `.${suffix}`).join()},.bin,image/*`;
   element('files').addEventListener('change', ({ target }) => {
     openFiles([...target.files]);
     target.value = ''; // so that the same file can be opened again

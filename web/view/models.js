@@ -36,7 +36,7 @@ export class Models {
   // server cannot compress it.
   async compress(model, signal) {
     const { name, type, blob } = model.plain;
-    const sent = name.replace(/\.[^.]*$/, '') + `.${type}`;
+    const sent = `${name.replace(/\.[^.]*$/, '')}.${type}`;
     const response = await fetch(`compress?name=${encodeURIComponent(sent)}`, {
       method: 'POST',
       body: blob,
