@@ -30,7 +30,7 @@ MEASUREMENTS := meshlet_formats size paper table1 speed efforts quality paramete
   lod figures how_it_works results_page
 PICTURES := meshlets comparison size render_comparison
 
-.PHONY: help demo test test-full test-web lint format fuzz shaders wgsl bench figures docs wheel blender web hooks clean
+.PHONY: help demo test test-full test-web lint format lines fuzz shaders wgsl bench figures docs wheel blender web hooks clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -57,6 +57,9 @@ format: .venv/lint .venv/biome  ## format Python, C++, GLSL and JavaScript in pl
 	@$(BIN)/ruff check --quiet --fix --select I . && $(BIN)/ruff format --quiet .
 	@$(BIN)/python tools/format_native.py
 	@test ! -f .venv/biome || $(BIOME) check --write --linter-enabled=false --log-level=error
+
+lines: .venv/installed  ## lines of source by folder; beside a commit: AGAINST=COMMIT
+	@$(BIN)/python tools/count_lines.py $(AGAINST:%=--against %)
 
 hooks: .venv/lint .venv/biome  ## run make lint's checks before every git commit
 	@$(PIP) pre-commit && $(BIN)/pre-commit install
