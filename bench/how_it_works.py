@@ -28,8 +28,8 @@ from bench.common import DOCS, progress, pyplot
 from bench.figures import DIGEST, digest
 from bench.generated import torus
 from bench.size import FIELDS
+from gltf_ext.commands.inspect import INDEX_BYTES_PER_TRIANGLE
 from gltf_ext.compression.extension import require_compressed
-from gltf_ext.compression.inspection import INDEX_BYTES_PER_TRIANGLE
 from gltf_ext.files import write_files
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo import model as demo_model

@@ -10,13 +10,13 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gltf_ext.compression.compressor import compress
-    from gltf_ext.compression.decompressor import decompress
-    from gltf_ext.compression.inspection import inspect
-    from gltf_ext.compression.loading import MeshletDecoder, decoders, load
+    from gltf_ext.commands.compress import compress
+    from gltf_ext.commands.decompress import decompress
+    from gltf_ext.commands.inspect import inspect
+    from gltf_ext.commands.load import MeshletDecoder, decoders, load
+    from gltf_ext.commands.validate import validate
+    from gltf_ext.commands.verify import verify
     from gltf_ext.compression.primitives import Primitive
-    from gltf_ext.compression.validation import validate
-    from gltf_ext.compression.verification import verify
     from gltf_ext.errors import MeshletError
 
 __version__ = "0.2.0.dev0"
@@ -34,16 +34,16 @@ __all__ = [
 ]
 
 _MODULES = {
-    "MeshletDecoder": "compression.loading",
+    "MeshletDecoder": "commands.load",
     "MeshletError": "errors",
     "Primitive": "compression.primitives",
-    "compress": "compression.compressor",
-    "decoders": "compression.loading",
-    "decompress": "compression.decompressor",
-    "inspect": "compression.inspection",
-    "load": "compression.loading",
-    "validate": "compression.validation",
-    "verify": "compression.verification",
+    "compress": "commands.compress",
+    "decoders": "commands.load",
+    "decompress": "commands.decompress",
+    "inspect": "commands.inspect",
+    "load": "commands.load",
+    "validate": "commands.validate",
+    "verify": "commands.verify",
 }
 
 

@@ -17,7 +17,7 @@ import trimesh
 from trimesh.exchange.gltf.extensions import register_handler
 
 from gltf_ext import _codec
-from gltf_ext.compression.decompressor import decompress
+from gltf_ext.commands.decompress import decompress
 from gltf_ext.compression.extension import EXTENSION
 from gltf_ext.compression.streams import Stream, streams_of, to_accessor
 

@@ -154,7 +154,7 @@ def _lod_lines(lod: Report) -> list[str]:
 
 def labelled_parts(bits_per_triangle: dict[str, float]) -> list[tuple[str, float]]:
     """(label, bits) of each part that takes any."""
-    from gltf_ext.compression.inspection import PART_LABELS
+    from gltf_ext.commands.inspect import PART_LABELS
 
     return [
         (label, bits_per_triangle[part])

@@ -50,7 +50,7 @@ def markdown_block() -> str:
 # (file, line before the block, line after it, block)
 BLOCKS = (
     (
-        ROOT / "gltf_ext" / "compression" / "compressor.py",
+        ROOT / "gltf_ext" / "commands" / "compress.py",
         "    Options:\n",
         "\n    Returns",
         docstring_block,

@@ -1,1 +1,1 @@
-"""Compresses, decompresses, inspects and verifies the primitives of a glTF document."""
+"""EXT_meshlet_edgebreaker: streams, primitives, and the options of `compress`."""

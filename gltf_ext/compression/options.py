@@ -263,6 +263,18 @@ class Options:
             **{name: value for name, value in given.items() if value is not None},
         }
 
+    @property
+    def generation(self) -> dict[str, Any]:
+        """Keyword arguments of _codec.generate_in_groups, as in `encoder`."""
+        encoder = self.encoder
+        given = {k: v for k, v in encoder.items() if k in ("lambda_", "iterations", "fill")}
+        return {
+            **given,
+            "max_triangles": self.max_triangles,
+            "effort": EFFORTS.index(self.effort),
+            "paper_weight": self.weight == "paper",
+        }
+
 
 OPTIONS: tuple[Option, ...] = tuple(
     dataclasses.replace(field.metadata["option"], name=field.name)

@@ -1,30 +1,23 @@
-"""Encodes a primitive with its levels, and adds them to a document."""
+"""Encodes a primitive with its levels."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pygltflib
 
 from gltf_ext import _codec
+from gltf_ext.compression.options import Options
 from gltf_ext.compression.primitives import Primitive, position_ids
 from gltf_ext.compression.streams import Plan, Stream, semantic
-from gltf_ext.gltf.buffer_layout import map_views
-from gltf_ext.gltf.document import Document
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.builder import Clusters, Hierarchy, Surface, build
+from gltf_ext.lod.document import Levels
 from gltf_ext.lod.paging import Pages, by_error, pack
 from gltf_ext.lod.ranges import begins, members
-from gltf_ext.lod.tables import (
-    EXTENSION,
-    GROUP,
-    MAX_GROUPS,
-    PAGE,
-    VERSION,
-    Tables,
-)
+from gltf_ext.lod.tables import GROUP, MAX_GROUPS, PAGE, Tables
 from gltf_ext.progress import Advance
 
 # Weights of attributes in the choice of edges, beside positions in a box of size 1. Normals: at
@@ -36,34 +29,8 @@ SMALLEST_GROUP = 4  # clusters; where groups are larger than a page, they are ma
 BUILD_SHARE = 0.6  # of the progress
 
 
-@dataclass
-class Levels:
-    """The levels of a primitive, encoded.
-
-    Attributes:
-        tables: as in the file; pages: the blobs of all levels but level 0.
-        report: triangles of each level, as `compress` reports them.
-    """
-
-    tables: Tables
-    pages: bytes
-    report: dict[str, Any] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class LodOptions:
-    """What to build. error_limit: in units of POSITION."""
-
-    reduction: float
-    group_size: int
-    error_limit: float
-    page_bytes: int
-    threads: int
-    generation: dict[str, Any]
-
-
 def encode_with_levels(
-    source: Primitive, plan: Plan, options: LodOptions, progress: Advance | None
+    source: Primitive, plan: Plan, options: Options, threads: int, progress: Advance | None
 ) -> tuple[bytes, dict[str, Any], Levels] | None:
     """(view of level 0, its statistics as _codec.encode gives them, the other levels).
 
@@ -71,23 +38,24 @@ def encode_with_levels(
     """
     simplifier.require_simplifier()
     surface, stream = _surface(source, plan), plan.streams[0]
-    encoders = _Encoders(source, surface, plan, options.threads)
+    encoders = _Encoders(source, surface, plan, threads)
     advance = (lambda share: progress(BUILD_SHARE * share)) if progress else None
-    group_size = options.group_size
+    group_size, page_bytes = options.lod_group, options.lod_page_bytes
+    error_limit = math.inf if options.lod_limit is None else options.lod_limit
     while True:
         hierarchy = build(
             surface,
             options.generation,
-            options.reduction,
+            options.lod_reduction,
             group_size,
-            options.error_limit / stream.step,
-            options.threads,
+            error_limit / stream.step,
+            threads,
             advance,
         )
         if hierarchy is None or len(hierarchy.level) > MAX_GROUPS:
             return None
-        paged = _paged(hierarchy, encoders, options.page_bytes)
-        too_large = max(map(len, paged.blobs)) > options.page_bytes
+        paged = _paged(hierarchy, encoders, page_bytes)
+        too_large = max(map(len, paged.blobs)) > page_bytes
         if not too_large or group_size <= SMALLEST_GROUP:
             break
         group_size //= 2
@@ -437,40 +405,3 @@ def _radii(
         reach = np.linalg.norm(centre[owner] - centre[finer], axis=1) + result[finer]
         np.maximum.at(result, owner, _rounded_up(reach))
     return result
-
-
-# --- the document ---
-
-
-def attach(document: Document, users: list[pygltflib.Primitive], levels: Levels) -> None:
-    """Gives the primitives their levels."""
-    tables = levels.tables
-    extension = {
-        "version": VERSION,
-        "bufferView": document.add_view(tables.to_bytes()),
-        "pages": {"bufferView": document.add_view(levels.pages)},
-        "pageCount": len(tables.pages),
-        "coarsePageCount": tables.coarse_pages,
-        "groupCount": len(tables.groups),
-        "runCount": len(tables.run_group),
-    }
-    for user in users:
-        user.extensions[EXTENSION] = {**extension, "pages": dict(extension["pages"])}  # type: ignore[call-overload]
-
-
-def arrange(document: Document) -> None:
-    """Orders the buffer views: tables, coarse pages, level 0, everything else."""
-    rank = np.full(len(document.bufferViews), 3)
-    for mesh in document.meshes:
-        for primitive in mesh.primitives:
-            extension = (primitive.extensions or {}).get(EXTENSION)
-            if extension:
-                rank[extension["bufferView"]] = 0
-                rank[extension["pages"]["bufferView"]] = 1
-                rank[primitive.extensions["EXT_meshlet_edgebreaker"]["bufferView"]] = 2
-    order = np.argsort(rank, kind="stable")
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
-    views = [document.bufferViews[i] for i in order]
-    map_views(document, lambda index: int(place[index]))
-    document.bufferViews = views

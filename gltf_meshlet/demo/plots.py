@@ -16,7 +16,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot
 from PIL import Image
 
-from gltf_ext.compression.inspection import PART_LABELS
+from gltf_ext.commands.inspect import PART_LABELS
 from gltf_ext.files import write_files
 from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import quote
 
 import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
+from gltf_ext.commands.inspect import inspect_document
 from gltf_ext.compression.extension import (
     EXTENSION,
     read_compressed,
     read_triangles,
 )
-from gltf_ext.compression.inspection import inspect_document
 from gltf_ext.compression.options import MIN_POSITION_BITS, Options
 from gltf_ext.compression.primitives import (
     Dropped,
@@ -46,11 +46,9 @@ from gltf_ext.gltf.document import Document, copied, named_indices
 from gltf_ext.gltf.draco import DRACO
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.lod.compressing import add_levels, encode_levels, forget_levels
+from gltf_ext.lod.document import Levels, add_levels, arrange, forget_levels
+from gltf_ext.lod.tables import EXTENSION as LEVELS
 from gltf_ext.progress import Advance, SharedProgress, progress_bar
-
-if TYPE_CHECKING:
-    from gltf_ext.lod.writing import Levels
 
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
 # Extensions of a primitive that rely on the order of its triangles or vertices, which changes.
@@ -141,7 +139,7 @@ def compress(
         jobs = _encode_all(document, settings, Path(input).name)
         changes = _finish_document(document, jobs, settings)
         if settings.lod:
-            changes["lod"] = add_levels(document, jobs)
+            changes["lod"] = _add_all_levels(document, jobs)
         binary, fallback = pack(document)
         if fallback:
             document.buffers[1].uri = quote(os.fsencode(fallback_path.name))
@@ -384,9 +382,14 @@ def _encode_job(
             f"it takes {len(plan.streams)} streams, at most {MAX_STREAMS} are possible"
         )
         return None
-    view = encode_levels(job, plan, options, threads, progress) if options.lod else None
-    if view is None:
-        view, job.statistics = _encode(source, plan, options, threads, progress)
+    if options.lod:
+        from gltf_ext.lod.writing import encode_with_levels  # slow to load, as meshoptimizer is
+
+        encoded = encode_with_levels(source, plan, options, threads, progress)
+        if encoded:
+            view, job.statistics, job.levels = encoded
+            return plan, view
+    view, job.statistics = _encode(source, plan, options, threads, progress)
     return plan, view
 
 
@@ -461,6 +464,24 @@ def _store_fallback(document: Document, primitive: pygltflib.Primitive) -> None:
     )
     decoded = read_compressed(document, mesh, index).decode()
     store_primitive(document, primitive, decoded, fallback=True)
+
+
+def _add_all_levels(document: Document, jobs: list[Job]) -> list[dict[str, Any]]:
+    """Adds the levels of all jobs. Returns a report of each compressed primitive."""
+    report = []
+    for job in jobs:
+        if job.reason_kept:
+            continue
+        triangles = [len(job.source.indices)]
+        levels = {"triangles": triangles, "stuck_triangles": list(triangles)}
+        if job.levels:
+            add_levels(document, job.users, job.levels)
+            levels = job.levels.report
+        report.append({"mesh": job.source.mesh, "primitive": job.source.primitive, **levels})
+    if any(job.levels for job in jobs):
+        document.use_extension(LEVELS, required=False)
+        arrange(document)
+    return report
 
 
 # --- the rest of the document ---

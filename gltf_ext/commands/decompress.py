@@ -18,8 +18,8 @@ from gltf_ext.gltf.container import glb_parts
 from gltf_ext.gltf.document import Document, copied, named_indices
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.lod.compressing import forget_levels
 from gltf_ext.lod.detail import Detail, missing_levels
+from gltf_ext.lod.document import forget_levels
 from gltf_ext.progress import Advance, progress_bar
 
 

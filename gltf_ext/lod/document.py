@@ -1,0 +1,73 @@
+"""The levels of a document: adds them to its primitives, orders its buffer views, removes levels.
+
+Imports nothing heavy: `compress` without levels needs it too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pygltflib
+
+from gltf_ext.compression.extension import EXTENSION as EDGEBREAKER
+from gltf_ext.gltf.buffer_layout import map_views
+from gltf_ext.gltf.document import Document
+from gltf_ext.lod.tables import EXTENSION, VERSION, Tables
+
+
+@dataclass
+class Levels:
+    """The levels of a primitive, encoded.
+
+    Attributes:
+        tables: as in the file; pages: the blobs of all levels but level 0.
+        report: triangles of each level, as `compress` reports them.
+    """
+
+    tables: Tables
+    pages: bytes
+    report: dict[str, Any]
+
+
+def add_levels(document: Document, users: list[pygltflib.Primitive], levels: Levels) -> None:
+    """Gives the primitives their levels."""
+    tables = levels.tables
+    extension = {
+        "version": VERSION,
+        "bufferView": document.add_view(tables.to_bytes()),
+        "pages": {"bufferView": document.add_view(levels.pages)},
+        "pageCount": len(tables.pages),
+        "coarsePageCount": tables.coarse_pages,
+        "groupCount": len(tables.groups),
+        "runCount": len(tables.run_group),
+    }
+    for user in users:
+        user.extensions[EXTENSION] = {**extension, "pages": dict(extension["pages"])}  # type: ignore[call-overload]
+
+
+def arrange(document: Document) -> None:
+    """Orders the buffer views: tables, coarse pages, level 0, everything else."""
+    rank = np.full(len(document.bufferViews), 3)
+    for mesh in document.meshes:
+        for primitive in mesh.primitives:
+            extension = (primitive.extensions or {}).get(EXTENSION)
+            if extension:
+                rank[extension["bufferView"]] = 0
+                rank[extension["pages"]["bufferView"]] = 1
+                rank[primitive.extensions[EDGEBREAKER]["bufferView"]] = 2
+    order = np.argsort(rank, kind="stable")
+    place = np.empty(len(order), np.int64)
+    place[order] = np.arange(len(order))
+    views = [document.bufferViews[i] for i in order]
+    map_views(document, lambda index: int(place[index]))
+    document.bufferViews = views
+
+
+def forget_levels(document: Document) -> None:
+    """Removes all levels: they describe data that is replaced."""
+    for mesh in document.meshes:
+        for primitive in mesh.primitives:
+            (primitive.extensions or {}).pop(EXTENSION, None)
+    document.forget_extension(EXTENSION)
