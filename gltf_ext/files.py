@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -32,21 +33,46 @@ def refuse_overwriting(inputs: Sequence[Path], outputs: Sequence[Path]) -> None:
 
 
 def write_files(contents: Mapping[Path, Sequence[bytes | memoryview]]) -> None:
-    """Writes the pieces of each file beside its path, then renames all files.
+    """Writes the pieces of each file beside its path, then renames all files: all or none.
 
-    Raises OSError with the final path as its filename; nothing is left half-written.
+    Raises OSError with the final path as its filename. Files that existed are then as before.
     """
-    partials = {path.with_name(f".{path.name}.{os.getpid()}.part"): path for path in contents}
+    partials = {path: path.with_name(f".{path.name}.{os.getpid()}.part") for path in contents}
     try:
-        for partial, path in partials.items():
+        for path, partial in partials.items():
             with _errors_name(path), open(partial, "wb") as file:
                 file.writelines(contents[path])
-        for partial, path in partials.items():
-            with _errors_name(path):
-                os.replace(partial, path)
+        _rename_all(partials)
     finally:
-        for partial in partials:
+        for partial in partials.values():
             partial.unlink(missing_ok=True)
+
+
+def _rename_all(partials: Mapping[Path, Path]) -> None:
+    """Renames partial files to their paths. A rename that fails undoes those before it."""
+    *paths, last = partials
+    formers: dict[Path, Path | None] = {}  # replaced path -> its file from before, if there was one
+    try:
+        for path in paths:
+            with _errors_name(path):
+                if path.is_dir():
+                    raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+                former = partials[path].with_suffix(".former") if path.exists() else None
+                if former is not None:
+                    os.replace(path, former)
+                formers[path] = former
+                os.replace(partials[path], path)
+        with _errors_name(last):
+            os.replace(partials[last], last)
+    except OSError:
+        for path, former in formers.items():
+            if former is not None:
+                os.replace(former, path)
+            else:
+                path.unlink(missing_ok=True)
+        raise
+    for former in filter(None, formers.values()):
+        former.unlink()
 
 
 @contextmanager

@@ -202,7 +202,7 @@ class _Builder:
     ) -> dict[str, Any] | mi.Mesh:
         """lod: the camera in the coordinates to which the matrix leads."""
         primitive = self._document.meshes[placed.mesh].primitives[placed.primitive]
-        has_colors = getattr(primitive.attributes, "COLOR_0", None) is not None
+        has_colors = "COLOR_0" in primitive.attributes
         inside = {"bsdf": self._materials.bsdf(placed.material, has_colors)}
         emission = self._materials.emission(placed.material)
         if emission:

@@ -42,7 +42,7 @@ from gltf_ext.files import check_output, refuse_overwriting, write_files
 from gltf_ext.gltf.accessors import bounds, described_by, index_accessor, set_bounds
 from gltf_ext.gltf.buffer_layout import pack, unknown_index_holders
 from gltf_ext.gltf.container import glb_parts
-from gltf_ext.gltf.document import Document, copied, named_indices
+from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.draco import DRACO
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
@@ -290,7 +290,7 @@ def _identity(primitive: pygltflib.Primitive) -> Identity:
         primitive.mode,
         primitive.indices,
         *compression,
-        *(tuple(sorted(named_indices(g).items())) for g in groups),
+        *(tuple(sorted(g.items())) for g in groups),
     )
 
 
@@ -431,7 +431,7 @@ def _replace(document: Document, job: Job, plan: Plan, view: bytes, fallback: bo
     indices = len(document.accessors) - 1
     for user in job.users:
         user.mode, user.indices = pygltflib.TRIANGLES, indices
-        user.attributes, *user.targets = map(copied, described)
+        user.attributes, *user.targets = map(dict, described)
         user.extensions = {**(user.extensions or {}), EXTENSION: dict(extension)}
     if fallback:
         _store_fallback(document, first)
@@ -439,14 +439,14 @@ def _replace(document: Document, job: Job, plan: Plan, view: bytes, fallback: bo
 
 def _described(
     document: Document,
-    attributes: pygltflib.Attributes,
+    attributes: dict[str, int],
     first_streams: dict[str, int],
     plan: Plan,
     vertex_count: int,
-) -> pygltflib.Attributes:
+) -> dict[str, int]:
     """The attributes with new accessors for their decoded data, of the old accessors' types."""
     result = {}
-    for name, old in named_indices(attributes).items():
+    for name, old in attributes.items():
         accessor = described_by(document.accessors[old], vertex_count)
         if name == "POSITION":
             stream, values = plan.streams[first_streams[name]], plan.values[first_streams[name]]
@@ -454,7 +454,7 @@ def _described(
             set_bounds(accessor, low, high)
         document.accessors.append(accessor)
         result[name] = len(document.accessors) - 1
-    return pygltflib.Attributes(**result)
+    return result
 
 
 def _store_fallback(document: Document, primitive: pygltflib.Primitive) -> None:

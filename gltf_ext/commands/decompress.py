@@ -15,7 +15,7 @@ from gltf_ext.files import check_output, refuse_overwriting, write_files
 from gltf_ext.gltf.accessors import bounds, described_by, index_accessor, set_bounds
 from gltf_ext.gltf.buffer_layout import pack
 from gltf_ext.gltf.container import glb_parts
-from gltf_ext.gltf.document import Document, copied, named_indices
+from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.detail import Detail, missing_levels
@@ -82,12 +82,12 @@ def _expand_all(
         key = (
             primitive.view,
             user.indices,
-            *(tuple(named_indices(g).items()) for g in [user.attributes, *user.targets]),
+            *(tuple(g.items()) for g in [user.attributes, *user.targets]),
         )
         if key in expanded:
             first = expanded[key]
-            user.indices, user.attributes = first.indices, copied(first.attributes)
-            user.targets = list(map(copied, first.targets))
+            user.indices, user.attributes = first.indices, dict(first.attributes)
+            user.targets = list(map(dict, first.targets))
         else:
             _expand(document, detail.mesh(document, primitive))
             expanded[key] = user
@@ -106,10 +106,10 @@ def _expand(document: Document, decoded: Primitive) -> None:
     for attributes, arrays in zip(
         [primitive.attributes, *primitive.targets], [decoded.attributes, *decoded.targets]
     ):
-        for name, old in named_indices(attributes).items():
+        for name, old in attributes.items():
             accessor = described_by(document.accessors[old], decoded.vertex_count)
             if name == "POSITION":
                 set_bounds(accessor, *bounds(arrays[name]))
             document.accessors.append(accessor)
-            setattr(attributes, name, len(document.accessors) - 1)
+            attributes[name] = len(document.accessors) - 1
     store_primitive(document, primitive, decoded, fallback=False)

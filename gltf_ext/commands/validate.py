@@ -19,7 +19,7 @@ from gltf_ext.compression.primitives import Primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import bounds, read_accessor
 from gltf_ext.gltf.buffer_layout import Renumber, map_accessors, map_views
-from gltf_ext.gltf.document import Document, item, named_indices
+from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.reports import lod_problems
 
@@ -133,14 +133,14 @@ def _accessor_problems(
 ) -> list[str]:
     """Compares the bounds of POSITION and the values of the fallback with the decoded data."""
     problems = []
-    position = document.accessors[named_indices(primitive.attributes)["POSITION"]]
+    position = document.accessors[primitive.attributes["POSITION"]]
     for name, expected in zip(("min", "max"), bounds(decoded.attributes["POSITION"])):
         if getattr(position, name) != expected.tolist():
             problems.append(f"{name} of its POSITION accessor is not that of the decoded data")
     groups = [
         ({"indices": primitive.indices}, {"indices": decoded.indices.reshape(-1, 1)}),
-        (named_indices(primitive.attributes), decoded.attributes),
-        *zip(map(named_indices, primitive.targets), decoded.targets),
+        (primitive.attributes, decoded.attributes),
+        *zip(primitive.targets, decoded.targets),
     ]
     for accessors, arrays in groups:
         for name, accessor in accessors.items():

@@ -13,7 +13,7 @@ from gltf_ext.compression.primitives import Dropped, Primitive, read_primitive
 from gltf_ext.compression.streams import GRID, OCT, SIGN, Stream, streams_of, to_accessor
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import Format, accessor_format
-from gltf_ext.gltf.document import Document, item, named_indices
+from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.json_objects import minified
 
 EXTENSION = "EXT_meshlet_edgebreaker"
@@ -166,13 +166,10 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
     extension = primitive.extensions[EXTENSION]
     formats = {
         name: _format(document, accessor, name, where)
-        for name, accessor in named_indices(primitive.attributes).items()
+        for name, accessor in primitive.attributes.items()
     }
     target_formats = [
-        {
-            name: _format(document, accessor, name, where)
-            for name, accessor in named_indices(t).items()
-        }
+        {name: _format(document, accessor, name, where) for name, accessor in t.items()}
         for t in primitive.targets
     ]
     try:
@@ -278,7 +275,7 @@ def _check_counts(
     if dtype.kind != "u" or compressed.vertex_count - 1 > np.iinfo(dtype).max:
         raise ValueError("its indices accessor's component type cannot hold its indices")
     for attributes in [primitive.attributes, *primitive.targets]:
-        for name, accessor in named_indices(attributes).items():
+        for name, accessor in attributes.items():
             count = document.accessors[accessor].count
             if count != compressed.vertex_count:
                 raise ValueError(

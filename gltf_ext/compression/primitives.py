@@ -10,7 +10,7 @@ import pygltflib
 from gltf_ext import _codec
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import read_accessor, store
-from gltf_ext.gltf.document import TRIANGLE_MODES, Document, named_indices
+from gltf_ext.gltf.document import TRIANGLE_MODES, Document
 from gltf_ext.gltf.draco import DRACO, decode_draco
 
 
@@ -87,7 +87,7 @@ def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive
     """
     primitive = document.meshes[mesh].primitives[index]
     where = f"mesh {mesh} primitive {index}"
-    names = named_indices(primitive.attributes)
+    names = primitive.attributes
     if "POSITION" not in names:
         raise MeshletError(f"{where} has no POSITION", "export the model again")
     decoded = (
@@ -108,7 +108,7 @@ def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive
     targets = [
         {
             name: read_accessor(document, accessor, f"{name} of target {t} of {where}", count)
-            for name, accessor in named_indices(target).items()
+            for name, accessor in target.items()
         }
         for t, target in enumerate(primitive.targets)
     ]
@@ -276,5 +276,5 @@ def store_primitive(
     for attributes, arrays in zip(
         [primitive.attributes, *primitive.targets], [decoded.attributes, *decoded.targets]
     ):
-        for name, accessor in named_indices(attributes).items():
+        for name, accessor in attributes.items():
             store(document, accessors[accessor], arrays[name], pygltflib.ARRAY_BUFFER, fallback)

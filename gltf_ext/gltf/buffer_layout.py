@@ -102,7 +102,7 @@ def map_accessors(document: Document, renumber: Renumber) -> None:
     for mesh in document.meshes:
         for primitive in mesh.primitives:
             for attributes in [primitive.attributes, *primitive.targets]:
-                _map_values(vars(attributes), renumber)
+                _map_values(attributes, renumber)
             _map_field(primitive, "indices", renumber)
     for animation in document.animations:
         for sampler in animation.samplers:

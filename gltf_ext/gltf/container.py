@@ -71,7 +71,9 @@ def _chunks(data: memoryview) -> list[tuple[bytes, memoryview]]:
 
 def _parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
     try:
-        properties = json.loads(text.decode("utf-8-sig"))
+        properties = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
+    except MeshletError:
+        raise
     except (ValueError, RecursionError):
         raise MeshletError(
             "is not a .glb, and its JSON cannot be read",
@@ -83,6 +85,11 @@ def _parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
             "the file is damaged; export it again",
         )
     return Document(properties, binary, base)
+
+
+def _refuse_constant(name: str) -> Any:
+    """NaN and Infinity are Python's, not JSON."""
+    raise MeshletError(f"its JSON holds {name}", "export it again")
 
 
 def _depth(value: Any) -> int:

@@ -16,14 +16,10 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.json_objects import (
     ObjectMap,
     Sources,
-    copied,
     from_json,
     minified,
-    named_indices,
     to_json,
 )
-
-__all__ = ["DAMAGED", "TRIANGLE_MODES", "Document", "copied", "item", "named_indices"]
 
 DAMAGED = "the file is damaged; get it again"
 TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
@@ -94,9 +90,7 @@ class Document:
     ) -> None:
         """properties: the parsed JSON; binary: the binary chunk. Raises MeshletError."""
         self._sources: Sources = ObjectMap()
-        self.root: pygltflib.GLTF2 = from_json(
-            pygltflib.GLTF2, properties, "the document", self._sources
-        )
+        self.root: pygltflib.GLTF2 = from_json(pygltflib.GLTF2, properties, "", self._sources)
         if not self.asset or not str(self.asset.version).startswith("2."):
             raise MeshletError("is not glTF 2.0", "convert it to glTF 2.0 first")
         self.base = base

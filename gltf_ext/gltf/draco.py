@@ -9,7 +9,7 @@ import pygltflib
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import accessor_format
-from gltf_ext.gltf.document import Document, item, named_indices
+from gltf_ext.gltf.document import Document, item
 
 DRACO = "KHR_draco_mesh_compression"
 REMEDY = "export the model again"
@@ -26,7 +26,7 @@ def decode_draco(
     arrays, faces = _decode(document, extension, where)
     ids = extension["attributes"]
     result: dict[str, np.ndarray] = {}
-    for name, accessor in named_indices(primitive.attributes).items():
+    for name, accessor in primitive.attributes.items():
         if name not in ids:
             continue
         accessor_name = f"the accessor of {name} of {where},"

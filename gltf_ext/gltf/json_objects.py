@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 import typing
 from collections.abc import Callable
 from functools import cache
@@ -18,10 +17,23 @@ from typing import Any, Generic, TypeVar
 import pygltflib
 
 from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.json_values import is_number
 
 NOT_VALID = "the file is not valid glTF; export it again"
-# Written even when they equal pygltflib's default.
-REQUIRED = {"asset", "version"}
+# Written even when they are empty or equal pygltflib's default.
+REQUIRED = {"asset", "version", "attributes"}
+# Numbers in the lists that have a fixed length.
+LENGTHS = {
+    "translation": 3,
+    "rotation": 4,
+    "scale": 3,
+    "matrix": 16,
+    "baseColorFactor": 4,
+    "emissiveFactor": 3,
+}
+LARGEST_INTEGER = 2**53 - 1  # JSON readers that keep numbers as 64-bit floats lose larger ones
+# These attributes come first, in this order; the others follow in the order of the file.
+FIRST_ATTRIBUTES = tuple(vars(pygltflib.Attributes()))
 TYPE_NAMES = {list: "an array", dict: "an object", str: "a string", bool: "a boolean"}
 
 Value = TypeVar("Value")
@@ -54,16 +66,18 @@ Decode = Callable[[Any, str, Sources], Any]  # (JSON, its place for errors, sour
 def from_json(cls: type, properties: Any, where: str, sources: Sources) -> Any:
     """A pygltflib object of class `cls`. `sources` gets its JSON, and that of all objects in it.
 
-    where: the object's place in the file, for errors. Raises MeshletError for a wrong type.
+    where: the object's place in the file, for errors. Raises MeshletError for a wrong type, length
+    or number.
     """
-    _check(properties, dict, where)
+    _check(properties, dict, where or "the document")
     decoders = _field_decoders(cls)
-    given = {}
+    given: dict[str, Any] = {"attributes": {}} if cls is pygltflib.Primitive else {}
     for name, value in properties.items():
+        place = f"{where}.{name}" if where else name
         if name == "extensions":
-            _check(value, dict, f"{where}.extensions")
+            _check(value, dict, place)
         if name in decoders and value is not None:
-            given[name] = decoders[name](value, f"{where}.{name}", sources)
+            given[name] = decoders[name](value, place, sources)
     result = cls(**given)
     sources[result] = properties
     return result
@@ -72,19 +86,22 @@ def from_json(cls: type, properties: Any, where: str, sources: Sources) -> Any:
 @cache
 def _field_decoders(cls: type) -> dict[str, Decode]:
     hints = typing.get_type_hints(cls)
-    return {field.name: _decoder(hints[field.name]) for field in dataclasses.fields(cls)}
+    return {
+        field.name: _decoder(hints[field.name], LENGTHS.get(field.name))
+        for field in dataclasses.fields(cls)
+    }
 
 
-def _decoder(hint: Any) -> Decode:
-    """Checks and converts a value for a type annotation of pygltflib."""
+def _decoder(hint: Any, length: int | None = None) -> Decode:
+    """Checks and converts a value for a type annotation of pygltflib. length: of a list."""
     arguments = typing.get_args(hint)
     if typing.get_origin(hint) is typing.Union:
-        return _decoder(arguments[0])
+        return _decoder(arguments[0], length)
     if typing.get_origin(hint) is list:
         decode_item = _decoder(arguments[0])
         return lambda value, where, sources: [
             decode_item(v, f"{where}[{i}]", sources)
-            for i, v in enumerate(_check(value, list, where))
+            for i, v in enumerate(_list(value, length, where))
         ]
     if hint is pygltflib.Attributes:
         return _attributes
@@ -105,32 +122,35 @@ def _check(value: Any, kind: type, where: str) -> Any:
     return value
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
-def _integer(value: Any, where: str) -> int:
-    if not _is_number(value) or not _is_whole(value):
-        raise MeshletError(f"{where} is not an integer", NOT_VALID)
-    return int(value)
-
-
-def _is_whole(value: int | float) -> bool:
-    return isinstance(value, int) or (math.isfinite(value) and value.is_integer())
+def _list(value: Any, length: int | None, where: str) -> list[Any]:
+    values: list[Any] = _check(value, list, where)
+    if length is not None and len(values) != length:
+        raise MeshletError(f"{where} has {len(values)} numbers instead of {length}", NOT_VALID)
+    return values
 
 
 def _number(value: Any, where: str) -> int | float:
-    if not _is_number(value):
-        raise MeshletError(f"{where} is not a number", NOT_VALID)
+    if not is_number(value):
+        raise MeshletError(f"{where} is not a finite number", NOT_VALID)
     number: int | float = value
     return number
 
 
-def _attributes(properties: Any, where: str, sources: Sources) -> pygltflib.Attributes:
+def _integer(value: Any, where: str) -> int:
+    if not is_number(value) or value != int(value):
+        raise MeshletError(f"{where} is not an integer", NOT_VALID)
+    if abs(value) > LARGEST_INTEGER:
+        raise MeshletError(f"{where} is too large", NOT_VALID)
+    return int(value)
+
+
+def _attributes(properties: Any, where: str, sources: Sources) -> dict[str, int]:
     _check(properties, dict, where)
-    return pygltflib.Attributes(
-        **{name: _integer(index, f"{where}.{name}") for name, index in properties.items()}
-    )
+    names = [name for name in FIRST_ATTRIBUTES if name in properties]
+    return {
+        name: _integer(properties[name], f"{where}.{name}")
+        for name in dict.fromkeys([*names, *properties])
+    }
 
 
 # --- writing ---
@@ -138,8 +158,6 @@ def _attributes(properties: Any, where: str, sources: Sources) -> pygltflib.Attr
 
 def to_json(value: Any, sources: Sources) -> Any:
     """JSON of a pygltflib object, of a list of them, or of plain JSON."""
-    if isinstance(value, pygltflib.Attributes):
-        return named_indices(value)
     if isinstance(value, list):
         return [to_json(v, sources) for v in value]
     if not dataclasses.is_dataclass(value):
@@ -151,8 +169,8 @@ def to_json(value: Any, sources: Sources) -> Any:
     for name, default in defaults.items():
         current = getattr(value, name)
         is_empty = current is None or current in ([], {})
-        is_invented = current == default and name not in source and name not in REQUIRED
-        if not is_empty and not is_invented:
+        is_invented = current == default and name not in source
+        if name in REQUIRED or not (is_empty or is_invented):
             result[name] = to_json(current, sources)
     return result
 
@@ -174,15 +192,3 @@ def minified(value: Any) -> bytes:
         return text.encode()
     except UnicodeEncodeError:  # lone surrogates, which only an escape can hold
         return json.dumps(value, separators=(",", ":"), allow_nan=False).encode()
-
-
-def named_indices(attributes: pygltflib.Attributes | None) -> dict[str, int]:
-    """Attribute name -> accessor index."""
-    if not attributes:
-        return {}
-    return {name: index for name, index in vars(attributes).items() if index is not None}
-
-
-def copied(attributes: pygltflib.Attributes) -> pygltflib.Attributes:
-    """Renumbering changes attributes in place, so no two primitives may share one object."""
-    return pygltflib.Attributes(**named_indices(attributes))

@@ -1,19 +1,23 @@
-"""Numbers from glTF's JSON that pygltflib leaves unchecked, such as those inside extensions."""
+"""Numbers of glTF's JSON, checked."""
 
 from __future__ import annotations
 
-import math
+import sys
 from typing import Any
 
 
+def is_number(value: Any) -> bool:
+    """Whether `value` is a number that fits a 64-bit float: no boolean, infinity or NaN."""
+    return type(value) in (int, float) and abs(value) <= sys.float_info.max
+
+
 def number(value: Any, default: float) -> float:
-    """`value` as a float if it is a finite number, otherwise the default."""
-    good = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-    return float(value) if good else default
+    """`value` as a float if it is a number, otherwise the default."""
+    return float(value) if is_number(value) else default
 
 
 def numbers(values: Any, default: tuple[float, ...]) -> tuple[float, ...]:
-    """As many finite numbers as the default has; the default replaces those that are missing."""
+    """As many numbers as the default has; the default replaces those that are missing."""
     if not isinstance(values, (list, tuple)) or len(values) != len(default):
         return default
     return tuple(number(v, d) for v, d in zip(values, default))

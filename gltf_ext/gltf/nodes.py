@@ -9,52 +9,56 @@ import pygltflib
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document, item
+from gltf_ext.gltf.json_objects import NOT_VALID
 
-MAX_PLACED = 1_000_000
+# Nodes with several parents are not valid glTF, but common: each may be shown more than once.
+# A file of 1 kB could ask for billions of places.
+MAX_REPEATED = 2**14
 
 
 def placed(document: Document) -> Iterator[tuple[pygltflib.Node, np.ndarray]]:
     """(node, world matrix float64[4, 4]) of every node of the default scene, parents first.
 
     A document without scenes shows all its root nodes; one that names no default scene shows its
-    first. Raises MeshletError for a node that is its own ancestor.
+    first. Raises MeshletError for a node that is its own ancestor, and for too many nodes.
     """
     if document.scenes:
         roots = item(document.scenes, document.scene or 0, "scene").nodes or []
     else:
         below = {child for node in document.nodes for child in node.children or []}
         roots = [i for i in range(len(document.nodes)) if i not in below]
-    # Nodes with several parents are not valid glTF, but common: only cycles are refused.
-    stack: list[tuple[int, np.ndarray, frozenset[int]]] = [
-        (index, np.eye(4), frozenset()) for index in reversed(roots)
-    ]
-    count = 0
+    # A node without a matrix ends the children of that node.
+    stack: list[tuple[int, np.ndarray | None]] = [(index, np.eye(4)) for index in reversed(roots)]
+    ancestors: set[int] = set()
+    left = len(document.nodes) + MAX_REPEATED
     while stack:
-        index, parent, ancestors = stack.pop()
+        index, parent = stack.pop()
+        if parent is None:
+            ancestors.remove(index)
+            continue
         node = item(document.nodes, index, "node")
-        count += 1
-        if index in ancestors or count > MAX_PLACED:
+        left -= 1
+        if index in ancestors or left < 0:
             raise MeshletError(
-                f"node {index} is its own ancestor, or there are too many nodes",
-                "the file is not valid glTF; export it again",
+                f"node {index} is its own ancestor, or has too many parents", NOT_VALID
             )
-        matrix: np.ndarray = parent @ local_matrix(node)
+        with np.errstate(over="ignore", invalid="ignore"):
+            matrix: np.ndarray = parent @ local_matrix(node)
         yield node, matrix
-        children = node.children or []
-        stack += [(child, matrix, ancestors | {index}) for child in reversed(children)]
+        if node.children:
+            ancestors.add(index)
+            stack.append((index, None))
+            stack += [(child, matrix) for child in reversed(node.children)]
 
 
 def local_matrix(node: pygltflib.Node) -> np.ndarray:
     """float64[4, 4] from a node's matrix, or its translation, rotation and scale."""
-    if node.matrix is not None and len(node.matrix) == 16:
+    if node.matrix is not None:
         return np.reshape(np.array(node.matrix, np.float64), (4, 4), order="F")
     result = np.eye(4)
-    rotation = _rotation(node.rotation) if node.rotation is not None else np.eye(3)
-    result[:3, :3] = rotation * np.array(
-        node.scale if node.scale is not None else (1, 1, 1), np.float64
-    )
-    if node.translation is not None:
-        result[:3, 3] = node.translation
+    rotation = np.eye(3) if node.rotation is None else _rotation(node.rotation)
+    result[:3, :3] = rotation * np.array(node.scale or (1, 1, 1), np.float64)
+    result[:3, 3] = node.translation or 0
     return result
 
 

@@ -15,7 +15,7 @@ import pygltflib
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import accessor_format
 from gltf_ext.gltf.camera import Camera, read_camera
-from gltf_ext.gltf.document import TRIANGLE_MODES, Document, item, named_indices
+from gltf_ext.gltf.document import TRIANGLE_MODES, Document, item
 from gltf_ext.gltf.json_values import member, number, numbers
 from gltf_ext.gltf.nodes import placed
 
@@ -73,7 +73,7 @@ def value_format(document: Document, primitive: pygltflib.Primitive, name: str) 
     Integer texture coordinates are plain integers only if the file declares
     KHR_mesh_quantization; glTF itself allows only normalised ones.
     """
-    index = named_indices(primitive.attributes)[name]
+    index = primitive.attributes[name]
     accessor = item(document.accessors, index, f"the accessor of {name},")
     dtype, components = accessor_format(accessor, name)
     forgotten = name.startswith(ALWAYS_NORMALIZED) or (
@@ -87,7 +87,7 @@ def position_box(
     document: Document, primitive: pygltflib.Primitive
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """(low, high), float64[3], from the accessor's min and max; None if these are not valid."""
-    index = named_indices(primitive.attributes).get("POSITION")
+    index = primitive.attributes.get("POSITION")
     accessor = item(document.accessors, index, "the accessor of POSITION,")
     given = [accessor.min, accessor.max]
     if not all(bound is not None and len(bound) == 3 for bound in given):

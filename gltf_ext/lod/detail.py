@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from gltf_ext.compression.extension import Compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document, named_indices
+from gltf_ext.gltf.document import Document
 from gltf_ext.lod.cuts import cut_at_error, cut_at_level
 from gltf_ext.lod.reading import read_lod
 from gltf_ext.lod.tables import EXTENSION
@@ -74,7 +74,7 @@ def missing_levels(document: Document) -> list[str]:
 def _longest_side(document: Document, compressed: Compressed) -> float:
     """Of the bounding box that the POSITION accessor states."""
     primitive = document.meshes[compressed.mesh].primitives[compressed.primitive]
-    accessor = document.accessors[named_indices(primitive.attributes)["POSITION"]]
+    accessor = document.accessors[primitive.attributes["POSITION"]]
     low, high = accessor.min, accessor.max
     if not low or not high or len(low) != 3 or len(high) != 3:
         raise MeshletError(

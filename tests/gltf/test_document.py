@@ -211,7 +211,20 @@ def test_damaged_containers(small, damage, message):
     [
         ({"accessors": {}}, "accessors is not an array"),
         ({"accessors": [{"count": "5"}]}, r"accessors\[0\].count is not an integer"),
-        ({"nodes": [{"matrix": ["a"]}]}, r"nodes\[0\].matrix\[0\] is not a number"),
+        ({"nodes": [{"matrix": ["a"] * 16}]}, r"nodes\[0\].matrix\[0\] is not a finite number"),
+        *(
+            ({"nodes": [{name: [1.0] * 5}]}, rf"nodes\[0\].{name} has 5 numbers instead of")
+            for name in ("translation", "rotation", "scale", "matrix")
+        ),
+        ({"nodes": [{"translation": [0, 10**400, 0]}]}, r"translation\[1\] is not a finite number"),
+        (
+            {"cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 10**400}}]},
+            "znear is not a finite number",
+        ),
+        ({"accessors": [{"count": 10**400}]}, r"accessors\[0\].count is not an integer"),
+        ({"accessors": [{"count": 2**53}]}, r"accessors\[0\].count is too large"),
+        ({"accessors": [{"count": True}]}, r"accessors\[0\].count is not an integer"),
+        ({"nodes": [{"translation": [0, float("nan"), 0]}]}, "JSON holds NaN"),
         (
             {"meshes": [{"primitives": [{"attributes": {"POSITION": []}}]}]},
             "POSITION is not an integer",
@@ -246,3 +259,20 @@ def test_foreign_uris_are_refused(tmp_path, uri):
     (tmp_path / "in.gltf").write_text(json.dumps(builder.properties))
     with pytest.raises(gltf_ext.MeshletError, match="refers to"):
         gltf_ext.compress(tmp_path / "in.gltf", tmp_path / "out.glb")
+
+
+@pytest.mark.parametrize("name", ["self", "__class__", "__dict__", "args", "kwargs", "__init__"])
+def test_attributes_may_have_any_name(tmp_path, name):
+    positions, triangles = grid_mesh(4, 4)
+    builder = Builder()
+    builder.mesh({"POSITION": positions, name: positions}, triangles)
+    original = builder.write(tmp_path / "in.glb")
+    gltf_ext.compress(original, tmp_path / "out.glb")
+    assert gltf_ext.verify(original, tmp_path / "out.glb")["ok"]
+    assert gltf_ext.validate(tmp_path / "out.glb") == []
+    assert name in gltf_ext.load(tmp_path / "out.glb")[0].attributes
+    gltf_ext.decompress(tmp_path / "out.glb", tmp_path / "plain.glb")
+    assert glb_json(tmp_path / "plain.glb")["meshes"][0]["primitives"][0]["attributes"].keys() == {
+        "POSITION",
+        name,
+    }

@@ -80,7 +80,7 @@ def test_changed_primitives_are_written_plain(name, folder, model, tmp_path):
     document = open_model(tmp_path / "out.glb")
     changed = document.meshes[0].primitives[0]
     assert NAME not in (changed.extensions or {})
-    positions = document.accessors[changed.attributes.POSITION]
+    positions = document.accessors[changed.attributes["POSITION"]]
     before = gltf_ext.load(tmp_path / "in.glb")[0].attributes["POSITION"]
     assert np.allclose(positions.min, before.min(axis=0) + 1, atol=1e-5)
 

@@ -1,0 +1,60 @@
+"""The node hierarchy: cycles, repeats, and depths that no recursion reaches."""
+
+import time
+
+import numpy as np
+import pytest
+
+from gltf_ext.errors import MeshletError
+from gltf_ext.gltf.document import Document
+from gltf_ext.gltf.nodes import placed
+
+TOO_LONG = 5.0  # seconds; without the quadratic term it takes about one
+
+
+def document(nodes, **more):
+    return Document({"asset": {"version": "2.0"}, "nodes": nodes, **more})
+
+
+def chain(length):
+    return [*({"children": [i + 1]} for i in range(length - 1)), {"translation": [1, 2, 3]}]
+
+
+def test_deep_chains_take_linear_time():
+    start = time.perf_counter()
+    assert sum(1 for _ in placed(document(chain(100_000)))) == 100_000
+    assert time.perf_counter() - start < TOO_LONG
+
+
+def test_parents_come_first_and_move_their_children():
+    nodes = [{"translation": [1, 0, 0], "children": [2, 1]}, {}, {"scale": [2, 2, 2]}]
+    found = list(placed(document(nodes)))
+    assert [matrix[0, 3] for _, matrix in found] == [1, 1, 1]
+    assert [matrix[0, 0] for _, matrix in found] == [1, 2, 1]
+
+
+@pytest.mark.parametrize("children", [[[0]], [[1], [0]], [[1], [2], [1]]])
+def test_cycles_are_refused(children):
+    nodes = [{"children": c} for c in children]
+    with pytest.raises(MeshletError, match="its own ancestor"):
+        list(placed(document(nodes, scenes=[{"nodes": [0]}])))
+
+
+def test_a_node_may_have_two_parents():
+    nodes = [{"children": [2]}, {"children": [2]}, {}]
+    assert sum(1 for _ in placed(document(nodes))) == 4
+
+
+def test_places_do_not_double_with_every_node():
+    nodes = [*({"children": [i + 1, i + 1]} for i in range(40)), {}]
+    with pytest.raises(MeshletError, match="too many parents"):
+        list(placed(document(nodes)))
+
+
+def test_transforms_beyond_floats_give_no_warning(recwarn):
+    nodes = [
+        {"scale": [1e300] * 3, "rotation": [1e300] * 4, "children": [1]},
+        {"scale": [1e300] * 3},
+    ]
+    _, (_, matrix) = placed(document(nodes))
+    assert not np.isfinite(matrix).all() and not recwarn
