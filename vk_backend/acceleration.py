@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import vk
-from .device import Device
+from .device import Device, Resource
 from .memory import ADDRESSED, STORAGE, Buffer
 from .pipelines import read_queries
 
@@ -209,17 +209,15 @@ class Structures:
                 )
                 device.function("vkCmdCopyAccelerationStructureKHR")(commands, copy)
         loose.free()
-        device.at_close(packed.free)
         self._packed.append(packed)
         self.addresses += packed.addresses()
         self.allocated += packed.buffer.allocated
 
 
-class Packed:
+class Packed(Resource):
     """Acceleration structures of given sizes in one buffer, not yet built."""
 
     def __init__(self, device: Device, level: int, sizes: Sequence[int]):
-        self.device = device
         steps = [-(-size // ALIGNMENT) * ALIGNMENT for size in sizes]
         offsets = np.concatenate([[0], np.cumsum(steps)])
         self.buffer = Buffer(device, int(offsets[-1]), STORED)
@@ -234,6 +232,7 @@ class Packed:
             )
             for offset, size in zip(offsets, sizes)
         ]
+        super().__init__(device)
 
     def addresses(self) -> list[int]:
         """The structures' device addresses."""
@@ -246,11 +245,9 @@ class Packed:
             for info in infos
         ]
 
-    def free(self) -> None:
-        """Destroys the structures and their buffer; a second call does nothing."""
+    def _destroy(self) -> None:
         for handle in self.handles:
             self.device.function("vkDestroyAccelerationStructureKHR")(
                 self.device.handle, handle, None
             )
-        self.handles = []
         self.buffer.free()

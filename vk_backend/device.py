@@ -91,6 +91,22 @@ class Queue:
     pool: Any
 
 
+class Resource:
+    """Something on a device that `free` destroys, or closing the device, whichever comes first."""
+
+    def __init__(self, device: Device):
+        self.device = device
+        device.at_close(self._destroy)
+
+    def free(self) -> None:
+        """Frees the memory; a second call does nothing."""
+        if self.device.forget(self._destroy):
+            self._destroy()
+
+    def _destroy(self) -> None:
+        raise NotImplementedError
+
+
 class Timeline:
     """A timeline semaphore. value: after all submissions so far. Freed with the device."""
 
@@ -133,10 +149,20 @@ class Device:
 
     def __init__(self, select: str | int | None = None, *, validation: bool = False):
         self.messages: list[str] = []
-        self._closing: list[Callable[[], None]] = []
+        self._closing: dict[Callable[[], None], None] = {}  # in the order of registration
         self._functions: dict[str, Any] = {}
         self._made: dict[Hashable, Any] = {}
+        self._handle = self._messenger = None
         self._instance = self._create_instance(validation)
+        try:
+            self._open(select, validation)
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self, select: str | int | None, validation: bool) -> None:
+        if validation:
+            self._messenger = self._create_messenger()
         self.physical, self.name, self.driver = self._choose(select)
         self.extensions = {
             e.extensionName for e in vk.vkEnumerateDeviceExtensionProperties(self.physical, None)
@@ -147,7 +173,6 @@ class Device:
         self._handle = self._create_device()
         self.graphics = self._queue(graphics)
         self.compute = self._queue(compute) if compute != graphics else self.graphics
-        self.memory = vk.vkGetPhysicalDeviceMemoryProperties(self.physical)
         self.limits = self._limits()
         self.pipeline_flags = 0  # of pipelines made from now on; see pipeline_statistics.py
 
@@ -187,22 +212,26 @@ class Device:
 
     def at_close(self, action: Callable[[], None]) -> None:
         """Registers an action that close runs before it destroys the device; last in, first out."""
-        self._closing.append(action)
+        self._closing[action] = None
+
+    def forget(self, action: Callable[[], None]) -> bool:
+        """Takes back `at_close`. Returns False if the action is not registered or has run."""
+        return self._closing.pop(action, self) is None
 
     def close(self) -> None:
         """Destroys the device and everything that was made with it; a second call does nothing."""
-        if self._handle is None:
-            return
-        vk.vkDeviceWaitIdle(self._handle)
-        while self._closing:
-            self._closing.pop()()
-        vk.vkDestroyDevice(self._handle, None)
-        self._handle = None
+        if self._handle is not None:
+            vk.vkDeviceWaitIdle(self._handle)
+            while self._closing:
+                self._closing.popitem()[0]()
+            vk.vkDestroyDevice(self._handle, None)
         if self._messenger is not None:
             vk.vkGetInstanceProcAddr(self._instance, "vkDestroyDebugUtilsMessengerEXT")(
                 self._instance, self._messenger, None
             )
-        vk.vkDestroyInstance(self._instance, None)
+        if self._instance is not None:
+            vk.vkDestroyInstance(self._instance, None)
+        self._handle = self._messenger = self._instance = None
 
     def __enter__(self) -> Device:
         return self
@@ -292,7 +321,6 @@ class Device:
     # --- creation ---
 
     def _create_instance(self, validation: bool) -> Any:
-        self._messenger = None
         layers: list[str] = []
         extensions: list[str] = []
         if validation:
@@ -306,7 +334,7 @@ class Device:
             layers, extensions = [VALIDATION_LAYER], [DEBUG_EXTENSION]
         application = vk.VkApplicationInfo(pApplicationName="gltf-meshlet", apiVersion=API_VERSION)
         try:
-            instance = vk.vkCreateInstance(
+            return vk.vkCreateInstance(
                 vk.VkInstanceCreateInfo(
                     pApplicationInfo=application,
                     enabledLayerCount=len(layers),
@@ -318,11 +346,8 @@ class Device:
             )
         except vk.VkErrorIncompatibleDriver:
             raise _no_driver() from None
-        if validation:
-            self._messenger = self._create_messenger(instance)
-        return instance
 
-    def _create_messenger(self, instance: Any) -> Any:
+    def _create_messenger(self) -> Any:
         severity = (
             vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT
             | vk.VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT
@@ -334,8 +359,8 @@ class Device:
         info = vk.VkDebugUtilsMessengerCreateInfoEXT(
             messageSeverity=severity, messageType=kinds, pfnUserCallback=self._heard
         )
-        create = vk.vkGetInstanceProcAddr(instance, "vkCreateDebugUtilsMessengerEXT")
-        return create(instance, info, None)
+        create = vk.vkGetInstanceProcAddr(self._instance, "vkCreateDebugUtilsMessengerEXT")
+        return create(self._instance, info, None)
 
     def _heard(self, severity: Any, kind: Any, data: Any, user: Any) -> int:
         self.messages.append(vk.ffi.string(data.pMessage).decode(errors="replace"))

@@ -7,24 +7,24 @@ from typing import Any
 import numpy as np
 
 from . import vk
-from .device import Device
+from .allocator import HOST, LOCAL, Allocator
+from .device import Device, Resource
 from .errors import VulkanError
 
 ADDRESSED = vk.VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT
 STORAGE = vk.VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | ADDRESSED
 TRANSFER = vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT | vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT
-HOST = vk.VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | vk.VK_MEMORY_PROPERTY_HOST_COHERENT_BIT
 
 
-class Buffer:
-    """A buffer with memory of its own.
+class Buffer(Resource):
+    """A buffer.
 
     size: bytes; allocated: bytes of device memory; host: mapped for the CPU; address: for shaders,
     0 without ADDRESSED. Raises VulkanError if memory is short.
     """
 
     def __init__(self, device: Device, size: int, usage: int = STORAGE, *, host: bool = False):
-        self.device, self.size, self.host = device, int(size), host
+        self.size, self.host = int(size), host
         self.handle = vk.vkCreateBuffer(
             device.handle,
             vk.VkBufferCreateInfo(
@@ -32,22 +32,20 @@ class Buffer:
             ),
             None,
         )
-        addressed = bool(usage & ADDRESSED)
         needed = vk.vkGetBufferMemoryRequirements(device.handle, self.handle)
         self.allocated = int(needed.size)
-        self._memory = allocate(
-            device, needed, HOST if host else vk.VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, addressed
-        )
-        vk.vkBindBufferMemory(device.handle, self.handle, self._memory, 0)
+        try:
+            self._place = Allocator.of(device).take(needed, HOST if host else LOCAL)
+        except VulkanError:
+            vk.vkDestroyBuffer(device.handle, self.handle, None)
+            raise
+        block, offset = self._place.block, self._place.offset
+        vk.vkBindBufferMemory(device.handle, self.handle, block.memory, offset)
         self.address = 0
-        if addressed:
+        if usage & ADDRESSED:
             info = vk.VkBufferDeviceAddressInfo(buffer=self.handle)
             self.address = vk.vkGetBufferDeviceAddress(device.handle, info)
-        self._mapped: Any = (
-            vk.vkMapMemory(device.handle, self._memory, 0, max(self.size, 4), 0) if host else None
-        )
-        self._alive = True
-        device.at_close(self.free)
+        super().__init__(device)
 
     def write(self, data: np.ndarray | bytes | memoryview, offset: int = 0) -> Buffer:
         """Copies the data's bytes to byte `offset`; waits. Returns the buffer.
@@ -63,7 +61,8 @@ class Buffer:
         if not len(raw):
             return self
         if self.host:
-            self._mapped[offset : offset + len(raw)] = raw
+            begin = self._place.offset + offset
+            self._place.block.mapped[begin : begin + len(raw)] = raw
             return self
         staging = Buffer(self.device, len(raw), vk.VK_BUFFER_USAGE_TRANSFER_SRC_BIT, host=True)
         staging.write(raw)
@@ -81,7 +80,8 @@ class Buffer:
         count = (self.size - offset) // dtype.itemsize if count < 0 else count
         size = count * dtype.itemsize
         if self.host:
-            return np.frombuffer(bytes(self._mapped[offset : offset + size]), dtype)
+            begin = self._place.offset + offset
+            return np.frombuffer(bytes(self._place.block.mapped[begin : begin + size]), dtype)
         staging = Buffer(self.device, size, vk.VK_BUFFER_USAGE_TRANSFER_DST_BIT, host=True)
         with self.device.commands() as commands:
             self.device.full_barrier(commands)
@@ -91,15 +91,9 @@ class Buffer:
         staging.free()
         return data
 
-    def free(self) -> None:
-        """Frees the memory; a second call does nothing."""
-        if self._alive:
-            self._alive = False
-            self._mapped = None
-            if self.host:
-                vk.vkUnmapMemory(self.device.handle, self._memory)
-            vk.vkDestroyBuffer(self.device.handle, self.handle, None)
-            vk.vkFreeMemory(self.device.handle, self._memory, None)
+    def _destroy(self) -> None:
+        vk.vkDestroyBuffer(self.device.handle, self.handle, None)
+        Allocator.of(self.device).give_back(self._place)
 
 
 def _sharing(device: Device) -> dict[str, Any]:
@@ -113,8 +107,8 @@ def _sharing(device: Device) -> dict[str, Any]:
     }
 
 
-class Image:
-    """A two-dimensional image with a view and memory of its own.
+class Image(Resource):
+    """A two-dimensional image with a view.
 
     layout: after the commands recorded so far.
     """
@@ -122,7 +116,7 @@ class Image:
     def __init__(
         self, device: Device, width: int, height: int, format: int, usage: int, *, levels: int = 1
     ):
-        self.device, self.format, self.levels = device, format, levels
+        self.format, self.levels = format, levels
         self.width, self.height = width, height
         depth = format == vk.VK_FORMAT_D32_SFLOAT
         self.aspect = vk.VK_IMAGE_ASPECT_DEPTH_BIT if depth else vk.VK_IMAGE_ASPECT_COLOR_BIT
@@ -145,8 +139,13 @@ class Image:
         )
         needed = vk.vkGetImageMemoryRequirements(device.handle, self.handle)
         self.allocated = int(needed.size)
-        self._memory = allocate(device, needed, vk.VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, False)
-        vk.vkBindImageMemory(device.handle, self.handle, self._memory, 0)
+        try:
+            self._place = Allocator.of(device).take(needed, LOCAL, image=True)
+        except VulkanError:
+            vk.vkDestroyImage(device.handle, self.handle, None)
+            raise
+        memory, offset = self._place.block.memory, self._place.offset
+        vk.vkBindImageMemory(device.handle, self.handle, memory, offset)
         self.range = vk.VkImageSubresourceRange(
             aspectMask=self.aspect,
             baseMipLevel=0,
@@ -164,8 +163,7 @@ class Image:
             ),
             None,
         )
-        self._alive = True
-        device.at_close(self.free)
+        super().__init__(device)
 
     def to_layout(self, commands: Any, layout: int) -> None:
         """Records a layout transition. Keeps the contents, unless the layout was undefined."""
@@ -212,41 +210,7 @@ class Image:
         staging.free()
         return data
 
-    def free(self) -> None:
-        """Frees the memory; a second call does nothing."""
-        if self._alive:
-            self._alive = False
-            vk.vkDestroyImageView(self.device.handle, self.view, None)
-            vk.vkDestroyImage(self.device.handle, self.handle, None)
-            vk.vkFreeMemory(self.device.handle, self._memory, None)
-
-
-def allocate(device: Device, needed: Any, properties: int, addressed: bool) -> Any:
-    """Allocates memory with `properties` for `needed` (VkMemoryRequirements).
-
-    addressed: for buffers that shaders reach by address. Raises VulkanError if memory is short.
-    """
-    for index in range(device.memory.memoryTypeCount):
-        flags = device.memory.memoryTypes[index].propertyFlags
-        if needed.memoryTypeBits >> index & 1 and flags & properties == properties:
-            break
-    else:
-        raise VulkanError(
-            f"{device.name} has no memory of the needed kind", "choose another --device"
-        )
-    chain = (
-        vk.VkMemoryAllocateFlagsInfo(flags=vk.VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT)
-        if addressed
-        else None
-    )
-    try:
-        return vk.vkAllocateMemory(
-            device.handle,
-            vk.VkMemoryAllocateInfo(pNext=chain, allocationSize=needed.size, memoryTypeIndex=index),
-            None,
-        )
-    except (vk.VkErrorOutOfDeviceMemory, vk.VkErrorOutOfHostMemory):
-        raise VulkanError(
-            f"{device.name} has no {needed.size / 1e6:.0f} MB of memory left",
-            "close other programs or render a smaller scene",
-        ) from None
+    def _destroy(self) -> None:
+        vk.vkDestroyImageView(self.device.handle, self.view, None)
+        vk.vkDestroyImage(self.device.handle, self.handle, None)
+        Allocator.of(self.device).give_back(self._place)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import vk
-from .device import Device
+from .device import Device, Resource
 from .reflection import specialization_ids
 
 PUSH_BYTES = 128  # of push constants: the minimum that Vulkan guarantees
@@ -118,17 +118,20 @@ class ComputePipeline:
         vk.vkCmdDispatch(commands, groups, rows, 1)
 
 
-class Timestamps:
+class Timestamps(Resource):
     """`count` timestamps that a command buffer writes and the host reads afterwards."""
 
     def __init__(self, device: Device, count: int):
-        self.device, self.count = device, count
+        self.count = count
         self._pool = vk.vkCreateQueryPool(
             device.handle,
             vk.VkQueryPoolCreateInfo(queryType=vk.VK_QUERY_TYPE_TIMESTAMP, queryCount=count),
             None,
         )
-        device.at_close(lambda: vk.vkDestroyQueryPool(device.handle, self._pool, None))
+        super().__init__(device)
+
+    def _destroy(self) -> None:
+        vk.vkDestroyQueryPool(self.device.handle, self._pool, None)
 
     def reset(self, commands: Any) -> None:
         """Record this before the first mark."""

@@ -8,7 +8,7 @@ import numpy as np
 import pygltflib
 
 from . import vk
-from .device import Device
+from .device import Device, Resource
 from .materials import Texture
 from .memory import Buffer, Image
 from .pipelines import pipeline_layout
@@ -27,14 +27,13 @@ def array_size(textures: list[Texture]) -> int:
     return 1 << max(len(textures) - 1, 0).bit_length()
 
 
-class TextureArray:
+class TextureArray(Resource):
     """Images with mip levels, their samplers, and a descriptor set of `array_size` descriptors.
 
     set: VkDescriptorSet.
     """
 
     def __init__(self, device: Device, textures: list[Texture]):
-        self.device = device
         self._size = array_size(textures)
         textures = textures or [WHITE]
         self._images = [_upload(device, texture) for texture in textures]
@@ -61,9 +60,8 @@ class TextureArray:
                 pSetLayouts=[_set_layout(device, self._size)],
             ),
         )[0]
+        super().__init__(device)
         self._write()
-        self._alive = True
-        device.at_close(self.free)
 
     def _write(self) -> None:
         infos = [
@@ -83,15 +81,12 @@ class TextureArray:
         )
         vk.vkUpdateDescriptorSets(self.device.handle, 1, [write], 0, None)
 
-    def free(self) -> None:
-        """Frees everything; a second call does nothing."""
-        if self._alive:
-            self._alive = False
-            vk.vkDestroyDescriptorPool(self.device.handle, self._pool, None)
-            for sampler in self._samplers:
-                vk.vkDestroySampler(self.device.handle, sampler, None)
-            for image in self._images:
-                image.free()
+    def _destroy(self) -> None:
+        vk.vkDestroyDescriptorPool(self.device.handle, self._pool, None)
+        for sampler in self._samplers:
+            vk.vkDestroySampler(self.device.handle, sampler, None)
+        for image in self._images:
+            image.free()
 
 
 def textures_layout(device: Device, count: int) -> Any:

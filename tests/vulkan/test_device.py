@@ -37,6 +37,33 @@ def test_no_such_device(select):
         Device(select)
 
 
+@pytest.mark.parametrize("failing", ["_choose", "_queue_families", "_create_device", "_limits"])
+def test_a_device_that_cannot_be_opened_leaves_no_instance(monkeypatch, failing):
+    from vk_backend import vk
+    from vk_backend.device import Device
+
+    live = []
+    create, destroy = vk.vkCreateInstance, vk.vkDestroyInstance
+
+    def created(*arguments):
+        live.append(create(*arguments))
+        return live[-1]
+
+    def destroyed(instance, callbacks):
+        live.remove(instance)
+        destroy(instance, callbacks)
+
+    def fail(*_):
+        raise MeshletError("nothing here")
+
+    monkeypatch.setattr(vk, "vkCreateInstance", created, raising=False)
+    monkeypatch.setattr(vk, "vkDestroyInstance", destroyed, raising=False)
+    monkeypatch.setattr(Device, failing, fail)
+    with pytest.raises(MeshletError, match="nothing here"):
+        Device(validation=True)
+    assert live == []
+
+
 def test_missing_extension_is_named(tmp_path):
     from vk_backend.renderer import Renderer
     from vk_backend.scene import load_scene
