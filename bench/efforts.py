@@ -50,7 +50,6 @@ NAMES = (
     *("bunny", "suzanne", "engine", "materialball", "beast", "chinesedragon", "DamagedHelmet"),
     *("igea", "sponza_like", "dragon", "bistro_like"),
 )
-MAX_TRIANGLES = 100_000  # for effort max, which takes minutes on larger models
 BEFORE = "before"
 
 # Encodes as compress does, several primitives at once.
@@ -128,7 +127,7 @@ def measure(options: argparse.Namespace) -> dict:
             calls.write_bytes(pickle.dumps(encoder_arguments(primitives, Stopwatch())))
             triangles = sum(len(primitive.indices) for primitive in primitives)
             parts = peers.parts_of(primitives)
-            ours = measure_ours(triangles, calls, builds, options)
+            ours = measure_ours(calls, builds, options)
             ways = ours + measure_peers(found, parts, options.repetitions, Path(folder))
             rows.append({"model": name, "triangles": triangles, "ways": ways})
             progress(f"{name}, {triangles:,} triangles")
@@ -140,12 +139,9 @@ def measure(options: argparse.Namespace) -> dict:
     }
 
 
-def measure_ours(
-    triangles: int, calls: Path, builds: dict[str, str], options: argparse.Namespace
-) -> list[dict]:
+def measure_ours(calls: Path, builds: dict[str, str], options: argparse.Namespace) -> list[dict]:
     """Seconds, bytes and peak memory of every effort and build."""
-    efforts = [effort for effort in EFFORTS if effort != "max" or triangles <= MAX_TRIANGLES]
-    efforts += [BEFORE] if BEFORE in builds else []
+    efforts = [*EFFORTS, BEFORE] if BEFORE in builds else EFFORTS
     ways = [Way(effort, count) for effort in efforts for count in options.threads]
     # A process for each way: memory that another one left behind would hide growth.
     workers = {way: _start(builds[BEFORE if way.effort == BEFORE else ""]) for way in ways}
@@ -287,9 +283,8 @@ def report(result: dict) -> str:
 {origin_line(result)}
 `--effort` chooses how long `compress` looks for a small file. The native call, without files,
 welding and quantisation; the fastest of {result["repetitions"]} runs, in which the ways take turns;
-CPU time with one thread, else time on the wall. Effort max is measured up to {MAX_TRIANGLES:,}
-triangles. "Before" is another build, where one was given. Peers, on one thread, as
-[Speed](speed.md) measures them: {versions or "none"}.{missing}
+CPU time with one thread, else time on the wall. "Before" is another build, where one was given.
+Peers, on one thread, as [Speed](speed.md) measures them: {versions or "none"}.{missing}
 
 ![Time and memory over size](efforts.png)
 

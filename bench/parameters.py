@@ -24,30 +24,25 @@ from bench.common import (
 from bench.models import add_model_names, torus_and_named
 from bench.speed import native
 from gltf_ext.compression.extension import require_compressed
-from gltf_ext.compression.options import Options
+from gltf_ext.compression.options import EFFORTS, Options
 from gltf_ext.gltf.importers import open_model
 
 NAMES = ("bunny", "engine", "sponza_like")
 GENERATED = 60_000  # triangles of the generated model
 REPETITIONS = 3  # of compress
-# The defaults of _codec.encode, which compress does not set.
-ENCODER_DEFAULTS = {"lambda_": 1.4, "fill": 0.96, "iterations": 12}
 DEFAULTS = {
+    "lambda_": 1.4,  # of _codec.encode: compress does not set it
     **{
         option: getattr(Options(), option)
-        for option in ("effort", "max_triangles", "position_bits", "weight")
+        for option in ("effort", "max_triangles", "position_bits")
     },
-    **ENCODER_DEFAULTS,
 }
 # While other options change: growing regions has options that the default effort ignores.
 EFFORT = "high"
 VALUES = {
-    "effort": ("fast", "normal", "high", "max"),
+    "effort": EFFORTS,
     "max_triangles": (16, 24, 32, 40, 48, 56, 64),
     "lambda_": (0.5, 1.0, 1.2, 1.4, 1.6, 2.0, 4.0, 8.0),
-    "fill": (0.5, 0.6, 0.68, 0.75, 0.85, 0.92, 0.96, 1.0),
-    "iterations": (1, 2, 4, 8, 12, 24),
-    "weight": ("paper", "choe"),
     "position_bits": (8, 10, 12, 14, 16, 18, 20),
 }
 TITLES = {
@@ -56,17 +51,6 @@ TITLES = {
     "lambda_": (
         "Shape of meshlets",
         "`--lambda`: large values make regions compact, small values planar.",
-    ),
-    "fill": ("Fill", "`--fill`: target size of regions, as a share of the largest meshlet."),
-    "iterations": (
-        "Iterations",
-        "`--iterations`: rounds of growing regions and moving their centres, at most, with "
-        "`--effort high` or `max`.",
-    ),
-    "weight": (
-        "Weight",
-        "`--weight`: with [the paper's](../README.md#the-paper) penalty for full regions, or "
-        "without, as Choe et al.",
     ),
     "position_bits": ("Position grid", "`-vp`: bits of a position along the longest side."),
 }
@@ -192,7 +176,7 @@ def _figures(row: dict) -> list[str]:
 
 def save_plot(result: dict, path: Path) -> Path:
     """Ratio and decode speed over each numeric option."""
-    options = [option for option in VALUES if option not in ("effort", "weight")]
+    options = [option for option in VALUES if option != "effort"]
     figure, axes = pyplot().subplots(
         2, len(options), figsize=(3.6 * len(options), 6.4), dpi=100, sharex="col"
     )
@@ -213,7 +197,7 @@ def save_plot(result: dict, path: Path) -> Path:
             axis.axvline(DEFAULTS[option], color="gray", linewidth=0.8, linestyle=":")
             axis.set_ylim(0, 1.06 * axis.get_ylim()[1])
             axis.grid(alpha=0.3)
-            if option in ("lambda_", "iterations"):
+            if option == "lambda_":
                 axis.set_xscale("log")
                 axis.set_xticks(VALUES[option], map(str, VALUES[option]), fontsize=8, rotation=60)
                 axis.minorticks_off()

@@ -54,7 +54,7 @@ LARGE, LARGE_REPETITIONS = 500_000, 3
 # Seconds for which a codec decodes in its turn: one call may take only half a millisecond.
 TURN = 0.05
 OURS = "ours"  # with the default effort
-# Other efforts, as further codecs. Effort max takes minutes on larger models: see bench/efforts.py.
+# Other efforts, as further codecs.
 OTHER_EFFORTS = {"ours, fast": "fast", "ours, high": "high"}
 # Names in the results of the stages that _codec.encode times.
 ENCODER_STAGES = {

@@ -50,12 +50,6 @@ MESHLET_TRIANGLES: int = 64
 
 MESHLET_VERTICES: int = 64
 
-DEFAULT_LAMBDA: float = 1.4
-
-DEFAULT_ITERATIONS: int = 12
-
-DEFAULT_FILL: float = 0.96
-
 def generate_in_groups(
     triangles: numpy.typing.NDArray[numpy.uint32],
     triangle_begin: numpy.typing.NDArray[numpy.uint32],
@@ -63,10 +57,7 @@ def generate_in_groups(
     positions: numpy.typing.NDArray[numpy.float32],
     max_triangles: int = 64,
     lambda_: float = 0.0,
-    iterations: int = 0,
-    fill: float = 0.0,
-    paper_weight: bool = True,
-    effort: int = 1,
+    effort: str = "normal",
     threads: int = 0,
 ) -> tuple[
     numpy.typing.NDArray[numpy.uint32],
@@ -77,7 +68,7 @@ def generate_in_groups(
     """
     Makes meshlets that never cross groups. Group g: triangles triangle_begin[g] ..
     triangle_begin[g + 1]. Other arguments as in encode; position_ids: any numbers, equal where
-    positions are; effort: 0 (fast) to 3 (max). Returns (uint32[T], numbers of the triangles
+    positions are. Returns (uint32[T], numbers of the triangles
     in order, disk begins, meshlet begins, group begins), the begins as encode takes them.
     Raises ValueError.
     """
@@ -153,7 +144,6 @@ def encode(
     max_triangles: int = 64,
     max_vertices: int = 64,
     lambda_: float = 0.0,
-    iterations: int = 0,
     fill: float = 0.0,
     weight: str = "paper",
     share_seams: bool = True,
@@ -175,13 +165,12 @@ def encode(
     triangles: uint32[T, 3], no index twice in a triangle. position_ids: uint32[V], equal where
     positions are. positions: float32[V, 3]. streams: dicts of kind, components (integers per
     vertex), bits, step, offset, predictor (-1: the encoder chooses). values: uint32[V,
-    components] per stream. lambda_, iterations, fill: 0 means the default (DEFAULT_LAMBDA ..).
-    weight: 'paper' or 'choe'. share_seams: False only to measure its gain. threads: 0 means
-    one per processor. progress: called with a fraction from 0 to 1. page_bytes: 0 for one blob,
-    else pages, blobs of at most so many bytes. meshlets: those of the caller, as uint32 arrays
-    (triangles, disk begins, meshlet begins, page begins; each of the begins ends with the
-    number of its items). effort: 'fast', 'normal', 'high' or 'max'; iterations counts from
-    'high' on.
+    components] per stream. lambda_, fill: 0 means the default. weight: 'paper' or 'choe'. Fill
+    and weight are there to measure the paper's Table 1, share_seams to measure its gain. threads:
+    0 means one per processor. progress: called with a fraction from 0 to 1. page_bytes: 0 for
+    one blob, else pages, blobs of at most so many bytes. meshlets: those of the caller, as
+    uint32 arrays (triangles, disk begins, meshlet begins, page begins; each of the begins ends
+    with the number of its items). effort: 'fast', 'normal' or 'high'.
 
     Returns (view, statistics): those of describe, 'generation': {'histogram', 'iterations'} and
     'seconds': {stage: seconds}; stages: sort, grow, join, boundaries, predict, write. Raises

@@ -100,9 +100,10 @@ def _warn(path: str, warnings: list[str]) -> None:
 
 
 def _compress(options: argparse.Namespace) -> int:
-    from gltf_ext.compression.options import OPTIONS
+    from gltf_ext.compression.options import OPTIONS, REMOVED_OPTIONS
 
-    values = {option.name: getattr(options, option.name) for option in OPTIONS if option.flag}
+    names = [*(option.name for option in OPTIONS if option.flag), *REMOVED_OPTIONS]
+    values = {name: getattr(options, name) for name in names}
     given = {name: value for name, value in values.items() if value is not None}
     report = gltf_ext.compress(options.input, options.output, progress=True, **given)
     _warn(options.input, report_text.compress_warnings(report))
@@ -223,13 +224,15 @@ def _parser() -> _Parser:
 
 
 def _add_compress(command: argparse.ArgumentParser) -> None:
-    from gltf_ext.compression.options import OPTIONS
+    from gltf_ext.compression.options import OPTIONS, REMOVED_OPTIONS
 
     command.add_argument("input", metavar="IN", help=".glb .gltf .obj .ply .stl")
     command.add_argument("output", metavar="OUT.glb", help="file to write")
     for option in OPTIONS:
         if option.flag:
             _add_option(command, option)
+    for name in REMOVED_OPTIONS:  # compress refuses them, and names others
+        command.add_argument(f"--{name}", help=argparse.SUPPRESS)
 
 
 def _add_option(command: argparse.ArgumentParser, option: Option) -> None:
@@ -238,7 +241,8 @@ def _add_option(command: argparse.ArgumentParser, option: Option) -> None:
     if option.type is bool:
         command.add_argument(option.flag, dest=option.name, action="store_true", help=help)
     elif option.choices:
-        command.add_argument(option.flag, dest=option.name, choices=option.choices, help=help)
+        choices = "{" + ",".join(option.choices) + "}"  # compress checks them
+        command.add_argument(option.flag, dest=option.name, metavar=choices, help=help)
     else:
         command.add_argument(
             option.flag, dest=option.name, type=option.type, metavar=option.metavar, help=help

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <iterator>
 #include <mutex>
 #include <stdexcept>
 #include <string_view>
@@ -40,25 +39,13 @@ struct Trials {
 };
 
 Trials trials_of(Effort effort) {
-  constexpr PlannerOptions eight{8, false, false}, all{MESHLET_VERTICES, true, false};
+  constexpr PlannerOptions eight{8, false};
   switch (effort) {
-    case Effort::kFast: return {{3, false, true}, {256, 16, {1, false, true}}, 8};
+    case Effort::kFast: return {{3, true}, {256, 16, {1, true}}, 8};
     case Effort::kNormal: return {eight, {512, 4, eight}, 1};
     case Effort::kHigh: return {eight, {512, 1, eight}, 1};
-    case Effort::kMax: return {all, {4096, 1, all}, 1};
   }
   throw std::logic_error("an effort is unknown");
-}
-
-// Makes the meshlets and notes in `stats` how.
-void generate(SegmentedMesh& segmented, const GenerationOptions& options, EncoderStats& stats) {
-  StageClock clock(stats);
-  segmented.meshlets = generate_meshlets(segmented.mesh, segmented.half_edges, options);
-  clock.end_stage("grow");
-  stats.stage_seconds.back().second -= segmented.meshlets.join_seconds;
-  stats.stage_seconds.emplace_back("join", segmented.meshlets.join_seconds);
-  stats.iterations = segmented.meshlets.iterations_run;
-  std::copy(segmented.meshlets.histogram, segmented.meshlets.histogram + 4, stats.histogram);
 }
 
 // Plans all meshlets, and gives the streams their bases.
@@ -90,55 +77,6 @@ std::vector<PlanChunk> plan_all(const EncoderInput& input, const Boundaries& bou
   });
   for (uint32_t s = 0; s < streams.size(); s++) sizes[s].choose(streams[s]);
   return chunks;
-}
-
-std::vector<uint8_t> encode_segmented(const SegmentedMesh& segmented,
-                                      const std::vector<Stream>& streams,
-                                      const VertexValues& values, const EncodeOptions& options,
-                                      EncoderStats& stats, bool high_too) {
-  VertexValues sorted_values = values;
-  sorted_values.rows = segmented.mesh.source_vertex.data();
-  const MeshView view = segmented.mesh.view();
-  return encode_meshlets({view, segmented.half_edges, segmented.meshlets, sorted_values}, streams,
-                         options, stats, high_too);
-}
-
-// kMax makes meshlets with these factors of the options. Together with exact costs of gates, that
-// saves 0.2 % in about ten times as long.
-struct Factors {
-  float lambda, fill;
-  int iterations;
-};
-constexpr Factors kFactors[] = {{1, 1, 1}, {1, 1, 2}, {1.3f, 1, 1}, {0.85f, 1, 1}, {1, 0.97f, 1}};
-
-// The smallest blob of several. At most as large as kHigh's, which is tried with the first factors.
-std::vector<uint8_t> encode_max(SegmentedMesh segmented, const std::vector<Stream>& streams,
-                                const VertexValues& values, const EncodeOptions& options,
-                                EncoderStats& stats) {
-  EncodeOptions trial = options;
-  trial.progress = nullptr;
-  EncoderStats total = stats, best;
-  std::vector<uint8_t> smallest;
-  size_t done = 0;
-  for (const Factors& factors : kFactors) {
-    EncoderStats trial_stats = stats;
-    trial_stats.stage_seconds.clear();
-    trial.lambda = factors.lambda * options.lambda;
-    trial.fill = std::min(1.0f, factors.fill * options.fill);
-    trial.iterations = factors.iterations * options.iterations;
-    if (done > 0) generate(segmented, trial, trial_stats);
-    std::vector<uint8_t> blob =
-        encode_segmented(segmented, streams, values, trial, trial_stats, done == 0);
-    total.add_seconds(trial_stats);
-    done++;
-    if (options.progress) options.progress(float(done) / float(std::size(kFactors)));
-    if (!smallest.empty() && blob.size() >= smallest.size()) continue;
-    smallest = std::move(blob);
-    best = std::move(trial_stats);
-  }
-  best.stage_seconds = std::move(total.stage_seconds);
-  stats = std::move(best);
-  return smallest;
 }
 
 }  // namespace
@@ -178,14 +116,17 @@ SegmentedMesh segment_for_encoder(const MeshView& mesh, const EncodeOptions& opt
   SpatialMesh sorted = sort_in_space(mesh, options.threads);
   HalfEdges half_edges = match_half_edges(sorted.view(), options.threads);
   clock.end_stage("sort");
-  SegmentedMesh segmented{std::move(sorted), std::move(half_edges), {}};
-  generate(segmented, generation, stats);
-  return segmented;
+  Meshlets meshlets = generate_meshlets(sorted, half_edges, generation);
+  clock.end_stage("grow");
+  stats.stage_seconds.back().second -= meshlets.join_seconds;
+  stats.add_seconds("join", meshlets.join_seconds);
+  stats.iterations = meshlets.iterations_run;
+  std::copy(meshlets.histogram, meshlets.histogram + 4, stats.histogram);
+  return {std::move(sorted), std::move(half_edges), std::move(meshlets)};
 }
 
 std::vector<uint8_t> encode_meshlets(const EncoderInput& input, const std::vector<Stream>& streams,
-                                     const EncodeOptions& options, EncoderStats& stats,
-                                     bool high_too) {
+                                     const EncodeOptions& options, EncoderStats& stats) {
   StageClock clock(stats);
   const auto progress = [&](float f) {
     if (options.progress) options.progress(f);
@@ -194,40 +135,33 @@ std::vector<uint8_t> encode_meshlets(const EncoderInput& input, const std::vecto
                                                 input.values, options.share_seams, options.threads);
   progress(0.25f);
   clock.end_stage("boundaries");
-  std::vector<Effort> efforts{options.effort};
-  if (options.effort == Effort::kMax && high_too) efforts.push_back(Effort::kHigh);
-  const float share = 0.75f / float(efforts.size());
-  WrittenBlob best;
-  for (size_t i = 0; i < efforts.size(); i++) {
-    std::vector<Stream> chosen = streams;
-    const Trials trials = trials_of(efforts[i]);
-    choose_predictors(input, boundaries, chosen, trials.predictors, options.threads);
-    std::vector<PlanChunk> chunks = plan_all(input, boundaries, chosen, trials, options.threads);
-    progress(0.25f + share * (float(i) + 2.0f / 3.0f));
-    clock.end_stage("predict");
-    WrittenBlob blob = write_blob(chunks, chosen, boundaries, options.threads);
-    if (i == 0 || blob.bytes.size() < best.bytes.size()) best = std::move(blob);
-    progress(0.25f + share * float(i + 1));
-    clock.end_stage("write");
-  }
-  stats.meshlets = best.meshlets;
-  stats.vertices = best.vertices;
-  stats.bits = std::move(best.bits);
-  return std::move(best.bytes);
+  std::vector<Stream> chosen = streams;
+  const Trials trials = trials_of(options.effort);
+  choose_predictors(input, boundaries, chosen, trials.predictors, options.threads);
+  std::vector<PlanChunk> chunks = plan_all(input, boundaries, chosen, trials, options.threads);
+  progress(0.75f);
+  clock.end_stage("predict");
+  WrittenBlob blob = write_blob(chunks, chosen, boundaries, options.threads);
+  progress(1.0f);
+  clock.end_stage("write");
+  stats.meshlets = blob.meshlets;
+  stats.vertices = blob.vertices;
+  stats.bits = std::move(blob.bits);
+  return std::move(blob.bytes);
 }
 
 std::vector<uint8_t> encode(const MeshView& mesh, const std::vector<Stream>& streams,
                             const VertexValues& values, const EncodeOptions& options,
                             EncoderStats& stats) {
-  // Of the progress. With kMax, this is the first of several trials.
-  const float share = options.effort == Effort::kMax ? 0.0f : 0.6f;
+  constexpr float share = 0.6f;  // of the progress
   check_input(mesh, streams);
-  SegmentedMesh segmented = segment_for_encoder(mesh, options, share, stats);
+  const SegmentedMesh segmented = segment_for_encoder(mesh, options, share, stats);
   EncodeOptions rest = options;
   if (options.progress) rest.progress = [&](float f) { options.progress(share + (1 - share) * f); };
-  return options.effort == Effort::kMax
-             ? encode_max(std::move(segmented), streams, values, rest, stats)
-             : encode_segmented(segmented, streams, values, rest, stats, false);
+  const MeshView view = segmented.mesh.view();
+  const VertexValues sorted_values = segmented.sorted(values);
+  return encode_meshlets({view, segmented.half_edges, segmented.meshlets, sorted_values}, streams,
+                         rest, stats);
 }
 
 }  // namespace meshlet

@@ -36,6 +36,12 @@ struct SegmentedMesh {
   SpatialMesh mesh;
   HalfEdges half_edges;
   Meshlets meshlets;
+
+  // The values of the vertices in the mesh's order. Borrows from this object.
+  VertexValues sorted(VertexValues values) const {
+    values.rows = mesh.source_vertex.data();
+    return values;
+  }
 };
 
 // Throws std::invalid_argument, or std::length_error beyond a limit of the format.
@@ -57,10 +63,7 @@ SegmentedMesh segment_for_encoder(const MeshView& mesh, const EncodeOptions& opt
 
 // The second half: encodes given meshlets, in their order, as one blob. They must be as
 // generate_meshlets makes them: segment/check_meshlets.h checks those of a caller.
-//
-// high_too: with kMax, also encodes with kHigh and takes the smaller blob.
 std::vector<uint8_t> encode_meshlets(const EncoderInput& input, const std::vector<Stream>& streams,
-                                     const EncodeOptions& options, EncoderStats& stats,
-                                     bool high_too);
+                                     const EncodeOptions& options, EncoderStats& stats);
 
 }  // namespace meshlet

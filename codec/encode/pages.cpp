@@ -59,17 +59,14 @@ Part::Part(const MeshView& mesh, const Meshlets& all, const VertexValues& all_va
 class PageEncoder {
  public:
   // meshlets: with valid lists; check: whether they come from a caller, who may not know disks.
-  // high_too: as encode_meshlets'.
   PageEncoder(const MeshView& mesh, const Meshlets& meshlets, const VertexValues& values,
-              const std::vector<Stream>& streams, const EncodeOptions& options, bool check,
-              bool high_too)
+              const std::vector<Stream>& streams, const EncodeOptions& options, bool check)
       : mesh_(mesh),
         meshlets_(meshlets),
         values_(values),
         streams_(streams),
         options_(options),
-        check_(check),
-        high_too_(high_too) {
+        check_(check) {
     options_.progress = nullptr;
     options_.threads = 1;  // one page on each thread
   }
@@ -81,7 +78,7 @@ class PageEncoder {
     const HalfEdges half_edges = match_half_edges(view, options_.threads);
     if (check_) check_disks(view, half_edges, part.meshlets);
     return encode_meshlets({view, half_edges, part.meshlets, part.values}, streams_, options_,
-                           stats, high_too_);
+                           stats);
   }
 
   uint32_t triangles(uint32_t m) const {
@@ -95,7 +92,7 @@ class PageEncoder {
   const VertexValues values_;
   const std::vector<Stream>& streams_;
   EncodeOptions options_;
-  const bool check_, high_too_;
+  const bool check_;
 };
 
 // Adds what a page's blob has, and the time it took.
@@ -267,38 +264,6 @@ class PageMaker {
   size_t at_once_ = 1;
 };
 
-// Blobs, and how they were made.
-struct Pages {
-  std::vector<std::vector<uint8_t>> blobs;
-  EncoderStats stats;
-
-  size_t bytes() const {
-    size_t sum = 0;
-    for (const std::vector<uint8_t>& blob : blobs) sum += blob.size();
-    return sum;
-  }
-};
-
-Pages make_pages(const EncoderInput& input, const std::vector<Stream>& streams,
-                 const EncodeOptions& options, size_t page_bytes) {
-  const PageEncoder encoder(input.mesh, input.meshlets, input.values, streams, options, false,
-                            false);
-  PageGrowth growth(input.mesh, input.half_edges, input.meshlets);
-  PageMaker maker(encoder, growth, page_bytes, options.threads);
-  Pages pages;
-  size_t encoded = 0;
-  const size_t count = input.meshlets.meshlet_begin.size() - 1;
-  while (!maker.done()) {
-    for (Page& page : maker.next()) {
-      add(pages.stats, page.stats);
-      pages.blobs.push_back(std::move(page.blob));
-      encoded += page.count;
-    }
-    if (options.progress) options.progress(float(encoded) / float(count));
-  }
-  return pages;
-}
-
 }  // namespace
 
 std::vector<std::vector<uint8_t>> encode_pages(const MeshView& mesh,
@@ -306,30 +271,26 @@ std::vector<std::vector<uint8_t>> encode_pages(const MeshView& mesh,
                                                const VertexValues& values,
                                                const EncodeOptions& options, size_t page_bytes,
                                                EncoderStats& stats) {
-  const bool is_max = options.effort == Effort::kMax;
-  const float generation_share = is_max ? 0.2f : 0.5f;  // of the progress
+  constexpr float share = 0.5f;  // of the progress, for the meshlets
   check_input(mesh, streams);
-  const SegmentedMesh segmented = segment_for_encoder(mesh, options, generation_share, stats);
+  const SegmentedMesh segmented = segment_for_encoder(mesh, options, share, stats);
   const MeshView view = segmented.mesh.view();
-  VertexValues sorted_values = values;
-  sorted_values.rows = segmented.mesh.source_vertex.data();
-  const EncoderInput input{view, segmented.half_edges, segmented.meshlets, sorted_values};
-  EncodeOptions trial = options;
-  if (options.progress)
-    trial.progress = [&](float f) {
-      options.progress(generation_share + (1 - generation_share) * f);
-    };
-  Pages best = make_pages(input, streams, trial, page_bytes);
-  if (is_max) {
-    // Smaller blobs change what fits a page, which may end in more bytes.
-    trial.effort = Effort::kHigh;
-    trial.progress = nullptr;
-    Pages high = make_pages(input, streams, trial, page_bytes);
-    if (high.bytes() < best.bytes()) std::swap(best, high);
-    stats.add_seconds(high.stats);
+  const PageEncoder encoder(view, segmented.meshlets, segmented.sorted(values), streams, options,
+                            false);
+  PageGrowth growth(view, segmented.half_edges, segmented.meshlets);
+  PageMaker maker(encoder, growth, page_bytes, options.threads);
+  std::vector<std::vector<uint8_t>> pages;
+  size_t encoded = 0;
+  const size_t count = segmented.meshlets.meshlet_begin.size() - 1;
+  while (!maker.done()) {
+    for (Page& page : maker.next()) {
+      add(stats, page.stats);
+      pages.push_back(std::move(page.blob));
+      encoded += page.count;
+    }
+    if (options.progress) options.progress(share + (1 - share) * float(encoded) / float(count));
   }
-  add(stats, best.stats);
-  return std::move(best.blobs);
+  return pages;
 }
 
 std::vector<std::vector<uint8_t>> encode_given(const MeshView& mesh, const Meshlets& meshlets,
@@ -339,7 +300,7 @@ std::vector<std::vector<uint8_t>> encode_given(const MeshView& mesh, const Meshl
                                                const EncodeOptions& options, EncoderStats& stats) {
   check_input(mesh, streams);
   check_lists(meshlets, mesh.triangle_count);
-  const PageEncoder encoder(mesh, meshlets, values, streams, options, true, true);
+  const PageEncoder encoder(mesh, meshlets, values, streams, options, true);
   const bool increases = std::adjacent_find(page_begin.begin(), page_begin.end(),
                                             std::greater_equal<uint32_t>()) == page_begin.end();
   if (page_begin.size() < 2 || page_begin.front() != 0 ||

@@ -107,8 +107,7 @@ uint64_t Planner::cost(const Traversal& traversal, uint64_t streams) {
     uint32_t* to = list_.data();
     for (uint32_t i = 0; i < traversal.count; i++, to += elements)
       copy_elements(rows[i] + values_.first_element(s), elements, to);
-    const Residuals list{list_.data(), list_.size()};
-    bits += options_.exact_costs ? CodeSizes(list, elements).least() : best_rice_bits(list);
+    bits += best_rice_bits({list_.data(), list_.size()});
   }
   return bits;
 }

@@ -9,7 +9,6 @@ namespace meshlet {
 
 struct PlannerOptions {
   uint32_t gates;       // tried per disk, at most
-  bool exact_costs;     // count the bits of a gate under all codes, not only Rice codes
   bool positions_only;  // count those of stream 0 only
 };
 

@@ -20,18 +20,16 @@
 #include "decode/view_decoder.h"
 #include "encode/encoder.h"
 #include "encode/pages.h"
+#include "arrays.h"
 #include "lod_bindings.h"
 
-namespace nb = nanobind;
+namespace meshlet {
+
 using namespace nb::literals;
 
-namespace meshlet {
 namespace {
 
 using Bytes = nb::ndarray<const uint8_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Indices = nb::ndarray<const uint32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Ids = nb::ndarray<const uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Points = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Values = nb::ndarray<const uint32_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 const uint8_t* bytes_of(const nb::bytes& blob) { return static_cast<const uint8_t*>(blob.data()); }
@@ -108,28 +106,21 @@ Stream stream_of(const nb::dict& d) {
 }
 
 nb::tuple weld(const Bytes& rows) {
-  uint32_t* remap;
-  nb::object array = new_array(rows.shape(0), 1, remap);
+  std::vector<uint32_t> remap(rows.shape(0));
   uint32_t unique;
   {
     nb::gil_scoped_release release;
-    unique = weld_rows(rows.data(), rows.shape(0), rows.shape(1), remap);
+    unique = weld_rows(rows.data(), rows.shape(0), rows.shape(1), remap.data());
   }
-  return nb::make_tuple(array.attr("reshape")(-1), unique);
+  return nb::make_tuple(array_of(std::move(remap)), unique);
 }
 
-void check_mesh(const Indices& triangles, const Ids& position_ids, size_t vertices) {
+void check_mesh(const Indices& triangles, const Numbers& position_ids, size_t vertices) {
   if (position_ids.shape(0) != vertices)
     throw nb::value_error("position_ids and positions differ in length");
   for (size_t v = 0; v < vertices; v++)
     if (position_ids.data()[v] >= vertices) throw nb::value_error("a position id is out of range");
-  const uint32_t* t = triangles.data();
-  for (size_t i = 0; i < triangles.shape(0); i++, t += 3) {
-    if (t[0] >= vertices || t[1] >= vertices || t[2] >= vertices)
-      throw nb::value_error("a triangle index is out of range");
-    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
-      throw nb::value_error("a triangle repeats an index");
-  }
+  check_triangles(triangles, vertices, true);
 }
 
 VertexValues vertex_values(const std::vector<Stream>& streams, const std::vector<Values>& values,
@@ -148,26 +139,14 @@ VertexValues vertex_values(const std::vector<Stream>& streams, const std::vector
   return out;
 }
 
-Effort effort_of(const std::string& name) {
-  if (name == "fast") return Effort::kFast;
-  if (name == "normal") return Effort::kNormal;
-  if (name == "high") return Effort::kHigh;
-  if (name == "max") return Effort::kMax;
-  throw nb::value_error("effort is 'fast', 'normal', 'high' or 'max'");
-}
-
 // (triangles, disk_begin, meshlet_begin) as in Meshlets, and page_begin as in encode_given.
-using GivenMeshlets = std::tuple<Ids, Ids, Ids, Ids>;
+using GivenMeshlets = std::tuple<Numbers, Numbers, Numbers, Numbers>;
 
-std::vector<uint32_t> vector_of(const Ids& numbers) {
-  return std::vector<uint32_t>(numbers.data(), numbers.data() + numbers.shape(0));
-}
-
-nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
+nb::tuple encode_primitive(const Indices& triangles, const Numbers& position_ids,
                            const Points& positions, const std::vector<nb::dict>& stream_dicts,
                            const std::vector<Values>& values, int max_triangles, int max_vertices,
-                           float lambda, int iterations, float fill, const std::string& weight,
-                           bool share_seams, int threads, nb::object progress, size_t page_bytes,
+                           float lambda, float fill, const std::string& weight, bool share_seams,
+                           int threads, nb::object progress, size_t page_bytes,
                            const std::optional<GivenMeshlets>& given, const std::string& effort) {
   size_t vertices = positions.shape(0);
   check_mesh(triangles, position_ids, vertices);
@@ -183,7 +162,6 @@ nb::tuple encode_primitive(const Indices& triangles, const Ids& position_ids,
   options.max_triangles = max_triangles;
   options.max_vertices = max_vertices;
   if (lambda > 0) options.lambda = lambda;
-  if (iterations > 0) options.iterations = iterations;
   if (fill > 0) options.fill = fill;
   options.weight = weight == "paper" ? Weight::kPaper : Weight::kChoe;
   options.share_seams = share_seams;
@@ -296,7 +274,7 @@ class OpenView {
     return nb::make_tuple(triangle_array, arrays);
   }
 
-  uint64_t decode_many(const Ids& numbers) {
+  uint64_t decode_many(const Numbers& numbers) {
     nb::gil_scoped_release release;
     uint64_t triangles = 0;
     for (size_t i = 0; i < numbers.shape(0); i++) {
@@ -324,12 +302,7 @@ HeaderView read_header(const nb::bytes& blob) {
   return {std::move(header), std::move(triangles)};
 }
 
-nb::object meshlet_triangles(const HeaderView& view) {
-  uint32_t* counts;
-  nb::object array = new_array(view.meshlet_triangles.size(), 1, counts);
-  std::copy(view.meshlet_triangles.begin(), view.meshlet_triangles.end(), counts);
-  return array.attr("reshape")(-1);
-}
+nb::object meshlet_triangles(const HeaderView& view) { return array_of(view.meshlet_triangles); }
 
 nb::dict describe_view(const nb::bytes& bytes) {
   const ViewDecoder view(bytes_of(bytes), bytes.size());
@@ -371,10 +344,6 @@ void define_constants(nb::module_& m) {
   CONSTANT(MESHLET_TRIANGLES);
   CONSTANT(MESHLET_VERTICES);
 #undef CONSTANT
-  const meshlet::GenerationOptions defaults;
-  m.attr("DEFAULT_LAMBDA") = std::round(1e6 * defaults.lambda) / 1e6;  // 1.4, not 1.39999998
-  m.attr("DEFAULT_ITERATIONS") = defaults.iterations;
-  m.attr("DEFAULT_FILL") = std::round(1e6 * defaults.fill) / 1e6;
 }
 
 NB_MODULE(_codec, m) {
@@ -402,8 +371,8 @@ NB_MODULE(_codec, m) {
   m.def(
       "encode", &encode_primitive, "triangles"_a, "position_ids"_a, "positions"_a, "streams"_a,
       "values"_a, "max_triangles"_a = 64, "max_vertices"_a = 64, "lambda_"_a = 0.0f,
-      "iterations"_a = 0, "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true,
-      "threads"_a = 0, "progress"_a = nb::none(), "page_bytes"_a = 0, "meshlets"_a = nb::none(),
+      "fill"_a = 0.0f, "weight"_a = "paper", "share_seams"_a = true, "threads"_a = 0,
+      "progress"_a = nb::none(), "page_bytes"_a = 0, "meshlets"_a = nb::none(),
       "effort"_a = "normal",
       nb::sig(
           "def encode(triangles: numpy.typing.NDArray[numpy.uint32], position_ids: "
@@ -412,7 +381,7 @@ NB_MODULE(_codec, m) {
           "collections.abc.Sequence[collections.abc.Mapping[str, typing.Any]], "
           "values: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint32]], max_triangles: "
           "int = 64, "
-          "max_vertices: int = 64, lambda_: float = 0.0, iterations: int = 0, "
+          "max_vertices: int = 64, lambda_: float = 0.0, "
           "fill: float = 0.0, weight: str = 'paper', share_seams: bool = True, "
           "threads: int = 0, progress: collections.abc.Callable[[float], object] | None = None, "
           "page_bytes: int = 0, meshlets: tuple[numpy.typing.NDArray[numpy.uint32], "
@@ -424,16 +393,15 @@ NB_MODULE(_codec, m) {
       "where\n"
       "positions are. positions: float32[V, 3]. streams: dicts of kind, components (integers per\n"
       "vertex), bits, step, offset, predictor (-1: the encoder chooses). values: uint32[V,\n"
-      "components] per stream. lambda_, iterations, fill: 0 means the default (DEFAULT_LAMBDA "
-      "..).\n"
-      "weight: 'paper' or 'choe'. share_seams: False only to measure its gain. threads: 0 means\n"
-      "one per processor. progress: called with a fraction from 0 to 1. page_bytes: 0 for one "
-      "blob,\n"
-      "else pages, blobs of at most so many bytes. meshlets: those of the caller, as uint32 "
-      "arrays\n"
-      "(triangles, disk begins, meshlet begins, page begins; each of the begins ends with the\n"
-      "number of its items). effort: 'fast', 'normal', 'high' or 'max'; iterations counts from\n"
-      "'high' on.\n\n"
+      "components] per stream. lambda_, fill: 0 means the default. weight: 'paper' or 'choe'. "
+      "Fill\n"
+      "and weight are there to measure the paper's Table 1, share_seams to measure its gain. "
+      "threads:\n"
+      "0 means one per processor. progress: called with a fraction from 0 to 1. page_bytes: 0 for\n"
+      "one blob, else pages, blobs of at most so many bytes. meshlets: those of the caller, as\n"
+      "uint32 arrays (triangles, disk begins, meshlet begins, page begins; each of the begins "
+      "ends\n"
+      "with the number of its items). effort: 'fast', 'normal' or 'high'.\n\n"
       "Returns (view, statistics): those of describe, 'generation': {'histogram', 'iterations'} "
       "and\n"
       "'seconds': {stage: seconds}; stages: sort, grow, join, boundaries, predict, write. Raises\n"

@@ -1,6 +1,6 @@
 #include "lod_bindings.h"
 
-#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
@@ -10,45 +10,20 @@
 #include <optional>
 #include <vector>
 
+#include "arrays.h"
 #include "common/parallel.h"
 #include "lod/group_meshlets.h"
 #include "lod/replacement_errors.h"
 #include "lod/surface_distance.h"
 #include "segment/spatial_mesh.h"
 
-namespace nb = nanobind;
+namespace meshlet {
+
 using namespace nb::literals;
 
-namespace meshlet {
 namespace {
 
-using Indices = nb::ndarray<const uint32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Numbers = nb::ndarray<const uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Points = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-
 constexpr size_t kPointsAtOnce = 1024;
-
-template <class Vector>
-nb::object array_of(Vector values) {
-  using T = typename Vector::value_type;
-  auto* kept = new Vector(std::move(values));
-  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<Vector*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, T, nb::ndim<1>>(kept->data(), {kept->size()}, owner));
-}
-
-void check_triangles(const Indices& triangles, size_t vertices, bool distinct) {
-  const uint32_t* t = triangles.data();
-  for (size_t i = 0; i < triangles.shape(0); i++, t += 3) {
-    if (t[0] >= vertices || t[1] >= vertices || t[2] >= vertices)
-      throw nb::value_error("a triangle index is out of range");
-    if (distinct && (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]))
-      throw nb::value_error("a triangle repeats an index");
-  }
-}
-
-std::vector<uint32_t> vector_of(const Numbers& numbers) {
-  return {numbers.data(), numbers.data() + numbers.shape(0)};
-}
 
 std::vector<uint32_t> begins_of(const Numbers& begin, size_t end) {
   std::vector<uint32_t> out = vector_of(begin);
@@ -61,8 +36,7 @@ std::vector<uint32_t> begins_of(const Numbers& begin, size_t end) {
 
 nb::tuple generate(const Indices& triangles, const Numbers& triangle_begin,
                    const Numbers& position_ids, const Points& positions, int max_triangles,
-                   float lambda, int iterations, float fill, bool paper_weight, int effort,
-                   int threads) {
+                   float lambda, const std::string& effort, int threads) {
   const size_t vertices = positions.shape(0);
   check_triangles(triangles, vertices, true);
   if (position_ids.shape(0) != vertices)
@@ -73,11 +47,7 @@ nb::tuple generate(const Indices& triangles, const Numbers& triangle_begin,
   GenerationOptions options;
   options.max_triangles = max_triangles;
   if (lambda > 0) options.lambda = lambda;
-  if (iterations > 0) options.iterations = iterations;
-  if (fill > 0) options.fill = fill;
-  if (effort < 0 || effort > int(Effort::kMax)) throw nb::value_error("effort is 0 to 3");
-  options.effort = Effort(effort);
-  options.weight = paper_weight ? Weight::kPaper : Weight::kChoe;
+  options.effort = effort_of(effort);
   options.threads = threads;
   const MeshView mesh{triangles.data(), triangles.shape(0), position_ids.data(), positions.data(),
                       vertices};
@@ -193,21 +163,19 @@ nb::object hilbert_order(const Points& points) {
 
 void bind_lod(nb::module_& m) {
   m.def("generate_in_groups", &generate, "triangles"_a, "triangle_begin"_a, "position_ids"_a,
-        "positions"_a, "max_triangles"_a = 64, "lambda_"_a = 0.0f, "iterations"_a = 0,
-        "fill"_a = 0.0f, "paper_weight"_a = true, "effort"_a = int(Effort::kNormal),
+        "positions"_a, "max_triangles"_a = 64, "lambda_"_a = 0.0f, "effort"_a = "normal",
         "threads"_a = 0,
         nb::sig("def generate_in_groups(triangles: numpy.typing.NDArray[numpy.uint32], "
                 "triangle_begin: numpy.typing.NDArray[numpy.uint32], "
                 "position_ids: numpy.typing.NDArray[numpy.uint32], "
                 "positions: numpy.typing.NDArray[numpy.float32], max_triangles: int = 64, "
-                "lambda_: float = 0.0, iterations: int = 0, fill: float = 0.0, "
-                "paper_weight: bool = True, effort: int = 1, threads: int = 0) -> "
+                "lambda_: float = 0.0, effort: str = 'normal', threads: int = 0) -> "
                 "tuple[numpy.typing.NDArray[numpy.uint32], numpy.typing.NDArray[numpy.uint32], "
                 "numpy.typing.NDArray[numpy.uint32], numpy.typing.NDArray[numpy.uint32]]"),
         "Makes meshlets that never cross groups. Group g: triangles triangle_begin[g] ..\n"
         "triangle_begin[g + 1]. Other arguments as in encode; position_ids: any numbers, equal "
         "where\n"
-        "positions are; effort: 0 (fast) to 3 (max). Returns (uint32[T], numbers of the triangles\n"
+        "positions are. Returns (uint32[T], numbers of the triangles\n"
         "in order, disk begins, meshlet begins, group begins), the begins as encode takes them.\n"
         "Raises ValueError.");
   nb::class_<Errors>(m, "ReplacementErrors",

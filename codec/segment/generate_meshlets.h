@@ -12,8 +12,8 @@
 namespace meshlet {
 
 // How much time goes into small files. kFast and kNormal shift the borders of regions, kHigh grows
-// regions anew in each round, as the paper. kMax is kHigh tried with several parameters.
-enum class Effort { kFast, kNormal, kHigh, kMax };
+// regions anew in each round, as the paper.
+enum class Effort { kFast, kNormal, kHigh };
 
 // The weight that orders the attachment of triangles to regions: equation (1) of the paper, with
 // its penalty C(F) for full regions, or without, as in Choe et al.
@@ -25,14 +25,13 @@ struct GenerationOptions {
   // Equation (1), above 1. Smaller: flatter meshlets; larger: more compact ones.
   float lambda = 1.4f;
   Effort effort = Effort::kNormal;
-  // kHigh and above: most rounds of attaching triangles and moving centres.
-  int iterations = 12;
-  Weight weight = Weight::kPaper;
   int threads = 0;  // 0: one per processor; does not change the result
   // Called on the calling thread with a fraction that never decreases.
   std::function<void(float)> progress;
-  // Mean share of max_triangles in a region; sets the number of initial centres.
+  // Mean share of max_triangles in a region; sets the number of initial centres. Another value, or
+  // another weight, only to measure the paper's Table 1.
   float fill = 0.96f;
+  Weight weight = Weight::kPaper;
 };
 
 // A meshlet is a range of disks, a disk a range of triangles.

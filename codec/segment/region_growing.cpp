@@ -148,7 +148,7 @@ int RegionGrower::grow() {
     sum_regions();
     move_centres(kOvershoot);
     round++;
-  } while (choose_seeds() && round < options_.iterations);
+  } while (choose_seeds() && round < options_.rounds);
   return round;
 }
 

@@ -13,7 +13,7 @@ struct GrowthOptions {
   int max_size;     // N_max
   float lambda;
   Weight weight;
-  int iterations;  // most rounds
+  int rounds;  // at most
   // Above 0: instead of rounds, so many cycles of `sweeps` that shift borders, and one of growth.
   int cycles;
   int sweeps;
@@ -25,7 +25,7 @@ struct GrowthOptions {
 // times that centres moved.
 //
 // In rounds, as in the paper: triangles are attached to centres and the centres moved, until these
-// stop, at most options.iterations times. In cycles: regions start as runs of triangles along the
+// stop, at most options.rounds times. In cycles: regions start as runs of triangles along the
 // curve, and most steps only shift borders.
 int grow_regions(Patch& patch, const GrowthOptions& options);
 

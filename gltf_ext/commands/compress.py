@@ -98,14 +98,9 @@ def compress(
         max_triangles: most triangles in a meshlet (16 to 64, default 64).
         lambda_: above 1; small values give planar meshlets, large ones compact meshlets (default
             1.4).
-        effort: "fast" or "normal" or "high" or "max": how long to look for a smaller file; against
-            normal, fast takes about 0.6 of the time for 2 % more bytes, high 1.7 times for 0.2 %
-            fewer, and max 15 times for 0.4 % fewer (default normal).
-        iterations: most rounds of meshlet generation, with effort high or max (default 12).
-        fill: mean size of the meshlets to generate, as a share of the largest (0.25 to 1, default
-            0.96).
-        weight: "paper" or "choe": meshlet generation with the paper's size penalty, or without, as
-            Choe et al. (default paper).
+        effort: "fast" or "normal" or "high": how long to look for a smaller file; against normal,
+            fast takes about 0.6 of the time for 2 % more bytes, and high 1.7 times for 0.2 % fewer
+            (default normal).
         page_bytes: largest size of a page, a blob of neighbouring meshlets that decodes alone; 0
             for one blob per primitive, else at least 4096 (0 to 268435456, default 0).
         lod: also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or 32768 bytes;

@@ -18,9 +18,10 @@ MIN_POSITION_BITS, DEFAULT_POSITION_BITS = 4, 12
 # A page of fewer bytes holds less than about ten meshlets, and mostly borders.
 MIN_PAGE_BYTES, MAX_PAGE_BYTES = 4096, 1 << 28
 LARGEST_NUMBER = 1e9
-EFFORTS = ("fast", "normal", "high", "max")  # in the order of the codec's numbers
+EFFORTS = ("fast", "normal", "high")
 DEFAULT_LOD_PAGE_BYTES = 32768
-ITERATING_EFFORTS = ("high", "max")
+# Former options, and those to use instead.
+REMOVED_OPTIONS = {"iterations": "effort", "fill": "max_triangles", "weight": "lambda_"}
 
 
 @dataclass(frozen=True)
@@ -141,30 +142,9 @@ class Options:
         "normal",
         "--effort",
         "how long to look for a smaller file; against normal, fast takes about 0.6 of the time for "
-        "2 % more bytes, high 1.7 times for 0.2 % fewer, and max 15 times for 0.4 % fewer",
+        "2 % more bytes, and high 1.7 times for 0.2 % fewer",
         type=str,
         choices=EFFORTS,
-    )
-    iterations: int | None = _declared(
-        None,
-        "--iterations",
-        "most rounds of meshlet generation, with effort high or max",
-        default="12",
-    )
-    fill: float | None = _declared(
-        None,
-        "--fill",
-        "mean size of the meshlets to generate, as a share of the largest",
-        type=float,
-        limits=(0.25, 1.0),
-        default="0.96",
-    )
-    weight: str = _declared(
-        "paper",
-        "--weight",
-        "meshlet generation with the paper's size penalty, or without, as Choe et al.",
-        type=str,
-        choices=("paper", "choe"),
     )
     page_bytes: int = _declared(
         0,
@@ -219,16 +199,12 @@ class Options:
             )
         if self.position_bits is None:
             object.__setattr__(self, "position_bits", DEFAULT_POSITION_BITS)
+        if self.effort == "max":
+            raise MeshletError("effort max was removed", "use high", options=("effort",))
         for option in OPTIONS:
             value = getattr(self, option.name)
             if value is not None:
                 option.check(value)
-        if self.iterations is not None and self.effort not in ITERATING_EFFORTS:
-            raise MeshletError(
-                f"iterations has no meaning with effort {self.effort}",
-                f"use effort {' or '.join(ITERATING_EFFORTS)}",
-                options=("iterations", "effort", "effort"),
-            )
         if 0 < self.page_bytes < MIN_PAGE_BYTES:
             raise MeshletError(
                 f"page_bytes is {self.page_bytes}",
@@ -239,6 +215,9 @@ class Options:
     @classmethod
     def of(cls, given: dict[str, Any]) -> Options:
         """Options from keyword arguments. Raises MeshletError for an unknown name too."""
+        for name, other in REMOVED_OPTIONS.items():
+            if name in given:
+                raise MeshletError(f"{name} was removed", f"use {other}", options=(name, other))
         unknown = sorted(set(given) - {option.name for option in OPTIONS})
         if unknown:
             raise MeshletError(
@@ -252,28 +231,14 @@ class Options:
 
     @property
     def encoder(self) -> dict[str, Any]:
-        """Keyword arguments of _codec.encode; it has its own defaults for those left out."""
-        given = {"lambda_": self.lambda_, "iterations": self.iterations, "fill": self.fill}
-        return {
-            "max_triangles": self.max_triangles,
-            "effort": self.effort,
-            "weight": self.weight,
-            "threads": self.threads,
-            "page_bytes": self.page_bytes,
-            **{name: value for name, value in given.items() if value is not None},
-        }
+        """Keyword arguments of _codec.encode; it has its own default for lambda_."""
+        return {**self.generation, "threads": self.threads, "page_bytes": self.page_bytes}
 
     @property
     def generation(self) -> dict[str, Any]:
         """Keyword arguments of _codec.generate_in_groups, as in `encoder`."""
-        encoder = self.encoder
-        given = {k: v for k, v in encoder.items() if k in ("lambda_", "iterations", "fill")}
-        return {
-            **given,
-            "max_triangles": self.max_triangles,
-            "effort": EFFORTS.index(self.effort),
-            "paper_weight": self.weight == "paper",
-        }
+        shape = {} if self.lambda_ is None else {"lambda_": self.lambda_}
+        return {"max_triangles": self.max_triangles, "effort": self.effort, **shape}
 
 
 OPTIONS: tuple[Option, ...] = tuple(

@@ -50,13 +50,9 @@ def test_peak_memory_is_measured_in_a_new_process(small, tmp_path):
     assert speed.peak_memory("decode", speed.OURS, blobs_of(small, tmp_path), tmp_path) > 1000
 
 
-@pytest.mark.parametrize("option", parameters.ENCODER_DEFAULTS)
-def test_parameters_names_the_defaults_of_the_encoder(small, tmp_path, option):
-    effort = parameters.EFFORT
-    gltf_ext.compress(small, tmp_path / "default.glb", effort=effort)
-    gltf_ext.compress(
-        small, tmp_path / "named.glb", effort=effort, **{option: parameters.DEFAULTS[option]}
-    )
+def test_parameters_names_the_default_of_the_encoder(small, tmp_path):
+    gltf_ext.compress(small, tmp_path / "default.glb")
+    gltf_ext.compress(small, tmp_path / "named.glb", lambda_=parameters.DEFAULTS["lambda_"])
     assert blobs(tmp_path / "default.glb") == blobs(tmp_path / "named.glb")
 
 

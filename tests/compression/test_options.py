@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from gltf_ext.compression.options import OPTIONS, Options
+from gltf_ext.compression.options import OPTIONS, REMOVED_OPTIONS, Options
 from gltf_meshlet import cli
 from tests.helpers.gltf_builder import Builder, grid_mesh
 from tools.option_docs import BLOCKS, written
@@ -33,7 +33,9 @@ def test_the_command_line_has_every_option_but_progress():
     command = commands.choices["compress"]
     command.complete()
     flags = {flag for action in command._actions for flag in action.option_strings}
-    assert flags - {"-h", "--help"} == {o.flag for o in OPTIONS if o.name != "progress"}
+    removed = {f"--{name}" for name in REMOVED_OPTIONS}
+    assert flags - {"-h", "--help"} - removed == {o.flag for o in OPTIONS if o.name != "progress"}
+    assert removed <= flags and not any(flag in command.format_help() for flag in removed)
 
 
 def test_shown_defaults_are_the_defaults():
@@ -45,14 +47,14 @@ def test_shown_defaults_are_the_defaults():
 
 
 def test_shown_defaults_are_the_encoders(tmp_path):
-    """lambda_, iterations and fill are left to the encoder."""
+    """lambda_ is left to the encoder."""
     positions, triangles = grid_mesh(40, 40)
     builder = Builder()
     builder.mesh({"POSITION": positions}, triangles)
     original = builder.write(tmp_path / "in.glb")
     outputs = []
     shown = {o.name: o.type(o.default) for o in OPTIONS if o.default and o.type in (int, float)}
-    assert {"lambda_", "iterations", "fill"} <= shown.keys()
+    assert "lambda_" in shown
     for options in ({}, shown, {**shown, "lambda_": 3.0}):
         gltf_ext.compress(original, tmp_path / "out.glb", effort="high", **options)
         outputs.append((tmp_path / "out.glb").read_bytes())
@@ -70,33 +72,39 @@ def test_limits(option):
                 Options(**{option.name: value})
 
 
-@pytest.mark.parametrize("values", [{"iterations": 2.5}, {"iterations": 0}, {"lambda_": -1.0}])
+@pytest.mark.parametrize("values", [{"lambda_": 0}, {"step": "1"}, {"lambda_": -1.0}])
 def test_numbers_above_zero(values):
     with pytest.raises(gltf_ext.MeshletError, match="use a number above 0"):
         Options(**values)
 
 
-@pytest.mark.parametrize("effort", ["fast", "normal"])
-def test_iterations_need_an_effort_that_iterates(effort):
-    with pytest.raises(
-        gltf_ext.MeshletError, match=f"with effort {effort}; use effort high or max"
-    ):
-        Options(effort=effort, iterations=3)
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"iterations": 3}, "iterations was removed; use effort"),
+        ({"fill": 0.7}, "fill was removed; use max_triangles"),
+        ({"weight": "choe"}, "weight was removed; use lambda_"),
+        ({"effort": "max"}, "effort max was removed; use high"),
+    ],
+)
+def test_removed_options_name_others(values, message):
+    with pytest.raises(gltf_ext.MeshletError, match=message):
+        Options.of(values)
 
 
 def test_efforts_trade_time_for_size(tmp_path):
-    """Every effort gives a file of the same mesh; max is never larger than high."""
+    """Every effort gives a file of the same mesh."""
     positions, triangles = grid_mesh(60, 60)
     builder = Builder()
     builder.mesh({"POSITION": positions}, triangles)
     original = builder.write(tmp_path / "in.glb")
     sizes = {}
-    for effort in ("fast", "normal", "high", "max"):
+    for effort in ("fast", "normal", "high"):
         report = gltf_ext.compress(original, tmp_path / f"{effort}.glb", effort=effort)
         sizes[effort] = report["output_bytes"]
         assert gltf_ext.verify(original, tmp_path / f"{effort}.glb")["ok"]
         assert gltf_ext.validate(tmp_path / f"{effort}.glb") == []
-    assert sizes["max"] <= sizes["high"] and len(set(sizes.values())) > 1
+    assert len(set(sizes.values())) > 1
 
 
 def test_numpy_numbers_are_numbers():

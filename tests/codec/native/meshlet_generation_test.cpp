@@ -1,7 +1,7 @@
 // Tests of the segmentation, codec/segment.
 //   meshlet_generation_test              generated meshes, regular and hostile
 //   meshlet_generation_test FILE...      checks meshes from files and prints figures
-// Options, before files: --max-triangles N, --max-vertices N, --lambda X, --iterations N,
+// Options, before files: --max-triangles N, --max-vertices N, --lambda X,
 // --weight paper|choe, --fill X, --threads N, --no-check.
 // File: little-endian uint32 primitive count, then per primitive uint32 vertex and triangle counts,
 // float32 positions, uint32 triangles.
@@ -410,7 +410,6 @@ int main(int argc, char** argv) {
     if (option == "--max-triangles") options.max_triangles = std::atoi(value);
     if (option == "--max-vertices") options.max_vertices = std::atoi(value);
     if (option == "--lambda") options.lambda = float(std::atof(value));
-    if (option == "--iterations") options.iterations = std::atoi(value);
     if (option == "--fill") options.fill = float(std::atof(value));
     if (option == "--threads") options.threads = std::atoi(value);
     if (option == "--weight" && std::strcmp(value, "choe") == 0)
