@@ -27,7 +27,7 @@ PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsu
 # A process per core; a file of tests stays in one process, which compiles its shaders once.
 PYTEST := $(BIN)/python -m pytest -q -n auto --dist loadfile --junitxml=build/test-results.xml
 MEASUREMENTS := meshlet_formats size paper table1 speed efforts quality parameters choices mitsuba \
-  lod figures how_it_works results_page
+  lod figures how_it_works overview
 PICTURES := meshlets comparison size render_comparison
 
 .PHONY: help demo test test-full test-web lint format lines fuzz shaders wgsl bench figures docs wheel blender web hooks clean

@@ -7,15 +7,18 @@ import importlib
 import sys
 from pathlib import Path
 
+from bench import common
+
 FOLDER = Path(__file__).resolve().parent
 
 
 def questions() -> dict[str, str]:
-    """Module name -> first line of its docstring, for each module with a `main`. Imports none."""
+    """Name -> first line of the docstring of each module that measures or draws. Imports none."""
     found = {}
     for path in sorted(FOLDER.glob("[!_]*.py")):
         tree = ast.parse(path.read_text())
-        if any(isinstance(node, ast.FunctionDef) and node.name == "main" for node in tree.body):
+        names = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+        if "draw_all" in names or {"measure", "summary"} <= names or {"measure", "report"} <= names:
             found[path.stem] = (ast.get_docstring(tree) or "").partition("\n")[0]
     return found
 
@@ -28,13 +31,17 @@ def main() -> int:
         print("python -m bench NAME [OPTION ...]\n")
         print("\n".join(f"  {name:{width}}  {question}" for name, question in known.items()))
         return 0
-    name = sys.argv[1]
+    name, *arguments = sys.argv[1:]
     if name not in known:
         print(f"bench: no question is called {name}; python -m bench lists them", file=sys.stderr)
         return 2
-    sys.argv = [f"bench {name}", *sys.argv[2:]]
+    question = importlib.import_module(f"bench.{name}")
     try:
-        importlib.import_module(f"bench.{name}").main()
+        if hasattr(question, "measure"):
+            common.answer(question, arguments)
+        else:
+            for path in question.draw_all():
+                common.progress(f"wrote {path.relative_to(common.ROOT)}")
     except KeyboardInterrupt:
         return 130
     return 0

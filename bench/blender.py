@@ -17,13 +17,10 @@ from pathlib import Path
 
 import gltf_ext
 from bench.common import (
-    DOCS,
     ROOT,
-    Question,
     markdown_table,
     origin_line,
     progress,
-    replace_block,
 )
 from bench.generated import torus
 from bench.models import real_model
@@ -151,27 +148,3 @@ def block(result: dict) -> str:
         f"Blender {blender['blender']} as a Python module, Python {blender['blender python']}. "
         f"{origin_line(result)}"
     )
-
-
-def write_pages(result: dict) -> list[Path]:
-    return [replace_block(DOCS / "blender.md", "measurements", block(result))]
-
-
-QUESTION = Question(
-    "blender",
-    __doc__,
-    measure,
-    summary,
-    write_pages,
-    add_options=add_options,
-    check=check,
-    complete=is_complete,
-)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import gltf_ext
-from bench.common import Question, markdown_table, origin_line, progress, write_page
+from bench.common import markdown_table, origin_line, progress
 from bench.models import real_models
 from bench.size import section_bits
 from gltf_ext import _codec
@@ -443,19 +443,3 @@ Bits per triangle of whole files:
   positions and normals; the encoder chooses the predictors of the other streams.
 
 {markdown_table(["model", *result["switched"][0]["bits"]], switched)}"""
-
-
-def write_pages(result: dict) -> list[Path]:
-    """docs/choices.md."""
-    return [write_page("choices", report(result))]
-
-
-QUESTION = Question("choices", __doc__, measure, report, write_pages)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()

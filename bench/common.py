@@ -1,13 +1,10 @@
-"""The skeleton of all measurements: measure, keep the result as JSON, write pages from it.
-
-A module that answers a question defines a `Question` and a `main` that runs it; `python -m bench`
-finds it by its `main`.
-"""
+"""The skeleton of all measurements: measure, keep the result as JSON, write documents from it."""
 
 from __future__ import annotations
 
 import argparse
 import datetime
+import hashlib
 import importlib.metadata
 import json
 import os
@@ -17,9 +14,9 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,82 +28,89 @@ DOCS = ROOT / "docs"
 RESULTS = ROOT / "bench" / "results"
 # The measurements write these themselves: changes there do not make a commit "-dirty".
 WRITTEN_BY_MEASUREMENTS = (":!docs", ":!bench/results")
+PACKAGES = ("gltf-meshlet", "numpy")
+DIGEST = "Figures"  # the text field of a PNG with the digest of what it shows
 
 
 # --- a question ---
 
 
-def _no_options(parser: argparse.ArgumentParser) -> None:
-    pass
+def answer(question: Any, arguments: list[str]) -> None:
+    """Answers the question of a module. Errors end the program with one line.
 
+    question: a module, whose docstring begins with the help text, with these names; all but
+    `measure` and one of `report` and `summary` are optional:
 
-def _any_options(options: argparse.Namespace) -> None:
-    pass
-
-
-def _always(options: argparse.Namespace) -> bool:
-    return True
-
-
-@dataclass(frozen=True)
-class Question:
-    """One thing to measure.
-
-    name: of the module, of bench/results/NAME.json and of `python -m bench NAME`
-    about: the module's docstring; its first line is the help text
-    measure: returns the figures without their origin; may raise MeshletError or OSError
-    summary: the text to print for a result
-    write_pages: writes the pages and pictures of a result and returns their paths
-    packages: the packages whose versions a result keeps
-    add_options: adds the question's own options
-    check: ends the program if it cannot measure with the options; runs first
-    complete: False if the options measure only a part; such a result is printed, not written
+    measure(options): returns the figures without their origin; may raise MeshletError or OSError
+    report(result): the text of docs/NAME.md, of which the module writes every line
+    summary(result): the text to print, by default that of `report`
+    block(result): the text between the comments "begin measurements" and "end measurements" in
+        docs/NAME.md, where hyphens replace underscores
+    save_plot(result, path): draws docs/NAME.png and returns the path
+    write_documents(result): writes further documents and pictures and returns their paths
+    PACKAGES: the packages whose versions a result keeps
+    add_options(parser): adds options
+    check(options): ends the program if it cannot measure with the options; runs first
+    is_complete(options): False if they measure only a part, which is printed but not written
     """
+    name = _name(question)
+    options = _options(question, name, arguments)
+    try:
+        result = read_result(name) if options.docs_only else _measured(question, options)
+        if result is None:
+            raise SystemExit(f"bench {name}: bench/results/{name}.json is missing")
+        print((getattr(question, "summary", None) or question.report)(result))
+        complete = getattr(question, "is_complete", None)
+        if options.no_write or (complete and not complete(options)):
+            return
+        written = [] if options.docs_only else [write_result(name, result)]
+        written += documents_of(question, result)
+    except (MeshletError, OSError) as error:
+        raise SystemExit(f"bench {name}: {error}") from None
+    for path in written:
+        progress(f"wrote {path.relative_to(ROOT)}")
 
-    name: str
-    about: str
-    measure: Callable[[argparse.Namespace], dict]
-    summary: Callable[[dict], str]
-    write_pages: Callable[[dict], list[Path]]
-    packages: tuple[str, ...] = ("gltf-meshlet", "numpy")
-    add_options: Callable[[argparse.ArgumentParser], None] = _no_options
-    check: Callable[[argparse.Namespace], None] = _any_options
-    complete: Callable[[argparse.Namespace], bool] = _always
 
-    def run(self) -> None:
-        """Answers the question with the command line's options. Errors end it with one line."""
-        options = self._options()
-        try:
-            result = read_result(self.name) if options.pages_only else self._measured(options)
-            if result is None:
-                raise SystemExit(f"bench {self.name}: bench/results/{self.name}.json is missing")
-            print(self.summary(result))
-            if options.no_write or not self.complete(options):
-                return
-            written = [] if options.pages_only else [write_result(self.name, result)]
-            written += self.write_pages(result)
-        except (MeshletError, OSError) as error:
-            raise SystemExit(f"bench {self.name}: {error}") from None
-        for path in written:
-            progress(f"wrote {path.relative_to(ROOT)}")
+def documents_of(question: Any, result: dict) -> list[Path]:
+    """Writes the documents and pictures of a result; returns their paths."""
+    name = _name(question).replace("_", "-")
+    written = []
+    if hasattr(question, "save_plot"):
+        written.append(question.save_plot(result, DOCS / f"{name}.png"))
+    if hasattr(question, "report"):
+        written.append(write_document(name, question.report(result)))
+    if hasattr(question, "block"):
+        written.append(replace_block(DOCS / f"{name}.md", "measurements", question.block(result)))
+    if hasattr(question, "write_documents"):
+        written += question.write_documents(result)
+    return written
 
-    def _options(self) -> argparse.Namespace:
-        parser = argparse.ArgumentParser(
-            prog=f"python -m bench {self.name}", description=self.about.splitlines()[0]
-        )
-        self.add_options(parser)
-        parser.add_argument("--no-write", action="store_true", help="only print")
-        parser.add_argument(
-            "--pages-only",
-            action="store_true",
-            help=f"measure nothing; write the pages of bench/results/{self.name}.json",
-        )
-        return parser.parse_args()
 
-    def _measured(self, options: argparse.Namespace) -> dict:
-        # Checks and the origin first: a missing package must not end an hour of measuring.
-        self.check(options)
-        return {**origin(f"bench.{self.name}", self.packages), **self.measure(options)}
+def _name(question: Any) -> str:
+    return question.__name__.rpartition(".")[2]
+
+
+def _options(question: Any, name: str, arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog=f"python -m bench {name}", description=question.__doc__.splitlines()[0]
+    )
+    if hasattr(question, "add_options"):
+        question.add_options(parser)
+    parser.add_argument("--no-write", action="store_true", help="only print")
+    parser.add_argument(
+        "--docs-only",
+        action="store_true",
+        help=f"measure nothing; write the documents of bench/results/{name}.json",
+    )
+    return parser.parse_args(arguments)
+
+
+def _measured(question: Any, options: argparse.Namespace) -> dict:
+    # Checks and the origin first: a missing package must not end an hour of measuring.
+    if hasattr(question, "check"):
+        question.check(options)
+    packages = getattr(question, "PACKAGES", PACKAGES)
+    return {**origin(question.__name__, packages), **question.measure(options)}
 
 
 _START = time.perf_counter()
@@ -136,7 +140,7 @@ def call_in_process(module: str, function: str, *arguments):
 # --- the origin of figures ---
 
 
-def origin(script: str, packages: tuple[str, ...] = ("gltf-meshlet", "numpy")) -> dict:
+def origin(script: str, packages: tuple[str, ...] = PACKAGES) -> dict:
     """The script, date, commit, machine and versions. Ends the program if a package is missing."""
     return {
         "script": script,
@@ -183,12 +187,22 @@ def _cpu_name() -> str:
         return platform.machine()
 
 
+def command(result: dict) -> str:
+    """The command that measures a result again."""
+    return f"python -m bench {result['script'].removeprefix('bench.')}"
+
+
+def versions(named: dict[str, str]) -> str:
+    """Names with their versions, in words."""
+    return ", ".join(f"{name} ({version})" for name, version in named.items()) or "none"
+
+
 def origin_line(result: dict) -> str:
-    """One sentence for a page: where its figures come from and how to get them again."""
+    """One sentence for a document: where its figures come from and how to get them again."""
     machine = result["machine"]
     commit = f" at commit {result['commit']}" if result["commit"] else ""
     return (
-        f"Measured by `python -m {result['script']}` on {result['date'][:10]}{commit}, "
+        f"Measured by `{command(result)}` on {result['date'][:10]}{commit}, "
         f"{machine['cpu']}, {machine['cores']} cores.\n"
     )
 
@@ -225,10 +239,10 @@ def percentiles(times: Iterable[float]) -> dict[str, float]:
     }
 
 
-# --- pages ---
+# --- documents ---
 
 
-def write_page(name: str, text: str) -> Path:
+def write_document(name: str, text: str) -> Path:
     """Writes docs/NAME.md; returns its path."""
     path = DOCS / f"{name}.md"
     path.write_text(text)
@@ -243,20 +257,30 @@ def replace_block(path: Path, name: str, text: str) -> Path:
     return path
 
 
-def markdown_table(headings: list[str], rows: list[list[str]]) -> str:
+def markdown_table(headings: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
     """A Markdown table; the first column is text, the others are figures."""
+    headings = list(headings)
     lines = [headings, ["---"] + ["---:"] * (len(headings) - 1), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
-def best_in_bold(values: list[float | None], form: str, largest: bool = True) -> list[str]:
+def table(rows: Iterable[Any], columns: Mapping[str, Callable[[Any], str]]) -> str:
+    """A Markdown table with a line for each row. columns: the text of a cell, by heading."""
+    return markdown_table(columns, [[text(row) for text in columns.values()] for row in rows])
+
+
+def best_in_bold(values: Iterable[float | None], form: str, largest: bool = True) -> list[str]:
     """The figures of one row as text, the best one bold; None becomes an empty cell."""
+    values = list(values)
     known = [value for value in values if value is not None]
     best = (max if largest else min)(known) if known else None
     return [
         "" if value is None else f"**{value:{form}}**" if value == best else f"{value:{form}}"
         for value in values
     ]
+
+
+# --- pictures ---
 
 
 def pyplot():
@@ -269,3 +293,43 @@ def pyplot():
     from matplotlib import pyplot
 
     return pyplot
+
+
+def save_figure(figure: Any, path: Path, figures: Any = None, **options: Any) -> Path:
+    """Saves a picture; with the digest of its figures, so that a test finds an outdated picture."""
+    if figures is not None:
+        options["metadata"] = {DIGEST: digest(figures)}
+    figure.savefig(path, **options)
+    return path
+
+
+def digest(figures: Any) -> str:
+    """The fingerprint of a picture's figures."""
+    return hashlib.sha256(json.dumps(figures, sort_keys=True).encode()).hexdigest()
+
+
+def grouped_bars(
+    bars: dict[str, dict[str, float]],
+    size: tuple[float, float],
+    width: float,
+    colors: Mapping[str, str] = {},
+) -> tuple[Any, Any]:
+    """(figure, axis) with a group of bars for each key of `bars`, and a color for each series.
+
+    width: of a group.
+    """
+    figure, axis = pyplot().subplots(figsize=size, dpi=100)
+    names = list(dict.fromkeys(name for group in bars.values() for name in group))
+    each = width / len(names)
+    for k, name in enumerate(names):
+        places = [place for place, group in enumerate(bars.values()) if name in group]
+        axis.bar(
+            [place + (k - (len(names) - 1) / 2) * each for place in places],
+            [group[name] for group in bars.values() if name in group],
+            0.92 * each,
+            color=colors.get(name),
+            label=name,
+        )
+    axis.set_xticks(range(len(bars)), list(bars))
+    axis.spines[["top", "right"]].set_visible(False)
+    return figure, axis

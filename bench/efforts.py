@@ -23,15 +23,12 @@ import numpy as np
 
 from bench import peers
 from bench.common import (
-    DOCS,
-    Question,
     markdown_table,
     origin_line,
     progress,
     pyplot,
     read_result,
     spread,
-    write_page,
 )
 from bench.models import real_model
 from bench.speed import (
@@ -46,6 +43,7 @@ from gltf_ext import _codec
 from gltf_ext.compression.options import EFFORTS
 from gltf_ext.compression.primitives import Primitive
 
+PACKAGES = ("gltf-meshlet", "numpy", "matplotlib")
 NAMES = (
     *("bunny", "suzanne", "engine", "materialball", "beast", "chinesedragon", "DamagedHelmet"),
     *("igea", "sponza_like", "dragon", "bistro_like"),
@@ -271,7 +269,8 @@ columns with {most} threads are each effort's own gain from them.
 
 
 def report(result: dict) -> str:
-    """docs/efforts.md, up to the section on more cores."""
+    """docs/efforts.md, with a section on more cores if efforts_cores.py has measured it."""
+    cores = read_result("efforts_cores")
     headings = [
         *("model, encoder", "threads", "million triangles per second", "speed-up"),
         *("against one thread", "bytes", "bytes, %", "peak, bytes per triangle"),
@@ -293,7 +292,8 @@ A point is a model, a line the power of the triangles that fits an encoder's poi
 {ratios(result)}
 Every way. Peak memory is the growth of the process while it encodes, its result included.
 
-{markdown_table(headings, [row for model in result["models"] for row in _way_rows(model)])}"""
+{markdown_table(headings, [row for model in result["models"] for row in _way_rows(model)])}\
+{cores_section(cores) if cores else ""}"""
 
 
 def cores_section(result: dict) -> str:
@@ -353,29 +353,3 @@ def add_options(parser: argparse.ArgumentParser, threads: Sequence[int] = (1, 2)
     parser.add_argument(
         "--before", metavar="MODULE", help="another build of gltf_ext/_codec, to compare with"
     )
-
-
-def write_pages(result: dict) -> list[Path]:
-    """docs/efforts.md and docs/efforts.png."""
-    cores = read_result("efforts_cores")
-    page = report(result) + (cores_section(cores) if cores else "")
-    return [save_plot(result, DOCS / "efforts.png"), write_page("efforts", page)]
-
-
-QUESTION = Question(
-    "efforts",
-    __doc__,
-    measure,
-    report,
-    write_pages,
-    packages=("gltf-meshlet", "numpy", "matplotlib"),
-    add_options=add_options,
-)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()

@@ -10,32 +10,24 @@ import os
 from pathlib import Path
 
 from bench import efforts
-from bench.common import Question, read_result
+from bench.common import documents_of, read_result
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     efforts.add_options(parser, (1, os.cpu_count() or 1))
 
 
-def write_pages(result: dict) -> list[Path]:
+def measure(options: argparse.Namespace) -> dict:
+    """All models."""
+    return efforts.measure(options)
+
+
+def summary(result: dict) -> str:
+    """The section on more cores."""
+    return efforts.cores_section(result)
+
+
+def write_documents(result: dict) -> list[Path]:
     """docs/efforts.md, if its first part has been measured."""
     first = read_result("efforts")
-    return efforts.write_pages(first) if first else []
-
-
-QUESTION = Question(
-    "efforts_cores",
-    __doc__,
-    efforts.measure,
-    efforts.cores_section,
-    write_pages,
-    add_options=add_options,
-)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()
+    return documents_of(efforts, first) if first else []

@@ -6,15 +6,12 @@ Each picture carries a digest of its figures, so that a test finds an outdated p
 
 from __future__ import annotations
 
-import hashlib
-import json
 import statistics
 from pathlib import Path
 
-from bench.common import DOCS, progress, pyplot, read_result
+from bench.common import DOCS, grouped_bars, pyplot, read_result, save_figure
 from bench.models import PAPER_MODELS
 
-DIGEST = "Figures"  # the PNG's text field
 # The same five parts of both encodings: (label, colour, parts of the paper's, sections of ours)
 FIGURE3 = (
     ("triangles", "#4477aa", ("connectivity",), ("connectivity",)),
@@ -107,58 +104,33 @@ def peers(size: dict) -> dict:
     return measured | published
 
 
-def digest(bars: dict) -> str:
-    """The fingerprint of a picture's figures."""
-    return hashlib.sha256(json.dumps(bars, sort_keys=True).encode()).hexdigest()
-
-
 def draw_figure3(size: dict, paper: dict) -> Path:
     """Draws docs/figure3.png."""
     bars = figure3(size, paper)
-    figure, axis = _axes()
+    figure, axis = pyplot().subplots(figsize=(11, 5), dpi=100)
     for place, encodings in enumerate(bars.values()):
         for shift, (name, values) in zip((-0.21, 0.21), encodings.items()):
-            bottom = 0.0
+            bottom, x = 0.0, place + shift
             for (label, color, *_), value in zip(FIGURE3, values):
-                axis.bar(
-                    place + shift,
-                    value,
-                    0.38,
-                    bottom,
-                    color=color,
-                    label=label if place + shift < 0 else None,
-                )
+                shown = label if x < 0 else None
+                axis.bar(x, value, 0.38, bottom, color=color, label=shown)
                 bottom += value
-            axis.text(
-                place + shift,
-                bottom,
-                f"{name.removesuffix(' encoding')}\n{bottom:.1f}",
-                ha="center",
-                va="bottom",
-                fontsize=8,
-            )
+            title = f"{name.removesuffix(' encoding')}\n{bottom:.1f}"
+            axis.text(x, bottom, title, ha="center", va="bottom", fontsize=8)
     axis.set_title(
         "Compressed data in percent of raw, at most 64 triangles per meshlet", loc="left"
     )
+    axis.set_xticks(range(len(bars)), bars)
+    axis.spines[["top", "right"]].set_visible(False)
     return _finish(figure, axis, bars, "figure3")
 
 
 def draw_figure7(size: dict) -> Path:
     """Draws docs/figure7.png."""
     bars = figure7(size)
-    figure, axis = _axes()
-    names = [name for name in COLORS if any(name in codecs for codecs in bars.values())]
-    width = 0.85 / len(names)
-    for k, name in enumerate(names):
-        places = [
-            place + (k - (len(names) - 1) / 2) * width
-            for place, codecs in enumerate(bars.values())
-            if name in codecs
-        ]
-        values = [codecs[name] for codecs in bars.values() if name in codecs]
-        axis.bar(places, values, 0.92 * width, color=COLORS[name], label=name)
-        for place, value in zip(places, values):
-            axis.text(place, value, f"{value:.0f}", ha="center", va="bottom", fontsize=7)
+    figure, axis = grouped_bars(bars, (11, 5), 0.85, COLORS)
+    for container in axis.containers:
+        axis.bar_label(container, fmt="%.0f", fontsize=7)
     axis.set_title("Compressed size in percent of raw", loc="left")
     return _finish(figure, axis, bars, "figure7")
 
@@ -167,7 +139,7 @@ def draw_peers(size: dict) -> Path:
     """Draws docs/peers.png."""
     bars = peers(size)
     notes = PEERS | {name: note for name, (note, *_) in PUBLISHED.items()}
-    figure, axis = _axes(figsize=(9, 5.6))
+    figure, axis = pyplot().subplots(figsize=(9, 5.6), dpi=100)
     height = 0.38
     for k, (_, label, color) in enumerate(PEER_BARS):
         places = [place + height * k for place in range(len(bars))]
@@ -183,27 +155,16 @@ def draw_peers(size: dict) -> Path:
     axis.margins(x=0.08)
     axis.spines[["top", "right"]].set_visible(False)
     axis.legend(frameon=False, loc="center right")
-    return _save(figure, bars, "peers")
-
-
-def _axes(figsize=(11, 5)):
-    return pyplot().subplots(figsize=figsize, dpi=100)
+    figure.tight_layout()
+    return save_figure(figure, DOCS / "peers.png", bars)
 
 
 def _finish(figure, axis, bars: dict, name: str) -> Path:
-    axis.set_xticks(range(len(bars)), bars)
     axis.set_ylabel("percent of raw")
     axis.margins(y=0.12)
-    axis.spines[["top", "right"]].set_visible(False)
     axis.legend(ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.08), frameon=False)
-    return _save(figure, bars, name)
-
-
-def _save(figure, bars: dict, name: str) -> Path:
     figure.tight_layout()
-    path = DOCS / f"{name}.png"
-    figure.savefig(path, metadata={DIGEST: digest(bars)})
-    return path
+    return save_figure(figure, DOCS / f"{name}.png", bars)
 
 
 def draw_all() -> list[Path]:
@@ -215,12 +176,3 @@ def draw_all() -> list[Path]:
     if size and paper and figure3(size, paper):
         drawn.append(draw_figure3(size, paper))
     return drawn
-
-
-def main() -> None:
-    for path in draw_all():
-        progress(f"wrote {path.name}")
-
-
-if __name__ == "__main__":
-    main()

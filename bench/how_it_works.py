@@ -12,7 +12,6 @@ import tempfile
 import textwrap
 from collections import Counter
 from dataclasses import dataclass
-from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 from unittest import mock
@@ -24,13 +23,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 import gltf_ext
-from bench.common import DOCS, progress, pyplot
-from bench.figures import DIGEST, digest
+from bench.common import DOCS, pyplot, save_figure
 from bench.generated import torus
 from bench.size import FIELDS
 from gltf_ext.commands.inspect import INDEX_BYTES_PER_TRIANGLE
 from gltf_ext.compression.extension import require_compressed
-from gltf_ext.files import write_files
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo import model as demo_model
 from gltf_meshlet.demo.plots import meshlet_colors
@@ -272,7 +269,7 @@ def draw(path: Path) -> dict:
     draw_walk(panels[1], example)
     draw_prediction(panels[2], example)
     draw_bits(panels[3], numbers)
-    _save(figure, path, numbers)
+    save_figure(figure, path, numbers, pil_kwargs={"optimize": True})
     return numbers
 
 
@@ -491,20 +488,7 @@ def _caption(axis, text: str, legend: list | None = None) -> None:
         )
 
 
-def _save(figure, path: Path, numbers: dict) -> None:
-    """Saves a PNG with the digest of its figures."""
-    content = BytesIO()
-    figure.savefig(
-        content, format="png", metadata={DIGEST: digest(numbers)}, pil_kwargs={"optimize": True}
-    )
-    write_files({path: [content.getvalue()]})
-
-
-def main() -> None:
-    path = DOCS / "how_it_works.png"
-    draw(path)
-    progress(f"wrote {path.name}")
-
-
-if __name__ == "__main__":
-    main()
+def draw_all() -> list[Path]:
+    """docs/how_it_works.png."""
+    draw(path := DOCS / "how_it_works.png")
+    return [path]

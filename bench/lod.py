@@ -21,13 +21,12 @@ from trimesh import Trimesh
 import gltf_ext
 from bench import lod_mitsuba, lod_peers
 from bench.common import (
-    Question,
     call_in_process,
     markdown_table,
     origin_line,
     progress,
     read_result,
-    write_page,
+    write_document,
 )
 from bench.models import real_model
 from gltf_ext import _codec
@@ -35,6 +34,7 @@ from gltf_ext.compression.primitives import Primitive
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, error_of, open_lod
 from gltf_ext.lod.reports import sample_surface
 
+PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
 NAMES = ("dragon", "igea", "bunny", "sponza_like", "bistro_like")
 DISPLACED = "dragon"
 ROUNDS = (1, 2)
@@ -281,7 +281,7 @@ def measure_mitsuba(files: Files, name: str) -> dict:
 # Name of a part and of its figures, what it measures of a model, and whether only dragons.
 PARTS = {
     "models": (measure_model, False),
-    "peers": (measure_peers, True),
+    "chains": (measure_peers, True),
     "mitsuba": (measure_mitsuba, True),
 }
 
@@ -305,7 +305,7 @@ def measures_all(options: argparse.Namespace) -> bool:
     return chosen == (tuple(PARTS), NAMES, ROUNDS)
 
 
-def table(result: dict) -> str:
+def size_table(result: dict) -> str:
     rows = []
     for name, model in result["models"].items():
         plain, lod, cut = model["plain"], model["lod"], model["one_pixel"]
@@ -357,7 +357,7 @@ def error_table(result: dict) -> str:
 
 def peers_section(result: dict) -> str:
     """Empty if it was not measured."""
-    if not result.get("peers"):
+    if not result.get("chains"):
         return ""
     return (
         "## One pixel beside others\n\n"
@@ -387,7 +387,7 @@ def mitsuba_section(result: dict) -> str:
 
 def peers_table(result: dict) -> str:
     rows = []
-    for name, model in result["peers"].items():
+    for name, model in result["chains"].items():
         full, ours = model["chain"][0], model["ours"]
         chosen = lod_peers.within(model["chain"], model["longest_side"] / PIXELS)
         everything = sum(level["bytes"] for level in model["chain"])
@@ -424,10 +424,10 @@ def mitsuba_table(result: dict) -> str:
 
 
 def summary(result: dict) -> str:
-    return table(result) + peers_section(result) + mitsuba_section(result)
+    return size_table(result) + peers_section(result) + mitsuba_section(result)
 
 
-def write_pages(result: dict) -> list[Path]:
+def write_documents(result: dict) -> list[Path]:
     published = [[name, *value_and_source] for name, value_and_source in PUBLISHED.items()]
     text = (
         "# Levels of detail: results\n\n"
@@ -436,7 +436,7 @@ def write_pages(result: dict) -> list[Path]:
         f"coordinates. One pixel: the cut whose error is one pixel where the longest side has "
         f"{PIXELS} pixels; the bytes are those of its pages, with coarser ones and the tables. "
         "Processor time counts all threads.\n\n"
-        f"{table(result)}\n"
+        f"{size_table(result)}\n"
         "Published bytes per input triangle of others, with all levels:\n\n"
         f"{markdown_table(['', 'bytes per triangle', 'source'], published)}\n"
         f"{peers_section(result)}{mitsuba_section(result)}"
@@ -444,7 +444,7 @@ def write_pages(result: dict) -> list[Path]:
         "Of the largest primitive, in its units, at samples of both surfaces.\n\n"
         f"{error_table(result)}"
     )
-    return [write_page("lod_results", text)]
+    return [write_document("lod_results", text)]
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -461,13 +461,3 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="rounds of cutting the dragon's triangles into four (default: 1 2)",
     )
-
-
-QUESTION = Question(
-    "lod", __doc__ or "", measure, summary, write_pages,
-    ("gltf-meshlet", "numpy", "meshoptimizer"), add_options,
-)  # fmt: skip
-
-
-def main() -> None:
-    QUESTION.run()

@@ -3,12 +3,11 @@
     python -m bench lod_pictures
 
 Draws docs/lod.png (four levels in the colours of their meshlets) and docs/lod_pixels.png (triangles
-and bytes over the error) from the dragon, or from the model that is named.
+and bytes over the error) from the dragon.
 """
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from pathlib import Path
 
@@ -89,15 +88,14 @@ def draw_needs(primitive: LodPrimitive, path: Path) -> None:
     figure.savefig(path, dpi=100)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("model", nargs="?", default="dragon", help="a real model (default: dragon)")
-    options = parser.parse_args()
+def draw_all() -> list[Path]:
+    """docs/lod.png and docs/lod_pixels.png."""
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "out.glb"
-        gltf_ext.compress(real_model(options.model), output, lod=True)
+        gltf_ext.compress(real_model("dragon"), output, lod=True)
         primitive = open_lod(output)[0]
     if not isinstance(primitive, LodPrimitive):
         raise SystemExit("bench lod_pictures: the model has no levels")
-    draw_levels(primitive, DOCS / "lod.png")
-    draw_needs(primitive, DOCS / "lod_pixels.png")
+    draw_levels(primitive, levels := DOCS / "lod.png")
+    draw_needs(primitive, needs := DOCS / "lod_pixels.png")
+    return [levels, needs]

@@ -15,12 +15,13 @@ from pathlib import Path
 
 from bench import meshlet_peers, peers, vulkan_peers
 from bench.common import (
-    Question,
+    DOCS,
     best_in_bold,
     markdown_table,
     origin_line,
     progress,
     read_result,
+    replace_block,
     spread,
 )
 from bench.generated import write_generated
@@ -152,7 +153,7 @@ project (`python -m bench vulkan_peers`); meshoptimizer's decodes triangles but 
 Wrong: other bytes than that project's decoder on the CPU gives. DGF's shader, written for Direct3D,
 shifts by the full width, which Vulkan leaves undefined; that may be why:
 
-{vulkan_peers.table(result)}
+{vulkan_peers.summary(result)}
 """
 
 
@@ -179,20 +180,6 @@ def summary(result: dict) -> str:
     return position_tables(result["rows"])
 
 
-def write_pages(result: dict) -> list[Path]:
-    """docs/size.md, whose section this is."""
-    from bench import size  # which imports this module
-
-    written = read_result("size")
-    return size.write_pages(written) if written else []
-
-
-QUESTION = Question("meshlet_formats", __doc__, measure, summary, write_pages)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()
+def write_documents(result: dict) -> list[Path]:
+    """The section of docs/size.md."""
+    return [replace_block(DOCS / "size.md", "meshlet_formats", section())]

@@ -29,6 +29,7 @@ from bench import common
 from bench.common import call_in_process, progress
 from bench.models import real_model
 
+PACKAGES = ("mitsuba", "drjit", "numpy")
 MODELS = ("bunny", "sponza_like", "dragon")
 VARIANTS = ("scalar_rgb", "llvm_ad_rgb")
 FRACTIONS = (1.0, 0.5, 0.25, 0.1, 0.0)
@@ -456,28 +457,6 @@ def summary(result: dict) -> str:
     return "\n".join(table(result) for table in tables)
 
 
-def write_pages(result: dict) -> list[Path]:
-    """The tables in docs/mitsuba.md, and docs/mitsuba.png."""
-    text = summary(result) + "\n" + common.origin_line(result)
-    page = common.replace_block(common.DOCS / "mitsuba.md", "measurements", text)
-    return [save_plot(result, common.DOCS / "mitsuba.png"), page]
-
-
-QUESTION = common.Question(
-    "mitsuba",
-    __doc__,
-    measure,
-    summary,
-    write_pages,
-    packages=("mitsuba", "drjit", "numpy"),
-    add_options=add_options,
-    complete=is_complete,
-)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()
+def block(result: dict) -> str:
+    """The tables in docs/mitsuba.md."""
+    return summary(result) + "\n" + common.origin_line(result)

@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 from bench import figures, paper_encoding
-from bench.common import Question, markdown_table, origin_line, progress, write_page
+from bench.common import markdown_table, origin_line, progress
 from bench.generated import write_generated
 from bench.models import PAPER_MODELS, real_models
 from bench.peers import DEFAULT_BITS, Part, read_parts
@@ -223,17 +223,6 @@ def summary(result: dict) -> str:
     )
 
 
-def write_pages(result: dict) -> list[Path]:
-    """docs/paper.md and the pictures of sizes."""
-    return [*figures.draw_all(), write_page("paper", report(result))]
-
-
-QUESTION = Question("paper", __doc__, measure, summary, write_pages)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()
+def write_documents(result: dict) -> list[Path]:
+    """The pictures of sizes."""
+    return figures.draw_all()

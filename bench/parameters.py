@@ -12,14 +12,11 @@ from pathlib import Path
 
 import gltf_ext
 from bench.common import (
-    DOCS,
-    Question,
     markdown_table,
     origin_line,
     progress,
     pyplot,
     spread,
-    write_page,
 )
 from bench.models import add_model_names, torus_and_named
 from bench.speed import native
@@ -27,6 +24,7 @@ from gltf_ext.compression.extension import require_compressed
 from gltf_ext.compression.options import EFFORTS, Options
 from gltf_ext.gltf.importers import open_model
 
+PACKAGES = ("gltf-meshlet", "numpy", "matplotlib")
 NAMES = ("bunny", "engine", "sponza_like")
 GENERATED = 60_000  # triangles of the generated model
 REPETITIONS = 3  # of compress
@@ -209,25 +207,5 @@ def save_plot(result: dict, path: Path) -> Path:
     return path
 
 
-def write_pages(result: dict) -> list[Path]:
-    """docs/parameters.md and docs/parameters.png."""
-    return [save_plot(result, DOCS / "parameters.png"), write_page("parameters", report(result))]
-
-
-QUESTION = Question(
-    "parameters",
-    __doc__,
-    measure,
-    report,
-    write_pages,
-    packages=("gltf-meshlet", "numpy", "matplotlib"),
-    add_options=lambda parser: add_model_names(parser, NAMES),
-)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()
+def add_options(parser: argparse.ArgumentParser) -> None:
+    add_model_names(parser, NAMES)

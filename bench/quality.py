@@ -20,18 +20,17 @@ from trimesh import Trimesh
 import gltf_ext
 from bench.common import (
     DOCS,
-    Question,
     markdown_table,
     origin_line,
     progress,
     pyplot,
-    write_page,
 )
 from bench.models import add_model_names, torus_and_named
 from gltf_ext.compression.options import Options
 from gltf_ext.compression.primitives import Primitive
 from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
 
+PACKAGES = ("gltf-meshlet", "numpy", "matplotlib", "scipy", "trimesh")
 NAMES = ("bunny", "suzanne", "DamagedHelmet")
 GENERATED = 60_000  # triangles of the generated model
 PICTURED = "bunny"
@@ -51,7 +50,7 @@ class Surface:
     """Measures distances to a triangle mesh. positions: float[V, 3]; triangles: int[T, 3]."""
 
     def __init__(self, positions: np.ndarray, triangles: np.ndarray):
-        from scipy.spatial import cKDTree  # imported late: --pages-only does not need it
+        from scipy.spatial import cKDTree  # imported late: --docs-only does not need it
 
         mesh = Trimesh(positions, triangles, process=False)
         self._corners, centres = mesh.triangles, mesh.triangles.mean(axis=1)
@@ -425,29 +424,10 @@ def _titled_meshes(original: Path, rows: list[dict], output: Path) -> list[tuple
     return drawn
 
 
-def write_pages(result: dict) -> list[Path]:
-    """docs/quality.md, docs/quality.png and docs/quality_models.png."""
-    return [
-        save_plot(result, DOCS / "quality.png"),
-        write_page("quality", report(result)),
-        save_pictures(result, DOCS / "quality_models.png"),
-    ]
+def write_documents(result: dict) -> list[Path]:
+    """docs/quality_models.png."""
+    return [save_pictures(result, DOCS / "quality_models.png")]
 
 
-QUESTION = Question(
-    "quality",
-    __doc__,
-    measure,
-    report,
-    write_pages,
-    packages=("gltf-meshlet", "numpy", "matplotlib", "scipy", "trimesh"),
-    add_options=lambda parser: add_model_names(parser, NAMES),
-)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()
+def add_options(parser: argparse.ArgumentParser) -> None:
+    add_model_names(parser, NAMES)

@@ -16,12 +16,10 @@ from pathlib import Path
 
 from bench import figures, meshlet_formats, meshlet_peers, paper_encoding, peers
 from bench.common import (
-    Question,
     best_in_bold,
     markdown_table,
     origin_line,
     progress,
-    write_page,
 )
 from bench.generated import GENERATED, write_generated
 from bench.models import OTHER_MODELS, PAPER_MODELS, real_models
@@ -348,7 +346,9 @@ and Corto unpack to the raw model (1.00), or at best to quantised glTF.
 Smaller than ours: {smaller_than_ours(result, "resident_ratio", resident)}.
 
 {ratios(result, "resident_ratio", resident)}
-{meshlet_formats.section()}
+<!-- begin meshlet_formats -->
+{meshlet_formats.section()}<!-- end meshlet_formats -->
+
 ## Where our bits go
 
 Bits per triangle, by section of the format. Anchors are vertices where boundaries meet, chains the
@@ -372,22 +372,11 @@ In memory while drawing:
 {described}"""
 
 
-def write_pages(result: dict) -> list[Path]:
-    """docs/size.md and the charts of sizes."""
-    return [*figures.draw_all(), write_page("size", report(result))]
+def write_documents(result: dict) -> list[Path]:
+    """The charts of sizes."""
+    return figures.draw_all()
 
 
 def summary(result: dict) -> str:
     """The table to print."""
     return short_table(result["models"])
-
-
-QUESTION = Question("size", __doc__, measure, summary, write_pages)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()

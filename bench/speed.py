@@ -27,8 +27,6 @@ import numpy as np
 
 from bench import peers
 from bench.common import (
-    DOCS,
-    Question,
     best_in_bold,
     call_in_process,
     markdown_table,
@@ -36,7 +34,6 @@ from bench.common import (
     progress,
     pyplot,
     spread,
-    write_page,
 )
 from bench.generated import torus
 from bench.models import MODELS, PAPER_MODELS
@@ -46,6 +43,7 @@ from gltf_ext.compression.streams import Bits, plan_primitive, position_grid
 from gltf_meshlet.demo.model import write_glb
 from tools import native_build
 
+PACKAGES = ("gltf-meshlet", "numpy", "matplotlib")
 SERIES = (10_000, 30_000, 100_000, 300_000, 1_000_000, 3_500_000)
 REAL = ("bunny", "dragon")
 REPETITIONS = 5
@@ -783,27 +781,3 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="TRIANGLES",
         help="skip larger generated models (default: %(default)s)",
     )
-
-
-def write_pages(result: dict) -> list[Path]:
-    """docs/speed.md and docs/speed.png."""
-    return [save_plot(result, DOCS / "speed.png"), write_page("speed", report(result))]
-
-
-QUESTION = Question(
-    "speed",
-    __doc__,
-    measure,
-    report,
-    write_pages,
-    packages=("gltf-meshlet", "numpy", "matplotlib"),
-    add_options=add_options,
-)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()

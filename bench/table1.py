@@ -7,10 +7,9 @@ generation is the paper's.
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from bench import peers
-from bench.common import Question, markdown_table, origin_line, write_page
+from bench.common import markdown_table, origin_line
 from bench.models import real_model
 from bench.speed import Stopwatch, encoder_arguments
 from gltf_ext import _codec
@@ -80,19 +79,3 @@ initial centres are placed for, as a share of 64. The last two columns describe 
 after refinement, halving and merging.
 
 {table(result)}"""
-
-
-def write_pages(result: dict) -> list[Path]:
-    """docs/table1.md."""
-    return [write_page("table1", report(result))]
-
-
-QUESTION = Question("table1", __doc__, measure, table, write_pages)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.common import Question, markdown_table, spread
+from bench.common import markdown_table, spread
 from bench.models import add_model_files, check_model_files, model_files
 
+PACKAGES = ("numpy", "vulkan")
 REPEAT = 40
 WARM_UP = 600  # milliseconds of work before the timed runs: an idle GPU has a low clock rate
 
@@ -65,7 +66,7 @@ def measure_model(device, path: Path, method: str) -> dict:
     }
 
 
-def table(result: dict) -> str:
+def summary(result: dict) -> str:
     """The table to print."""
     cells = [
         [
@@ -86,26 +87,4 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--device", help="number or part of the name (default: the first GPU)")
 
 
-def write_pages(result: dict) -> list[Path]:
-    """Nothing: docs/results.md shows the result (python -m bench results_page)."""
-    return []
-
-
-QUESTION = Question(
-    "vulkan_decode",
-    __doc__,
-    measure,
-    table,
-    write_pages,
-    packages=("numpy", "vulkan"),
-    add_options=add_options,
-    check=check_model_files,
-)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()
+check = check_model_files

@@ -22,9 +22,10 @@ from typing import ClassVar
 import numpy as np
 
 from bench import meshlet_peers, peers
-from bench.common import Question, best_in_bold, markdown_table, progress, spread
+from bench.common import best_in_bold, markdown_table, progress, spread
 from bench.vulkan_decode import REPEAT, WARM_UP
 
+PACKAGES = ("numpy", "vulkan")
 METHODS = ("passes", "team32", "single")  # ours: vk_backend.gpu_decoder
 MESHOPT, DGF = "meshopt", "dgf"  # also in names of files
 TITLES = {MESHOPT: "meshopt meshlets, triangles only", DGF: "AMD DGF, HPG24"}
@@ -323,7 +324,7 @@ class Run:
 # --- the page ---
 
 
-def table(result: dict) -> str:
+def summary(result: dict) -> str:
     """Billion triangles per second by model and format; "wrong" if they differ from the CPU's."""
     names = list(dict.fromkeys(row["format"] for row in result["rows"]))
     models = list(dict.fromkeys(row["model"] for row in result["rows"]))
@@ -346,27 +347,3 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--prepare", nargs="+", type=Path, metavar="FILE", help="models to prepare; measure nothing"
     )
     parser.add_argument("--device", help="number or part of the name (default: the first GPU)")
-
-
-def write_pages(result: dict) -> list[Path]:
-    """Nothing: docs/size.md shows the result (python -m bench size --pages-only)."""
-    return []
-
-
-QUESTION = Question(
-    "vulkan_peers",
-    __doc__,
-    measure,
-    table,
-    write_pages,
-    packages=("numpy", "vulkan"),
-    add_options=add_options,
-)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()

@@ -16,10 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.common import DOCS, Question, markdown_table, percentiles, progress, pyplot
+from bench.common import markdown_table, percentiles, progress, pyplot
 from bench.models import add_model_files, check_model_files, model_files
 from gltf_ext.errors import MeshletError
 
+PACKAGES = ("numpy", "vulkan")
 PATHS = ("vertex", "mesh-plain", "stream", "mesh", "mesh-only", "geometry")
 WIDTH, HEIGHT = 1920, 1080
 WARM_UP, FRAMES = 5, 40
@@ -292,26 +293,4 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def write_pages(result: dict) -> list[Path]:
-    """docs/vulkan-raster.png; the tables are on docs/results.md (python -m bench results_page)."""
-    return [save_plot(result, DOCS / "vulkan-raster.png")]
-
-
-QUESTION = Question(
-    "vulkan_raster",
-    __doc__,
-    measure,
-    summary,
-    write_pages,
-    packages=("numpy", "vulkan"),
-    add_options=add_options,
-    check=check_model_files,
-)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()
+check = check_model_files

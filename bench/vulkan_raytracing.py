@@ -20,17 +20,16 @@ from pathlib import Path
 import numpy as np
 
 from bench.common import (
-    DOCS,
-    Question,
+    command,
     markdown_table,
     percentiles,
     progress,
     pyplot,
-    replace_block,
 )
 from bench.models import add_model_files, check_model_files, model_files
 
 WIDTH, HEIGHT = 1280, 720
+PACKAGES = ("numpy", "vulkan")
 SHARES = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the meshlets
 PAPER_SHARES = (0.25, 0.5, 1.0)
 STEP = 1.0  # degrees between frames
@@ -268,13 +267,13 @@ def block(result: dict) -> str:
     )
     return (
         markdown_table(headings, lines)
-        + f"\n{size}. Measured by `{result['script']}` on {result['date'][:10]}, {device}.\n"
+        + f"\n{size}. Measured by `{command(result)}` on {result['date'][:10]}, {device}.\n"
     )
 
 
-def save_plot(rows: list[dict], path: Path) -> Path:
+def save_plot(result: dict, path: Path) -> Path:
     """The paper's Figure 5: time over the share of meshlets that may be decoded."""
-    plots = pyplot()
+    rows, plots = result["rows"], pyplot()
     from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
     figure, axes = plots.subplots(1, len(BOUNCES), figsize=(12, 4.2), layout="constrained")
@@ -350,27 +349,4 @@ def _add_swept_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def write_pages(result: dict) -> list[Path]:
-    """The table in docs/vulkan-raytracing.md, and docs/vulkan-raytracing.png."""
-    page = replace_block(DOCS / "vulkan-raytracing.md", "measurements", block(result))
-    return [save_plot(result["rows"], DOCS / "vulkan-raytracing.png"), page]
-
-
-QUESTION = Question(
-    "vulkan_raytracing",
-    __doc__,
-    measure,
-    summary,
-    write_pages,
-    packages=("numpy", "vulkan"),
-    add_options=add_options,
-    check=check_model_files,
-)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()
+check = check_model_files

@@ -14,13 +14,10 @@ from pathlib import Path
 
 from bench import peers
 from bench.common import (
-    DOCS,
     ROOT,
-    Question,
     markdown_table,
     origin_line,
     progress,
-    replace_block,
     spread,
 )
 from bench.models import MODELS
@@ -28,7 +25,7 @@ from bench.speed import OURS, Stopwatch, encode_ours, native
 
 WEB = ROOT / "web"
 WORKER = Path(__file__).with_name("web_worker.mjs")
-PACKAGES = ("draco3d", "meshoptimizer")
+NPM_PACKAGES = ("draco3d", "meshoptimizer")
 NAMES = ("bunny", "dragon", "DamagedHelmet")
 PAGED = "dragon"  # measured again with pages
 PAGE_BYTES = 65536
@@ -49,7 +46,7 @@ def node(task: str, given: Path):
 
 def check(options: argparse.Namespace) -> None:
     """Ends the program if something is missing."""
-    for name in PACKAGES:
+    for name in NPM_PACKAGES:
         if not (peers.NODE_MODULES / name).is_dir():
             raise SystemExit(f"bench web: npm install --prefix build/node {name}")
     if not (WEB / "decoder.wasm").is_file():
@@ -69,7 +66,7 @@ def measure(options: argparse.Namespace) -> dict:
             "repetitions": REPETITIONS,
             "rounds": ROUNDS,
             "node": run_node("process.version"),
-            "packages": {name: package_sizes(name, Path(folder)) for name in PACKAGES}
+            "packages": {name: package_sizes(name, Path(folder)) for name in NPM_PACKAGES}
             | {OURS: package_sizes(None, Path(folder))},
             "models": models,
         }
@@ -178,7 +175,7 @@ def speed_table(result: dict) -> str:
 def size_table(result: dict) -> str:
     """Bytes that a page loads."""
     rows = []
-    for name in (OURS, *PACKAGES):
+    for name in (OURS, *NPM_PACKAGES):
         sizes = result["packages"][name]
         title = "gltf-meshlet" if name == OURS else f"{name} {sizes['version']}"
         files = ", ".join(f"`{file}`" for file in sizes["files"])
@@ -192,9 +189,9 @@ def summary(result: dict) -> str:
     return speed_table(result) + "\n" + size_table(result)
 
 
-def write_pages(result: dict) -> list[Path]:
+def block(result: dict) -> str:
     """The tables of docs/web.md."""
-    text = (
+    return (
         f"{origin_line(result)[:-2]}, Node {result['node']}; best of "
         f"{result['rounds'] * result['repetitions']}, in million triangles per second, to arrays "
         "that can be drawn; meshopt's stay quantised. Native: our C++ decoder on one thread, into "
@@ -203,24 +200,11 @@ def write_pages(result: dict) -> list[Path]:
         f"{result['rounds']}.\n\n{speed_table(result)}\nWhat a page loads to decode:\n\n"
         f"{size_table(result)}"
     )
-    return [replace_block(DOCS / "web.md", "figures", text)]
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("models", nargs="*", default=list(NAMES), help=f"default: {NAMES}")
 
 
-QUESTION = Question(
-    name="web",
-    about=__doc__,
-    measure=measure,
-    summary=summary,
-    write_pages=write_pages,
-    add_options=add_options,
-    check=check,
-    complete=lambda options: tuple(options.models) == NAMES,
-)
-
-
-def main() -> None:
-    QUESTION.run()
+def is_complete(options: argparse.Namespace) -> bool:
+    return tuple(options.models) == NAMES

@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from bench.common import ROOT, Question, markdown_table, spread
+from bench.common import ROOT, markdown_table, spread
 from bench.models import add_model_files, check_model_files, model_files
 
+PACKAGES = ("numpy", "vulkan", "wgpu")
 WGSL = ROOT / "web" / "wgsl"
 # The modules of web/wgsl for GpuDecoder's shaders, as web/webgpu.js chooses them.
 SMALL = {"interior": "interior_small"}  # for so many elements:
@@ -205,7 +206,7 @@ def same(path: Path, decoded: Any, summaries: np.ndarray, integers: np.ndarray) 
         raise SystemExit(f"bench: {path}: WGSL and SPIR-V differ")
 
 
-def table(result: dict) -> str:
+def summary(result: dict) -> str:
     """The table to print."""
     cells = []
     for row in result["rows"]:
@@ -231,26 +232,4 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--adapter", help="part of the GPU's name for wgpu (default: its first)")
 
 
-def write_pages(result: dict) -> list[Path]:
-    """Nothing."""
-    return []
-
-
-QUESTION = Question(
-    "webgpu",
-    __doc__,
-    measure,
-    table,
-    write_pages,
-    packages=("numpy", "vulkan", "wgpu"),
-    add_options=add_options,
-    check=check_model_files,
-)
-
-
-def main() -> None:
-    QUESTION.run()
-
-
-if __name__ == "__main__":
-    main()
+check = check_model_files

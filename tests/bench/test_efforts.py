@@ -52,14 +52,10 @@ def test_without_a_build_before_they_are_relative_to_high(result):
     assert 'relative to "high" on 1 thread' in efforts.report(result)
 
 
-def test_page_has_a_section_on_more_cores(result, monkeypatch, tmp_path):
-    pages = {}
-    monkeypatch.setattr(efforts, "save_plot", lambda result, path: path)
-    monkeypatch.setattr(efforts, "write_page", lambda name, text: pages.setdefault(name, text))
+def test_page_has_a_section_on_more_cores(result, monkeypatch):
     cores = {**result, "machine": {"cpu": "CPU", "cores": 16}}
     monkeypatch.setattr(efforts, "read_result", {"efforts_cores": cores}.get)
-    efforts.write_pages(result)
-    first, _, section = pages["efforts"].partition("## On more cores")
+    first, _, section = efforts.report(result).partition("## On more cores")
     assert "CPU, 2 cores" in first and "CPU, 16 cores" in section
     assert first.count("| bunny | 1,000 |") == section.count("| bunny | 1,000 |") == 1
 

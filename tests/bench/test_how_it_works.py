@@ -3,7 +3,7 @@
 import pytest
 from PIL import Image
 
-from bench import common, figures, how_it_works
+from bench import common, how_it_works
 from spec.reference_decoder import MESHLETS_PER_GROUP, PARALLELOGRAM
 
 
@@ -16,7 +16,7 @@ def drawn(tmp_path_factory):
 def test_picture_is_drawn(drawn):
     path, numbers = drawn
     with Image.open(path) as picture:
-        assert picture.width == 1600 and picture.text[figures.DIGEST] == figures.digest(numbers)
+        assert picture.width == 1600 and picture.text[common.DIGEST] == common.digest(numbers)
 
 
 def test_bits_add_up(drawn):
@@ -35,7 +35,7 @@ def test_bits_add_up(drawn):
 
 def test_committed_picture_shows_todays_figures(drawn):
     with Image.open(common.ROOT / "docs" / "how_it_works.png") as picture:
-        assert picture.text[figures.DIGEST] == figures.digest(drawn[1]), (
+        assert picture.text[common.DIGEST] == common.digest(drawn[1]), (
             "run python -m bench how_it_works"
         )
 

@@ -121,10 +121,9 @@ def test_committed_positions_hold_all_formats():
             assert row["formats"][name]["decode_seconds"]["low"] > 0
 
 
-def test_shaders_need_preparation_first(monkeypatch, tmp_path):
-    monkeypatch.setattr("sys.argv", ["bench", str(tmp_path)])
+def test_shaders_need_preparation_first(tmp_path):
     with pytest.raises(SystemExit, match=r"^bench vulkan_peers: prepare .* first, see --help$"):
-        vulkan_peers.main()
+        common.answer(vulkan_peers, [str(tmp_path)])
 
 
 def test_rates_of_wrong_results_are_not_shown():
@@ -132,5 +131,5 @@ def test_rates_of_wrong_results_are_not_shown():
         {"model": "torus", "format": name, "triangles_per_second": rate, "same": same}
         for name, rate, same in (("ours", 2e9, True), ("theirs", 3e9, False))
     ]
-    table = vulkan_peers.table({"rows": rows})
+    table = vulkan_peers.summary({"rows": rows})
     assert "| torus | **2.00** | wrong |" in table

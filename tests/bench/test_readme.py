@@ -15,7 +15,7 @@ def test_readme_shows_the_chart_of_the_peers():
     bars = figures.peers(common.read_result("size"))
     assert set(bars) == {*figures.PEERS, *figures.PUBLISHED}
     with Image.open(ROOT / "docs" / "peers.png") as picture:
-        assert picture.text[figures.DIGEST] == figures.digest(bars)
+        assert picture.text[common.DIGEST] == common.digest(bars)
 
 
 def test_readme_claims_a_thirteenth_of_the_raw_size():

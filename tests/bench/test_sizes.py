@@ -32,7 +32,7 @@ def test_picture_shows_its_measurements(name):
     sizes, encodings = common.read_result("size"), common.read_result("paper")
     bars = figures.figure3(sizes, encodings) if name == "figure3" else figures.figure7(sizes)
     with Image.open(common.DOCS / f"{name}.png") as picture:
-        assert picture.text[figures.DIGEST] == figures.digest(bars)
+        assert picture.text[common.DIGEST] == common.digest(bars)
 
 
 # --- sizes ---

@@ -28,9 +28,9 @@ def test_tables_show_rates_cold_starts_and_sizes():
         "| cube | 12,000,000 | 12.0 | 6.0 | 2.4 | 2.0 | 4.0 | 3.0 | 250 ms | 250 ms | 250 ms |"
     )
     sizes = {"version": "1.0", "files": ["a.js"], "bytes": 1500, "brotli_bytes": 700}
-    packages = dict.fromkeys((web.OURS, *web.PACKAGES), sizes)
+    packages = dict.fromkeys((web.OURS, *web.NPM_PACKAGES), sizes)
     assert "| draco3d 1.0 | `a.js` | 1.5 | 0.7 |" in web.size_table({"packages": packages})
 
 
 def test_a_part_of_the_measurement_is_not_written():
-    assert not web.QUESTION.complete(OPTIONS)
+    assert not web.is_complete(OPTIONS)

@@ -1,43 +1,50 @@
-"""Pages and pictures are made of the committed results; the skeleton of all measurements."""
+"""Documents and pictures are made of the committed results; the skeleton of all measurements."""
 
 import importlib
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from PIL import Image
 
 from bench import __main__ as bench_main
-from bench import blender, common, figures, mitsuba, results_page, vulkan_raytracing
-from bench.results_page import Standing
+from bench import blender, common, mitsuba, overview, vulkan_raytracing, web
+from bench.overview import Standing
 
-# Questions with a page of their own, and questions with a block in a page.
-PAGES = ("size", "paper", "table1", "speed", "quality", "parameters", "choices")
+# Questions with a document of their own, and questions with a block in one.
+DOCUMENTS = ("size", "paper", "table1", "speed", "quality", "parameters", "choices", "efforts")
 BLOCKS = {
     "blender.md": blender.block,
-    "mitsuba.md": lambda result: mitsuba.summary(result) + "\n" + common.origin_line(result),
+    "mitsuba.md": mitsuba.block,
     "vulkan-raytracing.md": vulkan_raytracing.block,
+    "web.md": web.block,
+}
+ORIGIN = {
+    "script": "bench.x",
+    "date": "2026-01-01T00:00:00+00:00",
+    "commit": "abc",
+    "machine": {"cpu": "CPU", "cores": 2},
+    "versions": {"numpy": "2.0"},
 }
 
 
 def test_page_is_what_the_script_makes():
-    assert (common.ROOT / "docs" / "results.md").read_text() == results_page.report(
-        results_page.read_all()
-    )
+    assert (common.ROOT / "docs" / "results.md").read_text() == overview.report(overview.read_all())
 
 
 def block_in(text: str, name: str) -> str:
     return text.split(f"<!-- begin {name} -->\n")[1].split(f"<!-- end {name} -->")[0]
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", DOCUMENTS)
 def test_page_is_made_of_its_result(name):
     result = common.read_result(name)
     assert result["script"] == f"bench.{name}"
     assert {"date", "commit", "machine", "versions"} <= result.keys()
     text = (common.DOCS / f"{name}.md").read_text()
     assert text == importlib.import_module(f"bench.{name}").report(result)
-    assert f"`python -m bench.{name}`" in text
+    assert f"`python -m bench {name}`" in text
 
 
 @pytest.mark.parametrize("page", BLOCKS)
@@ -54,9 +61,9 @@ def test_block_replacement_keeps_the_rest(tmp_path):
 
 
 def test_picture_of_figure8_is_of_these_measurements():
-    bars = results_page.figure8(results_page.read_all())
+    bars = overview.figure8(overview.read_all())
     with Image.open(common.ROOT / "docs" / "figure8.png") as picture:
-        assert picture.text[figures.DIGEST] == figures.digest(bars)
+        assert picture.text[common.DIGEST] == common.digest(bars)
 
 
 def test_pictures_of_the_page_exist():
@@ -70,7 +77,7 @@ def test_pictures_of_the_page_exist():
 
 
 def standing(pairs, larger_wins=True):
-    return Standing("question", "peer", pairs, larger_wins, ".2f", "models")
+    return Standing("question", "peer", pairs, "models", larger_wins=larger_wins, form=".2f")
 
 
 def test_the_better_one_is_named():
@@ -82,12 +89,13 @@ def test_the_better_one_is_named():
 
 
 def test_a_row_gives_median_and_range():
-    assert standing([(1, 5), (2, 5), (9, 5)]).row()[1:4] == ["2.00 (1.00 to 9.00)", "peer", "5.00"]
+    row = overview.standing_table([standing([(1, 5), (2, 5), (9, 5)])]).splitlines()[2]
+    assert row.startswith("| question | 2.00 (1.00 to 9.00) | peer | 5.00 | **peer**, ")
 
 
 def test_what_is_not_measured_is_named_with_its_command():
-    page = results_page.report({})
-    assert all(f"`python -m bench {section.name}`" in page for section in results_page.SECTIONS)
+    page = overview.report({})
+    assert all(f"`python -m bench {section.name}`" in page for section in overview.SECTIONS)
 
 
 def frame(model, path, milliseconds, **rest):
@@ -109,7 +117,7 @@ def test_frames_are_compared_model_by_model_without_culling():
         frame("c", "mesh-only", 5.0, culling=False),
         frame("a", "mesh-only", 0.1, culling=True),
     ]
-    time, memory = results_page.standings(
+    time, memory = overview.standings(
         {"vulkan_raster": {"script": "bench.vulkan_raster", "width": 4, "height": 3, "rows": rows}}
     )
     assert time.pairs == [(2.0, 1.0), (30.0, 10.0)]
@@ -137,7 +145,7 @@ def test_decoding_is_of_the_papers_models_and_encoding_of_the_large_ones():
         "models": series,
         "paper_models": [row("suzanne", 80_000, 8.0, "decode")],
     }
-    found = results_page.standings({"speed": result})
+    found = overview.standings({"speed": result})
     assert [(s.what.split()[0], s.other, s.note, s.times, s.headline) for s in found] == [
         ("decoding", "meshopt-compressed glTF", "1 of the paper's; theirs to integers", 0.25, True),
         ("decoding", "Corto", "1 of the paper's", 0.5, True),
@@ -145,15 +153,14 @@ def test_decoding_is_of_the_papers_models_and_encoding_of_the_large_ones():
     ]
 
 
-@pytest.mark.parametrize("shares", [(0, 0.25, 1), (0, 25, 100)])
-def test_rays_are_compared_at_the_same_bounces_and_shares(shares):
+def test_rays_are_compared_at_the_same_bounces_and_shares():
     rows = [
         frame("a", "rt", 1 + share + bounces, cache=share, bounces=bounces)
-        for share in shares
+        for share in (0, 0.25, 1)
         for bounces in (0, 2)
     ]
     rows += [frame("a", "rt-triangles", 1.0 + bounces, bounces=bounces) for bounces in (0, 2)]
-    found = results_page.standings(
+    found = overview.standings(
         {
             "vulkan_raytracing": {
                 "script": "bench.vulkan_raytracing",
@@ -164,12 +171,12 @@ def test_rays_are_compared_at_the_same_bounces_and_shares(shares):
         }
     )
     assert [s.pairs for s in found if s.what.endswith("ms")] == [
-        [(1 + shares[2], 1.0)],
-        [(1 + shares[1], 1.0)],
+        [(2, 1.0)],
+        [(1.25, 1.0)],
     ]
 
 
-def test_a_section_adds_up_memory_given_by_part():
+def test_a_section_adds_up_memory_given_by_use():
     rows = [
         {
             **frame("a", "rt", 1.0, cache=0.25, bounces=2, group=8),
@@ -177,15 +184,16 @@ def test_a_section_adds_up_memory_given_by_part():
         }
     ]
     measured = {
-        "script": "bench.vulkan_raytracing",
+        **ORIGIN,
         "device": {"name": "G", "driver": "1.2"},
         "width": 4,
         "height": 3,
         "rows": rows,
     }
-    page = results_page.report({"vulkan_raytracing": measured})
+    page = overview.report({"vulkan_raytracing": measured})
     assert "| rt, cache 25%, boxes of 8, 2 bounces | 1, 1.5 MB |" in page
-    assert "Measured by `python -m bench.vulkan_raytracing`. On G, driver 1.2." in page
+    assert "`python -m bench x` on 2026-01-01 at commit abc, CPU, 2 cores. On G, driver" in page
+    assert "driver 1.2. With numpy 2.0." in page
 
 
 def test_mitsuba_is_compared_by_the_ratios_of_its_rounds_where_they_are_kept():
@@ -201,10 +209,10 @@ def test_mitsuba_is_compared_by_the_ratios_of_its_rounds_where_they_are_kept():
             "rows": [{"fraction": None, "bytes": 4e6}, {"fraction": 0.25, "bytes": 1e6}],
         },
     ]
-    result = {"script": "bench.mitsuba", "width": 4, "height": 3, "spp": 2, "runs": runs}
-    depth, path, memory = results_page.standings({"mitsuba": result})
+    result = {**ORIGIN, "width": 4, "height": 3, "spp": 2, "runs": runs}
+    depth, path, memory = overview.standings({"mitsuba": result})
     assert (depth.times, path.times, memory.times) == pytest.approx((1 / 3, 1 / 2.25, 4))
-    assert "| a, v, 25% | 3.00 | 2.25 | 0.25 |" in results_page.report({"mitsuba": result})
+    assert "| a, v, 25% | 3.00 | 2.25 | 0.25 |" in overview.report({"mitsuba": result})
 
 
 def test_best_of_a_row():
@@ -217,7 +225,7 @@ def test_best_of_a_row():
 
 def test_every_question_says_what_it_asks():
     questions = bench_main.questions()
-    assert {*PAGES, "mitsuba", "vulkan_decode", "results_page"} <= questions.keys()
+    assert {*DOCUMENTS, "mitsuba", "vulkan_decode", "overview"} <= questions.keys()
     assert all(line.endswith((".", "?")) for line in questions.values())
 
 
@@ -232,65 +240,64 @@ def test_readme_of_the_folder_names_every_file():
 
 @pytest.fixture
 def question(tmp_path, monkeypatch):
-    """A question whose results and page lie in tmp_path, and the list of its measurements."""
+    """A question whose results and document lie in tmp_path; `asked` lists its measurements."""
     monkeypatch.setattr(common, "ROOT", tmp_path)
     monkeypatch.setattr(common, "RESULTS", tmp_path / "results")
     monkeypatch.setattr(common, "DOCS", tmp_path)
-    measured = []
+    asked = []
 
     def measure(options):
-        measured.append(options)
+        asked.append(options)
         return {"answer": options.answer}
 
-    question = common.Question(
-        "ultimate",
-        "The first line.\nThe second.",
-        measure,
-        lambda result: f"answer {result['answer']}",
-        lambda result: [common.write_page("ultimate", str(result["answer"]))],
+    return SimpleNamespace(
+        __name__="bench.the_ultimate",
+        __doc__="The first line.\nThe second.",
+        asked=asked,
+        measure=measure,
+        summary=lambda result: f"answer {result['answer']}",
+        report=lambda result: str(result["answer"]),
+        save_plot=lambda result, path: path,
         add_options=lambda parser: parser.add_argument("--answer", type=int, default=42),
-        complete=lambda options: options.answer >= 0,
+        is_complete=lambda options: options.answer >= 0,
     )
-    return question, measured
 
 
-def run(question, monkeypatch, *arguments):
-    monkeypatch.setattr("sys.argv", ["bench", *arguments])
-    question.run()
-
-
-def test_a_question_writes_result_and_page(question, monkeypatch, tmp_path, capsys):
-    run(question[0], monkeypatch)
-    result = json.loads((tmp_path / "results" / "ultimate.json").read_text())
-    assert result["answer"] == 42 and result["script"] == "bench.ultimate"
-    assert (tmp_path / "ultimate.md").read_text() == "42"
-    assert capsys.readouterr().out == "answer 42\n"
+def test_a_question_writes_result_and_document(question, tmp_path, capsys):
+    common.answer(question, [])
+    result = json.loads((tmp_path / "results" / "the_ultimate.json").read_text())
+    assert result["answer"] == 42 and result["script"] == "bench.the_ultimate"
+    assert (tmp_path / "the-ultimate.md").read_text() == "42"
+    output = capsys.readouterr()
+    assert output.out == "answer 42\n"
+    written = [line.split("wrote ")[1] for line in output.err.splitlines()]
+    assert written == ["results/the_ultimate.json", "the-ultimate.png", "the-ultimate.md"]
 
 
 @pytest.mark.parametrize("arguments", [["--no-write"], ["--answer", "-1"]])
-def test_a_part_is_only_printed(question, monkeypatch, tmp_path, arguments):
-    run(question[0], monkeypatch, *arguments)
-    assert len(question[1]) == 1 and list(tmp_path.iterdir()) == []
+def test_a_part_is_only_printed(question, tmp_path, arguments):
+    common.answer(question, arguments)
+    assert len(question.asked) == 1 and list(tmp_path.iterdir()) == []
 
 
-def test_pages_can_be_written_without_measuring(question, monkeypatch, tmp_path):
-    common.write_result("ultimate", {"answer": 7})
-    run(question[0], monkeypatch, "--pages-only")
-    assert question[1] == [] and (tmp_path / "ultimate.md").read_text() == "7"
+def test_documents_can_be_written_without_measuring(question, tmp_path):
+    common.write_result("the_ultimate", {"answer": 7})
+    common.answer(question, ["--docs-only"])
+    assert question.asked == [] and (tmp_path / "the-ultimate.md").read_text() == "7"
 
 
-def test_pages_without_a_result_are_an_error_of_one_line(question, monkeypatch):
-    with pytest.raises(SystemExit, match=r"^bench ultimate: bench/results/ultimate.json is miss"):
-        run(question[0], monkeypatch, "--pages-only")
+def test_documents_without_a_result_are_an_error_of_one_line(question):
+    with pytest.raises(SystemExit, match=r"^bench the_ultimate: bench/results/the_ult"):
+        common.answer(question, ["--docs-only"])
 
 
-def test_errors_of_a_measurement_are_one_line(question, monkeypatch):
+def test_errors_of_a_measurement_are_one_line(question):
     def fail(options):
         raise OSError("no such file")
 
-    object.__setattr__(question[0], "measure", fail)
-    with pytest.raises(SystemExit, match=r"^bench ultimate: no such file$"):
-        run(question[0], monkeypatch)
+    question.measure = fail
+    with pytest.raises(SystemExit, match=r"^bench the_ultimate: no such file$"):
+        common.answer(question, [])
 
 
 def test_functions_run_in_a_process_of_their_own():
