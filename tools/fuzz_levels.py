@@ -17,7 +17,8 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.container import parse_glb
 from gltf_ext.lod.cuts import View, cut_at_level, cut_for_view
 from gltf_ext.lod.reading import read_lod
-from gltf_ext.lod.reports import lod_problems, measure_levels
+from gltf_ext.lod.reports import measure_levels
+from gltf_ext.lod.validation import lod_problems
 
 VECTORS = Path(__file__).resolve().parent.parent / "spec" / "lod_vectors"
 MUTATIONS = 100_000

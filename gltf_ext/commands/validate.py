@@ -21,7 +21,7 @@ from gltf_ext.gltf.accessors import bounds, read_accessor
 from gltf_ext.gltf.buffer_layout import Renumber, map_accessors, map_views
 from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
-from gltf_ext.lod.reports import lod_problems
+from gltf_ext.lod.validation import lod_problems
 
 
 def validate(path: str | os.PathLike[str]) -> list[str]:
@@ -29,8 +29,8 @@ def validate(path: str | os.PathLike[str]) -> list[str]:
 
     Checks the container, the types of all JSON properties, every reference to accessors and buffer
     views, and every extension object with its accessors. Decodes every blob and compares bounds
-    and fallback with the result. Checks the tables of levels of detail, and every page. Raises
-    OSError when the file cannot be read.
+    and fallback with the result. Checks the tables of levels of detail, every page, and that every
+    cut covers the surface once. Raises OSError when the file cannot be read.
     """
     try:
         document = open_model(path)
@@ -39,7 +39,10 @@ def validate(path: str | os.PathLike[str]) -> list[str]:
     lost = _lost_fallback(document)
     if lost:
         return lost
-    problems = _broken_references(document) + _extension_lists(document)
+    broken = _broken_references(document)
+    if broken:
+        return list(dict.fromkeys(broken))  # many views may read one damaged buffer
+    problems = _extension_lists(document)
     compressed = 0
     for m, mesh in enumerate(document.meshes):
         for p, primitive in enumerate(mesh.primitives):
@@ -52,7 +55,7 @@ def validate(path: str | os.PathLike[str]) -> list[str]:
             f"has no primitive with {EXTENSION}; "
             "compress it first: gltf-meshlet compress IN OUT.glb"
         )
-    return list(dict.fromkeys(problems))  # many views may read one damaged buffer
+    return problems
 
 
 def _lost_fallback(document: Document) -> list[str]:

@@ -174,12 +174,7 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
     ]
     try:
         _check_object(extension, formats, target_formats, primitive)
-        view = item(document.bufferViews, extension["bufferView"], "bufferView")
-        if view.byteStride is not None or view.target is not None or (view.byteOffset or 0) % 4:
-            raise ValueError(
-                "its buffer view has a byteStride, a target or an offset "
-                "that is not a multiple of 4"
-            )
+        require_plain(item(document.bufferViews, extension["bufferView"], "bufferView"))
         blob = bytes(document.bytes_of_view(extension["bufferView"]))
         decoder = _codec.Decoder(blob)
         streams = [Stream.from_row(row) for row in decoder.streams]
@@ -206,6 +201,24 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
     except ValueError as error:
         raise error if isinstance(error, MeshletError) else malformed(where, error) from None
     return result
+
+
+def require_plain(view: pygltflib.BufferView) -> None:
+    """Raises ValueError unless a buffer view can be used as it lies in its buffer."""
+    if view.byteStride is not None or view.target is not None or (view.byteOffset or 0) % 4:
+        raise ValueError(
+            "its buffer view has a byteStride, a target or an offset that is not a multiple of 4"
+        )
+
+
+def require_unused_by_accessors(document: Document, views: list[int]) -> None:
+    """Raises ValueError if an accessor refers to one of the buffer views."""
+    used = set()
+    for accessor in document.accessors:
+        sparse = (accessor.sparse.indices, accessor.sparse.values) if accessor.sparse else ()
+        used |= {part.bufferView for part in (accessor, *sparse)}
+    if used & set(views):
+        raise ValueError("an accessor refers to a buffer view of compressed data")
 
 
 def _format(document: Document, accessor: int, name: str, where: str) -> Format:

@@ -15,9 +15,9 @@ from gltf_ext.compression.extension import (
     compressed_primitives,
     malformed,
     require_compressed,
+    require_plain,
 )
 from gltf_ext.compression.primitives import Primitive
-from gltf_ext.compression.streams import FLOAT32, GRID, Stream
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
@@ -26,6 +26,9 @@ from gltf_ext.lod.ranges import begins, members
 from gltf_ext.lod.tables import EXTENSION, VERSION, Tables, read_tables
 
 COUNTS = ("pageCount", "coarsePageCount", "groupCount", "runCount")
+# The stream table of a blob: kind, elements and bits; predictor, bases; step and offset.
+STREAM = np.dtype([("kind", "u1", 3), ("codes", "u1", 5), ("grid", "<f4", 5)])
+STREAM_COUNT_AT, HEADER_BYTES = 5, 32
 
 
 @dataclass
@@ -36,11 +39,13 @@ class LodPrimitive:
         compressed: level 0, as EXT_meshlet_edgebreaker describes it.
         tables: the hierarchy.
         coarse: the bytes of the coarse pages, one after the other.
+        streams: the fields of the stream table that all pages have in common.
     """
 
     compressed: Compressed
     tables: Tables
     coarse: bytes
+    streams: tuple[Any, ...]
     _sound: set[int] = field(default_factory=set, init=False, repr=False)  # checked pages
 
     def page(self, number: int) -> bytes:
@@ -107,7 +112,6 @@ class LodPrimitive:
         try:
             blob = self.page(number)
             header = _codec.read_header(blob)
-            streams = [Stream.from_row(row) for row in _codec.Decoder(blob).streams]
         except ValueError as error:
             raise self.malformed(f"page {number}: {error}") from None
         row, begin = self.tables.pages[number], self.tables.cluster_begin
@@ -115,7 +119,7 @@ class LodPrimitive:
         stated = (row["triangles"], row["vertices"], begin[last] - begin[first])
         if (header.triangle_count, header.vertex_count, header.meshlet_count) != stated:
             raise self.malformed(f"page {number} has other counts than the tables say")
-        if not _same_streams(streams, self.compressed.streams):
+        if _streams_of(blob) != self.streams:
             raise self.malformed(f"page {number} has other streams than level 0")
 
     def _groups_of(self, page: int) -> tuple[int, int]:
@@ -124,14 +128,10 @@ class LodPrimitive:
         return int(first[page]), int(first[page + 1])
 
 
-def _same_streams(streams: list[Stream], others: list[Stream]) -> bool:
-    """Whether values mean the same: predictors may differ."""
-
-    def meaning(stream: Stream) -> tuple[Any, ...]:
-        grid = (stream.step, tuple(stream.offset)) if stream.kind in (GRID, FLOAT32) else ()
-        return (stream.kind, stream.components, stream.bits, *grid)
-
-    return list(map(meaning, streams)) == list(map(meaning, others))
+def _streams_of(blob: bytes) -> tuple[Any, ...]:
+    """(kind, elements and bits, step and offset) of the streams; predictors and bases differ."""
+    table = np.frombuffer(blob, STREAM, count=blob[STREAM_COUNT_AT], offset=HEADER_BYTES)
+    return table["kind"].tolist(), table["grid"].tolist()
 
 
 def open_lod(path: str | os.PathLike[str]) -> list[LodPrimitive | Compressed]:
@@ -146,7 +146,7 @@ def open_lod(path: str | os.PathLike[str]) -> list[LodPrimitive | Compressed]:
 
 
 def read_lod(document: Document, compressed: Compressed) -> LodPrimitive | None:
-    """The primitive's levels; None without the extension, or with an unknown version of it.
+    """The primitive's levels; None without the extension, or with another version of it.
 
     Checks the tables, and that they describe all blobs of level 0. Raises MeshletError.
     """
@@ -157,7 +157,10 @@ def read_lod(document: Document, compressed: Compressed) -> LodPrimitive | None:
     where = f"{EXTENSION} of {compressed.where}"
     if not isinstance(extension, dict):
         raise malformed(where, "is not an object")
-    if extension.get("version") != VERSION:
+    version = extension.get("version")
+    if isinstance(version, bool) or not isinstance(version, int):
+        raise malformed(where, "has no valid version")
+    if version != VERSION:
         return None
     try:
         counts = [_count(extension, name) for name in COUNTS]
@@ -169,7 +172,7 @@ def read_lod(document: Document, compressed: Compressed) -> LodPrimitive | None:
     except ValueError as error:
         text = error.message if isinstance(error, MeshletError) else str(error)
         raise MeshletError(f"{compressed.where}: {text}") from None
-    return LodPrimitive(compressed, tables, coarse)
+    return LodPrimitive(compressed, tables, coarse, _streams_of(compressed.blob))
 
 
 def levels_of(document: Document) -> list[LodPrimitive]:
@@ -188,7 +191,7 @@ def _count(extension: dict[str, Any], name: str) -> int:
 def _bytes(document: Document, holder: Any) -> bytes:
     """The bytes of the buffer view that an object names."""
     index = holder.get("bufferView") if isinstance(holder, dict) else None
-    item(document.bufferViews, index, "bufferView")
+    require_plain(item(document.bufferViews, index, "bufferView"))
     return bytes(document.bytes_of_view(index))
 
 

@@ -1,20 +1,16 @@
-"""The parts of inspect, verify and validate that concern levels of detail."""
+"""The parts of inspect and verify that concern levels of detail."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-import pygltflib
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import EXTENSION as EDGEBREAKER
-from gltf_ext.compression.extension import compressed_primitives
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.gltf.document import Document
 from gltf_ext.lod.cuts import cut_at_level, error_of
-from gltf_ext.lod.reading import LodPrimitive, levels_of, read_lod
-from gltf_ext.lod.tables import EXTENSION
+from gltf_ext.lod.reading import LodPrimitive, levels_of
 
 SAMPLES = 50_000  # of a surface, for measured errors
 WITHIN = 99.9  # percent of the samples that a stated error must hold
@@ -84,37 +80,6 @@ def _waiting(primitive: LodPrimitive) -> np.ndarray:
     later = (refined >= 0) & (tables.group_level[group] > tables.group_level[refined] + 1)
     waiting: np.ndarray = copied | later
     return waiting
-
-
-# --- validate ---
-
-
-def lod_problems(document: Document) -> list[str]:
-    """Problems of the tables and pages of all primitives, one line each."""
-    problems = []
-    users = [
-        p for mesh in document.meshes for p in mesh.primitives if EXTENSION in (p.extensions or {})
-    ]
-    if users and EXTENSION not in document.extensionsUsed:
-        problems.append(f"extensionsUsed lacks {EXTENSION}")
-    if EXTENSION in document.extensionsRequired:
-        problems.append(f"extensionsRequired lists {EXTENSION}, which is optional")
-    if any(not _is_compressed(p) for p in users):
-        problems.append(f"{EXTENSION} is on a primitive without {EDGEBREAKER}")
-    try:
-        for compressed in compressed_primitives(document):
-            primitive = read_lod(document, compressed)
-            if primitive is not None:
-                for page in range(len(primitive.tables.pages)):
-                    primitive.check_page(page)
-                _codec.validate(primitive.coarse)
-    except ValueError as error:
-        problems.append(str(error))
-    return problems
-
-
-def _is_compressed(primitive: pygltflib.Primitive) -> bool:
-    return EDGEBREAKER in (primitive.extensions or {})
 
 
 # --- verify ---

@@ -15,8 +15,6 @@ from gltf_ext.lod.ranges import begins, members
 
 EXTENSION = "EXT_meshlet_lod"
 VERSION = 1
-# Rounding of spheres to float32 may break the nesting by this share of the larger radius.
-SPHERE_ROUNDING = 1e-5
 MAX_GROUPS = 1 << 24
 
 PAGE = np.dtype(
@@ -112,13 +110,25 @@ class Tables:
         return begins(self.pages["byteLength"])
 
 
+def reach(groups: np.ndarray, owner: np.ndarray, finer: np.ndarray) -> np.ndarray:
+    """float64[R]: the least radii of groups `owner` with which their spheres hold those of `finer`.
+
+    The specification defines each rounding of this sum.
+    """
+    centre = groups["centre"].astype(np.float64)
+    x, y, z = (centre[owner] - centre[finer]).T
+    distance: np.ndarray = np.sqrt((x * x + y * y) + z * z)
+    result: np.ndarray = distance + groups["radius"][finer]
+    return result
+
+
 def read_tables(data: bytes, counts: tuple[int, int, int, int]) -> Tables:
     """Tables from bytes, checked. counts: of pages, coarse pages, groups and runs.
 
     Raises MeshletError for anything that the specification forbids.
     """
     pages, coarse, groups, runs = counts
-    if not 0 < coarse < pages or not 0 < groups <= MAX_GROUPS or runs < 0:
+    if not 0 < coarse < pages or not 2 <= groups <= MAX_GROUPS or runs < 1:
         raise _malformed("has counts that cannot be")
     size = pages * PAGE.itemsize + groups * GROUP.itemsize + 4 * runs
     if len(data) != size:
@@ -191,8 +201,5 @@ def _check_runs(tables: Tables) -> None:
         raise _malformed("has groups with a finite error that nothing replaces, or the reverse")
     if (groups["error"][owner] < groups["error"][finer]).any():
         raise _malformed("has an error that is larger than that of a coarser group")
-    centre, radius = groups["centre"].astype(np.float64), groups["radius"].astype(np.float64)
-    reach = np.linalg.norm(centre[owner] - centre[finer], axis=1) + radius[finer]
-    scale = np.abs(centre[owner]).max(axis=1) + radius[owner] if len(owner) else reach
-    if (reach > radius[owner] + SPHERE_ROUNDING * scale).any():
+    if (reach(groups, owner, finer) > groups["radius"][owner]).any():
         raise _malformed("has a sphere that reaches beyond that of a coarser group")

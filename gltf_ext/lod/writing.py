@@ -17,7 +17,7 @@ from gltf_ext.lod.builder import Clusters, Hierarchy, Surface, build
 from gltf_ext.lod.document import Levels
 from gltf_ext.lod.paging import Pages, by_error, pack
 from gltf_ext.lod.ranges import begins, members
-from gltf_ext.lod.tables import GROUP, MAX_GROUPS, PAGE, Tables
+from gltf_ext.lod.tables import GROUP, MAX_GROUPS, PAGE, Tables, reach
 from gltf_ext.progress import Advance
 
 # Weights of attributes in the choice of edges, beside positions in a box of size 1. Normals: at
@@ -366,13 +366,9 @@ def _tables(hierarchy: Hierarchy, paged: _Paged, stream: Stream) -> Tables:
     groups["error"] = _rounded_up(hierarchy.error[order] * stream.step)
     centre = np.array(stream.offset) + hierarchy.centre[order] * stream.step
     groups["centre"] = centre
-    groups["radius"] = _radii(
-        groups["centre"].astype(np.float64),
-        hierarchy.radius[order] * stream.step + np.linalg.norm(groups["centre"] - centre, axis=1),
-        hierarchy.level[order],
-        run_owner,
-        run_group,
-    )
+    moved = np.linalg.norm(groups["centre"] - centre, axis=1)
+    groups["radius"] = _rounded_up(hierarchy.radius[order] * stream.step + moved)
+    _nest(groups, hierarchy.level[order], run_owner, run_group)
     pages = np.zeros(len(paged.pages), PAGE)
     pages["byteLength"] = [len(b) for b in paged.blobs]
     pages["firstGroup"] = first_group
@@ -390,18 +386,11 @@ def _rounded_up(values: np.ndarray) -> np.ndarray:
     return up
 
 
-def _radii(
-    centre: np.ndarray,
-    radius: np.ndarray,
-    level: np.ndarray,
-    run_owner: np.ndarray,
-    run_group: np.ndarray,
-) -> np.ndarray:
-    """float32 radii with which each sphere holds those of its runs, despite rounding."""
-    result = _rounded_up(radius)
+def _nest(
+    groups: np.ndarray, level: np.ndarray, run_owner: np.ndarray, run_group: np.ndarray
+) -> None:
+    """Enlarges spheres until each holds those of its runs, despite rounding."""
     for here in range(1, int(level.max()) + 1):
-        runs = np.flatnonzero(level[run_owner] == here)
+        runs = level[run_owner] == here
         owner, finer = run_owner[runs], run_group[runs]
-        reach = np.linalg.norm(centre[owner] - centre[finer], axis=1) + result[finer]
-        np.maximum.at(result, owner, _rounded_up(reach))
-    return result
+        np.maximum.at(groups["radius"], owner, _rounded_up(reach(groups, owner, finer)))

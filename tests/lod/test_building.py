@@ -11,6 +11,7 @@ from gltf_ext.gltf.container import read_document
 from gltf_ext.lod import LodPrimitive, cut_at_level, open_lod
 from gltf_ext.lod.paging import PART_GROUPS, by_error, pack
 from gltf_ext.lod.tables import EXTENSION
+from spec import reference_lod
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder
 from tests.helpers.lod import Certifier
@@ -19,6 +20,15 @@ from tests.helpers.lod import Certifier
 @pytest.fixture(scope="module", autouse=True)
 def simplifier_package():
     environment.need_package("meshoptimizer")
+
+
+@pytest.fixture(autouse=True)
+def outputs_are_valid(tmp_path):
+    """Every file with levels that a test writes is valid; its cuts cover the surface once."""
+    yield
+    for path in tmp_path.glob("*.glb"):
+        if EXTENSION.encode() in path.read_bytes():
+            assert gltf_ext.validate(path) == [], path.name
 
 
 def grid(size, height=0.1):
@@ -55,6 +65,18 @@ def test_level_0_is_the_model(sheet, with_levels):
     assert report["ok"] and report["triangles_equal"]
     assert len(report["levels"]) >= 3
     assert gltf_ext.validate(with_levels) == []
+
+
+def test_the_reference_reader_finds_nothing_wrong(tmp_path):
+    points, triangles = grid(44)
+    builder = Builder()
+    builder.mesh({"POSITION": points}, triangles)
+    path = builder.write(tmp_path / "small.glb")
+    gltf_ext.compress(path, tmp_path / "out.glb", lod=True, page_bytes=4096)
+    data = (tmp_path / "out.glb").read_bytes()
+    (primitive,) = reference_lod.read_file(data)
+    assert len(primitive.blobs) > 2
+    assert reference_lod.problems(data) == []
 
 
 def test_levels_shrink_to_little(with_levels):

@@ -7,8 +7,10 @@ import pytest
 
 import gltf_ext
 from gltf_ext.lod import Cut, View, cut_at_error, cut_at_level, cut_for_view, error_of, open_lod
+from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.lod.cuts import active_groups, cut_of
 from gltf_ext.lod.reports import surface_distances
+from gltf_ext.lod.tables import reach
 from spec import reference_lod
 from tests.helpers import environment
 from tests.helpers.lod import Certifier, random_views
@@ -63,6 +65,14 @@ def test_levels_are_sound(primitive, certifier):
         assert is_sound(certifier, cut_at_level(tables, level).drawn)
     drawn = cut_at_level(tables, 0).drawn
     assert primitive.cluster_triangles[drawn].sum() == primitive.compressed.triangle_count
+
+
+def test_replacements_keep_borders_and_spheres_nest(primitive):
+    """As the specification checks them, on integers and in binary64."""
+    check_coverage(primitive)
+    tables = primitive.tables
+    owner, finer = tables.run_owner, tables.run_group
+    assert (reach(tables.groups, owner, finer) <= tables.groups["radius"][owner]).all()
 
 
 def test_random_cuts_are_sound(primitive, certifier):

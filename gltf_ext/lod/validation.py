@@ -1,0 +1,66 @@
+"""The part of validate that concerns levels of detail."""
+
+from __future__ import annotations
+
+from gltf_ext import _codec
+from gltf_ext.compression.extension import EXTENSION as EDGEBREAKER
+from gltf_ext.compression.extension import (
+    compressed_primitives,
+    malformed,
+    require_unused_by_accessors,
+)
+from gltf_ext.gltf.document import Document
+from gltf_ext.lod.coverage import check_coverage
+from gltf_ext.lod.reading import COUNTS, LodPrimitive, read_lod
+from gltf_ext.lod.tables import EXTENSION
+
+
+def lod_problems(document: Document) -> list[str]:
+    """Problems of the tables, pages and replacements of all primitives, one line each."""
+    problems = []
+    users = [
+        p for mesh in document.meshes for p in mesh.primitives if EXTENSION in (p.extensions or {})
+    ]
+    if users and EXTENSION not in document.extensionsUsed:
+        problems.append(f"extensionsUsed lacks {EXTENSION}")
+    if EXTENSION in document.extensionsRequired:
+        problems.append(f"extensionsRequired lists {EXTENSION}, which is optional")
+    if any(EDGEBREAKER not in (p.extensions or {}) for p in users):
+        problems.append(f"{EXTENSION} is on a primitive without {EDGEBREAKER}")
+    try:
+        _check_primitives(document)
+    except ValueError as error:
+        problems.append(str(error))
+    return problems
+
+
+def _check_primitives(document: Document) -> None:
+    """Raises ValueError for the first primitive with levels that are malformed."""
+    levels_of: dict[int, list[int]] = {}  # view of level 0 -> its levels' views and counts
+    level_0_of: dict[int, int] = {}  # the reverse, for each of these views
+    for compressed in compressed_primitives(document):
+        primitive = read_lod(document, compressed)
+        if primitive is None:
+            continue
+        where = f"{EXTENSION} of {compressed.where}"
+        user = document.meshes[compressed.mesh].primitives[compressed.primitive]
+        extension = user.extensions[EXTENSION]
+        views = [extension["bufferView"], extension["pages"]["bufferView"]]
+        used = [*views, *(extension[name] for name in COUNTS)]
+        if compressed.view not in levels_of:
+            _check_pages(primitive)
+            require_unused_by_accessors(document, views)
+        if levels_of.setdefault(compressed.view, used) != used or any(
+            level_0_of.setdefault(view, compressed.view) != compressed.view for view in views
+        ):
+            raise malformed(where, "it shares some of its buffer views, not all")
+
+
+def _check_pages(primitive: LodPrimitive) -> None:
+    for page in range(len(primitive.tables.pages)):
+        primitive.check_page(page)
+    try:
+        _codec.validate(primitive.coarse)
+    except ValueError as error:
+        raise primitive.malformed(str(error)) from None
+    check_coverage(primitive)
