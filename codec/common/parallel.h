@@ -53,4 +53,15 @@ void parallel_for(int threads, size_t count, Body&& body) {
   if (first.exception) std::rethrow_exception(first.exception);
 }
 
+inline size_t block_count(size_t count, size_t size) { return (count + size - 1) / size; }
+
+// Calls body(block, first, last) once for every block of `size` items, the last of them smaller:
+// items first .. last of `count`.
+template <class Body>
+void for_blocks(int threads, size_t count, size_t size, Body&& body) {
+  parallel_for(threads, block_count(count, size), [&](size_t block) {
+    body(block, block * size, std::min(count, (block + 1) * size));
+  });
+}
+
 }  // namespace meshlet

@@ -1,8 +1,9 @@
-// The vector of three floats of the codec and of the Mitsuba plugin.
+// Vectors of three floats, for the codec and the Mitsuba plugin.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace meshlet {
 
@@ -32,6 +33,20 @@ inline float length(Vec3 a) { return std::sqrt(dot(a, a)); }
 inline Vec3 normalized(Vec3 a) {
   const float norm = length(a);
   return norm > 0 ? a * (1.0f / norm) : a;
+}
+
+struct Box {
+  Vec3 low, high;
+
+  void add(Vec3 point) { low = minimum(low, point), high = maximum(high, point); }
+  float longest_side() const { return std::max({high.x - low.x, high.y - low.y, high.z - low.z}); }
+};
+
+// Of at least one point.
+inline Box box_of(const std::vector<Vec3>& points) {
+  Box box{points[0], points[0]};
+  for (const Vec3& point : points) box.add(point);
+  return box;
 }
 
 }  // namespace meshlet

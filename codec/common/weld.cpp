@@ -4,6 +4,8 @@
 #include <cstring>
 #include <vector>
 
+#include "common/hash_map.h"
+
 namespace meshlet {
 namespace {
 
@@ -25,7 +27,7 @@ uint64_t hash_row(const uint8_t* row, size_t stride) {
   return mix(mix(hash, rest), 0);
 }
 
-// A slot of the open-addressing table: the first row with these bytes.
+// A slot of the hash table: the first row with these bytes.
 struct Slot {
   uint32_t hash;
   uint32_t row;
@@ -35,9 +37,7 @@ constexpr uint32_t kEmpty = ~0u;
 }  // namespace
 
 uint32_t weld_rows(const uint8_t* rows, size_t count, size_t stride, uint32_t* remap) {
-  size_t capacity = 16;
-  while (capacity < 2 * count) capacity *= 2;
-  std::vector<Slot> table(capacity, Slot{0, kEmpty});
+  std::vector<Slot> table(slots_for(count), Slot{0, kEmpty});
   // Hash a whole batch before looking its rows up: the cache misses then overlap.
   constexpr size_t kBatch = 32;
   uint64_t hashes[kBatch];
@@ -46,15 +46,16 @@ uint32_t weld_rows(const uint8_t* rows, size_t count, size_t stride, uint32_t* r
     const size_t size = std::min(kBatch, count - first);
     for (size_t i = 0; i < size; i++) {
       hashes[i] = hash_row(rows + (first + i) * stride, stride);
-      __builtin_prefetch(&table[hashes[i] & (capacity - 1)]);
+      __builtin_prefetch(&table[hashes[i] & (table.size() - 1)]);
     }
     for (size_t i = 0; i < size; i++) {
       const uint32_t row = uint32_t(first + i), hash = uint32_t(hashes[i] >> 32);
-      size_t at = hashes[i] & (capacity - 1);
-      while (table[at].row != kEmpty &&
-             (table[at].hash != hash ||
-              std::memcmp(rows + table[at].row * stride, rows + row * stride, stride) != 0))
-        at = (at + 1) & (capacity - 1);
+      const size_t at = find_slot(hashes[i], table.size(), [&](size_t slot) {
+        const Slot& first = table[slot];
+        return first.row == kEmpty ||
+               (first.hash == hash &&
+                std::memcmp(rows + first.row * stride, rows + row * stride, stride) == 0);
+      });
       if (table[at].row == kEmpty) {
         table[at] = {hash, row};
         remap[row] = unique++;

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "common/small_map.h"
+#include "common/hash_map.h"
 
 namespace meshlet {
 
@@ -13,7 +13,7 @@ void LocalMeshlet::add_disk(uint32_t disk) {
   first_triangle_ = triangle_count_;
   first_vertex_ = vertex_count_;
   loop_length_ = loop.count;
-  SmallMap<8> numbers;
+  HashMap<uint32_t, uint8_t, 8> numbers;
   const auto number_of = [&](uint32_t vertex) {
     const auto [number, is_new] = numbers.insert(vertex, uint8_t(vertex_count_));
     if (!is_new) return number;

@@ -1,25 +1,19 @@
 #include "encode/page_growth.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
-#include <utility>
 
-#include "common/hilbert.h"
+#include "common/curve.h"
 
 namespace meshlet {
 namespace {
 
 constexpr uint32_t kNone = ~0u;
 
-// The meshlets along a Hilbert curve through their centres.
-std::vector<uint32_t> along_hilbert_curve(const MeshView& mesh, const Meshlets& meshlets) {
-  const size_t count = meshlets.meshlet_begin.size() - 1;
-  std::vector<std::array<float, 3>> centres(count);
-  std::array<float, 3> low, high;
-  low.fill(std::numeric_limits<float>::max());
-  high.fill(std::numeric_limits<float>::lowest());
-  for (size_t m = 0; m < count; m++) {
+// The meshlets along a curve through their centres.
+Array<uint32_t> along_curve(const MeshView& mesh, const Meshlets& meshlets) {
+  std::vector<Vec3> centres(meshlets.meshlet_begin.size() - 1);
+  for (size_t m = 0; m < centres.size(); m++) {
     const uint32_t begin = meshlets.disk_begin[meshlets.meshlet_begin[m]];
     const uint32_t end = meshlets.disk_begin[meshlets.meshlet_begin[m + 1]];
     for (int c = 0; c < 3; c++) {
@@ -29,29 +23,20 @@ std::vector<uint32_t> along_hilbert_curve(const MeshView& mesh, const Meshlets& 
           sum +=
               mesh.positions[3 * size_t(mesh.triangles[3 * size_t(meshlets.triangles[i]) + k]) + c];
       centres[m][c] = float(sum / (3.0 * (end - begin)));
-      low[c] = std::min(low[c], centres[m][c]);
-      high[c] = std::max(high[c], centres[m][c]);
     }
   }
-  const float size = std::max(
-      {high[0] - low[0], high[1] - low[1], high[2] - low[2], std::numeric_limits<float>::min()});
-  std::vector<std::pair<uint32_t, uint32_t>> keyed(count);
-  for (uint32_t m = 0; m < count; m++) {
-    std::array<uint32_t, 3> cell;
-    for (int c = 0; c < 3; c++)
-      cell[c] = uint32_t((centres[m][c] - low[c]) / size * float((1 << kHilbertBits) - 1));
-    keyed[m] = {hilbert_index(cell), m};
-  }
-  std::sort(keyed.begin(), keyed.end());
-  std::vector<uint32_t> order;
-  for (const auto& [index, m] : keyed) order.push_back(m);
-  return order;
+  const Box box = box_of(centres);
+  const float size = std::max(box.longest_side(), std::numeric_limits<float>::min());
+  return order_along_curve(centres.size(), 1, [&](size_t m) {
+    const Vec3 p = centres[m] - box.low;
+    return Vec3{p.x / size, p.y / size, p.z / size} * (kCurveCells - 1);
+  });
 }
 
 }  // namespace
 
 PageGrowth::PageGrowth(const MeshView& mesh, const HalfEdges& half_edges, const Meshlets& meshlets)
-    : at_place_(along_hilbert_curve(mesh, meshlets)) {
+    : at_place_(along_curve(mesh, meshlets)) {
   const size_t count = at_place_.size();
   link(half_edges, meshlets);
   page_edges_.assign(count, 0);

@@ -61,8 +61,9 @@ class PageGrowth {
   std::vector<uint32_t> finished_edges_;  // shared with finished pages
   std::vector<uint32_t> touched_;         // whose page_edges_ are not 0
   std::vector<bool> is_free_;
-  std::vector<uint32_t> place_, at_place_;  // on the Hilbert curve, and back
-  std::set<uint32_t> free_;                 // places of the free ones
+  std::vector<uint32_t> place_;  // of each meshlet on a curve
+  Array<uint32_t> at_place_;     // and back
+  std::set<uint32_t> free_;      // places of the free ones
   Queue candidates_, seeds_;
   uint64_t age_ = 0;
   uint32_t last_ = 0;  // added

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "common/local_numbers.h"
+#include "common/hash_map.h"
 #include "common/parallel.h"
 #include "encode/page_growth.h"
 #include "segment/check_meshlets.h"

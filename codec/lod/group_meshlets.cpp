@@ -1,6 +1,6 @@
 #include "lod/group_meshlets.h"
 
-#include "common/local_numbers.h"
+#include "common/hash_map.h"
 #include "common/parallel.h"
 #include "segment/half_edges.h"
 #include "segment/spatial_mesh.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/hash_map.h"
 #include "common/parallel.h"
 
 namespace meshlet {
@@ -12,28 +13,16 @@ namespace {
 // few groups together.
 constexpr size_t kCarried = 512, kCarriedOfAll = 16384;
 
-// A set of numbers, none of them ~0. Open addressing.
+// A set of numbers, none of them ~0.
 class NumberSet {
  public:
   // For at most `count` numbers.
-  explicit NumberSet(size_t count) {
-    size_t capacity = 16;
-    while (capacity < 2 * count) capacity *= 2;
-    slots_.assign(capacity, kEmpty);
-  }
-
+  explicit NumberSet(size_t count) : map_(count) {}
   // Returns whether the number is new.
-  bool insert(uint64_t number) {
-    size_t at = size_t(number * 0x9E3779B97F4A7C15u >> 32) & (slots_.size() - 1);
-    while (slots_[at] != number && slots_[at] != kEmpty) at = (at + 1) & (slots_.size() - 1);
-    if (slots_[at] == number) return false;
-    slots_[at] = number;
-    return true;
-  }
+  bool insert(uint64_t number) { return map_.insert(number, 0).second; }
 
  private:
-  static constexpr uint64_t kEmpty = ~uint64_t(0);
-  std::vector<uint64_t> slots_;
+  HashMap<uint64_t, uint8_t> map_;
 };
 
 // The triangles of one group.

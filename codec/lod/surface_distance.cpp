@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "common/hilbert.h"
+#include "common/curve.h"
 #include "common/parallel.h"
 
 namespace meshlet {
@@ -96,27 +96,13 @@ uint32_t nodes_above(uint32_t count) {
   return nodes;
 }
 
-struct Item {
-  uint32_t key, number;
-  bool operator<(const Item& other) const {
-    return key != other.key ? key < other.key : number < other.number;
-  }
-};
-
-// Sorts items along a Hilbert curve. points: of each item.
-void sort_along_curve(std::vector<Item>& items, const std::vector<Vec3>& points) {
-  Vec3 low = points[0], high = points[0];
-  for (const Vec3& point : points) low = minimum(low, point), high = maximum(high, point);
-  const Vec3 size = high - low;
-  const float longest = std::max({size.x, size.y, size.z});
-  constexpr float last_cell = float((1 << kHilbertBits) - 1);
-  const float scale = longest > 0 ? last_cell / longest : 0;
-  const auto cell = [](float x) { return uint32_t(x < 0 ? 0 : x > last_cell ? last_cell : x); };
-  for (size_t i = 0; i < items.size(); i++) {
-    const Vec3 p = (points[i] - low) * scale;
-    items[i].key = hilbert_index({cell(p.x), cell(p.y), cell(p.z)});
-  }
-  std::sort(items.begin(), items.end());
+// The numbers of the points along a curve.
+Array<uint32_t> along_curve(const std::vector<Vec3>& points) {
+  const Box box = box_of(points);
+  const float longest = box.longest_side();
+  const float scale = longest > 0 ? float(kCurveCells - 1) / longest : 0;
+  return order_along_curve(points.size(), 1,
+                           [&](size_t i) { return (points[i] - box.low) * scale; });
 }
 
 }  // namespace
@@ -132,26 +118,24 @@ class TriangleTree::Builder {
       const float* p = positions + 3 * size_t(triangles[3 * size_t(triangle) + k]);
       return Vec3{p[0], p[1], p[2]};
     };
-    std::vector<Item> items(last - first);
-    std::vector<Vec3> centres(last - first);  // three times the centre
-    for (uint32_t i = 0; i < items.size(); i++) {
-      items[i].number = first + i;
-      centres[i] = corner(first + i, 0) + corner(first + i, 1) + corner(first + i, 2);
-    }
-    sort_along_curve(items, centres);
+    std::vector<Vec3> centres;  // three times the centre
+    for (uint32_t t = first; t < last; t++)
+      centres.push_back(corner(t, 0) + corner(t, 1) + corner(t, 2));
+    const Array<uint32_t> order = along_curve(centres);
     const uint32_t leaf_begin = tree_.part_leaf_[part], leaf_end = tree_.part_leaf_[part + 1];
     std::vector<Child> row;
     row.reserve(leaf_end - leaf_begin);
     for (uint32_t leaf = leaf_begin; leaf < leaf_end; leaf++) {
-      Box box{corner(items[kLanes * (leaf - leaf_begin)].number, 0), {}};
-      box.high = box.low;
+      const Vec3 start = corner(first + order[kLanes * (leaf - leaf_begin)], 0);
+      Box box{start, start};
       for (uint32_t lane = 0; lane < kLanes; lane++) {
         // The last leaf repeats its last triangle.
-        const size_t i = std::min<size_t>(kLanes * (leaf - leaf_begin) + lane, items.size() - 1);
-        tree_.numbers_[kLanes * size_t(leaf) + lane] = items[i].number;
+        const size_t i = std::min<size_t>(kLanes * (leaf - leaf_begin) + lane, order.size() - 1);
+        const uint32_t number = first + order[i];
+        tree_.numbers_[kLanes * size_t(leaf) + lane] = number;
         for (uint32_t k = 0; k < 3; k++) {
-          const Vec3 p = corner(items[i].number, k);
-          box = {minimum(box.low, p), maximum(box.high, p)};
+          const Vec3 p = corner(number, k);
+          box.add(p);
           for (int axis = 0; axis < 3; axis++)
             tree_.leaves_[leaf].corners[3 * k + uint32_t(axis)][lane] = p[axis];
         }
@@ -211,15 +195,10 @@ TriangleTree::TriangleTree(const float* positions, const uint32_t* triangles,
   parallel_for(threads, parts, [&](size_t i) {
     boxes[i] = Builder(*this).build_part(positions, triangles, part_begin[i], part_begin[i + 1], i);
   });
-  std::vector<Item> order(parts);
-  std::vector<Vec3> centres(parts);
-  for (uint32_t i = 0; i < parts; i++) {
-    order[i].number = i;
-    centres[i] = boxes[i].low + boxes[i].high;
-  }
-  sort_along_curve(order, centres);
+  std::vector<Vec3> centres;
+  for (const Box& box : boxes) centres.push_back(box.low + box.high);
   std::vector<Child> row;
-  for (const Item& item : order) row.push_back({boxes[item.number], part_root(item.number)});
+  for (uint32_t part : along_curve(centres)) row.push_back({boxes[part], part_root(part)});
   Builder(*this).build_nodes(std::move(row), part_node_.back());
   root_ = uint32_t(nodes_.size()) - 1;
 }

@@ -43,9 +43,6 @@ class TriangleTree {
     float low[3][kLanes], high[3][kLanes];
     uint32_t child[kLanes];  // number of a node or, with kIsLeaf, of a leaf
   };
-  struct Box {
-    Vec3 low, high;
-  };
   struct Child {
     Box box;
     uint32_t number;

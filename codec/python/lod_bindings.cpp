@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "arrays.h"
+#include "common/curve.h"
 #include "common/parallel.h"
 #include "lod/group_meshlets.h"
 #include "lod/replacement_errors.h"
 #include "lod/surface_distance.h"
-#include "segment/spatial_mesh.h"
 
 namespace meshlet {
 
@@ -142,21 +142,14 @@ nb::object distances_to_surface(const Points& points, const Points& positions,
 }
 
 nb::object hilbert_order(const Points& points) {
-  const size_t count = points.shape(0);
-  Vec3 low{0, 0, 0}, high{0, 0, 0};
-  const auto point = [&](size_t i) {
-    const float* p = points.data() + 3 * i;
-    return Vec3{p[0], p[1], p[2]};
-  };
-  for (size_t i = 0; i < count; i++) {
-    low = i ? minimum(low, point(i)) : point(i);
-    high = i ? maximum(high, point(i)) : point(i);
-  }
-  const Vec3 size = high - low;
-  const float longest = std::max({size.x, size.y, size.z});
-  std::vector<Vec3> scaled(count);
-  for (size_t i = 0; i < count; i++) scaled[i] = (point(i) - low) * (longest > 0 ? 1 / longest : 0);
-  return array_of(order_along_curve(scaled, 1));
+  std::vector<Vec3> all;
+  for (const float* p = points.data(); p < points.data() + points.size(); p += 3)
+    all.push_back({p[0], p[1], p[2]});
+  if (all.empty()) return array_of(std::vector<uint32_t>());
+  const Box box = box_of(all);
+  const float longest = box.longest_side(), scale = longest > 0 ? 1 / longest : 0;
+  return array_of(order_along_curve(
+      all.size(), 1, [&](size_t i) { return (all[i] - box.low) * scale * kCurveCells; }));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include "segment/disks.h"
 
-#include "common/small_map.h"
+#include "common/hash_map.h"
 #include "format/constants.h"
 
 namespace meshlet {
@@ -19,8 +19,8 @@ void DiskCutter::cut(const uint32_t* triangles, size_t count, Disks& disks) {
 }
 
 void DiskCutter::load(const uint32_t* triangles, size_t count) {
-  SmallMap<8> place;
-  SmallMap<9> vertex;
+  HashMap<uint32_t, uint8_t, 8> place;
+  HashMap<uint32_t, uint8_t, 9> vertex;
   for (uint32_t t = 0; t < count; t++) place.insert(triangles[t], uint8_t(t));
   uint32_t vertices = 0;
   for (uint32_t t = 0; t < count; t++) {

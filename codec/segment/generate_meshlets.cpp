@@ -6,6 +6,7 @@
 #include <chrono>
 #include <thread>
 
+#include "common/curve.h"
 #include "common/parallel.h"
 #include "segment/cuthill_mckee.h"
 #include "segment/disks.h"
@@ -260,12 +261,13 @@ std::vector<Load> Generator::measure_loads(const MeshletList& list) const {
 // Groups of meshlets to join, in an order that gives neighbours close numbers.
 std::vector<std::vector<uint32_t>> Generator::group_meshlets(const MeshletList& list) const {
   const std::vector<Contact> contacts = find_contacts(list);
-  std::vector<Vec3> centres;
-  for (uint32_t m = 0; m < list.count(); m++)
-    centres.push_back(mesh_.centre(list.triangles[list.first_triangle(m)]));
+  const Array<uint32_t> curve_order =
+      order_along_curve(list.count(), options_.threads, [&](size_t m) {
+        return mesh_.centre(list.triangles[list.first_triangle(uint32_t(m))]) * kCurveCells;
+      });
   const std::vector<uint32_t> group =
-      join_meshlets(measure_loads(list), contacts, order_along_curve(centres, options_.threads),
-                    uint32_t(options_.max_triangles), uint32_t(options_.max_vertices));
+      join_meshlets(measure_loads(list), contacts, curve_order, uint32_t(options_.max_triangles),
+                    uint32_t(options_.max_vertices));
 
   const uint32_t count = *std::max_element(group.begin(), group.end()) + 1;
   std::vector<std::pair<uint32_t, uint32_t>> edges;

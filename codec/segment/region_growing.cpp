@@ -320,8 +320,7 @@ void RegionGrower::move_centres(float reach) {
   for (size_t r = 0; r < seeds_.size(); r++) {
     const Vec3 mean = sums_[r].centre * (1.0f / float(sizes_[r]));
     means_[r].centre = means_[r].centre + (mean - means_[r].centre) * reach;
-    const float norm = length(sums_[r].normal);
-    means_[r].normal = norm > 0 ? sums_[r].normal * (1.0f / norm) : sums_[r].normal;
+    means_[r].normal = normalized(sums_[r].normal);
   }
 }
 

@@ -11,7 +11,7 @@
 
 namespace meshlet {
 
-// A triangle's centre, and its normal: of unit length, or zero for a triangle without area.
+// A triangle's centre, and its normal: of unit length, or about zero for a triangle without area.
 struct Facet {
   Vec3 centre, normal;
 };
@@ -33,24 +33,14 @@ struct SpatialMesh {
   Facet facet(size_t triangle) const {
     const uint32_t* v = &triangles[3 * triangle];
     return {centre(triangle),
-            normalized_or_zero(cross(points[v[1]] - points[v[0]], points[v[2]] - points[v[0]]))};
+            normalized(cross(points[v[1]] - points[v[0]], points[v[2]] - points[v[0]]))};
   }
   MeshView view() const {
     return {triangles.data(), triangle_count(), position_ids.data(), &points[0].x, points.size()};
-  }
-
- private:
-  static Vec3 normalized_or_zero(Vec3 v) {
-    const float norm = length(v);
-    return norm > 0 ? v * (1.0f / norm) : Vec3{0, 0, 0};
   }
 };
 
 // Vertices without a triangle are left out.
 SpatialMesh sort_in_space(const MeshView& mesh, int threads);
-
-// Returns the numbers of the points (in a box of longest side 1) in the order of a Hilbert curve;
-// points in one cell by number.
-Array<uint32_t> order_along_curve(const std::vector<Vec3>& points, int threads);
 
 }  // namespace meshlet

@@ -63,10 +63,10 @@ def _knot(along: int = 480, around: int = 32) -> Shape:
     """A (2, 3) torus knot whose tube carries five twisted ridges."""
     t = np.arange(along)[:, None] * (2 * np.pi / along)
     center = _knot_curve(t)
-    tangent = _unit(_knot_curve(t + 1e-4) - _knot_curve(t - 1e-4))
+    tangent = unit(_knot_curve(t + 1e-4) - _knot_curve(t - 1e-4))
     ring = np.concatenate([np.cos(2 * t), 0 * t, np.sin(2 * t)], axis=1)  # the torus's own circle
     normal = center - ring
-    normal = _unit(normal - tangent * np.sum(normal * tangent, axis=1, keepdims=True))
+    normal = unit(normal - tangent * np.sum(normal * tangent, axis=1, keepdims=True))
     binormal = np.cross(normal, tangent)
     angle = np.arange(around) * (2 * np.pi / around)
     radius = 0.2 * (1 + 0.13 * np.cos(5 * angle + 10 * t))
@@ -94,7 +94,7 @@ def _planet(cells: int = 36) -> Shape:
     lattice = np.stack([np.stack(side, axis=-1) for side in sides]).reshape(-1, 3)
     # Points on the cube's edges lie on two or three sides: compute them once, so that seams match.
     unique, index = np.unique(lattice, axis=0, return_inverse=True)
-    direction = _unit(np.tan((unique / cells - 0.5) * (np.pi / 2)))
+    direction = unit(np.tan((unique / cells - 0.5) * (np.pi / 2)))
     x, y, z = direction.T
     bumps = (
         0.05 * np.sin(5 * x + 2 * z) * np.cos(4 * y - x)
@@ -164,7 +164,7 @@ def _wall(start: np.ndarray, end: np.ndarray, bottom: float, top: float, levels:
     points[..., 0], points[..., 2] = ends[..., None, 0], -ends[..., None, 1]
     points[..., 1] = height
     along = end - start
-    outward = _unit(np.stack([along[:, 1], 0 * along[:, 0], along[:, 0]], axis=1))
+    outward = unit(np.stack([along[:, 1], 0 * along[:, 0], along[:, 0]], axis=1))
     normals = np.broadcast_to(outward[:, None, None], points.shape).reshape(-1, 3)
     share = (np.arange(len(start))[:, None] + [0, 1]) / len(start)
     texcoords = np.empty((*points.shape[:-1], 2))
@@ -252,7 +252,7 @@ def _averaged_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     for k in range(3):
         for axis in range(3):
             total[:, axis] += np.bincount(triangles[:, k], face[:, axis], len(points))
-    return _unit(total)
+    return unit(total)
 
 
 def _without_collapsed(
@@ -277,7 +277,7 @@ def _finish(
 ) -> Shape:
     return (
         _grid_aligned(points).astype(np.float32),
-        _unit(_grid_aligned(normals)).astype(np.float32),
+        unit(_grid_aligned(normals)).astype(np.float32),
         texcoords.astype(np.float32),
         triangles.astype(np.uint32),
     )
@@ -289,9 +289,10 @@ def _grid_aligned(values: np.ndarray) -> np.ndarray:
     return rounded
 
 
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    unit: np.ndarray = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return unit
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """The vectors [..., 3], none of them zero, with length 1."""
+    result: np.ndarray = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return result
 
 
 def _rotation(axis: int, angle: float) -> np.ndarray:

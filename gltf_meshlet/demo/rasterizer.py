@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gltf_meshlet.demo.model import unit
+
 SUPERSAMPLING = 2  # samples per pixel and axis
 SHADOW_SIZE = 1536  # pixels along a side of the shadow map
 CANDIDATES = 1 << 20  # pixels tested in one pass: bounds the memory
@@ -71,7 +73,7 @@ def rasterize(mesh: Mesh, camera: Camera, width: int, height: int) -> np.ndarray
         _barycentric(_at(planes[triangle], pixels % width, pixels // width)) / distance[corners, 0]
     )
     weights /= weights.sum(axis=1, keepdims=True)
-    normals = _unit(_interpolate(mesh.normals, corners, weights))
+    normals = unit(_interpolate(mesh.normals, corners, weights))
     points = _interpolate(mesh.positions, corners, weights)
     shade = _shade(mesh, points, normals, np.array(camera.eye))
     picture = np.zeros((height * width, 4))
@@ -84,8 +86,8 @@ def rasterize(mesh: Mesh, camera: Camera, width: int, height: int) -> np.ndarray
 
 def _look_at(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Rows: the camera's right, up and backward directions."""
-    backward = _unit(eye - target)
-    right = _unit(np.cross([0.0, 1.0, 0.0], backward))
+    backward = unit(eye - target)
+    right = unit(np.cross([0.0, 1.0, 0.0], backward))
     return np.stack([right, np.cross(backward, right), backward])
 
 
@@ -184,16 +186,11 @@ def _interpolate(values: np.ndarray, corners: np.ndarray, weights: np.ndarray) -
     return total
 
 
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    unit: np.ndarray = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return unit
-
-
 def _shade(mesh: Mesh, points: np.ndarray, normals: np.ndarray, eye: np.ndarray) -> np.ndarray:
     """Light [n, 3] that points [n, 3] send to the eye per unit of their colour."""
-    light = _unit(LIGHT)
+    light = unit(LIGHT)
     sun = np.maximum(normals @ light, 0) * _sunlit(mesh, points, normals, light)
-    half = _unit(_unit(eye - points) + light)
+    half = unit(unit(eye - points) + light)
     gloss = 0.25 * np.maximum(np.sum(normals * half, axis=1), 0) ** 40 * (sun > 0)
     up = normals[:, 1:2] * 0.5 + 0.5
     light_out: np.ndarray = GROUND * (1 - up) + SKY * up + SUN * (sun + gloss)[:, None]

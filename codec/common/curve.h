@@ -1,13 +1,19 @@
-// The Hilbert curve through a cube of 1024 x 1024 x 1024 cells (J. Skilling, Programming the
-// Hilbert curve, AIP Conference Proceedings 707, 2004).
+// Sorts along the Hilbert curve through a cube of 1024 x 1024 x 1024 cells (J. Skilling,
+// Programming the Hilbert curve, AIP Conference Proceedings 707, 2004).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
+#include "common/array.h"
+#include "common/parallel.h"
+#include "common/vec3.h"
+
 namespace meshlet {
 
-constexpr int kHilbertBits = 10;  // per axis
+constexpr int kCurveBits = 10;  // per axis
+constexpr int kCurveCells = 1 << kCurveBits;
 
 // Skilling's algorithm as an automaton from the highest bits of the coordinates to the lowest. Its
 // state is what higher bits do to lower ones: an order of the axes, which of them are inverted, and
@@ -29,7 +35,7 @@ class HilbertTable {
   uint32_t index(const std::array<uint32_t, 3>& cell) const {
     const uint32_t mixed = spread(cell[0]) << 2 | spread(cell[1]) << 1 | spread(cell[2]);
     uint32_t state = 0, index = 0;
-    for (int b = 3 * kHilbertBits - 6; b >= 0; b -= 6) {
+    for (int b = 3 * kCurveBits - 6; b >= 0; b -= 6) {
       const uint32_t next = steps_[state][mixed >> b & 63];
       index = index << 6 | (next & 63);
       state = next >> 6;
@@ -42,7 +48,7 @@ class HilbertTable {
 
   // Moves bit i to bit 3 i.
   static uint32_t spread(uint32_t bits) {
-    static_assert(kHilbertBits == 10);
+    static_assert(kCurveBits == 10);
     bits = (bits | bits << 16) & 0x030000FFu;
     bits = (bits | bits << 8) & 0x0300F00Fu;
     bits = (bits | bits << 4) & 0x030C30C3u;
@@ -80,10 +86,23 @@ class HilbertTable {
   uint16_t steps_[kStates][64];
 };
 
-// The place of a cell on the curve.
-inline uint32_t hilbert_index(const std::array<uint32_t, 3>& cell) {
+// Returns 0 .. codes.size() - 1 by code, equal ones by number. Codes have 3 * kCurveBits bits.
+Array<uint32_t> sorted_by_code(Array<uint32_t> codes, int threads);
+
+// Returns the numbers of the points along the curve, those in one cell by number. point(i): of
+// point i < count, in cells; what lies outside the cube counts as lying on its border.
+template <class Point>
+Array<uint32_t> order_along_curve(size_t count, int threads, Point&& point) {
   static constexpr HilbertTable table;
-  return table.index(cell);
+  const auto cell = [](float x) { return uint32_t(std::clamp(int(x), 0, kCurveCells - 1)); };
+  Array<uint32_t> codes(count);
+  for_blocks(threads, count, 1 << 15, [&](size_t, size_t first, size_t last) {
+    for (size_t i = first; i < last; i++) {
+      const Vec3 p = point(i);
+      codes[i] = table.index({cell(p.x), cell(p.y), cell(p.z)});
+    }
+  });
+  return sorted_by_code(std::move(codes), threads);
 }
 
 }  // namespace meshlet
