@@ -69,7 +69,7 @@ fuzz: .venv/installed  ## 100,000 mutated blobs and 100,000 mutated levels throu
 	  && for program in $(basename $(notdir $(wildcard codec/fuzz/*.cpp))); do $$folder/$$program spec/vectors || exit 1; done
 	@$(BIN)/python -m tools.sanitized tools.fuzz_levels
 
-shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv (needs glslangValidator)
+shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv, bench/shaders to bench/spirv (needs glslangValidator)
 	@$(BIN)/python -m vk_backend.build_shaders
 
 wgsl: .venv/web  ## translate shaders/ to web/wgsl for WebGPU

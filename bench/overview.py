@@ -225,7 +225,7 @@ def _raster_standings(result: dict) -> Iterator[Standing]:
         "mesh-plain": "uncompressed, mesh shader",
         "geometry": "compressed, geometry shader",
     }
-    for path in ("stream", "mesh", "mesh-only"):
+    for path in ("stream", "mesh"):
         for other, name in others.items():
             yield _standing(
                 f"frame on the GPU, path `{path}`, ms",
@@ -234,7 +234,7 @@ def _raster_standings(result: dict) -> Iterator[Standing]:
                 f"; {_pixels(result)}, unlit, no culling",
                 headline=path == "stream" and other != "geometry",
             )
-    for path in ("stream", "mesh-only"):
+    for path in ("stream", "mesh"):
         yield _standing(
             f"resident on the GPU, path `{path}`, MB",
             others["vertex"],

@@ -21,7 +21,7 @@ from bench.models import add_model_files, check_model_files, model_files
 from gltf_ext.errors import MeshletError
 
 PACKAGES = ("numpy", "vulkan")
-PATHS = ("vertex", "mesh-plain", "stream", "mesh", "mesh-only", "geometry")
+PATHS = ("vertex", "mesh-plain", "stream", "mesh", "geometry")
 WIDTH, HEIGHT = 1920, 1080
 WARM_UP, FRAMES = 5, 40
 BAR = 0.85 / len(PATHS)  # the width of a bar in the plot
@@ -46,9 +46,11 @@ def vertex_bytes_with_short_indices(scene) -> int:
 
     The model is cut into draws of at most 65,535 vertices; vertices on the cuts are duplicated.
     """
+    from bench.vulkan_paths import plain_meshlets
+
     vertices = triangles = 0
     for primitive in scene.primitives:
-        rows, words = primitive.decoded().meshlets()
+        rows, words = plain_meshlets(primitive.decoded())
         draw_of = np.full(primitive.vertices, -1)
         draw, used = 0, 0
         for first, counts in zip(rows["first"].tolist(), rows["counts"].tolist()):
@@ -124,9 +126,9 @@ def measure_model(
     stream: dict,
 ) -> list[dict]:
     """A row for each of `paths` that the device supports. stream: options of path stream."""
+    from bench.vulkan_paths import TimedDrawing
     from vk_backend.camera import Camera
     from vk_backend.pipeline_statistics import pipeline_statistics
-    from vk_backend.renderer import TimedDrawing
     from vk_backend.scene import load_scene
     from vk_backend.targets import Targets
 

@@ -43,7 +43,7 @@ BOUNCES = (0, 2)
 # milliseconds for each pass.
 TARGETS = {0.5: (1.5, 3.0), 0.25: (3.0, 5.0), 0.1: (8.0, 12.0)}
 PASS_MILLISECONDS = 0.3
-# What makes a configuration. None keeps RayTracer's default.
+# What makes a configuration. None: the path has no such thing.
 SETTINGS = ("path", "cache", "group")
 
 
@@ -58,12 +58,8 @@ def turntable(scene, width: int, height: int, degrees: float):
 
 
 def configurations(options: argparse.Namespace) -> list[dict]:
-    """Path, cache size and options of all tracers; rt-triangles last."""
-    rows = [
-        {"path": "rt", "cache": share, "group": group}
-        for group in options.group
-        for share in options.cache
-    ]
+    """Path, cache size and triangles per box of all tracers; rt-triangles last."""
+    rows = [{"path": "rt", "cache": share, "group": 4} for share in options.cache]
     if options.baselines:
         rows += [{"path": "rt-paper", "cache": share, "group": 64} for share in options.paper_cache]
     return [*rows, {"path": "rt-triangles", "cache": None, "group": None}]
@@ -91,14 +87,14 @@ def measure(options: argparse.Namespace) -> dict:
 
 def measure_model(device, path: Path, name: str, options: argparse.Namespace) -> list[dict]:
     """The rows of one model."""
-    from vk_backend.raytrace import RayTracer
+    from bench.vulkan_paths import TRACERS
     from vk_backend.scene import load_scene
 
     scene = load_scene(path)
     rows, tracers = [], []
     for configuration in configurations(options):
-        settings = {k: configuration[k] for k in SETTINGS if configuration[k] is not None}
-        tracers.append(RayTracer(device, scene, samples=1, **settings))
+        share = 1.0 if configuration["cache"] is None else configuration["cache"]
+        tracers.append(TRACERS[configuration["path"]](device, scene, cache=share, samples=1))
         rows.append({"model": name, "triangles": scene.triangles, **configuration})
         if options.statistics:
             print_statistics(device, tracers[-1])
@@ -329,18 +325,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="also the driver's statistics of the shaders: registers, stack",
     )
-    _add_swept_options(parser)
-
-
-def _add_swept_options(parser: argparse.ArgumentParser) -> None:
-    """Options of RayTracer; all combinations of their values are measured."""
-
-    def add(name: str, kind: type, about: str, default: tuple = (None,)) -> None:
-        parser.add_argument(name, type=kind, nargs="+", default=list(default), help=about)
-
-    add("--cache", float, "shares of the meshlets (default %(default)s)", SHARES)
-    add("--paper-cache", float, "the same for rt-paper (default %(default)s)", PAPER_SHARES)
-    add("--group", int, "triangles in one box (default 4)", (4,))
+    for name, default, what in (
+        ("--cache", SHARES, "shares of the meshlets"),
+        ("--paper-cache", PAPER_SHARES, "the same for rt-paper"),
+    ):
+        parser.add_argument(
+            name, type=float, nargs="+", default=list(default), help=f"{what} (default %(default)s)"
+        )
     parser.add_argument(
         "--no-baselines",
         dest="baselines",

@@ -18,17 +18,14 @@ from typing import Any
 from gltf_ext.errors import MeshletError, blaming
 
 BACKENDS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
-PATHS = (
-    "stream",
-    "mesh",
-    "mesh-only",
-    "geometry",
-    "vertex",
-    "mesh-plain",
-    "rt",
-    "rt-paper",
-    "rt-triangles",
-)
+PATHS = ("stream", "mesh", "geometry", "vertex", "rt")
+# Former paths, and what draws the same picture now.
+REMOVED_PATHS = {
+    "mesh-only": "mesh",
+    "mesh-plain": "vertex",
+    "rt-paper": "rt",
+    "rt-triangles": "rt",
+}
 # Options of a single back end, and their defaults.
 OWN_OPTIONS: dict[str, dict[str, Any]] = {
     "mitsuba": {"variant": "scalar_rgb", "spp": 64, "lod_error": 0.0},
@@ -41,11 +38,11 @@ OWN_OPTIONS: dict[str, dict[str, Any]] = {
         "validate": False,
     },
 }
-# The Vulkan paths that have an option. None: the device chooses the path, never one of rt.
+# The Vulkan paths that have an option. None: the device chooses the path, never rt.
 PATHS_WITH: dict[str, tuple[str | None, ...]] = {
-    "cache": ("rt", "rt-paper"),
-    "cache_bytes": ("rt", "rt-paper"),
-    "bounces": ("rt", "rt-paper", "rt-triangles"),
+    "cache": ("rt",),
+    "cache_bytes": ("rt",),
+    "bounces": ("rt",),
     "ring": ("stream", None),
 }
 # Misses cost a GPU far more than a CPU. There, all decoded meshlets take a third of the memory of
@@ -128,8 +125,9 @@ def _add_vulkan(group: argparse._ArgumentGroup) -> None:
     defaults = OWN_OPTIONS["vulkan"]
     group.add_argument(
         "--path",
-        choices=PATHS,
-        help="how to decode and draw; rt*: with ray tracing (default: the best for the device)",
+        metavar="PATH",
+        help=f"how to decode and draw: {', '.join(PATHS)}; rt traces rays "
+        "(default: the best for the device)",
     )
     group.add_argument(
         "--device", metavar="DEVICE", help="number, or a part of the name (default: the first GPU)"
@@ -144,7 +142,7 @@ def _add_vulkan(group: argparse._ArgumentGroup) -> None:
         "--bounces",
         type=int,
         metavar="N",
-        help=f"diffuse bounces of the rt paths (default {defaults['bounces']})",
+        help=f"diffuse bounces of path rt (default {defaults['bounces']})",
     )
     group.add_argument(
         "--frames",
@@ -198,9 +196,15 @@ def _out_of_range(options: argparse.Namespace, name: str, values: str) -> Meshle
 
 
 def _check_path(options: argparse.Namespace) -> None:
-    """Raises MeshletError for an option that the Vulkan path does not have."""
+    """Raises MeshletError for an unknown path, and for an option that the path does not have."""
     if options.backend != "vulkan":
         return
+    if options.path in REMOVED_PATHS:
+        raise MeshletError(
+            f"path {options.path} is gone", f"use --path {REMOVED_PATHS[options.path]}"
+        )
+    if options.path not in (*PATHS, None):
+        raise MeshletError(f"there is no path {options.path}", f"there are {', '.join(PATHS)}")
     for name, paths in PATHS_WITH.items():
         if getattr(options, name) is not None and options.path not in paths:
             raise MeshletError(

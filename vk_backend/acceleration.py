@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -33,6 +33,17 @@ INSTANCE = np.dtype(
 )
 
 
+class Shape(Protocol):
+    """What a structure is built over: `count` boxes, triangles or instances."""
+
+    @property
+    def count(self) -> int: ...
+
+    def describe(self) -> tuple[int, Any]:
+        """(VkGeometryTypeKHR, VkAccelerationStructureGeometryDataKHR)"""
+        ...
+
+
 @dataclass(frozen=True)
 class Boxes:
     """Procedural geometry: `count` boxes (VkAabbPositionsKHR) at a device address."""
@@ -41,39 +52,10 @@ class Boxes:
     count: int
 
     def describe(self) -> tuple[int, Any]:
-        """(VkGeometryTypeKHR, VkAccelerationStructureGeometryDataKHR)"""
         data = vk.VkAccelerationStructureGeometryAabbsDataKHR(
             data=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.address), stride=BOX_BYTES
         )
         return vk.VK_GEOMETRY_TYPE_AABBS_KHR, vk.VkAccelerationStructureGeometryDataKHR(aabbs=data)
-
-
-@dataclass(frozen=True)
-class Triangles:
-    """`count` triangles with 32-bit indices.
-
-    vertices, indices: device addresses; stride: bytes between positions of three floats.
-    """
-
-    vertices: int
-    vertex_count: int
-    stride: int
-    indices: int
-    count: int
-
-    def describe(self) -> tuple[int, Any]:
-        """(VkGeometryTypeKHR, VkAccelerationStructureGeometryDataKHR)"""
-        data = vk.VkAccelerationStructureGeometryTrianglesDataKHR(
-            vertexFormat=vk.VK_FORMAT_R32G32B32_SFLOAT,
-            vertexData=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.vertices),
-            vertexStride=self.stride,
-            maxVertex=self.vertex_count - 1,
-            indexType=vk.VK_INDEX_TYPE_UINT32,
-            indexData=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.indices),
-        )
-        return vk.VK_GEOMETRY_TYPE_TRIANGLES_KHR, vk.VkAccelerationStructureGeometryDataKHR(
-            triangles=data
-        )
 
 
 @dataclass(frozen=True)
@@ -84,7 +66,6 @@ class Instances:
     count: int
 
     def describe(self) -> tuple[int, Any]:
-        """(VkGeometryTypeKHR, VkAccelerationStructureGeometryDataKHR)"""
         data = vk.VkAccelerationStructureGeometryInstancesDataKHR(
             data=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.address)
         )
@@ -100,9 +81,7 @@ class Structures:
     stay allocated. Raises VulkanError if memory is short.
     """
 
-    def __init__(
-        self, device: Device, level: int, geometries: Sequence[Boxes | Triangles | Instances]
-    ):
+    def __init__(self, device: Device, level: int, geometries: Sequence[Shape]):
         self.device, self.level = device, level
         self.addresses: list[int] = []
         self._packed: list[Packed] = []
@@ -124,7 +103,7 @@ class Structures:
         for packed in self._packed:
             packed.free()
 
-    def _info(self, geometry: Boxes | Triangles | Instances) -> tuple[Any, Any]:
+    def _info(self, geometry: Shape) -> tuple[Any, Any]:
         """(VkAccelerationStructureBuildGeometryInfoKHR, its geometry).
 
         The caller keeps the geometry alive: the bindings do not.
@@ -159,9 +138,7 @@ class Structures:
         )
         return int(sizes.accelerationStructureSize), int(sizes.buildScratchSize)
 
-    def _build_batch(
-        self, geometries: Sequence[Boxes | Triangles | Instances], begin: int, end: int
-    ) -> None:
+    def _build_batch(self, geometries: Sequence[Shape], begin: int, end: int) -> None:
         """Builds and compacts geometries [begin, end)."""
         device, count = self.device, end - begin
         infos, sizes = self._infos[begin:end], self._sizes[begin:end]

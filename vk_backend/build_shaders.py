@@ -2,6 +2,7 @@
 
 Writes to vk_backend/spirv: a .spv file per module, the digests of their sources (sources.json),
 their structures and constants by name (reflection.json), and the headers that the host reads, too.
+The shaders of measurements, bench/shaders, go to bench/spirv in the same way.
 """
 
 from __future__ import annotations
@@ -21,17 +22,19 @@ from .reflection import OP_DECORATE, Reflection, instructions, reflect, words_of
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = ROOT / "shaders"
-INCLUDE_FOLDERS = (SOURCES, ROOT / "codec")
+BENCH_SOURCES = ROOT / "bench" / "shaders"
+INCLUDE_FOLDERS = (SOURCES, ROOT / "codec", BENCH_SOURCES)
 WGSL_ONLY = SOURCES / "web"  # see web/build_wgsl.py
 OUTPUT = Path(__file__).resolve().parent / "spirv"
+BENCH_OUTPUT = ROOT / "bench" / "spirv"
 # Copied to the output for vk_backend.constants.
 HEADERS = (
     ROOT / "codec" / "format" / "constants.h",
     SOURCES / "scene" / "scene_constants.h",
     SOURCES / "raytrace" / "rt_constants.h",
 )
-MANIFEST = OUTPUT / "sources.json"
-REFLECTION = OUTPUT / "reflection.json"
+MANIFEST = "sources.json"
+REFLECTION = "reflection.json"
 STAGES = {
     ".comp",
     ".task",
@@ -54,11 +57,11 @@ INCLUDE = re.compile(r'^\s*#include "([^"]+)"', re.MULTILINE)
 VARIANTS = re.compile(r"^// variants: (.*)$", re.MULTILINE)
 
 
-def modules() -> dict[str, tuple[Path, list[str]]]:
-    """Module name -> (source, macros) of all shaders."""
+def modules(sources: Path = SOURCES) -> dict[str, tuple[Path, list[str]]]:
+    """Module name -> (source, macros) of all shaders in a folder."""
     found = {}
     for source in sorted(
-        (p for p in SOURCES.rglob("*") if p.suffix in STAGES and p.parent != WGSL_ONLY),
+        (p for p in sources.rglob("*") if p.suffix in STAGES and p.parent != WGSL_ONLY),
         key=lambda p: p.name,
     ):
         for item in " ".join(VARIANTS.findall(source.read_text())).split() or [source.name]:
@@ -197,17 +200,20 @@ def read_reflections(merged: dict[str, Any]) -> dict[str, Reflection]:
     }
 
 
-def build(force: bool = False) -> list[str]:
-    """Compiles the modules that changed and deletes those without a source.
+def build(sources: Path, output: Path, force: bool = False) -> list[str]:
+    """Compiles the modules of a folder that changed and deletes those without a source.
 
     Returns the names of the compiled modules.
     """
-    OUTPUT.mkdir(exist_ok=True)
-    known = json.loads(MANIFEST.read_text()) if MANIFEST.exists() else {}
+    output.mkdir(exist_ok=True)
+    manifest, reflection_file = output / MANIFEST, output / REFLECTION
+    known = json.loads(manifest.read_text()) if manifest.exists() else {}
     reflections = (
-        read_reflections(json.loads(REFLECTION.read_text())) if REFLECTION.exists() else {}
+        read_reflections(json.loads(reflection_file.read_text()))
+        if reflection_file.exists()
+        else {}
     )
-    wanted = modules()
+    wanted = modules(sources)
     digests = {name: digest(*made_from) for name, made_from in wanted.items()}
     stale = [
         n
@@ -215,22 +221,20 @@ def build(force: bool = False) -> list[str]:
         if force
         or known.get(n) != digests[n]
         or n not in reflections
-        or not (OUTPUT / f"{n}.spv").exists()
+        or not (output / f"{n}.spv").exists()
     ]
     with ThreadPoolExecutor() as pool:
         for name, (code, reflection) in zip(
             stale, pool.map(lambda n: compile_module(n, *wanted[n]), stale)
         ):
-            (OUTPUT / f"{name}.spv").write_bytes(code)
+            (output / f"{name}.spv").write_bytes(code)
             reflections[name] = reflection
-    for path in OUTPUT.glob("*.spv"):
+    for path in output.glob("*.spv"):
         if path.name.removesuffix(".spv") not in wanted:
             path.unlink()
-    for header in HEADERS:
-        (OUTPUT / header.name).write_bytes(header.read_bytes())
     merged = merge_reflections({name: reflections[name] for name in wanted})
-    REFLECTION.write_text(json.dumps(merged, indent=1, sort_keys=True) + "\n")
-    MANIFEST.write_text(json.dumps(digests, indent=1, sort_keys=True) + "\n")
+    reflection_file.write_text(json.dumps(merged, indent=1, sort_keys=True) + "\n")
+    manifest.write_text(json.dumps(digests, indent=1, sort_keys=True) + "\n")
     return stale
 
 
@@ -238,11 +242,15 @@ def main() -> int:
     for tool, package in (("glslangValidator", "glslang-tools"), ("spirv-opt", "spirv-tools")):
         if not shutil.which(tool):
             sys.exit(f"build_shaders: {tool} is not installed (Debian: apt install {package})")
-    try:
-        names = build("--force" in sys.argv[1:])
-    except RuntimeError as error:
-        sys.exit(f"build_shaders: {error}")
-    print(f"{len(names)} of {len(modules())} modules compiled")
+    for sources, output in ((SOURCES, OUTPUT), (BENCH_SOURCES, BENCH_OUTPUT)):
+        try:
+            names = build(sources, output, "--force" in sys.argv[1:])
+        except RuntimeError as error:
+            sys.exit(f"build_shaders: {error}")
+        folder = output.relative_to(ROOT)
+        print(f"{folder}: {len(names)} of {len(modules(sources))} modules compiled")
+    for header in HEADERS:
+        (OUTPUT / header.name).write_bytes(header.read_bytes())
     return 0
 
 

@@ -155,7 +155,6 @@ def _drawing(
     tracer = RayTracer(
         renderer.device,
         scene,
-        path,
         cache=options.cache,
         cache_bytes=options.cache_bytes,
         bounces=options.bounces,

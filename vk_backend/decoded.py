@@ -1,4 +1,4 @@
-"""Uncompressed geometry: for the baseline paths, ray tracing of triangles, and tests."""
+"""Uncompressed geometry: for path vertex, measurements and tests."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ HAS_TEXCOORD = CONSTANTS["HAS_TEXCOORD"]
 HAS_COLOR = CONSTANTS["HAS_COLOR"]
 # Floats of an uncompressed vertex beside its position.
 VERTEX_FLOATS = ((HAS_NORMAL, 3), (HAS_TEXCOORD, 2), (HAS_COLOR, 4))
-
-PLAIN_MESHLET = np.dtype([("first", "<u4"), ("counts", "<u4")])  # of shaders/scene/scene.glsl
 
 
 @dataclass(frozen=True)
@@ -59,39 +57,11 @@ class Decoded:
         own = np.arange(len(first)) - first
         return np.asarray(meshlet * CONSTANTS["MESHLET_TRIANGLES"] + own, np.uint32)
 
-    def meshlets(self) -> tuple[np.ndarray, np.ndarray]:
-        """(PLAIN_MESHLET[M], uint32 words) for the paths without compression.
-
-        The words of a meshlet: its vertex numbers, then its triangles as a | b << 8 | v << 16.
-        """
-        counts = self.meshlet_triangles
-        meshlet = np.repeat(np.arange(len(counts), dtype=np.uint64), 3 * counts)
-        keys, local = np.unique(
-            meshlet << np.uint64(32) | self.triangles.ravel(), return_inverse=True
-        )
-        first_key = np.searchsorted(
-            keys, np.arange(len(counts) + 1, dtype=np.uint64) << np.uint64(32)
-        )
-        vertex_counts = np.diff(first_key)
-        corners = (local.reshape(-1, 3) - np.repeat(first_key[:-1], counts)[:, None]).astype(
-            np.uint32
-        )
-        rows = np.zeros(len(counts), PLAIN_MESHLET)
-        rows["first"] = np.cumsum(vertex_counts + counts) - (vertex_counts + counts)
-        rows["counts"] = vertex_counts | counts << 8
-        words = np.empty(len(keys) + len(corners), np.uint32)
-        triangles_before = np.repeat(np.cumsum(counts) - counts, vertex_counts)
-        words[np.arange(len(keys)) + triangles_before] = keys & np.uint64(0xFFFFFFFF)
-        vertices_before = np.repeat(first_key[1:], counts)  # those of the own meshlet included
-        packed = corners[:, 0] | corners[:, 1] << 8 | corners[:, 2] << 16
-        words[np.arange(len(corners)) + vertices_before] = packed
-        return rows, words
-
 
 def _or_constant(
-    values: np.ndarray | None, count: int, components: int, constant: float
+    values: np.ndarray | None, count: int, elements: int, constant: float
 ) -> np.ndarray:
-    return np.full((count, components), constant, np.float32) if values is None else values
+    return np.full((count, elements), constant, np.float32) if values is None else values
 
 
 def meshlet_triangles(blob: bytes) -> np.ndarray:

@@ -10,15 +10,16 @@ import numpy as np
 
 from . import vk
 from .device import Device, Resource
-from .reflection import specialization_ids
+from .reflection import specialization_ids, split_name
 
 PUSH_BYTES = 128  # of push constants: the minimum that Vulkan guarantees
-MAX_GROUPS = 65535  # workgroups per dimension of a dispatch or draw: the guaranteed minimum
+MAX_WORKGROUPS = 65535  # workgroups per dimension of a dispatch or draw: the guaranteed minimum
 
 
 def shader_module(device: Device, name: str) -> Any:
-    """The module of spirv/<name>.spv; freed with the device."""
-    code = (resources.files(__package__) / "spirv" / f"{name}.spv").read_bytes()
+    """The module of spirv/NAME.spv; freed with the device. name: see reflection.split_name."""
+    package, file = split_name(name)
+    code = (resources.files(package) / "spirv" / f"{file}.spv").read_bytes()
     module = vk.vkCreateShaderModule(
         device.handle, vk.VkShaderModuleCreateInfo(codeSize=len(code), pCode=code), None
     )

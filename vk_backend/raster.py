@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,9 @@ from .camera import Camera
 from .constants import CONSTANTS
 from .decoded import HAS_COLOR, HAS_NORMAL, HAS_TEXCOORD
 from .device import Device
-from .graphics_pipeline import FRAGMENT, GEOMETRY, MESH, TASK, VERTEX, Modules, graphics_pipeline
+from .graphics_pipeline import FRAGMENT, GEOMETRY, MESH, VERTEX, Modules, graphics_pipeline
 from .memory import Buffer
-from .pipelines import MAX_GROUPS, ComputePipeline, push, push_record
+from .pipelines import MAX_WORKGROUPS, ComputePipeline, push, push_record
 from .raster_layout import BOUNDS_PUSH, RASTER_PUSH
 from .ring import RING, Ring
 from .scene import Scene
@@ -22,9 +22,6 @@ from .scene_buffers import FRAME, SceneBuffers, require_room
 from .targets import Targets
 from .textures import TextureArray, array_size, textures_layout
 
-# SHADING of shaders/raster/surface.frag.
-SHADING_LIT = CONSTANTS["SHADING_LIT"]
-SHADING_ATTRIBUTES = CONSTANTS["SHADING_ATTRIBUTES"]
 # Variants of surface.frag and geometry.geom with the attributes that they pass on. A scene uses the
 # first variant that has all of its attributes.
 VARIANTS = (
@@ -40,70 +37,49 @@ MATRIX_BYTES = 64
 class Path:
     """How meshlets become triangles on the device.
 
-    capability: of device.CAPABILITIES, or None; needs: of SceneBuffers; stages: modules before the
-    fragment shader, with {ids} and {attributes} for Drawing to fill in; group: meshlets of a
-    workgroup or point, 0 for indexed triangles; teams: the field of device.Limits with the shared
-    memory in which a team decodes a meshlet; ring: meshlets are decoded into a ring first.
+    needs: of SceneBuffers; stages: modules before the fragment shader, and fragment: the fragment
+    shader, with {ids} and {attributes} for Drawing to fill in; capability: of device.CAPABILITIES,
+    or None; workgroup: meshlets of a workgroup or point; teams: the field of device.Limits with the
+    shared memory in which a team decodes a meshlet; ring: meshlets are decoded into a ring first.
     """
 
-    capability: str | None
+    name: str
     needs: frozenset[str]
     stages: Modules
-    group: int
+    capability: str | None = None
+    workgroup: int = 1
     teams: str | None = None
     ring: bool = False
+    fragment: str = "surface_{attributes}{ids}.frag"
 
 
 BLOBS = frozenset({"blobs", "bounds"})
-PATHS = {
-    "vertex": Path(
-        capability=None,
-        needs=frozenset({"vertices", "indices"}),
-        stages=(("vertex.vert", VERTEX),),
-        group=0,
-    ),
-    "mesh-plain": Path(
-        capability="mesh",
-        needs=frozenset({"vertices", "plain", "bounds"}),
-        stages=(("plain.task", TASK), ("plain{ids}.mesh", MESH)),
-        group=CONSTANTS["TASK_MESHLETS"],
-    ),
-    "geometry": Path(
-        capability="geometry",
-        needs=BLOBS,
-        stages=(("geometry.vert", VERTEX), ("geometry_{attributes}.geom", GEOMETRY)),
-        group=1,
-    ),
-    "mesh": Path(
-        capability="mesh",
-        needs=BLOBS,
-        stages=(("mesh.task", TASK), ("mesh{ids}.mesh", MESH)),
-        group=CONSTANTS["TASK_MESHLETS"],
-        teams="mesh_shared_bytes",
-    ),
-    "mesh-only": Path(
-        capability="mesh",
-        needs=BLOBS,
-        stages=(("mesh_only{ids}.mesh", MESH),),
-        group=1,
-        teams="mesh_shared_bytes",
-    ),
-    "stream": Path(
-        capability="mesh",
-        needs=BLOBS,
-        stages=(("stream{ids}.mesh", MESH),),
-        group=1,
+_PATHS = (
+    Path(
+        "stream",
+        BLOBS,
+        (("stream{ids}.mesh", MESH),),
+        "mesh",
         teams="compute_shared_bytes",
         ring=True,
     ),
-}
+    Path("mesh", BLOBS, (("mesh{ids}.mesh", MESH),), "mesh", teams="mesh_shared_bytes"),
+    Path(
+        "geometry",
+        BLOBS,
+        (("geometry.vert", VERTEX), ("geometry_{attributes}.geom", GEOMETRY)),
+        "geometry",
+    ),
+    Path("vertex", frozenset({"vertices", "indices"}), (("vertex.vert", VERTEX),)),
+)
+PATHS = {path.name: path for path in _PATHS}
 
 
 class Drawing:
     """A scene ready to be drawn by one path.
 
-    ids: draw ids, too; shading: SHADING_LIT or SHADING_ATTRIBUTES. For path stream, ring: slots, at
-    most; overlap: decode on another queue, half a ring ahead (None: if the scene is large enough).
+    ids: draw ids, too. For path stream, ring: slots, at most; overlap: decode on another queue,
+    half a ring ahead (None: if the scene is large enough).
     Raises VulkanError if the device lacks a capability or the memory that the path needs.
     """
 
@@ -111,31 +87,25 @@ class Drawing:
         self,
         device: Device,
         scene: Scene,
-        path: str,
+        path: Path,
         *,
         culling: bool = True,
         ids: bool = True,
-        shading: int = SHADING_LIT,
         ring: int = RING,
         overlap: bool | None = None,
     ):
-        self.device, self.scene, self.path, self.ids = device, scene, PATHS[path], ids
-        if self.path.capability:
-            device.require(self.path.capability, path)
-        if self.path.teams:
-            require_room(
-                device,
-                scene,
-                path,
-                getattr(device.limits, self.path.teams),
-                "choose --path geometry or vertex",
-            )
+        self.device, self.scene, self.path, self.ids = device, scene, path, ids
+        if path.capability:
+            device.require(path.capability, path.name)
+        if path.teams:
+            shared = getattr(device.limits, path.teams)
+            require_room(device, scene, path.name, shared, "choose --path geometry or vertex")
         textures = array_size(scene.textures)
         self._layout = textures_layout(device, textures)
         self._textures = TextureArray(device, scene.textures)
         # Made even without culling, so that measured memory is the same.
-        self.buffers = SceneBuffers(device, scene, self.path.needs)
-        if "bounds" in self.path.needs:
+        self.buffers = SceneBuffers(device, scene, path.needs)
+        if "bounds" in path.needs:
             fill_bounds(self.buffers)
         self._frame = Buffer(device, MATRIX_BYTES * len(scene.instances) + FRAME.itemsize)
         constants = {
@@ -143,9 +113,8 @@ class Drawing:
             "MAX_ELEMENTS": scene.max_elements,
             "ATTRIBUTES": scene.attributes,
             "CULLING": int(culling),
-            "SHADING": shading,
         }
-        self.ring = Ring(device, scene, ring, overlap, constants) if self.path.ring else None
+        self.ring = Ring(device, scene, ring, overlap, constants) if path.ring else None
         self.pipeline = graphics_pipeline(
             device,
             self._modules(),
@@ -200,26 +169,16 @@ class Drawing:
     def record_decoding(self, commands: Any, number: int) -> None:
         """Records the decoding of a batch into its slots."""
         assert self.ring is not None
-        data = self._push_constants(**self.ring.addresses)
-        self.ring.decode(commands, number, data, MAX_GROUPS)
+        self.ring.decode(commands, number, self._push_constants(), MAX_WORKGROUPS)
 
     def record_drawing(self, commands: Any, targets: Targets, number: int) -> None:
         """Records the drawing of a batch from its slots, over the batches before it."""
         assert self.ring is not None
         self.ring.wait_for_decoding(commands)
         self._begin(commands, targets, resumed=number > 0)
-        draw = self.device.function("vkCmdDrawMeshTasksEXT")
-        data = self._push_constants(**self.ring.addresses)
         for segment in self.ring.batches[number]:
             self._set_sides(commands, segment.instance)
-            for offset in range(0, segment.meshlets, MAX_GROUPS):
-                data["instance"], data["first"], data["first_slot"] = (
-                    segment.instance,
-                    segment.first + offset,
-                    segment.slot + offset,
-                )
-                push(commands, self._layout, data)
-                draw(commands, min(segment.meshlets - offset, MAX_GROUPS), 1, 1)
+            self._draw_meshlets(commands, *astuple(segment))
         vk.vkCmdEndRendering(commands)
 
     # --- all paths ---
@@ -247,13 +206,11 @@ class Drawing:
     def _modules(self) -> Modules:
         """The stages of the pipeline."""
         chosen = next(name for name, fits in VARIANTS if not self.scene.attributes & ~fits)
-        names = {"ids": "_ids" if self.ids else "", "attributes": chosen}
+        ids = "_ids" if self.ids else ""
         per_primitive = "_mesh" if self.ids and self.path.capability == "mesh" else ""
-        stages = (
-            *self.path.stages,
-            (f"surface_{{attributes}}{per_primitive}{{ids}}.frag", FRAGMENT),
-        )
-        return tuple((name.format(**names), bit) for name, bit in stages)
+        fragment = self.path.fragment.format(attributes=chosen, ids=per_primitive + ids)
+        stages = [(name.format(attributes=chosen, ids=ids), bit) for name, bit in self.path.stages]
+        return (*stages, (fragment, FRAGMENT))
 
     def _set_sides(self, commands: Any, number: int) -> None:
         """Records which sides of an instance's triangles are visible."""
@@ -280,34 +237,40 @@ class Drawing:
             push(commands, self._layout, self._push_constants(instance=number))
             vk.vkCmdDraw(commands, meshlets, 1, 0, 0)
         else:
-            draw = self.device.function("vkCmdDrawMeshTasksEXT")
-            for first in range(0, meshlets, MAX_GROUPS * self.path.group):
-                push(commands, self._layout, self._push_constants(instance=number, first=first))
-                draw(commands, min(-(-(meshlets - first) // self.path.group), MAX_GROUPS), 1, 1)
+            self._draw_meshlets(commands, number, 0, meshlets, 0)
+
+    def _draw_meshlets(
+        self, commands: Any, instance: int, first: int, meshlets: int, slot: int
+    ) -> None:
+        """Records the draws of meshlets [first, first + meshlets) of an instance.
+
+        slot: of the first meshlet, if there is a ring.
+        """
+        draw, workgroup = self.device.function("vkCmdDrawMeshTasksEXT"), self.path.workgroup
+        data = self._push_constants(instance=instance)
+        for offset in range(0, meshlets, MAX_WORKGROUPS * workgroup):
+            data["first"], data["first_slot"] = first + offset, slot + offset
+            push(commands, self._layout, data)
+            draw(commands, min(-(-(meshlets - offset) // workgroup), MAX_WORKGROUPS), 1, 1)
+
+    @property
+    def _addresses(self) -> dict[str, int]:
+        """Addresses in RASTER_PUSH besides the frame."""
+        return self.ring.addresses if self.ring else {}
 
     def _push_constants(self, **fields: Any) -> np.ndarray:
-        """RASTER_PUSH[()] with the frame and the given fields; all others are 0."""
+        """RASTER_PUSH[()] with all addresses and the given fields; all others are 0."""
         frame = self._frame.address + MATRIX_BYTES * len(self.scene.instances)
-        return push_record(RASTER_PUSH, frame=frame, **fields)
+        return push_record(RASTER_PUSH, frame=frame, **self._addresses, **fields)
 
 
 def fill_bounds(buffers: SceneBuffers) -> None:
-    """Computes the culling bounds of all meshlets on the device.
-
-    Uploads the blobs for that purpose if the path does not keep them.
-    """
+    """Computes the culling bounds of all meshlets on the device, from the blobs."""
     device, scene = buffers.device, buffers.scene
-    source = buffers if buffers.blobs else SceneBuffers(device, scene, {"blobs", "bounds"})
     pipeline = ComputePipeline.of(device, "bounds.comp", {"MAX_STREAMS": scene.max_streams})
     with device.commands() as commands:
         for number, primitive in enumerate(scene.primitives):
-            data = push_record(BOUNDS_PUSH, primitives=source.primitives_address, primitive=number)
-            groups = -(-primitive.meshlets // CONSTANTS["BOUNDS_THREADS"])
-            pipeline.dispatch(commands, groups, data)
+            data = push_record(BOUNDS_PUSH, primitives=buffers.primitives_address, primitive=number)
+            workgroups = -(-primitive.meshlets // CONSTANTS["BOUNDS_THREADS"])
+            pipeline.dispatch(commands, workgroups, data)
         device.full_barrier(commands)
-        if source is not buffers:
-            region = vk.VkBufferCopy(size=source.bounds.size)
-            vk.vkCmdCopyBuffer(commands, source.bounds.handle, buffers.bounds.handle, 1, [region])
-            device.full_barrier(commands)
-    if source is not buffers:
-        source.free()

@@ -1,11 +1,11 @@
-"""Ray tracing of compressed meshlets with a cache of decoded ones, or of the uncompressed model."""
+"""Ray tracing of compressed meshlets with a cache of decoded ones."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -15,17 +15,15 @@ from .constants import CONSTANTS
 from .device import Device
 from .errors import VulkanError
 from .memory import Buffer
-from .pipelines import MAX_GROUPS, ComputePipeline, Timestamps, push, push_record
+from .pipelines import MAX_WORKGROUPS, ComputePipeline, Timestamps, push, push_record
 from .raytrace_geometry import Geometry
 from .raytrace_layout import FILL_PUSH, RAYS_PUSH
-from .raytrace_pipeline import HIT_SHADERS, RayPipeline
+from .raytrace_pipeline import RayPipeline
 from .scene import Scene
 from .scene_buffers import FRAME, SceneBuffers, require_room
 from .slot_layout import SlotLayout
 from .textures import TextureArray, array_size, textures_layout
 
-PATHS = tuple(HIT_SHADERS)
-GROUPS = (4, 8, 16, 32, 64)  # triangles behind one box
 MAX_PARTS = 64  # of the model: the slots hold one at a time
 MAX_PASSES = 1 << 16  # of a frame
 SERIAL_FILL = 12_000  # meshlets; from here on a thread each is faster than a team each (docs)
@@ -33,7 +31,7 @@ MAX_BOUNCES = 254  # RaysPush.level
 DEFAULT_SAMPLES = 16  # paths per pixel, with bounces
 RECORD_BYTES = CONSTANTS["RECORD_BYTES"]
 MARGIN = 2  # pixels around the rectangle in which the scene is
-HIT_WORDS, NO_SLOT = CONSTANTS["HIT_WORDS"], CONSTANTS["NO_SLOT"]
+HIT_WORDS = CONSTANTS["HIT_WORDS"]
 FIRST_PART, LAST_PART = CONSTANTS["FIRST_PART"], CONSTANTS["LAST_PART"]
 BACKGROUND = CONSTANTS["BACKGROUND"]
 
@@ -61,48 +59,53 @@ class TracedPicture:
 class RayTracer:
     """Renders a scene by tracing rays.
 
-    path: "rt" (compressed), "rt-paper" (the same with the paper's cache) or "rt-triangles"
-    (uncompressed triangles that the driver intersects).
     cache: share of the meshlets that may be decoded at any moment, 0 to 1 (whole meshlets, up);
     cache_bytes: the limit in bytes instead. bounces: diffuse bounces; shadows: trace shadow rays;
-    samples: paths per pixel (None: 1, or 16 with bounces). group: triangles behind one box, 4 to
-    64, a power of two (None: 4, or 64 for rt-paper).
+    samples: paths per pixel (None: 1, or 16 with bounces).
 
-    If the cache does not hold all meshlets, paths of "rt" sweep over the model for each ray: part
-    by part is decoded into the cache, and the nearest hit is kept. In "rt-paper" rays decode
-    missing meshlets by themselves.
+    If the cache does not hold all meshlets, paths sweep over the model for each ray: part by part
+    is decoded into the cache, and the nearest hit is kept.
 
-    Raises VulkanError if the device lacks ray tracing or memory, or the cache of "rt" holds less
-    than 1/64 of the meshlets; ValueError for an unknown group.
+    Raises VulkanError if the device lacks ray tracing or memory, or the cache holds less than 1/64
+    of the meshlets.
     """
+
+    path = "rt"
+    hit_shaders: ClassVar = {
+        "closestHitShader": "rt_surface.rchit",
+        "anyHitShader": "rt_alpha.rahit",
+        "intersectionShader": "rt_meshlets.rint",
+    }
+    box_triangles = 4  # behind each box, a power of two
+    needs: ClassVar = frozenset({"blobs"})  # of SceneBuffers
+    may_sweep = True
 
     def __init__(
         self,
         device: Device,
         scene: Scene,
-        path: str = "rt",
         *,
         cache: float = 0.25,
         cache_bytes: int | None = None,
         bounces: int = 0,
         shadows: bool = True,
         samples: int | None = None,
-        group: int | None = None,
     ):
-        group = group or (64 if path == "rt-paper" else 4)
-        _check(path, cache, cache_bytes, group)
-        device.require("raytracing", path)
-        compressed = path != "rt-triangles"
-        if compressed:
+        if not 0 <= cache <= 1 or (cache_bytes or 0) < 0:
+            raise VulkanError(
+                "the cache is a share from 0 to 1, or a number of bytes", "for example 0.25"
+            )
+        device.require("raytracing", self.path)
+        if "blobs" in self.needs:
             shared = device.limits.compute_shared_bytes
-            require_room(device, scene, path, shared, "choose --path rt-triangles or geometry")
-        self.device, self.scene, self.path = device, scene, path
+            require_room(device, scene, self.path, shared, "choose --path geometry or vertex")
+        self.device, self.scene = device, scene
         self.samples = samples or (DEFAULT_SAMPLES if bounces else 1)
         layout = SlotLayout.of(scene, traced=True)
         self.slot_bytes = layout.bytes
         self.meshlets = sum(p.meshlets for p in scene.primitives)
-        self.slots = self._count_slots(cache, cache_bytes) if compressed else 0
-        self.sweeps = path == "rt" and self.slots < self.meshlets
+        self.slots = self._count_slots(cache, cache_bytes)
+        self.sweeps = self.may_sweep and self.slots < self.meshlets
         self.parts = -(-self.meshlets // self.slots) if self.sweeps else 1
         self._part = 0  # that the slots hold
         self._passes = 0  # of the last frame
@@ -110,28 +113,12 @@ class RayTracer:
         self._size = (0, 0)
         self.set_light(bounces=bounces, shadows=shadows)
 
-        self.buffers = SceneBuffers(
-            device, scene, {"blobs"} if compressed else {"vertices", "indices"}
-        )
+        self.buffers = SceneBuffers(device, scene, self.needs)
         frame = Buffer(device, FRAME.itemsize)
         start = Camera.fit_box(scene.low, scene.high, 1, 1)
         frame.write(self.buffers.frame_record(start, 1, 1, 0).tobytes())
-        constants = {
-            "MAX_STREAMS": scene.max_streams,
-            "MAX_ELEMENTS": scene.max_elements,
-            "GROUP_TRIANGLES": group,
-            "ATTRIBUTES": scene.attributes,
-            "SWEEPS": int(self.sweeps),
-            **layout.constants,
-        }
-        self.geometry = Geometry(
-            device,
-            scene,
-            path,
-            frame=frame.address,
-            constants=constants,
-            part_meshlets=self.slots if self.sweeps else self.meshlets,
-        )
+        constants = {**self._constants(), **layout.constants}
+        self.geometry = self._make_geometry(frame.address, constants)
         self._own = {
             "frame": frame,
             "sources": self.geometry.sources,
@@ -140,30 +127,24 @@ class RayTracer:
         self._textures = TextureArray(device, scene.textures)
         textures = array_size(scene.textures)
         self._layout = textures_layout(device, textures)
+        hit = dict(self.hit_shaders)
+        if not self.geometry.any_masked:
+            del hit["anyHitShader"]
         self._rays = RayPipeline(
-            device,
-            path,
-            any_masked=self.geometry.any_masked,
-            constants=constants,
-            layout=self._layout,
-            textures=textures,
+            device, hit, constants=constants, layout=self._layout, textures=textures
         )
         self._times = Timestamps(device, 2)
-        if compressed:
-            self._make_cache(constants)
+        self._make_cache(constants)
 
     # --- use ---
 
     def render(self, camera: Camera, width: int, height: int) -> TracedPicture:
-        """Renders one frame. Path rt-paper updates its cache before, from the last frame's rays."""
+        """Renders one frame."""
         milliseconds = self.time(camera, width, height)
         hits = self._picture["hits"].read().reshape(height, width, HIT_WORDS)
-        ids = np.ascontiguousarray(hits[..., :2])
-        if self.path == "rt-triangles":
-            self._number_triangles(ids)
+        ids = self.scene.whole_ids(self._ids(np.ascontiguousarray(hits[..., :2])))
         floats = np.ascontiguousarray(hits[..., 2:]).view(np.float32)
         color = self._picture["colors"].read(np.uint8).reshape(height, width, 4)
-        ids = self.scene.whole_ids(ids)
         return TracedPicture(color, ids, floats[..., 0], floats[..., 1:], milliseconds)
 
     def frames(self, cameras: Sequence[Camera], width: int, height: int) -> Iterator[TracedPicture]:
@@ -172,42 +153,30 @@ class RayTracer:
             yield self.render(camera, width, height)
 
     def time(self, camera: Camera, width: int, height: int) -> float:
-        """Renders one frame without copying it to the host; milliseconds on the GPU.
-
-        Path rt-paper chooses the meshlets of the cache on the host: that is not in the time.
-        """
+        """Renders one frame without copying it to the host; milliseconds on the GPU."""
         if self._size != (width, height):
             self._prepare(width, height)
-        missing = self._choose_as_paper() if self.path == "rt-paper" else 0
         frame = self.buffers.frame_record(camera, width, height, 0)
         self._own["frame"].write(frame.tobytes())
         with self.device.commands() as commands:
             self._times.reset(commands)
             self._times.mark(commands, 0)
-            if missing:
-                self._record_fill(commands, 0, missing, self._own["items"].address)
-            bind_point = vk.VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR
-            vk.vkCmdBindPipeline(commands, bind_point, self._rays.handle)
-            vk.vkCmdBindDescriptorSets(
-                commands, bind_point, self._layout, 0, 1, [self._textures.set], 0, []
-            )
-            whole = 0, 0, width, height
-            self._record_rays(commands, whole, part=BACKGROUND if self.sweeps else 0)
-            if self.sweeps:
-                self._record_sweeps(commands, self._strips(camera))
+            self._record(commands, camera)
             self._times.mark(commands, 1)
         return float(self._times.milliseconds().sum())
 
     def statistics(self) -> dict[str, int]:
-        """Counts of the last frame. Empty for rt-triangles.
+        """Counts of the last frame.
 
         slots, meshlets: how many there are; parts: of the model; passes: launches of rays that met
         one part each.
         """
-        if self.path == "rt-triangles":
-            return {}
-        found = {"slots": self.slots, "meshlets": self.meshlets}
-        return {**found, "parts": self.parts, "passes": self._passes}
+        return {
+            "slots": self.slots,
+            "meshlets": self.meshlets,
+            "parts": self.parts,
+            "passes": self._passes,
+        }
 
     def resident_bytes(self) -> dict[str, int]:
         """Allocated bytes of device memory by part, without pictures and textures.
@@ -250,8 +219,8 @@ class RayTracer:
     # --- setup ---
 
     def _count_slots(self, cache: float, cache_bytes: int | None) -> int:
-        """Raises VulkanError for path rt if sweeps would need more than MAX_PARTS parts."""
-        least = -(-self.meshlets // MAX_PARTS) if self.path == "rt" else 0
+        """Raises VulkanError if sweeps would need more than MAX_PARTS parts."""
+        least = -(-self.meshlets // MAX_PARTS) if self.may_sweep else 0
         if cache_bytes is None:
             slots = int(np.ceil(cache * self.meshlets))
         else:
@@ -260,9 +229,28 @@ class RayTracer:
             raise VulkanError(
                 f"the cache holds {slots} of {self.meshlets} meshlets, fewer than one in "
                 f"{MAX_PARTS}",
-                f"give it {least * self.slot_bytes} bytes or more, or choose --path rt-paper",
+                f"give it {least * self.slot_bytes} bytes or more",
             )
         return min(slots, self.meshlets)
+
+    def _constants(self) -> dict[str, int]:
+        """Specialisation constants besides those of slots."""
+        return {
+            "MAX_STREAMS": self.scene.max_streams,
+            "MAX_ELEMENTS": self.scene.max_elements,
+            "BOX_TRIANGLES": self.box_triangles,
+            "SWEEPS": int(self.sweeps),
+        }
+
+    def _make_geometry(self, frame: int, constants: dict[str, int]) -> Geometry:
+        """frame: address of a Frame."""
+        return Geometry(
+            self.device,
+            self.scene,
+            frame=frame,
+            constants=constants,
+            part_meshlets=self.slots if self.sweeps else self.meshlets,
+        )
 
     def _make_cache(self, constants: dict[str, int]) -> None:
         """Makes the cache and decodes the first meshlets into it."""
@@ -271,29 +259,8 @@ class RayTracer:
             ComputePipeline.of(self.device, name, constants)
             for name in ("rt_fill.comp", "rt_fill_serial.comp")
         )
-        if self.path == "rt-paper":
-            table = np.arange(self.meshlets, dtype=np.uint32)
-            table[self.slots :] = NO_SLOT
-            self._own["slot_table"] = Buffer(self.device, table.nbytes).write(table)
-            self._own["counters"] = Buffer(self.device, table.nbytes).write(np.zeros_like(table))
-            self._own["items"] = Buffer(self.device, 8 * self.slots)
         with self.device.commands() as commands:
             self._record_fill(commands, 0, self.slots)
-
-    def _choose_as_paper(self) -> int:
-        """Gives the slots to the meshlets that most rays tested in the last frame.
-
-        Lists those without a slot, each with the slot of an evicted one. Returns their number.
-        """
-        counts, table = self._own["counters"].read(), self._own["slot_table"].read().copy()
-        wanted = np.argsort(-counts.astype(np.int64), kind="stable")[: self.slots]
-        missing = wanted[table[wanted] == NO_SLOT]
-        evicted = np.setdiff1d(np.flatnonzero(table != NO_SLOT), wanted)
-        table[missing], table[evicted] = table[evicted], NO_SLOT
-        items = np.column_stack([missing, table[missing]]).astype(np.uint32)
-        for name, data in (("items", items), ("slot_table", table), ("counters", 0 * counts)):
-            self._own[name].write(data)
-        return len(missing)
 
     # --- frames ---
 
@@ -313,6 +280,17 @@ class RayTracer:
             sizes["records"] = RECORD_BYTES * width * max(height, 2)
         self._picture = {name: Buffer(self.device, size) for name, size in sizes.items()}
         self._size = width, height
+
+    def _record(self, commands: Any, camera: Camera) -> None:
+        """Records all passes of a frame."""
+        bind_point = vk.VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR
+        vk.vkCmdBindPipeline(commands, bind_point, self._rays.handle)
+        vk.vkCmdBindDescriptorSets(
+            commands, bind_point, self._layout, 0, 1, [self._textures.set], 0, []
+        )
+        self._record_rays(commands, (0, 0, *self._size), part=BACKGROUND if self.sweeps else 0)
+        if self.sweeps:
+            self._record_sweeps(commands, self._strips(camera))
 
     def _strips(self, camera: Camera) -> list[Area]:
         """The rectangle of the picture in which the scene is, in strips that fit the records."""
@@ -363,13 +341,13 @@ class RayTracer:
             parts = parts[::-1]
         self._passes = len(sweeps) * self.parts
 
-    def _record_fill(self, commands: Any, first: int, count: int, items: int = 0) -> None:
-        """Records the decoding of `count` meshlets from number `first` on, or of a list."""
-        data = self._pushed(FILL_PUSH, first=first, count=count, items=items)
+    def _record_fill(self, commands: Any, first: int, count: int) -> None:
+        """Records the decoding of `count` meshlets from number `first` on into the first slots."""
+        data = self._pushed(FILL_PUSH, first=first, count=count)
         if count < SERIAL_FILL:
-            self._fill.dispatch(commands, min(count, MAX_GROUPS), data)
+            self._fill.dispatch(commands, min(count, MAX_WORKGROUPS), data)
         else:
-            self._fill_serial.dispatch(commands, min(-(-count // 32), MAX_GROUPS), data)
+            self._fill_serial.dispatch(commands, min(-(-count // 32), MAX_WORKGROUPS), data)
         self.device.full_barrier(commands)
 
     def _record_rays(self, commands: Any, area: Area, structure: int = 0, **own: int) -> None:
@@ -397,23 +375,6 @@ class RayTracer:
         names = dtype.names or ()
         return push_record(dtype, **{n: v for n, v in {**found, **fields}.items() if n in names})
 
-    def _number_triangles(self, ids: np.ndarray) -> None:
-        """Replaces numbers of triangles in their primitive by meshlet * 64 + triangle."""
-        for number, instance in enumerate(self.scene.instances):
-            mine = ids[..., 0] == number
-            if mine.any():
-                ids[..., 1][mine] = (
-                    self.scene.primitives[instance.primitive].decoded().ids()[ids[..., 1][mine]]
-                )
-
-
-def _check(path: str, cache: float, cache_bytes: int | None, group: int) -> None:
-    """Raises VulkanError or ValueError for options of RayTracer that are out of range."""
-    if path not in PATHS:
-        raise VulkanError(f"there is no path {path}", f"the ray-traced ones are {', '.join(PATHS)}")
-    if not 0 <= cache <= 1 or (cache_bytes or 0) < 0:
-        raise VulkanError(
-            "the cache is a share from 0 to 1, or a number of bytes", "for example 0.25"
-        )
-    if group not in GROUPS:
-        raise ValueError("group is 4, 8, 16, 32 or 64")
+    def _ids(self, hits: np.ndarray) -> np.ndarray:
+        """uint32[..., 2] instance and meshlet * 64 + triangle, of what the shaders return."""
+        return hits

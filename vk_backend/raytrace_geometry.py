@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -10,12 +11,12 @@ import numpy as np
 from gltf_ext.gltf.scene import box_corners
 
 from . import acceleration, vk
-from .acceleration import BOTTOM, BOX_BYTES, INPUT, TOP, Boxes, Instances, Structures, Triangles
+from .acceleration import BOTTOM, BOX_BYTES, INPUT, TOP, Boxes, Instances, Shape, Structures
 from .constants import CONSTANTS
 from .device import Device
 from .errors import VulkanError
 from .memory import Buffer
-from .pipelines import MAX_GROUPS, ComputePipeline, push_record
+from .pipelines import MAX_WORKGROUPS, ComputePipeline, push_record
 from .raytrace_layout import BOXES_PUSH, PLACED, SOURCE
 from .scene import Instance, Scene
 
@@ -68,15 +69,12 @@ class Geometry:
         self,
         device: Device,
         scene: Scene,
-        path: str,
         *,
         frame: int,
         constants: dict[str, int],
         part_meshlets: int,
     ):
         self._device, self._scene, self._constants = device, scene, constants
-        # Rays are traced in grid coordinates, unless positions are floats.
-        self._on_grid = path != "rt-triangles" and not constants["POSITION_FLOATS"]
         self._inputs: list[Buffer] = []  # of the construction
         counts = [p.meshlets for p in scene.primitives]
         rows = np.zeros(sum(counts), SOURCE)
@@ -84,19 +82,8 @@ class Geometry:
         rows["meshlet"] = np.concatenate([np.arange(count) for count in counts])
         self.sources = Buffer(device, rows.nbytes).write(rows)
         self.parts = -(-len(rows) // part_meshlets)
-        geometries: list[Boxes] | list[Triangles]
-        if path == "rt-triangles":
-            pieces, geometries = _pieces(rows, len(rows)), self._triangles()
-        else:
-            boxes = self._make_boxes(frame, len(rows))
-            if self.parts > 1:
-                rows = self._sort(rows, boxes, part_meshlets)
-            pieces = _pieces(rows, part_meshlets)
-            size = boxes.size // len(rows)
-            geometries = [
-                Boxes(boxes.address + p.first * size, p.count * size // BOX_BYTES) for p in pieces
-            ]
-        self.bottom = Structures(device, BOTTOM, geometries)
+        pieces, shapes = self._shapes(rows, frame, part_meshlets)
+        self.bottom = Structures(device, BOTTOM, shapes)
         self._place(pieces)
         for buffer in self._inputs:
             buffer.free()
@@ -115,19 +102,27 @@ class Geometry:
         self._inputs.append(Buffer(self._device, data.nbytes, INPUT).write(data))
         return self._inputs[-1].address
 
-    def _triangles(self) -> list[Triangles]:
-        geometries = []
-        for decoded in (primitive.decoded() for primitive in self._scene.primitives):
-            positions = self._input(np.asarray(decoded.positions, np.float32))
-            triangles = self._input(np.asarray(decoded.triangles, np.uint32))
-            geometries.append(
-                Triangles(positions, len(decoded.positions), 12, triangles, len(decoded.triangles))
-            )
-        return geometries
+    @property
+    def _on_grid(self) -> bool:
+        """Whether rays are traced in grid coordinates, as they are unless positions are floats."""
+        return not self._constants["POSITION_FLOATS"]
+
+    def _shapes(
+        self, rows: np.ndarray, frame: int, part_meshlets: int
+    ) -> tuple[list[Piece], Sequence[Shape]]:
+        """The pieces of all parts, and what the bottom levels are built over."""
+        boxes = self._make_boxes(frame, len(rows))
+        if self.parts > 1:
+            rows = self._sort(rows, boxes, part_meshlets)
+        pieces = pieces_of(rows, part_meshlets)
+        size = boxes.size // len(rows)
+        return pieces, [
+            Boxes(boxes.address + p.first * size, p.count * size // BOX_BYTES) for p in pieces
+        ]
 
     def _make_boxes(self, frame: int, meshlets: int) -> Buffer:
         """The boxes of all meshlets."""
-        size = MESHLET_TRIANGLES // self._constants["GROUP_TRIANGLES"] * BOX_BYTES
+        size = MESHLET_TRIANGLES // self._constants["BOX_TRIANGLES"] * BOX_BYTES
         boxes = Buffer(self._device, meshlets * size, INPUT)
         self._inputs.append(boxes)
         data = push_record(
@@ -139,7 +134,7 @@ class Geometry:
         )
         pipeline = ComputePipeline.of(self._device, "boxes.comp", self._constants)
         with self._device.commands() as commands:
-            pipeline.dispatch(commands, min(-(-meshlets // BOXES_THREADS), MAX_GROUPS), data)
+            pipeline.dispatch(commands, min(-(-meshlets // BOXES_THREADS), MAX_WORKGROUPS), data)
         return boxes
 
     def _sort(self, rows: np.ndarray, buffer: Buffer, size: int) -> np.ndarray:
@@ -242,7 +237,7 @@ def _homogeneous(points: np.ndarray) -> np.ndarray:
     return np.column_stack([points, np.ones(len(points))])
 
 
-def _pieces(rows: np.ndarray, part_meshlets: int) -> list[Piece]:
+def pieces_of(rows: np.ndarray, part_meshlets: int) -> list[Piece]:
     """The pieces of SOURCE rows that are sorted by part, then primitive."""
     parts = np.arange(len(rows)) // part_meshlets
     change = (np.diff(parts) != 0) | (np.diff(rows["primitive"].astype(np.int64)) != 0)

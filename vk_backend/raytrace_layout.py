@@ -18,10 +18,10 @@ def _words(size: int, names: str) -> list[tuple[str, str]]:
 PLACED = np.dtype(_words(4, "instance primitive first key"))
 SOURCE = np.dtype(_words(4, "primitive meshlet"))
 RAYS_PUSH = np.dtype(
-    _words(8, "frame structure placed sources slot_table counters cache colors hits records")
+    _words(8, "frame structure placed sources cache colors hits records")
     + _words(4, "bounces samples shadows width pixel part level first")
 )
 # shaders/raytrace/boxes.comp
 BOXES_PUSH = np.dtype(_words(8, "frame sources boxes") + _words(4, "meshlets"))
 # shaders/raytrace/rt_fill.comp
-FILL_PUSH = np.dtype(_words(8, "frame sources cache items") + _words(4, "first count"))
+FILL_PUSH = np.dtype(_words(8, "frame sources cache") + _words(4, "first count"))

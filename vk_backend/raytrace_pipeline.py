@@ -19,45 +19,25 @@ STAGES = {
     "rint": vk.VK_SHADER_STAGE_INTERSECTION_BIT_KHR,
 }
 ROLES = ("generalShader", "closestHitShader", "anyHitShader", "intersectionShader")
-HIT_SHADERS = {
-    "rt": {
-        "closestHitShader": "rt_surface.rchit",
-        "anyHitShader": "rt_alpha.rahit",
-        "intersectionShader": "rt_meshlets.rint",
-    },
-    "rt-paper": {
-        "closestHitShader": "rt_surface_paper.rchit",
-        "anyHitShader": "rt_alpha_paper.rahit",
-        "intersectionShader": "rt_paper.rint",
-    },
-    "rt-triangles": {
-        "closestHitShader": "rt_surface_triangles.rchit",
-        "anyHitShader": "rt_alpha_triangles.rahit",
-    },
-}
 
 
 class RayPipeline:
     """A ray-tracing pipeline and its shader binding table.
 
-    any_masked: with the any-hit shader. constants: specialisation constants. layout:
+    hit: ROLES -> module, of the shaders of a hit. constants: specialisation constants. layout:
     VkPipelineLayout for `textures` textures. Equal pipelines of a device are shared.
     """
 
     def __init__(
         self,
         device: Device,
-        path: str,
+        hit: dict[str, str],
         *,
-        any_masked: bool,
         constants: dict[str, int],
         layout: Any,
         textures: int,
     ):
         self._device = device
-        hit = dict(HIT_SHADERS[path])
-        if not any_masked:
-            del hit["anyHitShader"]
         groups = ({"generalShader": "rt_camera.rgen"}, {"generalShader": "rt_miss.rmiss"}, hit)
         key = (*hit.values(), textures, device.pipeline_flags, *sorted(constants.items()))
         self.handle = device.once(key, lambda: _make(device, groups, constants, layout))

@@ -35,6 +35,8 @@ DECORATION_OFFSET = 35
 
 HEADER_WORDS = 5
 
+PACKAGE = "vk_backend"  # has the modules whose names do not say a package
+
 
 def words_of(code: bytes) -> tuple[int, ...]:
     """The 32-bit words of a module."""
@@ -150,23 +152,34 @@ def _text(words: tuple[int, ...]) -> str:
     return struct.pack(f"<{len(words)}I", *words).split(b"\0", 1)[0].decode()
 
 
+def split_name(module: str) -> tuple[str, str]:
+    """(package, module) of NAME, a module of this package, or PACKAGE:NAME."""
+    package, _, name = module.rpartition(":")
+    return package or PACKAGE, name
+
+
 def specialization_ids(module: str, constants: Mapping[str, int]) -> dict[int, int]:
     """Id -> value of the constants that a shipped module has, from name -> value.
 
-    Raises ValueError for a name that no module has.
+    module: see split_name. Raises ValueError for a name that no module has.
     """
-    modules = shipped_reflection()["modules"]
-    known = {name for other in modules.values() for name in other["specialization"]}
+    package, name = split_name(module)
+    modules = shipped_reflection(package)["modules"]
+    known = {
+        constant
+        for other in (*shipped_reflection()["modules"].values(), *modules.values())
+        for constant in other["specialization"]
+    }
     unknown = sorted(set(constants) - known)
     if unknown:
         raise ValueError(f"no shader has the constants {', '.join(unknown)}")
-    ids = modules[module]["specialization"]
-    return {ids[name]: value for name, value in constants.items() if name in ids}
+    ids = modules[name]["specialization"]
+    return {ids[constant]: value for constant, value in constants.items() if constant in ids}
 
 
 @cache
-def shipped_reflection() -> dict[str, Any]:
-    """The contents of spirv/reflection.json; see build_shaders.merge_reflections."""
-    path = resources.files(__package__) / "spirv" / "reflection.json"
+def shipped_reflection(package: str = PACKAGE) -> dict[str, Any]:
+    """The contents of a package's spirv/reflection.json; see build_shaders.merge_reflections."""
+    path = resources.files(package) / "spirv" / "reflection.json"
     found: dict[str, Any] = json.loads(path.read_text())
     return found

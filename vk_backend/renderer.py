@@ -12,10 +12,10 @@ from .device import Device
 from .errors import VulkanError
 from .frame_commands import FrameCommands
 from .pipelines import Timestamps
-from .raster import PATHS, SHADING_ATTRIBUTES, SHADING_LIT, Drawing
+from .raster import PATHS, Drawing
 from .ring import RING
 from .scene import Scene
-from .targets import NO_ID, Targets
+from .targets import Targets
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,8 @@ class Picture:
     color: uint8[height, width, 4], sRGB; transparent if no surface covers the pixel.
     depth: float32[height, width], 0 (near) to 1 (far, or no surface); Camera.distance converts it
     to world units.
-    ids: uint32[height, width, 2], instance and meshlet * 64 + triangle, NO_ID if no surface covers
-    the pixel; None if they were not requested.
+    ids: uint32[height, width, 2], instance and meshlet * 64 + triangle, 0xFFFFFFFF if no surface
+    covers the pixel; None if they were not requested.
     milliseconds: on the GPU, without copies to the host.
     """
 
@@ -94,32 +94,6 @@ class Renderer:
         meshlets that cannot be visible. ids: return the ids of each pixel.
         Raises VulkanError if the device cannot render this path or size.
         """
-        drawing, targets = self.prepare(
-            scene, camera, path, width, height, culling=culling, ids=ids
-        )
-        frame = FrameCommands(drawing, targets, self._stamps)
-        milliseconds = frame.run()
-        frame.free()
-        color = targets.color.read(np.uint8, 4)
-        depth = targets.depth.read(np.float32, 1)[..., 0]
-        found = (
-            _meshlet_ids(scene, drawing, targets.ids.read(np.uint32, 2)) if targets.ids else None
-        )
-        return Picture(color, depth, found, milliseconds)
-
-    def prepare(
-        self,
-        scene: Scene,
-        camera: Camera,
-        path: str | None,
-        width: int,
-        height: int,
-        *,
-        culling: bool = True,
-        ids: bool = False,
-        shading: int = SHADING_LIT,
-    ) -> tuple[Drawing, Targets]:
-        """The drawing and the images of a picture; reuses those of the last one if they fit."""
         path = path or self.default_path
         if path not in PATHS:
             raise VulkanError(f"there is no path {path}", f"there are {', '.join(PATHS)}")
@@ -128,24 +102,40 @@ class Renderer:
                 f"{width} x {height} pixels are not possible on {self.device.name}",
                 f"at most {self._limit} each",
             )
+        drawing = self.drawing = self._drawing(scene, path, culling, ids)
+        drawing.look(camera, width, height)
+        targets = self._fitting_targets(width, height, ids)
+        frame = FrameCommands(drawing, targets, self._stamps)
+        milliseconds = frame.run()
+        frame.free()
+        color = targets.color.read(np.uint8, 4)
+        depth = targets.depth.read(np.float32, 1)[..., 0]
+        found = None
+        if targets.ids:
+            found = targets.ids.read(np.uint32, 2)
+            # Path vertex numbers triangles through all meshlets of a primitive.
+            found = scene.meshlet_ids(found) if drawing.buffers.index_buffer else found
+            found = scene.whole_ids(found)
+        return Picture(color, depth, found, milliseconds)
+
+    def _drawing(self, scene: Scene, path: str, culling: bool, ids: bool) -> Drawing:
+        """The drawing of a path, which is kept until another scene is rendered."""
         if self._scene is not scene:
-            self._forget_drawings()
-            self._scene = scene
-        key = (path, culling, ids, shading, self.ring, self.overlap)
+            for drawing in self._drawings.values():
+                drawing.free()
+            self._drawings, self.drawing, self._scene = {}, None, scene
+        key = (path, culling, ids, self.ring, self.overlap)
         if key not in self._drawings:
             self._drawings[key] = Drawing(
                 self.device,
                 scene,
-                path,
+                PATHS[path],
                 culling=culling,
                 ids=ids,
-                shading=shading,
                 ring=self.ring,
                 overlap=self.overlap,
             )
-        self.drawing = self._drawings[key]
-        self.drawing.look(camera, width, height)
-        return self.drawing, self._fitting_targets(width, height, ids)
+        return self._drawings[key]
 
     def _fitting_targets(self, width: int, height: int, ids: bool) -> Targets:
         last = self._targets
@@ -165,69 +155,3 @@ class Renderer:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-    def _forget_drawings(self) -> None:
-        for drawing in self._drawings.values():
-            drawing.free()
-        self._drawings, self.drawing = {}, None
-
-
-class TimedDrawing:
-    """One picture with one path: recorded once, run and timed any number of times.
-
-    lit: shade the surface; else use the cheapest fragment shader that reads every attribute.
-    """
-
-    def __init__(
-        self,
-        device: Device,
-        scene: Scene,
-        camera: Camera,
-        path: str,
-        targets: Targets,
-        *,
-        culling: bool,
-        lit: bool,
-        ring: int = RING,
-        overlap: bool | None = None,
-    ):
-        shading = SHADING_LIT if lit else SHADING_ATTRIBUTES
-        self.drawing = Drawing(
-            device,
-            scene,
-            path,
-            culling=culling,
-            ids=False,
-            shading=shading,
-            ring=ring,
-            overlap=overlap,
-        )
-        self.drawing.look(camera, targets.width, targets.height)
-        self._frame = FrameCommands(self.drawing, targets, Timestamps(device, 2))
-
-    def run(self) -> float:
-        """Draws the picture; milliseconds on the GPU."""
-        return self._frame.run()
-
-    def free(self) -> None:
-        """Frees the commands and the buffers."""
-        self._frame.free()
-        self.drawing.free()
-
-
-def _meshlet_ids(scene: Scene, drawing: Drawing, ids: np.ndarray) -> np.ndarray:
-    """The ids of whole instances and primitives, as `Picture` has them.
-
-    Path vertex numbers triangles through all meshlets of a primitive.
-    """
-    if not drawing.buffers.index_buffer:
-        return scene.whole_ids(ids)
-    ids = ids.copy()
-    for number, instance in enumerate(scene.instances):
-        drawn = ids[..., 0] == number
-        if drawn.any():
-            ids[drawn, 1] = scene.primitives[instance.primitive].decoded().ids()[ids[drawn, 1]]
-    return scene.whole_ids(ids)
-
-
-__all__ = ["NO_ID", "Picture", "Renderer", "TimedDrawing"]

@@ -17,7 +17,7 @@ from .constants import CONSTANTS
 from .device import Device, Timeline
 from .errors import VulkanError
 from .memory import Buffer
-from .pipelines import MAX_GROUPS, ComputePipeline
+from .pipelines import MAX_WORKGROUPS, ComputePipeline
 from .raster_layout import CONNECTED, SEGMENT
 from .scene import Scene
 from .slot_layout import SlotLayout
@@ -140,11 +140,11 @@ class Ring:
         return {name: buffer.address for name, buffer in self._buffers.items()}
 
     def decode(
-        self, commands: Any, number: int, pushed: np.ndarray, max_groups: int = MAX_GROUPS
+        self, commands: Any, number: int, pushed: np.ndarray, max_workgroups: int = MAX_WORKGROUPS
     ) -> None:
         """Records the decoding of a batch.
 
-        pushed: push constants that do not depend on the batch; max_groups: per dispatch.
+        pushed: push constants that do not depend on the batch; max_workgroups: per dispatch.
         """
         batch, pushed = self.batches[number], pushed.copy()
         first = SEGMENT.itemsize * int(self._first_segments[number])
@@ -154,7 +154,7 @@ class Ring:
         for index, (pipeline, per_group) in enumerate(self._passes):
             if index > 0:
                 self._device.compute_barrier(commands)
-            step = max_groups * per_group
+            step = max_workgroups * per_group
             for first in range(0, meshlets, step):
                 count = min(meshlets - first, step)
                 pushed["first_slot"], pushed["meshlets"] = batch[0].slot + first, count

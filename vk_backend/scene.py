@@ -217,6 +217,18 @@ class Scene:
         result[drawn, 1] = own[:, 1] + first[own[:, 0]] * CONSTANTS["MESHLET_TRIANGLES"]
         return result
 
+    def meshlet_ids(self, ids: np.ndarray) -> np.ndarray:
+        """uint32[..., 2] ids (instance, meshlet * 64 + triangle) of (instance, triangle).
+
+        The latter count triangles through all meshlets of a primitive.
+        """
+        result: np.ndarray = ids.copy()
+        for number, instance in enumerate(self.instances):
+            own = ids[..., 0] == number
+            if own.any():
+                result[own, 1] = self.primitives[instance.primitive].decoded().ids()[ids[own, 1]]
+        return result
+
     @property
     def compressed_bytes(self) -> int:
         """Of all different blobs."""

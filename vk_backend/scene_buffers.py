@@ -10,7 +10,6 @@ import numpy as np
 from . import vk
 from .camera import Camera
 from .constants import CONSTANTS
-from .decoded import PLAIN_MESHLET
 from .device import Device
 from .errors import VulkanError
 from .materials import Material
@@ -23,10 +22,9 @@ TEAM_ELEMENT_BYTES = 256
 TEAM_STREAM_BYTES = 20
 TEAM_OTHER_BYTES = 4096
 NO_ELEMENT = CONSTANTS["NO_ELEMENT"]
-# Parts of a scene that a path may need:
-# blobs: the compressed bytes; bounds: room for the culling bounds; vertices, indices: uncompressed;
-# plain: uncompressed meshlets over the vertices.
-NEEDS = frozenset({"blobs", "bounds", "vertices", "indices", "plain"})
+# What a path may need of a scene: the compressed bytes, room for the culling bounds, uncompressed
+# vertices, and their indices.
+NEEDS = frozenset({"blobs", "bounds", "vertices", "indices"})
 
 # The structures of shaders/scene/scene.glsl (std430).
 ATTRIBUTE = np.dtype(
@@ -45,12 +43,7 @@ PRIMITIVE = np.dtype(
         ("meshlets", "<u4"),
         ("stream_end", "<u4"),
         ("elements", "<u4"),
-        ("triangles", "<u4"),
-        ("vertices", "<u4"),
         ("bounds", "<u4", 2),
-        ("vertex_data", "<u4", 2),
-        ("index_data", "<u4", 2),
-        ("plain_meshlets", "<u4", 2),
         ("box_low", "<f4", 4),
         ("box_size", "<f4", 4),
         ("position", ATTRIBUTE),
@@ -94,7 +87,6 @@ FRAME = np.dtype(
         ("instances", "<u4", 2),
         ("materials", "<u4", 2),
         ("object_to_clip", "<u4", 2),
-        ("plain_words", "<u4", 2),
         ("width", "<u4"),
         ("height", "<u4"),
     ]
@@ -119,7 +111,6 @@ class SceneBuffers:
         self.primitives = np.array([_primitive_record(p) for p in scene.primitives], PRIMITIVE)
         self.blobs: Any = None
         self.index_buffer: Any = None
-        self.plain_words = 0  # address
         if "blobs" in needs:
             self._upload_blobs()
         if "bounds" in needs:
@@ -128,8 +119,6 @@ class SceneBuffers:
             self._upload_vertices()
         if "indices" in needs:
             self._upload_indices()
-        if "plain" in needs:
-            self._upload_plain()
         self._upload_tables()
 
     @property
@@ -180,33 +169,13 @@ class SceneBuffers:
 
     def _upload_vertices(self) -> None:
         arrays = [p.decoded().vertices(self.scene.attributes) for p in self.scene.primitives]
-        sizes = np.array([a.nbytes for a in arrays], np.int64)
         self.vertices = self._new(np.concatenate(arrays), vk.VK_BUFFER_USAGE_VERTEX_BUFFER_BIT)
-        for row, first in zip(self.primitives, np.cumsum(sizes) - sizes):
-            row["vertex_data"] = address_words(self.vertices.address + int(first))
 
     def _upload_indices(self) -> None:
         arrays = [p.decoded().triangles.ravel() for p in self.scene.primitives]
-        counts = np.array([len(a) for a in arrays], np.int64)
         self.index_buffer = self._new(
             np.concatenate(arrays).astype(np.uint32), vk.VK_BUFFER_USAGE_INDEX_BUFFER_BIT
         )
-        for row, first in zip(self.primitives, np.cumsum(counts) - counts):
-            row["index_data"] = address_words(self.index_buffer.address + 4 * int(first))
-
-    def _upload_plain(self) -> None:
-        made = [p.decoded().meshlets() for p in self.scene.primitives]
-        rows, before = [], 0
-        for meshlets, words in made:
-            meshlets = meshlets.copy()
-            meshlets["first"] += np.uint32(before)
-            rows.append(meshlets)
-            before += len(words)
-        counts = np.array([len(r) for r in rows], np.int64) * PLAIN_MESHLET.itemsize
-        self._plain_meshlets = self._new(np.concatenate(rows))
-        self.plain_words = self._new(np.concatenate([w for _, w in made])).address
-        for row, first in zip(self.primitives, np.cumsum(counts) - counts):
-            row["plain_meshlets"] = address_words(self._plain_meshlets.address + int(first))
 
     def _upload_tables(self) -> None:
         """Primitives, instances and materials, in this order in one buffer."""
@@ -232,7 +201,6 @@ class SceneBuffers:
         row["instances"] = address_words(self.instances_address)
         row["materials"] = address_words(self.materials_address)
         row["object_to_clip"] = address_words(object_to_clip)
-        row["plain_words"] = address_words(self.plain_words)
         row["width"], row["height"] = width, height
         return row
 
@@ -245,7 +213,6 @@ class SceneBuffers:
 def _primitive_record(p: Primitive) -> np.ndarray:
     row = np.zeros((), PRIMITIVE)
     row["meshlets"], row["stream_end"], row["elements"] = p.meshlets, p.stream_end, p.elements
-    row["triangles"], row["vertices"] = p.triangles, p.vertices
     row["box_low"][:3], row["box_size"][:3] = p.low, p.high - p.low
     for role in SHADED:
         row[role.lower()]["element"] = NO_ELEMENT

@@ -25,7 +25,7 @@ layout(push_constant) uniform RasterPush {
 }
 push;
 
-// The current instance. Shaders that look at several may define their own.
+// The current instance. Shaders that look at several define their own.
 #ifndef INSTANCE
 #define INSTANCE push.instance
 #endif

@@ -22,8 +22,6 @@
 #include "raster/raster.glsl"
 #include "scene/default_light.glsl"
 
-layout(constant_id = 4) const uint SHADING = SHADING_LIT;
-
 #if (VARYINGS & 1) != 0
 layout(location = 0) in vec3 in_normal;
 #else
@@ -100,14 +98,6 @@ void main() {
 #ifdef IDS
   out_ids = uvec2(push.instance, in_id);
 #endif
-  if (SHADING == SHADING_ATTRIBUTES) {
-    vec4 sum = vec4(0.5);
-    if ((ATTRIBUTES & HAS_NORMAL) != 0u) sum.xyz += 0.5 * in_normal;
-    if ((ATTRIBUTES & HAS_TEXCOORD) != 0u) sum.xy += 0.1 * in_texcoord;
-    if ((ATTRIBUTES & HAS_COLOR) != 0u) sum *= in_color;
-    out_color = sum;
-    return;
-  }
   Material material = Materials(the_frame().materials).at[the_instance().material];
   vec4 base = base_color(material);
   vec3 color = (material.flags & MATERIAL_UNLIT) != 0u ? base.rgb : lit(material, base.rgb);

@@ -1,5 +1,5 @@
 // Compute stage, once when a scene is loaded: the boxes of the acceleration structure, one for
-// every GROUP_TRIANGLES triangles of each meshlet. One thread per meshlet; decodes positions
+// every BOX_TRIANGLES triangles of each meshlet. One thread per meshlet; decodes positions
 // only. Unused boxes, and those of malformed meshlets, are points, which no ray hits. (Vulkan
 // specifies NaN for inactive boxes, but not every driver honours it.)
 //
@@ -23,7 +23,7 @@ layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer Bo
 layout(push_constant) uniform BoxesPush {
   uvec2 frame;
   uvec2 sources;
-  uvec2 boxes;  // output: GROUPS for each meshlet
+  uvec2 boxes;  // output: BOXES for each meshlet
   uint meshlets;
 }
 push;
@@ -35,10 +35,10 @@ void put_boxes(uint number) {
   Primitive primitive = Primitives(Frame(push.frame).primitives).at[source.primitive];
   uint count = open_positions_of(primitive, source.meshlet);
   vec3 first = vec3(0.0);
-  for (uint g = 0u; g < GROUPS; g++) {
+  for (uint g = 0u; g < BOXES; g++) {
     vec3 low = vec3(uintBitsToFloat(0x7F800000u));
     vec3 high = -low;
-    for (uint t = g * GROUP_TRIANGLES; t < min(count, (g + 1u) * GROUP_TRIANGLES); t++) {
+    for (uint t = g * BOX_TRIANGLES; t < min(count, (g + 1u) * BOX_TRIANGLES); t++) {
       for (uint k = 0u; k < 3u; k++) {
         vec3 p = corner(primitive, t, k);
         low = min(low, p);
@@ -51,8 +51,8 @@ void put_boxes(uint number) {
     low -= margin;
     high += margin;
     if (g == 0u && count > 0u) first = 0.5 * (low + high);
-    if (g * GROUP_TRIANGLES >= count) low = high = first;
-    Boxes(push.boxes).at[number * GROUPS + g] =
+    if (g * BOX_TRIANGLES >= count) low = high = first;
+    Boxes(push.boxes).at[number * BOXES + g] =
         Box(float[3](low.x, low.y, low.z), float[3](high.x, high.y, high.z));
   }
 }

@@ -3,12 +3,11 @@
 #include "scene/slots.glsl"
 
 // Ids 0 and 1 are the decoder's MAX_STREAMS and MAX_ELEMENTS.
-layout(constant_id = 2) const uint GROUP_TRIANGLES = 64u;  // triangles per box
-layout(constant_id = 7) const uint ATTRIBUTES = 7u;        // HAS_ bits of an uncompressed vertex
+layout(constant_id = 2) const uint BOX_TRIANGLES = 64u;  // triangles per box
 // The slots hold one part of the model at a time: paths sweep over it, see rt_paths.glsl.
 layout(constant_id = 9) const bool SWEEPS = false;
 
-#define GROUPS (MESHLET_TRIANGLES / GROUP_TRIANGLES)  // boxes of a meshlet
+#define BOXES (MESHLET_TRIANGLES / BOX_TRIANGLES)  // boxes of a meshlet
 
 // Meshlets have numbers across primitives. A part of the model is a range of numbers, and so is a
 // piece: the meshlets of a part that belong to one primitive. Placed: a piece in an instance.
@@ -32,16 +31,14 @@ layout(buffer_reference, std430, buffer_reference_align = 4) buffer Counts { uin
 
 #ifndef OWN_PUSH
 layout(push_constant) uniform RaysPush {
-  uvec2 frame;       // Frame
-  uvec2 structure;   // top-level acceleration structure: of all, or of a part
-  uvec2 placed;      // per instance of the structure of all: Placed
-  uvec2 sources;     // per meshlet: Source
-  uvec2 slot_table;  // PAPER, per meshlet: its slot or NO_SLOT
-  uvec2 counters;    // PAPER, per meshlet: how many rays have tested it
-  uvec2 cache;       // the slots
-  uvec2 colors;      // output, a word per pixel
-  uvec2 hits;        // output, per pixel: FirstHit
-  uvec2 records;     // of paths that sweep: rt_paths.glsl
+  uvec2 frame;      // Frame
+  uvec2 structure;  // top-level acceleration structure: of all, or of a part
+  uvec2 placed;     // per instance of the structure of all: Placed
+  uvec2 sources;    // per meshlet: Source
+  uvec2 cache;      // the slots
+  uvec2 colors;     // output, a word per pixel
+  uvec2 hits;       // output, per pixel: FirstHit
+  uvec2 records;    // of paths that sweep: rt_paths.glsl
   uint bounces;
   uint samples;  // paths per pixel
   uint shadows;

@@ -3,9 +3,8 @@
 #ifndef RT_CONSTANTS_H
 #define RT_CONSTANTS_H
 
-#define NO_SLOT 0xFFFFFFFFu  // in the slot table
-#define NO_HIT 0xFFFFFFFFu   // in the output
-#define RECORD_BYTES 32u     // of struct Found, and of struct Level
+#define NO_HIT 0xFFFFFFFFu  // in the output
+#define RECORD_BYTES 32u    // of struct Found, and of struct Level
 
 // --- flags of a pass: RaysPush.part ---
 

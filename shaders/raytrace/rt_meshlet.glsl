@@ -5,7 +5,7 @@ uint number;  // of the meshlet
 
 void open_box() {
   placed = PlacedPieces(push.placed).at[gl_InstanceCustomIndexEXT & PLACED_INDEX];
-  number = placed.first + uint(gl_PrimitiveID) / GROUPS;
+  number = placed.first + uint(gl_PrimitiveID) / BOXES;
 }
 
 // The meshlet's number in its primitive.
@@ -13,11 +13,5 @@ uint meshlet() { return SWEEPS ? Sources(push.sources).at[number].meshlet : numb
 
 uint hit_id(uint triangle) { return meshlet() * MESHLET_TRIANGLES + triangle; }
 
-// The meshlet's slot, or NO_SLOT.
-uint slot_entry() {
-#ifdef PAPER
-  return Counts(push.slot_table).at[number];
-#else
-  return number - push.first;
-#endif
-}
+// The address of the meshlet's slot.
+uvec2 open_slot() { return slot_address(push.cache, number - push.first); }

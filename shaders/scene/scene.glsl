@@ -25,14 +25,8 @@ struct Primitive {
   uint meshlets;
   uint stream_end;  // decode streams [0, stream_end) and skip the rest: shading does not need it
   uint elements;    // of these streams together
-  uint triangles;
-  uint vertices;
-  uvec2 bounds;       // a word per meshlet, see bounds.glsl
-  uvec2 vertex_data;  // uncompressed, floats: position 3, then normal 3, texture coordinates 2 and
-                      // colour 4, each only if any primitive of the scene has it
-  uvec2 index_data;   // 3 uints per triangle, in the order of the meshlets
-  uvec2 plain_meshlets;  // a PlainMeshlet each
-  vec4 box_low;          // box of the positions; a loose box only makes culling less effective
+  uvec2 bounds;     // a word per meshlet, see bounds.glsl
+  vec4 box_low;     // box of the positions; a loose box only makes culling less effective
   vec4 box_size;
   Attribute position;
   Attribute normal;
@@ -63,12 +57,6 @@ struct Material {
   int emissive_texture;  // read at the same place
 };
 
-// An uncompressed meshlet of the baselines.
-struct PlainMeshlet {
-  uint first;   // offset in Frame.plain_words: vertex indices, then triangles a | b << 8 | v << 16
-  uint counts;  // vertices | triangles << 8
-};
-
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Primitives {
   Primitive at[];
 };
@@ -87,9 +75,6 @@ layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Sce
 layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer SceneFloats {
   float at[];
 };
-layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer PlainMeshlets {
-  PlainMeshlet at[];
-};
 
 // The camera, the light and the scene's buffers for one picture.
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Frame {
@@ -101,7 +86,6 @@ layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Fr
   uvec2 instances;
   uvec2 materials;
   uvec2 object_to_clip;  // a matrix per instance
-  uvec2 plain_words;     // words of the uncompressed meshlets, see PlainMeshlet
   uint width;
   uint height;
 };

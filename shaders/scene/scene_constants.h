@@ -23,10 +23,7 @@
 
 // --- raster paths ---
 
-#define BOUNDS_BYTES 4u        // per meshlet: the word of bounds.glsl
-#define TASK_MESHLETS 32u      // per task workgroup: one per thread
-#define BOUNDS_THREADS 32u     // of a workgroup of bounds.comp, one meshlet each
-#define SHADING_LIT 0u         // SHADING of surface.frag
-#define SHADING_ATTRIBUTES 1u  // for timing: the cheapest shader that reads every attribute
+#define BOUNDS_BYTES 4u     // per meshlet: the word of bounds.glsl
+#define BOUNDS_THREADS 32u  // of a workgroup of bounds.comp, one meshlet each
 
 #endif

@@ -111,11 +111,11 @@ def frame(model, path, milliseconds, **rest):
 def test_frames_are_compared_model_by_model_without_culling():
     rows = [
         frame("a", "vertex", 1.0, culling=False),
-        frame("a", "mesh-only", 2.0, culling=False),
+        frame("a", "mesh", 2.0, culling=False),
         frame("b", "vertex", 10.0, culling=False),
-        frame("b", "mesh-only", 30.0, culling=False),
-        frame("c", "mesh-only", 5.0, culling=False),
-        frame("a", "mesh-only", 0.1, culling=True),
+        frame("b", "mesh", 30.0, culling=False),
+        frame("c", "mesh", 5.0, culling=False),
+        frame("a", "mesh", 0.1, culling=True),
     ]
     time, memory = overview.standings(
         {"vulkan_raster": {"script": "bench.vulkan_raster", "width": 4, "height": 3, "rows": rows}}

@@ -521,20 +521,25 @@ def test_render_compresses_what_is_not(original, tmp_path, rendered, capsys):
         (["--backend", "vulkan", "--ring", "0"], "--ring is 0; use 1 or more"),
         (
             ["--backend", "vulkan", "--cache", "0.5"],
-            "--cache is for --path rt or rt-paper; leave it out or change --path",
+            "--cache is for --path rt; leave it out or change --path",
         ),
         (
-            ["--backend", "vulkan", "--path", "rt-triangles", "--cache-bytes", "9"],
-            "--cache-bytes is for --path rt or rt-paper; leave",
+            ["--backend", "vulkan", "--path", "vertex", "--cache-bytes", "9"],
+            "--cache-bytes is for --path rt; leave",
         ),
         (
             ["--backend", "vulkan", "--path", "mesh", "--bounces", "0"],
-            "--bounces is for --path rt or rt-paper or rt-triangles; leave",
+            "--bounces is for --path rt; leave",
         ),
         (
             ["--backend", "vulkan", "--path", "rt", "--ring", "9"],
             "--ring is for --path stream; leave",
         ),
+        (["--backend", "vulkan", "--path", "mesh-only"], "mesh-only is gone; use --path mesh"),
+        (["--backend", "vulkan", "--path", "mesh-plain"], "mesh-plain is gone; use --path vertex"),
+        (["--backend", "vulkan", "--path", "rt-paper"], "rt-paper is gone; use --path rt"),
+        (["--backend", "vulkan", "--path", "rt-triangles"], "rt-triangles is gone; use --path rt"),
+        (["--backend", "vulkan", "--path", "tape"], "there is no path tape; there are stream, "),
         (["-o", "nowhere/out.png"], "nowhere/out.png: its folder does not exist; create it first"),
     ],
 )

@@ -75,9 +75,9 @@ def test_missing_extension_is_named(tmp_path):
         assert renderer.default_path == "vertex"
         with pytest.raises(
             MeshletError,
-            match=r"lacks VK_EXT_mesh_shader, which path mesh-plain needs; choose another",
+            match=r"lacks VK_EXT_mesh_shader, which path mesh needs; choose another",
         ):
-            renderer.render(scene, scene.cameras[0], "mesh-plain", 16, 16)
+            renderer.render(scene, scene.cameras[0], "mesh", 16, 16)
         renderer.device.capabilities -= {"geometry"}
         with pytest.raises(
             MeshletError, match=r"lacks the feature geometry, which path geometry needs"
@@ -93,7 +93,7 @@ def test_impossible_pictures(tmp_path):
     with Renderer() as renderer:
         with pytest.raises(MeshletError, match=r"^0 x 16 pixels are not possible"):
             renderer.render(scene, scene.cameras[0], "vertex", 0, 16)
-        with pytest.raises(MeshletError, match=r"^there is no path tape; there are vertex, "):
+        with pytest.raises(MeshletError, match=r"^there is no path tape; there are stream, "):
             renderer.render(scene, scene.cameras[0], "tape", 16, 16)
 
 

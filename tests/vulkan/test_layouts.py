@@ -26,7 +26,6 @@ MIRRORS: dict[str, np.dtype] = {
     "Primitive": scene_buffers.PRIMITIVE,
     "Instance": scene_buffers.INSTANCE,
     "Material": scene_buffers.MATERIAL,
-    "PlainMeshlet": scene_buffers.PLAIN_MESHLET,
     "Frame": scene_buffers.FRAME,
     "RasterPush": raster_layout.RASTER_PUSH,
     "BoundsPush": raster_layout.BOUNDS_PUSH,

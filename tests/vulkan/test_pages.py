@@ -72,9 +72,7 @@ def test_primitives_and_instances(scenes):
     np.testing.assert_allclose([pages.low, pages.high], [one.low, one.high])
 
 
-@pytest.mark.parametrize(
-    "path", ["vertex", "mesh-plain", "mesh", "mesh-only", "stream", "geometry"]
-)
+@pytest.mark.parametrize("path", ["vertex", "mesh", "stream", "geometry"])
 def test_pictures_and_ids(renderer, scenes, path):
     one, pages = scenes
     camera = one.cameras[0]
@@ -88,7 +86,7 @@ def test_pictures_and_ids(renderer, scenes, path):
     assert np.abs(found.color.astype(int) - expected.color).max() <= COLOR_ROUNDING
 
 
-@pytest.mark.parametrize("path", ["mesh-plain", "mesh", "mesh-only", "stream", "geometry"])
+@pytest.mark.parametrize("path", ["mesh", "stream", "geometry"])
 def test_paths_agree_bit_for_bit(renderer, scenes, path):
     _, pages = scenes
     camera = pages.cameras[0]
@@ -98,11 +96,8 @@ def test_paths_agree_bit_for_bit(renderer, scenes, path):
     assert np.abs(found.color.astype(int) - expected.color).max() <= COLOR_ROUNDING
 
 
-@pytest.mark.parametrize(
-    ("path", "options"),
-    [("rt", {"cache": 0.25}), ("rt", {"cache": 1.0}), ("rt-triangles", {})],
-)
-def test_rays(renderer, scenes, path, options):
+@pytest.mark.parametrize("cache", [0.25, 1.0])
+def test_rays(renderer, scenes, cache):
     if "raytracing" not in renderer.device.capabilities:
         missing(f"{renderer.device.name} has no VK_KHR_ray_tracing_pipeline")
     from vk_backend.raytrace import RayTracer
@@ -110,7 +105,7 @@ def test_rays(renderer, scenes, path, options):
     one, pages = scenes
     pictures = []
     for scene in scenes:
-        traced = RayTracer(renderer.device, scene, path=path, **options)
+        traced = RayTracer(renderer.device, scene, cache=cache)
         pictures.append(traced.render(one.cameras[0], WIDTH, HEIGHT))
         traced.free()
     expected, found = pictures

@@ -15,9 +15,8 @@ from tests.helpers.vulkan_scenes import TEXELS, UNLIT, one_sheet, open_renderer,
 
 WIDTH, HEIGHT = 160, 120
 NO_ID = 0xFFFFFFFF
-COMPRESSED = ("mesh", "mesh-only", "stream", "geometry")
+PATHS = ("mesh", "stream", "geometry")
 SMALL_RING = 20
-PATHS = ("mesh-plain", *COMPRESSED)
 DEPTH_ROUNDING = 2e-5  # from the last bits of positions
 COLOR_ROUNDING = 2  # of 255
 
@@ -56,17 +55,9 @@ def test_paths_agree(renderer, scene, path, camera):
     assert (reference.ids[~reference.covered] == NO_ID).all()
 
 
-# Paths `mesh` and `mesh-only` cut draws as `mesh-plain` does, and decode the large model slowly.
-@pytest.mark.parametrize(
-    "path",
-    [
-        pytest.param(p, marks=[pytest.mark.full] * (p in ("mesh", "mesh-only")))
-        for p in PATHS
-        if p != "geometry"
-    ],
-)
+@pytest.mark.parametrize("path", ["mesh", "stream"])
 def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkeypatch):
-    """A draw has at most MAX_GROUPS workgroups."""
+    """A draw has at most MAX_WORKGROUPS workgroups."""
     from vk_backend import raster
     from vk_backend.camera import Camera
     from vk_backend.scene import load_scene
@@ -75,10 +66,10 @@ def test_large_models_are_drawn_in_parts(renderer, model, tmp_path, path, monkey
     scene = load_scene(tmp_path / "bunny.glb")
     camera = Camera.fit_box(scene.low, scene.high, WIDTH, HEIGHT)
     whole = renderer.render(scene, camera, path, WIDTH, HEIGHT)
-    monkeypatch.setattr(raster, "MAX_GROUPS", 7)
+    monkeypatch.setattr(raster, "MAX_WORKGROUPS", 7)
     # Another ring, so that nothing of the first picture is left in its slots.
     monkeypatch.setattr(renderer, "ring", renderer.ring + 1)
-    assert 2 * 7 * raster.PATHS[path].group < scene.primitives[0].meshlets
+    assert 2 * 7 * raster.PATHS[path].workgroup < scene.primitives[0].meshlets
     parts = renderer.render(scene, camera, path, WIDTH, HEIGHT)
     assert (parts.ids == whole.ids).all() and (parts.color == whole.color).all()
 
@@ -167,10 +158,10 @@ def test_the_ring_changes_nothing(renderer, scene, monkeypatch, ring, overlap, c
             assert renderer.drawing.ring.slots == min(
                 ring // 2 * 2 if ring > 1 and overlap else ring, meshlets
             )
-        plain = renderer.render(scene, camera, "mesh-plain", WIDTH, HEIGHT, culling=culling)
+        other = renderer.render(scene, camera, "mesh", WIDTH, HEIGHT, culling=culling)
         for picture in (whole, parts):
-            assert (picture.ids == plain.ids).all() and (picture.depth == plain.depth).all()
-            assert np.abs(picture.color.astype(int) - plain.color).max() <= COLOR_ROUNDING
+            assert (picture.ids == other.ids).all() and (picture.depth == other.depth).all()
+            assert np.abs(picture.color.astype(int) - other.color).max() <= COLOR_ROUNDING
 
 
 @pytest.mark.parametrize(
@@ -226,22 +217,6 @@ def test_overlapped_batches_wait_for_each_other(queues, batches):
             reached[id(timeline)] = value
         assert len(done) == 1 + 2 * batches
     assert ahead == min(batches, 2), "decoding is ahead of drawing by the ring's parts"
-
-
-@pytest.mark.parametrize("overlap", [False, True])
-def test_a_timed_frame_can_be_run_again(renderer, scene, overlap):
-    from vk_backend.renderer import TimedDrawing
-    from vk_backend.targets import Targets
-
-    targets = Targets(renderer.device, WIDTH, HEIGHT, ids=False)
-    options = {"culling": True, "lit": True, "ring": SMALL_RING, "overlap": overlap}
-    drawing = TimedDrawing(renderer.device, scene, scene.cameras[0], "stream", targets, **options)
-    assert len(drawing.drawing.ring.batches) > 4
-    assert drawing.run() > 0 and drawing.run() > 0
-    whole = renderer.render(scene, scene.cameras[0], "stream", WIDTH, HEIGHT, ids=False)
-    assert (targets.color.read(np.uint8, 4) == whole.color).all()
-    drawing.free()
-    targets.free()
 
 
 ALL_SHOWN = ("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0")
@@ -534,7 +509,7 @@ def test_light_falls_from_the_viewer_s_side(renderer, tmp_path):
 directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: np.linalg.norm(d) > 0.1)
 
 
-@pytest.mark.parametrize("path", ["mesh-plain", "mesh", "stream"])
+@pytest.mark.parametrize("path", ["mesh", "stream"])
 @settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     eye=directions,
@@ -563,7 +538,7 @@ def test_culling_drops_nothing_visible(
 
 def test_bounds_hold_their_meshlets(renderer, scene):
     """The sphere holds every vertex and the cone every normal; most meshlets have a cone."""
-    renderer.render(scene, scene.cameras[0], "mesh-plain", 16, 16)
+    renderer.render(scene, scene.cameras[0], "mesh", 16, 16)
     words = renderer.drawing.buffers.bounds.read(np.uint32)
     at, cones = 0, 0
     for primitive in scene.primitives:
@@ -621,7 +596,7 @@ def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
     gltf_ext.compress(builder.write(tmp_path / "raw.glb"), tmp_path / "sheet.glb")
     scene = load_scene(tmp_path / "sheet.glb")
     camera = Camera.fit_box(scene.low, scene.high, 16, 16)
-    for path in ("stream", "mesh", "mesh-only"):
+    for path in ("stream", "mesh"):
         with pytest.raises(
             MeshletError,
             match=f"^a vertex has {scene.max_elements} components .* too many for path {path}",
@@ -632,7 +607,7 @@ def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
         from vk_backend.raytrace import RayTracer
 
         with pytest.raises(MeshletError, match="too many for path rt on"):
-            RayTracer(renderer.device, scene, "rt")
+            RayTracer(renderer.device, scene)
 
 
 def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
@@ -641,20 +616,16 @@ def test_resident_memory_is_the_file_s(renderer, model, tmp_path):
 
     gltf_ext.compress(model("bunny.glb"), tmp_path / "bunny.glb")
     scene = load_scene(tmp_path / "bunny.glb")
-    for path in ("mesh", "mesh-only"):
-        renderer.render(scene, Camera.fit_box(scene.low, scene.high, 16, 16), path, 16, 16)
-        assert (
-            scene.compressed_bytes
-            < renderer.resident_bytes
-            <= 1.05 * scene.compressed_bytes + 65536
-        )
+    renderer.render(scene, Camera.fit_box(scene.low, scene.high, 16, 16), "mesh", 16, 16)
+    most = 1.05 * scene.compressed_bytes + 65536
+    assert scene.compressed_bytes < renderer.resident_bytes <= most
 
 
 def test_resident_memory_has_the_ring(renderer, scene, monkeypatch):
     """Per slot: positions, at most ten words of attributes, 64 triangles, 28 bytes for decoding."""
     from vk_backend.slot_layout import SlotLayout
 
-    renderer.render(scene, scene.cameras[0], "mesh-only", 16, 16)
+    renderer.render(scene, scene.cameras[0], "mesh", 16, 16)
     without, slot = renderer.resident_bytes, SlotLayout.of(scene).bytes
     assert 4 * 64 * 3 < slot <= 4 * 64 * (1 + 2 + 10)
     for ring, overlap in ((SMALL_RING, False), (64, False), (64, True)):
@@ -681,7 +652,7 @@ def mutated(blob: bytes, random: np.random.Generator) -> bytes | None:
 
 
 @pytest.mark.parametrize(
-    ("path", "ring"), [*((path, None) for path in COMPRESSED), ("stream", SMALL_RING)]
+    ("path", "ring"), [*((path, None) for path in PATHS), ("stream", SMALL_RING)]
 )
 def test_mutated_blobs_draw_something_and_come_back(renderer, scene, monkeypatch, path, ring):
     if ring:

@@ -12,82 +12,35 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from tests.helpers.environment import missing
-from tests.helpers.gltf_builder import Builder, everything
+from tests.helpers.gltf_builder import Builder
+from tests.helpers.rays import (
+    HEIGHT,
+    NO_HIT,
+    WIDTH,
+    assert_same_hits,
+    broken_scene,
+    camera_of,
+    mitsuba_hits,
+    nearest_hits,
+    open_device,
+    several,
+    transparent,
+    waves,
+)
 
-WIDTH, HEIGHT = 64, 48
-NO_HIT = 0xFFFFFFFF
 MODELS = ("bunny.glb", "sponza_like.glb")
 CACHES = (0.1, 0.25, 1.0)
-# Tracers that tests share. Paths of "few" sweep over many parts, those of "some" over few. Rays of
-# "paper" decode by themselves.
+# Tracers that tests share. Paths of "few" sweep over many parts, those of "some" over few.
 TRACERS = {
     "few": {"cache": 0.1},
     "some": {"cache": 0.5},
     "all": {"cache": 1.0},
-    "paper": {"path": "rt-paper", "cache": 0.25},
-    "triangles": {"path": "rt-triangles"},
 }
 
 
 @pytest.fixture(scope="module")
 def device():
-    """A device with the validation layer, which must be silent."""
-    try:
-        from vk_backend.device import Device
-        from vk_backend.errors import VulkanError
-    except ImportError as error:
-        missing(f"Vulkan cannot be used: {error}")
-    try:
-        made = Device(validation=True)
-    except VulkanError as error:
-        missing(f"Vulkan cannot be used: {error}")
-    if "raytracing" not in made.capabilities:
-        made.close()
-        missing(f"{made.name} has no VK_KHR_ray_tracing_pipeline")
-    yield made
-    messages = list(made.messages)
-    made.close()
-    assert messages == []
-
-
-def waves(columns: int, rows: int):
-    """Attributes and triangles of a folded sheet, which rays cross several times."""
-    values, triangles, _ = everything(columns=columns, rows=rows)
-    positions = values["POSITION"].copy()
-    positions[:, 2] += 0.4 * np.sin(9 * positions[:, 0]).astype(np.float32)
-    return {
-        "POSITION": positions,
-        "NORMAL": values["NORMAL"],
-        "TEXCOORD_0": values["TEXCOORD_0"],
-    }, triangles
-
-
-def several(
-    folder,
-    material: dict | None = None,
-    name: str = "several",
-    size: tuple[int, int] = (40, 30),
-    **options,
-):
-    """Compresses a sheet with turned, mirrored and stretched instances, and a second mesh."""
-    builder = Builder()
-    builder.mesh(*waves(*size))
-    values, triangles = waves(20, 16)
-    builder.mesh(values, triangles)
-    if material:
-        builder.properties["materials"] = [material]
-        builder.properties["meshes"][0]["primitives"][0]["material"] = 0
-    builder.properties["nodes"] = [
-        {"mesh": 0, "rotation": [0, 0.3826834, 0, 0.9238795]},
-        {"mesh": 0, "translation": [0.3, 1, -0.4], "scale": [1, -1, 1]},
-        {"mesh": 0, "translation": [-0.5, 0.2, 0.3], "scale": [1.5, 0.5, 2]},
-        {"mesh": 1, "translation": [0, 0.1, 0.2], "rotation": [0.5, 0.5, 0.5, 0.5]},
-    ]
-    builder.properties["scenes"] = [{"nodes": [0, 1, 2, 3]}]
-    output = folder / f"{name}.compressed.glb"
-    gltf_ext.compress(builder.write(folder / f"{name}.glb"), output, **options)
-    return output
+    yield from open_device()
 
 
 @pytest.fixture(scope="module")
@@ -107,10 +60,10 @@ def fine_scene(tmp_path_factory):
     return load_scene(several(tmp_path_factory.mktemp("fine"), name="fine", size=(120, 90)))
 
 
-def tracer(device, scene, path="rt", **options):
+def tracer(device, scene, **options):
     from vk_backend.raytrace import RayTracer
 
-    return RayTracer(device, scene, path, **options)
+    return RayTracer(device, scene, **options)
 
 
 @pytest.fixture(scope="module")
@@ -129,66 +82,6 @@ def shared(device, scene):
         traced.free()
 
 
-def camera_of(scene, turn: float = 0.0):
-    from vk_backend.camera import Camera
-
-    view = (0.45 * np.cos(turn) + np.sin(turn), 0.35, np.cos(turn) - 0.45 * np.sin(turn))
-    return Camera.fit_box(scene.low, scene.high, WIDTH, HEIGHT, view)
-
-
-def rays_of(camera) -> tuple[np.ndarray, np.ndarray]:
-    """(origin float64[3], unit directions float64[H, W, 3]) through the pixels' centres."""
-    inverse = np.linalg.inv(camera.world_to_clip(WIDTH, HEIGHT))
-    y, x = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
-    clip = np.stack(
-        [2 * x / WIDTH - 1, 2 * y / HEIGHT - 1, np.full_like(x, 0.5), np.ones_like(x)], axis=-1
-    )
-    through = clip @ inverse.T
-    directions = through[..., :3] / through[..., 3:] - camera.eye[:3]
-    return np.array(camera.eye[:3]), directions / np.linalg.norm(directions, axis=-1, keepdims=True)
-
-
-def nearest_hits(scene, camera) -> dict[str, np.ndarray]:
-    """Tests all triangles in float64.
-
-    Returns (t, instance, id, barycentrics, t of the nearest hit of any other triangle).
-    """
-    origin, directions = rays_of(camera)
-    d = directions.reshape(-1, 3)
-    best = {
-        "t": np.full(len(d), np.inf),
-        "ids": np.full((len(d), 2), NO_HIT, np.uint32),
-        "b": np.zeros((len(d), 2)),
-    }
-    for number, instance in enumerate(scene.instances):
-        decoded = scene.primitives[instance.primitive].decoded()
-        points = (
-            decoded.positions.astype(np.float64) @ instance.matrix[:3, :3].T
-            + instance.matrix[:3, 3]
-        )
-        for id, corners in zip(decoded.ids(), points[decoded.triangles]):
-            first, second = corners[1] - corners[0], corners[2] - corners[0]
-            p = np.cross(d, second)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                inverse = 1 / (p @ first)
-                s = origin - corners[0]
-                u = (p @ s) * inverse
-                q = np.cross(s, first)
-                v = (d @ q) * inverse
-                t = (second @ q) * inverse
-                hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0) & (t < best["t"])
-            best["t"][hit], best["ids"][hit], best["b"][hit] = (
-                t[hit],
-                (number, id),
-                np.stack([u, v], axis=1)[hit],
-            )
-    return {
-        "t": best["t"].reshape(HEIGHT, WIDTH),
-        "ids": best["ids"].reshape(HEIGHT, WIDTH, 2),
-        "b": best["b"].reshape(HEIGHT, WIDTH, 2),
-    }
-
-
 @pytest.fixture(scope="module")
 def expected(scene):
     return nearest_hits(scene, camera_of(scene))
@@ -197,17 +90,6 @@ def expected(scene):
 def assert_same_pictures(picture, other, name: str = "") -> None:
     for part in ("color", "ids", "t", "barycentrics"):
         assert np.array_equal(getattr(picture, part), getattr(other, part)), (name, part)
-
-
-def assert_same_hits(picture, expected, scene) -> None:
-    """The same hits, apart from rays that pass very near an edge."""
-    size = float(np.linalg.norm(scene.high - scene.low))
-    same = (picture.ids == expected["ids"]).all(axis=-1)
-    assert np.count_nonzero(~same) <= 3  # within rounding of an edge
-    seen = same & (picture.ids[..., 0] != NO_HIT)
-    assert seen.mean() > 0.02
-    assert np.abs(picture.t[seen] - expected["t"][seen]).max() < 1e-5 * size
-    assert np.abs(picture.barycentrics[seen] - expected["b"][seen]).max() < 5e-3
 
 
 @pytest.mark.parametrize("name", TRACERS)
@@ -270,7 +152,7 @@ def fine_film(device, fine_scene):
 
 @pytest.mark.parametrize(
     "settings",
-    [{"cache": 0.02}, {"cache": 0.25}, {"cache": 0.5, "group": 8}, {"cache_bytes": 400_000}],
+    [{"cache": 0.02}, {"cache": 0.25}, {"cache": 0.5}, {"cache_bytes": 400_000}],
     ids=str,
 )
 def test06_sweeping_changes_nothing(settings, device, fine_scene, fine_film):
@@ -469,9 +351,9 @@ def test08_parts_are_compact():
         assert np.prod(boxes, axis=1).mean() < 2.5 * max(expected, 0.05) ** 3 or size >= 400
 
 
-def test09_groups(device, scene, expected):
-    """Hits with boxes around whole meshlets."""
-    traced = tracer(device, scene, cache=1.0, group=64)
+def test09_boxes_of_whole_meshlets(device, scene, expected, monkeypatch):
+    monkeypatch.setattr("vk_backend.raytrace.RayTracer.box_triangles", 64)
+    traced = tracer(device, scene, cache=1.0)
     assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
     traced.free()
 
@@ -490,69 +372,22 @@ def test10_fine_positions(device, tmp_path):
 
 @pytest.mark.parametrize("mode", ("MASK", "BLEND"))
 def test11_transparent(mode, device, tmp_path):
-    """Rays pass transparent surfaces and hit the same on every path."""
+    """Rays pass transparent surfaces."""
     from vk_backend.scene import load_scene
 
-    factor = [1, 1, 1, 0.4]
-    material = {
-        "alphaMode": mode,
-        "pbrMetallicRoughness": {"baseColorFactor": factor},
-        "doubleSided": True,
-    }
-    scene = load_scene(several(tmp_path, material, "transparent"))
-    camera = camera_of(scene)
-    pictures = []
-    for path in ("rt", "rt-triangles"):
-        traced = tracer(device, scene, path, cache=1.0)
-        pictures.append(traced.render(camera, WIDTH, HEIGHT))
-        traced.free()
-    instances = [p.ids[..., 0] for p in pictures]
-    if mode == "MASK":
-        assert set(np.unique(instances[0])) == {3, NO_HIT}  # 0.4 is below the cutoff of one half
-        assert np.mean(instances[0] != instances[1]) < 1e-3
-    else:
-        shares = [np.mean(i < 3) for i in instances]
-        assert set(np.unique(instances[0])) == {0, 1, 2, 3, NO_HIT} and shares[0] == pytest.approx(
-            shares[1], abs=0.05
-        )
+    traced = tracer(device, load_scene(transparent(tmp_path, mode)), cache=1.0)
+    instances = traced.render(camera_of(traced.scene), WIDTH, HEIGHT).ids[..., 0]
+    traced.free()
+    # 0.4 is below the cutoff of one half.
+    assert set(np.unique(instances)) == {3, NO_HIT} | ({0, 1, 2} if mode == "BLEND" else set())
 
 
-def broken_blobs(original: bytes, count: int) -> list[bytes]:
-    """Changes bits so that the check of the header does not notice."""
-    random = np.random.default_rng(7)
-    header = 32 + 28 * original[5]
-    found: list[bytes] = []
-    for attempt in range(100):
-        blob = bytearray(original)
-        for place in random.integers(header, len(blob) - 8, 1 + attempt % 20):
-            blob[place] ^= 1 << int(random.integers(8))
-        try:
-            gltf_ext._codec.Decoder(bytes(blob))
-        except ValueError:
-            continue
-        found.append(bytes(blob))
-        if len(found) == count:
-            return found
-    raise AssertionError("the header's check finds nearly everything")
-
-
-@pytest.mark.parametrize(
-    ("name", "serial"), (("few", False), ("some", True), ("all", False), ("paper", False))
-)
+@pytest.mark.parametrize(("name", "serial"), (("few", False), ("some", True), ("all", False)))
 def test12_hostile(name, serial, device, scene, monkeypatch):
     """Mutated blobs render in bounded time and do not break the device."""
-    from dataclasses import replace
-
     if serial:
         monkeypatch.setattr("vk_backend.raytrace.SERIAL_FILL", 1)
-
-    sheet = scene.primitives[0]
-    blobs = broken_blobs(sheet.blob, 8)
-    primitives = [replace(sheet, blob=blob) for blob in blobs]
-    instances = [
-        replace(scene.instances[number % 3], primitive=number) for number in range(len(blobs))
-    ]
-    broken = replace(scene, primitives=primitives, instances=instances)
+    broken = broken_scene(scene)
     traced = tracer(device, broken, bounces=1, samples=1, **TRACERS[name])
     for _ in range(2):
         picture = traced.render(camera_of(scene), 16, 12)
@@ -574,83 +409,22 @@ def test13_errors(device, scene, shared, monkeypatch):
             traced.render(camera, WIDTH, 49)
     assert_same_pictures(traced.render(camera, WIDTH, HEIGHT), before)
 
-    with pytest.raises(VulkanError, match="there is no path"):
-        tracer(device, scene, "rt-magic")
     with pytest.raises(VulkanError, match="share from 0 to 1"):
         tracer(device, scene, cache=1.5)
     with pytest.raises(VulkanError, match="samples of 255 bounces"):
         tracer(device, scene, bounces=255)
     with pytest.raises(VulkanError, match="take too many passes"):
         tracer(device, scene, cache=0.1, samples=60000)
-    with pytest.raises(VulkanError, match=r"give it \d+ bytes or more, or choose --path rt-paper"):
+    with pytest.raises(VulkanError, match=r"give it \d+ bytes or more$"):
         tracer(device, scene, cache=0.0)
     with pytest.raises(VulkanError, match="the cache holds 0 of"):
         tracer(device, scene, cache_bytes=traced.slot_bytes - 1)
-    with pytest.raises(ValueError, match="group"):
-        tracer(device, scene, group=7)
-
-
-def test13_paper_without_a_cache(device, scene, expected):
-    """Rays of rt-paper need no slot."""
-    traced = tracer(device, scene, "rt-paper", cache=0.0)
-    assert traced.slots == 0
-    assert_same_hits(traced.render(camera_of(scene), WIDTH, HEIGHT), expected, scene)
-    traced.free()
-
-
-def test13_paper_keeps_what_most_rays_tested(device, scene):
-    traced = tracer(device, scene, "rt-paper", cache=0.3)
-    traced.time(camera_of(scene, 2.0), WIDTH, HEIGHT)
-    counts = traced._own["counters"].read()
-    traced.time(camera_of(scene), WIDTH, HEIGHT)
-    held = traced._own["slot_table"].read() < traced.slots
-    assert held.sum() == traced.slots < np.count_nonzero(counts)
-    assert counts[held].min() >= counts[~held].max() > 0
-    traced.free()
-
-
-def mitsuba_hits(scene, camera) -> dict[str, np.ndarray]:
-    """Hits of Mitsuba's triangle meshes of the decoded model."""
-    from tests.helpers.mitsuba_reference import require
-
-    mi, _ = require("scalar_rgb")
-    meshes = {}
-    for number, instance in enumerate(scene.instances):
-        decoded = scene.primitives[instance.primitive].decoded()
-        points = (
-            decoded.positions.astype(np.float64) @ instance.matrix[:3, :3].T
-            + instance.matrix[:3, 3]
-        )
-        mesh = mi.Mesh(f"instance{number}", len(points), len(decoded.triangles))
-        parameters = mi.traverse(mesh)
-        parameters["vertex_positions"] = points.astype(np.float32).ravel()
-        parameters["faces"] = decoded.triangles.ravel()
-        parameters.update()
-        meshes[f"instance{number}"] = mesh
-    traced = mi.load_dict({"type": "scene", **meshes})
-    names = {shape.id(): number for number, shape in enumerate(meshes.values())}
-    ids = [scene.primitives[i.primitive].decoded().ids() for i in scene.instances]
-    origin, directions = rays_of(camera)
-    found = {
-        "t": np.full((HEIGHT, WIDTH), np.inf),
-        "ids": np.full((HEIGHT, WIDTH, 2), NO_HIT, np.uint32),
-        "b": np.zeros((HEIGHT, WIDTH, 2)),
-    }
-    for y, x in np.ndindex(HEIGHT, WIDTH):
-        hit = traced.ray_intersect_preliminary(
-            mi.Ray3f(mi.Point3f(*origin), mi.Vector3f(*directions[y, x])), True
-        )
-        if hit.is_valid():
-            number = names[hit.shape.id()]
-            found["t"][y, x], found["ids"][y, x] = hit.t, (number, ids[number][hit.prim_index])
-            found["b"][y, x] = hit.prim_uv.x, hit.prim_uv.y
-    return found
 
 
 def test14_like_mitsuba(shared, scene):
     camera = camera_of(scene)
     hits = mitsuba_hits(scene, camera)
-    for name in ("few", "some", "all", "paper"):
+    for name in TRACERS:
         assert_same_hits(shared(name).render(camera, WIDTH, HEIGHT), hits, scene)
 
 
@@ -658,7 +432,7 @@ def test15_first_sample(device, scene):
     """A pixel's first hit does not depend on the number of samples."""
     pictures = []
     for samples in (2, 3):
-        traced = tracer(device, scene, "rt-triangles", samples=samples)
+        traced = tracer(device, scene, cache=1.0, samples=samples)
         pictures.append(traced.render(camera_of(scene), WIDTH, HEIGHT))
         traced.free()
     assert np.array_equal(pictures[0].t, pictures[1].t) and not np.array_equal(
@@ -670,9 +444,7 @@ def test16_pipelines(device, scene, shared):
     """Only tracers of the same kind share pipelines."""
     traced = tracer(device, scene, **TRACERS["few"])
     assert traced.pipelines == shared("few").pipelines
-    assert not set(traced.pipelines) & {
-        p for name in ("all", "paper", "triangles") for p in shared(name).pipelines
-    }
+    assert not set(traced.pipelines) & set(shared("all").pipelines)
     traced.free()
 
 

@@ -16,15 +16,18 @@ from vk_backend.reflection import OP_DECORATE, instructions, shipped_reflection,
 MODULES = build_shaders.modules()
 
 
-def test_nothing_is_stale_or_left_over():
-    recorded = json.loads(build_shaders.MANIFEST.read_text())
+@pytest.mark.parametrize("package", ["vk_backend", "bench"])
+def test_nothing_is_stale_or_left_over(package):
+    output = build_shaders.ROOT / package / "spirv"
+    modules = MODULES
+    if package == "bench":
+        modules = build_shaders.modules(build_shaders.BENCH_SOURCES)
+    recorded = json.loads((output / build_shaders.MANIFEST).read_text())
     assert recorded == {
-        name: build_shaders.digest(*made_from) for name, made_from in MODULES.items()
+        name: build_shaders.digest(*made_from) for name, made_from in modules.items()
     }, "run python -m vk_backend.build_shaders"
-    assert set(shipped_reflection()["modules"]) == set(MODULES)
-    assert {path.name for path in build_shaders.OUTPUT.glob("*.spv")} == {
-        f"{name}.spv" for name in MODULES
-    }
+    assert set(shipped_reflection(package)["modules"]) == set(modules)
+    assert {path.name for path in output.glob("*.spv")} == {f"{name}.spv" for name in modules}
 
 
 @pytest.mark.parametrize("source", sorted({source for source, _ in MODULES.values()}), ids=str)

@@ -1,0 +1,19 @@
+// Closest-hit stage of rt-triangles: as rt_surface.rchit.
+//
+// Input: the hit.
+// Output: the payload Surface.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_ray_tracing : require
+#extension GL_EXT_nonuniform_qualifier : require
+
+#include "raytrace/rt_common.glsl"
+#include "triangles_attributes.glsl"
+#include "raytrace/rt_surface.glsl"
+
+layout(location = 0) rayPayloadInEXT Surface surface;
+
+void main() {
+  open_hit();
+  surface = found_surface();
+}

@@ -1,0 +1,311 @@
+"""Paths for comparison, beside those of vk_backend: uncompressed, and with the cache of the paper.
+
+mesh-plain draws uncompressed meshlets with a mesh shader. rt-paper has one box around each meshlet,
+and rays decode meshlets that the cache lacks. rt-triangles traces the triangles of vertex and index
+buffers in the driver's acceleration structure. Their shaders are in bench/shaders.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from vk_backend import raster, vk
+from vk_backend.acceleration import Shape
+from vk_backend.camera import Camera
+from vk_backend.constants import CONSTANTS
+from vk_backend.decoded import Decoded
+from vk_backend.device import Device
+from vk_backend.frame_commands import FrameCommands
+from vk_backend.graphics_pipeline import MESH, TASK
+from vk_backend.memory import Buffer
+from vk_backend.pipelines import MAX_WORKGROUPS, ComputePipeline, Timestamps
+from vk_backend.raster import Drawing, Path
+from vk_backend.raytrace import RayTracer
+from vk_backend.raytrace_geometry import Geometry, Piece, pieces_of
+from vk_backend.ring import RING
+from vk_backend.scene import Scene
+from vk_backend.scene_buffers import SceneBuffers
+from vk_backend.targets import Targets
+
+# bench/shaders/plain_vertex.glsl
+PLAIN_PRIMITIVE = np.dtype([(name, "<u8") for name in ("vertices", "indices", "meshlets", "words")])
+PLAIN_MESHLET = np.dtype([("first", "<u4"), ("counts", "<u4")])
+# bench/shaders/paper_cache.glsl and paper_fill.comp
+CACHED_MESHLET = np.dtype([("slot", "<u4"), ("tests", "<u4")])
+PAPER_PUSH = np.dtype(
+    [*((name, "<u8") for name in ("frame", "sources", "cache", "items")), ("count", "<u4")]
+)
+NO_SLOT = 0xFFFFFFFF
+
+PLAIN = Path(
+    "mesh-plain",
+    frozenset({"blobs", "bounds", "vertices"}),
+    (("bench:plain.task", TASK), ("bench:plain{ids}.mesh", MESH)),
+    "mesh",
+    workgroup=32,
+)
+RASTER_PATHS = {**raster.PATHS, PLAIN.name: PLAIN}
+ATTRIBUTES = "bench:attributes_{attributes}.frag"  # the cheapest that reads every attribute
+
+
+def plain_meshlets(decoded: Decoded) -> tuple[np.ndarray, np.ndarray]:
+    """(PLAIN_MESHLET[M], uint32 words) of uncompressed meshlets.
+
+    The words of a meshlet: its vertex numbers, then its triangles as a | b << 8 | v << 16.
+    """
+    counts = decoded.meshlet_triangles
+    meshlet = np.repeat(np.arange(len(counts), dtype=np.uint64), 3 * counts)
+    keys, local = np.unique(
+        meshlet << np.uint64(32) | decoded.triangles.ravel(), return_inverse=True
+    )
+    first_key = np.searchsorted(keys, np.arange(len(counts) + 1, dtype=np.uint64) << np.uint64(32))
+    vertex_counts = np.diff(first_key)
+    corners = (local.reshape(-1, 3) - np.repeat(first_key[:-1], counts)[:, None]).astype(np.uint32)
+    rows = np.zeros(len(counts), PLAIN_MESHLET)
+    rows["first"] = np.cumsum(vertex_counts + counts) - (vertex_counts + counts)
+    rows["counts"] = vertex_counts | counts << 8
+    words = np.empty(len(keys) + len(corners), np.uint32)
+    triangles_before = np.repeat(np.cumsum(counts) - counts, vertex_counts)
+    words[np.arange(len(keys)) + triangles_before] = keys & np.uint64(0xFFFFFFFF)
+    vertices_before = np.repeat(first_key[1:], counts)  # those of the own meshlet included
+    packed = corners[:, 0] | corners[:, 1] << 8 | corners[:, 2] << 16
+    words[np.arange(len(corners)) + vertices_before] = packed
+    return rows, words
+
+
+class PlainModel:
+    """Where the shaders find the uncompressed model. address: of a PLAIN_PRIMITIVE for each."""
+
+    def __init__(self, buffers: SceneBuffers, *, meshlets: bool):
+        device, scene = buffers.device, buffers.scene
+        rows = np.zeros(len(scene.primitives), PLAIN_PRIMITIVE)
+        self._buffers: list[Buffer] = []
+        for number, (row, primitive) in enumerate(zip(rows, scene.primitives)):
+            first_index, first_vertex, _ = buffers.index_range(number)
+            row["vertices"] = buffers.vertices.address + 4 * scene.vertex_floats * first_vertex
+            if buffers.index_buffer:
+                row["indices"] = buffers.index_buffer.address + 4 * first_index
+            if meshlets:
+                made = [
+                    Buffer(device, data.nbytes).write(data)
+                    for data in plain_meshlets(primitive.decoded())
+                ]
+                row["meshlets"], row["words"] = (buffer.address for buffer in made)
+                self._buffers += made
+        self.table = Buffer(device, rows.nbytes).write(rows)
+        self._buffers.append(self.table)
+
+    @property
+    def resident_bytes(self) -> int:
+        """Allocated bytes of the tables and meshlets."""
+        return sum(buffer.allocated for buffer in self._buffers)
+
+    def free(self) -> None:
+        for buffer in self._buffers:
+            buffer.free()
+
+
+class PlainDrawing(Drawing):
+    """A scene ready to be drawn by path mesh-plain."""
+
+    def __init__(self, device: Device, scene: Scene, path: Path = PLAIN, **options: Any):
+        super().__init__(device, scene, path, **options)
+        self.buffers.blobs.free()  # only the culling bounds needed them
+        self._model = PlainModel(self.buffers, meshlets=True)
+
+    @property
+    def resident_bytes(self) -> int:
+        own = super().resident_bytes - self.buffers.blobs.allocated
+        return own + self._model.resident_bytes
+
+    @property
+    def _addresses(self) -> dict[str, int]:
+        return {"slots": self._model.table.address}
+
+    def free(self) -> None:
+        super().free()
+        self._model.free()
+
+
+class TimedDrawing:
+    """One picture with one path: recorded once, run and timed any number of times.
+
+    path: a key of RASTER_PATHS. lit: shade the surface; else use the cheapest fragment shader that
+    reads every attribute.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        scene: Scene,
+        camera: Camera,
+        path: str,
+        targets: Targets,
+        *,
+        culling: bool,
+        lit: bool,
+        ring: int = RING,
+        overlap: bool | None = None,
+    ):
+        row = RASTER_PATHS[path]
+        self.drawing = (PlainDrawing if path == PLAIN.name else Drawing)(
+            device,
+            scene,
+            row if lit else replace(row, fragment=ATTRIBUTES),
+            culling=culling,
+            ids=False,
+            ring=ring,
+            overlap=overlap,
+        )
+        self.drawing.look(camera, targets.width, targets.height)
+        self._stamps = Timestamps(device, 2)
+        self._frame = FrameCommands(self.drawing, targets, self._stamps)
+
+    def run(self) -> float:
+        """Draws the picture; milliseconds on the GPU."""
+        return self._frame.run()
+
+    def free(self) -> None:
+        """Frees the commands and the buffers."""
+        self._frame.free()
+        self._stamps.free()
+        self.drawing.free()
+
+
+class PaperTracer(RayTracer):
+    """Path rt-paper: between frames, the slots go to the meshlets that most rays tested.
+
+    cache: 0 is possible, too.
+    """
+
+    path = "rt-paper"
+    hit_shaders: ClassVar = {
+        "closestHitShader": "bench:paper.rchit",
+        "anyHitShader": "bench:paper.rahit",
+        "intersectionShader": "bench:paper.rint",
+    }
+    box_triangles = CONSTANTS["MESHLET_TRIANGLES"]
+    may_sweep = False
+
+    def _make_cache(self, constants: dict[str, int]) -> None:
+        super()._make_cache(constants)
+        self._fill_list = ComputePipeline.of(self.device, "bench:paper_fill.comp", constants)
+        table = np.zeros(self.meshlets, CACHED_MESHLET)
+        table["slot"] = np.arange(self.meshlets)
+        table["slot"][self.slots :] = NO_SLOT
+        self._own["records"] = Buffer(self.device, table.nbytes).write(table)
+        self._own["items"] = Buffer(self.device, 8 * self.slots)
+        self._missing = 0
+
+    def cached(self) -> np.ndarray:
+        """CACHED_MESHLET[meshlets]: the slots, and how many rays tested each meshlet."""
+        return self._own["records"].read(CACHED_MESHLET)
+
+    def time(self, camera: Camera, width: int, height: int) -> float:
+        """As RayTracer.time; the time does not contain the choice of meshlets on the host."""
+        self._missing = self._choose()
+        return super().time(camera, width, height)
+
+    def _choose(self) -> int:
+        """Lists the meshlets that are to be decoded, and their slots; returns their number."""
+        table = self.cached().copy()
+        slots, tests = table["slot"], table["tests"].astype(np.int64)
+        wanted = np.argsort(-tests, kind="stable")[: self.slots]
+        missing = wanted[slots[wanted] == NO_SLOT]
+        evicted = np.setdiff1d(np.flatnonzero(slots != NO_SLOT), wanted)
+        slots[missing], slots[evicted] = slots[evicted], NO_SLOT
+        table["tests"] = 0
+        self._own["items"].write(np.column_stack([missing, slots[missing]]).astype(np.uint32))
+        self._own["records"].write(table)
+        return len(missing)
+
+    def _record(self, commands: Any, camera: Camera) -> None:
+        if self._missing:
+            data = self._pushed(PAPER_PUSH, count=self._missing)
+            self._fill_list.dispatch(commands, min(self._missing, MAX_WORKGROUPS), data)
+            self.device.full_barrier(commands)
+        super()._record(commands, camera)
+
+
+@dataclass(frozen=True)
+class Triangles:
+    """`count` triangles with 32-bit indices.
+
+    vertices, indices: device addresses; stride: bytes between positions of three floats.
+    """
+
+    vertices: int
+    vertex_count: int
+    stride: int
+    indices: int
+    count: int
+
+    def describe(self) -> tuple[int, Any]:
+        data = vk.VkAccelerationStructureGeometryTrianglesDataKHR(
+            vertexFormat=vk.VK_FORMAT_R32G32B32_SFLOAT,
+            vertexData=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.vertices),
+            vertexStride=self.stride,
+            maxVertex=self.vertex_count - 1,
+            indexType=vk.VK_INDEX_TYPE_UINT32,
+            indexData=vk.VkDeviceOrHostAddressConstKHR(deviceAddress=self.indices),
+        )
+        return vk.VK_GEOMETRY_TYPE_TRIANGLES_KHR, vk.VkAccelerationStructureGeometryDataKHR(
+            triangles=data
+        )
+
+
+class TriangleGeometry(Geometry):
+    """The triangles of each primitive in place of boxes."""
+
+    _on_grid = False
+
+    def _shapes(
+        self, rows: np.ndarray, frame: int, part_meshlets: int
+    ) -> tuple[list[Piece], Sequence[Shape]]:
+        shapes = []
+        for decoded in (primitive.decoded() for primitive in self._scene.primitives):
+            positions = self._input(np.asarray(decoded.positions, np.float32))
+            triangles = self._input(np.asarray(decoded.triangles, np.uint32))
+            count = len(decoded.triangles)
+            shapes.append(Triangles(positions, len(decoded.positions), 12, triangles, count))
+        return pieces_of(rows, len(rows)), shapes
+
+
+class TrianglesTracer(RayTracer):
+    """Path rt-triangles: nothing is compressed, and there is no cache."""
+
+    path = "rt-triangles"
+    hit_shaders: ClassVar = {
+        "closestHitShader": "bench:triangles.rchit",
+        "anyHitShader": "bench:triangles.rahit",
+    }
+    needs: ClassVar = frozenset({"vertices", "indices"})
+    may_sweep = False
+
+    def _count_slots(self, cache: float, cache_bytes: int | None) -> int:
+        return 0
+
+    def _constants(self) -> dict[str, int]:
+        return {**super()._constants(), "ATTRIBUTES": self.scene.attributes}
+
+    def _make_geometry(self, frame: int, constants: dict[str, int]) -> Geometry:
+        return TriangleGeometry(
+            self.device,
+            self.scene,
+            frame=frame,
+            constants=constants,
+            part_meshlets=self.meshlets,
+        )
+
+    def _make_cache(self, constants: dict[str, int]) -> None:
+        self._own["records"] = PlainModel(self.buffers, meshlets=False).table
+
+    def _ids(self, hits: np.ndarray) -> np.ndarray:
+        return self.scene.meshlet_ids(hits)
+
+
+TRACERS = {tracer.path: tracer for tracer in (RayTracer, PaperTracer, TrianglesTracer)}
