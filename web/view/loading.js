@@ -108,8 +108,7 @@ function timing({ pool, single }, times, decoded) {
       const primitive = await pool.decodePrimitive(view);
       times.decode = performance.now() - begin; // from the first to the last: they overlap
       const { triangleCount, vertexCount, meshletCount } = primitive;
-      const counts = { triangleCount, vertexCount, meshletCount };
-      decoded.set(view.buffer, { view, ...counts, decoder: single });
+      decoded.set(view.buffer, { view, triangleCount, vertexCount, meshletCount, decoder: single });
       return primitive;
     },
   };
@@ -146,9 +145,8 @@ async function compressedGeometries(parser, decoded) {
 // milliseconds {decode, build}, warnings.
 class Loaded {
   #compressed;
-  #meshes = []; // {mesh, material, geometry}: as loaded
+  #meshes = []; // {mesh, material, geometry, flat}: as loaded, and the material that shows meshlets
   #coloured = new Map(); // geometry -> its copy in the meshlets' colours
-  #flat = new Map(); // the materials that show them
 
   constructor({ root, clips, warnings, compressed, times }) {
     this.root = root;
@@ -160,7 +158,9 @@ class Loaded {
     root.traverse((mesh) => {
       if (!mesh.isMesh) return;
       mesh.frustumCulled = false; // animations leave the bounds
-      this.#meshes.push({ mesh, material: mesh.material, geometry: mesh.geometry });
+      const { material, geometry } = mesh;
+      const flat = meshletMaterial(geometry, material, compressed.has(geometry));
+      this.#meshes.push({ mesh, material, geometry, flat });
     });
     this.box = new Box3().setFromObject(root);
     this.counts = this.#count();
@@ -187,17 +187,10 @@ class Loaded {
 
   // Shows the meshlets' colours, or the file's own materials. What is not compressed turns grey.
   colourMeshlets(on) {
-    for (const { mesh, geometry, material } of this.#meshes) {
+    for (const { mesh, geometry, material, flat } of this.#meshes) {
       mesh.geometry = on ? this.#colouredGeometry(geometry) : geometry;
-      mesh.material = on ? this.#meshletMaterial(geometry, material) : material;
+      mesh.material = on ? flat : material;
     }
-  }
-
-  #meshletMaterial(geometry, material) {
-    const compressed = this.#compressed.has(geometry);
-    const key = `${material.uuid ?? material[0].uuid} ${compressed}`;
-    if (!this.#flat.has(key)) this.#flat.set(key, meshletMaterial(geometry, material, compressed));
-    return this.#flat.get(key);
   }
 
   #colouredGeometry(geometry) {
@@ -215,15 +208,15 @@ class Loaded {
   }
 
   dispose() {
-    for (const { mesh, material, geometry } of this.#meshes) {
+    for (const { mesh, material, geometry, flat } of this.#meshes) {
       geometry.dispose();
-      for (const one of [material].flat()) {
+      for (const one of [material, flat].flat()) {
         for (const value of Object.values(one)) if (value?.isTexture) value.dispose();
         one.dispose();
       }
       mesh.skeleton?.dispose();
     }
-    for (const item of [...this.#coloured.values(), ...this.#flat.values()]) item.dispose();
+    for (const geometry of this.#coloured.values()) geometry.dispose();
   }
 }
 

@@ -10,6 +10,7 @@ const KEPT = 'gltf-meshlet-theme'; // in localStorage
 const TOAST_SECONDS = 6;
 
 const element = (id) => document.getElementById(id);
+const make = (tag, text) => Object.assign(document.createElement(tag), { textContent: text });
 const count = new Intl.NumberFormat('en').format;
 
 const models = new Models();
@@ -30,7 +31,7 @@ async function start() {
   on.play = !matchMedia('(prefers-reduced-motion: reduce)').matches;
   on.info = innerWidth > 700;
   connect();
-  updateButtons();
+  update();
   add(await models.start());
 }
 
@@ -64,7 +65,7 @@ async function open(number) {
     arrange();
     stage.fit(true);
     main.times.frame = stage.drawNow();
-    state('ready');
+    document.body.dataset.state = 'ready';
     if (on.original && hasOriginal()) await showOriginal();
     update();
   } catch (error) {
@@ -81,7 +82,7 @@ function begin() {
   shown?.beside?.loaded.dispose();
   shown = null;
   element('error').hidden = true;
-  state('loading');
+  document.body.dataset.state = 'loading';
   update();
   return ++attempt;
 }
@@ -126,7 +127,7 @@ const painted = () => new Promise((resolve) => requestAnimationFrame(() => setTi
 async function showOriginal() {
   const mine = attempt;
   if (!shown.beside) {
-    state('loading');
+    document.body.dataset.state = 'loading';
     try {
       const beside = await read(shown.model.original, `the original of ${shown.model.name}`);
       if (mine !== attempt) return beside.loaded.dispose();
@@ -138,7 +139,7 @@ async function showOriginal() {
       shown.notices.push(`The original cannot be shown: ${sentence(error)}.`);
       toast(shown.notices.at(-1));
     }
-    state('ready');
+    document.body.dataset.state = 'ready';
   }
   arrange();
   if (shown.beside && shown.beside.times.frame === undefined)
@@ -153,17 +154,12 @@ function arrange() {
   if (!shown) return;
   const { main, beside } = shown;
   main.loaded.colourMeshlets(on.meshlets && shown.model.compressed !== null);
-  stage.wireframe = on.wireframe;
+  Object.assign(stage, { wireframe: on.wireframe, playing: on.play });
   stage.show(on.original && beside ? [beside.loaded, main.loaded] : [main.loaded]);
-  stage.playing = on.play;
   update();
 }
 
 // --- what the page says ---
-
-function state(name) {
-  document.body.dataset.state = name;
-}
 
 function status(text) {
   element('status').hidden = text === null;
@@ -178,12 +174,10 @@ function toast(text) {
 function fail(error, name) {
   console.error(error);
   status(null);
-  element('error-title').textContent = name
-    ? `${name} cannot be shown`
-    : 'The page cannot be shown';
+  element('error-title').textContent = `${name ?? 'The page'} cannot be shown`;
   element('error-text').textContent = sentence(error);
   element('error').hidden = false;
-  state('error');
+  document.body.dataset.state = 'error';
 }
 
 const sentence = (error) =>
@@ -192,14 +186,9 @@ const sentence = (error) =>
     .replace(/\.$/, '');
 
 function update() {
-  updateButtons();
   updateDetails();
-  const two = Boolean(on.original && shown?.beside);
-  element('labels').hidden = !two;
-  element('labels').classList.toggle('stacked', Boolean(stage?.stacked));
-}
-
-function updateButtons() {
+  element('labels').hidden = !(on.original && shown?.beside);
+  element('labels').classList.toggle('stacked', stage.stacked);
   for (const id of ['meshlets', 'wireframe', 'original', 'play', 'info'])
     element(id).setAttribute('aria-pressed', String(on[id]));
   const ready = shown !== null;
@@ -239,26 +228,14 @@ function updateDetails() {
   );
   const missing = [!model.original, !model.compressed];
   missing.forEach((none, side) => element('details').classList.toggle(`without-${side}`, none));
-  element('notices').replaceChildren(
-    ...[...model.warnings, ...notices].map((text) => {
-      const item = document.createElement('li');
-      item.textContent = text;
-      return item;
-    }),
-  );
+  const items = [...model.warnings, ...notices].map((text) => make('li', text));
+  element('notices').replaceChildren(...items);
 }
 
 function tableRow([label, ...values]) {
   const row = document.createElement('tr');
-  const head = document.createElement('th');
-  head.scope = 'row';
-  head.textContent = label;
-  const cells = values.map((value) => {
-    const cell = document.createElement('td');
-    cell.textContent = value || '';
-    return cell;
-  });
-  row.append(head, ...cells);
+  const head = Object.assign(make('th', label), { scope: 'row' });
+  row.append(head, ...values.map((value) => make('td', value || '')));
   return row;
 }
 
@@ -288,24 +265,13 @@ const actions = {
   wireframe: () => toggle('wireframe', arrange),
   original: () => toggle('original', () => (on.original ? showOriginal() : arrange())),
   play: () => toggle('play', arrange),
-  screenshot: savePicture,
-  save: saveCompressed,
+  screenshot: async () => save(await stage.picture(), '.png'),
+  save: async () => save(new Blob([await shown.model.compressed.read()]), '.compressed.glb'),
   info: () => toggle('info', update),
 };
 
-const keys = {
-  f: 'fit',
-  r: 'reset',
-  m: 'meshlets',
-  w: 'wireframe',
-  o: 'original',
-  ' ': 'play',
-  s: 'screenshot',
-  d: 'save',
-  i: 'info',
-  t: 'theme',
-  '?': 'help',
-};
+// Key -> name of an action; those of buttons come from their titles, which end with "(KEY)".
+const keys = { r: 'reset' };
 
 const moves = {
   ArrowLeft: [-1, 0],
@@ -340,14 +306,6 @@ function key(event) {
   event.preventDefault();
 }
 
-async function savePicture() {
-  save(await stage.picture(), '.png');
-}
-
-async function saveCompressed() {
-  save(new Blob([await shown.model.compressed.read()]), '.compressed.glb');
-}
-
 // Downloads a blob under the model's name with another suffix.
 function save(blob, suffix) {
   const url = URL.createObjectURL(blob);
@@ -369,7 +327,19 @@ async function openFiles(files) {
   }
 }
 
+function listKeys() {
+  for (const { id, title } of document.querySelectorAll('button')) {
+    const [, about, key] = title.match(/^(.*) \((\S|space)\)$/) ?? [];
+    if (!key) continue;
+    keys[key === 'space' ? ' ' : key.toLowerCase()] = id;
+    const shown = make('dt', '');
+    shown.append(make('kbd', key));
+    element('key-list').append(shown, make('dd', about));
+  }
+}
+
 function connect() {
+  listKeys();
   for (const name of Object.keys(actions))
     element(name)?.addEventListener('click', () => act(name));
   addEventListener('keydown', key);
@@ -403,13 +373,17 @@ function connect() {
 
 // --- dark and light ---
 
-function keptTheme() {
-  let kept = null;
+// The browser may keep nothing for this page, and throws then.
+function stored(action) {
   try {
-    kept = localStorage.getItem(KEPT);
+    return action();
   } catch {
-    // the browser keeps nothing for this page
+    return null;
   }
+}
+
+function keptTheme() {
+  const kept = stored(() => localStorage.getItem(KEPT));
   const light = matchMedia('(prefers-color-scheme: light)').matches;
   return ['dark', 'light'].includes(kept) ? kept : light ? 'light' : 'dark';
 }
@@ -417,13 +391,8 @@ function keptTheme() {
 function setTheme(theme) {
   document.documentElement.dataset.theme = theme;
   const style = getComputedStyle(document.documentElement);
-  stage?.setColours(style.getPropertyValue('--scene'), style.getPropertyValue('--edges'));
-  if (theme === keptTheme()) return;
-  try {
-    localStorage.setItem(KEPT, theme);
-  } catch {
-    // as above
-  }
+  stage?.setColours(style.getPropertyValue('--scene'), style.getPropertyValue('--accent'));
+  if (theme !== keptTheme()) stored(() => localStorage.setItem(KEPT, theme));
 }
 
 start().catch((error) => fail(error, null));

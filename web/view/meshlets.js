@@ -60,12 +60,10 @@ export function colouredGeometry(geometry, counts) {
 function gathered(attribute, source) {
   const { itemSize, normalized } = attribute;
   const array = new attribute.array.constructor(itemSize * source.length);
-  const plain = !attribute.isInterleavedBufferAttribute;
-  source.forEach((from, to) => {
+  const { array: from, stride = itemSize } = attribute.data ?? attribute; // interleaved or not
+  source.forEach((vertex, to) => {
     for (let c = 0; c < itemSize; c++)
-      array[itemSize * to + c] = plain
-        ? attribute.array[itemSize * from + c]
-        : attribute.data.array[attribute.data.stride * from + attribute.offset + c];
+      array[itemSize * to + c] = from[stride * vertex + (attribute.offset ?? 0) + c];
   });
   return new BufferAttribute(array, itemSize, normalized);
 }

@@ -6,6 +6,7 @@ import { EXTENSION } from '../gltf.js';
 import { isGlb, packGltf, readJson } from './glb.js';
 
 const MODELS = 'models.json';
+const NOTHING = { compressed: null, original: null, seconds: null, warnings: [] };
 const MESHES = ['obj', 'ply', 'stl'];
 export const SUFFIXES = ['glb', 'gltf', ...MESHES];
 
@@ -46,18 +47,13 @@ export class Models {
     });
     const answer = await response.json();
     if (!response.ok) throw new Error(answer.error);
-    const compressed = remote(answer);
+    const { compressed, original, ...rest } = remote(answer);
     // The server keeps the files of one upload only.
-    const [first, second] = await Promise.all([
-      compressed.compressed.read(),
-      compressed.original.read(),
-    ]);
-    return {
-      ...compressed,
-      name,
-      compressed: { ...compressed.compressed, read: async () => first },
-      original: { bytes: model.original.bytes, read: async () => second },
-    };
+    for (const file of [compressed, original]) {
+      const content = await file.read();
+      file.read = async () => content;
+    }
+    return { ...rest, name, compressed, original: { ...original, bytes: model.original.bytes } };
   }
 }
 
@@ -76,31 +72,19 @@ async function get(url) {
 function remote(model) {
   const file = (entry) =>
     entry && { bytes: entry.bytes, read: async () => (await get(entry.file)).arrayBuffer() };
-  return {
-    name: model.name,
-    compressed: file(model.compressed),
-    original: file(model.original),
-    seconds: model.seconds,
-    warnings: model.warnings,
-  };
+  return { ...model, compressed: file(model.compressed), original: file(model.original) };
 }
 
 // A model of a file. `plain`, if it is not compressed: what can be sent to the server.
 async function local(file, named) {
   const type = suffixOf(file.name);
-  const model = {
-    name: file.name,
-    compressed: null,
-    original: null,
-    seconds: null,
-    warnings: [],
-  };
+  const model = { ...NOTHING, name: file.name };
   if (MESHES.includes(type)) return { ...model, ...plain(file, type, file.size, file) };
   const buffer = await file.arrayBuffer();
   const blob = isGlb(buffer) ? file : await packGltf(buffer, named);
   const bytes = isGlb(buffer) ? file.size : blob.size;
-  const compressed = (readJson(buffer).extensionsUsed ?? []).includes(EXTENSION);
-  if (compressed) return { ...model, compressed: { bytes, read: () => blob.arrayBuffer() } };
+  if (readJson(buffer).extensionsUsed?.includes(EXTENSION))
+    return { ...model, compressed: { bytes, read: () => blob.arrayBuffer() } };
   return { ...model, ...plain(file, 'glb', bytes, blob) };
 }
 

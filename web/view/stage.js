@@ -25,7 +25,10 @@ const AMBIENT = 0.5; // brightness of the room around the models: white stays be
 const KEY_BRIGHTNESS = 1.4;
 const KEY_LIGHT = new Vector3(-0.6, 0.9, 1); // from the target, in the camera's directions
 
+// The next frame is drawn as `wireframe` and `playing` say.
 export class Stage {
+  wireframe = false;
+  playing = false;
   #canvas;
   #renderer;
   #camera = new PerspectiveCamera(FIELD_OF_VIEW);
@@ -36,9 +39,7 @@ export class Stage {
   #box = new Box3();
   #requested = false;
   #time = 0; // of the animations, in seconds
-  #last = 0; // when a frame of an animation was drawn last, in milliseconds
-  #wireframe = false;
-  #playing = false;
+  #last = 0; // when a frame was drawn last, in milliseconds
   #fitted = false; // nobody has moved the camera since it was fitted
 
   // Throws an Error if the browser has no WebGL 2.
@@ -79,23 +80,12 @@ export class Stage {
       return { scene, light, mixer };
     });
     this.#box = models.reduce((all, { box }) => all.union(box), new Box3());
-    this.#refit();
+    if (this.#fitted) this.fit();
     this.invalidate();
   }
 
   get animated() {
     return this.#panes.some(({ mixer }) => mixer);
-  }
-
-  set playing(on) {
-    this.#playing = on;
-    this.#last = performance.now();
-    this.invalidate();
-  }
-
-  set wireframe(on) {
-    this.#wireframe = on;
-    this.invalidate();
   }
 
   // background and edges: colours of CSS.
@@ -126,11 +116,13 @@ export class Stage {
     const vertical = Math.tan(((FIELD_OF_VIEW / 2) * Math.PI) / 180);
     const { width, height } = this.#viewport(0);
     const horizontal = (vertical * width) / height;
-    const distances = corners(this.#box).map((corner) => {
-      corner.sub(centre);
-      const aside = Math.abs(corner.dot(right)) / horizontal;
-      const above = Math.abs(corner.dot(up)) / vertical;
-      return corner.dot(direction) + MARGIN * Math.max(aside, above);
+    // How far the corners of the box reach over each of the four sides of the view.
+    const half = this.#box.getSize(new Vector3()).divideScalar(2);
+    const sides = [horizontal, -horizontal].map((slope) => right.clone().divideScalar(slope));
+    sides.push(...[vertical, -vertical].map((slope) => up.clone().divideScalar(slope)));
+    const distances = sides.map((side) => {
+      const { x, y, z } = side.multiplyScalar(MARGIN).add(direction);
+      return half.dot(new Vector3(Math.abs(x), Math.abs(y), Math.abs(z)));
     });
     const distance = Math.max(...distances, Number.MIN_VALUE);
     this.#camera.position.copy(centre).addScaledVector(direction, distance);
@@ -140,11 +132,6 @@ export class Stage {
     this.#controls.update();
     this.#fitted = true;
     this.invalidate();
-  }
-
-  // Fits again what was fitted, in another window or beside another model.
-  #refit() {
-    if (this.#fitted) this.fit();
   }
 
   // Angles in radians.
@@ -189,28 +176,26 @@ export class Stage {
   }
 
   // A picture of what is drawn, as a PNG.
-  picture() {
+  async picture() {
     this.#draw();
-    return new Promise((resolve, reject) =>
-      this.#canvas.toBlob(
-        (blob) => (blob ? resolve(blob) : reject(new Error('the picture cannot be saved'))),
-        'image/png',
-      ),
-    );
+    const blob = await new Promise((resolve) => this.#canvas.toBlob(resolve));
+    if (!blob) throw new Error('the picture cannot be saved');
+    return blob;
   }
 
   #resize() {
     const { clientWidth, clientHeight } = this.#canvas;
     this.#renderer.setPixelRatio(Math.min(devicePixelRatio, MOST_PIXELS));
     this.#renderer.setSize(Math.max(clientWidth, 1), Math.max(clientHeight, 1), false);
-    this.#refit();
+    if (this.#fitted) this.fit();
     this.#draw(); // in the same frame: a resized canvas is empty
   }
 
   #advance(now) {
-    if (!this.#playing || !this.animated) return;
-    this.#time += Math.min(now - this.#last, 100) / 1000;
+    const passed = Math.min(now - this.#last, 100); // a pause does not count
     this.#last = now;
+    if (!this.playing || !this.animated) return;
+    this.#time += passed / 1000;
     for (const { mixer } of this.#panes) mixer?.setTime(this.#time);
     this.invalidate();
   }
@@ -242,7 +227,7 @@ export class Stage {
         .transformDirection(this.#camera.matrixWorld)
         .add(this.#controls.target);
       this.#renderer.render(scene, this.#camera);
-      if (this.#wireframe) this.#drawEdges(scene);
+      if (this.wireframe) this.#drawEdges(scene);
     });
   }
 
@@ -267,12 +252,4 @@ export class Stage {
     scene.overrideMaterial = null;
     this.#renderer.autoClear = true;
   }
-}
-
-function corners({ min, max }) {
-  const sides = [min, max];
-  return Array.from(
-    { length: 8 },
-    (_, c) => new Vector3(sides[c & 1].x, sides[(c >> 1) & 1].y, sides[c >> 2].z),
-  );
 }

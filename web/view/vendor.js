@@ -8,7 +8,6 @@ export {
   Color,
   DirectionalLight,
   DoubleSide,
-  FrontSide,
   LoadingManager,
   Mesh,
   MeshBasicMaterial,
