@@ -54,7 +54,7 @@ class Builder:
         rows[:, :size] = values.view(np.uint8).reshape(len(values), size)
         bounds = (
             {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
-            if len(values)
+            if len(values) and np.isfinite(values).all()  # JSON has no NaN and infinity
             else {}
         )
         self.properties["accessors"].append(
