@@ -6,6 +6,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 
 BAR_DELAY = 1.0  # seconds before the bar appears
 
@@ -34,21 +35,16 @@ def progress_bar(title: str, enabled: bool) -> Iterator[Advance | None]:
         yield advance
 
 
-class SharedProgress:
-    """Progress of parts that are worked on at the same time. shares: of the whole, summing to 1."""
+def shared_progress(advance: Advance | None, shares: list[float]) -> list[Advance | None]:
+    """A function for each of several jobs that run at once. shares: of the whole, summing to 1."""
+    if advance is None:
+        return [None] * len(shares)
+    whole, lock = advance, threading.Lock()
+    done = [0.0] * len(shares)
 
-    def __init__(self, advance: Advance, shares: list[float]) -> None:
-        self._advance = advance
-        self._shares = shares
-        self._done = [0.0] * len(shares)
-        self._lock = threading.Lock()
+    def move(i: int, fraction: float) -> None:
+        with lock:
+            done[i] = fraction
+            whole(sum(d * share for d, share in zip(done, shares)))
 
-    def part(self, i: int) -> Advance:
-        """The function that tells the progress of part i."""
-
-        def advance(fraction: float) -> None:
-            with self._lock:
-                self._done[i] = fraction
-                self._advance(sum(d * share for d, share in zip(self._done, self._shares)))
-
-        return advance
+    return [partial(move, i) for i in range(len(shares))]

@@ -22,7 +22,10 @@ from gltf_ext.compression.options import MIN_POSITION_BITS, Options
 from gltf_ext.compression.primitives import (
     Dropped,
     Primitive,
+    all_primitives,
     check_finite,
+    describe,
+    describe_indices,
     position_ids,
     store_primitive,
     triangle_primitives,
@@ -39,7 +42,7 @@ from gltf_ext.compression.streams import (
 )
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.files import check_output, refuse_overwriting, write_files
-from gltf_ext.gltf.accessors import bounds, described_by, index_accessor, set_bounds
+from gltf_ext.gltf.accessors import bounds
 from gltf_ext.gltf.buffer_layout import pack, unknown_index_holders
 from gltf_ext.gltf.container import glb_parts
 from gltf_ext.gltf.document import Document
@@ -48,7 +51,7 @@ from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
 from gltf_ext.lod.document import Levels, add_levels, arrange, forget_levels
 from gltf_ext.lod.tables import EXTENSION as LEVELS
-from gltf_ext.progress import Advance, SharedProgress, progress_bar
+from gltf_ext.progress import Advance, progress_bar, shared_progress
 
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
 # Extensions of a primitive that rely on the order of its triangles or vertices, which changes.
@@ -68,7 +71,8 @@ class Job:
         users: the document's primitives that it stands for.
         grid: of its positions; None if they are integers.
         reason_kept: why it is not compressed; empty if it is.
-        statistics: of its blobs, as _codec.describe gives them, and "generation".
+        plan: its streams; view: their blobs.
+        statistics: of the blobs, as _codec.describe gives them, and "generation".
         levels: all but level 0; None without levels of detail.
     """
 
@@ -77,8 +81,15 @@ class Job:
     dropped: Dropped
     grid: Grid | None = None
     reason_kept: str = ""
+    plan: Plan = field(default_factory=Plan)
+    view: bytes = b""
     statistics: dict[str, Any] = field(default_factory=dict)
     levels: Levels | None = None
+
+    @property
+    def place(self) -> dict[str, int]:
+        """For reports."""
+        return {"mesh": self.source.mesh, "primitive": self.source.primitive}
 
 
 def compress(
@@ -131,14 +142,17 @@ def compress(
     with blaming(input):
         document = open_model(input)
         read = [Path(input), *document.files()]
-        jobs = _encode_all(document, settings, Path(input).name)
-        changes = _finish_document(document, jobs, settings)
+        jobs = _jobs(document, settings)
+        encoded = _encode_all(jobs, settings, Path(input).name)
+        for job in encoded:
+            _replace(document, job, settings.fallback)
+        changes = _finish_document(document, jobs, encoded, settings)
         if settings.lod:
-            changes["lod"] = _add_all_levels(document, jobs)
+            changes["lod"] = _add_all_levels(document, encoded)
         binary, fallback = pack(document)
         if fallback:
             document.buffers[1].uri = quote(os.fsencode(fallback_path.name))
-        contents = inspect_document(document, _statistics_by_view(jobs))
+        contents = inspect_document(document, _statistics_by_view(encoded))
         parts = glb_parts(document, binary)
     input_bytes = os.path.getsize(input)
     files = {fallback_path: fallback, output: parts} if fallback else {output: parts}
@@ -162,66 +176,57 @@ def compress(
     }
 
 
-def _statistics_by_view(jobs: list[Job]) -> dict[int, dict[str, Any]]:
+def _statistics_by_view(encoded: list[Job]) -> dict[int, dict[str, Any]]:
     """Buffer view -> statistics of its blobs. Call after `pack`, which renumbers the views."""
-    return {
-        job.users[0].extensions[EXTENSION]["bufferView"]: job.statistics
-        for job in jobs
-        if not job.reason_kept
-    }
+    return {job.users[0].extensions[EXTENSION]["bufferView"]: job.statistics for job in encoded}
 
 
-def _encode_all(document: Document, options: Options, title: str) -> list[Job]:
-    """Encodes every triangle primitive and points the document's primitives at the blobs.
-
-    Raises MeshletError when none can be compressed.
-    """
-    jobs = _jobs(document, options)
+def _encode_all(jobs: list[Job], options: Options, title: str) -> list[Job]:
+    """Encodes all jobs; returns those that can be. Raises MeshletError when none can be."""
     if not jobs:
         raise MeshletError("holds no triangles", "there is nothing to compress")
     with progress_bar(title, options.progress) as advance:
-        encoded = _encode_jobs(jobs, options, advance)
-    for job, result in zip(jobs, encoded):
-        if result is not None:
-            _replace(document, job, *result, options.fallback)
-    if all(job.reason_kept for job in jobs):
+        _encode_at_once(jobs, options, advance)
+    encoded = [job for job in jobs if not job.reason_kept]
+    if not encoded:
         raise MeshletError(
             f"none of its triangle primitives can be compressed ({jobs[0].reason_kept})",
             "there is nothing to compress",
         )
-    return jobs
+    return encoded
 
 
-def _encode_jobs(
-    jobs: list[Job], options: Options, advance: Advance | None
-) -> list[tuple[Plan, bytes] | None]:
+def _encode_at_once(jobs: list[Job], options: Options, advance: Advance | None) -> None:
     """Encodes several primitives at once, the largest first. A large one uses several threads."""
     threads = options.threads or os.cpu_count() or 1
     counts = [max(len(job.source.indices), 1) for job in jobs]
     shares = [count / sum(counts) for count in counts]
-    parts = SharedProgress(advance, shares) if advance else None
+    progress = shared_progress(advance, shares)
 
-    def encode(i: int) -> tuple[Plan, bytes] | None:
-        part = parts.part(i) if parts else None
-        return _encode_job(jobs[i], options, max(1, round(threads * shares[i])), part)
+    def encode(i: int) -> None:
+        _encode_job(jobs[i], options, max(1, round(threads * shares[i])), progress[i])
 
     if threads == 1 or len(jobs) == 1:
-        return [encode(i) for i in range(len(jobs))]
+        for i in range(len(jobs)):
+            encode(i)
+        return
     from concurrent.futures import ThreadPoolExecutor  # as slow to load as a small file to encode
 
     with ThreadPoolExecutor(min(threads, len(jobs))) as pool:
         largest_first = sorted(range(len(jobs)), key=lambda i: -counts[i])
         futures = {i: pool.submit(encode, i) for i in largest_first}
         try:
-            return [futures[i].result() for i in range(len(jobs))]
+            for i in range(len(jobs)):
+                futures[i].result()
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
 
 
-def _finish_document(document: Document, jobs: list[Job], options: Options) -> dict[str, Any]:
+def _finish_document(
+    document: Document, jobs: list[Job], encoded: list[Job], options: Options
+) -> dict[str, Any]:
     """Brings images and lists of extensions in order; returns the report on the changes."""
-    encoded = [job for job in jobs if not job.reason_kept]
     warnings = [*document.import_warnings, *_lossy_before(document), *_coarse_grids(jobs)]
     document.forget_extension(EXTENSION)
     forget_levels(document)
@@ -231,15 +236,10 @@ def _finish_document(document: Document, jobs: list[Job], options: Options) -> d
     dropped = Dropped()
     for job in jobs:
         dropped.add(job.dropped)
-    kept = [
-        {"mesh": j.source.mesh, "primitive": j.source.primitive, "reason": j.reason_kept}
-        for j in jobs
-        if j.reason_kept
-    ]
     return {
         "generation": _generation(encoded),
         "dropped": vars(dropped),
-        "kept": kept,
+        "kept": [{**job.place, "reason": job.reason_kept} for job in jobs if job.reason_kept],
         "warnings": warnings,
     }
 
@@ -257,6 +257,7 @@ def _lossy_before(document: Document) -> list[str]:
 # --- collecting ---
 
 Identity = tuple[Any, ...]  # equal for primitives with the same data
+Box = tuple[np.ndarray, np.ndarray]  # smallest and largest position
 
 
 def _jobs(document: Document, options: Options) -> list[Job]:
@@ -268,11 +269,12 @@ def _jobs(document: Document, options: Options) -> list[Job]:
         if identity not in sources:
             sources[identity] = _source(document, mesh, index)
         places.append((mesh if options.grid == "mesh" else None, primitive, identity))
-    grids = _grids([(group, sources[identity][0]) for group, _, identity in places], options)
+    boxes = _boxes([(key, sources[identity][0]) for key, _, identity in places])
+    grids = {key: _grid(box, options) for key, box in boxes.items()}
     jobs: dict[tuple[Identity, Grid | None], Job] = {}
-    for group, primitive, identity in places:
+    for key, primitive, identity in places:
         source, dropped = sources[identity]
-        grid = grids.get(group)
+        grid = grids.get(key)
         job = jobs.setdefault((identity, grid), Job(source, [], dropped, grid))
         job.users.append(primitive)
     return list(jobs.values())
@@ -280,13 +282,9 @@ def _jobs(document: Document, options: Options) -> list[Job]:
 
 def _identity(primitive: pygltflib.Primitive) -> Identity:
     compression = [repr((primitive.extensions or {}).get(name)) for name in (EXTENSION, DRACO)]
-    groups = [primitive.attributes, *primitive.targets]
-    return (
-        primitive.mode,
-        primitive.indices,
-        *compression,
-        *(tuple(sorted(g.items())) for g in groups),
-    )
+    sets = [primitive.attributes, *primitive.targets]
+    names = (tuple(sorted(attributes.items())) for attributes in sets)
+    return (primitive.mode, primitive.indices, *compression, *names)
 
 
 def _source(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
@@ -297,24 +295,22 @@ def _source(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropp
     return source, dropped
 
 
-def _grids(grouped: list[tuple[int | None, Primitive]], options: Options) -> dict[int | None, Grid]:
-    """One position grid per group of primitives with float positions."""
-    boxes: dict[int | None, tuple[np.ndarray, np.ndarray]] = {}
-    for group, source in grouped:
+def _boxes(placed: list[tuple[int | None, Primitive]]) -> dict[int | None, Box]:
+    """Key -> box of all its primitives that have triangles and float positions."""
+    boxes: dict[int | None, Box] = {}
+    for key, source in placed:
         positions = source.attributes["POSITION"]
-        if not len(source.indices) or positions.dtype.kind != "f":
-            continue
-        low, high = bounds(positions)
-        if group in boxes:
-            low, high = np.minimum(low, boxes[group][0]), np.maximum(high, boxes[group][1])
-        boxes[group] = low, high
-    return {group: _grid(low, high, options) for group, (low, high) in boxes.items()}
+        if len(source.indices) and positions.dtype.kind == "f":
+            low, high = bounds(positions)
+            before = boxes.get(key, (low, high))
+            boxes[key] = np.minimum(low, before[0]), np.maximum(high, before[1])
+    return boxes
 
 
-def _grid(low: np.ndarray, high: np.ndarray, options: Options) -> Grid:
-    grid = position_grid(low, high, _bits(options).position, options.step)
-    if options.step is not None and _is_coarse(low, high, grid):
-        extent = float((high - low).max())
+def _grid(box: Box, options: Options) -> Grid:
+    grid = position_grid(*box, _bits(options).position, options.step)
+    if options.step is not None and _is_coarse(box, grid):
+        extent = float((box[1] - box[0]).max())
         raise MeshletError(
             f"step {options.step:g} leaves fewer than {MIN_POSITION_BITS} bits for positions "
             f"in a box of {extent:g}",
@@ -323,29 +319,24 @@ def _grid(low: np.ndarray, high: np.ndarray, options: Options) -> Grid:
     return grid
 
 
-def _is_coarse(low: np.ndarray, high: np.ndarray, grid: Grid) -> bool:
+def _is_coarse(box: Box, grid: Grid) -> bool:
     """Whether a box that is not a point spans fewer steps than MIN_POSITION_BITS can number."""
-    extent = float((high - low).max())
+    extent = float((box[1] - box[0]).max())
     return 0.0 < extent < (2.0 ** (MIN_POSITION_BITS - 1) - 0.5) * grid.step
 
 
 def _coarse_grids(jobs: list[Job]) -> list[str]:
     """Warnings for meshes that are small on the grid that they share."""
-    boxes: dict[int, list[tuple[np.ndarray, np.ndarray, Grid]]] = {}
-    for job in jobs:
-        if job.grid is not None and len(job.source.indices):
-            low, high = bounds(job.source.attributes["POSITION"])
-            boxes.setdefault(job.source.mesh, []).append((low, high, job.grid))
-    warnings = []
-    for mesh, parts in boxes.items():
-        low = np.min([low for low, _, _ in parts], axis=0)
-        high = np.max([high for _, high, _ in parts], axis=0)
-        if _is_coarse(low, high, parts[0][2]):
-            warnings.append(
-                f"mesh {mesh}: fewer than {MIN_POSITION_BITS} bits are left for its positions; "
-                "use --grid mesh or a smaller step"
-            )
-    return warnings
+    boxes = _boxes([(job.source.mesh, job.source) for job in jobs])
+    grids: dict[int | None, Grid] = {
+        job.source.mesh: job.grid for job in reversed(jobs) if job.grid
+    }
+    return [
+        f"mesh {mesh}: fewer than {MIN_POSITION_BITS} bits are left for its positions; "
+        "use --grid mesh or a smaller step"
+        for mesh, box in boxes.items()
+        if _is_coarse(box, grids[mesh])
+    ]
 
 
 # --- encoding ---
@@ -362,118 +353,88 @@ def _bits(options: Options) -> Bits:
     )
 
 
-def _encode_job(
-    job: Job, options: Options, threads: int, progress: Advance | None
-) -> tuple[Plan, bytes] | None:
-    """The streams and their blobs, or None and job.reason_kept. Sets job.statistics."""
+def _encode_job(job: Job, options: Options, threads: int, progress: Advance | None) -> None:
+    """Sets the job's plan, view, statistics and levels, or its reason_kept."""
     source = job.source
     if not len(source.indices):
         job.reason_kept = "every triangle is degenerate"
-        return None
-    where = f"mesh {source.mesh} primitive {source.primitive}"
-    plan = plan_primitive(source.attributes, source.targets, job.grid, _bits(options), where)
-    if len(plan.streams) > MAX_STREAMS:
+        return
+    job.plan = plan_primitive(
+        source.attributes, source.targets, job.grid, _bits(options), source.where
+    )
+    if len(job.plan.streams) > MAX_STREAMS:
         job.reason_kept = (
-            f"it takes {len(plan.streams)} streams, at most {MAX_STREAMS} are possible"
+            f"it takes {len(job.plan.streams)} streams, at most {MAX_STREAMS} are possible"
         )
-        return None
+        return
     if options.lod:
         from gltf_ext.lod.writing import encode_with_levels  # slow to load, as meshoptimizer is
 
-        encoded = encode_with_levels(source, plan, options, threads, progress)
+        encoded = encode_with_levels(source, job.plan, options, threads, progress)
         if encoded:
-            view, job.statistics, job.levels = encoded
-            return plan, view
-    view, job.statistics = _encode(source, plan, options, threads, progress)
-    return plan, view
-
-
-def _encode(
-    source: Primitive, plan: Plan, options: Options, threads: int, progress: Advance | None
-) -> tuple[bytes, dict[str, Any]]:
-    """(view, statistics) of a primitive without levels."""
+            job.view, job.statistics, job.levels = encoded
+            return
     positions = source.attributes["POSITION"]
-    view, statistics = _codec.encode(
+    job.view, job.statistics = _codec.encode(
         np.ascontiguousarray(source.indices),
         position_ids(positions),
         np.ascontiguousarray(positions, np.float32),
-        [s.table_row() for s in plan.streams],
-        plan.values,
+        [s.table_row() for s in job.plan.streams],
+        job.plan.values,
         progress=progress,
         **{**options.encoder, "threads": threads},
     )
-    return view, statistics
 
 
-def _replace(document: Document, job: Job, plan: Plan, view: bytes, fallback: bool) -> None:
+def _replace(document: Document, job: Job, fallback: bool) -> None:
     """Points the job's primitives at the view, with accessors that describe the decoded data."""
+    plan, first = job.plan, job.users[0]
     vertex_count: int = job.statistics["vertices"]
     extension: dict[str, Any] = {
-        "bufferView": document.add_view(view),
+        "bufferView": document.add_view(job.view),
         "attributes": plan.attributes,
     }
     if plan.targets:
         extension["targets"] = plan.targets
     if vertex_count != job.source.vertex_count:
         extension["sourceVertices"] = job.source.vertex_count
-    first = job.users[0]
-    groups = [(first.attributes, plan.attributes), *zip(first.targets, plan.targets)]
     described = [
-        _described(document, group, first_streams, plan, vertex_count)
-        for group, first_streams in groups
+        describe(document, names, vertex_count, _decoded_box(plan, streams))
+        for names, streams in zip(
+            [first.attributes, *first.targets], [plan.attributes, *plan.targets]
+        )
     ]
-    document.accessors.append(index_accessor(3 * len(job.source.indices), vertex_count))
-    indices = len(document.accessors) - 1
+    indices = describe_indices(document, len(job.source.indices), vertex_count)
     for user in job.users:
         user.mode, user.indices = pygltflib.TRIANGLES, indices
         user.attributes, *user.targets = map(dict, described)
         user.extensions = {**(user.extensions or {}), EXTENSION: dict(extension)}
     if fallback:
-        _store_fallback(document, first)
+        mesh, index = next((m, p) for m, p, user in all_primitives(document) if user is first)
+        decoded = read_compressed(document, mesh, index).decode()
+        store_primitive(document, first, decoded, fallback=True)
 
 
-def _described(
-    document: Document,
-    attributes: dict[str, int],
-    first_streams: dict[str, int],
-    plan: Plan,
-    vertex_count: int,
-) -> dict[str, int]:
-    """The attributes with new accessors for their decoded data, of the old accessors' types."""
-    result = {}
-    for name, old in attributes.items():
-        accessor = described_by(document.accessors[old], vertex_count)
-        if name == "POSITION":
-            stream, values = plan.streams[first_streams[name]], plan.values[first_streams[name]]
-            low, high = (dequantise(v[None], stream)[0] for v in bounds(values))
-            set_bounds(accessor, low, high)
-        document.accessors.append(accessor)
-        result[name] = len(document.accessors) - 1
-    return result
+def _decoded_box(plan: Plan, first_streams: dict[str, int]) -> Box | None:
+    """The box of POSITION as it decodes; None without POSITION."""
+    if "POSITION" not in first_streams:
+        return None
+    stream = first_streams["POSITION"]
+    low, high = dequantise(np.stack(bounds(plan.values[stream])), plan.streams[stream])
+    return low, high
 
 
-def _store_fallback(document: Document, primitive: pygltflib.Primitive) -> None:
-    """Adds plain buffer views of the decoded data for the fallback buffer."""
-    mesh, index = next(
-        (m, p) for m, p, candidate in triangle_primitives(document) if candidate is primitive
-    )
-    decoded = read_compressed(document, mesh, index).decode()
-    store_primitive(document, primitive, decoded, fallback=True)
-
-
-def _add_all_levels(document: Document, jobs: list[Job]) -> list[dict[str, Any]]:
+def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, Any]]:
     """Adds the levels of all jobs. Returns a report of each compressed primitive."""
     report = []
-    for job in jobs:
-        if job.reason_kept:
-            continue
+    for job in encoded:
         triangles = [len(job.source.indices)]
         levels = {"triangles": triangles, "stuck_triangles": list(triangles)}
         if job.levels:
             add_levels(document, job.users, job.levels)
             levels = job.levels.report
-        report.append({"mesh": job.source.mesh, "primitive": job.source.primitive, **levels})
-    if any(job.levels for job in jobs):
+        report.append({**job.place, **levels})
+    if any(job.levels for job in encoded):
         document.use_extension(LEVELS, required=False)
         arrange(document)
     return report
@@ -495,8 +456,7 @@ def _settle_extensions(document: Document, encoded: list[Job]) -> list[str]:
                 f"{name} describes the order of triangles, which changes; it is dropped"
             )
             document.forget_extension(name)
-    primitives = [p for mesh in document.meshes for p in mesh.primitives]
-    if not any(DRACO in (p.extensions or {}) for p in primitives):
+    if not any(DRACO in (p.extensions or {}) for _, _, p in all_primitives(document)):
         document.forget_extension(DRACO)
     unknown = unknown_index_holders(document)
     if unknown:

@@ -9,10 +9,15 @@ from typing import Any
 import pygltflib
 
 from gltf_ext.compression.extension import EXTENSION, Compressed, require_compressed
-from gltf_ext.compression.primitives import Primitive, store_primitive
+from gltf_ext.compression.primitives import (
+    Primitive,
+    describe,
+    describe_indices,
+    store_primitive,
+)
 from gltf_ext.errors import blaming
 from gltf_ext.files import check_output, refuse_overwriting, write_files
-from gltf_ext.gltf.accessors import bounds, described_by, index_accessor, set_bounds
+from gltf_ext.gltf.accessors import bounds
 from gltf_ext.gltf.buffer_layout import pack
 from gltf_ext.gltf.container import glb_parts
 from gltf_ext.gltf.document import Document
@@ -101,15 +106,10 @@ def _expand_all(
 def _expand(document: Document, decoded: Primitive) -> None:
     """Stores one primitive in new accessors: the old ones may have other users."""
     primitive = document.meshes[decoded.mesh].primitives[decoded.primitive]
-    document.accessors.append(index_accessor(decoded.indices.size, decoded.vertex_count))
-    primitive.indices = len(document.accessors) - 1
-    for attributes, arrays in zip(
-        [primitive.attributes, *primitive.targets], [decoded.attributes, *decoded.targets]
-    ):
-        for name, old in attributes.items():
-            accessor = described_by(document.accessors[old], decoded.vertex_count)
-            if name == "POSITION":
-                set_bounds(accessor, *bounds(arrays[name]))
-            document.accessors.append(accessor)
-            attributes[name] = len(document.accessors) - 1
+    count = decoded.vertex_count
+    primitive.indices = describe_indices(document, len(decoded.indices), count)
+    primitive.attributes, *primitive.targets = (
+        describe(document, names, count, bounds(a["POSITION"]) if "POSITION" in a else None)
+        for names, a in zip([primitive.attributes, *primitive.targets], decoded.sets)
+    )
     store_primitive(document, primitive, decoded, fallback=False)

@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import unquote_to_bytes
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import Compressed, malformed, require_compressed
+from gltf_ext.compression.extension import Compressed, malformed_from, require_compressed
 from gltf_ext.compression.streams import OCT, semantic
 from gltf_ext.errors import blaming
 from gltf_ext.gltf.document import Document
@@ -93,9 +93,11 @@ def inspect_document(
     for compressed in all_compressed:
         first = counted.get(compressed.view)
         if first is None:
-            statistics = statistics_by_view.get(compressed.view) or _statistics(compressed)
-            counted[compressed.view] = _describe(compressed, statistics)
-            primitives.append(counted[compressed.view])
+            with malformed_from(compressed.where):
+                known = statistics_by_view.get(compressed.view)
+                first = _describe(compressed, known or _codec.describe(compressed.blob))
+            counted[compressed.view] = first
+            primitives.append(first)
             continue
         # Another user of the same bytes adds its JSON object only.
         first["json_bytes"] += compressed.json_bytes
@@ -124,14 +126,6 @@ def _place(compressed: Compressed) -> dict[str, Any]:
     return {"mesh": compressed.mesh, "primitive": compressed.primitive, "name": compressed.name}
 
 
-def _statistics(compressed: Compressed) -> Statistics:
-    try:
-        statistics: Statistics = _codec.describe(compressed.blob)
-        return statistics
-    except ValueError as error:
-        raise malformed(compressed.where, error) from None
-
-
 def _describe(compressed: Compressed, statistics: Statistics) -> dict[str, Any]:
     """The counts of one primitive."""
     all_bits = statistics["bits"]
@@ -155,9 +149,7 @@ def _describe(compressed: Compressed, statistics: Statistics) -> dict[str, Any]:
         "triangles": compressed.triangle_count,
         "vertices": compressed.vertex_count,
         "source_vertices": compressed.source_vertices,
-        "meshlets": statistics["meshlets"],
-        "blobs": statistics["blobs"],
-        "components": statistics["components"],
+        **{name: statistics[name] for name in ("meshlets", "blobs", "components")},
         "raw_bytes": vertex_bytes * compressed.source_vertices + index_bytes,
         "blob_bytes": len(compressed.blob),
         "json_bytes": compressed.json_bytes,

@@ -12,10 +12,11 @@ from gltf_ext import _codec
 from gltf_ext.compression.extension import (
     EXTENSION,
     compressed_primitives,
+    has_compressed,
     is_compressed,
     read_compressed,
 )
-from gltf_ext.compression.primitives import Primitive
+from gltf_ext.compression.primitives import Primitive, all_primitives
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import bounds, read_accessor
 from gltf_ext.gltf.buffer_layout import Renumber, map_accessors, map_views
@@ -43,14 +44,11 @@ def validate(path: str | os.PathLike[str]) -> list[str]:
     if broken:
         return list(dict.fromkeys(broken))  # many views may read one damaged buffer
     problems = _extension_lists(document)
-    compressed = 0
-    for m, mesh in enumerate(document.meshes):
-        for p, primitive in enumerate(mesh.primitives):
-            if is_compressed(primitive):
-                compressed += 1
-                problems += _blob_problems(document, m, p)
+    for m, p, primitive in all_primitives(document):
+        if is_compressed(primitive):
+            problems += _blob_problems(document, m, p)
     problems += lod_problems(document)
-    if not compressed and not problems:
+    if not has_compressed(document) and not problems:
         problems.append(
             f"has no primitive with {EXTENSION}; "
             "compress it first: gltf-meshlet compress IN OUT.glb"
@@ -101,13 +99,11 @@ def _broken_references(document: Document) -> list[str]:
 
 def _extension_lists(document: Document) -> list[str]:
     """Problems of extensionsUsed and extensionsRequired."""
-    users = [p for mesh in document.meshes for p in mesh.primitives if is_compressed(p)]
-    if not users:
-        return []
-    problems = [] if EXTENSION in document.extensionsUsed else [f"extensionsUsed lacks {EXTENSION}"]
-    bare = {
-        index for index, accessor in enumerate(document.accessors) if accessor.bufferView is None
-    }
+    users = [primitive for _, _, primitive in all_primitives(document) if is_compressed(primitive)]
+    problems = []
+    if users and EXTENSION not in document.extensionsUsed:
+        problems.append(f"extensionsUsed lacks {EXTENSION}")
+    bare = {i for i, accessor in enumerate(document.accessors) if accessor.bufferView is None}
     if any(p.indices in bare for p in users) and EXTENSION not in document.extensionsRequired:
         problems.append(f"extensionsRequired lacks {EXTENSION}, but there is no fallback")
     return problems
@@ -118,13 +114,9 @@ def _blob_problems(document: Document, mesh: int, index: int) -> list[str]:
     try:
         compressed = read_compressed(document, mesh, index)
         _codec.validate(compressed.blob)
-        decoded = compressed.decode()
-        return [
-            f"{compressed.where}: {problem}"
-            for problem in _accessor_problems(
-                document, document.meshes[mesh].primitives[index], decoded
-            )
-        ]
+        primitive = document.meshes[mesh].primitives[index]
+        problems = _accessor_problems(document, primitive, compressed.decode())
+        return [f"{compressed.where}: {problem}" for problem in problems]
     except MeshletError as error:
         return [error.message]
     except ValueError as error:

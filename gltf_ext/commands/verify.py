@@ -19,14 +19,13 @@ from gltf_ext.compression.extension import (
     Compressed,
     has_compressed,
     is_compressed,
-    malformed,
+    malformed_from,
     read_compressed,
     read_triangles,
 )
 from gltf_ext.compression.primitives import Primitive, triangle_primitives, weld
 from gltf_ext.compression.streams import (
-    FLOAT32,
-    INTEGER,
+    GRID,
     OCT,
     SIGN,
     WEIGHT_SUM_TOLERANCE,
@@ -48,14 +47,15 @@ STATED_ROUNDING = 1.0 + 1e-4
 
 
 @dataclass
-class ErrorSums:
-    """Errors of one attribute in one mesh.
+class Errors:
+    """Errors of one attribute of one primitive.
 
     Attributes:
         max, squares, count: largest distance, sum of squared distances, number of vertices.
         over_bound: largest error as a share of the allowed one.
         degrees: largest angle; None unless it is a direction.
-        low, high: the box of the original's values.
+        box: float64[2, components]: the original's smallest and largest values; None if the
+            attribute was not compared, because the primitives differ.
         compared: whether there was a vertex to compare.
     """
 
@@ -64,37 +64,23 @@ class ErrorSums:
     count: int = 0
     over_bound: float = 0.0
     degrees: float | None = None
-    low: np.ndarray | None = None
-    high: np.ndarray | None = None
+    box: np.ndarray | None = None
     compared: bool = False
 
-    def add(self, other: ErrorSums) -> None:
-        self.max, self.over_bound = max(self.max, other.max), max(self.over_bound, other.over_bound)
-        self.squares, self.count = self.squares + other.squares, self.count + other.count
-        self.degrees = (
-            other.degrees if self.degrees is None else max(self.degrees, other.degrees or 0.0)
-        )
-        self.compared = self.compared or other.compared
-        if self.low is None or self.high is None:
-            self.low, self.high = other.low, other.high
-        elif other.low is not None and other.high is not None:
-            self.low, self.high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
-
-    @property
-    def percent(self) -> float:
-        """Factor from an error to percent of the box's diagonal."""
-        if self.low is None or self.high is None:
-            return 0.0
-        with np.errstate(invalid="ignore"):  # lossless custom attributes may be infinite
-            diagonal = float(np.linalg.norm(self.high - self.low))
-        return 100.0 / diagonal if diagonal > 0.0 else 0.0
+    def add(self, distances: np.ndarray, over_bound: float) -> None:
+        if len(distances):
+            self.max = max(self.max, float(distances.max()))
+        self.squares += float(np.square(distances).sum())
+        self.count += len(distances)
+        self.over_bound = max(self.over_bound, over_bound)
 
 
 @dataclass
 class Findings:
     """The comparison so far.
 
-    errors: (mesh, attribute) -> errors; problems: one line each; the rest are counts.
+    errors: attribute -> mesh -> errors of its primitives; problems: one line each; the rest are
+    counts.
     """
 
     triangles: int = 0
@@ -102,11 +88,16 @@ class Findings:
     extra_triangles: int = 0
     collapsed_triangles: int = 0
     differing_primitives: int = 0
-    errors: dict[tuple[int, str], ErrorSums] = field(default_factory=dict)
+    errors: dict[str, dict[int, list[Errors]]] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
 
-    def errors_of(self, mesh: int, name: str) -> ErrorSums:
-        return self.errors.setdefault((mesh, name), ErrorSums())
+    def add_errors(self, mesh: int, name: str, errors: Errors) -> None:
+        self.errors.setdefault(name, {}).setdefault(mesh, []).append(errors)
+
+    def differs(self, problem: str) -> None:
+        """Notes a primitive that cannot be compared."""
+        self.differing_primitives += 1
+        self.problems.append(problem)
 
 
 def verify(original: str | os.PathLike[str], compressed: str | os.PathLike[str]) -> dict[str, Any]:
@@ -142,8 +133,8 @@ def verify(original: str | os.PathLike[str], compressed: str | os.PathLike[str])
     other_places = [place[:2] for place in triangle_primitives(after)]
     findings = Findings()
     if places != other_places:
-        findings.problems.append(_differing_places(places, other_places))
-        findings.differing_primitives, places = 1, []
+        findings.differs(_differing_places(places, other_places))
+        places = []
     for mesh, index in places:
         with blaming(original):
             source = _welded(before, mesh, index)
@@ -194,22 +185,17 @@ def _compare_primitive(document: Document, source: Primitive, findings: Findings
     findings.triangles += len(source.indices)
     if not is_compressed(document.meshes[source.mesh].primitives[source.primitive]):
         if not _same_arrays(source, _welded(document, source.mesh, source.primitive)):
-            findings.differing_primitives += 1
-            findings.problems.append(f"{where} is not compressed and differs")
+            findings.differs(f"{where} is not compressed and differs")
         return
     compressed = read_compressed(document, source.mesh, source.primitive)
     if not len(source.indices):
-        findings.differing_primitives += 1
-        findings.problems.append(f"{where} has no triangle in the original")
-        return
-    differences = _attribute_differences(source, compressed)
-    if differences:
-        findings.differing_primitives += 1
+        findings.differs(f"{where} has no triangle in the original")
+    elif differences := _attribute_differences(source, compressed):
         for name, _ in source.arrays:
-            findings.errors_of(source.mesh, name)
-        findings.problems.append(f"{where}: attributes differ: {differences}; not compared")
-        return
-    _compare_values(source, compressed, findings)
+            findings.add_errors(source.mesh, name, Errors())
+        findings.differs(f"{where}: attributes differ: {differences}; not compared")
+    else:
+        _compare_values(source, compressed, findings)
 
 
 def _compare_values(source: Primitive, compressed: Compressed, findings: Findings) -> None:
@@ -224,11 +210,11 @@ def _compare_values(source: Primitive, compressed: Compressed, findings: Finding
         )
     decoded = dict(compressed.decode().arrays)
     for name, values, streams in _with_streams(source, compressed):
-        sums = _error_sums(name, values, decoded[name], matches, streams)
-        findings.errors_of(source.mesh, name).add(sums)
-        if sums.over_bound > 1.0:
+        errors = _errors(name, values, decoded[name], matches, streams)
+        findings.add_errors(source.mesh, name, errors)
+        if errors.over_bound > 1.0:
             findings.problems.append(
-                f"{compressed.where}: {name} is off by {sums.max:g}, more than its bits allow"
+                f"{compressed.where}: {name} is off by {errors.max:g}, more than its bits allow"
             )
 
 
@@ -271,10 +257,8 @@ def _match(source: Primitive, compressed: Compressed) -> tuple[int, int, int, np
     Returns (missing triangles, extra triangles, triangles that the grid collapses, the decoded
     vertex of each source vertex or -1).
     """
-    try:
+    with malformed_from(compressed.where):
         triangles, decoded = _codec.decode(compressed.blob)
-    except ValueError as error:
-        raise malformed(compressed.where, error) from None
     quantised = [
         part
         for name, values, streams in _with_streams(source, compressed)
@@ -331,54 +315,36 @@ def _multiset_difference(first: np.ndarray, second: np.ndarray) -> tuple[int, in
 # --- errors ---
 
 
-def _error_sums(
+def _errors(
     name: str, values: np.ndarray, decoded: np.ndarray, matches: np.ndarray, streams: list[Stream]
-) -> ErrorSums:
+) -> Errors:
     """Errors of one attribute over the source vertices that have a match."""
     found = matches >= 0
-    source, result = values[found], decoded[matches[found]]
-    total = ErrorSums(
-        low=values.min(axis=0).astype(np.float64), high=values.max(axis=0).astype(np.float64)
-    )
+    source, result = values[found].astype(np.float64), decoded[matches[found]].astype(np.float64)
+    errors = Errors(box=np.array([values.min(axis=0), values.max(axis=0)], np.float64))
     if not len(source):
-        return total
-    total.compared = True
-    if streams[0].kind in (INTEGER, FLOAT32):
-        _add_exact(total, source, result)
-        return total
-    source, result = source.astype(np.float64), result.astype(np.float64)
+        return errors
+    errors.compared = True
     start = 0
     for stream in streams:
         part = slice(start, start + stream.width)
-        if stream.kind == OCT:
-            _add_directions(total, source[:, part], result[:, part], stream)
-        elif stream.kind == SIGN:
-            _add_signs(total, source[:, part], result[:, part])
-        else:
-            _add_grid(total, source[:, part], result[:, part], stream, name)
         start += stream.width
-    return total
-
-
-def _add_exact(total: ErrorSums, source: np.ndarray, result: np.ndarray) -> None:
-    total.count += len(source)
-    source_bytes, result_bytes = (
-        np.ascontiguousarray(values).view(np.uint8) for values in (source, result)
-    )
-    if not np.array_equal(source_bytes, result_bytes):
-        total.max = float(np.nanmax(np.abs(source.astype(np.float64) - result)))
-        total.over_bound = math.inf
-
-
-def _add_distances(total: ErrorSums, distances: np.ndarray, over_bound: float) -> None:
-    total.max = max(total.max, float(distances.max()))
-    total.over_bound = max(total.over_bound, over_bound)
-    total.squares += float(np.square(distances).sum())
-    total.count += len(distances)
+        if stream.kind == OCT:
+            _add_directions(errors, source[:, part], result[:, part], stream)
+        elif stream.kind == SIGN:
+            is_equal = (source[:, part] >= 0.0) == (result[:, part] > 0.0)
+            errors.add(np.empty(0), 0.0 if is_equal.all() else math.inf)
+        elif stream.kind == GRID:
+            _add_grid(errors, source[:, part], result[:, part], stream, name)
+        else:
+            with np.errstate(invalid="ignore"):  # of two infinite values
+                distances = np.nan_to_num(np.abs(source[:, part] - result[:, part]).max(axis=1))
+            errors.add(distances, math.inf if distances.any() else 0.0)
+    return errors
 
 
 def _add_grid(
-    total: ErrorSums, source: np.ndarray, result: np.ndarray, stream: Stream, name: str
+    errors: Errors, source: np.ndarray, result: np.ndarray, stream: Stream, name: str
 ) -> None:
     difference = np.abs(source - result)
     magnitude = np.maximum(np.abs(source).max(axis=0), np.abs(stream.offset))
@@ -387,70 +353,77 @@ def _add_grid(
         allowed = stream.step + WEIGHT_SUM_TOLERANCE
     else:
         allowed = 0.5 * stream.step * STEP_ROUNDING
-    distances = np.sqrt((difference * difference).sum(axis=1))
     over_bound = (difference / (allowed + FLOAT_ROUNDING * magnitude)).max()
-    _add_distances(total, distances, float(over_bound))
+    errors.add(np.sqrt((difference * difference).sum(axis=1)), float(over_bound))
 
 
-def _add_signs(total: ErrorSums, source: np.ndarray, result: np.ndarray) -> None:
-    if ((source >= 0.0) != (result > 0.0)).any():
-        total.over_bound = math.inf
-
-
-def _add_directions(
-    total: ErrorSums, source: np.ndarray, result: np.ndarray, stream: Stream
-) -> None:
+def _add_directions(errors: Errors, source: np.ndarray, result: np.ndarray, stream: Stream) -> None:
     """Distances of unit vectors. Ignores source vectors of length zero: they have no direction."""
     length = np.linalg.norm(source, axis=1)
     usable = length > 0.0
     if usable.any():
         distances = np.linalg.norm(source[usable] / length[usable, None] - result[usable], axis=1)
         angle = 2.0 * math.asin(min(float(distances.max()) / 2.0, 1.0))
-        total.degrees = math.degrees(angle)
-        _add_distances(total, distances, angle / (octahedral_bound(stream.bits) + FLOAT_ROUNDING))
+        errors.degrees = math.degrees(angle)
+        errors.add(distances, angle / (octahedral_bound(stream.bits) + FLOAT_ROUNDING))
 
 
 # --- report ---
 
+OfMeshes = list[tuple[float, list[Errors]]]  # factor from an error to percent, errors; of each mesh
+
 
 def _report(findings: Findings) -> dict[str, Any]:
-    by_name: dict[str, list[ErrorSums]] = {}
-    for (_, name), sums in findings.errors.items():
-        by_name.setdefault(name, []).append(sums)
+    by_name = {
+        name: [(_percent(errors), errors) for errors in meshes.values()]
+        for name, meshes in findings.errors.items()
+    }
+    flat = {name: [e for _, errors in meshes for e in errors] for name, meshes in by_name.items()}
 
-    def each(figure: Callable[[list[ErrorSums]], float]) -> dict[str, float | None]:
+    def each(figure: Callable[[OfMeshes], float]) -> dict[str, float | None]:
         return {
-            name: figure(group) if any(e.compared for e in group) else None
-            for name, group in by_name.items()
+            name: figure(meshes) if any(e.compared for e in flat[name]) else None
+            for name, meshes in by_name.items()
         }
 
     directions = {
-        name: max(e.degrees or 0.0 for e in group)
-        for name, group in by_name.items()
-        if any(e.degrees is not None for e in group)
+        name: max(e.degrees or 0.0 for e in errors)
+        for name, errors in flat.items()
+        if any(e.degrees is not None for e in errors)
     }
     return {
         "ok": not findings.problems,
         "triangles_equal": not (
             findings.missing_triangles or findings.extra_triangles or findings.differing_primitives
         ),
-        "errors_within_bits": all(e.over_bound <= 1.0 for e in findings.errors.values()),
+        "errors_within_bits": all(e.over_bound <= 1.0 for errors in flat.values() for e in errors),
         "triangles": findings.triangles,
         "missing_triangles": findings.missing_triangles,
         "extra_triangles": findings.extra_triangles,
         "collapsed_triangles": findings.collapsed_triangles,
         "differing_primitives": findings.differing_primitives,
-        "max_error": each(lambda group: max(e.max for e in group)),
-        "rms_error": each(lambda group: _rms(group, [1.0] * len(group))),
-        "max_error_percent": each(lambda group: max(e.max * e.percent for e in group)),
-        "rms_error_percent": each(lambda group: _rms(group, [e.percent for e in group])),
+        "max_error": each(lambda meshes: max(e.max for _, errors in meshes for e in errors)),
+        "rms_error": each(lambda meshes: _rms([(1.0, errors) for _, errors in meshes])),
+        "max_error_percent": each(lambda meshes: max(e.max * p for p, es in meshes for e in es)),
+        "rms_error_percent": each(_rms),
         "max_error_degrees": directions,
-        "error_over_bound": each(lambda group: max(e.over_bound for e in group)),
+        "error_over_bound": each(lambda meshes: max(e.over_bound for _, es in meshes for e in es)),
         "problems": findings.problems,
     }
 
 
-def _rms(group: list[ErrorSums], scales: list[float]) -> float:
-    """Root mean square over all vertices, the errors of each mesh times its scale."""
-    squares = sum(e.squares * scale**2 for e, scale in zip(group, scales))
-    return math.sqrt(squares / max(sum(e.count for e in group), 1))
+def _percent(errors: list[Errors]) -> float:
+    """Factor from an error to percent of the diagonal of a mesh's box."""
+    boxes = [e.box for e in errors if e.box is not None]
+    if not boxes:
+        return 0.0
+    with np.errstate(invalid="ignore"):  # lossless custom attributes may be infinite
+        box = np.max([b[1] for b in boxes], axis=0) - np.min([b[0] for b in boxes], axis=0)
+    diagonal = float(np.linalg.norm(box))
+    return 100.0 / diagonal if diagonal > 0.0 else 0.0
+
+
+def _rms(meshes: OfMeshes) -> float:
+    """Root mean square over all vertices, the errors of each mesh times its factor."""
+    squares = sum(sum(e.squares for e in errors) * scale**2 for scale, errors in meshes)
+    return math.sqrt(squares / max(sum(e.count for _, errors in meshes for e in errors), 1))

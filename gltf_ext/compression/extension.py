@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +11,14 @@ import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
-from gltf_ext.compression.primitives import Dropped, Primitive, read_primitive
+from gltf_ext.compression.primitives import (
+    Dropped,
+    Primitive,
+    all_primitives,
+    named,
+    place,
+    read_primitive,
+)
 from gltf_ext.compression.streams import GRID, OCT, SIGN, Stream, streams_of, to_accessor
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import Format, accessor_format
@@ -46,13 +55,12 @@ class Compressed:
     @property
     def where(self) -> str:
         """Its place, for errors."""
-        return f"mesh {self.mesh} primitive {self.primitive}"
+        return place(self.mesh, self.primitive)
 
     @property
     def blobs(self) -> list[bytes]:
         """The blobs of the view. Each decodes alone; their vertices and meshlets follow on."""
-        places = _codec.split(self.blob)
-        return [self.blob[start : start + size] for start, size in places]
+        return [self.blob[start : start + size] for start, size in _codec.split(self.blob)]
 
     @property
     def source_vertices(self) -> int:
@@ -67,45 +75,28 @@ class Compressed:
     @property
     def named_streams(self) -> list[tuple[str, range, Format]]:
         """(name, streams, format) of each attribute and target, targets as "targets[i].NAME"."""
-        named = [
-            *self.attributes.items(),
-            *((f"targets[{i}].{n}", v) for i, t in enumerate(self.targets) for n, v in t.items()),
-        ]
         return [
-            (name, streams_of(first, form[1], self.streams), form) for name, (first, form) in named
+            (name, streams_of(first, form[1], self.streams), form)
+            for name, (first, form) in named([self.attributes, *self.targets])
         ]
 
     def decode(self) -> Primitive:
         """All triangles and attributes, in the accessors' component types. Raises MeshletError."""
-        return self.as_primitive(*decode_blob(self.blob, self.where))
+        with malformed_from(self.where):
+            return self.as_primitive(*_codec.decode_values(self.blob))
 
     def as_primitive(self, triangles: np.ndarray, values: list[np.ndarray]) -> Primitive:
         """Decoded triangles uint32[T, 3] and streams, in the accessors' component types."""
-
-        def arrays(group: dict[str, tuple[int, Format]]) -> dict[str, np.ndarray]:
-            return {
+        attributes, *targets = (
+            {
                 name: to_accessor(
                     [values[s] for s in streams_of(first, form[1], self.streams)], form[0]
                 )
-                for name, (first, form) in group.items()
+                for name, (first, form) in names.items()
             }
-
-        return Primitive(
-            self.mesh,
-            self.primitive,
-            triangles,
-            arrays(self.attributes),
-            [arrays(t) for t in self.targets],
+            for names in (self.attributes, *self.targets)
         )
-
-
-def decode_blob(blob: bytes, where: str) -> tuple[np.ndarray, list[np.ndarray]]:
-    """(triangles uint32[T, 3], dequantised values of each stream). Raises MeshletError."""
-    try:
-        triangles, values = _codec.decode_values(blob)
-        return triangles, values
-    except ValueError as error:
-        raise malformed(where, error) from None
+        return Primitive(self.mesh, self.primitive, triangles, attributes, targets)
 
 
 def malformed(where: str, reason: Any) -> MeshletError:
@@ -115,6 +106,17 @@ def malformed(where: str, reason: Any) -> MeshletError:
     return MeshletError(f"{where}: {reason}", "the file is damaged; compress the original again")
 
 
+@contextmanager
+def malformed_from(where: str) -> Iterator[None]:
+    """Raises `malformed` for a ValueError inside; a MeshletError stays."""
+    try:
+        yield
+    except MeshletError:
+        raise
+    except ValueError as error:
+        raise malformed(where, error) from None
+
+
 def is_compressed(primitive: pygltflib.Primitive) -> bool:
     """Whether the primitive has the extension."""
     return EXTENSION in (primitive.extensions or {})
@@ -122,7 +124,7 @@ def is_compressed(primitive: pygltflib.Primitive) -> bool:
 
 def has_compressed(document: Document) -> bool:
     """Whether any primitive has the extension."""
-    return any(is_compressed(p) for mesh in document.meshes for p in mesh.primitives)
+    return any(is_compressed(primitive) for _, _, primitive in all_primitives(document))
 
 
 def compressed_primitives(document: Document) -> list[Compressed]:
@@ -132,8 +134,7 @@ def compressed_primitives(document: Document) -> list[Compressed]:
     """
     return [
         read_compressed(document, m, p)
-        for m, mesh in enumerate(document.meshes)
-        for p, primitive in enumerate(mesh.primitives)
+        for m, p, primitive in all_primitives(document)
         if is_compressed(primitive)
     ]
 
@@ -162,27 +163,24 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
     Checks every index, count and type of its JSON.
     """
     primitive = document.meshes[mesh].primitives[index]
-    where = f"mesh {mesh} primitive {index}"
+    where = place(mesh, index)
     extension = primitive.extensions[EXTENSION]
-    formats = {
-        name: _format(document, accessor, name, where)
-        for name, accessor in primitive.attributes.items()
-    }
-    target_formats = [
-        {name: _format(document, accessor, name, where) for name, accessor in t.items()}
-        for t in primitive.targets
+    formats = [
+        {
+            name: _format(document, accessor, f"{name} of {where}")
+            for name, accessor in names.items()
+        }
+        for names in [primitive.attributes, *primitive.targets]
     ]
-    try:
-        _check_object(extension, formats, target_formats, primitive)
+    with malformed_from(where):
+        first_streams = _first_streams(extension, formats, primitive)
         require_plain(item(document.bufferViews, extension["bufferView"], "bufferView"))
         blob = bytes(document.bytes_of_view(extension["bufferView"]))
         decoder = _codec.Decoder(blob)
-        streams = [Stream.from_row(row) for row in decoder.streams]
-        attributes = {n: (first, formats[n]) for n, first in extension["attributes"].items()}
-        targets = [
-            {n: (first, f[n]) for n, first in t.items()}
-            for t, f in zip(extension.get("targets", []), target_formats)
-        ]
+        attributes, *targets = (
+            {name: (first, forms[name]) for name, first in streams.items()}
+            for streams, forms in zip(first_streams, formats)
+        )
         result = Compressed(
             mesh,
             index,
@@ -190,7 +188,7 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
             extension,
             extension["bufferView"],
             blob,
-            streams,
+            [Stream.from_row(row) for row in decoder.streams],
             decoder.triangle_count,
             decoder.vertex_count,
             attributes,
@@ -198,9 +196,7 @@ def read_compressed(document: Document, mesh: int, index: int) -> Compressed:
         )
         _check_streams(result)
         _check_counts(document, primitive, result)
-    except ValueError as error:
-        raise error if isinstance(error, MeshletError) else malformed(where, error) from None
-    return result
+        return result
 
 
 def require_plain(view: pygltflib.BufferView) -> None:
@@ -221,32 +217,30 @@ def require_unused_by_accessors(document: Document, views: list[int]) -> None:
         raise ValueError("an accessor refers to a buffer view of compressed data")
 
 
-def _format(document: Document, accessor: int, name: str, where: str) -> Format:
-    return accessor_format(
-        item(document.accessors, accessor, f"the accessor of {name} of {where},"),
-        f"{name} of {where}",
-    )
+def _format(document: Document, accessor: int, what: str) -> Format:
+    return accessor_format(item(document.accessors, accessor, f"the accessor of {what},"), what)
 
 
 def _is_index(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
 
-def _check_object(
-    extension: Any,
-    formats: dict[str, Format],
-    target_formats: list[dict[str, Format]],
-    primitive: pygltflib.Primitive,
-) -> None:
-    """Raises ValueError unless the object names a view, and a stream for each attribute."""
+def _first_streams(
+    extension: Any, formats: list[dict[str, Format]], primitive: pygltflib.Primitive
+) -> list[dict[str, int]]:
+    """Name -> first stream: of the attributes, then of each target.
+
+    Raises ValueError unless the object names a view, and a stream for each attribute.
+    """
     if primitive.mode != pygltflib.TRIANGLES or primitive.indices is None:
         raise ValueError("a compressed primitive must have mode 4 and indices")
     if not isinstance(extension, dict) or not _is_index(extension.get("bufferView")):
         raise ValueError("the extension object names no bufferView")
     targets = extension.get("targets", [])
-    if not isinstance(targets, list) or len(targets) != len(target_formats):
-        raise ValueError(f"the extension object does not have {len(target_formats)} targets")
-    for streams, names in zip([extension.get("attributes"), *targets], [formats, *target_formats]):
+    if not isinstance(targets, list) or len(targets) != len(formats) - 1:
+        raise ValueError(f"the extension object does not have {len(formats) - 1} targets")
+    result = [extension.get("attributes"), *targets]
+    for streams, names in zip(result, formats):
         if (
             not isinstance(streams, dict)
             or streams.keys() != names.keys()
@@ -255,10 +249,11 @@ def _check_object(
             raise ValueError(
                 "the extension object does not give a stream for exactly each attribute"
             )
-    if extension["attributes"].get("POSITION") != 0:
+    if result[0].get("POSITION") != 0:
         raise ValueError("POSITION is not stream 0")
     if not _is_index(extension.get("sourceVertices", 0)):
         raise ValueError("sourceVertices is not a count")
+    return result
 
 
 def _check_streams(compressed: Compressed) -> None:

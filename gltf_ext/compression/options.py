@@ -90,9 +90,10 @@ class Option:
 
 
 def _declared(value: Any, flag: str, help: str, **more: Any) -> Any:
-    """A field with its Option; `value` is the default."""
-    if value is not None and not isinstance(value, bool):
-        more.setdefault("default", str(value))
+    """A field with its Option; `value` is the default, of the option's type unless it is None."""
+    if value is not None:
+        more.setdefault("type", type(value))
+        more.setdefault("default", "" if value is False else str(value))
     return dataclasses.field(default=value, metadata={"option": Option(flag, help, **more)})
 
 
@@ -125,7 +126,6 @@ class Options:
         "mesh",
         "--grid",
         "one position grid per mesh, or one for the whole scene",
-        type=str,
         choices=("mesh", "scene"),
     )
     max_triangles: int = _declared(
@@ -143,7 +143,6 @@ class Options:
         "--effort",
         "how long to look for a smaller file; against normal, fast takes about 0.6 of the time for "
         "2 % more bytes, and high 1.7 times for 0.2 % fewer",
-        type=str,
         choices=EFFORTS,
     )
     page_bytes: int = _declared(
@@ -158,14 +157,9 @@ class Options:
         "--lod",
         "also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or "
         f"{DEFAULT_LOD_PAGE_BYTES} bytes; needs the package meshoptimizer",
-        type=bool,
     )
     lod_reduction: float = _declared(
-        4.0,
-        "--lod-reduction",
-        "triangles of a level over those of the next",
-        type=float,
-        limits=(1.5, 16.0),
+        4.0, "--lod-reduction", "triangles of a level over those of the next", limits=(1.5, 16.0)
     )
     lod_group: int = _declared(
         48, "--lod-group", "meshlets that are simplified together", limits=(4, 128)
@@ -180,7 +174,6 @@ class Options:
         False,
         "--fallback",
         "also write plain buffers into OUT.fallback.bin, for readers without the extension",
-        type=bool,
     )
     threads: int = _declared(
         0,
@@ -188,7 +181,7 @@ class Options:
         "number of threads, 0 for one per processor; the bytes are the same for any",
         limits=(0, 1024),
     )
-    progress: bool = _declared(False, "", "draw a progress bar on a terminal", type=bool)
+    progress: bool = _declared(False, "", "draw a progress bar on a terminal")
 
     def __post_init__(self) -> None:
         if self.step is not None and self.position_bits is not None:

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 import pygltflib
 
 from gltf_ext import _codec
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.accessors import read_accessor, store
+from gltf_ext.gltf.accessors import (
+    described_by,
+    index_accessor,
+    read_accessor,
+    set_bounds,
+    store,
+)
 from gltf_ext.gltf.document import TRIANGLE_MODES, Document
 from gltf_ext.gltf.draco import DRACO, decode_draco
+
+T = TypeVar("T")
 
 
 @dataclass(repr=False)
@@ -43,14 +53,19 @@ class Primitive:
         return len(self.attributes["POSITION"])
 
     @property
+    def where(self) -> str:
+        """Its place, for errors."""
+        return place(self.mesh, self.primitive)
+
+    @property
+    def sets(self) -> list[dict[str, np.ndarray]]:
+        """The attributes, then those of each target."""
+        return [self.attributes, *self.targets]
+
+    @property
     def arrays(self) -> list[tuple[str, np.ndarray]]:
         """(name, values) of every attribute, then of the targets as "targets[i].NAME"."""
-        targets = [
-            (f"targets[{i}].{name}", values)
-            for i, target in enumerate(self.targets)
-            for name, values in target.items()
-        ]
-        return [*self.attributes.items(), *targets]
+        return named(self.sets)
 
 
 @dataclass
@@ -70,14 +85,30 @@ class Dropped:
             setattr(self, name, getattr(self, name) + value)
 
 
+def place(mesh: int, primitive: int) -> str:
+    """A primitive's place in its document, for errors."""
+    return f"mesh {mesh} primitive {primitive}"
+
+
+def named(sets: list[dict[str, T]]) -> list[tuple[str, T]]:
+    """(name, value) of every attribute, then of the targets as "targets[i].NAME"."""
+    return [
+        (f"targets[{i - 1}].{name}" if i else name, value)
+        for i, values in enumerate(sets)
+        for name, value in values.items()
+    ]
+
+
+def all_primitives(document: Document) -> Iterator[tuple[int, int, pygltflib.Primitive]]:
+    """(mesh, primitive, object) of each primitive."""
+    for m, mesh in enumerate(document.meshes):
+        for p, primitive in enumerate(mesh.primitives):
+            yield m, p, primitive
+
+
 def triangle_primitives(document: Document) -> list[tuple[int, int, pygltflib.Primitive]]:
     """(mesh, primitive, object) of each primitive that is a list, strip or fan of triangles."""
-    return [
-        (m, p, primitive)
-        for m, mesh in enumerate(document.meshes)
-        for p, primitive in enumerate(mesh.primitives)
-        if primitive.mode in TRIANGLE_MODES
-    ]
+    return [found for found in all_primitives(document) if found[2].mode in TRIANGLE_MODES]
 
 
 def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
@@ -86,25 +117,20 @@ def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive
     Checks every count and index. Raises MeshletError.
     """
     primitive = document.meshes[mesh].primitives[index]
-    where = f"mesh {mesh} primitive {index}"
+    where = place(mesh, index)
     names = primitive.attributes
     if "POSITION" not in names:
         raise MeshletError(f"{where} has no POSITION", "export the model again")
-    decoded = (
-        decode_draco(document, primitive, where) if DRACO in (primitive.extensions or {}) else {}
-    )
-    position = decoded.get("POSITION")
-    if position is None:
-        position = read_accessor(document, names["POSITION"], f"POSITION of {where}")
-    count = len(position)
-    attributes = {"POSITION": position}
-    for name, accessor in names.items():
-        if name != "POSITION":
-            attributes[name] = (
-                decoded[name]
-                if name in decoded
-                else read_accessor(document, accessor, f"{name} of {where}", count)
-            )
+    is_draco = DRACO in (primitive.extensions or {})
+    decoded = decode_draco(document, primitive, where) if is_draco else {}
+    indices = decoded.pop("indices", None)
+    attributes: dict[str, np.ndarray] = {}
+    count = None
+    for name in sorted(names, key=lambda name: name != "POSITION"):
+        if name not in decoded:
+            decoded[name] = read_accessor(document, names[name], f"{name} of {where}", count)
+        attributes[name] = decoded[name]
+        count = len(attributes["POSITION"])
     targets = [
         {
             name: read_accessor(document, accessor, f"{name} of target {t} of {where}", count)
@@ -112,34 +138,24 @@ def read_primitive(document: Document, mesh: int, index: int) -> tuple[Primitive
         }
         for t, target in enumerate(primitive.targets)
     ]
-    _check_widths(attributes, targets, where)
-    indices = decoded.get("indices")
     if indices is None:
-        indices = _read_indices(document, primitive, count, where)
-    triangles = _triangles(indices, primitive.mode)
+        indices = _read_indices(document, primitive, len(attributes["POSITION"]), where)
+    result = Primitive(mesh, index, _triangles(indices, primitive.mode), attributes, targets)
+    _check_widths(result)
     incomplete = primitive.mode == pygltflib.TRIANGLES and len(indices) % 3 != 0
-    return (
-        Primitive(mesh, index, triangles, attributes, targets),
-        Dropped(incomplete_triangles=int(incomplete)),
-    )
+    return result, Dropped(incomplete_triangles=int(incomplete))
 
 
-def _check_widths(
-    attributes: dict[str, np.ndarray], targets: list[dict[str, np.ndarray]], where: str
-) -> None:
-    for name, values in attributes.items():
-        _check_width(name, values, 4 if name == "TANGENT" else 3, where)
-    for target in targets:
-        for name, values in target.items():
-            _check_width(name, values, 3, where)
-
-
-def _check_width(name: str, values: np.ndarray, components: int, where: str) -> None:
-    if name in ("POSITION", "NORMAL", "TANGENT") and values.shape[1] != components:
-        raise MeshletError(
-            f"{name} of {where} has {values.shape[1]} components instead of {components}",
-            "export the model again",
-        )
+def _check_widths(primitive: Primitive) -> None:
+    for target, values_of in enumerate(primitive.sets):
+        widths = {"POSITION": 3, "NORMAL": 3, "TANGENT": 3 if target else 4}
+        for name, values in values_of.items():
+            if values.shape[1] != widths.get(name, values.shape[1]):
+                raise MeshletError(
+                    f"{name} of {primitive.where} has {values.shape[1]} components "
+                    f"instead of {widths[name]}",
+                    "export the model again",
+                )
 
 
 def _read_indices(
@@ -252,10 +268,31 @@ def check_finite(primitive: Primitive) -> None:
             total = values.sum(dtype=np.float64)
         if not np.isfinite(total):
             raise MeshletError(
-                f"{name} of mesh {primitive.mesh} primitive {primitive.primitive} "
-                "has a NaN or infinite value",
+                f"{name} of {primitive.where} has a NaN or infinite value",
                 "repair the model first",
             )
+
+
+def describe(
+    document: Document,
+    names: dict[str, int],
+    vertex_count: int,
+    box: tuple[np.ndarray, np.ndarray] | None,
+) -> dict[str, int]:
+    """Name -> new accessor for decoded data, of the old accessor's type; box: of POSITION."""
+    first = len(document.accessors)
+    for name, old in names.items():
+        accessor = described_by(document.accessors[old], vertex_count)
+        if name == "POSITION" and box:
+            set_bounds(accessor, *box)
+        document.accessors.append(accessor)
+    return {name: first + i for i, name in enumerate(names)}
+
+
+def describe_indices(document: Document, triangle_count: int, vertex_count: int) -> int:
+    """The number of a new accessor for triangles."""
+    document.accessors.append(index_accessor(3 * triangle_count, vertex_count))
+    return len(document.accessors) - 1
 
 
 def store_primitive(
@@ -266,15 +303,8 @@ def store_primitive(
     fallback: see Document.add_view.
     """
     accessors = document.accessors
-    store(
-        document,
-        accessors[primitive.indices],
-        decoded.indices.reshape(-1, 1),
-        pygltflib.ELEMENT_ARRAY_BUFFER,
-        fallback,
-    )
-    for attributes, arrays in zip(
-        [primitive.attributes, *primitive.targets], [decoded.attributes, *decoded.targets]
-    ):
-        for name, accessor in attributes.items():
+    indices, kind = decoded.indices.reshape(-1, 1), pygltflib.ELEMENT_ARRAY_BUFFER
+    store(document, accessors[primitive.indices], indices, kind, fallback)
+    for names, arrays in zip([primitive.attributes, *primitive.targets], decoded.sets):
+        for name, accessor in names.items():
             store(document, accessors[accessor], arrays[name], pygltflib.ARRAY_BUFFER, fallback)

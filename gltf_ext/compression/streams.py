@@ -80,28 +80,13 @@ class Stream:
 
     def table_row(self) -> dict[str, Any]:
         """The row as _codec.encode takes it."""
-        offset = list(self.offset) or [0.0] * self.components
-        return {
-            "kind": self.kind,
-            "components": self.components,
-            "bits": self.bits,
-            "predictor": self.predictor,
-            "step": self.step,
-            "offset": offset,
-        }
+        return {**vars(self), "offset": list(self.offset) or [0.0] * self.components}
 
     @staticmethod
     def from_row(row: dict[str, Any]) -> Stream:
         """The stream of a row as _codec.Decoder.streams has it."""
-        components = int(row["components"])
-        return Stream(
-            int(row["kind"]),
-            components,
-            int(row["bits"]),
-            float(row["step"]),
-            tuple(float(o) for o in row["offset"][:components]),
-            int(row["predictor"]),
-        )
+        known = {name: row[name] for name in Stream.__dataclass_fields__}
+        return Stream(**{**known, "offset": tuple(row["offset"][: row["components"]])})
 
 
 @dataclass(frozen=True)
@@ -365,23 +350,23 @@ def _attribute_streams(
     kind, is_float, width = semantic(name), values.dtype.kind == "f", values.shape[1]
     if kind == "COLOR" and values.dtype == np.uint16:
         stream = _unit_range(values, bits.color, np.iinfo(np.uint16).max)
-        return [(stream, grid_values(values, stream))]
-    if not is_float:
+    elif not is_float:
         return _chunks(values, lambda part: _exact(name, part))
-    if name == "POSITION":
+    elif name == "POSITION":
         assert grid is not None  # the caller has one for float positions
         return [_fit_bits(name, Stream(GRID, 3, 1, grid.step, grid.offset), values)]
-    if name in ("NORMAL", "TANGENT") and width == (3 if name == "NORMAL" else 4):
-        return _direction_streams(values, bits.normal)
-    if kind == "TEXCOORD":
+    elif (name, width) in (("NORMAL", 3), ("TANGENT", 4)):
+        streams = [Stream(OCT, 2, bits.normal), Stream(SIGN, 1, 1)][: width - 2]
+        return list(zip(streams, quantise_like(name, values, streams, attributes)))
+    elif kind == "TEXCOORD":
         stream = _own_range(values, bits.texcoord)
-        return [(stream, grid_values(values, stream))]
-    if kind == "COLOR":
-        stream = _unit_range(values, bits.color, 1.0)
-        return [(stream, grid_values(values, stream))]
-    if kind == "WEIGHTS":
-        return [_weight_stream(name, values, bits.weight, attributes)]
-    return _chunks(values, lambda part: (Stream(FLOAT32, part.shape[1], 32), ordered_bits(part)))
+    elif kind in ("COLOR", "WEIGHTS"):
+        stream = _unit_range(values, bits.color if kind == "COLOR" else bits.weight, 1.0)
+    else:
+        return _chunks(
+            values, lambda part: (Stream(FLOAT32, part.shape[1], 32), ordered_bits(part))
+        )
+    return [(stream, quantise_like(name, values, [stream], attributes)[0])]
 
 
 def _chunks(values: np.ndarray, encode: Callable[[np.ndarray], Quantised]) -> list[Quantised]:
@@ -390,35 +375,6 @@ def _chunks(values: np.ndarray, encode: Callable[[np.ndarray], Quantised]) -> li
         encode(values[:, c : c + MAX_STREAM_COMPONENTS])
         for c in range(0, values.shape[1], MAX_STREAM_COMPONENTS)
     ]
-
-
-def _direction_streams(values: np.ndarray, bits: int) -> list[Quantised]:
-    streams = [(Stream(OCT, 2, bits), octahedral(values, bits))]
-    if values.shape[1] == 4:
-        streams.append((Stream(SIGN, 1, 1), _sign(values[:, 3:])))
-    return streams
-
-
-def _float_weights(attributes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {n: v for n, v in attributes.items() if semantic(n) == "WEIGHTS" and v.dtype.kind == "f"}
-
-
-def _weight_stream(
-    name: str, values: np.ndarray, bits: int, attributes: dict[str, np.ndarray]
-) -> Quantised:
-    stream = _unit_range(values, bits, 1.0)
-    return stream, _weight_values(name, values, stream, attributes)
-
-
-def _weight_values(
-    name: str, values: np.ndarray, stream: Stream, attributes: dict[str, np.ndarray]
-) -> np.ndarray:
-    """The weights of one set, rounded together with the other sets if all are in [0, 1]."""
-    sets = _float_weights(attributes)
-    if any(w.min() < 0.0 or w.max() > 1.0 for w in sets.values()):
-        return grid_values(values, stream)
-    bits = round(math.log2(1.0 / stream.step + 1.0))
-    return dict(zip(sets, quantised_weights(list(sets.values()), bits)))[name]
 
 
 def _target_streams(
@@ -435,6 +391,18 @@ def _target_streams(
     return _chunks(values, lambda part: _fit_bits(name, _delta_range(name, part, step), part))
 
 
+def _weights(name: str, stream: Stream, attributes: dict[str, np.ndarray]) -> np.ndarray | None:
+    """uint32[V, 4] of a set of skin weights, rounded together with the other sets.
+
+    None for another attribute, and unless all weights are in [0, 1].
+    """
+    sets = {n: v for n, v in attributes.items() if semantic(n) == "WEIGHTS" and v.dtype.kind == "f"}
+    if name not in sets or any(w.min() < 0.0 or w.max() > 1.0 for w in sets.values()):
+        return None
+    bits = round(math.log2(1.0 / stream.step + 1.0))
+    return dict(zip(sets, quantised_weights(list(sets.values()), bits)))[name]
+
+
 def quantise_like(
     name: str, values: np.ndarray, streams: list[Stream], attributes: dict[str, np.ndarray]
 ) -> list[np.ndarray]:
@@ -448,19 +416,16 @@ def quantise_like(
         if stream.kind == OCT:
             result.append(octahedral(part, stream.bits))
         elif stream.kind == SIGN:
-            result.append(_sign(part))
+            result.append((part >= 0.0).astype(np.uint32))
         elif stream.kind == INTEGER:
             result.append(part.astype(np.uint32))
         elif stream.kind == FLOAT32:
             result.append(ordered_bits(part))
-        elif (
-            semantic(name) == "WEIGHTS"
-            and values.dtype.kind == "f"
-            and attributes.get(name) is values
-        ):
-            result.append(_weight_values(name, part, stream, attributes))
         else:
-            result.append(grid_values(part, stream))
+            weights = _weights(name, stream, attributes)
+            result.append(
+                grid_values(part, stream) if weights is None else weights[:, c : c + stream.width]
+            )
         c += stream.width
     return result
 

@@ -11,7 +11,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.compression.extension import EXTENSION, Compressed, malformed, read_compressed
+from gltf_ext.compression.extension import (
+    Compressed,
+    is_compressed,
+    malformed_from,
+    read_compressed,
+)
 from gltf_ext.compression.primitives import read_primitive
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
@@ -31,7 +36,7 @@ def view_points(document: Document, placed: Sequence[PlacedPrimitive]) -> np.nda
     compressed = {
         (mesh, primitive): read_compressed(document, mesh, primitive)
         for mesh, primitive in places
-        if EXTENSION in (document.meshes[mesh].primitives[primitive].extensions or {})
+        if is_compressed(document.meshes[mesh].primitives[primitive])
     }
     decoders = {place: _codec.Decoder(found.blob) for place, found in compressed.items()}
     meshlets = sum(decoder.meshlet_count for decoder in decoders.values())
@@ -79,10 +84,8 @@ def _meshlet_positions(
     """float64[n, 3]: the vertices of every `step`th meshlet, in the primitive's coordinates."""
     stream = compressed.streams[0]
     chosen = range(0, decoder.meshlet_count, step)
-    try:
+    with malformed_from(compressed.where):
         integers = np.concatenate([decoder.decode_meshlet(i)[1][0] for i in chosen])
-    except ValueError as error:
-        raise malformed(compressed.where, error) from None
     values = np.array(stream.offset) + integers.astype(np.float64) * stream.step
     source = document.meshes[compressed.mesh].primitives[compressed.primitive]
     form = value_format(document, source, "POSITION")

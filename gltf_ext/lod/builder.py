@@ -12,11 +12,11 @@ import statistics
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from gltf_ext import _codec
+from gltf_ext.compression.options import Options
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.errors import ErrorMeter
 from gltf_ext.lod.ranges import begins, members
@@ -32,9 +32,9 @@ OUTLIER = 4.0
 # A level that is not smaller by a quarter is the last one, as is one of so few triangles.
 SHRINK, ENOUGH = 0.75, 128
 MAX_CLUSTERS = 255  # of a group: 8 bits in the tables
-LARGEST_PART = 11 / 8  # of the aimed size
+LARGEST_GROUP = 11 / 8  # of the aimed size
 
-Parts = list[np.ndarray]  # numbers of the clusters of each group
+Groups = list[np.ndarray]  # numbers of the clusters in each group
 
 
 @dataclass
@@ -127,8 +127,7 @@ class Hierarchy:
 
 def build(
     surface: Surface,
-    generation: dict[str, Any],
-    reduction: float,
+    options: Options,
     group_size: int,
     error_limit: float,
     threads: int,
@@ -136,11 +135,10 @@ def build(
 ) -> Hierarchy | None:
     """Builds all levels. None when the first simplification leaves more than SHRINK.
 
-    generation: keyword arguments of _codec.generate_in_groups. reduction: triangles of a level over
-    those of the next. group_size: clusters in a group. error_limit: groups whose error would be
-    larger are not simplified. The result does not depend on `threads`.
+    group_size: clusters in a group. error_limit: groups whose error would be larger are not
+    simplified. The result does not depend on `threads`.
     """
-    builder = _Builder(surface, generation, reduction, group_size, error_limit, threads)
+    builder = _Builder(surface, options, group_size, error_limit, threads)
     total = len(surface.triangles)
     while left := builder.add_level():
         if advance:
@@ -150,17 +148,12 @@ def build(
 
 class _Builder:
     def __init__(
-        self,
-        surface: Surface,
-        generation: dict[str, Any],
-        reduction: float,
-        group_size: int,
-        error_limit: float,
-        threads: int,
+        self, surface: Surface, options: Options, group_size: int, error_limit: float, threads: int
     ) -> None:
         self.surface = surface
-        self.generation = {**generation, "threads": threads}
-        self.reduction, self.group_size = reduction, group_size
+        self.generation = {**options.generation, "threads": threads}
+        self.reduction, self.group_size = options.lod_reduction, group_size
+        self.largest_group = min(group_size * LARGEST_GROUP, MAX_CLUSTERS)
         self.error_limit, self.threads = error_limit, threads
         count = int(surface.position_ids.max()) + 1
         self.vertex_at = np.zeros(count, np.uint32)  # one vertex of each position
@@ -197,40 +190,40 @@ class _Builder:
         """Groups the pending clusters. Returns the number of triangles of the next level, 0 if
         this one is the last."""
         here = self.clusters.chosen(self.pending)
-        parts = self._parts(here)
+        groups = self._grouped(here)
         level = len(self.stuck)
-        rows, begin = self._triangles_of(parts)
+        rows, begin = self._triangles_of(groups)
         if (np.diff(begin) == 0).any():
-            parts = _without_empty(parts, np.diff(begin))
-            rows, begin = self._triangles_of(parts)
+            groups = _without_empty(groups, np.diff(begin))
+            rows, begin = self._triangles_of(groups)
         if len(here.triangles) <= ENOUGH or here.count == 1 or not len(rows):
-            self._end(parts, level)
+            self._end(groups, level)
             return 0
         before = self.surface.canonical[self.clusters.triangles[rows]]
         if level == 0:
             shapes = [self.surface.points, *self.surface.morphed]
             self.meter = ErrorMeter(shapes, before, begin, self.threads)
         after, after_begin, error = self._reduce(before, begin, rows)
-        error = np.maximum(error, self._errors_below(parts))
+        error = np.maximum(error, self._errors_below(groups))
         is_stuck = ~(np.isfinite(error) & (error <= self.error_limit))
         if np.where(is_stuck, np.diff(begin), np.diff(after_begin)).sum() > SHRINK * len(before):
-            self._end(parts, level)
+            self._end(groups, level)
             return 0
         self.stuck.append(int(np.diff(begin)[is_stuck].sum()))
         replaced = np.flatnonzero(~is_stuck)
         if level == 0:  # clusters of level 0 cannot wait: others would share their pages
             after, after_begin = _merged(before, begin, after, after_begin, is_stuck)
             error[is_stuck] = 0.0
-            replaced = np.arange(len(parts))
-        numbers = self._replace(parts, level, after, after_begin, error, replaced)
-        first = np.zeros(len(parts), np.int64)
+            replaced = np.arange(len(groups))
+        numbers = self._replace(groups, level, after, after_begin, error, replaced)
+        first = np.zeros(len(groups), np.int64)
         first[replaced] = begins(np.diff(after_begin)[replaced])[:-1]
         self.meter.replace(~is_stuck, first, numbers)
         return int(np.diff(self.clusters.triangle_begin)[self.pending].sum())
 
-    def _end(self, parts: Parts, level: int) -> None:
-        for part in parts:
-            self._add_group(part, level, np.inf)
+    def _end(self, groups: Groups, level: int) -> None:
+        for group in groups:
+            self._add_group(group, level, np.inf)
         self.stuck.append(0)
         self.pending = self.pending[:0]
 
@@ -269,32 +262,31 @@ class _Builder:
 
     # --- grouping ---
 
-    def _parts(self, here: Clusters) -> Parts:
+    def _grouped(self, here: Clusters) -> Groups:
         """Groups of the pending clusters, along a Hilbert curve. Numbers are places in `pending`.
 
-        The partitioner joins only clusters that share vertices: smaller parts are joined along the
+        The partitioner joins only clusters that share vertices: smaller groups are joined along the
         curve.
         """
-        if here.count <= min(self.group_size * LARGEST_PART, MAX_CLUSTERS):
+        if here.count <= self.largest_group:
             return [np.arange(here.count)]
         corners = self.surface.position_ids[here.triangles.reshape(-1)]
         counts = 3 * np.diff(here.triangle_begin)
-        part = simplifier.partition(
+        group = simplifier.partition(
             corners, counts.astype(np.uint32), len(self.vertex_at), self.group_size
         )
-        order = np.argsort(part, kind="stable")
-        parts = np.split(order, np.flatnonzero(np.diff(part[order])) + 1)
-        middles = np.array([self.centre[self.pending[p]].mean(axis=0) for p in parts])
-        on_curve = [parts[i] for i in _codec.hilbert_order(middles.astype(np.float32))]
+        order = np.argsort(group, kind="stable")
+        groups = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
+        middles = np.array([self.centre[self.pending[g]].mean(axis=0) for g in groups])
+        on_curve = [groups[i] for i in _codec.hilbert_order(middles.astype(np.float32))]
         return self._joined(on_curve)
 
-    def _joined(self, parts: Parts) -> Parts:
-        limit = min(self.group_size * LARGEST_PART, MAX_CLUSTERS)
-        result: Parts = []
+    def _joined(self, groups: Groups) -> Groups:
+        result: Groups = []
         small: int | None = None  # place of the last one that is too small
-        for part in parts:
-            for piece in np.split(part, range(MAX_CLUSTERS, len(part), MAX_CLUSTERS)):
-                if small is not None and len(result[small]) + len(piece) <= limit:
+        for group in groups:
+            for piece in np.split(group, range(MAX_CLUSTERS, len(group), MAX_CLUSTERS)):
+                if small is not None and len(result[small]) + len(piece) <= self.largest_group:
                     result[small] = np.concatenate([result[small], piece])
                 else:
                     result.append(piece)
@@ -303,15 +295,17 @@ class _Builder:
                     small = None
         return result
 
-    def _triangles_of(self, parts: Parts) -> tuple[np.ndarray, np.ndarray]:
-        """(numbers of the triangles of one part after the other, begins). Drops triangles without
-        extent."""
-        clusters = self.pending[np.concatenate(parts)]
+    def _triangles_of(self, groups: Groups) -> tuple[np.ndarray, np.ndarray]:
+        """(numbers of the groups' triangles, one group after the other, begins).
+
+        Drops triangles without extent.
+        """
+        clusters = self.pending[np.concatenate(groups)]
         rows = members(self.clusters.triangle_begin, clusters)
         sizes = np.diff(self.clusters.triangle_begin)[clusters]
-        owner = np.repeat(np.repeat(np.arange(len(parts)), [len(p) for p in parts]), sizes)
+        owner = np.repeat(np.repeat(np.arange(len(groups)), [len(g) for g in groups]), sizes)
         keep = ~self._flat(self.clusters.triangles[rows])
-        return rows[keep], begins(np.bincount(owner[keep], minlength=len(parts)))
+        return rows[keep], begins(np.bincount(owner[keep], minlength=len(groups)))
 
     def _flat(self, triangles: np.ndarray) -> np.ndarray:
         """bool[T]: whether a triangle has two corners at one position."""
@@ -326,7 +320,7 @@ class _Builder:
         last = np.empty(len(self.vertex_at), np.int32)  # group at each position
         shared = np.zeros(len(self.vertex_at), np.uint8)
         # Group by group: little memory at a time.
-        groups = [self.surface.position_ids[part] for part in np.split(triangles, begin[1:-1])]
+        groups = [self.surface.position_ids[group] for group in np.split(triangles, begin[1:-1])]
         for number, ids in enumerate(groups):
             last[ids] = number
         for number, ids in enumerate(groups):
@@ -397,19 +391,19 @@ class _Builder:
 
     def _replace(
         self,
-        parts: Parts,
+        groups: Groups,
         level: int,
         after: np.ndarray,
         after_begin: np.ndarray,
         error: np.ndarray,
         replaced: np.ndarray,
     ) -> np.ndarray:
-        """Makes groups of the replaced parts, and clusters of their replacements.
+        """Makes the replaced groups, and clusters of their replacements.
 
-        after, after_begin: triangles of all parts. Returns int64: numbers in `clusters` of the
-        triangles of the replaced parts.
+        after, after_begin: triangles of all groups. Returns int64: numbers in `clusters` of the
+        triangles of the replaced groups.
         """
-        groups = [self._add_group(parts[g], level, error[g]) for g in replaced]
+        made = [self._add_group(groups[g], level, error[g]) for g in replaced]
         triangles = np.ascontiguousarray(after[members(after_begin, replaced)])
         new, group_begin, order = self._clusters(triangles, begins(np.diff(after_begin)[replaced]))
         numbers = np.empty(len(order), np.int64)
@@ -417,8 +411,8 @@ class _Builder:
         counts = np.diff(group_begin)
         first = self.clusters.count
         self.clusters = self.clusters.followed_by(new)
-        self.refined = np.concatenate([self.refined, np.repeat(groups, counts)])
-        _, _, centres, radii = zip(*(self.groups[g] for g in groups))
+        self.refined = np.concatenate([self.refined, np.repeat(made, counts)])
+        _, _, centres, radii = zip(*(self.groups[g] for g in made))
         self.centre = np.concatenate([self.centre, np.repeat(centres, counts, axis=0)])
         self.radius = np.concatenate([self.radius, np.repeat(radii, counts)])
         waiting = self.pending[self.group[self.pending] < 0]
@@ -426,16 +420,16 @@ class _Builder:
         self.group = np.concatenate([self.group, np.full(new.count, -1)])
         return numbers
 
-    def _errors_below(self, parts: Parts) -> np.ndarray:
-        """float64: the largest error of the groups that the clusters of each part were made from,
+    def _errors_below(self, groups: Groups) -> np.ndarray:
+        """float64: the largest error of the groups that the clusters of each group were made from,
         0 in level 0."""
         errors = np.array([*(error for _, error, _, _ in self.groups), 0.0])
         below = errors[self.refined[self.pending]]
-        return np.array([below[part].max() for part in parts])
+        return np.array([below[group].max() for group in groups])
 
-    def _add_group(self, part: np.ndarray, level: int, error: float) -> int:
+    def _add_group(self, group: np.ndarray, level: int, error: float) -> int:
         """Makes a group of these places in `pending`. Returns its number."""
-        clusters = self.pending[part]
+        clusters = self.pending[group]
         number = len(self.groups)
         centre, radius = _enclosing(self.centre[clusters], self.radius[clusters])
         self.groups.append((level, error, centre, radius))
@@ -450,16 +444,16 @@ def _enclosing(centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, floa
     return centre, float((np.linalg.norm(centres - centre, axis=1) + radii).max())
 
 
-def _without_empty(parts: Parts, triangles: np.ndarray) -> Parts:
+def _without_empty(groups: Groups, triangles: np.ndarray) -> Groups:
     """Joins groups without a triangle that has extent to the one before, or after."""
-    result: Parts = []
+    result: Groups = []
     is_empty = False
-    for part, count in zip(parts, triangles):
+    for group, count in zip(groups, triangles):
         if result and (count == 0 or is_empty):
-            result[-1] = np.concatenate([result[-1], part])
+            result[-1] = np.concatenate([result[-1], group])
             is_empty = is_empty and count == 0
         else:
-            result.append(part)
+            result.append(group)
             is_empty = count == 0
     return result
 

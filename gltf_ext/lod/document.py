@@ -12,6 +12,7 @@ import numpy as np
 import pygltflib
 
 from gltf_ext.compression.extension import EXTENSION as EDGEBREAKER
+from gltf_ext.compression.primitives import all_primitives
 from gltf_ext.gltf.buffer_layout import map_views
 from gltf_ext.gltf.document import Document
 from gltf_ext.lod.tables import EXTENSION, VERSION, Tables
@@ -50,13 +51,12 @@ def add_levels(document: Document, users: list[pygltflib.Primitive], levels: Lev
 def arrange(document: Document) -> None:
     """Orders the buffer views: tables, coarse pages, level 0, everything else."""
     rank = np.full(len(document.bufferViews), 3)
-    for mesh in document.meshes:
-        for primitive in mesh.primitives:
-            extension = (primitive.extensions or {}).get(EXTENSION)
-            if extension:
-                rank[extension["bufferView"]] = 0
-                rank[extension["pages"]["bufferView"]] = 1
-                rank[primitive.extensions[EDGEBREAKER]["bufferView"]] = 2
+    for _, _, primitive in all_primitives(document):
+        extension = (primitive.extensions or {}).get(EXTENSION)
+        if extension:
+            rank[extension["bufferView"]] = 0
+            rank[extension["pages"]["bufferView"]] = 1
+            rank[primitive.extensions[EDGEBREAKER]["bufferView"]] = 2
     order = np.argsort(rank, kind="stable")
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
@@ -67,7 +67,6 @@ def arrange(document: Document) -> None:
 
 def forget_levels(document: Document) -> None:
     """Removes all levels: they describe data that is replaced."""
-    for mesh in document.meshes:
-        for primitive in mesh.primitives:
-            (primitive.extensions or {}).pop(EXTENSION, None)
+    for _, _, primitive in all_primitives(document):
+        (primitive.extensions or {}).pop(EXTENSION, None)
     document.forget_extension(EXTENSION)

@@ -14,6 +14,7 @@ from gltf_ext.compression.extension import (
     Compressed,
     compressed_primitives,
     malformed,
+    malformed_from,
     require_compressed,
     require_plain,
 )
@@ -65,8 +66,13 @@ class LodPrimitive:
             raise self.malformed("its pages do not have the clusters of its groups")
         return counts
 
+    @property
+    def where(self) -> str:
+        """Its place, for errors."""
+        return f"{EXTENSION} of {self.compressed.where}"
+
     def malformed(self, problem: str) -> MeshletError:
-        return malformed(f"{EXTENSION} of {self.compressed.where}", problem)
+        return malformed(self.where, problem)
 
     def mesh(self, cut: Cut) -> Primitive:
         """The triangles of a cut with all attributes. Decodes the pages of its clusters.
@@ -100,20 +106,16 @@ class LodPrimitive:
     def _drawn_of(self, page: int, drawn: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
         """(triangles to draw in the page's vertices, its values)."""
         chosen, blob = self.drawn_of_page(page, drawn), self.page(page)
-        try:
+        with malformed_from(f"{self.where}: page {page}"):
             triangles, values = _codec.decode_values(blob, threads=1)
-        except ValueError as error:
-            raise self.malformed(f"page {page}: {error}") from None
         triangle_begin = begins(_codec.read_header(blob).meshlet_triangles)
         return triangles[members(triangle_begin, chosen)], values
 
     def check_page(self, number: int) -> None:
         """Compares a page's header with the tables and level 0. Raises MeshletError."""
-        try:
+        with malformed_from(f"{self.where}: page {number}"):
             blob = self.page(number)
             header = _codec.read_header(blob)
-        except ValueError as error:
-            raise self.malformed(f"page {number}: {error}") from None
         row, begin = self.tables.pages[number], self.tables.cluster_begin
         first, last = self._groups_of(number)
         stated = (row["triangles"], row["vertices"], begin[last] - begin[first])
@@ -164,9 +166,7 @@ def read_lod(document: Document, compressed: Compressed) -> LodPrimitive | None:
         return None
     try:
         counts = [_count(extension, name) for name in COUNTS]
-        tables = read_tables(
-            _bytes(document, extension), (counts[0], counts[1], counts[2], counts[3])
-        )
+        tables = read_tables(_bytes(document, extension), *counts)
         coarse = _bytes(document, extension.get("pages"))
         _check_lengths(tables, coarse, compressed)
     except ValueError as error:

@@ -9,7 +9,7 @@ import numpy as np
 from gltf_ext import _codec
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.gltf.document import Document
-from gltf_ext.lod.cuts import cut_at_level, error_of
+from gltf_ext.lod.cuts import Cut, cut_at_level, error_of
 from gltf_ext.lod.reading import LodPrimitive, levels_of
 
 SAMPLES = 50_000  # of a surface, for measured errors
@@ -23,10 +23,15 @@ def describe_levels(document: Document) -> list[Report]:
 
     Raises MeshletError.
     """
-    described: dict[int, Report] = {}
+    return [_describe(primitive) for primitive in _distinct(document)]
+
+
+def _distinct(document: Document) -> list[LodPrimitive]:
+    """The primitives with levels, one of those that share data. Raises MeshletError."""
+    by_view: dict[int, LodPrimitive] = {}
     for primitive in levels_of(document):
-        described.setdefault(primitive.compressed.view, _describe(primitive))
-    return list(described.values())
+        by_view.setdefault(primitive.compressed.view, primitive)
+    return list(by_view.values())
 
 
 def _describe(primitive: LodPrimitive) -> Report:
@@ -34,11 +39,11 @@ def _describe(primitive: LodPrimitive) -> Report:
     triangles = primitive.cluster_triangles
     level = tables.group_level[tables.cluster_group]
     waits = _waiting(primitive)
-    share = triangles / np.bincount(_page_of(primitive), triangles)[_page_of(primitive)]
-    page_bytes = tables.pages["byteLength"][_page_of(primitive)] * share
+    page = tables.groups["page"][tables.cluster_group].astype(np.int64)
+    share = triangles / np.bincount(page, triangles)[page]
+    page_bytes = tables.pages["byteLength"][page] * share
     return {
-        "mesh": primitive.compressed.mesh,
-        "primitive": primitive.compressed.primitive,
+        **_place(primitive),
         "table_bytes": len(tables.to_bytes()),
         "page_bytes": int(tables.page_begin[-1]),
         "pages": len(tables.pages),
@@ -46,7 +51,7 @@ def _describe(primitive: LodPrimitive) -> Report:
         "largest_page": int(tables.pages["byteLength"].max()),
         "levels": [
             {
-                "triangles": int(primitive_triangles(primitive, k)),
+                "triangles": _drawn_triangles(primitive, cut_at_level(tables, k)),
                 "stored_triangles": int(triangles[level == k].sum()),
                 "clusters": int((level == k).sum()),
                 "groups": int((tables.group_level == k).sum()),
@@ -59,16 +64,12 @@ def _describe(primitive: LodPrimitive) -> Report:
     }
 
 
-def primitive_triangles(primitive: LodPrimitive, level: int) -> int:
-    """Triangles of a level as a whole."""
-    drawn = cut_at_level(primitive.tables, level).drawn
-    return int(primitive.cluster_triangles[drawn].sum())
+def _place(primitive: LodPrimitive) -> Report:
+    return {"mesh": primitive.compressed.mesh, "primitive": primitive.compressed.primitive}
 
 
-def _page_of(primitive: LodPrimitive) -> np.ndarray:
-    """int64[C]: the page of each cluster."""
-    pages: np.ndarray = primitive.tables.groups["page"][primitive.tables.cluster_group]
-    return pages.astype(np.int64)
+def _drawn_triangles(primitive: LodPrimitive, cut: Cut) -> int:
+    return int(primitive.cluster_triangles[cut.drawn].sum())
 
 
 def _waiting(primitive: LodPrimitive) -> np.ndarray:
@@ -90,11 +91,7 @@ def measure_levels(document: Document, samples: int = SAMPLES) -> list[Report]:
 
     Raises MeshletError.
     """
-    measured = {}
-    for primitive in levels_of(document):
-        if primitive.compressed.view not in measured:
-            measured[primitive.compressed.view] = _measure(primitive, samples)
-    return [level for levels in measured.values() for level in levels]
+    return [level for primitive in _distinct(document) for level in _measure(primitive, samples)]
 
 
 def _measure(primitive: LodPrimitive, samples: int) -> list[Report]:
@@ -106,10 +103,9 @@ def _measure(primitive: LodPrimitive, samples: int) -> list[Report]:
         stated = error_of(primitive.tables, cut)
         result.append(
             {
-                "mesh": primitive.compressed.mesh,
-                "primitive": primitive.compressed.primitive,
+                **_place(primitive),
                 "level": level,
-                "triangles": int(primitive.cluster_triangles[cut.drawn].sum()),
+                "triangles": _drawn_triangles(primitive, cut),
                 "stated_error": stated,
                 "measured_error": float(np.percentile(distances, WITHIN)),
                 "largest_distance": float(distances.max()),

@@ -122,12 +122,11 @@ def reach(groups: np.ndarray, owner: np.ndarray, finer: np.ndarray) -> np.ndarra
     return result
 
 
-def read_tables(data: bytes, counts: tuple[int, int, int, int]) -> Tables:
-    """Tables from bytes, checked. counts: of pages, coarse pages, groups and runs.
+def read_tables(data: bytes, pages: int, coarse: int, groups: int, runs: int) -> Tables:
+    """Tables from bytes, checked. The others: numbers of pages, coarse pages, groups and runs.
 
     Raises MeshletError for anything that the specification forbids.
     """
-    pages, coarse, groups, runs = counts
     if not 0 < coarse < pages or not 2 <= groups <= MAX_GROUPS or runs < 1:
         raise _malformed("has counts that cannot be")
     size = pages * PAGE.itemsize + groups * GROUP.itemsize + 4 * runs

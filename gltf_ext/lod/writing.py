@@ -15,7 +15,7 @@ from gltf_ext.compression.streams import Plan, Stream, semantic
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.builder import Clusters, Hierarchy, Surface, build
 from gltf_ext.lod.document import Levels
-from gltf_ext.lod.paging import Pages, by_error, pack
+from gltf_ext.lod.paging import Encode, Pages, by_error, pack
 from gltf_ext.lod.ranges import begins, members
 from gltf_ext.lod.tables import GROUP, MAX_GROUPS, PAGE, Tables, reach
 from gltf_ext.progress import Advance
@@ -38,33 +38,25 @@ def encode_with_levels(
     """
     simplifier.require_simplifier()
     surface, stream = _surface(source, plan), plan.streams[0]
-    encoders = _Encoders(source, surface, plan, threads)
     advance = (lambda share: progress(BUILD_SHARE * share)) if progress else None
     group_size, page_bytes = options.lod_group, options.lod_page_bytes
     error_limit = math.inf if options.lod_limit is None else options.lod_limit
     while True:
-        hierarchy = build(
-            surface,
-            options.generation,
-            options.lod_reduction,
-            group_size,
-            error_limit / stream.step,
-            threads,
-            advance,
-        )
+        hierarchy = build(surface, options, group_size, error_limit / stream.step, threads, advance)
         if hierarchy is None or len(hierarchy.level) > MAX_GROUPS:
             return None
-        paged = _paged(hierarchy, encoders, page_bytes)
+        paged = _paged(hierarchy, source, surface, plan, page_bytes, threads)
         too_large = max(map(len, paged.blobs)) > page_bytes
         if not too_large or group_size <= SMALLEST_GROUP:
             break
         group_size //= 2
     if progress:
         progress(1.0)
-    view, statistics = encoders.statistics(hierarchy, paged)
-    tables = _tables(hierarchy, paged, stream)
-    pages = b"".join(paged.blobs[: paged.coarse])
-    return view, statistics, Levels(tables, pages, _report(hierarchy))
+    view, pages = b"".join(paged.blobs[paged.coarse :]), b"".join(paged.blobs[: paged.coarse])
+    generation = {"histogram": (0, 0, 0, 0), "iterations": 0}
+    statistics = {**_codec.describe(view), "generation": generation}
+    levels = Levels(_tables(hierarchy, paged, stream), pages, _report(hierarchy))
+    return view, statistics, levels
 
 
 def _report(hierarchy: Hierarchy) -> dict[str, Any]:
@@ -172,77 +164,39 @@ class _Paged:
     coarse: int
 
 
-class _Encoders:
-    """Encodes pages of level 0 from the source, pages of other levels from vertices of their own.
+def _page_encoder(
+    hierarchy: Hierarchy,
+    plan: Plan,
+    threads: int,
+    triangles: np.ndarray,
+    ids: np.ndarray,
+    positions: np.ndarray,
+    values: list[np.ndarray],
+) -> Encode:
+    """Encodes pages. triangles: of all clusters; ids, positions, values: of their vertices."""
+    ranges = _GroupRanges(hierarchy)
+    rows = [stream.table_row() for stream in plan.streams]
 
-    Surfaces of two levels lie on each other. So that no edge has four triangles, each level has its
-    own vertices, and so do replacements of groups with an edge that the level has already.
-    """
-
-    def __init__(self, source: Primitive, surface: Surface, plan: Plan, threads: int) -> None:
-        self.source, self.surface, self.plan = source, surface, plan
-        self.threads = threads
-        self.rows = [stream.table_row() for stream in plan.streams]
-        self.positions = np.ascontiguousarray(source.attributes["POSITION"], np.float32)
-        self.position_ids = position_ids(source.attributes["POSITION"])
-
-    def level_0(self, hierarchy: Hierarchy) -> Any:
-        """The encoder of pages of level 0."""
-        ranges = _GroupRanges(hierarchy)
-
-        def encode(pages: Pages) -> tuple[bytes, dict[str, Any]]:
-            chosen, page_begin = ranges.clusters_of(pages)
-            return self._encode(
-                chosen.triangles, self.position_ids, self.positions, self.plan.values, chosen,
-                page_begin,
-            )  # fmt: skip
-
-        return encode
-
-    def coarse(self, hierarchy: Hierarchy) -> Any:
-        """The encoder of pages of all other levels."""
-        ranges = _GroupRanges(hierarchy)
-        vertices, ids, local = _separate(hierarchy, self.surface)
-        positions = self.surface.points[vertices]
-        values = [np.ascontiguousarray(v[vertices]) for v in self.plan.values]
-
-        def encode(pages: Pages) -> tuple[bytes, dict[str, Any]]:
-            chosen, page_begin = ranges.clusters_of(pages)
-            triangles = local[ranges.triangles_of(pages)]
-            return self._encode(triangles, ids, positions, values, chosen, page_begin)
-
-        return encode
-
-    def _encode(
-        self,
-        triangles: np.ndarray,
-        ids: np.ndarray,
-        positions: np.ndarray,
-        values: list[np.ndarray],
-        clusters: Clusters,
-        page_begin: np.ndarray,
-    ) -> tuple[bytes, dict[str, Any]]:
-        view, statistics = _codec.encode(
-            np.ascontiguousarray(triangles),
+    def encode(pages: Pages) -> list[bytes]:
+        clusters, page_begin = ranges.clusters_of(pages)
+        used = triangles[ranges.triangles_of(pages)]
+        view, _ = _codec.encode(
+            np.ascontiguousarray(used),
             ids,
             positions,
-            self.rows,
+            rows,
             values,
-            threads=self.threads,
+            threads=threads,
             meshlets=(
-                np.arange(len(triangles), dtype=np.uint32),
+                np.arange(len(used), dtype=np.uint32),
                 clusters.disk_begin.astype(np.uint32),
                 clusters.cluster_begin.astype(np.uint32),
                 page_begin.astype(np.uint32),
             ),
         )
-        return view, statistics
+        return [view[start : start + size] for start, size in _codec.split(view)]
 
-    def statistics(self, hierarchy: Hierarchy, paged: _Paged) -> tuple[bytes, dict[str, Any]]:
-        """(view of level 0, its statistics)."""
-        view = b"".join(paged.blobs[paged.coarse :])
-        generation = {"histogram": (0, 0, 0, 0), "iterations": 0}
-        return view, {**_codec.describe(view), "generation": generation}
+    return encode
 
 
 class _GroupRanges:
@@ -314,26 +268,33 @@ def _clashing(corners: np.ndarray, level: np.ndarray, made_from: np.ndarray) -> 
     return clashing
 
 
-def _paged(hierarchy: Hierarchy, encoders: _Encoders, limit: int) -> _Paged:
+def _paged(
+    hierarchy: Hierarchy, source: Primitive, surface: Surface, plan: Plan, limit: int, threads: int
+) -> _Paged:
+    """Encodes all groups, level 0 with the source's vertices, all others with their own.
+
+    Surfaces of two levels lie on each other. So that no edge has four triangles, each level has its
+    own vertices, and so do replacements of groups with an edge that the level has already.
+    """
     triangles = np.bincount(
         hierarchy.group, np.diff(hierarchy.clusters.triangle_begin), len(hierarchy.level)
     ).astype(np.int64)
-    by_level = [
+    *coarser, finest = (
         np.flatnonzero(hierarchy.level == level) for level in range(hierarchy.level.max(), -1, -1)
-    ]
+    )
     # Not those of level 0, the most: the errors of what replaces them differ little, and neighbours
     # in one page share vertices.
-    by_level[:-1] = [by_error(groups, hierarchy.error) for groups in by_level[:-1]]
-
-    def pages_of(levels: list[np.ndarray], encode: Any) -> tuple[Pages, list[bytes]]:
-        def encode_pages(pages: Pages) -> list[bytes]:
-            view, _ = encode(pages)
-            return [view[start : start + size] for start, size in _codec.split(view)]
-
-        return pack(levels, triangles, limit, encode_pages)
-
-    coarse, coarse_blobs = pages_of(by_level[:-1], encoders.coarse(hierarchy))
-    fine, fine_blobs = pages_of(by_level[-1:], encoders.level_0(hierarchy))
+    coarser = [by_error(groups, hierarchy.error) for groups in coarser]
+    vertices, ids, local = _separate(hierarchy, surface)
+    values = [np.ascontiguousarray(v[vertices]) for v in plan.values]
+    positions = surface.points[vertices]
+    encode = _page_encoder(hierarchy, plan, threads, local, ids, positions, values)
+    coarse, coarse_blobs = pack(coarser, triangles, limit, encode)
+    ids = position_ids(source.attributes["POSITION"])
+    positions = np.ascontiguousarray(source.attributes["POSITION"], np.float32)
+    all_triangles = hierarchy.clusters.triangles
+    encode = _page_encoder(hierarchy, plan, threads, all_triangles, ids, positions, plan.values)
+    fine, fine_blobs = pack([finest], triangles, limit, encode)
     return _Paged(coarse + fine, coarse_blobs + fine_blobs, len(coarse))
 
 
