@@ -26,18 +26,15 @@ from vk_backend.pipelines import MAX_WORKGROUPS, ComputePipeline, Timestamps
 from vk_backend.raster import Drawing, Path
 from vk_backend.raytrace import RayTracer
 from vk_backend.raytrace_geometry import Geometry, Piece, pieces_of
+from vk_backend.reflection import structure
 from vk_backend.ring import RING
 from vk_backend.scene import Scene
 from vk_backend.scene_buffers import SceneBuffers
 from vk_backend.targets import Targets
 
-# bench/shaders/plain_vertex.glsl
-PLAIN_PRIMITIVE = np.dtype([(name, "<u8") for name in ("vertices", "indices", "meshlets", "words")])
-PLAIN_MESHLET = np.dtype([("first", "<u4"), ("counts", "<u4")])
-# bench/shaders/paper_cache.glsl and paper_fill.comp
-CACHED_MESHLET = np.dtype([("slot", "<u4"), ("tests", "<u4")])
-PAPER_PUSH = np.dtype(
-    [*((name, "<u8") for name in ("frame", "sources", "cache", "items")), ("count", "<u4")]
+PLAIN_PRIMITIVE, PLAIN_MESHLET, CACHED_MESHLET, PAPER_PUSH = (
+    structure(name, "bench")
+    for name in ("PlainPrimitive", "PlainMeshlet", "CachedMeshlet", "PaperPush")
 )
 NO_SLOT = 0xFFFFFFFF
 

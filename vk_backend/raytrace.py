@@ -17,13 +17,14 @@ from .errors import VulkanError
 from .memory import Buffer
 from .pipelines import MAX_WORKGROUPS, ComputePipeline, Timestamps, push, push_record
 from .raytrace_geometry import Geometry
-from .raytrace_layout import FILL_PUSH, RAYS_PUSH
 from .raytrace_pipeline import RayPipeline
+from .reflection import structure
 from .scene import Scene
 from .scene_buffers import FRAME, SceneBuffers, require_room
 from .slot_layout import SlotLayout
 from .textures import TextureArray, array_size, textures_layout
 
+RAYS_PUSH, FILL_PUSH = structure("RaysPush"), structure("FillPush")
 MAX_PARTS = 64  # of the model: the slots hold one at a time
 MAX_PASSES = 1 << 16  # of a frame
 SERIAL_FILL = 12_000  # meshlets; from here on a thread each is faster than a team each (docs)

@@ -17,9 +17,11 @@ from .device import Device
 from .errors import VulkanError
 from .memory import Buffer
 from .pipelines import MAX_WORKGROUPS, ComputePipeline, push_record
-from .raytrace_layout import BOXES_PUSH, PLACED, SOURCE
+from .reflection import structure
 from .scene import Instance, Scene
 
+PLACED, SOURCE = structure("Placed"), structure("Source")  # of shaders/raytrace/rt_common.glsl
+BOXES_PUSH = structure("BoxesPush")  # of boxes.comp
 MESHLET_TRIANGLES = CONSTANTS["MESHLET_TRIANGLES"]
 BOXES_THREADS = CONSTANTS["BOXES_THREADS"]
 INSTANCE_MASKED = CONSTANTS["INSTANCE_MASKED"]

@@ -1,8 +1,7 @@
 """What SPIR-V says about a shader: the layout of its structures, the ids of its constants.
 
 build_shaders.py writes this to spirv/reflection.json, because the SPIR-V that is shipped has no
-names. The host takes the ids of specialisation constants from there; tests/vulkan/test_layouts.py
-compares the structures with the numpy dtypes that mirror them.
+names. The host takes the ids of specialisation constants and the dtypes of structures from there.
 """
 
 from __future__ import annotations
@@ -14,6 +13,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
 from typing import Any
+
+import numpy as np
 
 # Opcodes and decorations of the SPIR-V specification that this module reads.
 OP_NAME = 5
@@ -30,8 +31,9 @@ OP_DECORATE = 71
 OP_MEMBER_DECORATE = 72
 DECORATION_SPEC_ID = 1
 DECORATION_ARRAY_STRIDE = 6
-DECORATION_MATRIX_STRIDE = 7
 DECORATION_OFFSET = 35
+
+SCALARS = {OP_TYPE_INT: "u", OP_TYPE_FLOAT: "f"}  # -> numpy's kind
 
 HEADER_WORDS = 5
 
@@ -55,12 +57,13 @@ def instructions(words: tuple[int, ...]) -> Iterator[tuple[int, int]]:
 class Reflection:
     """One module.
 
-    structures: name -> member -> [offset, bytes]; an array without length has 0 bytes.
+    structures: name -> member -> [offset, type, lengths of arrays ...]. The type is numpy's or the
+    name of a structure. uvec2 is a 64-bit address. Arrays without length have the length 0.
     strides: name -> bytes from one item to the next in an array of these structures.
     specialization: name -> id of a specialisation constant.
     """
 
-    structures: dict[str, dict[str, list[int]]] = field(default_factory=dict)
+    structures: dict[str, dict[str, list[Any]]] = field(default_factory=dict)
     strides: dict[str, int] = field(default_factory=dict)
     specialization: dict[str, int] = field(default_factory=dict)
 
@@ -94,7 +97,7 @@ class _Reader:
                 result.structures[self._names[identifier]] = {
                     self._member_names[identifier, index]: [
                         self._member_decorations[identifier, index, DECORATION_OFFSET],
-                        self._member_size(identifier, index, member),
+                        *self._format(member),
                     ]
                     for index, member in enumerate(members)
                 }
@@ -123,28 +126,20 @@ class _Reader:
         elif opcode == OP_MEMBER_DECORATE and len(operands) == 4:
             self._member_decorations[operands[0], operands[1], operands[2]] = operands[3]
 
-    def _member_size(self, structure: int, index: int, member: int) -> int:
-        opcode, operands = self._types[member]
-        if opcode == OP_TYPE_MATRIX:
-            stride = self._member_decorations[structure, index, DECORATION_MATRIX_STRIDE]
-            return operands[1] * stride
-        return self._size(member)
-
-    def _size(self, identifier: int) -> int:
-        """Bytes; 0 for an array without length."""
+    def _format(self, identifier: int) -> list[Any]:
+        """The type of a member and the lengths of its arrays, as Reflection.structures has them."""
         opcode, operands = self._types[identifier]
-        if opcode in (OP_TYPE_INT, OP_TYPE_FLOAT):
-            return operands[0] // 8
-        if opcode == OP_TYPE_VECTOR:
-            return operands[1] * self._size(operands[0])
-        if opcode == OP_TYPE_ARRAY:
-            stride = self._decorations[identifier, DECORATION_ARRAY_STRIDE]
-            return self._constants[operands[1]] * stride
+        if opcode in SCALARS:
+            signed = opcode == OP_TYPE_INT and operands[1]
+            return [f"<{'i' if signed else SCALARS[opcode]}{operands[0] // 8}"]
         if opcode == OP_TYPE_STRUCT:
-            last = len(operands) - 1
-            offset = self._member_decorations[identifier, last, DECORATION_OFFSET]
-            return offset + self._member_size(identifier, last, operands[last])
-        return 0
+            return [self._names[identifier]]
+        kind, *lengths = self._format(operands[0])
+        if opcode == OP_TYPE_VECTOR and (kind, operands[1]) == ("<u4", 2):
+            return ["<u8"]
+        if opcode == OP_TYPE_ARRAY:
+            return [kind, self._constants[operands[1]], *lengths]
+        return [kind, 0 if opcode == OP_TYPE_RUNTIME_ARRAY else operands[1], *lengths]
 
 
 def _text(words: tuple[int, ...]) -> str:
@@ -183,3 +178,18 @@ def shipped_reflection(package: str = PACKAGE) -> dict[str, Any]:
     path = resources.files(package) / "spirv" / "reflection.json"
     found: dict[str, Any] = json.loads(path.read_text())
     return found
+
+
+@cache
+def structure(name: str, package: str = PACKAGE) -> np.dtype:
+    """The dtype of a structure of a package's shaders: same members, offsets and size."""
+    found = shipped_reflection(package)
+    members = found["structures"][name]
+    names, offsets, formats = sorted(members, key=members.get), [], []
+    for offset, kind, *lengths in map(members.get, names):
+        inner = structure(kind, package) if kind in found["structures"] else np.dtype(kind)
+        offsets.append(offset)
+        formats.append(np.dtype((inner, tuple(lengths))))
+    end = offsets[-1] + formats[-1].itemsize
+    size = found["strides"].get(name, end)
+    return np.dtype({"names": names, "offsets": offsets, "formats": formats, "itemsize": size})

@@ -14,6 +14,7 @@ from .device import Device
 from .errors import VulkanError
 from .materials import Material
 from .memory import STORAGE, Buffer
+from .reflection import structure
 from .scene import SHADED, Attribute, Instance, Primitive, Scene
 
 # Shared memory that a team decoder needs at most (shaders/decoders/team_meshlet.glsl), in bytes:
@@ -26,76 +27,10 @@ NO_ELEMENT = CONSTANTS["NO_ELEMENT"]
 # vertices, and their indices.
 NEEDS = frozenset({"blobs", "bounds", "vertices", "indices"})
 
-# The structures of shaders/scene/scene.glsl (std430).
-ATTRIBUTE = np.dtype(
-    [
-        ("offset", "<f4", 4),
-        ("step", "<f4"),
-        ("element", "<u4"),
-        ("kind_bits", "<u4"),
-        ("scale", "<f4"),
-    ]
+# Of shaders/scene/scene.glsl. Matrices are stored column by column: numpy's [4, 4] transposed.
+ATTRIBUTE, PRIMITIVE, INSTANCE, MATERIAL, FRAME = map(
+    structure, ("Attribute", "Primitive", "Instance", "Material", "Frame")
 )
-PRIMITIVE = np.dtype(
-    [
-        ("blob", "<u4", 2),
-        ("blob_words", "<u4"),
-        ("meshlets", "<u4"),
-        ("stream_end", "<u4"),
-        ("elements", "<u4"),
-        ("bounds", "<u4", 2),
-        ("box_low", "<f4", 4),
-        ("box_size", "<f4", 4),
-        ("position", ATTRIBUTE),
-        ("normal", ATTRIBUTE),
-        ("texcoord", ATTRIBUTE),
-        ("color", ATTRIBUTE),
-    ]
-)
-# Matrices are stored column by column: numpy's [4, 4] transposed.
-INSTANCE = np.dtype(
-    [
-        ("object_to_world", "<f4", (4, 4)),
-        ("world_to_object", "<f4", (4, 4)),
-        ("primitive", "<u4"),
-        ("material", "<u4"),
-        ("id", "<u4"),
-        ("flags", "<u4"),
-    ]
-)
-MATERIAL = np.dtype(
-    [
-        ("base_color", "<f4", 4),
-        ("emissive", "<f4", 4),
-        ("texcoord_matrix", "<f4", 4),
-        ("texcoord_offset", "<f4", 2),
-        ("metallic", "<f4"),
-        ("roughness", "<f4"),
-        ("alpha_cutoff", "<f4"),
-        ("flags", "<u4"),
-        ("base_texture", "<i4"),
-        ("emissive_texture", "<i4"),
-    ]
-)
-FRAME = np.dtype(
-    [
-        ("world_to_clip", "<f4", (4, 4)),
-        ("clip_to_world", "<f4", (4, 4)),
-        ("eye", "<f4", 4),
-        ("light_direction", "<f4", 4),
-        ("primitives", "<u4", 2),
-        ("instances", "<u4", 2),
-        ("materials", "<u4", 2),
-        ("object_to_clip", "<u4", 2),
-        ("width", "<u4"),
-        ("height", "<u4"),
-    ]
-)
-
-
-def address_words(address: int) -> tuple[int, int]:
-    """A buffer address as the (low, high) words of a uvec2."""
-    return address & 0xFFFFFFFF, address >> 32
 
 
 class SceneBuffers:
@@ -157,7 +92,7 @@ class SceneBuffers:
                 place[p.blob], size = size, size + len(p.blob)
         self.blobs = self._new(b"".join(place))
         for row, p in zip(self.primitives, self.scene.primitives):
-            row["blob"] = address_words(self.blobs.address + place[p.blob])
+            row["blob"] = self.blobs.address + place[p.blob]
             row["blob_words"] = len(p.blob) // 4
 
     def _reserve_bounds(self) -> None:
@@ -165,7 +100,7 @@ class SceneBuffers:
         sizes = meshlets * CONSTANTS["BOUNDS_BYTES"]
         self.bounds = self._new(int(sizes.sum()))
         for row, first in zip(self.primitives, np.cumsum(sizes) - sizes):
-            row["bounds"] = address_words(self.bounds.address + int(first))
+            row["bounds"] = self.bounds.address + int(first)
 
     def _upload_vertices(self) -> None:
         arrays = [p.decoded().vertices(self.scene.attributes) for p in self.scene.primitives]
@@ -197,10 +132,10 @@ class SceneBuffers:
         row["world_to_clip"] = camera.world_to_clip(width, height).T
         row["clip_to_world"] = camera.clip_to_world(width, height).T
         row["eye"], row["light_direction"] = camera.eye, (*camera.light_direction(), 0.0)
-        row["primitives"] = address_words(self.primitives_address)
-        row["instances"] = address_words(self.instances_address)
-        row["materials"] = address_words(self.materials_address)
-        row["object_to_clip"] = address_words(object_to_clip)
+        row["primitives"] = self.primitives_address
+        row["instances"] = self.instances_address
+        row["materials"] = self.materials_address
+        row["object_to_clip"] = object_to_clip
         row["width"], row["height"] = width, height
         return row
 

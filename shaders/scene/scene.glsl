@@ -1,6 +1,5 @@
 // The scene in GPU memory, and the conversion of decoded integers to floats. Shaders reach
-// everything through buffer addresses. The host mirrors these structures as numpy dtypes;
-// tests/vulkan/test_layouts.py compares the offsets.
+// everything through buffer addresses.
 #ifndef SCENE_GLSL
 #define SCENE_GLSL
 #extension GL_EXT_buffer_reference : require

@@ -65,22 +65,6 @@ def tracer(device, scene, path, **options):
     return TRACERS[path](device, scene, **options)
 
 
-def test_mirrors_have_the_shaders_members():
-    from bench import vulkan_paths
-    from vk_backend.reflection import shipped_reflection
-
-    mirrors = {
-        "PlainPrimitive": vulkan_paths.PLAIN_PRIMITIVE,
-        "PlainMeshlet": vulkan_paths.PLAIN_MESHLET,
-        "CachedMeshlet": vulkan_paths.CACHED_MESHLET,
-        "PaperPush": vulkan_paths.PAPER_PUSH,
-    }
-    structures = shipped_reflection("bench")["structures"]
-    for name, dtype in mirrors.items():
-        fields = {field: [dtype.fields[field][1], dtype[field].itemsize] for field in dtype.names}
-        assert fields == structures[name], name
-
-
 # --- raster paths ---
 
 

@@ -1,14 +1,11 @@
-"""The host's mirrors of the shaders' structures: same names, offsets, sizes and strides.
-
-Add a row to MIRRORS for each numpy dtype that mirrors a structure of a shader.
-"""
+"""Structures and constants that the host takes from the shaders."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from vk_backend import build_shaders, raster_layout, raytrace_layout, scene_buffers
+from vk_backend import build_shaders
 from vk_backend.reflection import (
     DECORATION_OFFSET,
     DECORATION_SPEC_ID,
@@ -17,58 +14,33 @@ from vk_backend.reflection import (
     instructions,
     shipped_reflection,
     specialization_ids,
+    structure,
     words_of,
 )
 
-# Structure of the shaders -> dtype.
-MIRRORS: dict[str, np.dtype] = {
-    "Attribute": scene_buffers.ATTRIBUTE,
-    "Primitive": scene_buffers.PRIMITIVE,
-    "Instance": scene_buffers.INSTANCE,
-    "Material": scene_buffers.MATERIAL,
-    "Frame": scene_buffers.FRAME,
-    "RasterPush": raster_layout.RASTER_PUSH,
-    "BoundsPush": raster_layout.BOUNDS_PUSH,
-    "Push": raster_layout.DECODE_PUSH,
-    "Segment": raster_layout.SEGMENT,
-    "Connected": raster_layout.CONNECTED,
-    "Places": raster_layout.PLACES,
-    "Placed": raytrace_layout.PLACED,
-    "Source": raytrace_layout.SOURCE,
-    "RaysPush": raytrace_layout.RAYS_PUSH,
-    "BoxesPush": raytrace_layout.BOXES_PUSH,
-    "FillPush": raytrace_layout.FILL_PUSH,
-}
+
+def test_dtypes_have_the_members_of_structures():
+    """Addresses are 64-bit words; structures and arrays are inside of others."""
+    assert structure("Segment") == np.dtype(
+        [("instance", "<u4"), ("first", "<u4"), ("meshlets", "<u4"), ("slot", "<u4")]
+    )
+    primitive = structure("Primitive")
+    assert primitive["blob"] == np.uint64 and primitive["position"] == structure("Attribute")
+    assert primitive["box_low"] == np.dtype(("<f4", 4))
+    assert structure("Frame")["world_to_clip"] == np.dtype(("<f4", (4, 4)))
+    assert structure("Material")["base_texture"] == np.int32
+    assert structure("Box") == np.dtype([("low", "<f4", 3), ("high", "<f4", 3)])
 
 
-def members_of(dtype: np.dtype) -> dict[str, list[int]]:
-    """Field -> [offset, bytes]"""
-    assert dtype.fields is not None
-    return {name: [dtype.fields[name][1], dtype.fields[name][0].itemsize] for name in dtype.fields}
-
-
-@pytest.mark.parametrize("structure", MIRRORS)
-def test_mirror_has_the_shaders_members(structure):
-    assert members_of(MIRRORS[structure]) == shipped_reflection()["structures"][structure]
-
-
-def test_mirrors_have_the_shaders_strides():
+def test_dtypes_have_the_shaders_strides():
     strides = shipped_reflection()["strides"]
-    mirrored = [name for name in MIRRORS if name in strides]
-    assert {"Primitive", "Instance", "Material", "Segment", "Placed", "Source"} <= set(mirrored)
-    assert {name: MIRRORS[name].itemsize for name in mirrored} == {
-        name: strides[name] for name in mirrored
-    }
+    assert {"Primitive", "Instance", "Material", "Segment", "Placed", "Source"} <= set(strides)
+    assert {name: structure(name).itemsize for name in strides} == strides
 
 
-def test_every_structure_that_the_host_writes_has_a_mirror():
-    """All but those that wrap one array, and those that only shaders write."""
-    shared = {
-        name
-        for name, members in shipped_reflection()["structures"].items()
-        if not set(members) <= {"at", "of"}
-    }
-    assert shared - {"Found", "Level", "Hit", "FirstHit", "Box"} == set(MIRRORS)
+def test_a_structure_without_a_stride_ends_with_its_last_member():
+    members = shipped_reflection()["structures"]["RasterPush"]
+    assert structure("RasterPush").itemsize == members["segment_count"][0] + 4
 
 
 @pytest.mark.parametrize("module", sorted(shipped_reflection()["modules"]))
@@ -86,7 +58,7 @@ def test_reflection_is_that_of_the_shipped_module(module):
     found = {tuple(sorted(members.values())) for members in offsets.values()}
     recorded = reflection["modules"][module]
     expected = {
-        tuple(sorted(offset for offset, _ in reflection["structures"][name].values()))
+        tuple(sorted(offset for offset, *_ in reflection["structures"][name].values()))
         for name in recorded["structures"]
     }
     assert expected == found
