@@ -17,7 +17,7 @@ CODEC = WEB.parent / "codec"
 SOURCES = [
     WEB / "decoder.cpp",
     CODEC / "format" / "blob.cpp",
-    CODEC / "decode" / "decoder_context.cpp",
+    CODEC / "decode" / "decoder.cpp",
     CODEC / "decode" / "bulk_decoder.cpp",
 ]
 OPTIONS = [

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <new>
 
-#include "decode/decoder_context.h"
+#include "decode/decoder.h"
 
 #define EXPORT(name) extern "C" __attribute__((export_name(#name)))
 
@@ -20,7 +20,8 @@ constexpr uint64_t kAlignment = 32;
 
 // Nothing is freed but everything at once, by reset().
 uint64_t heap_end = 0;
-meshlet::DecoderContext* context = nullptr;
+meshlet::Blob* blob = nullptr;        // that is open
+meshlet::Decoder* decoder = nullptr;  // open on it; made when it is needed
 
 void* take(size_t bytes) {
   const uint64_t begin = (heap_end + kAlignment - 1) / kAlignment * kAlignment;
@@ -31,6 +32,14 @@ void* take(size_t bytes) {
     meshlet::refuse({"the decoded arrays do not fit into memory"});
   heap_end = end;
   return reinterpret_cast<void*>(uintptr_t(begin));
+}
+
+meshlet::Decoder& open_decoder() {
+  if (!decoder) {
+    decoder = meshlet::make_decoder().release();
+    decoder->open(*blob);
+  }
+  return *decoder;
 }
 
 }  // namespace
@@ -58,43 +67,42 @@ void refuse(const Problem& p) { host_refuse(p.text, p.number, p.meshlet); }
 // Frees everything. Call before the first allocation.
 EXPORT(reset) void reset() {
   heap_end = uintptr_t(&__heap_base);
-  context = nullptr;
+  blob = nullptr;
+  decoder = nullptr;
 }
 
 EXPORT(allocate) void* allocate(size_t bytes) { return take(bytes); }
 
 // Opens a blob, which must stay in memory; checks its header and tables.
 EXPORT(open_blob) void open_blob(const uint8_t* data, size_t size) {
-  context = new meshlet::DecoderContext(data, size);
+  blob = new meshlet::Blob{data, size, meshlet::read_blob_header(data, size)};
 }
 
 // The functions below need an open blob.
 
-// See DecoderContext::start.
-EXPORT(start) void start(uint32_t begin, uint32_t first_number) {
-  context->start(begin, first_number);
-}
-
-// See DecoderContext::decode_next. Returns DecodedPart's words.
+// See Decoder::decode. Returns words: number of triangles, number of vertices.
 EXPORT(decode)
-const void* decode(uint32_t end, uint32_t* triangles, uint32_t* const* integers,
-                   void* const* values, meshlet::OuterVertex* outer) {
-  static meshlet::DecodedPart part;
-  part = context->decode_next(end, {triangles, integers, values, outer});
-  return &part;
+const uint32_t* decode(uint32_t first, uint32_t count, uint32_t first_vertex, uint32_t* triangles,
+                       uint32_t* const* integers, void* const* values) {
+  static uint32_t words[2];
+  const meshlet::DecodedCounts counts =
+      open_decoder().decode(first, count, {}, {triangles, integers, values, first_vertex});
+  words[0] = counts.triangles;
+  words[1] = counts.vertices;
+  return words;
 }
 
 // Decodes meshlet m < meshlet_count. Returns words: triangle count, vertex count, address of the
 // packed triangles, then per stream the address of the first vertex's integers.
 EXPORT(decode_meshlet) const uint32_t* decode_meshlet(uint32_t m) {
   static uint32_t words[3 + BLOB_MAX_STREAMS];
-  const meshlet::DecodedMeshlet decoded = context->meshlet(m);
+  const meshlet::DecodedMeshlet decoded = open_decoder().meshlet(m);
   words[0] = decoded.triangle_count;
   words[1] = decoded.vertex_count;
   words[2] = uint32_t(uintptr_t(decoded.triangles));
-  for (uint32_t s = 0; s < context->header().streams.size(); s++)
+  for (uint32_t s = 0; s < blob->header.streams.size(); s++)
     words[3 + s] = uint32_t(uintptr_t(decoded.vertex(s, 0)));
   return words;
 }
 
-EXPORT(validate) void validate() { context->validate(); }
+EXPORT(validate) void validate() { open_decoder().validate(); }

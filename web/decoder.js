@@ -28,8 +28,6 @@ const MESHLET_LIMIT = 64; // vertices, and triangles
 // copied, its memory stays small, and V8 can go on with better code: it keeps a function's first
 // compilation until the function returns. From 64 to 512 the time of dragon is the same.
 const PART_MESHLETS = 256;
-const OUTER_BYTES = 8; // of OuterVertex in codec/decode/bulk_decoder.h
-export const KEPT_BYTES = 392; // of Kept in codec/decode/bulk_decoder.cpp, of one meshlet
 
 // Integers of a vertex of a stream, as the WebAssembly module stores those of a meshlet.
 const STORED_ELEMENTS = 4;
@@ -87,40 +85,27 @@ class Decoder {
   }
 
   decodePrimitive(view, { integers = false } = {}) {
-    const plan = this.plan(view, integers);
-    this.#fill(plan);
-    return plan.result;
+    return this.decodeBlobs(view, { integers }).result;
   }
 
-  // For the pool: the blobs of a view, and where their parts go; without arrays.
+  // For the pool: the blobs of a view, and where they go; without arrays.
   plan(view, integers) {
-    return new Plan(this.#blobs(view), integers);
+    return new Plan(this.#blobs(view), { integers });
   }
 
-  // For the pool: decodes the leading blobs of a view, the last of them up to meshlet `end`, into
-  // arrays of the whole view, whose counts are `total`. Passes the triangles of each blob to onPart.
-  // Returns the arrays, the counts of the last blob, and what decodeRange returns with `keep`.
-  decodeHead(view, { integers, total, end, keep }, onPart) {
-    const plan = new Plan(this.#blobs(view), integers, total);
-    const decoded = this.#fill(plan, end, ({ triangles }) => onPart({ triangles }));
-    return { ...this.#kept(decoded, keep), ...plan.arrays() };
-  }
-
-  // For the pool: a range of a view of one blob, with the options of #decode. Passes the parts, with
-  // copies of their arrays, to onPart. keep: returns also the vertex numbers of the last meshlets,
-  // for later ranges.
-  decodeRange(view, options, onPart) {
-    const [blob] = this.#blobs(view);
-    const decoded = this.#decode(blob, options, ({ indices, values, vertexCount, outer }, at) =>
-      onPart({
-        indices: indices.slice(),
-        values: values.map((array) => array.slice()),
-        vertexCount,
-        outer: outer.slice(),
-        at: { ...at },
+  // For the pool: a plan of consecutive blobs, decoded; options as the plan's. Calls onPart with the
+  // number of triangles of each part.
+  decodeBlobs(bytes, options, onPart = () => {}) {
+    const plan = new Plan(this.#blobs(bytes), options);
+    plan.allocate();
+    const several = plan.blobs.length > 1;
+    plan.blobs.forEach((blob, number) =>
+      named(several, number, () => {
+        if (several) this.#open(blob.bytes);
+        this.#decode(blob, plan, onPart);
       }),
     );
-    return this.#kept(decoded, options.keep);
+    return plan;
   }
 
   decodeMeshlet(view, meshlet) {
@@ -130,7 +115,7 @@ class Decoder {
       throw new RangeError(`there is no meshlet ${meshlet} of ${blobs.at(-1).end.meshlets}`);
     const open = this.#opened.number ?? blobs.length - 1;
     this.#opened = {}; // an error closes the view
-    return named(blobs.length, number, () => {
+    return named(blobs.length > 1, number, () => {
       const blob = blobs[number];
       if (open !== number) this.#open(blob.bytes);
       const decoded = this.#meshlet(blob, meshlet - blob.begin.meshlets);
@@ -152,7 +137,7 @@ class Decoder {
   validate(view) {
     const blobs = this.#blobs(view);
     blobs.forEach((blob, number) =>
-      named(blobs.length, number, () => {
+      named(blobs.length > 1, number, () => {
         if (blobs.length > 1) this.#open(blob.bytes);
         this.#call('validate');
       }),
@@ -193,68 +178,33 @@ class Decoder {
     this.#call('open_blob', at, bytes.length);
   }
 
-  // Makes the arrays of a plan and decodes its blobs into them, the last one up to meshlet `end`.
-  // Calls onBlob with what #decode returns. Returns that of the last blob.
-  #fill(plan, end = plan.blobs.at(-1).meshlets, onBlob = () => {}) {
-    plan.allocate();
-    const several = plan.blobs.length > 1;
-    const decoded = plan.blobs.map((blob, number) =>
-      named(plan.total.blobs, number, () => {
-        if (several) this.#open(blob.bytes);
-        const last = number + 1 === plan.blobs.length;
-        const options = { begin: 0, end: last ? end : blob.meshlets, first: blob.begin.vertices };
-        const insert = (part, at) => plan.insert(blob, part, at);
-        const counts = this.#decode(blob, { integers: plan.integers, ...options }, insert);
-        onBlob(counts);
-        return counts;
-      }),
-    );
-    return decoded.at(-1);
-  }
-
-  // What #decode returns, with a copy of the kept numbers, or with null.
-  #kept({ kept, keptCount, ...counts }, keep) {
-    const { buffer } = this.#exports.memory;
-    const numbers = new Uint8Array(buffer, kept, KEPT_BYTES * keptCount);
-    return { ...counts, kept: keep ? numbers.slice() : null };
-  }
-
-  // Decodes the meshlets [begin, end) of the open blob. Numbers their new vertices from `first` on,
-  // and those of meshlets before the range as DecoderContext::start says. Calls insert(part, at) for
-  // some meshlets at a time; `at`: triangles and vertices before them; the arrays lie in the module's
-  // memory until the next call. Returns `at` behind the last ones.
-  #decode({ streams }, { integers, begin, end, first }, insert) {
-    const most = MESHLET_LIMIT * Math.min(end - begin, PART_MESHLETS);
+  // Decodes the open blob, some meshlets at a time, into the arrays of a plan.
+  #decode({ streams, begin, meshlets }, plan, onPart) {
+    const { integers } = plan;
+    const most = MESHLET_LIMIT * Math.min(meshlets, PART_MESHLETS);
     const triangles = this.#call('allocate', 3 * 4 * most);
     const widths = streams.map((stream) => width(stream, integers));
     const places = widths.map((n) => this.#call('allocate', 4 * n * most));
     const list = this.#call('allocate', 4 * places.length);
-    const outer = begin > 0 ? this.#call('allocate', OUTER_BYTES * most) : 0;
     new Uint32Array(this.#exports.memory.buffer).set(places, list / 4);
-    this.#call('start', begin, first);
-    const at = { triangles: 0, vertices: 0 };
-    let kept;
-    for (let next = begin; next < end; ) {
-      next = Math.min(next + PART_MESHLETS, end);
-      const lists = integers ? [list, 0] : [0, list];
-      const words = this.#call('decode', next, triangles, ...lists, outer);
+    const lists = integers ? [list, 0] : [0, list];
+    const at = { ...begin };
+    for (let first = 0; first < meshlets; first += PART_MESHLETS) {
+      const count = Math.min(PART_MESHLETS, meshlets - first);
+      const number = plan.firstVertex + begin.vertices;
+      const words = this.#call('decode', first, count, number, triangles, ...lists);
       const { buffer } = this.#exports.memory; // decoding may have replaced it
-      const [triangleCount, vertexCount, outerCount, ...rest] = new Uint32Array(buffer, words, 5);
-      const part = {
-        indices: new Uint32Array(buffer, triangles, 3 * triangleCount),
-        values: streams.map(
-          (stream, s) =>
-            new (arrayType(stream, integers))(buffer, places[s], widths[s] * vertexCount),
-        ),
-        vertexCount,
-        outer: new Uint32Array(buffer, outer, 2 * outerCount),
-      };
-      insert(part, at);
+      const [triangleCount, vertexCount] = new Uint32Array(buffer, words, 2);
+      const indices = new Uint32Array(buffer, triangles, 3 * triangleCount);
+      const values = streams.map((stream, s) => {
+        const Type = arrayType(stream, integers);
+        return new Type(buffer, places[s], widths[s] * vertexCount);
+      });
+      plan.insert({ indices, values }, at);
       at.triangles += triangleCount;
       at.vertices += vertexCount;
-      kept = rest;
+      onPart(triangleCount);
     }
-    return { ...at, kept: kept[0], keptCount: kept[1] };
   }
 
   #meshlet({ streams }, meshlet) {
@@ -281,13 +231,12 @@ class Decoder {
   }
 }
 
-// What becomes of a view's blobs: the decoded primitive, filled part by part. Of leading blobs only
-// with `total`: the number of blobs, triangles and vertices of the view.
+// What becomes of consecutive blobs of a view: a decoded primitive, filled part by part. Options:
+// integers; total: the counts of its arrays, if they are for more than these blobs; firstVertex:
+// number of the first vertex in the view.
 class Plan {
-  constructor(blobs, integers, total = { ...blobs.at(-1).end, blobs: blobs.length }) {
-    this.blobs = blobs;
-    this.integers = integers;
-    this.total = total;
+  constructor(blobs, { integers, total = blobs.at(-1).end, firstVertex = 0 }) {
+    Object.assign(this, { blobs, integers, total, firstVertex });
     this.result = {
       triangleCount: total.triangles,
       vertexCount: total.vertices,
@@ -305,7 +254,7 @@ class Plan {
     this.adopt({ indices: array(Uint32Array, 3 * total.triangles), values });
   }
 
-  // Takes the arrays of another plan of the view.
+  // Takes the arrays of another plan.
   adopt({ indices, values }) {
     this.result.indices = indices;
     this.result.streams.forEach((stream, s) => (stream.values = values[s]));
@@ -316,16 +265,16 @@ class Plan {
     return { indices, values: streams.map((stream) => stream.values) };
   }
 
-  // Copies a decoded part of a blob; `at`: triangles and vertices of the blob before it.
-  insert({ begin }, { indices, values }, at) {
-    this.result.indices.set(indices, 3 * (begin.triangles + at.triangles));
+  // Copies decoded arrays behind so many triangles and vertices.
+  insert({ indices, values }, { triangles, vertices }) {
+    this.result.indices.set(indices, 3 * triangles);
     this.result.streams.forEach((stream, s) => {
       const n = stream.values.length / this.result.vertexCount;
-      stream.values.set(values[s], n * (begin.vertices + at.vertices));
+      stream.values.set(values[s], n * vertices);
     });
   }
 
-  // The error of a blob's part; it names the blob if the view has several.
+  // An error of a blob; it names the blob if the view has several.
   blame(blob, error) {
     return this.blobs.length > 1 ? blamed(error, this.blobs.indexOf(blob)) : error;
   }
@@ -391,12 +340,12 @@ function array(Type, length) {
   }
 }
 
-// Runs `action`; an error names the blob if the view has several.
-function named(count, number, action) {
+// Runs `action`; an error names the blob if there are several.
+function named(several, number, action) {
   try {
     return action();
   } catch (error) {
-    throw count > 1 ? blamed(error, number) : error;
+    throw several ? blamed(error, number) : error;
   }
 }
 

@@ -3,10 +3,10 @@ import type { DecodedPrimitive, DecoderSource } from './decoder.js';
 /** Decodes in Workers. Methods reject as those of `Decoder` throw. */
 export interface DecoderPool {
   /**
-   * Decodes everything, in parallel: each blob of a view, or ranges of the meshlets of a large one.
+   * Decodes everything, the blobs (pages) of a view in parallel. A view of one blob takes one Worker.
    *
    * @param options.integers the stored integers instead of values.
-   * @param options.signal rejects with its reason when it is aborted; parts that a Worker has begun
+   * @param options.signal rejects with its reason when it is aborted; blobs that a Worker has begun
    * run to their end.
    * @param options.onProgress called with the decoded share of the triangles, up to 1.
    */

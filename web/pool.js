@@ -1,14 +1,16 @@
-// Decodes in a pool of Workers, so that a page does not stall: each blob of a view is a job, or each
-// range of meshlets where there are fewer blobs than Workers. Needs no SharedArrayBuffer.
+// Decodes in a pool of Workers, so that a page does not stall: each blob of a view is a job. Needs no
+// SharedArrayBuffer.
 //
-// The first job, the head, is a larger one: its Worker makes the arrays of the whole primitive,
-// decodes its share in place and hands the arrays over. The other Workers send copies of what they
-// have decoded, part by part; the page's thread copies them into the arrays. So there are these
-// arrays and the parts that wait for the head or for others, at most as many bytes again.
-import { compileDecoder, createDecoder, MalformedError } from './decoder.js';
-import { headOf, Joint, rangesOf } from './ranges.js';
+// The first job, the head, may have several blobs: its Worker makes the arrays of the whole
+// primitive, decodes its share in place and hands the arrays over. The other Workers send what they
+// have decoded; the page's thread copies it into the arrays. So there are these arrays and the blobs
+// that wait for the head, at most as many bytes again.
+import { MalformedError, compileDecoder, createDecoder } from './decoder.js';
 
 const MOST_WORKERS = 8;
+// The heads of one, two, three .. Workers have the first share of parts that grow by this factor:
+// the page's thread copies a blob in about a fifth of the time that decoding it takes.
+const GROWTH = 1.25;
 
 export async function createDecoderPool({ workers, source, createWorker = moduleWorker } = {}) {
   const cores = globalThis.navigator?.hardwareConcurrency ?? 4;
@@ -41,37 +43,31 @@ class DecoderPool {
 
   async decodePrimitive(view, { integers = false, signal, onProgress } = {}) {
     const plan = this.#plan(view, integers, signal);
+    const { blobs, total } = plan;
     let triangles = 0;
-    const report = (counts) => {
-      triangles += counts.triangles;
-      onProgress?.(Math.min(1, triangles / plan.total.triangles));
+    const onPart = (count) => {
+      triangles += count;
+      onProgress?.(Math.min(1, triangles / total.triangles));
     };
-    const decodeHead = async (blobs, { end, keep }) => {
-      const bytes = view.subarray(
-        0,
-        blobs.reduce((sum, blob) => sum + blob.bytes.length, 0),
-      );
-      const options = { integers, total: plan.total, end, keep };
-      const given = { task: 'decodeHead', bytes, options, onPart: report };
-      const { indices, values, ...result } = await this.#run(given, signal);
-      plan.adopt({ indices, values });
-      return result;
+    const run = (bytes, options) =>
+      this.#run({ task: 'decodeBlobs', bytes, options: { integers, ...options }, onPart }, signal);
+    const head = headOf(blobs, this.#members.length);
+    const headBytes = head.reduce((sum, { bytes }) => sum + bytes.length, 0);
+    const headEnds = run(view.subarray(0, headBytes), { total }).then(
+      (arrays) => plan.adopt(arrays),
+      (error) => {
+        throw head.length === 1 ? plan.blame(blobs[0], error) : error;
+      },
+    );
+    const decodeBlob = async (blob) => {
+      const decoded = run(blob.bytes, { firstVertex: blob.begin.vertices });
+      const arrays = await decoded.catch((error) => {
+        throw plan.blame(blob, error);
+      });
+      await headEnds;
+      plan.insert(arrays, blob.begin);
     };
-    const decodeRange = async (blob, range, onPart) => {
-      const options = { integers, ...range };
-      const given = { task: 'decodeRange', bytes: blob.bytes, options, onPart };
-      const result = await this.#run(given, signal);
-      report(result);
-      return result;
-    };
-    const [everything] = rangesOf(plan.blobs.at(-1), 1);
-    try {
-      await decodeParts(plan, this.#members.length, decodeHead, decodeRange);
-    } catch (error) {
-      if (!(error instanceof MalformedError)) throw error;
-      // Without parts another problem may come first, or none, and that is the answer.
-      await decodeHead(plan.blobs, everything);
-    }
+    await all([headEnds, ...blobs.slice(head.length).map(decodeBlob)]);
     return plan.result;
   }
 
@@ -171,7 +167,7 @@ class Member {
 
   #receive({ part, result, error }) {
     const { onPart, resolve, reject } = this.#job;
-    if (part) {
+    if (part !== undefined) {
       try {
         onPart(part);
       } catch (thrown) {
@@ -193,24 +189,9 @@ async function all(promises) {
   for (const { status, reason } of settled) if (status === 'rejected') throw reason;
 }
 
-// Decodes a plan's blobs with `count` Workers; decodeHead(blobs, range of the last one) and
-// decodeRange(blob, range, onPart) do so with parts.
-async function decodeParts(plan, count, decodeHead, decodeRange) {
-  const each = Math.ceil(count / plan.blobs.length);
-  const head = each > 1 ? plan.blobs.slice(0, 1) : headOf(plan.blobs, count);
-  const parts = plan.blobs.slice(head.length - 1).map((blob) => {
-    const ranges = rangesOf(blob, each);
-    return { blob, ranges, joint: new Joint(plan, blob, ranges) };
-  });
-  const decode = async ({ blob, ranges, joint }, i) => {
-    const range = ranges[i];
-    if (blob === head.at(-1) && i === 0) {
-      joint.end(i, await decodeHead(head, range));
-      for (const other of parts) other.joint.advance();
-    } else {
-      joint.end(i, await decodeRange(blob, range, (part) => joint.add(i, part)));
-    }
-  };
-  await all(parts.flatMap((part) => part.ranges.map((_, i) => decode(part, i))));
-  for (const { joint } of parts) joint.check();
+// Leading blobs, at least one: the share of the first of n Workers.
+function headOf(blobs, n) {
+  const most = (blobs.at(-1).end.triangles * (GROWTH - 1)) / (GROWTH ** n - 1);
+  const others = blobs.findIndex(({ end }, i) => i > 0 && end.triangles > most);
+  return others < 0 ? blobs : blobs.slice(0, others);
 }

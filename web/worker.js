@@ -1,6 +1,6 @@
 // A Worker of pool.js, in browsers and in Node. The first message is {module}, the compiled
-// decoder; each further one is a job, {task, bytes, options}, answered by {part}s and {result} or
-// {error}.
+// decoder; each further one is a job, {task, bytes, options}, a method of Decoder. The answers are
+// the {part}s that it passes on, and {result}, the arrays of a plan, or {error}.
 import { createDecoder, MalformedError } from './decoder.js';
 
 const inNode = typeof WorkerGlobalScope === 'undefined';
@@ -13,13 +13,11 @@ port.onmessage = async ({ data: { module, task, bytes, options } }) => {
     decoder = createDecoder(module);
     return;
   }
-  const answer = (message, { indices, values = [] }) => {
-    const moved = indices ? [indices, ...values].map(({ buffer }) => buffer) : [];
-    port.postMessage(message, moved);
-  };
   try {
-    const result = (await decoder)[task](bytes, options, (part) => answer({ part }, part));
-    answer({ result }, result ?? {});
+    const plan = (await decoder)[task](bytes, options, (part) => port.postMessage({ part }));
+    const result = plan?.arrays();
+    const moved = result ? [result.indices, ...result.values].map(({ buffer }) => buffer) : [];
+    port.postMessage({ result }, moved);
   } catch (error) {
     const { message } = error;
     port.postMessage({ error: { message, malformed: error instanceof MalformedError } });

@@ -15,11 +15,12 @@
 #include <ctime>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <random>
 #include <utility>
 #include <vector>
 
-#include "decode/decoder_context.h"
+#include "decode/decoder.h"
 #include "common/parallel.h"
 
 namespace {
@@ -50,36 +51,43 @@ struct Output {
 
 double processor_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
-double decode_all(std::vector<meshlet::DecoderContext>& decoders, std::vector<Output>& outputs) {
-  const double start = processor_seconds();
-  for (size_t i = 0; i < decoders.size(); i++) {
-    const std::vector<uint32_t*> no_integers(outputs[i].pointers.size(), nullptr);
-    decoders[i].decode(outputs[i].triangles.data(), no_integers.data(), outputs[i].pointers.data());
+// A decoder, open on a blob.
+struct OpenDecoder {
+  std::shared_ptr<const meshlet::Blob> blob;
+  std::unique_ptr<meshlet::Decoder> decoder = meshlet::make_decoder();
+
+  explicit OpenDecoder(std::shared_ptr<const meshlet::Blob> given) : blob(std::move(given)) {
+    decoder->open(*blob);
   }
+};
+
+double decode_all(std::vector<OpenDecoder>& decoders, std::vector<Output>& outputs) {
+  const double start = processor_seconds();
+  for (size_t i = 0; i < decoders.size(); i++)
+    decoders[i].decoder->decode({outputs[i].triangles.data(), nullptr, outputs[i].pointers.data()});
   return processor_seconds() - start;
 }
 
-double decode_meshlets(std::vector<meshlet::DecoderContext>& decoders,
+double decode_meshlets(std::vector<OpenDecoder>& decoders,
                        const std::vector<std::pair<size_t, uint32_t>>& order) {
   const double start = processor_seconds();
-  for (const auto& [blob, number] : order) decoders[blob].meshlet(number);
+  for (const auto& [blob, number] : order) decoders[blob].decoder->meshlet(number);
   return (processor_seconds() - start) / double(order.size()) * 1e6;
 }
 
 // Consecutive meshlets of one blob, decoded by one thread.
 struct Range {
-  meshlet::DecoderContext decoder;
+  OpenDecoder open;
   uint32_t begin, end;
 };
 
-std::vector<Range> ranges_of(const std::vector<Bytes>& blobs) {
+std::vector<Range> ranges_of(const std::vector<OpenDecoder>& decoders) {
   constexpr uint32_t kRange = 512;
   std::vector<Range> ranges;
-  for (const Bytes& blob : blobs) {
-    const uint32_t count = meshlet::DecoderContext(blob.data(), blob.size()).header().meshlet_count;
+  for (const OpenDecoder& open : decoders) {
+    const uint32_t count = open.blob->header.meshlet_count;
     for (uint32_t m = 0; m < count; m += kRange)
-      ranges.push_back(
-          {meshlet::DecoderContext(blob.data(), blob.size()), m, std::min(m + kRange, count)});
+      ranges.push_back({OpenDecoder(open.blob), m, std::min(m + kRange, count)});
   }
   return ranges;
 }
@@ -87,12 +95,12 @@ std::vector<Range> ranges_of(const std::vector<Bytes>& blobs) {
 double decode_parallel(std::vector<Range>& ranges) {
   const auto start = Clock::now();
   meshlet::parallel_for(0, ranges.size(), [&](size_t i) {
-    for (uint32_t m = ranges[i].begin; m < ranges[i].end; m++) ranges[i].decoder.meshlet(m);
+    for (uint32_t m = ranges[i].begin; m < ranges[i].end; m++) ranges[i].open.decoder->meshlet(m);
   });
   return seconds_since(start);
 }
 
-void take_turns(std::vector<meshlet::DecoderContext>& decoders, std::vector<Output>& outputs) {
+void take_turns(std::vector<OpenDecoder>& decoders, std::vector<Output>& outputs) {
   for (int n; std::scanf("%d", &n) == 1;) {
     double seconds = 0;
     for (int i = 0; i < n; i++) seconds += decode_all(decoders, outputs);
@@ -116,13 +124,17 @@ int main(int argc, char** argv) {
     std::ifstream file(argv[i], std::ios::binary);
     blobs.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
   }
-  std::vector<meshlet::DecoderContext> decoders;
+  std::vector<OpenDecoder> decoders;
   std::vector<Output> outputs;
   std::vector<std::pair<size_t, uint32_t>> order;
   for (size_t i = 0; i < blobs.size(); i++) {
-    decoders.emplace_back(blobs[i].data(), blobs[i].size());
-    outputs.emplace_back(decoders[i].header());
-    for (uint32_t m = 0; m < decoders[i].header().meshlet_count; m++) order.emplace_back(i, m);
+    const uint8_t* data = blobs[i].data();
+    const size_t size = blobs[i].size();
+    decoders.emplace_back(std::make_shared<const meshlet::Blob>(
+        meshlet::Blob{data, size, meshlet::read_blob_header(data, size)}));
+    const meshlet::BlobHeader& header = decoders[i].blob->header;
+    outputs.emplace_back(header);
+    for (uint32_t m = 0; m < header.meshlet_count; m++) order.emplace_back(i, m);
   }
   if (turns) {
     take_turns(decoders, outputs);
@@ -131,7 +143,7 @@ int main(int argc, char** argv) {
   std::mt19937 random(1);
   for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
 
-  std::vector<Range> ranges = ranges_of(blobs);
+  std::vector<Range> ranges = ranges_of(decoders);
 
   std::vector<double> all, single, parallel;
   for (int i = 0; i < kRepetitions; i++) all.push_back(decode_all(decoders, outputs));

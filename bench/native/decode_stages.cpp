@@ -4,7 +4,7 @@
 // stage's share of the time per repetition; "avx2", whether the AVX2 build was measured;
 // "clock_share", the share of reading the clock, which the other shares exclude.
 //
-// Runs the stages of BulkDecoder in bulk_decoder.cpp one by one and reads the processor's clock in
+// Runs the stages of BlobDecoder in bulk_decoder.cpp one by one and reads the processor's clock in
 // between. CMakeLists.txt gives this file the options of the library's AVX2 build.
 #define MESHLET_BUILD stages
 #include "decode/bulk_decoder.cpp"
@@ -64,14 +64,14 @@ uint64_t clock_cost() {
   return clock.spent[kConnect] / kReadings;
 }
 
-struct Blob {
+struct Input {
   std::vector<uint8_t> bytes;
   BlobHeader header;
   std::vector<uint32_t> triangles;
   std::vector<std::vector<uint32_t>> values;
   std::vector<void*> pointers;
 
-  explicit Blob(const char* path) {
+  explicit Input(const char* path) {
     std::ifstream file(path, std::ios::binary);
     bytes.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
     header = read_blob_header(bytes.data(), bytes.size());
@@ -82,27 +82,19 @@ struct Blob {
     }
   }
 
-  BlobJob job() {
-    BlobJob job{};
-    job.data = bytes.data();
-    job.size = uint32_t(bytes.size());
-    job.vertex_count = header.vertex_count;
-    job.meshlet_count = header.meshlet_count;
-    job.stream_count = uint32_t(header.streams.size());
-    job.streams = header.streams.data();
-    return job;
-  }
-
-  Outputs outputs() { return {triangles.data(), nullptr, pointers.data(), nullptr}; }
+  Outputs outputs() { return {triangles.data(), nullptr, pointers.data()}; }
 };
 
-// BulkDecoder::decode with timers. Returns false if the blob is malformed.
-bool decode_timed(const BlobJob& job, const Outputs& outputs, SerialDecoder& d, History& history,
-                  Clock& clock) {
+// BlobDecoder::try_decode of a whole blob, with timers. Returns false if it is malformed.
+bool decode_timed(Input& input, SerialDecoder& d, History& history, Clock& clock) {
+  const BlobHeader& header = input.header;
+  const Outputs outputs = input.outputs();
+  const StreamRange streams{0, uint32_t(header.streams.size())};
   uint32_t first = 0;
   uint32_t* triangles = outputs.triangles;
-  for (uint32_t m = 0; m < job.meshlet_count; m++) {
+  for (uint32_t m = 0; m < header.meshlet_count; m++) {
     clock.start();
+    history.reserve(m);
     d.open_meshlet(m);
     if (d.error == ERROR_NONE) d.connect_meshlet();
     clock.end(kConnect);
@@ -119,23 +111,28 @@ bool decode_timed(const BlobJob& job, const Outputs& outputs, SerialDecoder& d, 
     if (d.error != ERROR_NONE) return false;
     uint32_t global[kPlaces] = {}, new_ids[kPlaces + kBatch] = {};
     uint32_t count = history.number(global, new_ids);
-    if (count == History::kCircle || count > job.vertex_count - first) return false;
+    if (count == History::kCircle || count > header.vertex_count - first) return false;
     history.append(global);
     clock.end(kNumber);
     write_triangles(d, global, triangles);
     clock.end(kTriangles);
     triangles += 3 * d.triangle_count;
-    write_vertices(job, outputs, d, {new_ids, count, first, job.vertex_count - first});
+    write_vertices(d, header.streams.data(), streams,
+                   {new_ids, count, first, header.vertex_count - first}, outputs);
     clock.end(kValues);
     first += count;
   }
-  return first == job.vertex_count;
+  return first == header.vertex_count;
 }
 
-bool decode_timed(Blob& blob, Clock& clock) {
-  const BlobJob job = blob.job();
-  auto open = std::make_unique<OpenDecoder>(job, 0, 0);
-  return decode_timed(job, blob.outputs(), open->d, open->history, clock);
+bool decode_timed(Input& input, Clock& clock) {
+  auto decoder = std::make_unique<SerialDecoder>();
+  decoder->data = input.bytes.data();
+  decoder->size = uint32_t(input.bytes.size());
+  decoder->load_streams(0, uint32_t(input.header.streams.size()));
+  History history(*decoder);
+  history.start(0, 0);
+  return decode_timed(input, *decoder, history, clock);
 }
 
 }  // namespace
@@ -149,7 +146,7 @@ int main(int argc, char** argv) {
     return 2;
   }
 #endif
-  std::vector<Blob> blobs;
+  std::vector<Input> blobs;
   uint64_t readings = 0;
   for (int i = 1; i < argc; i++) {
     blobs.emplace_back(argv[i]);
@@ -160,7 +157,7 @@ int main(int argc, char** argv) {
   std::vector<double> clock_share;
   for (int i = 0; i <= kRepetitions; i++) {  // the first one warms up
     Clock clock;
-    for (Blob& blob : blobs) {
+    for (Input& blob : blobs) {
       if (decode_timed(blob, clock)) continue;
       std::fputs("decode_stages: a blob is malformed\n", stderr);
       return 2;

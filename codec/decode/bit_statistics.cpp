@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "decode/decoder_context.h"
+#include "decode/decoder.h"
 #include "decode/serial_decoder.h"
 
 namespace meshlet {
@@ -55,22 +55,20 @@ void add_meshlet(SerialDecoder& d, BitStatistics& out) {
 
 }  // namespace
 
-BitStatistics count_bits(const uint8_t* data, size_t size) {
-  const BlobHeader header = read_blob_header(data, size);
-  const uint32_t streams = uint32_t(header.streams.size());
+BitStatistics count_bits(const Blob& blob) {
+  const uint32_t streams = uint32_t(blob.header.streams.size());
   BitStatistics out;
   out.streams.assign(streams, 0);
   const auto decoder = std::make_unique<SerialDecoder>();
-  decoder->data = data;
-  decoder->size = uint32_t(size);
+  decoder->data = blob.data;
+  decoder->size = uint32_t(blob.size);
   decoder->load_streams(0, streams);
-  for (uint32_t m = 0; m < header.meshlet_count; m++) {
+  for (uint32_t m = 0; m < blob.header.meshlet_count; m++) {
     decoder->decode_meshlet(m);
-    if (decoder->error != ERROR_NONE)
-      throw Malformed("meshlet " + std::to_string(m) + ": " + error_text(decoder->error));
+    if (decoder->error != ERROR_NONE) refuse({error_text(decoder->error), 0, m});
     add_meshlet(*decoder, out);
   }
-  out.references = 8 * uint64_t(size) - out.connectivity;
+  out.references = 8 * uint64_t(blob.size) - out.connectivity;
   for (uint64_t bits : out.streams) out.references -= bits;
   return out;
 }

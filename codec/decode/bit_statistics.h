@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "decode/decoder_context.h"
+#include "format/blob.h"
 
 namespace meshlet {
 
@@ -15,7 +15,6 @@ struct BitStatistics {
   uint64_t disks = 0;
   uint64_t owned_references = 0, private_references = 0, foreign_references = 0;
 
-  // Inline: the encoder needs it, too, without the decoder.
   void add(const BitStatistics& other) {
     connectivity += other.connectivity;
     references += other.references;
@@ -30,6 +29,6 @@ struct BitStatistics {
 };
 
 // Decodes every meshlet. The bits sum to the blob's size. Throws Malformed.
-BitStatistics count_bits(const uint8_t* data, size_t size);
+BitStatistics count_bits(const Blob& blob);
 
 }  // namespace meshlet

@@ -1,10 +1,9 @@
-// Compiled twice, for the baseline and for AVX2 (codec/CMakeLists.txt), each in its namespace
-// MESHLET_BUILD. The linker must not merge their code: instantiate no library templates here, and
-// keep everything that is not static in that namespace.
-#include "decode/bulk_decoder.h"
-
+// The decoder. Compiled twice, for the baseline and for AVX2 (codec/CMakeLists.txt), each in its
+// namespace MESHLET_BUILD. The linker must not merge their code: instantiate no library templates
+// here, and keep everything that is not static in that namespace.
 #include <cstring>
 
+#include "decode/decoder.h"
 #include "decode/dequantise.h"
 #include "decode/serial_decoder.h"
 
@@ -30,13 +29,16 @@ class NumberStore {
  public:
   NumberStore() = default;
   NumberStore(const NumberStore&) = delete;
-  ~NumberStore() {
+  ~NumberStore() { clear(); }
+
+  void clear() {
     while (block_ != nullptr) {
       Block* before = block_->before;
       delete[] block_->numbers;
       delete block_;
       block_ = before;
     }
+    left_ = 0;
   }
 
   uint32_t* take(size_t count) {
@@ -65,14 +67,20 @@ class NumberStore {
 // The group table's delta widths bound how far references reach back: a ring of meshlets suffices.
 class History {
  public:
-  // Of the meshlets from `begin` on; first_number: of their first new vertex.
-  History(SerialDecoder& d, uint32_t meshlets, uint32_t begin, uint32_t first_number)
-      : d_(d), meshlets_(meshlets), begin_(begin), next_(first_number) {
-    d_.first_listed = begin;
-  }
-  ~History();
+  explicit History(SerialDecoder& d) : d_(d) {}
+  ~History() { clear(); }
   History(const History&) = delete;
-  void allocate();
+
+  // Begins with meshlet `begin`, whose first new vertex gets this number. References to earlier
+  // meshlets are not followed.
+  void start(uint32_t begin, uint32_t first_number);
+  void clear();
+
+  // Makes room for meshlet m, the next one.
+  void reserve(uint32_t m) {
+    if (m - begin_ > d_.ring_mask && d_.ring_mask < reach_) grow(m);
+    d_.chain_lengths = lengths_;
+  }
 
   // Looks up the vertices shared with earlier meshlets. Call after place_references. provide: also
   // copies their values, if all of their meshlets are decoded: see has_values.
@@ -86,8 +94,8 @@ class History {
   void copy_own_chains();
 
   // Numbers the meshlet's vertices after look_up (spec, appendix A.8): global[local id]. new_ids
-  // receives the local ids without alias, in order, and kBatch zeros. Vertices of meshlets before
-  // `begin` go to `outer`. Returns the number of new vertices, or kCircle.
+  // receives the local ids without alias, in order, and kBatch zeros. Returns the number of new
+  // vertices, or kCircle.
   uint32_t number(uint32_t* global, uint32_t* new_ids);
 
   // Keeps the decoded meshlet.
@@ -97,16 +105,7 @@ class History {
   // their shared vertices?
   bool consistent();
 
-  // The vertex numbers that are kept of the last meshlets.
-  const void* numbers() const { return ring_; }
-  uint32_t numbers_count() const { return d_.ring_mask + 1; }
-
   static constexpr uint32_t kCircle = ~0u;  // aliases form a cycle, or more than MAX_HOPS hops
-  static_assert(OUTER_FIRST < kCircle);
-
-  // Where number() writes the next vertex of a meshlet before `begin`, and how many it has written.
-  OuterVertex* outer = nullptr;
-  uint32_t outer_count = 0;
 
  private:
   // A vertex on the owned references of a meshlet in the ring: its number among them, both ends of
@@ -121,20 +120,8 @@ class History {
     uint32_t* values = nullptr;  // kStored for each stream of each place
     uint32_t capacity = 0;       // places that `values` holds
   };
-#ifdef __wasm__
-  static_assert(sizeof(Kept) == 392, "web/ranges.js reads numbers, start and end");
-#endif
 
   Kept& kept(uint32_t meshlet) { return ring_[meshlet & d_.ring_mask]; }
-  // Places of the first and the last vertex of a foreign reference at its owner.
-  struct Ends {
-    uint32_t start, end;
-  };
-  Ends ends(uint32_t r) {
-    const uint32_t owner = d_.reference_owner[r], slot = d_.reference_slot[r];
-    if (owner < begin_) return {OUTER_REFERENCE * slot, OUTER_REFERENCE * slot + kPlaces};
-    return {kept(owner).start[slot], kept(owner).end[slot]};
-  }
   // Numbers that are kept of a place.
   uint32_t place_size() const { return kStored * d_.stream_total; }
   void copy_vertex(uint32_t r, const uint32_t* from, uint32_t step, uint32_t id);
@@ -153,10 +140,12 @@ class History {
   template <class Visit>
   void for_vertices(uint32_t r, Visit visit);
 
+  void grow(uint32_t m);
+
   SerialDecoder& d_;
-  uint32_t meshlets_;
-  uint32_t begin_;
-  uint32_t next_;
+  uint32_t begin_ = 0;
+  uint32_t reach_ = 0;  // at most so many meshlets back, or all of the blob
+  uint32_t next_ = 0;   // number of the next new vertex
   bool has_values_ = false;
   Kept* ring_ = nullptr;
   NumberStore store_;
@@ -167,31 +156,58 @@ class History {
   uint64_t owned_ = 0;          // mask of the loop's vertices that have a place
 };
 
-void History::allocate() {
-  uint32_t reach = 0, size = 1;
-  for (uint32_t m = 0; m < meshlets_; m += BLOB_GROUP_MESHLETS)
-    reach = d_.max(
-        reach, d_.load_word(d_.group_table + BLOB_GROUP_WORDS * (m / BLOB_GROUP_MESHLETS) + 2) >>
-                       GROUP_DELTA_SHIFT &
-                   31u);
-  while (size < meshlets_ && size < (1u << reach)) size *= 2;
-  d_.ring_mask = size - 1;
-  ring_ = new Kept[size];
-  lengths_ = new uint8_t[kPlaces * size_t(size)];
-  d_.chain_lengths = lengths_;
+void History::start(uint32_t begin, uint32_t first_number) {
+  clear();
+  begin_ = d_.first_listed = begin;
+  next_ = first_number;
+  reach_ = 0;
+  for (uint32_t m = 0; m < d_.meshlet_total; m += BLOB_GROUP_MESHLETS) {
+    const uint32_t fields =
+        d_.load_word(d_.group_table + BLOB_GROUP_WORDS * (m / BLOB_GROUP_MESHLETS) + 2);
+    reach_ = d_.max(reach_, (1u << (fields >> GROUP_DELTA_SHIFT & 31u)) - 1);
+  }
+  reach_ = d_.min(reach_, d_.meshlet_total - 1);
+  grow(begin);
 }
 
-History::~History() {
+void History::clear() {
   delete[] ring_;
   delete[] lengths_;
+  ring_ = nullptr;
+  lengths_ = nullptr;
+  store_.clear();
+}
+
+// Enlarges the ring for meshlet m, at first by the blob's size: the header's counts and widths
+// prove nothing. More meshlets than kMeshletBytes allows, which no encoder writes, double the ring
+// once they are decoded.
+void History::grow(uint32_t m) {
+  constexpr uint32_t kMeshletBytes = 64;
+  const uint32_t before = ring_ ? d_.ring_mask + 1 : 0;
+  const uint32_t wanted = d_.max(2 * before, d_.size / kMeshletBytes);
+  uint32_t size = 1;
+  while (size <= reach_ && size < wanted) size *= 2;
+  Kept* ring = new Kept[size];
+  uint8_t* lengths = new uint8_t[kPlaces * size_t(size)];
+  for (uint32_t i = m - before; i < m; i++) {
+    const uint32_t from = i & (before - 1), to = i & (size - 1);
+    ring[to] = ring_[from];
+    std::memcpy(lengths + kPlaces * size_t(to), lengths_ + kPlaces * size_t(from), kPlaces);
+  }
+  delete[] ring_;
+  delete[] lengths_;
+  ring_ = ring;
+  lengths_ = lengths;
+  d_.ring_mask = size - 1;
 }
 
 template <class Visit>
 INLINE void History::for_vertices(uint32_t r, Visit visit) {
-  const Ends at = ends(r);
-  const uint32_t n = d_.reference_length[r], rank = d_.reference_rank[r], last = at.start + n;
+  const Kept& owner = kept(d_.reference_owner[r]);
+  const uint32_t slot = d_.reference_slot[r], start = owner.start[slot], end = owner.end[slot];
+  const uint32_t n = d_.reference_length[r], rank = d_.reference_rank[r];
   for (uint32_t i = 0; i <= n; i++)
-    visit(i == 0 ? at.end : last - i, i < n ? d_.loop_vertex[rank + i] : d_.reference_end[r]);
+    visit(i == 0 ? end : start + n - i, i < n ? d_.loop_vertex[rank + i] : d_.reference_end[r]);
 }
 
 // Copies the streams that r shares from a vertex of its owner. step: from stream to stream there.
@@ -310,8 +326,12 @@ void History::look_up(bool provide) {
   for (uint64_t rest = d_.opened.foreign_refs; rest; rest &= rest - 1) {
     uint32_t r = d_.mask_lsb(rest), owner = d_.reference_owner[r],
              corners[2] = {d_.loop_vertex[d_.reference_rank[r]], d_.reference_end[r]};
-    has_values_ = has_values_ && owner >= begin_;
-    const Ends at = ends(r);
+    if (owner < begin_) {
+      has_values_ = false;
+      continue;
+    }
+    const uint32_t slot = d_.reference_slot[r], start = kept(owner).start[slot],
+                   end = kept(owner).end[slot];
     if (has_values_ && owner != d_.opened.meshlet) copy_reference(r, kept(owner).values);
     own_refs_ |= uint64_t(owner == d_.opened.meshlet) << r;
     if (d_.seamed_refs >> r & 1) continue;
@@ -319,12 +339,12 @@ void History::look_up(bool provide) {
     uint64_t inner = 0;  // vertices that are no corners
     for (uint32_t i = 1; i < n; i++) {
       const uint32_t id = d_.loop_vertex[rank + i];
-      alias_[id] = {owner, at.start + n - i};
+      alias_[id] = {owner, start + n - i};
       inner |= 1ull << id;
     }
     is_alias_ |= inner;
-    alias_corner(corners[0], {owner, at.end}, true);
-    alias_corner(corners[1], {owner, at.start}, false);
+    alias_corner(corners[0], {owner, end}, true);
+    alias_corner(corners[1], {owner, start}, false);
   }
 }
 
@@ -336,10 +356,6 @@ uint32_t History::resolve(uint32_t id, const uint32_t* global) {
     if (!(is_alias_ >> other & 1)) return global[other];
     if (hops >= MAX_HOPS) return kCircle;
     target = alias_[other];
-  }
-  if (target.meshlet < begin_) {
-    *outer++ = {target.meshlet, target.place};
-    return OUTER_FIRST - outer_count++;
   }
   return kept(target.meshlet).numbers[target.place];
 }
@@ -531,14 +547,13 @@ void write_values(const Stream& s, const uint32_t* values, const NewVertices& v,
   }
 }
 
-void write_vertices(const BlobJob& job, const Outputs& outputs, const SerialDecoder& d,
-                    const NewVertices& v) {
-  for (uint32_t s = 0; s < job.stream_count; s++) {
-    const Stream& stream = job.streams[s];
+void write_vertices(const SerialDecoder& d, const Stream* streams, StreamRange range,
+                    const NewVertices& v, const Outputs& out) {
+  for (uint32_t s = range.first; s < range.end; s++) {
     const uint32_t* values = d.vertex(s, 0);
-    if (outputs.integers && outputs.integers[s])
-      write_stream(stream, values, v, outputs.integers[s], AsInteger());
-    if (outputs.values && outputs.values[s]) write_values(stream, values, v, outputs.values[s]);
+    if (out.integers && out.integers[s])
+      write_stream(streams[s], values, v, out.integers[s], AsInteger());
+    if (out.values && out.values[s]) write_values(streams[s], values, v, out.values[s]);
   }
 }
 
@@ -552,83 +567,6 @@ void write_triangles(const SerialDecoder& d, const uint32_t* global, uint32_t* o
   }
 }
 
-// Not for the stack: more than 100 kB.
-struct OpenDecoder {
-  SerialDecoder d{};
-  History history;
-
-  OpenDecoder(const BlobJob& job, uint32_t begin, uint32_t first_number)
-      : history(d, job.meshlet_count, begin, first_number) {
-    d.data = job.data;
-    d.size = job.size;
-    d.load_streams(0, job.stream_count);
-    history.allocate();
-  }
-};
-
-class BulkDecoder : public RangeDecoder {
- public:
-  BulkDecoder(const BlobJob& job, uint32_t begin, uint32_t first_number)
-      : job_(job), open_(job, begin, first_number), begin_(begin), next_(begin) {}
-  BlobResult decode(uint32_t end, const Outputs& outputs) override;
-
- private:
-  // Decodes the values and lists the triangles of meshlet m. Sets the decoder's error.
-  void decode_meshlet(uint32_t m);
-
-  BlobJob job_;
-  OpenDecoder open_;
-  uint32_t begin_;
-  uint32_t next_;          // meshlet
-  uint32_t vertices_ = 0;  // new ones so far
-};
-
-void BulkDecoder::decode_meshlet(uint32_t m) {
-  SerialDecoder& d = open_.d;
-  History& history = open_.history;
-  d.open_meshlet(m);
-  if (d.error == ERROR_NONE) d.connect_meshlet();
-  if (d.error != ERROR_NONE) return;
-  history.look_up(true);
-  if (!history.has_values()) return d.decode_meshlet(m);
-  d.read_corners();
-  history.copy_own_corners();
-  if (d.error == ERROR_NONE) d.read_chains(d.opened);
-  history.copy_own_chains();
-  if (d.error == ERROR_NONE) d.read_interiors();
-}
-
-BlobResult BulkDecoder::decode(uint32_t end, const Outputs& outputs) {
-  SerialDecoder& d = open_.d;
-  History& history = open_.history;
-  const uint32_t start = vertices_, first_outer = history.outer_count;
-  uint32_t* triangles = outputs.triangles;
-  history.outer = outputs.outer;
-  for (uint32_t m = next_; m < end; m++) {
-    decode_meshlet(m);
-    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error, {}};
-    uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
-    uint32_t count = history.number(global, new_ids);
-    if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS, {}};
-    const uint32_t rest = job_.vertex_count - vertices_;
-    if (count > rest) return {BlobProblem::kTooManyVertices, m, ERROR_NONE, {}};
-    history.append(global);
-    write_triangles(d, global, triangles);
-    triangles += 3 * d.triangle_count;
-    // The caller has room for 64 vertices of each meshlet, or for all.
-    const uint32_t room = d.min(rest, MESHLET_VERTICES * (end - m));
-    write_vertices(job_, outputs, d, {new_ids, count, vertices_ - start, room});
-    vertices_ += count;
-  }
-  next_ = end;
-  if (begin_ == 0 && end == job_.meshlet_count && vertices_ != job_.vertex_count)
-    return {BlobProblem::kTooFewVertices, 0, ERROR_NONE, {}};
-  BlobResult result;
-  result.part = {uint32_t(triangles - outputs.triangles) / 3, vertices_ - start,
-                 history.outer_count - first_outer, history.numbers(), history.numbers_count()};
-  return result;
-}
-
 // First byte after meshlet m.
 uint32_t meshlet_end(SerialDecoder& d, uint32_t m) {
   const uint32_t next = m + 1;
@@ -637,59 +575,159 @@ uint32_t meshlet_end(SerialDecoder& d, uint32_t m) {
   return d.load_word(d.group_table + BLOB_GROUP_WORDS * (next / BLOB_GROUP_MESHLETS));
 }
 
-BlobResult validate(const BlobJob& job, SerialDecoder& d, History& history) {
-  uint32_t vertices = 0;
-  for (uint32_t m = 0; m < job.meshlet_count; m++) {
-    d.decode_meshlet(m);
-    if (d.error != ERROR_NONE) return {BlobProblem::kMalformedMeshlet, m, d.error, {}};
-    if (d.low_cursor > 8 * meshlet_end(d, m)) return {BlobProblem::kOverlap, m, ERROR_NONE, {}};
-    history.look_up(false);
+Problem malformed(uint32_t m, uint32_t error) { return {error_text(error), 0, m}; }
+
+constexpr const char* kTooManyVertices = "the blob has more vertices than its header says";
+constexpr const char* kTooFewVertices = "the blob has fewer vertices than its header says";
+
+// Not for the stack: more than 100 kB.
+class BlobDecoder : public Decoder {
+  size_t bytes() const override { return sizeof(*this); }
+  void opened() override;
+  Problem try_decode(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out,
+                     DecodedCounts& counts) override;
+  Problem try_validate() override;
+
+  Problem decode_alone(uint32_t first, uint32_t count, StreamRange streams, DecodedMeshlet& out);
+  void load_streams(StreamRange streams);
+  void start(uint32_t begin, uint32_t first_number);
+  // Of a meshlet's vertices: their numbers, and the new ones' local ids.
+  struct Numbers {
     uint32_t global[kPlaces], new_ids[kPlaces + kBatch];
-    uint32_t count = history.number(global, new_ids);
-    if (count == History::kCircle) return {BlobProblem::kMalformedMeshlet, m, ERROR_HOPS, {}};
-    vertices += count;
-    history.append(global);
-    if (!history.consistent()) return {BlobProblem::kInconsistent, m, ERROR_NONE, {}};
-  }
-  if (vertices > job.vertex_count) return {BlobProblem::kTooManyVertices, 0, ERROR_NONE, {}};
-  return {vertices == job.vertex_count ? BlobProblem::kNone : BlobProblem::kTooFewVertices,
-          0,
-          ERROR_NONE,
-          {}};
+    uint32_t new_count;
+  };
+  Problem decode_next(uint32_t m, bool alone, Numbers& out);
+  void decode_values(uint32_t m);
+
+  SerialDecoder d_{};
+  History history_{d_};
+  StreamRange loaded_;
+  // Of calls that continue each other, to arrays: the first meshlet of the first one; the next
+  // meshlet, or NO_MESHLET if no call can continue; the vertices so far.
+  uint32_t begin_ = 0, next_ = NO_MESHLET, vertices_ = 0;
+};
+
+void BlobDecoder::opened() {
+  d_.data = data_;
+  d_.size = size_;
+  d_.load_tables();
+  loaded_ = {0, 0};
+  next_ = NO_MESHLET;
+  history_.clear();
 }
 
-// --- single meshlets ---
+void BlobDecoder::load_streams(StreamRange streams) {
+  if (streams.end > stream_count_) streams.end = stream_count_;
+  if (streams.first == loaded_.first && streams.end == loaded_.end) return;
+  d_.load_streams(streams.first, streams.end);
+  loaded_ = streams;
+}
 
-class SerialMeshletDecoder : public MeshletDecoder {
- public:
-  void open(const uint8_t* data, size_t size) override {
-    d_.data = data;
-    d_.size = uint32_t(size);
-    d_.load_tables();
-    d_.load_streams(0, d_.stream_total);
-  }
-  DecodedMeshlet decode(uint32_t m) override {
+Problem BlobDecoder::decode_alone(uint32_t first, uint32_t count, StreamRange streams,
+                                  DecodedMeshlet& out) {
+  load_streams(streams);
+  d_.chain_lengths = nullptr;
+  for (uint32_t m = first; m - first < count; m++) {
     d_.decode_meshlet(m);
-    return {d_.error,     d_.triangle_count, d_.vertex_count,
-            d_.triangles, d_.values,         d_.stream_element};
+    if (d_.error != ERROR_NONE) return malformed(m, d_.error);
   }
+  out = {d_.triangle_count, d_.vertex_count, d_.triangles, d_.values, d_.stream_element};
+  return {};
+}
 
- private:
-  SerialDecoder d_{};
-};
+// Begins to decode to arrays.
+void BlobDecoder::start(uint32_t begin, uint32_t first_number) {
+  begin_ = begin;
+  next_ = NO_MESHLET;
+  vertices_ = 0;
+  history_.start(begin, first_number);
+}
+
+// Decodes the values and lists the triangles of meshlet m with what the history has of earlier
+// ones. Sets the serial decoder's error.
+void BlobDecoder::decode_values(uint32_t m) {
+  d_.open_meshlet(m);
+  if (d_.error == ERROR_NONE) d_.connect_meshlet();
+  if (d_.error != ERROR_NONE) return;
+  history_.look_up(true);
+  if (!history_.has_values()) return d_.decode_meshlet(m);
+  d_.read_corners();
+  history_.copy_own_corners();
+  if (d_.error == ERROR_NONE) d_.read_chains(d_.opened);
+  history_.copy_own_chains();
+  if (d_.error == ERROR_NONE) d_.read_interiors();
+}
+
+// Decodes meshlet m, numbers its vertices and keeps it. alone: without the values of earlier ones.
+Problem BlobDecoder::decode_next(uint32_t m, bool alone, Numbers& out) {
+  history_.reserve(m);
+  if (alone)
+    d_.decode_meshlet(m);
+  else
+    decode_values(m);
+  if (d_.error != ERROR_NONE) return malformed(m, d_.error);
+  if (alone) {
+    if (d_.low_cursor > 8 * meshlet_end(d_, m))
+      return {"its data run past the start of the next meshlet", 0, m};
+    history_.look_up(false);
+  }
+  out.new_count = history_.number(out.global, out.new_ids);
+  if (out.new_count == History::kCircle) return malformed(m, ERROR_HOPS);
+  history_.append(out.global);
+  return {};
+}
+
+Problem BlobDecoder::try_decode(uint32_t first, uint32_t count, StreamRange streams,
+                                const Outputs& out, DecodedCounts& counts) {
+  if (out.meshlet) return decode_alone(first, count, streams, *out.meshlet);
+  if (first != next_) start(first, out.first_vertex);
+  next_ = NO_MESHLET;
+  load_streams({});
+  if (streams.end > stream_count_) streams.end = stream_count_;
+  const uint32_t end = first + count, vertices_before = vertices_;
+  uint32_t* triangles = out.triangles;
+  for (uint32_t m = first; m < end; m++) {
+    Numbers numbers;
+    if (const Problem problem = decode_next(m, false, numbers)) return problem;
+    uint32_t room = MESHLET_VERTICES * (end - m);
+    if (begin_ == 0) {
+      room = d_.min(room, vertex_count_ - vertices_);
+      if (numbers.new_count > room) return {kTooManyVertices};
+    }
+    write_triangles(d_, numbers.global, triangles);
+    triangles += 3 * d_.triangle_count;
+    write_vertices(d_, streams_, streams,
+                   {numbers.new_ids, numbers.new_count, vertices_ - vertices_before, room}, out);
+    vertices_ += numbers.new_count;
+  }
+  counts = {uint32_t(triangles - out.triangles) / 3, vertices_ - vertices_before};
+  if (end < meshlet_count_) {
+    next_ = end;
+    return {};
+  }
+  history_.clear();
+  if (begin_ == 0 && vertices_ != vertex_count_) return {kTooFewVertices};
+  return {};
+}
+
+Problem BlobDecoder::try_validate() {
+  load_streams({});
+  start(0, 0);
+  for (uint32_t m = 0; m < meshlet_count_; m++) {
+    Numbers numbers;
+    if (const Problem problem = decode_next(m, true, numbers)) return problem;
+    vertices_ += numbers.new_count;
+    if (!history_.consistent()) return {"a shared vertex differs from its owner's", 0, m};
+  }
+  history_.clear();
+  if (vertices_ > vertex_count_) return {kTooManyVertices};
+  if (vertices_ < vertex_count_) return {kTooFewVertices};
+  return {};
+}
 
 }  // namespace
 
-MeshletDecoder* new_meshlet_decoder() { return new SerialMeshletDecoder(); }
-RangeDecoder* new_range_decoder(const BlobJob& job, uint32_t begin, uint32_t first_number) {
-  return new BulkDecoder(job, begin, first_number);
-}
-BlobResult validate_blob(const BlobJob& job) {
-  OpenDecoder* open = new OpenDecoder(job, 0, 0);
-  const BlobResult result = validate(job, open->d, open->history);
-  delete open;
-  return result;
-}
+Decoder* new_decoder() { return new BlobDecoder(); }
 
 }  // namespace MESHLET_BUILD
 }  // namespace meshlet

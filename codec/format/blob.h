@@ -58,6 +58,14 @@ struct BlobHeader {
   std::vector<Stream> streams;
 };
 
+// A checked blob. Borrows its bytes.
+struct Blob {
+  const uint8_t* data;
+  size_t size;
+  BlobHeader header;
+  uint64_t first_vertex = 0, first_triangle = 0, first_meshlet = 0;  // in its view
+};
+
 // The bytes break a rule of the format. what(): one sentence.
 struct Malformed : std::runtime_error {
   using std::runtime_error::runtime_error;

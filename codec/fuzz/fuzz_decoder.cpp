@@ -12,11 +12,12 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <random>
 #include <vector>
 
 #include "decode/bit_statistics.h"
-#include "decode/view_decoder.h"
+#include "decode/view.h"
 
 namespace {
 
@@ -28,38 +29,93 @@ void expect(bool holds, const char* problem) {
   std::abort();
 }
 
-void decode_everything(const Bytes& view, bool integers) {
-  meshlet::ViewDecoder decoder(view.data(), view.size());
-  expect(decoder.meshlet_count() <= view.size(), "more meshlets than the bytes can hold");
-  expect(decoder.vertex_count() <= 64 * decoder.meshlet_count(),
-         "more vertices than the meshlets can hold");
-  std::vector<uint32_t> triangles(3 * size_t(decoder.triangle_count()));
-  std::vector<std::vector<uint32_t>> storage;
-  std::vector<uint32_t*> as_integers;
-  std::vector<void*> as_values;
-  for (const meshlet::Stream& stream : decoder.streams()) {
-    storage.emplace_back(size_t(decoder.vertex_count()) * meshlet::value_count(stream));
-    as_integers.push_back(integers ? storage.back().data() : nullptr);
-    as_values.push_back(integers ? nullptr : storage.back().data());
+// The decoded arrays of a view or of some meshlets.
+struct Arrays {
+  std::vector<uint32_t> triangles;
+  std::vector<std::vector<uint32_t>> values;
+
+  Arrays(size_t triangle_count, size_t vertex_count, const std::vector<meshlet::Stream>& streams)
+      : triangles(3 * triangle_count) {
+    for (const meshlet::Stream& stream : streams)
+      values.emplace_back(vertex_count * meshlet::value_count(stream));
   }
-  for (size_t blob = 0; blob < decoder.blobs().size(); blob++)
-    decoder.decode(blob, triangles.data(), as_integers.data(), as_values.data());
-  for (uint32_t vertex : triangles)
-    expect(vertex < decoder.vertex_count(), "a triangle names a vertex that does not exist");
+
+  // Calls decode(outputs) to write integers or values.
+  template <class Decode>
+  void fill(bool integers, Decode decode) {
+    std::vector<uint32_t*> as_integers;
+    for (std::vector<uint32_t>& array : values) as_integers.push_back(array.data());
+    std::vector<void*> as_values(as_integers.begin(), as_integers.end());
+    meshlet::Outputs out;
+    out.triangles = triangles.data();
+    if (integers)
+      out.integers = as_integers.data();
+    else
+      out.values = as_values.data();
+    decode(out);
+  }
+};
+
+Arrays decode_everything(const meshlet::View& view, bool integers) {
+  expect(view.vertex_count <= 64 * view.meshlet_count, "more vertices than the meshlets can hold");
+  Arrays arrays(size_t(view.triangle_count), size_t(view.vertex_count), view.streams());
+  arrays.fill(integers, [&](const meshlet::Outputs& out) {
+    for (size_t blob = 0; blob < view.blobs.size(); blob++) view.decode(blob, out);
+  });
+  for (uint32_t vertex : arrays.triangles)
+    expect(vertex < view.vertex_count, "a triangle names a vertex that does not exist");
+  return arrays;
 }
 
-void validate(const Bytes& view) {
-  const meshlet::ViewDecoder decoder(view.data(), view.size());
-  for (size_t blob = 0; blob < decoder.blobs().size(); blob++) decoder.validate(blob);
+void validate(const meshlet::View& view) {
+  for (size_t blob = 0; blob < view.blobs.size(); blob++) view.validate(blob);
 }
 
-void decode_meshlets(const Bytes& view) {
-  const meshlet::ViewDecoder decoder(view.data(), view.size());
-  meshlet::ViewMeshlets meshlets(decoder);
-  for (uint64_t m = decoder.meshlet_count(); m-- > 0;) {
-    try {
-      meshlets.meshlet(m);
-    } catch (const meshlet::Malformed&) {
+// Decodes ranges of a valid blob and compares the values at all corners with those of `whole`.
+// continued: each range continues the one before.
+void compare_ranges(const meshlet::Blob& blob, const Arrays& whole, bool continued) {
+  const std::vector<meshlet::Stream>& streams = blob.header.streams;
+  const auto decoder = meshlet::make_decoder();
+  decoder->open(blob);
+  const uint32_t meshlets = blob.header.meshlet_count, step = meshlets / 3 + 1;
+  size_t corner = 3 * size_t(blob.first_triangle), vertices = 0;
+  std::vector<std::vector<uint32_t>> values(streams.size());
+  for (uint32_t first = 0; first < meshlets; first += step) {
+    const uint32_t count = std::min(step, meshlets - first);
+    Arrays part(64 * size_t(count), 64 * size_t(count), streams);
+    if (!continued) {
+      decoder->open(blob);
+      vertices = 0;
+      values.assign(streams.size(), {});
+    }
+    decoder->meshlet(meshlets - 1);  // changes nothing
+    meshlet::DecodedCounts counts;
+    part.fill(true, [&](const auto& out) { counts = decoder->decode(first, count, {}, out); });
+    vertices += counts.vertices;
+    for (size_t s = 0; s < streams.size(); s++)
+      values[s].insert(values[s].end(), part.values[s].begin(),
+                       part.values[s].begin() + long(counts.vertices) * streams[s].elements);
+    for (size_t i = 0; i < 3 * size_t(counts.triangles); i++, corner++) {
+      const uint32_t there = whole.triangles[corner], here = part.triangles[i];
+      expect(here < vertices, "a range names a vertex that does not exist");
+      expect(!continued || here + blob.first_vertex == there, "a range continues other numbers");
+      for (size_t s = 0; s < streams.size(); s++)
+        for (uint32_t c = 0, n = streams[s].elements; c < n; c++)
+          expect(values[s][n * here + c] == whole.values[s][n * there + c],
+                 "a range decodes to other values");
+    }
+  }
+}
+
+void decode_meshlets(const meshlet::View& view) {
+  const auto decoder = meshlet::make_decoder();
+  for (const meshlet::Blob& blob : view.blobs) {
+    decoder->open(blob);
+    for (uint32_t m = blob.header.meshlet_count; m-- > 0;) {
+      try {
+        decoder->meshlet(m);
+      } catch (const meshlet::Malformed&) {
+      }
     }
   }
 }
@@ -75,14 +131,23 @@ bool accepted(Run run) {
 }
 
 // Returns whether the whole view decodes.
-bool try_view(const Bytes& view) {
-  const bool whole = accepted([&] { decode_everything(view, true); });
-  expect(accepted([&] { decode_everything(view, false); }) == whole,
+bool try_view(const Bytes& bytes) {
+  std::optional<meshlet::View> view;
+  if (!accepted([&] { view.emplace(bytes.data(), bytes.size()); })) return false;
+  std::optional<Arrays> whole;
+  accepted([&] { whole = decode_everything(*view, true); });
+  expect(accepted([&] { decode_everything(*view, false); }) == whole.has_value(),
          "decoding to values and to integers disagree on a view");
-  expect(whole || !accepted([&] { validate(view); }), "a valid view does not decode");
-  accepted([&] { decode_meshlets(view); });
-  accepted([&] { meshlet::count_bits(view.data(), view.size()); });
-  return whole;
+  const bool valid = accepted([&] { validate(*view); });
+  expect(whole || !valid, "a valid view does not decode");
+  if (valid)
+    for (const meshlet::Blob& blob : view->blobs)
+      for (bool continued : {false, true}) compare_ranges(blob, *whole, continued);
+  decode_meshlets(*view);
+  accepted([&] {
+    for (const meshlet::Blob& blob : view->blobs) meshlet::count_bits(blob);
+  });
+  return whole.has_value();
 }
 
 }  // namespace

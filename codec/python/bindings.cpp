@@ -16,8 +16,7 @@
 #include "common/parallel.h"
 #include "common/weld.h"
 #include "decode/bit_statistics.h"
-#include "decode/decoder_context.h"
-#include "decode/view_decoder.h"
+#include "decode/view.h"
 #include "encode/encoder.h"
 #include "encode/pages.h"
 #include "arrays.h"
@@ -57,11 +56,16 @@ nb::dict stream_dict(const Stream& s) {
   return d;
 }
 
-// The streams are those of the first blob: predictors and bases of others may differ.
-nb::dict description_dict(const ViewDecoder& view, const BitStatistics& d) {
+// The stream table of the first blob. Predictors and bases of others may differ.
+nb::list stream_dicts(const View& view) {
+  nb::list out;
+  for (const Stream& s : view.streams()) out.append(stream_dict(s));
+  return out;
+}
+
+nb::dict description_dict(const View& view, const BitStatistics& d) {
   nb::dict out, bits, symbols, references;
-  nb::list streams, stream_bits;
-  for (const Stream& s : view.streams()) streams.append(stream_dict(s));
+  nb::list stream_bits;
   for (uint64_t b : d.streams) stream_bits.append(b);
   bits["connectivity"] = d.connectivity;
   bits["references"] = d.references;
@@ -71,12 +75,12 @@ nb::dict description_dict(const ViewDecoder& view, const BitStatistics& d) {
   references["owned"] = d.owned_references;
   references["private"] = d.private_references;
   references["foreign"] = d.foreign_references;
-  out["blobs"] = view.blobs().size();
-  out["triangles"] = view.triangle_count();
-  out["vertices"] = view.vertex_count();
-  out["meshlets"] = view.meshlet_count();
+  out["blobs"] = view.blobs.size();
+  out["triangles"] = view.triangle_count;
+  out["vertices"] = view.vertex_count;
+  out["meshlets"] = view.meshlet_count;
   out["components"] = d.disks;
-  out["streams"] = streams;
+  out["streams"] = stream_dicts(view);
   out["bits"] = bits;
   out["symbols"] = symbols;
   out["references"] = references;
@@ -193,7 +197,7 @@ nb::tuple encode_primitive(const Indices& triangles, const Numbers& position_ids
   }
   std::vector<uint8_t> view;
   for (const std::vector<uint8_t>& blob : blobs) view.insert(view.end(), blob.begin(), blob.end());
-  nb::dict out = description_dict(ViewDecoder(view.data(), view.size()), stats.bits);
+  nb::dict out = description_dict(View(view.data(), view.size()), stats.bits);
   nb::dict generation, seconds;
   generation["histogram"] = nb::make_tuple(stats.histogram[0], stats.histogram[1],
                                            stats.histogram[2], stats.histogram[3]);
@@ -205,11 +209,11 @@ nb::tuple encode_primitive(const Indices& triangles, const Numbers& position_ids
 }
 
 nb::tuple decode_view(const nb::bytes& bytes, int threads, bool as_values) {
-  const ViewDecoder view(bytes_of(bytes), bytes.size());
+  const View view(bytes_of(bytes), bytes.size());
   const std::vector<Stream>& streams = view.streams();
-  const size_t vertices = size_t(view.vertex_count());
+  const size_t vertices = size_t(view.vertex_count);
   uint32_t* triangles;
-  nb::object triangle_array = new_array(size_t(view.triangle_count()), 3, triangles);
+  nb::object triangle_array = new_array(size_t(view.triangle_count), 3, triangles);
   std::vector<uint32_t*> integers(streams.size(), nullptr);
   std::vector<void*> values(streams.size(), nullptr);
   nb::list arrays;
@@ -228,44 +232,38 @@ nb::tuple decode_view(const nb::bytes& bytes, int threads, bool as_values) {
   }
   {
     nb::gil_scoped_release release;
-    parallel_for(threads, view.blobs().size(),
-                 [&](size_t b) { view.decode(b, triangles, integers.data(), values.data()); });
+    const Outputs out{triangles, integers.data(), values.data()};
+    parallel_for(threads, view.blobs.size(), [&](size_t b) { view.decode(b, out); });
   }
   return nb::make_tuple(triangle_array, arrays);
 }
 
 nb::list split_view(const nb::bytes& bytes) {
-  const ViewDecoder view(bytes_of(bytes), bytes.size());
+  const View view(bytes_of(bytes), bytes.size());
   nb::list out;
-  for (const ViewBlob& blob : view.blobs())
+  for (const Blob& blob : view.blobs)
     out.append(nb::make_tuple(blob.data - bytes_of(bytes), blob.size));
   return out;
 }
 
-// A view that owns its bytes, open for decoding single meshlets.
-class OpenView {
+// Python's Decoder: single meshlets of a view, whose bytes it owns.
+class PythonDecoder {
  public:
-  explicit OpenView(nb::bytes bytes)
-      : bytes_(std::move(bytes)), view_(bytes_of(bytes_), bytes_.size()), meshlets_(view_) {}
+  const nb::bytes bytes;
+  const View view;
 
-  const ViewDecoder& view() const { return view_; }
+  explicit PythonDecoder(nb::bytes given)
+      : bytes(std::move(given)), view(bytes_of(bytes), bytes.size()) {}
 
-  nb::list streams() const {
-    nb::list out;
-    for (const Stream& s : view_.streams()) out.append(stream_dict(s));
-    return out;
-  }
-
-  nb::tuple decode_meshlet(uint64_t m) {
-    if (m >= view_.meshlet_count()) throw nb::index_error("no such meshlet");
-    const DecodedMeshlet d = meshlets_.meshlet(m);
+  nb::tuple decode_one(uint64_t m) {
+    const DecodedMeshlet d = decode(m);
     uint8_t* triangles;
     nb::object triangle_array = new_array(d.triangle_count, 3, triangles);
     for (uint32_t i = 0; i < 3 * d.triangle_count; i++)
       triangles[i] = uint8_t(d.triangles[i / 3] >> 8 * (i % 3));
     nb::list arrays;
-    for (uint32_t s = 0; s < view_.streams().size(); s++) {
-      const uint32_t elements = view_.streams()[s].elements;
+    for (uint32_t s = 0; s < view.streams().size(); s++) {
+      const uint32_t elements = view.streams()[s].elements;
       uint32_t* data;
       arrays.append(new_array(d.vertex_count, elements, data));
       for (uint32_t v = 0; v < d.vertex_count; v++, data += elements)
@@ -277,17 +275,26 @@ class OpenView {
   uint64_t decode_many(const Numbers& numbers) {
     nb::gil_scoped_release release;
     uint64_t triangles = 0;
-    for (size_t i = 0; i < numbers.shape(0); i++) {
-      if (numbers.data()[i] >= view_.meshlet_count()) throw nb::index_error("no such meshlet");
-      triangles += meshlets_.meshlet(numbers.data()[i]).triangle_count;
-    }
+    for (size_t i = 0; i < numbers.shape(0); i++)
+      triangles += decode(numbers.data()[i]).triangle_count;
     return triangles;
   }
 
  private:
-  nb::bytes bytes_;
-  ViewDecoder view_;
-  ViewMeshlets meshlets_;  // borrows view_: never moved
+  DecodedMeshlet decode(uint64_t m) {
+    if (m >= view.meshlet_count) throw nb::index_error("no such meshlet");
+    DecodedMeshlet decoded;
+    const size_t number = view.blob_of_meshlet(m);
+    view.with_blob(number, [&](const Blob& blob) {
+      if (number != open_) decoder_->open(blob);
+      open_ = number;
+      decoded = decoder_->meshlet(uint32_t(m - blob.first_meshlet));
+    });
+    return decoded;
+  }
+
+  const std::unique_ptr<Decoder> decoder_ = make_decoder();
+  size_t open_ = SIZE_MAX;  // number of the open blob
 };
 
 // The header and tables of a blob, without its data.
@@ -305,16 +312,17 @@ HeaderView read_header(const nb::bytes& blob) {
 nb::object meshlet_triangles(const HeaderView& view) { return array_of(view.meshlet_triangles); }
 
 nb::dict describe_view(const nb::bytes& bytes) {
-  const ViewDecoder view(bytes_of(bytes), bytes.size());
+  const View view(bytes_of(bytes), bytes.size());
   BitStatistics bits;
-  for (const ViewBlob& blob : view.blobs()) bits.add(count_bits(blob.data, blob.size));
+  for (size_t b = 0; b < view.blobs.size(); b++)
+    view.with_blob(b, [&](const Blob& blob) { bits.add(count_bits(blob)); });
   return description_dict(view, bits);
 }
 
 void validate(const nb::bytes& bytes, int threads) {
-  const ViewDecoder view(bytes_of(bytes), bytes.size());
+  const View view(bytes_of(bytes), bytes.size());
   nb::gil_scoped_release release;
-  parallel_for(threads, view.blobs().size(), [&](size_t b) { view.validate(b); });
+  parallel_for(threads, view.blobs.size(), [&](size_t b) { view.validate(b); });
 }
 
 }  // namespace
@@ -459,24 +467,25 @@ NB_MODULE(_codec, m) {
   m.def("read_header", &read_header, "blob"_a,
         "Reads and checks header and tables; decodes nothing.");
 
-  nb::class_<OpenView>(m, "Decoder",
-                       "Decodes single meshlets of a view, numbered on through its blobs. Not "
-                       "thread-safe.")
+  nb::class_<PythonDecoder>(m, "Decoder",
+                            "Decodes single meshlets of a view, numbered on through its blobs. Not "
+                            "thread-safe.")
       .def(nb::init<nb::bytes>(), "view"_a)
-      .def_prop_ro("triangle_count", [](const OpenView& o) { return o.view().triangle_count(); })
-      .def_prop_ro("vertex_count", [](const OpenView& o) { return o.view().vertex_count(); })
-      .def_prop_ro("meshlet_count", [](const OpenView& o) { return o.view().meshlet_count(); })
-      .def_prop_ro("streams", &OpenView::streams,
-                   nb::sig("def streams(self) -> list[dict[str, typing.Any]]"),
-                   "The stream table as dicts, as encode takes them.")
+      .def_prop_ro("triangle_count", [](const PythonDecoder& d) { return d.view.triangle_count; })
+      .def_prop_ro("vertex_count", [](const PythonDecoder& d) { return d.view.vertex_count; })
+      .def_prop_ro("meshlet_count", [](const PythonDecoder& d) { return d.view.meshlet_count; })
+      .def_prop_ro(
+          "streams", [](const PythonDecoder& d) { return stream_dicts(d.view); },
+          nb::sig("def streams(self) -> list[dict[str, typing.Any]]"),
+          "The stream table as dicts, as encode takes them.")
       .def(
-          "decode_meshlet", &OpenView::decode_meshlet, "index"_a,
+          "decode_meshlet", &PythonDecoder::decode_one, "index"_a,
           nb::sig(
               "def decode_meshlet(self, index: int) -> "
               "tuple[numpy.typing.NDArray[numpy.uint8], list[numpy.typing.NDArray[numpy.uint32]]]"),
           "Returns (triangles: uint8[t, 3] local ids, [uint32[v, components] per stream]). Raises\n"
           "IndexError.")
-      .def("decode_many", &OpenView::decode_many, "indices"_a,
+      .def("decode_many", &PythonDecoder::decode_many, "indices"_a,
            nb::sig("def decode_many(self, indices: numpy.typing.NDArray[numpy.uint32]) -> int"),
            "Decodes the meshlets of these numbers (uint32[n]) without making arrays, for timing.\n"
            "Returns the number of their triangles. Raises IndexError.");

@@ -6,15 +6,14 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "decode/decoder_context.h"
+#include "decode/decoder.h"
 #include "decode/dequantise.h"
-#include "decode/serial_decoder.h"
 
 namespace meshlet_shape {
 namespace {
 
 using meshlet::BlobHeader;
-using meshlet::SerialDecoder;
+using meshlet::DecodedMeshlet;
 using meshlet::Stream;
 using meshlet::value_count;
 
@@ -31,84 +30,61 @@ float clamped(const Attribute& a, float value) {
                          : value;  // the lowest normalized signed integer means -1
 }
 
-// Decodes single meshlets. Each thread has one, open on the last blob it asked for.
-class Context {
- public:
-  // Decodes the streams [first, end) of meshlet m.
-  SerialDecoder& decode(const Blob& blob, uint32_t m, uint32_t first, uint32_t end) {
-    if (blob_ != blob.id) {
-      blob_ = 0;
-      header_ = &blob.header();
-      decoder_.data = blob.bytes.data();
-      decoder_.size = uint32_t(blob.bytes.size());
-      blob_ = blob.id;
-      first_ = end_ = 0;
-    }
-    if (first_ != first || end_ != end) decoder_.load_streams(first_ = first, end_ = end);
-    decoder_.decode_meshlet(m);
-    if (decoder_.error != ERROR_NONE)
-      throw std::runtime_error(std::string("a meshlet is damaged: ") +
-                               meshlet::error_text(decoder_.error));
-    return decoder_;
+void read_stream(const Stream& s, const uint32_t* q, float* out) {
+  if (s.kind == meshlet::kOct) {
+    const float scale = meshlet::octahedral_scale(s.bits);
+    return meshlet::octahedral_direction(q[0], q[1], scale, out[0], out[1], out[2]);
   }
-
-  // Reads attribute `a` of vertex `id`, whose streams must be decoded.
-  void read(const Attribute& a, uint32_t id, float* out) const {
-    float stored[kMaxStored];
-    for (uint32_t s = a.stream, done = 0; done < a.stored; s++) {
-      const Stream& stream = header_->streams[s];
-      read_stream(stream, decoder_.vertex(s, id), stored + done);
-      done += value_count(stream);
-    }
-    for (uint32_t c = 0; c < a.components; c++) out[c] = clamped(a, stored[a.skipped + c]);
-  }
-
-  // Reads the positions of all vertices: out[axis][id].
-  void read_positions(const Attribute& a, float (*out)[64]) const {
-    const Stream& stream = header_->streams[a.stream];
-    if (stream.kind != meshlet::kGrid || a.integer || stream.elements != 3) {
-      for (uint32_t id = 0; id < 64; id++) {
-        float p[3] = {};
-        if (id < decoder_.vertex_count) read(a, id, p);
-        for (int i = 0; i < 3; i++) out[i][id] = p[i];
-      }
-      return;
-    }
-    const uint32_t* q = decoder_.vertex(a.stream, 0);
-    for (int i = 0; i < 3; i++) {
-      const double offset = stream.offset[i], step = stream.step;
-      for (uint32_t id = 0; id < 64; id++)
-        out[i][id] = meshlet::grid_value(q[4 * id + i], step, offset);
-    }
-  }
-
- private:
-  static void read_stream(const Stream& s, const uint32_t* q, float* out) {
-    if (s.kind == meshlet::kOct) {
-      const float scale = meshlet::octahedral_scale(s.bits);
-      return meshlet::octahedral_direction(q[0], q[1], scale, out[0], out[1], out[2]);
-    }
-    for (uint32_t c = 0; c < s.elements; c++) out[c] = read_element(s, c, q[c]);
-  }
-
-  static float read_element(const Stream& s, uint32_t c, uint32_t q) {
+  for (uint32_t c = 0; c < s.elements; c++) {
     switch (s.kind) {
-      case meshlet::kGrid: return meshlet::grid_value(q, s.step, s.offset[c]);
-      case meshlet::kFloat32: return float_of_bits(meshlet::float_bits(q));
-      case meshlet::kSign: return meshlet::sign_value(q);
-      default: return float(q);
+      case meshlet::kGrid: out[c] = meshlet::grid_value(q[c], s.step, s.offset[c]); break;
+      case meshlet::kFloat32: out[c] = float_of_bits(meshlet::float_bits(q[c])); break;
+      case meshlet::kSign: out[c] = meshlet::sign_value(q[c]); break;
+      default: out[c] = float(q[c]);
     }
   }
+}
 
-  SerialDecoder decoder_{};
-  const BlobHeader* header_ = nullptr;  // of the open blob
-  uint64_t blob_ = 0;
-  uint32_t first_ = 0, end_ = 0;
-};
+// Reads attribute `a` of vertex `id`, whose streams must be decoded.
+void read(const DecodedMeshlet& d, const std::vector<Stream>& streams, const Attribute& a,
+          uint32_t id, float* out) {
+  float stored[kMaxStored];
+  for (uint32_t s = a.stream, done = 0; done < a.stored; done += value_count(streams[s]), s++)
+    read_stream(streams[s], d.vertex(s, id), stored + done);
+  for (uint32_t c = 0; c < a.components; c++) out[c] = clamped(a, stored[a.skipped + c]);
+}
 
-Context& this_context() {
-  static thread_local Context context;
-  return context;
+// Reads the positions of all vertices: out[axis][id].
+void read_positions(const DecodedMeshlet& d, const std::vector<Stream>& streams, const Attribute& a,
+                    float (*out)[64]) {
+  const Stream& stream = streams[a.stream];
+  if (stream.kind != meshlet::kGrid || a.integer || stream.elements != 3) {
+    for (uint32_t id = 0; id < 64; id++) {
+      float p[3] = {};
+      if (id < d.vertex_count) read(d, streams, a, id, p);
+      for (int i = 0; i < 3; i++) out[i][id] = p[i];
+    }
+    return;
+  }
+  const uint32_t* q = d.vertex(a.stream, 0);
+  for (int i = 0; i < 3; i++) {
+    const double offset = stream.offset[i], step = stream.step;
+    for (uint32_t id = 0; id < 64; id++)
+      out[i][id] = meshlet::grid_value(q[4 * id + i], step, offset);
+  }
+}
+
+// Decodes meshlet m of a blob. Each thread has a decoder, open on the last blob that it asked for.
+// Throws std::runtime_error.
+DecodedMeshlet decode(const Blob& blob, uint32_t m, meshlet::StreamRange streams) {
+  static thread_local const std::unique_ptr<meshlet::Decoder> decoder = meshlet::make_decoder();
+  static thread_local uint64_t open = 0;
+  if (open != blob.id) {
+    open = 0;
+    decoder->open(blob.checked());
+    open = blob.id;
+  }
+  return decoder->meshlet(m, streams);
 }
 
 uint32_t corner_of(uint32_t packed, uint32_t k, bool flip) {
@@ -212,9 +188,11 @@ std::atomic<uint64_t> g_next_blob{1};
 Blob::Blob(const uint8_t* data, size_t size)
     : bytes(data, data + size), id(g_next_blob.fetch_add(1)) {}
 
-const BlobHeader& Blob::header() const {
-  std::call_once(read_, [&] { header_ = meshlet::read_blob_header(bytes.data(), bytes.size()); });
-  return header_;
+const meshlet::Blob& Blob::checked() const {
+  std::call_once(read_, [&] {
+    checked_ = {bytes.data(), bytes.size(), meshlet::read_blob_header(bytes.data(), bytes.size())};
+  });
+  return checked_;
 }
 
 Vec3 Affine::point(Vec3 p) const {
@@ -273,11 +251,10 @@ size_t attributes_bytes(uint32_t vertices, uint32_t width) {
 }
 
 Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
-  Context& context = this_context();
-  SerialDecoder& d =
-      context.decode(*part.blob, part.number_in_blob(m), part.position.stream, part.position_end);
+  const DecodedMeshlet d =
+      decode(*part.blob, part.number_in_blob(m), {part.position.stream, part.position_end});
   float local[3][64], world[3][64];
-  context.read_positions(part.position, local);
+  read_positions(d, part.blob->header().streams, part.position, local);
   for (int i = 0; i < 3; i++) {
     const float* row = part.to_world.m[i];
     for (uint32_t id = 0; id < 64; id++)
@@ -298,9 +275,9 @@ Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
 }
 
 Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m) {
-  Context& context = this_context();
-  SerialDecoder& d =
-      context.decode(*part.blob, part.number_in_blob(m), part.others_first, part.others_end);
+  const DecodedMeshlet d =
+      decode(*part.blob, part.number_in_blob(m), {part.others_first, part.others_end});
+  const std::vector<Stream>& streams = part.blob->header().streams;
   const Affine normal_matrix = part.to_world.normal_matrix();
   const uint32_t width = part.width;
   Entry* entry = thread.scratch(kAttributes, attributes_bytes(d.vertex_count, width));
@@ -313,7 +290,7 @@ Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m) {
   for (uint32_t id = 0; id < d.vertex_count; id++) {
     float* v = out->values() + id * width;
     for_each_vertex_attribute(part, [&](const Attribute& a) {
-      context.read(a, id, v);
+      read(d, streams, a, id, v);
       if (&a == &part.normal) store(world_normal(normal_matrix, load(v)), v);
       v += a.components;
     });
@@ -322,8 +299,7 @@ Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m) {
 }
 
 DecodedPart decode_all(const Part& part) {
-  meshlet::DecoderContext decoder(part.blob->bytes.data(), part.blob->bytes.size());
-  const BlobHeader& header = decoder.header();
+  const BlobHeader& header = part.blob->header();
   const size_t count = header.vertex_count;
   std::vector<std::vector<float>> streams;  // INTEGER streams as bits
   std::vector<void*> pointers;
@@ -331,7 +307,9 @@ DecodedPart decode_all(const Part& part) {
     pointers.push_back(streams.emplace_back(count * value_count(s)).data());
   DecodedPart out;
   out.triangles.resize(3 * size_t(header.triangle_count));
-  decoder.decode(out.triangles.data(), nullptr, pointers.data());
+  const std::unique_ptr<meshlet::Decoder> decoder = meshlet::make_decoder();
+  decoder->open(part.blob->checked());
+  decoder->decode({out.triangles.data(), nullptr, pointers.data()});
   if (part.flip_winding)
     for (size_t t = 0; t < out.triangles.size(); t += 3)
       std::swap(out.triangles[t + 1], out.triangles[t + 2]);
@@ -362,7 +340,5 @@ DecodedPart decode_all(const Part& part) {
   }
   return out;
 }
-
-size_t decoder_bytes() { return sizeof(Context); }
 
 }  // namespace meshlet_shape

@@ -16,15 +16,17 @@ class Blob {
  public:
   Blob(const uint8_t* data, size_t size);
 
-  // Read once, by whichever thread needs it first. Throws std::runtime_error if it is malformed.
-  const meshlet::BlobHeader& header() const;
+  // Checks the header once, in the thread that needs it first. Throws std::runtime_error if it is
+  // malformed.
+  const meshlet::Blob& checked() const;
+  const meshlet::BlobHeader& header() const { return checked().header; }
 
   const std::vector<uint8_t> bytes;
   const uint64_t id;  // unique in the process
 
  private:
   mutable std::once_flag read_;
-  mutable meshlet::BlobHeader header_;
+  mutable meshlet::Blob checked_{};
 };
 
 constexpr uint32_t kNoStream = ~0u;
@@ -109,8 +111,5 @@ struct DecodedPart {
   std::vector<std::vector<float>> others;
 };
 DecodedPart decode_all(const Part& part);
-
-// Bytes of a thread's decoder, without its scratch memory.
-size_t decoder_bytes();
 
 }  // namespace meshlet_shape

@@ -24,12 +24,6 @@ const text = (outcome) =>
   JSON.stringify(outcome, (_key, value) =>
     ArrayBuffer.isView(value) ? Buffer.from(value.buffer).toString('base64') : value,
   );
-// Without values: the lengths of the arrays, and whether all indices are those of vertices.
-const shape = (outcome) =>
-  JSON.stringify(outcome, (_key, value) => {
-    if (key === 'indices') return [value.length, value.every((i) => i < outcome.vertexCount)];
-    return ArrayBuffer.isView(value) ? value.length : value;
-  });
 
 for (const workers of list.workers) {
   const pool = await createDecoderPool({ workers });
@@ -42,10 +36,7 @@ for (const workers of list.workers) {
       for (const integers of [false, true]) {
         const one = await outcome(() => decoder.decodePrimitive(view, { integers }));
         const many = await outcome(() => pool.decodePrimitive(view, { integers }));
-        // What decoding does not refuse, but validate does, may have other values in ranges.
-        const compared = valid === undefined ? text : shape;
-        if (compared(one) !== compared(many))
-          console.log(`view ${number}, ${workers} Workers: differs`);
+        if (text(one) !== text(many)) console.log(`view ${number}, ${workers} Workers: differs`);
       }
     }),
   );

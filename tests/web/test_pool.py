@@ -19,7 +19,6 @@ from tests.helpers.environment import ROOT, VECTORS
 
 WEB = ROOT / "web"
 POOL = Path(__file__).with_name("pool.mjs")
-RANGES = Path(__file__).with_name("ranges.mjs")
 VERTEX_COUNT = 12  # bytes of a blob's header
 BYTE_LENGTH = 20
 
@@ -43,22 +42,18 @@ def blob_count(view: bytes) -> int:
     return count
 
 
-def run_views(script: Path, views: list[bytes], folder: Path, **options) -> list[str]:
-    """What pool.mjs or ranges.mjs prints for views."""
+def differences(views: list[bytes], folder: Path, *workers: int) -> list[str]:
+    """What pool.mjs prints for views."""
     need_decoder()
     ends = np.cumsum([len(v) for v in views]).tolist()
     (folder / "views.bin").write_bytes(b"".join(views))
-    ranges = [[end - len(v), len(v)] for end, v in zip(ends, views)]
-    packed = str(folder / "views.bin")
-    (folder / "list.json").write_text(json.dumps({"packed": packed, "views": ranges, **options}))
-    command = ["node", str(script), str(WEB), str(folder / "list.json")]
+    places = [[end - len(v), len(v)] for end, v in zip(ends, views)]
+    options = {"packed": str(folder / "views.bin"), "views": places, "workers": workers}
+    (folder / "list.json").write_text(json.dumps(options))
+    command = ["node", str(POOL), str(WEB), str(folder / "list.json")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()
-
-
-def differences(views: list[bytes], folder: Path, *workers: int) -> list[str]:
-    return run_views(POOL, views, folder, workers=workers)
 
 
 def test_vectors_decode_and_are_refused_alike(tmp_path):
@@ -68,24 +63,14 @@ def test_vectors_decode_and_are_refused_alike(tmp_path):
 
 @pytest.mark.parametrize("page_bytes", [0, 16384])
 @pytest.mark.parametrize("name", ["DamagedHelmet.glb", "bunny.glb"])
-def test_ranges_and_pages_of_models(name, page_bytes, model, tmp_path):
+def test_models_with_and_without_pages(name, page_bytes, model, tmp_path):
     views = compressed_views(model(name), tmp_path, page_bytes=page_bytes)
     assert differences(views, tmp_path, 1, 2, 5) == []
 
 
-def test_few_meshlets_in_each_range(model, tmp_path):
-    """References from a range to all earlier ones, of vectors and of models."""
-    names = ("nasty/Duck.glb", "nasty/CesiumMan_skinned.glb", "suzanne.glb")
-    views = [view for name in names for view in compressed_views(model(name), tmp_path)]
-    views += compressed_views(model(names[0]), tmp_path, page_bytes=4096)
-    views += [path.read_bytes() for path in sorted(VECTORS.glob("v*.bin"))]
-    *different, joined = run_views(RANGES, views, tmp_path, ranges=[2, 3, 40])
-    assert different == []
-    assert int(joined) > 200
-
-
-def test_damaged_ranges_are_refused_alike(model, tmp_path):
-    (view,) = compressed_views(model("bunny.glb"), tmp_path)
+@pytest.mark.parametrize("page_bytes", [0, 16384])
+def test_damaged_views_are_refused_alike(page_bytes, model, tmp_path):
+    (view,) = compressed_views(model("bunny.glb"), tmp_path, page_bytes=page_bytes)
     source = random.Random(1)
     damaged = [bytearray(view) for _ in range(20)]
     for copy in damaged[2:]:

@@ -1,0 +1,97 @@
+// Decodes a blob: all of it, a range of its meshlets, or single ones.
+#pragma once
+#include <memory>
+
+#include "format/blob.h"
+
+namespace meshlet {
+
+// The streams [first, end) of a blob, without those that it does not have.
+struct StreamRange {
+  uint32_t first = 0, end = BLOB_MAX_STREAMS;
+};
+
+// A meshlet with local vertex numbers. Borrows from its decoder until the next call.
+struct DecodedMeshlet {
+  uint32_t triangle_count, vertex_count;
+  const uint32_t* triangles;  // packed as in serial_decoder.glsl
+  const uint32_t* values;
+  const uint16_t* stream_element;
+
+  // The integers of stream s of vertex `id`, STREAM_MAX_ELEMENTS for each vertex.
+  const uint32_t* vertex(uint32_t s, uint32_t id) const {
+    return values + MESHLET_VERTICES * stream_element[s] + STREAM_MAX_ELEMENTS * id;
+  }
+};
+
+// What decode writes. Arrays of values have an entry per stream; null entries are skipped, and so
+// are all for a null list.
+struct Outputs {
+  uint32_t* triangles = nullptr;        // 3 vertex numbers for each triangle
+  uint32_t* const* integers = nullptr;  // vertices x elements
+  void* const* values = nullptr;  // vertices x value_count floats, or uint32 for INTEGER streams
+  uint32_t first_vertex = 0;      // is added to vertex numbers; later calls keep it
+  DecodedMeshlet* meshlet = nullptr;  // instead of arrays: receives the last meshlet
+};
+
+struct DecodedCounts {
+  uint32_t triangles = 0, vertices = 0;
+};
+
+// Decodes one blob at a time. Not thread-safe: use one per thread. There is an implementation for
+// each build (decode/build.h), with two ways inside: whole ranges reuse the vertices of earlier
+// meshlets; a single meshlet is decoded alone.
+class Decoder {
+ public:
+  virtual ~Decoder();
+
+  // Opens a blob and borrows it.
+  void open(const Blob& blob);
+
+  // Decodes the meshlets [first, first + count), which must exist, and writes the given streams.
+  // Throws Malformed.
+  //
+  // To arrays: vertices are numbered in the order of their first meshlets, and shared vertices are
+  // written once. A call that begins where the last one ended continues its numbers, but writes to
+  // the beginning of the arrays. Any other call begins anew at 0; its meshlets have copies of the
+  // vertices that they share with meshlets before `first`. The arrays need room for 64 triangles
+  // and vertices of each meshlet, or for those of the whole blob if it is decoded by one call.
+  // With the last meshlet, throws if calls since meshlet 0 wrote fewer vertices than the header
+  // says.
+  //
+  // To out.meshlet: each meshlet is decoded alone.
+  DecodedCounts decode(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out);
+
+  // Decodes the whole blob to arrays.
+  void decode(const Outputs& out) { decode(0, meshlet_count_, {}, out); }
+
+  // Decodes meshlet m alone.
+  DecodedMeshlet meshlet(uint32_t m, StreamRange streams = {});
+
+  // Bytes of this object, without those that it allocates to decode a range.
+  virtual size_t bytes() const = 0;
+
+  // Throws Malformed unless the blob is valid. Decodes each meshlet alone, so it also finds corners
+  // that take too many hops and shared vertices that differ between meshlets; decode may not.
+  void validate();
+
+ protected:
+  virtual void opened() = 0;
+  // Return what is wrong, if anything.
+  virtual Problem try_decode(uint32_t first, uint32_t count, StreamRange streams,
+                             const Outputs& out, DecodedCounts& counts) = 0;
+  virtual Problem try_validate() = 0;
+
+  // The open blob, without library types (bulk_decoder.cpp says why).
+  const uint8_t* data_ = nullptr;
+  uint32_t size_ = 0, vertex_count_ = 0, meshlet_count_ = 0, stream_count_ = 0;
+  const Stream* streams_ = nullptr;
+};
+
+// A decoder by the fastest build that the processor runs.
+std::unique_ptr<Decoder> make_decoder();
+
+// One sentence for an ERROR_ constant.
+const char* error_text(uint32_t error);
+
+}  // namespace meshlet
