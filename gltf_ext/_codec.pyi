@@ -169,8 +169,9 @@ def encode(
     and weight are there to measure the paper's Table 1, share_seams to measure its gain. threads:
     0 means one per processor. progress: called with a fraction from 0 to 1. page_bytes: 0 for
     one blob, else pages, blobs of at most so many bytes. meshlets: those of the caller, as
-    uint32 arrays (triangles, disk begins, meshlet begins, page begins; each of the begins ends
-    with the number of its items). effort: 'fast', 'normal' or 'high'.
+    uint32 arrays (triangles, disk begins, meshlet begins, group begins; each of the begins ends
+    with the number of its items). Pages then hold whole groups in their order; without
+    page_bytes, each holds one. effort: 'fast', 'normal' or 'high'.
 
     Returns (view, statistics): those of describe, 'generation': {'histogram', 'iterations'} and
     'seconds': {stage: seconds}; stages: sort, grow, join, boundaries, predict, write. Raises

@@ -90,10 +90,6 @@ void EncoderStats::add_seconds(const char* stage, double seconds) {
     found->second += seconds;
 }
 
-void EncoderStats::add_seconds(const EncoderStats& other) {
-  for (const auto& [stage, seconds] : other.stage_seconds) add_seconds(stage, seconds);
-}
-
 void check_input(const MeshView& mesh, const std::vector<Stream>& streams) {
   if (mesh.triangle_count == 0)
     throw std::invalid_argument("a primitive without triangles cannot be encoded");

@@ -27,8 +27,6 @@ struct EncoderStats {
   BitStatistics bits;  // equal to count_bits of the blob, without decoding it
 
   void add_seconds(const char* stage, double seconds);
-  // Adds the times of another encoder's stages.
-  void add_seconds(const EncoderStats& other);
 };
 
 // A mesh in the order in which it is encoded, and its meshlets.

@@ -36,7 +36,7 @@ Array<uint32_t> along_curve(const MeshView& mesh, const Meshlets& meshlets) {
 }  // namespace
 
 PageGrowth::PageGrowth(const MeshView& mesh, const HalfEdges& half_edges, const Meshlets& meshlets)
-    : at_place_(along_curve(mesh, meshlets)) {
+    : PageItems(false), at_place_(along_curve(mesh, meshlets)) {
   const size_t count = at_place_.size();
   link(half_edges, meshlets);
   page_edges_.assign(count, 0);

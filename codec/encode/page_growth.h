@@ -1,5 +1,6 @@
-// Groups meshlets into pages with short borders.
+// What pages are filled with: items, each some meshlets that stay together.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <queue>
 #include <set>
@@ -10,24 +11,54 @@
 
 namespace meshlet {
 
-// Grows pages, one after another: each step adds the free meshlet that shares most of its border
+// Hands out items, page after page.
+class PageItems {
+ public:
+  // in_order: whether pages take the items by number, those of a page before those of the next one.
+  explicit PageItems(bool in_order) : in_order(in_order) {}
+  virtual ~PageItems() = default;
+
+  virtual bool any_free() const = 0;
+  // Starts a page. A page that was not finished is given up: release its items first.
+  virtual void start() = 0;
+  // Adds a free item to the page and returns its number. At least one must be free.
+  virtual uint32_t add() = 0;
+  // Ends the page with these items, all added since start().
+  virtual void finish(const std::vector<uint32_t>& kept) = 0;
+  // Makes an added item free again, or (finished) one of a finished page.
+  virtual void release(uint32_t item, bool finished) = 0;
+
+  const bool in_order;
+};
+
+// Items by number.
+class ItemList final : public PageItems {
+ public:
+  explicit ItemList(uint32_t count) : PageItems(true), count_(count) {}
+
+  bool any_free() const override { return next_ < count_; }
+  void start() override {}
+  uint32_t add() override { return next_++; }
+  void finish(const std::vector<uint32_t>&) override {}
+  // Also frees all items after it.
+  void release(uint32_t item, bool) override { next_ = std::min(next_, item); }
+
+ private:
+  uint32_t count_, next_ = 0;
+};
+
+// Grows pages of single meshlets: each step adds the free meshlet that shares most of its border
 // with the page, so that pages are compact; borders with finished pages count half, so that no
 // fragments stay behind. Depends on the mesh and the meshlets only.
-class PageGrowth {
+class PageGrowth final : public PageItems {
  public:
   PageGrowth(const MeshView& mesh, const HalfEdges& half_edges, const Meshlets& meshlets);
 
-  bool any_free() const { return !free_.empty(); }
-
-  // Starts a page. A page that was not finished is given up: release its meshlets first.
-  void start();
-  // Adds a free meshlet to the page and returns its number. At least one must be free.
-  uint32_t add();
-  // Ends the page with these meshlets, all added since start().
-  void finish(const std::vector<uint32_t>& kept);
-
-  // Makes an added meshlet free again, or (finished) one of a finished page.
-  void release(uint32_t m, bool finished);
+  bool any_free() const override { return !free_.empty(); }
+  void start() override;
+  uint32_t add() override;
+  void finish(const std::vector<uint32_t>& kept) override;
+  void release(uint32_t m, bool finished) override;
 
  private:
   struct Neighbour {

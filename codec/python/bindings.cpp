@@ -143,7 +143,7 @@ VertexValues vertex_values(const std::vector<Stream>& streams, const std::vector
   return out;
 }
 
-// (triangles, disk_begin, meshlet_begin) as in Meshlets, and page_begin as in encode_given.
+// (triangles, disk_begin, meshlet_begin) as in Meshlets, and group_begin as in encode_given.
 using GivenMeshlets = std::tuple<Numbers, Numbers, Numbers, Numbers>;
 
 nb::tuple encode_primitive(const Indices& triangles, const Numbers& position_ids,
@@ -177,18 +177,18 @@ nb::tuple encode_primitive(const Indices& triangles, const Numbers& position_ids
     };
   MeshView mesh{triangles.data(), triangles.shape(0), position_ids.data(), positions.data(),
                 vertices};
-  if (given && page_bytes) throw nb::value_error("meshlets and page_bytes exclude each other");
   EncoderStats stats;
   std::vector<std::vector<uint8_t>> blobs;
   {
     nb::gil_scoped_release release;
     if (given) {
-      const auto& [order, disk_begin, meshlet_begin, page_begin] = *given;
+      const auto& [order, disk_begin, meshlet_begin, group_begin] = *given;
       Meshlets meshlets{};
       meshlets.triangles = vector_of(order);
       meshlets.disk_begin = vector_of(disk_begin);
       meshlets.meshlet_begin = vector_of(meshlet_begin);
-      blobs = encode_given(mesh, meshlets, vector_of(page_begin), streams, all, options, stats);
+      blobs = encode_given(mesh, meshlets, vector_of(group_begin), streams, all, options,
+                           page_bytes, stats);
     } else if (page_bytes) {
       blobs = encode_pages(mesh, streams, all, options, page_bytes, stats);
     } else {
@@ -407,9 +407,10 @@ NB_MODULE(_codec, m) {
       "threads:\n"
       "0 means one per processor. progress: called with a fraction from 0 to 1. page_bytes: 0 for\n"
       "one blob, else pages, blobs of at most so many bytes. meshlets: those of the caller, as\n"
-      "uint32 arrays (triangles, disk begins, meshlet begins, page begins; each of the begins "
+      "uint32 arrays (triangles, disk begins, meshlet begins, group begins; each of the begins "
       "ends\n"
-      "with the number of its items). effort: 'fast', 'normal' or 'high'.\n\n"
+      "with the number of its items). Pages then hold whole groups in their order; without\n"
+      "page_bytes, each holds one. effort: 'fast', 'normal' or 'high'.\n\n"
       "Returns (view, statistics): those of describe, 'generation': {'histogram', 'iterations'} "
       "and\n"
       "'seconds': {stage: seconds}; stages: sort, grow, join, boundaries, predict, write. Raises\n"

@@ -222,7 +222,7 @@ def test_decode_many_jumps_between_pages(view):
 
 
 def given_meshlets(mesh: Mesh, random: np.random.Generator) -> tuple[np.ndarray, ...]:
-    """Random meshlets in random pages; each triangle is a disk."""
+    """Random meshlets in random groups; each triangle is a disk."""
     count = len(mesh.triangles)
 
     def begins(end: int, largest: int) -> np.ndarray:
@@ -232,8 +232,9 @@ def given_meshlets(mesh: Mesh, random: np.random.Generator) -> tuple[np.ndarray,
         return np.cumsum([0, *sizes]).astype(np.uint32)
 
     meshlets = begins(count, 21)
-    pages = begins(len(meshlets) - 1, 9)
-    return random.permutation(count).astype("u4"), np.arange(count + 1, dtype="u4"), meshlets, pages
+    groups = begins(len(meshlets) - 1, 9)
+    disks = np.arange(count + 1, dtype="u4")
+    return random.permutation(count).astype("u4"), disks, meshlets, groups
 
 
 @given(MESHES, st.integers(0, 999))
@@ -342,10 +343,34 @@ def test_a_ring_is_not_a_disk():
     assert "not a disk" in refused(ring, list(range(12)), [0, 12], [0, 1], [0, 1])
 
 
-def test_meshlets_and_page_bytes_exclude_each_other():
-    parts = tuple(np.array(part, "u4") for part in ([0, 1, 2, 3], [0, 4], [0, 1], [0, 1]))
-    with pytest.raises(ValueError, match="exclude"):
-        strip(4).encode(meshlets=parts, page_bytes=4096)
+@given(MESHES, st.sampled_from([16, 400, 1500, 5000]), st.integers(0, 999))
+@settings(max_examples=30)
+def test_pages_hold_whole_groups_in_their_order(mesh, page_bytes, seed):
+    if not len(mesh.triangles):
+        return
+    parts = given_meshlets(mesh, np.random.default_rng(seed))
+    view = mesh.encode(meshlets=parts, page_bytes=page_bytes)
+    one = mesh.encode(meshlets=parts, page_bytes=1 << 20)
+    _codec.validate(view)
+    assert len(pages_of(one)) == 1
+    for whole in map(_codec.Decoder, (view, one)):
+        sizes = [len(whole.decode_meshlet(m)[0]) for m in range(whole.meshlet_count)]
+        assert sizes == np.diff(parts[2]).tolist()
+    ends = np.cumsum([0, *(_codec.Decoder(page).meshlet_count for page in pages_of(view))])
+    assert set(ends) <= set(parts[3])
+    groups = np.diff(np.searchsorted(parts[3], ends))
+    for page, count in zip(pages_of(view), groups):
+        assert count == 1 or len(page) <= page_bytes
+
+
+def test_pages_of_small_groups_are_full(mesh):
+    count = len(mesh.triangles)
+    groups = np.array([*range(0, count, 20), count], "u4")
+    places = np.arange(len(groups), dtype="u4")
+    order = np.arange(count, dtype="u4")
+    parts = (order, np.arange(count + 1, dtype="u4"), groups, places)
+    pages = pages_of(mesh.encode(meshlets=parts, page_bytes=8192))
+    assert len(pages) > 3 and all(0.9 * 8192 <= len(page) <= 8192 for page in pages[:-1])
 
 
 # --- hostile views ---
