@@ -64,10 +64,11 @@ lines: .venv/installed  ## lines of source by folder; beside a commit: AGAINST=C
 hooks: .venv/lint .venv/biome  ## run make lint's checks before every git commit
 	@$(PIP) pre-commit && $(BIN)/pre-commit install
 
-fuzz: .venv/installed  ## 100,000 mutated blobs and 100,000 mutated levels through the readers under ASan and UBSan
+fuzz: .venv/installed .venv/mitsuba .venv/extras  ## 100,000 mutated blobs and levels through the readers under ASan and UBSan, and glTF files through all commands
 	@folder=$$(CXX=$${CXX:-$$(command -v clang++ || command -v g++)} $(BIN)/python -m tools.native_build MESHLET_FUZZ) \
 	  && for program in $(basename $(notdir $(wildcard codec/fuzz/*.cpp))); do $$folder/$$program spec/vectors || exit 1; done
 	@$(BIN)/python -m tools.sanitized tools.fuzz_levels
+	@$(BIN)/python -m tests.hostile.fuzz 100000
 
 shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv, bench/shaders to bench/spirv (needs glslangValidator)
 	@$(BIN)/python -m vk_backend.build_shaders

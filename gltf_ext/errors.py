@@ -6,6 +6,8 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+LONGEST = 400  # characters of a problem or a remedy
+
 
 class MeshletError(ValueError):
     """A file or an option is wrong. str() is one line: the file, what is wrong; what to do.
@@ -23,12 +25,18 @@ class MeshletError(ValueError):
         path: str | None = None,
         options: tuple[str, ...] = (),
     ) -> None:
-        self.message = "; ".join(part for part in (problem, remedy) if part)
+        self.message = "; ".join(_on_one_line(part) for part in (problem, remedy) if part)
         super().__init__(self.message)
         self.path, self.options = path, options
 
     def __str__(self) -> str:
         return f"{self.path}: {self.message}" if self.path else self.message
+
+
+def _on_one_line(text: str) -> str:
+    """The text with names and numbers out of a file made harmless."""
+    text = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]}...{text[-LONGEST // 2 :]}"
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -67,17 +68,29 @@ class Part:
     chosen: list[int] = field(default_factory=list)
 
 
+_documents: dict[str, list[Document]] = {}  # those kept for a path; threads may load it together
+_lock = threading.Lock()
+
+
 @contextmanager
 def keeping(path: str, document: Document) -> Iterator[None]:
     """Within this context the file at `path` is not read again: `document` is used instead."""
-    _documents[path] = document
+    with _lock:
+        _documents.setdefault(path, []).append(document)
     try:
         yield
     finally:
-        del _documents[path]
+        with _lock:
+            _documents[path].remove(document)
+            if not _documents[path]:
+                del _documents[path]
 
 
-_documents: dict[str, Document] = {}
+def _open(path: str) -> Document:
+    with _lock:
+        if path in _documents:
+            return _documents[path][-1]
+    return open_model(path)
 
 
 def read_parts(
@@ -94,7 +107,7 @@ def read_parts(
     Raises MeshletError, OSError.
     """
     to_world = np.eye(4) if to_world is None else to_world
-    document = _documents.get(path) or open_model(path)
+    document = _open(path)
     if mesh is None:
         if primitive is not None:
             raise MeshletError(

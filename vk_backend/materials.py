@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,11 +12,10 @@ import pygltflib
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf import materials as gltf_materials
 from gltf_ext.gltf.document import Document
-from gltf_ext.gltf.materials import DEFAULT_CUTOFF, TextureUse, image_bytes, read_material
+from gltf_ext.gltf.images import FORMATS, image_bytes
+from gltf_ext.gltf.materials import DEFAULT_CUTOFF, TextureUse, read_material
 
 from .constants import CONSTANTS
-
-MAX_PIXELS = 1 << 26  # larger images are ignored, with a warning
 
 
 @dataclass(frozen=True)
@@ -118,9 +118,8 @@ class Materials:
             self._images[number] = None
             try:
                 self._images[number] = _decoded(image_bytes(self._document, number))
-            except (MeshletError, OSError, ValueError, SyntaxError) as error:  # Pillow's too
-                reason = str(error).splitlines()[0][:120] if str(error) else "it cannot be read"
-                self.warnings.append(f"image {number} is left out: {reason}")
+            except MeshletError as error:
+                self.warnings.append(f"image {number} is left out: {error.message}")
         return self._images[number]
 
 
@@ -144,13 +143,16 @@ def _flags(source: gltf_materials.Material) -> int:
 
 
 def _decoded(data: bytes) -> np.ndarray:
-    """uint8[height, width, 4] of an encoded image."""
+    """uint8[height, width, 4] of an encoded image. Raises MeshletError."""
     from PIL import Image
 
-    with Image.open(io.BytesIO(data)) as opened:
-        if opened.width * opened.height > MAX_PIXELS:
-            raise MeshletError(f"it has {opened.width} x {opened.height} pixels")
-        if opened.mode.startswith("I;16"):
-            high = (np.asarray(opened) >> 8).astype(np.uint8)
-            return np.asarray(Image.fromarray(high).convert("RGBA"))
-        return np.asarray(opened.convert("RGBA"))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(io.BytesIO(data), formats=FORMATS) as opened:
+                if opened.mode.startswith("I;16"):
+                    high = (np.asarray(opened) >> 8).astype(np.uint8)
+                    return np.asarray(Image.fromarray(high).convert("RGBA"))
+                return np.asarray(opened.convert("RGBA"))
+    except Exception:  # Pillow's readers raise anything
+        raise MeshletError("it cannot be read") from None

@@ -289,6 +289,8 @@ def _identity(primitive: pygltflib.Primitive) -> Identity:
 
 def _source(document: Document, mesh: int, index: int) -> tuple[Primitive, Dropped]:
     source, dropped = read_triangles(document, mesh, index)
+    if len(source.arrays) > MAX_STREAMS:  # stays as it is; do not take the memory to weld it
+        return source, dropped
     source, more = weld(source)
     dropped.add(more)
     check_finite(source)
@@ -359,13 +361,14 @@ def _encode_job(job: Job, options: Options, threads: int, progress: Advance | No
     if not len(source.indices):
         job.reason_kept = "every triangle is degenerate"
         return
-    job.plan = plan_primitive(
-        source.attributes, source.targets, job.grid, _bits(options), source.where
-    )
-    if len(job.plan.streams) > MAX_STREAMS:
-        job.reason_kept = (
-            f"it takes {len(job.plan.streams)} streams, at most {MAX_STREAMS} are possible"
+    streams = len(source.arrays)  # one or more for each array
+    if streams <= MAX_STREAMS:
+        job.plan = plan_primitive(
+            source.attributes, source.targets, job.grid, _bits(options), source.where
         )
+        streams = len(job.plan.streams)
+    if streams > MAX_STREAMS:
+        job.reason_kept = f"it takes {streams} streams, at most {MAX_STREAMS} are possible"
         return
     if options.lod:
         from gltf_ext.lod.writing import encode_with_levels  # slow to load, as meshoptimizer is

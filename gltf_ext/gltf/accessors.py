@@ -17,8 +17,8 @@ DTYPES: dict[int, np.dtype] = {
     pygltflib.FLOAT: np.dtype("<f4"),
 }
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-# An accessor without bytes may claim any count: refuse to allocate more zeros than these.
-MAX_ZERO_ELEMENTS = 2**24
+# An accessor without bytes may claim any count: more must be that of other data.
+MAX_ZEROS = 2**12
 
 Format = tuple[np.dtype, int]  # component type and number of components
 
@@ -43,7 +43,7 @@ def read_accessor(
 ) -> np.ndarray:
     """The elements of an accessor, [count, components]: a read-only view of the file if possible.
 
-    name: what the accessor holds, for errors; count: the count it must have.
+    name: what the accessor holds, for errors; count: the count it must have, of data with bytes.
     Raises MeshletError.
     """
     accessor = item(document.accessors, index, f"the accessor of {name},")
@@ -54,22 +54,15 @@ def read_accessor(
         raise MeshletError(
             f"{name} has {accessor.count} elements instead of {count}", "export the model again"
         )
-    values = _base_values(document, accessor, form, name)
+    if accessor.bufferView is not None:
+        values = _strided(document, accessor, accessor.count, form, name)
+    elif count is not None or accessor.count <= MAX_ZEROS:
+        values = np.broadcast_to(np.zeros((), form[0]), (accessor.count, form[1]))
+    else:
+        raise MeshletError(f"{name} has {accessor.count} elements but no bytes", DAMAGED)
     if accessor.sparse is None:
         return values
     return _with_sparse(document, values, accessor.sparse, name)
-
-
-def _base_values(
-    document: Document, accessor: pygltflib.Accessor, form: Format, name: str
-) -> np.ndarray:
-    """The values before sparse ones replace some: zeros if there is no buffer view."""
-    dtype, components = form
-    if accessor.bufferView is not None:
-        return _strided(document, accessor, accessor.count, form, name)
-    if accessor.count * components > MAX_ZERO_ELEMENTS:
-        raise MeshletError(f"{name} has {accessor.count} elements but no bytes", DAMAGED)
-    return np.zeros((accessor.count, components), dtype)
 
 
 def _strided(

@@ -18,6 +18,7 @@ LIGHT_OVER_SHOULDER = (-0.45, 0.75, 0.55)  # towards the light, in the camera's 
 NEAREST = 1e-3  # near plane as a share of the far distance, if the file gives none
 SMALLEST_RADIUS = 1e-6  # of a scene that has no size
 FILLED = 0.85  # share of the tighter side of the picture that a fitted scene fills
+LARGEST = 1e15  # distance, and slope of a ray; their products must fit 32-bit floats
 SLACK = 1.01  # of the planes around a fitted scene
 BISECTIONS = 50
 
@@ -167,20 +168,22 @@ def read_camera(camera: pygltflib.Camera, matrix: np.ndarray) -> Camera:
         far = near + 1.0 if far is None else far
         result = Camera(to_world, xmag=lens.xmag or 0.0, near=near, far=far)
     else:
-        near = near or NEAREST * (far or 10.0)
-        result = Camera(to_world, yfov=lens.yfov or 0.0, near=near, far=far or np.inf)
-    if not _is_usable(result):
+        near = near if near >= 1.0 / LARGEST or near < 0.0 else NEAREST * (far or 10.0)
+        far = far if far and far <= LARGEST else np.inf
+        result = Camera(to_world, yfov=lens.yfov or 0.0, near=near, far=far)
+    if not _is_usable(result, orthographic):
         raise MeshletError("a camera's numbers make no picture", NOT_VALID)
     return result
 
 
-def _is_usable(camera: Camera) -> bool:
-    numbers = [camera.xmag, camera.near, 1.0 if camera.yfov is None else camera.yfov]
+def _is_usable(camera: Camera, orthographic: bool) -> bool:
+    lens = abs(camera.xmag) if orthographic else np.tan((camera.yfov or 0.0) / 2)
     return bool(
-        np.isfinite(numbers).all()
+        1.0 / LARGEST <= lens <= LARGEST
+        and 0.0 <= camera.near <= LARGEST
         and camera.far > camera.near
-        and camera.xmag != 0
-        and (camera.yfov is None or 0 < camera.yfov < np.pi)
+        and (camera.far <= LARGEST or not orthographic)
+        and (camera.yfov is None or 0.0 < camera.yfov < np.pi)
         and abs(np.linalg.det(camera.to_world[:3, :3])) >= 1e-6
     )
 

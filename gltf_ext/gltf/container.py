@@ -71,9 +71,7 @@ def _chunks(data: memoryview) -> list[tuple[bytes, memoryview]]:
 
 def _parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
     try:
-        properties = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
-    except MeshletError:
-        raise
+        properties = json.loads(text.decode("utf-8-sig"))
     except (ValueError, RecursionError):
         raise MeshletError(
             "is not a .glb, and its JSON cannot be read",
@@ -85,11 +83,6 @@ def _parse_json(text: bytes, binary: memoryview | None, base: Path) -> Document:
             "the file is damaged; export it again",
         )
     return Document(properties, binary, base)
-
-
-def _refuse_constant(name: str) -> Any:
-    """NaN and Infinity are Python's, not JSON."""
-    raise MeshletError(f"its JSON holds {name}", "export it again")
 
 
 def _depth(value: Any) -> int:

@@ -168,7 +168,10 @@ class Document:
                 f"refers to {uri}, which is not a relative path", "put the file beside the .gltf"
             )
         try:
-            return self.path_of(uri).read_bytes()
+            path = self.path_of(uri)
+            if not path.is_file():  # a device or a pipe may never end
+                raise ValueError
+            return path.read_bytes()
         except (OSError, ValueError):
             raise MeshletError(
                 f"refers to {uri}, which cannot be read", "put the file beside it"

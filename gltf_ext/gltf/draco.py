@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import struct
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,12 @@ from gltf_ext.gltf.document import Document, item
 
 DRACO = "KHR_draco_mesh_compression"
 REMEDY = "export the model again"
+VERSION = (2, 2)  # of the bitstream, the only one in glTF
+EDGEBREAKER = 1
+HAS_METADATA = 0x8000
+# DracoPy allocates for all triangles that the header claims: at most so many, and so many for a
+# byte. Real meshes take about one byte for a triangle.
+LEAST_FACES, FACES_PER_BYTE = 2**20, 4
 
 
 def decode_draco(
@@ -62,11 +70,53 @@ def _decode(
         ) from None
     if not isinstance(extension, dict) or not isinstance(extension.get("attributes"), dict):
         raise MeshletError(f"{where} has a malformed {DRACO} object", REMEDY)
+    data = bytes(document.bytes_of_view(extension.get("bufferView")))
     try:
-        mesh = DracoPy.decode(bytes(document.bytes_of_view(extension.get("bufferView"))))
+        if _claimed_faces(data) > LEAST_FACES + FACES_PER_BYTE * len(data):
+            raise MeshletError(f"Draco data of {where} claims more triangles than it holds", REMEDY)
+        mesh = DracoPy.decode(data)
         arrays = [(a["unique_id"], np.asarray(a["data"])) for a in mesh.attributes]
         return arrays, np.asarray(mesh.faces)
     except MeshletError:
         raise
     except Exception:  # DracoPy raises any exception of its C++ library
         raise MeshletError(f"Draco data of {where} cannot be decoded", REMEDY) from None
+
+
+def _claimed_faces(data: bytes) -> int:
+    """The number of triangles in the header. Raises an exception if the data ends before it.
+
+    Bitstream 2.2: https://google.github.io/draco/spec/, sections 4 (metadata), 5.
+    """
+    stream = io.BytesIO(data)
+    magic, *version, _, method, flags = struct.unpack("<5sBBBBH", stream.read(11))
+    if magic != b"DRACO" or tuple(version) != VERSION:
+        raise ValueError
+    if flags & HAS_METADATA:
+        for _ in range(_varint(stream)):  # of attributes, each with its id
+            _varint(stream)
+            _skip_metadata(stream)
+        _skip_metadata(stream)
+    if method == EDGEBREAKER:
+        stream.read(1)  # kind of traversal
+        _varint(stream)  # vertices
+    return _varint(stream)
+
+
+def _skip_metadata(stream: io.BytesIO) -> None:
+    for _ in range(_varint(stream)):
+        stream.read(stream.read(1)[0])  # name
+        stream.read(_varint(stream))  # value
+    for _ in range(_varint(stream)):
+        stream.read(stream.read(1)[0])
+        _skip_metadata(stream)
+
+
+def _varint(stream: io.BytesIO) -> int:
+    """Seven bits for a byte, the lowest first."""
+    value = shift = 0
+    while True:
+        byte = stream.read(1)[0]
+        value, shift = value | (byte & 127) << shift, shift + 7
+        if byte < 128:
+            return value

@@ -1,19 +1,57 @@
-"""Moves images into the binary chunk."""
+"""Encoded images: their bytes, checked before anything decodes them, and moved into views."""
 
 from __future__ import annotations
+
+import io
+import warnings
 
 import pygltflib
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.document import Document
+from gltf_ext.gltf.document import Document, item
 
-SIGNATURES = (
+MIME_TYPES = (
     (b"\x89PNG", "image/png"),
     (b"\xff\xd8\xff", "image/jpeg"),
     (b"RIFF", "image/webp"),
     (b"\xabKTX 20", "image/ktx2"),
     (b"DDS ", "image/vnd-ms.dds"),
 )
+FORMATS = ("PNG", "JPEG", "WEBP", "DDS", "BMP", "GIF", "TIFF")  # Pillow's names
+# An image may take so much memory, as 8-bit RGBA: 4096 x 4096 pixels, and more if it has the bytes.
+LEAST_DECODED = 64 << 20
+DECODED_PER_BYTE = 40
+
+
+def image_bytes(document: Document, index: int) -> bytes:
+    """The encoded bytes of an image whose size is plausible. Raises MeshletError."""
+    image = item(document.images, index, "image")
+    if image.uri is not None:
+        data = document.read_uri(image.uri)
+    else:
+        data = bytes(document.bytes_of_view(image.bufferView))
+    check_size(data)
+    return data
+
+
+def check_size(data: bytes) -> None:
+    """Refuses an image whose header claims far more pixels than its bytes can hold.
+
+    Raises MeshletError, also for an unknown format.
+    """
+    from PIL import Image
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(io.BytesIO(data), formats=FORMATS) as image:
+                width, height = image.size
+    except Image.DecompressionBombError:
+        width = height = 2**31
+    except Exception:  # Pillow's readers raise anything
+        raise MeshletError("it cannot be read") from None
+    if 4 * width * height > LEAST_DECODED + DECODED_PER_BYTE * len(data):
+        raise MeshletError(f"it has too many pixels for its {len(data)} bytes")
 
 
 def embed_images(document: Document) -> list[str]:
@@ -21,22 +59,28 @@ def embed_images(document: Document) -> list[str]:
 
     Returns a warning for each image that stays where it is.
     """
-    warnings = []
+    problems = []
+    known: dict[str, pygltflib.Image] = {}  # uri -> the first image that had it
     for image in document.images:
-        if image.uri is not None:
-            warnings += _embed(document, image)
-    return warnings
-
-
-def _embed(document: Document, image: pygltflib.Image) -> list[str]:
-    try:
-        data = document.read_uri(image.uri)
-    except MeshletError as error:
-        return [f"an image is left where it is: {error}"]
-    mime = image.mimeType or next(
-        (m for signature, m in SIGNATURES if data.startswith(signature)), None
-    )
-    if mime is None or not data:
-        return [f"an image is left where it is: {image.uri[:80]} has an unknown format"]
-    image.bufferView, image.mimeType, image.uri = document.add_view(data), mime, None
-    return []
+        uri = image.uri
+        if uri is None:
+            continue
+        if uri in known:
+            first = known[uri]
+            image.bufferView, image.mimeType, image.uri = first.bufferView, first.mimeType, None
+            continue
+        try:
+            data = document.read_uri(uri)
+        except MeshletError as error:
+            problems.append(f"an image is left where it is: {error}")
+            continue
+        mime = image.mimeType or next(
+            (mime for start, mime in MIME_TYPES if data.startswith(start)), None
+        )
+        if mime is None or not data:
+            short = MeshletError(uri[:80]).message
+            problems.append(f"an image is left where it is: {short} has an unknown format")
+            continue
+        known[uri] = image
+        image.bufferView, image.mimeType, image.uri = document.add_view(data), mime, None
+    return problems

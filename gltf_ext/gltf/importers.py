@@ -9,9 +9,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from gltf_ext.errors import MeshletError
+from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.gltf.container import EMPTY, EXPORT_AGAIN, parse_glb, read_document
 from gltf_ext.gltf.document import Document
+from gltf_ext.gltf.images import check_size
 
 GLTF_SUFFIXES = (".glb", ".gltf")
 MESH_SUFFIXES = (".obj", ".ply", ".stl")
@@ -37,6 +38,7 @@ def _import_mesh(path: Path) -> Document:
     """Through trimesh, without its vertex merging: identical vertices are welded later."""
     content, suffix = path.read_bytes(), path.suffix.lower()
     _check_content(content, suffix)
+    missing = _missing_materials(path.parent, content) if suffix == ".obj" else ()
     try:
         with _only_errors_logged():
             glb = _through_trimesh(path)
@@ -47,8 +49,7 @@ def _import_mesh(path: Path) -> Document:
         raise MeshletError(
             f"cannot be read as {suffix}: it is damaged or cut off", EXPORT_AGAIN
         ) from None
-    if suffix == ".obj":
-        document.import_warnings = _missing_materials(path.parent, content)
+    document.import_warnings = missing
     return document
 
 
@@ -92,14 +93,20 @@ def _is_cut_off(stl: bytes) -> bool:
 
 
 def _missing_materials(folder: Path, content: bytes) -> tuple[str, ...]:
-    """Warnings for material libraries and textures that an .obj names and that do not exist."""
+    """Warnings for material libraries and textures that an .obj names and that do not exist.
+
+    Raises MeshletError for a texture that takes too much memory.
+    """
     libraries = _named_files(rb"mtllib", folder, content)
     textures = [
         texture
         for library in libraries
         if library.is_file()
-        for texture in _named_files(rb"map_Kd", folder, library.read_bytes())
+        for texture in _named_files(rb"map_[Kk][Dd]", folder, library.read_bytes())
     ]
+    for path in filter(Path.is_file, textures):
+        with blaming(path):
+            check_size(path.read_bytes())
     return tuple(
         f"{path.name} is not there, so its material is left out"
         for path in (*libraries, *textures)

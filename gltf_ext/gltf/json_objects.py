@@ -86,10 +86,13 @@ def from_json(cls: type, properties: Any, where: str, sources: Sources) -> Any:
 @cache
 def _field_decoders(cls: type) -> dict[str, Decode]:
     hints = typing.get_type_hints(cls)
-    return {
+    decoders = {
         field.name: _decoder(hints[field.name], LENGTHS.get(field.name))
         for field in dataclasses.fields(cls)
     }
+    if cls is pygltflib.Accessor:
+        decoders["min"] = decoders["max"] = _bounds
+    return decoders
 
 
 def _decoder(hint: Any, length: int | None = None) -> Decode:
@@ -134,6 +137,14 @@ def _number(value: Any, where: str) -> int | float:
         raise MeshletError(f"{where} is not a finite number", NOT_VALID)
     number: int | float = value
     return number
+
+
+def _bounds(value: Any, where: str, sources: Sources) -> list[float]:
+    """NaN and infinity are common here; readers compute the bounds where they matter."""
+    return [
+        v if type(v) is float else _number(v, f"{where}[{i}]")
+        for i, v in enumerate(_check(value, list, where))
+    ]
 
 
 def _integer(value: Any, where: str) -> int:

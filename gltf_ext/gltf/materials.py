@@ -101,14 +101,6 @@ def read_material(document: Document, index: int | None) -> Material:
     )
 
 
-def image_bytes(document: Document, index: int) -> bytes:
-    """The encoded bytes of an image. Raises MeshletError."""
-    image = item(document.images, index, "image")
-    if image.uri is not None:
-        return document.read_uri(image.uri)
-    return bytes(document.bytes_of_view(image.bufferView))
-
-
 def _texture_use(document: Document, info: Any) -> TextureUse | None:
     if info is None:
         return None

@@ -224,7 +224,8 @@ def test_damaged_containers(small, damage, message):
         ({"accessors": [{"count": 10**400}]}, r"accessors\[0\].count is not an integer"),
         ({"accessors": [{"count": 2**53}]}, r"accessors\[0\].count is too large"),
         ({"accessors": [{"count": True}]}, r"accessors\[0\].count is not an integer"),
-        ({"nodes": [{"translation": [0, float("nan"), 0]}]}, "JSON holds NaN"),
+        ({"accessors": [{"max": [10**400]}]}, r"accessors\[0\].max\[0\] is not a finite number"),
+        ({"nodes": [{"translation": [0, float("nan"), 0]}]}, r"translation\[1\] is not a finite"),
         (
             {"meshes": [{"primitives": [{"attributes": {"POSITION": []}}]}]},
             "POSITION is not an integer",

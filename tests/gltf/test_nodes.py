@@ -9,7 +9,7 @@ from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.nodes import placed
 
-TOO_LONG = 5.0  # seconds; without the quadratic term it takes about one
+TOO_LONG = 8.0  # seconds of the processor; it takes one, and a minute with a quadratic term
 
 
 def document(nodes, **more):
@@ -21,9 +21,9 @@ def chain(length):
 
 
 def test_deep_chains_take_linear_time():
-    start = time.perf_counter()
+    start = time.process_time()
     assert sum(1 for _ in placed(document(chain(100_000)))) == 100_000
-    assert time.perf_counter() - start < TOO_LONG
+    assert time.process_time() - start < TOO_LONG
 
 
 def test_parents_come_first_and_move_their_children():

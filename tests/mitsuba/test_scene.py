@@ -5,6 +5,8 @@ from __future__ import annotations
 import base64
 import io
 import json
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from PIL import Image
 
 import gltf_ext
 from gltf_ext.compression.streams import MAX_STREAMS
+from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.cli import main
 from tests.helpers.gltf_builder import Builder, everything
 from tests.helpers.mitsuba_reference import VARIANTS, compressed, picture, require
@@ -453,3 +456,25 @@ def test21_default_material_is_not_dark(variant, tmp_path):
         for material in ({}, WHITE)
     )
     assert np.allclose(metal, dielectric, rtol=0.15)
+
+
+def test22_threads_load_one_path_together(tmp_path):
+    _, plugin = require("scalar_rgb")
+    path = scene_file(tmp_path)
+    with ThreadPoolExecutor(4) as threads:
+        scenes = list(threads.map(lambda _: plugin.load_scene(path, width=8, height=8), range(12)))
+    assert len({len(scene.shapes()) for scene in scenes}) == 1
+
+
+def test23_a_document_is_kept_until_its_own_load_ends(tmp_path):
+    _, plugin = require("scalar_rgb")
+    path, reader = str(scene_file(tmp_path)), plugin.native.reader
+    first, second = (ExitStack(), ExitStack())
+    first.enter_context(reader.keeping(path, open_model(path)))
+    second.enter_context(reader.keeping(path, open_model(path)))
+    (tmp_path / "scene.compressed.glb").unlink()
+    first.close()
+    assert reader.read_parts(path, None, None)
+    second.close()
+    with pytest.raises(OSError):
+        reader.read_parts(path, None, None)
