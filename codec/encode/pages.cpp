@@ -57,7 +57,7 @@ Submesh::Submesh(const EncoderInput& all, const std::vector<uint32_t>& numbers) 
 struct Page {
   std::vector<uint32_t> items;
   size_t count = 0;
-  Blob blob;
+  Bytes blob;
   EncoderStats stats;
 };
 
@@ -253,7 +253,7 @@ class PagePacker {
 };
 
 // Adds a page's blob, what it has, and the time it took.
-void add(Page& page, std::vector<Blob>& blobs, EncoderStats& stats) {
+void add(Page& page, std::vector<Bytes>& blobs, EncoderStats& stats) {
   stats.meshlets += page.stats.meshlets;
   stats.vertices += page.stats.vertices;
   stats.bits.add(page.stats.bits);
@@ -261,10 +261,10 @@ void add(Page& page, std::vector<Blob>& blobs, EncoderStats& stats) {
   blobs.push_back(std::move(page.blob));
 }
 
-std::vector<Blob> pack(const PageEncoder& encoder, PageItems& items, size_t limit,
-                       const EncodeOptions& options, EncoderStats& stats) {
+std::vector<Bytes> pack(const PageEncoder& encoder, PageItems& items, size_t limit,
+                        const EncodeOptions& options, EncoderStats& stats) {
   PagePacker packer(encoder, items, limit, options.threads);
-  std::vector<Blob> blobs;
+  std::vector<Bytes> blobs;
   for (size_t packed = 0; !packer.done();) {
     for (Page& page : packer.next()) {
       packed += page.count;
@@ -283,9 +283,9 @@ std::vector<uint32_t> numbers_to(size_t last) {
 
 }  // namespace
 
-std::vector<Blob> encode_pages(const MeshView& mesh, const std::vector<Stream>& streams,
-                               const VertexValues& values, const EncodeOptions& options,
-                               size_t page_bytes, EncoderStats& stats) {
+std::vector<Bytes> encode_pages(const MeshView& mesh, const std::vector<Stream>& streams,
+                                const VertexValues& values, const EncodeOptions& options,
+                                size_t page_bytes, EncoderStats& stats) {
   constexpr float share = 0.5f;  // of the progress, for the meshlets
   check_input(mesh, streams);
   const SegmentedMesh segmented = segment_for_encoder(mesh, options, share, stats);
@@ -300,11 +300,11 @@ std::vector<Blob> encode_pages(const MeshView& mesh, const std::vector<Stream>& 
   return pack(encoder, items, page_bytes, rest, stats);
 }
 
-std::vector<Blob> encode_given(const MeshView& mesh, const Meshlets& meshlets,
-                               const std::vector<uint32_t>& group_begin,
-                               const std::vector<Stream>& streams, const VertexValues& values,
-                               const EncodeOptions& options, size_t page_bytes,
-                               EncoderStats& stats) {
+std::vector<Bytes> encode_given(const MeshView& mesh, const Meshlets& meshlets,
+                                const std::vector<uint32_t>& group_begin,
+                                const std::vector<Stream>& streams, const VertexValues& values,
+                                const EncodeOptions& options, size_t page_bytes,
+                                EncoderStats& stats) {
   check_input(mesh, streams);
   check_lists(meshlets, mesh.triangle_count);
   const bool increases = std::adjacent_find(group_begin.begin(), group_begin.end(),
@@ -324,7 +324,7 @@ std::vector<Blob> encode_given(const MeshView& mesh, const Meshlets& meshlets,
     pages[p].count = 1;
     encoder.encode(pages[p]);
   });
-  std::vector<Blob> blobs;
+  std::vector<Bytes> blobs;
   for (Page& page : pages) add(page, blobs, stats);
   return blobs;
 }
