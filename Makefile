@@ -26,7 +26,7 @@ NATIVE := CMakeLists.txt $(wildcard codec/* codec/*/*)
 PLUGIN := mitsuba_plugin/build.py mitsuba_plugin/CMakeLists.txt $(wildcard mitsuba_plugin/src/*)
 # A process per core; a file of tests stays in one process, which compiles its shaders once.
 PYTEST := $(BIN)/python -m pytest -q -n auto --dist loadfile --junitxml=build/test-results.xml
-MEASUREMENTS := meshlet_formats size paper table1 speed efforts quality parameters choices mitsuba \
+MEASUREMENTS := meshlet_formats size paper table1 speed quality parameters choices mitsuba \
   lod figures how_it_works overview
 PICTURES := meshlets comparison size render_comparison
 

@@ -333,3 +333,13 @@ def grouped_bars(
     axis.set_xticks(range(len(bars)), list(bars))
     axis.spines[["top", "right"]].set_visible(False)
     return figure, axis
+
+
+def panels(titles: Sequence[str], size: tuple[float, float], **settings) -> tuple[Any, Any]:
+    """(figure, axes): axes side by side with titles and a grid. settings: of every axis."""
+    figure, axes = pyplot().subplots(1, len(titles), figsize=size, dpi=100)
+    for axis, title in zip(axes, titles):
+        axis.set(**settings)
+        axis.set_title(title, fontsize=10)
+        axis.grid(alpha=0.3)
+    return figure, axes

@@ -7,13 +7,13 @@ each codec has its own 8-bit form of them. Other attributes are left out (only c
     found, missing = available()
     parts = read_parts(path)
     buffers = found[0].encode(parts)
-    decoded = found[0].decode(buffers)
+    decode = found[0].decoder(buffers)
 
-Draco needs the Python package DracoPy, its own command draco_encoder on the PATH; gltfpack needs
-node and the npm package gltfpack in build/node or the folder that GLTF_MESHLET_NODE_MODULES names,
-its decoding the Python package meshoptimizer; Corto needs GLTF_MESHLET_CORTO, the path of its
-`corto` command, its decoding also the library libcortocodec_unity.so beside the command (both come
-out of Corto's CMake build).
+Draco needs the Python package DracoPy, whose sizes are those of Draco's own command up to 3 bytes.
+gltfpack needs node and the npm package gltfpack in build/node or the folder that
+GLTF_MESHLET_NODE_MODULES names, its decoding the Python package meshoptimizer. Corto needs
+GLTF_MESHLET_CORTO, the path of its `corto` command, its decoding also the library
+libcortocodec_unity.so beside the command (both come out of Corto's CMake build).
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ import shutil
 import struct
 import subprocess
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -174,24 +175,9 @@ class Draco:
             tex_coord_quantization_bits=bits.texcoord,
         )
 
-    def decode(self, buffers: list[bytes]) -> list[Part]:
-        parts = []
-        for buffer in buffers:
-            mesh = self._module.decode(buffer)
-            normals, texcoords = mesh.normals, mesh.tex_coord
-            has_normals, has_texcoords = (
-                normals is not None and len(normals),
-                texcoords is not None and len(texcoords),
-            )
-            parts.append(
-                Part(
-                    np.asarray(mesh.faces, np.uint32),
-                    _steps(mesh.points),
-                    np.asarray(normals, np.float32) if has_normals else None,
-                    _steps(texcoords) if has_texcoords else None,
-                )
-            )
-        return parts
+    def decoder(self, buffers: list[bytes]) -> Callable[[], list]:
+        """A function that decodes to DracoPy's meshes."""
+        return lambda: [self._module.decode(buffer) for buffer in buffers]
 
     def file_bytes(self, buffers: list[bytes]) -> int:
         return sum(map(len, buffers))
@@ -199,87 +185,6 @@ class Draco:
     def resident_bytes(self, parts: list[Part], buffers: list[bytes]) -> int:
         """Unpacked before drawing, to floats and 32-bit indices."""
         return sum(part.raw_bytes for part in parts)
-
-
-class DracoCommand(Draco):
-    """Draco's command draco_encoder, a check of DracoPy.
-
-    It quantises over each part's own box, so it takes only parts that span their mesh's grid.
-    """
-
-    def __init__(self, level: int = 7):
-        super().__init__(level)
-        self._command = shutil.which("draco_encoder")
-        if self._command is None:
-            raise PeerMissing(
-                "Draco's command: draco_encoder is not on the PATH (Debian: apt install draco)"
-            )
-        self.name = f"draco_encoder, level {level}"
-        self.version = _draco_command_version(self._command)
-
-    def _encode(self, part: Part, bits: Bits) -> bytes:
-        if np.ptp(part.positions, axis=0).max() < 2**bits.position - 1.5:
-            raise ValueError("draco_encoder has no option for a grid that is larger than the part")
-        with tempfile.TemporaryDirectory() as folder:
-            source, target = Path(folder) / "in.obj", Path(folder) / "out.drc"
-            source.write_text(obj(part))
-            options = [
-                "-cl",
-                self.level,
-                "-qp",
-                bits.position,
-                "-qn",
-                bits.normal,
-                "-qt",
-                bits.texcoord,
-            ]
-            subprocess.run(
-                [self._command, "-i", source, "-o", target, *map(str, options)],
-                check=True,
-                capture_output=True,
-            )
-            return target.read_bytes()
-
-
-def _draco_command_version(command: str) -> str:
-    """The version of the Debian package, or the number in the name of the linked file."""
-    package = subprocess.run(
-        ["dpkg-query", "-W", "-f", "${Version}", "draco"], capture_output=True, text=True
-    )
-    number = re.search(r"[0-9.]+$", Path(command).resolve().name)
-    return (
-        f"draco {package.stdout}"
-        if package.returncode == 0
-        else f"draco {number[0]}"
-        if number
-        else "draco, version unknown"
-    )
-
-
-def obj(part: Part) -> str:
-    """Wavefront OBJ; every corner names one index for all attributes."""
-    kinds = [("v", part.positions), ("vt", part.texcoords), ("vn", part.normals)]
-    lines = [
-        f"{kind} " + " ".join(map(repr, row))
-        for kind, values in kinds
-        if values is not None
-        for row in values.tolist()
-    ]
-    corner = {
-        (False, False): "{0}",
-        (True, False): "{0}/{0}",
-        (False, True): "{0}//{0}",
-        (True, True): "{0}/{0}/{0}",
-    }[part.texcoords is not None, part.normals is not None]
-    lines += [
-        "f " + " ".join(corner.format(v) for v in triangle)
-        for triangle in (part.triangles + 1).tolist()
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def _steps(values) -> np.ndarray:
-    return np.rint(values).astype(np.float32)
 
 
 # --- Corto ---
@@ -340,9 +245,33 @@ class Corto:
             output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
             return target.read_bytes(), int(re.search(r"Encoding time: (\d+)ms", output)[1]) / 1000
 
-    def decode(self, buffers: list[bytes], texcoord_bits: int = Bits().texcoord) -> list[Part]:
+    def decoder(self, buffers: list[bytes]) -> Callable[[], list[tuple[np.ndarray, ...]]]:
+        """A function that decodes into arrays that exist already.
+
+        They are positions, triangles, normals, colours and texture coordinates in units of 2^bits
+        steps. Attributes that a buffer lacks stay NaN.
+        """
         library = _corto_library(Path(CORTO).with_name("libcortocodec_unity.so"))
-        return [_corto_decode(library, buffer, texcoord_bits) for buffer in buffers]
+        outputs = []
+        for buffer in buffers:
+            counts = np.zeros(2, np.float32)  # exact up to 2^24
+            library.DestroyDecoder(library.CreateDecoder(len(buffer), buffer, counts.ctypes.data))
+            triangles, vertices = map(int, counts)
+            positions, normals, colors, texcoords = (
+                np.full((vertices, width), np.nan, np.float32) for width in (3, 3, 4, 2)
+            )
+            indices = np.zeros((triangles, 3), np.uint32)
+            outputs.append((positions, indices, normals, colors, texcoords))
+
+        def decode() -> list[tuple[np.ndarray, ...]]:
+            for buffer, arrays in zip(buffers, outputs):
+                counts = (ctypes.c_float * 2)()
+                decoder = library.CreateDecoder(len(buffer), buffer, ctypes.addressof(counts))
+                library.DecodeMesh(decoder, *(array.ctypes.data for array in arrays))
+                library.DestroyDecoder(decoder)
+            return outputs
+
+        return decode
 
     def file_bytes(self, buffers: list[bytes]) -> int:
         return sum(map(len, buffers))
@@ -391,31 +320,6 @@ def _corto_library(path: Path):
     return library
 
 
-def _corto_decode(library, buffer: bytes, texcoord_bits: int) -> Part:
-    counts = np.zeros(2, np.float32)  # exact up to 2^24
-    decoder = library.CreateDecoder(len(buffer), buffer, counts.ctypes.data)
-    triangle_count, vertex_count = map(int, counts)
-    positions, normals = (np.empty((vertex_count, 3), np.float32) for _ in range(2))
-    texcoords, colors = (
-        np.empty((vertex_count, 2), np.float32),
-        np.empty((vertex_count, 4), np.float32),
-    )
-    triangles = np.empty((triangle_count, 3), np.uint32)
-    normals.fill(np.nan)  # attributes that the buffer lacks stay NaN
-    texcoords.fill(np.nan)
-    library.DecodeMesh(
-        decoder,
-        *(array.ctypes.data for array in (positions, triangles, normals, colors, texcoords)),
-    )
-    library.DestroyDecoder(decoder)
-    return Part(
-        triangles,
-        _steps(positions),
-        None if np.isnan(normals[:1]).any() else normals,
-        None if np.isnan(texcoords[:1]).any() else _steps(texcoords * 2.0**texcoord_bits),
-    )
-
-
 # --- glTF with KHR_mesh_quantization and meshopt compression ---
 
 
@@ -462,19 +366,12 @@ class Gltfpack:
             subprocess.run(command, check=True, capture_output=True)
             return [target.read_bytes()]
 
-    def decode(self, buffers: list[bytes]) -> list[Part]:
-        """The parts; texture coordinates in steps of each axis's own range."""
-        (buffer,) = buffers
-        document, binary = _glb_chunks(buffer)
-        views = [_view_bytes(view, binary) for view in document["bufferViews"]]
-        meshes = {
-            node["name"]: document["meshes"][node["mesh"]]["primitives"]
-            for node in document["nodes"]
-        }
-        return [
-            _gltf_part(document, views, primitive)
-            for number in range(len(meshes) - 1)
-            for primitive in meshes[f"part {number}"]
+    def decoder(self, buffers: list[bytes]) -> Callable[[], list[list[bytes]]]:
+        """A function that decodes the bytes of all buffer views of each file."""
+        files = [glb_chunks(buffer) for buffer in buffers]
+        return lambda: [
+            [_view_bytes(view, binary) for view in document["bufferViews"]]
+            for document, binary in files
         ]
 
     def file_bytes(self, buffers: list[bytes]) -> int:
@@ -482,13 +379,13 @@ class Gltfpack:
         (buffer,) = buffers
         return sum(
             (_meshopt(view) or view)["byteLength"]
-            for view in _geometry_views(_glb_chunks(buffer)[0])
+            for view in _geometry_views(glb_chunks(buffer)[0])
         )
 
     def resident_bytes(self, parts: list[Part], buffers: list[bytes]) -> int:
         """What is uploaded: the quantised buffers, unpacked."""
         (buffer,) = buffers
-        return sum(view["byteLength"] for view in _geometry_views(_glb_chunks(buffer)[0]))
+        return sum(view["byteLength"] for view in _geometry_views(glb_chunks(buffer)[0]))
 
 
 def parts_as_glb(parts: list[Part], bits: Bits) -> bytes:
@@ -592,7 +489,7 @@ def _glb(document: dict, binary: bytes) -> bytes:
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
-def _glb_chunks(data: bytes) -> tuple[dict, bytes]:
+def glb_chunks(data: bytes) -> tuple[dict, bytes]:
     length = struct.unpack_from("<I", data, 12)[0]
     return json.loads(data[20 : 20 + length]), data[28 + length :]
 
@@ -638,34 +535,6 @@ def _meshopt_decode(compression: dict, binary: bytes) -> bytes:
     return decoded.tobytes()
 
 
-def _gltf_part(document: dict, views: list[bytes], primitive: dict) -> Part:
-    def values(accessor: int) -> np.ndarray:
-        described = document["accessors"][accessor]
-        dtype = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}[
-            described["componentType"]
-        ]
-        dtype, components = np.dtype(dtype), {"SCALAR": 1, "VEC2": 2, "VEC3": 3}[described["type"]]
-        view = described["bufferView"]
-        strides = (
-            document["bufferViews"][view].get("byteStride", dtype.itemsize * components),
-            dtype.itemsize,
-        )
-        return np.ndarray(
-            (described["count"], components), dtype, views[view], described["byteOffset"], strides
-        )
-
-    attributes = {name: values(accessor) for name, accessor in primitive["attributes"].items()}
-    normals, texcoords = attributes.get("NORMAL"), attributes.get("TEXCOORD_0")
-    if normals is not None:
-        normals = normals / np.linalg.norm(normals.astype(np.float32), axis=1, keepdims=True)
-    return Part(
-        values(primitive["indices"]).reshape(-1, 3).astype(np.uint32),
-        attributes["POSITION"].astype(np.float32),
-        normals,
-        None if texcoords is None else texcoords.astype(np.float32),
-    )
-
-
 # --- installed codecs ---
 
 
@@ -674,7 +543,6 @@ def all_makers() -> list:
     return [
         lambda: Draco(7),
         lambda: Draco(10),
-        lambda: DracoCommand(7),
         Corto,
         lambda: Gltfpack(False),
         lambda: Gltfpack(True),

@@ -53,8 +53,7 @@ FIELDS = {
 TABLES = "headers and tables"  # of blobs and groups, with heads of meshlets, entries and padding
 SECTIONS = (*FIELDS, TABLES)
 # These must be unpacked before they are drawn: on the GPU they take as much as the raw model.
-UNPACKED = ("Draco", "draco_encoder", "Corto")
-CHECK = "draco_encoder"  # checks that DracoPy's sizes are Draco's
+UNPACKED = ("Draco", "Corto")
 
 
 # --- measurements ---
@@ -289,7 +288,7 @@ def short_table(rows: list[dict]) -> str:
 
 def report(result: dict) -> str:
     """docs/size.md."""
-    names = [name for name in names_of(result) if not name.startswith(CHECK)]
+    names = names_of(result)
     resident = [
         name
         for name in names
@@ -363,7 +362,7 @@ The same by kind of data:
 
 Of the files:
 
-{byte_table(result, "file_bytes", names_of(result))}
+{byte_table(result, "file_bytes", names)}
 In memory while drawing:
 
 {byte_table(result, "resident_bytes", names)}

@@ -8,7 +8,6 @@ peers that are missing (see bench/peers.py).
 from __future__ import annotations
 
 import argparse
-import ctypes
 import functools
 import importlib.util
 import json
@@ -22,6 +21,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,15 +31,18 @@ from bench.common import (
     call_in_process,
     markdown_table,
     origin_line,
+    panels,
     progress,
-    pyplot,
+    save_figure,
     spread,
+    table,
+    versions,
 )
 from bench.generated import torus
 from bench.models import MODELS, PAPER_MODELS
 from gltf_ext import _codec
 from gltf_ext.compression.primitives import Primitive, position_ids, weld
-from gltf_ext.compression.streams import Bits, plan_primitive, position_grid
+from gltf_ext.compression.streams import Bits, plan_primitive
 from gltf_meshlet.demo.model import write_glb
 from tools import native_build
 
@@ -54,87 +57,28 @@ TURN = 0.05
 OURS = "ours"  # with the default effort
 # Other efforts, as further codecs.
 OTHER_EFFORTS = {"ours, fast": "fast", "ours, high": "high"}
-# Names in the results of the stages that _codec.encode times.
-ENCODER_STAGES = {
-    "sort": "sort in space, match edges",
-    "grow": "grow and refine meshlets",
-    "join": "join small meshlets",
-    "boundaries": "find boundaries",
-    "predict": "predict",
-    "write": "write",
-}
-
-
 # --- ours ---
 
 
-class Stopwatch:
-    """Seconds per stage; `lap` names the stage that ends."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, stage: str) -> None:
-        now = time.perf_counter()
-        self._add(stage, now - self._last)
-        self._last = now
-
-    def insert(self, seconds: dict[str, float]) -> None:
-        """Stages since the last lap, as measured elsewhere."""
-        for stage, time_of_stage in seconds.items():
-            self._add(stage, time_of_stage)
-        self._last = time.perf_counter()
-
-    def _add(self, stage: str, seconds: float) -> None:
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + seconds
-
-
 def encode_ours(
-    primitives: list[Primitive],
-    threads: int,
-    watch: Stopwatch,
-    effort: str = "normal",
-    page_bytes: int = 0,
+    primitives: list[Primitive], threads: int, effort: str = "normal", page_bytes: int = 0
 ) -> list[bytes]:
     """What compress does between reading and writing files: one view for each primitive."""
-    blobs = []
-    for arguments in encoder_arguments(primitives, watch):
-        blob, statistics = _codec.encode(
-            *arguments, threads=threads, effort=effort, page_bytes=page_bytes
-        )
-        watch.insert({ENCODER_STAGES[stage]: s for stage, s in statistics["seconds"].items()})
-        blobs.append(blob)
-    return blobs
+    options = {"threads": threads, "effort": effort, "page_bytes": page_bytes}
+    return [_codec.encode(*given, **options)[0] for given in encoder_arguments(primitives)]
 
 
-def encoder_arguments(primitives: list[Primitive], watch: Stopwatch) -> list[tuple]:
+def encoder_arguments(primitives: list[Primitive]) -> list[tuple]:
     """The arguments of _codec.encode for each primitive, as compress makes them."""
     sources = [weld(primitive)[0] for primitive in primitives]
-    watch.lap("weld")
-    of_mesh: dict[int, list[np.ndarray]] = {}
-    for source in sources:
-        of_mesh.setdefault(source.mesh, []).append(source.attributes["POSITION"])
-    grids = {}
-    for mesh, arrays in of_mesh.items():
-        positions = np.concatenate(arrays)
-        grids[mesh] = position_grid(
-            positions.min(axis=0), positions.max(axis=0), Bits().position, None
-        )
+    grids = peers.position_grids(sources, Bits())
     arguments = []
     for source in sources:
         plan = plan_primitive(source.attributes, [], grids[source.mesh], Bits(), "")
-        positions = source.attributes["POSITION"]
-        arguments.append(
-            (
-                np.ascontiguousarray(source.indices),
-                position_ids(positions),
-                np.ascontiguousarray(positions),
-                [stream.table_row() for stream in plan.streams],
-                plan.values,
-            )
-        )
-    watch.lap("quantise")
+        positions = np.ascontiguousarray(source.attributes["POSITION"])
+        triangles = np.ascontiguousarray(source.indices)
+        rows = [stream.table_row() for stream in plan.streams]
+        arguments.append((triangles, position_ids(positions), positions, rows, plan.values))
     return arguments
 
 
@@ -160,51 +104,6 @@ def installed_peers() -> tuple[list, list[str]]:
     return found, missing
 
 
-def bare_decoder(peer, buffers: list[bytes]) -> Callable[[], object]:
-    """A function that only decodes, without the conversions of peers.py."""
-    if isinstance(peer, peers.Draco):
-        import DracoPy
-
-        return lambda: [DracoPy.decode(buffer) for buffer in buffers]
-    if isinstance(peer, peers.Corto):
-        return _corto_decoder(buffers)
-    if isinstance(peer, peers.Gltfpack):
-        files = [peers._glb_chunks(buffer) for buffer in buffers]
-        return lambda: [
-            peers._view_bytes(view, binary)
-            for document, binary in files
-            for view in document["bufferViews"]
-        ]
-    raise TypeError(f"no decoder is known for {peer.name}")
-
-
-def _corto_decoder(buffers: list[bytes]) -> Callable[[], None]:
-    library = peers._corto_library(Path(peers.CORTO).with_name("libcortocodec_unity.so"))
-    outputs = []
-    for buffer in buffers:
-        counts = np.zeros(2, np.float32)
-        library.DestroyDecoder(library.CreateDecoder(len(buffer), buffer, counts.ctypes.data))
-        triangles, vertices = map(int, counts)
-        outputs.append(
-            [
-                np.zeros((vertices, 3), np.float32),  # positions
-                np.zeros((triangles, 3), np.uint32),
-                np.zeros((vertices, 3), np.float32),  # normals
-                np.zeros((vertices, 4), np.float32),  # colours
-                np.zeros((vertices, 2), np.float32),  # texture coordinates
-            ]
-        )
-
-    def decode() -> None:
-        for buffer, arrays in zip(buffers, outputs):
-            counts = (ctypes.c_float * 2)()
-            decoder = library.CreateDecoder(len(buffer), buffer, ctypes.addressof(counts))
-            library.DecodeMesh(decoder, *(array.ctypes.data for array in arrays))
-            library.DestroyDecoder(decoder)
-
-    return decode
-
-
 def timed_encode(peer, parts: list) -> tuple[list[bytes], float]:
     """(buffers, seconds); gltfpack's seconds are of its whole command.
 
@@ -212,9 +111,14 @@ def timed_encode(peer, parts: list) -> tuple[list[bytes], float]:
     """
     if isinstance(peer, peers.Corto):
         return peer.encode_timed(parts)
+    return timed(lambda: peer.encode(parts))
+
+
+def timed(function: Callable[[], Any]) -> tuple[Any, float]:
+    """(what the function returns, seconds)."""
     start = time.perf_counter()
-    buffers = peer.encode(parts)
-    return buffers, time.perf_counter() - start
+    result = function()
+    return result, time.perf_counter() - start
 
 
 # --- one model ---
@@ -251,10 +155,9 @@ def measure_model(name: str, path: Path, scratch: Path, found: list) -> dict:
     parts = peers.parts_of(primitives)
     triangles = sum(len(part.triangles) for part in parts)
     repetitions = LARGE_REPETITIONS if triangles > LARGE else REPETITIONS
-    encoded, encoder_stages = _encoding(primitives, parts, found, repetitions)
+    encoded = _encoding(primitives, parts, found, repetitions)
     buffers = {codec: row.pop("buffers") for codec, row in encoded.items() if "buffers" in row}
     decoded, meshlet_microseconds = _decoding(buffers, found, repetitions, scratch)
-    stages = native("decode_stages", buffers[OURS], scratch)
     return {
         "model": name,
         "triangles": triangles,
@@ -275,53 +178,39 @@ def measure_model(name: str, path: Path, scratch: Path, found: list) -> dict:
                 codec: peak_memory("decode", codec, buffers[codec], scratch) for codec in buffers
             },
         },
-        "stages": {
-            "encode": encoder_stages,
-            "decode": {stage: spread(shares) for stage, shares in stages["shares"].items()},
-            "decode_avx2": stages["avx2"],
-        },
     }
 
 
 def _encoding(
     primitives: list[Primitive], parts: list, found: list, repetitions: int
-) -> tuple[dict[str, dict], dict[str, dict]]:
-    """(seconds, bytes and buffers by codec; seconds of our encoder's stages on one thread)."""
-    seconds: dict[str, list[float]] = {
-        OURS: [],
-        "all threads": [],
-        **{codec: [] for codec in OTHER_EFFORTS},
-        **{peer.name: [] for peer in found},
+) -> dict[str, dict]:
+    """Seconds, bytes and buffers by codec; of other efforts no buffers."""
+    ours = {
+        OURS: (1, "normal"),
+        "all threads": (0, "normal"),
+        **{codec: (1, effort) for codec, effort in OTHER_EFFORTS.items()},
     }
-    buffers, stages, sizes = {}, [], {}
+    seconds: dict[str, list[float]] = {name: [] for name in (*ours, *(p.name for p in found))}
+    buffers: dict[str, list[bytes]] = {}
     for _ in range(repetitions):
-        for key, threads in (("all threads", 0), (OURS, 1)):
-            watch = Stopwatch()
-            buffers[OURS] = encode_ours(primitives, threads, watch)
-            seconds[key].append(sum(watch.seconds.values()))
-        stages.append(watch.seconds)
-        for codec, effort in OTHER_EFFORTS.items():
-            watch = Stopwatch()
-            sizes[codec] = sum(map(len, encode_ours(primitives, 1, watch, effort)))
-            seconds[codec].append(sum(watch.seconds.values()))
+        for name, (threads, effort) in ours.items():
+            buffers[name], spent = timed(lambda t=threads, e=effort: encode_ours(primitives, t, e))
+            seconds[name].append(spent)
         for peer in found:
             buffers[peer.name], spent = timed_encode(peer, parts)
             seconds[peer.name].append(spent)
-    rows = {
+    encoded: dict[str, dict] = {
         OURS: {
+            "buffers": buffers[OURS],
             "bytes": sum(map(len, buffers[OURS])),
-            "all_threads_seconds": spread(seconds.pop("all threads")),
+            "all_threads_seconds": spread(seconds["all threads"]),
         }
     }
-    rows |= {peer.name: {"bytes": peer.file_bytes(buffers[peer.name])} for peer in found}
-    encoded = {
-        codec: {"seconds": spread(seconds[codec]), "buffers": buffers[codec], **row}
-        for codec, row in rows.items()
-    }
-    encoded |= {
-        codec: {"seconds": spread(seconds[codec]), "bytes": size} for codec, size in sizes.items()
-    }
-    return encoded, {stage: spread([run[stage] for run in stages]) for stage in stages[0]}
+    for peer in found:
+        made = buffers[peer.name]
+        encoded[peer.name] = {"buffers": made, "bytes": peer.file_bytes(made)}
+    encoded |= {codec: {"bytes": sum(map(len, buffers[codec]))} for codec in OTHER_EFFORTS}
+    return {codec: {"seconds": spread(seconds[codec]), **row} for codec, row in encoded.items()}
 
 
 def _decoding(
@@ -330,7 +219,7 @@ def _decoding(
     """(seconds by codec, microseconds of one meshlet); the native decoder takes turns too."""
     decoders = {
         OURS: lambda: [_codec.decode_values(blob) for blob in buffers[OURS]],
-        **{peer.name: bare_decoder(peer, buffers[peer.name]) for peer in found},
+        **{peer.name: peer.decoder(buffers[peer.name]) for peer in found},
     }
     seconds: dict[str, list[float]] = {codec: [] for codec in decoders}
     measured: dict[str, list[float]] = {}
@@ -355,9 +244,7 @@ def _one_turn(decode: Callable[[], object]) -> list[float]:
     """Seconds of each call, for at least TURN seconds."""
     seconds: list[float] = []
     while sum(seconds) < TURN:
-        start = time.perf_counter()
-        decode()
-        seconds.append(time.perf_counter() - start)
+        seconds.append(timed(decode)[1])
     return seconds
 
 
@@ -366,7 +253,7 @@ def measure_decoding(path: Path, scratch: Path, found: list) -> dict:
     primitives = peers.read_primitives(path)
     parts = peers.parts_of(primitives)
     buffers = {
-        OURS: encode_ours(primitives, 0, Stopwatch()),
+        OURS: encode_ours(primitives, 0),
         **{peer.name: peer.encode(parts) for peer in found},
     }
     return {
@@ -407,23 +294,9 @@ def measure_command(path: Path, scratch: Path, repetitions: int) -> dict:
     """
     bytecode = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(scratch / "bytecode")}
     environment = {**os.environ, **bytecode}
-    subprocess.run(
-        [sys.executable, "-m", "gltf_meshlet", "compress", path, scratch / "out.glb"],
-        check=True,
-        stdout=subprocess.DEVNULL,
-        env=environment,
-    )
-    command = [
-        sys.executable,
-        "-c",
-        LAUNCHER,
-        sys.executable,
-        "-m",
-        "gltf_meshlet",
-        "compress",
-        path,
-        scratch / "out.glb",
-    ]
+    compress = [sys.executable, "-m", "gltf_meshlet", "compress", path, scratch / "out.glb"]
+    subprocess.run(compress, check=True, stdout=subprocess.DEVNULL, env=environment)
+    command = [sys.executable, "-c", LAUNCHER, *compress]
     runs = [
         subprocess.run(command, check=True, stdout=subprocess.PIPE, env=environment).stdout.split()
         for _ in range(repetitions)
@@ -454,18 +327,13 @@ def peak_growth(task: str, codec: str, given: str) -> int:
     data = pickle.loads(Path(given).read_bytes())
     installed = [] if codec.startswith(OURS) else installed_peers()[0]
     peer = next((peer for peer in installed if peer.name == codec), None)
-    if task == "encode":
-        run = (
-            (lambda: encode_ours(data, 0, Stopwatch(), OTHER_EFFORTS.get(codec, "normal")))
-            if peer is None
-            else (lambda: peer.encode(data))
-        )
+    run: Callable[[], object]
+    if peer is None and task == "encode":
+        run = lambda: encode_ours(data, 0, OTHER_EFFORTS.get(codec, "normal"))  # noqa: E731
+    elif peer is None:
+        run = lambda: [_codec.decode_values(blob) for blob in data]  # noqa: E731
     else:
-        run = (
-            (lambda: [_codec.decode_values(blob) for blob in data])
-            if peer is None
-            else bare_decoder(peer, data)
-        )
+        run = peer.decoder(data) if task == "decode" else lambda: peer.encode(data)
     with _growth() as grown:
         kept = run()  # noqa: F841  the returned arrays count
     return grown[0]
@@ -494,7 +362,6 @@ def report(result: dict) -> str:
     """docs/speed.md."""
     models = result["models"]
     missing = "".join(f"\nNot measured here: {line}." for line in result["missing"])
-    build = "with AVX2" if models[0]["stages"]["decode_avx2"] else "without AVX2"
     return f"""# Speed
 
 {origin_line(result)}
@@ -502,45 +369,27 @@ Positions have 12 bits, normals 8 + 8, texture coordinates 12. Medians of {resul
 runs ({result["large"]["repetitions"]} above {result["large"]["triangles"]:,} triangles), in which
 the codecs take turns; bench/results/speed.json also has minimum and maximum. Models named torus are
 generated.
-Peers: {_versions(result)}.{missing}
+Peers: {versions(result["peers"])}.{missing}
 
 ![Speed and memory over size](speed.png)
 
 {_decoding_section(result)}
 {_encoding_section(models)}
 {_memory_section(models)}
-{_command_section(models)}
-## Where the time goes
-
-Percent of encoding on one thread:
-
-{_stage_table(models, "encode")}
-Percent of decoding a whole model on one thread ({build}):
-
-{_stage_table(models, "decode")}"""
+{_command_section(models)}"""
 
 
 def _decoding_section(result: dict) -> str:
     models = result["models"]
     peers_of = _peers(models)
-    rates = [
-        [
-            *_name(row),
-            *_rates(
-                row,
-                [
-                    *(
-                        row["decode"][OURS][key]
-                        for key in ("native_seconds", "seconds", "all_threads_seconds")
-                    ),
-                    *(row["decode"][codec]["seconds"] for codec in peers_of),
-                ],
-                ".1f",
-            ),
-        ]
-        for row in models
-    ]
+    native = ("native_seconds", "seconds", "all_threads_seconds")
     headings = ("ours, native", "ours, from Python", "ours, meshlets alone, all threads")
+
+    def seconds(row: dict) -> list[dict]:
+        ours = [row["decode"][OURS][key] for key in native]
+        return [*ours, *(row["decode"][codec]["seconds"] for codec in peers_of)]
+
+    rates = [[*_name(row), *_rates(row, seconds(row), ".1f")] for row in models]
     ratios = [
         [
             *_name(row),
@@ -575,34 +424,23 @@ column: microseconds to decode one meshlet, in random order.{_variation(result)}
 def _encoding_section(models: list[dict]) -> str:
     codecs = list(models[0]["encode"])
     others = [codec for codec in codecs if codec in OTHER_EFFORTS] + _peers(models)
-    rates = [
-        [
-            *_name(row),
-            *_rates(
-                row,
-                [
-                    row["encode"][OURS]["seconds"],
-                    row["encode"][OURS]["all_threads_seconds"],
-                    *(row["encode"][codec]["seconds"] for codec in others),
-                ],
-                ".2f",
-            ),
-        ]
-        for row in models
-    ]
-    sizes = [
-        [
-            *_name(row),
-            *(f"{row['raw_bytes'] / row['encode'][codec]['bytes']:.1f}" for codec in codecs),
-        ]
-        for row in models
-    ]
+
+    def seconds(row: dict) -> list[dict]:
+        ours = row["encode"][OURS]
+        others_of = (row["encode"][codec]["seconds"] for codec in others)
+        return [ours["seconds"], ours["all_threads_seconds"], *others_of]
+
+    def times_smaller(row: dict, codec: str) -> str:
+        return f"{row['raw_bytes'] / row['encode'][codec]['bytes']:.1f}"
+
+    rates = [[*_name(row), *_rates(row, seconds(row), ".2f")] for row in models]
+    sizes = [[*_name(row), *(times_smaller(row, codec) for codec in codecs)] for row in models]
     headings = ("ours, one thread", "ours, all threads")
     return f"""## Encoding, million triangles per second
 
 From arrays to bytes in memory, including welding and quantisation. Corto's time is the one that its
 command prints, for one of its two normal modes. gltfpack's is the whole command, including files.
-All peers and [efforts](efforts.md) but the default, normal, use one thread. The fastest of each row
+All peers, and efforts fast and high, use one thread. The fastest of each row
 is in bold.
 
 {markdown_table(["model", "triangles", *headings, *others], rates)}
@@ -630,17 +468,22 @@ Corto and gltfpack are commands that load files and are not measured.
 
 
 def _command_section(models: list[dict]) -> str:
-    rows = []
-    for row in models:
-        seconds, peak = row["command"]["seconds"]["median"], row["command"]["peak_bytes"]
-        rates = (f"{seconds:.2f}", f"{row['triangles'] / seconds / 1e6:.2f}")
-        rows.append([*_name(row), *rates, _megabytes(peak), f"{peak / row['triangles']:.0f}"])
-    headings = ("seconds", "million triangles per second", "peak, MB", "bytes per triangle")
+    def seconds(row: dict) -> float:
+        return row["command"]["seconds"]["median"]
+
+    columns: dict[str, Callable[[dict], str]] = {
+        "model": lambda row: row["model"],
+        "triangles": lambda row: f"{row['triangles']:,}",
+        "seconds": lambda row: f"{seconds(row):.2f}",
+        "million triangles per second": lambda row: f"{row['triangles'] / seconds(row) / 1e6:.2f}",
+        "peak, MB": lambda row: _megabytes(row["command"]["peak_bytes"]),
+        "bytes per triangle": lambda r: f"{r['command']['peak_bytes'] / r['triangles']:.0f}",
+    }
     return f"""## `gltf-meshlet compress` as a whole process
 
 On all threads, including start-up and files. Peak memory is that of the whole process.
 
-{markdown_table(["model", "triangles", *headings], rows)}"""
+{table(models, columns)}"""
 
 
 def _peers(models: list[dict]) -> list[str]:
@@ -686,10 +529,6 @@ def _paper_table(result: dict, others: list[str]) -> str:
     )
 
 
-def _versions(result: dict) -> str:
-    return ", ".join(f"{name} ({version})" for name, version in result["peers"].items()) or "none"
-
-
 def _name(row: dict) -> list[str]:
     return [row["model"], f"{row['triangles']:,}"]
 
@@ -703,35 +542,33 @@ def _megabytes(count: int) -> str:
     return f"{count / 1e6:.1f}" if count < 1e8 else f"{count / 1e6:.0f}"
 
 
-def _stage_table(models: list[dict], task: str) -> str:
-    stages = list(models[0]["stages"][task])
-    rows = []
-    for row in models:
-        medians = [row["stages"][task][stage]["median"] for stage in stages]
-        rows.append([*_name(row), *(f"{100 * median / sum(medians):.1f}" for median in medians)])
-    return markdown_table(["model", "triangles", *stages], rows)
-
-
 def save_plot(result: dict, path: Path) -> Path:
     """Seconds and peak memory of decoding and encoding over triangles, of the generated series."""
     series = [row for row in result["models"] if row["model"] == "torus"]
     triangles = [row["triangles"] for row in series]
-    figure, axes = pyplot().subplots(1, 4, figsize=(17, 4.2), dpi=100)
+    titles = (
+        "decoding, one thread, seconds",
+        "encoding, seconds",
+        "peak memory of encoding, MB",
+        "peak memory of decoding, MB",
+    )
+    figure, axes = panels(titles, (17, 4.2), xscale="log", yscale="log", xlabel="triangles")
+
+    def values(row: dict, codec: str) -> list[float]:
+        decode, memory = row["decode"].get(codec), row["memory"]
+        return [
+            decode["seconds"]["median"] if decode else np.nan,
+            row["encode"][codec]["seconds"]["median"],
+            memory["encode"].get(codec, np.nan) / 1e6,
+            memory["decode"].get(codec, np.nan) / 1e6,
+        ]
+
     for codec in series[0]["encode"]:
-        panels = (
-            [
-                row["decode"][codec]["seconds"]["median"] if codec in row["decode"] else np.nan
-                for row in series
-            ],
-            [row["encode"][codec]["seconds"]["median"] for row in series],
-            [row["memory"]["encode"].get(codec, np.nan) / 1e6 for row in series],
-            [row["memory"]["decode"].get(codec, np.nan) / 1e6 for row in series],
-        )
-        for axis, values in zip(axes, panels):
-            style, width = ("--s", 1.2)
-            if codec.startswith(OURS):
-                style, width = ("-o", 2.2) if codec == OURS else (":o", 1.6)
-            axis.plot(triangles, values, style, markersize=4, linewidth=width, label=codec)
+        style, width = ("--s", 1.2)
+        if codec.startswith(OURS):
+            style, width = ("-o", 2.2) if codec == OURS else (":o", 1.6)
+        for axis, line in zip(axes, zip(*(values(row, codec) for row in series))):
+            axis.plot(triangles, line, style, markersize=4, linewidth=width, label=codec)
     axes[1].plot(
         triangles,
         [row["encode"][OURS]["all_threads_seconds"]["median"] for row in series],
@@ -741,21 +578,10 @@ def save_plot(result: dict, path: Path) -> Path:
         alpha=0.5,
         label=f"ours, {result['machine']['cores']} threads",
     )
-    titles = (
-        "decoding, one thread, seconds",
-        "encoding, seconds",
-        "peak memory of encoding, MB",
-        "peak memory of decoding, MB",
-    )
-    for axis, title in zip(axes, titles):
-        axis.set(xscale="log", yscale="log", xlabel="triangles")
-        axis.set_title(title, fontsize=10)
-        axis.grid(alpha=0.3)
     handles, labels = axes[1].get_legend_handles_labels()
     figure.tight_layout(rect=(0, 0.07, 1, 1))
     figure.legend(handles, labels, frameon=False, ncols=len(labels), loc="lower center")
-    figure.savefig(path)
-    return path
+    return save_figure(figure, path)
 
 
 def inputs(largest: int, folder: Path) -> Iterator[tuple[str, Path]]:

@@ -11,7 +11,7 @@ import argparse
 from bench import peers
 from bench.common import markdown_table, origin_line
 from bench.models import real_model
-from bench.speed import Stopwatch, encoder_arguments
+from bench.speed import encoder_arguments
 from gltf_ext import _codec
 
 # With the default, regions are nearly full and the penalty matters; 0.68 gives about the paper's
@@ -24,7 +24,7 @@ CLAIMED = {"paper": (1276, 18474, 216, 23), "choe": (1285, 18435, 232, 38)}
 def measure(options: argparse.Namespace) -> dict:
     """All combinations of weight and fill."""
     primitives = peers.read_primitives(real_model("dragon"))
-    (arguments,) = encoder_arguments(primitives, Stopwatch())
+    (arguments,) = encoder_arguments(primitives)
     raw_bytes = primitives[0].indices.nbytes
     raw_bytes += sum(values.nbytes for values in primitives[0].attributes.values())
     rows = [

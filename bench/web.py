@@ -21,7 +21,7 @@ from bench.common import (
     spread,
 )
 from bench.models import MODELS
-from bench.speed import OURS, Stopwatch, encode_ours, native
+from bench.speed import OURS, encode_ours, native
 
 WEB = ROOT / "web"
 WORKER = Path(__file__).with_name("web_worker.mjs")
@@ -87,7 +87,7 @@ def measure_model(name: str, page_bytes: int, folder: Path) -> dict:
     primitives = peers.read_primitives(MODELS / f"{name}.glb")
     parts = peers.parts_of(primitives)
     buffers = {
-        OURS: encode_ours(primitives, 0, Stopwatch(), page_bytes=page_bytes),
+        OURS: encode_ours(primitives, 0, page_bytes=page_bytes),
         "draco": peers.Draco(7).encode(parts),
         "meshopt": peers.Gltfpack(True).encode(parts),
     }

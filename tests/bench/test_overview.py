@@ -13,7 +13,7 @@ from bench import blender, common, mitsuba, overview, vulkan_raytracing, web
 from bench.overview import Standing
 
 # Questions with a document of their own, and questions with a block in one.
-DOCUMENTS = ("size", "paper", "table1", "speed", "quality", "parameters", "choices", "efforts")
+DOCUMENTS = ("size", "paper", "table1", "speed", "quality", "parameters", "choices")
 BLOCKS = {
     "blender.md": blender.block,
     "mitsuba.md": mitsuba.block,
