@@ -5,7 +5,7 @@
 // primitive, decodes its share in place and hands the arrays over. The other Workers send what they
 // have decoded; the page's thread copies it into the arrays. So there are these arrays and the blobs
 // that wait for the head, at most as many bytes again.
-import { MalformedError, compileDecoder, createDecoder } from './decoder.js';
+import { compileDecoder, createDecoder, MalformedError } from './decoder.js';
 
 const MOST_WORKERS = 8;
 // The heads of one, two, three .. Workers have the first share of parts that grow by this factor:
