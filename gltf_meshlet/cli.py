@@ -9,6 +9,7 @@ import json
 import os
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import gltf_ext
@@ -150,24 +151,6 @@ def _validate(options: argparse.Namespace) -> int:
     return 0
 
 
-def _render(options: argparse.Namespace) -> int:
-    from gltf_meshlet import render_command
-
-    return render_command.run(options)
-
-
-def _view(options: argparse.Namespace) -> int:
-    from gltf_meshlet import view_command
-
-    return view_command.run(options)
-
-
-def _demo(options: argparse.Namespace) -> int:
-    from gltf_meshlet.demo import run
-
-    return run.main(options.output)
-
-
 # --- arguments ---
 
 COMPRESSED_HELP = "file that compress wrote"
@@ -212,7 +195,7 @@ def _parser() -> _Parser:
     )
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {gltf_ext.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name, run, add_arguments, help in COMMANDS:
+    for name, (run, add_arguments, help) in COMMANDS.items():
         command = commands.add_parser(
             name,
             help=help,
@@ -287,55 +270,46 @@ def _add_validate(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", metavar="FILE", help=COMPRESSED_HELP)
 
 
-def _add_render(command: argparse.ArgumentParser) -> None:
-    from gltf_meshlet import render_command
-
-    command.add_argument("input", metavar="SCENE", help="file that compress wrote, or any model")
-    render_command.add_arguments(command)
-
-
-def _add_view(command: argparse.ArgumentParser) -> None:
-    from gltf_meshlet import view_command
-
-    command.add_argument("input", metavar="FILE", help="file that compress wrote, or any model")
-    view_command.add_arguments(command)
-
-
-def _add_demo(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "output",
-        metavar="FOLDER",
-        nargs="?",
-        default="demo-output",
-        help="where to save (default %(default)s)",
+def _of_module(name: str) -> tuple[Command, AddArguments]:
+    """Functions that import the module of a command when they are called."""
+    return (
+        lambda options: import_module(name).run(options),
+        lambda command: import_module(name).add_arguments(command),
     )
 
 
-COMMANDS: tuple[tuple[str, Command, AddArguments, str], ...] = (
-    ("compress", _compress, _add_compress, "compress a model into a .glb"),
-    ("decompress", _decompress, _add_decompress, "write a compressed file as a plain .glb"),
-    (
-        "inspect",
+# Name -> what runs it, what adds its arguments, its help.
+COMMANDS: dict[str, tuple[Command, AddArguments, str]] = {
+    "compress": (_compress, _add_compress, "compress a model into a .glb"),
+    "decompress": (_decompress, _add_decompress, "write a compressed file as a plain .glb"),
+    "inspect": (
         _inspect,
         _add_inspect,
         "show the contents of a compressed file and where its bits go",
     ),
-    (
-        "verify",
+    "verify": (
         _verify,
         _add_verify,
         "compare a compressed file with its original; exit status 1 when it differs",
     ),
-    (
-        "validate",
+    "validate": (
         _validate,
         _add_validate,
         "check a compressed file's structure and decode all of it",
     ),
-    ("render", _render, _add_render, "draw a picture of a file without decompressing it"),
-    ("view", _view, _add_view, "show a model in the browser, compressed and beside its original"),
-    ("demo", _demo, _add_demo, "compress a generated model, verify it and draw pictures"),
-)
+    "render": (
+        *_of_module("gltf_meshlet.render_command"),
+        "draw a picture of a file without decompressing it",
+    ),
+    "view": (
+        *_of_module("gltf_meshlet.view_command"),
+        "show a model in the browser, compressed and beside its original",
+    ),
+    "demo": (
+        *_of_module("gltf_meshlet.demo.run"),
+        "compress a generated model, verify it and draw pictures",
+    ),
+}
 
 
 if __name__ == "__main__":

@@ -54,7 +54,8 @@ LEAST = {"spp": 1, "lod_error": 0, "frames": 1, "bounces": 0, "ring": 1}
 
 
 def add_arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the options of `render`, but not its input."""
+    """Adds the arguments of `render`."""
+    command.add_argument("input", metavar="SCENE", help="file that compress wrote, or any model")
     _add_shared(command)
     mitsuba, vulkan = (
         command.add_argument_group(f"with --backend {backend}") for backend in BACKENDS

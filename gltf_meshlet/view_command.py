@@ -23,7 +23,8 @@ MODEL_FOLDER = "model/"  # of an exported page
 
 
 def add_arguments(command: argparse.ArgumentParser) -> None:
-    """Adds the options of `view`, but not its input."""
+    """Adds the arguments of `view`."""
+    command.add_argument("input", metavar="FILE", help="file that compress wrote, or any model")
     command.add_argument(
         "--original",
         metavar="ORIGINAL",

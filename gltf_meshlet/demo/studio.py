@@ -98,7 +98,9 @@ def _lights() -> np.ndarray:
 
 def save(path: Path, pixels: np.ndarray) -> None:
     """Writes a PNG."""
-    _save(path, Image.fromarray(pixels))
+    content = BytesIO()
+    Image.fromarray(pixels).save(content, "png", optimize=True)
+    write_files({path: [content.getvalue()]})
 
 
 def save_side_by_side(path: Path, captioned: list[tuple[str, np.ndarray]]) -> None:
@@ -108,17 +110,6 @@ def save_side_by_side(path: Path, captioned: list[tuple[str, np.ndarray]]) -> No
     draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(CAPTION_SIZE)
     for i, (caption, pixels) in enumerate(captioned):
         sheet.paste(Image.fromarray(pixels), (i * width, 0))
-        draw.text(
-            (i * width + width // 2, height + CAPTION_HEIGHT // 2),
-            caption,
-            "black",
-            font,
-            anchor="mm",
-        )
-    _save(path, sheet)
-
-
-def _save(path: Path, image: Image.Image) -> None:
-    content = BytesIO()
-    image.save(content, "png", optimize=True)
-    write_files({path: [content.getvalue()]})
+        middle = (i * width + width // 2, height + CAPTION_HEIGHT // 2)
+        draw.text(middle, caption, "black", font, anchor="mm")
+    save(path, np.asarray(sheet))

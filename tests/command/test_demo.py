@@ -1,6 +1,7 @@
 """The demo: its model, its rasteriser, and the whole run into an empty folder."""
 
 import sys
+from argparse import Namespace
 
 import numpy as np
 import pytest
@@ -73,7 +74,7 @@ def test_rasterizer_draws_the_nearer_of_two_squares():
 
 def test_demo_runs_and_saves(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(demo, "_save_renders", lambda *_: [])
-    assert demo.main(tmp_path / "out") == 0
+    assert demo.run(Namespace(output=tmp_path / "out")) == 0
     printed = capsys.readouterr().out
     assert "verified" in printed and "times smaller" in printed
     names = {path.name for path in (tmp_path / "out").iterdir()}
@@ -121,6 +122,6 @@ def test_a_full_disk_names_the_file(tmp_path, monkeypatch):
 
     monkeypatch.setattr("os.replace", fail)
     with pytest.raises(OSError) as caught:
-        demo.main(tmp_path / "out")
+        demo.run(Namespace(output=tmp_path / "out"))
     assert caught.value.filename == str(tmp_path / "out" / "original.glb")
     assert not list((tmp_path / "out").iterdir())
