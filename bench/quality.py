@@ -5,13 +5,14 @@ each setting).
 
 Attribute errors are those of `verify`, which pairs each original vertex with its decoded one. The
 surface distance does not pair vertices: it measures points on one surface, and its vertices, to the
-other surface, both ways. Needs scipy and matplotlib.
+other surface, both ways.
 """
 
 from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,100 +23,54 @@ from bench.common import (
     DOCS,
     markdown_table,
     origin_line,
+    panels,
     progress,
     pyplot,
+    save_figure,
+    table,
 )
 from bench.models import add_model_names, torus_and_named
+from gltf_ext import _codec
 from gltf_ext.compression.options import Options
 from gltf_ext.compression.primitives import Primitive
 from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
 
-PACKAGES = ("gltf-meshlet", "numpy", "matplotlib", "scipy", "trimesh")
+PACKAGES = ("gltf-meshlet", "numpy", "matplotlib", "trimesh")
 NAMES = ("bunny", "suzanne", "DamagedHelmet")
 GENERATED = 60_000  # triangles of the generated model
 PICTURED = "bunny"
 BITS = (8, 10, 12, 14, 16)
 TEXELS = 4096  # along a side of the texture
 SAMPLES = 20_000  # random points on a surface, and at most as many of its vertices
-CHUNK = 5_000  # points per nearest-triangle search: bounds the memory
 WIDTH, HEIGHT = 640, 480  # of the rendered difference
 COLOR = (0.62, 0.60, 0.56)
+Column = Callable[[tuple[dict, dict]], str]  # the cell of a model and one of its rows
 SKY = 255  # a white background
 
 
 # --- distance between surfaces ---
 
 
-class Surface:
-    """Measures distances to a triangle mesh. positions: float[V, 3]; triangles: int[T, 3]."""
-
-    def __init__(self, positions: np.ndarray, triangles: np.ndarray):
-        from scipy.spatial import cKDTree  # imported late: --docs-only does not need it
-
-        mesh = Trimesh(positions, triangles, process=False)
-        self._corners, centres = mesh.triangles, mesh.triangles.mean(axis=1)
-        vertices = np.random.default_rng(1).permutation(np.unique(triangles))[:SAMPLES]
-        self.points = np.concatenate([mesh.sample(SAMPLES, seed=1), positions[vertices]])
-        self._radius = np.linalg.norm(self._corners - centres[:, None], axis=2).max(axis=1)
-        self._all = cKDTree(centres)
-        # One tree per octave of triangle sizes: a few large triangles must not widen every search.
-        octave = np.floor(np.log2(np.maximum(self._radius, 1e-30)))
-        self._octaves = [(2.0 ** (o + 1), np.flatnonzero(octave == o)) for o in np.unique(octave)]
-        self._octaves = [
-            (radius, faces, cKDTree(centres[faces])) for radius, faces in self._octaves
-        ]
-        self._centres = centres
-
-    def distances(self, points: np.ndarray) -> np.ndarray:
-        """Exact distances from points [n, 3] to the surface: float[n]."""
-        return np.concatenate(
-            [self._some_distances(points[i : i + CHUNK]) for i in range(0, len(points), CHUNK)]
-        )
-
-    def _some_distances(self, points: np.ndarray) -> np.ndarray:
-        # Start with the triangle of the nearest centre; only triangles whose bounding sphere is
-        # nearer can beat it.
-        best = self._to_triangles(points, self._all.query(points)[1])
-        for radius, faces, tree in self._octaves:
-            near = tree.query_ball_point(points, best + radius)
-            owner = np.repeat(np.arange(len(points)), [len(found) for found in near])
-            face = faces[np.concatenate(near).astype(np.int64)]
-            reached = (
-                np.linalg.norm(points[owner] - self._centres[face], axis=1) - self._radius[face]
-                < best[owner]
-            )
-            owner, face = owner[reached], face[reached]
-            np.minimum.at(best, owner, self._to_triangles(points[owner], face))
-        return best
-
-    def _to_triangles(self, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-        return distances_to_triangles(points, self._corners[faces])
+def sampled(positions: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Points on a surface, and some of its vertices. positions: float[V, 3]; triangles: int[T, 3]."""
+    vertices = np.random.default_rng(1).permutation(np.unique(triangles))[:SAMPLES]
+    mesh = Trimesh(positions, triangles, process=False)
+    return np.concatenate([mesh.sample(SAMPLES, seed=1), positions[vertices]])
 
 
-def distances_to_triangles(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Distances from points [n, 3] to one triangle each, [n, 3, 3]: float[n].
-
-    A triangle without an area counts as its edges.
-    """
-    inside = np.ones(len(points), bool)
-    best = np.full(len(points), np.inf)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    for k in range(3):
-        edge, to_point = corners[:, (k + 1) % 3] - corners[:, k], points - corners[:, k]
-        length = np.maximum(np.sum(edge * edge, axis=1), np.finfo(float).tiny)
-        along = np.clip(np.sum(to_point * edge, axis=1) / length, 0, 1)
-        best = np.minimum(best, np.linalg.norm(to_point - along[:, None] * edge, axis=1))
-        inside &= np.sum(np.cross(edge, to_point) * normal, axis=1) > 0
-    height = np.abs(np.sum((points - corners[:, 0]) * normal, axis=1)) / np.maximum(
-        np.linalg.norm(normal, axis=1), np.finfo(float).tiny
-    )
-    return np.where(inside, np.minimum(best, height), best)
-
-
-def surface_distance(one: Surface, other: Surface) -> dict:
+def surface_distance(one: Mesh, other: Mesh) -> dict:
     """The largest and the root mean square distance over both directions."""
-    both = np.concatenate([other.distances(one.points), one.distances(other.points)])
+    both = np.concatenate([_distances(one, other), _distances(other, one)])
     return {"hausdorff": float(both.max()), "rms": float(np.sqrt(np.square(both).mean()))}
+
+
+def _distances(source: Mesh, target: Mesh) -> np.ndarray:
+    """Exact distances from points of one surface to the other."""
+    return _codec.surface_distances(
+        np.ascontiguousarray(sampled(source.positions, source.triangles), np.float32),
+        np.ascontiguousarray(target.positions, np.float32),
+        np.ascontiguousarray(target.triangles, np.uint32),
+    )
 
 
 # --- pictures ---
@@ -178,7 +133,6 @@ def measure_model(name: str, path: Path, folder: Path) -> dict:
     """All settings of one model."""
     originals = gltf_ext.load(path)
     mesh = joined(originals)
-    surface = Surface(mesh.positions, mesh.triangles)
     box = np.ptp(mesh.positions, axis=0)
     camera = camera_on(mesh.positions)
     picture = on_white(rasterize(mesh, camera, WIDTH, HEIGHT))
@@ -198,7 +152,7 @@ def measure_model(name: str, path: Path, folder: Path) -> dict:
                     key: alike[key] for key in ("compressed_bytes", "ratio", "bits_per_triangle")
                 },
                 "errors": attribute_errors(gltf_ext.verify(path, all_bits), originals),
-                "surface": surface_distance(surface, Surface(decoded.positions, decoded.triangles)),
+                "surface": surface_distance(mesh, decoded),
                 "rendered": rendered_difference(
                     picture, on_white(rasterize(decoded, camera, WIDTH, HEIGHT))
                 ),
@@ -242,40 +196,48 @@ def attribute_errors(verified: dict, originals: list[Primitive]) -> dict:
 
 def report(result: dict) -> str:
     """docs/quality.md."""
-    positions, attributes, whole = [], [], []
-    for model in result["models"]:
-        side = model["longest_side"]
-        for row in model["rows"]:
-            label, errors = f"{model['model']}, {row['bits']}", row["errors"]
-            position, surface, rendered = errors["POSITION"], row["surface"], row["rendered"]
-            positions.append(
-                [
-                    label,
-                    f"{100 * position['max'] / side:.4f}",
-                    f"{100 * position['rms'] / side:.4f}",
-                    f"{position['max']:.3g}",
-                    f"{100 * surface['hausdorff'] / side:.4f}",
-                    f"{100 * surface['rms'] / side:.4f}",
-                    f"{rendered['psnr']:.1f}" if rendered["psnr"] else "equal",
-                    f"{rendered['largest']:.0f}",
-                    f"{row['bits_per_triangle']['positions']:.2f}",
-                    f"{row['ratio']:.2f}",
-                ]
-            )
-            attributes.append(
-                [
-                    label,
-                    *_two(errors.get("NORMAL"), ".3f"),
-                    _share(row["alike"], "normals"),
-                    *_two(errors.get("TEXCOORD_0"), ".3f"),
-                    _share(row["alike"], "texcoords"),
-                    f"{row['alike']['ratio']:.2f}",
-                ]
-            )
-        default = next(row for row in model["rows"] if row["bits"] == Options().position_bits)
-        whole.append(
-            [model["model"], f"{model['triangles']:,}", f"{side:.4g}", f"{default['ratio']:.2f}"]
-        )
+    rows = [(model, row) for model in result["models"] for row in model["rows"]]
+
+    def percent(length: Callable[[dict], float]) -> Column:
+        return lambda of: f"{100 * length(of[1]) / of[0]['longest_side']:.4f}"
+
+    def error(name: str, key: str, form: str = ".3f") -> Column:
+        return lambda of: f"{of[1]['errors'][name][key]:{form}}" if name in of[1]["errors"] else ""
+
+    def bits(name: str) -> Column:
+        return lambda of: _unless_zero(of[1]["alike"]["bits_per_triangle"][name], ".2f")
+
+    positions: dict[str, Column] = {
+        "model, bits": lambda of: f"{of[0]['model']}, {of[1]['bits']}",
+        "largest, %": percent(lambda row: row["errors"]["POSITION"]["max"]),
+        "rms, %": percent(lambda row: row["errors"]["POSITION"]["rms"]),
+        "largest, units": error("POSITION", "max", ".3g"),
+        "Hausdorff, %": percent(lambda row: row["surface"]["hausdorff"]),
+        "surface rms, %": percent(lambda row: row["surface"]["rms"]),
+        "PSNR, dB": lambda of: _unless_zero(of[1]["rendered"]["psnr"], ".1f", "equal"),
+        "pixel": lambda of: f"{of[1]['rendered']['largest']:.0f}",
+        "positions": lambda of: f"{of[1]['bits_per_triangle']['positions']:.2f}",
+        "ratio": lambda of: f"{of[1]['ratio']:.2f}",
+    }
+    # Two columns have the same heading, hence no mapping.
+    attributes: list[tuple[str, Column]] = [
+        ("model, bits", positions["model, bits"]),
+        ("normals, largest", error("NORMAL", "max")),
+        ("rms", error("NORMAL", "rms")),
+        ("bits", bits("normals")),
+        ("uv, largest", error("TEXCOORD_0", "max")),
+        ("rms", error("TEXCOORD_0", "rms")),
+        ("bits", bits("texcoords")),
+        ("ratio", lambda of: f"{of[1]['alike']['ratio']:.2f}"),
+    ]
+    cells = [[text(of) for _, text in attributes] for of in rows]
+    models: dict[str, Column] = {
+        "model": lambda of: of[0]["model"],
+        "triangles": lambda of: f"{of[0]['triangles']:,}",
+        "longest side, units": lambda of: f"{of[0]['longest_side']:.4g}",
+        "ratio at the defaults": lambda of: f"{of[1]['ratio']:.2f}",
+    }
+    defaults = [of for of in rows if of[1]["bits"] == Options().position_bits]
     points, pixels = f"{SAMPLES:,}", f"{WIDTH} x {HEIGHT}"
     return f"""# Quality
 
@@ -293,23 +255,7 @@ Columns:
   difference of a pixel, of 255. Normals of 8 bits limit both;
 * bits per triangle of the positions, and ratio of the whole file.
 
-{
-        markdown_table(
-            [
-                "model, bits",
-                "largest, %",
-                "rms, %",
-                "largest, units",
-                "Hausdorff, %",
-                "surface rms, %",
-                "PSNR, dB",
-                "pixel",
-                "positions",
-                "ratio",
-            ],
-            positions,
-        )
-    }
+{table(rows, positions)}
 ![Errors and ratio over bits](quality.png)
 
 ![{PICTURED} at {len(BITS)} settings](quality_models.png)
@@ -322,38 +268,25 @@ All attributes have the number of bits after the model's name (normals: each of 
 Errors of normals are in degrees, of texture coordinates in texels of a {TEXELS} x {TEXELS} texture.
 "bits" are bits per triangle; the ratio is of the whole file.
 
-{
-        markdown_table(
-            [
-                "model, bits",
-                "normals, largest",
-                "rms",
-                "bits",
-                "uv, largest",
-                "rms",
-                "bits",
-                "ratio",
-            ],
-            attributes,
-        )
-    }
+{markdown_table([heading for heading, _ in attributes], cells)}
 ## The models
 
-{markdown_table(["model", "triangles", "longest side, units", "ratio at the defaults"], whole)}"""
+{table(defaults, models)}"""
 
 
-def _two(errors: dict | None, form: str) -> list[str]:
-    return [f"{errors[key]:{form}}" for key in ("max", "rms")] if errors else ["", ""]
-
-
-def _share(totals: dict, part: str) -> str:
-    bits = totals["bits_per_triangle"][part]
-    return f"{bits:.2f}" if bits else ""
+def _unless_zero(value: float | None, form: str, otherwise: str = "") -> str:
+    return f"{value:{form}}" if value else otherwise
 
 
 def save_plot(result: dict, path: Path) -> Path:
     """Errors and ratio over bits."""
-    figure, axes = pyplot().subplots(1, 4, figsize=(15, 3.8), dpi=100)
+    titles = (
+        "Hausdorff distance, % of the longest side",
+        "normals: largest error, degrees",
+        f"uv: largest error, texels of {TEXELS}",
+        "ratio, positions at so many bits",
+    )
+    figure, axes = panels(titles, (15, 3.8), xlabel="bits", xticks=BITS)
     for model in result["models"]:
         rows, side = model["rows"], model["longest_side"]
         series = (
@@ -365,24 +298,12 @@ def save_plot(result: dict, path: Path) -> Path:
         for axis, values in zip(axes, series):
             if None not in values:
                 axis.plot(BITS, values, "-o", markersize=4, label=model["model"])
-    titles = (
-        "Hausdorff distance, % of the longest side",
-        "normals: largest error, degrees",
-        f"uv: largest error, texels of {TEXELS}",
-        "ratio, positions at so many bits",
-    )
-    for axis, title in zip(axes, titles):
-        axis.set_title(title, fontsize=10)
-        axis.set_xlabel("bits")
-        axis.set_xticks(BITS)
-        axis.grid(alpha=0.3)
-        if axis is not axes[-1]:
-            axis.set_yscale("log")
+    for axis in axes[:-1]:
+        axis.set_yscale("log")
     axes[-1].set_ylim(bottom=0)
     axes[0].legend(frameon=False)
     figure.tight_layout()
-    figure.savefig(path)
-    return path
+    return save_figure(figure, path)
 
 
 def save_pictures(result: dict, path: Path) -> Path:
@@ -408,8 +329,7 @@ def save_pictures(result: dict, path: Path) -> Path:
                 on_white(rasterize(mesh, view, size, size)).astype(np.uint8), interpolation="none"
             )
             axis.set_axis_off()
-    figure.savefig(path)
-    return path
+    return save_figure(figure, path)
 
 
 def _titled_meshes(original: Path, rows: list[dict], output: Path) -> list[tuple[str, Mesh]]:
