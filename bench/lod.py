@@ -1,9 +1,8 @@
 """Levels of detail: size, errors, what one pixel needs, and the time and memory to build them.
 
-Writes docs/lod_results.md. --only measures some parts, --models and --displaced some models; the
-other figures stay as they were. --work keeps the files that several parts need. Time is processor
-time of all threads, each model in a process of its own. A displaced dragon is the dragon with each
-triangle cut into four, once or twice, and its vertices moved along their normals by noise.
+Writes docs/lod_results.md. Time is processor time of all threads, each model in a process of its
+own. A displaced dragon is the dragon with each triangle cut into four, once or twice, and its
+vertices moved along their normals by noise.
 """
 
 from __future__ import annotations
@@ -12,11 +11,11 @@ import argparse
 import resource
 import tempfile
 import time
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from trimesh import Trimesh
 
 import gltf_ext
 from bench import lod_mitsuba, lod_peers
@@ -25,9 +24,10 @@ from bench.common import (
     markdown_table,
     origin_line,
     progress,
-    read_result,
+    table,
     write_document,
 )
+from bench.generated import cut_into_four, save_smooth, vertex_normals
 from bench.models import real_model
 from gltf_ext import _codec
 from gltf_ext.compression.primitives import Primitive
@@ -62,42 +62,9 @@ def displaced(path: Path, rounds: int, output: Path) -> Path:
     size = float(np.ptp(points, axis=0).max())
     for _ in range(rounds):
         points, triangles = cut_into_four(points, triangles)
-    normals = vertex_normals(points, triangles)
     heights = np.random.default_rng(1).normal(size=len(points)) * NOISE * size / 2**rounds
-    points += normals * heights[:, None]
-    mesh = Trimesh(
-        points, triangles, vertex_normals=vertex_normals(points, triangles), process=False
-    )
-    output.write_bytes(mesh.export(file_type="glb", include_normals=True))
-    return output
-
-
-def cut_into_four(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Each triangle as four, with new vertices in the middles of the edges."""
-    starts, ends = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
-    keys = np.minimum(starts, ends) * len(points) + np.maximum(starts, ends)
-    edges, middle = np.unique(keys, return_inverse=True)
-    middles = (points[edges // len(points)] + points[edges % len(points)]) / 2
-    ab, bc, ca = (middle.reshape(-1, 3) + len(points)).T
-    a, b, c = triangles.T
-    # The four stay neighbours in the list.
-    pieces = np.stack([a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca], axis=1)
-    return np.concatenate([points, middles]), pieces.reshape(-1, 3)
-
-
-def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """float64[V, 3]: unit normals, or zero."""
-    a, b, c = points[triangles].transpose(1, 0, 2)
-    faces = np.cross(b - a, c - a)
-    sums = np.stack(
-        [
-            sum(np.bincount(triangles[:, k], faces[:, axis], len(points)) for k in range(3))
-            for axis in range(3)
-        ],
-        axis=1,
-    )
-    length = np.linalg.norm(sums, axis=1, keepdims=True)
-    return sums / np.where(length > 0.0, length, 1.0)
+    points += vertex_normals(points, triangles) * heights[:, None]
+    return save_smooth(points, triangles, output)
 
 
 # --- in a process of its own ---
@@ -229,160 +196,82 @@ def some_replacements(primitive: LodPrimitive, cut: Cut) -> list[tuple[int, Prim
 # --- the question ---
 
 
-class Files:
-    """The models of a run and their compressed files, in a folder."""
-
-    def __init__(self, folder: Path, models: list[str], rounds: list[int]):
-        self._folder = folder
-        folder.mkdir(parents=True, exist_ok=True)
-        self._rounds = {f"{DISPLACED} x{4**n}, displaced": n for n in rounds}
-        self.names = [*models, *self._rounds]
-        # The parts that compare with others measure the dragons only.
-        self.dragons = [n for n in self.names if n == DISPLACED or n in self._rounds]
-
-    def source(self, name: str) -> Path:
-        if name not in self._rounds:
-            return real_model(name)
-        rounds = self._rounds[name]
-        path = self._folder / f"{DISPLACED}_{rounds}.glb"
-        if not path.exists():
-            progress(f"making {name}")
-            displaced(real_model(DISPLACED), rounds, path)
-        return path
-
-    def with_levels(self, name: str) -> Path:
-        path = self.levels_path(name)
-        if not path.exists():
-            gltf_ext.compress(self.source(name), path, lod=True)
-        return path
-
-    def levels_path(self, name: str) -> Path:
-        return self._folder / f"{self.source(name).stem}.lod.glb"
-
-
-def measure_model(files: Files, name: str) -> dict:
-    source, output = str(files.source(name)), str(files.levels_path(name))
-    plain = call_in_process("bench.lod", "build", source, output, False)
-    lod = call_in_process("bench.lod", "build", source, output, True)
-    return {"plain": plain, "lod": lod, **describe(output)}
-
-
-def measure_peers(files: Files, name: str) -> dict:
-    primitive = open_lod(files.with_levels(name))[0]
-    assert isinstance(primitive, LodPrimitive)
-    found = call_in_process("bench.lod_peers", "measure", str(files.source(name)))
-    return {"ours": one_pixel(primitive), **found}
-
-
-def measure_mitsuba(files: Files, name: str) -> dict:
-    return {"rows": lod_mitsuba.measure(str(files.with_levels(name)))}
-
-
-# Name of a part and of its figures, what it measures of a model, and whether only dragons.
-PARTS = {
-    "models": (measure_model, False),
-    "chains": (measure_peers, True),
-    "mitsuba": (measure_mitsuba, True),
-}
-
-
 def measure(options: argparse.Namespace) -> dict:
-    result: dict = {part: {} for part in PARTS}
-    if not measures_all(options):
-        result.update({k: v for k, v in (read_result("lod") or {}).items() if k in PARTS})
+    """All models; the dragons also beside discrete chains and in Mitsuba."""
+    models, chains, pictures = {}, {}, {}
     with tempfile.TemporaryDirectory() as temporary:
-        files = Files(Path(options.work or temporary), options.models, options.displaced)
-        for part in options.only:
-            function, only_dragons = PARTS[part]
-            for name in files.dragons if only_dragons else files.names:
-                progress(f"{part}: {name}")
-                result[part][name] = function(files, name)
-    return result
+        folder = Path(temporary)
+        for name, source in sources(folder):
+            progress(name)
+            output = str(folder / f"{source.stem}.lod.glb")
+            plain = call_in_process("bench.lod", "build", str(source), output, False)
+            lod = call_in_process("bench.lod", "build", str(source), output, True)
+            models[name] = {"plain": plain, "lod": lod, **describe(output)}
+            if name.startswith(DISPLACED):
+                found = call_in_process("bench.lod_peers", "measure", str(source))
+                chains[name] = {"ours": models[name]["one_pixel"], **found}
+                pictures[name] = {"rows": lod_mitsuba.measure(output)}
+    return {"models": models, "chains": chains, "mitsuba": pictures}
 
 
-def measures_all(options: argparse.Namespace) -> bool:
-    chosen = (tuple(options.only), tuple(options.models), tuple(options.displaced))
-    return chosen == (tuple(PARTS), NAMES, ROUNDS)
+def sources(folder: Path) -> Iterator[tuple[str, Path]]:
+    """(name, file) of the real models and of displaced dragons."""
+    for name in NAMES:
+        yield name, real_model(name)
+    for rounds in ROUNDS:
+        made = displaced(real_model(DISPLACED), rounds, folder / f"{DISPLACED}_{rounds}.glb")
+        yield f"{DISPLACED} x{4**rounds}, displaced", made
 
 
 def size_table(result: dict) -> str:
-    rows = []
-    for name, model in result["models"].items():
-        plain, lod, cut = model["plain"], model["lod"], model["one_pixel"]
-        rows.append(
-            [
-                name,
-                f"{lod['triangles']:,}",
-                f"{plain['bytes'] / plain['triangles']:.2f}",
-                f"{model['bytes_per_triangle']:.2f}",
-                f"{100 * model['top_share']:.2f} %",
-                f"{100 * model['fill']:.0f} %",
-                f"{cut['triangles']:,}",
-                f"{cut['bytes'] / 1e6:.2f} MB",
-                f"{lod['bytes'] / 1e6:.2f} MB",
-                f"{lod['cpu_seconds']:.1f} s",
-                f"{lod['cpu_seconds'] / plain['cpu_seconds']:.1f}",
-                f"{lod['peak_bytes'] / lod['triangles']:.0f}",
-            ]
-        )
-    headings = [
-        "model", "triangles", "bytes per triangle, level 0 alone", "with levels", "top level",
-        "pages full", "triangles at one pixel", "bytes at one pixel", "whole file",
-        "processor time", "over that without levels", "peak bytes per triangle",
-    ]  # fmt: skip
-    return markdown_table(headings, rows)
+    def peak(model: dict) -> str:
+        return f"{model['lod']['peak_bytes'] / model['lod']['triangles']:.0f}"
+
+    def plain_bytes(model: dict) -> str:
+        return f"{model['plain']['bytes'] / model['plain']['triangles']:.2f}"
+
+    def slower(model: dict) -> str:
+        return f"{model['lod']['cpu_seconds'] / model['plain']['cpu_seconds']:.1f}"
+
+    columns: dict[str, Callable[[dict], str]] = {
+        "model": lambda model: model["name"],
+        "triangles": lambda model: f"{model['lod']['triangles']:,}",
+        "bytes per triangle, level 0 alone": plain_bytes,
+        "with levels": lambda model: f"{model['bytes_per_triangle']:.2f}",
+        "top level": lambda model: f"{100 * model['top_share']:.2f} %",
+        "pages full": lambda model: f"{100 * model['fill']:.0f} %",
+        "triangles at one pixel": lambda model: f"{model['one_pixel']['triangles']:,}",
+        "bytes at one pixel": lambda model: _megabytes(model["one_pixel"]["bytes"]),
+        "whole file": lambda model: _megabytes(model["lod"]["bytes"]),
+        "processor time": lambda model: f"{model['lod']['cpu_seconds']:.1f} s",
+        "over that without levels": slower,
+        "peak bytes per triangle": peak,
+    }
+    return table(({"name": name, **model} for name, model in result["models"].items()), columns)
 
 
 def error_table(result: dict) -> str:
-    rows = [
-        [
-            name,
-            str(number),
-            f"{level['triangles']:,}",
-            f"{level['stated']:.3g}",
-            f"{level['measured']:.3g}",
-            f"{100 * level['within']:.2f} %",
-            f"{level['stated_over_measured']['both_ways']:.2f}",
-            f"{level['stated_over_measured']['one_way']:.2f}",
-        ]
+    levels = [
+        {"model": name, "level": number, **level}
         for name, model in result["models"].items()
         for number, level in enumerate(model["levels"], start=1)
     ]
-    headings = [
-        "model", "level", "triangles", "stated error", "measured, 99.9 %", "samples within",
-        "stated over measured, median of groups", "from the level to level 0 alone",
-    ]  # fmt: skip
-    return markdown_table(headings, rows)
+    groups = "stated_over_measured"
+    columns: dict[str, Callable[[dict], str]] = {
+        "model": lambda level: level["model"],
+        "level": lambda level: str(level["level"]),
+        "triangles": lambda level: f"{level['triangles']:,}",
+        "stated error": lambda level: f"{level['stated']:.3g}",
+        "measured, 99.9 %": lambda level: f"{level['measured']:.3g}",
+        "samples within": lambda level: f"{100 * level['within']:.2f} %",
+        "stated over measured, median of groups": lambda level: f"{level[groups]['both_ways']:.2f}",
+        "from the level to level 0 alone": lambda level: f"{level[groups]['one_way']:.2f}",
+    }
+    return table(levels, columns)
 
 
-def peers_section(result: dict) -> str:
-    """Empty if it was not measured."""
-    if not result.get("chains"):
-        return ""
-    return (
-        "## One pixel beside others\n\n"
-        "Bytes to load and triangles to draw for one pixel of error where the longest side has "
-        f"{PIXELS} pixels. The discrete chain is whole models by meshoptimizer, each with half the "
-        "triangles of the one before, in files of their own; one of them is loaded, by its "
-        f"*measured* error ({WITHIN} % of samples). Ours goes by the stated error, which is "
-        "larger, and also serves views in which parts of the model are nearer than others.\n\n"
-        f"{peers_table(result)}\n"
-    )
-
-
-def mitsuba_section(result: dict) -> str:
-    """Empty if it was not measured."""
-    if not result.get("mitsuba"):
-        return ""
-    return (
-        "## Mitsuba\n\n"
-        f"{lod_mitsuba.SIZE} x {lod_mitsuba.SIZE} pixels, {lod_mitsuba.SPP} samples per pixel, "
-        f"`path` of depth {lod_mitsuba.INTEGRATOR['max_depth']}, {lod_mitsuba.VARIANT}, the "
-        "model whole in the picture, cache 25 %. Shape: compressed in memory, decoded where rays "
-        "meet it. Mesh: an ordinary mesh (`decoded`). Load contains the acceleration structure. "
-        "Memory is the growth of the process.\n\n"
-        f"{mitsuba_table(result)}\n"
-    )
+def _megabytes(count: int) -> str:
+    return f"{count / 1e6:.2f} MB" if count else ""
 
 
 def peers_table(result: dict) -> str:
@@ -404,27 +293,25 @@ def peers_table(result: dict) -> str:
 
 
 def mitsuba_table(result: dict) -> str:
-    rows = []
-    for name, model in result["mitsuba"].items():
-        first = model["rows"][0]["bytes"]
-        for row in model["rows"]:
-            rows.append(
-                [
-                    f"{name}, {row['heading']}",
-                    f"{row['triangles']:,}",
-                    f"{row['load']:.1f} s",
-                    f"{row['render']:.1f} s",
-                    f"{row['bytes'] / 1e6:.1f} MB ({row['bytes'] / first:.2f}x)",
-                    f"{row['compressed_bytes'] / 1e6:.2f} MB" if row["compressed_bytes"] else "",
-                    f"{row['cache_bytes'] / 1e6:.2f} MB" if row["cache_bytes"] else "",
-                ]
-            )
-    headings = ["", "triangles", "load", "render", "memory", "compressed", "cache"]
-    return markdown_table(headings, rows)
+    rows = [
+        {"name": name, "first": model["rows"][0]["bytes"], **row}
+        for name, model in result["mitsuba"].items()
+        for row in model["rows"]
+    ]
+    columns: dict[str, Callable[[dict], str]] = {
+        "": lambda row: f"{row['name']}, {row['heading']}",
+        "triangles": lambda row: f"{row['triangles']:,}",
+        "load": lambda row: f"{row['load']:.1f} s",
+        "render": lambda row: f"{row['render']:.1f} s",
+        "memory": lambda r: f"{r['bytes'] / 1e6:.1f} MB ({r['bytes'] / r['first']:.2f}x)",
+        "compressed": lambda row: _megabytes(row["compressed_bytes"]),
+        "cache": lambda row: _megabytes(row["cache_bytes"]),
+    }
+    return table(rows, columns)
 
 
 def summary(result: dict) -> str:
-    return size_table(result) + peers_section(result) + mitsuba_section(result)
+    return size_table(result) + peers_table(result) + mitsuba_table(result)
 
 
 def write_documents(result: dict) -> list[Path]:
@@ -439,25 +326,22 @@ def write_documents(result: dict) -> list[Path]:
         f"{size_table(result)}\n"
         "Published bytes per input triangle of others, with all levels:\n\n"
         f"{markdown_table(['', 'bytes per triangle', 'source'], published)}\n"
-        f"{peers_section(result)}{mitsuba_section(result)}"
+        "## One pixel beside others\n\n"
+        "Bytes to load and triangles to draw for one pixel of error where the longest side has "
+        f"{PIXELS} pixels. The discrete chain is whole models by meshoptimizer, each with half the "
+        "triangles of the one before, in files of their own; one of them is loaded, by its "
+        f"*measured* error ({WITHIN} % of samples). Ours goes by the stated error, which is "
+        "larger, and also serves views in which parts of the model are nearer than others.\n\n"
+        f"{peers_table(result)}\n"
+        "## Mitsuba\n\n"
+        f"{lod_mitsuba.SIZE} x {lod_mitsuba.SIZE} pixels, {lod_mitsuba.SPP} samples per pixel, "
+        f"`path` of depth {lod_mitsuba.INTEGRATOR['max_depth']}, {lod_mitsuba.VARIANT}, the "
+        "model whole in the picture, cache 25 %. Shape: compressed in memory, decoded where rays "
+        "meet it. Mesh: an ordinary mesh (`decoded`). Load contains the acceleration structure. "
+        "Memory is the growth of the process.\n\n"
+        f"{mitsuba_table(result)}\n"
         "## Stated and measured errors\n\n"
         "Of the largest primitive, in its units, at samples of both surfaces.\n\n"
         f"{error_table(result)}"
     )
     return [write_document("lod_results", text)]
-
-
-def add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--only", nargs="+", choices=PARTS, default=list(PARTS), help="parts (default: all)"
-    )
-    parser.add_argument("--work", metavar="FOLDER", help="keep models and compressed files there")
-    parser.add_argument("--models", nargs="*", default=NAMES, metavar="NAME", help="real models")
-    parser.add_argument(
-        "--displaced",
-        nargs="*",
-        type=int,
-        default=ROUNDS,
-        metavar="N",
-        help="rounds of cutting the dragon's triangles into four (default: 1 2)",
-    )

@@ -14,9 +14,8 @@ import numpy as np
 
 import gltf_ext
 from bench.common import ROOT
-from bench.generated import torus
+from bench.generated import cut_into_four, save_smooth, torus
 from gltf_ext.compression.extension import compressed_primitives
-from gltf_ext.compression.primitives import Primitive
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.demo.model import write_glb
 
@@ -125,41 +124,9 @@ def compressed(path: Path, folder: Path) -> Path:
 
 def subdivided(path: Path, folder: Path) -> Path:
     """A compressed model of the file's first primitive with four times its triangles."""
-    import trimesh
-
-    fine = halved(gltf_ext.load(path)[0])
-    mesh = trimesh.Trimesh(
-        fine.attributes["POSITION"],
-        fine.indices,
-        vertex_normals=fine.attributes["NORMAL"],
-        process=False,
-    )
-    raw, output = folder / "raw.glb", folder / f"{path.stem}_x4.glb"
-    raw.write_bytes(mesh.export(file_type="glb", include_normals=True))
+    source = gltf_ext.load(path)[0]
+    positions = source.attributes["POSITION"].astype(np.float64)
+    fine = cut_into_four(positions, source.indices.astype(np.int64))
+    raw, output = save_smooth(*fine, folder / "raw.glb"), folder / f"{path.stem}_x4.glb"
     gltf_ext.compress(raw, output)
     return output
-
-
-def halved(primitive: Primitive) -> Primitive:
-    """Splits every edge in two and every triangle in four; normals are smooth."""
-    triangles = primitive.indices.astype(np.int64)
-    positions = primitive.attributes["POSITION"].astype(np.float64)
-    edges = np.sort(
-        np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1
-    )
-    unique, place = np.unique(edges[:, 0] * len(positions) + edges[:, 1], return_inverse=True)
-    a, b = np.divmod(unique, len(positions))
-    ab, bc, ca = place.reshape(3, -1) + len(positions)
-    p, q, r = triangles.T
-    fine = np.concatenate(
-        [np.column_stack(c) for c in ((p, ab, ca), (ab, q, bc), (ca, bc, r), (ab, bc, ca))]
-    )
-    points = np.concatenate([positions, (positions[a] + positions[b]) / 2])
-    corners = points[fine]
-    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals = np.column_stack(
-        [np.bincount(fine.ravel(), np.repeat(faces[:, c], 3), len(points)) for c in range(3)]
-    )
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-    attributes = {"POSITION": points.astype(np.float32), "NORMAL": normals.astype(np.float32)}
-    return Primitive(0, 0, fine.astype(np.uint32), attributes)

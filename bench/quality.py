@@ -52,7 +52,10 @@ SKY = 255  # a white background
 
 
 def sampled(positions: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Points on a surface, and some of its vertices. positions: float[V, 3]; triangles: int[T, 3]."""
+    """Points on a surface, and some of its vertices.
+
+    positions: float[V, 3]; triangles: int[T, 3]
+    """
     vertices = np.random.default_rng(1).permutation(np.unique(triangles))[:SAMPLES]
     mesh = Trimesh(positions, triangles, process=False)
     return np.concatenate([mesh.sample(SAMPLES, seed=1), positions[vertices]])

@@ -8,29 +8,25 @@ import numpy as np
 import pytest
 
 import gltf_ext
-from bench import common, models, vulkan_decode, vulkan_raster, vulkan_raytracing, webgpu
+from bench import common, generated, models, vulkan_decode, vulkan_raster, vulkan_raytracing, webgpu
 from bench.generated import torus
-from gltf_ext.compression.primitives import Primitive
 from gltf_meshlet.demo.model import write_glb
 from tests.helpers.vulkan_scenes import ball, zoo
 from vk_backend.scene import load_scene
 
 
-def test_halved_edges_make_four_triangles_on_the_same_surface():
+def test_triangles_cut_into_four_lie_on_the_same_surface():
     positions, triangles = ball(16, 10)
-    fine = models.halved(Primitive(0, 0, triangles, {"POSITION": positions}))
-    points, normals = fine.attributes["POSITION"], fine.attributes["NORMAL"]
+    points, fine = generated.cut_into_four(positions.astype(float), triangles.astype(np.int64))
     edges = {tuple(sorted(e)) for t in triangles.tolist() for e in zip(t, t[1:] + t[:1])}
-    assert fine.indices.shape == (4 * len(triangles), 3) and len(points) == len(positions) + len(
-        edges
-    )
+    assert fine.shape == (4 * len(triangles), 3) and len(points) == len(positions) + len(edges)
 
     def area(corners):
-        return np.linalg.norm(
-            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-        ).sum()
+        sides = corners[:, 1:] - corners[:, :1]
+        return np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
 
-    np.testing.assert_allclose(area(points[fine.indices]), area(positions[triangles]), rtol=1e-5)
+    np.testing.assert_allclose(area(points[fine]), area(positions[triangles]), rtol=1e-5)
+    normals = generated.vertex_normals(points, fine)
     assert ((normals * points).sum(axis=1) > 0.8).all()
 
 
