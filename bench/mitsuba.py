@@ -20,6 +20,7 @@ import os
 import statistics
 import tempfile
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -292,8 +293,11 @@ def resident_bytes() -> int:
 
 # --- report ---
 
+Row = tuple[str, str, float | None, dict, dict]  # model, variant, fraction, times, memory
+Cell = Callable[[Row], str]
 
-def _rows(result: dict):
+
+def _rows(result: dict) -> Iterator[Row]:
     """(model, variant, fraction, row of times, row of memory); the native mesh (None) first."""
     runs = {(r["model"], r["variant"], r["task"]): r["rows"] for r in result["runs"]}
     for model, variant in dict.fromkeys((r["model"], r["variant"]) for r in result["runs"]):
@@ -302,39 +306,38 @@ def _rows(result: dict):
             yield model, variant, timed["fraction"], timed, grown
 
 
-def _name(model: str, variant: str, fraction: float | None) -> str:
-    return f"{model}, {variant}, " + (
-        "native mesh" if fraction is None else f"cache {fraction:.0%}"
-    )
+def _name(row: Row) -> str:
+    model, variant, fraction, *_ = row
+    cache = "native mesh" if fraction is None else f"cache {fraction:.0%}"
+    return f"{model}, {variant}, {cache}"
 
 
 def _table(result: dict) -> str:
-    rows, native = [], None
-    for model, variant, fraction, times, memory in _rows(result):
-        if fraction is None:
-            native = memory["bytes"]
-        ratios = (
-            ""
-            if fraction is None
-            else f" ({times[f'{n}_ratio']:.2f}x, {_span(times[f'{n}_ratio_range'])})"
-            for n in INTEGRATORS
-        )
-        rows.append(
-            [
-                _name(model, variant, fraction),
-                *(f"{times[name]:.2f} s{ratio}" for name, ratio in zip(INTEGRATORS, ratios)),
-                f"{memory['bytes'] / 1e6:.1f} MB ({memory['bytes'] / native:.2f}x)",
-                "" if fraction is None else f"{times['path_hit_share']:.1%}",
-            ]
-        )
-    return common.markdown_table(["", *INTEGRATORS, "memory", "hits (path)"], rows)
+    native = {row[:2]: row[4]["bytes"] for row in _rows(result) if row[2] is None}
+
+    def time_of(name: str) -> Cell:
+        def cell(row: Row) -> str:
+            times, seconds = row[3], f"{row[3][name]:.2f} s"
+            if row[2] is None:
+                return seconds
+            low, high = times[f"{name}_ratio_range"]
+            return f"{seconds} ({times[f'{name}_ratio']:.2f}x, {low:.2f} to {high:.2f})"
+
+        return cell
+
+    def memory(row: Row) -> str:
+        return f"{row[4]['bytes'] / 1e6:.1f} MB ({row[4]['bytes'] / native[row[:2]]:.2f}x)"
+
+    columns: dict[str, Cell] = {
+        "": _name,
+        **{name: time_of(name) for name in INTEGRATORS},
+        "memory": memory,
+        "hits (path)": lambda row: "" if row[2] is None else f"{row[3]['path_hit_share']:.1%}",
+    }
+    return common.table(_rows(result), columns)
 
 
-def _span(numbers: list[float]) -> str:
-    return f"{numbers[0]:.2f} to {numbers[1]:.2f}"
-
-
-MEMORY_PARTS = {
+MEMORY_USES = {
     "compressed": "compressed_bytes",
     "boxes, tables": "table_bytes",
     "cache": "resident_bytes",
@@ -344,79 +347,58 @@ MEMORY_PARTS = {
 
 def _memory_table(result: dict) -> str:
     """The memory of the compressed scenes by use; the rest is Embree's and Mitsuba's."""
-    rows = []
-    for model, variant, fraction, _, memory in _rows(result):
-        if fraction is None:
-            continue
-        parts = [memory[key] for key in MEMORY_PARTS.values()]
-        rows.append(
-            [
-                _name(model, variant, fraction),
-                *(f"{n / 1e6:.2f} MB" for n in (*parts, memory["bytes"] - sum(parts))),
-            ]
-        )
-    return common.markdown_table(["", *MEMORY_PARTS, "Embree and the rest"], rows)
+
+    def megabytes(*keys: str) -> Cell:
+        return lambda row: f"{sum(row[4][key] for key in keys) / 1e6:.2f} MB"
+
+    def rest(row: Row) -> str:
+        known = sum(row[4][key] for key in MEMORY_USES.values())
+        return f"{(row[4]['bytes'] - known) / 1e6:.2f} MB"
+
+    uses = {use: megabytes(key) for use, key in MEMORY_USES.items()}
+    rows = (row for row in _rows(result) if row[2] is not None)
+    return common.table(rows, {"": _name, **uses, "Embree and the rest": rest})
 
 
 def _start_table(result: dict) -> str:
     """The time before the first picture."""
-    rows = [
-        [
-            _name(model, variant, fraction),
-            *(
-                f"{1000 * max(times[key], 0):.0f} ms"
-                for key in ("load", "path_build", "path_first")
-            ),
-        ]
-        for model, variant, fraction, times, _ in _rows(result)
-        if fraction in (None, COMPARED[0])
-    ]
-    return common.markdown_table(
-        ["", "load", "acceleration structure", "first render beyond a later one"], rows
-    )
+
+    def milliseconds(key: str) -> Cell:
+        return lambda row: f"{1000 * max(row[3][key], 0):.0f} ms"
+
+    columns = {
+        "": _name,
+        "load": milliseconds("load"),
+        "acceleration structure": milliseconds("path_build"),
+        "first render beyond a later one": milliseconds("path_first"),
+    }
+    rows = (row for row in _rows(result) if row[2] in (None, COMPARED[0]))
+    return common.table(rows, columns)
 
 
 def _policy_table(result: dict) -> str:
     rows = []
-    for run in result["runs"]:
-        timed = (
-            {(row["fraction"], row["policy"]): row for row in run["rows"]}
-            if run["task"] == "time"
-            else {}
-        )
-        for fraction in COMPARED:
-            for policy in POLICIES:
-                row = timed.get((fraction, policy))
-                if row:
-                    rows.append(
-                        [
-                            f"{run['model']}, {run['variant']}, cache {fraction:.0%}, {policy}",
-                            *(
-                                text
-                                for name in INTEGRATORS
-                                for text in (
-                                    f"{row[f'{name}_ratio']:.2f}x",
-                                    f"{row[f'{name}_hit_share']:.1%}",
-                                )
-                            ),
-                        ]
-                    )
-    return common.markdown_table(
-        ["", *(text for name in INTEGRATORS for text in (name, "hits"))], rows
-    )
+    for run in (run for run in result["runs"] if run["task"] == "time"):
+        timed = {(row["fraction"], row["policy"]): row for row in run["rows"]}
+        for fraction, policy in ((f, p) for f in COMPARED for p in POLICIES):
+            if row := timed.get((fraction, policy)):
+                label = f"{run['model']}, {run['variant']}, cache {fraction:.0%}, {policy}"
+                figures = [
+                    text
+                    for name in INTEGRATORS
+                    for text in (f"{row[f'{name}_ratio']:.2f}x", f"{row[f'{name}_hit_share']:.1%}")
+                ]
+                rows.append([label, *figures])
+    headings = [text for name in INTEGRATORS for text in (name, "hits")]
+    return common.markdown_table(["", *headings], rows)
 
 
 def save_plot(result: dict, path: Path) -> Path:
     """Time (above) and memory (below) over the size of the cache, one column per model."""
     models = list(dict.fromkeys(run["model"] for run in result["runs"]))
-    figure, axes = common.pyplot().subplots(
-        2,
-        len(models),
-        figsize=(4 * len(models), 7),
-        layout="constrained",
-        squeeze=False,
-        sharex=True,
-    )
+    settings = {"layout": "constrained", "squeeze": False, "sharex": True}
+    size = (4 * len(models), 7)
+    figure, axes = common.pyplot().subplots(2, len(models), figsize=size, **settings)
     columns = dict(zip(models, axes.T))
     for model, variant in dict.fromkeys((run["model"], run["variant"]) for run in result["runs"]):
         time_ax, memory_ax = columns[model]
@@ -427,17 +409,10 @@ def save_plot(result: dict, path: Path) -> Path:
         color = f"C{VARIANTS.index(variant)}" if variant in VARIANTS else None
         for name, line in zip(INTEGRATORS, ("--s", "-o")):
             ratios = [times[f"{name}_ratio"] for _, times, _ in points]
-            time_ax.plot(
-                shares, ratios, line, color=color, label=f"{variant}, {name}", markersize=4
-            )
-        memory_ax.plot(
-            shares,
-            [m["bytes"] / 1e6 for *_, m in points],
-            "-o",
-            color=color,
-            label=variant,
-            markersize=4,
-        )
+            label = f"{variant}, {name}"
+            time_ax.plot(shares, ratios, line, color=color, label=label, markersize=4)
+        megabytes = [memory["bytes"] / 1e6 for *_, memory in points]
+        memory_ax.plot(shares, megabytes, "-o", color=color, label=variant, markersize=4)
         memory_ax.axhline(native / 1e6, color=color, linestyle=":", label=f"{variant}, native mesh")
     for model, (time_ax, memory_ax) in columns.items():
         time_ax.set(title=model, yscale="log")
@@ -447,8 +422,7 @@ def save_plot(result: dict, path: Path) -> Path:
     axes[1, 0].set_ylabel("memory, MB")
     for ax in axes[:, 0]:
         ax.legend(fontsize=7)
-    figure.savefig(path, dpi=110)
-    return path
+    return common.save_figure(figure, path, dpi=110)
 
 
 def summary(result: dict) -> str:
