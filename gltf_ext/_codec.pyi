@@ -237,7 +237,7 @@ class StreamHeader:
 
     @property
     def anchor_base(self) -> int:
-        """Exp-Golomb parameter of further anchors."""
+        """Base of the widths of further anchors."""
 
     @property
     def step(self) -> float:

@@ -78,9 +78,12 @@ class History {
 
   // Makes room for meshlet m, the next one.
   void reserve(uint32_t m) {
-    if (m - begin_ > d_.ring_mask && d_.ring_mask < reach_) grow(m);
+    if (m - begin_ > d_.ring_mask && !complete()) grow(m);
     d_.chain_lengths = lengths_;
   }
+
+  // Is there room for all meshlets that references may reach?
+  bool complete() const { return d_.ring_mask >= reach_; }
 
   // Looks up the vertices shared with earlier meshlets. Call after place_references. provide: also
   // copies their values, if all of their meshlets are decoded: see has_values.
@@ -178,13 +181,14 @@ void History::clear() {
   store_.clear();
 }
 
-// Enlarges the ring for meshlet m, at first by the blob's size: the header's counts and widths
-// prove nothing. More meshlets than kMeshletBytes allows, which no encoder writes, double the ring
-// once they are decoded.
+// Enlarges the ring for meshlet m. At first it is for kLeast meshlets, or for all if they have
+// kMeshletBytes on average, fewer than encoders write: the header's count and the widths of
+// references prove nothing. If there are more meshlets, it doubles once they are decoded and found
+// not to share bytes.
 void History::grow(uint32_t m) {
-  constexpr uint32_t kMeshletBytes = 64;
+  constexpr uint32_t kMeshletBytes = 64, kLeast = 4096;
   const uint32_t before = ring_ ? d_.ring_mask + 1 : 0;
-  const uint32_t wanted = d_.max(2 * before, d_.size / kMeshletBytes);
+  const uint32_t wanted = d_.max(d_.max(2 * before, kLeast), d_.size / kMeshletBytes);
   uint32_t size = 1;
   while (size <= reach_ && size < wanted) size *= 2;
   Kept* ring = new Kept[size];
@@ -666,11 +670,9 @@ Problem BlobDecoder::decode_next(uint32_t m, bool alone, Numbers& out) {
   else
     decode_values(m);
   if (d_.error != ERROR_NONE) return malformed(m, d_.error);
-  if (alone) {
-    if (d_.low_cursor > 8 * meshlet_end(d_, m))
-      return {"its data run past the start of the next meshlet", 0, m};
-    history_.look_up(false);
-  }
+  if ((alone || !history_.complete()) && d_.low_cursor > 8 * meshlet_end(d_, m))
+    return {"its data run past the start of the next meshlet", 0, m};
+  if (alone) history_.look_up(false);
   out.new_count = history_.number(out.global, out.new_ids);
   if (out.new_count == History::kCircle) return malformed(m, ERROR_HOPS);
   history_.append(out.global);

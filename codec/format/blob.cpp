@@ -189,8 +189,15 @@ BlobHeader read_blob_header(const uint8_t* data, size_t size) {
   return h;
 }
 
+uint64_t decoded_bytes(const BlobHeader& header) {
+  uint64_t numbers = 3ull * header.triangle_count;
+  for (const Stream& s : header.streams) numbers += uint64_t(header.vertex_count) * value_count(s);
+  return sizeof(uint32_t) * numbers;
+}
+
 std::vector<MeshletBytes> meshlet_bytes(const uint8_t* data, const BlobHeader& header) {
   std::vector<MeshletBytes> bytes;
+  bytes.reserve(header.meshlet_count);
   for (uint32_t g = 0; g < group_count(header.meshlet_count); g++) {
     const Group group(data, header, g);
     if (g > 0) bytes.back().end = group.base;
@@ -205,6 +212,7 @@ std::vector<MeshletBytes> meshlet_bytes(const uint8_t* data, const BlobHeader& h
 
 std::vector<uint32_t> meshlet_triangle_counts(const uint8_t* data, const BlobHeader& header) {
   std::vector<uint32_t> counts;
+  counts.reserve(header.meshlet_count);
   for (const MeshletBytes& bytes : meshlet_bytes(data, header))
     counts.push_back(bits_at(data, 8ull * bytes.begin, BLOB_TRIANGLE_BITS) + 1);
   return counts;

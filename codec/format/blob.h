@@ -58,6 +58,16 @@ struct BlobHeader {
   std::vector<Stream> streams;
 };
 
+// Bytes of the arrays that a blob decodes to.
+uint64_t decoded_bytes(const BlobHeader& header);
+
+// May `size` bytes with good headers not ask for this much memory? The counts of headers prove
+// nothing: validate the meshlets before arrays are made. Models are decoded to 10 to 20 times
+// their size.
+inline bool needs_proof(uint64_t decoded, uint64_t size) {
+  return decoded > (32ull << 20) + 32 * size;
+}
+
 // A checked blob. Borrows its bytes.
 struct Blob {
   const uint8_t* data;

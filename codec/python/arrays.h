@@ -33,6 +33,7 @@ nb::object array_of(Vector values) {
 // Raises ValueError for an index that is out of range or, with `distinct`, occurs twice in a
 // triangle.
 inline void check_triangles(const Indices& triangles, size_t vertices, bool distinct) {
+  if (triangles.shape(0) > UINT32_MAX / 3) throw nb::value_error("there are too many triangles");
   const uint32_t* t = triangles.data();
   for (size_t i = 0; i < triangles.shape(0); i++, t += 3) {
     if (t[0] >= vertices || t[1] >= vertices || t[2] >= vertices)

@@ -87,29 +87,45 @@ nb::dict description_dict(const View& view, const BitStatistics& d) {
   return out;
 }
 
-int integer(const nb::dict& d, const char* key) {
-  if (!d.contains(key))
-    throw nb::value_error((std::string("a stream lacks '") + key + "'").c_str());
-  return nb::cast<int>(d[key]);
+[[noreturn]] void refuse_stream(const std::string& problem) {
+  throw nb::value_error(("a stream" + problem).c_str());
+}
+
+// An integer of a stream's dict from `lowest` to 255.
+int integer(const nb::dict& d, const char* key, int lowest) {
+  if (!d.contains(key)) refuse_stream(std::string(" lacks '") + key + "'");
+  int value;
+  if (!nb::try_cast(d[key], value) || value < lowest || value > 255)
+    refuse_stream(std::string("'s '") + key + "' is not an integer from " + std::to_string(lowest) +
+                  " to 255");
+  return value;
+}
+
+float real(const nb::handle& number) {
+  float value;
+  if (!nb::try_cast(number, value)) refuse_stream("'s step or offset is not a number");
+  return value;
 }
 
 Stream stream_of(const nb::dict& d) {
   Stream s;
-  s.kind = uint8_t(integer(d, "kind"));
-  s.elements = uint8_t(integer(d, "components"));
-  s.bits = uint8_t(integer(d, "bits"));
-  int predictor = d.contains("predictor") ? nb::cast<int>(d["predictor"]) : -1;
+  s.kind = uint8_t(integer(d, "kind", 0));
+  s.elements = uint8_t(integer(d, "components", 0));
+  s.bits = uint8_t(integer(d, "bits", 0));
+  const int predictor = d.contains("predictor") ? integer(d, "predictor", -1) : -1;
   s.predictor = predictor < 0 ? kChoosePredictor : uint8_t(predictor);
-  if (d.contains("step")) s.step = nb::cast<float>(d["step"]);
-  if (d.contains("offset")) {
-    nb::sequence offset = nb::cast<nb::sequence>(d["offset"]);
-    for (size_t c = 0; c < std::min<size_t>(nb::len(offset), 4); c++)
-      s.offset[c] = nb::cast<float>(offset[c]);
+  if (d.contains("step")) s.step = real(d["step"]);
+  if (!d.contains("offset")) return s;
+  size_t c = 0;
+  for (const nb::handle offset : d["offset"]) {
+    if (c == STREAM_MAX_ELEMENTS) refuse_stream(" has more than 4 offsets");
+    s.offset[c++] = real(offset);
   }
   return s;
 }
 
 nb::tuple weld(const Bytes& rows) {
+  if (rows.shape(0) > UINT32_MAX) throw nb::value_error("there are too many rows");
   std::vector<uint32_t> remap(rows.shape(0));
   uint32_t unique;
   {
@@ -208,10 +224,18 @@ nb::tuple encode_primitive(const Indices& triangles, const Numbers& position_ids
   return nb::make_tuple(nb::bytes(view.data(), view.size()), out);
 }
 
+void validate(const View& view, int threads) {
+  nb::gil_scoped_release release;
+  parallel_for(threads, view.blobs.size(), [&](size_t b) { view.validate(b); });
+}
+
 nb::tuple decode_view(const nb::bytes& bytes, int threads, bool as_values) {
   const View view(bytes_of(bytes), bytes.size());
   const std::vector<Stream>& streams = view.streams();
   const size_t vertices = size_t(view.vertex_count);
+  uint64_t decoded = 0;
+  for (const Blob& blob : view.blobs) decoded += decoded_bytes(blob.header);
+  if (needs_proof(decoded, bytes.size())) validate(view, threads);
   uint32_t* triangles;
   nb::object triangle_array = new_array(size_t(view.triangle_count), 3, triangles);
   std::vector<uint32_t*> integers(streams.size(), nullptr);
@@ -317,12 +341,6 @@ nb::dict describe_view(const nb::bytes& bytes) {
   for (size_t b = 0; b < view.blobs.size(); b++)
     view.with_blob(b, [&](const Blob& blob) { bits.add(count_bits(blob)); });
   return description_dict(view, bits);
-}
-
-void validate(const nb::bytes& bytes, int threads) {
-  const View view(bytes_of(bytes), bytes.size());
-  nb::gil_scoped_release release;
-  parallel_for(threads, view.blobs.size(), [&](size_t b) { view.validate(b); });
 }
 
 }  // namespace
@@ -439,9 +457,14 @@ NB_MODULE(_codec, m) {
   m.def("describe", &describe_view, "view"_a,
         nb::sig("def describe(view: bytes) -> dict[str, typing.Any]"),
         "Returns counts, streams and numbers of bits; the entries of 'bits' sum to 8 * len(view).");
-  m.def("validate", &validate, "view"_a, "threads"_a = 0,
-        "Raises ValueError if a blob of the view is malformed in any way. Decodes every meshlet\n"
-        "alone, and so finds errors that decode may accept.");
+  m.def(
+      "validate",
+      [](const nb::bytes& view, int threads) {
+        validate(View(bytes_of(view), view.size()), threads);
+      },
+      "view"_a, "threads"_a = 0,
+      "Raises ValueError if a blob of the view is malformed in any way. Decodes every meshlet\n"
+      "alone, and so finds errors that decode may accept.");
 
   nb::class_<Stream>(m, "StreamHeader", "A row of a blob's stream table.")
       .def_ro("kind", &Stream::kind, "One of KIND_.")
@@ -451,7 +474,7 @@ NB_MODULE(_codec, m) {
       .def_ro("chain_base", &Stream::chain_base, "Base of the parameters of chains' codes.")
       .def_ro("interior_base", &Stream::interior_base,
               "Base of the parameters of interiors' codes.")
-      .def_ro("anchor_base", &Stream::anchor_base, "Exp-Golomb parameter of further anchors.")
+      .def_ro("anchor_base", &Stream::anchor_base, "Base of the widths of further anchors.")
       .def_ro("step", &Stream::step, "GRID: value = offset + integer * step.")
       .def_prop_ro("offset", &offsets_of, "One float per element.");
   nb::class_<HeaderView>(m, "Header", "The header and tables of a blob; see read_header.")

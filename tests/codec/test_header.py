@@ -46,3 +46,27 @@ def test_encode_returns_the_seconds_of_its_stages():
     _, stats = _codec.encode(triangles, triangles[0], positions, [stream], values)
     assert list(stats["seconds"]) == STAGES
     assert all(seconds >= 0 for seconds in stats["seconds"].values())
+
+
+@pytest.mark.parametrize(
+    "wrong, problem",
+    [
+        ({"kind": 256}, "'kind' is not an integer from 0 to 255"),
+        ({"bits": 288}, "'bits' is not an integer from 0 to 255"),
+        ({"bits": -1}, "'bits' is not an integer from 0 to 255"),
+        ({"components": 257}, "'components' is not an integer from 0 to 255"),
+        ({"predictor": 256 + _codec.PREDICT_COPY}, "'predictor' is not an integer from -1 to 255"),
+        ({"predictor": -2}, "'predictor' is not an integer from -1 to 255"),
+        ({"kind": 10**400}, "'kind' is not an integer from 0 to 255"),
+        ({"kind": "0"}, "'kind' is not an integer from 0 to 255"),
+        ({"step": "1"}, "step or offset is not a number"),
+        ({"offset": [0] * 5}, "more than 4 offsets"),
+    ],
+)
+def test_numbers_of_a_stream_are_checked(wrong, problem):
+    """They are not cut to the bytes that a blob stores."""
+    triangles, positions = np.array([[0, 1, 2]], np.uint32), np.eye(3, dtype=np.float32)
+    stream = {"kind": _codec.KIND_INTEGER, "components": 1, "bits": 1, "step": 1.0, "offset": [0]}
+    values = [np.array([[0], [1], [0]], np.uint32)]
+    with pytest.raises(ValueError, match=problem):
+        _codec.encode(triangles, triangles[0], positions, [{**stream, **wrong}], values)
