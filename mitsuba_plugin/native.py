@@ -19,7 +19,7 @@ NO_STREAM = 2**32 - 1
 
 
 class AttributeRow(ctypes.Structure):
-    """api.cpp's AttributeRow."""
+    """python_api.cpp's AttributeRow."""
 
     _fields_ = [
         ("name", ctypes.c_char * 96),
@@ -69,7 +69,7 @@ SHAPE_FIGURES = (
 
 
 class StatisticsRow(ctypes.Structure):
-    """api.cpp's StatisticsRow."""
+    """python_api.cpp's StatisticsRow."""
 
     _fields_ = [(name, ctypes.c_uint64) for name in (*CACHE_FIGURES, *SHAPE_FIGURES, "cache")]
 
@@ -97,7 +97,7 @@ def load() -> ctypes.CDLL:
     library.meshlet_fail.argtypes = [ctypes.c_void_p, ctypes.c_char_p]
     library.meshlet_add_blob.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_uint64]
     library.meshlet_add_blob.restype = ctypes.c_uint32
-    library.meshlet_add_part.argtypes = [
+    library.meshlet_add_primitive.argtypes = [
         ctypes.c_void_p,
         ctypes.c_uint32,
         ctypes.POINTER(ctypes.c_float),
@@ -145,7 +145,7 @@ def _read(filename: bytes, selection: Any, request: int) -> None:
             rows += [_row(part.others.get(name), name, widths[name]) for name in names]
             matrix = (ctypes.c_float * 12)(*part.matrix[:3].ravel())
             chosen = (ctypes.c_uint32 * len(part.chosen))(*part.chosen)
-            library.meshlet_add_part(
+            library.meshlet_add_primitive(
                 request,
                 blobs[id(part.blob)],
                 matrix,

@@ -24,7 +24,7 @@ from gltf_ext.lod.reading import LodPrimitive, read_lod
 
 from .lod import LodView
 
-MAX_NAME = 95  # bytes, of api.cpp's AttributeRow
+MAX_NAME = 95  # bytes, of python_api.cpp's AttributeRow
 MAX_COMPONENTS = 4  # of an attribute, see queries.h
 # Attributes with a place of their own in the shape, and those that Mitsuba has no use for.
 OWN_PLACE = ("POSITION", "NORMAL", "TEXCOORD_0", "TANGENT")
@@ -33,7 +33,7 @@ UNUSED = ("JOINTS_", "WEIGHTS_")
 
 @dataclass
 class Attribute:
-    """An attribute in a blob, as part.h's struct.
+    """An attribute in a blob, as primitive.h's struct.
 
     stream: the first of its streams; stored: components in the blob; components: those used,
     after the first `skipped`. Integers are rounded to [lowest, highest]; then all values are

@@ -93,17 +93,21 @@ Entry* ThreadSlot::scratch(EntryKind kind, size_t bytes) {
 
 // --- Table ---
 
-Table::Table(std::shared_ptr<Store> store, uint32_t capacity)
+Table::Table(std::shared_ptr<Store> store, uint32_t capacity, uint64_t limit_bytes,
+             uint64_t needed_bytes)
     : store_(std::move(store)),
       uid_(g_next_uid.fetch_add(1)),
       entries_(new std::atomic<Entry*>[capacity]),
-      counts_(new std::atomic<uint32_t>[capacity]) {
+      counts_(new std::atomic<uint32_t>[capacity]),
+      limit_bytes_(limit_bytes),
+      needed_bytes_(needed_bytes) {
   for (uint32_t i = 0; i < capacity; i++) {
     entries_[i].store(nullptr, std::memory_order_relaxed);
     counts_[i].store(0, std::memory_order_relaxed);
   }
   std::lock_guard lock(store_->mutex_);
   store_->tables_.push_back({this, capacity});
+  store_->set_limit(store_->limit_ + limit_bytes, store_->needed_ + needed_bytes);
 }
 
 Table::~Table() {
@@ -118,6 +122,8 @@ Table::~Table() {
   auto& tables = store_->tables_;
   tables.erase(
       std::find_if(tables.begin(), tables.end(), [&](auto& t) { return t.table == this; }));
+  store_->set_limit(store_->limit_ - limit_bytes_, store_->needed_ - needed_bytes_);
+  store_->make_room(0, ~0u);
 }
 
 void Table::count(uint32_t key, uint32_t asks) {
@@ -192,11 +198,11 @@ Store::~Store() {
   for (const Resident& resident : residents_) release(resident.entry);
 }
 
-void Store::extend(uint64_t limit_bytes, uint64_t needed_bytes) {
-  std::lock_guard lock(mutex_);
-  needed_ += needed_bytes;
-  uint64_t limit = limit_.fetch_add(limit_bytes) + limit_bytes;
-  everything_fits_.store(limit >= needed_, std::memory_order_relaxed);
+// If the entries of all shapes fit, the store stops counting requests.
+void Store::set_limit(uint64_t limit_bytes, uint64_t needed_bytes) {
+  limit_ = limit_bytes;
+  needed_ = needed_bytes;
+  everything_fits_ = limit_bytes >= needed_bytes;
 }
 
 Statistics Store::statistics() const {

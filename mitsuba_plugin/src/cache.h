@@ -74,8 +74,10 @@ uint64_t scratch_bytes();
 // The entries of one shape: its decoded meshlets, and the number of requests for each.
 class Table {
  public:
-  // capacity: keys 0 .. capacity - 1.
-  Table(std::shared_ptr<Store> store, uint32_t capacity);
+  // capacity: keys 0 .. capacity - 1. limit_bytes: the shape's share of the store's limit, until
+  // the table is destroyed. needed_bytes: the size of all entries.
+  Table(std::shared_ptr<Store> store, uint32_t capacity, uint64_t limit_bytes,
+        uint64_t needed_bytes);
   ~Table();
 
   uint64_t uid() const { return uid_; }
@@ -116,6 +118,7 @@ class Table {
   uint64_t uid_;
   std::unique_ptr<std::atomic<Entry*>[]> entries_;
   std::unique_ptr<std::atomic<uint32_t>[]> counts_;
+  const uint64_t limit_bytes_, needed_bytes_;
 };
 
 // Entries of any number of tables under one limit.
@@ -123,10 +126,6 @@ class Store {
  public:
   Store(Policy policy) : policy_(policy) {}
   ~Store();
-
-  // Adds a shape: its share of the limit, and the size of all its entries. If all fit, the store
-  // stops counting requests.
-  void extend(uint64_t limit_bytes, uint64_t needed_bytes);
 
   Statistics statistics() const;
   void reset_statistics();
@@ -150,6 +149,7 @@ class Store {
   };
 
   Counters& counters(const ThreadSlot& thread) { return counters_[thread.index % kCounters]; }
+  void set_limit(uint64_t limit_bytes, uint64_t needed_bytes);
   bool make_room(size_t bytes, uint32_t wanted);
   Entry* least_used(uint32_t wanted);
   Entry* next_unused();

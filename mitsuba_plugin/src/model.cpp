@@ -18,12 +18,19 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // epsilon times the coordinates; this covers ray origins a few scene sizes away.
 constexpr float kRelativeMargin = 1.0f / (1 << 20);
 
-constexpr int kUvCells = 64;  // per axis
+constexpr uint32_t kUvCells = 64;  // per axis
 
-// Texture coordinates repeat.
-size_t uv_cell(int x, int y) {
-  auto wrapped = [](int i) { return size_t((i % kUvCells + kUvCells) % kUvCells); };
-  return wrapped(y) * kUvCells + wrapped(x);
+// The cell of a texture coordinate on its axis. Texture coordinates repeat; in double, no finite
+// one overflows.
+uint32_t uv_cell(float coordinate) {
+  const double cell = std::floor(double(coordinate) * kUvCells);
+  return uint32_t(cell - kUvCells * std::floor(cell / kUvCells));
+}
+
+// The number of cells between two texture coordinates, both included: each cell once.
+uint32_t uv_cells(float low, float high) {
+  const double cells = std::floor(double(high) * kUvCells) - std::floor(double(low) * kUvCells) + 1;
+  return uint32_t(std::min(cells, double(kUvCells)));
 }
 
 const Box kEmpty = {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
@@ -43,12 +50,6 @@ float largest_coordinate(const Box& box) {
 }
 
 Vec3 blend(const Vec3* v, const float* b) { return v[0] * b[0] + v[1] * b[1] + v[2] * b[2]; }
-
-void store(Vec3 v, float* out) {
-  out[0] = v.x;
-  out[1] = v.y;
-  out[2] = v.z;
-}
 
 // Mitsuba's coordinate_system (Duff et al. 2017): without texture coordinates, tangents are those
 // of its meshes.
@@ -71,18 +72,19 @@ std::shared_ptr<Store> store_for(const Options& options) {
 
 }  // namespace
 
-Model::Model(std::vector<Part> parts, const Options& options)
-    : parts_(std::move(parts)), options_(options), box_(kEmpty) {
-  if (parts_.empty()) throw std::runtime_error("there is no compressed primitive");
+Model::Model(std::vector<Primitive> primitives, const Options& options)
+    : primitives_(std::move(primitives)), options_(options), box_(kEmpty) {
+  if (primitives_.empty()) throw std::runtime_error("there is no compressed primitive");
   std::set<const Blob*> blobs;
   uint64_t meshlets = 0;
-  for (Part& part : parts_) {
-    PartFacts facts = check_part(part);
+  for (Primitive& primitive : primitives_) {
+    PrimitiveFacts facts = check_primitive(primitive);
     first_meshlet_.push_back(uint32_t(meshlets));
     meshlets += facts.meshlets;
     facts_.triangles += facts.triangles;
     facts_.vertices += facts.vertices;
-    if (blobs.insert(part.blob.get()).second) facts_.compressed_bytes += part.blob->bytes.size();
+    if (blobs.insert(primitive.blob.get()).second)
+      facts_.compressed_bytes += primitive.blob->bytes.size();
   }
   if (meshlets * kMeshletTriangles > std::numeric_limits<uint32_t>::max())
     throw std::runtime_error("there are too many meshlets");
@@ -93,8 +95,8 @@ Model::Model(std::vector<Part> parts, const Options& options)
   uint64_t limit = options.cache_bytes >= 0
                        ? uint64_t(options.cache_bytes)
                        : uint64_t(std::ceil(options.cache_fraction * double(facts_.decoded_bytes)));
-  store->extend(limit, facts_.decoded_bytes);
-  table_ = std::make_unique<Table>(std::move(store), kEntryKinds * facts_.meshlets);
+  table_ = std::make_unique<Table>(std::move(store), kEntryKinds * facts_.meshlets, limit,
+                                   facts_.decoded_bytes);
   facts_.table_bytes = meshlets * (sizeof(Boxes) + sizeof(float) +
                                    kEntryKinds * (sizeof(std::atomic<Entry*>) + sizeof(uint32_t)));
   announce(this);
@@ -106,9 +108,8 @@ Model::~Model() { retire(this); }
 void Model::measure() {
   ThreadSlot& thread = this_thread();
   auto decode = [&](uint32_t m) {
-    uint32_t local;
-    const Part& part = part_of(m, local);
-    return decode_triangles(thread, part, local);
+    const Place place = place_of(m);
+    return decode_triangles(thread, place.primitive, place.meshlet);
   };
   areas_.assign(facts_.meshlets, 0.0f);
   for (uint32_t m = 0; m < facts_.meshlets; m++) {
@@ -122,9 +123,9 @@ void Model::measure() {
       Vec3 n = cross(c[1] - c[0], c[2] - c[0]);
       areas_[m] += 0.5f * length(n);
     }
-    uint32_t local;
-    const Part& part = part_of(m, local);
-    if (part.width) facts_.decoded_bytes += decode_attributes(thread, part, local)->bytes;
+    const Place place = place_of(m);
+    if (place.primitive.width)
+      facts_.decoded_bytes += decode_attributes(thread, place.primitive, place.meshlet)->bytes;
   }
   float margin = largest_coordinate(box_) * kRelativeMargin;
   boxes_.reserve(facts_.meshlets);
@@ -141,20 +142,18 @@ Box Model::box(uint32_t meshlet) const {
   return box;
 }
 
-const Part& Model::part_of(uint32_t meshlet, uint32_t& local) const {
+Model::Place Model::place_of(uint32_t meshlet) const {
   size_t p = size_t(std::upper_bound(first_meshlet_.begin(), first_meshlet_.end() - 1, meshlet) -
                     first_meshlet_.begin()) -
              1;
-  local = meshlet - first_meshlet_[p];
-  return parts_[p];
+  return {primitives_[p], meshlet - first_meshlet_[p]};
 }
 
 const Triangles& Model::triangles(uint32_t meshlet, uint32_t rays) const {
   ThreadSlot& thread = this_thread();
   auto decode = [&] {
-    uint32_t local;
-    const Part& part = part_of(meshlet, local);
-    return decode_triangles(thread, part, local);
+    const Place place = place_of(meshlet);
+    return decode_triangles(thread, place.primitive, place.meshlet);
   };
   return *static_cast<const Triangles*>(
       table_->get(thread, kTriangles, kEntryKinds * meshlet + kTriangles, decode, rays));
@@ -162,12 +161,12 @@ const Triangles& Model::triangles(uint32_t meshlet, uint32_t rays) const {
 
 const VertexAttributes& Model::vertex_attributes(uint32_t meshlet) const {
   ThreadSlot& thread = this_thread();
+  auto decode = [&] {
+    const Place place = place_of(meshlet);
+    return decode_attributes(thread, place.primitive, place.meshlet);
+  };
   return *static_cast<const VertexAttributes*>(
-      table_->get(thread, kAttributes, kEntryKinds * meshlet + kAttributes, [&] {
-        uint32_t local;
-        const Part& part = part_of(meshlet, local);
-        return decode_attributes(thread, part, local);
-      }));
+      table_->get(thread, kAttributes, kEntryKinds * meshlet + kAttributes, decode));
 }
 
 void Model::surface(uint32_t meshlet, uint32_t triangle, float b1, float b2,
@@ -183,19 +182,18 @@ void Model::surface(uint32_t meshlet, uint32_t triangle, float b1, float b2,
   tangents(n, out.dp_du, out.dp_dv);
   out.uv[0] = b1;
   out.uv[1] = b2;
-  uint32_t local;
-  const Part& part = part_of(meshlet, local);
-  if (part.texcoord.exists() || (part.normal.exists() && !options_.face_normals))
-    shading(part, vertex_attributes(meshlet), triangle, b, corner, out);
+  const Primitive& primitive = place_of(meshlet).primitive;
+  if (primitive.texcoord.exists() || (primitive.normal.exists() && !options_.face_normals))
+    shading(primitive, vertex_attributes(meshlet), triangle, b, corner, out);
   if (options_.flip_normals)
     for (float* flipped : {out.n, out.shading_n})
       for (int i = 0; i < 3; i++) flipped[i] = -flipped[i];
 }
 
-void Model::shading(const Part& part, const VertexAttributes& values, uint32_t triangle,
+void Model::shading(const Primitive& primitive, const VertexAttributes& values, uint32_t triangle,
                     const float* b, const Vec3* corner, SurfacePoint& out) const {
   const float* at[3] = {values.of(triangle, 0), values.of(triangle, 1), values.of(triangle, 2)};
-  if (part.normal.exists()) {
+  if (primitive.normal.exists()) {
     Vec3 normal[3];
     for (int k = 0; k < 3; k++, at[k - 1] += 3) normal[k] = {at[k][0], at[k][1], at[k][2]};
     Vec3 n = blend(normal, b);
@@ -208,7 +206,7 @@ void Model::shading(const Part& part, const VertexAttributes& values, uint32_t t
       store(dv - n * dot(n, dv), out.dn_dv);
     }
   }
-  if (!part.texcoord.exists()) return;
+  if (!primitive.texcoord.exists()) return;
   for (int i = 0; i < 2; i++) out.uv[i] = at[0][i] * b[0] + at[1][i] * b[1] + at[2][i] * b[2];
   float du1 = at[1][0] - at[0][0], dv1 = at[1][1] - at[0][1], du2 = at[2][0] - at[0][0],
         dv2 = at[2][1] - at[0][1];
@@ -240,25 +238,23 @@ uint32_t Model::sample(uint32_t meshlet, float u1, float u2, SurfacePoint& out) 
 void Model::index_texcoords() {
   std::vector<std::vector<uint32_t>> cells(size_t(kUvCells) * kUvCells);
   for (uint32_t m = 0; m < facts_.meshlets; m++) {
-    uint32_t local;
-    if (!part_of(m, local).texcoord.exists()) continue;
+    if (!place_of(m).primitive.texcoord.exists()) continue;
     float low[2] = {kInfinity, kInfinity}, high[2] = {-kInfinity, -kInfinity};
     const Triangles& t = triangles(m);
     for (uint32_t triangle = 0; triangle < t.count; triangle++)
       for (uint32_t k = 0; k < 3; k++)
         for (int i = 0; i < 2; i++) {
           float value = texcoord_of(m, triangle, k)[i];
+          if (!std::isfinite(value)) continue;
           low[i] = std::min(low[i], value);
           high[i] = std::max(high[i], value);
         }
-    int from[2], to[2];
-    for (int i = 0; i < 2; i++) {
-      from[i] = int(std::floor(low[i] * kUvCells));
-      to[i] =
-          std::min(int(std::floor(high[i] * kUvCells)), from[i] + kUvCells - 1);  // each cell once
-    }
-    for (int y = from[1]; y <= to[1]; y++)
-      for (int x = from[0]; x <= to[0]; x++) cells[uv_cell(x, y)].push_back(m);
+    if (low[0] > high[0] || low[1] > high[1]) continue;  // no number is finite
+    const uint32_t x = uv_cell(low[0]), columns = uv_cells(low[0], high[0]);
+    const uint32_t y = uv_cell(low[1]), rows = uv_cells(low[1], high[1]);
+    for (uint32_t row = y; row < y + rows; row++)
+      for (uint32_t column = x; column < x + columns; column++)
+        cells[row % kUvCells * kUvCells + column % kUvCells].push_back(m);
   }
   cell_first_.assign(1, 0);
   cell_meshlets_.clear();
@@ -272,7 +268,7 @@ void Model::index_texcoords() {
 bool Model::at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& triangle,
                         SurfacePoint& out) const {
   if (cell_first_.empty() || !std::isfinite(uv[0]) || !std::isfinite(uv[1])) return false;
-  size_t cell = uv_cell(int(std::floor(uv[0] * kUvCells)), int(std::floor(uv[1] * kUvCells)));
+  const size_t cell = uv_cell(uv[1]) * kUvCells + uv_cell(uv[0]);
   for (uint32_t i = cell_first_[cell]; i < cell_first_[cell + 1]; i++) {
     meshlet = cell_meshlets_[i];
     const Triangles& t = triangles(meshlet);
@@ -296,8 +292,8 @@ bool Model::at_texcoord(const float (&uv)[2], uint32_t& meshlet, uint32_t& trian
 }
 
 const float* Model::texcoord_of(uint32_t meshlet, uint32_t triangle, uint32_t k) const {
-  uint32_t local;
-  return vertex_attributes(meshlet).of(triangle, k) + 3 * part_of(meshlet, local).normal.exists();
+  return vertex_attributes(meshlet).of(triangle, k) +
+         3 * place_of(meshlet).primitive.normal.exists();
 }
 
 const Attribute* Model::attribute(const std::string& name, uint32_t& index) const {
@@ -319,12 +315,12 @@ void Model::attribute(uint32_t index, uint32_t meshlet, uint32_t triangle, const
   weights[2] = (uu * rv - uv * ru) * inverse;
   weights[0] = 1.0f - weights[1] - weights[2];
   static constexpr float kNothing[4] = {0, 0, 0, 0};
-  uint32_t local, offset = 0;
-  const Part& part = part_of(meshlet, local);
+  uint32_t offset = 0;
+  const Primitive& primitive = place_of(meshlet).primitive;
   for (uint32_t i = 0; i < index; i++)
-    offset += part.others[i].exists() ? part.others[i].components : 0;
-  offset += 3 * part.normal.exists() + 2 * part.texcoord.exists();
-  bool there = part.others[index].exists();
+    offset += primitive.others[i].exists() ? primitive.others[i].components : 0;
+  offset += 3 * primitive.normal.exists() + 2 * primitive.texcoord.exists();
+  bool there = primitive.others[index].exists();
   const VertexAttributes* values = there ? &vertex_attributes(meshlet) : nullptr;
   for (uint32_t k = 0; k < 3; k++) corners[k] = there ? values->of(triangle, k) + offset : kNothing;
 }

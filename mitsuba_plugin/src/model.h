@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "part.h"
+#include "primitive.h"
 #include "cache.h"
 #include "triangles.h"
 
@@ -43,7 +43,7 @@ struct ModelFacts {
 class Model {
  public:
   // Decodes every meshlet for its box and area. Throws std::runtime_error.
-  Model(std::vector<Part> parts, const Options& options);
+  Model(std::vector<Primitive> primitives, const Options& options);
   ~Model();
   Model(const Model&) = delete;
 
@@ -54,8 +54,8 @@ class Model {
   Store& cache() const { return table_->store(); }
   uint64_t uid() const { return table_->uid(); }
   const Attribute* attribute(const std::string& name, uint32_t& index) const;
-  const std::vector<Attribute>& attributes() const { return parts_[0].others; }
-  const std::vector<Part>& parts() const { return parts_; }
+  const std::vector<Attribute>& attributes() const { return primitives_[0].others; }
+  const std::vector<Primitive>& primitives() const { return primitives_; }
   const Options& options() const { return options_; }
 
   // Nearest hits with 0 < t < t_max of a meshlet.
@@ -98,17 +98,22 @@ class Model {
                  const float* (&corners)[3], float (&weights)[3]) const;
 
  private:
-  const Part& part_of(uint32_t meshlet, uint32_t& local) const;
+  // A meshlet's primitive, and its number there.
+  struct Place {
+    const Primitive& primitive;
+    uint32_t meshlet;
+  };
+  Place place_of(uint32_t meshlet) const;
   // Valid until this thread asks for another meshlet. rays: number of rays, for the statistics.
   const Triangles& triangles(uint32_t meshlet, uint32_t rays = 1) const;
   const VertexAttributes& vertex_attributes(uint32_t meshlet) const;
   const float* texcoord_of(uint32_t meshlet, uint32_t triangle, uint32_t k) const;
   void measure();
-  void shading(const Part& part, const VertexAttributes& values, uint32_t triangle, const float* b,
-               const Vec3* corner, SurfacePoint& out) const;
+  void shading(const Primitive& primitive, const VertexAttributes& values, uint32_t triangle,
+               const float* b, const Vec3* corner, SurfacePoint& out) const;
 
-  std::vector<Part> parts_;
-  std::vector<uint32_t> first_meshlet_;  // per part, and the total
+  std::vector<Primitive> primitives_;
+  std::vector<uint32_t> first_meshlet_;  // per primitive, and the total
   Options options_;
   ModelFacts facts_;
   std::vector<Boxes> boxes_;  // per meshlet

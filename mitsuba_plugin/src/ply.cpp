@@ -30,18 +30,18 @@ void write(std::FILE* file, const void* data, size_t bytes) {
 
 }  // namespace
 
-TemporaryPly::TemporaryPly(std::vector<Part> parts, bool face_normals)
+TemporaryPly::TemporaryPly(std::vector<Primitive> primitives, bool face_normals)
     : has_normals_(!face_normals) {
   bool texcoords = true;
   size_t vertices = 0, triangles = 0;
-  for (Part& part : parts) {
-    check_part(part);
-    has_normals_ &= part.normal.exists();
-    texcoords &= part.texcoord.exists();
+  for (Primitive& primitive : primitives) {
+    check_primitive(primitive);
+    has_normals_ &= primitive.normal.exists();
+    texcoords &= primitive.texcoord.exists();
   }
-  std::vector<DecodedPart> decoded;
-  for (const Part& part : parts) {
-    decoded.push_back(decode_all(part));
+  std::vector<DecodedPrimitive> decoded;
+  for (const Primitive& primitive : primitives) {
+    decoded.push_back(decode_all(primitive));
     vertices += decoded.back().positions.size() / 3;
     triangles += decoded.back().triangles.size() / 3;
   }
@@ -57,8 +57,9 @@ TemporaryPly::TemporaryPly(std::vector<Part> parts, bool face_normals)
     if (has_normals_) result.push_back({{"nx", "ny", "nz"}, &decoded[p].normals});
     if (texcoords) result.push_back({{"u", "v"}, &decoded[p].texcoords});
     for (size_t i = 0; i < decoded[p].others.size(); i++) {
-      decoded[p].others[i].resize(decoded[p].positions.size() / 3 * parts[p].others[i].components);
-      result.push_back({column_names(parts[p].others[i]), &decoded[p].others[i]});
+      decoded[p].others[i].resize(decoded[p].positions.size() / 3 *
+                                  primitives[p].others[i].components);
+      result.push_back({column_names(primitives[p].others[i]), &decoded[p].others[i]});
     }
     return result;
   };
@@ -67,14 +68,14 @@ TemporaryPly::TemporaryPly(std::vector<Part> parts, bool face_normals)
   header += "element face " + std::to_string(triangles) +
             "\nproperty list uchar int vertex_indices\nend_header\n";
   write(file, header.data(), header.size());
-  for (size_t p = 0; p < parts.size(); p++) {
+  for (size_t p = 0; p < primitives.size(); p++) {
     std::vector<Column> all = columns(p);
     for (size_t v = 0; v < decoded[p].positions.size() / 3; v++)
       for (const Column& column : all)
         write(file, column.values->data() + v * column.names.size(), 4 * column.names.size());
   }
   uint32_t first = 0;
-  for (const DecodedPart& d : decoded) {
+  for (const DecodedPrimitive& d : decoded) {
     for (size_t t = 0; t < d.triangles.size(); t += 3) {
       uint32_t corners[3] = {first + d.triangles[t], first + d.triangles[t + 1],
                              first + d.triangles[t + 2]};

@@ -3,15 +3,15 @@
 #include <string>
 #include <vector>
 
-#include "part.h"
+#include "primitive.h"
 
 namespace meshlet_shape {
 
 class TemporaryPly {
  public:
-  // Writes the parts one after another, with normals and texture coordinates if all parts have
-  // them. Throws std::runtime_error.
-  TemporaryPly(std::vector<Part> parts, bool face_normals);
+  // Writes the primitives one after another, with normals and texture coordinates if all primitives
+  // have them. Throws std::runtime_error.
+  TemporaryPly(std::vector<Primitive> primitives, bool face_normals);
   ~TemporaryPly();
   TemporaryPly(const TemporaryPly&) = delete;
 

@@ -1,8 +1,9 @@
 // The Mitsuba texture `meshlet_product`: the product of two textures, as of glTF's vertex colours
 // and base colours.
-#include <mitsuba/core/plugin.h>
 #include <mitsuba/core/properties.h>
 #include <mitsuba/render/texture.h>
+
+#include "variants.h"
 
 NAMESPACE_BEGIN(mitsuba)
 
@@ -64,37 +65,17 @@ class Product final : public Texture<Float, Spectrum> {
   MI_TRAVERSE_CB(Base, m_a, m_b)
 };
 
-template <typename Float, typename Spectrum>
-ref<Object> make(void*, const Properties& props) {
-  return new Product<Float, Spectrum>(props);
-}
-
-template <typename Float>
-using Spectral = Spectrum<Float, 4>;
-using LlvmFloat = dr::DiffArray<JitBackend::LLVM, float>;
-using CudaFloat = dr::DiffArray<JitBackend::CUDA, float>;
+struct Plugin {
+  template <typename Float, typename Spectrum>
+  static ref<Object> make(void*, const Properties& props) {
+    return new Product<Float, Spectrum>(props);
+  }
+};
 
 }  // namespace
-
-void register_product(const char* name) {
-  auto add = [&](const char* variant, PluginInstantiateFn instantiate) {
-    PluginManager::instance()->register_plugin(name, variant, ObjectType::Texture, instantiate,
-                                               nullptr, nullptr);
-  };
-  add("scalar_rgb", &make<float, Color<float, 3>>);
-  add("scalar_spectral", &make<float, Spectral<float>>);
-  add("scalar_spectral_polarized", &make<float, MuellerMatrix<Spectral<float>>>);
-  add("llvm_ad_rgb", &make<LlvmFloat, Color<LlvmFloat, 3>>);
-  add("llvm_ad_mono", &make<LlvmFloat, Color<LlvmFloat, 1>>);
-  add("llvm_ad_mono_polarized", &make<LlvmFloat, MuellerMatrix<Color<LlvmFloat, 1>>>);
-  add("llvm_ad_spectral", &make<LlvmFloat, Spectral<LlvmFloat>>);
-  add("llvm_ad_spectral_polarized", &make<LlvmFloat, MuellerMatrix<Spectral<LlvmFloat>>>);
-  add("cuda_ad_rgb", &make<CudaFloat, Color<CudaFloat, 3>>);
-  add("cuda_ad_spectral", &make<CudaFloat, Spectral<CudaFloat>>);
-}
 
 NAMESPACE_END(mitsuba)
 
 extern "C" MI_EXPORT void meshlet_register_product(const char* name) {
-  mitsuba::register_product(name);
+  mitsuba::register_variants<mitsuba::Plugin>(name, mitsuba::ObjectType::Texture);
 }

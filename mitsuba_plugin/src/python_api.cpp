@@ -13,10 +13,10 @@
 namespace meshlet_shape {
 namespace {
 
-// Filled by the Python reader inside read_parts.
+// Filled by the Python reader inside read_primitives.
 struct Request {
   std::vector<std::shared_ptr<const Blob>> blobs;
-  std::vector<Part> parts;
+  std::vector<Primitive> primitives;
   std::string error;
 };
 
@@ -56,13 +56,13 @@ Attribute to_attribute(const AttributeRow& row) {
 
 }  // namespace
 
-std::vector<Part> read_parts(const std::string& filename, const Selection& selection) {
+std::vector<Primitive> read_primitives(const std::string& filename, const Selection& selection) {
   if (!g_reader) throw std::runtime_error("the plugin is not ready; import mitsuba_plugin");
   Request request;
   g_reader(filename.c_str(), &selection, &request);
   if (!request.error.empty()) throw std::runtime_error(request.error);
-  if (request.parts.empty()) throw std::runtime_error("there is no compressed primitive");
-  return std::move(request.parts);
+  if (request.primitives.empty()) throw std::runtime_error("there is no compressed primitive");
+  return std::move(request.primitives);
 }
 
 void announce(const Model* model) {
@@ -79,7 +79,7 @@ EXPORT void meshlet_set_reader(Reader reader) { g_reader = reader; }
 
 EXPORT void meshlet_fail(Request* request, const char* message) { request->error = message; }
 
-// Copies the bytes. Returns the blob's number for meshlet_add_part.
+// Copies the bytes. Returns the blob's number for meshlet_add_primitive.
 EXPORT uint32_t meshlet_add_blob(Request* request, const uint8_t* data, uint64_t size) {
   request->blobs.push_back(std::make_shared<const Blob>(data, size));
   return uint32_t(request->blobs.size() - 1);
@@ -87,18 +87,18 @@ EXPORT uint32_t meshlet_add_blob(Request* request, const uint8_t* data, uint64_t
 
 // rows: POSITION, NORMAL, TEXCOORD_0 (stream ~0 if missing), then the others. matrix: row-major 3
 // x 4. chosen: meshlets of the blob, all of them if there are none.
-EXPORT void meshlet_add_part(Request* request, uint32_t blob, const float* matrix,
-                             const AttributeRow* rows, uint32_t count, const uint32_t* chosen,
-                             uint32_t chosen_count) {
-  Part part;
-  part.blob = request->blobs.at(blob);
-  part.chosen.assign(chosen, chosen + chosen_count);
-  std::memcpy(part.to_world.m, matrix, sizeof(part.to_world.m));
-  part.position = to_attribute(rows[0]);
-  part.normal = to_attribute(rows[1]);
-  part.texcoord = to_attribute(rows[2]);
-  for (uint32_t i = 3; i < count; i++) part.others.push_back(to_attribute(rows[i]));
-  request->parts.push_back(std::move(part));
+EXPORT void meshlet_add_primitive(Request* request, uint32_t blob, const float* matrix,
+                                  const AttributeRow* rows, uint32_t count, const uint32_t* chosen,
+                                  uint32_t chosen_count) {
+  Primitive primitive;
+  primitive.blob = request->blobs.at(blob);
+  primitive.chosen.assign(chosen, chosen + chosen_count);
+  std::memcpy(primitive.to_world.m, matrix, sizeof(primitive.to_world.m));
+  primitive.position = to_attribute(rows[0]);
+  primitive.normal = to_attribute(rows[1]);
+  primitive.texcoord = to_attribute(rows[2]);
+  for (uint32_t i = 3; i < count; i++) primitive.others.push_back(to_attribute(rows[i]));
+  request->primitives.push_back(std::move(primitive));
 }
 
 // Statistics of the shape with this cache_id, or of its cache group. Returns 0 if there is no such

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "part.h"
+#include "primitive.h"
 
 namespace meshlet_shape {
 
@@ -21,7 +21,7 @@ struct Selection {
 
 // Returns the compressed primitives of a file, in the shape's coordinates. Calls the Python reader.
 // Throws std::runtime_error with its message.
-std::vector<Part> read_parts(const std::string& filename, const Selection& selection);
+std::vector<Primitive> read_primitives(const std::string& filename, const Selection& selection);
 
 class Model;
 

@@ -15,6 +15,7 @@
 #include "model.h"
 #include "ply.h"
 #include "queries.h"
+#include "variants.h"
 
 NAMESPACE_BEGIN(mitsuba)
 
@@ -380,6 +381,8 @@ class MeshletEdgebreaker final : public Shape<Float, Spectrum> {
   uint32_t m_meshlet_count = 0, m_triangle_count = 0;
 };
 
+namespace {
+
 // --- construction ---
 
 Options read_options(const Properties& props) {
@@ -414,7 +417,7 @@ float positive(const Properties& props, const char* name, float otherwise) {
 }
 
 template <typename Float, typename Spectrum>
-std::vector<Part> read(const Properties& props, const std::string& filename) {
+std::vector<Primitive> read(const Properties& props, const std::string& filename) {
   MI_IMPORT_CORE_TYPES()
   Affine to_world =
       to_affine(props.get<ScalarAffineTransform4f>("to_world", ScalarAffineTransform4f()));
@@ -428,19 +431,19 @@ std::vector<Part> read(const Properties& props, const std::string& filename) {
   selection.has_eye = props.has_property("lod_eye");
   const ScalarPoint3f eye = props.get<ScalarPoint3f>("lod_eye", ScalarPoint3f(0.f));
   for (int i = 0; i < 3; i++) selection.eye[i] = float(eye[i]);
-  std::vector<Part> parts = read_parts(filename, selection);
-  for (Part& part : parts) {
-    part.to_world = to_world * part.to_world;
-    part.flip_winding = part.to_world.determinant() < 0.f;
+  std::vector<Primitive> primitives = read_primitives(filename, selection);
+  for (Primitive& primitive : primitives) {
+    primitive.to_world = to_world * primitive.to_world;
+    primitive.flip_winding = primitive.to_world.determinant() < 0.f;
   }
-  return parts;
+  return primitives;
 }
 
 // Decodes everything into an ordinary mesh, for variants that cannot run the shape and for
 // comparison. Goes through a file: the wheel's mesh.h includes a header that the wheel lacks.
 template <typename Float, typename Spectrum>
-ref<Object> make_mesh(const Properties& props, std::vector<Part> parts) {
-  TemporaryPly file(std::move(parts), props.get<bool>("face_normals", false));
+ref<Object> make_mesh(const Properties& props, std::vector<Primitive> primitives) {
+  TemporaryPly file(std::move(primitives), props.get<bool>("face_normals", false));
   Properties ply(props);
   ply.set_plugin_name("ply");
   ply.set("filename", file.path(), false);
@@ -452,7 +455,7 @@ ref<Object> make_mesh(const Properties& props, std::vector<Part> parts) {
 }
 
 template <typename Float, typename Spectrum>
-ref<Object> make(void*, const Properties& props) {
+ref<Object> make(const Properties& props) {
   std::string given = props.get<std::string>("filename");
   Options options = read_options(props);
   bool decoded = props.get<bool>("decoded", false);
@@ -464,42 +467,29 @@ ref<Object> make(void*, const Properties& props) {
         given);
   std::string filename = file_resolver()->resolve(given).string();
   try {
-    std::vector<Part> parts = read<Float, Spectrum>(props, filename);
+    std::vector<Primitive> primitives = read<Float, Spectrum>(props, filename);
     if constexpr (!dr::is_cuda_v<Float>)
       if (!decoded)
         return new MeshletEdgebreaker<Float, Spectrum>(
-            props, std::make_unique<Model>(std::move(parts), options));
-    return make_mesh<Float, Spectrum>(props, std::move(parts));
+            props, std::make_unique<Model>(std::move(primitives), options));
+    return make_mesh<Float, Spectrum>(props, std::move(primitives));
   } catch (const std::runtime_error& error) {
     Throw("meshlet_edgebreaker: %s: %s", given, error.what());
   }
 }
 
-template <typename Float>
-using Spectral = Spectrum<Float, 4>;
-using LlvmFloat = dr::DiffArray<JitBackend::LLVM, float>;
-using CudaFloat = dr::DiffArray<JitBackend::CUDA, float>;
+struct Plugin {
+  template <typename Float, typename Spectrum>
+  static ref<Object> make(void*, const Properties& props) {
+    return mitsuba::make<Float, Spectrum>(props);
+  }
+};
 
-void register_shape(const char* name) {
-  auto add = [&](const char* variant, PluginInstantiateFn instantiate) {
-    PluginManager::instance()->register_plugin(name, variant, ObjectType::Shape, instantiate,
-                                               nullptr, nullptr);
-  };
-  add("scalar_rgb", &make<float, Color<float, 3>>);
-  add("scalar_spectral", &make<float, Spectral<float>>);
-  add("llvm_ad_rgb", &make<LlvmFloat, Color<LlvmFloat, 3>>);
-  add("llvm_ad_spectral", &make<LlvmFloat, Spectral<LlvmFloat>>);
-  add("cuda_ad_rgb", &make<CudaFloat, Color<CudaFloat, 3>>);
-  add("cuda_ad_spectral", &make<CudaFloat, Spectral<CudaFloat>>);
-#if defined(MESHLET_ALL_VARIANTS)
-  add("scalar_spectral_polarized", &make<float, MuellerMatrix<Spectral<float>>>);
-  add("llvm_ad_mono", &make<LlvmFloat, Color<LlvmFloat, 1>>);
-  add("llvm_ad_mono_polarized", &make<LlvmFloat, MuellerMatrix<Color<LlvmFloat, 1>>>);
-  add("llvm_ad_spectral_polarized", &make<LlvmFloat, MuellerMatrix<Spectral<LlvmFloat>>>);
-#endif
-}
+}  // namespace
 
 NAMESPACE_END(mitsuba)
 
-extern "C" MI_EXPORT void meshlet_register(const char* name) { mitsuba::register_shape(name); }
+extern "C" MI_EXPORT void meshlet_register(const char* name) {
+  mitsuba::register_variants<mitsuba::Plugin>(name, mitsuba::ObjectType::Shape);
+}
 extern "C" MI_EXPORT const char* meshlet_mitsuba_version() { return MI_VERSION; }

@@ -17,6 +17,11 @@ namespace meshlet_shape {
 
 using meshlet::Vec3;
 
+inline Vec3 load(const float* v) { return {v[0], v[1], v[2]}; }
+inline void store(Vec3 v, float* out) {
+  for (int i = 0; i < 3; i++) out[i] = v[i];
+}
+
 constexpr uint32_t kMeshletTriangles = MESHLET_TRIANGLES;
 constexpr uint32_t kLanes = 8;  // triangles per group, and most groups per meshlet
 constexpr uint32_t kMaxGroups = kMeshletTriangles / kLanes;
@@ -53,8 +58,8 @@ struct Meetings {
   uint32_t any = 0;  // mask of the rays that meet any group
 };
 
-// The boxes of a meshlet's groups, on a grid of 255 steps over the meshlet's box. Part of the
-// acceleration structure, always in memory: most rays that miss a meshlet do not decode it.
+// The boxes of a meshlet's groups, on a grid of 255 steps over the meshlet's box: the item of
+// the acceleration structure, always in memory: most rays that miss a meshlet do not decode it.
 struct Boxes {
   float origin[3], step[3];
   uint8_t side[2][3][kMaxGroups];  // [lower, upper][axis][group]

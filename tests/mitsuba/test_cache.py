@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import shutil
 import subprocess
 import threading
@@ -102,7 +103,22 @@ def test04_shared_cache(variant, tmp_path):
     assert together["triangles"] == 3 * plugin.statistics(loaded[0])["triangles"]
 
 
-def test05_counts_keep_what_is_popular(tmp_path):
+def test05_a_shape_that_goes_gives_its_share_back(tmp_path):
+    mi, plugin = require("scalar_rgb")
+    path, primitives = sheet(tmp_path)
+    shape = shapes_of(path, primitives, cache_bytes=10_000, cache_group="test05")["shape_0"]
+    first, second = mi.load_dict(shape), mi.load_dict(shape)
+    picture(scene({"first": first}, PATH), spp=4)
+    assert plugin.statistics(first)["limit_bytes"] == 20_000
+    assert plugin.statistics(first)["resident_bytes"] > 10_000
+    del second
+    gc.collect()
+    figures = plugin.statistics(first)
+    assert figures["limit_bytes"] == 10_000
+    assert 0 < figures["resident_bytes"] <= 10_000
+
+
+def test06_counts_keep_what_is_popular(tmp_path):
     """Meshlets that many rays needed survive a look at everything else, but not for ever."""
     mi, plugin = require("scalar_rgb")
     path, primitives = sheet(tmp_path)
@@ -125,7 +141,7 @@ def test05_counts_keep_what_is_popular(tmp_path):
     assert plugin.statistics(shape)["misses"] <= 2
 
 
-def test06_statistics_while_rendering(tmp_path):
+def test07_statistics_while_rendering(tmp_path):
     _mi, plugin = require("scalar_rgb")
     path, primitives = sheet(tmp_path)
     s = scene(shapes_of(path, primitives), PATH, size=(256, 256))
@@ -145,7 +161,7 @@ def test06_statistics_while_rendering(tmp_path):
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])
-def test07_threads(variant, tmp_path):
+def test08_threads(variant, tmp_path):
     """One thread and many give the same picture."""
     _mi, _ = require(variant)
     import drjit as dr
@@ -165,7 +181,7 @@ def test07_threads(variant, tmp_path):
     assert np.array_equal(*pictures)
 
 
-def test08_shapes_go_away(tmp_path):
+def test09_shapes_go_away(tmp_path):
     mi, _plugin = require("scalar_rgb")
     path, primitives = sheet(tmp_path)
     shape = mi.load_dict(shapes_of(path, primitives)["shape_0"])

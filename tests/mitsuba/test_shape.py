@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.helpers.gltf_builder import Builder, everything
 from tests.helpers.mitsuba_reference import (
     AOVS,
     VARIANTS,
@@ -251,6 +252,22 @@ def test09_area_emitter(variant, radiance, tmp_path):
     )
     a, b = picture(a, seed=1), picture(b, seed=2)
     assert np.mean(b) == pytest.approx(np.mean(a), rel=0.05) and np.mean(a) > 1e-3
+
+
+@pytest.mark.parametrize("scale", [1, 1e9])
+def test09_texture_coordinates_far_from_0(scale, tmp_path):
+    """An emitter finds points by texture coordinates that no int of its grid's cells can hold."""
+    mi, _ = require("scalar_rgb")
+    values, triangles, _ = everything(columns=8, rows=6)
+    values["TEXCOORD_0"] = values["POSITION"][:, :2] * np.float32(scale)
+    builder = Builder()
+    builder.mesh({n: values[n] for n in ("POSITION", "TEXCOORD_0")}, triangles)
+    path, primitives = compressed(builder.write(tmp_path / "far.glb"), tmp_path)
+    shape = mi.load_dict(shapes_of(path, primitives, emitter={"type": "area"})["shape_0"])
+    for uv in ([0.3, 0.4], [0.7, 0.1]):
+        assert shape.eval_parameterization(uv).is_valid()
+    for uv in ([np.nan, 0], [0, np.inf], [-np.inf, np.nan]):
+        assert not shape.eval_parameterization(uv).is_valid()
 
 
 @pytest.mark.parametrize("variant", VARIANTS[:2])

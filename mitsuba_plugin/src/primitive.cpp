@@ -1,4 +1,4 @@
-#include "part.h"
+#include "primitive.h"
 
 #include <algorithm>
 #include <atomic>
@@ -105,15 +105,16 @@ uint32_t stream_end(const Attribute& a, const BlobHeader& header) {
 }
 
 // Throws std::runtime_error unless the chosen meshlets exist, each once. Returns their triangles.
-uint32_t chosen_triangles(const Part& part) {
-  const BlobHeader& header = part.blob->header();
+uint32_t chosen_triangles(const Primitive& primitive) {
+  const BlobHeader& header = primitive.blob->header();
   const std::vector<uint32_t> counts =
-      meshlet::meshlet_triangle_counts(part.blob->bytes.data(), header);
+      meshlet::meshlet_triangle_counts(primitive.blob->bytes.data(), header);
   uint32_t total = 0;
-  for (size_t i = 0; i < part.chosen.size(); i++) {
-    if (part.chosen[i] >= header.meshlet_count || (i && part.chosen[i] <= part.chosen[i - 1]))
+  for (size_t i = 0; i < primitive.chosen.size(); i++) {
+    if (primitive.chosen[i] >= header.meshlet_count ||
+        (i && primitive.chosen[i] <= primitive.chosen[i - 1]))
       throw std::runtime_error("a meshlet is chosen that does not exist, or twice");
-    total += counts[part.chosen[i]];
+    total += counts[primitive.chosen[i]];
   }
   return total;
 }
@@ -127,19 +128,11 @@ float as_number(float value, const Stream& s) {
 }
 
 template <class Function>
-void for_each_vertex_attribute(const Part& part, Function&& f) {
-  if (part.normal.exists()) f(part.normal);
-  if (part.texcoord.exists()) f(part.texcoord);
-  for (const Attribute& a : part.others)
+void for_each_vertex_attribute(const Primitive& primitive, Function&& f) {
+  if (primitive.normal.exists()) f(primitive.normal);
+  if (primitive.texcoord.exists()) f(primitive.texcoord);
+  for (const Attribute& a : primitive.others)
     if (a.exists()) f(a);
-}
-
-Vec3 load(const float* v) { return {v[0], v[1], v[2]}; }
-
-void store(Vec3 v, float* out) {
-  out[0] = v.x;
-  out[1] = v.y;
-  out[2] = v.z;
 }
 
 Vec3 world_normal(const Affine& m, Vec3 n) {
@@ -149,13 +142,13 @@ Vec3 world_normal(const Affine& m, Vec3 n) {
 }
 
 // Removes the triangles of other meshlets, and vertices that no triangle uses.
-void keep_chosen(const Part& part, DecodedPart& decoded) {
+void keep_chosen(const Primitive& primitive, DecodedPrimitive& decoded) {
   const std::vector<uint32_t> counts =
-      meshlet::meshlet_triangle_counts(part.blob->bytes.data(), part.blob->header());
+      meshlet::meshlet_triangle_counts(primitive.blob->bytes.data(), primitive.blob->header());
   std::vector<uint32_t> triangles, used, number(decoded.positions.size() / 3, ~0u);
   auto corner = decoded.triangles.begin();
-  for (uint32_t m = 0, i = 0; i < part.chosen.size(); corner += 3 * long(counts[m]), m++) {
-    if (m != part.chosen[i]) continue;
+  for (uint32_t m = 0, i = 0; i < primitive.chosen.size(); corner += 3 * long(counts[m]), m++) {
+    if (m != primitive.chosen[i]) continue;
     for (auto c = corner; c != corner + 3 * long(counts[m]); c++) {
       if (number[*c] == ~0u) {
         number[*c] = uint32_t(used.size());
@@ -177,8 +170,8 @@ void keep_chosen(const Part& part, DecodedPart& decoded) {
   compact(decoded.positions, 3);
   compact(decoded.normals, 3);
   compact(decoded.texcoords, 2);
-  for (size_t i = 0; i < part.others.size(); i++)
-    compact(decoded.others[i], part.others[i].components);
+  for (size_t i = 0; i < primitive.others.size(); i++)
+    compact(decoded.others[i], primitive.others[i].components);
 }
 
 std::atomic<uint64_t> g_next_blob{1};
@@ -225,24 +218,24 @@ Affine Affine::operator*(const Affine& b) const {
   return r;
 }
 
-PartFacts check_part(Part& part) {
-  const BlobHeader& header = part.blob->header();
-  if (!part.position.exists() || part.position.components != 3)
+PrimitiveFacts check_primitive(Primitive& primitive) {
+  const BlobHeader& header = primitive.blob->header();
+  if (!primitive.position.exists() || primitive.position.components != 3)
     throw std::runtime_error("POSITION does not have 3 components");
-  if ((part.normal.exists() && part.normal.components != 3) ||
-      (part.texcoord.exists() && part.texcoord.components != 2))
+  if ((primitive.normal.exists() && primitive.normal.components != 3) ||
+      (primitive.texcoord.exists() && primitive.texcoord.components != 2))
     throw std::runtime_error("NORMAL does not have 3 or TEXCOORD_0 not 2 components");
-  part.position_end = stream_end(part.position, header);
-  part.others_first = uint32_t(header.streams.size());
-  part.others_end = part.width = 0;
-  for_each_vertex_attribute(part, [&](const Attribute& a) {
-    part.others_first = std::min(part.others_first, a.stream);
-    part.others_end = std::max(part.others_end, stream_end(a, header));
-    part.width += a.components;
+  primitive.position_end = stream_end(primitive.position, header);
+  primitive.others_first = uint32_t(header.streams.size());
+  primitive.others_end = primitive.width = 0;
+  for_each_vertex_attribute(primitive, [&](const Attribute& a) {
+    primitive.others_first = std::min(primitive.others_first, a.stream);
+    primitive.others_end = std::max(primitive.others_end, stream_end(a, header));
+    primitive.width += a.components;
   });
-  if (part.chosen.empty())
+  if (primitive.chosen.empty())
     return {header.triangle_count, header.vertex_count, header.meshlet_count};
-  return {chosen_triangles(part), header.vertex_count, uint32_t(part.chosen.size())};
+  return {chosen_triangles(primitive), header.vertex_count, uint32_t(primitive.chosen.size())};
 }
 
 size_t triangles_bytes(uint32_t triangles) { return sizeof(Entry) + Triangles::bytes(triangles); }
@@ -250,18 +243,18 @@ size_t attributes_bytes(uint32_t vertices, uint32_t width) {
   return sizeof(Entry) + sizeof(VertexAttributes) + sizeof(float) * size_t(vertices) * width;
 }
 
-Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
-  const DecodedMeshlet d =
-      decode(*part.blob, part.number_in_blob(m), {part.position.stream, part.position_end});
+Entry* decode_triangles(ThreadSlot& thread, const Primitive& primitive, uint32_t m) {
+  const DecodedMeshlet d = decode(*primitive.blob, primitive.number_in_blob(m),
+                                  {primitive.position.stream, primitive.position_end});
   float local[3][64], world[3][64];
-  read_positions(d, part.blob->header().streams, part.position, local);
+  read_positions(d, primitive.blob->header().streams, primitive.position, local);
   for (int i = 0; i < 3; i++) {
-    const float* row = part.to_world.m[i];
+    const float* row = primitive.to_world.m[i];
     for (uint32_t id = 0; id < 64; id++)
       world[i][id] = row[0] * local[0][id] + row[1] * local[1][id] + row[2] * local[2][id] + row[3];
   }
   alignas(8) uint8_t corner[3][kMeshletTriangles];
-  uint32_t shift[3] = {0, part.flip_winding ? 16u : 8u, part.flip_winding ? 8u : 16u};
+  uint32_t shift[3] = {0, primitive.flip_winding ? 16u : 8u, primitive.flip_winding ? 8u : 16u};
   for (uint32_t k = 0; k < 3; k++) {
     for (uint32_t t = 0; t < d.triangle_count; t++)
       corner[k][t] = uint8_t(d.triangles[t] >> shift[k]) & 63u;
@@ -274,43 +267,45 @@ Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m) {
   return entry;
 }
 
-Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m) {
-  const DecodedMeshlet d =
-      decode(*part.blob, part.number_in_blob(m), {part.others_first, part.others_end});
-  const std::vector<Stream>& streams = part.blob->header().streams;
-  const Affine normal_matrix = part.to_world.normal_matrix();
-  const uint32_t width = part.width;
+Entry* decode_attributes(ThreadSlot& thread, const Primitive& primitive, uint32_t m) {
+  const DecodedMeshlet d = decode(*primitive.blob, primitive.number_in_blob(m),
+                                  {primitive.others_first, primitive.others_end});
+  const std::vector<Stream>& streams = primitive.blob->header().streams;
+  const Affine normal_matrix = primitive.to_world.normal_matrix();
+  const uint32_t width = primitive.width;
   Entry* entry = thread.scratch(kAttributes, attributes_bytes(d.vertex_count, width));
   auto* out = static_cast<VertexAttributes*>(entry->payload());
   out->width = width;
   for (uint32_t t = 0; t < kMeshletTriangles; t++)
     for (uint32_t k = 0; k < 3; k++)
       out->corner[t][k] =
-          t < d.triangle_count ? uint8_t(corner_of(d.triangles[t], k, part.flip_winding)) : 0;
+          t < d.triangle_count ? uint8_t(corner_of(d.triangles[t], k, primitive.flip_winding)) : 0;
   for (uint32_t id = 0; id < d.vertex_count; id++) {
     float* v = out->values() + id * width;
-    for_each_vertex_attribute(part, [&](const Attribute& a) {
+    for_each_vertex_attribute(primitive, [&](const Attribute& a) {
       read(d, streams, a, id, v);
-      if (&a == &part.normal) store(world_normal(normal_matrix, load(v)), v);
+      if (&a == &primitive.normal) store(world_normal(normal_matrix, load(v)), v);
       v += a.components;
     });
   }
   return entry;
 }
 
-DecodedPart decode_all(const Part& part) {
-  const BlobHeader& header = part.blob->header();
+DecodedPrimitive decode_all(const Primitive& primitive) {
+  const BlobHeader& header = primitive.blob->header();
   const size_t count = header.vertex_count;
+  const std::unique_ptr<meshlet::Decoder> decoder = meshlet::make_decoder();
+  decoder->open(primitive.blob->checked());
+  if (meshlet::needs_proof(decoded_bytes(header), primitive.blob->bytes.size()))
+    decoder->validate();
   std::vector<std::vector<float>> streams;  // INTEGER streams as bits
   std::vector<void*> pointers;
   for (const Stream& s : header.streams)
     pointers.push_back(streams.emplace_back(count * value_count(s)).data());
-  DecodedPart out;
+  DecodedPrimitive out;
   out.triangles.resize(3 * size_t(header.triangle_count));
-  const std::unique_ptr<meshlet::Decoder> decoder = meshlet::make_decoder();
-  decoder->open(part.blob->checked());
   decoder->decode({out.triangles.data(), nullptr, pointers.data()});
-  if (part.flip_winding)
+  if (primitive.flip_winding)
     for (size_t t = 0; t < out.triangles.size(); t += 3)
       std::swap(out.triangles[t + 1], out.triangles[t + 2]);
   auto gather = [&](const Attribute& a) {
@@ -325,16 +320,16 @@ DecodedPart decode_all(const Part& part) {
       }
     return values;
   };
-  out.positions = gather(part.position);
-  out.normals = gather(part.normal);
-  out.texcoords = gather(part.texcoord);
-  for (const Attribute& a : part.others) out.others.push_back(gather(a));
-  if (!part.chosen.empty()) keep_chosen(part, out);
-  const Affine normal_matrix = part.to_world.normal_matrix();
+  out.positions = gather(primitive.position);
+  out.normals = gather(primitive.normal);
+  out.texcoords = gather(primitive.texcoord);
+  for (const Attribute& a : primitive.others) out.others.push_back(gather(a));
+  if (!primitive.chosen.empty()) keep_chosen(primitive, out);
+  const Affine normal_matrix = primitive.to_world.normal_matrix();
   for (size_t v = 0; v < out.positions.size() / 3; v++) {
     float* p = &out.positions[3 * v];
-    store(part.to_world.point(load(p)), p);
-    if (!part.normal.exists()) continue;
+    store(primitive.to_world.point(load(p)), p);
+    if (!primitive.normal.exists()) continue;
     float* n = &out.normals[3 * v];
     store(world_normal(normal_matrix, load(n)), n);
   }

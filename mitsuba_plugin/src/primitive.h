@@ -56,7 +56,7 @@ struct Affine {
 };
 
 // A compressed primitive in the scene, or some meshlets of it.
-struct Part {
+struct Primitive {
   std::shared_ptr<const Blob> blob;
   std::vector<uint32_t> chosen;  // meshlets of the blob, ascending; all if empty
   Attribute position, normal, texcoord;
@@ -64,7 +64,7 @@ struct Part {
   Affine to_world;
   bool flip_winding = false;  // to_world mirrors
 
-  // Set by check_part: streams to decode for triangles, [0, position_end), and for attributes,
+  // Set by check_primitive: streams to decode for triangles, [0, position_end), and for attributes,
   // [others_first, others_end).
   uint32_t position_end = 0, others_first = 0, others_end = 0;
   uint32_t width = 0;  // floats per vertex in VertexAttributes
@@ -73,7 +73,7 @@ struct Part {
 };
 
 // Vertex attributes of a decoded meshlet: this header, then count x width floats. Per vertex:
-// normal (3), texcoord (2), others in order, without those that the part lacks.
+// normal (3), texcoord (2), others in order, without those that the primitive lacks.
 struct VertexAttributes {
   uint8_t corner[kMeshletTriangles][3];
   uint32_t width;
@@ -86,30 +86,30 @@ struct VertexAttributes {
 };
 
 // vertices: of the whole blob.
-struct PartFacts {
+struct PrimitiveFacts {
   uint32_t triangles, vertices, meshlets;
 };
 
-// Checks a part and fills in its last fields. Throws std::runtime_error if the blob is malformed or
-// lacks the part's streams or meshlets.
-PartFacts check_part(Part& part);
+// Checks a primitive and fills in its last fields. Throws std::runtime_error if the blob is
+// malformed or lacks the primitive's streams or meshlets.
+PrimitiveFacts check_primitive(Primitive& primitive);
 
 // Bytes of a cache entry, by kind.
 size_t triangles_bytes(uint32_t triangles);
 size_t attributes_bytes(uint32_t vertices, uint32_t width);
 
-// Decode meshlet `m` of the part into the thread's scratch memory. The payload is Triangles or
+// Decode meshlet `m` of the primitive into the thread's scratch memory. The payload is Triangles or
 // VertexAttributes. Throw std::runtime_error.
-Entry* decode_triangles(ThreadSlot& thread, const Part& part, uint32_t m);
-Entry* decode_attributes(ThreadSlot& thread, const Part& part, uint32_t m);
+Entry* decode_triangles(ThreadSlot& thread, const Primitive& primitive, uint32_t m);
+Entry* decode_attributes(ThreadSlot& thread, const Primitive& primitive, uint32_t m);
 
-// A whole decoded part: triangles 3 x T, positions and normals 3 x V in world space, texcoords 2 x
-// V, others in order.
-struct DecodedPart {
+// A whole decoded primitive: triangles 3 x T, positions and normals 3 x V in world space, texcoords
+// 2 x V, others in order.
+struct DecodedPrimitive {
   std::vector<uint32_t> triangles;
   std::vector<float> positions, normals, texcoords;
   std::vector<std::vector<float>> others;
 };
-DecodedPart decode_all(const Part& part);
+DecodedPrimitive decode_all(const Primitive& primitive);
 
 }  // namespace meshlet_shape
