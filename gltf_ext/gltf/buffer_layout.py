@@ -11,7 +11,7 @@ import pygltflib
 
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.accessors import accessor_format
-from gltf_ext.gltf.document import Document, item
+from gltf_ext.gltf.document import Document, item, new_bytes
 
 Renumber = Callable[[int], int]
 # Extensions whose accessor and buffer view indices are all found by map_accessors and map_views.
@@ -86,10 +86,10 @@ def _extensions(value: Any) -> Iterator[tuple[str, Any]]:
         if isinstance(inner, dict):
             yield from inner.items()
         children = [child for key, child in value.items() if key != "extras"]
-    elif dataclasses.is_dataclass(value):
-        properties = vars(value)
-        yield from (properties["extensions"] or {}).items()
-        children = [child for key, child in properties.items() if key != "extras"]
+    elif isinstance(value, pygltflib.Property):
+        names = [field.name for field in dataclasses.fields(value) if field.name != "extras"]
+        children = [getattr(value, name) for name in names]
+        yield from (value.extensions or {}).items()
     else:
         return
     for child in children:
@@ -185,10 +185,10 @@ def _keep(document: Document, mapper: Mapper, items: list[Any], kind: str) -> li
 
 def _drop_unused(document: Document) -> None:
     accessors_before = len(document.accessors)
-    document.accessors = _keep(document, map_accessors, document.accessors, "accessor")
+    document.root.accessors = _keep(document, map_accessors, document.accessors, "accessor")
     if len(document.accessors) < accessors_before:
         _trim_views(document)
-    document.bufferViews = _keep(document, map_views, document.bufferViews, "bufferView")
+    document.root.bufferViews = _keep(document, map_views, document.bufferViews, "bufferView")
 
 
 def _trim_views(document: Document) -> None:
@@ -197,7 +197,7 @@ def _trim_views(document: Document) -> None:
     for accessor in document.accessors:
         if accessor.bufferView is not None:
             view = item(document.bufferViews, accessor.bufferView, "bufferView")
-            if document.new_bytes(view) is None:
+            if new_bytes(view) is None:
                 readers[accessor.bufferView].append(accessor)
     others = _views_of_others(document, readers)
     for index, accessors in readers.items():
@@ -280,7 +280,7 @@ def _lay_out(document: Document) -> tuple[Pieces, Pieces]:
     pieces: tuple[Pieces, Pieces] = ([], [])
     lengths = [0, 0]
     for view, content in zip(document.bufferViews, data):
-        new = document.new_bytes(view)
+        new = new_bytes(view)
         buffer = 1 if new is not None and new.fallback else 0
         padding = -lengths[buffer] % alignment
         pieces[buffer].extend([bytes(padding), content])
@@ -288,7 +288,7 @@ def _lay_out(document: Document) -> tuple[Pieces, Pieces]:
         lengths[buffer] += padding + len(content)
     first = document.buffers[0] if document.buffers else pygltflib.Buffer()
     first.uri = None
-    document.buffers = []
+    document.root.buffers = []
     for holder, length in zip((first, pygltflib.Buffer()), lengths):
         if length:
             holder.byteLength = length

@@ -7,39 +7,17 @@ import binascii
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any
 from urllib.parse import unquote, unquote_to_bytes
 
 import pygltflib
 
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.json_objects import (
-    ObjectMap,
-    Sources,
-    from_json,
-    minified,
-    to_json,
-)
+from gltf_ext.gltf.json_objects import from_json, minified, to_json
 
 DAMAGED = "the file is damaged; get it again"
 TRIANGLE_MODES = (pygltflib.TRIANGLES, pygltflib.TRIANGLE_STRIP, pygltflib.TRIANGLE_FAN)
 MESHOPT_REMEDY = "decompress it first: gltfpack -noq -i IN.glb -o OUT.glb"
-
-T = TypeVar("T")
-
-
-class _Property(Generic[T]):
-    """A property of the file's root object, of the same name in pygltflib."""
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    def __get__(self, document: Document, owner: type) -> T:
-        value: T = getattr(document.root, self._name)
-        return value
-
-    def __set__(self, document: Document, value: T) -> None:
-        setattr(document.root, self._name, value)
 
 
 @dataclass(frozen=True)
@@ -60,48 +38,30 @@ class Document:
     lose properties: see json_objects.py.
 
     Attributes:
-        root: the pygltflib object of the whole file.
+        root: the pygltflib object of the whole file; its attributes (accessors, ...) are also the
+            document's.
         base: the folder that relative uris refer to.
         import_warnings: one line for each thing lost when another format was read.
     """
-
-    accessors = _Property[list[pygltflib.Accessor]]()
-    animations = _Property[list[pygltflib.Animation]]()
-    asset = _Property[pygltflib.Asset]()
-    buffers = _Property[list[pygltflib.Buffer]]()
-    bufferViews = _Property[list[pygltflib.BufferView]]()
-    cameras = _Property[list[pygltflib.Camera]]()
-    extensions = _Property[dict[str, Any]]()
-    extensionsRequired = _Property[list[str]]()
-    extensionsUsed = _Property[list[str]]()
-    extras = _Property[Any]()
-    images = _Property[list[pygltflib.Image]]()
-    materials = _Property[list[pygltflib.Material]]()
-    meshes = _Property[list[pygltflib.Mesh]]()
-    nodes = _Property[list[pygltflib.Node]]()
-    samplers = _Property[list[pygltflib.Sampler]]()
-    scene = _Property["int | None"]()
-    scenes = _Property[list[pygltflib.Scene]]()
-    skins = _Property[list[pygltflib.Skin]]()
-    textures = _Property[list[pygltflib.Texture]]()
 
     def __init__(
         self, properties: Any, binary: memoryview | None = None, base: Path = Path()
     ) -> None:
         """properties: the parsed JSON; binary: the binary chunk. Raises MeshletError."""
-        self._sources: Sources = ObjectMap()
-        self.root: pygltflib.GLTF2 = from_json(pygltflib.GLTF2, properties, "", self._sources)
+        self.root: pygltflib.GLTF2 = from_json(pygltflib.GLTF2, properties, "")
         if not self.asset or not str(self.asset.version).startswith("2."):
             raise MeshletError("is not glTF 2.0", "convert it to glTF 2.0 first")
         self.base = base
         self.import_warnings: tuple[str, ...] = ()
         self._binary = binary
         self._buffers_read: dict[int, memoryview] = {}
-        self._new_bytes: ObjectMap[NewBytes] = ObjectMap()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.__dict__["root"], name)
 
     def to_json(self) -> bytes:
         """Minified JSON. Raises ValueError when it holds NaN or infinity."""
-        return minified(to_json(self.root, self._sources))
+        return minified(to_json(self.root))
 
     # --- bytes ---
 
@@ -123,7 +83,7 @@ class Document:
     def bytes_of_view(self, index: Any) -> memoryview:
         """The bytes of a buffer view. Raises MeshletError."""
         view = item(self.bufferViews, index, "bufferView")
-        new = self.new_bytes(view)
+        new = new_bytes(view)
         if new is not None:
             return new.data
         if any(name.endswith("meshopt_compression") for name in view.extensions or ()):
@@ -149,13 +109,9 @@ class Document:
         view = pygltflib.BufferView(
             byteLength=len(data), byteStride=byteStride, target=target, name=name
         )
-        self._new_bytes[view] = NewBytes(memoryview(data), fallback)
+        view.new_bytes = NewBytes(memoryview(data), fallback)
         self.bufferViews.append(view)
         return len(self.bufferViews) - 1
-
-    def new_bytes(self, view: pygltflib.BufferView) -> NewBytes | None:
-        """The bytes given to add_view; None for a view of the file that was read."""
-        return self._new_bytes.get(view)
 
     # --- files ---
 
@@ -203,6 +159,11 @@ class Document:
         for names in (self.extensionsUsed, self.extensionsRequired):
             if name in names:
                 names.remove(name)
+
+
+def new_bytes(view: pygltflib.BufferView) -> NewBytes | None:
+    """The bytes given to add_view; None for a view of the file that was read."""
+    return getattr(view, "new_bytes", None)
 
 
 def item(items: list[Any], index: Any, kind: str) -> Any:

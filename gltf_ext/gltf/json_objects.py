@@ -1,8 +1,8 @@
 """JSON <-> pygltflib objects, without losing or inventing a property.
 
 pygltflib fills in defaults, drops unknown properties and empty objects inside extras, and crashes
-on unexpected types. `from_json` checks the types against pygltflib's own annotations and remembers
-the JSON of each object; `to_json` writes what was there and what has been set since.
+on unexpected types. `from_json` checks the types against pygltflib's own annotations and keeps the
+JSON of each object in its attribute `read_from`; `to_json` writes it with what has been set since.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import json
 import typing
 from collections.abc import Callable
 from functools import cache
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import pygltflib
 
@@ -36,35 +36,14 @@ LARGEST_INTEGER = 2**53 - 1  # JSON readers that keep numbers as 64-bit floats l
 FIRST_ATTRIBUTES = tuple(vars(pygltflib.Attributes()))
 TYPE_NAMES = {list: "an array", dict: "an object", str: "a string", bool: "a boolean"}
 
-Value = TypeVar("Value")
-
-
-class ObjectMap(Generic[Value]):
-    """Values attached to objects that have no hash.
-
-    Keeps the objects alive: an id is unique only as long as its object lives.
-    """
-
-    def __init__(self) -> None:
-        self._entries: dict[int, tuple[object, Value]] = {}
-
-    def __setitem__(self, owner: object, value: Value) -> None:
-        self._entries[id(owner)] = owner, value
-
-    def get(self, owner: object) -> Value | None:
-        entry = self._entries.get(id(owner))
-        return None if entry is None else entry[1]
-
-
-Sources = ObjectMap[dict[str, Any]]  # the JSON that each object was read from
-Decode = Callable[[Any, str, Sources], Any]  # (JSON, its place for errors, sources) -> value
+Decode = Callable[[Any, str], Any]  # (JSON, its place for errors) -> value
 
 
 # --- reading ---
 
 
-def from_json(cls: type, properties: Any, where: str, sources: Sources) -> Any:
-    """A pygltflib object of class `cls`. `sources` gets its JSON, and that of all objects in it.
+def from_json(cls: type, properties: Any, where: str) -> Any:
+    """A pygltflib object of class `cls`, with all objects in it.
 
     where: the object's place in the file, for errors. Raises MeshletError for a wrong type, length
     or number.
@@ -77,9 +56,9 @@ def from_json(cls: type, properties: Any, where: str, sources: Sources) -> Any:
         if name == "extensions":
             _check(value, dict, place)
         if name in decoders and value is not None:
-            given[name] = decoders[name](value, place, sources)
+            given[name] = decoders[name](value, place)
     result = cls(**given)
-    sources[result] = properties
+    result.read_from = properties
     return result
 
 
@@ -102,21 +81,20 @@ def _decoder(hint: Any, length: int | None = None) -> Decode:
         return _decoder(arguments[0], length)
     if typing.get_origin(hint) is list:
         decode_item = _decoder(arguments[0])
-        return lambda value, where, sources: [
-            decode_item(v, f"{where}[{i}]", sources)
-            for i, v in enumerate(_list(value, length, where))
+        return lambda value, where: [
+            decode_item(v, f"{where}[{i}]") for i, v in enumerate(_list(value, length, where))
         ]
     if hint is pygltflib.Attributes:
         return _attributes
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
-        return lambda value, where, sources: from_json(hint, value, where, sources)
+        return lambda value, where: from_json(hint, value, where)
     if hint is int:
-        return lambda value, where, sources: _integer(value, where)
+        return lambda value, where: _integer(value, where)
     if hint is float:
-        return lambda value, where, sources: _number(value, where)
+        return lambda value, where: _number(value, where)
     if hint in (str, bool):
-        return lambda value, where, sources: _check(value, hint, where)
-    return lambda value, where, sources: value
+        return lambda value, where: _check(value, hint, where)
+    return lambda value, where: value
 
 
 def _check(value: Any, kind: type, where: str) -> Any:
@@ -139,7 +117,7 @@ def _number(value: Any, where: str) -> int | float:
     return number
 
 
-def _bounds(value: Any, where: str, sources: Sources) -> list[float]:
+def _bounds(value: Any, where: str) -> list[float]:
     """NaN and infinity are common here; readers compute the bounds where they matter."""
     return [
         v if type(v) is float else _number(v, f"{where}[{i}]")
@@ -155,7 +133,7 @@ def _integer(value: Any, where: str) -> int:
     return int(value)
 
 
-def _attributes(properties: Any, where: str, sources: Sources) -> dict[str, int]:
+def _attributes(properties: Any, where: str) -> dict[str, int]:
     _check(properties, dict, where)
     names = [name for name in FIRST_ATTRIBUTES if name in properties]
     return {
@@ -167,13 +145,13 @@ def _attributes(properties: Any, where: str, sources: Sources) -> dict[str, int]
 # --- writing ---
 
 
-def to_json(value: Any, sources: Sources) -> Any:
+def to_json(value: Any) -> Any:
     """JSON of a pygltflib object, of a list of them, or of plain JSON."""
     if isinstance(value, list):
-        return [to_json(v, sources) for v in value]
+        return [to_json(v) for v in value]
     if not dataclasses.is_dataclass(value):
         return value
-    source = sources.get(value) or {}
+    source = getattr(value, "read_from", {})
     cls: Any = type(value)
     defaults = _defaults(cls)
     result = {name: v for name, v in source.items() if name not in defaults}
@@ -182,7 +160,7 @@ def to_json(value: Any, sources: Sources) -> Any:
         is_empty = current is None or current in ([], {})
         is_invented = current == default and name not in source
         if name in REQUIRED or not (is_empty or is_invented):
-            result[name] = to_json(current, sources)
+            result[name] = to_json(current)
     return result
 
 

@@ -62,7 +62,7 @@ def arrange(document: Document) -> None:
     place[order] = np.arange(len(order))
     views = [document.bufferViews[i] for i in order]
     map_views(document, lambda index: int(place[index]))
-    document.bufferViews = views
+    document.root.bufferViews = views
 
 
 def forget_levels(document: Document) -> None:

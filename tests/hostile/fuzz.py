@@ -39,7 +39,7 @@ from tests.hostile.seeds import Seed, make_seeds
 
 MUTANTS = 100_000
 TOO_LONG = 5.0  # seconds of one command; it is repeated, since the machine may have been busy
-HANGS = 60.0  # seconds after which a command is given up, with the stack of all threads
+HANGS = 300.0  # seconds after which all ends: a shader may compile for a minute, nothing longer
 # Memory that one command may take beyond what the process has: bytes, and times the file's size.
 MEMORY, MEMORY_PER_BYTE = 64 << 20, 40
 NOTICES = (": warning: ", "gltf-meshlet: warning: ", ": is not compressed; rendering a copy")
@@ -150,9 +150,9 @@ class Fuzzer:
 
     def _open(self, stack: contextlib.ExitStack) -> None:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hostile-")))
-        self._inputs, self._outputs = folder / "in", folder / "out"
+        self.inputs, self._outputs = folder / "in", folder / "out"
         originals = folder / "originals"
-        for path in (self._inputs, self._outputs, originals):
+        for path in (self.inputs, self._outputs, originals):
             path.mkdir()
         warnings.simplefilter("always")
         self.seeds = make_seeds(originals)
@@ -185,7 +185,7 @@ class Fuzzer:
                     self._run_apart(command, mutant)
             except BaseException as error:
                 kept = Path(tempfile.mkdtemp(prefix="hostile-mutant-"))
-                shutil.copytree(self._inputs, kept, dirs_exist_ok=True)
+                shutil.copytree(self.inputs, kept, dirs_exist_ok=True)
                 print(
                     f"mutant {number} of seed {self.seed}, made of {seed.name}, command {command}: "
                     f"{type(error).__name__}: {error}\nthe file: {kept / mutant.path.name}\nagain: "
@@ -197,13 +197,13 @@ class Fuzzer:
                 raise
 
     def _write(self, name: str, seed: Seed, text: str, binary: bytes, random: Random) -> Mutant:
-        shutil.rmtree(self._inputs)
-        self._inputs.mkdir()
-        path = self._inputs / f"{name}{Path(seed.name).suffix}"
+        shutil.rmtree(self.inputs)
+        self.inputs.mkdir()
+        path = self.inputs / f"{name}{Path(seed.name).suffix}"
         encoded = text.encode("utf-8", "surrogatepass")
         path.write_bytes(encoded if path.suffix == ".gltf" else _glb(encoded, binary))
         for other, data in seed.files.items():
-            (self._inputs / other).write_bytes(data)
+            (self.inputs / other).write_bytes(data)
         size = path.stat().st_size + sum(map(len, seed.files.values()))
         few_streams = not seed.name.startswith(("skinned", "gltf_"))
         return Mutant(path, seed.original, size, few_streams, random)
@@ -381,6 +381,7 @@ def main() -> None:
     numbers = range(options.first, options.first + options.mutants)
     failed = 0
     with Fuzzer(options.seed, commands, options.each) as fuzzer:
+        print(f"after a crash, the file is in {fuzzer.inputs}", flush=True)
         for number in numbers if options.only is None else [options.only]:
             try:
                 fuzzer.run(number)
