@@ -55,7 +55,7 @@ class Builder {
   void number_disks() {
     b_.place_of.resize(mesh_.triangle_count);
     b_.meshlet_of.resize(disk_count());
-    for (size_t m = 0; m + 1 < meshlets_.meshlet_begin.size(); m++)
+    for (size_t m = 0; m < meshlets_.count(); m++)
       for (uint32_t c = meshlets_.meshlet_begin[m]; c < meshlets_.meshlet_begin[m + 1]; c++)
         b_.meshlet_of[c] = uint32_t(m);
     for_disks(threads_, disk_count(), [&](uint32_t c) {
@@ -207,7 +207,7 @@ class Builder {
   // first. Returns whether any chain was dropped.
   bool drop_excess() {
     bool dropped = false;
-    for (size_t m = 0; m + 1 < meshlets_.meshlet_begin.size(); m++) {
+    for (size_t m = 0; m < meshlets_.count(); m++) {
       uint32_t begin = b_.loops[meshlets_.meshlet_begin[m]].begin;
       const Loop& last = b_.loops[meshlets_.meshlet_begin[m + 1] - 1];
       uint32_t end = last.begin + last.count;

@@ -51,7 +51,7 @@ Trials trials_of(Effort effort) {
 // Plans all meshlets, and gives the streams their bases.
 std::vector<PlanChunk> plan_all(const EncoderInput& input, const Boundaries& boundaries,
                                 std::vector<Stream>& streams, const Trials& trials, int threads) {
-  const size_t meshlets = input.meshlets.meshlet_begin.size() - 1;
+  const size_t meshlets = input.meshlets.count();
   std::vector<PlanChunk> chunks((meshlets + kChunkMeshlets - 1) / kChunkMeshlets);
   std::vector<BaseSizes> sizes(streams.size());
   std::mutex mutex;

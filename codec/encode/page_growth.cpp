@@ -12,10 +12,9 @@ constexpr uint32_t kNone = ~0u;
 
 // The meshlets along a curve through their centres.
 Array<uint32_t> along_curve(const MeshView& mesh, const Meshlets& meshlets) {
-  std::vector<Vec3> centres(meshlets.meshlet_begin.size() - 1);
+  std::vector<Vec3> centres(meshlets.count());
   for (size_t m = 0; m < centres.size(); m++) {
-    const uint32_t begin = meshlets.disk_begin[meshlets.meshlet_begin[m]];
-    const uint32_t end = meshlets.disk_begin[meshlets.meshlet_begin[m + 1]];
+    const uint32_t begin = meshlets.first_triangle(m), end = meshlets.first_triangle(m + 1);
     for (int c = 0; c < 3; c++) {
       double sum = 0;
       for (uint32_t i = begin; i < end; i++)
@@ -53,14 +52,14 @@ PageGrowth::PageGrowth(const MeshView& mesh, const HalfEdges& half_edges, const 
 void PageGrowth::link(const HalfEdges& half_edges, const Meshlets& meshlets) {
   const size_t count = at_place_.size();
   std::vector<uint32_t> owner(meshlets.triangles.size());
-  const auto begin = [&](size_t m) { return meshlets.disk_begin[meshlets.meshlet_begin[m]]; };
   for (uint32_t m = 0; m < count; m++)
-    for (uint32_t i = begin(m); i < begin(m + 1); i++) owner[meshlets.triangles[i]] = m;
+    for (uint32_t i = meshlets.first_triangle(m); i < meshlets.first_triangle(m + 1); i++)
+      owner[meshlets.triangles[i]] = m;
   std::vector<uint32_t> across;
   first_neighbour_.push_back(0);
   for (uint32_t m = 0; m < count; m++) {
     across.clear();
-    for (uint32_t i = begin(m); i < begin(m + 1); i++) {
+    for (uint32_t i = meshlets.first_triangle(m); i < meshlets.first_triangle(m + 1); i++) {
       for (uint32_t k = 0; k < 3; k++) {
         const int32_t other = half_edges.by_position(3 * size_t(meshlets.triangles[i]) + k);
         if (other >= 0 && owner[uint32_t(other) / 3] != m)

@@ -1,7 +1,6 @@
 #include "encode/pages.h"
 
 #include <algorithm>
-#include <functional>
 #include <numeric>
 #include <stdexcept>
 
@@ -30,8 +29,6 @@ struct Submesh {
 Submesh::Submesh(const EncoderInput& all, const std::vector<uint32_t>& numbers) {
   const size_t most = numbers.size() * MESHLET_VERTICES;
   LocalNumbers vertices(most + 3);  // before the check of a caller's meshlets
-  meshlets.meshlet_begin.push_back(0);
-  meshlets.disk_begin.push_back(0);
   for (uint32_t m : numbers) {
     for (uint32_t k = all.meshlets.meshlet_begin[m]; k < all.meshlets.meshlet_begin[m + 1]; k++) {
       for (uint32_t i = all.meshlets.disk_begin[k]; i < all.meshlets.disk_begin[k + 1]; i++) {
@@ -79,10 +76,8 @@ class PageEncoder {
 
   uint32_t items() const { return uint32_t(item_begin_.size() - 1); }
   uint32_t triangles(uint32_t item) const {
-    const auto first = [&](uint32_t i) {
-      return all_.meshlets.disk_begin[all_.meshlets.meshlet_begin[item_begin_[i]]];
-    };
-    return first(item + 1) - first(item);
+    return all_.meshlets.first_triangle(item_begin_[item + 1]) -
+           all_.meshlets.first_triangle(item_begin_[item]);
   }
 
   // Sets the page's blob and statistics.
@@ -292,8 +287,7 @@ std::vector<Bytes> encode_pages(const MeshView& mesh, const std::vector<Stream>&
   const MeshView view = segmented.mesh.view();
   const VertexValues sorted_values = segmented.sorted(values);
   const PageEncoder encoder({view, segmented.half_edges, segmented.meshlets, sorted_values},
-                            numbers_to(segmented.meshlets.meshlet_begin.size() - 1), streams,
-                            options, false);
+                            numbers_to(segmented.meshlets.count()), streams, options, false);
   PageGrowth items(view, segmented.half_edges, segmented.meshlets);
   EncodeOptions rest = options;
   if (options.progress) rest.progress = [&](float f) { options.progress(share + (1 - share) * f); };
@@ -307,10 +301,7 @@ std::vector<Bytes> encode_given(const MeshView& mesh, const Meshlets& meshlets,
                                 EncoderStats& stats) {
   check_input(mesh, streams);
   check_lists(meshlets, mesh.triangle_count);
-  const bool increases = std::adjacent_find(group_begin.begin(), group_begin.end(),
-                                            std::greater_equal<uint32_t>()) == group_begin.end();
-  if (group_begin.size() < 2 || group_begin.front() != 0 ||
-      group_begin.back() != meshlets.meshlet_begin.size() - 1 || !increases)
+  if (!are_begins(group_begin, meshlets.count()))
     throw std::invalid_argument("the groups' begins do not increase from 0 to the last meshlet");
   const HalfEdges none{{}};
   const PageEncoder encoder({mesh, none, meshlets, values}, group_begin, streams, options, true);

@@ -48,7 +48,7 @@ void choose_predictors(const EncoderInput& input, const Boundaries& boundaries,
   if (open.empty()) return;
   std::vector<std::vector<uint8_t>> allowed(streams.size());
   for (uint32_t s : open) allowed[s] = allowed_predictors(streams, s);
-  const uint32_t meshlets = uint32_t(input.meshlets.meshlet_begin.size() - 1);
+  const uint32_t meshlets = input.meshlets.count();
   const uint32_t stride =
       std::max((meshlets + sample.count - 1) / sample.count, sample.least_stride);
   const size_t count = (meshlets + stride - 1) / stride;

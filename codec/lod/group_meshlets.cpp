@@ -36,12 +36,6 @@ Meshlets generate_group(const MeshView& mesh, uint32_t first, uint32_t last,
   return made;
 }
 
-// Appends begins that start at 0, after `to`'s last one.
-void append_begins(std::vector<uint32_t>& to, const std::vector<uint32_t>& begins) {
-  const uint32_t offset = to.back();
-  for (size_t i = 1; i < begins.size(); i++) to.push_back(offset + begins[i]);
-}
-
 }  // namespace
 
 GroupMeshlets generate_in_groups(const MeshView& mesh, const std::vector<uint32_t>& triangle_begin,
@@ -57,12 +51,10 @@ GroupMeshlets generate_in_groups(const MeshView& mesh, const std::vector<uint32_
       groups[g] = generate_group(mesh, triangle_begin[g], triangle_begin[g + 1], inner);
     });
   }
-  GroupMeshlets all{{}, {0}, {0}, {0}};
+  GroupMeshlets all;
   for (const Meshlets& group : groups) {
-    all.triangles.insert(all.triangles.end(), group.triangles.begin(), group.triangles.end());
-    append_begins(all.disk_begin, group.disk_begin);
-    append_begins(all.meshlet_begin, group.meshlet_begin);
-    all.group_begin.push_back(uint32_t(all.meshlet_begin.size() - 1));
+    all.append(group);
+    all.group_begin.push_back(all.count());
   }
   return all;
 }

@@ -7,11 +7,9 @@
 
 namespace meshlet {
 
-// Meshlets as ranges of disks, disks as ranges of triangles, as in Meshlets; group g holds meshlets
-// group_begin[g] .. group_begin[g + 1].
-struct GroupMeshlets {
-  std::vector<uint32_t> triangles;  // their numbers in the mesh
-  std::vector<uint32_t> disk_begin, meshlet_begin, group_begin;
+// Group g holds meshlets group_begin[g] .. group_begin[g + 1].
+struct GroupMeshlets : MeshletList {
+  std::vector<uint32_t> group_begin{0};
 };
 
 // Generates meshlets that never cross groups. Group g is the mesh's triangles triangle_begin[g] ..

@@ -199,7 +199,7 @@ nb::tuple encode_primitive(const Indices& triangles, const Numbers& position_ids
     nb::gil_scoped_release release;
     if (given) {
       const auto& [order, disk_begin, meshlet_begin, group_begin] = *given;
-      Meshlets meshlets{};
+      Meshlets meshlets;
       meshlets.triangles = vector_of(order);
       meshlets.disk_begin = vector_of(disk_begin);
       meshlets.meshlet_begin = vector_of(meshlet_begin);

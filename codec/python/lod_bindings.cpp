@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -16,6 +15,7 @@
 #include "lod/group_meshlets.h"
 #include "lod/replacement_errors.h"
 #include "lod/surface_distance.h"
+#include "segment/check_meshlets.h"
 
 namespace meshlet {
 
@@ -27,9 +27,7 @@ constexpr size_t kPointsAtOnce = 1024;
 
 std::vector<uint32_t> begins_of(const Numbers& begin, size_t end) {
   std::vector<uint32_t> out = vector_of(begin);
-  const bool increases =
-      std::adjacent_find(out.begin(), out.end(), std::greater_equal<uint32_t>()) == out.end();
-  if (out.size() < 2 || out.front() != 0 || out.back() != end || !increases)
+  if (!are_begins(out, end))
     throw nb::value_error("begins do not increase from 0 to the number of triangles");
   return out;
 }

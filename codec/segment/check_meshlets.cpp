@@ -1,6 +1,7 @@
 #include "segment/check_meshlets.h"
 
 #include <algorithm>
+#include <functional>
 #include <stdexcept>
 
 #include "format/constants.h"
@@ -10,13 +11,6 @@ namespace meshlet {
 namespace {
 
 [[noreturn]] void refuse(const char* problem) { throw std::invalid_argument(problem); }
-
-// begin must start at 0, increase, and end at `end`.
-void check_begins(const std::vector<uint32_t>& begin, size_t end, const char* problem) {
-  if (begin.size() < 2 || begin.front() != 0 || begin.back() != end) refuse(problem);
-  if (std::adjacent_find(begin.begin(), begin.end(), std::greater_equal<uint32_t>()) != begin.end())
-    refuse(problem);
-}
 
 void check_permutation(const std::vector<uint32_t>& triangles, size_t count) {
   if (triangles.size() != count) refuse("the meshlets do not hold each triangle once");
@@ -48,7 +42,7 @@ class DiskCheck {
     const uint32_t first = meshlets_.disk_begin[disk];
     const uint32_t count = meshlets_.disk_begin[disk + 1] - first;
     for (uint32_t i = 0; i < count; i++) parent_[i] = i;
-    size_t vertices = 0, edges = 0, starts = 0, parts = count;
+    size_t vertices = 0, edges = 0, starts = 0, connected = count;
     bool passes_twice = false;
     for (uint32_t i = 0; i < count; i++) {
       for (uint32_t k = 0; k < 3; k++) {
@@ -67,12 +61,12 @@ class DiskCheck {
         }
         edges += h < uint32_t(opposite);
         const uint32_t a = root(i), b = root(j);
-        if (a != b) parts--;
+        if (a != b) connected--;
         parent_[a] = b;
       }
     }
-    if (parts != 1 || vertices + count != edges + 1 || starts < 3 || passes_twice)
-      refuse("a meshlet's part is not a disk");
+    if (connected != 1 || vertices + count != edges + 1 || starts < 3 || passes_twice)
+      refuse("a meshlet holds triangles that are not a disk");
     return vertices;
   }
 
@@ -95,24 +89,28 @@ class DiskCheck {
 
 }  // namespace
 
+bool are_begins(const std::vector<uint32_t>& begin, size_t end) {
+  return begin.size() >= 2 && begin.front() == 0 && begin.back() == end &&
+         std::adjacent_find(begin.begin(), begin.end(), std::greater_equal<uint32_t>()) ==
+             begin.end();
+}
+
 void check_lists(const Meshlets& meshlets, size_t triangle_count) {
   check_permutation(meshlets.triangles, triangle_count);
-  check_begins(meshlets.disk_begin, triangle_count, "the disks' begins are not valid");
-  check_begins(meshlets.meshlet_begin, meshlets.disk_begin.size() - 1,
-               "the meshlets' begins are not valid");
-  for (size_t m = 0; m + 1 < meshlets.meshlet_begin.size(); m++) {
-    const uint32_t first = meshlets.meshlet_begin[m], last = meshlets.meshlet_begin[m + 1];
-    if (meshlets.disk_begin[last] - meshlets.disk_begin[first] > MESHLET_TRIANGLES)
+  if (!are_begins(meshlets.disk_begin, triangle_count)) refuse("the disks' begins are not valid");
+  if (!are_begins(meshlets.meshlet_begin, meshlets.disk_begin.size() - 1))
+    refuse("the meshlets' begins are not valid");
+  for (size_t m = 0; m < meshlets.count(); m++)
+    if (meshlets.first_triangle(m + 1) - meshlets.first_triangle(m) > MESHLET_TRIANGLES)
       refuse("a meshlet has more than 64 triangles");
-  }
 }
 
 void check_disks(const MeshView& mesh, const HalfEdges& half_edges, const Meshlets& meshlets) {
   DiskCheck disks(mesh, half_edges, meshlets);
-  for (size_t m = 0; m + 1 < meshlets.meshlet_begin.size(); m++) {
-    const uint32_t first = meshlets.meshlet_begin[m], last = meshlets.meshlet_begin[m + 1];
+  for (size_t m = 0; m < meshlets.count(); m++) {
     size_t vertices = 0;
-    for (uint32_t k = first; k < last; k++) vertices += disks.check(k);
+    for (uint32_t k = meshlets.meshlet_begin[m]; k < meshlets.meshlet_begin[m + 1]; k++)
+      vertices += disks.check(k);
     if (vertices > MESHLET_VERTICES) refuse(kTooManyVertices);
   }
 }

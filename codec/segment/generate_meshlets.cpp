@@ -11,7 +11,6 @@
 #include "segment/cuthill_mckee.h"
 #include "segment/disks.h"
 #include "segment/join_meshlets.h"
-#include "segment/meshlet_list.h"
 #include "segment/patches.h"
 #include "segment/region_growing.h"
 #include "segment/region_refinement.h"
@@ -316,17 +315,13 @@ void Generator::join(const MeshletList& list, const std::vector<uint32_t>& meshl
 
 Meshlets Generator::join_patches(const std::vector<PatchResult>& results) const {
   const auto start = std::chrono::steady_clock::now();
-  Meshlets meshlets{};
-  MeshletList all;
+  Meshlets meshlets;
   for (const PatchResult& result : results) {
-    all.append(result.list);
+    meshlets.append(result.list);
     for (size_t i = 0; i < 4; i++) meshlets.histogram[i] += result.histogram[i];
     meshlets.iterations_run = std::max(meshlets.iterations_run, result.iterations);
   }
-  all = join_small(all);
-  meshlets.triangles = std::move(all.triangles);
-  meshlets.disk_begin = std::move(all.disk_begin);
-  meshlets.meshlet_begin = std::move(all.meshlet_begin);
+  static_cast<MeshletList&>(meshlets) = join_small(meshlets);
   meshlets.join_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return meshlets;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "segment/half_edges.h"
+#include "segment/meshlet_list.h"
 #include "segment/spatial_mesh.h"
 
 namespace meshlet {
@@ -34,15 +35,12 @@ struct GenerationOptions {
   Weight weight = Weight::kPaper;
 };
 
-// A meshlet is a range of disks, a disk a range of triangles.
-struct Meshlets {
-  std::vector<uint32_t> triangles;      // a permutation of the mesh's triangles
-  std::vector<uint32_t> disk_begin;     // disk k: triangles[disk_begin[k] .. disk_begin[k + 1])
-  std::vector<uint32_t> meshlet_begin;  // meshlet m: disks meshlet_begin[m] .. meshlet_begin[m + 1]
+// Meshlets of all triangles of a mesh.
+struct Meshlets : MeshletList {
   // Regions of < 32, < 64, < 72 and more triangles, before the limits are enforced.
-  uint32_t histogram[4];
-  int iterations_run;
-  double join_seconds;  // time spent on joining small meshlets
+  uint32_t histogram[4] = {0, 0, 0, 0};
+  int iterations_run = 0;
+  double join_seconds = 0;  // time spent on joining small meshlets
 };
 
 // Partitions the mesh into meshlets of disks. A disk is connected through edges of shared vertices
