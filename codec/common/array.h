@@ -1,7 +1,7 @@
-// Arrays whose new elements are not initialised: the thread that fills a part of one is the first
-// to touch its memory.
+// Arrays whose new elements are not initialised, and views of arrays.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <new>
 #include <utility>
@@ -25,7 +25,20 @@ struct Uninitialised : std::allocator<T> {
   }
 };
 
+// The thread that fills a range of a new array is the first to touch its memory.
 template <class T>
 using Array = std::vector<T, Uninitialised<T>>;
+
+// Consecutive elements that something else owns.
+template <class T>
+struct Span {
+  const T* data;
+  size_t count;
+
+  const T* begin() const { return data; }
+  const T* end() const { return data + count; }
+  size_t size() const { return count; }
+  const T& operator[](size_t i) const { return data[i]; }
+};
 
 }  // namespace meshlet

@@ -17,9 +17,8 @@ constexpr uint32_t kMinSeamLength = 2;
 
 template <class Body>
 void for_disks(int threads, size_t count, Body&& body) {
-  parallel_for(threads, (count + kChunk - 1) / kChunk, [&](size_t chunk) {
-    for (size_t c = chunk * kChunk; c < std::min(count, (chunk + 1) * kChunk); c++)
-      body(uint32_t(c));
+  for_blocks(threads, count, kChunk, [&](size_t, size_t first, size_t last) {
+    for (size_t c = first; c < last; c++) body(uint32_t(c));
   });
 }
 
@@ -66,7 +65,7 @@ class Builder {
 
   void find_loops() {
     b_.loops.resize(disk_count());
-    std::vector<std::vector<uint32_t>> of_chunk((disk_count() + kChunk - 1) / kChunk);
+    std::vector<std::vector<uint32_t>> of_chunk(block_count(disk_count(), kChunk));
     for_disks(threads_, disk_count(),
               [&](uint32_t c) { b_.loops[c].count = walk_loop(c, of_chunk[c / kChunk]); });
     uint32_t places = 0;
@@ -334,7 +333,7 @@ class Builder {
   Array<uint32_t> twin_;      // per place
   Array<uint64_t> shared_;    // per place
   Array<uint8_t> cut_;        // per place: a chain begins here
-  bool any_seams_ = false;    // some chain shares a part of the streams
+  bool any_seams_ = false;    // some chain shares some of the streams only
 };
 
 }  // namespace

@@ -37,7 +37,7 @@ struct Loop {
 
 enum class ReferenceKind : uint8_t { kOwned, kPrivate, kForeign };
 
-// A run of places of one loop.
+// Consecutive places of one loop.
 struct Reference {
   uint32_t start;   // place (global index)
   uint32_t length;  // edges
@@ -46,16 +46,8 @@ struct Reference {
   uint32_t owner_start;  // foreign: first place of the owner's reference, which runs the other way
 };
 
-// The references of one disk.
-struct DiskReferences {
-  const Reference* data;
-  size_t count;
-
-  const Reference* begin() const { return data; }
-  const Reference* end() const { return data + count; }
-  size_t size() const { return count; }
-  const Reference& operator[](size_t i) const { return data[i]; }
-};
+// The references of one disk, in loop order. A private loop is one reference from place 0.
+using DiskReferences = Span<Reference>;
 
 struct Boundaries {
   Array<uint32_t> place_of;    // per triangle: its place in Meshlets::triangles
@@ -67,7 +59,6 @@ struct Boundaries {
   Array<Reference> references;
   Array<uint32_t> reference_begin;  // per disk, and the end
 
-  // In loop order; a private loop is one reference from place 0.
   DiskReferences references_of(uint32_t disk) const {
     return {references.data() + reference_begin[disk],
             reference_begin[disk + 1] - reference_begin[disk]};

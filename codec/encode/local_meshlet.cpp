@@ -30,7 +30,7 @@ void LocalMeshlet::add_disk(uint32_t disk) {
     throw std::logic_error("a meshlet has more than 64 triangles");
   for (uint32_t i = 0; i < loop.count; i++) {
     if (number_of(boundaries_.vertex[loop.begin + i]) != first_vertex_ + i)
-      throw std::logic_error("the segmentation made a part that is not a disk");
+      throw std::logic_error("the segmentation made a disk that is none");
     loop_half_edge_[i] = local_half_edge(boundaries_.half_edge[loop.begin + i]);
   }
   for (uint32_t i = 0; i < count; i++) {
@@ -46,7 +46,7 @@ void LocalMeshlet::add_disk(uint32_t disk) {
     }
   }
   if (2 * (vertex_count_ - first_vertex_) != count + loop.count + 2)  // by Euler's formula
-    throw std::logic_error("the segmentation made a part that is not a disk");
+    throw std::logic_error("the segmentation made a disk that is none");
   triangle_count_ += count;
 }
 

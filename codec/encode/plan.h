@@ -27,19 +27,14 @@ struct PlannedReference {
 };
 
 // References in stream order.
-struct PlannedReferences {
-  const PlannedReference* data;
-  uint32_t count;
-
-  const PlannedReference* begin() const { return data; }
-  const PlannedReference* end() const { return data + count; }
+struct PlannedReferences : Span<PlannedReference> {
   // The reference before the i-th in its loop.
   const PlannedReference& before(uint32_t i) const;
   bool all_private() const;
   // FLAG_ bits.
   uint32_t flags() const;
   // As the meshlet's header counts them.
-  uint32_t stored_count() const { return all_private() ? 0 : count; }
+  uint32_t stored_count() const { return all_private() ? 0 : uint32_t(count); }
 };
 
 struct Plan {

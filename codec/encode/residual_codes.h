@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "common/array.h"
 #include "encode/bit_writer.h"
 #include "format/constants.h"
 
@@ -21,12 +22,7 @@ inline uint32_t zigzag(uint32_t difference, uint32_t bits) {
 inline uint32_t bit_length(uint32_t u) { return u ? 32u - uint32_t(__builtin_clz(u)) : 0u; }
 
 // Some residuals, vertex by vertex.
-struct Residuals {
-  const uint32_t* data;
-  size_t count;
-
-  const uint32_t* begin() const { return data; }
-  const uint32_t* end() const { return data + count; }
+struct Residuals : Span<uint32_t> {
   uint32_t bits_used() const {  // the largest bit length
     uint32_t all = 0;
     for (uint32_t u : *this) all |= u;

@@ -55,12 +55,12 @@ void choose_predictors(const EncoderInput& input, const Boundaries& boundaries,
   using Sums = std::vector<std::array<uint64_t, PREDICTORS>>;
   Sums bits(streams.size(), Sums::value_type{});
   std::mutex mutex;
-  parallel_for(threads, (count + kSampleChunk - 1) / kSampleChunk, [&](size_t chunk) {
+  for_blocks(threads, count, kSampleChunk, [&](size_t, size_t first, size_t last) {
     Planner planner(input, boundaries, streams, sample.planner);
     std::vector<PlannedReference> references;
     std::vector<uint32_t> chains, interiors;
     Sums sums(streams.size(), Sums::value_type{});
-    for (size_t i = chunk * kSampleChunk; i < std::min(count, (chunk + 1) * kSampleChunk); i++) {
+    for (size_t i = first; i < last; i++) {
       references.clear();
       planner.plan(uint32_t(i) * stride, references);
       for (uint32_t s : open)

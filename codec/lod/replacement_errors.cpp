@@ -26,11 +26,11 @@ class NumberSet {
 };
 
 // The triangles of one group.
-struct Range {
+struct GroupCorners {
   const uint32_t* corners;
   size_t count;  // of corners
 
-  Range(const GroupTriangles& all, size_t group)
+  GroupCorners(const GroupTriangles& all, size_t group)
       : corners(all.triangles + 3 * size_t(all.begin[group])),
         count(3 * size_t(all.begin[group + 1] - all.begin[group])) {}
 };
@@ -42,7 +42,8 @@ Vec3 point_of(const float* positions, uint32_t vertex) {
 
 // Appends the vertices of `before` that `after` lacks, in the order of the triangles: neighbours
 // follow each other.
-void add_removed(const Range& before, const Range& after, std::vector<uint32_t>& vertices) {
+void add_removed(const GroupCorners& before, const GroupCorners& after,
+                 std::vector<uint32_t>& vertices) {
   NumberSet done(before.count / 2 + after.count);  // triangles share most vertices
   for (size_t i = 0; i < after.count; i++) done.insert(after.corners[i]);
   for (size_t i = 0; i < before.count; i++)
@@ -50,7 +51,7 @@ void add_removed(const Range& before, const Range& after, std::vector<uint32_t>&
 }
 
 // Centres of triangles, each followed by middles of those of its edges that were not there yet.
-std::vector<Vec3> middles(const float* positions, const Range& triangles) {
+std::vector<Vec3> middles(const float* positions, const GroupCorners& triangles) {
   NumberSet edges(triangles.count);
   std::vector<Vec3> points;
   for (size_t t = 0; t < triangles.count; t += 3) {
@@ -72,7 +73,7 @@ struct Carried {
   std::vector<uint32_t> vertices, triangles;
 };
 
-// The replacement of a group, as a part of its level.
+// The replacement of a group, among those of its level.
 struct Replacement {
   const TriangleTree& level;
   uint32_t group;
@@ -83,12 +84,12 @@ struct Replacement {
                    float& least) const {
     const size_t stride = (vertices.size() + count - 1) / count;
     Carried carried;
-    uint32_t place = level.place_in_part(group);
+    uint32_t place = level.place_in_group(group);
     for (size_t i = 0; i < vertices.size(); i++) {
       const Vec3 point = point_of(positions, vertices[i]);
       const bool is_carried = i % stride == 0;
       const float enough = is_carried ? 0 : least;
-      const float own = level.squared_distance_to_part(group, point, place, enough);
+      const float own = level.squared_distance_to_group(group, point, place, enough);
       uint32_t other = place;  // the group's own triangles are nearest as a rule
       if (own > least) least = std::max(least, level.squared_distance(point, other, least));
       if (!is_carried) continue;
@@ -127,7 +128,7 @@ std::vector<float> ReplacementErrors::measure(const GroupTriangles& before,
   for (size_t s = 0; s < shapes_.size(); s++) {
     const TriangleTree level(shapes_[s], after.triangles, after.begin, threads);
     parallel_for(threads, chosen.size(), [&](size_t i) {
-      const Range was(before, chosen[i]), is(after, chosen[i]);
+      const GroupCorners was(before, chosen[i]), is(after, chosen[i]);
       std::vector<uint32_t> vertices(carried.vertices.begin() + carried.begin[i],
                                      carried.vertices.begin() + carried.begin[i + 1]);
       add_removed(was, is, vertices);

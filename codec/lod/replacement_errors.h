@@ -21,7 +21,7 @@ struct CarriedVertices {
   std::vector<uint32_t> vertices, triangles, begin;
 };
 
-// Level 0, to measure what replaces parts of it.
+// Level 0, to measure its replacements.
 class ReplacementErrors {
  public:
   // shapes: positions of all vertices, three each: at rest, and with each morph target. The caller
@@ -32,7 +32,7 @@ class ReplacementErrors {
   // vertices that go now to `after`, where they are farthest as a rule; and from centres and
   // middles of edges of `after` to level 0.
   //
-  // after: a whole level. carried: of the chosen groups; becomes a part of these vertices.
+  // after: a whole level. carried: of the chosen groups; replaced by some of these vertices.
   std::vector<float> measure(const GroupTriangles& before, const GroupTriangles& after,
                              const std::vector<uint32_t>& chosen, CarriedVertices& carried,
                              int threads) const;

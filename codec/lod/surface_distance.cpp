@@ -13,7 +13,7 @@ namespace meshlet {
 namespace {
 
 constexpr uint32_t kIsLeaf = 1u << 31;
-// A node adds three entries: at most 14 levels for 2^28 leaves, and as many for the parts.
+// A node adds three entries: at most 14 levels for 2^28 leaves, and as many for the groups.
 constexpr int kStack = 96;
 
 // Four floats at once. Comparisons give masks, by which ? : chooses.
@@ -84,13 +84,13 @@ Lanes boxes_squared(Lanes3 p, Lanes3 low, Lanes3 high) {
   return dot(outside, outside);
 }
 
-uint32_t groups_of_four(uint32_t count) { return (count + 3) / 4; }
+uint32_t quarter_of(uint32_t count) { return (count + 3) / 4; }
 
 // The nodes above so many leaves, or other nodes.
 uint32_t nodes_above(uint32_t count) {
   uint32_t nodes = 0;
   do {
-    count = groups_of_four(count);
+    count = quarter_of(count);
     nodes += count;
   } while (count > 1);
   return nodes;
@@ -111,9 +111,9 @@ class TriangleTree::Builder {
  public:
   explicit Builder(TriangleTree& tree) : tree_(tree) {}
 
-  // Fills the leaves and nodes of one part. Returns its box.
-  Box build_part(const float* positions, const uint32_t* triangles, uint32_t first, uint32_t last,
-                 size_t part) {
+  // Fills the leaves and nodes of one group. Returns its box.
+  Box build_group(const float* positions, const uint32_t* triangles, uint32_t first, uint32_t last,
+                  size_t group) {
     const auto corner = [&](uint32_t triangle, uint32_t k) {
       const float* p = positions + 3 * size_t(triangles[3 * size_t(triangle) + k]);
       return Vec3{p[0], p[1], p[2]};
@@ -122,7 +122,7 @@ class TriangleTree::Builder {
     for (uint32_t t = first; t < last; t++)
       centres.push_back(corner(t, 0) + corner(t, 1) + corner(t, 2));
     const Array<uint32_t> order = along_curve(centres);
-    const uint32_t leaf_begin = tree_.part_leaf_[part], leaf_end = tree_.part_leaf_[part + 1];
+    const uint32_t leaf_begin = tree_.group_leaf_[group], leaf_end = tree_.group_leaf_[group + 1];
     std::vector<Child> row;
     row.reserve(leaf_end - leaf_begin);
     for (uint32_t leaf = leaf_begin; leaf < leaf_end; leaf++) {
@@ -142,13 +142,13 @@ class TriangleTree::Builder {
       }
       row.push_back({box, leaf | kIsLeaf});
     }
-    return build_nodes(std::move(row), tree_.part_node_[part]);
+    return build_nodes(std::move(row), tree_.group_node_[group]);
   }
 
   // Makes nodes from number `node` on, in rows, until there is one. Returns its box.
   Box build_nodes(std::vector<Child> row, uint32_t node) {
     do {
-      const uint32_t count = groups_of_four(uint32_t(row.size()));
+      const uint32_t count = quarter_of(uint32_t(row.size()));
       for (uint32_t i = 0; i < count; i++, node++) {
         const size_t last = std::min(row.size(), kLanes * (size_t(i) + 1));
         row[i] = {fill(node, &row[kLanes * size_t(i)], last - kLanes * size_t(i)), node};
@@ -180,26 +180,27 @@ class TriangleTree::Builder {
 };
 
 TriangleTree::TriangleTree(const float* positions, const uint32_t* triangles,
-                           const std::vector<uint32_t>& part_begin, int threads)
-    : part_leaf_{0}, part_node_{0} {
-  const size_t parts = part_begin.size() - 1;
-  for (size_t i = 0; i < parts; i++) {
-    const uint32_t leaves = groups_of_four(part_begin[i + 1] - part_begin[i]);
-    part_leaf_.push_back(part_leaf_.back() + leaves);
-    part_node_.push_back(part_node_.back() + nodes_above(leaves));
+                           const std::vector<uint32_t>& group_begin, int threads)
+    : group_leaf_{0}, group_node_{0} {
+  const size_t groups = group_begin.size() - 1;
+  for (size_t i = 0; i < groups; i++) {
+    const uint32_t leaves = quarter_of(group_begin[i + 1] - group_begin[i]);
+    group_leaf_.push_back(group_leaf_.back() + leaves);
+    group_node_.push_back(group_node_.back() + nodes_above(leaves));
   }
-  leaves_.resize(part_leaf_.back());
-  numbers_.resize(kLanes * size_t(part_leaf_.back()));
-  nodes_.resize(part_node_.back() + nodes_above(uint32_t(parts)));
-  std::vector<Box> boxes(parts);
-  parallel_for(threads, parts, [&](size_t i) {
-    boxes[i] = Builder(*this).build_part(positions, triangles, part_begin[i], part_begin[i + 1], i);
+  leaves_.resize(group_leaf_.back());
+  numbers_.resize(kLanes * size_t(group_leaf_.back()));
+  nodes_.resize(group_node_.back() + nodes_above(uint32_t(groups)));
+  std::vector<Box> boxes(groups);
+  parallel_for(threads, groups, [&](size_t i) {
+    boxes[i] =
+        Builder(*this).build_group(positions, triangles, group_begin[i], group_begin[i + 1], i);
   });
   std::vector<Vec3> centres;
   for (const Box& box : boxes) centres.push_back(box.low + box.high);
   std::vector<Child> row;
-  for (uint32_t part : along_curve(centres)) row.push_back({boxes[part], part_root(part)});
-  Builder(*this).build_nodes(std::move(row), part_node_.back());
+  for (uint32_t group : along_curve(centres)) row.push_back({boxes[group], group_root(group)});
+  Builder(*this).build_nodes(std::move(row), group_node_.back());
   root_ = uint32_t(nodes_.size()) - 1;
 }
 
@@ -217,17 +218,17 @@ float TriangleTree::nearest_in_leaf(uint32_t leaf, Vec3 point, uint32_t& place) 
 float TriangleTree::squared_distance(Vec3 point, uint32_t& hint, float enough) const {
   float best = nearest_in_leaf(hint / kLanes, point, hint);
   if (best <= enough) return best;
-  // Most points are near the part where the one before was, or near enough to it.
-  const auto part = std::upper_bound(part_leaf_.begin(), part_leaf_.end(), hint / kLanes);
-  search(part_root(size_t(part - part_leaf_.begin()) - 1), point, hint, best, enough);
+  // Most points are near the group where the one before was, or near enough to it.
+  const auto group = std::upper_bound(group_leaf_.begin(), group_leaf_.end(), hint / kLanes);
+  search(group_root(size_t(group - group_leaf_.begin()) - 1), point, hint, best, enough);
   search(root_, point, hint, best, enough);
   return best;
 }
 
-float TriangleTree::squared_distance_to_part(size_t part, Vec3 point, uint32_t& hint,
-                                             float enough) const {
+float TriangleTree::squared_distance_to_group(size_t group, Vec3 point, uint32_t& hint,
+                                              float enough) const {
   float best = nearest_in_leaf(hint / kLanes, point, hint);
-  search(part_root(part), point, hint, best, enough);
+  search(group_root(group), point, hint, best, enough);
   return best;
 }
 

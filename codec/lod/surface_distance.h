@@ -12,21 +12,21 @@ namespace meshlet {
 // four triangles, along a Hilbert curve.
 class TriangleTree {
  public:
-  // triangles: numbers of three positions each. part_begin: cuts the triangles into parts,
+  // triangles: numbers of three positions each. group_begin: cuts the triangles into groups,
   // neighbours as a rule, that are sorted in parallel. Begins with 0, ends with the number of
-  // triangles; no part is empty.
+  // triangles; no group is empty.
   TriangleTree(const float* positions, const uint32_t* triangles,
-               const std::vector<uint32_t>& part_begin, int threads);
+               const std::vector<uint32_t>& group_begin, int threads);
 
   // Squared distance from the point to the nearest triangle, or to any that is no farther than
   // `enough`, a squared distance. hint: a place that may be near; becomes that of the one found.
   float squared_distance(Vec3 point, uint32_t& hint, float enough = 0) const;
 
-  // The same for the triangles of one part. hint: a place in this part.
-  float squared_distance_to_part(size_t part, Vec3 point, uint32_t& hint, float enough = 0) const;
+  // The same for the triangles of one group. hint: a place in this group.
+  float squared_distance_to_group(size_t group, Vec3 point, uint32_t& hint, float enough = 0) const;
 
-  // A place in a part.
-  uint32_t place_in_part(size_t part) const { return kLanes * part_leaf_[part]; }
+  // A place in a group.
+  uint32_t place_in_group(size_t group) const { return kLanes * group_leaf_[group]; }
 
   // The number, among those given, of the triangle at a place.
   uint32_t number(uint32_t place) const { return numbers_[place]; }
@@ -49,14 +49,14 @@ class TriangleTree {
   };
   class Builder;
 
-  uint32_t part_root(size_t part) const { return part_node_[part + 1] - 1; }
+  uint32_t group_root(size_t group) const { return group_node_[group + 1] - 1; }
   void search(uint32_t root, Vec3 point, uint32_t& hint, float& best, float enough) const;
   float nearest_in_leaf(uint32_t leaf, Vec3 point, uint32_t& place) const;
 
   std::vector<Leaf> leaves_;
-  std::vector<uint32_t> numbers_;                // at each place: kLanes of each leaf
-  std::vector<Node> nodes_;                      // after their children
-  std::vector<uint32_t> part_leaf_, part_node_;  // begins
+  std::vector<uint32_t> numbers_;                  // at each place: kLanes of each leaf
+  std::vector<Node> nodes_;                        // after their children
+  std::vector<uint32_t> group_leaf_, group_node_;  // begins
   uint32_t root_ = 0;
 };
 

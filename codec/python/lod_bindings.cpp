@@ -127,10 +127,9 @@ nb::object distances_to_surface(const Points& points, const Points& positions,
     nb::gil_scoped_release release;
     const TriangleTree tree(positions.data(), triangles.data(), {0, uint32_t(triangles.shape(0))},
                             threads);
-    const size_t count = distances.size();
-    parallel_for(threads, (count + kPointsAtOnce - 1) / kPointsAtOnce, [&](size_t part) {
+    for_blocks(threads, distances.size(), kPointsAtOnce, [&](size_t, size_t first, size_t last) {
       uint32_t hint = 0;
-      for (size_t i = part * kPointsAtOnce; i < std::min(count, (part + 1) * kPointsAtOnce); i++) {
+      for (size_t i = first; i < last; i++) {
         const float* p = points.data() + 3 * i;
         distances[i] = std::sqrt(tree.squared_distance({p[0], p[1], p[2]}, hint));
       }

@@ -21,7 +21,7 @@ struct Graph {
 Graph build_graph(uint32_t node_count, const std::vector<std::pair<uint32_t, uint32_t>>& edges);
 
 // Returns the nodes in Cuthill-McKee order: breadth first from a node at the rim of each connected
-// part, neighbours of small degree first.
+// component, neighbours of small degree first.
 std::vector<uint32_t> cuthill_mckee(const Graph& graph);
 
 }  // namespace meshlet

@@ -44,8 +44,8 @@ Schedule schedule_of(Effort effort) {
 constexpr uint32_t kInnerEdgeWeight = 4;
 constexpr uint32_t kSeamWeight = 1;
 
-// Meshlets, or groups of meshlets to join, of one parallel task.
-constexpr size_t kMeshletsPerPart = 256;
+// Meshlets, or sets of meshlets to join, per parallel item.
+constexpr size_t kBlock = 256;
 
 // Cells along the mesh's longest side of the grid that packing compares extents on.
 constexpr float kGridCells = 4096;
@@ -73,13 +73,10 @@ class Generator {
   void add_meshlets(std::vector<uint32_t>& triangles, DiskCutter& cutter, MeshletList& list) const;
   std::vector<uint32_t> split_off_half(std::vector<uint32_t>& triangles) const;
   void keep_disks(const Disks& disks, DiskCutter& cutter, MeshletList& list) const;
-  std::vector<std::vector<uint32_t>> group_meshlets(const MeshletList& list) const;
+  std::vector<std::vector<uint32_t>> sets_to_join(const MeshletList& list) const;
   MeshletList join_small(const MeshletList& list) const;
   void join(const MeshletList& list, const std::vector<uint32_t>& meshlets, DiskCutter& cutter,
             MeshletList& result) const;
-  size_t part_count(const MeshletList& list) const {
-    return (list.count() + kMeshletsPerPart - 1) / kMeshletsPerPart;
-  }
   template <class Body>
   void for_meshlets(const MeshletList& list, Body&& body) const;
   std::vector<Contact> find_contacts(const MeshletList& list) const;
@@ -94,7 +91,7 @@ class Generator {
 Meshlets Generator::run() {
   std::vector<PatchResult> results;
   {
-    const ConnectedOrder order = order_by_part(half_edges_, options_.threads);
+    const ConnectedOrder order = order_by_component(half_edges_, options_.threads);
     const size_t count = order.triangles.size(), patches = (count + kPatchSize - 1) / kPatchSize;
     results.resize(patches);
     const std::thread::id caller = std::this_thread::get_id();
@@ -174,9 +171,9 @@ void Generator::keep_disks(const Disks& disks, DiskCutter& cutter, MeshletList& 
   for (const uint32_t k : by_size) {
     const bool fits = kept.empty() || vertices + disks.vertices[k] <= size_t(options_.max_vertices);
     if (fits) vertices += disks.vertices[k];
-    std::vector<uint32_t>& part = fits ? kept : others;
-    part.insert(part.end(), disks.triangles.begin() + disks.begin[k],
-                disks.triangles.begin() + disks.begin[k + 1]);
+    std::vector<uint32_t>& chosen = fits ? kept : others;
+    chosen.insert(chosen.end(), disks.triangles.begin() + disks.begin[k],
+                  disks.triangles.begin() + disks.begin[k + 1]);
   }
   add_meshlets(kept, cutter, list);
   add_meshlets(others, cutter, list);
@@ -204,12 +201,11 @@ std::vector<uint32_t> Generator::split_off_half(std::vector<uint32_t>& triangles
   return half;
 }
 
-// Calls body(part, meshlet) for every meshlet.
+// Calls body(block, meshlet) for every meshlet.
 template <class Body>
 void Generator::for_meshlets(const MeshletList& list, Body&& body) const {
-  parallel_for(options_.threads, part_count(list), [&](size_t p) {
-    const size_t last = std::min<size_t>(list.count(), (p + 1) * kMeshletsPerPart);
-    for (size_t m = p * kMeshletsPerPart; m < last; m++) body(p, uint32_t(m));
+  for_blocks(options_.threads, list.count(), kBlock, [&](size_t b, size_t first, size_t last) {
+    for (size_t m = first; m < last; m++) body(b, uint32_t(m));
   });
 }
 
@@ -219,9 +215,9 @@ std::vector<Contact> Generator::find_contacts(const MeshletList& list) const {
     for (uint32_t i = list.first_triangle(m); i < list.first_triangle(m + 1); i++)
       meshlet_of[list.triangles[i]] = m;
   });
-  std::vector<std::vector<Contact>> found(part_count(list));
-  for_meshlets(list, [&](size_t part, uint32_t m) {
-    std::vector<Contact>& contacts = found[part];
+  std::vector<std::vector<Contact>> found(block_count(list.count(), kBlock));
+  for_meshlets(list, [&](size_t block, uint32_t m) {
+    std::vector<Contact>& contacts = found[block];
     const size_t begin = contacts.size();
     for (uint32_t i = list.first_triangle(m); i < list.first_triangle(m + 1); i++)
       for (size_t h = 3 * size_t(list.triangles[i]); h < 3 * size_t(list.triangles[i]) + 3; h++) {
@@ -238,8 +234,8 @@ std::vector<Contact> Generator::find_contacts(const MeshletList& list) const {
               [](const Contact& x, const Contact& y) { return x.b < y.b; });
   });
   std::vector<Contact> contacts;
-  for (const std::vector<Contact>& part : found)
-    contacts.insert(contacts.end(), part.begin(), part.end());
+  for (const std::vector<Contact>& block : found)
+    contacts.insert(contacts.end(), block.begin(), block.end());
   return contacts;
 }
 
@@ -257,42 +253,41 @@ std::vector<Load> Generator::measure_loads(const MeshletList& list) const {
   return loads;
 }
 
-// Groups of meshlets to join, in an order that gives neighbours close numbers.
-std::vector<std::vector<uint32_t>> Generator::group_meshlets(const MeshletList& list) const {
+// Sets of meshlets to join, in an order that gives neighbours close numbers.
+std::vector<std::vector<uint32_t>> Generator::sets_to_join(const MeshletList& list) const {
   const std::vector<Contact> contacts = find_contacts(list);
   const Array<uint32_t> curve_order =
       order_along_curve(list.count(), options_.threads, [&](size_t m) {
         return mesh_.centre(list.triangles[list.first_triangle(uint32_t(m))]) * kCurveCells;
       });
-  const std::vector<uint32_t> group =
+  const std::vector<uint32_t> set_of =
       join_meshlets(measure_loads(list), contacts, curve_order, uint32_t(options_.max_triangles),
                     uint32_t(options_.max_vertices));
 
-  const uint32_t count = *std::max_element(group.begin(), group.end()) + 1;
+  const uint32_t count = *std::max_element(set_of.begin(), set_of.end()) + 1;
   std::vector<std::pair<uint32_t, uint32_t>> edges;
   for (const Contact& contact : contacts)
-    if (group[contact.a] != group[contact.b])
-      edges.emplace_back(group[contact.a], group[contact.b]);
+    if (set_of[contact.a] != set_of[contact.b])
+      edges.emplace_back(set_of[contact.a], set_of[contact.b]);
   const std::vector<uint32_t> order = cuthill_mckee(build_graph(count, edges));
 
   std::vector<uint32_t> place(count);
   for (uint32_t i = 0; i < count; i++) place[order[i]] = i;
-  std::vector<std::vector<uint32_t>> groups(count);
-  for (uint32_t m = 0; m < list.count(); m++) groups[place[group[m]]].push_back(m);
-  return groups;
+  std::vector<std::vector<uint32_t>> sets(count);
+  for (uint32_t m = 0; m < list.count(); m++) sets[place[set_of[m]]].push_back(m);
+  return sets;
 }
 
 // Joins meshlets that fit into one.
 MeshletList Generator::join_small(const MeshletList& list) const {
-  const std::vector<std::vector<uint32_t>> groups = group_meshlets(list);
-  std::vector<MeshletList> parts((groups.size() + kMeshletsPerPart - 1) / kMeshletsPerPart);
-  parallel_for(options_.threads, parts.size(), [&](size_t p) {
+  const std::vector<std::vector<uint32_t>> sets = sets_to_join(list);
+  std::vector<MeshletList> blocks(block_count(sets.size(), kBlock));
+  for_blocks(options_.threads, sets.size(), kBlock, [&](size_t b, size_t first, size_t last) {
     DiskCutter cutter(mesh_.triangles.data(), half_edges_);
-    const size_t last = std::min(groups.size(), (p + 1) * kMeshletsPerPart);
-    for (size_t g = p * kMeshletsPerPart; g < last; g++) join(list, groups[g], cutter, parts[p]);
+    for (size_t s = first; s < last; s++) join(list, sets[s], cutter, blocks[b]);
   });
   MeshletList joined;
-  for (const MeshletList& part : parts) joined.append(part);
+  for (const MeshletList& block : blocks) joined.append(block);
   return joined;
 }
 

@@ -19,8 +19,8 @@ constexpr size_t kBlock = 3 << 10;
 // Fewest half-edges per thread.
 constexpr size_t kLeastPerThread = 1 << 14;
 
-// Parts of the vertices per thread, in the second half.
-constexpr size_t kPartsPerThread = 8;
+// Blocks of vertices per thread, when buckets are matched.
+constexpr size_t kBlocksPerThread = 8;
 
 // Half-edges in buckets by the lower of their two ends: both sides of an edge are in one bucket.
 // A bucket is a list that is linked through `opposite`, until its half-edges are matched.
@@ -45,10 +45,10 @@ class Buckets {
   // Calls body for every pair of opposite half-edges, once.
   template <class Body>
   void match(Body&& body) {
-    const size_t parts = ranges_ == 1 ? 1 : kPartsPerThread * ranges_;
-    parallel_for(threads_, parts, [&](size_t p) {
+    const size_t blocks = ranges_ == 1 ? 1 : kBlocksPerThread * ranges_;
+    parallel_for(threads_, blocks, [&](size_t b) {
       std::vector<Entry> bucket;
-      for (size_t v = mesh_.vertex_count * p / parts; v < mesh_.vertex_count * (p + 1) / parts;
+      for (size_t v = mesh_.vertex_count * b / blocks; v < mesh_.vertex_count * (b + 1) / blocks;
            v++) {
         take(first_[v], bucket);
         match_bucket(bucket.data(), bucket.data() + bucket.size(), body);
@@ -73,7 +73,7 @@ class Buckets {
     uint32_t low, high;
   };
   std::vector<Extent> measure_blocks() const {
-    std::vector<Extent> extents((ends_.count() + kBlock - 1) / kBlock, Extent{0, ~0u});
+    std::vector<Extent> extents(block_count(ends_.count(), kBlock), Extent{0, ~0u});
     if (ranges_ == 1) return extents;
     parallel_for(threads_, ranges_, [&](size_t r) {
       for (size_t b = extents.size() * r / ranges_; b < extents.size() * (r + 1) / ranges_; b++) {
@@ -183,10 +183,9 @@ struct PositionEnds {
 // The half-edges without an opposite one.
 std::vector<uint32_t> find_open(const Array<int32_t>& opposite, int threads) {
   constexpr size_t kBlock = 1 << 17;  // half-edges per parallel item
-  std::vector<std::vector<uint32_t>> of_block((opposite.size() + kBlock - 1) / kBlock);
-  parallel_for(threads, of_block.size(), [&](size_t b) {
-    const size_t end = std::min(opposite.size(), (b + 1) * kBlock);
-    for (size_t h = b * kBlock; h < end; h++)
+  std::vector<std::vector<uint32_t>> of_block(block_count(opposite.size(), kBlock));
+  for_blocks(threads, opposite.size(), kBlock, [&](size_t b, size_t first, size_t last) {
+    for (size_t h = first; h < last; h++)
       if (opposite[h] < 0) of_block[b].push_back(uint32_t(h));
   });
   std::vector<uint32_t> open;

@@ -5,7 +5,7 @@
 namespace meshlet {
 namespace {
 
-// Half the number of consecutive groups along the curve that are packed together (best fit, largest
+// Half the number of consecutive sets along the curve that are packed together (best fit, largest
 // first).
 constexpr size_t kWindow = 32;
 
@@ -35,9 +35,9 @@ int32_t spread(const Load& a, const Load& b) {
   int32_t bits = 0;
   for (size_t c = 0; c < 3; c++) {
     const int32_t width = bit_width(joined.high[c] - joined.low[c]);
-    for (const Load* part : {&a, &b})
-      bits += (width - bit_width(part->high[c] - part->low[c])) *
-              int32_t(1 + part->vertices / kVerticesPerAnchor);
+    for (const Load* load : {&a, &b})
+      bits += (width - bit_width(load->high[c] - load->low[c])) *
+              int32_t(1 + load->vertices / kVerticesPerAnchor);
   }
   return bits;
 }
@@ -54,7 +54,7 @@ class Packer {
 
   void join_contacts(std::vector<Contact>& contacts);
   void join_along(const Array<uint32_t>& curve_order);
-  std::vector<uint32_t> number_groups();
+  std::vector<uint32_t> number_sets();
 
  private:
   uint32_t find(uint32_t item) {
@@ -70,12 +70,11 @@ class Packer {
     parent_[b] = a;
     loads_[a] = join_loads(loads_[a], loads_[b]);
   }
-  // How full the group is: the larger of its shares of the two limits, scaled.
-  uint32_t fill(uint32_t group) const {
-    return std::max(loads_[group].triangles * max_vertices_,
-                    loads_[group].vertices * max_triangles_);
+  // How full the set is: the larger of its shares of the two limits, scaled.
+  uint32_t fill(uint32_t set) const {
+    return std::max(loads_[set].triangles * max_vertices_, loads_[set].vertices * max_triangles_);
   }
-  void pack_window(std::vector<uint32_t>& groups);
+  void pack_window(std::vector<uint32_t>& sets);
 
   std::vector<Load> loads_;
   const uint32_t max_triangles_, max_vertices_;
@@ -97,55 +96,54 @@ void Packer::join_contacts(std::vector<Contact>& contacts) {
   }
 }
 
-void Packer::pack_window(std::vector<uint32_t>& groups) {
-  std::sort(groups.begin(), groups.end(),
+void Packer::pack_window(std::vector<uint32_t>& sets) {
+  std::sort(sets.begin(), sets.end(),
             [&](uint32_t a, uint32_t b) { return fill(a) != fill(b) ? fill(a) > fill(b) : a < b; });
-  Load least = loads_[groups.empty() ? 0 : groups[0]];
-  for (const uint32_t group : groups) {
-    least.triangles = std::min(least.triangles, loads_[group].triangles);
-    least.vertices = std::min(least.vertices, loads_[group].vertices);
+  Load least = loads_[sets.empty() ? 0 : sets[0]];
+  for (const uint32_t set : sets) {
+    least.triangles = std::min(least.triangles, loads_[set].triangles);
+    least.vertices = std::min(least.vertices, loads_[set].vertices);
   }
   std::vector<uint32_t> bins;
-  std::vector<size_t> open;  // bins with room for any group
-  for (const uint32_t group : groups) {
+  std::vector<size_t> open;  // bins with room for any set
+  for (const uint32_t set : sets) {
     size_t best = bins.size();
     for (const size_t i : open) {
-      if (!fits(bins[i], group) || spread(loads_[bins[i]], loads_[group]) > kMaxSpread) continue;
+      if (!fits(bins[i], set) || spread(loads_[bins[i]], loads_[set]) > kMaxSpread) continue;
       if (best == bins.size() || fill(bins[i]) > fill(bins[best])) best = i;
     }
     if (best == bins.size()) {
-      bins.push_back(group);
-      if (fit(loads_[group], least)) open.push_back(best);
+      bins.push_back(set);
+      if (fit(loads_[set], least)) open.push_back(best);
     } else {
-      join(bins[best], group);
-      bins[best] = find(group);
+      join(bins[best], set);
+      bins[best] = find(set);
     }
   }
-  groups.swap(bins);
+  sets.swap(bins);
 }
 
 void Packer::join_along(const Array<uint32_t>& curve_order) {
-  std::vector<uint32_t> groups;
+  std::vector<uint32_t> sets;
   for (const uint32_t item : curve_order) {
     if (find(item) != item) continue;
-    groups.push_back(item);
-    if (groups.size() < 2 * kWindow) continue;
-    pack_window(groups);
-    // The emptiest groups stay open for the next ones.
-    if (groups.size() > kWindow)
-      groups.erase(groups.begin(), groups.end() - std::ptrdiff_t(kWindow));
+    sets.push_back(item);
+    if (sets.size() < 2 * kWindow) continue;
+    pack_window(sets);
+    // The emptiest sets stay open for the next ones.
+    if (sets.size() > kWindow) sets.erase(sets.begin(), sets.end() - std::ptrdiff_t(kWindow));
   }
-  pack_window(groups);
+  pack_window(sets);
 }
 
-std::vector<uint32_t> Packer::number_groups() {
-  std::vector<uint32_t> group(parent_.size());
+std::vector<uint32_t> Packer::number_sets() {
+  std::vector<uint32_t> set(parent_.size());
   uint32_t count = 0;
-  for (uint32_t i = 0; i < group.size(); i++) {
+  for (uint32_t i = 0; i < set.size(); i++) {
     const uint32_t root = find(i);
-    group[i] = root == i ? count++ : group[root];
+    set[i] = root == i ? count++ : set[root];
   }
-  return group;
+  return set;
 }
 
 }  // namespace
@@ -156,7 +154,7 @@ std::vector<uint32_t> join_meshlets(const std::vector<Load>& loads, std::vector<
   Packer packer(loads, max_triangles, max_vertices);
   packer.join_contacts(contacts);
   packer.join_along(curve_order);
-  return packer.number_groups();
+  return packer.number_sets();
 }
 
 }  // namespace meshlet

@@ -20,10 +20,10 @@ struct Contact {
   uint32_t a, b, weight;
 };
 
-// Joins meshlets into groups within the limits. First along contacts, heaviest first. Then without
+// Joins meshlets into sets within the limits. First along contacts, heaviest first. Then without
 // contact, meshlets that are close on a space-filling curve (curve_order: a permutation of the
 // meshlets), as long as values stored relative to one of their vertices do not grow much. Returns
-// the group of each meshlet, numbered from 0 by smallest member.
+// the set of each meshlet, numbered from 0 by smallest member.
 std::vector<uint32_t> join_meshlets(const std::vector<Load>& loads, std::vector<Contact> contacts,
                                     const Array<uint32_t>& curve_order, uint32_t max_triangles,
                                     uint32_t max_vertices);

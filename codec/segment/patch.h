@@ -1,4 +1,4 @@
-// A patch: the part of the mesh that one thread partitions into regions.
+// A patch: triangles of the mesh that one thread partitions into regions.
 #pragma once
 
 #include <cstddef>

@@ -12,12 +12,13 @@ namespace {
 // Triangles per parallel item.
 constexpr uint32_t kBlock = 1 << 15;
 
-// The edge-connected parts of the mesh as trees of triangles. A root is its part's first triangle.
-class Parts {
+// The connected components of the mesh as trees of triangles. A root is the first triangle of its
+// component.
+class Components {
  public:
-  Parts(const HalfEdges& half_edges, int threads);
+  Components(const HalfEdges& half_edges, int threads);
   uint32_t size() const { return uint32_t(parent_.size()); }
-  // The first triangle of each triangle's part.
+  // The first triangle of each triangle's component.
   Array<uint32_t> roots() &&;
 
  private:
@@ -33,13 +34,12 @@ class Parts {
   Array<uint32_t> parent_;  // at most the triangle's own number
 };
 
-Parts::Parts(const HalfEdges& half_edges, int threads) : parent_(half_edges.size() / 3) {
+Components::Components(const HalfEdges& half_edges, int threads) : parent_(half_edges.size() / 3) {
   const uint32_t count = size();
   // Edges to triangles in earlier blocks: these trees belong to other threads.
-  std::vector<std::vector<std::pair<uint32_t, uint32_t>>> outside((count + kBlock - 1) / kBlock);
-  parallel_for(threads, outside.size(), [&](size_t block) {
-    const uint32_t begin = uint32_t(block) * kBlock, end = std::min(count, begin + kBlock);
-    for (uint32_t t = begin; t < end; t++) {
+  std::vector<std::vector<std::pair<uint32_t, uint32_t>>> outside(block_count(count, kBlock));
+  for_blocks(threads, count, kBlock, [&](size_t block, size_t begin, size_t end) {
+    for (uint32_t t = uint32_t(begin); t < end; t++) {
       parent_[t] = t;
       for (size_t h = 3 * size_t(t); h < 3 * size_t(t) + 3; h++) {
         const int32_t opposite = half_edges.by_vertex(h);
@@ -56,18 +56,18 @@ Parts::Parts(const HalfEdges& half_edges, int threads) : parent_(half_edges.size
     for (const auto& [t, other] : edges) unite(t, other);
 }
 
-Array<uint32_t> Parts::roots() && {
+Array<uint32_t> Components::roots() && {
   for (uint32_t& parent : parent_) parent = parent_[parent];  // parents come first
   return std::move(parent_);
 }
 
 }  // namespace
 
-ConnectedOrder order_by_part(const HalfEdges& half_edges, int threads) {
+ConnectedOrder order_by_component(const HalfEdges& half_edges, int threads) {
   ConnectedOrder order;
-  order.place = Parts(half_edges, threads).roots();  // then each is replaced by the place
+  order.place = Components(half_edges, threads).roots();  // then each is replaced by the place
   const uint32_t count = uint32_t(order.place.size());
-  // Of each part, at its root: first its size, then the place of its next triangle.
+  // Of each component, at its root: first its size, then the place of its next triangle.
   std::vector<uint32_t> next(count, 0);
   for (const uint32_t root : order.place) ++next[root];
   uint32_t begin = 0;
@@ -75,9 +75,8 @@ ConnectedOrder order_by_part(const HalfEdges& half_edges, int threads) {
     if (order.place[t] == t) begin += std::exchange(next[t], begin);
   for (uint32_t& place : order.place) place = next[place]++;
   order.triangles.resize(count);
-  parallel_for(threads, (count + kBlock - 1) / kBlock, [&](size_t block) {
-    const uint32_t first = uint32_t(block) * kBlock, last = std::min(count, first + kBlock);
-    for (uint32_t t = first; t < last; t++) order.triangles[order.place[t]] = t;
+  for_blocks(threads, count, kBlock, [&](size_t, size_t first, size_t last) {
+    for (size_t t = first; t < last; t++) order.triangles[order.place[t]] = uint32_t(t);
   });
   return order;
 }

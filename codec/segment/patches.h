@@ -11,15 +11,15 @@
 
 namespace meshlet {
 
-// The triangles of a mesh in the order of its edge-connected parts.
+// The triangles of a mesh in the order of its connected components.
 struct ConnectedOrder {
   Array<uint32_t> triangles;
   Array<uint32_t> place;  // of each triangle in `triangles`
 };
 
-// Orders triangles so that edge-connected parts of the mesh stay together, in the order of their
+// Orders triangles so that connected components of the mesh stay together, in the order of their
 // first triangles.
-ConnectedOrder order_by_part(const HalfEdges& half_edges, int threads);
+ConnectedOrder order_by_component(const HalfEdges& half_edges, int threads);
 
 // Copies the triangles order.triangles[first .. last).
 Patch extract_patch(const SpatialMesh& mesh, const HalfEdges& half_edges,

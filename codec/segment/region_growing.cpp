@@ -82,7 +82,7 @@ class RegionGrower {
   int grow();
   int grow_and_shift();
   void place_centres();
-  void place_runs();
+  void place_ranges();
   void add_region(int32_t seed);
   void attach_triangles();
   void mend_regions();
@@ -110,14 +110,14 @@ class RegionGrower {
   std::vector<int32_t> stack_;  // of triangles
 };
 
-// Labels the edge-connected parts of the patch; returns their sizes.
-std::vector<int32_t> label_connected(const Patch& patch, std::vector<int32_t>& part) {
+// Labels the connected components of the patch; returns their sizes.
+std::vector<int32_t> label_connected(const Patch& patch, std::vector<int32_t>& component) {
   std::vector<int32_t> sizes, stack;
-  part.assign(patch.size(), -1);
+  component.assign(patch.size(), -1);
   for (size_t start = 0; start < patch.size(); start++) {
-    if (part[start] >= 0) continue;
+    if (component[start] >= 0) continue;
     const int32_t label = int32_t(sizes.size());
-    part[start] = label;
+    component[start] = label;
     stack.assign(1, int32_t(start));
     sizes.push_back(0);
     while (!stack.empty()) {
@@ -126,8 +126,8 @@ std::vector<int32_t> label_connected(const Patch& patch, std::vector<int32_t>& p
       ++sizes[label];
       for (int k = 0; k < 3; k++) {
         const int32_t across = patch.neighbours[3 * triangle + k];
-        if (across < 0 || part[across / 3] >= 0) continue;
-        part[across / 3] = label;
+        if (across < 0 || component[across / 3] >= 0) continue;
+        component[across / 3] = label;
         stack.push_back(across / 3);
       }
     }
@@ -135,7 +135,7 @@ std::vector<int32_t> label_connected(const Patch& patch, std::vector<int32_t>& p
   return sizes;
 }
 
-// Number of regions of a connected part.
+// Number of regions of a connected component.
 int64_t centre_count(int64_t size, float mean_size) {
   return std::min(size, int64_t(std::ceil(float(size) / mean_size)));
 }
@@ -155,7 +155,7 @@ int RegionGrower::grow() {
 // Sweeps find nearly the same centres as rounds of growth, but regions may fall apart. Growing once
 // more from these centres makes whole ones.
 int RegionGrower::grow_and_shift() {
-  place_runs();
+  place_ranges();
   for (int cycle = 0; cycle < options_.cycles; cycle++) {
     sum_regions();
     for (int i = 0; i < options_.sweeps; i++) {
@@ -175,35 +175,35 @@ void RegionGrower::add_region(int32_t seed) {
   patch_.region_count = int32_t(seeds_.size());
 }
 
-// Initial centres, evenly over each connected part: triangles are numbered along a space-filling
-// curve, and every n-th becomes a centre.
+// Initial centres, evenly over each connected component: triangles are numbered along a
+// space-filling curve, and every n-th becomes a centre.
 void RegionGrower::place_centres() {
-  std::vector<int32_t> part;
-  const std::vector<int32_t> sizes = label_connected(patch_, part);
+  std::vector<int32_t> component;
+  const std::vector<int32_t> sizes = label_connected(patch_, component);
   std::vector<int64_t> seen(sizes.size(), 0);
   for (size_t t = 0; t < patch_.size(); t++) {
-    const int64_t size = sizes[part[t]], rank = seen[part[t]]++;
+    const int64_t size = sizes[component[t]], rank = seen[component[t]]++;
     const int64_t centres = centre_count(size, options_.mean_size);
     if ((rank * centres + size / 2) % size < centres) add_region(int32_t(t));
   }
 }
 
-// Cuts each connected part into runs along the curve.
-void RegionGrower::place_runs() {
-  std::vector<int32_t> part;
-  const std::vector<int32_t> sizes = label_connected(patch_, part);
-  std::vector<int64_t> runs, first_region, seen(sizes.size(), 0);
+// Cuts each connected component into ranges along the curve.
+void RegionGrower::place_ranges() {
+  std::vector<int32_t> component;
+  const std::vector<int32_t> sizes = label_connected(patch_, component);
+  std::vector<int64_t> ranges, first_region, seen(sizes.size(), 0);
   int64_t regions = 0;
   for (const int32_t size : sizes) {
-    runs.push_back(centre_count(size, options_.mean_size));
+    ranges.push_back(centre_count(size, options_.mean_size));
     first_region.push_back(regions);
-    regions += runs.back();
+    regions += ranges.back();
   }
   patch_.region.resize(patch_.size());
   std::vector<int32_t> first(size_t(regions), -1);  // triangle of each region
   for (size_t t = 0; t < patch_.size(); t++) {
-    const int32_t p = part[t];
-    const int64_t region = first_region[p] + seen[p]++ * runs[p] / sizes[p];
+    const int32_t c = component[t];
+    const int64_t region = first_region[c] + seen[c]++ * ranges[c] / sizes[c];
     patch_.region[t] = int32_t(region);
     if (first[region] < 0) first[region] = int32_t(t);
   }

@@ -25,8 +25,8 @@ struct GrowthOptions {
 // times that centres moved.
 //
 // In rounds, as in the paper: triangles are attached to centres and the centres moved, until these
-// stop, at most options.rounds times. In cycles: regions start as runs of triangles along the
-// curve, and most steps only shift borders.
+// stop, at most options.rounds times. In cycles: regions start as ranges of triangles along
+// the curve, and most steps only shift borders.
 int grow_regions(Patch& patch, const GrowthOptions& options);
 
 }  // namespace meshlet
