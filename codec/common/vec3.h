@@ -42,7 +42,7 @@ struct Box {
   float longest_side() const { return std::max({high.x - low.x, high.y - low.y, high.z - low.z}); }
 };
 
-// Of at least one point.
+// Returns the box of at least one point.
 inline Box box_of(const std::vector<Vec3>& points) {
   Box box{points[0], points[0]};
   for (const Vec3& point : points) box.add(point);

@@ -13,7 +13,8 @@ constexpr size_t kReservedBytes = 64u << 20;
 
 uint32_t count_of(uint64_t mask) { return uint32_t(__builtin_popcountll(mask)); }
 
-// Where a group's meshlets start: stride * i - bias + entry i, after the entries.
+// The starts of a group's meshlets: meshlet i starts stride * i - bias + entry i bytes after the
+// entries.
 struct Entries {
   uint32_t stride = 0, bias = 0, width = 0;
   std::vector<uint8_t> bytes;

@@ -29,9 +29,9 @@ class StageClock {
   Clock::time_point last_ = Clock::now();
 };
 
-// What the second half of the encoder tries. kFast compares gates by positions alone and samples
-// every 16th and 8th meshlet instead of every 8th and 4th: each saves 3 to 5 % of its time for at
-// most 0.15 % more bytes.
+// The choices that the second half of the encoder tries. kFast compares gates by positions alone
+// and samples every 16th and 8th meshlet instead of every 8th and 4th: each saves 3 to 5 % of its
+// time for at most 0.15 % more bytes.
 struct Trials {
   PlannerOptions planner;
   PredictorSample predictors;

@@ -7,7 +7,7 @@
 
 namespace meshlet {
 
-// What the encoder reads.
+// The encoder's input.
 struct EncoderInput {
   const MeshView& mesh;
   const HalfEdges& half_edges;  // match_half_edges of the mesh
@@ -31,14 +31,14 @@ class LocalMeshlet {
 
   uint32_t triangle_count() const { return triangle_count_; }
   uint32_t vertex_count() const { return vertex_count_; }
-  // The mesh's vertex.
+  // The number of a local vertex in the mesh.
   uint32_t vertex(uint32_t local) const { return vertex_[local]; }
-  // The local vertex where a half-edge starts.
+  // The local vertex at the start of a half-edge.
   uint32_t start(uint32_t half_edge) const { return start_[half_edge]; }
   // The opposite half-edge in the same disk, or kNoHalfEdge.
   uint32_t opposite(uint32_t half_edge) const { return opposite_[half_edge]; }
 
-  // Of the disk added last:
+  // These describe the disk added last.
   uint32_t first_triangle() const { return first_triangle_; }
   uint32_t first_vertex() const { return first_vertex_; }
   uint32_t loop_length() const { return loop_length_; }

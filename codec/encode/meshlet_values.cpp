@@ -26,7 +26,7 @@ void MeshletValues::add_disk(const LocalMeshlet& meshlet) {
     for (uint32_t v = first; v < end; v++)
       copy_elements(values_.of(s, meshlet.vertex(v)), streams_[s].elements, decoder.vertex(s, v));
   if (!needs_normals_) return;
-  // As SerialDecoder::sum_normals, of this disk.
+  // Does the same as SerialDecoder::sum_normals, for this disk alone.
   const uint32_t h = decoder.excess(streams_[0].bits, GEO_POSITION_BITS);
   std::fill(decoder.normals + 4 * first, decoder.normals + 4 * end, 0u);
   for (uint32_t t = meshlet.first_triangle(); t < meshlet.triangle_count(); t++) {

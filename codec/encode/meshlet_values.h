@@ -1,4 +1,4 @@
-// The values of one meshlet, and how far they are from their predictions.
+// The values of one meshlet, and their residuals.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -27,14 +27,14 @@ class MeshletValues {
 
   // Number of integers of a vertex.
   uint32_t element_count() const { return element_count_; }
-  // Of stream s, among them.
+  // The number of the first integer of stream s.
   uint32_t first_element(uint32_t s) const { return first_element_[s]; }
 
   // Loads the disk that the meshlet added last.
   void add_disk(const LocalMeshlet& meshlet);
 
-  // Writes the residuals of the vertex of a packed triangle: of one stream under a predictor, or
-  // those of a mask of streams, under their own, of all streams' residuals.
+  // Writes residuals of the vertex of a packed triangle: those of one stream under a predictor, or
+  // those of a mask of streams under their own, each at its place among all streams' residuals.
   void traversed(uint32_t s, uint32_t predictor, uint32_t triangle, uint32_t* out);
   void traversed(uint64_t streams, uint32_t triangle, uint32_t* out);
 

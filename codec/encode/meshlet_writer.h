@@ -8,14 +8,14 @@
 
 namespace meshlet {
 
-// What the meshlets of a group have in common.
+// The fields that the meshlets of a group share.
 struct Group {
   uint32_t delta_width = 0, slot_width = 0, reference_width = 0;
   uint32_t flags = 0;  // of any meshlet
   uint32_t table = 0;  // of connectivity
 };
 
-// Where references find their owners.
+// Finds the owners of foreign references.
 struct Owners {
   const Boundaries& boundaries;
   std::vector<uint8_t> slot_of_place;  // slots of owned references, by first place

@@ -1,4 +1,4 @@
-// What pages are filled with: items, each some meshlets that stay together.
+// Hands out items to pages. An item is some meshlets that stay together.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace meshlet {
 
-// Hands out items, page after page.
+// Items that no page has taken are free.
 class PageItems {
  public:
   // in_order: whether pages take the items by number, those of a page before those of the next one.
@@ -90,7 +90,7 @@ class PageGrowth final : public PageItems {
   std::vector<uint32_t> edges_;           // shared with any meshlet; at least 1
   std::vector<uint32_t> page_edges_;      // shared with the page
   std::vector<uint32_t> finished_edges_;  // shared with finished pages
-  std::vector<uint32_t> touched_;         // whose page_edges_ are not 0
+  std::vector<uint32_t> touched_;         // meshlets with page_edges_ above 0
   std::vector<bool> is_free_;
   std::vector<uint32_t> place_;  // of each meshlet on a curve
   Array<uint32_t> at_place_;     // and back

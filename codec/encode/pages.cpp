@@ -108,7 +108,7 @@ class PageEncoder {
 // another item would still fit. Sizes are some 3 % off their estimates on scans, 20 % on scenes.
 constexpr double kAim = 0.975, kFull = 0.94;
 constexpr size_t kMostAtOnce = 16;  // pages that are encoded in parallel; changes the result
-constexpr double kFirstRate = 4;    // bytes per triangle, where the first search starts
+constexpr double kFirstRate = 4;    // bytes per triangle, the start of the first search
 
 // Packs items into pages of at most `limit` bytes.
 class PagePacker {
@@ -247,7 +247,7 @@ class PagePacker {
   size_t at_once_ = 1;
 };
 
-// Adds a page's blob, what it has, and the time it took.
+// Adds a page's blob to the blobs, and its counts and times to the statistics.
 void add(Page& page, std::vector<Bytes>& blobs, EncoderStats& stats) {
   stats.meshlets += page.stats.meshlets;
   stats.vertices += page.stats.vertices;

@@ -22,7 +22,7 @@ struct PlannedReference {
   bool own_for(uint32_t s) const { return !foreign() || !(reference.shared >> s & 1); }
   // Is its length stored?
   bool sized() const { return owned() || (is_private() && !lone); }
-  // Are its vertices those of another meshlet?
+  // Are all its vertices another meshlet's?
   bool alias() const { return foreign() && reference.shared == ~0ull; }
 };
 
@@ -33,7 +33,7 @@ struct PlannedReferences : Span<PlannedReference> {
   bool all_private() const;
   // FLAG_ bits.
   uint32_t flags() const;
-  // As the meshlet's header counts them.
+  // The number in the meshlet's header.
   uint32_t stored_count() const { return all_private() ? 0 : uint32_t(count); }
 };
 
@@ -63,7 +63,7 @@ struct StreamLists {
 struct PlanChunk {
   std::vector<Plan> plans;
   std::vector<PlannedReference> references;
-  // Of each meshlet, stream after stream, the lists.
+  // The lists of each meshlet, stream after stream.
   std::vector<uint32_t> residuals;
   std::vector<uint32_t> residual_counts;  // of each list
   BitWriter out;
@@ -71,7 +71,7 @@ struct PlanChunk {
   PlannedReferences references_of(const Plan& plan) const {
     return {references.data() + plan.first_reference, plan.reference_count};
   }
-  // Of the i-th meshlet, into `lists`: one for each stream.
+  // Sets `lists`, one for each stream, to those of the i-th meshlet.
   void lists_of(size_t i, std::vector<StreamLists>& lists) const;
 };
 

@@ -34,7 +34,7 @@ class Planner {
   // Plans meshlet m and appends its references.
   Plan plan(uint32_t m, std::vector<PlannedReference>& references);
 
-  // Of the meshlet planned last. Append a stream's residuals of the vertices that the traversal
+  // Append, for the meshlet planned last, a stream's residuals of the vertices that the traversal
   // introduces, or all lists of all streams with their counts.
   void traversed(uint32_t s, uint32_t predictor, std::vector<uint32_t>& out);
   void append_lists(std::vector<uint32_t>& residuals, std::vector<uint32_t>& counts);
@@ -62,7 +62,7 @@ class Planner {
   std::vector<uint32_t> residuals_;
   uint64_t known_[kIntroductions];  // streams
   std::vector<uint32_t> list_;      // scratch
-  // Of the meshlet planned last.
+  // These three describe the meshlet planned last.
   std::vector<Introduction> introductions_;
   std::vector<uint32_t> triangles_;  // packed, of the introductions
   std::vector<uint8_t> loop_vertices_;

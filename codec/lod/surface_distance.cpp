@@ -86,7 +86,7 @@ Lanes boxes_squared(Lanes3 p, Lanes3 low, Lanes3 high) {
 
 uint32_t quarter_of(uint32_t count) { return (count + 3) / 4; }
 
-// The nodes above so many leaves, or other nodes.
+// The number of nodes above `count` leaves, or other nodes.
 uint32_t nodes_above(uint32_t count) {
   uint32_t nodes = 0;
   do {
@@ -218,7 +218,7 @@ float TriangleTree::nearest_in_leaf(uint32_t leaf, Vec3 point, uint32_t& place) 
 float TriangleTree::squared_distance(Vec3 point, uint32_t& hint, float enough) const {
   float best = nearest_in_leaf(hint / kLanes, point, hint);
   if (best <= enough) return best;
-  // Most points are near the group where the one before was, or near enough to it.
+  // Most points are near the group of the point before, or near enough to it.
   const auto group = std::upper_bound(group_leaf_.begin(), group_leaf_.end(), hint / kLanes);
   search(group_root(size_t(group - group_leaf_.begin()) - 1), point, hint, best, enough);
   search(root_, point, hint, best, enough);

@@ -83,7 +83,7 @@ class DiskCheck {
   const Meshlets& meshlets_;
   std::vector<uint32_t> place_;      // of each triangle
   std::vector<uint32_t> corner_of_;  // last disk of each vertex
-  std::vector<uint32_t> start_of_;   // likewise, where it starts an open edge
+  std::vector<uint32_t> start_of_;   // last disk with an open edge from each vertex
   uint32_t parent_[MESHLET_TRIANGLES];
 };
 

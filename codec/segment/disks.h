@@ -43,7 +43,7 @@ class DiskCutter {
 
   const uint32_t* mesh_;
   const HalfEdges& half_edges_;
-  // Of the set's triangles, by local numbers from 0.
+  // These describe the set's triangles, by local numbers from 0.
   uint8_t corners_[kMaxTriangles][3];    // vertices
   int8_t neighbours_[kMaxTriangles][3];  // triangle across the half-edge from corner k, or -1
   uint8_t queue_[4 * kMaxTriangles];

@@ -67,7 +67,7 @@ ConnectedOrder order_by_component(const HalfEdges& half_edges, int threads) {
   ConnectedOrder order;
   order.place = Components(half_edges, threads).roots();  // then each is replaced by the place
   const uint32_t count = uint32_t(order.place.size());
-  // Of each component, at its root: first its size, then the place of its next triangle.
+  // At the root of each component: first its size, then the place of its next triangle.
   std::vector<uint32_t> next(count, 0);
   for (const uint32_t root : order.place) ++next[root];
   uint32_t begin = 0;

@@ -14,8 +14,8 @@ constexpr float kOvershoot = 1.7f;
 // C_m of equation (2): added to the relative size of a full region.
 constexpr float kFullPenalty = 8.0f;
 
-// A triangle that a region may attach. All that is known of it lies together, so that it costs one
-// access to memory.
+// A triangle that a region may attach. Its fields lie together, so that it costs one access to
+// memory.
 struct Candidate {
   int32_t triangle, region;
   float shape_weight;
@@ -273,7 +273,7 @@ void RegionGrower::mend_regions() {
   empty_queue();
 }
 
-// Attaches what was the region's and is connected to its seed.
+// Attaches the region's former triangles that are connected to its seed.
 void RegionGrower::keep_connected(int32_t region, const std::vector<int32_t>& former) {
   patch_.region[seeds_[region]] = region;
   stack_.assign(1, seeds_[region]);
@@ -290,7 +290,7 @@ void RegionGrower::keep_connected(int32_t region, const std::vector<int32_t>& fo
   }
 }
 
-// Attaches candidates and what they lead to, lightest first.
+// Attaches candidates, lightest first, and the candidates that follow from them.
 void RegionGrower::empty_queue() {
   for (Candidate candidate; queue_.pop(candidate);) {
     if (patch_.region[candidate.triangle] >= 0) continue;
@@ -338,8 +338,8 @@ bool RegionGrower::choose_seeds() {
   return seeds != seeds_;
 }
 
-// Gives triangles at borders to the region of least weight: what a round of growth changes, without
-// its queue. A region may fall apart.
+// Gives triangles at borders to the region of least weight. That changes about as much as a round
+// of growth and needs no queue, but a region may fall apart.
 void RegionGrower::sweep() {
   for (int32_t t = 0; t < int32_t(patch_.size()); t++) {
     const int32_t to = lightest_region(t);
@@ -347,7 +347,7 @@ void RegionGrower::sweep() {
   }
 }
 
-// Of the regions around a triangle and its own.
+// Returns the region of least weight among the triangle's own and those around it.
 inline int32_t RegionGrower::lightest_region(int32_t triangle) const {
   const int32_t own = patch_.region[triangle];
   int32_t best = own;

@@ -14,7 +14,8 @@ struct GrowthOptions {
   float lambda;
   Weight weight;
   int rounds;  // at most
-  // Above 0: instead of rounds, so many cycles of `sweeps` that shift borders, and one of growth.
+  // Above 0: the number of cycles, which replace the rounds. A cycle has `sweeps` that shift
+  // borders, then one growth.
   int cycles;
   int sweeps;
   // Cycles mend the regions that fell apart instead of growing all anew.

@@ -23,7 +23,7 @@ struct Frame {
   double scale = 0;  // 1 / longest side
 };
 
-// Of the vertices that have a triangle.
+// Fits the frame to the vertices that have a triangle.
 Frame fit_frame(const MeshView& mesh, int threads) {
   const auto position = [&](size_t corner) {
     const float* p = mesh.positions + 3 * size_t(mesh.triangles[corner]);
