@@ -15,14 +15,16 @@ import json
 import random
 import struct
 import textwrap
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 import numpy as np
 
 from gltf_ext import _codec
-from spec import blob_writer, reference_decoder
+from spec import blob_writer, reference_decoder, reference_gltf
 from spec.blob_writer import (
     AFFINE,
     COPY,
@@ -885,6 +887,144 @@ def pages() -> bytes:
     return b"".join(with_vertex_count(blob, count_vertices(blob)) for blob in blobs)
 
 
+def hops_of_different_lengths() -> bytes:
+    """A corner between runs of two owners. The smaller one is two hops from the anchor, the other
+    one, whose vertex has equal values, is one hop from its own."""
+    streams = [blob_writer.Stream(bits=12)]
+    own = [reference(OWNED, 1)] * 3
+    first = fixed_meshlet("E", [own], streams, [3], [0], [0])
+    second = fixed_meshlet("E", [[reference(FOREIGN, 1, 1, 0), *own[1:]]], streams, [1], [0], [0])
+    third = fixed_meshlet("E", [own], streams, [3], [0], [0])
+    corners = [[800, 800, 810], first.anchors[0][0], [900, 700, 820]]
+    third.anchors[0] = corners[:1] + blob_writer.further_anchors(streams[0], corners)
+    loop = [reference(FOREIGN, 1, 2, 0), reference(FOREIGN, 1, 1, 0), reference(PRIVATE, 1)]
+    last = fixed_meshlet("E", [loop], streams, [0], [0], [0])
+    blob = blob_writer.write_blob(streams, [first, second, third, last], 3)
+    return with_vertex_count(blob, count_vertices(blob))
+
+
+def fan_around(ring: list[list[int]], middle: list[int]) -> blob_writer.Meshlet:
+    """63 triangles around a vertex, in two streams: positions of 13 bits, normals with GEO."""
+    streams = geo_limit_streams()
+    loop = [reference(OWNED, 1)] * len(ring)
+    none = [0, 0]
+    meshlet = fixed_meshlet("C" + "R" * 61 + "E", [loop], streams, [63, 63], none, [1, 1])
+    meshlet.anchors[0] = ring[:1] + blob_writer.further_anchors(streams[0], ring)
+    # COPY predicts the middle by the loop's last vertex.
+    (residual,) = blob_writer.further_anchors(streams[0], [ring[-1], middle])
+    meshlet.interior_codes = [[13] * 3, [6] * 2]
+    meshlet.interior[0] = [residual]
+    return meshlet
+
+
+def geo_limit_streams() -> list[blob_writer.Stream]:
+    return [blob_writer.Stream(bits=13, predictor=COPY), blob_writer.Stream(OCT, 2, 16, GEO)]
+
+
+def geo_sums_near_2_31() -> bytes:
+    """Fans that wind round a square of the largest size, in both senses, in all three planes."""
+    most = (1 << 13) - 1
+    square = [(0, 0), (most, 0), (most, most), (0, most)]
+    meshlets = []
+    for axis in range(3):
+        for order in (1, -1):
+            ring = [list(square[order * i % 4]) for i in range(63)]
+            middle = [most // 2, most // 2]
+            for point in (*ring, middle):
+                point.insert(axis, 5)
+            meshlets.append(fan_around(ring, middle))
+    blob = blob_writer.write_blob(geo_limit_streams(), meshlets, 3)
+    return with_vertex_count(blob, count_vertices(blob))
+
+
+def affine_ties() -> bytes:
+    """Frames on a lattice of few steps: products and quotients that end half-way, of both signs."""
+    streams = [
+        blob_writer.Stream(bits=3, predictor=COPY),
+        blob_writer.Stream(GRID, 2, 12, AFFINE),
+        blob_writer.Stream(INTEGER, 2, 3, AFFINE),
+    ]
+    rng = random.Random(AFFINE_SEED)
+    meshlets = []
+    for _ in range(16):
+        chain = rng.randint(3, 6)
+        loop = [reference(OWNED, chain), reference(PRIVATE, 12 - chain)]
+        counts = [chain - 1] * 3, [12 - chain] * 3
+        meshlet = fixed_meshlet("CRRRRRRRRRRE", [loop], streams, [2] * 3, *counts)
+        meshlet.anchors[0] = [[3, 3, 3], [rng.randrange(5) for _ in range(3)]]
+        for part, code in ((meshlet.chain, "chain_codes"), (meshlet.interior, "interior_codes")):
+            part[0] = [[rng.randrange(3) for _ in range(3)] for _ in part[0]]
+            for s in (1, 2):
+                part[s] = [[rng.randrange(64) for _ in range(2)] for _ in part[s]]
+            setattr(meshlet, code, [[6] * s.elements for s in streams])
+        meshlets.append(meshlet)
+    blob = blob_writer.write_blob(streams, meshlets, 3)
+    return with_vertex_count(blob, count_vertices(blob))
+
+
+def fixed_widths() -> bytes:
+    """Chains and interiors in fixed codes of each width: 0 to 30, and 32."""
+    streams = [blob_writer.Stream(bits=4), blob_writer.Stream(INTEGER, 2, 32, COPY)]
+    loop = [reference(OWNED, 3), reference(PRIVATE, 2)]
+    widths = [*range(31), 32]
+    meshlets = []
+    for pair in zip(widths, widths[::-1]):
+        first, second = ((1 << width) - 1 for width in pair)
+        meshlet = fixed_meshlet("CRRRE", [loop], streams, [2, 2], [2, 2], [2, 2])
+        meshlet.chain_codes[1] = meshlet.interior_codes[1] = list(pair)
+        meshlet.chain[1] = meshlet.interior[1] = [[first, 0], [first // 3, second]]
+        meshlets.append(meshlet)
+    blob = blob_writer.write_blob(streams, meshlets, 3)
+    return with_vertex_count(blob, count_vertices(blob))
+
+
+def widths_of_groups() -> bytes:
+    """A group for each delta width from 0 to 24, with all slot and reference widths."""
+    streams = [blob_writer.Stream(bits=4, elements=1)]
+    small = fixed_meshlet("E", [], streams, [1], [0], [2])
+    meshlets, layouts = [], []
+    for g in range(25):
+        slots, references, length = g % 7, (g + 3) % 7, (2, 3, 5, 9, 17, 33, 60)[g // 3 % 7]
+        layouts.append(blob_writer.Layout(g, slots, references, stride=0, extra_entry_width=g % 24))
+        pair = [small] * 2
+        if g > 0 and references >= 2:
+            slot = min(slots, 1)
+            pair = owner_and_user(streams, length, slot)
+        meshlets += [*pair, *[small] * 30]
+    blob = blob_writer.write_blob(streams, meshlets, 3, lambda g: layouts[g])
+    return with_vertex_count(blob, count_vertices(blob))
+
+
+def owner_and_user(
+    streams: list[blob_writer.Stream], length: int, slot: int
+) -> list[blob_writer.Meshlet]:
+    """Two meshlets of loops of length + 4 edges. The second refers to a run of the first."""
+    symbols, edges = "R" * (length + 1) + "E", length + 4
+    runs = [reference(OWNED, 1), reference(OWNED, length), reference(PRIVATE, 3)]
+    owner = fixed_meshlet(symbols, [runs], streams, [3], [length - 1], [2])
+    shared = runs[slot].length
+    loop = [reference(FOREIGN, shared, 1, slot), reference(PRIVATE, edges - shared)]
+    return [owner, fixed_meshlet(symbols, [loop], streams, [0], [0], [edges - shared - 1])]
+
+
+def minus_zeros() -> bytes:
+    """Two blobs whose offsets and steps of 0 have other signs, which are equal as numbers."""
+    blobs = []
+    for sign in (1.0, -1.0):
+        zero = 0.0 * sign
+        streams = [
+            blob_writer.Stream(bits=8, predictor=COPY),
+            blob_writer.Stream(bits=8, step=-0.5, offset=(zero, -zero, 1.0, zero), predictor=COPY),
+            blob_writer.Stream(bits=8, step=zero, offset=(-zero, zero, -0.0, 0.0), predictor=COPY),
+        ]
+        meshlet = fixed_meshlet("E", [], streams, [1] * 3, [0] * 3, [2] * 3)
+        for s in (1, 2):
+            meshlet.anchors[s] = [[0, 0, 0]]
+            meshlet.interior[s] = [[0, 0, 4], [6, 0, 0]]
+        blobs.append(blob_writer.write_blob(streams, [meshlet], 3))
+    return b"".join(blobs)
+
+
 # --- whole files ---
 
 BYTE, UNSIGNED_BYTE, SHORT, UNSIGNED_SHORT, FLOAT = 5120, 5121, 5122, 5123, 5126
@@ -1165,6 +1305,28 @@ VALID = {
         "hand-made: unused bytes before groups and after the meshlets' data, "
         "an offset of an element that the stream lacks",
     ),
+    "hops_of_different_lengths": (
+        hops_of_different_lengths,
+        "hand-made: a corner with two owners; the smaller one counts, two hops from an anchor, not "
+        "the other one, one hop from an anchor with equal values",
+    ),
+    "geo_sums_near_2_31": (
+        geo_sums_near_2_31,
+        "hand-made: GEO with the largest sums of triangles that a meshlet can have, just below "
+        "2^31, and products above it",
+    ),
+    "affine_ties": (
+        affine_ties,
+        "hand-made: AFFINE values that end half-way between two integers, of both signs",
+    ),
+    "fixed_widths": (
+        fixed_widths,
+        "hand-made: fixed codes of chains and interiors with all widths: 0 to 30, and 32",
+    ),
+    "widths_of_groups": (
+        widths_of_groups,
+        "hand-made: all delta widths, slot widths and reference widths",
+    ),
     "random_structures": (
         random_structures,
         "hand-made: random connectivity, references, codes and residuals",
@@ -1174,13 +1336,19 @@ VALID = {
 
 VIEWS = {
     "pages": (pages, "hand-made: a view of three blobs; predictors and bases differ"),
+    "minus_zeros": (
+        minus_zeros,
+        "hand-made: steps and offsets of two blobs that differ in the sign of zero; each blob's "
+        "values follow its own",
+    ),
     "encoded_pages": (
         encoded_pages,
         "a sheet in blobs of at most 512 bytes; vertices on their borders repeat",
     ),
 }
 # Vectors whose JSON has the dequantised values, too.
-WITH_COMPONENTS = ("every_kind", "oct_axes", "grid_arithmetic", "grid_zero_steps")
+WITH_COMPONENTS = ("every_kind", "oct_axes", "grid_arithmetic", "grid_zero_steps", "minus_zeros")
+AFFINE_SEED = 97  # of affine_ties: the cases that its test names occur
 # Malformed vectors that only a validator has to refuse (A.9 of the specification).
 VALIDATORS_ONLY = ("nine_hops", "inconsistent", "data_within_data")
 
@@ -1883,8 +2051,7 @@ def description(view: bytes, text: str, components: bool = False) -> dict:
     }
     if components:
         result["components"] = [
-            reference_decoder.dequantise(stream, integers).tolist()
-            for stream, integers in zip(decoded.streams, decoded.values)
+            decoded.dequantised(s).tolist() for s in range(len(decoded.streams))
         ]
     return result
 
@@ -1898,8 +2065,11 @@ def refusal(view: bytes) -> str:
     raise AssertionError("the reference decoder accepts a blob that should be malformed")
 
 
+# --- malformed files ---
+
+Document = dict[str, Any]
 # Name -> stream 1, and the attribute that it does not fit.
-MALFORMED_GLTF = {
+MISFITS = {
     "oct_in_integers": (
         blob_writer.Stream(OCT, 2, 8),
         Attribute("NORMAL", "VEC3", BYTE, 1, True),
@@ -1910,26 +2080,225 @@ MALFORMED_GLTF = {
 }
 
 
-def malformed_gltf(name: str) -> tuple[bytes, str]:
-    """A file whose accessors do not fit its streams, and the reason to refuse it."""
-    stream, wrong = MALFORMED_GLTF[name]
+def parts_of(file: bytes) -> tuple[Document, bytes]:
+    """(the JSON document, the buffer) of a file of pack_glb."""
+    (length,) = struct.unpack_from("<I", file, 12)
+    return json.loads(file[20 : 20 + length]), file[28 + length :]
+
+
+def primitive_of(document: Document) -> Document:
+    primitive: Document = document["meshes"][0]["primitives"][0]
+    return primitive
+
+
+def object_of(document: Document) -> Document:
+    """The extension object."""
+    extension: Document = primitive_of(document)["extensions"]["EXT_meshlet_edgebreaker"]
+    return extension
+
+
+def misfit(name: str) -> bytes:
+    """A file whose accessors do not fit its streams."""
+    stream, wrong = MISFITS[name]
     view = with_streams(stream)
     # The accessor of the position stands in for the wrong one.
     file = glb(view, [ATTRIBUTES[0], replace(ATTRIBUTES[0], name=wrong.name)], [])
-    (length,) = struct.unpack_from("<I", file, 12)
-    document = json.loads(file[20 : 20 + length])
-    primitive = document["meshes"][0]["primitives"][0]
+    document, _ = parts_of(file)
+    primitive = primitive_of(document)
     index = primitive["attributes"][wrong.name]
     document["accessors"][index].update(componentType=wrong.component_type, type=wrong.kind)
     if wrong.normalized:
         document["accessors"][index]["normalized"] = True
-    extension = primitive["extensions"]["EXT_meshlet_edgebreaker"]
-    extension["attributes"][wrong.name] = wrong.stream
+    object_of(document)["attributes"][wrong.name] = wrong.stream
+    return pack_glb(document, view)
+
+
+TEXCOORD = Attribute("TEXCOORD_0", "VEC2", FLOAT, 1)
+POSITION_OF_TARGET = Attribute("POSITION", "VEC3", FLOAT, 2)
+
+
+def plain_file() -> tuple[Document, bytes]:
+    """A valid file: two triangles with texture coordinates and a morph target."""
+    view = with_streams(blob_writer.Stream(elements=2), blob_writer.Stream(elements=3))
+    return parts_of(glb(view, [ATTRIBUTES[0], TEXCOORD], [[POSITION_OF_TARGET]]))
+
+
+def positions_alone(view: bytes, **indices: Any) -> bytes:
+    """A file with no attribute but POSITION. indices: changes of the accessor of indices."""
+    document, _ = parts_of(glb(view, ATTRIBUTES[:1], []))
+    document["accessors"][0].update(indices)
+    return pack_glb(document, view)
+
+
+def add_accessor_of_the_view(document: Document) -> None:
+    accessor = {"bufferView": 0, "componentType": 5121, "count": 4, "type": "SCALAR"}
+    document["accessors"].append(accessor)
+
+
+def compress_the_view(document: Document) -> None:
+    view, name = document["bufferViews"][0], "KHR_meshopt_compression"
+    size = view["byteLength"]
+    packed = {"buffer": 0, "byteLength": size, "byteStride": 4, "count": size // 4}
+    view["extensions"] = {name: {**packed, "mode": "ATTRIBUTES"}}
+    document["extensionsUsed"].append(name)
+
+
+def drop_an_attribute(document: Document) -> None:
+    del object_of(document)["attributes"]["TEXCOORD_0"]
+    del primitive_of(document)["attributes"]["TEXCOORD_0"]
+
+
+def name_a_stream_twice(document: Document) -> None:
+    attributes = primitive_of(document)["attributes"]
+    attributes["TEXCOORD_1"] = len(document["accessors"])
+    document["accessors"].append(dict(document["accessors"][attributes["TEXCOORD_0"]]))
+    object_of(document)["attributes"]["TEXCOORD_1"] = 1
+
+
+def swap_positions(document: Document) -> None:
+    object_of(document)["attributes"]["POSITION"] = 2
+    object_of(document)["targets"][0]["POSITION"] = 0
+
+
+def rename_in_target(document: Document) -> None:
+    (target,) = object_of(document)["targets"]
+    target["NORMAL"] = target.pop("POSITION")
+
+
+def change_accessor(number: int, **changes: Any) -> Callable[[Document], None]:
+    return lambda document: document["accessors"][number].update(changes)
+
+
+def add_draco(document: Document) -> None:
+    name = "KHR_draco_mesh_compression"
+    primitive_of(document)["extensions"][name] = {"bufferView": 0, "attributes": {"POSITION": 0}}
+    document["extensionsUsed"].append(name)
+
+
+def share_accessors(document: Document) -> None:
+    """A second primitive with a view of its own, of the same bytes, and the same accessors."""
+    second = json.loads(json.dumps(primitive_of(document)))
+    second["extensions"]["EXT_meshlet_edgebreaker"]["bufferView"] = 1
+    document["bufferViews"].append(dict(document["bufferViews"][0]))
+    document["meshes"][0]["primitives"].append(second)
+
+
+def make_sparse(document: Document) -> None:
+    """The second texture coordinate is replaced by (0, 0): eight bytes of the padding."""
+    end = document["buffers"][0]["byteLength"]
+    zeros = {"buffer": 0, "byteOffset": end - 8, "byteLength": 8}
+    document["bufferViews"].append(zeros)
+    part = {"bufferView": 1}
+    document["accessors"][2]["sparse"] = {
+        "count": 1, "indices": {**part, "componentType": 5125}, "values": part,
+    }  # fmt: skip
+
+
+# Name -> a change of the document of plain_file.
+MALFORMED_DOCUMENTS: dict[str, Callable[[Document], object]] = {
+    "view_missing": lambda d: object_of(d).update(bufferView=7),
+    "view_stride": lambda d: d["bufferViews"][0].update(byteStride=4),
+    "view_target": lambda d: d["bufferViews"][0].update(target=34962),
+    "view_of_an_accessor": add_accessor_of_the_view,
+    "view_compressed": compress_the_view,
+    "attribute_without_a_stream": lambda d: object_of(d)["attributes"].pop("TEXCOORD_0"),
+    "stream_of_a_missing_attribute": lambda d: primitive_of(d)["attributes"].pop("TEXCOORD_0"),
+    "unused_stream": drop_an_attribute,
+    "stream_of_two_attributes": name_a_stream_twice,
+    "position_is_another_stream": swap_positions,
+    "no_targets": lambda d: object_of(d).pop("targets"),
+    "too_many_targets": lambda d: object_of(d)["targets"].append({"POSITION": 2}),
+    "target_with_another_name": rename_in_target,
+    "mode": lambda d: primitive_of(d).update(mode=5),
+    "no_indices": lambda d: primitive_of(d).pop("indices"),
+    "indices_count": change_accessor(0, count=3),
+    "position_count": change_accessor(1, count=5),
+    "attribute_count": change_accessor(2, count=3),
+    "target_count": change_accessor(3, count=5),
+    "value_out_of_range": change_accessor(2, componentType=5120, normalized=True),
+    "bounds": change_accessor(1, max=[99.0, 99.0, 99.0]),
+    "sparse": make_sparse,
+    "not_in_extensions_used": lambda d: d.update(extensionsUsed=[]),
+    "not_in_extensions_required": lambda d: d.pop("extensionsRequired"),
+    "draco": add_draco,
+    "shared_accessors": share_accessors,
+}
+# The files among them that decoders other than validators may read.
+GLTF_VALIDATORS_ONLY = (
+    "view_compressed",
+    "view_stride",
+    "view_target",
+    "view_offset",
+    "view_of_an_accessor",
+    "stream_of_a_missing_attribute",
+    "unused_stream",
+    "stream_of_two_attributes",
+    "position_is_another_stream",
+    "position_kind",
+    "position_in_two_streams",
+    "too_many_targets",
+    "mode",
+    "indices_reach_the_largest_value",
+    "value_out_of_range",
+    "bounds",
+    "sparse",
+    "fallback_with_other_values",
+    "not_in_extensions_used",
+    "not_in_extensions_required",
+    "draco",
+    "shared_accessors",
+)
+
+
+def file_with_fallback(moved: float = 0.0) -> bytes:
+    """Positions with a fallback in which one coordinate is moved."""
+    view = two_triangles()
+    document, _ = parts_of(glb(view, ATTRIBUTES[:1], []))
+    decoded = reference_decoder.decode_view(view)
+    stored = components(view, ATTRIBUTES[0]).copy()
+    stored[1, 0] += moved
+    buffer = view
+    for number, array in enumerate((decoded.triangles.astype(np.uint32), stored)):
+        place = {"buffer": 0, "byteOffset": len(buffer), "byteLength": array.nbytes}
+        document["accessors"][number]["bufferView"] = len(document["bufferViews"])
+        document["bufferViews"].append(place)
+        buffer += array.tobytes()
+    document["buffers"][0]["byteLength"] = len(buffer)
+    del document["extensionsRequired"]
+    return pack_glb(document, buffer)
+
+
+def malformed_files() -> dict[str, bytes]:
+    """Name -> a file that breaks a rule of "glTF Schema Updates" or "Exclusions"."""
+    result = {name: misfit(name) for name in MISFITS}
+    for name, change in MALFORMED_DOCUMENTS.items():
+        document, buffer = plain_file()
+        change(document)
+        result[name] = pack_glb(document, buffer)
+    document, buffer = plain_file()
+    document["bufferViews"][0]["byteOffset"] = 2
+    document["buffers"][0]["byteLength"] += 4
+    result["view_offset"] = pack_glb(document, bytes(2) + buffer + bytes(2))
+    document, buffer = plain_file()
+    result["view_malformed"] = pack_glb(document, buffer[:-1] + b"\1")
+    integers = blob_writer.Stream(INTEGER, 3, 12)
+    result["position_kind"] = positions_alone(with_streams(first=integers))
+    pair = blob_writer.Stream(elements=2), blob_writer.Stream(elements=1)
+    result["position_in_two_streams"] = positions_alone(with_streams(pair[1], first=pair[0]))
+    sheets = [encode(grid_triangles(n, 15), grid_positions(n, 15)) for n in (15, 16)]
+    for name, view in zip(("indices_reach_the_largest_value", "indices_of_bytes"), sheets):
+        result[name] = positions_alone(view, componentType=5121)
+    result["fallback_with_other_values"] = file_with_fallback(1.0)
+    return result
+
+
+def refusal_of_file(file: bytes) -> str:
+    """The reference validator's reason to refuse a file."""
     try:
-        components(view, wrong)
+        reference_gltf.check_file(file)
     except ValueError as error:
-        return pack_glb(document, view), str(error)
-    raise AssertionError("the reference decoder accepts an accessor that should be malformed")
+        return str(error)
+    raise AssertionError("the reference validator accepts a file that should be malformed")
 
 
 def vector_files() -> dict[str, bytes]:
@@ -1966,10 +2335,13 @@ def vector_files() -> dict[str, bytes]:
             "reason": refusal(blob),
             "validators_only": name in VALIDATORS_ONLY,
         }
-    for name in MALFORMED_GLTF:
+    for name, data in malformed_files().items():
         file = f"malformed_gltf_{name}.glb"
-        files[file], reason = malformed_gltf(name)
-        reasons[file] = {"reason": reason, "validators_only": False}
+        files[file] = data
+        reasons[file] = {
+            "reason": refusal_of_file(data),
+            "validators_only": name in GLTF_VALIDATORS_ONLY,
+        }
     files["malformed.json"] = (json.dumps(reasons, indent=1) + "\n").encode()
     return files
 

@@ -34,6 +34,7 @@ MAX_PREDICTED_BITS = 24
 ANCHOR_WIDTH_BITS = 3
 ANCHOR_WIDTH_FULL = 7
 MAX_WORD = 0xFFFFFFFF
+MIN_BYTES = 80  # header, one stream, one group, padding
 MAX_BYTES = 1 << 29
 FLOAT_COMPONENTS = 5126  # glTF's number of the component type float
 
@@ -331,11 +332,21 @@ class Group:
 
 @dataclass
 class Blob:
-    """A decoded blob: triangles uint32[T, 3] and, per stream, values uint32[V, elements]."""
+    """A decoded blob or view: triangles uint32[T, 3] and, per stream, values uint32[V, elements].
+
+    parts: the blobs of a view; empty for a blob.
+    """
 
     triangles: np.ndarray
     values: list[np.ndarray]
     streams: list[Stream]
+    parts: list[Blob] = field(default_factory=list)
+
+    def dequantised(self, stream: int) -> np.ndarray:
+        """The values of a stream, each blob's by the step and offsets of its own table."""
+        return np.concatenate(
+            [dequantise(p.streams[stream], p.values[stream]) for p in self.parts or [self]]
+        )
 
 
 class BlobFile:
@@ -343,10 +354,7 @@ class BlobFile:
 
     def __init__(self, data: bytes):
         self.data = bytes(data)
-        _require(
-            len(self.data) >= HEADER_BYTES + PADDING_BYTES,
-            f"The blob is shorter than {HEADER_BYTES + PADDING_BYTES} bytes.",
-        )
+        _require(len(self.data) >= MIN_BYTES, f"The blob is shorter than {MIN_BYTES} bytes.")
         (
             magic,
             version,
@@ -1170,6 +1178,7 @@ def decode_view(view: bytes) -> Blob:
         np.concatenate(triangles),
         [np.concatenate(values) for values in zip(*(blob.values for blob in blobs))],
         blobs[0].streams,
+        blobs,
     )
 
 
@@ -1206,6 +1215,11 @@ def dequantise(stream: Stream, integers: np.ndarray) -> np.ndarray:
     return integers
 
 
+def width_of(stream: Stream) -> int:
+    """The number of components of an accessor that a stream fills."""
+    return 3 if stream.kind == OCT else stream.elements
+
+
 def accessor_components(blob: Blob, stream: int, component_type: int, width: int) -> np.ndarray:
     """The components of an accessor, [V, width], from the streams from number `stream` on.
 
@@ -1216,7 +1230,7 @@ def accessor_components(blob: Blob, stream: int, component_type: int, width: int
     while sum(column.shape[1] for column in columns) < width:
         _require(stream < len(blob.streams), "The attribute needs more streams than there are.")
         kind = blob.streams[stream].kind
-        values = dequantise(blob.streams[stream], blob.values[stream])
+        values = blob.dequantised(stream)
         if component_type == FLOAT_COMPONENTS:
             values = values.astype(np.float32)
         else:

@@ -11,14 +11,18 @@ import pygltflib
 from gltf_ext import _codec
 from gltf_ext.compression.extension import (
     EXTENSION,
+    Compressed,
     compressed_primitives,
     has_compressed,
     is_compressed,
+    malformed_from,
     read_compressed,
+    require_unused_by_accessors,
 )
 from gltf_ext.compression.primitives import Primitive, all_primitives
 from gltf_ext.errors import MeshletError
-from gltf_ext.gltf.accessors import bounds, read_accessor
+from gltf_ext.gltf import json_values
+from gltf_ext.gltf.accessors import accessor_format, bounds, read_accessor
 from gltf_ext.gltf.buffer_layout import Renumber, map_accessors, map_views
 from gltf_ext.gltf.document import Document, item
 from gltf_ext.gltf.importers import open_model
@@ -53,7 +57,7 @@ def validate(path: str | os.PathLike[str]) -> list[str]:
             f"has no primitive with {EXTENSION}; "
             "compress it first: gltf-meshlet compress IN OUT.glb"
         )
-    return problems
+    return list(dict.fromkeys(problems))  # levels repeat the problems of their level 0
 
 
 def _lost_fallback(document: Document) -> list[str]:
@@ -98,7 +102,7 @@ def _broken_references(document: Document) -> list[str]:
 
 
 def _extension_lists(document: Document) -> list[str]:
-    """Problems of extensionsUsed and extensionsRequired."""
+    """Problems of extensionsUsed and extensionsRequired, and of accessors that primitives share."""
     users = [primitive for _, _, primitive in all_primitives(document) if is_compressed(primitive)]
     problems = []
     if users and EXTENSION not in document.extensionsUsed:
@@ -106,6 +110,13 @@ def _extension_lists(document: Document) -> list[str]:
     bare = {i for i, accessor in enumerate(document.accessors) if accessor.bufferView is None}
     if any(p.indices in bare for p in users) and EXTENSION not in document.extensionsRequired:
         problems.append(f"extensionsRequired lacks {EXTENSION}, but there is no fallback")
+    view_of: dict[int, Any] = {}  # accessor -> the view of the primitives that use it
+    for user in users:
+        view = json_values.member(user.extensions, EXTENSION).get("bufferView")
+        groups = [user.attributes, *user.targets]
+        accessors = [user.indices, *(index for names in groups for index in names.values())]
+        if any(view_of.setdefault(index, view) != view for index in accessors if index is not None):
+            problems.append("primitives with different buffer views share an accessor")
     return problems
 
 
@@ -114,8 +125,14 @@ def _blob_problems(document: Document, mesh: int, index: int) -> list[str]:
     try:
         compressed = read_compressed(document, mesh, index)
         _codec.validate(compressed.blob)
+        with malformed_from(compressed.where):
+            triangles, values = _codec.decode_values(compressed.blob)
         primitive = document.meshes[mesh].primitives[index]
-        problems = _accessor_problems(document, primitive, compressed.decode())
+        require_unused_by_accessors(document, [compressed.view])
+        problems = [
+            *_value_problems(compressed, values),
+            *_accessor_problems(document, primitive, compressed.as_primitive(triangles, values)),
+        ]
         return [f"{compressed.where}: {problem}" for problem in problems]
     except MeshletError as error:
         return [error.message]
@@ -123,11 +140,28 @@ def _blob_problems(document: Document, mesh: int, index: int) -> list[str]:
         return [f"{compressed.where}: {error}"]
 
 
+def _value_problems(compressed: Compressed, values: list[np.ndarray]) -> list[str]:
+    """Attributes of integers whose streams have values that their component types cannot hold."""
+    problems = []
+    for name, streams, (dtype, _) in compressed.named_streams:
+        if dtype.kind != "f":
+            limits = np.iinfo(dtype)
+            rounded = [np.rint(values[s]) for s in streams]
+            if any(v.min() < limits.min or v.max() > limits.max for v in rounded):
+                problems.append(f"{name} has values that its component type cannot hold")
+    return problems
+
+
 def _accessor_problems(
     document: Document, primitive: pygltflib.Primitive, decoded: Primitive
 ) -> list[str]:
-    """Compares the bounds of POSITION and the values of the fallback with the decoded data."""
+    """Problems of a primitive's accessors that readers may overlook, and of its fallback."""
     problems = []
+    if "KHR_draco_mesh_compression" in primitive.extensions:
+        problems.append("it is compressed with KHR_draco_mesh_compression, too")
+    index_type, _ = accessor_format(document.accessors[primitive.indices], "indices")
+    if decoded.vertex_count > np.iinfo(index_type).max:
+        problems.append("an index is the largest value of its component type, which is reserved")
     position = document.accessors[primitive.attributes["POSITION"]]
     for name, expected in zip(("min", "max"), bounds(decoded.attributes["POSITION"])):
         if getattr(position, name) != expected.tolist():
@@ -140,6 +174,8 @@ def _accessor_problems(
     for accessors, arrays in groups:
         for name, accessor in accessors.items():
             if document.accessors[accessor].bufferView is None:
+                if document.accessors[accessor].sparse is not None:
+                    problems.append(f"its {name} accessor is sparse, but has no fallback")
                 continue
             stored = read_accessor(document, accessor, name)
             if not np.array_equal(stored, arrays[name], equal_nan=True):

@@ -212,7 +212,7 @@ def require_unused_by_accessors(document: Document, views: list[int]) -> None:
     used = set()
     for accessor in document.accessors:
         sparse = (accessor.sparse.indices, accessor.sparse.values) if accessor.sparse else ()
-        used |= {part.bufferView for part in (accessor, *sparse)}
+        used |= {part.bufferView for part in (accessor, *sparse) if part is not None}
     if used & set(views):
         raise ValueError("an accessor refers to a buffer view of compressed data")
 

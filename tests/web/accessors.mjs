@@ -22,6 +22,7 @@ function parse(file) {
 
 function digests({ json, binary }, primitive) {
   const number = primitive.extensions[EXTENSION].bufferView;
+  if (json.bufferViews[number] === undefined) return { error: 'there is no such buffer view' };
   const { byteOffset = 0, byteLength } = json.bufferViews[number];
   const view = new Uint8Array(binary.subarray(byteOffset, byteOffset + byteLength));
   try {
