@@ -200,7 +200,7 @@ def measure_meshlets(blobs: list[bytes]) -> dict:
             kind: kinds[kind] / meshlets for kind in (OWNED, FOREIGN, PRIVATE)
         },
         "corners_by_hops": {str(n): hops[n] / sum(hops.values()) for n in sorted(hops)},
-        "components_per_meshlet": disks / meshlets,
+        "disks_per_meshlet": disks / meshlets,
     }
 
 
@@ -325,7 +325,7 @@ def boundary_bits(blobs: list[bytes], triangles: int, figures: dict) -> dict[str
     }
 
 
-# --- the page ---
+# --- the document ---
 
 
 def figures(values, digits: int = 2) -> list[str]:
@@ -369,7 +369,7 @@ def report(result: dict) -> str:
             [
                 row["model"],
                 *figures(row["references_per_meshlet"].values()),
-                *figures((row["components_per_meshlet"],)),
+                *figures((row["disks_per_meshlet"],)),
                 *figures((row["reference_bits_per_meshlet"],), 1),
                 *figures((100 * hops.get(n, 0) for n in ("0", "1", "2")), 1),
                 *figures((100 * more_hops,), 1),

@@ -222,7 +222,7 @@ def section_bits(example: Example) -> dict[str, int]:
 
 
 def raw_bits(example: Example) -> int:
-    """Bits of the same triangles as plain glTF: 3 indices each, and 32 bits per vertex component.
+    """Bits of the same triangles as plain glTF: 3 indices each, 32 bits per component of a vertex.
 
     Vertices of earlier meshlets do not count again.
     """

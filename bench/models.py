@@ -32,9 +32,9 @@ PAPER_MODELS = {
 }
 OTHER_MODELS = {
     "beast": "a character, texture coordinates with seams",
-    "chinesedragon": "a closed statue, texture coordinates on its small second part only",
+    "chinesedragon": "a closed statue, texture coordinates on its small second primitive only",
     "DamagedHelmet": "a hard-edged sample model of few triangles",
-    "engine": "a CAD engine of 34 parts, hard edges",
+    "engine": "a CAD engine of 34 primitives, hard edges",
     "igea": "a closed scan",
 }
 

@@ -111,7 +111,7 @@ def stated_figures(encoded: paper_encoding.Encoded, raw_bytes: int) -> dict:
     }
 
 
-# --- the page ---
+# --- the document ---
 
 
 def report(result: dict) -> str:

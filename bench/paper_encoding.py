@@ -4,7 +4,7 @@ A model is cut into meshlets of one edge-connected disk each. Runs of vertices b
 meshlets (or one and nothing) are boundaries and stored once, both ends included, so that a corner
 is stored by every boundary that meets there. A boundary's ends have absolute positions; every other
 vertex of it has the difference from the one before, an interior vertex the difference from its
-gate. A component of a difference is written in its low m bits or, with its flag set, in all n; one
+gate. An element of a difference is written in its low m bits or, with its flag set, in all n; one
 m for the model is found by trying all, and m = n writes no flags. Of each such vertex come first
 the three flags, then the low blocks, then the high ones. Normals are spherical, texture coordinates
 absolute. Triangles are Edgebreaker symbols in fixed codes of 2 bits for C, R, E and 3 for L, S; the
@@ -478,7 +478,7 @@ def best_m(lengths: Counter, n: int) -> int:
 
 
 def difference_bits(lengths: Counter, n: int, m: int) -> int:
-    """Bits of all differences; lengths: how many components have a value of how many bits."""
+    """Bits of all differences; lengths: the number of elements by the bits of their values."""
     if m == n:
         return n * lengths.total()
     return sum(count * (1 + (m if length <= m else n)) for length, count in lengths.items())

@@ -194,7 +194,7 @@ def attribute_errors(verified: dict, originals: list[Primitive]) -> dict:
     return errors
 
 
-# --- the page ---
+# --- the document ---
 
 
 def report(result: dict) -> str:

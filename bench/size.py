@@ -186,7 +186,7 @@ def _bits() -> Bits:
     return Bits(OPTIONS["position_bits"], OPTIONS["normal_bits"], OPTIONS["texcoord_bits"])
 
 
-# --- the page ---
+# --- the document ---
 
 
 def names_of(result: dict) -> list[str]:

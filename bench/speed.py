@@ -1,7 +1,7 @@
 """How fast? Encoding and decoding over size beside the peers, on one thread and all; peak memory.
 
 Writes docs/speed.md and docs/speed.png. The series of models is generated; bunny and dragon, and
-decoding of the paper's models, are added if they are in the models' folder. The page names the
+decoding of the paper's models, are added if they are in the models' folder. The document names the
 peers that are missing (see bench/peers.py).
 """
 
@@ -355,7 +355,7 @@ def _status(key: str) -> int:
     return int(line.split()[1]) * 1024
 
 
-# --- the page ---
+# --- the document ---
 
 
 def report(result: dict) -> str:

@@ -1,17 +1,12 @@
-// decode_speed [--turns] BLOB...
+// decode_speed BLOB...
 //
 // Times decoding without Python. Prints one JSON object with a list per figure, one entry per
 // repetition: decode_seconds, all blobs to float arrays on one thread; meshlet_microseconds, mean
 // of single meshlets in random order; parallel_seconds, all meshlets one by one, one thread per
 // processor. The first two are times of the processor, which other programs disturb little.
-//
-// With --turns, another process sets the pace, so that two builds can take turns: for each number n
-// read from standard input, decodes all blobs n times on one thread and prints the processor
-// seconds.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <ctime>
 #include <fstream>
 #include <iterator>
@@ -100,15 +95,6 @@ double decode_parallel(std::vector<Range>& ranges) {
   return seconds_since(start);
 }
 
-void take_turns(std::vector<OpenDecoder>& decoders, std::vector<Output>& outputs) {
-  for (int n; std::scanf("%d", &n) == 1;) {
-    double seconds = 0;
-    for (int i = 0; i < n; i++) seconds += decode_all(decoders, outputs);
-    std::printf("%.6f\n", seconds);
-    std::fflush(stdout);
-  }
-}
-
 void print_list(const char* name, const std::vector<double>& numbers, const char* end) {
   std::printf("\"%s\": [", name);
   for (size_t i = 0; i < numbers.size(); i++) std::printf("%s%.9g", i ? ", " : "", numbers[i]);
@@ -118,9 +104,8 @@ void print_list(const char* name, const std::vector<double>& numbers, const char
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool turns = argc > 1 && std::strcmp(argv[1], "--turns") == 0;
   std::vector<Bytes> blobs;
-  for (int i = turns ? 2 : 1; i < argc; i++) {
+  for (int i = 1; i < argc; i++) {
     std::ifstream file(argv[i], std::ios::binary);
     blobs.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
   }
@@ -135,10 +120,6 @@ int main(int argc, char** argv) {
     const meshlet::BlobHeader& header = decoders[i].blob->header;
     outputs.emplace_back(header);
     for (uint32_t m = 0; m < header.meshlet_count; m++) order.emplace_back(i, m);
-  }
-  if (turns) {
-    take_turns(decoders, outputs);
-    return 0;
   }
   std::mt19937 random(1);
   for (size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
