@@ -70,8 +70,8 @@ fuzz: .venv/installed .venv/mitsuba .venv/extras  ## 100,000 mutated blobs and l
 	@$(BIN)/python -m tools.sanitized tools.fuzz_levels
 	@$(BIN)/python -m tests.hostile.fuzz 100000
 
-shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv, bench/shaders to bench/spirv (needs glslangValidator)
-	@$(BIN)/python -m vk_backend.build_shaders
+shaders: .venv/installed  ## compile shaders/ to vk_backend/spirv and bench/spirv (needs glslangValidator)
+	@$(BIN)/python -m tools.build_shaders
 
 wgsl: .venv/web  ## translate shaders/ to web/wgsl for WebGPU
 	@$(BIN)/python -m web.build_wgsl

@@ -22,8 +22,8 @@ WARM_UP = 600  # milliseconds of work before the timed runs: an idle GPU has a l
 
 def measure(options: argparse.Namespace) -> dict:
     """All models with all methods."""
+    from bench.gpu_decoder import METHODS
     from vk_backend.device import Device
-    from vk_backend.gpu_decoder import METHODS
 
     methods = options.methods or list(METHODS)
     if not set(methods) <= set(METHODS):
@@ -39,10 +39,10 @@ def measure(options: argparse.Namespace) -> dict:
 
 def measure_model(device, path: Path, method: str) -> dict:
     """One row, of the largest blob of a compressed file. Raises MeshletError."""
+    from bench.gpu_decoder import GpuDecoder, stream_elements
     from gltf_ext import _codec
     from gltf_ext.compression.extension import require_compressed
     from gltf_ext.gltf.importers import open_model
-    from vk_backend.gpu_decoder import GpuDecoder, stream_elements
 
     blob = max((b for p in require_compressed(open_model(path)) for b in p.blobs), key=len)
     triangles = _codec.Decoder(blob).triangle_count

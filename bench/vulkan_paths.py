@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+import bench.compiled_shaders  # noqa: F401  before their structures
 from vk_backend import raster, vk
 from vk_backend.acceleration import Shape
 from vk_backend.camera import Camera

@@ -26,7 +26,7 @@ from bench.common import best_in_bold, markdown_table, progress, spread
 from bench.vulkan_decode import REPEAT, WARM_UP
 
 PACKAGES = ("numpy", "vulkan")
-METHODS = ("passes", "team32", "single")  # ours: vk_backend.gpu_decoder
+METHODS = ("traversal", "team", "serial")  # ours: bench.gpu_decoder
 MESHOPT, DGF = "meshopt", "dgf"  # also in names of files
 TITLES = {MESHOPT: "meshopt meshlets, triangles only", DGF: "AMD DGF, HPG24"}
 DGF_BLOCK = 64  # triangles and vertices of a block, at most
@@ -138,7 +138,7 @@ def measure(options: argparse.Namespace) -> dict:
 
 def _all_formats(device, folder: Path, model: str):
     """Yields (format, milliseconds of each run, triangles, whether they are the CPU's)."""
-    from vk_backend.gpu_decoder import GpuDecoder
+    from bench.gpu_decoder import GpuDecoder
 
     blob = (folder / f"{model}.blob").read_bytes()
     for method in METHODS:

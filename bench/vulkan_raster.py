@@ -89,7 +89,7 @@ def check_pictures(device, drawings: dict, targets) -> None:
 
 def measure(options: argparse.Namespace) -> dict:
     """All models, with and without culling."""
-    from vk_backend.pipeline_statistics import capture_statistics
+    from bench.pipeline_statistics import capture_statistics
     from vk_backend.renderer import Renderer
     from vk_backend.ring import RING
 
@@ -126,9 +126,9 @@ def measure_model(
     stream: dict,
 ) -> list[dict]:
     """A row for each of `paths` that the device supports. stream: options of path stream."""
+    from bench.pipeline_statistics import pipeline_statistics
     from bench.vulkan_paths import TimedDrawing
     from vk_backend.camera import Camera
-    from vk_backend.pipeline_statistics import pipeline_statistics
     from vk_backend.scene import load_scene
     from vk_backend.targets import Targets
 

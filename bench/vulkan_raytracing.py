@@ -67,8 +67,8 @@ def configurations(options: argparse.Namespace) -> list[dict]:
 
 def measure(options: argparse.Namespace) -> dict:
     """All models in all configurations."""
+    from bench.pipeline_statistics import capture_statistics
     from vk_backend.device import Device
-    from vk_backend.pipeline_statistics import capture_statistics
 
     rows: list[dict] = []
     with Device(options.device) as device, tempfile.TemporaryDirectory() as folder:
@@ -144,7 +144,7 @@ def measure_light(rows, tracers, cameras, size: tuple[int, int], bounces: int) -
 
 def print_statistics(device, tracer) -> None:
     """Prints the driver's statistics of all shaders, such as registers and stack."""
-    from vk_backend.pipeline_statistics import pipeline_statistics
+    from bench.pipeline_statistics import pipeline_statistics
 
     for pipeline in tracer.pipelines:
         for executable, found in pipeline_statistics(device, pipeline).items():

@@ -1,8 +1,7 @@
-"""Decoding with WebGPU: the pass decoder in WGSL beside the same passes in SPIR-V.
+"""Decoding with WebGPU: both methods of web/webgpu.js, down to the buffers of a renderer.
 
 Needs a GPU, the Python package wgpu and the names of models: python -m bench webgpu FILE.glb ...
-Times are the GPU's own, of rounds that alternate between the two. Naga compiles the WGSL, as in
-Firefox.
+Times are the GPU's own. Naga compiles the WGSL, as in Firefox.
 """
 
 from __future__ import annotations
@@ -19,111 +18,136 @@ import numpy as np
 from bench.common import ROOT, markdown_table, spread
 from bench.models import add_model_files, check_model_files, model_files
 
-PACKAGES = ("numpy", "vulkan", "wgpu")
+PACKAGES = ("numpy", "wgpu")
 WGSL = ROOT / "web" / "wgsl"
-# The modules of web/wgsl for GpuDecoder's shaders, as web/webgpu.js chooses them.
-SMALL = {"interior": "interior_small"}  # for so many elements:
-SMALL_ELEMENTS = 8
+# As in web/webgpu.js: shader -> meshlets of a workgroup.
+FIRST = {"connect": 32, "lengths": 8}
+METHODS = {
+    "interior": {"corners": 8, "chains": 8, "interior": 1},
+    "traversal": {"corners": 8, "chains": 8, "traversal": 64, "geo": 2},
+}
+SPLIT = ("corners", "chains", "traversal")  # have a row of workgroups for each stream
+PASSES = ("lengths", "corners", "chains", "traversal", "geo")  # share a file
+INTERIOR_STREAMS, INTERIOR_ELEMENTS = 8, 20
+SCRATCH_BYTES = 2**25  # of the values that are decoded at a time
 WORKGROUPS = 65535  # of a dispatch
-ROUNDS = 12
+MAX_BYTES = 2**30  # of a buffer
+PUSH = ("blob_words", "meshlets", "streams", "value_words", "first")  # shaders/web/wgsl.glsl
+PUSH_ATTRIBUTE = ("stream", "base", "stride", "field", "integers")
 REPEAT = 20  # decodings of a round
-WARM_UP = 3  # rounds: an idle GPU has a low clock rate
+WARM_UP, ROUNDS = 6, 4  # rounds: an idle GPU has a low clock rate
+BINDING = re.compile(r"@binding\((\d+)\) @group\(0\) var<\w+(?:, (\w+))?>")
+TYPES = {"read": "read-only-storage", "read_write": "storage", "": "uniform"}
 
 
-class WebgpuDecoder:
-    """Runs the passes over one blob. Its header must have been checked.
+class WebgpuDevice:
+    """A GPU and its compiled shaders. name: a part of the GPU's, or None for the first one."""
 
-    passes: modules of web/wgsl, with the meshlets of a workgroup. words: of the values of a
-    meshlet, in the layout of packed_values.glsl.
-    """
-
-    def __init__(
-        self,
-        blob: bytes,
-        passes: list[tuple[str, int]],
-        meshlets: int,
-        streams: int,
-        words: int,
-        adapter: str | None,
-    ):
+    def __init__(self, name: str | None):
         try:
             import wgpu
         except ImportError:
             raise SystemExit("bench: wgpu is not installed (pip install wgpu==0.32.0)") from None
-        self._wgpu = wgpu
-        self.meshlets = meshlets
-        self.device = self._open(adapter, 4 * words * meshlets)
-        usage = wgpu.BufferUsage
-        storage = usage.STORAGE | usage.COPY_SRC
-        sizes = {2: 4, 3: 256, 4: 4 * words, 5: 48, 6: 64}  # by binding, bytes of a meshlet
-        self._buffers = {
-            binding: self.device.create_buffer(size=size * meshlets, usage=storage)
-            for binding, size in sizes.items()
-        }
-        self._buffers[0] = self.device.create_buffer_with_data(data=blob, usage=storage)
-        self._dispatches = [
-            dispatch
-            for name, per, rows in passes
-            for dispatch in self._prepare(name, per, rows, len(blob) // 4, streams, words)
+        adapters = [
+            a
+            for a in wgpu.gpu.enumerate_adapters_sync()
+            if a.info["backend_type"] == "Vulkan"
+            and (name or "").lower() in a.info["device"].lower()
         ]
-
-    def _open(self, name: str | None, largest: int) -> Any:
-        adapters = self._wgpu.gpu.enumerate_adapters_sync()
-        suitable = [a for a in adapters if a.info["backend_type"] == "Vulkan"]
-        if name:
-            suitable = [a for a in suitable if name.lower() in a.info["device"].lower()]
-        if not suitable:
+        if not adapters:
             raise SystemExit("bench: wgpu finds no such GPU with Vulkan")
-        self.adapter = suitable[0].info
-        size = max(largest, 2**27)
-        return suitable[0].request_device_sync(
+        self.info, self.usage = adapters[0].info, wgpu.BufferUsage
+        limits = ("max-storage-buffer-binding-size", "max-buffer-size")
+        self.device = adapters[0].request_device_sync(
             required_features=["timestamp-query"],
-            required_limits={"max-storage-buffer-binding-size": size, "max-buffer-size": size},
+            required_limits={key: min(MAX_BYTES, adapters[0].limits[key]) for key in limits},
         )
+        self._pipelines: dict[str, tuple[Any, Any, list[int]]] = {}
 
-    def _prepare(
-        self, name: str, per: int, rows: int, blob_words: int, streams: int, words: int
-    ) -> list:
-        """The pipeline, bind group and workgroups of each dispatch of a pass."""
-        code = (WGSL / f"{name}.wgsl").read_text()
-        pipeline = self.device.create_compute_pipeline(
-            layout="auto",
-            compute={
-                "module": self.device.create_shader_module(code=code),
-                "entry_point": "main",
-            },
-        )
-        bindings = [int(n) for n in re.findall(r"@binding\((\d+)\)", code)]
-        dispatches = []
-        for first in range(0, self.meshlets, WORKGROUPS * per):
-            end = min(first + WORKGROUPS * per, self.meshlets)
-            # Values lie at (meshlet - first) * words, and so must the binding.
-            push = np.zeros(16, np.uint32)
-            push[:5] = [blob_words, end, streams, words, first]
-            uniform = self.device.create_buffer_with_data(
-                data=push.tobytes(), usage=self._wgpu.BufferUsage.UNIFORM
+    def pipeline(self, name: str) -> tuple[Any, Any, list[int]]:
+        """(pipeline, layout of its bind group, numbers of its bindings) of a shader."""
+        if name not in self._pipelines:
+            code = (WGSL / f"{'passes' if name in PASSES else name}.wgsl").read_text()
+            declared = [(int(number), TYPES[access]) for number, access in BINDING.findall(code)]
+            layout = self.device.create_bind_group_layout(
+                entries=[
+                    {"binding": number, "visibility": "COMPUTE", "buffer": {"type": kind}}
+                    for number, kind in declared
+                ]
             )
-            resources = {
-                **{n: {"buffer": buffer} for n, buffer in self._buffers.items()},
-                1: {"buffer": uniform},
-                4: {"buffer": self._buffers[4], "offset": 4 * words * first},
-            }
-            group = self.device.create_bind_group(
-                layout=pipeline.get_bind_group_layout(0),
-                entries=[{"binding": n, "resource": resources[n]} for n in bindings],
+            pipeline = self.device.create_compute_pipeline(
+                layout=self.device.create_pipeline_layout(bind_group_layouts=[layout]),
+                compute={
+                    "module": self.device.create_shader_module(code=code),
+                    "entry_point": f"{name}_main",
+                },
             )
-            dispatches.append((pipeline, group, (math.ceil((end - first) / per), rows)))
-        return dispatches
+            self._pipelines[name] = pipeline, layout, [number for number, _ in declared]
+        return self._pipelines[name]
 
-    def decode(self, repeat: int) -> np.ndarray:
-        """float64[repeat]: milliseconds of each decoding, on the GPU."""
-        usage = self._wgpu.BufferUsage
-        queries = self.device.create_query_set(type="timestamp", count=2 * repeat)
-        times = self.device.create_buffer(
-            size=16 * repeat, usage=usage.QUERY_RESOLVE | usage.COPY_SRC
+
+class WebgpuDecoder:
+    """Decodes one blob as decodeToGPU does. Its header must have been checked."""
+
+    def __init__(self, gpu: WebgpuDevice, blob: bytes, meshlets: int, triangles: int, method: str):
+        self._gpu = gpu
+        elements, places, words = stream_places(blob)
+        self._push = {"blob_words": len(blob) // 4, "meshlets": meshlets}
+        self._push |= {"streams": len(elements), "value_words": words}
+        chunk = min(WORKGROUPS, max(1, SCRATCH_BYTES // (4 * words)))
+        sizes = {2: 4 * meshlets, 3: 256 * meshlets, 4: 4 * words * min(chunk, meshlets)}
+        sizes |= {5: 48 * meshlets, 6: 64 * meshlets, 7: 4 * meshlets, 8: 20, 9: 8}
+        self._buffers = {binding: self._buffer(size) for binding, size in sizes.items()}
+        self._buffers[0] = gpu.device.create_buffer_with_data(data=blob, usage=gpu.usage.STORAGE)
+        results = [self._buffer(256 * n * meshlets) for n in elements]
+        indices = {"buffer": self._buffer(12 * triangles)}
+        self._dispatches: list[tuple[Any, Any, tuple[int, int]]] = []
+        for name, per in FIRST.items():
+            self._add(name, math.ceil(meshlets / per))
+        for first in range(0, meshlets, chunk):
+            count = min(chunk, meshlets - first)
+            some = {"first": first, "meshlets": first + count}
+            for name, per in METHODS[method].items():
+                self._add(name, math.ceil(count / per), **some)
+            for s, (base, stride, field) in enumerate(places):
+                shape = dict(zip(PUSH_ATTRIBUTE, (s, base, stride, field, 1)))
+                place = {"buffer": results[s], "offset": 256 * elements[s] * first}
+                self._add("attribute", count, place, **some, **shape)
+        self._add("ranges", 1)
+        for first in range(0, meshlets, WORKGROUPS):
+            self._add("indices", min(WORKGROUPS, meshlets - first), indices, first=first)
+
+    def _buffer(self, size: int) -> Any:
+        usage = self._gpu.usage.STORAGE | self._gpu.usage.COPY_SRC
+        return self._gpu.device.create_buffer(size=size, usage=usage)
+
+    def _add(self, name: str, groups: int, results: dict | None = None, **push: int) -> None:
+        """Adds a dispatch with these push constants besides those of the blob."""
+        values = np.zeros(16, np.uint32)
+        fields = {**self._push, **push}
+        values[:10] = [fields.get(field, 0) for field in (*PUSH, *PUSH_ATTRIBUTE)]
+        uniform = self._gpu.device.create_buffer_with_data(
+            data=values.tobytes(), usage=self._gpu.usage.UNIFORM
         )
-        encoder = self.device.create_command_encoder()
-        for i in range(repeat):
+        resources = {
+            **{number: {"buffer": buffer} for number, buffer in self._buffers.items()},
+            1: {"buffer": uniform},
+            10: results,
+        }
+        pipeline, layout, bindings = self._gpu.pipeline(name)
+        group = self._gpu.device.create_bind_group(
+            layout=layout, entries=[{"binding": n, "resource": resources[n]} for n in bindings]
+        )
+        rows = self._push["streams"] if name in SPLIT else 1
+        self._dispatches.append((pipeline, group, (groups, rows)))
+
+    def decode(self) -> np.ndarray:
+        """float64[REPEAT]: milliseconds of each decoding, on the GPU."""
+        device, usage = self._gpu.device, self._gpu.usage
+        queries = device.create_query_set(type="timestamp", count=2 * REPEAT)
+        times = device.create_buffer(size=16 * REPEAT, usage=usage.QUERY_RESOLVE | usage.COPY_SRC)
+        encoder = device.create_command_encoder()
+        for i in range(REPEAT):
             compute = encoder.begin_compute_pass(
                 timestamp_writes={
                     "query_set": queries,
@@ -136,100 +160,75 @@ class WebgpuDecoder:
                 compute.set_bind_group(0, group)
                 compute.dispatch_workgroups(*workgroups)
             compute.end()
-        encoder.resolve_query_set(queries, 0, 2 * repeat, times, 0)
-        self.device.queue.submit([encoder.finish()])
-        stamps = np.frombuffer(self.device.queue.read_buffer(times), np.uint64).reshape(-1, 2)
+        encoder.resolve_query_set(queries, 0, 2 * REPEAT, times, 0)
+        device.queue.submit([encoder.finish()])
+        stamps = np.frombuffer(device.queue.read_buffer(times), np.uint64).reshape(-1, 2)
         return (stamps[:, 1] - stamps[:, 0]) / 1e6
 
-    def read(self, binding: int) -> np.ndarray:
-        """uint32[]: a buffer's words."""
-        return np.frombuffer(self.device.queue.read_buffer(self._buffers[binding]), np.uint32)
+    def malformed(self) -> int:
+        """Meshlets that the last decoding refused."""
+        return int(
+            np.frombuffer(self._gpu.device.queue.read_buffer(self._buffers[9]), np.uint32)[0]
+        )
+
+
+def stream_places(blob: bytes) -> tuple[list[int], list[tuple[int, int, int]], int]:
+    """(elements, (base, stride, field) of the values) of each stream, and words of a meshlet."""
+    from bench.gpu_decoder import packed_shapes
+
+    places, end = [], 0
+    for _, field, words in packed_shapes(blob):
+        places.append((end, words, field))
+        end += 64 * words
+    return [elements for elements, _, _ in packed_shapes(blob)], places, end
 
 
 def measure(options: argparse.Namespace) -> dict:
-    """All models with both."""
-    from vk_backend.device import Device
-
-    with tempfile.TemporaryDirectory() as folder, Device(options.device) as device:
+    """All models with both methods."""
+    gpu = WebgpuDevice(options.adapter)
+    with tempfile.TemporaryDirectory() as folder:
         rows = [
-            measure_model(device, path, options.adapter)
-            for path in model_files(options, Path(folder))
+            row for path in model_files(options, Path(folder)) for row in measure_model(gpu, path)
         ]
-        return {"rows": rows, "device": {"name": device.name, "driver": device.driver}}
+    return {"rows": rows, "adapter": f"{gpu.info['device']} ({gpu.info['description']})"}
 
 
-def measure_model(device: Any, path: Path, adapter: str | None) -> dict:
-    """One row, of the largest blob of a compressed file. Raises MeshletError."""
+def measure_model(gpu: WebgpuDevice, path: Path) -> list[dict]:
+    """A row per method, of the largest blob of a compressed file. Raises MeshletError."""
     from gltf_ext import _codec
     from gltf_ext.compression.extension import require_compressed
     from gltf_ext.gltf.importers import open_model
-    from vk_backend.gpu_decoder import GpuDecoder, packed_shapes, stream_elements, unpacked
 
     blob = max((b for p in require_compressed(open_model(path)) for b in p.blobs), key=len)
     info = _codec.Decoder(blob)
-    elements, shapes = stream_elements(blob), packed_shapes(blob)
-    if len(elements) > 8 or sum(elements) > 20:
-        raise SystemExit(f"bench: {path}: the passes in WGSL take 8 streams of 20 elements")
-    native = GpuDecoder(device, "passes", len(elements), sum(elements))
-    words = 64 * sum(words for _, _, words in shapes)
-    small = SMALL if sum(elements) <= SMALL_ELEMENTS else {}
-    passes = []
-    for step in native.passes(blob):  # in WGSL, connect has a thread per meshlet
-        name = step.shader.removesuffix(".comp")
-        rows = len(elements) if step.split else 1
-        passes.append((small.get(name, name), step.meshlets * step.spread, rows))
-    web = WebgpuDecoder(blob, passes, info.meshlet_count, len(elements), words, adapter)
-    times: dict[str, list[float]] = {"spirv": [], "wgsl": []}
-    for number in range(WARM_UP + ROUNDS):
-        decoded = native.decode(blob, repeat=REPEAT)
-        both = {"spirv": decoded.milliseconds, "wgsl": web.decode(REPEAT)}
-        for name, milliseconds in both.items():
-            if number >= WARM_UP:
-                times[name].append(float(np.median(milliseconds)))
-    same(path, decoded, web.read(2), unpacked(web.read(4).reshape(info.meshlet_count, -1), shapes))
-    ratio = np.median(times["wgsl"]) / np.median(times["spirv"])
-    return {
-        "model": path.stem,
-        "triangles": info.triangle_count,
-        "meshlets": info.meshlet_count,
-        "adapter": f"{web.adapter['device']} ({web.adapter['description']})",
-        "milliseconds": {name: spread(values) for name, values in times.items()},
-        "ratio": float(ratio),
-    }
-
-
-def same(path: Path, decoded: Any, summaries: np.ndarray, integers: np.ndarray) -> None:
-    """Ends the program unless both have decoded the same."""
-    counts = decoded.triangle_counts | decoded.vertex_counts << 8 | decoded.errors << 16
-    vertex = np.arange(64)[None, None, :] < decoded.vertex_counts[:, None, None]
-    if (counts != summaries).any() or ((decoded.integers != integers) & vertex).any():
-        raise SystemExit(f"bench: {path}: WGSL and SPIR-V differ")
+    elements = stream_places(blob)[0]
+    fits = len(elements) <= INTERIOR_STREAMS and sum(elements) <= INTERIOR_ELEMENTS
+    rows = []
+    for method in METHODS if fits else ["traversal"]:
+        decoder = WebgpuDecoder(gpu, blob, info.meshlet_count, info.triangle_count, method)
+        rounds = [decoder.decode() for _ in range(WARM_UP + ROUNDS)][WARM_UP:]
+        if decoder.malformed():
+            raise SystemExit(f"bench: {path}: {method} refuses {decoder.malformed()} meshlets")
+        facts = {"model": path.stem, "method": method, "triangles": info.triangle_count}
+        times = spread(np.concatenate(rounds).tolist())
+        rows.append({**facts, "meshlets": info.meshlet_count, "milliseconds": times})
+    return rows
 
 
 def summary(result: dict) -> str:
     """The table to print."""
     cells = []
     for row in result["rows"]:
-        spirv, wgsl = (row["milliseconds"][name]["median"] for name in ("spirv", "wgsl"))
-        rate = row["triangles"] / wgsl / 1e6
-        cells.append(
-            [
-                row["model"],
-                f"{row['triangles']:,}",
-                f"{spirv:.3f}",
-                f"{wgsl:.3f}",
-                f"{row['ratio']:.2f}",
-                f"{rate:.2f}",
-            ]
-        )
-    columns = ["model", "triangles", "SPIR-V ms", "WGSL ms", "ratio", "WGSL billion triangles/s"]
-    return markdown_table(columns, cells)
+        median = row["milliseconds"]["median"]
+        rate = row["triangles"] / median / 1e6
+        figures = [f"{row['meshlets']:,}", row["method"], f"{median:.3f}", f"{rate:.2f}"]
+        cells.append([row["model"], *figures])
+    return markdown_table(["model", "meshlets", "method", "ms", "billion triangles/s"], cells)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     add_model_files(parser)
-    parser.add_argument("--device", help="number or part of the name (default: the first GPU)")
-    parser.add_argument("--adapter", help="part of the GPU's name for wgpu (default: its first)")
+    parser.add_argument("--adapter", help="part of the GPU's name (default: the first)")
 
 
 check = check_model_files

@@ -39,7 +39,6 @@ API = {
         "Camera",
         "Renderer",
         "RayTracer",
-        "GpuDecoder",
         "Picture",
         "VulkanError",
     ),

@@ -11,7 +11,6 @@ from typing import Any
 
 _PUBLIC = {
     "Camera": "camera",
-    "GpuDecoder": "gpu_decoder",
     "Picture": "renderer",
     "RayTracer": "raytrace",
     "Renderer": "renderer",
@@ -22,7 +21,7 @@ __all__ = list(_PUBLIC)
 
 
 def __getattr__(name: str) -> Any:
-    """Imports public names on first use: build_shaders and load_scene work without a driver."""
+    """Imports public names on first use: constants and load_scene work without a driver."""
     if name not in _PUBLIC:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f".{_PUBLIC[name]}", __name__), name)

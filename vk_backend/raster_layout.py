@@ -8,5 +8,3 @@ RASTER_PUSH = structure("RasterPush")  # push constants of all raster paths
 BOUNDS_PUSH = structure("BoundsPush")  # of bounds.comp
 SEGMENT = structure("Segment")  # of shaders/raster/stream_push.glsl
 CONNECTED = structure("Connected")  # of shaders/decoders/decode_buffers.glsl
-PLACES = structure("Places")
-DECODE_PUSH = structure("Push")  # of shaders/decoders/decode_push.glsl

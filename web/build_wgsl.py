@@ -16,36 +16,41 @@ import sys
 import tempfile
 from pathlib import Path
 
-from vk_backend.build_shaders import INCLUDE_FOLDERS, SOURCES, closure
-
-ROOT = Path(__file__).resolve().parent.parent
+from tools.shader_sources import ROOT, SOURCES, closure, include_folders
 
 OUTPUT = ROOT / "web" / "wgsl"
 MANIFEST = OUTPUT / "sources.json"
-PRELUDE = SOURCES / "web" / "wgsl.glsl"
-# Streams of a blob, and elements of all streams together. The serial decoder takes every blob; the
-# passes keep a meshlet's values in WebGPU's 16 KiB of workgroup memory.
-ANY = {"MAX_STREAMS": "64u"}
-CONNECT = {"MAX_STREAMS": "8u", "SPREAD": "1u"}
-INTERIOR = {"MAX_STREAMS": "8u", "MAX_ELEMENTS": "20u"}
-# Takes 0.19 in place of 0.31 ms for dragon on an H200: more workgroups fit a multiprocessor.
-SMALL = {"MAX_STREAMS": "8u", "MAX_ELEMENTS": "8u"}
-# Module -> (source in shaders/, macros).
+PRELUDE = "web/wgsl.glsl"
+# Capacities: streams of a blob, as many as the format allows, and elements, of which only interior
+# holds values in workgroup memory, 16 KiB by WebGPU's default limits.
+CAPACITIES = {"MAX_STREAMS": 64, "MAX_ELEMENTS": 256}
+INTERIOR = {"MAX_STREAMS": 8, "MAX_ELEMENTS": 20}
+# An entry point. web/wgsl.glsl declares what it sets.
+ENTRY = """\
+[shader("compute")]
+void {entry}_main(uint thread : SV_GroupIndex, uint3 workgroup : SV_GroupID,
+             uint3 invocation : SV_DispatchThreadID) {{
+  the_thread = thread;
+  the_workgroup = workgroup;
+  the_invocation = invocation;
+  {entry}_shader();
+}}
+"""
+WHOLE_PROGRAM = 1 << 8  # SLANG_TARGET_FLAG_GENERATE_WHOLE_PROGRAM: all entry points in one text
+# Module -> the shaders whose entry points it has: NAME.comp becomes NAME_main.
 MODULES = {
-    "decode": ("decoders/decode.comp", ANY),
-    "connect": ("decoders/connect.comp", CONNECT),
-    "lengths": ("decoders/lengths.comp", INTERIOR),
-    "corners": ("decoders/corners.comp", INTERIOR),
-    "corners_split": ("decoders/corners.comp", {**INTERIOR, "SPLIT": ""}),
-    "chains": ("decoders/chains.comp", INTERIOR),
-    "chains_split": ("decoders/chains.comp", {**INTERIOR, "NO_AFFINE": ""}),
-    "interior": ("decoders/interior.comp", INTERIOR),
-    "interior_small": ("decoders/interior.comp", SMALL),
-    "traversal": ("decoders/traversal.comp", INTERIOR),
-    "geo": ("decoders/geo.comp", INTERIOR),
-    "ranges": ("web/ranges.comp", ANY),
-    "indices": ("web/indices.comp", ANY),
-    "attribute": ("web/attribute.comp", ANY),
+    "connect": ["decoders/connect.comp"],
+    "passes": [
+        "decoders/lengths.comp",
+        "decoders/corners.comp",
+        "decoders/chains.comp",
+        "decoders/traversal.comp",
+        "decoders/geo.comp",
+    ],
+    "interior": ["decoders/interior.comp"],
+    "ranges": ["web/ranges.comp"],
+    "indices": ["web/indices.comp"],
+    "attribute": ["web/attribute.comp"],
 }
 # Slang's warnings without use: uninitialised shared memory, loops that test another variable,
 # implicit conversions.
@@ -73,7 +78,16 @@ class Slang:
             ),
             ("spCompile", ctypes.c_int, [ctypes.c_void_p]),
             ("spGetDiagnosticOutput", ctypes.c_char_p, [ctypes.c_void_p]),
-            ("spGetEntryPointSource", ctypes.c_char_p, [ctypes.c_void_p, ctypes.c_int]),
+            (
+                "spSetTargetFlags",
+                None,
+                [ctypes.c_void_p, ctypes.c_int, ctypes.c_uint],
+            ),
+            (
+                "spGetTargetCodeBlob",
+                ctypes.c_int,
+                [ctypes.c_void_p, ctypes.c_int, ctypes.POINTER(ctypes.c_void_p)],
+            ),
         ):
             function = getattr(self._c, name)
             function.restype, function.argtypes = result, arguments
@@ -96,47 +110,72 @@ class Slang:
             raise RuntimeError("the Slang compiler does not start")
         return session
 
-    def translate(self, source: Path) -> str:
-        """The WGSL of a compute shader. Raises RuntimeError with the compiler's messages."""
+    def translate(self, source: Path, entries: list[str]) -> str:
+        """The WGSL of a file's entry points. Raises RuntimeError with the compiler's messages."""
         request = self._c.spCreateCompileRequest(self._session)
         try:
             arguments = [
                 str(source),
-                *(f"-I{folder}" for folder in INCLUDE_FOLDERS),
-                *("-lang", "glsl", "-target", "wgsl", "-entry", "main", "-stage", "compute"),
-                *("-warnings-disable", QUIET),
+                *(f"-I{folder}" for folder in include_folders()),
+                *("-lang", "glsl", "-target", "wgsl", "-warnings-disable", QUIET),
+                *(word for name in entries for word in ("-entry", name, "-stage", "compute")),
             ]
             encoded = [a.encode() for a in arguments]
             array = (ctypes.c_char_p * len(encoded))(*encoded)
             failed = self._c.spProcessCommandLineArguments(request, array, len(encoded)) < 0
+            self._c.spSetTargetFlags(request, 0, WHOLE_PROGRAM)
             failed = failed or self._c.spCompile(request) < 0
             messages = (self._c.spGetDiagnosticOutput(request) or b"").decode()
             if failed or messages:
                 raise RuntimeError(messages)
-            return self._c.spGetEntryPointSource(request, 0).decode()
+            code = ctypes.c_void_p()
+            self._c.spGetTargetCodeBlob(request, 0, ctypes.byref(code))
+            return _contents(code)
         finally:
             self._c.spDestroyCompileRequest(request)
 
 
+def _contents(blob: ctypes.c_void_p) -> str:
+    """The text of an ISlangBlob, and releases it."""
+    table = ctypes.cast(blob, ctypes.POINTER(ctypes.POINTER(ctypes.c_void_p)))[0]
+    # The methods: queryInterface, addRef, release, getBufferPointer, getBufferSize.
+    release = ctypes.CFUNCTYPE(ctypes.c_uint32, ctypes.c_void_p)(table[2])
+    pointer = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_void_p)(table[3])
+    size = ctypes.CFUNCTYPE(ctypes.c_size_t, ctypes.c_void_p)(table[4])
+    text = ctypes.string_at(pointer(blob), size(blob)).decode()
+    release(blob)
+    return text
+
+
+def capacities(name: str) -> dict[str, int]:
+    """Macro -> value, for a module."""
+    return INTERIOR if name == "interior" else CAPACITIES
+
+
 def digest(name: str) -> str:
     """SHA-256 of everything that a module is made from, without the compiler."""
-    source, macros = MODULES[name]
-    hashed = hashlib.sha256(json.dumps(macros).encode())
-    for path in [*closure(PRELUDE), *closure(SOURCES / source)]:
+    hashed = hashlib.sha256(json.dumps([MODULES[name], capacities(name), ENTRY]).encode())
+    for path in dict.fromkeys(
+        path for source in (PRELUDE, *MODULES[name]) for path in closure(SOURCES / source)
+    ):
         hashed.update(path.name.encode() + b"\0" + path.read_bytes())
     return hashed.hexdigest()
 
 
 def translate(slang: Slang, name: str) -> str:
     """The WGSL of a module."""
-    source, macros = MODULES[name]
+    lines = [f"#define {macro} {value}u" for macro, value in capacities(name).items()]
+    lines.append(f'#include "{PRELUDE}"')
+    names = [Path(source).stem for source in MODULES[name]]
+    for source, entry in zip(MODULES[name], names):
+        lines += [f"#define main {entry}_shader", f'#include "{source}"', "#undef main"]
+        lines += ENTRY.format(entry=entry).splitlines()
     with tempfile.TemporaryDirectory() as folder:
         wrapper = Path(folder) / f"{name}.comp"
-        lines = [f"#define {macro} {value}" for macro, value in macros.items()]
-        lines += [f'#include "{path}"' for path in (PRELUDE.relative_to(SOURCES), source)]
         wrapper.write_text("\n".join(lines) + "\n")
-        text = slang.translate(wrapper)
-    return f"// Translated from shaders/{source} by web/build_wgsl.py: do not edit.\n{text}"
+        text = slang.translate(wrapper, [f"{entry}_main" for entry in names])
+    sources = ", ".join(f"shaders/{source}" for source in MODULES[name])
+    return f"// Translated from {sources} by web/build_wgsl.py: do not edit.\n{text}"
 
 
 def build() -> None:

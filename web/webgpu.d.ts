@@ -12,10 +12,11 @@ export interface GPUOptions {
   /** Most bytes of the temporary buffer of decoded integers. Default: 32 MiB. */
   scratchBytes?: number;
   /**
-   * `passes`: several invocations decode a meshlet; up to 8 streams of 20 elements together.
-   * `serial`: one invocation decodes a meshlet; any blob. Default: `passes` where it can.
+   * How the vertices inside a meshlet are decoded. `interior`: by a workgroup; blobs of up to 8
+   * streams of 20 elements together. `traversal`: by one invocation per stream; any blob. Default:
+   * the faster one, `interior` for fewer than 4,000 meshlets.
    */
-  method?: 'passes' | 'serial';
+  method?: 'interior' | 'traversal';
   /** Names the buffers in the messages of WebGPU. */
   label?: string;
 }

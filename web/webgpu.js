@@ -9,34 +9,22 @@ const WORKGROUPS = 65535; // of a dispatch, by WebGPU's default limits
 const CONNECTED_BYTES = 48; // of a meshlet in shaders/decoders/decode_buffers.glsl
 const PLACES_BYTES = 64;
 const PACKED_POSITION_BITS = 21;
-const TABLE_BYTES = 32; // where a blob's stream table begins (codec/format/constants.h)
-const STREAM_BYTES = 28;
-const AFFINE = 5;
-const MANY_MESHLETS = 8000; // as in vk_backend/gpu_decoder.py
-const SMALL_ELEMENTS = 8; // of a vertex, for interior_small
 
-// Decoders: the shaders that all meshlets need first, those that a range of meshlets needs then,
-// each with the meshlets of a workgroup, the layout of the values, words of a meshlet after its
-// values, and the capacities (build_wgsl.py).
+// Compute shaders with the meshlets of a workgroup, in the order in which they run: those for all
+// meshlets, then, for some meshlets at a time, those of a method.
+const FIRST = { connect: 32, lengths: 8 };
 const METHODS = {
-  serial: {
-    all: {},
-    range: () => ({ decode: 32 }),
-    layout: plainLayout,
-    scratch: 512,
-    streams: 64,
-    elements: 256,
-  },
-  passes: {
-    all: { connect: 32, lengths: 8 },
-    range: passesOf,
-    layout: packedLayout,
-    scratch: 0,
-    streams: 8,
-    elements: 20,
-  },
+  interior: { corners: 8, chains: 8, interior: 1 },
+  traversal: { corners: 8, chains: 8, traversal: 64, geo: 2 },
 };
-const SPLIT = ['corners_split', 'chains_split', 'traversal']; // have a workgroup per stream, too
+// From here on `traversal` is faster. On an H200 it takes 0.67 ms in place of 0.41 for 1,108 meshlets
+// and 0.79 in place of 0.55 for 2,509, but 0.26 in place of 0.29 for 4,381, 0.45 in place of 0.66 for
+// 14,227 and 1.20 in place of 2.18 for 56,884 (bench/results/gpu_forms.json).
+const MANY_MESHLETS = 4000;
+const INTERIOR_STREAMS = 8; // capacities of `interior`, whose values lie in workgroup memory
+const INTERIOR_ELEMENTS = 20;
+const SPLIT = ['corners', 'chains', 'traversal']; // have a row of workgroups for each stream
+const PASSES = ['lengths', 'corners', 'chains', 'traversal', 'geo']; // share a file, passes.wgsl
 const OUTPUT = ['attribute', 'ranges', 'indices'];
 
 // The fields of the uniform buffer (shaders/web/wgsl.glsl), in order.
@@ -51,36 +39,20 @@ export async function decodeToGPU(device, blob, options = {}) {
   if (blobs.length !== 1)
     throw new RangeError(`the view has ${blobs.length} blobs; decode each of decoder.blobs(view)`);
   const method = chooseMethod(blobs[0], options.method);
-  const names = [...Object.keys(method.all), ...Object.keys(method.range), ...OUTPUT];
+  const names = [...Object.keys(FIRST), ...Object.keys(method), ...OUTPUT];
   const modules = await shaders(device, names);
   const job = new Job(device, modules, method, blobs[0], options, label);
   return guarded(device, () => job.run(wasm));
 }
 
-function chooseMethod(blob, name) {
-  const { streams } = blob;
+// The shaders of a method: the named one, or the faster one.
+function chooseMethod({ streams, meshletCount }, name) {
   const elements = streams.reduce((sum, stream) => sum + stream.elements, 0);
-  const fits = (method) => streams.length <= method.streams && elements <= method.elements;
-  const method = METHODS[name ?? (fits(METHODS.passes) ? 'passes' : 'serial')];
-  if (!method || !fits(method))
-    throw new RangeError(`${streams.length} streams of ${elements} elements: no method ${name}`);
-  return { ...method, range: method.range(blob, elements) };
-}
-
-// As GpuDecoder.passes in vk_backend/gpu_decoder.py.
-function passesOf(blob, elements) {
-  const many = blob.meshletCount >= MANY_MESHLETS;
-  const affine = hasAffine(blob);
-  const interior = elements > SMALL_ELEMENTS ? 'interior' : 'interior_small';
-  return {
-    [many ? 'corners' : 'corners_split']: 8,
-    [affine ? 'chains' : 'chains_split']: 8,
-    ...(many && !affine ? { traversal: 64, geo: 2 } : { [interior]: 1 }),
-  };
-}
-
-function hasAffine({ bytes, streams }) {
-  return streams.some((_, s) => bytes[TABLE_BYTES + STREAM_BYTES * s + 3] === AFFINE);
+  const fits = streams.length <= INTERIOR_STREAMS && elements <= INTERIOR_ELEMENTS;
+  const wanted = name ?? (fits && meshletCount < MANY_MESHLETS ? 'interior' : 'traversal');
+  if (!METHODS[wanted] || (wanted === 'interior' && !fits))
+    throw new RangeError(`${streams.length} streams of ${elements} elements: no method ${wanted}`);
+  return METHODS[wanted];
 }
 
 // Rejects with the device's error if `action`, which returns a primitive, causes one.
@@ -177,8 +149,8 @@ class Job {
   #decode(primitive, status) {
     const { bytes, meshletCount, streams } = this.#blob;
     const end = 1 + Math.max(0, ...primitive.streams.map(({ stream }) => stream));
-    const places = this.#method.layout(streams.slice(0, end));
-    const words = places.at(-1).end + this.#method.scratch;
+    const places = packedLayout(streams.slice(0, end));
+    const words = places.at(-1).end;
     const chunk = this.#chunk(words);
     const buffers = {
       0: this.#upload('blob', bytes),
@@ -197,9 +169,9 @@ class Job {
       streams: end,
       value_words: words,
     };
-    const steps = dispatches(this.#method.all, meshletCount, push);
+    const steps = dispatches(FIRST, meshletCount, push);
     for (const range of ranges(meshletCount, chunk)) {
-      steps.push(...dispatches(this.#method.range, range.count, { ...push, ...range.push }));
+      steps.push(...dispatches(this.#method, range.count, { ...push, ...range.push }));
       for (const stream of primitive.streams)
         steps.push(this.#attribute(stream, places[stream.stream], range, push));
     }
@@ -241,7 +213,7 @@ class Job {
     const encoder = this.#device.createCommandEncoder({ label: this.#label });
     const pass = encoder.beginComputePass({ label: this.#label });
     steps.forEach(({ module, groups, rows = 1, results }, i) => {
-      const { pipeline, bindings } = this.#modules[module];
+      const { pipeline, layout, bindings } = this.#modules[module];
       const resources = {
         ...Object.fromEntries(Object.entries(buffers).map(([n, buffer]) => [n, { buffer }])),
         1: { buffer: uniforms, offset: i * PUSH_BYTES, size: PUSH_BYTES },
@@ -251,7 +223,7 @@ class Job {
       pass.setBindGroup(
         0,
         this.#device.createBindGroup({
-          layout: pipeline.getBindGroupLayout(0),
+          layout,
           entries: bindings.map((binding) => ({ binding, resource: resources[binding] })),
         }),
       );
@@ -303,30 +275,15 @@ function format({ kind, elements }, integers) {
   return { width, format: (whole ? 'uint32' : 'float32') + (width > 1 ? `x${width}` : '') };
 }
 
-// Where the values of each stream lie among those of a meshlet, in words: [begin, end), `stride`
-// between vertices, and the bits of an element.
-
-// decode.wgsl: 64 words per element, and room for residuals and normals after all streams.
-function plainLayout(streams) {
-  return consecutive(streams, ({ elements }) => ({ stride: elements, field: 0 }));
-}
-
-// The passes (shaders/decoders/packed_values.glsl).
+// Where the values of each stream lie among those of a meshlet (shaders/decoders/packed_values.glsl),
+// in words: [begin, end), `stride` between vertices, and the bits of an element.
 function packedLayout(streams) {
-  return consecutive(streams, ({ elements, bits }, s) => {
+  let end = 0;
+  return streams.map(({ elements, bits }, s) => {
     const least = s === 0 ? Math.max(bits, PACKED_POSITION_BITS) : bits;
     const field = least * elements <= 64 ? least : 32;
-    return { stride: Math.ceil((field * elements) / 32), field };
-  });
-}
-
-function consecutive(streams, shape) {
-  let end = 0;
-  return streams.map((stream, s) => {
-    const { stride, field } = shape(stream, s);
-    const begin = end;
-    end += MESHLET_VERTICES * stride;
-    return { stride, field, begin, end };
+    const stride = Math.ceil((field * elements) / 32);
+    return { stride, field, begin: end, end: (end += MESHLET_VERTICES * stride) };
   });
 }
 
@@ -349,30 +306,52 @@ async function check(device, status, decoder, bytes) {
 
 // --- shaders ---
 
-const compiled = new WeakMap(); // device -> name -> promise of a pipeline and its bindings
+const compiled = new WeakMap(); // device -> name -> promise of a module or pipeline
 
-async function shaders(device, names) {
+// The cached result of make().
+function once(device, name, make) {
   const known = compiled.get(device) ?? new Map();
   compiled.set(device, known);
-  for (const name of names) {
-    if (known.has(name)) continue;
-    known.set(name, compile(device, name));
+  if (!known.has(name)) {
+    known.set(name, make());
     known.get(name).catch(() => known.delete(name)); // the next call tries again
   }
-  const pairs = names.map(async (name) => [name, await known.get(name)]);
+  return known.get(name);
+}
+
+// Pipelines by shader, each with its bind group layout and the numbers of its bindings.
+async function shaders(device, names) {
+  const pairs = names.map(async (name) => [name, await once(device, name, () => compile(device, name))]);
   return Object.fromEntries(await Promise.all(pairs));
 }
 
 async function compile(device, name) {
-  const code = await load(new URL(`./wgsl/${name}.wgsl`, import.meta.url));
-  const module = device.createShaderModule({ label: name, code });
+  const file = `${PASSES.includes(name) ? 'passes' : name}.wgsl`;
+  const { module, layout, bindings } = await once(device, file, () => loadModule(device, file));
   const pipeline = await device.createComputePipelineAsync({
     label: name,
-    layout: 'auto',
-    compute: { module, entryPoint: 'main' },
+    layout: device.createPipelineLayout({ bindGroupLayouts: [layout] }),
+    compute: { module, entryPoint: `${name}_main` },
   });
-  const bindings = [...code.matchAll(/@binding\((\d+)\)/g)].map((match) => Number(match[1]));
-  return { pipeline, bindings };
+  return { pipeline, layout, bindings };
+}
+
+const BINDING_TYPES = { read: 'read-only-storage', read_write: 'storage' };
+
+// A file of wgsl/ and the bind group layout of all its shaders.
+async function loadModule(device, file) {
+  const code = await load(new URL(`./wgsl/${file}`, import.meta.url));
+  const declared = [...code.matchAll(/@binding\((\d+)\) @group\(0\) var<\w+(?:, (\w+))?>/g)];
+  const entries = declared.map(([, binding, access]) => ({
+    binding: Number(binding),
+    visibility: GPUShaderStage.COMPUTE,
+    buffer: { type: BINDING_TYPES[access] ?? 'uniform' },
+  }));
+  return {
+    module: device.createShaderModule({ label: file, code }),
+    layout: device.createBindGroupLayout({ label: file, entries }),
+    bindings: entries.map(({ binding }) => binding),
+  };
 }
 
 async function load(url) {

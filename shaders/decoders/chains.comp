@@ -1,13 +1,11 @@
-// The fourth pass, after corners.comp: the values of the chains between corners, without
-// those of seams. A thread takes every 8th chain: all streams of it, since AFFINE needs the values
-// of stream 0, or without AFFINE one stream, that of the workgroup.
-// variants: chains.comp= chains_split.comp=NO_AFFINE
+// The fourth pass, after corners.comp: the values of the chains between corners, without those of
+// seams. A thread takes every 8th chain, and the streams of its workgroup (see next_stream).
+// variants: bench:chains.comp=
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-#define PER_MESHLET 8u
 #include "decoders/passes.glsl"
 #include "decoders/pass_residuals.glsl"
 
@@ -38,10 +36,8 @@ Chain chain_of(HEADER_IN h, uint r, Run run) {
   return Chain(run.steps, foreign ? end : begin, foreign ? begin : end, inner, foreign);
 }
 
-#ifdef NO_AFFINE
-// The workgroup's stream of reference r.
-void read_chains(HEADER_IN h, uint r, Run run) {
-  uint wanted = gl_WorkGroupID.y;
+// Reads reference r for one stream.
+void read_stream(HEADER_IN h, uint r, Run run, uint wanted) {
   if (mask_test(seam_references(h, wanted), r)) return;
   Source source = source_of(h, r);
   uint ones = 0u;  // quotients before those of the chain
@@ -65,44 +61,14 @@ void read_chains(HEADER_IN h, uint r, Run run) {
   if (max(unary.cursor, low_position) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
 }
 
-#else
-// All streams of reference r, in order: AFFINE needs the values of stream 0.
-void read_chains(HEADER_IN h, uint r, Run run) {
-  Source source = source_of(h, r);
-  Chain chain = chain_of(h, r, run);
-  uint skipped = 0u;  // quotients between the last one read and the next to read
-  for (uint s = 0u; s < stream_end && error == ERROR_NONE; s++) {
-    uint n = stream_field(s, STREAM_ELEMENTS);
-    uint code = code_at(source.codes, s, true);
-    uint widths = source.codes - WIDTH_BITS * n;
-    uint width = low_width(code, n, widths);
-    code_at(source.codes, s, false);
-    uint rice = code == CODE_FIXED ? 0u : n;
-    if (mask_test(seam_references(h, s), r)) {
-      skipped += source.total * rice;
-    } else {
-      if (rice > 0u) {
-        unary = seek_unary(after_ones(source.quotients, skipped + source.first * rice));
-        skipped = (source.total - source.first - (run.steps - 1u)) * rice;
-      }
-      residual_code = code;
-      residual_widths = code == CODE_FIXED ? fixed_widths(widths, n) : uvec2(0u);
-      seek_low(source.low + source.first * width);
-      read_chain(chain, s);
-      if (rice > 0u) source.quotients = unary.cursor;
-      if (max(source.quotients, low_position) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
-    }
-    source.low += source.total * width;
-  }
-}
-#endif
-
 void main() {
-  if (!open_pass()) return;
+  if (!open_pass(8u)) return;
   Header h = open_header();
-  for (uint r = part; r < h.references && error == ERROR_NONE; r += PER_MESHLET) {
+  for (uint r = part; r < h.references; r += 8u) {
     Run run = run_of(r);
-    if (!mask_test(h.private_refs, r) && run.steps > 1u) read_chains(h, r, run);
+    if (mask_test(h.private_refs, r) || run.steps < 2u) continue;
+    for (uint s = first_stream(); s < stream_end && error == ERROR_NONE; s = next_stream(s))
+      read_stream(h, r, run, s);
   }
   close_pass();
 }

@@ -1,6 +1,6 @@
 // The first pass: connectivity by the serial decoder, one thread per meshlet. Writes the triangles
 // to the result buffer, and masks for values.comp and the passes of passes.glsl.
-// variants: connect.comp= connect_stream.comp=STREAM
+// variants: connect_stream.comp=STREAM bench:connect.comp=
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -8,23 +8,15 @@
 
 #define GROUP 32u
 layout(local_size_x = GROUP) in;
-#define MAX_ELEMENTS 1u
 #ifdef STREAM
 #include "raster/stream_push.glsl"
-#define SPREAD 1u
 #else
 #include "decoders/decode_push.glsl"
 #endif
-// One of so many threads decodes a meshlet, the others none: threads of a warp that take different
-// branches wait for each other, and few meshlets do not fill a GPU.
-#ifndef SPREAD
-layout(constant_id = 2) const uint SPREAD = 1u;
-#endif
 // Apices in shared memory: arrays of a thread live in slow memory. Four to a word: the less shared
 // memory a workgroup takes, the more workgroups run at once.
-#define MEMBERS (GROUP / SPREAD)
-shared uint apexes[16u * MEMBERS];
-#define APEX_WORD(t) apexes[((t) >> 2) * MEMBERS + gl_LocalInvocationIndex / SPREAD]
+shared uint apexes[16u * GROUP];
+#define APEX_WORD(t) apexes[((t) >> 2) * GROUP + gl_LocalInvocationIndex]
 #define APEX(t) bitfieldExtract(APEX_WORD(t), int(((t) & 3u) * 8u), 8)
 #define SET_APEX(t, v) APEX_WORD(t) = bitfieldInsert(APEX_WORD(t), v, int(((t) & 3u) * 8u), 8)
 ADDRESS connected_triangles;
@@ -56,8 +48,8 @@ void keep_header(HEADER_IN h) {
 #endif
 
 void main() {
-  uint i = FIRST_MESHLET + gl_GlobalInvocationID.x / SPREAD;
-  if (i >= push.meshlets || gl_LocalInvocationIndex % SPREAD != 0u) return;
+  uint i = FIRST_MESHLET + gl_GlobalInvocationID.x;
+  if (i >= push.meshlets) return;
   open_job(i);
   if (!job_wanted()) {
     SET_SUMMARY(job_place, 0u);

@@ -1,14 +1,14 @@
 // After traversal.comp: adds the predictions of GEO to the residuals of the vertices that triangles
 // introduce.
+// variants: bench:geo.comp=
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-#define PER_MESHLET 32u
 #include "decoders/passes.glsl"
 
-shared ATOMIC_UINT group_normals[GROUP_MESHLETS][192];  // sums of cross products at the vertices
+shared ATOMIC_UINT group_normals[GROUP / 32u][192];  // sums of cross products at the vertices
 
 // wanted: mask of the vertices with a prediction.
 void add_triangle(uint triangle, mask64 wanted) {
@@ -35,18 +35,18 @@ void add_prediction(uint s, uint id) {
 }
 
 void main() {
-  bool live = open_pass();
+  bool live = open_pass(32u);
   uint summary = SUMMARY(job_place);
   uint triangles = live ? min(summary & 127u, 64u) : 0u;
   mask64 wanted = mask_none();
   if (live)
     wanted = mask_below((summary >> 8) & 127u) & ~(the_boundary & ~PLACES(job_place).waiting);
-  for (uint i = part; i < 192u; i += PER_MESHLET) ATOMIC_STORE(group_normals[member][i], 0u);
+  for (uint i = part; i < 192u; i += 32u) ATOMIC_STORE(group_normals[member][i], 0u);
   barrier();
-  for (uint t = part; t < triangles; t += PER_MESHLET)
+  for (uint t = part; t < triangles; t += 32u)
     add_triangle(TRIANGLE_AT(job_triangles(), t), wanted);
   barrier();
-  for (uint i = part; i < mask_count(wanted); i += PER_MESHLET) {
+  for (uint i = part; i < mask_count(wanted); i += 32u) {
     uint id = nth_bit(wanted, i);
     for (uint s = 1u; s < stream_end; s++)
       if (stream_field(s, STREAM_PREDICTOR) == PREDICT_GEO) add_prediction(s, id);

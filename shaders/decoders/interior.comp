@@ -1,5 +1,6 @@
 // The last pass, after chains.comp: what lies inside the boundary of a meshlet, and its seams. A
 // workgroup decodes a meshlet as the team decoder does.
+// variants: bench:interior.comp=
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
@@ -25,14 +26,14 @@ uvec2 connectivity_starts() { return connected.starts; }
 // Ranks and lengths of the references, from the ranks at which they begin.
 void place_team_references() {
   uint ranks = mask_count(team_boundary);
-  for (uint rank = MEMBER; rank < ranks; rank += TEAM) {
+  for (uint rank = THREAD; rank < ranks; rank += GROUP) {
     if (!mask_test(connected.references, rank)) continue;
     uint r = mask_count(connected.references & mask_below(rank));
     mask64 later = connected.references & ~mask_below(rank + 1u);
     uint length = (mask_any(later) ? mask_lsb(later) : ranks) - rank;
-    team_references[TEAM_INDEX][r & 63u] = rank | length << 8;
+    team_references[r & 63u] = rank | length << 8;
   }
-  if (MEMBER == 0u) team_ranks[TEAM_INDEX] = connected.references;
+  if (THREAD == 0u) team_ranks = connected.references;
 }
 
 // Finds the seams of the meshlet. Contains barriers.
@@ -40,33 +41,32 @@ Header find_seams_of() {
   Header h = read_header(job_meshlet);
   find_disks();
   place_team_references();
-  for (uint s = MEMBER; s < stream_total; s += TEAM)
-    team_seam_refs[TEAM_INDEX][s] = seam_references(h, s);
+  for (uint s = THREAD; s < stream_total; s += GROUP) team_seam_refs[s] = seam_references(h, s);
   barrier();
   return h;
 }
 
 // Copies the values of boundary vertices, which earlier passes have decoded.
 void load_boundary() {
-  for (uint id = MEMBER; id < vertex_count; id += TEAM) {
+  for (uint id = THREAD; id < vertex_count; id += GROUP) {
     if (!mask_test(team_boundary, id)) continue;
     for (uint s = 0u; s < stream_end; s++) {
       uvec2 fields = is_packed(s) ? vertex_at(s, id) : uvec2(0u);
       uint field = place_field(s, PLACE_FIELD);
       for (uint c = 0u; c < stream_field(s, STREAM_ELEMENTS); c++)
-        team_values[TEAM_INDEX][value_element(s, c) + id] =
+        team_values[value_element(s, c) + id] =
             is_packed(s) ? get_field(fields, c * field, field) : value_at(s, c, id);
     }
   }
 }
 
 void store_values(mask64 known) {
-  for (uint id = MEMBER; id < vertex_count; id += TEAM) {
+  for (uint id = THREAD; id < vertex_count; id += GROUP) {
     if (mask_test(known, id)) continue;
     for (uint s = 0u; s < stream_end; s++) {
       uvec2 fields = uvec2(0u);
       for (uint c = 0u; c < stream_field(s, STREAM_ELEMENTS); c++) {
-        uint value = team_values[TEAM_INDEX][value_element(s, c) + id];
+        uint value = team_values[value_element(s, c) + id];
         if (is_packed(s))
           fields |= put_field(c * place_field(s, PLACE_FIELD), value);
         else
@@ -98,14 +98,14 @@ void main() {
   vertex_count = min((summary >> 8) & 127u, 64u);
   team_boundary = connected.boundary;
   open_team();
-  for (uint s = MEMBER; s < stream_total; s += TEAM) team_seam_refs[TEAM_INDEX][s] = mask_none();
+  for (uint s = THREAD; s < stream_total; s += GROUP) team_seam_refs[s] = mask_none();
   mask64 owned = mask_below(count_field(places, COUNT_REFERENCES)) &
                  ~(places.foreign_refs | places.private_refs);
   read_interior_codes(places.codes, mask_any(owned));
   barrier();
-  if (MEMBER == 0u) {
-    team_interior[TEAM_INDEX] = places.interior;
-    team_waiting[TEAM_INDEX] = places.waiting;
+  if (THREAD == 0u) {
+    team_interior = places.interior;
+    team_waiting = places.waiting;
   }
   Header h;
   h.references = 0u;
@@ -120,6 +120,6 @@ void main() {
   barrier();
   if (sound)
     store_values(h.flags != 0u ? mask_none() : team_boundary & ~places.waiting);
-  else if (MEMBER == 0u)
+  else if (THREAD == 0u)
     ADD_ERROR(job_place, error);
 }

@@ -1,14 +1,14 @@
 // The second pass, after connect.comp: the places of references along the boundary, and those of
 // sections in the meshlets' data.
+// variants: bench:lengths.comp=
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-#define PER_MESHLET 8u
 #include "decoders/passes.glsl"
 
-shared uint group_lengths[GROUP_MESHLETS * 64u];  // of references
+shared uint group_lengths[GROUP / 8u * 64u];  // of references
 
 uint length_of(uint r) { return group_lengths[member * 64u + (r & 63u)]; }
 
@@ -87,14 +87,14 @@ void place_sections(HEADER_IN h, bool live) {
 }
 
 void main() {
-  bool live = open_pass();
+  bool live = open_pass(8u);
   Header h = open_header();
   uint header_error = error;
   uint references = live ? h.references : 0u;
-  for (uint r = part; r < references; r += PER_MESHLET)
+  for (uint r = part; r < references; r += 8u)
     group_lengths[member * 64u + r] = min(measured_length(h, r), 64u);
   barrier();
-  if (present && part == PER_MESHLET - 1u) {
+  if (present && part == 8u - 1u) {
     uint lengths_error = error;  // of owners: says nothing about this meshlet's sections
     error = header_error;
     place_sections(h, live);
@@ -103,7 +103,7 @@ void main() {
   if (!live) return;
   if (references > 0u && mask_count(h.loop_ends) != mask_count(the_starts))
     error = ERROR_REFERENCES;
-  for (uint r = part; r < references && error == ERROR_NONE; r += PER_MESHLET) {
+  for (uint r = part; r < references && error == ERROR_NONE; r += 8u) {
     uint rank = 0u;
     for (uint before = 0u; before < r; before++) rank += length_of(before);
     check_length(h, r, rank);

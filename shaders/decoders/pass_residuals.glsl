@@ -1,5 +1,6 @@
 // Residuals of a stream, one after the other, and the values of a chain. Include after passes.glsl.
-// NO_AFFINE: there is no stream of AFFINE.
+#ifndef PASS_RESIDUALS_GLSL
+#define PASS_RESIDUALS_GLSL
 
 // --- residuals ---
 
@@ -75,10 +76,8 @@ void read_chain(Chain chain, uint s) {
     rest = rest & ~mask_bit(id);
     Weights weights;
     weights.exist = false;
-#ifndef NO_AFFINE
     if (predictor == PREDICT_AFFINE)
       weights = chain_weights(pack4(id, a, chain.to, a == chain.from ? NO_VERTEX : o));
-#endif
     uvec2 fields = uvec2(0u);
     for (uint c = 0u; c < n; c++) {
       uint at = c * field;
@@ -102,3 +101,5 @@ void read_chain(Chain chain, uint s) {
     a = id;
   }
 }
+
+#endif

@@ -2,15 +2,16 @@
 // places along the boundary, sections, and residuals. Each thread decodes a small part of a
 // meshlet. A pass writes values to their final place and the next pass reads them there.
 //
-// The includer defines PER_MESHLET, the number of threads per meshlet. A pass must fit the
-// instruction cache to be fast, so long functions are called from one place.
+// A pass must fit the instruction cache to be fast, so long functions are called from one place.
 //
 // Hostile bytes: local ids, ranks and references are masked or come from 64-bit masks, and buffers
 // are written only at places computed from these. Loops end after 64 steps, with the streams, or at
 // the blob's end. After an error, later passes skip the meshlet.
 
+#ifndef PASSES_GLSL
+#define PASSES_GLSL
+
 #define GROUP 64u
-#define GROUP_MESHLETS (GROUP / PER_MESHLET)
 #include "decoders/serial_prologue.glsl"
 #define OWN_GRID_POSITION
 #include "decode/serial_decoder.glsl"
@@ -30,12 +31,12 @@ mask64 the_boundary;
 mask64 the_starts;
 mask64 the_references;  // ranks at which references begin; set by lengths.comp
 
-// Call first, with all threads: contains barriers. Returns false for threads without a meshlet or
-// with a malformed one.
-bool open_pass() {
-  member = THREAD / PER_MESHLET;
-  part = THREAD % PER_MESHLET;
-  uint number = FIRST_MESHLET + gl_WorkGroupID.x * GROUP_MESHLETS + member;
+// Call first, with all threads: contains barriers. threads: per meshlet. Returns false for threads
+// without a meshlet or with a malformed one.
+bool open_pass(uint threads) {
+  member = THREAD / threads;
+  part = THREAD % threads;
+  uint number = FIRST_MESHLET + gl_WorkGroupID.x * (GROUP / threads) + member;
   open_job(min(number, push.meshlets - 1u));
   open_blob(job_blob(), job_blob_words());
   group_streams(job_streams());
@@ -50,7 +51,7 @@ bool open_pass() {
   symbol_s = connected.splits;
   error = ERROR_NONE;
   uint summary = SUMMARY(job_place);
-  present = member < GROUP_MESHLETS && number < push.meshlets;
+  present = number < push.meshlets;
   return present && summary >> 16 == ERROR_NONE;
 }
 
@@ -87,6 +88,24 @@ Header open_header() {
 
 void close_pass() {
   if (error != ERROR_NONE) ADD_ERROR(job_place, error);
+}
+
+// --- the workgroup's streams ---
+
+// A row of workgroups decodes each stream. Streams of AFFINE need the values of stream 0, whose
+// workgroups decode them after it.
+uint first_stream() {
+  uint s = gl_WorkGroupID.y;
+  bool later = s > 0u && stream_field(s, STREAM_PREDICTOR) == PREDICT_AFFINE;
+  return later ? stream_end : s;
+}
+
+// The stream to decode after stream s; stream_end if there is none.
+uint next_stream(uint s) {
+  if (gl_WorkGroupID.y > 0u) return stream_end;
+  for (s++; s < stream_end; s++)
+    if (stream_field(s, STREAM_PREDICTOR) == PREDICT_AFFINE) break;
+  return s;
 }
 
 // --- along the boundary ---
@@ -195,3 +214,5 @@ Triple grid_position(uint id) {
   return Triple(fields.x & 0x1FFFFFu, ((fields.x >> 21) | (fields.y << 11)) & 0x1FFFFFu,
                 (fields.y >> 10) & 0x1FFFFFu);
 }
+
+#endif

@@ -6,7 +6,7 @@ uint decoded_value(uint element, uint vertex) {
 #ifdef SERIAL
   return values[place];
 #else
-  return team_values[TEAM_INDEX][place];
+  return team_values[place];
 #endif
 }
 

@@ -11,7 +11,7 @@ void write_anchor(uint s, uint p, uint index, uint id) {
   uint n = stream_field(s, STREAM_ELEMENTS);
   uint widths = index > 0u ? anchor_widths(s, p + n * stream_field(s, STREAM_BITS)) : 0u;
   for (uint c = 0u; c < n; c++)
-    team_values[TEAM_INDEX][value_element(s, c) + id] = anchor_value(s, p, index, widths, c);
+    team_values[value_element(s, c) + id] = anchor_value(s, p, index, widths, c);
 }
 
 // Writes the residuals of the inner vertices of reference r for stream s in place of their values.
@@ -20,7 +20,7 @@ void write_chain_residuals(uint s, uint r, bool backwards, uint code, uint width
                            uint quotients) {
   uint n = stream_field(s, STREAM_ELEMENTS);
   uint length = reference_length_of(r);
-  uint rank = team_references[TEAM_INDEX][r & 63u] & 63u;
+  uint rank = team_references[r & 63u] & 63u;
   bool rice = code != CODE_FIXED;
   if (rice) unary = seek_unary(quotients);
   uint id = 0u;
@@ -36,7 +36,7 @@ void write_chain_residuals(uint s, uint r, bool backwards, uint code, uint width
     uint residual = load_bits(low, width);
     if (rice) residual += next_quotient() << width;
     low += width;
-    team_values[TEAM_INDEX][value_element(s, c) + id] = unzigzag(residual);
+    team_values[value_element(s, c) + id] = unzigzag(residual);
     c++;
   }
   if (max(low, rice ? unary.cursor : 0u) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
@@ -67,7 +67,7 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
     p = after_anchors(p, s, count, further_widths(p, s, count));
   }
   if (kind == ITEM_CORNER || !chains) {
-    if (kind == ITEM_SELF) team_interior[TEAM_INDEX] = p;
+    if (kind == ITEM_SELF) team_interior = p;
     return;
   }
   uint low = p;
@@ -87,8 +87,7 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
         continue;
       }
       uint rice = code == CODE_FIXED ? 0u : n;
-      bool wanted =
-          kind == ITEM_REFERENCE && s < stream_end && !mask_test(team_seam_refs[TEAM_INDEX][s], j);
+      bool wanted = kind == ITEM_REFERENCE && s < stream_end && !mask_test(team_seam_refs[s], j);
       if (wanted) {
         quotients = after_ones(quotients, skipped + first * rice);
         write_chain_residuals(s, j, mask_test(own.foreign_refs, j), code, widths,
@@ -99,7 +98,7 @@ void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference
       }
       low += total * width;
     }
-    if (pass == 1u && kind == ITEM_SELF) team_interior[TEAM_INDEX] = after_ones(quotients, skipped);
+    if (pass == 1u && kind == ITEM_SELF) team_interior = after_ones(quotients, skipped);
   }
 }
 
@@ -145,7 +144,7 @@ void read_boundary_item(HEADER_IN own, bool measuring, uint kind, uint j) {
       } else {
         length = stored_length(h, corner);
       }
-      team_references[TEAM_INDEX][j] = min(length, 64u) << 8;
+      team_references[j] = min(length, 64u) << 8;
     } else if (error == ERROR_NONE) {
       read_sections(own, h, kind, j, corner, index, s, next);
     }
@@ -157,20 +156,20 @@ void read_boundary_item(HEADER_IN own, bool measuring, uint kind, uint j) {
 // private ones, which wait for the traversal.
 void place_team_references(HEADER_IN h) {
   if (h.references > 0u && mask_count(h.loop_ends) != team_disks) error = ERROR_REFERENCES;
-  for (uint r = MEMBER; r < h.references; r += TEAM) {
+  for (uint r = THREAD; r < h.references; r += GROUP) {
     uint rank = 0u;
-    for (uint before = 0u; before < r; before++) rank += team_references[TEAM_INDEX][before] >> 8;
+    for (uint before = 0u; before < r; before++) rank += team_references[before] >> 8;
     uint length = reference_length_of(r);
     uvec2 ranks = loop_ranks(mask_count(h.loop_ends & mask_below(r)));
     if (r == loop_begin(h, r) && rank != ranks.x) error = ERROR_REFERENCES;
     if (mask_test(h.loop_ends, r) ? rank + length != ranks.y : rank + length > ranks.y)
       error = ERROR_REFERENCES;
-    atomicOr(team_references[TEAM_INDEX][r], rank & 63u);
+    atomicOr(team_references[r], rank & 63u);
     mask64 start = mask_bit(rank & 63u);
-    atomicOr(team_ranks[TEAM_INDEX].x, start.x);
-    atomicOr(team_ranks[TEAM_INDEX].y, start.y);
+    atomicOr(team_ranks.x, start.x);
+    atomicOr(team_ranks.y, start.y);
     if (!mask_test(h.private_refs, r)) continue;
     for (uint i = 1u; i < length; i++) add_waiting(rank + i);
   }
-  if (h.references == 0u && MEMBER == 0u) add_waiting_loops();
+  if (h.references == 0u && THREAD == 0u) add_waiting_loops();
 }

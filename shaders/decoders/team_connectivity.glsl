@@ -1,6 +1,6 @@
-// The triangles of a meshlet by the parallel connectivity, for team_values.glsl with TEAM = GROUP.
-// Include before it. Call decode_connectivity with all threads after open_team and read_symbols; it
-// ends with a barrier.
+// The triangles of a meshlet by the parallel connectivity, for team_values.glsl. Include before it.
+// Call decode_connectivity with all threads after open_team and read_symbols; it ends with a
+// barrier.
 
 shared uint parallel_triangles[64];
 

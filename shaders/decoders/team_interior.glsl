@@ -7,14 +7,14 @@
 // Number of inner vertices of the seams of stream s.
 uint seam_vertices_of(uint s) {
   uint count = 0u;
-  for (mask64 rest = team_seam_refs[TEAM_INDEX][s]; mask_any(rest); rest = mask_clear_lsb(rest))
+  for (mask64 rest = team_seam_refs[s]; mask_any(rest); rest = mask_clear_lsb(rest))
     count += reference_length_of(mask_lsb(rest)) - 1u;
   return count;
 }
 
 // Lists the triangles that introduce a vertex, in order (spec, A.7, "Traversed vertices").
 void list_traversal() {
-  mask64 waiting = team_waiting[TEAM_INDEX];
+  mask64 waiting = team_waiting;
   mask64 starts = connectivity_starts();
   mask64 roots = mask_none();  // root triangles whose gate introduces its a
   mask64 introducing = symbol_c;
@@ -40,57 +40,57 @@ void list_traversal() {
     error = ERROR_CLERS;
     traversed_count = 0u;
   }
-  for (uint t = MEMBER; t < triangle_count; t += TEAM) {
+  for (uint t = THREAD; t < triangle_count; t += GROUP) {
     if (!mask_test(introducing | roots, t)) continue;
     uint place = mask_count(introducing & mask_below(t)) + mask_count(roots & mask_below(t));
     uint triangle = packed_triangle(t);
     if (mask_test(roots, t)) {
       uint b = (triangle >> 8) & 255u;
-      team_traversal[TEAM_INDEX][place & 63u] = pack4(b, b, triangle & 255u, b);
+      team_traversal[place & 63u] = pack4(b, b, triangle & 255u, b);
       place++;
     }
-    if (mask_test(introducing, t)) team_traversal[TEAM_INDEX][place & 63u] = triangle;
+    if (mask_test(introducing, t)) team_traversal[place & 63u] = triangle;
   }
 }
 
 // Lists the inner vertices of the seams of stream s in reference order; returns their number.
 uint list_seams(uint s) {
   uint count = 0u;
-  for (mask64 rest = team_seam_refs[TEAM_INDEX][s]; mask_any(rest); rest = mask_clear_lsb(rest)) {
+  for (mask64 rest = team_seam_refs[s]; mask_any(rest); rest = mask_clear_lsb(rest)) {
     uint r = mask_lsb(rest);
     uint length = reference_length_of(r);
-    uint rank = team_references[TEAM_INDEX][r] & 63u;
-    for (uint i = 1u + MEMBER; i < length; i += TEAM)
-      team_seams[TEAM_INDEX][(count + i - 1u) & 63u] = loop_id(rank + i) | r << 8 | i << 16;
+    uint rank = team_references[r] & 63u;
+    for (uint i = 1u + THREAD; i < length; i += GROUP)
+      team_seams[(count + i - 1u) & 63u] = loop_id(rank + i) | r << 8 | i << 16;
     count += length - 1u;
   }
   return min(count, 64u);
 }
 
-// Lists the positions of n ones from bit p. Each thread takes every TEAM-th word. A barrier must
+// Lists the positions of n ones from bit p. Each thread takes every GROUP-th word. A barrier must
 // follow.
 void list_ones(uint p, uint n) {
   uint found = 0u;  // ones before the team's current words
   uint empty = 0u;  // zero words in a row
-  for (uint w = p >> 5; found < n; w += TEAM) {
+  for (uint w = p >> 5; found < n; w += GROUP) {
     uint mine = 0u;
     uint before = found;
-    for (uint k = 0u; k < TEAM && found < n; k++) {
+    for (uint k = 0u; k < GROUP && found < n; k++) {
       uint word = load_word(w + k);
       if (w + k == p >> 5) word &= ~word_below(p & 31u);
-      if (k == MEMBER) {
+      if (k == THREAD) {
         mine = word;
         before = found;
       }
       empty = word == 0u ? empty + 1u : 0u;
       found += uint(bitCount(word));
     }
-    if (w >= blob_word_total || empty > (MAX_QUOTIENT >> 5) + TEAM) {
+    if (w >= blob_word_total || empty > (MAX_QUOTIENT >> 5) + GROUP) {
       error = ERROR_UNARY;
       return;
     }
     for (; mine != 0u && before < n; before++) {
-      ATOMIC_STORE(team_scratch[TEAM_INDEX][before], ((w + MEMBER) << 5) + uint(findLSB(mine)));
+      ATOMIC_STORE(team_scratch[before], ((w + THREAD) << 5) + uint(findLSB(mine)));
       mine &= mine - 1u;
     }
   }
@@ -103,31 +103,28 @@ void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seam
                              uint ones, uint unary_begin) {
   uint n = stream_field(s, STREAM_ELEMENTS);
   uint step = code == CODE_FIXED ? fixed_width(n, widths) : 0u;
-  for (uint item = MEMBER; item < count; item += TEAM) {
+  for (uint item = THREAD; item < count; item += GROUP) {
     uint i = n == 3u ? (item * 171u) >> 9 : n == 2u ? item >> 1 : item / n;
     uint c = item - i * n;
-    uint id = (i < seams ? team_seams[TEAM_INDEX][i & 63u]
-                         : team_traversal[TEAM_INDEX][(i - seams) & 63u] >> 16) &
-              63u;
+    uint id = (i < seams ? team_seams[i & 63u] : team_traversal[(i - seams) & 63u] >> 16) & 63u;
     uint residual;
     if (code == CODE_FIXED) {
       residual =
           load_bits(low + i * step + fixed_width(c, widths), width_field(widths + WIDTH_BITS * c));
     } else {
-      uint from =
-          item == 0u ? unary_begin : ATOMIC_LOAD(team_scratch[TEAM_INDEX][ones + item - 1u]) + 1u;
-      uint quotient = ATOMIC_LOAD(team_scratch[TEAM_INDEX][ones + item]) - from;
+      uint from = item == 0u ? unary_begin : ATOMIC_LOAD(team_scratch[ones + item - 1u]) + 1u;
+      uint quotient = ATOMIC_LOAD(team_scratch[ones + item]) - from;
       if (quotient > MAX_QUOTIENT) error = ERROR_UNARY;
       uint at = low + item * (code & 31u) + (is_exponential(code) ? from - unary_begin - item : 0u);
       residual = coded_value(code, quotient, at);
     }
-    team_values[TEAM_INDEX][value_element(s, c) + id] = unzigzag(residual);
+    team_values[value_element(s, c) + id] = unzigzag(residual);
   }
 }
 
 // A stream's interior code, and the bit position of its widths if it is fixed.
-uint interior_code_of(uint s) { return team_codes[TEAM_INDEX][s] & 255u; }
-uint interior_widths_of(uint s) { return team_codes_begin + (team_codes[TEAM_INDEX][s] >> 8); }
+uint interior_code_of(uint s) { return team_codes[s] & 255u; }
+uint interior_widths_of(uint s) { return team_codes_begin + (team_codes[s] >> 8); }
 
 // Reads the interior's codes; those of all streams begin at bit p. A barrier must follow.
 void read_interior_codes(uint p, bool chains) {
@@ -136,7 +133,7 @@ void read_interior_codes(uint p, bool chains) {
     if (chains) code_at(p, s, true);
     uint code = code_at(p, s, false);
     uint widths = p - WIDTH_BITS * stream_field(s, STREAM_ELEMENTS) - team_codes_begin;
-    if (MEMBER == 0u) team_codes[TEAM_INDEX][s] = code | widths << 8;
+    if (THREAD == 0u) team_codes[s] = code | widths << 8;
   }
 }
 
@@ -165,7 +162,7 @@ uint listed_streams(uint s, uint end) {
 // Reads the interior's residuals of all decoded streams. A team that is not `sound` only takes part
 // in the barriers.
 void read_interior(bool sound) {
-  uint p = team_interior[TEAM_INDEX];
+  uint p = team_interior;
   for (uint part = 0u; part < 2u && part < uniform_streams(); part++) {
     uint low = p;
     uint next_list = part;
@@ -182,7 +179,7 @@ void read_interior(bool sound) {
         barrier();
         // The low bits begin after the unary parts of all streams.
         if (s == part && sound)
-          low = after_ones(ones > 0u ? ATOMIC_LOAD(team_scratch[TEAM_INDEX][ones - 1u]) + 1u : p,
+          low = after_ones(ones > 0u ? ATOMIC_LOAD(team_scratch[ones - 1u]) + 1u : p,
                            interior_ones(next_list, part == 0u ? 1u : stream_total));
       }
       uint code = interior_code_of(s);
@@ -195,7 +192,7 @@ void read_interior(bool sound) {
       uint next = p;
       if (code != CODE_FIXED && count > 0u) {
         listed += count;
-        next = ATOMIC_LOAD(team_scratch[TEAM_INDEX][listed - 1u]) + 1u;
+        next = ATOMIC_LOAD(team_scratch[listed - 1u]) + 1u;
       }
       low += low_size(code, n, widths, count, next - p - count);
       p = next;
@@ -213,21 +210,21 @@ uint run_id(HEADER_IN h, uint r, bool backwards, uint i) {
   uint length = reference_length_of(r);
   uint place = backwards ? length - i : i;
   if (place == length) return first_id(next_reference(h, r));
-  return loop_id((team_references[TEAM_INDEX][r & 63u] & 63u) + place);
+  return loop_id((team_references[r & 63u] & 63u) + place);
 }
 
 // Shared foreign chains run in their owner's direction; seams run in this meshlet's.
 bool runs_backwards(HEADER_IN h, uint r, uint s) {
-  return mask_test(h.foreign_refs & ~team_seam_refs[TEAM_INDEX][s], r);
+  return mask_test(h.foreign_refs & ~team_seam_refs[s], r);
 }
 
 // A step of AFFINE's prediction, as in serial_decoder.glsl's chain_step: v | a << 8 | b << 16 |
 // o << 24. Of the boundary vertex with rank `item`, if it lies inside a chain of stream s.
 bool chain_step_of(HEADER_IN h, uint s, uint item, out uint step) {
-  uint r = (mask_count(team_ranks[TEAM_INDEX] & mask_below(item + 1u)) - 1u) & 63u;
+  uint r = (mask_count(team_ranks & mask_below(item + 1u)) - 1u) & 63u;
   uint length = reference_length_of(r);
   bool backwards = runs_backwards(h, r, s);
-  uint i = item - (team_references[TEAM_INDEX][r] & 63u);
+  uint i = item - (team_references[r] & 63u);
   step = NO_VERTEX << 24;
   if (i == 0u || i >= length || mask_test(h.private_refs, r)) return false;
   if (backwards) i = length - i;
@@ -241,8 +238,8 @@ bool chain_step_of(HEADER_IN h, uint s, uint item, out uint step) {
 // traversed vertices in order.
 void find_weights(HEADER_IN h, uint s, bool chains) {
   uint items = chains ? (h.references > 0u ? mask_count(team_boundary) : 0u) : traversed_count;
-  for (uint item = MEMBER; item < items; item += TEAM) {
-    uint triangle = team_traversal[TEAM_INDEX][item & 63u];
+  for (uint item = THREAD; item < items; item += GROUP) {
+    uint triangle = team_traversal[item & 63u];
     uint step = ((triangle >> 16) & 255u) | (triangle & 0xFFFFu) << 8 | (triangle & 0xFF000000u);
     if (chains && !chain_step_of(h, s, item, step)) continue;
     Weights w;
@@ -252,7 +249,7 @@ void find_weights(HEADER_IN h, uint s, bool chains) {
     uint b = (step >> 16) & 63u;
     if (step >> 24 != NO_VERTEX) w = affine_weights(a, b, (step >> 24) & 63u, v);
     if (chains && !w.exist) w = line_weights(a, b, v);
-    team_seams[TEAM_INDEX][item & 63u] = pack_weights(w);
+    team_seams[item & 63u] = pack_weights(w);
   }
 }
 
@@ -277,23 +274,23 @@ void predict_chain(HEADER_IN h, uint r, uint s, uint element) {
   uint mask = bits_mask(s);
   uint length = reference_length_of(r);
   bool backwards = runs_backwards(h, r, s);
-  uint rank = team_references[TEAM_INDEX][r & 63u] & 63u;
+  uint rank = team_references[r & 63u] & 63u;
   uint to = first_id(next_reference(h, r));
-  uint prev = team_values[TEAM_INDEX][base + (backwards ? to : loop_id(rank))];
-  uint last = team_values[TEAM_INDEX][base + (backwards ? loop_id(rank) : to)];
+  uint prev = team_values[base + (backwards ? to : loop_id(rank))];
+  uint last = team_values[base + (backwards ? loop_id(rank) : to)];
   uint before = prev;
   for (uint left = length; left > 1u; left--) {
     uint place = rank + (backwards ? left - 1u : length + 1u - left);
     uint v = base + loop_id(place);
-    uint weights = predictor == PREDICT_AFFINE ? team_seams[TEAM_INDEX][place & 63u] : 0u;
+    uint weights = predictor == PREDICT_AFFINE ? team_seams[place & 63u] : 0u;
     uint point = prev;
     if (weights != 0u)
       point = affine_point(unpack_weights(weights), prev, last, before);
     else if (predictor != PREDICT_COPY)
       point = toward(prev, last, left);
     before = prev;
-    prev = (point + team_values[TEAM_INDEX][v]) & mask;
-    team_values[TEAM_INDEX][v] = prev;
+    prev = (point + team_values[v]) & mask;
+    team_values[v] = prev;
   }
 }
 
@@ -303,13 +300,13 @@ void predict_chains(HEADER_IN h, uint s, bool only_seams) {
   bool one = s < MAX_STREAMS;
   uint first = one ? stream_field(s, STREAM_ELEMENT) : 0u;
   uint elements = max(one ? stream_field(s, STREAM_ELEMENTS) : element_total(), 1u);
-  for (uint item = MEMBER; item < h.references * elements; item += TEAM) {
+  for (uint item = THREAD; item < h.references * elements; item += GROUP) {
     uint r = item / elements;
     uint element = first + item - r * elements;
     uint of = one ? s : stream_of_element(element).x;
     if (mask_test(h.private_refs, r)) continue;
     if (!one && stream_field(of, STREAM_PREDICTOR) == PREDICT_AFFINE) continue;
-    if (only_seams && !mask_test(team_seam_refs[TEAM_INDEX][of], r)) continue;
+    if (only_seams && !mask_test(team_seam_refs[of], r)) continue;
     predict_chain(h, r, of, element);
   }
 }
@@ -331,36 +328,36 @@ void predict_element(uint s, uint c) {
   int shift = damped ? 2 : 0;
   int shift_mean = copies ? 0 : 1;
   for (uint i = 0u; i < traversed_count; i++) {
-    uint triangle = team_traversal[TEAM_INDEX][i];
+    uint triangle = team_traversal[i];
     uint v = element + bitfieldExtract(triangle, 16, 6);
-    uint residual = team_values[TEAM_INDEX][v];
-    uint a = team_values[TEAM_INDEX][element + (triangle & 63u)];
-    uint b = team_values[TEAM_INDEX][element + bitfieldExtract(triangle, 8, 6)];
-    uint o = team_values[TEAM_INDEX][element + bitfieldExtract(triangle, 24, 6)];
+    uint residual = team_values[v];
+    uint a = team_values[element + (triangle & 63u)];
+    uint b = team_values[element + bitfieldExtract(triangle, 8, 6)];
+    uint o = team_values[element + bitfieldExtract(triangle, 24, 6)];
     uint sum = copies ? a : a + b;
     bool across = uses_o && triangle < NO_VERTEX << 24;
     uint point = across ? factor * sum + factor_o * o + rounding : sum;
     point = uint(int(point) >> (across ? shift : shift_mean));
     if (affine) {
-      uint weights = team_seams[TEAM_INDEX][i];
+      uint weights = team_seams[i];
       if (weights != 0u) point = affine_point(unpack_weights(weights), a, b, o);
     }
-    team_values[TEAM_INDEX][v] = (point + residual) & bits;
+    team_values[v] = (point + residual) & bits;
   }
 }
 
 // Sums the triangles' cross products at their vertices in the scratch memory.
 void sum_team_normals(bool sound) {
-  for (uint i = MEMBER; i < 192u; i += TEAM) ATOMIC_STORE(team_scratch[TEAM_INDEX][i], 0u);
+  for (uint i = THREAD; i < 192u; i += GROUP) ATOMIC_STORE(team_scratch[i], 0u);
   barrier();
-  for (uint t = MEMBER; t < triangle_count && sound; t += TEAM) {
+  for (uint t = THREAD; t < triangle_count && sound; t += GROUP) {
     uint triangle = packed_triangle(t);
     Triple normal = triangle_normal(triangle, geo_shift());
     for (uint corner = 0u; corner < 3u; corner++) {
       uint place = 3u * ((triangle >> (8u * corner)) & 63u);
-      ATOMIC_ADD(team_scratch[TEAM_INDEX][place], normal.x);
-      ATOMIC_ADD(team_scratch[TEAM_INDEX][place + 1u], normal.y);
-      ATOMIC_ADD(team_scratch[TEAM_INDEX][place + 2u], normal.z);
+      ATOMIC_ADD(team_scratch[place], normal.x);
+      ATOMIC_ADD(team_scratch[place + 1u], normal.y);
+      ATOMIC_ADD(team_scratch[place + 2u], normal.z);
     }
   }
   barrier();
@@ -368,17 +365,15 @@ void sum_team_normals(bool sound) {
 
 // Adds the predictions of GEO to the residuals of stream s.
 void predict_team_geo(uint s) {
-  for (uint i = MEMBER; i < traversed_count; i += TEAM) {
-    uint id = bitfieldExtract(team_traversal[TEAM_INDEX][i], 16, 6);
+  for (uint i = THREAD; i < traversed_count; i += GROUP) {
+    uint id = bitfieldExtract(team_traversal[i], 16, 6);
     uint place = 3u * id;
-    OctPair point = octahedral_prediction(ATOMIC_LOAD(team_scratch[TEAM_INDEX][place]),
-                                          ATOMIC_LOAD(team_scratch[TEAM_INDEX][place + 1u]),
-                                          ATOMIC_LOAD(team_scratch[TEAM_INDEX][place + 2u]),
-                                          stream_field(s, STREAM_BITS) & 31u);
+    OctPair point = octahedral_prediction(
+        ATOMIC_LOAD(team_scratch[place]), ATOMIC_LOAD(team_scratch[place + 1u]),
+        ATOMIC_LOAD(team_scratch[place + 2u]), stream_field(s, STREAM_BITS) & 31u);
     for (uint c = 0u; c < 2u; c++) {
       uint v = value_element(s, c) + id;
-      team_values[TEAM_INDEX][v] =
-          ((c == 0u ? point.u : point.v) + team_values[TEAM_INDEX][v]) & bits_mask(s);
+      team_values[v] = ((c == 0u ? point.u : point.v) + team_values[v]) & bits_mask(s);
     }
   }
 }
@@ -408,7 +403,7 @@ void predict(HEADER_IN h, bool sound, bool only_seams, bool has_chains) {
       barrier();
     }
     if (chains && sound) predict_chains(h, s, only_seams);
-    for (uint element = MEMBER; element < element_total() && !chains && sound; element += TEAM) {
+    for (uint element = THREAD; element < element_total() && !chains && sound; element += GROUP) {
       uvec2 of = stream_of_element(element);
       uint predictor = stream_field(of.x, STREAM_PREDICTOR);
       if (after ? predictor == PREDICT_AFFINE : predictor < PREDICT_GEO)

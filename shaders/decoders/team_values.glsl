@@ -1,9 +1,9 @@
-// The team decoder: TEAM threads decode the values of one meshlet (spec, appendix A.7). The
+// The team decoder: GROUP threads decode the values of one meshlet (spec, appendix A.7). The
 // triangles come from the serial decoder of another shader or from parallel_connectivity.glsl.
 //
 // The includer does what team_meshlet.glsl asks for. It calls open_blob and group_streams(end)
 // once, then open_team(), read_header(m), read_team_symbols(h), and then team_decode with all
-// threads. Results: team_values[TEAM_INDEX][element * 64 + local id], vertex_count, and `error`,
+// threads. Results: team_values[element * 64 + local id], vertex_count, and `error`,
 // equal for all threads of a team.
 
 #include "decoders/team_meshlet.glsl"
@@ -17,7 +17,7 @@ void read_team_symbols(HEADER_IN h) {
   triangle_count = h.triangles;
   // By the number of planes that the symbol has ones in: R, first, second, third, S.
   uint kinds = h.table == 0u ? 0x34210u : 0x32140u;
-  for (uint t = MEMBER; t < triangle_count; t += TEAM) {
+  for (uint t = THREAD; t < triangle_count; t += GROUP) {
     uint place = t;  // the symbol's bit in its last plane
     uint ones = 0u;
     if (mask_test(planes.p0, t)) {
@@ -36,15 +36,15 @@ void read_team_symbols(HEADER_IN h) {
     mask64 bit = mask_bit(t);
     if (kind == 4u) continue;  // L
     if (t < 32u)
-      atomicOr(team_symbols[TEAM_INDEX][kind].x, bit.x);
+      atomicOr(team_symbols[kind].x, bit.x);
     else
-      atomicOr(team_symbols[TEAM_INDEX][kind].y, bit.y);
+      atomicOr(team_symbols[kind].y, bit.y);
   }
   barrier();
-  symbol_r = team_symbols[TEAM_INDEX][0];
-  symbol_c = team_symbols[TEAM_INDEX][1];
-  symbol_e = team_symbols[TEAM_INDEX][2];
-  symbol_s = team_symbols[TEAM_INDEX][3];
+  symbol_r = team_symbols[0];
+  symbol_c = team_symbols[1];
+  symbol_e = team_symbols[2];
+  symbol_s = team_symbols[3];
 }
 
 // Decodes the values of the meshlet with header h, whose symbols and triangles are known. sound:
@@ -53,15 +53,14 @@ void team_decode(Header h, bool sound) {
   if (!sound) error = ERROR_OFFSET;
   if (agree()) {
     find_disks();
-    for (uint s = MEMBER; s < stream_total; s += TEAM)
-      team_seam_refs[TEAM_INDEX][s] = seam_references(h, s);
+    for (uint s = THREAD; s < stream_total; s += GROUP) team_seam_refs[s] = seam_references(h, s);
   }
   sound = agree();
   uint corners = h.references == 0u ? team_disks : h.references;
   for (uint pass = 0u; pass < 2u; pass++) {
     bool measuring = pass == 0u;
     uint items = measuring ? h.references : h.references + corners + 1u;
-    for (uint item = MEMBER; item < items && sound; item += TEAM) {
+    for (uint item = THREAD; item < items && sound; item += GROUP) {
       uint kind = item < h.references             ? ITEM_REFERENCE
                   : item < h.references + corners ? ITEM_CORNER
                                                   : ITEM_SELF;

@@ -1,15 +1,13 @@
-// After chains.comp, in place of interior.comp: the values of seams and of the vertices that
-// triangles introduce, one thread per stream; a workgroup has one stream. Slower than a workgroup
-// per meshlet until there are thousands of them. There must be no stream of AFFINE; those of GEO
-// get their residuals only, to which geo.comp adds the predictions.
+// The fifth pass, after chains.comp: the values of seams and of the vertices that triangles
+// introduce, one thread per meshlet and stream (see next_stream). Streams of GEO get their
+// residuals only, to which geo.comp adds the predictions.
+// variants: bench:traversal.comp=
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-#define PER_MESHLET 1u
 #include "decoders/passes.glsl"
-#define NO_AFFINE
 #include "decoders/pass_residuals.glsl"
 
 uint seam_vertices(HEADER_IN h, uint s) {
@@ -67,7 +65,7 @@ void read_seams(HEADER_IN h, uint s) {
 void read_traversed(uint s, uint triangle) {
   uint n = stream_field(s, STREAM_ELEMENTS);
   uint predictor = stream_field(s, STREAM_PREDICTOR);
-  bool predicted = predictor < PREDICT_GEO;
+  bool predicted = predictor != PREDICT_GEO;
   uint a = triangle & 63u;
   uint b = (triangle >> 8) & 63u;
   uint v = (triangle >> 16) & 63u;
@@ -80,6 +78,9 @@ void read_traversed(uint s, uint triangle) {
   uvec2 from = loads ? vertex_at(s, a) : uvec2(0u);
   uvec2 to = loads ? vertex_at(s, b) : uvec2(0u);
   uvec2 beyond = loads ? vertex_at(s, o) : uvec2(0u);
+  Weights weights;
+  weights.exist = false;
+  if (predictor == PREDICT_AFFINE) weights = traversed_weights(triangle);
   uvec2 fields = uvec2(0u);
   for (uint c = 0u; c < n; c++) {
     uint at = c * field;
@@ -88,7 +89,8 @@ void read_traversed(uint s, uint triangle) {
       uvec3 known = vectors ? uvec3(get_field(from, at, field), get_field(to, at, field),
                                     get_field(beyond, at, field))
                             : uvec3(value_at(s, c, a), value_at(s, c, b), value_at(s, c, o));
-      value += traversed_prediction(predictor, known.x, known.y, known.z, across);
+      uint simple = traversed_prediction(predictor, known.x, known.y, known.z, across);
+      value += weights.exist ? affine_point(weights, known.x, known.y, known.z) : simple;
     }
     if (vectors)
       fields |= put_field(at, value & mask);
@@ -126,15 +128,16 @@ void read_all_traversed(uint s, mask64 waiting) {
 }
 
 void main() {
-  if (!open_pass()) return;
-  uint s = gl_WorkGroupID.y;
+  if (!open_pass(1u)) return;
   Header h = open_header();
   Places places = PLACES(job_place);
   if (places.interior == NO_PLACE) return;
   uint traversed = mask_count(symbol_c) + mask_count(places.waiting);
-  seek_residuals(h, places.interior, s, traversed);
-  read_seams(h, s);
-  read_all_traversed(s, places.waiting);
-  if (max(unary.cursor, low_position) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
+  for (uint s = first_stream(); s < stream_end && error == ERROR_NONE; s = next_stream(s)) {
+    seek_residuals(h, places.interior, s, traversed);
+    read_seams(h, s);
+    read_all_traversed(s, places.waiting);
+    if (max(unary.cursor, low_position) > 8u * (byte_length - 8u)) error = ERROR_UNARY;
+  }
   close_pass();
 }

@@ -1,14 +1,14 @@
-// Values of meshlets by the team decoder, TEAM threads each. Triangles come from connect.comp, or
+// Values of meshlets by the team decoder. Triangles come from connect.comp, or
 // (PARALLEL) from the parallel connectivity. Writes plain buffers, or (STREAM) slots of the ring of
 // path `stream`.
-// variants: values8.comp=TEAM=8u values16.comp=TEAM=16u values32.comp=TEAM=32u values_parallel.comp=TEAM=32u,PARALLEL
-// variants: values_stream.comp=TEAM=32u,STREAM
+// variants: values_stream.comp=STREAM bench:values.comp= bench:values_parallel.comp=PARALLEL
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
 layout(local_size_x = 32) in;
+#define TEAM 32u
 #ifdef STREAM
 #include "raster/stream_push.glsl"
 #else
@@ -32,26 +32,34 @@ uvec2 connectivity_starts() { return CONNECTED(job_place).starts; }
 #include "decoders/slot_output.glsl"
 #endif
 
+#ifdef PARALLEL
+ADDRESS team_triangles;
+#endif
 void put_values() {
 #ifdef STREAM
   Primitive primitive = job_primitive();
-  for (uint v = MEMBER; v < vertex_count; v += TEAM) put_vertex(team_triangles, primitive, v);
+  for (uint v = THREAD; v < vertex_count; v += GROUP) put_vertex(team_triangles, primitive, v);
 #else
   ADDRESS integers = job_values();
-  for (uint k = MEMBER; k < push.value_words; k += TEAM)
-    if ((k & 63u) < vertex_count) VALUE_AT(integers, k) = team_values[TEAM_INDEX][k];
+  for (uint k = THREAD; k < push.value_words; k += GROUP)
+    if ((k & 63u) < vertex_count) VALUE_AT(integers, k) = team_values[k];
 #endif
 }
 
 void main() {
-  uint number = gl_WorkGroupID.x * TEAMS + TEAM_INDEX;
+  uint number = gl_WorkGroupID.x;
   bool exists = number < push.meshlets;
   open_job(min(number, push.meshlets - 1u));
 #ifdef PARALLEL
   bool sound = exists;
+  team_triangles = job_triangles();
+  if (!job_wanted()) {
+    if (THREAD == 0u) SET_SUMMARY(job_place, 0u);
+    return;
+  }
 #else
   bool sound = exists && (SUMMARY(job_place) & 255u) > 0u;
-  if (TEAMS == 1u && !sound) return;  // no other team waits at the barriers
+  if (!sound) return;
   team_triangles = job_triangles();
 #endif
   open_blob(job_blob(), job_blob_words());
@@ -71,13 +79,13 @@ void main() {
   team_decode(h, sound);
   if (!sound) return;
 #ifdef PARALLEL
-  if (MEMBER == 0u) SET_SUMMARY(job_place, triangle_count | vertex_count << 8);
-  for (uint t = MEMBER; t < triangle_count; t += TEAM)
+  if (THREAD == 0u) SET_SUMMARY(job_place, triangle_count | vertex_count << 8);
+  for (uint t = THREAD; t < triangle_count; t += GROUP)
     TRIANGLE_AT(job_triangles(), t) = packed_triangle(t);
   barrier();
 #endif
   if (error == ERROR_NONE)
     put_values();
-  else if (MEMBER == 0u)
+  else if (THREAD == 0u)
     SET_SUMMARY(job_place, error << 16);
 }

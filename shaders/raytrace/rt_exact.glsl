@@ -1,5 +1,5 @@
 // GLSL's dot and cross, written out: drivers may fuse products and sums inside the built-ins, even
-// where the SPIR-V says NoContraction (vk_backend/build_shaders.py).
+// where the SPIR-V says NoContraction (tools/build_shaders.py).
 #ifndef RT_EXACT_GLSL
 #define RT_EXACT_GLSL
 

@@ -2,22 +2,21 @@
 // rays are traced. Include after slots.glsl.
 
 #define MAX_ELEMENTS 3u
-#define RESIDUALS 4u
 #include "decoders/serial_prologue.glsl"
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
-#include "decoders/serial_positions.glsl"
 
 // Returns the number of triangles, 0 if the meshlet is malformed.
 uint open_positions_of(Primitive primitive, uint meshlet) {
   open_blob(primitive.blob, primitive.blob_words);
   load_streams(0u, 1u);
-  decode_positions(meshlet);
+  decode_meshlet(meshlet);
   return error == ERROR_NONE ? triangle_count : 0u;
 }
 
 // Corner k of triangle t.
 vec3 corner(Primitive primitive, uint t, uint k) {
-  uvec3 q = position_of((triangles[t] >> (8u * k)) & 255u);
+  uint v = (triangles[t] >> (8u * k)) & 63u;
+  uvec3 q = uvec3(values[v], values[64u + v], values[128u + v]);
   return POSITION_FLOATS ? position_value(primitive.position, q) : vec3(q);
 }

@@ -6,10 +6,9 @@
 layout(local_size_x = 64) in;
 #include "decoders/decode_push.glsl"
 
-// Element c of vertex v, as packed_values.glsl or decode.comp stores it.
+// Element c of vertex v, as packed_values.glsl stores it.
 uint element_of(uint c, uint v) {
   uint at = job_values() + push.base;
-  if (push.field == 0u) return VALUE_AT(at, 64u * c + v);
   at += push.stride * v;
   if (push.stride > 2u) return VALUE_AT(at, c);
   uint first = c * push.field;

@@ -11,8 +11,6 @@ shared uint group_triangles[GROUP];
 shared uint group_malformed[GROUP];
 shared uint group_first[GROUP];  // malformed meshlet
 
-uint triangles_of(uint m) { return SUMMARY(m) >> 16 == ERROR_NONE ? SUMMARY(m) & 127u : 0u; }
-
 void main() {
   uint share = (push.meshlets + GROUP - 1u) / GROUP;
   uint begin = min(THREAD * share, push.meshlets);
@@ -21,10 +19,14 @@ void main() {
   uint malformed = 0u;
   uint first = NO_MESHLET;
   for (uint m = begin; m < end; m++) {
-    triangles += triangles_of(m);
-    if (SUMMARY(m) >> 16 == ERROR_NONE) continue;
-    malformed++;
-    first = min(first, m);
+    uint summary = SUMMARY(m);  // once: an atomic load waits for memory
+    first_triangles[m] = triangles;
+    if (summary >> 16 == ERROR_NONE) {
+      triangles += summary & 127u;
+    } else {
+      malformed++;
+      first = min(first, m);
+    }
   }
   group_triangles[THREAD] = triangles;
   group_malformed[THREAD] = malformed;
@@ -32,16 +34,13 @@ void main() {
   barrier();
   uint place = 0u;
   for (uint i = 0u; i < THREAD; i++) place += group_triangles[i];
-  for (uint m = begin; m < end; m++) {
-    first_triangles[m] = place;
-    place += triangles_of(m);
-  }
+  for (uint m = begin; m < end; m++) first_triangles[m] += place;
   if (THREAD != GROUP - 1u) return;
   for (uint i = 0u; i < GROUP - 1u; i++) {
     malformed += group_malformed[i];
     first = min(first, group_first[i]);
   }
-  draw[0] = 3u * place;
+  draw[0] = 3u * (place + triangles);
   draw[1] = 1u;  // instances
   draw[2] = 0u;  // first index
   draw[3] = 0u;  // base vertex

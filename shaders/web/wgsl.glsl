@@ -3,6 +3,14 @@
 // bindings instead of buffer addresses. web/webgpu.js binds the buffers.
 #define WGSL
 
+// build_wgsl.py's entry points set these: Slang would set its own in the first of a module only.
+static uint the_thread;
+static uint3 the_workgroup;
+static uint3 the_invocation;
+#define gl_LocalInvocationIndex the_thread
+#define gl_WorkGroupID the_workgroup
+#define gl_GlobalInvocationID the_invocation
+
 #define barrier() GroupMemoryBarrierWithGroupSync()
 #define findLSB(x) firstbitlow(x)
 #define findMSB(x) firstbithigh(x)
@@ -32,9 +40,9 @@ struct Push {
   uint streams;
   uint value_words;
   uint first;
-  // Of attribute.comp: the stream to convert, the word where a meshlet's values of it begin, the
-  // words between vertices, the bits of an element (0: 64 words per element), and whether to write
-  // integers instead of values.
+  // Of attribute.comp: the stream to convert, the word at which a meshlet's values of it begin, the
+  // words between vertices, the bits of an element, and whether to write integers instead of
+  // values.
   uint stream;
   uint base;
   uint stride;

@@ -50,18 +50,15 @@ def test_a_measurement_without_models_ends_before_it_begins(module):
         common.answer(module, [])
 
 
-def test_wgsl_must_decode_what_spirv_decodes(tmp_path):
-    one = np.ones(1, np.uint32)
-    integers = np.arange(64, dtype=np.uint32).reshape(1, 1, 64)
-    decoded = argparse.Namespace(
-        triangle_counts=one, vertex_counts=3 * one, errors=0 * one, integers=integers
-    )
-    other = integers.copy()
-    other[0, 0, 3:] = 0  # not of a vertex
-    webgpu.same(tmp_path, decoded, 1 + 3 * 256 * one, other)
-    other[0, 0, 2] = 7
-    with pytest.raises(SystemExit, match="WGSL and SPIR-V differ"):
-        webgpu.same(tmp_path, decoded, 1 + 3 * 256 * one, other)
+def test_webgpu_runs_the_dispatches_of_the_package():
+    text = (common.ROOT / "web" / "webgpu.js").read_text()
+    for name, steps in {"FIRST =": webgpu.FIRST, **webgpu.METHODS}.items():
+        listed = ", ".join(f"{shader}: {meshlets}" for shader, meshlets in steps.items())
+        assert f"{name if '=' in name else name + ':'} {{ {listed} }}" in text
+    for name in ("SPLIT", "PASSES"):
+        listed = ", ".join(f"'{shader}'" for shader in getattr(webgpu, name))
+        assert f"const {name} = [{listed}];" in text
+    assert f"const INTERIOR_ELEMENTS = {webgpu.INTERIOR_ELEMENTS};" in text
 
 
 def test_short_indices_of_a_small_model_need_no_cut(tmp_path):

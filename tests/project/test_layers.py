@@ -19,7 +19,7 @@ ALLOWED = {
     "blender": {"gltf_ext"},
     "spec": {"gltf_ext"},
     "tools": {"gltf_ext"},
-    "web": {"vk_backend"},
+    "web": {"tools"},
     "bench": {"gltf_ext", "mitsuba_plugin", "vk_backend", "gltf_meshlet", "spec", "tools"},
 }
 OURS = {*ALLOWED, "tests"}

@@ -5,18 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vk_backend import build_shaders
-from vk_backend.reflection import (
+from tools import build_shaders
+from tools.spirv import (
     DECORATION_OFFSET,
     DECORATION_SPEC_ID,
     OP_DECORATE,
     OP_MEMBER_DECORATE,
     instructions,
-    shipped_reflection,
-    specialization_ids,
-    structure,
     words_of,
 )
+from vk_backend.reflection import shipped_reflection, specialization_ids, structure
 
 
 def test_dtypes_have_the_members_of_structures():

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.helpers.environment import ROOT
-from vk_backend import build_shaders
+from tools import build_shaders
 
 PACKAGE = ROOT / "vk_backend"
 # README -> the files that its tables list: each row starts with a name in backticks.

@@ -21,20 +21,19 @@ from gltf_ext.gltf.importers import open_model
 from tests.helpers import environment
 from tests.helpers.environment import NODE_MODULES, ROOT, VECTORS
 from tests.helpers.models import HARD, REFUSED
-from vk_backend import raster_layout
 from vk_backend.constants import CONSTANTS
 from web import build_wgsl
 
 LAVAPIPE = Path("/usr/share/vulkan/icd.d/lvp_icd.json")
-WIDE = VECTORS / "valid_64_streams.bin"  # more than the passes take
-METHODS = ["serial", "passes"]
+WIDE = VECTORS / "valid_64_streams.bin"  # more than `interior` takes
+METHODS = ["interior", "traversal"]
 # Name -> npm package that drives it, program.
 BROWSERS = {
     "chromium": ("playwright-core", "chromium"),
     "firefox": ("puppeteer-core", "firefox-esr"),
 }
-# SwiftShader, in Chromium, compiles the passes for many minutes.
-BROWSER_METHODS = [("chromium", "serial"), ("firefox", "passes")]
+# SwiftShader, in Chromium, compiles the shaders for many minutes. Dawn runs in Node.
+BROWSER_METHODS = [("firefox", "interior"), ("firefox", "traversal")]
 
 
 def need_decoder() -> None:
@@ -143,7 +142,7 @@ def assert_same(
 
 @pytest.mark.parametrize("method", METHODS)
 def test_conformance_vectors(method, tmp_path):
-    paths = set(VECTORS.glob("valid_*.bin")) - ({WIDE} if method == "passes" else set())
+    paths = set(VECTORS.glob("valid_*.bin")) - ({WIDE} if method == "interior" else set())
     blobs = [path.read_bytes() for path in sorted(paths)]
     assert len(blobs) > 30
     assert assert_same(blobs, tmp_path, method=method) == 0
@@ -183,7 +182,7 @@ def test_models(method, name, page_bytes, model, tmp_path):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("options", [{}, {"method": "serial"}], ids=["default", "serial"])
+@pytest.mark.parametrize("options", [{}, {"method": "traversal"}], ids=["default", "traversal"])
 @pytest.mark.parametrize(
     "path",
     environment.parameters_or_missing(
@@ -283,36 +282,30 @@ def numbers_in(pattern: str, text: str) -> dict[str, int]:
     return {name: int(number) for name, number in re.findall(pattern, text, re.MULTILINE)}
 
 
-def test_webgpu_repeats_the_numbers_of_format_and_vulkan():
-    gpu_decoder = environment.need_package("vk_backend.gpu_decoder")
+def test_webgpu_repeats_the_numbers_of_format_and_shaders():
     text = (ROOT / "web" / "webgpu.js").read_text()
+    interior = build_wgsl.INTERIOR
+    connect = (build_wgsl.OUTPUT / "connect.wgsl").read_text()
     assert numbers_in(r"^const (\w+) = (\d+);", text) == {
         "MESHLET_TRIANGLES": CONSTANTS["MESHLET_TRIANGLES"],
         "MESHLET_VERTICES": CONSTANTS["MESHLET_VERTICES"],
-        "TABLE_BYTES": CONSTANTS["BLOB_HEADER_BYTES"],
-        "STREAM_BYTES": CONSTANTS["BLOB_STREAM_BYTES"],
-        "AFFINE": CONSTANTS["PREDICT_AFFINE"],
         "PACKED_POSITION_BITS": CONSTANTS["PACKED_POSITION_BITS"],
-        "CONNECTED_BYTES": raster_layout.CONNECTED.itemsize,
-        "PLACES_BYTES": raster_layout.PLACES.itemsize,
-        "MANY_MESHLETS": gpu_decoder.MANY_MESHLETS,
-        "SMALL_ELEMENTS": int(build_wgsl.SMALL["MAX_ELEMENTS"].removesuffix("u")),
+        "CONNECTED_BYTES": bytes_of("Connected_std430_0", connect),
+        "PLACES_BYTES": bytes_of("Places_std430_0", connect),
+        "MANY_MESHLETS": 4000,
+        "INTERIOR_STREAMS": interior["MAX_STREAMS"],
+        "INTERIOR_ELEMENTS": interior["MAX_ELEMENTS"],
         "WORKGROUPS": 65535,  # limits of WebGPU
         "PUSH_BYTES": 256,
     }
-    passes = [*gpu_decoder.METHODS["single"], *gpu_decoder.METHODS["passes"]]
-    for instead in (gpu_decoder.PLAIN, gpu_decoder.MANY_PLAIN):
-        passes += [step for steps in instead.values() for step in steps]
-    passes += gpu_decoder.FEW[gpu_decoder.CORNERS]  # WGSL does not spread `connect`
-    groups = {step.shader.removesuffix(".comp"): step.meshlets for step in passes}
-    found = numbers_in(rf"\b({'|'.join(groups)})\]?: (\d+)", text)
-    for one, other, number in re.findall(r"\? '(\w+)' : '(\w+)'\]: (\d+)", text):
-        found |= {one: int(number), other: int(number)}
-    assert found == groups
-    (split,) = re.findall(r"^const SPLIT = \[(.*)\];", text, re.MULTILINE)
-    has_split = {step.shader.removesuffix(".comp") for step in passes if step.split}
-    assert set(re.findall(r"\w+", split)) == has_split
+    (shared,) = re.findall(r"^const PASSES = \[(.*)\];", text, re.MULTILINE)
+    names = [Path(source).stem for source in build_wgsl.MODULES["passes"]]
+    assert re.findall(r"\w+", shared) == names
     most = CONSTANTS["BLOB_MAX_STREAMS"], CONSTANTS["STREAM_MAX_ELEMENTS"]
-    capacities = [(f"{most[0]}u", f"{most[0] * most[1]}u"), tuple(build_wgsl.INTERIOR.values())]
-    found = re.findall(r"streams: (\d+),\s*elements: (\d+)", text)
-    assert [(f"{streams}u", f"{elements}u") for streams, elements in found] == capacities
+    assert list(build_wgsl.CAPACITIES.values()) == [most[0], most[0] * most[1]]
+
+
+def test_wgsl_is_short():
+    """Generated text that everybody downloads: its limit in lines."""
+    texts = [path.read_text() for path in build_wgsl.OUTPUT.glob("*.wgsl")]
+    assert sum(text.count("\n") for text in texts) <= 9000

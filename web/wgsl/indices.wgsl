@@ -22,9 +22,11 @@ struct Push_std140_0
 
 @binding(10) @group(0) var<storage, read_write> results_0 : array<u32>;
 
-var<private> _S1 : vec3<u32>;
+var<private> the_thread_0 : u32;
 
-var<private> _S2 : u32;
+var<private> the_workgroup_0 : vec3<u32>;
+
+var<private> the_invocation_0 : vec3<u32>;
 
 var<private> job_meshlet_0 : u32;
 
@@ -42,30 +44,27 @@ fn job_triangles_0() -> u32
     return u32(64) * job_place_0;
 }
 
-@compute
-@workgroup_size(64, 1, 1)
-fn main(@builtin(workgroup_id) gl_WorkGroupID_0 : vec3<u32>, @builtin(local_invocation_index) gl_LocalInvocationIndex_0 : u32)
+fn indices_shader_0()
 {
-    _S1 = gl_WorkGroupID_0;
-    _S2 = gl_LocalInvocationIndex_0;
-    var m_0 : u32 = push_0.first_0 + gl_WorkGroupID_0.x;
+    var m_0 : u32 = push_0.first_0 + the_workgroup_0.x;
+    var t_0 : u32 = the_thread_0;
     open_job_0(m_0);
     var summary_0 : u32 = atomicLoad(&(the_summaries_0[m_0]));
-    var _S3 : bool;
+    var _S1 : bool;
     if(((summary_0 >> (u32(16)))) != u32(0))
     {
-        _S3 = true;
+        _S1 = true;
     }
     else
     {
-        _S3 = gl_LocalInvocationIndex_0 >= ((summary_0 & (u32(127))));
+        _S1 = t_0 >= ((summary_0 & (u32(127))));
     }
-    if(_S3)
+    if(_S1)
     {
         return;
     }
-    var _S4 : u32 = all_triangles_0[job_triangles_0() + gl_LocalInvocationIndex_0];
-    var _S5 : u32 = u32(3) * (first_triangles_0[m_0] + gl_LocalInvocationIndex_0);
+    var _S2 : u32 = all_triangles_0[job_triangles_0() + t_0];
+    var _S3 : u32 = u32(3) * (first_triangles_0[m_0] + t_0);
     var c_0 : u32 = u32(0);
     for(;;)
     {
@@ -76,9 +75,20 @@ fn main(@builtin(workgroup_id) gl_WorkGroupID_0 : vec3<u32>, @builtin(local_invo
         {
             break;
         }
-        results_0[_S5 + c_0] = u32(64) * m_0 + ((((_S4 >> ((u32(8) * c_0)))) & (u32(63))));
+        results_0[_S3 + c_0] = u32(64) * m_0 + ((((_S2 >> ((u32(8) * c_0)))) & (u32(63))));
         c_0 = c_0 + u32(1);
     }
+    return;
+}
+
+@compute
+@workgroup_size(64, 1, 1)
+fn indices_main(@builtin(local_invocation_index) thread_0 : u32, @builtin(workgroup_id) workgroup_0 : vec3<u32>, @builtin(global_invocation_id) invocation_0 : vec3<u32>)
+{
+    the_thread_0 = thread_0;
+    the_workgroup_0 = workgroup_0;
+    the_invocation_0 = invocation_0;
+    indices_shader_0();
     return;
 }
 

@@ -64,7 +64,11 @@ fn firstbitlow_0( value_1 : u32) -> u32
     return _S2;
 }
 
-var<private> _S3 : vec3<u32>;
+var<private> the_thread_0 : u32;
+
+var<private> the_workgroup_0 : vec3<u32>;
+
+var<private> the_invocation_0 : vec3<u32>;
 
 var<private> job_meshlet_0 : u32;
 
@@ -77,18 +81,16 @@ fn open_job_0( i_0 : u32)
     return;
 }
 
-var<private> _S4 : u32;
-
 var<workgroup> group_uniform_0 : u32;
 
 fn uniform_word_0( word_0 : u32) -> u32
 {
-    if(_S4 == u32(0))
+    if(the_thread_0 == u32(0))
     {
         group_uniform_0 = word_0;
     }
-    var _S5 : u32 = (workgroupUniformLoad(&((group_uniform_0))));
-    return _S5;
+    var _S3 : u32 = (workgroupUniformLoad(&((group_uniform_0))));
+    return _S3;
 }
 
 fn job_streams_0() -> u32
@@ -116,11 +118,11 @@ var<private> group_table_0 : u32;
 
 fn load_tables_0()
 {
-    var _S6 : u32 = ((((load_word_0(u32(1))) >> (u32(8)))) & (u32(255)));
-    stream_total_0 = _S6;
+    var _S4 : u32 = ((((load_word_0(u32(1))) >> (u32(8)))) & (u32(255)));
+    stream_total_0 = _S4;
     meshlet_total_0 = load_word_0(u32(4));
     byte_length_0 = load_word_0(u32(5));
-    group_table_0 = u32(8) + u32(7) * _S6;
+    group_table_0 = u32(8) + u32(7) * _S4;
     return;
 }
 
@@ -133,10 +135,10 @@ var<workgroup> group_bases_0 : array<u32, i32(8)>;
 fn group_streams_0( end_0 : u32)
 {
     load_tables_0();
-    var _S7 : u32 = min(stream_total_0, u32(8));
-    stream_total_0 = _S7;
-    stream_end_0 = min(end_0, _S7);
-    var s_0 : u32 = _S4;
+    var _S5 : u32 = min(stream_total_0, u32(8));
+    stream_total_0 = _S5;
+    stream_end_0 = min(end_0, _S5);
+    var s_0 : u32 = the_thread_0;
     for(;;)
     {
         if(s_0 < stream_total_0)
@@ -146,8 +148,8 @@ fn group_streams_0( end_0 : u32)
         {
             break;
         }
-        var _S8 : u32 = u32(7) * s_0;
-        var shape_0 : u32 = load_word_0(u32(8) + _S8);
+        var _S6 : u32 = u32(7) * s_0;
+        var shape_0 : u32 = load_word_0(u32(8) + _S6);
         var before_0 : u32 = u32(0);
         var element_0 : u32 = u32(0);
         for(;;)
@@ -164,7 +166,7 @@ fn group_streams_0( end_0 : u32)
             element_0 = element_1;
         }
         group_stream_0[s_0] = (((((((((shape_0 >> (u32(8)))) & (u32(7)))) | (((((((shape_0 >> (u32(16)))) & (u32(63)))) << (u32(3))))))) | (((((((shape_0 >> (u32(24)))) & (u32(7)))) << (u32(9))))))) | ((((min(element_0, u32(20))) << (u32(12))))));
-        group_bases_0[s_0] = load_word_0(u32(9) + _S8);
+        group_bases_0[s_0] = load_word_0(u32(9) + _S6);
         s_0 = s_0 + u32(32);
     }
     workgroupBarrier();
@@ -183,8 +185,8 @@ fn field_of_0( s_1 : u32) -> u32
     {
         field_1 = bits_0;
     }
-    var _S9 : u32 = (extractBits((group_stream_0[s_1]), u32((i32(0))), u32((i32(3)))));
-    if((field_1 * _S9) <= u32(64))
+    var _S7 : u32 = (extractBits((group_stream_0[s_1]), u32((i32(0))), u32((i32(3)))));
+    if((field_1 * _S7) <= u32(64))
     {
     }
     else
@@ -196,16 +198,16 @@ fn field_of_0( s_1 : u32) -> u32
 
 fn words_of_0( s_2 : u32) -> u32
 {
-    var _S10 : u32 = field_of_0(s_2);
-    var _S11 : u32 = (extractBits((group_stream_0[s_2]), u32((i32(0))), u32((i32(3)))));
-    return ((_S10 * _S11 + u32(31)) >> (u32(5)));
+    var _S8 : u32 = field_of_0(s_2);
+    var _S9 : u32 = (extractBits((group_stream_0[s_2]), u32((i32(0))), u32((i32(3)))));
+    return ((_S8 * _S9 + u32(31)) >> (u32(5)));
 }
 
 var<workgroup> group_places_0 : array<u32, i32(8)>;
 
 fn group_value_places_0()
 {
-    var s_3 : u32 = _S4;
+    var s_3 : u32 = the_thread_0;
     for(;;)
     {
         if(s_3 < stream_total_0)
@@ -226,16 +228,16 @@ fn group_value_places_0()
             {
                 break;
             }
-            var _S12 : u32 = words_of_0(before_1);
-            var words_1 : u32 = words_0 + _S12;
+            var _S10 : u32 = words_of_0(before_1);
+            var words_1 : u32 = words_0 + _S10;
             before_1 = before_1 + u32(1);
             words_0 = words_1;
         }
-        var _S13 : u32 = ((u32(64) * words_0) & (u32(65535)));
-        var _S14 : u32 = words_of_0(s_3);
-        var _S15 : u32 = (_S13 | (((_S14 << (u32(16))))));
-        var _S16 : u32 = field_of_0(s_3);
-        group_places_0[s_3] = (_S15 | (((_S16 << (u32(22))))));
+        var _S11 : u32 = ((u32(64) * words_0) & (u32(65535)));
+        var _S12 : u32 = words_of_0(s_3);
+        var _S13 : u32 = (_S11 | (((_S12 << (u32(16))))));
+        var _S14 : u32 = field_of_0(s_3);
+        group_places_0[s_3] = (_S13 | (((_S14 << (u32(22))))));
         s_3 = s_3 + u32(32);
     }
     workgroupBarrier();
@@ -282,27 +284,27 @@ var<private> team_boundary_0 : vec2<u32>;
 
 var<private> error_0 : u32;
 
-var<workgroup> team_begins_0 : array<array<atomic<u32>, i32(17)>, i32(1)>;
+var<workgroup> team_begins_0 : array<atomic<u32>, i32(17)>;
 
-var<workgroup> team_loop_0 : array<array<atomic<u32>, i32(16)>, i32(1)>;
+var<workgroup> team_loop_0 : array<atomic<u32>, i32(16)>;
 
-var<workgroup> team_error_0 : array<atomic<u32>, i32(1)>;
+var<workgroup> team_error_0 : atomic<u32>;
 
-var<workgroup> team_symbols_0 : array<array<vec2<u32>, i32(4)>, i32(1)>;
+var<workgroup> team_symbols_0 : array<vec2<u32>, i32(4)>;
 
 fn mask_none_0() -> vec2<u32>
 {
     return vec2<u32>(u32(0));
 }
 
-var<workgroup> team_ranks_0 : array<vec2<u32>, i32(1)>;
+var<workgroup> team_ranks_0 : vec2<u32>;
 
-var<workgroup> team_waiting_0 : array<vec2<u32>, i32(1)>;
+var<workgroup> team_waiting_0 : vec2<u32>;
 
 fn open_team_0()
 {
     error_0 = u32(0);
-    var i_3 : u32 = _S4 % u32(32);
+    var i_3 : u32 = the_thread_0;
     for(;;)
     {
         if(i_3 < u32(17))
@@ -312,13 +314,13 @@ fn open_team_0()
         {
             break;
         }
-        atomicStore(&(team_begins_0[_S4 / u32(32)][i_3]), u32(0));
-        atomicStore(&(team_loop_0[_S4 / u32(32)][(i_3 & (u32(15)))]), u32(0));
+        atomicStore(&(team_begins_0[i_3]), u32(0));
+        atomicStore(&(team_loop_0[(i_3 & (u32(15)))]), u32(0));
         i_3 = i_3 + u32(32);
     }
-    if((_S4 % u32(32)) == u32(0))
+    if(the_thread_0 == u32(0))
     {
-        atomicStore(&(team_error_0[_S4 / u32(32)]), u32(0));
+        atomicStore(&(team_error_0), u32(0));
         i_3 = u32(0);
         for(;;)
         {
@@ -329,46 +331,46 @@ fn open_team_0()
             {
                 break;
             }
-            team_symbols_0[_S4 / u32(32)][i_3] = mask_none_0();
+            team_symbols_0[i_3] = mask_none_0();
             i_3 = i_3 + u32(1);
         }
-        var _S17 : vec2<u32> = mask_none_0();
-        team_ranks_0[_S4 / u32(32)] = _S17;
-        team_waiting_0[_S4 / u32(32)] = _S17;
+        var _S15 : vec2<u32> = mask_none_0();
+        team_ranks_0 = _S15;
+        team_waiting_0 = _S15;
     }
     workgroupBarrier();
     return;
 }
 
-var<workgroup> team_seam_refs_0 : array<array<vec2<u32>, i32(8)>, i32(1)>;
+var<workgroup> team_seam_refs_0 : array<vec2<u32>, i32(8)>;
 
 fn word_below_0( n_0 : u32) -> u32
 {
-    var _S18 : u32;
+    var _S16 : u32;
     if(n_0 >= u32(32))
     {
-        _S18 = u32(4294967295);
+        _S16 = u32(4294967295);
     }
     else
     {
-        _S18 = ((u32(1) << (n_0))) - u32(1);
+        _S16 = ((u32(1) << (n_0))) - u32(1);
     }
-    return _S18;
+    return _S16;
 }
 
 fn mask_below_0( n_1 : u32) -> vec2<u32>
 {
-    var _S19 : u32 = word_below_0(n_1);
-    var _S20 : u32;
+    var _S17 : u32 = word_below_0(n_1);
+    var _S18 : u32;
     if(n_1 <= u32(32))
     {
-        _S20 = u32(0);
+        _S18 = u32(0);
     }
     else
     {
-        _S20 = word_below_0(n_1 - u32(32));
+        _S18 = word_below_0(n_1 - u32(32));
     }
-    return vec2<u32>(_S19, _S20);
+    return vec2<u32>(_S17, _S18);
 }
 
 fn mask_any_0( m_0 : vec2<u32>) -> bool
@@ -400,20 +402,20 @@ fn code_at_0( p_1 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
     (*p_1) = (*p_1) + u32(3);
     if(field_2 == u32(7))
     {
-        var _S21 : u32 = (extractBits((group_stream_0[s_4]), u32((i32(0))), u32((i32(3)))));
-        (*p_1) = (*p_1) + u32(5) * _S21;
+        var _S19 : u32 = (extractBits((group_stream_0[s_4]), u32((i32(0))), u32((i32(3)))));
+        (*p_1) = (*p_1) + u32(5) * _S19;
         return u32(255);
     }
     var base_1 : u32;
     if(of_chains_0)
     {
-        var _S22 : u32 = (extractBits((group_bases_0[s_4]), u32((i32(0))), u32((i32(5)))));
-        base_1 = _S22;
+        var _S20 : u32 = (extractBits((group_bases_0[s_4]), u32((i32(0))), u32((i32(5)))));
+        base_1 = _S20;
     }
     else
     {
-        var _S23 : u32 = (extractBits((group_bases_0[s_4]), u32((i32(8))), u32((i32(5)))));
-        base_1 = _S23;
+        var _S21 : u32 = (extractBits((group_bases_0[s_4]), u32((i32(8))), u32((i32(5)))));
+        base_1 = _S21;
     }
     var rice_0 : bool;
     if(of_chains_0)
@@ -437,7 +439,7 @@ fn code_at_0( p_1 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
     {
         error_0 = u32(7);
     }
-    var _S24 : u32 = (k_0 & (u32(31)));
+    var _S22 : u32 = (k_0 & (u32(31)));
     if(rice_0)
     {
         base_1 = u32(0);
@@ -446,14 +448,14 @@ fn code_at_0( p_1 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
     {
         base_1 = u32(32);
     }
-    return (_S24 | (base_1));
+    return (_S22 | (base_1));
 }
 
-var<workgroup> team_codes_0 : array<array<u32, i32(8)>, i32(1)>;
+var<workgroup> team_codes_0 : array<u32, i32(8)>;
 
 fn read_interior_codes_0( p_2 : u32,  chains_1 : bool)
 {
-    var _S25 : u32 = p_2;
+    var _S23 : u32 = p_2;
     team_codes_begin_0 = p_2;
     var s_5 : u32 = u32(0);
     for(;;)
@@ -467,21 +469,21 @@ fn read_interior_codes_0( p_2 : u32,  chains_1 : bool)
         }
         if(chains_1)
         {
-            var _S26 : u32 = code_at_0(&(_S25), s_5, true);
+            var _S24 : u32 = code_at_0(&(_S23), s_5, true);
         }
-        var code_0 : u32 = code_at_0(&(_S25), s_5, false);
-        var _S27 : u32 = (extractBits((group_stream_0[s_5]), u32((i32(0))), u32((i32(3)))));
-        var widths_0 : u32 = _S25 - u32(5) * _S27 - team_codes_begin_0;
-        if((_S4 % u32(32)) == u32(0))
+        var code_0 : u32 = code_at_0(&(_S23), s_5, false);
+        var _S25 : u32 = (extractBits((group_stream_0[s_5]), u32((i32(0))), u32((i32(3)))));
+        var widths_0 : u32 = _S23 - u32(5) * _S25 - team_codes_begin_0;
+        if(the_thread_0 == u32(0))
         {
-            team_codes_0[_S4 / u32(32)][s_5] = (code_0 | (((widths_0 << (u32(8))))));
+            team_codes_0[s_5] = (code_0 | (((widths_0 << (u32(8))))));
         }
         s_5 = s_5 + u32(1);
     }
     return;
 }
 
-var<workgroup> team_interior_0 : array<u32, i32(1)>;
+var<workgroup> team_interior_0 : u32;
 
 fn meshlet_start_0( m_1 : u32) -> u32
 {
@@ -511,9 +513,9 @@ fn load_words3_0( i_6 : u32) -> vec3<u32>
 fn load_mask_0( p_3 : u32,  n_3 : u32) -> vec2<u32>
 {
     var words_3 : vec3<u32> = load_words3_0((p_3 >> (u32(5))));
-    var _S28 : u32 = words_3.y;
-    var _S29 : u32 = (p_3 & (u32(31)));
-    return (vec2<u32>(funnel_0(words_3.x, _S28, _S29), funnel_0(_S28, words_3.z, _S29)) & ((mask_below_0(n_3))));
+    var _S26 : u32 = words_3.y;
+    var _S27 : u32 = (p_3 & (u32(31)));
+    return (vec2<u32>(funnel_0(words_3.x, _S26, _S27), funnel_0(_S26, words_3.z, _S27)) & ((mask_below_0(n_3))));
 }
 
 fn mask_count_0( m_2 : vec2<u32>) -> u32
@@ -534,18 +536,18 @@ fn load_planes_0( begin_0 : u32,  triangles_0 : u32) -> Planes_0
 {
     var count_1 : u32 = triangles_0 - u32(1);
     var planes_0 : Planes_0;
-    var _S30 : vec2<u32> = load_mask_0(begin_0, count_1);
-    planes_0.p0_0 = _S30;
+    var _S28 : vec2<u32> = load_mask_0(begin_0, count_1);
+    planes_0.p0_0 = _S28;
     var p_4 : u32 = begin_0 + count_1;
-    var count_2 : u32 = mask_count_0(_S30);
-    var _S31 : vec2<u32> = load_mask_0(p_4, count_2);
-    planes_0.p1_0 = _S31;
+    var count_2 : u32 = mask_count_0(_S28);
+    var _S29 : vec2<u32> = load_mask_0(p_4, count_2);
+    planes_0.p1_0 = _S29;
     var p_5 : u32 = p_4 + count_2;
-    var count_3 : u32 = mask_count_0(_S31);
-    var _S32 : vec2<u32> = load_mask_0(p_5, count_3);
-    planes_0.p2_0 = _S32;
+    var count_3 : u32 = mask_count_0(_S29);
+    var _S30 : vec2<u32> = load_mask_0(p_5, count_3);
+    planes_0.p2_0 = _S30;
     var p_6 : u32 = p_5 + count_3;
-    var count_4 : u32 = mask_count_0(_S32);
+    var count_4 : u32 = mask_count_0(_S30);
     planes_0.p3_0 = load_mask_0(p_6, count_4);
     planes_0.end_1 = p_6 + count_4;
     return planes_0;
@@ -553,36 +555,36 @@ fn load_planes_0( begin_0 : u32,  triangles_0 : u32) -> Planes_0
 
 fn mask_bit_0( i_7 : u32) -> vec2<u32>
 {
-    var _S33 : vec2<u32>;
+    var _S31 : vec2<u32>;
     if(((i_7 & (u32(32)))) == u32(0))
     {
-        _S33 = vec2<u32>((u32(1) << (((i_7 & (u32(31)))))), u32(0));
+        _S31 = vec2<u32>((u32(1) << (((i_7 & (u32(31)))))), u32(0));
     }
     else
     {
-        _S33 = vec2<u32>(u32(0), (u32(1) << (((i_7 & (u32(31)))))));
+        _S31 = vec2<u32>(u32(0), (u32(1) << (((i_7 & (u32(31)))))));
     }
-    return _S33;
+    return _S31;
 }
 
 fn mask_test_0( m_3 : vec2<u32>,  i_8 : u32) -> bool
 {
-    var _S34 : u32;
+    var _S32 : u32;
     if(((i_8 & (u32(32)))) == u32(0))
     {
-        _S34 = m_3.x;
+        _S32 = m_3.x;
     }
     else
     {
-        _S34 = m_3.y;
+        _S32 = m_3.y;
     }
-    return ((((_S34 >> (((i_8 & (u32(31))))))) & (u32(1)))) != u32(0);
+    return ((((_S32 >> (((i_8 & (u32(31))))))) & (u32(1)))) != u32(0);
 }
 
 fn mask_shl1_0( m_4 : vec2<u32>) -> vec2<u32>
 {
-    var _S35 : u32 = m_4.x;
-    return vec2<u32>((_S35 << (u32(1))), ((((m_4.y) << (u32(1)))) | (((_S35 >> (u32(31)))))));
+    var _S33 : u32 = m_4.x;
+    return vec2<u32>((_S33 << (u32(1))), ((((m_4.y) << (u32(1)))) | (((_S33 >> (u32(31)))))));
 }
 
 fn lone_references_0( loop_ends_1 : vec2<u32>) -> vec2<u32>
@@ -617,17 +619,17 @@ fn read_header_0( m_5 : u32) -> Header_0
     var h_0 : Header_0;
     var fields_0 : u32 = load_word_0(group_table_0 + u32(3) * (m_5 / u32(32)) + u32(2));
     var start_0 : u32 = meshlet_start_0(m_5);
-    var _S36 : bool;
+    var _S34 : bool;
     if(m_5 >= meshlet_total_0)
     {
-        _S36 = true;
+        _S34 = true;
     }
     else
     {
-        _S36 = start_0 >= (byte_length_0 - u32(8));
+        _S34 = start_0 >= (byte_length_0 - u32(8));
     }
     var start_1 : u32;
-    if(_S36)
+    if(_S34)
     {
         error_0 = u32(1);
         start_1 = u32(0);
@@ -642,11 +644,11 @@ fn read_header_0( m_5 : u32) -> Header_0
     h_0.meshlet_0 = m_5;
     h_0.triangles_1 = ((bits_1 & (u32(63)))) + u32(1);
     h_0.references_1 = (((((bits_1 >> (u32(6)))) & ((((u32(1) << (reference_width_0))) - u32(1))))) & (u32(63)));
-    var _S37 : u32 = u32(6) + reference_width_0;
-    var _S38 : u32 = (bits_1 >> (_S37));
-    var p_8 : u32 = p_7 + _S37;
+    var _S35 : u32 = u32(6) + reference_width_0;
+    var _S36 : u32 = (bits_1 >> (_S35));
+    var p_8 : u32 = p_7 + _S35;
     h_0.flags_0 = u32(0);
-    var bits_2 : u32 = _S38;
+    var bits_2 : u32 = _S36;
     var flag_0 : u32 = u32(1);
     var p_9 : u32 = p_8;
     for(;;)
@@ -664,9 +666,9 @@ fn read_header_0( m_5 : u32) -> Header_0
             {
                 h_0.flags_0 = ((h_0.flags_0) | (flag_0));
             }
-            var _S39 : u32 = p_9 + u32(1);
+            var _S37 : u32 = p_9 + u32(1);
             bits_2 = (bits_2 >> (u32(1)));
-            p_9 = _S39;
+            p_9 = _S37;
         }
         flag_0 = flag_0 + flag_0;
     }
@@ -674,38 +676,38 @@ fn read_header_0( m_5 : u32) -> Header_0
     h_0.slot_width_0 = (((fields_0 >> (u32(10)))) & (u32(7)));
     h_0.table_0 = (((fields_0 >> (u32(19)))) & (u32(1)));
     h_0.begin_1 = p_9;
-    var _S40 : Planes_0 = load_planes_0(p_9, h_0.triangles_1);
+    var _S38 : Planes_0 = load_planes_0(p_9, h_0.triangles_1);
     var r_0 : u32 = h_0.references_1;
     var all_0 : vec2<u32> = mask_below_0(h_0.references_1);
-    var _S41 : vec2<u32> = mask_none_0();
-    h_0.foreign_refs_1 = _S41;
-    h_0.private_refs_1 = _S41;
-    h_0.loop_ends_2 = _S41;
+    var _S39 : vec2<u32> = mask_none_0();
+    h_0.foreign_refs_1 = _S39;
+    h_0.private_refs_1 = _S39;
+    h_0.loop_ends_2 = _S39;
     h_0.length_width_0 = u32(0);
     if((h_0.references_1) == u32(0))
     {
-        _S36 = (h_0.flags_0) != u32(0);
+        _S34 = (h_0.flags_0) != u32(0);
     }
     else
     {
-        _S36 = false;
+        _S34 = false;
     }
-    if(_S36)
+    if(_S34)
     {
         error_0 = u32(4);
     }
     if(r_0 > u32(0))
     {
-        h_0.foreign_refs_1 = load_mask_0(_S40.end_1, r_0);
-        var p_10 : u32 = _S40.end_1 + r_0;
-        var _S42 : u32 = r_0 - u32(1);
-        h_0.loop_ends_2 = mask_bit_0(_S42);
+        h_0.foreign_refs_1 = load_mask_0(_S38.end_1, r_0);
+        var p_10 : u32 = _S38.end_1 + r_0;
+        var _S40 : u32 = r_0 - u32(1);
+        h_0.loop_ends_2 = mask_bit_0(_S40);
         if((((h_0.flags_0) & (u32(1)))) != u32(0))
         {
-            var _S43 : vec2<u32> = load_mask_0(p_10, r_0);
-            h_0.loop_ends_2 = _S43;
+            var _S41 : vec2<u32> = load_mask_0(p_10, r_0);
+            h_0.loop_ends_2 = _S41;
             var p_11 : u32 = p_10 + r_0;
-            if(!mask_test_0(_S43, _S42))
+            if(!mask_test_0(_S41, _S40))
             {
                 error_0 = u32(4);
             }
@@ -717,19 +719,19 @@ fn read_header_0( m_5 : u32) -> Header_0
         }
         if((((h_0.flags_0) & (u32(2)))) != u32(0))
         {
-            var _S44 : vec2<u32> = load_mask_0(p_9, r_0);
-            h_0.private_refs_1 = _S44;
+            var _S42 : vec2<u32> = load_mask_0(p_9, r_0);
+            h_0.private_refs_1 = _S42;
             var p_12 : u32 = p_9 + r_0;
-            if(mask_any_0((_S44 & ((h_0.foreign_refs_1)))))
+            if(mask_any_0((_S42 & ((h_0.foreign_refs_1)))))
             {
                 error_0 = u32(4);
             }
             p_9 = p_12;
         }
-        var _S45 : u32 = load_bits_0(p_9, u32(3));
-        h_0.length_width_0 = _S45;
+        var _S43 : u32 = load_bits_0(p_9, u32(3));
+        h_0.length_width_0 = _S43;
         var p_13 : u32 = p_9 + u32(3);
-        if(_S45 > u32(6))
+        if(_S43 > u32(6))
         {
             error_0 = u32(4);
         }
@@ -737,16 +739,16 @@ fn read_header_0( m_5 : u32) -> Header_0
     }
     else
     {
-        p_9 = _S40.end_1;
+        p_9 = _S38.end_1;
     }
-    var _S46 : vec2<u32> = (all_0 & ((~(((h_0.foreign_refs_1) | ((h_0.private_refs_1)))))));
-    h_0.owned_refs_0 = _S46;
-    var _S47 : vec2<u32> = (_S46 | ((((h_0.private_refs_1) & ((~lone_references_0(h_0.loop_ends_2)))))));
-    h_0.sized_refs_0 = _S47;
+    var _S44 : vec2<u32> = (all_0 & ((~(((h_0.foreign_refs_1) | ((h_0.private_refs_1)))))));
+    h_0.owned_refs_0 = _S44;
+    var _S45 : vec2<u32> = (_S44 | ((((h_0.private_refs_1) & ((~lone_references_0(h_0.loop_ends_2)))))));
+    h_0.sized_refs_0 = _S45;
     h_0.lengths_1 = p_9;
-    var p_14 : u32 = p_9 + h_0.length_width_0 * mask_count_0(_S47);
+    var p_14 : u32 = p_9 + h_0.length_width_0 * mask_count_0(_S45);
     h_0.entries_1 = p_14;
-    var _S48 : u32 = h_0.delta_width_0 + h_0.slot_width_0;
+    var _S46 : u32 = h_0.delta_width_0 + h_0.slot_width_0;
     if((((h_0.flags_0) & (u32(4)))) != u32(0))
     {
         start_1 = stream_total_0 - u32(1);
@@ -755,9 +757,9 @@ fn read_header_0( m_5 : u32) -> Header_0
     {
         start_1 = u32(0);
     }
-    var _S49 : u32 = _S48 + start_1;
-    h_0.entry_width_0 = _S49;
-    h_0.codes_1 = p_14 + _S49 * mask_count_0(h_0.foreign_refs_1);
+    var _S47 : u32 = _S46 + start_1;
+    h_0.entry_width_0 = _S47;
+    h_0.codes_1 = p_14 + _S47 * mask_count_0(h_0.foreign_refs_1);
     return h_0;
 }
 
@@ -783,25 +785,25 @@ fn find_disks_0()
     var ids_0 : u32;
     var starts_1 : vec2<u32> = connectivity_starts_0();
     team_boundary_0 = connectivity_boundary_0();
-    var _S50 : u32 = mask_count_0(starts_1);
-    team_disks_0 = _S50;
-    var _S51 : u32 = pushed_vertices_0(mask_below_0(triangle_count_0)) + _S50;
-    vertex_count_0 = _S51;
-    var _S52 : bool;
-    if(_S51 > u32(64))
+    var _S48 : u32 = mask_count_0(starts_1);
+    team_disks_0 = _S48;
+    var _S49 : u32 = pushed_vertices_0(mask_below_0(triangle_count_0)) + _S48;
+    vertex_count_0 = _S49;
+    var _S50 : bool;
+    if(_S49 > u32(64))
     {
-        _S52 = true;
+        _S50 = true;
     }
     else
     {
-        _S52 = team_disks_0 == u32(0);
+        _S50 = team_disks_0 == u32(0);
     }
-    if(_S52)
+    if(_S50)
     {
         error_0 = u32(3);
         vertex_count_0 = min(vertex_count_0, u32(64));
     }
-    var t_0 : u32 = _S4 % u32(32);
+    var t_0 : u32 = the_thread_0;
     for(;;)
     {
         if(t_0 <= triangle_count_0)
@@ -813,32 +815,32 @@ fn find_disks_0()
         }
         if(t_0 < triangle_count_0)
         {
-            _S52 = !mask_test_0(starts_1, t_0);
+            _S50 = !mask_test_0(starts_1, t_0);
         }
         else
         {
-            _S52 = false;
+            _S50 = false;
         }
-        if(_S52)
+        if(_S50)
         {
             t_0 = t_0 + u32(32);
             continue;
         }
         var before_2 : vec2<u32> = mask_below_0(t_0);
         var disk_0 : u32 = mask_count_0((starts_1 & (before_2)));
-        var _S53 : u32 = pushed_vertices_0(before_2) + disk_0;
+        var _S51 : u32 = pushed_vertices_0(before_2) + disk_0;
         if(t_0 == triangle_count_0)
         {
             ids_0 = vertex_count_0;
         }
         else
         {
-            ids_0 = _S53;
+            ids_0 = _S51;
         }
-        var _S54 : u32 = atomicOr(&(team_begins_0[_S4 / u32(32)][(disk_0 >> (u32(2)))]), ((min(ids_0, u32(64))) << ((u32(8) * ((disk_0 & (u32(3))))))));
+        var _S52 : u32 = atomicOr(&(team_begins_0[(disk_0 >> (u32(2)))]), ((min(ids_0, u32(64))) << ((u32(8) * ((disk_0 & (u32(3))))))));
         t_0 = t_0 + u32(32);
     }
-    ids_0 = _S4 % u32(32);
+    ids_0 = the_thread_0;
     for(;;)
     {
         if(ids_0 < vertex_count_0)
@@ -854,7 +856,7 @@ fn find_disks_0()
             continue;
         }
         var rank_0 : u32 = mask_count_0((team_boundary_0 & ((mask_below_0(ids_0)))));
-        var _S55 : u32 = atomicOr(&(team_loop_0[_S4 / u32(32)][(rank_0 >> (u32(2)))]), (ids_0 << ((u32(8) * ((rank_0 & (u32(3))))))));
+        var _S53 : u32 = atomicOr(&(team_loop_0[(rank_0 >> (u32(2)))]), (ids_0 << ((u32(8) * ((rank_0 & (u32(3))))))));
         ids_0 = ids_0 + u32(32);
     }
     return;
@@ -862,36 +864,36 @@ fn find_disks_0()
 
 fn mask_lsb_0( m_6 : vec2<u32>) -> u32
 {
-    var _S56 : u32 = m_6.x;
-    var _S57 : u32;
-    if(_S56 != u32(0))
+    var _S54 : u32 = m_6.x;
+    var _S55 : u32;
+    if(_S54 != u32(0))
     {
-        _S57 = firstbitlow_0(_S56);
+        _S55 = firstbitlow_0(_S54);
     }
     else
     {
-        var _S58 : u32 = m_6.y;
-        if(_S58 != u32(0))
+        var _S56 : u32 = m_6.y;
+        if(_S56 != u32(0))
         {
-            _S57 = u32(32) + firstbitlow_0(_S58);
+            _S55 = u32(32) + firstbitlow_0(_S56);
         }
         else
         {
-            _S57 = u32(64);
+            _S55 = u32(64);
         }
     }
-    return _S57;
+    return _S55;
 }
 
-var<workgroup> team_references_0 : array<array<u32, i32(64)>, i32(1)>;
+var<workgroup> team_references_0 : array<u32, i32(64)>;
 
 fn place_team_references_0()
 {
-    var _S59 : u32 = mask_count_0(team_boundary_0);
-    var rank_1 : u32 = _S4 % u32(32);
+    var _S57 : u32 = mask_count_0(team_boundary_0);
+    var rank_1 : u32 = the_thread_0;
     for(;;)
     {
-        if(rank_1 < _S59)
+        if(rank_1 < _S57)
         {
         }
         else
@@ -905,61 +907,61 @@ fn place_team_references_0()
         }
         var r_1 : u32 = mask_count_0(((connected_0.references_0) & ((mask_below_0(rank_1)))));
         var later_0 : vec2<u32> = ((connected_0.references_0) & ((~mask_below_0(rank_1 + u32(1)))));
-        var _S60 : u32;
+        var _S58 : u32;
         if(mask_any_0(later_0))
         {
-            _S60 = mask_lsb_0(later_0);
+            _S58 = mask_lsb_0(later_0);
         }
         else
         {
-            _S60 = _S59;
+            _S58 = _S57;
         }
-        team_references_0[_S4 / u32(32)][(r_1 & (u32(63)))] = (rank_1 | ((((_S60 - rank_1) << (u32(8))))));
+        team_references_0[(r_1 & (u32(63)))] = (rank_1 | ((((_S58 - rank_1) << (u32(8))))));
         rank_1 = rank_1 + u32(32);
     }
-    if((_S4 % u32(32)) == u32(0))
+    if(the_thread_0 == u32(0))
     {
-        team_ranks_0[_S4 / u32(32)] = connected_0.references_0;
+        team_ranks_0 = connected_0.references_0;
     }
     return;
 }
 
 fn mask_clear_lsb_0( m_7 : vec2<u32>) -> vec2<u32>
 {
-    var _S61 : u32 = m_7.x;
-    var _S62 : vec2<u32>;
-    if(_S61 != u32(0))
+    var _S59 : u32 = m_7.x;
+    var _S60 : vec2<u32>;
+    if(_S59 != u32(0))
     {
-        _S62 = vec2<u32>((_S61 & ((_S61 - u32(1)))), m_7.y);
+        _S60 = vec2<u32>((_S59 & ((_S59 - u32(1)))), m_7.y);
     }
     else
     {
-        var _S63 : u32 = m_7.y;
-        _S62 = vec2<u32>(u32(0), (_S63 & ((_S63 - u32(1)))));
+        var _S61 : u32 = m_7.y;
+        _S60 = vec2<u32>(u32(0), (_S61 & ((_S61 - u32(1)))));
     }
-    return _S62;
+    return _S60;
 }
 
 fn seam_references_0( h_1 : Header_0,  s_6 : u32) -> vec2<u32>
 {
     var seams_0 : vec2<u32> = mask_none_0();
-    var _S64 : bool;
+    var _S62 : bool;
     if(s_6 == u32(0))
     {
-        _S64 = true;
+        _S62 = true;
     }
     else
     {
-        _S64 = (((h_1.flags_0) & (u32(4)))) == u32(0);
+        _S62 = (((h_1.flags_0) & (u32(4)))) == u32(0);
     }
-    if(_S64)
+    if(_S62)
     {
         return seams_0;
     }
-    var _S65 : u32 = h_1.entries_1 + h_1.delta_width_0 + h_1.slot_width_0 + s_6 - u32(1);
+    var _S63 : u32 = h_1.entries_1 + h_1.delta_width_0 + h_1.slot_width_0 + s_6 - u32(1);
     var rest_1 : vec2<u32> = h_1.foreign_refs_1;
     var seams_1 : vec2<u32> = seams_0;
-    var share_0 : u32 = _S65;
+    var share_0 : u32 = _S63;
     for(;;)
     {
         if(mask_any_0(rest_1))
@@ -985,7 +987,7 @@ fn find_seams_of_0() -> Header_0
     var h_2 : Header_0 = read_header_0(job_meshlet_0);
     find_disks_0();
     place_team_references_0();
-    var s_7 : u32 = _S4 % u32(32);
+    var s_7 : u32 = the_thread_0;
     for(;;)
     {
         if(s_7 < stream_total_0)
@@ -995,7 +997,7 @@ fn find_seams_of_0() -> Header_0
         {
             break;
         }
-        team_seam_refs_0[_S4 / u32(32)][s_7] = seam_references_0(h_2, s_7);
+        team_seam_refs_0[s_7] = seam_references_0(h_2, s_7);
         s_7 = s_7 + u32(32);
     }
     workgroupBarrier();
@@ -1009,7 +1011,7 @@ fn packed_triangle_0( t_1 : u32) -> u32
 
 var<private> traversed_count_0 : u32;
 
-var<workgroup> team_traversal_0 : array<array<u32, i32(64)>, i32(1)>;
+var<workgroup> team_traversal_0 : array<u32, i32(64)>;
 
 fn pack4_0( x_0 : u32,  y_0 : u32,  z_0 : u32,  w_0 : u32) -> u32
 {
@@ -1018,18 +1020,18 @@ fn pack4_0( x_0 : u32,  y_0 : u32,  z_0 : u32,  w_0 : u32) -> u32
 
 fn list_traversal_0()
 {
-    var waiting_1 : vec2<u32> = team_waiting_0[_S4 / u32(32)];
+    var waiting_1 : vec2<u32> = team_waiting_0;
     var starts_2 : vec2<u32> = connectivity_starts_0();
-    var _S66 : vec2<u32> = mask_none_0();
-    var _S67 : vec2<u32> = symbol_c_0;
+    var _S64 : vec2<u32> = mask_none_0();
+    var _S65 : vec2<u32> = symbol_c_0;
     var roots_0 : vec2<u32>;
     var introducing_0 : vec2<u32>;
     var t_2 : u32;
-    if(mask_any_0(team_waiting_0[_S4 / u32(32)]))
+    if(mask_any_0(team_waiting_0))
     {
         var rest_2 : vec2<u32> = starts_2;
         var waiting_2 : vec2<u32> = waiting_1;
-        roots_0 = _S66;
+        roots_0 = _S64;
         for(;;)
         {
             if(mask_any_0(rest_2))
@@ -1046,25 +1048,25 @@ fn list_traversal_0()
                 rest_2 = mask_clear_lsb_0(rest_2);
                 continue;
             }
-            var _S68 : vec2<u32> = (roots_0 | ((mask_bit_0(t_3))));
+            var _S66 : vec2<u32> = (roots_0 | ((mask_bit_0(t_3))));
             waiting_2 = (waiting_2 & ((~mask_bit_0(a_0))));
-            roots_0 = _S68;
+            roots_0 = _S66;
             rest_2 = mask_clear_lsb_0(rest_2);
         }
-        introducing_0 = _S67;
+        introducing_0 = _S65;
         t_2 = u32(0);
         for(;;)
         {
-            var _S69 : bool;
+            var _S67 : bool;
             if(t_2 < triangle_count_0)
             {
-                _S69 = mask_any_0(waiting_2);
+                _S67 = mask_any_0(waiting_2);
             }
             else
             {
-                _S69 = false;
+                _S67 = false;
             }
-            if(_S69)
+            if(_S67)
             {
             }
             else
@@ -1077,9 +1079,9 @@ fn list_traversal_0()
                 t_2 = t_2 + u32(1);
                 continue;
             }
-            var _S70 : vec2<u32> = (introducing_0 | ((mask_bit_0(t_2))));
+            var _S68 : vec2<u32> = (introducing_0 | ((mask_bit_0(t_2))));
             waiting_2 = (waiting_2 & ((~mask_bit_0(v_0))));
-            introducing_0 = _S70;
+            introducing_0 = _S68;
             t_2 = t_2 + u32(1);
         }
         if(mask_any_0(waiting_2))
@@ -1089,17 +1091,17 @@ fn list_traversal_0()
     }
     else
     {
-        introducing_0 = _S67;
-        roots_0 = _S66;
+        introducing_0 = _S65;
+        roots_0 = _S64;
     }
-    var _S71 : u32 = mask_count_0(introducing_0) + mask_count_0(roots_0);
-    traversed_count_0 = _S71;
-    if(_S71 > u32(64))
+    var _S69 : u32 = mask_count_0(introducing_0) + mask_count_0(roots_0);
+    traversed_count_0 = _S69;
+    if(_S69 > u32(64))
     {
         error_0 = u32(2);
         traversed_count_0 = u32(0);
     }
-    t_2 = _S4 % u32(32);
+    t_2 = the_thread_0;
     for(;;)
     {
         if(t_2 < triangle_count_0)
@@ -1114,14 +1116,14 @@ fn list_traversal_0()
             t_2 = t_2 + u32(32);
             continue;
         }
-        var _S72 : vec2<u32> = mask_below_0(t_2);
-        var place_0 : u32 = mask_count_0((introducing_0 & (_S72))) + mask_count_0((roots_0 & (_S72)));
+        var _S70 : vec2<u32> = mask_below_0(t_2);
+        var place_0 : u32 = mask_count_0((introducing_0 & (_S70))) + mask_count_0((roots_0 & (_S70)));
         var triangle_0 : u32 = packed_triangle_0(t_2);
         var place_1 : u32;
         if(mask_test_0(roots_0, t_2))
         {
             var b_0 : u32 = (((triangle_0 >> (u32(8)))) & (u32(255)));
-            team_traversal_0[_S4 / u32(32)][(place_0 & (u32(63)))] = pack4_0(b_0, b_0, (triangle_0 & (u32(255))), b_0);
+            team_traversal_0[(place_0 & (u32(63)))] = pack4_0(b_0, b_0, (triangle_0 & (u32(255))), b_0);
             place_1 = place_0 + u32(1);
         }
         else
@@ -1130,7 +1132,7 @@ fn list_traversal_0()
         }
         if(mask_test_0(introducing_0, t_2))
         {
-            team_traversal_0[_S4 / u32(32)][(place_1 & (u32(63)))] = triangle_0;
+            team_traversal_0[(place_1 & (u32(63)))] = triangle_0;
         }
         t_2 = t_2 + u32(32);
     }
@@ -1139,46 +1141,46 @@ fn list_traversal_0()
 
 fn is_packed_0( s_8 : u32) -> bool
 {
-    var _S73 : u32 = (extractBits((group_places_0[s_8]), u32((i32(16))), u32((i32(6)))));
-    return _S73 <= u32(2);
+    var _S71 : u32 = (extractBits((group_places_0[s_8]), u32((i32(16))), u32((i32(6)))));
+    return _S71 <= u32(2);
 }
 
 fn word_of_0( s_9 : u32,  id_0 : u32) -> u32
 {
-    var _S74 : u32 = (extractBits((group_places_0[s_9]), u32((i32(0))), u32((i32(16)))));
-    var _S75 : u32 = (extractBits((group_places_0[s_9]), u32((i32(16))), u32((i32(6)))));
-    return _S74 + _S75 * ((id_0 & (u32(63))));
+    var _S72 : u32 = (extractBits((group_places_0[s_9]), u32((i32(0))), u32((i32(16)))));
+    var _S73 : u32 = (extractBits((group_places_0[s_9]), u32((i32(16))), u32((i32(6)))));
+    return _S72 + _S73 * ((id_0 & (u32(63))));
 }
 
 fn vertex_at_0( s_10 : u32,  id_1 : u32) -> vec2<u32>
 {
     var word_1 : u32 = word_of_0(s_10, id_1);
-    var _S76 : u32 = (extractBits((group_places_0[s_10]), u32((i32(16))), u32((i32(6)))));
-    if(_S76 == u32(1))
+    var _S74 : u32 = (extractBits((group_places_0[s_10]), u32((i32(16))), u32((i32(6)))));
+    if(_S74 == u32(1))
     {
         return vec2<u32>(all_values_0[the_values_0 + word_1], u32(0));
     }
-    var _S77 : u32 = u32(2) * ((word_1 >> (u32(1))));
-    return vec2<u32>(all_values_0[the_values_0 + _S77], all_values_0[the_values_0 + _S77 + u32(1)]);
+    var _S75 : u32 = u32(2) * ((word_1 >> (u32(1))));
+    return vec2<u32>(all_values_0[the_values_0 + _S75], all_values_0[the_values_0 + _S75 + u32(1)]);
 }
-
-var<workgroup> team_values_0 : array<array<u32, i32(1280)>, i32(1)>;
 
 fn value_element_0( s_11 : u32,  c_0 : u32) -> u32
 {
-    var _S78 : u32 = (extractBits((group_stream_0[s_11]), u32((i32(12))), u32((i32(11)))));
-    var element_2 : u32 = _S78 + c_0;
-    var _S79 : u32;
+    var _S76 : u32 = (extractBits((group_stream_0[s_11]), u32((i32(12))), u32((i32(11)))));
+    var element_2 : u32 = _S76 + c_0;
+    var _S77 : u32;
     if(element_2 < u32(20))
     {
-        _S79 = element_2;
+        _S77 = element_2;
     }
     else
     {
-        _S79 = u32(0);
+        _S77 = u32(0);
     }
-    return _S79 * u32(64);
+    return _S77 * u32(64);
 }
+
+var<workgroup> team_values_0 : array<u32, i32(1280)>;
 
 fn get_field_0( fields_1 : vec2<u32>,  at_0 : u32,  bits_3 : u32) -> u32
 {
@@ -1196,23 +1198,23 @@ fn get_field_0( fields_1 : vec2<u32>,  at_0 : u32,  bits_3 : u32) -> u32
 
 fn value_at_0( s_12 : u32,  c_1 : u32,  id_2 : u32) -> u32
 {
-    var _S80 : bool = is_packed_0(s_12);
-    if(_S80)
+    var _S78 : bool = is_packed_0(s_12);
+    if(_S78)
     {
-        var _S81 : vec2<u32> = vertex_at_0(s_12, id_2);
+        var _S79 : vec2<u32> = vertex_at_0(s_12, id_2);
+        var _S80 : u32 = (extractBits((group_places_0[s_12]), u32((i32(22))), u32((i32(6)))));
+        var _S81 : u32 = c_1 * _S80;
         var _S82 : u32 = (extractBits((group_places_0[s_12]), u32((i32(22))), u32((i32(6)))));
-        var _S83 : u32 = c_1 * _S82;
-        var _S84 : u32 = (extractBits((group_places_0[s_12]), u32((i32(22))), u32((i32(6)))));
-        return get_field_0(_S81, _S83, _S84);
+        return get_field_0(_S79, _S81, _S82);
     }
-    var _S85 : u32 = the_values_0;
-    var _S86 : u32 = word_of_0(s_12, id_2);
-    return all_values_0[_S85 + (_S86 + c_1)];
+    var _S83 : u32 = the_values_0;
+    var _S84 : u32 = word_of_0(s_12, id_2);
+    return all_values_0[_S83 + (_S84 + c_1)];
 }
 
 fn load_boundary_0()
 {
-    var id_3 : u32 = _S4 % u32(32);
+    var id_3 : u32 = the_thread_0;
     for(;;)
     {
         if(id_3 < vertex_count_0)
@@ -1237,42 +1239,42 @@ fn load_boundary_0()
             {
                 break;
             }
-            var _S87 : bool = is_packed_0(s_13);
-            var _S88 : vec2<u32>;
-            if(_S87)
+            var _S85 : bool = is_packed_0(s_13);
+            var _S86 : vec2<u32>;
+            if(_S85)
             {
-                var _S89 : vec2<u32> = vertex_at_0(s_13, id_3);
-                _S88 = _S89;
+                var _S87 : vec2<u32> = vertex_at_0(s_13, id_3);
+                _S86 = _S87;
             }
             else
             {
-                _S88 = vec2<u32>(u32(0));
+                _S86 = vec2<u32>(u32(0));
             }
-            var _S90 : u32 = (extractBits((group_places_0[s_13]), u32((i32(22))), u32((i32(6)))));
+            var _S88 : u32 = (extractBits((group_places_0[s_13]), u32((i32(22))), u32((i32(6)))));
             var c_2 : u32 = u32(0);
             for(;;)
             {
-                var _S91 : u32 = (extractBits((group_stream_0[s_13]), u32((i32(0))), u32((i32(3)))));
-                if(c_2 < _S91)
+                var _S89 : u32 = (extractBits((group_stream_0[s_13]), u32((i32(0))), u32((i32(3)))));
+                if(c_2 < _S89)
                 {
                 }
                 else
                 {
                     break;
                 }
-                var _S92 : u32 = value_element_0(s_13, c_2);
-                var _S93 : bool = is_packed_0(s_13);
-                var _S94 : u32;
-                if(_S93)
+                var _S90 : u32 = value_element_0(s_13, c_2);
+                var _S91 : bool = is_packed_0(s_13);
+                var _S92 : u32;
+                if(_S91)
                 {
-                    _S94 = get_field_0(_S88, c_2 * _S90, _S90);
+                    _S92 = get_field_0(_S86, c_2 * _S88, _S88);
                 }
                 else
                 {
-                    var _S95 : u32 = value_at_0(s_13, c_2, id_3);
-                    _S94 = _S95;
+                    var _S93 : u32 = value_at_0(s_13, c_2, id_3);
+                    _S92 = _S93;
                 }
-                team_values_0[_S4 / u32(32)][_S92 + id_3] = _S94;
+                team_values_0[_S90 + id_3] = _S92;
                 c_2 = c_2 + u32(1);
             }
             s_13 = s_13 + u32(1);
@@ -1296,16 +1298,16 @@ fn listed_streams_0( s_14 : u32,  end_2 : u32) -> u32
             break;
         }
         var elements_1 : u32 = elements_0 + ((((the_blob_0[u32(8) + u32(7) * next_0] >> (u32(8)))) & (u32(7))));
-        var _S96 : bool;
+        var _S94 : bool;
         if(next_0 > s_14)
         {
-            _S96 = elements_1 > u32(4);
+            _S94 = elements_1 > u32(4);
         }
         else
         {
-            _S96 = false;
+            _S94 = false;
         }
-        if(_S96)
+        if(_S94)
         {
             break;
         }
@@ -1317,17 +1319,17 @@ fn listed_streams_0( s_14 : u32,  end_2 : u32) -> u32
 
 fn interior_code_of_0( s_15 : u32) -> u32
 {
-    return ((team_codes_0[_S4 / u32(32)][s_15]) & (u32(255)));
+    return ((team_codes_0[s_15]) & (u32(255)));
 }
 
 fn reference_length_of_0( r_2 : u32) -> u32
 {
-    return ((team_references_0[_S4 / u32(32)][(r_2 & (u32(63)))]) >> (u32(8)));
+    return ((team_references_0[(r_2 & (u32(63)))]) >> (u32(8)));
 }
 
 fn seam_vertices_of_0( s_16 : u32) -> u32
 {
-    var rest_3 : vec2<u32> = team_seam_refs_0[_S4 / u32(32)][s_16];
+    var rest_3 : vec2<u32> = team_seam_refs_0[s_16];
     var count_5 : u32 = u32(0);
     for(;;)
     {
@@ -1360,25 +1362,25 @@ fn interior_ones_0( begin_2 : u32,  end_3 : u32) -> u32
         }
         if((interior_code_of_0(s_17)) != u32(255))
         {
-            var _S97 : u32 = traversed_count_0 + seam_vertices_of_0(s_17);
-            var _S98 : u32 = (extractBits((group_stream_0[s_17]), u32((i32(0))), u32((i32(3)))));
-            ones_0 = ones_0 + _S97 * _S98;
+            var _S95 : u32 = traversed_count_0 + seam_vertices_of_0(s_17);
+            var _S96 : u32 = (extractBits((group_stream_0[s_17]), u32((i32(0))), u32((i32(3)))));
+            ones_0 = ones_0 + _S95 * _S96;
         }
         s_17 = s_17 + u32(1);
     }
     return ones_0;
 }
 
-var<workgroup> team_scratch_0 : array<array<atomic<u32>, i32(256)>, i32(1)>;
+var<workgroup> team_scratch_0 : array<atomic<u32>, i32(256)>;
 
 fn list_ones_0( p_15 : u32,  n_4 : u32)
 {
     var word_2 : u32;
     var before_3 : u32;
-    var _S99 : u32 = (p_15 >> (u32(5)));
+    var _S97 : u32 = (p_15 >> (u32(5)));
     var empty_0 : u32 = u32(0);
     var found_0 : u32 = u32(0);
-    var w_1 : u32 = _S99;
+    var w_1 : u32 = _S97;
     for(;;)
     {
         if(found_0 < n_4)
@@ -1394,25 +1396,25 @@ fn list_ones_0( p_15 : u32,  n_4 : u32)
         var before_4 : u32 = found_0;
         for(;;)
         {
-            var _S100 : bool;
+            var _S98 : bool;
             if(k_1 < u32(32))
             {
-                _S100 = found_1 < n_4;
+                _S98 = found_1 < n_4;
             }
             else
             {
-                _S100 = false;
+                _S98 = false;
             }
-            if(_S100)
+            if(_S98)
             {
             }
             else
             {
                 break;
             }
-            var _S101 : u32 = w_1 + k_1;
-            var word_3 : u32 = load_word_0(_S101);
-            if(_S101 == _S99)
+            var _S99 : u32 = w_1 + k_1;
+            var word_3 : u32 = load_word_0(_S99);
+            if(_S99 == _S97)
             {
                 word_2 = (word_3 & ((~word_below_0((p_15 & (u32(31)))))));
             }
@@ -1420,7 +1422,7 @@ fn list_ones_0( p_15 : u32,  n_4 : u32)
             {
                 word_2 = word_3;
             }
-            if(k_1 == (_S4 % u32(32)))
+            if(k_1 == the_thread_0)
             {
                 mine_0 = word_2;
                 before_4 = found_1;
@@ -1434,21 +1436,21 @@ fn list_ones_0( p_15 : u32,  n_4 : u32)
                 before_3 = u32(0);
             }
             var found_2 : u32 = found_1 + countOneBits(word_2);
-            var _S102 : u32 = k_1 + u32(1);
+            var _S100 : u32 = k_1 + u32(1);
             empty_0 = before_3;
-            k_1 = _S102;
+            k_1 = _S100;
             found_1 = found_2;
         }
-        var _S103 : bool;
+        var _S101 : bool;
         if(w_1 >= (push_0.blob_words_0))
         {
-            _S103 = true;
+            _S101 = true;
         }
         else
         {
-            _S103 = empty_0 > u32(543);
+            _S101 = empty_0 > u32(543);
         }
-        if(_S103)
+        if(_S101)
         {
             error_0 = u32(8);
             return;
@@ -1457,27 +1459,27 @@ fn list_ones_0( p_15 : u32,  n_4 : u32)
         before_3 = before_4;
         for(;;)
         {
-            var _S104 : bool;
+            var _S102 : bool;
             if(word_2 != u32(0))
             {
-                _S104 = before_3 < n_4;
+                _S102 = before_3 < n_4;
             }
             else
             {
-                _S104 = false;
+                _S102 = false;
             }
-            if(_S104)
+            if(_S102)
             {
             }
             else
             {
                 break;
             }
-            atomicStore(&(team_scratch_0[_S4 / u32(32)][before_3]), (((w_1 + _S4 % u32(32)) << (u32(5)))) + firstbitlow_0(word_2));
+            atomicStore(&(team_scratch_0[before_3]), (((w_1 + the_thread_0) << (u32(5)))) + firstbitlow_0(word_2));
             var mine_1 : u32 = (word_2 & ((word_2 - u32(1))));
-            var _S105 : u32 = before_3 + u32(1);
+            var _S103 : u32 = before_3 + u32(1);
             word_2 = mine_1;
-            before_3 = _S105;
+            before_3 = _S103;
         }
         var w_2 : u32 = w_1 + u32(32);
         found_0 = found_1;
@@ -1496,12 +1498,12 @@ fn after_ones_0( p_16 : u32,  n_5 : u32) -> u32
     var word_4 : u32 = ((load_word_0(w_3)) & ((~word_below_0((p_16 & (u32(31)))))));
     var ones_1 : u32 = countOneBits(word_4);
     var empty_1 : u32 = u32(0);
-    var _S106 : u32 = n_5;
+    var _S104 : u32 = n_5;
     var w_4 : u32 = w_3;
     var word_5 : u32 = word_4;
     for(;;)
     {
-        if(ones_1 < _S106)
+        if(ones_1 < _S104)
         {
         }
         else
@@ -1516,29 +1518,29 @@ fn after_ones_0( p_16 : u32,  n_5 : u32) -> u32
         {
             empty_1 = u32(0);
         }
-        var _S107 : bool;
+        var _S105 : bool;
         if(w_4 >= (push_0.blob_words_0))
         {
-            _S107 = true;
+            _S105 = true;
         }
         else
         {
-            _S107 = empty_1 > u32(512);
+            _S105 = empty_1 > u32(512);
         }
-        if(_S107)
+        if(_S105)
         {
             error_0 = u32(8);
             return p_16;
         }
-        var _S108 : u32 = _S106 - ones_1;
+        var _S106 : u32 = _S104 - ones_1;
         var w_5 : u32 = w_4 + u32(1);
         var word_6 : u32 = load_word_0(w_5);
         ones_1 = countOneBits(word_6);
-        _S106 = _S108;
+        _S104 = _S106;
         w_4 = w_5;
         word_5 = word_6;
     }
-    ones_1 = _S106;
+    ones_1 = _S104;
     for(;;)
     {
         if(ones_1 > u32(1))
@@ -1557,21 +1559,21 @@ fn after_ones_0( p_16 : u32,  n_5 : u32) -> u32
 
 fn interior_widths_of_0( s_18 : u32) -> u32
 {
-    return team_codes_begin_0 + (((team_codes_0[_S4 / u32(32)][s_18]) >> (u32(8))));
+    return team_codes_begin_0 + (((team_codes_0[s_18]) >> (u32(8))));
 }
 
-var<workgroup> team_seams_0 : array<array<u32, i32(64)>, i32(1)>;
+var<workgroup> team_seams_0 : array<u32, i32(64)>;
 
 fn loop_id_0( rank_2 : u32) -> u32
 {
-    var _S109 : u32 = atomicLoad(&(team_loop_0[_S4 / u32(32)][(((rank_2 >> (u32(2)))) & (u32(15)))]));
-    var _S110 : u32 = (extractBits((_S109), u32((i32((rank_2 & (u32(3)))) * i32(8))), u32((i32(6)))));
-    return _S110;
+    var _S107 : u32 = atomicLoad(&(team_loop_0[(((rank_2 >> (u32(2)))) & (u32(15)))]));
+    var _S108 : u32 = (extractBits((_S107), u32((i32((rank_2 & (u32(3)))) * i32(8))), u32((i32(6)))));
+    return _S108;
 }
 
 fn list_seams_0( s_19 : u32) -> u32
 {
-    var rest_4 : vec2<u32> = team_seam_refs_0[_S4 / u32(32)][s_19];
+    var rest_4 : vec2<u32> = team_seam_refs_0[s_19];
     var count_7 : u32 = u32(0);
     for(;;)
     {
@@ -1584,8 +1586,8 @@ fn list_seams_0( s_19 : u32) -> u32
         }
         var r_3 : u32 = mask_lsb_0(rest_4);
         var length_0 : u32 = reference_length_of_0(r_3);
-        var _S111 : u32 = ((team_references_0[_S4 / u32(32)][r_3]) & (u32(63)));
-        var i_9 : u32 = u32(1) + _S4 % u32(32);
+        var _S109 : u32 = ((team_references_0[r_3]) & (u32(63)));
+        var i_9 : u32 = u32(1) + the_thread_0;
         for(;;)
         {
             if(i_9 < length_0)
@@ -1595,8 +1597,8 @@ fn list_seams_0( s_19 : u32) -> u32
             {
                 break;
             }
-            var _S112 : u32 = loop_id_0(_S111 + i_9);
-            team_seams_0[_S4 / u32(32)][((count_7 + i_9 - u32(1)) & (u32(63)))] = (((_S112 | (((r_3 << (u32(8))))))) | (((i_9 << (u32(16))))));
+            var _S110 : u32 = loop_id_0(_S109 + i_9);
+            team_seams_0[((count_7 + i_9 - u32(1)) & (u32(63)))] = (((_S110 | (((r_3 << (u32(8))))))) | (((i_9 << (u32(16))))));
             i_9 = i_9 + u32(32);
         }
         var count_8 : u32 = count_7 + (length_0 - u32(1));
@@ -1609,16 +1611,16 @@ fn list_seams_0( s_19 : u32) -> u32
 fn width_field_0( position_0 : u32) -> u32
 {
     var w_6 : u32 = load_bits_0(position_0, u32(5));
-    var _S113 : u32;
+    var _S111 : u32;
     if(w_6 == u32(31))
     {
-        _S113 = u32(32);
+        _S111 = u32(32);
     }
     else
     {
-        _S113 = w_6;
+        _S111 = w_6;
     }
-    return _S113;
+    return _S111;
 }
 
 fn fixed_width_0( elements_2 : u32,  widths_1 : u32) -> u32
@@ -1648,16 +1650,16 @@ fn is_exponential_0( code_1 : u32) -> bool
 
 fn exponential_quotient_0( parameter_0 : u32,  q_0 : u32) -> u32
 {
-    var _S114 : bool;
+    var _S112 : bool;
     if(q_0 <= u32(31))
     {
-        _S114 = (parameter_0 + q_0) <= u32(32);
+        _S112 = (parameter_0 + q_0) <= u32(32);
     }
     else
     {
-        _S114 = false;
+        _S112 = false;
     }
-    if(_S114)
+    if(_S112)
     {
         return q_0;
     }
@@ -1669,20 +1671,20 @@ fn coded_value_0( code_2 : u32,  q_1 : u32,  low_1 : ptr<function, u32>) -> u32
 {
     var k_2 : u32 = (code_2 & (u32(31)));
     var exponential_0 : bool = ((code_2 & (u32(32)))) != u32(0);
-    var _S115 : u32;
+    var _S113 : u32;
     if(exponential_0)
     {
-        var _S116 : u32 = exponential_quotient_0(k_2, q_1);
-        _S115 = _S116;
+        var _S114 : u32 = exponential_quotient_0(k_2, q_1);
+        _S113 = _S114;
     }
     else
     {
-        _S115 = q_1;
+        _S113 = q_1;
     }
     var width_1 : u32;
     if(exponential_0)
     {
-        width_1 = k_2 + _S115;
+        width_1 = k_2 + _S113;
     }
     else
     {
@@ -1692,9 +1694,9 @@ fn coded_value_0( code_2 : u32,  q_1 : u32,  low_1 : ptr<function, u32>) -> u32
     (*low_1) = (*low_1) + width_1;
     if(exponential_0)
     {
-        _S115 = ((u32(1) << (_S115))) - u32(1);
+        _S113 = ((u32(1) << (_S113))) - u32(1);
     }
-    return ((_S115 << (k_2))) + bits_4;
+    return ((_S113 << (k_2))) + bits_4;
 }
 
 fn unzigzag_0( u_0 : u32) -> u32
@@ -1705,17 +1707,17 @@ fn unzigzag_0( u_0 : u32) -> u32
 fn read_interior_residuals_0( s_20 : u32,  code_3 : u32,  widths_2 : u32,  low_2 : u32,  seams_2 : u32,  count_9 : u32,  ones_2 : u32,  unary_begin_0 : u32)
 {
     var n_6 : u32 = (extractBits((group_stream_0[s_20]), u32((i32(0))), u32((i32(3)))));
-    var _S117 : bool = code_3 == u32(255);
-    var _S118 : u32;
-    if(_S117)
+    var _S115 : bool = code_3 == u32(255);
+    var _S116 : u32;
+    if(_S115)
     {
-        _S118 = fixed_width_0(n_6, widths_2);
+        _S116 = fixed_width_0(n_6, widths_2);
     }
     else
     {
-        _S118 = u32(0);
+        _S116 = u32(0);
     }
-    var item_0 : u32 = _S4 % u32(32);
+    var item_0 : u32 = the_thread_0;
     for(;;)
     {
         if(item_0 < count_9)
@@ -1738,25 +1740,25 @@ fn read_interior_residuals_0( s_20 : u32,  code_3 : u32,  widths_2 : u32,  low_2
             }
             else
             {
-                var _S119 : u32 = item_0 / n_6;
-                i_10 = _S119;
+                var _S117 : u32 = item_0 / n_6;
+                i_10 = _S117;
             }
         }
         var c_4 : u32 = item_0 - i_10 * n_6;
-        var _S120 : u32;
+        var _S118 : u32;
         if(i_10 < seams_2)
         {
-            _S120 = team_seams_0[_S4 / u32(32)][(i_10 & (u32(63)))];
+            _S118 = team_seams_0[(i_10 & (u32(63)))];
         }
         else
         {
-            _S120 = ((team_traversal_0[_S4 / u32(32)][((i_10 - seams_2) & (u32(63)))]) >> (u32(16)));
+            _S118 = ((team_traversal_0[((i_10 - seams_2) & (u32(63)))]) >> (u32(16)));
         }
-        var id_4 : u32 = (_S120 & (u32(63)));
+        var id_4 : u32 = (_S118 & (u32(63)));
         var residual_0 : u32;
-        if(_S117)
+        if(_S115)
         {
-            residual_0 = load_bits_0(low_2 + i_10 * _S118 + fixed_width_0(c_4, widths_2), width_field_0(widths_2 + u32(5) * c_4));
+            residual_0 = load_bits_0(low_2 + i_10 * _S116 + fixed_width_0(c_4, widths_2), width_field_0(widths_2 + u32(5) * c_4));
         }
         else
         {
@@ -1766,32 +1768,32 @@ fn read_interior_residuals_0( s_20 : u32,  code_3 : u32,  widths_2 : u32,  low_2
             }
             else
             {
-                var _S121 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][ones_2 + item_0 - u32(1)]));
-                residual_0 = _S121 + u32(1);
+                var _S119 : u32 = atomicLoad(&(team_scratch_0[ones_2 + item_0 - u32(1)]));
+                residual_0 = _S119 + u32(1);
             }
-            var _S122 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][ones_2 + item_0]));
-            var quotient_0 : u32 = _S122 - residual_0;
+            var _S120 : u32 = atomicLoad(&(team_scratch_0[ones_2 + item_0]));
+            var quotient_0 : u32 = _S120 - residual_0;
             if(quotient_0 > u32(16383))
             {
                 error_0 = u32(8);
             }
             var at_1 : u32;
-            var _S123 : u32 = low_2 + item_0 * ((code_3 & (u32(31))));
-            var _S124 : u32;
+            var _S121 : u32 = low_2 + item_0 * ((code_3 & (u32(31))));
+            var _S122 : u32;
             if(is_exponential_0(code_3))
             {
-                _S124 = residual_0 - unary_begin_0 - item_0;
+                _S122 = residual_0 - unary_begin_0 - item_0;
             }
             else
             {
-                _S124 = u32(0);
+                _S122 = u32(0);
             }
-            at_1 = _S123 + _S124;
-            var _S125 : u32 = coded_value_0(code_3, quotient_0, &(at_1));
-            residual_0 = _S125;
+            at_1 = _S121 + _S122;
+            var _S123 : u32 = coded_value_0(code_3, quotient_0, &(at_1));
+            residual_0 = _S123;
         }
-        var _S126 : u32 = value_element_0(s_20, c_4);
-        team_values_0[_S4 / u32(32)][_S126 + id_4] = unzigzag_0(residual_0);
+        var _S124 : u32 = value_element_0(s_20, c_4);
+        team_values_0[_S124 + id_4] = unzigzag_0(residual_0);
         item_0 = item_0 + u32(32);
     }
     return;
@@ -1801,39 +1803,39 @@ fn low_size_0( code_4 : u32,  elements_3 : u32,  widths_3 : u32,  n_7 : u32,  ze
 {
     if(code_4 == u32(255))
     {
-        var _S127 : u32 = n_7 / elements_3;
-        return _S127 * fixed_width_0(elements_3, widths_3);
+        var _S125 : u32 = n_7 / elements_3;
+        return _S125 * fixed_width_0(elements_3, widths_3);
     }
-    var _S128 : u32 = n_7 * ((code_4 & (u32(31))));
-    var _S129 : u32;
+    var _S126 : u32 = n_7 * ((code_4 & (u32(31))));
+    var _S127 : u32;
     if(is_exponential_0(code_4))
     {
-        _S129 = zeros_0;
+        _S127 = zeros_0;
     }
     else
     {
-        _S129 = u32(0);
+        _S127 = u32(0);
     }
-    return _S128 + _S129;
+    return _S126 + _S127;
 }
 
 fn read_interior_0( sound_0 : bool)
 {
-    var _S130 : bool;
-    var p_17 : u32 = team_interior_0[_S4 / u32(32)];
+    var _S128 : bool;
+    var p_17 : u32 = team_interior_0;
     var part_0 : u32 = u32(0);
     for(;;)
     {
-        var _S131 : bool;
+        var _S129 : bool;
         if(part_0 < u32(2))
         {
-            _S131 = part_0 < (push_0.streams_0);
+            _S129 = part_0 < (push_0.streams_0);
         }
         else
         {
-            _S131 = false;
+            _S129 = false;
         }
-        if(_S131)
+        if(_S129)
         {
         }
         else
@@ -1848,17 +1850,17 @@ fn read_interior_0( sound_0 : bool)
         var low_3 : u32 = p_17;
         for(;;)
         {
-            var _S132 : bool = part_0 == u32(0);
-            var _S133 : u32;
-            if(_S132)
+            var _S130 : bool = part_0 == u32(0);
+            var _S131 : u32;
+            if(_S130)
             {
-                _S133 = u32(1);
+                _S131 = u32(1);
             }
             else
             {
-                _S133 = push_0.streams_0;
+                _S131 = push_0.streams_0;
             }
-            if(s_21 < _S133)
+            if(s_21 < _S131)
             {
             }
             else
@@ -1873,7 +1875,7 @@ fn read_interior_0( sound_0 : bool)
             var count_10 : u32;
             if(s_21 == next_list_0)
             {
-                if(_S132)
+                if(_S130)
                 {
                     listed_1 = u32(1);
                 }
@@ -1884,8 +1886,8 @@ fn read_interior_0( sound_0 : bool)
                 var next_list_1 : u32 = listed_streams_0(s_21, listed_1);
                 if(sound_0)
                 {
-                    var _S134 : u32 = interior_ones_0(s_21, next_list_1);
-                    seams_3 = min(_S134, u32(256));
+                    var _S132 : u32 = interior_ones_0(s_21, next_list_1);
+                    seams_3 = min(_S132, u32(256));
                 }
                 else
                 {
@@ -1898,24 +1900,24 @@ fn read_interior_0( sound_0 : bool)
                 workgroupBarrier();
                 if(s_21 == part_0)
                 {
-                    _S130 = sound_0;
+                    _S128 = sound_0;
                 }
                 else
                 {
-                    _S130 = false;
+                    _S128 = false;
                 }
-                if(_S130)
+                if(_S128)
                 {
                     if(seams_3 > u32(0))
                     {
-                        var _S135 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][seams_3 - u32(1)]));
-                        low_4 = _S135 + u32(1);
+                        var _S133 : u32 = atomicLoad(&(team_scratch_0[seams_3 - u32(1)]));
+                        low_4 = _S133 + u32(1);
                     }
                     else
                     {
                         low_4 = p_18;
                     }
-                    if(_S132)
+                    if(_S130)
                     {
                         count_10 = u32(1);
                     }
@@ -1923,9 +1925,9 @@ fn read_interior_0( sound_0 : bool)
                     {
                         count_10 = stream_total_0;
                     }
-                    var _S136 : u32 = interior_ones_0(next_list_1, count_10);
-                    var _S137 : u32 = after_ones_0(low_4, _S136);
-                    low_4 = _S137;
+                    var _S134 : u32 = interior_ones_0(next_list_1, count_10);
+                    var _S135 : u32 = after_ones_0(low_4, _S134);
+                    low_4 = _S135;
                 }
                 else
                 {
@@ -1944,8 +1946,8 @@ fn read_interior_0( sound_0 : bool)
             var widths_4 : u32 = interior_widths_of_0(s_21);
             if(sound_0)
             {
-                var _S138 : u32 = list_seams_0(s_21);
-                seams_3 = _S138;
+                var _S136 : u32 = list_seams_0(s_21);
+                seams_3 = _S136;
             }
             else
             {
@@ -1953,13 +1955,13 @@ fn read_interior_0( sound_0 : bool)
             }
             if(sound_0)
             {
-                _S130 = error_0 == u32(0);
+                _S128 = error_0 == u32(0);
             }
             else
             {
-                _S130 = false;
+                _S128 = false;
             }
-            if(_S130)
+            if(_S128)
             {
                 count_10 = min(seams_3 + traversed_count_0, u32(64)) * n_8;
             }
@@ -1967,9 +1969,9 @@ fn read_interior_0( sound_0 : bool)
             {
                 count_10 = u32(0);
             }
-            var _S139 : bool = code_5 != u32(255);
+            var _S137 : bool = code_5 != u32(255);
             var count_11 : u32;
-            if(_S139)
+            if(_S137)
             {
                 count_11 = min(count_10, ones_3 - listed_1);
             }
@@ -1979,21 +1981,21 @@ fn read_interior_0( sound_0 : bool)
             }
             workgroupBarrier();
             read_interior_residuals_0(s_21, code_5, widths_4, low_4, seams_3, count_11, listed_1, p_18);
-            var _S140 : bool;
-            if(_S139)
+            var _S138 : bool;
+            if(_S137)
             {
-                _S140 = count_11 > u32(0);
+                _S138 = count_11 > u32(0);
             }
             else
             {
-                _S140 = false;
+                _S138 = false;
             }
             var next_1 : u32;
-            if(_S140)
+            if(_S138)
             {
                 var listed_2 : u32 = listed_1 + count_11;
-                var _S141 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][listed_2 - u32(1)]));
-                next_1 = _S141 + u32(1);
+                var _S139 : u32 = atomicLoad(&(team_scratch_0[listed_2 - u32(1)]));
+                next_1 = _S139 + u32(1);
                 listed_0 = listed_2;
             }
             else
@@ -2001,28 +2003,28 @@ fn read_interior_0( sound_0 : bool)
                 next_1 = p_18;
                 listed_0 = listed_1;
             }
-            var _S142 : u32 = low_size_0(code_5, n_8, widths_4, count_11, next_1 - p_18 - count_11);
-            var low_5 : u32 = low_4 + _S142;
-            var _S143 : u32 = s_21 + u32(1);
+            var _S140 : u32 = low_size_0(code_5, n_8, widths_4, count_11, next_1 - p_18 - count_11);
+            var low_5 : u32 = low_4 + _S140;
+            var _S141 : u32 = s_21 + u32(1);
             p_18 = next_1;
-            s_21 = _S143;
+            s_21 = _S141;
             low_3 = low_5;
         }
         if(sound_0)
         {
-            _S130 = (max(p_18, low_3)) > (u32(8) * (byte_length_0 - u32(8)));
+            _S128 = (max(p_18, low_3)) > (u32(8) * (byte_length_0 - u32(8)));
         }
         else
         {
-            _S130 = false;
+            _S128 = false;
         }
-        if(_S130)
+        if(_S128)
         {
             error_0 = u32(8);
         }
-        var _S144 : u32 = part_0 + u32(1);
+        var _S142 : u32 = part_0 + u32(1);
         p_17 = low_3;
-        part_0 = _S144;
+        part_0 = _S142;
     }
     workgroupBarrier();
     return;
@@ -2032,12 +2034,12 @@ fn agree_0() -> bool
 {
     if(error_0 != u32(0))
     {
-        var _S145 : u32 = atomicMax(&(team_error_0[_S4 / u32(32)]), error_0);
+        var _S143 : u32 = atomicMax(&(team_error_0), error_0);
     }
     workgroupBarrier();
-    var _S146 : u32 = atomicLoad(&(team_error_0[_S4 / u32(32)]));
-    error_0 = _S146;
-    return _S146 == u32(0);
+    var _S144 : u32 = atomicLoad(&(team_error_0));
+    error_0 = _S144;
+    return _S144 == u32(0);
 }
 
 fn any_stream_predicts_0( predictors_0 : u32) -> bool
@@ -2062,22 +2064,22 @@ fn any_stream_predicts_0( predictors_0 : u32) -> bool
 
 fn excess_0( x_1 : u32,  y_1 : u32) -> u32
 {
-    var _S147 : u32;
+    var _S145 : u32;
     if(x_1 > y_1)
     {
-        _S147 = x_1 - y_1;
+        _S145 = x_1 - y_1;
     }
     else
     {
-        _S147 = u32(0);
+        _S145 = u32(0);
     }
-    return _S147;
+    return _S145;
 }
 
 fn geo_shift_0() -> u32
 {
-    var _S148 : u32 = (extractBits((group_stream_0[u32(0)]), u32((i32(3))), u32((i32(6)))));
-    return excess_0(_S148, u32(13));
+    var _S146 : u32 = (extractBits((group_stream_0[u32(0)]), u32((i32(3))), u32((i32(6)))));
+    return excess_0(_S146, u32(13));
 }
 
 struct Triple_0
@@ -2089,16 +2091,16 @@ struct Triple_0
 
 fn Triple_x24init_0( x_3 : u32,  y_3 : u32,  z_2 : u32) -> Triple_0
 {
-    var _S149 : Triple_0;
-    _S149.x_2 = x_3;
-    _S149.y_2 = y_3;
-    _S149.z_1 = z_2;
-    return _S149;
+    var _S147 : Triple_0;
+    _S147.x_2 = x_3;
+    _S147.y_2 = y_3;
+    _S147.z_1 = z_2;
+    return _S147;
 }
 
 fn grid_position_0( id_5 : u32) -> Triple_0
 {
-    return Triple_x24init_0(team_values_0[_S4 / u32(32)][id_5], team_values_0[_S4 / u32(32)][u32(64) + id_5], team_values_0[_S4 / u32(32)][u32(128) + id_5]);
+    return Triple_x24init_0(team_values_0[id_5], team_values_0[u32(64) + id_5], team_values_0[u32(128) + id_5]);
 }
 
 fn shift_right_0( x_4 : u32,  n_9 : u32) -> u32
@@ -2108,20 +2110,20 @@ fn shift_right_0( x_4 : u32,  n_9 : u32) -> u32
 
 fn shifted_0( v_1 : Triple_0,  n_10 : u32) -> Triple_0
 {
-    var _S150 : Triple_0 = v_1;
-    _S150.x_2 = shift_right_0(_S150.x_2, n_10);
-    _S150.y_2 = shift_right_0(_S150.y_2, n_10);
-    _S150.z_1 = shift_right_0(_S150.z_1, n_10);
-    return _S150;
+    var _S148 : Triple_0 = v_1;
+    _S148.x_2 = shift_right_0(_S148.x_2, n_10);
+    _S148.y_2 = shift_right_0(_S148.y_2, n_10);
+    _S148.z_1 = shift_right_0(_S148.z_1, n_10);
+    return _S148;
 }
 
 fn difference_0( to_0 : Triple_0,  from_0 : Triple_0) -> Triple_0
 {
-    var _S151 : Triple_0 = to_0;
-    _S151.x_2 = _S151.x_2 - from_0.x_2;
-    _S151.y_2 = _S151.y_2 - from_0.y_2;
-    _S151.z_1 = _S151.z_1 - from_0.z_1;
-    return _S151;
+    var _S149 : Triple_0 = to_0;
+    _S149.x_2 = _S149.x_2 - from_0.x_2;
+    _S149.y_2 = _S149.y_2 - from_0.y_2;
+    _S149.z_1 = _S149.z_1 - from_0.z_1;
+    return _S149;
 }
 
 fn triangle_normal_0( triangle_1 : u32,  h_3 : u32) -> Triple_0
@@ -2138,7 +2140,7 @@ fn triangle_normal_0( triangle_1 : u32,  h_3 : u32) -> Triple_0
 
 fn sum_team_normals_0( sound_1 : bool)
 {
-    var i_11 : u32 = _S4 % u32(32);
+    var i_11 : u32 = the_thread_0;
     for(;;)
     {
         if(i_11 < u32(192))
@@ -2148,23 +2150,23 @@ fn sum_team_normals_0( sound_1 : bool)
         {
             break;
         }
-        atomicStore(&(team_scratch_0[_S4 / u32(32)][i_11]), u32(0));
+        atomicStore(&(team_scratch_0[i_11]), u32(0));
         i_11 = i_11 + u32(32);
     }
     workgroupBarrier();
-    var t_4 : u32 = _S4 % u32(32);
+    var t_4 : u32 = the_thread_0;
     for(;;)
     {
-        var _S152 : bool;
+        var _S150 : bool;
         if(t_4 < triangle_count_0)
         {
-            _S152 = sound_1;
+            _S150 = sound_1;
         }
         else
         {
-            _S152 = false;
+            _S150 = false;
         }
-        if(_S152)
+        if(_S150)
         {
         }
         else
@@ -2172,8 +2174,8 @@ fn sum_team_normals_0( sound_1 : bool)
             break;
         }
         var triangle_2 : u32 = packed_triangle_0(t_4);
-        var _S153 : u32 = geo_shift_0();
-        var _S154 : Triple_0 = triangle_normal_0(triangle_2, _S153);
+        var _S151 : u32 = geo_shift_0();
+        var _S152 : Triple_0 = triangle_normal_0(triangle_2, _S151);
         var corner_0 : u32 = u32(0);
         for(;;)
         {
@@ -2185,9 +2187,9 @@ fn sum_team_normals_0( sound_1 : bool)
                 break;
             }
             var place_2 : u32 = u32(3) * ((((triangle_2 >> ((u32(8) * corner_0)))) & (u32(63))));
-            var _S155 : u32 = atomicAdd(&(team_scratch_0[_S4 / u32(32)][place_2]), _S154.x_2);
-            var _S156 : u32 = atomicAdd(&(team_scratch_0[_S4 / u32(32)][place_2 + u32(1)]), _S154.y_2);
-            var _S157 : u32 = atomicAdd(&(team_scratch_0[_S4 / u32(32)][place_2 + u32(2)]), _S154.z_1);
+            var _S153 : u32 = atomicAdd(&(team_scratch_0[place_2]), _S152.x_2);
+            var _S154 : u32 = atomicAdd(&(team_scratch_0[place_2 + u32(1)]), _S152.y_2);
+            var _S155 : u32 = atomicAdd(&(team_scratch_0[place_2 + u32(2)]), _S152.z_1);
             corner_0 = corner_0 + u32(1);
         }
         t_4 = t_4 + u32(32);
@@ -2198,16 +2200,16 @@ fn sum_team_normals_0( sound_1 : bool)
 
 fn magnitude_0( x_5 : u32) -> u32
 {
-    var _S158 : u32;
+    var _S156 : u32;
     if(i32(x_5) < i32(0))
     {
-        _S158 = u32(0) - x_5;
+        _S156 = u32(0) - x_5;
     }
     else
     {
-        _S158 = x_5;
+        _S156 = x_5;
     }
-    return _S158;
+    return _S156;
 }
 
 fn magnitudes_0( v_2 : Triple_0) -> u32
@@ -2238,9 +2240,9 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     var y_4 : u32 = ((magnitude_0(normal_y_0)) >> (k_3));
     var sum_2 : u32 = x_7 + y_4 + (((magnitude_0(normal_z_0)) >> (k_3)));
     var q_2 : OctPair_0;
-    var _S159 : u32 = (limit_0 >> (u32(1)));
-    q_2.u_1 = _S159;
-    q_2.v_3 = _S159;
+    var _S157 : u32 = (limit_0 >> (u32(1)));
+    q_2.u_1 = _S157;
+    q_2.v_3 = _S157;
     if(sum_2 == u32(0))
     {
         return q_2;
@@ -2280,23 +2282,23 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
     {
         v_4 = sum_2 + v_4;
     }
-    var _S160 : u32 = u32(2) * sum_2;
-    var _S161 : u32 = (u_2 * limit_0 + sum_2) / _S160;
-    q_2.u_1 = _S161;
-    var _S162 : u32 = (v_4 * limit_0 + sum_2) / _S160;
-    q_2.v_3 = _S162;
+    var _S158 : u32 = u32(2) * sum_2;
+    var _S159 : u32 = (u_2 * limit_0 + sum_2) / _S158;
+    q_2.u_1 = _S159;
+    var _S160 : u32 = (v_4 * limit_0 + sum_2) / _S158;
+    q_2.v_3 = _S160;
     return q_2;
 }
 
 fn bits_mask_0( s_23 : u32) -> u32
 {
-    var _S163 : u32 = (extractBits((group_stream_0[s_23]), u32((i32(3))), u32((i32(6)))));
-    return word_below_0(_S163);
+    var _S161 : u32 = (extractBits((group_stream_0[s_23]), u32((i32(3))), u32((i32(6)))));
+    return word_below_0(_S161);
 }
 
 fn predict_team_geo_0( s_24 : u32)
 {
-    var i_12 : u32 = _S4 % u32(32);
+    var i_12 : u32 = the_thread_0;
     for(;;)
     {
         if(i_12 < traversed_count_0)
@@ -2306,13 +2308,13 @@ fn predict_team_geo_0( s_24 : u32)
         {
             break;
         }
-        var id_6 : u32 = (extractBits((team_traversal_0[_S4 / u32(32)][i_12]), u32((i32(16))), u32((i32(6)))));
+        var id_6 : u32 = (extractBits((team_traversal_0[i_12]), u32((i32(16))), u32((i32(6)))));
         var place_3 : u32 = u32(3) * id_6;
-        var _S164 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][place_3]));
-        var _S165 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][place_3 + u32(1)]));
-        var _S166 : u32 = atomicLoad(&(team_scratch_0[_S4 / u32(32)][place_3 + u32(2)]));
-        var _S167 : u32 = (extractBits((group_stream_0[s_24]), u32((i32(3))), u32((i32(6)))));
-        var _S168 : OctPair_0 = octahedral_prediction_0(_S164, _S165, _S166, (_S167 & (u32(31))));
+        var _S162 : u32 = atomicLoad(&(team_scratch_0[place_3]));
+        var _S163 : u32 = atomicLoad(&(team_scratch_0[place_3 + u32(1)]));
+        var _S164 : u32 = atomicLoad(&(team_scratch_0[place_3 + u32(2)]));
+        var _S165 : u32 = (extractBits((group_stream_0[s_24]), u32((i32(3))), u32((i32(6)))));
+        var _S166 : OctPair_0 = octahedral_prediction_0(_S162, _S163, _S164, (_S165 & (u32(31))));
         var c_5 : u32 = u32(0);
         for(;;)
         {
@@ -2323,20 +2325,19 @@ fn predict_team_geo_0( s_24 : u32)
             {
                 break;
             }
-            var _S169 : u32 = value_element_0(s_24, c_5);
-            var v_5 : u32 = _S169 + id_6;
-            var _S170 : u32;
+            var _S167 : u32 = value_element_0(s_24, c_5);
+            var _S168 : u32;
             if(c_5 == u32(0))
             {
-                _S170 = _S168.u_1;
+                _S168 = _S166.u_1;
             }
             else
             {
-                _S170 = _S168.v_3;
+                _S168 = _S166.v_3;
             }
-            var _S171 : u32 = _S170 + team_values_0[_S4 / u32(32)][v_5];
-            var _S172 : u32 = bits_mask_0(s_24);
-            team_values_0[_S4 / u32(32)][v_5] = (_S171 & (_S172));
+            var _S169 : u32 = _S168 + team_values_0[_S167 + id_6];
+            var _S170 : u32 = bits_mask_0(s_24);
+            team_values_0[_S167 + id_6] = (_S169 & (_S170));
             c_5 = c_5 + u32(1);
         }
         i_12 = i_12 + u32(32);
@@ -2346,65 +2347,65 @@ fn predict_team_geo_0( s_24 : u32)
 
 fn runs_backwards_0( h_4 : Header_0,  r_4 : u32,  s_25 : u32) -> bool
 {
-    return mask_test_0(((h_4.foreign_refs_1) & ((~team_seam_refs_0[_S4 / u32(32)][s_25]))), r_4);
+    return mask_test_0(((h_4.foreign_refs_1) & ((~team_seam_refs_0[s_25]))), r_4);
 }
 
 fn mask_msb_0( m_8 : vec2<u32>) -> u32
 {
-    var _S173 : u32 = m_8.y;
-    var _S174 : u32;
-    if(_S173 != u32(0))
+    var _S171 : u32 = m_8.y;
+    var _S172 : u32;
+    if(_S171 != u32(0))
     {
-        _S174 = u32(32) + firstbithigh_0(_S173);
+        _S172 = u32(32) + firstbithigh_0(_S171);
     }
     else
     {
-        var _S175 : u32 = m_8.x;
-        if(_S175 != u32(0))
+        var _S173 : u32 = m_8.x;
+        if(_S173 != u32(0))
         {
-            _S174 = firstbithigh_0(_S175);
+            _S172 = firstbithigh_0(_S173);
         }
         else
         {
-            _S174 = u32(64);
+            _S172 = u32(64);
         }
     }
-    return _S174;
+    return _S172;
 }
 
 fn loop_begin_0( h_5 : Header_0,  r_5 : u32) -> u32
 {
     var before_5 : vec2<u32> = ((h_5.loop_ends_2) & ((mask_below_0(r_5))));
-    var _S176 : u32;
+    var _S174 : u32;
     if(mask_any_0(before_5))
     {
-        _S176 = mask_msb_0(before_5) + u32(1);
+        _S174 = mask_msb_0(before_5) + u32(1);
     }
     else
     {
-        _S176 = u32(0);
+        _S174 = u32(0);
     }
-    return _S176;
+    return _S174;
 }
 
 fn next_reference_0( h_6 : Header_0,  r_6 : u32) -> u32
 {
-    var _S177 : u32;
+    var _S175 : u32;
     if(mask_test_0(h_6.loop_ends_2, r_6))
     {
-        _S177 = loop_begin_0(h_6, r_6);
+        _S175 = loop_begin_0(h_6, r_6);
     }
     else
     {
-        _S177 = r_6 + u32(1);
+        _S175 = r_6 + u32(1);
     }
-    return _S177;
+    return _S175;
 }
 
 fn first_id_0( r_7 : u32) -> u32
 {
-    var _S178 : u32 = loop_id_0(team_references_0[_S4 / u32(32)][(r_7 & (u32(63)))]);
-    return _S178;
+    var _S176 : u32 = loop_id_0(team_references_0[(r_7 & (u32(63)))]);
+    return _S176;
 }
 
 fn run_id_0( h_7 : Header_0,  r_8 : u32,  backwards_0 : bool,  i_13 : u32) -> u32
@@ -2421,38 +2422,38 @@ fn run_id_0( h_7 : Header_0,  r_8 : u32,  backwards_0 : bool,  i_13 : u32) -> u3
     }
     if(place_4 == length_1)
     {
-        var _S179 : u32 = first_id_0(next_reference_0(h_7, r_8));
-        return _S179;
+        var _S177 : u32 = first_id_0(next_reference_0(h_7, r_8));
+        return _S177;
     }
-    var _S180 : u32 = loop_id_0((((team_references_0[_S4 / u32(32)][(r_8 & (u32(63)))]) & (u32(63)))) + place_4);
-    return _S180;
+    var _S178 : u32 = loop_id_0((((team_references_0[(r_8 & (u32(63)))]) & (u32(63)))) + place_4);
+    return _S178;
 }
 
 fn chain_step_of_0( h_8 : Header_0,  s_26 : u32,  item_1 : u32,  step_0 : ptr<function, u32>) -> bool
 {
-    var r_9 : u32 = ((mask_count_0(((team_ranks_0[_S4 / u32(32)]) & ((mask_below_0(item_1 + u32(1)))))) - u32(1)) & (u32(63)));
+    var r_9 : u32 = ((mask_count_0((team_ranks_0 & ((mask_below_0(item_1 + u32(1)))))) - u32(1)) & (u32(63)));
     var length_2 : u32 = reference_length_of_0(r_9);
     var backwards_1 : bool = runs_backwards_0(h_8, r_9, s_26);
-    var i_14 : u32 = item_1 - (((team_references_0[_S4 / u32(32)][r_9]) & (u32(63))));
+    var i_14 : u32 = item_1 - (((team_references_0[r_9]) & (u32(63))));
     (*step_0) = u32(4278190080);
-    var _S181 : bool;
+    var _S179 : bool;
     if(i_14 == u32(0))
     {
-        _S181 = true;
+        _S179 = true;
     }
     else
     {
-        _S181 = i_14 >= length_2;
+        _S179 = i_14 >= length_2;
     }
-    if(_S181)
+    if(_S179)
     {
-        _S181 = true;
+        _S179 = true;
     }
     else
     {
-        _S181 = mask_test_0(h_8.private_refs_1, r_9);
+        _S179 = mask_test_0(h_8.private_refs_1, r_9);
     }
-    if(_S181)
+    if(_S179)
     {
         return false;
     }
@@ -2465,40 +2466,40 @@ fn chain_step_of_0( h_8 : Header_0,  s_26 : u32,  item_1 : u32,  step_0 : ptr<fu
     {
         i_15 = i_14;
     }
-    var _S182 : u32 = run_id_0(h_8, r_9, backwards_1, i_15);
-    var _S183 : u32 = run_id_0(h_8, r_9, backwards_1, i_15 - u32(1));
-    var _S184 : u32 = run_id_0(h_8, r_9, backwards_1, length_2);
+    var _S180 : u32 = run_id_0(h_8, r_9, backwards_1, i_15);
+    var _S181 : u32 = run_id_0(h_8, r_9, backwards_1, i_15 - u32(1));
+    var _S182 : u32 = run_id_0(h_8, r_9, backwards_1, length_2);
     if(i_15 < u32(2))
     {
         i_15 = u32(255);
     }
     else
     {
-        var _S185 : u32 = run_id_0(h_8, r_9, backwards_1, i_15 - u32(2));
-        i_15 = _S185;
+        var _S183 : u32 = run_id_0(h_8, r_9, backwards_1, i_15 - u32(2));
+        i_15 = _S183;
     }
-    (*step_0) = pack4_0(_S182, _S183, _S184, i_15);
+    (*step_0) = pack4_0(_S180, _S181, _S182, i_15);
     return true;
 }
 
-fn dot3_0( v_6 : Triple_0,  w_7 : Triple_0) -> u32
+fn dot3_0( v_5 : Triple_0,  w_7 : Triple_0) -> u32
 {
-    return v_6.x_2 * w_7.x_2 + v_6.y_2 * w_7.y_2 + v_6.z_1 * w_7.z_1;
+    return v_5.x_2 * w_7.x_2 + v_5.y_2 * w_7.y_2 + v_5.z_1 * w_7.z_1;
 }
 
 fn signed_quotient_0( x_8 : u32,  d_0 : u32) -> u32
 {
     var quotient_1 : u32 = magnitude_0(x_8) / d_0;
-    var _S186 : u32;
+    var _S184 : u32;
     if(i32(x_8) < i32(0))
     {
-        _S186 = u32(0) - quotient_1;
+        _S184 = u32(0) - quotient_1;
     }
     else
     {
-        _S186 = quotient_1;
+        _S184 = quotient_1;
     }
-    return _S186;
+    return _S184;
 }
 
 struct Weights_0
@@ -2508,12 +2509,12 @@ struct Weights_0
      u_3 : u32,
 };
 
-fn affine_weights_0( a_2 : u32,  b_1 : u32,  o_0 : u32,  v_7 : u32) -> Weights_0
+fn affine_weights_0( a_2 : u32,  b_1 : u32,  o_0 : u32,  v_6 : u32) -> Weights_0
 {
     var origin_0 : Triple_0 = grid_position_0(a_2);
     var e_1 : Triple_0 = difference_0(grid_position_0(b_1), origin_0);
     var f_1 : Triple_0 = difference_0(grid_position_0(o_0), origin_0);
-    var r_10 : Triple_0 = difference_0(grid_position_0(v_7), origin_0);
+    var r_10 : Triple_0 = difference_0(grid_position_0(v_6), origin_0);
     var h_9 : u32 = excess_0(bit_length_0(((((magnitudes_0(e_1)) | ((magnitudes_0(f_1))))) | ((magnitudes_0(r_10))))), u32(14));
     var e_2 : Triple_0 = shifted_0(e_1, h_9);
     var f_2 : Triple_0 = shifted_0(f_1, h_9);
@@ -2534,161 +2535,161 @@ fn affine_weights_0( a_2 : u32,  b_1 : u32,  o_0 : u32,  v_7 : u32) -> Weights_0
     var determinant_0 : u32 = product_0 - ef_0 * ef_0;
     var d_1 : u32 = (determinant_0 >> (u32(8)));
     var w_8 : Weights_0;
-    var _S187 : bool;
+    var _S185 : bool;
     if(i32(determinant_0) > ((i32(product_0) >> (u32(5)))))
     {
-        _S187 = d_1 != u32(0);
+        _S185 = d_1 != u32(0);
     }
     else
     {
-        _S187 = false;
+        _S185 = false;
     }
-    w_8.exist_0 = _S187;
+    w_8.exist_0 = _S185;
     w_8.s_27 = u32(0);
     w_8.u_3 = u32(0);
-    if(!_S187)
+    if(!_S185)
     {
         return w_8;
     }
-    var _S188 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
-    w_8.s_27 = _S188;
-    var _S189 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
-    w_8.u_3 = _S189;
-    if((magnitude_0(_S188)) < u32(1024))
+    var _S186 : u32 = signed_quotient_0(re_1 * ff_1 - rf_1 * ef_0, d_1);
+    w_8.s_27 = _S186;
+    var _S187 : u32 = signed_quotient_0(rf_1 * ee_1 - re_1 * ef_0, d_1);
+    w_8.u_3 = _S187;
+    if((magnitude_0(_S186)) < u32(1024))
     {
-        _S187 = (magnitude_0(w_8.u_3)) < u32(1024);
+        _S185 = (magnitude_0(w_8.u_3)) < u32(1024);
     }
     else
     {
-        _S187 = false;
+        _S185 = false;
     }
-    w_8.exist_0 = _S187;
+    w_8.exist_0 = _S185;
     return w_8;
 }
 
-fn line_weights_0( a_3 : u32,  b_2 : u32,  v_8 : u32) -> Weights_0
+fn line_weights_0( a_3 : u32,  b_2 : u32,  v_7 : u32) -> Weights_0
 {
     var origin_1 : Triple_0 = grid_position_0(a_3);
     var e_3 : Triple_0 = difference_0(grid_position_0(b_2), origin_1);
-    var r_12 : Triple_0 = difference_0(grid_position_0(v_8), origin_1);
+    var r_12 : Triple_0 = difference_0(grid_position_0(v_7), origin_1);
     var h_10 : u32 = excess_0(bit_length_0(((magnitudes_0(e_3)) | ((magnitudes_0(r_12))))), u32(10));
     var e_4 : Triple_0 = shifted_0(e_3, h_10);
     var ee_2 : u32 = dot3_0(e_4, e_4);
     var re_2 : u32 = dot3_0(shifted_0(r_12, h_10), e_4);
     var w_9 : Weights_0;
-    var _S190 : i32 = i32(ee_2);
-    var _S191 : bool;
-    if(_S190 > i32(0))
+    var _S188 : i32 = i32(ee_2);
+    var _S189 : bool;
+    if(_S188 > i32(0))
     {
-        _S191 = i32(re_2) >= i32(0);
+        _S189 = i32(re_2) >= i32(0);
     }
     else
     {
-        _S191 = false;
+        _S189 = false;
     }
-    if(_S191)
+    if(_S189)
     {
-        _S191 = i32(re_2) <= _S190;
+        _S189 = i32(re_2) <= _S188;
     }
     else
     {
-        _S191 = false;
+        _S189 = false;
     }
-    w_9.exist_0 = _S191;
+    w_9.exist_0 = _S189;
     w_9.s_27 = u32(0);
     w_9.u_3 = u32(0);
-    if(_S191)
+    if(_S189)
     {
-        var _S192 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
-        w_9.s_27 = _S192;
+        var _S190 : u32 = (re_2 * u32(256) + ((ee_2 >> (u32(1))))) / ee_2;
+        w_9.s_27 = _S190;
     }
     return w_9;
 }
 
 fn pack_weights_0( w_10 : Weights_0) -> u32
 {
-    var _S193 : u32;
+    var _S191 : u32;
     if(w_10.exist_0)
     {
-        _S193 = ((((((w_10.s_27) & (u32(4095)))) | ((((((w_10.u_3) & (u32(4095)))) << (u32(12))))))) | (u32(2147483648)));
+        _S191 = ((((((w_10.s_27) & (u32(4095)))) | ((((((w_10.u_3) & (u32(4095)))) << (u32(12))))))) | (u32(2147483648)));
     }
     else
     {
-        _S193 = u32(0);
+        _S191 = u32(0);
     }
-    return _S193;
+    return _S191;
 }
 
 fn find_weights_0( h_11 : Header_0,  s_28 : u32,  chains_2 : bool)
 {
-    var _S194 : u32;
+    var _S192 : u32;
     if(chains_2)
     {
         if((h_11.references_1) > u32(0))
         {
-            _S194 = mask_count_0(team_boundary_0);
+            _S192 = mask_count_0(team_boundary_0);
         }
         else
         {
-            _S194 = u32(0);
+            _S192 = u32(0);
         }
     }
     else
     {
-        _S194 = traversed_count_0;
+        _S192 = traversed_count_0;
     }
-    var item_2 : u32 = _S4 % u32(32);
+    var item_2 : u32 = the_thread_0;
     for(;;)
     {
-        if(item_2 < _S194)
+        if(item_2 < _S192)
         {
         }
         else
         {
             break;
         }
-        var _S195 : u32 = (item_2 & (u32(63)));
-        var step_1 : u32 = ((((((((team_traversal_0[_S4 / u32(32)][_S195]) >> (u32(16)))) & (u32(255)))) | ((((((team_traversal_0[_S4 / u32(32)][_S195]) & (u32(65535)))) << (u32(8))))))) | ((((team_traversal_0[_S4 / u32(32)][_S195]) & (u32(4278190080))))));
-        var _S196 : bool;
+        var _S193 : u32 = (item_2 & (u32(63)));
+        var step_1 : u32 = ((((((((team_traversal_0[_S193]) >> (u32(16)))) & (u32(255)))) | ((((((team_traversal_0[_S193]) & (u32(65535)))) << (u32(8))))))) | ((((team_traversal_0[_S193]) & (u32(4278190080))))));
+        var _S194 : bool;
         if(chains_2)
         {
-            var _S197 : bool = chain_step_of_0(h_11, s_28, item_2, &(step_1));
-            _S196 = !_S197;
+            var _S195 : bool = chain_step_of_0(h_11, s_28, item_2, &(step_1));
+            _S194 = !_S195;
         }
         else
         {
-            _S196 = false;
+            _S194 = false;
         }
-        if(_S196)
+        if(_S194)
         {
             item_2 = item_2 + u32(32);
             continue;
         }
         var w_11 : Weights_0;
         w_11.exist_0 = false;
-        var v_9 : u32 = (step_1 & (u32(63)));
+        var v_8 : u32 = (step_1 & (u32(63)));
         var a_4 : u32 = (((step_1 >> (u32(8)))) & (u32(63)));
         var b_3 : u32 = (((step_1 >> (u32(16)))) & (u32(63)));
         if(((step_1 >> (u32(24)))) != u32(255))
         {
-            var _S198 : Weights_0 = affine_weights_0(a_4, b_3, (((step_1 >> (u32(24)))) & (u32(63))), v_9);
-            w_11 = _S198;
+            var _S196 : Weights_0 = affine_weights_0(a_4, b_3, (((step_1 >> (u32(24)))) & (u32(63))), v_8);
+            w_11 = _S196;
         }
-        var _S199 : bool;
+        var _S197 : bool;
         if(chains_2)
         {
-            _S199 = !w_11.exist_0;
+            _S197 = !w_11.exist_0;
         }
         else
         {
-            _S199 = false;
+            _S197 = false;
         }
-        if(_S199)
+        if(_S197)
         {
-            var _S200 : Weights_0 = line_weights_0(a_4, b_3, v_9);
-            w_11 = _S200;
+            var _S198 : Weights_0 = line_weights_0(a_4, b_3, v_8);
+            w_11 = _S198;
         }
-        team_seams_0[_S4 / u32(32)][_S195] = pack_weights_0(w_11);
+        team_seams_0[_S193] = pack_weights_0(w_11);
         item_2 = item_2 + u32(32);
     }
     return;
@@ -2696,9 +2697,9 @@ fn find_weights_0( h_11 : Header_0,  s_28 : u32,  chains_2 : bool)
 
 fn element_total_0() -> u32
 {
-    var _S201 : u32 = (extractBits((group_stream_0[stream_end_0 - u32(1)]), u32((i32(12))), u32((i32(11)))));
-    var _S202 : u32 = (extractBits((group_stream_0[stream_end_0 - u32(1)]), u32((i32(0))), u32((i32(3)))));
-    return min(_S201 + _S202, u32(20));
+    var _S199 : u32 = (extractBits((group_stream_0[stream_end_0 - u32(1)]), u32((i32(12))), u32((i32(11)))));
+    var _S200 : u32 = (extractBits((group_stream_0[stream_end_0 - u32(1)]), u32((i32(0))), u32((i32(3)))));
+    return min(_S199 + _S200, u32(20));
 }
 
 fn stream_of_element_0( element_3 : u32) -> vec2<u32>
@@ -2714,33 +2715,33 @@ fn stream_of_element_0( element_3 : u32) -> vec2<u32>
         {
             break;
         }
-        var _S203 : u32 = (extractBits((group_stream_0[next_2]), u32((i32(12))), u32((i32(11)))));
-        if(element_3 >= _S203)
+        var _S201 : u32 = (extractBits((group_stream_0[next_2]), u32((i32(12))), u32((i32(11)))));
+        if(element_3 >= _S201)
         {
             s_29 = next_2;
         }
         next_2 = next_2 + u32(1);
     }
-    var _S204 : u32 = (extractBits((group_stream_0[s_29]), u32((i32(12))), u32((i32(11)))));
-    return vec2<u32>(s_29, element_3 - _S204);
+    var _S202 : u32 = (extractBits((group_stream_0[s_29]), u32((i32(12))), u32((i32(11)))));
+    return vec2<u32>(s_29, element_3 - _S202);
 }
 
 fn Weights_x24init_0( exist_1 : bool,  s_30 : u32,  u_4 : u32) -> Weights_0
 {
-    var _S205 : Weights_0;
-    _S205.exist_0 = exist_1;
-    _S205.s_27 = s_30;
-    _S205.u_3 = u_4;
-    return _S205;
+    var _S203 : Weights_0;
+    _S203.exist_0 = exist_1;
+    _S203.s_27 = s_30;
+    _S203.u_3 = u_4;
+    return _S203;
 }
 
 fn unpack_weights_0( word_8 : u32) -> Weights_0
 {
-    var _S206 : i32 = i32(word_8);
-    var _S207 : i32 = (extractBits((_S206), u32((i32(0))), u32((i32(12)))));
-    var _S208 : u32 = u32(_S207);
-    var _S209 : i32 = (extractBits((_S206), u32((i32(12))), u32((i32(12)))));
-    return Weights_x24init_0(true, _S208, u32(_S209));
+    var _S204 : i32 = i32(word_8);
+    var _S205 : i32 = (extractBits((_S204), u32((i32(0))), u32((i32(12)))));
+    var _S206 : u32 = u32(_S205);
+    var _S207 : i32 = (extractBits((_S204), u32((i32(12))), u32((i32(12)))));
+    return Weights_x24init_0(true, _S206, u32(_S207));
 }
 
 fn affine_point_0( w_12 : Weights_0,  a_5 : u32,  b_4 : u32,  o_1 : u32) -> u32
@@ -2750,24 +2751,24 @@ fn affine_point_0( w_12 : Weights_0,  a_5 : u32,  b_4 : u32,  o_1 : u32) -> u32
 
 fn divide_0( x_9 : u32,  n_14 : u32) -> u32
 {
-    var _S210 : u32 = x_9 / n_14;
-    return _S210;
+    var _S208 : u32 = x_9 / n_14;
+    return _S208;
 }
 
 fn toward_0( a_6 : u32,  b_5 : u32,  n_15 : u32) -> u32
 {
-    var _S211 : u32 = divide_0(b_5 - a_6 + ((n_15 >> (u32(1)))) + ((n_15 << (u32(24)))), n_15);
-    return a_6 + _S211 - u32(16777216);
+    var _S209 : u32 = divide_0(b_5 - a_6 + ((n_15 >> (u32(1)))) + ((n_15 << (u32(24)))), n_15);
+    return a_6 + _S209 - u32(16777216);
 }
 
 fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
 {
-    var _S212 : u32 = (extractBits((group_stream_0[s_31]), u32((i32(9))), u32((i32(3)))));
+    var _S210 : u32 = (extractBits((group_stream_0[s_31]), u32((i32(9))), u32((i32(3)))));
     var base_3 : u32 = min(element_4, u32(19)) * u32(64);
-    var _S213 : u32 = bits_mask_0(s_31);
+    var _S211 : u32 = bits_mask_0(s_31);
     var length_3 : u32 = reference_length_of_0(r_13);
     var backwards_2 : bool = runs_backwards_0(h_12, r_13, s_31);
-    var rank_3 : u32 = ((team_references_0[_S4 / u32(32)][(r_13 & (u32(63)))]) & (u32(63)));
+    var rank_3 : u32 = ((team_references_0[(r_13 & (u32(63)))]) & (u32(63)));
     var to_1 : u32 = first_id_0(next_reference_0(h_12, r_13));
     var prev_0 : u32;
     if(backwards_2)
@@ -2776,20 +2777,20 @@ fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
     }
     else
     {
-        var _S214 : u32 = loop_id_0(rank_3);
-        prev_0 = _S214;
+        var _S212 : u32 = loop_id_0(rank_3);
+        prev_0 = _S212;
     }
-    var prev_1 : u32 = team_values_0[_S4 / u32(32)][base_3 + prev_0];
+    var prev_1 : u32 = team_values_0[base_3 + prev_0];
     if(backwards_2)
     {
-        var _S215 : u32 = loop_id_0(rank_3);
-        prev_0 = _S215;
+        var _S213 : u32 = loop_id_0(rank_3);
+        prev_0 = _S213;
     }
     else
     {
         prev_0 = to_1;
     }
-    var _S216 : u32 = team_values_0[_S4 / u32(32)][base_3 + prev_0];
+    var _S214 : u32 = team_values_0[base_3 + prev_0];
     prev_0 = prev_1;
     var before_6 : u32 = prev_1;
     var left_0 : u32 = length_3;
@@ -2802,22 +2803,22 @@ fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
         {
             break;
         }
-        var _S217 : u32;
+        var _S215 : u32;
         if(backwards_2)
         {
-            _S217 = left_0 - u32(1);
+            _S215 = left_0 - u32(1);
         }
         else
         {
-            _S217 = length_3 + u32(1) - left_0;
+            _S215 = length_3 + u32(1) - left_0;
         }
-        var place_5 : u32 = rank_3 + _S217;
-        var _S218 : u32 = loop_id_0(place_5);
-        var v_10 : u32 = base_3 + _S218;
+        var place_5 : u32 = rank_3 + _S215;
+        var _S216 : u32 = loop_id_0(place_5);
+        var v_9 : u32 = base_3 + _S216;
         var weights_0 : u32;
-        if(_S212 == u32(5))
+        if(_S210 == u32(5))
         {
-            weights_0 = team_seams_0[_S4 / u32(32)][(place_5 & (u32(63)))];
+            weights_0 = team_seams_0[(place_5 & (u32(63)))];
         }
         else
         {
@@ -2826,27 +2827,27 @@ fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
         var point_0 : u32;
         if(weights_0 != u32(0))
         {
-            var _S219 : Weights_0 = unpack_weights_0(weights_0);
-            point_0 = affine_point_0(_S219, prev_0, _S216, before_6);
+            var _S217 : Weights_0 = unpack_weights_0(weights_0);
+            point_0 = affine_point_0(_S217, prev_0, _S214, before_6);
         }
         else
         {
-            if(_S212 != u32(2))
+            if(_S210 != u32(2))
             {
-                var _S220 : u32 = toward_0(prev_0, _S216, left_0);
-                point_0 = _S220;
+                var _S218 : u32 = toward_0(prev_0, _S214, left_0);
+                point_0 = _S218;
             }
             else
             {
                 point_0 = prev_0;
             }
         }
-        var prev_2 : u32 = ((point_0 + team_values_0[_S4 / u32(32)][v_10]) & (_S213));
-        team_values_0[_S4 / u32(32)][v_10] = prev_2;
-        var _S221 : u32 = left_0 - u32(1);
+        var prev_2 : u32 = ((point_0 + team_values_0[v_9]) & (_S211));
+        team_values_0[v_9] = prev_2;
+        var _S219 : u32 = left_0 - u32(1);
         before_6 = prev_0;
         prev_0 = prev_2;
-        left_0 = _S221;
+        left_0 = _S219;
     }
     return;
 }
@@ -2854,40 +2855,40 @@ fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
 fn predict_chains_0( h_13 : Header_0,  s_32 : u32,  only_seams_0 : bool)
 {
     var one_0 : bool = s_32 < u32(8);
-    var _S222 : u32;
+    var _S220 : u32;
     if(one_0)
     {
-        var _S223 : u32 = (extractBits((group_stream_0[s_32]), u32((i32(12))), u32((i32(11)))));
-        _S222 = _S223;
+        var _S221 : u32 = (extractBits((group_stream_0[s_32]), u32((i32(12))), u32((i32(11)))));
+        _S220 = _S221;
     }
     else
     {
-        _S222 = u32(0);
+        _S220 = u32(0);
     }
     var item_3 : u32;
     if(one_0)
     {
-        var _S224 : u32 = (extractBits((group_stream_0[s_32]), u32((i32(0))), u32((i32(3)))));
-        item_3 = _S224;
+        var _S222 : u32 = (extractBits((group_stream_0[s_32]), u32((i32(0))), u32((i32(3)))));
+        item_3 = _S222;
     }
     else
     {
-        var _S225 : u32 = element_total_0();
-        item_3 = _S225;
+        var _S223 : u32 = element_total_0();
+        item_3 = _S223;
     }
-    var _S226 : u32 = max(item_3, u32(1));
-    item_3 = _S4 % u32(32);
+    var _S224 : u32 = max(item_3, u32(1));
+    item_3 = the_thread_0;
     for(;;)
     {
-        if(item_3 < (h_13.references_1 * _S226))
+        if(item_3 < (h_13.references_1 * _S224))
         {
         }
         else
         {
             break;
         }
-        var r_14 : u32 = item_3 / _S226;
-        var element_5 : u32 = _S222 + item_3 - r_14 * _S226;
+        var r_14 : u32 = item_3 / _S224;
+        var element_5 : u32 = _S220 + item_3 - r_14 * _S224;
         var of_0 : u32;
         if(one_0)
         {
@@ -2895,39 +2896,39 @@ fn predict_chains_0( h_13 : Header_0,  s_32 : u32,  only_seams_0 : bool)
         }
         else
         {
-            var _S227 : vec2<u32> = stream_of_element_0(element_5);
-            of_0 = _S227.x;
+            var _S225 : vec2<u32> = stream_of_element_0(element_5);
+            of_0 = _S225.x;
         }
         if(mask_test_0(h_13.private_refs_1, r_14))
         {
             item_3 = item_3 + u32(32);
             continue;
         }
-        var _S228 : bool;
+        var _S226 : bool;
         if(!one_0)
         {
-            var _S229 : u32 = (extractBits((group_stream_0[of_0]), u32((i32(9))), u32((i32(3)))));
-            _S228 = _S229 == u32(5);
+            var _S227 : u32 = (extractBits((group_stream_0[of_0]), u32((i32(9))), u32((i32(3)))));
+            _S226 = _S227 == u32(5);
+        }
+        else
+        {
+            _S226 = false;
+        }
+        if(_S226)
+        {
+            item_3 = item_3 + u32(32);
+            continue;
+        }
+        var _S228 : bool;
+        if(only_seams_0)
+        {
+            _S228 = !mask_test_0(team_seam_refs_0[of_0], r_14);
         }
         else
         {
             _S228 = false;
         }
         if(_S228)
-        {
-            item_3 = item_3 + u32(32);
-            continue;
-        }
-        var _S230 : bool;
-        if(only_seams_0)
-        {
-            _S230 = !mask_test_0(team_seam_refs_0[_S4 / u32(32)][of_0], r_14);
-        }
-        else
-        {
-            _S230 = false;
-        }
-        if(_S230)
         {
             item_3 = item_3 + u32(32);
             continue;
@@ -2941,64 +2942,64 @@ fn predict_chains_0( h_13 : Header_0,  s_32 : u32,  only_seams_0 : bool)
 fn predict_element_0( s_33 : u32,  c_6 : u32)
 {
     var predictor_0 : u32 = (extractBits((group_stream_0[s_33]), u32((i32(9))), u32((i32(3)))));
-    var _S231 : u32 = bits_mask_0(s_33);
-    var _S232 : u32 = value_element_0(s_33, c_6);
+    var _S229 : u32 = bits_mask_0(s_33);
+    var _S230 : u32 = value_element_0(s_33, c_6);
     var copies_0 : bool = predictor_0 == u32(2);
     var damped_0 : bool = predictor_0 == u32(3);
-    var _S233 : bool = predictor_0 == u32(5);
-    var _S234 : bool;
+    var _S231 : bool = predictor_0 == u32(5);
+    var _S232 : bool;
     if(predictor_0 != u32(1))
     {
-        _S234 = !copies_0;
+        _S232 = !copies_0;
     }
     else
     {
-        _S234 = false;
+        _S232 = false;
+    }
+    var _S233 : u32;
+    if(damped_0)
+    {
+        _S233 = u32(3);
+    }
+    else
+    {
+        _S233 = u32(1);
+    }
+    var _S234 : u32;
+    if(damped_0)
+    {
+        _S234 = u32(4294967294);
+    }
+    else
+    {
+        _S234 = u32(4294967295);
     }
     var _S235 : u32;
     if(damped_0)
     {
-        _S235 = u32(3);
+        _S235 = u32(2);
     }
     else
     {
-        _S235 = u32(1);
+        _S235 = u32(0);
     }
-    var _S236 : u32;
+    var _S236 : i32;
     if(damped_0)
     {
-        _S236 = u32(4294967294);
+        _S236 = i32(2);
     }
     else
     {
-        _S236 = u32(4294967295);
+        _S236 = i32(0);
     }
-    var _S237 : u32;
-    if(damped_0)
-    {
-        _S237 = u32(2);
-    }
-    else
-    {
-        _S237 = u32(0);
-    }
-    var _S238 : i32;
-    if(damped_0)
-    {
-        _S238 = i32(2);
-    }
-    else
-    {
-        _S238 = i32(0);
-    }
-    var _S239 : i32;
+    var _S237 : i32;
     if(copies_0)
     {
-        _S239 = i32(0);
+        _S237 = i32(0);
     }
     else
     {
-        _S239 = i32(1);
+        _S237 = i32(1);
     }
     var i_16 : u32 = u32(0);
     for(;;)
@@ -3010,15 +3011,14 @@ fn predict_element_0( s_33 : u32,  c_6 : u32)
         {
             break;
         }
-        var triangle_3 : u32 = team_traversal_0[_S4 / u32(32)][i_16];
-        var _S240 : u32 = (extractBits((team_traversal_0[_S4 / u32(32)][i_16]), u32((i32(16))), u32((i32(6)))));
-        var v_11 : u32 = _S232 + _S240;
-        var residual_1 : u32 = team_values_0[_S4 / u32(32)][v_11];
-        var a_7 : u32 = team_values_0[_S4 / u32(32)][_S232 + ((triangle_3 & (u32(63))))];
-        var _S241 : u32 = (extractBits((triangle_3), u32((i32(8))), u32((i32(6)))));
-        var b_6 : u32 = team_values_0[_S4 / u32(32)][_S232 + _S241];
-        var _S242 : u32 = (extractBits((triangle_3), u32((i32(24))), u32((i32(6)))));
-        var o_2 : u32 = team_values_0[_S4 / u32(32)][_S232 + _S242];
+        var triangle_3 : u32 = team_traversal_0[i_16];
+        var _S238 : u32 = (extractBits((team_traversal_0[i_16]), u32((i32(16))), u32((i32(6)))));
+        var residual_1 : u32 = team_values_0[_S230 + _S238];
+        var a_7 : u32 = team_values_0[_S230 + ((triangle_3 & (u32(63))))];
+        var _S239 : u32 = (extractBits((triangle_3), u32((i32(8))), u32((i32(6)))));
+        var b_6 : u32 = team_values_0[_S230 + _S239];
+        var _S240 : u32 = (extractBits((triangle_3), u32((i32(24))), u32((i32(6)))));
+        var o_2 : u32 = team_values_0[_S230 + _S240];
         var sum_3 : u32;
         if(copies_0)
         {
@@ -3029,7 +3029,7 @@ fn predict_element_0( s_33 : u32,  c_6 : u32)
             sum_3 = a_7 + b_6;
         }
         var across_0 : bool;
-        if(_S234)
+        if(_S232)
         {
             across_0 = triangle_3 < u32(4278190080);
         }
@@ -3040,42 +3040,42 @@ fn predict_element_0( s_33 : u32,  c_6 : u32)
         var point_1 : u32;
         if(across_0)
         {
-            point_1 = _S235 * sum_3 + _S236 * o_2 + _S237;
+            point_1 = _S233 * sum_3 + _S234 * o_2 + _S235;
         }
         else
         {
             point_1 = sum_3;
         }
-        var _S243 : i32 = i32(point_1);
-        var _S244 : i32;
+        var _S241 : i32 = i32(point_1);
+        var _S242 : i32;
         if(across_0)
         {
-            _S244 = _S238;
+            _S242 = _S236;
         }
         else
         {
-            _S244 = _S239;
+            _S242 = _S237;
         }
-        var _S245 : u32 = u32((_S243 >> (u32(_S244))));
+        var _S243 : u32 = u32((_S241 >> (u32(_S242))));
         var point_2 : u32;
-        if(_S233)
+        if(_S231)
         {
-            var weights_1 : u32 = team_seams_0[_S4 / u32(32)][i_16];
-            if((team_seams_0[_S4 / u32(32)][i_16]) != u32(0))
+            var weights_1 : u32 = team_seams_0[i_16];
+            if((team_seams_0[i_16]) != u32(0))
             {
-                var _S246 : Weights_0 = unpack_weights_0(weights_1);
-                point_2 = affine_point_0(_S246, a_7, b_6, o_2);
+                var _S244 : Weights_0 = unpack_weights_0(weights_1);
+                point_2 = affine_point_0(_S244, a_7, b_6, o_2);
             }
             else
             {
-                point_2 = _S245;
+                point_2 = _S243;
             }
         }
         else
         {
-            point_2 = _S245;
+            point_2 = _S243;
         }
-        team_values_0[_S4 / u32(32)][v_11] = ((point_2 + residual_1) & (_S231));
+        team_values_0[_S230 + _S238] = ((point_2 + residual_1) & (_S229));
         i_16 = i_16 + u32(1);
     }
     return;
@@ -3086,23 +3086,23 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
     var geo_0 : bool = any_stream_predicts_0(u32(16));
     var affine_0 : bool = any_stream_predicts_0(u32(32));
     var traversal_0 : u32 = push_0.streams_0 + u32(1);
-    var _S247 : bool;
+    var _S245 : bool;
     if(geo_0)
     {
-        _S247 = true;
+        _S245 = true;
     }
     else
     {
-        _S247 = affine_0;
+        _S245 = affine_0;
     }
-    var _S248 : u32;
-    if(_S247)
+    var _S246 : u32;
+    if(_S245)
     {
-        _S248 = traversal_0 + u32(1);
+        _S246 = traversal_0 + u32(1);
     }
     else
     {
-        _S248 = traversal_0;
+        _S246 = traversal_0;
     }
     var step_2 : u32;
     if(has_chains_0)
@@ -3115,7 +3115,7 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
     }
     for(;;)
     {
-        if(step_2 <= _S248)
+        if(step_2 <= _S246)
         {
         }
         else
@@ -3125,14 +3125,14 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
         var chains_3 : bool = step_2 < traversal_0;
         if(chains_3)
         {
-            _S247 = step_2 > u32(0);
+            _S245 = step_2 > u32(0);
         }
         else
         {
-            _S247 = false;
+            _S245 = false;
         }
         var s_34 : u32;
-        if(_S247)
+        if(_S245)
         {
             s_34 = step_2 - u32(1);
         }
@@ -3140,81 +3140,81 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
         {
             s_34 = u32(8);
         }
-        var _S249 : bool = s_34 < u32(8);
-        var _S250 : bool;
-        if(_S249)
+        var _S247 : bool = s_34 < u32(8);
+        var _S248 : bool;
+        if(_S247)
         {
-            _S250 = ((the_blob_0[u32(8) + u32(7) * s_34] >> (u32(24)))) != u32(5);
+            _S248 = ((the_blob_0[u32(8) + u32(7) * s_34] >> (u32(24)))) != u32(5);
         }
         else
         {
-            _S250 = false;
+            _S248 = false;
         }
-        if(_S250)
+        if(_S248)
         {
             step_2 = step_2 + u32(1);
             continue;
         }
         workgroupBarrier();
         var after_0 : bool = step_2 > traversal_0;
-        var _S251 : bool;
+        var _S249 : bool;
         if(after_0)
         {
-            _S251 = geo_0;
+            _S249 = geo_0;
         }
         else
         {
-            _S251 = false;
+            _S249 = false;
         }
-        if(_S251)
+        if(_S249)
         {
             sum_team_normals_0(sound_2);
         }
         var of_1 : u32 = u32(0);
         for(;;)
         {
-            var _S252 : bool;
+            var _S250 : bool;
             if(of_1 < stream_end_0)
             {
-                _S252 = after_0;
+                _S250 = after_0;
             }
             else
             {
-                _S252 = false;
+                _S250 = false;
             }
-            var _S253 : bool;
-            if(_S252)
+            var _S251 : bool;
+            if(_S250)
             {
-                _S253 = sound_2;
+                _S251 = sound_2;
             }
             else
             {
-                _S253 = false;
+                _S251 = false;
             }
-            if(_S253)
+            if(_S251)
             {
             }
             else
             {
                 break;
             }
-            var _S254 : u32 = (extractBits((group_stream_0[of_1]), u32((i32(9))), u32((i32(3)))));
-            if(_S254 == u32(4))
+            var _S252 : u32 = (extractBits((group_stream_0[of_1]), u32((i32(9))), u32((i32(3)))));
+            if(_S252 == u32(4))
             {
                 predict_team_geo_0(of_1);
             }
             of_1 = of_1 + u32(1);
         }
-        var _S255 : bool;
+        var _S253 : bool;
         if(after_0)
         {
-            _S255 = affine_0;
+            _S253 = affine_0;
         }
         else
         {
-            _S255 = _S249;
+            _S253 = _S247;
         }
-        if(_S255)
+        if(_S253)
         {
             if(sound_2)
             {
@@ -3222,42 +3222,42 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
             }
             workgroupBarrier();
         }
-        var _S256 : bool;
+        var _S254 : bool;
         if(chains_3)
         {
-            _S256 = sound_2;
+            _S254 = sound_2;
         }
         else
         {
-            _S256 = false;
+            _S254 = false;
         }
-        if(_S256)
+        if(_S254)
         {
             predict_chains_0(h_14, s_34, only_seams_1);
         }
-        var element_6 : u32 = _S4 % u32(32);
+        var element_6 : u32 = the_thread_0;
         for(;;)
         {
-            var _S257 : u32 = element_total_0();
-            var _S258 : bool;
-            if(element_6 < _S257)
+            var _S255 : u32 = element_total_0();
+            var _S256 : bool;
+            if(element_6 < _S255)
             {
-                _S258 = !chains_3;
+                _S256 = !chains_3;
             }
             else
             {
-                _S258 = false;
+                _S256 = false;
             }
-            var _S259 : bool;
-            if(_S258)
+            var _S257 : bool;
+            if(_S256)
             {
-                _S259 = sound_2;
+                _S257 = sound_2;
             }
             else
             {
-                _S259 = false;
+                _S257 = false;
             }
-            if(_S259)
+            if(_S257)
             {
             }
             else
@@ -3265,20 +3265,20 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
                 break;
             }
             var of_2 : vec2<u32> = stream_of_element_0(element_6);
-            var _S260 : u32 = of_2.x;
-            var predictor_1 : u32 = (extractBits((group_stream_0[_S260]), u32((i32(9))), u32((i32(3)))));
-            var _S261 : bool;
+            var _S258 : u32 = of_2.x;
+            var predictor_1 : u32 = (extractBits((group_stream_0[_S258]), u32((i32(9))), u32((i32(3)))));
+            var _S259 : bool;
             if(after_0)
             {
-                _S261 = predictor_1 == u32(5);
+                _S259 = predictor_1 == u32(5);
             }
             else
             {
-                _S261 = predictor_1 < u32(4);
+                _S259 = predictor_1 < u32(4);
             }
-            if(_S261)
+            if(_S259)
             {
-                predict_element_0(_S260, of_2.y);
+                predict_element_0(_S258, of_2.y);
             }
             element_6 = element_6 + u32(32);
         }
@@ -3289,45 +3289,45 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
 
 fn put_field_0( at_2 : u32,  value_3 : u32) -> vec2<u32>
 {
-    var _S262 : vec2<u32>;
+    var _S260 : vec2<u32>;
     if(at_2 < u32(32))
     {
-        _S262 = vec2<u32>((value_3 << (at_2)), (((value_3 >> (u32(1)))) >> ((u32(31) - at_2))));
+        _S260 = vec2<u32>((value_3 << (at_2)), (((value_3 >> (u32(1)))) >> ((u32(31) - at_2))));
     }
     else
     {
-        _S262 = vec2<u32>(u32(0), (value_3 << ((at_2 - u32(32)))));
+        _S260 = vec2<u32>(u32(0), (value_3 << ((at_2 - u32(32)))));
     }
-    return _S262;
+    return _S260;
 }
 
 fn put_vertex_0( s_35 : u32,  id_7 : u32,  fields_2 : vec2<u32>)
 {
     var word_9 : u32 = word_of_0(s_35, id_7);
-    var _S263 : u32 = (extractBits((group_places_0[s_35]), u32((i32(16))), u32((i32(6)))));
-    if(_S263 == u32(1))
+    var _S261 : u32 = (extractBits((group_places_0[s_35]), u32((i32(16))), u32((i32(6)))));
+    if(_S261 == u32(1))
     {
         all_values_0[the_values_0 + word_9] = fields_2.x;
     }
     else
     {
-        var _S264 : u32 = u32(2) * ((word_9 >> (u32(1))));
-        all_values_0[the_values_0 + _S264] = fields_2.x;
-        all_values_0[the_values_0 + _S264 + u32(1)] = fields_2.y;
+        var _S262 : u32 = u32(2) * ((word_9 >> (u32(1))));
+        all_values_0[the_values_0 + _S262] = fields_2.x;
+        all_values_0[the_values_0 + _S262 + u32(1)] = fields_2.y;
     }
     return;
 }
 
 fn put_value_0( s_36 : u32,  c_7 : u32,  id_8 : u32,  value_4 : u32)
 {
-    var _S265 : u32 = bits_mask_0(s_36);
-    var inside_0 : u32 = (value_4 & (_S265));
-    var _S266 : bool = is_packed_0(s_36);
-    if(!_S266)
+    var _S263 : u32 = bits_mask_0(s_36);
+    var inside_0 : u32 = (value_4 & (_S263));
+    var _S264 : bool = is_packed_0(s_36);
+    if(!_S264)
     {
-        var _S267 : u32 = the_values_0;
-        var _S268 : u32 = word_of_0(s_36, id_8);
-        all_values_0[_S267 + (_S268 + c_7)] = inside_0;
+        var _S265 : u32 = the_values_0;
+        var _S266 : u32 = word_of_0(s_36, id_8);
+        all_values_0[_S265 + (_S266 + c_7)] = inside_0;
         return;
     }
     var before_7 : vec2<u32>;
@@ -3337,17 +3337,17 @@ fn put_value_0( s_36 : u32,  c_7 : u32,  id_8 : u32,  value_4 : u32)
     }
     else
     {
-        var _S269 : vec2<u32> = vertex_at_0(s_36, id_8);
-        before_7 = _S269;
+        var _S267 : vec2<u32> = vertex_at_0(s_36, id_8);
+        before_7 = _S267;
     }
-    var _S270 : u32 = (extractBits((group_places_0[s_36]), u32((i32(22))), u32((i32(6)))));
-    put_vertex_0(s_36, id_8, (before_7 | ((put_field_0(c_7 * _S270, inside_0)))));
+    var _S268 : u32 = (extractBits((group_places_0[s_36]), u32((i32(22))), u32((i32(6)))));
+    put_vertex_0(s_36, id_8, (before_7 | ((put_field_0(c_7 * _S268, inside_0)))));
     return;
 }
 
 fn store_values_0( known_0 : vec2<u32>)
 {
-    var id_9 : u32 = _S4 % u32(32);
+    var id_9 : u32 = the_thread_0;
     for(;;)
     {
         if(id_9 < vertex_count_0)
@@ -3372,26 +3372,26 @@ fn store_values_0( known_0 : vec2<u32>)
             {
                 break;
             }
-            var _S271 : vec2<u32> = vec2<u32>(u32(0));
+            var _S269 : vec2<u32> = vec2<u32>(u32(0));
             var c_8 : u32 = u32(0);
-            var fields_3 : vec2<u32> = _S271;
+            var fields_3 : vec2<u32> = _S269;
             for(;;)
             {
-                var _S272 : u32 = (extractBits((group_stream_0[s_37]), u32((i32(0))), u32((i32(3)))));
-                if(c_8 < _S272)
+                var _S270 : u32 = (extractBits((group_stream_0[s_37]), u32((i32(0))), u32((i32(3)))));
+                if(c_8 < _S270)
                 {
                 }
                 else
                 {
                     break;
                 }
-                var _S273 : u32 = value_element_0(s_37, c_8);
-                var value_5 : u32 = team_values_0[_S4 / u32(32)][_S273 + id_9];
-                var _S274 : bool = is_packed_0(s_37);
-                if(_S274)
+                var _S271 : u32 = value_element_0(s_37, c_8);
+                var value_5 : u32 = team_values_0[_S271 + id_9];
+                var _S272 : bool = is_packed_0(s_37);
+                if(_S272)
                 {
-                    var _S275 : u32 = (extractBits((group_places_0[s_37]), u32((i32(22))), u32((i32(6)))));
-                    fields_3 = (fields_3 | ((put_field_0(c_8 * _S275, value_5))));
+                    var _S273 : u32 = (extractBits((group_places_0[s_37]), u32((i32(22))), u32((i32(6)))));
+                    fields_3 = (fields_3 | ((put_field_0(c_8 * _S273, value_5))));
                 }
                 else
                 {
@@ -3399,8 +3399,8 @@ fn store_values_0( known_0 : vec2<u32>)
                 }
                 c_8 = c_8 + u32(1);
             }
-            var _S276 : bool = is_packed_0(s_37);
-            if(_S276)
+            var _S274 : bool = is_packed_0(s_37);
+            if(_S274)
             {
                 put_vertex_0(s_37, id_9, fields_3);
             }
@@ -3411,26 +3411,22 @@ fn store_values_0( known_0 : vec2<u32>)
     return;
 }
 
-@compute
-@workgroup_size(32, 1, 1)
-fn main(@builtin(workgroup_id) gl_WorkGroupID_0 : vec3<u32>, @builtin(local_invocation_index) gl_LocalInvocationIndex_0 : u32)
+fn interior_shader_0()
 {
-    _S3 = gl_WorkGroupID_0;
-    _S4 = gl_LocalInvocationIndex_0;
-    open_job_0(push_0.first_0 + gl_WorkGroupID_0.x);
+    open_job_0(push_0.first_0 + the_workgroup_0.x);
     var summary_0 : u32 = atomicLoad(&(the_summaries_0[job_place_0]));
     var places_0 : Places_std430_0 = all_places_0[job_place_0];
-    var _S277 : bool;
+    var _S275 : bool;
     if(((summary_0 >> (u32(16)))) == u32(0))
     {
-        _S277 = (places_0.interior_0) != u32(4294967295);
+        _S275 = (places_0.interior_0) != u32(4294967295);
     }
     else
     {
-        _S277 = false;
+        _S275 = false;
     }
     var live_0 : u32;
-    if(_S277)
+    if(_S275)
     {
         live_0 = u32(1);
     }
@@ -3438,8 +3434,8 @@ fn main(@builtin(workgroup_id) gl_WorkGroupID_0 : vec3<u32>, @builtin(local_invo
     {
         live_0 = u32(0);
     }
-    var _S278 : u32 = (extractBits((places_0.counts_0), u32((i32(13))), u32((i32(3)))));
-    var state_0 : u32 = uniform_word_0((live_0 | (((_S278 << (u32(1)))))));
+    var _S276 : u32 = (extractBits((places_0.counts_0), u32((i32(13))), u32((i32(3)))));
+    var state_0 : u32 = uniform_word_0((live_0 | (((_S276 << (u32(1)))))));
     if(((state_0 & (u32(1)))) == u32(0))
     {
         return;
@@ -3462,7 +3458,7 @@ fn main(@builtin(workgroup_id) gl_WorkGroupID_0 : vec3<u32>, @builtin(local_invo
     vertex_count_0 = min((((summary_0 >> (u32(8)))) & (u32(127))), u32(64));
     team_boundary_0 = connected_0.boundary_0;
     open_team_0();
-    var s_38 : u32 = _S4 % u32(32);
+    var s_38 : u32 = the_thread_0;
     for(;;)
     {
         if(s_38 < stream_total_0)
@@ -3472,24 +3468,24 @@ fn main(@builtin(workgroup_id) gl_WorkGroupID_0 : vec3<u32>, @builtin(local_invo
         {
             break;
         }
-        team_seam_refs_0[_S4 / u32(32)][s_38] = mask_none_0();
+        team_seam_refs_0[s_38] = mask_none_0();
         s_38 = s_38 + u32(32);
     }
-    var _S279 : u32 = (extractBits((places_0.counts_0), u32((i32(7))), u32((i32(6)))));
-    read_interior_codes_0(places_0.codes_0, mask_any_0(((mask_below_0(_S279)) & ((~(((places_0.foreign_refs_0) | ((places_0.private_refs_0)))))))));
+    var _S277 : u32 = (extractBits((places_0.counts_0), u32((i32(7))), u32((i32(6)))));
+    read_interior_codes_0(places_0.codes_0, mask_any_0(((mask_below_0(_S277)) & ((~(((places_0.foreign_refs_0) | ((places_0.private_refs_0)))))))));
     workgroupBarrier();
-    if((_S4 % u32(32)) == u32(0))
+    if(the_thread_0 == u32(0))
     {
-        team_interior_0[_S4 / u32(32)] = places_0.interior_0;
-        team_waiting_0[_S4 / u32(32)] = places_0.waiting_0;
+        team_interior_0 = places_0.interior_0;
+        team_waiting_0 = places_0.waiting_0;
     }
     var h_15 : Header_0;
     h_15.references_1 = u32(0);
     h_15.flags_0 = u32(0);
     if(seams_4)
     {
-        var _S280 : Header_0 = find_seams_of_0();
-        h_15 = _S280;
+        var _S278 : Header_0 = find_seams_of_0();
+        h_15 = _S278;
     }
     workgroupBarrier();
     list_traversal_0();
@@ -3500,24 +3496,35 @@ fn main(@builtin(workgroup_id) gl_WorkGroupID_0 : vec3<u32>, @builtin(local_invo
     workgroupBarrier();
     if(sound_3)
     {
-        var _S281 : vec2<u32>;
+        var _S279 : vec2<u32>;
         if((h_15.flags_0) != u32(0))
         {
-            _S281 = mask_none_0();
+            _S279 = mask_none_0();
         }
         else
         {
-            _S281 = (team_boundary_0 & ((~places_0.waiting_0)));
+            _S279 = (team_boundary_0 & ((~places_0.waiting_0)));
         }
-        store_values_0(_S281);
+        store_values_0(_S279);
     }
     else
     {
-        if((_S4 % u32(32)) == u32(0))
+        if(the_thread_0 == u32(0))
         {
-            var _S282 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
+            var _S280 : u32 = atomicOr(&(the_summaries_0[job_place_0]), (error_0 << (u32(16))));
         }
     }
+    return;
+}
+
+@compute
+@workgroup_size(32, 1, 1)
+fn interior_main(@builtin(local_invocation_index) thread_0 : u32, @builtin(workgroup_id) workgroup_0 : vec3<u32>, @builtin(global_invocation_id) invocation_0 : vec3<u32>)
+{
+    the_thread_0 = thread_0;
+    the_workgroup_0 = workgroup_0;
+    the_invocation_0 = invocation_0;
+    interior_shader_0();
     return;
 }
 

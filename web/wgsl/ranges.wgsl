@@ -22,23 +22,11 @@ struct Push_std140_0
 
 @binding(9) @group(0) var<storage, read_write> status_0 : array<u32>;
 
-var<private> _S1 : u32;
+var<private> the_thread_0 : u32;
 
-fn triangles_of_0( m_0 : u32) -> u32
-{
-    var _S2 : u32 = atomicLoad(&(the_summaries_0[m_0]));
-    var _S3 : u32;
-    if(((_S2 >> (u32(16)))) == u32(0))
-    {
-        var _S4 : u32 = atomicLoad(&(the_summaries_0[m_0]));
-        _S3 = (_S4 & (u32(127)));
-    }
-    else
-    {
-        _S3 = u32(0);
-    }
-    return _S3;
-}
+var<private> the_workgroup_0 : vec3<u32>;
+
+var<private> the_invocation_0 : vec3<u32>;
 
 var<workgroup> group_triangles_0 : array<u32, i32(256)>;
 
@@ -46,51 +34,47 @@ var<workgroup> group_malformed_0 : array<u32, i32(256)>;
 
 var<workgroup> group_first_0 : array<u32, i32(256)>;
 
-@compute
-@workgroup_size(256, 1, 1)
-fn main(@builtin(local_invocation_index) gl_LocalInvocationIndex_0 : u32)
+fn ranges_shader_0()
 {
-    _S1 = gl_LocalInvocationIndex_0;
     var share_0 : u32 = (push_0.meshlets_0 + u32(256) - u32(1)) / u32(256);
-    var _S5 : u32 = min(gl_LocalInvocationIndex_0 * share_0, push_0.meshlets_0);
-    var _S6 : u32 = min(_S5 + share_0, push_0.meshlets_0);
+    var _S1 : u32 = min(the_thread_0 * share_0, push_0.meshlets_0);
+    var _S2 : u32 = min(_S1 + share_0, push_0.meshlets_0);
     var first_1 : u32 = u32(4294967295);
-    var m_1 : u32 = _S5;
+    var m_0 : u32 = _S1;
     var triangles_0 : u32 = u32(0);
     var malformed_0 : u32 = u32(0);
     for(;;)
     {
-        if(m_1 < _S6)
+        if(m_0 < _S2)
         {
         }
         else
         {
             break;
         }
-        var _S7 : u32 = triangles_of_0(m_1);
-        var triangles_1 : u32 = triangles_0 + _S7;
-        var _S8 : u32 = atomicLoad(&(the_summaries_0[m_1]));
-        if(((_S8 >> (u32(16)))) == u32(0))
+        var summary_0 : u32 = atomicLoad(&(the_summaries_0[m_0]));
+        first_triangles_0[m_0] = triangles_0;
+        if(((summary_0 >> (u32(16)))) == u32(0))
         {
-            m_1 = m_1 + u32(1);
-            triangles_0 = triangles_1;
-            continue;
+            triangles_0 = triangles_0 + ((summary_0 & (u32(127))));
         }
-        var _S9 : u32 = malformed_0 + u32(1);
-        first_1 = min(first_1, m_1);
-        malformed_0 = _S9;
-        m_1 = m_1 + u32(1);
-        triangles_0 = triangles_1;
+        else
+        {
+            var _S3 : u32 = malformed_0 + u32(1);
+            first_1 = min(first_1, m_0);
+            malformed_0 = _S3;
+        }
+        m_0 = m_0 + u32(1);
     }
-    group_triangles_0[_S1] = triangles_0;
-    group_malformed_0[_S1] = malformed_0;
-    group_first_0[_S1] = first_1;
+    group_triangles_0[the_thread_0] = triangles_0;
+    group_malformed_0[the_thread_0] = malformed_0;
+    group_first_0[the_thread_0] = first_1;
     workgroupBarrier();
     var i_0 : u32 = u32(0);
     var place_0 : u32 = u32(0);
     for(;;)
     {
-        if(i_0 < _S1)
+        if(i_0 < the_thread_0)
         {
         }
         else
@@ -101,23 +85,20 @@ fn main(@builtin(local_invocation_index) gl_LocalInvocationIndex_0 : u32)
         i_0 = i_0 + u32(1);
         place_0 = place_1;
     }
-    m_1 = _S5;
+    m_0 = _S1;
     for(;;)
     {
-        if(m_1 < _S6)
+        if(m_0 < _S2)
         {
         }
         else
         {
             break;
         }
-        first_triangles_0[m_1] = place_0;
-        var _S10 : u32 = triangles_of_0(m_1);
-        var place_2 : u32 = place_0 + _S10;
-        m_1 = m_1 + u32(1);
-        place_0 = place_2;
+        first_triangles_0[m_0] = first_triangles_0[m_0] + place_0;
+        m_0 = m_0 + u32(1);
     }
-    if(_S1 != u32(255))
+    if(the_thread_0 != u32(255))
     {
         return;
     }
@@ -132,19 +113,30 @@ fn main(@builtin(local_invocation_index) gl_LocalInvocationIndex_0 : u32)
             break;
         }
         var malformed_1 : u32 = malformed_0 + group_malformed_0[i_0];
-        var _S11 : u32 = min(first_1, group_first_0[i_0]);
-        var _S12 : u32 = i_0 + u32(1);
-        first_1 = _S11;
-        i_0 = _S12;
+        var _S4 : u32 = min(first_1, group_first_0[i_0]);
+        var _S5 : u32 = i_0 + u32(1);
+        first_1 = _S4;
+        i_0 = _S5;
         malformed_0 = malformed_1;
     }
-    draw_0[i32(0)] = u32(3) * place_0;
+    draw_0[i32(0)] = u32(3) * (place_0 + triangles_0);
     draw_0[i32(1)] = u32(1);
     draw_0[i32(2)] = u32(0);
     draw_0[i32(3)] = u32(0);
     draw_0[i32(4)] = u32(0);
     status_0[i32(0)] = malformed_0;
     status_0[i32(1)] = first_1;
+    return;
+}
+
+@compute
+@workgroup_size(256, 1, 1)
+fn ranges_main(@builtin(local_invocation_index) thread_0 : u32, @builtin(workgroup_id) workgroup_0 : vec3<u32>, @builtin(global_invocation_id) invocation_0 : vec3<u32>)
+{
+    the_thread_0 = thread_0;
+    the_workgroup_0 = workgroup_0;
+    the_invocation_0 = invocation_0;
+    ranges_shader_0();
     return;
 }
 

@@ -23,9 +23,7 @@ STREAMS = 6
 ELEMENTS = 15
 WIDE = VECTORS / "valid_64_streams.bin"
 VALID = sorted(set(VECTORS.glob("valid_*.bin")) - {WIDE})
-MANY = "passes of many meshlets"
-QUICK = ("single", "passes", MANY, "team32", "parallel")
-FULL = ("team8", "team16")
+METHODS = ("serial", "team", "parallel", "interior", "traversal")
 
 
 @pytest.fixture(scope="module")
@@ -38,18 +36,11 @@ def device(request):
         assert device.messages == []
 
 
-@pytest.fixture(
-    scope="module", params=[*QUICK, *(pytest.param(name, marks=pytest.mark.full) for name in FULL)]
-)
+@pytest.fixture(scope="module", params=METHODS)
 def decoder(request, device):
-    from vk_backend import gpu_decoder
+    from bench.gpu_decoder import GpuDecoder
 
-    with pytest.MonkeyPatch.context() as patch:
-        method = request.param
-        if method == MANY:
-            method = "passes"
-            patch.setattr(gpu_decoder, "MANY_MESHLETS", 0)
-        yield gpu_decoder.GpuDecoder(device, method, STREAMS, ELEMENTS)
+    return GpuDecoder(device, request.param, STREAMS, ELEMENTS)
 
 
 def assert_same(decoded, blob: bytes) -> None:
@@ -172,18 +163,15 @@ SHAPES = {
 }
 
 
-@pytest.mark.parametrize("many", [False, True])
+@pytest.mark.parametrize("method", ["interior", "traversal"])
 @pytest.mark.parametrize("name", SHAPES)
-def test_streams_of_every_shape(device, monkeypatch, name, many):
+def test_streams_of_every_shape(device, monkeypatch, name, method):
     """The pass decoder packs values into words."""
-    from vk_backend import gpu_decoder
-    from vk_backend.gpu_decoder import GpuDecoder
+    from bench.gpu_decoder import GpuDecoder
 
-    if many:
-        monkeypatch.setattr(gpu_decoder, "MANY_MESHLETS", 0)
     streams = SHAPES[name]
     monkeypatch.setattr(blob_writer, "random_streams", lambda rng: streams)
-    decoder = GpuDecoder(device, "passes", len(streams), sum(s.elements for s in streams))
+    decoder = GpuDecoder(device, method, len(streams), sum(s.elements for s in streams))
     random, sound = Random(1), 0
     for _ in range(4):
         blob = blob_writer.random_blob(random, 12)  # rejected if a corner takes too many hops
@@ -220,25 +208,25 @@ def test_seams_without_affine_streams(decoder, monkeypatch):
 
 
 def test_too_many_elements_for_shared_memory(device):
+    from bench.gpu_decoder import GpuDecoder
     from vk_backend.errors import VulkanError
-    from vk_backend.gpu_decoder import GpuDecoder
 
-    with pytest.raises(VulkanError, match="too many for the decoder team32"):
-        GpuDecoder(device, "team32", 64, 256 * device.limits.compute_shared_bytes)
+    with pytest.raises(VulkanError, match="too many for the decoder team"):
+        GpuDecoder(device, "team", 64, 256 * device.limits.compute_shared_bytes)
 
 
 def test_too_many_streams(device):
-    from vk_backend.gpu_decoder import GpuDecoder
+    from bench.gpu_decoder import GpuDecoder
 
     blob = (VECTORS / "valid_worked_example.bin").read_bytes()
     with pytest.raises(ValueError, match="there is room for"):
-        GpuDecoder(device, "single", 1, 11).decode(blob)
+        GpuDecoder(device, "serial", 1, 11).decode(blob)
 
 
 @pytest.mark.parametrize("name", ["bunny", pytest.param("all", marks=pytest.mark.full)])
 def test_real_models(device, model, tmp_path, name):
     import gltf_ext
-    from vk_backend.gpu_decoder import GpuDecoder
+    from bench.gpu_decoder import GpuDecoder
 
     names = [
         "suzanne",
@@ -252,7 +240,7 @@ def test_real_models(device, model, tmp_path, name):
         "DamagedHelmet",
         "dragon",
     ]
-    decoder = GpuDecoder(device, "passes", 8, 20)
+    decoder = GpuDecoder(device, "traversal", 8, 20)
     for item in names if name == "all" else [name]:
         gltf_ext.compress(model(f"{item}.glb"), tmp_path / f"{item}.glb")
         for primitive in require_compressed(open_model(tmp_path / f"{item}.glb")):

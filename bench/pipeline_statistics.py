@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from . import vk
-from .device import Device
+from vk_backend import vk
+from vk_backend.device import Device
 
 
 def capture_statistics(device: Device) -> bool:

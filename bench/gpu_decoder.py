@@ -6,69 +6,54 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import bench.compiled_shaders  # noqa: F401  before their structures
 from gltf_ext import _codec
+from vk_backend.constants import CONSTANTS
+from vk_backend.device import Device
+from vk_backend.errors import VulkanError
+from vk_backend.memory import Buffer
+from vk_backend.pipelines import ComputePipeline, Timestamps, push_record
+from vk_backend.reflection import structure
+from vk_backend.scene_buffers import team_bytes
+from vk_backend.slot_layout import PACKED_POSITION_BITS, packed_field
 
-from .constants import CONSTANTS
-from .device import Device
-from .errors import VulkanError
-from .memory import Buffer
-from .pipelines import ComputePipeline, Timestamps, push_record
-from .raster_layout import CONNECTED, DECODE_PUSH, PLACES
-from .scene_buffers import team_bytes
-from .slot_layout import PACKED_POSITION_BITS, packed_field
+PUSH = structure("Push", "bench")
+CONNECTED = structure("Connected", "bench")
+PLACES = structure("Places", "bench")
 
 GROUP = 32  # threads of a workgroup
 PASS_GROUP = 64  # of the passes that use shaders/decoders/passes.glsl
 
-# From here on a thread per meshlet or stream fills the GPU: see `GpuDecoder.passes`. On an H200
-# "passes" so takes 0.234 ms in place of 0.350 for 14,227 meshlets and 0.562 in place of 1.205 for
-# 56,884, but 0.141 in place of 0.136 for 4,381.
-MANY_MESHLETS = 8_000
-# Of few meshlets, threads of connect.comp per meshlet: docs/vulkan.md has the measurement.
-SPREAD = 16
-
 
 @dataclass(frozen=True)
 class Pass:
-    """A dispatch.
-
-    meshlets: of a workgroup; split: there is a workgroup per stream, too; spread: the constant of
-    connect.comp.
-    """
+    """A dispatch. meshlets: of a workgroup; split: there is a row of workgroups per stream."""
 
     shader: str
     meshlets: int
     split: bool = False
-    spread: int = 1
 
 
 CONNECT = Pass("connect.comp", GROUP)
-CORNERS = Pass("corners.comp", PASS_GROUP // 8)
-CHAINS = Pass("chains.comp", PASS_GROUP // 8)
-INTERIOR = Pass("interior.comp", 1)
-# In the order in which they run: for many meshlets of any streams.
+BOUNDARY = (
+    CONNECT,
+    Pass("lengths.comp", PASS_GROUP // 8),
+    Pass("corners.comp", PASS_GROUP // 8, split=True),
+    Pass("chains.comp", PASS_GROUP // 8, split=True),
+)
+# In the order in which they run. `interior` and `traversal` are those of web/webgpu.js.
 METHODS: dict[str, tuple[Pass, ...]] = {
-    "single": (Pass("decode.comp", GROUP),),
-    "team8": (CONNECT, Pass("values8.comp", GROUP // 8)),
-    "team16": (CONNECT, Pass("values16.comp", GROUP // 16)),
-    "team32": (CONNECT, Pass("values32.comp", 1)),
-    "passes": (CONNECT, Pass("lengths.comp", PASS_GROUP // 8), CORNERS, CHAINS, INTERIOR),
+    "serial": (Pass("serial.comp", GROUP),),
+    "team": (CONNECT, Pass("values.comp", 1)),
     "parallel": (Pass("values_parallel.comp", 1),),
-}
-# In their place, for few meshlets,
-FEW = {
-    CONNECT: (Pass("connect.comp", GROUP // SPREAD, spread=SPREAD),),
-    CORNERS: (Pass("corners_split.comp", PASS_GROUP // 8, split=True),),
-}
-# without AFFINE streams,
-PLAIN = {CHAINS: (Pass("chains_split.comp", PASS_GROUP // 8, split=True),)}
-# and for many meshlets without AFFINE streams.
-MANY_PLAIN = {
-    INTERIOR: (
+    "interior": (*BOUNDARY, Pass("interior.comp", 1)),
+    "traversal": (
+        *BOUNDARY,
         Pass("traversal.comp", PASS_GROUP, split=True),
         Pass("geo.comp", PASS_GROUP // 32),
-    )
+    ),
 }
+PACKED = ("interior", "traversal")  # write shaders/decoders/packed_values.glsl's layout
 
 
 @dataclass
@@ -139,23 +124,23 @@ class GpuDecoder:
 
     method: a key of METHODS. streams: of a blob, at most; 64 or fewer. elements: of all streams
     of a blob, at most. Raises VulkanError if memory is short, or if a workgroup's shared memory
-    is too small for a vertex of so many elements ("single" needs none).
+    is too small for a vertex of so many elements (`serial` and `traversal` need none).
     """
 
     def __init__(
-        self, device: Device, method: str = "passes", streams: int = 8, elements: int = 20
+        self, device: Device, method: str = "traversal", streams: int = 8, elements: int = 20
     ):
         if (
-            method != "single"
+            method not in ("serial", "traversal")
             and team_bytes(elements, streams) > device.limits.compute_shared_bytes
         ):
             raise VulkanError(
                 f"{elements} elements per vertex are too many for the decoder {method} on "
                 f"{device.name}",
-                "use the decoder single",
+                "use the decoder serial",
             )
         self.device, self.streams, self.elements = device, streams, elements
-        self._method, self._packs = method, method == "passes"
+        self._method, self._packs = method, method in PACKED
 
     def decode(self, blob: bytes, repeat: int = 1) -> Decoded:
         """Decodes all streams of all meshlets, `repeat` times to time it.
@@ -183,7 +168,7 @@ class GpuDecoder:
         }
         results = {name: Buffer(self.device, size * meshlets) for name, size in sizes.items()}
         data = push_record(
-            DECODE_PUSH,
+            PUSH,
             blob=source.address,
             blob_words=len(blob) // 4,
             meshlets=meshlets,
@@ -191,7 +176,7 @@ class GpuDecoder:
             value_words=value_words,
             **{name: buffer.address for name, buffer in results.items()},
         )
-        milliseconds = self._run(self.passes(blob), data, meshlets, repeat)
+        milliseconds = self._run(data, meshlets, repeat)
         summary = results["summaries"].read()
         integers = results["values"].read().reshape(meshlets, -1)
         result = Decoded(
@@ -208,29 +193,15 @@ class GpuDecoder:
             buffer.free()
         return result
 
-    def passes(self, blob: bytes) -> tuple[Pass, ...]:
-        """What decodes a blob. Its header and tables must have been checked."""
-        many = _codec.Decoder(blob).meshlet_count >= MANY_MESHLETS
-        plain = CONSTANTS["PREDICT_AFFINE"] not in (kind for _, _, kind in _stream_table(blob))
-        replaced = {
-            **({} if many else FEW),
-            **(PLAIN if plain else {}),
-            **(MANY_PLAIN if many and plain else {}),
-        }
-        return tuple(new for step in METHODS[self._method] for new in replaced.get(step, (step,)))
-
     def _pipeline(self, step: Pass) -> ComputePipeline:
         constants = {"MAX_STREAMS": self.streams, "MAX_ELEMENTS": self.elements}
-        if step.spread > 1:
-            constants["SPREAD"] = step.spread
-        return ComputePipeline.of(self.device, step.shader, constants)
+        return ComputePipeline.of(self.device, f"bench:{step.shader}", constants)
 
-    def _run(
-        self, passes: tuple[Pass, ...], data: np.ndarray, meshlets: int, repeat: int
-    ) -> np.ndarray:
+    def _run(self, data: np.ndarray, meshlets: int, repeat: int) -> np.ndarray:
         """float64[repeat]: milliseconds of each run. data: push constants."""
         steps = [
-            (self._pipeline(step), -(-meshlets // step.meshlets), step.split) for step in passes
+            (self._pipeline(step), -(-meshlets // step.meshlets), step.split)
+            for step in METHODS[self._method]
         ]
         times = Timestamps(self.device, repeat + 1)
         with self.device.commands() as commands:

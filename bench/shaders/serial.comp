@@ -6,31 +6,22 @@
 
 layout(local_size_x = 32) in;
 #include "decoders/decode_push.glsl"
-#ifdef WGSL
-// WGSL promises 8 KiB of private variables. The host leaves room behind a meshlet's values.
-#define RESIDUAL(i) VALUE_AT(job_values() + push.value_words - 512u, i)
-#define NORMALS(i) VALUE_AT(job_values() + push.value_words - 256u, i)
-#define TRIANGLE(t) TRIANGLE_AT(job_triangles(), t)
-#define VALUES(i) VALUE_AT(job_values(), i)
-#endif
 #include "decoders/serial_prologue.glsl"
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
 
 void main() {
-  uint m = FIRST_MESHLET + gl_GlobalInvocationID.x;
+  uint m = gl_GlobalInvocationID.x;
   if (m >= push.meshlets) return;
   open_job(m);
   open_blob(job_blob(), job_blob_words());
   load_streams(0u, job_streams());
   decode_meshlet(m);
   SET_SUMMARY(m, error == ERROR_NONE ? triangle_count | vertex_count << 8 : error << 16);
-#ifndef WGSL
   if (error != ERROR_NONE) return;
   ADDRESS packed = job_triangles();
   ADDRESS integers = job_values();
   for (uint t = 0u; t < triangle_count; t++) TRIANGLE_AT(packed, t) = triangles[t];
   for (uint first = 0u; first < push.value_words; first += 64u)
     for (uint v = 0u; v < vertex_count; v++) VALUE_AT(integers, first + v) = values[first + v];
-#endif
 }

@@ -1,12 +1,14 @@
-"""Compiles shaders/ to the SPIR-V that this package ships: python -m vk_backend.build_shaders.
+"""Compiles shaders/ to the SPIR-V of vk_backend and bench: python -m tools.build_shaders
 
 Writes to vk_backend/spirv: a .spv file per module, the digests of their sources (sources.json),
 their structures and constants by name (reflection.json), and the headers that the host reads, too.
-The shaders of measurements, bench/shaders, go to bench/spirv in the same way.
+The modules of measurements go to bench/spirv, which is not committed: bench compiles them if they
+are stale.
 """
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import re
@@ -18,15 +20,13 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from .reflection import OP_DECORATE, Reflection, instructions, reflect, words_of
+from .shader_sources import ROOT, SOURCES, closure, include_folders
+from .spirv import OP_DECORATE, Reflection, instructions, reflect, words_of
 
-ROOT = Path(__file__).resolve().parent.parent
-SOURCES = ROOT / "shaders"
 BENCH_SOURCES = ROOT / "bench" / "shaders"
-INCLUDE_FOLDERS = (SOURCES, ROOT / "codec", BENCH_SOURCES)
 WGSL_ONLY = SOURCES / "web"  # see web/build_wgsl.py
-OUTPUT = Path(__file__).resolve().parent / "spirv"
-BENCH_OUTPUT = ROOT / "bench" / "spirv"
+PACKAGES = ("vk_backend", "bench")  # each has its modules in a folder spirv
+OUTPUT = ROOT / "vk_backend" / "spirv"
 # Copied to the output for vk_backend.constants.
 HEADERS = (
     ROOT / "codec" / "format" / "constants.h",
@@ -34,6 +34,7 @@ HEADERS = (
     SOURCES / "raytrace" / "rt_constants.h",
 )
 MANIFEST = "sources.json"
+LOCK = ROOT / "build" / "shaders.lock"
 REFLECTION = "reflection.json"
 STAGES = {
     ".comp",
@@ -51,39 +52,23 @@ STAGES = {
 # Ray-tracing pipelines that differ only in specialisation constants must compute the same bits.
 # Drivers compile each one anew and may fuse a multiplication and an addition in one of them.
 EXACT_STAGES = {".rgen", ".rint", ".rahit", ".rchit"}
-INCLUDE = re.compile(r'^\s*#include "([^"]+)"', re.MULTILINE)
-# A source may be compiled several times: each NAME=MACRO[,MACRO...] in its lines
-# `// variants: ...` makes spirv/<NAME>.spv.
+# A source may be compiled several times: each [PACKAGE:]NAME=MACRO[,MACRO...] in its lines
+# `// variants: ...` makes PACKAGE/spirv/NAME.spv. Default: the package of its folder.
 VARIANTS = re.compile(r"^// variants: (.*)$", re.MULTILINE)
 
 
-def modules(sources: Path = SOURCES) -> dict[str, tuple[Path, list[str]]]:
-    """Module name -> (source, macros) of all shaders in a folder."""
+def modules(package: str = "vk_backend") -> dict[str, tuple[Path, list[str]]]:
+    """Module name -> (source, macros) of all shaders of a package."""
     found = {}
-    for source in sorted(
-        (p for p in sources.rglob("*") if p.suffix in STAGES and p.parent != WGSL_ONLY),
-        key=lambda p: p.name,
-    ):
-        for item in " ".join(VARIANTS.findall(source.read_text())).split() or [source.name]:
-            name, _, macros = item.partition("=")
-            found[name] = (source, [m for m in macros.split(",") if m])
-    return found
-
-
-def closure(source: Path) -> list[Path]:
-    """A source and all files that it includes, each once.
-
-    Raises RuntimeError if one is missing.
-    """
-    found = [source]
-    for path in found:
-        for name in INCLUDE.findall(path.read_text()):
-            places = [folder / name for folder in INCLUDE_FOLDERS]
-            included = next((place for place in places if place.exists()), None)
-            if included is None:
-                raise RuntimeError(f"{path}: cannot find {name}, which it includes")
-            if included not in found:
-                found.append(included)
+    for folder, default in ((SOURCES, "vk_backend"), (BENCH_SOURCES, "bench")):
+        for source in sorted(folder.rglob("*"), key=lambda p: p.name):
+            if source.suffix not in STAGES or source.parent == WGSL_ONLY:
+                continue
+            for item in " ".join(VARIANTS.findall(source.read_text())).split() or [source.name]:
+                owner, _, variant = item.rpartition(":")
+                name, _, macros = variant.partition("=")
+                if (owner or default) == package:
+                    found[name] = (source, [m for m in macros.split(",") if m])
     return found
 
 
@@ -140,18 +125,17 @@ def exact(code: bytes) -> bytes:
 # --- compiling ---
 
 
-def compile_module(name: str, source: Path, macros: list[str]) -> tuple[bytes, Reflection]:
-    """The SPIR-V of one module, without names, and its reflection.
+def compile_module(output: Path, source: Path, macros: list[str]) -> tuple[bytes, Reflection]:
+    """The SPIR-V of one module, without names, and its reflection. output: a temporary file.
 
     Raises RuntimeError with the compiler's messages.
     """
-    output = OUTPUT / f".{name}.part"
     command = [
         "glslangValidator",
         "-V",
         "--target-env",
         "vulkan1.3",
-        *(f"-I{folder}" for folder in INCLUDE_FOLDERS),
+        *(f"-I{folder}" for folder in include_folders()),
         "-o",
         str(output),
         str(source),
@@ -200,55 +184,69 @@ def read_reflections(merged: dict[str, Any]) -> dict[str, Reflection]:
     }
 
 
-def build(sources: Path, output: Path, force: bool = False) -> list[str]:
-    """Compiles the modules of a folder that changed and deletes those without a source.
-
-    Returns the names of the compiled modules.
-    """
-    output.mkdir(exist_ok=True)
-    manifest, reflection_file = output / MANIFEST, output / REFLECTION
+def stale_modules(package: str) -> list[str]:
+    """The modules of a package whose SPIR-V is missing or older than its sources."""
+    output = ROOT / package / "spirv"
+    manifest = output / MANIFEST
     known = json.loads(manifest.read_text()) if manifest.exists() else {}
-    reflections = (
-        read_reflections(json.loads(reflection_file.read_text()))
-        if reflection_file.exists()
-        else {}
-    )
-    wanted = modules(sources)
-    digests = {name: digest(*made_from) for name, made_from in wanted.items()}
-    stale = [
-        n
-        for n in wanted
-        if force
-        or known.get(n) != digests[n]
-        or n not in reflections
-        or not (output / f"{n}.spv").exists()
+    return [
+        name
+        for name, made_from in modules(package).items()
+        if known.get(name) != digest(*made_from) or not (output / f"{name}.spv").exists()
     ]
-    with ThreadPoolExecutor() as pool:
-        for name, (code, reflection) in zip(
-            stale, pool.map(lambda n: compile_module(n, *wanted[n]), stale)
-        ):
-            (output / f"{name}.spv").write_bytes(code)
-            reflections[name] = reflection
-    for path in output.glob("*.spv"):
-        if path.name.removesuffix(".spv") not in wanted:
-            path.unlink()
-    merged = merge_reflections({name: reflections[name] for name in wanted})
-    reflection_file.write_text(json.dumps(merged, indent=1, sort_keys=True) + "\n")
-    manifest.write_text(json.dumps(digests, indent=1, sort_keys=True) + "\n")
-    return stale
+
+
+def build(package: str, force: bool = False) -> list[str]:
+    """Compiles the modules of a package that changed and deletes those without a source.
+
+    Returns the names of the compiled modules. Raises RuntimeError if a program is missing, and with
+    the compiler's messages.
+    """
+    output = ROOT / package / "spirv"
+    output.mkdir(exist_ok=True)
+    LOCK.parent.mkdir(exist_ok=True)
+    with LOCK.open("w") as lock:  # tests may compile the modules of bench at the same time
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        wanted = modules(package)
+        stale = list(wanted) if force else stale_modules(package)
+        if stale:
+            _require_programs()
+        reflection_file = output / REFLECTION
+        reflections = (
+            read_reflections(json.loads(reflection_file.read_text()))
+            if reflection_file.exists()
+            else {}
+        )
+        with ThreadPoolExecutor() as pool:
+            compiled = pool.map(lambda n: compile_module(output / f".{n}.part", *wanted[n]), stale)
+            for name, (code, reflection) in zip(stale, compiled):
+                (output / f"{name}.spv").write_bytes(code)
+                reflections[name] = reflection
+        for path in output.glob("*.spv"):
+            if path.name.removesuffix(".spv") not in wanted:
+                path.unlink()
+        merged = merge_reflections({name: reflections[name] for name in wanted})
+        digests = {name: digest(*made_from) for name, made_from in wanted.items()}
+        for file, content in ((reflection_file, merged), (output / MANIFEST, digests)):
+            text = json.dumps(content, indent=1, sort_keys=True) + "\n"
+            if not file.exists() or file.read_text() != text:
+                file.write_text(text)
+        return stale
+
+
+def _require_programs() -> None:
+    for tool, package in (("glslangValidator", "glslang-tools"), ("spirv-opt", "spirv-tools")):
+        if not shutil.which(tool):
+            raise RuntimeError(f"{tool} is not installed (Debian: apt install {package})")
 
 
 def main() -> int:
-    for tool, package in (("glslangValidator", "glslang-tools"), ("spirv-opt", "spirv-tools")):
-        if not shutil.which(tool):
-            sys.exit(f"build_shaders: {tool} is not installed (Debian: apt install {package})")
-    for sources, output in ((SOURCES, OUTPUT), (BENCH_SOURCES, BENCH_OUTPUT)):
+    for package in PACKAGES:
         try:
-            names = build(sources, output, "--force" in sys.argv[1:])
+            names = build(package, "--force" in sys.argv[1:])
         except RuntimeError as error:
             sys.exit(f"build_shaders: {error}")
-        folder = output.relative_to(ROOT)
-        print(f"{folder}: {len(names)} of {len(modules(sources))} modules compiled")
+        print(f"{package}/spirv: {len(names)} of {len(modules(package))} modules compiled")
     for header in HEADERS:
         (OUTPUT / header.name).write_bytes(header.read_bytes())
     return 0
