@@ -8,6 +8,7 @@
 
 #include "segment/half_edges.h"
 #include "segment/meshlet_list.h"
+#include "segment/region_growing.h"
 #include "segment/spatial_mesh.h"
 
 namespace meshlet {
@@ -15,10 +16,6 @@ namespace meshlet {
 // How much time goes into small files. kFast and kNormal shift the borders of regions, kHigh grows
 // regions anew in each round, as the paper.
 enum class Effort { kFast, kNormal, kHigh };
-
-// The weight that orders the attachment of triangles to regions: equation (1) of the paper, with
-// its penalty C(F) for full regions, or without, as in Choe et al.
-enum class Weight { kPaper, kChoe };
 
 struct GenerationOptions {
   int max_triangles = 64;  // per meshlet, 1..64

@@ -3,10 +3,13 @@
 
 #include <cstdint>
 
-#include "segment/generate_meshlets.h"
 #include "segment/patch.h"
 
 namespace meshlet {
+
+// The weight that orders the attachment of triangles to regions: equation (1) of the paper, with
+// its penalty C(F) for full regions, or without, as in Choe et al.
+enum class Weight { kPaper, kChoe };
 
 struct GrowthOptions {
   float mean_size;  // F_a: mean triangles per region; sets the number of centres

@@ -41,8 +41,6 @@ INCLUDES = {
 INCLUDE_FOLDERS = ("codec", "mitsuba_plugin/src", "shaders", "web")
 # Circles that are about to go.
 PENDING = {
-    ("bench.meshlet_formats", "bench.size"),
-    ("codec/segment/region_growing", "codec/segment/generate_meshlets"),
     ("mitsuba_plugin/src/python_api", "mitsuba_plugin/src/model"),
 }
 
