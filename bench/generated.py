@@ -12,7 +12,7 @@ import numpy as np
 import trimesh
 
 from gltf_meshlet.demo import model as demo_model
-from gltf_meshlet.demo.model import Part
+from gltf_meshlet.demo.model import Primitive
 
 # File names and descriptions of the models that `write_generated` makes.
 GENERATED = {
@@ -41,7 +41,7 @@ def write_generated(folder: Path) -> list[Path]:
     return [folder / f"{name}.glb" for name in GENERATED]
 
 
-def torus(triangles: int) -> Part:
+def torus(triangles: int) -> Primitive:
     """A closed torus of about so many triangles (at least 64), with normals and texcoords.
 
     Vertices are duplicated along the two circles where the texture coordinates wrap around.
@@ -62,7 +62,7 @@ def torus(triangles: int) -> Part:
     )
     corners = np.arange((along + 1) * (around + 1), dtype=np.uint32).reshape(along + 1, around + 1)
     wrapped = wrapped.ravel()
-    return Part(
+    return Primitive(
         "torus",
         "torus",
         (0.6, 0.6, 0.6),
@@ -75,7 +75,7 @@ def torus(triangles: int) -> Part:
     )
 
 
-def boxes(count: int) -> Part:
+def boxes(count: int) -> Primitive:
     """Boxes of random size and place; each has 12 triangles and 24 vertices, 4 per side."""
     random = np.random.default_rng(3)
     square = ((-1, -1), (1, -1), (1, 1), (-1, 1))
@@ -94,7 +94,7 @@ def boxes(count: int) -> Part:
     positions = (place + corners * size).reshape(-1, 3)
     texcoords = np.tile(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), (6 * count, 1))
     triangles = (box + 24 * np.arange(count)[:, None, None]).reshape(-1, 3)
-    return Part(
+    return Primitive(
         "boxes",
         "boxes",
         (0.6, 0.6, 0.6),

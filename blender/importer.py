@@ -49,8 +49,8 @@ def _decode(gltf):
         arrays = decoded.pop(place)
         primitive.indices = _add_accessor(gltf, primitive.indices, arrays.indices.reshape(-1, 1))
         gltf.data.accessors[primitive.indices].component_type = UNSIGNED_INT
-        groups = [primitive.attributes, *(primitive.targets or [])]
-        for names, values in zip(groups, [arrays.attributes, *arrays.targets], strict=True):
+        sets = [primitive.attributes, *(primitive.targets or [])]
+        for names, values in zip(sets, arrays.sets, strict=True):
             for name, accessor in names.items():
                 names[name] = _add_accessor(gltf, accessor, values[name])
 

@@ -31,11 +31,11 @@ def decode_into_accessors(context: dict[str, Any]) -> None:
     blob = bytes(context["views"][extension["bufferView"]])
     streams = [Stream.from_row(row) for row in _codec.Decoder(blob).streams]
     triangles, values = _codec.decode_values(blob)
-    groups = [
+    sets = [
         (extension["attributes"], primitive["attributes"]),
         *zip(extension.get("targets", []), primitive.get("targets", [])),
     ]
-    for first_streams, indices in groups:
+    for first_streams, indices in sets:
         for name, first in first_streams.items():
             placeholder = accessors[indices[name]]
             components = math.prod(placeholder.shape[1:])

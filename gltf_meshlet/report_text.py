@@ -122,7 +122,7 @@ def _inspect_rows(report: Report) -> list[tuple[str, str]]:
         ("compressed", f"{totals['compressed_bytes']:,} bytes"),
         ("ratio", f"{totals['ratio']:.2f}"),
         ("bits per triangle", f"{bits['total']:.3f}"),
-        *((f"  {label}", f"{value:.3f}") for label, value in labelled_parts(bits)),
+        *((f"  {label}", f"{value:.3f}") for label, value in labelled_bits(bits)),
         ("symbols", ", ".join(symbols)),
         *(("fallback", f"{count:,} bytes in {name}") for name, count in fallback),
     ]
@@ -152,14 +152,14 @@ def _lod_lines(lod: Report) -> list[str]:
     ]
 
 
-def labelled_parts(bits_per_triangle: dict[str, float]) -> list[tuple[str, float]]:
-    """(label, bits) of each part that takes any."""
-    from gltf_ext.commands.inspect import PART_LABELS
+def labelled_bits(bits_per_triangle: dict[str, float]) -> list[tuple[str, float]]:
+    """(label, bits) of each category that takes any."""
+    from gltf_ext.commands.inspect import CATEGORY_LABELS
 
     return [
-        (label, bits_per_triangle[part])
-        for part, label in PART_LABELS.items()
-        if bits_per_triangle[part]
+        (label, bits_per_triangle[category])
+        for category, label in CATEGORY_LABELS.items()
+        if bits_per_triangle[category]
     ]
 
 

@@ -1,4 +1,4 @@
-"""`gltf-meshlet view`: shows a model in the browser, or exports the page that does."""
+"""`gltf-meshlet view`: shows a model in the browser, or exports the web page that does."""
 
 from __future__ import annotations
 
@@ -85,21 +85,21 @@ def _check_folder(folder: Path) -> None:
 def export(model: Model, folder: Path) -> None:
     """Writes the page and the model into a new folder: all of it or nothing. Raises OSError."""
     described = {"server": False, "models": [model.described(MODEL_FOLDER)]}
-    part = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.absolute().parent))
+    unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.absolute().parent))
     try:
-        (part / MODEL_FOLDER).mkdir()
+        (unfinished / MODEL_FOLDER).mkdir()
         for name, path in page_files().items():
-            shutil.copyfile(path, part / name)
+            shutil.copyfile(path, unfinished / name)
         for name, path in model.files().items():
-            shutil.copyfile(path, part / MODEL_FOLDER / name)
-        (part / MODELS).write_text(json.dumps(described, indent=2) + "\n")
-        part.chmod(0o755)  # mkdtemp's is for its user only; a web server may be another
-        os.rename(part, folder)
+            shutil.copyfile(path, unfinished / MODEL_FOLDER / name)
+        (unfinished / MODELS).write_text(json.dumps(described, indent=2) + "\n")
+        unfinished.chmod(0o755)  # mkdtemp's is for its user only; a web server may be another
+        os.rename(unfinished, folder)
     except OSError as error:
         error.filename = error.filename and str(folder)
         raise
     finally:
-        shutil.rmtree(part, ignore_errors=True)
+        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def _serve(model: Model, folder: Path, options: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""The models that the page of `gltf-meshlet view` shows, as files that a browser can read.
+"""The models that the web page of `gltf-meshlet view` shows, as files that a browser can read.
 
 The page reads models.json: {"server": whether it may send files to compress, "models": [...]},
 each model as `Model.described` gives it.

@@ -41,7 +41,7 @@ def markdown_block() -> str:
     ]
     for option in OPTIONS:
         flag = f"`{option.flag} {option.metavar or ''}".rstrip() + "`" if option.flag else ""
-        values = option.range or ", ".join(f"`{choice}`" for choice in option.choices)
+        values = option.limits_text or ", ".join(f"`{choice}`" for choice in option.choices)
         cells = (flag, f"`{option.name}`", option.help, values, option.default)
         rows.append(f"| {' | '.join(cells)} |")
     return "\n".join(rows) + "\n"

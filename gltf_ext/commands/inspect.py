@@ -16,9 +16,9 @@ from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
 
 INDEX_BYTES_PER_TRIANGLE = 12
-PART_OF = {"POSITION": "positions", "NORMAL": "normals", "TEXCOORD": "texcoords"}
-# The parts of a blob, as people read them.
-PART_LABELS = {
+CATEGORY_OF = {"POSITION": "positions", "NORMAL": "normals", "TEXCOORD": "texcoords"}
+# The categories of bits, as people read them.
+CATEGORY_LABELS = {
     "connectivity": "connectivity",
     "references_and_headers": "references and headers",
     "positions": "positions",
@@ -38,7 +38,7 @@ SUMMED = (
     "json_bytes",
 )
 # Counts that the report does not show.
-INTERNAL = ("part_bits", "symbol_counts", "blob_bytes", "json_bytes")
+INTERNAL = ("category_bits", "symbol_counts", "blob_bytes", "json_bytes")
 
 Statistics = Mapping[str, Any]  # of a view, as _codec.describe gives them
 
@@ -50,13 +50,13 @@ def inspect(path: str | os.PathLike[str]) -> dict[str, Any]:
         file, file_bytes.
         totals: primitives that share a buffer view count once.
             triangles, vertices (decoded), source_vertices (after welding), meshlets.
-            blobs: parts that decode alone: one for each primitive, or its pages.
-            components: connected components of the meshlets' triangles.
+            blobs: one for each primitive, or its pages.
+            components: disks: connected components of the meshlets' triangles.
             raw_bytes: source vertices at the accessors' component sizes, and 12 per triangle.
             compressed_bytes: the extension's buffer views and JSON objects.
             ratio: raw_bytes / compressed_bytes.
             mean_triangles_per_meshlet.
-            bits_per_triangle: of each part, and "total".
+            bits_per_triangle: of each category of bits, and "total".
             symbols: shares of C, L, E, R and S.
         fallback_files: name -> bytes of each file of plain buffers for other readers.
         primitives: the same as totals for each, with mesh, primitive, name and attributes: bits
@@ -129,13 +129,13 @@ def _place(compressed: Compressed) -> dict[str, Any]:
 def _describe(compressed: Compressed, statistics: Statistics) -> dict[str, Any]:
     """The counts of one primitive."""
     all_bits = statistics["bits"]
-    part_bits = Counter(
+    category_bits = Counter(
         connectivity=all_bits["connectivity"], references_and_headers=all_bits["references"]
     )
     attributes, vertex_bytes = {}, 0
     for name, indices, (dtype, components) in compressed.named_streams:
         bits = sum(all_bits["streams"][s] for s in indices)
-        part_bits[PART_OF.get(semantic(name), "other")] += bits
+        category_bits[CATEGORY_OF.get(semantic(name), "other")] += bits
         vertex_bytes += dtype.itemsize * components
         streams = [compressed.streams[s] for s in indices]
         attributes[name] = {
@@ -154,7 +154,7 @@ def _describe(compressed: Compressed, statistics: Statistics) -> dict[str, Any]:
         "blob_bytes": len(compressed.blob),
         "json_bytes": compressed.json_bytes,
         "attributes": attributes,
-        "part_bits": part_bits,
+        "category_bits": category_bits,
         "symbol_counts": statistics["symbols"],
     }
 
@@ -163,7 +163,7 @@ def _figures(described: dict[str, Any]) -> dict[str, Any]:
     """Ratios and shares from the counts of one primitive, or of all together."""
     triangles = described["triangles"]
     compressed = described["blob_bytes"] + described["json_bytes"]
-    bits = {part: described["part_bits"][part] for part in PART_LABELS}
+    bits = {name: described["category_bits"][name] for name in CATEGORY_LABELS}
     bits["references_and_headers"] += 8 * described["json_bytes"]
     symbols = described["symbol_counts"]
     symbol_total = max(sum(symbols.values()), 1)
@@ -172,7 +172,7 @@ def _figures(described: dict[str, Any]) -> dict[str, Any]:
         "ratio": described["raw_bytes"] / compressed,
         "mean_triangles_per_meshlet": triangles / described["meshlets"],
         "bits_per_triangle": {
-            **{part: b / triangles for part, b in bits.items()},
+            **{category: b / triangles for category, b in bits.items()},
             "total": 8 * compressed / triangles,
         },
         "symbols": {symbol: count / symbol_total for symbol, count in symbols.items()},
@@ -181,7 +181,7 @@ def _figures(described: dict[str, Any]) -> dict[str, Any]:
 
 def _totals(described: list[dict[str, Any]]) -> dict[str, Any]:
     summed: dict[str, Any] = {name: sum(d[name] for d in described) for name in SUMMED}
-    for name in ("part_bits", "symbol_counts"):
+    for name in ("category_bits", "symbol_counts"):
         counts: Counter[str] = Counter()
         for d in described:
             counts.update(d[name])

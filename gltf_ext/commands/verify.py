@@ -260,13 +260,13 @@ def _match(source: Primitive, compressed: Compressed) -> tuple[int, int, int, np
     with malformed_from(compressed.where):
         triangles, decoded = _codec.decode(compressed.blob)
     quantised = [
-        part
+        columns
         for name, values, streams in _with_streams(source, compressed)
-        for part in quantise_like(name, values, streams, source.attributes)
+        for columns in quantise_like(name, values, streams, source.attributes)
     ]
     order = [s for _, indices, _ in compressed.named_streams for s in indices]
     count = source.vertex_count
-    elements = sum(part.shape[1] for part in quantised)
+    elements = sum(columns.shape[1] for columns in quantised)
     # Source vertices, then decoded ones: equal rows get one id.
     rows = np.empty((count + compressed.vertex_count, elements), np.uint32)
     start = 0
@@ -327,18 +327,20 @@ def _errors(
     errors.compared = True
     start = 0
     for stream in streams:
-        part = slice(start, start + stream.width)
+        columns = slice(start, start + stream.width)
         start += stream.width
         if stream.kind == OCT:
-            _add_directions(errors, source[:, part], result[:, part], stream)
+            _add_directions(errors, source[:, columns], result[:, columns], stream)
         elif stream.kind == SIGN:
-            is_equal = (source[:, part] >= 0.0) == (result[:, part] > 0.0)
+            is_equal = (source[:, columns] >= 0.0) == (result[:, columns] > 0.0)
             errors.add(np.empty(0), 0.0 if is_equal.all() else math.inf)
         elif stream.kind == GRID:
-            _add_grid(errors, source[:, part], result[:, part], stream, name)
+            _add_grid(errors, source[:, columns], result[:, columns], stream, name)
         else:
             with np.errstate(invalid="ignore"):  # of two infinite values
-                distances = np.nan_to_num(np.abs(source[:, part] - result[:, part]).max(axis=1))
+                distances = np.nan_to_num(
+                    np.abs(source[:, columns] - result[:, columns]).max(axis=1)
+                )
             errors.add(distances, math.inf if distances.any() else 0.0)
     return errors
 

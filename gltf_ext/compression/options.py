@@ -60,11 +60,11 @@ class Option:
     def text(self) -> str:
         """The help with limits and default."""
         default = f"default {self.default}" if self.default else ""
-        details = ", ".join(part for part in (self.range, default) if part)
+        details = ", ".join(text for text in (self.limits_text, default) if text)
         return f"{self.help} ({details})" if details else self.help
 
     @property
-    def range(self) -> str:
+    def limits_text(self) -> str:
         """The limits in words; empty for none."""
         if not self.limits:
             return ""
@@ -79,7 +79,7 @@ class Option:
         elif self.limits:
             low, high = self.limits
             if not self._is_number(value) or not low <= value <= high:
-                remedy = f"use {self.range}"
+                remedy = f"use {self.limits_text}"
         elif self.type is not bool and not (self._is_number(value) and 0 < value <= LARGEST_NUMBER):
             remedy = f"use a number above 0 and up to {LARGEST_NUMBER:g}"
         if remedy:

@@ -172,22 +172,22 @@ def _exact(name: str, values: np.ndarray) -> Quantised:
     return _fit_bits(name, Stream(GRID, values.shape[1], 1, 1.0, low), values)
 
 
-def _own_range(values: np.ndarray, bits: int) -> Stream:
+def _own_grid(values: np.ndarray, bits: int) -> Stream:
     low, high = bounds(values)
     step = _step(float(np.max(high.astype(np.float64) - low)), bits)
     return Stream(GRID, values.shape[1], bits, step, tuple(float(v) for v in low))
 
 
-def _unit_range(values: np.ndarray, bits: int, full_scale: float) -> Stream:
-    """[0, full_scale] in 2^bits - 1 steps; the values' own range when they leave it."""
+def _unit_grid(values: np.ndarray, bits: int, full_scale: float) -> Stream:
+    """[0, full_scale] in 2^bits - 1 steps; the values' own grid when they leave it."""
     if values.min() < 0.0 or values.max() > full_scale:
-        return _own_range(values, bits)
+        return _own_grid(values, bits)
     components = values.shape[1]
     step = float(np.float32(full_scale / (2**bits - 1)))
     return Stream(GRID, components, bits, step, (0.0,) * components)
 
 
-def _delta_range(name: str, values: np.ndarray, step: float) -> Stream:
+def _delta_grid(name: str, values: np.ndarray, step: float) -> Stream:
     """A grid on which zero decodes to exactly zero: -offset is a power of two times the step."""
     lowest, highest = (np.rint(v.astype(np.float64) / step) for v in bounds(values))
     below = [2 ** int(-k - 1).bit_length() if k < 0 else 0 for k in lowest]
@@ -283,7 +283,7 @@ def quantised_weights(sets: list[np.ndarray], bits: int) -> list[np.ndarray]:
     result[sums_to_one] = floor + (rank < missing[:, None])
     splits = np.cumsum([s.shape[1] for s in sets])[:-1]
     integers = result.astype(np.int64).astype(np.uint32)
-    return [np.ascontiguousarray(part) for part in np.split(integers, splits, axis=1)]
+    return [np.ascontiguousarray(columns) for columns in np.split(integers, splits, axis=1)]
 
 
 # --- planning, quantising and decoding whole primitives ---
@@ -349,9 +349,9 @@ def _attribute_streams(
 ) -> list[Quantised]:
     kind, is_float, width = semantic(name), values.dtype.kind == "f", values.shape[1]
     if kind == "COLOR" and values.dtype == np.uint16:
-        stream = _unit_range(values, bits.color, np.iinfo(np.uint16).max)
+        stream = _unit_grid(values, bits.color, np.iinfo(np.uint16).max)
     elif not is_float:
-        return _chunks(values, lambda part: _exact(name, part))
+        return _chunks(values, lambda columns: _exact(name, columns))
     elif name == "POSITION":
         assert grid is not None  # the caller has one for float positions
         return [_fit_bits(name, Stream(GRID, 3, 1, grid.step, grid.offset), values)]
@@ -359,12 +359,12 @@ def _attribute_streams(
         streams = [Stream(OCT, 2, bits.normal), Stream(SIGN, 1, 1)][: width - 2]
         return list(zip(streams, quantise_like(name, values, streams, attributes)))
     elif kind == "TEXCOORD":
-        stream = _own_range(values, bits.texcoord)
+        stream = _own_grid(values, bits.texcoord)
     elif kind in ("COLOR", "WEIGHTS"):
-        stream = _unit_range(values, bits.color if kind == "COLOR" else bits.weight, 1.0)
+        stream = _unit_grid(values, bits.color if kind == "COLOR" else bits.weight, 1.0)
     else:
         return _chunks(
-            values, lambda part: (Stream(FLOAT32, part.shape[1], 32), ordered_bits(part))
+            values, lambda columns: (Stream(FLOAT32, columns.shape[1], 32), ordered_bits(columns))
         )
     return [(stream, quantise_like(name, values, [stream], attributes)[0])]
 
@@ -381,14 +381,16 @@ def _target_streams(
     name: str, values: np.ndarray, grid: Grid | None, bits: Bits
 ) -> list[Quantised]:
     if values.dtype.kind != "f":
-        return _chunks(values, lambda part: _exact(name, part))
+        return _chunks(values, lambda columns: _exact(name, columns))
     if name == "POSITION" and grid is not None:
         step = grid.step
     else:
         low, high = bounds(values)
         extent = np.max(high.astype(np.float64) - low)
         step = _step(float(extent), bits.of(semantic(name)))
-    return _chunks(values, lambda part: _fit_bits(name, _delta_range(name, part, step), part))
+    return _chunks(
+        values, lambda columns: _fit_bits(name, _delta_grid(name, columns, step), columns)
+    )
 
 
 def _weights(name: str, stream: Stream, attributes: dict[str, np.ndarray]) -> np.ndarray | None:
@@ -412,19 +414,21 @@ def quantise_like(
     """
     result, c = [], 0
     for stream in streams:
-        part = values[:, c : c + stream.width]
+        columns = values[:, c : c + stream.width]
         if stream.kind == OCT:
-            result.append(octahedral(part, stream.bits))
+            result.append(octahedral(columns, stream.bits))
         elif stream.kind == SIGN:
-            result.append((part >= 0.0).astype(np.uint32))
+            result.append((columns >= 0.0).astype(np.uint32))
         elif stream.kind == INTEGER:
-            result.append(part.astype(np.uint32))
+            result.append(columns.astype(np.uint32))
         elif stream.kind == FLOAT32:
-            result.append(ordered_bits(part))
+            result.append(ordered_bits(columns))
         else:
             weights = _weights(name, stream, attributes)
             result.append(
-                grid_values(part, stream) if weights is None else weights[:, c : c + stream.width]
+                grid_values(columns, stream)
+                if weights is None
+                else weights[:, c : c + stream.width]
             )
         c += stream.width
     return result
@@ -465,12 +469,12 @@ def streams_of(first: int, components: int, streams: list[Stream]) -> range:
     return range(first, index)
 
 
-def to_accessor(parts: list[np.ndarray], dtype: np.dtype) -> np.ndarray:
+def to_accessor(columns: list[np.ndarray], dtype: np.dtype) -> np.ndarray:
     """Dequantised streams side by side in the accessor's component type.
 
     Returns [V, components], C-contiguous.
     """
-    values = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+    values = columns[0] if len(columns) == 1 else np.concatenate(columns, axis=1)
     if dtype.kind != "f" and values.dtype.kind == "f":
         limits = np.iinfo(dtype)
         values = np.clip(np.rint(values), limits.min, limits.max)

@@ -72,7 +72,7 @@ class ErrorMeter:
         replaced group the first place in `numbers`.
         """
         stays = ~is_replaced[self._group]
-        vertices, group, triangle = (part[is_replaced[self._next[1]]] for part in self._next)
+        vertices, group, triangle = (column[is_replaced[self._next[1]]] for column in self._next)
         self._samples = np.concatenate([self._samples[stays], vertices])
         self._on = np.concatenate([self._on[stays], numbers[first[group] + triangle]])
-        self._next = [part[:0] for part in self._next]
+        self._next = [column[:0] for column in self._next]

@@ -1,4 +1,4 @@
-"""The parts of inspect and verify that concern levels of detail."""
+"""Reports of inspect and verify on levels of detail."""
 
 from __future__ import annotations
 

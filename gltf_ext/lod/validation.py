@@ -1,4 +1,4 @@
-"""The part of validate that concerns levels of detail."""
+"""Checks levels of detail for validate."""
 
 from __future__ import annotations
 

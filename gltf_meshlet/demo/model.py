@@ -1,7 +1,7 @@
 """The demo's model, generated: the same on every run and machine, and nothing to download.
 
 Five primitives in three meshes, chosen to exercise a codec: a ridged torus knot (smooth, with
-wrap-around uv seams), a displaced sphere unfolded into a six-part atlas, a gear (hard edges
+wrap-around uv seams), a displaced sphere unfolded into an atlas of six islands, a gear (hard edges
 everywhere), and a turned plinth with its inlay. Units are metres, y is up.
 """
 
@@ -17,7 +17,7 @@ from gltf_ext.files import write_files
 
 
 @dataclass(frozen=True)
-class Part:
+class Primitive:
     """One glTF primitive with its material.
 
     Attributes:
@@ -40,19 +40,19 @@ class Part:
     triangles: np.ndarray
 
 
-# (positions, normals, texcoords, triangles), as Part has them.
+# (positions, normals, texcoords, triangles), as Primitive has them.
 Shape = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
-def generate() -> list[Part]:
-    """The five parts; the parts of a mesh are neighbours."""
+def generate() -> list[Primitive]:
+    """The five primitives; those of a mesh are neighbours."""
     brass, ceramic, steel = (0.80, 0.55, 0.25), (0.16, 0.42, 0.60), (0.55, 0.57, 0.60)
     return [
-        Part("knot", "sculpture", brass, 1.0, 0.35, *_knot()),
-        Part("planet", "sculpture", ceramic, 0.0, 0.5, *_planet()),
-        Part("gear", "gear", steel, 1.0, 0.45, *_gear()),
-        Part("plinth", "base", (0.72, 0.68, 0.62), 0.0, 0.8, *_plinth()),
-        Part("inlay", "base", (0.35, 0.12, 0.10), 0.0, 0.6, *_inlay()),
+        Primitive("knot", "sculpture", brass, 1.0, 0.35, *_knot()),
+        Primitive("planet", "sculpture", ceramic, 0.0, 0.5, *_planet()),
+        Primitive("gear", "gear", steel, 1.0, 0.45, *_gear()),
+        Primitive("plinth", "base", (0.72, 0.68, 0.62), 0.0, 0.8, *_plinth()),
+        Primitive("inlay", "base", (0.35, 0.12, 0.10), 0.0, 0.6, *_inlay()),
     ]
 
 
@@ -75,7 +75,7 @@ def _knot(along: int = 480, around: int = 32) -> Shape:
     )
     wrapped = (np.arange(along + 1) % along)[:, None] * around + np.arange(around + 1) % around
     standing = tube.reshape(-1, 3)[:, [0, 2, 1]] * [0.5, 0.5, -0.5] + [0, 0.78, 0]
-    return _smooth_part(standing, wrapped, _unit_grid(along, around))
+    return _smooth(standing, wrapped, _unit_grid(along, around))
 
 
 def _knot_curve(t: np.ndarray) -> np.ndarray:
@@ -105,7 +105,7 @@ def _planet(cells: int = 36) -> Shape:
     side_uv = _unit_grid(cells, cells)
     islands = [(side_uv * 0.31 + [0.01 + 0.333 * (k % 3), 0.01 + 0.5 * (k // 3)]) for k in range(6)]
     vertices = index.reshape(6, cells + 1, cells + 1)
-    return _smooth_part(points, vertices, np.concatenate(islands))
+    return _smooth(points, vertices, np.concatenate(islands))
 
 
 def _gear(teeth: int = 18, rings: int = 6) -> Shape:
@@ -222,8 +222,8 @@ def _lathe(start: np.ndarray, end: np.ndarray, around: int) -> Shape:
 # --- building blocks ---
 
 
-def _smooth_part(points: np.ndarray, grids: np.ndarray, texcoords: np.ndarray) -> Shape:
-    """A part with normals averaged across seams. grids: [..., n, m] indices into the points."""
+def _smooth(points: np.ndarray, grids: np.ndarray, texcoords: np.ndarray) -> Shape:
+    """A surface with normals averaged across seams. grids: [..., n, m] indices into the points."""
     grids = grids.reshape(-1, *grids.shape[-2:])
     corners = np.arange(grids.size).reshape(grids.shape)
     triangles = np.concatenate([_quads(grid) for grid in corners])
@@ -307,37 +307,37 @@ def _rotation(axis: int, angle: float) -> np.ndarray:
 # --- file ---
 
 
-def write_glb(parts: list[Part], path: str | Path) -> None:
-    """Writes parts as a .glb: 32-bit indices, one node per mesh, one material per part."""
+def write_glb(primitives: list[Primitive], path: str | Path) -> None:
+    """Writes a .glb: 32-bit indices, one node per mesh, one material per primitive."""
     gltf = pygltflib.GLTF2(scene=0, scenes=[pygltflib.Scene(nodes=[])])
     blob = bytearray()
     meshes: dict[str, pygltflib.Mesh] = {}
-    for part in parts:
-        if part.mesh not in meshes:
-            meshes[part.mesh] = pygltflib.Mesh(name=part.mesh)
-            gltf.nodes.append(pygltflib.Node(name=part.mesh, mesh=len(gltf.meshes)))
-            gltf.meshes.append(meshes[part.mesh])
+    for primitive in primitives:
+        if primitive.mesh not in meshes:
+            meshes[primitive.mesh] = pygltflib.Mesh(name=primitive.mesh)
+            gltf.nodes.append(pygltflib.Node(name=primitive.mesh, mesh=len(gltf.meshes)))
+            gltf.meshes.append(meshes[primitive.mesh])
             gltf.scenes[0].nodes.append(len(gltf.nodes) - 1)
         attributes = pygltflib.Attributes(
-            POSITION=_accessor(gltf, blob, part.positions, bounds=True),
-            NORMAL=_accessor(gltf, blob, part.normals),
-            TEXCOORD_0=_accessor(gltf, blob, part.texcoords),
+            POSITION=_accessor(gltf, blob, primitive.positions, bounds=True),
+            NORMAL=_accessor(gltf, blob, primitive.normals),
+            TEXCOORD_0=_accessor(gltf, blob, primitive.texcoords),
         )
-        meshes[part.mesh].primitives.append(
+        meshes[primitive.mesh].primitives.append(
             pygltflib.Primitive(
                 attributes=attributes,
-                indices=_accessor(gltf, blob, part.triangles.reshape(-1, 1)),
+                indices=_accessor(gltf, blob, primitive.triangles.reshape(-1, 1)),
                 material=len(gltf.materials),
                 mode=pygltflib.TRIANGLES,
             )
         )
         gltf.materials.append(
             pygltflib.Material(
-                name=part.name,
+                name=primitive.name,
                 pbrMetallicRoughness=pygltflib.PbrMetallicRoughness(
-                    baseColorFactor=[*part.color, 1.0],
-                    metallicFactor=part.metallic,
-                    roughnessFactor=part.roughness,
+                    baseColorFactor=[*primitive.color, 1.0],
+                    metallicFactor=primitive.metallic,
+                    roughnessFactor=primitive.roughness,
                 ),
             )
         )

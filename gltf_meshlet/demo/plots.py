@@ -1,4 +1,4 @@
-"""Pictures of a compressed model: meshlets, original beside decompressed, sizes of the parts.
+"""Pictures of a compressed model: meshlets, original beside decompressed, shares of the bits.
 
 Needs matplotlib (the "demo" extra).
 """
@@ -16,11 +16,11 @@ matplotlib.use("Agg")
 from matplotlib import pyplot
 from PIL import Image
 
-from gltf_ext.commands.inspect import PART_LABELS
+from gltf_ext.commands.inspect import CATEGORY_LABELS
 from gltf_ext.files import write_files
 from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
 
-PART_COLORS = {
+CATEGORY_COLORS = {
     "connectivity": "#4477aa",
     "references_and_headers": "#66ccee",
     "positions": "#228833",
@@ -87,7 +87,7 @@ def _draw_difference(figure: Any, axis: Any, before: np.ndarray, after: np.ndarr
 
 
 def save_size_breakdown(path: str | Path, name: str, totals: dict[str, Any]) -> None:
-    """Writes a PNG of the raw and the compressed size, and of the parts of the latter.
+    """Writes a PNG of the raw and the compressed size, and of the bits of the latter.
 
     totals: inspect's "totals" (raw_bytes, compressed_bytes, ratio, bits_per_triangle).
     """
@@ -105,14 +105,21 @@ def save_size_breakdown(path: str | Path, name: str, totals: dict[str, Any]) -> 
     whole.set_xlabel("MB")
     whole.margins(x=0.12)
     start = 0.0
-    for part, color in PART_COLORS.items():
-        if bits[part]:
+    for category, color in CATEGORY_COLORS.items():
+        if bits[category]:
             split.barh(
-                [0], [bits[part]], left=start, color=color, height=0.6, label=PART_LABELS[part]
+                [0],
+                [bits[category]],
+                left=start,
+                color=color,
+                height=0.6,
+                label=CATEGORY_LABELS[category],
             )
-            if bits[part] > 0.04 * bits["total"]:
-                split.text(start + bits[part] / 2, 0, f"{bits[part]:.1f}", ha="center", va="center")
-            start += bits[part]
+            if bits[category] > 0.04 * bits["total"]:
+                split.text(
+                    start + bits[category] / 2, 0, f"{bits[category]:.1f}", ha="center", va="center"
+                )
+            start += bits[category]
     split.set_yticks([])
     split.set_xlim(0, bits["total"])
     split.set_xlabel("bits per triangle")

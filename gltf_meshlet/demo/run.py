@@ -51,8 +51,8 @@ def run(options: argparse.Namespace) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     names = ("original", "compressed", "decompressed")
     files = Files(*(folder / f"{name}.glb" for name in names))
-    parts = demo_model.generate()
-    demo_model.write_glb(parts, files.original)
+    primitives = demo_model.generate()
+    demo_model.write_glb(primitives, files.original)
     seconds: dict[str, float] = {}
 
     def timed(name: str, run: Callable[[], Report]) -> Report:
@@ -70,14 +70,14 @@ def run(options: argparse.Namespace) -> int:
     print(f"verified: {verify_text(verified)}")
     print("seconds:", ", ".join(f"{name} {value:.2f}" for name, value in seconds.items()))
     saved = [f"{name}.glb" for name in names]
-    saved += _save_pictures(folder, parts, files, inspected["totals"])
+    saved += _save_pictures(folder, primitives, files, inspected["totals"])
     saved += _save_renders(folder, files, inspected["totals"])
     print(f"\nsaved in {folder}: {', '.join(saved)}")
     return 0 if verified["ok"] else 1
 
 
 def _save_pictures(
-    folder: Path, parts: list[demo_model.Part], files: Files, totals: Report
+    folder: Path, primitives: list[demo_model.Primitive], files: Files, totals: Report
 ) -> list[str]:
     """Saves the pictures that need matplotlib, if it is there; returns the names of the files."""
     try:
@@ -85,7 +85,7 @@ def _save_pictures(
     except ImportError as error:
         print(f"no pictures: {error.name} is missing; pip install matplotlib")
         return []
-    colors = [part.color for part in parts]
+    colors = [primitive.color for primitive in primitives]
     before, after = (_mesh(path, colors) for path in (files.original, files.decompressed))
     meshlets = _meshlet_numbers(files.compressed)
     colored = Mesh(

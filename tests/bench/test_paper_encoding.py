@@ -45,7 +45,7 @@ def source_soup(part: peers.Part) -> list:
     return sorted(soup)
 
 
-def parts_from_demo(parts: list[demo_model.Part], tmp_path) -> list[peers.Part]:
+def parts_from_demo(parts: list[demo_model.Primitive], tmp_path) -> list[peers.Part]:
     demo_model.write_glb(parts, tmp_path / "model.glb")
     return peers.read_parts(tmp_path / "model.glb")
 

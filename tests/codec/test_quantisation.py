@@ -73,7 +73,7 @@ def test_ordered_bits_are_lossless_and_ordered():
 )
 def test_zero_deltas_stay_zero(values, step):
     values[::2] = 0
-    stream, quantised = a._fit_bits("POSITION", a._delta_range("POSITION", values, step), values)
+    stream, quantised = a._fit_bits("POSITION", a._delta_grid("POSITION", values, step), values)
     assert (a.dequantise(quantised, stream)[::2] == 0).all()
     assert np.abs(a.dequantise(quantised, stream) - values).max() <= 0.5 * step * (1 + 1e-6) + 1e-5
 

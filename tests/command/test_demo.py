@@ -15,39 +15,45 @@ from tests.helpers.mitsuba_reference import require
 
 
 @pytest.fixture(scope="module")
-def parts():
+def primitives():
     return demo_model.generate()
 
 
-def test_model_has_what_a_codec_must_survive(parts):
-    assert sum(len(part.triangles) for part in parts) > 50_000
-    assert len({part.mesh for part in parts}) == 3 and len(parts) == 5
-    for part in parts:
-        assert part.triangles.max() == len(part.positions) - 1
-        assert np.allclose(np.linalg.norm(part.normals, axis=1), 1, atol=1e-6)
-        assert part.texcoords.min() >= 0 and part.texcoords.max() <= 1
-        points = len(np.unique(part.positions, axis=0))
-        assert points < len(part.positions), f"{part.name} has no seam"
+def test_model_has_what_a_codec_must_survive(primitives):
+    assert sum(len(primitive.triangles) for primitive in primitives) > 50_000
+    assert len({primitive.mesh for primitive in primitives}) == 3 and len(primitives) == 5
+    for primitive in primitives:
+        assert primitive.triangles.max() == len(primitive.positions) - 1
+        assert np.allclose(np.linalg.norm(primitive.normals, axis=1), 1, atol=1e-6)
+        assert primitive.texcoords.min() >= 0 and primitive.texcoords.max() <= 1
+        points = len(np.unique(primitive.positions, axis=0))
+        assert points < len(primitive.positions), f"{primitive.name} has no seam"
 
 
-def test_model_faces_outwards(parts):
-    for part in parts:
-        a, b, c = (part.positions[part.triangles[:, k]].astype(float) for k in range(3))
+def test_model_faces_outwards(primitives):
+    for primitive in primitives:
+        a, b, c = (primitive.positions[primitive.triangles[:, k]].astype(float) for k in range(3))
         face = np.cross(b - a, c - a)
-        assert np.all(np.linalg.norm(face, axis=1) > 0), f"{part.name} has a degenerate triangle"
-        assert np.all(np.sum(face * part.normals[part.triangles[:, 0]], axis=1) > 0), part.name
+        assert np.all(np.linalg.norm(face, axis=1) > 0), (
+            f"{primitive.name} has a degenerate triangle"
+        )
+        assert np.all(np.sum(face * primitive.normals[primitive.triangles[:, 0]], axis=1) > 0), (
+            primitive.name
+        )
 
 
 @pytest.mark.parametrize("name", ["knot", "planet", "gear"])
-def test_solid_parts_are_closed_by_position(parts, name):
-    part = next(part for part in parts if part.name == name)
-    corners = np.unique(part.positions, axis=0, return_inverse=True)[1].reshape(-1)[part.triangles]
+def test_solid_primitives_are_closed_by_position(primitives, name):
+    primitive = next(primitive for primitive in primitives if primitive.name == name)
+    corners = np.unique(primitive.positions, axis=0, return_inverse=True)[1].reshape(-1)[
+        primitive.triangles
+    ]
     edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
     assert np.all(np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)[1] == 2)
 
 
-def test_model_is_the_same_every_time(parts, tmp_path):
-    demo_model.write_glb(parts, tmp_path / "a.glb")
+def test_model_is_the_same_every_time(primitives, tmp_path):
+    demo_model.write_glb(primitives, tmp_path / "a.glb")
     demo_model.write_glb(demo_model.generate(), tmp_path / "b.glb")
     assert (tmp_path / "a.glb").read_bytes() == (tmp_path / "b.glb").read_bytes()
 
@@ -87,18 +93,20 @@ def test_demo_runs_and_saves(tmp_path, capsys, monkeypatch):
         "size.png",
     }
     totals = gltf_ext.inspect(tmp_path / "out" / "compressed.glb")["totals"]
-    assert totals["triangles"] == sum(len(part.triangles) for part in demo_model.generate())
+    assert totals["triangles"] == sum(
+        len(primitive.triangles) for primitive in demo_model.generate()
+    )
     assert totals["ratio"] > 5
     assert not list((tmp_path / "out").glob(".*")), "nothing half-written"
     for name in ("meshlets.png", "comparison.png", "size.png"):
         assert 5_000 < (tmp_path / "out" / name).stat().st_size < 400_000
 
 
-def test_demo_renders_the_compressed_file_like_the_original(tmp_path, parts, monkeypatch):
+def test_demo_renders_the_compressed_file_like_the_original(tmp_path, primitives, monkeypatch):
     require("scalar_rgb")
     monkeypatch.setattr(demo, "RENDERED", (64, 48, 16))
     original, compressed = tmp_path / "original.glb", tmp_path / "compressed.glb"
-    demo_model.write_glb(parts, original)
+    demo_model.write_glb(primitives, original)
     gltf_ext.compress(original, compressed)
     files = demo.Files(original, compressed, tmp_path / "none.glb")
     names = demo._save_renders(tmp_path, files, gltf_ext.inspect(compressed)["totals"])

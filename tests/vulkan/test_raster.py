@@ -269,7 +269,7 @@ def test_slots_hold_attributes_of_more_than_64_bits(renderer, tmp_path, monkeypa
     def wide(name, values, *rest):
         if name == "POSITION":
             return usual(name, values, *rest)
-        stream = attributes._own_range(values, bits)
+        stream = attributes._own_grid(values, bits)
         if bits < 32:
             return [(stream, attributes.grid_values(values, stream))]
         return [
