@@ -1,4 +1,4 @@
-"""The paper's encoding: encoder and decoder. `python -m bench paper` measures it.
+"""The paper's encoding. `python -m bench paper` measures it; its tests decode it.
 
 A model is cut into meshlets of one edge-connected disk each. Runs of vertices between the same two
 meshlets (or one and nothing) are boundaries and stored once, both ends included, so that a corner
@@ -79,20 +79,6 @@ class BitWriter:
         return bytes(self._bytes) + self._pending.to_bytes((self._count + 7) // 8, "little")
 
 
-class BitReader:
-    """Reads what a BitWriter wrote, from any bit on."""
-
-    def __init__(self, data: bytes, position: int):
-        self._data, self.position = data, position
-
-    def read(self, width: int) -> int:
-        start, stop = self.position, self.position + width
-        self.position = stop
-        return int.from_bytes(self._data[start >> 3 : stop + 7 >> 3], "little") >> (start & 7) & (
-            (1 << width) - 1
-        )
-
-
 def zigzag(difference: int, bits: int) -> int:
     """A difference modulo 2^bits -> 0, 1, 2, 3, ... for 0, -1, 1, -2, ..."""
     half = 1 << bits - 1
@@ -146,53 +132,6 @@ def clers(
                 rest.append(border[middle:])
                 del border[middle + 1 :]
     return "".join(symbols), interior
-
-
-def unfold(symbols: str) -> tuple[list[tuple[int, int, int]], list[tuple[int, int]], int]:
-    """The inverse of `clers`: (triangles, (vertex, end of its gate) per C, length of the loop).
-
-    Ids are the loop's, 0 being where the first gate starts, and after them the interior vertices in
-    order.
-    """
-    length = border_length(symbols, 0)
-    triangles, interior = [], []
-    rest = [[*range(1, length), 0]]
-    t = 0
-    while rest:
-        border = rest.pop()
-        symbol = ""
-        while symbol != "E":
-            symbol, a, b = symbols[t], border[-1], border[0]
-            t += 1
-            if symbol == "C":
-                v = length + len(interior)
-                interior.append((v, b))
-                border.append(v)
-            elif symbol == "S":
-                middle = border_length(symbols, t) - 1
-                v = border[middle]
-                rest.append(border[middle:])
-                del border[middle + 1 :]
-            else:
-                v = border[-2] if symbol == "L" else border[1]
-                del border[-1 if symbol == "L" else 0]
-            triangles.append((a, b, v))
-    return triangles, interior, length
-
-
-def border_length(symbols: str, begin: int) -> int:
-    """Counts the edges around the part that symbol `begin` starts.
-
-    E closes three, R and L close one, C opens one, S doubles one.
-    """
-    length, open_parts = 0, 1
-    for t in range(begin, len(symbols)):
-        symbol = symbols[t]
-        length += {"E": 3, "R": 1, "L": 1, "C": -1, "S": -1}[symbol]
-        open_parts += (symbol == "S") - (symbol == "E")
-        if not open_parts:
-            return length
-    raise ValueError("the symbols lack an E")
 
 
 # --- meshlets and boundaries ---
@@ -539,138 +478,3 @@ def write_difference(stream: BitWriter, difference: list[int], n: int, m: int) -
     for u in difference:
         if u >> m:
             stream.write(u >> m, n - m)
-
-
-# --- decoding ---
-
-
-@dataclass
-class DecodedMeshlet:
-    """triangles: local ids; vertices: (x, y, z, packed other attributes) per local id."""
-
-    triangles: list[tuple[int, int, int]]
-    vertices: list[tuple[int, ...]]
-
-
-def decode(data: bytes) -> list[list[DecodedMeshlet]]:
-    """Every meshlet of every part, from the file alone."""
-    magic, n, m, normal_bits, texcoord_bits, part_count, table_bytes = HEADER.unpack_from(data)
-    if magic != MAGIC:
-        raise ValueError(f"the file does not start with {MAGIC.decode()}")
-    parts, at, stream_start = [], HEADER.size, 8 * (HEADER.size + table_bytes)
-    for _ in range(part_count):
-        kinds, meshlets, references, boundaries, origin = PART.unpack_from(data, at)
-        words = np.frombuffer(
-            data, "<u4", MESHLET_WORDS * meshlets + references + boundaries + 1, at + PART.size
-        ).tolist()
-        at += PART.size + 4 * len(words)
-        part = _PartReader(
-            data,
-            stream_start + origin,
-            n,
-            m,
-            2 * normal_bits * (kinds & 1) + texcoord_bits * (kinds & 2),
-        )
-        part.read_tables(words, meshlets, references)
-        parts.append([part.meshlet(i) for i in range(meshlets)])
-    return parts
-
-
-class _PartReader:
-    """Decodes single meshlets of a part; reads only their own bits and their boundaries'."""
-
-    def __init__(self, data: bytes, origin: int, n: int, m: int, attribute_bits: int):
-        self.data, self.origin, self.n, self.m, self.attribute_bits = (
-            data,
-            origin,
-            n,
-            m,
-            attribute_bits,
-        )
-
-    def read_tables(self, words: list[int], meshlets: int, references: int) -> None:
-        split = MESHLET_WORDS * meshlets
-        self.meshlets = [words[i : i + MESHLET_WORDS] for i in range(0, split, MESHLET_WORDS)]
-        self.references, self.boundaries = (
-            words[split : split + references],
-            words[split + references :],
-        )
-
-    def meshlet(self, index: int) -> DecodedMeshlet:
-        symbols_start, interior_start, first, triangle_count = self.meshlets[index]
-        stop = (
-            self.meshlets[index + 1][2] if index + 1 < len(self.meshlets) else len(self.references)
-        )
-        symbols = self._symbols(symbols_start, triangle_count)
-        triangles, interior, length = unfold(symbols)
-        vertices = [
-            v for reference in self.references[first:stop] for v in self._boundary(reference)[:-1]
-        ]
-        if len(vertices) != length:
-            raise ValueError(
-                f"meshlet {index}: its boundaries have {len(vertices)} edges instead of {length}"
-            )
-        reader = BitReader(self.data, self.origin + interior_start)
-        for _, gate_end in interior:
-            vertices.append(self._moved(reader, vertices[gate_end]))
-        return DecodedMeshlet(triangles, vertices)
-
-    def _symbols(self, start: int, count: int) -> str:
-        reader, symbols = BitReader(self.data, self.origin + start), ""
-        for _ in range(count):
-            code = reader.read(2)
-            symbols += "CRE"[code] if code < 3 else "LS"[reader.read(1)]
-        return symbols
-
-    def _boundary(self, reference: int) -> list[tuple[int, ...]]:
-        """The vertices along a reference, both ends included."""
-        boundary, backwards = reference >> 1, reference & 1
-        reader = BitReader(self.data, self.origin + self.boundaries[boundary])
-        stop = self.origin + self.boundaries[boundary + 1]
-        run, last = [self._end(reader)], self._end(reader)
-        while reader.position < stop:
-            run.append(self._moved(reader, run[-1]))
-        run.append(last)
-        return run[::-1] if backwards else run
-
-    def _end(self, reader: BitReader) -> tuple[int, ...]:
-        return (*(reader.read(self.n) for _ in range(3)), reader.read(self.attribute_bits))
-
-    def _moved(self, reader: BitReader, base: tuple[int, ...]) -> tuple[int, ...]:
-        difference = read_difference(reader, self.n, self.m)
-        position = ((x + unzigzag(u)) % (1 << self.n) for x, u in zip(base, difference))
-        return (*position, reader.read(self.attribute_bits))
-
-
-def read_difference(reader: BitReader, n: int, m: int) -> list[int]:
-    """The inverse of `write_difference`."""
-    flags = [m < n and reader.read(1) for _ in range(3)]
-    low = [reader.read(m) for _ in range(3)]
-    return [u | reader.read(n - m) << m if flag else u for flag, u in zip(flags, low)]
-
-
-def soup(mesh: Mesh) -> list[tuple]:
-    """A mesh's triangles as sorted triples of vertices (x, y, z, packed other attributes).
-
-    Each triple starts with its smallest vertex, so that soups compare.
-    """
-    corners = [(*position, packed) for position, packed in zip(mesh.positions, mesh.attributes)]
-    return sorted(
-        _rotated([corners[disk.vertices[v]] for v in t])
-        for disk in mesh.disks
-        for t in disk.triangles
-    )
-
-
-def decoded_soup(meshlets: list[DecodedMeshlet]) -> list[tuple]:
-    """The same of what was decoded."""
-    return sorted(
-        _rotated([meshlet.vertices[v] for v in t])
-        for meshlet in meshlets
-        for t in meshlet.triangles
-    )
-
-
-def _rotated(triangle: list) -> tuple:
-    a, b, c = triangle
-    return min((a, b, c), (b, c, a), (c, a, b))

@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 from collections import Counter
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from bench.common import (
     markdown_table,
     origin_line,
     progress,
+    table,
 )
 from bench.generated import GENERATED, write_generated
 from bench.models import OTHER_MODELS, PAPER_MODELS, real_models
@@ -30,7 +32,7 @@ from spec.reference_decoder import BitReader, BlobFile, Meshlet
 
 OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
 OURS, PAPER = "ours", "the paper's encoding"
-PARTS = {
+KINDS = {
     "connectivity": "connectivity",
     "references_and_headers": "references",
     "positions": "positions",
@@ -54,6 +56,7 @@ TABLES = "headers and tables"  # of blobs and groups, with heads of meshlets, en
 SECTIONS = (*FIELDS, TABLES)
 # These must be unpacked before they are drawn: on the GPU they take as much as the raw model.
 UNPACKED = ("Draco", "Corto")
+Cell = Callable[[dict], str]  # of a model's row
 
 
 # --- measurements ---
@@ -196,60 +199,52 @@ def names_of(result: dict) -> list[str]:
 
 def ratios(result: dict, key: str, names: list[str]) -> str:
     """How many times smaller than raw; the best of each row is bold."""
-    return markdown_table(
-        ["model", *names],
+    rows = [
         [
-            [
-                row["model"],
-                *best_in_bold([row["codecs"].get(name, {}).get(key) for name in names], ".2f"),
-            ]
-            for row in result["models"]
-        ],
-    )
+            row["model"],
+            *best_in_bold((row["codecs"].get(name, {}).get(key) for name in names), ".2f"),
+        ]
+        for row in result["models"]
+    ]
+    return markdown_table(["model", *names], rows)
 
 
 def byte_table(result: dict, key: str, names: list[str]) -> str:
-    return markdown_table(
-        ["model", "triangles", "vertices", "raw", *names],
-        [
-            [
-                row["model"],
-                f"{row['triangles']:,}",
-                f"{row['source_vertices']:,}",
-                f"{row['raw_bytes']:,}",
-                *(
-                    f"{row['codecs'][name][key]:,}" if name in row["codecs"] else ""
-                    for name in names
-                ),
-            ]
-            for row in result["models"]
-        ],
-    )
+    def count(of: str) -> Cell:
+        return lambda row: f"{row[of]:,}"
+
+    def size(name: str) -> Cell:
+        return lambda row: f"{row['codecs'][name][key]:,}" if name in row["codecs"] else ""
+
+    columns = {
+        "model": lambda row: row["model"],
+        "triangles": count("triangles"),
+        "vertices": count("source_vertices"),
+        "raw": count("raw_bytes"),
+        **{name: size(name) for name in names},
+    }
+    return table(result["models"], columns)
 
 
-def part_table(rows: list[dict]) -> str:
-    return markdown_table(
-        ["model", "triangles per meshlet", *SECTIONS, "all"],
-        [
-            [
-                row["model"],
-                f"{row['mean_triangles_per_meshlet']:.1f}",
-                *(f"{row['sections'][section]:.2f}" for section in SECTIONS),
-                f"{row['bits_per_triangle']['total']:.2f}",
-            ]
-            for row in rows
-        ],
-    )
+def section_table(rows: list[dict]) -> str:
+    def bits(section: str) -> Cell:
+        return lambda row: f"{row['sections'][section]:.2f}"
+
+    columns = {
+        "model": lambda row: row["model"],
+        "triangles per meshlet": lambda row: f"{row['mean_triangles_per_meshlet']:.1f}",
+        **{section: bits(section) for section in SECTIONS},
+        "all": lambda row: f"{row['bits_per_triangle']['total']:.2f}",
+    }
+    return table(rows, columns)
 
 
 def attribute_table(rows: list[dict]) -> str:
-    return markdown_table(
-        ["model", *PARTS.values()],
-        [
-            [row["model"], *(f"{row['bits_per_triangle'][part]:.2f}" for part in PARTS)]
-            for row in rows
-        ],
-    )
+    def bits(kind: str) -> Cell:
+        return lambda row: f"{row['bits_per_triangle'][kind]:.2f}"
+
+    kinds = {heading: bits(kind) for kind, heading in KINDS.items()}
+    return table(rows, {"model": lambda row: row["model"], **kinds})
 
 
 def smaller_than_ours(result: dict, key: str, names: list[str]) -> str:
@@ -267,23 +262,6 @@ def smaller_than_ours(result: dict, key: str, names: list[str]) -> str:
                 + (", ".join(models) if len(models) <= 4 else f"{len(models)} {of_all}")
             )
     return "; ".join(found) or "none"
-
-
-def short_table(rows: list[dict]) -> str:
-    return markdown_table(
-        ["model", "triangles", "raw", "compressed", "ratio", "bits per triangle"],
-        [
-            [
-                row["model"],
-                f"{row['triangles']:,}",
-                f"{row['raw_bytes'] / 1e6:.2f} MB",
-                f"{row['compressed_bytes'] / 1e6:.2f} MB",
-                f"{row['ratio']:.2f}",
-                f"{row['bits_per_triangle']['total']:.1f}",
-            ]
-            for row in rows
-        ],
-    )
 
 
 def report(result: dict) -> str:
@@ -354,7 +332,7 @@ Bits per triangle, by section of the format. Anchors are vertices where boundari
 boundary vertices between them, interior all others. Headers and tables are those of blobs and of
 groups of 32 meshlets, the heads and entries of meshlets, padding, and the extension's JSON.
 
-{part_table(result["models"])}
+{section_table(result["models"])}
 The same by kind of data:
 
 {attribute_table(result["models"])}
@@ -378,4 +356,12 @@ def write_documents(result: dict) -> list[Path]:
 
 def summary(result: dict) -> str:
     """The table to print."""
-    return short_table(result["models"])
+    columns = {
+        "model": lambda row: row["model"],
+        "triangles": lambda row: f"{row['triangles']:,}",
+        "raw": lambda row: f"{row['raw_bytes'] / 1e6:.2f} MB",
+        "compressed": lambda row: f"{row['compressed_bytes'] / 1e6:.2f} MB",
+        "ratio": lambda row: f"{row['ratio']:.2f}",
+        "bits per triangle": lambda row: f"{row['bits_per_triangle']['total']:.1f}",
+    }
+    return table(result["models"], columns)
