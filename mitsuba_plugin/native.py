@@ -18,22 +18,6 @@ PLUGIN = "meshlet_edgebreaker"
 NO_STREAM = 2**32 - 1
 
 
-class AttributeRow(ctypes.Structure):
-    """python_api.cpp's AttributeRow."""
-
-    _fields_ = [
-        ("name", ctypes.c_char * 96),
-        ("stream", ctypes.c_uint32),
-        ("stored", ctypes.c_uint32),
-        ("skipped", ctypes.c_uint32),
-        ("components", ctypes.c_uint32),
-        ("scale", ctypes.c_float),
-        ("lowest", ctypes.c_float),
-        ("highest", ctypes.c_float),
-        ("integer", ctypes.c_uint32),
-    ]
-
-
 class SelectionRow(ctypes.Structure):
     """python_api.h's Selection."""
 
@@ -101,7 +85,7 @@ def load() -> ctypes.CDLL:
         ctypes.c_void_p,
         ctypes.c_uint32,
         ctypes.POINTER(ctypes.c_float),
-        ctypes.POINTER(AttributeRow),
+        ctypes.POINTER(reader.Attribute),
         ctypes.c_uint32,
         ctypes.POINTER(ctypes.c_uint32),
         ctypes.c_uint32,
@@ -121,41 +105,45 @@ def load() -> ctypes.CDLL:
 
 
 def _read(filename: bytes, selection: Any, request: int) -> None:
-    """Adds the parts of a file to a request. The library calls it from any thread."""
+    """Adds the blobs of a file to a request. The library calls it from any thread."""
     try:
         row = selection.contents
         to_world = np.vstack([np.reshape(row.to_world, (3, 4)), [0.0, 0.0, 0.0, 1.0]])
-        parts = reader.read_parts(
+        blobs = reader.read_blobs(
             filename.decode(),
             None if row.mesh < 0 else row.mesh,
             None if row.primitive < 0 else row.primitive,
             _lod_view(row),
             to_world,
         )
-        blobs: dict[int, int] = {}
-        names = sorted({name for part in parts for name in part.others})
+        numbers: dict[int, int] = {}
+        names = sorted({name for placed in blobs for name in placed.others})
         widths = {
-            name: max(part.others[name].components for part in parts if name in part.others)
+            name: max(placed.others[name].components for placed in blobs if name in placed.others)
             for name in names
         }
-        for part in parts:
-            if id(part.blob) not in blobs:
-                blobs[id(part.blob)] = library.meshlet_add_blob(request, part.blob, len(part.blob))
-            rows = [_row(attribute) for attribute in (part.position, part.normal, part.texcoord)]
-            rows += [_row(part.others.get(name), name, widths[name]) for name in names]
-            matrix = (ctypes.c_float * 12)(*part.matrix[:3].ravel())
-            chosen = (ctypes.c_uint32 * len(part.chosen))(*part.chosen)
+        for placed in blobs:
+            if id(placed.blob) not in numbers:
+                numbers[id(placed.blob)] = library.meshlet_add_blob(
+                    request, placed.blob, len(placed.blob)
+                )
+            rows = [
+                _row(attribute) for attribute in (placed.position, placed.normal, placed.texcoord)
+            ]
+            rows += [_row(placed.others.get(name), name, widths[name]) for name in names]
+            matrix = (ctypes.c_float * 12)(*placed.matrix[:3].ravel())
+            chosen = (ctypes.c_uint32 * len(placed.chosen))(*placed.chosen)
             library.meshlet_add_primitive(
                 request,
-                blobs[id(part.blob)],
+                numbers[id(placed.blob)],
                 matrix,
-                (AttributeRow * len(rows))(*rows),
+                (reader.Attribute * len(rows))(*rows),
                 len(rows),
                 chosen,
                 len(chosen),
             )
     except Exception as error:  # exceptions must not reach the native code
-        library.meshlet_fail(request, f"{error}".encode() or repr(error).encode())
+        library.meshlet_fail(request, f"{error}".encode(errors="replace") or repr(error).encode())
 
 
 def _lod_view(row: SelectionRow) -> LodView | None:
@@ -169,20 +157,12 @@ def _lod_view(row: SelectionRow) -> LodView | None:
 _reader = READER(_read)  # kept alive: the library holds only a pointer
 
 
-def _row(attribute: reader.Attribute | None, name: str = "", components: int = 0) -> AttributeRow:
+def _row(attribute: reader.Attribute | None, name: str = "", components: int = 0) -> Any:
     """An attribute for the library; NO_STREAM if there is none, or one of another width."""
-    if attribute is None or (components and attribute.components != components):
-        return AttributeRow(name.encode(), NO_STREAM, components, 0, components, 1.0, 0.0, 0.0, 0)
-    return AttributeRow(
-        attribute.name.encode(),
-        attribute.stream,
-        attribute.stored,
-        attribute.skipped,
-        attribute.components,
-        attribute.scale,
-        attribute.lowest,
-        attribute.highest,
-        attribute.integer,
+    if attribute is not None and components in (0, attribute.components):
+        return attribute
+    return reader.Attribute(
+        name.encode(errors="replace"), NO_STREAM, components, 0, components, 1.0
     )
 
 

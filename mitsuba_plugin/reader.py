@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
+import ctypes
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from gltf_ext.compression.extension import (
-    EXTENSION,
-    read_compressed,
-    require_compressed,
-)
+from gltf_ext.compression.extension import EXTENSION, read_compressed, require_compressed
 from gltf_ext.errors import MeshletError
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.importers import open_model
@@ -31,28 +28,29 @@ OWN_PLACE = ("POSITION", "NORMAL", "TEXCOORD_0", "TANGENT")
 UNUSED = ("JOINTS_", "WEIGHTS_")
 
 
-@dataclass
-class Attribute:
-    """An attribute in a blob, as primitive.h's struct.
+class Attribute(ctypes.Structure):
+    """An attribute in a blob: python_api.cpp's AttributeRow.
 
     stream: the first of its streams; stored: components in the blob; components: those used,
     after the first `skipped`. Integers are rounded to [lowest, highest]; then all values are
     multiplied by the scale.
     """
 
-    name: str
-    stream: int
-    stored: int
-    skipped: int
-    components: int
-    scale: float = 1.0
-    lowest: float = 0.0
-    highest: float = 0.0
-    integer: bool = False
+    _fields_ = [
+        ("name", ctypes.c_char * (MAX_NAME + 1)),
+        ("stream", ctypes.c_uint32),
+        ("stored", ctypes.c_uint32),
+        ("skipped", ctypes.c_uint32),
+        ("components", ctypes.c_uint32),
+        ("scale", ctypes.c_float),
+        ("lowest", ctypes.c_float),
+        ("highest", ctypes.c_float),
+        ("integer", ctypes.c_uint32),
+    ]
 
 
 @dataclass
-class Part:
+class PlacedBlob:
     """One blob of a compressed primitive in its place.
 
     others: further attributes by Mitsuba's names; matrix: float64[4, 4], object to shape; chosen:
@@ -63,8 +61,8 @@ class Part:
     position: Attribute
     normal: Attribute | None
     texcoord: Attribute | None
-    others: dict[str, Attribute] = field(default_factory=dict)
-    matrix: np.ndarray = field(default_factory=lambda: np.eye(4))
+    others: dict[str, Attribute]
+    matrix: np.ndarray
     chosen: list[int] = field(default_factory=list)
 
 
@@ -93,13 +91,13 @@ def _open(path: str) -> Document:
     return open_model(path)
 
 
-def read_parts(
+def read_blobs(
     path: str,
     mesh: int | None,
     primitive: int | None,
     lod: LodView | None = None,
     to_world: np.ndarray | None = None,
-) -> list[Part]:
+) -> list[PlacedBlob]:
     """The compressed primitives that the shape's parameters name: at least one.
 
     mesh, primitive: indices in the document; None for all. lod: the camera in the world that
@@ -113,7 +111,7 @@ def read_parts(
             raise MeshletError(
                 "primitive is given without mesh", "give both, or neither for the whole file"
             )
-        return _parts_of_scene(document, lod, to_world)
+        return _blobs_of_scene(document, lod, to_world)
     if not 0 <= mesh < len(document.meshes):
         raise MeshletError(f"mesh {mesh} does not exist", f"there are {len(document.meshes)}")
     primitives = document.meshes[mesh].primitives
@@ -122,35 +120,37 @@ def read_parts(
             f"mesh {mesh} primitive {primitive} does not exist", f"there are {len(primitives)}"
         )
     numbers = range(len(primitives)) if primitive is None else [primitive]
-    parts = [
-        part
+    blobs = [
+        blob
         for p in numbers
         if is_compressed(document, mesh, p)
-        for part in Source(document, mesh, p).parts(np.eye(4), lod, to_world)
+        for blob in Source(document, mesh, p).placed(np.eye(4), lod, to_world)
     ]
-    if not parts:
+    if not blobs:
         raise MeshletError(
             f"mesh {mesh} has no primitive with {EXTENSION} there",
             "compress it first: gltf-meshlet compress IN OUT.glb",
         )
-    return parts
+    return blobs
 
 
-def _parts_of_scene(document: Document, lod: LodView | None, to_world: np.ndarray) -> list[Part]:
+def _blobs_of_scene(
+    document: Document, lod: LodView | None, to_world: np.ndarray
+) -> list[PlacedBlob]:
     require_compressed(document)
     known: dict[tuple[int, int], Source] = {}
-    parts: list[Part] = []
+    blobs: list[PlacedBlob] = []
     for placed in read_scene(document).primitives:
         place = placed.mesh, placed.primitive
         if is_compressed(document, *place):
             if place not in known:
                 known[place] = Source(document, *place)
-            parts += known[place].parts(placed.matrix, lod, to_world @ placed.matrix)
-    if not parts:
+            blobs += known[place].placed(placed.matrix, lod, to_world @ placed.matrix)
+    if not blobs:
         raise MeshletError(
             "no node of its scene shows a compressed primitive", "give mesh and primitive"
         )
-    return parts
+    return blobs
 
 
 def is_compressed(document: Document, mesh: int, primitive: int) -> bool:
@@ -165,30 +165,33 @@ class Source:
         self._compressed = read_compressed(document, mesh, primitive)
         self._document = document
         self._pages: dict[int, bytes] = {}
+        self._blobs = self._compressed.blobs
         source = document.meshes[mesh].primitives[primitive]
-        found = {
-            name: _attribute(name, stream, value_format(document, source, name))
-            for name, (stream, _) in self._compressed.attributes.items()
-        }
-        others: dict[str, Attribute] = {}
-        for name, attribute in found.items():
-            if name not in OWN_PLACE and not name.startswith(UNUSED):
-                others.update(_as_mesh_attributes(name, attribute))
         texcoord = f"TEXCOORD_{read_material(document, source.material).texcoord}"
-        self._attributes = (found["POSITION"], found.get("NORMAL"), found.get(texcoord), others)
+        own: dict[str, Attribute] = {}
+        others: dict[str, Attribute] = {}
+        for name, (stream, _) in self._compressed.attributes.items():
+            form = value_format(document, source, name)
+            if name in ("POSITION", "NORMAL", texcoord):
+                own[name] = _attribute(name, stream, form, 0, form.components)
+            if name not in OWN_PLACE and not name.startswith(UNUSED):
+                others.update(_as_mesh_attributes(name, stream, form))
+        self._attributes = (own["POSITION"], own.get("NORMAL"), own.get(texcoord), others)
 
     @cached_property
     def levels(self) -> LodPrimitive | None:
         """None without levels."""
         return read_lod(self._document, self._compressed)
 
-    def parts(self, matrix: np.ndarray, lod: LodView | None, to_world: np.ndarray) -> list[Part]:
-        """A part for each blob to show, in order; to_world: from the primitive to the camera."""
+    def placed(
+        self, matrix: np.ndarray, lod: LodView | None, to_world: np.ndarray
+    ) -> list[PlacedBlob]:
+        """The blobs to show, in order; to_world: from the primitive to the camera."""
         if lod is None or self.levels is None:
-            return [Part(blob, *self._attributes, matrix) for blob in self._blobs]
+            return [PlacedBlob(blob, *self._attributes, matrix) for blob in self._blobs]
         cut = lod.cut(self.levels, to_world)
         return [
-            Part(
+            PlacedBlob(
                 self._page(page),
                 *self._attributes,
                 matrix,
@@ -196,10 +199,6 @@ class Source:
             )
             for page in cut.pages.tolist()
         ]
-
-    @cached_property
-    def _blobs(self) -> list[bytes]:
-        return self._compressed.blobs
 
     def _page(self, number: int) -> bytes:
         """The same object for each place, so that the shape keeps it once."""
@@ -209,41 +208,35 @@ class Source:
         return self._pages[number]
 
 
-def _attribute(name: str, stream: int, form: ValueFormat) -> Attribute:
-    lowest, highest = form.limits
+def _attribute(
+    name: str, stream: int, form: ValueFormat, skipped: int, components: int
+) -> Attribute:
     return Attribute(
-        name,
+        name.encode(errors="replace"),
         stream,
         form.components,
-        0,
-        form.components,
+        skipped,
+        components,
         form.scale,
-        lowest,
-        highest,
+        *form.limits,
         form.is_integer,
     )
 
 
-def _as_mesh_attributes(name: str, attribute: Attribute) -> dict[str, Attribute]:
-    """The attribute under Mitsuba's names.
+def _as_mesh_attributes(name: str, stream: int, form: ValueFormat) -> dict[str, Attribute]:
+    """The attribute under Mitsuba's names; empty if the native shape has no room for it.
 
     COLOR_0 becomes vertex_color and vertex_alpha, COLOR_1 vertex_color_1, _TEMPERATURE
     vertex_temperature.
     """
     plain = name.lower().lstrip("_")
     plain = plain[:-2] if plain.endswith("_0") else plain
-    if name.startswith("COLOR_") and attribute.components == 4:
-        return {
-            **_renamed(f"vertex_{plain}", attribute, 0, 3),
-            **_renamed(f"vertex_{plain.replace('color', 'alpha')}", attribute, 3, 1),
-        }
-    return _renamed(f"vertex_{plain}", attribute, 0, attribute.components)
-
-
-def _renamed(
-    name: str, attribute: Attribute, skipped: int, components: int
-) -> dict[str, Attribute]:
-    """Empty if the native shape has no room for it."""
-    if len(name.encode()) > MAX_NAME or components > MAX_COMPONENTS:
-        return {}
-    return {name: replace(attribute, name=name, skipped=skipped, components=components)}
+    ranges = {f"vertex_{plain}": (0, form.components)}
+    if name.startswith("COLOR_") and form.components == 4:
+        alpha = plain.replace("color", "alpha")
+        ranges = {f"vertex_{plain}": (0, 3), f"vertex_{alpha}": (3, 1)}
+    return {
+        new: _attribute(new, stream, form, skipped, components)
+        for new, (skipped, components) in ranges.items()
+        if len(new.encode(errors="replace")) <= MAX_NAME and components <= MAX_COMPONENTS
+    }

@@ -26,7 +26,7 @@ Reader g_reader = nullptr;
 std::mutex g_models_mutex;
 std::map<uint64_t, const Model*> g_models;
 
-// mitsuba_plugin/native.py declares the same structs.
+// mitsuba_plugin/native.py and reader.py declare the same structs.
 struct AttributeRow {
   char name[96];
   uint32_t stream, stored, skipped, components;

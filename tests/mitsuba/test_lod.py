@@ -253,5 +253,5 @@ def test10_a_page_is_checked_once_for_all_places(sheet, monkeypatch):
         check(primitive, page)
 
     monkeypatch.setattr(LodPrimitive, "check_page", counted)
-    parts = reader.read_parts(str(sheet), None, None, reader.LodView(View(EYE, SCALE), ERRORS[0]))
+    parts = reader.read_blobs(str(sheet), None, None, reader.LodView(View(EYE, SCALE), ERRORS[0]))
     assert len(checked) == len({part.blob for part in parts}) < len(parts)

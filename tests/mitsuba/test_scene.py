@@ -474,7 +474,7 @@ def test23_a_document_is_kept_until_its_own_load_ends(tmp_path):
     second.enter_context(reader.keeping(path, open_model(path)))
     (tmp_path / "scene.compressed.glb").unlink()
     first.close()
-    assert reader.read_parts(path, None, None)
+    assert reader.read_blobs(path, None, None)
     second.close()
     with pytest.raises(OSError):
-        reader.read_parts(path, None, None)
+        reader.read_blobs(path, None, None)
