@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from gltf_ext.errors import MeshletError, blaming
 
@@ -26,16 +26,55 @@ REMOVED_PATHS = {
     "rt-paper": "rt",
     "rt-triangles": "rt",
 }
-# Options of a single back end, and their defaults.
-OWN_OPTIONS: dict[str, dict[str, Any]] = {
-    "mitsuba": {"variant": "scalar_rgb", "spp": 64, "lod_error": 0.0},
+
+
+class Own(NamedTuple):
+    """An option of a single back end. {} in its help is the default; a bool is a switch."""
+
+    help: str
+    default: Any = None
+    least: int | None = None
+    type: type = int
+    metavar: str = "N"
+
+
+OWN_OPTIONS = {
+    "mitsuba": {
+        "variant": Own(
+            "of Mitsuba: scalar_* or llvm_*, which needs LLVM (default {})",
+            "scalar_rgb",
+            type=str,
+            metavar="NAME",
+        ),
+        "spp": Own("samples per pixel (default {})", 64, least=1),
+        "lod_error": Own(
+            "show what has levels of detail with at most this error (default 0: all triangles)",
+            0.0,
+            least=0,
+            type=float,
+            metavar="PIXELS",
+        ),
+    },
     "vulkan": {
-        "path": None,
-        "device": None,
-        "ring": None,
-        "bounces": 0,
-        "frames": 1,
-        "validate": False,
+        "path": Own(
+            f"how to decode and draw: {', '.join(PATHS)}; rt traces rays "
+            "(default: the best for the device)",
+            type=str,
+            metavar="PATH",
+        ),
+        "device": Own(
+            "number, or a part of the name (default: the first GPU)", type=str, metavar="DEVICE"
+        ),
+        "ring": Own(
+            "most meshlets that path stream keeps decoded at a time (default 8192)", least=1
+        ),
+        "bounces": Own("diffuse bounces of path rt (default {})", 0, least=0),
+        "frames": Own(
+            "frames of a turn around the scene: numbered pictures, or one .gif (default {})",
+            1,
+            least=1,
+        ),
+        "validate": Own("with the Vulkan validation layer", False, type=bool),
     },
 }
 # The Vulkan paths that have an option. None: the device chooses the path, never rt.
@@ -49,19 +88,20 @@ PATHS_WITH: dict[str, tuple[str | None, ...]] = {
 # uncompressed triangles.
 CACHE = {"mitsuba": 0.25, "vulkan": 1.0}
 LARGEST_SIDE = 16384  # pixels
-# Smallest values of options.
-LEAST = {"spp": 1, "lod_error": 0, "frames": 1, "bounces": 0, "ring": 1}
 
 
 def add_arguments(command: argparse.ArgumentParser) -> None:
     """Adds the arguments of `render`."""
     command.add_argument("input", metavar="SCENE", help="file that compress wrote, or any model")
     _add_shared(command)
-    mitsuba, vulkan = (
-        command.add_argument_group(f"with --backend {backend}") for backend in BACKENDS
-    )
-    _add_mitsuba(mitsuba)
-    _add_vulkan(vulkan)
+    for backend, own in OWN_OPTIONS.items():
+        group = command.add_argument_group(f"with --backend {backend}")
+        for name, option in own.items():
+            how: dict[str, Any] = {"type": option.type, "metavar": option.metavar}
+            if option.type is bool:
+                how = {"action": "store_true", "default": None}
+            flag = "--" + name.replace("_", "-")
+            group.add_argument(flag, help=option.help.format(option.default), **how)
 
 
 def _add_shared(command: argparse.ArgumentParser) -> None:
@@ -104,59 +144,6 @@ def _add_shared(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", action="store_true", help="print JSON instead of the line")
 
 
-def _add_mitsuba(group: argparse._ArgumentGroup) -> None:
-    defaults = OWN_OPTIONS["mitsuba"]
-    group.add_argument(
-        "--variant",
-        metavar="NAME",
-        help=f"of Mitsuba: scalar_* or llvm_*, which needs LLVM (default {defaults['variant']})",
-    )
-    group.add_argument(
-        "--spp", type=int, metavar="N", help=f"samples per pixel (default {defaults['spp']})"
-    )
-    group.add_argument(
-        "--lod-error",
-        type=float,
-        metavar="PIXELS",
-        help="show what has levels of detail with at most this error (default 0: all triangles)",
-    )
-
-
-def _add_vulkan(group: argparse._ArgumentGroup) -> None:
-    defaults = OWN_OPTIONS["vulkan"]
-    group.add_argument(
-        "--path",
-        metavar="PATH",
-        help=f"how to decode and draw: {', '.join(PATHS)}; rt traces rays "
-        "(default: the best for the device)",
-    )
-    group.add_argument(
-        "--device", metavar="DEVICE", help="number, or a part of the name (default: the first GPU)"
-    )
-    group.add_argument(
-        "--ring",
-        type=int,
-        metavar="N",
-        help="most meshlets that path stream keeps decoded at a time (default 8192)",
-    )
-    group.add_argument(
-        "--bounces",
-        type=int,
-        metavar="N",
-        help=f"diffuse bounces of path rt (default {defaults['bounces']})",
-    )
-    group.add_argument(
-        "--frames",
-        type=int,
-        metavar="N",
-        help="frames of a turn around the scene: numbered pictures, or one .gif "
-        f"(default {defaults['frames']})",
-    )
-    group.add_argument(
-        "--validate", action="store_true", default=None, help="with the Vulkan validation layer"
-    )
-
-
 def run(options: argparse.Namespace) -> int:
     """Renders; returns the exit status. Raises MeshletError, OSError."""
     _check(options)
@@ -184,10 +171,6 @@ def _check(options: argparse.Namespace) -> None:
     if options.cache_bytes is not None and options.cache_bytes < 0:
         raise _out_of_range(options, "cache_bytes", "0 or more")
     _fill_own_options(options)
-    for name, least in LEAST.items():
-        value = getattr(options, name)
-        if value is not None and not value >= least:  # also not a number
-            raise _out_of_range(options, name, f"{least} or more")
     if not Path(options.output).absolute().parent.is_dir():
         raise MeshletError("its folder does not exist", "create it first", options.output)
 
@@ -216,17 +199,20 @@ def _check_path(options: argparse.Namespace) -> None:
 
 
 def _fill_own_options(options: argparse.Namespace) -> None:
-    """Sets the defaults. Raises MeshletError for an option of another back end."""
-    for backend, defaults in OWN_OPTIONS.items():
-        for name, default in defaults.items():
-            if getattr(options, name) is None:
-                setattr(options, name, default)
+    """Sets the defaults. Raises MeshletError for small values, and options of another back end."""
+    for backend, own in OWN_OPTIONS.items():
+        for name, option in own.items():
+            value = getattr(options, name)
+            if value is None:
+                setattr(options, name, option.default)
             elif backend != options.backend:
                 raise MeshletError(
                     f"{name} is for --backend {backend}",
                     "leave it out or change --backend",
                     options=(name,),
                 )
+            elif option.least is not None and not value >= option.least:  # also not a number
+                raise _out_of_range(options, name, f"{option.least} or more")
 
 
 def _backend(name: str) -> Any:
