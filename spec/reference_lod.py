@@ -446,6 +446,9 @@ def check_replacements(primitive: Primitive, meshlets: list[list[list[Triangle]]
         for pages in (meshlets[:split], meshlets[split:])
     ]
     _require(vertices[0] <= vertices[1], "a coarse page has a vertex that level 0 does not have")
+    fine = [triangle for page in meshlets[split:] for meshlet in page for triangle in meshlet]
+    if max(Counter(edge for triangle in fine for edge in directed_edges(triangle)).values()) > 1:
+        return  # surfaces touch: borders are a recommendation
     before: list[Border] = [Counter() for _ in tables.groups]
     after: list[Border] = [Counter() for _ in tables.groups]
     whole: Border = Counter()
@@ -480,13 +483,18 @@ def border(triangles: list[Triangle]) -> Border:
     """The border of triangles, by the integers of stream 0."""
     result: Border = Counter()
     for triangle in triangles:
-        points = [corner[:3] for corner in triangle]
-        for start, end in zip(points, points[1:] + points[:1]):
+        for start, end in directed_edges(triangle):
             if start < end:
                 _add(result, Counter({(start, end): 1}))
-            elif end < start:
+            else:
                 _add(result, Counter({(end, start): -1}))
     return result
+
+
+def directed_edges(triangle: Triangle) -> list[Edge]:
+    """The edges between different positions, the integers of stream 0."""
+    points = [corner[:3] for corner in triangle]
+    return [edge for edge in zip(points, points[1:] + points[:1]) if edge[0] != edge[1]]
 
 
 def _add(total: Border, edges: Border) -> None:

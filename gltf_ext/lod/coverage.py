@@ -13,16 +13,19 @@ from gltf_ext.lod.reading import LodPrimitive
 from gltf_ext.lod.tables import Tables
 
 
-def check_coverage(primitive: LodPrimitive) -> None:
+def check_coverage(primitive: LodPrimitive, strict: bool = False) -> None:
     """Raises MeshletError unless replacements have vertices of level 0 and the borders of their
-    groups. Decodes all pages."""
+    groups. Decodes all pages.
+
+    strict: also where level 0 has surfaces that touch, for which the borders are a recommendation.
+    """
     tables = primitive.tables
     triangles: list[np.ndarray] = []
     rows: list[np.ndarray] = []
     first = [0]  # vertex of each page
     for page in range(len(tables.pages)):
         corners, values = _codec.decode(primitive.page(page))
-        triangles.append(corners.astype(np.int64) + first[-1])
+        triangles.append(corners)
         rows.append(np.concatenate(values, axis=1))
         first.append(first[-1] + len(rows[-1]))
     vertices, coarse = np.concatenate(rows), first[tables.coarse_pages]
@@ -30,23 +33,47 @@ def check_coverage(primitive: LodPrimitive) -> None:
     if not np.isin(numbers[:coarse], numbers[coarse:]).all():
         raise primitive.malformed("a coarse page has a vertex that level 0 does not have")
     positions, count = _codec.weld(np.ascontiguousarray(vertices[:, :3]).view(np.uint8))
-    borders = _borders(
-        positions.astype(np.int64)[np.concatenate(triangles)], primitive.cluster_triangles, count
-    )
-    if not _replacements_keep_borders(tables, *borders, count):
+    begin = tables.cluster_begin[np.append(tables.pages["firstGroup"], len(tables.groups))]
+    placed = [
+        positions[first[page] : first[page + 1]].astype(np.int64)[corners]
+        for page, corners in enumerate(triangles)
+    ]
+    borders = [
+        _borders(
+            corners,
+            np.arange(begin[page], begin[page + 1]),
+            primitive.cluster_triangles[begin[page] : begin[page + 1]],
+            count,
+        )
+        for page, corners in enumerate(placed)
+    ]
+    joined = [np.concatenate(parts) for parts in zip(*borders)]
+    kept = _replacements_keep_borders(tables, joined[0], joined[1], joined[2], count)
+    if not kept and (strict or not _repeats_edges(placed[tables.coarse_pages :], count)):
         raise primitive.malformed("a replacement has another border than its group")
 
 
+def _repeats_edges(pages: list[np.ndarray], count: int) -> bool:
+    """Whether triangles int64[T, 3] pass an edge twice in one direction: surfaces touch there."""
+    triangles = np.concatenate(pages)
+    start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    edges = np.sort((start * count + end)[start != end])
+    return bool((edges[1:] == edges[:-1]).any())
+
+
 def _borders(
-    triangles: np.ndarray, cluster_triangles: np.ndarray, count: int
+    triangles: np.ndarray, clusters: np.ndarray, cluster_triangles: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(cluster, undirected edge, how often it is passed toward its larger end) of the edges that do
-    not cancel in their cluster. triangles: int64[T, 3], numbers below count."""
+    not cancel in their cluster.
+
+    triangles: int64[T, 3], numbers below count, cluster after cluster.
+    """
     start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
     edge = np.minimum(start, end) * count + np.maximum(start, end)
-    cluster = np.repeat(np.arange(len(cluster_triangles)), 3 * cluster_triangles)
-    clusters, edges, sums = _summed(cluster, edge, np.sign(end - start)[:, None])
-    return clusters, edges, sums[:, 0]
+    cluster = np.repeat(clusters, 3 * cluster_triangles)
+    owner, edges, sums = _summed(cluster, edge, np.sign(end - start)[:, None])
+    return owner, edges, sums[:, 0]
 
 
 def _summed(

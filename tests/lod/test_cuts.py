@@ -69,7 +69,7 @@ def test_levels_are_sound(primitive, certifier):
 
 def test_replacements_keep_borders_and_spheres_nest(primitive):
     """As the specification checks them, on integers and in binary64."""
-    check_coverage(primitive)
+    check_coverage(primitive, strict=True)
     tables = primitive.tables
     owner, finer = tables.run_owner, tables.run_group
     assert (reach(tables.groups, owner, finer) <= tables.groups["radius"][owner]).all()

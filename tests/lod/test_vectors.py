@@ -3,6 +3,7 @@
 import hashlib
 import json
 import re
+from dataclasses import replace
 
 import jsonschema
 import numpy as np
@@ -12,6 +13,7 @@ import gltf_ext
 from gltf_ext import _codec
 from gltf_ext.gltf.container import read_document
 from gltf_ext.lod import View, cut_at_error, cut_at_level, cut_for_view, open_lod
+from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.lod.cuts import cut_of
 from spec import make_lod_vectors, reference_lod
 from spec.make_lod_vectors import FOLDER, VALID
@@ -208,3 +210,26 @@ def test_the_document_names_what_there_is():
             assert f"at least {properties[key]['minimum']}" in line
             assert reference_lod.LEAST_COUNTS[key] == properties[key]["minimum"]
     assert properties["groupCount"]["maximum"] == reference_lod.MAX_GROUPS == 2**24
+
+
+@pytest.mark.parametrize("layers", [1, 2])
+def test_borders_are_not_checked_where_surfaces_touch(layers, tmp_path):
+    """Clusters of replacements end elsewhere than their groups. With a second layer on one group,
+    level 0 passes edges twice in one direction."""
+    file, vertices = make_lod_vectors.strip_file(), make_lod_vectors.strip_vertices(48)
+    strip = make_lod_vectors.strip
+    count = len(vertices.values[0])
+    twice = replace(vertices, values=[np.concatenate([vertices.values[0]] * 2)])
+    second = [tuple(corner + count for corner in t) for t in strip(30, 40, 1)]
+    fine = [strip(0, 24, 1), strip(24, 48, 1), second][: 1 + layers]
+    (_, top), (_, groups) = file.pages
+    groups[1].clusters = layers
+    coarse = make_lod_vectors.blob([strip(0, 20, 2), strip(20, 48, 2)], vertices)
+    pages = [(coarse, top), (make_lod_vectors.blob(fine, twice), groups)]
+    path = tmp_path / "file.glb"
+    path.write_bytes(replace(file, pages=pages).glb())
+    assert len(gltf_ext.validate(path)) == len(reference_lod.problems(path.read_bytes()))
+    assert (gltf_ext.validate(path) == []) == (layers == 2)
+    (primitive,) = open_lod(path)
+    with pytest.raises(gltf_ext.MeshletError, match="border"):
+        check_coverage(primitive, strict=True)
