@@ -140,14 +140,18 @@ def _needed_bits(largest: int) -> int:
 
 
 def grid_values(values: np.ndarray, stream: Stream) -> np.ndarray:
-    """round((value - offset) / step) in float64, as uint32[V, components] (modulo 2^32)."""
+    """round((value - offset) / step) in float64, as uint32[V, components] (modulo 2^32).
+
+    Any integer for values that are no number or far beyond the grid, as in a damaged file.
+    """
     result = np.empty(values.shape, np.uint32)
     for c, offset in enumerate(stream.offset):
         cells = values[:, c].astype(np.float64)
-        cells -= offset
-        if stream.step != 1.0:
-            cells /= stream.step
-        result[:, c] = np.rint(cells, out=cells).astype(np.int64)
+        with np.errstate(all="ignore"):
+            cells -= offset
+            if stream.step != 1.0:
+                cells /= stream.step
+            result[:, c] = np.rint(cells, out=cells).astype(np.int64)
     return result
 
 
