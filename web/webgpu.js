@@ -283,7 +283,9 @@ function packedLayout(streams) {
     const least = s === 0 ? Math.max(bits, PACKED_POSITION_BITS) : bits;
     const field = least * elements <= 64 ? least : 32;
     const stride = Math.ceil((field * elements) / 32);
-    return { stride, field, begin: end, end: (end += MESHLET_VERTICES * stride) };
+    const begin = end;
+    end += MESHLET_VERTICES * stride;
+    return { stride, field, begin, end };
   });
 }
 
@@ -321,7 +323,10 @@ function once(device, name, make) {
 
 // Pipelines by shader, each with its bind group layout and the numbers of its bindings.
 async function shaders(device, names) {
-  const pairs = names.map(async (name) => [name, await once(device, name, () => compile(device, name))]);
+  const pairs = names.map(async (name) => [
+    name,
+    await once(device, name, () => compile(device, name)),
+  ]);
   return Object.fromEntries(await Promise.all(pairs));
 }
 
