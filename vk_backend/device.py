@@ -55,25 +55,15 @@ NEEDED = {
     "VkPhysicalDeviceVulkan13Features": ("dynamicRendering", "synchronization2", "maintenance4"),
 }
 # Vulkan 1.0 features that are enabled if the device has them.
-OPTIONAL = (
-    "geometryShader",
-    "fragmentStoresAndAtomics",
-    "vertexPipelineStoresAndAtomics",
-    "shaderInt64",
-    "shaderInt16",
-)
+OPTIONAL = ("geometryShader", "fragmentStoresAndAtomics", "vertexPipelineStoresAndAtomics")
 
 
 @dataclass(frozen=True)
 class Limits:
     """The limits and sizes of a device that this package uses. Bytes and counts."""
 
-    subgroup: int
     compute_shared_bytes: int
     mesh_shared_bytes: int
-    task_payload_bytes: int
-    geometry_vertices: int
-    geometry_components: int
     timestamp_ns: float
     scratch_alignment: int
     handle_bytes: int
@@ -181,11 +171,6 @@ class Device:
         """The VkDevice; None once closed."""
         return self._handle
 
-    @property
-    def pool(self) -> Any:
-        """The graphics queue's command pool."""
-        return self.graphics.pool
-
     def require(self, capability: str, path: str) -> None:
         """Raises VulkanError naming the extension that `path` needs and this device lacks."""
         if capability in self.capabilities:
@@ -248,7 +233,7 @@ class Device:
         yield commands
         vk.vkEndCommandBuffer(commands)
         self.submit(commands)
-        vk.vkFreeCommandBuffers(self._handle, self.pool, 1, [commands])
+        vk.vkFreeCommandBuffers(self._handle, self.graphics.pool, 1, [commands])
 
     def record(self, queue: Queue | None = None) -> Any:
         """Begins a command buffer for a queue, by default the graphics queue.
@@ -462,8 +447,7 @@ class Device:
         )
 
     def _limits(self) -> Limits:
-        subgroup = vk.VkPhysicalDeviceSubgroupProperties()
-        chain: Any = subgroup
+        chain: Any = None
         mesh = accelerated = tracing = None
         if "mesh" in self.capabilities:
             chain = mesh = vk.VkPhysicalDeviceMeshShaderPropertiesEXT(pNext=chain)
@@ -474,12 +458,8 @@ class Device:
         vk.vkGetPhysicalDeviceProperties2(self.physical, properties)
         core = vk.vkGetPhysicalDeviceProperties(self.physical).limits
         return Limits(
-            subgroup=subgroup.subgroupSize,
             compute_shared_bytes=core.maxComputeSharedMemorySize,
             mesh_shared_bytes=mesh.maxMeshSharedMemorySize if mesh else 0,
-            task_payload_bytes=mesh.maxTaskPayloadSize if mesh else 0,
-            geometry_vertices=core.maxGeometryOutputVertices,
-            geometry_components=core.maxGeometryTotalOutputComponents,
             timestamp_ns=core.timestampPeriod,
             scratch_alignment=accelerated.minAccelerationStructureScratchOffsetAlignment
             if accelerated

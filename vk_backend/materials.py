@@ -32,19 +32,19 @@ class Texture:
 
 @dataclass(frozen=True)
 class Material:
-    """One material; colours are linear.
+    """One material, with the members of the shaders' structure; colours are linear.
 
-    flags: MATERIAL_ of format/constants.h; texture, emissive_texture: index of a texture, or -1;
-    texcoord_matrix (by columns), texcoord_offset: the transform that both textures share.
+    flags: MATERIAL_ of scene_constants.h; base_texture, emissive_texture: index of a texture, or
+    -1; texcoord_matrix (by columns), texcoord_offset: the transform that both textures share.
     """
 
     base_color: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
-    emissive: tuple[float, ...] = (0.0, 0.0, 0.0)
+    emissive: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     metallic: float = 1.0
     roughness: float = 1.0
     alpha_cutoff: float = DEFAULT_CUTOFF
     flags: int = 0
-    texture: int = -1
+    base_texture: int = -1
     emissive_texture: int = -1
     texcoord_matrix: tuple[float, ...] = (1.0, 0.0, 0.0, 1.0)
     texcoord_offset: tuple[float, ...] = (0.0, 0.0)
@@ -88,7 +88,7 @@ class Materials:
         _, matrix, offset = _placement(placed)
         return Material(
             source.base_color,
-            source.emissive,
+            (*source.emissive, 0.0),
             source.metallic,
             source.roughness,
             source.alpha_cutoff,

@@ -35,24 +35,19 @@ def stage(device: Device, name: str, bit: int, constants: Mapping[str, int]) -> 
     that no shader has.
     """
     values = specialization_ids(name, constants)
-    return vk.VkPipelineShaderStageCreateInfo(
-        stage=bit,
-        module=shader_module(device, name),
-        pName="main",
-        pSpecializationInfo=_specialization(device, values) if values else None,
-    )
-
-
-def _specialization(device: Device, values: dict[int, int]) -> Any:
-    """VkSpecializationInfo of 32-bit values by id."""
     data = vk.ffi.new("uint32_t[]", list(values.values()))
     device.at_close(lambda: vk.ffi.release(data))  # VkSpecializationInfo does not keep it alive
     entries = [
         vk.VkSpecializationMapEntry(constantID=identifier, offset=4 * i, size=4)
         for i, identifier in enumerate(values)
     ]
-    return vk.VkSpecializationInfo(
-        mapEntryCount=len(entries), pMapEntries=entries, dataSize=4 * len(values), pData=data
+    return vk.VkPipelineShaderStageCreateInfo(
+        stage=bit,
+        module=shader_module(device, name),
+        pName="main",
+        pSpecializationInfo=vk.VkSpecializationInfo(
+            mapEntryCount=len(entries), pMapEntries=entries, dataSize=4 * len(values), pData=data
+        ),
     )
 
 

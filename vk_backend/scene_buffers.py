@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -12,8 +11,8 @@ from .camera import Camera
 from .constants import CONSTANTS
 from .device import Device
 from .errors import VulkanError
-from .materials import Material
 from .memory import STORAGE, Buffer
+from .pipelines import push_record
 from .reflection import structure
 from .scene import SHADED, Attribute, Instance, Primitive, Scene
 
@@ -22,10 +21,6 @@ from .scene import SHADED, Attribute, Instance, Primitive, Scene
 TEAM_ELEMENT_BYTES = 256
 TEAM_STREAM_BYTES = 20
 TEAM_OTHER_BYTES = 4096
-NO_ELEMENT = CONSTANTS["NO_ELEMENT"]
-# What a path may need of a scene: the compressed bytes, room for the culling bounds, uncompressed
-# vertices, and their indices.
-NEEDS = frozenset({"blobs", "bounds", "vertices", "indices"})
 
 # Of shaders/scene/scene.glsl. Matrices are stored column by column: numpy's [4, 4] transposed.
 ATTRIBUTE, PRIMITIVE, INSTANCE, MATERIAL, FRAME = map(
@@ -34,15 +29,15 @@ ATTRIBUTE, PRIMITIVE, INSTANCE, MATERIAL, FRAME = map(
 
 
 class SceneBuffers:
-    """A scene's buffers for one path. needs: of NEEDS."""
+    """A scene's buffers for one path.
 
-    def __init__(self, device: Device, scene: Scene, needs: Iterable[str]):
+    needs: "blobs", the compressed bytes; "bounds", room for the culling bounds; "vertices",
+    uncompressed; "indices".
+    """
+
+    def __init__(self, device: Device, scene: Scene, needs: frozenset[str]):
         self.device, self.scene = device, scene
         self._buffers: list[Buffer] = []
-        needs = frozenset(needs)
-        unknown = needs - NEEDS
-        if unknown:
-            raise ValueError(f"unknown needs: {', '.join(sorted(unknown))}")
         self.primitives = np.array([_primitive_record(p) for p in scene.primitives], PRIMITIVE)
         self.blobs: Any = None
         self.index_buffer: Any = None
@@ -74,31 +69,26 @@ class SceneBuffers:
         for buffer in self._buffers:
             buffer.free()
 
-    def _new(self, data: np.ndarray | bytes | int, usage: int = 0) -> Buffer:
-        """A buffer with this content, or of this size with none."""
-        if isinstance(data, int):
-            size = data
-        else:
-            size = len(data) if isinstance(data, bytes) else data.nbytes
-        buffer = Buffer(self.device, size, STORAGE | usage)
-        self._buffers.append(buffer)
-        return buffer if isinstance(data, int) else buffer.write(data)
+    def _new(self, data: np.ndarray | bytes, usage: int = 0) -> Buffer:
+        """A buffer with this content."""
+        size = len(data) if isinstance(data, bytes) else data.nbytes
+        self._buffers.append(Buffer(self.device, size, STORAGE | usage))
+        return self._buffers[-1].write(data)
 
     def _upload_blobs(self) -> None:
-        place: dict[bytes, int] = {}
-        size = 0
-        for p in self.scene.primitives:
-            if p.blob not in place:
-                place[p.blob], size = size, size + len(p.blob)
-        self.blobs = self._new(b"".join(place))
+        blobs = list(dict.fromkeys(p.blob for p in self.scene.primitives))
+        ends = np.cumsum([len(blob) for blob in blobs])
+        self.blobs = self._new(b"".join(blobs))
+        begins = {blob: int(end) - len(blob) for blob, end in zip(blobs, ends)}
         for row, p in zip(self.primitives, self.scene.primitives):
-            row["blob"] = self.blobs.address + place[p.blob]
+            row["blob"] = self.blobs.address + begins[p.blob]
             row["blob_words"] = len(p.blob) // 4
 
     def _reserve_bounds(self) -> None:
         meshlets = np.array([p.meshlets for p in self.scene.primitives], np.int64)
         sizes = meshlets * CONSTANTS["BOUNDS_BYTES"]
-        self.bounds = self._new(int(sizes.sum()))
+        self.bounds = Buffer(self.device, int(sizes.sum()))
+        self._buffers.append(self.bounds)
         for row, first in zip(self.primitives, np.cumsum(sizes) - sizes):
             row["bounds"] = self.bounds.address + int(first)
 
@@ -117,7 +107,9 @@ class SceneBuffers:
         instances = np.array(
             [_instance_record(i, n) for n, i in enumerate(self.scene.instances)], INSTANCE
         )
-        materials = np.array([_material_record(m) for m in self.scene.materials], MATERIAL)
+        materials = np.array(
+            [push_record(MATERIAL, **vars(m)) for m in self.scene.materials], MATERIAL
+        )
         parts = [self.primitives.tobytes(), instances.tobytes(), materials.tobytes()]
         tables = self._new(b"".join(parts))
         self.primitives_address = tables.address
@@ -128,16 +120,19 @@ class SceneBuffers:
         self, camera: Camera, width: int, height: int, object_to_clip: int
     ) -> np.ndarray:
         """FRAME[()] for a camera; object_to_clip: address of the `object_to_clip_matrices`."""
-        row = np.zeros((), FRAME)
-        row["world_to_clip"] = camera.world_to_clip(width, height).T
-        row["clip_to_world"] = camera.clip_to_world(width, height).T
-        row["eye"], row["light_direction"] = camera.eye, (*camera.light_direction(), 0.0)
-        row["primitives"] = self.primitives_address
-        row["instances"] = self.instances_address
-        row["materials"] = self.materials_address
-        row["object_to_clip"] = object_to_clip
-        row["width"], row["height"] = width, height
-        return row
+        return push_record(
+            FRAME,
+            world_to_clip=camera.world_to_clip(width, height).T,
+            clip_to_world=camera.clip_to_world(width, height).T,
+            eye=camera.eye,
+            light_direction=(*camera.light_direction(), 0.0),
+            primitives=self.primitives_address,
+            instances=self.instances_address,
+            materials=self.materials_address,
+            object_to_clip=object_to_clip,
+            width=width,
+            height=height,
+        )
 
     def object_to_clip_matrices(self, camera: Camera, width: int, height: int) -> np.ndarray:
         """float32[instances, 4, 4], column by column."""
@@ -146,43 +141,37 @@ class SceneBuffers:
 
 
 def _primitive_record(p: Primitive) -> np.ndarray:
-    row = np.zeros((), PRIMITIVE)
-    row["meshlets"], row["stream_end"], row["elements"] = p.meshlets, p.stream_end, p.elements
+    row = push_record(PRIMITIVE, meshlets=p.meshlets, stream_end=p.stream_end)
     row["box_low"][:3], row["box_size"][:3] = p.low, p.high - p.low
     for role in SHADED:
-        row[role.lower()]["element"] = NO_ELEMENT
+        row[role.lower()]["element"] = CONSTANTS["NO_ELEMENT"]
         if role in p.attributes:
             row[role.lower()] = _attribute_record(p.attributes[role])
     return row
 
 
 def _attribute_record(a: Attribute) -> np.ndarray:
-    row = np.zeros((), ATTRIBUTE)
-    row["offset"][: len(a.stream.offset)] = a.stream.offset
-    row["step"], row["element"], row["scale"] = a.stream.step, a.element, a.scale
     kind_bits = a.stream.kind | a.stream.bits << 8 | a.stream.components << 16
-    row["kind_bits"] = kind_bits | (CONSTANTS["ATTRIBUTE_ROUND"] if a.rounded else 0)
-    return row
-
-
-def _material_record(m: Material) -> np.ndarray:
-    row = np.zeros((), MATERIAL)
-    row["base_color"], row["emissive"][:3] = m.base_color, m.emissive
-    row["texcoord_matrix"], row["texcoord_offset"] = m.texcoord_matrix, m.texcoord_offset
-    row["metallic"], row["roughness"] = m.metallic, m.roughness
-    row["alpha_cutoff"], row["flags"] = m.alpha_cutoff, m.flags
-    row["base_texture"], row["emissive_texture"] = m.texture, m.emissive_texture
+    if a.rounded:
+        kind_bits |= CONSTANTS["ATTRIBUTE_ROUND"]
+    row = push_record(
+        ATTRIBUTE, step=a.stream.step, element=a.element, kind_bits=kind_bits, scale=a.scale
+    )
+    row["offset"][: len(a.stream.offset)] = a.stream.offset
     return row
 
 
 def _instance_record(instance: Instance, number: int) -> np.ndarray:
-    row = np.zeros((), INSTANCE)
-    row["object_to_world"] = instance.matrix.T
-    # The matrix of a flattened node has no inverse.
-    row["world_to_object"] = np.linalg.pinv(instance.matrix).T
-    row["primitive"], row["material"], row["id"] = instance.primitive, instance.material, number
-    row["flags"] = CONSTANTS["INSTANCE_MIRRORED"] if instance.mirrored else 0
-    return row
+    return push_record(
+        INSTANCE,
+        object_to_world=instance.matrix.T,
+        # The matrix of a flattened node has no inverse.
+        world_to_object=np.linalg.pinv(instance.matrix).T,
+        primitive=instance.primitive,
+        material=instance.material,
+        id=number,
+        flags=CONSTANTS["INSTANCE_MIRRORED"] if instance.mirrored else 0,
+    )
 
 
 def team_bytes(elements: int, streams: int) -> int:

@@ -152,11 +152,12 @@ def _upload(device: Device, texture: Texture) -> Image:
         )
         for level in range(1, levels):
             device.full_barrier(commands)
+            source, target = (image.copy_region(at) for at in (level - 1, level))
             region = vk.VkImageBlit(
-                srcSubresource=_layers(level - 1),
-                srcOffsets=_corners(width, height, level - 1),
-                dstSubresource=_layers(level),
-                dstOffsets=_corners(width, height, level),
+                srcSubresource=source.imageSubresource,
+                srcOffsets=_corners(source.imageExtent),
+                dstSubresource=target.imageSubresource,
+                dstOffsets=_corners(target.imageExtent),
             )
             vk.vkCmdBlitImage(
                 commands,
@@ -173,14 +174,6 @@ def _upload(device: Device, texture: Texture) -> Image:
     return image
 
 
-def _layers(level: int) -> Any:
-    return vk.VkImageSubresourceLayers(
-        aspectMask=vk.VK_IMAGE_ASPECT_COLOR_BIT, mipLevel=level, layerCount=1
-    )
-
-
-def _corners(width: int, height: int, level: int) -> list[Any]:
-    return [
-        vk.VkOffset3D(0, 0, 0),
-        vk.VkOffset3D(max(width >> level, 1), max(height >> level, 1), 1),
-    ]
+def _corners(extent: Any) -> list[Any]:
+    """The first and last corner of a level."""
+    return [vk.VkOffset3D(0, 0, 0), vk.VkOffset3D(extent.width, extent.height, 1)]

@@ -10,10 +10,7 @@
 
 #include "scene/bounds.glsl"
 layout(local_size_x = BOUNDS_THREADS) in;
-#define MAX_ELEMENTS 3u  // only positions are decoded
-#include "decoders/serial_prologue.glsl"
-#include "decode/serial_decoder.glsl"
-#include "decoders/serial_epilogue.glsl"
+#include "scene/positions.glsl"
 
 layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer BoundsWords {
   uint at[];
@@ -28,15 +25,12 @@ push;
 // sin(angle at a corner) below which rounding makes a triangle's normal unreliable.
 const float THINNEST = 1e-4;
 
-uvec3 position_integers(uint v) { return uvec3(values[v], values[64u + v], values[128u + v]); }
-
 // Returns the normal of triangle t in grid units, not normalised. Sets `thin` if its direction is
 // unreliable.
 vec3 triangle_normal(uint t, inout bool thin) {
-  uint packed_triangle = triangles[t];
-  ivec3 a = ivec3(position_integers(packed_triangle & 63u));
-  vec3 ab = vec3(ivec3(position_integers((packed_triangle >> 8) & 63u)) - a);
-  vec3 av = vec3(ivec3(position_integers((packed_triangle >> 16) & 63u)) - a);
+  ivec3 a = ivec3(position_integers(corner_of(t, 0u)));
+  vec3 ab = vec3(ivec3(position_integers(corner_of(t, 1u))) - a);
+  vec3 av = vec3(ivec3(position_integers(corner_of(t, 2u))) - a);
   vec3 normal = cross(ab, av);
   float size = length(normal);
   if (size > 0.0 && size < THINNEST * length(ab) * length(av)) thin = true;
@@ -83,10 +77,6 @@ void main() {
   Primitive primitive = Primitives(push.primitives).at[push.primitive];
   uint m = gl_GlobalInvocationID.x;
   if (m >= primitive.meshlets) return;
-  open_blob(primitive.blob, primitive.blob_words);
-  load_streams(0u, 1u);
-  decode_meshlet(m);
-  uint word = NO_BOUNDS;
-  if (error == ERROR_NONE) word = sphere_word(primitive) | cone_word();
-  BoundsWords(primitive.bounds).at[m] = word;
+  bool sound = open_positions(primitive, m) > 0u;
+  BoundsWords(primitive.bounds).at[m] = sound ? sphere_word(primitive) | cone_word() : NO_BOUNDS;
 }

@@ -20,9 +20,20 @@ void put_attributes(uint v, vec3 normal, vec2 texcoord, vec4 color) {
   if (all || (ATTRIBUTES & HAS_COLOR) != 0u) out_color[v] = color;
 }
 
-// Writes the id of triangle t of meshlet m.
-void put_id(uint t, uint m) {
+// Writes triangle t of meshlet m, packed a | b << 8 | v << 16.
+void put_triangle(uint t, uint m, uint packed, uint vertices) {
+  gl_PrimitiveTriangleIndicesEXT[t] =
+      min(uvec3(packed, packed >> 8, packed >> 16) & 63u, uvec3(vertices - 1u));
 #ifdef IDS
   out_id[t] = m * MESHLET_TRIANGLES + t;
 #endif
 }
+
+#ifdef DECODED_VERTEX_GLSL
+// Writes vertex v of a meshlet, see decoded_vertex.glsl.
+void put_vertex(Primitive primitive, mat4 to_clip, uint v) {
+  gl_MeshVerticesEXT[v].gl_Position = transformed(to_clip, vertex_position(primitive, v));
+  put_attributes(v, world_normal(vertex_normal(primitive, v)), vertex_texcoord(primitive, v),
+                 vertex_color(primitive, v));
+}
+#endif

@@ -10,7 +10,7 @@
 
 #define OWN_PUSH
 #include "raytrace/rt_common.glsl"
-#include "raytrace/rt_positions.glsl"
+#include "scene/positions.glsl"
 
 layout(local_size_x = BOXES_THREADS) in;
 
@@ -33,14 +33,15 @@ push;
 void put_boxes(uint number) {
   Source source = Sources(push.sources).at[number];
   Primitive primitive = Primitives(Frame(push.frame).primitives).at[source.primitive];
-  uint count = open_positions_of(primitive, source.meshlet);
+  uint count = open_positions(primitive, source.meshlet);
   vec3 first = vec3(0.0);
   for (uint g = 0u; g < BOXES; g++) {
     vec3 low = vec3(uintBitsToFloat(0x7F800000u));
     vec3 high = -low;
     for (uint t = g * BOX_TRIANGLES; t < min(count, (g + 1u) * BOX_TRIANGLES); t++) {
       for (uint k = 0u; k < 3u; k++) {
-        vec3 p = corner(primitive, t, k);
+        uvec3 q = position_integers(corner_of(t, k));
+        vec3 p = POSITION_FLOATS ? position_value(primitive.position, q) : vec3(q);
         low = min(low, p);
         high = max(high, p);
       }

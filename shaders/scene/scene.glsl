@@ -23,7 +23,6 @@ struct Primitive {
   uint blob_words;
   uint meshlets;
   uint stream_end;  // decode streams [0, stream_end) and skip the rest: shading does not need it
-  uint elements;    // of these streams together
   uvec2 bounds;     // a word per meshlet, see bounds.glsl
   vec4 box_low;     // box of the positions; a loose box only makes culling less effective
   vec4 box_size;

@@ -68,6 +68,23 @@ def tracer(device, scene, path, **options):
 # --- raster paths ---
 
 
+def test_plain_meshlets_hold_the_same_triangles(drawn):
+    from bench.vulkan_paths import plain_meshlets
+
+    for primitive in drawn.primitives:
+        decoded = primitive.decoded()
+        rows, words = plain_meshlets(decoded)
+        triangles = []
+        for row, count in zip(rows, decoded.meshlet_triangles):
+            vertices, own = int(row["counts"]) & 255, int(row["counts"]) >> 8
+            assert own == count <= 64 and vertices <= 64
+            local = words[int(row["first"]) + vertices :][:own]
+            corners = np.stack([local & 255, local >> 8 & 255, local >> 16], axis=1)
+            triangles.append(words[int(row["first"]) :][:vertices][corners])
+        assert (np.concatenate(triangles) == decoded.triangles).all()
+        assert (np.diff(decoded.ids().astype(np.int64)) > 0).all()
+
+
 @pytest.mark.parametrize("culling", [True, False])
 def test_timed_pictures_are_the_same(renderer, drawn, culling):
     """Lit pictures are those of the renderer; the cheapest shader draws the same on all paths."""

@@ -329,7 +329,7 @@ def software_picture(scene, camera, width, height):
             height / 2,
             0,
         ]
-        masked = scene.materials[instance.material].texture >= 0
+        masked = scene.materials[instance.material].base_texture >= 0
         for triangle, id in zip(decoded.triangles, decoded.ids()):
             a, b, c = screen[triangle]
             area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
