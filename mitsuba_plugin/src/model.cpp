@@ -1,7 +1,5 @@
 #include "model.h"
 
-#include "python_api.h"
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -12,6 +10,8 @@
 
 namespace meshlet_shape {
 namespace {
+
+Models g_models;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // Margin of boxes relative to the coordinates. Box traversal with fused multiply-adds errs by about
@@ -99,10 +99,16 @@ Model::Model(std::vector<Primitive> primitives, const Options& options)
                                    facts_.decoded_bytes);
   facts_.table_bytes = meshlets * (sizeof(Boxes) + sizeof(float) +
                                    kEntryKinds * (sizeof(std::atomic<Entry*>) + sizeof(uint32_t)));
-  announce(this);
+  std::lock_guard lock(g_models.mutex);
+  g_models.by_uid[uid()] = this;
 }
 
-Model::~Model() { retire(this); }
+Model::~Model() {
+  std::lock_guard lock(g_models.mutex);
+  g_models.by_uid.erase(uid());
+}
+
+Models& models() { return g_models; }
 
 // Visits the triangles twice: the margin depends on the size of the model.
 void Model::measure() {

@@ -1,6 +1,8 @@
 // Compressed geometry that rays can hit: the Mitsuba shape without Mitsuba.
 #pragma once
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -124,5 +126,12 @@ class Model {
   Box box_;
   std::unique_ptr<Table> table_;
 };
+
+// All models that exist, by the uid of their cache table. Hold the mutex while using one.
+struct Models {
+  std::mutex mutex;
+  std::map<uint64_t, const Model*> by_uid;
+};
+Models& models();
 
 }  // namespace meshlet_shape

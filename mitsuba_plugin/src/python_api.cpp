@@ -1,8 +1,6 @@
 #include "python_api.h"
 
 #include <cstring>
-#include <map>
-#include <mutex>
 #include <stdexcept>
 
 #include "decode/decoder.h"
@@ -22,9 +20,6 @@ struct Request {
 
 using Reader = void (*)(const char* filename, const Selection* selection, Request* request);
 Reader g_reader = nullptr;
-
-std::mutex g_models_mutex;
-std::map<uint64_t, const Model*> g_models;
 
 // mitsuba_plugin/native.py and reader.py declare the same structs.
 struct AttributeRow {
@@ -65,16 +60,6 @@ std::vector<Primitive> read_primitives(const std::string& filename, const Select
   return std::move(request.primitives);
 }
 
-void announce(const Model* model) {
-  std::lock_guard lock(g_models_mutex);
-  g_models[model->uid()] = model;
-}
-
-void retire(const Model* model) {
-  std::lock_guard lock(g_models_mutex);
-  g_models.erase(model->uid());
-}
-
 EXPORT void meshlet_set_reader(Reader reader) { g_reader = reader; }
 
 EXPORT void meshlet_fail(Request* request, const char* message) { request->error = message; }
@@ -104,9 +89,9 @@ EXPORT void meshlet_add_primitive(Request* request, uint32_t blob, const float* 
 // Statistics of the shape with this cache_id, or of its cache group. Returns 0 if there is no such
 // shape.
 EXPORT int meshlet_statistics(uint64_t cache_id, StatisticsRow* row, int reset) {
-  std::lock_guard lock(g_models_mutex);
-  auto found = g_models.find(cache_id);
-  if (found == g_models.end()) return 0;
+  std::lock_guard lock(models().mutex);
+  auto found = models().by_uid.find(cache_id);
+  if (found == models().by_uid.end()) return 0;
   const ModelFacts& f = found->second->facts();
   Store& cache = found->second->cache();
   Statistics s = cache.statistics();
@@ -131,9 +116,9 @@ EXPORT int meshlet_statistics(uint64_t cache_id, StatisticsRow* row, int reset) 
 
 // Writes up to `capacity` cache_ids of existing shapes; returns the number of shapes.
 EXPORT uint32_t meshlet_shapes(uint64_t* ids, uint32_t capacity) {
-  std::lock_guard lock(g_models_mutex);
+  std::lock_guard lock(models().mutex);
   uint32_t n = 0;
-  for (auto& entry : g_models) {
+  for (auto& entry : models().by_uid) {
     if (n < capacity) ids[n] = entry.first;
     n++;
   }

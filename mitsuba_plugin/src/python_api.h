@@ -23,10 +23,4 @@ struct Selection {
 // Throws std::runtime_error with its message.
 std::vector<Primitive> read_primitives(const std::string& filename, const Selection& selection);
 
-class Model;
-
-// Register a model for statistics, by the uid of its cache table.
-void announce(const Model* model);
-void retire(const Model* model);
-
 }  // namespace meshlet_shape

@@ -39,10 +39,6 @@ INCLUDES = {
     **dict.fromkeys((".js", ".mjs"), re.compile(r"""\b(?:from|import) ?\(?['"](\.[^'"]+)""")),
 }
 INCLUDE_FOLDERS = ("codec", "mitsuba_plugin/src", "shaders", "web")
-# Circles that are about to go.
-PENDING = {
-    ("mitsuba_plugin/src/python_api", "mitsuba_plugin/src/model"),
-}
 
 
 def modules_of(package):
@@ -171,7 +167,7 @@ def circle_in(graph):
         if node in done:
             return []
         path.append(node)
-        for other in sorted(other for other in graph[node] if (node, other) not in PENDING):
+        for other in sorted(graph[node]):
             if circle := visit(other):
                 return circle
         done.add(path.pop())
