@@ -24,10 +24,10 @@ const MAX_COUNT = 2 ** 32 - 1; // of a view's vertices, and of its indices
 
 const NO_MESHLET = -1; // of a problem that is in no meshlet
 const MESHLET_LIMIT = 64; // vertices, and triangles
-// Meshlets decoded at a time. What the module writes is still in the processor's cache when it is
+// Meshlets decoded at a time. The module's output is still in the processor's cache when it is
 // copied, its memory stays small, and V8 can go on with better code: it keeps a function's first
 // compilation until the function returns. From 64 to 512 the time of dragon is the same.
-const PART_MESHLETS = 256;
+const STEP_MESHLETS = 256;
 
 // Integers of a vertex of a stream, as the WebAssembly module stores those of a meshlet.
 const STORED_ELEMENTS = 4;
@@ -88,21 +88,21 @@ class Decoder {
     return this.decodeBlobs(view, { integers }).result;
   }
 
-  // For the pool: the blobs of a view, and where they go; without arrays.
+  // For the pool: the blobs of a view and their places in the result; without arrays.
   plan(view, integers) {
     return new Plan(this.#blobs(view), { integers });
   }
 
-  // For the pool: a plan of consecutive blobs, decoded; options as the plan's. Calls onPart with the
-  // number of triangles of each part.
-  decodeBlobs(bytes, options, onPart = () => {}) {
+  // For the pool: a plan of consecutive blobs, decoded; options as the plan's. Calls onTriangles
+  // with the number of triangles of each step.
+  decodeBlobs(bytes, options, onTriangles = () => {}) {
     const plan = new Plan(this.#blobs(bytes), options);
     plan.allocate();
     const several = plan.blobs.length > 1;
     plan.blobs.forEach((blob, number) =>
       named(several, number, () => {
         if (several) this.#open(blob.bytes);
-        this.#decode(blob, plan, onPart);
+        this.#decode(blob, plan, onTriangles);
       }),
     );
     return plan;
@@ -179,9 +179,9 @@ class Decoder {
   }
 
   // Decodes the open blob, some meshlets at a time, into the arrays of a plan.
-  #decode({ streams, begin, meshlets }, plan, onPart) {
+  #decode({ streams, begin, meshlets }, plan, onTriangles) {
     const { integers } = plan;
-    const most = MESHLET_LIMIT * Math.min(meshlets, PART_MESHLETS);
+    const most = MESHLET_LIMIT * Math.min(meshlets, STEP_MESHLETS);
     const triangles = this.#call('allocate', 3 * 4 * most);
     const widths = streams.map((stream) => width(stream, integers));
     const places = widths.map((n) => this.#call('allocate', 4 * n * most));
@@ -189,8 +189,8 @@ class Decoder {
     new Uint32Array(this.#exports.memory.buffer).set(places, list / 4);
     const lists = integers ? [list, 0] : [0, list];
     const at = { ...begin };
-    for (let first = 0; first < meshlets; first += PART_MESHLETS) {
-      const count = Math.min(PART_MESHLETS, meshlets - first);
+    for (let first = 0; first < meshlets; first += STEP_MESHLETS) {
+      const count = Math.min(STEP_MESHLETS, meshlets - first);
       const number = plan.firstVertex + begin.vertices;
       const words = this.#call('decode', first, count, number, triangles, ...lists);
       const { buffer } = this.#exports.memory; // decoding may have replaced it
@@ -203,7 +203,7 @@ class Decoder {
       plan.insert({ indices, values }, at);
       at.triangles += triangleCount;
       at.vertices += vertexCount;
-      onPart(triangleCount);
+      onTriangles(triangleCount);
     }
   }
 
@@ -231,7 +231,7 @@ class Decoder {
   }
 }
 
-// What becomes of consecutive blobs of a view: a decoded primitive, filled part by part. Options:
+// The decoded primitive of consecutive blobs of a view, filled in steps. Options:
 // integers; total: the counts of its arrays, if they are for more than these blobs; firstVertex:
 // number of the first vertex in the view.
 class Plan {

@@ -1,10 +1,10 @@
-// Decodes in a pool of Workers, so that a page does not stall: each blob of a view is a job. Needs no
-// SharedArrayBuffer.
+// Decodes in a pool of Workers, so that a page does not stall: each blob of a view is a job. Needs
+// no SharedArrayBuffer.
 //
 // The first job, the head, may have several blobs: its Worker makes the arrays of the whole
-// primitive, decodes its share in place and hands the arrays over. The other Workers send what they
-// have decoded; the page's thread copies it into the arrays. So there are these arrays and the blobs
-// that wait for the head, at most as many bytes again.
+// primitive, decodes its share in place and hands the arrays over. The other Workers send their
+// decoded blobs, which the page's thread copies into the arrays. So there are these arrays and the
+// blobs that wait for the head, at most as many bytes again.
 import { compileDecoder, createDecoder, MalformedError } from './decoder.js';
 
 const MOST_WORKERS = 8;
@@ -45,12 +45,15 @@ class DecoderPool {
     const plan = this.#plan(view, integers, signal);
     const { blobs, total } = plan;
     let triangles = 0;
-    const onPart = (count) => {
+    const onTriangles = (count) => {
       triangles += count;
       onProgress?.(Math.min(1, triangles / total.triangles));
     };
     const run = (bytes, options) =>
-      this.#run({ task: 'decodeBlobs', bytes, options: { integers, ...options }, onPart }, signal);
+      this.#run(
+        { task: 'decodeBlobs', bytes, options: { integers, ...options }, onTriangles },
+        signal,
+      );
     const head = headOf(blobs, this.#members.length);
     const headBytes = head.reduce((sum, { bytes }) => sum + bytes.length, 0);
     const headEnds = run(view.subarray(0, headBytes), { total }).then(
@@ -107,7 +110,7 @@ class DecoderPool {
     return this.#planner.plan(view, integers);
   }
 
-  // given: task, bytes, options and onPart of a job.
+  // given: task, bytes, options and onTriangles of a job.
   async #run(given, signal) {
     let abort;
     try {
@@ -115,7 +118,7 @@ class DecoderPool {
         const job = { ...given, resolve, reject };
         abort = () => {
           this.#waiting = this.#waiting.filter((other) => other !== job);
-          job.onPart = () => {};
+          job.onTriangles = () => {};
           reject(signal.reason);
         };
         signal?.addEventListener('abort', abort);
@@ -165,11 +168,11 @@ class Member {
     this.#worker.terminate();
   }
 
-  #receive({ part, result, error }) {
-    const { onPart, resolve, reject } = this.#job;
-    if (part !== undefined) {
+  #receive({ triangles, result, error }) {
+    const { onTriangles, resolve, reject } = this.#job;
+    if (triangles !== undefined) {
       try {
-        onPart(part);
+        onTriangles(triangles);
       } catch (thrown) {
         reject(thrown); // by the caller's onProgress
       }

@@ -1,6 +1,6 @@
 // A Worker of pool.js, in browsers and in Node. The first message is {module}, the compiled
 // decoder; each further one is a job, {task, bytes, options}, a method of Decoder. The answers are
-// the {part}s that it passes on, and {result}, the arrays of a plan, or {error}.
+// {triangles}, their number in each step,, and {result}, the arrays of a plan, or {error}.
 import { createDecoder, MalformedError } from './decoder.js';
 
 const inNode = typeof WorkerGlobalScope === 'undefined';
@@ -14,7 +14,9 @@ port.onmessage = async ({ data: { module, task, bytes, options } }) => {
     return;
   }
   try {
-    const plan = (await decoder)[task](bytes, options, (part) => port.postMessage({ part }));
+    const plan = (await decoder)[task](bytes, options, (triangles) =>
+      port.postMessage({ triangles }),
+    );
     const result = plan?.arrays();
     const moved = result ? [result.indices, ...result.values].map(({ buffer }) => buffer) : [];
     port.postMessage({ result }, moved);

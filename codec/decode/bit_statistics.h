@@ -1,4 +1,4 @@
-// Where a blob's bits go.
+// Counts the bits of a blob's sections.
 #pragma once
 #include <cstdint>
 #include <vector>

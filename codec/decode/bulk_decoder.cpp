@@ -147,7 +147,7 @@ class History {
 
   SerialDecoder& d_;
   uint32_t begin_ = 0;
-  uint32_t reach_ = 0;  // at most so many meshlets back, or all of the blob
+  uint32_t reach_ = 0;  // references lead to at most this many meshlets back
   uint32_t next_ = 0;   // number of the next new vertex
   bool has_values_ = false;
   Kept* ring_ = nullptr;
@@ -464,8 +464,8 @@ struct NewVertices {
 #define WRITE_INLINE INLINE
 #endif
 
-// Converts one stream of n elements of the new vertices. Writes kStored numbers for each where
-// there is room; the next vertex overwrites what is too much.
+// Converts one stream of n elements of the new vertices. Writes kStored numbers for each if there
+// is room; the next vertex overwrites the surplus.
 template <class Convert>
 WRITE_INLINE void write_elements(uint32_t n, const uint32_t* values, const NewVertices& v,
                                  void* out, const Convert& convert) {

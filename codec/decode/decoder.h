@@ -24,8 +24,7 @@ struct DecodedMeshlet {
   }
 };
 
-// What decode writes. Arrays of values have an entry per stream; null entries are skipped, and so
-// are all for a null list.
+// The arrays that decode writes. Lists have an array per stream; null arrays and lists are skipped.
 struct Outputs {
   uint32_t* triangles = nullptr;        // 3 vertex numbers for each triangle
   uint32_t* const* integers = nullptr;  // vertices x elements
@@ -77,7 +76,7 @@ class Decoder {
 
  protected:
   virtual void opened() = 0;
-  // Return what is wrong, if anything.
+  // Return the rule that the blob breaks, if any.
   virtual Problem try_decode(uint32_t first, uint32_t count, StreamRange streams,
                              const Outputs& out, DecodedCounts& counts) = 0;
   virtual Problem try_validate() = 0;

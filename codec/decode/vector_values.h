@@ -27,8 +27,8 @@ Vertex vertex_mask(uint s) const {
 
 // --- anchors ---
 
-// Where the elements of a vertex with up to 57 bits lie: element c has width[c] bits, after those
-// before it.
+// The places of the elements of a vertex with up to 57 bits: element c has width[c] bits, after
+// those before it.
 class PackedVertex {
  public:
   explicit PackedVertex(Vertex width) {
@@ -201,7 +201,7 @@ class Divisor {
 
 // --- AFFINE ---
 
-// Weights of up to 64 vertices. Where `exists` is 0, the others are undefined.
+// Weights of up to 64 vertices. If `exists` is 0, the others are undefined.
 struct WeightLists {
   alignas(32) uint exists[64], s[64], u[64];
 };

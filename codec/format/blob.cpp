@@ -195,26 +195,14 @@ uint64_t decoded_bytes(const BlobHeader& header) {
   return sizeof(uint32_t) * numbers;
 }
 
-std::vector<MeshletBytes> meshlet_bytes(const uint8_t* data, const BlobHeader& header) {
-  std::vector<MeshletBytes> bytes;
-  bytes.reserve(header.meshlet_count);
-  for (uint32_t g = 0; g < group_count(header.meshlet_count); g++) {
-    const Group group(data, header, g);
-    if (g > 0) bytes.back().end = group.base;
-    for (uint32_t i = 0; i < group.meshlets; i++) {
-      const uint32_t start = group.start(data, i);
-      if (i > 0) bytes.back().end = start;
-      bytes.push_back({start, word(data, 4 * BLOB_WORD_BYTES) - BLOB_PADDING_BYTES});
-    }
-  }
-  return bytes;
-}
-
 std::vector<uint32_t> meshlet_triangle_counts(const uint8_t* data, const BlobHeader& header) {
   std::vector<uint32_t> counts;
   counts.reserve(header.meshlet_count);
-  for (const MeshletBytes& bytes : meshlet_bytes(data, header))
-    counts.push_back(bits_at(data, 8ull * bytes.begin, BLOB_TRIANGLE_BITS) + 1);
+  for (uint32_t g = 0; g < group_count(header.meshlet_count); g++) {
+    const Group group(data, header, g);
+    for (uint32_t i = 0; i < group.meshlets; i++)
+      counts.push_back(bits_at(data, 8ull * group.start(data, i), BLOB_TRIANGLE_BITS) + 1);
+  }
   return counts;
 }
 

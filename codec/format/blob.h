@@ -61,9 +61,8 @@ struct BlobHeader {
 // Bytes of the arrays that a blob decodes to.
 uint64_t decoded_bytes(const BlobHeader& header);
 
-// May `size` bytes with good headers not ask for this much memory? The counts of headers prove
-// nothing: validate the meshlets before arrays are made. Models are decoded to 10 to 20 times
-// their size.
+// Are these too many bytes to allocate by the headers of `size` bytes alone? Headers prove nothing:
+// validate the meshlets first. Models decode to 10 to 20 times their size.
 inline bool needs_proof(uint64_t decoded, uint64_t size) {
   return decoded > (32ull << 20) + 32 * size;
 }
@@ -81,12 +80,12 @@ struct Malformed : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// What is wrong with a blob. No string is built before it is shown: that code would be a tenth of
+// A broken rule of the format. No string is built before it is shown: that code would be a tenth of
 // web/decoder.wasm.
 struct Problem {
-  const char* text = nullptr;  // null: nothing is wrong. # stands for `number`.
+  const char* text = nullptr;  // null: no rule is broken. # stands for `number`.
   uint32_t number = 0;
-  uint32_t meshlet = NO_MESHLET;  // where it is, if it is in a meshlet
+  uint32_t meshlet = NO_MESHLET;  // the malformed meshlet, if it is one
 
   explicit operator bool() const { return text != nullptr; }
 };
@@ -100,24 +99,16 @@ std::string sentence(const Problem& problem);
 // Byte offset of the first byte after the tables.
 uint32_t data_offset(uint32_t streams, uint32_t meshlets);
 
-// What the format does not allow about a stream, if anything.
+// Returns the rule that a stream breaks, if any.
 Problem stream_problem(const Stream& stream);
 
-// What the format does not allow about the streams of a blob, if anything.
+// Returns the rule that the streams of a blob break, if any.
 Problem streams_problem(const std::vector<Stream>& streams);
 
 // Reads and checks header and tables of an untrusted blob: the tables lie inside it, meshlets
 // follow one another without overlap, their triangle counts sum to the header's, and the counts are
 // small enough to allocate by. Throws Malformed.
 BlobHeader read_blob_header(const uint8_t* data, size_t size);
-
-// The bytes of a meshlet.
-struct MeshletBytes {
-  uint32_t begin, end;
-};
-
-// The bytes of each meshlet of a checked blob.
-std::vector<MeshletBytes> meshlet_bytes(const uint8_t* data, const BlobHeader& header);
 
 // Number of triangles of each meshlet of a checked blob.
 std::vector<uint32_t> meshlet_triangle_counts(const uint8_t* data, const BlobHeader& header);

@@ -8,8 +8,9 @@
 
 namespace meshlet_shape {
 
-// What a shape shows of a file: the whole scene (mesh < 0), one mesh (primitive < 0), or one
-// primitive, at the detail that a camera needs. mitsuba_plugin/native.py declares the same struct.
+// The geometry of a file that a shape shows: the whole scene (mesh < 0), one mesh (primitive < 0),
+// or one primitive, at the detail that a camera needs. mitsuba_plugin/native.py declares the same
+// struct.
 struct Selection {
   int32_t mesh = -1, primitive = -1;
   float to_world[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  // row-major 3 x 4

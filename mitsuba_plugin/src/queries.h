@@ -34,13 +34,10 @@ inline uint32_t as_bits(float f) {
   return bits;
 }
 
-inline uint32_t pack_triangle_bits(const meshlet_shape::Hit& hit) {
-  float weight = std::min(std::max(hit.b2, 0.f), 1.f);
-  return hit.triangle << kTriangleShift |
-         std::min(uint32_t(double(weight) * (kWeightMask + 1.0) + 0.5), kWeightMask);
-}
 inline float pack_triangle(const meshlet_shape::Hit& hit) {
-  return as_float(pack_triangle_bits(hit));
+  float weight = std::min(std::max(hit.b2, 0.f), 1.f);
+  return as_float(hit.triangle << kTriangleShift |
+                  std::min(uint32_t(double(weight) * (kWeightMask + 1.0) + 0.5), kWeightMask));
 }
 inline float packed_weight(uint32_t packed) {
   return float((packed & kWeightMask) / (kWeightMask + 1.0));
@@ -85,28 +82,18 @@ auto to_rays(const Ray3& ray, const dr::mask_t<FloatP>& active) {
 enum class Query : uint32_t { kSurface, kSample, kAttribute, kTexcoord };
 
 // Words of an answer: first the members of SurfacePoint,
-constexpr uint32_t kWordP = 0;
-constexpr uint32_t kWordUv = 3;
-constexpr uint32_t kWordN = 5;
-constexpr uint32_t kWordShadingN = 8;
-constexpr uint32_t kWordDpDu = 11;
-constexpr uint32_t kWordDpDv = 14;
-constexpr uint32_t kWordDnDu = 17;
-constexpr uint32_t kWordDnDv = 20;
+constexpr uint32_t kWordP = offsetof(SurfacePoint, p) / sizeof(float);
+constexpr uint32_t kWordUv = offsetof(SurfacePoint, uv) / sizeof(float);
+constexpr uint32_t kWordN = offsetof(SurfacePoint, n) / sizeof(float);
+constexpr uint32_t kWordShadingN = offsetof(SurfacePoint, shading_n) / sizeof(float);
+constexpr uint32_t kWordDpDu = offsetof(SurfacePoint, dp_du) / sizeof(float);
+constexpr uint32_t kWordDpDv = offsetof(SurfacePoint, dp_dv) / sizeof(float);
+constexpr uint32_t kWordDnDu = offsetof(SurfacePoint, dn_du) / sizeof(float);
+constexpr uint32_t kWordDnDv = offsetof(SurfacePoint, dn_dv) / sizeof(float);
 // then, for Query::kTexcoord, the primitive's index as bits, and 1 if there is such a point.
-constexpr uint32_t kWordPrimIndex = 23;
-constexpr uint32_t kWordFound = 24;
-constexpr uint32_t kWords = 25;
-
-static_assert(offsetof(SurfacePoint, p) == kWordP * sizeof(float));
-static_assert(offsetof(SurfacePoint, uv) == kWordUv * sizeof(float));
-static_assert(offsetof(SurfacePoint, n) == kWordN * sizeof(float));
-static_assert(offsetof(SurfacePoint, shading_n) == kWordShadingN * sizeof(float));
-static_assert(offsetof(SurfacePoint, dp_du) == kWordDpDu * sizeof(float));
-static_assert(offsetof(SurfacePoint, dp_dv) == kWordDpDv * sizeof(float));
-static_assert(offsetof(SurfacePoint, dn_du) == kWordDnDu * sizeof(float));
-static_assert(offsetof(SurfacePoint, dn_dv) == kWordDnDv * sizeof(float));
-static_assert(sizeof(SurfacePoint) == kWordPrimIndex * sizeof(float));
+constexpr uint32_t kWordPrimIndex = sizeof(SurfacePoint) / sizeof(float);
+constexpr uint32_t kWordFound = kWordPrimIndex + 1;
+constexpr uint32_t kWords = kWordFound + 1;
 
 // Query::kAttribute answers with up to four floats from word 0. With kAttributeColor it answers
 // with the corners' colours as three coefficients of spectra each, and the weights to mix them.
