@@ -113,7 +113,8 @@ def compress(
             fast takes about 0.6 of the time for 2 % more bytes, and high 1.7 times for 0.2 % fewer
             (default normal).
         page_bytes: largest size of a page, a blob of neighbouring meshlets that decodes alone; 0
-            for one blob per primitive, else at least 4096 (0 to 268435456, default 0).
+            for one blob per primitive, else at least 4096; by default 131072 in primitives of more
+            than 131072 triangles, 0 in others (0 to 268435456).
         lod: also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or 32768 bytes;
             needs the package meshoptimizer.
         lod_reduction: triangles of a level over those of the next (1.5 to 16, default 4.0).
@@ -385,7 +386,9 @@ def _encode_job(job: Job, options: Options, threads: int, progress: Advance | No
         [s.table_row() for s in job.plan.streams],
         job.plan.values,
         progress=progress,
-        **{**options.encoder, "threads": threads},
+        threads=threads,
+        page_bytes=options.page_bytes_of(len(source.indices)),
+        **options.generation,
     )
 
 

@@ -20,6 +20,10 @@ MIN_PAGE_BYTES, MAX_PAGE_BYTES = 4096, 1 << 28
 LARGEST_NUMBER = 1e9
 EFFORTS = ("fast", "normal", "high")
 DEFAULT_LOD_PAGE_BYTES = 32768
+# By default, primitives of more triangles become pages. One with fewer decodes in at most 8 ms in a
+# browser (bench/results/web.json). Pages of 128 KiB cost igea and dragon 0.8 and 0.7 % of their
+# bytes, of 64 KiB 1.1 and 1.2 %, of 256 KiB 0.2 and 0.4 %, but igea then has only two of them.
+MOST_TRIANGLES_UNPAGED, DEFAULT_PAGE_BYTES = 1 << 17, 1 << 17
 # Former options, and those to use instead.
 REMOVED_OPTIONS = {"iterations": "effort", "fill": "max_triangles", "weight": "lambda_"}
 
@@ -145,11 +149,12 @@ class Options:
         "2 % more bytes, and high 1.7 times for 0.2 % fewer",
         choices=EFFORTS,
     )
-    page_bytes: int = _declared(
-        0,
+    page_bytes: int | None = _declared(
+        None,
         "--page-bytes",
         "largest size of a page, a blob of neighbouring meshlets that decodes alone; 0 for one "
-        f"blob per primitive, else at least {MIN_PAGE_BYTES}",
+        f"blob per primitive, else at least {MIN_PAGE_BYTES}; by default {DEFAULT_PAGE_BYTES} in "
+        f"primitives of more than {MOST_TRIANGLES_UNPAGED} triangles, 0 in others",
         limits=(0, MAX_PAGE_BYTES),
     )
     lod: bool = _declared(
@@ -198,7 +203,7 @@ class Options:
             value = getattr(self, option.name)
             if value is not None:
                 option.check(value)
-        if 0 < self.page_bytes < MIN_PAGE_BYTES:
+        if self.page_bytes is not None and 0 < self.page_bytes < MIN_PAGE_BYTES:
             raise MeshletError(
                 f"page_bytes is {self.page_bytes}",
                 f"use 0 or at least {MIN_PAGE_BYTES}",
@@ -222,14 +227,15 @@ class Options:
     def lod_page_bytes(self) -> int:
         return self.page_bytes or DEFAULT_LOD_PAGE_BYTES
 
-    @property
-    def encoder(self) -> dict[str, Any]:
-        """Keyword arguments of _codec.encode; it has its own default for lambda_."""
-        return {**self.generation, "threads": self.threads, "page_bytes": self.page_bytes}
+    def page_bytes_of(self, triangles: int) -> int:
+        """The page size of a primitive without levels; 0 for one blob."""
+        if self.page_bytes is not None:
+            return self.page_bytes
+        return DEFAULT_PAGE_BYTES if triangles > MOST_TRIANGLES_UNPAGED else 0
 
     @property
     def generation(self) -> dict[str, Any]:
-        """Keyword arguments of _codec.generate_in_groups, as in `encoder`."""
+        """Keyword arguments of _codec's encoders; they have their own default for lambda_."""
         shape = {} if self.lambda_ is None else {"lambda_": self.lambda_}
         return {"max_triangles": self.max_triangles, "effort": self.effort, **shape}
 

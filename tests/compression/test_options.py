@@ -109,4 +109,4 @@ def test_efforts_trade_time_for_size(tmp_path):
 
 def test_numpy_numbers_are_numbers():
     options = Options(position_bits=np.int64(9), step=None, lambda_=np.float32(2))
-    assert options.position_bits == 9 and options.encoder["lambda_"] == 2
+    assert options.position_bits == 9 and options.generation["lambda_"] == 2

@@ -8,6 +8,7 @@ import pytest
 import gltf_ext
 from gltf_ext import _codec
 from gltf_ext.compression.extension import compressed_primitives
+from gltf_ext.compression.options import DEFAULT_PAGE_BYTES, MOST_TRIANGLES_UNPAGED
 from gltf_ext.gltf.importers import open_model
 from gltf_meshlet.cli import main
 from tests.helpers.gltf_builder import NORMALIZED, Builder, everything, grid_mesh
@@ -90,6 +91,22 @@ def test_the_command_line(files, tmp_path, capsys):
     assert " pages, ratio" in capsys.readouterr().out
     main(["validate", str(output)])
     assert "well formed" in capsys.readouterr().out
+
+
+def test_large_primitives_are_pages_by_default(tmp_path):
+    outputs = {}
+    for rows in (256, 258):
+        positions, triangles = grid_mesh(rows, 258)
+        positions += np.random.default_rng(1).random(positions.shape, np.float32) / 200
+        builder = Builder()
+        builder.mesh({"POSITION": positions}, triangles)
+        source = builder.write(tmp_path / "in.glb")
+        for options in ({}, {"page_bytes": 0}, {"page_bytes": DEFAULT_PAGE_BYTES}):
+            gltf_ext.compress(source, tmp_path / "out.glb", **options)
+            outputs[rows, options.get("page_bytes")] = (tmp_path / "out.glb").read_bytes()
+    assert 2 * 255 * 257 <= MOST_TRIANGLES_UNPAGED < 2 * 257 * 257
+    assert outputs[256, None] == outputs[256, 0]
+    assert outputs[258, None] == outputs[258, DEFAULT_PAGE_BYTES] != outputs[258, 0]
 
 
 @pytest.mark.parametrize("value", [1, 4095, -1, 2**28 + 1, 4096.5, "4KiB"])
