@@ -16,7 +16,7 @@ Decoder* new_decoder();
 namespace avx2 {
 Decoder* new_decoder();
 
-// Does the processor have the instruction sets of MESHLET_AVX2_OPTIONS (codec/CMakeLists.txt)?
+// Does the processor have the instruction sets of avx2_options (codec/CMakeLists.txt)?
 static bool supported() {
   unsigned a, b, c = 0, d;  // not every compiler's __builtin_cpu_supports knows lzcnt
   return __get_cpuid(0x80000001u, &a, &b, &c, &d) && (c & bit_LZCNT) &&
