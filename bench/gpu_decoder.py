@@ -53,6 +53,7 @@ METHODS: dict[str, tuple[Pass, ...]] = {
         Pass("geo.comp", PASS_GROUP // 32),
     ),
 }
+SPREAD = 16  # threads of connect.comp for each meshlet, with `interior`: see web/webgpu.js
 PACKED = ("interior", "traversal")  # write shaders/decoders/packed_values.glsl's layout
 
 
@@ -141,6 +142,7 @@ class GpuDecoder:
             )
         self.device, self.streams, self.elements = device, streams, elements
         self._method, self._packs = method, method in PACKED
+        self._spread = SPREAD if method == "interior" else 1
 
     def decode(self, blob: bytes, repeat: int = 1) -> Decoded:
         """Decodes all streams of all meshlets, `repeat` times to time it.
@@ -174,6 +176,7 @@ class GpuDecoder:
             meshlets=meshlets,
             streams=streams,
             value_words=value_words,
+            spread=self._spread,
             **{name: buffer.address for name, buffer in results.items()},
         )
         milliseconds = self._run(data, meshlets, repeat)
@@ -197,10 +200,14 @@ class GpuDecoder:
         constants = {"MAX_STREAMS": self.streams, "MAX_ELEMENTS": self.elements}
         return ComputePipeline.of(self.device, f"bench:{step.shader}", constants)
 
+    def _groups(self, step: Pass, meshlets: int) -> int:
+        threads = self._spread if step == CONNECT else 1
+        return -(-meshlets * threads // step.meshlets)
+
     def _run(self, data: np.ndarray, meshlets: int, repeat: int) -> np.ndarray:
         """float64[repeat]: milliseconds of each run. data: push constants."""
         steps = [
-            (self._pipeline(step), -(-meshlets // step.meshlets), step.split)
+            (self._pipeline(step), self._groups(step, meshlets), step.split)
             for step in METHODS[self._method]
         ]
         times = Timestamps(self.device, repeat + 1)

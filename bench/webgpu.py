@@ -26,13 +26,15 @@ METHODS = {
     "interior": {"corners": 8, "chains": 8, "interior": 1},
     "traversal": {"corners": 8, "chains": 8, "traversal": 64, "geo": 2},
 }
+SPREAD = 16  # threads of connect for each meshlet, with `interior`
 SPLIT = ("corners", "chains", "traversal")  # have a row of workgroups for each stream
 PASSES = ("lengths", "corners", "chains", "traversal", "geo")  # share a file
 INTERIOR_STREAMS, INTERIOR_ELEMENTS = 8, 20
 SCRATCH_BYTES = 2**25  # of the values that are decoded at a time
 WORKGROUPS = 65535  # of a dispatch
 MAX_BYTES = 2**30  # of a buffer
-PUSH = ("blob_words", "meshlets", "streams", "value_words", "first")  # shaders/web/wgsl.glsl
+# Fields of the push constants in shaders/web/wgsl.glsl.
+PUSH = ("blob_words", "meshlets", "streams", "value_words", "spread", "first")
 PUSH_ATTRIBUTE = ("stream", "base", "stride", "field", "integers")
 REPEAT = 20  # decodings of a round
 WARM_UP, ROUNDS = 6, 4  # rounds: an idle GPU has a low clock rate
@@ -93,7 +95,8 @@ class WebgpuDecoder:
         self._gpu = gpu
         elements, places, words = stream_places(blob)
         self._push = {"blob_words": len(blob) // 4, "meshlets": meshlets}
-        self._push |= {"streams": len(elements), "value_words": words}
+        spread = SPREAD if method == "interior" else 1
+        self._push |= {"streams": len(elements), "value_words": words, "spread": spread}
         chunk = min(WORKGROUPS, max(1, SCRATCH_BYTES // (4 * words)))
         sizes = {2: 4 * meshlets, 3: 256 * meshlets, 4: 4 * words * min(chunk, meshlets)}
         sizes |= {5: 48 * meshlets, 6: 64 * meshlets, 7: 4 * meshlets, 8: 20, 9: 8}
@@ -103,7 +106,8 @@ class WebgpuDecoder:
         indices = {"buffer": self._buffer(12 * triangles)}
         self._dispatches: list[tuple[Any, Any, tuple[int, int]]] = []
         for name, per in FIRST.items():
-            self._add(name, math.ceil(meshlets / per))
+            threads = spread if name == "connect" else 1
+            self._add(name, math.ceil(meshlets * threads / per))
         for first in range(0, meshlets, chunk):
             count = min(chunk, meshlets - first)
             some = {"first": first, "meshlets": first + count}
@@ -125,7 +129,7 @@ class WebgpuDecoder:
         """Adds a dispatch with these push constants besides those of the blob."""
         values = np.zeros(16, np.uint32)
         fields = {**self._push, **push}
-        values[:10] = [fields.get(field, 0) for field in (*PUSH, *PUSH_ATTRIBUTE)]
+        values[:11] = [fields.get(field, 0) for field in (*PUSH, *PUSH_ATTRIBUTE)]
         uniform = self._gpu.device.create_buffer_with_data(
             data=values.tobytes(), usage=self._gpu.usage.UNIFORM
         )

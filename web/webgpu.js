@@ -17,18 +17,22 @@ const METHODS = {
   interior: { corners: 8, chains: 8, interior: 1 },
   traversal: { corners: 8, chains: 8, traversal: 64, geo: 2 },
 };
-// From here on `traversal` is faster. On an H200 it takes 0.67 ms in place of 0.41 for 1,108 meshlets
-// and 0.79 in place of 0.55 for 2,509, but 0.26 in place of 0.29 for 4,381, 0.45 in place of 0.66 for
-// 14,227 and 1.20 in place of 2.18 for 56,884 (bench/results/gpu_forms.json).
+// From here on `traversal` is faster. On an H200 it takes 0.66 ms in place of 0.35 for 1,108 meshlets
+// and 0.79 in place of 0.50 for 2,509, but 0.26 in place of 0.29 for 4,381, 0.45 in place of 0.73 for
+// 14,227 and 1.19 in place of 2.55 for 56,884 (bench/results/webgpu.json).
 const MANY_MESHLETS = 4000;
 const INTERIOR_STREAMS = 8; // capacities of `interior`, whose values lie in workgroup memory
 const INTERIOR_ELEMENTS = 20;
+// Of few meshlets, one of so many threads of connect decodes one: threads side by side that take
+// different branches wait for each other, and few meshlets do not fill a GPU. For 1,108 meshlets all
+// steps together take 0.35 ms in place of 0.41.
+const SPREAD = 16;
 const SPLIT = ['corners', 'chains', 'traversal']; // have a row of workgroups for each stream
 const PASSES = ['lengths', 'corners', 'chains', 'traversal', 'geo']; // share a file, passes.wgsl
 const OUTPUT = ['attribute', 'ranges', 'indices'];
 
 // The fields of the uniform buffer (shaders/web/wgsl.glsl), in order.
-const PUSH = ['blob_words', 'meshlets', 'streams', 'value_words', 'first'];
+const PUSH = ['blob_words', 'meshlets', 'streams', 'value_words', 'spread', 'first'];
 const PUSH_ATTRIBUTE = ['stream', 'base', 'stride', 'field', 'integers'];
 const PUSH_BYTES = 256; // WebGPU's default alignment of offsets of uniform buffers
 
@@ -168,6 +172,7 @@ class Job {
       meshlets: meshletCount,
       streams: end,
       value_words: words,
+      spread: this.#method === METHODS.interior ? SPREAD : 1,
     };
     const steps = dispatches(FIRST, meshletCount, push);
     for (const range of ranges(meshletCount, chunk)) {
@@ -255,7 +260,8 @@ class Job {
 function dispatches(modules, count, push) {
   return Object.entries(modules).map(([module, size]) => {
     const rows = SPLIT.includes(module) ? push.streams : 1;
-    return { module, groups: Math.ceil(count / size), rows, push };
+    const threads = module === 'connect' ? push.spread : 1;
+    return { module, groups: Math.ceil((count * threads) / size), rows, push };
   });
 }
 

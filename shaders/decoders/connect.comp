@@ -10,8 +10,10 @@
 layout(local_size_x = GROUP) in;
 #ifdef STREAM
 #include "raster/stream_push.glsl"
+#define SPREAD 1u
 #else
 #include "decoders/decode_push.glsl"
+#define SPREAD push.spread
 #endif
 // Apices in shared memory: arrays of a thread live in slow memory. Four to a word: the less shared
 // memory a workgroup takes, the more workgroups run at once.
@@ -48,8 +50,8 @@ void keep_header(HEADER_IN h) {
 #endif
 
 void main() {
-  uint i = FIRST_MESHLET + gl_GlobalInvocationID.x;
-  if (i >= push.meshlets) return;
+  uint i = FIRST_MESHLET + gl_GlobalInvocationID.x / SPREAD;
+  if (i >= push.meshlets || gl_LocalInvocationIndex % SPREAD != 0u) return;
   open_job(i);
   if (!job_wanted()) {
     SET_SUMMARY(job_place, 0u);

@@ -18,6 +18,7 @@ layout(push_constant) uniform Push {
   uint meshlets;
   uint streams;  // to decode
   uint value_words;
+  uint spread;  // connect.comp: one of so many threads decodes a meshlet, the others are idle
 }
 push;
 #endif

@@ -39,6 +39,7 @@ struct Push {
   uint meshlets;  // the job is meshlets [first, meshlets)
   uint streams;
   uint value_words;
+  uint spread;
   uint first;
   // Of attribute.comp: the stream to convert, the word at which a meshlet's values of it begin, the
   // words between vertices, the bits of an element, and whether to write integers instead of

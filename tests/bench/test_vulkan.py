@@ -58,6 +58,7 @@ def test_webgpu_runs_the_dispatches_of_the_package():
     for name in ("SPLIT", "PASSES"):
         listed = ", ".join(f"'{shader}'" for shader in getattr(webgpu, name))
         assert f"const {name} = [{listed}];" in text
+    assert f"const SPREAD = {webgpu.SPREAD};" in text
     assert f"const INTERIOR_ELEMENTS = {webgpu.INTERIOR_ELEMENTS};" in text
 
 

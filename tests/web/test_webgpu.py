@@ -293,6 +293,7 @@ def test_webgpu_repeats_the_numbers_of_format_and_shaders():
         "CONNECTED_BYTES": bytes_of("Connected_std430_0", connect),
         "PLACES_BYTES": bytes_of("Places_std430_0", connect),
         "MANY_MESHLETS": 4000,
+        "SPREAD": 16,
         "INTERIOR_STREAMS": interior["MAX_STREAMS"],
         "INTERIOR_ELEMENTS": interior["MAX_ELEMENTS"],
         "WORKGROUPS": 65535,  # limits of WebGPU

@@ -5,12 +5,13 @@ struct Push_std140_0
     @align(4) meshlets_0 : u32,
     @align(8) streams_0 : u32,
     @align(4) value_words_0 : u32,
-    @align(16) first_0 : u32,
-    @align(4) stream_0 : u32,
-    @align(8) base_0 : u32,
-    @align(4) stride_0 : u32,
-    @align(16) field_0 : u32,
-    @align(4) integers_0 : u32,
+    @align(16) spread_0 : u32,
+    @align(4) first_0 : u32,
+    @align(8) stream_0 : u32,
+    @align(4) base_0 : u32,
+    @align(16) stride_0 : u32,
+    @align(4) field_0 : u32,
+    @align(8) integers_0 : u32,
 };
 
 @binding(1) @group(0) var<uniform> push_0 : Push_std140_0;

@@ -5,12 +5,13 @@ struct Push_std140_0
     @align(4) meshlets_0 : u32,
     @align(8) streams_0 : u32,
     @align(4) value_words_0 : u32,
-    @align(16) first_0 : u32,
-    @align(4) stream_0 : u32,
-    @align(8) base_0 : u32,
-    @align(4) stride_0 : u32,
-    @align(16) field_0 : u32,
-    @align(4) integers_0 : u32,
+    @align(16) spread_0 : u32,
+    @align(4) first_0 : u32,
+    @align(8) stream_0 : u32,
+    @align(4) base_0 : u32,
+    @align(16) stride_0 : u32,
+    @align(4) field_0 : u32,
+    @align(8) integers_0 : u32,
 };
 
 @binding(1) @group(0) var<uniform> push_0 : Push_std140_0;
@@ -984,8 +985,20 @@ fn keep_header_0( h_2 : Header_0)
 
 fn connect_shader_0()
 {
-    var i_8 : u32 = push_0.first_0 + the_invocation_0.x;
+    var _S80 : u32 = push_0.first_0;
+    var _S81 : u32 = the_invocation_0.x / push_0.spread_0;
+    var i_8 : u32 = _S80 + _S81;
+    var _S82 : bool;
     if(i_8 >= (push_0.meshlets_0))
+    {
+        _S82 = true;
+    }
+    else
+    {
+        var _S83 : u32 = the_thread_0 % push_0.spread_0;
+        _S82 = _S83 != u32(0);
+    }
+    if(_S82)
     {
         return;
     }
@@ -996,23 +1009,23 @@ fn connect_shader_0()
         return;
     }
     connected_triangles_0 = job_triangles_0();
-    var _S80 : bool = connect_0(job_meshlet_0);
+    var _S84 : bool = connect_0(job_meshlet_0);
     keep_header_0(opened_0);
     connectivity_0[job_place_0].boundary_0 = boundary_1;
     connectivity_0[job_place_0].starts_0 = disk_starts_0;
     connectivity_0[job_place_0].closing_0 = symbol_c_0;
     connectivity_0[job_place_0].ends_0 = symbol_e_0;
     connectivity_0[job_place_0].splits_0 = symbol_s_0;
-    var _S81 : u32;
+    var _S85 : u32;
     if(error_0 == u32(0))
     {
-        _S81 = (triangle_count_0 | (((vertex_count_0 << (u32(8))))));
+        _S85 = (triangle_count_0 | (((vertex_count_0 << (u32(8))))));
     }
     else
     {
-        _S81 = (error_0 << (u32(16)));
+        _S85 = (error_0 << (u32(16)));
     }
-    atomicStore(&(the_summaries_0[job_place_0]), _S81);
+    atomicStore(&(the_summaries_0[job_place_0]), _S85);
     return;
 }
 
