@@ -6,9 +6,12 @@ from gltf_ext import _codec
 from gltf_ext.compression.extension import EXTENSION as EDGEBREAKER
 from gltf_ext.compression.extension import (
     compressed_primitives,
+    is_compressed,
     malformed,
+    malformed_from,
     require_unused_by_accessors,
 )
+from gltf_ext.compression.primitives import all_primitives
 from gltf_ext.gltf.document import Document
 from gltf_ext.lod.coverage import check_coverage
 from gltf_ext.lod.reading import COUNTS, LodPrimitive, read_lod
@@ -18,14 +21,12 @@ from gltf_ext.lod.tables import EXTENSION
 def lod_problems(document: Document) -> list[str]:
     """Problems of the tables, pages and replacements of all primitives, one line each."""
     problems = []
-    users = [
-        p for mesh in document.meshes for p in mesh.primitives if EXTENSION in (p.extensions or {})
-    ]
+    users = [p for _, _, p in all_primitives(document) if EXTENSION in (p.extensions or {})]
     if users and EXTENSION not in document.extensionsUsed:
         problems.append(f"extensionsUsed lacks {EXTENSION}")
     if EXTENSION in document.extensionsRequired:
         problems.append(f"extensionsRequired lists {EXTENSION}, which is optional")
-    if any(EDGEBREAKER not in (p.extensions or {}) for p in users):
+    if not all(map(is_compressed, users)):
         problems.append(f"{EXTENSION} is on a primitive without {EDGEBREAKER}")
     try:
         _check_primitives(document)
@@ -59,8 +60,6 @@ def _check_primitives(document: Document) -> None:
 def _check_pages(primitive: LodPrimitive) -> None:
     for page in range(len(primitive.tables.pages)):
         primitive.check_page(page)
-    try:
+    with malformed_from(primitive.where):
         _codec.validate(primitive.coarse)
-    except ValueError as error:
-        raise primitive.malformed(str(error)) from None
     check_coverage(primitive)
