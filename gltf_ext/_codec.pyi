@@ -173,9 +173,8 @@ def encode(
     with the number of its items). Pages then hold whole groups in their order; without
     page_bytes, each holds one. effort: 'fast', 'normal' or 'high'.
 
-    Returns (view, statistics): those of describe, 'generation': {'histogram', 'iterations'} and
-    'seconds': {stage: seconds}; stages: sort, grow, join, boundaries, predict, write. Raises
-    ValueError for bad arguments.
+    Returns (view, statistics): those of describe, and 'generation': {'histogram',
+    'iterations'}. Raises ValueError for bad arguments.
     """
 
 def decode(

@@ -1,10 +1,8 @@
 #include "encode/encoder.h"
 
 #include <algorithm>
-#include <chrono>
 #include <mutex>
 #include <stdexcept>
-#include <string_view>
 
 #include "common/parallel.h"
 #include "encode/blob_writer.h"
@@ -12,22 +10,6 @@
 
 namespace meshlet {
 namespace {
-
-// Appends the time between two ends of stages to the statistics.
-class StageClock {
- public:
-  explicit StageClock(EncoderStats& stats) : stats_(stats) {}
-  void end_stage(const char* stage) {
-    const Clock::time_point now = Clock::now();
-    stats_.add_seconds(stage, std::chrono::duration<double>(now - last_).count());
-    last_ = now;
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  EncoderStats& stats_;
-  Clock::time_point last_ = Clock::now();
-};
 
 // The choices that the second half of the encoder tries. kFast compares gates by positions alone
 // and samples every 16th and 8th meshlet instead of every 8th and 4th: each saves 3 to 5 % of its
@@ -81,15 +63,6 @@ std::vector<PlanChunk> plan_all(const EncoderInput& input, const Boundaries& bou
 
 }  // namespace
 
-void EncoderStats::add_seconds(const char* stage, double seconds) {
-  const auto same = [&](const auto& known) { return std::string_view(known.first) == stage; };
-  const auto found = std::find_if(stage_seconds.begin(), stage_seconds.end(), same);
-  if (found == stage_seconds.end())
-    stage_seconds.emplace_back(stage, seconds);
-  else
-    found->second += seconds;
-}
-
 void check_input(const MeshView& mesh, const std::vector<Stream>& streams) {
   if (mesh.triangle_count == 0)
     throw std::invalid_argument("a primitive without triangles cannot be encoded");
@@ -106,16 +79,11 @@ void check_input(const MeshView& mesh, const std::vector<Stream>& streams) {
 
 SegmentedMesh segment_for_encoder(const MeshView& mesh, const EncodeOptions& options, float share,
                                   EncoderStats& stats) {
-  StageClock clock(stats);
   GenerationOptions generation = options;
   if (options.progress) generation.progress = [&](float f) { options.progress(share * f); };
   SpatialMesh sorted = sort_in_space(mesh, options.threads);
   HalfEdges half_edges = match_half_edges(sorted.view(), options.threads);
-  clock.end_stage("sort");
   Meshlets meshlets = generate_meshlets(sorted, half_edges, generation);
-  clock.end_stage("grow");
-  stats.stage_seconds.back().second -= meshlets.join_seconds;
-  stats.add_seconds("join", meshlets.join_seconds);
   stats.iterations = meshlets.iterations_run;
   std::copy(meshlets.histogram, meshlets.histogram + 4, stats.histogram);
   return {std::move(sorted), std::move(half_edges), std::move(meshlets)};
@@ -123,23 +91,19 @@ SegmentedMesh segment_for_encoder(const MeshView& mesh, const EncodeOptions& opt
 
 std::vector<uint8_t> encode_meshlets(const EncoderInput& input, const std::vector<Stream>& streams,
                                      const EncodeOptions& options, EncoderStats& stats) {
-  StageClock clock(stats);
   const auto progress = [&](float f) {
     if (options.progress) options.progress(f);
   };
   const Boundaries boundaries = find_boundaries(input.mesh, input.half_edges, input.meshlets,
                                                 input.values, options.share_seams, options.threads);
   progress(0.25f);
-  clock.end_stage("boundaries");
   std::vector<Stream> chosen = streams;
   const Trials trials = trials_of(options.effort);
   choose_predictors(input, boundaries, chosen, trials.predictors, options.threads);
   std::vector<PlanChunk> chunks = plan_all(input, boundaries, chosen, trials, options.threads);
   progress(0.75f);
-  clock.end_stage("predict");
   WrittenBlob blob = write_blob(chunks, chosen, boundaries, options.threads);
   progress(1.0f);
-  clock.end_stage("write");
   stats.meshlets = blob.meshlets;
   stats.vertices = blob.vertices;
   stats.bits = std::move(blob.bits);

@@ -22,11 +22,7 @@ struct EncoderStats {
   uint32_t vertices = 0;                 // decoded
   uint32_t histogram[4] = {0, 0, 0, 0};  // as in Meshlets
   int iterations = 0;                    // rounds of region growing
-  // (stage, seconds) in the order of the stages: sort, grow, join, boundaries, predict, write.
-  std::vector<std::pair<const char*, double>> stage_seconds;
-  BitStatistics bits;  // equal to count_bits of the blob, without decoding it
-
-  void add_seconds(const char* stage, double seconds);
+  BitStatistics bits;                    // equal to count_bits of the blob, without decoding it
 };
 
 // A mesh in the order in which it is encoded, and its meshlets.

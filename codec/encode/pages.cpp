@@ -247,12 +247,11 @@ class PagePacker {
   size_t at_once_ = 1;
 };
 
-// Adds a page's blob to the blobs, and its counts and times to the statistics.
+// Adds a page's blob to the blobs, and its counts to the statistics.
 void add(Page& page, std::vector<Bytes>& blobs, EncoderStats& stats) {
   stats.meshlets += page.stats.meshlets;
   stats.vertices += page.stats.vertices;
   stats.bits.add(page.stats.bits);
-  for (const auto& [stage, seconds] : page.stats.stage_seconds) stats.add_seconds(stage, seconds);
   blobs.push_back(std::move(page.blob));
 }
 

@@ -214,13 +214,11 @@ nb::tuple encode_primitive(const Indices& triangles, const Numbers& position_ids
   std::vector<uint8_t> view;
   for (const std::vector<uint8_t>& blob : blobs) view.insert(view.end(), blob.begin(), blob.end());
   nb::dict out = description_dict(View(view.data(), view.size()), stats.bits);
-  nb::dict generation, seconds;
+  nb::dict generation;
   generation["histogram"] = nb::make_tuple(stats.histogram[0], stats.histogram[1],
                                            stats.histogram[2], stats.histogram[3]);
   generation["iterations"] = stats.iterations;
-  for (const auto& [stage, time] : stats.stage_seconds) seconds[stage] = time;
   out["generation"] = generation;
-  out["seconds"] = seconds;
   return nb::make_tuple(nb::bytes(view.data(), view.size()), out);
 }
 
@@ -429,10 +427,8 @@ NB_MODULE(_codec, m) {
       "ends\n"
       "with the number of its items). Pages then hold whole groups in their order; without\n"
       "page_bytes, each holds one. effort: 'fast', 'normal' or 'high'.\n\n"
-      "Returns (view, statistics): those of describe, 'generation': {'histogram', 'iterations'} "
-      "and\n"
-      "'seconds': {stage: seconds}; stages: sort, grow, join, boundaries, predict, write. Raises\n"
-      "ValueError for bad arguments.");
+      "Returns (view, statistics): those of describe, and 'generation': {'histogram',\n"
+      "'iterations'}. Raises ValueError for bad arguments.");
 
   m.def(
       "decode",

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <thread>
 
 #include "common/curve.h"
@@ -309,7 +308,6 @@ void Generator::join(const MeshletList& list, const std::vector<uint32_t>& meshl
 }
 
 Meshlets Generator::join_patches(const std::vector<PatchResult>& results) const {
-  const auto start = std::chrono::steady_clock::now();
   Meshlets meshlets;
   for (const PatchResult& result : results) {
     meshlets.append(result.list);
@@ -317,8 +315,6 @@ Meshlets Generator::join_patches(const std::vector<PatchResult>& results) const 
     meshlets.iterations_run = std::max(meshlets.iterations_run, result.iterations);
   }
   static_cast<MeshletList&>(meshlets) = join_small(meshlets);
-  meshlets.join_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return meshlets;
 }
 

@@ -37,7 +37,6 @@ struct Meshlets : MeshletList {
   // Regions of < 32, < 64, < 72 and more triangles, before the limits are enforced.
   uint32_t histogram[4] = {0, 0, 0, 0};
   int iterations_run = 0;
-  double join_seconds = 0;  // time spent on joining small meshlets
 };
 
 // Partitions the mesh into meshlets of disks. A disk is connected through edges of shared vertices
