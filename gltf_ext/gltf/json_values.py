@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+LARGEST = 1e15  # of factors and intensities: products of two must fit 32-bit floats
+
 
 def is_number(value: Any) -> bool:
     """Whether `value` is a number that fits a 64-bit float: no boolean, infinity or NaN."""
@@ -12,8 +14,8 @@ def is_number(value: Any) -> bool:
 
 
 def number(value: Any, default: float) -> float:
-    """`value` as a float if it is a number, otherwise the default."""
-    return float(value) if is_number(value) else default
+    """`value` as a float if it is a number up to LARGEST, otherwise the default."""
+    return float(value) if is_number(value) and abs(value) <= LARGEST else default
 
 
 def numbers(values: Any, default: tuple[float, ...]) -> tuple[float, ...]:
