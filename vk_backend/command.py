@@ -1,4 +1,4 @@
-"""The part of `gltf-meshlet render` for `--backend vulkan`."""
+"""`gltf-meshlet render` with `--backend vulkan`."""
 
 from __future__ import annotations
 

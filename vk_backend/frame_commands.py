@@ -88,7 +88,7 @@ def overlapped(commands: list[tuple[Queue, Any]], ring: Ring) -> list[Submission
     batch in turn. Advances the ring's timelines.
     """
     decoded, drawn = ring.decoded, ring.drawn
-    assert decoded is not None and drawn is not None, "the ring has two parts"
+    assert decoded is not None and drawn is not None, "the ring has two sections"
     batches = len(commands) // 2
     before, begun = decoded.value, drawn.value + 1
     # The end of decoding batch i is value before + 1 + i, the end of drawing it begun + 1 + i.
@@ -96,7 +96,7 @@ def overlapped(commands: list[tuple[Queue, Any]], ring: Ring) -> list[Submission
     # Decoding is submitted one batch ahead; if there is a single queue, the order works as well.
     for number in range(batches + 1):
         if number < batches:
-            free = begun + max(number - ring.parts + 1, 0)
+            free = begun + max(number - ring.sections + 1, 0)
             wait = (drawn, free, COMPUTE_STAGE)
             signal = (decoded, before + 1 + number, COMPUTE_STAGE)
             submissions.append(Submission(*commands[1 + 2 * number], wait, signal))

@@ -107,11 +107,11 @@ class ComputePipeline:
         self.handle = vk.vkCreateComputePipelines(device.handle, None, 1, [info], None)[0]
         device.at_close(lambda: vk.vkDestroyPipeline(device.handle, self.handle, None))
 
-    def dispatch(self, commands: Any, groups: int, data: np.ndarray, rows: int = 1) -> None:
-        """Records `rows` rows of `groups` workgroups with `data` as push constants."""
+    def dispatch(self, commands: Any, workgroups: int, data: np.ndarray, rows: int = 1) -> None:
+        """Records `rows` rows of workgroups with `data` as push constants."""
         vk.vkCmdBindPipeline(commands, vk.VK_PIPELINE_BIND_POINT_COMPUTE, self.handle)
         push(commands, self.layout, data)
-        vk.vkCmdDispatch(commands, groups, rows, 1)
+        vk.vkCmdDispatch(commands, workgroups, rows, 1)
 
 
 class Timestamps(Resource):

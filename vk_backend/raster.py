@@ -164,7 +164,7 @@ class Drawing:
     @property
     def overlaps(self) -> bool:
         """Whether decoding and drawing use a queue each: see frame_commands.py."""
-        return self.ring is not None and self.ring.parts > 1
+        return self.ring is not None and self.ring.sections > 1
 
     def record_decoding(self, commands: Any, number: int) -> None:
         """Records the decoding of a batch into its slots."""

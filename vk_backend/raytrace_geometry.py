@@ -45,13 +45,13 @@ def spatial_order(centers: np.ndarray, size: int) -> np.ndarray:
     """
 
     def cut(own: np.ndarray) -> list[np.ndarray]:
-        groups = -(-len(own) // size)
-        if groups <= 1:
+        parts = -(-len(own) // size)
+        if parts <= 1:
             return [own]
         points = centers[own]
         axis = int(np.argmax(points.max(axis=0) - points.min(axis=0)))
         own = own[np.argsort(points[:, axis], kind="stable")]
-        middle = groups // 2 * size
+        middle = parts // 2 * size
         return cut(own[:middle]) + cut(own[middle:])
 
     return np.concatenate(cut(np.arange(len(centers))))

@@ -10,7 +10,7 @@ from .device import Device
 from .memory import STORAGE, Buffer
 from .pipelines import stage
 
-GROUPS = 3  # of shaders: ray generation, miss, hit
+SHADER_GROUPS = 3  # ray generation, miss, hit
 STAGES = {
     "rgen": vk.VK_SHADER_STAGE_RAYGEN_BIT_KHR,
     "rmiss": vk.VK_SHADER_STAGE_MISS_BIT_KHR,
@@ -44,24 +44,26 @@ class RayPipeline:
         self.table, self.regions = self._binding_table()
 
     def _binding_table(self) -> tuple[Buffer, list[Any]]:
-        """(shader binding table with a handle per group, its four regions)"""
+        """(shader binding table with a handle per shader group, its four regions)"""
         limits = self._device.limits
         size = limits.handle_bytes
         step = -(-size // limits.base_alignment) * limits.base_alignment
-        handles = vk.ffi.new(f"char[{size * GROUPS}]")
+        handles = vk.ffi.new(f"char[{size * SHADER_GROUPS}]")
         get = self._device.function("vkGetRayTracingShaderGroupHandlesKHR")
-        get(self._device.handle, self.handle, 0, GROUPS, size * GROUPS, handles)
+        get(self._device.handle, self.handle, 0, SHADER_GROUPS, size * SHADER_GROUPS, handles)
         raw = bytes(vk.ffi.buffer(handles))
         usage = STORAGE | vk.VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR
-        table = Buffer(self._device, step * (GROUPS + 1), usage)
+        table = Buffer(self._device, step * (SHADER_GROUPS + 1), usage)
         begin = -(-table.address // step) * step
-        data = b"".join(raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(GROUPS))
+        data = b"".join(
+            raw[size * i : size * (i + 1)].ljust(step, b"\0") for i in range(SHADER_GROUPS)
+        )
         table.write(data, begin - table.address)
         regions = [
             vk.VkStridedDeviceAddressRegionKHR(
                 deviceAddress=begin + step * i, stride=step, size=step
             )
-            for i in range(GROUPS)
+            for i in range(SHADER_GROUPS)
         ]
         return table, [*regions, vk.VkStridedDeviceAddressRegionKHR()]
 
@@ -69,7 +71,7 @@ class RayPipeline:
 def _make(
     device: Device, groups: Sequence[dict[str, str]], constants: dict[str, int], layout: Any
 ) -> Any:
-    """The VkPipeline of groups of shaders, by their roles."""
+    """The VkPipeline of shader groups: ROLES -> module."""
     names = [name for group in groups for name in group.values()]
     stages = [stage(device, name, STAGES[name.split(".")[1]], constants) for name in names]
     unused = dict.fromkeys(ROLES, vk.VK_SHADER_UNUSED_KHR)

@@ -48,10 +48,10 @@ class Segment:
     slot: int
 
 
-def schedule(meshlets: Sequence[int], slots: int, parts: int = 1) -> list[list[Segment]]:
+def schedule(meshlets: Sequence[int], slots: int, sections: int = 1) -> list[list[Segment]]:
     """Cuts the meshlets of all instances, in order, into batches of at most `slots` meshlets.
 
-    meshlets: of each instance. parts: of the ring, `slots` slots each; batches use them in turn.
+    meshlets: of each instance. sections: of the ring, `slots` slots each; batches use them in turn.
     """
     batches: list[list[Segment]] = []
     free = 0
@@ -62,25 +62,25 @@ def schedule(meshlets: Sequence[int], slots: int, parts: int = 1) -> list[list[S
                 batches.append([])
                 free = slots
             taken = min(count - first, free)
-            slot = (len(batches) - 1) % parts * slots + slots - free
+            slot = (len(batches) - 1) % sections * slots + slots - free
             batches[-1].append(Segment(instance, first, taken, slot))
             first, free = first + taken, free - taken
     return batches
 
 
 def division(meshlets: int, slots: int, overlap: bool | None) -> tuple[int, int]:
-    """(parts of the ring, slots of each) for a scene with this many meshlets: see Ring."""
+    """(sections of the ring, slots of each) for a scene with this many meshlets: see Ring."""
     if overlap is None and meshlets >= OVERLAPPED:
         overlap, slots = True, min(slots, 2 * -(-meshlets // TURNS))
-    parts = 2 if overlap and slots > 1 else 1
-    return parts, slots // parts
+    sections = 2 if overlap and slots > 1 else 1
+    return sections, slots // sections
 
 
 class Ring:
     """The slots that a scene's meshlets pass through, and the pipelines that decode into them.
 
-    slots: at most; a scene with fewer meshlets gets one for each. overlap: two parts, one of which
-    is filled while the other is drawn; None: if the scene is large enough. constants:
+    slots: at most; a scene with fewer meshlets gets one for each. overlap: two sections, one of
+    which is filled while the other is drawn; None: if the scene is large enough. constants:
     specialisation constants of the raster shaders. Raises VulkanError for a ring without slots.
     """
 
@@ -98,13 +98,13 @@ class Ring:
         meshlets = [scene.primitives[i.primitive].meshlets for i in scene.instances]
         layout = SlotLayout.of(scene)
         self.constants = {**constants, **layout.constants}
-        self.parts, part_slots = division(sum(meshlets), slots, overlap)
-        self.batches = schedule(meshlets, part_slots, self.parts)
-        self.slots = min(self.parts * part_slots, sum(meshlets))
-        # Only a ring of two parts uses two queues, which these synchronise: frame_commands.py.
+        self.sections, section_slots = division(sum(meshlets), slots, overlap)
+        self.batches = schedule(meshlets, section_slots, self.sections)
+        self.slots = min(self.sections * section_slots, sum(meshlets))
+        # Only a ring of two sections uses two queues, which these synchronise: frame_commands.py.
         self.decoded: Timeline | None = None
         self.drawn: Timeline | None = None
-        if self.parts > 1:
+        if self.sections > 1:
             self.decoded, self.drawn = _timelines(device)
 
         sizes = {

@@ -51,7 +51,7 @@ from .decoded import (
 )
 from .materials import Material, Materials, Texture
 
-# Attributes that shading needs: role -> components that it may have.
+# Attributes that shading needs: role -> elements that it may have.
 ROLES = {"POSITION": (3,), "NORMAL": (3,), "TEXCOORD": (2,), "COLOR": (3, 4)}
 SHADED = tuple(ROLES)
 
@@ -80,7 +80,7 @@ class Attribute:
         return self.format.scale
 
     def values(self, integers: np.ndarray) -> np.ndarray:
-        """float32[V, components (3 for OCT)] of uint32[V, elements].
+        """float32[V, elements (3 for OCT)] of uint32[V, elements].
 
         Positions have the same bits as in shaders/scene/scene.glsl.
         """

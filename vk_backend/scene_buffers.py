@@ -110,11 +110,10 @@ class SceneBuffers:
         materials = np.array(
             [push_record(MATERIAL, **vars(m)) for m in self.scene.materials], MATERIAL
         )
-        parts = [self.primitives.tobytes(), instances.tobytes(), materials.tobytes()]
-        tables = self._new(b"".join(parts))
-        self.primitives_address = tables.address
-        self.instances_address = self.primitives_address + len(parts[0])
-        self.materials_address = self.instances_address + len(parts[1])
+        tables = [table.tobytes() for table in (self.primitives, instances, materials)]
+        self.primitives_address = self._new(b"".join(tables)).address
+        self.instances_address = self.primitives_address + len(tables[0])
+        self.materials_address = self.instances_address + len(tables[1])
 
     def frame_record(
         self, camera: Camera, width: int, height: int, object_to_clip: int
@@ -186,7 +185,7 @@ def require_room(device: Device, scene: Scene, path: str, shared_bytes: int, adv
     """
     if team_bytes(scene.max_elements, scene.max_streams) > shared_bytes:
         raise VulkanError(
-            f"a vertex has {scene.max_elements} components up to the last one that is shown, "
+            f"a vertex has {scene.max_elements} elements up to the last one that is shown, "
             f"too many for path {path} on {device.name}",
             advice,
         )

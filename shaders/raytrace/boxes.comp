@@ -46,7 +46,7 @@ void put_boxes(uint number) {
         high = max(high, p);
       }
     }
-    // Pad for rounding in the driver's traversal, and give flat groups a thickness.
+    // Pad for rounding in the driver's traversal, and give flat boxes a thickness.
     vec3 farthest = max(abs(low), abs(high));
     float margin = max(farthest.x, max(farthest.y, farthest.z)) * MARGIN;
     low -= margin;

@@ -103,13 +103,13 @@ def _compare(renderer, source, folder, path):
 # --- path stream: reused slots ---
 
 
-@pytest.mark.parametrize("parts", [1, 2])
+@pytest.mark.parametrize("sections", [1, 2])
 @pytest.mark.parametrize("slots", [1, 5, 8, 24, 100])
-def test_batches_hold_every_meshlet_once_and_in_order(slots, parts):
+def test_batches_hold_every_meshlet_once_and_in_order(slots, sections):
     from vk_backend.ring import schedule
 
     counts = [7, 1, 0, 16]
-    batches = schedule(counts, slots, parts)
+    batches = schedule(counts, slots, sections)
     meshlets = [
         (s.instance, s.first + i) for batch in batches for s in batch for i in range(s.meshlets)
     ]
@@ -117,14 +117,14 @@ def test_batches_hold_every_meshlet_once_and_in_order(slots, parts):
         (instance, m) for instance, count in enumerate(counts) for m in range(count)
     ]
     for number, batch in enumerate(batches):
-        begin = number % parts * slots
+        begin = number % sections * slots
         used = [s.slot + i for s in batch for i in range(s.meshlets)]
         assert used == list(range(begin, begin + len(used))) and len(used) <= slots
     assert len(batches) == -(-sum(counts) // slots)
 
 
-def test_large_scenes_get_a_ring_of_two_parts():
-    """By default from OVERLAPPED meshlets on, each part at most a third; with overlap, always."""
+def test_large_scenes_get_a_ring_of_two_sections():
+    """By default from OVERLAPPED meshlets on, at most a third in each; with overlap, always."""
     from vk_backend.ring import OVERLAPPED, RING, division
 
     assert division(OVERLAPPED - 1, RING, None) == (1, RING)
@@ -179,7 +179,7 @@ def test_overlapped_batches_wait_for_each_other(queues, batches):
 
     graphics, compute = queues
     ring = SimpleNamespace(
-        parts=2, decoded=SimpleNamespace(value=0), drawn=SimpleNamespace(value=0)
+        sections=2, decoded=SimpleNamespace(value=0), drawn=SimpleNamespace(value=0)
     )
     commands = [
         (graphics, "start"),
@@ -216,7 +216,7 @@ def test_overlapped_batches_wait_for_each_other(queues, batches):
             assert value == reached[id(timeline)] + 1
             reached[id(timeline)] = value
         assert len(done) == 1 + 2 * batches
-    assert ahead == min(batches, 2), "decoding is ahead of drawing by the ring's parts"
+    assert ahead == min(batches, 2), "decoding is ahead of drawing by the ring's sections"
 
 
 ALL_SHOWN = ("NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0")
@@ -599,7 +599,7 @@ def test_vertices_of_too_many_components_are_refused(renderer, tmp_path):
     for path in ("stream", "mesh"):
         with pytest.raises(
             MeshletError,
-            match=f"^a vertex has {scene.max_elements} components .* too many for path {path}",
+            match=f"^a vertex has {scene.max_elements} elements .* too many for path {path}",
         ):
             renderer.render(scene, camera, path, 16, 16)
     assert renderer.render(scene, camera, "vertex", 16, 16).covered.any()
