@@ -189,7 +189,7 @@ def quantised(part: Part, bits: Bits) -> tuple[list[dict], list[np.ndarray]]:
 
 
 def mesh_of(part: Part, bits: Bits, fill: float) -> Mesh:
-    """A part cut into meshlets as in the paper; fill: 0 for its default, see gltf_ext.compress."""
+    """A part cut into meshlets as in the paper; fill: 0 for its default, see _codec.encode."""
     rows, values = quantised(part, bits)
     blob, _ = _codec.encode(
         part.triangles,
