@@ -54,7 +54,7 @@ def halved(mesh: Primitive) -> Primitive:
     """The mesh with 1/REDUCTION of its triangles, without vertices that none uses."""
     points = np.ascontiguousarray(mesh.attributes["POSITION"], np.float32)
     nothing = np.zeros((len(points), 0), np.float32)
-    triangles = simplify(
+    triangles, _ = simplify(
         np.ascontiguousarray(mesh.indices, np.uint32),
         points,
         nothing,

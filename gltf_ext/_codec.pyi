@@ -81,11 +81,13 @@ class ReplacementErrors:
         shapes: list[numpy.typing.NDArray[numpy.float32]],
         triangles: numpy.typing.NDArray[numpy.uint32],
         begin: numpy.typing.NDArray[numpy.uint32],
+        vertex_share: float,
         threads: int = 0,
     ) -> None:
         """
         shapes: float32[V, 3] each: positions at rest, and with each morph target. triangles,
-        begin: level 0 in groups. Raises ValueError.
+        begin: level 0 in groups. vertex_share: the share of its area that its vertices stand for.
+        Raises ValueError.
         """
 
     def measure(
@@ -97,18 +99,21 @@ class ReplacementErrors:
         chosen: numpy.typing.NDArray[numpy.uint32],
         carried: numpy.typing.NDArray[numpy.uint32],
         carried_begin: numpy.typing.NDArray[numpy.uint32],
+        areas: numpy.typing.NDArray[numpy.float32],
     ) -> tuple[
         numpy.typing.NDArray[numpy.float32],
         numpy.typing.NDArray[numpy.uint32],
         numpy.typing.NDArray[numpy.uint32],
         numpy.typing.NDArray[numpy.uint32],
+        numpy.typing.NDArray[numpy.float32],
     ]:
         """
         Measures chosen groups of triangles that others replace. before, after: uint32[T, 3]
         with begins, of whole levels. carried: vertices of level 0 that are gone, in the chosen
-        groups. Returns (float32: the largest distance found between each chosen replacement
-        and level 0, vertices to carry on, for each the triangle of its group's `after` that is
-        nearest, their begins). Raises ValueError.
+        groups; areas: float32, of level 0 that each one stands for. Returns (float32: the
+        distance between each chosen replacement and level 0 that 99.9 % of either surface keeps,
+        vertices to carry on, for each the triangle of its group's `after` that is nearest, their
+        begins, their areas). Raises ValueError.
         """
 
 def surface_distances(

@@ -9,9 +9,13 @@
 namespace meshlet {
 namespace {
 
-// Vertices that go on to the next level, at most: of a group (a quarter of those of level 0), or of
-// few groups together.
-constexpr size_t kCarried = 512, kCarriedOfAll = 16384;
+// Samples that go on to the next level, at most: of a group, or of few groups together. With half
+// of them, stated errors of the coarsest levels of dragon, bunny and sponza_like do not hold.
+constexpr size_t kCarried = 1024, kCarriedOfAll = 32768;
+// The share of each surface that may be farther away than the stated error.
+constexpr float kOutside = 0.001f;
+// The farthest sample decides where there are only so many samples.
+constexpr float kFewSamples = 1500;
 
 // A set of numbers, none of them ~0.
 class NumberSet {
@@ -30,9 +34,23 @@ struct GroupCorners {
   const uint32_t* corners;
   size_t count;  // of corners
 
+  explicit GroupCorners(const GroupTriangles& all)
+      : corners(all.triangles), count(3 * size_t(all.begin.back())) {}
   GroupCorners(const GroupTriangles& all, size_t group)
       : corners(all.triangles + 3 * size_t(all.begin[group])),
         count(3 * size_t(all.begin[group + 1] - all.begin[group])) {}
+};
+
+// Samples of one group: vertices, and the area that each one stands for.
+struct Samples {
+  std::vector<uint32_t> vertices;
+  std::vector<float> areas;
+};
+
+// Samples that go on to the next level, and the triangle of the replacement that each lies on.
+struct Carried {
+  Samples samples;
+  std::vector<uint32_t> triangles;
 };
 
 Vec3 point_of(const float* positions, uint32_t vertex) {
@@ -40,82 +58,145 @@ Vec3 point_of(const float* positions, uint32_t vertex) {
   return {p[0], p[1], p[2]};
 }
 
+float area_of(Vec3 a, Vec3 b, Vec3 c) { return length(cross(b - a, c - a)) / 2; }
+
 // Appends the vertices of `before` that `after` lacks, in the order of the triangles: neighbours
-// follow each other.
-void add_removed(const GroupCorners& before, const GroupCorners& after,
-                 std::vector<uint32_t>& vertices) {
+// follow each other. Returns the area of the vertices that stay.
+float add_removed(const GroupCorners& before, const GroupCorners& after,
+                  const std::vector<float>& area, Samples& samples) {
+  float stays = 0;
   NumberSet done(before.count / 2 + after.count);  // triangles share most vertices
-  for (size_t i = 0; i < after.count; i++) done.insert(after.corners[i]);
-  for (size_t i = 0; i < before.count; i++)
-    if (done.insert(before.corners[i])) vertices.push_back(before.corners[i]);
+  for (size_t i = 0; i < after.count; i++)
+    if (done.insert(after.corners[i])) stays += area[after.corners[i]];
+  for (size_t i = 0; i < before.count; i++) {
+    const uint32_t v = before.corners[i];
+    if (!done.insert(v)) continue;
+    samples.vertices.push_back(v);
+    samples.areas.push_back(area[v]);
+  }
+  return stays;
 }
 
-// Centres of triangles, each followed by middles of those of its edges that were not there yet.
-std::vector<Vec3> middles(const float* positions, const GroupCorners& triangles) {
-  NumberSet edges(triangles.count);
+// Finds the squared distance that only kOutside of a surface exceeds. Keeps the farthest samples.
+class Tail {
+ public:
+  // area: of the surface; samples: the number of samples that stand for it.
+  Tail(float area, size_t samples)
+      : outside_(kOutside * area * std::max(0.0f, 1 - kFewSamples / float(samples + 1))) {}
+
+  // The squared distance so far, 0 at first. Nearer samples do not change it.
+  float squared() const { return sum_ > outside_ ? heap_.front().squared : 0; }
+
+  void add(float squared, float area) {
+    if (squared <= this->squared()) return;
+    heap_.push_back({squared, area});
+    std::push_heap(heap_.begin(), heap_.end());
+    sum_ += area;
+    while (heap_.size() > 1 && sum_ - heap_.front().area > outside_) {
+      sum_ -= heap_.front().area;
+      std::pop_heap(heap_.begin(), heap_.end());
+      heap_.pop_back();
+    }
+  }
+
+ private:
+  struct Sample {
+    float squared, area;
+    bool operator<(const Sample& other) const { return squared > other.squared; }
+  };
+  std::vector<Sample> heap_;  // the nearest one first
+  double sum_ = 0;
+  float outside_;
+};
+
+// Points on a surface, and the area that each one stands for.
+struct SurfacePoints {
   std::vector<Vec3> points;
+  std::vector<float> areas;
+  float area = 0;  // of the surface
+};
+
+// Returns the centres of triangles, each followed by the middles of those of its edges that were
+// not there yet. Half of a triangle's area counts at its centre, the other half at its edges. An
+// edge counts as if both its triangles had the size of the first one.
+SurfacePoints middles(const float* positions, const GroupCorners& triangles) {
+  NumberSet edges(triangles.count);
+  SurfacePoints found;
   for (size_t t = 0; t < triangles.count; t += 3) {
     const uint32_t* v = triangles.corners + t;
     Vec3 corner[3];
     for (size_t k = 0; k < 3; k++) corner[k] = point_of(positions, v[k]);
-    points.push_back((corner[0] + corner[1] + corner[2]) * (1.0f / 3.0f));
+    const float area = area_of(corner[0], corner[1], corner[2]);
+    found.area += area;
+    found.areas.push_back(area / 2);
+    found.points.push_back((corner[0] + corner[1] + corner[2]) * (1.0f / 3.0f));
     for (size_t k = 0; k < 3; k++) {
       const uint64_t a = v[k], b = v[(k + 1) % 3];
-      if (edges.insert(std::min(a, b) << 32 | std::max(a, b)))
-        points.push_back((corner[k] + corner[(k + 1) % 3]) * 0.5f);
+      if (!edges.insert(std::min(a, b) << 32 | std::max(a, b))) continue;
+      found.points.push_back((corner[k] + corner[(k + 1) % 3]) * 0.5f);
+      found.areas.push_back(area / 3);
     }
   }
-  return points;
+  return found;
 }
-
-// Vertices of one group.
-struct Carried {
-  std::vector<uint32_t> vertices, triangles;
-};
 
 // The replacement of a group, among those of its level.
 struct Replacement {
   const TriangleTree& level;
   uint32_t group;
 
-  // Raises `least`, a squared distance, to that of the vertex that is farthest from the level.
-  // Finds the group's nearest triangle for at most `count` of the vertices, evenly spread.
-  Carried carry_on(const std::vector<uint32_t>& vertices, size_t count, const float* positions,
-                   float& least) const {
+  // Adds the samples' distances to the level. Carries at most `count` samples on, evenly spread,
+  // each with the area of those after it that are dropped.
+  Carried carry_on(const Samples& samples, size_t count, const float* positions, Tail& tail) const {
+    const std::vector<uint32_t>& vertices = samples.vertices;
     const size_t stride = (vertices.size() + count - 1) / count;
     Carried carried;
     uint32_t place = level.place_in_group(group);
     for (size_t i = 0; i < vertices.size(); i++) {
       const Vec3 point = point_of(positions, vertices[i]);
       const bool is_carried = i % stride == 0;
-      const float enough = is_carried ? 0 : least;
+      const float enough = is_carried ? 0 : tail.squared();
       const float own = level.squared_distance_to_group(group, point, place, enough);
       uint32_t other = place;  // the group's own triangles are nearest as a rule
-      if (own > least) least = std::max(least, level.squared_distance(point, other, least));
-      if (!is_carried) continue;
-      carried.vertices.push_back(vertices[i]);
-      carried.triangles.push_back(level.number(place));
+      if (own > tail.squared())
+        tail.add(level.squared_distance(point, other, tail.squared()), samples.areas[i]);
+      if (is_carried) {
+        carried.samples.vertices.push_back(vertices[i]);
+        carried.samples.areas.push_back(0);
+        carried.triangles.push_back(level.number(place));
+      }
+      carried.samples.areas.back() += samples.areas[i];
     }
     return carried;
   }
 };
 
-// Raises `least`, a squared distance, to that of the farthest point. Most points are known to be
-// nearer than the farthest so far after a triangle or two.
-float farthest(const std::vector<Vec3>& points, const TriangleTree& to, float least) {
+// Adds the points' distances. Most points are known to be near enough after a triangle or two.
+void add_distances(const SurfacePoints& from, const TriangleTree& to, Tail& tail) {
   uint32_t place = 0;
-  for (const Vec3& point : points)
-    least = std::max(least, to.squared_distance(point, place, least));
-  return least;
+  for (size_t i = 0; i < from.points.size(); i++)
+    tail.add(to.squared_distance(from.points[i], place, tail.squared()), from.areas[i]);
+}
+
+template <class T>
+void append(std::vector<T>& list, const std::vector<T>& more) {
+  list.insert(list.end(), more.begin(), more.end());
 }
 
 }  // namespace
 
-ReplacementErrors::ReplacementErrors(std::vector<const float*> shapes,
-                                     const GroupTriangles& level_0, int threads)
-    : shapes_(std::move(shapes)) {
+ReplacementErrors::ReplacementErrors(std::vector<const float*> shapes, size_t vertices,
+                                     const GroupTriangles& level_0, float vertex_share, int threads)
+    : shapes_(std::move(shapes)), area_(vertices) {
   for (const float* positions : shapes_)
     level_0_.emplace_back(positions, level_0.triangles, level_0.begin, threads);
+  const GroupCorners all(level_0);
+  for (size_t i = 0; i < all.count; i += 3) {
+    const uint32_t* v = all.corners + i;
+    const float area =
+        area_of(point_of(shapes_[0], v[0]), point_of(shapes_[0], v[1]), point_of(shapes_[0], v[2]));
+    for (size_t k = 0; k < 3; k++) area_[v[k]] += vertex_share * area / 3;
+  }
 }
 
 std::vector<float> ReplacementErrors::measure(const GroupTriangles& before,
@@ -129,20 +210,26 @@ std::vector<float> ReplacementErrors::measure(const GroupTriangles& before,
     const TriangleTree level(shapes_[s], after.triangles, after.begin, threads);
     parallel_for(threads, chosen.size(), [&](size_t i) {
       const GroupCorners was(before, chosen[i]), is(after, chosen[i]);
-      std::vector<uint32_t> vertices(carried.vertices.begin() + carried.begin[i],
-                                     carried.vertices.begin() + carried.begin[i + 1]);
-      add_removed(was, is, vertices);
+      const uint32_t first = carried.begin[i], last = carried.begin[i + 1];
+      Samples samples{{carried.vertices.begin() + first, carried.vertices.begin() + last},
+                      {carried.areas.begin() + first, carried.areas.begin() + last}};
+      float area = add_removed(was, is, area_, samples);
+      for (float a : samples.areas) area += a;
+      Tail tail(area, samples.vertices.size());
       const Replacement replacement{level, chosen[i]};
-      Carried on = replacement.carry_on(vertices, most_carried, shapes_[s], squared[i]);
+      Carried on = replacement.carry_on(samples, most_carried, shapes_[s], tail);
       if (s == 0) next[i] = std::move(on);
-      squared[i] = farthest(middles(shapes_[s], is), level_0_[s], squared[i]);
+      const SurfacePoints points = middles(shapes_[s], is);
+      Tail back(points.area, points.points.size());
+      add_distances(points, level_0_[s], back);
+      squared[i] = std::max({squared[i], tail.squared(), back.squared()});
     });
   }
-  carried = {{}, {}, {0}};
-  for (const Carried& group : next) {
-    carried.vertices.insert(carried.vertices.end(), group.vertices.begin(), group.vertices.end());
-    carried.triangles.insert(carried.triangles.end(), group.triangles.begin(),
-                             group.triangles.end());
+  carried = {{}, {}, {0}, {}};
+  for (const auto& [samples, triangles] : next) {
+    append(carried.vertices, samples.vertices);
+    append(carried.areas, samples.areas);
+    append(carried.triangles, triangles);
     carried.begin.push_back(uint32_t(carried.vertices.size()));
   }
   for (float& distance : squared) distance = std::sqrt(distance);

@@ -19,26 +19,30 @@ struct GroupTriangles {
 // that is nearest: with it the vertex goes on to the next level.
 struct CarriedVertices {
   std::vector<uint32_t> vertices, triangles, begin;
+  std::vector<float> areas;  // of level 0, that each one stands for
 };
 
 // Level 0, to measure its replacements.
 class ReplacementErrors {
  public:
-  // shapes: positions of all vertices, three each: at rest, and with each morph target. The caller
-  // keeps them. level_0: at least one triangle in each group.
-  ReplacementErrors(std::vector<const float*> shapes, const GroupTriangles& level_0, int threads);
+  // shapes: positions of so many vertices, three each: at rest, and with each morph target. The
+  // caller keeps them. level_0: at least one triangle in each group. vertex_share: the share of its
+  // area that its vertices stand for; the caller carries samples for the rest.
+  ReplacementErrors(std::vector<const float*> shapes, size_t vertices,
+                    const GroupTriangles& level_0, float vertex_share, int threads);
 
-  // Largest distance found for each chosen group in any shape, both ways: from `carried` and the
-  // vertices that go now to `after`, where they are farthest as a rule; and from centres and
-  // middles of edges of `after` to level 0.
+  // Returns for each chosen group the distance that 99.9 % of the area of either surface keeps, in
+  // any shape. It is measured from `carried` and the vertices that go now to `after`, where
+  // distances are largest as a rule, and from centres and middles of edges of `after` to level 0.
   //
-  // after: a whole level. carried: of the chosen groups; replaced by some of these vertices.
+  // after: a whole level. carried: of the chosen groups; becomes some of these vertices.
   std::vector<float> measure(const GroupTriangles& before, const GroupTriangles& after,
                              const std::vector<uint32_t>& chosen, CarriedVertices& carried,
                              int threads) const;
 
  private:
   std::vector<const float*> shapes_;
+  std::vector<float> area_;            // of level 0, that each of its vertices stands for
   std::vector<TriangleTree> level_0_;  // of each shape
 };
 

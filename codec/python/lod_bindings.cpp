@@ -67,7 +67,8 @@ GroupTriangles groups_of(const Indices& triangles, const Numbers& begin, size_t 
 // Measures with arrays that it keeps alive.
 class Errors {
  public:
-  Errors(std::vector<Points> shapes, const Indices& triangles, const Numbers& begin, int threads)
+  Errors(std::vector<Points> shapes, const Indices& triangles, const Numbers& begin,
+         float vertex_share, int threads)
       : shapes_(std::move(shapes)), threads_(threads) {
     if (shapes_.empty()) throw nb::value_error("there are no shapes");
     std::vector<const float*> positions;
@@ -77,12 +78,12 @@ class Errors {
     }
     const GroupTriangles level_0 = groups_of(triangles, begin, vertices());
     nb::gil_scoped_release release;
-    errors_.emplace(std::move(positions), level_0, threads_);
+    errors_.emplace(std::move(positions), vertices(), level_0, vertex_share, threads_);
   }
 
   nb::tuple measure(const Indices& before, const Numbers& before_begin, const Indices& after,
                     const Numbers& after_begin, const Numbers& chosen, const Numbers& carried,
-                    const Numbers& carried_begin) const {
+                    const Numbers& carried_begin, const Floats& areas) const {
     const GroupTriangles was = groups_of(before, before_begin, vertices());
     const GroupTriangles is = groups_of(after, after_begin, vertices());
     if (was.groups() != is.groups())
@@ -90,7 +91,10 @@ class Errors {
     const std::vector<uint32_t> groups = vector_of(chosen);
     for (uint32_t group : groups)
       if (group >= was.groups()) throw nb::value_error("a group is out of range");
-    CarriedVertices vertices_on{vector_of(carried), {}, vector_of(carried_begin)};
+    CarriedVertices vertices_on{vector_of(carried),
+                                {},
+                                vector_of(carried_begin),
+                                {areas.data(), areas.data() + areas.shape(0)}};
     check_carried(vertices_on, groups.size());
     std::vector<float> found;
     {
@@ -99,7 +103,8 @@ class Errors {
     }
     return nb::make_tuple(array_of(std::move(found)), array_of(std::move(vertices_on.vertices)),
                           array_of(std::move(vertices_on.triangles)),
-                          array_of(std::move(vertices_on.begin)));
+                          array_of(std::move(vertices_on.begin)),
+                          array_of(std::move(vertices_on.areas)));
   }
 
  private:
@@ -109,6 +114,7 @@ class Errors {
     if (c.begin.size() != groups + 1 || c.begin.front() != 0 ||
         c.begin.back() != c.vertices.size() || !std::is_sorted(c.begin.begin(), c.begin.end()))
       throw nb::value_error("begins do not rise from 0 to the number of vertices");
+    if (c.areas.size() != c.vertices.size()) throw nb::value_error("areas differ in length");
     for (uint32_t v : c.vertices)
       if (v >= vertices()) throw nb::value_error("a vertex is out of range");
   }
@@ -170,32 +176,38 @@ void bind_lod(nb::module_& m) {
         "Raises ValueError.");
   nb::class_<Errors>(m, "ReplacementErrors",
                      "Level 0, to measure what replaces parts of it. Keeps its arrays.")
-      .def(nb::init<std::vector<Points>, const Indices&, const Numbers&, int>(), "shapes"_a,
-           "triangles"_a, "begin"_a, "threads"_a = 0,
+      .def(nb::init<std::vector<Points>, const Indices&, const Numbers&, float, int>(), "shapes"_a,
+           "triangles"_a, "begin"_a, "vertex_share"_a, "threads"_a = 0,
            nb::sig("def __init__(self, shapes: list[numpy.typing.NDArray[numpy.float32]], "
                    "triangles: numpy.typing.NDArray[numpy.uint32], "
-                   "begin: numpy.typing.NDArray[numpy.uint32], threads: int = 0) -> None"),
+                   "begin: numpy.typing.NDArray[numpy.uint32], vertex_share: float, "
+                   "threads: int = 0) -> None"),
            "shapes: float32[V, 3] each: positions at rest, and with each morph target. triangles,\n"
-           "begin: level 0 in groups. Raises ValueError.")
+           "begin: level 0 in groups. vertex_share: the share of its area that its vertices stand "
+           "for.\n"
+           "Raises ValueError.")
       .def("measure", &Errors::measure, "before"_a, "before_begin"_a, "after"_a, "after_begin"_a,
-           "chosen"_a, "carried"_a, "carried_begin"_a,
+           "chosen"_a, "carried"_a, "carried_begin"_a, "areas"_a,
            nb::sig("def measure(self, before: numpy.typing.NDArray[numpy.uint32], "
                    "before_begin: numpy.typing.NDArray[numpy.uint32], "
                    "after: numpy.typing.NDArray[numpy.uint32], "
                    "after_begin: numpy.typing.NDArray[numpy.uint32], "
                    "chosen: numpy.typing.NDArray[numpy.uint32], "
                    "carried: numpy.typing.NDArray[numpy.uint32], "
-                   "carried_begin: numpy.typing.NDArray[numpy.uint32]) -> "
+                   "carried_begin: numpy.typing.NDArray[numpy.uint32], "
+                   "areas: numpy.typing.NDArray[numpy.float32]) -> "
                    "tuple[numpy.typing.NDArray[numpy.float32], "
                    "numpy.typing.NDArray[numpy.uint32], numpy.typing.NDArray[numpy.uint32], "
-                   "numpy.typing.NDArray[numpy.uint32]]"),
+                   "numpy.typing.NDArray[numpy.uint32], numpy.typing.NDArray[numpy.float32]]"),
            "Measures chosen groups of triangles that others replace. before, after: uint32[T, 3]\n"
            "with begins, of whole levels. carried: vertices of level 0 that are gone, in the "
            "chosen\n"
-           "groups. Returns (float32: the largest distance found between each chosen replacement\n"
-           "and level 0, vertices to carry on, for each the triangle of its group's `after` that "
-           "is\n"
-           "nearest, their begins). Raises ValueError.");
+           "groups; areas: float32, of level 0 that each one stands for. Returns (float32: the\n"
+           "distance between each chosen replacement and level 0 that 99.9 % of either surface "
+           "keeps,\n"
+           "vertices to carry on, for each the triangle of its group's `after` that is nearest, "
+           "their\n"
+           "begins, their areas). Raises ValueError.");
   m.def("surface_distances", &distances_to_surface, "points"_a, "positions"_a, "triangles"_a,
         "threads"_a = 0,
         nb::sig("def surface_distances(points: numpy.typing.NDArray[numpy.float32], "

@@ -117,8 +117,9 @@ def compress(
             than 131072 triangles, 0 in others (0 to 268435456).
         lod: also write levels of detail (EXT_meshlet_lod), in pages of --page-bytes or 32768 bytes;
             needs the package meshoptimizer.
-        lod_reduction: triangles of a level over those of the next (1.5 to 16, default 4.0).
-        lod_group: meshlets that are simplified together (4 to 128, default 48).
+        lod_reduction: triangles of level 0 over those of level 1; coarser levels shrink by less
+            (1.5 to 16, default 4.2).
+        lod_group: meshlets that are simplified together (4 to 128, default 96).
         lod_limit: largest error of a level, in model units; no limit by default.
         fallback: also write plain buffers into OUT.fallback.bin, for readers without the extension.
         threads: number of threads, 0 for one per processor; the bytes are the same for any (0 to

@@ -164,10 +164,13 @@ class Options:
         f"{DEFAULT_LOD_PAGE_BYTES} bytes; needs the package meshoptimizer",
     )
     lod_reduction: float = _declared(
-        4.0, "--lod-reduction", "triangles of a level over those of the next", limits=(1.5, 16.0)
+        4.2,
+        "--lod-reduction",
+        "triangles of level 0 over those of level 1; coarser levels shrink by less",
+        limits=(1.5, 16.0),
     )
     lod_group: int = _declared(
-        48, "--lod-group", "meshlets that are simplified together", limits=(4, 128)
+        96, "--lod-group", "meshlets that are simplified together", limits=(4, 128)
     )
     lod_limit: float | None = _declared(
         None,

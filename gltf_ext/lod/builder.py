@@ -7,11 +7,8 @@ next level groups those across the old borders. See spec/EXT_meshlet_lod.md.
 
 from __future__ import annotations
 
-import math
-import statistics
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,45 +16,19 @@ from gltf_ext import _codec
 from gltf_ext.compression.options import Options
 from gltf_ext.lod import simplifier
 from gltf_ext.lod.errors import ErrorMeter
-from gltf_ext.lod.ranges import begins, members
+from gltf_ext.lod.ranges import begins, begins_of, members
+from gltf_ext.lod.reduction import reduce_groups
+from gltf_ext.lod.surface import Surface
 
-# A group of which more is left does not count as simplified: its clusters wait for the next level.
-STUCK = 0.85
-# A group of which more is left is simplified again with the vertices of each position joined.
-RETRY = 0.5
-# A group whose error is above so many times the median of its level, and a cell of the grid, is
-# simplified again up to this limit. 4 halves the error of dragon's level 4 for 12 triangles more;
-# 2.5 leaves 30 % more triangles in level 5.
-OUTLIER = 4.0
+# Triangles of a level over those of the next: shares of the reduction that the caller asks for. The
+# first step has the most triangles, and decides the size of the file.
+STEPS = (1.0, 0.8, 0.7)
 # A level that is not smaller by a quarter is the last one, as is one of so few triangles.
 SHRINK, ENOUGH = 0.75, 128
 MAX_CLUSTERS = 255  # of a group: 8 bits in the tables
 LARGEST_GROUP = 11 / 8  # of the aimed size
 
 Groups = list[np.ndarray]  # numbers of the clusters in each group
-
-
-@dataclass
-class Surface:
-    """A primitive on its grid, as the builder sees it.
-
-    Attributes:
-        triangles: uint32[T, 3], no vertex twice in one.
-        points: float32[V, 3], integers: positions on the grid.
-        position_ids: uint32[V], equal where points are.
-        canonical: uint32[V]: one vertex for all that are equal in all quantised values, and for
-            all that edges without length join.
-        attributes, weights: float32[V, A] and float32[A], for the choice of edges.
-        morphed: points with each morph target at weight 1, float32[V, 3].
-    """
-
-    triangles: np.ndarray
-    points: np.ndarray
-    position_ids: np.ndarray
-    canonical: np.ndarray
-    attributes: np.ndarray
-    weights: np.ndarray
-    morphed: list[np.ndarray] = field(default_factory=list)
 
 
 @dataclass
@@ -152,14 +123,9 @@ class _Builder:
     ) -> None:
         self.surface = surface
         self.generation = {**options.generation, "threads": threads}
-        self.reduction, self.group_size = options.lod_reduction, group_size
+        self.options, self.group_size = options, group_size
         self.largest_group = min(group_size * LARGEST_GROUP, MAX_CLUSTERS)
         self.error_limit, self.threads = error_limit, threads
-        count = int(surface.position_ids.max()) + 1
-        self.vertex_at = np.zeros(count, np.uint32)  # one vertex of each position
-        self.vertex_at[surface.position_ids[::-1]] = np.arange(
-            len(surface.points) - 1, -1, -1, dtype=np.uint32
-        )
         self.clusters = self._clusters(
             surface.triangles, np.array([0, len(surface.triangles)], np.uint32)
         )[0]
@@ -202,8 +168,16 @@ class _Builder:
         before = self.surface.canonical[self.clusters.triangles[rows]]
         if level == 0:
             shapes = [self.surface.points, *self.surface.morphed]
-            self.meter = ErrorMeter(shapes, before, begin, self.threads)
-        after, after_begin, error = self._reduce(before, begin, rows)
+            self.meter = ErrorMeter(shapes, before, begin, rows, self.threads)
+        step = self.options.lod_reduction * STEPS[min(level, len(STEPS) - 1)]
+        pieces, error = reduce_groups(
+            self.surface,
+            np.split(before, begin[1:-1]),
+            step,
+            lambda pieces, chosen: self.meter.measure(before, begin, rows, pieces, chosen),
+            self.threads,
+        )
+        after, after_begin = np.concatenate(pieces), begins_of(pieces)
         error = np.maximum(error, self._errors_below(groups))
         is_stuck = ~(np.isfinite(error) & (error <= self.error_limit))
         if np.where(is_stuck, np.diff(begin), np.diff(after_begin)).sum() > SHRINK * len(before):
@@ -273,7 +247,7 @@ class _Builder:
         corners = self.surface.position_ids[here.triangles.reshape(-1)]
         counts = 3 * np.diff(here.triangle_begin)
         group = simplifier.partition(
-            corners, counts.astype(np.uint32), len(self.vertex_at), self.group_size
+            corners, counts.astype(np.uint32), len(self.surface.vertex_at), self.group_size
         )
         order = np.argsort(group, kind="stable")
         groups = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
@@ -304,88 +278,8 @@ class _Builder:
         rows = members(self.clusters.triangle_begin, clusters)
         sizes = np.diff(self.clusters.triangle_begin)[clusters]
         owner = np.repeat(np.repeat(np.arange(len(groups)), [len(g) for g in groups]), sizes)
-        keep = ~self._flat(self.clusters.triangles[rows])
+        keep = ~self.surface.is_flat(self.clusters.triangles[rows])
         return rows[keep], begins(np.bincount(owner[keep], minlength=len(groups)))
-
-    def _flat(self, triangles: np.ndarray) -> np.ndarray:
-        """bool[T]: whether a triangle has two corners at one position."""
-        a, b, c = self.surface.position_ids[triangles].T
-        flat: np.ndarray = (a == b) | (b == c) | (c == a)
-        return flat
-
-    # --- simplification ---
-
-    def _locked(self, triangles: np.ndarray, begin: np.ndarray) -> np.ndarray:
-        """uint8[V]: 1 for vertices at positions that two groups share."""
-        last = np.empty(len(self.vertex_at), np.int32)  # group at each position
-        shared = np.zeros(len(self.vertex_at), np.uint8)
-        # Group by group: little memory at a time.
-        groups = [self.surface.position_ids[group] for group in np.split(triangles, begin[1:-1])]
-        for number, ids in enumerate(groups):
-            last[ids] = number
-        for number, ids in enumerate(groups):
-            shared[ids[last[ids] != number]] = 1
-        locked: np.ndarray = shared[self.surface.position_ids]
-        return locked
-
-    def _reduce(
-        self, before: np.ndarray, begin: np.ndarray, rows: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Simplifies groups of triangles; rows: their numbers.
-
-        Returns (triangles, begins, float64: largest distance of each group to level 0). Groups that
-        are stuck keep their triangles and have infinite distances.
-        """
-        locked = self._locked(before, begin)
-        groups = np.split(before, begin[1:-1])
-        error = np.full(len(groups), np.inf)
-        after = groups.copy()
-
-        def attempt(numbers: np.ndarray, limit: float) -> np.ndarray:
-            """Simplifies these groups. Returns those that are not stuck."""
-            with ThreadPoolExecutor(self.threads or None) as pool:
-                results = pool.map(lambda g: self._reduced(groups[g], locked, limit), numbers)
-            is_solved = np.zeros(len(groups), bool)
-            for g, result in zip(numbers, results):
-                is_solved[g] = 0 < len(result) <= STUCK * len(groups[g])
-                after[g] = result if is_solved[g] else groups[g]
-            solved = np.flatnonzero(is_solved)
-            error[numbers] = np.inf
-            if len(solved):
-                surface = np.concatenate(after), _begins_of(after)
-                error[solved] = self.meter.measure(before, begin, rows, *surface, solved)
-            return solved
-
-        solved = attempt(np.arange(len(groups)), math.inf)
-        if len(solved):
-            middle = statistics.median(error[solved].tolist())  # np.median imports for 40 ms
-            limit = max(OUTLIER * middle, 1.0)
-            far = solved[error[solved] > limit]
-            if len(far):
-                attempt(far, limit)
-        return np.concatenate(after), _begins_of(after), error
-
-    def _reduced(self, triangles: np.ndarray, locked: np.ndarray, limit: float) -> np.ndarray:
-        """The group's triangles simplified, up to an error; where seams hold it back, without
-        them."""
-        surface = self.surface
-        target = max(round(len(triangles) / self.reduction), 1)
-        result = simplifier.simplify(
-            triangles, surface.points, surface.attributes, surface.weights, locked, target, limit
-        )
-        if len(result) > RETRY * len(triangles):
-            joined = self.vertex_at[surface.position_ids[triangles]]
-            again = simplifier.simplify(
-                joined,
-                surface.points,
-                surface.attributes,
-                surface.weights[:0],
-                locked,
-                target,
-                limit,
-            )
-            result = min(result, again, key=len)
-        return np.ascontiguousarray(result[~self._flat(result)])
 
     # --- the next level ---
 
@@ -458,10 +352,6 @@ def _without_empty(groups: Groups, triangles: np.ndarray) -> Groups:
     return result
 
 
-def _begins_of(pieces: list[np.ndarray]) -> np.ndarray:
-    return begins(np.array([len(piece) for piece in pieces]))
-
-
 def _merged(
     before: np.ndarray,
     begin: np.ndarray,
@@ -474,4 +364,4 @@ def _merged(
         before[begin[g] : begin[g + 1]] if stuck else after[after_begin[g] : after_begin[g + 1]]
         for g, stuck in enumerate(take_before)
     ]
-    return np.concatenate(pieces), _begins_of(pieces)
+    return np.concatenate(pieces), begins_of(pieces)

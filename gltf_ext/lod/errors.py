@@ -5,41 +5,66 @@ from __future__ import annotations
 import numpy as np
 
 from gltf_ext import _codec
-from gltf_ext.lod.ranges import begins, members
+from gltf_ext.lod.ranges import begins, begins_of, members
+
+# The share of the area of level 0 that its vertices stand for; centres of triangles stand for the
+# rest. Vertices alone are farther away than the surface between them: with a noisy scan of 3.5 M
+# triangles, errors of levels 1 to 3 were 1.4 to 1.6 times as large.
+VERTEX_SHARE = 0.25
 
 
 class ErrorMeter:
     """Level 0, and samples of it that follow the surface from level to level.
 
-    A vertex of level 0 that simplification takes becomes a sample. It lies on the nearest triangle
-    of the replacement, and belongs to the group that this triangle comes into.
+    Samples are centres of triangles, and vertices from when simplification takes them. A sample
+    lies on the nearest triangle of the replacement, and belongs to the group that this triangle
+    comes into. It counts with the area of level 0 that it stands for.
     """
 
     def __init__(
-        self, shapes: list[np.ndarray], triangles: np.ndarray, begin: np.ndarray, threads: int
+        self,
+        shapes: list[np.ndarray],
+        triangles: np.ndarray,
+        begin: np.ndarray,
+        rows: np.ndarray,
+        threads: int,
     ) -> None:
-        """shapes: float32[V, 3] each; triangles, begin: level 0 in groups."""
+        """shapes: float32[V, 3] each; triangles, begin: level 0 in groups; rows: the caller's
+        numbers of the triangles."""
+        chosen = np.arange(0, len(triangles), 2)  # centres of every second triangle
+        corners = [shape[triangles[chosen]] for shape in shapes]
+        centres = [at.mean(axis=1, dtype=np.float32) for at in corners]
+        sides = np.diff(corners[0], axis=1)
+        area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).astype(np.float32) / 2
         self._errors = _codec.ReplacementErrors(
-            shapes, triangles, begin.astype(np.uint32), threads=threads
+            [np.concatenate(pair) for pair in zip(shapes, centres)],
+            triangles,
+            begin.astype(np.uint32),
+            VERTEX_SHARE,
+            threads=threads,
         )
-        self._samples = np.empty(0, np.uint32)  # vertices
-        self._on = np.empty(0, np.int64)  # triangle that each sample lies on: the caller's numbers
-        self._group = np.empty(0, np.int64)  # group that it is in
-        # Samples on replacements: vertices, their groups, triangles in the replacement.
-        self._next: list[np.ndarray] = [self._samples, self._group, self._on]
+        # Of each sample: its number among vertices and centres, its triangle by the caller's
+        # number, its group, its area.
+        self._samples = (len(shapes[0]) + np.arange(len(chosen))).astype(np.uint32)
+        self._on = rows[chosen]
+        self._group = np.searchsorted(begin, chosen, "right") - 1
+        self._areas = 2 * np.float32(1 - VERTEX_SHARE) * area
+        # Samples on replacements; triangles are numbers in the replacement.
+        self._next = [values[:0] for values in (self._samples, self._group, self._on, self._areas)]
 
     def measure(
         self,
         before: np.ndarray,
         begin: np.ndarray,
         rows: np.ndarray,
-        after: np.ndarray,
-        after_begin: np.ndarray,
+        after: list[np.ndarray],
         groups: np.ndarray,
     ) -> np.ndarray:
-        """float32: the largest distance found between the replacements of groups and level 0.
+        """float32: the distance between the replacement of each group and level 0 that 99.9 % of
+        the area of either surface keeps.
 
-        before, after: uint32[T, 3] of whole levels; rows: the caller's numbers of those before.
+        before: uint32[T, 3], a whole level; rows: the caller's numbers of its triangles; after:
+        the triangles of each group's replacement, or of the group where it has none.
         Groups may be measured again, with another replacement.
         """
         place = np.zeros(int(rows.max()) + 1, np.int64)
@@ -47,18 +72,20 @@ class ErrorMeter:
         self._group = np.searchsorted(begin, place[self._on], "right") - 1
         counts = np.bincount(self._group, minlength=len(begin) - 1)
         order = np.argsort(self._group, kind="stable")[members(begins(counts), groups)]
+        after_begin = begins_of(after)
         error: np.ndarray
-        error, vertices, triangles, sample_begin = self._errors.measure(
+        error, samples, triangles, sample_begin, areas = self._errors.measure(
             before,
             begin.astype(np.uint32),
-            after,
+            np.concatenate(after),
             after_begin.astype(np.uint32),
             groups.astype(np.uint32),
             self._samples[order],
             begins(counts[groups]).astype(np.uint32),
+            self._areas[order],
         )
         group = np.repeat(groups, np.diff(sample_begin))
-        found = (vertices, group, triangles - after_begin[group])
+        found = (samples, group, triangles - after_begin[group], areas)
         is_new = np.zeros(len(begin) - 1, bool)
         is_new[groups] = True
         old = ~is_new[self._next[1]]
@@ -72,7 +99,9 @@ class ErrorMeter:
         replaced group the first place in `numbers`.
         """
         stays = ~is_replaced[self._group]
-        vertices, group, triangle = (column[is_replaced[self._next[1]]] for column in self._next)
-        self._samples = np.concatenate([self._samples[stays], vertices])
+        goes = is_replaced[self._next[1]]
+        samples, group, triangle, areas = (values[goes] for values in self._next)
+        self._samples = np.concatenate([self._samples[stays], samples])
         self._on = np.concatenate([self._on[stays], numbers[first[group] + triangle]])
-        self._next = [column[:0] for column in self._next]
+        self._areas = np.concatenate([self._areas[stays], areas])
+        self._next = [values[:0] for values in self._next]

@@ -18,3 +18,8 @@ def members(begin: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     new = begins(counts)
     numbers: np.ndarray = np.arange(new[-1]) + np.repeat(first - new[:-1], counts)
     return numbers
+
+
+def begins_of(pieces: list[np.ndarray]) -> np.ndarray:
+    """int64[N + 1]: the first element of each piece in their concatenation, and the end."""
+    return begins(np.array([len(piece) for piece in pieces]))

@@ -67,12 +67,14 @@ def simplify(
     locked: np.ndarray,
     target: int,
     error_limit: float = math.inf,
-) -> np.ndarray:
+) -> tuple[np.ndarray, float]:
     """Collapses edges onto existing vertices until at most `target` triangles are left.
 
     triangles: uint32[T, 3]; positions: float32[V, 3]; attributes: float32[V, A] with weights
     float32[A], which count in the choice of edges; locked: uint8[V], 1 for vertices that stay;
-    error_limit: the largest error of a collapse, in the units of positions. Returns uint32[N, 3].
+    error_limit: the largest error that a collapse may have, in the units of positions.
+
+    Returns uint32[N, 3], and the largest error of a collapse.
     """
     result = np.empty(triangles.size, np.uint32)
     error = ctypes.c_float()
@@ -94,7 +96,7 @@ def simplify(
         ctypes.c_uint(SPARSE | ERROR_ABSOLUTE),
         ctypes.byref(error),
     )
-    return result[:count].reshape(-1, 3)
+    return result[:count].reshape(-1, 3), float(error.value)
 
 
 def partition(indices: np.ndarray, counts: np.ndarray, vertices: int, size: int) -> np.ndarray:

@@ -13,16 +13,17 @@ from gltf_ext.compression.options import Options
 from gltf_ext.compression.primitives import Primitive, position_ids
 from gltf_ext.compression.streams import Plan, Stream, semantic
 from gltf_ext.lod import simplifier
-from gltf_ext.lod.builder import Clusters, Hierarchy, Surface, build
+from gltf_ext.lod.builder import Clusters, Hierarchy, build
 from gltf_ext.lod.document import Levels
 from gltf_ext.lod.paging import Encode, Pages, by_error, pack
 from gltf_ext.lod.ranges import begins, members
+from gltf_ext.lod.surface import Surface
 from gltf_ext.lod.tables import GROUP, MAX_GROUPS, PAGE, Tables, reach
 from gltf_ext.progress import Advance
 
 # Weights of attributes in the choice of edges, beside positions in a box of size 1. Normals: at
 # 0.5, igea draws a fifth more triangles for the same error.
-ATTRIBUTE_WEIGHTS = {"NORMAL": 0.2, "TEXCOORD": 0.5, "COLOR": 0.5}
+ATTRIBUTE_WEIGHTS = {"NORMAL": 0.05, "TEXCOORD": 0.5, "COLOR": 0.5}
 MORPH_WEIGHT = 1.0
 MOST_WEIGHED = 16  # floats per vertex; meshoptimizer takes no more
 SMALLEST_GROUP = 4  # clusters; where groups are larger than a page, they are made smaller

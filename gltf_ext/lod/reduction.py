@@ -1,0 +1,148 @@
+"""Simplifies the groups of one level, all up to about the same error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from gltf_ext.lod import simplifier
+from gltf_ext.lod.surface import Surface
+
+# A group of which more is left does not count as simplified: its clusters wait for the next level.
+STUCK = 0.85
+# A group of which more is left is simplified again with the vertices of each position joined.
+RETRY = 0.5
+# A group that is farther from level 0 than this, times the median of its level, is simplified less,
+# and after so many tries not at all. Otherwise a few groups, as a rule thin parts that vanish,
+# decide the errors of all levels above them: with 4, dragon draws twice the triangles.
+HIGH, TRIES = 1.2, 3
+LEAST_MEDIAN = 0.25  # cells of the grid
+STRONGEST = 0.25  # of the factors by which a try lowers a limit
+
+# (triangles of all groups, numbers of some of them) -> float: their distances to level 0.
+Measure = Callable[[list[np.ndarray], np.ndarray], np.ndarray]
+
+
+def reduce_groups(
+    surface: Surface, groups: list[np.ndarray], step: float, measure: Measure, threads: int
+) -> tuple[list[np.ndarray], np.ndarray]:
+    """Simplifies groups of triangles, uint32[T, 3] each, to 1 / step of their triangles or more.
+
+    Returns the triangles of each group, and float64: their distances to level 0. Groups that are
+    stuck keep their triangles and have infinite distances.
+    """
+    reduction = _Reduction(surface, groups, step, measure, threads)
+    reduction.attempt(np.arange(len(groups)))
+    if not np.isfinite(reduction.error).any():
+        return groups, reduction.error
+    allowed = HIGH * reduction.median()
+    for _ in range(TRIES):
+        far = reduction.above(allowed)
+        if not len(far):
+            break
+        reduction.limit[far] *= np.maximum(allowed / HIGH / reduction.error[far], STRONGEST)
+        reduction.attempt(far)
+    reduction.undo(reduction.above(allowed))
+    return reduction.after, reduction.error
+
+
+class _Reduction:
+    """Groups of a level while they are simplified.
+
+    Attributes:
+        after, error: as reduce_groups returns them.
+        limit: float64[G]: the largest error of a collapse that each group may have.
+    """
+
+    def __init__(
+        self,
+        surface: Surface,
+        groups: list[np.ndarray],
+        step: float,
+        measure: Measure,
+        threads: int,
+    ) -> None:
+        self._surface, self._groups, self._step = surface, groups, step
+        self._measure, self._threads = measure, threads
+        self._locked = _locked(surface, groups)
+        self._is_joined = np.zeros(len(groups), bool)  # whether seams are ignored
+        self.after = groups.copy()
+        self.error = np.full(len(groups), np.inf)
+        self.limit = np.full(len(groups), np.inf)
+
+    def attempt(self, numbers: np.ndarray) -> None:
+        """Simplifies these groups up to their limits, and measures them."""
+        with ThreadPoolExecutor(self._threads or None) as pool:
+            found = list(pool.map(self._simplified, numbers))
+        for g, (triangles, largest, is_joined) in zip(numbers, found):
+            self.limit[g], self._is_joined[g] = largest, is_joined
+            is_solved = 0 < len(triangles) <= STUCK * len(self._groups[g])
+            self.after[g] = triangles if is_solved else self._groups[g]
+            self.error[g] = 0.0 if is_solved else np.inf
+        solved = numbers[np.isfinite(self.error[numbers])]
+        if len(solved):
+            self.error[solved] = self._measure(self.after, solved)
+
+    def undo(self, numbers: np.ndarray) -> None:
+        """Gives these groups their triangles back: they are stuck."""
+        for g in numbers:
+            self.after[g] = self._groups[g]
+        self.error[numbers] = np.inf
+
+    def above(self, allowed: float) -> np.ndarray:
+        """int64: the simplified groups with a larger error."""
+        return np.flatnonzero(np.isfinite(self.error) & (self.error > allowed))
+
+    def median(self) -> float:
+        """The median error of the simplified groups, weighed by their triangles before."""
+        solved = np.flatnonzero(np.isfinite(self.error))
+        order = solved[np.argsort(self.error[solved])]
+        sums = np.cumsum([len(self._groups[g]) for g in order])
+        middle = order[np.searchsorted(sums, sums[-1] / 2)]
+        return max(float(self.error[middle]), LEAST_MEDIAN)
+
+    def _simplified(self, group: int) -> tuple[np.ndarray, float, bool]:
+        """(triangles, the largest error of a collapse, whether vertices of one position are
+        joined): they are where seams hold the first attempt back."""
+        triangles, surface = self._groups[group], self._surface
+        target = max(round(len(triangles) / self._step), 1)
+
+        def simplify(corners: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, float]:
+            return simplifier.simplify(
+                corners,
+                surface.points,
+                surface.attributes,
+                weights,
+                self._locked,
+                target,
+                self.limit[group],
+            )
+
+        result, largest = triangles, 0.0
+        is_joined = bool(self._is_joined[group])
+        if not is_joined:
+            result, largest = simplify(triangles, surface.weights)
+        is_first = math.isinf(self.limit[group])
+        if is_joined or (is_first and len(result) > RETRY * len(triangles)):
+            joined = surface.vertex_at[surface.position_ids[triangles]]
+            again, error = simplify(joined, surface.weights[:0])
+            if is_joined or len(again) < len(result):
+                result, largest, is_joined = again, error, True
+        return np.ascontiguousarray(result[~surface.is_flat(result)]), largest, is_joined
+
+
+def _locked(surface: Surface, groups: list[np.ndarray]) -> np.ndarray:
+    """uint8[V]: 1 for vertices at positions that two groups share."""
+    last = np.empty(len(surface.vertex_at), np.int32)  # group at each position
+    shared = np.zeros(len(surface.vertex_at), np.uint8)
+    # Group by group: little memory at a time.
+    ids_of = [surface.position_ids[group] for group in groups]
+    for number, ids in enumerate(ids_of):
+        last[ids] = number
+    for number, ids in enumerate(ids_of):
+        shared[ids[last[ids] != number]] = 1
+    locked: np.ndarray = shared[surface.position_ids]
+    return locked

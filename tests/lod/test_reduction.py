@@ -1,0 +1,93 @@
+"""Groups of a level are simplified up to one error; distances count by area."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gltf_ext.lod.errors import ErrorMeter
+from gltf_ext.lod.ranges import begins_of
+from gltf_ext.lod.reduction import HIGH, TRIES, reduce_groups
+from gltf_ext.lod.surface import Surface
+from tests.helpers import environment
+from tests.helpers.gltf_builder import grid_mesh
+
+SIDE, STEP = 24, 4.0
+
+
+def surface_of(groups):
+    """(surface of sheets side by side, a group of triangles for each)."""
+    points, triangles = [], []
+    sheet, corners = grid_mesh(SIDE, SIDE)
+    for number in range(groups):
+        triangles.append(corners + np.uint32(len(sheet) * number))
+        points.append(SIDE * sheet + [2 * SIDE * number, 0, 0])
+    points = np.concatenate(points).astype(np.float32)
+    ids = np.arange(len(points), dtype=np.uint32)
+    nothing = np.zeros((len(points), 0), np.float32)
+    everything = np.concatenate(triangles)
+    return Surface(everything, points, ids, ids, nothing, np.zeros(0, np.float32)), triangles
+
+
+@pytest.fixture(autouse=True)
+def simplifier_package():
+    environment.need_package("meshoptimizer")
+
+
+def reduced(error_of):
+    """Simplifies eight groups; error_of(group, attempt) stands for the measurement."""
+    surface, groups = surface_of(8)
+    attempts = np.zeros(len(groups), int)
+
+    def measure(triangles, chosen):
+        attempts[chosen] += 1
+        return np.array([error_of(g, attempts[g]) for g in chosen])
+
+    after, error = reduce_groups(surface, groups, STEP, measure, threads=1)
+    return groups, after, error, attempts
+
+
+def test_groups_near_the_median_are_simplified_once():
+    groups, after, error, attempts = reduced(lambda g, _: 1.0 + g / 100)
+    assert (attempts == 1).all()
+    assert (error <= HIGH * np.median(error)).all()
+    for before, now in zip(groups, after):
+        assert 0 < len(now) <= len(before) / STEP + 1
+
+
+def test_a_group_that_is_farther_is_tried_again():
+    _, _, error, attempts = reduced(lambda g, n: 1.3 if g == 3 and n < 3 else 1.0)
+    assert attempts[3] == 3
+    assert error[3] == 1.0
+
+
+def test_a_group_that_stays_farther_waits():
+    groups, after, error, attempts = reduced(lambda g, _: 1.3 if g == 3 else 1.0)
+    assert attempts[3] == 1 + TRIES
+    assert np.isinf(error[3])
+    assert np.array_equal(after[3], groups[3])
+    assert (np.delete(error, 3) == 1.0).all()
+
+
+def spiked(side):
+    """(distance stated where a flat sheet replaces one with a spike at a vertex, its height)."""
+    points, triangles = grid_mesh(side, side)
+    points = side * points * [1, 1, 0]
+    peak = len(points) // 2 + side // 2
+    flat = np.concatenate([points, points]).astype(np.float32)
+    flat[peak, 2] += 5.0
+    after = (triangles + len(points)).astype(np.uint32)  # the flat copy
+    meter = ErrorMeter([flat], triangles, begins_of([triangles]), np.arange(len(triangles)), 1)
+    found = meter.measure(
+        triangles, begins_of([triangles]), np.arange(len(triangles)), [after], np.array([0])
+    )
+    return float(found[0]), 5.0
+
+
+def test_a_spike_on_less_than_a_thousandth_of_the_area_does_not_count():
+    assert spiked(160)[0] < 0.5
+
+
+def test_a_spike_counts_where_samples_are_few():
+    found, height = spiked(12)
+    assert found == pytest.approx(height, rel=0.01)
