@@ -107,16 +107,16 @@ def unpacked(values: np.ndarray, shapes: list[tuple[int, int, int]]) -> np.ndarr
     """
     rows, at = [], 0
     for elements, field, words in shapes:
-        part = values[:, at : at + 64 * words].reshape(-1, 64, words).astype(np.uint64)
+        own = values[:, at : at + 64 * words].reshape(-1, 64, words).astype(np.uint64)
         at += 64 * words
         if words <= 2:
-            bits = part[..., 0] | (part[..., 1] << np.uint64(32) if words == 2 else np.uint64(0))
+            bits = own[..., 0] | (own[..., 1] << np.uint64(32) if words == 2 else np.uint64(0))
             rows += [
                 (bits >> np.uint64(c * field)) & np.uint64((1 << field) - 1)
                 for c in range(elements)
             ]
         else:
-            rows += [part[..., c] for c in range(elements)]
+            rows += [own[..., c] for c in range(elements)]
     return np.stack(rows, axis=1).astype(np.uint32)
 
 
@@ -125,7 +125,7 @@ class GpuDecoder:
 
     method: a key of METHODS. streams: of a blob, at most; 64 or fewer. elements: of all streams
     of a blob, at most. Raises VulkanError if memory is short, or if a workgroup's shared memory
-    is too small for a vertex of so many elements (`serial` and `traversal` need none).
+    is too small for a vertex of these elements (`serial` and `traversal` need none).
     """
 
     def __init__(

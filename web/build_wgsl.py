@@ -1,6 +1,6 @@
 """Translates shaders/ to the WGSL that the npm package ships: python -m web.build_wgsl
 
-Writes to web/wgsl: a .wgsl file per module, and the digests of what they are made from
+Writes to web/wgsl: a .wgsl file per module, and the digests of their sources
 (sources.json). Needs the Python package slangpy, in the version that pyproject.toml names: its
 library is the Slang compiler.
 """

@@ -23,7 +23,7 @@ const METHODS = {
 const MANY_MESHLETS = 4000;
 const INTERIOR_STREAMS = 8; // capacities of `interior`, whose values lie in workgroup memory
 const INTERIOR_ELEMENTS = 20;
-// Of few meshlets, one of so many threads of connect decodes one: threads side by side that take
+// Threads of connect per meshlet, of which one decodes it: threads side by side that take
 // different branches wait for each other, and few meshlets do not fill a GPU. For 1,108 meshlets all
 // steps together take 0.35 ms in place of 0.41.
 const SPREAD = 16;
@@ -183,8 +183,8 @@ class Job {
     steps.push({ module: 'ranges', groups: 1, push });
     for (const range of ranges(meshletCount, WORKGROUPS)) {
       const results = { buffer: primitive.indices };
-      const part = { ...push, ...range.push };
-      steps.push({ module: 'indices', groups: range.count, push: part, results });
+      const some = { ...push, ...range.push };
+      steps.push({ module: 'indices', groups: range.count, push: some, results });
     }
     this.#submit(steps, buffers);
   }

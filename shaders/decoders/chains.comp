@@ -64,7 +64,7 @@ void read_stream(HEADER_IN h, uint r, Run run, uint wanted) {
 void main() {
   if (!open_pass(8u)) return;
   Header h = open_header();
-  for (uint r = part; r < h.references; r += 8u) {
+  for (uint r = first_item; r < h.references; r += 8u) {
     Run run = run_of(r);
     if (mask_test(h.private_refs, r) || run.steps < 2u) continue;
     for (uint s = first_stream(); s < stream_end && error == ERROR_NONE; s = next_stream(s))

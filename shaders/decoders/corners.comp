@@ -8,7 +8,7 @@
 
 #include "decoders/passes.glsl"
 
-shared uint group_hops;  // MAX_HOPS, hidden from the compiler, which would unroll a long loop
+shared uint shared_hops;  // MAX_HOPS, hidden from the compiler, which would unroll a long loop
 
 // Reads anchor `index` of stream `wanted` of h.
 void read_anchor(HEADER_IN h, uint index, uint wanted, uint id) {
@@ -34,7 +34,7 @@ void read_anchor(HEADER_IN h, uint index, uint wanted, uint id) {
 // Follows references from corner j to the meshlet that stores its value for stream s and reads it.
 void read_corner(HEADER_IN own, uint j, uint s, uint id) {
   Header h = own;
-  for (uint hop = 0u; hop <= group_hops && error == ERROR_NONE; hop++) {
+  for (uint hop = 0u; hop <= shared_hops && error == ERROR_NONE; hop++) {
     mask64 seams = seam_references(h, s);
     mask64 shared_refs = h.foreign_refs & ~seams;
     uint before = h.references > 0u ? previous_reference(h, j) & 63u : 0u;
@@ -56,11 +56,11 @@ void read_corner(HEADER_IN own, uint j, uint s, uint id) {
 }
 
 void main() {
-  if (THREAD == 0u) group_hops = MAX_HOPS;
+  if (THREAD == 0u) shared_hops = MAX_HOPS;
   if (!open_pass(8u)) return;  // contains barriers
   Header h = open_header();
   uint corners = h.references == 0u ? mask_count(the_starts) : h.references;
-  for (uint j = part; j < corners && error == ERROR_NONE; j += 8u) {
+  for (uint j = first_item; j < corners && error == ERROR_NONE; j += 8u) {
     uint id = h.references == 0u ? ids_before(j) & 63u : id_at(nth_bit(the_references, j));
     read_corner(h, j, gl_WorkGroupID.y, id);
   }

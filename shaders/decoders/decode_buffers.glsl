@@ -12,9 +12,9 @@ struct Connected {
   uvec2 references;
 };
 
-// A meshlet's header and where its sections lie (bit positions), so that a pass that visits it need
-// not parse it. connect.comp writes the first part, lengths.comp the rest; NO_PLACE if what comes
-// before is malformed.
+// A meshlet's header and the bit positions of its sections, so that a pass that visits it need not
+// parse it. connect.comp writes the members up to codes, lengths.comp the others. NO_PLACE: the
+// sections before are malformed.
 struct Places {
   uvec2 foreign_refs;
   uvec2 private_refs;

@@ -18,7 +18,8 @@ layout(push_constant) uniform Push {
   uint meshlets;
   uint streams;  // to decode
   uint value_words;
-  uint spread;  // connect.comp: one of so many threads decodes a meshlet, the others are idle
+  uint spread;  // of connect.comp: threads per meshlet, of which one decodes it and the others are
+                // idle
 }
 push;
 #endif

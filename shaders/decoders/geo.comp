@@ -8,7 +8,7 @@
 
 #include "decoders/passes.glsl"
 
-shared ATOMIC_UINT group_normals[GROUP / 32u][192];  // sums of cross products at the vertices
+shared ATOMIC_UINT shared_normals[WORKGROUP / 32u][192];  // sums of cross products at the vertices
 
 // wanted: mask of the vertices with a prediction.
 void add_triangle(uint triangle, mask64 wanted) {
@@ -17,16 +17,17 @@ void add_triangle(uint triangle, mask64 wanted) {
     uint id = (triangle >> (8u * corner)) & 63u;
     if (!mask_test(wanted, id)) continue;
     uint place = 3u * id;
-    ATOMIC_ADD(group_normals[member][place], normal.x);
-    ATOMIC_ADD(group_normals[member][place + 1u], normal.y);
-    ATOMIC_ADD(group_normals[member][place + 2u], normal.z);
+    ATOMIC_ADD(shared_normals[member][place], normal.x);
+    ATOMIC_ADD(shared_normals[member][place + 1u], normal.y);
+    ATOMIC_ADD(shared_normals[member][place + 2u], normal.z);
   }
 }
 
 void add_prediction(uint s, uint id) {
-  OctPair point = octahedral_prediction(
-      ATOMIC_LOAD(group_normals[member][3u * id]), ATOMIC_LOAD(group_normals[member][3u * id + 1u]),
-      ATOMIC_LOAD(group_normals[member][3u * id + 2u]), stream_field(s, STREAM_BITS) & 31u);
+  OctPair point = octahedral_prediction(ATOMIC_LOAD(shared_normals[member][3u * id]),
+                                        ATOMIC_LOAD(shared_normals[member][3u * id + 1u]),
+                                        ATOMIC_LOAD(shared_normals[member][3u * id + 2u]),
+                                        stream_field(s, STREAM_BITS) & 31u);
   uint field = place_field(s, PLACE_FIELD);
   uvec2 residuals = vertex_at(s, id);
   uint u = (point.u + get_field(residuals, 0u, field)) & bits_mask(s);
@@ -41,12 +42,12 @@ void main() {
   mask64 wanted = mask_none();
   if (live)
     wanted = mask_below((summary >> 8) & 127u) & ~(the_boundary & ~PLACES(job_place).waiting);
-  for (uint i = part; i < 192u; i += 32u) ATOMIC_STORE(group_normals[member][i], 0u);
+  for (uint i = first_item; i < 192u; i += 32u) ATOMIC_STORE(shared_normals[member][i], 0u);
   barrier();
-  for (uint t = part; t < triangles; t += 32u)
+  for (uint t = first_item; t < triangles; t += 32u)
     add_triangle(TRIANGLE_AT(job_triangles(), t), wanted);
   barrier();
-  for (uint i = part; i < mask_count(wanted); i += 32u) {
+  for (uint i = first_item; i < mask_count(wanted); i += 32u) {
     uint id = nth_bit(wanted, i);
     for (uint s = 1u; s < stream_end; s++)
       if (stream_field(s, STREAM_PREDICTOR) == PREDICT_GEO) add_prediction(s, id);

@@ -1,4 +1,4 @@
-// The last pass, after chains.comp: what lies inside the boundary of a meshlet, and its seams. A
+// The last pass, after chains.comp: the vertices inside the boundary of a meshlet, and its seams. A
 // workgroup decodes a meshlet as the team decoder does.
 // variants: bench:interior.comp=
 #version 460
@@ -7,7 +7,7 @@
 #extension GL_EXT_buffer_reference_uvec2 : require
 
 layout(local_size_x = 32) in;
-#define TEAM 32u
+#define WORKGROUP 32u
 #include "decoders/decode_push.glsl"
 #include "decoders/serial_prologue.glsl"
 #define OWN_GRID_POSITION
@@ -26,7 +26,7 @@ uvec2 connectivity_starts() { return connected.starts; }
 // Ranks and lengths of the references, from the ranks at which they begin.
 void place_team_references() {
   uint ranks = mask_count(team_boundary);
-  for (uint rank = THREAD; rank < ranks; rank += GROUP) {
+  for (uint rank = THREAD; rank < ranks; rank += WORKGROUP) {
     if (!mask_test(connected.references, rank)) continue;
     uint r = mask_count(connected.references & mask_below(rank));
     mask64 later = connected.references & ~mask_below(rank + 1u);
@@ -41,14 +41,14 @@ Header find_seams_of() {
   Header h = read_header(job_meshlet);
   find_disks();
   place_team_references();
-  for (uint s = THREAD; s < stream_total; s += GROUP) team_seam_refs[s] = seam_references(h, s);
+  for (uint s = THREAD; s < stream_total; s += WORKGROUP) team_seam_refs[s] = seam_references(h, s);
   barrier();
   return h;
 }
 
 // Copies the values of boundary vertices, which earlier passes have decoded.
 void load_boundary() {
-  for (uint id = THREAD; id < vertex_count; id += GROUP) {
+  for (uint id = THREAD; id < vertex_count; id += WORKGROUP) {
     if (!mask_test(team_boundary, id)) continue;
     for (uint s = 0u; s < stream_end; s++) {
       uvec2 fields = is_packed(s) ? vertex_at(s, id) : uvec2(0u);
@@ -61,7 +61,7 @@ void load_boundary() {
 }
 
 void store_values(mask64 known) {
-  for (uint id = THREAD; id < vertex_count; id += GROUP) {
+  for (uint id = THREAD; id < vertex_count; id += WORKGROUP) {
     if (mask_test(known, id)) continue;
     for (uint s = 0u; s < stream_end; s++) {
       uvec2 fields = uvec2(0u);
@@ -86,8 +86,8 @@ void main() {
   if ((state & 1u) == 0u) return;
   bool seams = ((state >> 1) & FLAG_SEAMS) != 0u;
   open_blob(job_blob(), job_blob_words());
-  group_streams(job_streams());
-  group_value_places();
+  share_streams(job_streams());
+  share_value_places();
   the_values = job_values();
   team_triangles = job_triangles();
   connected = CONNECTED(job_place);
@@ -98,7 +98,7 @@ void main() {
   vertex_count = min((summary >> 8) & 127u, 64u);
   team_boundary = connected.boundary;
   open_team();
-  for (uint s = THREAD; s < stream_total; s += GROUP) team_seam_refs[s] = mask_none();
+  for (uint s = THREAD; s < stream_total; s += WORKGROUP) team_seam_refs[s] = mask_none();
   mask64 owned = mask_below(count_field(places, COUNT_REFERENCES)) &
                  ~(places.foreign_refs | places.private_refs);
   read_interior_codes(places.codes, mask_any(owned));

@@ -8,9 +8,9 @@
 
 #include "decoders/passes.glsl"
 
-shared uint group_lengths[GROUP / 8u * 64u];  // of references
+shared uint shared_lengths[WORKGROUP / 8u * 64u];  // of references
 
-uint length_of(uint r) { return group_lengths[member * 64u + (r & 63u)]; }
+uint length_of(uint r) { return shared_lengths[member * 64u + (r & 63u)]; }
 
 uint measured_length(HEADER_IN h, uint r) {
   if (!mask_test(h.sized_refs | h.foreign_refs, r)) {
@@ -91,10 +91,10 @@ void main() {
   Header h = open_header();
   uint header_error = error;
   uint references = live ? h.references : 0u;
-  for (uint r = part; r < references; r += 8u)
-    group_lengths[member * 64u + r] = min(measured_length(h, r), 64u);
+  for (uint r = first_item; r < references; r += 8u)
+    shared_lengths[member * 64u + r] = min(measured_length(h, r), 64u);
   barrier();
-  if (present && part == 8u - 1u) {
+  if (present && first_item == 8u - 1u) {
     uint lengths_error = error;  // of owners: says nothing about this meshlet's sections
     error = header_error;
     place_sections(h, live);
@@ -103,11 +103,11 @@ void main() {
   if (!live) return;
   if (references > 0u && mask_count(h.loop_ends) != mask_count(the_starts))
     error = ERROR_REFERENCES;
-  for (uint r = part; r < references && error == ERROR_NONE; r += 8u) {
+  for (uint r = first_item; r < references && error == ERROR_NONE; r += 8u) {
     uint rank = 0u;
     for (uint before = 0u; before < r; before++) rank += length_of(before);
     check_length(h, r, rank);
   }
-  if (part == 0u) place_references(h, references);
+  if (first_item == 0u) place_references(h, references);
   close_pass();
 }

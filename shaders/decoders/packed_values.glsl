@@ -3,12 +3,12 @@
 // not fit, each has a word. vk_backend/gpu_decoder.py unpacks them. Include after sections.glsl
 // and decode_push.glsl.
 
-shared uint group_places[MAX_STREAMS];  // see place_field
+shared uint shared_places[MAX_STREAMS];  // see place_field
 
 #define PLACE_BASE 0, 16    // word of the first vertex
 #define PLACE_STRIDE 16, 6  // words per vertex
 #define PLACE_FIELD 22, 6   // bits per element
-#define place_field(s, field) bitfieldExtract(group_places[s], field)
+#define place_field(s, field) bitfieldExtract(shared_places[s], field)
 
 uint field_of(uint s) {
   uint bits = stream_field(s, STREAM_BITS);
@@ -18,12 +18,12 @@ uint field_of(uint s) {
 
 uint words_of(uint s) { return (field_of(s) * stream_field(s, STREAM_ELEMENTS) + 31u) >> 5; }
 
-// Call with all threads after group_streams. Contains a barrier.
-void group_value_places() {
-  for (uint s = THREAD; s < stream_total; s += GROUP) {
+// Call with all threads after share_streams. Contains a barrier.
+void share_value_places() {
+  for (uint s = THREAD; s < stream_total; s += WORKGROUP) {
     uint words = 0u;
     for (uint before = 0u; before < s; before++) words += words_of(before);
-    group_places[s] = ((64u * words) & 0xFFFFu) | words_of(s) << 16 | field_of(s) << 22;
+    shared_places[s] = ((64u * words) & 0xFFFFu) | words_of(s) << 16 | field_of(s) << 22;
   }
   barrier();
 }

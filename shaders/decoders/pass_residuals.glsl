@@ -33,7 +33,7 @@ uvec2 fixed_widths(uint position, uint n) {
   return widths;
 }
 
-// Threads side by side read different codes: what these have in common is called once for all.
+// Threads side by side read different codes: all of them call the steps that codes have in common.
 uint next_residual(uint c) {
   bool fixed_code = residual_code == CODE_FIXED;
   uint parameter = residual_code & CODE_MAX_PARAMETER;

@@ -11,7 +11,7 @@
 #ifndef PASSES_GLSL
 #define PASSES_GLSL
 
-#define GROUP 64u
+#define WORKGROUP 64u
 #include "decoders/serial_prologue.glsl"
 #define OWN_GRID_POSITION
 #include "decode/serial_decoder.glsl"
@@ -20,13 +20,13 @@
 #include "decoders/decode_push.glsl"
 #include "decoders/packed_values.glsl"
 
-layout(local_size_x = GROUP) in;
+layout(local_size_x = WORKGROUP) in;
 
 // --- the thread's meshlet ---
 
-uint member;   // number of the meshlet in the workgroup
-uint part;     // number of the thread among those of the meshlet
-bool present;  // there is such a meshlet
+uint member;      // number of the meshlet in the workgroup
+uint first_item;  // number of the thread among those of the meshlet
+bool present;     // there is such a meshlet
 mask64 the_boundary;
 mask64 the_starts;
 mask64 the_references;  // ranks at which references begin; set by lengths.comp
@@ -35,12 +35,12 @@ mask64 the_references;  // ranks at which references begin; set by lengths.comp
 // without a meshlet or with a malformed one.
 bool open_pass(uint threads) {
   member = THREAD / threads;
-  part = THREAD % threads;
-  uint number = FIRST_MESHLET + gl_WorkGroupID.x * (GROUP / threads) + member;
+  first_item = THREAD % threads;
+  uint number = FIRST_MESHLET + gl_WorkGroupID.x * (WORKGROUP / threads) + member;
   open_job(min(number, push.meshlets - 1u));
   open_blob(job_blob(), job_blob_words());
-  group_streams(job_streams());
-  group_value_places();
+  share_streams(job_streams());
+  share_value_places();
   the_values = job_values();
   Connected connected = CONNECTED(job_place);
   the_boundary = connected.boundary;

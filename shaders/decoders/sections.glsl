@@ -1,6 +1,6 @@
 // The streams of a blob and small steps of reading a meshlet's sections, for shaders that decode a
 // meshlet's values with several threads (team_values.glsl, passes.glsl). Include after
-// serial_epilogue.glsl, with GROUP defined as the threads of a workgroup.
+// serial_epilogue.glsl, with WORKGROUP defined as the threads of a workgroup.
 
 #define THREAD gl_LocalInvocationIndex
 
@@ -16,20 +16,20 @@
 
 // --- streams ---
 
-shared uint group_stream[MAX_STREAMS];  // see stream_field
-shared uint group_bases[MAX_STREAMS];   // see stream_base
+shared uint shared_stream[MAX_STREAMS];  // see stream_field
+shared uint shared_bases[MAX_STREAMS];   // see stream_base
 
-// Offset and width of fields in group_stream.
+// Offset and width of fields in shared_stream.
 #define STREAM_ELEMENTS 0, 3
 #define STREAM_BITS 3, 6
 #define STREAM_PREDICTOR 9, 3
 #define STREAM_ELEMENT 12, 11
-#define stream_field(s, field) bitfieldExtract(group_stream[s], field)
-// In group_bases: parameters of codes.
+#define stream_field(s, field) bitfieldExtract(shared_stream[s], field)
+// In shared_bases: parameters of codes.
 #define BASE_CHAIN 0, 5
 #define BASE_INTERIOR 8, 5
 #define BASE_ANCHOR 16, 5
-#define stream_base(s, field) bitfieldExtract(group_bases[s], field)
+#define stream_base(s, field) bitfieldExtract(shared_bases[s], field)
 
 // In conditions around barriers: a word, and facts of streams, that are the same in all threads.
 // web/wgsl.glsl has the same for WGSL, which demands a proof.
@@ -41,18 +41,18 @@ shared uint group_bases[MAX_STREAMS];   // see stream_base
 #endif
 
 // Reads the stream table; streams [0, end) are decoded.
-void group_streams(uint end) {
+void share_streams(uint end) {
   load_tables();
   stream_total = min(stream_total, MAX_STREAMS);
   stream_end = min(end, stream_total);
-  for (uint s = THREAD; s < stream_total; s += GROUP) {
+  for (uint s = THREAD; s < stream_total; s += WORKGROUP) {
     uint shape = load_word(STREAM_SHAPE_WORD(s));
     uint element = 0u;
     for (uint before = 0u; before < s; before++)
       element += (load_word(STREAM_SHAPE_WORD(before)) >> 8) & 7u;
-    group_stream[s] = ((shape >> 8) & 7u) | ((shape >> 16) & 63u) << 3 | ((shape >> 24) & 7u) << 9 |
-                      min(element, MAX_ELEMENTS) << 12;
-    group_bases[s] = load_word(STREAM_BASES_WORD(s));
+    shared_stream[s] = ((shape >> 8) & 7u) | ((shape >> 16) & 63u) << 3 |
+                       ((shape >> 24) & 7u) << 9 | min(element, MAX_ELEMENTS) << 12;
+    shared_bases[s] = load_word(STREAM_BASES_WORD(s));
   }
   barrier();
 }

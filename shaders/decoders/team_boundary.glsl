@@ -43,7 +43,7 @@ void write_chain_residuals(uint s, uint r, bool backwards, uint code, uint width
 }
 
 // Reads an item's part of meshlet h's sections: anchor `index` of streams [begin, end), the
-// residuals of the chain that is `reference` of its owner, or where the interior begins.
+// residuals of the chain that is `reference` of its owner, or the beginning of the interior.
 void read_sections(HEADER_IN own, HEADER_IN h, uint kind, uint j, uint reference, uint index,
                    uint begin, uint end) {
   bool chains = mask_any(h.owned_refs);
@@ -156,7 +156,7 @@ void read_boundary_item(HEADER_IN own, bool measuring, uint kind, uint j) {
 // private ones, which wait for the traversal.
 void place_team_references(HEADER_IN h) {
   if (h.references > 0u && mask_count(h.loop_ends) != team_disks) error = ERROR_REFERENCES;
-  for (uint r = THREAD; r < h.references; r += GROUP) {
+  for (uint r = THREAD; r < h.references; r += WORKGROUP) {
     uint rank = 0u;
     for (uint before = 0u; before < r; before++) rank += team_references[before] >> 8;
     uint length = reference_length_of(r);

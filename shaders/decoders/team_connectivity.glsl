@@ -26,7 +26,7 @@ uvec2 connectivity_boundary() {
 void decode_connectivity() {
   if (disks_of_symbols() - 1u > 63u) error = ERROR_CLERS;
   for (uint step = 0u; step < 8u; step++) {
-    for (uint t = gl_LocalInvocationIndex; t < 64u; t += TEAM) {
+    for (uint t = gl_LocalInvocationIndex; t < 64u; t += WORKGROUP) {
       if (step == 0u)
         parallel_step_0(t);
       else if (step == 1u)

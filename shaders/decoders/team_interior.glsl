@@ -1,5 +1,5 @@
-// What lies inside a team's meshlet: seams' residuals, and the vertices that its triangles
-// introduce. Each value's bits are found by one thread alone; residuals go where the values belong.
+// The inside of a team's meshlet: seams' residuals, and the vertices that its triangles introduce.
+// One thread finds the bits of a value and writes its residual to the place of the value.
 // Then the values: first stream 0, then the others, which may depend on it. Only two things are
 // sequential: a chain of a reference, one thread per element, and the traversal of the interior,
 // one thread per element. Include after team_meshlet.glsl.
@@ -40,7 +40,7 @@ void list_traversal() {
     error = ERROR_CLERS;
     traversed_count = 0u;
   }
-  for (uint t = THREAD; t < triangle_count; t += GROUP) {
+  for (uint t = THREAD; t < triangle_count; t += WORKGROUP) {
     if (!mask_test(introducing | roots, t)) continue;
     uint place = mask_count(introducing & mask_below(t)) + mask_count(roots & mask_below(t));
     uint triangle = packed_triangle(t);
@@ -60,22 +60,22 @@ uint list_seams(uint s) {
     uint r = mask_lsb(rest);
     uint length = reference_length_of(r);
     uint rank = team_references[r] & 63u;
-    for (uint i = 1u + THREAD; i < length; i += GROUP)
+    for (uint i = 1u + THREAD; i < length; i += WORKGROUP)
       team_seams[(count + i - 1u) & 63u] = loop_id(rank + i) | r << 8 | i << 16;
     count += length - 1u;
   }
   return min(count, 64u);
 }
 
-// Lists the positions of n ones from bit p. Each thread takes every GROUP-th word. A barrier must
-// follow.
+// Lists the positions of n ones from bit p. Each thread takes every WORKGROUP-th word. A barrier
+// must follow.
 void list_ones(uint p, uint n) {
   uint found = 0u;  // ones before the team's current words
   uint empty = 0u;  // zero words in a row
-  for (uint w = p >> 5; found < n; w += GROUP) {
+  for (uint w = p >> 5; found < n; w += WORKGROUP) {
     uint mine = 0u;
     uint before = found;
-    for (uint k = 0u; k < GROUP && found < n; k++) {
+    for (uint k = 0u; k < WORKGROUP && found < n; k++) {
       uint word = load_word(w + k);
       if (w + k == p >> 5) word &= ~word_below(p & 31u);
       if (k == THREAD) {
@@ -85,7 +85,7 @@ void list_ones(uint p, uint n) {
       empty = word == 0u ? empty + 1u : 0u;
       found += uint(bitCount(word));
     }
-    if (w >= blob_word_total || empty > (MAX_QUOTIENT >> 5) + GROUP) {
+    if (w >= blob_word_total || empty > (MAX_QUOTIENT >> 5) + WORKGROUP) {
       error = ERROR_UNARY;
       return;
     }
@@ -103,7 +103,7 @@ void read_interior_residuals(uint s, uint code, uint widths, uint low, uint seam
                              uint ones, uint unary_begin) {
   uint n = stream_field(s, STREAM_ELEMENTS);
   uint step = code == CODE_FIXED ? fixed_width(n, widths) : 0u;
-  for (uint item = THREAD; item < count; item += GROUP) {
+  for (uint item = THREAD; item < count; item += WORKGROUP) {
     uint i = n == 3u ? (item * 171u) >> 9 : n == 2u ? item >> 1 : item / n;
     uint c = item - i * n;
     uint id = (i < seams ? team_seams[i & 63u] : team_traversal[(i - seams) & 63u] >> 16) & 63u;
@@ -159,28 +159,28 @@ uint listed_streams(uint s, uint end) {
   return next;
 }
 
-// Reads the interior's residuals of all decoded streams. A team that is not `sound` only takes part
-// in the barriers.
+// Reads the interior's residuals of all decoded streams. A team that is not `sound` only takes
+// part in the barriers.
 void read_interior(bool sound) {
   uint p = team_interior;
-  for (uint part = 0u; part < 2u && part < uniform_streams(); part++) {
+  for (uint phase = 0u; phase < 2u && phase < uniform_streams(); phase++) {
     uint low = p;
-    uint next_list = part;
+    uint next_list = phase;
     uint ones = 0u;
     uint listed = 0u;
-    for (uint s = part; s < (part == 0u ? 1u : uniform_streams()); s++) {
+    for (uint s = phase; s < (phase == 0u ? 1u : uniform_streams()); s++) {
       uint n = stream_field(s, STREAM_ELEMENTS);
       barrier();
       if (s == next_list) {
-        next_list = listed_streams(s, part == 0u ? 1u : uniform_streams());
+        next_list = listed_streams(s, phase == 0u ? 1u : uniform_streams());
         ones = sound ? min(interior_ones(s, next_list), SCRATCH_WORDS) : 0u;
         listed = 0u;
         if (sound) list_ones(p, ones);
         barrier();
         // The low bits begin after the unary parts of all streams.
-        if (s == part && sound)
+        if (s == phase && sound)
           low = after_ones(ones > 0u ? ATOMIC_LOAD(team_scratch[ones - 1u]) + 1u : p,
-                           interior_ones(next_list, part == 0u ? 1u : stream_total));
+                           interior_ones(next_list, phase == 0u ? 1u : stream_total));
       }
       uint code = interior_code_of(s);
       uint widths = interior_widths_of(s);
@@ -238,7 +238,7 @@ bool chain_step_of(HEADER_IN h, uint s, uint item, out uint step) {
 // traversed vertices in order.
 void find_weights(HEADER_IN h, uint s, bool chains) {
   uint items = chains ? (h.references > 0u ? mask_count(team_boundary) : 0u) : traversed_count;
-  for (uint item = THREAD; item < items; item += GROUP) {
+  for (uint item = THREAD; item < items; item += WORKGROUP) {
     uint triangle = team_traversal[item & 63u];
     uint step = ((triangle >> 16) & 255u) | (triangle & 0xFFFFu) << 8 | (triangle & 0xFF000000u);
     if (chains && !chain_step_of(h, s, item, step)) continue;
@@ -300,7 +300,7 @@ void predict_chains(HEADER_IN h, uint s, bool only_seams) {
   bool one = s < MAX_STREAMS;
   uint first = one ? stream_field(s, STREAM_ELEMENT) : 0u;
   uint elements = max(one ? stream_field(s, STREAM_ELEMENTS) : element_total(), 1u);
-  for (uint item = THREAD; item < h.references * elements; item += GROUP) {
+  for (uint item = THREAD; item < h.references * elements; item += WORKGROUP) {
     uint r = item / elements;
     uint element = first + item - r * elements;
     uint of = one ? s : stream_of_element(element).x;
@@ -348,9 +348,9 @@ void predict_element(uint s, uint c) {
 
 // Sums the triangles' cross products at their vertices in the scratch memory.
 void sum_team_normals(bool sound) {
-  for (uint i = THREAD; i < 192u; i += GROUP) ATOMIC_STORE(team_scratch[i], 0u);
+  for (uint i = THREAD; i < 192u; i += WORKGROUP) ATOMIC_STORE(team_scratch[i], 0u);
   barrier();
-  for (uint t = THREAD; t < triangle_count && sound; t += GROUP) {
+  for (uint t = THREAD; t < triangle_count && sound; t += WORKGROUP) {
     uint triangle = packed_triangle(t);
     Triple normal = triangle_normal(triangle, geo_shift());
     for (uint corner = 0u; corner < 3u; corner++) {
@@ -365,7 +365,7 @@ void sum_team_normals(bool sound) {
 
 // Adds the predictions of GEO to the residuals of stream s.
 void predict_team_geo(uint s) {
-  for (uint i = THREAD; i < traversed_count; i += GROUP) {
+  for (uint i = THREAD; i < traversed_count; i += WORKGROUP) {
     uint id = bitfieldExtract(team_traversal[i], 16, 6);
     uint place = 3u * id;
     OctPair point = octahedral_prediction(
@@ -403,7 +403,8 @@ void predict(HEADER_IN h, bool sound, bool only_seams, bool has_chains) {
       barrier();
     }
     if (chains && sound) predict_chains(h, s, only_seams);
-    for (uint element = THREAD; element < element_total() && !chains && sound; element += GROUP) {
+    for (uint element = THREAD; element < element_total() && !chains && sound;
+         element += WORKGROUP) {
       uvec2 of = stream_of_element(element);
       uint predictor = stream_field(of.x, STREAM_PREDICTOR);
       if (after ? predictor == PREDICT_AFFINE : predictor < PREDICT_GEO)

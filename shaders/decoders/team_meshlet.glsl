@@ -2,7 +2,7 @@
 // (spec, appendix A.7): team_values.glsl decodes all of it, interior.comp the part inside the
 // boundary.
 //
-// The includer defines TEAM, the threads of a workgroup, includes serial_prologue.glsl,
+// The includer defines WORKGROUP, the threads of a workgroup, includes serial_prologue.glsl,
 // serial_decoder.glsl (with OWN_GRID_POSITION) and serial_epilogue.glsl first, and provides
 //   packed_triangle(t)       triangle t of the team's meshlet, packed as in serial_decoder.glsl
 //   connectivity_boundary()  mask of its boundary vertices
@@ -13,8 +13,6 @@
 // loop by 64, by the streams, or by the blob's end. Loops that contain barriers run equally often
 // in all threads.
 
-#define GROUP TEAM
-#define MEMBER THREAD
 #include "decoders/sections.glsl"
 // Words of a team's scratch memory: the ends of the quotients of up to four elements, or GEO's sums
 // at 64 vertices.
@@ -69,7 +67,7 @@ void find_disks() {
     error = ERROR_VERTICES;
     vertex_count = min(vertex_count, 64u);
   }
-  for (uint t = THREAD; t <= triangle_count; t += GROUP) {
+  for (uint t = THREAD; t <= triangle_count; t += WORKGROUP) {
     if (t < triangle_count && !mask_test(starts, t)) continue;
     mask64 before = mask_below(t);
     uint disk = mask_count(starts & before);
@@ -77,7 +75,7 @@ void find_disks() {
     if (t == triangle_count) ids = vertex_count;
     ATOMIC_OR(team_begins[disk >> 2], min(ids, 64u) << 8u * (disk & 3u));
   }
-  for (uint id = THREAD; id < vertex_count; id += GROUP) {
+  for (uint id = THREAD; id < vertex_count; id += WORKGROUP) {
     if (!mask_test(team_boundary, id)) continue;
     uint rank = mask_count(team_boundary & mask_below(id));
     ATOMIC_OR(team_loop[rank >> 2], id << 8u * (rank & 3u));
@@ -114,10 +112,10 @@ bool agree() {
   return error == ERROR_NONE;
 }
 
-// Call first: clears what the threads of a team fill together. Contains a barrier.
+// Call first: clears the memory that the threads of a team fill together. Contains a barrier.
 void open_team() {
   error = ERROR_NONE;
-  for (uint i = THREAD; i < 17u; i += GROUP) {
+  for (uint i = THREAD; i < 17u; i += WORKGROUP) {
     ATOMIC_STORE(team_begins[i], 0u);
     ATOMIC_STORE(team_loop[i & 15u], 0u);
   }

@@ -1,7 +1,7 @@
-// The team decoder: GROUP threads decode the values of one meshlet (spec, appendix A.7). The
+// The team decoder: WORKGROUP threads decode the values of one meshlet (spec, appendix A.7). The
 // triangles come from the serial decoder of another shader or from parallel_connectivity.glsl.
 //
-// The includer does what team_meshlet.glsl asks for. It calls open_blob and group_streams(end)
+// The includer does what team_meshlet.glsl asks for. It calls open_blob and share_streams(end)
 // once, then open_team(), read_header(m), read_team_symbols(h), and then team_decode with all
 // threads. Results: team_values[element * 64 + local id], vertex_count, and `error`,
 // equal for all threads of a team.
@@ -17,7 +17,7 @@ void read_team_symbols(HEADER_IN h) {
   triangle_count = h.triangles;
   // By the number of planes that the symbol has ones in: R, first, second, third, S.
   uint kinds = h.table == 0u ? 0x34210u : 0x32140u;
-  for (uint t = THREAD; t < triangle_count; t += GROUP) {
+  for (uint t = THREAD; t < triangle_count; t += WORKGROUP) {
     uint place = t;  // the symbol's bit in its last plane
     uint ones = 0u;
     if (mask_test(planes.p0, t)) {
@@ -47,20 +47,19 @@ void read_team_symbols(HEADER_IN h) {
   symbol_s = team_symbols[3];
 }
 
-// Decodes the values of the meshlet with header h, whose symbols and triangles are known. sound:
-// false if there is nothing to decode.
-void team_decode(Header h, bool sound) {
-  if (!sound) error = ERROR_OFFSET;
+// Decodes the values of the meshlet with header h, whose symbols and triangles are known.
+void team_decode(Header h) {
   if (agree()) {
     find_disks();
-    for (uint s = THREAD; s < stream_total; s += GROUP) team_seam_refs[s] = seam_references(h, s);
+    for (uint s = THREAD; s < stream_total; s += WORKGROUP)
+      team_seam_refs[s] = seam_references(h, s);
   }
-  sound = agree();
+  bool sound = agree();
   uint corners = h.references == 0u ? team_disks : h.references;
   for (uint pass = 0u; pass < 2u; pass++) {
     bool measuring = pass == 0u;
     uint items = measuring ? h.references : h.references + corners + 1u;
-    for (uint item = THREAD; item < items && sound; item += GROUP) {
+    for (uint item = THREAD; item < items && sound; item += WORKGROUP) {
       uint kind = item < h.references             ? ITEM_REFERENCE
                   : item < h.references + corners ? ITEM_CORNER
                                                   : ITEM_SELF;

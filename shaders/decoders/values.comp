@@ -1,6 +1,6 @@
-// Values of meshlets by the team decoder. Triangles come from connect.comp, or
-// (PARALLEL) from the parallel connectivity. Writes plain buffers, or (STREAM) slots of the ring of
-// path `stream`.
+// Values of meshlets by the team decoder, a workgroup each. Triangles come from connect.comp, or
+// (PARALLEL) from the parallel connectivity. Writes slots of the ring of path `stream` (STREAM), or
+// plain buffers.
 // variants: values_stream.comp=STREAM bench:values.comp= bench:values_parallel.comp=PARALLEL
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -8,7 +8,7 @@
 #extension GL_EXT_buffer_reference_uvec2 : require
 
 layout(local_size_x = 32) in;
-#define TEAM 32u
+#define WORKGROUP 32u
 #ifdef STREAM
 #include "raster/stream_push.glsl"
 #else
@@ -19,10 +19,10 @@ layout(local_size_x = 32) in;
 #include "decode/serial_decoder.glsl"
 #include "decoders/serial_epilogue.glsl"
 
+ADDRESS team_triangles;
 #ifdef PARALLEL
 #include "decoders/team_connectivity.glsl"
 #else
-ADDRESS team_triangles;
 uint packed_triangle(uint t) { return TRIANGLE_AT(team_triangles, t & 63u); }
 uvec2 connectivity_boundary() { return CONNECTED(job_place).boundary; }
 uvec2 connectivity_starts() { return CONNECTED(job_place).starts; }
@@ -32,38 +32,25 @@ uvec2 connectivity_starts() { return CONNECTED(job_place).starts; }
 #include "decoders/slot_output.glsl"
 #endif
 
-#ifdef PARALLEL
-ADDRESS team_triangles;
-#endif
 void put_values() {
 #ifdef STREAM
   Primitive primitive = job_primitive();
-  for (uint v = THREAD; v < vertex_count; v += GROUP) put_vertex(team_triangles, primitive, v);
+  for (uint v = THREAD; v < vertex_count; v += WORKGROUP) put_vertex(team_triangles, primitive, v);
 #else
   ADDRESS integers = job_values();
-  for (uint k = THREAD; k < push.value_words; k += GROUP)
+  for (uint k = THREAD; k < push.value_words; k += WORKGROUP)
     if ((k & 63u) < vertex_count) VALUE_AT(integers, k) = team_values[k];
 #endif
 }
 
 void main() {
-  uint number = gl_WorkGroupID.x;
-  bool exists = number < push.meshlets;
-  open_job(min(number, push.meshlets - 1u));
-#ifdef PARALLEL
-  bool sound = exists;
-  team_triangles = job_triangles();
-  if (!job_wanted()) {
-    if (THREAD == 0u) SET_SUMMARY(job_place, 0u);
-    return;
-  }
-#else
-  bool sound = exists && (SUMMARY(job_place) & 255u) > 0u;
-  if (!sound) return;
-  team_triangles = job_triangles();
+  open_job(gl_WorkGroupID.x);
+#ifndef PARALLEL
+  if ((SUMMARY(job_place) & 255u) == 0u) return;  // malformed or not wanted
 #endif
+  team_triangles = job_triangles();
   open_blob(job_blob(), job_blob_words());
-  group_streams(job_streams());
+  share_streams(job_streams());
   open_team();
   Header h = read_header(job_meshlet);
 #ifdef PARALLEL
@@ -76,12 +63,11 @@ void main() {
   symbol_e = connected.ends;
   symbol_s = connected.splits;
 #endif
-  team_decode(h, sound);
-  if (!sound) return;
+  team_decode(h);
 #ifdef PARALLEL
   if (THREAD == 0u) SET_SUMMARY(job_place, triangle_count | vertex_count << 8);
-  for (uint t = THREAD; t < triangle_count; t += GROUP)
-    TRIANGLE_AT(job_triangles(), t) = packed_triangle(t);
+  for (uint t = THREAD; t < triangle_count; t += WORKGROUP)
+    TRIANGLE_AT(team_triangles, t) = packed_triangle(t);
   barrier();
 #endif
   if (error == ERROR_NONE)

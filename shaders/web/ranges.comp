@@ -3,16 +3,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-#define GROUP 256u
-layout(local_size_x = GROUP) in;
+#define WORKGROUP 256u
+layout(local_size_x = WORKGROUP) in;
 #define THREAD gl_LocalInvocationIndex
 
-shared uint group_triangles[GROUP];
-shared uint group_malformed[GROUP];
-shared uint group_first[GROUP];  // malformed meshlet
+shared uint shared_triangles[WORKGROUP];
+shared uint shared_malformed[WORKGROUP];
+shared uint shared_first[WORKGROUP];  // malformed meshlet
 
 void main() {
-  uint share = (push.meshlets + GROUP - 1u) / GROUP;
+  uint share = (push.meshlets + WORKGROUP - 1u) / WORKGROUP;
   uint begin = min(THREAD * share, push.meshlets);
   uint end = min(begin + share, push.meshlets);
   uint triangles = 0u;
@@ -28,17 +28,17 @@ void main() {
       first = min(first, m);
     }
   }
-  group_triangles[THREAD] = triangles;
-  group_malformed[THREAD] = malformed;
-  group_first[THREAD] = first;
+  shared_triangles[THREAD] = triangles;
+  shared_malformed[THREAD] = malformed;
+  shared_first[THREAD] = first;
   barrier();
   uint place = 0u;
-  for (uint i = 0u; i < THREAD; i++) place += group_triangles[i];
+  for (uint i = 0u; i < THREAD; i++) place += shared_triangles[i];
   for (uint m = begin; m < end; m++) first_triangles[m] += place;
-  if (THREAD != GROUP - 1u) return;
-  for (uint i = 0u; i < GROUP - 1u; i++) {
-    malformed += group_malformed[i];
-    first = min(first, group_first[i]);
+  if (THREAD != WORKGROUP - 1u) return;
+  for (uint i = 0u; i < WORKGROUP - 1u; i++) {
+    malformed += shared_malformed[i];
+    first = min(first, shared_first[i]);
   }
   draw[0] = 3u * (place + triangles);
   draw[1] = 1u;  // instances

@@ -62,12 +62,12 @@ layout(binding = 8) RWStructuredBuffer<uint> draw;             // arguments of d
 layout(binding = 9) RWStructuredBuffer<uint> status;  // malformed meshlets, and the first of them
 layout(binding = 10) RWStructuredBuffer<uint> results;
 
-// As in sections.glsl: WGSL takes only these values, and what workgroupUniformLoad returns, for the
+// As in sections.glsl: WGSL takes only these values, and those of workgroupUniformLoad, for the
 // same in all threads.
-shared uint group_uniform;
+shared uint shared_uniform;
 uint uniform_word(uint word) {
-  if (gl_LocalInvocationIndex == 0u) group_uniform = word;
-  return workgroupUniformLoad(group_uniform);
+  if (gl_LocalInvocationIndex == 0u) shared_uniform = word;
+  return workgroupUniformLoad(shared_uniform);
 }
 #define UNIFORM(word) uniform_word(word)
 #define uniform_streams() push.streams

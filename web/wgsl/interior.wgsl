@@ -82,15 +82,15 @@ fn open_job_0( i_0 : u32)
     return;
 }
 
-var<workgroup> group_uniform_0 : u32;
+var<workgroup> shared_uniform_0 : u32;
 
 fn uniform_word_0( word_0 : u32) -> u32
 {
     if(the_thread_0 == u32(0))
     {
-        group_uniform_0 = word_0;
+        shared_uniform_0 = word_0;
     }
-    var _S3 : u32 = (workgroupUniformLoad(&((group_uniform_0))));
+    var _S3 : u32 = (workgroupUniformLoad(&((shared_uniform_0))));
     return _S3;
 }
 
@@ -129,11 +129,11 @@ fn load_tables_0()
 
 var<private> stream_end_0 : u32;
 
-var<workgroup> group_stream_0 : array<u32, i32(8)>;
+var<workgroup> shared_stream_0 : array<u32, i32(8)>;
 
-var<workgroup> group_bases_0 : array<u32, i32(8)>;
+var<workgroup> shared_bases_0 : array<u32, i32(8)>;
 
-fn group_streams_0( end_0 : u32)
+fn share_streams_0( end_0 : u32)
 {
     load_tables_0();
     var _S5 : u32 = min(stream_total_0, u32(8));
@@ -166,8 +166,8 @@ fn group_streams_0( end_0 : u32)
             before_0 = before_0 + u32(1);
             element_0 = element_1;
         }
-        group_stream_0[s_0] = (((((((((shape_0 >> (u32(8)))) & (u32(7)))) | (((((((shape_0 >> (u32(16)))) & (u32(63)))) << (u32(3))))))) | (((((((shape_0 >> (u32(24)))) & (u32(7)))) << (u32(9))))))) | ((((min(element_0, u32(20))) << (u32(12))))));
-        group_bases_0[s_0] = load_word_0(u32(9) + _S6);
+        shared_stream_0[s_0] = (((((((((shape_0 >> (u32(8)))) & (u32(7)))) | (((((((shape_0 >> (u32(16)))) & (u32(63)))) << (u32(3))))))) | (((((((shape_0 >> (u32(24)))) & (u32(7)))) << (u32(9))))))) | ((((min(element_0, u32(20))) << (u32(12))))));
+        shared_bases_0[s_0] = load_word_0(u32(9) + _S6);
         s_0 = s_0 + u32(32);
     }
     workgroupBarrier();
@@ -176,7 +176,7 @@ fn group_streams_0( end_0 : u32)
 
 fn field_of_0( s_1 : u32) -> u32
 {
-    var bits_0 : u32 = (extractBits((group_stream_0[s_1]), u32((i32(3))), u32((i32(6)))));
+    var bits_0 : u32 = (extractBits((shared_stream_0[s_1]), u32((i32(3))), u32((i32(6)))));
     var field_1 : u32;
     if(s_1 == u32(0))
     {
@@ -186,7 +186,7 @@ fn field_of_0( s_1 : u32) -> u32
     {
         field_1 = bits_0;
     }
-    var _S7 : u32 = (extractBits((group_stream_0[s_1]), u32((i32(0))), u32((i32(3)))));
+    var _S7 : u32 = (extractBits((shared_stream_0[s_1]), u32((i32(0))), u32((i32(3)))));
     if((field_1 * _S7) <= u32(64))
     {
     }
@@ -200,13 +200,13 @@ fn field_of_0( s_1 : u32) -> u32
 fn words_of_0( s_2 : u32) -> u32
 {
     var _S8 : u32 = field_of_0(s_2);
-    var _S9 : u32 = (extractBits((group_stream_0[s_2]), u32((i32(0))), u32((i32(3)))));
+    var _S9 : u32 = (extractBits((shared_stream_0[s_2]), u32((i32(0))), u32((i32(3)))));
     return ((_S8 * _S9 + u32(31)) >> (u32(5)));
 }
 
-var<workgroup> group_places_0 : array<u32, i32(8)>;
+var<workgroup> shared_places_0 : array<u32, i32(8)>;
 
-fn group_value_places_0()
+fn share_value_places_0()
 {
     var s_3 : u32 = the_thread_0;
     for(;;)
@@ -238,7 +238,7 @@ fn group_value_places_0()
         var _S12 : u32 = words_of_0(s_3);
         var _S13 : u32 = (_S11 | (((_S12 << (u32(16))))));
         var _S14 : u32 = field_of_0(s_3);
-        group_places_0[s_3] = (_S13 | (((_S14 << (u32(22))))));
+        shared_places_0[s_3] = (_S13 | (((_S14 << (u32(22))))));
         s_3 = s_3 + u32(32);
     }
     workgroupBarrier();
@@ -403,19 +403,19 @@ fn code_at_0( p_1 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
     (*p_1) = (*p_1) + u32(3);
     if(field_2 == u32(7))
     {
-        var _S19 : u32 = (extractBits((group_stream_0[s_4]), u32((i32(0))), u32((i32(3)))));
+        var _S19 : u32 = (extractBits((shared_stream_0[s_4]), u32((i32(0))), u32((i32(3)))));
         (*p_1) = (*p_1) + u32(5) * _S19;
         return u32(255);
     }
     var base_1 : u32;
     if(of_chains_0)
     {
-        var _S20 : u32 = (extractBits((group_bases_0[s_4]), u32((i32(0))), u32((i32(5)))));
+        var _S20 : u32 = (extractBits((shared_bases_0[s_4]), u32((i32(0))), u32((i32(5)))));
         base_1 = _S20;
     }
     else
     {
-        var _S21 : u32 = (extractBits((group_bases_0[s_4]), u32((i32(8))), u32((i32(5)))));
+        var _S21 : u32 = (extractBits((shared_bases_0[s_4]), u32((i32(8))), u32((i32(5)))));
         base_1 = _S21;
     }
     var rice_0 : bool;
@@ -473,7 +473,7 @@ fn read_interior_codes_0( p_2 : u32,  chains_1 : bool)
             var _S24 : u32 = code_at_0(&(_S23), s_5, true);
         }
         var code_0 : u32 = code_at_0(&(_S23), s_5, false);
-        var _S25 : u32 = (extractBits((group_stream_0[s_5]), u32((i32(0))), u32((i32(3)))));
+        var _S25 : u32 = (extractBits((shared_stream_0[s_5]), u32((i32(0))), u32((i32(3)))));
         var widths_0 : u32 = _S23 - u32(5) * _S25 - team_codes_begin_0;
         if(the_thread_0 == u32(0))
         {
@@ -1142,21 +1142,21 @@ fn list_traversal_0()
 
 fn is_packed_0( s_8 : u32) -> bool
 {
-    var _S71 : u32 = (extractBits((group_places_0[s_8]), u32((i32(16))), u32((i32(6)))));
+    var _S71 : u32 = (extractBits((shared_places_0[s_8]), u32((i32(16))), u32((i32(6)))));
     return _S71 <= u32(2);
 }
 
 fn word_of_0( s_9 : u32,  id_0 : u32) -> u32
 {
-    var _S72 : u32 = (extractBits((group_places_0[s_9]), u32((i32(0))), u32((i32(16)))));
-    var _S73 : u32 = (extractBits((group_places_0[s_9]), u32((i32(16))), u32((i32(6)))));
+    var _S72 : u32 = (extractBits((shared_places_0[s_9]), u32((i32(0))), u32((i32(16)))));
+    var _S73 : u32 = (extractBits((shared_places_0[s_9]), u32((i32(16))), u32((i32(6)))));
     return _S72 + _S73 * ((id_0 & (u32(63))));
 }
 
 fn vertex_at_0( s_10 : u32,  id_1 : u32) -> vec2<u32>
 {
     var word_1 : u32 = word_of_0(s_10, id_1);
-    var _S74 : u32 = (extractBits((group_places_0[s_10]), u32((i32(16))), u32((i32(6)))));
+    var _S74 : u32 = (extractBits((shared_places_0[s_10]), u32((i32(16))), u32((i32(6)))));
     if(_S74 == u32(1))
     {
         return vec2<u32>(all_values_0[the_values_0 + word_1], u32(0));
@@ -1167,7 +1167,7 @@ fn vertex_at_0( s_10 : u32,  id_1 : u32) -> vec2<u32>
 
 fn value_element_0( s_11 : u32,  c_0 : u32) -> u32
 {
-    var _S76 : u32 = (extractBits((group_stream_0[s_11]), u32((i32(12))), u32((i32(11)))));
+    var _S76 : u32 = (extractBits((shared_stream_0[s_11]), u32((i32(12))), u32((i32(11)))));
     var element_2 : u32 = _S76 + c_0;
     var _S77 : u32;
     if(element_2 < u32(20))
@@ -1203,9 +1203,9 @@ fn value_at_0( s_12 : u32,  c_1 : u32,  id_2 : u32) -> u32
     if(_S78)
     {
         var _S79 : vec2<u32> = vertex_at_0(s_12, id_2);
-        var _S80 : u32 = (extractBits((group_places_0[s_12]), u32((i32(22))), u32((i32(6)))));
+        var _S80 : u32 = (extractBits((shared_places_0[s_12]), u32((i32(22))), u32((i32(6)))));
         var _S81 : u32 = c_1 * _S80;
-        var _S82 : u32 = (extractBits((group_places_0[s_12]), u32((i32(22))), u32((i32(6)))));
+        var _S82 : u32 = (extractBits((shared_places_0[s_12]), u32((i32(22))), u32((i32(6)))));
         return get_field_0(_S79, _S81, _S82);
     }
     var _S83 : u32 = the_values_0;
@@ -1251,11 +1251,11 @@ fn load_boundary_0()
             {
                 _S86 = vec2<u32>(u32(0));
             }
-            var _S88 : u32 = (extractBits((group_places_0[s_13]), u32((i32(22))), u32((i32(6)))));
+            var _S88 : u32 = (extractBits((shared_places_0[s_13]), u32((i32(22))), u32((i32(6)))));
             var c_2 : u32 = u32(0);
             for(;;)
             {
-                var _S89 : u32 = (extractBits((group_stream_0[s_13]), u32((i32(0))), u32((i32(3)))));
+                var _S89 : u32 = (extractBits((shared_stream_0[s_13]), u32((i32(0))), u32((i32(3)))));
                 if(c_2 < _S89)
                 {
                 }
@@ -1364,7 +1364,7 @@ fn interior_ones_0( begin_2 : u32,  end_3 : u32) -> u32
         if((interior_code_of_0(s_17)) != u32(255))
         {
             var _S95 : u32 = traversed_count_0 + seam_vertices_of_0(s_17);
-            var _S96 : u32 = (extractBits((group_stream_0[s_17]), u32((i32(0))), u32((i32(3)))));
+            var _S96 : u32 = (extractBits((shared_stream_0[s_17]), u32((i32(0))), u32((i32(3)))));
             ones_0 = ones_0 + _S95 * _S96;
         }
         s_17 = s_17 + u32(1);
@@ -1707,7 +1707,7 @@ fn unzigzag_0( u_0 : u32) -> u32
 
 fn read_interior_residuals_0( s_20 : u32,  code_3 : u32,  widths_2 : u32,  low_2 : u32,  seams_2 : u32,  count_9 : u32,  ones_2 : u32,  unary_begin_0 : u32)
 {
-    var n_6 : u32 = (extractBits((group_stream_0[s_20]), u32((i32(0))), u32((i32(3)))));
+    var n_6 : u32 = (extractBits((shared_stream_0[s_20]), u32((i32(0))), u32((i32(3)))));
     var _S115 : bool = code_3 == u32(255);
     var _S116 : u32;
     if(_S115)
@@ -1824,13 +1824,13 @@ fn read_interior_0( sound_0 : bool)
 {
     var _S128 : bool;
     var p_17 : u32 = team_interior_0;
-    var part_0 : u32 = u32(0);
+    var phase_0 : u32 = u32(0);
     for(;;)
     {
         var _S129 : bool;
-        if(part_0 < u32(2))
+        if(phase_0 < u32(2))
         {
-            _S129 = part_0 < (push_0.streams_0);
+            _S129 = phase_0 < (push_0.streams_0);
         }
         else
         {
@@ -1843,15 +1843,15 @@ fn read_interior_0( sound_0 : bool)
         {
             break;
         }
-        var next_list_0 : u32 = part_0;
+        var next_list_0 : u32 = phase_0;
         var p_18 : u32 = p_17;
         var ones_3 : u32 = u32(0);
-        var s_21 : u32 = part_0;
+        var s_21 : u32 = phase_0;
         var listed_0 : u32 = u32(0);
         var low_3 : u32 = p_17;
         for(;;)
         {
-            var _S130 : bool = part_0 == u32(0);
+            var _S130 : bool = phase_0 == u32(0);
             var _S131 : u32;
             if(_S130)
             {
@@ -1868,7 +1868,7 @@ fn read_interior_0( sound_0 : bool)
             {
                 break;
             }
-            var n_8 : u32 = (extractBits((group_stream_0[s_21]), u32((i32(0))), u32((i32(3)))));
+            var n_8 : u32 = (extractBits((shared_stream_0[s_21]), u32((i32(0))), u32((i32(3)))));
             workgroupBarrier();
             var listed_1 : u32;
             var seams_3 : u32;
@@ -1899,7 +1899,7 @@ fn read_interior_0( sound_0 : bool)
                     list_ones_0(p_18, seams_3);
                 }
                 workgroupBarrier();
-                if(s_21 == part_0)
+                if(s_21 == phase_0)
                 {
                     _S128 = sound_0;
                 }
@@ -2023,9 +2023,9 @@ fn read_interior_0( sound_0 : bool)
         {
             error_0 = u32(8);
         }
-        var _S142 : u32 = part_0 + u32(1);
+        var _S142 : u32 = phase_0 + u32(1);
         p_17 = low_3;
-        part_0 = _S142;
+        phase_0 = _S142;
     }
     workgroupBarrier();
     return;
@@ -2079,7 +2079,7 @@ fn excess_0( x_1 : u32,  y_1 : u32) -> u32
 
 fn geo_shift_0() -> u32
 {
-    var _S146 : u32 = (extractBits((group_stream_0[u32(0)]), u32((i32(3))), u32((i32(6)))));
+    var _S146 : u32 = (extractBits((shared_stream_0[u32(0)]), u32((i32(3))), u32((i32(6)))));
     return excess_0(_S146, u32(13));
 }
 
@@ -2293,7 +2293,7 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
 
 fn bits_mask_0( s_23 : u32) -> u32
 {
-    var _S161 : u32 = (extractBits((group_stream_0[s_23]), u32((i32(3))), u32((i32(6)))));
+    var _S161 : u32 = (extractBits((shared_stream_0[s_23]), u32((i32(3))), u32((i32(6)))));
     return word_below_0(_S161);
 }
 
@@ -2314,7 +2314,7 @@ fn predict_team_geo_0( s_24 : u32)
         var _S162 : u32 = atomicLoad(&(team_scratch_0[place_3]));
         var _S163 : u32 = atomicLoad(&(team_scratch_0[place_3 + u32(1)]));
         var _S164 : u32 = atomicLoad(&(team_scratch_0[place_3 + u32(2)]));
-        var _S165 : u32 = (extractBits((group_stream_0[s_24]), u32((i32(3))), u32((i32(6)))));
+        var _S165 : u32 = (extractBits((shared_stream_0[s_24]), u32((i32(3))), u32((i32(6)))));
         var _S166 : OctPair_0 = octahedral_prediction_0(_S162, _S163, _S164, (_S165 & (u32(31))));
         var c_5 : u32 = u32(0);
         for(;;)
@@ -2698,8 +2698,8 @@ fn find_weights_0( h_11 : Header_0,  s_28 : u32,  chains_2 : bool)
 
 fn element_total_0() -> u32
 {
-    var _S199 : u32 = (extractBits((group_stream_0[stream_end_0 - u32(1)]), u32((i32(12))), u32((i32(11)))));
-    var _S200 : u32 = (extractBits((group_stream_0[stream_end_0 - u32(1)]), u32((i32(0))), u32((i32(3)))));
+    var _S199 : u32 = (extractBits((shared_stream_0[stream_end_0 - u32(1)]), u32((i32(12))), u32((i32(11)))));
+    var _S200 : u32 = (extractBits((shared_stream_0[stream_end_0 - u32(1)]), u32((i32(0))), u32((i32(3)))));
     return min(_S199 + _S200, u32(20));
 }
 
@@ -2716,14 +2716,14 @@ fn stream_of_element_0( element_3 : u32) -> vec2<u32>
         {
             break;
         }
-        var _S201 : u32 = (extractBits((group_stream_0[next_2]), u32((i32(12))), u32((i32(11)))));
+        var _S201 : u32 = (extractBits((shared_stream_0[next_2]), u32((i32(12))), u32((i32(11)))));
         if(element_3 >= _S201)
         {
             s_29 = next_2;
         }
         next_2 = next_2 + u32(1);
     }
-    var _S202 : u32 = (extractBits((group_stream_0[s_29]), u32((i32(12))), u32((i32(11)))));
+    var _S202 : u32 = (extractBits((shared_stream_0[s_29]), u32((i32(12))), u32((i32(11)))));
     return vec2<u32>(s_29, element_3 - _S202);
 }
 
@@ -2764,7 +2764,7 @@ fn toward_0( a_6 : u32,  b_5 : u32,  n_15 : u32) -> u32
 
 fn predict_chain_0( h_12 : Header_0,  r_13 : u32,  s_31 : u32,  element_4 : u32)
 {
-    var _S210 : u32 = (extractBits((group_stream_0[s_31]), u32((i32(9))), u32((i32(3)))));
+    var _S210 : u32 = (extractBits((shared_stream_0[s_31]), u32((i32(9))), u32((i32(3)))));
     var base_3 : u32 = min(element_4, u32(19)) * u32(64);
     var _S211 : u32 = bits_mask_0(s_31);
     var length_3 : u32 = reference_length_of_0(r_13);
@@ -2859,7 +2859,7 @@ fn predict_chains_0( h_13 : Header_0,  s_32 : u32,  only_seams_0 : bool)
     var _S220 : u32;
     if(one_0)
     {
-        var _S221 : u32 = (extractBits((group_stream_0[s_32]), u32((i32(12))), u32((i32(11)))));
+        var _S221 : u32 = (extractBits((shared_stream_0[s_32]), u32((i32(12))), u32((i32(11)))));
         _S220 = _S221;
     }
     else
@@ -2869,7 +2869,7 @@ fn predict_chains_0( h_13 : Header_0,  s_32 : u32,  only_seams_0 : bool)
     var item_3 : u32;
     if(one_0)
     {
-        var _S222 : u32 = (extractBits((group_stream_0[s_32]), u32((i32(0))), u32((i32(3)))));
+        var _S222 : u32 = (extractBits((shared_stream_0[s_32]), u32((i32(0))), u32((i32(3)))));
         item_3 = _S222;
     }
     else
@@ -2908,7 +2908,7 @@ fn predict_chains_0( h_13 : Header_0,  s_32 : u32,  only_seams_0 : bool)
         var _S226 : bool;
         if(!one_0)
         {
-            var _S227 : u32 = (extractBits((group_stream_0[of_0]), u32((i32(9))), u32((i32(3)))));
+            var _S227 : u32 = (extractBits((shared_stream_0[of_0]), u32((i32(9))), u32((i32(3)))));
             _S226 = _S227 == u32(5);
         }
         else
@@ -2942,7 +2942,7 @@ fn predict_chains_0( h_13 : Header_0,  s_32 : u32,  only_seams_0 : bool)
 
 fn predict_element_0( s_33 : u32,  c_6 : u32)
 {
-    var predictor_0 : u32 = (extractBits((group_stream_0[s_33]), u32((i32(9))), u32((i32(3)))));
+    var predictor_0 : u32 = (extractBits((shared_stream_0[s_33]), u32((i32(9))), u32((i32(3)))));
     var _S229 : u32 = bits_mask_0(s_33);
     var _S230 : u32 = value_element_0(s_33, c_6);
     var copies_0 : bool = predictor_0 == u32(2);
@@ -3199,7 +3199,7 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
             {
                 break;
             }
-            var _S252 : u32 = (extractBits((group_stream_0[of_1]), u32((i32(9))), u32((i32(3)))));
+            var _S252 : u32 = (extractBits((shared_stream_0[of_1]), u32((i32(9))), u32((i32(3)))));
             if(_S252 == u32(4))
             {
                 predict_team_geo_0(of_1);
@@ -3267,7 +3267,7 @@ fn predict_0( h_14 : Header_0,  sound_2 : bool,  only_seams_1 : bool,  has_chain
             }
             var of_2 : vec2<u32> = stream_of_element_0(element_6);
             var _S258 : u32 = of_2.x;
-            var predictor_1 : u32 = (extractBits((group_stream_0[_S258]), u32((i32(9))), u32((i32(3)))));
+            var predictor_1 : u32 = (extractBits((shared_stream_0[_S258]), u32((i32(9))), u32((i32(3)))));
             var _S259 : bool;
             if(after_0)
             {
@@ -3305,7 +3305,7 @@ fn put_field_0( at_2 : u32,  value_3 : u32) -> vec2<u32>
 fn put_vertex_0( s_35 : u32,  id_7 : u32,  fields_2 : vec2<u32>)
 {
     var word_9 : u32 = word_of_0(s_35, id_7);
-    var _S261 : u32 = (extractBits((group_places_0[s_35]), u32((i32(16))), u32((i32(6)))));
+    var _S261 : u32 = (extractBits((shared_places_0[s_35]), u32((i32(16))), u32((i32(6)))));
     if(_S261 == u32(1))
     {
         all_values_0[the_values_0 + word_9] = fields_2.x;
@@ -3341,7 +3341,7 @@ fn put_value_0( s_36 : u32,  c_7 : u32,  id_8 : u32,  value_4 : u32)
         var _S267 : vec2<u32> = vertex_at_0(s_36, id_8);
         before_7 = _S267;
     }
-    var _S268 : u32 = (extractBits((group_places_0[s_36]), u32((i32(22))), u32((i32(6)))));
+    var _S268 : u32 = (extractBits((shared_places_0[s_36]), u32((i32(22))), u32((i32(6)))));
     put_vertex_0(s_36, id_8, (before_7 | ((put_field_0(c_7 * _S268, inside_0)))));
     return;
 }
@@ -3378,7 +3378,7 @@ fn store_values_0( known_0 : vec2<u32>)
             var fields_3 : vec2<u32> = _S269;
             for(;;)
             {
-                var _S270 : u32 = (extractBits((group_stream_0[s_37]), u32((i32(0))), u32((i32(3)))));
+                var _S270 : u32 = (extractBits((shared_stream_0[s_37]), u32((i32(0))), u32((i32(3)))));
                 if(c_8 < _S270)
                 {
                 }
@@ -3391,7 +3391,7 @@ fn store_values_0( known_0 : vec2<u32>)
                 var _S272 : bool = is_packed_0(s_37);
                 if(_S272)
                 {
-                    var _S273 : u32 = (extractBits((group_places_0[s_37]), u32((i32(22))), u32((i32(6)))));
+                    var _S273 : u32 = (extractBits((shared_places_0[s_37]), u32((i32(22))), u32((i32(6)))));
                     fields_3 = (fields_3 | ((put_field_0(c_8 * _S273, value_5))));
                 }
                 else
@@ -3442,8 +3442,8 @@ fn interior_shader_0()
         return;
     }
     var seams_4 : bool = ((((state_0 >> (u32(1)))) & (u32(4)))) != u32(0);
-    group_streams_0(job_streams_0());
-    group_value_places_0();
+    share_streams_0(job_streams_0());
+    share_value_places_0();
     the_values_0 = job_values_0();
     team_triangles_0 = job_triangles_0();
     connected_0.boundary_0 = connectivity_0[job_place_0].boundary_0;

@@ -73,7 +73,7 @@ var<private> the_invocation_0 : vec3<u32>;
 
 var<private> member_0 : u32;
 
-var<private> part_0 : u32;
+var<private> first_item_0 : u32;
 
 var<private> job_meshlet_0 : u32;
 
@@ -121,11 +121,11 @@ fn load_tables_0()
 
 var<private> stream_end_0 : u32;
 
-var<workgroup> group_stream_0 : array<u32, i32(64)>;
+var<workgroup> shared_stream_0 : array<u32, i32(64)>;
 
-var<workgroup> group_bases_0 : array<u32, i32(64)>;
+var<workgroup> shared_bases_0 : array<u32, i32(64)>;
 
-fn group_streams_0( end_0 : u32)
+fn share_streams_0( end_0 : u32)
 {
     load_tables_0();
     var _S4 : u32 = min(stream_total_0, u32(64));
@@ -158,8 +158,8 @@ fn group_streams_0( end_0 : u32)
             before_0 = before_0 + u32(1);
             element_0 = element_1;
         }
-        group_stream_0[s_0] = (((((((((shape_0 >> (u32(8)))) & (u32(7)))) | (((((((shape_0 >> (u32(16)))) & (u32(63)))) << (u32(3))))))) | (((((((shape_0 >> (u32(24)))) & (u32(7)))) << (u32(9))))))) | ((((min(element_0, u32(256))) << (u32(12))))));
-        group_bases_0[s_0] = load_word_0(u32(9) + _S5);
+        shared_stream_0[s_0] = (((((((((shape_0 >> (u32(8)))) & (u32(7)))) | (((((((shape_0 >> (u32(16)))) & (u32(63)))) << (u32(3))))))) | (((((((shape_0 >> (u32(24)))) & (u32(7)))) << (u32(9))))))) | ((((min(element_0, u32(256))) << (u32(12))))));
+        shared_bases_0[s_0] = load_word_0(u32(9) + _S5);
         s_0 = s_0 + u32(64);
     }
     workgroupBarrier();
@@ -168,7 +168,7 @@ fn group_streams_0( end_0 : u32)
 
 fn field_of_0( s_1 : u32) -> u32
 {
-    var bits_0 : u32 = (extractBits((group_stream_0[s_1]), u32((i32(3))), u32((i32(6)))));
+    var bits_0 : u32 = (extractBits((shared_stream_0[s_1]), u32((i32(3))), u32((i32(6)))));
     var field_1 : u32;
     if(s_1 == u32(0))
     {
@@ -178,7 +178,7 @@ fn field_of_0( s_1 : u32) -> u32
     {
         field_1 = bits_0;
     }
-    var _S6 : u32 = (extractBits((group_stream_0[s_1]), u32((i32(0))), u32((i32(3)))));
+    var _S6 : u32 = (extractBits((shared_stream_0[s_1]), u32((i32(0))), u32((i32(3)))));
     if((field_1 * _S6) <= u32(64))
     {
     }
@@ -192,13 +192,13 @@ fn field_of_0( s_1 : u32) -> u32
 fn words_of_0( s_2 : u32) -> u32
 {
     var _S7 : u32 = field_of_0(s_2);
-    var _S8 : u32 = (extractBits((group_stream_0[s_2]), u32((i32(0))), u32((i32(3)))));
+    var _S8 : u32 = (extractBits((shared_stream_0[s_2]), u32((i32(0))), u32((i32(3)))));
     return ((_S7 * _S8 + u32(31)) >> (u32(5)));
 }
 
-var<workgroup> group_places_0 : array<u32, i32(64)>;
+var<workgroup> shared_places_0 : array<u32, i32(64)>;
 
-fn group_value_places_0()
+fn share_value_places_0()
 {
     var s_3 : u32 = the_thread_0;
     for(;;)
@@ -230,7 +230,7 @@ fn group_value_places_0()
         var _S11 : u32 = words_of_0(s_3);
         var _S12 : u32 = (_S10 | (((_S11 << (u32(16))))));
         var _S13 : u32 = field_of_0(s_3);
-        group_places_0[s_3] = (_S12 | (((_S13 << (u32(22))))));
+        shared_places_0[s_3] = (_S12 | (((_S13 << (u32(22))))));
         s_3 = s_3 + u32(64);
     }
     workgroupBarrier();
@@ -265,14 +265,14 @@ fn open_pass_0( threads_0 : u32) -> bool
     var _S14 : u32 = the_thread_0 / threads_0;
     member_0 = _S14;
     var _S15 : u32 = the_thread_0 % threads_0;
-    part_0 = _S15;
+    first_item_0 = _S15;
     var _S16 : u32 = push_0.first_0;
     var _S17 : u32 = the_workgroup_0.x;
     var _S18 : u32 = u32(64) / threads_0;
     var number_0 : u32 = _S16 + _S17 * _S18 + member_0;
     open_job_0(min(number_0, push_0.meshlets_0 - u32(1)));
-    group_streams_0(job_streams_0());
-    group_value_places_0();
+    share_streams_0(job_streams_0());
+    share_value_places_0();
     the_values_0 = job_values_0();
     the_boundary_0 = connectivity_0[job_place_0].boundary_0;
     the_starts_0 = connectivity_0[job_place_0].starts_0;
@@ -425,7 +425,7 @@ fn open_header_0() -> Header_0
     return h_1;
 }
 
-var<workgroup> group_lengths_0 : array<u32, i32(512)>;
+var<workgroup> shared_lengths_0 : array<u32, i32(512)>;
 
 fn mask_test_0( m_2 : vec2<u32>,  i_4 : u32) -> bool
 {
@@ -767,19 +767,19 @@ fn code_at_0( p_4 : ptr<function, u32>,  s_4 : u32,  of_chains_0 : bool) -> u32
     (*p_4) = (*p_4) + u32(3);
     if(field_2 == u32(7))
     {
-        var _S59 : u32 = (extractBits((group_stream_0[s_4]), u32((i32(0))), u32((i32(3)))));
+        var _S59 : u32 = (extractBits((shared_stream_0[s_4]), u32((i32(0))), u32((i32(3)))));
         (*p_4) = (*p_4) + u32(5) * _S59;
         return u32(255);
     }
     var base_1 : u32;
     if(of_chains_0)
     {
-        var _S60 : u32 = (extractBits((group_bases_0[s_4]), u32((i32(0))), u32((i32(5)))));
+        var _S60 : u32 = (extractBits((shared_bases_0[s_4]), u32((i32(0))), u32((i32(5)))));
         base_1 = _S60;
     }
     else
     {
-        var _S61 : u32 = (extractBits((group_bases_0[s_4]), u32((i32(8))), u32((i32(5)))));
+        var _S61 : u32 = (extractBits((shared_bases_0[s_4]), u32((i32(8))), u32((i32(5)))));
         base_1 = _S61;
     }
     var rice_0 : bool;
@@ -822,19 +822,19 @@ fn code_at_1( p_5 : ptr<function, u32>,  s_5 : u32,  of_chains_1 : bool) -> u32
     (*p_5) = (*p_5) + u32(3);
     if(field_3 == u32(7))
     {
-        var _S63 : u32 = (extractBits((group_stream_0[s_5]), u32((i32(0))), u32((i32(3)))));
+        var _S63 : u32 = (extractBits((shared_stream_0[s_5]), u32((i32(0))), u32((i32(3)))));
         (*p_5) = (*p_5) + u32(5) * _S63;
         return u32(255);
     }
     var base_2 : u32;
     if(of_chains_1)
     {
-        var _S64 : u32 = (extractBits((group_bases_0[s_5]), u32((i32(0))), u32((i32(5)))));
+        var _S64 : u32 = (extractBits((shared_bases_0[s_5]), u32((i32(0))), u32((i32(5)))));
         base_2 = _S64;
     }
     else
     {
-        var _S65 : u32 = (extractBits((group_bases_0[s_5]), u32((i32(8))), u32((i32(5)))));
+        var _S65 : u32 = (extractBits((shared_bases_0[s_5]), u32((i32(8))), u32((i32(5)))));
         base_2 = _S65;
     }
     var rice_1 : bool;
@@ -877,19 +877,19 @@ fn code_at_2( p_6 : ptr<function, u32>,  s_6 : u32,  of_chains_2 : bool) -> u32
     (*p_6) = (*p_6) + u32(3);
     if(field_4 == u32(7))
     {
-        var _S67 : u32 = (extractBits((group_stream_0[s_6]), u32((i32(0))), u32((i32(3)))));
+        var _S67 : u32 = (extractBits((shared_stream_0[s_6]), u32((i32(0))), u32((i32(3)))));
         (*p_6) = (*p_6) + u32(5) * _S67;
         return u32(255);
     }
     var base_3 : u32;
     if(of_chains_2)
     {
-        var _S68 : u32 = (extractBits((group_bases_0[s_6]), u32((i32(0))), u32((i32(5)))));
+        var _S68 : u32 = (extractBits((shared_bases_0[s_6]), u32((i32(0))), u32((i32(5)))));
         base_3 = _S68;
     }
     else
     {
-        var _S69 : u32 = (extractBits((group_bases_0[s_6]), u32((i32(8))), u32((i32(5)))));
+        var _S69 : u32 = (extractBits((shared_bases_0[s_6]), u32((i32(8))), u32((i32(5)))));
         base_3 = _S69;
     }
     var rice_2 : bool;
@@ -1050,8 +1050,8 @@ fn anchors_of_0( h_13 : Header_0,  s_9 : u32,  count_2 : u32) -> u32
 
 fn anchor_widths_0( s_10 : u32,  p_8 : u32) -> u32
 {
-    var n_5 : u32 = (extractBits((group_stream_0[s_10]), u32((i32(0))), u32((i32(3)))));
-    var _S79 : u32 = (extractBits((group_stream_0[s_10]), u32((i32(3))), u32((i32(6)))));
+    var n_5 : u32 = (extractBits((shared_stream_0[s_10]), u32((i32(0))), u32((i32(3)))));
+    var _S79 : u32 = (extractBits((shared_stream_0[s_10]), u32((i32(3))), u32((i32(6)))));
     var _S80 : u32 = load_bits_0(p_8, u32(3) * n_5);
     var c_0 : u32 = u32(0);
     var widths_0 : u32 = u32(0);
@@ -1072,7 +1072,7 @@ fn anchor_widths_0( s_10 : u32,  p_8 : u32) -> u32
         }
         else
         {
-            var _S81 : u32 = (extractBits((group_bases_0[s_10]), u32((i32(16))), u32((i32(5)))));
+            var _S81 : u32 = (extractBits((shared_bases_0[s_10]), u32((i32(16))), u32((i32(5)))));
             width_0 = min(_S81 + field_5, _S79);
         }
         var widths_1 : u32 = (widths_0 | (((width_0 << ((u32(6) * c_0))))));
@@ -1084,11 +1084,11 @@ fn anchor_widths_0( s_10 : u32,  p_8 : u32) -> u32
 
 fn further_widths_0( p_9 : u32,  s_11 : u32,  count_3 : u32) -> u32
 {
-    var n_6 : u32 = (extractBits((group_stream_0[s_11]), u32((i32(0))), u32((i32(3)))));
+    var n_6 : u32 = (extractBits((shared_stream_0[s_11]), u32((i32(0))), u32((i32(3)))));
     var _S82 : u32;
     if(count_3 > u32(1))
     {
-        var _S83 : u32 = (extractBits((group_stream_0[s_11]), u32((i32(3))), u32((i32(6)))));
+        var _S83 : u32 = (extractBits((shared_stream_0[s_11]), u32((i32(3))), u32((i32(6)))));
         var _S84 : u32 = anchor_widths_0(s_11, p_9 + n_6 * _S83);
         _S82 = _S84;
     }
@@ -1106,11 +1106,11 @@ fn width_sum_0( widths_2 : u32) -> u32
 
 fn after_anchors_0( p_10 : u32,  s_12 : u32,  count_4 : u32,  widths_3 : u32) -> u32
 {
-    var n_7 : u32 = (extractBits((group_stream_0[s_12]), u32((i32(0))), u32((i32(3)))));
+    var n_7 : u32 = (extractBits((shared_stream_0[s_12]), u32((i32(0))), u32((i32(3)))));
     var _S85 : u32;
     if(count_4 > u32(0))
     {
-        var _S86 : u32 = (extractBits((group_stream_0[s_12]), u32((i32(3))), u32((i32(6)))));
+        var _S86 : u32 = (extractBits((shared_stream_0[s_12]), u32((i32(3))), u32((i32(6)))));
         _S85 = p_10 + n_7 * _S86;
     }
     else
@@ -1175,7 +1175,7 @@ fn low_width_0( code_0 : u32,  elements_1 : u32,  widths_5 : u32) -> u32
 
 fn length_of_0( r_5 : u32) -> u32
 {
-    return group_lengths_0[member_0 * u32(64) + ((r_5 & (u32(63))))];
+    return shared_lengths_0[member_0 * u32(64) + ((r_5 & (u32(63))))];
 }
 
 fn id_at_0( rank_0 : u32) -> u32
@@ -1364,7 +1364,7 @@ fn place_sections_0( h_15 : Header_0,  live_0 : bool)
             s_13 = _S104;
             continue;
         }
-        var n_9 : u32 = (extractBits((group_stream_0[s_13]), u32((i32(0))), u32((i32(3)))));
+        var n_9 : u32 = (extractBits((shared_stream_0[s_13]), u32((i32(0))), u32((i32(3)))));
         var code_1 : u32 = code_at_1(&(codes_2), s_13, true);
         var low_3 : u32 = low_2 + _S100 * low_width_0(code_1, n_9, codes_2 - u32(5) * n_9);
         var ones_3 : u32;
@@ -1539,7 +1539,7 @@ fn lengths_shader_0()
     {
         references_3 = u32(0);
     }
-    var r_10 : u32 = part_0;
+    var r_10 : u32 = first_item_0;
     for(;;)
     {
         if(r_10 < references_3)
@@ -1550,14 +1550,14 @@ fn lengths_shader_0()
             break;
         }
         var _S115 : u32 = measured_length_0(h_19, r_10);
-        group_lengths_0[member_0 * u32(64) + r_10] = min(_S115, u32(64));
+        shared_lengths_0[member_0 * u32(64) + r_10] = min(_S115, u32(64));
         r_10 = r_10 + u32(8);
     }
     workgroupBarrier();
     var _S116 : bool;
     if(present_0)
     {
-        _S116 = part_0 == u32(7);
+        _S116 = first_item_0 == u32(7);
     }
     else
     {
@@ -1589,7 +1589,7 @@ fn lengths_shader_0()
     {
         error_0 = u32(4);
     }
-    r_10 = part_0;
+    r_10 = first_item_0;
     for(;;)
     {
         if(r_10 < references_3)
@@ -1625,7 +1625,7 @@ fn lengths_shader_0()
         check_length_0(h_19, r_10, rank_6);
         r_10 = r_10 + u32(8);
     }
-    if(part_0 == u32(0))
+    if(first_item_0 == u32(0))
     {
         place_references_0(h_19, references_3);
     }
@@ -1644,7 +1644,7 @@ fn lengths_main(@builtin(local_invocation_index) thread_0 : u32, @builtin(workgr
     return;
 }
 
-var<workgroup> group_hops_0 : u32;
+var<workgroup> shared_hops_0 : u32;
 
 fn previous_reference_0( h_20 : Header_0,  r_11 : u32) -> u32
 {
@@ -1693,14 +1693,14 @@ fn unzigzag_0( u_0 : u32) -> u32
 
 fn bits_mask_0( s_14 : u32) -> u32
 {
-    var _S119 : u32 = (extractBits((group_stream_0[s_14]), u32((i32(3))), u32((i32(6)))));
+    var _S119 : u32 = (extractBits((shared_stream_0[s_14]), u32((i32(3))), u32((i32(6)))));
     return word_below_0(_S119);
 }
 
 fn anchor_value_0( s_15 : u32,  p_14 : u32,  index_0 : u32,  widths_6 : u32,  c_2 : u32) -> u32
 {
-    var n_10 : u32 = (extractBits((group_stream_0[s_15]), u32((i32(0))), u32((i32(3)))));
-    var bits_2 : u32 = (extractBits((group_stream_0[s_15]), u32((i32(3))), u32((i32(6)))));
+    var n_10 : u32 = (extractBits((shared_stream_0[s_15]), u32((i32(0))), u32((i32(3)))));
+    var bits_2 : u32 = (extractBits((shared_stream_0[s_15]), u32((i32(3))), u32((i32(6)))));
     var value_3 : u32 = load_bits_0(p_14 + c_2 * bits_2, bits_2);
     var value_4 : u32;
     if(index_0 > u32(0))
@@ -1720,7 +1720,7 @@ fn anchor_value_0( s_15 : u32,  p_14 : u32,  index_0 : u32,  widths_6 : u32,  c_
 
 fn is_packed_0( s_16 : u32) -> bool
 {
-    var _S123 : u32 = (extractBits((group_places_0[s_16]), u32((i32(16))), u32((i32(6)))));
+    var _S123 : u32 = (extractBits((shared_places_0[s_16]), u32((i32(16))), u32((i32(6)))));
     return _S123 <= u32(2);
 }
 
@@ -1740,15 +1740,15 @@ fn put_field_0( at_4 : u32,  value_5 : u32) -> vec2<u32>
 
 fn word_of_0( s_17 : u32,  id_0 : u32) -> u32
 {
-    var _S125 : u32 = (extractBits((group_places_0[s_17]), u32((i32(0))), u32((i32(16)))));
-    var _S126 : u32 = (extractBits((group_places_0[s_17]), u32((i32(16))), u32((i32(6)))));
+    var _S125 : u32 = (extractBits((shared_places_0[s_17]), u32((i32(0))), u32((i32(16)))));
+    var _S126 : u32 = (extractBits((shared_places_0[s_17]), u32((i32(16))), u32((i32(6)))));
     return _S125 + _S126 * ((id_0 & (u32(63))));
 }
 
 fn vertex_at_0( s_18 : u32,  id_1 : u32) -> vec2<u32>
 {
     var word_5 : u32 = word_of_0(s_18, id_1);
-    var _S127 : u32 = (extractBits((group_places_0[s_18]), u32((i32(16))), u32((i32(6)))));
+    var _S127 : u32 = (extractBits((shared_places_0[s_18]), u32((i32(16))), u32((i32(6)))));
     if(_S127 == u32(1))
     {
         return vec2<u32>(all_values_0[the_values_0 + word_5], u32(0));
@@ -1760,7 +1760,7 @@ fn vertex_at_0( s_18 : u32,  id_1 : u32) -> vec2<u32>
 fn put_vertex_0( s_19 : u32,  id_2 : u32,  fields_1 : vec2<u32>)
 {
     var word_6 : u32 = word_of_0(s_19, id_2);
-    var _S129 : u32 = (extractBits((group_places_0[s_19]), u32((i32(16))), u32((i32(6)))));
+    var _S129 : u32 = (extractBits((shared_places_0[s_19]), u32((i32(16))), u32((i32(6)))));
     if(_S129 == u32(1))
     {
         all_values_0[the_values_0 + word_6] = fields_1.x;
@@ -1796,7 +1796,7 @@ fn put_value_0( s_20 : u32,  c_3 : u32,  id_3 : u32,  value_6 : u32)
         var _S135 : vec2<u32> = vertex_at_0(s_20, id_3);
         before_5 = _S135;
     }
-    var _S136 : u32 = (extractBits((group_places_0[s_20]), u32((i32(22))), u32((i32(6)))));
+    var _S136 : u32 = (extractBits((shared_places_0[s_20]), u32((i32(22))), u32((i32(6)))));
     put_vertex_0(s_20, id_3, (before_5 | ((put_field_0(c_3 * _S136, inside_0)))));
     return;
 }
@@ -1838,7 +1838,7 @@ fn read_anchor_0( h_21 : Header_0,  index_1 : u32,  wanted_0 : u32,  id_4 : u32)
     var fields_2 : vec2<u32> = _S142;
     for(;;)
     {
-        var _S143 : u32 = (extractBits((group_stream_0[wanted_0]), u32((i32(0))), u32((i32(3)))));
+        var _S143 : u32 = (extractBits((shared_stream_0[wanted_0]), u32((i32(0))), u32((i32(3)))));
         if(c_4 < _S143)
         {
         }
@@ -1850,7 +1850,7 @@ fn read_anchor_0( h_21 : Header_0,  index_1 : u32,  wanted_0 : u32,  id_4 : u32)
         var _S144 : bool = is_packed_0(wanted_0);
         if(_S144)
         {
-            var _S145 : u32 = (extractBits((group_places_0[wanted_0]), u32((i32(22))), u32((i32(6)))));
+            var _S145 : u32 = (extractBits((shared_places_0[wanted_0]), u32((i32(22))), u32((i32(6)))));
             fields_2 = (fields_2 | ((put_field_0(c_4 * _S145, value_7))));
         }
         else
@@ -1895,7 +1895,7 @@ fn read_corner_0( own_1 : Header_0,  j_0 : u32,  s_22 : u32,  id_5 : u32)
     for(;;)
     {
         var _S150 : bool;
-        if(hop_0 <= group_hops_0)
+        if(hop_0 <= shared_hops_0)
         {
             _S150 = error_0 == u32(0);
         }
@@ -2000,7 +2000,7 @@ fn corners_shader_0()
 {
     if(the_thread_0 == u32(0))
     {
-        group_hops_0 = u32(8);
+        shared_hops_0 = u32(8);
     }
     var _S160 : bool = open_pass_0(u32(8));
     if(!_S160)
@@ -2018,7 +2018,7 @@ fn corners_shader_0()
     {
         _S162 = h_26.references_1;
     }
-    var j_1 : u32 = part_0;
+    var j_1 : u32 = first_item_0;
     for(;;)
     {
         var _S163 : bool;
@@ -2100,7 +2100,7 @@ fn first_stream_0() -> u32
     var later_1 : bool;
     if(s_23 > u32(0))
     {
-        var _S165 : u32 = (extractBits((group_stream_0[s_23]), u32((i32(9))), u32((i32(3)))));
+        var _S165 : u32 = (extractBits((shared_stream_0[s_23]), u32((i32(9))), u32((i32(3)))));
         later_1 = _S165 == u32(5);
     }
     else
@@ -2549,9 +2549,9 @@ fn value_at_0( s_25 : u32,  c_6 : u32,  id_8 : u32) -> u32
     if(_S199)
     {
         var _S200 : vec2<u32> = vertex_at_0(s_25, id_8);
-        var _S201 : u32 = (extractBits((group_places_0[s_25]), u32((i32(22))), u32((i32(6)))));
+        var _S201 : u32 = (extractBits((shared_places_0[s_25]), u32((i32(22))), u32((i32(6)))));
         var _S202 : u32 = c_6 * _S201;
-        var _S203 : u32 = (extractBits((group_places_0[s_25]), u32((i32(22))), u32((i32(6)))));
+        var _S203 : u32 = (extractBits((shared_places_0[s_25]), u32((i32(22))), u32((i32(6)))));
         return get_field_0(_S200, _S202, _S203);
     }
     var _S204 : u32 = the_values_0;
@@ -2713,10 +2713,10 @@ fn next_residual_0( c_7 : u32) -> u32
 
 fn read_chain_0( chain_0 : Chain_0,  s_26 : u32)
 {
-    var _S216 : u32 = (extractBits((group_stream_0[s_26]), u32((i32(0))), u32((i32(3)))));
-    var _S217 : u32 = (extractBits((group_stream_0[s_26]), u32((i32(9))), u32((i32(3)))));
+    var _S216 : u32 = (extractBits((shared_stream_0[s_26]), u32((i32(0))), u32((i32(3)))));
+    var _S217 : u32 = (extractBits((shared_stream_0[s_26]), u32((i32(9))), u32((i32(3)))));
     var vectors_0 : bool = is_packed_0(s_26);
-    var _S218 : u32 = (extractBits((group_places_0[s_26]), u32((i32(22))), u32((i32(6)))));
+    var _S218 : u32 = (extractBits((shared_places_0[s_26]), u32((i32(22))), u32((i32(6)))));
     var _S219 : u32 = bits_mask_0(s_26);
     var from_3 : vec2<u32>;
     if(vectors_0)
@@ -2889,7 +2889,7 @@ fn read_stream_0( h_32 : Header_0,  r_21 : u32,  run_3 : Run_0,  wanted_1 : u32)
         {
             break;
         }
-        var n_18 : u32 = (extractBits((group_stream_0[s_27]), u32((i32(0))), u32((i32(3)))));
+        var n_18 : u32 = (extractBits((shared_stream_0[s_27]), u32((i32(0))), u32((i32(3)))));
         var _S235 : u32 = source_0.codes_3;
         var code_4 : u32 = code_at_2(&(_S235), s_27, true);
         var widths_11 : u32 = _S235 - u32(5) * n_18;
@@ -2966,7 +2966,7 @@ fn next_stream_0( s_28 : u32) -> u32
         {
             break;
         }
-        var _S243 : u32 = (extractBits((group_stream_0[_S242]), u32((i32(9))), u32((i32(3)))));
+        var _S243 : u32 = (extractBits((shared_stream_0[_S242]), u32((i32(9))), u32((i32(3)))));
         if(_S243 == u32(5))
         {
             break;
@@ -2984,7 +2984,7 @@ fn chains_shader_0()
         return;
     }
     var _S245 : Header_0 = open_header_0();
-    var r_22 : u32 = part_0;
+    var r_22 : u32 = first_item_0;
     for(;;)
     {
         if(r_22 < (_S245.references_1))
@@ -3116,7 +3116,7 @@ fn seek_residuals_0( h_34 : Header_0,  interior_2 : u32,  stream_1 : u32,  trave
         {
             break;
         }
-        var n_20 : u32 = (extractBits((group_stream_0[s_31]), u32((i32(0))), u32((i32(3)))));
+        var n_20 : u32 = (extractBits((shared_stream_0[s_31]), u32((i32(0))), u32((i32(3)))));
         if(_S253)
         {
             var _S255 : u32 = code_at_1(&(codes_5), s_31, true);
@@ -3255,8 +3255,8 @@ fn traversed_prediction_0( predictor_0 : u32,  a_5 : u32,  b_4 : u32,  o_3 : u32
 
 fn read_traversed_0( s_33 : u32,  triangle_1 : u32)
 {
-    var _S263 : u32 = (extractBits((group_stream_0[s_33]), u32((i32(0))), u32((i32(3)))));
-    var predictor_1 : u32 = (extractBits((group_stream_0[s_33]), u32((i32(9))), u32((i32(3)))));
+    var _S263 : u32 = (extractBits((shared_stream_0[s_33]), u32((i32(0))), u32((i32(3)))));
+    var predictor_1 : u32 = (extractBits((shared_stream_0[s_33]), u32((i32(9))), u32((i32(3)))));
     var predicted_0 : bool = predictor_1 != u32(4);
     var a_6 : u32 = (triangle_1 & (u32(63)));
     var b_5 : u32 = (((triangle_1 >> (u32(8)))) & (u32(63)));
@@ -3265,7 +3265,7 @@ fn read_traversed_0( s_33 : u32,  triangle_1 : u32)
     var o_4 : u32 = (_S264 & (u32(63)));
     var _S265 : bool = _S264 != u32(255);
     var vectors_1 : bool = is_packed_0(s_33);
-    var _S266 : u32 = (extractBits((group_places_0[s_33]), u32((i32(22))), u32((i32(6)))));
+    var _S266 : u32 = (extractBits((shared_places_0[s_33]), u32((i32(22))), u32((i32(6)))));
     var _S267 : u32 = bits_mask_0(s_33);
     var loads_0 : bool;
     if(vectors_1)
@@ -3520,11 +3520,11 @@ fn traversal_main(@builtin(local_invocation_index) thread_3 : u32, @builtin(work
     return;
 }
 
-var<workgroup> group_normals_0 : array<array<atomic<u32>, i32(192)>, i32(2)>;
+var<workgroup> shared_normals_0 : array<array<atomic<u32>, i32(192)>, i32(2)>;
 
 fn geo_shift_0() -> u32
 {
-    var _S295 : u32 = (extractBits((group_stream_0[u32(0)]), u32((i32(3))), u32((i32(6)))));
+    var _S295 : u32 = (extractBits((shared_stream_0[u32(0)]), u32((i32(3))), u32((i32(6)))));
     return excess_0(_S295, u32(13));
 }
 
@@ -3564,9 +3564,9 @@ fn add_triangle_0( triangle_4 : u32,  wanted_2 : vec2<u32>)
             continue;
         }
         var place_0 : u32 = u32(3) * id_10;
-        var _S301 : u32 = atomicAdd(&(group_normals_0[member_0][place_0]), _S300.x_1);
-        var _S302 : u32 = atomicAdd(&(group_normals_0[member_0][place_0 + u32(1)]), _S300.y_1);
-        var _S303 : u32 = atomicAdd(&(group_normals_0[member_0][place_0 + u32(2)]), _S300.z_1);
+        var _S301 : u32 = atomicAdd(&(shared_normals_0[member_0][place_0]), _S300.x_1);
+        var _S302 : u32 = atomicAdd(&(shared_normals_0[member_0][place_0 + u32(1)]), _S300.y_1);
+        var _S303 : u32 = atomicAdd(&(shared_normals_0[member_0][place_0 + u32(2)]), _S300.z_1);
         corner_0 = corner_0 + u32(1);
     }
     return;
@@ -3643,12 +3643,12 @@ fn octahedral_prediction_0( normal_x_0 : u32,  normal_y_0 : u32,  normal_z_0 : u
 fn add_prediction_0( s_36 : u32,  id_11 : u32)
 {
     var _S308 : u32 = u32(3) * id_11;
-    var _S309 : u32 = atomicLoad(&(group_normals_0[member_0][_S308]));
-    var _S310 : u32 = atomicLoad(&(group_normals_0[member_0][_S308 + u32(1)]));
-    var _S311 : u32 = atomicLoad(&(group_normals_0[member_0][_S308 + u32(2)]));
-    var _S312 : u32 = (extractBits((group_stream_0[s_36]), u32((i32(3))), u32((i32(6)))));
+    var _S309 : u32 = atomicLoad(&(shared_normals_0[member_0][_S308]));
+    var _S310 : u32 = atomicLoad(&(shared_normals_0[member_0][_S308 + u32(1)]));
+    var _S311 : u32 = atomicLoad(&(shared_normals_0[member_0][_S308 + u32(2)]));
+    var _S312 : u32 = (extractBits((shared_stream_0[s_36]), u32((i32(3))), u32((i32(6)))));
     var point_1 : OctPair_0 = octahedral_prediction_0(_S309, _S310, _S311, (_S312 & (u32(31))));
-    var field_6 : u32 = (extractBits((group_places_0[s_36]), u32((i32(22))), u32((i32(6)))));
+    var field_6 : u32 = (extractBits((shared_places_0[s_36]), u32((i32(22))), u32((i32(6)))));
     var residuals_0 : vec2<u32> = vertex_at_0(s_36, id_11);
     var _S313 : u32 = point_1.u_2 + get_field_0(residuals_0, u32(0), field_6);
     var _S314 : u32 = bits_mask_0(s_36);
@@ -3682,7 +3682,7 @@ fn geo_shader_0()
     {
         wanted_3 = _S317;
     }
-    var i_9 : u32 = part_0;
+    var i_9 : u32 = first_item_0;
     for(;;)
     {
         if(i_9 < u32(192))
@@ -3692,11 +3692,11 @@ fn geo_shader_0()
         {
             break;
         }
-        atomicStore(&(group_normals_0[member_0][i_9]), u32(0));
+        atomicStore(&(shared_normals_0[member_0][i_9]), u32(0));
         i_9 = i_9 + u32(32);
     }
     workgroupBarrier();
-    var t_2 : u32 = part_0;
+    var t_2 : u32 = first_item_0;
     for(;;)
     {
         if(t_2 < s_37)
@@ -3710,7 +3710,7 @@ fn geo_shader_0()
         t_2 = t_2 + u32(32);
     }
     workgroupBarrier();
-    i_9 = part_0;
+    i_9 = first_item_0;
     for(;;)
     {
         if(i_9 < (mask_count_0(wanted_3)))
@@ -3731,7 +3731,7 @@ fn geo_shader_0()
             {
                 break;
             }
-            var _S319 : u32 = (extractBits((group_stream_0[s_37]), u32((i32(9))), u32((i32(3)))));
+            var _S319 : u32 = (extractBits((shared_stream_0[s_37]), u32((i32(9))), u32((i32(3)))));
             if(_S319 == u32(4))
             {
                 add_prediction_0(s_37, _S318);

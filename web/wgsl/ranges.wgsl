@@ -29,11 +29,11 @@ var<private> the_workgroup_0 : vec3<u32>;
 
 var<private> the_invocation_0 : vec3<u32>;
 
-var<workgroup> group_triangles_0 : array<u32, i32(256)>;
+var<workgroup> shared_triangles_0 : array<u32, i32(256)>;
 
-var<workgroup> group_malformed_0 : array<u32, i32(256)>;
+var<workgroup> shared_malformed_0 : array<u32, i32(256)>;
 
-var<workgroup> group_first_0 : array<u32, i32(256)>;
+var<workgroup> shared_first_0 : array<u32, i32(256)>;
 
 fn ranges_shader_0()
 {
@@ -67,9 +67,9 @@ fn ranges_shader_0()
         }
         m_0 = m_0 + u32(1);
     }
-    group_triangles_0[the_thread_0] = triangles_0;
-    group_malformed_0[the_thread_0] = malformed_0;
-    group_first_0[the_thread_0] = first_1;
+    shared_triangles_0[the_thread_0] = triangles_0;
+    shared_malformed_0[the_thread_0] = malformed_0;
+    shared_first_0[the_thread_0] = first_1;
     workgroupBarrier();
     var i_0 : u32 = u32(0);
     var place_0 : u32 = u32(0);
@@ -82,7 +82,7 @@ fn ranges_shader_0()
         {
             break;
         }
-        var place_1 : u32 = place_0 + group_triangles_0[i_0];
+        var place_1 : u32 = place_0 + shared_triangles_0[i_0];
         i_0 = i_0 + u32(1);
         place_0 = place_1;
     }
@@ -113,8 +113,8 @@ fn ranges_shader_0()
         {
             break;
         }
-        var malformed_1 : u32 = malformed_0 + group_malformed_0[i_0];
-        var _S4 : u32 = min(first_1, group_first_0[i_0]);
+        var malformed_1 : u32 = malformed_0 + shared_malformed_0[i_0];
+        var _S4 : u32 = min(first_1, shared_first_0[i_0]);
         var _S5 : u32 = i_0 + u32(1);
         first_1 = _S4;
         i_0 = _S5;
