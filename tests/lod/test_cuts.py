@@ -83,7 +83,8 @@ def test_random_cuts_are_sound(primitive, certifier):
         cut = cut_for_view(tables, View(eye, pixels), threshold)
         assert is_sound(certifier, cut.drawn)
         shares.append(primitive.cluster_triangles[cut.drawn].sum())
-    assert len(set(shares)) > len(shares) // 10  # the cuts differ; small models have few groups
+    # The cuts differ; small models have few groups.
+    assert len(set(shares)) > min(len(shares) // 10, 2 * len(tables.groups))
 
 
 def test_cuts_of_random_pages_are_sound(primitive, certifier):
@@ -134,9 +135,10 @@ def test_two_layers_are_not_sound(primitive, certifier):
     both = cut_at_level(tables, 0).drawn | cut_at_level(tables, 1).drawn
     assert not certifier.covers_once(both)
     missing = cut_at_level(tables, 1).drawn.copy()
-    # Not a closed part of the model.
-    has_border = np.ravel(abs(certifier.boundary).sum(axis=0)) > 0
-    missing[np.flatnonzero(missing & has_border)[0]] = False
+    # Not a connected component of the model: one with an edge inside the surface.
+    is_inside = ~certifier.border[certifier.ends].any(axis=1)
+    has_neighbour = np.ravel(abs(certifier.boundary[is_inside]).sum(axis=0)) > 0
+    missing[np.flatnonzero(missing & has_neighbour)[0]] = False
     assert not certifier.covers_once(missing) and not certifier.has_no_cracks(missing)
 
 
