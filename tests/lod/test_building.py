@@ -9,8 +9,8 @@ import pytest
 import gltf_ext
 from gltf_ext.gltf.container import read_document
 from gltf_ext.lod import LodPrimitive, cut_at_level, open_lod
-from gltf_ext.lod.paging import PART_GROUPS, by_error, pack
 from gltf_ext.lod.tables import EXTENSION
+from gltf_ext.lod.writing import BLOCK_GROUPS, _by_error
 from spec import reference_lod
 from tests.helpers import environment
 from tests.helpers.gltf_builder import Builder
@@ -164,48 +164,23 @@ def test_pages_keep_their_limit(sheet, tmp_path):
     assert len(primitive.tables.pages) > 4
 
 
-def test_pages_take_later_groups_that_fit():
-    triangles = np.array([600, 600, 300, 300] * 4)
-    pages, blobs = pack(
-        [np.arange(16)], triangles, 1000, lambda pages: [bytes(triangles[p].sum()) for p in pages]
-    )
-    assert sorted(np.concatenate(pages)) == list(range(16))
-    assert [len(blob) for blob in blobs] == [900] * 8
-
-
-def test_pages_keep_the_order_of_levels():
-    """Also where pages turn out too large and their last groups move to others."""
-    for seed in range(50):
-        random = np.random.default_rng(seed)
-        level = np.sort(random.integers(0, 4, 40))
-        triangles = random.integers(50, 500, 40)
-        factor = random.uniform(1.0, 1.3, 40)
-
-        def encode(pages, triangles=triangles, factor=factor):
-            return [bytes(int((triangles[p] * factor[p]).sum())) for p in pages]
-
-        levels = [np.flatnonzero(level == k) for k in range(4)]
-        pages, blobs = pack(levels, triangles, 1000, encode)
-        order = np.concatenate(pages)
-        assert sorted(order) == list(range(40)) and max(map(len, blobs)) <= 1000
-        assert (np.diff(level[order]) >= 0).all()
+def test_pages_keep_the_order_of_levels(sheet, tmp_path):
+    gltf_ext.compress(sheet, tmp_path / "out.glb", lod=True, lod_group=4, page_bytes=4096)
+    (primitive,) = open_lod(tmp_path / "out.glb")
+    tables = primitive.tables
+    assert len(np.unique(tables.group_level)) > 2 and len(tables.pages) > 3
+    assert (np.diff(tables.group_level) <= 0).all()
+    assert (np.diff(tables.groups["page"].astype(int)) >= 0).all()
 
 
 def test_pages_hold_groups_of_like_errors():
     """A cut takes fewer pages, and no page has groups that are far from each other."""
-    random = np.random.default_rng(0)
-    error, groups, triangles = random.random(480), np.arange(480), np.full(480, 240)
-
-    def packed(order):
-        return pack(
-            [order], triangles, 1000, lambda pages: [bytes(triangles[p].sum()) for p in pages]
-        )
-
+    error, groups = np.random.default_rng(0).random(480), np.arange(480)
     taken = []
-    for order in (groups, by_error(groups, error)):
-        pages, _ = packed(order)
-        assert sorted(np.concatenate(pages)) == list(groups)
-        assert max(np.ptp(page) for page in pages) <= 2 * PART_GROUPS
+    for order in (groups, _by_error(groups, error)):
+        pages = np.split(order, range(4, 480, 4))
+        assert sorted(order) == list(groups)
+        assert max(np.ptp(page) for page in pages) <= 2 * BLOCK_GROUPS
         taken.append(sum((error[page] > 0.8).any() for page in pages))
     assert taken[1] < 0.6 * taken[0]
 
@@ -215,7 +190,7 @@ def test_groups_of_a_level_come_by_error(sheet, tmp_path):
     (primitive,) = open_lod(tmp_path / "out.glb")
     tables = primitive.tables
     errors = tables.groups["error"][tables.group_level == 1]
-    assert 4 < len(errors) <= PART_GROUPS
+    assert 4 < len(errors) <= BLOCK_GROUPS
     assert (np.diff(errors) <= 0.0).all()
 
 
