@@ -53,6 +53,7 @@ from gltf_ext.lod.document import Levels, add_levels, arrange, forget_levels
 from gltf_ext.lod.tables import EXTENSION as LEVELS
 from gltf_ext.progress import Advance, progress_bar, shared_progress
 
+PIXELS = 1000  # of a primitive's longest side, to judge whether its levels pay
 LOSSY_BEFORE = (EXTENSION, DRACO, "KHR_mesh_quantization")
 # Extensions of a primitive that rely on the order of its triangles or vertices, which changes.
 ORDER_DEPENDENT = (
@@ -151,6 +152,7 @@ def compress(
         changes = _finish_document(document, jobs, encoded, settings)
         if settings.lod:
             changes["lod"] = _add_all_levels(document, encoded)
+            changes["warnings"] += _useless_levels(encoded)
         binary, fallback = pack(document)
         if fallback:
             document.buffers[1].uri = quote(os.fsencode(fallback_path.name))
@@ -445,6 +447,23 @@ def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, An
         document.use_extension(LEVELS, required=False)
         arrange(document)
     return report
+
+
+def _useless_levels(encoded: list[Job]) -> list[str]:
+    """Warns where a viewer holds more with levels than without, even if it shows each primitive
+    with PIXELS pixels and one pixel of error only."""
+    jobs = [(job.levels, job) for job in encoded if job.levels]
+    plain = sum(len(job.view) for _, job in jobs)
+    held = 0
+    for levels, job in jobs:
+        size = float(np.ptp(job.source.attributes["POSITION"], axis=0).max())
+        held += levels.bytes_at(size / PIXELS)
+    if held < plain or not jobs:
+        return []
+    return [
+        f"levels of detail do not pay: for one pixel of error in {PIXELS} a viewer loads {held:,} "
+        f"bytes, and {plain:,} without levels"
+    ]
 
 
 # --- the rest of the document ---

@@ -89,6 +89,16 @@ def test_levels_shrink_to_little(with_levels):
     assert all(b < 0.5 * a for a, b in pairwise(counts))
 
 
+@pytest.mark.parametrize("size, pays", [(24, False), (220, True)])
+def test_compress_says_where_levels_do_not_pay(tmp_path, size, pays):
+    points, triangles = grid(size)
+    builder = Builder()
+    builder.mesh({"POSITION": points}, triangles)
+    path = builder.write(tmp_path / "sheet.glb")
+    report = gltf_ext.compress(path, tmp_path / "out.glb", lod=True)
+    assert ("do not pay" in " ".join(report["warnings"])) is not pays
+
+
 def test_the_extension_is_optional(with_levels):
     document = read_document(with_levels)
     assert EXTENSION in document.extensionsUsed
