@@ -278,7 +278,7 @@ def _of_module(name: str) -> tuple[Command, AddArguments]:
     )
 
 
-# Name -> what runs it, what adds its arguments, its help.
+# Name -> the function that runs it, the one that adds its arguments, its help.
 COMMANDS: dict[str, tuple[Command, AddArguments, str]] = {
     "compress": (_compress, _add_compress, "compress a model into a .glb"),
     "decompress": (_decompress, _add_decompress, "write a compressed file as a plain .glb"),

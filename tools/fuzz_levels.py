@@ -67,7 +67,7 @@ def use(data: bytes) -> bool:
 
 
 def run(mutations: int, seed: int = 0) -> dict[str, float]:
-    """Uses so many mutated files. Returns how many were accepted, and the most seconds of one."""
+    """Uses mutated files. Returns the number that was accepted, and the most seconds of one."""
     files = [path.read_bytes() for path in sorted(VECTORS.glob("lod_*.glb"))]
     assert files and all(use(data) for data in files)
     random = np.random.default_rng(seed)

@@ -377,5 +377,5 @@ class RayTracer:
         return push_record(dtype, **{n: v for n, v in {**found, **fields}.items() if n in names})
 
     def _ids(self, hits: np.ndarray) -> np.ndarray:
-        """uint32[..., 2] instance and meshlet * 64 + triangle, of what the shaders return."""
+        """uint32[..., 2] instance and meshlet * 64 + triangle, from the shaders' hits."""
         return hits

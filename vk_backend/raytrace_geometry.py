@@ -58,7 +58,7 @@ def spatial_order(centers: np.ndarray, size: int) -> np.ndarray:
 
 
 class Geometry:
-    """A scene's acceleration structures and the tables that say what they consist of.
+    """A scene's acceleration structures and the tables of their contents.
 
     part_meshlets: meshlets of a part; a single part keeps the file's order. frame: address of a
     Frame. constants: specialisation constants of boxes.comp.
@@ -112,7 +112,7 @@ class Geometry:
     def _shapes(
         self, rows: np.ndarray, frame: int, part_meshlets: int
     ) -> tuple[list[Piece], Sequence[Shape]]:
-        """The pieces of all parts, and what the bottom levels are built over."""
+        """The pieces of all parts, and the shapes that the bottom levels are built over."""
         boxes = self._make_boxes(frame, len(rows))
         if self.parts > 1:
             rows = self._sort(rows, boxes, part_meshlets)

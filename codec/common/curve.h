@@ -89,8 +89,8 @@ class HilbertTable {
 // Returns 0 .. codes.size() - 1 by code, equal ones by number. Codes have 3 * kCurveBits bits.
 Array<uint32_t> sorted_by_code(Array<uint32_t> codes, int threads);
 
-// Returns the numbers of the points along the curve, those in one cell by number. point(i): of
-// point i < count, in cells; what lies outside the cube counts as lying on its border.
+// Returns the numbers of the points along the curve, those in one cell by number. point(i): the
+// position of point i < count, in cells; points outside the cube are moved to its border.
 template <class Point>
 Array<uint32_t> order_along_curve(size_t count, int threads, Point&& point) {
   static constexpr HilbertTable table;

@@ -647,8 +647,8 @@ void BlobDecoder::start(uint32_t begin, uint32_t first_number) {
   history_.start(begin, first_number);
 }
 
-// Decodes the values and lists the triangles of meshlet m with what the history has of earlier
-// ones. Sets the serial decoder's error.
+// Decodes the values and lists the triangles of meshlet m with the vertices of earlier meshlets
+// that the history holds. Sets the serial decoder's error.
 void BlobDecoder::decode_values(uint32_t m) {
   d_.open_meshlet(m);
   if (d_.error == ERROR_NONE) d_.connect_meshlet();

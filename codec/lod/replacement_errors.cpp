@@ -14,7 +14,7 @@ namespace {
 constexpr size_t kCarried = 1024, kCarriedOfAll = 32768;
 // The share of each surface that may be farther away than the stated error.
 constexpr float kOutside = 0.001f;
-// The farthest sample decides where there are only so many samples.
+// With fewer samples than this, the farthest one decides.
 constexpr float kFewSamples = 1500;
 
 // A set of numbers, none of them ~0.

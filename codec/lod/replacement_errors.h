@@ -25,7 +25,7 @@ struct CarriedVertices {
 // Level 0, to measure its replacements.
 class ReplacementErrors {
  public:
-  // shapes: positions of so many vertices, three each: at rest, and with each morph target. The
+  // shapes: positions of all vertices, three floats each: at rest, and with each morph target. The
   // caller keeps them. level_0: at least one triangle in each group. vertex_share: the share of its
   // area that its vertices stand for; the caller carries samples for the rest.
   ReplacementErrors(std::vector<const float*> shapes, size_t vertices,

@@ -18,8 +18,8 @@ REMEDY = "export the model again"
 VERSION = (2, 2)  # of the bitstream, the only one in glTF
 EDGEBREAKER = 1
 HAS_METADATA = 0x8000
-# DracoPy allocates for all triangles that the header claims: at most so many, and so many for a
-# byte. Real meshes take about one byte for a triangle.
+# DracoPy allocates memory for all triangles that the header claims. More than LEAST_FACES and
+# FACES_PER_BYTE for each byte are refused. Real meshes take about one byte for a triangle.
 LEAST_FACES, FACES_PER_BYTE = 2**20, 4
 
 

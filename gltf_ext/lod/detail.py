@@ -29,7 +29,7 @@ class Detail:
 
     @classmethod
     def of(cls, level: int | None, error: float | str | None) -> Detail:
-        """From what a user gave. Raises MeshletError."""
+        """From a user's level or error. Raises MeshletError."""
         if level is not None and error is not None:
             raise MeshletError(
                 "level and error both choose the detail", "give one", options=("level", "error")

@@ -1,5 +1,5 @@
-// Decodes the positions of a meshlet with one thread, for what is computed on loading. Include
-// after scene.glsl.
+// Decodes the positions of a meshlet with one thread, for the shaders that run once on loading.
+// Include after scene.glsl.
 #ifndef POSITIONS_GLSL
 #define POSITIONS_GLSL
 

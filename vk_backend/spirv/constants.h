@@ -72,7 +72,7 @@
 #define PREDICT_COPY 2u
 #define PREDICT_DAMPED 3u
 #define PREDICT_GEO 4u     // normals from the positions of the triangles around the vertex
-#define PREDICT_AFFINE 5u  // as the position lies to the triangle across the gate
+#define PREDICT_AFFINE 5u  // from positions: their place in the triangle across the gate
 #define PREDICTORS 6u
 #define PREDICT_MAX_BITS 24u       // streams of more bits use PREDICT_COPY
 #define GEO_POSITION_BITS 13u      // GEO drops lower bits of positions
