@@ -15,7 +15,6 @@ from gltf_ext.compression.extension import EXTENSION as EDGEBREAKER
 from gltf_ext.compression.primitives import all_primitives
 from gltf_ext.gltf.buffer_layout import map_views
 from gltf_ext.gltf.document import Document
-from gltf_ext.lod.cuts import cut_at_error
 from gltf_ext.lod.tables import EXTENSION, VERSION, Tables
 
 
@@ -34,6 +33,8 @@ class Levels:
 
     def bytes_at(self, error: float) -> int:
         """Bytes that a viewer holds for a uniform error, in units of POSITION."""
+        from gltf_ext.lod.cuts import cut_at_error  # compress without levels does not need it
+
         pages = self.tables.pages["byteLength"][cut_at_error(self.tables, error).loaded]
         return len(self.tables.to_bytes()) + int(pages.sum())
 
