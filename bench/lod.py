@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import resource
+import statistics
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -30,16 +31,27 @@ from bench.common import (
 from bench.generated import cut_into_four, save_smooth, vertex_normals
 from bench.models import real_model
 from gltf_ext import _codec
+from gltf_ext.compression.extension import Compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, error_of, open_lod
 from gltf_ext.lod.reports import sample_surface
 
 PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
-NAMES = ("dragon", "igea", "bunny", "sponza_like", "bistro_like")
+NAMES = (
+    "dragon",
+    "igea",
+    "bunny",
+    "sponza_like",
+    "bistro_like",
+    "beast",
+    "chinesedragon",
+    "engine",
+)
 DISPLACED = "dragon"
 ROUNDS = (1, 2)
 NOISE = 0.0004  # of the longest side: about a third of an edge of the dragon's
 PIXELS = 1000  # of the longest side on the screen
+THRESHOLDS = 0.5 * 16.0 ** (np.arange(25) / 24)  # pixels
 SAMPLES = 50_000  # of a level
 GROUPS, GROUP_SAMPLES = 20, 5_000  # of a level
 WITHIN = 99.9  # percent
@@ -110,7 +122,6 @@ def describe(path: str) -> dict:
         "largest_page": int(pages.max()),
         "fill": float(np.concatenate(fine).mean() / 32768),
         "top_share": top / triangles,
-        "one_pixel": one_pixel(largest),
         "levels": levels(largest),
     }
 
@@ -119,13 +130,45 @@ def _drawn(primitive: LodPrimitive, cut) -> int:
     return int(primitive.cluster_triangles[cut.drawn].sum())
 
 
-def one_pixel(primitive: LodPrimitive) -> dict:
-    """The cut with one pixel of error where the longest side has PIXELS."""
+def sweep(path: str, chains: dict) -> list[dict]:
+    """Triangles and bytes of the cut and of the chains at each of THRESHOLDS, for the whole scene.
+
+    Bytes are those of the pages that a reader holds, with coarser ones and the tables. Each
+    primitive counts once, at the largest scale at which the scene shows it.
+    """
+    rows = []
+    primitives = [(p, chains["chains"].get(_key(p))) for p in open_lod(path)]
+    pixel = chains["longest_side"] / PIXELS
+    for pixels in THRESHOLDS:
+        row = {"pixels": float(pixels), "triangles": 0, "bytes": 0}
+        row |= {"chain_triangles": 0, "chain_bytes": 0}
+        for primitive, chain in primitives:
+            if chain is None:
+                continue  # not in the scene
+            error = float(pixels) * pixel / chain["scale"]
+            triangles, size = needs(primitive, error)
+            level = lod_peers.within(chain["levels"], error)
+            row["triangles"] += triangles
+            row["bytes"] += size
+            row["chain_triangles"] += level["triangles"]
+            row["chain_bytes"] += level["bytes"]
+        rows.append(row)
+    return rows
+
+
+def _key(primitive: LodPrimitive | Compressed) -> str:
+    compressed = primitive.compressed if isinstance(primitive, LodPrimitive) else primitive
+    return f"{compressed.mesh} {compressed.primitive}"
+
+
+def needs(primitive: LodPrimitive | Compressed, error: float) -> tuple[int, int]:
+    """(triangles, bytes) of a primitive at an error in its units."""
+    if not isinstance(primitive, LodPrimitive):
+        return primitive.triangle_count, len(primitive.blob)
     tables = primitive.tables
-    points = primitive.compressed.decode().attributes["POSITION"]
-    cut = cut_at_error(tables, float(np.ptp(points, axis=0).max()) / PIXELS)
-    needed = int(tables.pages["byteLength"][cut.loaded].sum()) + len(tables.to_bytes())
-    return {"triangles": _drawn(primitive, cut), "bytes": needed, "pages": len(cut.loaded)}
+    cut = cut_at_error(tables, error)
+    pages = int(tables.pages["byteLength"][cut.loaded].sum())
+    return _drawn(primitive, cut), pages + len(tables.to_bytes())
 
 
 def levels(primitive: LodPrimitive) -> list[dict]:
@@ -197,8 +240,8 @@ def some_replacements(primitive: LodPrimitive, cut: Cut) -> list[tuple[int, Prim
 
 
 def measure(options: argparse.Namespace) -> dict:
-    """All models; the dragons also beside discrete chains and in Mitsuba."""
-    models, chains, pictures = {}, {}, {}
+    """All models beside discrete chains; the dragons also in Mitsuba."""
+    models, sweeps, pictures = {}, {}, {}
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         for name, source in sources(folder):
@@ -207,11 +250,11 @@ def measure(options: argparse.Namespace) -> dict:
             plain = call_in_process("bench.lod", "build", str(source), output, False)
             lod = call_in_process("bench.lod", "build", str(source), output, True)
             models[name] = {"plain": plain, "lod": lod, **describe(output)}
+            chains = call_in_process("bench.lod_peers", "measure", str(source))
+            sweeps[name] = sweep(output, chains)
             if name.startswith(DISPLACED):
-                found = call_in_process("bench.lod_peers", "measure", str(source))
-                chains[name] = {"ours": models[name]["one_pixel"], **found}
                 pictures[name] = {"rows": lod_mitsuba.measure(output)}
-    return {"models": models, "chains": chains, "mitsuba": pictures}
+    return {"models": models, "sweeps": sweeps, "mitsuba": pictures}
 
 
 def sources(folder: Path) -> Iterator[tuple[str, Path]]:
@@ -240,9 +283,8 @@ def size_table(result: dict) -> str:
         "with levels": lambda model: f"{model['bytes_per_triangle']:.2f}",
         "top level": lambda model: f"{100 * model['top_share']:.2f} %",
         "pages full": lambda model: f"{100 * model['fill']:.0f} %",
-        "triangles at one pixel": lambda model: f"{model['one_pixel']['triangles']:,}",
-        "bytes at one pixel": lambda model: _megabytes(model["one_pixel"]["bytes"]),
         "whole file": lambda model: _megabytes(model["lod"]["bytes"]),
+        "over level 0 alone": lambda m: f"{m['lod']['bytes'] / m['plain']['bytes']:.2f}",
         "processor time": lambda model: f"{model['lod']['cpu_seconds']:.1f} s",
         "over that without levels": slower,
         "peak bytes per triangle": peak,
@@ -274,22 +316,25 @@ def _megabytes(count: int) -> str:
     return f"{count / 1e6:.2f} MB" if count else ""
 
 
-def peers_table(result: dict) -> str:
-    rows = []
-    for name, model in result["chains"].items():
-        full, ours = model["chain"][0], model["ours"]
-        chosen = lod_peers.within(model["chain"], model["longest_side"] / PIXELS)
-        everything = sum(level["bytes"] for level in model["chain"])
-        for heading, triangles, needed in (
-            ("with levels", ours["triangles"], ours["bytes"]),
-            ("discrete chain, ours", chosen["triangles"], chosen["bytes"]),
-            ("discrete chain, Draco", chosen["triangles"], chosen["draco_bytes"]),
-            ("full detail, ours", full["triangles"], full["bytes"]),
-            ("full detail, Draco", full["triangles"], full["draco_bytes"]),
-            ("discrete chain, ours, all files", full["triangles"], everything),
-        ):
-            rows.append([f"{name}, {heading}", f"{triangles:,}", f"{needed / 1e6:.2f} MB"])
-    return markdown_table(["", "triangles", "bytes"], rows)
+def sweep_table(result: dict) -> str:
+    def mean(rows: list[dict], values: str) -> str:
+        ratios = [row[values] / row[f"chain_{values}"] for row in rows]
+        return f"{statistics.geometric_mean(ratios):.2f}"
+
+    def at_one_pixel(rows: list[dict]) -> dict:
+        return min(rows, key=lambda row: abs(row["pixels"] - 1.0))
+
+    columns: dict[str, Callable[[dict], str]] = {
+        "model": lambda model: model["name"],
+        "triangles, times the chain's": lambda model: mean(model["rows"], "triangles"),
+        "bytes, times the chain's": lambda model: mean(model["rows"], "bytes"),
+        "triangles at one pixel": lambda m: f"{at_one_pixel(m['rows'])['triangles']:,}",
+        "of the chain": lambda m: f"{at_one_pixel(m['rows'])['chain_triangles']:,}",
+        "bytes at one pixel": lambda m: _megabytes(at_one_pixel(m["rows"])["bytes"]),
+        "of the chain ": lambda m: _megabytes(at_one_pixel(m["rows"])["chain_bytes"]),
+    }
+    models = [{"name": name, "rows": rows} for name, rows in result["sweeps"].items()]
+    return table(models, columns)
 
 
 def mitsuba_table(result: dict) -> str:
@@ -311,7 +356,7 @@ def mitsuba_table(result: dict) -> str:
 
 
 def summary(result: dict) -> str:
-    return size_table(result) + peers_table(result) + mitsuba_table(result)
+    return size_table(result) + sweep_table(result) + mitsuba_table(result)
 
 
 def write_documents(result: dict) -> list[Path]:
@@ -320,19 +365,22 @@ def write_documents(result: dict) -> list[Path]:
         "# Levels of detail: results\n\n"
         f"{origin_line(result)}\n"
         "All bytes of pages and tables, at 12 bits for positions, 8 for normals and 12 for texture "
-        f"coordinates. One pixel: the cut whose error is one pixel where the longest side has "
-        f"{PIXELS} pixels; the bytes are those of its pages, with coarser ones and the tables. "
-        "Processor time counts all threads.\n\n"
+        "coordinates. Processor time counts all threads.\n\n"
         f"{size_table(result)}\n"
         "Published bytes per input triangle of others, with all levels:\n\n"
         f"{markdown_table(['', 'bytes per triangle', 'source'], published)}\n"
-        "## One pixel beside others\n\n"
-        "Bytes to load and triangles to draw for one pixel of error where the longest side has "
-        f"{PIXELS} pixels. The discrete chain is whole models by meshoptimizer, each with half the "
-        "triangles of the one before, in files of their own; one of them is loaded, by its "
+        "## Beside discrete chains\n\n"
+        "A discrete chain is whole primitives by meshoptimizer, each with half the triangles of "
+        "the one before, in files of their own; of each primitive one is loaded, by its "
         f"*measured* error ({WITHIN} % of samples). Ours goes by the stated error, which is "
-        "larger, and also serves views in which parts of the model are nearer than others.\n\n"
-        f"{peers_table(result)}\n"
+        "larger, and also serves views in which some of the model is nearer than the rest. "
+        f"Geometric means over {len(THRESHOLDS)} errors from {THRESHOLDS[0]:g} to "
+        f"{THRESHOLDS[-1]:g} pixels where the longest side of the scene has {PIXELS} pixels: at "
+        "one error it matters where the steps of either fall. Bytes are those of all pages that "
+        "a reader holds, with coarser ones and the tables.\n\n"
+        f"{sweep_table(result)}\n"
+        "![Triangles drawn and bytes held over the error in pixels, beside a discrete chain]"
+        "(lod_pixels.png)\n\n"
         "## Mitsuba\n\n"
         f"{lod_mitsuba.SIZE} x {lod_mitsuba.SIZE} pixels, {lod_mitsuba.SPP} samples per pixel, "
         f"`path` of depth {lod_mitsuba.INTEGRATOR['max_depth']}, {lod_mitsuba.VARIANT}, the "

@@ -1,8 +1,7 @@
-"""What others need for one pixel of error: Draco, and a discrete chain of levels. For bench.lod.
+"""Discrete chains: whole primitives, each with half the triangles of the one before. For bench.lod.
 
-A discrete chain is whole models, each with half the triangles of the one before, by meshoptimizer's
-simplification, each a file of its own. A viewer loads and draws one of them: the coarsest whose
-measured error is within the allowed one.
+A viewer without levels of detail loads and draws one of them: the coarsest whose measured error is
+within the allowed one. They are made by meshoptimizer's simplification and keep all attributes.
 """
 
 from __future__ import annotations
@@ -12,37 +11,53 @@ from pathlib import Path
 
 import numpy as np
 from trimesh import Trimesh
+from trimesh.visual import TextureVisuals
 
 import gltf_ext
 from bench import peers
 from bench.common import progress
 from gltf_ext.compression.primitives import Primitive
+from gltf_ext.gltf.importers import open_model
+from gltf_ext.gltf.scene import read_scene
+from gltf_ext.lod import open_lod
 from gltf_ext.lod.reports import surface_distances
 from gltf_ext.lod.simplifier import simplify
 
-REDUCTION = 2
-LEAST_TRIANGLES = 1000
+LEAST_TRIANGLES = 64
 SAMPLES = 50_000  # of each surface
 WITHIN = 99.9  # percent
 
 
 def measure(path: str) -> dict:
-    """Triangles, error and bytes of each level of a file's largest primitive, and its size."""
-    source = max(peers.read_primitives(Path(path)), key=lambda p: len(p.indices))
-    source = Primitive(0, 0, source.indices, source.attributes)
-    levels = [{"triangles": len(source.indices), "error": 0.0, **_sizes(source)}]
-    mesh = source
+    """Of a file: the longest side of its scene, and for each primitive in it, by "mesh primitive",
+    its largest scale and its levels: triangles, error in its units, bytes of its view."""
+    scene = read_scene(open_model(path))
+    sources = {(p.mesh, p.primitive): p for p in peers.read_primitives(Path(path))}
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    scales: dict[tuple[int, int], float] = {}
+    for placed in scene.primitives:
+        key, matrix = (placed.mesh, placed.primitive), placed.matrix
+        points = sources[key].attributes["POSITION"] @ matrix[:3, :3].T + matrix[:3, 3]
+        low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
+        scales[key] = max(scales.get(key, 0.0), float(np.linalg.norm(matrix[:3, :3], 2)))
+    chains = {}
+    for number, (key, scale) in enumerate(scales.items()):
+        progress(f"chain {number + 1} of {len(scales)}")
+        chains[" ".join(map(str, key))] = {"scale": scale, "levels": chain_of(sources[key])}
+    return {"longest_side": float((high - low).max()), "chains": chains}
+
+
+def chain_of(source: Primitive) -> list[dict]:
+    """Triangles, error and bytes of each level of a primitive."""
+    mesh, levels = source, [level_of(source, 0.0)]
     while len(mesh.indices) > LEAST_TRIANGLES:
         coarser = halved(mesh)
-        if len(coarser.indices) > 0.9 * len(mesh.indices):
+        if not 0 < len(coarser.indices) <= 0.9 * len(mesh.indices):
             break  # nothing more can be removed
         mesh = coarser
         distances = surface_distances(source, mesh, SAMPLES)
-        error = float(np.percentile(distances, WITHIN))
-        progress(f"chain: {len(mesh.indices)} triangles")
-        levels.append({"triangles": len(mesh.indices), "error": error, **_sizes(mesh)})
-    points = source.attributes["POSITION"]
-    return {"longest_side": float(np.ptp(points, axis=0).max()), "chain": levels}
+        levels.append(level_of(mesh, float(np.percentile(distances, WITHIN))))
+    return levels
 
 
 def within(levels: list[dict], error: float) -> dict:
@@ -51,36 +66,34 @@ def within(levels: list[dict], error: float) -> dict:
 
 
 def halved(mesh: Primitive) -> Primitive:
-    """The mesh with 1/REDUCTION of its triangles, without vertices that none uses."""
+    """The mesh with half of its triangles, without vertices that none uses."""
     points = np.ascontiguousarray(mesh.attributes["POSITION"], np.float32)
-    nothing = np.zeros((len(points), 0), np.float32)
     triangles, _ = simplify(
         np.ascontiguousarray(mesh.indices, np.uint32),
         points,
-        nothing,
+        np.zeros((len(points), 0), np.float32),
         np.zeros(0, np.float32),
         np.zeros(len(points), np.uint8),
-        len(mesh.indices) // REDUCTION,
+        len(mesh.indices) // 2,
     )
     used, local = np.unique(triangles, return_inverse=True)
     attributes = {name: values[used] for name, values in mesh.attributes.items()}
     return Primitive(0, 0, local.reshape(-1, 3).astype(np.uint32), attributes)
 
 
-def _sizes(mesh: Primitive) -> dict[str, int]:
-    """Bytes as a Draco buffer and as our file without levels."""
-    draco = peers.Draco()
+def level_of(mesh: Primitive, error: float) -> dict:
+    """A level, with the bytes of our view of it."""
+    texture = mesh.attributes.get("TEXCOORD_0")
     with tempfile.TemporaryDirectory() as folder:
         plain, ours = Path(folder) / "plain.glb", Path(folder) / "ours.glb"
         exported = Trimesh(
             mesh.attributes["POSITION"],
             mesh.indices,
             vertex_normals=mesh.attributes.get("NORMAL"),
+            visual=None if texture is None else TextureVisuals(uv=texture),
             process=False,
         )
         plain.write_bytes(exported.export(file_type="glb", include_normals=True))
-        report = gltf_ext.compress(plain, ours)
-        return {
-            "draco_bytes": draco.file_bytes(draco.encode(peers.parts_of([mesh]))),
-            "bytes": report["output_bytes"],
-        }
+        gltf_ext.compress(plain, ours, page_bytes=0)
+        (compressed,) = open_lod(ours)
+    return {"triangles": len(mesh.indices), "error": error, "bytes": len(compressed.blob)}

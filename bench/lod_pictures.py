@@ -3,7 +3,7 @@
     python -m bench lod_pictures
 
 Draws docs/lod.png (four levels in the colours of their meshlets) and docs/lod_pixels.png (triangles
-and bytes over the error) from the dragon.
+and bytes over the error, from bench/results/lod.json) of the dragon.
 """
 
 from __future__ import annotations
@@ -15,16 +15,15 @@ import numpy as np
 from PIL import Image
 
 import gltf_ext
-from bench.common import DOCS, pyplot
+from bench.common import DOCS, pyplot, read_result
 from bench.models import real_model
-from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, open_lod
+from gltf_ext.lod import Cut, LodPrimitive, cut_at_level, open_lod
 from gltf_meshlet.demo.plots import meshlet_colors
 from gltf_meshlet.demo.rasterizer import Camera, Mesh, rasterize
 
 LEVELS = (0, 1, 2, 3)
 WIDTH, HEIGHT = 1000, 840  # of one level, before it is cropped
 PIXELS = 1000  # of the longest side
-ERRORS = 2.0 ** np.arange(-3, 6.5, 0.5)  # pixels
 
 
 def coloured(primitive: LodPrimitive, cut: Cut) -> Mesh:
@@ -62,29 +61,29 @@ def draw_levels(primitive: LodPrimitive, path: Path) -> None:
     Image.open(path).convert("RGB").quantize(256, method=Image.Quantize.MAXCOVERAGE).save(path)
 
 
-def draw_needs(primitive: LodPrimitive, path: Path) -> None:
-    """Saves a plot of triangles and bytes over the error in pixels."""
-    tables = primitive.tables
-    points = primitive.compressed.decode().attributes["POSITION"]
-    pixel = float(np.ptp(points, axis=0).max()) / PIXELS
-    triangles, sizes = [], []
-    for error in ERRORS:
-        cut = cut_at_error(tables, error * pixel)
-        triangles.append(int(primitive.cluster_triangles[cut.drawn].sum()))
-        sizes.append(int(tables.pages["byteLength"][cut.loaded].sum()))
+def draw_needs(rows: list[dict], path: Path) -> None:
+    """Saves a plot of triangles and bytes over the error in pixels, from `bench lod`'s sweep."""
     plots = pyplot()
     figure, axes = plots.subplots(1, 2, figsize=(10, 4), layout="constrained", sharex=True)
-    for ax, title, values, colour in (
-        (axes[0], "triangles drawn", triangles, "#333333"),
-        (axes[1], "MB of their pages", [size / 1e6 for size in sizes], "#bb6622"),
+    pixels = [row["pixels"] for row in rows]
+    for ax, title, values, unit in (
+        (axes[0], "triangles drawn", "triangles", 1),
+        (axes[1], "MB held", "bytes", 1e6),
     ):
-        ax.loglog(ERRORS, values, "o-", color=colour, markersize=4)
+        for name, column, style in (
+            ("levels of detail", values, "o-"),
+            ("discrete chain, whole models", f"chain_{values}", "s--"),
+        ):
+            ax.loglog(pixels, [row[column] / unit for row in rows], style, markersize=3, label=name)
         ax.axvline(1.0, color="gray", linewidth=0.8, linestyle=":")
-        ax.set_title(title)
+        ax.set_title(f"dragon: {title}")
         ax.set_xlabel(f"error in pixels, longest side {PIXELS} pixels")
+        ax.set_xticks([0.5, 1, 2, 4, 8], minor=False)
+        ax.set_xticks([], minor=True)
         ax.xaxis.set_major_formatter("{x:g}")
         ax.yaxis.set_major_formatter("{x:,.10g}")
         ax.grid(True, which="major", alpha=0.3)
+    axes[0].legend()
     figure.savefig(path, dpi=100)
 
 
@@ -97,5 +96,5 @@ def draw_all() -> list[Path]:
     if not isinstance(primitive, LodPrimitive):
         raise SystemExit("bench lod_pictures: the model has no levels")
     draw_levels(primitive, levels := DOCS / "lod.png")
-    draw_needs(primitive, needs := DOCS / "lod_pixels.png")
+    draw_needs(read_result("lod")["sweeps"]["dragon"], needs := DOCS / "lod_pixels.png")
     return [levels, needs]

@@ -588,10 +588,13 @@ bits.
 
 
 def _lod_text(result: dict) -> str:
-    return f"""All bytes of pages and tables at the default bits, and the cut whose error is one
-pixel where the longest side of the largest primitive has {lod.PIXELS} pixels.
+    return f"""All bytes of pages and tables at the default bits.
 
-{lod.size_table(result)}"""
+{lod.size_table(result)}
+Triangles and bytes of cuts, times those of a discrete chain of whole models at the same measured
+error: geometric means over {len(lod.THRESHOLDS)} errors.
+
+{lod.sweep_table(result)}"""
 
 
 def _choices_text(result: dict) -> str:

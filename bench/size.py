@@ -30,7 +30,7 @@ from gltf_ext.compression.primitives import Primitive
 from gltf_ext.compression.streams import Bits
 from spec.reference_decoder import BitReader, BlobFile, Meshlet
 
-OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12}
+OPTIONS = {"position_bits": 12, "normal_bits": 8, "texcoord_bits": 12, "page_bytes": 0}
 OURS, PAPER = "ours", "the paper's encoding"
 KINDS = {
     "connectivity": "connectivity",
@@ -288,7 +288,9 @@ grid, one per mesh.
 
 * Raw: source vertices after welding identical ones, 4 bytes per float, plus 12 bytes per triangle,
   without colours.
-* Ours: all bytes of the extension, its JSON included. The others: their buffers without JSON.
+* Ours: all bytes of the extension, its JSON included, in one blob for each primitive. The pages
+  that `compress` writes above 131,072 triangles add 0.8 % to igea and dragon. The others: their
+  buffers without JSON.
 * Draco and DGF drop triangles that collapse on the grid, DGF only those that name a vertex twice;
   the others keep them.
 * meshopt meshlets: triangles by `meshopt_encodeMeshlet`, at most 64 vertices and 126 triangles.
