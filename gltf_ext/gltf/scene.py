@@ -60,7 +60,8 @@ class ValueFormat:
 
         glTF 2.0, section 3.6.2.2 (Accessor Data Types): max(c / 127, -1) for signed bytes.
         """
-        values: np.ndarray = np.asarray(stored).astype(np.float32)
+        with np.errstate(over="ignore"):  # callers refuse infinite values
+            values: np.ndarray = np.asarray(stored).astype(np.float32)
         if not self.normalized:
             return values
         values = np.maximum(values * np.float32(self.scale), np.float32(-1.0))
