@@ -34,6 +34,7 @@ from gltf_ext import _codec
 from gltf_ext.compression.extension import Compressed
 from gltf_ext.compression.primitives import Primitive
 from gltf_ext.lod import Cut, LodPrimitive, cut_at_error, cut_at_level, error_of, open_lod
+from gltf_ext.lod.cuts import held_bytes
 from gltf_ext.lod.reports import sample_surface
 
 PACKAGES = ("gltf-meshlet", "numpy", "meshoptimizer")
@@ -167,8 +168,7 @@ def needs(primitive: LodPrimitive | Compressed, error: float) -> tuple[int, int]
         return primitive.triangle_count, len(primitive.blob)
     tables = primitive.tables
     cut = cut_at_error(tables, error)
-    pages = int(tables.pages["byteLength"][cut.loaded].sum())
-    return _drawn(primitive, cut), pages + len(tables.to_bytes())
+    return _drawn(primitive, cut), held_bytes(tables, cut)
 
 
 def levels(primitive: LodPrimitive) -> list[dict]:

@@ -452,13 +452,17 @@ def _add_all_levels(document: Document, encoded: list[Job]) -> list[dict[str, An
 def _useless_levels(encoded: list[Job]) -> list[str]:
     """Warns where a viewer holds more with levels than without, even if it shows each primitive
     with PIXELS pixels and one pixel of error only."""
-    jobs = [(job.levels, job) for job in encoded if job.levels]
-    plain = sum(len(job.view) for _, job in jobs)
-    held = 0
-    for levels, job in jobs:
+    from gltf_ext.lod.cuts import cut_at_error, held_bytes  # commands without levels start faster
+
+    plain = held = 0
+    for job in encoded:
+        if not job.levels:
+            continue
+        tables = job.levels.tables
         size = float(np.ptp(job.source.attributes["POSITION"], axis=0).max())
-        held += levels.bytes_at(size / PIXELS)
-    if held < plain or not jobs:
+        plain += len(job.view)
+        held += held_bytes(tables, cut_at_error(tables, size / PIXELS))
+    if held < plain or not plain:
         return []
     return [
         f"levels of detail do not pay: for one pixel of error in {PIXELS} a viewer loads {held:,} "

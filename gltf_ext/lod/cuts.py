@@ -129,6 +129,11 @@ def cut_at_level(tables: Tables, level: int) -> Cut:
     return cut_of(tables, is_top | (tables.group_level >= level))
 
 
+def held_bytes(tables: Tables, cut: Cut) -> int:
+    """Bytes that a reader holds for a cut: those of its loaded pages and of the tables."""
+    return len(tables.to_bytes()) + int(tables.pages["byteLength"][cut.loaded].sum())
+
+
 def error_of(tables: Tables, cut: Cut) -> float:
     """The largest error of the groups that are replaced in a cut."""
     replaced = tables.groups["error"][~cut.active]

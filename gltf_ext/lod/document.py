@@ -31,13 +31,6 @@ class Levels:
     pages: bytes
     report: dict[str, Any]
 
-    def bytes_at(self, error: float) -> int:
-        """Bytes that a viewer holds for a uniform error, in units of POSITION."""
-        from gltf_ext.lod.cuts import cut_at_error  # compress without levels does not need it
-
-        pages = self.tables.pages["byteLength"][cut_at_error(self.tables, error).loaded]
-        return len(self.tables.to_bytes()) + int(pages.sum())
-
 
 def add_levels(document: Document, users: list[pygltflib.Primitive], levels: Levels) -> None:
     """Gives the primitives their levels."""
