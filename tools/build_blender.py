@@ -1,18 +1,14 @@
 """Builds the Blender extension: python -m tools.build_blender [FOLDER]
 
-Needs the wheels of `make wheel` in FOLDER (default dist), for both Pythons, and writes
-gltf_meshlet-blender-VERSION.zip there: the code in blender/, one wheel of ours per platform, and
-those of the packages that it imports in Blender. Blender has numpy.
+Needs the wheels of `make wheel` in FOLDER (default dist), and writes
+gltf_meshlet-blender-VERSION-PLATFORM.zip there for each platform of Blender: the code in blender/,
+our wheel, and those of the packages that it imports in Blender. Blender has numpy.
 """
 
 from __future__ import annotations
 
 import argparse
-import base64
-import csv
-import hashlib
 import importlib.metadata
-import io
 import os
 import re
 import subprocess
@@ -22,7 +18,6 @@ import zipfile
 from pathlib import Path
 
 import gltf_ext
-from tools.build_wheels import TAGS
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "blender"
@@ -48,87 +43,49 @@ class BuildError(Exception):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Builds the zip; returns the exit status."""
+    """Builds the zips; returns the exit status."""
     parser = argparse.ArgumentParser(description="Build the Blender extension.")
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "dist", help="default: dist")
     folder = parser.parse_args(arguments).folder.resolve()
     try:
-        path = build(folder)
+        paths = build(folder)
     except BuildError as error:
         print(f"no Blender extension: {error}", file=sys.stderr)
         return 1
-    print(os.path.relpath(path))
+    for path in paths:
+        print(os.path.relpath(path))
     return 0
 
 
-def build(folder: Path) -> Path:
-    """Writes the zip beside the wheels; returns its path. Raises BuildError."""
+def build(folder: Path) -> list[Path]:
+    """Writes the zips beside the wheels; returns their paths. Raises BuildError."""
     by_platform = find_wheels(folder)
+    paths = []
     with tempfile.TemporaryDirectory() as temporary:
-        wheels = [merge(wheels, Path(temporary)) for wheels in by_platform.values()]
-        wheels += download(Path(temporary))
-        platforms = sorted(blender_platform(platform) for platform in by_platform)
-        path = folder / f"gltf_meshlet-blender-{gltf_ext.__version__}.zip"
-        write_zip(path, manifest(platforms, wheels), wheels)
-    return path
+        others = download(Path(temporary))
+        for platform, wheel in by_platform.items():
+            wheels = [wheel, *others]
+            paths.append(folder / f"gltf_meshlet-blender-{gltf_ext.__version__}-{platform}.zip")
+            write_zip(paths[-1], manifest([platform], wheels), wheels)
+    return paths
 
 
-def find_wheels(folder: Path) -> dict[str, list[Path]]:
-    """Platform tag -> the wheels of this version, one per entry of TAGS. Raises BuildError."""
-    found: dict[str, list[Path]] = {}
-    for path in sorted(folder.glob(f"gltf_meshlet-{gltf_ext.__version__}-*.whl")):
-        found.setdefault(path.stem.split("-")[-1], []).append(path)
+def find_wheels(folder: Path) -> dict[str, Path]:
+    """Blender's name of a platform -> the wheel of this version. Raises BuildError."""
+    found = {}
+    for path in sorted(folder.glob(f"gltf_meshlet-{gltf_ext.__version__}-py3-none-*.whl")):
+        platform = blender_platform(path.stem.split("-")[-1])
+        if platform is not None:
+            found[platform] = path
     if not found:
         raise BuildError(f"no wheel of {gltf_ext.__version__} in {folder}; run make wheel")
-    for platform, wheels in found.items():
-        for tag in TAGS:
-            if not any(f"-{tag}-" in wheel.name for wheel in wheels):
-                raise BuildError(
-                    f"no wheel {tag} for {platform} in {folder}; install its Python, run make wheel"
-                )
     return found
 
 
-def blender_platform(tag: str) -> str:
-    """Blender's name of a wheel's platform tag. Raises BuildError."""
-    for pattern, platform in PLATFORMS.items():
-        if re.fullmatch(pattern, tag):
-            return platform
-    raise BuildError(f"Blender has no name for the platform {tag} of a wheel; remove the wheel")
-
-
-def merge(wheels: list[Path], folder: Path) -> Path:
-    """Writes one wheel for all Pythons; they differ in the name of the compiled module only.
-
-    With a wheel per Python in one zip, Blender 5 would allow Python 3.11 only: it takes the union
-    of the wheels' versions and counts a stable ABI as any version (python_versions_from_wheels in
-    its blender_ext.py).
-    """
-    contents: dict[str, bytes] = {}
-    for wheel in wheels:
-        with zipfile.ZipFile(wheel) as archive:
-            contents.update((name, archive.read(name)) for name in archive.namelist())
-    name, version, _, _, platform = wheels[0].stem.split("-")
-    tag = f"py3-none-{platform}"
-    information = f"{name}-{version}.dist-info"
-    text = contents[f"{information}/WHEEL"].decode()
-    contents[f"{information}/WHEEL"] = re.sub("(?m)^Tag: .*$", f"Tag: {tag}", text).encode()
-    del contents[f"{information}/RECORD"]
-    contents[f"{information}/RECORD"] = _record(contents, f"{information}/RECORD")
-    path = folder / f"{name}-{version}-{tag}.whl"
-    _write_archive(path, contents)
-    return path
-
-
-def _record(contents: dict[str, bytes], own_name: str) -> bytes:
-    """A wheel's list of its files, as the specification of binary distributions has it."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    for name, data in contents.items():
-        digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).decode().rstrip("=")
-        writer.writerow([name, f"sha256={digest}", len(data)])
-    writer.writerow([own_name, "", ""])
-    return text.getvalue().encode()
+def blender_platform(tag: str) -> str | None:
+    """Blender's name of a wheel's platform tag; None if Blender does not run there."""
+    names = (name for pattern, name in PLATFORMS.items() if re.fullmatch(pattern, tag))
+    return next(names, None)
 
 
 def download(folder: Path) -> list[Path]:

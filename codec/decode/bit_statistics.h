@@ -28,7 +28,8 @@ struct BitStatistics {
   }
 };
 
-// Decodes every meshlet. The bits sum to the blob's size. Throws Malformed.
-BitStatistics count_bits(const Blob& blob);
+// Decodes every meshlet. The bits sum to the blob's size. Returns the rule that the blob breaks, if
+// any.
+Problem count_bits(const Blob& blob, BitStatistics& out);
 
 }  // namespace meshlet

@@ -588,9 +588,10 @@ constexpr const char* kTooFewVertices = "the blob has fewer vertices than its he
 class BlobDecoder : public Decoder {
   size_t bytes() const override { return sizeof(*this); }
   void opened() override;
-  Problem try_decode(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out,
-                     DecodedCounts& counts) override;
-  Problem try_validate() override;
+  using Decoder::decode;
+  Problem decode(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out,
+                 DecodedCounts& counts) override;
+  Problem validate() override;
 
   Problem decode_alone(uint32_t first, uint32_t count, StreamRange streams, DecodedMeshlet& out);
   void load_streams(StreamRange streams);
@@ -679,8 +680,8 @@ Problem BlobDecoder::decode_next(uint32_t m, bool alone, Numbers& out) {
   return {};
 }
 
-Problem BlobDecoder::try_decode(uint32_t first, uint32_t count, StreamRange streams,
-                                const Outputs& out, DecodedCounts& counts) {
+Problem BlobDecoder::decode(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out,
+                            DecodedCounts& counts) {
   if (out.meshlet) return decode_alone(first, count, streams, *out.meshlet);
   if (first != next_) start(first, out.first_vertex);
   next_ = NO_MESHLET;
@@ -712,7 +713,7 @@ Problem BlobDecoder::try_decode(uint32_t first, uint32_t count, StreamRange stre
   return {};
 }
 
-Problem BlobDecoder::try_validate() {
+Problem BlobDecoder::validate() {
   load_streams({});
   start(0, 0);
   for (uint32_t m = 0; m < meshlet_count_; m++) {

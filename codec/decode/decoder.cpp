@@ -16,12 +16,21 @@ Decoder* new_decoder();
 namespace avx2 {
 Decoder* new_decoder();
 
-// Does the processor have the instruction sets of avx2_options (codec/CMakeLists.txt)?
-static bool supported() {
-  unsigned a, b, c = 0, d;  // not every compiler's __builtin_cpu_supports knows lzcnt
-  return __get_cpuid(0x80000001u, &a, &b, &c, &d) && (c & bit_LZCNT) &&
-         __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
-         __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
+// Does the processor have the instruction sets of avx2_options (codec/CMakeLists.txt), and does the
+// system save AVX registers? Not by __builtin_cpu_supports: with Zig's run-time library it answers
+// no to everything.
+bool supported() {
+  unsigned a, b, c, d;
+  if (!__get_cpuid(1, &a, &b, &c, &d)) return false;
+  constexpr unsigned kFirst = bit_OSXSAVE | bit_AVX | bit_POPCNT;
+  if ((c & kFirst) != kFirst) return false;
+  unsigned low, high;  // XCR0: bits 1 and 2 are the registers of SSE and AVX
+  __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+  if ((low & 6u) != 6u) return false;
+  if (!__get_cpuid_count(7, 0, &a, &b, &c, &d)) return false;
+  constexpr unsigned kSeventh = bit_AVX2 | bit_BMI | bit_BMI2;
+  if ((b & kSeventh) != kSeventh) return false;
+  return __get_cpuid(0x80000001u, &a, &b, &c, &d) && (c & bit_LZCNT);
 }
 }  // namespace avx2
 #endif
@@ -59,23 +68,16 @@ void Decoder::open(const Blob& blob) {
   opened();
 }
 
-DecodedCounts Decoder::decode(uint32_t first, uint32_t count, StreamRange streams,
-                              const Outputs& out) {
+Problem Decoder::decode(const Outputs& out) {
   DecodedCounts counts;
-  if (const Problem problem = try_decode(first, count, streams, out, counts)) refuse(problem);
-  return counts;
+  return decode(0, meshlet_count_, {}, out, counts);
 }
 
-DecodedMeshlet Decoder::meshlet(uint32_t m, StreamRange streams) {
-  DecodedMeshlet decoded;
-  Outputs out;
-  out.meshlet = &decoded;
-  decode(m, 1, streams, out);
-  return decoded;
-}
-
-void Decoder::validate() {
-  if (const Problem problem = try_validate()) refuse(problem);
+Problem Decoder::meshlet(uint32_t m, DecodedMeshlet& out, StreamRange streams) {
+  DecodedCounts counts;
+  Outputs outputs;
+  outputs.meshlet = &out;
+  return decode(m, 1, streams, outputs, counts);
 }
 
 }  // namespace meshlet

@@ -48,38 +48,36 @@ class Decoder {
   void open(const Blob& blob);
 
   // Decodes the meshlets [first, first + count), which must exist, and writes the given streams.
-  // Throws Malformed.
+  // Returns the rule that the blob breaks, if any; then arrays and counts are not valid.
   //
   // To arrays: vertices are numbered in the order of their first meshlets, and shared vertices are
   // written once. A call that begins where the last one ended continues its numbers, but writes to
   // the beginning of the arrays. Any other call begins anew at 0; its meshlets have copies of the
   // vertices that they share with meshlets before `first`. The arrays need room for 64 triangles
   // and vertices of each meshlet, or for those of the whole blob if it is decoded by one call.
-  // With the last meshlet, throws if calls since meshlet 0 wrote fewer vertices than the header
+  // With the last meshlet, calls since meshlet 0 must have written as many vertices as the header
   // says.
   //
   // To out.meshlet: each meshlet is decoded alone.
-  DecodedCounts decode(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out);
+  virtual Problem decode(uint32_t first, uint32_t count, StreamRange streams, const Outputs& out,
+                         DecodedCounts& counts) = 0;
 
   // Decodes the whole blob to arrays.
-  void decode(const Outputs& out) { decode(0, meshlet_count_, {}, out); }
+  Problem decode(const Outputs& out);
 
   // Decodes meshlet m alone.
-  DecodedMeshlet meshlet(uint32_t m, StreamRange streams = {});
+  Problem meshlet(uint32_t m, DecodedMeshlet& out, StreamRange streams = {});
 
   // Bytes of this object, without those that it allocates to decode a range.
   virtual size_t bytes() const = 0;
 
-  // Throws Malformed unless the blob is valid. Decodes each meshlet alone, so it also finds corners
-  // that take too many hops and shared vertices that differ between meshlets; decode may not.
-  void validate();
+  // Returns the rule that the blob breaks, if any. Decodes each meshlet alone, so it also finds
+  // corners that take too many hops and shared vertices that differ between meshlets; decode may
+  // not.
+  virtual Problem validate() = 0;
 
  protected:
   virtual void opened() = 0;
-  // Return the rule that the blob breaks, if any.
-  virtual Problem try_decode(uint32_t first, uint32_t count, StreamRange streams,
-                             const Outputs& out, DecodedCounts& counts) = 0;
-  virtual Problem try_validate() = 0;
 
   // The open blob, without library types (bulk_decoder.cpp says why).
   const uint8_t* data_ = nullptr;

@@ -26,18 +26,16 @@ bool same_streams(const std::vector<Stream>& a, const std::vector<Stream>& b) {
 
 }  // namespace
 
-View::View(const uint8_t* data, size_t size) {
+Problem View::open(const uint8_t* data, size_t size) {
   for (size_t at = 0; at < size || blobs.empty(); at += blobs.back().size) {
-    const std::string name = "blob " + std::to_string(blobs.size()) + ": ";
+    const uint32_t number = blobs.empty() ? kNoBlob : uint32_t(blobs.size());
     Blob blob{data + at, blob_size(data + at, size - at), {}};
-    try {
-      blob.header = read_blob_header(blob.data, blob.size);
-    } catch (const Malformed& error) {
-      if (blobs.empty()) throw;
-      throw Malformed(name + error.what());
+    if (Problem problem = read_blob_header(blob.data, blob.size, blob.header)) {
+      problem.blob = number;
+      return problem;
     }
     if (!blobs.empty() && !same_streams(blob.header.streams, streams()))
-      throw Malformed(name + "its streams differ from those of the first blob");
+      return {"its streams differ from those of the first blob", 0, NO_MESHLET, number};
     blob.first_triangle = triangle_count;
     blob.first_vertex = vertex_count;
     blob.first_meshlet = meshlet_count;
@@ -47,7 +45,8 @@ View::View(const uint8_t* data, size_t size) {
     blobs.push_back(std::move(blob));
   }
   if (vertex_count > 0xFFFFFFFFu || 3 * triangle_count > 0xFFFFFFFFu)
-    throw Malformed("the blobs have more vertices or indices than 32 bits can count");
+    return {"the blobs have more vertices or indices than 32 bits can count"};
+  return {};
 }
 
 size_t View::blob_of_meshlet(uint64_t m) const {
@@ -55,7 +54,7 @@ size_t View::blob_of_meshlet(uint64_t m) const {
   return size_t(std::upper_bound(blobs.begin(), blobs.end(), m, after) - blobs.begin()) - 1;
 }
 
-void View::decode(size_t number, const Outputs& out) const {
+Problem View::decode(size_t number, const Outputs& out) const {
   const size_t first_vertex = size_t(blobs[number].first_vertex);
   std::vector<uint32_t*> integers(streams().size());
   std::vector<void*> values(streams().size());
@@ -71,19 +70,15 @@ void View::decode(size_t number, const Outputs& out) const {
   own.integers = integers.data();
   own.values = values.data();
   own.first_vertex = uint32_t(first_vertex);
-  with_blob(number, [&](const Blob& blob) {
-    const std::unique_ptr<Decoder> decoder = make_decoder();
-    decoder->open(blob);
-    decoder->decode(own);
-  });
+  const std::unique_ptr<Decoder> decoder = make_decoder();
+  decoder->open(blobs[number]);
+  return located(decoder->decode(own), number);
 }
 
-void View::validate(size_t number) const {
-  with_blob(number, [](const Blob& blob) {
-    const std::unique_ptr<Decoder> decoder = make_decoder();
-    decoder->open(blob);
-    decoder->validate();
-  });
+Problem View::validate(size_t number) const {
+  const std::unique_ptr<Decoder> decoder = make_decoder();
+  decoder->open(blobs[number]);
+  return located(decoder->validate(), number);
 }
 
 }  // namespace meshlet

@@ -6,6 +6,8 @@
 namespace meshlet {
 namespace {
 
+constexpr const char* kOverlap = "meshlets overlap or are out of order";
+
 uint32_t word(const uint8_t* data, size_t byte) {
   uint32_t w;
   std::memcpy(&w, data + byte, 4);
@@ -18,10 +20,6 @@ float real(const uint8_t* data, size_t byte) {
   return f;
 }
 
-void require(bool ok, const char* problem) {
-  if (!ok) refuse({problem});
-}
-
 Stream read_stream(const uint8_t* p) {
   Stream s;
   s.kind = p[0];
@@ -31,7 +29,6 @@ Stream read_stream(const uint8_t* p) {
   s.chain_base = p[4];
   s.interior_base = p[5];
   s.anchor_base = p[6];
-  require(p[7] == 0, "a reserved field of the stream table is not 0");
   s.step = real(p, 8);
   for (int c = 0; c < 4; c++) s.offset[c] = real(p, 12 + 4 * c);
   return s;
@@ -73,37 +70,72 @@ struct Group {
   }
 };
 
-void check_group(const uint8_t* data, const Group& g, uint64_t end) {
-  require((g.fields >> GROUP_DELTA_SHIFT & 31u) <= GROUP_MAX_DELTA_WIDTH &&
-              (g.fields >> GROUP_SLOT_SHIFT & 7u) <= GROUP_MAX_SLOT_WIDTH &&
-              (g.fields >> GROUP_REFERENCE_SHIFT & 7u) <= GROUP_MAX_REFERENCE_WIDTH &&
-              g.fields >> GROUP_BITS == 0,
-          "a group table entry is out of range");
-  require(g.data_begin() <= end, "a group's entries lie outside the blob");
+// The functions below return the rule that is broken, or null.
+
+const char* group_problem(const uint8_t* data, const Group& g, uint64_t end) {
+  if ((g.fields >> GROUP_DELTA_SHIFT & 31u) > GROUP_MAX_DELTA_WIDTH ||
+      (g.fields >> GROUP_SLOT_SHIFT & 7u) > GROUP_MAX_SLOT_WIDTH ||
+      (g.fields >> GROUP_REFERENCE_SHIFT & 7u) > GROUP_MAX_REFERENCE_WIDTH ||
+      g.fields >> GROUP_BITS != 0)
+    return "a group table entry is out of range";
+  if (g.data_begin() > end) return "a group's entries lie outside the blob";
   const uint64_t entries_end = 8ull * g.base + uint64_t(g.meshlets) * g.entry_width();
-  require(bits_at(data, entries_end, uint32_t(8 * g.data_begin() - entries_end)) == 0,
-          "the padding of a group's entries is not 0");
+  if (bits_at(data, entries_end, uint32_t(8 * g.data_begin() - entries_end)) != 0)
+    return "the padding of a group's entries is not 0";
+  return nullptr;
 }
 
 // The triangles sum to the header's count; meshlets lie in order and inside the blob.
-void check_groups(const uint8_t* data, size_t size, const BlobHeader& h) {
+const char* groups_problem(const uint8_t* data, size_t size, const BlobHeader& h) {
   const uint64_t end = size - BLOB_PADDING_BYTES;
   uint64_t triangles = 0, least = h.data_offset;  // least: the next meshlet's smallest start
   for (uint32_t g = 0; g < group_count(h.meshlet_count); g++) {
     const Group group(data, h, g);
-    require(group.base >= least, "meshlets overlap or are out of order");
-    check_group(data, group, end);
+    if (group.base < least) return kOverlap;
+    if (const char* problem = group_problem(data, group, end)) return problem;
     least = group.data_begin();
     for (uint32_t i = 0; i < group.meshlets; i++) {
       const uint32_t start = group.start(data, i);
-      require(start >= least, "meshlets overlap or are out of order");
-      require(start < end, "a meshlet lies outside the blob");
+      if (start < least) return kOverlap;
+      if (start >= end) return "a meshlet lies outside the blob";
       triangles += bits_at(data, 8ull * start, BLOB_TRIANGLE_BITS) + 1;
       least = start + 1ull;
     }
   }
-  require(triangles == h.triangle_count,
-          "the meshlets' triangle counts do not sum to the header's");
+  if (triangles != h.triangle_count)
+    return "the meshlets' triangle counts do not sum to the header's";
+  return nullptr;
+}
+
+// The header without its streams.
+const char* read_counts(const uint8_t* data, size_t size, BlobHeader& h) {
+  if (size < BLOB_HEADER_BYTES + BLOB_PADDING_BYTES) return "the blob is too short for a header";
+  if (size % 4 != 0) return "the blob's length is not a multiple of 4";
+  if (size >= BLOB_MAX_BYTES) return "the blob is longer than 512 MiB";
+  if (word(data, 0) != BLOB_MAGIC) return "the blob does not begin with EBM1";
+  if (data[4] == BLOB_DRAFT_VERSION)
+    return "the blob has version 1, a draft: make it again from its source with `gltf-meshlet "
+           "compress`, or decompress it with the last commit of the draft, which CHANGELOG.md "
+           "names";
+  if (data[4] != BLOB_VERSION)
+    return "the blob is of an unknown version; a newer release may read it";
+  const uint32_t stream_count = data[5];
+  if (stream_count < 1 || stream_count > BLOB_MAX_STREAMS) return "the stream count is not 1 to 64";
+  if (data[6] != 0 || data[7] != 0 || word(data, 28) != 0)
+    return "a reserved field of the header is not 0";
+  h.triangle_count = word(data, 4 * BLOB_WORD_TRIANGLES);
+  h.vertex_count = word(data, 4 * BLOB_WORD_VERTICES);
+  h.meshlet_count = word(data, 4 * BLOB_WORD_MESHLETS);
+  h.data_offset = word(data, 4 * BLOB_WORD_DATA);
+  if (word(data, 4 * BLOB_WORD_BYTES) != size) return "the header's byte length is not the blob's";
+  if (h.meshlet_count < 1) return "the blob has no meshlets";
+  if (h.meshlet_count > size) return "the blob is too short for its meshlet count";
+  if (h.data_offset != data_offset(stream_count, h.meshlet_count))
+    return "the data offset does not follow the tables";
+  if (h.data_offset + BLOB_PADDING_BYTES > size) return "the blob is too short for its tables";
+  if (word(data, size - 8) != 0 || word(data, size - 4) != 0)
+    return "the blob does not end in 8 zero bytes";
+  return nullptr;
 }
 
 }  // namespace
@@ -151,42 +183,20 @@ Problem streams_problem(const std::vector<Stream>& streams) {
   return {};
 }
 
-BlobHeader read_blob_header(const uint8_t* data, size_t size) {
-  require(size >= BLOB_HEADER_BYTES + BLOB_PADDING_BYTES, "the blob is too short for a header");
-  require(size % 4 == 0, "the blob's length is not a multiple of 4");
-  require(size < BLOB_MAX_BYTES, "the blob is longer than 512 MiB");
-  require(word(data, 0) == BLOB_MAGIC, "the blob does not begin with EBM1");
-  require(
-      data[4] != BLOB_DRAFT_VERSION,
-      "the blob has version 1, a draft: make it again from its source with `gltf-meshlet "
-      "compress`, or decompress it with the last commit of the draft, which CHANGELOG.md names");
-  require(data[4] == BLOB_VERSION,
-          "the blob is of an unknown version; a newer release may read it");
-  uint32_t stream_count = data[5];
-  require(stream_count >= 1 && stream_count <= BLOB_MAX_STREAMS, "the stream count is not 1 to 64");
-  require(data[6] == 0 && data[7] == 0 && word(data, 28) == 0,
-          "a reserved field of the header is not 0");
-  BlobHeader h;
-  h.triangle_count = word(data, 4 * BLOB_WORD_TRIANGLES);
-  h.vertex_count = word(data, 4 * BLOB_WORD_VERTICES);
-  h.meshlet_count = word(data, 4 * BLOB_WORD_MESHLETS);
-  h.data_offset = word(data, 4 * BLOB_WORD_DATA);
-  require(word(data, 4 * BLOB_WORD_BYTES) == size, "the header's byte length is not the blob's");
-  require(h.meshlet_count >= 1, "the blob has no meshlets");
-  require(h.meshlet_count <= size, "the blob is too short for its meshlet count");
-  require(h.data_offset == data_offset(stream_count, h.meshlet_count),
-          "the data offset does not follow the tables");
-  require(h.data_offset + BLOB_PADDING_BYTES <= size, "the blob is too short for its tables");
-  require(word(data, size - 8) == 0 && word(data, size - 4) == 0,
-          "the blob does not end in 8 zero bytes");
-  for (uint32_t s = 0; s < stream_count; s++)
-    h.streams.push_back(read_stream(data + BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * s));
-  if (const Problem problem = streams_problem(h.streams)) refuse(problem);
-  check_groups(data, size, h);
-  require(h.vertex_count >= 3 && h.vertex_count <= 3ull * h.triangle_count &&
-              h.vertex_count <= uint64_t(MESHLET_VERTICES) * h.meshlet_count,
-          "the vertex count is impossible for the triangle count");
-  return h;
+Problem read_blob_header(const uint8_t* data, size_t size, BlobHeader& h) {
+  if (const char* problem = read_counts(data, size, h)) return {problem};
+  h.streams.clear();
+  for (uint32_t s = 0; s < data[5]; s++) {
+    const uint8_t* row = data + BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * s;
+    if (row[7] != 0) return {"a reserved field of the stream table is not 0"};
+    h.streams.push_back(read_stream(row));
+  }
+  if (const Problem problem = streams_problem(h.streams)) return problem;
+  if (const char* problem = groups_problem(data, size, h)) return {problem};
+  if (h.vertex_count < 3 || h.vertex_count > 3ull * h.triangle_count ||
+      h.vertex_count > uint64_t(MESHLET_VERTICES) * h.meshlet_count)
+    return {"the vertex count is impossible for the triangle count"};
+  return {};
 }
 
 uint64_t decoded_bytes(const BlobHeader& header) {

@@ -3,7 +3,6 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -75,26 +74,22 @@ struct Blob {
   uint64_t first_vertex = 0, first_triangle = 0, first_meshlet = 0;  // in its view
 };
 
-// The bytes break a rule of the format. what(): one sentence.
-struct Malformed : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+constexpr uint32_t kNoBlob = ~0u;
 
-// A broken rule of the format. No string is built before it is shown: that code would be a tenth of
+// A broken rule of the format. Readers return it and throw nothing: engines are built without
+// exceptions. No string is built before it is shown: that code would be a tenth of
 // web/decoder.wasm.
-struct Problem {
+struct [[nodiscard]] Problem {
   const char* text = nullptr;  // null: no rule is broken. # stands for `number`.
   uint32_t number = 0;
   uint32_t meshlet = NO_MESHLET;  // the malformed meshlet, if it is one
+  uint32_t blob = kNoBlob;        // its number, if the view has several
 
   explicit operator bool() const { return text != nullptr; }
 };
 
 // A problem as one sentence.
 std::string sentence(const Problem& problem);
-
-// Throws Malformed. A program without exceptions (web/decoder.cpp) defines its own.
-[[noreturn]] void refuse(const Problem& problem);
 
 // Byte offset of the first byte after the tables.
 uint32_t data_offset(uint32_t streams, uint32_t meshlets);
@@ -107,8 +102,9 @@ Problem streams_problem(const std::vector<Stream>& streams);
 
 // Reads and checks header and tables of an untrusted blob: the tables lie inside it, meshlets
 // follow one another without overlap, their triangle counts sum to the header's, and the counts are
-// small enough to allocate by. Throws Malformed.
-BlobHeader read_blob_header(const uint8_t* data, size_t size);
+// small enough to allocate by. Returns the rule that the blob breaks, if any; `out` is then not
+// valid.
+Problem read_blob_header(const uint8_t* data, size_t size, BlobHeader& out);
 
 // Number of triangles of each meshlet of a checked blob.
 std::vector<uint32_t> meshlet_triangle_counts(const uint8_t* data, const BlobHeader& header);

@@ -32,8 +32,8 @@ class ReplacementErrors {
                     const GroupTriangles& level_0, float vertex_share, int threads);
 
   // Returns for each chosen group the distance that 99.9 % of the area of either surface keeps, in
-  // any shape. It is measured from `carried` and the vertices that go now to `after`, where
-  // distances are largest as a rule, and from centres and middles of edges of `after` to level 0.
+  // any shape. It is measured from `carried` and the vertices that go now to `after`, and from
+  // points in the triangles of `after` to level 0.
   //
   // after: a whole level. carried: of the chosen groups; becomes some of these vertices.
   std::vector<float> measure(const GroupTriangles& before, const GroupTriangles& after,

@@ -12,35 +12,25 @@ namespace {
 // Triangles per parallel item.
 constexpr uint32_t kBlock = 1 << 15;
 
-// The connected components of the mesh as trees of triangles. A root is the first triangle of its
-// component.
-class Components {
- public:
-  Components(const HalfEdges& half_edges, int threads);
-  uint32_t size() const { return uint32_t(parent_.size()); }
-  // The first triangle of each triangle's component.
-  Array<uint32_t> roots() &&;
+// The root of a triangle in a forest whose roots are their own parents.
+uint32_t find(Array<uint32_t>& parent, uint32_t t) {
+  while (parent[t] != t) t = parent[t] = parent[parent[t]];
+  return t;
+}
 
- private:
-  uint32_t find(uint32_t t) {
-    while (parent_[t] != t) t = parent_[t] = parent_[parent_[t]];
-    return t;
-  }
-  void unite(uint32_t a, uint32_t b) {
-    a = find(a), b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
-  Array<uint32_t> parent_;  // at most the triangle's own number
-};
-
-Components::Components(const HalfEdges& half_edges, int threads) : parent_(half_edges.size() / 3) {
-  const uint32_t count = size();
+// The first triangle of each triangle's connected component.
+Array<uint32_t> component_roots(const HalfEdges& half_edges, int threads) {
+  const size_t count = half_edges.size() / 3;
+  Array<uint32_t> parent(count);  // at most the triangle's own number
+  const auto unite = [&](uint32_t a, uint32_t b) {
+    a = find(parent, a), b = find(parent, b);
+    parent[std::max(a, b)] = std::min(a, b);
+  };
   // Edges to triangles in earlier blocks: these trees belong to other threads.
   std::vector<std::vector<std::pair<uint32_t, uint32_t>>> outside(block_count(count, kBlock));
   for_blocks(threads, count, kBlock, [&](size_t block, size_t begin, size_t end) {
     for (uint32_t t = uint32_t(begin); t < end; t++) {
-      parent_[t] = t;
+      parent[t] = t;
       for (size_t h = 3 * size_t(t); h < 3 * size_t(t) + 3; h++) {
         const int32_t opposite = half_edges.by_vertex(h);
         const uint32_t other = uint32_t(opposite) / 3;
@@ -54,18 +44,15 @@ Components::Components(const HalfEdges& half_edges, int threads) : parent_(half_
   });
   for (const auto& edges : outside)
     for (const auto& [t, other] : edges) unite(t, other);
-}
-
-Array<uint32_t> Components::roots() && {
-  for (uint32_t& parent : parent_) parent = parent_[parent];  // parents come first
-  return std::move(parent_);
+  for (uint32_t& root : parent) root = parent[root];  // parents come first
+  return parent;
 }
 
 }  // namespace
 
 ConnectedOrder order_by_component(const HalfEdges& half_edges, int threads) {
   ConnectedOrder order;
-  order.place = Components(half_edges, threads).roots();  // then each is replaced by the place
+  order.place = component_roots(half_edges, threads);  // then each is replaced by the place
   const uint32_t count = uint32_t(order.place.size());
   // At the root of each component: first its size, then the place of its next triangle.
   std::vector<uint32_t> next(count, 0);

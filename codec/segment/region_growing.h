@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "segment/patch.h"
+#include "segment/patches.h"
 
 namespace meshlet {
 

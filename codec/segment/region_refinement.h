@@ -2,7 +2,7 @@
 // regions with room instead of being halved, and borders become shorter.
 #pragma once
 
-#include "segment/patch.h"
+#include "segment/patches.h"
 
 namespace meshlet {
 

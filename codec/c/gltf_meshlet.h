@@ -1,0 +1,336 @@
+/* gltf-meshlet: the codec's C interface, for C99, C++ and whatever calls C. Manual: docs/c.md.
+ *
+ * Memory: results go to arrays of the caller, but for three kinds of opaque objects, which the
+ * caller closes. Objects are numbers, not addresses: a closed or made-up one is refused. What an
+ * object borrows must stay unchanged until it is closed.
+ *
+ * Errors: no function throws or aborts. Each returns a status; unless it is GLTF_MESHLET_OK,
+ * gltf_meshlet_error() is one sentence, and results are unspecified.
+ *
+ * Threads: any function may be called on any thread. Two that decode meshlets or ranges of one
+ * view do not run at the same time: the second returns GLTF_MESHLET_BUSY. Closing an object that
+ * another thread uses is safe; what it borrows must outlive that use. Functions with an argument
+ * `threads` start so many themselves (0: one per processor); it changes no result.
+ *
+ * Structs with a field `size` begin with it: the caller sets it to sizeof the struct. Later
+ * versions append fields, for which 0 has the meaning of the version without them. */
+#ifndef GLTF_MESHLET_H
+#define GLTF_MESHLET_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(GLTF_MESHLET_STATIC) /* linked into the program, not a shared library */
+#define GLTF_MESHLET_API
+#elif defined(_WIN32) && defined(GLTF_MESHLET_EXPORTS)
+#define GLTF_MESHLET_API __declspec(dllexport)
+#elif defined(_WIN32)
+#define GLTF_MESHLET_API __declspec(dllimport)
+#else
+#define GLTF_MESHLET_API __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The version of this interface. It grows with each addition; what exists never changes. */
+#define GLTF_MESHLET_ABI 1
+
+/* Statuses, which functions return. */
+enum {
+  GLTF_MESHLET_OK = 0,
+  GLTF_MESHLET_MALFORMED = 1, /* the bytes break a rule of the format */
+  GLTF_MESHLET_ARGUMENT = 2,  /* a mistake of the caller */
+  GLTF_MESHLET_NUMBER = 3,    /* there is no meshlet, blob, stream or array of this number */
+  GLTF_MESHLET_BUSY = 4,      /* another thread decodes with this view */
+  GLTF_MESHLET_LIMIT = 5,     /* beyond a limit of the format */
+  GLTF_MESHLET_MEMORY = 6,
+  GLTF_MESHLET_CANCELLED = 7, /* by the progress function */
+  GLTF_MESHLET_INTERNAL = 8   /* a bug of the library */
+};
+
+/* Limits of the format. */
+enum {
+  GLTF_MESHLET_TRIANGLES = 64, /* at most, in a meshlet */
+  GLTF_MESHLET_VERTICES = 64,  /* at most, in a meshlet */
+  GLTF_MESHLET_STREAMS = 64,   /* at most, in a view */
+  GLTF_MESHLET_ELEMENTS = 4    /* at most, per vertex of a stream */
+};
+
+/* gltf_meshlet_stream.kind: what its integers decode to. */
+enum {
+  GLTF_MESHLET_GRID = 0,    /* floats: offset + integer * step */
+  GLTF_MESHLET_OCT = 1,     /* unit vectors of three floats, from two integers */
+  GLTF_MESHLET_INTEGER = 2, /* the integers */
+  GLTF_MESHLET_FLOAT32 = 3, /* floats, bit for bit */
+  GLTF_MESHLET_SIGN = 4     /* -1 or 1, of tangents */
+};
+
+/* gltf_meshlet_stream.predictor: how its integers are predicted. */
+enum {
+  GLTF_MESHLET_PARALLELOGRAM = 0,
+  GLTF_MESHLET_MEAN = 1,
+  GLTF_MESHLET_COPY = 2, /* the only one for elements of more than 24 bits */
+  GLTF_MESHLET_DAMPED = 3,
+  GLTF_MESHLET_GEO = 4,               /* normals, from positions */
+  GLTF_MESHLET_AFFINE = 5,            /* from positions */
+  GLTF_MESHLET_CHOOSE_PREDICTOR = 255 /* the encoder chooses */
+};
+
+enum { GLTF_MESHLET_NORMAL = 0, GLTF_MESHLET_FAST = 1, GLTF_MESHLET_HIGH = 2 }; /* efforts */
+
+typedef struct gltf_meshlet_view gltf_meshlet_view;       /* compressed bytes that are open */
+typedef struct gltf_meshlet_result gltf_meshlet_result;   /* arrays whose size a function finds */
+typedef struct gltf_meshlet_surface gltf_meshlet_surface; /* level 0, to measure other levels */
+
+/* ---- The library, all objects ---- */
+
+/* The version of the library, at least GLTF_MESHLET_ABI of the headers that it works with. */
+GLTF_MESHLET_API uint32_t gltf_meshlet_abi(void);
+
+/* One sentence in English, UTF-8, about the last call on this thread that failed; "" before. Valid
+ * until the next one that fails. */
+GLTF_MESHLET_API const char* gltf_meshlet_error(void);
+
+/* Closes any object. Null is none, and fine. */
+GLTF_MESHLET_API int gltf_meshlet_close(void* object);
+
+/* Array 0, 1, .. of a result: where it is, valid until the result is closed, and its size in
+ * bytes. */
+GLTF_MESHLET_API int gltf_meshlet_get_array(const gltf_meshlet_result* result, uint32_t array,
+                                            const void** items, size_t* bytes);
+
+/* ---- Views: what a glTF buffer view holds, one blob or several (pages) ----
+ * Triangles, vertices and meshlets are numbered on through the blobs. */
+
+typedef struct gltf_meshlet_counts {
+  uint32_t size, blobs, streams;
+  uint32_t
+      suspicious; /* 1: headers claim far more than such bytes hold. Validate, then allocate. */
+  uint64_t triangles, vertices, meshlets; /* triangles * 3 and vertices are below 2^32 */
+} gltf_meshlet_counts;
+
+typedef struct gltf_meshlet_blob {
+  uint32_t size, data_offset;                           /* the latter: bytes of header and tables */
+  uint64_t offset, bytes;                               /* in the view */
+  uint64_t triangles, vertices, meshlets;               /* of this blob */
+  uint64_t first_triangle, first_vertex, first_meshlet; /* in the view */
+} gltf_meshlet_blob;
+
+/* A row of the stream table, as in the blob. Three bases of codes' parameters: the encoder chooses
+ * them. */
+typedef struct gltf_meshlet_stream {
+  uint8_t kind, elements, bits; /* elements: integers per vertex, 1 to 4, each of 1 to 32 bits */
+  uint8_t predictor, chain_base, interior_base, anchor_base, reserved;
+  float step, offset[4];
+} gltf_meshlet_stream;
+
+/* Where the bits of a view go: they sum to 8 * its bytes. */
+typedef struct gltf_meshlet_statistics {
+  uint32_t size;
+  int32_t iterations;    /* rounds of region growing; the encoder's, like the histogram */
+  uint32_t histogram[4]; /* regions of < 32, < 64, < 72 and more triangles, before they are cut */
+  uint64_t connectivity_bits, reference_bits, stream_bits[GLTF_MESHLET_STREAMS];
+  uint64_t symbols[5], disks; /* numbers of C, L, E, R, S, and of disks */
+  uint64_t owned_references, private_references, foreign_references;
+} gltf_meshlet_statistics;
+
+/* Opens bytes and borrows them. Checks headers and tables, so that counts are true of the tables;
+ * takes memory in proportion to the bytes. */
+GLTF_MESHLET_API int gltf_meshlet_open(const void* bytes, size_t size, gltf_meshlet_view** view);
+
+GLTF_MESHLET_API int gltf_meshlet_get_counts(const gltf_meshlet_view* view,
+                                             gltf_meshlet_counts* counts);
+GLTF_MESHLET_API int gltf_meshlet_get_blob(const gltf_meshlet_view* view, uint32_t blob,
+                                           gltf_meshlet_blob* out);
+
+/* Blobs of a view differ only in their streams' predictors and bases. */
+GLTF_MESHLET_API int gltf_meshlet_get_stream(const gltf_meshlet_view* view, uint32_t blob,
+                                             uint32_t stream, gltf_meshlet_stream* out);
+
+/* Writes the number of triangles of each meshlet of a blob. room: of `triangles`, at least the
+ * blob's meshlets. */
+GLTF_MESHLET_API int gltf_meshlet_get_meshlet_triangles(const gltf_meshlet_view* view,
+                                                        uint32_t blob, uint32_t* triangles,
+                                                        size_t room);
+
+/* Decodes every meshlet, to count bits. */
+GLTF_MESHLET_API int gltf_meshlet_get_statistics(const gltf_meshlet_view* view,
+                                                 gltf_meshlet_statistics* out);
+
+/* Fails unless the bytes are valid in every way. Decodes every meshlet alone, and so finds errors
+ * that other functions may accept. */
+GLTF_MESHLET_API int gltf_meshlet_validate(const gltf_meshlet_view* view, int32_t threads);
+
+/* Arrays of the caller, to decode to. `integers` and `values` may be null; if not, they have an
+ * array for each stream of the view, which may be null, too. */
+typedef struct gltf_meshlet_arrays {
+  uint32_t size;
+  uint32_t first_vertex;                /* is added to vertex numbers; 0 to decode whole views */
+  uint64_t triangle_room;               /* of `triangles`, in triangles */
+  uint64_t vertex_room;                 /* of the other arrays, in vertices */
+  uint32_t* triangles;                  /* three vertex numbers each */
+  uint32_t* const* integers;            /* vertices x elements */
+  void* const* values;                  /* INTEGER: uint32_t, vertices x elements; others: float,
+                                           vertices x elements, but x 3 for OCT */
+  uint64_t triangles_out, vertices_out; /* receive the numbers that were written */
+} gltf_meshlet_arrays;
+
+/* Decodes everything; needs room for the view's triangles and vertices. */
+GLTF_MESHLET_API int gltf_meshlet_decode(const gltf_meshlet_view* view, int32_t threads,
+                                         gltf_meshlet_arrays* arrays);
+
+/* Decodes meshlets [first, first + count), at least one, of one blob. Needs room for 64 triangles
+ * and 64 vertices for each, or for the blob's if it is all of it.
+ *
+ * Vertices are numbered in the order of their first meshlets, from arrays->first_vertex. A call
+ * that begins where the last one on this view ended continues its numbers, unless meshlets of
+ * another blob were decoded since. Any other call begins anew, and has copies of the vertices that
+ * its meshlets share with those before `first`. */
+GLTF_MESHLET_API int gltf_meshlet_decode_range(gltf_meshlet_view* view, uint64_t first,
+                                               uint64_t count, gltf_meshlet_arrays* arrays);
+
+/* Decodes `count` meshlets alone, in any order. Null arrays are skipped.
+ * sizes: 2 for each meshlet, its number of triangles and of vertices.
+ * triangles: room for 64 x 3 for each meshlet; local vertex numbers, below 64.
+ * integers: room for 64 x (sum of all streams' elements) for each meshlet: 64 x elements of stream
+ * 0, of which its vertices x elements are written; then those of stream 1, and so on. */
+GLTF_MESHLET_API int gltf_meshlet_decode_meshlets(gltf_meshlet_view* view, const uint32_t* meshlets,
+                                                  size_t count, uint32_t* sizes, uint8_t* triangles,
+                                                  uint32_t* integers);
+
+/* ---- Views packed for download: EXT_meshlet_transport ---- */
+
+/* Writes the number of bytes that a packed view unpacks to: at most 256 times its own, and 4096 for
+ * each page. Checks its table. */
+GLTF_MESHLET_API int gltf_meshlet_get_unpacked_bytes(const void* packed, size_t size,
+                                                     size_t* bytes);
+
+/* Unpacks to the identical bytes of the view, which open or validate are still to check. room: of
+ * `view`, in bytes. */
+GLTF_MESHLET_API int gltf_meshlet_unpack(const void* packed, size_t size, int32_t threads,
+                                         void* view, size_t room);
+
+#ifndef GLTF_MESHLET_DECODER_ONLY
+/* ---- The encoder. The same input and options give the same bytes on any machine. ---- */
+
+typedef struct gltf_meshlet_mesh {
+  uint32_t size, stream_count;
+  const uint32_t* triangles; /* three different vertex numbers each */
+  uint64_t triangle_count, vertex_count;
+  const uint32_t* position_ids; /* per vertex, below vertex_count, equal where positions are */
+  const float* positions;       /* three finite floats per vertex */
+  const gltf_meshlet_stream* streams; /* stream 0 is the position */
+  const uint32_t* const* values;      /* per stream: vertices x elements integers below 2^bits */
+  /* Meshlets of the caller; null, and counts of 0, to have them made. Order: all triangles. Disk d
+   * is order[disk_begin[d]] .. order[disk_begin[d + 1]]; likewise meshlets of disks and groups of
+   * meshlets. Begins start with 0 and end with the number of what they divide; the counts are
+   * those of the begins, one more than of disks, meshlets, groups. */
+  const uint32_t *order, *disk_begin, *meshlet_begin, *group_begin;
+  uint64_t disk_begin_count, meshlet_begin_count, group_begin_count;
+} gltf_meshlet_mesh;
+
+typedef struct gltf_meshlet_options { /* 0 is the default of each */
+  uint32_t size;
+  uint32_t effort;        /* GLTF_MESHLET_NORMAL, _FAST or _HIGH */
+  uint32_t max_triangles; /* of a meshlet, 1 to 64 */
+  uint32_t max_vertices;  /* of a meshlet, 3 to 64 */
+  int32_t threads;
+  float lambda;            /* smaller: flatter meshlets; larger: more compact ones. At most 1000 */
+  float fill;              /* only to measure the paper's Table 1; at most 10 */
+  uint32_t weight_of_choe; /* 1: that of Choe et al.; only to measure the paper's Table 1 */
+  uint32_t separate_seams; /* 1: share nothing across seams; only to measure what sharing gains */
+  uint64_t page_bytes; /* 0: one blob, or one for each group of the caller's meshlets; else blobs of
+                          at most so many bytes, but of one meshlet (group) at least */
+  /* Called on the calling thread with a fraction from 0 to 1. Cancels unless it returns 0. */
+  int (*progress)(void* user, float fraction);
+  void* user;
+} gltf_meshlet_options;
+
+/* Encodes a primitive. Array 0 of the result: the view's bytes. options, statistics: may be
+ * null. */
+GLTF_MESHLET_API int gltf_meshlet_encode(const gltf_meshlet_mesh* mesh,
+                                         const gltf_meshlet_options* options,
+                                         gltf_meshlet_statistics* statistics,
+                                         gltf_meshlet_result** result);
+
+/* Packs a valid view. Array 0 of the result: the packed bytes. */
+GLTF_MESHLET_API int gltf_meshlet_pack(const void* view, size_t size, int32_t threads,
+                                       gltf_meshlet_result** result);
+
+/* Gives identical rows of `stride` bytes one number, from 0 in order of first occurrence. Writes
+ * `count` numbers, and how many rows differ. count < 2^32 - 1. */
+GLTF_MESHLET_API int gltf_meshlet_weld(const void* rows, size_t count, size_t stride,
+                                       uint32_t* numbers, uint32_t* different);
+
+enum { GLTF_MESHLET_ANY = 0, GLTF_MESHLET_NUMBERS = 1, GLTF_MESHLET_CORNERS = 2 }; /* words */
+
+/* Reads the lines of a text (OBJ, PLY, STL) that start with this word; all lines if it is empty.
+ * words: numbers, or corners: 1 to 3 integers between slashes, which give 3, 0 for one that is not
+ * there; any are not read. Arrays of the result: double, the numbers; uint32_t, how many of each
+ * line; uint32_t, the lines' offsets in the text. */
+GLTF_MESHLET_API int gltf_meshlet_scan_lines(const char* text, size_t size, const char* keyword,
+                                             uint32_t words, gltf_meshlet_result** result);
+
+/* ---- Levels of detail ---- */
+
+/* Triangles of all groups: those of group g are begin[g] .. begin[g + 1], at least one. */
+typedef struct gltf_meshlet_groups {
+  uint32_t size;
+  const uint32_t* triangles; /* three vertex numbers each */
+  const uint32_t* begin;
+  uint64_t triangle_count, begin_count; /* the latter: one more than groups */
+} gltf_meshlet_groups;
+
+/* Makes meshlets that never cross groups. Uses the mesh's position_ids, positions
+ * and vertex_count, and the options effort, max_triangles, threads, lambda. Arrays of the
+ * result, uint32_t: order, disk_begin, meshlet_begin, group_begin, as in gltf_meshlet_mesh. */
+GLTF_MESHLET_API int gltf_meshlet_generate(const gltf_meshlet_mesh* mesh,
+                                           const gltf_meshlet_groups* groups,
+                                           const gltf_meshlet_options* options,
+                                           gltf_meshlet_result** result);
+
+/* Writes the numbers of points (three finite floats each) along a Hilbert curve. */
+GLTF_MESHLET_API int gltf_meshlet_sort_points(const float* points, size_t count, uint32_t* order);
+
+/* Opens level 0 and borrows the shapes: positions of all vertices, three finite floats each, at
+ * rest and with each morph target. vertex_share: the share of its area that its vertices stand for.
+ */
+GLTF_MESHLET_API int gltf_meshlet_open_surface(const float* const* shapes, uint32_t shape_count,
+                                               uint64_t vertex_count,
+                                               const gltf_meshlet_groups* level_0,
+                                               float vertex_share, int32_t threads,
+                                               gltf_meshlet_surface** surface);
+
+/* Vertices of level 0 that are gone, for each of the chosen groups. */
+typedef struct gltf_meshlet_carried {
+  uint32_t size;
+  const uint32_t *vertices, *begin; /* begin: one more than chosen groups */
+  const float* areas;               /* of level 0, that each vertex stands for */
+  uint64_t count;
+} gltf_meshlet_carried;
+
+/* Measures chosen groups of whole levels that others replace. Arrays of the result: float, the
+ * distance between each chosen replacement and level 0 that 99.9 % of either surface keeps; then of
+ * the vertices to carry on: uint32_t their numbers, the triangle of its group's `after` that is
+ * nearest to each, and begins; float areas. */
+GLTF_MESHLET_API int gltf_meshlet_measure(const gltf_meshlet_surface* surface,
+                                          const gltf_meshlet_groups* before,
+                                          const gltf_meshlet_groups* after, const uint32_t* chosen,
+                                          size_t chosen_count, const gltf_meshlet_carried* carried,
+                                          int32_t threads, gltf_meshlet_result** result);
+
+/* Writes the distance of each point to the nearest triangle and, unless `nearest` is null, that
+ * triangle's number. */
+GLTF_MESHLET_API int gltf_meshlet_get_distances(const float* points, size_t point_count,
+                                                const gltf_meshlet_groups* triangles,
+                                                const float* positions, uint64_t vertex_count,
+                                                int32_t threads, float* distances,
+                                                uint32_t* nearest);
+#endif
+
+#ifdef __cplusplus
+}
+#endif
+#endif

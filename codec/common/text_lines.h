@@ -1,0 +1,31 @@
+// Reads the numbers of lines of text: OBJ, and PLY and STL where they are text.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+namespace meshlet {
+
+// What the words after a line's keyword are.
+enum class Words {
+  kAny,      // not read
+  kNumbers,  // numbers
+  kCorners,  // 1, 2 or 3 integers between slashes, as in an OBJ's faces; a word gives 3 numbers, 0
+             // for one that is not there
+};
+
+// The lines of a text that start with one keyword.
+struct TextLines {
+  std::vector<double> numbers;    // of all these lines, one after the other
+  std::vector<uint32_t> counts;   // numbers of each line
+  std::vector<uint32_t> offsets;  // of each line in the text
+};
+
+// Takes the lines whose first word is `keyword`; all lines that are not blank if it is empty. A
+// backslash at the end continues a line, a # ends it.
+// Throws std::invalid_argument, with the line, for a word that is not a number.
+// The text must be shorter than 2^32 bytes.
+TextLines scan_lines(std::string_view text, std::string_view keyword, Words words);
+
+}  // namespace meshlet

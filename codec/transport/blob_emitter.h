@@ -1,0 +1,392 @@
+// Writes the blob of a page in canonical form (spec/EXT_meshlet_transport.md, "Canonical form").
+#pragma once
+#include "transport/page.h"
+#include "transport/resident_values.h"
+
+namespace meshlet {
+inline namespace MESHLET_BUILD {
+namespace transport {
+
+// Appends bits, the lowest first. The bytes after its place must be writable.
+class BitWriter {
+ public:
+  static constexpr uint32_t kSpare = 8;  // bytes that it may touch behind what it wrote
+
+  explicit BitWriter(uint8_t* place) : place_(place) {}
+  // value < 2^bits, bits <= 32.
+  void put(uint32_t value, uint32_t bits) {
+    word_ |= uint64_t(value) << filled_;
+    filled_ += bits;
+    std::memcpy(place_, &word_, 8);
+    place_ += filled_ >> 3;
+    word_ >>= filled_ & ~7u;
+    filled_ &= 7;
+  }
+  void put_mask(uint64_t mask, uint32_t bits) {
+    put(uint32_t(mask), least(bits, 32));
+    if (bits > 32) put(uint32_t(mask >> 32), bits - 32);
+  }
+  void put_unary(uint32_t quotient) {
+    for (; quotient >= 31; quotient -= 31) put(0, 31);
+    put(1u << quotient, quotient + 1);
+  }
+  // Fills the last byte with zeros; returns the place after it.
+  uint8_t* align() {
+    if (filled_) *place_++ = uint8_t(word_);
+    filled_ = 0;
+    word_ = 0;
+    return place_;
+  }
+
+ private:
+  uint8_t* place_;
+  uint64_t word_ = 0;
+  uint32_t filled_ = 0;
+};
+
+struct Code {
+  enum Kind : uint8_t { kRice, kExponential, kFixed };
+  Kind kind;
+  uint32_t k, widths[4];
+
+  uint32_t quotient(uint32_t u) const {
+    return kind == kRice ? u >> k : bit_length(uint32_t(((uint64_t(u) >> k) + 1))) - 1;
+  }
+};
+
+class BlobEmitter {
+ public:
+  // Appends the blob to `out`. Returns false if it would be longer than `limit` bytes.
+  bool emit(const Page& page, size_t limit, Buffer<uint8_t>& out);
+
+ private:
+  struct Group {
+    uint32_t flags, delta_width, slot_width, reference_width, table;
+  };
+
+  Group measure(uint32_t first, uint32_t end) const;
+  uint32_t owned_vertices(const MeshletRow& m) const;
+  void emit_meshlet(uint32_t number, const Group& group);
+  void emit_symbols(BitWriter& w, const MeshletRow& m, const Group& group) const;
+  void emit_references(BitWriter& w, uint32_t number, uint32_t flags, const Group& group) const;
+  void emit_anchors(BitWriter& w, uint32_t s);
+  void emit_low(BitWriter& w, const List& list, const Code& code, uint32_t elements) const;
+  void emit_unary(BitWriter& w, const List& list, const Code& code) const;
+  Code emit_code(BitWriter& w, const List& list, const StreamRow& row, bool chain) const;
+  uint32_t flags_of(const MeshletRow& m) const;
+  bool whole(const Reference& r) const {
+    return r.kind == kForeign && (r.shares & page_->all_streams()) == page_->all_streams();
+  }
+
+  const Page* page_ = nullptr;
+  Buffer<uint8_t> data_;  // of a group's meshlets
+  uint8_t* end_ = nullptr;
+  ResidentValues values_;
+  Code chain_[BLOB_MAX_STREAMS], interior_[BLOB_MAX_STREAMS];
+};
+
+inline uint32_t BlobEmitter::flags_of(const MeshletRow& m) const {
+  uint32_t flags = 0;
+  if (!m.stored_references) return 0;
+  for (uint32_t j = 0; j < m.references; j++) {
+    const Reference& r = page_->references[m.reference + j];
+    if (r.loop_end && j + 1u < m.references) flags |= FLAG_LOOPS;
+    if (r.kind == kPrivate) flags |= FLAG_PRIVATE;
+    if (r.kind == kForeign && !whole(r)) flags |= FLAG_SEAMS;
+  }
+  return flags;
+}
+
+// A.8: the vertices that are no aliases.
+inline uint32_t BlobEmitter::owned_vertices(const MeshletRow& m) const {
+  uint32_t count = m.vertices;
+  for (uint32_t j = 0; j < m.references; j++) {
+    const Reference& r = page_->references[m.reference + j];
+    if (whole(r)) count -= r.length - 1u;
+    count -= whole(r) || whole(page_->before(r));
+  }
+  return count;
+}
+
+inline BlobEmitter::Group BlobEmitter::measure(uint32_t first, uint32_t end) const {
+  Group g = {0, 0, 0, 0, 0};
+  int32_t gain = 0;  // bits that symbol table 1 saves
+  for (uint32_t number = first; number < end; number++) {
+    const MeshletRow& m = page_->meshlets[number];
+    g.flags |= flags_of(m);
+    g.reference_width = most(g.reference_width, bit_length(m.stored_references));
+    gain += 2 * int32_t(count_of(m.symbols[kL])) - int32_t(count_of(m.symbols[kC])) -
+            (int32_t(count_of(m.symbols[kE])) - 1);
+    for (uint32_t j = 0; j < m.stored_references; j++) {
+      const Reference& r = page_->references[m.reference + j];
+      if (r.kind != kForeign) continue;
+      const uint32_t delta = number - page_->references[r.partner].meshlet;
+      g.delta_width = most(g.delta_width, bit_length(delta));
+      g.slot_width = most(g.slot_width, bit_length(r.slot));
+    }
+  }
+  g.table = gain > 0;
+  return g;
+}
+
+inline void BlobEmitter::emit_symbols(BitWriter& w, const MeshletRow& m, const Group& group) const {
+  const uint64_t* of = m.symbols;
+  uint64_t rest = below(m.triangles - 1u);
+  for (uint64_t zero : {of[kR], of[group.table ? kL : kC], of[group.table ? kC : kE], ~of[kS]}) {
+#if defined(__BMI2__)
+    w.put_mask(__builtin_ia32_pext_di(~zero, rest), count_of(rest));
+#else
+    for (uint64_t left = rest; left; left &= left - 1) w.put(~zero >> lowest(left) & 1, 1);
+#endif
+    rest &= ~zero;
+  }
+}
+
+inline void BlobEmitter::emit_references(BitWriter& w, uint32_t number, uint32_t flags,
+                                         const Group& group) const {
+  const MeshletRow& m = page_->meshlets[number];
+  const Reference* reference = &page_->references[m.reference];
+  uint64_t foreign = 0, last = 0, is_private = 0, sized = 0;
+  uint32_t width = 0;
+  for (uint32_t j = 0; j < m.references; j++) {
+    const Reference& r = reference[j];
+    foreign |= uint64_t(r.kind == kForeign) << j;
+    is_private |= uint64_t(r.kind == kPrivate) << j;
+    last |= uint64_t(r.loop_end) << j;
+    const bool alone = r.loop_end && (j == 0 || reference[j - 1].loop_end);
+    if (r.kind == kForeign || (r.kind == kPrivate && alone)) continue;
+    sized |= 1ull << j;
+    width = most(width, bit_length(r.length - 1u));
+  }
+  w.put_mask(foreign, m.references);
+  if (flags & FLAG_LOOPS) w.put_mask(last, m.references);
+  if (flags & FLAG_PRIVATE) w.put_mask(is_private, m.references);
+  w.put(width, LENGTH_WIDTH_BITS);
+  for (; sized; sized &= sized - 1) w.put(reference[lowest(sized)].length - 1u, width);
+  for (; foreign; foreign &= foreign - 1) {
+    const Reference& r = reference[lowest(foreign)];
+    w.put(number - page_->references[r.partner].meshlet, group.delta_width);
+    w.put(r.slot, group.slot_width);
+    if (flags & FLAG_SEAMS)
+      w.put_mask((r.shares & page_->all_streams()) >> 1, page_->stream_count() - 1);
+  }
+}
+
+// Bits of the residuals under a code of chains or interiors; ~0 if it cannot hold them.
+inline uint64_t bits_of(const List& list, const Code& code) {
+  uint64_t quotients = 0;
+  if (code.kind == Code::kRice) {
+    if (list.length > code.k + bit_length(MAX_QUOTIENT)) return ~0ull;
+    if (list.length > code.k)
+      for (uint32_t i = 0; i < list.count; i++) quotients += list.u[i] >> code.k;
+  } else if (list.length >= code.k) {
+    if (list.length < 24) {  // a float's exponent is its bit length, and these are exact
+      uint32_t total = 0;
+      for (uint32_t i = 0; i < list.count; i++) {
+        const float x = float(int32_t(list.u[i] + (1u << code.k)));
+        uint32_t bits;
+        std::memcpy(&bits, &x, 4);
+        total += (bits >> 23) - (127 + code.k);
+      }
+      quotients = 2ull * total;
+    } else {
+      for (uint32_t i = 0; i < list.count; i++) {
+        if (code.k == 0 && list.u[i] == ~0u) return ~0ull;
+        quotients += 2ull * code.quotient(list.u[i]);
+      }
+    }
+  }
+  return list.count * uint64_t(code.k + 1) + quotients;
+}
+
+inline Code code_of(bool chain, uint32_t field, uint32_t base) {
+  if (chain || field < CODE_FIRST_EXPONENTIAL) return {Code::kRice, base + field, {}};
+  return {Code::kExponential, most(base, 1) - 1 + field - CODE_FIRST_EXPONENTIAL, {}};
+}
+
+// The code of the fewest bits, of several the one with the lowest number.
+inline Code BlobEmitter::emit_code(BitWriter& w, const List& list, const StreamRow& row,
+                                   bool chain) const {
+  const uint32_t base = chain ? row.chain_base() : row.interior_base(), elements = row.elements();
+  uint32_t best = 0;
+  uint64_t fewest = ~0ull;
+  for (uint32_t field = 0; field < CODE_ESCAPE; field++) {
+    const Code code = code_of(chain, field, base);
+    if (code.k > CODE_MAX_PARAMETER || list.count * uint64_t(code.k + 1) >= fewest) continue;
+    const uint64_t bits = bits_of(list, code);
+    if (bits >= fewest) continue;
+    fewest = bits;
+    best = field;
+  }
+  Code fixed = {Code::kFixed, 0, {}};
+  uint64_t bits = WIDTH_BITS * elements;
+  for (uint32_t e = 0; e < elements; e++) {
+    const uint32_t width = bit_length(list.any[e]);
+    fixed.widths[e] = width >= WIDTH_ESCAPE ? 32 : width;
+    bits += uint64_t(fixed.widths[e]) * (list.count / elements);
+  }
+  if (bits < fewest) best = CODE_ESCAPE;
+  w.put(best, CODE_BITS);
+  if (best != CODE_ESCAPE) return code_of(chain, best, base);
+  for (uint32_t e = 0; e < elements; e++) w.put(least(fixed.widths[e], WIDTH_ESCAPE), WIDTH_BITS);
+  return fixed;
+}
+
+inline void BlobEmitter::emit_anchors(BitWriter& w, uint32_t s) {
+  const StreamRow& row = page_->rows[s];
+  List& list = values_.anchors[s];
+  const uint32_t elements = row.elements(), bits = row.bits(), base = row.anchor_base();
+  if (!list.count) return;
+  for (uint32_t e = 0; e < elements; e++) w.put(list.u[e], bits);
+  if (list.count == elements) return;
+  uint32_t any[4] = {}, width[4];
+  for (uint32_t i = elements; i < list.count; i++) {
+    const uint32_t unused = 32 - bits, d = list.u[i] - list.u[i % elements];
+    const int32_t difference = int32_t(d << unused) >> unused;
+    list.u[i] = uint32_t(difference) << 1 ^ uint32_t(difference >> 31);
+    any[i % elements] |= list.u[i];
+  }
+  for (uint32_t e = 0; e < elements; e++) {
+    const uint32_t length = bit_length(any[e]), field = length > base ? length - base : 0;
+    const bool full = field > ANCHOR_WIDTH_FULL || least(base + field, bits) < length;
+    width[e] = full || field == ANCHOR_WIDTH_FULL ? bits : least(base + field, bits);
+    w.put(full ? ANCHOR_WIDTH_FULL : field, ANCHOR_WIDTH_BITS);
+  }
+  for (uint32_t i = elements; i < list.count; i++) w.put(list.u[i], width[i % elements]);
+}
+
+inline void BlobEmitter::emit_low(BitWriter& w, const List& list, const Code& code,
+                                  uint32_t elements) const {
+  const uint32_t* u = list.u;
+  uint32_t i = 0;
+  if (code.kind == Code::kFixed) {
+    for (; i < list.count; i++) w.put(u[i], code.widths[i % elements]);
+  } else if (code.kind == Code::kRice) {
+    const uint32_t k = code.k, low = (1u << k) - 1;
+    if (k == 0) return;
+    for (; k <= 10 && i + 3 <= list.count; i += 3)  // three at a time
+      w.put((u[i] & low) | (u[i + 1] & low) << k | (u[i + 2] & low) << 2 * k, 3 * k);
+    for (; i < list.count; i++) w.put(u[i] & low, k);
+  } else {
+    for (; i < list.count; i++) {
+      const uint32_t bits = code.quotient(u[i]) + code.k;
+      w.put((u[i] + (1u << code.k)) & uint32_t((1ull << bits) - 1), bits);
+    }
+  }
+}
+
+inline void BlobEmitter::emit_unary(BitWriter& w, const List& list, const Code& code) const {
+  if (code.kind == Code::kFixed) return;
+  uint32_t i = 0;
+  for (; i + 3 <= list.count; i += 3) {  // three at a time
+    const uint32_t p = code.quotient(list.u[i]), q = code.quotient(list.u[i + 1]),
+                   r = code.quotient(list.u[i + 2]), bits = p + q + r + 3;
+    if (bits <= 32) {
+      w.put(1u << p | 1u << (p + q + 1) | 1u << (bits - 1), bits);
+    } else {
+      for (uint32_t quotient : {p, q, r}) w.put_unary(quotient);
+    }
+  }
+  for (; i < list.count; i++) w.put_unary(code.quotient(list.u[i]));
+}
+
+inline void BlobEmitter::emit_meshlet(uint32_t number, const Group& group) {
+  const MeshletRow& m = page_->meshlets[number];
+  const uint32_t streams = page_->stream_count(), flags = flags_of(m);
+  BitWriter w(end_);
+  w.put(m.triangles - 1u, BLOB_TRIANGLE_BITS);
+  w.put(m.stored_references, group.reference_width);
+  for (uint32_t flag : {FLAG_LOOPS, FLAG_PRIVATE, FLAG_SEAMS})
+    if (group.flags & flag) w.put((flags & flag) != 0, 1);
+  emit_symbols(w, m, group);
+  if (m.stored_references) emit_references(w, number, flags, group);
+  bool owned = false;
+  for (uint32_t j = 0; j < m.references; j++)
+    owned = owned || page_->references[m.reference + j].kind == kOwned;
+  values_.compute(*page_, m);
+  for (uint32_t s = 0; s < streams; s++) {
+    const StreamRow& row = page_->rows[s];
+    if (owned) chain_[s] = emit_code(w, values_.chains[s], row, true);
+    interior_[s] = emit_code(w, values_.interior[s], row, false);
+  }
+  for (uint32_t s = 0; s < streams; s++) emit_anchors(w, s);
+  for (uint32_t s = 0; owned && s < streams; s++)
+    emit_low(w, values_.chains[s], chain_[s], page_->rows[s].elements());
+  for (uint32_t s = 0; owned && s < streams; s++) emit_unary(w, values_.chains[s], chain_[s]);
+  for (uint32_t part = 0; part < 2; part++) {
+    const uint32_t first = part, end = part ? streams : 1;
+    for (uint32_t s = first; s < end; s++) emit_unary(w, values_.interior[s], interior_[s]);
+    for (uint32_t s = first; s < end; s++)
+      emit_low(w, values_.interior[s], interior_[s], page_->rows[s].elements());
+  }
+  end_ = w.align();
+}
+
+inline bool BlobEmitter::emit(const Page& page, size_t limit, Buffer<uint8_t>& out) {
+  page_ = &page;
+  const uint32_t streams = page.stream_count(), meshlets = page.meshlets.size(),
+                 groups = (meshlets + BLOB_GROUP_MESHLETS - 1) / BLOB_GROUP_MESHLETS;
+  const size_t begin = out.size();
+  const uint32_t tables =
+      BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * streams + BLOB_GROUP_BYTES * groups;
+  if (tables > limit) return false;
+  const uint32_t header[BLOB_HEADER_WORDS] = {
+      BLOB_MAGIC, BLOB_VERSION | streams << 8, page.triangles.size(), 0, meshlets, 0, tables, 0};
+  std::memcpy(out.grow(tables), header, sizeof header);
+  std::memcpy(&out[begin + BLOB_HEADER_BYTES], page.rows.data(), BLOB_STREAM_BYTES * streams);
+  uint32_t vertices = 0, widths = 0;
+  for (uint32_t s = 0; s < streams; s++) widths += page.rows[s].elements();
+  // The shortest code of a list takes at most 32 bits and a little for each number.
+  data_.clear();
+  data_.grow(BLOB_GROUP_MESHLETS * size_t(1024 + widths * (64 * 5 + 16)));
+  const auto put_word = [&](size_t at, uint32_t word) { std::memcpy(&out[begin + at], &word, 4); };
+  for (uint32_t g = 0; g < groups; g++) {
+    const uint32_t first = g * BLOB_GROUP_MESHLETS,
+                   count = least(meshlets - first, BLOB_GROUP_MESHLETS);
+    const Group group = measure(first, first + count);
+    uint32_t starts[BLOB_GROUP_MESHLETS];
+    end_ = data_.data();
+    for (uint32_t i = 0; i < count; i++) {
+      starts[i] = uint32_t(end_ - data_.data());
+      vertices += owned_vertices(page.meshlets[first + i]);
+      emit_meshlet(first + i, group);
+    }
+    const uint32_t length = uint32_t(end_ - data_.data());
+    int32_t stride = int32_t(least(length / count, 0xFFFF)), lowest_entry, highest_entry;
+    for (;; stride /= 2) {
+      lowest_entry = highest_entry = 0;
+      for (uint32_t i = 0; i < count; i++) {
+        const int32_t entry = int32_t(starts[i]) - stride * int32_t(i);
+        if (entry < lowest_entry) lowest_entry = entry;
+        if (entry > highest_entry) highest_entry = entry;
+      }
+      if (lowest_entry >= -0xFFFF) break;
+    }
+    const uint32_t width = bit_length(uint32_t(highest_entry - lowest_entry));
+    const size_t row = BLOB_HEADER_BYTES + BLOB_STREAM_BYTES * streams + BLOB_GROUP_BYTES * g;
+    put_word(row, uint32_t(out.size() - begin));
+    put_word(row + 4, uint32_t(stride) | uint32_t(-lowest_entry) << 16);
+    put_word(row + 8, width << GROUP_ENTRY_SHIFT | group.delta_width << GROUP_DELTA_SHIFT |
+                          group.slot_width << GROUP_SLOT_SHIFT |
+                          group.reference_width << GROUP_REFERENCE_SHIFT |
+                          group.flags << GROUP_FLAGS_SHIFT | group.table << GROUP_TABLE_SHIFT);
+    uint8_t entries[4 * BLOB_GROUP_MESHLETS + BitWriter::kSpare];
+    BitWriter w(entries);
+    for (uint32_t i = 0; i < count; i++)
+      w.put(uint32_t(int32_t(starts[i]) - stride * int32_t(i) - lowest_entry), width);
+    const uint32_t entry_bytes = uint32_t(w.align() - entries);
+    if (out.size() - begin + entry_bytes + length + BLOB_PADDING_BYTES > limit) return false;
+    std::memcpy(out.grow(entry_bytes), entries, entry_bytes);
+    std::memcpy(out.grow(length), data_.data(), length);
+  }
+  const uint32_t unpadded = uint32_t(out.size() - begin),
+                 size = (unpadded + BLOB_PADDING_BYTES + 3) / 4 * 4;
+  std::memset(out.grow(size - unpadded), 0, size - unpadded);
+  put_word(4 * BLOB_WORD_VERTICES, vertices);
+  put_word(4 * BLOB_WORD_BYTES, size);
+  return size <= limit;
+}
+
+}  // namespace transport
+}  // namespace MESHLET_BUILD
+}  // namespace meshlet

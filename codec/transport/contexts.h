@@ -1,0 +1,73 @@
+// The models of a page. All begin anew with it.
+#pragma once
+#include "transport/page.h"
+
+namespace meshlet {
+inline namespace MESHLET_BUILD {
+namespace transport {
+
+// Sizes of numbers: 0 .. 3 | two per octave | 14: 128 .. 255 | 15: more.
+constexpr uint32_t kLargeToken = 15;
+struct Tokens {
+  uint8_t of[256] = {0, 1, 2, 3};
+
+  constexpr Tokens() {
+    for (uint32_t x = 4, length = 3; x < 256; x++) {
+      length += x >> length;
+      of[x] = uint8_t(length < 8 ? 2 * length - 2 + (x >> (length - 2) & 1) : 14);
+    }
+  }
+};
+constexpr Tokens kTokens;
+inline uint32_t token_of(uint32_t x) { return x < 256 ? kTokens.of[x] : kLargeToken; }
+constexpr uint8_t kTokenBase[15] = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128};
+constexpr uint8_t kTokenBits[15] = {0, 0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 7};
+constexpr uint32_t kLargeLength = 9, kManyBits = 24;  // lengths of numbers of kLargeToken
+
+constexpr uint32_t kStates = 24;  // of a vertex of a gate
+constexpr uint32_t kClasses = 4;  // of predictions
+
+// The kinds of streams that have models of their own.
+enum StreamClass : uint8_t { kPositions, kPairs, kOthers, kStreamClasses };
+
+struct ValueModels {
+  Model first[kClasses][kSymbols][4];
+  Model near[3][kClasses][kSymbols], around[3][kSymbols][4];  // of further elements
+  Model large;
+};
+
+struct NormalModels {
+  Model near[2][kSymbols][kSymbols];
+  Model large;
+  Flag repeated[4], mirrored[2];
+};
+
+struct Contexts {
+  Model triangles, triangles_low[4], references, references_low[4];
+  Model symbols[kStates][kStates];
+  Model reference_kind[5][8];
+  Model delta[4], slot[16], length[kSymbols], length_before[12];
+  Model delta_large, length_large;
+  Model choice[kSymbols];
+  Model match[2][4], match_large;
+  ValueModels values[kStreamClasses];
+  NormalModels normals;
+  Flag loop_end[3], claimed, shares[BLOB_MAX_STREAMS][4];
+
+  // Everything up to the first flag is models, but for the flags of the normals.
+  void reset() {
+    reset_all(&triangles, reinterpret_cast<Model*>(&normals.repeated));
+    reset_all(normals.repeated, normals.mirrored + 2);
+    reset_all(loop_end, &shares[BLOB_MAX_STREAMS - 1][4]);
+  }
+
+ private:
+  template <class T>
+  static void reset_all(T* first, T* end) {
+    for (T* m = first; m < end; m++) m->reset();
+  }
+};
+
+}  // namespace transport
+}  // namespace MESHLET_BUILD
+}  // namespace meshlet

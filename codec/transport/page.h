@@ -1,0 +1,328 @@
+// A page, which is one blob of EXT_meshlet_edgebreaker, as arrays: triangles, references, the
+// numbers of vertices and their integers. Both the packer and the unpacker fill one.
+#pragma once
+#include "decode/serial_decoder.h"
+#include "transport/vertex.h"
+
+namespace meshlet {
+inline namespace MESHLET_BUILD {
+namespace transport {
+
+constexpr uint32_t kNone = ~0u;
+enum Kind : uint8_t { kOwned, kForeign, kPrivate };
+enum Symbol : uint8_t { kC, kL, kE, kR, kS };
+
+inline uint32_t lowest(uint64_t mask) { return uint32_t(__builtin_ctzll(mask)); }
+inline uint32_t highest(uint64_t mask) { return 63u - uint32_t(__builtin_clzll(mask)); }
+inline uint32_t count_of(uint64_t mask) { return uint32_t(__builtin_popcountll(mask)); }
+inline uint64_t below(uint32_t n) { return n < 64 ? (1ull << n) - 1 : ~0ull; }
+
+// A growing array whose new elements are not initialised. Not std::vector: the linker would merge
+// the code of the builds (decode/build.h).
+template <class T>
+class Buffer {
+ public:
+  Buffer() = default;
+  Buffer(const Buffer&) = delete;
+  ~Buffer() { delete[] bytes_; }
+  T& operator[](size_t i) { return data()[i]; }
+  const T& operator[](size_t i) const { return data()[i]; }
+  T* data() { return reinterpret_cast<T*>(bytes_); }
+  const T* data() const { return reinterpret_cast<const T*>(bytes_); }
+  uint32_t size() const { return size_; }
+  void clear() { size_ = 0; }
+  void push(const T& value) { *grow(1) = value; }
+  // Appends elements and returns the first of them; never null.
+  T* grow(size_t count) {
+    if (size_ + count >= capacity_) {
+      capacity_ = 2 * (size_ + count);
+      uint8_t* bytes = new uint8_t[capacity_ * sizeof(T)];
+      if (size_) std::memcpy(bytes, bytes_, size_ * sizeof(T));
+      delete[] bytes_;
+      bytes_ = bytes;
+    }
+    size_ += uint32_t(count);
+    return data() + size_ - count;
+  }
+
+ private:
+  uint8_t* bytes_ = nullptr;
+  size_t capacity_ = 0;
+  uint32_t size_ = 0;
+};
+
+// A row of the blob's stream table.
+struct StreamRow {
+  uint32_t words[BLOB_STREAM_WORDS];
+
+  uint32_t byte(uint32_t i) const { return words[i >> 2] >> 8 * (i & 3) & 255; }
+  uint32_t kind() const { return byte(0); }
+  uint32_t elements() const { return byte(1); }
+  uint32_t bits() const { return byte(2); }
+  uint32_t predictor() const { return byte(3); }
+  uint32_t chain_base() const { return byte(4); }
+  uint32_t interior_base() const { return byte(5); }
+  uint32_t anchor_base() const { return byte(6); }
+  uint32_t reserved() const { return byte(7); }
+  uint32_t mask() const { return uint32_t((1ull << bits()) - 1); }
+};
+
+struct Reference {
+  uint64_t shares;   // bit s: the values of stream s are the owner's; foreign ones only
+  uint32_t partner;  // foreign: the owner's reference; owned: the last one that points at it
+  uint32_t meshlet;
+  uint8_t kind, loop_end, slot;
+  uint8_t length;                        // 0: not known yet
+  uint8_t first, loop_begin, loop_size;  // border positions in the meshlet
+  uint8_t next, previous;                // references of the meshlet, along the loop
+
+  bool foreign(uint32_t s) const { return shares >> s & 1; }
+};
+
+// Its place in the arrays, its counts and masks.
+struct MeshletRow {
+  uint32_t triangle, vertex, reference, border, traversed, step;
+  uint8_t triangles, vertices, references, stored_references, border_size, traversed_size, steps;
+  uint64_t symbols[5];  // bit t: triangle t has the Symbol
+  uint64_t shared;      // bit s: all foreign references share stream s
+};
+
+struct Stream {
+  Buffer<uint32_t> id;      // per local vertex of all meshlets: the vertex's number
+  Buffer<uint32_t> values;  // four per vertex
+  uint32_t vertices;
+};
+
+struct Page {
+  Buffer<StreamRow> rows;
+  Buffer<MeshletRow> meshlets;
+  Buffer<uint32_t> triangles;  // packed as in serial_decoder.glsl
+  Buffer<uint32_t> traversed;  // likewise: those that introduce a vertex, in the blob's order
+  Buffer<uint64_t> around;     // per local vertex of all meshlets: the triangles
+  Buffer<Reference> references;
+  Buffer<uint8_t> border;          // local ids of the loops
+  Buffer<uint32_t> border_corner;  // the corner opposite to the edge that begins there, or kNone
+  // Corner 4 t + k is vertex k of triangle t; corners 4 t + 3 mean nothing.
+  Buffer<uint32_t> opposite;  // the corner across the edge opposite to a corner, or kNone
+  Stream streams[BLOB_MAX_STREAMS];
+  SerialDecoder serial;  // of the last meshlet's connectivity
+
+  uint32_t stream_count() const { return rows.size(); }
+  uint64_t all_streams() const { return below(stream_count()); }
+
+  void clear() {
+    rows.clear();
+    meshlets.clear();
+    triangles.clear();
+    traversed.clear();
+    around.clear();
+    references.clear();
+    border.clear();
+    border_corner.clear();
+    opposite.clear();
+    for (Stream& s : streams) {
+      s.id.clear();
+      s.values.clear();
+      s.vertices = 0;
+    }
+  }
+  MeshletRow& begin_meshlet() {
+    MeshletRow m = {};
+    m.triangle = triangles.size();
+    m.vertex = streams[0].id.size();
+    m.reference = references.size();
+    m.border = border.size();
+    m.traversed = traversed.size();
+    meshlets.push(m);
+    return meshlets[meshlets.size() - 1];
+  }
+  // Of corner k of a packed triangle.
+  static uint32_t local(uint32_t triangle, uint32_t k) { return triangle >> 8 * k & 255; }
+
+  const Reference& before(const Reference& r) const {
+    return references[meshlets[r.meshlet].reference + r.previous];
+  }
+  // The border position k edges along a run.
+  static uint32_t along(const Reference& r, uint32_t k) {
+    const uint32_t at = r.first + k;
+    return at < uint32_t(r.loop_begin) + r.loop_size ? at : at - r.loop_size;
+  }
+  // The local vertex k edges along a run.
+  uint32_t run_vertex(const MeshletRow& m, const Reference& r, uint32_t k) const {
+    return border[m.border + along(r, k)];
+  }
+
+  // The functions below take the last meshlet, in this order. They return false if it is malformed.
+
+  bool decode_connectivity(MeshletRow& m);
+  bool place_references(MeshletRow& m);  // and lists the traversed triangles
+  // Numbers the vertices of stream s; sets `fresh` to the local vertices that have new numbers.
+  bool number_vertices(const MeshletRow& m, uint32_t s, uint64_t& fresh);
+  void link_corners(const MeshletRow& m);
+
+ private:
+  uint32_t hop(uint32_t reference, uint32_t s) const;
+};
+
+// Needs the symbols.
+inline bool Page::decode_connectivity(MeshletRow& m) {
+  serial.error = ERROR_NONE;
+  serial.triangle_count = m.triangles;
+  serial.symbol_c = m.symbols[kC];
+  serial.symbol_e = m.symbols[kE];
+  serial.symbol_r = m.symbols[kR];
+  serial.symbol_s = m.symbols[kS];
+  serial.decode_apexes();
+  if (serial.error != ERROR_NONE) return false;
+  serial.decode_triangles();
+  m.vertices = uint8_t(serial.vertex_count);
+  m.border_size = uint8_t(count_of(serial.boundary));
+  uint8_t* place = border.grow(m.border_size);
+  for (uint64_t x = serial.boundary; x; x &= x - 1) *place++ = uint8_t(lowest(x));
+  uint64_t* of = around.grow(m.vertices);
+  std::memset(of, 0, 8 * m.vertices);
+  uint32_t* triangle = triangles.grow(m.triangles);
+  for (uint32_t t = 0; t < m.triangles; t++) {
+    triangle[t] = serial.triangles[t];
+    for (uint32_t k = 0; k < 3; k++) of[local(triangle[t], k)] |= 1ull << t;
+  }
+  return true;
+}
+
+// Sets the places of the references on the loops. The lengths of foreign ones are known.
+inline bool Page::place_references(MeshletRow& m) {
+  uint32_t at = 0, j = 0;
+  uint64_t known = 0;  // vertices that are not traversed
+  for (uint32_t d = 0; d < serial.disk_count; d++) {
+    const uint64_t ids = below(serial.disk_first[d + 1]) & ~below(serial.disk_first[d]);
+    const uint32_t size = count_of(serial.boundary & ids), begin = j;
+    uint32_t sum = 0;
+    for (bool last = false; !last; j++) {
+      if (j >= m.references) return false;
+      Reference& r = references[m.reference + j];
+      last = r.loop_end;
+      if (r.kind == kPrivate && last && j == begin) r.length = uint8_t(size);
+      r.first = uint8_t(at + sum);
+      r.loop_begin = uint8_t(at);
+      r.loop_size = uint8_t(size);
+      r.next = uint8_t(last ? begin : j + 1);
+      sum += r.length;
+      if (r.length == 0 || sum > size) return false;
+      references[m.reference + r.next].previous = uint8_t(j);
+      for (uint32_t k = 0; k < (r.kind == kPrivate ? 1u : r.length); k++)
+        known |= 1ull << border[m.border + r.first + k];
+    }
+    if (sum != size) return false;
+    at += size;
+  }
+  if (j != m.references) return false;
+  serial.list_traversed(known);
+  m.traversed_size = uint8_t(serial.traversed_count);
+  std::memcpy(traversed.grow(m.traversed_size), serial.traversed, 4u * m.traversed_size);
+  return serial.error == ERROR_NONE;
+}
+
+// The reference at whose start the corner of `reference` is, a hop on; kNone if it is stored.
+inline uint32_t Page::hop(uint32_t reference, uint32_t s) const {
+  const Reference &r = references[reference], &p = before(r);
+  const bool x = r.foreign(s), y = p.foreign(s);
+  if (!x && !y) return kNone;
+  if (!x || (y && references[p.partner].meshlet < references[r.partner].meshlet)) return p.partner;
+  const Reference& owner = references[r.partner];
+  return meshlets[owner.meshlet].reference + owner.next;
+}
+
+inline bool Page::number_vertices(const MeshletRow& m, uint32_t s, uint64_t& fresh) {
+  Stream& stream = streams[s];
+  uint32_t* id = stream.id.grow(m.vertices);
+  uint64_t alias = 0, inside = 0;  // inside: aliases of vertices of this meshlet
+  uint8_t target[MESHLET_VERTICES];
+  const auto name = [&](uint32_t v, const MeshletRow& owner, uint32_t w) {
+    alias |= 1ull << v;
+    inside &= ~(1ull << v);
+    target[v] = uint8_t(w);
+    if (&owner == &m)
+      inside |= 1ull << v;
+    else
+      id[v] = stream.id[owner.vertex + w];
+  };
+  for (uint32_t j = m.reference; j < m.reference + m.references; j++) {
+    const Reference& r = references[j];
+    uint32_t h = hop(j, s);
+    if (h != kNone) {
+      for (uint32_t hops = 1; references[h].meshlet == r.meshlet; hops++) {
+        const uint32_t further = hop(h, s);
+        if (further == kNone) break;
+        if (hops >= MAX_HOPS) return false;
+        h = further;
+      }
+      const Reference& o = references[h];
+      const MeshletRow& owner = meshlets[o.meshlet];
+      name(border[m.border + r.first], owner, border[owner.border + o.first]);
+    }
+    if (!r.foreign(s)) continue;
+    const Reference& o = references[r.partner];
+    const MeshletRow& owner = meshlets[o.meshlet];
+    for (uint32_t k = 1; k < r.length; k++)
+      name(run_vertex(m, r, k), owner, run_vertex(owner, o, r.length - k));
+  }
+  fresh = below(m.vertices) & ~alias;
+  for (uint64_t x = fresh; x; x &= x - 1) id[lowest(x)] = stream.vertices++;
+  for (uint64_t x = inside; x; x &= x - 1) {
+    const uint32_t v = lowest(x);
+    uint32_t w = target[v];
+    for (uint32_t steps = 0; inside >> w & 1; steps++) {
+      if (steps >= MESHLET_VERTICES) return false;
+      w = target[w];
+    }
+    id[v] = id[w];
+  }
+  return true;
+}
+
+// Of two equal directed edges in a meshlet the later one counts.
+inline void Page::link_corners(const MeshletRow& m) {
+  constexpr uint8_t absent = 255;
+  uint8_t edge[MESHLET_VERTICES][MESHLET_VERTICES];  // the corner opposite to a directed edge
+  std::memset(edge, absent, sizeof edge[0] * m.vertices);
+  const uint32_t begin = 4 * m.triangle;
+  const uint32_t* triangle = &triangles[m.triangle];
+  for (uint32_t t = 0; t < m.triangles; t++) {
+    const uint32_t a = local(triangle[t], 0), b = local(triangle[t], 1), v = local(triangle[t], 2);
+    edge[b][v] = uint8_t(4 * t);
+    edge[v][a] = uint8_t(4 * t + 1);
+    edge[a][b] = uint8_t(4 * t + 2);
+  }
+  const auto corner_of = [&](uint8_t c) { return c == absent ? kNone : begin + c; };
+  uint32_t* across = opposite.grow(4u * m.triangles);
+  for (uint32_t t = 0; t < m.triangles; t++, across += 4) {
+    const uint32_t a = local(triangle[t], 0), b = local(triangle[t], 1), v = local(triangle[t], 2);
+    across[0] = corner_of(edge[v][b]);
+    across[1] = corner_of(edge[a][v]);
+    across[2] = corner_of(edge[b][a]);
+  }
+  uint32_t* corner = border_corner.grow(m.border_size);
+  for (uint32_t j = 0; j < m.references; j++) {
+    const Reference& r = references[m.reference + j];
+    for (uint32_t k = 0; k < r.length; k++) {
+      corner[along(r, k)] = corner_of(edge[run_vertex(m, r, k)][run_vertex(m, r, k + 1)]);
+    }
+  }
+  for (uint32_t j = 0; j < m.references; j++) {
+    const Reference& r = references[m.reference + j];
+    if (r.kind != kForeign) continue;
+    const Reference& o = references[r.partner];
+    const uint32_t owner = meshlets[o.meshlet].border;
+    for (uint32_t k = 0; k < r.length; k++) {
+      const uint32_t c = border_corner[m.border + along(r, k)],
+                     d = border_corner[owner + along(o, r.length - 1u - k)];
+      if (c == kNone || d == kNone) continue;
+      opposite[c] = d;
+      opposite[d] = c;
+    }
+  }
+}
+
+}  // namespace transport
+}  // namespace MESHLET_BUILD
+}  // namespace meshlet

@@ -1,0 +1,61 @@
+// The unpacker. Compiled twice, for the baseline and for AVX2, as decode/bulk_decoder.cpp is: no
+// library templates here.
+#include "transport/blob_emitter.h"
+#include "transport/page_coder.h"
+#include "transport/transport.h"
+
+namespace meshlet {
+inline namespace MESHLET_BUILD {
+namespace {
+
+class Unpacker : public PageUnpacker {
+ public:
+  Problem unpack(const uint8_t* packed_view, const PackedPage& page, uint8_t* out) override {
+    if (page.raw) {
+      std::memcpy(out, packed_view + page.packed_begin, page.bytes);
+      return {};
+    }
+    packed_.clear();
+    uint8_t* bytes = packed_.grow(page.packed_bytes + transport::Decoder::kPadding);
+    std::memcpy(bytes, packed_view + page.packed_begin, page.packed_bytes);
+    std::memset(bytes + page.packed_bytes, 0, transport::Decoder::kPadding);
+    uint32_t header[transport::kPageHeaderWords];
+    if (!coder_.coder.open(bytes, page.packed_bytes, header))
+      return {"a packed page is shorter than its header says"};
+    const uint64_t triangles = header[0], meshlets = header[1];
+    // A meshlet takes at least a byte and a bit for each triangle but its last one.
+    if (meshlets < 1 || triangles < meshlets || triangles > MESHLET_TRIANGLES * meshlets ||
+        meshlets > page.bytes || triangles > 8 * uint64_t(page.bytes))
+      return {"a packed page has impossible counts"};
+    if (!coder_.code(nullptr, uint32_t(triangles), uint32_t(meshlets)) || !finished())
+      return {"a packed page is damaged"};
+    resident_.clear();
+    if (!emitter_.emit(page_, page.bytes, resident_) || resident_.size() != page.bytes)
+      return {"a packed page does not have the length that its table says"};
+    std::memcpy(out, resident_.data(), page.bytes);
+    return {};
+  }
+
+ private:
+  // Fuzzers go on with pages that end elsewhere, or they would hardly reach the emitter.
+  bool finished() {
+#ifdef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
+    return true;
+#else
+    return coder_.coder.finished();
+#endif
+  }
+
+  transport::Page page_;
+  transport::PageCoder<transport::Decoder> coder_{page_};
+  transport::BlobEmitter emitter_;
+  transport::Buffer<uint8_t> packed_, resident_;
+};
+
+}  // namespace
+
+// The caller deletes it.
+PageUnpacker* new_page_unpacker() { return new Unpacker; }
+
+}  // namespace MESHLET_BUILD
+}  // namespace meshlet

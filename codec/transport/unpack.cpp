@@ -1,0 +1,56 @@
+#include "transport/transport.h"
+
+#include <cstring>
+
+#include "decode/build.h"
+
+namespace meshlet {
+
+inline namespace MESHLET_BUILD {
+PageUnpacker* new_page_unpacker();
+}
+#ifdef MESHLET_AVX2
+namespace avx2 {
+PageUnpacker* new_page_unpacker();
+bool supported();  // decode/decoder.cpp
+}  // namespace avx2
+#endif
+
+std::unique_ptr<PageUnpacker> make_page_unpacker() {
+#ifdef MESHLET_AVX2
+  if (avx2::supported()) return std::unique_ptr<PageUnpacker>(avx2::new_page_unpacker());
+#endif
+  return std::unique_ptr<PageUnpacker>(MESHLET_BUILD::new_page_unpacker());
+}
+
+Problem read_page_table(const uint8_t* data, size_t size, std::vector<PackedPage>& pages) {
+  const auto word = [&](size_t at) {
+    uint32_t x;
+    std::memcpy(&x, data + at, 4);
+    return x;
+  };
+  pages.clear();
+  if (size < 4) return {"the packed view is too short"};
+  if ((word(0) & 255) != kTransportVersion)
+    return {"the packed view is of version #; a newer release may read it", word(0) & 255};
+  const size_t count = word(0) >> 8;
+  if (count < 1 || count > (size - 4) / 8)
+    return {"the packed view is shorter than its page table"};
+  size_t from = 4 + 8 * count, to = 0;
+  for (size_t i = 0; i < count; i++) {
+    const size_t bytes = word(4 + 8 * i), packed = word(8 + 8 * i);
+    const PackedPage page = {from, packed ? packed : bytes, to, bytes, packed == 0};
+    if (page.packed_bytes > size - from)
+      return {"page # lies outside the packed view", uint32_t(i)};
+    if (bytes == 0 || bytes >= BLOB_MAX_BYTES || packed == bytes ||
+        bytes > kFreeBytes + kMostExpansion * uint64_t(page.packed_bytes))
+      return {"page # has an impossible length", uint32_t(i)};
+    pages.push_back(page);
+    from += page.packed_bytes;
+    to += bytes;
+  }
+  if (from != size) return {"the packed view is longer than its pages"};
+  return {};
+}
+
+}  // namespace meshlet

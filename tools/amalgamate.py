@@ -1,0 +1,97 @@
+"""Writes the decoder as one header and one source: python -m tools.amalgamate [FOLDER]
+
+FOLDER (default dist/decoder) receives gltf_meshlet.h and gltf_meshlet.cpp: the decoding half of the
+C interface, without dependencies, for engines that compile everything themselves.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from pathlib import Path
+
+import gltf_ext
+from tools.shader_sources import ROOT
+
+CODEC = ROOT / "codec"
+HEADER = "gltf_meshlet.h"
+SOURCES = (
+    "format/blob.cpp",
+    "format/problem.cpp",
+    "decode/bulk_decoder.cpp",
+    "decode/decoder.cpp",
+    "decode/bit_statistics.cpp",
+    "decode/view.cpp",
+    "transport/page_unpacker.cpp",
+    "transport/unpack.cpp",
+    "c/objects.cpp",
+    "c/decode.cpp",
+)
+INCLUDE = re.compile(r'^#include "([^"]+)"')
+NOTE = """\
+// gltf-meshlet {version}: the decoder, made by `make amalgamation`. Manual: docs/c.md.
+//
+// SPDX-License-Identifier: MIT
+"""
+HEADER_HEAD = """\
+#ifndef GLTF_MESHLET_STATIC
+#define GLTF_MESHLET_STATIC
+#endif
+#ifndef GLTF_MESHLET_DECODER_ONLY
+#define GLTF_MESHLET_DECODER_ONLY
+#endif
+"""
+# Values must not depend on the engine's options. -march=haswell alone would fuse multiplications
+# and additions: two conformance vectors then decode to other normals.
+SOURCE_HEAD = """\
+#ifdef __FAST_MATH__
+#error "compile this file without -ffast-math: values would depend on the compiler"
+#endif
+#ifdef __clang__
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC optimize("fp-contract=off")
+#pragma GCC diagnostic ignored "-Wpsabi"  // no function that passes vectors is called from outside
+#else
+#error "compile this file with GCC, Clang or clang-cl"
+#endif
+#define MESHLET_NO_THREADS  // the engine's threads decode: `threads` has no effect
+"""
+
+
+def header() -> str:
+    return (
+        NOTE.format(version=gltf_ext.__version__) + HEADER_HEAD + (CODEC / "c" / HEADER).read_text()
+    )
+
+
+def source() -> str:
+    """All sources with their includes in place, each header once."""
+    done: set[str] = set()
+    body = "".join(_expanded(name, done) for name in SOURCES)
+    return NOTE.format(version=gltf_ext.__version__) + SOURCE_HEAD + f'#include "{HEADER}"\n' + body
+
+
+def _expanded(name: str, done: set[str]) -> str:
+    lines = [f"\n// ---- {name} ----\n"]
+    for line in (CODEC / name).read_text().splitlines(keepends=True):
+        found = INCLUDE.match(line)
+        if found is None:
+            lines.append("" if line.startswith("#pragma once") else line)
+        elif found[1] != f"c/{HEADER}" and found[1] not in done:
+            done.add(found[1])
+            lines.append(_expanded(found[1], done))
+    return "".join(lines)
+
+
+def main(arguments: list[str]) -> None:
+    folder = Path(arguments[0]) if arguments else ROOT / "dist" / "decoder"
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in ((HEADER, header()), ("gltf_meshlet.cpp", source())):
+        (folder / name).write_text(text)
+        print(os.path.relpath(folder / name))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
