@@ -13,6 +13,7 @@ def main() -> int:
     try:
         from gltf_meshlet import cli
 
+        cli.report_cut_files()
         return cli.main()
     except KeyboardInterrupt:
         return 130

@@ -10,14 +10,11 @@ import os
 import sys
 from collections.abc import Callable
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import gltf_ext
 from gltf_ext.errors import MeshletError
 from gltf_meshlet import report_text
-
-if TYPE_CHECKING:
-    from gltf_ext.compression.options import Option
 
 PROGRAM = "gltf-meshlet"
 DIFFERENT, FAILED, INTERRUPTED = 1, 2, 130  # exit statuses
@@ -97,15 +94,31 @@ def _warn(path: str, warnings: list[str]) -> None:
         print(f"{PROGRAM}: {path}: warning: {warning}", file=sys.stderr)
 
 
+def report_cut_files() -> None:
+    """Ends the process with one line when another program cuts off a file that it has mapped into
+    memory: the system sends SIGBUS to whoever reads what is gone, in Python or in the codec."""
+    import ctypes
+    import signal
+
+    if not hasattr(signal, "SIGBUS"):  # Windows refuses to cut mapped files off
+        return
+
+    @ctypes.CFUNCTYPE(None, ctypes.c_int)
+    def end(number: int) -> None:
+        os.write(2, f"{PROGRAM}: a file was cut off while it was read; run again\n".encode())
+        os._exit(FAILED)
+
+    ctypes.CDLL(None).signal(signal.SIGBUS, end)
+    report_cut_files.handler = end  # type: ignore[attr-defined]  # as long as the process
+
+
 # --- commands ---
 
 
 def _compress(options: argparse.Namespace) -> int:
-    from gltf_ext.compression.options import OPTIONS, REMOVED_OPTIONS
+    from gltf_meshlet import compress_options
 
-    names = [*(option.name for option in OPTIONS if option.flag), *REMOVED_OPTIONS]
-    values = {name: getattr(options, name) for name in names}
-    given = {name: value for name, value in values.items() if value is not None}
+    given = compress_options.given(options)
     report = gltf_ext.compress(options.input, options.output, progress=True, **given)
     _warn(options.input, report_text.compress_warnings(report))
     print(report_text.compress_summary(report))
@@ -122,6 +135,12 @@ def _decompress(options: argparse.Namespace) -> int:
     return 0
 
 
+def _transcode(options: argparse.Namespace) -> int:
+    report = gltf_ext.transcode(options.input, options.output, threads=options.threads)
+    print(f"{report_text.sizes(report)}: {'packed' if report['packed'] else 'unpacked'}")
+    return 0
+
+
 def _inspect(options: argparse.Namespace) -> int:
     report = gltf_ext.inspect(options.input)
     if options.json:
@@ -132,7 +151,8 @@ def _inspect(options: argparse.Namespace) -> int:
 
 
 def _verify(options: argparse.Namespace) -> int:
-    report = gltf_ext.verify(options.input, options.compressed)
+    limits = {"max_memory": options.max_memory, "work_dir": options.work_dir}
+    report = gltf_ext.verify(options.input, options.compressed, progress=True, **limits)
     if options.json:
         print(json.dumps(report_text.verify_json(report), indent=2))
     else:
@@ -141,7 +161,7 @@ def _verify(options: argparse.Namespace) -> int:
 
 
 def _validate(options: argparse.Namespace) -> int:
-    problems = gltf_ext.validate(options.input)
+    problems = gltf_ext.validate(options.input, progress=True)
     for problem in problems:
         _fail(options.input, problem)
     if problems:
@@ -207,34 +227,16 @@ def _parser() -> _Parser:
 
 
 def _add_compress(command: argparse.ArgumentParser) -> None:
-    from gltf_ext.compression.options import OPTIONS, REMOVED_OPTIONS
+    from gltf_meshlet import compress_options
 
     command.add_argument("input", metavar="IN", help=".glb .gltf .obj .ply .stl")
-    command.add_argument("output", metavar="OUT.glb", help="file to write")
-    for option in OPTIONS:
-        if option.flag:
-            _add_option(command, option)
-    for name in REMOVED_OPTIONS:  # compress refuses them, and names others
-        command.add_argument(f"--{name}", help=argparse.SUPPRESS)
-
-
-def _add_option(command: argparse.ArgumentParser, option: Option) -> None:
-    """An option of compress. Options left out stay None: compress has the defaults."""
-    help = option.text.replace("%", "%%")
-    if option.type is bool:
-        command.add_argument(option.flag, dest=option.name, action="store_true", help=help)
-    elif option.choices:
-        choices = "{" + ",".join(option.choices) + "}"  # compress checks them
-        command.add_argument(option.flag, dest=option.name, metavar=choices, help=help)
-    else:
-        command.add_argument(
-            option.flag, dest=option.name, type=option.type, metavar=option.metavar, help=help
-        )
+    command.add_argument("output", metavar="OUT.glb", help="file to write; or .gltf")
+    compress_options.add(command)
 
 
 def _add_decompress(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", metavar="IN", help=COMPRESSED_HELP)
-    command.add_argument("output", metavar="OUT.glb", help="file to write")
+    command.add_argument("output", metavar="OUT.glb", help="file to write; or .gltf")
     detail = command.add_mutually_exclusive_group()
     detail.add_argument(
         "--level",
@@ -251,6 +253,14 @@ def _add_decompress(command: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_transcode(command: argparse.ArgumentParser) -> None:
+    command.add_argument("input", metavar="IN", help=COMPRESSED_HELP)
+    command.add_argument("output", metavar="OUT.glb", help="file to write; or .gltf")
+    command.add_argument(
+        "--threads", type=int, default=0, metavar="N", help="0, the default: one per processor"
+    )
+
+
 def _add_inspect(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", metavar="IN", help=COMPRESSED_HELP)
     command.add_argument("--json", action="store_true", help=JSON_HELP)
@@ -263,6 +273,17 @@ def _add_inspect(command: argparse.ArgumentParser) -> None:
 def _add_verify(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", metavar="ORIGINAL", help="the original")
     command.add_argument("compressed", metavar="COMPRESSED", help=COMPRESSED_HELP)
+    command.add_argument(
+        "--max-memory",
+        metavar="BYTES",
+        help="read models larger than memory in parts; the process stays below about so many bytes "
+        "(K, M and G are powers of 1024)",
+    )
+    command.add_argument(
+        "--work-dir",
+        metavar="FOLDER",
+        help="folder for the work files of --max-memory; by default the system's",
+    )
     command.add_argument("--json", action="store_true", help=JSON_HELP)
 
 
@@ -281,7 +302,16 @@ def _of_module(name: str) -> tuple[Command, AddArguments]:
 # Name -> the function that runs it, the one that adds its arguments, its help.
 COMMANDS: dict[str, tuple[Command, AddArguments, str]] = {
     "compress": (_compress, _add_compress, "compress a model into a .glb"),
+    "batch": (
+        *_of_module("gltf_meshlet.batch_command"),
+        "compress and verify many models, on this machine or a cluster",
+    ),
     "decompress": (_decompress, _add_decompress, "write a compressed file as a plain .glb"),
+    "transcode": (
+        _transcode,
+        _add_transcode,
+        "pack a compressed file for download, or unpack a packed one",
+    ),
     "inspect": (
         _inspect,
         _add_inspect,

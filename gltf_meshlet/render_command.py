@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from gltf_ext.compression.options import bytes_of
 from gltf_ext.errors import MeshletError, blaming
 
 BACKENDS = {"mitsuba": "mitsuba_plugin.command", "vulkan": "vk_backend.command"}
-PATHS = ("stream", "mesh", "geometry", "vertex", "rt")
+PATHS = ("visibility", "stream", "mesh", "geometry", "vertex", "rt")
 # Former paths, and what draws the same picture now.
 REMOVED_PATHS = {
     "mesh-only": "mesh",
@@ -28,13 +30,20 @@ REMOVED_PATHS = {
 }
 
 
+def _bytes(text: str) -> int:
+    try:
+        return bytes_of(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 class Own(NamedTuple):
     """An option of a single back end. {} in its help is the default; a bool is a switch."""
 
     help: str
     default: Any = None
     least: int | None = None
-    type: type = int
+    type: Callable[[str], Any] = int
     metavar: str = "N"
 
 
@@ -47,13 +56,6 @@ OWN_OPTIONS = {
             metavar="NAME",
         ),
         "spp": Own("samples per pixel (default {})", 64, least=1),
-        "lod_error": Own(
-            "show what has levels of detail with at most this error (default 0: all triangles)",
-            0.0,
-            least=0,
-            type=float,
-            metavar="PIXELS",
-        ),
     },
     "vulkan": {
         "path": Own(
@@ -66,7 +68,17 @@ OWN_OPTIONS = {
             "number, or a part of the name (default: the first GPU)", type=str, metavar="DEVICE"
         ),
         "ring": Own(
-            "most meshlets that path stream keeps decoded at a time (default 8192)", least=1
+            "most meshlets that are kept decoded at a time (default 16384 with path visibility, "
+            "32768 with --lod-error, 8192 with stream)",
+            least=1,
+        ),
+        "pool": Own(
+            "with --lod-error: device memory for compressed pages; what does not fit is shown "
+            "coarser (default 256M); without: for meshlets that stay decoded from frame to frame "
+            "(default 0); K, M or G may follow",
+            least=0,
+            type=_bytes,
+            metavar="BYTES",
         ),
         "bounces": Own("diffuse bounces of path rt (default {})", 0, least=0),
         "frames": Own(
@@ -82,7 +94,9 @@ PATHS_WITH: dict[str, tuple[str | None, ...]] = {
     "cache": ("rt",),
     "cache_bytes": ("rt",),
     "bounces": ("rt",),
-    "ring": ("stream", None),
+    "ring": ("visibility", "stream", None),
+    "lod_error": ("visibility", "rt", None),
+    "pool": ("visibility", None),
 }
 # Misses cost a GPU far more than a CPU. There, all decoded meshlets take a third of the memory of
 # uncompressed triangles.
@@ -141,6 +155,13 @@ def _add_shared(command: argparse.ArgumentParser) -> None:
         f"needs 1/64 or more (default {caches})",
     )
     command.add_argument("--cache-bytes", type=int, metavar="N", help="the same in bytes")
+    command.add_argument(
+        "--lod-error",
+        type=float,
+        metavar="PIXELS",
+        help="show what has levels of detail with at most this error (default 0: all triangles); "
+        "with Vulkan, by --path visibility and rt",
+    )
     command.add_argument("--json", action="store_true", help="print JSON instead of the line")
 
 
@@ -170,6 +191,14 @@ def _check(options: argparse.Namespace) -> None:
         raise _out_of_range(options, "cache", "0 to 1")
     if options.cache_bytes is not None and options.cache_bytes < 0:
         raise _out_of_range(options, "cache_bytes", "0 or more")
+    if options.lod_error is None:
+        options.lod_error = 0.0
+    if not 0 <= options.lod_error < math.inf:
+        raise _out_of_range(options, "lod_error", "0 or more")
+    if options.pool and options.ring is not None and not options.lod_error:
+        raise MeshletError(
+            "pool takes the place of ring", "leave one out", options=("pool", "ring")
+        )
     _fill_own_options(options)
     if not Path(options.output).absolute().parent.is_dir():
         raise MeshletError("its folder does not exist", "create it first", options.output)

@@ -204,14 +204,23 @@ def verify_text(report: Report) -> str:
         counts += f", {report['collapsed_triangles']:,} collapsed by the grid"
     attributes = [f"{name:{NAME_WIDTH}} {_error(report, name)}" for name in report["max_error"]]
     levels = map(_level_line, report["levels"])
-    return "\n".join([counts, *attributes, *levels, *report["problems"]])
+    left = [
+        f"mesh {place['mesh']} primitive {place['primitive']}: levels are not measured"
+        for place in report["not_measured"]
+    ]
+    return "\n".join([counts, *attributes, *levels, *left, *report["problems"]])
 
 
 def _level_line(level: Report) -> str:
+    shading = "".join(
+        f", {name} off by {found['median']:.2g} (95 %: {found['p95']:.2g})"
+        + (" degrees" if name == "NORMAL" else "")
+        for name, found in level["shading"].items()
+    )
     return (
         f"mesh {level['mesh']} primitive {level['primitive']} level {level['level']}: "
         f"{counted(level['triangles'], 'triangle')}, error {level['stated_error']:.3g} stated, "
-        f"{level['measured_error']:.3g} measured"
+        f"{level['measured_error']:.3g} measured{shading}"
     )
 
 

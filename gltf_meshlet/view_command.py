@@ -57,6 +57,10 @@ def run(options: argparse.Namespace) -> int:
             export(model, Path(options.export))
             print(f"{options.export}: put this folder on a web server, or try it:")
             print(f"  python3 -m http.server --directory {options.export}")
+            print("Models with levels of detail stream from servers that answer range requests,")
+            print("which this one does not. From another origin they also have to send:")
+            print("  Access-Control-Allow-Origin: *")
+            print("  Access-Control-Expose-Headers: Content-Range, ETag")
             return 0
         return _serve(model, Path(folder), options)
 

@@ -16,14 +16,16 @@ import gltf_ext
 from gltf_ext.compression.extension import has_compressed
 from gltf_ext.errors import MeshletError, blaming
 from gltf_ext.files import write_files
-from gltf_ext.gltf.buffer_layout import pack
-from gltf_ext.gltf.container import glb_parts
+from gltf_ext.gltf.container import model_files
 from gltf_ext.gltf.document import Document
 from gltf_ext.gltf.images import embed_images
 from gltf_ext.gltf.importers import open_model
+from gltf_ext.lod.simplifier import has_simplifier
 from gltf_meshlet.report_text import compress_warnings
 
 MATERIAL_LIBRARY = b"mtllib"
+# Below, a view of the whole model at one pixel takes more bytes with levels: docs/lod.md.
+LEAST_TRIANGLES = 300_000
 
 
 @dataclass(frozen=True)
@@ -117,11 +119,23 @@ def prepare_upload(path: Path, name: str, folder: Path) -> Model:
 def _compress(path: Path, document: Document, name: str, folder: Path) -> Model:
     output = folder / "compressed.glb"
     start = time.perf_counter()
-    report = gltf_ext.compress(path, output, progress=True)
+    report = gltf_ext.compress(path, output, progress=True, lod=_gains_from_levels(document))
     seconds = time.perf_counter() - start
     compressed = File(output, report["output_bytes"])
     original = _self_contained(path, document, folder / "original.glb")
     return Model(name, compressed, original, seconds, tuple(compress_warnings(report)))
+
+
+def _gains_from_levels(document: Document) -> bool:
+    """Whether the model is large enough, and levels of detail can be built."""
+    corners = (
+        document.accessors[p.indices].count or 0
+        for mesh in document.meshes or []
+        for p in mesh.primitives
+        if p.indices in range(len(document.accessors))
+    )
+    is_large = sum(corners) >= 3 * LEAST_TRIANGLES
+    return is_large and has_simplifier()
 
 
 def _self_contained(path: Path, document: Document, output: Path) -> File:
@@ -131,5 +145,5 @@ def _self_contained(path: Path, document: Document, output: Path) -> File:
     if path.suffix.lower() == ".glb" and not others:
         return File(path, source_bytes)
     embed_images(document)
-    write_files({output: glb_parts(document, pack(document)[0])})
+    write_files(model_files(document, output))
     return File(output, source_bytes)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import hmac
 import json
+import os
+import re
 import secrets
 import shutil
 import sys
@@ -18,7 +20,7 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 from urllib.parse import parse_qs, urlsplit
 
 from gltf_ext.errors import MeshletError
@@ -35,6 +37,7 @@ MAX_NAME = 200  # characters of an uploaded file's name
 PIECE = 1 << 20  # bytes read at a time
 TOKEN_BYTES = 18
 REQUEST_SECONDS = 60  # without a byte from the browser
+RANGE = re.compile(r"bytes=(\d{1,15})-(\d{0,15})", re.ASCII)
 HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "frame-ancestors 'none'",
@@ -206,11 +209,33 @@ class _Handler(BaseHTTPRequestHandler):
             raise _Refused(HTTPStatus.NOT_FOUND, "there is no such file")
         try:
             with open(path, "rb") as file:
-                self._send_headers(HTTPStatus.OK, TYPES[path.suffix.lower()], path.stat().st_size)
-                shutil.copyfileobj(file, self.wfile, PIECE)
+                self._send_file(file, TYPES[path.suffix.lower()])
         except (FileNotFoundError, PermissionError) as error:  # the user's file, since the start
             problem = f"{path.name} cannot be read: {error.strerror}"
             raise _Refused(HTTPStatus.NOT_FOUND, problem) from None
+
+    def _send_file(self, file: BinaryIO, kind: str) -> None:
+        """The whole file, or the one range of bytes that is asked for."""
+        state = os.fstat(file.fileno())
+        size = state.st_size
+        headers = {"Accept-Ranges": "bytes", "ETag": f'"{state.st_mtime_ns:x}-{size:x}"'}
+        asked = RANGE.fullmatch(self.headers.get("Range", ""))
+        if asked is None:
+            self._send_headers(HTTPStatus.OK, kind, size, headers)
+            shutil.copyfileobj(file, self.wfile, PIECE)
+            return
+        begin = int(asked[1])
+        end = min(int(asked[2]) + 1, size) if asked[2] else size
+        if begin >= end:
+            headers["Content-Range"] = f"bytes */{size}"
+            self._send_headers(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, kind, 0, headers)
+            return
+        headers["Content-Range"] = f"bytes {begin}-{end - 1}/{size}"
+        self._send_headers(HTTPStatus.PARTIAL_CONTENT, kind, end - begin, headers)
+        file.seek(begin)
+        while begin < end and (piece := file.read(min(PIECE, end - begin))):
+            self.wfile.write(piece)
+            begin += len(piece)
 
     def _post(self, name: str) -> None:
         if name != UPLOAD:
@@ -236,8 +261,11 @@ class _Handler(BaseHTTPRequestHandler):
         self._send_headers(status, kind, len(body))
         self.wfile.write(body)
 
-    def _send_headers(self, status: HTTPStatus, kind: str, length: int) -> None:
+    def _send_headers(
+        self, status: HTTPStatus, kind: str, length: int, more: dict[str, str] | None = None
+    ) -> None:
         self.send_response(status)
-        for name, value in {**HEADERS, "Content-Type": kind, "Content-Length": length}.items():
-            self.send_header(name, str(value))
+        headers = {**HEADERS, "Content-Type": kind, "Content-Length": str(length), **(more or {})}
+        for name, value in headers.items():
+            self.send_header(name, value)
         self.end_headers()

@@ -9,11 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pygltflib
 
 from gltf_ext.files import write_files
+from gltf_ext.gltf.accessors import add_accessor, bounds, set_bounds
+from gltf_ext.gltf.container import model_files
+from gltf_ext.gltf.document import Document
 
 
 @dataclass(frozen=True)
@@ -214,9 +218,10 @@ def _lathe(start: np.ndarray, end: np.ndarray, around: int) -> Shape:
     texcoords = _unit_grid(rows, around)[:, ::-1]
     triangles = _quads(np.arange(wrapped.size).reshape(wrapped.shape))[:, ::-1]
     vertices = wrapped.ravel()
-    return _without_collapsed(
-        points.reshape(-1, 3)[vertices], normals.reshape(-1, 3)[vertices], texcoords, triangles
-    )
+    points, normals = points.reshape(-1, 3)[vertices], normals.reshape(-1, 3)[vertices]
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    # The axis collapses triangles to a line.
+    return points, normals, texcoords, triangles[np.any(np.cross(b - a, c - a) != 0, axis=1)]
 
 
 # --- building blocks ---
@@ -253,14 +258,6 @@ def _averaged_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         for axis in range(3):
             total[:, axis] += np.bincount(triangles[:, k], face[:, axis], len(points))
     return unit(total)
-
-
-def _without_collapsed(
-    points: np.ndarray, normals: np.ndarray, texcoords: np.ndarray, triangles: np.ndarray
-) -> Shape:
-    """Drops the triangles that a lathe's axis collapses to a line."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return points, normals, texcoords, triangles[np.any(np.cross(b - a, c - a) != 0, axis=1)]
 
 
 def _merge(pieces: list[Shape]) -> Shape:
@@ -304,70 +301,48 @@ def _rotation(axis: int, angle: float) -> np.ndarray:
     return matrix
 
 
-# --- file ---
+def meshlet_colors(meshlets: np.ndarray) -> np.ndarray:
+    """Linear RGB float[T, 3] for meshlet numbers int[T]. Successive numbers get different hues."""
+    # Multiples of the golden ratio and of the plastic number spread evenly over [0, 1).
+    hue = meshlets * 0.61803398875 % 1
+    value = 0.55 + 0.3 * (meshlets * 0.7548776662 % 1)
+    wheel = np.clip(np.abs((hue[:, None] + [0, 2 / 3, 1 / 3]) % 1 * 6 - 3) - 1, 0, 1)
+    colors: np.ndarray = value[:, None] * (0.45 + 0.55 * wheel)
+    return colors
 
 
 def write_glb(primitives: list[Primitive], path: str | Path) -> None:
     """Writes a .glb: 32-bit indices, one node per mesh, one material per primitive."""
-    gltf = pygltflib.GLTF2(scene=0, scenes=[pygltflib.Scene(nodes=[])])
-    blob = bytearray()
-    meshes: dict[str, pygltflib.Mesh] = {}
-    for primitive in primitives:
-        if primitive.mesh not in meshes:
-            meshes[primitive.mesh] = pygltflib.Mesh(name=primitive.mesh)
-            gltf.nodes.append(pygltflib.Node(name=primitive.mesh, mesh=len(gltf.meshes)))
-            gltf.meshes.append(meshes[primitive.mesh])
-            gltf.scenes[0].nodes.append(len(gltf.nodes) - 1)
-        attributes = pygltflib.Attributes(
-            POSITION=_accessor(gltf, blob, primitive.positions, bounds=True),
-            NORMAL=_accessor(gltf, blob, primitive.normals),
-            TEXCOORD_0=_accessor(gltf, blob, primitive.texcoords),
+    meshes = list(dict.fromkeys(primitive.mesh for primitive in primitives))
+    document = Document(
+        {
+            "asset": {"version": "2.0"},
+            "scene": 0,
+            "scenes": [{"nodes": list(range(len(meshes)))}],
+            "nodes": [{"name": name, "mesh": mesh} for mesh, name in enumerate(meshes)],
+            "meshes": [{"name": name, "primitives": []} for name in meshes],
+            "materials": [_material(primitive) for primitive in primitives],
+        }
+    )
+    for material, primitive in enumerate(primitives):
+        names = {
+            "POSITION": add_accessor(document, primitive.positions),
+            "NORMAL": add_accessor(document, primitive.normals),
+            "TEXCOORD_0": add_accessor(document, primitive.texcoords),
+        }
+        set_bounds(document.accessors[names["POSITION"]], *bounds(primitive.positions))
+        indices = add_accessor(document, primitive.triangles.reshape(-1, 1))
+        mesh = document.meshes[meshes.index(primitive.mesh)]
+        mesh.primitives.append(
+            pygltflib.Primitive(attributes=names, indices=indices, material=material)
         )
-        meshes[primitive.mesh].primitives.append(
-            pygltflib.Primitive(
-                attributes=attributes,
-                indices=_accessor(gltf, blob, primitive.triangles.reshape(-1, 1)),
-                material=len(gltf.materials),
-                mode=pygltflib.TRIANGLES,
-            )
-        )
-        gltf.materials.append(
-            pygltflib.Material(
-                name=primitive.name,
-                pbrMetallicRoughness=pygltflib.PbrMetallicRoughness(
-                    baseColorFactor=[*primitive.color, 1.0],
-                    metallicFactor=primitive.metallic,
-                    roughnessFactor=primitive.roughness,
-                ),
-            )
-        )
-    gltf.buffers.append(pygltflib.Buffer(byteLength=len(blob)))
-    gltf.set_binary_blob(bytes(blob))
-    write_files({Path(path): gltf.save_to_bytes()})
+    write_files(model_files(document, Path(path)))
 
 
-def _accessor(
-    gltf: pygltflib.GLTF2, blob: bytearray, array: np.ndarray, bounds: bool = False
-) -> int:
-    """Appends an array [n, components] of float32 or uint32; returns its accessor's index."""
-    indices = array.dtype == np.uint32
-    gltf.bufferViews.append(
-        pygltflib.BufferView(
-            buffer=0,
-            byteOffset=len(blob),
-            byteLength=array.nbytes,
-            target=pygltflib.ELEMENT_ARRAY_BUFFER if indices else pygltflib.ARRAY_BUFFER,
-        )
-    )
-    blob += np.ascontiguousarray(array).tobytes()
-    gltf.accessors.append(
-        pygltflib.Accessor(
-            bufferView=len(gltf.bufferViews) - 1,
-            count=len(array),
-            type=("SCALAR", "VEC2", "VEC3")[array.shape[1] - 1],
-            componentType=pygltflib.UNSIGNED_INT if indices else pygltflib.FLOAT,
-            min=array.min(axis=0).tolist() if bounds else None,
-            max=array.max(axis=0).tolist() if bounds else None,
-        )
-    )
-    return len(gltf.accessors) - 1
+def _material(primitive: Primitive) -> dict[str, Any]:
+    factors = {
+        "baseColorFactor": [*primitive.color, 1.0],
+        "metallicFactor": primitive.metallic,
+        "roughnessFactor": primitive.roughness,
+    }
+    return {"name": primitive.name, "pbrMetallicRoughness": factors}

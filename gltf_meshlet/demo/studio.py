@@ -15,13 +15,16 @@ import mitsuba as mi
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+import gltf_ext
 import mitsuba_plugin
 from gltf_ext.files import write_files
 from gltf_ext.progress import progress_bar
-from gltf_meshlet.demo.rasterizer import Camera
+from gltf_meshlet.demo.model import meshlet_colors
 from mitsuba_plugin import llvm
 from mitsuba_plugin.command import render
+from mitsuba_plugin.scene import ordinary_mesh
 
+EYE, TARGET, FIELD_OF_VIEW = (-1.55, 2.9, 5.8), (0.0, 0.24, 0.0), 25.8  # vertical, degrees
 FLOOR = -0.36  # the height of the plinth's bottom
 FLOOR_COLOR = (0.62, 0.62, 0.64)
 # Direction towards the lamp, angular radius in degrees, radiance.
@@ -35,30 +38,60 @@ SKY = (0.30, 0.32, 0.36)  # straight up
 HORIZON = (0.12, 0.12, 0.13)
 SOFT_EDGE = 6.0  # degrees over which a lamp fades
 ROWS = 128  # of the environment map
+ALBEDO = 0.5  # of the brightest colour of a meshlet
 CAPTION_HEIGHT, CAPTION_SIZE = 40, 18  # pixels
 
 
-def picture(path: Path, camera: Camera, width: int, height: int, spp: int) -> np.ndarray:
+def picture(path: Path, width: int, height: int, spp: int) -> np.ndarray:
     """uint8[height, width, 3] of a file's scene, without decompressing it first."""
+    _choose_variant()
+    scene = mitsuba_plugin.scene_dict(path, default_light=0)
+    scene.pop("sensor")
+    return _rendered(path.name, scene, width, height, spp)
+
+
+def meshlets_picture(path: Path, width: int, height: int, spp: int) -> np.ndarray:
+    """uint8[height, width, 3] of a compressed file; each colour is a meshlet."""
+    _choose_variant()
+    scene: dict[str, Any] = {"type": "scene"}
+    for number, (primitive, decoder) in enumerate(
+        zip(gltf_ext.load(path), gltf_ext.decoders(path))
+    ):
+        properties = mi.Properties()
+        reflectance = {"type": "mesh_attribute", "name": "face_color"}
+        properties["bsdf"] = mi.load_dict({"type": "diffuse", "reflectance": reflectance})
+        counts = [len(decoder.decode_meshlet(m)[0]) for m in range(decoder.meshlet_count)]
+        positions, normals = (primitive.attributes[name] for name in ("POSITION", "NORMAL"))
+        mesh = ordinary_mesh(
+            "meshlets", primitive.indices, positions, normals, properties=properties
+        )
+        colors: Any = ALBEDO * meshlet_colors(np.repeat(np.arange(len(counts)), counts))
+        mesh.add_attribute("face_color", 3, colors.astype(np.float32).ravel())
+        scene[f"primitive_{number}"] = mesh
+    return _rendered("meshlets", scene, width, height, spp)
+
+
+def _choose_variant() -> None:
     mi.set_log_level(mi.LogLevel.Error)
     mi.set_variant("llvm_ad_rgb" if llvm.choose() else "scalar_rgb")
-    scene = mitsuba_plugin.scene_dict(
-        path,
-        width=width,
-        height=height,
-        default_light=0,
-        integrator={"type": "path", "max_depth": 5},
-    )
-    scene["sensor"].update(
-        fov=camera.field_of_view,
-        fov_axis="y",
-        near_clip=0.1,
-        far_clip=100.0,
-        to_world=mi.ScalarTransform4f().look_at(
-            origin=list(camera.eye), target=list(camera.target), up=[0, 1, 0]
-        ),
-    )
-    with progress_bar(path.name, True) as advance:
+
+
+def _rendered(title: str, scene: dict[str, Any], width: int, height: int, spp: int) -> np.ndarray:
+    """uint8[height, width, 3]: a scene of shapes in the studio."""
+    film = {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "rgb"}
+    place = mi.ScalarTransform4f().look_at(origin=EYE, target=TARGET, up=[0, 1, 0])
+    scene["sensor"] = {
+        "type": "perspective",
+        "fov": FIELD_OF_VIEW,
+        "fov_axis": "y",
+        "near_clip": 0.1,
+        "far_clip": 100.0,
+        "to_world": place,
+        "film": film,
+        "sampler": {"type": "multijitter", "sample_count": spp},
+    }
+    scene["integrator"] = {"type": "path", "max_depth": 5}
+    with progress_bar(title, True) as advance:
         linear = render(mi.load_dict({**scene, **_studio()}), width, height, spp, advance)
     return np.array(
         mi.Bitmap(linear).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True)
@@ -103,12 +136,12 @@ def save(path: Path, pixels: np.ndarray) -> None:
     write_files({path: [content.getvalue()]})
 
 
-def save_side_by_side(path: Path, captioned: list[tuple[str, np.ndarray]]) -> None:
+def save_side_by_side(path: Path, captioned: dict[str, np.ndarray]) -> None:
     """Writes a PNG of pictures of one size, each above its caption."""
-    height, width = captioned[0][1].shape[:2]
+    height, width = next(iter(captioned.values())).shape[:2]
     sheet = Image.new("RGB", (width * len(captioned), height + CAPTION_HEIGHT), "white")
     draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(CAPTION_SIZE)
-    for i, (caption, pixels) in enumerate(captioned):
+    for i, (caption, pixels) in enumerate(captioned.items()):
         sheet.paste(Image.fromarray(pixels), (i * width, 0))
         middle = (i * width + width // 2, height + CAPTION_HEIGHT // 2)
         draw.text(middle, caption, "black", font, anchor="mm")

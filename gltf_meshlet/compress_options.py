@@ -1,0 +1,37 @@
+"""The options of compress on the command line, from their one declaration."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from gltf_ext.compression.options import OPTIONS, REMOVED_OPTIONS, Option
+
+
+def add(command: argparse.ArgumentParser, but: tuple[str, ...] = ()) -> None:
+    """Adds all options but these. Those left out stay None: compress has the defaults."""
+    for option in OPTIONS:
+        if option.flag and option.name not in but:
+            _add(command, option)
+    for name in REMOVED_OPTIONS:  # compress refuses them, and names others
+        command.add_argument(f"--{name}", help=argparse.SUPPRESS)
+
+
+def given(options: argparse.Namespace) -> dict[str, Any]:
+    """The options of compress that the command line names, for Python."""
+    names = [*(option.name for option in OPTIONS if option.flag), *REMOVED_OPTIONS]
+    values = {name: getattr(options, name) for name in names}
+    return {n: v for n, v in values.items() if v is not None and v is not False}
+
+
+def _add(command: argparse.ArgumentParser, option: Option) -> None:
+    help = option.text.replace("%", "%%")
+    if option.type is bool:
+        command.add_argument(option.flag, dest=option.name, action="store_true", help=help)
+    elif option.choices:
+        choices = "{" + ",".join(option.choices) + "}"  # compress checks them
+        command.add_argument(option.flag, dest=option.name, metavar=choices, help=help)
+    else:
+        command.add_argument(
+            option.flag, dest=option.name, type=option.type, metavar=option.metavar, help=help
+        )
